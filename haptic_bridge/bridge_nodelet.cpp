@@ -1,0 +1,27 @@
+#include "haptic_bridge/bridge_nodelet.h"
+
+#include <pluginlib/class_list_macros.hpp>
+
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+
+void BridgeNodelet::onInit() {
+  try {
+    const BridgeParameters parameters = readBridgeParameters(getPrivateNodeHandle());
+    loop_ = std::make_unique<RealtimeThread>(parameters);
+    telemetry_ = std::make_unique<Telemetry>(getNodeHandle(), getPrivateNodeHandle(), getName(), parameters, *loop_);
+  } catch (const SetupError& error) {
+    NODELET_FATAL_STREAM(error.what());
+    throw;  // the manager drops the nodelet, and who loaded it fails
+  }
+}
+
+BridgeNodelet::~BridgeNodelet() {
+  if (loop_) loop_->stop();
+  telemetry_.reset();
+}
+
+}  // namespace haptic
+
+PLUGINLIB_EXPORT_CLASS(haptic::BridgeNodelet, nodelet::Nodelet)

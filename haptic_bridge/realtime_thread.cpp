@@ -1,0 +1,114 @@
+#include "haptic_bridge/realtime_thread.h"
+
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+namespace {
+
+// Telemetry drains at 60 Hz; two seconds of ticks outlast any of its hiccups.
+constexpr double kRingSeconds = 2;
+constexpr std::chrono::milliseconds kPortPoll{20};
+// The full report is for people: every 16th tick, so that its 3 KB cost nothing at 10 kHz.
+constexpr std::uint64_t kReportEvery = 16;
+
+}  // namespace
+
+RealtimeThread::RealtimeThread(const BridgeParameters& parameters)
+    : parameters_(parameters),
+      samples_(static_cast<std::size_t>(kRingSeconds * parameters.rate)),
+      thread_([this] { run(); }) {}
+
+RealtimeThread::~RealtimeThread() { stop(); }
+
+void RealtimeThread::stop() {
+  stop_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void RealtimeThread::set(Phase phase, const std::string& text) {
+  std::lock_guard<std::mutex> lock(text_mutex_);
+  (phase == Phase::kFailed ? failure_ : missing_) = text;
+  phase_ = phase;
+}
+
+std::unique_ptr<LoopSession> RealtimeThread::waitForPorts() {
+  const std::int64_t begin = steadyNow();
+  set(Phase::kWaiting, "");
+  while (!stop_) {
+    std::string missing;
+    auto session = LoopSession::open(parameters_, missing);
+    if (session) return session;
+    set(Phase::kWaiting, missing);
+    const double waited = 1e-9 * static_cast<double>(steadyNow() - begin);
+    if (parameters_.port_timeout > 0 && waited > parameters_.port_timeout) {
+      throw SetupError("the loop cannot start", missing, "load the nodelet that offers it into the same manager");
+    }
+    std::this_thread::sleep_for(kPortPoll);
+  }
+  return nullptr;
+}
+
+void RealtimeThread::run() {
+  const RealtimeReport setup = enterRealtime(parameters_.realtime);
+  {
+    std::lock_guard<std::mutex> lock(text_mutex_);
+    setup_ = setup;
+  }
+  try {
+    while (!stop_ && phase_ != Phase::kFinished) {
+      const auto session = waitForPorts();
+      if (session) tickUntilRecalled(*session);
+    }
+  } catch (const std::exception& error) {
+    set(Phase::kFailed, error.what());
+  }
+}
+
+void RealtimeThread::tickUntilRecalled(LoopSession& session) {
+  {
+    std::lock_guard<std::mutex> lock(text_mutex_);
+    device_names_ = session.deviceNames();
+    pointer_names_ = session.pointerNames();
+  }
+  set(Phase::kTicking, "");
+  const std::uint64_t limit = parameters_.tickLimit();
+  PeriodicWake wake(parameters_.rate);
+  const double h = wake.period();
+  TickSample sample;
+  wake.start();
+  while (!stop_.load(std::memory_order_relaxed) && !session.recalled() && (limit == 0 || ticks_ < limit)) {
+    if (session.dropsDevice()) session.dropRecalledDevices();
+    session.tick(wake.wait(), ticks_, h, sample);
+    samples_.push(sample);
+    if (ticks_ % kReportEvery == 0) last_tick_.write(session.report());
+    ++ticks_;
+  }
+  if (limit > 0 && ticks_ >= limit) set(Phase::kFinished, "");
+}
+
+std::string RealtimeThread::failure() const {
+  std::lock_guard<std::mutex> lock(text_mutex_);
+  return failure_;
+}
+
+std::string RealtimeThread::missing() const {
+  std::lock_guard<std::mutex> lock(text_mutex_);
+  return missing_;
+}
+
+RealtimeReport RealtimeThread::setup() const {
+  std::lock_guard<std::mutex> lock(text_mutex_);
+  return setup_;
+}
+
+std::vector<std::string> RealtimeThread::deviceNames() const {
+  std::lock_guard<std::mutex> lock(text_mutex_);
+  return device_names_;
+}
+
+std::vector<std::string> RealtimeThread::pointerNames() const {
+  std::lock_guard<std::mutex> lock(text_mutex_);
+  return pointer_names_;
+}
+
+}  // namespace haptic

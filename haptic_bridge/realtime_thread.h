@@ -1,0 +1,52 @@
+/// The thread that closes the loop: absolute deadlines, no ROS call, no lock while it ticks.
+#pragma once
+#include <atomic>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "haptic_bridge/loop_session.h"
+#include "haptic_core/base/latest_value.h"
+#include "haptic_core/base/record_ring.h"
+
+namespace haptic {
+
+class RealtimeThread {
+ public:
+  explicit RealtimeThread(const BridgeParameters& parameters);
+  ~RealtimeThread();  ///< stops at the next tick, with zero drive
+
+  void stop();
+
+  enum class Phase { kWaiting, kTicking, kFinished, kFailed };
+  Phase phase() const { return phase_; }
+  std::string failure() const;             ///< one line; empty unless kFailed
+  std::string missing() const;             ///< the port that is waited for
+  RealtimeReport setup() const;            ///< what the system allowed
+  std::vector<std::string> deviceNames() const;
+  std::vector<std::string> pointerNames() const;
+
+  RecordRing<TickSample>& samples() { return samples_; }   ///< one per tick; one reader
+  LatestValue<TickReport>& lastTick() { return last_tick_; }  ///< at the end of every 16th tick; one reader
+
+ private:
+  void run();
+  std::unique_ptr<LoopSession> waitForPorts();
+  void tickUntilRecalled(LoopSession& session);
+  void set(Phase phase, const std::string& text);
+
+  BridgeParameters parameters_;
+  RecordRing<TickSample> samples_;
+  LatestValue<TickReport> last_tick_;
+  std::atomic<bool> stop_{false};
+  std::atomic<Phase> phase_{Phase::kWaiting};
+  std::uint64_t ticks_ = 0;
+  mutable std::mutex text_mutex_;          ///< of what follows; never taken while ticking
+  std::string failure_, missing_;
+  RealtimeReport setup_;
+  std::vector<std::string> device_names_, pointer_names_;
+  std::thread thread_;
+};
+
+}  // namespace haptic

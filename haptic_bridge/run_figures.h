@@ -1,0 +1,50 @@
+/// The figures of a run: what the loop did, how long it took, how true it was. Definitions: one per line below.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "haptic_bridge/tick_sample.h"
+
+namespace haptic {
+
+/// Value at share `p` of `values` (nearest rank); NaN when empty. Reorders `values`.
+double percentile(std::vector<float>& values, double p);
+
+/// Times of some ticks [µs].
+struct TickTimes {
+  std::vector<float> tick, io, lateness;
+  void reserve(std::size_t ticks);
+  void add(const TickSample& sample);
+  void clear();
+};
+
+class RunFigures {
+ public:
+  /// Storage for `ticks` ticks is taken at once, so that a long run's memory does not grow.
+  explicit RunFigures(std::uint64_t ticks);
+
+  void add(const TickSample& sample);
+  void setNodeletsTogether(bool together) { nodelets_together_ = together; }
+
+  /// Lines `figure demo.NAME VALUE UNIT`.
+  std::string text();
+
+  std::uint64_t ticks() const { return ticks_; }
+  std::uint64_t missed() const { return missed_; }
+
+ private:
+  void addHand(const HandSample& hand);
+  void addEnergy(const EnergyLedger& energy);
+
+  TickTimes times_;
+  std::uint64_t ticks_ = 0, missed_ = 0, clamps_exceeded_ = 0;
+  double position_error_ = 0, rotation_error_ = 0;      // largest, inside the stated range [m], [rad]
+  double force_error2_ = 0, force2_ = 0, torque_error2_ = 0, torque2_ = 0;  // sums over presentable ticks
+  double contact_force_ = 0;                            // largest on a pointer [N]
+  bool energy_known_ = false;
+  double first_energy_ = 0, first_potential_ = 0, exchanged_ = 0, gain_ = 0;
+  bool nodelets_together_ = false;
+};
+
+}  // namespace haptic

@@ -1,0 +1,35 @@
+/// What the real-time thread tells telemetry about one tick.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "haptic_core/loop/haptic_loop.h"
+
+namespace haptic {
+
+/// One hand in one tick.
+struct HandSample {
+  Wrench F_asked_B, F_achieved_B;      ///< on the hand at G's origin, in B, after the device's limits
+  double pointer_force = 0;            ///< |force of the world on the pointer| [N]
+  double position_error = 0;           ///< |measured - true| grip position of a twin [m]; NaN: no twin
+  double rotation_error = 0;           ///< likewise [rad]
+  bool inside = false;                 ///< true grip within 30 mm and 0.5 rad of home: where the accuracy is stated
+  bool presentable = false;            ///< force is on, and some tensions within the bounds give the wrench exactly
+  bool over_clamp = false;             ///< a tension or the wrench left the device's bounds: must not happen
+};
+
+struct TickSample {
+  std::uint64_t tick = 0;              ///< index since the start
+  std::int64_t start_ns = 0;           ///< steady clock
+  std::int64_t tick_ns = 0;            ///< HapticLoop::tick, and the twin where there is one
+  std::int64_t io_ns = 0;              ///< the exchange with the devices
+  std::int64_t lateness_ns = 0;        ///< start after the deadline
+  int lost_periods = 0;                ///< > 0: the tick counts as missed
+  bool paused = false;
+  double simulated_time = 0;           ///< [s]
+  int hands = 0;
+  std::array<HandSample, kMaxHands> hand;
+  StepReport step;
+};
+
+}  // namespace haptic

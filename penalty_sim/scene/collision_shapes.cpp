@@ -1,0 +1,185 @@
+#include "scene/collision_shapes.h"
+
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+#include "haptic_core/geometry/mesh_to_convex.h"
+#include "haptic_core/geometry/shapes.h"
+#include "scene/mesh_file.h"
+#include "scene/resource_path.h"
+
+namespace haptic {
+namespace {
+
+/// Facets of a round shape when the scene does not say: the surface error is 0.5 % of the radius for a
+/// cylinder and about 3 % for a sphere of 162 vertices; finer ones cost contact time in proportion to the
+/// facets in touch.
+constexpr int kSegments = 32;
+constexpr int kSubdivision = 2;
+
+struct Refinement {
+  int segments = kSegments, subdivision = kSubdivision;
+};
+
+Refinement readRefinement(const XmlFile& file, const XmlElement& collision) {
+  Refinement refinement;
+  const XmlElement* shape = collision.FirstChildElement("haptic:shape");
+  if (!shape) return refinement;
+  refuseUnknownAttributes(file, *shape, {"segments", "subdivision"});
+  const double segments = readNumber(file, *shape, "segments").value_or(kSegments);
+  const double subdivision = readNumber(file, *shape, "subdivision").value_or(kSubdivision);
+  if (segments != std::floor(segments) || segments < 3 || segments > 256) {
+    throw SetupError(file.at(*shape) + ": <haptic:shape>", "segments is no whole number of 3…256",
+                     "write e.g. 64");
+  }
+  if (subdivision != std::floor(subdivision) || subdivision < 0 || subdivision > 5) {
+    throw SetupError(file.at(*shape) + ": <haptic:shape>", "subdivision is no whole number of 0…5",
+                     "write e.g. 3");
+  }
+  refinement.segments = static_cast<int>(segments);
+  refinement.subdivision = static_cast<int>(subdivision);
+  return refinement;
+}
+
+double positive(const XmlFile& file, const XmlElement& shape, const char* attribute,
+                const std::string& where) {
+  const auto value = readNumber(file, shape, attribute);
+  if (!value)
+    throw SetupError(where, std::string("<") + shape.Name() + "> has no " + attribute, "give it in metres");
+  if (*value <= 0) {
+    throw SetupError(where,
+                     std::string("<") + shape.Name() + "> has " + attribute + " " + std::to_string(*value),
+                     "write a size > 0 in metres");
+  }
+  return *value;
+}
+
+std::string tessellationText(const TessellationReport& report, int vertices) {
+  std::ostringstream text;
+  text << vertices << " vertices, surface within " << report.surface_error * 1e3 << " mm, volume "
+       << report.volume_error * 100 << " % small";
+  return text.str();
+}
+
+using Shape = std::shared_ptr<const ConvexPolyhedron>;
+
+/// Hull of two tessellated spheres: exact where the spheres' vertices are.
+ConvexPolyhedron makeCapsule(double radius, double length, int subdivision, const std::string& name,
+                             TessellationReport* report) {
+  const ConvexPolyhedron sphere = makeSphere(radius, subdivision, RoundFit::kInscribed, name, report);
+  std::vector<Vector3> points;
+  for (const Vector3& v : sphere.vertices()) {
+    if (v.z() > -1e-9 * radius) points.push_back(v + Vector3(0, 0, 0.5 * length));
+    if (v.z() < 1e-9 * radius) points.push_back(v - Vector3(0, 0, 0.5 * length));
+  }
+  return ConvexPolyhedron::hull(points, name);
+}
+
+void measure(ShapePieces& shape) {
+  Vector3 lower = Vector3::Constant(INFINITY), upper = -lower;
+  for (const Shape& piece : shape.pieces) {
+    lower = lower.cwiseMin(piece->aabb().lower);
+    upper = upper.cwiseMax(piece->aabb().upper);
+  }
+  shape.half_extent = 0.5 * (upper - lower).minCoeff();
+}
+
+}  // namespace
+
+ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, const XmlElement& collision,
+                                  std::vector<std::string>& warnings) {
+  const XmlFile& file = robot.xml;
+  const std::string where = file.at(collision) + ": link '" + link.name + "'";
+  const XmlElement* geometry = collision.FirstChildElement("geometry");
+  const XmlElement* shape = geometry ? geometry->FirstChildElement() : nullptr;
+  if (!shape)
+    throw SetupError(where, "its <collision> has no shape in <geometry>",
+                     "give it a box, cylinder, sphere or mesh");
+  const std::string kind = shape->Name();
+  const Refinement refinement = readRefinement(file, collision);
+  if (kind == "mesh") return makeMesh(robot, where, *shape, warnings);
+  ShapePieces made;
+  std::ostringstream text;
+  TessellationReport report;
+  if (kind == "box") {
+    const auto size = readVector(file, *shape, "size");
+    if (!size) throw SetupError(where, "<box> has no size", "give size=\"x y z\" in metres");
+    if (size->minCoeff() <= 0)
+      throw SetupError(where, "<box> has a size that is not > 0", "write three sizes > 0 in metres");
+    made.pieces.push_back(std::make_shared<ConvexPolyhedron>(makeBox(*size, where)));
+    text << "box " << size->x() << " × " << size->y() << " × " << size->z() << " m";
+  } else if (kind == "sphere") {
+    const double radius = positive(file, *shape, "radius", where);
+    made.pieces.push_back(std::make_shared<ConvexPolyhedron>(
+        makeSphere(radius, refinement.subdivision, RoundFit::kInscribed, where, &report)));
+    text << "sphere r " << radius << " m (" << tessellationText(report, made.pieces[0]->vertexCount()) << ")";
+  } else if (kind == "cylinder") {
+    const double radius = positive(file, *shape, "radius", where),
+                 length = positive(file, *shape, "length", where);
+    made.pieces.push_back(std::make_shared<ConvexPolyhedron>(
+        makeCylinder(radius, length, refinement.segments, RoundFit::kInscribed, where, &report)));
+    text << "cylinder r " << radius << " l " << length << " m ("
+         << tessellationText(report, made.pieces[0]->vertexCount()) << ")";
+  } else if (kind == "capsule" || kind == "drake:capsule") {
+    const double radius = positive(file, *shape, "radius", where),
+                 length = positive(file, *shape, "length", where);
+    made.pieces.push_back(std::make_shared<ConvexPolyhedron>(
+        makeCapsule(radius, length, refinement.subdivision, where, &report)));
+    text << "capsule r " << radius << " l " << length << " m (" << made.pieces[0]->vertexCount()
+         << " vertices)";
+  } else {
+    throw SetupError(where, "its collision shape <" + kind + "> is not supported",
+                     "use box, cylinder, sphere, capsule or mesh");
+  }
+  measure(made);
+  made.text = text.str();
+  return made;
+}
+
+ShapePieces CollisionShapes::makeMesh(const RobotFile& robot, const std::string& where,
+                                      const XmlElement& mesh, std::vector<std::string>& warnings) {
+  const char* uri = mesh.Attribute("filename");
+  if (!uri || !*uri) throw SetupError(where, "<mesh> has no filename", "give filename=\"package://...\"");
+  const std::string path = resolveResource(uri, robot.xml.path());
+  if (path.empty()) {
+    throw SetupError(where, std::string("mesh ") + uri + " is not found",
+                     "set ROS_PACKAGE_PATH, or put the package beside the file or above it");
+  }
+  const Vector3 scale = readVector(robot.xml, mesh, "scale").value_or(Vector3::Ones());
+  if (scale.cwiseAbs().minCoeff() <= 0)
+    throw SetupError(where, "<mesh> has a scale of 0", "write three factors ≠ 0");
+  std::ostringstream key;
+  key.precision(17);
+  key << path << " " << scale.transpose();
+  const auto known = meshes_.find(key.str());
+  if (known != meshes_.end()) return known->second;
+  ConvexSettings settings;
+  settings.name = where + ": mesh " + path;
+  ConvexReport report;
+  ShapePieces made;
+  const TriangleMesh triangles = readMesh(path, scale, where);
+  try {
+    made.pieces = convexPieces(triangles, settings, report);
+  } catch (const SetupError& refused) {
+    // Published meshes have holes and stray faces that no decomposition takes; a hull is safe to touch.
+    made.pieces = {
+        std::make_shared<ConvexPolyhedron>(ConvexPolyhedron::hull(triangles.vertices, settings.name))};
+    warnings.push_back(std::string(refused.what()) + "; its hull is used");
+  }
+  int vertices = 0;
+  for (const Shape& piece : made.pieces) vertices += piece->vertexCount();
+  std::ostringstream text;
+  text << "mesh " << std::filesystem::path(path).filename().string() << ": ";
+  if (report.decomposed)
+    text << report.pieces << " convex pieces";
+  else
+    text << "hull";
+  text << ", " << report.hull_distance * 1e3 << " mm from the mesh at most, " << vertices << " vertices";
+  made.text = text.str();
+  measure(made);
+  meshes_.emplace(key.str(), made);
+  return made;
+}
+
+}  // namespace haptic

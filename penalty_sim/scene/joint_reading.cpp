@@ -1,0 +1,171 @@
+#include "scene/joint_reading.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <sstream>
+
+#include "scene/link_inertia.h"
+
+namespace haptic {
+namespace {
+
+/// A limit that robot_check wrote where the file has none.
+constexpr double kNoLimit = 1e9;
+
+constexpr double kHoldFrequency = 5;  ///< [Hz]; see holdJoints
+
+JointType typeOf(const RobotFile& robot, const JointXml& xml) {
+  if (isSpherical(xml)) return JointType::kSpherical;
+  if (xml.type == "revolute" || xml.type == "continuous") return JointType::kRevolute;
+  if (xml.type == "prismatic") return JointType::kPrismatic;
+  if (xml.type == "planar") return JointType::kPlanar;
+  if (xml.type == "floating") return JointType::kFloating;
+  if (xml.type == "fixed") return JointType::kFixed;
+  throw SetupError(robot.at(xml), "type '" + xml.type + "' is unknown", "");
+}
+
+double bounded(double limit) {
+  return std::abs(limit) >= kNoLimit ? std::copysign(INFINITY, limit) : limit;
+}
+
+void readLimits(const RobotFile& robot, const JointXml& xml, JointDef& joint) {
+  const XmlElement* limit = xml.element->FirstChildElement("limit");
+  if (!limit) return;
+  if (xml.type == "revolute" || xml.type == "prismatic") {
+    joint.lower = bounded(readNumber(robot.xml, *limit, "lower").value_or(0));
+    joint.upper = bounded(readNumber(robot.xml, *limit, "upper").value_or(0));
+  }
+  joint.max_effort = bounded(*readNumber(robot.xml, *limit, "effort"));
+  joint.max_velocity = bounded(*readNumber(robot.xml, *limit, "velocity"));
+}
+
+void readExtension(const RobotFile& robot, const JointXml& xml, JointDef& joint,
+                   std::optional<double>& position) {
+  if (!xml.extension) return;
+  const XmlElement& tag = *xml.extension;
+  refuseUnknownAttributes(
+      robot.xml, tag,
+      {"type", "position", "velocity", "linear", "angular", "drive", "drive_stiffness", "drive_damping"});
+  if (const char* type = tag.Attribute("type")) {
+    if (std::strcmp(type, "spherical") != 0 || xml.type != "floating") {
+      throw SetupError(robot.at(xml),
+                       std::string("<haptic:joint type=\"") + type + "\"> on a " + xml.type + " joint",
+                       "only type=\"spherical\" on a floating joint is known");
+    }
+  }
+  position = readNumber(robot.xml, tag, "position");
+  joint.velocity = readNumber(robot.xml, tag, "velocity").value_or(0);
+  if (const char* drive = tag.Attribute("drive")) {
+    const std::string name = drive;
+    if (name == "none")
+      joint.drive = JointDef::Drive::kNone;
+    else if (name == "effort")
+      joint.drive = JointDef::Drive::kEffort;
+    else if (name == "velocity")
+      joint.drive = JointDef::Drive::kVelocity;
+    else if (name == "position")
+      joint.drive = JointDef::Drive::kPosition;
+    else
+      throw SetupError(robot.at(xml), "drive '" + name + "' is unknown",
+                       "known: none, effort, velocity, position");
+  }
+  joint.drive_stiffness = readNumber(robot.xml, tag, "drive_stiffness").value_or(0);
+  joint.drive_damping = readNumber(robot.xml, tag, "drive_damping").value_or(0);
+  if (joint.drive_stiffness < 0 || joint.drive_damping < 0) {
+    throw SetupError(robot.at(xml), "its drive has a negative stiffness or damping", "write values ≥ 0");
+  }
+}
+
+/// Inertia of everything beyond joint `first` about its axis, at the initial pose; mass for a sliding joint.
+double inertiaBeyond(const ArticulationDef& articulation, const std::vector<Pose>& X_WL, std::size_t first) {
+  std::vector<bool> beyond(articulation.links.size(), false);
+  beyond[first] = true;
+  double sum = 0;
+  const JointDef& joint = articulation.links[first].joint;
+  const Vector3 axis_W = X_WL[first].R * joint.axis;  // the axis is the same in J and in the child's frame
+  for (std::size_t i = first; i < articulation.links.size(); ++i) {
+    const LinkDef& link = articulation.links[i];
+    if (i != first) beyond[i] = link.parent >= 0 && beyond[link.parent];
+    if (!beyond[i]) continue;
+    if (joint.type == JointType::kPrismatic) {
+      sum += link.inertia.mass;
+    } else {
+      const Vector3 arm = (X_WL[i] * link.inertia.p_LC - X_WL[first].p).cross(axis_W);
+      sum += axis_W.dot(X_WL[i].R * link.inertia.I_C * X_WL[i].R.transpose() * axis_W) +
+             link.inertia.mass * arm.squaredNorm();
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+bool isSpherical(const JointXml& joint) {
+  return joint.extension && joint.extension->Attribute("type", "spherical") != nullptr;
+}
+
+JointDef readJoint(const RobotFile& robot, const JointXml& xml, const ModelSettings& settings,
+                   std::vector<std::string>& warnings) {
+  JointDef joint;
+  joint.name = settings.prefix + xml.name;
+  joint.type = typeOf(robot, xml);
+  const urdf::JointConstSharedPtr model = robot.model->getJoint(xml.name);
+  const bool has_axis = joint.type == JointType::kRevolute || joint.type == JointType::kPrismatic ||
+                        joint.type == JointType::kPlanar;
+  if (has_axis) joint.axis = Vector3(model->axis.x, model->axis.y, model->axis.z).normalized();
+  readLimits(robot, xml, joint);
+  if (model->dynamics) {
+    joint.damping = model->dynamics->damping;
+    joint.friction = model->dynamics->friction;
+  }
+  std::optional<double> position;
+  readExtension(robot, xml, joint, position);
+  const auto set = settings.joints.find(xml.name);
+  if (set != settings.joints.end()) position = set->second;
+  joint.position = std::clamp(position.value_or(0), joint.lower, joint.upper);
+  if (position && joint.position != *position) {
+    std::ostringstream text;
+    text << robot.at(xml) << ": initial position " << *position << " is outside its limits; starts at "
+         << joint.position;
+    warnings.push_back(text.str());
+  }
+  return joint;
+}
+
+Twist readInitialTwist(const RobotFile& robot, const JointXml& xml) {
+  Twist V;
+  if (!xml.extension) return V;
+  V.angular = readVector(robot.xml, *xml.extension, "angular").value_or(Vector3::Zero());
+  V.linear = readVector(robot.xml, *xml.extension, "linear").value_or(Vector3::Zero());
+  if (xml.type != "floating" && (!V.angular.isZero() || !V.linear.isZero())) {
+    throw SetupError(robot.at(xml), "linear and angular are for floating joints", "take them out");
+  }
+  return V;
+}
+
+void holdJoints(ArticulationDef& articulation, std::vector<std::string>& notes) {
+  const std::vector<Pose> X_WL = initialPoses(articulation);
+  int held = 0, joints = 0;
+  for (std::size_t i = 0; i < articulation.links.size(); ++i) {
+    JointDef& joint = articulation.links[i].joint;
+    const bool scalar = joint.type == JointType::kRevolute || joint.type == JointType::kPrismatic;
+    if (!scalar) continue;
+    ++joints;
+    const bool driven = std::isfinite(joint.max_effort) && joint.max_effort > 0;
+    if (!driven || joint.mimic_joint >= 0 || joint.drive != JointDef::Drive::kNone) continue;
+    const double inertia = inertiaBeyond(articulation, X_WL, i), omega = 2 * M_PI * kHoldFrequency;
+    joint.drive = JointDef::Drive::kPosition;
+    joint.drive_stiffness = inertia * omega * omega;
+    joint.drive_damping = 2 * inertia * omega;
+    ++held;
+  }
+  if (joints == 0) return;
+  std::ostringstream text;
+  text << "'" << articulation.name << "': " << held << " of " << joints
+       << " joints have a drive and hold their initial position (PD of " << kHoldFrequency
+       << " Hz, critically damped, within the effort limits); drive: free in a scene list lets them go";
+  notes.push_back(text.str());
+}
+
+}  // namespace haptic

@@ -1,0 +1,26 @@
+/// A URDF joint as the world's joint: type, axis, limits, dynamics, initial position, drive.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "scene/robot_tree.h"
+
+namespace haptic {
+
+/// True for type="floating" with <haptic:joint type="spherical"/>.
+bool isSpherical(const JointXml& joint);
+
+/// Everything but X_PJ and mimic. The initial position is the one that the scene or <haptic:joint position=>
+/// gives, otherwise the value nearest zero within the limits. Throws SetupError.
+JointDef readJoint(const RobotFile& robot, const JointXml& xml, const ModelSettings& settings,
+                   std::vector<std::string>& warnings);
+
+/// <haptic:joint angular= linear=> of a floating joint: initial twist in W.
+Twist readInitialTwist(const RobotFile& robot, const JointXml& xml);
+
+/// Joints with an effort limit > 0 hold their initial position by a PD of 5 Hz, critically damped for the
+/// inertia that hangs on them at the start: stiff enough to stand up to gravity, soft enough to give way to a
+/// hand.
+void holdJoints(ArticulationDef& articulation, std::vector<std::string>& notes);
+
+}  // namespace haptic

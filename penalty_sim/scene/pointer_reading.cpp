@@ -1,0 +1,206 @@
+#include "scene/pointer_reading.h"
+
+#include <cmath>
+
+#include "haptic_core/geometry/shapes.h"
+#include "scene/scene_extension.h"
+
+namespace haptic {
+namespace {
+
+// The stand-in pointer: a fingertip-sized ball.
+constexpr double kRadius = 0.005;  ///< [m], a sphere of 10 mm
+constexpr double kClearance =
+    0.005;  ///< [m] between it and the surface at the start: no force when the loop closes
+constexpr double kPress =
+    0.006;  ///< [m] that the scripted hand goes beyond the surface: 3 N at a hand's 500 N/m
+constexpr double kSlide = 0.008;  ///< [m] to either side; stays on a fingertip
+constexpr double kMass = 0.05;    ///< [kg], of a finger; only a virtual coupling feels it
+/// A minute of pressing and sliding, longer than any demo asks for.
+constexpr int kRepeat = 10;
+
+std::vector<HandKey> pressAndSlide() {
+  const double down = -(kClearance + kPress);
+  const auto key = [](double t, double x, double y, double z) {
+    return HandKey{t, Vector3(x, y, z), Vector3::Zero(), 0};
+  };
+  return {key(0.5, 0, 0, 0),         key(1.5, 0, 0, down),       key(2.2, 0, 0, down),
+          key(3.0, kSlide, 0, down), key(4.0, -kSlide, 0, down), key(4.6, 0, kSlide, down),
+          key(5.2, 0, 0, down),      key(6.0, 0, 0, 0)};
+}
+
+HandPath repeated(const HandPath& path, int times) {
+  HandPath all;
+  for (int i = 0; i < times; ++i) {
+    for (HandKey key : path.keys) {
+      key.time += i * path.duration();
+      all.keys.push_back(key);
+    }
+  }
+  return all;
+}
+
+/// The highest point of all shapes: the middle of the vertices within 1 mm below the top of the highest one.
+Vector3 highestPoint(const WorldDef& world, std::string& name) {
+  constexpr double kBand = 1e-3;  // wide enough that the rim of a tessellated top counts as one
+  double top = -INFINITY;
+  Vector3 point = Vector3::Zero();
+  for (const ArticulationDef& articulation : world.articulations) {
+    const std::vector<Pose> X_WL = initialPoses(articulation);
+    for (std::size_t i = 0; i < articulation.links.size(); ++i) {
+      for (const CollisionDef& collision : articulation.links[i].collisions) {
+        const Pose X_WS = X_WL[i] * collision.X_LS;
+        const double height = collision.shape->aabb(X_WS).upper.z();
+        if (!(height > top)) continue;
+        top = height;
+        name = articulation.links[i].name;
+        Vector3 sum = Vector3::Zero();
+        int count = 0;
+        for (const Vector3& v : collision.shape->vertices()) {
+          const Vector3 p_W = X_WS * v;
+          if (p_W.z() < height - kBand) continue;
+          sum += p_W;
+          ++count;
+        }
+        point = count > 0 ? Vector3(sum / count) : X_WS * collision.shape->centre();
+        point.z() = height;
+      }
+    }
+  }
+  return point;
+}
+
+void checkPath(const HandPath& path, const std::string& where) {
+  for (std::size_t i = 1; i < path.keys.size(); ++i) {
+    if (!(path.keys[i].time > path.keys[i - 1].time)) {
+      throw SetupError(where, "its waypoints are not in the order of time",
+                       "let time rise from one to the next");
+    }
+  }
+}
+
+}  // namespace
+
+PointerCoupling::Mode couplingMode(const std::string& name, const std::string& where) {
+  if (name == "direct") return PointerCoupling::Mode::kDirect;
+  if (name == "virtual") return PointerCoupling::Mode::kVirtual;
+  throw SetupError(where, "coupling '" + name + "' is unknown", "known: direct, virtual");
+}
+
+void addPointer(const PointerSettings& settings, LoadContext& context) {
+  const std::string& where = settings.where;
+  WorldDef& world = context.scene.world;
+  const FramePlace& frame = settings.frame;
+  if (frame.articulation < 0)
+    throw SetupError(where, "the world cannot be a pointer", "name a link that moves");
+  const ArticulationDef& articulation = world.articulations[frame.articulation];
+  const LinkDef& link = articulation.links[frame.link];
+  if (link.joint.type == JointType::kFixed) {
+    throw SetupError(where, "link '" + link.name + "' is fixed",
+                     "a pointer needs a joint that moves, e.g. floating");
+  }
+  for (const HandDef& other : context.scene.hands) {
+    if (other.device == settings.device)
+      throw SetupError(where, "device '" + settings.device + "' has a pointer already",
+                       "name another device");
+  }
+  for (const double scale : {settings.scale, settings.force_scale}) {
+    if (!(scale > 0) || !std::isfinite(scale))
+      throw SetupError(where, "a scale is not > 0", "write a finite scale > 0");
+  }
+  const PointerCoupling& c = settings.coupling;
+  for (const double value : {c.stiffness, c.damping, c.rotational_stiffness, c.rotational_damping}) {
+    if (!(value >= 0) || !std::isfinite(value))
+      throw SetupError(where, "a coupling value is negative", "write values ≥ 0");
+  }
+  checkPath(settings.path, where);
+  HandDef hand;
+  hand.device = settings.device;
+  hand.pointer = static_cast<int>(world.pointers.size());
+  hand.workspace.scale = settings.scale;
+  hand.workspace.X_WB = settings.X_WB ? *settings.X_WB : initialPoses(articulation)[frame.link];
+  hand.force_scale = settings.force_scale;
+  hand.path = repeated(settings.path.keys.empty() ? handPath("touch_cube") : settings.path, settings.repeat);
+  context.scene.hands.push_back(hand);
+  world.pointers.push_back({settings.device, frame.articulation, frame.link, settings.coupling});
+}
+
+void readPointer(const RobotFile& robot, const XmlElement& tag, const ModelSettings& model,
+                 LoadContext& context) {
+  PointerSettings settings;
+  const XmlFile& file = robot.xml;
+  settings.where = file.at(tag) + ": <haptic:pointer>";
+  refuseUnknownAttributes(file, tag,
+                          {"link", "device", "scale", "force_scale", "coupling", "stiffness", "damping",
+                           "rotational_stiffness", "rotational_damping", "xyz", "rpy", "path", "repeat"});
+  settings.frame = findFrame(context, model.prefix + readName(file, tag, "link"), settings.where);
+  if (tag.Attribute("device")) settings.device = readName(file, tag, "device");
+  settings.scale = readNumber(file, tag, "scale").value_or(1);
+  settings.force_scale = readNumber(file, tag, "force_scale").value_or(1);
+  if (tag.Attribute("coupling"))
+    settings.coupling.mode = couplingMode(tag.Attribute("coupling"), settings.where);
+  PointerCoupling& c = settings.coupling;
+  c.stiffness = readNumber(file, tag, "stiffness").value_or(c.stiffness);
+  c.damping = readNumber(file, tag, "damping").value_or(c.damping);
+  c.rotational_stiffness = readNumber(file, tag, "rotational_stiffness").value_or(c.rotational_stiffness);
+  c.rotational_damping = readNumber(file, tag, "rotational_damping").value_or(c.rotational_damping);
+  if (tag.Attribute("xyz") || tag.Attribute("rpy")) settings.X_WB = model.X_WM * readPose(file, tag);
+  if (tag.Attribute("path")) settings.path = handPath(tag.Attribute("path"));
+  const double repeat = readNumber(file, tag, "repeat").value_or(1);
+  if (repeat < 1 || repeat > 1000 || repeat != std::floor(repeat)) {
+    throw SetupError(settings.where, "repeat is no whole number of 1…1000", "write e.g. 6");
+  }
+  settings.repeat = static_cast<int>(repeat);
+  for (const XmlElement* point = tag.FirstChildElement("haptic:waypoint"); point;
+       point = point->NextSiblingElement("haptic:waypoint")) {
+    refuseUnknownAttributes(file, *point, {"time", "xyz", "rotation", "opening"});
+    const auto time = readNumber(file, *point, "time");
+    if (!time) throw SetupError(file.at(*point) + ": <haptic:waypoint>", "has no time", "give it in seconds");
+    settings.path.keys.push_back({*time, readVector(file, *point, "xyz").value_or(Vector3::Zero()),
+                                  readVector(file, *point, "rotation").value_or(Vector3::Zero()),
+                                  readNumber(file, *point, "opening").value_or(0)});
+  }
+  addPointer(settings, context);
+}
+
+void addDefaultPointer(LoadContext& context) {
+  std::string below;
+  const Vector3 surface = highestPoint(context.scene.world, below);
+  const std::string name = context.frames.count("pointer") ? "haptic_pointer" : "pointer";
+  ArticulationDef articulation;
+  articulation.name = name;
+  articulation.X_WA = Pose(surface + Vector3(0, 0, kRadius + kClearance));
+  LinkDef link;
+  link.name = name;
+  link.joint.name = name + "_joint";
+  link.joint.type = JointType::kFloating;
+  link.inertia = {kMass, Vector3::Zero(), 0.4 * kMass * kRadius * kRadius * Matrix3::Identity()};
+  CollisionDef collision;
+  collision.name = name + "/sphere";
+  collision.shape = std::make_shared<ConvexPolyhedron>(makeSphere(kRadius, 2, RoundFit::kEqualVolume, name));
+  collision.material_source = "default";
+  link.collisions.push_back(collision);
+  articulation.links.push_back(link);
+  const int index = static_cast<int>(context.scene.world.articulations.size());
+  context.scene.world.articulations.push_back(articulation);
+  context.places.push_back({context.scene.file + ": added pointer"});
+  context.frames[name] = {index, 0, Pose()};
+  VisualDef visual;
+  visual.articulation = index;
+  visual.link = 0;
+  visual.name = name;
+  visual.shape = VisualShape::kSphere;
+  visual.size = Vector3::Constant(2 * kRadius);
+  visual.colour = {0.9f, 0.4f, 0.1f, 1.0f};
+  context.scene.visuals.push_back(visual);
+  PointerSettings settings;
+  settings.where = context.scene.file;
+  settings.frame = context.frames[name];
+  settings.path.keys = pressAndSlide();
+  settings.repeat = kRepeat;
+  addPointer(settings, context);
+  context.scene.notes.push_back("the scene names no pointer: a sphere of 10 mm starts 5 mm above " +
+                                (below.empty() ? "the origin" : "'" + below + "'") + ", the highest surface");
+}
+
+}  // namespace haptic

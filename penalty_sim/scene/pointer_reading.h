@@ -1,0 +1,37 @@
+/// The links that hands move: <haptic:pointer>, and the sphere that stands in where a scene names none.
+#pragma once
+#include <optional>
+#include <string>
+
+#include "scene/robot_tree.h"
+
+namespace haptic {
+
+/// Reads one <haptic:pointer link= device= ...> and its waypoints (grip poses in the device's base, times
+/// ascending).
+void readPointer(const RobotFile& robot, const XmlElement& tag, const ModelSettings& settings,
+                 LoadContext& context);
+
+/// What a hand needs to know about its pointer, filled from attributes of a tag or entries of a list.
+struct PointerSettings {
+  std::string where;  ///< file and line, for errors
+  std::string device = "spidar";
+  FramePlace frame;  ///< of the link that the hand moves
+  PointerCoupling coupling;
+  double scale = 1, force_scale = 1;
+  std::optional<Pose> X_WB;  ///< device base; nothing: the grip's home is the pointer's initial pose
+  HandPath path;
+  int repeat = 1;  ///< the path is run this often, one after the other
+};
+
+/// Adds pointer and hand. Throws SetupError: a merged or held link, a device twice, values out of range.
+void addPointer(const PointerSettings& settings, LoadContext& context);
+
+/// Coupling by name: direct or virtual. Throws SetupError.
+PointerCoupling::Mode couplingMode(const std::string& name, const std::string& where);
+
+/// Adds a sphere of 10 mm as pointer, clear of all collisions, above the highest surface, and a path that
+/// presses there and slides. For scenes that name no pointer.
+void addDefaultPointer(LoadContext& context);
+
+}  // namespace haptic

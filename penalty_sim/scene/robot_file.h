@@ -1,0 +1,61 @@
+/// A URDF file: urdfdom's model, and a second reading of the XML for what urdfdom drops (line numbers,
+/// haptic: tags, contact properties, collisions of shapes it does not know).
+#pragma once
+#include <urdf_model/model.h>
+#include <urdf_world/types.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scene/xml_file.h"
+
+namespace haptic {
+
+struct LinkXml {
+  std::string name;
+  XmlElement* element = nullptr;
+  std::vector<XmlElement*> collisions;
+  std::vector<int> child_joints;  ///< indices in RobotFile::joints, in the order of the file
+  int parent_joint = -1;          ///< -1: the root
+};
+
+struct JointXml {
+  std::string name, type;
+  XmlElement* element = nullptr;
+  XmlElement* extension = nullptr;  ///< <haptic:joint>, when there is one
+  int parent = -1, child = -1;      ///< indices in RobotFile::links
+};
+
+/// A checked robot: one root, no loop, no name twice, every joint's data finite and sensible.
+struct RobotFile {
+  explicit RobotFile(const std::string& path) : xml(path) {}
+
+  XmlFile xml;
+  std::string name;
+  std::vector<LinkXml> links;
+  std::vector<JointXml> joints;
+  int root = -1;
+  urdf::ModelInterfaceSharedPtr model;  ///< urdfdom's reading, without collisions
+  std::vector<std::string> warnings;
+
+  std::string at(const LinkXml& link) const { return xml.at(*link.element) + ": link '" + link.name + "'"; }
+  std::string at(const JointXml& joint) const {
+    return xml.at(*joint.element) + ": joint '" + joint.name + "'";
+  }
+  int linkIndex(const std::string& link) const;  ///< -1 when there is none
+  int jointIndex(const std::string& joint) const;
+};
+
+/// Reads and checks `path`. Throws SetupError naming file, line, link or joint.
+std::unique_ptr<RobotFile> readRobot(const std::string& path);
+
+/// Checks every joint's axis, limits, dynamics and mimic, and fills in what URDF makes optional but urdfdom
+/// demands. Throws SetupError; what can be mended is mended with a warning.
+void checkJoints(RobotFile& robot);
+
+/// Checks that every <inertial> is complete and finite, fills in what urdfdom demands. Throws SetupError.
+void checkInertials(RobotFile& robot);
+
+}  // namespace haptic

@@ -1,0 +1,330 @@
+#include "scene/robot_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <sstream>
+
+#include "scene/contact_properties.h"
+#include "scene/joint_reading.h"
+#include "scene/link_inertia.h"
+#include "scene/link_visuals.h"
+#include "scene/scene_extension.h"
+
+namespace haptic {
+namespace {
+
+/// More links than any published robot by far; beyond it the file is something else, and trees here are
+/// walked whole.
+constexpr std::size_t kMaxLinks = 2000;
+
+class TreeBuilder {
+ public:
+  TreeBuilder(const RobotFile& robot, const ModelSettings& settings, const SceneOptions& options,
+              LoadContext& context)
+      : robot_(robot), settings_(settings), options_(options), context_(context), contact_(robot) {}
+
+  void build();
+
+ private:
+  /// A URDF link to be placed: at X_LM in link `link`, or as a new link when `joint` moves.
+  struct Visit {
+    int xml_link, joint;
+    int parent;  ///< link of the articulation that is being built
+    Pose X_PM;   ///< of the joint frame in it
+  };
+  struct Root {
+    int xml_link, joint;  ///< joint -1: the model's own root
+    Pose X_WA;
+  };
+
+  bool isWorld(int xml_link) const;
+  bool isPublishedRobot() const;
+  void startArticulation(const Root& root);
+  void grow(int xml_link, int articulation);
+  int addLink(int articulation, int parent, int xml_link, const JointDef& joint);
+  void place(int xml_link, int articulation, int link, const Pose& X_LM);
+  void addCollisions(const LinkXml& link, CollisionReport& report, const Pose& X_LM, LinkDef& target);
+  void finish(int articulation);
+  void resolveMimics(ArticulationDef& articulation);
+  const ArticulationDef& current(int articulation) const {
+    return context_.scene.world.articulations[articulation];
+  }
+
+  const RobotFile& robot_;
+  const ModelSettings& settings_;
+  const SceneOptions& options_;
+  LoadContext& context_;
+  ContactProperties contact_;
+  std::vector<Root> pending_;              ///< subtrees that start articulations of their own
+  std::vector<bool> has_inertial_;         ///< per link of the articulation that is being built
+  std::map<std::string, int> joint_link_;  ///< URDF joint -> link of the articulation that is being built
+};
+
+/// A link named world stands for W; so does an empty root from which something floats.
+bool TreeBuilder::isWorld(int xml_link) const {
+  const LinkXml& link = robot_.links[xml_link];
+  if (link.name == "world") return true;
+  if (link.element->FirstChildElement("inertial") || !link.collisions.empty()) return false;
+  return std::any_of(link.child_joints.begin(), link.child_joints.end(), [&](int j) {
+    return robot_.joints[j].type == "floating" && !isSpherical(robot_.joints[j]);
+  });
+}
+
+bool TreeBuilder::isPublishedRobot() const {
+  if (hasExtension(*robot_.xml.root())) return false;
+  const auto& joints = robot_.links[robot_.root].child_joints;
+  return !isWorld(robot_.root) ||
+         std::all_of(joints.begin(), joints.end(), [&](int j) { return robot_.joints[j].type == "fixed"; });
+}
+
+void TreeBuilder::build() {
+  if (robot_.links.size() > kMaxLinks) {
+    throw SetupError(robot_.xml.path(),
+                     "has " + std::to_string(robot_.links.size()) + " links; 2000 are allowed",
+                     "split the scene");
+  }
+  context_.scene.joints += static_cast<int>(robot_.joints.size());
+  for (const std::string& warning : robot_.warnings) context_.scene.warnings.push_back(warning);
+  const LinkXml& root = robot_.links[robot_.root];
+  if (isWorld(robot_.root)) {
+    if (settings_.floating) {
+      throw SetupError(robot_.at(root), "the base is to float, but the file fixes its bodies to the world",
+                       "take \"base: floating\" out");
+    }
+    context_.frames[settings_.prefix + root.name] = {-1, -1, settings_.X_WM};
+    if (!root.collisions.empty() || root.element->FirstChildElement("visual")) {
+      pending_.push_back({robot_.root, -1, settings_.X_WM});
+    }
+    for (int j : root.child_joints) {
+      pending_.push_back(
+          {robot_.joints[j].child, j, settings_.X_WM * readOrigin(robot_.xml, *robot_.joints[j].element)});
+    }
+  } else {
+    pending_.push_back({robot_.root, -1, settings_.X_WM});
+  }
+  for (std::size_t i = 0; i < pending_.size(); ++i) startArticulation(Root(pending_[i]));
+}
+
+void TreeBuilder::startArticulation(const Root& root) {
+  const int index = static_cast<int>(context_.scene.world.articulations.size());
+  context_.scene.world.articulations.emplace_back();
+  context_.places.emplace_back();
+  has_inertial_.clear();
+  joint_link_.clear();
+  ArticulationDef& articulation = context_.scene.world.articulations.back();
+  const bool model_root = root.joint < 0;
+  articulation.name =
+      settings_.prefix +
+      (model_root && !isWorld(root.xml_link) ? robot_.name : robot_.links[root.xml_link].name);
+  articulation.X_WA = root.X_WA;
+  JointDef joint;
+  if (model_root) {
+    joint.name = articulation.name + "_base";
+    joint.type = settings_.floating ? JointType::kFloating : JointType::kFixed;
+  } else {
+    joint = readJoint(robot_, robot_.joints[root.joint], settings_, context_.scene.warnings);
+    joint.X_PJ = Pose();  // its origin is in X_WA already
+    articulation.V_WA = readInitialTwist(robot_, robot_.joints[root.joint]);
+  }
+  addLink(index, -1, root.xml_link, joint);
+  if (!model_root) joint_link_[robot_.joints[root.joint].name] = 0;
+  grow(root.xml_link, index);
+  finish(index);
+}
+
+int TreeBuilder::addLink(int articulation, int parent, int xml_link, const JointDef& joint) {
+  LinkDef link;
+  link.name = settings_.prefix + robot_.links[xml_link].name;
+  // The link that carries the world's own shapes must not share the name of the frame W.
+  if (link.name == "world") link.name = "world_fixed";
+  link.parent = parent;
+  link.joint = joint;
+  has_inertial_.push_back(false);
+  context_.places[articulation].push_back(robot_.at(robot_.links[xml_link]));
+  auto& links = context_.scene.world.articulations[articulation].links;
+  links.push_back(link);
+  return static_cast<int>(links.size()) - 1;
+}
+
+/// Depth first, in the order of the file: parents come before their children.
+void TreeBuilder::grow(int xml_link, int articulation) {
+  std::vector<Visit> open = {{xml_link, -1, 0, Pose()}};
+  std::vector<std::pair<int, std::size_t>> floating;  ///< link they hang on, index in pending_
+  while (!open.empty()) {
+    const Visit visit = open.back();
+    open.pop_back();
+    int link = visit.parent;
+    Pose X_LM = visit.X_PM;
+    if (visit.joint >= 0 && robot_.joints[visit.joint].type != "fixed") {
+      JointDef joint = readJoint(robot_, robot_.joints[visit.joint], settings_, context_.scene.warnings);
+      joint.X_PJ = visit.X_PM;
+      link = addLink(articulation, visit.parent, visit.xml_link, joint);
+      joint_link_[robot_.joints[visit.joint].name] = link;
+      X_LM = Pose();
+    } else if (visit.joint >= 0) {
+      context_.scene.world.articulations[articulation].links[link].merged.push_back(
+          {settings_.prefix + robot_.links[visit.xml_link].name, X_LM});
+    }
+    place(visit.xml_link, articulation, link, X_LM);
+    if (visit.xml_link == robot_.root && isWorld(robot_.root))
+      continue;  // its children are articulations of their own
+    const std::vector<int>& joints = robot_.links[visit.xml_link].child_joints;
+    for (auto j = joints.rbegin(); j != joints.rend(); ++j) {
+      const JointXml& joint = robot_.joints[*j];
+      const Pose X_LJ = X_LM * readOrigin(robot_.xml, *joint.element);
+      if (joint.type == "floating" && !isSpherical(joint)) {
+        // A free body wherever it hangs in the file; its initial pose follows from the finished tree.
+        floating.emplace_back(link, pending_.size());
+        pending_.push_back({joint.child, *j, X_LJ});
+      } else {
+        open.push_back({joint.child, *j, link, X_LJ});
+      }
+    }
+  }
+  if (floating.empty()) return;
+  const std::vector<Pose> X_WL = initialPoses(current(articulation));
+  for (const auto& [link, pending] : floating) pending_[pending].X_WA = X_WL[link] * pending_[pending].X_WA;
+}
+
+/// Attaches a URDF link's inertia, shapes and visuals to `link`, in which it lies at X_LM.
+void TreeBuilder::place(int xml_link, int articulation, int link, const Pose& X_LM) {
+  const LinkXml& xml = robot_.links[xml_link];
+  const std::string name = settings_.prefix + xml.name;
+  const bool named =
+      isWorld(xml_link) || context_.frames.emplace(name, FramePlace{articulation, link, X_LM}).second;
+  if (!named) {
+    throw SetupError(robot_.at(xml), "another model of the scene has a link '" + name + "'",
+                     "give the models prefixes");
+  }
+  LinkDef& target = context_.scene.world.articulations[articulation].links[link];
+  const urdf::LinkConstSharedPtr model = robot_.model->getLink(xml.name);
+  if (model->inertial) {
+    merge(readInertia(*model), X_LM, target.inertia);
+    has_inertial_[link] = true;
+  }
+  CollisionReport report;
+  addCollisions(xml, report, X_LM, target);
+  for (VisualDef visual : readVisuals(*model, robot_, context_.scene.warnings)) {
+    visual.articulation = articulation;
+    visual.link = link;
+    visual.name = name;
+    visual.X_LV = X_LM * visual.X_LV;
+    context_.scene.visuals.push_back(visual);
+  }
+}
+
+void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, const Pose& X_LM,
+                                LinkDef& target) {
+  report.link = settings_.prefix + link.name;
+  for (std::size_t c = 0; c < link.collisions.size(); ++c) {
+    ++context_.scene.collisions_tried;
+    const XmlElement& element = *link.collisions[c];
+    refuseUnknownExtensions(robot_.xml, element, {"haptic:contact", "haptic:shape"});
+    const ShapePieces shape = context_.shapes.make(robot_, link, element, context_.scene.warnings);
+    CollisionDef collision;
+    collision.material =
+        contact_.of(link, element, shape.half_extent, collision.material_source, context_.scene.notes);
+    collision.X_LS = X_LM * readOrigin(robot_.xml, element);
+    const char* given = element.Attribute("name");
+    const std::string name = report.link + "/" + (given && *given ? given : "collision" + std::to_string(c));
+    for (std::size_t p = 0; p < shape.pieces.size(); ++p) {
+      collision.name = name + (shape.pieces.size() > 1 ? "/" + std::to_string(p) : "");
+      collision.shape = shape.pieces[p];
+      target.collisions.push_back(collision);
+    }
+    ++context_.scene.collisions_loaded;
+    report.text = shape.text;
+    report.material = collision.material;
+    report.material_source = collision.material_source;
+    context_.scene.collisions.push_back(report);
+  }
+}
+
+void TreeBuilder::finish(int index) {
+  ArticulationDef& articulation = context_.scene.world.articulations[index];
+  resolveMimics(articulation);
+  fillMissingInertias(articulation, context_.places[index], has_inertial_, options_.default_density,
+                      context_.scene.warnings);
+  for (std::size_t i = 0; i < articulation.links.size(); ++i) {
+    const LinkDef& link = articulation.links[i];
+    if (link.joint.type != JointType::kFixed)
+      checkInertia(link.inertia, context_.places[index][i], context_.scene.warnings);
+    if (link.parent >= 0)
+      context_.scene.world.filters.push_back({index, link.parent, index, static_cast<int>(i)});
+  }
+  const bool hold = settings_.drive == ModelSettings::Drive::kHold ||
+                    (settings_.drive == ModelSettings::Drive::kAsFile && isPublishedRobot());
+  if (hold) holdJoints(articulation, context_.scene.notes);
+}
+
+void TreeBuilder::resolveMimics(ArticulationDef& articulation) {
+  for (const JointXml& xml : robot_.joints) {
+    const XmlElement* mimic = xml.element->FirstChildElement("mimic");
+    const auto self = joint_link_.find(xml.name);
+    if (!mimic || self == joint_link_.end()) continue;
+    JointDef& joint = articulation.links[self->second].joint;
+    const std::string master = mimic->Attribute("joint");
+    const auto followed = joint_link_.find(master);
+    if (followed == joint_link_.end()) {
+      throw SetupError(robot_.at(xml),
+                       "mimics joint '" + master + "', which does not move or belongs to another body",
+                       "let it follow a moving joint of the same tree");
+    }
+    const auto scalar = [](JointType type) {
+      return type == JointType::kRevolute || type == JointType::kPrismatic;
+    };
+    if (!scalar(joint.type) || !scalar(articulation.links[followed->second].joint.type)) {
+      throw SetupError(robot_.at(xml),
+                       "mimics joint '" + master + "': only revolute, continuous and prismatic joints can",
+                       "take <mimic> out");
+    }
+    joint.mimic_joint = followed->second;
+    joint.mimic_multiplier = readNumber(robot_.xml, *mimic, "multiplier").value_or(1);
+    joint.mimic_offset = readNumber(robot_.xml, *mimic, "offset").value_or(0);
+  }
+  // A follower of a follower follows the first one; checkMimic has excluded rings.
+  for (LinkDef& link : articulation.links) {
+    JointDef& joint = link.joint;
+    while (joint.mimic_joint >= 0 && articulation.links[joint.mimic_joint].joint.mimic_joint >= 0) {
+      const JointDef& master = articulation.links[joint.mimic_joint].joint;
+      joint.mimic_offset += joint.mimic_multiplier * master.mimic_offset;
+      joint.mimic_multiplier *= master.mimic_multiplier;
+      joint.mimic_joint = master.mimic_joint;
+    }
+  }
+  for (LinkDef& link : articulation.links) {
+    JointDef& joint = link.joint;
+    if (joint.mimic_joint < 0) continue;
+    joint.position =
+        joint.mimic_multiplier * articulation.links[joint.mimic_joint].joint.position + joint.mimic_offset;
+  }
+}
+
+}  // namespace
+
+void addRobot(const RobotFile& robot, const ModelSettings& settings, const SceneOptions& options,
+              LoadContext& context) {
+  for (const auto& [name, position] : settings.joints) {
+    if (robot.jointIndex(name) < 0) {
+      throw SetupError(robot.xml.path(), "the scene sets joint '" + name + "', which does not exist",
+                       "mend the name");
+    }
+  }
+  TreeBuilder(robot, settings, options, context).build();
+}
+
+std::vector<Pose> initialPoses(const ArticulationDef& articulation) {
+  std::vector<Pose> X_WL;
+  for (const LinkDef& link : articulation.links) {
+    const JointDef& joint = link.joint;
+    Pose X_JL;
+    if (joint.type == JointType::kRevolute)
+      X_JL.R = Eigen::AngleAxisd(joint.position, joint.axis).toRotationMatrix();
+    if (joint.type == JointType::kPrismatic) X_JL.p = joint.position * joint.axis;
+    X_WL.push_back((link.parent < 0 ? articulation.X_WA : X_WL[link.parent]) * joint.X_PJ * X_JL);
+  }
+  return X_WL;
+}
+
+}  // namespace haptic

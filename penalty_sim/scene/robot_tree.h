@@ -1,0 +1,44 @@
+/// A checked URDF as articulations of a world: fixed joints merged, floating ones made roots, shapes
+/// attached.
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "scene/collision_shapes.h"
+#include "scene/robot_file.h"
+#include "scene/scene_file.h"
+
+namespace haptic {
+
+/// How one model enters the scene.
+struct ModelSettings {
+  std::string prefix;                    ///< before every link and joint name
+  Pose X_WM;                             ///< where the model's root lies in the world
+  bool floating = false;                 ///< root link on a floating joint; false: fixed
+  std::map<std::string, double> joints;  ///< initial positions by joint name without prefix [rad] or [m]
+  enum class Drive : unsigned char {
+    kAsFile,  ///< hold a robot as published, leave the joints of a scene (world link) free
+    kHold,    ///< joints with an effort limit > 0 hold their initial position
+    kFree
+  } drive = Drive::kAsFile;
+};
+
+/// Where a link or merged link of any model went.
+struct FramePlace {
+  int articulation = -1, link = -1;
+  Pose X_LF;  ///< in that link's frame
+};
+
+struct LoadContext {
+  SceneDef scene;
+  CollisionShapes shapes;
+  std::map<std::string, FramePlace> frames;      ///< by name with prefix
+  std::vector<std::vector<std::string>> places;  ///< per articulation and link: "file:line: link 'x'"
+};
+
+/// Appends the robot's articulations, visuals and adjacent-link filters. Throws SetupError.
+void addRobot(const RobotFile& robot, const ModelSettings& settings, const SceneOptions& options,
+              LoadContext& context);
+
+}  // namespace haptic

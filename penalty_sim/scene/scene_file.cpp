@@ -1,0 +1,143 @@
+#include "scene/scene_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+#include "scene/initial_overlap.h"
+#include "scene/pointer_reading.h"
+#include "scene/resource_path.h"
+#include "scene/scene_extension.h"
+#include "scene/scene_list.h"
+
+namespace haptic {
+namespace {
+
+/// Heaviest to lightest moving link: beyond the warning the contact's time scales lie far apart; beyond the
+/// error a link has no weight to the last digit of the other's forces (rounding 1e-16, sixteen digits).
+constexpr double kWarnMassRatio = 1e5, kMaxMassRatio = 1e8;
+
+bool isList(const std::string& file) {
+  const std::string ending = std::filesystem::path(file).extension().string();
+  return ending == ".yaml" || ending == ".yml";
+}
+
+void readModels(SceneList& list, const SceneOptions& options, LoadContext& context) {
+  WorldDef& world = context.scene.world;
+  std::vector<std::unique_ptr<RobotFile>> robots;
+  for (const ListedModel& model : list.models) {
+    robots.push_back(readRobot(model.file));
+    RobotFile& robot = *robots.back();
+    checkExtensions(robot);
+    readSceneTag(robot, world.settings);
+    addRobot(robot, model.settings, options, context);
+    if (list.name.empty()) list.name = robot.name;
+  }
+  for (std::size_t i = 0; i < robots.size(); ++i) readRelations(*robots[i], list.models[i].settings, context);
+}
+
+void applyList(const SceneList& list, LoadContext& context) {
+  WorldDef& world = context.scene.world;
+  for (const auto& [name, value] : list.settings)
+    setWorldSetting(list.where_settings, name, value, world.settings);
+  ContactMaterial& material = world.settings.default_material;
+  const ContactMaterial& given = list.default_material;
+  for (double ContactMaterial::*value :
+       {&ContactMaterial::stiffness, &ContactMaterial::damping, &ContactMaterial::dissipation,
+        &ContactMaterial::tangential_stiffness, &ContactMaterial::tangential_damping,
+        &ContactMaterial::mu_static, &ContactMaterial::mu_dynamic}) {
+    if (!std::isnan(given.*value)) material.*value = given.*value;
+  }
+  for (const auto& [a, b] : list.filters) {
+    const std::string where = context.scene.file + ": filters";
+    addFilter(findFrame(context, a, where), findFrame(context, b, where), world);
+  }
+  for (const ListedDevice& device : list.devices) {
+    PointerSettings settings;
+    settings.where = device.where;
+    settings.device = device.device;
+    settings.frame = findFrame(context, device.link, device.where);
+    settings.coupling = device.coupling;
+    settings.scale = device.scale;
+    settings.force_scale = device.force_scale;
+    if (device.has_pose) settings.X_WB = device.X_WB;
+    settings.path = device.path;
+    settings.repeat = device.repeat;
+    addPointer(settings, context);
+  }
+}
+
+/// Pairs that an SRDF disables. Links that the scene does not have are common there (another hand) and are
+/// counted.
+void readSrdf(const std::string& path, LoadContext& context) {
+  const XmlFile file(path);
+  int used = 0, unknown = 0;
+  for (const XmlElement* pair = file.root()->FirstChildElement("disable_collisions"); pair;
+       pair = pair->NextSiblingElement("disable_collisions")) {
+    const auto a = context.frames.find(readName(file, *pair, "link1")),
+               b = context.frames.find(readName(file, *pair, "link2"));
+    if (a == context.frames.end() || b == context.frames.end()) {
+      ++unknown;
+      continue;
+    }
+    addFilter(a->second, b->second, context.scene.world);
+    ++used;
+  }
+  context.scene.notes.push_back(path + ": " + std::to_string(used) + " pairs do not collide, " +
+                                std::to_string(unknown) + " pairs name links that the scene does not have");
+}
+
+void checkMassRatio(LoadContext& context) {
+  double heaviest = 0, lightest = INFINITY;
+  std::string heavy, light;
+  const WorldDef& world = context.scene.world;
+  for (std::size_t a = 0; a < world.articulations.size(); ++a) {
+    for (std::size_t i = 0; i < world.articulations[a].links.size(); ++i) {
+      const LinkDef& link = world.articulations[a].links[i];
+      if (link.joint.type == JointType::kFixed) continue;
+      if (link.inertia.mass > heaviest) heaviest = link.inertia.mass, heavy = link.name;
+      if (link.inertia.mass < lightest) lightest = link.inertia.mass, light = context.places[a][i];
+    }
+  }
+  if (!(lightest < INFINITY) || heaviest <= kWarnMassRatio * lightest) return;
+  std::ostringstream text;
+  text << "weighs " << lightest << " kg beside " << heaviest << " kg of '" << heavy << "'";
+  if (heaviest > kMaxMassRatio * lightest)
+    throw SetupError(light, text.str(), "raise the light mass or join the links with a fixed joint");
+  context.scene.warnings.push_back(light + ": " + text.str() +
+                                   ": their contact needs a small step or an implicit integrator");
+}
+
+}  // namespace
+
+SceneDef loadScene(const std::string& file_or_name, const SceneOptions& options) {
+  LoadContext context;
+  context.scene.file = findScene(file_or_name, options.scene_folders);
+  if (options.default_density < 0 || !std::isfinite(options.default_density)) {
+    throw SetupError("default density", "is not ≥ 0", "write a density in kg/m³, e.g. 1000");
+  }
+  SceneList list;
+  if (isList(context.scene.file))
+    list = readSceneList(context.scene.file);
+  else
+    list.models.push_back({context.scene.file, context.scene.file, ModelSettings()});
+  readModels(list, options, context);
+  applyList(list, context);
+  for (const std::string& srdf : {list.srdf, options.srdf}) {
+    if (!srdf.empty()) readSrdf(srdf, context);
+  }
+  context.scene.world.name = list.name;
+  if (context.scene.world.articulations.empty()) {
+    throw SetupError(context.scene.file, "has no body", "hang at least one link on the world");
+  }
+  if (context.scene.world.pointers.empty() && options.add_pointer) addDefaultPointer(context);
+  checkMassRatio(context);
+  filterInitialOverlaps(context);
+  for (auto* lines : {&context.scene.notes, &context.scene.warnings}) {
+    for (std::string& line : *lines) line = SetupError::oneLine(line);
+  }
+  return std::move(context.scene);
+}
+
+}  // namespace haptic

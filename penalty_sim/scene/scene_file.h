@@ -1,0 +1,82 @@
+/// From a file to a world: URDF (one robot or a scene with a `world` link) or a YAML list of models.
+///
+/// No ROS node, no master: everything here is plain C++ that the simulation node, `scene_check`, tests and
+/// benchmarks share. Loading allocates, reads files and throws SetupError: one line that names file, line,
+/// link or joint, and what to do. Nothing is dropped in silence: what is replaced, guessed or ignored stands
+/// in `warnings`.
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+#include "haptic_core/loop/workspace_map.h"
+#include "haptic_core/spidar/hand_path.h"
+#include "haptic_core/world/definition.h"
+
+namespace haptic {
+
+struct SceneOptions {
+  /// Density [kg/m³] for moving links without <inertial>; 0: a robot without any is refused, single links get
+  /// an estimate and a warning.
+  double default_density = 0;
+  std::string srdf;  ///< file whose <disable_collisions> pairs do not collide; empty: none
+  std::vector<std::string> scene_folders;  ///< where scene names are looked up first
+  bool add_pointer = true;                 ///< add a sphere for the hand when the scene names no pointer
+};
+
+enum class VisualShape : unsigned char { kBox, kCylinder, kSphere, kMesh };
+
+/// What rviz draws for a link.
+struct VisualDef {
+  int articulation = -1, link = -1;
+  std::string name;  ///< of the URDF link it stands in (before merging)
+  VisualShape shape = VisualShape::kBox;
+  Vector3 size = Vector3::Ones();  ///< [m] full size in x, y, z (round shapes: diameters); a mesh's scale [1]
+  std::string mesh_uri;            ///< file:// of a mesh
+  Pose X_LV;                       ///< in the link's frame
+  std::array<float, 4> colour{0.7f, 0.7f, 0.7f, 1.0f};  ///< r, g, b, a
+  bool own_colours = false;  ///< a mesh without <material>: the file's colours hold
+};
+
+/// A device of the scene and the pointer it moves.
+struct HandDef {
+  std::string device = "spidar";  ///< name that the device's driver goes by
+  int pointer = -1;               ///< index in `world.pointers`
+  WorkspaceSettings
+      workspace;           ///< the grip's home is the pointer's initial pose unless the scene says otherwise
+  double force_scale = 1;  ///< hand newtons per world newton
+  HandPath path;           ///< of the scripted hand that moves a simulated device; never empty
+};
+
+/// How one URDF collision became polyhedra, for listings.
+struct CollisionReport {
+  std::string link, text;       ///< URDF link; shape, size, approximation
+  ContactMaterial material;     ///< as the files give it; NaN: the world's default holds
+  std::string material_source;  ///< element and line, or "default"
+};
+
+struct SceneDef {
+  std::string file;  ///< absolute path
+  WorldDef world;
+  std::vector<VisualDef> visuals;
+  std::vector<HandDef> hands;
+  std::vector<CollisionReport> collisions;
+  int collisions_tried = 0;           ///< <collision> elements in the files
+  int collisions_loaded = 0;          ///< those that became shapes
+  int joints = 0;                     ///< joint elements in the files, fixed ones included
+  std::vector<std::string> notes;     ///< what a user should know
+  std::vector<std::string> warnings;  ///< what a user should mend
+};
+
+/// Loads a .urdf/.xml or .yaml/.yml file, or a scene by its name (looked up in `scene_folders`, then in
+/// haptic_description/scenes on ROS_PACKAGE_PATH, then in urdf/scenes of this folder and those above it).
+/// Throws SetupError.
+SceneDef loadScene(const std::string& file_or_name, const SceneOptions& options = {});
+
+/// Initial pose of every link of one articulation: forward kinematics at the joints' initial positions.
+std::vector<Pose> initialPoses(const ArticulationDef& articulation);
+
+/// Several lines: models, links, joints, collisions with their effective contact values and sources, hands.
+std::string sceneText(const SceneDef& scene);
+
+}  // namespace haptic

@@ -1,0 +1,250 @@
+#include "scene/scene_list.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+#include <set>
+
+#include "scene/contact_properties.h"
+#include "scene/pointer_reading.h"
+#include "scene/resource_path.h"
+
+namespace haptic {
+namespace {
+
+/// Reads keys of one mapping and refuses those nobody asked for.
+class Keys {
+ public:
+  Keys(const std::string& path, const YAML::Node& node, const std::string& what,
+       const std::set<std::string>& known)
+      : path_(path), node_(node), what_(what) {
+    if (!node.IsMap()) throw SetupError(where(node), what + " is not a mapping", "write key: value lines");
+    std::string list;
+    for (const std::string& key : known) list += (list.empty() ? "" : ", ") + key;
+    for (const auto& entry : node) {
+      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
+      if (!known.count(key))
+        throw SetupError(where(entry.first), "unknown key '" + key + "' in " + what, "known: " + list);
+    }
+  }
+
+  std::string where(const YAML::Node& node) const {
+    return path_ + ":" + std::to_string(node.Mark().line + 1);
+  }
+  std::string where() const { return where(node_) + ": " + what_; }
+  YAML::Node operator[](const char* key) const { return node_[key]; }
+
+  std::string text(const char* key, const std::string& otherwise = "") const {
+    const YAML::Node value = node_[key];
+    if (!value) return otherwise;
+    if (!value.IsScalar())
+      throw SetupError(where(value), std::string(key) + " is not a single value", "write one word or number");
+    return value.Scalar();
+  }
+
+  std::vector<double> numbers(const char* key) const {
+    const YAML::Node value = node_[key];
+    std::string all;
+    if (value.IsScalar()) all = value.Scalar();
+    if (value.IsSequence()) {
+      for (const YAML::Node& item : value) all += (item.IsScalar() ? item.Scalar() : "?") + " ";
+    }
+    const auto parsed = parseNumbers(all);
+    bool finite = parsed && !parsed->empty();
+    if (finite) {
+      for (double number : *parsed) finite = finite && std::isfinite(number);
+    }
+    if (!finite)
+      throw SetupError(where(value), std::string(key) + " holds no finite numbers",
+                       "write a number, or [x, y, z]");
+    return *parsed;
+  }
+
+  double number(const char* key, double otherwise) const {
+    if (!node_[key]) return otherwise;
+    const auto all = numbers(key);
+    if (all.size() != 1)
+      throw SetupError(where(node_[key]), std::string(key) + " is not one number", "write one number");
+    return all[0];
+  }
+
+  Vector3 vector(const char* key) const {
+    if (!node_[key]) return Vector3::Zero();
+    const auto all = numbers(key);
+    if (all.size() != 3)
+      throw SetupError(where(node_[key]), std::string(key) + " is not three numbers", "write [x, y, z]");
+    return {all[0], all[1], all[2]};
+  }
+
+ private:
+  std::string path_;
+  YAML::Node node_;
+  std::string what_;
+};
+
+Pose readPose(const Keys& parent, const std::string& path) {
+  const YAML::Node node = parent["pose"];
+  if (!node) return {};
+  const Keys keys(path, node, "pose", {"xyz", "rpy"});
+  return {rotationFromRpy(keys.vector("rpy")), keys.vector("xyz")};
+}
+
+int readRepeat(const Keys& keys) {
+  const double repeat = keys.number("repeat", 1);
+  if (repeat < 1 || repeat > 1000 || repeat != std::floor(repeat)) {
+    throw SetupError(keys.where(), "repeat is no whole number of 1…1000", "write e.g. 6");
+  }
+  return static_cast<int>(repeat);
+}
+
+ListedModel readModel(const std::string& path, const YAML::Node& node) {
+  const Keys keys(path, node, "model", {"file", "prefix", "pose", "base", "joints", "drive"});
+  ListedModel model;
+  model.where = keys.where();
+  const std::string file = keys.text("file");
+  if (file.empty()) throw SetupError(keys.where(), "has no file", "name a URDF: file: package://...");
+  model.file = resolveResource(file, path);
+  if (model.file.empty()) {
+    throw SetupError(keys.where(), "file " + file + " is not found", "set ROS_PACKAGE_PATH or mend the path");
+  }
+  model.settings.prefix = keys.text("prefix");
+  model.settings.X_WM = readPose(keys, path);
+  const std::string base = keys.text("base", "fixed"), drive = keys.text("drive", "as_file");
+  if (base != "fixed" && base != "floating")
+    throw SetupError(keys.where(), "base '" + base + "' is unknown", "known: fixed, floating");
+  model.settings.floating = base == "floating";
+  if (drive == "hold")
+    model.settings.drive = ModelSettings::Drive::kHold;
+  else if (drive == "free")
+    model.settings.drive = ModelSettings::Drive::kFree;
+  else if (drive != "as_file")
+    throw SetupError(keys.where(), "drive '" + drive + "' is unknown", "known: hold, free");
+  if (const YAML::Node joints = keys["joints"]) {
+    if (!joints.IsMap())
+      throw SetupError(keys.where(joints), "joints is not a mapping", "write joint: position lines");
+    for (const auto& entry : joints) {
+      const auto position = parseNumbers(entry.second.IsScalar() ? entry.second.Scalar() : "?");
+      if (!entry.first.IsScalar() || !position || position->size() != 1 || !std::isfinite((*position)[0])) {
+        throw SetupError(keys.where(entry.first), "a joint's position is not a finite number",
+                         "write joint: 0.5 (rad or m)");
+      }
+      model.settings.joints[entry.first.Scalar()] = (*position)[0];
+    }
+  }
+  return model;
+}
+
+ListedDevice readDevice(const std::string& path, const YAML::Node& node) {
+  const Keys keys(path, node, "device",
+                  {"device", "pointer", "coupling", "stiffness", "damping", "rotational_stiffness",
+                   "rotational_damping", "scale", "force_scale", "pose", "path", "repeat", "waypoints"});
+  ListedDevice device;
+  device.where = keys.where();
+  device.device = keys.text("device", "spidar");
+  device.link = keys.text("pointer");
+  if (device.link.empty())
+    throw SetupError(keys.where(), "has no pointer", "name the link that the hand moves");
+  device.coupling.mode = couplingMode(keys.text("coupling", "direct"), keys.where());
+  device.coupling.stiffness = keys.number("stiffness", device.coupling.stiffness);
+  device.coupling.damping = keys.number("damping", device.coupling.damping);
+  device.coupling.rotational_stiffness =
+      keys.number("rotational_stiffness", device.coupling.rotational_stiffness);
+  device.coupling.rotational_damping = keys.number("rotational_damping", device.coupling.rotational_damping);
+  device.scale = keys.number("scale", 1);
+  device.force_scale = keys.number("force_scale", 1);
+  device.has_pose = static_cast<bool>(keys["pose"]);
+  device.X_WB = readPose(keys, path);
+  device.repeat = readRepeat(keys);
+  if (keys["path"]) device.path = handPath(keys.text("path"));
+  if (const YAML::Node points = keys["waypoints"]) {
+    if (!points.IsSequence())
+      throw SetupError(keys.where(points), "waypoints is not a list", "write - {time: 1, xyz: [0, 0, 0]}");
+    for (const YAML::Node& point : points) {
+      const Keys entry(path, point, "waypoint", {"time", "xyz", "rotation", "opening"});
+      if (!entry["time"]) throw SetupError(entry.where(), "has no time", "give it in seconds");
+      device.path.keys.push_back({entry.number("time", 0), entry.vector("xyz"), entry.vector("rotation"),
+                                  entry.number("opening", 0)});
+    }
+  }
+  return device;
+}
+
+void readMaterial(const std::string& path, const YAML::Node& node, ContactMaterial& material) {
+  const Keys keys(path, node, "material",
+                  {"stiffness", "damping", "dissipation", "tangential_stiffness", "tangential_damping",
+                   "mu_static", "mu_dynamic"});
+  material.stiffness = keys.number("stiffness", material.stiffness);
+  material.damping = keys.number("damping", material.damping);
+  material.dissipation = keys.number("dissipation", material.dissipation);
+  material.tangential_stiffness = keys.number("tangential_stiffness", material.tangential_stiffness);
+  material.tangential_damping = keys.number("tangential_damping", material.tangential_damping);
+  material.mu_static = keys.number("mu_static", material.mu_static);
+  material.mu_dynamic = keys.number("mu_dynamic", material.mu_dynamic);
+  check(material, keys.where());
+}
+
+void readFilters(const Keys& keys, SceneList& list) {
+  const YAML::Node filters = keys["filters"];
+  if (!filters) return;
+  for (const YAML::Node& pair : filters) {
+    if (!pair.IsSequence() || pair.size() != 2 || !pair[0].IsScalar() || !pair[1].IsScalar()) {
+      throw SetupError(keys.where(pair), "a filter is not a pair of links", "write - [link_a, link_b]");
+    }
+    list.filters.emplace_back(pair[0].Scalar(), pair[1].Scalar());
+  }
+}
+
+SceneList readList(const std::string& path, const YAML::Node& root) {
+  const Keys keys(path, root, "scene",
+                  {"name", "models", "devices", "settings", "material", "filters", "srdf"});
+  SceneList list;
+  list.name = keys.text("name");
+  const YAML::Node models = keys["models"];
+  if (!models || !models.IsSequence() || models.size() == 0)
+    throw SetupError(path, "has no models", "list at least one: models: [{file: ...}]");
+  for (const YAML::Node& model : models) list.models.push_back(readModel(path, model));
+  if (const YAML::Node devices = keys["devices"]) {
+    if (!devices.IsSequence())
+      throw SetupError(keys.where(devices), "devices is not a list",
+                       "write - {device: spidar, pointer: link}");
+    for (const YAML::Node& device : devices) list.devices.push_back(readDevice(path, device));
+  }
+  if (const YAML::Node settings = keys["settings"]) {
+    if (!settings.IsMap())
+      throw SetupError(keys.where(settings), "settings is not a mapping", "write step: 0.001");
+    list.where_settings = keys.where(settings) + ": settings";
+    for (const auto& entry : settings) {
+      std::string value = entry.second.IsScalar() ? entry.second.Scalar() : "";
+      if (entry.second.IsSequence()) {
+        for (const YAML::Node& item : entry.second)
+          value += (value.empty() ? "" : " ") + (item.IsScalar() ? item.Scalar() : "?");
+      }
+      list.settings.emplace_back(entry.first.IsScalar() ? entry.first.Scalar() : "?", value);
+    }
+  }
+  if (const YAML::Node material = keys["material"]) readMaterial(path, material, list.default_material);
+  readFilters(keys, list);
+  if (keys["srdf"]) {
+    list.srdf = resolveResource(keys.text("srdf"), path);
+    if (list.srdf.empty())
+      throw SetupError(keys.where(keys["srdf"]), "srdf file is not found", "mend the path");
+  }
+  return list;
+}
+
+}  // namespace
+
+SceneList readSceneList(const std::string& path) {
+  try {
+    const YAML::Node root = YAML::LoadFile(path);
+    if (!root || root.IsNull()) throw SetupError(path, "is empty", "a scene list needs models");
+    return readList(path, root);
+  } catch (const YAML::BadFile&) {
+    throw SetupError(path, "cannot be read", "check the path and its permissions");
+  } catch (const YAML::Exception& error) {
+    throw SetupError(path + ":" + std::to_string(error.mark.line + 1), "malformed YAML (" + error.msg + ")",
+                     "mend this line");
+  }
+}
+
+}  // namespace haptic

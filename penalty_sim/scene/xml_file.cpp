@@ -1,0 +1,161 @@
+#include "scene/xml_file.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace haptic {
+namespace {
+
+constexpr char kSpace[] = " \t\r\n";
+
+std::string elementAt(const XmlFile& file, const XmlElement& element) {
+  return file.at(element) + ": <" + element.Name() + ">";
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+/// The parser's error in words.
+std::string reason(const tinyxml2::XMLDocument& document) {
+  switch (document.ErrorID()) {
+    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
+      return "an element is not closed by its own end tag";
+    case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE:
+      return "an attribute is not name=\"value\", or stands there twice";
+    case tinyxml2::XML_ERROR_PARSING_ELEMENT:
+      return "an element is broken";
+    case tinyxml2::XML_ERROR_PARSING_COMMENT:
+      return "a comment does not end";
+    case tinyxml2::XML_ERROR_PARSING:
+      return "text after the end of the root element, or a tag that does not end";
+    case tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED:
+      return "elements are nested too deeply";
+    case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
+      return "there is no element";
+    default:
+      return document.ErrorName();
+  }
+}
+
+}  // namespace
+
+XmlFile::XmlFile(const std::string& path) : path_(path) {
+  std::error_code code;
+  const auto status = std::filesystem::status(path, code);
+  if (!std::filesystem::exists(status)) throw SetupError(path, "file not found", "check the path");
+  if (std::filesystem::is_directory(status)) throw SetupError(path, "is a folder", "name a URDF file in it");
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw SetupError(path, "cannot be read", "check its permissions");
+  const auto size = std::filesystem::file_size(path, code);
+  if (!code && size > static_cast<std::uintmax_t>(kMaxBytes)) {
+    throw SetupError(path, "is larger than 64 MB", "this is no robot description");
+  }
+  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  if (text.find_first_not_of(kSpace) == std::string::npos) {
+    throw SetupError(path, "is empty", "a scene needs a <robot> element");
+  }
+  if (text.find('\0') != std::string::npos) throw SetupError(path, "is a binary file", "expected XML text");
+  if (document_.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) {
+    throw SetupError(path + ":" + std::to_string(document_.ErrorLineNum()),
+                     "malformed XML (" + reason(document_) + ")", "mend the XML near this line");
+  }
+  if (!document_.RootElement())
+    throw SetupError(path, "has no XML element", "a scene needs a <robot> element");
+}
+
+std::optional<std::vector<double>> parseNumbers(const std::string& text) {
+  std::vector<double> numbers;
+  std::size_t begin = text.find_first_not_of(kSpace);
+  while (begin != std::string::npos) {
+    std::size_t end = text.find_first_of(kSpace, begin);
+    if (end == std::string::npos) end = text.size();
+    const std::size_t first = text[begin] == '+' ? begin + 1 : begin;
+    double value = 0;
+    const auto result = std::from_chars(text.data() + first, text.data() + end, value);
+    const bool complete = result.ptr == text.data() + end && first < end;
+    if (!complete || (result.ec != std::errc() && result.ec != std::errc::result_out_of_range))
+      return std::nullopt;
+    // Out of range is a denormal (0 is right to 1e-308) or too large (infinite, which the caller refuses).
+    if (result.ec == std::errc::result_out_of_range) {
+      value = text.substr(first, end - first).find("e-") != std::string::npos ? 0.0 : INFINITY;
+    }
+    numbers.push_back(value);
+    begin = text.find_first_not_of(kSpace, end);
+  }
+  return numbers;
+}
+
+std::optional<std::vector<double>> readNumbers(const XmlFile& file, const XmlElement& element,
+                                               const char* attribute, std::size_t count) {
+  const char* text = element.Attribute(attribute);
+  if (!text) return std::nullopt;
+  const auto numbers = parseNumbers(text);
+  const std::string expected = count == 1 ? "one number" : std::to_string(count) + " numbers";
+  if (!numbers || numbers->size() != count) {
+    throw SetupError(elementAt(file, element),
+                     std::string(attribute) + "=\"" + text + "\" is not " + expected,
+                     "write " + expected + " separated by spaces");
+  }
+  for (double number : *numbers) {
+    if (!std::isfinite(number)) {
+      throw SetupError(elementAt(file, element), std::string(attribute) + "=\"" + text + "\" is not finite",
+                       "write a finite number");
+    }
+  }
+  return numbers;
+}
+
+std::optional<double> readNumber(const XmlFile& file, const XmlElement& element, const char* attribute) {
+  const auto numbers = readNumbers(file, element, attribute, 1);
+  return numbers ? std::optional<double>((*numbers)[0]) : std::nullopt;
+}
+
+std::optional<Vector3> readVector(const XmlFile& file, const XmlElement& element, const char* attribute) {
+  const auto numbers = readNumbers(file, element, attribute, 3);
+  return numbers ? std::optional<Vector3>(Vector3((*numbers)[0], (*numbers)[1], (*numbers)[2]))
+                 : std::nullopt;
+}
+
+Matrix3 rotationFromRpy(const Vector3& rpy) {
+  return (Eigen::AngleAxisd(rpy.z(), Vector3::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vector3::UnitY()) *
+          Eigen::AngleAxisd(rpy.x(), Vector3::UnitX()))
+      .toRotationMatrix();
+}
+
+Pose readPose(const XmlFile& file, const XmlElement& element, const char* xyz, const char* rpy) {
+  const Vector3 p = readVector(file, element, xyz).value_or(Vector3::Zero());
+  return {rotationFromRpy(readVector(file, element, rpy).value_or(Vector3::Zero())), p};
+}
+
+Pose readOrigin(const XmlFile& file, const XmlElement& parent) {
+  const XmlElement* origin = parent.FirstChildElement("origin");
+  return origin ? readPose(file, *origin) : Pose();
+}
+
+std::string readName(const XmlFile& file, const XmlElement& element, const char* attribute) {
+  const char* text = element.Attribute(attribute);
+  if (!text || !*text) {
+    throw SetupError(elementAt(file, element), std::string("has no ") + attribute,
+                     std::string("give it ") + attribute + "=\"...\"");
+  }
+  return text;
+}
+
+void refuseUnknownAttributes(const XmlFile& file, const XmlElement& element,
+                             const std::vector<std::string>& known) {
+  for (const auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
+    if (std::find(known.begin(), known.end(), attribute->Name()) == known.end()) {
+      throw SetupError(elementAt(file, element), std::string("unknown attribute '") + attribute->Name() + "'",
+                       "known: " + joined(known));
+    }
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,64 @@
+/// An XML file with line numbers: opening it, and reading attributes as numbers, vectors and poses.
+#pragma once
+#include <tinyxml2.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/base/spatial.h"
+
+namespace haptic {
+
+using XmlElement = tinyxml2::XMLElement;
+
+/// A parsed file. Elements are owned by the document and live as long as it.
+class XmlFile {
+ public:
+  /// Reads and parses `path`. Throws SetupError: not found, not a file, larger than kMaxBytes, empty,
+  /// malformed (with the line).
+  explicit XmlFile(const std::string& path);
+
+  const std::string& path() const { return path_; }
+  XmlElement* root() { return document_.RootElement(); }
+  const XmlElement* root() const { return document_.RootElement(); }
+  tinyxml2::XMLDocument& document() { return document_; }
+  /// "path:line" of an element.
+  std::string at(const XmlElement& element) const {
+    return path_ + ":" + std::to_string(element.GetLineNum());
+  }
+
+  /// Text files of robots are below 1 MB; a limit keeps a wrong file (a mesh, a bag) from filling the memory.
+  static constexpr long kMaxBytes = 64l << 20;
+
+ private:
+  std::string path_;
+  tinyxml2::XMLDocument document_;
+};
+
+/// Numbers separated by white space; nothing when the text is anything else. Infinite and NaN are returned as
+/// such.
+std::optional<std::vector<double>> parseNumbers(const std::string& text);
+
+/// One attribute as `count` finite numbers. Nothing when it is absent. Throws SetupError naming file, line,
+/// element and attribute when it is there and is not that.
+std::optional<std::vector<double>> readNumbers(const XmlFile& file, const XmlElement& element,
+                                               const char* attribute, std::size_t count);
+std::optional<double> readNumber(const XmlFile& file, const XmlElement& element, const char* attribute);
+std::optional<Vector3> readVector(const XmlFile& file, const XmlElement& element, const char* attribute);
+
+/// The pose in attributes `xyz` and `rpy` (URDF: fixed axes, roll about x first), or of a child <origin>.
+Pose readPose(const XmlFile& file, const XmlElement& element, const char* xyz = "xyz",
+              const char* rpy = "rpy");
+Pose readOrigin(const XmlFile& file, const XmlElement& parent);
+Matrix3 rotationFromRpy(const Vector3& rpy);
+
+/// A non-empty attribute. Throws SetupError when it is absent or empty.
+std::string readName(const XmlFile& file, const XmlElement& element, const char* attribute);
+
+/// Refuses attributes of `element` that are not in `known`; names them and the known ones.
+void refuseUnknownAttributes(const XmlFile& file, const XmlElement& element,
+                             const std::vector<std::string>& known);
+
+}  // namespace haptic

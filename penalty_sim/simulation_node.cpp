@@ -1,0 +1,15 @@
+/// The simulation as a node of its own process.
+#include <nodelet/loader.h>
+#include <ros/ros.h>
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "simulation");
+  nodelet::Loader loader(false);
+  try {
+    if (!loader.load(ros::this_node::getName(), "penalty_sim/SimulationNodelet", ros::names::getRemappings(), {})) return 1;
+  } catch (const std::exception&) {
+    return 1;  // the nodelet has said why
+  }
+  ros::spin();
+  return 0;
+}

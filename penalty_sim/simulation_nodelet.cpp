@@ -1,0 +1,169 @@
+#include "penalty_sim/simulation_nodelet.h"
+
+#include <pluginlib/class_list_macros.hpp>
+
+#include "haptic_core/base/error.h"
+#include "penalty_sim/state_files.h"
+
+namespace haptic {
+namespace {
+
+/// Contacts that a snapshot can show: pairs of neighbours in a heap; what lies beyond is simulated, not drawn.
+int contactCapacity(const World& world) { return 16 + 8 * world.linkCount(); }
+
+std::vector<HandPlacement> placements(const SceneDef& scene) {
+  std::vector<HandPlacement> hands;
+  for (const HandDef& hand : scene.hands) {
+    HandPlacement placement;
+    placement.device = hand.device;
+    placement.pointer = hand.pointer;
+    placement.settings.workspace = hand.workspace;
+    placement.settings.force_scale = hand.force_scale;
+    placement.path = hand.path;
+    hands.push_back(placement);
+  }
+  return hands;
+}
+
+}  // namespace
+
+SimulationNodelet::Simulation::Simulation(const SceneDef& scene_def)
+    : scene(scene_def),
+      world(scene.world),
+      port(world, scene.world.name, placements(scene), contactCapacity(world)),
+      initial_state(world.save()) {}
+
+void SimulationNodelet::onInit() {
+  try {
+    start();
+  } catch (const SetupError& error) {
+    NODELET_FATAL_STREAM(error.what());
+    throw;  // the manager drops the nodelet, and who loaded it fails
+  }
+}
+
+void SimulationNodelet::start() {
+  parameters_ = readSimulationParameters(getName(), getPrivateNodeHandle());
+  SceneOptions options;
+  options.default_density = parameters_.default_density;
+  SceneDef scene = loadScene(parameters_.scene, options);
+  if (parameters_.rate > 0) scene.world.settings.step = 1 / parameters_.rate;
+  for (const std::string& warning : scene.warnings) NODELET_WARN_STREAM(warning);
+  simulation_ = std::make_unique<Simulation>(scene);
+  NODELET_INFO_STREAM(sceneText(scene) << simulation_->world.planText());
+
+  offer_ = PortOffer(PortTable::process(), parameters_.name, simulation_->port, getName());
+  topics_ = std::make_unique<WorldTopics>(getNodeHandle(), parameters_, scene, simulation_->port);
+  advertise();
+  if (parameters_.alone) thread_ = std::make_unique<WorldThread>(getNodeHandle(), parameters_, simulation_->port.hands);
+}
+
+void SimulationNodelet::advertise() {
+  ros::NodeHandle& priv = getPrivateNodeHandle();
+  services_ = {priv.advertiseService("reset", &SimulationNodelet::onReset, this),
+               priv.advertiseService("pause", &SimulationNodelet::onPause, this),
+               priv.advertiseService("save", &SimulationNodelet::onSave, this),
+               priv.advertiseService("restore", &SimulationNodelet::onRestore, this),
+               priv.advertiseService("grab", &SimulationNodelet::onGrab, this)};
+}
+
+SimulationNodelet::~SimulationNodelet() {
+  for (ros::ServiceServer& service : services_) service.shutdown();
+  thread_.reset();
+  topics_.reset();
+  if (!offer_.withdraw()) {
+    NODELET_ERROR_STREAM(parameters_.name << " was not given back in time; its memory is kept");
+    static_cast<void>(simulation_.release());  // the runner may still use it
+  }
+}
+
+template <class Response>
+bool SimulationNodelet::between(Response& response, const std::function<void()>& work) {
+  try {
+    response.success = offer_.runBetweenTicks(work);
+    if (!response.success) response.message = offer_.holder() + " did not answer: nothing was done";
+  } catch (const SetupError& error) {
+    response.success = false;
+    response.message = error.what();
+  }
+  return true;
+}
+
+void SimulationNodelet::jumpTo(const std::vector<double>& state) {
+  simulation_->world.restore(state);
+  ++simulation_->port.jumps;
+}
+
+bool SimulationNodelet::onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  return between(response, [this] { jumpTo(simulation_->initial_state); });
+}
+
+bool SimulationNodelet::onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+  simulation_->port.paused = request.data;
+  response.success = true;
+  return true;
+}
+
+bool SimulationNodelet::onSave(haptic_msgs::StateFile::Request& request, haptic_msgs::StateFile::Response& response) {
+  std::vector<double> state;
+  between(response, [&] {
+    state = simulation_->world.save();
+    response.hash = simulation_->world.hash();
+  });
+  if (!response.success) return true;
+  try {
+    if (request.file.empty()) {
+      simulation_->saved_state = state;
+    } else {
+      writeState(request.file, state, response.hash);
+    }
+    response.message = std::to_string(state.size() * sizeof(double)) + " bytes";
+  } catch (const SetupError& error) {
+    response.success = false;
+    response.message = error.what();
+  }
+  return true;
+}
+
+bool SimulationNodelet::onRestore(haptic_msgs::StateFile::Request& request,
+                                  haptic_msgs::StateFile::Response& response) {
+  return between(response, [&] {
+    if (request.file.empty() && simulation_->saved_state.empty()) {
+      throw SetupError("restore", "nothing was saved", "call ~save first, or name a file");
+    }
+    jumpTo(request.file.empty() ? simulation_->saved_state : readState(request.file));
+    response.hash = simulation_->world.hash();
+  });
+}
+
+bool SimulationNodelet::onGrab(haptic_msgs::Grab::Request& request, haptic_msgs::Grab::Response& response) {
+  const auto& hands = simulation_->port.hands;
+  std::string known;
+  for (const HandPlacement& hand : hands) known += " " + hand.device;
+  const auto hand = std::find_if(hands.begin(), hands.end(), [&](const HandPlacement& h) {
+    return request.device.empty() || h.device == request.device;
+  });
+  if (hand == hands.end()) {
+    response.message = "no hand '" + request.device + "'; there are:" + known;
+    return true;
+  }
+  World& world = simulation_->world;
+  const PointerDef& named = world.pointer(hand->pointer);
+  const std::string link =
+      request.link.empty() ? simulation_->scene.world.articulations[named.articulation].links[named.link].name
+                           : request.link;
+  const int index = world.linkIndex(link);
+  if (index < 0) {
+    response.message = "no link '" + link + "'; there are:";
+    for (int i = 0; i < world.linkCount(); ++i) response.message += " " + world.linkName(i);
+    return true;
+  }
+  return between(response, [&] {
+    world.grab(hand->pointer, index);
+    ++simulation_->port.jumps;
+  });
+}
+
+}  // namespace haptic
+
+PLUGINLIB_EXPORT_CLASS(haptic::SimulationNodelet, nodelet::Nodelet)

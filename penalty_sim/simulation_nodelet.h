@@ -1,0 +1,56 @@
+/// The simulation: loads a scene, offers its world to the bridge, or steps it over topics.
+#pragma once
+#include <haptic_msgs/Grab.h>
+#include <haptic_msgs/StateFile.h>
+#include <nodelet/nodelet.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "haptic_core/loop/ports.h"
+#include "haptic_core/world/world.h"
+#include "penalty_sim/world_thread.h"
+#include "penalty_sim/world_topics.h"
+
+namespace haptic {
+
+class SimulationNodelet : public nodelet::Nodelet {
+ public:
+  ~SimulationNodelet() override;
+
+ private:
+  /// What a lease gives away: destroyed after the port has come back, or not at all.
+  struct Simulation {
+    explicit Simulation(const SceneDef& scene_def);
+    SceneDef scene;
+    World world;
+    WorldPort port;
+    std::vector<double> initial_state, saved_state;
+  };
+
+  void onInit() override;
+  void start();
+  void advertise();
+  /// Runs `work` between two ticks and turns what goes wrong into a service's answer.
+  template <class Response>
+  bool between(Response& response, const std::function<void()>& work);
+  void jumpTo(const std::vector<double>& state);
+
+  bool onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  bool onSave(haptic_msgs::StateFile::Request& request, haptic_msgs::StateFile::Response& response);
+  bool onRestore(haptic_msgs::StateFile::Request& request, haptic_msgs::StateFile::Response& response);
+  bool onGrab(haptic_msgs::Grab::Request& request, haptic_msgs::Grab::Response& response);
+
+  SimulationParameters parameters_;
+  std::unique_ptr<Simulation> simulation_;
+  PortOffer offer_;
+  std::unique_ptr<WorldTopics> topics_;
+  std::unique_ptr<WorldThread> thread_;
+  std::vector<ros::ServiceServer> services_;
+};
+
+}  // namespace haptic

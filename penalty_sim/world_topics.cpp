@@ -1,0 +1,141 @@
+#include "penalty_sim/world_topics.h"
+
+#include <haptic_msgs/ScenePlan.h>
+
+#include <boost/make_shared.hpp>
+
+#include "haptic_core/world/world.h"
+#include "penalty_sim/conversions.h"
+
+namespace haptic {
+namespace {
+
+template <class Message>
+void publishConst(const ros::Publisher& publisher, const boost::shared_ptr<Message>& message) {
+  publisher.publish(boost::shared_ptr<const Message>(message));  // const: subscribers in this process share it
+}
+
+geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child, const Pose& X,
+                                          const ros::Time& stamp) {
+  geometry_msgs::TransformStamped m;
+  m.header.frame_id = parent;
+  m.header.stamp = stamp;
+  m.child_frame_id = child;
+  m.transform = asTransform(X);
+  return m;
+}
+
+bool allFixedAbove(const ArticulationDef& articulation, int link) {
+  for (int i = link; i >= 0; i = articulation.links[i].parent) {
+    if (articulation.links[i].joint.type != JointType::kFixed) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+WorldTopics::WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parameters, const SceneDef& scene,
+                         WorldPort& port)
+    : parameters_(parameters),
+      port_(port),
+      fixed_(port.world.linkCount(), false),
+      step_(port.world.settings().step),
+      contacts_(nh.advertise<haptic_msgs::Contacts>("contacts", 2)),
+      step_report_(nh.advertise<haptic_msgs::StepReport>("step_report", 2)),
+      plan_(nh.advertise<haptic_msgs::ScenePlan>("scene_plan", 1, true)),
+      markers_(nh, scene, parameters.world_frame) {
+  for (int i = 0; i < port.world.linkCount(); ++i) links_.push_back(port.world.linkName(i));
+  publishStatic(scene);
+  publishPlan(scene);
+  thread_ = std::thread([this] { run(); });
+}
+
+WorldTopics::~WorldTopics() {
+  stop_ = true;
+  thread_.join();
+}
+
+void WorldTopics::publishStatic(const SceneDef& scene) {
+  std::vector<geometry_msgs::TransformStamped> frames;
+  const ros::Time now = ros::Time::now();
+  WorldSnapshot start;
+  port_.snapshot.read(start);
+  for (const ArticulationDef& articulation : scene.world.articulations) {
+    for (std::size_t l = 0; l < articulation.links.size(); ++l) {
+      const LinkDef& link = articulation.links[l];
+      const int index = port_.world.linkIndex(link.name);
+      if (index >= 0 && allFixedAbove(articulation, static_cast<int>(l))) {
+        fixed_[index] = true;
+        frames.push_back(transform(parameters_.world_frame, link.name, start.pose[index], now));
+      }
+      for (const MergedLink& merged : link.merged) {
+        frames.push_back(transform(link.name, merged.name, merged.X_LM, now));
+      }
+    }
+  }
+  for (const HandDef& hand : scene.hands) {
+    frames.push_back(transform(parameters_.world_frame, hand.device + "_base", hand.workspace.X_WB, now));
+  }
+  // A link that bears the world frame's own name would be its own parent.
+  frames.erase(std::remove_if(frames.begin(), frames.end(),
+                              [](const auto& f) { return f.header.frame_id == f.child_frame_id; }),
+               frames.end());
+  static_broadcaster_.sendTransform(frames);
+}
+
+void WorldTopics::publishPlan(const SceneDef& scene) {
+  const auto m = boost::make_shared<haptic_msgs::ScenePlan>();
+  m->header.frame_id = parameters_.world_frame;
+  m->header.stamp = ros::Time::now();
+  m->scene = scene.world.name;
+  m->file = scene.file;
+  m->step_size = step_;
+  m->substeps = static_cast<std::uint32_t>(port_.world.settings().substeps);
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    if (!fixed_[i]) m->links.push_back(links_[i]);
+  }
+  for (int i = 0; i < port_.world.pointerCount(); ++i) m->pointers.push_back(links_[port_.world.pointerLink(i)]);
+  m->warnings = scene.warnings;
+  m->text = sceneText(scene) + port_.world.planText();
+  publishConst(plan_, m);
+}
+
+void WorldTopics::run() {
+  const auto period = std::chrono::duration<double>(1 / parameters_.frame_rate);
+  while (!stop_) {
+    WorldSnapshot snapshot;
+    if (port_.snapshot.read(snapshot) && snapshot.stamp_ns > 0) publish(snapshot);
+    port_.wants_snapshot = true;
+    std::this_thread::sleep_for(period);
+  }
+}
+
+void WorldTopics::publish(const WorldSnapshot& snapshot) {
+  const ros::Time stamp = stampOf(snapshot.stamp_ns);
+  publishFrames(snapshot, stamp);
+  std_msgs::Header header;
+  header.frame_id = parameters_.world_frame;
+  header.stamp = stamp;
+  if (contacts_.getNumSubscribers() > 0) {
+    const auto m = boost::make_shared<haptic_msgs::Contacts>(asContacts(snapshot, links_));
+    m->header = header;
+    publishConst(contacts_, m);
+  }
+  if (step_report_.getNumSubscribers() > 0) {
+    const auto m = boost::make_shared<haptic_msgs::StepReport>(asStepReport(snapshot, links_, step_));
+    m->header = header;
+    publishConst(step_report_, m);
+  }
+  if (markers_.wanted()) markers_.publish(snapshot, stamp);
+}
+
+void WorldTopics::publishFrames(const WorldSnapshot& snapshot, const ros::Time& stamp) {
+  std::vector<geometry_msgs::TransformStamped> frames;
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    if (fixed_[i] || !finite(snapshot.pose[i])) continue;  // rviz aborts on NaN
+    frames.push_back(transform(parameters_.world_frame, links_[i], snapshot.pose[i], stamp));
+  }
+  if (!frames.empty()) broadcaster_.sendTransform(frames);
+}
+
+}  // namespace haptic

@@ -1,0 +1,46 @@
+/// The world as topics: takes snapshots from the port in a thread of its own.
+#pragma once
+#include <ros/node_handle.h>
+#include <tf2_ros/static_transform_broadcaster.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <atomic>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "haptic_core/loop/ports.h"
+#include "penalty_sim/scene_markers.h"
+#include "penalty_sim/simulation_parameters.h"
+
+namespace haptic {
+
+/// tf of all links, contacts, step_report, markers at ~frame_rate; scene_plan latched; the devices' bases and links
+/// that never move as static tf. A frame is published once: tf refuses a stamp twice, so a world that stands still
+/// is silent.
+class WorldTopics {
+ public:
+  WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parameters, const SceneDef& scene, WorldPort& port);
+  ~WorldTopics();
+
+ private:
+  void run();
+  void publish(const WorldSnapshot& snapshot);
+  void publishFrames(const WorldSnapshot& snapshot, const ros::Time& stamp);
+  void publishStatic(const SceneDef& scene);
+  void publishPlan(const SceneDef& scene);
+
+  SimulationParameters parameters_;
+  WorldPort& port_;
+  std::vector<std::string> links_;
+  std::vector<bool> fixed_;  ///< per link: its frame is static
+  double step_;
+  ros::Publisher contacts_, step_report_, plan_;
+  SceneMarkers markers_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+  tf2_ros::StaticTransformBroadcaster static_broadcaster_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,26 @@
+// device_check FILE: what an arrangement of strings can do, what is wrong with it, and its first-motion test.
+#include <cstdio>
+#include <exception>
+
+#include "haptic_core/spidar/device_check.h"
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fputs("usage: device_check FILE\nexit code: 0 nothing wrong, 1 problems found, 2 refused\n", stderr);
+    return 2;
+  }
+  try {
+    const haptic::DeviceDef def = haptic::loadDevice(argv[1]);
+    const haptic::DeviceReport report = haptic::examineDevice(def);
+    std::fputs(haptic::checkDevice(def).c_str(), stdout);
+    std::printf("figure check.strings %zu 1\n", def.strings.size());
+    std::printf("figure check.presentable_force_n %.6g N\n", report.presentable_force);
+    std::printf("figure check.presentable_torque_nm %.6g N·m\n", report.presentable_torque);
+    std::printf("figure check.feasible_share %.6g 1\n", report.feasible_share);
+    std::printf("figure check.problems %zu 1\n", report.problems.size());
+    return report.problems.empty() ? 0 : 1;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "device_check: %s\n", error.what());
+    return 2;
+  }
+}

@@ -1,0 +1,50 @@
+#include "spidar_driver/device_thread.h"
+
+#include <ros/console.h>
+
+namespace haptic {
+namespace {
+
+/// How often the thread asks for the port while the bridge has it; the strings are then the bridge's.
+constexpr std::chrono::milliseconds kRetry{20};
+
+}  // namespace
+
+DeviceThread::DeviceThread(const std::string& port, double rate_hz, const RealtimeSettings& realtime, WrenchInput& input)
+    : port_(port), rate_hz_(rate_hz), realtime_(realtime), input_(input), thread_([this] { run(); }) {}
+
+DeviceThread::~DeviceThread() {
+  stop_ = true;
+  thread_.join();
+}
+
+void DeviceThread::run() {
+  for (const std::string& line : enterRealtime(realtime_).advice) ROS_DEBUG_STREAM(port_ << ": " << line);
+  while (!stop_) {
+    auto lease = PortTable::process().claim<DevicePort>(port_, ClaimRank::kOwner, "the driver's own thread");
+    if (lease) {
+      runDevice(lease);
+    } else {
+      std::this_thread::sleep_for(kRetry);
+    }
+  }
+}
+
+void DeviceThread::runDevice(PortLease<DevicePort>& lease) {
+  DevicePort& port = *lease;
+  PeriodicWake wake(rate_hz_);
+  wake.start();
+  for (std::uint64_t tick = 0; !stop_ && !lease.recalled(); ++tick) {
+    const PeriodicWake::Wake now = wake.wait();
+    port.between_ticks.serve();
+    const DeviceSample sample = port.transport.exchange(port.device.drive());
+    port.device.sense(sample, wake.period());
+    const WrenchInput::Command command = input_.latest();
+    const double age = 1e-9 * static_cast<double>(now.start_ns - command.received_ns);
+    port.device.actuate(command.given ? command.F_G_B : Wrench{}, 0, wake.period(), command.given ? age : 0);
+    port.record(tick, now.start_ns, sample);
+  }
+  port.transport.zeroDrive();
+}
+
+}  // namespace haptic

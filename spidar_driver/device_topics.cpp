@@ -1,0 +1,164 @@
+#include "spidar_driver/device_topics.h"
+
+#include <boost/make_shared.hpp>
+
+#include "haptic_core/loop/realtime.h"
+
+namespace haptic {
+namespace {
+
+constexpr std::int64_t kSecondNs = 1000000000;
+// With nobody listening to the fast topics the thread wakes as often as tf and state need it.
+constexpr std::chrono::milliseconds kFastWake{1}, kSlowWake{15};
+
+bool finite(const Pose& X) { return X.p.allFinite() && X.R.allFinite(); }
+
+/// True once per period of `rate`; keeps its phase, and starts anew after a gap.
+bool due(std::int64_t now, double rate, std::int64_t& next) {
+  if (now < next) return false;
+  const auto period = static_cast<std::int64_t>(kSecondNs / rate);
+  next = now - next > period ? now + period : next + period;
+  return true;
+}
+
+template <class Message>
+void publishConst(const ros::Publisher& publisher, const boost::shared_ptr<Message>& message) {
+  publisher.publish(boost::shared_ptr<const Message>(message));  // const: subscribers in this process share it
+}
+
+}  // namespace
+
+DeviceTopics::DeviceTopics(ros::NodeHandle& nh, const DriverParameters& parameters, DevicePort& port,
+                           CompleteState complete)
+    : parameters_(parameters),
+      port_(port),
+      complete_(std::move(complete)),
+      base_frame_(parameters.name + "_base"),
+      grip_frame_(parameters.name + "_grip"),
+      pose_(nh.advertise<geometry_msgs::PoseStamped>("pose", 10)),
+      twist_(nh.advertise<geometry_msgs::TwistStamped>("twist", 10)),
+      wrench_(nh.advertise<geometry_msgs::WrenchStamped>("wrench", 10)),
+      joint_states_(nh.advertise<sensor_msgs::JointState>("joint_states", 10)),
+      joy_(nh.advertise<sensor_msgs::Joy>("joy", 10)),
+      state_(nh.advertise<haptic_msgs::DeviceState>("state", 1, true)),
+      markers_(nh, port.device.def(), base_frame_) {
+  if (parameters.place_base) {
+    geometry_msgs::TransformStamped base;
+    base.header.frame_id = parameters.world_frame;
+    base.header.stamp = ros::Time::now();
+    base.child_frame_id = base_frame_;
+    base.transform.rotation.w = 1;
+    static_broadcaster_.sendTransform(base);
+  }
+  publishState(last_);
+  thread_ = std::thread([this] { run(); });
+}
+
+DeviceTopics::~DeviceTopics() {
+  stop_ = true;
+  thread_.join();
+}
+
+bool DeviceTopics::motionWanted() const {
+  return pose_.getNumSubscribers() + twist_.getNumSubscribers() + wrench_.getNumSubscribers() > 0;
+}
+
+void DeviceTopics::run() {
+  while (!stop_) {
+    DeviceRecord record;
+    while (port_.records.pop(record)) handle(record);
+    const std::int64_t now = steadyNow();
+    if (now >= next_state_ns_) {
+      next_state_ns_ = now + kSecondNs;
+      publishState(last_);
+    }
+    std::this_thread::sleep_for(motionWanted() ? kFastWake : kSlowWake);
+  }
+}
+
+void DeviceTopics::handle(const DeviceRecord& record) {
+  if (record.sample.age_ticks > 0) ++lost_exchanges_;
+  const bool changed = record.state != last_.state || (record.flags & kLinkLost) != (last_.flags & kLinkLost);
+  last_ = record;
+  if (changed) publishState(record);
+  if (record.sample.buttons != last_buttons_) publishJoy(record);
+  if (!record.calibrated || !finite(record.X_BG)) return;
+  std_msgs::Header header;
+  header.frame_id = base_frame_;
+  const bool motion = due(record.stamp_ns, parameters_.pose_rate, next_pose_ns_) && motionWanted();
+  const bool joints =
+      due(record.stamp_ns, parameters_.joint_state_rate, next_joints_ns_) && joint_states_.getNumSubscribers() > 0;
+  if (motion || joints) header.stamp = toStamp(record.stamp_ns);
+  if (motion) publishMotion(record, header);
+  if (joints) publishJointStates(record, header);
+  if (due(record.stamp_ns, parameters_.frame_rate, next_frames_ns_)) publishFrames(record);
+}
+
+void DeviceTopics::publishMotion(const DeviceRecord& record, const std_msgs::Header& header) {
+  if (pose_.getNumSubscribers() > 0) {
+    const auto m = boost::make_shared<geometry_msgs::PoseStamped>();
+    m->header = header;
+    m->pose = toPose(record.X_BG);
+    publishConst(pose_, m);
+  }
+  if (twist_.getNumSubscribers() > 0) {
+    const auto m = boost::make_shared<geometry_msgs::TwistStamped>();
+    m->header = header;
+    m->twist.linear = toVector(record.V_BG.linear);
+    m->twist.angular = toVector(record.V_BG.angular);
+    publishConst(twist_, m);
+  }
+  if (wrench_.getNumSubscribers() > 0) {
+    const auto m = boost::make_shared<geometry_msgs::WrenchStamped>();
+    m->header = header;
+    m->wrench = toWrench(record.F_achieved_B);
+    publishConst(wrench_, m);
+  }
+}
+
+void DeviceTopics::publishJointStates(const DeviceRecord& record, const std_msgs::Header& header) {
+  const auto m = boost::make_shared<sensor_msgs::JointState>();
+  m->header = header;
+  const double dt = 1e-9 * static_cast<double>(record.stamp_ns - last_joints_ns_);
+  for (int i = 0; i < static_cast<int>(record.length.size()); ++i) {
+    m->name.push_back("string_" + std::to_string(i));
+    m->position.push_back(record.length[i]);
+    const bool known = last_length_.size() == record.length.size() && dt > 0;
+    m->velocity.push_back(known ? (record.length[i] - last_length_[i]) / dt : 0.0);
+    m->effort.push_back(record.tension[i]);
+  }
+  last_length_ = record.length;
+  last_joints_ns_ = record.stamp_ns;
+  publishConst(joint_states_, m);
+}
+
+void DeviceTopics::publishFrames(const DeviceRecord& record) {
+  geometry_msgs::TransformStamped grip;
+  grip.header.frame_id = base_frame_;
+  grip.header.stamp = toStamp(record.stamp_ns);
+  grip.child_frame_id = grip_frame_;
+  grip.transform = toTransform(record.X_BG);
+  broadcaster_.sendTransform(grip);
+  if (markers_.wanted()) markers_.publish(record, grip.header.stamp);
+}
+
+void DeviceTopics::publishJoy(const DeviceRecord& record) {
+  const auto m = boost::make_shared<sensor_msgs::Joy>();
+  m->header.stamp = toStamp(record.stamp_ns);
+  m->header.frame_id = grip_frame_;
+  constexpr int kButtons = 8;  // the boards' four grip buttons and the rotary switch's four bits
+  for (int i = 0; i < kButtons; ++i) m->buttons.push_back((record.sample.buttons >> i) & 1u);
+  last_buttons_ = record.sample.buttons;
+  publishConst(joy_, m);
+}
+
+void DeviceTopics::publishState(const DeviceRecord& record) {
+  const auto m = boost::make_shared<haptic_msgs::DeviceState>(toState(record, port_.device.def()));
+  m->header.frame_id = base_frame_;
+  m->header.stamp = ros::Time::now();
+  m->lost_exchanges = lost_exchanges_;
+  complete_(*m);
+  publishConst(state_, m);
+}
+
+}  // namespace haptic

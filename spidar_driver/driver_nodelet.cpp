@@ -1,0 +1,132 @@
+#include "spidar_driver/driver_nodelet.h"
+
+#include <pluginlib/class_list_macros.hpp>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/spidar/device_twin.h"
+#include "spidar_driver/transport/open_transport.h"
+
+namespace haptic {
+namespace {
+
+/// Records that wait for the topics' thread: a quarter of a second, fifteen of its wake-ups.
+std::size_t recordCapacity(double rate) { return static_cast<std::size_t>(0.25 * rate) + 16; }
+
+}  // namespace
+
+DriverNodelet::Device::Device(const DeviceDef& def, const SpidarSettings& settings, std::unique_ptr<Transport> wire,
+                              double rate)
+    : spidar(def, settings), transport(std::move(wire)), port(spidar, *transport, recordCapacity(rate)) {}
+
+void DriverNodelet::onInit() {
+  try {
+    start();
+  } catch (const SetupError& error) {
+    NODELET_FATAL_STREAM(error.what());
+    throw;  // the manager drops the nodelet, and who loaded it fails
+  }
+}
+
+std::unique_ptr<Transport> DriverNodelet::openWire(DeviceDef def) const {
+  TransportSettings settings;
+  settings.port = parameters_.port;
+  settings.rate_hz = parameters_.rate;
+  settings.usb_unit = parameters_.usb_unit;
+  if (parameters_.twin) def.transport = "twin";
+  const bool own_script = parameters_.hand == DriverParameters::Hand::kScript && parameters_.script != "scene";
+  if (own_script) settings.twin.path = handPath(parameters_.script);
+  settings.twin.hand = parameters_.hand != DriverParameters::Hand::kNone;
+  return openTransport(def, settings);
+}
+
+void DriverNodelet::start() {
+  ros::NodeHandle& nh = getNodeHandle();
+  ros::NodeHandle& priv = getPrivateNodeHandle();
+  parameters_ = readParameters(nh, priv);
+  const DeviceDef def = loadDevice(parameters_.device_file);
+  SpidarSettings settings;
+  settings.command_age_limit_s = parameters_.command_age_limit;
+  device_ = std::make_unique<Device>(def, settings, openWire(def), parameters_.rate);
+  if (parameters_.rate > device_->transport->maxRateHz() * (1 + 1e-9)) {
+    throw SetupError(priv.resolveName("rate"), "is " + std::to_string(parameters_.rate) + " Hz",
+                     "the wire carries at most " + std::to_string(device_->transport->maxRateHz()) + " Hz");
+  }
+  if (parameters_.calibrate_at_start) device_->spidar.calibrateAtHome();
+  device_->spidar.setForceEnabled(parameters_.enable_force);
+  device_->port.follows_script =
+      parameters_.twin && parameters_.hand == DriverParameters::Hand::kScript && parameters_.script == "scene";
+
+  offer_ = PortOffer(PortTable::process(), parameters_.name, device_->port, getName());
+  input_ = std::make_unique<WrenchInput>(nh, parameters_.name + "_base", [this] { return whyNoCommand(); });
+  topics_ = std::make_unique<DeviceTopics>(nh, parameters_, device_->port,
+                                           [this](haptic_msgs::DeviceState& state) { completeState(state); });
+  if (parameters_.hand == DriverParameters::Hand::kMarker) {
+    auto* twin = dynamic_cast<DeviceTwin*>(device_->transport.get());
+    hand_ = std::make_unique<HandMarker>(nh, parameters_.name + "_base", def.grip_radius, [twin](const Pose& X_BG) {
+      twin->setHandTarget({{X_BG, 0.0}, true});
+    });
+  }
+  calibrate_ = priv.advertiseService("calibrate", &DriverNodelet::onCalibrate, this);
+  recover_ = priv.advertiseService("recover", &DriverNodelet::onRecover, this);
+  enable_force_ = priv.advertiseService("enable_force", &DriverNodelet::onEnableForce, this);
+  if (parameters_.alone) {
+    thread_ = std::make_unique<DeviceThread>(parameters_.name, parameters_.rate, parameters_.realtime, *input_);
+  }
+}
+
+DriverNodelet::~DriverNodelet() {
+  calibrate_.shutdown();
+  recover_.shutdown();
+  enable_force_.shutdown();
+  hand_.reset();
+  thread_.reset();
+  input_.reset();
+  topics_.reset();  // and with it the last reader of the offer
+  const bool free = offer_.withdraw();
+  if (!device_) return;
+  device_->transport->zeroDrive();
+  if (!free) {
+    NODELET_ERROR_STREAM(parameters_.name << " was not given back in time; its memory is kept");
+    static_cast<void>(device_.release());  // the runner may still use it
+  }
+}
+
+std::string DriverNodelet::whyNoCommand() const {
+  if (offer_.heldBy(ClaimRank::kBridge)) return "the real-time loop holds the device";
+  if (!parameters_.twin && ros::Time::isSimTime()) return "/use_sim_time is set: a replayed bag must not drive motors";
+  if (offer_.holder().empty()) return "nobody runs the device (~alone is false and no bridge holds it)";
+  return {};
+}
+
+void DriverNodelet::completeState(haptic_msgs::DeviceState& state) const {
+  state.transport = parameters_.twin ? "twin" : device_->spidar.def().transport;
+  state.max_rate = device_->transport->maxRateHz();
+  state.claimed = offer_.heldBy(ClaimRank::kBridge);
+}
+
+/// A request is taken up by the next tick; without a runner there is none.
+template <class Response>
+bool DriverNodelet::answer(Response& response) const {
+  response.success = !offer_.holder().empty();
+  if (!response.success) response.message = "nobody runs the device: the request waits for the next tick";
+  return true;
+}
+
+bool DriverNodelet::onCalibrate(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  device_->spidar.calibrateAtHome();
+  return answer(response);
+}
+
+bool DriverNodelet::onRecover(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  device_->spidar.recover();
+  return answer(response);
+}
+
+bool DriverNodelet::onEnableForce(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+  device_->spidar.setForceEnabled(request.data);
+  return answer(response);
+}
+
+}  // namespace haptic
+
+PLUGINLIB_EXPORT_CLASS(haptic::DriverNodelet, nodelet::Nodelet)

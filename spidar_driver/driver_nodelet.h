@@ -1,0 +1,50 @@
+/// The driver: loads a device, offers it to the bridge, or runs it over topics.
+#pragma once
+#include <nodelet/nodelet.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <memory>
+
+#include "spidar_driver/device_thread.h"
+#include "spidar_driver/device_topics.h"
+#include "spidar_driver/hand_marker.h"
+#include "spidar_driver/wrench_input.h"
+
+namespace haptic {
+
+class DriverNodelet : public nodelet::Nodelet {
+ public:
+  ~DriverNodelet() override;
+
+ private:
+  /// What a lease gives away: destroyed after the port has come back, or not at all.
+  struct Device {
+    Device(const DeviceDef& def, const SpidarSettings& settings, std::unique_ptr<Transport> wire, double rate);
+    Spidar spidar;
+    std::unique_ptr<Transport> transport;
+    DevicePort port;
+  };
+
+  void onInit() override;
+  void start();
+  std::unique_ptr<Transport> openWire(DeviceDef def) const;
+  std::string whyNoCommand() const;
+  void completeState(haptic_msgs::DeviceState& state) const;
+  bool onCalibrate(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  bool onRecover(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  bool onEnableForce(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  template <class Response>
+  bool answer(Response& response) const;
+
+  DriverParameters parameters_;
+  std::unique_ptr<Device> device_;
+  PortOffer offer_;
+  std::unique_ptr<WrenchInput> input_;
+  std::unique_ptr<DeviceTopics> topics_;
+  std::unique_ptr<DeviceThread> thread_;
+  std::unique_ptr<HandMarker> hand_;
+  ros::ServiceServer calibrate_, recover_, enable_force_;
+};
+
+}  // namespace haptic

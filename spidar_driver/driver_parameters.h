@@ -1,0 +1,35 @@
+/// Every parameter of the driver, in one place.
+#pragma once
+#include <ros/node_handle.h>
+
+#include <string>
+
+#include "haptic_core/loop/realtime.h"
+
+namespace haptic {
+
+struct DriverParameters {
+  std::string device_file;     ///< ~device: path of a description, or the name of one in haptic_description/devices
+  std::string name;            ///< of the device: the last part of the node's namespace; prefix of its frames
+  bool twin = true;            ///< ~transport: "twin" (default), or "file" for what the description says
+  std::string port;            ///< ~port: serial port of the boards; empty: the first that has some
+  int usb_unit = -1;           ///< ~usb_unit: rotary switch of the amplifier, 0–15; -1: any
+  double rate = 1000;          ///< ~rate [Hz]: of the twin, and of the driver's own thread
+  bool alone = true;           ///< ~alone: run the device in an own thread while no bridge holds it
+  enum class Hand { kScript, kMarker, kNone } hand = Hand::kScript;  ///< ~hand: who moves the twin's grip
+  std::string script;          ///< ~script: path of the twin's hand (rest, press, touch_cube, wave); "scene": the scene's
+  bool calibrate_at_start;     ///< ~calibrate_at_start: the grip is at home when the node starts; default: twin
+  bool enable_force;           ///< ~enable_force_at_start; default: twin
+  double command_age_limit;    ///< ~command_age_limit [s]: an older wrench command decays
+  double pose_rate = 500;      ///< ~pose_rate [Hz]: of pose, twist and wrench
+  double joint_state_rate = 100;  ///< ~joint_state_rate [Hz]
+  double frame_rate = 30;      ///< ~frame_rate [Hz]: of tf and markers
+  std::string world_frame;     ///< ~world_frame: parent of the base in tf when ~place_base is set
+  bool place_base = false;     ///< ~place_base: publish world -> base as identity (no simulation does it)
+  RealtimeSettings realtime;   ///< ~priority, ~cpu, ~lock_memory: of the own thread
+};
+
+/// Throws SetupError naming parameter, unit and bounds.
+DriverParameters readParameters(const ros::NodeHandle& ns, const ros::NodeHandle& priv);
+
+}  // namespace haptic

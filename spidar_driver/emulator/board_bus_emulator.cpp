@@ -1,0 +1,101 @@
+#include "spidar_driver/emulator/board_bus_emulator.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+
+BoardBusEmulator::BoardBusEmulator(MotorPlant& plant, const BusEmulatorSettings& settings)
+    : plant_(plant), settings_(settings), byte_ns_(10 * 1000000000ll / settings.baud) {}
+
+void BoardBusEmulator::addBoard(const std::string& model, int id) {
+  const BoardShape* shape = findBoardModel(model);
+  if (!shape)
+    throw SetupError("board '" + model + "'", "is no known model", "use one of " + boardModelNames());
+  if (id < 0 || id >= kMaxBoards || board(id))
+    throw SetupError("board id " + std::to_string(id), "is taken or not in 0-7",
+                     "give each board an id of its own");
+  boards_.push_back(std::make_unique<EmulatedBoard>(id, *shape, channels_, plant_));
+  channels_ += shape->motors;
+}
+
+EmulatedBoard* BoardBusEmulator::board(int id) {
+  for (const auto& b : boards_)
+    if (b->id() == id) return b.get();
+  return nullptr;
+}
+
+void BoardBusEmulator::receive(const std::uint8_t* bytes, std::size_t size, std::int64_t now_ns) {
+  line_ns_ = std::max(line_ns_, now_ns);
+  for (std::size_t i = 0; i < size; ++i) to_boards.apply(bytes[i], [this](std::uint8_t byte) { hear(byte); });
+}
+
+void BoardBusEmulator::hear(std::uint8_t byte) {
+  line_ns_ += byte_ns_;
+  fifo_.push_back(byte);
+  if (static_cast<int>(fifo_.size()) < settings_.fifo_trigger) return;
+  for (const std::uint8_t b : fifo_)
+    for (const auto& board : boards_)
+      if (const int size = board->receive(b, line_ns_)) reply(*board, size);
+  fifo_.clear();
+}
+
+void BoardBusEmulator::reply(const EmulatedBoard& board, int size) {
+  std::int64_t at = line_ns_ + settings_.reply_delay_ns;
+  const std::int64_t delay = late_replies_ > 0 ? late_ns_ : 0;
+  late_replies_ -= late_replies_ > 0;
+  for (int i = 0; i < size; ++i)
+    to_host.apply(board.reply()[i],
+                  [this, &at, delay](std::uint8_t byte) { put(at += byte_ns_, delay, byte); });
+}
+
+/// Sorts a byte in; one that overlaps another on the line garbles it.
+void BoardBusEmulator::put(std::int64_t at, std::int64_t delay, std::uint8_t byte) {
+  auto place = out_.end();
+  while (place != out_.begin() && std::prev(place)->at > at) --place;
+  for (auto near : {place, place == out_.begin() ? out_.end() : std::prev(place)})
+    if (near != out_.end() && std::abs(near->at - at) < byte_ns_) {
+      near->byte = static_cast<std::uint8_t>(near->byte & byte);
+      ++collisions_;
+      return;
+    }
+  const std::int64_t before = place == out_.begin() ? 0 : std::prev(place)->due;
+  out_.insert(place, {at, std::max(at + delay, before), byte});
+}
+
+std::size_t BoardBusEmulator::take(std::uint8_t* bytes, std::size_t capacity, std::int64_t now_ns) {
+  std::size_t taken = 0;
+  while (taken < capacity && !out_.empty() && out_.front().due <= now_ns) {
+    bytes[taken++] = out_.front().byte;
+    out_.pop_front();
+  }
+  return taken;
+}
+
+std::int64_t BoardBusEmulator::nextByteAt() const {
+  return out_.empty() ? std::numeric_limits<std::int64_t>::max() : out_.front().due;
+}
+
+std::int64_t BoardBusEmulator::quietAt() const {
+  if (out_.empty()) return std::numeric_limits<std::int64_t>::max();
+  auto last = out_.begin();
+  for (auto next = std::next(last); next != out_.end() && next->due - last->due <= 2 * byte_ns_; ++next)
+    last = next;
+  return last->due;
+}
+
+void BoardBusEmulator::clearLine() {
+  out_.clear();
+  fifo_.clear();
+}
+
+bool BoardBusEmulator::allCurrentsZero() const {
+  for (const auto& b : boards_)
+    for (int m = 0; m < b->shape().motors; ++m)
+      if (b->digit(m) != 0) return false;
+  return true;
+}
+
+}  // namespace haptic

@@ -1,0 +1,31 @@
+/// What a wire has been through since it was opened: for diagnostics.
+#pragma once
+#include <cstdint>
+#include <string>
+
+namespace haptic {
+
+struct LinkReport {
+  std::uint64_t cycles = 0;          ///< exchanges sent
+  std::uint64_t lost = 0;            ///< exchanges without a fresh answer of every board
+  std::uint64_t late = 0;            ///< answers that came after their exchange had given up
+  std::uint64_t unsound = 0;         ///< cycles dropped because bytes were lost, added or out of place
+  std::uint64_t foreign_bytes = 0;   ///< bytes that belong to no answer
+  std::uint64_t refused_counts = 0;  ///< readings that no string can have made
+  std::uint64_t restarts = 0;        ///< counters that started anew: calibrate again
+  std::uint64_t reconnects = 0;      ///< times the port was opened again
+  std::uint64_t over_rate = 0;       ///< exchanges asked for before the wire was free; they waited
+  std::uint64_t bad_commands = 0;    ///< commands with a value that is not finite; they became zero current
+  std::uint64_t clamped = 0;         ///< drive values outside the string's tension range
+  std::uint32_t silent_boards = 0;   ///< bit per board id that does not answer now
+};
+
+/// Implemented by the transports that have a wire.
+class LinkReporter {
+ public:
+  virtual ~LinkReporter() = default;
+  virtual LinkReport linkReport() const noexcept = 0;  ///< from any thread; each number is whole by itself
+  virtual std::string describe() const = 0;            ///< one line: port, boards, highest rate
+};
+
+}  // namespace haptic

@@ -1,0 +1,52 @@
+/// `wrench_command`: a wrench on the hand from a topic, in the device's base, with its age.
+#pragma once
+#include <geometry_msgs/WrenchStamped.h>
+#include <ros/node_handle.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include "haptic_core/base/latest_value.h"
+#include "haptic_core/base/spatial.h"
+
+namespace haptic {
+
+/// A command's age counts from its receipt on the steady clock: stamps of other machines, bags and simulated
+/// clocks say nothing about whether its sender still lives.
+class WrenchInput {
+ public:
+  struct Command {
+    Wrench F_G_B;                ///< on the hand, about the grip's origin, axes of the base
+    std::int64_t received_ns = 0;
+    bool given = false;
+  };
+  /// Says why a command must not act now; empty: it may.
+  using Gate = std::function<std::string()>;
+
+  WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, Gate gate);
+
+  const Command& latest() {      ///< (in realtime) for the device's thread alone
+    slot_.read(command_);
+    return command_;
+  }
+  std::uint32_t refused() const { return refused_; }
+
+ private:
+  void receive(const geometry_msgs::WrenchStamped::ConstPtr& message);
+  bool rotationToBase(const std::string& frame, Matrix3& R_BF, std::string& why) const;
+  void refuse(const std::string& why);
+
+  std::string base_frame_;
+  Gate gate_;
+  tf2_ros::Buffer buffer_;
+  tf2_ros::TransformListener listener_;
+  LatestValue<Command> slot_;
+  Command command_;
+  std::atomic<std::uint32_t> refused_{0};
+  ros::Subscriber subscriber_;  // last: no message may arrive before the rest exists, or after it is gone
+};
+
+}  // namespace haptic

@@ -1,0 +1,21 @@
+/// The one exception of the set-up phase. Nothing throws inside a tick.
+#pragma once
+#include <stdexcept>
+#include <string>
+
+namespace haptic {
+
+/// One line for the user: what is wrong, where (file, link, tag or parameter), and what to do about it.
+class SetupError : public std::runtime_error {
+ public:
+  SetupError(const std::string& where, const std::string& what, const std::string& remedy)
+      : std::runtime_error(oneLine(where + ": " + what + (remedy.empty() ? "" : "; " + remedy))) {}
+
+  /// What a file says is quoted in messages: line breaks and other control characters in it become spaces.
+  static std::string oneLine(std::string text) {
+    for (char& c : text) c = static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+    return text;
+  }
+};
+
+}  // namespace haptic

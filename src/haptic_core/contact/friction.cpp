@@ -1,0 +1,118 @@
+#include "haptic_core/contact/friction.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+/// r_τ over the radius of gyration of the pressure: ⅔ R over R/√2 for uniform pressure on a disc of radius R.
+constexpr double kTorsionRadius = 2.0 / 3.0 * M_SQRT2;
+
+/// Force and torque of friction, or slip and twist.
+struct Planar {
+  Vector2 force = Vector2::Zero();
+  double torque = 0;
+  Planar operator-(const Planar& o) const { return {force - o.force, torque - o.torque}; }
+  Planar operator+(const Planar& o) const { return {force + o.force, torque + o.torque}; }
+  Planar operator*(double s) const { return {s * force, s * torque}; }
+  double dot(const Planar& o) const { return force.dot(o.force) + torque * o.torque; }
+};
+
+/// The elastic layer under the patch.
+struct Layer {
+  double A0, J, k, b;
+  Planar force(const Planar& slip, const Planar& rate) const {
+    return {-A0 * (k * slip.force + b * rate.force), -J * (k * slip.torque + b * rate.torque)};
+  }
+  Planar slipFor(const Planar& f) const { return {-f.force / (A0 * k), J > 0 ? -f.torque / (J * k) : 0.0}; }
+};
+
+double loadOf(const Planar& f, double limit, double torsion_limit) {
+  const double torsion = torsion_limit > 0 ? f.torque / torsion_limit : 0.0;
+  return std::sqrt(f.force.squaredNorm() / (limit * limit) + torsion * torsion);
+}
+
+/// Elastic slip brought to this patch: area that joined comes unstrained.
+Planar carried(const FrictionMemory& m, const Matrix3& R_PA, const Layer& layer) {
+  const double shrink = layer.A0 > m.area ? m.area / layer.A0 : 1.0;
+  const double shrink_twist = layer.J > m.torsion ? m.torsion / layer.J : 1.0;
+  return {shrink * (R_PA * m.slip_A).head<2>(), shrink_twist * m.twist};
+}
+
+}  // namespace
+
+double tangentialDamping(const PairLaw& law, double area) noexcept {
+  const ContactMaterial& m = law.material;
+  return m.tangential_damping >= 0 ? m.tangential_damping
+                                   : 2 * std::sqrt(m.tangential_stiffness * law.reduced_mass / area);
+}
+
+double torsionArea(const ContactVolume& contact) noexcept {
+  return std::max(0.0, contact.A2.trace() - contact.A1.squaredNorm() / contact.A0);
+}
+
+FrictionForce frictionForce(const ContactVolume& contact, const ContactWorkspace& workspace,
+                            const NormalPressure& normal, const Twist& V, const FrictionMemory& memory,
+                            const PairLaw& law, const Advance& advance) noexcept {
+  FrictionForce out;
+  const ContactMaterial& m = law.material;
+  const double N = normal.force;
+  if (N <= 0 || contact.A0 <= 0 || m.mu_static <= 0) return out;
+  const Layer layer{contact.A0, law.torsion ? torsionArea(contact) : 0.0, m.tangential_stiffness,
+                    tangentialDamping(law, contact.A0)};
+  const Matrix3 R_PA = contact.X_AP.R.transpose();
+  const bool fresh = memory.touching == 0, slid = memory.sliding > 0;
+  const Planar rate{V.linear.head<2>(), law.torsion ? V.angular.z() : 0.0};
+  const Planar old_rate = fresh ? rate : Planar{(R_PA * memory.rate_A).head<2>(), memory.spin};
+  const Planar before = fresh ? Planar{} : carried(memory, R_PA, layer);
+  Planar slip = before + (rate * (1 - advance.old_share) + old_rate * advance.old_share) * advance.time;
+  // The slip came to a stop after the share `stop` of the step: only what came after loads the springs.
+  const double forward = old_rate.dot(old_rate), backward = -old_rate.dot(rate);
+  const bool stops = slid && advance.old_share > 0 && backward > 0;
+  const double stop = stops ? forward / (forward + backward) : 1.0;
+  if (stops) slip = before + rate * (0.5 * (1 - stop) * advance.time);
+  Planar trial = layer.force(slip, rate);
+
+  const double gyration2 = contact.volume > 0 ? contact.V2.trace() / contact.volume : layer.J / layer.A0;
+  const double limit = (slid ? m.mu_dynamic : m.mu_static) * N;
+  const double torsion_limit = limit * kTorsionRadius * std::sqrt(std::max(0.0, gyration2));
+  out.load = loadOf(trial, limit, torsion_limit);
+  // What the springs hold on the limit surface: what slid last, or the trial force brought back to it.
+  const Planar held = slid ? layer.force(before, {}) : trial * (1 / std::max(1.0, out.load));
+  bool slides = slid || (advance.may_yield && out.load > 1);
+  Planar f = trial;
+  if (slides) {
+    const Planar direction = layer.slipFor(trial - held);
+    const SlidingIntegral s = slidingIntegral(workspace, contact, normal.field, normal.moments(contact),
+                                              direction.force, direction.torque, normal.radius);
+    const Planar sliding{-m.mu_dynamic * s.force, law.torsion ? -m.mu_dynamic * s.torque : 0.0};
+    // Outside the limit surface as seen along the slip? After a static limit it is anyway.
+    if (!slid || direction.dot(sliding - trial) > 0) {
+      f = sliding;
+      slip = layer.slipFor(f);
+      out.load = 1;
+    } else if (trial.dot(rate) >= 0) {
+      slides = false;
+      out.event = stop;
+    }
+  }
+  if (slides && !slid && !fresh && advance.old_share > 0 && out.load >= 1) {
+    // ∫f dt over a step that yields after the share α: f0 … limit, then sliding; the rule takes (f0 + f1) h/2.
+    const double load1 = loadOf(trial, limit, torsion_limit);
+    const double alpha = std::clamp((1 - memory.load) / std::max(load1 - memory.load, 1e-300), 0.0, 1.0);
+    const Planar f0{(R_PA * memory.force_A).head<2>(), memory.torque};
+    const Planar missed = (f0 * (alpha - 1) + held * alpha + f * (1 - 2 * alpha)) * (0.5 * advance.time);
+    out.event = alpha;
+    out.impulse = missed.force;
+    out.angular_impulse = missed.torque;
+  }
+  out.force = f.force;
+  out.torque = f.torque;
+  out.slip = slip.force;
+  out.twist = slip.torque;
+  out.sliding = slides;
+  return out;
+}
+
+}  // namespace haptic

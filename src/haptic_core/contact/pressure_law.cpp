@@ -1,0 +1,165 @@
+#include "haptic_core/contact/pressure_law.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/base/fixed_vector.h"
+#include "haptic_core/geometry/contact_integrals.h"
+
+namespace haptic {
+namespace {
+
+/// Vertices that a piece of the overlay may have. Two faces of 64-sided cylinders give 128; a face beyond the
+/// capacity is left unclipped, which errs by the damper's pull on it.
+constexpr int kPieceVertices = 192;
+
+/// d counts as uniform when its mean is this close to its largest value, relatively: the part of the patch where it
+/// can be less than half is then below four times this, and so is the error of not clipping there.
+constexpr double kUniform = 1e-6;
+
+/// A damper that pulls with less than this share of the mean elastic pressure is let pull: the patch is at rest, and
+/// what it would add is below the rounding of a depth of micrometres.
+constexpr double kNegligiblePull = 1e-9;
+
+double patchReach(const ContactWorkspace& workspace, const ContactVolume& contact) {
+  const Vector3 n = contact.X_AP.R.col(2), p = contact.X_AP.p;
+  double reach2 = 0;
+  for (const Vector3& vertex : workspace.vertices()) {
+    const Vector3 r = vertex - p;
+    const double z = n.dot(r);
+    reach2 = std::max(reach2, r.squaredNorm() - z * z);
+  }
+  return std::sqrt(std::max(0.0, reach2));
+}
+
+/// Approach rate ḋ = rate + slope·r.
+struct Approach {
+  double rate;
+  Vector2 slope;
+};
+
+/// p = k d (φ + g·r) where positive, φ = 1 + c ḋ(0) and g = c ∇ḋ.
+void huntCrossley(const ContactVolume& contact, ContactWorkspace& workspace, const Approach& a, double k, double c,
+                  NormalPressure& out) {
+  const double phi = 1 + c * a.rate;
+  const Vector2 g = c * a.slope;
+  out.field = {k * phi, k * g, 0, Vector2::Zero()};
+  out.clipped = phi - g.norm() * out.radius < 0;
+  if (!out.clipped) {
+    out.force = k * phi * contact.volume;
+    out.first = k * contact.V2 * g;
+    return;
+  }
+  const PartMoments part = momentsWhere(workspace, contact, -g, phi);
+  out.force = std::max(0.0, k * (phi * part.volume + g.dot(part.V1)));
+  out.first = k * (phi * part.V1 + part.V2 * g);
+}
+
+using Piece = FixedVector<Vector2, kPieceVertices>;
+
+/// Keeps the part of a convex polygon where `height`, affine, is ≥ 0.
+template <class Height>
+void keepAbove(Piece& piece, Height height) {
+  Piece kept;
+  for (std::size_t i = 0; i < piece.size(); ++i) {
+    const Vector2 &p = piece[i], &q = piece[i + 1 < piece.size() ? i + 1 : 0];
+    const double hp = height(p), hq = height(q);
+    if (hp >= 0) kept.push_back(p);
+    if ((hp >= 0) != (hq >= 0)) kept.push_back(p + hp / (hp - hq) * (q - p));
+  }
+  piece = kept;
+}
+
+/// Adds ∫ p and ∫ r p over a polygon on which p is affine.
+template <class Pressure>
+void addPiece(const Piece& piece, Pressure pressure, NormalPressure& out) {
+  for (std::size_t i = 1; i + 1 < piece.size(); ++i) {
+    const Vector2 corner[3] = {piece[0], piece[i], piece[i + 1]};
+    const Vector2 ab = corner[1] - corner[0], ac = corner[2] - corner[0];
+    const double twelfth = (ab.x() * ac.y() - ab.y() * ac.x()) / 24;
+    const double p[3] = {pressure(corner[0]), pressure(corner[1]), pressure(corner[2])};
+    const double sum = p[0] + p[1] + p[2];
+    out.force += 4 * twelfth * sum;
+    for (int j = 0; j < 3; ++j) out.first += twelfth * (sum + p[j]) * corner[j];
+  }
+}
+
+/// A face of V over the patch: z = height + slope·r. Faces steeper than this have no projection worth integrating:
+/// its width is below 1e-9 of the depth.
+constexpr double kSteep = 1e-9;
+struct Sheet {
+  double height;
+  Vector2 slope;
+  Sheet(const ContactFace& face, const Pose& X_AP) {
+    const Vector3 n = X_AP.R.transpose() * face.normal;
+    height = (face.offset - face.normal.dot(X_AP.p)) / n.z();
+    slope = -n.head<2>() / n.z();
+  }
+  double at(const Vector2& r) const { return height + slope.dot(r); }
+};
+
+/// ∫ max(0, k d + b ḋ) by overlaying the faces of A (above) and of B (below).
+void overlay(const ContactVolume& contact, ContactWorkspace& workspace, const Approach& a, double k, double b,
+             NormalPressure& out) {
+  workspace.buildLoops();
+  const Vector3 n = contact.normal();
+  const auto rise = [&](const ContactLoop& loop) { return workspace.faces()[loop.face].normal.dot(n); };
+  const auto point = [&](const ContactLoop& loop, int i) -> Vector2 {
+    const int vertex = workspace.loopVertices()[loop.first + i % loop.count];
+    return (contact.X_AP.R.transpose() * (workspace.vertices()[vertex] - contact.X_AP.p)).head<2>();
+  };
+  for (const ContactLoop& upper : workspace.loops()) {
+    if (rise(upper) < kSteep) continue;
+    const Sheet above(workspace.faces()[upper.face], contact.X_AP);
+    for (const ContactLoop& lower : workspace.loops()) {
+      if (rise(lower) > -kSteep) continue;
+      const Sheet below(workspace.faces()[lower.face], contact.X_AP);
+      Piece piece;
+      for (int i = 0; i < upper.count; ++i) piece.push_back(point(upper, i));
+      for (int i = 0; i < lower.count && piece.size() >= 3; ++i) {
+        // Seen from above the lower loop runs clockwise: inside lies to the right of its edges.
+        const Vector2 from = point(lower, i), along = point(lower, i + 1) - from;
+        keepAbove(piece, [&](const Vector2& r) {
+          return along.y() * (r.x() - from.x()) - along.x() * (r.y() - from.y());
+        });
+      }
+      const auto pressure = [&](const Vector2& r) {
+        return k * (above.at(r) - below.at(r)) + b * (a.rate + a.slope.dot(r));
+      };
+      keepAbove(piece, pressure);
+      addPiece(piece, pressure, out);
+    }
+  }
+}
+
+void linear(const ContactVolume& contact, ContactWorkspace& workspace, const Approach& a, double k, double b,
+            NormalPressure& out) {
+  out.field = {k, Vector2::Zero(), b * a.rate, b * a.slope};
+  const double mean = contact.volume / contact.A0, slowest = a.rate - a.slope.norm() * out.radius;
+  const bool uniform = contact.depth - mean <= kUniform * contact.depth;
+  const double pull = -b * slowest;
+  out.clipped = pull > kNegligiblePull * k * mean && !(uniform && pull <= 0.5 * k * mean);
+  if (out.clipped) return overlay(contact, workspace, a, k, b, out);
+  out.force = k * contact.volume + b * (a.rate * contact.A0 + a.slope.dot(contact.A1));
+  out.first = b * (a.rate * contact.A1 + contact.A2 * a.slope);
+}
+
+}  // namespace
+
+NormalPressure normalPressure(const ContactVolume& contact, ContactWorkspace& workspace, const Twist& V,
+                              PressureLaw law, const ContactMaterial& m) noexcept {
+  const Approach a{-V.linear.z(), Vector2(V.angular.y(), -V.angular.x())};
+  NormalPressure out;
+  out.radius = patchReach(workspace, contact);
+  if (law == PressureLaw::kHuntCrossley) {
+    huntCrossley(contact, workspace, a, m.stiffness, m.dissipation, out);
+  } else {
+    linear(contact, workspace, a, m.stiffness, m.damping, out);
+  }
+  out.elastic_force = m.stiffness * contact.volume;
+  // Power taken from the bodies, ∫ p ḋ, less what the springs store, k ∫ d ḋ (∫ r d = 0).
+  out.damping_power = a.rate * out.force + a.slope.dot(out.first) - a.rate * out.elastic_force;
+  return out;
+}
+
+}  // namespace haptic

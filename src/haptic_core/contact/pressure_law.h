@@ -1,0 +1,39 @@
+/// Normal pressure over a patch, never negative, and its exact integrals.
+///
+/// With r = (x, y) in the patch frame, thickness d(r), and V the twist of B relative to A at P, the approach rate is
+///     ḋ(r) = -(v_z + ω_x y - ω_y x).
+///     linear          p = max(0, k d + b ḋ)        jumps at touch: the seeds' law
+///     Hunt–Crossley   p = k d max(0, 1 + c ḋ)      continuous at touch and at parting
+/// Where nothing is clipped, force and moments are sums over the moments of the volume. Where 1 + c ḋ changes sign
+/// the patch is cut along that line; where k d + b ḋ does, the faces below and above are overlaid and each piece,
+/// on which p is linear, is cut. Both are exact.
+#pragma once
+#include "haptic_core/contact/contact_material.h"
+#include "haptic_core/contact/sliding_friction.h"
+#include "haptic_core/geometry/contact_volume.h"
+#include "haptic_core/geometry/contact_workspace.h"
+
+namespace haptic {
+
+enum class PressureLaw : unsigned char { kLinear, kHuntCrossley };
+
+struct NormalPressure {
+  double force = 0;                    ///< ∫ p dA [N]
+  Vector2 first = Vector2::Zero();     ///< ∫ r p dA [N·m]
+  double elastic_force = 0;            ///< k ∫ d dA [N]: the part at rest
+  double damping_power = 0;            ///< dissipated: ∫ (p - k d) ḋ dA [W]
+  double radius = 0;                   ///< extent of the patch about P [m]
+  PressureField field;                 ///< p before clipping, for the friction integral
+  bool clipped = false;                ///< somewhere in the patch p is held at 0
+
+  /// Moments for the friction series: the second is the elastic one, scaled to the force.
+  PressureMoments moments(const ContactVolume& contact) const {
+    return {force, first, contact.volume > 0 ? Matrix2(force / contact.volume * contact.V2) : Matrix2::Zero()};
+  }
+};
+
+/// (in realtime) `V` is the twist of B relative to A at P in P's axes. `workspace` holds V of `contact`.
+NormalPressure normalPressure(const ContactVolume& contact, ContactWorkspace& workspace, const Twist& V,
+                              PressureLaw law, const ContactMaterial& material) noexcept;
+
+}  // namespace haptic

@@ -1,0 +1,131 @@
+#include "haptic_core/contact/sliding_friction.h"
+
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+/// Faces steeper than this are left out: they carry less than kEdgeOn · depth/(2 · size) of the force, and their
+/// heights, continued to a far instant centre, would cancel.
+constexpr double kEdgeOn = 1e-3;
+
+Vector2 turned(const Vector2& a) { return Vector2(-a.y(), a.x()); }
+
+/// Second-order series in κ = ω/|v|: with ξ along the slip and η across, t̂ = (1 - κ²ξ²/2, κξ + κ²ξη).
+SlidingIntegral nearTranslation(const PressureMoments& m, const Vector2& v, double w) {
+  const double speed = v.norm(), kappa = w / speed;
+  const Vector2 e = v / speed, across = turned(e);
+  const double xx = e.dot(m.second * e), xy = e.dot(m.second * across);
+  SlidingIntegral out;
+  out.force = (m.force - 0.5 * kappa * kappa * xx) * e + (kappa * e.dot(m.first) + kappa * kappa * xy) * across;
+  out.torque = kappa * xx - across.dot(m.first);
+  return out;
+}
+
+/// Weight of a face as a polynomial of x = r - c: w0 + w1·x + xᵀ W x, times the projected area element.
+struct FaceWeight {
+  double w0 = 0;
+  Vector2 w1 = Vector2::Zero();
+  Matrix2 W = Matrix2::Zero();
+};
+
+/// Height of the face above P times the part of p that grows with d, plus p's other part on A's faces.
+FaceWeight faceWeight(const Vector3& normal_P, double height0, bool of_a, const PressureField& p, const Vector2& c) {
+  const Vector2 slope = -normal_P.head<2>() / normal_P.z();
+  const double z = height0 + slope.dot(c);
+  const double k = p.k0 + p.k1.dot(c);
+  FaceWeight out;
+  out.w0 = z * k;
+  out.w1 = z * p.k1 + k * slope;
+  out.W = 0.5 * (slope * p.k1.transpose() + p.k1 * slope.transpose());
+  if (of_a) {
+    out.w0 += p.b0 + p.b1.dot(c);
+    out.w1 += p.b1;
+  }
+  return out;
+}
+
+/// ∫ uᵐ/R and ∫ uᵐ R from u0 to u1, R = sqrt(e² + u²), e > 0.
+struct EdgeIntegrals {
+  double I[4], K[3];
+  EdgeIntegrals(double e, double u0, double u1) {
+    const double e2 = e * e;
+    const double R0 = std::sqrt(e2 + u0 * u0), R1 = std::sqrt(e2 + u1 * u1);
+    const double cubes = (R1 * R1 * R1 - R0 * R0 * R0) / 3;
+    const double product = u1 * R1 - u0 * R0;
+    I[0] = std::asinh(u1 / e) - std::asinh(u0 / e);
+    I[1] = R1 - R0;
+    I[2] = 0.5 * (product - e2 * I[0]);
+    I[3] = cubes - e2 * I[1];
+    K[0] = 0.5 * (product + e2 * I[0]);
+    K[1] = cubes;
+    K[2] = 0.25 * (u1 * R1 * R1 * R1 - u0 * R0 * R0 * R0) - 0.25 * e2 * K[0];
+  }
+};
+
+/// ∫ p x/|x| and ∫ p |x| over the triangle from the instant centre to the edge from → to, signed.
+struct CentreSums {
+  Vector2 direction = Vector2::Zero();
+  double distance = 0;
+
+  void add(const FaceWeight& weight, const Vector2& normal, const Vector2& along, double e, const EdgeIntegrals& g,
+           double sign) {
+    const double a1 = weight.w1.dot(normal), b1 = weight.w1.dot(along);
+    const double aa = normal.dot(weight.W * normal), ab = normal.dot(weight.W * along),
+                 bb = along.dot(weight.W * along);
+    // w0/2 + w1·x/3 + xᵀWx/4 with x = e normal + u along, as a polynomial of u.
+    const double q0 = weight.w0 / 2 + e * a1 / 3 + e * e * aa / 4, q1 = b1 / 3 + e * ab / 2, q2 = bb / 4;
+    direction += sign * e * (e * (q0 * g.I[0] + q1 * g.I[1] + q2 * g.I[2]) * normal +
+                             (q0 * g.I[1] + q1 * g.I[2] + q2 * g.I[3]) * along);
+    const double r0 = weight.w0 / 3 + e * a1 / 4 + e * e * aa / 5, r1 = b1 / 4 + 2 * e * ab / 5, r2 = bb / 5;
+    distance += sign * e * (r0 * g.K[0] + r1 * g.K[1] + r2 * g.K[2]);
+  }
+};
+
+}  // namespace
+
+SlidingIntegral slidingIntegral(const ContactWorkspace& workspace, const ContactVolume& contact,
+                                const PressureField& pressure, const PressureMoments& moments, const Vector2& v,
+                                double w, double radius) noexcept {
+  const double speed = v.norm();
+  if (speed == 0 && w == 0) return {};
+  if (std::abs(w) * radius * kFarCentre < speed) return nearTranslation(moments, v, w);
+  const Vector2 centre = turned(v) / w;  // v + ω ẑ × c = 0
+  const Matrix3 R_PA = contact.X_AP.R.transpose();
+  // An edge through the centre has no triangle; closer than this it adds less than rounding.
+  const double smallest = 1e-12 * radius;
+  CentreSums sums;
+  for (const ContactEdge& edge : workspace.edges()) {
+    const Vector3 from3 = R_PA * (workspace.vertices()[edge.from] - contact.X_AP.p);
+    const Vector3 to3 = R_PA * (workspace.vertices()[edge.to] - contact.X_AP.p);
+    const Vector2 from = from3.head<2>() - centre, to = to3.head<2>() - centre;
+    const double length = (to - from).norm();
+    if (length <= smallest) continue;
+    const Vector2 along = (to - from) / length;
+    Vector2 normal(along.y(), -along.x());  // right of the edge
+    double e = normal.dot(from), side = 1;
+    if (e < 0) {
+      e = -e;
+      normal = -normal;
+      side = -1;
+    }
+    if (e <= smallest) continue;
+    const EdgeIntegrals g(e, along.dot(from), along.dot(to));
+    for (int half : {0, 1}) {  // the loop of `left` runs from → to, that of `right` back
+      const ContactFace& face = workspace.faces()[half == 0 ? edge.left : edge.right];
+      const Vector3 n = R_PA * face.normal;
+      if (std::abs(n.z()) < kEdgeOn) continue;
+      const double height0 = n.dot(from3) / n.z();
+      const FaceWeight weight = faceWeight(n, height0, face.owner == Owner::kA, pressure, centre);
+      sums.add(weight, normal, along, e, g, half == 0 ? side : -side);
+    }
+  }
+  const double turn = w > 0 ? 1.0 : -1.0;
+  SlidingIntegral out;
+  out.force = turn * turned(sums.direction);
+  // About P: x × (ẑ × x/|x|) = |x|, plus the centre's arm.
+  out.torque = turn * sums.distance + centre.x() * out.force.y() - centre.y() * out.force.x();
+  return out;
+}
+
+}  // namespace haptic

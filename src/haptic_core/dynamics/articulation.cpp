@@ -1,0 +1,205 @@
+#include "haptic_core/dynamics/articulation.h"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+namespace {
+
+// Unit vectors written in URDF carry 6 digits or so; a longer deviation is a mistake, not rounding.
+constexpr double kAxisTolerance = 1e-3;
+// Published inertias are rounded: a moment may fall below zero by this share of the trace.
+constexpr double kMomentTolerance = 1e-3;
+
+int positions(JointType type) {
+  switch (type) {
+    case JointType::kFixed:
+      return 0;
+    case JointType::kRevolute:
+    case JointType::kPrismatic:
+      return 1;
+    case JointType::kPlanar:
+      return 3;
+    case JointType::kSpherical:
+      return 4;
+    case JointType::kFloating:
+      return 7;
+  }
+  return 0;
+}
+
+int degrees(JointType type) {
+  switch (type) {
+    case JointType::kFixed:
+      return 0;
+    case JointType::kRevolute:
+    case JointType::kPrismatic:
+      return 1;
+    case JointType::kPlanar:
+    case JointType::kSpherical:
+      return 3;
+    case JointType::kFloating:
+      return 6;
+  }
+  return 0;
+}
+
+void checkInertia(const std::string& where, const LinkInertia& inertia) {
+  if (!std::isfinite(inertia.mass) || !inertia.p_LC.allFinite() || !inertia.I_C.allFinite())
+    throw SetupError(where, "inertia is not a finite number", "give mass, origin and inertia");
+  if (inertia.mass < 0)
+    throw SetupError(where, "mass " + std::to_string(inertia.mass) + " kg is negative", "");
+  const double trace = inertia.I_C.trace();
+  if ((inertia.I_C - inertia.I_C.transpose()).cwiseAbs().maxCoeff() > 1e-9 * trace)
+    throw SetupError(where, "inertia matrix is not symmetric", "");
+  const Vector3 moments = Eigen::SelfAdjointEigenSolver<Matrix3>(inertia.I_C).eigenvalues();
+  if (moments.minCoeff() < -kMomentTolerance * trace)
+    throw SetupError(where, "a principal moment of inertia is negative", "check the signs of ixy, ixz, iyz");
+  // A moment larger than the sum of the others belongs to no body, but published robots have such links, and the
+  // equations hold for any positive inertia: who reads the file warns of it.
+}
+
+void checkJoint(const std::string& where, const JointDef& joint) {
+  const bool has_axis = joint.type == JointType::kRevolute || joint.type == JointType::kPrismatic ||
+                        joint.type == JointType::kPlanar;
+  if (has_axis && !(std::abs(joint.axis.norm() - 1) < kAxisTolerance))
+    throw SetupError(where, "axis is not a unit vector", "normalise it");
+  if (!joint.X_PJ.R.allFinite() || !joint.X_PJ.p.allFinite() || !std::isfinite(joint.position) ||
+      !std::isfinite(joint.velocity))
+    throw SetupError(where, "origin or position is not a finite number", "");
+  if (!(joint.lower <= joint.upper))
+    throw SetupError(where, "lower limit is above the upper one", "exchange them");
+  if (!(joint.damping >= 0) || !(joint.friction >= 0) || !(joint.drive_stiffness >= 0) ||
+      !(joint.drive_damping >= 0) || !(joint.max_effort >= 0))
+    throw SetupError(where, "damping, friction, drive gains and effort must be numbers >= 0", "");
+}
+
+/// The rotation that takes z to `axis` by the shortest way.
+Matrix3 frameAlong(const Vector3& axis) {
+  return Quaternion::FromTwoVectors(Vector3::UnitZ(), axis).toRotationMatrix();
+}
+
+}  // namespace
+
+Articulation::Articulation(const TreeDef& def) : def_(def) {
+  const int n = static_cast<int>(def.links.size());
+  links_.resize(n);
+  for (int i = 0; i < n; ++i) {
+    const BodyDef& body = def.links[i];
+    const std::string where = def.name + "/" + body.name;
+    if (body.parent >= i || body.parent < -1)
+      throw SetupError(where, "parent does not come before its child", "order the links from root to leaves");
+    checkJoint(where + " (joint " + body.joint.name + ")", body.joint);
+    checkInertia(where, body.inertia);
+    const int mimic = body.joint.mimic_joint;
+    if (mimic >= n || mimic == i || (mimic >= 0 && degrees(def.links[mimic].joint.type) != 1) ||
+        (mimic >= 0 && degrees(body.joint.type) != 1))
+      throw SetupError(where + " (joint " + body.joint.name + ")", "mimics what is not a joint of one degree",
+                       "");
+    compileLink(i);
+  }
+  free_body_ = n == 1 && links_[0].type == JointType::kFloating;
+}
+
+void Articulation::compileLink(int i) {
+  BodyDef& body = def_.links[i];
+  LinkModel& link = links_[i];
+  const JointDef& joint = body.joint;
+  const std::string where = def_.name + "/" + body.name;
+  link.type = joint.type;
+  const bool floating = link.type == JointType::kFloating;
+  link.parent = floating ? -1 : body.parent;
+  link.dof = degrees(link.type);
+  link.q = nq_;
+  link.v = nv_;
+  nq_ += positions(link.type);
+  nv_ += link.dof;
+
+  int carrier = -1;  // the last degree of freedom on the way to the root
+  for (int p = link.parent; p >= 0 && carrier < 0; p = links_[p].parent)
+    if (links_[p].dof > 0) carrier = links_[p].v + links_[p].dof - 1;
+  for (int k = 0; k < link.dof; ++k) {
+    dof_parent_.push_back(k == 0 ? carrier : link.v + k - 1);
+    dof_link_.push_back(i);
+  }
+
+  Pose X_PJ = joint.X_PJ;
+  if (body.parent < 0) X_PJ = def_.X_WA * X_PJ;
+  const Vector3 axis = joint.axis.normalized();
+  const Vector3 p_LO_parent = link.parent < 0 ? Vector3::Zero() : links_[link.parent].p_LO;
+  link.p_PJ = X_PJ.p - p_LO_parent;
+  link.R_PJ = X_PJ.R;
+  link.axis_P = X_PJ.R * axis;
+  if (link.type == JointType::kRevolute) {
+    link.turn[0] = X_PJ.R * axis * axis.transpose();
+    link.turn[1] = X_PJ.R - link.turn[0];
+    link.turn[2] = X_PJ.R * crossMatrix(axis);
+  } else if (link.type == JointType::kPlanar) {
+    link.R_JL = frameAlong(axis).transpose();
+    link.R_PJ = X_PJ.R * frameAlong(axis);
+  }
+  link.mass = body.inertia.mass;
+  link.I_C = body.inertia.I_C;
+  link.p_LO = floating ? body.inertia.p_LC : Vector3::Zero();
+  link.p_OC = body.inertia.p_LC - link.p_LO;
+  link.I_O = link.I_C +
+             link.mass * (link.p_OC.squaredNorm() * Matrix3::Identity() - link.p_OC * link.p_OC.transpose());
+  if (floating) {
+    if (!(link.mass > 0))
+      throw SetupError(where, "a floating link has no mass", "give <inertial> or a density");
+    if (!(Eigen::SelfAdjointEigenSolver<Matrix3>(link.I_C).eigenvalues().minCoeff() > 0))
+      throw SetupError(where, "a floating link has no inertia about some axis",
+                       "give <inertial> or a density");
+    link.I_O_inverse = link.I_C.inverse();
+  }
+}
+
+void Articulation::initialState(double* q, double* v) const {
+  for (int i = 0; i < nv_; ++i) v[i] = 0;
+  std::vector<Pose> X_W(links_.size());  // link frames at the initial state, to place floating links
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    const LinkModel& link = links_[i];
+    const BodyDef& body = def_.links[i];
+    double* qi = q + link.q;
+    const Pose& X_WP = body.parent < 0 ? def_.X_WA : X_W[body.parent];
+    X_W[i] = X_WP * body.joint.X_PJ;
+    switch (link.type) {
+      case JointType::kFixed:
+        break;
+      case JointType::kRevolute:
+        qi[0] = body.joint.position;
+        v[link.v] = body.joint.velocity;
+        X_W[i].R = X_W[i].R * Eigen::AngleAxisd(qi[0], body.joint.axis.normalized()).toRotationMatrix();
+        break;
+      case JointType::kPrismatic:
+        qi[0] = body.joint.position;
+        v[link.v] = body.joint.velocity;
+        X_W[i].p += X_W[i].R * body.joint.axis.normalized() * qi[0];
+        break;
+      case JointType::kPlanar:
+        qi[0] = qi[1] = qi[2] = 0;
+        break;
+      case JointType::kSpherical:
+        qi[0] = 1;
+        qi[1] = qi[2] = qi[3] = 0;
+        break;
+      case JointType::kFloating: {
+        const Vector3 p_WC = X_W[i] * link.p_LO;
+        for (int k = 0; k < 3; ++k) qi[k] = p_WC[k];
+        const Quaternion r = Quaternion(X_W[i].R).normalized();
+        qi[3] = r.w();
+        qi[4] = r.x();
+        qi[5] = r.y();
+        qi[6] = r.z();
+        const Twist V = def_.V_WA.shifted(p_WC - def_.X_WA.p);
+        Eigen::Map<Vector3>(v + link.v) = V.angular;
+        Eigen::Map<Vector3>(v + link.v + 3) = V.linear;
+        break;
+      }
+    }
+  }
+}
+
+}  // namespace haptic

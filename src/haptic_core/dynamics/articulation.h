@@ -1,0 +1,83 @@
+/// A tree of rigid bodies on joints: the constant model. A free body is one link on a floating joint.
+///
+/// State lives with the caller, as plain doubles: positions q[nq()] and velocities v[nv()], both in link
+/// order.
+///
+/// | joint     | q                                        | v                                             |
+/// |-----------|------------------------------------------|-----------------------------------------------|
+/// | fixed     | –                                        | –                                             |
+/// | revolute  | angle [rad]                              | rate [rad/s]                                  |
+/// | prismatic | displacement [m]                         | rate [m/s]                                    |
+/// | planar    | x, y [m] in the plane, angle [rad]       | their rates                                   |
+/// | spherical | quaternion w, x, y, z of R_JL            | angular velocity of L in the parent, in J     |
+/// | floating  | p_WC [m], quaternion w, x, y, z of R_WL  | angular velocity of L, velocity of C, in W    |
+///
+/// C is the link's centre of mass. With this choice a free body's inertia is block diagonal, its momentum is
+/// (I ω, m v), and integrating p_WC under no force is exact. A floating joint carries no force: a floating
+/// link is a root whatever its parent in the definition (which then only places it).
+#pragma once
+#include <string>
+#include <vector>
+
+#include "haptic_core/base/spatial.h"
+#include "haptic_core/dynamics/articulation_def.h"
+
+namespace haptic {
+
+/// Constant data of one link and its joint. O is the link's reference point: the centre of mass of a floating
+/// link, the link frame's origin otherwise.
+struct LinkModel {
+  JointType type = JointType::kFixed;
+  int parent = -1;   ///< -1: the world
+  int q = 0, v = 0;  ///< first index in the state
+  int dof = 0;
+  Vector3 p_PJ = Vector3::Zero();      ///< joint's origin from the parent's reference point, parent axes [m]
+  Matrix3 R_PJ = Matrix3::Identity();  ///< joint frame; z along the axis for planar joints
+  Vector3 axis_P = Vector3::UnitX();   ///< joint axis in parent axes
+  /// Revolute: R_PL = turn[0] + turn[1] cos q + turn[2] sin q.
+  Matrix3 turn[3] = {Matrix3::Identity(), Matrix3::Zero(), Matrix3::Zero()};
+  Matrix3 R_JL = Matrix3::Identity();     ///< planar: link axes in the joint frame at q = 0
+  double mass = 0;                        ///< [kg]
+  Vector3 p_LO = Vector3::Zero();         ///< reference point in the link frame [m]
+  Vector3 p_OC = Vector3::Zero();         ///< centre of mass from O, link axes [m]
+  Matrix3 I_O = Matrix3::Zero();          ///< inertia about O, link axes [kg·m²]
+  Matrix3 I_O_inverse = Matrix3::Zero();  ///< floating links only
+  Matrix3 I_C = Matrix3::Zero();          ///< inertia about C, link axes [kg·m²]
+};
+
+/// Immutable once constructed; shared by any number of states.
+class Articulation {
+ public:
+  /// Compiles and checks the tree. Throws SetupError that names tree, link and joint: a parent that does not
+  /// come before its child, an axis that is not a unit vector, a moment of inertia that is negative, a
+  /// floating link without mass or inertia, limits upside down, a mimic of a
+  /// missing joint, numbers that are not finite.
+  explicit Articulation(const TreeDef& def);
+
+  int linkCount() const { return static_cast<int>(links_.size()); }
+  int nq() const { return nq_; }
+  int nv() const { return nv_; }
+  const LinkModel& link(int i) const { return links_[i]; }
+  const TreeDef& def() const { return def_; }
+  /// One link on a floating joint: the routines take their short way.
+  bool isFreeBody() const { return free_body_; }
+  /// No degree of freedom: nothing ever moves.
+  bool isStatic() const { return nv_ == 0; }
+  /// The degree of freedom whose motion carries degree i (-1: none): the sparsity of the joint-space inertia.
+  const std::vector<int>& dofParent() const { return dof_parent_; }
+  /// The joint that degree i belongs to, as a link index.
+  const std::vector<int>& dofLink() const { return dof_link_; }
+
+  /// State of the definition: initial joint positions, initial pose and twist of floating roots.
+  void initialState(double* q, double* v) const;
+
+ private:
+  void compileLink(int i);
+  TreeDef def_;
+  std::vector<LinkModel> links_;
+  std::vector<int> dof_parent_, dof_link_;
+  int nq_ = 0, nv_ = 0;
+  bool free_body_ = false;
+};
+
+}  // namespace haptic

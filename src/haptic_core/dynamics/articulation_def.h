@@ -1,0 +1,57 @@
+/// What a user sets about a tree of bodies before it is compiled: inertia, joints, parents. No shapes here.
+#pragma once
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "haptic_core/base/spatial.h"
+
+namespace haptic {
+
+/// Mass, centre of mass and inertia of a link.
+struct LinkInertia {
+  double mass = 0;                          ///< [kg]
+  Vector3 p_LC = Vector3::Zero();           ///< centre of mass in the link frame [m]
+  Matrix3 I_C = Matrix3::Zero();            ///< inertia about the centre of mass, link axes [kg·m²]
+};
+
+enum class JointType : unsigned char { kFixed, kRevolute, kPrismatic, kPlanar, kSpherical, kFloating };
+
+/// A joint from a parent link P to its child link. `q` is 0 where the child frame coincides with the joint frame J.
+struct JointDef {
+  std::string name;
+  JointType type = JointType::kFloating;
+  Pose X_PJ;                                ///< joint frame in the parent's link frame (in A for a root)
+  Vector3 axis = Vector3::UnitX();          ///< unit axis in J: of rotation, of sliding, or normal of the plane
+  double lower = -std::numeric_limits<double>::infinity();  ///< [rad] or [m]; infinite: none (continuous)
+  double upper = std::numeric_limits<double>::infinity();
+  double max_effort = std::numeric_limits<double>::infinity();    ///< limit of the drive [N·m] or [N]
+  double max_velocity = std::numeric_limits<double>::infinity();  ///< limit of the drive [rad/s] or [m/s]
+  double damping = 0;                       ///< [N·m·s/rad] or [N·s/m]
+  double friction = 0;                      ///< Coulomb, sticks: [N·m] or [N]
+  double position = 0;                      ///< initial q (one-degree joints)
+  double velocity = 0;                      ///< initial q̇ (one-degree joints) [rad/s] or [m/s]
+  int mimic_joint = -1;                     ///< index of the link whose joint is followed: q = multiplier q' + offset
+  double mimic_multiplier = 1, mimic_offset = 0;
+  enum class Drive : unsigned char { kNone, kEffort, kVelocity, kPosition } drive = Drive::kNone;
+  double drive_stiffness = 0;               ///< PD: [N·m/rad] or [N/m]
+  double drive_damping = 0;                 ///< PD: [N·m·s/rad] or [N·s/m]
+};
+
+/// A link as dynamics sees it: a rigid body on a joint.
+struct BodyDef {
+  std::string name;
+  int parent = -1;                          ///< index in the articulation, smaller than the link's own; -1: the world
+  JointDef joint;
+  LinkInertia inertia;
+};
+
+/// A tree (or several: every link without parent starts one) of bodies.
+struct TreeDef {
+  std::string name;
+  std::vector<BodyDef> links;               ///< parents before children
+  Pose X_WA;                                ///< initial pose of the frame A that root joints are given in
+  Twist V_WA;                               ///< initial twist of a floating root, at A's origin, in W
+};
+
+}  // namespace haptic

@@ -1,0 +1,234 @@
+#include "haptic_core/dynamics/block_cholesky.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+// The kernels work on column-major blocks. N > 0 fixes a size at compile time: free bodies have 6.
+
+/// A = L Lᵀ in place, lower triangle; false when a pivot is not positive.
+template <int N>
+bool factorDiagonal(double* a, int lda, int n_run) noexcept {
+  const int n = N > 0 ? N : n_run;
+  for (int j = 0; j < n; ++j) {
+    double pivot = a[j + j * lda];
+    for (int k = 0; k < j; ++k) pivot -= a[j + k * lda] * a[j + k * lda];
+    if (!(pivot > 0)) return false;
+    const double l = std::sqrt(pivot), inverse = 1 / l;
+    a[j + j * lda] = l;
+    for (int i = j + 1; i < n; ++i) {
+      double sum = a[i + j * lda];
+      for (int k = 0; k < j; ++k) sum -= a[i + k * lda] * a[j + k * lda];
+      a[i + j * lda] = sum * inverse;
+    }
+  }
+  return true;
+}
+
+/// X ← X L⁻ᵀ, X has `rows` rows and n columns.
+template <int N>
+void solvePanel(const double* l, int ldl, double* x, int ldx, int rows, int n_run) noexcept {
+  const int n = N > 0 ? N : n_run;
+  for (int j = 0; j < n; ++j) {
+    for (int k = 0; k < j; ++k) {
+      const double f = l[j + k * ldl];
+      for (int i = 0; i < rows; ++i) x[i + j * ldx] -= f * x[i + k * ldx];
+    }
+    const double inverse = 1 / l[j + j * ldl];
+    for (int i = 0; i < rows; ++i) x[i + j * ldx] *= inverse;
+  }
+}
+
+/// C ← C − A Bᵀ with A ra×n, B rb×n.
+template <int R, int N>
+void subtractOuter(const double* a, const double* b, int ld, double* c, int ldc, int ra_run, int rb_run,
+                   int n_run) noexcept {
+  const int ra = R > 0 ? R : ra_run, rb = R > 0 ? R : rb_run, n = N > 0 ? N : n_run;
+  for (int j = 0; j < rb; ++j) {
+    for (int k = 0; k < n; ++k) {
+      const double f = b[j + k * ld];
+      for (int i = 0; i < ra; ++i) c[i + j * ldc] -= a[i + k * ld] * f;
+    }
+  }
+}
+
+void setBit(std::uint64_t* bits, int i) { bits[i >> 6] |= std::uint64_t{1} << (i & 63); }
+void clearBit(std::uint64_t* bits, int i) { bits[i >> 6] &= ~(std::uint64_t{1} << (i & 63)); }
+bool hasBit(const std::uint64_t* bits, int i) { return bits[i >> 6] >> (i & 63) & 1; }
+
+}  // namespace
+
+BlockCholesky::BlockCholesky(int max_nodes, int max_edges, std::size_t max_values)
+    : max_nodes_(max_nodes), words_((max_nodes + 63) / 64), edges_(max_edges), size_(max_nodes),
+      offset_(max_nodes + 1), position_(max_nodes), node_at_(max_nodes),
+      adjacency_(static_cast<std::size_t>(max_nodes) * words_), columns_(max_nodes), values_(max_values) {
+  // A stored block has at least one value, so the structure cannot outgrow the values.
+  const std::size_t dense = static_cast<std::size_t>(max_nodes) * (max_nodes + 1) / 2;
+  structure_.resize(std::min(dense, max_values));
+  row_offset_.resize(structure_.size());
+}
+
+bool BlockCholesky::sameStructure(const int* sizes, int nodes, const Edge* edges, int edge_count) const noexcept {
+  return analyzed_ && nodes == nodes_ && edge_count == edge_count_ && std::equal(sizes, sizes + nodes, size_.begin()) &&
+         std::equal(edges, edges + edge_count, edges_.begin(),
+                    [](const Edge& x, const Edge& y) { return x.a == y.a && x.b == y.b; });
+}
+
+bool BlockCholesky::analyze(const int* sizes, int nodes, const Edge* edges, int edge_count) noexcept {
+  if (!sameStructure(sizes, nodes, edges, edge_count)) {
+    analyzed_ = false;
+    if (nodes > max_nodes_ || edge_count > static_cast<int>(edges_.size())) return false;
+    nodes_ = nodes;
+    edge_count_ = edge_count;
+    std::copy(edges, edges + edge_count, edges_.begin());
+    offset_[0] = 0;
+    for (int i = 0; i < nodes; ++i) {
+      size_[i] = sizes[i];
+      offset_[i + 1] = offset_[i] + sizes[i];
+    }
+    rows_ = offset_[nodes];
+    order();
+    if (!layOut()) return false;
+    analyzed_ = true;
+  }
+  std::fill(values_.begin(), values_.begin() + static_cast<std::ptrdiff_t>(used_), 0.0);
+  return true;
+}
+
+/// Eliminates the node with the fewest neighbours left (the lowest index among equals, so that the order is a
+/// function of the graph), and joins its neighbours. On return a node's bit row is the fill below its diagonal.
+void BlockCholesky::order() noexcept {
+  std::fill(adjacency_.begin(), adjacency_.begin() + static_cast<std::ptrdiff_t>(nodes_) * words_, 0);
+  for (int e = 0; e < edge_count_; ++e) {
+    setBit(bits(edges_[e].a), edges_[e].b);
+    setBit(bits(edges_[e].b), edges_[e].a);
+  }
+  std::fill(position_.begin(), position_.begin() + nodes_, -1);
+  for (int step = 0; step < nodes_; ++step) {
+    int best = -1, best_degree = 0;
+    for (int node = 0; node < nodes_; ++node) {
+      if (position_[node] >= 0) continue;
+      int degree = 0;
+      for (int w = 0; w < words_; ++w) degree += __builtin_popcountll(bits(node)[w]);
+      if (best < 0 || degree < best_degree) {
+        best = node;
+        best_degree = degree;
+      }
+    }
+    position_[best] = step;
+    node_at_[step] = best;
+    const std::uint64_t* eliminated = bits(best);
+    for (int node = 0; node < nodes_; ++node) {
+      if (!hasBit(eliminated, node)) continue;
+      for (int w = 0; w < words_; ++w) bits(node)[w] |= eliminated[w];
+      clearBit(bits(node), node);
+      clearBit(bits(node), best);
+    }
+  }
+}
+
+bool BlockCholesky::layOut() noexcept {
+  std::size_t start = 0, entries = 0;
+  for (int p = 0; p < nodes_; ++p) {
+    const int node = node_at_[p];
+    Column& column = columns_[p];
+    column = {size_[node], static_cast<int>(entries), 0, size_[node], start};
+    for (int other = 0; other < nodes_; ++other) {
+      if (!hasBit(bits(node), other)) continue;
+      if (entries == structure_.size()) return false;
+      structure_[entries++] = position_[other];
+      ++column.count;
+    }
+    std::sort(structure_.begin() + column.first, structure_.begin() + column.first + column.count);
+    for (int s = column.first; s < column.first + column.count; ++s) {
+      row_offset_[s] = column.height;
+      column.height += size_[node_at_[structure_[s]]];
+    }
+    start += static_cast<std::size_t>(column.height) * column.size;
+    if (start > values_.size()) return false;
+  }
+  used_ = start;
+  return true;
+}
+
+double* BlockCholesky::blockAt(int row_position, int p) noexcept {
+  const Column& column = columns_[p];
+  double* base = values_.data() + column.start;
+  if (row_position == p) return base;
+  const int* first = structure_.data() + column.first;
+  const int* found = std::lower_bound(first, first + column.count, row_position);
+  return base + row_offset_[column.first + (found - first)];
+}
+
+void BlockCholesky::add(int a, int b, const double* values) noexcept {
+  const int pa = position_[a], pb = position_[b];
+  const int rows = size_[a], cols = size_[b];
+  if (pa >= pb) {
+    double* target = blockAt(pa, pb);
+    const int ld = columns_[pb].height;
+    for (int j = 0; j < cols; ++j) {
+      for (int i = 0; i < rows; ++i) target[i + j * ld] += values[i + j * rows];
+    }
+  } else {
+    double* target = blockAt(pb, pa);
+    const int ld = columns_[pa].height;
+    for (int i = 0; i < rows; ++i) {
+      for (int j = 0; j < cols; ++j) target[j + i * ld] += values[i + j * rows];
+    }
+  }
+}
+
+bool BlockCholesky::factor() noexcept {
+  for (int p = 0; p < nodes_; ++p) {
+    const Column& column = columns_[p];
+    double* base = values_.data() + column.start;
+    const int ld = column.height, n = column.size;
+    const bool six = n == 6;
+    if (!(six ? factorDiagonal<6>(base, ld, n) : factorDiagonal<0>(base, ld, n))) return false;
+    (six ? solvePanel<6> : solvePanel<0>)(base, ld, base + n, ld, ld - n, n);
+    for (int s = column.first; s < column.first + column.count; ++s) {
+      const Column& target = columns_[structure_[s]];
+      for (int t = s; t < column.first + column.count; ++t) {
+        const int ra = columns_[structure_[t]].size;
+        double* c = blockAt(structure_[t], structure_[s]);
+        const auto subtract = six && ra == 6 && target.size == 6 ? subtractOuter<6, 6> : subtractOuter<0, 0>;
+        subtract(base + row_offset_[t], base + row_offset_[s], ld, c, target.height, ra, target.size, n);
+      }
+    }
+  }
+  return true;
+}
+
+void BlockCholesky::solve(double* x) noexcept {
+  for (int p = 0; p < nodes_; ++p) {  // L y = x
+    const Column& column = columns_[p];
+    double* own = x + offset_[node_at_[p]];
+    for (int j = 0; j < column.size; ++j) {
+      const double* l = values_.data() + column.start + static_cast<std::size_t>(j) * column.height;
+      own[j] /= l[j];
+      for (int i = j + 1; i < column.size; ++i) own[i] -= l[i] * own[j];
+      for (int s = column.first; s < column.first + column.count; ++s) {
+        const int node = node_at_[structure_[s]];
+        for (int i = 0; i < size_[node]; ++i) x[offset_[node] + i] -= l[row_offset_[s] + i] * own[j];
+      }
+    }
+  }
+  for (int p = nodes_ - 1; p >= 0; --p) {  // Lᵀ x = y
+    const Column& column = columns_[p];
+    double* own = x + offset_[node_at_[p]];
+    for (int j = column.size - 1; j >= 0; --j) {
+      const double* l = values_.data() + column.start + static_cast<std::size_t>(j) * column.height;
+      double sum = own[j];
+      for (int i = j + 1; i < column.size; ++i) sum -= l[i] * own[i];
+      for (int s = column.first; s < column.first + column.count; ++s) {
+        const int node = node_at_[structure_[s]];
+        for (int i = 0; i < size_[node]; ++i) sum -= l[row_offset_[s] + i] * x[offset_[node] + i];
+      }
+      own[j] = sum / l[j];
+    }
+  }
+}
+
+}  // namespace haptic

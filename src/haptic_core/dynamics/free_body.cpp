@@ -1,0 +1,83 @@
+#include "haptic_core/dynamics/free_body.h"
+
+#include <cmath>
+
+#include "haptic_core/dynamics/quaternion_step.h"
+
+namespace haptic {
+namespace {
+
+// Largest turn of one expansion [rad]: the term left out is below (0.3)⁶/6! of a turn there, 1e-6 rad; larger
+// parts lose accuracy, smaller ones cost time only.
+constexpr double kLargestTurn = 0.3;
+// A body faster than this many parts per step is beyond simulation; it is stepped with coarser parts [1].
+constexpr double kMostParts = 1000;
+
+/// Rotation vector in body axes that the body turns by in h: Ω(h) of the header, by powers of t/h.
+Vector3 turn(const LinkModel& link, const Vector3& l0, const Vector3& torque, double h) {
+  Vector3 l[5], w[5], s[4];
+  const bool twisted = torque != Vector3::Zero();
+  l[0] = l0;
+  w[0].noalias() = h * (link.I_O_inverse * l[0]);
+  if (twisted) s[0] = h * torque;
+  for (int k = 0; k < 4; ++k) {
+    Vector3 sum = l[0].cross(w[k]);
+    for (int j = 1; j <= k; ++j) sum += l[j].cross(w[k - j]);
+    if (twisted) {
+      sum += s[k];
+      if (k < 3) {
+        s[k + 1] = s[0].cross(w[k]);
+        for (int j = 1; j <= k; ++j) s[k + 1] += s[j].cross(w[k - j]);
+        s[k + 1] *= 1. / (k + 1);
+      }
+    }
+    l[k + 1] = 1. / (k + 1) * sum;
+    w[k + 1].noalias() = h * (link.I_O_inverse * l[k + 1]);
+  }
+  const Vector3& o1 = w[0];
+  const Vector3 o2 = 1. / 2 * w[1];
+  const Vector3 c2 = o1.cross(o2);  // coefficient of t² of Ω × w, and so on
+  const Vector3 o3 = 1. / 3 * (w[2] + 1. / 2 * c2);
+  const Vector3 c3 = o1.cross(w[2]) + o2.cross(w[1]) + o3.cross(w[0]);
+  const Vector3 d3 = o1.cross(c2);  // of Ω × (Ω × w)
+  const Vector3 o4 = 1. / 4 * (w[3] + 1. / 2 * c3 + 1. / 12 * d3);
+  const Vector3 c4 = o1.cross(w[3]) + o2.cross(w[2]) + o3.cross(w[1]) + o4.cross(w[0]);
+  const Vector3 d4 = o1.cross(c3) + o2.cross(c2);
+  const Vector3 o5 = 1. / 5 * (w[4] + 1. / 2 * c4 + 1. / 12 * d4);
+  return o1 + (o2 + (o3 + (o4 + o5)));
+}
+
+}  // namespace
+
+void stepFreeBody(const LinkModel& link, const Wrench& F_C_W, const Vector3& gravity, double h, double* q,
+                  double* v) noexcept {
+  Quaternion r(q[3], q[4], q[5], q[6]);
+  Matrix3 R = r.toRotationMatrix();
+  const Vector3 omega(v[0], v[1], v[2]);
+  Vector3 l = link.I_O * (R.transpose() * omega);
+  const Vector3 L0 = R * l;
+  const double angle2 = omega.squaredNorm() * h * h;
+  const double parts = angle2 <= kLargestTurn * kLargestTurn
+                           ? 1
+                           : std::min(kMostParts, std::ceil(std::sqrt(angle2) / kLargestTurn));
+  const double dt = h / parts;
+  for (double part = 1; part <= parts; ++part) {
+    const Vector3 torque_L = R.transpose() * F_C_W.torque;
+    r = renormalised(r * quaternionStep(turn(link, l, torque_L, dt)));
+    R = r.toRotationMatrix();
+    l.noalias() = R.transpose() * (L0 + part * dt * F_C_W.torque);
+  }
+  const Vector3 omega_end = R * (link.I_O_inverse * l);
+  const Vector3 a = F_C_W.force * (1 / link.mass) + gravity;
+  for (int k = 0; k < 3; ++k) {
+    v[k] = omega_end[k];
+    q[k] += h * (v[3 + k] + 0.5 * h * a[k]);
+    v[3 + k] += h * a[k];
+  }
+  q[3] = r.w();
+  q[4] = r.x();
+  q[5] = r.y();
+  q[6] = r.z();
+}
+
+}  // namespace haptic

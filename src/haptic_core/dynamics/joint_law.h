@@ -1,0 +1,59 @@
+/// What a joint of one degree does by itself: damping, Coulomb friction, limits, a drive. Implicit in the
+/// step.
+///
+/// Over a step h the force of a joint is a function of its velocity at the end of the step, v₁, with
+/// q₁ = q + h v₁. Every part falls with v₁, so the sum is a monotone graph of straight pieces:
+///   damping   −d v₁
+///   drive     clamp(k_p (q_ref − q − h v₁) + k_d (v_ref − v₁) + effort, ±max_effort)
+///   friction  −f sign(v₁), any of [−f, f] at v₁ = 0 (it sticks: no creep)
+///   limits    no v₁ below (lower − q)/h or above (upper − q)/h: there the force is whatever it takes
+/// Falling and implicit means stable for every gain and step; stopping at a limit projects the velocity onto
+/// a convex set that contains rest, in the norm of kinetic energy, so a limit never adds energy.
+#pragma once
+#include <limits>
+
+#include "haptic_core/dynamics/articulation_def.h"
+
+namespace haptic {
+
+/// What a drive is asked to do; the parts its type does not use are ignored.
+struct JointCommand {
+  double position = 0;  ///< q_ref [rad] or [m]
+  double velocity = 0;  ///< v_ref [rad/s] or [m/s]
+  double effort = 0;    ///< feed-forward [N·m] or [N]
+};
+
+/// A piece of the graph: force = offset − slope v₁ for v₁ in [from, to], or, vertical at v₁ = from, any force
+/// in [low, high].
+struct ForcePiece {
+  bool vertical = false;
+  double from = 0, to = 0;       ///< [rad/s] or [m/s]
+  double offset = 0, slope = 0;  ///< [N·m] or [N]; per velocity
+  double low = 0, high = 0;      ///< [N·m] or [N]
+};
+
+/// The graph of one joint for one step, pieces ordered by velocity.
+struct ForceGraph {
+  static constexpr int kMostPieces =
+      9;  ///< two limits, friction, three kinks: at most 4 + 1 straight, 3 vertical
+  ForcePiece pieces[kMostPieces];
+  int count = 0;
+
+  /// The piece to start from when the velocity is v: a vertical one at exactly v, else the straight one
+  /// around it, else the end that stops it.
+  int at(double v) const;
+};
+
+/// (in realtime) The graph of `joint` at q over a step h.
+/// A joint outside its limits is led back within 20 ms or a step, whichever is longer, so that it is not
+/// thrown.
+void buildForceGraph(const JointDef& joint, const JointCommand& command, double q, double h,
+                     ForceGraph& graph) noexcept;
+
+/// Force of the drive alone at v₁ [N·m] or [N], for the energy ledger.
+double driveForce(const JointDef& joint, const JointCommand& command, double q, double h, double v1) noexcept;
+
+/// False for a joint that only turns or slides: its graph would be zero everywhere.
+bool hasLaw(const JointDef& joint);
+
+}  // namespace haptic

@@ -1,0 +1,38 @@
+/// Turning a unit quaternion by a rotation vector, for the inner loops.
+#pragma once
+#include "haptic_core/base/spatial.h"
+
+namespace haptic {
+
+/// Unit quaternion of the rotation vector `theta`. Below half an angle of 0.5 rad by the series of cos and
+/// sin(x)/x, whose next term (x²)⁹/18! is below 1e-20: no square root, no library call, same bits everywhere.
+inline Quaternion quaternionStep(const Vector3& theta) {
+  const double x2 = 0.25 * theta.squaredNorm();
+  if (x2 > 0.25) return rotationFromVector(theta);
+  const double c =
+      1 -
+      x2 * (1.0 / 2) *
+          (1 -
+           x2 * (1.0 / 12) *
+               (1 - x2 * (1.0 / 30) *
+                        (1 - x2 * (1.0 / 56) *
+                                 (1 - x2 * (1.0 / 90) * (1 - x2 * (1.0 / 132) * (1 - x2 * (1.0 / 182)))))));
+  const double s =
+      1 -
+      x2 * (1.0 / 6) *
+          (1 -
+           x2 * (1.0 / 20) *
+               (1 - x2 * (1.0 / 42) *
+                        (1 - x2 * (1.0 / 72) *
+                                 (1 - x2 * (1.0 / 110) * (1 - x2 * (1.0 / 156) * (1 - x2 * (1.0 / 210)))))));
+  const Vector3 v = 0.5 * s * theta;
+  return Quaternion(c, v.x(), v.y(), v.z());
+}
+
+/// Unit length again, for a quaternion that left it by rounding only: one Newton step of 1/sqrt, error
+/// (3/8)ε².
+inline Quaternion renormalised(const Quaternion& r) {
+  return Quaternion(r.coeffs() * (1.5 - 0.5 * r.squaredNorm()));
+}
+
+}  // namespace haptic

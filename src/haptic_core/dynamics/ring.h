@@ -1,0 +1,45 @@
+/// Constraints on top of a tree: two frames held together (a ring), a joint that follows another (mimic).
+#pragma once
+#include <vector>
+
+#include "haptic_core/dynamics/kinematics.h"
+
+namespace haptic {
+
+/// Two frames of one tree held together; link −1 is the world. A ring over two trees makes them one forest.
+struct RingDef {
+  std::string name;
+  int link_a = -1, link_b = -1;
+  Pose X_AF, X_BF;  ///< where the frames lie in the links
+  enum class Type : unsigned char { kPoint, kHinge, kWeld } type = Type::kPoint;
+  Vector3 axis = Vector3::UnitZ();  ///< of a hinge, in F
+};
+
+/// Rows φ(q) = 0 with φ' = G v, of all rings and mimic joints of a tree.
+/// Ring: the difference of the origins (b − a) in a's axes [m]; hinge: the two components of axis_a × axis_b
+/// across the axis; weld: the rotation vector from a to b [rad]. Mimic: q_j − (m q_i + c).
+class Rings {
+ public:
+  Rings(const Articulation& articulation,
+        std::vector<RingDef> rings);  ///< throws SetupError: link out of range
+  int rows() const { return rows_; }
+  bool empty() const { return rows_ == 0; }
+  /// (in realtime) φ at the poses in `work`; `phi[rows()]`.
+  void residual(const LinkWork* work, const double* q, double* phi) const noexcept;
+  /// (in realtime) G, rows() × nv row-major, at the poses in `work`.
+  void jacobian(const LinkWork* work, double* G) const noexcept;
+  /// Largest distance between the origins of a ring's frames [m].
+  double closure(const LinkWork* work) const noexcept;
+
+ private:
+  struct Frames {
+    Pose X_WA, X_WB;
+  };
+  Frames frames(const RingDef& ring, const LinkWork* work) const noexcept;
+  const Articulation& articulation_;
+  std::vector<RingDef> rings_;
+  std::vector<int> mimics_;  ///< links whose joint follows another
+  int rows_ = 0;
+};
+
+}  // namespace haptic

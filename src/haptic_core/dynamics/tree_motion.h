@@ -1,0 +1,95 @@
+/// One step of a tree with everything its joints do: damping, friction, limits, drives, mimic, rings.
+///
+/// Symplectic Euler: v₁ = v + h v̇ with the forces here and now, q₁ = q ⊕ h v₁, where the joints' own forces
+/// are taken at v₁ (joint_law.h) and rings hold at q₁. The velocity solves
+///   (M + h·slope) v̇ = τ(offsets) − c + Σ Jᵀ F + Gᵀ λ,   G v₁ = −φ/h,
+/// with each joint on one straight or vertical piece of its graph. Straight: its slope joins M's diagonal in
+/// the articulated-body algorithm. Vertical (stuck, at a limit): its v₁ is prescribed there, and the force it
+/// takes is read off. Joints found outside their piece move to the neighbouring one and the solve is
+/// repeated: block pivoting, which ends at the unique solution in one to three passes as a rule; when it does
+/// not (a cycle), only the last such joint moves (Murty's rule, which cannot cycle: M is positive definite).
+/// Rings: Y = M̃⁻¹Gᵀ from the same factorisation, S = G Y by Cholesky with pivoting (redundant rows, as in a
+/// planar ring, drop out), then up to five chord Newton steps put q₁ on φ = 0.
+///
+/// Cost: passes × one articulated-body evaluation. No heap, no exception (in realtime) after construction.
+#pragma once
+#include <vector>
+
+#include "haptic_core/dynamics/joint_law.h"
+#include "haptic_core/dynamics/ring.h"
+
+namespace haptic {
+
+/// What the joints did in a step.
+struct JointReport {
+  int passes = 0;         ///< articulated-body evaluations
+  bool converged = true;  ///< false: some joint's force is not on its graph
+  double damping = 0;     ///< dissipated by joint damping [J]
+  double friction = 0;    ///< dissipated by joint friction and limits [J]
+  double drives = 0;      ///< work of drives on the tree [J]
+  double closure = 0;     ///< largest gap left in a ring [m]
+};
+
+class TreeMotion {
+ public:
+  /// The articulation must outlive it. Throws SetupError as `Rings` does.
+  explicit TreeMotion(const Articulation& articulation, std::vector<RingDef> rings = {});
+
+  /// Nothing but inertia, gravity and wrenches acts: stepRungeKutta and stepFreeBody may move it as well.
+  bool isPlain() const { return laws_.empty() && damped_.empty() && rings_.empty(); }
+  /// Joint laws that are not simulated (friction, limits and drives of planar and spherical joints), one line
+  /// each.
+  const std::vector<std::string>& unsupported() const { return unsupported_; }
+
+  /// (in realtime) What the drive of the link's joint is asked for, until the next call. Non-finite: refused,
+  /// false.
+  bool setCommand(int link, const JointCommand& command) noexcept;
+  const JointCommand& command(int link) const { return commands_[link]; }
+
+  /// (in realtime) v̇ over a step h from the poses of the last forwardKinematics and the wrenches in `work`:
+  /// v + h v̇ is the velocity at its end. q and v are those of forwardKinematics.
+  const JointReport& accelerate(const Vector3& gravity, double h, const double* q, const double* v,
+                                LinkWork* work, double* v_dot) noexcept;
+
+  /// (in realtime) The whole step: accelerate, then v, q in place. `work` keeps the start of the step; a tree
+  /// with rings leaves its end there.
+  const JointReport& step(const Vector3& gravity, double h, double* q, double* v, LinkWork* work) noexcept;
+
+  /// (in realtime) Puts q on the rings and mimics (for initial states): Newton steps until the gap stays.
+  /// False: the gap did not close below 1e-9 m or rad. Overwrites `work`.
+  bool close(double* q, double* v, LinkWork* work) noexcept;
+
+ private:
+  struct Law {
+    int link;  ///< whose joint it is
+    int v, q;  ///< its degree
+  };
+  bool movePieces(const double* v, double h, const Vector3& gravity, const LinkWork* work, bool all) noexcept;
+  void holdPieces(const double* v, double h, double* v_dot) noexcept;
+  void solveOnce(const Vector3& gravity, double h, const double* v, LinkWork* work, double* v_dot) noexcept;
+  void factorRings(const LinkWork* work) noexcept;
+  void solveRings(double* lambda) const noexcept;
+  void account(const double* q, const double* v, double h, const Vector3& gravity, const LinkWork* work,
+               const double* v_dot) noexcept;
+  double correct(int steps, double* q, const double* v, LinkWork* work) noexcept;
+  double forceOf(const Law& law, const ForcePiece& piece, const Vector3& gravity, const LinkWork* work,
+                 double v1) const noexcept;
+
+  const Articulation& articulation_;
+  Rings rings_;
+  std::vector<Law> laws_;
+  std::vector<JointDef> joints_;                ///< by link, followers of a mimic stripped to their damping
+  std::vector<std::pair<int, double>> damped_;  ///< degree and damping of joints of more degrees
+  std::vector<JointCommand> commands_;          ///< by link
+  std::vector<std::string> unsupported_;
+  JointReport report_;
+  // Of one step.
+  std::vector<ForceGraph> graphs_;
+  std::vector<int> piece_;
+  std::vector<double> tau_, law_tau_, diag_, v_dot_, v_target_;
+  std::vector<double> G_, Y_, S_, phi_, lambda_, response_;
+  std::vector<int> pivot_;
+  int rank_ = 0;
+};
+
+}  // namespace haptic

@@ -1,0 +1,190 @@
+#include "haptic_core/geometry/contact_integrals.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/geometry/moment_sums.h"
+
+namespace haptic {
+namespace {
+
+PartMoments partMoments(const MomentSums& s) {
+  return {s.volume, s.V1.head<2>(), s.V2, s.A0, s.A1, s.A2};
+}
+
+PartMoments wholeMoments(const ContactVolume& c) {
+  return {c.volume, Vector2::Zero(), c.V2, c.A0, c.A1, c.A2};
+}
+
+/// Steeper faces than this (n·N) have no projection to speak of: their share of ∫ d² is this small, and the
+/// height above r loses as many digits.
+constexpr double kSteep = 1e-9;
+
+}  // namespace
+
+void ContactWorkspace::projectVertices(const ContactVolume& contact) noexcept {
+  const Matrix3 R_PA = contact.X_AP.R.transpose();
+  patch_points_.clear();
+  for (const Vector3& x : vertices_) patch_points_.push_back(R_PA * (x - contact.X_AP.p));
+}
+
+PartMoments momentsWhere(ContactWorkspace& w, const ContactVolume& contact, const Vector2& a,
+                         double b) noexcept {
+  w.projectVertices(contact);
+  // The origin moves onto the cutting plane: then the cut's own polygon, and the closing piece of the cut
+  // outline, span no tetrahedron or triangle with it and need not be built.
+  const double a2 = a.squaredNorm();
+  const Vector2 on_line = a2 > 0 ? Vector2(b / a2 * a) : Vector2::Zero();
+  double highest = -INFINITY, lowest = INFINITY;
+  for (const Vector3& x : w.patch_points_) {
+    highest = std::max(highest, a.dot(x.head<2>()) - b);
+    lowest = std::min(lowest, a.dot(x.head<2>()) - b);
+  }
+  if (highest <= 0) return wholeMoments(contact);
+  if (lowest >= 0) return PartMoments{};
+  const Vector3 o(on_line.x(), on_line.y(), 0);
+  w.leave_.clear();
+  w.return_.clear();
+  for (int f = 0; f < w.faces_.size(); ++f) {
+    w.leave_.push_back(Vector3::Zero());
+    w.return_.push_back(Vector3::Zero());
+  }
+  const auto foot = [&](int f) {
+    const ContactFace& face = w.faces_[f];
+    const Vector3 N = contact.X_AP.R.transpose() * face.normal;
+    return Vector3((face.offset - face.normal.dot(contact.X_AP.p) - N.dot(o)) * N);
+  };
+  MomentSums sums;
+  for (const ContactEdge& e : w.edges_) {
+    Vector3 p = w.patch_points_[e.from] - o, q = w.patch_points_[e.to] - o;
+    const double hp = a.dot(p.head<2>()), hq = a.dot(q.head<2>());
+    if (hp > 0 && hq > 0) continue;
+    if (hp > 0 || hq > 0) {
+      const Vector3 x = p + hp / (hp - hq) * (q - p);
+      (hq > 0 ? w.leave_ : w.return_)[e.left] = (hq > 0 ? w.return_ : w.leave_)[e.right] = x;
+      (hq > 0 ? q : p) = x;
+    }
+    sums.addTetrahedron(foot(e.left), p, q);
+    sums.addTetrahedron(foot(e.right), q, p);
+    if (&e >= w.edges_.begin() + w.seam_begin_) sums.addTriangle(p, q);
+  }
+  for (int f = 0; f < w.faces_.size(); ++f) sums.addTetrahedron(foot(f), w.leave_[f], w.return_[f]);
+  return partMoments(sums.about(-o));
+}
+
+int quadrature(ContactWorkspace& w, const ContactVolume& contact, QuadraturePoint* points,
+               int capacity) noexcept {
+  w.projectVertices(contact);
+  // Apex of each face: the mean of its loop's vertices, inside the face, so that every tetrahedron from the
+  // centroid counts positive.
+  w.leave_.clear();
+  w.height_.clear();
+  for (int f = 0; f < w.faces_.size(); ++f) {
+    w.leave_.push_back(Vector3::Zero());
+    w.height_.push_back(0);
+  }
+  for (const ContactEdge& e : w.edges_)
+    for (int f : {e.left, e.right}) {
+      w.leave_[f] += 0.5 * (w.patch_points_[e.from] + w.patch_points_[e.to]);
+      w.height_[f] += 1;
+    }
+  // Keast's rule of degree 2: barycentric (α, β, β, β) and its permutations.
+  constexpr double kAlpha = 0.5854101966249685, kBeta = 0.1381966011250105;
+  const bool fine = 8 * w.edges_.size() <= capacity;
+  int count = 0;
+  double sum = 0;
+  const auto add = [&](const Vector2& r, double weight) {
+    if (count == capacity || !(weight > 0)) return;
+    points[count++] = {r, weight};
+    sum += weight;
+  };
+  for (const ContactEdge& e : w.edges_)
+    for (int side = 0; side < 2; ++side) {
+      const int f = side ? e.right : e.left;
+      const Vector3 c = w.leave_[f] / w.height_[f];
+      const Vector3 &p = w.patch_points_[side ? e.to : e.from], &q = w.patch_points_[side ? e.from : e.to];
+      const double v = c.dot(p.cross(q)) / 6;
+      const Vector2 all = (c + p + q).head<2>();
+      if (!fine) {
+        add(all / 4, v);
+        continue;
+      }
+      add(kBeta * all, v / 4);
+      for (const Vector3* x : {&c, &p, &q}) add(kBeta * all + (kAlpha - kBeta) * x->head<2>(), v / 4);
+    }
+  for (int i = 0; i < count; ++i) points[i].weight *= contact.volume / sum;
+  return count;
+}
+
+namespace {
+
+/// A face of V over the patch: z = height + slope·r.
+struct Sheet {
+  double height;
+  Vector2 slope;
+  double at(const Vector2& r) const { return height + slope.dot(r); }
+};
+
+Sheet sheet(const ContactFace& face, const Pose& X_AP) {
+  const Vector3 N = X_AP.R.transpose() * face.normal;
+  return {(face.offset - face.normal.dot(X_AP.p)) / N.z(), -N.head<2>() / N.z()};
+}
+
+double integrateSquare(const Sheet& upper, const Sheet& lower, const LoadedVector<Vector2>& polygon,
+                       double depth) {
+  // Rounding of steep sheets must not leave the range that d has.
+  const auto d = [&](const Vector2& r) { return std::clamp(upper.at(r) - lower.at(r), 0.0, depth); };
+  double sum = 0;
+  const Vector2& a = polygon[0];
+  const double da = d(a);
+  for (int i = 1; i + 1 < polygon.size(); ++i) {
+    const Vector2 ab = polygon[i] - a, ac = polygon[i + 1] - a;
+    const double db = d(polygon[i]), dc = d(polygon[i + 1]), area = 0.5 * (ab.x() * ac.y() - ab.y() * ac.x());
+    sum += area / 12 * ((da + db + dc) * (da + db + dc) + da * da + db * db + dc * dc);
+  }
+  return sum;
+}
+
+}  // namespace
+
+void ContactWorkspace::clipPolygon(const Vector2& from, const Vector2& to) noexcept {
+  const Vector2 along = to - from;
+  const auto height = [&](const Vector2& r) {
+    return along.y() * (r.x() - from.x()) - along.x() * (r.y() - from.y());
+  };
+  clipped_.clear();
+  for (int i = 0; i < polygon_.size(); ++i) {
+    const Vector2 &p = polygon_[i], &q = polygon_[i + 1 < polygon_.size() ? i + 1 : 0];
+    const double hp = height(p), hq = height(q);
+    if (hp <= 0) clipped_.push_back(p);
+    if ((hp <= 0) != (hq <= 0)) clipped_.push_back(p + hp / (hp - hq) * (q - p));
+  }
+  std::swap(polygon_, clipped_);
+}
+
+double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexcept {
+  w.buildLoops();
+  w.projectVertices(contact);
+  const auto rise = [&](const ContactLoop& l) { return w.faces_[l.face].normal.dot(contact.normal()); };
+  const auto point = [&](const ContactLoop& l, int i) -> Vector2 {
+    return w.patch_points_[w.loop_vertices_[l.first + i % l.count]].head<2>();
+  };
+  double sum = 0;
+  for (const ContactLoop& upper : w.loops_) {
+    if (rise(upper) < kSteep) continue;
+    const Sheet above = sheet(w.faces_[upper.face], contact.X_AP);
+    for (const ContactLoop& lower : w.loops_) {
+      if (rise(lower) > -kSteep) continue;
+      w.polygon_.clear();
+      for (int i = 0; i < upper.count; ++i) w.polygon_.push_back(point(upper, i));
+      // Seen from above the lower loop runs clockwise: inside lies to the left of its edges taken backwards.
+      for (int i = 0; i < lower.count && w.polygon_.size() >= 3; ++i)
+        w.clipPolygon(point(lower, i + 1), point(lower, i));
+      if (w.polygon_.size() < 3) continue;
+      sum += integrateSquare(above, sheet(w.faces_[lower.face], contact.X_AP), w.polygon_, contact.depth);
+    }
+  }
+  return sum;
+}
+
+}  // namespace haptic

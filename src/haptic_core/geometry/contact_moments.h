@@ -1,0 +1,20 @@
+/// Volume and area integrals of V from its edges.
+#pragma once
+#include "haptic_core/geometry/contact_volume.h"
+#include "haptic_core/geometry/contact_workspace.h"
+
+namespace haptic {
+
+/// (in realtime) Fills everything of `out` from the vertices, faces and edges in the workspace, and the
+/// cache's normal. False when the edges enclose no volume.
+bool integrateContact(ContactWorkspace& workspace, const ConvexPolyhedron& A, const ConvexPolyhedron& B,
+                      const Pose& X_AB, PairCache& cache, NormalRule rule, ContactVolume& out) noexcept;
+
+/// Rotation whose z axis is unit `n`; x and y are a function of n alone (Duff et al. 2017, smooth except
+/// across the plane n.z = 0).
+Matrix3 patchAxes(const Vector3& n);
+
+/// Of all faces of A and B, the outward direction (from A to B) along which B has to move least to leave A.
+Vector3 shortestWayOut(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB) noexcept;
+
+}  // namespace haptic

@@ -1,0 +1,129 @@
+#include "haptic_core/geometry/contact_workspace.h"
+
+#include <algorithm>
+
+namespace haptic {
+
+void PairTable::clear() noexcept {
+  if (++epoch_ != 0) return;
+  for (Slot& slot : slots_) slot.epoch = 0;  // once in 2³² uses, lest an old mark look new
+  epoch_ = 1;
+}
+
+void ContactSide::reserve(int vertices, int face_count) {
+  points.reserve(vertices + 1);
+  cap.reserve(vertices);
+  point_in_v.reserve(vertices);
+  vertex_stamp.reserve(vertices);
+  own_edges.reserve(vertices + face_count);
+  planes.reserve((face_count + 3) / 4);
+  faces.reserve(face_count);
+  face_in_v.reserve(face_count);
+  face_stamp.reserve(face_count);
+}
+
+void PairTable::reserve(int entries) {
+  // At most half full, so that a search ends after about 1.5 probes.
+  std::size_t size = 16;
+  while (size < 2 * static_cast<std::size_t>(entries)) size *= 2;
+  if (size > slots_.size()) slots_.assign(size, Slot{0, 0, -1});
+}
+
+int* PairTable::find(int a, int b) noexcept {
+  const std::uint64_t key =
+      static_cast<std::uint64_t>(static_cast<std::uint32_t>(a)) << 32 | static_cast<std::uint32_t>(b);
+  const std::size_t mask = slots_.size() - 1;
+  std::size_t i = (key * 0x9E3779B97F4A7C15ull >> 32) & mask;
+  for (std::size_t probes = 0; probes <= mask; ++probes, i = (i + 1) & mask) {
+    Slot& slot = slots_[i];
+    if (slot.epoch != epoch_) {
+      slot = {key, epoch_, -1};
+      return &slot.value;
+    }
+    if (slot.key == key) return &slot.value;
+  }
+  return nullptr;
+}
+
+void ContactWorkspace::reserve(const ConvexPolyhedron& A, const ConvexPolyhedron& B) {
+  // Either shape may come as A or as B.
+  reserveSides(std::max(A.vertexCount(), B.vertexCount()), std::max(A.faceCount(), B.faceCount()));
+  reserveResult(A.faceCount() + B.faceCount());
+}
+
+void ContactWorkspace::reserve(int face_count) {
+  // The other shape has at least 4 faces; a polyhedron with F faces has at most 2F - 4 vertices.
+  reserveSides(2 * face_count, face_count);
+  reserveResult(face_count);
+}
+
+void ContactWorkspace::reserveSides(int vertices, int faces) {
+  for (ContactSide* side : {&side_a_, &side_b_}) side->reserve(vertices, faces);
+  for (ContactSide* side : {&side_a_, &side_b_})
+    side->codes.reserve(side->cap.capacity() * ((side->faces.capacity() + 63) / 64));
+}
+
+bool ContactWorkspace::fits(const ConvexPolyhedron& A, const ConvexPolyhedron& B) const {
+  return std::max(A.vertexCount(), B.vertexCount()) <= side_a_.cap.capacity() &&
+         std::max(A.faceCount(), B.faceCount()) <= side_a_.faces.capacity() &&
+         A.faceCount() + B.faceCount() < faces_.capacity();
+}
+
+void ContactWorkspace::reserveResult(int face_count) {
+  // V has at most one face per face of A and B. A polyhedron with F faces has ≤ 2F - 4 vertices and ≤ 3F - 6
+  // edges; rounding can split a face of a degenerate cut in two, for which there is half as much again.
+  const int faces = face_count + face_count / 2 + 16, vertices = 2 * faces, edges = 3 * faces;
+  vertices_.reserve(vertices + 1);
+  seams_.reserve(edges);
+  local_points_.reserve(vertices);
+  feet_.reserve(faces);
+  faces_.reserve(faces);
+  edges_.reserve(edges + 3);
+  loops_.reserve(faces);
+  loop_vertices_.reserve(2 * edges);
+  next_edge_.reserve(2 * edges);
+  for (CutSolid* s : {&solid_, &cut_}) {
+    s->points.reserve(vertices);
+    s->faces.reserve(faces);
+    s->loop.reserve(2 * edges);
+  }
+  height_.reserve(vertices);
+  moved_to_.reserve(vertices);
+  cap_next_.reserve(vertices);
+  pairs_.reserve(2 * edges);
+  patch_points_.reserve(vertices);
+  leave_.reserve(faces);
+  return_.reserve(faces);
+  polygon_.reserve(2 * edges);
+  clipped_.reserve(2 * edges);
+}
+
+void ContactWorkspace::buildLoops() noexcept {
+  loops_.clear();
+  loop_vertices_.clear();
+  // Half edges 2e (in `left`) and 2e + 1 (in `right`), found by (face, start vertex).
+  pairs_.clear();
+  next_edge_.clear();
+  for (int e = 0; e < edges_.size(); ++e) {
+    const ContactEdge& edge = edges_[e];
+    *pairs_.find(edge.left, edge.from) = 2 * e;
+    *pairs_.find(edge.right, edge.to) = 2 * e + 1;
+    next_edge_.push_back(0);
+    next_edge_.push_back(0);
+  }
+  for (int start = 0; start < 2 * edges_.size(); ++start) {
+    if (next_edge_[start]) continue;
+    const int face = start & 1 ? edges_[start / 2].right : edges_[start / 2].left;
+    ContactLoop loop{face, loop_vertices_.size(), 0};
+    for (int h = start; h >= 0 && !next_edge_[h];) {
+      next_edge_[h] = 1;
+      const ContactEdge& edge = edges_[h / 2];
+      loop_vertices_.push_back(h & 1 ? edge.to : edge.from);
+      h = *pairs_.find(face, h & 1 ? edge.from : edge.to);
+    }
+    loop.count = loop_vertices_.size() - loop.first;
+    if (loop.count >= 3) loops_.push_back(loop);
+  }
+}
+
+}  // namespace haptic

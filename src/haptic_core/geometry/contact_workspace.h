@@ -1,0 +1,125 @@
+/// Memory for one contact at a time, sized at load, and the polyhedron V that the last call left in it.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "haptic_core/base/spatial.h"
+#include "haptic_core/geometry/contact_side.h"
+#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/loaded_vector.h"
+
+namespace haptic {
+
+struct ContactVolume;
+struct PartMoments;
+struct QuadraturePoint;
+
+enum class Owner : unsigned char { kA, kB };
+
+/// A face of V: part of one face of A or of B.
+struct ContactFace {
+  Vector3 normal;  ///< outward unit normal, in A's frame
+  double offset;   ///< normal·x = offset on the face [m]
+  int index;       ///< face of A or B that it is part of
+  Owner owner;
+};
+
+/// An edge of V between its faces: from → to in the loop of `left`, to → from in that of `right`.
+struct ContactEdge {
+  int from, to;     ///< vertices of V
+  int left, right;  ///< faces of V
+};
+
+/// A planar polygon of V's surface, counter-clockwise seen from outside.
+struct ContactLoop {
+  int face;          ///< face of V
+  int first, count;  ///< its vertices: loopVertices()[first … first + count - 1]
+};
+
+/// Pairs up two things that share a key, in a table that needs no clearing between uses.
+class PairTable {
+ public:
+  void reserve(int entries);
+  void clear() noexcept;
+  /// The value stored under (a, b), or a new slot holding -1. Null when full.
+  int* find(int a, int b) noexcept;
+
+ private:
+  struct Slot {
+    std::uint64_t key;
+    std::uint32_t epoch;
+    int value;
+  };
+  std::vector<Slot> slots_;
+  std::uint32_t epoch_ = 1;
+};
+
+/// One per thread. Filled by `contactVolume`; the accessors describe the last call's V while its status was
+/// kOverlap.
+class ContactWorkspace {
+ public:
+  /// Makes room for contacts between A and B, beside what was reserved before. Not in a tick.
+  void reserve(const ConvexPolyhedron& A, const ConvexPolyhedron& B);
+  /// The same for any two shapes with `face_count` faces together.
+  void reserve(int face_count);
+  /// True when any contact between A and B fits.
+  bool fits(const ConvexPolyhedron& A, const ConvexPolyhedron& B) const;
+
+  const LoadedVector<Vector3>& vertices() const { return vertices_; }  ///< in A's frame [m]
+  const LoadedVector<ContactFace>& faces() const { return faces_; }
+  /// Those from seamBegin() on lie where the surfaces of A and B cross: `left` is A's face, `right` is B's.
+  const LoadedVector<ContactEdge>& edges() const { return edges_; }
+  int seamBegin() const { return seam_begin_; }
+
+  /// (in realtime) Chains the edges into one polygon per face; for drawing. Cost O(edges).
+  void buildLoops() noexcept;
+  const LoadedVector<ContactLoop>& loops() const { return loops_; }
+  const LoadedVector<int>& loopVertices() const { return loop_vertices_; }
+
+  /// A piece of the seam while its ends are being found, between faces of the sides; -1: not yet.
+  struct Seam {
+    int start, end, face_a, face_b;
+  };
+
+ private:
+  friend class VolumeCutter;
+  friend class EdgeClipper;
+  friend class ContactIntegrator;
+  friend PartMoments momentsWhere(ContactWorkspace&, const ContactVolume&, const Vector2&, double) noexcept;
+  friend int quadrature(ContactWorkspace&, const ContactVolume&, QuadraturePoint*, int) noexcept;
+  friend double thicknessSquared(ContactWorkspace&, const ContactVolume&) noexcept;
+
+  struct CutFace {
+    ContactFace face;
+    int first, count;
+  };
+  struct CutSolid {
+    LoadedVector<Vector3> points;
+    LoadedVector<CutFace> faces;
+    LoadedVector<int> loop;
+  };
+
+  void reserveSides(int vertices, int faces);
+  void reserveResult(int face_count);
+  void projectVertices(const ContactVolume& contact) noexcept;
+  void clipPolygon(const Vector2& from, const Vector2& to) noexcept;
+
+  LoadedVector<Vector3> vertices_;
+  LoadedVector<ContactFace> faces_;
+  LoadedVector<ContactEdge> edges_;
+  int seam_begin_ = 0;
+  LoadedVector<ContactLoop> loops_;
+  LoadedVector<int> loop_vertices_, next_edge_;
+  ContactSide side_a_, side_b_;
+  LoadedVector<Seam> seams_;
+  LoadedVector<Lanes> local_points_, feet_;  ///< vertices about one of them, and feet of faces, in P's axes
+  CutSolid solid_, cut_;
+  LoadedVector<double> height_;
+  LoadedVector<int> moved_to_, cap_next_;
+  PairTable pairs_;
+  LoadedVector<Vector3> patch_points_;    ///< vertices in P
+  LoadedVector<Vector3> leave_, return_;  ///< per face, where a cut leaves its loop and returns
+  LoadedVector<Vector2> polygon_, clipped_;
+};
+
+}  // namespace haptic

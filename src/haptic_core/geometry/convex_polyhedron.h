@@ -1,0 +1,102 @@
+/// An immutable convex polyhedron with the adjacency that contact detection walks on.
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+#include "haptic_core/base/spatial.h"
+#include "haptic_core/geometry/mass_properties.h"
+
+namespace haptic {
+
+/// Vertices, planar faces with ordered loops, half edges and vertex neighbours. Everything is made once, at
+/// set-up; all queries are const, without heap and safe from any number of threads.
+///
+/// Half edge h runs from `loopVertex(h)` to the next vertex of its face's loop; loops are counter-clockwise
+/// seen from outside and lie one after the other, so that face f owns the half edges first…first+count-1.
+class ConvexPolyhedron {
+ public:
+  struct Face {
+    Vector3 normal;  ///< unit, outward
+    double offset;   ///< n·x ≤ offset inside [m]
+    int first;       ///< first half edge of the loop
+    int count;       ///< edges of the loop, ≥ 3
+  };
+  struct Edge {
+    int from, to;     ///< vertices
+    int left, right;  ///< faces; `left` has the edge as from → to, `right` as to → from
+  };
+  struct Box {
+    Vector3 lower, upper;  ///< [m]
+  };
+
+  /// From vertices and one loop of vertex indices per face. Throws SetupError, naming `name` and the face or
+  /// vertex, unless the surface is closed, convex and planar within rounding (kFlatness of the size), outward
+  /// and of positive volume, with ≥ 4 vertices and no NaN. Vertices that no face uses are refused.
+  ConvexPolyhedron(std::vector<Vector3> vertices, const std::vector<std::vector<int>>& faces,
+                   const std::string& name = "polyhedron");
+
+  /// Convex hull of points (Qhull). Faces are merged only where coplanar within rounding. Throws SetupError
+  /// for NaN, fewer than 4 points or a flat set.
+  static ConvexPolyhedron hull(const std::vector<Vector3>& points, const std::string& name = "hull");
+
+  /// Largest distance of a loop's vertex from its face's plane, and of any vertex above a face, relative to
+  /// the bounding radius: some tens of roundings. Larger and a face would cut away volume that belongs to the
+  /// body.
+  static constexpr double kFlatness = 1e-13;
+
+  const std::vector<Vector3>& vertices() const { return vertices_; }
+  const std::vector<Face>& faces() const { return faces_; }
+  const std::vector<Edge>& edges() const { return edges_; }
+  int vertexCount() const { return static_cast<int>(vertices_.size()); }
+  int faceCount() const { return static_cast<int>(faces_.size()); }
+  int edgeCount() const { return static_cast<int>(edges_.size()); }
+
+  int loopVertex(int half_edge) const { return loop_[half_edge]; }  ///< where the half edge starts
+  int twin(int half_edge) const { return twin_[half_edge]; }        ///< the same edge in the other face
+  int faceOf(int half_edge) const { return half_edge_face_[half_edge]; }
+  int edgeOf(int half_edge) const { return half_edge_edge_[half_edge]; }
+
+  /// Neighbours of vertex v: neighbours()[neighbourBegin(v) … neighbourBegin(v + 1) - 1]; the half edge that
+  /// leads there is outgoing()[same index].
+  int neighbourBegin(int v) const { return neighbour_begin_[v]; }
+  const std::vector<int>& neighbours() const { return neighbours_; }
+  const std::vector<int>& outgoing() const { return outgoing_; }
+
+  const Vector3& centre() const { return properties_.com; }  ///< centroid of the solid [m]
+  double boundingRadius() const { return radius_; }          ///< about centre() [m]
+  const Box& aabb() const { return aabb_; }                  ///< in the shape's frame
+  Box aabb(const Pose& X_WS) const;                          ///< in W, tight; O(1)
+  double volume() const { return properties_.volume; }       ///< [m³]
+  MassProperties massProperties(double density) const;       ///< density in kg/m³
+  TriangleMesh triangles() const;                            ///< loops cut into fans, for drawing
+
+  /// True for the shapes of `makeBox`: centred on the origin, edges along the axes; half the size in
+  /// halfSize().
+  bool isBox() const { return is_box_; }
+  const Vector3& halfSize() const { return aabb_.upper; }
+
+  /// (in realtime) The vertex farthest along `direction` (any length), climbing from vertex `hint`. Exact for
+  /// any hint, up to ties; O(1) when the hint is near.
+  int support(const Vector3& direction, int hint = 0) const noexcept;
+
+ private:
+  void checkInput(const std::vector<std::vector<int>>& faces) const;
+  void setPlanes();
+  void pairHalfEdges();
+  void listNeighbours();
+  void checkConvex() const;
+
+  std::string name_;  ///< for messages
+  std::vector<Vector3> vertices_;
+  std::vector<Face> faces_;
+  std::vector<Edge> edges_;
+  std::vector<int> loop_, twin_, half_edge_face_, half_edge_edge_;
+  std::vector<int> neighbour_begin_, neighbours_, outgoing_;
+  MassProperties properties_;  ///< at density 1
+  double radius_ = 0;
+  Box aabb_;
+  bool is_box_ = false;
+};
+
+}  // namespace haptic

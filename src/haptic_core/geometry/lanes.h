@@ -1,0 +1,113 @@
+/// Four doubles side by side: one AVX register where the build has AVX, two of 16 bytes elsewhere, through the
+/// compilers' vector extension. The operations are the same either way and so are the bits of the results.
+#pragma once
+#include <cstdint>
+#include <cstring>
+
+#if defined(__AVX__) || defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace haptic {
+
+#if defined(__AVX__)
+
+using Lanes = double __attribute__((vector_size(32)));
+using LaneMask = std::int64_t __attribute__((vector_size(32)));
+
+inline Lanes absolute(const Lanes& x) {
+  return (Lanes)((LaneMask)x & LaneMask{INT64_MAX, INT64_MAX, INT64_MAX, INT64_MAX});
+}
+inline Lanes minimum(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
+inline Lanes maximum(const Lanes& a, const Lanes& b) { return a > b ? a : b; }
+
+/// Bit i: lane i of a comparison's result.
+inline unsigned bits(const LaneMask& m) { return static_cast<unsigned>(_mm256_movemask_pd((__m256d)m)); }
+
+/// (x, y, z, w) → (y, z, x, w).
+inline Lanes turned(const Lanes& a) { return __builtin_shufflevector(a, a, 1, 2, 0, 3); }
+
+/// Rows become columns: four points (x, y, z, ·) become x, y, z of all four.
+inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, Lanes& x, Lanes& y,
+                      Lanes& z) {
+  const Lanes ab_xz = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab_yw = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Lanes cd_xz = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd_yw = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  x = __builtin_shufflevector(ab_xz, cd_xz, 0, 1, 4, 5);
+  y = __builtin_shufflevector(ab_yw, cd_yw, 0, 1, 4, 5);
+  z = __builtin_shufflevector(ab_xz, cd_xz, 2, 3, 6, 7);
+}
+
+#else
+
+// gcc takes 32-byte vectors apart through memory when there is no AVX; halves stay in registers.
+using LanePair = double __attribute__((vector_size(16)));
+using MaskPair = std::int64_t __attribute__((vector_size(16)));
+
+struct LaneMask {
+  MaskPair lower, upper;
+};
+
+struct Lanes {
+  LanePair lower, upper;
+
+  Lanes() = default;
+  Lanes(double a, double b, double c, double d) : lower{a, b}, upper{c, d} {}
+  Lanes(const LanePair& l, const LanePair& u) : lower(l), upper(u) {}
+  double operator[](int i) const { return i < 2 ? lower[i] : upper[i - 2]; }
+  double& operator[](int i) { return reinterpret_cast<double*>(this)[i]; }
+  Lanes operator-() const { return {-lower, -upper}; }
+  Lanes& operator+=(const Lanes& o) {
+    lower += o.lower;
+    upper += o.upper;
+    return *this;
+  }
+};
+
+inline Lanes operator+(const Lanes& a, const Lanes& b) { return {a.lower + b.lower, a.upper + b.upper}; }
+inline Lanes operator-(const Lanes& a, const Lanes& b) { return {a.lower - b.lower, a.upper - b.upper}; }
+inline Lanes operator*(const Lanes& a, const Lanes& b) { return {a.lower * b.lower, a.upper * b.upper}; }
+inline LaneMask operator<(const Lanes& a, const Lanes& b) { return {a.lower < b.lower, a.upper < b.upper}; }
+inline LaneMask operator>(const Lanes& a, const Lanes& b) { return {a.lower > b.lower, a.upper > b.upper}; }
+inline Lanes absolute(const Lanes& x) {
+  const MaskPair mask{INT64_MAX, INT64_MAX};
+  return {(LanePair)((MaskPair)x.lower & mask), (LanePair)((MaskPair)x.upper & mask)};
+}
+inline Lanes minimum(const Lanes& a, const Lanes& b) {
+  return {a.lower < b.lower ? a.lower : b.lower, a.upper < b.upper ? a.upper : b.upper};
+}
+inline Lanes maximum(const Lanes& a, const Lanes& b) {
+  return {a.lower > b.lower ? a.lower : b.lower, a.upper > b.upper ? a.upper : b.upper};
+}
+
+inline unsigned bits(const LaneMask& m) {
+#if defined(__SSE2__)
+  return static_cast<unsigned>(_mm_movemask_pd((__m128d)m.lower) | _mm_movemask_pd((__m128d)m.upper) << 2);
+#else
+  return static_cast<unsigned>((m.lower[0] & 1) | (m.lower[1] & 2) | (m.upper[0] & 4) | (m.upper[1] & 8));
+#endif
+}
+
+inline Lanes turned(const Lanes& a) {
+  return {__builtin_shufflevector(a.lower, a.upper, 1, 2), __builtin_shufflevector(a.lower, a.upper, 0, 3)};
+}
+
+inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, Lanes& x, Lanes& y,
+                      Lanes& z) {
+  x = {__builtin_shufflevector(a.lower, b.lower, 0, 2), __builtin_shufflevector(c.lower, d.lower, 0, 2)};
+  y = {__builtin_shufflevector(a.lower, b.lower, 1, 3), __builtin_shufflevector(c.lower, d.lower, 1, 3)};
+  z = {__builtin_shufflevector(a.upper, b.upper, 0, 2), __builtin_shufflevector(c.upper, d.upper, 0, 2)};
+}
+
+#endif
+
+inline Lanes lanes(double x) { return Lanes{x, x, x, x}; }
+
+inline Lanes loadLanes(const double* from) {
+  Lanes v;
+  std::memcpy(&v, from, sizeof v);
+  return v;
+}
+
+inline double sum(const Lanes& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
+
+}  // namespace haptic

@@ -1,0 +1,41 @@
+/// A vector for ticks: sized at load, never growing.
+#pragma once
+#include <vector>
+
+namespace haptic {
+
+/// A vector whose storage is made at load. A push on a full one stores nothing and returns false.
+template <class T>
+class LoadedVector {
+ public:
+  void reserve(int capacity) {
+    if (capacity <= capacity_) return;
+    data_.resize(capacity);
+    capacity_ = capacity;
+  }
+  /// Sets the number of elements; those added hold what they held before. At most the capacity.
+  void resize(int size) noexcept { size_ = size < capacity() ? size : capacity(); }
+  /// The whole storage, whatever the size.
+  std::vector<T>& all() noexcept { return data_; }
+  bool push_back(const T& value) noexcept {
+    if (size_ == capacity_) return false;
+    data_[size_++] = value;
+    return true;
+  }
+  void clear() noexcept { size_ = 0; }
+  int size() const noexcept { return size_; }
+  bool empty() const noexcept { return size_ == 0; }
+  int capacity() const noexcept { return capacity_; }
+  T& operator[](int i) noexcept { return data_[i]; }
+  const T& operator[](int i) const noexcept { return data_[i]; }
+  T* begin() noexcept { return data_.data(); }
+  T* end() noexcept { return data_.data() + size_; }
+  const T* begin() const noexcept { return data_.data(); }
+  const T* end() const noexcept { return data_.data() + size_; }
+
+ private:
+  std::vector<T> data_;
+  int size_ = 0, capacity_ = 0;
+};
+
+}  // namespace haptic

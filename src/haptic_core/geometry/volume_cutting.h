@@ -1,0 +1,13 @@
+/// The readable algorithm: A cut by one plane of B after the other.
+#pragma once
+#include "haptic_core/geometry/contact_workspace.h"
+
+namespace haptic {
+
+/// Leaves V's vertices, faces and edges in the workspace; false when nothing is left of A. `complete` is
+/// cleared when the workspace was too small. (in realtime) Cost: (faces of B that cut) × (size of what is
+/// left).
+bool cutVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
+               ContactWorkspace& workspace, bool& complete) noexcept;
+
+}  // namespace haptic

@@ -1,0 +1,77 @@
+/// The product: counts in, tensions out, the world in between.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "haptic_core/loop/passivity.h"
+#include "haptic_core/loop/workspace_map.h"
+#include "haptic_core/spidar/transport.h"
+#include "haptic_core/world/world.h"
+
+namespace haptic {
+
+class Spidar;
+class Hand;
+
+inline constexpr int kMaxHands = 4;
+
+/// How one device's grip moves its pointer and feels it.
+struct HandSettings {
+  WorkspaceSettings workspace;
+  double force_scale = 1;          ///< hand newtons per world newton
+  PassivitySettings passivity;
+  double soft_start_s = 0.5;       ///< force fades in over this time after enable, load, reset and overrun [s]
+};
+
+struct HandReport {
+  Pose X_BG;                       ///< measured grip, in the device's base
+  Twist V_BG;                      ///< filtered, at G's origin, in B
+  double opening = 0;              ///< 7-DOF grips [m]
+  Pose X_WP;                       ///< where the hand wants the pointer
+  Wrench F_asked_B;                ///< on the hand at G's origin, in B, before the device's own limits
+  Wrench F_achieved_B;             ///< what the tensions give
+  StringVector length;             ///< [m]
+  StringVector tension;            ///< [N]
+  double pose_residual = 0;        ///< rms of the length errors [m]
+  double port_energy = 0;          ///< absorbed at the port since the start [J]
+  double fade = 0;                 ///< 0…1, of soft start and overrun
+  unsigned device_flags = 0;       ///< limits and faults: see Spidar
+  bool valid = false;              ///< calibrated, and the pose solved
+};
+
+struct TickReport {
+  std::uint64_t tick = 0;
+  int hands = 0;
+  std::array<HandReport, kMaxHands> hand;
+  StepReport step;
+};
+
+class HapticLoop {
+ public:
+  explicit HapticLoop(World& world);
+  ~HapticLoop();
+
+  /// Set-up: connects a device to pointer `pointer` of the world; returns the hand's index. Throws SetupError.
+  int attach(Spidar& device, int pointer, const HandSettings& settings);
+
+  /// (in realtime) One tick of `h` [s], no I/O. `samples` has one entry per attached hand, in order.
+  void tick(const DeviceSample* samples, double h) noexcept;
+
+  /// (in realtime) `periods` ticks were lost: simulated time has waited, the force fades and comes back softly.
+  void noteOverrun(int periods) noexcept;
+
+  const DriveCommand& drive(int hand) const noexcept;  ///< for the next exchange
+  const TickReport& report() const noexcept { return report_; }
+  Hand& hand(int i) noexcept { return *hands_[i]; }
+  int handCount() const noexcept { return count_; }
+  World& world() noexcept { return world_; }
+
+ private:
+  World& world_;
+  std::array<std::unique_ptr<Hand>, kMaxHands> hands_;
+  int count_ = 0;
+  TickReport report_;
+};
+
+}  // namespace haptic

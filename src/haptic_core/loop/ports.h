@@ -1,0 +1,228 @@
+/// How the parts of one process lend each other a device or a world: one table, names, leases.
+///
+/// An owner *offers* a port under a name; a runner *claims* it and drives it by direct call. A claim is a lease:
+/// to unload, the owner asks for it back (`PortOffer::withdraw`) and waits, bounded, until the runner has let go.
+/// A shared_ptr would keep the object but not the code of an unloaded library.
+/// A runner of higher rank asks a lower one to make room: the bridge takes a device from the driver's own thread.
+#pragma once
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "haptic_core/base/latest_value.h"
+#include "haptic_core/base/record_ring.h"
+#include "haptic_core/loop/haptic_loop.h"
+#include "haptic_core/spidar/hand_path.h"
+#include "haptic_core/spidar/spidar.h"
+
+namespace haptic {
+
+/// Work of another thread that must not overlap a tick: the runner does it between two ticks. It may allocate:
+/// it happens on a user's request (reset, calibrate), never by itself.
+class BetweenTicks {
+ public:
+  /// (in realtime: one atomic load when nothing waits) Called by the runner between two ticks.
+  void serve() noexcept;
+
+ private:
+  friend class PortSlot;
+  enum State : int { kIdle, kWaiting, kRunning, kDone };
+  std::mutex callers_;                   ///< one caller at a time; the runner never takes it
+  std::function<void()> work_;
+  std::exception_ptr failure_;
+  std::atomic<int> state_{kIdle};
+};
+
+/// What every port has.
+class Port {
+ public:
+  virtual ~Port() = default;
+  BetweenTicks between_ticks;
+};
+
+/// One tick of a device as its runner saw it; the driver publishes it.
+struct DeviceRecord {
+  std::uint64_t tick = 0;
+  std::int64_t stamp_ns = 0;             ///< steady clock at the start of the tick
+  DeviceSample sample;
+  Pose X_BG;                             ///< grip; meaningless unless `calibrated`
+  Twist V_BG;                            ///< at G's origin, in B
+  Wrench F_asked_B, F_achieved_B;        ///< on the hand at G's origin, in B, after the device's limits
+  StringVector length, tension;          ///< [m], [N]
+  double opening = 0;                    ///< 7-DOF grips [m]
+  double pose_residual = 0;              ///< [m]
+  DeviceState state = DeviceState::kUncalibrated;
+  bool calibrated = false;
+  int suspect_string = -1;
+  unsigned flags = 0;                    ///< see DeviceFlag
+};
+
+/// A device on offer. Everything is the owner's; the runner of the lease alone calls `device` and `transport`.
+class DevicePort : public Port {
+ public:
+  DevicePort(Spidar& device_in, Transport& transport_in, std::size_t record_capacity)
+      : device(device_in), transport(transport_in), records(record_capacity) {}
+  /// (in realtime) Tells the owner what this tick did; the runner calls it after `actuate`.
+  void record(std::uint64_t tick, std::int64_t stamp_ns, const DeviceSample& sample) noexcept;
+
+  Spidar& device;
+  Transport& transport;
+  std::atomic<bool> follows_script{false};  ///< a twin whose hand the scene may script (set by the owner)
+  RecordRing<DeviceRecord> records;      ///< runner → owner, for topics
+};
+
+/// What can be seen of a world between two ticks, copied for drawing.
+struct WorldSnapshot {
+  std::int64_t stamp_ns = 0;             ///< steady clock
+  double time = 0;                       ///< simulated [s]
+  StepReport report;
+  std::vector<Pose> pose;                ///< X_WL per link; sized at set-up
+  std::vector<ContactReport> contact;    ///< sized at set-up; the first `contacts` are valid
+  std::vector<Wrench> pointer_wrench;    ///< per pointer, about the link's origin, in W
+  int contacts = 0;
+};
+
+/// Which device moves which pointer, and how the hand sees the world.
+struct HandPlacement {
+  std::string device;                    ///< name of the device's port, without leading slash
+  int pointer = 0;
+  HandSettings settings;
+  HandPath path;                         ///< for a twin that follows the scene's script; in the device's base
+};
+
+/// A world on offer.
+class WorldPort : public Port {
+ public:
+  WorldPort(World& world_in, std::string scene_name, std::vector<HandPlacement> placements, int contact_capacity);
+  /// (in realtime) Copies the world into `snapshot`; the runner calls it when `wants_snapshot` says so.
+  void takeSnapshot(std::int64_t stamp_ns) noexcept;
+
+  World& world;
+  const std::string scene;
+  const std::vector<HandPlacement> hands;
+  std::atomic<bool> paused{false};           ///< the runner keeps the device alive, but does not step
+  std::atomic<unsigned> jumps{0};            ///< counted up by the owner when the state jumped (reset, restore):
+                                             ///< the runner lets the force fade in anew
+  std::atomic<bool> wants_snapshot{false};   ///< set by the owner when somebody looks; cleared by the runner
+  LatestValue<WorldSnapshot> snapshot;       ///< runner → owner
+
+ private:
+  WorldSnapshot filled_;
+};
+
+enum class PortKind : unsigned char { kDevice, kWorld };
+enum class ClaimRank : unsigned char { kOwner, kBridge };
+
+template <class T>
+struct PortTraits;
+template <>
+struct PortTraits<DevicePort> {
+  static constexpr PortKind kKind = PortKind::kDevice;
+};
+template <>
+struct PortTraits<WorldPort> {
+  static constexpr PortKind kKind = PortKind::kWorld;
+};
+
+/// How long an owner waits for its port, and a claimant of higher rank for its turn: longer than any exchange
+/// (a silent UART gives up after 15 ms ten times) and shorter than what a user takes for a hang.
+inline constexpr std::chrono::milliseconds kPortPatience{1000};
+
+class PortSlot;
+bool portRecalled(const PortSlot& slot) noexcept;  ///< (in realtime) for PortLease
+void releasePort(PortSlot& slot);                  ///< for PortLease
+
+/// A runner's hold on a port. Movable; lets go when destroyed.
+template <class T>
+class PortLease {
+ public:
+  PortLease() = default;
+  PortLease(std::shared_ptr<PortSlot> slot, T* port) : slot_(std::move(slot)), port_(port) {}
+  PortLease(PortLease&& other) noexcept { swap(other); }
+  PortLease& operator=(PortLease&& other) noexcept {
+    PortLease(std::move(other)).swap(*this);
+    return *this;
+  }
+  ~PortLease() { release(); }
+
+  explicit operator bool() const { return port_ != nullptr; }
+  T& operator*() const { return *port_; }
+  T* operator->() const { return port_; }
+  /// (in realtime) The owner, or a higher rank, wants it back: let go soon.
+  bool recalled() const noexcept { return slot_ && portRecalled(*slot_); }
+  void release() {
+    if (slot_) releasePort(*slot_);
+    slot_.reset();
+    port_ = nullptr;
+  }
+
+ private:
+  void swap(PortLease& other) noexcept {
+    std::swap(slot_, other.slot_);
+    std::swap(port_, other.port_);
+  }
+  std::shared_ptr<PortSlot> slot_;
+  T* port_ = nullptr;
+};
+
+/// The table of one process. Its functions may block; none is for a tick.
+class PortTable {
+ public:
+  static PortTable& process();  ///< the one that all of the process share
+
+  /// Takes the port, within `patience` when a lower rank must make room first. Empty when there is no such port,
+  /// or it is held: `reason`, if given, says which. `holder` names the runner for others to read.
+  template <class T>
+  PortLease<T> claim(const std::string& name, ClaimRank rank, const std::string& holder,
+                     std::string* reason = nullptr, std::chrono::milliseconds patience = kPortPatience) {
+    auto slot = claimSlot(PortTraits<T>::kKind, name, rank, holder, reason, patience);
+    T* port = slot ? static_cast<T*>(slotPort(*slot)) : nullptr;
+    return PortLease<T>(std::move(slot), port);
+  }
+  std::vector<std::string> names(PortKind kind) const;
+
+  /// Used by PortOffer. Throws SetupError when the name is taken.
+  std::shared_ptr<PortSlot> add(PortKind kind, const std::string& name, Port* port, const std::string& owner);
+  void remove(const std::shared_ptr<PortSlot>& slot);
+
+ private:
+  std::shared_ptr<PortSlot> claimSlot(PortKind, const std::string& name, ClaimRank, const std::string& holder,
+                                      std::string* reason, std::chrono::milliseconds patience);
+  static Port* slotPort(PortSlot& slot);
+  mutable std::mutex mutex_;
+  std::vector<std::shared_ptr<PortSlot>> slots_;
+};
+
+/// An owner's offer. Ends with `withdraw`, at the latest in the destructor.
+class PortOffer {
+ public:
+  PortOffer() = default;
+  /// Throws SetupError when another owner offers the same name.
+  template <class T>
+  PortOffer(PortTable& table, const std::string& name, T& port, const std::string& owner)
+      : table_(&table), slot_(table.add(PortTraits<T>::kKind, name, &port, owner)) {}
+  PortOffer(PortOffer&& other) noexcept : table_(other.table_), slot_(std::move(other.slot_)) {}
+  PortOffer& operator=(PortOffer&& other) noexcept;
+  ~PortOffer() { withdraw(); }
+
+  /// Asks for the port back and waits. True: nobody uses it, or will. False: the runner did not let go in time;
+  /// the offer is gone, but the port must stay alive.
+  bool withdraw(std::chrono::milliseconds patience = kPortPatience);
+  std::string holder() const;            ///< name of the runner; empty: nobody
+  bool heldBy(ClaimRank rank) const;
+  /// Runs `work` where it cannot overlap a tick: between two of the runner's, or here when nobody holds the
+  /// port. False: no runner took it in time, nothing was done. Rethrows what `work` throws.
+  bool runBetweenTicks(const std::function<void()>& work, std::chrono::milliseconds patience = kPortPatience);
+
+ private:
+  PortTable* table_ = nullptr;
+  std::shared_ptr<PortSlot> slot_;
+};
+
+}  // namespace haptic

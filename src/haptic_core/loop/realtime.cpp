@@ -1,0 +1,110 @@
+#include "haptic_core/loop/realtime.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <time.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+namespace {
+
+constexpr std::int64_t kNanosecondsPerSecond = 1000000000;
+constexpr double kLowestRateHz = 1, kHighestRateHz = 20000;  // above, a wake-up alone takes the period
+// The kernel may delay a sleeper of the normal scheduler by 50 µs to save power; 1 ns asks it not to.
+constexpr unsigned long kTimerSlackNs = 1;
+
+std::string firstLine(const char* path) {
+  std::string line;
+  std::ifstream file(path);
+  std::getline(file, line);
+  return line;
+}
+
+/// Settings of the machine that cost lateness; reading them needs no rights.
+void checkMachine(const RealtimeSettings& settings, std::vector<std::string>& advice) {
+  const std::string governor = firstLine("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
+  if (!governor.empty() && governor != "performance") {
+    advice.push_back("the CPU governor is '" + governor + "': cpupower frequency-set -g performance");
+  }
+  const std::string preempt = firstLine("/sys/kernel/realtime");
+  if (preempt != "1") advice.push_back("the kernel is not PREEMPT_RT: lateness has no bound (package linux-image-rt-amd64)");
+  const std::string isolated = firstLine("/sys/devices/system/cpu/isolated");
+  if (settings.cpu >= 0 && isolated.empty()) {
+    advice.push_back("core " + std::to_string(settings.cpu) + " is shared: boot with isolcpus=" +
+                     std::to_string(settings.cpu));
+  }
+  const std::string throttle = firstLine("/proc/sys/kernel/sched_rt_runtime_us");
+  if (throttle == "0") advice.push_back("real-time scheduling is off: sysctl kernel.sched_rt_runtime_us=950000");
+}
+
+}  // namespace
+
+std::int64_t steadyNow() noexcept {
+  timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * kNanosecondsPerSecond + now.tv_nsec;
+}
+
+PeriodicWake::PeriodicWake(double rate_hz) {
+  if (!(rate_hz >= kLowestRateHz && rate_hz <= kHighestRateHz)) {
+    throw SetupError("rate", "is " + std::to_string(rate_hz) + " Hz", "give 1 to 20000 Hz");
+  }
+  period_ns_ = std::llround(kNanosecondsPerSecond / rate_hz);
+}
+
+void PeriodicWake::start() noexcept { deadline_ns_ = steadyNow() + period_ns_; }
+
+PeriodicWake::Wake PeriodicWake::wait() noexcept {
+  const timespec until{deadline_ns_ / kNanosecondsPerSecond, deadline_ns_ % kNanosecondsPerSecond};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+  }
+  Wake wake;
+  wake.start_ns = steadyNow();
+  wake.lateness_ns = wake.start_ns - deadline_ns_;
+  wake.lost_periods = static_cast<int>(wake.lateness_ns / period_ns_);
+  deadline_ns_ += period_ns_;
+  if (wake.lost_periods > 0) deadline_ns_ = wake.start_ns + period_ns_;
+  return wake;
+}
+
+RealtimeReport enterRealtime(const RealtimeSettings& settings) {
+  RealtimeReport report;
+  prctl(PR_SET_TIMERSLACK, kTimerSlackNs);
+  if (settings.priority > 0) {
+    sched_param parameter{};
+    parameter.sched_priority = settings.priority;
+    const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
+    report.fifo = error == 0;
+    if (error != 0) {
+      report.advice.push_back("SCHED_FIFO " + std::to_string(settings.priority) + " was refused (" +
+                              std::strerror(error) + "): allow rtprio in /etc/security/limits.d, or run as root");
+    }
+  }
+  if (settings.lock_memory) {
+    // MCL_ONFAULT: locks what is touched, not the 8 MB of address space that each thread's stack reserves.
+    report.memory_locked = mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
+    if (!report.memory_locked) {
+      report.advice.push_back(std::string("memory could not be locked (") + std::strerror(errno) +
+                              "): allow memlock in /etc/security/limits.d, or run as root");
+    }
+  }
+  if (settings.cpu >= 0) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(settings.cpu, &set);
+    report.pinned = pthread_setaffinity_np(pthread_self(), sizeof(set), &set) == 0;
+    if (!report.pinned) report.advice.push_back("there is no core " + std::to_string(settings.cpu) + " to stay on");
+  }
+  checkMachine(settings, report.advice);
+  return report;
+}
+
+}  // namespace haptic

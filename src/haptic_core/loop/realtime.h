@@ -1,0 +1,46 @@
+/// What a thread needs to tick at a fixed rate: absolute deadlines, and what the operating system allows.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace haptic {
+
+std::int64_t steadyNow() noexcept;  ///< (in realtime) CLOCK_MONOTONIC [ns]
+
+/// Wakes at start + n/rate. After an overrun the deadlines move: what was lost is not made up by a burst.
+class PeriodicWake {
+ public:
+  explicit PeriodicWake(double rate_hz);  ///< throws SetupError unless 1 Hz ≤ rate ≤ 20 kHz
+
+  void start() noexcept;                  ///< the first deadline is one period from now
+
+  struct Wake {
+    std::int64_t start_ns = 0;            ///< steady clock when the thread ran again
+    std::int64_t lateness_ns = 0;         ///< start after its deadline, ≥ 0
+    int lost_periods = 0;                 ///< whole periods that passed; > 0: the tick counts as missed
+  };
+  Wake wait() noexcept;                   ///< (in realtime) sleeps until the next deadline, if that lies ahead
+
+  double period() const { return 1e-9 * static_cast<double>(period_ns_); }  ///< [s]
+
+ private:
+  std::int64_t period_ns_, deadline_ns_ = 0;
+};
+
+struct RealtimeSettings {
+  int priority = 60;         ///< SCHED_FIFO 1…98, above interrupts' 50; 0: leave the scheduler alone
+  bool lock_memory = true;   ///< keep pages of the process resident once touched
+  int cpu = -1;              ///< core to stay on; -1: any
+};
+
+/// What came of it. `advice`: one line per thing that was refused or is set against low lateness, and what to do.
+struct RealtimeReport {
+  bool fifo = false, memory_locked = false, pinned = false;
+  std::vector<std::string> advice;
+};
+
+/// Makes the calling thread real-time as far as the system lets it. Never fails: a refusal is advice.
+RealtimeReport enterRealtime(const RealtimeSettings& settings);
+
+}  // namespace haptic

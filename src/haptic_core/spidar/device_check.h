@@ -1,0 +1,39 @@
+/// What an arrangement of strings can do, and what is wrong with it: the text of `./run check DEVICE`.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "haptic_core/spidar/string_kinematics.h"
+
+namespace haptic {
+
+/// Numbers about the home pose unless said otherwise. Presentable: with λ → 0 the tensions' bounds keep less
+/// than 2 % of the wrench away.
+struct DeviceReport {
+  double knot_radius = 0;           ///< r of W [m]
+  Eigen::VectorXd singular_values;  ///< of the scaled structure matrix, falling [1]
+  double worst_singular_value = 0;  ///< over the feasible region, identity orientation [1]
+  Vector3 reach_min, reach_max;     ///< along each axis, as far as a force is presentable all round [m]
+  Vector3 turn_min, turn_max;       ///< about each axis, likewise [rad]; zero for a point grip
+  double feasible_share = 0;        ///< of the frame's box where a force all round is presentable [1]
+  double presentable_force = 0;     ///< largest, worst of 26 directions [N]
+  double presentable_torque = 0;    ///< likewise [N·m]
+  double force_share = 0,
+         torque_share = 0;              ///< presented of 5 N, 0.1 N·m (or the clamps) with the file's λ [1]
+  Vector3 stiffness = Vector3::Zero();  ///< of the strings at least tension, x y z [N/m]
+  Vector3 resolution = Vector3::Zero();       ///< rms pose error of encoder rounding, x y z [m]
+  Vector3 turn_resolution = Vector3::Zero();  ///< about x y z [rad]
+  double closest_strings = 0;                 ///< least distance of two strings of different knots [m]
+  std::vector<std::string> problems;          ///< one line each: what is wrong and what to do
+};
+
+/// Set-up: about 0.1 s.
+DeviceReport examineDevice(const DeviceDef& def);
+
+/// The report as text, with the first-motion test that settles signs and handedness.
+std::string checkDevice(const DeviceDef& def);
+
+/// Least distance of the segments p0 p1 and q0 q1 [m].
+double segmentDistance(const Vector3& p0, const Vector3& p1, const Vector3& q0, const Vector3& q1);
+
+}  // namespace haptic

@@ -1,0 +1,53 @@
+/// A string-driven device as its description file states it. Constant while running.
+///
+/// Frames: B is the device's base (REP-103: x forward, y left, z up; origin at the centre of the frame),
+/// G the grip. Files written in the makers' axes (x right, y up, z depth) say so and are converted at load.
+#pragma once
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "haptic_core/base/spatial.h"
+
+namespace haptic {
+
+/// Strings of one device. Vectors over strings live on the stack with run-time size.
+inline constexpr int kMaxStrings = 16;
+using StringVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxStrings, 1>;
+
+struct StringDef {
+  Vector3 p_BE = Vector3::Zero();    ///< exit from the frame, in B [m]
+  Vector3 p_GK = Vector3::Zero();    ///< knot on the grip at opening 0, in G [m]
+  Vector3 dp_GK = Vector3::Zero();   ///< knot's travel per metre of opening (7-DOF grips) [1]
+  double length_per_count = 0;       ///< [m/count]; its sign makes the length grow when the string pays out
+  double volt_per_newton = 0;        ///< [V/N]; its sign makes the drive pull
+  double min_tension = 0;            ///< [N], keeps the string wound; > 0
+  double max_tension = 0;            ///< [N]
+};
+
+enum class Handedness : unsigned char { kRight, kLeft, kGuessedRight, kGuessedLeft };
+
+struct DeviceDef {
+  std::string name, file, source;
+  int dof = 6;                       ///< 3: point grip; 6: rigid grip; 7: with one opening
+  Handedness handedness = Handedness::kGuessedRight;  ///< of the axes the table was given in
+  std::vector<StringDef> strings;
+  double lambda = 0.01;              ///< weight of |t|² against the wrench error [1] (N-weighted)
+  int corrections = 0;               ///< how often the wrench is asked again, raised by what was missing (TensionDistribution)
+  double max_rate_hz = 1000;         ///< highest exchange rate of the wire [Hz]
+  double delay_s = 0;                ///< from exchange to tension [s], beside the one-tick pipeline
+  double max_force = 10;             ///< clamp on the wrench [N]
+  double max_torque = 0.3;           ///< clamp on the wrench [N·m]
+  double grip_mass = 0.05;           ///< of the twin [kg]
+  double grip_radius = 0.02;         ///< of the twin, for its inertia [m]
+  double grip_damping = 0;           ///< device damping at the grip [N·s/m]
+  std::string transport = "twin";    ///< twin, uart, usb_sh4, usb_simple
+  std::vector<std::string> boards;   ///< models that the transport must find, in channel order
+  std::string note;                  ///< what the source leaves open
+};
+
+/// Reads a description (YAML; format in urdf/devices/README.md). Throws SetupError that names file, key, remedy.
+DeviceDef loadDevice(const std::string& path);
+
+}  // namespace haptic

@@ -1,0 +1,30 @@
+/// Scripted motion of the hand that holds the twin's grip: a few keyframes, smoothly joined.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "haptic_core/spidar/string_kinematics.h"
+
+namespace haptic {
+
+struct HandKey {
+  double time;       ///< [s]
+  Vector3 p_BG;      ///< [m]
+  Vector3 rotation;  ///< rotation vector of R_BG [rad]
+  double opening;    ///< [m]
+};
+
+/// Rest at the first key until its time and at the last one after its own; between two keys a quintic with
+/// zero velocity and acceleration at both (minimum jerk), so that the hand's force has no steps.
+struct HandPath {
+  std::vector<HandKey> keys;
+  GripPose at(double time) const noexcept;  ///< (in realtime)
+  double duration() const { return keys.empty() ? 0 : keys.back().time; }
+};
+
+/// `rest`, `press` (down onto a cube below and left), `touch_cube` (press, slide along, push; repeats every
+/// 10 s for a minute) or `wave` (all six degrees of freedom, for calibration). Throws SetupError for another
+/// name.
+HandPath handPath(const std::string& name);
+
+}  // namespace haptic

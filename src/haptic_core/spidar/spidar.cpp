@@ -1,0 +1,246 @@
+#include "haptic_core/spidar/spidar.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+// More than this share of the wrench lost to the tensions' bounds is worth a flag; λ alone loses up to 3 %.
+constexpr double kPresentableShare = 0.05;
+
+/// `v` shortened to length `limit`; true when it was longer.
+bool clampNorm(Vector3& v, double limit) {
+  const double norm = v.norm();
+  if (!(norm > limit)) return false;
+  v *= limit / norm;
+  return true;
+}
+
+/// Limits how fast the length of `v` grows from `before`; a change that does not lengthen it passes.
+bool limitRise(Vector3& v, const Vector3& before, double largest_change) {
+  const Vector3 change = v - before;
+  const double norm = change.norm();
+  if (norm <= largest_change || v.squaredNorm() <= largest_change * largest_change) return false;
+  v = before + change * (largest_change / norm);
+  return true;
+}
+
+}  // namespace
+
+const char* toString(DeviceState state) {
+  switch (state) {
+    case DeviceState::kUncalibrated:
+      return "UNCALIBRATED";
+    case DeviceState::kReady:
+      return "READY";
+    case DeviceState::kEnabled:
+      return "ENABLED";
+    case DeviceState::kReduced:
+      return "REDUCED";
+    case DeviceState::kFault:
+      return "FAULT";
+  }
+  return "FAULT";
+}
+
+Spidar::Spidar(const DeviceDef& def, const SpidarSettings& settings)
+    : def_(def),
+      settings_(settings),
+      kinematics_(def),
+      distribution_(def, kinematics_),
+      health_(def, settings.health) {
+  const int n = kinematics_.strings();
+  zero_length_ = StringVector::Zero(n);
+  length_ = StringVector::Constant(n, std::nan(""));
+  solution_.length_error = StringVector::Constant(n, std::nan(""));
+  solution_.residual = std::nan("");
+  distribution_.solve(Wrench{});
+  writeDrive(false);
+}
+
+void Spidar::calibrateAt(const GripPose& jig) noexcept {
+  jig_.write(jig);
+  calibrate_request_ = true;
+}
+
+void Spidar::restoreCalibration(const StringVector& zero_length, const GripPose& guess) noexcept {
+  zero_length_ = zero_length;
+  startAt(guess);
+}
+
+void Spidar::calibrate(const DeviceSample& sample) noexcept {
+  GripPose jig;
+  jig_.read(jig);
+  const StringVector length = kinematics_.lengths(jig);
+  for (int i = 0; i < kinematics_.strings(); ++i)
+    zero_length_[i] = length[i] - static_cast<double>(sample.counts[i]) * def_.strings[i].length_per_count;
+  startAt(jig);
+}
+
+void Spidar::startAt(const GripPose& pose) noexcept {
+  solution_ = PoseSolution{};
+  solution_.pose = pose;
+  solution_.length_error = StringVector::Zero(kinematics_.strings());
+  twist_ = Twist{};
+  opening_rate_ = 0;
+  health_.forget();
+  calibrated_ = true;
+  if (state_ == DeviceState::kUncalibrated) state_ = DeviceState::kReady;
+}
+
+void Spidar::takeRequests(const DeviceSample& sample) noexcept {
+  if (recover_request_.exchange(false) &&
+      (state_ == DeviceState::kFault || state_ == DeviceState::kReduced)) {
+    state_ = calibrated_ ? DeviceState::kReady : DeviceState::kUncalibrated;
+    zero_current_ = false;
+    ramp_ = 0;
+    health_.forget();
+  }
+  if (sample.status == LinkStatus::kOk && sample.age_ticks == 0 && calibrate_request_.exchange(false))
+    calibrate(sample);
+  const int enable = enable_request_.exchange(-1);
+  if (enable >= 0) enabled_ = enable == 1;
+  if (enabled_ && state_ == DeviceState::kReady) {
+    state_ = DeviceState::kEnabled;
+    ramp_ = 0;
+  }
+  if (!enabled_ && (state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced))
+    state_ = DeviceState::kReady;
+}
+
+void Spidar::enterFault(bool zero_current) noexcept {
+  state_ = DeviceState::kFault;
+  zero_current_ = zero_current_ || zero_current;
+}
+
+bool Spidar::checkLink(const DeviceSample& sample, double h) noexcept {
+  const bool lost = sample.status == LinkStatus::kSilent || sample.status == LinkStatus::kDisconnected ||
+                    sample.age_ticks * h > settings_.sample_age_limit_s;
+  if (sample.age_ticks > 0 || sample.status == LinkStatus::kStale) flags_ |= kSampleStale;
+  if (lost) {
+    flags_ |= kLinkLost;
+    enterFault(true);
+  }
+  return !lost;
+}
+
+void Spidar::checkJumps(const DeviceSample& sample, double h) noexcept {
+  if (health_.findJump(sample.counts, h) < 0) return;
+  flags_ |= kEncoderJump;
+  calibrated_ = false;  // the counter no longer tells this string's length
+  enterFault(false);
+}
+
+void Spidar::checkRate(double h) noexcept {
+  // A thousandth of jitter is no other rate.
+  if (h * def_.max_rate_hz > 0.999) return;
+  flags_ |= kOverRate;
+  if (settings_.refuse_over_rate) enterFault(false);
+}
+
+void Spidar::updatePose(const PoseSolution& solved, double h) noexcept {
+  if (solved.status != PoseStatus::kConverged) {
+    flags_ |= kPoseNotConverged;
+    return;
+  }
+  const Pose &X0 = solution_.pose.X_BG, &X1 = solved.pose.X_BG;
+  // Angle of R1 R0ᵀ from its skew part: exact to θ³/6, and θ < 0.1 rad per tick.
+  const Matrix3 turn = X1.R * X0.R.transpose();
+  const Vector3 theta =
+      0.5 * Vector3(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0), turn(1, 0) - turn(0, 1));
+  const double gain = 1 - std::exp(-2 * M_PI * settings_.velocity_cutoff_hz * h);
+  twist_.angular += gain * (theta / h - twist_.angular);
+  twist_.linear += gain * ((X1.p - X0.p) / h - twist_.linear);
+  opening_rate_ += gain * ((solved.pose.opening - solution_.pose.opening) / h - opening_rate_);
+  solution_ = solved;
+}
+
+void Spidar::checkResidual(const PoseSolution& solved, double h) noexcept {
+  const StringVerdict verdict = health_.judge(solved, kinematics_, h);
+  if (verdict == StringVerdict::kTrue) return;
+  flags_ |= kResidualHigh;
+  if (verdict == StringVerdict::kBroken) enterFault(false);
+  if (state_ == DeviceState::kEnabled) state_ = DeviceState::kReduced;
+}
+
+void Spidar::sense(const DeviceSample& sample, double h) noexcept {
+  flags_ = 0;
+  buttons_ = sample.buttons;
+  takeRequests(sample);
+  checkRate(h);
+  if (!checkLink(sample, h)) return;
+  since_counts_ += h;
+  if (sample.age_ticks > 0) return;
+  const double elapsed = since_counts_;
+  since_counts_ = 0;
+  checkJumps(sample, elapsed);
+  if (!calibrated_) return;
+  for (int i = 0; i < kinematics_.strings(); ++i)
+    length_[i] = zero_length_[i] + static_cast<double>(sample.counts[i]) * def_.strings[i].length_per_count;
+  const PoseSolution solved = kinematics_.solvePose(length_, solution_.pose);
+  updatePose(solved, elapsed);
+  checkResidual(solved, elapsed);
+}
+
+Wrench Spidar::limited(Wrench F_G_B, double h, double command_age) noexcept {
+  if (!F_G_B.allFinite()) {
+    flags_ |= kCommandNotFinite;
+    F_G_B = Wrench{};
+  }
+  if (def_.dof == 3 && F_G_B.torque.squaredNorm() > 0) {
+    flags_ |= kTorqueIgnored;
+    F_G_B.torque.setZero();
+  }
+  const double max_force =
+      state_ == DeviceState::kReduced ? std::min(settings_.reduced_force, def_.max_force) : def_.max_force;
+  const double share = max_force / def_.max_force;
+  if (clampNorm(F_G_B.force, max_force)) flags_ |= kForceClamped;
+  if (clampNorm(F_G_B.torque, share * def_.max_torque)) flags_ |= kTorqueClamped;
+  double scale = std::min(1.0, std::max(0.0, fade_.load(std::memory_order_relaxed)));
+  if (!(command_age <= settings_.command_age_limit_s)) {
+    flags_ |= kCommandStale;
+    const double late = (command_age - settings_.command_age_limit_s) / settings_.command_decay_s;
+    scale *= late < 1 ? 1 - late : 0;
+  }
+  ramp_ = std::min(1.0, ramp_ + h / settings_.enable_ramp_s);
+  scale *= ramp_ * heat_share_;
+  if (heat_share_ < 1) flags_ |= kMotorHot;
+  const bool presents = state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced;
+  if (!presents) scale = 0;
+  if (scale < 1) flags_ |= kFaded;
+  F_G_B = F_G_B * scale;
+  const bool slewed_force = limitRise(F_G_B.force, asked_.force, settings_.force_slew * h);
+  const bool slewed_torque = limitRise(F_G_B.torque, asked_.torque, settings_.torque_slew * h);
+  if (slewed_force || slewed_torque) flags_ |= kSlewLimited;
+  return F_G_B;
+}
+
+void Spidar::actuate(const Wrench& F_G_B, double grasp_force, double h, double command_age) noexcept {
+  asked_ = limited(F_G_B, h, command_age);
+  const bool presents = state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced;
+  double grasp = 0;
+  if (def_.dof == 7 && presents && std::isfinite(grasp_force))
+    grasp = ramp_ * std::min(def_.max_force, std::max(-def_.max_force, grasp_force));
+  if (calibrated_) distribution_.setStructure(kinematics_.scaledStructure(solution_.pose));
+  const TensionReport& report = distribution_.present(asked_, grasp);
+  const double size =
+      std::sqrt(asked_.force.squaredNorm() + std::pow(asked_.torque.norm() / kinematics_.knotRadius(), 2));
+  if (presents && report.error > kPresentableShare * size + 0.1) flags_ |= kNotPresentable;
+  if (report.at_max) flags_ |= kTensionAtMax;
+  heat_share_ = health_.heat(report.tension, h);
+  writeDrive(zero_current_);
+}
+
+void Spidar::writeDrive(bool zero_current) noexcept {
+  const StringVector& tension = distribution_.report().tension;
+  drive_ = DriveCommand{};
+  for (int i = 0; i < kinematics_.strings() && !zero_current; ++i) {
+    const StringDef& s = def_.strings[i];
+    // Without a pose no tension but the least makes sense; with one, balanced tensions do not push the grip.
+    const double wanted = calibrated_ ? tension[i] : s.min_tension;
+    drive_.voltage[i] = std::min(std::max(wanted, s.min_tension), s.max_tension) * s.volt_per_newton;
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,144 @@
+/// One device: encoder counts in, grip pose and twist out; wrench in, drive voltages out.
+///
+/// Per tick: `sense` (counts → lengths → pose → twist, health), then `actuate` (NaN gate, clamps, age, fade,
+/// ramp, slew → tension distribution → clamp per string → volts). Both are real-time; no step is skipped by
+/// any state, so the drive is defined for whatever comes in.
+#pragma once
+#include <atomic>
+
+#include "haptic_core/base/latest_value.h"
+#include "haptic_core/spidar/string_health.h"
+#include "haptic_core/spidar/string_kinematics.h"
+#include "haptic_core/spidar/tension_distribution.h"
+#include "haptic_core/spidar/transport.h"
+
+namespace haptic {
+
+enum class DeviceState : unsigned char {
+  kUncalibrated,  ///< lengths unknown: minimum tension, no pose
+  kReady,         ///< pose valid, minimum tension
+  kEnabled,       ///< presents the wrench
+  kReduced,       ///< a string is doubtful: presents at most `reduced_force`
+  kFault,         ///< zero current (link lost) or minimum tension, until `recover`
+};
+
+const char* toString(DeviceState state);
+
+/// What a flag of `Spidar::flags` says. Bits of one tick.
+enum DeviceFlag : unsigned {
+  kCommandNotFinite = 1u << 0,  ///< NaN or infinity in the wrench: taken as zero
+  kForceClamped = 1u << 1,      ///< over max_force
+  kTorqueClamped = 1u << 2,     ///< over max_torque
+  kSlewLimited = 1u << 3,       ///< the wrench rose faster than the slew limit
+  kNotPresentable = 1u << 4,    ///< the tensions' bounds keep more than 5 % of the wrench away
+  kTensionAtMax = 1u << 5,      ///< a string pulls at its greatest tension
+  kFaded = 1u << 6,             ///< ramp, overrun or command age weakens the wrench
+  kCommandStale = 1u << 7,      ///< no fresh wrench within the age limit
+  kTorqueIgnored = 1u << 8,     ///< a point grip was asked for torque
+  kPoseNotConverged = 1u << 9,  ///< the pose of the tick before is kept
+  kSampleStale = 1u << 10,      ///< counts older than one tick
+  kLinkLost = 1u << 11,         ///< silent or disconnected: zero current
+  kEncoderJump = 1u << 12,      ///< a count moved faster than a string can
+  kResidualHigh = 1u << 13,     ///< lengths contradict each other: slack, slip or break
+  kOverRate = 1u << 14,         ///< ticks shorter than the wire's least period
+  kMotorHot = 1u << 15,         ///< heat model: the wrench is faded
+};
+
+struct SpidarSettings {
+  double velocity_cutoff_hz =
+      80;                      ///< first-order low-pass of the twist; delay 1/(2π f) = 2 ms. Lower: smoother
+                               ///< damping forces, later; at 1 kHz one count is 17 mm/s unfiltered
+  double enable_ramp_s = 0.5;  ///< the wrench fades in over this time after enabling, so that nobody is hit
+  double force_slew = 2000;    ///< rise of the force per second [N/s]; 10 N in 5 ms. Falling is not limited
+  double torque_slew = 60;     ///< rise of the torque per second [N·m/s]
+  double command_age_limit_s = 0.03;  ///< an older wrench decays: its sender died or hangs
+  double command_decay_s = 0.02;      ///< from the age limit to minimum tension
+  double sample_age_limit_s = 0.02;   ///< counts older than this: the board is silent
+  double reduced_force = 1;           ///< clamp in state kReduced [N]
+  bool refuse_over_rate = false;      ///< true on hardware: a rate above the wire's is a fault, not a remark
+  HealthSettings health;
+};
+
+class Spidar {
+ public:
+  explicit Spidar(const DeviceDef& def, const SpidarSettings& settings = {});
+
+  /// (in realtime) Takes the counts of one exchange; h [s] is the time since the last one.
+  void sense(const DeviceSample& sample, double h) noexcept;
+  /// (in realtime) Takes the wrench on the hand at G's origin in B, the grasp force along the opening [N] and
+  /// the age of that command [s]; makes the drive for the next exchange.
+  void actuate(const Wrench& F_G_B, double grasp_force, double h, double command_age = 0) noexcept;
+  const DriveCommand& drive() const noexcept { return drive_; }
+
+  // Requests from any thread; taken up by the next `sense`.
+  void calibrateAtHome() noexcept { calibrateAt(GripPose{}); }  ///< the grip is held at B's origin, unrotated
+  void calibrateAt(const GripPose& jig) noexcept;  ///< a jig holds the grip there; one thread may call
+  void setForceEnabled(bool enabled) noexcept { enable_request_ = enabled ? 1 : 0; }
+  void recover() noexcept { recover_request_ = true; }  ///< leaves kFault and kReduced when the cause is gone
+  void setFade(double factor) noexcept { fade_ = factor; }  ///< overrun: share of the wrench presented, 0..1
+
+  /// Set-up: lengths at count 0 [m] from a saved calibration, valid while the counters have not been reset.
+  /// The pose starts at `guess`.
+  void restoreCalibration(const StringVector& zero_length, const GripPose& guess = {}) noexcept;
+
+  // Results of the last tick; the same thread as `sense`.
+  DeviceState state() const noexcept { return state_; }
+  bool calibrated() const noexcept { return calibrated_; }  ///< the pose means something
+  const Pose& pose() const noexcept { return solution_.pose.X_BG; }
+  const Twist& twist() const noexcept { return twist_; }  ///< V_BG: filtered, at G's origin, in B
+  double opening() const noexcept { return solution_.pose.opening; }
+  double openingRate() const noexcept { return opening_rate_; }
+  const PoseSolution& solution() const noexcept { return solution_; }
+  const StringVector& lengths() const noexcept { return length_; }  ///< measured [m]; NaN before calibration
+  const TensionReport& tension() const noexcept { return distribution_.report(); }
+  const Wrench& askedWrench() const noexcept { return asked_; }  ///< after all limits
+  const Wrench& achievedWrench() const noexcept { return distribution_.report().F_G_B; }
+  unsigned flags() const noexcept { return flags_; }
+  unsigned buttons() const noexcept { return buttons_; }
+  const StringHealth& health() const noexcept { return health_; }
+  int suspectString() const noexcept { return health_.suspect(); }  ///< the one that disagrees most; -1: none
+
+  const DeviceDef& def() const noexcept { return def_; }
+  const SpidarSettings& settings() const noexcept { return settings_; }
+  const StringKinematics& kinematics() const noexcept { return kinematics_; }
+
+ private:
+  void takeRequests(const DeviceSample& sample) noexcept;
+  void calibrate(const DeviceSample& sample) noexcept;
+  void startAt(const GripPose& pose) noexcept;
+  bool checkLink(const DeviceSample& sample, double h) noexcept;
+  void checkJumps(const DeviceSample& sample, double h) noexcept;
+  void updatePose(const PoseSolution& solved, double h) noexcept;
+  void checkResidual(const PoseSolution& solved, double h) noexcept;
+  void checkRate(double h) noexcept;
+  void enterFault(bool zero_current) noexcept;
+  Wrench limited(Wrench F_G_B, double h, double command_age) noexcept;
+  void writeDrive(bool zero_current) noexcept;
+
+  DeviceDef def_;
+  SpidarSettings settings_;
+  StringKinematics kinematics_;
+  TensionDistribution distribution_;
+  StringHealth health_;
+  std::atomic<bool> calibrate_request_{false}, recover_request_{false};
+  std::atomic<int> enable_request_{-1};
+  std::atomic<double> fade_{1.0};
+  LatestValue<GripPose> jig_;
+
+  DeviceState state_ = DeviceState::kUncalibrated;
+  bool calibrated_ = false, zero_current_ = false, enabled_ = false;
+  StringVector zero_length_;  ///< length at count 0 [m]
+  StringVector length_;
+  PoseSolution solution_;
+  Twist twist_;
+  double opening_rate_ = 0, ramp_ = 0, heat_share_ = 1, since_counts_ = 0;
+  Wrench asked_;
+  DriveCommand drive_;
+  unsigned flags_ = 0, buttons_ = 0;
+};
+
+/// One line for a diagnostic: what is wrong and what to do; empty when all is well. Allocates: not for a
+/// tick.
+std::string advice(const Spidar& device);
+
+}  // namespace haptic

@@ -1,0 +1,61 @@
+/// Where a scene is stable: stiffness, mass and largest explicit step of each contact and island, and a verdict.
+///
+/// About rest, explicit (symplectic Euler) motion is v⁺ = v - h M⁻¹(K x + D v), x⁺ = x + h v⁺. With M, D, K symmetric
+/// and λ = (1+z)/(1-z) its characteristic polynomial becomes
+///     z² (4M - 2hD - h²K) + z 2hD + h²K,
+/// which has no growing root if and only if all three are positive (semi)definite. So the largest stable step is the
+/// h at which λ_max(M⁻¹(h²K + 2hD)) = 4, all bodies of an island coupled, lever arms and friction springs included;
+/// the heave of one contact alone, k A h²/m + 2 b A h/m = 4, may be unsafe by a factor of 2.6. A negative eigenvalue of
+/// K is no matter of the step: the scene buckles or topples under its own weight.
+///
+/// K is the derivative of the contact and gravity forces by central differences (so it has the turn of the normals and
+/// the weight's share), plus the friction springs; D is that of contact_gradient.h.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "haptic_core/world/definition.h"
+
+namespace haptic {
+
+enum class Verdict : unsigned char {
+  kPass,      ///< the step and integrator of the definition hold
+  kSubstep,   ///< explicit, with `substeps` per step
+  kImplicit,  ///< explicit would need more substeps than the implicit step costs
+  kRefused    ///< no step helps: free bodies that buckle or topple under their own weight
+};
+const char* toString(Verdict verdict);
+
+struct PairCertificate {
+  std::string a, b;           ///< names of the links
+  double stiffness = 0;       ///< k_eff = k·A0 [N/m]
+  double mass = 0;            ///< effective along n at the patch, lever arms included [kg]
+  double heave_limit = 0;     ///< largest step of this contact alone, in heave [s]
+};
+
+struct IslandCertificate {
+  std::vector<std::string> links;
+  int degrees = 0;
+  double limit = 0;           ///< largest stable explicit step, coupled [s]; infinite without stiffness
+  double frequency = 0;       ///< of the stiffest undamped mode [rad/s]
+  double mass_ratio = 1;      ///< heaviest to lightest
+  double growth = 0;          ///< [1/s] of buckling or toppling; 0: none
+  int worst_pair = -1;        ///< index into `pairs`: most energy of the limiting mode
+  Verdict verdict = Verdict::kPass;
+  int substeps = 1;
+};
+
+struct Certificate {
+  double step = 0;            ///< of the definition [s], after its substeps
+  bool settled = true;        ///< the scene came to rest; otherwise judged where the settling ended
+  std::vector<PairCertificate> pairs;
+  std::vector<IslandCertificate> islands;
+  Verdict verdict = Verdict::kPass;  ///< the worst of the islands
+  std::string text() const;
+};
+
+/// Lets a copy of the world settle by implicit steps (`settle_s` of simulated time, hands at rest), and judges where
+/// it lies. At set-up: allocates. Throws SetupError as `World` does.
+Certificate certify(const WorldDef& def, double settle_s = 1.0);
+
+}  // namespace haptic

@@ -1,0 +1,93 @@
+/// What Velocity Verlet needs at contacts beyond their force: settled dampers, and the impulses of contacts that part.
+#include <algorithm>
+#include <limits>
+
+#include "haptic_core/world/pipeline.h"
+
+namespace haptic {
+namespace {
+
+/// Damper strength h b A/m from which Velocity Verlet solves for the velocity [1]. Without, rocking on the friction's
+/// lever multiplies it by up to four, and one is the limit.
+constexpr double kStrongDamper = 0.3;
+
+}  // namespace
+
+/// Mobility of a link at P in P's axes, as if it were free: adds ∂V/∂F [angular first].
+void Pipeline::addMobility(int link, const Pose& X_WP, Matrix6& W) const noexcept {
+  if (!plan_.links[link].moves || heldBy(link) >= 0) return;
+  const PlanLink& l = plan_.links[link];
+  const LinkModel& model = plan_.trees[l.articulation].model->link(l.local);
+  const Matrix3 R_PL = X_WP.R.transpose() * work_[link].X_WL.R;
+  const Matrix3 inverse = R_PL * model.I_C.inverse() * R_PL.transpose();
+  const Matrix3 arm = crossMatrix(X_WP.R.transpose() * (X_WP.p - work_[link].p_WC()));
+  W.topLeftCorner<3, 3>() += inverse;
+  W.topRightCorner<3, 3>() -= inverse * -arm;  // torque of a force at P about C: arm × f
+  W.bottomLeftCorner<3, 3>() += -arm * inverse;
+  W.bottomRightCorner<3, 3>() += -arm * inverse * arm;
+  W.bottomRightCorner<3, 3>().diagonal().array() += 1 / model.mass;
+}
+
+/// The contact's force, with strong dampers settled. At a predicted velocity alone Velocity Verlet would be stable only
+/// up to h λ(W D) < 1, W the mobility of the bodies at P. Beyond kStrongDamper the end velocity is solved for, as far as
+/// this contact moves it: δ = h/2 W (F - F_before - D δ). That makes the damper's part of the step the trapezoidal rule,
+/// stable for any D, and changes the force by O(h²) only. Whether the patch yields is decided at the settled velocity.
+LocatedForce Pipeline::settledForce(const ActivePair& pair, const ContactVolume& volume, const PairLaw& law,
+                                    const Pose& X_WP, const Twist& V_AB_P, const Advance& advance) noexcept {
+  Advance elastic = advance;
+  const bool second_order = advance.old_share > 0 && pair.friction.touching != 0;
+  const bool stuck = pair.friction.sliding == 0;
+  const Matrix6 D = second_order ? contactDamping(volume, law, stuck, advance) : Matrix6::Zero();
+  const double stiffest = std::max({D(5, 5), D(3, 3), D(0, 0) / volume.A0, D(1, 1) / volume.A0});
+  if (!second_order || advance.time * stiffest < kStrongDamper * law.reduced_mass) {
+    return locatedForce(volume, workspace_, V_AB_P, pair.friction, law, advance);
+  }
+  elastic.may_yield = false;
+  const LocatedForce first = locatedForce(volume, workspace_, V_AB_P, pair.friction, law, elastic);
+  Matrix6 W = Matrix6::Zero();
+  addMobility(plan_.shapes[pair.shapeA()].link, X_WP, W);
+  addMobility(plan_.shapes[pair.shapeB()].link, X_WP, W);
+  const Wrench before = Wrench{pair.release.torque_W, pair.release.force_W}.rotated(X_WP.R.transpose());
+  const Vector6 change = 0.5 * advance.time * (W * (first.F_BP_P - before).vector());
+  const Matrix6 D_now = first.sticking == stuck ? D : contactDamping(volume, law, first.sticking, advance);
+  const Matrix6 system = Matrix6::Identity() + 0.5 * advance.time * W * D_now;
+  const Vector6 delta = system.partialPivLu().solve(change);
+  const Twist V{V_AB_P.angular + delta.head<3>(), V_AB_P.linear + delta.tail<3>()};
+  return locatedForce(volume, workspace_, V, pair.friction, law, advance);
+}
+
+/// What `part` needs if the bodies have come apart at the next evaluation.
+void Pipeline::remember(const ContactVolume& volume, const Twist& V_AB_P, const Vector3& p_WP, const Wrench& F_BP_W,
+                        ReleaseMemory& release) noexcept {
+  release.p_WP = p_WP;
+  release.torque_W = F_BP_W.torque;
+  release.force_W = F_BP_W.force;
+  release.leave = V_AB_P.linear.z() > 0 ? volume.depth / V_AB_P.linear.z() : std::numeric_limits<double>::infinity();
+  release.order = std::clamp(volume.A0 * volume.depth / volume.volume, 1.0, 3.0);
+}
+
+/// The bodies parted inside the step, τ after its start, while the force fell like (τ - t)ⁿ: its impulse was
+/// F τ/(n + 1), where the trapezoidal rule has taken F h/2.
+void Pipeline::part(const ActivePair& pair, const Advance& advance) noexcept {
+  if (!(advance.old_share > 0)) {
+    if (settings_.energy_ledger) closeLedger(pair.friction, 0, 1);
+    return;
+  }
+  const double h = advance.time, tau = std::min(pair.release.leave, h);
+  if (settings_.energy_ledger) closeLedger(pair.friction, tau, pair.release.order);
+  const Wrench F{pair.release.torque_W, pair.release.force_W};
+  addKick(plan_.shapes[pair.shapeA()].link, plan_.shapes[pair.shapeB()].link,
+          F * (tau / (pair.release.order + 1) - h / 2), pair.release.p_WP);
+}
+
+/// An impulse on B, and its opposite on A, at a point of W; taken into account at the end of the step.
+void Pipeline::addKick(int link_a, int link_b, const Wrench& J_W, const Vector3& p_W) noexcept {
+  if (!has_kick_) {
+    for (Wrench& kick : kick_) kick = Wrench{};
+  }
+  has_kick_ = true;
+  kick_[link_b] += J_W.shifted(work_[link_b].p_WO - p_W);
+  kick_[link_a] += -J_W.shifted(work_[link_a].p_WO - p_W);
+}
+
+}  // namespace haptic

@@ -1,0 +1,108 @@
+/// What a user sets before a world exists. Constant while it runs; checked by `World`'s constructor.
+#pragma once
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptic_core/base/spatial.h"
+#include "haptic_core/contact/contact_law.h"
+#include "haptic_core/contact/contact_material.h"
+#include "haptic_core/dynamics/articulation_def.h"
+#include "haptic_core/geometry/contact_volume.h"
+
+namespace haptic {
+
+class ConvexPolyhedron;
+
+struct CollisionDef {
+  std::string name;
+  std::shared_ptr<const ConvexPolyhedron> shape;  ///< shared between links that repeat it
+  Pose X_LS;                                      ///< shape frame in the link frame
+  ContactMaterial material;
+  std::string material_source;                    ///< where the values came from, for the plan's listing
+};
+
+/// A link that a fixed joint holds on another one and that was merged into it at load.
+struct MergedLink {
+  std::string name;
+  Pose X_LM;                                ///< its frame in the link it was merged into
+};
+
+/// A body on its joint, with what collides.
+struct LinkDef : BodyDef {
+  std::vector<CollisionDef> collisions;
+  std::vector<MergedLink> merged;           ///< links fixed to this one, for names and frames
+};
+
+/// A tree of links. A free body is one link on a floating joint, a static body one on a fixed joint.
+struct ArticulationDef {
+  std::string name;
+  std::vector<LinkDef> links;               ///< parents before children
+  Pose X_WA;                                ///< initial pose of the frame A that root joints are given in
+  Twist V_WA;                               ///< initial twist of a floating root, at A's origin, in W
+};
+
+/// The part of an articulation that dynamics compiles.
+inline TreeDef treeOf(const ArticulationDef& def) {
+  return {def.name, std::vector<BodyDef>(def.links.begin(), def.links.end()), def.X_WA, def.V_WA};
+}
+
+/// Two frames held together on top of the trees: a ring.
+struct LoopDef {
+  std::string name;
+  int articulation_a = -1, link_a = -1, articulation_b = -1, link_b = -1;
+  Pose X_AF, X_BF;                          ///< where the frames lie in the links
+  enum class Type : unsigned char { kPoint, kHinge, kWeld } type = Type::kPoint;
+  Vector3 axis = Vector3::UnitZ();          ///< of a hinge, in F
+};
+
+/// How a pointer follows the hand. Direct: its pose is the hand's and the contact wrench goes to the hand (the
+/// seeds' way). Virtual: it is a body with inertia on a spring-damper, whose wrench goes to the hand.
+struct PointerCoupling {
+  enum class Mode : unsigned char { kDirect, kVirtual } mode = Mode::kDirect;
+  double stiffness = 2000;                  ///< virtual: [N/m]
+  double damping = 2;                       ///< virtual: [N·s/m]
+  double rotational_stiffness = 2;          ///< virtual: [N·m/rad]
+  double rotational_damping = 0.01;         ///< virtual: [N·m·s/rad]
+};
+
+/// The link that a hand moves.
+struct PointerDef {
+  std::string device = "spidar";            ///< name of the device that drives it
+  int articulation = -1, link = -1;
+  PointerCoupling coupling;
+};
+
+enum class Integrator : unsigned char { kSymplecticEuler, kVelocityVerlet, kImplicitEuler, kSdirk2, kAutomatic };
+enum class ContactModel : unsigned char { kVolume, kPoint };
+
+struct WorldSettings {
+  double step = 1e-3;                       ///< h [s], fixed; 0 < h ≤ 0.1
+  int substeps = 1;                         ///< world steps of h/substeps per call; ≥ 1
+  Vector3 gravity = Vector3(0, 0, -9.8);    ///< [m/s²] in W
+  Integrator integrator = Integrator::kSymplecticEuler;
+  ContactModel contact_model = ContactModel::kVolume;
+  PressureLaw pressure_law = PressureLaw::kHuntCrossley;
+  NormalRule normal_rule = NormalRule::kAreaVector;
+  bool torsional_friction = true;           ///< false: patches resist sliding, not spinning (an ideal pivot)
+  bool energy_ledger = true;
+  bool leave_out = true;                    ///< false: the general pipeline, for comparison; bit-identical
+  ContactMaterial default_material;         ///< for pairs where neither surface gives a value; unset: `DefaultMaterial`
+};
+
+/// A pair of links that shall not collide.
+struct CollisionFilter {
+  int articulation_a = -1, link_a = -1, articulation_b = -1, link_b = -1;
+};
+
+struct WorldDef {
+  std::string name;
+  WorldSettings settings;
+  std::vector<ArticulationDef> articulations;
+  std::vector<LoopDef> loops;
+  std::vector<PointerDef> pointers;
+  std::vector<CollisionFilter> filters;
+};
+
+}  // namespace haptic

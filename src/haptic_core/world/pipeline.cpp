@@ -1,0 +1,339 @@
+#include "haptic_core/world/pipeline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+namespace {
+
+Eigen::Map<Vector3> vec3(double* numbers) { return Eigen::Map<Vector3>(numbers); }
+
+void store(const Wrench& F, double* out) {
+  vec3(out) = F.torque;
+  vec3(out + 3) = F.force;
+}
+Wrench load(const double* in) {
+  return {Vector3(in[0], in[1], in[2]), Vector3(in[3], in[4], in[5])};
+}
+Quaternion quaternionAt(const double* q) {
+  return Quaternion(q[0], q[1], q[2], q[3]);
+}
+void store(const Quaternion& r, double* out) {
+  const double numbers[4] = {r.w(), r.x(), r.y(), r.z()};
+  std::copy(numbers, numbers + 4, out);
+}
+
+}  // namespace
+
+Pipeline::Pipeline(const WorldDef& def) : settings_(def.settings), pointers_(def.pointers), plan_(def) {
+  state_.q.resize(plan_.nq);
+  state_.v.resize(plan_.nv);
+  state_.pull.resize(plan_.nv);
+  v_dot_.resize(plan_.nv);
+  half_.resize(plan_.nv);
+  kick_.resize(plan_.links.size());
+  work_.resize(plan_.links.size());
+  held_by_.assign(plan_.links.size(), -1);
+  for (const PlanTree& tree : plan_.trees) {
+    tree.model->initialState(state_.q.data() + tree.q, state_.v.data() + tree.v);
+  }
+  X_WS_.resize(plan_.shapes.size());
+  boxes_.resize(plan_.shapes.size());
+  state_.pairs.resize(plan_.pair_capacity);
+  previous_pairs_.resize(plan_.pair_capacity);
+  contacts_.reserve(plan_.pair_capacity);
+  std::vector<std::pair<int, int>> never;
+  plan_.reserve(workspace_);
+  for (int a = 0; a < static_cast<int>(plan_.shapes.size()); ++a) {
+    for (int b = a + 1; b < static_cast<int>(plan_.shapes.size()); ++b) {
+      if (!plan_.mayCollide(a, b)) never.emplace_back(a, b);
+    }
+  }
+  broad_phase_ = std::make_unique<BroadPhase>(static_cast<int>(plan_.shapes.size()), never, plan_.pair_capacity);
+  if (settings_.integrator == Integrator::kImplicitEuler || settings_.integrator == Integrator::kSdirk2) {
+    implicit_ = std::make_unique<ImplicitStep>(plan_, settings_);
+  }
+  applied_.resize(plan_.links.size());
+  updateKinematics();
+  state_.pointers.resize(pointers_.size());
+  pointer_wrench_.resize(pointers_.size());
+  pointer_moved_.resize(pointers_.size());
+  for (std::size_t i = 0; i < pointers_.size(); ++i) {
+    state_.pointers[i].link = -1;
+    grab(static_cast<int>(i), plan_.trees[pointers_[i].articulation].link + pointers_[i].link);
+  }
+}
+
+int Pipeline::heldBy(int link) const noexcept {
+  return held_by_[link];
+}
+bool Pipeline::holds(int pointer) const {
+  return pointers_[pointer].coupling.mode == PointerCoupling::Mode::kDirect;
+}
+
+void Pipeline::grab(int pointer, int link) {
+  if (pointer < 0 || pointer >= static_cast<int>(pointers_.size()) || link < 0 ||
+      link >= static_cast<int>(plan_.links.size())) {
+    throw SetupError("grab", "no pointer " + std::to_string(pointer) + " or no link " + std::to_string(link),
+                     "name a pointer and a link of the scene");
+  }
+  const PlanTree& tree = plan_.trees[plan_.links[link].articulation];
+  if (holds(pointer) && !tree.model->isFreeBody()) {
+    throw SetupError("grab", "link " + plan_.links[link].name + " hangs on joints or is fixed",
+                     "hold free bodies, or use the virtual coupling");
+  }
+  PointerState& state = state_.pointers[pointer];
+  state.link = link;
+  const Pose& X_WL = work_[link].X_WL;
+  vec3(state.p_WL) = X_WL.p;
+  store(Quaternion(X_WL.R), state.q_WL);
+  state.targeted = 0;
+  state_.primed = 0;
+  std::fill(held_by_.begin(), held_by_.end(), -1);
+  for (int i = 0; i < static_cast<int>(pointers_.size()); ++i) {
+    if (holds(i) && state_.pointers[i].link >= 0) held_by_[static_cast<int>(state_.pointers[i].link)] = i;
+  }
+}
+
+void Pipeline::restore(const std::vector<double>& packed) {
+  state_.unpack(packed);
+  report_ = StepReport{};
+  report_.step = state_.step;
+  std::fill(held_by_.begin(), held_by_.end(), -1);
+  for (int i = 0; i < static_cast<int>(pointers_.size()); ++i) {
+    if (holds(i)) held_by_[static_cast<int>(state_.pointers[i].link)] = i;
+  }
+  contacts_.clear();
+  updateKinematics();
+}
+
+void Pipeline::setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept {
+  PointerState& pointer = state_.pointers[i];
+  if (!X_WL.p.allFinite() || !X_WL.R.allFinite() || !V_WL.angular.allFinite() || !V_WL.linear.allFinite()) return;
+  vec3(pointer.p_WL) = X_WL.p;
+  store(Quaternion(X_WL.R), pointer.q_WL);
+  vec3(pointer.V_WL) = V_WL.angular;
+  vec3(pointer.V_WL + 3) = V_WL.linear;
+  pointer.targeted = 1;
+}
+
+void Pipeline::step() noexcept {
+  if (!report_.finite) return;
+  report_.flags = 0;
+  std::fill(pointer_wrench_.begin(), pointer_wrench_.end(), Wrench{});
+  const double h = settings_.step / settings_.substeps;
+  for (int s = 0; s < settings_.substeps && report_.finite; ++s) substep(h, 1.0 / (settings_.substeps - s));
+  for (std::size_t i = 0; i < pointers_.size(); ++i) {
+    store(report_.finite ? pointer_wrench_[i] * (1.0 / settings_.substeps) : Wrench{}, state_.pointers[i].F_W);
+  }
+  report_.step = ++state_.step;
+  state_.time = static_cast<double>(state_.step) * settings_.step;
+}
+
+/// Contacts, ledger and the hand's wrench belong to the end of the substep.
+void Pipeline::implicitSubstep(double h) noexcept {
+  findPairs(h);
+  for (LinkWork& link : work_) link.F_ext = Wrench{};  // the last substep's contacts
+  pullPointers(h);
+  for (std::size_t l = 0; l < work_.size(); ++l) {
+    applied_[l] = work_[l].F_ext.shifted(work_[l].X_WL.p - work_[l].p_WO);
+  }
+  const ImplicitReport& solved = implicit_->advance(state_, held_by_, applied_, h);
+  report_.iterations = solved.iterations;
+  report_.residual = solved.residual;
+  if (!solved.converged) report_.flags |= kNotConverged;
+  updateKinematics();
+  takeContacts(h);
+  collectPointerWrenches();
+  if (settings_.energy_ledger) fillLedger();
+}
+
+void Pipeline::takeContacts(double h) noexcept {
+  contacts_.clear();
+  report_.energy.elastic = 0;
+  for (const ImplicitContact& c : implicit_->contacts()) {
+    const PlanShape &A = plan_.shapes[c.shape_a], &B = plan_.shapes[c.shape_b];
+    const Wrench F_BP_W = c.force.F_BP_P.rotated(c.X_WP.R);
+    work_[B.link].addWrench(F_BP_W, c.X_WP.p);
+    work_[A.link].addWrench(-F_BP_W, c.X_WP.p);
+    state_.energy[0] += h * c.force.damping_power;
+    state_.energy[1] += h * c.force.friction_power;
+    report_.energy.elastic += c.elastic;
+    noteContact(c.shape_a, c.shape_b, c.volume, c.force.normal_force, c.force.sticking, c.X_WP, F_BP_W);
+  }
+  report_.pairs = state_.pair_count;
+  report_.contacts = contacts_.size();
+}
+
+/// Direct coupling: the link goes where the hand is. The hand's work is that of the contact wrench, by the
+/// trapezoidal rule over the way.
+void Pipeline::movePointers(double progress) noexcept {
+  for (int i = 0; i < static_cast<int>(pointers_.size()); ++i) {
+    const PointerState& pointer = state_.pointers[i];
+    if (!holds(i) || pointer.targeted == 0) continue;
+    const int link = static_cast<int>(pointer.link);
+    const PlanTree& tree = plan_.trees[plan_.links[link].articulation];
+    double* q = state_.q.data() + tree.q;
+    double* v = state_.v.data() + tree.v;
+    const Quaternion from = quaternionAt(q + 3);
+    const Quaternion to = from.slerp(progress, quaternionAt(pointer.q_WL)).normalized();
+    const Vector3 p_WL = work_[link].X_WL.p + progress * (Vector3(pointer.p_WL) - work_[link].X_WL.p);
+    const Vector3 p_LC = tree.model->link(0).p_LO;
+    const Vector3 omega(pointer.V_WL), velocity(pointer.V_WL + 3);
+    pointer_moved_[i] = {vectorFromRotation(to * from.conjugate()), p_WL - work_[link].X_WL.p};
+    state_.energy[2] -= 0.5 * power(load(pointer.F_last_W), pointer_moved_[i]);
+    vec3(q) = p_WL + to * p_LC;
+    store(to, q + 3);
+    vec3(v) = omega;
+    vec3(v + 3) = velocity + omega.cross(to * p_LC);
+    forwardKinematics(*tree.model, q, v, work_.data() + tree.link);
+  }
+}
+
+void Pipeline::updateKinematics() noexcept {
+  for (const PlanTree& tree : plan_.trees) {
+    forwardKinematics(*tree.model, state_.q.data() + tree.q, state_.v.data() + tree.v, work_.data() + tree.link);
+  }
+}
+
+/// Overlapping boxes, in the order of their keys; what a pair remembers comes along from the last step. With h > 0
+/// boxes are widened by how far their links may come in that time.
+void Pipeline::findPairs(double h) noexcept {
+  if (!plan_.has_contacts) return;
+  for (std::size_t s = 0; s < plan_.shapes.size(); ++s) {
+    const PlanShape& shape = plan_.shapes[s];
+    X_WS_[s] = work_[shape.link].X_WL * shape.X_LS;
+    boxes_[s] = shape.shape->aabb(X_WS_[s]);
+    if (h > 0 && plan_.links[shape.link].moves) {
+      const LinkWork& link = work_[shape.link];
+      // Twice the way at today's speed and gravity: what a collision adds to the speed is within it.
+      const double way =
+          2 * h *
+          (link.velocity.norm() + link.omega.norm() * plan_.links[shape.link].size + h * settings_.gravity.norm());
+      boxes_[s].lower.array() -= way;
+      boxes_[s].upper.array() += way;
+    }
+  }
+  if (!broad_phase_->update(boxes_.data())) report_.flags |= kPairsDropped;
+  std::swap(previous_pairs_, state_.pairs);
+  const int previous_count = state_.pair_count;
+  int before = 0;
+  state_.pair_count = 0;
+  for (const BroadPhase::Pair& found : broad_phase_->pairs()) {
+    const std::uint64_t key = ActivePair::keyOf(found.a, found.b);
+    while (before < previous_count && previous_pairs_[before].key < key) ++before;
+    const bool known = before < previous_count && previous_pairs_[before].key == key;
+    ActivePair& pair = state_.pairs[state_.pair_count++];
+    pair = known ? previous_pairs_[before] : ActivePair{};
+    pair.key = key;
+  }
+}
+
+void Pipeline::evaluateContacts(const Advance& advance) noexcept {
+  contacts_.clear();
+  report_.energy.elastic = report_.energy.tangential = 0;
+  has_kick_ = false;
+  for (int i = 0; i < state_.pair_count; ++i) evaluatePair(state_.pairs[i], advance);
+  report_.pairs = state_.pair_count;
+  report_.contacts = contacts_.size();
+}
+
+void Pipeline::evaluatePair(ActivePair& pair, const Advance& advance) noexcept {
+  const int a = pair.shapeA(), b = pair.shapeB();
+  const PlanShape &A = plan_.shapes[a], &B = plan_.shapes[b];
+  ContactVolume volume;
+  contactVolume(*A.shape, *B.shape, relativePose(X_WS_[a], X_WS_[b]), pair.cache, workspace_, volume,
+                settings_.normal_rule);
+  if (volume.status != ContactVolume::Status::kOverlap) {
+    if (pair.friction.touching != 0) part(pair, advance);
+    pair.friction = {};
+    return;
+  }
+  LinkWork &link_a = work_[A.link], &link_b = work_[B.link];
+  const Pose X_WP = X_WS_[a] * volume.X_AP;
+  const Twist V_AB_P = (link_b.twistAt(X_WP.p) - link_a.twistAt(X_WP.p)).rotated(X_WP.R.transpose());
+  const PairLaw law = plan_.law(a, b, heldBy(A.link) >= 0, heldBy(B.link) >= 0);
+  const LocatedForce force = settledForce(pair, volume, law, X_WP, V_AB_P, advance);
+  const Wrench F_BP_W = force.F_BP_P.rotated(X_WP.R);
+  link_b.addWrench(F_BP_W, X_WP.p);
+  link_a.addWrench(-F_BP_W, X_WP.p);
+  if (force.has_impulse) addKick(A.link, B.link, force.impulse_P.rotated(X_WP.R), X_WP.p);
+  FrictionMemory memory = force.memory;
+  if (settings_.energy_ledger) keepLedger(volume, law, pair.friction, force, advance, memory);
+  pair.friction = memory;
+  if (advance.old_share > 0) remember(volume, V_AB_P, X_WP.p, F_BP_W, pair.release);
+  if (force.clipped) report_.flags |= kPressureClipped;
+  noteContact(a, b, volume, force.normal_force, force.sticking, X_WP, F_BP_W);
+  if (!contacts_.empty()) contacts_[contacts_.size() - 1].event = force.event;
+}
+
+void Pipeline::noteContact(int a, int b, const ContactVolume& volume, double normal_force, bool sticking,
+                           const Pose& X_WP, const Wrench& F_BP_W) noexcept {
+  if (volume.flags & ContactVolume::kCapacityExceeded) report_.flags |= kContactsIncomplete;
+  if (volume.flags & ContactVolume::kNormalFromHistory) report_.flags |= kNormalRemembered;
+  ContactReport contact;
+  contact.link_a = plan_.shapes[a].link;
+  contact.link_b = plan_.shapes[b].link;
+  contact.X_WP = X_WP;
+  contact.F_BP_W = F_BP_W;
+  contact.normal_force = normal_force;
+  contact.volume = volume.volume;
+  contact.area = volume.A0;
+  contact.depth = volume.depth;
+  contact.sticking = sticking;
+  contact.flags = volume.flags;
+  contact.shape_a = a;
+  contact.shape_b = b;
+  contacts_.push_back(contact);
+}
+
+/// Virtual coupling: a spring-damper from the hand's target to the link.
+void Pipeline::pullPointers(double h) noexcept {
+  for (int i = 0; i < static_cast<int>(pointers_.size()); ++i) {
+    PointerState& pointer = state_.pointers[i];
+    if (holds(i)) continue;
+    Wrench F_W;
+    LinkWork& link = work_[static_cast<int>(pointer.link)];
+    const Twist V = link.twistAtOrigin();
+    if (pointer.targeted != 0) {
+      const PointerCoupling& c = pointers_[i].coupling;
+      const Vector3 turn = vectorFromRotation(quaternionAt(pointer.q_WL) * Quaternion(link.X_WL.R).conjugate());
+      F_W.force =
+          c.stiffness * (Vector3(pointer.p_WL) - link.X_WL.p) + c.damping * (Vector3(pointer.V_WL + 3) - V.linear);
+      F_W.torque = c.rotational_stiffness * turn + c.rotational_damping * (Vector3(pointer.V_WL) - V.angular);
+      link.addWrench(F_W, link.X_WL.p);
+    }
+    state_.energy[2] += h * power(F_W, V);
+    pointer_wrench_[i] += -F_W;
+  }
+}
+
+/// Direct coupling: what touches the pointer goes to the hand.
+void Pipeline::collectPointerWrenches() noexcept {
+  for (int i = 0; i < static_cast<int>(pointers_.size()); ++i) {
+    if (!holds(i)) continue;
+    PointerState& pointer = state_.pointers[i];
+    const LinkWork& link = work_[static_cast<int>(pointer.link)];
+    const Wrench F_W = link.F_ext.shifted(link.X_WL.p - link.p_WO);
+    state_.energy[2] -= 0.5 * power(F_W, pointer_moved_[i]);
+    store(F_W, pointer.F_last_W);
+    pointer_wrench_[i] += F_W;
+  }
+}
+
+void Pipeline::checkFinite() noexcept {
+  for (const PlanTree& tree : plan_.trees) {
+    double sum = 0;  // NaN and infinity survive in it: 0·∞ = NaN
+    for (int i = 0; i < tree.model->nv(); ++i) sum += 0 * state_.v[tree.v + i];
+    for (int i = 0; i < tree.model->nq(); ++i) sum += 0 * state_.q[tree.q + i];
+    if (sum == 0) continue;
+    report_.finite = false;
+    report_.culprit = tree.link;
+    return;
+  }
+}
+
+}  // namespace haptic

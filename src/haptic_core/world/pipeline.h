@@ -1,0 +1,105 @@
+/// One step of a world, stage by stage: pointers → kinematics → pairs → contact volumes → wrenches → motion.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "haptic_core/contact/located_force.h"
+#include "haptic_core/dynamics/kinematics.h"
+#include "haptic_core/geometry/broad_phase.h"
+#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/world/implicit_step.h"
+#include "haptic_core/world/plan.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/step_report.h"
+
+namespace haptic {
+
+/// Bits of StepReport::flags.
+enum StepFlag : unsigned {
+  kPairsDropped = 1u << 0,     ///< more overlapping boxes than the plan's pair capacity: raise kNeighboursPerShape
+  kContactsIncomplete = 1u << 1,  ///< a contact volume dropped faces; it still pushes
+  kNormalRemembered = 1u << 2, ///< a contact without area vector used its last normal
+  kNotConverged = 1u << 3,     ///< the implicit solve ended at `residual`: shorten the step
+  kPressureClipped = 1u << 4,  ///< somewhere a damper would have pulled; the pressure was held at 0 there
+};
+
+class Pipeline {
+ public:
+  explicit Pipeline(const WorldDef& def);  ///< throws SetupError
+
+  void step() noexcept;  ///< (in realtime)
+  void setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept;  ///< (in realtime)
+  void grab(int pointer, int link);        ///< throws SetupError when the link cannot be held
+  void restore(const std::vector<double>& packed);
+
+  const WorldSettings& settings() const { return settings_; }
+  const Plan& plan() const { return plan_; }
+  const WorldState& state() const { return state_; }
+  const StepReport& report() const { return report_; }
+  const LinkWork& link(int i) const { return work_[i]; }
+  const LoadedVector<ContactReport>& contacts() const { return contacts_; }
+
+ private:
+  void substep(double h, double progress) noexcept;
+  void movePointers(double progress) noexcept;
+  void updateKinematics() noexcept;
+  void implicitSubstep(double h) noexcept;
+  void takeContacts(double h) noexcept;
+  void noteContact(int a, int b, const ContactVolume& volume, double normal_force, bool sticking,
+                   const Pose& X_WP, const Wrench& F_BP_W) noexcept;
+  void findPairs(double h) noexcept;
+  void evaluateContacts(const Advance& advance) noexcept;
+  void evaluatePair(ActivePair& pair, const Advance& advance) noexcept;
+  void remember(const ContactVolume& volume, const Twist& V_AB_P, const Vector3& p_WP, const Wrench& F_BP_W,
+                ReleaseMemory& release) noexcept;
+  void addMobility(int link, const Pose& X_WP, Matrix6& W) const noexcept;
+  LocatedForce settledForce(const ActivePair& pair, const ContactVolume& volume, const PairLaw& law,
+                            const Pose& X_WP, const Twist& V_AB_P, const Advance& advance) noexcept;
+  void part(const ActivePair& pair, const Advance& advance) noexcept;
+  void addKick(int link_a, int link_b, const Wrench& J_W, const Vector3& p_W) noexcept;
+  void pullPointers(double h) noexcept;
+  void collectPointerWrenches() noexcept;
+  // time_step.cpp
+  void substepEuler(double h, double progress) noexcept;
+  void substepVerlet(double h, double progress) noexcept;
+  void evaluate(const Advance& advance) noexcept;
+  void eulerTree(const PlanTree& tree, double h) noexcept;
+  void startVerlet(const PlanTree& tree, double h) noexcept;
+  void finishVerlet(const PlanTree& tree, double h) noexcept;
+  void readPull(const PlanTree& tree, double* pull) noexcept;
+  void kickTree(const PlanTree& tree, const double* pull, double dt) noexcept;
+  bool isStepped(const PlanTree& tree) const noexcept;
+  void checkFinite() noexcept;
+  // ledger.cpp
+  void keepLedger(const ContactVolume& volume, const PairLaw& law, const FrictionMemory& before,
+                  const LocatedForce& force, const Advance& advance, FrictionMemory& now) noexcept;
+  void closeLedger(const FrictionMemory& last, double tau, double order) noexcept;
+  void fillLedger() noexcept;
+  bool holds(int pointer) const;           ///< the hand prescribes the link's motion (direct coupling)
+  int heldBy(int link) const noexcept;     ///< pointer that prescribes the link's motion; -1: none
+
+  WorldSettings settings_;
+  std::vector<PointerDef> pointers_;
+  Plan plan_;
+  WorldState state_;
+  StepReport report_;
+
+  // Work of one step; nothing here outlives it.
+  std::vector<LinkWork> work_;                     ///< by world link index
+  std::vector<Pose> X_WS_;                         ///< by shape
+  std::vector<ConvexPolyhedron::Box> boxes_;
+  std::unique_ptr<BroadPhase> broad_phase_;
+  ContactWorkspace workspace_;
+  std::unique_ptr<ImplicitStep> implicit_;         ///< null: explicit
+  std::vector<Wrench> applied_;                    ///< by link, from outside, about its origin
+  std::vector<ActivePair> previous_pairs_;
+  std::vector<double> v_dot_, half_;               ///< by world velocity index
+  std::vector<Wrench> kick_;                       ///< by world link index, about O [N·m·s, N·s]
+  bool has_kick_ = false;
+  std::vector<int> held_by_;                       ///< by world link index
+  std::vector<Wrench> pointer_wrench_;             ///< summed over the substeps
+  std::vector<Twist> pointer_moved_;               ///< displacement in this substep: [rad], [m]
+  LoadedVector<ContactReport> contacts_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,190 @@
+#include "haptic_core/world/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <sstream>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/geometry/convex_polyhedron.h"
+
+namespace haptic {
+namespace {
+
+std::uint64_t linkPair(int a, int b) {
+  return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
+}
+
+/// Pairs of boxes that may overlap at once. Beyond about 32 neighbours per shape a scene is a pile of shapes
+/// inside one another; what does not fit is flagged and dropped, nearest keys first kept.
+constexpr int kNeighboursPerShape = 32;
+
+bool sameMaterial(const ContactMaterial& a, const ContactMaterial& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+std::string number(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+}  // namespace
+
+Plan::Plan(const WorldDef& def) : settings_(def.settings), name_(def.name) {
+  checkSettings(def.settings);
+  for (int i = 0; i < static_cast<int>(def.articulations.size()); ++i) addTree(def.articulations[i], def, i);
+  addMaterials(def);
+  addFilters(def);
+  for (const PointerDef& p : def.pointers) {
+    if (p.articulation < 0 || p.articulation >= static_cast<int>(trees.size()) || p.link < 0 ||
+        p.link >= trees[p.articulation].model->linkCount()) {
+      throw SetupError(def.name, "pointer of device " + p.device + " names a link that does not exist",
+                       "name one of the scene's links");
+    }
+  }
+  has_pointers = !def.pointers.empty();
+  countPairs();
+}
+
+void Plan::checkSettings(const WorldSettings& s) const {
+  if (!(s.step > 0 && s.step <= 0.1)) {
+    throw SetupError(name_, "step is " + number(s.step) + " s", "give a step > 0 and <= 0.1 s");
+  }
+  if (s.substeps < 1) throw SetupError(name_, "substeps is " + std::to_string(s.substeps), "give at least 1");
+  if (s.contact_model == ContactModel::kPoint) {
+    throw SetupError(name_, "contact model point is not available", "use volume");
+  }
+  if (!s.gravity.allFinite()) throw SetupError(name_, "gravity is not finite", "give three numbers in m/s^2");
+  check(s.default_material, name_ + ", default material");
+}
+
+void Plan::addTree(const ArticulationDef& def, const WorldDef& world, int index) {
+  PlanTree tree;
+  tree.model = std::make_unique<Articulation>(treeOf(def));
+  tree.q = nq;
+  tree.v = nv;
+  tree.link = static_cast<int>(links.size());
+  nq += tree.model->nq();
+  nv += tree.model->nv();
+  for (int i = 0; i < static_cast<int>(def.links.size()); ++i) {
+    const LinkDef& link = def.links[i];
+    PlanLink plan_link;
+    plan_link.name = link.name;
+    plan_link.articulation = index;
+    plan_link.local = i;
+    plan_link.mass = link.inertia.mass;
+    for (const CollisionDef& collision : link.collisions) {
+      if (!collision.shape) continue;
+      const Vector3 centre = collision.X_LS * collision.shape->centre() - link.inertia.p_LC;
+      plan_link.size = std::max(plan_link.size, centre.norm() + collision.shape->boundingRadius());
+    }
+    if (plan_link.size == 0) plan_link.size = 1;
+    plan_link.moves = tree.model->link(i).dof > 0 || (link.parent >= 0 && links[tree.link + link.parent].moves);
+    has_joints |= tree.model->link(i).dof > 0 && tree.model->link(i).type != JointType::kFloating;
+    for (const CollisionDef& collision : link.collisions) {
+      const std::string where = world.name + ", link " + link.name;
+      if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a convex polyhedron");
+      check(collision.material, where);
+      PlanShape shape;
+      shape.owner = collision.shape;
+      shape.shape = collision.shape.get();
+      shape.link = static_cast<int>(links.size());
+      shape.X_LS = collision.X_LS;
+      shape.name = collision.name.empty() ? link.name : collision.name;
+      const auto found = std::find_if(materials_.begin(), materials_.end(),
+                                      [&](const ContactMaterial& m) { return sameMaterial(m, collision.material); });
+      shape.material = static_cast<int>(found - materials_.begin());
+      if (found == materials_.end()) materials_.push_back(collision.material);
+      shapes.push_back(std::move(shape));
+    }
+    links.push_back(std::move(plan_link));
+  }
+  trees.push_back(std::move(tree));
+}
+
+void Plan::addMaterials(const WorldDef& def) {
+  const int n = static_cast<int>(materials_.size());
+  laws_.resize(static_cast<std::size_t>(n) * n);
+  for (int a = 0; a < n; ++a) {
+    for (int b = 0; b < n; ++b) {
+      PairLaw& law = laws_[static_cast<std::size_t>(a) * n + b];
+      law.material = combine(materials_[a], materials_[b], def.settings.default_material);
+      law.pressure = def.settings.pressure_law;
+      law.torsion = def.settings.torsional_friction;
+      has_friction |= law.material.mu_static > 0;
+    }
+  }
+}
+
+void Plan::addFilters(const WorldDef& def) {
+  for (const CollisionFilter& f : def.filters) {
+    excluded_.push_back(linkPair(trees[f.articulation_a].link + f.link_a, trees[f.articulation_b].link + f.link_b));
+  }
+  for (const PlanTree& tree : trees) {
+    for (int i = 0; i < tree.model->linkCount(); ++i) {
+      const int parent = tree.model->link(i).parent;
+      if (parent >= 0) excluded_.push_back(linkPair(tree.link + parent, tree.link + i));
+    }
+  }
+  std::sort(excluded_.begin(), excluded_.end());
+  excluded_.erase(std::unique(excluded_.begin(), excluded_.end()), excluded_.end());
+}
+
+bool Plan::mayCollide(int a, int b) const {
+  const int la = shapes[a].link, lb = shapes[b].link;
+  if (la == lb || !(links[la].moves || links[lb].moves)) return false;
+  return !std::binary_search(excluded_.begin(), excluded_.end(), linkPair(la, lb));
+}
+
+void Plan::countPairs() {
+  const int n = static_cast<int>(shapes.size());
+  for (int a = 0; a < n; ++a) {
+    for (int b = a + 1; b < n; ++b) possible_pairs += mayCollide(a, b);
+  }
+  has_contacts = possible_pairs > 0;
+  pair_capacity = static_cast<int>(std::min<long>(possible_pairs, 64L + static_cast<long>(n) * kNeighboursPerShape));
+}
+
+void Plan::reserve(ContactWorkspace& workspace) const {
+  const ConvexPolyhedron* finest = nullptr;  // with it, every shape has seen its largest partner
+  for (const PlanShape& shape : shapes) {
+    if (!finest || shape.shape->faceCount() > finest->faceCount()) finest = shape.shape;
+  }
+  for (const PlanShape& shape : shapes) workspace.reserve(*shape.shape, *finest);
+}
+
+PairLaw Plan::law(int a, int b, bool a_held, bool b_held) const {
+  PairLaw law = laws_[static_cast<std::size_t>(shapes[a].material) * materials_.size() + shapes[b].material];
+  const auto mass = [this](int shape, bool held) {
+    const PlanLink& link = links[shapes[shape].link];
+    return held || !link.moves ? std::numeric_limits<double>::infinity() : link.mass;
+  };
+  const double ma = mass(a, a_held), mb = mass(b, b_held);
+  // Two bodies that nothing moves (a hand's pointer on a fixed wall) have no mass of their own: one kilogram
+  // makes their tangential damper finite.
+  law.reduced_mass = std::isinf(ma) && std::isinf(mb) ? 1.0 : 1 / (1 / ma + 1 / mb);
+  return law;
+}
+
+std::string Plan::text() const {
+  std::ostringstream out;
+  const long all = static_cast<long>(shapes.size()) * (static_cast<long>(shapes.size()) - 1) / 2;
+  out << "plan of " << name_ << "\n  " << links.size() << " links in " << trees.size() << " trees, " << nv
+      << " degrees of freedom, " << shapes.size() << " convex shapes\n  step " << settings_.step * 1e3 << " ms, "
+      << settings_.substeps << " substep(s)\n  pairs: " << possible_pairs << " of " << all
+      << " can touch; the others are fixed both, on one link, neighbours or filtered\n";
+  const auto stage = [&](bool present, const char* name, const char* reason) {
+    out << "  " << (present ? "runs     " : "left out ") << name << (present ? "" : ": ") << (present ? "" : reason)
+        << "\n";
+  };
+  stage(has_contacts, "contact", "nothing can touch");
+  stage(has_friction && has_contacts, "friction and its memory", "every pair is frictionless");
+  stage(has_joints, "articulated pass", "no joints: free and fixed bodies only");
+  stage(has_pointers, "pointer coupling", "no pointer");
+  stage(settings_.energy_ledger, "energy ledger", "switched off");
+  return out.str();
+}
+
+}  // namespace haptic

@@ -1,0 +1,73 @@
+/// The world compiled from its definition: what can ever happen, and so what every step has to do.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptic_core/contact/contact_law.h"
+#include "haptic_core/dynamics/articulation.h"
+#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/world/definition.h"
+
+namespace haptic {
+
+struct PlanLink {
+  std::string name;
+  int articulation = 0, local = 0;  ///< which tree, and which link in it
+  double mass = 0;                  ///< [kg]
+  double size = 0;                  ///< reach of its shapes from the centre of mass [m]; 1 m without shapes
+  bool moves = false;               ///< has a degree of freedom of its own or of an ancestor
+};
+
+struct PlanShape {
+  const ConvexPolyhedron* shape = nullptr;
+  std::shared_ptr<const ConvexPolyhedron> owner;
+  int link = 0;                     ///< world link index
+  int material = 0;                 ///< index into the distinct materials
+  Pose X_LS;
+  std::string name;
+};
+
+struct PlanTree {
+  std::unique_ptr<Articulation> model;
+  int q = 0, v = 0, link = 0;       ///< first index of the tree in the world's q, v and links
+};
+
+class Plan {
+ public:
+  /// Checks the definition and compiles it. Throws SetupError that names link, parameter and value.
+  explicit Plan(const WorldDef& def);
+
+  /// Whether shapes a < b are ever tested: on different links, not both fixed, not neighbours, not filtered.
+  bool mayCollide(int a, int b) const;
+  /// Law of a pair of shapes; the reduced mass is the pair's, infinite masses for fixed and hand-moved links.
+  PairLaw law(int a, int b, bool a_held, bool b_held) const;
+
+  /// Makes room for every pair of the shapes.
+  void reserve(ContactWorkspace& workspace) const;
+
+  std::string text() const;         ///< for people: sizes, stages, what was left out and why
+
+  std::vector<PlanTree> trees;
+  std::vector<PlanLink> links;
+  std::vector<PlanShape> shapes;
+  int nq = 0, nv = 0;
+  int pair_capacity = 0;            ///< pairs of overlapping boxes that a step can hold
+  long possible_pairs = 0;          ///< pairs that may ever touch; the others are never tested
+  bool has_contacts = false, has_pointers = false, has_joints = false, has_friction = false;
+
+ private:
+  void addTree(const ArticulationDef& def, const WorldDef& world, int index);
+  void addMaterials(const WorldDef& def);
+  void addFilters(const WorldDef& def);
+  void countPairs();
+  void checkSettings(const WorldSettings& settings) const;
+
+  WorldSettings settings_;
+  std::string name_;
+  std::vector<ContactMaterial> materials_;
+  std::vector<PairLaw> laws_;                 ///< by material index a·n + b
+  std::vector<std::uint64_t> excluded_;       ///< link pairs, sorted
+};
+
+}  // namespace haptic

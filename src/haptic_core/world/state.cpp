@@ -1,0 +1,116 @@
+#include "haptic_core/world/state.h"
+
+#include <cstring>
+#include <type_traits>
+
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+namespace {
+
+static_assert(std::is_trivially_copyable_v<PointerState> && sizeof(PointerState) % sizeof(double) == 0);
+
+static_assert(std::is_standard_layout_v<FrictionMemory> && sizeof(FrictionMemory) % sizeof(double) == 0);
+static_assert(std::is_standard_layout_v<ReleaseMemory> && sizeof(ReleaseMemory) % sizeof(double) == 0);
+
+/// The numbers of a pair, so that neither padding nor alignment enters hash or file.
+constexpr int kFrictionNumbers = sizeof(FrictionMemory) / sizeof(double);
+constexpr int kReleaseNumbers = sizeof(ReleaseMemory) / sizeof(double);
+constexpr int kPairNumbers = 1 + 6 + 2 + kFrictionNumbers + kReleaseNumbers + 1;
+
+void toNumbers(const ActivePair& pair, double* out) {
+  std::memcpy(out, &pair.key, sizeof pair.key);
+  std::memcpy(out + 1, pair.cache.direction.data(), 3 * sizeof(double));
+  std::memcpy(out + 4, pair.cache.normal.data(), 3 * sizeof(double));
+  out[7] = pair.cache.vertex_a;
+  out[8] = pair.cache.vertex_b;
+  std::memcpy(out + 9, &pair.friction, sizeof pair.friction);
+  std::memcpy(out + 9 + kFrictionNumbers, &pair.release, sizeof pair.release);
+  out[kPairNumbers - 1] = pair.area;
+}
+
+ActivePair fromNumbers(const double* in) {
+  ActivePair pair;
+  std::memcpy(&pair.key, in, sizeof pair.key);
+  std::memcpy(pair.cache.direction.data(), in + 1, 3 * sizeof(double));
+  std::memcpy(pair.cache.normal.data(), in + 4, 3 * sizeof(double));
+  pair.cache.vertex_a = static_cast<int>(in[7]);
+  pair.cache.vertex_b = static_cast<int>(in[8]);
+  std::memcpy(static_cast<void*>(&pair.friction), in + 9, sizeof pair.friction);
+  std::memcpy(static_cast<void*>(&pair.release), in + 9 + kFrictionNumbers, sizeof pair.release);
+  pair.area = in[kPairNumbers - 1];
+  return pair;
+}
+
+std::uint64_t fnv1a(std::uint64_t hash, const void* data, std::size_t bytes) {
+  const auto* byte = static_cast<const unsigned char*>(data);
+  for (std::size_t i = 0; i < bytes; ++i) hash = (hash ^ byte[i]) * 0x100000001b3ull;
+  return hash;
+}
+
+}  // namespace
+
+std::uint64_t WorldState::hash() const {
+  std::uint64_t hash = 0xcbf29ce484222325ull;
+  hash = fnv1a(hash, &time, sizeof time);
+  hash = fnv1a(hash, &step, sizeof step);
+  hash = fnv1a(hash, q.data(), q.size() * sizeof(double));
+  hash = fnv1a(hash, v.data(), v.size() * sizeof(double));
+  hash = fnv1a(hash, pull.data(), pull.size() * sizeof(double));
+  hash = fnv1a(hash, &primed, sizeof primed);
+  hash = fnv1a(hash, pointers.data(), pointers.size() * sizeof(PointerState));
+  hash = fnv1a(hash, energy, sizeof energy);
+  for (int i = 0; i < pair_count; ++i) {
+    double numbers[kPairNumbers];
+    toNumbers(pairs[i], numbers);
+    hash = fnv1a(hash, numbers, sizeof numbers);
+  }
+  return hash;
+}
+
+std::vector<double> WorldState::pack() const {
+  constexpr std::size_t kPointerNumbers = sizeof(PointerState) / sizeof(double);
+  std::vector<double> out = {double(q.size()), double(v.size()), double(pointers.size()), double(pair_count), time,
+                             double(step)};
+  out.insert(out.end(), energy, energy + 4);
+  out.push_back(primed);
+  out.insert(out.end(), q.begin(), q.end());
+  out.insert(out.end(), v.begin(), v.end());
+  out.insert(out.end(), pull.begin(), pull.end());
+  const auto* pointer_numbers = reinterpret_cast<const double*>(pointers.data());
+  out.insert(out.end(), pointer_numbers, pointer_numbers + pointers.size() * kPointerNumbers);
+  for (int i = 0; i < pair_count; ++i) {
+    out.resize(out.size() + kPairNumbers);
+    toNumbers(pairs[i], out.data() + out.size() - kPairNumbers);
+  }
+  return out;
+}
+
+void WorldState::unpack(const std::vector<double>& in) {
+  constexpr std::size_t kPointerNumbers = sizeof(PointerState) / sizeof(double), kHead = 11;
+  const bool head = in.size() >= kHead && in[0] == double(q.size()) && in[1] == double(v.size()) &&
+                    in[2] == double(pointers.size()) && in[3] >= 0 && in[3] <= double(pairs.size());
+  const std::size_t count = head ? static_cast<std::size_t>(in[3]) : 0;
+  const std::size_t expected =
+      kHead + q.size() + 2 * v.size() + pointers.size() * kPointerNumbers + count * kPairNumbers;
+  if (!head || in.size() != expected) {
+    throw SetupError("saved state", "is of another scene or version", "restore it into the scene it was saved from");
+  }
+  const double* next = in.data() + 4;
+  time = *next++;
+  step = static_cast<std::uint64_t>(*next++);
+  const auto take = [&next](double* target, std::size_t n) {
+    std::memcpy(target, next, n * sizeof(double));
+    next += n;
+  };
+  take(energy, 4);
+  primed = *next++;
+  take(q.data(), q.size());
+  take(v.data(), v.size());
+  take(pull.data(), pull.size());
+  take(reinterpret_cast<double*>(pointers.data()), pointers.size() * kPointerNumbers);
+  pair_count = static_cast<int>(count);
+  for (int i = 0; i < pair_count; ++i, next += kPairNumbers) pairs[i] = fromNumbers(next);
+}
+
+}  // namespace haptic

@@ -1,0 +1,46 @@
+/// What a step gives out.
+#pragma once
+#include <cstdint>
+
+#include "haptic_core/base/spatial.h"
+
+namespace haptic {
+
+/// One touching pair of links, as the last step left it. Wrench on B, about P, in W.
+struct ContactReport {
+  int link_a = -1, link_b = -1;           ///< world link indices
+  Pose X_WP;                              ///< patch frame: centroid, z = normal from A to B
+  Wrench F_BP_W;                          ///< [N·m], [N]
+  double normal_force = 0;                ///< [N]
+  double volume = 0, area = 0, depth = 0; ///< [m³], [m²], [m]
+  bool sticking = false;
+  unsigned flags = 0;                     ///< of the ContactVolume
+  int shape_a = -1, shape_b = -1;         ///< the plan's shape indices
+  double event = 1;                       ///< share of the step after which it touched, slid or stuck; 1: none of them
+};
+
+/// Where the energy of a world is and went [J]: the first four now, the others as sums since the start.
+struct EnergyLedger {
+  double kinetic = 0, potential = 0;
+  double elastic = 0;                     ///< Σ ½ k ∫d² dA
+  double tangential = 0;                  ///< in the friction springs
+  double damping = 0, friction = 0;       ///< dissipated, ≥ 0
+  double turning = 0;                     ///< taken out by k·Vol·n beyond what ½ k ∫d² dA gained: n turned
+  double external = 0;                    ///< work done on the world by hands
+  double total() const { return kinetic + potential + elastic + tangential; }
+  /// Constant up to the step's error.
+  double balance() const { return total() + damping + friction + turning - external; }
+};
+
+struct StepReport {
+  std::uint64_t step = 0;
+  int pairs = 0, contacts = 0;
+  EnergyLedger energy;
+  int iterations = 0;                     ///< of the implicit solve; 0: explicit
+  double residual = 0;
+  bool finite = true;                     ///< false: the world stopped; `culprit` names the link
+  int culprit = -1;
+  unsigned flags = 0;
+};
+
+}  // namespace haptic

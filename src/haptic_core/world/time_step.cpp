@@ -1,0 +1,144 @@
+/// The explicit time steps.
+///
+/// Symplectic Euler: forces at (q, v), v += h M⁻¹F, q ⊕= h v. First order, one evaluation.
+///
+/// Velocity Verlet: v½ = v + h/2 a, q₁ = q ⊕ h v½, forces at (q₁, v½ + h/2 a), v₁ = v½ + h/2 a₁. Second order and one
+/// evaluation as well, since a₁ is the next step's a. Forces jump or bend where a contact begins, ends or yields
+/// inside the step; the impulse that h/2 (F₀ + F₁) then misses is computed from the located instant and added to the
+/// second kick (contact_law.cpp, friction.cpp, Pipeline::part), which keeps the order.
+/// Between the kicks a free body moves without forces, to fifth order (dynamics/free_body.h).
+#include "haptic_core/dynamics/articulated_body.h"
+#include "haptic_core/dynamics/free_body.h"
+#include "haptic_core/world/pipeline.h"
+
+namespace haptic {
+
+/// `progress`: the share of the way to the pointers' targets that this substep covers.
+void Pipeline::substep(double h, double progress) noexcept {
+  if (implicit_) {
+    movePointers(progress);
+    implicitSubstep(h);
+  } else {
+    settings_.integrator == Integrator::kVelocityVerlet ? substepVerlet(h, progress) : substepEuler(h, progress);
+    if (settings_.energy_ledger) fillLedger();
+  }
+  checkFinite();
+}
+
+bool Pipeline::isStepped(const PlanTree& tree) const noexcept {
+  return !tree.model->isStatic() && heldBy(tree.link) < 0;
+}
+
+void Pipeline::evaluate(const Advance& advance) noexcept {
+  findPairs(0);
+  evaluateContacts(advance);
+  pullPointers(advance.time);
+  collectPointerWrenches();
+}
+
+void Pipeline::substepEuler(double h, double progress) noexcept {
+  movePointers(progress);
+  evaluate({h, 0});
+  for (const PlanTree& tree : plan_.trees) {
+    if (isStepped(tree)) eulerTree(tree, h);
+  }
+  updateKinematics();
+}
+
+void Pipeline::eulerTree(const PlanTree& tree, double h) noexcept {
+  double* q = state_.q.data() + tree.q;
+  double* v = state_.v.data() + tree.v;
+  double* pull = v_dot_.data() + tree.v;
+  readPull(tree, pull);
+  kickTree(tree, pull, h);
+  if (tree.model->isFreeBody()) {
+    stepFreeBody(tree.model->link(0), Wrench{}, Vector3::Zero(), h, q, v);
+  } else {
+    integratePositions(*tree.model, q, v, h);
+  }
+}
+
+void Pipeline::substepVerlet(double h, double progress) noexcept {
+  if (state_.primed == 0) {
+    evaluate({0, 0.5});
+    for (const PlanTree& tree : plan_.trees) {
+      if (isStepped(tree)) readPull(tree, state_.pull.data() + tree.v);
+    }
+    state_.primed = 1;
+  }
+  for (const PlanTree& tree : plan_.trees) {
+    if (isStepped(tree)) startVerlet(tree, h);
+  }
+  movePointers(progress);
+  updateKinematics();
+  evaluate({h, 0.5});
+  for (const PlanTree& tree : plan_.trees) {
+    if (isStepped(tree)) finishVerlet(tree, h);
+  }
+}
+
+/// Half a kick and the drift; leaves v½ in half_ and the predicted end velocity in v.
+void Pipeline::startVerlet(const PlanTree& tree, double h) noexcept {
+  double* q = state_.q.data() + tree.q;
+  double* v = state_.v.data() + tree.v;
+  const double* pull = state_.pull.data() + tree.v;
+  kickTree(tree, pull, h / 2);
+  if (tree.model->isFreeBody()) {
+    stepFreeBody(tree.model->link(0), Wrench{}, Vector3::Zero(), h, q, v);
+    work_[tree.link].X_WL.R = Quaternion(q[3], q[4], q[5], q[6]).toRotationMatrix();
+  } else {
+    integratePositions(*tree.model, q, v, h);
+  }
+  std::copy(v, v + tree.model->nv(), half_.data() + tree.v);
+  kickTree(tree, pull, h / 2);
+}
+
+void Pipeline::finishVerlet(const PlanTree& tree, double h) noexcept {
+  const int nv = tree.model->nv();
+  double* v = state_.v.data() + tree.v;
+  double* pull = state_.pull.data() + tree.v;
+  readPull(tree, pull);
+  std::copy(half_.data() + tree.v, half_.data() + tree.v + nv, v);
+  if (!has_kick_) {
+    kickTree(tree, pull, h / 2);
+  } else {
+    for (int i = 0; i < tree.model->linkCount(); ++i) work_[tree.link + i].F_ext += kick_[tree.link + i] * (2 / h);
+    readPull(tree, v_dot_.data() + tree.v);
+    kickTree(tree, v_dot_.data() + tree.v, h / 2);
+    for (int i = 0; i < tree.model->linkCount(); ++i) work_[tree.link + i].F_ext += kick_[tree.link + i] * (-2 / h);
+  }
+  forwardVelocities(*tree.model, v, work_.data() + tree.link);
+}
+
+/// What accelerates the tree, from the wrenches in `work_`: torque about C and acceleration of C of a free body (its
+/// gyroscopic part is the drift's), v̇ of other trees.
+void Pipeline::readPull(const PlanTree& tree, double* pull) noexcept {
+  LinkWork* work = work_.data() + tree.link;
+  if (!tree.model->isFreeBody()) {
+    accelerations(*tree.model, settings_.gravity, nullptr, nullptr, work, pull);
+    return;
+  }
+  const Vector3 a = work->F_ext.force / tree.model->link(0).mass + settings_.gravity;
+  for (int k = 0; k < 3; ++k) {
+    pull[k] = work->F_ext.torque[k];
+    pull[3 + k] = a[k];
+  }
+}
+
+/// v += dt M⁻¹ pull, at the rotation in `work_`.
+void Pipeline::kickTree(const PlanTree& tree, const double* pull, double dt) noexcept {
+  double* v = state_.v.data() + tree.v;
+  if (!tree.model->isFreeBody()) {
+    for (int i = 0; i < tree.model->nv(); ++i) v[i] += dt * pull[i];
+    return;
+  }
+  const Matrix3& R = work_[tree.link].X_WL.R;
+  const Vector3 torque_L = R.transpose() * Vector3(pull[0], pull[1], pull[2]);
+  const Vector3 alpha = R * (tree.model->link(0).I_O_inverse * torque_L);
+  for (int k = 0; k < 3; ++k) {
+    v[k] += dt * alpha[k];
+    v[3 + k] += dt * pull[3 + k];
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,56 @@
+/// A world of articulated bodies in contact, stepped at a fixed rate.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptic_core/base/spatial.h"
+#include "haptic_core/world/definition.h"
+#include "haptic_core/world/step_report.h"
+
+namespace haptic {
+
+class World {
+ public:
+  explicit World(const WorldDef& def);    ///< compiles the plan; throws SetupError
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  /// (in realtime) Advances by settings().step.
+  void step() noexcept;
+
+  const WorldSettings& settings() const;
+  const StepReport& report() const;
+  double time() const;                    ///< simulated [s]
+
+  int linkCount() const;
+  const std::string& linkName(int link) const;
+  int linkIndex(const std::string& name) const;       ///< -1 when there is none
+  Pose linkPose(int link) const;                      ///< X_WL
+  Twist linkTwist(int link) const;                    ///< V_WL at the link frame's origin, in W
+
+  int pointerCount() const;
+  const PointerDef& pointer(int i) const;
+  int pointerLink(int i) const;
+  /// (in realtime) Where the hand wants the pointer's link at the end of the next step, and how it moves there.
+  void setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept;
+  /// (in realtime) Wrench of the world on pointer i in the last step, about the link frame's origin, in W.
+  Wrench pointerWrench(int i) const noexcept;
+  void grab(int pointer, int link);                   ///< makes another link the pointer from the next step on
+
+  int contactCount() const;
+  const ContactReport& contact(int i) const;
+
+  std::uint64_t hash() const;                         ///< of the complete state
+  std::vector<double> save() const;                   ///< complete state, contact memory included
+  void restore(const std::vector<double>& state);     ///< throws SetupError when it is of another world
+  std::string planText() const;                       ///< what was left out, and why
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace haptic

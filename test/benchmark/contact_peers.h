@@ -1,0 +1,19 @@
+/// What others do for the same pair, for the benchmark of contacts.
+#pragma once
+#include "haptic_core/geometry/convex_polyhedron.h"
+
+namespace haptic::bench {
+
+/// The seeds' method on Qhull: dual points of all half spaces about `interior`, their hull, and from its
+/// facets the vertices and volume of A ∩ B. All coordinates in A's frame.
+double qhullDualVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
+                       const Vector3& interior);
+
+/// libccd's GJK: do the bodies intersect?
+bool ccdIntersects(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB);
+
+/// Point manifolds of two boxes: number of points found; -1 when the peer is not installed.
+int bulletBoxPoints(const Vector3& half_a, const Vector3& half_b, const Pose& X_AB);
+int odeBoxPoints(const Vector3& half_a, const Vector3& half_b, const Pose& X_AB);
+
+}  // namespace haptic::bench

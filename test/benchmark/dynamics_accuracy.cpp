@@ -1,0 +1,227 @@
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "../scenes/motions.h"
+#include "dynamics_figures.h"
+#include "figure.h"
+
+namespace haptic::bench {
+namespace {
+
+using namespace scenes;
+
+WorldSettings verlet(double h) {
+  WorldSettings s;
+  s.step = h;
+  s.integrator = Integrator::kVelocityVerlet;
+  return s;
+}
+
+/// Least-squares slope of log(error) over log(h).
+double order(const std::vector<double>& h, const std::vector<double>& error) {
+  double sx = 0, sy = 0, sxx = 0, sxy = 0;
+  const double n = static_cast<double>(h.size());
+  for (std::size_t i = 0; i < h.size(); ++i) {
+    const double x = std::log(h[i]), y = std::log(error[i]);
+    sx += x, sy += y, sxx += x * x, sxy += x * y;
+  }
+  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+/// Largest gain of total energy over the largest energy exchanged.
+struct EnergyWatch {
+  double start = 0, gain = 0, kinetic = 0;
+  bool first = true;
+  void see(const EnergyLedger& e) {
+    if (first) start = e.balance();
+    first = false;
+    gain = std::max(gain, e.balance() - start);
+    kinetic = std::max({kinetic, e.kinetic, e.elastic});
+  }
+  double relative() const { return gain / kinetic; }
+};
+
+/// Height and speed at time `end` of a cube that falls flat from 2 mm and bounces once or more.
+Vector2 bounce(double h, double end) {
+  CubeParameters c;
+  c.ratio = 0.1;
+  WorldDef def = cubeOnFloor(c, verlet(h), 2e-3);
+  def.settings.default_material.dissipation = 1;  // 1 + c ḋ stays positive at these speeds
+  World world(def);
+  const long steps = std::lround(end / h);
+  for (long i = 0; i < steps; ++i) world.step();
+  return {world.linkPose(1).p.z(), world.linkTwist(1).linear.z()};
+}
+
+double energyStepGain(double h) {
+  WorldSettings s = verlet(h);
+  s.pressure_law = PressureLaw::kLinear;
+  World world(cubeOnFloor(CubeParameters{}, s, 2e-3));
+  EnergyWatch watch;
+  for (long i = 0; i < std::lround(0.5 / h); ++i) {
+    world.step();
+    watch.see(world.report().energy);
+  }
+  return watch.relative();
+}
+
+double energyTurningGain(double h) {
+  CubeParameters c;
+  WorldDef def = cubeOnFloor(c, verlet(h), 0.05);
+  def.settings.default_material.dissipation = 0.1;
+  def.articulations[1].X_WA.R = Eigen::AngleAxisd(0.9, Vector3(1, 0.4, 0.2).normalized()).toRotationMatrix();
+  World world(def);
+  double worst = 0, scale = 0;
+  for (long i = 0; i < std::lround(1 / h); ++i) {
+    world.step();
+    const EnergyLedger& e = world.report().energy;
+    worst = std::max(worst, -e.turning);
+    scale = std::max(scale, e.kinetic);
+  }
+  return worst / scale;
+}
+
+double energyRestGain() {
+  CubeParameters c;
+  World world(cubeOnFloor(c, verlet(1e-3), 1e-5));
+  for (int i = 0; i < 3000; ++i) world.step();
+  const double start = world.report().energy.total(), scale = c.mass * kGravity * c.size;
+  double gain = 0;
+  for (int i = 0; i < 10000; ++i) {
+    world.step();
+    gain = std::max(gain, world.report().energy.total() - start);
+  }
+  return gain / scale;
+}
+
+struct Fall {
+  double time = std::nan(""), omega = std::nan(""), residual = 0;
+};
+
+/// The tilted cube until 2 s: when it passes 0.01 rad and how fast, and rms of its angular momentum from 1.5 s.
+Fall fall(double h, double k) {
+  World world(scenes::tiltedCube(verlet(h), k));
+  Fall out;
+  double angle = 0.1, omega = 0, squares = 0;
+  long counted = 0;
+  const double inertia = 1.0 / 6 * 4;
+  for (long i = 0; i < std::lround(2 / h); ++i) {
+    world.step();
+    const double next = tiltOf(world.linkPose(1)), next_omega = -world.linkTwist(1).angular.y();
+    if (std::isnan(out.time) && next < 0.01) {
+      // Cubic Hermite between the two steps, solved by bisection.
+      const auto at = [&](double x) {
+        const double a = angle, b = next, da = omega * h, db = next_omega * h;
+        return a + x * (da + x * (3 * (b - a) - 2 * da - db + x * (2 * (a - b) + da + db)));
+      };
+      double lo = 0, hi = 1;
+      for (int k2 = 0; k2 < 60; ++k2) (at((lo + hi) / 2) > 0.01 ? lo : hi) = (lo + hi) / 2;
+      out.time = world.time() - h + lo * h;
+      const double e = 1e-4;
+      out.omega = std::abs((at(lo + e) - at(lo - e)) / (2 * e * h));
+    }
+    if (world.time() > 1.5) {
+      squares += std::pow(inertia * world.linkTwist(1).angular.norm(), 2);
+      ++counted;
+    }
+    angle = next;
+    omega = next_omega;
+  }
+  out.residual = std::sqrt(squares / static_cast<double>(counted));
+  return out;
+}
+
+struct TopRun {
+  double precession = 0, tilt_drift = 0;
+};
+
+TopRun spin(double h, double k, double mu) {
+  World world(Top::scene(verlet(h), k, mu));
+  double turned = 0, before = Top::azimuth(world.linkPose(1));
+  double lowest = 1, highest = 0;
+  const long steps = std::lround(2 / h);
+  for (long i = 0; i < steps; ++i) {
+    world.step();
+    const double now = Top::azimuth(world.linkPose(1));
+    turned += std::remainder(now - before, 2 * M_PI);
+    before = now;
+    const double tilt = Top::tilt(world.linkPose(1));
+    lowest = std::min(lowest, tilt);
+    highest = std::max(highest, tilt);
+  }
+  return {turned / 2, std::max(highest - Top::kTilt, Top::kTilt - lowest)};
+}
+
+}  // namespace
+
+void restAndBounce() {
+  CubeParameters c;
+  World world(cubeOnFloor(c, verlet(1e-3), 1e-5));
+  for (int i = 0; i < 3000; ++i) world.step();
+  const double depth = c.size / 2 - world.linkPose(1).p.z();
+  figure("rest.depth_rel_err", std::abs(depth / c.restDepth() - 1), "1");
+
+  std::vector<double> steps, errors;
+  const double end = 0.2;
+  const Vector2 reference = bounce(end / 400000, end);
+  for (int n : {100, 126, 160, 200, 250, 320, 400, 500, 640, 800, 1000}) {
+    steps.push_back(end / n);
+    errors.push_back((bounce(end / n, end) - reference).norm());
+    std::printf("bounce h %.4g ms error %.3g\n", 1e3 * steps.back(), errors.back());
+  }
+  figure("bounce.order", order(steps, errors), "1");
+  const double whole = energyStepGain(1e-3), half = energyStepGain(5e-4);
+  figure("energy.step_rel", whole, "1");
+  figure("energy.step_ratio_on_halving", whole / half, "1");
+  figure("energy.turning_rel", energyTurningGain(1e-3), "1");
+  figure("energy.rest_rel", energyRestGain(), "1");
+}
+
+void tiltedCube() {
+  constexpr double kExactTime = 0.2318494, kExactOmega = 0.7898892, k = 4e4;
+  const Fall converged = fall(1.0 / 64000, k), finer = fall(1.0 / 128000, k), coarse = fall(1e-3, k);
+  std::printf("tilt: converged t %.9f s (change on halving %.1e), omega %.9f\n", converged.time,
+              finer.time - converged.time, converged.omega);
+  figure("tilt.time_err_ms", 1e3 * std::abs(coarse.time - finer.time), "ms");
+  figure("tilt.omega_err_pct", 100 * std::abs(coarse.omega / finer.omega - 1), "%");
+  figure("tilt.model_time_err_ms", 1e3 * (finer.time - kExactTime), "ms");
+  figure("tilt.model_omega_err_pct", 100 * (finer.omega / kExactOmega - 1), "%");
+  figure("tilt.residual_nms", coarse.residual, "N m s");
+  for (double stiff : {1e5, 1e6, 1e7}) {
+    const Fall f = fall(1e-3 * std::sqrt(4e4 / stiff) / 8, stiff);
+    std::printf("tilt: k %.0e time error of the model %.5f ms, omega %.5f %%\n", stiff, 1e3 * (f.time - kExactTime),
+                100 * (f.omega / kExactOmega - 1));
+  }
+}
+
+void spinningTop() {
+  constexpr double k = 1e13;
+  const TopRun coarse = spin(1e-3, k, 10), fine = spin(1e-3 / 16, k, 10);
+  figure("top.precession_err_pct", 100 * std::abs(coarse.precession / fine.precession - 1), "%");
+  figure("top.tilt_drift_rad", coarse.tilt_drift, "rad");
+  figure("top.model_precession_err_pct", 100 * (fine.precession / Top::kExact - 1), "%");
+  const TopRun sliding = spin(1e-3, k, 0);
+  figure("top.sliding_precession_err_pct", 100 * (sliding.precession / Top::kExactSliding - 1), "%");
+}
+
+void freeRotation() {
+  World world(tumblingBody(verlet(1e-3))), fine(tumblingBody(verlet(1e-4)));
+  world.step();
+  const double energy = world.report().energy.kinetic;
+  double energy_error = 0;
+  for (int i = 1; i < 10000; ++i) {
+    world.step();
+    energy_error = std::max(energy_error, std::abs(world.report().energy.kinetic / energy - 1));
+  }
+  for (int i = 0; i < 100000; ++i) fine.step();
+  const Quaternion a(world.linkPose(0).R), b(fine.linkPose(0).R);
+  figure("free.orientation_err_rad", vectorFromRotation(a * b.conjugate()).norm(), "rad");
+  figure("free.energy_rel_err", energy_error, "1");
+  WorldDef def = tumblingBody(verlet(1e-3));
+  def.settings.energy_ledger = false;
+  World timed(def);
+  figure("free.step_ns", 1e9 * secondsPerCall([&](int) { timed.step(); }, 20000), "ns");
+}
+
+}  // namespace haptic::bench

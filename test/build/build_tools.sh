@@ -1,0 +1,101 @@
+#!/bin/sh
+# Each way to build this project that the README names, once, from a clean copy of the sources:
+#   build_tools.sh FOLDER [core|cmake|colcon|isolated|install|consumer]...   (default: all of them)
+# Tests and benchmarks are left out, and nothing is optimised: the ordinary build does both.
+export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
+set -eu
+root=$(cd "$(dirname "$0")/../.." && pwd -P)
+[ $# -ge 1 ] || { echo "usage: $0 FOLDER [core|cmake|colcon|isolated|install|consumer]..." >&2; exit 2; }
+mkdir -p "$1"
+work=$(cd "$1" && pwd -P)
+shift
+[ $# -gt 0 ] || set -- core cmake colcon isolated install consumer
+unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH
+
+# A clean copy: nothing that another build left in the tree may help this one.
+copy=$work/haptics
+rm -rf "$copy"
+mkdir -p "$copy"
+(cd "$root" && tar -cf - --exclude=./build --exclude=./log --exclude=./install --exclude=./.git .) | tar -xf - -C "$copy"
+cd "$copy"
+
+packages='haptic_core haptic_msgs haptic_description haptic_bringup'
+for package in spidar_driver penalty_sim haptic_bridge; do
+  [ ! -f "$package/package.xml" ] || packages="$packages $package"
+done
+
+expect() {  # WHERE: a shell that sources WHERE/setup.sh finds every package
+  # shellcheck disable=SC2016,SC2086 # expanded by the inner shell; one word per package
+  sh -c '. "$0/setup.sh"; for package; do rospack find "$package" >/dev/null || exit 1; done' "$1" $packages
+}
+
+# Users without catkin: an installed core, found by find_package in a project of five lines.
+build_consumer() {
+  cmake -S src -B b/alone -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_INSTALL_PREFIX="$copy/b/prefix"
+  ninja -C b/alone install
+  mkdir -p b/user
+  cat >b/user/CMakeLists.txt <<'TEXT'
+cmake_minimum_required(VERSION 3.16)
+project(user CXX)
+find_package(haptic_core REQUIRED)
+add_executable(user user.cpp)
+target_link_libraries(user haptic_core::haptic_core)
+TEXT
+  cat >b/user/user.cpp <<'TEXT'
+#include <cstdio>
+#include "haptic_core/spidar/device_def.h"
+int main(int argc, char** argv) {
+  if (argc == 2) std::printf("%s\n", haptic::loadDevice(argv[1]).name.c_str());
+}
+TEXT
+  cmake -S b/user -B b/user/build -G Ninja -DCMAKE_PREFIX_PATH="$copy/b/prefix"
+  ninja -C b/user/build
+  b/user/build/user "$copy/urdf/devices/spidar_g6x3r.yaml"
+}
+
+build() {
+  case $1 in
+    core)
+      cmake -S src -B b/core -G Ninja -DCMAKE_BUILD_TYPE=Debug
+      ninja -C b/core
+      ! grep -q catkin b/core/CMakeCache.txt ;;  # the core alone must not know of ROS
+    cmake)
+      cmake -S . -B b/cmake -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCATKIN_ENABLE_TESTING=OFF
+      ninja -C b/cmake
+      expect b/cmake/devel ;;
+    colcon)
+      colcon --log-base b/log build --build-base b/colcon --install-base b/colcon_install \
+        --event-handlers console_direct- --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=Debug
+      expect b/colcon_install ;;
+    isolated)
+      mkdir -p b/isolated
+      catkin_make_isolated --source . --build b/isolated --devel b/isolated/devel \
+        --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=Debug
+      expect b/isolated/devel ;;
+    install)
+      mkdir -p "$work/installed"
+      catkin_make_isolated --source . --build b/isolated --devel b/isolated/devel --install \
+        --install-space "$work/installed" --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=Debug
+      expect "$work/installed" ;;
+    consumer) build_consumer ;;
+    *) echo "$0: unknown build '$1'" >&2; return 2 ;;
+  esac
+}
+
+for tool; do
+  echo "build_tools: $tool"
+  started=$(date +%s)
+  mkdir -p b
+  touch b/CATKIN_IGNORE b/COLCON_IGNORE
+  set +e  # -e has no effect inside the left side of ||
+  (set -e; build "$tool") >"$work/$tool.log" 2>&1 </dev/null
+  code=$?
+  set -e
+  if [ "$code" != 0 ]; then
+    tail -n 40 "$work/$tool.log" >&2
+    echo "build_tools: $tool failed; all of its output is in $work/$tool.log" >&2
+    exit 1
+  fi
+  echo "build_tools: $tool: $(($(date +%s) - started)) s"
+done
+rm -rf "$copy/b"

@@ -1,0 +1,55 @@
+#!/usr/bin/python3
+"""./run demo from end to end: it ends by itself, its figures keep their bounds, nothing is left running."""
+import csv
+import os
+import subprocess
+import tempfile
+import unittest
+
+from run_verb import ROOT, Call
+
+SECONDS = 3
+RATE = 1000
+# What the issue of the demo promises, apart from times, which belong to the machine.
+BOUNDS = {
+    "demo.pose_error_um_max": 33,
+    "demo.pose_error_mrad_max": 3.5,
+    "demo.force_error_pct": 3,
+    "demo.torque_error_pct": 5,
+}
+ALSO = ["demo.missed_ticks", "demo.tick_us_p50", "demo.tick_us_p99", "demo.tick_us_max", "demo.io_us_p50",
+        "demo.lateness_us_p50", "demo.lateness_us_p99", "demo.energy_gain_rel"]
+
+
+class Demo(unittest.TestCase):
+    def test_ends_by_itself_with_its_figures(self):
+        with tempfile.TemporaryDirectory() as folder:
+            bag = os.path.join(folder, "session.bag")
+            call = Call("demo", "--seconds", str(SECONDS), "--record", bag)
+            self.assertEqual(call.code, 0, call.errors)
+            self.assertEqual(call.left, [])
+            figures = call.figures()
+            self.assertEqual(figures["demo.ticks"], SECONDS * RATE)
+            self.assertEqual(figures["demo.nodelets_same_process"], 1)
+            self.assertGreater(figures["demo.contact_force_n_max"], 0)
+            for name, bound in BOUNDS.items():
+                self.assertLessEqual(figures[name], bound, name)
+            for name in ALSO:
+                self.assertIn(name, figures)
+            with open(os.path.join(ROOT, "build", "figures", "demo.csv"), encoding="utf-8") as table:
+                rows = {row["name"]: float(row["value"]) for row in csv.DictReader(table)}
+            self.assertEqual(rows, figures)
+            info = subprocess.run(["rosbag", "info", bag], capture_output=True, text=True, check=False)
+            self.assertEqual(info.returncode, 0, info.stderr)
+            for topic in ("/spidar/pose", "/spidar/wrench", "/contacts", "/tf"):
+                self.assertIn(topic, info.stdout)
+
+    def test_stops_when_told(self):
+        call = Call("demo", "--seconds", "600", interrupt_after=6)
+        self.assertNotEqual(call.code, 0)
+        self.assertEqual(call.left, [])
+        self.assertLess(call.seconds, 12, "roslaunch asks its nodes to stop, and stops them itself after 5 s")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,151 @@
+// Motion without contact: convergence order, conservation, exact free rotation.
+#include "haptic_core/dynamics/runge_kutta.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "chain.h"
+#include "free_rotation_reference.h"
+#include "haptic_core/dynamics/free_body.h"
+#include "random_tree.h"
+
+namespace haptic::test {
+namespace {
+
+struct Motion {
+  explicit Motion(const TreeDef& def)
+      : tree(def), work(tree.linkCount()), q(tree.nq()), v(tree.nv()), scratch(rungeKuttaScratch(tree)) {
+    tree.initialState(q.data(), v.data());
+  }
+  void run(double seconds, double h, const Vector3& gravity,
+           TreeFormula formula = TreeFormula::kDormandPrince) {
+    const int steps = static_cast<int>(std::lround(seconds / h));
+    for (int i = 0; i < steps; ++i) {
+      for (LinkWork& w : work) w.F_ext = {};
+      stepRungeKutta(tree, gravity, nullptr, h, q.data(), v.data(), work.data(), scratch.data(), formula);
+    }
+    forwardKinematics(tree, q.data(), v.data(), work.data());
+  }
+  double energy(const Vector3& gravity) {
+    forwardKinematics(tree, q.data(), v.data(), work.data());
+    return kineticEnergy(tree, work.data()) + potentialEnergy(tree, work.data(), gravity);
+  }
+  Articulation tree;
+  std::vector<LinkWork> work;
+  std::vector<double> q, v, scratch;
+};
+
+TreeDef freeBody(const Vector3& moments) {
+  TreeDef def;
+  BodyDef body;
+  body.name = "body";
+  body.joint.type = JointType::kFloating;
+  body.inertia.mass = 1;
+  body.inertia.p_LC = Vector3(0.1, -0.2, 0.05);
+  body.inertia.I_C = moments.asDiagonal();
+  def.links = {body};
+  return def;
+}
+
+TEST(RungeKutta, TreesOfEveryJointConvergeWithTheOrderOfTheFormula) {
+  const Vector3 gravity(0, 0, -9.8);
+  Random random(11);
+  for (int trial = 0; trial < 4; ++trial) {
+    const TreeFormula formula = trial < 2 ? TreeFormula::kMerson : TreeFormula::kDormandPrince;
+    const TreeDef def = randomTree(random, 8, trial % 2);
+    Motion start(def);
+    randomState(random, start.tree, start.q, start.v);
+    double error[2];
+    Motion reference = start;
+    reference.run(0.064, 0.5e-3, gravity);
+    for (int level = 0; level < 2; ++level) {
+      Motion motion = start;
+      motion.run(0.064, level ? 4e-3 : 8e-3, gravity, formula);
+      const Eigen::Map<Eigen::VectorXd> v(motion.v.data(), motion.tree.nv());
+      error[level] = (v - Eigen::Map<Eigen::VectorXd>(reference.v.data(), reference.tree.nv())).norm();
+    }
+    EXPECT_GT(std::log2(error[0] / error[1]), trial < 2 ? 3.5 : 4.5) << error[0] << " " << error[1];
+  }
+}
+
+TEST(RungeKutta, ChainKeepsItsEnergy) {
+  const Vector3 gravity(0, 0, -9.8);
+  Motion motion(chain(10));
+  const double start = motion.energy(gravity), scale = kChainMass * 9.8 * kChainLength * 100 / 2;
+  for (int i = 0; i < 10; ++i) {
+    motion.run(0.5, 1e-3, gravity);
+    EXPECT_LT(std::abs(motion.energy(gravity) - start) / scale, 5e-6);
+  }
+}
+
+TEST(RungeKutta, FloatingChainKeepsItsMomentum) {
+  Motion motion(chain(10, true));
+  Random random(12);
+  for (double& v : motion.v) v = uniform(random, -3, 3);
+  forwardKinematics(motion.tree, motion.q.data(), motion.v.data(), motion.work.data());
+  const Wrench start = momentum(motion.tree, motion.work.data(), Vector3::Zero());
+  motion.run(2, 1e-3, Vector3::Zero());
+  const Wrench end = momentum(motion.tree, motion.work.data(), Vector3::Zero());
+  // Momentum is not a state here, so the truncation error of the step shows: about 1e-12 of it.
+  EXPECT_LT((end.torque - start.torque).norm() / start.torque.norm(), 1e-10);
+  EXPECT_LT((end.force - start.force).norm() / start.force.norm(), 1e-10);
+}
+
+TEST(FreeBody, FlipsLikeTheReference) {
+  // The unstable axis; one flip in 10 s.
+  Motion motion(freeBody({1, 2, 2.5}));
+  motion.v = {0.01, 5, 0.01, 0, 0, 0};
+  const double start = motion.energy(Vector3::Zero());
+  motion.run(10, 1e-3, Vector3::Zero());
+  const Quaternion r(motion.q[3], motion.q[4], motion.q[5], motion.q[6]);
+  const Quaternion expected = freeRotation({1, 2, 2.5}, {0.01, 5, 0.01}, 10);
+  EXPECT_LT(vectorFromRotation(r.conjugate() * expected).norm(), 1e-8);
+  EXPECT_LT(std::abs(motion.energy(Vector3::Zero()) / start - 1), 1e-11);
+}
+
+TEST(FreeBody, UnderATorqueConvergesToRungeKuttaOfTheTree) {
+  TreeDef def = freeBody({1, 2, 2.5});
+  def.links[0].inertia.I_C(0, 1) = def.links[0].inertia.I_C(1, 0) = 0.3;
+  TreeDef tree = def;
+  BodyDef stone;  // a second root: the general way
+  stone.joint.type = JointType::kFixed;
+  tree.links.push_back(stone);
+  Motion fast(def), general(tree);
+  for (Motion* m : {&fast, &general}) m->v = {1, -2, 3, 0, 0, 0};
+  const Wrench F{{0.5, 2, -1}, {1, 0, 0}};
+  for (int i = 0; i < 1000; ++i) {
+    fast.work[0].F_ext = general.work[0].F_ext = F;
+    for (Motion* m : {&fast, &general})
+      stepRungeKutta(m->tree, {0, 0, -9.8}, nullptr, 1e-3, m->q.data(), m->v.data(), m->work.data(),
+                     m->scratch.data());
+  }
+  // Two fifth-order methods, (ω h)^5 · ω t = 1e-11 · 4 each at most.
+  for (int k = 0; k < 6; ++k) EXPECT_NEAR(fast.v[k], general.v[k], 1e-11);
+  for (int k = 0; k < 7; ++k) EXPECT_NEAR(fast.q[k], general.q[k], 1e-11);
+}
+
+TEST(FreeBody, TakesFastSpinsInParts) {
+  Motion fast(freeBody({1, 2, 2.5})), fine = fast;
+  for (Motion* m : {&fast, &fine}) m->v = {40, 90, -60, 0, 0, 0};
+  fast.run(0.02, 1e-2, Vector3::Zero());  // 1.1 rad a step
+  fine.run(0.02, 1e-4, Vector3::Zero());
+  // The part's bound of 0.3 rad: 0.3⁵/100 per radian turned, 2 rad.
+  for (int k = 3; k < 7; ++k) EXPECT_NEAR(fast.q[k], fine.q[k], 1e-4);
+}
+
+TEST(FreeBody, SpinsAboutAPrincipalAxisAndFallsExactly) {
+  const Vector3 gravity(0, 0, -9.8);
+  Motion motion(freeBody({1, 2, 2.5}));
+  const Vector3 p0(motion.q[0], motion.q[1], motion.q[2]);
+  motion.v = {0, 0, 3, 1, 0, 2};
+  motion.run(1, 1e-3, gravity);
+  const Quaternion r(motion.q[3], motion.q[4], motion.q[5], motion.q[6]);
+  // No term of the expansion is left out on a fixed axis; rounding 1000 eps.
+  EXPECT_LT((vectorFromRotation(r) - Vector3(0, 0, 3)).norm(), 1e-12);
+  const Vector3 p(motion.q[0], motion.q[1], motion.q[2]);
+  EXPECT_LT((p - (p0 + Vector3(1, 0, 2) + 0.5 * gravity)).norm(), 1e-12);
+}
+
+}  // namespace
+}  // namespace haptic::test

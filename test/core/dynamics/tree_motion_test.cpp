@@ -1,0 +1,264 @@
+// Joints with laws of their own: every force on its graph, nothing gained, nothing creeping, rings closed.
+#include "haptic_core/dynamics/tree_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "chain.h"
+#include "four_bar.h"
+#include "haptic_core/base/error.h"
+#include "haptic_core/dynamics/articulated_body.h"
+#include "haptic_core/dynamics/joint_space_inertia.h"
+#include "random_tree.h"
+
+namespace haptic::test {
+namespace {
+
+const Vector3 kGravity(0, 0, -9.8);
+
+struct Scene {
+  explicit Scene(const TreeDef& def, std::vector<RingDef> rings = {})
+      : tree(def), motion(tree, rings), work(tree.linkCount()), q(tree.nq()), v(tree.nv()) {
+    tree.initialState(q.data(), v.data());
+  }
+  const JointReport& step(double h, const Vector3& gravity = kGravity) {
+    forwardKinematics(tree, q.data(), v.data(), work.data());
+    return motion.step(gravity, h, q.data(), v.data(), work.data());
+  }
+  double energy(const Vector3& gravity = kGravity) {
+    forwardKinematics(tree, q.data(), v.data(), work.data());
+    return kineticEnergy(tree, work.data()) + potentialEnergy(tree, work.data(), gravity);
+  }
+  Articulation tree;
+  TreeMotion motion;
+  std::vector<LinkWork> work;
+  std::vector<double> q, v;
+};
+
+TEST(TreeMotion, EveryJointForceLiesOnItsGraph) {
+  Random random(21);
+  int most = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    TreeDef def = randomTree(random, 2 + trial % 20, trial % 2);
+    for (BodyDef& body : def.links) {
+      body.joint.damping = random() % 2 ? uniform(random, 0, 3) : 0;
+      if (random() % 2) body.joint.friction = uniform(random, 0, 5);
+      if (random() % 3 == 0) body.joint.lower = uniform(random, -2, 0);
+      if (random() % 3 == 0) body.joint.upper = uniform(random, 0, 2);
+      body.joint.drive = static_cast<JointDef::Drive>(random() % 4);
+      body.joint.drive_stiffness = uniform(random, 0, 1e4);
+      body.joint.drive_damping = uniform(random, 0, 1e2);
+      if (random() % 2) body.joint.max_effort = uniform(random, 0, 10);
+    }
+    Scene s(def);
+    randomState(random, s.tree, s.q, s.v);
+    const double h = 1e-3;
+    std::vector<ForceGraph> graphs(s.tree.linkCount());
+    for (int i = 0; i < s.tree.linkCount(); ++i) {
+      const JointCommand command{uniform(random), uniform(random), uniform(random)};
+      ASSERT_TRUE(s.motion.setCommand(i, command));
+      if (s.tree.link(i).dof == 1)
+        buildForceGraph(def.links[i].joint, command, s.q[s.tree.link(i).q], h, graphs[i]);
+    }
+    forwardKinematics(s.tree, s.q.data(), s.v.data(), s.work.data());
+    std::vector<double> v_dot(s.tree.nv()), tau(s.tree.nv());
+    const JointReport report =
+        s.motion.accelerate(kGravity, h, s.q.data(), s.v.data(), s.work.data(), v_dot.data());
+    EXPECT_TRUE(report.converged);
+    most = std::max(most, report.passes);
+    inverseDynamics(s.tree, kGravity, v_dot.data(), s.work.data(), tau.data());
+    for (int i = 0; i < s.tree.linkCount(); ++i) {
+      if (s.tree.link(i).dof != 1) continue;
+      const int dof = s.tree.link(i).v;
+      const double v1 = s.v[dof] + h * v_dot[dof];
+      // The graph falls: its values just left and right of v₁ bracket the force.
+      const auto value = [&](double v) {
+        const ForcePiece& piece = graphs[i].pieces[graphs[i].at(v)];
+        if (piece.vertical) return v < piece.from ? piece.high : piece.low;
+        return piece.offset - piece.slope * v;
+      };
+      const double width = 1e-7 * (1 + std::abs(v1));
+      double above = value(v1 - width), below = value(v1 + width);
+      if (v1 - width < graphs[i].pieces[0].from) above = 1e300;
+      if (v1 + width > graphs[i].pieces[graphs[i].count - 1].to) below = -1e300;
+      const double slack = 1e-6 * (1 + std::abs(tau[dof]));
+      EXPECT_LT(tau[dof], above + slack);
+      EXPECT_GT(tau[dof], below - slack);
+    }
+  }
+  EXPECT_LT(most, 40);
+}
+
+TreeDef pendulum() {
+  return chain(1);
+}
+
+TEST(TreeMotion, FrictionHoldsToTheLastBitAndSlipsAboveItsLimit) {
+  TreeDef def = pendulum();
+  const double weight = kChainMass * 9.8 * kChainLength / 2;
+  def.links[0].joint.friction = 1.01 * weight;
+  Scene held(def);
+  const double start = held.q[0];
+  for (int i = 0; i < 10000; ++i) held.step(1e-3);
+  EXPECT_EQ(held.q[0], start);
+  EXPECT_EQ(held.v[0], 0);
+  def.links[0].joint.friction = 0.99 * weight;
+  Scene slipping(def);
+  for (int i = 0; i < 1000; ++i) slipping.step(1e-3);
+  EXPECT_GT(slipping.q[0], 1e-3);
+}
+
+TEST(TreeMotion, FrictionStopsAMovingJointExactlyWhereTheEnergyIsSpent) {
+  TreeDef def = pendulum();
+  def.links[0].joint.friction = 0.01;
+  Scene s(def);
+  s.v[0] = 2;
+  const double start = s.energy(Vector3::Zero());
+  double dissipated = 0;
+  for (int i = 0; i < 2000; ++i) dissipated += s.step(1e-3, Vector3::Zero()).friction;
+  EXPECT_EQ(s.v[0], 0);
+  EXPECT_NEAR(dissipated, start, 1e-12);
+  EXPECT_NEAR(s.q[0], start / 0.01, 1e-3 * 2);  // one step's way
+}
+
+TEST(TreeMotion, LimitsStopWithoutGainAndPushTheParent) {
+  TreeDef def = chain(3, true);
+  for (int i = 1; i < 3; ++i) {
+    def.links[i].joint.lower = -0.2;
+    def.links[i].joint.upper = 0.3;
+  }
+  Scene s(def);
+  s.v[6] = 8;
+  s.v[7] = -5;
+  double energy = s.energy(Vector3::Zero());
+  const Wrench before = momentum(s.tree, s.work.data(), Vector3::Zero());
+  const double start = energy;
+  for (int i = 0; i < 1000; ++i) {
+    s.step(1e-4, Vector3::Zero());
+    for (int k : {7, 8}) {
+      EXPECT_LE(s.q[k], 0.3 + 1e-12);
+      EXPECT_GE(s.q[k], -0.2 - 1e-12);
+    }
+  }
+  EXPECT_LT(s.energy(Vector3::Zero()), 0.98 * start);
+  // A limit without reaction would leave the sum of momenta; linear momentum is exact, angular of first
+  // order.
+  const Wrench after = momentum(s.tree, s.work.data(), Vector3::Zero());
+  EXPECT_LT((after.force - before.force).norm(), 1e-4);
+  EXPECT_LT((after.torque - before.torque).norm(), 2e-3 * before.torque.norm());
+}
+
+TEST(TreeMotion, AFallOntoALimitLosesEnergyInEveryStepThatHitsIt) {
+  TreeDef def = pendulum();
+  def.links[0].joint.upper = 0.5;
+  Scene s(def);
+  double before = s.energy();
+  for (int i = 0; i < 2000; ++i) {
+    const JointReport report = s.step(1e-3);
+    const double after = s.energy();
+    if (s.q[0] == 0.5 || report.friction != 0) EXPECT_LE(after, before + 1e-15);
+    before = after;
+  }
+  EXPECT_NEAR(s.q[0], 0.5, 1e-12);
+  EXPECT_EQ(s.v[0], 0);
+}
+
+TEST(TreeMotion, AnyGainIsStableAndEffortIsBounded) {
+  for (double stiffness : {1e2, 1e6, 1e12}) {
+    TreeDef def = pendulum();
+    def.links[0].joint.drive = JointDef::Drive::kPosition;
+    def.links[0].joint.drive_stiffness = stiffness;
+    def.links[0].joint.drive_damping = 1;
+    Scene s(def);
+    ASSERT_TRUE(s.motion.setCommand(0, {-1, 0, 0}));
+    for (int i = 0; i < 3000; ++i) s.step(1e-2);
+    const double sag = kChainMass * 9.8 * kChainLength / 2 * std::cos(1.0) / stiffness;
+    EXPECT_NEAR(s.q[0], -1 + sag, 0.02 * sag + 1e-9) << stiffness;
+  }
+  TreeDef def = pendulum();
+  def.links[0].joint.drive = JointDef::Drive::kPosition;
+  def.links[0].joint.drive_stiffness = 1e6;
+  def.links[0].joint.max_effort = 0.001;
+  Scene s(def);
+  ASSERT_TRUE(s.motion.setCommand(0, {10, 0, 0}));
+  for (int i = 0; i < 100; ++i) s.step(1e-3, Vector3::Zero());
+  const LinkModel& link = s.tree.link(0);
+  EXPECT_NEAR(s.v[0], 0.001 * 0.1 / link.I_O(1, 1), 1e-10);
+  EXPECT_FALSE(s.motion.setCommand(0, {std::nan(""), 0, 0}));
+}
+
+TEST(TreeMotion, MimicFollowsWithTheInertiaOfBoth) {
+  TreeDef def;
+  for (int i = 0; i < 2; ++i) {
+    BodyDef wheel;
+    wheel.name = i ? "follower" : "leader";
+    wheel.joint.name = wheel.name;
+    wheel.joint.type = JointType::kRevolute;
+    wheel.joint.axis = Vector3::UnitZ();
+    wheel.inertia.mass = 1;
+    wheel.inertia.I_C = Vector3(1, 1, i ? 0.3 : 0.5).asDiagonal();
+    def.links.push_back(wheel);
+  }
+  def.links[0].joint.drive = JointDef::Drive::kEffort;
+  def.links[1].joint.mimic_joint = 0;
+  def.links[1].joint.mimic_multiplier = -2;
+  def.links[1].joint.mimic_offset = 0.25;
+  Scene s(def);
+  ASSERT_TRUE(s.motion.close(s.q.data(), s.v.data(), s.work.data()));
+  const double gap = s.q[1] + 2 * s.q[0];
+  EXPECT_NEAR(gap, 0.25, 1e-9);
+  ASSERT_TRUE(s.motion.setCommand(0, {0, 0, 1}));
+  for (int i = 0; i < 1000; ++i) s.step(1e-3);
+  EXPECT_NEAR(s.v[0], 1 / (0.5 + 4 * 0.3), 1e-9);
+  EXPECT_NEAR(s.q[1], -2 * s.q[0] + 0.25, 1e-9);
+}
+
+TEST(TreeMotion, FourBarStaysClosedAndSwingsLikeThePendulumItIs) {
+  Scene s(fourBar(), fourBarRing());
+  s.q[0] = 0.8;
+  s.q[1] = -0.8;
+  s.q[2] = 0.8;
+  ASSERT_TRUE(s.motion.close(s.q.data(), s.v.data(), s.work.data()));
+  // Parallelogram: one degree of freedom, (2 I + m_c l²) θ̈ = −g (2 m l/2 + m_c l) sin θ.
+  double angle = s.q[0], rate = 0;
+  const double h = 1e-4;
+  for (int i = 0; i < 10000; ++i) {
+    const JointReport& report = s.step(h);
+    EXPECT_LT(report.closure, 1e-6);
+    rate -= h * fourBarStiffness() * std::sin(angle);
+    angle += h * rate;
+  }
+  // Both are symplectic Euler; the ring's reaction is of first order as well: h · acceleration · 1 s.
+  EXPECT_NEAR(s.q[0], angle, 2e-2);
+  EXPECT_NEAR(s.q[1], -s.q[0], 1e-9);
+}
+
+TEST(TreeMotion, ClosesARingInSpaceToTheWorld) {
+  Random random(22);
+  TreeDef def = chain(6);
+  RingDef ring;
+  ring.link_a = -1;
+  ring.link_b = 5;
+  ring.X_AF = Pose(Vector3(0.4, 0.05, -0.1));
+  ring.X_BF = Pose(Vector3(kChainLength, 0, 0));
+  Scene s(def, {ring});
+  s.q = {0.3, -0.4, 0.5, 0.2, -0.3, 0.4};
+  ASSERT_TRUE(s.motion.close(s.q.data(), s.v.data(), s.work.data()));
+  const double start = s.energy();
+  for (int i = 0; i < 2000; ++i) {
+    ASSERT_LT(s.step(1e-3).closure, 1e-6);
+    ASSERT_LT(s.energy(), start + 0.02 * kChainMass * 9.8 * 0.6 * 6);
+  }
+}
+
+TEST(TreeMotion, RefusesRingsThatAreNotThere) {
+  RingDef ring;
+  ring.name = "ring";
+  ring.link_b = 9;
+  const Articulation tree(chain(3));
+  EXPECT_THROW(TreeMotion(tree, {ring}), SetupError);
+}
+
+}  // namespace
+}  // namespace haptic::test

@@ -1,0 +1,141 @@
+// The whole path once, against what it must give: counts → pose → world → wrench → tensions.
+#include "haptic_core/loop/haptic_loop.h"
+
+#include <gtest/gtest.h>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/loop/hand.h"
+#include "haptic_core/spidar/device_twin.h"
+#include "haptic_core/spidar/spidar.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kPeriod = 1e-3;  // [s]
+
+/// A 20 mm box as pointer over a fixed wall whose face is the plane z = 0; k·Area = 2000 N/m where it touches.
+WorldDef wall() {
+  const auto body = [](const char* name, const Vector3& size, JointType type, const Vector3& p) {
+    ArticulationDef def;
+    def.name = name;
+    def.X_WA.p = p;
+    LinkDef link;
+    link.name = name;
+    link.joint.type = type;
+    link.inertia = {0.1, Vector3::Zero(), 1e-5 * Matrix3::Identity()};
+    CollisionDef collision;
+    collision.shape = std::make_shared<ConvexPolyhedron>(makeBox(size));
+    collision.material.stiffness = 2000 / (0.02 * 0.02);
+    collision.material.dissipation = 0;
+    link.collisions.push_back(collision);
+    def.links.push_back(link);
+    return def;
+  };
+  WorldDef world;
+  world.name = "wall";
+  world.settings.step = kPeriod;
+  world.articulations.push_back(body("wall", {1, 1, 0.1}, JointType::kFixed, {0, 0, -0.05}));
+  world.articulations.push_back(body("pointer", {0.02, 0.02, 0.02}, JointType::kFloating, {0, 0, 0.02}));
+  PointerDef pointer;
+  pointer.articulation = 1;
+  pointer.link = 0;
+  world.pointers.push_back(pointer);
+  return world;
+}
+
+struct Bench {
+  DeviceDef def = loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml");
+  TwinSettings twin_settings;
+  std::unique_ptr<DeviceTwin> twin;
+  Spidar device{def};
+  World world{wall()};
+  HapticLoop loop{world};
+
+  Bench() {
+    twin_settings.period = kPeriod;
+    twin = std::make_unique<DeviceTwin>(def, twin_settings);
+    HandSettings settings;
+    settings.workspace.X_WB.p = Vector3(0, 0, 0.02);  // the home pose is 10 mm above touch
+    settings.soft_start_s = 0;
+    loop.attach(device, 0, settings);
+    device.calibrateAtHome();
+    device.setForceEnabled(true);
+  }
+  void run(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      const DeviceSample sample = twin->exchange(loop.drive(0));
+      loop.tick(&sample, kPeriod);
+    }
+  }
+};
+
+TEST(HapticLoop, AWallPushesBackAsItsStiffnessSays) {
+  Bench bench;
+  bench.run(1000);  // the device's ramp is over
+  EXPECT_EQ(bench.loop.report().hand[0].F_asked_B.force.norm(), 0);
+  HandTarget target;
+  target.active = true;
+  target.pose.X_BG.p = Vector3(0, 0, -0.012);
+  bench.twin->setHandTarget(target);
+  bench.run(2000);
+  const HandReport& hand = bench.loop.report().hand[0];
+  const double depth = -(hand.X_BG.p.z() + 0.01);
+  ASSERT_GT(depth, 1e-4);
+  EXPECT_NEAR(hand.F_asked_B.force.z(), 2000 * depth, 0.01 * 2000 * depth);  // tilt of the grip: cos(0.1) = 0.5 %
+  // What the strings give is what was asked, within λ's share and 5 %.
+  EXPECT_NEAR(hand.F_achieved_B.force.z(), hand.F_asked_B.force.z(), 0.05 * hand.F_asked_B.force.z());
+  // Balance on the grip: the hand's spring holds what the strings push.
+  EXPECT_NEAR(bench.twin->handWrench().force.z(), -bench.twin->stringWrench().force.z(), 0.02);
+}
+
+TEST(HapticLoop, SameSamplesGiveTheSameBits) {
+  std::uint64_t hash[2];
+  for (std::uint64_t& h : hash) {
+    Bench bench;
+    HandTarget target;
+    target.active = true;
+    target.pose.X_BG.p = Vector3(0.003, 0.001, -0.014);
+    bench.twin->setHandTarget(target);
+    bench.run(1500);
+    h = bench.world.hash();
+  }
+  EXPECT_EQ(hash[0], hash[1]);
+}
+
+TEST(HapticLoop, GivesNoForceBeforeCalibration) {
+  Bench bench;
+  Spidar fresh(bench.def);
+  World world(wall());
+  HapticLoop loop(world);
+  loop.attach(fresh, 0, {});
+  DeviceSample sample;
+  for (int i = 0; i < 10; ++i) loop.tick(&sample, kPeriod);
+  EXPECT_FALSE(loop.report().hand[0].valid);
+  EXPECT_EQ(loop.report().hand[0].F_asked_B.force.norm(), 0);
+}
+
+TEST(HapticLoop, AnOverrunFadesTheForceAndItComesBack) {
+  Bench bench;
+  bench.run(1000);
+  HandTarget target;
+  target.active = true;
+  target.pose.X_BG.p = Vector3(0, 0, -0.012);
+  bench.twin->setHandTarget(target);
+  bench.run(2000);
+  const double before = bench.loop.report().hand[0].fade;
+  bench.loop.noteOverrun(3);
+  bench.run(1);
+  EXPECT_EQ(before, 1);
+  EXPECT_LE(bench.loop.report().hand[0].F_asked_B.force.z(), 0.26 * 2000 * 0.0025);
+  bench.run(10);
+  EXPECT_EQ(bench.loop.report().hand[0].fade, 1);
+}
+
+TEST(HapticLoop, RefusesAPointerThatTheSceneDoesNotHave) {
+  Bench bench;
+  EXPECT_THROW(bench.loop.attach(bench.device, 7, {}), SetupError);
+}
+
+}  // namespace
+}  // namespace haptic

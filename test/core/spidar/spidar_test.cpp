@@ -1,0 +1,148 @@
+#include "haptic_core/spidar/spidar.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "haptic_core/spidar/device_twin.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kStep = 1e-3;
+
+DeviceDef g6x3r() {
+  return loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml");
+}
+
+/// A device on its twin, calibrated at home and, when asked, past the enable ramp.
+struct Rig {
+  Spidar device;
+  DeviceTwin twin;
+  Rig(const TwinSettings& settings, bool enabled) : device(g6x3r()), twin(g6x3r(), settings) {
+    device.calibrateAtHome();
+    device.setForceEnabled(enabled);
+  }
+  void tick(const Wrench& F = {}, double age = 0) {
+    device.sense(twin.exchange(device.drive()), kStep);
+    device.actuate(F, 0, kStep, age);
+  }
+  void run(int ticks, const Wrench& F = {}) {
+    for (int i = 0; i < ticks; ++i) tick(F);
+  }
+};
+
+TEST(Spidar, HasNoPoseBeforeCalibration) {
+  Spidar device(g6x3r());
+  DeviceTwin twin(g6x3r());
+  device.sense(twin.exchange(device.drive()), kStep);
+  EXPECT_EQ(device.state(), DeviceState::kUncalibrated);
+  EXPECT_FALSE(device.calibrated());
+  EXPECT_TRUE(device.lengths().array().isNaN().all());
+  device.setForceEnabled(true);
+  device.sense(twin.exchange(device.drive()), kStep);
+  Wrench F;
+  F.force.x() = 5;
+  device.actuate(F, 0, kStep);
+  for (int i = 0; i < 8; ++i) {
+    const StringDef& s = device.def().strings[i];
+    EXPECT_DOUBLE_EQ(device.drive().voltage[i], s.min_tension * s.volt_per_newton);
+  }
+}
+
+TEST(Spidar, FollowsTheTwinWithinTheEncoderStep) {
+  TwinSettings settings;
+  settings.first_count = -12345;
+  settings.path = handPath("touch_cube");
+  Rig rig(settings, false);
+  for (int i = 0; i < 9000; ++i) {
+    rig.tick();
+    const Vector3 error = rig.device.pose().p - rig.twin.latchedPose().X_BG.p;
+    ASSERT_LT(error.norm(), 33e-6) << i;  // two counts: half a count per string, amplified by the geometry
+    ASSERT_LT((rig.device.pose().R - rig.twin.latchedPose().X_BG.R).norm() / std::sqrt(2.0), 3.5e-3) << i;
+  }
+}
+
+TEST(Spidar, PresentsTheWrenchItIsAskedFor) {
+  TwinSettings settings;
+  Rig rig(settings, true);
+  Wrench F;
+  F.force = Vector3(2, -1, 3);
+  F.torque = Vector3(0.02, 0.03, -0.01);
+  rig.run(2000, F);
+  EXPECT_EQ(rig.device.state(), DeviceState::kEnabled);
+  // λ weakens the wrench by about λ / (smallest eigenvalue of A W² Aᵀ, 0.4 here) = 2.5 %, in the norm with W.
+  const Wrench error = rig.twin.stringWrench() - F;
+  const double r = rig.device.kinematics().knotRadius();
+  EXPECT_LT(std::hypot(error.force.norm(), error.torque.norm() / r),
+            0.035 * std::hypot(F.force.norm(), F.torque.norm() / r));
+  // The two differ by the encoder step: 8 strings of up to 10 N turned by 20 µm / 0.1 m at most.
+  EXPECT_LT((rig.twin.stringWrench().force - rig.device.achievedWrench().force).norm(), 8 * 10 * 20e-6 / 0.1);
+}
+
+TEST(Spidar, DriveStaysWithinBoundsWhateverComesIn) {
+  Rig rig(TwinSettings{}, true);
+  rig.run(1000);
+  const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
+  const double values[] = {0, 1e30, -1e30, inf, -inf, nan, 1e-300, 5, -5};
+  for (int i = 0; i < 5000; ++i) {
+    Wrench F;
+    for (int c = 0; c < 3; ++c) {
+      F.force[c] = values[(i * 7 + c * 3) % 9];
+      F.torque[c] = values[(i * 5 + c * 2) % 9];
+    }
+    rig.tick(F, values[i % 9]);
+    for (int s = 0; s < 8; ++s) {
+      const StringDef& def = rig.device.def().strings[s];
+      const double tension = rig.device.drive().voltage[s] / def.volt_per_newton;
+      ASSERT_GE(tension, def.min_tension * (1 - 1e-12));
+      ASSERT_LE(tension, def.max_tension * (1 + 1e-12));
+    }
+    ASSERT_LE(rig.device.askedWrench().force.norm(), rig.device.def().max_force * (1 + 1e-12));
+  }
+}
+
+TEST(Spidar, AnOldCommandDecaysToMinimumTension) {
+  Rig rig(TwinSettings{}, true);
+  Wrench F;
+  F.force.x() = 3;
+  rig.run(1000, F);
+  EXPECT_NEAR(rig.device.askedWrench().force.x(), 3, 1e-9);
+  rig.tick(F, 0.04);
+  EXPECT_NEAR(rig.device.askedWrench().force.x(), 1.5, 1e-9);
+  rig.tick(F, 1.0);
+  EXPECT_EQ(rig.device.askedWrench().force.x(), 0);
+  EXPECT_TRUE(rig.device.flags() & kCommandStale);
+}
+
+TEST(Spidar, ALostLinkGivesZeroCurrentUntilRecovered) {
+  Rig rig(TwinSettings{}, true);
+  rig.run(1000);
+  DeviceSample lost = rig.twin.exchange(rig.device.drive());
+  lost.status = LinkStatus::kDisconnected;
+  rig.device.sense(lost, kStep);
+  rig.device.actuate(Wrench{}, 0, kStep);
+  EXPECT_EQ(rig.device.state(), DeviceState::kFault);
+  for (double volt : rig.device.drive().voltage) EXPECT_EQ(volt, 0);
+  rig.tick();
+  for (double volt : rig.device.drive().voltage) EXPECT_EQ(volt, 0);
+  rig.device.recover();
+  rig.tick();
+  EXPECT_NE(rig.device.state(), DeviceState::kFault);
+  EXPECT_NE(rig.device.drive().voltage[0], 0);
+}
+
+TEST(DeviceTwin, AnswersBeforeItExecutes) {
+  TwinSettings settings;
+  settings.hand = false;
+  DeviceTwin twin(g6x3r(), settings);
+  DriveCommand pull;
+  pull.voltage[0] = 5 * twin.def().strings[0].volt_per_newton;
+  const DeviceSample first = twin.exchange(pull);
+  EXPECT_EQ(first.counts[0], 0);
+  EXPECT_GT(twin.pose().X_BG.p.norm(), 0);
+  EXPECT_EQ(twin.latchedPose().X_BG.p.norm(), 0);
+}
+
+}  // namespace
+}  // namespace haptic

@@ -1,0 +1,160 @@
+#include "haptic_core/spidar/string_health.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "haptic_core/spidar/device_twin.h"
+#include "haptic_core/spidar/spidar.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kStep = 1e-3;
+
+DeviceDef g6x3r() {
+  return loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml");
+}
+
+/// A calibrated, enabled device whose grip is waved, with a small force presented.
+struct WavedRig {
+  Spidar device{g6x3r()};
+  DeviceTwin twin;
+
+  static TwinSettings waving() {
+    TwinSettings settings;
+    settings.path = handPath("wave");
+    return settings;
+  }
+  WavedRig() : twin(g6x3r(), waving()) {
+    device.calibrateAtHome();
+    device.setForceEnabled(true);
+    run(3000);
+  }
+  void tick() {
+    device.sense(twin.exchange(device.drive()), kStep);
+    Wrench F;
+    F.force = Vector3(0.5, 1, -0.5);
+    device.actuate(F, 0, kStep);
+  }
+  void run(int ticks) {
+    for (int i = 0; i < ticks; ++i) tick();
+  }
+  /// Ticks until the device leaves ENABLED; `limit` when it does not.
+  int ticksToReaction(int limit) {
+    int ticks = 0;
+    while (ticks < limit && device.state() == DeviceState::kEnabled) {
+      tick();
+      ++ticks;
+    }
+    return ticks;
+  }
+};
+
+struct Case {
+  TwinFaultKind kind;
+  double size;
+  int ticks;  ///< within which it must be noticed
+  DeviceState state;
+};
+
+class Fault : public ::testing::TestWithParam<Case> {};
+
+TEST_P(Fault, LeadsToADefinedStateInTime) {
+  for (int string = 0; string < 8; ++string) {
+    WavedRig rig;
+    ASSERT_EQ(rig.device.state(), DeviceState::kEnabled);
+    rig.twin.inject({GetParam().kind, string, GetParam().size});
+    EXPECT_LE(rig.ticksToReaction(GetParam().ticks + 1), GetParam().ticks) << string;
+    rig.run(10);
+    EXPECT_EQ(rig.device.state(), GetParam().state) << string;
+    EXPECT_NE(advice(rig.device), "");
+    if (GetParam().state == DeviceState::kReduced) {
+      rig.run(100);
+      EXPECT_LE(rig.device.askedWrench().force.norm(), rig.device.settings().reduced_force);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Fault,
+                         ::testing::Values(Case{TwinFaultKind::kSlip, 3e-3, 4, DeviceState::kReduced},
+                                           Case{TwinFaultKind::kSlack, 5e-3, 40, DeviceState::kReduced},
+                                           Case{TwinFaultKind::kStuck, 0, 300, DeviceState::kReduced},
+                                           Case{TwinFaultKind::kBreak, 5, 4, DeviceState::kFault},
+                                           Case{TwinFaultKind::kJump, 0.1, 1, DeviceState::kFault},
+                                           Case{TwinFaultKind::kSilence, 0, 22, DeviceState::kFault}));
+
+TEST(StringHealth, NamesTheStringThatSlipped) {
+  // Eight strings and six degrees of freedom leave a plane of residuals; in this arrangement the strings come
+  // in pairs (i, i ± 1 of one knot) of nearly the same direction in it, so one of the pair is named.
+  int right = 0, paired = 0;
+  for (int string = 0; string < 8; ++string) {
+    WavedRig rig;
+    rig.twin.inject({TwinFaultKind::kSlip, string, 2e-3});
+    rig.ticksToReaction(10);
+    right += rig.device.suspectString() == string;
+    if (rig.device.suspectString() != string) continue;
+    ++paired;
+    // 2 mm of slip turn the grip by up to 0.15 rad (r = 22.5 mm, two knots): the linear estimate is off by up
+    // to twice that share.
+    EXPECT_NEAR(rig.device.health().suspectError(), 2e-3, 0.3 * 2e-3);
+  }
+  EXPECT_GE(right, 4);
+  EXPECT_GT(paired, 0);
+}
+
+TEST(StringHealth, AnUndisturbedWaveRaisesNoAlarm) {
+  WavedRig rig;
+  for (int i = 0; i < 60000; ++i) {
+    rig.tick();
+    ASSERT_EQ(rig.device.state(), DeviceState::kEnabled) << i;
+    ASSERT_EQ(rig.device.flags() & (kResidualHigh | kEncoderJump | kLinkLost | kMotorHot), 0u);
+  }
+}
+
+TEST(StringHealth, RecoversAfterRepairAndCalibration) {
+  WavedRig rig;
+  rig.twin.inject({TwinFaultKind::kJump, 2, 0.1});
+  rig.run(5);
+  ASSERT_EQ(rig.device.state(), DeviceState::kFault);
+  EXPECT_FALSE(rig.device.calibrated());
+  rig.device.recover();
+  rig.run(5);
+  EXPECT_EQ(rig.device.state(), DeviceState::kUncalibrated);
+  rig.twin.repair();
+  rig.device.calibrateAt(rig.twin.pose());  // the jig: the next counts belong to this pose
+  rig.run(5);
+  EXPECT_EQ(rig.device.state(), DeviceState::kEnabled);
+  EXPECT_LT((rig.device.pose().p - rig.twin.latchedPose().X_BG.p).norm(), 60e-6);
+}
+
+TEST(StringHealth, FadesTheWrenchOfAHotMotor) {
+  DeviceDef def = g6x3r();
+  HealthSettings settings;
+  StringHealth health(def, settings);
+  StringVector tension = StringVector::Constant(8, 0.3);
+  tension[4] = 20;  // twice the continuous tension: heat tends to 4 and passes 1 at τ ln(4/3)
+  const double reaches_one = settings.heat_time_s * std::log(4.0 / 3.0);
+  double time = 0;
+  while (health.heat(tension, kStep) == 1.0) time += kStep;
+  EXPECT_NEAR(time, reaches_one, 0.01);
+  EXPECT_EQ(health.hottestMotor(), 4);
+  for (int i = 0; i < 5000; ++i) health.heat(tension, kStep);
+  EXPECT_EQ(health.heat(tension, kStep), 0.0);
+}
+
+TEST(StringHealth, AnExchangeTooFastForTheWireIsRefusedOnHardware) {
+  SpidarSettings settings;
+  settings.refuse_over_rate = true;
+  Spidar device(g6x3r(), settings);
+  DeviceTwin twin(g6x3r());
+  device.calibrateAtHome();
+  device.sense(twin.exchange(device.drive()), 1 / device.def().max_rate_hz);
+  EXPECT_EQ(device.state(), DeviceState::kReady);
+  device.sense(twin.exchange(device.drive()), 1e-4);
+  EXPECT_TRUE(device.flags() & kOverRate);
+  EXPECT_EQ(device.state(), DeviceState::kFault);
+}
+
+}  // namespace
+}  // namespace haptic

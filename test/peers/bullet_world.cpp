@@ -1,0 +1,112 @@
+// Bullet 3.24, double precision: btDiscreteDynamicsWorld with sequential impulses and its default margins.
+#include <btBulletDynamicsCommon.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "haptic_core/geometry/convex_polyhedron.h"
+#include "peer_world.h"
+
+namespace haptic::peers {
+namespace {
+
+btVector3 toBullet(const Vector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+Vector3 fromBullet(const btVector3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+btTransform toBullet(const Pose& X) {
+  btMatrix3x3 R;
+  for (int i = 0; i < 3; ++i) R[i].setValue(X.R(i, 0), X.R(i, 1), X.R(i, 2));
+  return btTransform(R, toBullet(X.p));
+}
+Pose fromBullet(const btTransform& X) {
+  Matrix3 R;
+  for (int i = 0; i < 3; ++i) R.row(i) = fromBullet(X.getBasis()[i]);
+  return {R, fromBullet(X.getOrigin())};
+}
+
+class BulletWorld : public PeerWorld {
+ public:
+  BulletWorld(const WorldDef& def, const PeerSettings& settings)
+      : settings_(settings),
+        dispatcher_(&configuration_),
+        world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
+    world_.setGravity(toBullet(def.settings.gravity));
+    world_.getSolverInfo().m_numIterations = settings.iterations;
+    for (const PeerBody& body : peerBodies(def)) add(body);
+  }
+  ~BulletWorld() override {
+    for (auto& body : bodies_) world_.removeRigidBody(body.get());
+  }
+
+  void step() override {
+    world_.stepSimulation(settings_.step, 0);
+    world_.clearForces();
+  }
+  Pose linkPose(int i) const override { return fromBullet(bodies_[i]->getWorldTransform()) * X_CL_[i]; }
+  Twist linkTwist(int i) const override {
+    const Twist at_com{fromBullet(bodies_[i]->getAngularVelocity()), fromBullet(bodies_[i]->getLinearVelocity())};
+    return at_com.shifted(linkPose(i).p - fromBullet(bodies_[i]->getWorldTransform().getOrigin()));
+  }
+  void applyForce(int i, const Vector3& f, const Vector3& p) override {
+    bodies_[i]->applyForce(toBullet(f), toBullet(p) - bodies_[i]->getWorldTransform().getOrigin());
+  }
+
+ private:
+  void add(const PeerBody& b) {
+    // Bullet wants the principal axes: the body frame C lies at the centre of mass, along them.
+    Eigen::SelfAdjointEigenSolver<Matrix3> axes(b.link->inertia.I_C);
+    Matrix3 R_LC = b.fixed ? Matrix3::Identity() : Matrix3(axes.eigenvectors());
+    if (R_LC.determinant() < 0) R_LC.col(2) = -R_LC.col(2);
+    if (!b.fixed && b.link->inertia.I_C.isDiagonal(1e-12)) R_LC.setIdentity();
+    const Matrix3 I = R_LC.transpose() * b.link->inertia.I_C * R_LC;
+    const Pose X_LC(R_LC, b.fixed ? Vector3(Vector3::Zero()) : b.link->inertia.p_LC);
+    auto compound = std::make_unique<btCompoundShape>();
+    for (const CollisionDef& collision : b.link->collisions) {
+      shapes_.push_back(makeShape(*collision.shape));
+      compound->addChildShape(toBullet(X_LC.inverse() * collision.X_LS), shapes_.back().get());
+    }
+    const double mass = b.fixed ? 0 : b.link->inertia.mass;
+    btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, compound.get(),
+                                                  b.fixed ? btVector3(0, 0, 0) : toBullet(Vector3(I.diagonal())));
+    info.m_startWorldTransform = toBullet(b.X_WL * X_LC);
+    info.m_friction = std::sqrt(b.mu);  // a pair's friction is the product
+    auto body = std::make_unique<btRigidBody>(info);
+    body->setActivationState(DISABLE_DEACTIVATION);
+    const Twist V = b.V_WL.shifted(b.X_WL.R * X_LC.p);
+    body->setLinearVelocity(toBullet(V.linear));
+    body->setAngularVelocity(toBullet(V.angular));
+    world_.addRigidBody(body.get());
+    X_CL_.push_back(X_LC.inverse());
+    shapes_.push_back(std::move(compound));
+    bodies_.push_back(std::move(body));
+  }
+
+  static std::unique_ptr<btCollisionShape> makeShape(const ConvexPolyhedron& shape) {
+    if (shape.isBox()) return std::make_unique<btBoxShape>(toBullet(shape.halfSize()));
+    auto hull = std::make_unique<btConvexHullShape>();
+    for (const Vector3& v : shape.vertices()) hull->addPoint(toBullet(v), false);
+    hull->recalcLocalAabb();
+    return hull;
+  }
+
+  PeerSettings settings_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_;
+  btDbvtBroadphase broadphase_;
+  btSequentialImpulseConstraintSolver solver_;
+  btDiscreteDynamicsWorld world_;
+  std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+  std::vector<Pose> X_CL_;
+};
+
+}  // namespace
+
+std::unique_ptr<PeerWorld> makeBullet(const WorldDef& def, const PeerSettings& settings) {
+  return std::make_unique<BulletWorld>(def, settings);
+}
+
+}  // namespace haptic::peers

@@ -1,0 +1,126 @@
+// 10⁵ ticks allocate nothing: malloc and its kin are counted for the whole process, libraries included.
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+
+#include "haptic_core/loop/haptic_loop.h"
+#include "haptic_core/spidar/device_twin.h"
+#include "haptic_core/spidar/spidar.h"
+#include "scene/scene_file.h"
+
+namespace {
+
+std::atomic<long> allocations{0};
+std::atomic<bool> counting{false};
+
+void count() {
+  if (counting.load(std::memory_order_relaxed)) allocations.fetch_add(1, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+// The executable's definitions stand before the C library's for every shared library that it loads.
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* block, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+void __libc_free(void* block);
+
+void* malloc(std::size_t size) {
+  count();
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t n, std::size_t size) {
+  count();
+  return __libc_calloc(n, size);
+}
+void* realloc(void* block, std::size_t size) {
+  count();
+  return __libc_realloc(block, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  count();
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
+  count();
+  *block = __libc_memalign(alignment, size);
+  return *block ? 0 : 12;
+}
+void free(void* block) {
+  count();
+  __libc_free(block);
+}
+}
+
+namespace haptic {
+namespace {
+
+/// A twin whose hand follows the scene's script, on the scene's pointer.
+struct Stack {
+  explicit Stack(const std::string& scene_name)
+      : scene(loadScene(std::string(HAPTIC_SOURCE_DIR) + "/urdf/scenes/" + scene_name + ".urdf")),
+        world(scene.world),
+        loop(world),
+        device(loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml")) {
+    TwinSettings settings;
+    settings.period = scene.world.settings.step;
+    settings.path = scene.hands.at(0).path;
+    twin = std::make_unique<DeviceTwin>(device.def(), settings);
+    HandSettings hand;
+    hand.workspace = scene.hands[0].workspace;
+    loop.attach(device, scene.hands[0].pointer, hand);
+    device.calibrateAtHome();
+    device.setForceEnabled(true);
+  }
+
+  void tick() {
+    const DeviceSample sample = twin->exchange(device.drive());
+    loop.tick(&sample, scene.world.settings.step);
+  }
+
+  SceneDef scene;
+  World world;
+  HapticLoop loop;
+  Spidar device;
+  std::unique_ptr<DeviceTwin> twin;
+};
+
+TEST(Allocation, TheCounterSeesAllocations) {
+  allocations = 0;
+  counting = true;
+  auto* number = new double(1);
+  const Eigen::MatrixXd matrix = Eigen::MatrixXd::Constant(40, 40, *number);
+  delete number;
+  counting = false;
+  EXPECT_EQ(matrix(3, 3), 1.0);
+  EXPECT_GE(allocations, 3) << "new, Eigen's buffer, delete";
+}
+
+class SceneAllocation : public testing::TestWithParam<const char*> {};
+
+TEST_P(SceneAllocation, TicksAllocateNothing) {
+  constexpr int kTicks = 100000;
+  Stack stack(GetParam());
+  double greatest_force = 0;
+  allocations = 0;
+  counting = true;
+  for (int i = 0; i < kTicks; ++i) {
+    stack.tick();
+    greatest_force = std::max(greatest_force, stack.world.pointerWrench(0).force.norm());
+  }
+  counting = false;
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GT(greatest_force, 0) << "the hand never touched anything: the contact path was not exercised";
+  EXPECT_TRUE(stack.world.report().finite);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, SceneAllocation, testing::Values("touch_cube", "blocks", "box_on_floor"));
+
+}  // namespace
+}  // namespace haptic

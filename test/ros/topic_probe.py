@@ -1,0 +1,101 @@
+"""Listening to topics and starting nodes, for the tests of this folder."""
+import os
+import signal
+import subprocess
+import threading
+import time
+
+import rospy
+import rosnode
+import rosgraph
+
+NODELET = "/usr/lib/nodelet/nodelet"
+
+
+class Probe:
+    """Keeps what arrives on a topic, with the time of arrival."""
+
+    def __init__(self, topic, kind, keep=2000):
+        self.messages, self.times = [], []
+        self._keep = keep
+        self._arrived = threading.Condition()
+        self._subscriber = rospy.Subscriber(topic, kind, self._take, queue_size=100)
+        self.topic = topic
+
+    def _take(self, message):
+        with self._arrived:
+            self.messages = (self.messages + [message])[-self._keep:]
+            self.times = (self.times + [time.monotonic()])[-self._keep:]
+            self._arrived.notify_all()
+
+    def wait(self, count=1, timeout=10.0, accept=lambda message: True):
+        """The last of `count` messages that `accept` takes."""
+        end = time.monotonic() + timeout
+        with self._arrived:
+            while True:
+                taken = [m for m in self.messages if accept(m)]
+                if len(taken) >= count:
+                    return taken[-1]
+                left = end - time.monotonic()
+                if left <= 0:
+                    raise AssertionError(f"{self.topic}: {len(taken)} of {count} messages within {timeout} s")
+                self._arrived.wait(left)
+
+    def clear(self):
+        with self._arrived:
+            self.messages, self.times = [], []
+
+    def rate(self):
+        with self._arrived:
+            if len(self.times) < 3:
+                return 0.0
+            return (len(self.times) - 1) / (self.times[-1] - self.times[0])
+
+    def close(self):
+        self._subscriber.unregister()
+
+
+def node_pid(name):
+    """Process that the node `name` runs in."""
+    return rosnode.ServerProxy(rosnode.get_api_uri(rosgraph.Master("/test"), name)).getPid("/test")[2]
+
+
+def threads_of(pid):
+    """Names of the threads of a process, sorted."""
+    names = []
+    for task in os.listdir(f"/proc/{pid}/task"):
+        try:
+            with open(f"/proc/{pid}/task/{task}/comm", encoding="utf-8") as comm:
+                names.append(comm.read().strip())
+        except OSError:
+            pass  # it ended between the two lines
+    return sorted(names)
+
+
+def wait_until(what, condition, timeout=10.0):
+    end = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > end:
+            raise AssertionError(f"not within {timeout} s: {what}")
+        time.sleep(0.02)
+
+
+def load_nodelet(kind, name, manager, **parameters):
+    """Loads a nodelet as roslaunch does; it is unloaded when the process that this returns gets SIGINT."""
+    for key, value in parameters.items():
+        rospy.set_param(f"{name}/{key}", value)
+    namespace, leaf = name.rsplit("/", 1)
+    environment = dict(os.environ, ROS_NAMESPACE=namespace or "/")
+    return subprocess.Popen([NODELET, "load", kind, manager, f"__name:={leaf}"], env=environment,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def unload(process, timeout=10.0):
+    """Asks the loader to unload its nodelet; its exit code."""
+    process.send_signal(signal.SIGINT)
+    try:
+        return process.wait(timeout)
+    finally:
+        if process.poll() is None:
+            process.kill()
+        process.stdout.close()

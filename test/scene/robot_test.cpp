@@ -1,0 +1,291 @@
+/// Robots and scenes as files become the right bodies, joints, inertias and shapes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "haptic_core/geometry/convex_polyhedron.h"
+#include "temporary_files.h"
+
+namespace haptic {
+namespace {
+
+const SceneOptions kNoPointer = {0, "", {}, false};
+
+std::string inertial(double mass, const std::string& xyz) {
+  return "<inertial><origin xyz=\"" + xyz + "\"/><mass value=\"" + std::to_string(mass) +
+         "\"/><inertia ixx=\"0.01\" iyy=\"0.02\" izz=\"0.025\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>";
+}
+
+/// Mass, centre of mass and inertia about the link's origin are sums over the parts, wherever they are
+/// attached.
+TEST(Merging, KeepsMassCentreAndInertia) {
+  const std::string turned =
+      "<joint name=\"weld\" type=\"fixed\"><origin xyz=\"0.3 -0.1 0.2\" rpy=\"0.4 -0.7 1.1\"/><parent "
+      "link=\"arm\"/><child link=\"tool\"/></joint>";
+  const SceneDef scene =
+      loadText(robot("<link name=\"base\"/><link name=\"arm\">" + inertial(2, "0.1 0 0.05") +
+                     "</link><link name=\"tool\">" + inertial(0.5, "0 0.2 0") + "</link>" +
+                     joint("j", "revolute", "base", "arm") + turned),
+               kNoPointer);
+  const LinkDef& arm = scene.world.articulations.at(0).links.at(1);
+  ASSERT_EQ(arm.merged.size(), 1u);
+  EXPECT_EQ(arm.merged[0].name, "tool");
+  const Pose X = arm.merged[0].X_LM;
+  EXPECT_NEAR((X.p - Vector3(0.3, -0.1, 0.2)).norm(), 0, 1e-15);
+  const Matrix3 I = Vector3(0.01, 0.02, 0.025).asDiagonal();
+  const auto aboutOrigin = [](double m, const Vector3& c, const Matrix3& I_C) {
+    return Matrix3(I_C + m * (c.squaredNorm() * Matrix3::Identity() - c * c.transpose()));
+  };
+  const Vector3 c1(0.1, 0, 0.05), c2 = X * Vector3(0, 0.2, 0);
+  const Matrix3 expected = aboutOrigin(2, c1, I) + aboutOrigin(0.5, c2, X.R * I * X.R.transpose());
+  EXPECT_DOUBLE_EQ(arm.inertia.mass, 2.5);
+  EXPECT_NEAR((arm.inertia.p_LC - (2 * c1 + 0.5 * c2) / 2.5).norm(), 0, 1e-15);
+  // A handful of roundings of numbers of size 0.1.
+  EXPECT_NEAR((aboutOrigin(2.5, arm.inertia.p_LC, arm.inertia.I_C) - expected).norm(), 0, 1e-15);
+}
+
+TEST(Joints, TypesAxesLimitsAndMimics) {
+  const std::string limit = "<limit lower=\"0.2\" upper=\"0.5\" effort=\"3\" velocity=\"2\"/>",
+                    axis = "<axis xyz=\"0 3 4\"/>";
+  const SceneDef scene =
+      loadText(robot("<link name=\"base\"/>" + boxLink("a") + boxLink("b") + boxLink("c") + boxLink("d") +
+                     boxLink("e") +
+                     joint("ja", "revolute", "base", "a",
+                           axis + limit + "<dynamics damping=\"0.1\" friction=\"0.2\"/>") +
+                     joint("jb", "continuous", "a", "b", axis) +
+                     joint("jc", "prismatic", "b", "c",
+                           axis + limit + "<mimic joint=\"ja\" multiplier=\"2\" offset=\"-0.1\"/>") +
+                     joint("jd", "planar", "c", "d", axis) +
+                     joint("je", "floating", "d", "e", "<haptic:joint type=\"spherical\"/>")),
+               kNoPointer);
+  const auto& links = scene.world.articulations.at(0).links;
+  ASSERT_EQ(links.size(), 6u);
+  EXPECT_EQ(links[1].joint.type, JointType::kRevolute);
+  EXPECT_NEAR((links[1].joint.axis - Vector3(0, 0.6, 0.8)).norm(), 0, 1e-15);
+  EXPECT_DOUBLE_EQ(links[1].joint.lower, 0.2);
+  EXPECT_DOUBLE_EQ(links[1].joint.position, 0.2);  // the value nearest zero within the limits
+  EXPECT_DOUBLE_EQ(links[1].joint.max_effort, 3);
+  EXPECT_DOUBLE_EQ(links[1].joint.damping, 0.1);
+  EXPECT_DOUBLE_EQ(links[1].joint.friction, 0.2);
+  EXPECT_TRUE(std::isinf(links[2].joint.upper));
+  EXPECT_EQ(links[3].joint.mimic_joint, 1);
+  EXPECT_DOUBLE_EQ(links[3].joint.position, 2 * 0.2 - 0.1);
+  EXPECT_EQ(links[4].joint.type, JointType::kPlanar);
+  EXPECT_EQ(links[5].joint.type, JointType::kSpherical);
+}
+
+TEST(Joints, AMimicOfAMimicFollowsTheFirst) {
+  const std::string inside = "<axis xyz=\"0 0 1\"/>";
+  const SceneDef scene =
+      loadText(robot("<link name=\"base\"/>" + boxLink("a") + boxLink("b") + boxLink("c") +
+                     joint("jc", "continuous", "base", "c",
+                           inside + "<mimic joint=\"jb\" multiplier=\"3\" offset=\"1\"/>") +
+                     joint("jb", "continuous", "base", "b",
+                           inside + "<mimic joint=\"ja\" multiplier=\"-2\" offset=\"5\"/>") +
+                     joint("ja", "continuous", "base", "a", inside)),
+               kNoPointer);
+  for (const LinkDef& link : scene.world.articulations.at(0).links) {
+    if (link.name != "c") continue;
+    EXPECT_EQ(scene.world.articulations[0].links[link.joint.mimic_joint].name, "a");
+    EXPECT_DOUBLE_EQ(link.joint.mimic_multiplier, -6);
+    EXPECT_DOUBLE_EQ(link.joint.mimic_offset, 16);
+  }
+}
+
+TEST(Worlds, FloatingJointsAreFreeBodiesFixedOnesStatic) {
+  const SceneDef scene =
+      loadText(robot("<link name=\"world\"/>" + boxLink("floor") + boxLink("cube") + boxLink("door") +
+                     joint("f", "fixed", "world", "floor", "", "0 0 -1") +
+                     joint("c", "floating", "world", "cube",
+                           "<haptic:joint angular=\"1 2 3\" linear=\"4 5 6\"/>", "0 0 2") +
+                     joint("d", "revolute", "floor", "door")),
+               kNoPointer);
+  ASSERT_EQ(scene.world.articulations.size(), 2u);
+  const ArticulationDef &floor = scene.world.articulations[0], &cube = scene.world.articulations[1];
+  EXPECT_EQ(floor.links[0].joint.type, JointType::kFixed);
+  EXPECT_EQ(floor.links[1].joint.type, JointType::kRevolute);
+  EXPECT_EQ(cube.links[0].joint.type, JointType::kFloating);
+  EXPECT_DOUBLE_EQ(cube.X_WA.p.z(), 2);
+  EXPECT_EQ(cube.V_WA.angular, Vector3(1, 2, 3));
+  EXPECT_EQ(cube.V_WA.linear, Vector3(4, 5, 6));
+  EXPECT_EQ(scene.world.filters.size(), 1u);  // floor and door are neighbours; the cube meets both
+}
+
+/// A floating joint below a moving link starts where forward kinematics puts it.
+TEST(Worlds, AFloatingJointInsideATreeBecomesItsOwnBody) {
+  const SceneDef scene = loadText(
+      robot("<link name=\"base\"/>" + boxLink("arm") + boxLink("ball") +
+            joint("j", "revolute", "base", "arm",
+                  "<axis xyz=\"0 0 1\"/><limit lower=\"0.5\" upper=\"1\" effort=\"1\" velocity=\"1\"/>",
+                  "1 0 0") +
+            joint("k", "floating", "arm", "ball", "", "2 0 0")),
+      kNoPointer);
+  ASSERT_EQ(scene.world.articulations.size(), 2u);
+  EXPECT_NEAR(
+      (scene.world.articulations[1].X_WA.p - Vector3(1 + 2 * std::cos(0.5), 2 * std::sin(0.5), 0)).norm(), 0,
+      1e-15);
+}
+
+TEST(Worlds, AnEmptyRootThatFloatsIsTheWorld) {
+  const SceneDef scene = loadText(
+      robot("<link name=\"origin\"/>" + boxLink("pelvis") + boxLink("leg") +
+            joint("base", "floating", "origin", "pelvis", "") + joint("hip", "revolute", "pelvis", "leg")),
+      kNoPointer);
+  ASSERT_EQ(scene.world.articulations.size(), 1u);
+  EXPECT_EQ(scene.world.articulations[0].links[0].joint.type, JointType::kFloating);
+  EXPECT_EQ(scene.world.articulations[0].links.size(), 2u);
+}
+
+TEST(Contact, SourcesInTheirOrder) {
+  const std::string drake =
+      "<drake:proximity_properties><drake:mu_static value=\"0.7\"/><drake:hydroelastic_modulus "
+      "value=\"1e5\"/>"
+      "<drake:hunt_crossley_dissipation value=\"2\"/></drake:proximity_properties>";
+  const std::string bullet =
+      "<contact><lateral_friction value=\"0.3\"/><stiffness value=\"1000\"/></contact>";
+  const auto material = [](const std::string& text) {
+    return loadText(text, kNoPointer).world.articulations.at(0).links.at(0).collisions.at(0);
+  };
+  const std::string gazebo = "<gazebo reference=\"a\"><mu1>0.9</mu1><mu2>0.1</mu2><kp>1e12</kp></gazebo>";
+  std::string link = boxLink(
+      "a", 1, 0.1, "<haptic:contact stiffness=\"1e6\" mu_static=\"0.5\" mu_dynamic=\"0.4\"/>" + drake);
+  CollisionDef c = material(robot(link + gazebo));
+  EXPECT_DOUBLE_EQ(c.material.stiffness, 1e6);
+  EXPECT_DOUBLE_EQ(c.material.mu_dynamic, 0.4);
+  EXPECT_NE(c.material_source.find("haptic:contact, line 3"), std::string::npos);
+  c = material(robot(boxLink("a", 1, 0.1, drake) + gazebo));
+  EXPECT_DOUBLE_EQ(c.material.stiffness, 1e5 / 0.05);  // pressure over half extent
+  EXPECT_DOUBLE_EQ(c.material.mu_dynamic, 0.7);
+  EXPECT_DOUBLE_EQ(c.material.dissipation, 2);
+  link = boxLink("a");
+  link.insert(link.find("<inertial>"), bullet);
+  c = material(robot(link + gazebo));
+  EXPECT_DOUBLE_EQ(c.material.mu_static, 0.3);
+  EXPECT_TRUE(std::isnan(c.material.stiffness));  // Bullet's number depends on mass and step
+  c = material(robot(boxLink("a") + gazebo));
+  EXPECT_DOUBLE_EQ(c.material.mu_static, 0.9);  // mu1 for both: mu2 is another direction, not the dynamic one
+  EXPECT_DOUBLE_EQ(c.material.mu_dynamic, 0.9);
+  EXPECT_TRUE(std::isnan(c.material.stiffness));  // kp is no physical number
+  EXPECT_NE(c.material_source.find("gazebo mu1, line 4"), std::string::npos);
+}
+
+TEST(Contact, ChildElementsAreReadLikeAttributes) {
+  const auto& scene = loadText(
+      robot(boxLink(
+          "a", 1, 0.1,
+          "<haptic:contact><haptic:stiffness value=\"2e6\"/><mu_static>0.5</mu_static></haptic:contact>")),
+      kNoPointer);
+  const ContactMaterial& m = scene.world.articulations[0].links[0].collisions[0].material;
+  EXPECT_DOUBLE_EQ(m.stiffness, 2e6);
+  EXPECT_DOUBLE_EQ(m.mu_static, 0.5);
+}
+
+TEST(Pointer, AddedOutsideOfAllCollisions) {
+  const SceneDef scene = loadText(
+      robot(boxLink("low", 1, 0.1) + boxLink("high", 1, 0.1) + joint("j", "revolute", "low", "high")));
+  ASSERT_EQ(scene.world.pointers.size(), 1u);
+  ASSERT_EQ(scene.hands.size(), 1u);
+  const PointerDef& pointer = scene.world.pointers[0];
+  const ArticulationDef& body = scene.world.articulations[pointer.articulation];
+  const double radius = body.links[0].collisions.at(0).shape->boundingRadius();
+  EXPECT_NEAR(radius, 0.005, 0.0003);  // a sphere of 10 mm, as a polyhedron
+  EXPECT_GT(body.X_WA.p.z() - radius, 1.05);
+  EXPECT_GT(scene.hands[0].path.duration(), 5);
+  // The scripted hand goes below the surface: it touches.
+  double lowest = 0;
+  for (const HandKey& key : scene.hands[0].path.keys) lowest = std::min(lowest, key.p_BG.z());
+  EXPECT_LT(body.X_WA.p.z() + lowest - radius, 1.05);
+}
+
+TEST(Filters, OverlapInsideOneRobotIsFilteredAndNamed) {
+  const std::string near = "0.04 0 0";
+  const SceneDef scene = loadText(
+      robot(
+          boxLink("a") + boxLink("b") + boxLink("c") +
+          joint("j", "revolute", "a", "b",
+                "<axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>", near) +
+          joint("k", "revolute", "b", "c",
+                "<axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>", near)),
+      kNoPointer);
+  EXPECT_EQ(scene.world.filters.size(), 3u);  // two neighbours, and a with c
+  EXPECT_TRUE(mentions(scene.warnings, "'a' and 'c' overlap by 20 mm"));
+}
+
+TEST(Filters, SrdfPairs) {
+  const TemporaryFiles files;
+  const std::string urdf =
+      files.write("r.urdf", robot(boxLink("a") + boxLink("b") + boxLink("c") +
+                                  joint("j", "revolute", "a", "b") + joint("k", "revolute", "b", "c")));
+  SceneOptions options = kNoPointer;
+  const std::size_t without = loadScene(urdf, options).world.filters.size();
+  options.srdf =
+      files.write("r.srdf",
+                  "<robot name=\"r\"><disable_collisions link1=\"a\" link2=\"c\" reason=\"Never\"/>"
+                  "<disable_collisions link1=\"a\" link2=\"ghost\"/></robot>");
+  const SceneDef scene = loadScene(urdf, options);
+  EXPECT_EQ(scene.world.filters.size(), without + 1);
+  EXPECT_TRUE(mentions(scene.notes, "1 pairs do not collide, 1 pairs name links"));
+}
+
+/// A four-bar closed at its start: the frame that the loop joins is one place in W, seen from both links.
+TEST(Loops, CloseWhereTheLinksAre) {
+  const std::string axis = "<axis xyz=\"0 1 0\"/>";
+  const SceneDef scene = loadText(
+      robot("<link name=\"base\"/>" + boxLink("crank") + boxLink("rod") + boxLink("rocker") +
+            joint("j1", "continuous", "base", "crank", axis, "0 0 0") +
+            joint("j2", "continuous", "crank", "rod", axis, "0 0 1") +
+            joint("j3", "continuous", "base", "rocker", axis, "2 0 0") +
+            "<haptic:loop type=\"hinge\" link1=\"rod\" link2=\"rocker\" xyz=\"2 0 0\" axis=\"0 1 0\"/>"),
+      kNoPointer);
+  ASSERT_EQ(scene.world.loops.size(), 1u);
+  const LoopDef& loop = scene.world.loops[0];
+  const auto X_WL = initialPoses(scene.world.articulations[loop.articulation_a]);
+  const Pose a = X_WL[loop.link_a] * loop.X_AF, b = X_WL[loop.link_b] * loop.X_BF;
+  EXPECT_NEAR((a.p - b.p).norm(), 0, 1e-15);
+  EXPECT_NEAR((a.p - Vector3(2, 0, 1)).norm(), 0, 1e-15);
+  EXPECT_EQ(loop.type, LoopDef::Type::kHinge);
+}
+
+TEST(Lists, ModelsWithPrefixPoseJointsAndDevice) {
+  const TemporaryFiles files;
+  files.write("arm.urdf", robot(boxLink("base") + boxLink("arm") + joint("j", "revolute", "base", "arm")));
+  files.write("ball.urdf", robot("<link name=\"world\"/>" + boxLink("ball") +
+                                 joint("f", "floating", "world", "ball", "", "0 0 5")));
+  const std::string list =
+      files.write("scene.yaml",
+                  "name: two\nsettings: {step: 0.0005, gravity: [0, 0, -1]}\nmaterial: {stiffness: 1e5}\n"
+                  "models:\n  - {file: arm.urdf, prefix: l_, pose: {xyz: [0, 1, 0], rpy: [0, 0, "
+                  "1.5707963267948966]}, joints: {j: 0.25}}\n"
+                  "  - {file: arm.urdf, prefix: r_, base: floating}\n  - {file: ball.urdf}\n"
+                  "devices:\n  - {device: left, pointer: ball, coupling: virtual, scale: 2}\nfilters:\n  - "
+                  "[l_arm, r_arm]\n");
+  const SceneDef scene = loadScene(list, kNoPointer);
+  EXPECT_EQ(scene.world.name, "two");
+  EXPECT_DOUBLE_EQ(scene.world.settings.step, 0.0005);
+  EXPECT_DOUBLE_EQ(scene.world.settings.default_material.stiffness, 1e5);
+  ASSERT_EQ(scene.world.articulations.size(), 3u);
+  EXPECT_EQ(scene.world.articulations[0].links[1].name, "l_arm");
+  EXPECT_DOUBLE_EQ(scene.world.articulations[0].links[1].joint.position, 0.25);
+  EXPECT_DOUBLE_EQ(scene.world.articulations[0].X_WA.p.y(), 1);
+  EXPECT_EQ(scene.world.articulations[1].links[0].joint.type, JointType::kFloating);
+  ASSERT_EQ(scene.hands.size(), 1u);
+  EXPECT_EQ(scene.hands[0].device, "left");
+  EXPECT_DOUBLE_EQ(scene.hands[0].workspace.scale, 2);
+  EXPECT_EQ(scene.world.pointers[0].coupling.mode, PointerCoupling::Mode::kVirtual);
+}
+
+TEST(Inertia, DefaultDensityOnlyWhenAsked) {
+  const std::string urdf = robot(
+      "<link name=\"base\"/><link name=\"arm\"><collision><geometry><box size=\"0.1 0.2 "
+      "0.3\"/></geometry></collision></link>" +
+      joint("j", "revolute", "base", "arm"));
+  EXPECT_NE(refusal(urdf), "");
+  SceneOptions options = kNoPointer;
+  options.default_density = 500;
+  const LinkInertia inertia = loadText(urdf, options).world.articulations[0].links[1].inertia;
+  EXPECT_NEAR(inertia.mass, 3, 1e-12);
+  EXPECT_NEAR(inertia.I_C(0, 0), 3 * (0.04 + 0.09) / 12, 1e-12);
+}
+
+}  // namespace
+}  // namespace haptic

@@ -1,0 +1,192 @@
+// Serial ports on pseudo-terminals: set-up, errors, hang-up, and the guard that outlives its process.
+#include "spidar_driver/transport/serial_port.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+
+#include "emulated_device.h"
+#include "spidar_driver/emulator/pty_line.h"
+#include "spidar_driver/transport/open_transport.h"
+
+namespace haptic {
+namespace {
+
+template <class Action>
+std::string messageOf(Action&& action) {
+  try {
+    action();
+  } catch (const SetupError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// A B5M with placed shafts on a pseudo-terminal, served by a thread.
+struct PtyBoard {
+  PtyBoard() : bus(plant), line((bus.addBoard("B5M", 1), bus), "", false), thread(line) {}
+  bool currentsZero() {
+    bool zero = false;
+    thread.with([&] { zero = bus.allCurrentsZero(); });
+    return zero;
+  }
+  bool becomesZero() {
+    for (int k = 0; k < 500; ++k) {
+      if (currentsZero()) return true;
+      ::usleep(10000);
+    }
+    return false;
+  }
+  PlacedPlant plant;
+  BoardBusEmulator bus;
+  PtyLine line;
+  PtyThread thread;
+};
+
+DriveCommand halfVolt() {
+  DriveCommand command;
+  for (int i = 0; i < 8; ++i) command.voltage[i] = i % 2 ? -0.2 : 0.2;
+  return command;
+}
+
+TEST(SerialPort, ErrorsNameThePortAndTheRemedy) {
+  EXPECT_NE(messageOf([] { SerialPort("/dev/ttyNONE", 2000000); }).find("/dev/ttyNONE: no such port"),
+            std::string::npos);
+  char name[] = "/tmp/serial_port_testXXXXXX";
+  ::close(::mkstemp(name));
+  EXPECT_NE(messageOf([&] { SerialPort(name, 2000000); }).find("is no serial port"), std::string::npos);
+  ::unlink(name);
+}
+
+TEST(SerialPort, PermissionIsNamed) {
+  char name[] = "/tmp/serial_port_testXXXXXX";
+  ::close(::mkstemp(name));
+  ::chmod(name, 0);
+  // Root may open everything: another user tries.
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (::getuid() == 0 && ::setuid(65534) != 0) ::_exit(2);
+    const std::string message = messageOf([&] { SerialPort(name, 2000000); });
+    ::_exit(message.find("no permission") != std::string::npos && message.find("dialout") != std::string::npos
+                ? 0
+                : 1);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ::unlink(name);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST(SerialPort, ASecondDriverIsRefused) {
+  PtyBoard board;
+  SerialPort first(board.line.path(), 2000000);
+  EXPECT_NE(messageOf([&] {
+              SerialPort second(board.line.path(), 2000000);
+            }).find("another program holds the port"),
+            std::string::npos);
+}
+
+TEST(SerialPort, BytesPassUnchangedAndHangUpIsSeen) {
+  PlacedPlant plant;
+  BoardBusEmulator bus(plant);
+  PtyLine line(bus, "", false);
+  SerialPort port(line.path(), 2000000);
+  const int master_sees = 3 * 256;
+  std::vector<std::uint8_t> out(master_sees), in(64);
+  for (int i = 0; i < master_sees; ++i) out[i] = static_cast<std::uint8_t>(i);
+  ASSERT_TRUE(port.write(out.data(), out.size()));
+  line.serve(5);
+  EXPECT_EQ(line.bytesReceived(), out.size());
+  const std::int64_t before = port.now();
+  EXPECT_EQ(port.read(in.data(), in.size(), before + 2000000), 0);
+  EXPECT_GE(port.now(), before + 2000000);
+  line.unplug();
+  EXPECT_EQ(port.read(in.data(), in.size(), port.now() + 50000000), -1);
+  EXPECT_FALSE(port.write(out.data(), out.size()));
+}
+
+TEST(OpenTransport, DrivesBoardsOnATerminal) {
+  PtyBoard board;
+  const DeviceDef device = plainDevice({"B5M"}, 8);
+  TransportSettings settings;
+  settings.port = board.line.path();
+  settings.reply_wait_s = 0.2;  // whatever else the machine does
+  const auto transport = openTransport(device, settings);
+  board.thread.with([&] { board.plant.positions[3] = 200; });
+  DeviceSample s;
+  for (int k = 0; k < 20; ++k) s = transport->exchange(halfVolt());
+  EXPECT_EQ(s.status, LinkStatus::kOk);
+  EXPECT_EQ(s.counts[3], 200);
+  EXPECT_FALSE(board.currentsZero());
+  transport->zeroDrive();
+  EXPECT_TRUE(board.becomesZero());
+  EXPECT_NE(dynamic_cast<LinkReporter*>(transport.get()), nullptr);
+}
+
+TEST(OpenTransport, UnknownNamesAndRatesAreRefused) {
+  DeviceDef device = plainDevice({"B5M"}, 8);
+  TransportSettings settings;
+  settings.port = "/dev/ttyNONE";
+  EXPECT_NE(messageOf([&] { openTransport(device, settings); }).find("no such port"), std::string::npos);
+  device.transport = "carrier_pigeon";
+  EXPECT_NE(messageOf([&] { openTransport(device, settings); }).find("twin, uart, usb_sh4, usb_simple"),
+            std::string::npos);
+  settings.rate_hz = 0;
+  EXPECT_NE(messageOf([&] { openTransport(device, settings); }).find("rate"), std::string::npos);
+}
+
+/// A process drives the motors, then ends in the given way without a chance to say goodbye.
+void driveAndEnd(const std::string& port, int signal) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    TransportSettings settings;
+    settings.port = port;
+    settings.reply_wait_s = 0.2;
+    auto transport = openTransport(plainDevice({"B5M"}, 8), settings);
+    for (int k = 0; k < 20; ++k) transport->exchange(halfVolt());
+    ::raise(signal);
+    ::_exit(0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status));
+}
+
+TEST(DriveGuard, AProcessThatDiesLeavesNoCurrent) {
+  PtyBoard board;
+  for (const int signal : {SIGKILL, SIGSEGV}) {
+    driveAndEnd(board.line.path(), signal);
+    EXPECT_TRUE(board.becomesZero()) << signal;
+    board.thread.with([&] {
+      for (int i = 0; i < 8; ++i) EXPECT_EQ(board.plant.digits[i], 0);
+      EXPECT_GT(board.bus.board(1)->executed(BoardCommand::kCurrent), 20u);
+    });
+    ::usleep(50000);  // the guard lets go of the port
+  }
+}
+
+TEST(DriveGuard, AProcessThatStandsStillLeavesNoCurrent) {
+  PtyBoard board;
+  const DeviceDef device = plainDevice({"B5M"}, 8);
+  TransportSettings settings;
+  settings.port = board.line.path();
+  settings.reply_wait_s = 0.2;
+  auto transport = openTransport(device, settings);
+  transport->exchange(halfVolt());
+  transport->exchange(halfVolt());
+  EXPECT_FALSE(board.currentsZero());
+  EXPECT_TRUE(board.becomesZero());  // nobody calls exchange: the loop hangs
+  // It goes on when the loop does.
+  DeviceSample s;
+  for (int k = 0; k < 20; ++k) s = transport->exchange(halfVolt());
+  EXPECT_EQ(s.status, LinkStatus::kOk);
+}
+
+}  // namespace
+}  // namespace haptic
