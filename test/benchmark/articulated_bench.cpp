@@ -223,13 +223,16 @@ void exactness() {
 
 struct Jointed {
   explicit Jointed(const TreeDef& def, std::vector<RingDef> rings = {})
-      : body(def), motion(body.tree, std::move(rings)) {}
+      : body(def), motion(body.tree, std::move(rings)) {
+    for (const BodyDef& link : def.links) commands.push_back(initialCommand(link.joint));
+  }
   const JointReport& step(double h, const Vector3& gravity = kGravity) {
     forwardKinematics(body.tree, body.q.data(), body.v.data(), body.work.data());
-    return motion.step(gravity, h, body.q.data(), body.v.data(), body.work.data());
+    return motion.step(gravity, h, commands.data(), body.q.data(), body.v.data(), body.work.data());
   }
   Chain body;
   TreeMotion motion;
+  std::vector<JointCommand> commands;
 };
 
 void joints() {

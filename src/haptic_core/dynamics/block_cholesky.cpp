@@ -54,6 +54,10 @@ void subtractOuter(const double* a, const double* b, int ld, double* c, int ldc,
   }
 }
 
+/// Factor on a diagonal that leaves the rest of its row without any effect: beyond the square of what doubles resolve,
+/// far from what they can hold.
+constexpr double kPrescribed = 1e40;
+
 void setBit(std::uint64_t* bits, int i) { bits[i >> 6] |= std::uint64_t{1} << (i & 63); }
 void clearBit(std::uint64_t* bits, int i) { bits[i >> 6] &= ~(std::uint64_t{1} << (i & 63)); }
 bool hasBit(const std::uint64_t* bits, int i) { return bits[i >> 6] >> (i & 63) & 1; }
@@ -176,6 +180,48 @@ void BlockCholesky::add(int a, int b, const double* values) noexcept {
     const int ld = columns_[pa].height;
     for (int i = 0; i < rows; ++i) {
       for (int j = 0; j < cols; ++j) target[j + i * ld] += values[i + j * rows];
+    }
+  }
+}
+
+void BlockCholesky::keep() noexcept {
+  std::copy(values_.begin(), values_.begin() + static_cast<std::ptrdiff_t>(used_), kept_.begin());
+}
+
+void BlockCholesky::recall() noexcept {
+  std::copy(kept_.begin(), kept_.begin() + static_cast<std::ptrdiff_t>(used_), values_.begin());
+}
+
+void BlockCholesky::addDiagonal(int node, int i, double value) noexcept {
+  const Column& column = columns_[position_[node]];
+  values_[column.start + static_cast<std::size_t>(i) * (column.height + 1)] += value;
+}
+
+double BlockCholesky::prescribe(int node, int i) noexcept {
+  const Column& column = columns_[position_[node]];
+  double& diagonal = values_[column.start + static_cast<std::size_t>(i) * (column.height + 1)];
+  return diagonal *= kPrescribed;
+}
+
+void BlockCholesky::multiplyKept(const double* x, double* y) noexcept {
+  std::fill(y, y + rows_, 0.0);
+  for (int p = 0; p < nodes_; ++p) {
+    const Column& column = columns_[p];
+    const int own = offset_[node_at_[p]];
+    for (int j = 0; j < column.size; ++j) {
+      const double* a = kept_.data() + column.start + static_cast<std::size_t>(j) * column.height;
+      y[own + j] += a[j] * x[own + j];
+      for (int i = j + 1; i < column.size; ++i) {
+        y[own + i] += a[i] * x[own + j];
+        y[own + j] += a[i] * x[own + i];
+      }
+      for (int s = column.first; s < column.first + column.count; ++s) {
+        const int node = node_at_[structure_[s]];
+        for (int i = 0; i < size_[node]; ++i) {
+          y[offset_[node] + i] += a[row_offset_[s] + i] * x[own + j];
+          y[own + j] += a[row_offset_[s] + i] * x[offset_[node] + i];
+        }
+      }
     }
   }
 }

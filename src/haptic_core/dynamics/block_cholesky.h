@@ -25,6 +25,7 @@ class BlockCholesky {
 
   /// At most `max_nodes` blocks, `max_edges` edges and `max_values` doubles in the factor.
   BlockCholesky(int max_nodes, int max_edges, std::size_t max_values);
+  void reserveKept() { kept_.resize(values_.size()); }  ///< before the first `keep`
 
   /// (in realtime) Fixes the structure and zeroes the matrix. False: more nodes, edges or fill than the capacity.
   bool analyze(const int* block_sizes, int nodes, const Edge* edges, int edge_count) noexcept;
@@ -32,6 +33,17 @@ class BlockCholesky {
   /// (in realtime) Adds to A: `values` is a column-major block at (node a, node b), a and b on an edge or equal.
   /// Of an off-diagonal pair one of (a, b), (b, a) is given; of a diagonal block all of it.
   void add(int a, int b, const double* values) noexcept;
+
+  /// (in realtime) Keeps A as it stands, so that `recall` brings it back after `factor` has overwritten it.
+  void keep() noexcept;
+  void recall() noexcept;
+  /// (in realtime) Adds to the diagonal at row i of a node.
+  void addDiagonal(int node, int i, double value) noexcept;
+  /// (in realtime) Makes the diagonal at row i of a node so large that b there, times what this returns, is x there to
+  /// the last bit: a prescribed unknown. Cholesky loses nothing by it, being invariant to the scale of rows.
+  double prescribe(int node, int i) noexcept;
+  /// (in realtime) y = A x with the A that `keep` kept.
+  void multiplyKept(const double* x, double* y) noexcept;
 
   /// (in realtime) Factors in place. False: a pivot is not positive (the matrix is not positive definite).
   bool factor() noexcept;
@@ -64,7 +76,7 @@ class BlockCholesky {
   std::vector<std::uint64_t> adjacency_;                 // a bit row per node; after `order` its fill
   std::vector<Column> columns_;                          // by position
   std::vector<int> structure_, row_offset_;              // positions below a diagonal block; their panel rows
-  std::vector<double> values_;
+  std::vector<double> values_, kept_;                    // `kept_` grows at the first `reserveKept`
 };
 
 }  // namespace haptic

@@ -9,6 +9,8 @@ namespace {
 // Time in which a joint outside its limits is led back [s]. Shorter: it arrives faster and swings on; longer:
 // it stays outside longer.
 constexpr double kReturnTime = 0.02;
+// Slack of a stuck joint's force, relative: keeps rounding from moving it back and forth [1].
+constexpr double kForceSlack = 1e-12;
 
 double clamp(double x, double limit) {
   return std::min(std::max(x, -limit), limit);
@@ -18,7 +20,7 @@ double clamp(double x, double limit) {
 void driveLine(const JointDef& joint, const JointCommand& command, double q, double h, double& offset,
                double& slope) {
   const double v_ref = clamp(command.velocity, joint.max_velocity);
-  switch (joint.drive) {
+  switch (command.drive) {
     case JointDef::Drive::kNone:
       offset = slope = 0;
       break;
@@ -45,6 +47,21 @@ int ForceGraph::at(double v) const {
   for (int i = 0; i < count; ++i)
     if (!pieces[i].vertical && pieces[i].from <= v && v <= pieces[i].to) return i;
   return v < pieces[0].from ? 0 : count - 1;
+}
+
+bool ForceGraph::follow(double v1, double force, int& piece) const noexcept {
+  const ForcePiece& now = pieces[piece];
+  int direction = 0;
+  if (now.vertical) {
+    const double slack = kForceSlack * std::abs(force);
+    direction = force > now.high + slack ? -1 : force < now.low - slack ? 1 : 0;
+  } else {
+    direction = v1 > now.to ? 1 : v1 < now.from ? -1 : 0;
+  }
+  const int next = piece + direction;
+  if (direction == 0 || next < 0 || next >= count) return false;
+  piece = next;
+  return true;
 }
 
 void buildForceGraph(const JointDef& joint, const JointCommand& command, double q, double h,
@@ -131,10 +148,28 @@ double driveForce(const JointDef& joint, const JointCommand& command, double q, 
   return clamp(offset - slope * v1, joint.max_effort);
 }
 
+bool isFinite(const JointCommand& command) noexcept {
+  return std::isfinite(command.position) && std::isfinite(command.velocity) && std::isfinite(command.effort);
+}
+
+JointDef ownLaw(const JointDef& joint) {
+  JointDef law = joint;
+  if (joint.mimic_joint < 0) return law;
+  law.lower = -std::numeric_limits<double>::infinity();
+  law.upper = std::numeric_limits<double>::infinity();
+  law.friction = law.drive_stiffness = law.drive_damping = 0;
+  law.drive = JointDef::Drive::kNone;
+  return law;
+}
+
+bool isDriven(const JointDef& joint) {
+  return joint.drive != JointDef::Drive::kNone || joint.drive_stiffness > 0 || joint.drive_damping > 0;
+}
+
 bool hasLaw(const JointDef& joint) {
   const double kInfinity = std::numeric_limits<double>::infinity();
   return joint.damping > 0 || joint.friction > 0 || joint.lower > -kInfinity || joint.upper < kInfinity ||
-         joint.drive != JointDef::Drive::kNone;
+         isDriven(joint);
 }
 
 }  // namespace haptic

@@ -16,12 +16,19 @@
 
 namespace haptic {
 
-/// What a drive is asked to do; the parts its type does not use are ignored.
+/// What a drive is asked to do; the parts its mode does not use are ignored. The gains are the joint's.
 struct JointCommand {
+  JointDef::Drive drive = JointDef::Drive::kNone;
   double position = 0;  ///< q_ref [rad] or [m]
   double velocity = 0;  ///< v_ref [rad/s] or [m/s]
   double effort = 0;    ///< feed-forward [N·m] or [N]
 };
+
+/// What a joint does until it is told: its own drive, at its initial position.
+inline JointCommand initialCommand(const JointDef& joint) { return {joint.drive, joint.position, 0, 0}; }
+
+/// Whether a drive may be given it: all numbers finite.
+bool isFinite(const JointCommand& command) noexcept;
 
 /// A piece of the graph: force = offset − slope v₁ for v₁ in [from, to], or, vertical at v₁ = from, any force
 /// in [low, high].
@@ -42,7 +49,16 @@ struct ForceGraph {
   /// The piece to start from when the velocity is v: a vertical one at exactly v, else the straight one
   /// around it, else the end that stops it.
   int at(double v) const;
+  /// One step of a search for the piece that holds the solution: `piece` moves to its neighbour when v₁ lies outside
+  /// a straight one, or the force that a vertical one takes outside its range. True: it moved.
+  bool follow(double v1, double force, int& piece) const noexcept;
 };
+
+/// Passes of that search in which every joint moves, before one at a time, the last that wants to (Murty's rule, which
+/// cannot cycle); above, only time is lost [1].
+inline constexpr int kBlockPasses = 8;
+/// Passes per joint law after that; Murty's rule needs fewer in practice, its worst case is out of reach [1].
+inline constexpr int kSinglePasses = 4;
 
 /// (in realtime) The graph of `joint` at q over a step h.
 /// A joint outside its limits is led back within 20 ms or a step, whichever is longer, so that it is not
@@ -52,6 +68,13 @@ void buildForceGraph(const JointDef& joint, const JointCommand& command, double 
 
 /// Force of the drive alone at v₁ [N·m] or [N], for the energy ledger.
 double driveForce(const JointDef& joint, const JointCommand& command, double q, double h, double v1) noexcept;
+
+/// What the joint does by itself. Of one that follows another (mimic) damping alone is left: the followed one has limits,
+/// friction and drive for both, and a second set would contradict them.
+JointDef ownLaw(const JointDef& joint);
+
+/// Whether commands can move it: it has a drive, or gains for one.
+bool isDriven(const JointDef& joint);
 
 /// False for a joint that only turns or slides: its graph would be zero everywhere.
 bool hasLaw(const JointDef& joint);

@@ -8,10 +8,6 @@
 namespace haptic {
 namespace {
 
-// Passes in which every misplaced joint moves, before one at a time; above, only time is lost [1].
-constexpr int kBlockPasses = 8;
-// Passes per joint law after that; Murty's rule needs fewer in practice, its worst case is out of reach [1].
-constexpr int kSinglePasses = 4;
 // Newton steps that put positions on the rings [1]; each gains 3 digits or more at a turn of 0.1 rad a step.
 constexpr int kNewtonSteps = 5;
 // Largest change of a degree in one of them [rad, m]: further, the linear model of the gap is no guide.
@@ -20,23 +16,6 @@ constexpr double kLongestMove = 0.3;
 constexpr int kClosingSteps = 200;
 // Gap at which those stop [m, rad]: a thousandth of the bound that users see (1 µm).
 constexpr double kGap = 1e-10;
-// Rows whose pivot falls below this share of the largest are redundant [1]. Larger: real constraints are
-// lost; smaller: rounding of a redundant row is inverted.
-constexpr double kRedundant = 1e-9;
-// Slack of a stuck joint's force, relative: keeps rounding from moving it back and forth [1].
-constexpr double kForceSlack = 1e-12;
-
-JointDef lawOf(const TreeDef& def, int link) {
-  JointDef joint = def.links[link].joint;
-  if (joint.mimic_joint < 0) return joint;
-  // The followed joint has limits, friction and drive for both; a second set would contradict them.
-  const double kInfinity = std::numeric_limits<double>::infinity();
-  joint.lower = -kInfinity;
-  joint.upper = kInfinity;
-  joint.friction = 0;
-  joint.drive = JointDef::Drive::kNone;
-  return joint;
-}
 
 }  // namespace
 
@@ -45,11 +24,8 @@ TreeMotion::TreeMotion(const Articulation& articulation, std::vector<RingDef> ri
   const int n = articulation.linkCount(), nv = articulation.nv(), rows = rings_.rows();
   for (int i = 0; i < n; ++i) {
     const LinkModel& link = articulation.link(i);
-    joints_.push_back(lawOf(articulation.def(), i));
+    joints_.push_back(ownLaw(articulation.def().links[i].joint));
     const JointDef& joint = joints_.back();
-    JointCommand command;
-    command.position = joint.position;
-    commands_.push_back(command);
     if (link.dof == 1 && hasLaw(joint)) laws_.push_back({i, link.v, link.q});
     if (link.dof != 3) continue;
     if (joint.damping > 0)
@@ -69,18 +45,11 @@ TreeMotion::TreeMotion(const Articulation& articulation, std::vector<RingDef> ri
   v_target_.resize(nv);
   G_.resize(rows * nv);
   Y_.resize(rows * nv);
-  S_.resize(rows * rows);
+  S_ = PivotedCholesky(rows);
   phi_.resize(rows);
   lambda_.resize(rows);
   response_.resize(12 * n);
-  pivot_.resize(rows);
-}
-
-bool TreeMotion::setCommand(int link, const JointCommand& command) noexcept {
-  if (!std::isfinite(command.position) || !std::isfinite(command.velocity) || !std::isfinite(command.effort))
-    return false;
-  commands_[link] = command;
-  return true;
+  drive_force_.resize(n);
 }
 
 /// τ, diag and prescribed v̇ of the pieces the joints are on.
@@ -103,7 +72,7 @@ void TreeMotion::holdPieces(const double* v, double h, double* v_dot) noexcept {
   }
 }
 
-/// S = G M̃⁻¹ Gᵀ and its Cholesky factor with pivoting; rows beyond the rank are redundant.
+/// S = G M̃⁻¹ Gᵀ and its factor.
 void TreeMotion::factorRings(const LinkWork* work) noexcept {
   const int nv = articulation_.nv(), rows = rings_.rows();
   rings_.jacobian(work, G_.data());
@@ -113,50 +82,9 @@ void TreeMotion::factorRings(const LinkWork* work) noexcept {
     for (int c = 0; c < rows; ++c) {
       double sum = 0;
       for (int k = 0; k < nv; ++k) sum += G_[r * nv + k] * Y_[c * nv + k];
-      S_[r * rows + c] = sum;
+      S_.matrix()[r * rows + c] = sum;
     }
-  // Rows of length and of angle differ in unit: each is compared with its own size.
-  for (int r = 0; r < rows; ++r) {
-    pivot_[r] = r;
-    phi_[r] = S_[r * rows + r];  // its own size, for the moment
-  }
-  rank_ = 0;
-  for (; rank_ < rows; ++rank_) {
-    int best = rank_;
-    double best_share = -1;
-    for (int r = rank_; r < rows; ++r) {
-      const double share = phi_[pivot_[r]] > 0 ? S_[pivot_[r] * rows + pivot_[r]] / phi_[pivot_[r]] : 0;
-      if (share > best_share) {
-        best_share = share;
-        best = r;
-      }
-    }
-    if (!(best_share > kRedundant)) break;
-    std::swap(pivot_[rank_], pivot_[best]);
-    const int p = pivot_[rank_];
-    const double root = std::sqrt(S_[p * rows + p]);
-    S_[p * rows + p] = root;
-    for (int r = rank_ + 1; r < rows; ++r) S_[pivot_[r] * rows + p] /= root;
-    for (int r = rank_ + 1; r < rows; ++r)
-      for (int c = rank_ + 1; c < rows; ++c)
-        S_[pivot_[r] * rows + pivot_[c]] -= S_[pivot_[r] * rows + p] * S_[pivot_[c] * rows + p];
-  }
-}
-
-/// λ ← S⁻¹ λ on the independent rows, 0 on the others.
-void TreeMotion::solveRings(double* lambda) const noexcept {
-  const int rows = rings_.rows();
-  for (int i = 0; i < rank_; ++i) {
-    const int p = pivot_[i];
-    for (int j = 0; j < i; ++j) lambda[p] -= S_[p * rows + pivot_[j]] * lambda[pivot_[j]];
-    lambda[p] /= S_[p * rows + p];
-  }
-  for (int i = rank_ - 1; i >= 0; --i) {
-    const int p = pivot_[i];
-    for (int j = i + 1; j < rank_; ++j) lambda[p] -= S_[pivot_[j] * rows + p] * lambda[pivot_[j]];
-    lambda[p] /= S_[p * rows + p];
-  }
-  for (int i = rank_; i < rows; ++i) lambda[pivot_[i]] = 0;
+  S_.factor(rows);
 }
 
 /// One pass: v̇ with every joint on its piece and the rings closed at the end of the step. `lambda_` holds
@@ -165,7 +93,7 @@ void TreeMotion::solveOnce(const Vector3& gravity, double h, const double* v, Li
                            double* v_dot) noexcept {
   const int nv = articulation_.nv(), rows = rings_.rows();
   holdPieces(v, h, v_dot);
-  tau_ = law_tau_;
+  for (int k = 0; k < nv; ++k) tau_[k] = law_tau_[k] + (tau_given_ ? tau_given_[k] : 0);
   accelerations(articulation_, gravity, tau_.data(), diag_.data(), work, v_dot);
   ++report_.passes;
   if (rows == 0) return;
@@ -175,7 +103,7 @@ void TreeMotion::solveOnce(const Vector3& gravity, double h, const double* v, Li
     for (int k = 0; k < nv; ++k) rate += G_[r * nv + k] * (v[k] + h * v_dot[k]);
     phi_[r] = (lambda_[r] - rate) / h;
   }
-  solveRings(phi_.data());
+  S_.solve(phi_.data());
   for (int k = 0; k < nv; ++k)
     for (int r = 0; r < rows; ++r) tau_[k] += G_[r * nv + k] * phi_[r];
   accelerations(articulation_, gravity, tau_.data(), diag_.data(), work, v_dot);
@@ -187,8 +115,8 @@ double TreeMotion::forceOf(const Law& law, const ForcePiece& piece, const Vector
   if (!piece.vertical) return piece.offset - piece.slope * v1;
   const Wrench F = jointWrench(articulation_, work, law.link, gravity);
   const Vector3 axis = work[law.link].S.col(0);
-  const double ring = tau_[law.v] - law_tau_[law.v];
-  return axis.dot(joints_[law.link].type == JointType::kPrismatic ? F.force : F.torque) - ring;
+  const double others = tau_[law.v] - law_tau_[law.v];  // rings and what the caller gave
+  return axis.dot(joints_[law.link].type == JointType::kPrismatic ? F.force : F.torque) - others;
 }
 
 /// Moves joints that left their piece to the next one: all of them, or the last. False: all are where they
@@ -200,33 +128,25 @@ bool TreeMotion::movePieces(const double* v, double h, const Vector3& gravity, c
     const Law& law = laws_[k];
     const ForcePiece& piece = graphs_[k].pieces[piece_[k]];
     const double v1 = v[law.v] + h * v_dot_[law.v];
-    int direction = 0;
-    if (piece.vertical) {
-      const double force = forceOf(law, piece, gravity, work, v1);
-      const double slack = kForceSlack * std::abs(force);
-      direction = force > piece.high + slack ? -1 : force < piece.low - slack ? 1 : 0;
-    } else {
-      direction = v1 > piece.to ? 1 : v1 < piece.from ? -1 : 0;
-    }
-    const int next = piece_[k] + direction;
-    if (direction == 0 || next < 0 || next >= graphs_[k].count) continue;
-    piece_[k] = next;
-    moved = true;
+    const double force = piece.vertical ? forceOf(law, piece, gravity, work, v1) : 0;
+    moved |= graphs_[k].follow(v1, force, piece_[k]);
   }
   return moved;
 }
 
-const JointReport& TreeMotion::accelerate(const Vector3& gravity, double h, const double* q, const double* v,
-                                          LinkWork* work, double* v_dot) noexcept {
+const JointReport& TreeMotion::accelerate(const Vector3& gravity, double h, const JointCommand* commands,
+                                          const double* q, const double* v, LinkWork* work, double* v_dot,
+                                          const double* tau) noexcept {
   report_ = {};
+  tau_given_ = tau;
   if (isPlain()) {
-    accelerations(articulation_, gravity, nullptr, nullptr, work, v_dot);
+    accelerations(articulation_, gravity, tau, nullptr, work, v_dot);
     report_.passes = 1;
     return report_;
   }
   for (std::size_t k = 0; k < laws_.size(); ++k) {
     const Law& law = laws_[k];
-    buildForceGraph(joints_[law.link], commands_[law.link], q[law.q], h, graphs_[k]);
+    buildForceGraph(joints_[law.link], commands[law.link], q[law.q], h, graphs_[k]);
     piece_[k] = graphs_[k].at(v[law.v]);
   }
   if (!rings_.empty()) {
@@ -242,20 +162,21 @@ const JointReport& TreeMotion::accelerate(const Vector3& gravity, double h, cons
       break;
     }
   }
-  account(q, v, h, gravity, work, v_dot_.data());
+  account(commands, q, v, h, gravity, work, v_dot_.data());
   for (int k = 0; k < articulation_.nv(); ++k) v_dot[k] = v_dot_[k];
   return report_;
 }
 
-void TreeMotion::account(const double* q, const double* v, double h, const Vector3& gravity,
-                         const LinkWork* work, const double* v_dot) noexcept {
+void TreeMotion::account(const JointCommand* commands, const double* q, const double* v, double h,
+                         const Vector3& gravity, const LinkWork* work, const double* v_dot) noexcept {
   for (std::size_t k = 0; k < laws_.size(); ++k) {
     const Law& law = laws_[k];
     const JointDef& joint = joints_[law.link];
     const double v1 = v[law.v] + h * v_dot[law.v];
     const double way = 0.5 * h * (v[law.v] + v1);  // force × way is exactly the change of kinetic energy
     const double total = forceOf(law, graphs_[k].pieces[piece_[k]], gravity, work, v1);
-    const double drive = driveForce(joint, commands_[law.link], q[law.q], h, v1);
+    const double drive = driveForce(joint, commands[law.link], q[law.q], h, v1);
+    drive_force_[law.link] = drive;
     report_.damping += joint.damping * v1 * way;
     report_.drives += drive * way;
     report_.friction -= (total - drive + joint.damping * v1) * way;
@@ -276,7 +197,7 @@ double TreeMotion::correct(int steps, double* q, const double* v, LinkWork* work
     gap = 0;
     for (int r = 0; r < rows; ++r) gap = std::max(gap, std::abs(phi_[r]));
     if (gap < kGap || pass == steps) break;
-    solveRings(phi_.data());
+    S_.solve(phi_.data());
     double longest = kLongestMove;
     for (int k = 0; k < nv; ++k) {
       v_target_[k] = 0;
@@ -288,9 +209,9 @@ double TreeMotion::correct(int steps, double* q, const double* v, LinkWork* work
   return gap;
 }
 
-const JointReport& TreeMotion::step(const Vector3& gravity, double h, double* q, double* v,
-                                    LinkWork* work) noexcept {
-  accelerate(gravity, h, q, v, work, v_dot_.data());
+const JointReport& TreeMotion::step(const Vector3& gravity, double h, const JointCommand* commands, double* q,
+                                    double* v, LinkWork* work, const double* tau) noexcept {
+  accelerate(gravity, h, commands, q, v, work, v_dot_.data(), tau);
   for (int k = 0; k < articulation_.nv(); ++k) v[k] += h * v_dot_[k];
   // A prescribed velocity is met exactly, so that a joint that sticks stays where it is to the last bit.
   for (std::size_t k = 0; k < laws_.size(); ++k) {

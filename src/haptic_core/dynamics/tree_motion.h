@@ -8,7 +8,7 @@
 /// takes is read off. Joints found outside their piece move to the neighbouring one and the solve is
 /// repeated: block pivoting, which ends at the unique solution in one to three passes as a rule; when it does
 /// not (a cycle), only the last such joint moves (Murty's rule, which cannot cycle: M is positive definite).
-/// Rings: Y = M̃⁻¹Gᵀ from the same factorisation, S = G Y by Cholesky with pivoting (redundant rows, as in a
+/// Rings: Y = M̃⁻¹Gᵀ from the same factorisation, S = G Y by pivoted_cholesky.h (redundant rows, as in a
 /// planar ring, drop out), then up to five chord Newton steps put q₁ on φ = 0.
 ///
 /// Cost: passes × one articulated-body evaluation. No heap, no exception (in realtime) after construction.
@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "haptic_core/dynamics/joint_law.h"
+#include "haptic_core/dynamics/pivoted_cholesky.h"
 #include "haptic_core/dynamics/ring.h"
 
 namespace haptic {
@@ -41,19 +42,20 @@ class TreeMotion {
   /// each.
   const std::vector<std::string>& unsupported() const { return unsupported_; }
 
-  /// (in realtime) What the drive of the link's joint is asked for, until the next call. Non-finite: refused,
-  /// false.
-  bool setCommand(int link, const JointCommand& command) noexcept;
-  const JointCommand& command(int link) const { return commands_[link]; }
-
   /// (in realtime) v̇ over a step h from the poses of the last forwardKinematics and the wrenches in `work`:
-  /// v + h v̇ is the velocity at its end. q and v are those of forwardKinematics.
-  const JointReport& accelerate(const Vector3& gravity, double h, const double* q, const double* v,
-                                LinkWork* work, double* v_dot) noexcept;
+  /// v + h v̇ is the velocity at its end. q and v are those of forwardKinematics. `commands`: one per link, like q
+  /// and v with the caller; finite. `tau`: generalised forces besides, [nv], or null.
+  const JointReport& accelerate(const Vector3& gravity, double h, const JointCommand* commands, const double* q,
+                                const double* v, LinkWork* work, double* v_dot,
+                                const double* tau = nullptr) noexcept;
 
   /// (in realtime) The whole step: accelerate, then v, q in place. `work` keeps the start of the step; a tree
   /// with rings leaves its end there.
-  const JointReport& step(const Vector3& gravity, double h, double* q, double* v, LinkWork* work) noexcept;
+  const JointReport& step(const Vector3& gravity, double h, const JointCommand* commands, double* q, double* v,
+                          LinkWork* work, const double* tau = nullptr) noexcept;
+
+  /// Force of the drive of the link's joint in the last step [N·m] or [N]; 0 where there is none.
+  double driveForceOf(int link) const { return drive_force_[link]; }
 
   /// (in realtime) Puts q on the rings and mimics (for initial states): Newton steps until the gap stays.
   /// False: the gap did not close below 1e-9 m or rad. Overwrites `work`.
@@ -68,9 +70,8 @@ class TreeMotion {
   void holdPieces(const double* v, double h, double* v_dot) noexcept;
   void solveOnce(const Vector3& gravity, double h, const double* v, LinkWork* work, double* v_dot) noexcept;
   void factorRings(const LinkWork* work) noexcept;
-  void solveRings(double* lambda) const noexcept;
-  void account(const double* q, const double* v, double h, const Vector3& gravity, const LinkWork* work,
-               const double* v_dot) noexcept;
+  void account(const JointCommand* commands, const double* q, const double* v, double h, const Vector3& gravity,
+               const LinkWork* work, const double* v_dot) noexcept;
   double correct(int steps, double* q, const double* v, LinkWork* work) noexcept;
   double forceOf(const Law& law, const ForcePiece& piece, const Vector3& gravity, const LinkWork* work,
                  double v1) const noexcept;
@@ -80,16 +81,15 @@ class TreeMotion {
   std::vector<Law> laws_;
   std::vector<JointDef> joints_;                ///< by link, followers of a mimic stripped to their damping
   std::vector<std::pair<int, double>> damped_;  ///< degree and damping of joints of more degrees
-  std::vector<JointCommand> commands_;          ///< by link
   std::vector<std::string> unsupported_;
   JointReport report_;
   // Of one step.
   std::vector<ForceGraph> graphs_;
   std::vector<int> piece_;
-  std::vector<double> tau_, law_tau_, diag_, v_dot_, v_target_;
-  std::vector<double> G_, Y_, S_, phi_, lambda_, response_;
-  std::vector<int> pivot_;
-  int rank_ = 0;
+  const double* tau_given_ = nullptr;
+  std::vector<double> tau_, law_tau_, diag_, v_dot_, v_target_, drive_force_;
+  std::vector<double> G_, Y_, phi_, lambda_, response_;
+  PivotedCholesky S_;
 };
 
 }  // namespace haptic

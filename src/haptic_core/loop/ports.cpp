@@ -17,6 +17,7 @@ constexpr std::chrono::microseconds kPoll{500};
 WorldSnapshot emptySnapshot(const World& world, int contact_capacity) {
   WorldSnapshot snapshot;
   snapshot.pose.resize(world.linkCount());
+  snapshot.joint.resize(world.jointCount());
   snapshot.contact.resize(contact_capacity);
   snapshot.pointer_wrench.resize(world.pointerCount());
   return snapshot;
@@ -165,6 +166,7 @@ void WorldPort::takeSnapshot(std::int64_t stamp_ns) noexcept {
   filled_.time = world.time();
   filled_.report = world.report();
   for (std::size_t i = 0; i < filled_.pose.size(); ++i) filled_.pose[i] = world.linkPose(static_cast<int>(i));
+  for (std::size_t i = 0; i < filled_.joint.size(); ++i) filled_.joint[i] = world.joint(static_cast<int>(i));
   for (std::size_t i = 0; i < filled_.pointer_wrench.size(); ++i) {
     filled_.pointer_wrench[i] = world.pointerWrench(static_cast<int>(i));
   }

@@ -83,6 +83,7 @@ struct WorldSnapshot {
   double time = 0;                       ///< simulated [s]
   StepReport report;
   std::vector<Pose> pose;                ///< X_WL per link; sized at set-up
+  std::vector<JointReading> joint;       ///< per joint; sized at set-up
   std::vector<ContactReport> contact;    ///< sized at set-up; the first `contacts` are valid
   std::vector<Wrench> pointer_wrench;    ///< per pointer, about the link's origin, in W
   int contacts = 0;

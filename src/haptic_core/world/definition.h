@@ -9,6 +9,7 @@
 #include "haptic_core/contact/contact_law.h"
 #include "haptic_core/contact/contact_material.h"
 #include "haptic_core/dynamics/articulation_def.h"
+#include "haptic_core/dynamics/ring.h"
 #include "haptic_core/geometry/contact_volume.h"
 
 namespace haptic {
@@ -48,12 +49,13 @@ inline TreeDef treeOf(const ArticulationDef& def) {
   return {def.name, std::vector<BodyDef>(def.links.begin(), def.links.end()), def.X_WA, def.V_WA};
 }
 
-/// Two frames held together on top of the trees: a ring.
+/// Two frames held together on top of the trees: a ring. Articulation −1: a frame in W. What it joins becomes one tree.
 struct LoopDef {
   std::string name;
   int articulation_a = -1, link_a = -1, articulation_b = -1, link_b = -1;
   Pose X_AF, X_BF;                          ///< where the frames lie in the links
-  enum class Type : unsigned char { kPoint, kHinge, kWeld } type = Type::kPoint;
+  using Type = RingDef::Type;
+  Type type = Type::kPoint;
   Vector3 axis = Vector3::UnitZ();          ///< of a hinge, in F
 };
 

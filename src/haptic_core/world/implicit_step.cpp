@@ -35,6 +35,7 @@ using JacobianMap = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::R
 ImplicitStep::ImplicitStep(const Plan& plan, const WorldSettings& settings)
     : plan_(plan),
       settings_(settings),
+      joints_(plan),
       matrix_(static_cast<int>(plan.trees.size()), plan.pair_capacity,
               // The dense factor, but no more than 64 MB: beyond, a step falls back to more, smaller solves.
               std::min<std::size_t>(static_cast<std::size_t>(plan.nv) * (plan.nv + 1), std::size_t{8} << 20)) {
@@ -53,6 +54,7 @@ ImplicitStep::ImplicitStep(const Plan& plan, const WorldSettings& settings)
   X_WS_.resize(plan.shapes.size());
   contacts_.reserve(plan.pair_capacity);
   edges_.reserve(plan.pair_capacity);
+  if (!joints_.empty()) matrix_.reserveKept();
   plan.reserve(workspace_);
   mass_matrix_.resize(static_cast<std::size_t>(largest) * largest);
   block_.resize(mass_matrix_.size());
@@ -70,6 +72,7 @@ void ImplicitStep::findNodes(const std::vector<int>& held_by) noexcept {
     node_size_[nodes_] = tree.model->nv();
     tree_of_node_[nodes_++] = t;
   }
+  if (!joints_.empty()) joints_.setNodes(node_of_tree_, nodes_);
 }
 
 const ImplicitReport& ImplicitStep::advance(WorldState& state, const std::vector<int>& held_by,
@@ -83,6 +86,7 @@ const ImplicitReport& ImplicitStep::advance(WorldState& state, const std::vector
     report_.fell_back = second_order;
     implicitEuler(h);
   }
+  joints_.closeAccount(state);
   return report_;
 }
 
@@ -91,6 +95,8 @@ void ImplicitStep::implicitEuler(double h) noexcept {
   for (int i = 0; i < state_->pair_count; ++i) memory_base_[i] = state_->pairs[i].friction;
   v_ = v_base_;
   report_.converged = solveStage(h);
+  joints_.startAccount();
+  joints_.account(v_base_.data(), v_.data(), h);  // force × mean velocity is the change of kinetic energy
   commit(h);
 }
 
@@ -100,13 +106,15 @@ bool ImplicitStep::sdirk2(double h) noexcept {
   setBase(state_->q.data(), state_->v.data());
   for (int i = 0; i < state_->pair_count; ++i) memory_base_[i] = state_->pairs[i].friction;
   v_ = v_base_;
-  if (!solveStage(g) || !sameContacts()) return false;
+  if (!solveStage(g) || !sameContacts() || !joints_.isSmooth(state_->v.data())) return false;
   for (const ImplicitContact& c : contacts_) {
     const FrictionMemory &s0 = state_->pairs[c.pair].friction, &s1 = c.force.memory;
     FrictionMemory& base = memory_base_[c.pair];
     base.slip_A = s0.slip_A + (1 - kGamma) / kGamma * (s1.slip_A - s0.slip_A);
     base.twist = s0.twist + (1 - kGamma) / kGamma * (s1.twist - s0.twist);
   }
+  joints_.startAccount();
+  joints_.account(v_.data(), v_.data(), rest);
   for (int i = 0; i < plan_.nv; ++i) {
     acceleration_[i] = (v_[i] - v_base_[i]) / g;
     v_base_[i] += rest * acceleration_[i];
@@ -116,9 +124,10 @@ bool ImplicitStep::sdirk2(double h) noexcept {
     integratePositions(*tree.model, q_base_.data() + tree.q, v_.data() + tree.v, rest);
   }
   for (int i = 0; i < plan_.nv; ++i) v_[i] = v_base_[i] + g * acceleration_[i];
-  if (!solveStage(g) || !sameContacts()) return false;
+  if (!solveStage(g) || !sameContacts() || !joints_.isSmooth(state_->v.data())) return false;
   for (int i = 0; i < plan_.nv; ++i) step_[i] = (v_[i] - v_base_[i]) / g - acceleration_[i];
   if (h * speed(step_) > kJump * (speed(v_) + h * settings_.gravity.norm())) return false;
+  joints_.account(v_.data(), v_.data(), g);
   commit(g);
   return true;
 }
@@ -147,6 +156,7 @@ void ImplicitStep::setBase(const double* q, const double* v) noexcept {
 /// Newton from the guess in v_; when that fails, with the stiffness built up.
 bool ImplicitStep::solveStage(double g) noexcept {
   softness_ = 1;
+  joints_.startStage(*state_, q_base_.data(), g, v_.data());
   if (newton(g, kMaxIterations)) return true;
   // From where g² k_eff equals a tenth of the inertia; the contacts of the last evaluation tell how stiff they are.
   double stiffest = 0;
@@ -156,6 +166,7 @@ bool ImplicitStep::solveStage(double g) noexcept {
   }
   int decades = stiffest > 0.1 ? static_cast<int>(std::ceil(std::log10(stiffest / 0.1))) : 1;
   v_ = v_base_;
+  joints_.startStage(*state_, q_base_.data(), g, v_.data());
   bool converged = false;
   for (; decades >= 0; --decades) {
     softness_ = std::pow(10.0, -decades);
@@ -169,20 +180,8 @@ bool ImplicitStep::newton(double g, int max_iterations) noexcept {
   double last = 1e300;
   evaluate(v_, g);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    if (!assemble()) return false;
-    for (int n = 0, row = 0; n < nodes_; ++n) {  // p = -A⁻¹ R
-      const PlanTree& tree = plan_.trees[tree_of_node_[n]];
-      for (int i = 0; i < tree.model->nv(); ++i) rows_[row++] = -residual_[tree.v + i];
-    }
-    matrix_.solve(rows_.data());
-    double phi_0 = 0;
-    for (int n = 0, row = 0; n < nodes_; ++n) {
-      const PlanTree& tree = plan_.trees[tree_of_node_[n]];
-      for (int i = 0; i < tree.model->nv(); ++i) {
-        step_[tree.v + i] = rows_[row++];
-        phi_0 += step_[tree.v + i] * residual_[tree.v + i];
-      }
-    }
+    if (!assemble() || !findDirection()) return false;
+    const double phi_0 = slope(v_);
     ++report_.iterations;
     report_.residual = speed(step_);
     const double scale = speed(v_) + floor;
@@ -191,13 +190,43 @@ bool ImplicitStep::newton(double g, int max_iterations) noexcept {
         (report_.residual >= 0.5 * last && report_.residual <= kStagnation * scale)) {
       // The step is rounding: taken without looking again, the forces are those of the evaluation before it.
       for (int i = 0; i < plan_.nv; ++i) v_[i] += step_[i];
+      joints_.settle(v_.data());
       return true;
     }
     last = report_.residual;
     const double alpha = lineSearch(g, phi_0);
     for (int i = 0; i < plan_.nv; ++i) v_[i] += alpha * step_[i];
+    if (alpha == 1) joints_.settle(v_.data());
   }
   return false;
+}
+
+/// Newton's step p into step_: A p = −R, with what the joints do by themselves.
+bool ImplicitStep::findDirection() noexcept {
+  if (!joints_.empty()) {
+    return joints_.solve(matrix_, work_.data(), q_.data(), v_.data(), residual_.data(), step_.data());
+  }
+  if (!matrix_.factor()) return false;
+  for (int n = 0, row = 0; n < nodes_; ++n) {
+    const PlanTree& tree = plan_.trees[tree_of_node_[n]];
+    for (int i = 0; i < tree.model->nv(); ++i) rows_[row++] = -residual_[tree.v + i];
+  }
+  matrix_.solve(rows_.data());
+  for (int n = 0, row = 0; n < nodes_; ++n) {
+    const PlanTree& tree = plan_.trees[tree_of_node_[n]];
+    for (int i = 0; i < tree.model->nv(); ++i) step_[tree.v + i] = rows_[row++];
+  }
+  return true;
+}
+
+/// φ = R(v)·p at the last evaluation, which was at v.
+double ImplicitStep::slope(const std::vector<double>& v) const noexcept {
+  double phi = 0;
+  for (int n = 0; n < nodes_; ++n) {
+    const PlanTree& tree = plan_.trees[tree_of_node_[n]];
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) phi += step_[i] * residual_[i];
+  }
+  return joints_.empty() ? phi : phi + joints_.slope(v.data(), step_.data());
 }
 
 /// The α whose φ(α) = R(v + α p)·p is small against φ(0); leaves R and the contacts of v + α p behind.
@@ -205,13 +234,11 @@ double ImplicitStep::lineSearch(double g, double phi_0) noexcept {
   double low = 0, phi_low = phi_0, high = 0, phi_high = 0, alpha = 1;
   for (int i = 0; i < kMaxLineSearch; ++i) {
     for (int k = 0; k < plan_.nv; ++k) trial_[k] = v_[k] + alpha * step_[k];
+    if (alpha == 1) joints_.settle(trial_.data());
     evaluate(trial_, g);
-    double phi = 0;
-    for (int n = 0; n < nodes_; ++n) {
-      const PlanTree& tree = plan_.trees[tree_of_node_[n]];
-      for (int k = tree.v; k < tree.v + tree.model->nv(); ++k) phi += step_[k] * residual_[k];
-    }
-    if (std::abs(phi) <= kSufficient * std::abs(phi_0)) return alpha;
+    const double phi = slope(trial_);
+    // With loops that do not close yet φ may start upwards: closing them comes first.
+    if (std::abs(phi) <= kSufficient * std::abs(phi_0) || !(phi_0 < 0)) return alpha;
     if (phi < 0) {
       low = alpha;
       phi_low = phi;
@@ -333,7 +360,7 @@ bool ImplicitStep::assemble() noexcept {
     }
   }
   for (const ImplicitContact& c : contacts_) assembleContact(c);
-  return matrix_.factor();
+  return true;
 }
 
 /// Rows: the twist at P in P's axes, angular first; columns: ω and v of the free body.

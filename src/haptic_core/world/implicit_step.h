@@ -23,6 +23,7 @@
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/broad_phase.h"
 #include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/world/implicit_joints.h"
 #include "haptic_core/world/plan.h"
 #include "haptic_core/world/state.h"
 
@@ -57,6 +58,7 @@ class ImplicitStep {
   const ImplicitReport& advance(WorldState& state, const std::vector<int>& held_by,
                                 const std::vector<Wrench>& applied, double h) noexcept;
 
+  const ImplicitJoints& joints() const { return joints_; }
   const LoadedVector<ImplicitContact>& contacts() const { return contacts_; }
   const std::vector<LinkWork>& work() const { return work_; }
   const ImplicitReport& report() const { return report_; }
@@ -76,6 +78,8 @@ class ImplicitStep {
   void assembleTreeContact(const ImplicitContact& contact) noexcept;
   Matrix6 freeJacobian(int link, const Pose& X_WP) const noexcept;
   void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;
+  bool findDirection() noexcept;
+  double slope(const std::vector<double>& v) const noexcept;
   double lineSearch(double g, double phi_0) noexcept;
   double speed(const std::vector<double>& v) const noexcept;
   double farthest() const noexcept;
@@ -85,6 +89,7 @@ class ImplicitStep {
   WorldSettings settings_;
   WorldState* state_ = nullptr;
   ImplicitReport report_;
+  ImplicitJoints joints_;
   double softness_ = 1;  ///< factor on all stiffness: 1, less during continuation
 
   const std::vector<Wrench>* applied_ = nullptr;

@@ -29,17 +29,14 @@ void store(const Quaternion& r, double* out) {
 }  // namespace
 
 Pipeline::Pipeline(const WorldDef& def) : settings_(def.settings), pointers_(def.pointers), plan_(def) {
-  state_.q.resize(plan_.nq);
-  state_.v.resize(plan_.nv);
   state_.pull.resize(plan_.nv);
   v_dot_.resize(plan_.nv);
   half_.resize(plan_.nv);
   kick_.resize(plan_.links.size());
   work_.resize(plan_.links.size());
   held_by_.assign(plan_.links.size(), -1);
-  for (const PlanTree& tree : plan_.trees) {
-    tree.model->initialState(state_.q.data() + tree.q, state_.v.data() + tree.v);
-  }
+  state_.q = plan_.q_start;
+  state_.v = plan_.v_start;
   X_WS_.resize(plan_.shapes.size());
   boxes_.resize(plan_.shapes.size());
   state_.pairs.resize(plan_.pair_capacity);
@@ -57,13 +54,14 @@ Pipeline::Pipeline(const WorldDef& def) : settings_(def.settings), pointers_(def
     implicit_ = std::make_unique<ImplicitStep>(plan_, settings_);
   }
   applied_.resize(plan_.links.size());
+  makeMotions();
   updateKinematics();
   state_.pointers.resize(pointers_.size());
   pointer_wrench_.resize(pointers_.size());
   pointer_moved_.resize(pointers_.size());
   for (std::size_t i = 0; i < pointers_.size(); ++i) {
     state_.pointers[i].link = -1;
-    grab(static_cast<int>(i), plan_.trees[pointers_[i].articulation].link + pointers_[i].link);
+    grab(static_cast<int>(i), plan_.link(pointers_[i].articulation, pointers_[i].link));
   }
 }
 
@@ -123,6 +121,7 @@ void Pipeline::setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noex
 void Pipeline::step() noexcept {
   if (!report_.finite) return;
   report_.flags = 0;
+  report_.closure = 0;
   std::fill(pointer_wrench_.begin(), pointer_wrench_.end(), Wrench{});
   const double h = settings_.step / settings_.substeps;
   for (int s = 0; s < settings_.substeps && report_.finite; ++s) substep(h, 1.0 / (settings_.substeps - s));
@@ -145,7 +144,9 @@ void Pipeline::implicitSubstep(double h) noexcept {
   report_.iterations = solved.iterations;
   report_.residual = solved.residual;
   if (!solved.converged) report_.flags |= kNotConverged;
+  if (!implicit_->joints().converged()) report_.flags |= kJointsNotConverged;
   updateKinematics();
+  report_.closure = implicit_->joints().closure(work_.data());
   takeContacts(h);
   collectPointerWrenches();
   if (settings_.energy_ledger) fillLedger();

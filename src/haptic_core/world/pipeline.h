@@ -5,6 +5,7 @@
 
 #include "haptic_core/contact/located_force.h"
 #include "haptic_core/dynamics/kinematics.h"
+#include "haptic_core/dynamics/tree_motion.h"
 #include "haptic_core/geometry/broad_phase.h"
 #include "haptic_core/geometry/contact_workspace.h"
 #include "haptic_core/world/implicit_step.h"
@@ -21,6 +22,7 @@ enum StepFlag : unsigned {
   kNormalRemembered = 1u << 2, ///< a contact without area vector used its last normal
   kNotConverged = 1u << 3,     ///< the implicit solve ended at `residual`: shorten the step
   kPressureClipped = 1u << 4,  ///< somewhere a damper would have pulled; the pressure was held at 0 there
+  kJointsNotConverged = 1u << 5,  ///< some joint's force is not what its law says: shorten the step
 };
 
 class Pipeline {
@@ -31,6 +33,10 @@ class Pipeline {
   void setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept;  ///< (in realtime)
   void grab(int pointer, int link);        ///< throws SetupError when the link cannot be held
   void restore(const std::vector<double>& packed);
+  /// (in realtime) False, and nothing done: not finite, or the joint obeys no commands.
+  bool setJointCommand(int joint, const JointCommand& command) noexcept;
+  JointReading joint(int i) const noexcept;
+  std::string text() const;                ///< the plan, and what of the joints is not simulated
 
   const WorldSettings& settings() const { return settings_; }
   const Plan& plan() const { return plan_; }
@@ -69,6 +75,12 @@ class Pipeline {
   void readPull(const PlanTree& tree, double* pull) noexcept;
   void kickTree(const PlanTree& tree, const double* pull, double dt) noexcept;
   bool isStepped(const PlanTree& tree) const noexcept;
+  // joint_step.cpp
+  void makeMotions();
+  void moveJointed(const PlanTree& tree, double h, const double* tau) noexcept;
+  void gatherPull(const PlanTree& tree, double h) noexcept;
+  const JointCommand* commandsOf(const PlanTree& tree) const { return state_.commands.data() + tree.command; }
+  TreeMotion* motionOf(const PlanTree& tree) const { return motions_[&tree - plan_.trees.data()].get(); }
   void checkFinite() noexcept;
   // ledger.cpp
   void keepLedger(const ContactVolume& volume, const PairLaw& law, const FrictionMemory& before,
@@ -91,6 +103,7 @@ class Pipeline {
   std::unique_ptr<BroadPhase> broad_phase_;
   ContactWorkspace workspace_;
   std::unique_ptr<ImplicitStep> implicit_;         ///< null: explicit
+  std::vector<std::unique_ptr<TreeMotion>> motions_;  ///< by tree; null: joints without laws of their own
   std::vector<Wrench> applied_;                    ///< by link, from outside, about its origin
   std::vector<ActivePair> previous_pairs_;
   std::vector<double> v_dot_, half_;               ///< by world velocity index

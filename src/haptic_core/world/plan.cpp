@@ -34,18 +34,23 @@ std::string number(double value) {
 
 Plan::Plan(const WorldDef& def) : settings_(def.settings), name_(def.name) {
   checkSettings(def.settings);
-  for (int i = 0; i < static_cast<int>(def.articulations.size()); ++i) addTree(def.articulations[i], def, i);
+  addTrees(def);
+  addLoops(def);
   addMaterials(def);
   addFilters(def);
+  checkPointers(def);
+  has_pointers = !def.pointers.empty();
+  countPairs();
+}
+
+void Plan::checkPointers(const WorldDef& def) const {
   for (const PointerDef& p : def.pointers) {
-    if (p.articulation < 0 || p.articulation >= static_cast<int>(trees.size()) || p.link < 0 ||
-        p.link >= trees[p.articulation].model->linkCount()) {
+    if (p.articulation < 0 || p.articulation >= static_cast<int>(def.articulations.size()) || p.link < 0 ||
+        p.link >= static_cast<int>(def.articulations[p.articulation].links.size())) {
       throw SetupError(def.name, "pointer of device " + p.device + " names a link that does not exist",
                        "name one of the scene's links");
     }
   }
-  has_pointers = !def.pointers.empty();
-  countPairs();
 }
 
 void Plan::checkSettings(const WorldSettings& s) const {
@@ -60,48 +65,39 @@ void Plan::checkSettings(const WorldSettings& s) const {
   check(s.default_material, name_ + ", default material");
 }
 
-void Plan::addTree(const ArticulationDef& def, const WorldDef& world, int index) {
-  PlanTree tree;
-  tree.model = std::make_unique<Articulation>(treeOf(def));
-  tree.q = nq;
-  tree.v = nv;
-  tree.link = static_cast<int>(links.size());
-  nq += tree.model->nq();
-  nv += tree.model->nv();
-  for (int i = 0; i < static_cast<int>(def.links.size()); ++i) {
-    const LinkDef& link = def.links[i];
-    PlanLink plan_link;
-    plan_link.name = link.name;
-    plan_link.articulation = index;
-    plan_link.local = i;
-    plan_link.mass = link.inertia.mass;
-    for (const CollisionDef& collision : link.collisions) {
-      if (!collision.shape) continue;
-      const Vector3 centre = collision.X_LS * collision.shape->centre() - link.inertia.p_LC;
-      plan_link.size = std::max(plan_link.size, centre.norm() + collision.shape->boundingRadius());
-    }
-    if (plan_link.size == 0) plan_link.size = 1;
-    plan_link.moves = tree.model->link(i).dof > 0 || (link.parent >= 0 && links[tree.link + link.parent].moves);
-    has_joints |= tree.model->link(i).dof > 0 && tree.model->link(i).type != JointType::kFloating;
-    for (const CollisionDef& collision : link.collisions) {
-      const std::string where = world.name + ", link " + link.name;
-      if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a convex polyhedron");
-      check(collision.material, where);
-      PlanShape shape;
-      shape.owner = collision.shape;
-      shape.shape = collision.shape.get();
-      shape.link = static_cast<int>(links.size());
-      shape.X_LS = collision.X_LS;
-      shape.name = collision.name.empty() ? link.name : collision.name;
-      const auto found = std::find_if(materials_.begin(), materials_.end(),
-                                      [&](const ContactMaterial& m) { return sameMaterial(m, collision.material); });
-      shape.material = static_cast<int>(found - materials_.begin());
-      if (found == materials_.end()) materials_.push_back(collision.material);
-      shapes.push_back(std::move(shape));
-    }
-    links.push_back(std::move(plan_link));
+void Plan::addLink(const LinkDef& link, int local, const WorldDef& world) {
+  const PlanTree& tree = trees.back();
+  const LinkModel& model = tree.model->link(local);
+  PlanLink plan_link;
+  plan_link.name = link.name;
+  plan_link.articulation = static_cast<int>(trees.size()) - 1;
+  plan_link.local = local;
+  plan_link.mass = link.inertia.mass;
+  for (const CollisionDef& collision : link.collisions) {
+    if (!collision.shape) continue;
+    const Vector3 centre = collision.X_LS * collision.shape->centre() - link.inertia.p_LC;
+    plan_link.size = std::max(plan_link.size, centre.norm() + collision.shape->boundingRadius());
   }
-  trees.push_back(std::move(tree));
+  if (plan_link.size == 0) plan_link.size = 1;
+  plan_link.moves = model.dof > 0 || (model.parent >= 0 && links[tree.link + model.parent].moves);
+  has_joints |= model.dof > 0 && model.type != JointType::kFloating;
+  for (const CollisionDef& collision : link.collisions) {
+    const std::string where = world.name + ", link " + link.name;
+    if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a convex polyhedron");
+    check(collision.material, where);
+    PlanShape shape;
+    shape.owner = collision.shape;
+    shape.shape = collision.shape.get();
+    shape.link = static_cast<int>(links.size());
+    shape.X_LS = collision.X_LS;
+    shape.name = collision.name.empty() ? link.name : collision.name;
+    const auto found = std::find_if(materials_.begin(), materials_.end(),
+                                    [&](const ContactMaterial& m) { return sameMaterial(m, collision.material); });
+    shape.material = static_cast<int>(found - materials_.begin());
+    if (found == materials_.end()) materials_.push_back(collision.material);
+    shapes.push_back(std::move(shape));
+  }
+  links.push_back(std::move(plan_link));
 }
 
 void Plan::addMaterials(const WorldDef& def) {
@@ -120,7 +116,7 @@ void Plan::addMaterials(const WorldDef& def) {
 
 void Plan::addFilters(const WorldDef& def) {
   for (const CollisionFilter& f : def.filters) {
-    excluded_.push_back(linkPair(trees[f.articulation_a].link + f.link_a, trees[f.articulation_b].link + f.link_b));
+    excluded_.push_back(linkPair(link(f.articulation_a, f.link_a), link(f.articulation_b, f.link_b)));
   }
   for (const PlanTree& tree : trees) {
     for (int i = 0; i < tree.model->linkCount(); ++i) {

@@ -6,6 +6,7 @@
 
 #include "haptic_core/contact/contact_law.h"
 #include "haptic_core/dynamics/articulation.h"
+#include "haptic_core/dynamics/ring.h"
 #include "haptic_core/geometry/contact_workspace.h"
 #include "haptic_core/world/definition.h"
 
@@ -13,7 +14,7 @@ namespace haptic {
 
 struct PlanLink {
   std::string name;
-  int articulation = 0, local = 0;  ///< which tree, and which link in it
+  int articulation = 0, local = 0;  ///< which of `trees`, and which link in it
   double mass = 0;                  ///< [kg]
   double size = 0;                  ///< reach of its shapes from the centre of mass [m]; 1 m without shapes
   bool moves = false;               ///< has a degree of freedom of its own or of an ancestor
@@ -28,9 +29,21 @@ struct PlanShape {
   std::string name;
 };
 
+/// One articulation of the definition, or several that loops hold together: one model of several roots.
 struct PlanTree {
   std::unique_ptr<Articulation> model;
   int q = 0, v = 0, link = 0;       ///< first index of the tree in the world's q, v and links
+  int command = 0;                  ///< first of its joints' commands, one per link; none unless `has_laws`
+  bool has_laws = false;            ///< joints do something by themselves, or loops close: TreeMotion moves it
+  std::vector<RingDef> rings;       ///< its loops
+};
+
+/// A joint of one degree of freedom.
+struct PlanJoint {
+  std::string name;
+  int link = 0;                     ///< world link that hangs on it
+  int q = 0, v = 0;                 ///< its degree in the world's q, v
+  bool driven = false;              ///< obeys commands
 };
 
 class Plan {
@@ -46,18 +59,28 @@ class Plan {
   /// Makes room for every pair of the shapes.
   void reserve(ContactWorkspace& workspace) const;
 
+  /// World link of a link of the definition.
+  int link(int articulation, int local) const { return first_link_[articulation] + local; }
+
   std::string text() const;         ///< for people: sizes, stages, what was left out and why
 
   std::vector<PlanTree> trees;
   std::vector<PlanLink> links;
   std::vector<PlanShape> shapes;
-  int nq = 0, nv = 0;
+  std::vector<PlanJoint> joints;
+  std::vector<double> q_start, v_start;  ///< initial state
+  int nq = 0, nv = 0, commands = 0;
   int pair_capacity = 0;            ///< pairs of overlapping boxes that a step can hold
   long possible_pairs = 0;          ///< pairs that may ever touch; the others are never tested
   bool has_contacts = false, has_pointers = false, has_joints = false, has_friction = false;
 
  private:
-  void addTree(const ArticulationDef& def, const WorldDef& world, int index);
+  void addTrees(const WorldDef& def);
+  void addTree(const WorldDef& world, const std::vector<int>& articulations);
+  void addLink(const LinkDef& link, int local, const WorldDef& world);
+  void addJoints(const PlanTree& tree);
+  void addLoops(const WorldDef& def);
+  void checkPointers(const WorldDef& def) const;
   void addMaterials(const WorldDef& def);
   void addFilters(const WorldDef& def);
   void countPairs();
@@ -68,6 +91,7 @@ class Plan {
   std::vector<ContactMaterial> materials_;
   std::vector<PairLaw> laws_;                 ///< by material index a·n + b
   std::vector<std::uint64_t> excluded_;       ///< link pairs, sorted
+  std::vector<int> first_link_;               ///< by articulation of the definition
 };
 
 }  // namespace haptic

@@ -42,6 +42,14 @@ ActivePair fromNumbers(const double* in) {
   return pair;
 }
 
+constexpr std::size_t kCommandNumbers = 4;
+
+void toNumbers(const JointCommand& command, double* out) {
+  const double numbers[kCommandNumbers] = {static_cast<double>(command.drive), command.position, command.velocity,
+                                           command.effort};
+  std::memcpy(out, numbers, sizeof numbers);
+}
+
 std::uint64_t fnv1a(std::uint64_t hash, const void* data, std::size_t bytes) {
   const auto* byte = static_cast<const unsigned char*>(data);
   for (std::size_t i = 0; i < bytes; ++i) hash = (hash ^ byte[i]) * 0x100000001b3ull;
@@ -58,6 +66,11 @@ std::uint64_t WorldState::hash() const {
   hash = fnv1a(hash, v.data(), v.size() * sizeof(double));
   hash = fnv1a(hash, pull.data(), pull.size() * sizeof(double));
   hash = fnv1a(hash, &primed, sizeof primed);
+  for (const JointCommand& command : commands) {
+    double numbers[kCommandNumbers];
+    toNumbers(command, numbers);
+    hash = fnv1a(hash, numbers, sizeof numbers);
+  }
   hash = fnv1a(hash, pointers.data(), pointers.size() * sizeof(PointerState));
   hash = fnv1a(hash, energy, sizeof energy);
   for (int i = 0; i < pair_count; ++i) {
@@ -77,6 +90,10 @@ std::vector<double> WorldState::pack() const {
   out.insert(out.end(), q.begin(), q.end());
   out.insert(out.end(), v.begin(), v.end());
   out.insert(out.end(), pull.begin(), pull.end());
+  for (const JointCommand& command : commands) {
+    out.resize(out.size() + kCommandNumbers);
+    toNumbers(command, out.data() + out.size() - kCommandNumbers);
+  }
   const auto* pointer_numbers = reinterpret_cast<const double*>(pointers.data());
   out.insert(out.end(), pointer_numbers, pointer_numbers + pointers.size() * kPointerNumbers);
   for (int i = 0; i < pair_count; ++i) {
@@ -92,7 +109,8 @@ void WorldState::unpack(const std::vector<double>& in) {
                     in[2] == double(pointers.size()) && in[3] >= 0 && in[3] <= double(pairs.size());
   const std::size_t count = head ? static_cast<std::size_t>(in[3]) : 0;
   const std::size_t expected =
-      kHead + q.size() + 2 * v.size() + pointers.size() * kPointerNumbers + count * kPairNumbers;
+      kHead + q.size() + 2 * v.size() + commands.size() * kCommandNumbers + pointers.size() * kPointerNumbers +
+      count * kPairNumbers;
   if (!head || in.size() != expected) {
     throw SetupError("saved state", "is of another scene or version", "restore it into the scene it was saved from");
   }
@@ -108,6 +126,11 @@ void WorldState::unpack(const std::vector<double>& in) {
   take(q.data(), q.size());
   take(v.data(), v.size());
   take(pull.data(), pull.size());
+  for (JointCommand& command : commands) {
+    double numbers[kCommandNumbers];
+    take(numbers, kCommandNumbers);
+    command = {static_cast<JointDef::Drive>(static_cast<int>(numbers[0])), numbers[1], numbers[2], numbers[3]};
+  }
   take(reinterpret_cast<double*>(pointers.data()), pointers.size() * kPointerNumbers);
   pair_count = static_cast<int>(count);
   for (int i = 0; i < pair_count; ++i, next += kPairNumbers) pairs[i] = fromNumbers(next);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "haptic_core/contact/contact_law.h"
+#include "haptic_core/dynamics/joint_law.h"
 #include "haptic_core/geometry/contact_volume.h"
 
 namespace haptic {
@@ -46,10 +47,11 @@ struct WorldState {
   double time = 0;  ///< [s]
   std::uint64_t step = 0;
   std::vector<double> q, v;           ///< of all articulations, one after the other
-  /// Velocity Verlet: what pulled at the end of the last step. Free bodies: torque [N·m], acceleration of C; other
-  /// trees: v̇.
+  /// Velocity Verlet: what pulled at the end of the last step. Free bodies: torque [N·m], acceleration of C; trees whose
+  /// joints have laws: Jᵀ F of contacts and hands; other trees: v̇.
   std::vector<double> pull;
   double primed = 0;                  ///< 1: `pull` is filled
+  std::vector<JointCommand> commands;  ///< of the links of trees whose joints have laws
   std::vector<PointerState> pointers;
   std::vector<ActivePair> pairs;  ///< storage of the plan's capacity, sorted by key
   int pair_count = 0;

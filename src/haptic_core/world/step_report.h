@@ -24,18 +24,26 @@ struct EnergyLedger {
   double kinetic = 0, potential = 0;
   double elastic = 0;                     ///< Σ ½ k ∫d² dA
   double tangential = 0;                  ///< in the friction springs
-  double damping = 0, friction = 0;       ///< dissipated, ≥ 0
+  double damping = 0, friction = 0;       ///< dissipated in contacts and joints (limits: friction), ≥ 0
   double turning = 0;                     ///< taken out by k·Vol·n beyond what ½ k ∫d² dA gained: n turned
-  double external = 0;                    ///< work done on the world by hands
+  double external = 0;                    ///< work done on the world by hands and by the joints' drives
   double total() const { return kinetic + potential + elastic + tangential; }
   /// Constant up to the step's error.
   double balance() const { return total() + damping + friction + turning - external; }
+};
+
+/// A joint of one degree of freedom as the last step left it.
+struct JointReading {
+  double position = 0;                    ///< [rad] or [m]
+  double velocity = 0;                    ///< [rad/s] or [m/s]
+  double effort = 0;                      ///< of its drive [N·m] or [N]
 };
 
 struct StepReport {
   std::uint64_t step = 0;
   int pairs = 0, contacts = 0;
   EnergyLedger energy;
+  double closure = 0;                     ///< largest gap left in a loop [m]
   int iterations = 0;                     ///< of the implicit solve; 0: explicit
   double residual = 0;
   bool finite = true;                     ///< false: the world stopped; `culprit` names the link

@@ -7,6 +7,10 @@
 /// inside the step; the impulse that h/2 (F₀ + F₁) then misses is computed from the located instant and added to the
 /// second kick (contact_law.cpp, friction.cpp, Pipeline::part), which keeps the order.
 /// Between the kicks a free body moves without forces, to fifth order (dynamics/free_body.h).
+///
+/// Trees whose joints have laws of their own (limits, friction, drives, loops) move by TreeMotion's symplectic Euler in
+/// both: their forces jump within a step, and an implicit first-order step keeps them dissipative at any gain
+/// (joint_step.cpp). Under Velocity Verlet contact forces on them are those of the step's start.
 #include "haptic_core/dynamics/articulated_body.h"
 #include "haptic_core/dynamics/free_body.h"
 #include "haptic_core/world/pipeline.h"
@@ -46,6 +50,10 @@ void Pipeline::substepEuler(double h, double progress) noexcept {
 }
 
 void Pipeline::eulerTree(const PlanTree& tree, double h) noexcept {
+  if (tree.has_laws) {
+    moveJointed(tree, h, nullptr);
+    return;
+  }
   double* q = state_.q.data() + tree.q;
   double* v = state_.v.data() + tree.v;
   double* pull = v_dot_.data() + tree.v;
@@ -62,7 +70,7 @@ void Pipeline::substepVerlet(double h, double progress) noexcept {
   if (state_.primed == 0) {
     evaluate({0, 0.5});
     for (const PlanTree& tree : plan_.trees) {
-      if (isStepped(tree)) readPull(tree, state_.pull.data() + tree.v);
+      if (isStepped(tree)) tree.has_laws ? gatherPull(tree, h) : readPull(tree, state_.pull.data() + tree.v);
     }
     state_.primed = 1;
   }
@@ -79,6 +87,10 @@ void Pipeline::substepVerlet(double h, double progress) noexcept {
 
 /// Half a kick and the drift; leaves v½ in half_ and the predicted end velocity in v.
 void Pipeline::startVerlet(const PlanTree& tree, double h) noexcept {
+  if (tree.has_laws) {
+    moveJointed(tree, h, state_.pull.data() + tree.v);
+    return;
+  }
   double* q = state_.q.data() + tree.q;
   double* v = state_.v.data() + tree.v;
   const double* pull = state_.pull.data() + tree.v;
@@ -94,6 +106,10 @@ void Pipeline::startVerlet(const PlanTree& tree, double h) noexcept {
 }
 
 void Pipeline::finishVerlet(const PlanTree& tree, double h) noexcept {
+  if (tree.has_laws) {
+    gatherPull(tree, h);
+    return;
+  }
   const int nv = tree.model->nv();
   double* v = state_.v.data() + tree.v;
   double* pull = state_.pull.data() + tree.v;

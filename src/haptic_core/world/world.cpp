@@ -32,6 +32,21 @@ int World::linkIndex(const std::string& name) const {
 Pose World::linkPose(int link) const { return impl_->pipeline.link(link).X_WL; }
 Twist World::linkTwist(int link) const { return impl_->pipeline.link(link).twistAtOrigin(); }
 
+int World::jointCount() const { return static_cast<int>(impl_->pipeline.plan().joints.size()); }
+const std::string& World::jointName(int joint) const { return impl_->pipeline.plan().joints[joint].name; }
+int World::jointIndex(const std::string& name) const {
+  for (int i = 0; i < jointCount(); ++i) {
+    if (jointName(i) == name) return i;
+  }
+  return -1;
+}
+int World::jointLink(int joint) const { return impl_->pipeline.plan().joints[joint].link; }
+bool World::obeysCommands(int joint) const { return impl_->pipeline.plan().joints[joint].driven; }
+JointReading World::joint(int joint) const noexcept { return impl_->pipeline.joint(joint); }
+bool World::setJointCommand(int joint, const JointCommand& command) noexcept {
+  return impl_->pipeline.setJointCommand(joint, command);
+}
+
 int World::pointerCount() const { return static_cast<int>(impl_->def.pointers.size()); }
 const PointerDef& World::pointer(int i) const { return impl_->def.pointers[i]; }
 int World::pointerLink(int i) const { return static_cast<int>(impl_->pipeline.state().pointers[i].link); }
@@ -50,6 +65,6 @@ const ContactReport& World::contact(int i) const { return impl_->pipeline.contac
 std::uint64_t World::hash() const { return impl_->pipeline.state().hash(); }
 std::vector<double> World::save() const { return impl_->pipeline.state().pack(); }
 void World::restore(const std::vector<double>& state) { impl_->pipeline.restore(state); }
-std::string World::planText() const { return impl_->pipeline.plan().text(); }
+std::string World::planText() const { return impl_->pipeline.text(); }
 
 }  // namespace haptic

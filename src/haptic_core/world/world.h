@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "haptic_core/base/spatial.h"
+#include "haptic_core/dynamics/joint_law.h"
 #include "haptic_core/world/definition.h"
 #include "haptic_core/world/step_report.h"
 
@@ -30,6 +31,16 @@ class World {
   int linkIndex(const std::string& name) const;       ///< -1 when there is none
   Pose linkPose(int link) const;                      ///< X_WL
   Twist linkTwist(int link) const;                    ///< V_WL at the link frame's origin, in W
+
+  int jointCount() const;                 ///< joints of one degree of freedom
+  const std::string& jointName(int joint) const;
+  int jointIndex(const std::string& name) const;      ///< -1 when there is none
+  int jointLink(int joint) const;                     ///< the link that hangs on it
+  JointReading joint(int joint) const noexcept;
+  bool obeysCommands(int joint) const;                ///< it has a drive, or gains for one, and follows no other
+  /// (in realtime) What the joint's drive does from the next step on; part of the state. False, and nothing done: not
+  /// finite, or the joint obeys no commands.
+  bool setJointCommand(int joint, const JointCommand& command) noexcept;
 
   int pointerCount() const;
   const PointerDef& pointer(int i) const;

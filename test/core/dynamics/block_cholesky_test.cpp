@@ -116,5 +116,42 @@ TEST(BlockCholesky, AKeptAnalysisStartsFromZero) {
   EXPECT_EQ(first, second);
 }
 
+TEST(BlockCholesky, PrescribedUnknownsAreMetAndTheRestSolvesAroundThem) {
+  std::mt19937 random(7);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Problem p = randomProblem(random, 1 + trial % 8, 0.5, false);
+    const int n = p.offsets.back();
+    BlockCholesky solver(8, 64, 10000);
+    solver.reserveKept();
+    ASSERT_TRUE(solver.analyze(p.sizes.data(), static_cast<int>(p.sizes.size()), p.edges.data(),
+                               static_cast<int>(p.edges.size())));
+    assemble(p, solver, trial % 2);
+    solver.keep();
+    Eigen::VectorXd x = Eigen::VectorXd::Random(n), b = Eigen::VectorXd::Random(n), y(n);
+    solver.multiplyKept(x.data(), y.data());
+    EXPECT_LT((y - p.A * x).norm(), 1e-13 * p.A.norm() * x.norm());
+    for (int repeat = 0; repeat < 2; ++repeat) {  // recall brings A back
+      if (repeat) solver.recall();
+      Eigen::VectorXd rhs = b;
+      std::vector<int> free;
+      for (std::size_t node = 0; node < p.sizes.size(); ++node) {
+        for (int i = 0; i < p.sizes[node]; ++i) {
+          const int row = p.offsets[node] + i;
+          if (row % 3 == 0) {
+            rhs[row] = solver.prescribe(static_cast<int>(node), i) * x[row];
+          } else {
+            free.push_back(row);
+          }
+        }
+      }
+      ASSERT_TRUE(solver.factor());
+      solver.solve(rhs.data());
+      for (int row = 0; row < n; row += 3) EXPECT_DOUBLE_EQ(rhs[row], x[row]);
+      const Eigen::VectorXd left = p.A * rhs - b;
+      for (int row : free) EXPECT_NEAR(left[row], 0, 1e-11 * p.A.norm() * rhs.norm());
+    }
+  }
+}
+
 }  // namespace
 }  // namespace haptic

@@ -1,0 +1,448 @@
+// Joints with laws of their own in a world: against the tree alone, against statics, with contact, saved and
+// restored.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../../scenes/blocks.h"
+#include "../dynamics/chain.h"
+#include "../dynamics/four_bar.h"
+#include "../dynamics/random_tree.h"
+#include "haptic_core/base/error.h"
+#include "haptic_core/dynamics/joint_space_inertia.h"
+#include "haptic_core/dynamics/tree_motion.h"
+#include "haptic_core/world/pipeline.h"
+#include "haptic_core/world/world.h"
+
+namespace haptic {
+namespace {
+
+ArticulationDef articulationOf(const TreeDef& tree) {
+  ArticulationDef def;
+  def.name = tree.name;
+  def.X_WA = tree.X_WA;
+  def.V_WA = tree.V_WA;
+  for (const BodyDef& body : tree.links) {
+    LinkDef link;
+    static_cast<BodyDef&>(link) = body;
+    def.links.push_back(link);
+  }
+  return def;
+}
+
+/// A chain with every law a joint can have.
+TreeDef lawfulChain() {
+  TreeDef tree = test::chain(4);
+  for (BodyDef& body : tree.links) {
+    body.joint.damping = 1e-3;
+    body.joint.friction = 2e-3;
+    body.joint.lower = -0.3;
+    body.joint.upper = 0.4;
+  }
+  tree.links[1].joint.drive = JointDef::Drive::kPosition;
+  tree.links[1].joint.drive_stiffness = 5;
+  tree.links[1].joint.drive_damping = 0.01;
+  tree.links[1].joint.max_effort = 0.3;
+  tree.links[3].joint.mimic_joint = 2;
+  tree.links[3].joint.mimic_multiplier = 0.5;
+  return tree;
+}
+
+/// An arm of 0.2 m along x on a hinge about z at the origin, its tip a box; no gravity. A floor is not there.
+WorldDef armAndBox(double friction, Integrator integrator) {
+  WorldDef def;
+  def.name = "arm";
+  def.settings.integrator = integrator;
+  def.settings.gravity.setZero();
+  def.settings.default_material = scenes::CubeParameters{}.material();
+  ArticulationDef arm = scenes::freeBox("arm", Vector3(0.2, 0.02, 0.02), 0.2, Pose());
+  LinkDef& link = arm.links[0];
+  link.joint.type = JointType::kRevolute;
+  link.joint.name = "hinge";
+  link.joint.axis = Vector3::UnitZ();
+  link.joint.friction = friction;
+  link.inertia.p_LC = Vector3(0.1, 0, 0);
+  link.collisions[0].X_LS = Pose(Vector3(0.1, 0, 0));
+  def.articulations.push_back(arm);
+  // A block that is driven against the tip, 0.18 m from the hinge, along y.
+  ArticulationDef block =
+      scenes::freeBox("block", Vector3(0.02, 0.02, 0.02), 0.1, Pose(Vector3(0.18, -0.02, 0)));
+  block.links[0].joint.type = JointType::kPrismatic;
+  block.links[0].joint.name = "slide";
+  block.links[0].joint.axis = Vector3::UnitY();
+  block.links[0].joint.drive = JointDef::Drive::kEffort;
+  block.links[0].joint.damping = 20;
+  def.articulations.push_back(block);
+  return def;
+}
+
+WorldDef worldOf(const TreeDef& tree, Integrator integrator = Integrator::kSymplecticEuler) {
+  WorldDef def;
+  def.name = "world";
+  def.settings.integrator = integrator;
+  def.articulations.push_back(articulationOf(tree));
+  return def;
+}
+
+class EveryIntegrator : public testing::TestWithParam<Integrator> {};
+INSTANTIATE_TEST_SUITE_P(All, EveryIntegrator,
+                         testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet,
+                                         Integrator::kImplicitEuler, Integrator::kSdirk2));
+
+class ExplicitJoints : public testing::TestWithParam<Integrator> {};
+INSTANTIATE_TEST_SUITE_P(Both, ExplicitJoints,
+                         testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet));
+
+TEST_P(ExplicitJoints, MoveAsTheTreeAloneDoes) {
+  const TreeDef def = lawfulChain();
+  World world(worldOf(def, GetParam()));
+  const Articulation tree(def);
+  TreeMotion motion(tree);
+  std::vector<LinkWork> work(tree.linkCount());
+  std::vector<double> q(tree.nq()), v(tree.nv());
+  std::vector<JointCommand> commands;
+  for (const BodyDef& body : def.links) commands.push_back(initialCommand(body.joint));
+  tree.initialState(q.data(), v.data());
+  ASSERT_EQ(world.jointCount(), 4);
+  for (int i = 0; i < 1000; ++i) {
+    if (i == 300) {
+      commands[1] = {JointDef::Drive::kVelocity, 0, 0.7, 0.01};
+      ASSERT_TRUE(world.setJointCommand(1, commands[1]));
+    }
+    forwardKinematics(tree, q.data(), v.data(), work.data());
+    motion.step(Vector3(0, 0, -9.8), 1e-3, commands.data(), q.data(), v.data(), work.data());
+    world.step();
+    for (int k = 0; k < 4; ++k) {
+      ASSERT_EQ(world.joint(k).position, q[k]) << i;
+      ASSERT_EQ(world.joint(k).velocity, v[k]) << i;
+      ASSERT_EQ(world.joint(k).effort, motion.driveForceOf(k)) << i;
+    }
+  }
+  EXPECT_EQ(world.report().flags, 0u);
+}
+
+TEST_P(EveryIntegrator, FrictionHoldsAgainstAContactUpToItsLimit) {
+  const double arm = 0.18, limit = 0.5 / arm;  // [N] at the tip
+  for (const double share : {0.9, 1.1}) {
+    World world(armAndBox(0.5, GetParam()));
+    const int slide = world.jointIndex("slide");
+    for (int i = 0; i < 3000; ++i) {
+      const double force = share * limit * std::min(1.0, i / 2000.0);
+      ASSERT_TRUE(world.setJointCommand(slide, {JointDef::Drive::kEffort, 0, 0, force}));
+      world.step();
+    }
+    const JointReading hinge = world.joint(world.jointIndex("hinge"));
+    if (share < 1) {
+      EXPECT_EQ(hinge.position, 0);  // to the last bit
+      EXPECT_EQ(hinge.velocity, 0);
+      ASSERT_EQ(world.contactCount(), 1);
+      EXPECT_NEAR(world.contact(0).normal_force, share * limit, 0.01 * limit);  // the dampers still give way
+    } else {
+      EXPECT_GT(hinge.position, 1e-3);
+    }
+  }
+}
+
+TEST_P(EveryIntegrator, SaveAndRestoreContinueWithTheSameBits) {
+  const WorldDef def = armAndBox(0.05, GetParam());
+  World one(def), two(def);
+  ASSERT_TRUE(one.setJointCommand(one.jointIndex("slide"), {JointDef::Drive::kEffort, 0, 0, 3}));
+  for (int i = 0; i < 200; ++i) one.step();
+  EXPECT_NE(one.hash(), two.hash());
+  two.restore(one.save());
+  EXPECT_EQ(one.hash(), two.hash());
+  for (int i = 0; i < 500; ++i) {
+    one.step();
+    two.step();
+    ASSERT_EQ(one.hash(), two.hash()) << "step " << i;
+  }
+  const std::uint64_t before = one.hash();
+  ASSERT_TRUE(one.setJointCommand(one.jointIndex("slide"), {JointDef::Drive::kEffort, 0, 0, 3.5}));
+  EXPECT_NE(one.hash(), before);  // commands are part of the state
+}
+
+TEST_P(EveryIntegrator, LedgerAccountsForEveryJouleUpToTheStep) {
+  double error[2];
+  for (int half = 0; half < 2; ++half) {
+    WorldDef def = worldOf(lawfulChain(), GetParam());
+    def.settings.step = half ? 5e-4 : 1e-3;
+    World world(def);
+    ASSERT_TRUE(world.setJointCommand(1, {JointDef::Drive::kPosition, 0.2, 0, 0}));
+    world.step();
+    const double start = world.report().energy.balance();
+    while (world.time() < 0.5) world.step();
+    const EnergyLedger& e = world.report().energy;
+    EXPECT_GT(e.damping, 0);
+    EXPECT_GT(e.friction, 0);
+    error[half] = std::abs(e.balance() - start);
+  }
+  EXPECT_LT(error[1], 0.6 * error[0]);  // first order
+}
+
+/// The parallelogram of four_bar.h, its left bar and rod on one root, its right bar on another, closed by a
+/// loop.
+WorldDef twoRootedFourBar(Integrator integrator) {
+  const TreeDef whole = test::fourBar();
+  TreeDef left = whole, right = whole;
+  left.links.resize(2);
+  left.name = "left";
+  right.links = {whole.links[2]};
+  right.links[0].parent = -1;
+  right.name = "right";
+  WorldDef def = worldOf(left, integrator);
+  // Something between them, so that joining changes the order of links.
+  def.articulations.push_back(scenes::freeBox("stone", Vector3(0.01, 0.01, 0.01), 1, Pose(Vector3(9, 0, 0))));
+  def.articulations.push_back(articulationOf(right));
+  const RingDef ring = test::fourBarRing()[0];
+  LoopDef loop;
+  loop.name = "closure";
+  loop.articulation_a = ring.link_a < 2 ? 0 : 2;
+  loop.link_a = ring.link_a < 2 ? ring.link_a : 0;
+  loop.articulation_b = ring.link_b < 2 ? 0 : 2;
+  loop.link_b = ring.link_b < 2 ? ring.link_b : 0;
+  loop.X_AF = ring.X_AF;
+  loop.X_BF = ring.X_BF;
+  loop.type = ring.type;
+  loop.axis = ring.axis;
+  def.loops.push_back(loop);
+  return def;
+}
+
+TEST_P(ExplicitJoints, ALoopOverTwoArticulationsMovesAsOneTree) {
+  WorldDef def = twoRootedFourBar(GetParam());
+  def.articulations[0].links[0].joint.position = 0.8;
+  def.articulations[0].links[1].joint.position = -0.8;
+  def.articulations[2].links[0].joint.position = 0.8;
+  World world(def);
+  TreeDef whole = test::fourBar();
+  const Articulation tree(whole);
+  TreeMotion motion(tree, test::fourBarRing());
+  std::vector<LinkWork> work(3);
+  std::vector<double> q = {0.8, -0.8, 0.8}, v(3);
+  std::vector<JointCommand> commands(3);
+  ASSERT_TRUE(motion.close(q.data(), v.data(), work.data()));
+  for (int i = 0; i < 1000; ++i) {
+    world.step();
+    forwardKinematics(tree, q.data(), v.data(), work.data());
+    motion.step(def.settings.gravity, 1e-3, commands.data(), q.data(), v.data(), work.data());
+    EXPECT_LT(world.report().closure, 1e-6);
+  }
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(world.joint(k).position, q[k], 1e-9);
+  EXPECT_EQ(world.linkName(world.jointLink(2)), whole.links[2].name);
+  EXPECT_GE(world.linkIndex("stone"), 0);
+}
+
+/// A random tree whose joints have random laws, in motion.
+TreeDef randomLawfulTree(test::Random& random, int links, bool floating) {
+  TreeDef def = test::randomTree(random, links, floating);
+  for (BodyDef& body : def.links) {
+    JointDef& joint = body.joint;
+    if (joint.type != JointType::kRevolute && joint.type != JointType::kPrismatic) continue;
+    joint.position = test::uniform(random, -1, 1);
+    joint.velocity = test::uniform(random, -2, 2);
+    joint.damping = random() % 2 ? test::uniform(random, 0, 3) : 0;
+    if (random() % 2) joint.friction = test::uniform(random, 0, 5);
+    if (random() % 3 == 0) joint.lower = test::uniform(random, -2, joint.position);
+    if (random() % 3 == 0) joint.upper = test::uniform(random, joint.position, 2);
+    joint.drive = static_cast<JointDef::Drive>(random() % 4);
+    joint.drive_stiffness = test::uniform(random, 0, 1e4);
+    joint.drive_damping = test::uniform(random, 0, 1e2);
+    if (random() % 2) joint.max_effort = test::uniform(random, 0, 10);
+  }
+  return def;
+}
+
+/// Oracle: inverse dynamics at the end of the step says what force every joint had; it must be one of its
+/// graph.
+TEST(ImplicitJoints, EveryForceLiesOnItsGraph) {
+  test::Random random(31);
+  for (int trial = 0; trial < 120; ++trial) {
+    const TreeDef def = randomLawfulTree(random, 2 + trial % 12, trial % 2);
+    World world(worldOf(def, Integrator::kImplicitEuler));
+    const Articulation tree(def);
+    const double h = world.settings().step;
+    std::vector<LinkWork> work(tree.linkCount());
+    for (int step = 0; step < 20; ++step) {
+      const std::vector<double> before = world.save();
+      world.step();
+      ASSERT_EQ(world.report().flags, 0u) << trial << " " << step;
+      const std::vector<double> after = world.save();
+      const auto q = [&](const std::vector<double>& s) {
+        return s.data() + 11;
+      };  // state.cpp: 11 numbers, then q, v
+      const auto v = [&](const std::vector<double>& s) { return s.data() + 11 + tree.nq(); };
+      std::vector<double> v_dot(tree.nv()), tau(tree.nv());
+      for (int k = 0; k < tree.nv(); ++k) v_dot[k] = (v(after)[k] - v(before)[k]) / h;
+      forwardKinematics(tree, q(after), v(after), work.data());
+      inverseDynamics(tree, Vector3(0, 0, -9.8), v_dot.data(), work.data(), tau.data());
+      for (int i = 0; i < tree.linkCount(); ++i) {
+        const LinkModel& link = tree.link(i);
+        const double v1 = v(after)[link.v];
+        if (link.dof != 1) {
+          for (int k = 0; k < link.dof; ++k)
+            EXPECT_NEAR(tau[link.v + k], 0, 1e-6 * (1 + std::abs(v_dot[link.v + k])));
+          continue;
+        }
+        ForceGraph graph;
+        buildForceGraph(def.links[i].joint, initialCommand(def.links[i].joint), q(before)[link.q], h, graph);
+        const auto value = [&](double rate) {
+          const ForcePiece& piece = graph.pieces[graph.at(rate)];
+          if (piece.vertical) return rate < piece.from ? piece.high : piece.low;
+          return piece.offset - piece.slope * rate;
+        };
+        // The graph falls: its values just left and right of v₁ bracket the force.
+        const double width = 1e-7 * (1 + std::abs(v1)), slack = 1e-6 * (1 + std::abs(tau[link.v]));
+        if (v1 - width > graph.pieces[0].from) EXPECT_LT(tau[link.v], value(v1 - width) + slack);
+        if (v1 + width < graph.pieces[graph.count - 1].to) EXPECT_GT(tau[link.v], value(v1 + width) - slack);
+      }
+    }
+  }
+}
+
+/// From one smooth motion of a driven and damped chain, against a step that is 64 times shorter.
+TEST(ImplicitJoints, FollowTheirOrderWhereNothingJumps) {
+  TreeDef tree = test::chain(3);
+  for (BodyDef& body : tree.links) {
+    body.joint.damping = 2e-3;
+    body.joint.drive = JointDef::Drive::kPosition;
+    body.joint.drive_stiffness = 1;
+    body.joint.drive_damping = 0.01;
+  }
+  const auto end = [&](Integrator integrator, double h) {
+    WorldDef def = worldOf(tree, integrator);
+    def.settings.step = h;
+    World world(def);
+    for (int i = 0; i < std::lround(0.256 / h); ++i) world.step();
+    return Vector3(world.joint(0).position, world.joint(1).position, world.joint(2).position);
+  };
+  const Vector3 exact = end(Integrator::kSdirk2, 1. / 16000);
+  for (const auto& [integrator, order] :
+       {std::pair{Integrator::kImplicitEuler, 1}, {Integrator::kSdirk2, 2}}) {
+    const double coarse = (end(integrator, 4e-3) - exact).norm(),
+                 fine = (end(integrator, 2e-3) - exact).norm();
+    EXPECT_NEAR(std::log2(coarse / fine), order, 0.15);
+  }
+}
+
+TEST(ImplicitJoints, AnyGainAndAnyStepAreStable) {
+  for (double stiffness : {1e2, 1e6, 1e12}) {
+    TreeDef tree = test::chain(1);
+    tree.links[0].joint.drive = JointDef::Drive::kPosition;
+    tree.links[0].joint.drive_stiffness = stiffness;
+    tree.links[0].joint.drive_damping = 1;
+    WorldDef def = worldOf(tree, Integrator::kImplicitEuler);
+    def.settings.step = 1e-2;
+    World world(def);
+    ASSERT_TRUE(world.setJointCommand(0, {JointDef::Drive::kPosition, -1, 0, 0}));
+    for (int i = 0; i < 3000; ++i) world.step();
+    const double sag = test::kChainMass * 9.8 * test::kChainLength / 2 * std::cos(1.0) / stiffness;
+    EXPECT_NEAR(world.joint(0).position, -1 + sag, 0.02 * sag + 1e-9) << stiffness;
+    EXPECT_EQ(world.report().flags, 0u);
+  }
+}
+
+TEST(ImplicitJoints, LimitsNeverAddEnergy) {
+  // One hinge without gravity: its inertia is constant, so that nothing but the limit can change the energy.
+  for (const Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2}) {
+    for (double speed : {0.3, 9., 100.}) {
+      TreeDef tree = test::chain(1);
+      tree.links[0].joint.lower = -0.4;
+      tree.links[0].joint.upper = 0.3;
+      tree.links[0].joint.velocity = speed;
+      WorldDef def = worldOf(tree, integrator);
+      def.settings.gravity.setZero();
+      World world(def);
+      double before = 0.5 * (test::kChainMass / 12 * 1.04e-2 + test::kChainMass * 2.5e-3) * speed * speed;
+      const double start = before;
+      for (int i = 0; i < 2000; ++i) {
+        world.step();
+        const EnergyLedger& e = world.report().energy;
+        EXPECT_LE(e.kinetic, before * (1 + 1e-13));
+        EXPECT_NEAR(e.kinetic + e.friction, start, 1e-12 * start);
+        before = e.kinetic;
+        EXPECT_LE(world.joint(0).position, 0.3 + 1e-12);
+      }
+      EXPECT_EQ(world.joint(0).velocity, 0);
+    }
+  }
+}
+
+TEST(ImplicitJoints, LoopsStayClosedAndSwingAsTheyShould) {
+  for (const Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2}) {
+    WorldDef def = twoRootedFourBar(integrator);
+    def.settings.step = 1e-4;
+    def.articulations[0].links[0].joint.position = 0.8;
+    def.articulations[0].links[1].joint.position = -0.8;
+    def.articulations[2].links[0].joint.position = 0.8;
+    World world(def);
+    double angle = 0.8, rate = 0;  // symplectic Euler at a tenth of the step
+    for (int i = 0; i < 10000; ++i) {
+      world.step();
+      ASSERT_LT(world.report().closure, 1e-9);
+      for (int s = 0; s < 10; ++s) {
+        rate -= 1e-5 * test::fourBarStiffness() * std::sin(angle);
+        angle += 1e-5 * rate;
+      }
+    }
+    // Implicit Euler damps by h ω² t/2 = 2e-3; SDIRK2's velocities in loops are of first order as well.
+    EXPECT_NEAR(world.joint(0).position, angle, integrator == Integrator::kSdirk2 ? 2e-3 : 2e-2);
+    EXPECT_NEAR(world.joint(1).position, -world.joint(0).position, 1e-9);
+  }
+}
+
+TEST(Joints, ALoopToAFixedBodyIsOneToTheWorld) {
+  const TreeDef chain = test::chain(3);
+  const Vector3 tip(test::kChainLength, 0, 0), end(3 * test::kChainLength, 0, 0);
+  WorldDef def = worldOf(chain);
+  def.articulations.push_back(scenes::staticBox("wall", Vector3(0.1, 0.1, 0.1), Pose(Vector3(0.4, 0.2, 0))));
+  LoopDef loop;
+  loop.name = "pin";
+  loop.articulation_a = 1;
+  loop.link_a = 0;
+  loop.X_AF = Pose(Vector3(end - Vector3(0.4, 0.2, 0)));
+  loop.articulation_b = 0;
+  loop.link_b = 2;
+  loop.X_BF = Pose(tip);
+  def.loops.push_back(loop);
+  World world(def);
+  for (int i = 0; i < 500; ++i) {
+    world.step();
+    const Vector3 gap = world.linkPose(2) * tip - end;
+    ASSERT_LT(gap.norm(), 1e-6);
+    ASSERT_NEAR(world.report().closure, gap.norm(), 1e-12);
+  }
+}
+
+TEST(Joints, CommandsThatCannotBeObeyedAreRefused) {
+  World world(worldOf(lawfulChain()));
+  const std::uint64_t before = world.hash();
+  EXPECT_FALSE(world.setJointCommand(1, {JointDef::Drive::kPosition, std::nan(""), 0, 0}));
+  EXPECT_FALSE(world.setJointCommand(0, {JointDef::Drive::kEffort, 0, 0, 1}));  // no drive
+  EXPECT_FALSE(world.setJointCommand(9, {}));
+  EXPECT_EQ(world.hash(), before);
+}
+
+TEST(Joints, LoopsThatCannotBeAreRefused) {
+  const auto refused = [](const WorldDef& def) {
+    try {
+      World world(def);
+    } catch (const SetupError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  WorldDef def = twoRootedFourBar(Integrator::kSymplecticEuler);
+  EXPECT_EQ(refused(def), "");
+  WorldDef missing = def;
+  missing.loops[0].link_b = 7;
+  EXPECT_NE(refused(missing).find("closure"), std::string::npos);
+  WorldDef still = def;
+  still.loops[0].articulation_a = still.loops[0].articulation_b = -1;
+  EXPECT_NE(refused(still).find("never move"), std::string::npos);
+  WorldDef open = def;
+  open.loops[0].X_BF.p += Vector3(5, 0, 0);
+  EXPECT_NE(refused(open).find("do not close"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace haptic
