@@ -28,9 +28,56 @@ struct Layer {
   Planar slipFor(const Planar& f) const { return {-f.force / (A0 * k), J > 0 ? -f.torque / (J * k) : 0.0}; }
 };
 
-double loadOf(const Planar& f, double limit, double torsion_limit) {
-  const double torsion = torsion_limit > 0 ? f.torque / torsion_limit : 0.0;
-  return std::sqrt(f.force.squaredNorm() / (limit * limit) + torsion * torsion);
+/// Forces that stick: (|f|/F)² + (τ/T)² ≤ 1.
+struct LimitEllipsoid {
+  double F, T;
+  double load(const Planar& f) const {
+    const double torsion = T > 0 ? f.torque / T : 0.0;
+    return std::sqrt(f.force.squaredNorm() / (F * F) + torsion * torsion);
+  }
+  /// Friction on a patch that slips by `slip`: the point of the surface whose normal is -slip.
+  Planar against(const Planar& slip) const {
+    const double size = std::sqrt(F * F * slip.force.squaredNorm() + T * T * slip.torque * slip.torque);
+    if (size == 0) return {};
+    return {-F * F / size * slip.force, -T * T / size * slip.torque};
+  }
+};
+
+/// The nearest force that the limit allows, and how it follows the trial force.
+struct Returned {
+  Planar force;
+  Matrix3 compliant_area;  ///< see FrictionForce
+  bool outside = false;
+};
+
+/// Minimises (f - trial)ᵀ L⁻¹ (f - trial), L = diag(A0, A0, J), over the ellipsoid. f = (1 + λ L Q)⁻¹ trial with
+/// Q = diag(F⁻², F⁻², T⁻²), and λ ≥ 0 the root of a convex falling function: Newton from 0 comes from one side.
+Returned nearest(const Planar& trial, const LimitEllipsoid& limit, const Layer& layer) {
+  constexpr int kMostIterations = 30;  // quadratic convergence: 4–8 in practice
+  Returned out;
+  const bool turns = limit.T > 0 && layer.J > 0;
+  const Vector3 L(layer.A0, layer.A0, turns ? layer.J : 0.0);
+  const Vector3 Q(1 / (limit.F * limit.F), 1 / (limit.F * limit.F), turns ? 1 / (limit.T * limit.T) : 0.0);
+  const Vector3 t(trial.force.x(), trial.force.y(), turns ? trial.torque : 0.0);
+  out.outside = (Q.array() * t.array().square()).sum() > 1;
+  out.compliant_area = L.asDiagonal();
+  Vector3 f = t, share = Vector3::Ones();  // share = (1 + λ L Q)⁻¹
+  double lambda = 0;
+  for (int i = 0; out.outside && i < kMostIterations; ++i) {
+    share = (1 + lambda * (L.array() * Q.array())).inverse();
+    f = share.cwiseProduct(t);
+    const double excess = (Q.array() * f.array().square()).sum() - 1;
+    if (excess <= 1e-14) break;
+    lambda += excess / (2 * (Q.array().square() * L.array() * f.array().square() * share.array()).sum());
+  }
+  if (out.outside) {
+    const Vector3 along = share.cwiseProduct(L).cwiseProduct(Q).cwiseProduct(f);
+    const double size = Q.cwiseProduct(f).dot(along);
+    out.compliant_area = share.cwiseProduct(L).asDiagonal();
+    out.compliant_area -= along * (along.transpose() / size);
+  }
+  out.force = {f.head<2>(), f.z()};
+  return out;
 }
 
 /// Elastic slip brought to this patch: area that joined comes unstrained.
@@ -75,31 +122,41 @@ FrictionForce frictionForce(const ContactVolume& contact, const ContactWorkspace
   Planar trial = layer.force(slip, rate);
 
   const double gyration2 = contact.volume > 0 ? contact.V2.trace() / contact.volume : layer.J / layer.A0;
-  const double limit = (slid ? m.mu_dynamic : m.mu_static) * N;
-  const double torsion_limit = limit * kTorsionRadius * std::sqrt(std::max(0.0, gyration2));
-  out.load = loadOf(trial, limit, torsion_limit);
+  const double torsion_radius = layer.J > 0 ? kTorsionRadius * std::sqrt(std::max(0.0, gyration2)) : 0.0;
+  const auto limit = [&](double mu) { return LimitEllipsoid{mu * N, mu * N * torsion_radius}; };
+  const LimitEllipsoid now = limit(slid ? m.mu_dynamic : m.mu_static);
+  out.load = now.load(trial);
+  out.compliant_area.diagonal() << layer.A0, layer.A0, layer.J;
   // What the springs hold on the limit surface: what slid last, or the trial force brought back to it.
   const Planar held = slid ? layer.force(before, {}) : trial * (1 / std::max(1.0, out.load));
   bool slides = slid || (advance.may_yield && out.load > 1);
   Planar f = trial;
   if (slides) {
-    const Planar direction = layer.slipFor(trial - held);
-    const SlidingIntegral s = slidingIntegral(workspace, contact, normal.field, normal.moments(contact),
-                                              direction.force, direction.torque, normal.radius);
-    const Planar sliding{-m.mu_dynamic * s.force, law.torsion ? -m.mu_dynamic * s.torque : 0.0};
-    // Outside the limit surface as seen along the slip? After a static limit it is anyway.
-    if (!slid || direction.dot(sliding - trial) > 0) {
-      f = sliding;
+    const bool keeps = advance.keep_limit && !slid;
+    const double mu = keeps ? m.mu_static : m.mu_dynamic;
+    // Where the area integral stands off the ellipsoid. Within a solve the direction is that of the step before, so
+    // that it does not turn over with the iterates.
+    Planar offset;
+    if (!keeps) {
+      const Planar slipped = advance.keep_limit ? old_rate : layer.slipFor(trial - held);
+      const SlidingIntegral s = slidingIntegral(workspace, contact, normal.field, normal.moments(contact),
+                                                slipped.force, slipped.torque, normal.radius);
+      offset = Planar{-mu * s.force, law.torsion ? -mu * s.torque : 0.0} - limit(mu).against(slipped);
+    }
+    const Returned returned = nearest(trial - offset, limit(mu), layer);
+    if (!slid || returned.outside) {
+      f = offset + returned.force;
       slip = layer.slipFor(f);
       out.load = 1;
-    } else if (trial.dot(rate) >= 0) {
+      out.compliant_area = returned.compliant_area;
+    } else if (advance.keep_limit || trial.dot(rate) >= 0) {
       slides = false;
       out.event = stop;
     }
   }
   if (slides && !slid && !fresh && advance.old_share > 0 && out.load >= 1) {
     // ∫f dt over a step that yields after the share α: f0 … limit, then sliding; the rule takes (f0 + f1) h/2.
-    const double load1 = loadOf(trial, limit, torsion_limit);
+    const double load1 = now.load(trial);
     const double alpha = std::clamp((1 - memory.load) / std::max(load1 - memory.load, 1e-300), 0.0, 1.0);
     const Planar f0{(R_PA * memory.force_A).head<2>(), memory.torque};
     const Planar missed = (f0 * (alpha - 1) + held * alpha + f * (1 - 2 * alpha)) * (0.5 * advance.time);

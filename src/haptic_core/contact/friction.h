@@ -4,9 +4,11 @@
 /// twist of B over A at P, A0 = ∫dA, J = ∫|r - r̄|² dA,
 ///     f = -A0 (k_t s + b_t v),   τ = -J (k_t φ + b_t ω).
 /// It yields when (|f|/(μ0 N))² + (τ/(μ0 N r_τ))² > 1, and then slides with μ: f and τ are -μ times the integral of
-/// the pressure along the direction of the plastic slip (sliding_friction.h), the direction being that in which the
-/// trial force stands out of the limit surface (elastoplastic return mapping). The springs then hold just what
-/// slides. It sticks again when the springs would push the motion on: the slip has come to a stop inside the step.
+/// the pressure along the direction of the plastic slip (sliding_friction.h): the trial force is brought back to the
+/// nearest point of the limit surface in the metric of the springs (elastoplastic return mapping), an ellipsoid in
+/// (f, τ) moved to where the area integral lies for the present direction of slip. So the force is a continuous and
+/// monotone function of the slip, and the springs then hold just what slides. It sticks again when the springs would
+/// push the motion on: the slip has come to a stop inside the step.
 /// s lives in A's axes and is the integral of the slip at the patch, so it follows a patch that rolls or moves.
 /// Area that joins the patch comes unstrained: s shrinks by A0_before/A0. Area that leaves takes its strain along.
 /// Neither can add energy.
@@ -53,6 +55,9 @@ struct Advance {
   double time = 0;       ///< [s]; 0: the memory stays
   double old_share = 0;  ///< weight of the last slip velocity in the displacement: 0 Euler, ½ trapezoidal rule
   bool may_yield = true; ///< false: a patch that stuck stays elastic whatever its load
+  /// What an implicit solve needs to be continuous: a patch that stuck yields at μ0 and keeps that limit until the
+  /// step is over, instead of falling to μ at once.
+  bool keep_limit = false;
 };
 
 struct FrictionForce {
@@ -65,6 +70,9 @@ struct FrictionForce {
   double event = 1;                         ///< share of the step after which it began to slide or stuck; 1: neither
   Vector2 impulse = Vector2::Zero();        ///< what the trapezoidal rule misses of ∫f dt because of the event [N·s]
   double angular_impulse = 0;               ///< [N·m·s]
+  /// The layer as it answers a change of slip, in (x, y, about n): A0, A0, J [m², m⁴] while stuck, without the
+  /// direction of slip while sliding. ∂f/∂slip = -k_t times it, ∂f/∂rate = -b_t times it.
+  Matrix3 compliant_area = Matrix3::Zero();
 };
 
 /// (in realtime) A pure function. `V`: twist of B relative to A at P, in P's axes.

@@ -23,40 +23,24 @@ void correctTouch(const ContactVolume& contact, const NormalPressure& normal, do
   out.has_impulse = true;
 }
 
-/// Foundation of modulus `normal` under the whole patch and `tangential` along it: the quadratic form of
-/// v_z + ω_x y - ω_y x, v_x - ω_z y', … over the area.
-Matrix6 foundation(const ContactVolume& contact, double normal, double tangential, bool torsion) {
-  const double Ax = contact.A1.x(), Ay = contact.A1.y();
-  const double xx = contact.A2(0, 0), xy = contact.A2(0, 1), yy = contact.A2(1, 1);
-  Matrix6 out = Matrix6::Zero();
-  Eigen::Matrix3d n;  // in (ω_x, ω_y, v_z)
-  n << yy, -xy, Ay, -xy, xx, -Ax, Ay, -Ax, contact.A0;
-  n *= normal;
-  const int index[3] = {0, 1, 5};
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) out(index[i], index[j]) = n(i, j);
-  }
-  out(2, 2) = torsion ? tangential * torsionArea(contact) : 0.0;
-  out(3, 3) = out(4, 4) = tangential * contact.A0;
-  return out;
-}
-
 }  // namespace
 
-Matrix6 contactStiffness(const ContactVolume& contact, const PairLaw& law, bool sticking) noexcept {
-  const double kt = sticking && law.material.mu_static > 0 ? law.material.tangential_stiffness : 0.0;
-  return foundation(contact, law.material.stiffness, kt, law.torsion);
-}
-
-Matrix6 contactDamping(const ContactVolume& contact, const PairLaw& law, bool sticking,
-                       const Advance& advance) noexcept {
-  const ContactMaterial& m = law.material;
-  // Hunt–Crossley's damper k c d, with d spread evenly.
-  const double b = law.pressure == PressureLaw::kLinear ? m.damping
-                                                        : m.stiffness * m.dissipation * contact.volume / contact.A0;
-  const double bt = tangentialDamping(law, contact.A0) +
-                    m.tangential_stiffness * advance.time * (1 - advance.old_share);
-  return foundation(contact, b, sticking && m.mu_static > 0 ? bt : 0.0, law.torsion);
+Matrix6 PatchTangent::combined(double x, double y) const noexcept {
+  const PatchMoments w = stiffness * x + damping * y;
+  Matrix6 out = Matrix6::Zero();
+  // The quadratic form of v_z + ω_x r_y - ω_y r_x over the patch.
+  out(0, 0) = w.m2(1, 1);
+  out(1, 1) = w.m2(0, 0);
+  out(5, 5) = w.m0;
+  out(0, 1) = out(1, 0) = -w.m2(0, 1);
+  out(0, 5) = out(5, 0) = w.m1.y();
+  out(1, 5) = out(5, 1) = -w.m1.x();
+  const Matrix3 layer = (x * tangential_stiffness + y * tangential_damping) * compliant_area;
+  out.block<2, 2>(3, 3) = layer.topLeftCorner<2, 2>();
+  out.block<1, 2>(2, 3) = layer.row(2).head<2>();
+  out.block<2, 1>(3, 2) = layer.col(2).head<2>();
+  out(2, 2) = layer(2, 2);
+  return out;
 }
 
 LocatedForce locatedForce(const ContactVolume& contact, ContactWorkspace& workspace, const Twist& V,
@@ -76,6 +60,9 @@ LocatedForce locatedForce(const ContactVolume& contact, ContactWorkspace& worksp
     out.has_impulse = !friction.impulse.isZero(0) || friction.angular_impulse != 0;
     if (memory.touching == 0) correctTouch(contact, normal, -V.linear.z(), law.pressure, advance.time, out);
   }
+
+  out.tangent = {normal.stiffness, normal.damping, friction.compliant_area, law.material.tangential_stiffness,
+                 tangentialDamping(law, contact.A0)};
 
   const Matrix3& R_AP = contact.X_AP.R;
   const double A0 = contact.A0, J = torsionArea(contact), kt = law.material.tangential_stiffness;

@@ -8,6 +8,20 @@
 
 namespace haptic {
 
+/// Stiffness and damping of a patch about P in P's axes, rows and columns angular then linear, symmetric and positive
+/// semidefinite: what the implicit step, the settling of strong dampers and the certificate linearise with.
+/// With u = (θ_x, θ_y, z) the pressure at r changes by -∂p/∂d (z + θ_x y - θ_y x). Left out, because it is small or
+/// would break the symmetry: the turn of n with the bodies, the share of friction that follows the normal force, the
+/// slope of ḋ over the patch in ∂p/∂d.
+struct PatchTangent {
+  PatchMoments stiffness, damping;            ///< of the pressure
+  Matrix3 compliant_area = Matrix3::Zero();   ///< of the friction layer, see FrictionForce
+  double tangential_stiffness = 0, tangential_damping = 0;  ///< k_t [N/m³], b_t [N·s/m³]
+
+  /// x K + y D. K = -∂F/∂(displacement of B against A) [N·m/rad … N/m], D = -∂F/∂(twist) [N·m·s/rad … N·s/m].
+  Matrix6 combined(double x, double y) const noexcept;
+};
+
 struct LocatedForce {
   Wrench F_BP_P;              ///< on B at P, in P's axes
   double normal_force = 0;    ///< N [N]
@@ -17,14 +31,8 @@ struct LocatedForce {
   double event = 1;           ///< share of the step after which it touched, yielded or stuck; 1: none of them
   bool has_impulse = false;   ///< `impulse` is not zero
   Wrench impulse_P;           ///< what the trapezoidal rule over the step misses because of that [N·m·s, N·s]
+  PatchTangent tangent;
 };
-
-/// ∂F/∂V of a patch: F(V + δ) ≈ F(V) - D δ, about P in P's axes, angular first [N·m·s/rad … N·s/m]. Dampers, and the
-/// springs' share that the velocity moves within the step (advance.time · (1 - old_share) k_t).
-Matrix6 contactDamping(const ContactVolume& contact, const PairLaw& law, bool sticking, const Advance& advance) noexcept;
-
-/// ∂F/∂x likewise: F ≈ F - K x for a small displacement x of B against A with the normal held [N·m/rad … N/m].
-Matrix6 contactStiffness(const ContactVolume& contact, const PairLaw& law, bool sticking) noexcept;
 
 /// (in realtime) A pure function: nothing is stored. `workspace` holds the V that `contact` was computed from; it is
 /// scratch where the pressure changes sign inside the patch. `V_AB_P` is the twist of B relative to A at P, in P's

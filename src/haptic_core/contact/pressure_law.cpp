@@ -21,6 +21,10 @@ constexpr double kUniform = 1e-6;
 /// what it would add is below the rounding of a depth of micrometres.
 constexpr double kNegligiblePull = 1e-9;
 
+/// The factor (1 + c ḋ) of the stiffness does not fall below this: a patch that parts fast presses little, but a
+/// Newton step that believed it weightless would throw it back in.
+constexpr double kLeastPressing = 0.05;
+
 double patchReach(const ContactWorkspace& workspace, const ContactVolume& contact) {
   const Vector3 n = contact.X_AP.R.col(2), p = contact.X_AP.p;
   double reach2 = 0;
@@ -48,11 +52,17 @@ void huntCrossley(const ContactVolume& contact, ContactWorkspace& workspace, con
   if (!out.clipped) {
     out.force = k * phi * contact.volume;
     out.first = k * contact.V2 * g;
+    out.stiffness = PatchMoments{contact.A0, contact.A1, contact.A2} * (k * std::max(kLeastPressing, phi));
+    out.damping = PatchMoments{contact.volume, Vector2::Zero(), contact.V2} * (k * c);
     return;
   }
   const PartMoments part = momentsWhere(workspace, contact, -g, phi);
   out.force = std::max(0.0, k * (phi * part.volume + g.dot(part.V1)));
   out.first = k * (phi * part.V1 + part.V2 * g);
+  if (part.volume <= 0) return;
+  const double pressing = std::max(kLeastPressing, out.force / (k * part.volume));
+  out.stiffness = PatchMoments{part.A0, part.A1, part.A2} * (k * pressing);
+  out.damping = PatchMoments{part.volume, part.V1, part.V2} * (k * c);
 }
 
 using Piece = FixedVector<Vector2, kPieceVertices>;
@@ -70,9 +80,9 @@ void keepAbove(Piece& piece, Height height) {
   piece = kept;
 }
 
-/// Adds ∫ p and ∫ r p over a polygon on which p is affine.
+/// Adds ∫ p and ∫ r p over a polygon on which p is affine, and the moments of its area.
 template <class Pressure>
-void addPiece(const Piece& piece, Pressure pressure, NormalPressure& out) {
+void addPiece(const Piece& piece, Pressure pressure, NormalPressure& out, PatchMoments& area) {
   for (std::size_t i = 1; i + 1 < piece.size(); ++i) {
     const Vector2 corner[3] = {piece[0], piece[i], piece[i + 1]};
     const Vector2 ab = corner[1] - corner[0], ac = corner[2] - corner[0];
@@ -81,6 +91,12 @@ void addPiece(const Piece& piece, Pressure pressure, NormalPressure& out) {
     const double sum = p[0] + p[1] + p[2];
     out.force += 4 * twelfth * sum;
     for (int j = 0; j < 3; ++j) out.first += twelfth * (sum + p[j]) * corner[j];
+    // ∫ 1, r, r rᵀ over the triangle: its area a = 12 · twelfth, a/3 Σ r, a/12 (Σ r rᵀ + Σ r Σ rᵀ).
+    const Vector2 corners = corner[0] + corner[1] + corner[2];
+    area.m0 += 12 * twelfth;
+    area.m1 += 4 * twelfth * corners;
+    area.m2 += twelfth * corners * corners.transpose();
+    for (int j = 0; j < 3; ++j) area.m2 += twelfth * corner[j] * corner[j].transpose();
   }
 }
 
@@ -102,6 +118,7 @@ struct Sheet {
 void overlay(const ContactVolume& contact, ContactWorkspace& workspace, const Approach& a, double k, double b,
              NormalPressure& out) {
   workspace.buildLoops();
+  PatchMoments area;
   const Vector3 n = contact.normal();
   const auto rise = [&](const ContactLoop& loop) { return workspace.faces()[loop.face].normal.dot(n); };
   const auto point = [&](const ContactLoop& loop, int i) -> Vector2 {
@@ -127,9 +144,11 @@ void overlay(const ContactVolume& contact, ContactWorkspace& workspace, const Ap
         return k * (above.at(r) - below.at(r)) + b * (a.rate + a.slope.dot(r));
       };
       keepAbove(piece, pressure);
-      addPiece(piece, pressure, out);
+      addPiece(piece, pressure, out, area);
     }
   }
+  out.stiffness = area * k;
+  out.damping = area * b;
 }
 
 void linear(const ContactVolume& contact, ContactWorkspace& workspace, const Approach& a, double k, double b,
@@ -142,6 +161,9 @@ void linear(const ContactVolume& contact, ContactWorkspace& workspace, const App
   if (out.clipped) return overlay(contact, workspace, a, k, b, out);
   out.force = k * contact.volume + b * (a.rate * contact.A0 + a.slope.dot(contact.A1));
   out.first = b * (a.rate * contact.A1 + contact.A2 * a.slope);
+  const PatchMoments area{contact.A0, contact.A1, contact.A2};
+  out.stiffness = area * k;
+  out.damping = area * b;
 }
 
 }  // namespace

@@ -17,6 +17,15 @@ namespace haptic {
 
 enum class PressureLaw : unsigned char { kLinear, kHuntCrossley };
 
+/// ∫ w, ∫ r w, ∫ r rᵀ w dA of a weight w over the patch.
+struct PatchMoments {
+  double m0 = 0;
+  Vector2 m1 = Vector2::Zero();
+  Matrix2 m2 = Matrix2::Zero();
+  PatchMoments operator*(double s) const { return {s * m0, s * m1, s * m2}; }
+  PatchMoments operator+(const PatchMoments& o) const { return {m0 + o.m0, m1 + o.m1, m2 + o.m2}; }
+};
+
 struct NormalPressure {
   double force = 0;                    ///< ∫ p dA [N]
   Vector2 first = Vector2::Zero();     ///< ∫ r p dA [N·m]
@@ -25,6 +34,7 @@ struct NormalPressure {
   double radius = 0;                   ///< extent of the patch about P [m]
   PressureField field;                 ///< p before clipping, for the friction integral
   bool clipped = false;                ///< somewhere in the patch p is held at 0
+  PatchMoments stiffness, damping;     ///< of ∂p/∂d (its factor 1 + c ḋ taken at its mean) and of ∂p/∂ḋ
 
   /// Moments for the friction series: the second is the elastic one, scaled to the force.
   PressureMoments moments(const ContactVolume& contact) const {

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <sstream>
 
-#include "haptic_core/contact/contact_gradient.h"
+#include "haptic_core/contact/located_force.h"
 #include "haptic_core/dynamics/joint_space_inertia.h"
 #include "haptic_core/world/pipeline.h"
 
@@ -47,7 +47,7 @@ class Linearisation {
     ContactVolume volume;
     PairLaw law;
     Matrix J;  ///< twist of B against A at P, P's axes: 6 × dof
-    ContactGradient gradient;
+    Matrix6 stiffness, damping;  ///< of the patch, P's axes
   };
 
   Matrix M, K, D;
@@ -116,10 +116,9 @@ class Linearisation {
     if (contacts.empty()) return;
     for (const Contact& c : contacts) {
       Matrix6 springs = Matrix6::Zero();  // friction: the normal part comes from the differences
-      springs.block<2, 2>(3, 3) = c.gradient.stiffness.block<2, 2>(3, 3);
-      springs(2, 2) = c.gradient.stiffness(2, 2);
+      springs.block<3, 3>(2, 2) = c.stiffness.block<3, 3>(2, 2);
       K += c.J.transpose() * springs * c.J;
-      D += c.J.transpose() * c.gradient.damping * c.J;
+      D += c.J.transpose() * c.damping * c.J;
     }
     addDifferences(kDifference * least_depth);
     K = (0.5 * (K + K.transpose())).eval();
@@ -135,8 +134,10 @@ class Linearisation {
     c.tree_b = plan_.links[c.b].articulation;
     c.law = lawOf(pair.shapeA(), pair.shapeB());
     const Pose X_WP = shapePose(pair.shapeA()) * c.volume.X_AP;
-    const ContactForce force = contactForce(c.volume, workspace_, Twist{}, FrictionMemory{}, c.law, 1e-3);
-    c.gradient = contactGradient(c.volume, Twist{}, FrictionMemory{}, c.law, 1e-3, force);
+    const LocatedForce force =
+        locatedForce(c.volume, workspace_, Twist{}, FrictionMemory{}, c.law, Advance{});
+    c.stiffness = force.tangent.combined(1, 0);
+    c.damping = force.tangent.combined(0, 1);
     c.J = Matrix::Zero(6, plan_.nv);
     addJacobian(c.b, X_WP, 1, c.J);
     addJacobian(c.a, X_WP, -1, c.J);
@@ -268,8 +269,8 @@ IslandCertificate judgeIsland(const Linearisation& linear, const Plan& plan, con
   double most = -1;
   for (std::size_t c = 0; c < linear.contacts.size(); ++c) {
     const Vector u = linear.contacts[c].J(Eigen::all, rows) * mode;
-    const auto& g = linear.contacts[c].gradient;
-    const double energy = u.dot((h * h * g.stiffness + 2 * h * g.damping) * u);
+    const auto& contact = linear.contacts[c];
+    const double energy = u.dot((h * h * contact.stiffness + 2 * h * contact.damping) * u);
     if (energy > most) {
       most = energy;
       island.worst_pair = static_cast<int>(c);
@@ -345,7 +346,7 @@ Certificate certify(const WorldDef& def, double settle_s) {
     const Vector n_rows = n(rows);
     const double inverse_mass = rows.empty() ? 0 : n_rows.dot(Matrix(linear.M(rows, rows)).llt().solve(n_rows));
     pair.mass = inverse_mass > 0 ? 1 / inverse_mass : std::numeric_limits<double>::infinity();
-    const double b = c.gradient.damping(5, 5);
+    const double b = c.damping(5, 5);
     // k h² + 2 b h = 4 m
     pair.heave_limit = (std::sqrt(b * b + 4 * pair.stiffness * pair.mass) - b) / pair.stiffness;
     certificate.pairs.push_back(pair);

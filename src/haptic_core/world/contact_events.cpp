@@ -34,23 +34,29 @@ void Pipeline::addMobility(int link, const Pose& X_WP, Matrix6& W) const noexcep
 /// stable for any D, and changes the force by O(h²) only. Whether the patch yields is decided at the settled velocity.
 LocatedForce Pipeline::settledForce(const ActivePair& pair, const ContactVolume& volume, const PairLaw& law,
                                     const Pose& X_WP, const Twist& V_AB_P, const Advance& advance) noexcept {
-  Advance elastic = advance;
-  const bool second_order = advance.old_share > 0 && pair.friction.touching != 0;
-  const bool stuck = pair.friction.sliding == 0;
-  const Matrix6 D = second_order ? contactDamping(volume, law, stuck, advance) : Matrix6::Zero();
-  const double stiffest = std::max({D(5, 5), D(3, 3), D(0, 0) / volume.A0, D(1, 1) / volume.A0});
-  if (!second_order || advance.time * stiffest < kStrongDamper * law.reduced_mass) {
-    return locatedForce(volume, workspace_, V_AB_P, pair.friction, law, advance);
+  LocatedForce first = locatedForce(volume, workspace_, V_AB_P, pair.friction, law, advance);
+  if (!(advance.old_share > 0) || pair.friction.touching == 0) return first;
+  const auto damping = [&advance](const LocatedForce& force) {
+    PatchTangent tangent = force.tangent;
+    // What the friction springs take up within the step.
+    tangent.tangential_damping += advance.time * (1 - advance.old_share) * tangent.tangential_stiffness;
+    return tangent.combined(0, 1);
+  };
+  Matrix6 D = damping(first);
+  const double stiffest = std::max({D(5, 5), D(3, 3), D(4, 4), D(0, 0) / volume.A0, D(1, 1) / volume.A0});
+  if (advance.time * stiffest < kStrongDamper * law.reduced_mass) return first;
+  if (!first.sticking && pair.friction.sliding == 0) {
+    Advance elastic = advance;
+    elastic.may_yield = false;
+    first = locatedForce(volume, workspace_, V_AB_P, pair.friction, law, elastic);
+    D = damping(first);
   }
-  elastic.may_yield = false;
-  const LocatedForce first = locatedForce(volume, workspace_, V_AB_P, pair.friction, law, elastic);
   Matrix6 W = Matrix6::Zero();
   addMobility(plan_.shapes[pair.shapeA()].link, X_WP, W);
   addMobility(plan_.shapes[pair.shapeB()].link, X_WP, W);
   const Wrench before = Wrench{pair.release.torque_W, pair.release.force_W}.rotated(X_WP.R.transpose());
   const Vector6 change = 0.5 * advance.time * (W * (first.F_BP_P - before).vector());
-  const Matrix6 D_now = first.sticking == stuck ? D : contactDamping(volume, law, first.sticking, advance);
-  const Matrix6 system = Matrix6::Identity() + 0.5 * advance.time * W * D_now;
+  const Matrix6 system = Matrix6::Identity() + 0.5 * advance.time * W * D;
   const Vector6 delta = system.partialPivLu().solve(change);
   const Twist V{V_AB_P.angular + delta.head<3>(), V_AB_P.linear + delta.tail<3>()};
   return locatedForce(volume, workspace_, V, pair.friction, law, advance);

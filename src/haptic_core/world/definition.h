@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "haptic_core/base/spatial.h"
-#include "haptic_core/contact/contact_law.h"
+#include "haptic_core/contact/friction.h"
 #include "haptic_core/contact/contact_material.h"
 #include "haptic_core/dynamics/articulation_def.h"
 #include "haptic_core/dynamics/ring.h"

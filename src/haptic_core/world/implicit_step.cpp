@@ -112,6 +112,8 @@ bool ImplicitStep::sdirk2(double h) noexcept {
     FrictionMemory& base = memory_base_[c.pair];
     base.slip_A = s0.slip_A + (1 - kGamma) / kGamma * (s1.slip_A - s0.slip_A);
     base.twist = s0.twist + (1 - kGamma) / kGamma * (s1.twist - s0.twist);
+    base.area = s1.area;
+    base.torsion = s1.torsion;
   }
   joints_.startAccount();
   joints_.account(v_.data(), v_.data(), rest);
@@ -324,10 +326,11 @@ void ImplicitStep::evaluatePair(int index, double g) noexcept {
   law.material.stiffness *= softness_;
   law.material.damping *= softness_;
   law.material.tangential_stiffness *= softness_;
-  contact.force = contactForce(contact.volume, workspace_, V_AB_P, memory_base_[index], law, g);
-  const ContactGradient gradient =
-      contactGradient(contact.volume, V_AB_P, memory_base_[index], law, g, contact.force);
-  contact.G_P = g * gradient.damping + g * g * gradient.stiffness;
+  Advance advance;
+  advance.time = g;
+  advance.keep_limit = true;
+  contact.force = locatedForce(contact.volume, workspace_, V_AB_P, memory_base_[index], law, advance);
+  contact.G_P = contact.force.tangent.combined(g * g, g);
   if (settings_.energy_ledger) {
     contact.elastic = 0.5 * law.material.stiffness * thicknessSquared(workspace_, contact.volume);
   }

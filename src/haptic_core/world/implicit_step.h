@@ -4,7 +4,7 @@
 /// One stage of length g from a base (q_b, v_b, s_b) finds v with
 ///     R(v) = M(q)(v - v_b) + g (c(q, v) - Σ Jᵀ F(q, v, s) - gravity) = 0,   q = q_b ⊕ g v,  s = s_b + g V_t,
 /// F from the contact volumes at q. Newton's matrix M + g D + g² K is symmetric positive definite (K, D of
-/// contact_gradient.h) and sparse over the contact graph (block_cholesky.h).
+/// located_force.h) and sparse over the contact graph (block_cholesky.h).
 ///   implicit Euler  one stage, g = h.
 ///   SDIRK2          two stages, g = γ h, γ = 1 - 1/√2 (Alexander 1977: second order, L-stable, stiffly accurate):
 ///                   v_b = v0 + (1-γ) h a1, q_b = q0 ⊕ (1-γ) h v1, s_b = s0 + (1-γ)/γ (s1 - s0).
@@ -18,7 +18,7 @@
 #include <memory>
 #include <vector>
 
-#include "haptic_core/contact/contact_gradient.h"
+#include "haptic_core/contact/located_force.h"
 #include "haptic_core/dynamics/block_cholesky.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/broad_phase.h"
@@ -35,7 +35,7 @@ struct ImplicitContact {
   int shape_a = 0, shape_b = 0;
   Pose X_WP;
   ContactVolume volume;
-  ContactForce force;
+  LocatedForce force;
   Matrix6 G_P;         ///< g D + g² K, in P's axes
   double elastic = 0;  ///< ½ k ∫d² dA [J], when the ledger is kept
 };

@@ -160,8 +160,9 @@ void Pipeline::takeContacts(double h) noexcept {
     const Wrench F_BP_W = c.force.F_BP_P.rotated(c.X_WP.R);
     work_[B.link].addWrench(F_BP_W, c.X_WP.p);
     work_[A.link].addWrench(-F_BP_W, c.X_WP.p);
-    state_.energy[0] += h * c.force.damping_power;
-    state_.energy[1] += h * c.force.friction_power;
+    const FrictionMemory& memory = c.force.memory;
+    state_.energy[0] += h * (memory.damping_power + (c.force.sticking ? memory.power : 0.0));
+    state_.energy[1] += h * (c.force.sticking ? 0.0 : memory.power);
     report_.energy.elastic += c.elastic;
     noteContact(c.shape_a, c.shape_b, c.volume, c.force.normal_force, c.force.sticking, c.X_WP, F_BP_W);
   }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_core/contact/contact_law.h"
+#include "haptic_core/contact/friction.h"
 #include "haptic_core/dynamics/articulation.h"
 #include "haptic_core/dynamics/ring.h"
 #include "haptic_core/geometry/contact_workspace.h"

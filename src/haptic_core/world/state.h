@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "haptic_core/contact/contact_law.h"
+#include "haptic_core/contact/friction.h"
 #include "haptic_core/dynamics/joint_law.h"
 #include "haptic_core/geometry/contact_volume.h"
 

@@ -5,7 +5,7 @@
 /// Velocity Verlet: v½ = v + h/2 a, q₁ = q ⊕ h v½, forces at (q₁, v½ + h/2 a), v₁ = v½ + h/2 a₁. Second order and one
 /// evaluation as well, since a₁ is the next step's a. Forces jump or bend where a contact begins, ends or yields
 /// inside the step; the impulse that h/2 (F₀ + F₁) then misses is computed from the located instant and added to the
-/// second kick (contact_law.cpp, friction.cpp, Pipeline::part), which keeps the order.
+/// second kick (located_force.cpp, friction.cpp, Pipeline::part), which keeps the order.
 /// Between the kicks a free body moves without forces, to fifth order (dynamics/free_body.h).
 ///
 /// Trees whose joints have laws of their own (limits, friction, drives, loops) move by TreeMotion's symplectic Euler in
