@@ -80,13 +80,6 @@ Returned nearest(const Planar& trial, const LimitEllipsoid& limit, const Layer& 
   return out;
 }
 
-/// Elastic slip brought to this patch: area that joined comes unstrained.
-Planar carried(const FrictionMemory& m, const Matrix3& R_PA, const Layer& layer) {
-  const double shrink = layer.A0 > m.area ? m.area / layer.A0 : 1.0;
-  const double shrink_twist = layer.J > m.torsion ? m.torsion / layer.J : 1.0;
-  return {shrink * (R_PA * m.slip_A).head<2>(), shrink_twist * m.twist};
-}
-
 }  // namespace
 
 double tangentialDamping(const PairLaw& law, double area) noexcept {
@@ -112,7 +105,7 @@ FrictionForce frictionForce(const ContactVolume& contact, const ContactWorkspace
   const bool fresh = memory.touching == 0, slid = memory.sliding > 0;
   const Planar rate{V.linear.head<2>(), law.torsion ? V.angular.z() : 0.0};
   const Planar old_rate = fresh ? rate : Planar{(R_PA * memory.rate_A).head<2>(), memory.spin};
-  const Planar before = fresh ? Planar{} : carried(memory, R_PA, layer);
+  const Planar before = fresh ? Planar{} : Planar{(R_PA * memory.slip_A).head<2>(), memory.twist};
   Planar slip = before + (rate * (1 - advance.old_share) + old_rate * advance.old_share) * advance.time;
   // The slip came to a stop after the share `stop` of the step: only what came after loads the springs.
   const double forward = old_rate.dot(old_rate), backward = -old_rate.dot(rate);

@@ -112,8 +112,8 @@ bool ImplicitStep::sdirk2(double h) noexcept {
     FrictionMemory& base = memory_base_[c.pair];
     base.slip_A = s0.slip_A + (1 - kGamma) / kGamma * (s1.slip_A - s0.slip_A);
     base.twist = s0.twist + (1 - kGamma) / kGamma * (s1.twist - s0.twist);
-    base.area = s1.area;
-    base.torsion = s1.torsion;
+    base.area = std::max(0.0, s0.area + (1 - kGamma) / kGamma * (s1.area - s0.area));
+    base.torsion = std::max(0.0, s0.torsion + (1 - kGamma) / kGamma * (s1.torsion - s0.torsion));
   }
   joints_.startAccount();
   joints_.account(v_.data(), v_.data(), rest);
