@@ -1,8 +1,10 @@
 # Oracles shared with the unit tests, and the peers measured beside ours.
 find_library(QHULL_R_LIBRARY NAMES qhull_r REQUIRED)
 find_path(QHULL_R_INCLUDE_DIR libqhull_r/libqhull_r.h REQUIRED)
-target_include_directories(bench_contact PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/../core/geometry ${QHULL_R_INCLUDE_DIR})
-target_sources(bench_contact PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/contact_peers.cpp)
+target_include_directories(bench_contact PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/../core/geometry
+  ${CMAKE_CURRENT_SOURCE_DIR}/../fuzz ${QHULL_R_INCLUDE_DIR})
+target_sources(bench_contact PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/contact_peers.cpp
+  ${CMAKE_CURRENT_SOURCE_DIR}/contact_accuracy.cpp)
 target_link_libraries(bench_contact ccd ${QHULL_R_LIBRARY})
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)

@@ -4,11 +4,6 @@
 
 namespace haptic::bench {
 
-/// The seeds' method on Qhull: dual points of all half spaces about `interior`, their hull, and from its
-/// facets the vertices and volume of A ∩ B. All coordinates in A's frame.
-double qhullDualVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
-                       const Vector3& interior);
-
 /// libccd's GJK: do the bodies intersect?
 bool ccdIntersects(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB);
 

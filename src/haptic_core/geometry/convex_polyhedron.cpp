@@ -38,6 +38,8 @@ ConvexPolyhedron::ConvexPolyhedron(std::vector<Vector3> vertices, const std::vec
   }
   pairHalfEdges();
   properties_ = haptic::massProperties(triangles(), 1.0);
+  if (!std::isfinite(properties_.volume))
+    throw SetupError(name_, "the volume overflows", "give coordinates in metres");
   if (!(std::abs(properties_.volume) > 0))
     throw SetupError(name_, "the volume is zero", "give vertices that do not lie in one plane");
   if (properties_.volume < 0)

@@ -85,7 +85,7 @@ bool enclosesOrigin(const Simplex& s) {
 /// Reduces the simplex to the face nearest to the origin and returns that point; every face is tried, which
 /// is slower than a Voronoi walk and cannot lose the right one by rounding.
 Vector3 nearest(Simplex& s) {
-  Candidate best;
+  Candidate best{};
   for (int i = 0; i < s.count; ++i) {
     tryPoint(best, s, i);
     for (int j = i + 1; j < s.count; ++j) {

@@ -1,5 +1,6 @@
 /// Volumes of A ∩ B beyond double precision: cutting polygon soups in __float128 (113 bits) and long double.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -11,6 +12,10 @@ namespace haptic::oracle {
 /// other body, and sums pyramids from one point. No adjacency, no shared vertices: an algorithm apart from
 /// those under test. Faces are taken as given by three of their vertices, in T throughout. A face of A on a
 /// face of B counts once: A's is kept where the two look the same way, none where they look at each other.
+///
+/// Which planes can matter to a face is filtered in double (as CGAL's filtered predicates do): a face farther
+/// outside a plane than kDoubt is gone, one farther inside is untouched, and only what lies between is cut in
+/// T. The result is that of cutting every face by every plane.
 template <class T>
 class PolygonVolume {
  public:
@@ -39,9 +44,12 @@ class PolygonVolume {
     for (int side = 0; side < 2; ++side) {
       const Body &own = side ? b : a, &other = side ? a : b;
       for (std::size_t f = 0; f < own.planes.size(); ++f) {
+        std::vector<int> doubtful;
+        if (!planesThatMatter(own.corners[f], other, doubtful)) continue;
         std::vector<Point> polygon = own.loops[f];
         bool dropped = false;
-        for (const Plane& plane : other.planes) {
+        for (int g : doubtful) {
+          const Plane& plane = other.planes[g];
           if (!coplanar(plane, polygon)) {
             clip(polygon, plane);
             continue;
@@ -79,7 +87,7 @@ class PolygonVolume {
         std::vector<Point> loop;
         for (int h = face.first; h < face.first + face.count; ++h) loop.push_back(points[body.loopVertex(h)]);
         // A loop that is planar only in double precision is two planes here.
-        if (coplanar(planeOf(loop[0], loop[1], loop[2]), loop)) {
+        if (loop.size() == 3 || coplanar(planeOf(loop[0], loop[1], loop[2]), loop)) {
           add(loop);
         } else {
           for (std::size_t i = 1; i + 1 < loop.size(); ++i) add({loop[0], loop[i], loop[i + 1]});
@@ -89,10 +97,48 @@ class PolygonVolume {
     void add(const std::vector<Point>& loop) {
       planes.push_back(planeOf(loop[0], loop[1], loop[2]));
       loops.push_back(loop);
+      corners.emplace_back();
+      for (const Point& p : loop) {
+        corners.back().push_back(inDouble(p));
+        size = std::max(size, corners.back().back().norm());
+      }
+      normals.push_back(inDouble(planes.back().normal).normalized());
+      offsets.push_back(normals.back().dot(corners.back()[0]));
     }
     std::vector<Plane> planes;
     std::vector<std::vector<Point>> loops;
+    // The same in double, unit normals, for the filter.
+    std::vector<std::vector<Vector3>> corners;
+    std::vector<Vector3> normals;
+    std::vector<double> offsets;
+    double size = 0;  ///< farthest corner from the origin
   };
+
+  /// Heights below this share of the coordinates are left to T. Roundings in double reach 1e-15 of them for
+  /// plump faces; a normal of a sliver of aspect 1e4 loses four more digits.
+  static constexpr double kDoubt = 1e-8;
+
+  /// False when some plane of `other` has the whole face outside; else lists those that may cut it.
+  static bool planesThatMatter(const std::vector<Vector3>& face, const Body& other,
+                               std::vector<int>& doubtful) {
+    double size = other.size;
+    for (const Vector3& p : face) size = std::max(size, p.norm());
+    const double doubt = kDoubt * size;
+    for (std::size_t g = 0; g < other.planes.size(); ++g) {
+      double low = INFINITY, high = -INFINITY;
+      for (const Vector3& p : face) {
+        const double h = other.normals[g].dot(p) - other.offsets[g];
+        low = std::min(low, h);
+        high = std::max(high, h);
+      }
+      if (low > doubt) return false;
+      if (high > -doubt) doubtful.push_back(static_cast<int>(g));
+    }
+    return true;
+  }
+  static Vector3 inDouble(const Point& p) {
+    return Vector3(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]));
+  }
 
   static Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
   static T dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }

@@ -1,0 +1,61 @@
+#include "haptic_core/geometry/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+namespace {
+
+TEST(Shapes, BoxHasTheMassPropertiesOfABox) {
+  const Vector3 s(0.1, 0.2, 0.3);
+  const MassProperties m = makeBox(s).massProperties(1000);
+  const double mass = 1000 * s.prod();
+  EXPECT_NEAR(m.mass, mass, 1e-14 * mass);
+  EXPECT_NEAR(m.com.norm(), 0, 1e-16);
+  const Vector3 squares = s.cwiseAbs2();
+  const Matrix3 expected = (mass / 12 * (Vector3::Constant(squares.sum()) - squares)).asDiagonal();
+  EXPECT_NEAR((m.I_com - expected).norm(), 0, 1e-14 * expected.norm());
+}
+
+TEST(Shapes, TessellationsStateTheirVolumeError) {
+  for (const int segments : {3, 16, 32, 64}) {
+    TessellationReport report;
+    const double exact = M_PI * 0.05 * 0.05 * 0.2;
+    const ConvexPolyhedron inscribed =
+        makeCylinder(0.05, 0.2, segments, RoundFit::kInscribed, "cylinder", &report);
+    EXPECT_NEAR(report.volume_error, 1 - inscribed.volume() / exact, 1e-14);
+    EXPECT_NEAR(report.surface_error, 0.05 * (1 - std::cos(M_PI / segments)), 1e-16);
+    const ConvexPolyhedron equal =
+        makeCylinder(0.05, 0.2, segments, RoundFit::kEqualVolume, "cylinder", &report);
+    EXPECT_NEAR(equal.volume(), exact, 1e-14 * exact);
+    EXPECT_NEAR(report.volume_error, 0, 1e-14);
+  }
+  for (int s = 0; s <= 4; ++s) {
+    TessellationReport report;
+    const double exact = 4 * M_PI / 3 * 0.05 * 0.05 * 0.05;
+    const ConvexPolyhedron inscribed = makeSphere(0.05, s, RoundFit::kInscribed, "sphere", &report);
+    EXPECT_NEAR(report.volume_error, 1 - inscribed.volume() / exact, 1e-13);
+    EXPECT_LE(report.volume_error, 0.56 * std::pow(4.0, -s));  // as the header states
+    EXPECT_EQ(inscribed.vertexCount(), 10 * static_cast<int>(std::pow(4, s)) + 2);
+    for (const Vector3& v : inscribed.vertices()) EXPECT_NEAR(v.norm(), 0.05, 1e-16);
+    EXPECT_NEAR(makeSphere(0.05, s, RoundFit::kEqualVolume).volume(), exact, 1e-13 * exact);
+  }
+}
+
+TEST(Shapes, RefuseSizesThatAreNone) {
+  for (const double bad : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(makeBox(Vector3(1, bad, 1)), SetupError);
+    EXPECT_THROW(makeCylinder(bad, 1), SetupError);
+    EXPECT_THROW(makeCylinder(1, bad), SetupError);
+    EXPECT_THROW(makeSphere(bad), SetupError);
+  }
+  EXPECT_THROW(makeCylinder(1, 1, 2), SetupError);
+  EXPECT_THROW(makeSphere(1, 7), SetupError);
+}
+
+}  // namespace
+}  // namespace haptic
