@@ -268,11 +268,12 @@ double insideError(const DeviceDef& def) {
   return std::sqrt(missing / asked);
 }
 
-/// The correction against one constant λ, at the λ that gives the constant one no smaller tension steps.
-void correctionFigures(const DeviceDef& def) {
+/// λ from the distance to the border against one constant λ, at the λ that gives the constant one no smaller
+/// tension steps.
+void automaticLambdaFigures(const DeviceDef& def) {
   DeviceDef constant = def;
-  constant.lambda = 0.5 * def.lambda;
-  constant.corrections = 0;
+  constant.border_lambda = 0;
+  constant.lambda = 0.01;
   figure("spidar.tension_jump_n", tensionJump(def, 200), "N");
   figure("spidar.inside_error_pct", 100 * insideError(def), "%");
   figure("spidar.constant_lambda", constant.lambda, "1");
@@ -464,12 +465,12 @@ int main() {
   }
   figure("spidar.variants", variants, "devices");
   figure("spidar.lambda", def.lambda, "1");
-  figure("spidar.corrections", def.corrections, "1");
+  figure("spidar.border_lambda", def.border_lambda, "1");
   poseFigures(def);
   tensionTimes(def);
   tensionExactness(def);
   presentedShares(def);
-  correctionFigures(def);
+  automaticLambdaFigures(def);
   gripFigures(loadDevice(kDevices + "spidar_g7.yaml"));
   slideCurves(loadDevice(kDevices + "spidar_4.yaml"));
   presentationMaps();

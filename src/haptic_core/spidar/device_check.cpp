@@ -74,6 +74,7 @@ class Probe {
  private:
   static DeviceDef unlimited(DeviceDef def) {
     def.lambda = kUnlimited;
+    def.border_lambda = 0;
     return def;
   }
   double force_;
@@ -188,6 +189,10 @@ std::string number(double value, int digits) {
   return text;
 }
 
+std::string lambdaText(const DeviceDef& def) {
+  return def.border_lambda > 0 ? "border_lambda " + number(def.border_lambda, 4) : "lambda " + number(def.lambda, 4);
+}
+
 void findProblems(const DeviceDef& def, DeviceReport& report) {
   const auto add = [&](const std::string& line) { report.problems.push_back(line); };
   const double probe = probeForce(def);
@@ -205,7 +210,7 @@ void findProblems(const DeviceDef& def, DeviceReport& report) {
     add("the pose is poorly determined in a part of the region (smallest singular value " +
         number(report.worst_singular_value, 3) + "); move knots apart or exits");
   if (surrounded && std::min(report.force_share, report.torque_share) < kPromisedShare)
-    add("lambda " + number(def.lambda, 4) + " presents only " + number(100 * report.force_share, 1) +
+    add(lambdaText(def) + " presents only " + number(100 * report.force_share, 1) +
         " % of a force and " + number(100 * report.torque_share, 1) + " % of a torque; lower it");
   if (report.closest_strings < kRubbing)
     add("two strings pass at " + number(1e3 * report.closest_strings, 1) +
@@ -287,7 +292,7 @@ std::string checkDevice(const DeviceDef& def) {
   text += "wrench-feasible region: " + number(100 * r.feasible_share, 0) + " % of the box of the exits\n";
   text += "presentable at home in every direction: " + number(r.presentable_force, 1) + " N";
   if (def.dof >= 6) text += ", " + number(r.presentable_torque, 3) + " N·m";
-  text += "; with lambda " + number(def.lambda, 4) + ": " + number(100 * r.force_share, 1) +
+  text += "; with " + lambdaText(def) + ": " + number(100 * r.force_share, 1) +
           " % of a force, " + number(100 * r.torque_share, 1) + " % of a torque\n";
   text += "conditioning: singular values";
   for (int i = 0; i < r.singular_values.size(); ++i) text += " " + number(r.singular_values[i], 2);

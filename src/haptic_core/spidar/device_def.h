@@ -34,7 +34,7 @@ struct DeviceDef {
   Handedness handedness = Handedness::kGuessedRight;  ///< of the axes the table was given in
   std::vector<StringDef> strings;
   double lambda = 0.01;              ///< weight of |t|² against the wrench error [1] (N-weighted)
-  int corrections = 0;               ///< how often the wrench is asked again, raised by what was missing (TensionDistribution)
+  double border_lambda = 0;          ///< λ where 1 N of the wrench cannot be presented [1] (TensionDistribution); 0: λ is constant
   double max_rate_hz = 1000;         ///< highest exchange rate of the wire [Hz]
   double delay_s = 0;                ///< from exchange to tension [s], beside the one-tick pipeline
   double max_force = 10;             ///< clamp on the wrench [N]

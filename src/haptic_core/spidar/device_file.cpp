@@ -196,8 +196,7 @@ DeviceDef readDevice(const std::string& path, const YAML::Node& root) {
   const Matrix3 axes = axesToRep103(section.optional<std::string>("axes", "rep103", "axes of the table"),
                                     def.handedness, section);
   def.lambda = section.number("lambda", def.lambda, 1e-9, "weight of the squared tension");
-  def.corrections =
-      static_cast<int>(section.number("corrections", def.corrections, 0, "number of corrections"));
+  def.border_lambda = section.number("border_lambda", def.border_lambda, 0, "lambda where 1 N is missing");
   def.max_rate_hz = section.number("max_rate", def.max_rate_hz, 1, "highest exchange rate [Hz]");
   def.delay_s = section.number("delay", def.delay_s, 0, "delay of the wire [s]");
   def.max_force = section.number("max_force", def.max_force, 1e-3, "clamp on the force [N]");

@@ -14,7 +14,8 @@ namespace haptic {
 class TensionSolver {
  public:
   virtual ~TensionSolver() = default;
-  virtual void setBounds(const StringVector& min, const StringVector& max, double lambda) noexcept = 0;
+  virtual void setBounds(const StringVector& min, const StringVector& max) noexcept = 0;
+  virtual void setLambda(double lambda) noexcept = 0;
   virtual void setStructure(const StructureMatrix& scaled) noexcept = 0;
   virtual void forgetActiveSet() noexcept = 0;
   /// `wanted` is W w. Fills all of `report` but what needs r.
@@ -27,7 +28,7 @@ class TensionNewton final : public TensionSolver {
   using Lane = StringLane<kLanes>;
   using Error = Eigen::Matrix<double, kDof, 1>;
 
-  void setBounds(const StringVector& min, const StringVector& max, double lambda) noexcept override {
+  void setBounds(const StringVector& min, const StringVector& max) noexcept override {
     strings_ = static_cast<int>(min.size());
     // Padding strings have no column: any tension between these bounds, zero in fact.
     min_ = Lane::constant(-1);
@@ -37,6 +38,10 @@ class TensionNewton final : public TensionSolver {
       max_.set(i, max[i]);
     }
     degenerate_ = kDegenerate * max.maxCoeff();
+    factored_ = false;
+  }
+
+  void setLambda(double lambda) noexcept override {
     lambda_ = lambda;
     stiffness_ = 1 / lambda;
     factored_ = false;

@@ -53,8 +53,11 @@ TEST(DeviceCheck, NamesWhatIsWrong) {
     s.p_BE.z() = 0.05 + 0.02 * s.p_BE.z();  // all exits above: nothing pulls down
   EXPECT_TRUE(mentions(examineDevice(def), "surround"));
   def = device("spidar_g6x3r");
+  def.border_lambda = 0.3;
+  EXPECT_TRUE(mentions(examineDevice(def), "border_lambda"));
+  def.border_lambda = 0;
   def.lambda = 0.3;
-  EXPECT_TRUE(mentions(examineDevice(def), "lambda"));
+  EXPECT_TRUE(mentions(examineDevice(def), "lambda 0.3"));
   def = device("spidar_g6x3r");
   def.max_force = 100;
   EXPECT_TRUE(mentions(examineDevice(def), "max_force"));
