@@ -77,11 +77,17 @@ void readExtension(const RobotFile& robot, const JointXml& xml, JointDef& joint,
   }
 }
 
-/// Inertia of everything beyond joint `first` about its axis, at the initial pose; mass for a sliding joint.
-double inertiaBeyond(const ArticulationDef& articulation, const std::vector<Pose>& X_WL, std::size_t first) {
+/// What hangs on a joint at the initial pose: inertia about its axis (mass for a sliding joint) and what its weight does
+/// along the joint [N·m] or [N].
+struct HangingLoad {
+  double inertia = 0, weight = 0;
+};
+
+HangingLoad loadBeyond(const ArticulationDef& articulation, const std::vector<Pose>& X_WL, const Vector3& gravity,
+                       std::size_t first) {
   std::vector<bool> beyond(articulation.links.size(), false);
   beyond[first] = true;
-  double sum = 0;
+  HangingLoad load;
   const JointDef& joint = articulation.links[first].joint;
   const Vector3 axis_W = X_WL[first].R * joint.axis;  // the axis is the same in J and in the child's frame
   for (std::size_t i = first; i < articulation.links.size(); ++i) {
@@ -89,14 +95,17 @@ double inertiaBeyond(const ArticulationDef& articulation, const std::vector<Pose
     if (i != first) beyond[i] = link.parent >= 0 && beyond[link.parent];
     if (!beyond[i]) continue;
     if (joint.type == JointType::kPrismatic) {
-      sum += link.inertia.mass;
+      load.inertia += link.inertia.mass;
+      load.weight += link.inertia.mass * gravity.dot(axis_W);
     } else {
-      const Vector3 arm = (X_WL[i] * link.inertia.p_LC - X_WL[first].p).cross(axis_W);
-      sum += axis_W.dot(X_WL[i].R * link.inertia.I_C * X_WL[i].R.transpose() * axis_W) +
-             link.inertia.mass * arm.squaredNorm();
+      // A point at r moves by axis × r per radian.
+      const Vector3 arm = axis_W.cross(X_WL[i] * link.inertia.p_LC - X_WL[first].p);
+      load.weight += link.inertia.mass * gravity.dot(arm);
+      load.inertia += axis_W.dot(X_WL[i].R * link.inertia.I_C * X_WL[i].R.transpose() * axis_W) +
+                      link.inertia.mass * arm.squaredNorm();
     }
   }
-  return sum;
+  return load;
 }
 
 }  // namespace
@@ -144,7 +153,7 @@ Twist readInitialTwist(const RobotFile& robot, const JointXml& xml) {
   return V;
 }
 
-void holdJoints(ArticulationDef& articulation, std::vector<std::string>& notes) {
+void holdJoints(ArticulationDef& articulation, const Vector3& gravity, std::vector<std::string>& notes) {
   const std::vector<Pose> X_WL = initialPoses(articulation);
   int held = 0, joints = 0;
   for (std::size_t i = 0; i < articulation.links.size(); ++i) {
@@ -154,16 +163,18 @@ void holdJoints(ArticulationDef& articulation, std::vector<std::string>& notes) 
     ++joints;
     const bool driven = std::isfinite(joint.max_effort) && joint.max_effort > 0;
     if (!driven || joint.mimic_joint >= 0 || joint.drive != JointDef::Drive::kNone) continue;
-    const double inertia = inertiaBeyond(articulation, X_WL, i), omega = 2 * M_PI * kHoldFrequency;
+    const HangingLoad load = loadBeyond(articulation, X_WL, gravity, i);
+    const double omega = 2 * M_PI * kHoldFrequency;
     joint.drive = JointDef::Drive::kPosition;
-    joint.drive_stiffness = inertia * omega * omega;
-    joint.drive_damping = 2 * inertia * omega;
+    joint.drive_stiffness = load.inertia * omega * omega;
+    joint.drive_damping = 2 * load.inertia * omega;
+    joint.drive_effort = std::clamp(-load.weight, -joint.max_effort, joint.max_effort);
     ++held;
   }
   if (joints == 0) return;
   std::ostringstream text;
   text << "'" << articulation.name << "': " << held << " of " << joints
-       << " joints have a drive and hold their initial position (PD of " << kHoldFrequency
+       << " joints have a drive and hold their initial position against gravity (PD of " << kHoldFrequency
        << " Hz, critically damped, within the effort limits); drive: free in a scene list lets them go";
   notes.push_back(text.str());
 }

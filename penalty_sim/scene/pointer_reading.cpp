@@ -1,5 +1,6 @@
 #include "scene/pointer_reading.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "haptic_core/geometry/shapes.h"
@@ -50,7 +51,8 @@ Vector3 highestPoint(const WorldDef& world, std::string& name) {
     for (std::size_t i = 0; i < articulation.links.size(); ++i) {
       for (const CollisionDef& collision : articulation.links[i].collisions) {
         const Pose X_WS = X_WL[i] * collision.X_LS;
-        const double height = collision.shape->aabb(X_WS).upper.z();
+        double height = -INFINITY;  // of the vertices: the shape's box may reach higher
+        for (const Vector3& v : collision.shape->vertices()) height = std::max(height, (X_WS * v).z());
         if (!(height > top)) continue;
         top = height;
         name = articulation.links[i].name;

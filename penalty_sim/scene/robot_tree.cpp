@@ -255,7 +255,7 @@ void TreeBuilder::finish(int index) {
   }
   const bool hold = settings_.drive == ModelSettings::Drive::kHold ||
                     (settings_.drive == ModelSettings::Drive::kAsFile && isPublishedRobot());
-  if (hold) holdJoints(articulation, context_.scene.notes);
+  if (hold) holdJoints(articulation, context_.scene.world.settings.gravity, context_.scene.notes);
 }
 
 void TreeBuilder::resolveMimics(ArticulationDef& articulation) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/world/world.h"
 #include "temporary_files.h"
 
 namespace haptic {
@@ -197,6 +198,17 @@ TEST(Pointer, AddedOutsideOfAllCollisions) {
   EXPECT_LT(body.X_WA.p.z() + lowest - radius, 1.05);
 }
 
+/// The surface is where the vertices are: the box around a turned ball reaches 40 % higher.
+TEST(Pointer, StartsAboveTheSurfaceOfATurnedShape) {
+  const SceneDef scene = loadText(robot(
+      "<link name=\"ball\">" + inertial(1, "0 0 0") +
+      "<collision><origin rpy=\"0 0.7854 0\"/><geometry><sphere radius=\"0.05\"/></geometry></collision></link>"));
+  const PointerDef& pointer = scene.world.pointers.at(0);
+  const ArticulationDef& body = scene.world.articulations[pointer.articulation];
+  // Ball and pointer are tessellated to equal volume: their vertices reach some per cent beyond the radius.
+  EXPECT_NEAR(body.X_WA.p.z() - 0.005 - 0.05, 0.005, 0.003);
+}
+
 TEST(Filters, OverlapInsideOneRobotIsFilteredAndNamed) {
   const std::string near = "0.04 0 0";
   const SceneDef scene = loadText(
@@ -228,6 +240,28 @@ TEST(Filters, SrdfPairs) {
 }
 
 /// A four-bar closed at its start: the frame that the loop joins is one place in W, seen from both links.
+/// An arm of a revolute, a tilted prismatic and a revolute joint, stretched out sideways: the feed-forward carries its
+/// weight from the first step on. What is left is the change of that weight with the rounding of the pose.
+TEST(Joints, APublishedRobotHoldsItsPoseAgainstGravity) {
+  const std::string limit = "<limit lower=\"-2\" upper=\"2\" effort=\"500\" velocity=\"2\"/>";
+  const SceneDef scene = loadText(
+      robot("<link name=\"base\"/><link name=\"a\">" + inertial(2, "0.3 0 0") + "</link><link name=\"b\">" +
+            inertial(1, "0.2 0.1 0") + "</link><link name=\"c\">" + inertial(0.5, "0.1 0 0.05") + "</link>" +
+            joint("ja", "revolute", "base", "a", "<axis xyz=\"0 1 0\"/>" + limit) +
+            joint("jb", "prismatic", "a", "b", "<axis xyz=\"0 3 4\"/>" + limit) +
+            joint("jc", "revolute", "b", "c", "<axis xyz=\"1 1 0\"/>" + limit)),
+      kNoPointer);
+  for (std::size_t i = 1; i < 4; ++i) {
+    EXPECT_EQ(scene.world.articulations[0].links[i].joint.drive, JointDef::Drive::kPosition);
+    EXPECT_NE(scene.world.articulations[0].links[i].joint.drive_effort, 0);
+  }
+  World world(scene.world);
+  std::vector<Pose> start;
+  for (int l = 0; l < world.linkCount(); ++l) start.push_back(world.linkPose(l));
+  for (int step = 0; step < 1000; ++step) world.step();
+  for (int l = 0; l < world.linkCount(); ++l) EXPECT_LT((world.linkPose(l).p - start[l].p).norm(), 1e-12) << l;
+}
+
 TEST(Loops, CloseWhereTheLinksAre) {
   const std::string axis = "<axis xyz=\"0 1 0\"/>";
   const SceneDef scene = loadText(

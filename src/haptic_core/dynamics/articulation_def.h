@@ -36,6 +36,7 @@ struct JointDef {
   enum class Drive : unsigned char { kNone, kEffort, kVelocity, kPosition } drive = Drive::kNone;
   double drive_stiffness = 0;               ///< PD: [N·m/rad] or [N/m]
   double drive_damping = 0;                 ///< PD: [N·m·s/rad] or [N·s/m]
+  double drive_effort = 0;                  ///< feed-forward until a command says otherwise [N·m] or [N]
 };
 
 /// A link as dynamics sees it: a rigid body on a joint.

@@ -24,8 +24,8 @@ struct JointCommand {
   double effort = 0;    ///< feed-forward [N·m] or [N]
 };
 
-/// What a joint does until it is told: its own drive, at its initial position.
-inline JointCommand initialCommand(const JointDef& joint) { return {joint.drive, joint.position, 0, 0}; }
+/// What a joint does until it is told: its own drive, at its initial position, with its feed-forward.
+inline JointCommand initialCommand(const JointDef& joint) { return {joint.drive, joint.position, 0, joint.drive_effort}; }
 
 /// Whether a drive may be given it: all numbers finite.
 bool isFinite(const JointCommand& command) noexcept;
