@@ -82,7 +82,6 @@ haptic_msgs::DeviceState toState(const DeviceRecord& record, const DeviceDef& de
   switch (record.state) {
     case DeviceState::kUncalibrated:
       m.state = m.UNCALIBRATED;
-      m.message = "hold the grip at the centre, unrotated, and call ~calibrate";
       break;
     case DeviceState::kReady:
       m.state = m.READY;
@@ -92,15 +91,12 @@ haptic_msgs::DeviceState toState(const DeviceRecord& record, const DeviceDef& de
       break;
     case DeviceState::kReduced:
       m.state = m.REDUCED;
-      m.message = "the lengths contradict each other, string " + std::to_string(record.suspect_string) +
-                  " most: look for slack or slip, then call ~recover";
       break;
     case DeviceState::kFault:
       m.state = (record.flags & kLinkLost) ? m.DISCONNECTED : m.FAULT;
-      m.message = (record.flags & kLinkLost) ? "no answer on the wire: check power and cable, then call ~recover"
-                                             : "stopped; clear the cause, call ~recover and ~calibrate";
       break;
   }
+  m.message = advice(record, def.name);
   m.model = def.name;
   m.handedness = static_cast<std::uint8_t>(def.handedness);
   m.dof = static_cast<std::uint8_t>(def.dof);

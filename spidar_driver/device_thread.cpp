@@ -41,7 +41,11 @@ void DeviceThread::runDevice(PortLease<DevicePort>& lease) {
     port.device.sense(sample, wake.period());
     const WrenchInput::Command command = input_.latest();
     const double age = 1e-9 * static_cast<double>(now.start_ns - command.received_ns);
-    port.device.actuate(command.given ? command.F_G_B : Wrench{}, 0, wake.period(), command.given ? age : 0);
+    const WrenchInput::Grasp& grasp = input_.latestGrasp();
+    const bool fresh = 1e-9 * static_cast<double>(now.start_ns - grasp.received_ns) <=
+                       port.device.settings().command_age_limit_s;
+    port.device.actuate(command.given ? command.F_G_B : Wrench{}, fresh ? grasp.force : 0, wake.period(),
+                        command.given ? age : 0);
     port.record(tick, now.start_ns, sample);
   }
   port.transport.zeroDrive();

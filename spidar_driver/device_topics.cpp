@@ -29,10 +29,12 @@ void publishConst(const ros::Publisher& publisher, const boost::shared_ptr<Messa
 }  // namespace
 
 DeviceTopics::DeviceTopics(ros::NodeHandle& nh, const DriverParameters& parameters, DevicePort& port,
-                           CompleteState complete)
+                           CompleteState complete, SeeRecord see)
     : parameters_(parameters),
       port_(port),
+      def_(port.device.def()),
       complete_(std::move(complete)),
+      see_(std::move(see)),
       base_frame_(parameters.name + "_base"),
       grip_frame_(parameters.name + "_grip"),
       pose_(nh.advertise<geometry_msgs::PoseStamped>("pose", 10)),
@@ -77,6 +79,7 @@ void DeviceTopics::run() {
 }
 
 void DeviceTopics::handle(const DeviceRecord& record) {
+  see_(record);
   if (record.sample.age_ticks > 0) ++lost_exchanges_;
   const bool changed = record.state != last_.state || (record.flags & kLinkLost) != (last_.flags & kLinkLost);
   last_ = record;
@@ -127,6 +130,12 @@ void DeviceTopics::publishJointStates(const DeviceRecord& record, const std_msgs
     m->velocity.push_back(known ? (record.length[i] - last_length_[i]) / dt : 0.0);
     m->effort.push_back(record.tension[i]);
   }
+  if (def_.dof == 7) {
+    m->name.push_back("opening");
+    m->position.push_back(record.opening);
+    m->velocity.push_back(record.opening_rate);
+    m->effort.push_back(record.grasp_force);
+  }
   last_length_ = record.length;
   last_joints_ns_ = record.stamp_ns;
   publishConst(joint_states_, m);
@@ -153,7 +162,7 @@ void DeviceTopics::publishJoy(const DeviceRecord& record) {
 }
 
 void DeviceTopics::publishState(const DeviceRecord& record) {
-  const auto m = boost::make_shared<haptic_msgs::DeviceState>(toState(record, port_.device.def()));
+  const auto m = boost::make_shared<haptic_msgs::DeviceState>(toState(record, def_));
   m->header.frame_id = base_frame_;
   m->header.stamp = ros::Time::now();
   m->lost_exchanges = lost_exchanges_;

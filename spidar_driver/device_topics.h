@@ -26,7 +26,11 @@ class DeviceTopics {
   /// Adds what only the driver knows: claims, refusals, transport.
   using CompleteState = std::function<void(haptic_msgs::DeviceState&)>;
 
-  DeviceTopics(ros::NodeHandle& nh, const DriverParameters& parameters, DevicePort& port, CompleteState complete);
+  /// Sees every record, in the topics' thread.
+  using SeeRecord = std::function<void(const DeviceRecord&)>;
+
+  DeviceTopics(ros::NodeHandle& nh, const DriverParameters& parameters, DevicePort& port, CompleteState complete,
+               SeeRecord see);
   ~DeviceTopics();
 
  private:
@@ -41,7 +45,9 @@ class DeviceTopics {
 
   DriverParameters parameters_;
   DevicePort& port_;
+  DeviceDef def_;  ///< as it was at the start; the device's own may be replaced by a calibration
   CompleteState complete_;
+  SeeRecord see_;
   std::string base_frame_, grip_frame_;
   ros::Publisher pose_, twist_, wrench_, joint_states_, joy_, state_;
   DeviceMarkers markers_;

@@ -43,30 +43,34 @@ void DriverNodelet::start() {
   ros::NodeHandle& nh = getNodeHandle();
   ros::NodeHandle& priv = getPrivateNodeHandle();
   parameters_ = readParameters(nh, priv);
-  const DeviceDef def = loadDevice(parameters_.device_file);
+  StringVector zero_length;
+  const DeviceDef def = withSavedCalibration(parameters_, loadDevice(parameters_.device_file), zero_length);
   SpidarSettings settings;
   settings.command_age_limit_s = parameters_.command_age_limit;
+  settings.refuse_over_rate = !parameters_.twin;
   device_ = std::make_unique<Device>(def, settings, openWire(def), parameters_.rate);
   if (parameters_.rate > device_->transport->maxRateHz() * (1 + 1e-9)) {
     throw SetupError(priv.resolveName("rate"), "is " + std::to_string(parameters_.rate) + " Hz",
                      "the wire carries at most " + std::to_string(device_->transport->maxRateHz()) + " Hz");
   }
-  if (parameters_.calibrate_at_start) device_->spidar.calibrateAtHome();
+  if (zero_length.size() > 0) device_->spidar.restoreCalibration(zero_length);
+  if (parameters_.calibrate_at_start) device_->spidar.calibrateAt(parameters_.jig_pose);
   device_->spidar.setForceEnabled(parameters_.enable_force);
   device_->port.follows_script =
       parameters_.twin && parameters_.hand == DriverParameters::Hand::kScript && parameters_.script == "scene";
 
   offer_ = PortOffer(PortTable::process(), parameters_.name, device_->port, getName());
-  input_ = std::make_unique<WrenchInput>(nh, parameters_.name + "_base", [this] { return whyNoCommand(); });
-  topics_ = std::make_unique<DeviceTopics>(nh, parameters_, device_->port,
-                                           [this](haptic_msgs::DeviceState& state) { completeState(state); });
+  calibration_ = std::make_unique<GripCalibration>(priv, parameters_, def, device_->spidar, offer_);
+  input_ = std::make_unique<WrenchInput>(nh, parameters_.name + "_base", def.dof == 7, [this] { return whyNoCommand(); });
+  topics_ = std::make_unique<DeviceTopics>(
+      nh, parameters_, device_->port, [this](haptic_msgs::DeviceState& state) { completeState(state); },
+      [this](const DeviceRecord& record) { calibration_->see(record); });
   if (parameters_.hand == DriverParameters::Hand::kMarker) {
     auto* twin = dynamic_cast<DeviceTwin*>(device_->transport.get());
     hand_ = std::make_unique<HandMarker>(nh, parameters_.name + "_base", def.grip_radius, [twin](const Pose& X_BG) {
       twin->setHandTarget({{X_BG, 0.0}, true});
     });
   }
-  calibrate_ = priv.advertiseService("calibrate", &DriverNodelet::onCalibrate, this);
   recover_ = priv.advertiseService("recover", &DriverNodelet::onRecover, this);
   enable_force_ = priv.advertiseService("enable_force", &DriverNodelet::onEnableForce, this);
   if (parameters_.alone) {
@@ -75,13 +79,13 @@ void DriverNodelet::start() {
 }
 
 DriverNodelet::~DriverNodelet() {
-  calibrate_.shutdown();
   recover_.shutdown();
   enable_force_.shutdown();
   hand_.reset();
   thread_.reset();
   input_.reset();
-  topics_.reset();  // and with it the last reader of the offer
+  topics_.reset();
+  calibration_.reset();  // and with it the last user of the offer
   const bool free = offer_.withdraw();
   if (!device_) return;
   device_->transport->zeroDrive();
@@ -100,6 +104,7 @@ std::string DriverNodelet::whyNoCommand() const {
 
 void DriverNodelet::completeState(haptic_msgs::DeviceState& state) const {
   state.transport = parameters_.twin ? "twin" : device_->spidar.def().transport;
+  if (state.message.empty()) state.message = calibration_->note();
   state.max_rate = device_->transport->maxRateHz();
   state.claimed = offer_.heldBy(ClaimRank::kBridge);
 }
@@ -110,11 +115,6 @@ bool DriverNodelet::answer(Response& response) const {
   response.success = !offer_.holder().empty();
   if (!response.success) response.message = "nobody runs the device: the request waits for the next tick";
   return true;
-}
-
-bool DriverNodelet::onCalibrate(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  device_->spidar.calibrateAtHome();
-  return answer(response);
 }
 
 bool DriverNodelet::onRecover(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {

@@ -8,6 +8,7 @@
 
 #include "spidar_driver/device_thread.h"
 #include "spidar_driver/device_topics.h"
+#include "spidar_driver/grip_calibration.h"
 #include "spidar_driver/hand_marker.h"
 #include "spidar_driver/wrench_input.h"
 
@@ -31,7 +32,6 @@ class DriverNodelet : public nodelet::Nodelet {
   std::unique_ptr<Transport> openWire(DeviceDef def) const;
   std::string whyNoCommand() const;
   void completeState(haptic_msgs::DeviceState& state) const;
-  bool onCalibrate(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   bool onRecover(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   bool onEnableForce(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
   template <class Response>
@@ -40,11 +40,12 @@ class DriverNodelet : public nodelet::Nodelet {
   DriverParameters parameters_;
   std::unique_ptr<Device> device_;
   PortOffer offer_;
+  std::unique_ptr<GripCalibration> calibration_;
   std::unique_ptr<WrenchInput> input_;
   std::unique_ptr<DeviceTopics> topics_;
   std::unique_ptr<DeviceThread> thread_;
   std::unique_ptr<HandMarker> hand_;
-  ros::ServiceServer calibrate_, recover_, enable_force_;
+  ros::ServiceServer recover_, enable_force_;
 };
 
 }  // namespace haptic

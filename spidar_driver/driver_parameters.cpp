@@ -41,6 +41,19 @@ std::string word(const ros::NodeHandle& nh, const std::string& key, const std::s
 
 bool exists(const std::string& path) { return std::ifstream(path).good(); }
 
+/// Where a jig holds the grip.
+GripPose readJigPose(const ros::NodeHandle& priv) {
+  if (!priv.hasParam("jig_pose")) return {};
+  std::vector<double> v;
+  const bool read = priv.getParam("jig_pose", v) && v.size() == 6;
+  if (!read || !std::all_of(v.begin(), v.end(), [](double x) { return std::fabs(x) < 10; })) {
+    throw SetupError(priv.resolveName("jig_pose"), "is no pose", "give [x, y, z, roll, pitch, yaw] in m and rad");
+  }
+  const Matrix3 R = (Eigen::AngleAxisd(v[5], Vector3::UnitZ()) * Eigen::AngleAxisd(v[4], Vector3::UnitY()) *
+                     Eigen::AngleAxisd(v[3], Vector3::UnitX())).toRotationMatrix();
+  return {Pose(R, Vector3(v[0], v[1], v[2])), 0};
+}
+
 /// A path as it is; a name among the descriptions that are installed.
 std::string findDevice(const std::string& given) {
   if (given.find('/') != std::string::npos || exists(given)) return given;
@@ -69,6 +82,10 @@ DriverParameters readParameters(const ros::NodeHandle& ns, const ros::NodeHandle
                               : DriverParameters::Hand::kNone;
   p.script = word(priv, "script", "scene", {"scene", "rest", "press", "touch_cube", "wave"});
   p.calibrate_at_start = priv.param("calibrate_at_start", p.twin);
+  p.jig_pose = readJigPose(priv);
+  p.calibration_file = priv.param<std::string>("calibration_file", "");
+  p.restore_calibration = priv.param("restore_calibration", false);
+  p.wave_seconds = number(priv, "wave_seconds", 20, 1, 600, "s");
   p.enable_force = priv.param("enable_force_at_start", p.twin);
   p.command_age_limit = number(priv, "command_age_limit", 0.03, 0.02, 0.05, "s");
   p.pose_rate = number(priv, "pose_rate", 500, 1, 10000, "Hz");

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "haptic_core/loop/realtime.h"
+#include "haptic_core/spidar/string_kinematics.h"
 
 namespace haptic {
 
@@ -19,6 +20,10 @@ struct DriverParameters {
   enum class Hand { kScript, kMarker, kNone } hand = Hand::kScript;  ///< ~hand: who moves the twin's grip
   std::string script;          ///< ~script: path of the twin's hand (rest, press, touch_cube, wave); "scene": the scene's
   bool calibrate_at_start;     ///< ~calibrate_at_start: the grip is at home when the node starts; default: twin
+  GripPose jig_pose;           ///< ~jig_pose [x y z roll pitch yaw, m and rad]: where the grip is held to calibrate; default: home
+  std::string calibration_file;  ///< ~calibration_file: read at the start, written by calibrations; empty: none
+  bool restore_calibration = false;  ///< ~restore_calibration: the counters have not been reset since it was saved
+  double wave_seconds = 20;    ///< ~wave_seconds [s]: length of the wave that ~calibrate_wave records
   bool enable_force;           ///< ~enable_force_at_start; default: twin
   double command_age_limit;    ///< ~command_age_limit [s]: an older wrench command decays
   double pose_rate = 500;      ///< ~pose_rate [Hz]: of pose, twist and wrench

@@ -2,14 +2,18 @@
 
 #include <ros/console.h>
 
+#include <cmath>
+
 #include "haptic_core/loop/realtime.h"
 #include "spidar_driver/conversions.h"
 
 namespace haptic {
 
-WrenchInput::WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, Gate gate)
+WrenchInput::WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, bool takes_grasp, Gate gate)
     : base_frame_(base_frame), gate_(std::move(gate)), listener_(buffer_, nh) {
-  subscriber_ = nh.subscribe("wrench_command", 1, &WrenchInput::receive, this, ros::TransportHints().tcpNoDelay());
+  const auto soon = ros::TransportHints().tcpNoDelay();
+  wrench_command_ = nh.subscribe("wrench_command", 1, &WrenchInput::receive, this, soon);
+  if (takes_grasp) grasp_command_ = nh.subscribe("grasp_command", 1, &WrenchInput::receiveGrasp, this, soon);
 }
 
 bool WrenchInput::rotationToBase(const std::string& frame, Matrix3& R_BF, std::string& why) const {
@@ -30,9 +34,16 @@ bool WrenchInput::rotationToBase(const std::string& frame, Matrix3& R_BF, std::s
   return true;
 }
 
-void WrenchInput::refuse(const std::string& why) {
+void WrenchInput::refuse(const ros::Subscriber& topic, const std::string& why) {
   ++refused_;
-  ROS_WARN_STREAM_THROTTLE(1.0, subscriber_.getTopic() << " refused: " << why);
+  ROS_WARN_STREAM_THROTTLE(1.0, topic.getTopic() << " refused: " << why);
+}
+
+void WrenchInput::receiveGrasp(const std_msgs::Float64::ConstPtr& message) {
+  std::string why = gate_();
+  if (why.empty() && !std::isfinite(message->data)) why = "it is not finite";
+  if (!why.empty()) return refuse(grasp_command_, why);
+  grasp_slot_.write({message->data, steadyNow()});
 }
 
 void WrenchInput::receive(const geometry_msgs::WrenchStamped::ConstPtr& message) {
@@ -40,7 +51,7 @@ void WrenchInput::receive(const geometry_msgs::WrenchStamped::ConstPtr& message)
   Matrix3 R_BF;
   const Wrench F_G_F = fromWrench(message->wrench);
   if (why.empty() && !F_G_F.allFinite()) why = "a component is not finite";
-  if (!why.empty() || !rotationToBase(message->header.frame_id, R_BF, why)) return refuse(why);
+  if (!why.empty() || !rotationToBase(message->header.frame_id, R_BF, why)) return refuse(wrench_command_, why);
   slot_.write({F_G_F.rotated(R_BF), steadyNow(), true});
 }
 

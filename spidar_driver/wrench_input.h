@@ -1,7 +1,9 @@
-/// `wrench_command`: a wrench on the hand from a topic, in the device's base, with its age.
+/// `wrench_command`: a wrench on the hand from a topic, in the device's base, with its age. `grasp_command`: the force
+/// along the opening of a 7-DOF grip [N].
 #pragma once
 #include <geometry_msgs/WrenchStamped.h>
 #include <ros/node_handle.h>
+#include <std_msgs/Float64.h>
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>
 
@@ -23,21 +25,31 @@ class WrenchInput {
     std::int64_t received_ns = 0;
     bool given = false;
   };
+  struct Grasp {
+    double force = 0;            ///< closes the grip when positive [N]
+    std::int64_t received_ns = 0;
+  };
   /// Says why a command must not act now; empty: it may.
   using Gate = std::function<std::string()>;
 
-  WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, Gate gate);
+  /// `takes_grasp`: the device has a 7th degree of freedom.
+  WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, bool takes_grasp, Gate gate);
 
   const Command& latest() {      ///< (in realtime) for the device's thread alone
     slot_.read(command_);
     return command_;
   }
+  const Grasp& latestGrasp() {   ///< (in realtime) likewise
+    grasp_slot_.read(grasp_);
+    return grasp_;
+  }
   std::uint32_t refused() const { return refused_; }
 
  private:
   void receive(const geometry_msgs::WrenchStamped::ConstPtr& message);
+  void receiveGrasp(const std_msgs::Float64::ConstPtr& message);
   bool rotationToBase(const std::string& frame, Matrix3& R_BF, std::string& why) const;
-  void refuse(const std::string& why);
+  void refuse(const ros::Subscriber& topic, const std::string& why);
 
   std::string base_frame_;
   Gate gate_;
@@ -45,8 +57,10 @@ class WrenchInput {
   tf2_ros::TransformListener listener_;
   LatestValue<Command> slot_;
   Command command_;
+  LatestValue<Grasp> grasp_slot_;
+  Grasp grasp_;
   std::atomic<std::uint32_t> refused_{0};
-  ros::Subscriber subscriber_;  // last: no message may arrive before the rest exists, or after it is gone
+  ros::Subscriber wrench_command_, grasp_command_;  // last: no message may arrive before the rest exists, or after it is gone
 };
 
 }  // namespace haptic

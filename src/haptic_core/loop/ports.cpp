@@ -132,23 +132,7 @@ class PortSlot {
 };
 
 void DevicePort::record(std::uint64_t tick, std::int64_t stamp_ns, const DeviceSample& sample) noexcept {
-  DeviceRecord r;
-  r.tick = tick;
-  r.stamp_ns = stamp_ns;
-  r.sample = sample;
-  r.X_BG = device.pose();
-  r.V_BG = device.twist();
-  r.F_asked_B = device.askedWrench();
-  r.F_achieved_B = device.achievedWrench();
-  r.length = device.lengths();
-  r.tension = device.tension().tension;
-  r.opening = device.opening();
-  r.pose_residual = device.solution().residual;
-  r.state = device.state();
-  r.calibrated = device.calibrated();
-  r.suspect_string = device.suspectString();
-  r.flags = device.flags();
-  records.push(r);
+  records.push(recordOf(device, tick, stamp_ns, sample));
 }
 
 WorldPort::WorldPort(World& world_in, std::string scene_name, std::vector<HandPlacement> placements,

@@ -18,8 +18,8 @@
 #include "haptic_core/base/latest_value.h"
 #include "haptic_core/base/record_ring.h"
 #include "haptic_core/loop/haptic_loop.h"
+#include "haptic_core/spidar/device_record.h"
 #include "haptic_core/spidar/hand_path.h"
-#include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
 
@@ -44,23 +44,6 @@ class Port {
  public:
   virtual ~Port() = default;
   BetweenTicks between_ticks;
-};
-
-/// One tick of a device as its runner saw it; the driver publishes it.
-struct DeviceRecord {
-  std::uint64_t tick = 0;
-  std::int64_t stamp_ns = 0;             ///< steady clock at the start of the tick
-  DeviceSample sample;
-  Pose X_BG;                             ///< grip; meaningless unless `calibrated`
-  Twist V_BG;                            ///< at G's origin, in B
-  Wrench F_asked_B, F_achieved_B;        ///< on the hand at G's origin, in B, after the device's limits
-  StringVector length, tension;          ///< [m], [N]
-  double opening = 0;                    ///< 7-DOF grips [m]
-  double pose_residual = 0;              ///< [m]
-  DeviceState state = DeviceState::kUncalibrated;
-  bool calibrated = false;
-  int suspect_string = -1;
-  unsigned flags = 0;                    ///< see DeviceFlag
 };
 
 /// A device on offer. Everything is the owner's; the runner of the lease alone calls `device` and `transport`.

@@ -1,43 +1,65 @@
+#include <cmath>
 #include <cstdio>
-#include <string>
 
-#include "haptic_core/spidar/spidar.h"
+#include "haptic_core/spidar/device_record.h"
 
 namespace haptic {
 namespace {
 
-std::string stringAdvice(const Spidar& device) {
-  const int i = device.health().suspect();
-  if (i < 0) return "";
+std::string stringAdvice(const DeviceRecord& record) {
+  if (record.suspect_string < 0) return "";
   char text[200];
-  const double error = device.health().suspectError();
-  std::snprintf(text, sizeof text, "string %d measures %.1f mm too %s: %s. ", i,
-                1e3 * (error < 0 ? -error : error), error < 0 ? "short" : "long",
-                error < 0 ? "broken, or its encoder slipped" : "slack, stuck, or its encoder slipped");
+  const bool too_short = record.suspect_error < 0;
+  std::snprintf(text, sizeof text, "string %d measures %.1f mm too %s: %s. ", record.suspect_string,
+                1e3 * std::fabs(record.suspect_error), too_short ? "short" : "long",
+                too_short ? "broken, or its encoder slipped" : "slack, stuck, or its encoder slipped");
   return text;
 }
 
 }  // namespace
 
-std::string advice(const Spidar& device) {
-  const unsigned flags = device.flags();
-  if (flags & kLinkLost) return "the board is silent: check plug and power, then recover";
-  if (device.state() == DeviceState::kUncalibrated) return "hold the grip at the home pose and calibrate";
-  if (!device.calibrated())
-    return stringAdvice(device) +
+DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t stamp_ns,
+                      const DeviceSample& sample) noexcept {
+  DeviceRecord r;
+  r.tick = tick;
+  r.stamp_ns = stamp_ns;
+  r.sample = sample;
+  r.X_BG = device.pose();
+  r.V_BG = device.twist();
+  r.F_asked_B = device.askedWrench();
+  r.F_achieved_B = device.achievedWrench();
+  r.length = device.lengths();
+  r.tension = device.tension().tension;
+  r.opening = device.opening();
+  r.opening_rate = device.openingRate();
+  r.grasp_force = device.tension().grasp_force;
+  r.pose_residual = device.solution().residual;
+  r.state = device.state();
+  r.calibrated = device.calibrated();
+  r.suspect_string = device.suspectString();
+  r.suspect_error = device.health().suspectError();
+  r.hottest_motor = device.health().hottestMotor();
+  r.flags = device.flags();
+  return r;
+}
+
+std::string advice(const DeviceRecord& record, const std::string& device_name) {
+  if (record.flags & kLinkLost) return "the board is silent: check plug and power, then recover";
+  if (record.state == DeviceState::kUncalibrated) return "hold the grip at the home pose and calibrate";
+  if (!record.calibrated)
+    return stringAdvice(record) +
            "A counter jumped: check cable and encoder, hold the grip at the home pose, recover and calibrate";
-  if (device.state() == DeviceState::kFault || device.state() == DeviceState::kReduced)
-    return stringAdvice(device) + "Wind it, hold the grip at the home pose, recover and calibrate";
-  if (flags & kOverRate)
-    return "the exchange runs faster than the wire of " + device.def().name + " carries: lower the rate";
-  if (flags & kMotorHot)
-    return "motor " + std::to_string(device.health().hottestMotor()) +
-           " is hot: the wrench is faded until it has cooled";
-  if (flags & kCommandNotFinite) return "the wrench command is not finite: it was taken as zero";
-  if (flags & kCommandStale) return "no fresh wrench command: the sender has stopped";
-  if (flags & kPoseNotConverged) return "the lengths fit no pose near the last one: the pose is held";
-  if (flags & kTorqueIgnored) return "this grip is a point: torque is ignored";
-  if (flags & kNotPresentable)
+  if (record.state == DeviceState::kFault || record.state == DeviceState::kReduced)
+    return stringAdvice(record) + "Wind it, hold the grip at the home pose, recover and calibrate";
+  if (record.flags & kOverRate)
+    return "the exchange runs faster than the wire of " + device_name + " carries: lower the rate";
+  if (record.flags & kMotorHot)
+    return "motor " + std::to_string(record.hottest_motor) + " is hot: the wrench is faded until it has cooled";
+  if (record.flags & kCommandNotFinite) return "the wrench command is not finite: it was taken as zero";
+  if (record.flags & kCommandStale) return "no fresh wrench command: the sender has stopped";
+  if (record.flags & kPoseNotConverged) return "the lengths fit no pose near the last one: the pose is held";
+  if (record.flags & kTorqueIgnored) return "this grip is a point: torque is ignored";
+  if (record.flags & kNotPresentable)
     return "the wrench is outside what the strings can present here (tension bounds)";
   return "";
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/error.h"
+
 namespace haptic {
 namespace {
 
@@ -67,6 +69,17 @@ void Spidar::calibrateAt(const GripPose& jig) noexcept {
 void Spidar::restoreCalibration(const StringVector& zero_length, const GripPose& guess) noexcept {
   zero_length_ = zero_length;
   startAt(guess);
+}
+
+void Spidar::adopt(const Calibration& calibration, const GripPose& guess) {
+  if (calibration.p_BE.size() != def_.strings.size())
+    throw SetupError("calibration", "has " + std::to_string(calibration.p_BE.size()) + " strings, " + def_.name +
+                     " has " + std::to_string(def_.strings.size()), "calibrate this device");
+  def_ = calibration.applied(def_);
+  kinematics_ = StringKinematics(def_);
+  distribution_ = TensionDistribution(def_, kinematics_);
+  distribution_.solve(Wrench{});
+  restoreCalibration(calibration.zero_length, guess);
 }
 
 void Spidar::calibrate(const DeviceSample& sample) noexcept {

@@ -7,6 +7,7 @@
 #include <atomic>
 
 #include "haptic_core/base/latest_value.h"
+#include "haptic_core/spidar/calibration.h"
 #include "haptic_core/spidar/string_health.h"
 #include "haptic_core/spidar/string_kinematics.h"
 #include "haptic_core/spidar/tension_distribution.h"
@@ -77,6 +78,10 @@ class Spidar {
   void recover() noexcept { recover_request_ = true; }  ///< leaves kFault and kReduced when the cause is gone
   void setFade(double factor) noexcept { fade_ = factor; }  ///< overrun: share of the wrench presented, 0..1
 
+  /// Set-up, or between two ticks: the exits of a calibration replace the file's, and its lengths at count 0 become
+  /// the device's; the pose starts at `guess`. Allocates. Throws SetupError when it is one for another device.
+  void adopt(const Calibration& calibration, const GripPose& guess);
+
   /// Set-up: lengths at count 0 [m] from a saved calibration, valid while the counters have not been reset.
   /// The pose starts at `guess`.
   void restoreCalibration(const StringVector& zero_length, const GripPose& guess = {}) noexcept;
@@ -89,6 +94,7 @@ class Spidar {
   double opening() const noexcept { return solution_.pose.opening; }
   double openingRate() const noexcept { return opening_rate_; }
   const PoseSolution& solution() const noexcept { return solution_; }
+  const StringVector& zeroLengths() const noexcept { return zero_length_; }  ///< at count 0 [m]; after calibration
   const StringVector& lengths() const noexcept { return length_; }  ///< measured [m]; NaN before calibration
   const TensionReport& tension() const noexcept { return distribution_.report(); }
   const Wrench& askedWrench() const noexcept { return asked_; }  ///< after all limits
@@ -136,9 +142,5 @@ class Spidar {
   DriveCommand drive_;
   unsigned flags_ = 0, buttons_ = 0;
 };
-
-/// One line for a diagnostic: what is wrong and what to do; empty when all is well. Allocates: not for a
-/// tick.
-std::string advice(const Spidar& device);
 
 }  // namespace haptic

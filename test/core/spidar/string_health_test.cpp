@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "haptic_core/spidar/device_record.h"
 #include "haptic_core/spidar/device_twin.h"
-#include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
 namespace {
@@ -68,7 +68,7 @@ TEST_P(Fault, LeadsToADefinedStateInTime) {
     EXPECT_LE(rig.ticksToReaction(GetParam().ticks + 1), GetParam().ticks) << string;
     rig.run(10);
     EXPECT_EQ(rig.device.state(), GetParam().state) << string;
-    EXPECT_NE(advice(rig.device), "");
+    EXPECT_NE(advice(recordOf(rig.device, 0, 0, {}), rig.device.def().name), "");
     if (GetParam().state == DeviceState::kReduced) {
       rig.run(100);
       EXPECT_LE(rig.device.askedWrench().force.norm(), rig.device.settings().reduced_force);

@@ -1,0 +1,36 @@
+/// One tick of a device, copied for other threads: topics, recorders, diagnostics.
+#pragma once
+#include <string>
+
+#include "haptic_core/spidar/spidar.h"
+
+namespace haptic {
+
+struct DeviceRecord {
+  std::uint64_t tick = 0;
+  std::int64_t stamp_ns = 0;  ///< steady clock at the start of the tick
+  DeviceSample sample;
+  Pose X_BG;                        ///< grip; meaningless unless `calibrated`
+  Twist V_BG;                       ///< at G's origin, in B
+  Wrench F_asked_B, F_achieved_B;   ///< on the hand at G's origin, in B, after the device's limits
+  StringVector length, tension;     ///< [m], [N]
+  double opening = 0;               ///< 7-DOF grips [m]
+  double opening_rate = 0;          ///< [m/s]
+  double grasp_force = 0;           ///< presented along the opening [N]
+  double pose_residual = 0;         ///< [m]
+  DeviceState state = DeviceState::kUncalibrated;
+  bool calibrated = false;
+  int suspect_string = -1;    ///< the one that disagrees most; -1: none
+  double suspect_error = 0;   ///< measured minus true length of it [m]
+  int hottest_motor = 0;
+  unsigned flags = 0;  ///< see DeviceFlag
+};
+
+/// (in realtime) What `device` did in the tick that just ended; the thread that ticks it calls it.
+DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t stamp_ns,
+                      const DeviceSample& sample) noexcept;
+
+/// One line for a diagnostic: what is wrong and what to do; empty when all is well. Allocates: not for a tick.
+std::string advice(const DeviceRecord& record, const std::string& device_name);
+
+}  // namespace haptic
