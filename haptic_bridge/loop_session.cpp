@@ -184,7 +184,7 @@ void LoopSession::observe(Hand& hand, HandSample& sample) const noexcept {
   sample.pointer_force = world_->world.pointerWrench(hand.placement.pointer).force.norm();
   const bool asks = sample.F_asked_B.force.squaredNorm() + sample.F_asked_B.torque.squaredNorm() > 0;
   sample.presentable = false;
-  if (hand.twin && asks && device.state() == DeviceState::kEnabled) {  // for the figures only; not in tick_us
+  if (asks && device.state() == DeviceState::kEnabled) {  // for the figures only; not in tick_us
     hand.exact->setStructure(device.kinematics().scaledStructure(device.solution().pose));
     sample.presentable = hand.exact->solve(sample.F_asked_B).error < kExactError;
   }
@@ -196,12 +196,13 @@ void LoopSession::observe(Hand& hand, HandSample& sample) const noexcept {
     sample.over_clamp |= tension.tension[s] > def.strings[s].max_tension * (1 + kClampTolerance);
   }
   sample.position_error = sample.rotation_error = std::nan("");
-  if (!hand.twin || !device.calibrated()) return;
-  const Pose& truth = hand.twin->latchedPose().X_BG;
+  if (!device.calibrated()) return;
   const Pose& measured = device.pose();
+  const Pose& truth = hand.twin ? hand.twin->latchedPose().X_BG : measured;  // of hardware nobody knows it
+  sample.inside = truth.p.norm() <= kStatedReach && vectorFromRotation(Quaternion(truth.R)).norm() <= kStatedAngle;
+  if (!hand.twin) return;
   sample.position_error = (measured.p - truth.p).norm();
   sample.rotation_error = vectorFromRotation(Quaternion(measured.R * truth.R.transpose())).norm();
-  sample.inside = truth.p.norm() <= kStatedReach && vectorFromRotation(Quaternion(truth.R)).norm() <= kStatedAngle;
 }
 
 std::vector<std::string> LoopSession::deviceNames() const {

@@ -58,9 +58,10 @@ void RunFigures::add(const TickSample& sample) {
 void RunFigures::addHand(const HandSample& hand) {
   contact_force_ = std::max(contact_force_, hand.pointer_force);
   if (hand.over_clamp) ++clamps_exceeded_;
-  if (!hand.inside) return;
-  position_error_ = std::max(position_error_, hand.position_error);
-  rotation_error_ = std::max(rotation_error_, hand.rotation_error);
+  if (hand.inside) {
+    position_error_ = std::fmax(position_error_, hand.position_error);  // NaN: not measured
+    rotation_error_ = std::fmax(rotation_error_, hand.rotation_error);
+  }
   if (!hand.presentable) return;
   const Wrench error = hand.F_achieved_B - hand.F_asked_B;
   if (hand.F_asked_B.force.squaredNorm() > 0) {

@@ -1,5 +1,6 @@
 /// The figures of a run: what the loop did, how long it took, how true it was. Definitions: one per line below.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -39,7 +40,7 @@ class RunFigures {
 
   TickTimes times_;
   std::uint64_t ticks_ = 0, missed_ = 0, clamps_exceeded_ = 0;
-  double position_error_ = 0, rotation_error_ = 0;      // largest, inside the stated range [m], [rad]
+  double position_error_ = std::nan(""), rotation_error_ = std::nan("");  // largest inside the stated range [m], [rad]
   double force_error2_ = 0, force2_ = 0, torque_error2_ = 0, torque2_ = 0;  // sums over presentable ticks
   double contact_force_ = 0;                            // largest on a pointer [N]
   bool energy_known_ = false;

@@ -13,7 +13,7 @@ struct HandSample {
   double pointer_force = 0;            ///< |force of the world on the pointer| [N]
   double position_error = 0;           ///< |measured - true| grip position of a twin [m]; NaN: no twin
   double rotation_error = 0;           ///< likewise [rad]
-  bool inside = false;                 ///< true grip within 30 mm and 0.5 rad of home: where the accuracy is stated
+  bool inside = false;                 ///< grip (the twin's true one) within 30 mm and 0.5 rad of home: where accuracy is stated
   bool presentable = false;            ///< force is on, and some tensions within the bounds give the wrench exactly
   bool over_clamp = false;             ///< a tension or the wrench left the device's bounds: must not happen
 };

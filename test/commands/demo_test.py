@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """./run demo from end to end: it ends by itself, its figures keep their bounds, nothing is left running."""
 import csv
+import math
 import os
 import subprocess
 import tempfile
@@ -43,6 +44,15 @@ class Demo(unittest.TestCase):
             self.assertEqual(info.returncode, 0, info.stderr)
             for topic in ("/spidar/pose", "/spidar/wrench", "/contacts", "/tf"):
                 self.assertIn(topic, info.stdout)
+
+    def test_boards_on_a_pseudo_terminal(self):
+        call = Call("demo", "--device", "uart", "--seconds", str(SECONDS))
+        self.assertEqual(call.code, 0, call.errors)
+        self.assertEqual(call.left, [])
+        figures = call.figures()
+        self.assertEqual(figures["demo.ticks"], SECONDS * RATE)
+        self.assertGreater(figures["demo.contact_force_n_max"], 0)
+        self.assertTrue(math.isnan(figures["demo.pose_error_um_max"]), "nobody knows a real grip's true pose")
 
     def test_stops_when_told(self):
         call = Call("demo", "--seconds", "600", interrupt_after=6)
