@@ -59,6 +59,17 @@ ImplicitStep::ImplicitStep(const Plan& plan, const WorldSettings& settings)
   mass_matrix_.resize(static_cast<std::size_t>(largest) * largest);
   block_.resize(mass_matrix_.size());
   for (auto* J : {&jacobian_a_, &jacobian_b_, &weighted_}) J->resize(6 * static_cast<std::size_t>(largest));
+  placeFixed();
+}
+
+/// What never moves: `evaluate` leaves it where it is.
+void ImplicitStep::placeFixed() {
+  for (const PlanTree& tree : plan_.trees) {
+    if (tree.model->isStatic()) forwardKinematics(*tree.model, nullptr, nullptr, work_.data() + tree.link);
+  }
+  for (std::size_t s = 0; s < plan_.shapes.size(); ++s) {
+    X_WS_[s] = work_[plan_.shapes[s].link].X_WL * plan_.shapes[s].X_LS;
+  }
 }
 
 void ImplicitStep::findNodes(const std::vector<int>& held_by) noexcept {
@@ -287,7 +298,7 @@ double ImplicitStep::farthest() const noexcept {
 void ImplicitStep::evaluate(const std::vector<double>& v, double g) noexcept {
   ++report_.evaluations;
   std::copy(q_base_.begin(), q_base_.end(), q_.begin());
-  for (std::size_t t = 0; t < plan_.trees.size(); ++t) {
+  for (const int t : plan_.updated_trees) {
     const PlanTree& tree = plan_.trees[t];
     const bool moves = node_of_tree_[t] >= 0;
     if (moves) integratePositions(*tree.model, q_.data() + tree.q, v.data() + tree.v, g);
@@ -295,9 +306,7 @@ void ImplicitStep::evaluate(const std::vector<double>& v, double g) noexcept {
                       work_.data() + tree.link);
   }
   for (std::size_t l = 0; l < work_.size(); ++l) work_[l].addWrench((*applied_)[l], work_[l].X_WL.p);
-  for (std::size_t s = 0; s < plan_.shapes.size(); ++s) {
-    X_WS_[s] = work_[plan_.shapes[s].link].X_WL * plan_.shapes[s].X_LS;
-  }
+  for (const int s : plan_.updated_shapes) X_WS_[s] = work_[plan_.shapes[s].link].X_WL * plan_.shapes[s].X_LS;
   contacts_.clear();
   for (int i = 0; i < state_->pair_count; ++i) evaluatePair(i, g);
   for (int n = 0; n < nodes_; ++n) {

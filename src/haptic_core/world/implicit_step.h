@@ -64,6 +64,7 @@ class ImplicitStep {
   const ImplicitReport& report() const { return report_; }
 
  private:
+  void placeFixed();
   void findNodes(const std::vector<int>& held_by) noexcept;
   void setBase(const double* q, const double* v) noexcept;
   void implicitEuler(double h) noexcept;

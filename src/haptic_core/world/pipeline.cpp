@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/world/features.h"
 
 namespace haptic {
 namespace {
@@ -42,20 +43,14 @@ Pipeline::Pipeline(const WorldDef& def) : settings_(def.settings), pointers_(def
   state_.pairs.resize(plan_.pair_capacity);
   previous_pairs_.resize(plan_.pair_capacity);
   contacts_.reserve(plan_.pair_capacity);
-  std::vector<std::pair<int, int>> never;
   plan_.reserve(workspace_);
-  for (int a = 0; a < static_cast<int>(plan_.shapes.size()); ++a) {
-    for (int b = a + 1; b < static_cast<int>(plan_.shapes.size()); ++b) {
-      if (!plan_.mayCollide(a, b)) never.emplace_back(a, b);
-    }
-  }
-  broad_phase_ = std::make_unique<BroadPhase>(static_cast<int>(plan_.shapes.size()), never, plan_.pair_capacity);
+  prepareSearch();
   if (settings_.integrator == Integrator::kImplicitEuler || settings_.integrator == Integrator::kSdirk2) {
     implicit_ = std::make_unique<ImplicitStep>(plan_, settings_);
   }
   applied_.resize(plan_.links.size());
   makeMotions();
-  updateKinematics();
+  placeAll();
   state_.pointers.resize(pointers_.size());
   pointer_wrench_.resize(pointers_.size());
   pointer_moved_.resize(pointers_.size());
@@ -66,7 +61,13 @@ Pipeline::Pipeline(const WorldDef& def) : settings_(def.settings), pointers_(def
 }
 
 int Pipeline::heldBy(int link) const noexcept {
-  return held_by_[link];
+  return kFullWorld ? held_by_[link] : -1;
+}
+int Pipeline::pointerCount() const noexcept {
+  return kFullWorld ? static_cast<int>(pointers_.size()) : 0;
+}
+bool Pipeline::keepsLedger() const noexcept {
+  return kFullWorld && settings_.energy_ledger;
 }
 bool Pipeline::holds(int pointer) const {
   return pointers_[pointer].coupling.mode == PointerCoupling::Mode::kDirect;
@@ -105,7 +106,7 @@ void Pipeline::restore(const std::vector<double>& packed) {
     if (holds(i)) held_by_[static_cast<int>(state_.pointers[i].link)] = i;
   }
   contacts_.clear();
-  updateKinematics();
+  placeAll();
 }
 
 void Pipeline::setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept {
@@ -118,16 +119,23 @@ void Pipeline::setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noex
   pointer.targeted = 1;
 }
 
+void Pipeline::measureStages(bool on) noexcept {
+  clock_.on = on;
+  report_.stages = {};
+}
+
 void Pipeline::step() noexcept {
   if (!report_.finite) return;
   report_.flags = 0;
   report_.closure = 0;
-  std::fill(pointer_wrench_.begin(), pointer_wrench_.end(), Wrench{});
+  if (kFullWorld) clock_.start(report_.stages);
+  if (kFullWorld) std::fill(pointer_wrench_.begin(), pointer_wrench_.end(), Wrench{});
   const double h = settings_.step / settings_.substeps;
   for (int s = 0; s < settings_.substeps && report_.finite; ++s) substep(h, 1.0 / (settings_.substeps - s));
-  for (std::size_t i = 0; i < pointers_.size(); ++i) {
+  for (int i = 0; i < pointerCount(); ++i) {
     store(report_.finite ? pointer_wrench_[i] * (1.0 / settings_.substeps) : Wrench{}, state_.pointers[i].F_W);
   }
+  if (kFullWorld) clock_.end(report_.stages.motion);
   report_.step = ++state_.step;
   state_.time = static_cast<double>(state_.step) * settings_.step;
 }
@@ -135,12 +143,15 @@ void Pipeline::step() noexcept {
 /// Contacts, ledger and the hand's wrench belong to the end of the substep.
 void Pipeline::implicitSubstep(double h) noexcept {
   findPairs(h);
+  clock_.end(report_.stages.search);
   for (LinkWork& link : work_) link.F_ext = Wrench{};  // the last substep's contacts
   pullPointers(h);
   for (std::size_t l = 0; l < work_.size(); ++l) {
     applied_[l] = work_[l].F_ext.shifted(work_[l].X_WL.p - work_[l].p_WO);
   }
+  clock_.end(report_.stages.motion);
   const ImplicitReport& solved = implicit_->advance(state_, held_by_, applied_, h);
+  clock_.end(report_.stages.force);
   report_.iterations = solved.iterations;
   report_.residual = solved.residual;
   if (!solved.converged) report_.flags |= kNotConverged;
@@ -149,7 +160,7 @@ void Pipeline::implicitSubstep(double h) noexcept {
   report_.closure = implicit_->joints().closure(work_.data());
   takeContacts(h);
   collectPointerWrenches();
-  if (settings_.energy_ledger) fillLedger();
+  if (keepsLedger()) fillLedger();
 }
 
 void Pipeline::takeContacts(double h) noexcept {
@@ -173,7 +184,7 @@ void Pipeline::takeContacts(double h) noexcept {
 /// Direct coupling: the link goes where the hand is. The hand's work is that of the contact wrench, by the
 /// trapezoidal rule over the way.
 void Pipeline::movePointers(double progress) noexcept {
-  for (int i = 0; i < static_cast<int>(pointers_.size()); ++i) {
+  for (int i = 0; i < pointerCount(); ++i) {
     const PointerState& pointer = state_.pointers[i];
     if (!holds(i) || pointer.targeted == 0) continue;
     const int link = static_cast<int>(pointer.link);
@@ -196,41 +207,81 @@ void Pipeline::movePointers(double progress) noexcept {
 }
 
 void Pipeline::updateKinematics() noexcept {
+  for (const int t : plan_.updated_trees) {
+    const PlanTree& tree = plan_.trees[t];
+    forwardKinematics(*tree.model, state_.q.data() + tree.q, state_.v.data() + tree.v, work_.data() + tree.link);
+  }
+}
+
+/// The sweep knows which pairs to leave out; in the general pipeline it finds them all, and findPairs drops them.
+void Pipeline::prepareSearch() {
+  const int n = static_cast<int>(plan_.shapes.size());
+  std::vector<std::pair<int, int>> never;
+  for (int a = 0; settings_.leave_out && a < n; ++a) {
+    for (int b = a + 1; b < n; ++b) {
+      if (!plan_.mayCollide(a, b)) never.emplace_back(a, b);
+    }
+  }
+  broad_phase_ = std::make_unique<BroadPhase>(n, never, settings_.leave_out ? plan_.pair_capacity : 0);
+}
+
+/// Everything once, what never moves included.
+void Pipeline::placeAll() noexcept {
   for (const PlanTree& tree : plan_.trees) {
     forwardKinematics(*tree.model, state_.q.data() + tree.q, state_.v.data() + tree.v, work_.data() + tree.link);
   }
+  for (int s = 0; s < static_cast<int>(plan_.shapes.size()); ++s) placeShape(s, 0);
+}
+
+/// Pose and box of a shape. With h > 0 the box is widened by how far its link may come in that time.
+void Pipeline::placeShape(int s, double h) noexcept {
+  const PlanShape& shape = plan_.shapes[s];
+  X_WS_[s] = work_[shape.link].X_WL * shape.X_LS;
+  boxes_[s] = shape.shape->aabb(X_WS_[s]);
+  if (!(h > 0) || !plan_.links[shape.link].moves) return;
+  const LinkWork& link = work_[shape.link];
+  // Twice the way at today's speed and gravity: what a collision adds to the speed is within it.
+  const double way =
+      2 * h *
+      (link.velocity.norm() + link.omega.norm() * plan_.links[shape.link].size + h * settings_.gravity.norm());
+  boxes_[s].lower.array() -= way;
+  boxes_[s].upper.array() += way;
 }
 
 /// Overlapping boxes, in the order of their keys; what a pair remembers comes along from the last step. With h > 0
 /// boxes are widened by how far their links may come in that time.
 void Pipeline::findPairs(double h) noexcept {
-  if (!plan_.has_contacts) return;
-  for (std::size_t s = 0; s < plan_.shapes.size(); ++s) {
-    const PlanShape& shape = plan_.shapes[s];
-    X_WS_[s] = work_[shape.link].X_WL * shape.X_LS;
-    boxes_[s] = shape.shape->aabb(X_WS_[s]);
-    if (h > 0 && plan_.links[shape.link].moves) {
-      const LinkWork& link = work_[shape.link];
-      // Twice the way at today's speed and gravity: what a collision adds to the speed is within it.
-      const double way =
-          2 * h *
-          (link.velocity.norm() + link.omega.norm() * plan_.links[shape.link].size + h * settings_.gravity.norm());
-      boxes_[s].lower.array() -= way;
-      boxes_[s].upper.array() += way;
-    }
-  }
-  if (!broad_phase_->update(boxes_.data())) report_.flags |= kPairsDropped;
+  if (!plan_.searches_pairs) return;
+  if (kFullWorld) clock_.end(report_.stages.motion);
+  for (const int s : plan_.updated_shapes) placeShape(s, h);
   std::swap(previous_pairs_, state_.pairs);
   const int previous_count = state_.pair_count;
   int before = 0;
   state_.pair_count = 0;
-  for (const BroadPhase::Pair& found : broad_phase_->pairs()) {
-    const std::uint64_t key = ActivePair::keyOf(found.a, found.b);
+  const auto meet = [&](int a, int b) {
+    const std::uint64_t key = ActivePair::keyOf(a, b);
     while (before < previous_count && previous_pairs_[before].key < key) ++before;
     const bool known = before < previous_count && previous_pairs_[before].key == key;
+    if (state_.pair_count == static_cast<int>(state_.pairs.size())) {
+      report_.flags |= kPairsDropped;
+      return;
+    }
     ActivePair& pair = state_.pairs[state_.pair_count++];
     pair = known ? previous_pairs_[before] : ActivePair{};
     pair.key = key;
+  };
+  if (!plan_.listed_pairs.empty()) {
+    for (const auto& [a, b] : plan_.listed_pairs) {
+      if ((boxes_[a].lower.array() <= boxes_[b].upper.array()).all() &&
+          (boxes_[b].lower.array() <= boxes_[a].upper.array()).all()) {
+        meet(a, b);
+      }
+    }
+    return;
+  }
+  if (!broad_phase_->update(boxes_.data())) report_.flags |= kPairsDropped;
+  for (const BroadPhase::Pair& found : broad_phase_->pairs()) {
+    if (settings_.leave_out || plan_.mayCollide(found.a, found.b)) meet(found.a, found.b);
   }
 }
 
@@ -238,6 +289,7 @@ void Pipeline::evaluateContacts(const Advance& advance) noexcept {
   contacts_.clear();
   report_.energy.elastic = report_.energy.tangential = 0;
   has_kick_ = false;
+  if (kFullWorld) clock_.end(report_.stages.search);
   for (int i = 0; i < state_.pair_count; ++i) evaluatePair(state_.pairs[i], advance);
   report_.pairs = state_.pair_count;
   report_.contacts = contacts_.size();
@@ -249,7 +301,9 @@ void Pipeline::evaluatePair(ActivePair& pair, const Advance& advance) noexcept {
   ContactVolume volume;
   contactVolume(*A.shape, *B.shape, relativePose(X_WS_[a], X_WS_[b]), pair.cache, workspace_, volume,
                 settings_.normal_rule);
-  if (volume.status != ContactVolume::Status::kOverlap) {
+  const bool overlap = volume.status == ContactVolume::Status::kOverlap;
+  if (kFullWorld) clock_.end(overlap ? report_.stages.volume : report_.stages.detection);
+  if (!overlap) {
     if (pair.friction.touching != 0) part(pair, advance);
     pair.friction = {};
     return;
@@ -264,12 +318,13 @@ void Pipeline::evaluatePair(ActivePair& pair, const Advance& advance) noexcept {
   link_a.addWrench(-F_BP_W, X_WP.p);
   if (force.has_impulse) addKick(A.link, B.link, force.impulse_P.rotated(X_WP.R), X_WP.p);
   FrictionMemory memory = force.memory;
-  if (settings_.energy_ledger) keepLedger(volume, law, pair.friction, force, advance, memory);
+  if (keepsLedger()) keepLedger(volume, law, pair.friction, force, advance, memory);
   pair.friction = memory;
   if (advance.old_share > 0) remember(volume, V_AB_P, X_WP.p, F_BP_W, pair.release);
   if (force.clipped) report_.flags |= kPressureClipped;
   noteContact(a, b, volume, force.normal_force, force.sticking, X_WP, F_BP_W);
   if (!contacts_.empty()) contacts_[contacts_.size() - 1].event = force.event;
+  if (kFullWorld) clock_.end(report_.stages.force);
 }
 
 void Pipeline::noteContact(int a, int b, const ContactVolume& volume, double normal_force, bool sticking,
@@ -294,7 +349,7 @@ void Pipeline::noteContact(int a, int b, const ContactVolume& volume, double nor
 
 /// Virtual coupling: a spring-damper from the hand's target to the link.
 void Pipeline::pullPointers(double h) noexcept {
-  for (int i = 0; i < static_cast<int>(pointers_.size()); ++i) {
+  for (int i = 0; i < pointerCount(); ++i) {
     PointerState& pointer = state_.pointers[i];
     if (holds(i)) continue;
     Wrench F_W;
@@ -315,7 +370,7 @@ void Pipeline::pullPointers(double h) noexcept {
 
 /// Direct coupling: what touches the pointer goes to the hand.
 void Pipeline::collectPointerWrenches() noexcept {
-  for (int i = 0; i < static_cast<int>(pointers_.size()); ++i) {
+  for (int i = 0; i < pointerCount(); ++i) {
     if (!holds(i)) continue;
     PointerState& pointer = state_.pointers[i];
     const LinkWork& link = work_[static_cast<int>(pointer.link)];

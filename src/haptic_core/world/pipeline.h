@@ -30,6 +30,7 @@ class Pipeline {
   explicit Pipeline(const WorldDef& def);  ///< throws SetupError
 
   void step() noexcept;  ///< (in realtime)
+  void measureStages(bool on) noexcept;  ///< (in realtime)
   void setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept;  ///< (in realtime)
   void grab(int pointer, int link);        ///< throws SetupError when the link cannot be held
   void restore(const std::vector<double>& packed);
@@ -49,6 +50,9 @@ class Pipeline {
   void substep(double h, double progress) noexcept;
   void movePointers(double progress) noexcept;
   void updateKinematics() noexcept;
+  void prepareSearch();
+  void placeAll() noexcept;
+  void placeShape(int s, double h) noexcept;
   void implicitSubstep(double h) noexcept;
   void takeContacts(double h) noexcept;
   void noteContact(int a, int b, const ContactVolume& volume, double normal_force, bool sticking,
@@ -74,6 +78,7 @@ class Pipeline {
   void finishVerlet(const PlanTree& tree, double h) noexcept;
   void readPull(const PlanTree& tree, double* pull) noexcept;
   void kickTree(const PlanTree& tree, const double* pull, double dt) noexcept;
+  bool isFree(const PlanTree& tree) const noexcept;
   bool isStepped(const PlanTree& tree) const noexcept;
   // joint_step.cpp
   void makeMotions();
@@ -88,6 +93,8 @@ class Pipeline {
   void closeLedger(const FrictionMemory& last, double tau, double order) noexcept;
   void fillLedger() noexcept;
   bool holds(int pointer) const;           ///< the hand prescribes the link's motion (direct coupling)
+  int pointerCount() const noexcept;
+  bool keepsLedger() const noexcept;
   int heldBy(int link) const noexcept;     ///< pointer that prescribes the link's motion; -1: none
 
   WorldSettings settings_;
@@ -95,6 +102,7 @@ class Pipeline {
   Plan plan_;
   WorldState state_;
   StepReport report_;
+  StageClock clock_;
 
   // Work of one step; nothing here outlives it.
   std::vector<LinkWork> work_;                     ///< by world link index

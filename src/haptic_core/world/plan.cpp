@@ -20,6 +20,10 @@ std::uint64_t linkPair(int a, int b) {
 /// inside one another; what does not fit is flagged and dropped, nearest keys first kept.
 constexpr int kNeighboursPerShape = 32;
 
+/// Up to this many possible pairs per shape, testing each of them costs fewer instructions than sorting the boxes and
+/// ordering what the sweep finds (10 a pair against about 100 a box). Beyond, the list would grow like N².
+constexpr int kListedPairsPerShape = 8;
+
 bool sameMaterial(const ContactMaterial& a, const ContactMaterial& b) {
   return std::memcmp(&a, &b, sizeof a) == 0;
 }
@@ -41,6 +45,7 @@ Plan::Plan(const WorldDef& def) : settings_(def.settings), name_(def.name) {
   checkPointers(def);
   has_pointers = !def.pointers.empty();
   countPairs();
+  chooseVisits();
 }
 
 void Plan::checkPointers(const WorldDef& def) const {
@@ -143,6 +148,24 @@ void Plan::countPairs() {
   pair_capacity = static_cast<int>(std::min<long>(possible_pairs, 64L + static_cast<long>(n) * kNeighboursPerShape));
 }
 
+void Plan::chooseVisits() {
+  const bool all = !settings_.leave_out;
+  for (int t = 0; t < static_cast<int>(trees.size()); ++t) {
+    if (all || !trees[t].model->isStatic()) updated_trees.push_back(t);
+  }
+  const int n = static_cast<int>(shapes.size());
+  searches_pairs = all || has_contacts;
+  for (int s = 0; s < n; ++s) {
+    if (all || (has_contacts && links[shapes[s].link].moves)) updated_shapes.push_back(s);
+  }
+  if (all || possible_pairs > static_cast<long>(kListedPairsPerShape) * n) return;
+  for (int a = 0; a < n; ++a) {
+    for (int b = a + 1; b < n; ++b) {
+      if (mayCollide(a, b)) listed_pairs.emplace_back(a, b);
+    }
+  }
+}
+
 void Plan::reserve(ContactWorkspace& workspace) const {
   const ConvexPolyhedron* finest = nullptr;  // with it, every shape has seen its largest partner
   for (const PlanShape& shape : shapes) {
@@ -171,7 +194,7 @@ std::string Plan::text() const {
       << " degrees of freedom, " << shapes.size() << " convex shapes\n  step " << settings_.step * 1e3 << " ms, "
       << settings_.substeps << " substep(s)\n  pairs: " << possible_pairs << " of " << all
       << " can touch; the others are fixed both, on one link, neighbours or filtered\n";
-  const auto stage = [&](bool present, const char* name, const char* reason) {
+  const auto stage = [&](bool present, const std::string& name, const std::string& reason) {
     out << "  " << (present ? "runs     " : "left out ") << name << (present ? "" : ": ") << (present ? "" : reason)
         << "\n";
   };
@@ -180,6 +203,15 @@ std::string Plan::text() const {
   stage(has_joints, "articulated pass", "no joints: free and fixed bodies only");
   stage(has_pointers, "pointer coupling", "no pointer");
   stage(settings_.energy_ledger, "energy ledger", "switched off");
+  if (!settings_.leave_out) {
+    out << "  the general pipeline: every stage visits everything\n";
+    return out.str();
+  }
+  const std::size_t still = trees.size() - updated_trees.size(), placed = shapes.size() - updated_shapes.size();
+  if (still > 0) stage(false, "kinematics of " + std::to_string(still) + " trees", "fixed, computed once");
+  if (placed > 0) stage(false, "poses and boxes of " + std::to_string(placed) + " shapes", "fixed, computed once");
+  stage(!has_contacts || listed_pairs.empty(), "sorting of boxes",
+        std::to_string(listed_pairs.size()) + " possible pairs are tested one by one");
   return out.str();
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "haptic_core/contact/friction.h"
@@ -74,6 +75,13 @@ class Plan {
   long possible_pairs = 0;          ///< pairs that may ever touch; the others are never tested
   bool has_contacts = false, has_pointers = false, has_joints = false, has_friction = false;
 
+  // What a step visits. In the general pipeline (`WorldSettings::leave_out` false) everything; else what can change.
+  std::vector<int> updated_trees;   ///< kinematics is computed every step: all but the fixed ones
+  std::vector<int> updated_shapes;  ///< pose and box are computed every step: on links that move
+  bool searches_pairs = true;       ///< false: nothing can ever touch
+  /// A few pairs are tested box against box, in the order of their keys, without sorting anything; empty: sweep.
+  std::vector<std::pair<int, int>> listed_pairs;
+
  private:
   void addTrees(const WorldDef& def);
   void addTree(const WorldDef& world, const std::vector<int>& articulations);
@@ -84,6 +92,7 @@ class Plan {
   void addMaterials(const WorldDef& def);
   void addFilters(const WorldDef& def);
   void countPairs();
+  void chooseVisits();
   void checkSettings(const WorldSettings& settings) const;
 
   WorldSettings settings_;

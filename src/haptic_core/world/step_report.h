@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "haptic_core/base/spatial.h"
+#include "haptic_core/world/stage_clock.h"
 
 namespace haptic {
 
@@ -49,6 +50,7 @@ struct StepReport {
   bool finite = true;                     ///< false: the world stopped; `culprit` names the link
   int culprit = -1;
   unsigned flags = 0;
+  StageTimes stages;                      ///< filled while `World::measureStages` is on
 };
 
 }  // namespace haptic

@@ -13,20 +13,25 @@
 /// (joint_step.cpp). Under Velocity Verlet contact forces on them are those of the step's start.
 #include "haptic_core/dynamics/articulated_body.h"
 #include "haptic_core/dynamics/free_body.h"
+#include "haptic_core/world/features.h"
 #include "haptic_core/world/pipeline.h"
 
 namespace haptic {
 
 /// `progress`: the share of the way to the pointers' targets that this substep covers.
 void Pipeline::substep(double h, double progress) noexcept {
-  if (implicit_) {
+  if (kFullWorld && implicit_) {
     movePointers(progress);
     implicitSubstep(h);
   } else {
     settings_.integrator == Integrator::kVelocityVerlet ? substepVerlet(h, progress) : substepEuler(h, progress);
-    if (settings_.energy_ledger) fillLedger();
+    if (keepsLedger()) fillLedger();
   }
   checkFinite();
+}
+
+bool Pipeline::isFree(const PlanTree& tree) const noexcept {
+  return !kFullWorld || tree.model->isFreeBody();
 }
 
 bool Pipeline::isStepped(const PlanTree& tree) const noexcept {
@@ -59,7 +64,7 @@ void Pipeline::eulerTree(const PlanTree& tree, double h) noexcept {
   double* pull = v_dot_.data() + tree.v;
   readPull(tree, pull);
   kickTree(tree, pull, h);
-  if (tree.model->isFreeBody()) {
+  if (isFree(tree)) {
     stepFreeBody(tree.model->link(0), Wrench{}, Vector3::Zero(), h, q, v);
   } else {
     integratePositions(*tree.model, q, v, h);
@@ -95,7 +100,7 @@ void Pipeline::startVerlet(const PlanTree& tree, double h) noexcept {
   double* v = state_.v.data() + tree.v;
   const double* pull = state_.pull.data() + tree.v;
   kickTree(tree, pull, h / 2);
-  if (tree.model->isFreeBody()) {
+  if (isFree(tree)) {
     stepFreeBody(tree.model->link(0), Wrench{}, Vector3::Zero(), h, q, v);
     work_[tree.link].X_WL.R = Quaternion(q[3], q[4], q[5], q[6]).toRotationMatrix();
   } else {
@@ -130,7 +135,7 @@ void Pipeline::finishVerlet(const PlanTree& tree, double h) noexcept {
 /// gyroscopic part is the drift's), v̇ of other trees.
 void Pipeline::readPull(const PlanTree& tree, double* pull) noexcept {
   LinkWork* work = work_.data() + tree.link;
-  if (!tree.model->isFreeBody()) {
+  if (!isFree(tree)) {
     accelerations(*tree.model, settings_.gravity, nullptr, nullptr, work, pull);
     return;
   }
@@ -144,7 +149,7 @@ void Pipeline::readPull(const PlanTree& tree, double* pull) noexcept {
 /// v += dt M⁻¹ pull, at the rotation in `work_`.
 void Pipeline::kickTree(const PlanTree& tree, const double* pull, double dt) noexcept {
   double* v = state_.v.data() + tree.v;
-  if (!tree.model->isFreeBody()) {
+  if (!isFree(tree)) {
     for (int i = 0; i < tree.model->nv(); ++i) v[i] += dt * pull[i];
     return;
   }

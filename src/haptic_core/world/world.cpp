@@ -17,6 +17,7 @@ World::World(const WorldDef& def) : impl_(std::make_unique<Impl>(def)) {}
 World::~World() = default;
 
 void World::step() noexcept { impl_->pipeline.step(); }
+void World::measureStages(bool on) noexcept { impl_->pipeline.measureStages(on); }
 const WorldSettings& World::settings() const { return impl_->def.settings; }
 const StepReport& World::report() const { return impl_->pipeline.report(); }
 double World::time() const { return impl_->pipeline.state().time; }

@@ -22,6 +22,9 @@ class World {
   /// (in realtime) Advances by settings().step.
   void step() noexcept;
 
+  /// (in realtime) Times of the stages in the report from the next step on. Off at first: costs what the clock costs.
+  void measureStages(bool on) noexcept;
+
   const WorldSettings& settings() const;
   const StepReport& report() const;
   double time() const;                    ///< simulated [s]

@@ -1,0 +1,234 @@
+/// `./run bench plan`: each scene of the catalogue by its plan and by the general pipeline, which leaves nothing out:
+/// the same bits, and what leaving out saves. Then what features cost that a scene does not use, and topics that nobody
+/// reads. `--csv` prints one line per scene for the report instead of a table.
+#include <dirent.h>
+#include <time.h>
+
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <sstream>
+
+#include "../scenes/motions.h"
+#include "figure.h"
+#include "haptic_core/base/error.h"
+#include "haptic_core/loop/ports.h"
+#include "single_stepping.h"
+#include "scene/scene_file.h"
+
+namespace haptic::bench {
+namespace {
+
+struct Scene {
+  std::string name;
+  WorldDef def;
+};
+
+/// All files of urdf/scenes that load on this system, by name; the others are named with the reason.
+std::vector<Scene> catalogue() {
+  const std::string folder = HAPTIC_SOURCE_DIR "/urdf/scenes";
+  std::vector<std::string> files;
+  if (DIR* dir = opendir(folder.c_str())) {
+    while (const dirent* entry = readdir(dir)) {
+      const std::string file = entry->d_name;
+      const std::size_t dot = file.rfind('.');
+      if (dot == std::string::npos || (file.substr(dot) != ".urdf" && file.substr(dot) != ".yaml")) continue;
+      files.push_back(file);
+    }
+    closedir(dir);
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<Scene> scenes;
+  for (const std::string& file : files) {
+    try {
+      Scene scene{file, loadScene(folder + "/" + file).world};
+      const World world(scene.def);  // a scene whose world is refused has no plan
+      scenes.push_back(std::move(scene));
+    } catch (const SetupError& error) {
+      std::printf("skipped %s: %s\n", file.c_str(), error.what());
+    }
+  }
+  return scenes;
+}
+
+/// Where hands go: small circles about where they start, 5 mm wide, so that contacts come and go.
+class Hands {
+ public:
+  explicit Hands(const World& world) {
+    for (int i = 0; i < world.pointerCount(); ++i) start_.push_back(world.linkPose(world.pointerLink(i)));
+  }
+  void move(World& world) const {
+    constexpr double kRadius = 5e-3, kRate = 6;  // [m], [rad/s]
+    const double a = kRate * (world.time() + world.settings().step);
+    for (std::size_t i = 0; i < start_.size(); ++i) {
+      Pose X = start_[i];
+      X.p += kRadius * Vector3(std::sin(a), std::sin(2 * a), std::cos(a) - 1);
+      Twist V;
+      V.linear = kRadius * kRate * Vector3(std::cos(a), 2 * std::cos(2 * a), -std::sin(a));
+      world.setPointerTarget(static_cast<int>(i), X, V);
+    }
+  }
+
+ private:
+  std::vector<Pose> start_;
+};
+
+struct Comparison {
+  bool identical = true;
+  long planned_instructions = 0, general_instructions = 0;  ///< of one step, mean over kCounted steps; -1: unknown
+  double planned_s = 0, speedup = 0;                        ///< median step [s]; median of paired ratios
+};
+
+double cpuSeconds() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+Comparison compare(const Scene& scene) {
+  constexpr int kSteps = 300, kCounted = 2, kPairs = 41;
+  WorldDef planned_def = scene.def, general_def = scene.def;
+  planned_def.settings.leave_out = true;
+  general_def.settings.leave_out = false;
+  World planned(planned_def), general(general_def);
+  const Hands hands(planned);
+  Comparison result;
+  const auto advance = [&](World& world, int steps) {
+    for (int i = 0; i < steps; ++i) {
+      hands.move(world);
+      world.step();
+    }
+  };
+  for (int i = 0; i < kSteps && result.identical; ++i) {
+    advance(planned, 1);
+    advance(general, 1);
+    result.identical = planned.hash() == general.hash();
+  }
+  const auto count = [&](World& world) {
+    const long all = singleStepped([&] { advance(world, kCounted); });
+    return all < 0 ? -1 : all / kCounted;
+  };
+  result.planned_instructions = count(planned);
+  result.general_instructions = count(general);
+  const auto timed = [&](World& world, int steps) {
+    const double start = cpuSeconds();
+    advance(world, steps);
+    return (cpuSeconds() - start) / steps;
+  };
+  // Blocks of about half a millisecond, long against the clock, alternating.
+  const int steps = std::clamp(static_cast<int>(5e-4 / std::max(1e-7, timed(planned, 4))), 2, 500);
+  advance(general, 4);
+  std::vector<double> ratios, times;
+  for (int i = 0; i < kPairs; ++i) {
+    const bool first = i % 2 == 0;
+    const double a = timed(first ? planned : general, steps), b = timed(first ? general : planned, steps);
+    times.push_back(first ? a : b);
+    ratios.push_back(first ? b / a : a / b);
+  }
+  result.planned_s = median(times);
+  result.speedup = median(ratios);
+  return result;
+}
+
+/// The lines of the plan that say what was left out, as one.
+std::string leftOut(const WorldDef& def) {
+  std::istringstream text(World(def).planText());
+  std::string line, all;
+  while (std::getline(text, line)) {
+    const std::size_t at = line.find("left out ");
+    if (at == std::string::npos) continue;
+    all += (all.empty() ? "" : "; ") + line.substr(at + 9);
+  }
+  return all;
+}
+
+void plans(bool csv) {
+  int scenes = 0, identical = 0;
+  double slowest = 1e9, sum = 0;
+  if (csv) std::printf("scene,bit_identical,planned_instructions,general_instructions,step_us,speedup,left_out\n");
+  for (const Scene& scene : catalogue()) {
+    const Comparison c = compare(scene);
+    std::printf(csv ? "%s,%d,%ld,%ld,%.4g,%.4g,\"%s\"\n"
+                    : "%-22s same bits %d  instructions %7ld of %7ld  step %8.3f us  speed-up %.3f  left out: %s\n",
+                scene.name.c_str(), c.identical, c.planned_instructions, c.general_instructions, 1e6 * c.planned_s,
+                c.speedup, leftOut(scene.def).c_str());
+    std::fflush(stdout);
+    ++scenes;
+    identical += c.identical;
+    slowest = std::min(slowest, c.speedup);
+    sum += c.speedup;
+  }
+  if (csv) return;
+  figure("plan.scenes", scenes, "scenes");
+  figure("plan.bit_identical", identical, "scenes");
+  figure("plan.speedup_min", slowest, "1");
+  figure("plan.speedup_mean", sum / scenes, "1");
+}
+
+struct StepCost {
+  long instructions = -1;
+  unsigned long long hash = 0;
+};
+
+StepCost costOf(const char* program, const char* scene) {
+  StepCost cost;
+  FILE* output = popen((std::string(program) + " " + scene).c_str(), "r");
+  if (!output) return cost;
+  if (std::fscanf(output, "%ld %llu", &cost.instructions, &cost.hash) != 2) cost.instructions = -1;
+  pclose(output);
+  return cost;
+}
+
+/// Scenes of free bodies and contacts in a world that can do everything, and in one that can do nothing else.
+void idleFeatures() {
+  double worst = 0;
+  for (const char* scene : {"cube", "cube_verlet", "stack", "stack_verlet"}) {
+    const StepCost whole = costOf(HAPTIC_COST_OF_WHOLE, scene), plain = costOf(HAPTIC_COST_OF_PLAIN, scene);
+    const bool known = whole.instructions > 0 && plain.instructions > 0 && whole.hash == plain.hash;
+    std::printf("%-13s a step takes %ld instructions, in a world without the features %ld, same bits %d\n", scene,
+                whole.instructions, plain.instructions, whole.hash == plain.hash);
+    const double pct = 100 * (double(whole.instructions) / double(plain.instructions) - 1);
+    worst = known ? std::max(worst, pct) : std::nan("");
+    if (!known) break;
+  }
+  figure("plan.idle_feature_cost_pct", worst, "%");
+}
+
+/// What the thread that steps the world does for topics in each tick: `step_report`, `contacts`, `markers` and tf are made
+/// from snapshots in a thread of their own, which asks for one only when it wants it.
+void unsubscribedTopics() {
+  WorldDef def = scenes::stack(5, scenes::CubeParameters{}, WorldSettings{});
+  World world(def);
+  WorldPort port(world, "stack", {}, 64);
+  for (int i = 0; i < 200; ++i) world.step();
+  const auto tick = [&](bool topics) {
+    return singleStepped([&] {
+      world.step();
+      port.between_ticks.serve();
+      if (topics && port.wants_snapshot.exchange(false)) port.takeSnapshot(0);
+    });
+  };
+  port.wants_snapshot = false;
+  tick(true);
+  const long with = tick(true), without = tick(false);
+  port.wants_snapshot = true;
+  std::printf("topics in a tick: %ld instructions of %ld while nobody asks, %ld when a snapshot is taken\n", with - without,
+              with, tick(true) - without);
+  // An atomic exchange, its test, and the lambda's flag: a check. More would be work.
+  constexpr long kCheck = 8;
+  figure("plan.unsubscribed_topic_check", double(with - without), "instructions");
+  figure("plan.unsubscribed_topic_instructions", with < 0 ? std::nan("") : double(std::max(0L, with - without - kCheck)),
+         "instructions");
+}
+
+}  // namespace
+}  // namespace haptic::bench
+
+int main(int argc, char** argv) {
+  using namespace haptic::bench;
+  const bool csv = argc > 1 && std::strcmp(argv[1], "--csv") == 0;
+  plans(csv);
+  if (csv) return 0;
+  idleFeatures();
+  unsubscribedTopics();
+}
