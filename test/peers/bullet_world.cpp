@@ -73,6 +73,7 @@ class BulletWorld : public PeerWorld {
                                                   b.fixed ? btVector3(0, 0, 0) : toBullet(Vector3(I.diagonal())));
     info.m_startWorldTransform = toBullet(b.X_WL * X_LC);
     info.m_friction = std::sqrt(b.mu);  // a pair's friction is the product
+    info.m_restitution = std::sqrt(settings_.restitution);  // likewise
     auto body = std::make_unique<btRigidBody>(info);
     body->setActivationState(DISABLE_DEACTIVATION);
     const Twist V = b.V_WL.shifted(b.X_WL.R * X_LC.p);

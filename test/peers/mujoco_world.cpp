@@ -66,6 +66,9 @@ std::string modelText(const WorldDef& def, const std::vector<PeerBody>& bodies, 
 class MujocoWorld : public PeerWorld {
  public:
   MujocoWorld(const WorldDef& def, const PeerSettings& settings) : bodies_(peerBodies(def)) {
+    if (settings.restitution > 0) {
+      throw SetupError("MuJoCo", "has no coefficient of restitution", "the scene is left out for this peer");
+    }
     const std::string xml = modelText(def, bodies_, settings);
     mjVFS files;
     mj_defaultVFS(&files);

@@ -134,7 +134,8 @@ class OdeWorld : public PeerWorld {
     dContact contact[kMaxContacts] = {};
     const int n = dCollide(a, b, kMaxContacts, &contact[0].geom, sizeof(dContact));
     for (int c = 0; c < n; ++c) {
-      contact[c].surface.mode = dContactApprox1;
+      contact[c].surface.mode = dContactApprox1 | (world.settings_.restitution > 0 ? dContactBounce : 0);
+      contact[c].surface.bounce = world.settings_.restitution;
       contact[c].surface.mu = std::sqrt(world.bodies_[i].mu * world.bodies_[j].mu);
       dJointAttach(dJointCreateContact(world.world_, world.contacts_, &contact[c]), world.body_[i], world.body_[j]);
     }

@@ -18,6 +18,7 @@ struct PeerSettings {
   Peer peer = Peer::kOdeExact;
   int iterations = 20;   ///< of ODE's QuickStep and Bullet's solver; the others have none
   double step = 1e-3;    ///< [s]
+  double restitution = 0;  ///< of all contacts; MuJoCo has none and refuses it
 };
 
 /// Links are numbered through all articulations of the definition in order, as in `World`.

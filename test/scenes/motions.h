@@ -71,21 +71,26 @@ struct StickSlip {
     world.step();
   }
 
-  /// Exact rigid motion: position of the block at time t.
-  static double position(double t) {
-    const double onset = kStatic * kMass * kGravity / (kSpring * kSpeed);  // first release
-    if (t <= onset) return 0;
-    const double w = std::sqrt(kSpring / kMass), drop = (kStatic - kDynamic) * kMass * kGravity;
+  /// Exact rigid motion of the block: position and velocity along x at time t.
+  struct Motion {
+    double position, velocity;
+  };
+  static Motion motion(double t, double mu_static = kStatic) {
+    const double onset = mu_static * kMass * kGravity / (kSpring * kSpeed);  // first release
+    if (t <= onset) return {0, 0};
+    const double w = std::sqrt(kSpring / kMass), drop = (mu_static - kDynamic) * kMass * kGravity;
     // Slip: u = spring stretch - μ m g/k obeys ü = -w² u with u(0) = drop/k, u̇(0) = V; ends when u̇ = V again.
     const double u0 = drop / kSpring, phase = std::atan2(kSpeed / w, u0);
     const double slip = (M_PI + 2 * phase) / w;
     const double stick = 2 * u0 / kSpeed, period = slip + stick;
     const double cycles = std::floor((t - onset) / period), s = t - onset - cycles * period;
     const double advance = kSpeed * period;
-    const double moved = s >= slip ? advance
-                                   : kSpeed * s + u0 - (u0 * std::cos(w * s) + kSpeed / w * std::sin(w * s));
-    return cycles * advance + moved;
+    if (s >= slip) return {(cycles + 1) * advance, 0};
+    const double u = u0 * std::cos(w * s) + kSpeed / w * std::sin(w * s);
+    const double u_dot = -u0 * w * std::sin(w * s) + kSpeed * std::cos(w * s);
+    return {cycles * advance + kSpeed * s + u0 - u, kSpeed - u_dot};
   }
+  static double position(double t) { return motion(t).position; }
   static double period() {
     const double w = std::sqrt(kSpring / kMass), u0 = (kStatic - kDynamic) * kMass * kGravity / kSpring;
     return (M_PI + 2 * std::atan2(kSpeed / w, u0)) / w + 2 * u0 / kSpeed;
@@ -100,10 +105,10 @@ struct Top {
   static constexpr double kExact = 2.5805277, kExactSliding = 2.5159137;  ///< precession [rad/s]
   static constexpr int kFacets = 64;
 
-  static WorldDef scene(const WorldSettings& settings, double k = 1e13, double mu = 10) {
+  static WorldDef scene(const WorldSettings& settings, double k = 1e13, double mu = 10, int facets = kFacets) {
     std::vector<Vector3> points = {Vector3(0, 0, -kArm)};
-    for (int i = 0; i < kFacets; ++i) {
-      const double a = 2 * M_PI * i / kFacets;
+    for (int i = 0; i < facets; ++i) {
+      const double a = 2 * M_PI * i / facets;
       points.emplace_back(kRadius * std::cos(a), kRadius * std::sin(a), kHeight - kArm);
     }
     auto shape = std::make_shared<ConvexPolyhedron>(ConvexPolyhedron::hull(points));

@@ -1,0 +1,93 @@
+// Any scene or robot that the simulator loads. Nothing is asked of its user: the simulated time, the compared bodies and
+// the hands' paths come from the file.
+#include <algorithm>
+#include <memory>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/loop/workspace_map.h"
+#include "haptic_core/world/world.h"
+#include "report_scene.h"
+#include "scene/scene_file.h"
+
+namespace haptic::report {
+namespace {
+
+/// Pose and twist of a pointer whose hand follows its scripted path.
+BodyState onPath(const HandDef& hand, double t) {
+  const double period = hand.path.duration();
+  const double time = period > 0 ? std::fmod(t, period) : 0;
+  const GripPose grip = hand.path.at(time);
+  const double dt = 1e-5;  // [s]: the path is a quintic; the error of the quotient is 1e-9 of its speed
+  const GripPose later = hand.path.at(time + dt);
+  const Twist V_BG{vectorFromRotation(Quaternion(later.X_BG.R) * Quaternion(grip.X_BG.R).conjugate()) / dt,
+                   (later.X_BG.p - grip.X_BG.p) / dt};
+  WorkspaceMap map(hand.workspace);
+  map.update(grip.X_BG, V_BG, false);
+  return {map.X_WP(), map.V_WP()};
+}
+
+/// The bodies that move, at most the first few of a large scene: every one of them follows from the others' contacts.
+std::vector<int> movingLinks(const WorldDef& def) {
+  constexpr std::size_t kMost = 16;
+  std::vector<int> links;
+  int index = 0;
+  for (const ArticulationDef& articulation : def.articulations) {
+    for (const LinkDef& link : articulation.links) {
+      const bool moves = link.joint.type != JointType::kFixed || link.parent >= 0;
+      if (moves && links.size() < kMost) links.push_back(index);
+      ++index;
+    }
+  }
+  return links;
+}
+
+std::string reasonAgainstPeers(const WorldDef& def) {
+  if (!def.pointers.empty()) return "a hand holds a link by its pose; peers run free and fixed bodies";
+  if (!def.loops.empty()) return "it has closed loops; peers run free and fixed bodies";
+  for (const ArticulationDef& articulation : def.articulations) {
+    for (const LinkDef& link : articulation.links) {
+      if (link.parent >= 0 || (link.joint.type != JointType::kFloating && link.joint.type != JointType::kFixed)) {
+        return "it has joints (link " + link.name + "); peers run free and fixed bodies";
+      }
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+Scene fileScene(const std::string& file) {
+  SceneOptions options;
+  options.add_pointer = false;  // a robot's own motion; a hand that nobody scripted says nothing
+  const auto loaded = std::make_shared<const SceneDef>(loadScene(file, options));
+  const WorldDef& world = loaded->world;
+  Scene s;
+  const std::size_t slash = file.rfind('/'), dot = file.rfind('.');
+  s.name = file.substr(slash == std::string::npos ? 0 : slash + 1,
+                       dot == std::string::npos ? dot : dot - (slash == std::string::npos ? 0 : slash + 1));
+  s.title = "Scene file " + s.name;
+  s.parameters = "as in the file";
+  s.seconds = 1;
+  s.samples = 20;
+  s.bodies = movingLinks(world);
+  if (s.bodies.empty()) throw SetupError(file, "nothing in it moves", "give the report a scene with a free body or joint");
+  s.stiffer_is_truer = false;
+  s.not_for_peers = reasonAgainstPeers(world);
+  s.make = [loaded](const Choice& choice) {
+    WorldDef def = loaded->world;
+    def.settings = settingsOf(choice, def.settings);
+    def.settings.substeps = 1;  // the report's steps are what is computed
+    return def;
+  };
+  if (!loaded->hands.empty()) {
+    s.held = [loaded](int pointer, double t) {
+      for (const HandDef& hand : loaded->hands) {
+        if (hand.pointer == pointer) return onPath(hand, t);
+      }
+      return BodyState{};
+    };
+  }
+  return s;
+}
+
+}  // namespace haptic::report

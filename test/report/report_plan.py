@@ -1,0 +1,119 @@
+"""Which runs a report consists of: every method, step, stiffness and tessellation of a scene, every peer, and references.
+"""
+import collections
+import json
+import os
+import subprocess
+
+from task_pool import Task, file_stamp, key_of
+
+STEPS = (1e-4, 1e-3 / 3, 1e-3, 1e-2 / 3, 1e-2)  # [s]
+QUICK_STEPS = (1e-3 / 3, 1e-3, 1e-2 / 3, 1e-2)
+PEERS = ('ode_exact', 'ode_quick20', 'bullet10', 'bullet50', 'mujoco_euler', 'mujoco_rk4')
+# Our methods, and the factors on the scene's stiffness that each runs with, in a full and in a quick report: a stiffer
+# foundation is nearer to the rigid reference, a softer one takes longer steps.
+OURS = {
+    'volume-euler': ((0.1, 1, 100), (1,)),
+    'volume-verlet': ((0.1, 1, 100), (0.1, 1, 100)),
+    'volume-implicit': ((1, 1e3, 1e6), (1, 1e6)),
+    'volume-sdirk2': ((1, 1e3, 1e6), (1, 1e6)),
+    'volume-automatic': ((1, 1e6), (1, 1e6)),
+    'point-verlet': ((1,), (1,)),
+}
+# [s] of the two runs whose difference says how well the reference has converged.
+REFERENCE_STEPS = (1 / 64000, 1 / 128000)
+QUICK_REFERENCE_STEPS = (1 / 16000, 1 / 32000)
+CPU_LIMIT, QUICK_CPU_LIMIT = 240, 25  # [s] per run
+
+Case = collections.namedtuple('Case', 'scene method step stiffness facets')
+Case.__doc__ = '''One run. `scene`: name or file; `method`: see report_run.cpp; `step` [s]; `stiffness` [N/m^3], 0: the scene's own;
+`facets`: 0: the scene's own.'''
+
+
+class Scene:
+    """What report_run says of a scene."""
+
+    def __init__(self, description, source=None):
+        self.__dict__.update(description)
+        self.source = source or self.name  # name in the program, or the file
+        self.exact = bool(self.reference)
+
+
+def describe(program, names):
+    """All scenes of the catalogue, or those of `names` (names or files). Raises ValueError with one line."""
+    done = subprocess.run([program, '--list'], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise ValueError(done.stderr.strip() or f'{program} --list failed')
+    catalogue = [Scene(json.loads(line)) for line in done.stdout.splitlines()]
+    if not names:
+        return catalogue
+    scenes = []
+    for name in names:
+        found = [scene for scene in catalogue if scene.name == name]
+        if found:
+            scenes += found
+            continue
+        if not os.path.isfile(name):
+            known = ' '.join(scene.name for scene in catalogue)
+            raise ValueError(f"unknown scene '{name}'; give a file, or some of: {known}")
+        done = subprocess.run([program, '--describe', name], capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise ValueError(done.stderr.strip().splitlines()[-1].removeprefix('report_run: '))
+        scenes.append(Scene(json.loads(done.stdout), source=name))
+    return scenes
+
+
+def is_peer(method):
+    return method in PEERS
+
+
+def cases_of(scene, quick):
+    """Cases whose cost and errors are shown."""
+    steps = QUICK_STEPS if quick else STEPS
+    own = [(method, factor) for method, factors in OURS.items()
+           for factor in (factors[quick] if scene.exact and scene.stiffer_is_truer else (1,))]
+    cases = [Case(scene.source, method, step, factor * scene.stiffness, 0) for method, factor in own for step in steps]
+    if scene.round:
+        levels = (1, 2, 3) if quick else (1, 2, 3, 4, 5)
+        cases += [Case(scene.source, method, 1e-3, 0, level) for method in ('volume-verlet', 'volume-sdirk2')
+                  for level in levels]
+    if not scene.not_for_peers:
+        cases += [Case(scene.source, peer, step, 0, 0) for peer in PEERS for step in steps]
+    return cases
+
+
+def references_of(scene, cases, quick):
+    """For each model (contact model and stiffness, or peer) the runs at tiny steps: {model: [case, finer case]}."""
+    steps = QUICK_REFERENCE_STEPS if quick else REFERENCE_STEPS
+    models = {}
+    for case in cases:
+        model = model_of(case)
+        if model in models or (is_peer(case.method) and scene.exact):
+            continue  # peers are held against the exact solution where there is one
+        if is_peer(case.method):
+            models[model] = [Case(case.scene, case.method, step, 0, 0) for step in (STEPS[0] / 2, STEPS[0] / 4)]
+            continue
+        # Explicit at these steps holds 100 times the stiffness that the scene itself needs.
+        soft = case.stiffness <= 100 * scene.stiffness
+        method = 'point-verlet' if case.method.startswith('point') else 'volume-verlet' if soft else 'volume-sdirk2'
+        models[model] = [Case(case.scene, method, step, case.stiffness, case.facets) for step in steps]
+    return models
+
+
+def model_of(case):
+    """What two runs must share to converge to the same motion."""
+    if is_peer(case.method):
+        return case.method
+    return (case.method.split('-')[0], case.stiffness, case.facets)
+
+
+def task_of(case, program, stamp, quick, scene):
+    """The process of a case. Its key changes with the program and with the scene's file."""
+    command = [program, case.scene] + (['exact'] if case.method == 'exact' else
+                                       [case.method, repr(case.step), repr(float(case.stiffness)), str(case.facets),
+                                        '--budget', '0.05' if quick else '0.4'])
+    content = file_stamp(case.scene) if os.path.isfile(case.scene) else ''
+    limit = QUICK_CPU_LIMIT if quick else CPU_LIMIT
+    steps = scene.seconds / case.step if case.step else 1
+    weight = steps * (0.2 + scene.bodies) * (20 if case.method == 'ode_exact' and scene.bodies > 8 else 1)
+    return Task(key_of(stamp, content, *command[1:]), tuple(command), limit, weight)

@@ -1,0 +1,184 @@
+/// `report_run --list`: the scenes, one JSON object per line.
+/// `report_run SCENE exact`: the exact solution at the sample times.
+/// `report_run SCENE METHOD STEP_S [K [FACETS]] [--budget CPU_S]`: one run. SCENE is a name of the list or a file; METHOD is
+/// MODEL-INTEGRATOR (volume-verlet, volume-euler, volume-implicit, volume-sdirk2, volume-automatic, point-...) or a peer
+/// (ode_exact, ode_quick20, bullet10, bullet50, mujoco_euler, mujoco_rk4). K [N/m³] and FACETS: 0 leaves the scene's own.
+/// `--seconds T --samples N`: another duration and number of states (beyond the scene's own an exact solution may not hold).
+/// SCENE may also be `stackN`, N cubes on one another.
+/// Prints lines `key value...` and one line `sample t E px py pz Lx Ly Lz hands bodies F... (p q w x y z, omega, v)...` per
+/// sample time. Exit code 2: wrong usage; a run that fails is a result, with exit code 0.
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "haptic_core/base/error.h"
+#include "run_case.h"
+
+namespace {
+
+using namespace haptic;
+using namespace haptic::report;
+
+std::vector<Scene> allScenes() {
+  std::vector<Scene> scenes = motionScenes();
+  for (const auto& more : {frictionScenes(), pileScenes()}) scenes.insert(scenes.end(), more.begin(), more.end());
+  return scenes;
+}
+
+Scene sceneOf(const std::string& name) {
+  const int cubes = name.rfind("stack", 0) == 0 ? std::atoi(name.c_str() + 5) : 0;
+  if (cubes > 0 && cubes <= 500 && name == "stack" + std::to_string(cubes)) return stackScene(cubes);
+  for (Scene& scene : allScenes()) {
+    if (scene.name == name) return scene;
+  }
+  if (name.find('.') == std::string::npos && name.find('/') == std::string::npos) {
+    throw SetupError("scene '" + name + "'", "is not in the list", "see report_run --list, or give a file");
+  }
+  return fileScene(name);
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c == '\n' ? ' ' : c;
+  }
+  return out + "\"";
+}
+
+void describe(const Scene& s) {
+  std::printf("{\"name\": %s, \"title\": %s, \"parameters\": %s, \"reference\": %s, \"seconds\": %.17g, \"samples\": %d, "
+              "\"bodies\": %zu, \"hands\": %zu, \"stiffness\": %.17g, \"stiffer_is_truer\": %s, \"round\": %s, "
+              "\"not_for_peers\": %s, \"held\": %s, \"step\": %.17g}\n",
+              quoted(s.name).c_str(), quoted(s.title).c_str(), quoted(s.parameters).c_str(),
+              quoted(s.reference).c_str(), s.seconds, s.samples, s.bodies.size(), s.hands.size(), s.stiffness,
+              s.stiffer_is_truer ? "true" : "false", s.round ? "true" : "false", quoted(s.not_for_peers).c_str(),
+              s.held ? "true" : "false", 1e-3);
+}
+
+Method methodOf(const std::string& name) {
+  Method method;
+  const struct {
+    const char* name;
+    peers::Peer peer;
+    int iterations;
+  } kPeers[] = {{"ode_exact", peers::Peer::kOdeExact, 20},       {"ode_quick20", peers::Peer::kOdeQuick, 20},
+                {"bullet10", peers::Peer::kBullet, 10},          {"bullet50", peers::Peer::kBullet, 50},
+                {"mujoco_euler", peers::Peer::kMujocoEuler, 20}, {"mujoco_rk4", peers::Peer::kMujocoRk4, 20}};
+  for (const auto& p : kPeers) {
+    if (name == p.name) {
+      method.peer = peers::PeerSettings{};
+      method.peer->peer = p.peer;
+      method.peer->iterations = p.iterations;
+      return method;
+    }
+  }
+  const struct {
+    const char* name;
+    Integrator integrator;
+  } kOurs[] = {{"euler", Integrator::kSymplecticEuler}, {"verlet", Integrator::kVelocityVerlet},
+               {"implicit", Integrator::kImplicitEuler}, {"sdirk2", Integrator::kSdirk2},
+               {"automatic", Integrator::kAutomatic}};
+  const std::size_t dash = name.find('-');
+  const std::string model = name.substr(0, dash), rest = dash == std::string::npos ? "" : name.substr(dash + 1);
+  for (const auto& ours : kOurs) {
+    if (rest != ours.name || (model != "volume" && model != "point")) continue;
+    method.choice.integrator = ours.integrator;
+    method.choice.model = model == "point" ? ContactModel::kPoint : ContactModel::kVolume;
+    return method;
+  }
+  throw SetupError("method '" + name + "'", "is unknown", "see the head of report_run.cpp");
+}
+
+void print(const std::vector<Sample>& samples) {
+  for (const Sample& s : samples) {
+    std::printf("sample %.17g %.17g", s.time, s.energy);
+    const auto put = [](const Vector3& v) { std::printf(" %.17g %.17g %.17g", v.x(), v.y(), v.z()); };
+    put(s.momentum);
+    put(s.angular_momentum);
+    std::printf(" %zu %zu", s.hands.size(), s.bodies.size());
+    for (const Wrench& F : s.hands) {
+      put(F.torque);
+      put(F.force);
+    }
+    for (const BodyState& b : s.bodies) {
+      const Quaternion q(b.X_WL.R);
+      put(b.X_WL.p);
+      std::printf(" %.17g %.17g %.17g %.17g", q.w(), q.x(), q.y(), q.z());
+      put(b.V_WL.angular);
+      put(b.V_WL.linear);
+    }
+    std::printf("\n");
+  }
+}
+
+void print(const RunResult& r) {
+  std::printf("status %s\nreason %s\ntime_reached %.17g\nsteps %ld\nsetup_s %.9g\n", r.status.c_str(), r.reason.c_str(),
+              r.time_reached, r.steps, r.setup_s);
+  std::printf("cpu_s");
+  for (const double t : r.cpu_s) std::printf(" %.9g", t);
+  std::printf("\nstep_p50_s %.9g\nstep_p99_s %.9g\nstep_max_s %.9g\nallocations %ld\niterations %ld\nunconverged %ld\n"
+              "energy_balance %.9g\n",
+              r.step_p50, r.step_p99, r.step_max, r.allocations, r.iterations, r.unconverged, r.energy_balance);
+  print(r.samples);
+}
+
+int run(int argc, char** argv) {
+  std::vector<std::string> words;
+  double budget = 0.3;  // [s] of CPU time per run for repetitions
+  double seconds = 0;
+  int samples = 0;
+  for (int i = 1; i < argc; ++i) {
+    if (std::strcmp(argv[i], "--budget") == 0 && i + 1 < argc) {
+      budget = std::atof(argv[++i]);
+    } else if (std::strcmp(argv[i], "--seconds") == 0 && i + 1 < argc) {
+      seconds = std::atof(argv[++i]);
+    } else if (std::strcmp(argv[i], "--samples") == 0 && i + 1 < argc) {
+      samples = std::atoi(argv[++i]);
+    } else {
+      words.push_back(argv[i]);
+    }
+  }
+  if (words.size() == 1 && words[0] == "--list") {
+    for (const Scene& scene : allScenes()) describe(scene);
+    return 0;
+  }
+  if (words.size() == 2 && words[0] == "--describe") {
+    describe(sceneOf(words[1]));
+    return 0;
+  }
+  const auto chosen = [&] {
+    Scene scene = sceneOf(words[0]);
+    if (seconds > 0) scene.seconds = seconds;
+    if (samples > 0) scene.samples = samples;
+    return scene;
+  };
+  if (words.size() == 2 && words[1] == "exact") {
+    const Scene scene = chosen();
+    if (!scene.exact) throw SetupError("scene " + scene.name, "has no exact solution", "run a method with a small step");
+    print(exactSamples(scene));
+    return 0;
+  }
+  if (words.size() < 3 || words.size() > 5) {
+    throw SetupError("report_run", "wrong usage", "see the head of report_run.cpp");
+  }
+  const Scene scene = chosen();
+  Method method = methodOf(words[1]);
+  method.choice.step = std::atof(words[2].c_str());
+  if (!(method.choice.step > 0)) throw SetupError("report_run", "step '" + words[2] + "'", "give seconds > 0");
+  if (words.size() > 3) method.choice.stiffness = std::atof(words[3].c_str());
+  if (words.size() > 4) method.choice.facets = std::atoi(words[4].c_str());
+  print(runCase(scene, method, budget));
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "report_run: %s\n", error.what());
+    return 2;
+  }
+}

@@ -1,0 +1,70 @@
+/// A scene of the report: how it is made for a method, who pulls, and where its bodies exactly are.
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "haptic_core/world/definition.h"
+
+namespace haptic::report {
+
+/// What the user of a simulator chooses. Peers know `step` alone: their contact parameters are their own.
+struct Choice {
+  Integrator integrator = Integrator::kVelocityVerlet;
+  ContactModel model = ContactModel::kVolume;
+  double step = 1e-3;    ///< [s]
+  double stiffness = 0;  ///< foundation k [N/m³]; 0: the scene's own
+  int facets = 0;        ///< of round bodies (0…6, subdivisions or doublings); 0: the scene's own
+};
+
+struct BodyState {
+  Pose X_WL;
+  Twist V_WL;  ///< at L's origin, in W
+};
+
+/// A hand on a spring and a damper: its wrench is the haptic one. `path` gives its position and velocity.
+struct HandSpring {
+  int link = -1;                ///< world link index
+  double stiffness = 0;         ///< [N/m]
+  double damping = 0;           ///< [N·s/m]
+  Vector3 p_L = Vector3::Zero();  ///< where it holds, in the link's frame; the link's origin for ours
+  std::function<BodyState(double)> path;
+};
+
+struct Scene {
+  std::string name;
+  std::string title;            ///< one line for people
+  std::string parameters;       ///< sizes, masses, friction: what a reader needs to repeat it
+  std::string reference;        ///< where `exact` comes from; empty: no exact solution
+  double seconds = 1;           ///< simulated
+  int samples = 20;             ///< states compared, evenly spread
+  std::vector<int> bodies;      ///< world link indices that are compared
+  double stiffness = 0;         ///< k of the scene itself [N/m³]
+  bool stiffer_is_truer = true; ///< a higher k comes closer to `exact`
+  bool round = false;           ///< has facets to choose
+  double restitution = 0;       ///< that peers are told: 1 where the scene's contact is elastic
+  std::string not_for_peers;    ///< reason why no peer here can run it; empty: they can
+  std::function<WorldDef(const Choice&)> make;
+  std::function<std::vector<BodyState>(double)> exact;  ///< of `bodies` at a time; empty: unknown
+  std::vector<HandSpring> hands;                        ///< one per pointer with virtual coupling
+  /// Hands that hold a link by its pose (direct coupling): state of pointer i at a time. Empty: none.
+  std::function<BodyState(int, double)> held;
+};
+
+std::vector<Scene> motionScenes();    ///< single bodies: rest, bounce, tilt, slides, slopes, top, torque-free body
+std::vector<Scene> frictionScenes();  ///< stick-slip, a hand that presses, slides and slopes
+std::vector<Scene> pileScenes();      ///< stack and pyramid of 15, seam
+Scene stackScene(int n);              ///< n cubes on one another
+/// Any file that the simulator loads: no exact solution, hands on their scripted paths. Throws SetupError.
+Scene fileScene(const std::string& file);
+
+/// World settings of a choice over those of a scene.
+inline WorldSettings settingsOf(const Choice& choice, const WorldSettings& base = {}) {
+  WorldSettings s = base;
+  s.integrator = choice.integrator;
+  s.contact_model = choice.model;
+  s.step = choice.step;
+  return s;
+}
+
+}  // namespace haptic::report

@@ -1,0 +1,284 @@
+#!/usr/bin/python3
+"""The report: its arithmetic, its exact solutions, and that it survives what runs do to it. `report_test.py BUILD_FOLDER`."""
+import csv
+import json
+import math
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, HERE)
+import pareto  # noqa: E402
+import programs  # noqa: E402
+import run_errors  # noqa: E402
+from report_plan import Case  # noqa: E402
+from task_pool import Kept, Task, run_tasks  # noqa: E402
+
+PROGRAMS = sys.argv.pop(1) if len(sys.argv) > 1 and os.path.isdir(sys.argv[1]) else ''
+SPHERE = '<robot name="{name}" xmlns:haptic="https://haptic/urdf"><haptic:scene step="0.001"><haptic:contact ' \
+         'stiffness="{k}"/></haptic:scene><link name="world"/><link name="ball"><inertial><mass value="0.1"/><inertia ' \
+         'ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="0.1 0.1 0.1"/>' \
+         '</geometry></collision></link><link name="floor"><collision><geometry><box size="4 4 1"/></geometry></collision>' \
+         '</link><joint name="a" type="floating"><origin xyz="0 0 0.06"/><parent link="world"/><child link="ball"/>' \
+         '<haptic:joint linear="{v}"/></joint><joint name="b" type="fixed"><origin xyz="0 0 -0.5"/><parent link="world"/>' \
+         '<child link="floor"/></joint></robot>'
+
+
+class Arithmetic(unittest.TestCase):
+    def test_angle_between_is_exact_for_large_and_tiny_rotations(self):
+        for angle in (1e-12, 1e-6, 0.3, 3.0):
+            a = run_errors.np.array([math.cos(angle / 2), 0, 0, math.sin(angle / 2)])
+            b = run_errors.np.array([1.0, 0, 0, 0])
+            for sign in (1, -1):  # both quaternions of a rotation
+                self.assertAlmostEqual(run_errors.angle_between(sign * a, b) / angle, 1, delta=1e-12)
+
+    def test_order_is_the_slope_above_the_floor(self):
+        steps = [1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3]
+        order, points = run_errors.order_of(steps, [3 * h ** 2 for h in steps])
+        self.assertAlmostEqual(order, 2, delta=1e-9)
+        floored = [3 * h ** 2 + (1e-7 if h < 3e-4 else 0) for h in steps]
+        order, points = run_errors.order_of(steps, floored)
+        self.assertGreater(order, 1.5)
+        self.assertLess(points, 5)
+        self.assertTrue(math.isnan(run_errors.order_of([1e-3], [1])[0]))
+
+    def test_cells_that_nobody_reaches_do_not_count_and_none_is_left_out(self):
+        cells = [('s', 'position', decade) for decade in range(-2, -9, -1)]
+        points = {('s', 'position'): [(1.0, 5e-4, True, 'peer'), (2.0, 5e-6, False, 'ours'), (0.1, 0.5, False, 'rough')]}
+        reached = pareto.reached_cells(points, cells)
+        self.assertEqual([cell.decade for cell in reached], [-2, -3, -4, -5])
+        self.assertEqual([pareto.is_won(cell) for cell in reached], [False, False, True, True])
+        self.assertEqual(pareto.front([(1, 3), (2, 4), (3, 1), (4, 2)]), [(1, 3), (3, 1)])
+
+    def test_list_of_cells_names_metrics_that_exist(self):
+        cells = pareto.read_cells()
+        self.assertEqual(len(cells), len(set(cells)))
+        self.assertEqual({metric for _, metric, _ in cells} - set(run_errors.METRICS), set())
+
+
+class Pool(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.kept = Kept(os.path.join(self.folder.name, 'runs'))
+
+    def run_all(self, commands, **options):
+        tasks = [Task(f'key{i}', tuple(command), 2, 1.0) for i, command in enumerate(commands)]
+        return [run_tasks(tasks, self.kept, 'test', **options)[task.key] for task in tasks]
+
+    def test_a_process_that_is_killed_is_repeated_and_others_lose_nothing(self):
+        flag = os.path.join(self.folder.name, 'died')
+        dies_once = ['sh', '-c', f'if [ -e {flag} ]; then echo done; else touch {flag}; kill -KILL $$; fi']
+        first, second = self.run_all([dies_once, ['echo', 'other']])
+        self.assertEqual((first['output'], first['attempts'], first['failure']), ('done\n', 2, ''))
+        self.assertEqual(second['output'], 'other\n')
+
+    def test_failures_are_results_with_a_reason(self):
+        fails, loops, absent = self.run_all([['sh', '-c', 'echo no such contact >&2; exit 3'],
+                                             ['sh', '-c', 'while :; do :; done'], ['/no/such/program']])
+        self.assertEqual(fails['failure'], 'no such contact')
+        self.assertIn('CPU time', loops['failure'])
+        self.assertIn('No such file', absent['failure'])
+
+    def test_what_is_finished_is_not_run_again(self):
+        count = os.path.join(self.folder.name, 'count')
+        self.run_all([['sh', '-c', f'echo x >> {count}']])
+        self.run_all([['sh', '-c', f'echo x >> {count}']])
+        with open(count) as file:
+            self.assertEqual(file.read(), 'x\n')
+
+    def test_a_cluster_runs_the_same_tasks_and_survives_the_death_of_a_worker(self):
+        file = os.path.join(self.folder.name, 'scheduler.json')
+        environment = {**os.environ, 'DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT': '10s'}
+        common = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.DEVNULL, 'env': environment}
+
+        def module(name, *more):
+            process = subprocess.Popen([sys.executable, '-c', f'from distributed.cli import {name} as m; m.main()',
+                                        '--scheduler-file', file, *more], **common)
+            self.addCleanup(process.wait)
+            self.addCleanup(process.kill)
+            return process
+        module('dask_scheduler', '--port', '0', '--no-dashboard', '--host', '127.0.0.1')
+        workers = [module('dask_worker', '--nthreads', '1', '--no-nanny', '--no-dashboard', '--local-directory',
+                          os.path.join(self.folder.name, f'worker{i}')) for i in range(2)]
+        deadline = time.time() + 60
+        while not os.path.exists(file):
+            self.assertLess(time.time(), deadline, 'no scheduler')
+            time.sleep(0.1)
+        with open(file) as text:
+            address = json.load(text)['address']
+        victim = workers[0].pid
+        # One task takes its worker along, once; it and the others must all come back.
+        flag = os.path.join(self.folder.name, 'killed')
+        kills = ['sh', '-c', f'if [ -e {flag} ]; then echo survived; else touch {flag}; kill -KILL {victim}; sleep 1; fi']
+        results = self.run_all([kills] + [['echo', str(i)] for i in range(8)], scheduler=address)
+        self.assertEqual([result['output'].strip() for result in results[1:]], [str(i) for i in range(8)])
+        self.assertIn(results[0]['output'].strip(), ('survived', ''))
+        self.assertEqual(results[0]['failure'], '')
+
+
+@unittest.skipUnless(PROGRAMS, 'needs the build folder of the programs')
+class ExactSolutions(unittest.TestCase):
+    """Against the numbers of closed forms, worked out apart from the programs."""
+
+    def exact(self, scene, *more):
+        output = subprocess.run([programs.find(PROGRAMS, 'report_run'), scene, 'exact', *more], capture_output=True, text=True,
+                                check=True).stdout
+        return run_errors.parse_samples(output.splitlines())
+
+    def test_tilted_cube_passes_a_hundredth_of_a_radian_when_energy_says(self):
+        fall = self.exact('tilt', '--seconds', '0.2318494', '--samples', '1')
+        w, y = fall.pose[0, 0, 3], fall.pose[0, 0, 5]
+        self.assertAlmostEqual(-2 * math.atan2(y, w), 0.01, delta=0.7898892 * 1e-7)
+        # Energy: I ω²/2 = m g r (sin(π/4 + 0.1) - sin(π/4 + 0.01)) about the edge.
+        omega = math.sqrt(2 * 9.8 * math.sqrt(2) * (math.sin(math.pi / 4 + 0.1) - math.sin(math.pi / 4 + 0.01)) / (8 / 3))
+        self.assertAlmostEqual(fall.twist[0, 0, 1], omega, delta=1e-6)
+
+    def test_stick_slip_releases_at_the_static_limit_and_repeats_with_its_period(self):
+        limit, spring, speed, mass = 0.265 * 2 * 9.8, 400, 0.0642, 2
+        w, u0 = math.sqrt(spring / mass), (0.265 - 0.160) * 2 * 9.8 / spring
+        period = (math.pi + 2 * math.atan2(speed / w, u0)) / w + 2 * u0 / speed
+        onset = limit / spring / speed
+        at_onset = self.exact('stick_slip', '--seconds', repr(onset), '--samples', '1')
+        self.assertAlmostEqual(at_onset.hands[0, 0, 3], -limit, delta=1e-9)
+        later = self.exact('stick_slip', '--seconds', repr(onset + 3 * period + 1e-9), '--samples', '1')
+        self.assertAlmostEqual(later.pose[0, 0, 0], 3 * period * speed, delta=1e-8)
+
+    def test_free_body_keeps_energy_and_angular_momentum(self):
+        motion = self.exact('free')
+        inertia = run_errors.np.array([1, 2, 2.5]) @ run_errors.np.array([0.01, 5, 0.01]) ** 2 / 2
+        self.assertAlmostEqual(float(abs(motion.energy / inertia - 1).max()), 0, delta=1e-13)
+        self.assertAlmostEqual(float(abs(motion.angular_momentum - [0.01, 10, 0.025]).max()), 0, delta=1e-12)
+
+    def test_top_keeps_its_tilt_and_its_apex(self):
+        motion = self.exact('top')
+        energy = motion.energy
+        self.assertAlmostEqual(float(energy.max() - energy.min()), 0, delta=1e-14)
+        w, x, y, z = motion.pose[:, 0, 3:].T
+        self.assertAlmostEqual(float(abs(1 - 2 * (x * x + y * y) - math.cos(0.2)).max()), 0, delta=1e-14)
+
+
+@unittest.skipUnless(PROGRAMS, 'needs the build folder of the programs')
+class WholeReport(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        for name, k, v in (('drop', '1e6', '0 0 0'), ('escapes', '1e6', '0 0 1e5')):
+            with open(os.path.join(cls.folder.name, name + '.urdf'), 'w') as file:
+                file.write(SPHERE.format(name=name, k=k, v=v))
+        cls.command = [sys.executable, '-B', os.path.join(HERE, 'report.py'), '--quick', '--programs', PROGRAMS, '--output',
+                       os.path.join(cls.folder.name, 'out'), os.path.join(cls.folder.name, 'drop.urdf'),
+                       os.path.join(cls.folder.name, 'escapes.urdf'), 'rest']
+        # Interrupted after some runs, then resumed: the same report as an undisturbed one.
+        first = subprocess.Popen(cls.command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        runs = os.path.join(cls.folder.name, 'out', 'runs')
+        deadline = time.time() + 120
+        while first.poll() is None and time.time() < deadline and (not os.path.isdir(runs) or len(os.listdir(runs)) < 5):
+            time.sleep(0.05)
+        first.send_signal(signal.SIGINT)
+        cls.interrupted = first.communicate()[1]
+        cls.interrupted_code = first.returncode
+        cls.early = {name: os.stat(os.path.join(runs, name)).st_mtime_ns for name in os.listdir(runs) if name.endswith('.json')}
+        done = subprocess.run(cls.command, capture_output=True, text=True, check=False)
+        cls.output, cls.errors, cls.code = done.stdout, done.stderr, done.returncode
+        cls.late = {name: os.stat(os.path.join(runs, name)).st_mtime_ns for name in os.listdir(runs)}
+        cls.page = os.path.join(cls.folder.name, 'out', 'report.html')
+
+    def figures(self):
+        return {line.split()[1]: float(line.split()[2]) for line in self.output.splitlines() if line.startswith('figure ')}
+
+    def text(self):
+        with open(self.page) as file:
+            return file.read()
+
+    def test_interrupted_runs_resume(self):
+        self.assertNotEqual(self.interrupted_code, 0)
+        self.assertIn('goes on from there', self.interrupted.splitlines()[-1])
+        self.assertEqual(self.code, 0, self.errors)
+        self.assertGreaterEqual(len(self.early), 5)
+        self.assertEqual({name: self.late[name] for name in self.early}, self.early)
+        self.assertGreater(len(self.late), len(self.early))
+
+    def test_figures_count_what_the_page_shows(self):
+        figures, page = self.figures(), self.text()
+        self.assertEqual(figures['report.scenes'], 3)
+        self.assertEqual(figures['report.failed_runs_shown'], figures['report.failed_runs'])
+        self.assertGreater(figures['report.failed_runs'], 0)
+        rows = len(re.findall(r'<tr( class="failed")?><td class=text>(?:volume|point|ode|bullet|mujoco)', page))
+        self.assertGreaterEqual(rows, figures['report.runs'])
+        self.assertLessEqual(figures['report.pareto_wins'], figures['report.pareto_cells'])
+
+    def test_a_scene_that_every_method_loses_says_so(self):
+        part = self.text().split('id="scene-escapes"')[1].split('<section')[0]
+        self.assertIn('Every method failed', part)
+
+    def test_page_asks_for_nothing_from_outside(self):
+        page = re.sub(r'xmlns(:\w+)?="[^"]*"', '', self.text())
+        self.assertNotRegex(page, r'(src|href)="(?!#)')
+        self.assertNotIn('@import', page)
+
+    def test_csv_says_where_each_error_comes_from(self):
+        with open(os.path.join(self.folder.name, 'out', 'report.csv'), newline='') as file:
+            rows = list(csv.DictReader(file))
+        for column in ('machine', 'commit', 'compiler', 'flags', 'scene', 'model', 'integrator', 'step_s', 'metric', 'error', 'unit',
+                       'reference', 'step_p50_us', 'step_p99_us', 'step_max_us', 'steps', 'allocations'):
+            self.assertIn(column, rows[0])
+        self.assertEqual({row['reference'] for row in rows if row['scene'] == 'rest' and row['error_kind'] == 'total'}, {'exact'})
+        self.assertEqual({row['reference'] for row in rows if row['scene'] == 'drop' and row['error_kind']}, {'converged'})
+
+    def test_our_steps_allocate_nothing(self):
+        with open(os.path.join(self.folder.name, 'out', 'report.csv'), newline='') as file:
+            ours = [row for row in csv.DictReader(file) if row['model'] in ('volume', 'point') and row['status'] == 'ok']
+        self.assertGreater(len(ours), 10)
+        self.assertEqual({row['allocations'] for row in ours}, {'0'})
+
+    def test_unknown_scene_is_one_line(self):
+        done = subprocess.run(self.command[:-3] + ['no_such_scene'], capture_output=True, text=True, check=False)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        self.assertIn('no_such_scene', done.stderr)
+
+    def test_headless_chromium_shows_sorts_and_turns_dark(self):
+        """A script added to a copy of the page acts as a reader and leaves what it saw in the title."""
+        probe = '''<script>addEventListener('load', () => { const seen = {};
+          const paper = () => getComputedStyle(document.body).backgroundColor;
+          seen.light = paper(); document.getElementById('theme').click(); seen.dark = paper();
+          const text = document.querySelector('figure svg text');
+          seen.ink = text ? getComputedStyle(text).fill : 'none';
+          seen.width = document.documentElement.scrollWidth - innerWidth;
+          document.querySelectorAll('details').forEach(d => d.open = true);
+          const table = [...document.querySelectorAll('table.sortable')].filter(t => t.tBodies[0].rows.length > 9).pop();
+          const head = [...table.querySelectorAll('th')].findIndex(h => h.textContent.startsWith('CPU'));
+          table.querySelectorAll('th')[head].click();
+          seen.keys = [...table.tBodies[0].rows].map(r => parseFloat(r.cells[head].dataset.key)).filter(x => !isNaN(x));
+          seen.svgs = [...document.querySelectorAll('figure svg')].map(s => s.getBoundingClientRect().height);
+          document.title = JSON.stringify(seen); });</script>'''
+        copy = os.path.join(self.folder.name, 'probe.html')
+        with open(copy, 'w') as file:
+            file.write(self.text().replace('</body>', probe + '</body>'))
+        done = subprocess.run(['chromium', '--headless=new', '--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage',
+                               '--window-size=1200,900', '--user-data-dir=' + os.path.join(self.folder.name, 'profile'),
+                               '--virtual-time-budget=10000', '--dump-dom', 'file://' + copy],
+                              capture_output=True, text=True, timeout=120, check=False)
+        title = re.search(r'<title>(.*?)</title>', done.stdout, re.S)
+        self.assertIsNotNone(title, done.stderr[-1000:])
+        seen = json.loads(title.group(1).replace('&quot;', '"'))
+        self.assertEqual(seen['light'], 'rgb(255, 255, 255)')
+        self.assertEqual(seen['dark'], 'rgb(20, 25, 30)')
+        self.assertEqual(seen['ink'], 'rgb(223, 230, 236)', 'plots follow the theme')
+        self.assertLessEqual(seen['width'], 0, 'the page must not scroll sideways')
+        self.assertGreater(len(seen['keys']), 5)
+        self.assertEqual(seen['keys'], sorted(seen['keys']))
+        self.assertEqual(len(seen['svgs']), self.text().count('<svg'))
+        self.assertGreater(min(seen['svgs']), 100)
+
+
+if __name__ == '__main__':
+    unittest.main(verbosity=2)
