@@ -55,7 +55,7 @@ void Pipeline::substepEuler(double h, double progress) noexcept {
 }
 
 void Pipeline::eulerTree(const PlanTree& tree, double h) noexcept {
-  if (tree.has_laws) {
+  if (kFullWorld && tree.has_laws) {
     moveJointed(tree, h, nullptr);
     return;
   }
@@ -92,7 +92,7 @@ void Pipeline::substepVerlet(double h, double progress) noexcept {
 
 /// Half a kick and the drift; leaves v½ in half_ and the predicted end velocity in v.
 void Pipeline::startVerlet(const PlanTree& tree, double h) noexcept {
-  if (tree.has_laws) {
+  if (kFullWorld && tree.has_laws) {
     moveJointed(tree, h, state_.pull.data() + tree.v);
     return;
   }
@@ -111,7 +111,7 @@ void Pipeline::startVerlet(const PlanTree& tree, double h) noexcept {
 }
 
 void Pipeline::finishVerlet(const PlanTree& tree, double h) noexcept {
-  if (tree.has_laws) {
+  if (kFullWorld && tree.has_laws) {
     gatherPull(tree, h);
     return;
   }
