@@ -36,6 +36,22 @@ std::unique_ptr<PeerWorld> makePeer(const WorldDef& def, const PeerSettings& set
   return nullptr;
 }
 
+#ifndef HAPTIC_HAVE_ODE
+std::unique_ptr<PeerWorld> makeOde(const WorldDef&, const PeerSettings&) {
+  throw SetupError("ODE", "is not installed", "apt-get install libode-dev, and build again");
+}
+#endif
+#ifndef HAPTIC_HAVE_BULLET
+std::unique_ptr<PeerWorld> makeBullet(const WorldDef&, const PeerSettings&) {
+  throw SetupError("Bullet", "is not installed", "apt-get install libbullet-extras-dev, and build again");
+}
+#endif
+#ifndef HAPTIC_HAVE_MUJOCO
+std::unique_ptr<PeerWorld> makeMujoco(const WorldDef&, const PeerSettings&) {
+  throw SetupError("MuJoCo", "is not installed", "apt-get install libmujoco-dev, and build again");
+}
+#endif
+
 std::vector<PeerBody> peerBodies(const WorldDef& def) {
   if (!def.loops.empty()) throw SetupError(def.name, "has a closed loop", "peers run free and fixed bodies only");
   std::vector<PeerBody> bodies;

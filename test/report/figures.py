@@ -56,7 +56,8 @@ def for_page(svg, name):
     svg = re.sub(r'<metadata>.*?</metadata>', '', svg, flags=re.S)
     svg = re.sub(r'width="[\d.]+pt" height="[\d.]+pt"', 'role="img"', svg, count=1)
     svg = svg.replace(INK, 'currentColor').replace(FAINT, 'var(--faint)')
-    svg = re.sub(r'(\d+\.\d{2})\d+', r'\1', svg)  # hundredths of a point are enough
+    svg = re.sub(r'(\d+\.\d)\d+', r'\1', svg)  # tenths of a point are enough
+    svg = re.sub(r'>\s+<', '><', svg)
     return f'<figure id="{name}">{svg}</figure>'
 
 
@@ -65,35 +66,45 @@ def _log_limits(axes):
     axes.set_yscale('log')
 
 
+def _panels(count, width, height):
+    """`count` panels in rows of two, and room for a legend below."""
+    rows = math.ceil(count / 2)
+    figure, panels = plt.subplots(rows, min(2, count), figsize=(width * min(2, count) + 0.4, height * rows + 0.6),
+                                  squeeze=False)
+    for axes in panels.flat[count:]:
+        axes.set_visible(False)
+    return figure, list(panels.flat[:count]), 0.6 / (height * rows + 0.6)
+
+
 def work_precision(scene, runs, metrics, folder):
     """Total error against CPU time per simulated second, one panel per metric; failed runs on the upper edge.
     `runs`: (run, {metric: error})."""
-    figure, panels = plt.subplots(1, len(metrics), figsize=(3.7 * len(metrics) + 0.4, 3.6), squeeze=False)
+    figure, panels, below = _panels(len(metrics), 4.6, 3.3)
     seen = {}
-    for axes, metric in zip(panels[0], metrics):
+    for axes, metric in zip(panels, metrics):
         _log_limits(axes)
-        points = []
+        groups = {}
         for run, errors in runs:
-            colour, marker = style_of(run.case.method)
-            error = errors.get(metric)
-            if error is None or not math.isfinite(run.cpu):
-                continue
-            error = max(error, 1e-17)  # zero error: on the axis
-            points.append((run.cpu, error))
-            own = not run.case.stiffness or run.case.stiffness == scene.stiffness
-            handle = axes.errorbar([run.cpu], [error], xerr=[[run.cpu - run.cpu_low], [run.cpu_high - run.cpu]],
-                                   fmt=marker, color=colour, ms=4.5, elinewidth=0.6, mew=0.8,
-                                   mfc=colour if own else 'none')
-            seen.setdefault(run.case.method, handle)
-        line = front(points)
+            if metric in errors and math.isfinite(run.cpu):
+                own = not run.case.stiffness or run.case.stiffness == scene.stiffness
+                # Zero error: on the axis.
+                groups.setdefault((run.case.method, own), []).append((run, max(errors[metric], 1e-17)))
+        for (method, own), members in groups.items():
+            colour, marker = style_of(method)
+            x = np.array([run.cpu for run, _ in members])
+            spread = [x - [run.cpu_low for run, _ in members], [run.cpu_high for run, _ in members] - x]
+            handle = axes.errorbar(x, [error for _, error in members], xerr=np.maximum(spread, 0), fmt=marker, color=colour,
+                                   ms=4.5, elinewidth=0.5, mew=0.8, mfc=colour if own else 'none')
+            seen.setdefault(method, handle)
+        line = front([(run.cpu, error) for members in groups.values() for run, error in members])
         if line:
             axes.plot([p[0] for p in line], [p[1] for p in line], '-', color=INK, lw=0.8, zorder=0, drawstyle='steps-post')
         failures(axes, [run for run, _ in runs if run.status != 'ok'])
         axes.set_xlabel('CPU time per simulated second [s]')
-        axes.set_title(f'{metric.replace("_", " ")} error [{METRICS[metric][0]}]')
+        axes.set_title(f'{metric.replace("_", " ")} error [{METRICS[metric][0]}]', pad=10)
     if seen:
         figure.legend(seen.values(), seen.keys(), loc='lower center', ncol=6, bbox_to_anchor=(0.5, 0))
-    figure.tight_layout(rect=(0, 0.13, 1, 1))
+    figure.tight_layout(rect=(0, below, 1, 1))
     return save(figure, folder, f'{scene.name}-total')
 
 
@@ -105,7 +116,7 @@ def failures(axes, failed):
     for run in failed:
         x = run.cpu if math.isfinite(run.cpu) and run.cpu > 0 else low
         axes.plot([x], [0.985], 'x', color=FAILED, ms=6, mew=1.4, transform=axes.get_xaxis_transform(), clip_on=False)
-    axes.text(0.01, 0.93, f'{len(failed)} failed', color=FAILED, fontsize=8, transform=axes.transAxes)
+    axes.text(0.99, 0.94, f'{len(failed)} failed', color=FAILED, fontsize=8, ha='right', va='top', transform=axes.transAxes)
 
 
 def numerical(scene, runs, metric, folder):
@@ -148,21 +159,20 @@ def numerical(scene, runs, metric, folder):
 
 def growth(scene, runs, references, metrics, folder):
     """Errors over simulated time. `runs`: one per method; `references`: trajectory of each."""
-    figure, panels = plt.subplots(1, len(metrics), figsize=(3.2 * len(metrics) + 0.4, 3.2), squeeze=False)
+    figure, panels, below = _panels(len(metrics), 4.6, 2.7)
     handles = {}
-    for axes, metric in zip(panels[0], metrics):
+    for axes, metric in zip(panels, metrics):
         axes.set_yscale('log')
         for run, reference in zip(runs, references):
             values = error_over_time(run.trajectory, reference).get(metric)
             if values is None:
                 continue
-            colour, marker = style_of(run.case.method)
-            line, = axes.plot(reference.time[:len(values)], np.maximum(values, 1e-17), color=colour, marker=marker, ms=2.5,
-                              lw=1)
+            colour, _ = style_of(run.case.method)
+            line, = axes.plot(reference.time[:len(values)], np.maximum(values, 1e-17), color=colour, lw=1.1)
             handles.setdefault(run.case.method, line)
         axes.set_xlabel('simulated time [s]')
         axes.set_title(f'{metric.replace("_", " ")} error [{METRICS[metric][0]}]')
     if handles:
         figure.legend(handles.values(), handles.keys(), loc='lower center', ncol=6, bbox_to_anchor=(0.5, 0))
-    figure.tight_layout(rect=(0, 0.13, 1, 1))
+    figure.tight_layout(rect=(0, below, 1, 1))
     return save(figure, folder, f'{scene.name}-growth')

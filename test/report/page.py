@@ -14,7 +14,7 @@ body { margin: 0 auto; max-width: 1180px; padding: 1.5rem; font: 15px/1.5 system
 h1 { font-size: 1.7rem; line-height: 1.2; } h2 { margin-top: 2.5rem; border-bottom: 1px solid var(--faint); }
 h3 { margin-top: 2rem; } a { color: var(--accent); }
 nav { columns: 4 14rem; font-size: 0.9rem; } nav a { display: block; }
-figure { margin: 0.8rem 0; overflow-x: auto; } figure svg { width: 100%; height: auto; max-height: 32rem; }
+figure { margin: 0.8rem 0; overflow-x: auto; } figure svg { width: 100%; height: auto; max-width: 60rem; max-height: 44rem; }
 figure svg text { font-family: system-ui, sans-serif !important; }
 figcaption, .note { font-size: 0.88rem; opacity: 0.85; }
 .table { overflow-x: auto; } table { border-collapse: collapse; font-size: 0.85rem; font-variant-numeric: tabular-nums; }

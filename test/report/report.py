@@ -8,7 +8,6 @@ import argparse
 import concurrent.futures
 import csv
 import glob
-import json
 import os
 import signal
 import subprocess
@@ -18,6 +17,7 @@ import time
 import numpy as np
 
 import figures
+import kept_results
 import pareto
 import plan_section
 import programs
@@ -41,6 +41,7 @@ def arguments(argv):
     parser.add_argument('--scheduler', metavar='ADDRESS', help='spread the runs over the Dask cluster there')
     parser.add_argument('--programs', default=os.path.join(ROOT, 'build', 'bench-v3'), help='build folder of the programs')
     parser.add_argument('--output', default=os.path.join(ROOT, 'build', 'report'), help='folder of page, CSV and runs')
+    parser.add_argument('--keep', metavar='FOLDER', help='copy CSV and pictures there, small enough for a repository')
     parser.add_argument('--flags', default='', help='compiler flags, for the CSV')
     parser.add_argument('--workers', type=int, default=os.cpu_count(), help='processes at a time (all cores)')
     return parser.parse_args(argv)
@@ -127,7 +128,7 @@ def main(argv):
     options = arguments(argv)
     os.makedirs(options.output, exist_ok=True)
     where = provenance(options.flags)
-    results, refused, cells = [], [], []
+    results, refused, cells, fixed = [], [], [], {}
     pictures = os.path.join(options.output, 'plots')
     if options.only != 'stability':
         run_program = program(options.programs, 'report_run')
@@ -140,7 +141,6 @@ def main(argv):
         for result in results:
             points.update(result.points())
         cells = pareto.reached_cells(points)
-        fixed = {}
         for scene, metric, _ in pareto.read_cells():
             fixed.setdefault(scene, []).append(metric)
         with concurrent.futures.ProcessPoolExecutor(options.workers) as pool:
@@ -150,16 +150,17 @@ def main(argv):
         write_csv(os.path.join(options.output, 'report.csv'), results, where)
     sections = []
     if not options.scenes and options.only != 'scenes':
-        sections += stability.sections(options, pictures)
-    if not options.scenes and options.only is None:
-        sections += plan_section.sections(options)
-        sections += seed_section.sections(options, pictures)
+        # Maps, certificates and plans take longer than a quick report may; `--only stability --quick` makes coarse maps.
+        whole = options.only == 'stability' or not options.quick
+        sections += stability.sections(options, pictures, whole)
+        if options.only is None:
+            sections += (plan_section.sections(options) if whole else []) + seed_section.sections(options, pictures)
     name = 'stability.html' if options.only == 'stability' else 'report.html'
     page = os.path.join(options.output, name)
     seconds = time.time() - start
     failed_shown = report_page.write(page, results, refused, cells, sections, where, options)
-    with open(os.path.join(options.output, 'cells.json'), 'w') as file:
-        json.dump([list(cell[:4]) + [cell.theirs] for cell in cells], file)
+    if options.keep and results:
+        kept_results.keep(options.output, options.keep, cells, fixed)
     print(f'report: {page}')
     if results:
         print(f'figure report.scenes {len(results)} scenes')

@@ -1,5 +1,6 @@
 /// One run of the report: a scene, a simulator, a step. States at the sample times, and what the steps cost.
 #pragma once
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,7 +29,8 @@ struct RunResult {
   double step_p50 = 0, step_p99 = 0, step_max = 0;  ///< wall time of single steps in the first repetition [s]
   long allocations = 0;         ///< heap allocations of all steps of the first repetition
   long iterations = 0, unconverged = 0;             ///< of the implicit solve, over the run
-  double energy_balance = 0;    ///< ours: largest change of the ledger's balance over the largest energy in it; NaN: none
+  /// Ours: largest change of the ledger's balance over the largest energy in it. NaN: a peer, or longer than the budget.
+  double energy_balance = std::numeric_limits<double>::quiet_NaN();
   std::vector<Sample> samples;
 };
 

@@ -13,7 +13,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 import figures
 import programs
 from page import Cell, details, table, text
-from task_pool import Kept, Task, key_of, run_tasks, stamp_of
+from task_pool import Kept, Task, file_stamp, key_of, run_tasks, stamp_of
 
 CPU_LIMIT = 20  # [s] per cell: one that works takes a second at most
 # Verdicts of stability_cell and their colours, from good to bad.
@@ -121,7 +121,8 @@ def extreme_section(program, options):
     methods = [line.split(' ', 1)[1] for line in listed if line.startswith('method ')]
     stamp = stamp_of(program)
     tasks = {}
-    for step in ('1e-3', '1e-2'):
+    steps = ('1e-3',) if options.quick else ('1e-3', '1e-2')
+    for step in steps:
         for method in methods:
             for index in range(len(cases)):
                 command = (program, str(index), method, step)
@@ -129,7 +130,7 @@ def extreme_section(program, options):
     results = run_tasks(list(tasks.values()), Kept(os.path.join(options.output, 'runs')), 'extremes', options.scheduler,
                         options.workers)
     body = ''
-    for step in ('1e-3', '1e-2'):
+    for step in steps:
         rows, sums = [], [0] * len(methods)
         for index, case in enumerate(cases):
             row = [case]
@@ -145,31 +146,34 @@ def extreme_section(program, options):
     return body
 
 
-def certificates(check_program, root):
+def certificates(program, root, options):
     """Certificate text of each scene file, from scene_check."""
+    stamp = stamp_of(program)
+    files = sorted(glob.glob(os.path.join(root, 'urdf', 'scenes', '*.urdf')))
+    tasks = {file: Task(key_of(stamp, file_stamp(file), 'certificate', file), (program, file), 6 * CPU_LIMIT, 1.0)
+             for file in files}
+    results = run_tasks(list(tasks.values()), Kept(os.path.join(options.output, 'runs')), 'certificates', options.scheduler,
+                        options.workers)
     rows = ''
-    for file in sorted(glob.glob(os.path.join(root, 'urdf', 'scenes', '*.urdf'))):
-        try:
-            done = subprocess.run([check_program, file], capture_output=True, text=True, check=False, timeout=120)
-            output = done.stdout if done.returncode == 0 else done.stderr
-        except subprocess.TimeoutExpired:
-            output = 'scene_check took more than two minutes'
-        at = output.find('certificate')
-        rows += details(os.path.basename(file), f'<pre>{text(output[max(at, 0):])}</pre>')
+    for file, task in tasks.items():
+        result = results[task.key]
+        output = result['failure'] or result['output'][max(result['output'].find('certificate'), 0):]
+        rows += details(os.path.basename(file), f'<pre>{text(output)}</pre>')
     return rows
 
 
-def sections(options, folder):
-    """[(title, anchor, html)] of what is built; a program that is missing is named in its place."""
+def sections(options, folder, whole):
+    """[(title, anchor, html)] of what is built; a program that is missing is named in its place. `whole`: with the maps and
+    certificates, not the extreme cases alone."""
     out = []
-    cell_program = programs.find(options.programs, 'stability_cell')
-    out.append(('Stability maps', 'stability', map_section(cell_program, options, folder) if cell_program else
-                '<p>stability_cell is not built.</p>'))
-    extreme_program = programs.find(options.programs, 'extreme_cell')
+    cell_program, extreme_program, check_program = (programs.find(options.programs, name) for name in
+                                                    ('stability_cell', 'extreme_cell', 'scene_check'))
+    if whole:
+        out.append(('Stability maps', 'stability', map_section(cell_program, options, folder) if cell_program else
+                    '<p>stability_cell is not built.</p>'))
     if extreme_program:
         out.append(('Extreme cases', 'extremes', extreme_section(extreme_program, options)))
-    check_program = programs.find(options.programs, 'scene_check')
-    if check_program:
+    if whole and check_program:
         out.append(('Certificates', 'certificates', '<p>What `./run check` says of each scene: the largest stable explicit step '
-                    'of its contacts and islands.</p>' + certificates(check_program, programs.ROOT)))
+                    'of its contacts and islands.</p>' + certificates(check_program, programs.ROOT, options)))
     return out
