@@ -11,3 +11,4 @@ set_source_files_properties(${CMAKE_CURRENT_SOURCE_DIR}/articulated_peers.cpp PR
   COMPILE_DEFINITIONS BT_USE_DOUBLE_PRECISION)
 target_include_directories(bench_articulated SYSTEM PRIVATE /usr/include/bullet ${orocos_kdl_INCLUDE_DIRS})
 target_link_libraries(bench_articulated ${orocos_kdl_LIBRARIES} ${MUJOCO_LIBRARY} ${articulated_bullet})
+include(${CMAKE_CURRENT_SOURCE_DIR}/robots.cmake)

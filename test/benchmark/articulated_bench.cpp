@@ -10,6 +10,7 @@
 #include "../core/dynamics/random_tree.h"
 #include "allocation_count.h"
 #include "articulated_peers.h"
+#include "articulated_robots.h"
 #include "dense_oracle.h"
 #include "figure.h"
 #include "haptic_core/dynamics/articulated_body.h"
@@ -195,15 +196,18 @@ void exactness() {
   // condition of up to 1e7: there the error is that times eps, whatever the algorithm.
   for (bool deep : {false, true}) {
     test::Random generator(100);
-    double worst = 0;
+    AccelerationError worst;
     for (int trial = 0; trial < (deep ? 200 : 1000); ++trial) {
       Chain tree(test::randomTree(generator, 1 + trial % 60, trial % 2, deep ? 4 : 60));
       test::randomState(generator, tree.tree, tree.q, tree.v);
       tree.evaluate();
-      worst = std::max(
-          worst, relativeError(tree.tree, tree.work.data(), kGravity, tree.v_dot.data(), tree.v.data()));
+      const AccelerationError error =
+          relativeError(tree.tree, tree.work.data(), kGravity, tree.v_dot.data(), tree.v.data());
+      worst.plain = std::max(worst.plain, error.plain);
+      worst.energy = std::max(worst.energy, error.energy);
     }
-    figure(deep ? "aba.err_vs_crba_deep_trees" : "aba.err_vs_crba_max", worst, "1");
+    figure(deep ? "aba.err_vs_crba_deep_trees" : "aba.err_vs_crba_max", worst.plain, "1");
+    figure(deep ? "aba.err_vs_crba_deep_trees_energy_norm" : "aba.err_vs_crba_energy_norm", worst.energy, "1");
   }
 
   Chain base(chain(10, true));
@@ -302,4 +306,5 @@ int main() {
   haptic::bench::exactness();
   haptic::bench::joints();
   haptic::bench::allocations();
+  haptic::bench::measureRobots();
 }

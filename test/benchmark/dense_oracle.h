@@ -7,10 +7,14 @@
 
 namespace haptic::bench {
 
-/// ‖v̇ − v̇'‖ / ‖v̇'‖ in the norm of kinetic energy, xᵀ M x, which adds radians and metres as physics does; v̇'
-/// from M = Σ Jᵀ I J and the bias forces of every link, summed in wider arithmetic from the joint axes, arms
-/// and rotations in `work`; no wrenches, no joint forces.
-inline double relativeError(const Articulation& tree, const LinkWork* work, const Vector3& gravity,
+struct AccelerationError {
+  double plain = 0;   ///< ‖v̇ − v̇'‖ / ‖v̇'‖, radians and metres as they are
+  double energy = 0;  ///< the same in the norm of kinetic energy, xᵀ M x
+};
+
+/// Error of v̇ against v̇' from M = Σ Jᵀ I J and the bias forces of every link, summed in wider arithmetic from the
+/// joint axes, arms and rotations in `work`; no wrenches, no joint forces.
+inline AccelerationError relativeError(const Articulation& tree, const LinkWork* work, const Vector3& gravity,
                             const double* v_dot, const double* v) {
   using Real = long double;
   using V3 = Eigen::Matrix<Real, 3, 1>;
@@ -66,7 +70,8 @@ inline double relativeError(const Articulation& tree, const LinkWork* work, cons
   const Vector expected = M.ldlt().solve(-bias);
   Vector error = -expected;
   for (int k = 0; k < nv; ++k) error[k] += v_dot[k];
-  return static_cast<double>(std::sqrt(error.dot(M * error) / expected.dot(M * expected)));
+  return {static_cast<double>(error.norm() / expected.norm()),
+          static_cast<double>(std::sqrt(error.dot(M * error) / expected.dot(M * expected)))};
 }
 
 }  // namespace haptic::bench

@@ -17,6 +17,25 @@ void startLink(const LinkModel& link, LinkWork& w) {
   w.p_force = link.mass * w.omega.cross(w.omega.cross(w.p_OC)) - w.F_ext.force;
 }
 
+/// Inverse of a symmetric positive definite matrix through its Cholesky factor: exact under any scaling of rows, where
+/// cofactors lose what the condition costs. Metres and radians of one joint differ in scale by nature.
+Matrix3 inverseOf(const Matrix3& D) {
+  const double l00 = std::sqrt(D(0, 0)), i00 = 1 / l00;
+  const double l10 = D(1, 0) * i00, l20 = D(2, 0) * i00;
+  const double l11 = std::sqrt(D(1, 1) - l10 * l10), i11 = 1 / l11;
+  const double l21 = (D(2, 1) - l20 * l10) * i11;
+  const double l22 = std::sqrt(D(2, 2) - l20 * l20 - l21 * l21), i22 = 1 / l22;
+  const double i10 = -l10 * i00 * i11, i21 = -l21 * i11 * i22, i20 = -(l20 * i00 + l21 * i10) * i22;
+  Matrix3 inverse;
+  inverse(0, 0) = i00 * i00 + i10 * i10 + i20 * i20;
+  inverse(1, 0) = inverse(0, 1) = i10 * i11 + i20 * i21;
+  inverse(2, 0) = inverse(0, 2) = i20 * i22;
+  inverse(1, 1) = i11 * i11 + i21 * i21;
+  inverse(2, 1) = inverse(1, 2) = i21 * i22;
+  inverse(2, 2) = i22 * i22;
+  return inverse;
+}
+
 /// The caller gives the joint's v̇ (an infinite D).
 bool prescribed(const LinkWork& w) {
   return w.D_inverse(0, 0) == 0;
@@ -61,7 +80,7 @@ void factorTriple(const LinkModel& link, const double* tau, const double* diag, 
     return;
   }
   if (diag) D.diagonal() += Eigen::Map<const Vector3>(diag);
-  w.D_inverse = D.inverse();
+  w.D_inverse = inverseOf(D);
 }
 
 /// Adds [A B; Bᵀ M] and p about O to the parent's about p_O − r: Xᵀ I X with X = [1 0; −r× 1], which is B + N
@@ -127,10 +146,10 @@ void passToParent(const LinkModel& link, const LinkWork& w, const double* vdot, 
 
 /// [A B; Bᵀ M] (α, a) = (torque, force), by the Schur complement of M.
 void solveSix(const LinkWork& w, const Vector3& torque, const Vector3& force, Vector3& alpha, Vector3& a) {
-  const Matrix3 M_inverse = w.M.inverse();
+  const Matrix3 M_inverse = inverseOf(w.M);
   const Matrix3 BM = w.B * M_inverse;
   const Matrix3 schur = w.A - BM * w.B.transpose();
-  alpha.noalias() = schur.inverse() * (torque - BM * force);
+  alpha.noalias() = inverseOf(schur) * (torque - BM * force);
   a.noalias() = M_inverse * (force - w.B.transpose() * alpha);
 }
 

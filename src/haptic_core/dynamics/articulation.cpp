@@ -111,6 +111,7 @@ void Articulation::compileLink(int i) {
   link.type = joint.type;
   const bool floating = link.type == JointType::kFloating;
   link.parent = floating ? -1 : body.parent;
+  root_.push_back(link.parent < 0 ? i : root_[link.parent]);
   link.dof = degrees(link.type);
   link.q = nq_;
   link.v = nv_;

@@ -65,6 +65,8 @@ class Articulation {
   bool isStatic() const { return nv_ == 0; }
   /// The degree of freedom whose motion carries degree i (-1: none): the sparsity of the joint-space inertia.
   const std::vector<int>& dofParent() const { return dof_parent_; }
+  /// The link without parent that link i hangs on.
+  int root(int i) const { return root_[i]; }
   /// The joint that degree i belongs to, as a link index.
   const std::vector<int>& dofLink() const { return dof_link_; }
 
@@ -75,7 +77,7 @@ class Articulation {
   void compileLink(int i);
   TreeDef def_;
   std::vector<LinkModel> links_;
-  std::vector<int> dof_parent_, dof_link_;
+  std::vector<int> dof_parent_, dof_link_, root_;
   int nq_ = 0, nv_ = 0;
   bool free_body_ = false;
 };

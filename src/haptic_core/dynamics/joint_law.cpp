@@ -11,6 +11,9 @@ namespace {
 constexpr double kReturnTime = 0.02;
 // Slack of a stuck joint's force, relative: keeps rounding from moving it back and forth [1].
 constexpr double kForceSlack = 1e-12;
+// How far a velocity may lie outside its piece [rad/s] or [m/s]: a drive that asks for the limit itself leaves nothing but
+// rounding to tell resting on it from leaving it. A step of 10 ms passes a limit by 1e-15 with it.
+constexpr double kVelocitySlack = 1e-13;
 
 double clamp(double x, double limit) {
   return std::min(std::max(x, -limit), limit);
@@ -56,7 +59,7 @@ bool ForceGraph::follow(double v1, double force, int& piece) const noexcept {
     const double slack = kForceSlack * std::abs(force);
     direction = force > now.high + slack ? -1 : force < now.low - slack ? 1 : 0;
   } else {
-    direction = v1 > now.to ? 1 : v1 < now.from ? -1 : 0;
+    direction = v1 > now.to + kVelocitySlack ? 1 : v1 < now.from - kVelocitySlack ? -1 : 0;
   }
   const int next = piece + direction;
   if (direction == 0 || next < 0 || next >= count) return false;

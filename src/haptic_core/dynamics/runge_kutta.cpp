@@ -1,6 +1,7 @@
 #include "haptic_core/dynamics/runge_kutta.h"
 
 #include "haptic_core/dynamics/free_body.h"
+#include "haptic_core/dynamics/free_momentum.h"
 
 namespace haptic {
 namespace {
@@ -79,10 +80,42 @@ void renormalise(const Articulation& articulation, double* q) {
   }
 }
 
+constexpr int kMomentumNumbers = 10;  // per link, used by roots: mass (0: not kept), centre, momentum
+
+/// Notes the momentum of what floats freely at the start of the step.
+void noteMomentum(const Articulation& articulation, const LinkWork* work, const double* tau, double* notes) {
+  for (int i = 0; i < articulation.linkCount(); ++i) {
+    double* note = notes + kMomentumNumbers * i;
+    note[0] = 0;
+    if (articulation.root(i) != i || !movesFreely(articulation, work, tau, i)) continue;
+    const FreeMomentum free = freeMomentum(articulation, work, i);
+    note[0] = free.mass;
+    Eigen::Map<Vector3>(note + 1) = free.p_WC;
+    Eigen::Map<Vector6>(note + 4) = free.H_C.vector();
+  }
+}
+
+/// Puts it right at the end.
+void restoreMomentum(const Articulation& articulation, const double* notes, const Vector3& gravity, double h, double* q,
+                     double* v, LinkWork* work) {
+  bool placed = false;
+  for (int i = 0; i < articulation.linkCount(); ++i) {
+    const double* note = notes + kMomentumNumbers * i;
+    if (note[0] == 0) continue;
+    if (!placed) forwardKinematics(articulation, q, v, work);
+    placed = true;
+    FreeMomentum before;
+    before.mass = note[0];
+    before.p_WC = Eigen::Map<const Vector3>(note + 1);
+    before.H_C = {Vector3(note[4], note[5], note[6]), Vector3(note[7], note[8], note[9])};
+    keepMomentum(articulation, work, before, i, gravity, h, q, v);
+  }
+}
+
 }  // namespace
 
 int rungeKuttaScratch(const Articulation& articulation) {
-  return (kMostStages + 1) * (articulation.nq() + articulation.nv()) + 6 * articulation.linkCount();
+  return (kMostStages + 1) * (articulation.nq() + articulation.nv()) + (6 + kMomentumNumbers) * articulation.linkCount();
 }
 
 void stepRungeKutta(const Articulation& articulation, const Vector3& gravity, const double* tau, double h,
@@ -95,6 +128,7 @@ void stepRungeKutta(const Articulation& articulation, const Vector3& gravity, co
   double* const slopes = scratch;  // one (q̇, v̇) per stage
   double* const stage = scratch + kMostStages * width;
   double* const wrenches = stage + width;
+  double* const momenta = wrenches + 6 * links;
   for (int i = 0; i < links; ++i) Eigen::Map<Vector6>(wrenches + 6 * i) = work[i].F_ext.vector();
   const Tableau& tableau = formula == TreeFormula::kMerson ? kMerson : kDormandPrince;
   for (int s = 0; s < tableau.stages; ++s) {
@@ -112,6 +146,7 @@ void stepRungeKutta(const Articulation& articulation, const Vector3& gravity, co
       work[i].F_ext.torque = Eigen::Map<Vector3>(wrenches + 6 * i);
       work[i].F_ext.force = Eigen::Map<Vector3>(wrenches + 6 * i + 3);
     }
+    if (s == 0) noteMomentum(articulation, work, tau, momenta);
     accelerations(articulation, gravity, tau, nullptr, work, slope + nq);
   }
   for (int s = 0; s < tableau.stages; ++s) {
@@ -119,6 +154,7 @@ void stepRungeKutta(const Articulation& articulation, const Vector3& gravity, co
     for (int k = 0; k < nv; ++k) v[k] += h * tableau.b[s] * slopes[s * width + nq + k];
   }
   renormalise(articulation, q);
+  restoreMomentum(articulation, momenta, gravity, h, q, v, work);
 }
 
 }  // namespace haptic

@@ -15,7 +15,8 @@ int rungeKuttaScratch(const Articulation& articulation);
 
 /// One step h of a tree. Wrenches in work[i].F_ext at the call are kept through the step, about O, constant
 /// in W; `tau` (null: none) likewise. A free body without tau takes stepFreeBody. Explicit: nothing stiff in
-/// it. On return `work` belongs to a stage, not to the new state.
+/// it. Floating trees that no wrench pulls keep their momentum exactly
+/// (free_momentum.h). On return `work` belongs to a stage, not to the new state.
 void stepRungeKutta(const Articulation& articulation, const Vector3& gravity, const double* tau, double h,
                     double* q, double* v, LinkWork* work, double* scratch,
                     TreeFormula formula = TreeFormula::kDormandPrince) noexcept;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "haptic_core/dynamics/free_momentum.h"
 #include "chain.h"
 #include "free_rotation_reference.h"
 #include "haptic_core/dynamics/free_body.h"
@@ -145,6 +146,50 @@ TEST(FreeBody, SpinsAboutAPrincipalAxisAndFallsExactly) {
   EXPECT_LT((vectorFromRotation(r) - Vector3(0, 0, 3)).norm(), 1e-12);
   const Vector3 p(motion.q[0], motion.q[1], motion.q[2]);
   EXPECT_LT((p - (p0 + Vector3(1, 0, 2) + 0.5 * gravity)).norm(), 1e-12);
+}
+
+TEST(RungeKutta, FloatingTreesKeepTheirMomentumUnderGravity) {
+  Random random(71);
+  const Vector3 gravity(0.3, 0.1, -9.8);
+  for (int trial = 0; trial < 10; ++trial) {
+    const Articulation tree(randomTree(random, 2 + trial, true));
+    std::vector<double> q, v, scratch(rungeKuttaScratch(tree));
+    std::vector<LinkWork> work(tree.linkCount());
+    randomState(random, tree, q, v);
+    forwardKinematics(tree, q.data(), v.data(), work.data());
+    const FreeMomentum start = freeMomentum(tree, work.data(), 0);
+    const double h = 1e-3;
+    for (int i = 0; i < 500; ++i) {
+      for (LinkWork& w : work) w.F_ext = {};
+      stepRungeKutta(tree, gravity, nullptr, h, q.data(), v.data(), work.data(), scratch.data(), TreeFormula::kMerson);
+    }
+    forwardKinematics(tree, q.data(), v.data(), work.data());
+    const FreeMomentum end = freeMomentum(tree, work.data(), 0);
+    const double t = 500 * h, P = start.H_C.force.norm() + t * start.mass * gravity.norm();
+    EXPECT_LT((end.H_C.force - start.H_C.force - t * start.mass * gravity).norm(), 1e-12 * P);
+    EXPECT_LT((end.H_C.torque - start.H_C.torque).norm(), 1e-11 * start.H_C.torque.norm());
+    const Vector3 fall = start.p_WC + t / start.mass * start.H_C.force + 0.5 * t * t * gravity;
+    EXPECT_LT((end.p_WC - fall).norm(), 1e-11 * (1 + fall.norm()));
+  }
+}
+
+TEST(RungeKutta, APullOnALinkChangesTheMomentumByItsImpulse) {
+  Random random(72);
+  const Articulation tree(randomTree(random, 4, true));
+  std::vector<double> q, v, scratch(rungeKuttaScratch(tree));
+  std::vector<LinkWork> work(tree.linkCount());
+  randomState(random, tree, q, v);
+  forwardKinematics(tree, q.data(), v.data(), work.data());
+  const FreeMomentum start = freeMomentum(tree, work.data(), 0);
+  const Vector3 force(1, 2, 3);
+  for (int i = 0; i < 100; ++i) {
+    for (LinkWork& w : work) w.F_ext = {};
+    work[2].F_ext.force = force;
+    stepRungeKutta(tree, Vector3::Zero(), nullptr, 1e-3, q.data(), v.data(), work.data(), scratch.data());
+  }
+  forwardKinematics(tree, q.data(), v.data(), work.data());
+  const FreeMomentum end = freeMomentum(tree, work.data(), 0);
+  EXPECT_LT((end.H_C.force - start.H_C.force - 0.1 * force).norm(), 1e-6);  // the integrator's error alone
 }
 
 }  // namespace
