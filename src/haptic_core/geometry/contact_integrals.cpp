@@ -1,5 +1,6 @@
 #include "haptic_core/geometry/contact_integrals.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -162,6 +163,9 @@ void ContactWorkspace::clipPolygon(const Vector2& from, const Vector2& to) noexc
   std::swap(polygon_, clipped_);
 }
 
+/// Of the faces above and below that V's projection is tiled by, only those pairs count that overlap: boxes
+/// tell most of the others apart, and where one side is a single face nothing has to be cut at all (a ball on
+/// a table).
 double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexcept {
   w.buildLoops();
   w.projectVertices(contact);
@@ -169,17 +173,34 @@ double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexc
   const auto point = [&](const ContactLoop& l, int i) -> Vector2 {
     return w.patch_points_[w.loop_vertices_[l.first + i % l.count]].head<2>();
   };
+  const auto bounds = [&](const ContactLoop& l) {
+    Eigen::AlignedBox2d box(point(l, 0));
+    for (int i = 1; i < l.count; ++i) box.extend(point(l, i));
+    return box;
+  };
+  int uppers = 0, lowers = 0;
+  for (const ContactLoop& l : w.loops_) {
+    const double r = rise(l);
+    uppers += r >= kSteep;
+    lowers += r <= -kSteep;
+  }
   double sum = 0;
   for (const ContactLoop& upper : w.loops_) {
     if (rise(upper) < kSteep) continue;
     const Sheet above = sheet(w.faces_[upper.face], contact.X_AP);
+    const Eigen::AlignedBox2d reach = bounds(upper);
     for (const ContactLoop& lower : w.loops_) {
       if (rise(lower) > -kSteep) continue;
       w.polygon_.clear();
-      for (int i = 0; i < upper.count; ++i) w.polygon_.push_back(point(upper, i));
-      // Seen from above the lower loop runs clockwise: inside lies to the left of its edges taken backwards.
-      for (int i = 0; i < lower.count && w.polygon_.size() >= 3; ++i)
-        w.clipPolygon(point(lower, i + 1), point(lower, i));
+      if (uppers == 1 && lowers > 1) {  // seen from above the lower loop runs clockwise
+        for (int i = lower.count; i > 0; --i) w.polygon_.push_back(point(lower, i));
+      } else if (lowers == 1 || reach.intersects(bounds(lower))) {
+        for (int i = 0; i < upper.count; ++i) w.polygon_.push_back(point(upper, i));
+        // Inside lies to the left of the lower loop's edges taken backwards.
+        for (int i = 0; lowers > 1 && i < lower.count && w.polygon_.size() >= 3; ++i) {
+          w.clipPolygon(point(lower, i + 1), point(lower, i));
+        }
+      }
       if (w.polygon_.size() < 3) continue;
       sum += integrateSquare(above, sheet(w.faces_[lower.face], contact.X_AP), w.polygon_, contact.depth);
     }
