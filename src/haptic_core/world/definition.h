@@ -3,6 +3,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "haptic_core/base/spatial.h"
@@ -59,6 +60,15 @@ struct LoopDef {
   Vector3 axis = Vector3::UnitZ();          ///< of a hinge, in F
 };
 
+/// Positions that drives are asked for over time: straight lines between the rows, the first row before them. After the
+/// last one the drives keep it until they are told otherwise.
+struct JointPathDef {
+  std::string name;
+  std::vector<std::pair<int, int>> joints;  ///< articulation and link, a column each
+  std::vector<double> time;                 ///< of the rows [s], rising
+  std::vector<double> position;             ///< rows × columns [rad] or [m]
+};
+
 /// How a pointer follows the hand. Direct: its pose is the hand's and the contact wrench goes to the hand (the
 /// seeds' way). Virtual: it is a body with inertia on a spring-damper, whose wrench goes to the hand.
 struct PointerCoupling {
@@ -103,6 +113,7 @@ struct WorldDef {
   WorldSettings settings;
   std::vector<ArticulationDef> articulations;
   std::vector<LoopDef> loops;
+  std::vector<JointPathDef> joint_paths;
   std::vector<PointerDef> pointers;
   std::vector<CollisionFilter> filters;
 };

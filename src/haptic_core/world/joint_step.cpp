@@ -1,6 +1,8 @@
 /// Trees whose joints do something by themselves, in explicit steps: limits, damping, friction, drives,
 /// mimic, loops.
+#include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/pipeline.h"
@@ -21,6 +23,50 @@ void Pipeline::makeMotions() {
     throw SetupError(tree.model->def().name,
                      "its loops and mimic joints do not close from the initial joint positions",
                      "give initial positions nearer to closing, or check the frames of the loops");
+  }
+}
+
+void Pipeline::addJointPaths(const WorldDef& def) {
+  for (const JointPathDef& path : def.joint_paths) {
+    JointPath added;
+    added.time = path.time;
+    added.position = path.position;
+    for (const auto& [articulation, local] : path.joints) {
+      const int link = plan_.link(articulation, local);
+      const auto joint = std::find_if(plan_.joints.begin(), plan_.joints.end(),
+                                      [&](const PlanJoint& j) { return j.link == link && j.driven; });
+      if (joint == plan_.joints.end()) {
+        throw SetupError(
+            path.name, "the joint of link " + plan_.links[link].name + " has no drive",
+            "give it an effort limit, or <haptic:joint drive=\"position\" drive_stiffness=\"...\"/>");
+      }
+      added.commands.push_back(plan_.trees[plan_.links[link].articulation].command + plan_.links[link].local);
+    }
+    const bool rising = std::is_sorted(path.time.begin(), path.time.end(), std::less_equal<double>());
+    if (path.time.empty() || !rising || path.position.size() != path.time.size() * path.joints.size()) {
+      throw SetupError(path.name, "its times do not rise, or a row lacks a position",
+                       "give one row per time, in order");
+    }
+    joint_paths_.push_back(added);
+  }
+}
+
+/// Drives are asked for where the path is at the end of the step, and for its rate as the velocity.
+void Pipeline::followJointPaths() noexcept {
+  const double t = state_.time + settings_.step;
+  for (const JointPath& path : joint_paths_) {
+    const int rows = static_cast<int>(path.time.size()), columns = static_cast<int>(path.commands.size());
+    if (t > path.time.back() + settings_.step) continue;  // told its last row; others may command now
+    const int next =
+        static_cast<int>(std::upper_bound(path.time.begin(), path.time.end(), t) - path.time.begin());
+    const int a = std::max(next - 1, 0), b = std::min(next, rows - 1);
+    const double width = path.time[b] - path.time[a];
+    for (int c = 0; c < columns; ++c) {
+      const double from = path.position[a * columns + c], to = path.position[b * columns + c];
+      const double rate = width > 0 ? (to - from) / width : 0;
+      state_.commands[path.commands[c]] = {JointDef::Drive::kPosition,
+                                           from + rate * (t - path.time[a]) * (width > 0), rate, 0};
+    }
   }
 }
 

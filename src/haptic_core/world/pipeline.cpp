@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/dynamics/runge_kutta.h"
 #include "haptic_core/world/features.h"
 
 namespace haptic {
@@ -33,6 +34,12 @@ Pipeline::Pipeline(const WorldDef& def) : settings_(def.settings), pointers_(def
   state_.pull.resize(plan_.nv);
   v_dot_.resize(plan_.nv);
   half_.resize(plan_.nv);
+  alone_.resize(plan_.nv);
+  for (const PlanTree& tree : plan_.trees) {
+    const std::size_t links = tree.model->linkCount(), scratch = rungeKuttaScratch(*tree.model);
+    coasting_.resize(std::max(coasting_.size(), scratch));
+    no_wrench_.resize(std::max(no_wrench_.size(), links));
+  }
   kick_.resize(plan_.links.size());
   work_.resize(plan_.links.size());
   held_by_.assign(plan_.links.size(), -1);
@@ -50,6 +57,7 @@ Pipeline::Pipeline(const WorldDef& def) : settings_(def.settings), pointers_(def
   }
   applied_.resize(plan_.links.size());
   makeMotions();
+  addJointPaths(def);
   placeAll();
   state_.pointers.resize(pointers_.size());
   pointer_wrench_.resize(pointers_.size());
@@ -130,6 +138,7 @@ void Pipeline::step() noexcept {
   report_.closure = 0;
   if (kFullWorld) clock_.start(report_.stages);
   if (kFullWorld) std::fill(pointer_wrench_.begin(), pointer_wrench_.end(), Wrench{});
+  if (kFullWorld) followJointPaths();
   const double h = settings_.step / settings_.substeps;
   for (int s = 0; s < settings_.substeps && report_.finite; ++s) substep(h, 1.0 / (settings_.substeps - s));
   for (int i = 0; i < pointerCount(); ++i) {

@@ -73,6 +73,7 @@ class Pipeline {
   void substepEuler(double h, double progress) noexcept;
   void substepVerlet(double h, double progress) noexcept;
   void evaluate(const Advance& advance) noexcept;
+  void coast(const PlanTree& tree, double h) noexcept;
   void eulerTree(const PlanTree& tree, double h) noexcept;
   void startVerlet(const PlanTree& tree, double h) noexcept;
   void finishVerlet(const PlanTree& tree, double h) noexcept;
@@ -82,6 +83,8 @@ class Pipeline {
   bool isStepped(const PlanTree& tree) const noexcept;
   // joint_step.cpp
   void makeMotions();
+  void addJointPaths(const WorldDef& def);
+  void followJointPaths() noexcept;
   void moveJointed(const PlanTree& tree, double h, const double* tau) noexcept;
   void gatherPull(const PlanTree& tree, double h) noexcept;
   const JointCommand* commandsOf(const PlanTree& tree) const { return state_.commands.data() + tree.command; }
@@ -111,10 +114,17 @@ class Pipeline {
   std::unique_ptr<BroadPhase> broad_phase_;
   ContactWorkspace workspace_;
   std::unique_ptr<ImplicitStep> implicit_;         ///< null: explicit
+  struct JointPath {
+    std::vector<int> commands;                     ///< by column: index in the state's commands
+    std::vector<double> time, position;
+  };
+  std::vector<JointPath> joint_paths_;
   std::vector<std::unique_ptr<TreeMotion>> motions_;  ///< by tree; null: joints without laws of their own
   std::vector<Wrench> applied_;                    ///< by link, from outside, about its origin
   std::vector<ActivePair> previous_pairs_;
-  std::vector<double> v_dot_, half_;               ///< by world velocity index
+  std::vector<double> v_dot_, half_, alone_;       ///< by world velocity index
+  std::vector<double> coasting_;                   ///< stages of stepRungeKutta
+  std::vector<Wrench> no_wrench_;                  ///< zeros, by local link
   std::vector<Wrench> kick_;                       ///< by world link index, about O [N·m·s, N·s]
   bool has_kick_ = false;
   std::vector<int> held_by_;                       ///< by world link index

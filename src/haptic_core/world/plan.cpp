@@ -201,6 +201,7 @@ std::string Plan::text() const {
   stage(has_contacts, "contact", "nothing can touch");
   stage(has_friction && has_contacts, "friction and its memory", "every pair is frictionless");
   stage(has_joints, "articulated pass", "no joints: free and fixed bodies only");
+  stage(commands > 0, "joint limits, damping, friction, drives, mimics, loops", "no joint has any");
   stage(has_pointers, "pointer coupling", "no pointer");
   stage(settings_.energy_ledger, "energy ledger", "switched off");
   if (!settings_.leave_out) {

@@ -48,7 +48,7 @@ struct WorldState {
   std::uint64_t step = 0;
   std::vector<double> q, v;           ///< of all articulations, one after the other
   /// Velocity Verlet: what pulled at the end of the last step. Free bodies: torque [N·m], acceleration of C; trees whose
-  /// joints have laws: Jᵀ F of contacts and hands; other trees: v̇.
+  /// joints have laws: Jᵀ F of contacts and hands; other trees: v̇ by contacts and hands.
   std::vector<double> pull;
   double primed = 0;                  ///< 1: `pull` is filled
   std::vector<JointCommand> commands;  ///< of the links of trees whose joints have laws

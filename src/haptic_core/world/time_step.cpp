@@ -6,13 +6,15 @@
 /// evaluation as well, since a₁ is the next step's a. Forces jump or bend where a contact begins, ends or yields
 /// inside the step; the impulse that h/2 (F₀ + F₁) then misses is computed from the located instant and added to the
 /// second kick (located_force.cpp, friction.cpp, Pipeline::part), which keeps the order.
-/// Between the kicks a free body moves without forces, to fifth order (dynamics/free_body.h).
+/// Between the kicks a free body moves without forces, to fifth order (dynamics/free_body.h), and a tree under gravity, to
+/// fourth (dynamics/runge_kutta.h): chains whip, and their Coriolis forces are no smaller than contact forces.
 ///
 /// Trees whose joints have laws of their own (limits, friction, drives, loops) move by TreeMotion's symplectic Euler in
 /// both: their forces jump within a step, and an implicit first-order step keeps them dissipative at any gain
 /// (joint_step.cpp). Under Velocity Verlet contact forces on them are those of the step's start.
 #include "haptic_core/dynamics/articulated_body.h"
 #include "haptic_core/dynamics/free_body.h"
+#include "haptic_core/dynamics/runge_kutta.h"
 #include "haptic_core/world/features.h"
 #include "haptic_core/world/pipeline.h"
 
@@ -59,16 +61,24 @@ void Pipeline::eulerTree(const PlanTree& tree, double h) noexcept {
     moveJointed(tree, h, nullptr);
     return;
   }
-  double* q = state_.q.data() + tree.q;
-  double* v = state_.v.data() + tree.v;
   double* pull = v_dot_.data() + tree.v;
   readPull(tree, pull);
   kickTree(tree, pull, h);
+  coast(tree, h);
+}
+
+/// What the tree does between the kicks: a free body turns and flies on without forces (gravity is in the kick), to fifth
+/// order; another tree moves under gravity and its own inertia, to fourth.
+void Pipeline::coast(const PlanTree& tree, double h) noexcept {
+  double* q = state_.q.data() + tree.q;
+  double* v = state_.v.data() + tree.v;
+  LinkWork* work = work_.data() + tree.link;
   if (isFree(tree)) {
     stepFreeBody(tree.model->link(0), Wrench{}, Vector3::Zero(), h, q, v);
-  } else {
-    integratePositions(*tree.model, q, v, h);
+    return;
   }
+  for (int i = 0; i < tree.model->linkCount(); ++i) work[i].F_ext = Wrench{};
+  stepRungeKutta(*tree.model, settings_.gravity, nullptr, h, q, v, work, coasting_.data(), TreeFormula::kMerson);
 }
 
 void Pipeline::substepVerlet(double h, double progress) noexcept {
@@ -100,12 +110,8 @@ void Pipeline::startVerlet(const PlanTree& tree, double h) noexcept {
   double* v = state_.v.data() + tree.v;
   const double* pull = state_.pull.data() + tree.v;
   kickTree(tree, pull, h / 2);
-  if (isFree(tree)) {
-    stepFreeBody(tree.model->link(0), Wrench{}, Vector3::Zero(), h, q, v);
-    work_[tree.link].X_WL.R = Quaternion(q[3], q[4], q[5], q[6]).toRotationMatrix();
-  } else {
-    integratePositions(*tree.model, q, v, h);
-  }
+  coast(tree, h);
+  if (isFree(tree)) work_[tree.link].X_WL.R = Quaternion(q[3], q[4], q[5], q[6]).toRotationMatrix();
   std::copy(v, v + tree.model->nv(), half_.data() + tree.v);
   kickTree(tree, pull, h / 2);
 }
@@ -131,12 +137,22 @@ void Pipeline::finishVerlet(const PlanTree& tree, double h) noexcept {
   forwardVelocities(*tree.model, v, work_.data() + tree.link);
 }
 
-/// What accelerates the tree, from the wrenches in `work_`: torque about C and acceleration of C of a free body (its
-/// gyroscopic part is the drift's), v̇ of other trees.
+/// What kicks the tree, from the wrenches in `work_`: torque about C and acceleration of C of a free body (its gyroscopic
+/// part is the drift's), of another tree what the wrenches add to v̇ (gravity and inertia are the drift's).
 void Pipeline::readPull(const PlanTree& tree, double* pull) noexcept {
   LinkWork* work = work_.data() + tree.link;
   if (!isFree(tree)) {
+    const int links = tree.model->linkCount(), nv = tree.model->nv();
+    bool pulled = false;
+    for (int i = 0; i < links; ++i) pulled |= !work[i].F_ext.torque.isZero(0) || !work[i].F_ext.force.isZero(0);
+    std::fill(pull, pull + nv, 0.0);
+    if (!pulled) return;
+    double* free = alone_.data() + tree.v;
     accelerations(*tree.model, settings_.gravity, nullptr, nullptr, work, pull);
+    for (int i = 0; i < links; ++i) std::swap(work[i].F_ext, no_wrench_[i]);
+    accelerations(*tree.model, settings_.gravity, nullptr, nullptr, work, free);
+    for (int i = 0; i < links; ++i) std::swap(work[i].F_ext, no_wrench_[i]);
+    for (int i = 0; i < nv; ++i) pull[i] -= free[i];
     return;
   }
   const Vector3 a = work->F_ext.force / tree.model->link(0).mass + settings_.gravity;
