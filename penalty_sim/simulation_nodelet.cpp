@@ -54,6 +54,9 @@ void SimulationNodelet::start() {
 
   offer_ = PortOffer(PortTable::process(), parameters_.name, simulation_->port, getName());
   topics_ = std::make_unique<WorldTopics>(getNodeHandle(), parameters_, scene, simulation_->port);
+  joint_commands_ = std::make_unique<JointCommands>(
+      getPrivateNodeHandle(), simulation_->world,
+      [this](const std::function<void()>& work) { return offer_.runBetweenTicks(work); });
   advertise();
   if (parameters_.alone) thread_ = std::make_unique<WorldThread>(getNodeHandle(), parameters_, simulation_->port.hands);
 }
@@ -69,6 +72,7 @@ void SimulationNodelet::advertise() {
 
 SimulationNodelet::~SimulationNodelet() {
   for (ros::ServiceServer& service : services_) service.shutdown();
+  joint_commands_.reset();
   thread_.reset();
   topics_.reset();
   if (!offer_.withdraw()) {

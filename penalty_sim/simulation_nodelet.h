@@ -12,6 +12,7 @@
 
 #include "haptic_core/loop/ports.h"
 #include "haptic_core/world/world.h"
+#include "penalty_sim/joint_commands.h"
 #include "penalty_sim/world_thread.h"
 #include "penalty_sim/world_topics.h"
 
@@ -49,6 +50,7 @@ class SimulationNodelet : public nodelet::Nodelet {
   std::unique_ptr<Simulation> simulation_;
   PortOffer offer_;
   std::unique_ptr<WorldTopics> topics_;
+  std::unique_ptr<JointCommands> joint_commands_;
   std::unique_ptr<WorldThread> thread_;
   std::vector<ros::ServiceServer> services_;
 };

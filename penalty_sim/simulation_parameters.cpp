@@ -32,6 +32,7 @@ SimulationParameters readSimulationParameters(const std::string& node, const ros
   p.alone = priv.param("alone", true);
   p.world_frame = priv.param<std::string>("world_frame", "world");
   p.frame_rate = number(priv, "frame_rate", 30, 1, 100, "Hz");
+  p.joint_rate = number(priv, "joint_rate", 100, 1, 1000, "Hz");
   p.pose_age_limit = number(priv, "pose_age_limit", 0.1, 0.005, 1, "s");
   p.wrench_rate = number(priv, "wrench_rate", 500, 1, 10000, "Hz");
   p.default_density = number(priv, "default_density", 0, 0, 30000, "kg/m³");

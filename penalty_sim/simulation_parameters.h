@@ -15,6 +15,7 @@ struct SimulationParameters {
   bool alone = true;              ///< ~alone: step in an own thread while no bridge holds the world
   std::string world_frame;        ///< ~world_frame: frame of everything published
   double frame_rate = 30;         ///< ~frame_rate [Hz]: of tf, markers, contacts and step_report
+  double joint_rate = 100;        ///< ~joint_rate [Hz]: of joint_states
   double pose_age_limit = 0.1;    ///< ~pose_age_limit [s]: alone: a pointer stands still when its pose is older
   double wrench_rate = 500;       ///< ~wrench_rate [Hz]: alone: of `DEVICE/wrench_command`
   double default_density = 0;     ///< ~default_density [kg/m³] of moving links without <inertial>; 0: refuse them

@@ -1,8 +1,10 @@
 #include "penalty_sim/world_topics.h"
 
 #include <haptic_msgs/ScenePlan.h>
+#include <sensor_msgs/JointState.h>
 
 #include <boost/make_shared.hpp>
+#include <cmath>
 
 #include "haptic_core/world/world.h"
 #include "penalty_sim/conversions.h"
@@ -42,9 +44,11 @@ WorldTopics::WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parame
       step_(port.world.settings().step),
       contacts_(nh.advertise<haptic_msgs::Contacts>("contacts", 2)),
       step_report_(nh.advertise<haptic_msgs::StepReport>("step_report", 2)),
+      joint_states_(nh.advertise<sensor_msgs::JointState>("joint_states", 2)),
       plan_(nh.advertise<haptic_msgs::ScenePlan>("scene_plan", 1, true)),
       markers_(nh, scene, parameters.world_frame) {
   for (int i = 0; i < port.world.linkCount(); ++i) links_.push_back(port.world.linkName(i));
+  for (int i = 0; i < port.world.jointCount(); ++i) joints_.push_back(port.world.jointName(i));
   publishStatic(scene);
   publishPlan(scene);
   thread_ = std::thread([this] { run(); });
@@ -101,13 +105,32 @@ void WorldTopics::publishPlan(const SceneDef& scene) {
 }
 
 void WorldTopics::run() {
-  const auto period = std::chrono::duration<double>(1 / parameters_.frame_rate);
-  while (!stop_) {
+  for (int since_frame = 0; !stop_;) {
+    const bool wants_joints = !joints_.empty() && joint_states_.getNumSubscribers() > 0;
+    const double rate = wants_joints ? std::max(parameters_.joint_rate, parameters_.frame_rate) : parameters_.frame_rate;
     WorldSnapshot snapshot;
-    if (port_.snapshot.read(snapshot) && snapshot.stamp_ns > 0) publish(snapshot);
+    if (port_.snapshot.read(snapshot) && snapshot.stamp_ns > 0) {
+      if (wants_joints) publishJoints(snapshot);
+      if (++since_frame >= std::lround(rate / parameters_.frame_rate)) {
+        publish(snapshot);
+        since_frame = 0;
+      }
+    }
     port_.wants_snapshot = true;
-    std::this_thread::sleep_for(period);
+    std::this_thread::sleep_for(std::chrono::duration<double>(1 / rate));
   }
+}
+
+void WorldTopics::publishJoints(const WorldSnapshot& snapshot) {
+  const auto m = boost::make_shared<sensor_msgs::JointState>();
+  m->header.stamp = stampOf(snapshot.stamp_ns);
+  m->name = joints_;
+  for (const JointReading& joint : snapshot.joint) {
+    m->position.push_back(joint.position);
+    m->velocity.push_back(joint.velocity);
+    m->effort.push_back(joint.effort);
+  }
+  publishConst(joint_states_, m);
 }
 
 void WorldTopics::publish(const WorldSnapshot& snapshot) {

@@ -15,9 +15,9 @@
 
 namespace haptic {
 
-/// tf of all links, contacts, step_report, markers at ~frame_rate; scene_plan latched; the devices' bases and links
-/// that never move as static tf. A frame is published once: tf refuses a stamp twice, so a world that stands still
-/// is silent.
+/// tf of all links, contacts, step_report, markers at ~frame_rate; joint_states at ~joint_rate; scene_plan latched; the
+/// devices' bases and links that never move as static tf. A frame is published once: tf refuses a stamp twice, so a world
+/// that stands still is silent.
 class WorldTopics {
  public:
   WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parameters, const SceneDef& scene, WorldPort& port);
@@ -26,16 +26,17 @@ class WorldTopics {
  private:
   void run();
   void publish(const WorldSnapshot& snapshot);
+  void publishJoints(const WorldSnapshot& snapshot);
   void publishFrames(const WorldSnapshot& snapshot, const ros::Time& stamp);
   void publishStatic(const SceneDef& scene);
   void publishPlan(const SceneDef& scene);
 
   SimulationParameters parameters_;
   WorldPort& port_;
-  std::vector<std::string> links_;
+  std::vector<std::string> links_, joints_;
   std::vector<bool> fixed_;  ///< per link: its frame is static
   double step_;
-  ros::Publisher contacts_, step_report_, plan_;
+  ros::Publisher contacts_, step_report_, joint_states_, plan_;
   SceneMarkers markers_;
   tf2_ros::TransformBroadcaster broadcaster_;
   tf2_ros::StaticTransformBroadcaster static_broadcaster_;

@@ -13,7 +13,7 @@ namespace {
 /// A limit that robot_check wrote where the file has none.
 constexpr double kNoLimit = 1e9;
 
-constexpr double kHoldFrequency = 5;  ///< [Hz]; see holdJoints
+constexpr double kHoldFrequency = 5;  ///< [Hz]; see giveGains
 
 JointType typeOf(const RobotFile& robot, const JointXml& xml) {
   if (isSpherical(xml)) return JointType::kSpherical;
@@ -77,35 +77,43 @@ void readExtension(const RobotFile& robot, const JointXml& xml, JointDef& joint,
   }
 }
 
-/// What hangs on a joint at the initial pose: inertia about its axis (mass for a sliding joint) and what its weight does
-/// along the joint [N·m] or [N].
-struct HangingLoad {
-  double inertia = 0, weight = 0;
+/// What hangs on joint `first`, at the initial pose: its load on the joint per unit of acceleration, and under gravity.
+struct Load {
+  double inertia = 0;  ///< about the axis; mass for a sliding joint [kg·m²] or [kg]
+  double weight = 0;   ///< force of gravity along the joint [N·m] or [N]
 };
 
-HangingLoad loadBeyond(const ArticulationDef& articulation, const std::vector<Pose>& X_WL, const Vector3& gravity,
-                       std::size_t first) {
+Load loadBeyond(const ArticulationDef& articulation, const std::vector<Pose>& X_WL, std::size_t first,
+                const Vector3& gravity) {
   std::vector<bool> beyond(articulation.links.size(), false);
   beyond[first] = true;
-  HangingLoad load;
+  Load load;
   const JointDef& joint = articulation.links[first].joint;
   const Vector3 axis_W = X_WL[first].R * joint.axis;  // the axis is the same in J and in the child's frame
   for (std::size_t i = first; i < articulation.links.size(); ++i) {
     const LinkDef& link = articulation.links[i];
     if (i != first) beyond[i] = link.parent >= 0 && beyond[link.parent];
     if (!beyond[i]) continue;
+    const Vector3 weight = link.inertia.mass * gravity;
     if (joint.type == JointType::kPrismatic) {
       load.inertia += link.inertia.mass;
-      load.weight += link.inertia.mass * gravity.dot(axis_W);
+      load.weight += axis_W.dot(weight);
     } else {
-      // A point at r moves by axis × r per radian.
-      const Vector3 arm = axis_W.cross(X_WL[i] * link.inertia.p_LC - X_WL[first].p);
-      load.weight += link.inertia.mass * gravity.dot(arm);
+      const Vector3 r = X_WL[i] * link.inertia.p_LC - X_WL[first].p;
       load.inertia += axis_W.dot(X_WL[i].R * link.inertia.I_C * X_WL[i].R.transpose() * axis_W) +
-                      link.inertia.mass * arm.squaredNorm();
+                      link.inertia.mass * r.cross(axis_W).squaredNorm();
+      load.weight += axis_W.dot(r.cross(weight));
     }
   }
   return load;
+}
+
+bool isScalar(const JointDef& joint) {
+  return joint.type == JointType::kRevolute || joint.type == JointType::kPrismatic;
+}
+
+bool hasMotor(const JointDef& joint) {
+  return isScalar(joint) && std::isfinite(joint.max_effort) && joint.max_effort > 0 && joint.mimic_joint < 0;
 }
 
 }  // namespace
@@ -153,29 +161,42 @@ Twist readInitialTwist(const RobotFile& robot, const JointXml& xml) {
   return V;
 }
 
+void giveGains(ArticulationDef& articulation) {
+  const std::vector<Pose> X_WL = initialPoses(articulation);
+  for (std::size_t i = 0; i < articulation.links.size(); ++i) {
+    JointDef& joint = articulation.links[i].joint;
+    if (!hasMotor(joint) || joint.drive_stiffness > 0 || joint.drive_damping > 0) continue;
+    const double inertia = loadBeyond(articulation, X_WL, i, Vector3::Zero()).inertia;
+    const double omega = 2 * M_PI * kHoldFrequency;
+    joint.drive_stiffness = inertia * omega * omega;
+    joint.drive_damping = 2 * inertia * omega;
+  }
+}
+
 void holdJoints(ArticulationDef& articulation, const Vector3& gravity, std::vector<std::string>& notes) {
   const std::vector<Pose> X_WL = initialPoses(articulation);
   int held = 0, joints = 0;
   for (std::size_t i = 0; i < articulation.links.size(); ++i) {
     JointDef& joint = articulation.links[i].joint;
-    const bool scalar = joint.type == JointType::kRevolute || joint.type == JointType::kPrismatic;
-    if (!scalar) continue;
+    if (!isScalar(joint)) continue;
     ++joints;
-    const bool driven = std::isfinite(joint.max_effort) && joint.max_effort > 0;
-    if (!driven || joint.mimic_joint >= 0 || joint.drive != JointDef::Drive::kNone) continue;
-    const HangingLoad load = loadBeyond(articulation, X_WL, gravity, i);
-    const double omega = 2 * M_PI * kHoldFrequency;
+    if (!hasMotor(joint) || joint.drive != JointDef::Drive::kNone) continue;
     joint.drive = JointDef::Drive::kPosition;
-    joint.drive_stiffness = load.inertia * omega * omega;
-    joint.drive_damping = 2 * load.inertia * omega;
-    joint.drive_effort = std::clamp(-load.weight, -joint.max_effort, joint.max_effort);
+    double weight = loadBeyond(articulation, X_WL, i, gravity).weight;
+    for (std::size_t f = 0; f < articulation.links.size(); ++f) {  // its followers' weight comes back through it
+      const JointDef& follower = articulation.links[f].joint;
+      if (follower.mimic_joint != static_cast<int>(i)) continue;
+      weight += follower.mimic_multiplier * loadBeyond(articulation, X_WL, f, gravity).weight;
+    }
+    joint.drive_effort = std::clamp(-weight, -joint.max_effort, joint.max_effort);
     ++held;
   }
   if (joints == 0) return;
   std::ostringstream text;
   text << "'" << articulation.name << "': " << held << " of " << joints
-       << " joints have a drive and hold their initial position against gravity (PD of " << kHoldFrequency
-       << " Hz, critically damped, within the effort limits); drive: free in a scene list lets them go";
+       << " joints have a drive and hold their initial position (PD of " << kHoldFrequency
+       << " Hz, critically damped, gravity compensated there, within the effort limits); drive: free in a scene list lets "
+          "them go";
   notes.push_back(text.str());
 }
 

@@ -18,9 +18,12 @@ JointDef readJoint(const RobotFile& robot, const JointXml& xml, const ModelSetti
 /// <haptic:joint angular= linear=> of a floating joint: initial twist in W.
 Twist readInitialTwist(const RobotFile& robot, const JointXml& xml);
 
-/// Joints with an effort limit > 0 hold their initial position: the weight that hangs on them at the start as a
-/// feed-forward, and a PD of 5 Hz, critically damped for the inertia that hangs on them: soft enough to give way to a
-/// hand.
+/// Joints with an effort limit > 0 and no gains of their own get those of a PD of 5 Hz, critically damped for the inertia
+/// that hangs on them at the start: commands can move them.
+void giveGains(ArticulationDef& articulation);
+
+/// Joints with an effort limit > 0 hold their initial position with these gains and the force that carries their load
+/// there: they stand up to gravity and give way to a hand.
 void holdJoints(ArticulationDef& articulation, const Vector3& gravity, std::vector<std::string>& notes);
 
 }  // namespace haptic

@@ -255,7 +255,8 @@ void TreeBuilder::finish(int index) {
   }
   const bool hold = settings_.drive == ModelSettings::Drive::kHold ||
                     (settings_.drive == ModelSettings::Drive::kAsFile && isPublishedRobot());
-  if (hold) holdJoints(articulation, context_.scene.world.settings.gravity, context_.scene.notes);
+  giveGains(articulation);
+  if (hold) context_.held.push_back(index);
 }
 
 void TreeBuilder::resolveMimics(ArticulationDef& articulation) {

@@ -35,6 +35,7 @@ struct LoadContext {
   CollisionShapes shapes;
   std::map<std::string, FramePlace> frames;      ///< by name with prefix
   std::vector<std::vector<std::string>> places;  ///< per articulation and link: "file:line: link 'x'"
+  std::vector<int> held;  ///< articulations whose joints hold their initial position
 };
 
 /// Appends the robot's articulations, visuals and adjacent-link filters. Throws SetupError.

@@ -6,6 +6,8 @@
 #include <sstream>
 
 #include "scene/initial_overlap.h"
+#include "scene/joint_motion.h"
+#include "scene/joint_reading.h"
 #include "scene/pointer_reading.h"
 #include "scene/resource_path.h"
 #include "scene/scene_extension.h"
@@ -31,7 +33,12 @@ void readModels(SceneList& list, const SceneOptions& options, LoadContext& conte
     RobotFile& robot = *robots.back();
     checkExtensions(robot);
     readSceneTag(robot, world.settings);
+    const std::size_t first = context.scene.world.articulations.size();
     addRobot(robot, model.settings, options, context);
+    if (!model.motion.empty()) {
+      context.scene.world.joint_paths.push_back(
+          readJointMotion(model.motion, model.settings.prefix, context.scene.world, first));
+    }
     if (list.name.empty()) list.name = robot.name;
   }
   for (std::size_t i = 0; i < robots.size(); ++i) readRelations(*robots[i], list.models[i].settings, context);
@@ -121,9 +128,12 @@ SceneDef loadScene(const std::string& file_or_name, const SceneOptions& options)
   if (isList(context.scene.file))
     list = readSceneList(context.scene.file);
   else
-    list.models.push_back({context.scene.file, context.scene.file, ModelSettings()});
+    list.models.push_back({context.scene.file, context.scene.file, "", ModelSettings()});
   readModels(list, options, context);
   applyList(list, context);
+  for (int held : context.held) {  // once the scene's gravity is known
+    holdJoints(context.scene.world.articulations[held], context.scene.world.settings.gravity, context.scene.notes);
+  }
   for (const std::string& srdf : {list.srdf, options.srdf}) {
     if (!srdf.empty()) readSrdf(srdf, context);
   }

@@ -98,7 +98,7 @@ int readRepeat(const Keys& keys) {
 }
 
 ListedModel readModel(const std::string& path, const YAML::Node& node) {
-  const Keys keys(path, node, "model", {"file", "prefix", "pose", "base", "joints", "drive"});
+  const Keys keys(path, node, "model", {"file", "prefix", "pose", "base", "joints", "drive", "motion"});
   ListedModel model;
   model.where = keys.where();
   const std::string file = keys.text("file");
@@ -119,6 +119,11 @@ ListedModel readModel(const std::string& path, const YAML::Node& node) {
     model.settings.drive = ModelSettings::Drive::kFree;
   else if (drive != "as_file")
     throw SetupError(keys.where(), "drive '" + drive + "' is unknown", "known: hold, free");
+  if (keys["motion"]) {
+    model.motion = resolveResource(keys.text("motion"), path);
+    if (model.motion.empty())
+      throw SetupError(keys.where(keys["motion"]), "motion file is not found", "mend the path");
+  }
   if (const YAML::Node joints = keys["joints"]) {
     if (!joints.IsMap())
       throw SetupError(keys.where(joints), "joints is not a mapping", "write joint: position lines");

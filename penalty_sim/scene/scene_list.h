@@ -15,6 +15,7 @@ namespace haptic {
 struct ListedModel {
   std::string file;   ///< absolute path of a URDF
   std::string where;  ///< line in the list, for errors
+  std::string motion; ///< file of positions over time (joint_motion.h); empty: none
   ModelSettings settings;
 };
 
