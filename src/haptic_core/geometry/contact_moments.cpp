@@ -101,6 +101,15 @@ class ContactIntegrator {
     return 0.5 * Vector3(total[0], total[1], total[2]);
   }
 
+  /// True when a hidden face bounds V.
+  bool isOnJoint(const HiddenFaces& hidden) const {
+    for (const ContactFace& face : w_.faces_) {
+      const std::uint64_t* bits = face.owner == Owner::kA ? hidden.a : hidden.b;
+      if (bits && HiddenFaces::has(bits, face.index)) return true;
+    }
+    return false;
+  }
+
   /// Vertices and the planes' foot points (nearest to o), about o in the axes R = R_AP.
   void project(const Matrix3& R) {
     const Lanes axes[3] = {
@@ -181,11 +190,13 @@ class ContactIntegrator {
 };
 
 bool integrateContact(ContactWorkspace& w, const ConvexPolyhedron& A, const ConvexPolyhedron& B,
-                      const Pose& X_AB, PairCache& cache, NormalRule rule, ContactVolume& out) noexcept {
+                      const Pose& X_AB, PairCache& cache, NormalRule rule, const HiddenFaces& hidden,
+                      ContactVolume& out) noexcept {
   if (w.edges().empty()) return false;
   ContactIntegrator integrator(w);
   double scale = 0;
   out.area_vector_A = integrator.seamAreaVector(scale);
+  if ((hidden.a || hidden.b) && integrator.isOnJoint(hidden)) out.flags |= ContactVolume::kOnJoint;
   const double size = out.area_vector_A.norm();
   Vector3 n;
   const bool remembered = cache.normal.squaredNorm() > 0;

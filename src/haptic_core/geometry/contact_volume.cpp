@@ -14,6 +14,11 @@ namespace {
 
 using Status = ContactVolume::Status;
 
+struct Choice {
+  NormalRule rule;
+  const HiddenFaces& hidden;
+};
+
 Vector3 firstDirection(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB) {
   const Vector3 between = X_AB * B.centre() - A.centre();
   const double distance = between.norm();
@@ -94,21 +99,17 @@ void decideWithoutVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, c
 
 /// True when it overlaps; `out` is then filled.
 bool cutAndIntegrate(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB, PairCache& cache,
-                     ContactWorkspace& workspace, NormalRule rule, ContactVolume& out) {
+                     ContactWorkspace& workspace, const Choice& choice, ContactVolume& out) {
   bool complete = true;
   const bool left = cutVolume(A, B, X_AB, workspace, complete);
   if (!complete) out.flags |= ContactVolume::kCapacityExceeded;
-  if (!left || !integrateContact(workspace, A, B, X_AB, cache, rule, out)) return false;
+  if (!left || !integrateContact(workspace, A, B, X_AB, cache, choice.rule, choice.hidden, out)) return false;
   out.status = Status::kOverlap;
   return true;
 }
 
-}  // namespace
-
-namespace {
-
 void findContact(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB, PairCache& cache,
-                 ContactWorkspace& workspace, NormalRule rule, ContactVolume& out) {
+                 ContactWorkspace& workspace, const Choice& choice, ContactVolume& out) {
   out.status = Status::kSeparated;
   out.flags = 0;
   if (!(cache.direction.squaredNorm() > 0)) cache.direction = firstDirection(A, B, X_AB);
@@ -123,7 +124,7 @@ void findContact(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pos
   }
   EdgeClipper clipper(A, B, X_AB, workspace);
   const auto result = A.isBox() && B.isBox() ? clipper.clipBoxes() : clipper.clip(overlap);
-  if (result == EdgeClipper::Result::kClosed && integrateContact(workspace, A, B, X_AB, cache, rule, out)) {
+  if (result == EdgeClipper::Result::kClosed && integrateContact(workspace, A, B, X_AB, cache, choice.rule, choice.hidden, out)) {
     out.status = Status::kOverlap;
     return;
   }
@@ -138,16 +139,16 @@ void findContact(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pos
       return;
     }
   }
-  if (!cutAndIntegrate(A, B, X_AB, cache, workspace, rule, out)) decideWithoutVolume(A, B, X_AB, cache, out);
+  if (!cutAndIntegrate(A, B, X_AB, cache, workspace, choice, out)) decideWithoutVolume(A, B, X_AB, cache, out);
 }
 
 void findContactByCutting(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
-                          PairCache& cache, ContactWorkspace& workspace, NormalRule rule,
+                          PairCache& cache, ContactWorkspace& workspace, const Choice& choice,
                           ContactVolume& out) {
   out = ContactVolume{};
   if (!(cache.direction.squaredNorm() > 0)) cache.direction = firstDirection(A, B, X_AB);
   if (gapAlong(A, B, X_AB, cache.direction, cache.vertex_a, cache.vertex_b) > 0) return;
-  if (!cutAndIntegrate(A, B, X_AB, cache, workspace, rule, out)) decideWithoutVolume(A, B, X_AB, cache, out);
+  if (!cutAndIntegrate(A, B, X_AB, cache, workspace, choice, out)) decideWithoutVolume(A, B, X_AB, cache, out);
 }
 
 /// The normal that kHistory starts from: the direction that last separated the pair.
@@ -158,15 +159,16 @@ void rememberSeparation(const ContactVolume& out, NormalRule rule, PairCache& ca
 }  // namespace
 
 void contactVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB, PairCache& cache,
-                   ContactWorkspace& workspace, ContactVolume& out, NormalRule rule) noexcept {
-  findContact(A, B, X_AB, cache, workspace, rule, out);
+                   ContactWorkspace& workspace, ContactVolume& out, NormalRule rule,
+                   const HiddenFaces& hidden) noexcept {
+  findContact(A, B, X_AB, cache, workspace, {rule, hidden}, out);
   rememberSeparation(out, rule, cache);
 }
 
 void contactVolumeByCutting(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
                             PairCache& cache, ContactWorkspace& workspace, ContactVolume& out,
-                            NormalRule rule) noexcept {
-  findContactByCutting(A, B, X_AB, cache, workspace, rule, out);
+                            NormalRule rule, const HiddenFaces& hidden) noexcept {
+  findContactByCutting(A, B, X_AB, cache, workspace, {rule, hidden}, out);
   rememberSeparation(out, rule, cache);
 }
 

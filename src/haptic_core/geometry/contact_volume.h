@@ -13,6 +13,8 @@
 /// the exact derivatives of the volume; for every ordinary contact they are the plain moments of the
 /// projection.
 #pragma once
+#include <cstdint>
+
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
 
@@ -38,6 +40,7 @@ struct ContactVolume {
         << 0,  ///< faces or vertices dropped: raise the capacity named in the plan; the contact still pushes
     kNormalFromHistory =
         1u << 1,  ///< the area vector (nearly) vanishes; n is the last normal, or the shortest way out
+    kOnJoint = 1u << 2,  ///< V ends at a face where pieces of one body touch
   };
 
   Status status = Status::kSeparated;
@@ -64,18 +67,26 @@ struct PairCache {
   int vertex_a = 0, vertex_b = 0;    ///< where supports along `direction` were found
 };
 
+/// Faces of A and B that lie on a neighbour of the same body (internal_faces.h): bit f of word f/64 for face f; null:
+/// none. A contact that one of them bounds is flagged kOnJoint: it is a part of the contact of the whole bodies.
+struct HiddenFaces {
+  const std::uint64_t* a = nullptr;
+  const std::uint64_t* b = nullptr;
+  static bool has(const std::uint64_t* bits, int face) { return bits[face >> 6] >> (face & 63) & 1; }
+};
+
 /// Computes the contact volume. (in realtime) No heap, no locks; re-entrant with one workspace per thread.
 /// The workspace must have been made for these shapes (`ContactWorkspace::reserve`); else faces are dropped,
 /// flagged. Cost grows with the faces in contact. Error of the volume: a few roundings of the shapes'
 /// coordinates times the area, i.e. relative c/depth with c ≤ 2e-15 m for 0.1 m bodies.
 void contactVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB, PairCache& cache,
                    ContactWorkspace& workspace, ContactVolume& out,
-                   NormalRule rule = NormalRule::kAreaVector) noexcept;
+                   NormalRule rule = NormalRule::kAreaVector, const HiddenFaces& hidden = {}) noexcept;
 
 /// The same by the readable algorithm alone: cut A by one plane of B after the other. Cannot fail; the oracle
 /// of the fast paths and what they fall back on.
 void contactVolumeByCutting(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
                             PairCache& cache, ContactWorkspace& workspace, ContactVolume& out,
-                            NormalRule rule = NormalRule::kAreaVector) noexcept;
+                            NormalRule rule = NormalRule::kAreaVector, const HiddenFaces& hidden = {}) noexcept;
 
 }  // namespace haptic

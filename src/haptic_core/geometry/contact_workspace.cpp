@@ -45,6 +45,15 @@ int* PairTable::find(int a, int b) noexcept {
   return nullptr;
 }
 
+void ContactWorkspace::clear() noexcept {
+  vertices_.clear();
+  faces_.clear();
+  edges_.clear();
+  loops_.clear();
+  loop_vertices_.clear();
+  seam_begin_ = 0;
+}
+
 void ContactWorkspace::reserve(const ConvexPolyhedron& A, const ConvexPolyhedron& B) {
   // Either shape may come as A or as B.
   reserveSides(std::max(A.vertexCount(), B.vertexCount()), std::max(A.faceCount(), B.faceCount()));

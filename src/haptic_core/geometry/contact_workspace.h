@@ -65,6 +65,9 @@ class ContactWorkspace {
   /// True when any contact between A and B fits.
   bool fits(const ConvexPolyhedron& A, const ConvexPolyhedron& B) const;
 
+  /// (in realtime) Forgets the last V: no vertices, faces and edges.
+  void clear() noexcept;
+
   const LoadedVector<Vector3>& vertices() const { return vertices_; }  ///< in A's frame [m]
   const LoadedVector<ContactFace>& faces() const { return faces_; }
   /// Those from seamBegin() on lie where the surfaces of A and B cross: `left` is A's face, `right` is B's.

@@ -10,6 +10,7 @@
 
 #include "haptic_core/contact/located_force.h"
 #include "haptic_core/dynamics/joint_space_inertia.h"
+#include "haptic_core/world/damper_limit.h"
 #include "haptic_core/world/pipeline.h"
 
 namespace haptic {
@@ -48,9 +49,10 @@ class Linearisation {
     PairLaw law;
     Matrix J;  ///< twist of B against A at P, P's axes: 6 × dof
     Matrix6 stiffness, damping;  ///< of the patch, P's axes
+    Matrix6 mobility;            ///< of both bodies, their masses shared among their contacts
   };
 
-  Matrix M, K, D;
+  Matrix M, K;
   std::vector<Contact> contacts;
 
  private:
@@ -102,7 +104,7 @@ class Linearisation {
 
   void linearise() {
     M = Matrix::Zero(plan_.nv, plan_.nv);
-    K = D = M;
+    K = M;
     double least_depth = 1e300;
     for (int i = 0; i < state_.pair_count; ++i) addContact(state_.pairs[i], least_depth);
     for (std::size_t t = 0; t < plan_.trees.size(); ++t) {
@@ -118,10 +120,28 @@ class Linearisation {
       Matrix6 springs = Matrix6::Zero();  // friction: the normal part comes from the differences
       springs.block<3, 3>(2, 2) = c.stiffness.block<3, 3>(2, 2);
       K += c.J.transpose() * springs * c.J;
-      D += c.J.transpose() * c.damping * c.J;
     }
+    shareMobility();
     addDifferences(kDifference * least_depth);
     K = (0.5 * (K + K.transpose())).eval();
+  }
+
+  void shareMobility() {
+    std::vector<int> count(plan_.trees.size(), 0);
+    for (const Contact& c : contacts) {
+      ++count[c.tree_a];
+      ++count[c.tree_b];
+    }
+    for (Contact& c : contacts) {
+      c.mobility.setZero();
+      for (int t : {c.tree_a, c.tree_b}) {
+        const PlanTree& tree = plan_.trees[t];
+        const int n = tree.model->nv();
+        if (!moves_[t] || n == 0) continue;
+        const auto J = c.J.middleCols(tree.v, n);
+        c.mobility += count[t] * (J * M.block(tree.v, tree.v, n, n).llt().solve(J.transpose()));
+      }
+    }
   }
 
   void addContact(const ActivePair& pair, double& least_depth) {
@@ -225,9 +245,12 @@ std::vector<int> islandsOf(const Linearisation& linear, int trees, int& count) {
   return island;
 }
 
-/// Largest h with 4M - 2hD - h²K positive definite; infinite when it is at kLongest.
-double largestStep(const Matrix& M, const Matrix& D, const Matrix& K) {
-  const auto stable = [&](double h) { return Matrix(4 * M - 2 * h * D - h * h * K).llt().info() == Eigen::Success; };
+/// Largest h with 4M - 2hD(h) - h²K positive definite; infinite when it is at kLongest.
+template <class Damping>
+double largestStep(const Matrix& M, const Damping& D, const Matrix& K) {
+  const auto stable = [&](double h) {
+    return Matrix(4 * M - 2 * h * D(h) - h * h * K).llt().info() == Eigen::Success;
+  };
   if (stable(kLongest)) return std::numeric_limits<double>::infinity();
   double low = 1e-12, high = kLongest;
   for (int i = 0; i < 60; ++i) {
@@ -236,6 +259,29 @@ double largestStep(const Matrix& M, const Matrix& D, const Matrix& K) {
   }
   return low;
 }
+
+/// Dampers of an island as an explicit step h takes them (damper_limit.h).
+class IslandDamping {
+ public:
+  IslandDamping(const Linearisation& linear, const std::vector<int>& trees, const std::vector<int>& rows)
+      : degrees_(rows.size()) {
+    const auto inside = [&](int tree) { return std::find(trees.begin(), trees.end(), tree) != trees.end(); };
+    for (const auto& c : linear.contacts) {
+      if (inside(c.tree_a) || inside(c.tree_b)) parts_.push_back({&c, c.J(Eigen::all, rows)});
+    }
+  }
+  Matrix operator()(double h) const {
+    Matrix D = Matrix::Zero(degrees_, degrees_);
+    for (const auto& [c, J] : parts_) {
+      D += J.transpose() * (damperShare(c->mobility, c->damping, h) * c->damping) * J;
+    }
+    return D;
+  }
+
+ private:
+  Eigen::Index degrees_;
+  std::vector<std::pair<const Linearisation::Contact*, Matrix>> parts_;
+};
 
 IslandCertificate judgeIsland(const Linearisation& linear, const Plan& plan, const std::vector<int>& trees,
                               const WorldSettings& settings, double step) {
@@ -253,7 +299,8 @@ IslandCertificate judgeIsland(const Linearisation& linear, const Plan& plan, con
       size = std::max(size, link.size);
     }
   }
-  const Matrix M = linear.M(rows, rows), D = linear.D(rows, rows), K = linear.K(rows, rows);
+  const Matrix M = linear.M(rows, rows), K = linear.K(rows, rows);
+  const IslandDamping D(linear, trees, rows);
   island.degrees = static_cast<int>(rows.size());
   island.mass_ratio = heaviest / lightest;
   island.limit = kSafe * largestStep(M, D, K);
@@ -264,13 +311,14 @@ IslandCertificate judgeIsland(const Linearisation& linear, const Plan& plan, con
   island.growth = least < -noise * noise ? std::sqrt(-least) : 0;
   // The contact that holds most of the limiting mode's energy.
   const double h = std::isfinite(island.limit) ? island.limit : kLongest;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> limiting(Matrix(h * h * K + 2 * h * D), M);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> limiting(Matrix(h * h * K + 2 * h * D(h)), M);
   const Vector mode = limiting.eigenvectors().col(island.degrees - 1);
   double most = -1;
   for (std::size_t c = 0; c < linear.contacts.size(); ++c) {
     const Vector u = linear.contacts[c].J(Eigen::all, rows) * mode;
     const auto& contact = linear.contacts[c];
-    const double energy = u.dot((h * h * contact.stiffness + 2 * h * contact.damping) * u);
+    const double share = damperShare(contact.mobility, contact.damping, h);
+    const double energy = u.dot((h * h * contact.stiffness + 2 * h * share * contact.damping) * u);
     if (energy > most) {
       most = energy;
       island.worst_pair = static_cast<int>(c);

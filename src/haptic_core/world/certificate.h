@@ -9,7 +9,8 @@
 /// K is no matter of the step: the scene buckles or topples under its own weight.
 ///
 /// K is the derivative of the contact and gravity forces by central differences (so it has the turn of the normals and
-/// the weight's share), plus the friction springs; D is that of located_force.h.
+/// the weight's share), plus the friction springs; D is that of located_force.h, as far as a step h takes it
+/// (damper_limit.h).
 #pragma once
 #include <string>
 #include <vector>

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "haptic_core/world/damper_limit.h"
 #include "haptic_core/world/pipeline.h"
 
 namespace haptic {
@@ -13,7 +14,10 @@ constexpr double kStrongDamper = 0.3;
 
 }  // namespace
 
-/// Mobility of a link at P in P's axes, as if it were free: adds ∂V/∂F [angular first].
+/// Mobility of a link at P in P's axes, as if it were free and its mass shared evenly among its contacts: adds ∂V/∂F
+/// [angular first]. With the mass whole, dampers that settle without regard to one another would correct a body between
+/// hand and floor twice; shared out, their sum is stable however many there are (mass splitting: Tonge, Benevolenski,
+/// Voroshilov, Mass splitting for jitter-free parallel rigid body simulation, 2012).
 void Pipeline::addMobility(int link, const Pose& X_WP, Matrix6& W) const noexcept {
   if (!plan_.links[link].moves || heldBy(link) >= 0) return;
   const PlanLink& l = plan_.links[link];
@@ -21,39 +25,57 @@ void Pipeline::addMobility(int link, const Pose& X_WP, Matrix6& W) const noexcep
   const Matrix3 R_PL = X_WP.R.transpose() * work_[link].X_WL.R;
   const Matrix3 inverse = R_PL * model.I_C.inverse() * R_PL.transpose();
   const Matrix3 arm = crossMatrix(X_WP.R.transpose() * (X_WP.p - work_[link].p_WC()));
-  W.topLeftCorner<3, 3>() += inverse;
-  W.topRightCorner<3, 3>() -= inverse * -arm;  // torque of a force at P about C: arm × f
-  W.bottomLeftCorner<3, 3>() += -arm * inverse;
-  W.bottomRightCorner<3, 3>() += -arm * inverse * arm;
-  W.bottomRightCorner<3, 3>().diagonal().array() += 1 / model.mass;
+  const double parts = std::max(1, contacts_on_[link]);
+  W.topLeftCorner<3, 3>() += parts * inverse;
+  W.topRightCorner<3, 3>() += parts * inverse * arm;  // torque of a force at P about C: arm × f
+  W.bottomLeftCorner<3, 3>() -= parts * arm * inverse;
+  W.bottomRightCorner<3, 3>() -= parts * arm * inverse * arm;
+  W.bottomRightCorner<3, 3>().diagonal().array() += parts / model.mass;
 }
 
 /// The contact's force, with strong dampers settled. At a predicted velocity alone Velocity Verlet would be stable only
 /// up to h λ(W D) < 1, W the mobility of the bodies at P. Beyond kStrongDamper the end velocity is solved for, as far as
 /// this contact moves it: δ = h/2 W (F - F_before - D δ). That makes the damper's part of the step the trapezoidal rule,
 /// stable for any D, and changes the force by O(h²) only. Whether the patch yields is decided at the settled velocity.
+///
+/// Symplectic Euler instead takes as much of the damper as its step can (damper_limit.h).
 LocatedForce Pipeline::settledForce(const ActivePair& pair, const ContactVolume& volume, const PairLaw& law,
                                     const Pose& X_WP, const Twist& V_AB_P, const Advance& advance) noexcept {
   LocatedForce first = locatedForce(volume, workspace_, V_AB_P, pair.friction, law, advance);
-  if (!(advance.old_share > 0) || pair.friction.touching == 0) return first;
-  const auto damping = [&advance](const LocatedForce& force) {
+  const bool second_order = advance.old_share > 0;
+  if (advance.time == 0 || (second_order && pair.friction.touching == 0)) return first;
+  const auto damping = [&](const LocatedForce& force) {
     PatchTangent tangent = force.tangent;
     // What the friction springs take up within the step.
-    tangent.tangential_damping += advance.time * (1 - advance.old_share) * tangent.tangential_stiffness;
+    if (second_order) {
+      tangent.tangential_damping += advance.time * (1 - advance.old_share) * tangent.tangential_stiffness;
+    }
     return tangent.combined(0, 1);
   };
   Matrix6 D = damping(first);
+  const int link_a = plan_.shapes[pair.shapeA()].link, link_b = plan_.shapes[pair.shapeB()].link;
+  const int parts = std::max({1, contacts_on_[link_a], contacts_on_[link_b]});
   const double stiffest = std::max({D(5, 5), D(3, 3), D(4, 4), D(0, 0) / volume.A0, D(1, 1) / volume.A0});
-  if (advance.time * stiffest < kStrongDamper * law.reduced_mass) return first;
+  if (parts * advance.time * stiffest < kStrongDamper * law.reduced_mass) return first;
+  Matrix6 W = Matrix6::Zero();
+  addMobility(link_a, X_WP, W);
+  addMobility(link_b, X_WP, W);
+  if (!second_order) {
+    const double share = damperShare(W, D, advance.time);
+    if (share == 1) return first;
+    report_.flags |= kDamperLimited;
+    PairLaw weaker = law;
+    weaker.material.damping *= share;
+    weaker.material.dissipation *= share;
+    weaker.material.tangential_damping = share * tangentialDamping(law, volume.A0);
+    return locatedForce(volume, workspace_, V_AB_P, pair.friction, weaker, advance);
+  }
   if (!first.sticking && pair.friction.sliding == 0) {
     Advance elastic = advance;
     elastic.may_yield = false;
     first = locatedForce(volume, workspace_, V_AB_P, pair.friction, law, elastic);
     D = damping(first);
   }
-  Matrix6 W = Matrix6::Zero();
-  addMobility(plan_.shapes[pair.shapeA()].link, X_WP, W);
-  addMobility(plan_.shapes[pair.shapeB()].link, X_WP, W);
   const Wrench before = Wrench{pair.release.torque_W, pair.release.force_W}.rotated(X_WP.R.transpose());
   const Vector6 change = 0.5 * advance.time * (W * (first.F_BP_P - before).vector());
   const Matrix6 system = Matrix6::Identity() + 0.5 * advance.time * W * D;

@@ -87,7 +87,10 @@ struct PointerDef {
 };
 
 enum class Integrator : unsigned char { kSymplecticEuler, kVelocityVerlet, kImplicitEuler, kSdirk2, kAutomatic };
-enum class ContactModel : unsigned char { kVolume, kPoint };
+enum class ContactModel : unsigned char {
+  kVolume,  ///< pressure integrated over the contact volume
+  kPoint    ///< a spring at the most penetrating point (geometry/point_contact.h); explicit steps only
+};
 
 struct WorldSettings {
   double step = 1e-3;                       ///< h [s], fixed; 0 < h ≤ 0.1
@@ -99,6 +102,7 @@ struct WorldSettings {
   NormalRule normal_rule = NormalRule::kAreaVector;
   bool torsional_friction = true;           ///< false: patches resist sliding, not spinning (an ideal pivot)
   bool energy_ledger = true;
+  int history_steps = 1000;                 ///< last steps kept to look back on (world/step_history.h); 0…100000
   bool leave_out = true;                    ///< false: the general pipeline, for comparison; bit-identical
   ContactMaterial default_material;         ///< for pairs where neither surface gives a value; unset: `DefaultMaterial`
 };

@@ -38,7 +38,8 @@ ImplicitStep::ImplicitStep(const Plan& plan, const WorldSettings& settings)
       joints_(plan),
       matrix_(static_cast<int>(plan.trees.size()), plan.pair_capacity,
               // The dense factor, but no more than 64 MB: beyond, a step falls back to more, smaller solves.
-              std::min<std::size_t>(static_cast<std::size_t>(plan.nv) * (plan.nv + 1), std::size_t{8} << 20)) {
+              std::min<std::size_t>(static_cast<std::size_t>(plan.nv) * (plan.nv + 1), std::size_t{8} << 20)),
+      joint_normals_(plan) {
   const int trees = static_cast<int>(plan.trees.size());
   node_of_tree_.resize(trees);
   tree_of_node_.resize(trees);
@@ -308,6 +309,7 @@ void ImplicitStep::evaluate(const std::vector<double>& v, double g) noexcept {
   for (std::size_t l = 0; l < work_.size(); ++l) work_[l].addWrench((*applied_)[l], work_[l].X_WL.p);
   for (const int s : plan_.updated_shapes) X_WS_[s] = work_[plan_.shapes[s].link].X_WL * plan_.shapes[s].X_LS;
   contacts_.clear();
+  if (joint_normals_.any()) joint_normals_.find(state_->pairs.data(), state_->pair_count, X_WS_.data(), workspace_);
   for (int i = 0; i < state_->pair_count; ++i) evaluatePair(i, g);
   for (int n = 0; n < nodes_; ++n) {
     const PlanTree& tree = plan_.trees[tree_of_node_[n]];
@@ -325,8 +327,10 @@ void ImplicitStep::evaluatePair(int index, double g) noexcept {
   contact.shape_a = pair.shapeA();
   contact.shape_b = pair.shapeB();
   const PlanShape &A = plan_.shapes[contact.shape_a], &B = plan_.shapes[contact.shape_b];
-  contactVolume(*A.shape, *B.shape, relativePose(X_WS_[contact.shape_a], X_WS_[contact.shape_b]), pair.cache,
-                workspace_, contact.volume, settings_.normal_rule);
+  const Pose& X_WA = X_WS_[contact.shape_a];
+  const NormalRule rule = joint_normals_.ruleFor(index, settings_.normal_rule, X_WA, pair.cache);
+  contactVolume(*A.shape, *B.shape, relativePose(X_WA, X_WS_[contact.shape_b]), pair.cache, workspace_,
+                contact.volume, rule);
   if (contact.volume.status != ContactVolume::Status::kOverlap) return;
   LinkWork &a = work_[A.link], &b = work_[B.link];
   contact.X_WP = X_WS_[contact.shape_a] * contact.volume.X_AP;

@@ -24,6 +24,7 @@
 #include "haptic_core/geometry/broad_phase.h"
 #include "haptic_core/geometry/contact_workspace.h"
 #include "haptic_core/world/implicit_joints.h"
+#include "haptic_core/world/joint_normals.h"
 #include "haptic_core/world/plan.h"
 #include "haptic_core/world/state.h"
 
@@ -107,6 +108,7 @@ class ImplicitStep {
   LoadedVector<BlockCholesky::Edge> edges_;
   BlockCholesky matrix_;
   ContactWorkspace workspace_;
+  JointNormals joint_normals_;
   std::vector<double> mass_matrix_, jacobian_a_, jacobian_b_, weighted_, block_;
 };
 

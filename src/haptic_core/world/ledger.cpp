@@ -12,7 +12,9 @@ namespace haptic {
 /// is named `turning`, for k Vol n has no potential while n turns.
 void Pipeline::keepLedger(const ContactVolume& volume, const PairLaw& law, const FrictionMemory& before,
                           const LocatedForce& force, const Advance& advance, FrictionMemory& now) noexcept {
-  now.elastic_energy = 0.5 * law.material.stiffness * thicknessSquared(workspace_, volume);
+  const double square = settings_.contact_model == ContactModel::kPoint ? volume.volume * volume.depth
+                                                                        : thicknessSquared(workspace_, volume);
+  now.elastic_energy = 0.5 * law.material.stiffness * square;  // square: ∫d² dA
   report_.energy.elastic += now.elastic_energy;
   report_.energy.tangential += now.energy;
   if (advance.time == 0) return;

@@ -6,6 +6,7 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/dynamics/runge_kutta.h"
+#include "haptic_core/geometry/point_contact.h"
 #include "haptic_core/world/features.h"
 
 namespace haptic {
@@ -30,7 +31,8 @@ void store(const Quaternion& r, double* out) {
 
 }  // namespace
 
-Pipeline::Pipeline(const WorldDef& def) : settings_(def.settings), pointers_(def.pointers), plan_(def) {
+Pipeline::Pipeline(const WorldDef& def)
+    : settings_(def.settings), pointers_(def.pointers), plan_(def), joint_normals_(plan_) {
   state_.pull.resize(plan_.nv);
   v_dot_.resize(plan_.nv);
   half_.resize(plan_.nv);
@@ -43,6 +45,7 @@ Pipeline::Pipeline(const WorldDef& def) : settings_(def.settings), pointers_(def
   kick_.resize(plan_.links.size());
   work_.resize(plan_.links.size());
   held_by_.assign(plan_.links.size(), -1);
+  contacts_on_.resize(plan_.links.size());
   state_.q = plan_.q_start;
   state_.v = plan_.v_start;
   X_WS_.resize(plan_.shapes.size());
@@ -66,6 +69,7 @@ Pipeline::Pipeline(const WorldDef& def) : settings_(def.settings), pointers_(def
     state_.pointers[i].link = -1;
     grab(static_cast<int>(i), plan_.link(pointers_[i].articulation, pointers_[i].link));
   }
+  history_ = std::make_unique<StepHistory>(settings_.history_steps, state_);
 }
 
 int Pipeline::heldBy(int link) const noexcept {
@@ -114,6 +118,7 @@ void Pipeline::restore(const std::vector<double>& packed) {
     if (holds(i)) held_by_[static_cast<int>(state_.pointers[i].link)] = i;
   }
   contacts_.clear();
+  history_->clear();
   placeAll();
 }
 
@@ -147,6 +152,7 @@ void Pipeline::step() noexcept {
   if (kFullWorld) clock_.end(report_.stages.motion);
   report_.step = ++state_.step;
   state_.time = static_cast<double>(state_.step) * settings_.step;
+  if (report_.finite) history_->keep(state_);
 }
 
 /// Contacts, ledger and the hand's wrench belong to the end of the substep.
@@ -299,23 +305,35 @@ void Pipeline::evaluateContacts(const Advance& advance) noexcept {
   report_.energy.elastic = report_.energy.tangential = 0;
   has_kick_ = false;
   if (kFullWorld) clock_.end(report_.stages.search);
-  for (int i = 0; i < state_.pair_count; ++i) evaluatePair(state_.pairs[i], advance);
+  std::fill(contacts_on_.begin(), contacts_on_.end(), 0);
+  for (int i = 0; i < state_.pair_count; ++i) {
+    const ActivePair& pair = state_.pairs[i];
+    if (pair.friction.touching == 0) continue;
+    ++contacts_on_[plan_.shapes[pair.shapeA()].link];
+    ++contacts_on_[plan_.shapes[pair.shapeB()].link];
+  }
+  if (joint_normals_.any()) joint_normals_.find(state_.pairs.data(), state_.pair_count, X_WS_.data(), workspace_);
+  for (int i = 0; i < state_.pair_count; ++i) evaluatePair(i, advance);
   report_.pairs = state_.pair_count;
   report_.contacts = contacts_.size();
 }
 
-void Pipeline::evaluatePair(ActivePair& pair, const Advance& advance) noexcept {
+void Pipeline::evaluatePair(int index, const Advance& advance) noexcept {
+  ActivePair& pair = state_.pairs[index];
   const int a = pair.shapeA(), b = pair.shapeB();
   const PlanShape &A = plan_.shapes[a], &B = plan_.shapes[b];
   ContactVolume volume;
-  contactVolume(*A.shape, *B.shape, relativePose(X_WS_[a], X_WS_[b]), pair.cache, workspace_, volume,
-                settings_.normal_rule);
+  const NormalRule rule = joint_normals_.ruleFor(index, settings_.normal_rule, X_WS_[a], pair.cache);
+  contactVolume(*A.shape, *B.shape, relativePose(X_WS_[a], X_WS_[b]), pair.cache, workspace_, volume, rule);
   const bool overlap = volume.status == ContactVolume::Status::kOverlap;
   if (kFullWorld) clock_.end(overlap ? report_.stages.volume : report_.stages.detection);
   if (!overlap) {
     if (pair.friction.touching != 0) part(pair, advance);
     pair.friction = {};
     return;
+  }
+  if (settings_.contact_model == ContactModel::kPoint) {
+    concentrate(workspace_, std::min(A.point_area, B.point_area), volume);
   }
   LinkWork &link_a = work_[A.link], &link_b = work_[B.link];
   const Pose X_WP = X_WS_[a] * volume.X_AP;

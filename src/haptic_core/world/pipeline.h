@@ -9,8 +9,10 @@
 #include "haptic_core/geometry/broad_phase.h"
 #include "haptic_core/geometry/contact_workspace.h"
 #include "haptic_core/world/implicit_step.h"
+#include "haptic_core/world/joint_normals.h"
 #include "haptic_core/world/plan.h"
 #include "haptic_core/world/state.h"
+#include "haptic_core/world/step_history.h"
 #include "haptic_core/world/step_report.h"
 
 namespace haptic {
@@ -23,6 +25,7 @@ enum StepFlag : unsigned {
   kNotConverged = 1u << 3,     ///< the implicit solve ended at `residual`: shorten the step
   kPressureClipped = 1u << 4,  ///< somewhere a damper would have pulled; the pressure was held at 0 there
   kJointsNotConverged = 1u << 5,  ///< some joint's force is not what its law says: shorten the step
+  kDamperLimited = 1u << 6,    ///< a damper was weakened to what the explicit step can take (damper_limit.h)
 };
 
 class Pipeline {
@@ -43,6 +46,7 @@ class Pipeline {
   const Plan& plan() const { return plan_; }
   const WorldState& state() const { return state_; }
   const StepReport& report() const { return report_; }
+  const StepHistory& history() const { return *history_; }
   const LinkWork& link(int i) const { return work_[i]; }
   const LoadedVector<ContactReport>& contacts() const { return contacts_; }
 
@@ -59,7 +63,7 @@ class Pipeline {
                    const Pose& X_WP, const Wrench& F_BP_W) noexcept;
   void findPairs(double h) noexcept;
   void evaluateContacts(const Advance& advance) noexcept;
-  void evaluatePair(ActivePair& pair, const Advance& advance) noexcept;
+  void evaluatePair(int index, const Advance& advance) noexcept;
   void remember(const ContactVolume& volume, const Twist& V_AB_P, const Vector3& p_WP, const Wrench& F_BP_W,
                 ReleaseMemory& release) noexcept;
   void addMobility(int link, const Pose& X_WP, Matrix6& W) const noexcept;
@@ -107,12 +111,15 @@ class Pipeline {
   StepReport report_;
   StageClock clock_;
 
+  std::unique_ptr<StepHistory> history_;
+
   // Work of one step; nothing here outlives it.
   std::vector<LinkWork> work_;                     ///< by world link index
   std::vector<Pose> X_WS_;                         ///< by shape
   std::vector<ConvexPolyhedron::Box> boxes_;
   std::unique_ptr<BroadPhase> broad_phase_;
   ContactWorkspace workspace_;
+  JointNormals joint_normals_;
   std::unique_ptr<ImplicitStep> implicit_;         ///< null: explicit
   struct JointPath {
     std::vector<int> commands;                     ///< by column: index in the state's commands
@@ -128,6 +135,7 @@ class Pipeline {
   std::vector<Wrench> kick_;                       ///< by world link index, about O [N·m·s, N·s]
   bool has_kick_ = false;
   std::vector<int> held_by_;                       ///< by world link index
+  std::vector<int> contacts_on_;                   ///< by world link index: contacts that touched in the last step
   std::vector<Wrench> pointer_wrench_;             ///< summed over the substeps
   std::vector<Twist> pointer_moved_;               ///< displacement in this substep: [rad], [m]
   LoadedVector<ContactReport> contacts_;

@@ -7,12 +7,15 @@
 #include <sstream>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/internal_faces.h"
+#include "haptic_core/geometry/point_contact.h"
 
 namespace haptic {
 namespace {
 
-std::uint64_t linkPair(int a, int b) {
+std::uint64_t pairKey(int a, int b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
 }
 
@@ -44,6 +47,7 @@ Plan::Plan(const WorldDef& def) : settings_(def.settings), name_(def.name) {
   addFilters(def);
   checkPointers(def);
   has_pointers = !def.pointers.empty();
+  findInternalFaces();
   countPairs();
   chooseVisits();
 }
@@ -62,9 +66,15 @@ void Plan::checkSettings(const WorldSettings& s) const {
   if (!(s.step > 0 && s.step <= 0.1)) {
     throw SetupError(name_, "step is " + number(s.step) + " s", "give a step > 0 and <= 0.1 s");
   }
+  if (s.history_steps < 0 || s.history_steps > 100000) {
+    throw SetupError(name_, "history_steps is " + std::to_string(s.history_steps), "give 0 to 100000");
+  }
   if (s.substeps < 1) throw SetupError(name_, "substeps is " + std::to_string(s.substeps), "give at least 1");
-  if (s.contact_model == ContactModel::kPoint) {
-    throw SetupError(name_, "contact model point is not available", "use volume");
+  const bool explicit_step =
+      s.integrator == Integrator::kSymplecticEuler || s.integrator == Integrator::kVelocityVerlet;
+  if (s.contact_model == ContactModel::kPoint && !explicit_step) {
+    throw SetupError(name_, "contact model point goes with explicit steps only",
+                     "choose symplectic_euler or velocity_verlet, or contact model volume");
   }
   if (!s.gravity.allFinite()) throw SetupError(name_, "gravity is not finite", "give three numbers in m/s^2");
   check(s.default_material, name_ + ", default material");
@@ -95,6 +105,7 @@ void Plan::addLink(const LinkDef& link, int local, const WorldDef& world) {
     shape.shape = collision.shape.get();
     shape.link = static_cast<int>(links.size());
     shape.X_LS = collision.X_LS;
+    shape.point_area = pointArea(*collision.shape);
     shape.name = collision.name.empty() ? link.name : collision.name;
     const auto found = std::find_if(materials_.begin(), materials_.end(),
                                     [&](const ContactMaterial& m) { return sameMaterial(m, collision.material); });
@@ -121,12 +132,12 @@ void Plan::addMaterials(const WorldDef& def) {
 
 void Plan::addFilters(const WorldDef& def) {
   for (const CollisionFilter& f : def.filters) {
-    excluded_.push_back(linkPair(link(f.articulation_a, f.link_a), link(f.articulation_b, f.link_b)));
+    excluded_.push_back(pairKey(link(f.articulation_a, f.link_a), link(f.articulation_b, f.link_b)));
   }
   for (const PlanTree& tree : trees) {
     for (int i = 0; i < tree.model->linkCount(); ++i) {
       const int parent = tree.model->link(i).parent;
-      if (parent >= 0) excluded_.push_back(linkPair(tree.link + parent, tree.link + i));
+      if (parent >= 0) excluded_.push_back(pairKey(tree.link + parent, tree.link + i));
     }
   }
   std::sort(excluded_.begin(), excluded_.end());
@@ -136,7 +147,36 @@ void Plan::addFilters(const WorldDef& def) {
 bool Plan::mayCollide(int a, int b) const {
   const int la = shapes[a].link, lb = shapes[b].link;
   if (la == lb || !(links[la].moves || links[lb].moves)) return false;
-  return !std::binary_search(excluded_.begin(), excluded_.end(), linkPair(la, lb));
+  return !std::binary_search(excluded_.begin(), excluded_.end(), pairKey(la, lb));
+}
+
+/// Pieces of one link touch one another, and so do bodies that never move: a floor of several boxes is one body.
+void Plan::findInternalFaces() {
+  std::vector<std::vector<int>> groups(links.size() + 1);  // the last: all that never moves
+  std::vector<LinkWork> work(links.size());
+  for (const PlanTree& tree : trees) {
+    forwardKinematics(*tree.model, q_start.data() + tree.q, v_start.data() + tree.v, work.data() + tree.link);
+  }
+  const auto fixed = [this](const PlanShape& s) { return !links[s.link].moves; };
+  for (std::size_t s = 0; s < shapes.size(); ++s) {
+    groups[fixed(shapes[s]) ? links.size() : shapes[s].link].push_back(static_cast<int>(s));
+  }
+  for (const std::vector<int>& group : groups) {
+    if (group.size() < 2) continue;
+    std::vector<PlacedPiece> pieces;
+    for (int s : group) {
+      const PlanShape& shape = shapes[s];
+      pieces.push_back({shape.shape, fixed(shape) ? work[shape.link].X_WL * shape.X_LS : shape.X_LS});
+    }
+    InternalFaces internal = internalFaces(pieces);
+    for (std::size_t i = 0; i < group.size(); ++i) shapes[group[i]].hidden = std::move(internal.hidden[i]);
+    for (const auto& pair : internal.neighbours) neighbours_.push_back(pairKey(group[pair.first], group[pair.second]));
+  }
+  std::sort(neighbours_.begin(), neighbours_.end());
+}
+
+bool Plan::areNeighbours(int a, int b) const {
+  return std::binary_search(neighbours_.begin(), neighbours_.end(), pairKey(a, b));
 }
 
 void Plan::countPairs() {

@@ -28,6 +28,8 @@ struct PlanShape {
   int material = 0;                 ///< index into the distinct materials
   Pose X_LS;
   std::string name;
+  std::vector<std::uint64_t> hidden;  ///< bits of the faces on which pieces of the same body lie; empty: none
+  double point_area = 0;            ///< of the point model [m²]
 };
 
 /// One articulation of the definition, or several that loops hold together: one model of several roots.
@@ -56,6 +58,14 @@ class Plan {
   bool mayCollide(int a, int b) const;
   /// Law of a pair of shapes; the reduced mass is the pair's, infinite masses for fixed and hand-moved links.
   PairLaw law(int a, int b, bool a_held, bool b_held) const;
+
+  /// Faces of two shapes that are no surface of their bodies.
+  HiddenFaces hidden(int a, int b) const {
+    const auto bits = [this](int s) { return shapes[s].hidden.empty() ? nullptr : shapes[s].hidden.data(); };
+    return {bits(a), bits(b)};
+  }
+  /// Whether two shapes of one body share a face.
+  bool areNeighbours(int a, int b) const;
 
   /// Makes room for every pair of the shapes.
   void reserve(ContactWorkspace& workspace) const;
@@ -91,6 +101,7 @@ class Plan {
   void checkPointers(const WorldDef& def) const;
   void addMaterials(const WorldDef& def);
   void addFilters(const WorldDef& def);
+  void findInternalFaces();
   void countPairs();
   void chooseVisits();
   void checkSettings(const WorldSettings& settings) const;
@@ -100,6 +111,7 @@ class Plan {
   std::vector<ContactMaterial> materials_;
   std::vector<PairLaw> laws_;                 ///< by material index a·n + b
   std::vector<std::uint64_t> excluded_;       ///< link pairs, sorted
+  std::vector<std::uint64_t> neighbours_;     ///< shape pairs, sorted
   std::vector<int> first_link_;               ///< by articulation of the definition
 };
 

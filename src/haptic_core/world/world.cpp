@@ -63,6 +63,8 @@ void World::grab(int pointer, int link) { impl_->pipeline.grab(pointer, link); }
 int World::contactCount() const { return impl_->pipeline.contacts().size(); }
 const ContactReport& World::contact(int i) const { return impl_->pipeline.contacts()[i]; }
 
+const StepHistory& World::history() const { return impl_->pipeline.history(); }
+
 std::uint64_t World::hash() const { return impl_->pipeline.state().hash(); }
 std::vector<double> World::save() const { return impl_->pipeline.state().pack(); }
 void World::restore(const std::vector<double>& state) { impl_->pipeline.restore(state); }

@@ -12,6 +12,8 @@
 
 namespace haptic {
 
+class StepHistory;
+
 class World {
  public:
   explicit World(const WorldDef& def);    ///< compiles the plan; throws SetupError
@@ -56,6 +58,9 @@ class World {
 
   int contactCount() const;
   const ContactReport& contact(int i) const;
+
+  /// The last settings().history_steps steps that were finite, newest last; also after the world has stopped.
+  const StepHistory& history() const;
 
   std::uint64_t hash() const;                         ///< of the complete state
   std::vector<double> save() const;                   ///< complete state, contact memory included

@@ -1,0 +1,35 @@
+/// How much of a contact's damper an explicit step can take.
+#pragma once
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/base/spatial.h"
+
+namespace haptic {
+
+/// Symplectic Euler evaluates dampers at the old velocity: alone they are stable up to h λ(M⁻¹D) = 2, and the
+/// springs need a part of it. A Hunt–Crossley damper k c d grows with the load, so a light body pressed by a
+/// hand passes that bound however small its damping at rest. kDamperLimit is what is left to the dampers;
+/// then springs are stable up to h² λ(M⁻¹K) = 0.6. A damper that strong stops its mode within two steps: what
+/// it was asked to do beyond that the step does not resolve.
+constexpr double kDamperLimit = 1.7;
+
+/// Largest eigenvalue of W D from above, by at most 12 %: the sixteenth root of the trace of its sixteenth
+/// power.
+inline double dampingRate(const Matrix6& W, const Matrix6& D) noexcept {
+  Matrix6 P = W * D;
+  const double scale = P.diagonal().cwiseAbs().maxCoeff();  // trace ≤ 6 scale: no overflow below
+  if (!(scale > 0)) return 0;
+  P /= scale;
+  for (int i = 0; i < 3; ++i) P = (P * P).eval();
+  return scale * std::pow(std::max(0.0, P.cwiseProduct(P.transpose()).sum()), 1.0 / 16);
+}
+
+/// Factor on the damper D [N·m·s/rad … N·s/m] in a step h, with W the mobility of the contact, each body's
+/// mass shared among its contacts: then all of them together stay within the limit.
+inline double damperShare(const Matrix6& W, const Matrix6& D, double h) noexcept {
+  const double rate = h * dampingRate(W, D);
+  return rate > kDamperLimit ? kDamperLimit / rate : 1.0;
+}
+
+}  // namespace haptic

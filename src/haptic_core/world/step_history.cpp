@@ -1,0 +1,34 @@
+#include "haptic_core/world/step_history.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace haptic {
+
+StepHistory::StepHistory(int capacity, const WorldState& state)
+    : capacity_(capacity),
+      nq_(state.q.size()),
+      nv_(state.v.size()),
+      pointers_(state.pointers.size()),
+      stride_(2 + nq_ + nv_ + 6 * pointers_),
+      rows_(capacity_ * stride_) {}
+
+void StepHistory::keep(const WorldState& state) noexcept {
+  if (capacity_ == 0) return;
+  double* row = rows_.data() + count_++ % capacity_ * stride_;
+  std::memcpy(row, &state.step, sizeof(double));  // the integer's bits
+  row[1] = state.time;
+  row = std::copy(state.q.begin(), state.q.end(), row + 2);
+  row = std::copy(state.v.begin(), state.v.end(), row);
+  for (const PointerState& pointer : state.pointers) row = std::copy(pointer.F_W, pointer.F_W + 6, row);
+}
+
+StepHistory::Record StepHistory::record(int i) const {
+  const std::uint64_t first = count_ - static_cast<std::uint64_t>(size());
+  const double* row = rows_.data() + (first + i) % capacity_ * stride_;
+  Record record{0, row[1], row + 2, row + 2 + nq_, row + 2 + nq_ + nv_};
+  std::memcpy(&record.step, row, sizeof(double));
+  return record;
+}
+
+}  // namespace haptic

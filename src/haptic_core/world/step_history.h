@@ -1,0 +1,36 @@
+/// The last steps of a world, to look back on when it has stopped.
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "haptic_core/world/state.h"
+
+namespace haptic {
+
+/// A ring of fixed capacity: what moved, after each step, without contact memory. Not part of the state.
+class StepHistory {
+ public:
+  /// One step: arrays as in WorldState; `wrench` has six numbers per pointer, torque [N·m] first, then force
+  /// [N].
+  struct Record {
+    std::uint64_t step;
+    double time;  ///< [s]
+    const double *q, *v, *wrench;
+  };
+
+  /// Room for `capacity` steps. Memory: capacity × (nq + nv + 6 pointers + 2) doubles.
+  StepHistory(int capacity, const WorldState& state);
+
+  void keep(const WorldState& state) noexcept;  ///< (in realtime) drops the oldest when full
+  void clear() noexcept { count_ = 0; }
+  int size() const { return static_cast<int>(std::min<std::uint64_t>(count_, capacity_)); }
+  Record record(int i) const;  ///< 0: the oldest kept, size() - 1: the last step
+
+ private:
+  std::uint64_t capacity_, count_ = 0;
+  std::size_t nq_, nv_, pointers_, stride_;
+  std::vector<double> rows_;
+};
+
+}  // namespace haptic
