@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
     void (*run)();
   } parts[] = {{"rest", restAndBounce},     {"tilt", tiltedCube},          {"top", spinningTop},
                {"free", freeRotation},      {"stickslip", stickSlip},      {"slope", slopeAndSliding},
-               {"spin", spinFriction},      {"stacks", stacks},            {"peers", peers}};
+               {"spin", spinFriction},      {"stacks", stacks},            {"allocations", allocations}, {"peers", peers}};
   for (const auto& part : parts) {
     if (argc < 2 || std::strstr(part.name, argv[1])) part.run();
   }

@@ -11,6 +11,7 @@ void stickSlip();       ///< stickslip.*
 void slopeAndSliding(); ///< ramp.*, sliding.*, seam.*
 void spinFriction();    ///< spin.*
 void stacks();          ///< one_cube.*, stack15.*, pyramid15.*, blocks.*
+void allocations();
 void peers();           ///< peer.*: ODE, Bullet and MuJoCo on the same scenes
 
 }  // namespace haptic::bench

@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "../scenes/motions.h"
+#include "allocation_count.h"
 #include "dynamics_figures.h"
 #include "figure.h"
 #include "peer_world.h"
@@ -130,6 +131,30 @@ void stacks() {
   const double a = exponent(stacked, [&](int n) { return stack(n, c, verlet(0.25e-3)); });
   const double b = exponent(apart, [&](int n) { return spread(n, CubeParameters{}, verlet(1e-3)); });
   figure("blocks.time_exponent", std::max(a, b), "1");
+}
+
+/// Heap allocations of 2000 steps of each integrator and contact model, on a scene with touch, slip and parting.
+void allocations() {
+  long count = 0;
+  for (const Integrator integrator : {Integrator::kSymplecticEuler, Integrator::kVelocityVerlet,
+                                      Integrator::kImplicitEuler, Integrator::kSdirk2}) {
+    for (const ContactModel model : {ContactModel::kVolume, ContactModel::kPoint}) {
+      const bool is_explicit =
+          integrator == Integrator::kSymplecticEuler || integrator == Integrator::kVelocityVerlet;
+      if (model == ContactModel::kPoint && !is_explicit) continue;
+      WorldSettings settings = verlet(1e-3);
+      settings.integrator = integrator;
+      settings.contact_model = model;
+      settings.energy_ledger = true;
+      WorldDef def = stack(4, CubeParameters{}, settings, 1e-3);
+      def.articulations[4].V_WA.linear = Vector3(0.5, 0.1, 1);
+      World world(def);
+      const long before = allocationCount();
+      for (int i = 0; i < 2000; ++i) world.step();
+      count += allocationCount() - before;
+    }
+  }
+  figure("allocations.dynamics", static_cast<double>(count), "1");
 }
 
 /// What the same scenes cost the peers, and how far the stack sinks there.
