@@ -12,6 +12,12 @@ JointNormals::JointNormals(const Plan& plan) : plan_(plan) {
   normal_W_.resize(plan.pair_capacity);
 }
 
+/// Its link, or all that never moves.
+int JointNormals::bodyOf(int shape) const noexcept {
+  const int link = plan_.shapes[shape].link;
+  return plan_.links[link].moves ? link : static_cast<int>(plan_.links.size());
+}
+
 bool JointNormals::joined(const Part& x, const Part& y) const noexcept {
   const auto near = [this](int s, int t) { return s == t || plan_.areNeighbours(s, t); };
   return near(x.shape_a, y.shape_a) && near(x.shape_b, y.shape_b);
@@ -30,7 +36,10 @@ void JointNormals::find(ActivePair* pairs, int count, const Pose* X_WS,
                   pairs[i].cache, workspace, volume, NormalRule::kAreaVector, hidden);
     if (volume.status != ContactVolume::Status::kOverlap || !(volume.flags & ContactVolume::kOnJoint))
       continue;
-    parts_.push_back({i, a, b, parts_.size(), X_WS[a].R * volume.area_vector_A});
+    const bool swapped = bodyOf(a) > bodyOf(b);
+    const double sign = swapped ? -1 : 1;
+    parts_.push_back(
+        {i, swapped ? b : a, swapped ? a : b, parts_.size(), sign, sign * (X_WS[a].R * volume.area_vector_A)});
   }
   // Clusters by merging: few parts, found in the order of the pairs.
   for (int i = 0; i < parts_.size(); ++i)
@@ -52,7 +61,7 @@ void JointNormals::find(ActivePair* pairs, int count, const Pose* X_WS,
     // Parts that face one another (a bar through a plate of pieces) have no common direction.
     if (!(size > 1e-6 * scale)) continue;
     found_[part.pair] = 1;
-    normal_W_[part.pair] = sum / size;
+    normal_W_[part.pair] = part.sign / size * sum;
   }
 }
 

@@ -34,10 +34,13 @@ class JointNormals {
   }
 
  private:
+  /// From body to body in one order for all parts, whichever of a pair's shapes comes first.
   struct Part {
     int pair, shape_a, shape_b, cluster;
+    double sign;  ///< -1: the pair has them the other way round
     Vector3 S_W;
   };
+  int bodyOf(int shape) const noexcept;
   bool joined(const Part& x, const Part& y) const noexcept;
 
   const Plan& plan_;
