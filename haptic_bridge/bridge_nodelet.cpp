@@ -11,6 +11,7 @@ void BridgeNodelet::onInit() {
     const BridgeParameters parameters = readBridgeParameters(getPrivateNodeHandle());
     loop_ = std::make_unique<RealtimeThread>(parameters);
     telemetry_ = std::make_unique<Telemetry>(getNodeHandle(), getPrivateNodeHandle(), getName(), parameters, *loop_);
+    services_ = std::make_unique<LoopServices>(getPrivateNodeHandle(), getName(), parameters, *loop_);
   } catch (const SetupError& error) {
     NODELET_FATAL_STREAM(error.what());
     throw;  // the manager drops the nodelet, and who loaded it fails
@@ -18,6 +19,7 @@ void BridgeNodelet::onInit() {
 }
 
 BridgeNodelet::~BridgeNodelet() {
+  services_.reset();
   if (loop_) loop_->stop();
   telemetry_.reset();
 }

@@ -1,5 +1,6 @@
 #include "haptic_bridge/bridge_parameters.h"
 
+#include <cstdlib>
 #include <sstream>
 
 #include "haptic_core/base/error.h"
@@ -33,6 +34,13 @@ PassivityMode passivityMode(const ros::NodeHandle& nh) {
   throw SetupError(nh.resolveName("passivity"), "is '" + word + "'", "give one of: off, observe, act");
 }
 
+/// Where ROS keeps its logs: what else a fault leaves is there too.
+std::string defaultFlightFolder() {
+  const char *ros_home = std::getenv("ROS_HOME"), *home = std::getenv("HOME");
+  if (ros_home) return std::string(ros_home) + "/flight";
+  return home ? std::string(home) + "/.ros/flight" : std::string();
+}
+
 }  // namespace
 
 BridgeParameters readBridgeParameters(const ros::NodeHandle& priv) {
@@ -47,6 +55,10 @@ BridgeParameters readBridgeParameters(const ros::NodeHandle& priv) {
   p.port_timeout = number(priv, "port_timeout", p.seconds > 0 ? kTimedRunPatience : 0, 0, 3600, "s");
   p.soft_start = number(priv, "soft_start", 0.5, 0, 10, "s");
   p.passivity = passivityMode(priv);
+  p.clutch_button = static_cast<int>(number(priv, "clutch_button", -1, -1, 31, "(grip button; -1: none)"));
+  p.grab_button = static_cast<int>(number(priv, "grab_button", -1, -1, 31, "(grip button; -1: none)"));
+  p.record = priv.param("record", false);
+  p.flight_folder = priv.param<std::string>("flight_folder", defaultFlightFolder());
   p.world_frame = priv.param<std::string>("world_frame", "world");
   p.realtime.priority = static_cast<int>(number(priv, "priority", 60, 0, 98, "(SCHED_FIFO; 0: none)"));
   p.realtime.cpu = static_cast<int>(number(priv, "cpu", -1, -1, 1023, "(core; -1: any)"));

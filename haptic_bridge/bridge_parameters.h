@@ -19,6 +19,10 @@ struct BridgeParameters {
   double port_timeout = 0;            ///< ~port_timeout [s]: give up when a port does not appear; 0: wait
   double soft_start = 0.5;            ///< ~soft_start [s]: the force fades in over this time
   PassivityMode passivity = PassivityMode::kObserve;  ///< ~passivity: off, observe or act
+  int clutch_button = -1;             ///< ~clutch_button: grip button that holds the pointer while pressed; -1: none
+  int grab_button = -1;               ///< ~grab_button: grip button that grabs the body in touch and lets it go
+  bool record = false;                ///< ~record: publish recorded/*; the first tick waits for who records them
+  std::string flight_folder;          ///< ~flight_folder: where the last seconds before a fault are kept; empty: nowhere
   std::string world_frame;            ///< ~world_frame
   RealtimeSettings realtime;          ///< ~priority, ~cpu, ~lock_memory
 

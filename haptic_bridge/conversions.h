@@ -1,7 +1,7 @@
 /// From the core's types to the bridge's messages.
 #pragma once
-#include <haptic_msgs/EnergyLedger.h>
 #include <haptic_msgs/HandReport.h>
+#include <haptic_msgs/conversions.h>
 
 #include <string>
 
@@ -9,7 +9,6 @@
 
 namespace haptic {
 
-haptic_msgs::EnergyLedger ledgerMessage(const EnergyLedger& energy);
-haptic_msgs::HandReport handMessage(const HandReport& report, const std::string& device, const std::string& pointer);
+haptic_msgs::HandReport toHandReport(const HandReport& report, const std::string& device, const std::string& pointer);
 
 }  // namespace haptic

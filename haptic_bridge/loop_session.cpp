@@ -32,7 +32,8 @@ void checkPeriod(const std::string& what, double period, double rate) {
 LoopSession::LoopSession(const BridgeParameters& parameters, PortLease<WorldPort> world, std::string world_name)
     : parameters_(parameters), world_(std::move(world)), world_name_(std::move(world_name)) {}
 
-std::unique_ptr<LoopSession> LoopSession::open(const BridgeParameters& parameters, std::string& missing) {
+std::unique_ptr<LoopSession> LoopSession::open(const BridgeParameters& parameters, std::uint64_t first_tick,
+                                               std::string& missing) {
   std::string name = parameters.world;
   if (name.empty()) {
     const auto worlds = PortTable::process().names(PortKind::kWorld);
@@ -48,7 +49,7 @@ std::unique_ptr<LoopSession> LoopSession::open(const BridgeParameters& parameter
   std::unique_ptr<LoopSession> session(new LoopSession(parameters, std::move(world), name));
   checkPeriod("the world " + name, session->world_->world.settings().step, parameters.rate);
   if (!claimDevices(parameters, *session, missing)) return nullptr;
-  session->connect();
+  session->connect(first_tick);
   return session;
 }
 
@@ -77,16 +78,26 @@ bool LoopSession::claimDevices(const BridgeParameters& parameters, LoopSession& 
   return true;
 }
 
-void LoopSession::connect() {
-  loop_ = std::make_unique<HapticLoop>(world_->world);
+void LoopSession::connect(std::uint64_t first_tick) {
+  World& world = world_->world;
+  loop_ = std::make_unique<HapticLoop>(world);
+  start_ = SessionStart{first_tick, world.settings().step, world.save(), world.tuning().numbers(), {}};
   for (Hand& hand : hands_) {
     HandSettings settings = hand.placement.settings;
     settings.soft_start_s = parameters_.soft_start;
     settings.passivity.mode = parameters_.passivity;
-    loop_->attach(hand.lease->device, hand.placement.pointer, settings);
+    settings.clutch_button = parameters_.clutch_button;
+    settings.grab_button = parameters_.grab_button;
+    Spidar& device = hand.lease->device;
+    loop_->attach(device, hand.placement.pointer, settings);
+    hand.link = world.pointerLink(hand.placement.pointer);
     if (hand.twin && hand.lease->follows_script) hand.twin->setHandPath(hand.placement.path);
+    const std::vector<double> memory = device.save();
+    device.restore(memory);  // a replay starts from these numbers: what they leave out must not act here either
+    start_.hands.push_back({hand.name, device.def(), hand.placement.pointer, settings, memory});
   }
   seen_jumps_ = world_->jumps;
+  input_.tick = first_tick;
 }
 
 LoopSession::~LoopSession() {
@@ -108,77 +119,133 @@ bool LoopSession::dropsDevice() const noexcept {
   return false;
 }
 
+void LoopSession::note(LoopEvent::Kind kind, int hand, std::vector<double> numbers) {
+  if (events_) events_->push(std::make_shared<const LoopEvent>(LoopEvent{input_.tick, kind, hand, std::move(numbers)}));
+}
+
 void LoopSession::dropRecalledDevices() {
-  for (Hand& hand : hands_) {
-    if (hand.lease.recalled()) hand.lease->transport.zeroDrive();
+  for (int i = static_cast<int>(hands_.size()) - 1; i >= 0; --i) {
+    if (!hands_[i].lease.recalled()) continue;
+    hands_[i].lease->transport.zeroDrive();
+    loop_->detach(i);  // before the device that it refers to
+    hands_.erase(hands_.begin() + i);
+    note(LoopEvent::Kind::kHandGone, i, {});
   }
-  loop_.reset();  // before the devices that it refers to
-  hands_.erase(std::remove_if(hands_.begin(), hands_.end(), [](const Hand& hand) { return hand.lease.recalled(); }),
-               hands_.end());
-  connect();
+}
+
+void LoopSession::tuneWorld(const WorldTuning& tuning) {
+  world_->world.tune(tuning);
+  note(LoopEvent::Kind::kWorldTuning, 0, tuning.numbers());
+}
+
+void LoopSession::tuneDevice(int hand, const Spidar::Tuning& tuning) {
+  Spidar& device = hands_.at(hand).lease->device;
+  device.tune(tuning);
+  const std::vector<double> memory = device.save();
+  device.restore(memory);
+  note(LoopEvent::Kind::kDeviceState, hand, memory);
+}
+
+void LoopSession::setHandSettings(int hand, const HandSettings& settings) {
+  loop_->hand(hand).setSettings(settings);
+  note(LoopEvent::Kind::kHandSettings, hand, numbersOf(settings));
+}
+
+/// Work of the ports' owners, on a user's request. What it changed is recorded as a whole.
+void LoopSession::serveOwners() noexcept {
+  if (world_->between_ticks.serve()) {
+    note(LoopEvent::Kind::kWorldState, 0, world_->world.save());
+    for (std::size_t i = 0; i < hands_.size(); ++i) {
+      const int pointer = hands_[i].placement.pointer, link = world_->world.pointerLink(pointer);
+      if (link == hands_[i].link) continue;
+      hands_[i].link = link;
+      const bool home = link == world_->world.pointerHome(pointer);
+      loop_->hand(static_cast<int>(i)).requestRebase(home ? Rebase::kGlide : Rebase::kKeep);
+    }
+  }
+  for (std::size_t i = 0; i < hands_.size(); ++i) {
+    DevicePort& port = *hands_[i].lease;
+    if (!port.between_ticks.serve()) continue;
+    note(LoopEvent::Kind::kDeviceState, static_cast<int>(i), port.device.save());
+  }
+}
+
+void LoopSession::noteJumps(bool paused) noexcept {
+  const unsigned jumps = world_->jumps.load(std::memory_order_relaxed);
+  for (int i = 0; i < loop_->handCount(); ++i) {
+    if (jumps != seen_jumps_) loop_->hand(i).requestRebase(Rebase::kGlide);
+    if (was_paused_ && !paused) loop_->hand(i).requestSoftStart();
+  }
+  seen_jumps_ = jumps;
+  was_paused_ = paused;
 }
 
 void LoopSession::exchange(std::int64_t& io_ns, std::int64_t& twin_ns) noexcept {
   io_ns = twin_ns = 0;
   for (std::size_t i = 0; i < hands_.size(); ++i) {
     DevicePort& port = *hands_[i].lease;
-    port.between_ticks.serve();
     const std::int64_t before = steadyNow();
-    samples_[i] = port.transport.exchange(port.device.drive());
+    input_.hand[i].sample = port.transport.exchange(port.device.drive());
     const std::int64_t spent = steadyNow() - before;
     io_ns += spent;
     if (hands_[i].twin) twin_ns += spent;
   }
 }
 
-/// The world is paused: poses go on, strings rest at minimum tension.
-void LoopSession::rest(double h) noexcept {
-  for (std::size_t i = 0; i < hands_.size(); ++i) {
-    hands_[i].lease->device.sense(samples_[i], h);
-    hands_[i].lease->device.actuate(Wrench{}, 0, h);
-  }
+void LoopSession::keep(const PeriodicWake::Wake& wake, RecordedTick& record) noexcept {
+  record.tick = input_.tick;
+  record.start_ns = wake.start_ns;
+  record.lost_periods = input_.lost_periods;
+  record.paused = input_.paused;
+  record.hands = input_.hands;
+  for (int i = 0; i < input_.hands; ++i) record.hand[i] = {input_.hand[i].sample, input_.hand[i].hand};
+  if (parameters_.record) hashTick(*loop_, record.hash);
 }
 
-void LoopSession::tick(const PeriodicWake::Wake& wake, std::uint64_t index, double h, TickSample& sample) noexcept {
-  world_->between_ticks.serve();
+void LoopSession::tick(const PeriodicWake::Wake& wake, std::uint64_t index, double h, TickSample& sample,
+                       RecordedTick& record) noexcept {
+  input_.tick = index;
+  input_.lost_periods = wake.lost_periods;
+  input_.hands = static_cast<int>(hands_.size());
+  serveOwners();
+  input_.paused = world_->paused.load(std::memory_order_relaxed);
+  noteJumps(input_.paused);
   std::int64_t twin_ns = 0;
   exchange(sample.io_ns, twin_ns);
-  const bool paused = world_->paused.load(std::memory_order_relaxed);
-  const unsigned jumps = world_->jumps.load(std::memory_order_relaxed);
-  if (jumps != seen_jumps_ || (was_paused_ && !paused)) {
-    for (int i = 0; i < loop_->handCount(); ++i) loop_->hand(i).requestSoftStart();
+  loop_->takeRequests(input_);
+  for (int i = 0; i < input_.hands; ++i) {
+    if (input_.hand[i].device.any()) note(LoopEvent::Kind::kDeviceRequests, i, numbersOf(input_.hand[i].device));
   }
-  seen_jumps_ = jumps;
-  was_paused_ = paused;
-  if (wake.lost_periods > 0) loop_->noteOverrun(wake.lost_periods);
 
   const std::int64_t before = steadyNow();
-  if (paused) {
-    rest(h);
-  } else {
-    loop_->tick(samples_.data(), h);
-  }
+  loop_->tick(input_, h);
   sample.tick_ns = steadyNow() - before + twin_ns;
 
+  keep(wake, record);
   sample.tick = index;
   sample.start_ns = wake.start_ns;
   sample.lateness_ns = wake.lateness_ns;
   sample.lost_periods = wake.lost_periods;
-  sample.paused = paused;
+  sample.paused = input_.paused;
   sample.simulated_time = world_->world.time();
   sample.step = world_->world.report();
-  sample.hands = static_cast<int>(hands_.size());
+  sample.hands = input_.hands;
   for (int i = 0; i < sample.hands; ++i) {
     observe(hands_[i], sample.hand[i]);
-    hands_[i].lease->record(index, wake.start_ns, samples_[i]);
+    hands_[i].link = world_->world.pointerLink(hands_[i].placement.pointer);  // a grab button may have changed it
+    hands_[i].lease->record(index, wake.start_ns, input_.hand[i].sample);
   }
   if (world_->wants_snapshot.load(std::memory_order_relaxed) && world_->wants_snapshot.exchange(false)) {
     world_->takeSnapshot(wake.start_ns);
   }
+  input_.tick = index + 1;  // events from now on are before that one
 }
 
 void LoopSession::observe(Hand& hand, HandSample& sample) const noexcept {
   const Spidar& device = hand.lease->device;
+  sample.X_BG = device.pose();
+  sample.flags = device.flags();
+  sample.state = device.state();
   sample.F_asked_B = device.askedWrench();
   sample.F_achieved_B = device.achievedWrench();
   sample.pointer_force = world_->world.pointerWrench(hand.placement.pointer).force.norm();
@@ -216,6 +283,12 @@ std::vector<std::string> LoopSession::pointerNames() const {
   for (const Hand& hand : hands_) {
     names.push_back(world_->world.linkName(world_->world.pointerLink(hand.placement.pointer)));
   }
+  return names;
+}
+
+std::vector<std::string> LoopSession::linkNames() const {
+  std::vector<std::string> names;
+  for (int i = 0; i < world_->world.linkCount(); ++i) names.push_back(world_->world.linkName(i));
   return names;
 }
 

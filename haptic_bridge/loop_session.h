@@ -5,9 +5,12 @@
 #include <vector>
 
 #include "haptic_bridge/bridge_parameters.h"
+#include "haptic_bridge/recorded_tick.h"
 #include "haptic_bridge/tick_sample.h"
 #include "haptic_core/loop/ports.h"
 #include "haptic_core/loop/realtime.h"
+#include "haptic_core/loop/session.h"
+#include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
 
@@ -17,33 +20,58 @@ class LoopSession {
  public:
   /// Claims the world and its devices. Empty, with `missing` telling what is not there yet, when one of them cannot
   /// be had now. Throws SetupError when they do not fit together (rates, pointers).
-  static std::unique_ptr<LoopSession> open(const BridgeParameters& parameters, std::string& missing);
+  /// `first_tick` is the index that its first tick will have.
+  static std::unique_ptr<LoopSession> open(const BridgeParameters& parameters, std::uint64_t first_tick,
+                                           std::string& missing);
   ~LoopSession();  ///< zero drive, and the ports back to their owners
 
   /// (in realtime) One tick: exchange, loop, records.
-  void tick(const PeriodicWake::Wake& wake, std::uint64_t index, double h, TickSample& sample) noexcept;
+  void tick(const PeriodicWake::Wake& wake, std::uint64_t index, double h, TickSample& sample,
+            RecordedTick& record) noexcept;
 
   bool recalled() const noexcept;                      ///< (in realtime) the world, or the last device, must go back
   bool dropsDevice() const noexcept;                   ///< (in realtime) one of several devices must go back
   void dropRecalledDevices();                          ///< between ticks: goes on with the others
+
+  // Between ticks; each is an event of the recording. They throw SetupError.
+  void tuneWorld(const WorldTuning& tuning);
+  void tuneDevice(int hand, const Spidar::Tuning& tuning);
+  void setHandSettings(int hand, const HandSettings& settings);
+
+  /// How it began, and where its scene came from: for recordings.
+  const SessionStart& start() const { return start_; }
+  const SceneSource& source() const { return world_->source; }
+  /// What happened between ticks, for one reader.
+  using EventRing = RecordRing<std::shared_ptr<const LoopEvent>>;
+  void sendEventsTo(EventRing& ring) { events_ = &ring; }
+
+  HapticLoop& loop() { return *loop_; }
+  double definedForceScale(int hand) const { return hands_.at(hand).placement.settings.force_scale; }  ///< the scene's
+  World& world() { return world_->world; }
   const TickReport& report() const { return loop_->report(); }
   std::vector<std::string> deviceNames() const;
   std::vector<std::string> pointerNames() const;
+  std::vector<std::string> linkNames() const;
   std::string worldName() const { return world_name_; }
+  std::string sceneName() const { return world_->scene; }
 
  private:
   struct Hand {
     PortLease<DevicePort> lease;
     std::string name;
     HandPlacement placement;
+    int link = -1;                                     ///< world link that the hand holds
     DeviceTwin* twin = nullptr;                        ///< when the device is simulated: its truth is known
     std::unique_ptr<TensionDistribution> exact;        ///< λ → 0: tells what the bounds alone admit
   };
   LoopSession(const BridgeParameters& parameters, PortLease<WorldPort> world, std::string world_name);
   static bool claimDevices(const BridgeParameters& parameters, LoopSession& session, std::string& missing);
-  void connect();
+  void connect(std::uint64_t first_tick);
+  void serveOwners() noexcept;
+  void noteJumps(bool paused) noexcept;
+  void note(LoopEvent::Kind kind, int hand, std::vector<double> numbers);
   void exchange(std::int64_t& io_ns, std::int64_t& twin_ns) noexcept;
-  void rest(double h) noexcept;
+  void keep(const PeriodicWake::Wake& wake, RecordedTick& record) noexcept;
   void observe(Hand& hand, HandSample& sample) const noexcept;
 
   BridgeParameters parameters_;
@@ -51,7 +79,9 @@ class LoopSession {
   std::string world_name_;
   std::vector<Hand> hands_;
   std::unique_ptr<HapticLoop> loop_;
-  std::array<DeviceSample, kMaxHands> samples_;
+  SessionStart start_;
+  EventRing* events_ = nullptr;
+  TickInput input_;
   unsigned seen_jumps_ = 0;
   bool was_paused_ = false;
 };

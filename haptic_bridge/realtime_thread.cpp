@@ -8,6 +8,10 @@ namespace {
 // Telemetry drains at 60 Hz; two seconds of ticks outlast any of its hiccups.
 constexpr double kRingSeconds = 2;
 constexpr std::chrono::milliseconds kPortPoll{20};
+// A start per reload and an event per user's request: nobody makes more of them within a drain.
+constexpr std::size_t kStarts = 16, kEvents = 256;
+// How long the first tick waits for a recorder: rosbag record needs a second to find the topics.
+constexpr std::chrono::milliseconds kRecorderPatience{8000};
 // The full report is for people: every 16th tick, so that its 3 KB cost nothing at 10 kHz.
 constexpr std::uint64_t kReportEvery = 16;
 
@@ -16,6 +20,9 @@ constexpr std::uint64_t kReportEvery = 16;
 RealtimeThread::RealtimeThread(const BridgeParameters& parameters)
     : parameters_(parameters),
       samples_(static_cast<std::size_t>(kRingSeconds * parameters.rate)),
+      records_(static_cast<std::size_t>(kRingSeconds * parameters.rate)),
+      starts_(kStarts),
+      events_(kEvents),
       thread_([this] { run(); }) {}
 
 RealtimeThread::~RealtimeThread() { stop(); }
@@ -36,7 +43,7 @@ std::unique_ptr<LoopSession> RealtimeThread::waitForPorts() {
   set(Phase::kWaiting, "");
   while (!stop_) {
     std::string missing;
-    auto session = LoopSession::open(parameters_, missing);
+    auto session = LoopSession::open(parameters_, ticks_, missing);
     if (session) return session;
     set(Phase::kWaiting, missing);
     const double waited = 1e-9 * static_cast<double>(steadyNow() - begin);
@@ -57,29 +64,58 @@ void RealtimeThread::run() {
   try {
     while (!stop_ && phase_ != Phase::kFinished) {
       const auto session = waitForPorts();
-      if (session) tickUntilRecalled(*session);
+      if (session && waitForRecorder(*session)) tickUntilRecalled(*session);
     }
   } catch (const std::exception& error) {
     set(Phase::kFailed, error.what());
   }
 }
 
-void RealtimeThread::tickUntilRecalled(LoopSession& session) {
-  {
-    std::lock_guard<std::mutex> lock(text_mutex_);
-    device_names_ = session.deviceNames();
-    pointer_names_ = session.pointerNames();
+void RealtimeThread::nameHands(const LoopSession& session) {
+  std::lock_guard<std::mutex> lock(text_mutex_);
+  device_names_ = session.deviceNames();
+  pointer_names_ = session.pointerNames();
+}
+
+/// Hands over how the session begins. False: stopped or recalled meanwhile.
+bool RealtimeThread::waitForRecorder(LoopSession& session) {
+  session.sendEventsTo(events_);
+  starts_.push(std::make_shared<const Start>(
+      Start{session.start(), session.source(), session.sceneName(), session.linkNames(), session.world().hash()}));
+  const std::int64_t begin = steadyNow();
+  while (parameters_.record && !may_tick_) {
+    if (stop_ || session.recalled()) return false;
+    if (std::chrono::nanoseconds(steadyNow() - begin) > kRecorderPatience) {
+      throw SetupError("~record", "nobody subscribes to recorded/ticks", "start rosbag record, or set ~record to false");
+    }
+    std::this_thread::sleep_for(kPortPoll);
   }
+  return true;
+}
+
+bool RealtimeThread::betweenTicks(const std::function<void(LoopSession&)>& work) {
+  return jobs_.call([&] { work(*session_); }, kPortPatience);
+}
+
+void RealtimeThread::tickUntilRecalled(LoopSession& session) {
+  nameHands(session);
   set(Phase::kTicking, "");
   const std::uint64_t limit = parameters_.tickLimit();
   PeriodicWake wake(parameters_.rate);
   const double h = wake.period();
   TickSample sample;
+  RecordedTick record;
+  session_ = &session;
   wake.start();
   while (!stop_.load(std::memory_order_relaxed) && !session.recalled() && (limit == 0 || ticks_ < limit)) {
-    if (session.dropsDevice()) session.dropRecalledDevices();
-    session.tick(wake.wait(), ticks_, h, sample);
+    if (session.dropsDevice()) {
+      session.dropRecalledDevices();
+      nameHands(session);
+    }
+    jobs_.serve();
+    session.tick(wake.wait(), ticks_, h, sample, record);
     samples_.push(sample);
+    records_.push(record);
     if (ticks_ % kReportEvery == 0) last_tick_.write(session.report());
     ++ticks_;
   }

@@ -27,17 +27,42 @@ class RealtimeThread {
   std::vector<std::string> deviceNames() const;
   std::vector<std::string> pointerNames() const;
 
+  /// Any other thread: has `work` done between two ticks. False: the loop does not tick. Rethrows.
+  bool betweenTicks(const std::function<void(LoopSession&)>& work);
+
+  /// A start of the loop, for recordings: how it began, and its scene.
+  struct Start {
+    SessionStart session;
+    SceneSource source;
+    std::string scene;
+    std::vector<std::string> links;
+    std::uint64_t world_hash = 0;
+  };
+  RecordRing<std::shared_ptr<const Start>>& starts() { return starts_; }  ///< one per claim of the ports; one reader
+  LoopSession::EventRing& events() { return events_; }      ///< one reader
+  RecordRing<RecordedTick>& records() { return records_; }  ///< one per tick; one reader
+  /// With ~record the first tick waits for this; without, it is not asked.
+  void letTick() { may_tick_ = true; }
+
   RecordRing<TickSample>& samples() { return samples_; }   ///< one per tick; one reader
   LatestValue<TickReport>& lastTick() { return last_tick_; }  ///< at the end of every 16th tick; one reader
 
  private:
   void run();
   std::unique_ptr<LoopSession> waitForPorts();
+  bool waitForRecorder(LoopSession& session);
   void tickUntilRecalled(LoopSession& session);
+  void nameHands(const LoopSession& session);
   void set(Phase phase, const std::string& text);
 
   BridgeParameters parameters_;
   RecordRing<TickSample> samples_;
+  RecordRing<RecordedTick> records_;
+  RecordRing<std::shared_ptr<const Start>> starts_;
+  LoopSession::EventRing events_;
+  BetweenTicks jobs_;
+  LoopSession* session_ = nullptr;         ///< of the jobs; set while it ticks
+  std::atomic<bool> may_tick_{false};
   LatestValue<TickReport> last_tick_;
   std::atomic<bool> stop_{false};
   std::atomic<Phase> phase_{Phase::kWaiting};

@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kDrainPeriod{16};
 constexpr std::int64_t kStatisticsPeriodNs = 100000000, kReminderPeriodNs = 5000000000;
+// What was published last is on its way to the recorder, another process.
+constexpr std::chrono::milliseconds kRecorderGrace{500};
 constexpr std::size_t kNodelets = 3;  // driver, simulation, bridge
 
 /// True when the driver's, the simulation's and this nodelet's library run in this process: its manager lists them.
@@ -43,6 +45,7 @@ Telemetry::Telemetry(ros::NodeHandle& nh, ros::NodeHandle& priv, const std::stri
       parameters_(parameters),
       loop_(loop),
       statistics_(nh.advertise<haptic_msgs::TickStatistics>("tick_statistics", 10)),
+      recorder_(nh, parameters, loop),
       diagnostics_(nh, priv, name) {
   diagnostics_.setHardwareID("haptic loop");
   diagnostics_.add("loop", this, &Telemetry::diagnose);
@@ -70,9 +73,12 @@ void Telemetry::run() {
 }
 
 void Telemetry::drain() {
+  recorder_.drain();
   TickSample sample;
   while (loop_.samples().pop(sample)) {
     last_ = sample;
+    const std::string kept = recorder_.flight().add(sample);
+    if (!kept.empty()) ROS_ERROR_STREAM_NAMED(name_, kept);
     ++ticks_;
     if (sample.lost_periods > 0) ++missed_;
     period_.add(sample);
@@ -102,10 +108,13 @@ bool Telemetry::followPhase() {
     case RealtimeThread::Phase::kFinished:
       drain();
       finish();
+      if (parameters_.record) std::this_thread::sleep_for(kRecorderGrace);
       ros::requestShutdown();
       return false;
     case RealtimeThread::Phase::kFailed:
       ROS_FATAL_STREAM_NAMED(name_, loop_.failure());
+      drain();
+      if (ticks_ > 0) recorder_.flight().writeNow("the loop failed: " + loop_.failure());
       ros::requestShutdown();
       return false;
   }
@@ -147,9 +156,9 @@ void Telemetry::publishStatistics() {
     m->dropped_records = loop_.samples().dropped();
     const auto devices = loop_.deviceNames(), pointers = loop_.pointerNames();
     for (int i = 0; i < last_tick_.hands && i < static_cast<int>(devices.size()); ++i) {
-      m->hands.push_back(handMessage(last_tick_.hand[i], devices[i], pointers[i]));
+      m->hands.push_back(toHandReport(last_tick_.hand[i], devices[i], pointers[i]));
     }
-    m->energy = ledgerMessage(last_.step.energy);
+    m->energy = toLedger(last_.step.energy);
     statistics_.publish(boost::shared_ptr<const haptic_msgs::TickStatistics>(m));
   }
   period_.clear();

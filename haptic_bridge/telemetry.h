@@ -11,6 +11,7 @@
 #include "haptic_bridge/bridge_parameters.h"
 #include "haptic_bridge/realtime_thread.h"
 #include "haptic_bridge/run_figures.h"
+#include "haptic_bridge/session_recorder.h"
 
 namespace haptic {
 
@@ -35,6 +36,7 @@ class Telemetry {
   BridgeParameters parameters_;
   RealtimeThread& loop_;
   ros::Publisher statistics_;
+  SessionRecorder recorder_;
   diagnostic_updater::Updater diagnostics_;
   TickTimes period_;                     ///< since the last statistics
   TickTimes second_;                     ///< since the last diagnostics

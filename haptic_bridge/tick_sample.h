@@ -4,11 +4,15 @@
 #include <cstdint>
 
 #include "haptic_core/loop/haptic_loop.h"
+#include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
 
 /// One hand in one tick.
 struct HandSample {
+  Pose X_BG;                           ///< measured grip, in the device's base
+  unsigned flags = 0;                  ///< see DeviceFlag
+  DeviceState state = DeviceState::kUncalibrated;
   Wrench F_asked_B, F_achieved_B;      ///< on the hand at G's origin, in B, after the device's limits
   double pointer_force = 0;            ///< |force of the world on the pointer| [N]
   double position_error = 0;           ///< |measured - true| grip position of a twin [m]; NaN: no twin

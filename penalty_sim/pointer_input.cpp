@@ -23,7 +23,7 @@ PointerInput::PointerInput(ros::NodeHandle& nh, const HandPlacement& hand, const
 }
 
 void PointerInput::receive(const geometry_msgs::PoseStamped::ConstPtr& message) {
-  Pose X = poseFrom(message->pose);
+  Pose X = fromPose(message->pose);
   if (!finite(X)) {
     ROS_WARN_STREAM_THROTTLE(1.0, subscriber_.getTopic() << ": a pose that is not finite was ignored");
     return;
@@ -36,7 +36,7 @@ void PointerInput::receive(const geometry_msgs::PoseStamped::ConstPtr& message) 
   } else {
     try {
       const auto transform = buffer_.lookupTransform(world_frame_, message->header.frame_id, ros::Time(0));
-      target.X_WP = poseFrom(transform.transform) * X;
+      target.X_WP = fromTransform(transform.transform) * X;
     } catch (const tf2::TransformException& error) {
       ROS_WARN_STREAM_THROTTLE(1.0, subscriber_.getTopic() << ": pose ignored, no transform: " << error.what());
       return;
@@ -71,7 +71,7 @@ void PointerInput::publishWrench(const Wrench& F_W, const ros::Time& stamp) cons
   m->header.stamp = stamp;
   m->header.frame_id = current_.is_grip ? base_frame_ : world_frame_;
   const Matrix3 R = current_.is_grip ? Matrix3(hand_.settings.workspace.X_WB.R.transpose()) : Matrix3::Identity();
-  m->wrench = asWrench(F_W.rotated(R) * hand_.settings.force_scale);
+  m->wrench = toWrench(F_W.rotated(R) * hand_.settings.force_scale);
   wrench_.publish(boost::shared_ptr<const geometry_msgs::WrenchStamped>(m));
 }
 

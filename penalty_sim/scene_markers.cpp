@@ -65,8 +65,8 @@ void SceneMarkers::addBodies(visualization_msgs::MarkerArray& array) const {
     m.ns = "bodies";
     m.id = static_cast<int>(i);
     m.type = shapeType(v.shape);
-    m.pose = asPose(v.X_LV);
-    m.scale = asVector(v.size);
+    m.pose = toPose(v.X_LV);
+    m.scale = toVector(v.size);
     m.color = colour(v.colour[0], v.colour[1], v.colour[2], v.colour[3]);
     if (v.shape == VisualShape::kMesh) {
       m.mesh_resource = v.mesh_uri;
@@ -94,7 +94,7 @@ void SceneMarkers::addContacts(visualization_msgs::MarkerArray& array, const Wor
     patch.ns = "patches";
     patch.id = shown;
     patch.type = Marker::CYLINDER;
-    patch.pose = asPose(c.X_WP);
+    patch.pose = toPose(c.X_WP);
     patch.scale.x = patch.scale.y = std::max(1e-4, 2 * std::sqrt(c.area / M_PI));  // a disc of the patch's area
     patch.scale.z = std::max(c.depth, kThinnestPatch);
     patch.color = patchColour(c);
@@ -105,7 +105,7 @@ void SceneMarkers::addContacts(visualization_msgs::MarkerArray& array, const Wor
     arrow.pose.orientation.w = 1;
     const double length = std::min(kLongestArrow, kMetresPerNewton * c.F_BP_W.force.norm());
     const Vector3 tip = c.X_WP.p + length * c.F_BP_W.force.normalized();
-    arrow.points = {asPoint(c.X_WP.p), asPoint(tip)};
+    arrow.points = {toPoint(c.X_WP.p), toPoint(tip)};
     arrow.scale.x = 0.003;
     arrow.scale.y = 0.006;
     arrow.scale.z = 0;

@@ -2,7 +2,11 @@
 
 #include <pluginlib/class_list_macros.hpp>
 
+#include <fstream>
+#include <iterator>
+
 #include "haptic_core/base/error.h"
+#include "haptic_core/loop/session.h"
 #include "penalty_sim/state_files.h"
 
 namespace haptic {
@@ -10,6 +14,11 @@ namespace {
 
 /// Contacts that a snapshot can show: pairs of neighbours in a heap; what lies beyond is simulated, not drawn.
 int contactCapacity(const World& world) { return 16 + 8 * world.linkCount(); }
+
+std::string textOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
 
 std::vector<HandPlacement> placements(const SceneDef& scene) {
   std::vector<HandPlacement> hands;
@@ -50,6 +59,7 @@ void SimulationNodelet::start() {
   if (parameters_.rate > 0) scene.world.settings.step = 1 / parameters_.rate;
   for (const std::string& warning : scene.warnings) NODELET_WARN_STREAM(warning);
   simulation_ = std::make_unique<Simulation>(scene);
+  simulation_->port.source = {scene.file, textOf(scene.file), parameters_.default_density, fingerprint(scene.world)};
   NODELET_INFO_STREAM(sceneText(scene) << simulation_->world.planText());
 
   offer_ = PortOffer(PortTable::process(), parameters_.name, simulation_->port, getName());
@@ -162,10 +172,7 @@ bool SimulationNodelet::onGrab(haptic_msgs::Grab::Request& request, haptic_msgs:
     for (int i = 0; i < world.linkCount(); ++i) response.message += " " + world.linkName(i);
     return true;
   }
-  return between(response, [&] {
-    world.grab(hand->pointer, index);
-    ++simulation_->port.jumps;
-  });
+  return between(response, [&] { world.grab(hand->pointer, index); });
 }
 
 }  // namespace haptic

@@ -23,7 +23,7 @@ geometry_msgs::TransformStamped transform(const std::string& parent, const std::
   m.header.frame_id = parent;
   m.header.stamp = stamp;
   m.child_frame_id = child;
-  m.transform = asTransform(X);
+  m.transform = toTransform(X);
   return m;
 }
 
@@ -134,18 +134,18 @@ void WorldTopics::publishJoints(const WorldSnapshot& snapshot) {
 }
 
 void WorldTopics::publish(const WorldSnapshot& snapshot) {
-  const ros::Time stamp = stampOf(snapshot.stamp_ns);
+  const ros::Time stamp = toStamp(snapshot.stamp_ns);
   publishFrames(snapshot, stamp);
   std_msgs::Header header;
   header.frame_id = parameters_.world_frame;
   header.stamp = stamp;
   if (contacts_.getNumSubscribers() > 0) {
-    const auto m = boost::make_shared<haptic_msgs::Contacts>(asContacts(snapshot, links_));
+    const auto m = boost::make_shared<haptic_msgs::Contacts>(toContacts(snapshot, links_));
     m->header = header;
     publishConst(contacts_, m);
   }
   if (step_report_.getNumSubscribers() > 0) {
-    const auto m = boost::make_shared<haptic_msgs::StepReport>(asStepReport(snapshot, links_, step_));
+    const auto m = boost::make_shared<haptic_msgs::StepReport>(toStepReport(snapshot, links_, step_));
     m->header = header;
     publishConst(step_report_, m);
   }

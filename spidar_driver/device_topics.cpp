@@ -11,7 +11,6 @@ constexpr std::int64_t kSecondNs = 1000000000;
 // With nobody listening to the fast topics the thread wakes as often as tf and state need it.
 constexpr std::chrono::milliseconds kFastWake{1}, kSlowWake{15};
 
-bool finite(const Pose& X) { return X.p.allFinite() && X.R.allFinite(); }
 
 /// True once per period of `rate`; keeps its phase, and starts anew after a gap.
 bool due(std::int64_t now, double rate, std::int64_t& next) {
@@ -107,8 +106,7 @@ void DeviceTopics::publishMotion(const DeviceRecord& record, const std_msgs::Hea
   if (twist_.getNumSubscribers() > 0) {
     const auto m = boost::make_shared<geometry_msgs::TwistStamped>();
     m->header = header;
-    m->twist.linear = toVector(record.V_BG.linear);
-    m->twist.angular = toVector(record.V_BG.angular);
+    m->twist = toTwist(record.V_BG);
     publishConst(twist_, m);
   }
   if (wrench_.getNumSubscribers() > 0) {

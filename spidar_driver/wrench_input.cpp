@@ -12,6 +12,7 @@ namespace haptic {
 WrenchInput::WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, bool takes_grasp, Gate gate)
     : base_frame_(base_frame), gate_(std::move(gate)), listener_(buffer_, nh) {
   const auto soon = ros::TransportHints().tcpNoDelay();
+  taken_ = nh.advertise<geometry_msgs::WrenchStamped>("recorded/wrench_command", 10);
   wrench_command_ = nh.subscribe("wrench_command", 1, &WrenchInput::receive, this, soon);
   if (takes_grasp) grasp_command_ = nh.subscribe("grasp_command", 1, &WrenchInput::receiveGrasp, this, soon);
 }
@@ -53,6 +54,7 @@ void WrenchInput::receive(const geometry_msgs::WrenchStamped::ConstPtr& message)
   if (why.empty() && !F_G_F.allFinite()) why = "a component is not finite";
   if (!why.empty() || !rotationToBase(message->header.frame_id, R_BF, why)) return refuse(wrench_command_, why);
   slot_.write({F_G_F.rotated(R_BF), steadyNow(), true});
+  if (taken_.getNumSubscribers() > 0) taken_.publish(message);
 }
 
 }  // namespace haptic

@@ -60,6 +60,7 @@ class WrenchInput {
   LatestValue<Grasp> grasp_slot_;
   Grasp grasp_;
   std::atomic<std::uint32_t> refused_{0};
+  ros::Publisher taken_;  ///< recorded/wrench_command: what was accepted; a bag of it reaches no motor when played
   ros::Subscriber wrench_command_, grasp_command_;  // last: no message may arrive before the rest exists, or after it is gone
 };
 

@@ -112,8 +112,8 @@ void addPointer(const PointerSettings& settings, LoadContext& context) {
   }
   const PointerCoupling& c = settings.coupling;
   for (const double value : {c.stiffness, c.damping, c.rotational_stiffness, c.rotational_damping}) {
-    if (!(value >= 0) || !std::isfinite(value))
-      throw SetupError(where, "a coupling value is negative", "write values ≥ 0");
+    if (value != PointerCoupling::kDerived && (!(value >= 0) || !std::isfinite(value)))
+      throw SetupError(where, "a coupling value is negative", "write values ≥ 0, or leave it out to have it derived");
   }
   checkPath(settings.path, where);
   HandDef hand;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/spidar/spidar.h"
@@ -14,16 +15,54 @@ Hand::Hand(Spidar& device, int pointer, const HandSettings& settings)
       settings_(settings),
       map_(settings.workspace),
       passivity_(settings.passivity) {
-  const auto refuse = [&](const char* name, double value, const char* remedy) {
-    throw SetupError(device.def().name, std::string(name) + " is " + std::to_string(value), remedy);
-  };
-  if (!(settings.workspace.scale > 0)) refuse("workspace scale", settings.workspace.scale, "give a number > 0");
-  if (!(settings.force_scale >= 0)) refuse("force scale", settings.force_scale, "give a number >= 0");
-  if (!(settings.soft_start_s >= 0)) refuse("soft start", settings.soft_start_s, "give a time >= 0 s");
+  check(settings);
+  requests_.rebase = Rebase::kGlide;  // the pointer starts where the scene has it
 }
 
-void Hand::sense(const DeviceSample& sample, double h) noexcept {
-  device_.sense(sample, h);
+void Hand::check(const HandSettings& settings) const {
+  const auto require = [this](bool good, const char* name, double value, const char* remedy) {
+    if (good) return;
+    std::ostringstream is;
+    is << name << " is " << value;
+    throw SetupError(device_.def().name, is.str(), remedy);
+  };
+  const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
+  const WorkspaceSettings& w = settings.workspace;
+  require(w.X_WB.p.allFinite() && w.X_WB.R.allFinite(), "the base's pose", w.X_WB.p.norm(), "give finite numbers");
+  require(within(w.scale, 1e-6, 1e6), "workspace scale", w.scale, "give a number > 0, 1e-6 to 1e6");
+  require(within(settings.force_scale, 0, 1e6), "force scale", settings.force_scale, "give a number >= 0, at most 1e6");
+  require(within(settings.soft_start_s, 0, 60), "soft start", settings.soft_start_s, "give a time of 0 to 60 s");
+  require(within(settings.passivity.radius, 1e-4, 10), "passivity radius", settings.passivity.radius, "give 1e-4 to 10 m");
+  require(within(settings.passivity.max_damping, 0, 1e4), "passivity damping", settings.passivity.max_damping,
+          "give 0 to 1e4 N·s/m");
+  for (const int button : {settings.clutch_button, settings.grab_button}) {
+    require(button >= -1 && button < 32, "a button", button, "give 0 to 31, or -1 for none");
+  }
+}
+
+void Hand::setSettings(const HandSettings& settings) {
+  check(settings);
+  const WorkspaceSettings &now = settings_.workspace, &next = settings.workspace;
+  if (now.scale != next.scale || now.X_WB.p != next.X_WB.p || now.X_WB.R != next.X_WB.R) map_.setSettings(next);
+  passivity_.setSettings(settings.passivity);
+  settings_ = settings;
+}
+
+HandRequests Hand::takeRequests() noexcept {
+  HandRequests requests;
+  requests.clutch = clutch_requested_.load(std::memory_order_relaxed);
+  requests.soft_start = soft_start_requested_.exchange(false, std::memory_order_relaxed);
+  requests.rebase = rebase_requested_.exchange(Rebase::kNone, std::memory_order_relaxed);
+  return requests;
+}
+
+void Hand::sense(const HandInput& input, double h) noexcept {
+  device_.sense(input.sample, h, input.device);
+  const Rebase waiting = requests_.rebase;  // a pause or a lost pose leaves it to a later tick
+  requests_ = input.hand;
+  if (requests_.rebase == Rebase::kNone) requests_.rebase = waiting;
+  last_buttons_ = buttons_;
+  buttons_ = input.sample.buttons;
   const Pose previous = report_.X_BG;
   report_.valid = device_.calibrated();
   report_.X_BG = device_.pose();
@@ -38,26 +77,73 @@ void Hand::sense(const DeviceSample& sample, double h) noexcept {
   was_valid_ = report_.valid;
 }
 
-void Hand::couple(World& world) noexcept {
-  const bool held = clutch_requested_.load(std::memory_order_relaxed);
-  if (report_.valid) map_.update(report_.X_BG, report_.V_BG, held && (map_.clutched() || !in_contact_));
+/// Grabs the free body that presses most on the pointer; pressed again, takes the scene's own pointer back.
+void Hand::followGrabButton(World& world) noexcept {
+  const std::uint32_t edge = buttons_ & ~last_buttons_;
+  if (settings_.grab_button < 0 || !((edge >> settings_.grab_button) & 1u)) return;
+  const int own = world.pointerHome(pointer_), held = world.pointerLink(pointer_);
+  if (held != own) {
+    if (world.tryGrab(pointer_, own)) requests_.rebase = Rebase::kGlide;
+    return;
+  }
+  int touched = -1;
+  double most = 0;
+  for (int i = 0; i < world.contactCount(); ++i) {
+    const ContactReport& contact = world.contact(i);
+    if (contact.link_a != held && contact.link_b != held) continue;
+    const int other = contact.link_a == held ? contact.link_b : contact.link_a;
+    if (contact.normal_force <= most || !world.canGrab(pointer_, other)) continue;
+    most = contact.normal_force;
+    touched = other;
+  }
+  if (touched >= 0 && world.tryGrab(pointer_, touched)) requests_.rebase = Rebase::kKeep;
+}
+
+void Hand::couple(World& world, double h) noexcept {
+  followGrabButton(world);
+  if (!report_.valid) {
+    report_.X_WP = map_.X_WP();
+    return;
+  }
+  if (requests_.rebase != Rebase::kNone) {
+    report_.fade = 0;
+    map_.rebase(world.linkPose(world.pointerLink(pointer_)), requests_.rebase, settings_.soft_start_s);
+    requests_.rebase = Rebase::kNone;
+  }
+  const bool held = requests_.clutch || pressed(settings_.clutch_button);
+  map_.update(report_.X_BG, report_.V_BG, held && (map_.clutched() || !report_.in_contact), h);
   report_.X_WP = map_.X_WP();
-  if (report_.valid) world.setPointerTarget(pointer_, map_.X_WP(), map_.V_WP());
+  report_.clutched = map_.clutched();
+  world.setPointerTarget(pointer_, map_.X_WP(), map_.V_WP());
 }
 
 void Hand::render(const World& world, double h) noexcept {
   const Wrench F_W = world.pointerWrench(pointer_);
-  in_contact_ = F_W.force.squaredNorm() + F_W.torque.squaredNorm() > 0;
-  if (soft_start_requested_.exchange(false, std::memory_order_relaxed) || !report_.valid) report_.fade = 0;
+  report_.in_contact = F_W.force.squaredNorm() + F_W.torque.squaredNorm() > 0;
+  if (requests_.soft_start || !report_.valid) report_.fade = 0;
   report_.F_asked_B = passivity_.act(map_.toGrip(F_W) * (settings_.force_scale * report_.fade), report_.V_BG, h);
   device_.actuate(report_.F_asked_B, 0.0, h);
   passivity_.hold(device_.achievedWrench());
   report_.F_achieved_B = device_.achievedWrench();
   report_.tension = device_.tension().tension;
   report_.port_energy = passivity_.energy();
+  report_.dissipated = passivity_.dissipated();
+  report_.passivity_acts = passivity_.acting();
   report_.device_flags = device_.flags();
   report_.fade = std::min(1.0, report_.fade + (settings_.soft_start_s > 0 ? h / settings_.soft_start_s : 1.0));
 }
+
+void Hand::rest(double h) noexcept {
+  device_.actuate(Wrench{}, 0.0, h);
+  passivity_.hold(device_.achievedWrench());
+  report_.F_asked_B = Wrench{};
+  report_.F_achieved_B = device_.achievedWrench();
+  report_.tension = device_.tension().tension;
+  report_.device_flags = device_.flags();
+  report_.fade = 0;
+}
+
+void Hand::letGo(World& world) noexcept { world.setPointerTarget(pointer_, map_.X_WP(), Twist{}); }
 
 const DriveCommand& Hand::drive() const noexcept {
   return device_.drive();

@@ -8,39 +8,59 @@ namespace haptic {
 
 class Hand {
  public:
-  Hand(Spidar& device, int pointer, const HandSettings& settings);
+  Hand(Spidar& device, int pointer, const HandSettings& settings);  ///< throws SetupError
 
   /// (in realtime) Counts → pose; the port's energy is observed on the displacement since the last sample.
-  void sense(const DeviceSample& sample, double h) noexcept;
+  void sense(const HandInput& input, double h) noexcept;
   /// (in realtime) Grip → pointer target. Without a valid pose the pointer stands still.
-  void couple(World& world) noexcept;
+  void couple(World& world, double h) noexcept;
   /// (in realtime) The pointer's wrench → fade → passivity → the device's limits, tensions and drive.
   void render(const World& world, double h) noexcept;
+  /// (in realtime) In place of couple and render while the world is paused: minimum tension.
+  void rest(double h) noexcept;
 
   /// (in realtime) `periods` ticks were lost: the force drops to 1/(1 + periods) and fades in again.
   void noteOverrun(int periods) noexcept { report_.fade /= 1 + periods; }
-  /// Any thread. While held, the pointer stands and the grip moves freely; refused while the pointer is in
-  /// contact, for the wrench would jump to that of another place.
+
+  // Requests from any thread; taken up by the next tick.
+  /// While held, the pointer stands and the grip moves freely; it waits while the pointer is in contact, for the
+  /// wrench would jump to that of another place.
   void requestClutch(bool held) noexcept { clutch_requested_.store(held, std::memory_order_relaxed); }
-  /// Any thread. The force fades in anew: after a reset or another load of the world.
+  /// The force fades in anew: after a pause or another load of the world.
   void requestSoftStart() noexcept { soft_start_requested_.store(true, std::memory_order_relaxed); }
+  /// The world moved the pointer: the map takes up the difference, and the force fades in anew.
+  void requestRebase(Rebase how) noexcept { rebase_requested_.store(how, std::memory_order_relaxed); }
+  HandRequests takeRequests() noexcept;  ///< (in realtime)
+
+  /// Between two ticks. Throws SetupError; the pointer keeps its place.
+  void setSettings(const HandSettings& settings);
+  /// Between two ticks: the pointer stands from now on.
+  void letGo(World& world) noexcept;
 
   const HandReport& report() const noexcept { return report_; }
   const DriveCommand& drive() const noexcept;
   const PassivityController& passivity() const noexcept { return passivity_; }
   const HandSettings& settings() const noexcept { return settings_; }
   Spidar& device() noexcept { return device_; }
+  const Spidar& device() const noexcept { return device_; }
   int pointer() const noexcept { return pointer_; }
 
  private:
+  void check(const HandSettings& settings) const;
+  bool pressed(int button) const noexcept { return button >= 0 && ((buttons_ >> button) & 1u) != 0; }
+  void followGrabButton(World& world) noexcept;
+
   Spidar& device_;
   int pointer_;
   HandSettings settings_;
   WorkspaceMap map_;
   PassivityController passivity_;
   HandReport report_;
-  bool was_valid_ = false, in_contact_ = false;
+  HandRequests requests_;                          ///< of this tick
+  std::uint32_t buttons_ = 0, last_buttons_ = 0;   ///< of this tick and the one before
+  bool was_valid_ = false;
   std::atomic<bool> clutch_requested_{false}, soft_start_requested_{false};
+  std::atomic<Rebase> rebase_requested_{Rebase::kNone};
 };
 
 }  // namespace haptic

@@ -2,6 +2,7 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/loop/hand.h"
+#include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
 
@@ -24,14 +25,41 @@ int HapticLoop::attach(Spidar& device, int pointer, const HandSettings& settings
   return count_++;
 }
 
-void HapticLoop::tick(const DeviceSample* samples, double h) noexcept {
-  for (int i = 0; i < count_; ++i) hands_[i]->sense(samples[i], h);  // counts → lengths → grip pose
-  for (int i = 0; i < count_; ++i) hands_[i]->couple(world_);        // grip pose → pointer target
-  world_.step();                                                     // pairs → volumes → wrenches → motion
-  for (int i = 0; i < count_; ++i) hands_[i]->render(world_, h);     // wrench → passivity → tensions
+void HapticLoop::detach(int hand) {
+  hands_[hand]->letGo(world_);
+  for (int i = hand; i + 1 < count_; ++i) hands_[i] = std::move(hands_[i + 1]);
+  hands_[--count_].reset();
+  report_.hands = count_;
+}
+
+void HapticLoop::tick(const TickInput& input, double h) noexcept {
+  if (input.lost_periods > 0) noteOverrun(input.lost_periods);
+  for (int i = 0; i < count_; ++i) hands_[i]->sense(input.hand[i], h);   // counts → lengths → grip pose
+  if (input.paused) {
+    for (int i = 0; i < count_; ++i) hands_[i]->rest(h);                 // poses go on, strings at minimum tension
+  } else {
+    for (int i = 0; i < count_; ++i) hands_[i]->couple(world_, h);       // grip pose → pointer target
+    world_.step();                                                       // pairs → volumes → wrenches → motion
+    for (int i = 0; i < count_; ++i) hands_[i]->render(world_, h);       // wrench → passivity → tensions
+  }
   for (int i = 0; i < count_; ++i) report_.hand[i] = hands_[i]->report();
   report_.step = world_.report();
   ++report_.tick;
+}
+
+void HapticLoop::tick(const DeviceSample* samples, double h) noexcept {
+  TickInput input;
+  input.hands = count_;
+  for (int i = 0; i < count_; ++i) input.hand[i].sample = samples[i];
+  takeRequests(input);
+  tick(input, h);
+}
+
+void HapticLoop::takeRequests(TickInput& input) noexcept {
+  for (int i = 0; i < count_; ++i) {
+    input.hand[i].device = hands_[i]->device().takeRequests(input.hand[i].sample);
+    input.hand[i].hand = hands_[i]->takeRequests();
+  }
 }
 
 void HapticLoop::noteOverrun(int periods) noexcept {

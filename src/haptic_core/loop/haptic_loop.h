@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "haptic_core/loop/passivity.h"
+#include "haptic_core/loop/tick_input.h"
 #include "haptic_core/loop/workspace_map.h"
-#include "haptic_core/spidar/transport.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic {
@@ -14,14 +14,15 @@ namespace haptic {
 class Spidar;
 class Hand;
 
-inline constexpr int kMaxHands = 4;
-
 /// How one device's grip moves its pointer and feels it.
 struct HandSettings {
   WorkspaceSettings workspace;
   double force_scale = 1;          ///< hand newtons per world newton
   PassivitySettings passivity;
-  double soft_start_s = 0.5;       ///< force fades in over this time after enable, load, reset and overrun [s]
+  double soft_start_s = 0.5;       ///< force fades in, and the pointer glides to the grip, over this time after
+                                   ///< enable, load, reset and overrun [s]
+  int clutch_button = -1;          ///< grip button that holds the pointer while pressed; -1: none
+  int grab_button = -1;            ///< grip button that grabs the free body in touch, and lets it go; -1: none
 };
 
 struct HandReport {
@@ -36,8 +37,12 @@ struct HandReport {
   double pose_residual = 0;        ///< rms of the length errors [m]
   double port_energy = 0;          ///< absorbed at the port since the start [J]
   double fade = 0;                 ///< 0…1, of soft start and overrun
+  double dissipated = 0;           ///< by the passivity controller since the start [J]
   unsigned device_flags = 0;       ///< limits and faults: see Spidar
   bool valid = false;              ///< calibrated, and the pose solved
+  bool in_contact = false;         ///< the world pushes the pointer
+  bool clutched = false;           ///< the pointer stands while the grip moves
+  bool passivity_acts = false;     ///< the controller's damper is in F_asked_B
 };
 
 struct TickReport {
@@ -54,9 +59,17 @@ class HapticLoop {
 
   /// Set-up: connects a device to pointer `pointer` of the world; returns the hand's index. Throws SetupError.
   int attach(Spidar& device, int pointer, const HandSettings& settings);
+  /// Between two ticks: lets a device go; its pointer stands, the other hands go on and move up by one.
+  void detach(int hand);
 
-  /// (in realtime) One tick of `h` [s], no I/O. `samples` has one entry per attached hand, in order.
+  /// (in realtime) One tick of `h` [s], no I/O, from its complete input: one entry per attached hand, in order.
+  void tick(const TickInput& input, double h) noexcept;
+
+  /// (in realtime) The same for samples alone, with what other threads asked since the last tick.
   void tick(const DeviceSample* samples, double h) noexcept;
+
+  /// (in realtime) Fills what other threads asked of devices and hands; samples and hands are there already.
+  void takeRequests(TickInput& input) noexcept;
 
   /// (in realtime) `periods` ticks were lost: simulated time has waited, the force fades and comes back softly.
   void noteOverrun(int periods) noexcept;

@@ -26,6 +26,7 @@ struct PassivitySettings {
 class PassivityController {
  public:
   explicit PassivityController(const PassivitySettings& settings) : settings_(settings) {}
+  void setSettings(const PassivitySettings& settings) { settings_ = settings; }  ///< between two ticks
 
   /// (in realtime) The displacement of the grip since the last sample, at G's origin, in B: [rad], [m].
   void observe(const Vector3& rotation, const Vector3& translation) noexcept;

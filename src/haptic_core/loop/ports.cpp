@@ -27,16 +27,42 @@ const char* kindName(PortKind kind) { return kind == PortKind::kDevice ? "device
 
 }  // namespace
 
-void BetweenTicks::serve() noexcept {
-  if (state_.load(std::memory_order_acquire) != kWaiting) return;
+bool BetweenTicks::serve() noexcept {
+  if (state_.load(std::memory_order_acquire) != kWaiting) return false;
   int waiting = kWaiting;
-  if (!state_.compare_exchange_strong(waiting, kRunning, std::memory_order_acq_rel)) return;
+  if (!state_.compare_exchange_strong(waiting, kRunning, std::memory_order_acq_rel)) return false;
   try {
     work_();
   } catch (...) {
     failure_ = std::current_exception();
   }
   state_.store(kDone, std::memory_order_release);
+  return true;
+}
+
+bool BetweenTicks::call(const std::function<void()>& work, std::chrono::milliseconds patience,
+                        const std::function<void()>& idle) {
+  std::lock_guard<std::mutex> caller(callers_);
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  work_ = work;
+  failure_ = nullptr;
+  state_.store(kWaiting, std::memory_order_release);
+  while (state_.load(std::memory_order_acquire) != kDone) {
+    if (idle) idle();
+    if (state_.load(std::memory_order_acquire) == kDone) break;
+    int waiting = kWaiting;
+    if (std::chrono::steady_clock::now() > deadline &&
+        state_.compare_exchange_strong(waiting, kIdle, std::memory_order_acq_rel)) {
+      return false;
+    }
+    std::this_thread::sleep_for(kPoll);
+  }
+  state_.store(kIdle, std::memory_order_release);
+  work_ = nullptr;  // what it captured belongs to the caller's library
+  const std::exception_ptr failure = failure_;
+  failure_ = nullptr;
+  if (failure) std::rethrow_exception(failure);
+  return true;
 }
 
 /// One line of the table. `mutex` guards everything but `recall`, which the runner reads in its loop.
@@ -89,34 +115,10 @@ class PortSlot {
   }
 
   bool runBetweenTicks(const std::function<void()>& work, std::chrono::milliseconds patience) {
-    BetweenTicks& jobs = port->between_ticks;
-    std::lock_guard<std::mutex> caller(jobs.callers_);
-    const auto deadline = std::chrono::steady_clock::now() + patience;
-    jobs.work_ = work;
-    jobs.failure_ = nullptr;
-    jobs.state_.store(BetweenTicks::kWaiting, std::memory_order_release);
-    while (jobs.state_.load(std::memory_order_acquire) != BetweenTicks::kDone) {
-      {
-        std::lock_guard<std::mutex> lock(mutex);  // keeps claimants out while the work runs here
-        if (!held) jobs.serve();
-      }
-      const int state = jobs.state_.load(std::memory_order_acquire);
-      if (state == BetweenTicks::kDone) break;
-      int waiting = BetweenTicks::kWaiting;
-      if (std::chrono::steady_clock::now() > deadline &&
-          jobs.state_.compare_exchange_strong(waiting, BetweenTicks::kIdle, std::memory_order_acq_rel)) {
-        return false;
-      }
-      std::this_thread::sleep_for(kPoll);
-    }
-    jobs.state_.store(BetweenTicks::kIdle, std::memory_order_release);
-    jobs.work_ = nullptr;  // what it captured belongs to the caller's library
-    if (jobs.failure_) {
-      const std::exception_ptr failure = jobs.failure_;
-      jobs.failure_ = nullptr;
-      std::rethrow_exception(failure);
-    }
-    return true;
+    return port->between_ticks.call(work, patience, [this] {
+      std::lock_guard<std::mutex> lock(mutex);  // keeps claimants out while the work runs here
+      if (!held) port->between_ticks.serve();
+    });
   }
 
   const PortKind kind;

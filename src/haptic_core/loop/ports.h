@@ -27,11 +27,15 @@ namespace haptic {
 /// it happens on a user's request (reset, calibrate), never by itself.
 class BetweenTicks {
  public:
-  /// (in realtime: one atomic load when nothing waits) Called by the runner between two ticks.
-  void serve() noexcept;
+  /// (in realtime: one atomic load when nothing waits) Called by the runner between two ticks. True: it did something.
+  bool serve() noexcept;
+
+  /// Any other thread: has `work` done and waits. `idle` is called while it waits, for who may serve in the runner's
+  /// place when there is none. False: nobody took it in time, nothing was done. Rethrows what `work` throws.
+  bool call(const std::function<void()>& work, std::chrono::milliseconds patience,
+            const std::function<void()>& idle = nullptr);
 
  private:
-  friend class PortSlot;
   enum State : int { kIdle, kWaiting, kRunning, kDone };
   std::mutex callers_;                   ///< one caller at a time; the runner never takes it
   std::function<void()> work_;
@@ -80,6 +84,13 @@ struct HandPlacement {
   HandPath path;                         ///< for a twin that follows the scene's script; in the device's base
 };
 
+/// Where a world came from: what a recording needs to build it again.
+struct SceneSource {
+  std::string file, text;                ///< absolute path, and what was in it
+  double default_density = 0;            ///< [kg/m³], as given to the loader
+  std::uint64_t fingerprint = 0;         ///< of the definition, see loop/session.h
+};
+
 /// A world on offer.
 class WorldPort : public Port {
  public:
@@ -90,6 +101,7 @@ class WorldPort : public Port {
   World& world;
   const std::string scene;
   const std::vector<HandPlacement> hands;
+  SceneSource source;                        ///< set by the owner before it offers the port
   std::atomic<bool> paused{false};           ///< the runner keeps the device alive, but does not step
   std::atomic<unsigned> jumps{0};            ///< counted up by the owner when the state jumped (reset, restore):
                                              ///< the runner lets the force fade in anew

@@ -51,7 +51,9 @@ Spidar::Spidar(const DeviceDef& def, const SpidarSettings& settings)
       settings_(settings),
       kinematics_(def),
       distribution_(def, kinematics_),
-      health_(def, settings.health) {
+      health_(def, settings.health),
+      max_force_(def.max_force),
+      max_torque_(def.max_torque) {
   const int n = kinematics_.strings();
   zero_length_ = StringVector::Zero(n);
   length_ = StringVector::Constant(n, std::nan(""));
@@ -82,9 +84,7 @@ void Spidar::adopt(const Calibration& calibration, const GripPose& guess) {
   restoreCalibration(calibration.zero_length, guess);
 }
 
-void Spidar::calibrate(const DeviceSample& sample) noexcept {
-  GripPose jig;
-  jig_.read(jig);
+void Spidar::calibrate(const DeviceSample& sample, const GripPose& jig) noexcept {
   const StringVector length = kinematics_.lengths(jig);
   for (int i = 0; i < kinematics_.strings(); ++i)
     zero_length_[i] = length[i] - static_cast<double>(sample.counts[i]) * def_.strings[i].length_per_count;
@@ -102,18 +102,26 @@ void Spidar::startAt(const GripPose& pose) noexcept {
   if (state_ == DeviceState::kUncalibrated) state_ = DeviceState::kReady;
 }
 
-void Spidar::takeRequests(const DeviceSample& sample) noexcept {
-  if (recover_request_.exchange(false) &&
-      (state_ == DeviceState::kFault || state_ == DeviceState::kReduced)) {
+DeviceRequests Spidar::takeRequests(const DeviceSample& sample) noexcept {
+  DeviceRequests requests;
+  requests.recover = recover_request_.exchange(false);
+  requests.enable = enable_request_.exchange(-1);
+  if (sample.status == LinkStatus::kOk && sample.age_ticks == 0) {
+    requests.calibrate = calibrate_request_.exchange(false);
+    if (requests.calibrate) jig_.read(requests.jig);
+  }
+  return requests;
+}
+
+void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) noexcept {
+  if (requests.recover && (state_ == DeviceState::kFault || state_ == DeviceState::kReduced)) {
     state_ = calibrated_ ? DeviceState::kReady : DeviceState::kUncalibrated;
     zero_current_ = false;
     ramp_ = 0;
     health_.forget();
   }
-  if (sample.status == LinkStatus::kOk && sample.age_ticks == 0 && calibrate_request_.exchange(false))
-    calibrate(sample);
-  const int enable = enable_request_.exchange(-1);
-  if (enable >= 0) enabled_ = enable == 1;
+  if (requests.calibrate) calibrate(sample, requests.jig);
+  if (requests.enable >= 0) enabled_ = requests.enable == 1;
   if (enabled_ && state_ == DeviceState::kReady) {
     state_ = DeviceState::kEnabled;
     ramp_ = 0;
@@ -177,10 +185,10 @@ void Spidar::checkResidual(const PoseSolution& solved, double h) noexcept {
   if (state_ == DeviceState::kEnabled) state_ = DeviceState::kReduced;
 }
 
-void Spidar::sense(const DeviceSample& sample, double h) noexcept {
+void Spidar::sense(const DeviceSample& sample, double h, const DeviceRequests& requests) noexcept {
   flags_ = 0;
   buttons_ = sample.buttons;
-  takeRequests(sample);
+  follow(requests, sample);
   checkRate(h);
   if (!checkLink(sample, h)) return;
   since_counts_ += h;
@@ -206,10 +214,10 @@ Wrench Spidar::limited(Wrench F_G_B, double h, double command_age) noexcept {
     F_G_B.torque.setZero();
   }
   const double max_force =
-      state_ == DeviceState::kReduced ? std::min(settings_.reduced_force, def_.max_force) : def_.max_force;
-  const double share = max_force / def_.max_force;
+      state_ == DeviceState::kReduced ? std::min(settings_.reduced_force, max_force_) : max_force_;
+  const double share = max_force / max_force_;
   if (clampNorm(F_G_B.force, max_force)) flags_ |= kForceClamped;
-  if (clampNorm(F_G_B.torque, share * def_.max_torque)) flags_ |= kTorqueClamped;
+  if (clampNorm(F_G_B.torque, share * max_torque_)) flags_ |= kTorqueClamped;
   double scale = std::min(1.0, std::max(0.0, fade_.load(std::memory_order_relaxed)));
   if (!(command_age <= settings_.command_age_limit_s)) {
     flags_ |= kCommandStale;

@@ -6,8 +6,11 @@
 #pragma once
 #include <atomic>
 
+#include <vector>
+
 #include "haptic_core/base/latest_value.h"
 #include "haptic_core/spidar/calibration.h"
+#include "haptic_core/spidar/device_requests.h"
 #include "haptic_core/spidar/string_health.h"
 #include "haptic_core/spidar/string_kinematics.h"
 #include "haptic_core/spidar/tension_distribution.h"
@@ -65,7 +68,11 @@ class Spidar {
   explicit Spidar(const DeviceDef& def, const SpidarSettings& settings = {});
 
   /// (in realtime) Takes the counts of one exchange; h [s] is the time since the last one.
-  void sense(const DeviceSample& sample, double h) noexcept;
+  void sense(const DeviceSample& sample, double h) noexcept { sense(sample, h, takeRequests(sample)); }
+  /// (in realtime) The same with the requests given: what a replay calls.
+  void sense(const DeviceSample& sample, double h, const DeviceRequests& requests) noexcept;
+  /// (in realtime) Takes what was asked since the last call. A calibration waits for a fresh sample.
+  DeviceRequests takeRequests(const DeviceSample& sample) noexcept;
   /// (in realtime) Takes the wrench on the hand at G's origin in B, the grasp force along the opening [N] and
   /// the age of that command [s]; makes the drive for the next exchange.
   void actuate(const Wrench& F_G_B, double grasp_force, double h, double command_age = 0) noexcept;
@@ -85,6 +92,20 @@ class Spidar {
   /// Set-up: lengths at count 0 [m] from a saved calibration, valid while the counters have not been reset.
   /// The pose starts at `guess`.
   void restoreCalibration(const StringVector& zero_length, const GripPose& guess = {}) noexcept;
+
+  /// Complete memory, for recordings: `restore` of it makes this device or another of the same description go on
+  /// bit for bit. Between two ticks; `save` allocates. `restore` throws SetupError when it is of another device.
+  std::vector<double> save() const;
+  void restore(const std::vector<double>& memory);
+
+  /// Limits and λ that may change while running, within the device file's own. Between two ticks.
+  struct Tuning {
+    double lambda = 0;      ///< as in the device file [1]
+    double max_force = 0;   ///< [N], at most the file's
+    double max_torque = 0;  ///< [N·m], at most the file's
+  };
+  Tuning tuning() const { return {distribution_.lambda(), max_force_, max_torque_}; }
+  void tune(const Tuning& tuning);  ///< throws SetupError naming value and bounds
 
   // Results of the last tick; the same thread as `sense`.
   DeviceState state() const noexcept { return state_; }
@@ -109,8 +130,9 @@ class Spidar {
   const StringKinematics& kinematics() const noexcept { return kinematics_; }
 
  private:
-  void takeRequests(const DeviceSample& sample) noexcept;
-  void calibrate(const DeviceSample& sample) noexcept;
+  void follow(const DeviceRequests& requests, const DeviceSample& sample) noexcept;
+  void calibrate(const DeviceSample& sample, const GripPose& jig) noexcept;
+  void placeExits(const double* numbers);
   void startAt(const GripPose& pose) noexcept;
   bool checkLink(const DeviceSample& sample, double h) noexcept;
   void checkJumps(const DeviceSample& sample, double h) noexcept;
@@ -131,6 +153,7 @@ class Spidar {
   std::atomic<double> fade_{1.0};
   LatestValue<GripPose> jig_;
 
+  double max_force_ = 0, max_torque_ = 0;  ///< clamps on the wrench [N], [N·m]
   DeviceState state_ = DeviceState::kUncalibrated;
   bool calibrated_ = false, zero_current_ = false, enabled_ = false;
   StringVector zero_length_;  ///< length at count 0 [m]

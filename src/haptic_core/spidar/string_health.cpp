@@ -55,6 +55,25 @@ void StringHealth::findSuspect(const PoseSolution& solution, const StringKinemat
   }
 }
 
+void StringHealth::save(std::vector<double>& out) const {
+  out.insert(out.end(), {have_counts_ ? 1.0 : 0.0, residual_time_, suspect_error_, hottest_,
+                         static_cast<double>(suspect_), static_cast<double>(hottest_motor_)});
+  for (int i = 0; i < strings_; ++i) out.push_back(heat_[i]);
+  for (int i = 0; i < strings_; ++i) out.push_back(static_cast<double>(last_counts_[i]));
+}
+
+const double* StringHealth::restore(const double* in) noexcept {
+  have_counts_ = *in++ != 0;
+  residual_time_ = *in++;
+  suspect_error_ = *in++;
+  hottest_ = *in++;
+  suspect_ = static_cast<int>(*in++);
+  hottest_motor_ = static_cast<int>(*in++);
+  for (int i = 0; i < strings_; ++i) heat_[i] = *in++;
+  for (int i = 0; i < strings_; ++i) last_counts_[i] = static_cast<std::int64_t>(*in++);
+  return in;
+}
+
 StringVerdict StringHealth::judge(const PoseSolution& solution, const StringKinematics& kinematics,
                                   double h) noexcept {
   const double share = solution.residual / settings_.residual_limit;

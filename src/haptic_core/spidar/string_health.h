@@ -6,6 +6,8 @@
 /// Where two strings are redundant in the same direction the data cannot tell them apart; the verdict then
 /// names one of the two.
 #pragma once
+#include <vector>
+
 #include "haptic_core/spidar/string_kinematics.h"
 
 namespace haptic {
@@ -42,6 +44,10 @@ class StringHealth {
 
   /// (in realtime) Adds one tick of tensions; returns the share of the wrench that the hottest motor allows.
   double heat(const StringVector& tension, double h) noexcept;
+
+  /// Memory, for Spidar::save and restore: appends to `out`; reads from `in` and returns what follows.
+  void save(std::vector<double>& out) const;
+  const double* restore(const double* in) noexcept;
 
   int suspect() const { return suspect_; }                ///< -1: none
   double suspectError() const { return suspect_error_; }  ///< measured minus true length of the suspect [m]

@@ -73,10 +73,12 @@ struct JointPathDef {
 /// seeds' way). Virtual: it is a body with inertia on a spring-damper, whose wrench goes to the hand.
 struct PointerCoupling {
   enum class Mode : unsigned char { kDirect, kVirtual } mode = Mode::kDirect;
-  double stiffness = 2000;                  ///< virtual: [N/m]
-  double damping = 2;                       ///< virtual: [N·s/m]
-  double rotational_stiffness = 2;          ///< virtual: [N·m/rad]
-  double rotational_damping = 0.01;         ///< virtual: [N·m·s/rad]
+  /// Virtual: a stiffness or damping of this value is derived from the link and the step, see world/tuning.h.
+  static constexpr double kDerived = -1;
+  double stiffness = kDerived;              ///< [N/m]
+  double damping = kDerived;                ///< [N·s/m]
+  double rotational_stiffness = kDerived;   ///< [N·m/rad]
+  double rotational_damping = kDerived;     ///< [N·m·s/rad]
 };
 
 /// The link that a hand moves.

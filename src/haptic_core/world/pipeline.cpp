@@ -65,9 +65,10 @@ Pipeline::Pipeline(const WorldDef& def)
   state_.pointers.resize(pointers_.size());
   pointer_wrench_.resize(pointers_.size());
   pointer_moved_.resize(pointers_.size());
+  for (const PointerDef& pointer : pointers_) tuning_.coupling.push_back(pointer.coupling);
   for (std::size_t i = 0; i < pointers_.size(); ++i) {
     state_.pointers[i].link = -1;
-    grab(static_cast<int>(i), plan_.link(pointers_[i].articulation, pointers_[i].link));
+    grab(static_cast<int>(i), pointerHome(static_cast<int>(i)));
   }
   history_ = std::make_unique<StepHistory>(settings_.history_steps, state_);
 }
@@ -91,11 +92,24 @@ void Pipeline::grab(int pointer, int link) {
     throw SetupError("grab", "no pointer " + std::to_string(pointer) + " or no link " + std::to_string(link),
                      "name a pointer and a link of the scene");
   }
-  const PlanTree& tree = plan_.trees[plan_.links[link].articulation];
-  if (holds(pointer) && !tree.model->isFreeBody()) {
-    throw SetupError("grab", "link " + plan_.links[link].name + " hangs on joints or is fixed",
-                     "hold free bodies, or use the virtual coupling");
+  if (tryGrab(pointer, link)) return;
+  const int other = heldBy(link);
+  if (other >= 0) {
+    throw SetupError("grab", "link " + plan_.links[link].name + " is held by the hand of " + pointers_[other].device,
+                     "let it go there first");
   }
+  throw SetupError("grab", "link " + plan_.links[link].name + " hangs on joints or is fixed",
+                   "hold free bodies, or use the virtual coupling");
+}
+
+bool Pipeline::canGrab(int pointer, int link) const noexcept {
+  if (!holds(pointer)) return plan_.links[link].moves;
+  const int other = heldBy(link);
+  return plan_.trees[plan_.links[link].articulation].model->isFreeBody() && (other < 0 || other == pointer);
+}
+
+bool Pipeline::tryGrab(int pointer, int link) noexcept {
+  if (!canGrab(pointer, link)) return false;
   PointerState& state = state_.pointers[pointer];
   state.link = link;
   const Pose& X_WL = work_[link].X_WL;
@@ -103,20 +117,46 @@ void Pipeline::grab(int pointer, int link) {
   store(Quaternion(X_WL.R), state.q_WL);
   state.targeted = 0;
   state_.primed = 0;
+  resolveCoupling(pointer);
+  noteHolders();
+  return true;
+}
+
+void Pipeline::resolveCoupling(int i) noexcept {
+  const int link = static_cast<int>(state_.pointers[i].link);
+  const double h = settings_.step / settings_.substeps;
+  pointers_[i].coupling = resolved(tuning_.coupling[i], loadOf(link), h, link != pointerHome(i));
+}
+
+void Pipeline::noteHolders() noexcept {
   std::fill(held_by_.begin(), held_by_.end(), -1);
   for (int i = 0; i < static_cast<int>(pointers_.size()); ++i) {
     if (holds(i) && state_.pointers[i].link >= 0) held_by_[static_cast<int>(state_.pointers[i].link)] = i;
   }
 }
 
+void Pipeline::tune(const WorldTuning& tuning) {
+  std::vector<CouplingLoad> loads;
+  for (const PointerState& pointer : state_.pointers) loads.push_back(loadOf(static_cast<int>(pointer.link)));
+  check(tuning, loads, settings_.step / settings_.substeps);
+  tuning_ = tuning;
+  plan_.scaleLaws(tuning.stiffness_scale, tuning.friction_scale);
+  for (std::size_t i = 0; i < pointers_.size(); ++i) {
+    resolveCoupling(static_cast<int>(i));
+    if (!canGrab(static_cast<int>(i), static_cast<int>(state_.pointers[i].link))) {
+      grab(static_cast<int>(i), pointerHome(static_cast<int>(i)));
+    }
+  }
+  noteHolders();
+  state_.primed = 0;
+}
+
 void Pipeline::restore(const std::vector<double>& packed) {
   state_.unpack(packed);
   report_ = StepReport{};
   report_.step = state_.step;
-  std::fill(held_by_.begin(), held_by_.end(), -1);
-  for (int i = 0; i < static_cast<int>(pointers_.size()); ++i) {
-    if (holds(i)) held_by_[static_cast<int>(state_.pointers[i].link)] = i;
-  }
+  noteHolders();
+  for (int i = 0; i < static_cast<int>(pointers_.size()); ++i) resolveCoupling(i);
   contacts_.clear();
   history_->clear();
   placeAll();

@@ -14,6 +14,7 @@
 #include "haptic_core/world/state.h"
 #include "haptic_core/world/step_history.h"
 #include "haptic_core/world/step_report.h"
+#include "haptic_core/world/tuning.h"
 
 namespace haptic {
 
@@ -36,6 +37,9 @@ class Pipeline {
   void measureStages(bool on) noexcept;  ///< (in realtime)
   void setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept;  ///< (in realtime)
   void grab(int pointer, int link);        ///< throws SetupError when the link cannot be held
+  bool canGrab(int pointer, int link) const noexcept;  ///< (in realtime)
+  bool tryGrab(int pointer, int link) noexcept;        ///< (in realtime) false: it cannot be held
+  void tune(const WorldTuning& tuning);    ///< throws SetupError; between two steps
   void restore(const std::vector<double>& packed);
   /// (in realtime) False, and nothing done: not finite, or the joint obeys no commands.
   bool setJointCommand(int joint, const JointCommand& command) noexcept;
@@ -43,6 +47,10 @@ class Pipeline {
   std::string text() const;                ///< the plan, and what of the joints is not simulated
 
   const WorldSettings& settings() const { return settings_; }
+  const WorldTuning& tuning() const { return tuning_; }
+  int pointerHome(int pointer) const {     ///< link that the scene gives the pointer
+    return plan_.link(pointers_[pointer].articulation, pointers_[pointer].link);
+  }
   const Plan& plan() const { return plan_; }
   const WorldState& state() const { return state_; }
   const StepReport& report() const { return report_; }
@@ -103,9 +111,13 @@ class Pipeline {
   int pointerCount() const noexcept;
   bool keepsLedger() const noexcept;
   int heldBy(int link) const noexcept;     ///< pointer that prescribes the link's motion; -1: none
+  void noteHolders() noexcept;
+  void resolveCoupling(int i) noexcept;
+  CouplingLoad loadOf(int link) const noexcept { return {plan_.links[link].mass, plan_.links[link].least_inertia}; }
 
   WorldSettings settings_;
   std::vector<PointerDef> pointers_;
+  WorldTuning tuning_;
   Plan plan_;
   WorldState state_;
   StepReport report_;

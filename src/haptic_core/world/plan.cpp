@@ -1,5 +1,6 @@
 #include "haptic_core/world/plan.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -88,6 +89,7 @@ void Plan::addLink(const LinkDef& link, int local, const WorldDef& world) {
   plan_link.articulation = static_cast<int>(trees.size()) - 1;
   plan_link.local = local;
   plan_link.mass = link.inertia.mass;
+  plan_link.least_inertia = Eigen::SelfAdjointEigenSolver<Matrix3>(link.inertia.I_C).eigenvalues()[0];
   for (const CollisionDef& collision : link.collisions) {
     if (!collision.shape) continue;
     const Vector3 centre = collision.X_LS * collision.shape->centre() - link.inertia.p_LC;
@@ -127,6 +129,18 @@ void Plan::addMaterials(const WorldDef& def) {
       law.torsion = def.settings.torsional_friction;
       has_friction |= law.material.mu_static > 0;
     }
+  }
+  defined_laws_ = laws_;
+}
+
+void Plan::scaleLaws(double stiffness, double friction) noexcept {
+  for (std::size_t i = 0; i < laws_.size(); ++i) {
+    const ContactMaterial& defined = defined_laws_[i].material;
+    ContactMaterial& material = laws_[i].material;
+    material.stiffness = stiffness * defined.stiffness;
+    material.tangential_stiffness = stiffness * defined.tangential_stiffness;
+    material.mu_static = friction * defined.mu_static;
+    material.mu_dynamic = friction * defined.mu_dynamic;
   }
 }
 

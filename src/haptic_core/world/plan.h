@@ -17,6 +17,7 @@ struct PlanLink {
   std::string name;
   int articulation = 0, local = 0;  ///< which of `trees`, and which link in it
   double mass = 0;                  ///< [kg]
+  double least_inertia = 0;         ///< smallest principal one about the centre of mass [kg·m²]
   double size = 0;                  ///< reach of its shapes from the centre of mass [m]; 1 m without shapes
   bool moves = false;               ///< has a degree of freedom of its own or of an ancestor
 };
@@ -58,6 +59,8 @@ class Plan {
   bool mayCollide(int a, int b) const;
   /// Law of a pair of shapes; the reduced mass is the pair's, infinite masses for fixed and hand-moved links.
   PairLaw law(int a, int b, bool a_held, bool b_held) const;
+  /// Multiplies k and k_t, μ0 and μ of every pair's law, as the definition gives it. No allocation.
+  void scaleLaws(double stiffness, double friction) noexcept;
 
   /// Faces of two shapes that are no surface of their bodies.
   HiddenFaces hidden(int a, int b) const {
@@ -109,7 +112,8 @@ class Plan {
   WorldSettings settings_;
   std::string name_;
   std::vector<ContactMaterial> materials_;
-  std::vector<PairLaw> laws_;                 ///< by material index a·n + b
+  std::vector<PairLaw> defined_laws_;         ///< by material index a·n + b
+  std::vector<PairLaw> laws_;                 ///< the same, scaled
   std::vector<std::uint64_t> excluded_;       ///< link pairs, sorted
   std::vector<std::uint64_t> neighbours_;     ///< shape pairs, sorted
   std::vector<int> first_link_;               ///< by articulation of the definition

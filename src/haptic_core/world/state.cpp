@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/word_hash.h"
 
 namespace haptic {
 namespace {
@@ -50,33 +51,27 @@ void toNumbers(const JointCommand& command, double* out) {
   std::memcpy(out, numbers, sizeof numbers);
 }
 
-std::uint64_t fnv1a(std::uint64_t hash, const void* data, std::size_t bytes) {
-  const auto* byte = static_cast<const unsigned char*>(data);
-  for (std::size_t i = 0; i < bytes; ++i) hash = (hash ^ byte[i]) * 0x100000001b3ull;
-  return hash;
-}
-
 }  // namespace
 
 std::uint64_t WorldState::hash() const {
-  std::uint64_t hash = 0xcbf29ce484222325ull;
-  hash = fnv1a(hash, &time, sizeof time);
-  hash = fnv1a(hash, &step, sizeof step);
-  hash = fnv1a(hash, q.data(), q.size() * sizeof(double));
-  hash = fnv1a(hash, v.data(), v.size() * sizeof(double));
-  hash = fnv1a(hash, pull.data(), pull.size() * sizeof(double));
-  hash = fnv1a(hash, &primed, sizeof primed);
+  std::uint64_t hash = kHashStart;
+  hash = hashWords(hash, &time, sizeof time);
+  hash = hashWords(hash, &step, sizeof step);
+  hash = hashWords(hash, q.data(), q.size() * sizeof(double));
+  hash = hashWords(hash, v.data(), v.size() * sizeof(double));
+  hash = hashWords(hash, pull.data(), pull.size() * sizeof(double));
+  hash = hashWords(hash, &primed, sizeof primed);
   for (const JointCommand& command : commands) {
     double numbers[kCommandNumbers];
     toNumbers(command, numbers);
-    hash = fnv1a(hash, numbers, sizeof numbers);
+    hash = hashWords(hash, numbers, sizeof numbers);
   }
-  hash = fnv1a(hash, pointers.data(), pointers.size() * sizeof(PointerState));
-  hash = fnv1a(hash, energy, sizeof energy);
+  hash = hashWords(hash, pointers.data(), pointers.size() * sizeof(PointerState));
+  hash = hashWords(hash, energy, sizeof energy);
   for (int i = 0; i < pair_count; ++i) {
     double numbers[kPairNumbers];
     toNumbers(pairs[i], numbers);
-    hash = fnv1a(hash, numbers, sizeof numbers);
+    hash = hashWords(hash, numbers, sizeof numbers);
   }
   return hash;
 }

@@ -57,7 +57,7 @@ struct WorldState {
   int pair_count = 0;
   double energy[4] = {0, 0, 0, 0};    ///< sums of the ledger [J]: damping, friction, external, turning
 
-  std::uint64_t hash() const;        ///< FNV-1a over all of it
+  std::uint64_t hash() const;        ///< over all of it
   std::vector<double> pack() const;  ///< one vector, with lengths in front
   /// Throws SetupError when `packed` was made by a world of another layout.
   void unpack(const std::vector<double>& packed);

@@ -59,6 +59,12 @@ Wrench World::pointerWrench(int i) const noexcept {
   return {Vector3(F[0], F[1], F[2]), Vector3(F[3], F[4], F[5])};
 }
 void World::grab(int pointer, int link) { impl_->pipeline.grab(pointer, link); }
+int World::pointerHome(int i) const { return impl_->pipeline.pointerHome(i); }
+bool World::canGrab(int pointer, int link) const noexcept { return impl_->pipeline.canGrab(pointer, link); }
+bool World::tryGrab(int pointer, int link) noexcept { return impl_->pipeline.tryGrab(pointer, link); }
+
+const WorldTuning& World::tuning() const { return impl_->pipeline.tuning(); }
+void World::tune(const WorldTuning& tuning) { impl_->pipeline.tune(tuning); }
 
 int World::contactCount() const { return impl_->pipeline.contacts().size(); }
 const ContactReport& World::contact(int i) const { return impl_->pipeline.contacts()[i]; }

@@ -9,6 +9,7 @@
 #include "haptic_core/dynamics/joint_law.h"
 #include "haptic_core/world/definition.h"
 #include "haptic_core/world/step_report.h"
+#include "haptic_core/world/tuning.h"
 
 namespace haptic {
 
@@ -55,6 +56,12 @@ class World {
   /// (in realtime) Wrench of the world on pointer i in the last step, about the link frame's origin, in W.
   Wrench pointerWrench(int i) const noexcept;
   void grab(int pointer, int link);                   ///< makes another link the pointer from the next step on
+  int pointerHome(int i) const;                       ///< link that the scene gives pointer i
+  bool canGrab(int pointer, int link) const noexcept; ///< (in realtime) a link that moves freely, not held by another
+  bool tryGrab(int pointer, int link) noexcept;       ///< (in realtime) `grab`; false: it cannot be held
+
+  const WorldTuning& tuning() const;                  ///< what may change while running; a reset keeps it
+  void tune(const WorldTuning& tuning);               ///< between two steps; throws SetupError
 
   int contactCount() const;
   const ContactReport& contact(int i) const;

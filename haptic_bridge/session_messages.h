@@ -1,0 +1,19 @@
+/// From the loop's recordings to messages.
+#pragma once
+#include <haptic_msgs/LoopEvent.h>
+#include <haptic_msgs/SessionInfo.h>
+#include <haptic_msgs/TickRecord.h>
+
+#include <vector>
+
+#include "haptic_bridge/realtime_thread.h"
+
+namespace haptic {
+
+haptic_msgs::SessionInfo toSessionInfo(const RealtimeThread::Start& start, const BridgeParameters& parameters);
+haptic_msgs::LoopEvent toLoopEvent(const LoopEvent& event);
+
+/// Adds a tick to the run in `message`. False: it does not belong there (other hands, or not the next tick).
+bool addTick(const RecordedTick& tick, const std::vector<int>& strings, haptic_msgs::TickRecord& message);
+
+}  // namespace haptic

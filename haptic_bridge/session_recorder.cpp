@@ -1,0 +1,83 @@
+#include "haptic_bridge/session_recorder.h"
+
+#include <boost/make_shared.hpp>
+
+namespace haptic {
+namespace {
+
+/// A message holds at most so many ticks: some ten kilobytes.
+constexpr std::uint32_t kTicksPerMessage = 64;
+/// Messages that may wait for a slow recorder: 30 s of 60 per second.
+constexpr int kQueue = 2000;
+
+}  // namespace
+
+SessionRecorder::SessionRecorder(ros::NodeHandle& nh, const BridgeParameters& parameters, RealtimeThread& loop)
+    : parameters_(parameters), loop_(loop), flight_(parameters) {
+  if (!parameters.record) return;
+  session_ = nh.advertise<haptic_msgs::SessionInfo>("recorded/session", kQueue, true);
+  ticks_ = nh.advertise<haptic_msgs::TickRecord>("recorded/ticks", kQueue);
+  events_ = nh.advertise<haptic_msgs::LoopEvent>("recorded/events", kQueue);
+}
+
+void SessionRecorder::begin(const RealtimeThread::Start& start) {
+  strings_.clear();
+  for (const SessionStart::HandStart& hand : start.session.hands) {
+    strings_.push_back(static_cast<int>(hand.def.strings.size()));
+  }
+  const haptic_msgs::SessionInfo info = toSessionInfo(start, parameters_);
+  flight_.begin(info, start);
+  if (session_) session_.publish(info);
+}
+
+void SessionRecorder::publish(const haptic_msgs::TickRecord& run) {
+  if (run.ticks == 0) return;
+  const auto message = boost::make_shared<haptic_msgs::TickRecord>(run);
+  message->header.stamp = ros::Time::now();
+  flight_.add(message);
+  if (ticks_) ticks_.publish(boost::shared_ptr<const haptic_msgs::TickRecord>(message));
+}
+
+/// Starts and events are due before the tick that they name: ticks of one drain may lie on both sides of them.
+void SessionRecorder::drain() {
+  if (session_ && session_.getNumSubscribers() > 0 && ticks_.getNumSubscribers() > 0 && events_.getNumSubscribers() > 0) {
+    loop_.letTick();
+  }
+  RecordedTick tick;
+  haptic_msgs::TickRecord run;
+  bool more = true;
+  while (more) {
+    more = loop_.records().pop(tick);
+    std::shared_ptr<const RealtimeThread::Start> start;
+    while (loop_.starts().pop(start)) waiting_starts_.push_back(start);
+    std::shared_ptr<const LoopEvent> event;
+    while (loop_.events().pop(event)) waiting_events_.push_back(event);
+    const auto due = [&](std::uint64_t at) { return !more || at <= tick.tick; };
+    while (!waiting_starts_.empty() && due(waiting_starts_.front()->session.first_tick)) {
+      publish(run);
+      run = haptic_msgs::TickRecord();
+      begin(*waiting_starts_.front());
+      waiting_starts_.pop_front();
+    }
+    while (!waiting_events_.empty() && due(waiting_events_.front()->tick)) {
+      const LoopEvent& e = *waiting_events_.front();
+      if (e.kind == LoopEvent::Kind::kHandGone && e.hand < static_cast<int>(strings_.size())) {
+        publish(run);
+        run = haptic_msgs::TickRecord();
+        strings_.erase(strings_.begin() + e.hand);
+      }
+      const haptic_msgs::LoopEvent message = toLoopEvent(e);
+      flight_.add(message);
+      if (events_) events_.publish(message);
+      waiting_events_.pop_front();
+    }
+    if (!more || tick.hands > static_cast<int>(strings_.size())) continue;
+    if (run.ticks < kTicksPerMessage && addTick(tick, strings_, run)) continue;
+    publish(run);
+    run = haptic_msgs::TickRecord();
+    addTick(tick, strings_, run);
+  }
+  publish(run);
+}
+
+}  // namespace haptic

@@ -1,0 +1,35 @@
+/// The session as topics under recorded/: what a bag needs to be replayed. Nothing in them reaches a motor.
+#pragma once
+#include <ros/node_handle.h>
+
+#include <deque>
+#include <vector>
+
+#include "haptic_bridge/flight_recorder.h"
+#include "haptic_bridge/session_messages.h"
+
+namespace haptic {
+
+/// Drains the real-time thread's recordings; called by telemetry's thread. With ~record they are published; in any
+/// case the flight recorder gets them.
+class SessionRecorder {
+ public:
+  SessionRecorder(ros::NodeHandle& nh, const BridgeParameters& parameters, RealtimeThread& loop);
+
+  void drain();
+  FlightRecorder& flight() { return flight_; }
+
+ private:
+  void publish(const haptic_msgs::TickRecord& run);
+  void begin(const RealtimeThread::Start& start);
+
+  BridgeParameters parameters_;
+  RealtimeThread& loop_;
+  FlightRecorder flight_;
+  ros::Publisher session_, ticks_, events_;
+  std::vector<int> strings_;  ///< per hand
+  std::deque<std::shared_ptr<const RealtimeThread::Start>> waiting_starts_;
+  std::deque<std::shared_ptr<const LoopEvent>> waiting_events_;
+};
+
+}  // namespace haptic

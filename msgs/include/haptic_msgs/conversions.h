@@ -1,0 +1,111 @@
+/// Between the core's types and ROS messages: the one place, for all wrappers. SI on both sides; frames are the caller's.
+#pragma once
+#include <geometry_msgs/Pose.h>
+#include <geometry_msgs/Transform.h>
+#include <geometry_msgs/Twist.h>
+#include <geometry_msgs/Wrench.h>
+#include <haptic_msgs/EnergyLedger.h>
+#include <ros/time.h>
+
+#include "haptic_core/base/spatial.h"
+#include "haptic_core/loop/realtime.h"
+#include "haptic_core/world/step_report.h"
+
+namespace haptic {
+
+inline geometry_msgs::Point toPoint(const Vector3& p) {
+  geometry_msgs::Point m;
+  m.x = p.x();
+  m.y = p.y();
+  m.z = p.z();
+  return m;
+}
+
+inline geometry_msgs::Vector3 toVector(const Vector3& v) {
+  geometry_msgs::Vector3 m;
+  m.x = v.x();
+  m.y = v.y();
+  m.z = v.z();
+  return m;
+}
+
+inline geometry_msgs::Quaternion toQuaternion(const Matrix3& R) {
+  const Quaternion q = Quaternion(R).normalized();
+  geometry_msgs::Quaternion m;
+  m.w = q.w();
+  m.x = q.x();
+  m.y = q.y();
+  m.z = q.z();
+  return m;
+}
+
+inline geometry_msgs::Pose toPose(const Pose& X) {
+  geometry_msgs::Pose m;
+  m.position = toPoint(X.p);
+  m.orientation = toQuaternion(X.R);
+  return m;
+}
+
+inline geometry_msgs::Transform toTransform(const Pose& X) {
+  geometry_msgs::Transform m;
+  m.translation = toVector(X.p);
+  m.rotation = toQuaternion(X.R);
+  return m;
+}
+
+inline geometry_msgs::Twist toTwist(const Twist& V) {
+  geometry_msgs::Twist m;
+  m.linear = toVector(V.linear);
+  m.angular = toVector(V.angular);
+  return m;
+}
+
+inline geometry_msgs::Wrench toWrench(const Wrench& F) {
+  geometry_msgs::Wrench m;
+  m.force = toVector(F.force);
+  m.torque = toVector(F.torque);
+  return m;
+}
+
+inline Vector3 fromVector(const geometry_msgs::Vector3& v) { return {v.x, v.y, v.z}; }
+
+/// Normalised; NaN stays NaN.
+inline Quaternion fromQuaternion(const geometry_msgs::Quaternion& q) {
+  return Quaternion(q.w, q.x, q.y, q.z).normalized();
+}
+
+inline Pose fromPose(const geometry_msgs::Pose& pose) {
+  return {fromQuaternion(pose.orientation), Vector3(pose.position.x, pose.position.y, pose.position.z)};
+}
+
+inline Pose fromTransform(const geometry_msgs::Transform& transform) {
+  return {fromQuaternion(transform.rotation), fromVector(transform.translation)};
+}
+
+inline Wrench fromWrench(const geometry_msgs::Wrench& wrench) {
+  return {fromVector(wrench.torque), fromVector(wrench.force)};
+}
+
+inline bool finite(const Pose& X) { return X.p.allFinite() && X.R.allFinite(); }
+
+/// ROS time of an instant on the steady clock [ns]. With a simulated clock: its present time.
+inline ros::Time toStamp(std::int64_t steady_ns) {
+  const ros::Time now = ros::Time::now();
+  if (ros::Time::isSimTime()) return now;
+  const std::int64_t age = steadyNow() - steady_ns;
+  // Early in a simulated or wrong clock the difference would be before the epoch, which ros::Time refuses.
+  return now.toNSec() > static_cast<std::uint64_t>(age > 0 ? age : 0) ? now - ros::Duration().fromNSec(age) : now;
+}
+
+inline haptic_msgs::EnergyLedger toLedger(const EnergyLedger& energy) {
+  haptic_msgs::EnergyLedger m;
+  m.kinetic = energy.kinetic;
+  m.potential = energy.potential;
+  m.elastic = energy.elastic;
+  m.damping = energy.damping;
+  m.friction = energy.friction;
+  m.external = energy.external;
+  return m;
+}
+
+}  // namespace haptic

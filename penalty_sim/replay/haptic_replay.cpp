@@ -1,0 +1,119 @@
+// Runs a recorded session again, headless and as fast as it goes, or as topics for rviz at the recorded pace.
+#include <penalty_sim/world_topics.h>
+#include <ros/init.h>
+
+#include <cstdio>
+#include <cstring>
+#include <iostream>
+#include <thread>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/loop/realtime.h"
+#include "replay/replay_run.h"
+
+namespace haptic {
+namespace {
+
+constexpr char kUsage[] = "usage: haptic_replay BAG [--any-build] [--topics [SPEED]]";
+
+struct Options {
+  std::string bag;
+  BagOptions reading;
+  double speed = 0;  ///< of recorded time, with topics; 0: headless, as fast as it goes
+};
+
+Options readOptions(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--any-build") {
+      options.reading.any_build = true;
+    } else if (word == "--topics") {
+      options.speed = 1;
+      if (i + 1 < argc && std::isdigit(static_cast<unsigned char>(argv[i + 1][0]))) options.speed = std::atof(argv[++i]);
+      if (!(options.speed > 0)) throw SetupError("--topics", "is no speed", "give a factor > 0");
+    } else if (word[0] == '-' || !options.bag.empty()) {
+      throw SetupError(word, "is not understood", kUsage);
+    } else {
+      options.bag = word;
+    }
+  }
+  if (options.bag.empty()) throw SetupError("haptic_replay", "no bag is given", kUsage);
+  return options;
+}
+
+/// The replayed world as the simulation's topics.
+class Shown {
+ public:
+  Shown(ReplayRun& run, double step, double speed)
+      : port_(run.world(), run.scene().world.name, {}, 16 + 8 * run.world().linkCount()),
+        topics_(nh_, parameters(), run.scene(), port_),
+        period_ns_(static_cast<std::int64_t>(1e9 * step / speed)),
+        next_ns_(steadyNow()) {}
+
+  void after() {
+    next_ns_ += period_ns_;
+    const std::int64_t ahead = next_ns_ - steadyNow();
+    if (ahead > kNap) std::this_thread::sleep_for(std::chrono::nanoseconds(ahead));
+    if (port_.wants_snapshot.exchange(false)) port_.takeSnapshot(steadyNow());
+  }
+
+ private:
+  static constexpr std::int64_t kNap = 5000000;  // sleeping less than 5 ms at a time is not worth its jitter [ns]
+  static SimulationParameters parameters() {
+    SimulationParameters p;
+    p.world_frame = "world";
+    return p;
+  }
+  ros::NodeHandle nh_;
+  WorldPort port_;
+  WorldTopics topics_;
+  std::int64_t period_ns_, next_ns_;
+};
+
+int main(int argc, char** argv) {
+  const Options options = readOptions(argc, argv);
+  const std::vector<RecordedSession> sessions = readSessions(options.bag, options.reading);
+  ReplayReport all;
+  for (const RecordedSession& session : sessions) {
+    ReplayRun run(session);
+    std::unique_ptr<Shown> shown;
+    if (options.speed > 0) shown = std::make_unique<Shown>(run, session.start.step, options.speed);
+    const ReplayReport report = run.run(shown ? [&](std::uint64_t) { shown->after(); } : std::function<void(std::uint64_t)>());
+    std::printf("scene %s, %zu hands: ticks %llu to %llu, %zu events, %llu compared\n", session.scene.c_str(),
+                session.start.hands.size(), static_cast<unsigned long long>(session.start.first_tick),
+                static_cast<unsigned long long>(session.ticks.back().tick), session.events.size(),
+                static_cast<unsigned long long>(report.compared));
+    if (report.mismatches > 0) {
+      std::printf("first difference: tick %llu, %s\n", static_cast<unsigned long long>(report.first_tick), report.first_part.c_str());
+    }
+    all.steps += report.steps;
+    all.compared += report.compared;
+    all.mismatches += report.mismatches;
+    all.seconds += report.seconds;
+    all.simulated += report.simulated;
+  }
+  if (all.compared == 0) throw SetupError(options.bag, "holds no hashes to compare with", "record with ./run demo --record");
+  std::printf("figure replay.steps %llu 1\nfigure replay.mismatches %llu 1\nfigure replay.speedup %.4g 1\n",
+              static_cast<unsigned long long>(all.steps), static_cast<unsigned long long>(all.mismatches),
+              all.seconds > 0 ? all.simulated / all.seconds : 0);
+  return all.mismatches == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace haptic
+
+int main(int argc, char** argv) {
+  try {
+    for (int i = 1; i < argc; ++i) {
+      if (std::strcmp(argv[i], "--topics") == 0) {
+        ros::init(argc, argv, "replay", ros::init_options::NoSigintHandler);
+        break;
+      }
+    }
+    return haptic::main(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "replay: " << error.what() << "\n";
+    return 2;
+  }
+}

@@ -1,0 +1,203 @@
+#include "replay/recorded_session.h"
+
+#include <haptic_msgs/LoopEvent.h>
+#include <haptic_msgs/SessionInfo.h>
+#include <haptic_msgs/TickRecord.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+
+#include <algorithm>
+
+#include "haptic_core/base/build_info.h"
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+namespace {
+
+bool endsWith(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+void refuse(const std::string& bag, const std::string& what, const std::string& remedy) { throw SetupError(bag, what, remedy); }
+
+void checkVersion(const std::string& bag, const haptic_msgs::SessionInfo& info, const BagOptions& options) {
+  if (info.version != info.VERSION) {
+    refuse(bag, "was recorded in format " + std::to_string(info.version) + ", this program reads " +
+                    std::to_string(info.VERSION), "replay it with " + info.program);
+  }
+  if (options.any_build) return;
+  if (info.program != programVersion()) {
+    refuse(bag, "was recorded by " + info.program + ", this is " + programVersion(),
+           "use that version, or --any-build to compare all the same");
+  }
+  if (info.build != buildFlags()) {
+    refuse(bag, "was recorded by the build '" + info.build + "', this is '" + buildFlags() + "'",
+           "use that build, or --any-build to compare all the same");
+  }
+}
+
+RecordedSession begin(const std::string& bag, const haptic_msgs::SessionInfo& info) {
+  RecordedSession s;
+  s.scene = info.scene;
+  s.scene_file = info.scene_file;
+  s.scene_text = info.scene_text;
+  s.fingerprint = info.scene_fingerprint;
+  s.world_hash = info.world_hash;
+  s.rate = info.rate;
+  s.default_density = info.default_density;
+  s.program = info.program;
+  s.build = info.build;
+  s.links = info.links;
+  s.device_texts = info.device_texts;
+  s.start.first_tick = info.first_tick;
+  s.start.step = 1 / info.rate;
+  s.start.world_state = info.world_state;
+  s.start.world_tuning = info.world_tuning;
+  const std::size_t hands = info.devices.size();
+  const bool fits = hands > 0 && hands <= kMaxHands && info.device_texts.size() == hands && info.pointers.size() == hands &&
+                    info.device_memory_sizes.size() == hands && info.hand_settings.size() % hands == 0 && info.rate > 0;
+  if (!fits) refuse(bag, "its session does not say which hands it has", "record again");
+  const std::size_t per_hand = info.hand_settings.size() / hands;
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < hands; ++i) {
+    SessionStart::HandStart hand;
+    hand.device = info.devices[i];
+    hand.pointer = info.pointers[i];
+    const auto first = info.hand_settings.begin() + static_cast<std::ptrdiff_t>(i * per_hand);
+    hand.settings = handSettingsFrom({first, first + static_cast<std::ptrdiff_t>(per_hand)});
+    const std::size_t size = info.device_memory_sizes[i];
+    if (used + size > info.device_memory.size()) refuse(bag, "its session is cut short", "record again");
+    const auto memory = info.device_memory.begin() + static_cast<std::ptrdiff_t>(used);
+    hand.memory.assign(memory, memory + static_cast<std::ptrdiff_t>(size));
+    used += size;
+    s.start.hands.push_back(hand);
+  }
+  return s;
+}
+
+/// Encoder channels of each hand from its description's count of strings, which stands first in its memory.
+std::vector<std::uint32_t> channelsOf(const SessionStart& start) {
+  std::vector<std::uint32_t> channels;
+  for (const SessionStart::HandStart& hand : start.hands) {
+    channels.push_back(hand.memory.empty() ? 0 : static_cast<std::uint32_t>(hand.memory[0]));
+  }
+  return channels;
+}
+
+bool sizesFit(const haptic_msgs::TickRecord& m) {
+  const std::size_t ticks = m.ticks, by_hand = ticks * m.hands;
+  return m.hands <= kMaxHands && m.parts <= TickHash::kMaxParts && m.counts.size() == ticks * m.channels &&
+         m.stamp_ns.size() == by_hand && m.age_ticks.size() == by_hand && m.buttons.size() == by_hand &&
+         m.link_status.size() == by_hand && m.requests.size() == by_hand && m.paused.size() == ticks &&
+         m.lost_periods.size() == ticks && m.world_hash.size() == ticks && m.part_hash.size() == ticks * m.parts;
+}
+
+void addRun(const std::string& bag, const haptic_msgs::TickRecord& m, const std::vector<std::uint32_t>& channels,
+            RecordedSession& session) {
+  const std::uint64_t next = session.start.first_tick + session.ticks.size();
+  if (m.first_tick != next) {
+    refuse(bag, "ticks " + std::to_string(next) + " to " + std::to_string(m.first_tick) + " are missing",
+           "the recorder could not keep up: record fewer topics, or to a faster disk");
+  }
+  std::uint32_t all = 0;
+  for (const std::uint32_t n : channels) all += n;
+  if (!sizesFit(m) || m.hands != channels.size() || m.channels != all || all == 0) {
+    refuse(bag, "its ticks at " + std::to_string(m.first_tick) + " have no encoder counts that fit the devices", "record again");
+  }
+  for (std::uint32_t t = 0; t < m.ticks; ++t) {
+    TickInput input;
+    input.tick = m.first_tick + t;
+    input.lost_periods = static_cast<int>(m.lost_periods[t]);
+    input.paused = m.paused[t] != 0;
+    input.hands = static_cast<int>(m.hands);
+    std::size_t channel = static_cast<std::size_t>(t) * m.channels;
+    for (std::uint32_t h = 0; h < m.hands; ++h) {
+      const std::size_t at = static_cast<std::size_t>(t) * m.hands + h;
+      DeviceSample& sample = input.hand[h].sample;
+      for (std::uint32_t c = 0; c < channels[h]; ++c) sample.counts[c] = m.counts[channel++];
+      sample.stamp_ns = m.stamp_ns[at];
+      sample.age_ticks = m.age_ticks[at];
+      sample.buttons = m.buttons[at];
+      sample.status = static_cast<LinkStatus>(m.link_status[at]);
+      input.hand[h].hand = {(m.requests[at] & 1) != 0, (m.requests[at] & 2) != 0, static_cast<Rebase>(m.requests[at] >> 2)};
+    }
+    session.ticks.push_back(input);
+    TickHash hash;
+    hash.world = m.world_hash[t];
+    hash.parts = static_cast<int>(m.parts);
+    const auto part = m.part_hash.begin() + static_cast<std::ptrdiff_t>(t) * m.parts;
+    std::copy(part, part + m.parts, hash.part.begin());
+    session.hashes.push_back(hash);
+  }
+}
+
+struct Messages {
+  std::vector<haptic_msgs::SessionInfo::ConstPtr> sessions;
+  std::vector<haptic_msgs::LoopEvent::ConstPtr> events;
+  std::vector<haptic_msgs::TickRecord::ConstPtr> runs;
+};
+
+Messages readMessages(const std::string& path) {
+  Messages messages;
+  try {
+    rosbag::Bag bag(path, rosbag::bagmode::Read);
+    rosbag::View view(bag, [](const rosbag::ConnectionInfo* connection) {
+      return endsWith(connection->topic, "recorded/session") || endsWith(connection->topic, "recorded/events") ||
+             endsWith(connection->topic, "recorded/ticks");
+    });
+    for (const rosbag::MessageInstance& message : view) {
+      if (const auto session = message.instantiate<haptic_msgs::SessionInfo>()) messages.sessions.push_back(session);
+      if (const auto event = message.instantiate<haptic_msgs::LoopEvent>()) messages.events.push_back(event);
+      if (const auto run = message.instantiate<haptic_msgs::TickRecord>()) messages.runs.push_back(run);
+    }
+    if (messages.sessions.empty() && messages.runs.empty() && view.size() > 0) {
+      refuse(path, "its recorded/ messages are of another version", "replay it with the program that recorded it");
+    }
+  } catch (const rosbag::BagUnindexedException&) {
+    refuse(path, "is truncated: it has no index", "mend it by: rosbag reindex " + path);
+  } catch (const rosbag::BagException& error) {
+    refuse(path, std::string("cannot be read as a bag: ") + error.what(), "give a bag that --record has written, complete");
+  }
+  if (messages.sessions.empty() || messages.runs.empty()) {
+    refuse(path, "holds no encoder counts", "record with ./run demo --record, or with record:=BAG of the launch file");
+  }
+  return messages;
+}
+
+}  // namespace
+
+std::vector<RecordedSession> readSessions(const std::string& bag, const BagOptions& options) {
+  Messages messages = readMessages(bag);
+  // Messages of different topics may have crossed on their way into the bag; ticks tell the order.
+  const auto by_first_tick = [](const auto& a, const auto& b) { return a->first_tick < b->first_tick; };
+  std::stable_sort(messages.sessions.begin(), messages.sessions.end(), by_first_tick);
+  std::stable_sort(messages.runs.begin(), messages.runs.end(), by_first_tick);
+  std::stable_sort(messages.events.begin(), messages.events.end(), [](const auto& a, const auto& b) { return a->tick < b->tick; });
+  std::vector<RecordedSession> sessions;
+  auto run = messages.runs.begin();
+  auto event = messages.events.begin();
+  for (std::size_t i = 0; i < messages.sessions.size(); ++i) {
+    checkVersion(bag, *messages.sessions[i], options);
+    const std::uint64_t end = i + 1 < messages.sessions.size() ? messages.sessions[i + 1]->first_tick : UINT64_MAX;
+    RecordedSession session = begin(bag, *messages.sessions[i]);
+    std::vector<std::uint32_t> channels = channelsOf(session.start);
+    for (; event != messages.events.end() && (*event)->tick < end; ++event) {
+      if ((*event)->kind > haptic_msgs::LoopEvent::DEVICE_REQUESTS) refuse(bag, "has an event of an unknown kind", "use the version that recorded it");
+      session.events.push_back({(*event)->tick, static_cast<LoopEvent::Kind>((*event)->kind), (*event)->hand, (*event)->numbers});
+    }
+    auto gone = session.events.begin();
+    for (; run != messages.runs.end() && (*run)->first_tick < end; ++run) {
+      for (; gone != session.events.end() && gone->tick <= (*run)->first_tick; ++gone) {
+        if (gone->kind != LoopEvent::Kind::kHandGone) continue;
+        if (gone->hand < 0 || gone->hand >= static_cast<int>(channels.size())) refuse(bag, "loses a hand that it has not", "record again");
+        channels.erase(channels.begin() + gone->hand);
+      }
+      addRun(bag, **run, channels, session);
+    }
+    if (!session.ticks.empty()) sessions.push_back(std::move(session));
+  }
+  if (sessions.empty()) refuse(bag, "holds no encoder counts", "record with ./run demo --record");
+  return sessions;
+}
+
+}  // namespace haptic

@@ -1,0 +1,143 @@
+#include "haptic_core/loop/session.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/loop/hand.h"
+#include "haptic_core/spidar/spidar.h"
+
+namespace haptic {
+namespace {
+
+constexpr std::size_t kSettingsNumbers = 20, kRequestNumbers = 16;
+
+void put(std::vector<double>& out, const Pose& X) {
+  out.insert(out.end(), X.R.data(), X.R.data() + 9);
+  out.insert(out.end(), X.p.data(), X.p.data() + 3);
+}
+
+Pose poseAt(const double* in) {
+  Pose X;
+  std::memcpy(X.R.data(), in, 9 * sizeof(double));
+  std::memcpy(X.p.data(), in + 9, 3 * sizeof(double));
+  return X;
+}
+
+void requireSize(const std::vector<double>& numbers, std::size_t size, const char* what) {
+  if (numbers.size() == size) return;
+  throw SetupError(what, "has " + std::to_string(numbers.size()) + " numbers instead of " + std::to_string(size),
+                   "use a recording of this version");
+}
+
+}  // namespace
+
+std::vector<double> numbersOf(const HandSettings& s) {
+  std::vector<double> out = {s.workspace.scale,    s.force_scale,
+                             static_cast<double>(s.passivity.mode), s.passivity.radius,
+                             s.passivity.max_damping, s.soft_start_s,
+                             static_cast<double>(s.clutch_button), static_cast<double>(s.grab_button)};
+  put(out, s.workspace.X_WB);
+  return out;
+}
+
+HandSettings handSettingsFrom(const std::vector<double>& numbers) {
+  requireSize(numbers, kSettingsNumbers, "settings of a hand");
+  HandSettings s;
+  s.workspace.scale = numbers[0];
+  s.force_scale = numbers[1];
+  s.passivity.mode = static_cast<PassivityMode>(static_cast<int>(numbers[2]));
+  s.passivity.radius = numbers[3];
+  s.passivity.max_damping = numbers[4];
+  s.soft_start_s = numbers[5];
+  s.clutch_button = static_cast<int>(numbers[6]);
+  s.grab_button = static_cast<int>(numbers[7]);
+  s.workspace.X_WB = poseAt(numbers.data() + 8);
+  return s;
+}
+
+std::vector<double> numbersOf(const DeviceRequests& r) {
+  std::vector<double> out = {r.calibrate ? 1.0 : 0.0, r.recover ? 1.0 : 0.0, static_cast<double>(r.enable),
+                             r.jig.opening};
+  put(out, r.jig.X_BG);
+  return out;
+}
+
+DeviceRequests deviceRequestsFrom(const std::vector<double>& numbers) {
+  requireSize(numbers, kRequestNumbers, "requests to a device");
+  DeviceRequests r;
+  r.calibrate = numbers[0] != 0;
+  r.recover = numbers[1] != 0;
+  r.enable = static_cast<int>(numbers[2]);
+  r.jig.opening = numbers[3];
+  r.jig.X_BG = poseAt(numbers.data() + 4);
+  return r;
+}
+
+SessionReplay::SessionReplay(const WorldDef& scene, const SessionStart& start) : world_(scene), step_(start.step) {
+  if (std::fabs(scene.settings.step - start.step) > 1e-12) {
+    throw SetupError(scene.name, "has a step of " + std::to_string(1e3 * scene.settings.step) + " ms, the recording one of " +
+                                     std::to_string(1e3 * start.step) + " ms", "give the scene the recording's rate");
+  }
+  world_.tune(WorldTuning::fromNumbers(start.world_tuning));
+  world_.restore(start.world_state);
+  loop_ = std::make_unique<HapticLoop>(world_);
+  for (const SessionStart::HandStart& hand : start.hands) {
+    devices_.push_back(std::make_unique<Spidar>(hand.def));
+    devices_.back()->restore(hand.memory);
+    names_.push_back(hand.device);
+    loop_->attach(*devices_.back(), hand.pointer, hand.settings);
+  }
+  requests_.resize(start.hands.size());
+}
+
+void SessionReplay::apply(const LoopEvent& event) {
+  const bool of_world = event.kind == LoopEvent::Kind::kWorldState || event.kind == LoopEvent::Kind::kWorldTuning;
+  if (!of_world && (event.hand < 0 || event.hand >= loop_->handCount())) {
+    throw SetupError("event before tick " + std::to_string(event.tick), "names hand " + std::to_string(event.hand) +
+                         " of " + std::to_string(loop_->handCount()), "use a recording that is complete");
+  }
+  switch (event.kind) {
+    case LoopEvent::Kind::kWorldState:
+      world_.restore(event.numbers);
+      break;
+    case LoopEvent::Kind::kWorldTuning:
+      world_.tune(WorldTuning::fromNumbers(event.numbers));
+      break;
+    case LoopEvent::Kind::kDeviceState:
+      devices_[event.hand]->restore(event.numbers);
+      break;
+    case LoopEvent::Kind::kHandSettings:
+      loop_->hand(event.hand).setSettings(handSettingsFrom(event.numbers));
+      break;
+    case LoopEvent::Kind::kHandGone:
+      loop_->detach(event.hand);
+      devices_.erase(devices_.begin() + event.hand);
+      names_.erase(names_.begin() + event.hand);
+      requests_.erase(requests_.begin() + event.hand);
+      break;
+    case LoopEvent::Kind::kDeviceRequests:
+      requests_[event.hand] = deviceRequestsFrom(event.numbers);
+      break;
+  }
+}
+
+const TickHash& SessionReplay::tick(const TickInput& recorded) noexcept {
+  TickInput input = recorded;
+  for (std::size_t i = 0; i < requests_.size(); ++i) {
+    input.hand[i].device = requests_[i];
+    requests_[i] = DeviceRequests{};
+  }
+  loop_->tick(input, step_);
+  hashTick(*loop_, hash_);
+  return hash_;
+}
+
+std::string SessionReplay::partName(int i) const {
+  const int links = hash_.parts - loop_->handCount();
+  if (i < links) return "link " + world_.linkName(i);
+  if (i - links < static_cast<int>(names_.size())) return "hand of " + names_[i - links];
+  return "part " + std::to_string(i);
+}
+
+}  // namespace haptic

@@ -1,0 +1,80 @@
+/// A recorded session in the core's terms: how it began, what happened between ticks, and the run of it again.
+///
+/// A session is the loop's memory at its start, one TickInput per tick, and events between ticks. The same build gives
+/// the same bits from them: no clock, no thread and no device is in it.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptic_core/loop/haptic_loop.h"
+#include "haptic_core/loop/tick_hash.h"
+
+namespace haptic {
+
+/// What happened before tick `tick`; applied in the order of recording.
+struct LoopEvent {
+  enum class Kind : unsigned char {
+    kWorldState = 0,     ///< the world jumped (reset, restore, grab): World::save()
+    kWorldTuning = 1,    ///< WorldTuning::numbers()
+    kDeviceState = 2,    ///< of hand `hand` (tuning, calibration from a file): Spidar::save()
+    kHandSettings = 3,   ///< of hand `hand`: numbersOf(HandSettings)
+    kHandGone = 4,       ///< hand `hand` was detached; those after it moved up
+    kDeviceRequests = 5  ///< of hand `hand`, taken up in this tick: numbersOf(DeviceRequests)
+  };
+  std::uint64_t tick = 0;
+  Kind kind = Kind::kWorldState;
+  int hand = 0;
+  std::vector<double> numbers;
+};
+
+struct SessionStart {
+  struct HandStart {
+    std::string device;              ///< name of the device's port
+    DeviceDef def;
+    int pointer = 0;
+    HandSettings settings;
+    std::vector<double> memory;      ///< Spidar::save()
+  };
+  std::uint64_t first_tick = 0;
+  double step = 1e-3;                ///< h [s]
+  std::vector<double> world_state;   ///< World::save()
+  std::vector<double> world_tuning;  ///< WorldTuning::numbers()
+  std::vector<HandStart> hands;
+};
+
+std::vector<double> numbersOf(const HandSettings& settings);
+HandSettings handSettingsFrom(const std::vector<double>& numbers);      ///< throws SetupError
+std::vector<double> numbersOf(const DeviceRequests& requests);
+DeviceRequests deviceRequestsFrom(const std::vector<double>& numbers);  ///< throws SetupError
+
+/// Hash of everything that a definition gives a world: shapes, inertias, joints, materials, settings. Two scenes with
+/// the same fingerprint run alike from the same state.
+std::uint64_t fingerprint(const WorldDef& def);
+
+/// Runs a session again. Allocates at set-up and in `apply` only.
+class SessionReplay {
+ public:
+  /// Throws SetupError when the start does not fit the scene.
+  SessionReplay(const WorldDef& scene, const SessionStart& start);
+
+  void apply(const LoopEvent& event);                 ///< throws SetupError
+  const TickHash& tick(const TickInput& input) noexcept;
+
+  World& world() { return world_; }
+  HapticLoop& loop() { return *loop_; }
+  /// Name of part `i` of a TickHash: a link's, or a hand's device.
+  std::string partName(int i) const;
+
+ private:
+  World world_;
+  double step_;
+  std::vector<std::unique_ptr<Spidar>> devices_;      ///< in the order of the loop's hands
+  std::vector<std::string> names_;
+  std::unique_ptr<HapticLoop> loop_;
+  std::vector<DeviceRequests> requests_;              ///< for the next tick, by hand
+  TickHash hash_;
+};
+
+}  // namespace haptic

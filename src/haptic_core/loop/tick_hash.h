@@ -1,0 +1,27 @@
+/// What a tick came to, as numbers small enough to keep for every tick: two runs are the same while these are.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "haptic_core/loop/haptic_loop.h"
+
+namespace haptic {
+
+/// The world as a whole, and its parts, so that a difference can be told to the first body. Parts: the world's links,
+/// then the hands. Links beyond `kMaxParts` - kMaxHands share the last slot of the links.
+struct TickHash {
+  static constexpr int kMaxParts = 64;
+  std::uint64_t world = 0;                          ///< World::hash() after the tick
+  int parts = 0;
+  std::array<std::uint32_t, kMaxParts> part{};
+
+  bool operator==(const TickHash& other) const noexcept;
+};
+
+/// (in realtime) Of the loop after a tick. About 1 ns per number of the state.
+void hashTick(HapticLoop& loop, TickHash& hash) noexcept;
+
+/// Parts of a world with `links` links and `hands` hands.
+int partCount(int links, int hands);
+
+}  // namespace haptic

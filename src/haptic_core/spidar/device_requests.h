@@ -1,0 +1,16 @@
+/// What other threads may ask of a device; taken up at the start of a tick.
+#pragma once
+#include "haptic_core/spidar/string_kinematics.h"
+
+namespace haptic {
+
+struct DeviceRequests {
+  bool calibrate = false;  ///< the grip is at `jig` now
+  bool recover = false;
+  int enable = -1;         ///< 0: force off, 1: on, -1: not asked
+  GripPose jig;            ///< only read with `calibrate`
+
+  bool any() const { return calibrate || recover || enable >= 0; }
+};
+
+}  // namespace haptic

@@ -1,0 +1,97 @@
+#include "haptic_core/world/tuning.h"
+
+#include <cmath>
+#include <sstream>
+
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+namespace {
+
+constexpr int kHead = 2, kPerPointer = 5;
+
+void require(bool good, const std::string& what, double value, const std::string& remedy) {
+  if (good) return;
+  std::ostringstream is;
+  is << "is " << value;
+  throw SetupError(what, is.str(), remedy);
+}
+
+double shareOfBound(double stiffness, double damping, double load, double h) {
+  return (stiffness * h * h + 2 * damping * h) / load;
+}
+
+void resolve(double& stiffness, double& damping, double load, double h, bool cap) {
+  const double omega = 0.236 / h;
+  if (stiffness == PointerCoupling::kDerived) stiffness = load * omega * omega;
+  if (damping == PointerCoupling::kDerived) damping = 2 * load * omega;
+  const double excess = shareOfBound(stiffness, damping, load, h);
+  if (!cap || excess <= 1) return;
+  stiffness /= excess;
+  damping /= excess;
+}
+
+}  // namespace
+
+std::vector<double> WorldTuning::numbers() const {
+  std::vector<double> out = {stiffness_scale, friction_scale};
+  for (const PointerCoupling& c : coupling) {
+    out.insert(out.end(), {c.mode == PointerCoupling::Mode::kVirtual ? 1.0 : 0.0, c.stiffness, c.damping,
+                           c.rotational_stiffness, c.rotational_damping});
+  }
+  return out;
+}
+
+WorldTuning WorldTuning::fromNumbers(const std::vector<double>& numbers) {
+  if (numbers.size() < kHead || (numbers.size() - kHead) % kPerPointer != 0) {
+    throw SetupError("tuning of the world", "has " + std::to_string(numbers.size()) + " numbers", "give 2 + 5 per pointer");
+  }
+  WorldTuning tuning;
+  tuning.stiffness_scale = numbers[0];
+  tuning.friction_scale = numbers[1];
+  for (std::size_t i = kHead; i < numbers.size(); i += kPerPointer) {
+    PointerCoupling c;
+    c.mode = numbers[i] != 0 ? PointerCoupling::Mode::kVirtual : PointerCoupling::Mode::kDirect;
+    c.stiffness = numbers[i + 1];
+    c.damping = numbers[i + 2];
+    c.rotational_stiffness = numbers[i + 3];
+    c.rotational_damping = numbers[i + 4];
+    tuning.coupling.push_back(c);
+  }
+  return tuning;
+}
+
+void check(const WorldTuning& tuning, const std::vector<CouplingLoad>& loads, double h) {
+  const double k = tuning.stiffness_scale, mu = tuning.friction_scale;
+  require(k >= 0.01 && k <= 10, "stiffness_scale", k, "give 0.01 to 10");
+  require(mu >= 0 && mu <= 3, "friction_scale", mu, "give 0 to 3");
+  require(tuning.coupling.size() == loads.size(), "number of couplings", double(tuning.coupling.size()),
+          "give one per pointer: " + std::to_string(loads.size()));
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    const PointerCoupling& c = tuning.coupling[i];
+    for (const double value : {c.stiffness, c.damping, c.rotational_stiffness, c.rotational_damping}) {
+      const bool good = value == PointerCoupling::kDerived || (value >= 0 && std::isfinite(value));
+      require(good, "a coupling value", value, "give a number >= 0, or -1 to have it derived");
+    }
+    if (c.mode == PointerCoupling::Mode::kDirect) continue;
+    const PointerCoupling r = resolved(c, loads[i], h, false);
+    const auto bear = [h](const char* what, double stiffness, double damping, double load, const char* unit) {
+      const double share = shareOfBound(stiffness, damping, load, h);
+      std::ostringstream remedy;
+      remedy << "lower them: k h²/m + 2 b h/m must be at most 1, with m = " << load << " " << unit << " and h = "
+             << 1e3 * h << " ms; -1 derives them";
+      require(share <= 1 + 1e-9, std::string("virtual coupling: ") + what + ", k h²/m + 2 b h/m", share, remedy.str());
+    };
+    bear("stiffness and damping", r.stiffness, r.damping, loads[i].mass, "kg");
+    bear("rotational stiffness and damping", r.rotational_stiffness, r.rotational_damping, loads[i].least_inertia, "kg·m²");
+  }
+}
+
+PointerCoupling resolved(const PointerCoupling& coupling, const CouplingLoad& load, double h, bool cap) noexcept {
+  PointerCoupling c = coupling;
+  resolve(c.stiffness, c.damping, load.mass, h, cap);
+  resolve(c.rotational_stiffness, c.rotational_damping, load.least_inertia, h, cap);
+  return c;
+}
+
+}  // namespace haptic

@@ -1,0 +1,33 @@
+/// What may change about a world while it runs, between two steps. Not part of the state: a reset keeps it.
+#pragma once
+#include <vector>
+
+#include "haptic_core/world/definition.h"
+
+namespace haptic {
+
+struct WorldTuning {
+  double stiffness_scale = 1;  ///< of k and k_t of every pair, 0.01…10
+  double friction_scale = 1;   ///< of μ0 and μ of every pair, 0…3
+  std::vector<PointerCoupling> coupling;  ///< per pointer
+
+  std::vector<double> numbers() const;                    ///< for recordings
+  /// Throws SetupError when they are not as `numbers` gives them.
+  static WorldTuning fromNumbers(const std::vector<double>& numbers);
+};
+
+/// What a virtual coupling pulls at.
+struct CouplingLoad {
+  double mass = 0;           ///< of the pointer's link [kg]
+  double least_inertia = 0;  ///< [kg·m²]
+};
+
+/// Throws SetupError naming value and bounds. A virtual coupling is an explicit spring-damper: of the bound
+/// k h²/m + 2 b h/m < 4 at most a quarter is allowed, because contacts need the rest; `h` is the step [s].
+void check(const WorldTuning& tuning, const std::vector<CouplingLoad>& loads, double h);
+
+/// (in realtime) The coupling with nothing left to derive: of a critically damped spring with (ωh)² + 4 ωh = 1,
+/// ω = 0.236/h. With `cap`, what the link cannot bear is scaled down: a lighter one that was grabbed.
+PointerCoupling resolved(const PointerCoupling& coupling, const CouplingLoad& load, double h, bool cap) noexcept;
+
+}  // namespace haptic

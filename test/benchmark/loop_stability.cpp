@@ -1,0 +1,198 @@
+// How stiff a wall the twin bears (Z-width), against the bound of Colgate & Schenkel, and how passive the port stays with
+// the controller, measured on the twin's true motion.
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "figure.h"
+#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/loop/hand.h"
+#include "loop_rig.h"
+
+namespace haptic::bench {
+namespace {
+
+constexpr double kNeedle = 0.002;   // side of the pointer: small, so that its tilt has no lever [m]
+constexpr double kDamping = 1.0;    // B of the grip [N·s/m]
+constexpr double kGripMass = 0.1;   // [kg]
+
+ArticulationDef body(const char* name, const Vector3& size, JointType type, const Vector3& p, double stiffness) {
+  ArticulationDef def;
+  def.name = name;
+  def.X_WA.p = p;
+  LinkDef link;
+  link.name = name;
+  link.joint.type = type;
+  link.inertia = {0.1, Vector3::Zero(), 1e-5 * Matrix3::Identity()};
+  CollisionDef collision;
+  collision.shape = std::make_shared<ConvexPolyhedron>(makeBox(size));
+  collision.material.stiffness = stiffness;
+  collision.material.dissipation = 0;
+  collision.material.mu_static = collision.material.mu_dynamic = 0;
+  link.collisions.push_back(collision);
+  def.links.push_back(link);
+  return def;
+}
+
+/// A needle over a wall; `stiffness` [N/m] is that of the contact while the needle stands upright.
+SceneDef wallScene(double stiffness, double rate) {
+  SceneDef scene;
+  scene.world.name = "wall";
+  scene.world.settings.step = 1 / rate;
+  const double k = stiffness / (kNeedle * kNeedle);
+  scene.world.articulations.push_back(body("wall", {1, 1, 0.2}, JointType::kFixed, {0, 0, -0.1}, k));
+  scene.world.articulations.push_back(body("needle", {kNeedle, kNeedle, 0.04}, JointType::kFloating, {0, 0, 0.021}, k));
+  PointerDef pointer;
+  pointer.articulation = 1;
+  pointer.link = 0;
+  scene.world.pointers.push_back(pointer);
+  HandDef hand;
+  hand.pointer = 0;
+  hand.workspace.X_WB.p = Vector3(0, 0, 0.021);  // home is 1 mm above touch
+  scene.hands.push_back(hand);
+  return scene;
+}
+
+struct WallRig {
+  WallRig(double stiffness, double rate, const TwinSettings& with, PassivityMode mode, double damping)
+      : rig(wallScene(stiffness, rate), settingsOf(rate, mode)) {
+    DeviceDef def = rig.device[0]->def();
+    def.grip_mass = kGripMass;
+    def.grip_damping = damping;
+    TwinSettings settings = with;
+    settings.period = 1 / rate;
+    rig.twin[0] = std::make_unique<DeviceTwin>(def, settings);
+  }
+  static RigSettings settingsOf(double rate, PassivityMode mode) {
+    RigSettings settings;
+    settings.rate = rate;
+    settings.passivity = mode;
+    settings.soft_start = 0.05;
+    return settings;
+  }
+  Rig rig;
+};
+
+/// The grip falls 1 mm onto the wall and lies on it under its weight. Stable: after 5 s its amplitude is at most two
+/// encoder quanta.
+bool isStable(double stiffness, double rate, bool with_hand) {
+  TwinSettings twin;
+  twin.hand = with_hand;
+  twin.gravity = 9.8;
+  if (with_hand) twin.path.keys = {{0, Vector3(0, 0, -0.003), Vector3::Zero(), 0}};
+  WallRig wall(stiffness, rate, twin, PassivityMode::kOff, kDamping);
+  Rig& rig = wall.rig;
+  rig.run(static_cast<int>(5 * rate));
+  double low = INFINITY, high = -INFINITY;
+  for (int i = 0; i < static_cast<int>(0.5 * rate); ++i) {
+    rig.run(1);
+    const double z = rig.twin[0]->pose().X_BG.p.z();
+    low = std::min(low, z);
+    high = std::max(high, z);
+  }
+  const double quantum = std::fabs(rig.device[0]->def().strings[0].length_per_count);
+  return 0.5 * (high - low) <= 2 * quantum && high < 0.01;
+}
+
+double largestStable(double rate, double guess, bool with_hand) {
+  double low = guess / 8, high = guess * 8;
+  if (!isStable(low, rate, with_hand)) return 0;
+  for (int i = 0; i < 10; ++i) {
+    const double middle = std::sqrt(low * high);
+    (isStable(middle, rate, with_hand) ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Energy that the port absorbs, on the true motion: -Σ F·Δx with what the strings really did. `sample` is the largest
+/// |F·v T| of one tick.
+double lowestPortEnergy(WallRig& wall, int ticks, double& sample) {
+  Rig& rig = wall.rig;
+  double energy = 0, lowest = 0;
+  for (int i = 0; i < ticks; ++i) {
+    const GripPose before = rig.twin[0]->pose();
+    rig.run(1);
+    const GripPose& now = rig.twin[0]->pose();
+    const Wrench& F = rig.twin[0]->stringWrench();
+    const Vector3 turn = vectorFromRotation(Quaternion(Matrix3(now.X_BG.R * before.X_BG.R.transpose())));
+    const double work = F.force.dot(now.X_BG.p - before.X_BG.p) + F.torque.dot(turn);
+    energy -= work;
+    lowest = std::min(lowest, energy);
+    sample = std::max(sample, std::fabs(work));
+  }
+  return lowest;
+}
+
+/// 10³ hands of random stiffness, damping and path tap and rub on walls up to five times the bound.
+void measurePassivity() {
+  std::mt19937 random(7);
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  double lowest = 0, lowest_off = 0, worst_over_sample = -INFINITY;
+  for (int hand = 0; hand < 1000; ++hand) {
+    TwinSettings twin;
+    twin.hand_stiffness = std::exp(uniform(std::log(50), std::log(1500)));
+    twin.hand_damping = std::exp(uniform(std::log(0.5), std::log(15)));
+    for (int k = 0; k < 6; ++k) {
+      twin.path.keys.push_back({0.15 * (k + 1), Vector3(uniform(-5e-3, 5e-3), uniform(-5e-3, 5e-3), uniform(-8e-3, 2e-3)),
+                                Vector3(uniform(-.05, .05), uniform(-.05, .05), 0), 0});
+    }
+    const double stiffness = uniform(200, 3000);
+    double sample = 0, unused = 0;
+    WallRig acting(stiffness, 1000, twin, PassivityMode::kAct, 0);
+    const double energy = lowestPortEnergy(acting, 1000, sample);
+    lowest = std::min(lowest, energy);
+    worst_over_sample = std::max(worst_over_sample, -energy / std::max(sample, 1e-9));
+    if (hand % 10 == 0) {
+      WallRig observing(stiffness, 1000, twin, PassivityMode::kObserve, 0);
+      lowest_off = std::min(lowest_off, lowestPortEnergy(observing, 1000, unused));
+    }
+  }
+  std::printf("lowest port energy without the controller (100 of the hands): %.3g J; with it at most %.2f of the largest "
+              "|F·v T| below zero\n", lowest_off, worst_over_sample);
+  figure("passivity.min_port_energy_j", lowest, "J");
+  figure("passivity.min_port_energy_samples", -worst_over_sample, "1");
+}
+
+/// What the controller changes of the force where nothing is unstable: a calm hand presses a soft wall.
+void measureDistortion() {
+  TwinSettings twin;
+  twin.path.keys = {{0.2, Vector3::Zero(), Vector3::Zero(), 0}, {1.0, Vector3(0, 0, -0.006), Vector3::Zero(), 0},
+                    {1.8, Vector3(0, 0, -0.002), Vector3::Zero(), 0}, {2.6, Vector3(0, 0, -0.007), Vector3::Zero(), 0}};
+  WallRig wall(500, 1000, twin, PassivityMode::kAct, kDamping);
+  Rig& rig = wall.rig;
+  double added = 0, all = 0, last = 0;
+  for (int i = 0; i < 3000; ++i) {
+    rig.run(1);
+    const HandReport& hand = rig.loop->report().hand[0];
+    const Vector3 world = rig.world.pointerWrench(0).force * std::min(1.0, hand.fade);
+    if (world.norm() == 0 || hand.fade < 1) continue;
+    added += (hand.F_asked_B.force - world).squaredNorm();
+    all += world.squaredNorm();
+    last = hand.dissipated;
+  }
+  std::printf("passivity controller on a calm hand: %.3g J dissipated\n", last);
+  figure("passivity.force_distortion_pct", 100 * std::sqrt(added / all), "%");
+}
+
+}  // namespace
+
+void measureStability() {
+  // Delay of the twin: counts of tick n lead to tensions that act from tick n + 1 on, one period; the half period is
+  // the hold's.
+  double ratio_worst = 1;
+  for (const double rate : {1000.0, 10000.0}) {
+    const double bound = kDamping / (1.5 / rate);
+    const double free = largestStable(rate, bound, false);
+    const double held = largestStable(rate, 8 * bound, true);
+    const std::string suffix = rate == 1000 ? "_1k" : "_10k";
+    figure("zwidth.k_max_n_per_mm" + suffix, 1e-3 * free, "N/mm");
+    figure("zwidth.k_max_hand_n_per_mm" + suffix, 1e-3 * held, "N/mm");
+    std::printf("bound at %.0f Hz: %.4g N/mm, measured over bound %.3f\n", rate, 1e-3 * bound, free / bound);
+    if (std::fabs(std::log(free / bound)) >= std::fabs(std::log(ratio_worst))) ratio_worst = free / bound;
+  }
+  figure("zwidth.ratio_to_bound", ratio_worst, "1");
+  measurePassivity();
+  measureDistortion();
+}
+
+}  // namespace haptic::bench

@@ -1,0 +1,283 @@
+// A session that holds everything that can happen between ticks is run twice: live, and again from what was recorded.
+#include "haptic_core/loop/session.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/loop/hand.h"
+#include "haptic_core/spidar/device_twin.h"
+#include "haptic_core/spidar/spidar.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kPeriod = 1e-3;  // [s]
+
+ArticulationDef box(const char* name, const Vector3& size, JointType type, const Vector3& p, double mass) {
+  ArticulationDef def;
+  def.name = name;
+  def.X_WA.p = p;
+  LinkDef link;
+  link.name = name;
+  link.joint.type = type;
+  link.inertia = {mass, Vector3::Zero(), mass * size.squaredNorm() / 18 * Matrix3::Identity()};
+  CollisionDef collision;
+  collision.shape = std::make_shared<ConvexPolyhedron>(makeBox(size));
+  collision.material.stiffness = 1e7;
+  link.collisions.push_back(collision);
+  def.links.push_back(link);
+  return def;
+}
+
+/// Two pointers beside and above a free block on a floor, and a pendulum that swings by.
+WorldDef scene() {
+  WorldDef world;
+  world.name = "session";
+  world.settings.step = kPeriod;
+  world.articulations.push_back(box("floor", {0.4, 0.4, 0.02}, JointType::kFixed, {0, 0, -0.01}, 1));
+  world.articulations.push_back(box("block", {0.03, 0.03, 0.03}, JointType::kFloating, {0, 0, 0.015}, 0.1));
+  world.articulations.push_back(box("top", {0.01, 0.01, 0.01}, JointType::kFloating, {0, 0, 0.04}, 0.05));
+  world.articulations.push_back(box("side", {0.01, 0.01, 0.01}, JointType::kFloating, {-0.03, 0, 0.015}, 0.05));
+  ArticulationDef pendulum = box("pendulum", {0.02, 0.02, 0.02}, JointType::kRevolute, {0.05, 0.05, 0.2}, 0.1);
+  pendulum.links[0].inertia.p_LC = Vector3(0, 0.05, 0);
+  world.articulations.push_back(pendulum);
+  for (int i = 0; i < 2; ++i) {
+    PointerDef pointer;
+    pointer.device = i == 0 ? "left" : "right";
+    pointer.articulation = 2 + i;
+    pointer.link = 0;
+    world.pointers.push_back(pointer);
+  }
+  return world;
+}
+
+struct Recording {
+  SessionStart start;
+  std::vector<TickInput> ticks;   ///< without what stands in events
+  std::vector<LoopEvent> events;
+  std::vector<TickHash> hashes;
+};
+
+/// Two twins on the scene's two pointers, with a loop that is recorded as the bridge does it.
+struct Live {
+  DeviceDef def = loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml");
+  World world{scene()};
+  HapticLoop loop{world};
+  std::vector<std::unique_ptr<Spidar>> device;
+  std::vector<std::unique_ptr<DeviceTwin>> twin;
+  Recording recording;
+  std::uint64_t tick = 0;
+
+  Live() {
+    recording.start.step = kPeriod;
+    for (int i = 0; i < 2; ++i) {
+      device.push_back(std::make_unique<Spidar>(def));
+      TwinSettings settings;
+      settings.period = kPeriod;
+      settings.path = {{{0.05, Vector3::Zero(), Vector3::Zero(), 0},
+                        {0.3, i == 0 ? Vector3(0, 0, -0.012) : Vector3(0.012, 0, 0), Vector3(0, 0.1, 0), 0},
+                        {0.6, i == 0 ? Vector3(0.01, 0, -0.012) : Vector3(0.02, 0.003, 0), Vector3::Zero(), 0},
+                        {1.2, Vector3(-0.01, 0.01, 0.002), Vector3::Zero(), 0},
+                        {1.6, i == 0 ? Vector3(0, 0, -0.014) : Vector3(0.014, 0, 0), Vector3::Zero(), 0}}};
+      twin.push_back(std::make_unique<DeviceTwin>(def, settings));
+      HandSettings hand;
+      hand.workspace.X_WB = world.linkPose(world.pointerLink(i));
+      hand.soft_start_s = 0.1;
+      hand.passivity.mode = PassivityMode::kAct;
+      hand.grab_button = 0;
+      loop.attach(*device[i], i, hand);
+      recording.start.hands.push_back({i == 0 ? "left" : "right", def, i, hand, device[i]->save()});
+    }
+    recording.start.world_state = world.save();
+    recording.start.world_tuning = world.tuning().numbers();
+  }
+
+  void note(LoopEvent::Kind kind, int hand, std::vector<double> numbers) {
+    recording.events.push_back({tick, kind, hand, std::move(numbers)});
+  }
+
+  void run(int ticks, int lost = 0, bool paused = false, unsigned buttons = 0) {
+    for (int n = 0; n < ticks; ++n) {
+      TickInput input;
+      input.tick = tick;
+      input.hands = loop.handCount();
+      input.lost_periods = n == 0 ? lost : 0;
+      input.paused = paused;
+      for (int i = 0; i < input.hands; ++i) {
+        input.hand[i].sample = twin[i]->exchange(device[i]->drive());
+        input.hand[i].sample.buttons = buttons;
+      }
+      loop.takeRequests(input);
+      for (int i = 0; i < input.hands; ++i) {
+        if (input.hand[i].device.any()) note(LoopEvent::Kind::kDeviceRequests, i, numbersOf(input.hand[i].device));
+      }
+      loop.tick(input, kPeriod);
+      recording.hashes.emplace_back();
+      hashTick(loop, recording.hashes.back());
+      for (HandInput& hand : input.hand) hand.device = DeviceRequests{};
+      recording.ticks.push_back(input);
+      ++tick;
+    }
+  }
+};
+
+/// Everything once: calibration, enable, overruns, pause, clutch, tuning, grab by button and by hand, reset, loss.
+Recording record() {
+  Live live;
+  live.device[0]->calibrateAtHome();
+  live.device[0]->setForceEnabled(true);
+  live.run(20);
+  live.device[1]->calibrateAtHome();
+  live.device[1]->setForceEnabled(true);
+  live.run(100);
+  live.note(LoopEvent::Kind::kWorldState, 0, live.world.save());  // only noted: restoring what is there changes nothing
+  live.run(280);
+  const std::vector<double> saved = live.world.save();
+  live.run(50, 3);
+  live.run(30, 0, true);
+  live.loop.hand(1).requestSoftStart();
+  live.run(50);
+  live.loop.hand(0).requestClutch(true);
+  live.run(100);
+  live.loop.hand(0).requestClutch(false);
+  live.run(50);
+  WorldTuning tuning = live.world.tuning();
+  tuning.stiffness_scale = 0.5;
+  tuning.friction_scale = 0.7;
+  tuning.coupling[1].mode = PointerCoupling::Mode::kVirtual;
+  live.world.tune(tuning);
+  live.note(LoopEvent::Kind::kWorldTuning, 0, tuning.numbers());
+  Spidar::Tuning limits = live.device[0]->tuning();
+  limits.max_force *= 0.5;
+  limits.lambda *= 2;
+  live.device[0]->tune(limits);
+  live.device[0]->restore(live.device[0]->save());
+  live.note(LoopEvent::Kind::kDeviceState, 0, live.device[0]->save());
+  HandSettings settings = live.loop.hand(1).settings();
+  settings.workspace.scale = 0.5;
+  live.loop.hand(1).setSettings(settings);
+  live.note(LoopEvent::Kind::kHandSettings, 1, numbersOf(settings));
+  live.run(200);
+  live.world.grab(0, live.world.linkIndex("block"));
+  live.note(LoopEvent::Kind::kWorldState, 0, live.world.save());
+  live.loop.hand(0).requestRebase(Rebase::kKeep);
+  live.run(100);
+  live.world.restore(saved);
+  live.note(LoopEvent::Kind::kWorldState, 0, saved);
+  for (int i = 0; i < 2; ++i) live.loop.hand(i).requestRebase(Rebase::kGlide);
+  live.run(300);
+  live.run(20, 0, false, 1);  // the grab button: whatever the pointer touches, if it does
+  live.run(100);
+  live.note(LoopEvent::Kind::kHandGone, 0, {});
+  live.loop.detach(0);
+  live.device.erase(live.device.begin());
+  live.twin.erase(live.twin.begin());
+  live.run(200);
+  return live.recording;
+}
+
+struct Difference {
+  int ticks = 0;
+  std::uint64_t first = 0;
+  std::string part;
+};
+
+Difference replay(const Recording& recording, const WorldDef& world = scene()) {
+  SessionReplay replay(world, recording.start);
+  Difference difference;
+  std::size_t event = 0;
+  for (std::size_t t = 0; t < recording.ticks.size(); ++t) {
+    while (event < recording.events.size() && recording.events[event].tick == t) replay.apply(recording.events[event++]);
+    const TickHash& hash = replay.tick(recording.ticks[t]);
+    if (hash == recording.hashes[t]) continue;
+    if (difference.ticks++ > 0) continue;
+    difference.first = t;
+    for (int i = 0; i < hash.parts && difference.part.empty(); ++i) {
+      if (hash.part[i] != recording.hashes[t].part[i]) difference.part = replay.partName(i);
+    }
+  }
+  return difference;
+}
+
+TEST(Session, RunsAgainBitForBit) {
+  const Recording recording = record();
+  const Difference difference = replay(recording);
+  EXPECT_EQ(difference.ticks, 0) << "first at tick " << difference.first << ", " << difference.part;
+}
+
+TEST(Session, ContainsContactsGrabsAndForces) {
+  const Recording recording = record();  // otherwise equal hashes would say little
+  SessionReplay again(scene(), recording.start);
+  std::size_t event = 0;
+  int contacts = 0, sticking = 0, forces = 0;
+  for (std::size_t t = 0; t < recording.ticks.size(); ++t) {
+    while (event < recording.events.size() && recording.events[event].tick == t) again.apply(recording.events[event++]);
+    again.tick(recording.ticks[t]);
+    contacts += again.world().contactCount() > 1;
+    for (int i = 0; i < again.world().contactCount(); ++i) sticking += again.world().contact(i).sticking;
+    forces += again.loop().report().hand[0].F_achieved_B.force.norm() > 0.1;
+  }
+  EXPECT_GT(contacts, 100);
+  EXPECT_GT(sticking, 100);
+  EXPECT_GT(forces, 100);
+}
+
+TEST(Session, ADifferenceIsToldByTickAndBody) {
+  Recording recording = record();
+  recording.ticks[60].hand[1].sample.counts[3] += 1;  // one count: the right hand's pointer moves by micrometres
+  const Difference difference = replay(recording);
+  EXPECT_EQ(difference.first, 60u);
+  EXPECT_EQ(difference.part, "link side");
+  EXPECT_GT(difference.ticks, 0);
+}
+
+TEST(Session, EachKindOfEventMatters) {
+  const Recording complete = record();
+  for (std::size_t i = 0; i < complete.events.size(); ++i) {
+    Recording without = complete;
+    const LoopEvent event = complete.events[i];
+    if (event.kind == LoopEvent::Kind::kHandGone) continue;  // the hands would no longer fit the samples
+    without.events.erase(without.events.begin() + static_cast<std::ptrdiff_t>(i));
+    const Difference difference = replay(without);
+    EXPECT_GT(difference.ticks, 0) << "event " << i << " of kind " << static_cast<int>(event.kind);
+    EXPECT_GE(difference.first, event.tick);
+  }
+}
+
+TEST(Session, RefusesWhatDoesNotFit) {
+  const Recording recording = record();
+  SessionStart other = recording.start;
+  other.step = 5e-4;
+  EXPECT_THROW(SessionReplay(scene(), other), SetupError);
+  other = recording.start;
+  other.world_state.pop_back();
+  EXPECT_THROW(SessionReplay(scene(), other), SetupError);
+  other = recording.start;
+  other.hands[0].memory.pop_back();
+  EXPECT_THROW(SessionReplay(scene(), other), SetupError);
+  SessionReplay good(scene(), recording.start);
+  EXPECT_THROW(good.apply({0, LoopEvent::Kind::kHandSettings, 5, {}}), SetupError);
+  EXPECT_THROW(good.apply({0, LoopEvent::Kind::kHandSettings, 0, {1, 2}}), SetupError);
+}
+
+TEST(Session, FingerprintTellsScenesApart) {
+  const std::uint64_t same = fingerprint(scene());
+  EXPECT_EQ(fingerprint(scene()), same);
+  const std::function<void(WorldDef&)> changes[] = {
+      [](WorldDef& w) { w.settings.integrator = Integrator::kImplicitEuler; },
+      [](WorldDef& w) { w.articulations[1].links[0].inertia.mass *= 1 + 1e-15; },
+      [](WorldDef& w) { w.articulations[1].links[0].collisions[0].material.stiffness *= 2; },
+      [](WorldDef& w) { w.articulations[1].X_WA.p.z() += 1e-12; },
+      [](WorldDef& w) { w.pointers.pop_back(); }};
+  for (const auto& change : changes) {
+    WorldDef other = scene();
+    change(other);
+    EXPECT_NE(fingerprint(other), same);
+  }
+}
+
+}  // namespace
+}  // namespace haptic
