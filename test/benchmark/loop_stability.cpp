@@ -7,6 +7,7 @@
 #include "figure.h"
 #include "haptic_core/geometry/shapes.h"
 #include "haptic_core/loop/hand.h"
+#include "haptic_core/spidar/wall_bound.h"
 #include "loop_rig.h"
 
 namespace haptic::bench {
@@ -181,7 +182,7 @@ void measureStability() {
   // the hold's.
   double ratio_worst = 1;
   for (const double rate : {1000.0, 10000.0}) {
-    const double bound = kDamping / (1.5 / rate);
+    const double bound = largestWallStiffness(kDamping, 0, 1 / rate, loopDelay(1 / rate, 0));
     const double free = largestStable(rate, bound, false);
     const double held = largestStable(rate, 8 * bound, true);
     const std::string suffix = rate == 1000 ? "_1k" : "_10k";

@@ -11,18 +11,9 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 import rospy
 import rostest
-from topic_probe import NODELET, load_nodelet
+from topic_probe import NODELET, load_nodelet, program
 
 LIMIT = 5.0  # [s]
-
-
-def executable(package):
-    """The node of a package, as built or as installed."""
-    for path in os.environ["CMAKE_PREFIX_PATH"].split(":"):
-        file = os.path.join(path, "lib", package, package + "_node")
-        if os.path.exists(file):
-            return file
-    raise AssertionError(f"{package}_node was not built")
 
 
 def fatal_lines(output):
@@ -37,7 +28,7 @@ class BadInput(unittest.TestCase):
 
     def run_node(self, package, *parameters):
         begin = time.monotonic()
-        done = subprocess.run([executable(package), "__name:=bad"] + [f"_{p}" for p in parameters],
+        done = subprocess.run([program(package, package + "_node"), "__name:=bad"] + [f"_{p}" for p in parameters],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=20, check=False)
         self.assertLess(time.monotonic() - begin, LIMIT, done.stdout)
         for parameter in parameters:

@@ -12,6 +12,15 @@ import rosgraph
 NODELET = "/usr/lib/nodelet/nodelet"
 
 
+def program(package, name):
+    """An executable of a package, as built or as installed."""
+    for path in os.environ["CMAKE_PREFIX_PATH"].split(":"):
+        file = os.path.join(path, "lib", package, name)
+        if os.path.exists(file):
+            return file
+    raise AssertionError(f"{name} of {package} was not built")
+
+
 class Probe:
     """Keeps what arrives on a topic, with the time of arrival."""
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "haptic_core/spidar/tension_distribution.h"
+#include "haptic_core/spidar/wall_bound.h"
 
 namespace haptic {
 namespace {
@@ -235,6 +236,20 @@ std::string rangeText(const Vector3& low, const Vector3& high, double scale, int
   return text;
 }
 
+/// Largest stable contact stiffness per rate, by the device's own damping and with a relaxed hand's 8 N·s/m on top.
+std::string wallText(const DeviceDef& def) {
+  constexpr double kHandDamping = 8;
+  std::string text = "stable contact stiffness [N/mm], grip free / in a relaxed hand:";
+  for (const double rate : {1000.0, 2000.0, 5000.0, 10000.0}) {
+    if (rate > def.max_rate_hz * (1 + 1e-9)) continue;
+    const double period = 1 / rate, delay = loopDelay(period, def.delay_s);
+    text += " " + number(rate, 0) + " Hz " + number(1e-3 * largestWallStiffness(def.grip_damping, 0, period, delay), 2) +
+            " / " + number(1e-3 * largestWallStiffness(def.grip_damping + kHandDamping, 0, period, delay), 1) + ";";
+  }
+  text.back() = '\n';
+  return text + "  (Colgate & Schenkel: damping over half a period plus delay; the passivity controller adds damping up to its own)\n";
+}
+
 /// Which counters must rise and fall when the grip is moved a centimetre along each axis.
 std::string firstMotionTest(const DeviceDef& def) {
   const StringKinematics kinematics(def);
@@ -302,6 +317,7 @@ std::string checkDevice(const DeviceDef& def) {
   if (def.dof >= 6) text += "resolution [mrad]: " + vectorText(r.turn_resolution, 1e3, 3) + "\n";
   text +=
       "highest rate " + number(def.max_rate_hz, 0) + " Hz, delay " + number(1e6 * def.delay_s, 0) + " us\n";
+  text += wallText(def);
   text += firstMotionTest(def);
   for (const std::string& problem : r.problems) text += "problem: " + problem + "\n";
   if (r.problems.empty()) text += "no problem found\n";

@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+"""Everything a user can do to a running loop is in its recording: the replay gives the same bits."""
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+import dynamic_reconfigure.client
+import rosbag
+import rospy
+import rostest
+from haptic_msgs.msg import TickStatistics
+from haptic_msgs.srv import Clutch, Grab
+from std_srvs.srv import SetBool, Trigger
+from topic_probe import Probe, load_nodelet, program, unload
+
+
+class Recording(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("recording_test")
+        rospy.wait_for_service("/haptics/load_nodelet", 20)
+        cls.folder = tempfile.mkdtemp()
+        cls.bag = os.path.join(cls.folder, "session.bag")
+        cls.loaders = [
+            load_nodelet("spidar_driver/DriverNodelet", "/spidar/driver", "/haptics", device="spidar_g6x3r", rate=1000, alone=False),
+            load_nodelet("penalty_sim/SimulationNodelet", "/simulation", "/haptics", scene="touch_cube", rate=1000, alone=False)]
+        recorder = subprocess.Popen(["rosbag", "record", "-O", cls.bag, "-e", ".*recorded/.*"])
+        cls.loaders.append(load_nodelet("haptic_bridge/BridgeNodelet", "/bridge", "/haptics", record=True))
+        cls.use_everything()
+        for process in reversed(cls.loaders):
+            unload(process)
+        time.sleep(1)  # what was published last is on its way
+        recorder.send_signal(signal.SIGINT)
+        recorder.wait(20)
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    @classmethod
+    def use_everything(cls):
+        statistics = Probe("/tick_statistics", TickStatistics)
+        statistics.wait(10, timeout=30)
+
+        def call(name, kind, **values):
+            rospy.wait_for_service(name, 10)
+            return rospy.ServiceProxy(name, kind)(**values)
+
+        def some_ticks():
+            statistics.clear()
+            statistics.wait(4, timeout=20)
+
+        cls.answers = {}
+        cls.answers["clutch"] = call("/bridge/clutch", Clutch, device="spidar", hold=True)
+        some_ticks()
+        call("/bridge/clutch", Clutch, device="", hold=False)
+        cls.answers["no hand"] = call("/bridge/clutch", Clutch, device="nobody", hold=True)
+        some_ticks()
+        cls.answers["grab"] = call("/simulation/grab", Grab, device="spidar", link="cube")
+        some_ticks()
+        cls.answers["grab back"] = call("/simulation/grab", Grab, device="", link="")
+        cls.answers["grab floor"] = call("/simulation/grab", Grab, device="", link="floor")
+        some_ticks()
+        call("/simulation/reset", Trigger)
+        some_ticks()
+        call("/simulation/pause", SetBool, data=True)
+        some_ticks()
+        call("/simulation/pause", SetBool, data=False)
+        call("/spidar/driver/enable_force", SetBool, data=False)
+        some_ticks()
+        call("/spidar/driver/enable_force", SetBool, data=True)
+        client = dynamic_reconfigure.client.Client("/bridge", timeout=10)
+        cls.changed = client.update_configuration({"stiffness_scale": 0.5, "friction_scale": 0.8, "limit_share": 0.7,
+                                                   "passivity": 2, "force_scale": 0.9})
+        some_ticks()
+        cls.coupled = client.update_configuration({"coupling": 2})
+        some_ticks()
+        cls.refused = client.update_configuration({"coupling_stiffness": 1e5})
+        cls.bounded = client.update_configuration({"friction_scale": 1e9})
+        client.close()
+        some_ticks()
+
+    def test_answers(self):
+        self.assertTrue(self.answers["clutch"].success, self.answers["clutch"].message)
+        self.assertFalse(self.answers["no hand"].success)
+        self.assertIn("spidar", self.answers["no hand"].message)
+        self.assertTrue(self.answers["grab"].success, self.answers["grab"].message)
+        self.assertTrue(self.answers["grab back"].success, self.answers["grab back"].message)
+        self.assertFalse(self.answers["grab floor"].success)
+
+    def test_parameters(self):
+        self.assertEqual(self.changed["stiffness_scale"], 0.5)
+        self.assertEqual(self.changed["passivity"], 2)
+        self.assertEqual(self.coupled["coupling"], 2)
+        self.assertEqual(self.refused["coupling_stiffness"], -1, "the pointer and step cannot bear 1e5 N/m")
+        self.assertEqual(self.bounded["friction_scale"], 3, "bounds are kept")
+
+    def test_replay(self):
+        with rosbag.Bag(self.bag) as bag:
+            kinds = {m.kind for _, m, _ in bag.read_messages("/recorded/events")}
+            sessions = [m for _, m, _ in bag.read_messages("/recorded/session")]
+        self.assertEqual(len(sessions), 1)
+        self.assertTrue({0, 1, 2, 3, 5} <= kinds, f"events of kinds {kinds}")
+        done = subprocess.run([program("penalty_sim", "haptic_replay"), self.bag], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        figures = dict(line.split()[1:3] for line in done.stdout.splitlines() if line.startswith("figure"))
+        self.assertGreater(int(figures["replay.steps"]), 2000)
+        self.assertEqual(int(figures["replay.mismatches"]), 0)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("haptic_tests", "recording", Recording, sys.argv)
