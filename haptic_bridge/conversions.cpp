@@ -1,6 +1,7 @@
 #include "haptic_bridge/conversions.h"
 
 namespace haptic {
+
 haptic_msgs::HandReport toHandReport(const HandReport& report, const std::string& device, const std::string& pointer) {
   haptic_msgs::HandReport m;
   m.device = device;

@@ -7,6 +7,7 @@
 #include <rosbag/bag.h>
 #include <sys/stat.h>
 
+#include <cerrno>
 #include <ctime>
 
 namespace haptic {

@@ -17,6 +17,7 @@ namespace haptic {
 namespace {
 
 constexpr std::chrono::milliseconds kDrainPeriod{16};
+constexpr std::int64_t kClockPatienceNs = 2000000000;  // a slow bag's clock ticks more often than this
 constexpr std::int64_t kStatisticsPeriodNs = 100000000, kReminderPeriodNs = 5000000000;
 // What was published last is on its way to the recorder, another process.
 constexpr std::chrono::milliseconds kRecorderGrace{500};
@@ -67,6 +68,7 @@ void Telemetry::run() {
       publishStatistics();
     }
     diagnostics_.update();
+    watchClock(now);
     if (!followPhase()) return;
     std::this_thread::sleep_for(kDrainPeriod);
   }
@@ -86,6 +88,25 @@ void Telemetry::drain() {
     if (figures_) figures_->add(sample);
   }
   loop_.lastTick().read(last_tick_);
+}
+
+/// The loop runs by the steady clock whatever ROS's does; stamps are ROS's. So a simulated clock that stands still or
+/// jumps back harms nobody's force, but whoever reads the stamps should know.
+void Telemetry::watchClock(std::int64_t now_ns) {
+  if (!ros::Time::isSimTime()) return;
+  const ros::Time clock = ros::Time::now();
+  if (clock < last_clock_) {
+    ROS_WARN_STREAM_NAMED(name_, "/clock jumped back by " << (last_clock_ - clock).toSec() << " s; the loop goes on by its own clock");
+  }
+  if (clock != last_clock_ || clock_moved_ns_ == 0) {
+    clock_moved_ns_ = now_ns;
+    clock_told_ = false;
+  } else if (!clock_told_ && now_ns - clock_moved_ns_ > kClockPatienceNs) {
+    clock_told_ = true;
+    ROS_WARN_STREAM_NAMED(name_, "/use_sim_time is set and no clock arrives: stamps stand at " << clock
+                                     << "; start rosbag play --clock, or set /use_sim_time to false");
+  }
+  last_clock_ = clock;
 }
 
 /// Tells what the loop waits for, or why it ended. False: there is nothing more to do.

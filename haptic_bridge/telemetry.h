@@ -30,6 +30,7 @@ class Telemetry {
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
   void diagnoseHands(diagnostic_updater::DiagnosticStatusWrapper& status) const;
   bool followPhase();
+  void watchClock(std::int64_t now_ns);
   void finish();
 
   std::string name_;
@@ -45,6 +46,9 @@ class Telemetry {
   TickSample last_;
   TickReport last_tick_;
   std::int64_t next_statistics_ns_ = 0, next_reminder_ns_ = 0;
+  ros::Time last_clock_;                 ///< of a simulated clock, and when it last moved
+  std::int64_t clock_moved_ns_ = 0;
+  bool clock_told_ = false;
   bool setup_told_ = false;
   std::atomic<bool> stop_{false};
   std::thread thread_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 
 #include "penalty_sim/conversions.h"
@@ -127,12 +128,45 @@ void SceneMarkers::addContacts(visualization_msgs::MarkerArray& array, const Wor
   patches_shown_ = shown;
 }
 
+/// Where the energy is and went, what sticks and slides, and what the pointers feel.
+void SceneMarkers::addText(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot,
+                           const ros::Time& stamp) const {
+  int sticking = 0;
+  double lowest = 0;
+  for (int i = 0; i < snapshot.contacts; ++i) sticking += snapshot.contact[i].sticking;
+  for (const Pose& X_WL : snapshot.pose) lowest = std::isfinite(X_WL.p.z()) ? std::min(lowest, X_WL.p.z()) : lowest;
+  const EnergyLedger& e = snapshot.report.energy;
+  char line[160];
+  Marker text;
+  text.header.frame_id = world_frame_;
+  text.header.stamp = stamp;
+  text.ns = "text";
+  text.type = Marker::TEXT_VIEW_FACING;
+  text.pose.orientation.w = 1;
+  text.pose.position.z = lowest - 0.05;
+  text.scale.z = 0.009;
+  text.color = colour(0.85, 0.88, 0.95, 1);
+  std::snprintf(line, sizeof line, "kinetic %.3g  elastic %.3g  hand's work %.3g  damped %.3g  rubbed %.3g mJ\n",
+                1e3 * e.kinetic, 1e3 * (e.elastic + e.tangential), 1e3 * e.external, 1e3 * e.damping, 1e3 * e.friction);
+  text.text = line;
+  std::snprintf(line, sizeof line, "balance %.2g mJ  contacts %d, %d stick, %d slide", 1e3 * e.balance(), snapshot.contacts,
+                sticking, snapshot.contacts - sticking);
+  text.text += line;
+  for (const Wrench& F : snapshot.pointer_wrench) {
+    std::snprintf(line, sizeof line, "  pointer %.2f N", F.force.norm());
+    text.text += line;
+  }
+  if (!snapshot.report.finite) text.text += "\nthe world stopped: a number was lost";
+  array.markers.push_back(text);
+}
+
 void SceneMarkers::publish(const WorldSnapshot& snapshot, const ros::Time& stamp) {
   const auto array = boost::make_shared<visualization_msgs::MarkerArray>();
   const std::uint32_t subscribers = publisher_.getNumSubscribers();
   if (subscribers != bodies_sent_to_) addBodies(*array);
   bodies_sent_to_ = subscribers;
   addContacts(*array, snapshot, stamp);
+  addText(*array, snapshot, stamp);
   publisher_.publish(boost::shared_ptr<const visualization_msgs::MarkerArray>(array));
 }
 

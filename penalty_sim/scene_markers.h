@@ -12,7 +12,7 @@
 namespace haptic {
 
 /// Topic `markers`. Bodies are sent once per new subscriber in the frames of their links and follow tf by
-/// themselves; patches and forces are sent with every frame, at most kMaxPatches of them, the strongest first.
+/// themselves; patches, forces and a text of the energies are sent with every frame, at most kMaxPatches of them, the strongest first.
 class SceneMarkers {
  public:
   SceneMarkers(ros::NodeHandle& nh, const SceneDef& scene, const std::string& world_frame);
@@ -23,6 +23,7 @@ class SceneMarkers {
 
  private:
   void addBodies(visualization_msgs::MarkerArray& array) const;
+  void addText(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot, const ros::Time& stamp) const;
   void addContacts(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot, const ros::Time& stamp);
 
   std::vector<VisualDef> visuals_;

@@ -2,6 +2,7 @@
 #include <penalty_sim/world_topics.h>
 #include <ros/init.h>
 
+#include <cctype>
 #include <cstdio>
 #include <cstring>
 #include <iostream>

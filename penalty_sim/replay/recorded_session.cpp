@@ -182,14 +182,18 @@ std::vector<RecordedSession> readSessions(const std::string& bag, const BagOptio
     RecordedSession session = begin(bag, *messages.sessions[i]);
     std::vector<std::uint32_t> channels = channelsOf(session.start);
     for (; event != messages.events.end() && (*event)->tick < end; ++event) {
-      if ((*event)->kind > haptic_msgs::LoopEvent::DEVICE_REQUESTS) refuse(bag, "has an event of an unknown kind", "use the version that recorded it");
+      if ((*event)->kind > haptic_msgs::LoopEvent::DEVICE_REQUESTS) {
+        refuse(bag, "has an event of an unknown kind", "use the version that recorded it");
+      }
       session.events.push_back({(*event)->tick, static_cast<LoopEvent::Kind>((*event)->kind), (*event)->hand, (*event)->numbers});
     }
     auto gone = session.events.begin();
     for (; run != messages.runs.end() && (*run)->first_tick < end; ++run) {
       for (; gone != session.events.end() && gone->tick <= (*run)->first_tick; ++gone) {
         if (gone->kind != LoopEvent::Kind::kHandGone) continue;
-        if (gone->hand < 0 || gone->hand >= static_cast<int>(channels.size())) refuse(bag, "loses a hand that it has not", "record again");
+        if (gone->hand < 0 || gone->hand >= static_cast<int>(channels.size())) {
+          refuse(bag, "loses a hand that it has not", "record again");
+        }
         channels.erase(channels.begin() + gone->hand);
       }
       addRun(bag, **run, channels, session);

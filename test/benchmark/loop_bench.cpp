@@ -115,7 +115,7 @@ void measureScenes() {
     simulated += 1e-3 * static_cast<double>(inputs.size());
     steps += inputs.size();
     mismatches += different;
-    if (different > 0) std::printf("scene %s: %llu ticks differ when run again\n", name.c_str(), static_cast<unsigned long long>(different));
+    if (different > 0) std::printf("scene %s: %g ticks differ when run again\n", name.c_str(), static_cast<double>(different));
   }
   figure("loop.scenes", scenes, "1");
   figure("loop.scenes_at_10k", at_10k, "1");

@@ -17,6 +17,9 @@ NODELETS = {
     "/bridge": ("haptic_bridge/BridgeNodelet", {"rate": 1000}),
 }
 ROUNDS = int(os.environ.get("HAPTIC_RELOAD_ROUNDS", "3"))
+FIGURES = os.environ.get("HAPTIC_FIGURES")  # file for what `./run bench loop` shows
+# The first rounds fill caches of roscpp and the allocator; after them a round may not cost memory.
+GROWTH_KB_PER_ROUND = 64
 
 
 class Reload(unittest.TestCase):
@@ -44,6 +47,10 @@ class Reload(unittest.TestCase):
         statistics.wait(3, timeout=20)
         statistics.close()
 
+    def resident_kb(self):
+        with open(f"/proc/{self.pid}/status", encoding="utf-8") as status:
+            return int(next(line for line in status if line.startswith("VmRSS")).split()[1])
+
     def threads(self):
         """Threads of the manager once they have settled: roscpp ends its own some time after the last use."""
         counts = []
@@ -60,6 +67,7 @@ class Reload(unittest.TestCase):
             self.load(name)
         self.assert_ticking()
         all_loaded = self.threads()
+        resident = self.resident_kb()
         for _ in range(ROUNDS):
             for name in NODELETS:
                 self.unload(name)
@@ -67,6 +75,8 @@ class Reload(unittest.TestCase):
                 self.load(name)
                 self.assert_ticking()
         self.assertLessEqual(self.threads(), all_loaded)
+        growth = self.resident_kb() - resident
+        self.assertLess(growth, 8192 + GROWTH_KB_PER_ROUND * ROUNDS)
         for name in list(NODELETS):
             self.unload(name)
         empty = self.threads()
@@ -77,6 +87,9 @@ class Reload(unittest.TestCase):
             self.unload(name)
         self.assertLessEqual(self.threads(), empty, "threads stay behind")
         self.assertTrue(os.path.isdir(f"/proc/{self.pid}"), "the manager died")
+        if FIGURES:
+            with open(FIGURES, "w", encoding="utf-8") as out:
+                out.write(f"figure reload.cycles {ROUNDS} 1\nfigure reload.growth_kb {growth} kB\n")
 
     def test_device_returns_to_its_driver(self):
         """Without the bridge the driver's own thread runs the device; with it, the bridge does."""

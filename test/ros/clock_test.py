@@ -1,0 +1,50 @@
+#!/usr/bin/env python3
+"""/use_sim_time without a clock, a clock that stands still and one that jumps back: a clear message, and the loop, which
+runs by the steady clock, does not notice."""
+import os
+import sys
+import time
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+import rospy
+import rostest
+from geometry_msgs.msg import WrenchStamped
+from haptic_msgs.msg import TickStatistics
+from rosgraph_msgs.msg import Clock, Log
+from topic_probe import Probe
+
+
+class SimulatedClock(unittest.TestCase):
+    def test_the_loop_goes_on(self):
+        rospy.init_node("clock_test")
+        log = Probe("/rosout_agg", Log)
+        statistics = Probe("/tick_statistics", TickStatistics)
+        wrench = Probe("/spidar/wrench", WrenchStamped)
+        clock = rospy.Publisher("/clock", Clock, queue_size=1)
+
+        def told(words):
+            log.wait(1, timeout=20, accept=lambda m: words in m.msg)
+
+        def ticks_go_on():
+            before = statistics.wait(1, timeout=30)
+            statistics.clear()
+            after = statistics.wait(5, timeout=20)
+            self.assertGreater(after.ticks, before.ticks)
+            self.assertGreater(after.simulated_time, before.simulated_time)
+
+        ticks_go_on()
+        told("no clock arrives")
+        for second in (100, 101, 50):
+            end = time.monotonic() + 0.5
+            while time.monotonic() < end:
+                clock.publish(Clock(clock=rospy.Time(second)))
+                time.sleep(0.05)
+            ticks_go_on()
+        told("jumped back")
+        self.assertTrue(all(abs(m.wrench.force.z) <= 10.5 for m in wrench.messages), "force stays within the limits")
+
+
+if __name__ == "__main__":
+    rostest.rosrun("haptic_tests", "clock", SimulatedClock, sys.argv)
