@@ -10,6 +10,7 @@
 
 #include "haptic_core/loop/haptic_loop.h"
 #include "haptic_core/loop/tick_hash.h"
+#include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
 

@@ -15,6 +15,8 @@ namespace haptic {
 namespace {
 
 constexpr double kPeriod = 1e-3;  // [s]
+// Before this tick the world's state is noted without having changed: restoring what is there must change nothing.
+constexpr std::uint64_t kNotedOnly = 120;
 
 ArticulationDef box(const char* name, const Vector3& size, JointType type, const Vector3& p, double mass) {
   ArticulationDef def;
@@ -133,7 +135,7 @@ Recording record() {
   live.device[1]->calibrateAtHome();
   live.device[1]->setForceEnabled(true);
   live.run(100);
-  live.note(LoopEvent::Kind::kWorldState, 0, live.world.save());  // only noted: restoring what is there changes nothing
+  live.note(LoopEvent::Kind::kWorldState, 0, live.world.save());  // tick kNotedOnly
   live.run(280);
   const std::vector<double> saved = live.world.save();
   live.run(50, 3);
@@ -240,6 +242,7 @@ TEST(Session, EachKindOfEventMatters) {
     Recording without = complete;
     const LoopEvent event = complete.events[i];
     if (event.kind == LoopEvent::Kind::kHandGone) continue;  // the hands would no longer fit the samples
+    if (event.tick == kNotedOnly) continue;
     without.events.erase(without.events.begin() + static_cast<std::ptrdiff_t>(i));
     const Difference difference = replay(without);
     EXPECT_GT(difference.ticks, 0) << "event " << i << " of kind " << static_cast<int>(event.kind);
