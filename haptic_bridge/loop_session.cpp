@@ -166,7 +166,9 @@ void LoopSession::serveOwners() noexcept {
   for (std::size_t i = 0; i < hands_.size(); ++i) {
     DevicePort& port = *hands_[i].lease;
     if (!port.between_ticks.serve()) continue;
-    note(LoopEvent::Kind::kDeviceState, static_cast<int>(i), port.device.save());
+    const std::vector<double> memory = port.device.save();
+    port.device.restore(memory);
+    note(LoopEvent::Kind::kDeviceState, static_cast<int>(i), memory);
   }
 }
 
