@@ -6,6 +6,7 @@
 #include <boost/make_shared.hpp>
 #include <cmath>
 
+#include "haptic_core/world/certificate.h"
 #include "haptic_core/world/world.h"
 #include "penalty_sim/conversions.h"
 
@@ -50,13 +51,16 @@ WorldTopics::WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parame
   for (int i = 0; i < port.world.linkCount(); ++i) links_.push_back(port.world.linkName(i));
   for (int i = 0; i < port.world.jointCount(); ++i) joints_.push_back(port.world.jointName(i));
   publishStatic(scene);
+  definition_ = scene.world;
   publishPlan(scene);
   thread_ = std::thread([this] { run(); });
+  certifier_ = std::thread([this] { publishCertificate(); });
 }
 
 WorldTopics::~WorldTopics() {
   stop_ = true;
   thread_.join();
+  certifier_.join();
 }
 
 void WorldTopics::publishStatic(const SceneDef& scene) {
@@ -101,7 +105,19 @@ void WorldTopics::publishPlan(const SceneDef& scene) {
   for (int i = 0; i < port_.world.pointerCount(); ++i) m->pointers.push_back(links_[port_.world.pointerLink(i)]);
   m->warnings = scene.warnings;
   m->text = sceneText(scene) + port_.world.planText();
+  plan_message_ = *m;
   publishConst(plan_, m);
+}
+
+/// Where the scene is stable, added to the plan as soon as it is known: a second of simulated settling, in a
+/// thread of its own.
+void WorldTopics::publishCertificate() {
+  try {
+    plan_message_.text += certify(definition_).text();
+  } catch (const std::exception& error) {
+    plan_message_.text += std::string("certificate: none, ") + error.what() + "\n";
+  }
+  publishConst(plan_, boost::make_shared<haptic_msgs::ScenePlan>(plan_message_));
 }
 
 void WorldTopics::run() {
@@ -123,7 +139,7 @@ void WorldTopics::run() {
 
 void WorldTopics::publishJoints(const WorldSnapshot& snapshot) {
   const auto m = boost::make_shared<sensor_msgs::JointState>();
-  m->header.stamp = stampOf(snapshot.stamp_ns);
+  m->header.stamp = toStamp(snapshot.stamp_ns);
   m->name = joints_;
   for (const JointReading& joint : snapshot.joint) {
     m->position.push_back(joint.position);

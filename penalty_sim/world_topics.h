@@ -1,5 +1,6 @@
 /// The world as topics: takes snapshots from the port in a thread of its own.
 #pragma once
+#include <haptic_msgs/ScenePlan.h>
 #include <ros/node_handle.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 #include <tf2_ros/transform_broadcaster.h>
@@ -15,9 +16,9 @@
 
 namespace haptic {
 
-/// tf of all links, contacts, step_report, markers at ~frame_rate; joint_states at ~joint_rate; scene_plan latched; the
-/// devices' bases and links that never move as static tf. A frame is published once: tf refuses a stamp twice, so a world
-/// that stands still is silent.
+/// tf of all links, contacts, step_report, markers at ~frame_rate; joint_states at ~joint_rate; scene_plan latched, soon
+/// after the start with the certificate of stability; the devices' bases and links that never move as static tf. A frame
+/// is published once: tf refuses a stamp twice, so a world that stands still is silent.
 class WorldTopics {
  public:
   WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parameters, const SceneDef& scene, WorldPort& port);
@@ -30,18 +31,21 @@ class WorldTopics {
   void publishFrames(const WorldSnapshot& snapshot, const ros::Time& stamp);
   void publishStatic(const SceneDef& scene);
   void publishPlan(const SceneDef& scene);
+  void publishCertificate();
 
   SimulationParameters parameters_;
   WorldPort& port_;
   std::vector<std::string> links_, joints_;
   std::vector<bool> fixed_;  ///< per link: its frame is static
   double step_;
+  WorldDef definition_;                 ///< for the certificate
+  haptic_msgs::ScenePlan plan_message_;
   ros::Publisher contacts_, step_report_, joint_states_, plan_;
   SceneMarkers markers_;
   tf2_ros::TransformBroadcaster broadcaster_;
   tf2_ros::StaticTransformBroadcaster static_broadcaster_;
   std::atomic<bool> stop_{false};
-  std::thread thread_;
+  std::thread thread_, certifier_;
 };
 
 }  // namespace haptic

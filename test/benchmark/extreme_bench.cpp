@@ -8,6 +8,7 @@
 
 #include "../peers/peer_world.h"
 #include "../scenes/extremes.h"
+#include "extreme_figures.h"
 #include "figure.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/pipeline.h"
@@ -16,27 +17,6 @@ namespace haptic::bench {
 namespace {
 
 using namespace haptic::scenes;
-
-struct Totals {  // over all implicit runs of this program
-  long steps = 0, iterations = 0, unconverged = 0;
-  int most_iterations = 0;
-} totals;
-
-WorldSettings implicitSettings(double h, Integrator integrator = Integrator::kImplicitEuler) {
-  WorldSettings s;
-  s.step = h;
-  s.integrator = integrator;
-  return s;
-}
-
-void stepOnce(World& world) {
-  world.step();
-  const StepReport& r = world.report();
-  ++totals.steps;
-  totals.iterations += r.iterations;
-  totals.most_iterations = std::max(totals.most_iterations, r.iterations);
-  totals.unconverged += (r.flags & kNotConverged) != 0;
-}
 
 struct Judgement {
   bool passed = false;
@@ -266,76 +246,6 @@ void sliding() {
   figure("sliding.cone_error", cone_error, "1");
 }
 
-struct Tilt {
-  double time_ms = 0, omega_pct = 0, housner = std::nan(""), rest_s = 0, residual = 0;
-};
-
-/// The 2 m cube of 1 kg that falls onto its face from 0.1 rad, against the rigid solution (physics.md, section 3).
-Tilt tilt(double k, double h, Integrator integrator, double dissipation) {
-  constexpr double kTime = 0.2318494, kOmega = 0.7898892;  // at θ = 0.01 rad; ∫dθ/ω of the pendulum on its edge
-  CubeParameters c;
-  c.size = 2;
-  c.mass = 1;
-  c.stiffness = k;
-  c.tangential = 1;
-  c.mu_static = c.mu_dynamic = 10;
-  WorldDef def = cubeOnFloor(c, implicitSettings(h, integrator));
-  def.settings.default_material.dissipation = dissipation;
-  const Matrix3 R = Eigen::AngleAxisd(0.1, Vector3::UnitY()).toRotationMatrix();
-  const double corner = std::sqrt(2.0) * std::cos(M_PI / 4 - 0.1);
-  def.articulations[1].X_WA = Pose(R, Vector3(0, 0, corner - std::sqrt(0.97 / k)));
-  World world(def);
-  Tilt result;
-  double angle_before = 0.1, omega_before = 0, peak = 0, squares = 0;
-  int samples = 0;
-  bool measured = false, struck = false;
-  for (int i = 1; i * h <= 2 + 1e-12; ++i) {
-    stepOnce(world);
-    const double angle = std::atan2(-world.linkPose(1).R(2, 0), world.linkPose(1).R(0, 0));
-    const double omega = -world.linkTwist(1).angular.y();
-    if (!measured && angle < 0.01) {
-      measured = true;
-      // The root of the cubic through both ends' angles and speeds: its error is h⁴.
-      double lo = 0, hi = 1;
-      const auto at = [&](double s) {
-        const double s2 = s * s, s3 = s2 * s;
-        return (2 * s3 - 3 * s2 + 1) * angle_before - (s3 - 2 * s2 + s) * h * omega_before +
-               (-2 * s3 + 3 * s2) * angle - (s3 - s2) * h * omega;
-      };
-      for (int k2 = 0; k2 < 60; ++k2) (at((lo + hi) / 2) > 0.01 ? lo : hi) = (lo + hi) / 2;
-      result.time_ms = 1e3 * ((i - 1 + lo) * h - kTime);
-      result.omega_pct = 100 * ((omega_before + lo * (omega - omega_before)) / kOmega - 1);
-    }
-    // After the first impact: the first step in which ω changes no faster than gravity on one edge makes it
-    // (twice 3 g/(4 · 2 m) = 3.7 rad/s²), the blow being over.
-    peak = std::max(peak, omega);
-    if (!struck && angle < 0 && std::abs(omega - omega_before) < 2 * 3.675 * h) {
-      struck = true;
-      result.housner = omega / peak;
-    }
-    if (std::abs(omega) > 0.01) result.rest_s = i * h;
-    if (i * h > 1.5) {
-      squares += omega * omega;
-      ++samples;
-    }
-    angle_before = angle;
-    omega_before = omega;
-  }
-  result.residual = 2.0 / 3.0 * std::sqrt(squares / samples);  // I = m s²/6
-  return result;
-}
-
-void rigidLimits() {
-  const Tilt euler10 = tilt(4e4, 1e-2, Integrator::kImplicitEuler, 1);
-  const Tilt second10 = tilt(1e10, 1e-2, Integrator::kSdirk2, 1);
-  figure("tilt.residual_10ms_nms", std::max(euler10.residual, second10.residual), "N.m.s");
-  const Tilt rigid = tilt(1e10, 1e-3, Integrator::kSdirk2, 1);
-  figure("rigid.tilt_time_err_ms", std::abs(rigid.time_ms), "ms");
-  figure("rigid.tilt_omega_err_pct", std::abs(rigid.omega_pct), "%");
-  figure("rigid.housner_ratio", rigid.housner, "1");
-  figure("rigid.rest_s", rigid.rest_s, "s");
-}
-
 void totalFigures() {
   figure("implicit.iterations_mean", double(totals.iterations) / std::max(1L, totals.steps), "1");
   figure("implicit.iterations_max", totals.most_iterations, "1");
@@ -343,6 +253,16 @@ void totalFigures() {
 }
 
 }  // namespace
+
+void stepOnce(World& world) {
+  world.step();
+  const StepReport& r = world.report();
+  ++totals.steps;
+  totals.iterations += r.iterations;
+  totals.most_iterations = std::max(totals.most_iterations, r.iterations);
+  totals.unconverged += (r.flags & kNotConverged) != 0;
+}
+
 }  // namespace haptic::bench
 
 int main(int argc, char** argv) {
@@ -351,7 +271,12 @@ int main(int argc, char** argv) {
     const char* name;
     void (*run)();
   } kParts[] = {{"extremes", extremes}, {"peers", peersOnExtremes}, {"stiffness", stiffness}, {"costs", costs},
-                {"sliding", sliding},   {"rigid", rigidLimits},     {"totals", totalFigures}};
+                {"sliding", sliding},   {"rigid", rigidLimits},     {"totals", totalFigures},
+                {"certificate", certificateLimits}, {"allocations", allocations}, {"soft", softOverhead}};
+  if (argc == 3 && std::strcmp(argv[1], "--count") == 0) {
+    countSoft(argv[2]);
+    return 0;
+  }
   for (const auto& part : kParts) {
     if (argc < 2 || std::strstr(part.name, argv[1])) part.run();
   }

@@ -122,29 +122,37 @@ FrictionForce frictionForce(const ContactVolume& contact, const ContactWorkspace
   out.compliant_area.diagonal() << layer.A0, layer.A0, layer.J;
   // What the springs hold on the limit surface: what slid last, or the trial force brought back to it.
   const Planar held = slid ? layer.force(before, {}) : trial * (1 / std::max(1.0, out.load));
-  bool slides = slid || (advance.may_yield && out.load > 1);
+  const bool solving = advance.yielding != Yielding::kAtOnce;
+  bool slides = slid || (advance.yielding != Yielding::kNever && out.load > 1);
   Planar f = trial;
   if (slides) {
-    const bool keeps = advance.keep_limit && !slid;
+    const bool keeps = solving && !slid;
     const double mu = keeps ? m.mu_static : m.mu_dynamic;
     // Where the area integral stands off the ellipsoid. Within a solve the direction is that of the step before, so
     // that it does not turn over with the iterates.
     Planar offset;
     if (!keeps) {
-      const Planar slipped = advance.keep_limit ? old_rate : layer.slipFor(trial - held);
+      const Planar slipped = solving ? old_rate : layer.slipFor(trial - held);
       const SlidingIntegral s = slidingIntegral(workspace, contact, normal.field, normal.moments(contact),
                                                 slipped.force, slipped.torque, normal.radius);
-      offset = Planar{-mu * s.force, law.torsion ? -mu * s.torque : 0.0} - limit(mu).against(slipped);
+      f = Planar{-mu * s.force, law.torsion ? -mu * s.torque : 0.0};
+      offset = f - limit(mu).against(slipped);
     }
-    const Returned returned = nearest(trial - offset, limit(mu), layer);
-    if (!slid || returned.outside) {
+    const bool dragged = slid && advance.yielding == Yielding::kDragged;
+    const Returned returned = dragged ? Returned{} : nearest(trial - offset, limit(mu), layer);
+    if (dragged) {
+      slip = layer.slipFor(f);
+      out.load = 1;
+      out.compliant_area.setZero();
+    } else if (!slid || returned.outside) {
       f = offset + returned.force;
       slip = layer.slipFor(f);
       out.load = 1;
       out.compliant_area = returned.compliant_area;
-    } else if (advance.keep_limit || trial.dot(rate) >= 0) {
-      slides = false;
-      out.event = stop;
+    } else {
+      f = trial;
+      slides = !solving && trial.dot(rate) < 0;
+      if (!slides) out.event = stop;
     }
   }
   if (slides && !slid && !fresh && advance.old_share > 0 && out.load >= 1) {

@@ -51,14 +51,19 @@ struct PairLaw {
 /// b_t of the pair [N·s/m³]: as given, or critical for its reduced mass on a patch of `area` [m²].
 double tangentialDamping(const PairLaw& law, double area) noexcept;
 
+/// What a patch may do within one evaluation.
+enum class Yielding : unsigned char {
+  kAtOnce,      ///< a patch that stuck falls to μ where it has to hold more than μ0 N: explicit steps
+  kNever,       ///< a patch that stuck stays elastic whatever its load
+  kKeepsLimit,  ///< a patch that stuck yields at μ0 and keeps that limit: continuous, for implicit solves
+  kDragged      ///< a patch that slid slides on against its last direction, wherever the slip turns
+};
+
 /// How far the memory advances to this evaluation.
 struct Advance {
   double time = 0;       ///< [s]; 0: the memory stays
   double old_share = 0;  ///< weight of the last slip velocity in the displacement: 0 Euler, ½ trapezoidal rule
-  bool may_yield = true; ///< false: a patch that stuck stays elastic whatever its load
-  /// What an implicit solve needs to be continuous: a patch that stuck yields at μ0 and keeps that limit until the
-  /// step is over, instead of falling to μ at once.
-  bool keep_limit = false;
+  Yielding yielding = Yielding::kAtOnce;
 };
 
 struct FrictionForce {

@@ -330,7 +330,7 @@ IslandCertificate judgeIsland(const Linearisation& linear, const Plan& plan, con
     return island;
   }
   const bool implicit =
-      settings.integrator == Integrator::kImplicitEuler || settings.integrator == Integrator::kSdirk2;
+      settings.integrator != Integrator::kSymplecticEuler && settings.integrator != Integrator::kVelocityVerlet;
   if (implicit || step <= kMargin * island.limit) return island;
   island.substeps = static_cast<int>(std::ceil(step / (kMargin * island.limit)));
   island.verdict = island.substeps <= kMostSubsteps ? Verdict::kSubstep : Verdict::kImplicit;

@@ -1,5 +1,6 @@
 /// What Velocity Verlet needs at contacts beyond their force: settled dampers, and the impulses of contacts that part.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "haptic_core/world/damper_limit.h"
@@ -12,25 +13,55 @@ namespace {
 /// lever multiplies it by up to four, and one is the limit.
 constexpr double kStrongDamper = 0.3;
 
+/// Lower L with L Lᵀ = A for a positive semidefinite A; columns without a pivot are zero.
+Matrix6 semidefiniteFactor(const Matrix6& A) noexcept {
+  Matrix6 L = Matrix6::Zero();
+  for (int j = 0; j < 6; ++j) {
+    double pivot = A(j, j);
+    for (int k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
+    if (!(pivot > 1e-14 * A(j, j))) continue;
+    L(j, j) = std::sqrt(pivot);
+    for (int i = j + 1; i < 6; ++i) {
+      double sum = A(i, j);
+      for (int k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
+      L(i, j) = sum / L(j, j);
+    }
+  }
+  return L;
+}
+
+/// δ with (1 + s W D) δ = s W r, for positive semidefinite W and D. With D = L Lᵀ: δ = s W (r - L y),
+/// (1 + s Lᵀ W L) y = s Lᵀ W r, symmetric and never singular.
+Vector6 settledChange(const Matrix6& W, const Matrix6& D, double s, const Vector6& r) noexcept {
+  const Matrix6 L = semidefiniteFactor(D);
+  Matrix6 WL, S;
+  WL.noalias() = W.lazyProduct(L);
+  S.noalias() = L.transpose().lazyProduct(WL);
+  S = s * S + Matrix6::Identity();
+  Vector6 y = s * (WL.transpose() * r);
+  const Matrix6 C = semidefiniteFactor(S);
+  for (int i = 0; i < 6; ++i) {
+    for (int k = 0; k < i; ++k) y[i] -= C(i, k) * y[k];
+    y[i] /= C(i, i);
+  }
+  for (int i = 5; i >= 0; --i) {
+    for (int k = i + 1; k < 6; ++k) y[i] -= C(k, i) * y[k];
+    y[i] /= C(i, i);
+  }
+  return s * (W * r - WL * y);
+}
+
 }  // namespace
 
-/// Mobility of a link at P in P's axes, as if it were free and its mass shared evenly among its contacts: adds ∂V/∂F
-/// [angular first]. With the mass whole, dampers that settle without regard to one another would correct a body between
-/// hand and floor twice; shared out, their sum is stable however many there are (mass splitting: Tonge, Benevolenski,
-/// Voroshilov, Mass splitting for jitter-free parallel rigid body simulation, 2012).
+/// Adds the mobility of a link at P in P's axes, as if it were free and its mass shared evenly among its contacts; nothing
+/// for one that does not move by itself. With the mass whole, dampers that settle without regard to one another would
+/// correct a body between hand and floor twice; shared out, their sum is stable however many there are (mass splitting:
+/// Tonge, Benevolenski, Voroshilov, Mass splitting for jitter-free parallel rigid body simulation, 2012).
 void Pipeline::addMobility(int link, const Pose& X_WP, Matrix6& W) const noexcept {
   if (!plan_.links[link].moves || heldBy(link) >= 0) return;
   const PlanLink& l = plan_.links[link];
-  const LinkModel& model = plan_.trees[l.articulation].model->link(l.local);
-  const Matrix3 R_PL = X_WP.R.transpose() * work_[link].X_WL.R;
-  const Matrix3 inverse = R_PL * model.I_C.inverse() * R_PL.transpose();
-  const Matrix3 arm = crossMatrix(X_WP.R.transpose() * (X_WP.p - work_[link].p_WC()));
   const double parts = std::max(1, contacts_on_[link]);
-  W.topLeftCorner<3, 3>() += parts * inverse;
-  W.topRightCorner<3, 3>() += parts * inverse * arm;  // torque of a force at P about C: arm × f
-  W.bottomLeftCorner<3, 3>() -= parts * arm * inverse;
-  W.bottomRightCorner<3, 3>() -= parts * arm * inverse * arm;
-  W.bottomRightCorner<3, 3>().diagonal().array() += parts / model.mass;
+  W += parts * freeMobility(plan_.trees[l.articulation].model->link(l.local), work_[link].X_WL.R, work_[link].p_WC(), X_WP);
 }
 
 /// The contact's force, with strong dampers settled. At a predicted velocity alone Velocity Verlet would be stable only
@@ -72,14 +103,12 @@ LocatedForce Pipeline::settledForce(const ActivePair& pair, const ContactVolume&
   }
   if (!first.sticking && pair.friction.sliding == 0) {
     Advance elastic = advance;
-    elastic.may_yield = false;
+    elastic.yielding = Yielding::kNever;
     first = locatedForce(volume, workspace_, V_AB_P, pair.friction, law, elastic);
     D = damping(first);
   }
   const Wrench before = Wrench{pair.release.torque_W, pair.release.force_W}.rotated(X_WP.R.transpose());
-  const Vector6 change = 0.5 * advance.time * (W * (first.F_BP_P - before).vector());
-  const Matrix6 system = Matrix6::Identity() + 0.5 * advance.time * W * D;
-  const Vector6 delta = system.partialPivLu().solve(change);
+  const Vector6 delta = settledChange(W, D, 0.5 * advance.time, (first.F_BP_P - before).vector());
   const Twist V{V_AB_P.angular + delta.head<3>(), V_AB_P.linear + delta.tail<3>()};
   return locatedForce(volume, workspace_, V, pair.friction, law, advance);
 }

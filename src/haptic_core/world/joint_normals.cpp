@@ -23,10 +23,11 @@ bool JointNormals::joined(const Part& x, const Part& y) const noexcept {
   return near(x.shape_a, y.shape_a) && near(x.shape_b, y.shape_b);
 }
 
-void JointNormals::find(ActivePair* pairs, int count, const Pose* X_WS,
+void JointNormals::find(ActivePair* pairs, const int* which, int count, const Pose* X_WS,
                         ContactWorkspace& workspace) noexcept {
   parts_.clear();
-  for (int i = 0; i < count; ++i) {
+  for (int n = 0; n < count; ++n) {
+    const int i = which ? which[n] : n;
     found_[i] = 0;
     const int a = pairs[i].shapeA(), b = pairs[i].shapeB();
     const HiddenFaces hidden = plan_.hidden(a, b);

@@ -22,8 +22,9 @@ class JointNormals {
   bool any() const { return any_; }
 
   /// (in realtime) Computes the contact volume of each pair that may lie on a joint, and their common
-  /// normals. The pairs' caches advance. Cost: one contact volume per such pair.
-  void find(ActivePair* pairs, int count, const Pose* X_WS, ContactWorkspace& workspace) noexcept;
+  /// normals: of pairs[which[0 … count)], or of the first `count` when `which` is null. The pairs' caches advance.
+  /// Cost: one contact volume per such pair.
+  void find(ActivePair* pairs, const int* which, int count, const Pose* X_WS, ContactWorkspace& workspace) noexcept;
 
   /// Prepares the pair's cache and says by which rule its contact volume takes its normal: the common one,
   /// when pair i is a part, through the cache; else by `rule`.

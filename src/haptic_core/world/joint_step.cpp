@@ -110,7 +110,7 @@ JointReading Pipeline::joint(int i) const noexcept {
   const PlanJoint& joint = plan_.joints[i];
   const PlanLink& link = plan_.links[joint.link];
   const TreeMotion* motion = motions_[link.articulation].get();
-  const double drive = implicit_ ? implicit_->joints().driveForce(joint.link)
+  const double drive = implicit_ && isImplicit(link.articulation) ? implicit_->joints().driveForce(joint.link)
                        : motion  ? motion->driveForceOf(link.local)
                                  : 0;
   return {state_.q[joint.q], state_.v[joint.v], drive};

@@ -43,7 +43,7 @@ void Pipeline::fillLedger() noexcept {
   EnergyLedger& energy = report_.energy;
   energy.kinetic = energy.potential = 0;
   for (const PlanTree& tree : plan_.trees) {
-    if (!isStepped(tree)) continue;  // a held link's energy is the hand's
+    if (!movesByItself(tree)) continue;  // a held link's energy is the hand's
     energy.kinetic += kineticEnergy(*tree.model, work_.data() + tree.link);
     energy.potential += potentialEnergy(*tree.model, work_.data() + tree.link, settings_.gravity);
   }

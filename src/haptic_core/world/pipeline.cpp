@@ -55,10 +55,18 @@ Pipeline::Pipeline(const WorldDef& def)
   contacts_.reserve(plan_.pair_capacity);
   plan_.reserve(workspace_);
   prepareSearch();
-  if (settings_.integrator == Integrator::kImplicitEuler || settings_.integrator == Integrator::kSdirk2) {
-    implicit_ = std::make_unique<ImplicitStep>(plan_, settings_);
+  automatic_ = settings_.integrator == Integrator::kAutomatic;
+  const bool implicit =
+      settings_.integrator == Integrator::kImplicitEuler || settings_.integrator == Integrator::kSdirk2;
+  if (implicit || automatic_) {
+    implicit_ = std::make_unique<ImplicitStep>(plan_, settings_, static_cast<int>(pointers_.size()));
+    islands_ = std::make_unique<Islands>(plan_);
   }
-  applied_.resize(plan_.links.size());
+  state_.mode.assign(plan_.trees.size(), implicit ? kImplicit : kUnprimed);
+  number_.resize(plan_.links.size());
+  retreat_.q.resize(plan_.nq);
+  retreat_.v.resize(plan_.nv);
+  retreat_.pull.resize(plan_.nv);
   makeMotions();
   addJointPaths(def);
   placeAll();
@@ -70,6 +78,7 @@ Pipeline::Pipeline(const WorldDef& def)
     state_.pointers[i].link = -1;
     grab(static_cast<int>(i), pointerHome(static_cast<int>(i)));
   }
+  findBuried();
   history_ = std::make_unique<StepHistory>(settings_.history_steps, state_);
 }
 
@@ -116,7 +125,7 @@ bool Pipeline::tryGrab(int pointer, int link) noexcept {
   vec3(state.p_WL) = X_WL.p;
   store(Quaternion(X_WL.R), state.q_WL);
   state.targeted = 0;
-  state_.primed = 0;
+  forgetPull();
   resolveCoupling(pointer);
   noteHolders();
   return true;
@@ -148,7 +157,14 @@ void Pipeline::tune(const WorldTuning& tuning) {
     }
   }
   noteHolders();
-  state_.primed = 0;
+  forgetPull();
+}
+
+/// What pulled at the end of the last step holds no longer.
+void Pipeline::forgetPull() noexcept {
+  for (double& mode : state_.mode) {
+    if (mode == kPrimed) mode = kUnprimed;
+  }
 }
 
 void Pipeline::restore(const std::vector<double>& packed) {
@@ -182,10 +198,21 @@ void Pipeline::step() noexcept {
   report_.flags = 0;
   report_.closure = 0;
   if (kFullWorld) clock_.start(report_.stages);
+  if (kFullWorld) report_.iterations = report_.parts = report_.implicit_islands = report_.redone = report_.fallbacks = 0;
+  report_.residual = 0;
+  report_.substeps = 0;
   if (kFullWorld) std::fill(pointer_wrench_.begin(), pointer_wrench_.end(), Wrench{});
   if (kFullWorld) followJointPaths();
   const double h = settings_.step / settings_.substeps;
-  for (int s = 0; s < settings_.substeps && report_.finite; ++s) substep(h, 1.0 / (settings_.substeps - s));
+  for (int s = 0; s < settings_.substeps && report_.finite; ++s) {
+    // Where something fast comes near something thin, in parts.
+    for (double left = h; left > 0 && report_.finite;) {
+      const double part = kFullWorld ? safePart(left) : left;
+      share_ = part / h;
+      substep(part, part / (left + h * (settings_.substeps - 1 - s)));
+      left = part < left ? left - part : 0;
+    }
+  }
   for (int i = 0; i < pointerCount(); ++i) {
     store(report_.finite ? pointer_wrench_[i] * (1.0 / settings_.substeps) : Wrench{}, state_.pointers[i].F_W);
   }
@@ -193,47 +220,6 @@ void Pipeline::step() noexcept {
   report_.step = ++state_.step;
   state_.time = static_cast<double>(state_.step) * settings_.step;
   if (report_.finite) history_->keep(state_);
-}
-
-/// Contacts, ledger and the hand's wrench belong to the end of the substep.
-void Pipeline::implicitSubstep(double h) noexcept {
-  findPairs(h);
-  clock_.end(report_.stages.search);
-  for (LinkWork& link : work_) link.F_ext = Wrench{};  // the last substep's contacts
-  pullPointers(h);
-  for (std::size_t l = 0; l < work_.size(); ++l) {
-    applied_[l] = work_[l].F_ext.shifted(work_[l].X_WL.p - work_[l].p_WO);
-  }
-  clock_.end(report_.stages.motion);
-  const ImplicitReport& solved = implicit_->advance(state_, held_by_, applied_, h);
-  clock_.end(report_.stages.force);
-  report_.iterations = solved.iterations;
-  report_.residual = solved.residual;
-  if (!solved.converged) report_.flags |= kNotConverged;
-  if (!implicit_->joints().converged()) report_.flags |= kJointsNotConverged;
-  updateKinematics();
-  report_.closure = implicit_->joints().closure(work_.data());
-  takeContacts(h);
-  collectPointerWrenches();
-  if (keepsLedger()) fillLedger();
-}
-
-void Pipeline::takeContacts(double h) noexcept {
-  contacts_.clear();
-  report_.energy.elastic = 0;
-  for (const ImplicitContact& c : implicit_->contacts()) {
-    const PlanShape &A = plan_.shapes[c.shape_a], &B = plan_.shapes[c.shape_b];
-    const Wrench F_BP_W = c.force.F_BP_P.rotated(c.X_WP.R);
-    work_[B.link].addWrench(F_BP_W, c.X_WP.p);
-    work_[A.link].addWrench(-F_BP_W, c.X_WP.p);
-    const FrictionMemory& memory = c.force.memory;
-    state_.energy[0] += h * (memory.damping_power + (c.force.sticking ? memory.power : 0.0));
-    state_.energy[1] += h * (c.force.sticking ? 0.0 : memory.power);
-    report_.energy.elastic += c.elastic;
-    noteContact(c.shape_a, c.shape_b, c.volume, c.force.normal_force, c.force.sticking, c.X_WP, F_BP_W);
-  }
-  report_.pairs = state_.pair_count;
-  report_.contacts = contacts_.size();
 }
 
 /// Direct coupling: the link goes where the hand is. The hand's work is that of the contact wrench, by the
@@ -288,12 +274,13 @@ void Pipeline::placeAll() noexcept {
   for (int s = 0; s < static_cast<int>(plan_.shapes.size()); ++s) placeShape(s, 0);
 }
 
-/// Pose and box of a shape. With h > 0 the box is widened by how far its link may come in that time.
+/// Pose and box of a shape. With h > 0 the box of an implicit tree, which has yet to move, is widened by how far its link
+/// may come in that time.
 void Pipeline::placeShape(int s, double h) noexcept {
   const PlanShape& shape = plan_.shapes[s];
   X_WS_[s] = work_[shape.link].X_WL * shape.X_LS;
   boxes_[s] = shape.shape->aabb(X_WS_[s]);
-  if (!(h > 0) || !plan_.links[shape.link].moves) return;
+  if (!(h > 0) || !plan_.links[shape.link].moves || !isImplicit(plan_.links[shape.link].articulation)) return;
   const LinkWork& link = work_[shape.link];
   // Twice the way at today's speed and gravity: what a collision adds to the speed is within it.
   const double way =
@@ -304,7 +291,7 @@ void Pipeline::placeShape(int s, double h) noexcept {
 }
 
 /// Overlapping boxes, in the order of their keys; what a pair remembers comes along from the last step. With h > 0
-/// boxes are widened by how far their links may come in that time.
+/// boxes of implicit trees, which have yet to move, are widened by how far they may come in that time.
 void Pipeline::findPairs(double h) noexcept {
   if (!plan_.searches_pairs) return;
   if (kFullWorld) clock_.end(report_.stages.motion);
@@ -352,8 +339,21 @@ void Pipeline::evaluateContacts(const Advance& advance) noexcept {
     ++contacts_on_[plan_.shapes[pair.shapeA()].link];
     ++contacts_on_[plan_.shapes[pair.shapeB()].link];
   }
-  if (joint_normals_.any()) joint_normals_.find(state_.pairs.data(), state_.pair_count, X_WS_.data(), workspace_);
-  for (int i = 0; i < state_.pair_count; ++i) evaluatePair(i, advance);
+  if (joint_normals_.any()) joint_normals_.find(state_.pairs.data(), nullptr, state_.pair_count, X_WS_.data(), workspace_);
+  if (kFullWorld && automatic_) {
+    for (std::size_t l = 0; l < number_.size(); ++l) number_[l] = 0;
+    for (std::size_t p = 0; p < pointers_.size(); ++p) {
+      const int link = static_cast<int>(state_.pointers[p].link);
+      if (isImplicit(plan_.links[link].articulation)) continue;
+      number_[link] = couplingNumber(link, settings_.step / settings_.substeps);
+    }
+  }
+  for (int i = 0; i < state_.pair_count; ++i) {
+    if (kFullWorld && automatic_ && (isImplicit(treeOf(state_.pairs[i].shapeA())) || isImplicit(treeOf(state_.pairs[i].shapeB())))) {
+      continue;
+    }
+    evaluatePair(i, advance);
+  }
   report_.pairs = state_.pair_count;
   report_.contacts = contacts_.size();
 }
@@ -370,6 +370,8 @@ void Pipeline::evaluatePair(int index, const Advance& advance) noexcept {
   if (!overlap) {
     if (pair.friction.touching != 0) part(pair, advance);
     pair.friction = {};
+    pair.stability = {};
+    pair.buried = 0;
     return;
   }
   if (settings_.contact_model == ContactModel::kPoint) {
@@ -378,7 +380,11 @@ void Pipeline::evaluatePair(int index, const Advance& advance) noexcept {
   LinkWork &link_a = work_[A.link], &link_b = work_[B.link];
   const Pose X_WP = X_WS_[a] * volume.X_AP;
   const Twist V_AB_P = (link_b.twistAt(X_WP.p) - link_a.twistAt(X_WP.p)).rotated(X_WP.R.transpose());
-  const PairLaw law = plan_.law(a, b, heldBy(A.link) >= 0, heldBy(B.link) >= 0);
+  PairLaw law = plan_.law(a, b, heldBy(A.link) >= 0, heldBy(B.link) >= 0);
+  if (kFullWorld && pair.buried != 0) {
+    law = plan_.recoveryLaw(law, a, b, volume.depth);
+    if (volume.depth < plan_.buriedDepth(a, b)) pair.buried = 0;
+  }
   const LocatedForce force = settledForce(pair, volume, law, X_WP, V_AB_P, advance);
   const Wrench F_BP_W = force.F_BP_P.rotated(X_WP.R);
   link_b.addWrench(F_BP_W, X_WP.p);
@@ -387,6 +393,9 @@ void Pipeline::evaluatePair(int index, const Advance& advance) noexcept {
   FrictionMemory memory = force.memory;
   if (keepsLedger()) keepLedger(volume, law, pair.friction, force, advance, memory);
   pair.friction = memory;
+  if (kFullWorld && automatic_) {
+    noteStability(pair, volume, force.tangent, X_WP, settings_.step / settings_.substeps);
+  }
   if (advance.old_share > 0) remember(volume, V_AB_P, X_WP.p, F_BP_W, pair.release);
   if (force.clipped) report_.flags |= kPressureClipped;
   noteContact(a, b, volume, force.normal_force, force.sticking, X_WP, F_BP_W);
@@ -418,7 +427,7 @@ void Pipeline::noteContact(int a, int b, const ContactVolume& volume, double nor
 void Pipeline::pullPointers(double h) noexcept {
   for (int i = 0; i < pointerCount(); ++i) {
     PointerState& pointer = state_.pointers[i];
-    if (holds(i)) continue;
+    if (holds(i) || isImplicit(plan_.links[static_cast<int>(pointer.link)].articulation)) continue;
     Wrench F_W;
     LinkWork& link = work_[static_cast<int>(pointer.link)];
     const Twist V = link.twistAtOrigin();
@@ -431,7 +440,7 @@ void Pipeline::pullPointers(double h) noexcept {
       link.addWrench(F_W, link.X_WL.p);
     }
     state_.energy[2] += h * power(F_W, V);
-    pointer_wrench_[i] += -F_W;
+    if (h > 0) pointer_wrench_[i] += -(F_W * share_);
   }
 }
 
@@ -444,7 +453,7 @@ void Pipeline::collectPointerWrenches() noexcept {
     const Wrench F_W = link.F_ext.shifted(link.X_WL.p - link.p_WO);
     state_.energy[2] -= 0.5 * power(F_W, pointer_moved_[i]);
     store(F_W, pointer.F_last_W);
-    pointer_wrench_[i] += F_W;
+    pointer_wrench_[i] += F_W * share_;
   }
 }
 

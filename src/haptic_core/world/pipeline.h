@@ -8,9 +8,12 @@
 #include "haptic_core/dynamics/tree_motion.h"
 #include "haptic_core/geometry/broad_phase.h"
 #include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/time_of_impact.h"
 #include "haptic_core/world/implicit_step.h"
 #include "haptic_core/world/joint_normals.h"
+#include "haptic_core/world/islands.h"
 #include "haptic_core/world/plan.h"
+#include "haptic_core/world/stability_number.h"
 #include "haptic_core/world/state.h"
 #include "haptic_core/world/step_history.h"
 #include "haptic_core/world/step_report.h"
@@ -25,9 +28,14 @@ enum StepFlag : unsigned {
   kNormalRemembered = 1u << 2, ///< a contact without area vector used its last normal
   kNotConverged = 1u << 3,     ///< the implicit solve ended at `residual`: shorten the step
   kPressureClipped = 1u << 4,  ///< somewhere a damper would have pulled; the pressure was held at 0 there
+  kTooFast = 1u << 7,          ///< a body moved farther than shapes are thick between two looks at its contacts
   kJointsNotConverged = 1u << 5,  ///< some joint's force is not what its law says: shorten the step
   kDamperLimited = 1u << 6,    ///< a damper was weakened to what the explicit step can take (damper_limit.h)
 };
+
+/// Shares of the bound of stability at which an island becomes implicit, and explicit again. The numbers are upper
+/// bounds, up to twice what is; the margin is for patches that grow within a step.
+constexpr double kEnterImplicit = 0.9, kLeaveImplicit = 0.7;
 
 class Pipeline {
  public:
@@ -65,8 +73,37 @@ class Pipeline {
   void prepareSearch();
   void placeAll() noexcept;
   void placeShape(int s, double h) noexcept;
-  void implicitSubstep(double h) noexcept;
-  void takeContacts(double h) noexcept;
+  // swept_step.cpp
+  double safePart(double left) noexcept;
+  double safePart(int a, int b, double left) noexcept;
+  ShapeMotion shapeMotion(int shape, double left, bool falls) const noexcept;
+  void findBuried();
+  void refuseStaticOverlaps();
+  // island_step.cpp
+  void substepImplicit(double h, double progress) noexcept;
+  void stepIslands(double h) noexcept;
+  bool fliesFreely(int tree) const noexcept;
+  void aimCouplings() noexcept;
+  void takeCouplings() noexcept;
+  void takeContacts() noexcept;
+  void lookForExplicit(const Island& island, double h, bool flies) noexcept;
+  // automatic_step.cpp
+  void substepAutomatic(double h, double progress) noexcept;
+  bool anyImplicit() const noexcept;
+  void keepForRetreat() noexcept;
+  void retreat() noexcept;
+  bool modesMeet() const noexcept;
+  bool anyTooStiff() noexcept;
+  void makeImplicit(bool by_numbers) noexcept;
+  void measureStability(ActivePair& pair, const ContactVolume& volume, const PatchTangent& tangent, const Pose& X_WP,
+                        double h) noexcept;
+  void noteStability(ActivePair& pair, const ContactVolume& volume, const PatchTangent& tangent, const Pose& X_WP,
+                     double h) noexcept;
+  void countStability(const ActivePair& pair) noexcept;
+  double couplingNumber(int link, double h) const noexcept;
+  bool tooStiff(int link) const { return number_[link] > kEnterImplicit * kStabilityBound; }
+  bool isImplicit(int tree) const { return state_.mode[tree] == kImplicit; }
+  int treeOf(int shape) const { return plan_.links[plan_.shapes[shape].link].articulation; }
   void noteContact(int a, int b, const ContactVolume& volume, double normal_force, bool sticking,
                    const Pose& X_WP, const Wrench& F_BP_W) noexcept;
   void findPairs(double h) noexcept;
@@ -83,8 +120,10 @@ class Pipeline {
   void collectPointerWrenches() noexcept;
   // time_step.cpp
   void substepEuler(double h, double progress) noexcept;
-  void substepVerlet(double h, double progress) noexcept;
-  void evaluate(const Advance& advance) noexcept;
+  bool substepVerlet(double h, double progress) noexcept;
+  void prime(double h) noexcept;
+  void forgetPull() noexcept;
+  bool evaluate(const Advance& advance, double h) noexcept;
   void coast(const PlanTree& tree, double h) noexcept;
   void eulerTree(const PlanTree& tree, double h) noexcept;
   void startVerlet(const PlanTree& tree, double h) noexcept;
@@ -92,6 +131,7 @@ class Pipeline {
   void readPull(const PlanTree& tree, double* pull) noexcept;
   void kickTree(const PlanTree& tree, const double* pull, double dt) noexcept;
   bool isFree(const PlanTree& tree) const noexcept;
+  bool movesByItself(const PlanTree& tree) const noexcept;
   bool isStepped(const PlanTree& tree) const noexcept;
   // joint_step.cpp
   void makeMotions();
@@ -139,7 +179,16 @@ class Pipeline {
   };
   std::vector<JointPath> joint_paths_;
   std::vector<std::unique_ptr<TreeMotion>> motions_;  ///< by tree; null: joints without laws of their own
-  std::vector<Wrench> applied_;                    ///< by link, from outside, about its origin
+  std::unique_ptr<Islands> islands_;               ///< with `implicit_`
+  bool automatic_ = false;
+  std::vector<double> number_;                     ///< stability numbers by link, see stability_number.h
+  struct {
+    std::vector<double> q, v, pull;
+    double energy[4];
+    int pair_count;
+    unsigned flags;
+  } retreat_;                                      ///< the state before an explicit attempt
+  std::vector<double> least_width_;                ///< by link: of its shapes and all that they may meet [m]
   std::vector<ActivePair> previous_pairs_;
   std::vector<double> v_dot_, half_, alone_;       ///< by world velocity index
   std::vector<double> coasting_;                   ///< stages of stepRungeKutta
@@ -148,6 +197,7 @@ class Pipeline {
   bool has_kick_ = false;
   std::vector<int> held_by_;                       ///< by world link index
   std::vector<int> contacts_on_;                   ///< by world link index: contacts that touched in the last step
+  double share_ = 1;                               ///< of a substep that the present part of it is
   std::vector<Wrench> pointer_wrench_;             ///< summed over the substeps
   std::vector<Twist> pointer_moved_;               ///< displacement in this substep: [rad], [m]
   LoadedVector<ContactReport> contacts_;

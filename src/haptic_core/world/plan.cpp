@@ -12,6 +12,7 @@
 #include "haptic_core/geometry/convex_polyhedron.h"
 #include "haptic_core/geometry/internal_faces.h"
 #include "haptic_core/geometry/point_contact.h"
+#include "haptic_core/geometry/time_of_impact.h"
 
 namespace haptic {
 namespace {
@@ -27,6 +28,11 @@ constexpr int kNeighboursPerShape = 32;
 /// Up to this many possible pairs per shape, testing each of them costs fewer instructions than sorting the boxes and
 /// ordering what the sweep finds (10 a pair against about 100 a box). Beyond, the list would grow like N².
 constexpr int kListedPairsPerShape = 8;
+
+/// A pair that starts deeper than this share of the thinner shape's width is not at rest under its weight.
+constexpr double kBuried = 0.01;
+/// Speeds of recovery are those of falls; without gravity, of falls in a thousandth of the earth's [m/s²].
+constexpr double kLeastGravity = 0.01;
 
 bool sameMaterial(const ContactMaterial& a, const ContactMaterial& b) {
   return std::memcmp(&a, &b, sizeof a) == 0;
@@ -108,6 +114,7 @@ void Plan::addLink(const LinkDef& link, int local, const WorldDef& world) {
     shape.link = static_cast<int>(links.size());
     shape.X_LS = collision.X_LS;
     shape.point_area = pointArea(*collision.shape);
+    shape.width = leastWidth(*collision.shape);
     shape.name = collision.name.empty() ? link.name : collision.name;
     const auto found = std::find_if(materials_.begin(), materials_.end(),
                                     [&](const ContactMaterial& m) { return sameMaterial(m, collision.material); });
@@ -239,6 +246,24 @@ PairLaw Plan::law(int a, int b, bool a_held, bool b_held) const {
   // makes their tangential damper finite.
   law.reduced_mass = std::isinf(ma) && std::isinf(mb) ? 1.0 : 1 / (1 / ma + 1 / mb);
   return law;
+}
+
+double Plan::buriedDepth(int a, int b) const { return kBuried * std::min(shapes[a].width, shapes[b].width); }
+
+/// Hunt–Crossley with c = 1/sqrt(g · width): what was pressed in leaves no faster than after a fall of half its width. The
+/// pressure grows no more beyond the depth at which the pair counts as buried, so that a step that holds the contact at
+/// rest pushes it out as well.
+PairLaw Plan::recoveryLaw(const PairLaw& law, int a, int b, double depth) const {
+  PairLaw recovery = law;
+  const double width = std::min(shapes[a].width, shapes[b].width);
+  const double c = 1 / std::sqrt(std::max(settings_.gravity.norm(), kLeastGravity) * width);
+  recovery.material.dissipation =
+      law.pressure == PressureLaw::kHuntCrossley ? std::max(law.material.dissipation, c) : c;
+  recovery.pressure = PressureLaw::kHuntCrossley;
+  const double share = std::min(1.0, buriedDepth(a, b) / depth);
+  recovery.material.stiffness *= share;
+  recovery.material.tangential_stiffness *= share;
+  return recovery;
 }
 
 std::string Plan::text() const {

@@ -28,6 +28,7 @@ struct PlanShape {
   int link = 0;                     ///< world link index
   int material = 0;                 ///< index into the distinct materials
   Pose X_LS;
+  double width = 0;                 ///< least width of the shape [m]
   std::string name;
   std::vector<std::uint64_t> hidden;  ///< bits of the faces on which pieces of the same body lie; empty: none
   double point_area = 0;            ///< of the point model [m²]
@@ -69,6 +70,10 @@ class Plan {
   }
   /// Whether two shapes of one body share a face.
   bool areNeighbours(int a, int b) const;
+
+  /// Depth from which a pair that overlaps at the start counts as buried, and how it is then pushed out [m].
+  double buriedDepth(int a, int b) const;
+  PairLaw recoveryLaw(const PairLaw& law, int a, int b, double depth) const;
 
   /// Makes room for every pair of the shapes.
   void reserve(ContactWorkspace& workspace) const;

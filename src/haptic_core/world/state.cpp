@@ -17,7 +17,8 @@ static_assert(std::is_standard_layout_v<ReleaseMemory> && sizeof(ReleaseMemory) 
 /// The numbers of a pair, so that neither padding nor alignment enters hash or file.
 constexpr int kFrictionNumbers = sizeof(FrictionMemory) / sizeof(double);
 constexpr int kReleaseNumbers = sizeof(ReleaseMemory) / sizeof(double);
-constexpr int kPairNumbers = 1 + 6 + 2 + kFrictionNumbers + kReleaseNumbers + 1;
+constexpr int kStabilityNumbers = sizeof(StabilityMemory) / sizeof(double);
+constexpr int kPairNumbers = 1 + 6 + 2 + kFrictionNumbers + kReleaseNumbers + kStabilityNumbers + 1;
 
 void toNumbers(const ActivePair& pair, double* out) {
   std::memcpy(out, &pair.key, sizeof pair.key);
@@ -27,7 +28,8 @@ void toNumbers(const ActivePair& pair, double* out) {
   out[8] = pair.cache.vertex_b;
   std::memcpy(out + 9, &pair.friction, sizeof pair.friction);
   std::memcpy(out + 9 + kFrictionNumbers, &pair.release, sizeof pair.release);
-  out[kPairNumbers - 1] = pair.area;
+  std::memcpy(out + 9 + kFrictionNumbers + kReleaseNumbers, &pair.stability, sizeof pair.stability);
+  out[kPairNumbers - 1] = pair.buried;
 }
 
 ActivePair fromNumbers(const double* in) {
@@ -39,7 +41,8 @@ ActivePair fromNumbers(const double* in) {
   pair.cache.vertex_b = static_cast<int>(in[8]);
   std::memcpy(static_cast<void*>(&pair.friction), in + 9, sizeof pair.friction);
   std::memcpy(static_cast<void*>(&pair.release), in + 9 + kFrictionNumbers, sizeof pair.release);
-  pair.area = in[kPairNumbers - 1];
+  std::memcpy(static_cast<void*>(&pair.stability), in + 9 + kFrictionNumbers + kReleaseNumbers, sizeof pair.stability);
+  pair.buried = in[kPairNumbers - 1];
   return pair;
 }
 
@@ -60,7 +63,7 @@ std::uint64_t WorldState::hash() const {
   hash = hashWords(hash, q.data(), q.size() * sizeof(double));
   hash = hashWords(hash, v.data(), v.size() * sizeof(double));
   hash = hashWords(hash, pull.data(), pull.size() * sizeof(double));
-  hash = hashWords(hash, &primed, sizeof primed);
+  hash = hashWords(hash, mode.data(), mode.size() * sizeof(double));
   for (const JointCommand& command : commands) {
     double numbers[kCommandNumbers];
     toNumbers(command, numbers);
@@ -81,7 +84,7 @@ std::vector<double> WorldState::pack() const {
   std::vector<double> out = {double(q.size()), double(v.size()), double(pointers.size()), double(pair_count), time,
                              double(step)};
   out.insert(out.end(), energy, energy + 4);
-  out.push_back(primed);
+  out.insert(out.end(), mode.begin(), mode.end());
   out.insert(out.end(), q.begin(), q.end());
   out.insert(out.end(), v.begin(), v.end());
   out.insert(out.end(), pull.begin(), pull.end());
@@ -99,12 +102,12 @@ std::vector<double> WorldState::pack() const {
 }
 
 void WorldState::unpack(const std::vector<double>& in) {
-  constexpr std::size_t kPointerNumbers = sizeof(PointerState) / sizeof(double), kHead = 11;
+  constexpr std::size_t kPointerNumbers = sizeof(PointerState) / sizeof(double), kHead = 10;
   const bool head = in.size() >= kHead && in[0] == double(q.size()) && in[1] == double(v.size()) &&
                     in[2] == double(pointers.size()) && in[3] >= 0 && in[3] <= double(pairs.size());
   const std::size_t count = head ? static_cast<std::size_t>(in[3]) : 0;
   const std::size_t expected =
-      kHead + q.size() + 2 * v.size() + commands.size() * kCommandNumbers + pointers.size() * kPointerNumbers +
+      kHead + mode.size() + q.size() + 2 * v.size() + commands.size() * kCommandNumbers + pointers.size() * kPointerNumbers +
       count * kPairNumbers;
   if (!head || in.size() != expected) {
     throw SetupError("saved state", "is of another scene or version", "restore it into the scene it was saved from");
@@ -117,7 +120,7 @@ void WorldState::unpack(const std::vector<double>& in) {
     next += n;
   };
   take(energy, 4);
-  primed = *next++;
+  take(mode.data(), mode.size());
   take(q.data(), q.size());
   take(v.data(), v.size());
   take(pull.data(), pull.size());

@@ -18,13 +18,27 @@ struct ReleaseMemory {
   double order = 1;                    ///< n of F ~ (time to depth 0)ⁿ
 };
 
+/// Shares of a contact in the stability numbers of its links (stability_number.h), as last measured.
+struct StabilityMemory {
+  double share[2] = {0, 0};        ///< of A's link, of B's
+  double area = 0, volume = 0;     ///< of the patch then [m²], [m³]
+};
+
+/// How a tree is stepped.
+enum TreeMode : int {
+  kUnprimed,  ///< explicitly; velocity Verlet does not know yet what pulls
+  kPrimed,    ///< explicitly, `WorldState::pull` is filled
+  kImplicit
+};
+
 /// Two shapes whose boxes overlap, with what they remember. Trivially copyable.
 struct ActivePair {
   std::uint64_t key = 0;  ///< shape A in the upper, shape B in the lower 32 bits; A < B
   PairCache cache;
   FrictionMemory friction;
-  double area = 0;  ///< of the patch at the end of the last step [m²]; 0: no contact
   ReleaseMemory release;
+  StabilityMemory stability;
+  double buried = 0;  ///< 1: overlapped deep at the start; pushed out slowly until it is shallow
 
   static std::uint64_t keyOf(int a, int b) {
     return static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b);
@@ -50,7 +64,7 @@ struct WorldState {
   /// Velocity Verlet: what pulled at the end of the last step. Free bodies: torque [N·m], acceleration of C; trees whose
   /// joints have laws: Jᵀ F of contacts and hands; other trees: v̇ by contacts and hands.
   std::vector<double> pull;
-  double primed = 0;                  ///< 1: `pull` is filled
+  std::vector<double> mode;           ///< a TreeMode by tree
   std::vector<JointCommand> commands;  ///< of the links of trees whose joints have laws
   std::vector<PointerState> pointers;
   std::vector<ActivePair> pairs;  ///< storage of the plan's capacity, sorted by key

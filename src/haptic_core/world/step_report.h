@@ -45,8 +45,14 @@ struct StepReport {
   int pairs = 0, contacts = 0;
   EnergyLedger energy;
   double closure = 0;                     ///< largest gap left in a loop [m]
-  int iterations = 0;                     ///< of the implicit solve; 0: explicit
-  double residual = 0;
+  int iterations = 0;                     ///< of the implicit solve, most of any island; 0: explicit
+  double residual = 0;                    ///< largest speed of a last Newton step [m/s]
+  int parts = 0;                          ///< solves after one another: more than 1 where friction changed or halved
+  int implicit_islands = 0;               ///< islands stepped implicitly
+  int redone = 0;                         ///< explicit attempts that were taken back: something stiff was met
+  int fallbacks = 0;                      ///< islands in which SDIRK2 was replaced by implicit Euler
+  double stability = 0;                   ///< automatic choice: highest number of an explicit link over its bound
+  int substeps = 1;                       ///< of this step: more where something fast came near something thin
   bool finite = true;                     ///< false: the world stopped; `culprit` names the link
   int culprit = -1;
   unsigned flags = 0;

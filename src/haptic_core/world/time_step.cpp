@@ -12,6 +12,8 @@
 /// Trees whose joints have laws of their own (limits, friction, drives, loops) move by TreeMotion's symplectic Euler in
 /// both: their forces jump within a step, and an implicit first-order step keeps them dissipative at any gain
 /// (joint_step.cpp). Under Velocity Verlet contact forces on them are those of the step's start.
+#include <algorithm>
+
 #include "haptic_core/dynamics/articulated_body.h"
 #include "haptic_core/dynamics/free_body.h"
 #include "haptic_core/dynamics/runge_kutta.h"
@@ -22,13 +24,20 @@ namespace haptic {
 
 /// `progress`: the share of the way to the pointers' targets that this substep covers.
 void Pipeline::substep(double h, double progress) noexcept {
-  if (kFullWorld && implicit_) {
-    movePointers(progress);
-    implicitSubstep(h);
+  if (kFullWorld && automatic_) {
+    substepAutomatic(h, progress);
+  } else if (kFullWorld && implicit_) {
+    substepImplicit(h, progress);
   } else {
-    settings_.integrator == Integrator::kVelocityVerlet ? substepVerlet(h, progress) : substepEuler(h, progress);
-    if (keepsLedger()) fillLedger();
+    if (settings_.integrator == Integrator::kVelocityVerlet) {
+      prime(h);
+      substepVerlet(h, progress);
+      collectPointerWrenches();
+    } else {
+      substepEuler(h, progress);
+    }
   }
+  if (keepsLedger()) fillLedger();
   checkFinite();
 }
 
@@ -36,20 +45,37 @@ bool Pipeline::isFree(const PlanTree& tree) const noexcept {
   return !kFullWorld || tree.model->isFreeBody();
 }
 
-bool Pipeline::isStepped(const PlanTree& tree) const noexcept {
+bool Pipeline::movesByItself(const PlanTree& tree) const noexcept {
   return !tree.model->isStatic() && heldBy(tree.link) < 0;
 }
 
-void Pipeline::evaluate(const Advance& advance) noexcept {
-  findPairs(0);
+/// By the explicit scheme.
+bool Pipeline::isStepped(const PlanTree& tree) const noexcept {
+  return movesByItself(tree) && !isImplicit(static_cast<int>(&tree - plan_.trees.data()));
+}
+
+/// Contacts and pulls here and now. False: automatic choice made some tree implicit, and the attempt is void.
+bool Pipeline::evaluate(const Advance& advance, double h) noexcept {
+  const bool automatic = kFullWorld && automatic_;
+  findPairs(automatic && anyImplicit() ? h : 0);
+  if (automatic && modesMeet()) {
+    makeImplicit(false);
+    return false;
+  }
   evaluateContacts(advance);
+  if (automatic && anyTooStiff()) {
+    makeImplicit(true);
+    return false;
+  }
   pullPointers(advance.time);
-  collectPointerWrenches();
+  return true;
 }
 
 void Pipeline::substepEuler(double h, double progress) noexcept {
   movePointers(progress);
-  evaluate({h, 0});
+  evaluate({h, 0}, h);
+  // What the hands feel is read from the links' wrenches, which the kinematics at the end clear.
+  collectPointerWrenches();
   for (const PlanTree& tree : plan_.trees) {
     if (isStepped(tree)) eulerTree(tree, h);
   }
@@ -81,23 +107,33 @@ void Pipeline::coast(const PlanTree& tree, double h) noexcept {
   stepRungeKutta(*tree.model, settings_.gravity, nullptr, h, q, v, work, coasting_.data(), TreeFormula::kMerson);
 }
 
-void Pipeline::substepVerlet(double h, double progress) noexcept {
-  if (state_.primed == 0) {
-    evaluate({0, 0.5});
-    for (const PlanTree& tree : plan_.trees) {
-      if (isStepped(tree)) tree.has_laws ? gatherPull(tree, h) : readPull(tree, state_.pull.data() + tree.v);
-    }
-    state_.primed = 1;
+/// What pulls at the trees whose last step was not one of velocity Verlet.
+void Pipeline::prime(double h) noexcept {
+  const auto unprimed = [this](const PlanTree& tree) {
+    return isStepped(tree) && state_.mode[&tree - plan_.trees.data()] == kUnprimed;
+  };
+  if (std::none_of(plan_.trees.begin(), plan_.trees.end(), unprimed)) return;
+  do updateKinematics();
+  while (!evaluate({0, 0.5}, h));
+  for (const PlanTree& tree : plan_.trees) {
+    if (!unprimed(tree)) continue;
+    tree.has_laws ? gatherPull(tree, h) : readPull(tree, state_.pull.data() + tree.v);
+    state_.mode[&tree - plan_.trees.data()] = kPrimed;
   }
+}
+
+/// False: void, see `evaluate`; the caller takes it back.
+bool Pipeline::substepVerlet(double h, double progress) noexcept {
   for (const PlanTree& tree : plan_.trees) {
     if (isStepped(tree)) startVerlet(tree, h);
   }
   movePointers(progress);
   updateKinematics();
-  evaluate({h, 0.5});
+  if (!evaluate({h, 0.5}, h)) return false;
   for (const PlanTree& tree : plan_.trees) {
     if (isStepped(tree)) finishVerlet(tree, h);
   }
+  return true;
 }
 
 /// Half a kick and the drift; leaves v½ in half_ and the predicted end velocity in v.

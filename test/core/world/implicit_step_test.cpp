@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "../../scenes/blocks.h"
+#include "../../scenes/motions.h"
 #include "haptic_core/world/pipeline.h"
 #include "haptic_core/world/world.h"
 
@@ -120,6 +120,54 @@ TEST_P(ImplicitStepTest, FrictionHoldsWithoutCreepBelowTheLimit) {
   for (double t = 0; t < 1; t += settings_.step) world.step();
   EXPECT_TRUE(world.contact(0).sticking);
   EXPECT_LE((world.linkPose(1).p - settled).norm(), 1e-9);  // less than 1 nm/s
+}
+
+// A light pointer on a stiff virtual coupling: explicit steps would need h² k/m < 4, here it is 1e3…1e9.
+TEST_P(ImplicitStepTest, AStiffVirtualCouplingHoldsALightPointer) {
+  for (double k : {1e6, 1e9}) {
+    CubeParameters c;
+    c.mass = 1e-3;
+    WorldDef def = scenes::cubeOnFloor(c, settings_, 0.2);
+    PointerDef hand;
+    hand.articulation = 1;
+    hand.link = 0;
+    hand.coupling.mode = PointerCoupling::Mode::kVirtual;
+    hand.coupling.stiffness = k;
+    hand.coupling.damping = hand.coupling.rotational_damping = 0;
+    hand.coupling.rotational_stiffness = 1e-3 * k;
+    def.pointers.push_back(hand);
+    World world(def);
+    const Pose target(Vector3(0.01, 0, 0.3));
+    for (int i = 0; i < 500; ++i) {
+      world.setPointerTarget(0, target, Twist{});
+      world.step();
+      ASSERT_EQ(world.report().flags & kNotConverged, 0u);
+    }
+    EXPECT_NEAR(world.linkPose(1).p.z(), 0.3 - c.mass * scenes::kGravity / k, 1e-15 + 1e-6 * c.mass / k);
+    EXPECT_NEAR(world.pointerWrench(0).force.z(), -c.mass * scenes::kGravity, 5e-16 * k + 1e-9);  // rounding of 0.3 m
+  }
+}
+
+/// Rms distance from the exact rigid motion of the stick-slip block over 4 s.
+double stickSlipError(double h) {
+  CubeParameters c;
+  c.mass = scenes::StickSlip::kMass;
+  c.stiffness = scenes::StickSlip::kStiffness;
+  World world(scenes::StickSlip::scene(settings(Integrator::kSdirk2, h)));
+  const int steps = static_cast<int>(std::lround(4 / h));
+  double squares = 0;
+  for (int i = 0; i < steps; ++i) {
+    scenes::StickSlip::step(world, c.size / 2 - c.restDepth());
+    squares += std::pow(world.linkPose(1).p.x() - scenes::StickSlip::position(world.time()), 2);
+  }
+  return std::sqrt(squares / steps);
+}
+
+// The slides last 0.32 s and move by 31 mm: with changes of friction at the ends of 10 ms steps, each would be off by up
+// to 0.6 mm. The elastic layer's play is 3e-5 s and 2e-6 m a cycle.
+TEST(ImplicitStep, LocatesWhereFrictionChangesInsideTheStep) {
+  EXPECT_LE(stickSlipError(1e-2), 1e-4);
+  EXPECT_LE(stickSlipError(1e-3), 2e-5);
 }
 
 /// Error of the height, after 20 ms, of a cube that heaves on its foundation without damping or losing touch:

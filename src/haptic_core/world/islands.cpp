@@ -1,0 +1,75 @@
+#include "haptic_core/world/islands.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace haptic {
+
+Islands::Islands(const Plan& plan) : plan_(plan) {
+  const std::size_t trees = plan.trees.size(), pairs = static_cast<std::size_t>(plan.pair_capacity);
+  parent_.resize(trees);
+  island_.resize(trees, -1);
+  trees_.resize(trees);
+  pairs_.resize(pairs);
+  pair_island_.resize(pairs);
+  first_tree_.resize(trees + 1);
+  first_pair_.resize(trees + 1);
+}
+
+int Islands::root(int tree) noexcept {
+  while (parent_[tree] != tree) tree = parent_[tree] = parent_[parent_[tree]];
+  return tree;
+}
+
+void Islands::find(const WorldState& state, const std::vector<int>& held_by, bool implicit_only) noexcept {
+  const int trees = static_cast<int>(plan_.trees.size());
+  std::iota(parent_.begin(), parent_.end(), 0);
+  const auto treeOf = [this](int shape) { return plan_.links[plan_.shapes[shape].link].articulation; };
+  const auto moves = [&](int t) {
+    return !plan_.trees[t].model->isStatic() && held_by[plan_.trees[t].link] < 0 &&
+           (!implicit_only || state.mode[t] == kImplicit);
+  };
+  for (int i = 0; i < state.pair_count; ++i) {
+    const int a = treeOf(state.pairs[i].shapeA()), b = treeOf(state.pairs[i].shapeB());
+    if (!moves(a) || !moves(b)) continue;
+    const int ra = root(a), rb = root(b);
+    parent_[std::max(ra, rb)] = std::min(ra, rb);  // the lowest tree is the root: islands come out in its order
+  }
+  // The joints of all trees with laws are one problem (implicit_joints.h).
+  for (int t = 0, first = -1; t < trees; ++t) {
+    if (!plan_.trees[t].has_laws || !moves(t)) continue;
+    if (first < 0) first = t;
+    const int ra = root(first), rb = root(t);
+    parent_[std::max(ra, rb)] = std::min(ra, rb);
+  }
+  count_ = 0;
+  std::fill(first_tree_.begin(), first_tree_.end(), 0);
+  std::fill(first_pair_.begin(), first_pair_.end(), 0);
+  for (int t = 0; t < trees; ++t) {
+    island_[t] = !moves(t) ? -1 : root(t) == t ? count_++ : island_[root(t)];
+    if (island_[t] >= 0) ++first_tree_[island_[t] + 1];
+  }
+  for (int i = 0; i < state.pair_count; ++i) {
+    const int a = island_[treeOf(state.pairs[i].shapeA())], b = island_[treeOf(state.pairs[i].shapeB())];
+    pair_island_[i] = a >= 0 ? a : b;
+    if (pair_island_[i] >= 0) ++first_pair_[pair_island_[i] + 1];
+  }
+  for (int i = 0; i < count_; ++i) {
+    first_tree_[i + 1] += first_tree_[i];
+    first_pair_[i + 1] += first_pair_[i];
+  }
+  // Filled from the front; the ranges' ends move up and are put back afterwards.
+  for (int t = 0; t < trees; ++t) {
+    if (island_[t] >= 0) trees_[first_tree_[island_[t]]++] = t;
+  }
+  for (int i = 0; i < state.pair_count; ++i) {
+    if (pair_island_[i] >= 0) pairs_[first_pair_[pair_island_[i]]++] = i;
+  }
+  for (int i = count_; i > 0; --i) {
+    first_tree_[i] = first_tree_[i - 1];
+    first_pair_[i] = first_pair_[i - 1];
+  }
+  first_tree_[0] = first_pair_[0] = 0;
+}
+
+}  // namespace haptic

@@ -1,0 +1,42 @@
+/// Trees joined by pairs that may touch: what has to be solved together, and nothing else.
+#pragma once
+#include <vector>
+
+#include "haptic_core/world/plan.h"
+#include "haptic_core/world/state.h"
+
+namespace haptic {
+
+struct Island {
+  const int* trees = nullptr;  ///< ascending
+  int tree_count = 0;
+  const int* pairs = nullptr;  ///< indices in WorldState::pairs, ascending
+  int pair_count = 0;
+};
+
+/// Trees that do not move by themselves (static ones, those that a hand holds) join nobody and belong to no island;
+/// their pairs belong to the island of the other side. All trees whose joints have laws are one island.
+class Islands {
+ public:
+  explicit Islands(const Plan& plan);
+
+  /// (in realtime) From the pairs in `state`, of the trees that are implicit or of all. O(trees + pairs).
+  void find(const WorldState& state, const std::vector<int>& held_by, bool implicit_only) noexcept;
+
+  int count() const { return count_; }
+  Island operator[](int i) const {
+    return {trees_.data() + first_tree_[i], first_tree_[i + 1] - first_tree_[i], pairs_.data() + first_pair_[i],
+            first_pair_[i + 1] - first_pair_[i]};
+  }
+  int of(int tree) const { return island_[tree]; }  ///< -1: does not move by itself
+
+ private:
+  int root(int tree) noexcept;
+
+  const Plan& plan_;
+  int count_ = 0;
+  std::vector<int> parent_, island_;  ///< by tree
+  std::vector<int> trees_, pairs_, first_tree_, first_pair_, pair_island_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,41 @@
+/// What the automatic choice costs where nothing is stiff, in instructions against the same explicit steps.
+#include <cstring>
+
+#include "../scenes/blocks.h"
+#include "extreme_figures.h"
+#include "figure.h"
+#include "instruction_count.h"
+
+namespace haptic::bench {
+
+using namespace scenes;
+
+void countSoft(const char* integrator) {
+  const bool automatic = std::strcmp(integrator, "automatic") == 0;
+  CubeParameters c;
+  c.ratio = 0.05;
+  c.tangential_ratio = 0.1;
+  WorldSettings s =
+      implicitSettings(1e-3, automatic ? Integrator::kAutomatic : Integrator::kVelocityVerlet);
+  s.energy_ledger = false;
+  WorldDef def = stack(3, c, s);
+  for (int i = 0; i < 5; ++i) {
+    def.articulations.push_back(cube("apart" + std::to_string(i), c,
+                                     Pose(Vector3(0.3 * (i + 1), 0, c.size / 2 - c.restDepth()))));
+  }
+  World world(def);
+  for (int i = 0; i < 300; ++i) world.step();
+  // A whole cycle of the numbers' renewal (256 steps).
+  countedPass([&] {
+    for (int i = 0; i < 512; ++i) world.step();
+  });
+  if (world.report().implicit_islands != 0) std::printf("the soft scene is stepped implicitly\n");
+}
+
+void softOverhead() {
+  const double automatic = instructionsOf("--count automatic"), plain = instructionsOf("--count plain");
+  instructionFigure("soft.step_instructions", automatic / 512);
+  if (std::isfinite(automatic / plain)) figure("soft.overhead_ratio", automatic / plain, "1");
+}
+
+}  // namespace haptic::bench

@@ -1,0 +1,89 @@
+// Nothing fast passes through anything thin, nothing that starts inside another body is shot out.
+#include <gtest/gtest.h>
+
+#include "../../scenes/extremes.h"
+#include "haptic_core/world/pipeline.h"
+
+namespace haptic {
+namespace {
+
+using namespace scenes;
+
+class DeepAndFast : public testing::TestWithParam<Integrator> {
+ protected:
+  WorldSettings settings(double h) const {
+    WorldSettings s;
+    s.step = h;
+    s.integrator = GetParam();
+    return s;
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Integrators, DeepAndFast,
+                         testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet,
+                                         Integrator::kImplicitEuler, Integrator::kSdirk2, Integrator::kAutomatic));
+
+// What a plate of this stiffness can take: ½ m v² = ½ k A (t/2)² needs k A = 4 m v²/t².
+TEST_P(DeepAndFast, ABulletIsStoppedByAThinPlate) {
+  const bool is_explicit = GetParam() == Integrator::kSymplecticEuler || GetParam() == Integrator::kVelocityVerlet;
+  for (double thickness : {1e-3, 0.02}) {
+    const double speed = 100, mass = 0.01, k_eff = 16 * mass * speed * speed / (thickness * thickness);
+    const double explicit_step = 0.5 * std::sqrt(mass / k_eff);
+    for (double h : {1e-3, 1e-2}) {
+      if (is_explicit && h > 4 * explicit_step) h = explicit_step;  // what such a step can do at all
+      CubeParameters c = extreme::cubeOf(0.02, mass, k_eff);
+      WorldDef def = cubeOnFloor(c, settings(h));
+      def.articulations[0] = floorBox(1, thickness);
+      def.articulations[1].X_WA.p.z() = 0.3333;
+      def.articulations[1].V_WA.linear.z() = -speed;
+      def.settings.default_material.dissipation = 1;
+      World world(def);
+      double lowest = 1;
+      int substeps = 0;
+      for (int i = 0; i * h < 0.02; ++i) {
+        world.step();
+        ASSERT_EQ(world.report().flags & (kTooFast | kNotConverged), 0u);
+        substeps = std::max(substeps, world.report().substeps);
+        lowest = std::min(lowest, world.linkPose(1).p.z());
+      }
+      EXPECT_GT(lowest, 0) << "thickness " << thickness << ", step " << h;
+      if (speed * h > thickness) EXPECT_GT(substeps, 1);
+    }
+  }
+}
+
+TEST_P(DeepAndFast, TwoBulletsDoNotPassThroughEachOther) {
+  if (GetParam() == Integrator::kSymplecticEuler || GetParam() == Integrator::kVelocityVerlet) GTEST_SKIP();
+  CubeParameters c = extreme::cubeOf(0.01, 0.01, 1e9);
+  WorldDef def = cubeOnFloor(c, settings(1e-2));
+  def.settings.gravity.setZero();
+  def.articulations.clear();
+  for (double side : {-1.0, 1.0}) {
+    def.articulations.push_back(cube(side < 0 ? "left" : "right", c, Pose(Vector3(side, 1e-4 * side, 0)),
+                                     {Vector3::Zero(), Vector3(-100 * side, 0, 0)}));
+  }
+  World world(def);
+  for (int i = 0; i < 5; ++i) world.step();
+  EXPECT_LT(world.linkPose(0).p.x(), world.linkPose(1).p.x());
+}
+
+// Pushed out at the speed of a fall from half its own width, it rises by about as much.
+TEST_P(DeepAndFast, AHalfBuriedCubeIsPushedOutWithoutLaunch) {
+  for (PressureLaw law : {PressureLaw::kLinear, PressureLaw::kHuntCrossley}) {
+    CubeParameters c;  // k_eff = 1e4 N/m: explicit steps of 1 ms hold it
+    c.ratio = 0.2;
+    WorldDef def = cubeOnFloor(c, settings(1e-3), -0.05);
+    def.settings.pressure_law = law;
+    World world(def);
+    double highest = 0;
+    for (int i = 0; i < 3000; ++i) {
+      world.step();
+      highest = std::max(highest, world.linkPose(1).p.z());
+    }
+    EXPECT_LE(highest, c.size / 2 + 0.6 * c.size);
+    EXPECT_NEAR(world.linkPose(1).p.z(), c.size / 2, 0.05 * c.size);
+  }
+}
+
+}  // namespace
+}  // namespace haptic
