@@ -100,11 +100,11 @@ class Spidar {
 
   /// Limits and λ that may change while running, within the device file's own. Between two ticks.
   struct Tuning {
-    double lambda = 0;      ///< as in the device file [1]
+    double lambda = 0;      ///< of the device's rule [1]: TensionDistribution::ruleLambda
     double max_force = 0;   ///< [N], at most the file's
     double max_torque = 0;  ///< [N·m], at most the file's
   };
-  Tuning tuning() const { return {distribution_.lambda(), max_force_, max_torque_}; }
+  Tuning tuning() const { return {distribution_.ruleLambda(), max_force_, max_torque_}; }
   void tune(const Tuning& tuning);  ///< throws SetupError naming value and bounds
 
   // Results of the last tick; the same thread as `sense`.

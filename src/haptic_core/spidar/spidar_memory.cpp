@@ -33,7 +33,7 @@ void take(const double*& in, Pose& X) {
 std::vector<double> Spidar::save() const {
   const int n = kinematics_.strings();
   std::vector<double> out = {static_cast<double>(n),
-                             distribution_.lambda(),
+                             distribution_.ruleLambda(),
                              max_force_,
                              max_torque_,
                              static_cast<double>(state_),
@@ -83,7 +83,7 @@ void Spidar::restore(const std::vector<double>& memory) {
   }
   placeExits(memory.data() + kHead);
   const double* in = memory.data() + 1;
-  distribution_.setLambda(*in++);
+  distribution_.setRuleLambda(*in++);
   max_force_ = *in++;
   max_torque_ = *in++;
   state_ = static_cast<DeviceState>(static_cast<int>(*in++));
@@ -127,7 +127,7 @@ void Spidar::tune(const Tuning& tuning) {
   checked("lambda", tuning.lambda, 1e-6, 1);
   checked("max_force [N]", tuning.max_force, 1e-3, def_.max_force);
   checked("max_torque [N·m]", tuning.max_torque, 1e-5, def_.max_torque);
-  distribution_.setLambda(tuning.lambda);
+  distribution_.setRuleLambda(tuning.lambda);
   max_force_ = tuning.max_force;
   max_torque_ = tuning.max_torque;
 }

@@ -76,6 +76,14 @@ void TensionDistribution::setLambda(double lambda) noexcept {
   lambda_ = lambda > least ? lambda : least;
 }
 
+void TensionDistribution::setRuleLambda(double lambda) noexcept {
+  if (border_lambda_ > 0) {
+    border_lambda_ = lambda;
+  } else {
+    setLambda(lambda);
+  }
+}
+
 void TensionDistribution::setStructure(const StructureMatrix& scaled) noexcept {
   solver_->setStructure(scaled);
 }

@@ -62,6 +62,10 @@ class TensionDistribution {
   double lambda() const { return lambda_; }  ///< of `solve`
   void setLambda(double lambda) noexcept;    ///< (in realtime) > 0; smaller than 1e-9 is taken as 1e-9
 
+  /// λ of the device's rule: at 1 N missing where its file has a `border_lambda`, else the constant one.
+  double ruleLambda() const { return border_lambda_ > 0 ? border_lambda_ : lambda_; }
+  void setRuleLambda(double lambda) noexcept;  ///< (in realtime) > 0
+
   /// (in realtime) Takes W Aᵀ of a pose (`StringKinematics::scaledStructure`).
   void setStructure(const StructureMatrix& scaled) noexcept;
 
