@@ -97,7 +97,8 @@ void LoopServices::apply(LoopSession& session, const haptic_bridge::LoopConfig& 
     Hand& hand = session.loop().hand(i);
     const DeviceDef& def = hand.device().def();
     const Spidar::Tuning now = hand.device().tuning();
-    const Spidar::Tuning next{config.lambda_ > 0 ? config.lambda_ : def.border_lambda > 0 ? def.border_lambda : def.lambda, config.limit_share * def.max_force,
+    const double own_lambda = def.border_lambda > 0 ? def.border_lambda : def.lambda;
+    const Spidar::Tuning next{config.lambda_ > 0 ? config.lambda_ : own_lambda, config.limit_share * def.max_force,
                               config.limit_share * def.max_torque};
     if (next.lambda != now.lambda || next.max_force != now.max_force || next.max_torque != now.max_torque) {
       session.tuneDevice(i, next);

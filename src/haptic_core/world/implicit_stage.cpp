@@ -277,7 +277,7 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   contact.X_WP = X_WS_[shape_a] * volume.X_AP;
   const Twist V_AB_P = (b.twistAt(contact.X_WP.p) - a.twistAt(contact.X_WP.p)).rotated(contact.X_WP.R.transpose());
   PairLaw law = plan_.law(shape_a, shape_b, held_by_[A.link] >= 0, held_by_[B.link] >= 0);
-  if (pair.buried != 0) law = plan_.recoveryLaw(law, shape_a, shape_b, volume.depth);
+  if (pair.buried != 0) law = plan_.recoveryLaw(law, shape_a, shape_b, volume);
   law.material.stiffness *= softness_;
   law.material.damping *= softness_;
   law.material.tangential_stiffness *= softness_;

@@ -107,7 +107,7 @@ void Pipeline::takeContacts() noexcept {
     report_.energy.tangential += c.force.memory.energy;
     if (c.force.clipped) report_.flags |= kPressureClipped;
     ActivePair& pair = state_.pairs[c.pair];
-    if (pair.buried != 0 && c.volume.depth < plan_.buriedDepth(c.shape_a, c.shape_b)) pair.buried = 0;
+    if (pair.buried != 0 && c.volume.depth < plan_.buriedDepth(c.shape_a, c.shape_b, c.volume.A0)) pair.buried = 0;
     noteContact(c.shape_a, c.shape_b, c.volume, c.force.normal_force, c.force.sticking, c.X_WP, F_BP_W);
     if (!contacts_.empty()) {
       contacts_[contacts_.size() - 1].sticking = pair.friction.sliding == 0;

@@ -336,8 +336,10 @@ void Pipeline::evaluateContacts(const Advance& advance) noexcept {
   for (int i = 0; i < state_.pair_count; ++i) {
     const ActivePair& pair = state_.pairs[i];
     if (pair.friction.touching == 0) continue;
-    ++contacts_on_[plan_.shapes[pair.shapeA()].link];
-    ++contacts_on_[plan_.shapes[pair.shapeB()].link];
+    for (const int shape : {pair.shapeA(), pair.shapeB()}) {
+      const int link = plan_.shapes[shape].link;
+      if (plan_.links[link].moves) ++contacts_on_[link];  // what stands still has no mass to share
+    }
   }
   if (joint_normals_.any()) joint_normals_.find(state_.pairs.data(), nullptr, state_.pair_count, X_WS_.data(), workspace_);
   if (kFullWorld && automatic_) {
@@ -382,8 +384,8 @@ void Pipeline::evaluatePair(int index, const Advance& advance) noexcept {
   const Twist V_AB_P = (link_b.twistAt(X_WP.p) - link_a.twistAt(X_WP.p)).rotated(X_WP.R.transpose());
   PairLaw law = plan_.law(a, b, heldBy(A.link) >= 0, heldBy(B.link) >= 0);
   if (kFullWorld && pair.buried != 0) {
-    law = plan_.recoveryLaw(law, a, b, volume.depth);
-    if (volume.depth < plan_.buriedDepth(a, b)) pair.buried = 0;
+    law = plan_.recoveryLaw(law, a, b, volume);
+    if (volume.depth < plan_.buriedDepth(a, b, volume.A0)) pair.buried = 0;
   }
   const LocatedForce force = settledForce(pair, volume, law, X_WP, V_AB_P, advance);
   const Wrench F_BP_W = force.F_BP_P.rotated(X_WP.R);

@@ -248,19 +248,24 @@ PairLaw Plan::law(int a, int b, bool a_held, bool b_held) const {
   return law;
 }
 
-double Plan::buriedDepth(int a, int b) const { return kBuried * std::min(shapes[a].width, shapes[b].width); }
+double Plan::buriedDepth(int a, int b, double area) const {
+  double weight = 0;
+  for (const PlanLink& link : links) weight += link.moves ? link.mass * settings_.gravity.norm() : 0;
+  const double carries = area > 0 ? weight / (law(a, b, false, false).material.stiffness * area) : 0;
+  return std::max(kBuried * std::min(shapes[a].width, shapes[b].width), carries);
+}
 
 /// Hunt–Crossley with c = 1/sqrt(g · width): what was pressed in leaves no faster than after a fall of half its width. The
 /// pressure grows no more beyond the depth at which the pair counts as buried, so that a step that holds the contact at
 /// rest pushes it out as well.
-PairLaw Plan::recoveryLaw(const PairLaw& law, int a, int b, double depth) const {
+PairLaw Plan::recoveryLaw(const PairLaw& law, int a, int b, const ContactVolume& volume) const {
   PairLaw recovery = law;
   const double width = std::min(shapes[a].width, shapes[b].width);
   const double c = 1 / std::sqrt(std::max(settings_.gravity.norm(), kLeastGravity) * width);
   recovery.material.dissipation =
       law.pressure == PressureLaw::kHuntCrossley ? std::max(law.material.dissipation, c) : c;
   recovery.pressure = PressureLaw::kHuntCrossley;
-  const double share = std::min(1.0, buriedDepth(a, b) / depth);
+  const double share = std::min(1.0, buriedDepth(a, b, volume.A0) / volume.depth);
   recovery.material.stiffness *= share;
   recovery.material.tangential_stiffness *= share;
   return recovery;

@@ -72,8 +72,9 @@ class Plan {
   bool areNeighbours(int a, int b) const;
 
   /// Depth from which a pair that overlaps at the start counts as buried, and how it is then pushed out [m].
-  double buriedDepth(int a, int b) const;
-  PairLaw recoveryLaw(const PairLaw& law, int a, int b, double depth) const;
+  /// `area` [m²] of the patch: at a depth that carries all that moves nothing is buried.
+  double buriedDepth(int a, int b, double area) const;
+  PairLaw recoveryLaw(const PairLaw& law, int a, int b, const ContactVolume& volume) const;
 
   /// Makes room for every pair of the shapes.
   void reserve(ContactWorkspace& workspace) const;

@@ -167,7 +167,7 @@ void Pipeline::findBuried() {
     contactVolume(*plan_.shapes[a].shape, *plan_.shapes[b].shape, relativePose(X_WS_[a], X_WS_[b]), cache, workspace_,
                   volume, settings_.normal_rule);
     const bool overlaps = volume.status == ContactVolume::Status::kOverlap;
-    pair.buried = overlaps && volume.depth > plan_.buriedDepth(a, b) ? 1 : 0;
+    pair.buried = overlaps && volume.depth > plan_.buriedDepth(a, b, volume.A0) ? 1 : 0;
   }
   for (int a = 0; a < static_cast<int>(plan_.shapes.size()); ++a) {
     for (int b = a + 1; b < static_cast<int>(plan_.shapes.size()); ++b) {

@@ -154,7 +154,7 @@ Recording record() {
   live.note(LoopEvent::Kind::kWorldTuning, 0, tuning.numbers());
   Spidar::Tuning limits = live.device[0]->tuning();
   limits.max_force *= 0.5;
-  limits.lambda *= 2;
+  limits.lambda *= 200;  // large enough to be felt inside of what the strings can present
   live.device[0]->tune(limits);
   live.device[0]->restore(live.device[0]->save());
   live.note(LoopEvent::Kind::kDeviceState, 0, live.device[0]->save());
