@@ -51,7 +51,11 @@ SceneDef loadRecordedScene(const RecordedSession& session) {
     scene = loadScene(session.scene_file, options);
   } else {
     const TextFile file(session.scene_text, suffixOf(session.scene_file));
-    scene = loadScene(file.path(), options);
+    try {
+      scene = loadScene(file.path(), options);
+    } catch (const SetupError& error) {  // the name of the temporary file says nothing to a user
+      throw SetupError("recorded scene " + session.scene + " (" + session.scene_file + ")", error.what(), "");
+    }
   }
   scene.world.settings.step = session.start.step;
   if (fingerprint(scene.world) != session.fingerprint) {

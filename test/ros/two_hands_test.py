@@ -22,7 +22,7 @@ class TwoHands(unittest.TestCase):
         for name in ("left", "right"):
             cls.loaders[name] = load_nodelet("spidar_driver/DriverNodelet", f"/{name}/driver", "/haptics",
                                              device="spidar_g6x3r", rate=1000, alone=False)
-        cls.loaders["world"] = load_nodelet("penalty_sim/SimulationNodelet", "/simulation", "/haptics", scene="two_hands",
+        cls.loaders["world"] = load_nodelet("penalty_sim/SimulationNodelet", "/simulation", "/haptics", scene="d_two_hands",
                                             rate=1000, alone=False)
         cls.loaders["bridge"] = load_nodelet("haptic_bridge/BridgeNodelet", "/bridge", "/haptics")
 
@@ -44,7 +44,7 @@ class TwoHands(unittest.TestCase):
 
         def held(message):
             pairs = [{c.link_a, c.link_b} for c in message.contacts]
-            return {"block", "left_pointer"} in pairs and {"block", "right_pointer"} in pairs
+            return {"held", "left_pointer"} in pairs and {"held", "right_pointer"} in pairs
 
         contacts.wait(3, timeout=40, accept=held)
 
