@@ -92,7 +92,7 @@ double torsionArea(const ContactVolume& contact) noexcept {
   return std::max(0.0, contact.A2.trace() - contact.A1.squaredNorm() / contact.A0);
 }
 
-FrictionForce frictionForce(const ContactVolume& contact, const ContactWorkspace& workspace,
+FrictionForce frictionForce(const ContactVolume& contact, ContactWorkspace& workspace,
                             const NormalPressure& normal, const Twist& V, const FrictionMemory& memory,
                             const PairLaw& law, const Advance& advance) noexcept {
   FrictionForce out;

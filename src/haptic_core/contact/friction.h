@@ -82,7 +82,7 @@ struct FrictionForce {
 };
 
 /// (in realtime) A pure function. `V`: twist of B relative to A at P, in P's axes.
-FrictionForce frictionForce(const ContactVolume& contact, const ContactWorkspace& workspace,
+FrictionForce frictionForce(const ContactVolume& contact, ContactWorkspace& workspace,
                             const NormalPressure& normal, const Twist& V, const FrictionMemory& memory,
                             const PairLaw& law, const Advance& advance) noexcept;
 

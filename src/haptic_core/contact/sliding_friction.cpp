@@ -82,14 +82,60 @@ struct CentreSums {
   }
 };
 
+/// Rule of degree 5 on a triangle (Radon 1948): weights and barycentric places of its seven points.
+struct TrianglePoint {
+  double weight, a, b, c;
+};
+constexpr double kInner = 0.10128650732345633, kOuter = 0.47014206410511508;
+constexpr double kInnerWeight = 0.12593918054482717, kOuterWeight = 0.13239415278850616;
+constexpr TrianglePoint kTriangleRule[] = {
+    {0.225, 1.0 / 3, 1.0 / 3, 1.0 / 3},
+    {kInnerWeight, 1 - 2 * kInner, kInner, kInner},
+    {kInnerWeight, kInner, 1 - 2 * kInner, kInner},
+    {kInnerWeight, kInner, kInner, 1 - 2 * kInner},
+    {kOuterWeight, 1 - 2 * kOuter, kOuter, kOuter},
+    {kOuterWeight, kOuter, 1 - 2 * kOuter, kOuter},
+    {kOuterWeight, kOuter, kOuter, 1 - 2 * kOuter}};
+
+/// The rule on the triangles from each face's middle to its edges, all about P: nothing cancels.
+SlidingIntegral byRule(ContactWorkspace& workspace, const ContactVolume& contact, const PressureField& pressure,
+                       const Vector2& v, double w) {
+  const Matrix3 R_PA = contact.X_AP.R.transpose();
+  const LoadedVector<Vector3>& middles = workspace.faceCentres();
+  SlidingIntegral out;
+  for (const ContactEdge& edge : workspace.edges()) {
+    const Vector3 from = R_PA * (workspace.vertices()[edge.from] - contact.X_AP.p);
+    const Vector3 to = R_PA * (workspace.vertices()[edge.to] - contact.X_AP.p);
+    for (int half : {0, 1}) {
+      const int f = half == 0 ? edge.left : edge.right;
+      const ContactFace& face = workspace.faces()[f];
+      const Vector3 n = R_PA * face.normal;
+      if (std::abs(n.z()) < kEdgeOn) continue;
+      const Vector3 middle = R_PA * (middles[f] - contact.X_AP.p);
+      const FaceWeight weight =
+          faceWeight(n, n.dot(middle) / n.z(), face.owner == Owner::kA, pressure, Vector2::Zero());
+      const Vector2 a = middle.head<2>(), b = from.head<2>(), c = to.head<2>();
+      const double area = (half == 0 ? 0.5 : -0.5) * ((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x());
+      for (const TrianglePoint& q : kTriangleRule) {
+        const Vector2 r = q.a * a + q.b * b + q.c * c, slip = v + w * turned(r);
+        const double load = q.weight * area * (weight.w0 + weight.w1.dot(r) + r.dot(weight.W * r));
+        const Vector2 traction = load / slip.norm() * slip;
+        out.force += traction;
+        out.torque += r.x() * traction.y() - r.y() * traction.x();
+      }
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
-SlidingIntegral slidingIntegral(const ContactWorkspace& workspace, const ContactVolume& contact,
-                                const PressureField& pressure, const PressureMoments& moments, const Vector2& v,
-                                double w, double radius) noexcept {
+SlidingIntegral slidingIntegral(ContactWorkspace& workspace, const ContactVolume& contact, const PressureField& pressure,
+                                const PressureMoments& moments, const Vector2& v, double w, double radius) noexcept {
   const double speed = v.norm();
   if (speed == 0 && w == 0) return {};
   if (std::abs(w) * radius * kFarCentre < speed) return nearTranslation(moments, v, w);
+  if (std::abs(w) * radius * kNearCentre < speed) return byRule(workspace, contact, pressure, v, w);
   const Vector2 centre = turned(v) / w;  // v + ω ẑ × c = 0
   const Matrix3 R_PA = contact.X_AP.R.transpose();
   // An edge through the centre has no triangle; closer than this it adds less than rounding.

@@ -73,50 +73,6 @@ PartMoments momentsWhere(ContactWorkspace& w, const ContactVolume& contact, cons
   return partMoments(sums.about(-o));
 }
 
-int quadrature(ContactWorkspace& w, const ContactVolume& contact, QuadraturePoint* points,
-               int capacity) noexcept {
-  w.projectVertices(contact);
-  // Apex of each face: the mean of its loop's vertices, inside the face, so that every tetrahedron from the
-  // centroid counts positive.
-  w.leave_.clear();
-  w.height_.clear();
-  for (int f = 0; f < w.faces_.size(); ++f) {
-    w.leave_.push_back(Vector3::Zero());
-    w.height_.push_back(0);
-  }
-  for (const ContactEdge& e : w.edges_)
-    for (int f : {e.left, e.right}) {
-      w.leave_[f] += 0.5 * (w.patch_points_[e.from] + w.patch_points_[e.to]);
-      w.height_[f] += 1;
-    }
-  // Keast's rule of degree 2: barycentric (α, β, β, β) and its permutations.
-  constexpr double kAlpha = 0.5854101966249685, kBeta = 0.1381966011250105;
-  const bool fine = 8 * w.edges_.size() <= capacity;
-  int count = 0;
-  double sum = 0;
-  const auto add = [&](const Vector2& r, double weight) {
-    if (count == capacity || !(weight > 0)) return;
-    points[count++] = {r, weight};
-    sum += weight;
-  };
-  for (const ContactEdge& e : w.edges_)
-    for (int side = 0; side < 2; ++side) {
-      const int f = side ? e.right : e.left;
-      const Vector3 c = w.leave_[f] / w.height_[f];
-      const Vector3 &p = w.patch_points_[side ? e.to : e.from], &q = w.patch_points_[side ? e.from : e.to];
-      const double v = c.dot(p.cross(q)) / 6;
-      const Vector2 all = (c + p + q).head<2>();
-      if (!fine) {
-        add(all / 4, v);
-        continue;
-      }
-      add(kBeta * all, v / 4);
-      for (const Vector3* x : {&c, &p, &q}) add(kBeta * all + (kAlpha - kBeta) * x->head<2>(), v / 4);
-    }
-  for (int i = 0; i < count; ++i) points[i].weight *= contact.volume / sum;
-  return count;
-}
-
 namespace {
 
 /// A face of V over the patch: z = height + slope·r.

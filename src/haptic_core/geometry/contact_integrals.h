@@ -1,4 +1,4 @@
-/// Integrals over the last contact beyond its moments: over a part of it, of any function, of d².
+/// Integrals over the last contact beyond its moments: over a part of it, of d².
 ///
 /// All work on the V (and in the scratch memory) that `contactVolume` left in the workspace and on the
 /// ContactVolume it filled (status kOverlap), in the patch frame P. (in realtime) No heap.
@@ -22,19 +22,6 @@ struct PartMoments {
 /// 0 gives all or nothing. Cost: about that of the moments themselves.
 PartMoments momentsWhere(ContactWorkspace& workspace, const ContactVolume& contact, const Vector2& a,
                          double b) noexcept;
-
-/// A point and weight: ∫ f(r) d dA ≈ Σ weight f(r).
-struct QuadraturePoint {
-  Vector2 r;      ///< [m]
-  double weight;  ///< part of the volume [m³], > 0
-};
-
-/// Points for ∫ f d dA, exact for f of degree 2 (four points in each tetrahedron from the centroid to V's
-/// surface); for a kinked or curved f the error falls with the square of the tetrahedra's size. Writes at
-/// most `capacity` points, four per half edge of V, and returns their number; what does not fit is spread
-/// over those that do, so that the weights always sum to the volume.
-int quadrature(ContactWorkspace& workspace, const ContactVolume& contact, QuadraturePoint* points,
-               int capacity) noexcept;
 
 /// ∫ d² dA [m⁴]: twice the elastic energy of the foundation, divided by k. Overlays the faces below and
 /// above: cost grows with the product of their numbers.

@@ -107,6 +107,23 @@ void ContactWorkspace::reserveResult(int face_count) {
   clipped_.reserve(2 * edges);
 }
 
+const LoadedVector<Vector3>& ContactWorkspace::faceCentres() noexcept {
+  leave_.clear();
+  height_.clear();
+  for (int f = 0; f < faces_.size(); ++f) {
+    leave_.push_back(Vector3::Zero());
+    height_.push_back(0);
+  }
+  for (const ContactEdge& e : edges_) {
+    for (const int f : {e.left, e.right}) {
+      leave_[f] += 0.5 * (vertices_[e.from] + vertices_[e.to]);
+      height_[f] += 1;
+    }
+  }
+  for (int f = 0; f < faces_.size(); ++f) leave_[f] /= height_[f];
+  return leave_;
+}
+
 void ContactWorkspace::buildLoops() noexcept {
   loops_.clear();
   loop_vertices_.clear();

@@ -12,7 +12,6 @@ namespace haptic {
 
 struct ContactVolume;
 struct PartMoments;
-struct QuadraturePoint;
 
 enum class Owner : unsigned char { kA, kB };
 
@@ -74,6 +73,10 @@ class ContactWorkspace {
   const LoadedVector<ContactEdge>& edges() const { return edges_; }
   int seamBegin() const { return seam_begin_; }
 
+  /// (in realtime) A point inside each face, the mean of its vertices, in A's frame [m]; until V or the next use of
+  /// the scratch memory changes it. Cost O(edges).
+  const LoadedVector<Vector3>& faceCentres() noexcept;
+
   /// (in realtime) Chains the edges into one polygon per face; for drawing. Cost O(edges).
   void buildLoops() noexcept;
   const LoadedVector<ContactLoop>& loops() const { return loops_; }
@@ -89,7 +92,6 @@ class ContactWorkspace {
   friend class EdgeClipper;
   friend class ContactIntegrator;
   friend PartMoments momentsWhere(ContactWorkspace&, const ContactVolume&, const Vector2&, double) noexcept;
-  friend int quadrature(ContactWorkspace&, const ContactVolume&, QuadraturePoint*, int) noexcept;
   friend double thicknessSquared(ContactWorkspace&, const ContactVolume&) noexcept;
 
   struct CutFace {

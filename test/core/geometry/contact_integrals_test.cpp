@@ -46,32 +46,6 @@ TEST_F(ContactIntegrals, OfBothSidesOfALineSumToTheWhole) {
   }
 }
 
-TEST_F(ContactIntegrals, OverAPartAgreeWithQuadrature) {
-  std::vector<QuadraturePoint> points(8 * workspace.edges().size());
-  const int count = quadrature(workspace, contact, points.data(), static_cast<int>(points.size()));
-  double volume = 0;
-  Vector2 V1 = Vector2::Zero();
-  Matrix2 V2 = Matrix2::Zero();
-  for (int i = 0; i < count; ++i) {
-    volume += points[i].weight;
-    V1 += points[i].weight * points[i].r;
-    V2 += points[i].weight * points[i].r * points[i].r.transpose();
-  }
-  EXPECT_NEAR(volume, contact.volume, 1e-14 * contact.volume);
-  EXPECT_NEAR(V1.norm(), 0, 1e-14 * contact.volume * 0.05);
-  EXPECT_NEAR((V2 - contact.V2).norm(), 0, 1e-13 * contact.V2.norm());
-}
-
-TEST_F(ContactIntegrals, KeepTheVolumeInFewPoints) {
-  for (int capacity : {1, 7, 40}) {
-    std::vector<QuadraturePoint> points(capacity);
-    const int count = quadrature(workspace, contact, points.data(), capacity);
-    double volume = 0;
-    for (int i = 0; i < count; ++i) volume += points[i].weight;
-    EXPECT_NEAR(volume, contact.volume, 1e-14 * contact.volume);
-  }
-}
-
 TEST_F(ContactIntegrals, OfSquaredThicknessAgreeWithSampledColumns) {
   // Midpoint rule on columns through the planes of V; its error falls like the cell, here below 1 %.
   const int cells = 400;
