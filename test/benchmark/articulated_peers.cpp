@@ -3,69 +3,59 @@
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <mujoco/mujoco.h>
 
+#include <algorithm>
 #include <cstring>
-#include <kdl/chain.hpp>
-#include <kdl/chainfdsolver_recursive_newton_euler.hpp>
 #include <sstream>
 #include <stdexcept>
+
+#include "kdl_chain.h"
 
 namespace haptic::bench {
 namespace {
 
 constexpr double kGravity = 9.8;  // [m/s²], as in every figure
 
+/// KDL behind numbers alone; see kdl_chain.h.
 class KdlChain : public PeerChain {
  public:
-  explicit KdlChain(const TreeDef& def) {
-    const int n = static_cast<int>(def.links.size());
-    for (int i = 0; i < n; ++i) {
+  explicit KdlChain(const TreeDef& def) : size_(def.links.size()) {
+    std::vector<KdlSegment> segments;
+    for (std::size_t i = 0; i < size_; ++i) {
       const BodyDef& body = def.links[i];
-      const Vector3& a = body.joint.axis;
       // KDL's segment ends in its tip, where the next joint sits; inertia is given there.
-      const Vector3 tip = i + 1 < n ? def.links[i + 1].joint.X_PJ.p : Vector3::Zero();
+      const Vector3 tip = i + 1 < size_ ? def.links[i + 1].joint.X_PJ.p : Vector3::Zero();
       const Vector3 cog = body.inertia.p_LC - tip;
+      const Vector3& a = body.joint.axis;
       const Matrix3& I = body.inertia.I_C;
-      chain_.addSegment(
-          KDL::Segment(body.name,
-                       KDL::Joint(body.joint.name, KDL::Vector(0, 0, 0), KDL::Vector(a.x(), a.y(), a.z()),
-                                  KDL::Joint::RotAxis),
-                       KDL::Frame(KDL::Vector(tip.x(), tip.y(), tip.z())),
-                       KDL::RigidBodyInertia(
-                           body.inertia.mass, KDL::Vector(cog.x(), cog.y(), cog.z()),
-                           KDL::RotationalInertia(I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)))));
+      segments.push_back({{a.x(), a.y(), a.z()},
+                          {tip.x(), tip.y(), tip.z()},
+                          body.inertia.mass,
+                          {cog.x(), cog.y(), cog.z()},
+                          {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)}});
     }
-    solver_ = std::make_unique<KDL::ChainFdSolver_RNE>(chain_, KDL::Vector(0, 0, -kGravity));
-    q_.resize(n);
-    v_.resize(n);
-    a_.resize(n);
-    tau_.resize(n);
-    KDL::SetToZero(tau_);
-    wrenches_.assign(n, KDL::Wrench::Zero());
+    chain_.reset(kdlMake(segments.data(), static_cast<int>(size_), kGravity));
+    state_.resize(2 * size_);
   }
   void setState(const double* q, const double* v) override {
-    for (unsigned i = 0; i < q_.rows(); ++i) {
-      q_(i) = q[i];
-      v_(i) = v[i];
-    }
+    std::copy(q, q + size_, state_.begin());
+    std::copy(v, v + size_, state_.begin() + static_cast<std::ptrdiff_t>(size_));
+    kdlSetState(chain_.get(), q, v);
   }
   void getState(double* q, double* v) const override {
-    for (unsigned i = 0; i < q_.rows(); ++i) {
-      q[i] = q_(i);
-      v[i] = v_(i);
-    }
+    std::copy(state_.begin(), state_.begin() + static_cast<std::ptrdiff_t>(size_), q);
+    std::copy(state_.begin() + static_cast<std::ptrdiff_t>(size_), state_.end(), v);
   }
-  void evaluate(double* v_dot) override {
-    solver_->CartToJnt(q_, v_, tau_, wrenches_, a_);
-    for (unsigned i = 0; i < a_.rows(); ++i) v_dot[i] = a_(i);
-  }
+  void evaluate(double* v_dot) override { kdlEvaluate(chain_.get(), v_dot); }
   void step() override { throw std::logic_error("KDL has no stepper"); }
   void setStep(double) override {}
 
  private:
-  KDL::Chain chain_;
-  std::unique_ptr<KDL::ChainFdSolver_RNE> solver_;
-  KDL::JntArray q_, v_, a_, tau_;
-  KDL::Wrenches wrenches_;
+  struct Free {
+    void operator()(KdlSolver* solver) const { kdlFree(solver); }
+  };
+  std::size_t size_;
+  std::unique_ptr<KdlSolver, Free> chain_;
+  std::vector<double> state_;
 };
 
 class MujocoChain : public PeerChain {

@@ -42,20 +42,24 @@ bool settles(const ExtremeCase& e, int steps, Step&& step, Height&& height) {
   return true;
 }
 
+/// Energy before anything moves, overlaps included: after a step too short to move anything.
+double startEnergy(WorldDef def) {
+  def.settings.step = 1e-7;
+  World world(def);
+  world.step();
+  return world.report().energy.total();
+}
+
 Judgement judge(const ExtremeCase& e, double h) {
   World world(e.def);
   Judgement result;
-  double first = std::nan(""), exchanged = 0, gain = 0;
+  const double first = startEnergy(e.def);
+  double exchanged = 0, gain = 0;
   result.passed = settles(
       e, static_cast<int>(std::lround(e.seconds / h)),
       [&] {
         stepOnce(world);
         const double energy = world.report().energy.total();
-        // What rests from its first step on exchanges rounding only: a millionth of its weight's energy is the least.
-        if (std::isnan(first)) {
-          first = energy;
-          exchanged = 1e-6 * std::abs(first);
-        }
         gain = std::max(gain, energy - first);
         exchanged = std::max(exchanged, std::abs(energy - first));
         return world.report().finite;
