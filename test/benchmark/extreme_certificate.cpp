@@ -157,7 +157,7 @@ double restlessness(const Scene& scene, double h, double push) {
 }
 
 /// Where the explicit step passes from rest to unrest, to 0.2 %; searched around the guess. What nothing damps keeps the
-/// motion that the push gave it, however short the step: unrest is more than three times that.
+/// motion that the push gave it, however short the step: unrest is three times that.
 double bisect(const Scene& scene, double guess, double threshold) {
   constexpr double kPush = 1e-6;    // [m]
   constexpr double kSafeStep = 0.2;  // of the guess: far below any limit

@@ -11,8 +11,8 @@
 #include "figure.h"
 
 extern "C" {
-/// Callgrind collects between entry and return of this function only; its name is the option's.
-__attribute__((noinline, used)) inline void haptic_counted_pass(void (*work)(void*), void* context) {
+/// Callgrind collects between entry and return of this function only; its name is the option's, so no clone may replace it.
+__attribute__((noipa, used)) inline void haptic_counted_pass(void (*work)(void*), void* context) {
   work(context);
   __asm__ volatile("" ::: "memory");  // no tail call: the return must be this function's
 }
