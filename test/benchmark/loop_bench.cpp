@@ -69,7 +69,7 @@ void measureSpeed() {
 }
 
 void measureTwoHands() {
-  Rig rig(sceneNamed("two_hands", 1000), {});
+  Rig rig(sceneNamed("d_two_hands", 1000), {});
   Times times = timeTicks(rig, 10000, false);
   figure("hands2.tick_us_p50", percentileOf(times.tick_us, 0.5), "us");
 }
