@@ -259,13 +259,30 @@ void ImplicitStage::evaluate(const std::vector<double>& velocity, double g) noex
   }
 }
 
-void ImplicitStage::evaluatePair(int index, double g) noexcept {
+/// Of a pair at the poses of the last evaluation; leaves it in the workspace.
+void ImplicitStage::findVolume(int index, ContactVolume& volume) noexcept {
   ActivePair& pair = state_->pairs[index];
+  const int a = pair.shapeA(), b = pair.shapeB();
+  const NormalRule rule = joint_normals_.ruleFor(index, settings_.normal_rule, X_WS_[a], pair.cache);
+  contactVolume(*plan_.shapes[a].shape, *plan_.shapes[b].shape, relativePose(X_WS_[a], X_WS_[b]), pair.cache, workspace_,
+                volume, rule);
+}
+
+void ImplicitStage::measureElastic() noexcept {
+  for (int i = 0; i < contacts_.size(); ++i) {
+    ContactVolume volume;
+    findVolume(contacts_[i].pair, volume);
+    if (volume.status != ContactVolume::Status::kOverlap) continue;
+    contacts_[i].elastic = 0.5 * contacts_[i].stiffness * thicknessSquared(workspace_, volume);
+  }
+}
+
+void ImplicitStage::evaluatePair(int index, double g) noexcept {
+  const ActivePair& pair = state_->pairs[index];
   const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
   const PlanShape &A = plan_.shapes[shape_a], &B = plan_.shapes[shape_b];
   ContactVolume volume;
-  const NormalRule rule = joint_normals_.ruleFor(index, settings_.normal_rule, X_WS_[shape_a], pair.cache);
-  contactVolume(*A.shape, *B.shape, relativePose(X_WS_[shape_a], X_WS_[shape_b]), pair.cache, workspace_, volume, rule);
+  findVolume(index, volume);
   if (volume.status != ContactVolume::Status::kOverlap) return;
   contacts_.resize(contacts_.size() + 1);  // in place: a contact is 1.5 kB
   ImplicitContact& contact = contacts_[contacts_.size() - 1];
@@ -286,8 +303,8 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   advance.yielding = yielding[index];
   contact.force = locatedForce(volume, workspace_, V_AB_P, memory_base[index], law, advance);
   contact.G_P = contact.force.tangent.combined(g * g, g);
-  contact.elastic =
-      settings_.energy_ledger ? 0.5 * law.material.stiffness * thicknessSquared(workspace_, volume) : 0;
+  contact.stiffness = law.material.stiffness;
+  contact.elastic = 0;
   const Wrench F_BP_W = contact.force.F_BP_P.rotated(contact.X_WP.R);
   b.addWrench(F_BP_W, contact.X_WP.p);
   a.addWrench(-F_BP_W, contact.X_WP.p);

@@ -34,7 +34,8 @@ struct ImplicitContact {
   ContactVolume volume;
   LocatedForce force;
   Matrix6 G_P;         ///< g D + g² K, in P's axes
-  double elastic = 0;  ///< ½ k ∫d² dA [J], when the ledger is kept
+  double stiffness = 0;  ///< k as the evaluation took it [N/m³]
+  double elastic = 0;    ///< ½ k ∫d² dA [J]; see measureElastic
 };
 
 /// A spring-damper from a hand's target to a link: part of the solve, so that it may be as stiff as it likes.
@@ -59,6 +60,9 @@ class ImplicitStage {
   /// (in realtime) Solves a stage of length `g` [s] whose end lies `left` [s] before the step's. v is the guess and the
   /// result. False when not converged: v is the last iterate, `residual` says how far.
   bool solve(double g, double left) noexcept;
+
+  /// (in realtime) Fills `elastic` of the contacts at the last evaluation, for the ledger: Newton's iterates do without.
+  void measureElastic() noexcept;
 
   // The base of the stage, in the state's order; only what belongs to the island is read.
   std::vector<double> q_base, v_base, v;
@@ -88,6 +92,7 @@ class ImplicitStage {
   void evaluate(const std::vector<double>& velocity, double g) noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
   void evaluatePair(int index, double g) noexcept;
+  void findVolume(int pair, ContactVolume& volume) noexcept;
   void pull(ImplicitCoupling& coupling) noexcept;
   bool assemble(double g) noexcept;
   void assembleMass(int node) noexcept;

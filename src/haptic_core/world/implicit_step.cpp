@@ -281,6 +281,7 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
     std::copy_n(stage_.v.begin() + tree.v, tree.model->nv(), state_->v.begin() + tree.v);
   }
   if (stage_.hasJoints()) stage_.joints().closeAccount(*state_);
+  if (settings_.energy_ledger) stage_.measureElastic();
   const double w = two_stages ? 1 - kGamma : 0;  // of the first stage's power, which memory_base holds
   int next = 0;
   for (int i = 0; i < island.pair_count; ++i) {
