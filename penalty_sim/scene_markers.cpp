@@ -128,9 +128,9 @@ void SceneMarkers::addContacts(visualization_msgs::MarkerArray& array, const Wor
   patches_shown_ = shown;
 }
 
-/// Where the energy is and went, what sticks and slides, and what the pointers feel.
+/// Where the energy is and went, what sticks and slides, what the pointers feel, and how well it is computed.
 void SceneMarkers::addText(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot,
-                           const ros::Time& stamp) const {
+                           const ros::Time& stamp, const std::string& report) const {
   int sticking = 0;
   double lowest = 0;
   for (int i = 0; i < snapshot.contacts; ++i) sticking += snapshot.contact[i].sticking;
@@ -156,17 +156,18 @@ void SceneMarkers::addText(visualization_msgs::MarkerArray& array, const WorldSn
     std::snprintf(line, sizeof line, "  pointer %.2f N", F.force.norm());
     text.text += line;
   }
+  if (!report.empty()) text.text += "\n" + report;
   if (!snapshot.report.finite) text.text += "\nthe world stopped: a number was lost";
   array.markers.push_back(text);
 }
 
-void SceneMarkers::publish(const WorldSnapshot& snapshot, const ros::Time& stamp) {
+void SceneMarkers::publish(const WorldSnapshot& snapshot, const ros::Time& stamp, const std::string& report) {
   const auto array = boost::make_shared<visualization_msgs::MarkerArray>();
   const std::uint32_t subscribers = publisher_.getNumSubscribers();
   if (subscribers != bodies_sent_to_) addBodies(*array);
   bodies_sent_to_ = subscribers;
   addContacts(*array, snapshot, stamp);
-  addText(*array, snapshot, stamp);
+  addText(*array, snapshot, stamp, report);
   publisher_.publish(boost::shared_ptr<const visualization_msgs::MarkerArray>(array));
 }
 

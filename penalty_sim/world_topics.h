@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "haptic_core/loop/ports.h"
+#include "penalty_sim/live_report.h"
 #include "penalty_sim/scene_markers.h"
 #include "penalty_sim/simulation_parameters.h"
 
@@ -42,6 +43,7 @@ class WorldTopics {
   haptic_msgs::ScenePlan plan_message_;
   ros::Publisher contacts_, step_report_, joint_states_, plan_;
   SceneMarkers markers_;
+  LiveReport live_;
   tf2_ros::TransformBroadcaster broadcaster_;
   tf2_ros::StaticTransformBroadcaster static_broadcaster_;
   std::atomic<bool> stop_{false};
