@@ -83,6 +83,7 @@ void WorldTopics::publishStatic(const SceneDef& scene) {
     }
   }
   for (const HandDef& hand : scene.hands) {
+    if (!parameters_.alone) break;  // a bridge will say where they stand
     frames.push_back(transform(parameters_.world_frame, hand.device + "_base", hand.workspace.X_WB, now));
   }
   // A link that bears the world frame's own name would be its own parent.

@@ -18,7 +18,7 @@
 namespace haptic {
 
 /// tf of all links, contacts, step_report, markers at ~frame_rate; joint_states at ~joint_rate; scene_plan latched, soon
-/// after the start with the certificate of stability; the devices' bases and links that never move as static tf. A frame
+/// after the start with the certificate of stability; links that never move, and alone the devices' bases, as static tf. A frame
 /// is published once: tf refuses a stamp twice, so a world that stands still is silent.
 class WorldTopics {
  public:
