@@ -52,12 +52,13 @@ DeviceBases::~DeviceBases() {
   static_.shutdown();
 }
 
-/// Links of the scene may carry a device, so what this process says counts too, except of what others place.
+/// Links of the scene may carry a device, so what this process says counts too, except of what others place; moving links
+/// only once a base hangs on something that others do not tell.
 void DeviceBases::receive(const Event& event, bool is_static) {
   const bool own = event.getPublisherName() == ros::this_node::getName();
   for (const geometry_msgs::TransformStamped& transform : event.getConstMessage()->transforms) {
     const std::string child = plain(transform.child_frame_id);
-    if (own && placed_.count(child) > 0) continue;
+    if (own && (placed_.count(child) > 0 || (!is_static && !carried_))) continue;
     if (!own) placed_[child] = plain(transform.header.frame_id);
     buffer_.setTransform(transform, event.getPublisherName(), is_static);
   }
@@ -100,7 +101,9 @@ Pose DeviceBases::wanted(const Base& base) {
     if (finite(X_WB)) return X_WB;
     problem = "it is not finite";
   }
-  if (told_[placed->first] != placed->second) {
+  if (!carried_) {
+    carried_ = true;  // its parent may be a link that moves
+  } else if (told_[placed->first] != placed->second) {
     told_[placed->first] = placed->second;
     ROS_WARN_STREAM_NAMED(name_, placed->first << " is placed in " << placed->second << ", but not in " << world_frame_ << ": "
                                                << problem << "; it stays where it was");

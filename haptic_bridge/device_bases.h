@@ -42,6 +42,7 @@ class DeviceBases {
   std::vector<Base> bases_;
   unsigned session_ = 0;                         ///< of the loop, that `bases_` are from
   std::map<std::string, std::string> placed_;    ///< frames that others place → parent frame
+  bool carried_ = false;                         ///< a base hangs on a frame that is not known from others
   std::vector<std::string> published_;           ///< bases in our last message
   std::map<std::string, std::string> told_;      ///< base → what was last complained about
   ros::WallTime listening_since_;

@@ -97,6 +97,13 @@ class DeviceBase(unittest.TestCase):
         time.sleep(2 * GLIDE)
         self.assertLess(distance(self.where("pointer"), self.where("spidar_grip")), 2e-3)
 
+        # On a body of the scene.
+        cube = self.where("cube")
+        broadcaster.sendTransform([place("cube", "spidar_base", tuple(a - b + 0.01 for a, b in zip(end, cube)))])
+        wait_until("the base is on the cube", lambda: self.where("spidar_base")[2] > end[2] + 5e-3)
+        time.sleep(2 * GLIDE)
+        self.assertLess(distance(self.where("pointer"), self.where("spidar_grip")), 2e-3)
+
 
 if __name__ == "__main__":
     rostest.rosrun("haptic_tests", "device_base", DeviceBase, sys.argv)
