@@ -15,7 +15,9 @@ namespace {
 
 const ros::WallDuration kPeriod(0.1);      // a base that is carried about is followed ten times a second
 const ros::WallDuration kListenFirst(0.5);  // what others have latched arrives within this time
-constexpr int kQueue = 100;                // messages: a second of what a busy robot sends
+// As tf2_ros. A process has one outbox per topic, as long as its first publisher asked for: with room for one message a
+// late listener would get what only one of the publishers of /tf_static has latched.
+constexpr int kQueue = 100;
 // Below this a base stands still: tf's own rounding, and the noise of a tracker, must not fill recordings with events.
 constexpr double kStill = 1e-5;            // [m] and [rad]
 
@@ -36,7 +38,7 @@ DeviceBases::DeviceBases(ros::NodeHandle& nh, const std::string& name, const std
       world_frame_(world_frame),
       loop_(loop),
       listening_since_(ros::WallTime::now()),
-      publisher_(nh.advertise<tf2_msgs::TFMessage>("/tf_static", 1, true)) {
+      publisher_(nh.advertise<tf2_msgs::TFMessage>("/tf_static", kQueue, true)) {
   const auto listen = [&](const char* topic, bool is_static) {
     const boost::function<void(const Event&)> callback = [this, is_static](const Event& event) { receive(event, is_static); };
     return nh.subscribe<tf2_msgs::TFMessage, const Event&>(topic, kQueue, callback);
