@@ -28,11 +28,14 @@ std::string textOf(const ErrorEstimate& e) {
   double force = 0;
   for (const double error : e.force) force = std::max(force, error);
   char error[100], margin[60] = "";
-  std::snprintf(error, sizeof error, "error over %d steps: %.2g um  %.2g mN  %.2g uJ", e.steps, 1e6 * e.position,
+  std::snprintf(error, sizeof error, "error over %d steps: %.3f um  %.2f mN  %.3f uJ", e.steps, 1e6 * e.position,
                 1e3 * force, 1e6 * e.energy);
-  if (std::isfinite(e.stability)) std::snprintf(margin, sizeof margin, "  explicit margin %.0f %%", 100 * (1 - e.stability));
-  const std::string beyond = e.beyond_bound > 0 ? ", islands beyond: " + std::to_string(e.beyond_bound) : "";
-  return std::string(error) + margin + beyond;
+  if (e.beyond_bound > 0) {
+    std::snprintf(margin, sizeof margin, "  too stiff for explicit steps: %d islands", e.beyond_bound);
+  } else if (std::isfinite(e.stability)) {
+    std::snprintf(margin, sizeof margin, "  margin of explicit steps %.0f %%", 100 * (1 - e.stability));
+  }
+  return std::string(error) + margin;
 }
 
 }  // namespace
