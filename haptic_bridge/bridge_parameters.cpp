@@ -10,7 +10,11 @@ namespace {
 // A run of fixed length answers within this time when a port does not appear; loading a scene takes less [s].
 constexpr double kTimedRunPatience = 4;
 
-PassivityMode passivityMode(const std::string& word) {
+/// A word; or the number that dynamic_reconfigure has left there when the nodelet is loaded again (cfg/Loop.cfg).
+PassivityMode passivityMode(const ros::NodeHandle& priv, const ParameterReader& read) {
+  int number = 0;
+  if (priv.getParam("passivity", number)) return static_cast<PassivityMode>(read.whole("passivity", number, 0, 2, "(off, observe, act)"));
+  const std::string word = read.word("passivity", "observe", {"off", "observe", "act"});
   return word == "off" ? PassivityMode::kOff : word == "act" ? PassivityMode::kAct : PassivityMode::kObserve;
 }
 
@@ -33,7 +37,7 @@ BridgeParameters readBridgeParameters(const ros::NodeHandle& priv) {
   p.devices = read.list<std::string>("devices", "give e.g. [left, right]");
   p.port_timeout = read.number("port_timeout", p.seconds > 0 ? kTimedRunPatience : 0, 0, 3600, "s");
   p.soft_start = read.number("soft_start", 0.5, 0, 10, "s");
-  p.passivity = passivityMode(read.word("passivity", "observe", {"off", "observe", "act"}));
+  p.passivity = passivityMode(priv, read);
   p.clutch_button = read.whole("clutch_button", -1, -1, 31, "(grip button; -1: none)");
   p.grab_button = read.whole("grab_button", -1, -1, 31, "(grip button; -1: none)");
   p.record = read.flag("record", false);
