@@ -18,7 +18,7 @@ import rostest
 from haptic_msgs.msg import TickStatistics
 from haptic_msgs.srv import Clutch, Grab
 from std_srvs.srv import SetBool, Trigger
-from topic_probe import Probe, load_nodelet, program, unload
+from topic_probe import Probe, load_nodelet, program, unload, wait_until
 
 
 class Recording(unittest.TestCase):
@@ -39,6 +39,8 @@ class Recording(unittest.TestCase):
         time.sleep(1)  # what was published last is on its way
         recorder.send_signal(signal.SIGINT)
         recorder.wait(20)
+        # `rosbag record` ends before the program that it started; that one renames the bag when it has closed it.
+        wait_until("the bag is closed", lambda: os.path.exists(cls.bag), 20)
 
     @classmethod
     def tearDownClass(cls):
