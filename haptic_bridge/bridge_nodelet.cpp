@@ -12,6 +12,7 @@ void BridgeNodelet::onInit() {
     loop_ = std::make_unique<RealtimeThread>(parameters);
     telemetry_ = std::make_unique<Telemetry>(getNodeHandle(), getPrivateNodeHandle(), getName(), parameters, *loop_);
     services_ = std::make_unique<LoopServices>(getPrivateNodeHandle(), getName(), parameters, *loop_);
+    bases_ = std::make_unique<DeviceBases>(getNodeHandle(), getName(), parameters.world_frame, *loop_);
   } catch (const SetupError& error) {
     NODELET_FATAL_STREAM(error.what());
     throw;  // the manager drops the nodelet, and who loaded it fails
@@ -19,6 +20,7 @@ void BridgeNodelet::onInit() {
 }
 
 BridgeNodelet::~BridgeNodelet() {
+  bases_.reset();
   services_.reset();
   if (loop_) loop_->stop();
   telemetry_.reset();

@@ -237,9 +237,7 @@ void LoopSession::tick(const PeriodicWake::Wake& wake, std::uint64_t index, doub
     hands_[i].link = world_->world.pointerLink(hands_[i].placement.pointer);  // a grab button may have changed it
     hands_[i].lease->record(index, wake.start_ns, input_.hand[i].sample);
   }
-  if (world_->wants_snapshot.load(std::memory_order_relaxed) && world_->wants_snapshot.exchange(false)) {
-    world_->takeSnapshot(wake.start_ns);
-  }
+  world_->serveWatchers(wake.start_ns);
   input_.tick = index + 1;  // events from now on are before that one
 }
 

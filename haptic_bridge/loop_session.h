@@ -46,6 +46,7 @@ class LoopSession {
   void sendEventsTo(EventRing& ring) { events_ = &ring; }
 
   HapticLoop& loop() { return *loop_; }
+  const Pose& definedBase(int hand) const { return hands_.at(hand).placement.settings.workspace.X_WB; }  ///< the scene's
   double definedForceScale(int hand) const { return hands_.at(hand).placement.settings.force_scale; }  ///< the scene's
   World& world() { return world_->world; }
   const TickReport& report() const { return loop_->report(); }

@@ -106,6 +106,7 @@ void RealtimeThread::tickUntilRecalled(LoopSession& session) {
   TickSample sample;
   RecordedTick record;
   session_ = &session;
+  ++sessions_;
   wake.start();
   while (!stop_.load(std::memory_order_relaxed) && !session.recalled() && (limit == 0 || ticks_ < limit)) {
     if (session.dropsDevice()) {

@@ -27,6 +27,8 @@ class RealtimeThread {
   std::vector<std::string> deviceNames() const;
   std::vector<std::string> pointerNames() const;
 
+  unsigned sessions() const { return sessions_; }  ///< claims of the ports so far that came to ticking
+
   /// Any other thread: has `work` done between two ticks. False: the loop does not tick. Rethrows.
   bool betweenTicks(const std::function<void(LoopSession&)>& work);
 
@@ -66,6 +68,7 @@ class RealtimeThread {
   LatestValue<TickReport> last_tick_;
   std::atomic<bool> stop_{false};
   std::atomic<Phase> phase_{Phase::kWaiting};
+  std::atomic<unsigned> sessions_{0};
   std::uint64_t ticks_ = 0;
   mutable std::mutex text_mutex_;          ///< of what follows; never taken while ticking
   std::string failure_, missing_;

@@ -67,7 +67,10 @@ void Telemetry::run() {
       next_statistics_ns_ = now + kStatisticsPeriodNs;
       publishStatistics();
     }
-    diagnostics_.update();
+    if (now >= next_diagnostics_ns_) {  // by the steady clock: without /clock the updater's own would wait for ever
+      next_diagnostics_ns_ = now + static_cast<std::int64_t>(1e9 * diagnostics_.getPeriod());
+      diagnostics_.force_update();
+    }
     watchClock(now);
     if (!followPhase()) return;
     std::this_thread::sleep_for(kDrainPeriod);
@@ -198,6 +201,7 @@ void Telemetry::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   } else {
     status.summary(Status::OK, last_.paused ? "paused" : "ticking");
   }
+  if (clock_told_) status.mergeSummary(Status::WARN, "/use_sim_time is set and no clock arrives");
   diagnoseHands(status);
   status.add("rate asked [Hz]", parameters_.rate);
   status.add("ticks", ticks_);

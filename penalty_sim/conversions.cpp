@@ -48,4 +48,32 @@ haptic_msgs::StepReport toStepReport(const WorldSnapshot& snapshot, const std::v
   return m;
 }
 
+haptic_msgs::LiveReport toLiveReport(const WorldCopy& copy, const ErrorEstimate& estimate,
+                                     const std::vector<std::string>& links, const WorldSettings& settings) {
+  haptic_msgs::LiveReport m;
+  m.step = copy.report.step;
+  m.time = copy.time;
+  m.step_size = settings.step;
+  m.window_steps = static_cast<std::uint32_t>(estimate.steps);
+  m.order = static_cast<std::uint32_t>(estimate.order);
+  m.position_error = estimate.position;
+  m.position_error_link = nameOf(estimate.link, links);
+  m.rotation_error = estimate.rotation;
+  m.energy_error = estimate.energy;
+  m.force_error = estimate.force;
+  m.torque_error = estimate.torque;
+  m.implicit_steps = settings.integrator == Integrator::kImplicitEuler || settings.integrator == Integrator::kSdirk2;
+  const bool bears = settings.integrator == Integrator::kAutomatic || estimate.beyond_bound == 0;
+  m.stability_margin = bears ? 1 - estimate.stability : 0;
+  m.islands_beyond_bound = static_cast<std::uint32_t>(estimate.beyond_bound);
+  m.energy = toLedger(copy.report.energy);
+  m.energy_balance = copy.report.energy.balance();
+  m.stage_search = copy.stages.search;
+  m.stage_detection = copy.stages.detection;
+  m.stage_volume = copy.stages.volume;
+  m.stage_force = copy.stages.force;
+  m.stage_motion = copy.stages.motion;
+  return m;
+}
+
 }  // namespace haptic

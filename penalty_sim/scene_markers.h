@@ -11,19 +11,22 @@
 
 namespace haptic {
 
-/// Topic `markers`. Bodies are sent once per new subscriber in the frames of their links and follow tf by
-/// themselves; patches, forces and a text of the energies are sent with every frame, at most kMaxPatches of them, the strongest first.
+/// Topic `markers`. Bodies are sent once per new subscriber in the frames of their links and follow tf by themselves.
+/// Patches and forces, at most kMaxPatches of them, the strongest first, and a text of energies, error and margin are sent
+/// with every frame.
 class SceneMarkers {
  public:
   SceneMarkers(ros::NodeHandle& nh, const SceneDef& scene, const std::string& world_frame);
   bool wanted() const { return publisher_.getNumSubscribers() > 0; }
-  void publish(const WorldSnapshot& snapshot, const ros::Time& stamp);
+  /// `report`: a line of LiveReport for the text; empty: none.
+  void publish(const WorldSnapshot& snapshot, const ros::Time& stamp, const std::string& report);
 
   static constexpr int kMaxPatches = 64;  ///< more arrows than this nobody can read, and rviz slows down
 
  private:
   void addBodies(visualization_msgs::MarkerArray& array) const;
-  void addText(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot, const ros::Time& stamp) const;
+  void addText(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot, const ros::Time& stamp,
+               const std::string& report) const;
   void addContacts(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot, const ros::Time& stamp);
 
   std::vector<VisualDef> visuals_;

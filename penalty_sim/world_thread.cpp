@@ -56,7 +56,7 @@ void WorldThread::runWorld(PortLease<WorldPort>& lease) {
       port.world.step();
     }
     if (tick % wrench_every == 0) publishWrenches(port.world);
-    if (port.wants_snapshot.exchange(false)) port.takeSnapshot(now.start_ns);
+    port.serveWatchers(now.start_ns);
   }
 }
 

@@ -47,7 +47,8 @@ WorldTopics::WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parame
       step_report_(nh.advertise<haptic_msgs::StepReport>("step_report", 2)),
       joint_states_(nh.advertise<sensor_msgs::JointState>("joint_states", 2)),
       plan_(nh.advertise<haptic_msgs::ScenePlan>("scene_plan", 1, true)),
-      markers_(nh, scene, parameters.world_frame) {
+      markers_(nh, scene, parameters.world_frame),
+      live_(nh, scene.world, parameters.world_frame, port) {
   for (int i = 0; i < port.world.linkCount(); ++i) links_.push_back(port.world.linkName(i));
   for (int i = 0; i < port.world.jointCount(); ++i) joints_.push_back(port.world.jointName(i));
   publishStatic(scene);
@@ -82,6 +83,7 @@ void WorldTopics::publishStatic(const SceneDef& scene) {
     }
   }
   for (const HandDef& hand : scene.hands) {
+    if (!parameters_.alone) break;  // a bridge will say where they stand
     frames.push_back(transform(parameters_.world_frame, hand.device + "_base", hand.workspace.X_WB, now));
   }
   // A link that bears the world frame's own name would be its own parent.
@@ -133,6 +135,7 @@ void WorldTopics::run() {
       }
     }
     port_.wants_snapshot = true;
+    live_.watch(markers_.wanted());
     std::this_thread::sleep_for(std::chrono::duration<double>(1 / rate));
   }
 }
@@ -165,7 +168,7 @@ void WorldTopics::publish(const WorldSnapshot& snapshot) {
     m->header = header;
     publishConst(step_report_, m);
   }
-  if (markers_.wanted()) markers_.publish(snapshot, stamp);
+  if (markers_.wanted()) markers_.publish(snapshot, stamp, live_.text());
 }
 
 void WorldTopics::publishFrames(const WorldSnapshot& snapshot, const ros::Time& stamp) {

@@ -11,13 +11,14 @@
 #include <vector>
 
 #include "haptic_core/loop/ports.h"
+#include "penalty_sim/live_report.h"
 #include "penalty_sim/scene_markers.h"
 #include "penalty_sim/simulation_parameters.h"
 
 namespace haptic {
 
 /// tf of all links, contacts, step_report, markers at ~frame_rate; joint_states at ~joint_rate; scene_plan latched, soon
-/// after the start with the certificate of stability; the devices' bases and links that never move as static tf. A frame
+/// after the start with the certificate of stability; links that never move, and alone the devices' bases, as static tf. A frame
 /// is published once: tf refuses a stamp twice, so a world that stands still is silent.
 class WorldTopics {
  public:
@@ -42,6 +43,7 @@ class WorldTopics {
   haptic_msgs::ScenePlan plan_message_;
   ros::Publisher contacts_, step_report_, joint_states_, plan_;
   SceneMarkers markers_;
+  LiveReport live_;
   tf2_ros::TransformBroadcaster broadcaster_;
   tf2_ros::StaticTransformBroadcaster static_broadcaster_;
   std::atomic<bool> stop_{false};

@@ -13,6 +13,7 @@ using visualization_msgs::Marker;
 
 constexpr double kLineWidth = 0.0015;       // of the frame and the strings [m]
 constexpr double kMetresPerNewton = 0.01;   // length of a force's arrow: 10 N are as long as the frame's half
+constexpr double kLeastForce = 0.05;        // an arrow shorter than its head's width is a blot [N]
 constexpr double kFullColourTension = 5;    // a string this tense is drawn red [N]; the usual range of a hand
 
 std_msgs::ColorRGBA colour(double r, double g, double b, double a = 1) {
@@ -103,26 +104,28 @@ void DeviceMarkers::addGrip(visualization_msgs::MarkerArray& array, const Device
 
 void DeviceMarkers::addForces(visualization_msgs::MarkerArray& array, const DeviceRecord& record,
                               const ros::Time& stamp) const {
-  const auto arrow = [&](const char* ns, const Vector3& force, const std_msgs::ColorRGBA& c) {
+  const auto arrow = [&](const char* ns, const Vector3& force, double width, const std_msgs::ColorRGBA& c) {
     Marker m = marker(ns, Marker::ARROW, stamp);
+    if (force.norm() < kLeastForce) m.action = Marker::DELETE;
     m.points = {toPoint(record.X_BG.p), toPoint(record.X_BG.p + kMetresPerNewton * force)};
-    m.scale.x = 2 * kLineWidth;
-    m.scale.y = 4 * kLineWidth;
+    m.scale.x = width;
+    m.scale.y = 2 * width;
     m.scale.z = 0;
     m.color = c;
     array.markers.push_back(m);
   };
-  arrow("force", record.F_achieved_B.force, colour(0.9, 0.2, 0.2));
-  arrow("force_asked", record.F_asked_B.force, colour(1, 1, 1, 0.4));
+  arrow("force", record.F_achieved_B.force, 2 * kLineWidth, colour(0.95, 0.25, 0.2));
+  arrow("force_asked", record.F_asked_B.force, 4 * kLineWidth, colour(1, 1, 1, 0.35));  // a shell around the other
   Marker text = marker("text", Marker::TEXT_VIEW_FACING, stamp);
   char line[96];
-  std::snprintf(line, sizeof(line), "%s %.2f N, asked %.2f N", toString(record.state), record.F_achieved_B.force.norm(),
-                record.F_asked_B.force.norm());
+  const Wrench &given = record.F_achieved_B, &asked = record.F_asked_B;
+  std::snprintf(line, sizeof(line), "%s  %.2f N %.1f mNm,  asked %.2f N %.1f mNm", toString(record.state), given.force.norm(),
+                1e3 * given.torque.norm(), asked.force.norm(), 1e3 * asked.torque.norm());
   text.text = line;
   // Above the frame, where it covers nothing.
   double top = 0;
   for (const StringDef& s : def_.strings) top = std::max(top, s.p_BE.z());
-  text.pose.position = toPoint(Vector3(0, 0, top + 0.02));
+  text.pose.position = toPoint(Vector3(0, 0, top + 0.035));
   text.scale.z = 0.01;
   text.color = colour(1, 1, 1);
   array.markers.push_back(text);

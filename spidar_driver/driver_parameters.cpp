@@ -1,5 +1,6 @@
 #include "spidar_driver/driver_parameters.h"
 
+#include <haptic_msgs/parameter_reader.h>
 #include <ros/names.h>
 #include <ros/package.h>
 
@@ -7,37 +8,8 @@
 #include <cmath>
 #include <fstream>
 
-#include "haptic_core/base/error.h"
-
 namespace haptic {
 namespace {
-
-std::string inWords(double value) {
-  std::string text = std::to_string(value);
-  return text.erase(std::min(text.size(), text.find_last_not_of('0') + 2));
-}
-
-/// A number within bounds; roscpp reads integers as doubles too.
-double number(const ros::NodeHandle& nh, const std::string& key, double fallback, double low, double high,
-              const char* unit) {
-  double value = fallback;
-  const bool there = nh.hasParam(key);
-  if (there && !nh.getParam(key, value)) throw SetupError(nh.resolveName(key), "is not a number", std::string("give it in ") + unit);
-  if (!(value >= low && value <= high)) {
-    throw SetupError(nh.resolveName(key), "is " + inWords(value),
-                     "give " + inWords(low) + " to " + inWords(high) + " " + unit);
-  }
-  return value;
-}
-
-std::string word(const ros::NodeHandle& nh, const std::string& key, const std::string& fallback,
-                 const std::vector<std::string>& choices) {
-  const std::string value = nh.param<std::string>(key, fallback);
-  if (choices.empty() || std::find(choices.begin(), choices.end(), value) != choices.end()) return value;
-  std::string known;
-  for (const auto& choice : choices) known += (known.empty() ? "" : ", ") + choice;
-  throw SetupError(nh.resolveName(key), "is '" + value + "'", "give one of: " + known);
-}
 
 bool exists(const std::string& path) { return std::ifstream(path).good(); }
 
@@ -67,35 +39,34 @@ std::string findDevice(const std::string& given) {
 
 DriverParameters readParameters(const ros::NodeHandle& ns, const ros::NodeHandle& priv) {
   DriverParameters p;
-  p.device_file = findDevice(priv.param<std::string>("device", "spidar_g6x3r"));
+  const ParameterReader read(priv);
+  p.device_file = findDevice(read.text("device", "spidar_g6x3r"));
   const std::string space = ns.getNamespace();
   p.name = space.substr(space.find_last_of('/') + 1);
   if (p.name.empty()) p.name = "spidar";
-  p.twin = word(priv, "transport", "twin", {"twin", "file"}) == "twin";
-  p.port = priv.param<std::string>("port", "");
-  p.usb_unit = static_cast<int>(number(priv, "usb_unit", -1, -1, 15, "(rotary switch; -1: any)"));
-  p.rate = number(priv, "rate", 1000, 100, 20000, "Hz");
-  p.alone = priv.param("alone", true);
-  const std::string hand = word(priv, "hand", "script", {"script", "marker", "none"});
+  p.twin = read.word("transport", "twin", {"twin", "file"}) == "twin";
+  p.port = read.text("port", "");
+  p.usb_unit = read.whole("usb_unit", -1, -1, 15, "(rotary switch; -1: any)");
+  p.rate = read.number("rate", 1000, 100, 20000, "Hz");
+  p.alone = read.flag("alone", true);
+  const std::string hand = read.word("hand", "script", {"script", "marker", "none"});
   p.hand = hand == "script"   ? DriverParameters::Hand::kScript
            : hand == "marker" ? DriverParameters::Hand::kMarker
                               : DriverParameters::Hand::kNone;
-  p.script = word(priv, "script", "scene", {"scene", "rest", "press", "touch_cube", "wave"});
-  p.calibrate_at_start = priv.param("calibrate_at_start", p.twin);
+  p.script = read.word("script", "scene", {"scene", "rest", "press", "touch_cube", "wave"});
+  p.calibrate_at_start = read.flag("calibrate_at_start", p.twin);
   p.jig_pose = readJigPose(priv);
-  p.calibration_file = priv.param<std::string>("calibration_file", "");
-  p.restore_calibration = priv.param("restore_calibration", false);
-  p.wave_seconds = number(priv, "wave_seconds", 20, 1, 600, "s");
-  p.enable_force = priv.param("enable_force_at_start", p.twin);
-  p.command_age_limit = number(priv, "command_age_limit", 0.03, 0.02, 0.05, "s");
-  p.pose_rate = number(priv, "pose_rate", 500, 1, 10000, "Hz");
-  p.joint_state_rate = number(priv, "joint_state_rate", 100, 1, 1000, "Hz");
-  p.frame_rate = number(priv, "frame_rate", 30, 1, 100, "Hz");
-  p.world_frame = priv.param<std::string>("world_frame", "world");
-  p.place_base = priv.param("place_base", false);
-  p.realtime.priority = static_cast<int>(number(priv, "priority", 60, 0, 98, "(SCHED_FIFO; 0: none)"));
-  p.realtime.cpu = static_cast<int>(number(priv, "cpu", -1, -1, 1023, "(core; -1: any)"));
-  p.realtime.lock_memory = priv.param("lock_memory", true);
+  p.calibration_file = read.text("calibration_file", "");
+  p.restore_calibration = read.flag("restore_calibration", false);
+  p.wave_seconds = read.number("wave_seconds", 20, 1, 600, "s");
+  p.enable_force = read.flag("enable_force_at_start", p.twin);
+  p.command_age_limit = read.number("command_age_limit", 0.03, 0.02, 0.05, "s");
+  p.pose_rate = read.number("pose_rate", 500, 1, 10000, "Hz");
+  p.joint_state_rate = read.number("joint_state_rate", 100, 1, 1000, "Hz");
+  p.frame_rate = read.number("frame_rate", 30, 1, 100, "Hz");
+  p.world_frame = read.text("world_frame", "world");
+  p.place_base = read.flag("place_base", false);
+  p.realtime = read.realtime(60);
   return p;
 }
 

@@ -56,7 +56,7 @@ class Shown {
     next_ns_ += period_ns_;
     const std::int64_t ahead = next_ns_ - steadyNow();
     if (ahead > kNap) std::this_thread::sleep_for(std::chrono::nanoseconds(ahead));
-    if (port_.wants_snapshot.exchange(false)) port_.takeSnapshot(steadyNow());
+    port_.serveWatchers(steadyNow());
   }
 
  private:

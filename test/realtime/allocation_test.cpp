@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "haptic_core/loop/haptic_loop.h"
+#include "haptic_core/loop/ports.h"
 #include "haptic_core/spidar/device_twin.h"
 #include "haptic_core/spidar/spidar.h"
 #include "scene/scene_file.h"
@@ -118,6 +119,28 @@ TEST_P(SceneAllocation, TicksAllocateNothing) {
   EXPECT_EQ(allocations, 0);
   EXPECT_GT(greatest_force, 0) << "the hand never touched anything: the contact path was not exercised";
   EXPECT_TRUE(stack.world.report().finite);
+}
+
+TEST_P(SceneAllocation, WhoWatchesIsServedWithoutAllocation) {
+  Stack stack(GetParam());
+  WorldPort port(stack.world, GetParam(), {}, 16);
+  port.measures_stages = true;
+  WorldSnapshot snapshot;
+  WorldCopy copy;
+  int copies = 0;
+  for (int i = 0; i < 20000; ++i) {
+    if (i % 100 == 0) port.wants_snapshot = port.wants_copy = true;
+    allocations = 0;
+    counting = true;
+    stack.tick();
+    port.serveWatchers(i);
+    counting = false;
+    ASSERT_EQ(allocations, 0) << "tick " << i;
+    if (port.snapshot.read(snapshot) && port.copy.read(copy)) ++copies;
+    if (copy.stamp_ns == i && i > 0) ASSERT_EQ(copy.state, stack.world.save());
+  }
+  EXPECT_EQ(copies, 200);
+  EXPECT_GT(copy.stages.total(), 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, SceneAllocation, testing::Values("touch_cube", "blocks", "box_on_floor"));

@@ -53,11 +53,16 @@ class BadInput(unittest.TestCase):
         self.assert_refused("spidar_driver", ["/bad/rate", "not a number"], "rate:=fast")
         self.assert_refused("spidar_driver", ["/bad/hand", "script, marker, none"], "hand:=left")
         self.assert_refused("spidar_driver", ["/bad/command_age_limit"], "command_age_limit:=10")
+        self.assert_refused("spidar_driver", ["/bad/device", "no text"], "device:=5")
+        self.assert_refused("spidar_driver", ["/bad/usb_unit", "whole"], "usb_unit:=1.5")
+        self.assert_refused("spidar_driver", ["/bad/place_base", "true, false"], "place_base:=perhaps")
 
     def test_simulation(self):
         self.assert_refused("penalty_sim", ["no_such_scene"], "scene:=no_such_scene")
         self.assert_refused("penalty_sim", ["/tmp/no_such_scene.urdf"], "scene:=/tmp/no_such_scene.urdf")
         self.assert_refused("penalty_sim", ["/bad/rate", "Hz"], "rate:=-5", "scene:=touch_cube")
+        self.assert_refused("penalty_sim", ["/bad/alone", "true, false"], "alone:=2", "scene:=touch_cube")
+        self.assert_refused("penalty_sim", ["/bad/priority", "98"], "priority:=99", "scene:=touch_cube")
         empty = "/tmp/haptic_bad_input_empty.urdf"
         with open(empty, "w", encoding="utf-8"):
             pass

@@ -10,10 +10,11 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from haptic_msgs.msg import TickStatistics
 from rosgraph_msgs.msg import Clock, Log
-from topic_probe import Probe
+from topic_probe import Probe, load_nodelet, unload, wait_until
 
 
 class SimulatedClock(unittest.TestCase):
@@ -22,7 +23,12 @@ class SimulatedClock(unittest.TestCase):
         log = Probe("/rosout", Log)
         statistics = Probe("/tick_statistics", TickStatistics)
         wrench = Probe("/spidar/wrench", WrenchStamped)
+        diagnostics = Probe("/diagnostics", DiagnosticArray)
         clock = rospy.Publisher("/clock", Clock, queue_size=1)
+        wait_until("the log is heard", lambda: log._subscriber.get_num_connections() > 0, 30)
+        rospy.wait_for_service("/haptics/load_nodelet", 30)
+        loader = load_nodelet("haptic_bridge/BridgeNodelet", "/bridge", "/haptics")
+        self.addCleanup(unload, loader)
 
         def told(words):
             log.wait(1, timeout=20, accept=lambda m: words in m.msg)
@@ -34,7 +40,9 @@ class SimulatedClock(unittest.TestCase):
             self.assertGreater(after.ticks, before.ticks)
             self.assertGreater(after.simulated_time, before.simulated_time)
 
-        ticks_go_on()  # "no clock arrives" was said before this node could listen
+        ticks_go_on()
+        told("no clock arrives")
+        diagnostics.wait(2, timeout=20, accept=lambda m: any("no clock arrives" in s.message for s in m.status))
         for second in (100, 101, 50):
             end = time.monotonic() + 0.5
             while time.monotonic() < end:
@@ -42,6 +50,12 @@ class SimulatedClock(unittest.TestCase):
                 time.sleep(0.05)
             ticks_go_on()
         told("jumped back")
+        diagnostics.clear()
+        end = time.monotonic() + 2.5
+        while time.monotonic() < end:
+            clock.publish(Clock(clock=rospy.Time(60 + time.monotonic() - end)))
+            time.sleep(0.05)
+        self.assertNotIn("no clock", [s.message for m in diagnostics.messages[-1:] for s in m.status if "loop" in s.name][0])
         self.assertTrue(all(abs(m.wrench.force.z) <= 10.5 for m in wrench.messages), "force stays within the limits")
 
 

@@ -39,7 +39,8 @@ class Recording(unittest.TestCase):
         time.sleep(1)  # what was published last is on its way
         recorder.send_signal(signal.SIGINT)
         recorder.wait(20)
-        wait_until("rosbag closes the bag", lambda: os.path.exists(cls.bag), 20)  # its child may outlive it
+        # `rosbag record` ends before the program that it started; that one renames the bag when it has closed it.
+        wait_until("the bag is closed", lambda: os.path.exists(cls.bag), 20)
 
     @classmethod
     def tearDownClass(cls):
@@ -48,7 +49,8 @@ class Recording(unittest.TestCase):
     @classmethod
     def use_everything(cls):
         statistics = Probe("/tick_statistics", TickStatistics)
-        statistics.wait(10, timeout=30)
+        # A clutch is refused in contact, and the scene's hand comes down soon.
+        statistics.wait(1, timeout=30, accept=lambda m: m.hands and not m.hands[0].in_contact)
 
         def call(name, kind, **values):
             rospy.wait_for_service(name, 10)

@@ -43,7 +43,9 @@ void Hand::check(const HandSettings& settings) const {
 void Hand::setSettings(const HandSettings& settings) {
   check(settings);
   const WorkspaceSettings &now = settings_.workspace, &next = settings.workspace;
-  if (now.scale != next.scale || now.X_WB.p != next.X_WB.p || now.X_WB.R != next.X_WB.R) map_.setSettings(next);
+  const bool stands_elsewhere = now.X_WB.p != next.X_WB.p || now.X_WB.R != next.X_WB.R;
+  if (now.scale != next.scale || stands_elsewhere) map_.setSettings(next);
+  if (stands_elsewhere && settings.soft_start_s > 0) map_.rebase(map_.X_WP(), Rebase::kGlide, settings.soft_start_s);
   passivity_.setSettings(settings.passivity);
   settings_ = settings;
 }

@@ -32,7 +32,7 @@ class Hand {
   void requestRebase(Rebase how) noexcept { rebase_requested_.store(how, std::memory_order_relaxed); }
   HandRequests takeRequests() noexcept;  ///< (in realtime)
 
-  /// Between two ticks. Throws SetupError; the pointer keeps its place.
+  /// Between two ticks. Throws SetupError; the pointer keeps its place, and glides after a base that moved.
   void setSettings(const HandSettings& settings);
   /// Between two ticks: the pointer stands from now on.
   void letGo(World& world) noexcept;

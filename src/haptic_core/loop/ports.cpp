@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/world/step_history.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic {
@@ -21,6 +22,13 @@ WorldSnapshot emptySnapshot(const World& world, int contact_capacity) {
   snapshot.contact.resize(contact_capacity);
   snapshot.pointer_wrench.resize(world.pointerCount());
   return snapshot;
+}
+
+WorldCopy emptyCopy(const World& world) {
+  WorldCopy copy;
+  copy.state.resize(world.history().latest().packedCapacity());
+  copy.tuning = world.tuning();
+  return copy;
 }
 
 const char* kindName(PortKind kind) { return kind == PortKind::kDevice ? "device" : "world"; }
@@ -143,8 +151,43 @@ WorldPort::WorldPort(World& world_in, std::string scene_name, std::vector<HandPl
       scene(std::move(scene_name)),
       hands(std::move(placements)),
       snapshot(emptySnapshot(world_in, contact_capacity)),
-      filled_(emptySnapshot(world_in, contact_capacity)) {
+      copy(emptyCopy(world_in)),
+      filled_(emptySnapshot(world_in, contact_capacity)),
+      copied_(emptyCopy(world_in)) {
   takeSnapshot(0);
+}
+
+void WorldPort::serveWatchers(std::int64_t stamp_ns) noexcept {
+  timeStages();
+  if (wants_snapshot.load(std::memory_order_relaxed) && wants_snapshot.exchange(false)) takeSnapshot(stamp_ns);
+  if (wants_copy.load(std::memory_order_relaxed) && wants_copy.exchange(false)) takeCopy(stamp_ns);
+}
+
+void WorldPort::timeStages() noexcept {
+  const bool asked = measures_stages.load(std::memory_order_relaxed);
+  if (asked != timing_) {
+    timing_ = asked;
+    world.measureStages(asked);
+    stage_sum_ = {0, 0, 0, 0, 0};
+    steps_timed_ = 0;
+  } else if (timing_) {
+    const StageTimes& times = world.report().stages;
+    stage_sum_ = {stage_sum_.search + times.search, stage_sum_.detection + times.detection, stage_sum_.volume + times.volume,
+                  stage_sum_.force + times.force, stage_sum_.motion + times.motion};
+    ++steps_timed_;
+  }
+}
+
+void WorldPort::takeCopy(std::int64_t stamp_ns) noexcept {
+  const double n = steps_timed_;  // 0/0: NaN, not measured
+  copied_.stamp_ns = stamp_ns;
+  copied_.time = world.time();
+  copied_.report = world.report();
+  copied_.stages = {stage_sum_.search / n, stage_sum_.detection / n, stage_sum_.volume / n, stage_sum_.force / n,
+                    stage_sum_.motion / n};
+  world.history().latest().pack(copied_.state);
+  copied_.tuning = world.tuning();
+  copy.write(copied_);  // room for the greatest is there: the copy reuses the slot's storage
 }
 
 void WorldPort::takeSnapshot(std::int64_t stamp_ns) noexcept {

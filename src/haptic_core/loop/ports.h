@@ -76,6 +76,16 @@ struct WorldSnapshot {
   int contacts = 0;
 };
 
+/// A world between two ticks, complete: for who runs its motion again (world/error_estimate.h).
+struct WorldCopy {
+  std::int64_t stamp_ns = 0;             ///< steady clock
+  double time = 0;                       ///< simulated [s]
+  StepReport report;
+  StageTimes stages;                     ///< mean over the steps measured since `measures_stages` was set [s]
+  std::vector<double> state;             ///< World::save(); room for the greatest at set-up
+  WorldTuning tuning;
+};
+
 /// Which device moves which pointer, and how the hand sees the world.
 struct HandPlacement {
   std::string device;                    ///< name of the device's port, without leading slash
@@ -95,7 +105,9 @@ struct SceneSource {
 class WorldPort : public Port {
  public:
   WorldPort(World& world_in, std::string scene_name, std::vector<HandPlacement> placements, int contact_capacity);
-  /// (in realtime) Copies the world into `snapshot`; the runner calls it when `wants_snapshot` says so.
+  /// (in realtime) Hands over what was asked for: the runner calls it at the end of each tick.
+  void serveWatchers(std::int64_t stamp_ns) noexcept;
+  /// (in realtime) Copies the world into `snapshot`.
   void takeSnapshot(std::int64_t stamp_ns) noexcept;
 
   World& world;
@@ -107,9 +119,19 @@ class WorldPort : public Port {
                                              ///< the runner lets the force fade in anew
   std::atomic<bool> wants_snapshot{false};   ///< set by the owner when somebody looks; cleared by the runner
   LatestValue<WorldSnapshot> snapshot;       ///< runner → owner
+  std::atomic<bool> wants_copy{false};       ///< as `wants_snapshot`, for `copy`
+  std::atomic<bool> measures_stages{false};  ///< while set, steps are timed stage by stage
+  LatestValue<WorldCopy> copy;               ///< runner → owner
 
  private:
+  void timeStages() noexcept;
+  void takeCopy(std::int64_t stamp_ns) noexcept;
+
   WorldSnapshot filled_;
+  WorldCopy copied_;
+  bool timing_ = false;
+  StageTimes stage_sum_;                     ///< since `timing_` became true [s]
+  int steps_timed_ = 0;
 };
 
 enum class PortKind : unsigned char { kDevice, kWorld };

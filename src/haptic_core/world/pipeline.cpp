@@ -219,7 +219,7 @@ void Pipeline::step() noexcept {
   if (kFullWorld) clock_.end(report_.stages.motion);
   report_.step = ++state_.step;
   state_.time = static_cast<double>(state_.step) * settings_.step;
-  if (report_.finite) history_->keep(state_);
+  if (report_.finite) history_->keep();
 }
 
 /// Direct coupling: the link goes where the hand is. The hand's work is that of the contact wrench, by the

@@ -46,7 +46,9 @@ ActivePair fromNumbers(const double* in) {
   return pair;
 }
 
-constexpr std::size_t kCommandNumbers = 4;
+constexpr std::size_t kCommandNumbers = 4, kPointerNumbers = sizeof(PointerState) / sizeof(double);
+/// Lengths, time, step and the sums of the ledger.
+constexpr std::size_t kHead = 10;
 
 void toNumbers(const JointCommand& command, double* out) {
   const double numbers[kCommandNumbers] = {static_cast<double>(command.drive), command.position, command.velocity,
@@ -79,10 +81,19 @@ std::uint64_t WorldState::hash() const {
   return hash;
 }
 
+std::size_t WorldState::packedCapacity() const {
+  return kHead + mode.size() + q.size() + v.size() + pull.size() + commands.size() * kCommandNumbers +
+         pointers.size() * kPointerNumbers + pairs.size() * kPairNumbers;
+}
+
 std::vector<double> WorldState::pack() const {
-  constexpr std::size_t kPointerNumbers = sizeof(PointerState) / sizeof(double);
-  std::vector<double> out = {double(q.size()), double(v.size()), double(pointers.size()), double(pair_count), time,
-                             double(step)};
+  std::vector<double> out;
+  pack(out);
+  return out;
+}
+
+void WorldState::pack(std::vector<double>& out) const {
+  out = {double(q.size()), double(v.size()), double(pointers.size()), double(pair_count), time, double(step)};
   out.insert(out.end(), energy, energy + 4);
   out.insert(out.end(), mode.begin(), mode.end());
   out.insert(out.end(), q.begin(), q.end());
@@ -98,11 +109,9 @@ std::vector<double> WorldState::pack() const {
     out.resize(out.size() + kPairNumbers);
     toNumbers(pairs[i], out.data() + out.size() - kPairNumbers);
   }
-  return out;
 }
 
 void WorldState::unpack(const std::vector<double>& in) {
-  constexpr std::size_t kPointerNumbers = sizeof(PointerState) / sizeof(double), kHead = 10;
   const bool head = in.size() >= kHead && in[0] == double(q.size()) && in[1] == double(v.size()) &&
                     in[2] == double(pointers.size()) && in[3] >= 0 && in[3] <= double(pairs.size());
   const std::size_t count = head ? static_cast<std::size_t>(in[3]) : 0;

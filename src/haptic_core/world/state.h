@@ -73,6 +73,9 @@ struct WorldState {
 
   std::uint64_t hash() const;        ///< over all of it
   std::vector<double> pack() const;  ///< one vector, with lengths in front
+  /// The same into `out`; (in realtime) allocates nothing where it has room for `packedCapacity()` numbers.
+  void pack(std::vector<double>& out) const;
+  std::size_t packedCapacity() const;  ///< with as many pairs as there is storage for
   /// Throws SetupError when `packed` was made by a world of another layout.
   void unpack(const std::vector<double>& packed);
 };

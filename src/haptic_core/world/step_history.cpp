@@ -6,21 +6,22 @@
 namespace haptic {
 
 StepHistory::StepHistory(int capacity, const WorldState& state)
-    : capacity_(capacity),
+    : state_(state),
+      capacity_(capacity),
       nq_(state.q.size()),
       nv_(state.v.size()),
       pointers_(state.pointers.size()),
       stride_(2 + nq_ + nv_ + 6 * pointers_),
       rows_(capacity_ * stride_) {}
 
-void StepHistory::keep(const WorldState& state) noexcept {
+void StepHistory::keep() noexcept {
   if (capacity_ == 0) return;
   double* row = rows_.data() + count_++ % capacity_ * stride_;
-  std::memcpy(row, &state.step, sizeof(double));  // the integer's bits
-  row[1] = state.time;
-  row = std::copy(state.q.begin(), state.q.end(), row + 2);
-  row = std::copy(state.v.begin(), state.v.end(), row);
-  for (const PointerState& pointer : state.pointers) row = std::copy(pointer.F_W, pointer.F_W + 6, row);
+  std::memcpy(row, &state_.step, sizeof(double));  // the integer's bits
+  row[1] = state_.time;
+  row = std::copy(state_.q.begin(), state_.q.end(), row + 2);
+  row = std::copy(state_.v.begin(), state_.v.end(), row);
+  for (const PointerState& pointer : state_.pointers) row = std::copy(pointer.F_W, pointer.F_W + 6, row);
 }
 
 StepHistory::Record StepHistory::record(int i) const {

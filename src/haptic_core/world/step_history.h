@@ -8,7 +8,8 @@
 
 namespace haptic {
 
-/// A ring of fixed capacity: what moved, after each step, without contact memory. Not part of the state.
+/// A ring of fixed capacity: what moved, after each step, without contact memory, and the last state in full. Not part of
+/// the state. It looks at `state` as long as it lives.
 class StepHistory {
  public:
   /// One step: arrays as in WorldState; `wrench` has six numbers per pointer, torque [N·m] first, then force
@@ -22,12 +23,14 @@ class StepHistory {
   /// Room for `capacity` steps. Memory: capacity × (nq + nv + 6 pointers + 2) doubles.
   StepHistory(int capacity, const WorldState& state);
 
-  void keep(const WorldState& state) noexcept;  ///< (in realtime) drops the oldest when full
+  void keep() noexcept;  ///< (in realtime) the state as it is now; drops the oldest when full
   void clear() noexcept { count_ = 0; }
   int size() const { return static_cast<int>(std::min<std::uint64_t>(count_, capacity_)); }
   Record record(int i) const;  ///< 0: the oldest kept, size() - 1: the last step
+  const WorldState& latest() const { return state_; }  ///< between two steps: complete, contact memory included
 
  private:
+  const WorldState& state_;
   std::uint64_t capacity_, count_ = 0;
   std::size_t nq_, nv_, pointers_, stride_;
   std::vector<double> rows_;

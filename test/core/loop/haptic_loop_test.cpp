@@ -115,6 +115,30 @@ TEST(HapticLoop, GivesNoForceBeforeCalibration) {
   EXPECT_EQ(loop.report().hand[0].F_asked_B.force.norm(), 0);
 }
 
+// Minimum jerk over T: the greatest speed is 15/8 d/T, and at T the pointer is where the moved base has the grip.
+TEST(HapticLoop, ABaseThatMovesTakesThePointerAlongWithoutAJump) {
+  Bench bench;
+  bench.run(1000);
+  HandSettings settings = bench.loop.hand(0).settings();
+  settings.soft_start_s = 0.2;
+  settings.workspace.X_WB.p += Vector3(0.03, 0, 0.04);
+  const double greatest = 15.0 / 8 * 0.05 / 0.2 * kPeriod;
+  Pose last = bench.world.linkPose(1);
+  bench.loop.hand(0).setSettings(settings);
+  double fastest = 0;
+  for (int i = 0; i < 210; ++i) {
+    bench.run(1);
+    const Pose now = bench.world.linkPose(1);
+    fastest = std::max(fastest, (now.p - last.p).norm());
+    last = now;
+    ASSERT_EQ(bench.loop.report().hand[0].fade, 1) << "the force is not interrupted";
+  }
+  const double held_still = 1e-5;  // [m] the twin's hand within a tick, and the pose's resolution
+  EXPECT_NEAR(fastest, greatest, held_still);
+  const Vector3 expected = settings.workspace.X_WB * bench.loop.report().hand[0].X_BG.p;
+  EXPECT_NEAR((last.p - expected).norm(), 0, 1e-12);
+}
+
 TEST(HapticLoop, AnOverrunFadesTheForceAndItComesBack) {
   Bench bench;
   bench.run(1000);

@@ -173,6 +173,10 @@ Recording record() {
   live.run(300);
   live.run(20, 0, false, 1);  // the grab button: whatever the pointer touches, if it does
   live.run(100);
+  settings.workspace.X_WB.p += Vector3(1e-3, 0, 2e-3);  // the base was moved: the pointer glides after it
+  live.loop.hand(1).setSettings(settings);
+  live.note(LoopEvent::Kind::kHandSettings, 1, numbersOf(settings));
+  live.run(50);
   live.note(LoopEvent::Kind::kHandGone, 0, {});
   live.loop.detach(0);
   live.device.erase(live.device.begin());

@@ -1,0 +1,128 @@
+#include "penalty_sim/live_report.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <boost/make_shared.hpp>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/world/world.h"
+#include "penalty_sim/conversions.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kPeriod = 0.5;        // [s]: people read no faster, and the loop keeps its caches
+constexpr double kShareOfCore = 0.05;  // of one core that the shadows may take: a large scene is reported less often
+constexpr double kLook = 0.1;          // how often it is asked whether somebody listens [s]
+constexpr double kTimed = 0.05;        // stages are timed over this long before each report [s]: 50 steps at 1 kHz
+constexpr double kPoll = 0.005;        // how often it is asked whether the copy is there [s]
+constexpr int kPolls = 40;             // a runner that has not ticked for 0.2 s is not there
+
+double seconds(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
+
+std::string textOf(const ErrorEstimate& e) {
+  double force = 0;
+  for (const double error : e.force) force = std::max(force, error);
+  char error[100], margin[60] = "";
+  std::snprintf(error, sizeof error, "error over %d steps: %.3f um  %.2f mN  %.3f uJ", e.steps, 1e6 * e.position,
+                1e3 * force, 1e6 * e.energy);
+  if (e.beyond_bound > 0) {
+    std::snprintf(margin, sizeof margin, "  too stiff for explicit steps: %d islands", e.beyond_bound);
+  } else if (std::isfinite(e.stability)) {
+    std::snprintf(margin, sizeof margin, "  margin of explicit steps %.0f %%", 100 * (1 - e.stability));
+  }
+  return std::string(error) + margin;
+}
+
+}  // namespace
+
+LiveReport::LiveReport(ros::NodeHandle& nh, const WorldDef& definition, const std::string& world_frame, WorldPort& port)
+    : definition_(definition),
+      world_frame_(world_frame),
+      port_(port),
+      publisher_(nh.advertise<haptic_msgs::LiveReport>("live_report", 2)) {
+  for (int i = 0; i < port.world.linkCount(); ++i) links_.push_back(port.world.linkName(i));
+  thread_ = std::thread([this] { run(); });
+}
+
+LiveReport::~LiveReport() {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    stop_ = true;
+  }
+  woken_.notify_all();
+  thread_.join();
+}
+
+std::string LiveReport::text() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return text_;
+}
+
+void LiveReport::sleep(double seconds) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  woken_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return stop_; });
+}
+
+void LiveReport::run() {
+  const auto stopped = [this] {
+    std::lock_guard<std::mutex> lock(mutex_);
+    return stop_;
+  };
+  while (!stopped()) {
+    if (!wanted()) {
+      sleep(kLook);
+      continue;
+    }
+    WorldCopy copy;
+    try {
+      if (takeCopy(copy)) report(copy);
+    } catch (const SetupError& error) {
+      ROS_ERROR_STREAM("live_report ends: " << error.what());
+      return;
+    }
+    sleep(std::max(kPeriod - kTimed, shadow_time_ / kShareOfCore));
+  }
+}
+
+/// A copy of the world as the runner left it, with the times of the steps before it. False: nobody runs the world.
+bool LiveReport::takeCopy(WorldCopy& copy) {
+  port_.copy.read(copy);  // one that came too late for the last report
+  port_.measures_stages = true;
+  sleep(kTimed);
+  port_.wants_copy = true;
+  bool fresh = false;
+  for (int i = 0; i < kPolls && !fresh; ++i) {
+    sleep(kPoll);
+    fresh = port_.copy.read(copy);
+  }
+  port_.measures_stages = false;
+  return fresh;
+}
+
+void LiveReport::report(const WorldCopy& copy) {
+  if (!estimator_) estimator_ = std::make_unique<ErrorEstimator>(definition_);
+  const std::int64_t begin = steadyNow();
+  const ErrorEstimate estimate = estimator_->estimate(copy.state, copy.tuning);
+  shadow_time_ = seconds(steadyNow() - begin);
+  const auto m = boost::make_shared<haptic_msgs::LiveReport>(
+      toLiveReport(copy, estimate, links_, definition_.settings));
+  m->header.frame_id = world_frame_;
+  m->header.stamp = toStamp(copy.stamp_ns);
+  m->estimates = ++estimates_;
+  m->shadow_time = shadow_time_;
+  for (int i = 0; i < port_.world.pointerCount(); ++i) {
+    const PointerDef& pointer = port_.world.pointer(i);
+    m->pointers.push_back(definition_.articulations[pointer.articulation].links[pointer.link].name);
+  }
+  publisher_.publish(boost::shared_ptr<const haptic_msgs::LiveReport>(m));
+
+  std::lock_guard<std::mutex> lock(mutex_);
+  text_ = textOf(estimate);
+}
+
+}  // namespace haptic

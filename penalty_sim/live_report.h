@@ -1,0 +1,53 @@
+/// How well the running world is computed: error by step doubling on shadows of it, stability margin, time per stage.
+#pragma once
+#include <haptic_msgs/LiveReport.h>
+#include <ros/node_handle.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "haptic_core/loop/ports.h"
+#include "haptic_core/world/error_estimate.h"
+
+namespace haptic {
+
+/// Topic `live_report`, in a thread of its own, twice a second or as often as a twentieth of a core allows. It is made
+/// while somebody subscribes to it or `watch` is on; otherwise the loop pays for the test of two flags, and no shadow
+/// exists before the first time. The world is read through the port: whoever runs it hands over a copy between two ticks.
+class LiveReport {
+ public:
+  LiveReport(ros::NodeHandle& nh, const WorldDef& definition, const std::string& world_frame, WorldPort& port);
+  ~LiveReport();
+
+  void watch(bool on) { watched_ = on; }  ///< somebody reads `text`
+  std::string text() const;               ///< one line for people; empty: nothing is known yet
+
+ private:
+  void run();
+  bool wanted() const { return watched_ || publisher_.getNumSubscribers() > 0; }
+  bool takeCopy(WorldCopy& copy);
+  void report(const WorldCopy& copy);
+  void sleep(double seconds);
+
+  WorldDef definition_;
+  std::string world_frame_;
+  WorldPort& port_;
+  std::vector<std::string> links_;
+  std::unique_ptr<ErrorEstimator> estimator_;
+  std::uint64_t estimates_ = 0;
+  double shadow_time_ = 0;                ///< of the last estimate [s]
+  ros::Publisher publisher_;
+  std::atomic<bool> watched_{false};
+  mutable std::mutex mutex_;              ///< of what follows
+  std::condition_variable woken_;
+  std::string text_;
+  bool stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace haptic

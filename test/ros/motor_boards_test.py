@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""The loop on emulated motor boards: a second driver is refused, and a board that dies leaves a flight recording."""
+import glob
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+import rosbag
+import rospkg
+import rospy
+import rostest
+from haptic_msgs.msg import DeviceState, TickStatistics
+from topic_probe import Probe, load_nodelet, program, unload, wait_until
+
+RATE = 500       # [Hz]; the boards are a process of their own: the pseudo-terminal must keep up on a busy machine
+KEPT = 5.0       # before a fault [s]
+AFTER = 0.2      # and after it [s]
+
+
+class MotorBoards(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("motor_boards_test")
+        rospy.wait_for_service("/haptics/load_nodelet", 20)
+        cls.folder = tempfile.mkdtemp()
+        cls.port, cls.control = os.path.join(cls.folder, "boards"), os.path.join(cls.folder, "control")
+        cls.flights = os.path.join(cls.folder, "flights")
+        device = os.path.join(rospkg.RosPack().get_path("haptic_description"), "devices", "spidar_g6x5r.yaml")
+        cls.boards = subprocess.Popen([program("spidar_driver", "spidar_board_emulator"), "--device", device, "--link", cls.port,
+                                       "--control", cls.control, "--hand", "touch_cube"], stdout=subprocess.DEVNULL)
+        wait_until("the boards' port", lambda: os.path.exists(cls.port) and os.path.exists(cls.control))
+        cls.loaders = [
+            load_nodelet("spidar_driver/DriverNodelet", "/spidar/driver", "/haptics", device="spidar_g6x5r", transport="file",
+                         port=cls.port, rate=RATE, calibrate_at_start=True, enable_force_at_start=True, alone=False),
+            load_nodelet("penalty_sim/SimulationNodelet", "/simulation", "/haptics", scene="touch_cube", rate=RATE, alone=False),
+            load_nodelet("haptic_bridge/BridgeNodelet", "/bridge", "/haptics", rate=RATE, flight_folder=cls.flights)]
+        cls.statistics = Probe("/tick_statistics", TickStatistics)
+        cls.statistics.wait(1, timeout=40, accept=lambda m: m.ticks > 0)
+
+    @classmethod
+    def tearDownClass(cls):
+        for process in reversed(cls.loaders):
+            unload(process)
+        cls.boards.send_signal(signal.SIGINT)
+        cls.boards.wait(10)
+        shutil.rmtree(cls.folder)
+
+    def test_a_second_driver_is_refused(self):
+        state = Probe("/spidar/state", DeviceState)
+        before = state.wait(1)
+        done = subprocess.run([program("spidar_driver", "spidar_driver_node"), "__name:=second", "__ns:=other",
+                               "_device:=spidar_g6x5r", "_transport:=file", f"_port:={self.port}"],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=20, check=False)
+        self.assertNotEqual(done.returncode, 0, done.stdout)
+        plain = re.sub(r"\x1b\[[0-9;]*m", "", done.stdout)
+        fatal = [line for line in plain.splitlines() if line.startswith("[FATAL]")]
+        self.assertEqual(len(fatal), 1, done.stdout)
+        self.assertIn("another program holds the port", fatal[0])
+        self.assertIn(self.port, fatal[0])
+        self.statistics.clear()
+        self.statistics.wait(5)
+        self.assertEqual(before.state, state.messages[-1].state, "the first driver does not notice")
+
+    def test_a_dead_board_leaves_the_last_seconds(self):
+        self.statistics.wait(1, timeout=30, accept=lambda m: m.simulated_time > KEPT + 1)
+        with open(self.control, "w", encoding="utf-8") as control:
+            control.write("kill 1\n")
+        wait_until("a flight recording", lambda: glob.glob(self.flights + "/*.bag"), 20)
+        path = glob.glob(self.flights + "/*.bag")[0]
+        self.bag = None
+
+        def closed():
+            try:
+                self.bag = rosbag.Bag(path)
+                return True
+            except (rosbag.ROSBagException, OSError):  # it is being written
+                return False
+
+        wait_until("the bag is closed", closed)
+        self.addCleanup(self.bag.close)
+        times = [m.header.stamp.to_sec() for _, m, _ in self.bag.read_messages("flight/spidar/pose")]
+        self.assertTrue(all(b > a for a, b in zip(times, times[1:])), "one message per tick, in order")
+        ticks = len(times)
+        self.assertAlmostEqual(ticks, (KEPT + AFTER) * RATE, delta=1)
+        for topic in ("flight/spidar/wrench", "flight/spidar/wrench_asked"):
+            self.assertEqual(self.bag.get_message_count(topic), ticks)
+        what = [m.status[0].message for _, m, _ in self.bag.read_messages("diagnostics")]
+        self.assertEqual(len(what), 1)
+        self.assertRegex(what[0], "spidar went to FAULT.*, at tick")
+        fault_tick = int(what[0].rsplit(" ", 1)[1])
+        # The raw input around it, without a gap.
+        runs = [(m.first_tick, m.ticks) for _, m, _ in self.bag.read_messages("recorded/ticks")]
+        self.assertTrue(all(a + n == b for (a, n), (b, _) in zip(runs, runs[1:])))
+        self.assertLessEqual(runs[0][0], fault_tick - 0.9 * KEPT * RATE)
+        self.assertGreater(runs[-1][0] + runs[-1][1], fault_tick)
+        session = [m for _, m, _ in self.bag.read_messages("recorded/session")]
+        self.assertEqual(len(session), 1)
+        done = subprocess.run(["rosbag", "play", "--immediate", "--quiet", path, "--topics", "/nothing"], check=False,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=20)
+        self.assertEqual(done.returncode, 0, done.stdout)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("haptic_tests", "motor_boards", MotorBoards, sys.argv)
