@@ -78,7 +78,8 @@ struct WallRig {
 /// encoder quanta.
 bool isStable(double stiffness, double rate, bool with_hand) {
   TwinSettings twin;
-  twin.hand = with_hand;
+  // Without a hand a jig still holds the grip upright, or the needle falls over.
+  if (!with_hand) twin.hand_stiffness = twin.hand_damping = 0;
   twin.gravity = 9.8;
   if (with_hand) twin.path.keys = {{0, Vector3(0, 0, -0.003), Vector3::Zero(), 0}};
   WallRig wall(stiffness, rate, twin, PassivityMode::kOff, kDamping);

@@ -14,7 +14,7 @@ Hand::Hand(Spidar& device, int pointer, const HandSettings& settings)
       pointer_(pointer),
       settings_(settings),
       map_(settings.workspace),
-      passivity_(settings.passivity) {
+      passivity_(settings.passivity, device.def().grip_mass) {
   check(settings);
   requests_.rebase = Rebase::kGlide;  // the pointer starts where the scene has it
 }
@@ -65,16 +65,18 @@ void Hand::sense(const HandInput& input, double h) noexcept {
   if (requests_.rebase == Rebase::kNone) requests_.rebase = waiting;
   last_buttons_ = buttons_;
   buttons_ = input.sample.buttons;
-  const Pose previous = report_.X_BG;
+  const StringVector previous = report_.length;
+  const Pose X_last = report_.X_BG;
   report_.valid = device_.calibrated();
   report_.X_BG = device_.pose();
   report_.V_BG = device_.twist();
   report_.opening = device_.opening();
   report_.length = device_.lengths();
   report_.pose_residual = device_.solution().residual;
+  moved_ = Twist{};
   if (report_.valid && was_valid_) {
-    passivity_.observe(vectorFromRotation(Quaternion(report_.X_BG.R * previous.R.transpose())),
-                       report_.X_BG.p - previous.p);
+    passivity_.observe(report_.length - previous);
+    moved_ = {vectorFromRotation(Quaternion(report_.X_BG.R * X_last.R.transpose())) / h, (report_.X_BG.p - X_last.p) / h};
   }
   was_valid_ = report_.valid;
 }
@@ -123,9 +125,9 @@ void Hand::render(const World& world, double h) noexcept {
   const Wrench F_W = world.pointerWrench(pointer_);
   report_.in_contact = F_W.force.squaredNorm() + F_W.torque.squaredNorm() > 0;
   if (requests_.soft_start || !report_.valid) report_.fade = 0;
-  report_.F_asked_B = passivity_.act(map_.toGrip(F_W) * (settings_.force_scale * report_.fade), report_.V_BG, h);
+  report_.F_asked_B = passivity_.act(map_.toGrip(F_W) * (settings_.force_scale * report_.fade), moved_, h);
   device_.actuate(report_.F_asked_B, 0.0, h);
-  passivity_.hold(device_.achievedWrench());
+  passivity_.hold(device_.achievedWrench(), device_.toldTension());
   report_.F_achieved_B = device_.achievedWrench();
   report_.tension = device_.tension().tension;
   report_.port_energy = passivity_.energy();
@@ -137,7 +139,7 @@ void Hand::render(const World& world, double h) noexcept {
 
 void Hand::rest(double h) noexcept {
   device_.actuate(Wrench{}, 0.0, h);
-  passivity_.hold(device_.achievedWrench());
+  passivity_.hold(device_.achievedWrench(), device_.toldTension());
   report_.F_asked_B = Wrench{};
   report_.F_achieved_B = device_.achievedWrench();
   report_.tension = device_.tension().tension;

@@ -59,6 +59,7 @@ class Hand {
   HandRequests requests_;                          ///< of this tick
   std::uint32_t buttons_ = 0, last_buttons_ = 0;   ///< of this tick and the one before
   bool was_valid_ = false;
+  Twist moved_;                                    ///< mean velocity since the last sample, not filtered, in B
   std::atomic<bool> clutch_requested_{false}, soft_start_requested_{false};
   std::atomic<Rebase> rebase_requested_{Rebase::kNone};
 };

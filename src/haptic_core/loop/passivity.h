@@ -1,17 +1,21 @@
 /// Passivity observer and controller at the port between hand and device, in six degrees of freedom.
 ///
-/// Observer (Hannaford & Ryu 2002). The wrench F on the hand is held over a tick, so the energy that the loop
-/// absorbs in it is exactly -F·ΔX with ΔX the grip's displacement between two samples:
-///     E_n = E_{n-1} - F_{n-1}·ΔX_n.
-/// The port has been passive as long as E ≥ 0.
+/// Observer (Hannaford & Ryu 2002). Commands and counts travel in one exchange: what tick n asks for acts from sample
+/// n + 1 to sample n + 2. Over that interval the tensions t_n are held, so the energy that the loop absorbs is exactly
+///     E_{n+2} = E_{n+1} + t_n·Δl,
+/// Δl the change of the strings' lengths between the two samples, to their resolution. (The wrench of tick n times the
+/// grip's displacement would miss what the strings' geometry, two samples late, gives away: 0.1 N·s/m of negative
+/// damping.) The port has been passive as long as E ≥ 0.
 ///
-/// Controller. The tick to come is expected to absorb -F·V h. Where E would fall below zero, a damper
-/// α M V is added with M = diag(r²,r²,r²,1,1,1) and α just large enough:
-///     α = (deficit) / (h Vᵀ M V),  α ≤ α_max.
-/// α_max keeps the sampled damper itself stable: a damper of coefficient α on the grip's mass m at step h rings
-/// above α h / m = 1. What the cap leaves is carried over to the next ticks.
+/// Controller. The grip, M = m diag(⅖r²,⅖r²,⅖r²,1,1,1), is expected to follow the strings: a wrench F held from velocity V
+/// on gives F·V h + ½ h² Fᵀ M⁻¹ F. The second part matters: a light grip turns within a tick, and a controller that
+/// forgets it pushes at the moments that feed the vibration. Where the interval that has begun and the next one together
+/// would give more than E, first a damper α (m/M) V is added to F_n, α ≤ α_max just large enough; α_max keeps the sampled
+/// damper itself stable, for on the grip it rings above α h / m = 1. Where that is not enough, F_n is scaled down to what
+/// E allows, to nothing if need be: what does not push gives no energy.
 #pragma once
 #include "haptic_core/base/spatial.h"
+#include "haptic_core/spidar/device_def.h"
 
 namespace haptic {
 
@@ -25,17 +29,19 @@ struct PassivitySettings {
 
 class PassivityController {
  public:
-  explicit PassivityController(const PassivitySettings& settings) : settings_(settings) {}
+  /// `grip_mass` [kg]: of the grip alone; a hand that holds it only makes it heavier.
+  PassivityController(const PassivitySettings& settings, double grip_mass) : settings_(settings), grip_mass_(grip_mass) {}
   void setSettings(const PassivitySettings& settings) { settings_ = settings; }  ///< between two ticks
 
-  /// (in realtime) The displacement of the grip since the last sample, at G's origin, in B: [rad], [m].
-  void observe(const Vector3& rotation, const Vector3& translation) noexcept;
+  /// (in realtime) The change of the strings' lengths since the last sample [m].
+  void observe(const StringVector& stretch) noexcept;
 
-  /// (in realtime) The wrench to be held over the next tick of `h` [s]: `F_B`, with the damper added when it acts.
+  /// (in realtime) The wrench to ask for, `F_B` or less than it: held over `h` [s] from the next sample on. `V_BG` is the
+  /// mean velocity since the last sample: a filter's lag would have the controller push where the hand has turned.
   Wrench act(const Wrench& F_B, const Twist& V_BG, double h) noexcept;
 
-  /// (in realtime) What the device really gives: the energy of the next tick is counted with it.
-  void hold(const Wrench& F_achieved_B) noexcept { held_ = F_achieved_B; }
+  /// (in realtime) What the device will really give for it: the energy is counted with that.
+  void hold(const Wrench& F_achieved_B, const StringVector& tension) noexcept;
 
   double energy() const { return energy_; }          ///< E [J], absorbed since the start or the last reset
   double lowestEnergy() const { return lowest_; }    ///< min over time of E [J]
@@ -45,7 +51,15 @@ class PassivityController {
 
  private:
   PassivitySettings settings_;
-  Wrench held_;
+  double grip_mass_;
+  Twist response(const Wrench& F_B, double dt) const noexcept;  ///< M⁻¹ F dt
+  struct Held {
+    Wrench F_B;
+    StringVector tension;  ///< [N]
+  };
+  Held before_;      ///< between the last two samples
+  Held in_strings_;  ///< since the last sample
+  Held next_;        ///< goes out with the next exchange
   double energy_ = 0, lowest_ = 0, dissipated_ = 0;
   bool acting_ = false;
 };

@@ -264,4 +264,10 @@ void Spidar::writeDrive(bool zero_current) noexcept {
   }
 }
 
+StringVector Spidar::toldTension() const noexcept {
+  StringVector tension(kinematics_.strings());
+  for (int i = 0; i < tension.size(); ++i) tension[i] = drive_.voltage[i] / def_.strings[i].volt_per_newton;
+  return tension;
+}
+
 }  // namespace haptic

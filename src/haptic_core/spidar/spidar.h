@@ -120,6 +120,7 @@ class Spidar {
   const TensionReport& tension() const noexcept { return distribution_.report(); }
   const Wrench& askedWrench() const noexcept { return asked_; }  ///< after all limits
   const Wrench& achievedWrench() const noexcept { return distribution_.report().F_G_B; }
+  StringVector toldTension() const noexcept;  ///< what the motors are told, in the next exchange [N]
   unsigned flags() const noexcept { return flags_; }
   unsigned buttons() const noexcept { return buttons_; }
   const StringHealth& health() const noexcept { return health_; }
