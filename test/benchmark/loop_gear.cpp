@@ -1,7 +1,10 @@
-// The gear experiment: a ball is drawn over the teeth of a gear at 2 N/mm, 1 kHz and at 20 N/mm, 10 kHz. How far its
-// path lies from that on a rigid gear, and how much friction deflects it.
+// The gear experiment at 2 N/mm, 1 kHz and at 20 N/mm, 10 kHz: how far the ball's path lies from that on a rigid gear, and
+// how much friction deflects it. Two ways to lead the hand: it traces the teeth, pressing along their normal, as an
+// explorer does; or it is drawn along r = 52 mm, where flanks of 20 degrees lock by friction of 0.5, the pull grows beyond
+// what the device can hold against, and the ball is dragged through the teeth whatever their stiffness.
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 
 #include "figure.h"
@@ -52,13 +55,51 @@ double foundation(double stiffness) {
   return kPress / (M_PI * d * d * (kBall - d / 3));
 }
 
+/// Distance of the ball's centre from its path on a rigid gear [m]; negative: it has sunk in.
+double clearance(const std::vector<std::vector<Vector2>>& gear, const Vector2& p) {
+  double distance = INFINITY;
+  for (const auto& piece : gear) distance = std::min(distance, distanceTo(piece, p));
+  return distance - kBall;
+}
+
+/// Where the hand's goal runs, a key every quarter of a millimetre.
+enum class Lead { kTraced, kDrawn };
+
+std::vector<Vector2> goals(const std::vector<std::vector<Vector2>>& gear, Lead lead, double from, double to,
+                           double inward) {
+  constexpr int kParts = 4000;
+  std::vector<Vector2> out;
+  for (int i = 0; i <= kParts; ++i) {
+    const double angle = from + (to - from) * i / kParts;
+    const Vector2 along(std::cos(angle), std::sin(angle));
+    Vector2 goal = (kRadius - inward) * along;
+    if (lead == Lead::kTraced) {
+      // The rigid path from outside: the largest radius without clearance. Its normal by differences of the clearance.
+      double free = 0.06, solid = 0.03;
+      for (double r = free; r > solid; r -= 1e-4) {
+        if (clearance(gear, r * along) > 0) continue;
+        solid = r;
+        free = r + 1e-4;
+      }
+      for (int k = 0; k < 30; ++k) (clearance(gear, 0.5 * (free + solid) * along) > 0 ? free : solid) = 0.5 * (free + solid);
+      const Vector2 p = free * along;
+      const double e = 1e-5;
+      const Vector2 slope(clearance(gear, p + Vector2(e, 0)) - clearance(gear, p - Vector2(e, 0)),
+                          clearance(gear, p + Vector2(0, e)) - clearance(gear, p - Vector2(0, e)));
+      goal = p - inward * slope.normalized();
+    }
+    if (out.empty() || i == kParts || (goal - out.back()).norm() > 2.5e-4) out.push_back(goal);
+  }
+  return out;
+}
+
 struct GearResult {
   double shape_error = 0;  ///< rms distance of the ball's centre from its path on a rigid gear, while in touch [m]
   double lateral = 0;      ///< mean of friction's share of the force on the ball
   double touching = 0;     ///< share of the time
 };
 
-GearResult explore(double stiffness, double rate, const char* csv) {
+GearResult explore(double stiffness, double rate, Lead lead, const char* csv) {
   SceneDef scene = sceneNamed("gear", rate);
   const double k = foundation(stiffness);
   for (ArticulationDef& articulation : scene.world.articulations) {
@@ -67,29 +108,34 @@ GearResult explore(double stiffness, double rate, const char* csv) {
     }
   }
   const auto gear = sections(scene.world);
-  // The hand is drawn along r = 52 mm and pressed inward: its goal lies deeper by F over the hand's stiffness.
-  HandPath& path = scene.hands[0].path;
-  path.keys.clear();
+  // The hand presses by its goal, which lies deeper by F over the hand's stiffness.
   TwinSettings hand;
-  const double inward = kPress / hand.hand_stiffness, from = -0.5, to = 0.5, start = 1;
+  hand.period = 1 / rate;
+  if (lead == Lead::kTraced) {  // a firm grasp: the goal stays on this side of a tooth
+    hand.hand_stiffness = 3000;
+    hand.hand_damping = 30;
+  }
+  HandPath& path = hand.path;
+  const double from = -0.5, to = 0.5, start = 1;
+  const std::vector<Vector2> lane = goals(gear, lead, from, to, kPress / hand.hand_stiffness);
   const Vector3 p_WB = scene.hands[0].workspace.X_WB.p;
   const Matrix3 R_BW = scene.hands[0].workspace.X_WB.R.transpose();
-  const auto goal = [&](double angle, double radius) {
-    return Vector3(R_BW * (radius * Vector3(std::cos(angle), std::sin(angle), 0) - p_WB));
-  };
+  const auto inBase = [&](const Vector2& p) { return Vector3(R_BW * (Vector3(p.x(), p.y(), 0) - p_WB)); };
   path.keys.push_back({0.3, Vector3::Zero(), Vector3::Zero(), 0});
-  path.keys.push_back({0.7, goal(from, kRadius + 0.006), Vector3::Zero(), 0});
-  const int parts = 400;
-  for (int i = 0; i <= parts; ++i) {
-    const double angle = from + (to - from) * i / parts;
-    path.keys.push_back({start + kRadius * (angle - from) / kSpeed, goal(angle, kRadius - inward), Vector3::Zero(), 0});
+  path.keys.push_back({0.7, inBase(1.15 * lane.front()), Vector3::Zero(), 0});
+  double end = start;
+  for (std::size_t i = 0; i < lane.size(); ++i) {
+    if (i > 0) end += (lane[i] - lane[i - 1]).norm() / kSpeed;
+    path.keys.push_back({end, inBase(lane[i]), Vector3::Zero(), 0});
   }
   RigSettings settings;
   settings.rate = rate;
   Rig rig(scene, settings);
-  const double end = start + kRadius * (to - from) / kSpeed;
+  rig.twin[0] = std::make_unique<DeviceTwin>(rig.device[0]->def(), hand);
   const int pointer = rig.world.pointerLink(0);
-  std::ofstream trace(csv);
+  const std::filesystem::path folder = repositoryFile("build/figures");
+  std::filesystem::create_directories(folder);
+  std::ofstream trace(folder / csv);
   trace << "x,y,fx,fy\n";
   GearResult result;
   long touching = 0, all = 0;
@@ -101,9 +147,7 @@ GearResult explore(double stiffness, double rate, const char* csv) {
     if (i % static_cast<int>(rate / 1000) == 0) trace << p.x() << "," << p.y() << "," << F.x() << "," << F.y() << "\n";
     if (F.norm() == 0) continue;
     ++touching;
-    double distance = INFINITY;
-    for (const auto& piece : gear) distance = std::min(distance, distanceTo(piece, p.head<2>()));
-    result.shape_error += (distance - kBall) * (distance - kBall);
+    result.shape_error += std::pow(clearance(gear, p.head<2>()), 2);
     double normal = 0;
     for (int c = 0; c < rig.world.contactCount(); ++c) normal += rig.world.contact(c).normal_force;
     result.lateral += normal > 0 ? std::sqrt(std::max(0.0, F.squaredNorm() - normal * normal)) / normal : 0;
@@ -117,13 +161,20 @@ GearResult explore(double stiffness, double rate, const char* csv) {
 }  // namespace
 
 void measureGear() {
-  const GearResult soft = explore(2000, 1000, "gear_2n_1k.csv"), stiff = explore(20000, 10000, "gear_20n_10k.csv");
-  std::printf("gear, 2 N/mm 1 kHz: touching %.2f, friction over normal force %.2f; 20 N/mm 10 kHz: %.2f, %.2f\n",
-              soft.touching, soft.lateral, stiff.touching, stiff.lateral);
-  figure("gear.shape_error_um_2n_1k", 1e6 * soft.shape_error, "um");
-  figure("gear.shape_error_um_20n_10k", 1e6 * stiff.shape_error, "um");
-  figure("gear.friction_ratio_2n_1k", soft.lateral, "1");
-  figure("gear.friction_ratio_20n_10k", stiff.lateral, "1");
+  const struct {
+    double stiffness, rate;
+    const char *suffix, *csv;
+  } kCases[] = {{2000, 1000, "_2n_1k", "gear_2n_1k.csv"}, {20000, 10000, "_20n_10k", "gear_20n_10k.csv"}};
+  for (const auto& c : kCases) {
+    const std::string suffix = c.suffix;
+    const GearResult traced = explore(c.stiffness, c.rate, Lead::kTraced, c.csv);
+    const GearResult drawn = explore(c.stiffness, c.rate, Lead::kDrawn, ("gear" + suffix + "_drawn.csv").c_str());
+    std::printf("gear%s: traced, touching %.2f of the time; drawn along r = 52 mm, %.2f\n", c.suffix, traced.touching,
+                drawn.touching);
+    figure("gear.shape_error_um" + suffix, 1e6 * traced.shape_error, "um");
+    figure("gear.friction_ratio" + suffix, traced.lateral, "1");
+    figure("gear.drawn_shape_error_um" + suffix, 1e6 * drawn.shape_error, "um");
+  }
 }
 
 }  // namespace haptic::bench
