@@ -125,32 +125,39 @@ void ContactWorkspace::clipPolygon(const Vector2& from, const Vector2& to) noexc
 double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexcept {
   w.buildLoops();
   w.projectVertices(contact);
-  const auto rise = [&](const ContactLoop& l) { return w.faces_[l.face].normal.dot(contact.normal()); };
   const auto point = [&](const ContactLoop& l, int i) -> Vector2 {
     return w.patch_points_[w.loop_vertices_[l.first + i % l.count]].head<2>();
   };
-  const auto bounds = [&](const ContactLoop& l) {
-    Eigen::AlignedBox2d box(point(l, 0));
-    for (int i = 1; i < l.count; ++i) box.extend(point(l, i));
-    return box;
-  };
+  // Per loop: the lower corner of its box and how it faces, and the upper corner.
+  w.leave_.clear();
+  w.return_.clear();
   int uppers = 0, lowers = 0;
   for (const ContactLoop& l : w.loops_) {
-    const double r = rise(l);
-    uppers += r >= kSteep;
-    lowers += r <= -kSteep;
+    const double rise = w.faces_[l.face].normal.dot(contact.normal());
+    Eigen::AlignedBox2d box(point(l, 0));
+    for (int k = 1; k < l.count; ++k) box.extend(point(l, k));
+    w.leave_.push_back(Vector3(box.min().x(), box.min().y(), rise));
+    w.return_.push_back(Vector3(box.max().x(), box.max().y(), 0));
+    uppers += rise >= kSteep;
+    lowers += rise <= -kSteep;
   }
+  const auto rise = [&](int l) { return w.leave_[l].z(); };
+  const auto meet = [&](int a, int b) {
+    return w.leave_[a].x() <= w.return_[b].x() && w.leave_[b].x() <= w.return_[a].x() &&
+           w.leave_[a].y() <= w.return_[b].y() && w.leave_[b].y() <= w.return_[a].y();
+  };
   double sum = 0;
-  for (const ContactLoop& upper : w.loops_) {
-    if (rise(upper) < kSteep) continue;
+  for (int u = 0; u < w.loops_.size(); ++u) {
+    if (rise(u) < kSteep) continue;
+    const ContactLoop& upper = w.loops_[u];
     const Sheet above = sheet(w.faces_[upper.face], contact.X_AP);
-    const Eigen::AlignedBox2d reach = bounds(upper);
-    for (const ContactLoop& lower : w.loops_) {
-      if (rise(lower) > -kSteep) continue;
+    for (int l = 0; l < w.loops_.size(); ++l) {
+      if (rise(l) > -kSteep || (uppers > 1 && lowers > 1 && !meet(u, l))) continue;
+      const ContactLoop& lower = w.loops_[l];
       w.polygon_.clear();
       if (uppers == 1 && lowers > 1) {  // seen from above the lower loop runs clockwise
         for (int i = lower.count; i > 0; --i) w.polygon_.push_back(point(lower, i));
-      } else if (lowers == 1 || reach.intersects(bounds(lower))) {
+      } else {
         for (int i = 0; i < upper.count; ++i) w.polygon_.push_back(point(upper, i));
         // Inside lies to the left of the lower loop's edges taken backwards.
         for (int i = 0; lowers > 1 && i < lower.count && w.polygon_.size() >= 3; ++i) {
