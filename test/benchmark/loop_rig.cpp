@@ -75,9 +75,7 @@ void Rig::recordedTick(std::vector<TickInput>& inputs, std::vector<LoopEvent>& e
 }
 
 SceneDef sceneNamed(const std::string& name, double rate) {
-  SceneOptions options;
-  options.scene_folders = {repositoryFile("urdf/scenes")};
-  SceneDef scene = loadScene(name, options);
+  SceneDef scene = loadScene(repositoryFile("urdf/scenes/" + name + ".urdf"));
   scene.world.settings.step = 1 / rate;
   return scene;
 }

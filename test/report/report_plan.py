@@ -8,7 +8,7 @@ import subprocess
 from task_pool import Task, file_stamp, key_of
 
 STEPS = (1e-4, 1e-3 / 3, 1e-3, 1e-2 / 3, 1e-2)  # [s]
-QUICK_STEPS = (1e-3 / 3, 1e-3, 1e-2 / 3, 1e-2)
+QUICK_STEPS = (1e-3, 1e-2 / 3, 1e-2)
 PEERS = ('ode_exact', 'ode_quick20', 'bullet10', 'bullet50', 'mujoco_euler', 'mujoco_rk4')
 # Our methods, and the factors on the scene's stiffness that each runs with, in a full and in a quick report: a stiffer
 # foundation is nearer to the rigid reference, a softer one takes longer steps.
@@ -23,7 +23,7 @@ OURS = {
 MOST_STIFFNESS = 1e14  # [N/m^3]: 0.1 kg on 1 cm^2 sinks 0.1 nm; beyond, rounding of the poses is larger than the depth
 # [s] of the two runs whose difference says how well the reference has converged.
 REFERENCE_STEPS = (1 / 64000, 1 / 128000)
-QUICK_REFERENCE_STEPS = (1 / 16000, 1 / 32000)
+QUICK_REFERENCE_STEPS = (1 / 8000, 1 / 16000)
 CPU_LIMIT, QUICK_CPU_LIMIT = 240, 25  # [s] per run
 
 Case = collections.namedtuple('Case', 'scene method step stiffness facets')

@@ -1,7 +1,7 @@
 /// Data of the seeds' figures that are no runs of scenes.
 ///   seed_data lambda DEVICE_FILE            tensions and presented force along a diagonal, by λ; CSV
 ///   seed_data stages SCENE_FILE SECONDS     mean time of each stage of a step; one CSV line
-///   seed_data gear SCENE_FILE STIFFNESS RATE  path of a pointer that a hand draws over a gear: first the gear's shapes
+///   seed_data gear SCENE_FILE STIFFNESS RATE  path of a ball that a hand leads along a gear's teeth: first the gear's shapes
 ///                                           (`shape,x,y,...`), then x,y,z,force of the pointer every millisecond
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,7 @@
 #include <cstring>
 #include <memory>
 
+#include "../scenes/gear_path.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
 #include "haptic_core/spidar/device_def.h"
@@ -75,8 +76,8 @@ void stages(const std::string& file, double seconds) {
               us * sum.motion);
 }
 
-/// A hand of 0.1 kg that feels the pointer's contact wrench and is drawn around the gear at 0.05 m/s by a spring along
-/// r = 52 mm, pressed inward by 2 N. `stiffness` [N/m] is what 2 N meet at the ball's tip: k = 2 N/(π r d²), d = 2 N/stiffness.
+/// A hand of 0.1 kg that feels the pointer's contact wrench and traces the gear's teeth at 0.05 m/s, led by a spring whose
+/// goal lies as deep as presses 2 N. `stiffness` [N/m] is what 2 N meet at the ball's tip: k = 2 N/(π r d²), d = 2 N/stiffness.
 class GearHand {
  public:
   GearHand(const std::string& file, double stiffness, double rate) : scene_(loadScene(file)), h_(1 / rate) {
@@ -94,7 +95,8 @@ class GearHand {
     }
     def.settings.default_material.mu_static = def.settings.default_material.mu_dynamic = 0.5;
     world_ = std::make_unique<World>(def);
-    p_ = world_->linkPose(world_->pointerLink(0)).p;
+    lane_ = scenes::goals(scenes::sections(def), scenes::Lead::kTraced, -0.5, 0.5, kPress / kHand);
+    p_ = Vector3(1.15 * lane_[0].x(), 1.15 * lane_[0].y(), 0);
   }
 
   void printShapes() const {
@@ -112,28 +114,33 @@ class GearHand {
     }
   }
 
-  void step() {
-    constexpr double kRadius = 0.052, kSpeed = 0.05, kMass = 0.1, kPress = 2;  // [m], [m/s], [kg], [N]
-    constexpr double kAlong = 500, kDamper = 5, kHeight = 2000;  // of the hand [N/m], [N s/m], across the gear's plane [N/m]
-    if (start_ < -10) start_ = std::atan2(p_.y(), p_.x());
-    const double goal = start_ + kSpeed / kRadius * world_->time();
-    const Vector3 radial = Vector3(p_.x(), p_.y(), 0).normalized(), tangent(-radial.y(), radial.x(), 0);
-    const double behind = std::remainder(goal - std::atan2(p_.y(), p_.x()), 2 * M_PI) * kRadius;
-    Vector3 F = world_->pointerWrench(0).force - kPress * radial + kAlong * behind * tangent;
-    F -= kDamper * (v_ - kSpeed * tangent) + Vector3(0, 0, kHeight * p_.z());
-    v_ += h_ / kMass * F;
+  /// False at the end of the lane.
+  bool step() {
+    constexpr double kSpeed = 0.05, kMass = 0.1, kDamper = 30, kApproach = 0.3;  // [m/s], [kg], [N s/m], [s]
+    if (world_->time() > kApproach) way_ += h_ * kSpeed;
+    while (next_ + 1 < lane_.size() && way_ > (lane_[next_ + 1] - lane_[next_]).norm()) {
+      way_ -= (lane_[next_ + 1] - lane_[next_]).norm();
+      ++next_;
+    }
+    if (next_ + 1 >= lane_.size()) return false;
+    const Vector2 goal = lane_[next_] + way_ * (lane_[next_ + 1] - lane_[next_]).normalized();
+    const Vector3 pull = kHand * (Vector3(goal.x(), goal.y(), 0) - p_) - kDamper * v_;
+    v_ += h_ / kMass * (world_->pointerWrench(0).force + pull);
     p_ += h_ * v_;
     world_->setPointerTarget(0, Pose(world_->linkPose(world_->pointerLink(0)).R, p_), Twist{Vector3::Zero(), v_});
     world_->step();
+    return true;
   }
   void printRow() const {
     std::printf("%.6g,%.6g,%.6g,%.6g\n", p_.x(), p_.y(), p_.z(), world_->pointerWrench(0).force.norm());
   }
-  double time() const { return world_->time(); }
 
  private:
   SceneDef scene_;
-  double h_, start_ = -100;
+  static constexpr double kHand = 3000;  // [N/m]: a firm grasp, so that the goal stays on this side of a tooth
+  double h_, way_ = 0;                   // along the lane from its point `next_`
+  std::size_t next_ = 0;
+  std::vector<Vector2> lane_;
   std::unique_ptr<World> world_;
   Vector3 p_, v_ = Vector3::Zero();
 };
@@ -142,8 +149,7 @@ void gear(const std::string& file, double stiffness, double rate) {
   GearHand hand(file, stiffness, rate);
   hand.printShapes();
   const long every = std::max(1L, std::lround(1e-3 * rate));
-  for (long i = 0; hand.time() < 1.5; ++i) {
-    hand.step();
+  for (long i = 0; hand.step(); ++i) {
     if (i % every == 0) hand.printRow();
   }
 }

@@ -272,8 +272,8 @@ def body_of(data, quick, folder):
                   'limit; the point model never comes to rest.'),
         captioned(top_figure(data, folder), 'Slide 40.'),
         captioned(stick_slip_figure(data, folder), 'Slide 42: mu0 0.265, mu 0.160. The analytic simulator knows one coefficient.'),
-        captioned(gear_figure(data, folder), 'Slide 16: path of a ball of 2 mm (its centre) that a hand draws over a gear with mu 0.5, '
-                  'pressing with 2 N. What 10 kHz buys is stiffness: the path follows the teeth.'),
+        captioned(gear_figure(data, folder), 'Slide 16: path of a ball of 2 mm (its centre) that a hand leads along the teeth of a gear '
+                  'with mu 0.5, pressing with 2 N. What 10 kHz buys is stiffness: the path keeps the teeth\'s shape.'),
         captioned(stages, 'Slide 44: where the time of a step goes, scenes A to D.'), shares])
 
 
