@@ -264,12 +264,17 @@ void ImplicitStage::findVolume(int index, ContactVolume& volume) noexcept {
   ActivePair& pair = state_->pairs[index];
   const int a = pair.shapeA(), b = pair.shapeB();
   const NormalRule rule = joint_normals_.ruleFor(index, settings_.normal_rule, X_WS_[a], pair.cache);
+  in_workspace_ = -1;
   contactVolume(*plan_.shapes[a].shape, *plan_.shapes[b].shape, relativePose(X_WS_[a], X_WS_[b]), pair.cache, workspace_,
                 volume, rule);
 }
 
 void ImplicitStage::measureElastic() noexcept {
-  for (int i = 0; i < contacts_.size(); ++i) {
+  for (int i = contacts_.size() - 1; i >= 0; --i) {
+    if (i == in_workspace_) {
+      contacts_[i].elastic = 0.5 * contacts_[i].stiffness * thicknessSquared(workspace_, contacts_[i].volume);
+      continue;
+    }
     ContactVolume volume;
     findVolume(contacts_[i].pair, volume);
     if (volume.status != ContactVolume::Status::kOverlap) continue;
@@ -285,6 +290,7 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   findVolume(index, volume);
   if (volume.status != ContactVolume::Status::kOverlap) return;
   contacts_.resize(contacts_.size() + 1);  // in place: a contact is 1.5 kB
+  in_workspace_ = contacts_.size() - 1;
   ImplicitContact& contact = contacts_[contacts_.size() - 1];
   contact.pair = index;
   contact.shape_a = shape_a;

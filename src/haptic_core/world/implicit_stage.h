@@ -122,6 +122,7 @@ class ImplicitStage {
   std::vector<int> first_shape_;                ///< by tree, with the end of the last
   std::vector<Pose> X_WS_;
   LoadedVector<ImplicitContact> contacts_;
+  int in_workspace_ = -1;                       ///< contact whose V the workspace still holds
   LoadedVector<BlockCholesky::Edge> edges_;
   BlockCholesky matrix_;
   ContactWorkspace workspace_;
