@@ -23,8 +23,8 @@ OURS = {
 MOST_STIFFNESS = 1e14  # [N/m^3]: 0.1 kg on 1 cm^2 sinks 0.1 nm; beyond, rounding of the poses is larger than the depth
 # [s] of the two runs whose difference says how well the reference has converged.
 REFERENCE_STEPS = (1 / 64000, 1 / 128000)
-QUICK_REFERENCE_STEPS = (1 / 8000, 1 / 16000)
-CPU_LIMIT, QUICK_CPU_LIMIT = 240, 25  # [s] per run
+QUICK_REFERENCE_STEPS = (1 / 4000, 1 / 8000)
+CPU_LIMIT, QUICK_CPU_LIMIT = 240, 15  # [s] per run
 
 Case = collections.namedtuple('Case', 'scene method step stiffness facets')
 Case.__doc__ = '''One run. `scene`: name or file; `method`: see report_run.cpp; `step` [s]; `stiffness` [N/m^3], 0: the scene's own;
