@@ -70,9 +70,9 @@ TEST_F(TiltedPatch, SlidingIntegralIsSmoothInTheSpinAtAnyDistanceOfTheCentre) {
     for (const double angle : {0.3, 1.9, 4.0}) {
       const Vector2 v = distance * radius * Vector2(std::cos(angle), std::sin(angle));
       SlidingIntegral s[3];
-      for (int i : {0, 1, 2}) s[i] = slidingIntegral(workspace_, contact_, field, moments, v, 1 + 1e-6 * (i - 1), radius);
-      EXPECT_NEAR((s[0].force - 2 * s[1].force + s[2].force).norm(), 0, 1e-11 * moments.force) << distance << " radii";
-      EXPECT_NEAR(s[0].torque - 2 * s[1].torque + s[2].torque, 0, 1e-11 * moments.force * radius) << distance << " radii";
+      for (int i : {0, 1, 2}) s[i] = slidingIntegral(workspace_, contact_, field, moments, v, 1 + 1e-7 * (i - 1), radius);
+      EXPECT_NEAR((s[0].force - 2 * s[1].force + s[2].force).norm(), 0, 2e-13 * moments.force) << distance << " radii";
+      EXPECT_NEAR(s[0].torque - 2 * s[1].torque + s[2].torque, 0, 2e-13 * moments.force * radius) << distance << " radii";
     }
   }
 }
