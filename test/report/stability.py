@@ -23,6 +23,12 @@ COLOURS = ('#2e9e6b', '#e3c341', '#e08a2e', '#d2455a', '#7d1f3d', '#9aa4ad')
 QUICK_METHODS = ('explicit', 'implicit_euler', 'automatic', 'ode', 'bullet', 'mujoco')
 
 
+def title(name):
+    """Of a map: its last word is the axis of steps, or of the other quantity."""
+    first, last = name.rsplit('_', 1)
+    return f'{first.replace("_", " ")} against {last}'
+
+
 def read_maps(program):
     """{map: {axis: (name, unit, [values])}} and the methods."""
     listed = subprocess.run([program, '--list'], capture_output=True, text=True, check=True).stdout
@@ -106,9 +112,9 @@ def map_section(program, options, folder):
     share = []
     for name, axes in maps.items():
         body += draw_map(name, axes, methods, verdicts, options.quick, folder).replace(
-            '</figure>', f'<figcaption>{text(name.replace("_", " against "))}</figcaption></figure>')
+            '</figure>', f'<figcaption>{text(title(name))}</figcaption></figure>')
         of_map = [cell for cell in cells if cell[0] == name]
-        share.append([name.replace('_', ' against ')] + [
+        share.append([title(name)] + [
             100.0 * sum(verdicts[c] == 'stable' for c in of_map if c[1] == method) /
             max(1, sum(c[1] == method for c in of_map)) for method in methods])
     return body + '<h4>Stable cells [%]</h4>' + table(['map'] + methods, share)
