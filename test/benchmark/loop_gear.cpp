@@ -18,14 +18,7 @@ namespace {
 
 using namespace scenes;
 
-constexpr double kBall = kGearBall, kPress = 2, kSpeed = 0.05;  // [m], [N], [m/s]
-
-/// Foundation stiffness at which a ball pressed with kPress sinks by kPress / stiffness: k·V(d) = F with the cap's
-/// volume V = π d² (R - d/3).
-double foundation(double stiffness) {
-  const double d = kPress / stiffness;
-  return kPress / (M_PI * d * d * (kBall - d / 3));
-}
+constexpr double kPress = 2, kSpeed = 0.05;  // [N], [m/s]
 
 struct GearResult {
   double shape_error = 0;  ///< rms distance of the ball's centre from its path on a rigid gear, while in touch [m]
@@ -35,7 +28,7 @@ struct GearResult {
 
 GearResult explore(double stiffness, double rate, Lead lead, const char* csv) {
   SceneDef scene = sceneNamed("gear", rate);
-  const double k = foundation(stiffness);
+  const double k = gearFoundation(stiffness, kPress);
   for (ArticulationDef& articulation : scene.world.articulations) {
     for (LinkDef& link : articulation.links) {
       for (CollisionDef& collision : link.collisions) collision.material.stiffness = k;

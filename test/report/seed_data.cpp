@@ -77,16 +77,15 @@ void stages(const std::string& file, double seconds) {
 }
 
 /// A hand of 0.1 kg that feels the pointer's contact wrench and traces the gear's teeth at 0.05 m/s, led by a spring whose
-/// goal lies as deep as presses 2 N. `stiffness` [N/m] is what 2 N meet at the ball's tip: k = 2 N/(π r d²), d = 2 N/stiffness.
+/// goal lies as deep as presses 2 N. `stiffness` [N/m]: see gearFoundation.
 class GearHand {
  public:
   GearHand(const std::string& file, double stiffness, double rate) : scene_(loadScene(file)), h_(1 / rate) {
-    constexpr double kBall = 2e-3, kPress = 2;  // [m], [N]
-    const double depth = kPress / stiffness;
+    constexpr double kPress = 2;  // [N]
     WorldDef& def = scene_.world;
     def.settings.step = h_;
     def.settings.substeps = 1;
-    def.settings.default_material.stiffness = kPress / (M_PI * kBall * depth * depth);
+    def.settings.default_material.stiffness = scenes::gearFoundation(stiffness, kPress);
     def.settings.default_material.dissipation = 1;
     for (ArticulationDef& articulation : def.articulations) {
       for (LinkDef& link : articulation.links) {

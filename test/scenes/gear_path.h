@@ -12,6 +12,13 @@ namespace haptic::scenes {
 constexpr double kGearBall = 0.002;      ///< radius of the ball [m]
 constexpr double kDrawnRadius = 0.052;   ///< of the circle [m]
 
+/// k [N/m³] at which the ball, pressed with `press` [N], sinks by d = press/stiffness: k·V = press with the cap's volume
+/// V = π d² (R - d/3).
+inline double gearFoundation(double stiffness, double press) {
+  const double d = press / stiffness;
+  return press / (M_PI * d * d * (kGearBall - d / 3));
+}
+
 /// Distance of a point from a convex polygon given by its corners in order; negative inside.
 inline double distanceTo(const std::vector<Vector2>& polygon, const Vector2& p) {
   double outside = INFINITY, inside = -INFINITY;

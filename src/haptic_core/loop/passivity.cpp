@@ -4,6 +4,11 @@
 #include <cmath>
 
 namespace haptic {
+namespace {
+
+constexpr double kSolidSphere = 0.4;  ///< moment of inertia over m r²
+
+}  // namespace
 
 void PassivityController::observe(const StringVector& stretch) noexcept {
   if (settings_.mode == PassivityMode::kOff) return;
@@ -19,7 +24,7 @@ void PassivityController::hold(const Wrench& F_achieved_B, const StringVector& t
 }
 
 Twist PassivityController::response(const Wrench& F_B, double dt) const noexcept {
-  const double inertia = 0.4 * grip_mass_ * settings_.radius * settings_.radius;
+  const double inertia = kSolidSphere * grip_mass_ * settings_.radius * settings_.radius;
   return {dt / inertia * F_B.torque, dt / grip_mass_ * F_B.force};
 }
 
@@ -33,7 +38,7 @@ Wrench PassivityController::act(const Wrench& F_B, const Twist& V_BG, double h) 
   const double deficit = power(F_B, V) * h + push(F_B) - left;
   if (deficit <= 0) return F_B;
   acting_ = true;
-  const double r2 = 0.4 * settings_.radius * settings_.radius;
+  const double r2 = kSolidSphere * settings_.radius * settings_.radius;
   const double speed2 = r2 * V.angular.squaredNorm() + V.linear.squaredNorm();
   // α h speed2 = deficit; compared as products so that a grip at rest divides by nothing.
   const double alpha =
@@ -47,12 +52,6 @@ Wrench PassivityController::act(const Wrench& F_B, const Twist& V_BG, double h) 
   }
   dissipated_ += (power(F_B, V) - power(F, V)) * h;
   return F;
-}
-
-void PassivityController::reset() noexcept {
-  before_ = in_strings_ = next_ = Held{};
-  energy_ = lowest_ = dissipated_ = 0;
-  acting_ = false;
 }
 
 }  // namespace haptic

@@ -43,11 +43,10 @@ class PassivityController {
   /// (in realtime) What the device will really give for it: the energy is counted with that.
   void hold(const Wrench& F_achieved_B, const StringVector& tension) noexcept;
 
-  double energy() const { return energy_; }          ///< E [J], absorbed since the start or the last reset
+  double energy() const { return energy_; }          ///< E [J], absorbed since the start
   double lowestEnergy() const { return lowest_; }    ///< min over time of E [J]
   double dissipated() const { return dissipated_; }  ///< by the controller [J]
   bool acting() const { return acting_; }
-  void reset() noexcept;
 
  private:
   PassivitySettings settings_;
