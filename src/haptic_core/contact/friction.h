@@ -21,6 +21,20 @@
 
 namespace haptic {
 
+/// What a contact takes from its bodies, by what takes it [W]: k Vol n, the normal damper, friction. Linear in the wrench
+/// and in the twist, so also work, of an impulse, and rates.
+struct ContactPower {
+  double elastic = 0, damping = 0, friction = 0;
+
+  ContactPower operator+(const ContactPower& o) const {
+    return {elastic + o.elastic, damping + o.damping, friction + o.friction};
+  }
+  ContactPower operator*(double s) const { return {s * elastic, s * damping, s * friction}; }
+};
+
+/// Of the wrench F_BP_P of which `elastic` [N] along n is k Vol, at the twist of B relative to A at P, in P's axes.
+ContactPower contactPower(const Wrench& F_BP_P, double elastic, const Twist& V_AB_P) noexcept;
+
 /// What a pair remembers of its contact: state of the world. Vectors in A's axes, at the last evaluation.
 struct FrictionMemory {
   Vector3 slip_A = Vector3::Zero();   ///< elastic displacement of B against A at the patch [m]
@@ -33,10 +47,9 @@ struct FrictionMemory {
   double area = 0, torsion = 0;       ///< A0 [m²], J [m⁴]
   double sliding = 0;                 ///< 1: slides, μ holds; 0: stuck, μ0 holds
   double touching = 0;                ///< 1: overlapped at the last evaluation
-  double power = 0;                   ///< taken from the bodies by friction [W]
+  ContactPower power;                 ///< [W]
+  ContactPower power_rate;            ///< of the same wrench while the bodies speed up [W/s]; explicit steps with a ledger
   double energy = 0;                  ///< in the tangential springs [J]
-  double damping_power = 0;           ///< of the normal damper [W]
-  double elastic_power = 0;           ///< taken from the bodies by k Vol n [W]
   double elastic_energy = 0;          ///< ½ k ∫d² dA [J]; filled when the ledger is kept
 };
 

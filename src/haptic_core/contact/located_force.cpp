@@ -17,6 +17,7 @@ void correctTouch(const ContactVolume& contact, const NormalPressure& normal, do
   const double spring = since / (n + 1) - h / 2, damper = since / n - h / 2;
   const double elastic = law == PressureLaw::kLinear ? normal.elastic_force : normal.force;
   const double moments = law == PressureLaw::kLinear ? damper : spring;
+  out.elastic_impulse = spring * normal.elastic_force;
   out.impulse_P.force.z() = spring * elastic + damper * (normal.force - elastic);
   out.impulse_P.torque.head<2>() = moments * Vector2(normal.first.y(), -normal.first.x());
   out.event = 1 - since / h;
@@ -24,6 +25,12 @@ void correctTouch(const ContactVolume& contact, const NormalPressure& normal, do
 }
 
 }  // namespace
+
+ContactPower contactPower(const Wrench& F, double elastic, const Twist& V) noexcept {
+  return {-elastic * V.linear.z(),
+          -((F.force.z() - elastic) * V.linear.z() + F.torque.head<2>().dot(V.angular.head<2>())),
+          -(F.force.head<2>().dot(V.linear.head<2>()) + F.torque.z() * V.angular.z())};
+}
 
 Matrix6 PatchTangent::combined(double x, double y) const noexcept {
   const PatchMoments w = stiffness * x + damping * y;
@@ -49,6 +56,7 @@ LocatedForce locatedForce(const ContactVolume& contact, ContactWorkspace& worksp
   const NormalPressure normal = normalPressure(contact, workspace, V, law.pressure, law.material);
   const FrictionForce friction = frictionForce(contact, workspace, normal, V, memory, law, advance);
   out.normal_force = normal.force;
+  out.elastic_force = normal.elastic_force;
   out.clipped = normal.clipped;
   out.F_BP_P.force << friction.force, normal.force;
   out.F_BP_P.torque << normal.first.y(), -normal.first.x(), friction.torque;
@@ -78,10 +86,8 @@ LocatedForce locatedForce(const ContactVolume& contact, ContactWorkspace& worksp
   next.torsion = J;
   next.sliding = friction.sliding ? 1 : 0;
   next.touching = 1;
-  next.power = -(friction.force.dot(V.linear.head<2>()) + friction.torque * V.angular.z());
+  next.power = contactPower(out.F_BP_P, normal.elastic_force, V);
   next.energy = 0.5 * kt * (A0 * friction.slip.squaredNorm() + J * friction.twist * friction.twist);
-  next.damping_power = normal.damping_power;
-  next.elastic_power = -V.linear.z() * normal.elastic_force;
   return out;
 }
 

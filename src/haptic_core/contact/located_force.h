@@ -25,12 +25,14 @@ struct PatchTangent {
 struct LocatedForce {
   Wrench F_BP_P;              ///< on B at P, in P's axes
   double normal_force = 0;    ///< N [N]
+  double elastic_force = 0;   ///< of it k Vol [N]
   FrictionMemory memory;      ///< at this evaluation; the caller decides whether it becomes state
   bool sticking = false;
   bool clipped = false;       ///< the damper would pull somewhere: the pressure is held at 0 there
   double event = 1;           ///< share of the step after which it touched, yielded or stuck; 1: none of them
   bool has_impulse = false;   ///< `impulse` is not zero
   Wrench impulse_P;           ///< what the trapezoidal rule over the step misses because of that [N·m·s, N·s]
+  double elastic_impulse = 0; ///< of it that of k Vol n [N·s]
   PatchTangent tangent;
 };
 

@@ -180,7 +180,6 @@ NormalPressure normalPressure(const ContactVolume& contact, ContactWorkspace& wo
   }
   out.elastic_force = m.stiffness * contact.volume;
   // Power taken from the bodies, ∫ p ḋ, less what the springs store, k ∫ d ḋ (∫ r d = 0).
-  out.damping_power = a.rate * out.force + a.slope.dot(out.first) - a.rate * out.elastic_force;
   return out;
 }
 

@@ -30,7 +30,6 @@ struct NormalPressure {
   double force = 0;                    ///< ∫ p dA [N]
   Vector2 first = Vector2::Zero();     ///< ∫ r p dA [N·m]
   double elastic_force = 0;            ///< k ∫ d dA [N]: the part at rest
-  double damping_power = 0;            ///< dissipated: ∫ (p - k d) ḋ dA [W]
   double radius = 0;                   ///< extent of the patch about P [m]
   PressureField field;                 ///< p before clipping, for the friction integral
   bool clipped = false;                ///< somewhere in the patch p is held at 0

@@ -51,54 +51,90 @@ Vector3 shortestWayOut(const ConvexPolyhedron& A, const ConvexPolyhedron& B, con
 
 namespace {
 
-/// Sums of four edges at a time.
-struct LaneSums {
-  Lanes volume = lanes(0), x = lanes(0), y = lanes(0), z = lanes(0), xx = lanes(0), xy = lanes(0),
-        yy = lanes(0);
+/// Four vectors side by side.
+struct Vectors {
+  Lanes x, y, z;
 
-  /// Tetrahedra (o, m, p, q) of signed volume v/6; `sum` = p + q and `square` = p pᵀ + q qᵀ.
-  void add(const Lanes& v, const Lanes& mx, const Lanes& my, const Lanes& mz, const Lanes* sum_pq,
-           const Lanes* square) {
-    const Lanes sx = mx + sum_pq[0], sy = my + sum_pq[1], sz = mz + sum_pq[2];
+  Vectors operator+(const Vectors& o) const { return {x + o.x, y + o.y, z + o.z}; }
+  Vectors operator-(const Vectors& o) const { return {x - o.x, y - o.y, z - o.z}; }
+  Vector3 total() const { return {sum(x), sum(y), sum(z)}; }
+};
+
+Lanes dot(const Vectors& a, const Vectors& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+Vectors cross(const Vectors& a, const Vectors& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+Vectors spread(const Vector3& v) {
+  return {lanes(v.x()), lanes(v.y()), lanes(v.z())};
+}
+/// Four vectors from memory; the double behind each is read too, and dropped.
+Vectors gather(const double* a, const double* b, const double* c, const double* d) {
+  Vectors v;
+  transpose(loadLanes(a), loadLanes(b), loadLanes(c), loadLanes(d), v.x, v.y, v.z);
+  return v;
+}
+
+/// ∫ 1, (x, y, z) and r rᵀ over V about o, times 6, 24 and 120, of four edges at a time.
+struct VolumeSums {
+  Lanes volume = lanes(0), x = volume, y = volume, z = volume, xx = volume, xy = volume, yy = volume;
+
+  /// Tetrahedra (o, m, p, q) of six times the volume v.
+  void add(const Lanes& v, const Vectors& m, const Vectors& p, const Vectors& q) {
+    const Vectors t = m + (p + q);
     volume += v;
-    x += v * sx;
-    y += v * sy;
-    z += v * sz;
-    xx += v * (sx * sx + mx * mx + square[0]);
-    xy += v * (sx * sy + mx * my + square[1]);
-    yy += v * (sy * sy + my * my + square[2]);
+    x += v * t.x;
+    y += v * t.y;
+    z += v * t.z;
+    xx += v * (t.x * t.x + m.x * m.x + (p.x * p.x + q.x * q.x));
+    xy += v * (t.x * t.y + m.x * m.y + (p.x * p.y + q.x * q.y));
+    yy += v * (t.y * t.y + m.y * m.y + (p.y * p.y + q.y * q.y));
   }
 };
 
-Matrix2 symmetric(double xx, double xy, double yy) {
-  return (Matrix2() << xx, xy, xy, yy).finished();
-}
+/// ∫ 1, r and r rᵀ over the projection about o, times 2, 6 and 24, of four edges at a time.
+struct AreaSums {
+  Lanes area = lanes(0), x = area, y = area, xx = area, xy = area, yy = area;
 
-/// x·a + y·b + z·c with v = (x, y, z): v in the axes whose columns are a, b, c.
-Lanes rotate(const Lanes* axes, const Vector3& v) {
-  return axes[0] * lanes(v.x()) + axes[1] * lanes(v.y()) + axes[2] * lanes(v.z());
-}
+  void add(const Lanes& px, const Lanes& py, const Lanes& qx, const Lanes& qy) {
+    const Lanes a = px * qy - py * qx, sx = px + qx, sy = py + qy;
+    area += a;
+    x += a * sx;
+    y += a * sy;
+    xx += a * (sx * sx + px * px + qx * qx);
+    xy += a * (sx * sy + px * py + qx * qy);
+    yy += a * (sy * sy + py * py + qy * qy);
+  }
+};
 
 }  // namespace
 
-/// The sums of `MomentSums`, four edges at a time.
+/// The sums of `MomentSums`, four edges at a time, about a vertex o of V: products then have V's size, not that of its
+/// distance from A's origin.
 class ContactIntegrator {
  public:
-  ContactIntegrator(ContactWorkspace& w) : w_(w), o_(w.vertices_[w.edges_[0].from]) {}
+  explicit ContactIntegrator(ContactWorkspace& w)
+      : w_(w), o_(w.vertices_[w.edges_[0].from]), origin_(spread(o_)), end_(w.edges_.size()) {
+    // Edges of no length fill up the last group: they add nothing.
+    for (int i = 0; i < 3; ++i) w_.edges_.push_back({0, 0, 0, 0});
+  }
+  ~ContactIntegrator() { w_.edges_.resize(end_); }
+
+  const Vector3& origin() const { return o_; }
 
   /// S_A = ½ Σ p × q over the seam, as A's side runs along it: all other edges of A's part are passed twice,
   /// in opposite directions. `scale` gets the sum of the terms' sizes.
   Vector3 seamAreaVector(double& scale) const {
-    Lanes total = lanes(0), sizes = lanes(0);
-    for (int i = w_.seam_begin_; i < w_.edges_.size(); ++i) {
-      const Lanes p = point(w_.edges_[i].from), q = point(w_.edges_[i].to);
-      const Lanes c = p * turned(q) - turned(p) * q;
-      total += c;
-      sizes += absolute(c);
+    Vectors total{lanes(0), lanes(0), lanes(0)};
+    Lanes sizes = lanes(0);
+    for (int i = w_.seam_begin_; i < end_; i += 4) {
+      const Vectors c = cross(from(i), to(i));
+      total = total + c;
+      sizes += absolute(c.x) + absolute(c.y) + absolute(c.z);
     }
-    total = turned(total);
-    scale = 0.5 * (sizes[0] + sizes[1] + sizes[2]);
-    return 0.5 * Vector3(total[0], total[1], total[2]);
+    scale = 0.5 * sum(sizes);
+    return 0.5 * total.total();
   }
 
   /// True when a hidden face bounds V.
@@ -110,83 +146,73 @@ class ContactIntegrator {
     return false;
   }
 
-  /// Vertices and the planes' foot points (nearest to o), about o in the axes R = R_AP.
-  void project(const Matrix3& R) {
-    const Lanes axes[3] = {
-        {R(0, 0), R(0, 1), R(0, 2), 0}, {R(1, 0), R(1, 1), R(1, 2), 0}, {R(2, 0), R(2, 1), R(2, 2), 0}};
-    w_.local_points_.clear();
-    for (const Vector3& x : w_.vertices_) w_.local_points_.push_back(rotate(axes, x - o_));
-    w_.feet_.clear();
-    for (const ContactFace& f : w_.faces_)
-      w_.feet_.push_back(lanes(f.offset - f.normal.dot(o_)) * rotate(axes, f.normal));
-  }
-
-  double depth() const {
-    Lanes low = w_.local_points_[0], high = low;
-    for (const Lanes& x : w_.local_points_) {
-      low = minimum(low, x);
-      high = maximum(high, x);
+  /// Moments about o in the axes R = R_AP, and V's extent along the last of them.
+  void integrate(const Matrix3& R, MomentSums& sums, double& depth) const {
+    const Vectors axes[3] = {spread(R.col(0)), spread(R.col(1)), spread(R.col(2))};
+    const auto turn = [&](const Vectors& v) { return Vectors{dot(v, axes[0]), dot(v, axes[1]), dot(v, axes[2])}; };
+    setFeet(R);
+    VolumeSums v;
+    Lanes low = lanes(0), high = low;  // o is a vertex; each other one begins or ends an edge
+    for (int i = 0; i < end_; i += 4) {
+      const Vectors p = turn(from(i)), q = turn(to(i)), w = cross(p, q);
+      low = minimum(low, minimum(p.z, q.z));
+      high = maximum(high, maximum(p.z, q.z));
+      const ContactEdge* const e = &w_.edges_[i];
+      const Vectors l = gather(foot(e[0].left), foot(e[1].left), foot(e[2].left), foot(e[3].left));
+      v.add(dot(l, w), l, p, q);
+      const Vectors r = gather(foot(e[0].right), foot(e[1].right), foot(e[2].right), foot(e[3].right));
+      v.add(-dot(r, w), r, p, q);
     }
-    return high[2] - low[2];
-  }
+    depth = largest(high) + largest(-low);
+    sums.volume = sum(v.volume) / 6;
+    sums.V1 = Vector3(sum(v.x), sum(v.y), sum(v.z)) / 24;
+    sums.V2 = symmetric(v.xx, v.xy, v.yy) / 120;
 
-  void integrate(MomentSums& sums) {
-    // Edges of no length fill up the last group: they add nothing.
-    while (w_.edges_.size() % 4 != 0 && w_.edges_.push_back({0, 0, 0, 0})) ++padding_;
-    LaneSums s;
-    for (int i = 0; i + 4 <= w_.edges_.size(); i += 4) addGroup(&w_.edges_[i], s);
-    w_.edges_.resize(w_.edges_.size() - padding_);
-    sums.volume = sum(s.volume) / 6;
-    sums.V1 = Vector3(sum(s.x), sum(s.y), sum(s.z)) / 24;
-    sums.V2 = symmetric(sum(s.xx), sum(s.xy), sum(s.yy)) / 120;
-    addSeam(sums);
+    AreaSums a;
+    for (int i = w_.seam_begin_; i < end_; i += 4) {
+      const Vectors p = from(i), q = to(i);
+      a.add(dot(p, axes[0]), dot(p, axes[1]), dot(q, axes[0]), dot(q, axes[1]));
+    }
+    sums.A0 = sum(a.area) / 2;
+    sums.A1 = Vector2(sum(a.x), sum(a.y)) / 6;
+    sums.A2 = symmetric(a.xx, a.xy, a.yy) / 24;
   }
 
  private:
-  /// A vertex about o, and something in the fourth lane (storage goes on beyond the last vertex).
-  Lanes point(int i) const { return loadLanes(w_.vertices_[i].data()) - Lanes{o_.x(), o_.y(), o_.z(), 0}; }
+  const double* vertex(int i) const { return w_.vertices_[i].data(); }
+  const double* foot(int face) const { return reinterpret_cast<const double*>(&w_.feet_[face]); }
 
-  void addGroup(const ContactEdge* e, LaneSums& s) const {
-    const LoadedVector<Lanes>&x = w_.local_points_, &m = w_.feet_;
-    Lanes px, py, pz, qx, qy, qz, lx, ly, lz, rx, ry, rz;
-    transpose(x[e[0].from], x[e[1].from], x[e[2].from], x[e[3].from], px, py, pz);
-    transpose(x[e[0].to], x[e[1].to], x[e[2].to], x[e[3].to], qx, qy, qz);
-    transpose(m[e[0].left], m[e[1].left], m[e[2].left], m[e[3].left], lx, ly, lz);
-    transpose(m[e[0].right], m[e[1].right], m[e[2].right], m[e[3].right], rx, ry, rz);
-    const Lanes wx = py * qz - pz * qy, wy = pz * qx - px * qz, wz = px * qy - py * qx;
-    const Lanes sum_pq[3] = {px + qx, py + qy, pz + qz};
-    const Lanes square[3] = {px * px + qx * qx, px * py + qx * qy, py * py + qy * qy};
-    s.add(lx * wx + ly * wy + lz * wz, lx, ly, lz, sum_pq, square);
-    s.add(-(rx * wx + ry * wy + rz * wz), rx, ry, rz, sum_pq, square);
+  /// Where edges i … i + 3 begin and end, about o.
+  Vectors from(int i) const {
+    const ContactEdge* const e = &w_.edges_[i];
+    return gather(vertex(e[0].from), vertex(e[1].from), vertex(e[2].from), vertex(e[3].from)) - origin_;
+  }
+  Vectors to(int i) const {
+    const ContactEdge* const e = &w_.edges_[i];
+    return gather(vertex(e[0].to), vertex(e[1].to), vertex(e[2].to), vertex(e[3].to)) - origin_;
   }
 
-  void addSeam(MomentSums& sums) const {
-    Lanes a0 = lanes(0), ax = a0, ay = a0, axx = a0, axy = a0, ayy = a0;
-    static constexpr ContactEdge kNone{0, 0, 0, 0};
-    for (int i = w_.seam_begin_; i < w_.edges_.size(); i += 4) {
-      Lanes px, py, pz, qx, qy, qz;
-      const auto edge = [&](int k) -> const ContactEdge& {
-        return i + k < w_.edges_.size() ? w_.edges_[i + k] : kNone;
-      };
-      const LoadedVector<Lanes>& x = w_.local_points_;
-      transpose(x[edge(0).from], x[edge(1).from], x[edge(2).from], x[edge(3).from], px, py, pz);
-      transpose(x[edge(0).to], x[edge(1).to], x[edge(2).to], x[edge(3).to], qx, qy, qz);
-      const Lanes a = px * qy - py * qx, sx = px + qx, sy = py + qy;
-      a0 += a;
-      ax += a * sx;
-      ay += a * sy;
-      axx += a * (sx * sx + px * px + qx * qx);
-      axy += a * (sx * sy + px * py + qx * qy);
-      ayy += a * (sy * sy + py * py + qy * qy);
+  /// The points of the faces' planes nearest to o, in the axes R.
+  void setFeet(const Matrix3& R) const {
+    const Lanes rows[3] = {
+        {R(0, 0), R(0, 1), R(0, 2), 0}, {R(1, 0), R(1, 1), R(1, 2), 0}, {R(2, 0), R(2, 1), R(2, 2), 0}};
+    w_.feet_.clear();
+    for (const ContactFace& f : w_.faces_) {
+      const Vector3& n = f.normal;
+      w_.feet_.push_back(lanes(f.offset - n.dot(o_)) *
+                         (rows[0] * lanes(n.x()) + rows[1] * lanes(n.y()) + rows[2] * lanes(n.z())));
     }
-    sums.A0 = sum(a0) / 2;
-    sums.A1 = Vector2(sum(ax), sum(ay)) / 6;
-    sums.A2 = symmetric(sum(axx), sum(axy), sum(ayy)) / 24;
+  }
+
+  static Matrix2 symmetric(const Lanes& xx, const Lanes& xy, const Lanes& yy) {
+    const double off_diagonal = sum(xy);
+    return (Matrix2() << sum(xx), off_diagonal, off_diagonal, sum(yy)).finished();
   }
 
   ContactWorkspace& w_;
-  const Vector3 o_;  // a vertex of V: products then have V's size, not that of its distance from A's origin
-  int padding_ = 0;
+  const Vector3 o_;
+  const Vectors origin_;
+  const int end_;
 };
 
 bool integrateContact(ContactWorkspace& w, const ConvexPolyhedron& A, const ConvexPolyhedron& B,
@@ -210,14 +236,12 @@ bool integrateContact(ContactWorkspace& w, const ConvexPolyhedron& A, const Conv
   }
   const Matrix3 R = patchAxes(n);
   MomentSums sums;
-  integrator.project(R);
-  integrator.integrate(sums);
-  out.depth = integrator.depth();
+  integrator.integrate(R, sums, out.depth);
   cache.normal = cache.direction = n;
   if (!(sums.volume > 0)) return false;
   const Vector3 centroid = sums.V1 / sums.volume;
   const MomentSums central = sums.about(centroid);
-  out.X_AP = {R, w.vertices()[w.edges()[0].from] + R * centroid};
+  out.X_AP = {R, integrator.origin() + R * centroid};
   out.volume = central.volume;
   out.V2 = central.V2;
   out.A0 = central.A0;

@@ -8,13 +8,24 @@
 
 namespace haptic {
 
-/// Planes four at a time; the last group is filled up with planes that have everything inside.
+/// Planes four at a time; a group is filled up with planes that have everything inside.
 struct PlaneGroup {
   Lanes nx, ny, nz, offset;
+
+  /// Heights of the point (x, y, z) above the planes.
+  Lanes above(const Lanes& x, const Lanes& y, const Lanes& z) const {
+    return nx * x + ny * y + nz * z - offset;
+  }
 };
 
-/// Candidates of one body, numbered from 0 in the order found, all in A's frame. `code(p)` has bit g set when
-/// point p lies outside plane g of the other side.
+/// An edge between points and planes of one side.
+struct SideEdge {
+  int from, to;     ///< points
+  int left, right;  ///< planes; as in ConvexPolyhedron::Edge
+};
+
+/// Candidates of one body, numbered from 0, all in A's frame. Of point p's `words` codes, bit g is set when it lies
+/// outside plane g of the other side. A plane's number is 4 × its group + its lane.
 struct ContactSide {
   struct Stamped {
     std::uint32_t epoch = 0;
@@ -25,25 +36,15 @@ struct ContactSide {
   LoadedVector<Vector3> points;
   LoadedVector<std::uint64_t> codes;  ///< `words` per point
   int words = 1;
-  const ConvexPolyhedron::Edge* edges = nullptr;  ///< between local points and faces
-  int edge_count = 0;
+  LoadedVector<SideEdge> edges;
   LoadedVector<PlaneGroup> planes;
-  LoadedVector<int> faces;                  ///< face of the body
+  LoadedVector<int> faces;                  ///< the body's face, by plane
   LoadedVector<int> point_in_v, face_in_v;  ///< number in V, or -1
 
-  LoadedVector<ConvexPolyhedron::Edge> own_edges;  ///< storage behind `edges`
   LoadedVector<int> cap;                           ///< vertices of the body beyond the threshold
   LoadedVector<Stamped> vertex_stamp, face_stamp;
   std::uint32_t epoch = 0;
 
-  const std::uint64_t* code(int point) const { return &codes[point * words]; }
-
-  /// Height of point x above plane g: the very sum that its code was read from.
-  double height(int g, const Vector3& x) const {
-    const PlaneGroup& p = planes[g >> 2];
-    const int i = g & 3;
-    return p.nx[i] * x.x() + p.ny[i] * x.y() + p.nz[i] * x.z() - p.offset[i];
-  }
   void reserve(int vertices, int face_count);
 };
 

@@ -15,10 +15,11 @@ void ContactSide::reserve(int vertices, int face_count) {
   cap.reserve(vertices);
   point_in_v.reserve(vertices);
   vertex_stamp.reserve(vertices);
-  own_edges.reserve(vertices + face_count);
+  edges.reserve(vertices + face_count);
   planes.reserve((face_count + 3) / 4);
-  faces.reserve(face_count);
-  face_in_v.reserve(face_count);
+  const int numbers = std::max(8, face_count);  // a box's planes take two groups
+  faces.reserve(numbers);
+  face_in_v.reserve(numbers);
   face_stamp.reserve(face_count);
 }
 
@@ -82,12 +83,13 @@ void ContactWorkspace::reserveResult(int face_count) {
   // V has at most one face per face of A and B. A polyhedron with F faces has ≤ 2F - 4 vertices and ≤ 3F - 6
   // edges; rounding can split a face of a degenerate cut in two, for which there is half as much again.
   const int faces = face_count + face_count / 2 + 16, vertices = 2 * faces, edges = 3 * faces;
-  vertices_.reserve(vertices + 1);
+  // Before it is seen whether V's edges close, each edge of the sides may have given two cuts.
+  const int found = vertices + 2 * edges;
+  vertices_.reserve(found + 1);
   seams_.reserve(edges);
-  local_points_.reserve(vertices);
   feet_.reserve(faces);
   faces_.reserve(faces);
-  edges_.reserve(edges + 3);
+  edges_.reserve(2 * edges + 3);
   loops_.reserve(faces);
   loop_vertices_.reserve(2 * edges);
   next_edge_.reserve(2 * edges);
@@ -96,11 +98,11 @@ void ContactWorkspace::reserveResult(int face_count) {
     s->faces.reserve(faces);
     s->loop.reserve(2 * edges);
   }
-  height_.reserve(vertices);
+  height_.reserve(found);
   moved_to_.reserve(vertices);
   cap_next_.reserve(vertices);
   pairs_.reserve(2 * edges);
-  patch_points_.reserve(vertices);
+  patch_points_.reserve(found);
   leave_.reserve(faces);
   return_.reserve(faces);
   polygon_.reserve(2 * edges);

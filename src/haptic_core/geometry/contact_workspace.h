@@ -82,14 +82,16 @@ class ContactWorkspace {
   const LoadedVector<ContactLoop>& loops() const { return loops_; }
   const LoadedVector<int>& loopVertices() const { return loop_vertices_; }
 
-  /// A piece of the seam while its ends are being found, between faces of the sides; -1: not yet.
+  /// A piece of the seam while its ends are being found, between planes of the sides; -1: not yet.
   struct Seam {
-    int start, end, face_a, face_b;
+    int start, end, plane_a, plane_b;
   };
 
  private:
   friend class VolumeCutter;
   friend class EdgeClipper;
+  template <class Seams>
+  friend class EdgeCollector;
   friend class ContactIntegrator;
   friend PartMoments momentsWhere(ContactWorkspace&, const ContactVolume&, const Vector2&, double) noexcept;
   friend double thicknessSquared(ContactWorkspace&, const ContactVolume&) noexcept;
@@ -117,7 +119,7 @@ class ContactWorkspace {
   LoadedVector<int> loop_vertices_, next_edge_;
   ContactSide side_a_, side_b_;
   LoadedVector<Seam> seams_;
-  LoadedVector<Lanes> local_points_, feet_;  ///< vertices about one of them, and feet of faces, in P's axes
+  LoadedVector<Lanes> feet_;  ///< the points of the faces' planes nearest to a vertex of V, from there, in P's axes
   CutSolid solid_, cut_;
   LoadedVector<double> height_;
   LoadedVector<int> moved_to_, cap_next_;

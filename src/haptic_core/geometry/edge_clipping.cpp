@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "haptic_core/geometry/edge_collector.h"
+
 namespace haptic {
 namespace {
 
@@ -12,32 +14,7 @@ namespace {
 /// torn into contradicting signs and take the slow path; each more adds a rounding to the volume's error.
 constexpr double kTie = 8 * std::numeric_limits<double>::epsilon();
 
-/// The pieces of seam by (face of A, face of B): for two boxes a table of 36.
-class BoxSeams {
- public:
-  using Piece = ContactWorkspace::Seam;
-  BoxSeams() { std::fill(std::begin(ends_), std::end(ends_), -1); }
-
-  /// Where the piece's start (end = 0) or end (1) is kept; -1: not found yet.
-  int* at(int f, int g, int end) {
-    const int i = 6 * f + g;
-    used_ |= std::uint64_t{1} << i;
-    return &ends_[2 * i + end];
-  }
-  bool next(Piece& piece) {
-    if (!used_) return false;
-    const int i = __builtin_ctzll(used_);
-    used_ &= used_ - 1;
-    piece = {ends_[2 * i], ends_[2 * i + 1], i / 6, i % 6};
-    return true;
-  }
-
- private:
-  int ends_[72];
-  std::uint64_t used_ = 0;
-};
-
-/// The same for any shapes: a list, found through a hash table.
+/// The pieces of seam in a list, found through a hash table.
 class TableSeams {
  public:
   using Piece = ContactWorkspace::Seam;
@@ -45,12 +22,15 @@ class TableSeams {
     table_.clear();
     pieces_.clear();
   }
-  int* at(int f, int g, int end) {
-    int* index = table_.find(f, g);
-    if (!index || (*index < 0 && !pieces_.push_back({-1, -1, f, g}))) return nullptr;
+  bool setEnd(int f, int g, int end, int vertex) {
+    int* const index = table_.find(f, g);
+    if (!index || (*index < 0 && !pieces_.push_back({-1, -1, f, g}))) return false;
     if (*index < 0) *index = pieces_.size() - 1;
     Piece& piece = pieces_[*index];
-    return end ? &piece.end : &piece.start;
+    int& kept = end ? piece.end : piece.start;
+    const bool first = kept < 0;
+    kept = vertex;
+    return first;
   }
   bool next(Piece& piece) {
     if (given_ == pieces_.size()) return false;
@@ -75,103 +55,71 @@ EdgeClipper::EdgeClipper(const ConvexPolyhedron& A, const ConvexPolyhedron& B, c
   tolerance_ = kTie * (std::min(reach_a, reach_b) + X_AB.p.lpNorm<Eigen::Infinity>());
 }
 
-int EdgeClipper::vertexOf(ContactSide& side, int point) {
-  int& id = side.point_in_v[point];
-  if (id < 0) {
-    id = w_.vertices_.size();
-    w_.vertices_.push_back(side.points[point]);
+namespace {
+
+/// Of four candidates (lane i: a plane of `group[i]`) the one with the largest t, of equals the first plane.
+int lastPlane(const Lanes& t, const Lanes& group, double largest_t) {
+  unsigned equals = ~bits(t < lanes(largest_t)) & 15;
+  int plane = std::numeric_limits<int>::max();
+  for (; equals; equals &= equals - 1) {
+    const int i = __builtin_ctz(equals);
+    plane = std::min(plane, 4 * static_cast<int>(group[i]) + i);
   }
-  return id;
+  return plane;
+}
+
+/// Clips p → q: the planes that `from` is outside of are entered, those of `to` are left. Four planes at a time, those
+/// of a group that neither is outside of are left out.
+InnerPart innerPart(const ContactSide& other, const Vector3& p, const Vector3& q, const std::uint64_t* from,
+                    const std::uint64_t* to, int words) {
+  // Leaving is counted backwards, so that for both the largest counts; at first neither happens.
+  Lanes enter = lanes(-1), leave = lanes(-2), enter_group = lanes(0), leave_group = enter_group;
+  const Lanes px = lanes(p.x()), py = lanes(p.y()), pz = lanes(p.z());
+  const Lanes qx = lanes(q.x()), qy = lanes(q.y()), qz = lanes(q.z());
+  for (int w = 0; w < words; ++w) {
+    for (std::uint64_t rest = from[w] | to[w]; rest;) {
+      const int shift = __builtin_ctzll(rest) & ~3, group = 16 * w + shift / 4;
+      rest &= ~(std::uint64_t{15} << shift);
+      const PlaneGroup& planes = other.planes[group];
+      const Lanes hp = planes.above(px, py, pz), hq = planes.above(qx, qy, qz);
+      const Lanes t = maximum(lanes(0), minimum(lanes(1), hp / (hp - hq)));
+      const LaneMask later = laneMask(from[w] >> shift & 15) & (t > enter),
+                     sooner = laneMask(to[w] >> shift & 15) & (-t > leave);
+      enter = select(later, t, enter);
+      enter_group = select(later, lanes(group), enter_group);
+      leave = select(sooner, -t, leave);
+      leave_group = select(sooner, lanes(group), leave_group);
+    }
+  }
+  InnerPart part;
+  if (const double last = largest(enter); last >= 0) {
+    part.enter = last;
+    part.enter_plane = lastPlane(enter, enter_group, last);
+  }
+  if (const double first = -largest(leave); first <= 1) {
+    part.leave = first;
+    part.leave_plane = lastPlane(leave, leave_group, -first);
+  }
+  return part;
 }
 
 template <bool kIsA>
-int EdgeClipper::faceOf(ContactSide& side, int face) {
-  int& id = side.face_in_v[face];
-  if (id < 0) {
-    id = w_.faces_.size();
-    const PlaneGroup& p = side.planes[face >> 2];
-    const int i = face & 3;
-    w_.faces_.push_back(
-        {Vector3(p.nx[i], p.ny[i], p.nz[i]), p.offset[i], side.faces[face], kIsA ? Owner::kA : Owner::kB});
-  }
-  return id;
-}
-
-template <bool kIsA, int kWords, class Seams>
-bool EdgeClipper::clipEdges(ContactSide& own, ContactSide& other, Seams& seams) {
-  const int words = kWords > 0 ? kWords : own.words;
-  const std::uint64_t* const codes = own.codes.begin();
-  bool consistent = true;
-  // An end at `vertex` of the pieces of seam on plane `through`: one starts and one ends there, seen along
-  // A's face.
-  const auto join = [&](int through, int left, int right, int vertex, bool entering) {
-    const int of_left = entering == kIsA, of_right = 1 - of_left;
-    int* first = kIsA ? seams.at(left, through, of_left) : seams.at(through, left, of_left);
-    consistent = consistent && first && *first < 0;
-    if (first) *first = vertex;
-    int* second = kIsA ? seams.at(right, through, of_right) : seams.at(through, right, of_right);
-    consistent = consistent && second && *second < 0;
-    if (second) *second = vertex;
-  };
-  for (int i = 0; i < own.edge_count; ++i) {
-    const ConvexPolyhedron::Edge& e = own.edges[i];
-    const std::uint64_t *from_code = codes + e.from * words, *to_code = codes + e.to * words;
-    std::uint64_t both = 0;
-    for (int w = 0; w < words; ++w) both |= from_code[w] & to_code[w];
+void clipEdges(ContactSide& own, const ContactSide& other, EdgeCollector<TableSeams>& v) {
+  const int words = own.words;
+  for (const SideEdge& e : own.edges) {
+    const std::uint64_t *from = &own.codes[e.from * words], *to = &own.codes[e.to * words];
+    std::uint64_t both = 0, either = 0;
+    for (int w = 0; w < words; ++w) {
+      both |= from[w] & to[w];
+      either |= from[w] | to[w];
+    }
     if (both) continue;
-    // Clip: the planes that `from` is outside of are entered, those of `to` are left.
-    const Vector3 &p = own.points[e.from], &q = own.points[e.to];
-    double enter = 0, leave = 1;
-    int enter_plane = -1, leave_plane = -1;
-    for (int w = 0; w < words; ++w)
-      for (std::uint64_t rest = from_code[w] | to_code[w]; rest; rest &= rest - 1) {
-        const int g = 64 * w + __builtin_ctzll(rest);
-        const double hp = other.height(g, p), hq = other.height(g, q);
-        const double t = std::min(1.0, std::max(0.0, hp / (hp - hq)));
-        if (from_code[w] & rest & -rest) {
-          if (t > enter || enter_plane < 0) enter = t, enter_plane = g;
-        } else if (t < leave || leave_plane < 0) {
-          leave = t, leave_plane = g;
-        }
-      }
-    if (enter_plane >= 0 && leave_plane >= 0 && !(enter < leave)) continue;
-    int start, end;
-    if (enter_plane < 0) {
-      start = vertexOf(own, e.from);
-    } else {
-      start = w_.vertices_.size();
-      w_.vertices_.push_back(p + enter * (q - p));
-      join(enter_plane, e.left, e.right, start, true);
-    }
-    if (leave_plane < 0) {
-      end = vertexOf(own, e.to);
-    } else {
-      end = w_.vertices_.size();
-      w_.vertices_.push_back(p + leave * (q - p));
-      join(leave_plane, e.left, e.right, end, false);
-    }
-    const int left = faceOf<kIsA>(own, e.left), right = faceOf<kIsA>(own, e.right);
-    if (!w_.edges_.push_back({start, end, left, right})) return false;
+    const InnerPart part = either ? innerPart(other, own.points[e.from], own.points[e.to], from, to, words) : InnerPart{};
+    if (!part.empty()) v.template add<kIsA>(own, e, part);
   }
-  return consistent;
 }
 
-template <int kWords, class Seams>
-EdgeClipper::Result EdgeClipper::assemble(Seams& seams) {
-  w_.vertices_.clear();
-  w_.faces_.clear();
-  w_.edges_.clear();
-  if (!clipEdges<true, kWords>(a_, b_, seams) || !clipEdges<false, kWords>(b_, a_, seams))
-    return Result::kInconsistent;
-  if (w_.edges_.empty()) return Result::kNothing;
-  w_.seam_begin_ = w_.edges_.size();
-  for (ContactWorkspace::Seam piece; seams.next(piece);) {
-    const int f = faceOf<true>(a_, piece.face_a), g = faceOf<false>(b_, piece.face_b);
-    if (piece.start < 0 || piece.end < 0 || !w_.edges_.push_back({piece.start, piece.end, f, g}))
-      return Result::kInconsistent;
-  }
-  return Result::kClosed;
-}
+}  // namespace
 
 namespace {
 
@@ -179,7 +127,7 @@ void startSide(ContactSide& side) {
   side.points.clear();
   side.faces.clear();
   side.planes.clear();
-  side.own_edges.clear();
+  side.edges.clear();
   side.cap.clear();
   if (++side.epoch == 0) {
     for (auto& s : side.vertex_stamp.all()) s.epoch = 0;
@@ -219,15 +167,13 @@ void EdgeClipper::gather(const ConvexPolyhedron& body, const Vector3& direction,
       // Each edge once: from its lower end, or from the only end in the cap.
       if (v < u || !vertex_stamp[u].beyond) {
         const ConvexPolyhedron::Edge& e = body.edges()[body.edgeOf(h)];
-        side.own_edges.push_back({e.from, e.to, e.left, e.right});
+        side.edges.push_back({e.from, e.to, e.left, e.right});
       }
     }
   }
-  for (auto& e : side.own_edges)
+  for (SideEdge& e : side.edges)
     e = {vertex_stamp[e.from].local, vertex_stamp[e.to].local, face_stamp[e.left].local,
          face_stamp[e.right].local};
-  side.edges = side.own_edges.begin();
-  side.edge_count = side.own_edges.size();
   for (int v : vertex_of) side.points.push_back(body.vertices()[v]);
   for (int& v : vertex_of) v = -1;
   side.face_in_v.clear();
@@ -271,10 +217,8 @@ void EdgeClipper::classify(ContactSide& side, const ContactSide& other, double t
       std::uint64_t p_bits = 0, q_bits = 0;
       for (int shift = 0; shift < 64 && g < groups; shift += 4, ++g) {
         const PlaneGroup& plane = planes[g];
-        const Lanes above_p = plane.nx * px + plane.ny * py + plane.nz * pz - plane.offset;
-        const Lanes above_q = plane.nx * qx + plane.ny * qy + plane.nz * qz - plane.offset;
-        p_bits |= static_cast<std::uint64_t>(bits(above_p > limit)) << shift;
-        q_bits |= static_cast<std::uint64_t>(bits(above_q > limit)) << shift;
+        p_bits |= static_cast<std::uint64_t>(bits(plane.above(px, py, pz) > limit)) << shift;
+        q_bits |= static_cast<std::uint64_t>(bits(plane.above(qx, qy, qz) > limit)) << shift;
       }
       side.codes[i * side.words + word] = p_bits;
       side.codes[j * side.words + word] = q_bits;
@@ -299,85 +243,10 @@ EdgeClipper::Result EdgeClipper::clip(const Overlap& overlap) {
   classify(a_, b_, -tolerance_);
   classify(b_, a_, tolerance_);
   TableSeams seams(w_.pairs_, w_.seams_);
-  return assemble<0>(seams);
-}
-
-namespace {
-
-/// The corners middle ± x ± y ± z in the order of `makeBox`.
-void corners(const Vector3& middle, const Vector3& x, const Vector3& y, const Vector3& z, Lanes* corner) {
-  const auto wide = [](const Vector3& v) { return Lanes{v.x(), v.y(), v.z(), 0}; };
-  const Lanes low = wide(middle - x), high = wide(middle + x), along_y = wide(y), along_z = wide(z);
-  corner[0] = low - along_y - along_z;
-  corner[1] = high - along_y - along_z;
-  corner[2] = low + along_y - along_z;
-  corner[3] = high + along_y - along_z;
-  corner[4] = low - along_y + along_z;
-  corner[5] = high - along_y + along_z;
-  corner[6] = low + along_y + along_z;
-  corner[7] = high + along_y + along_z;
-}
-
-/// Bits 2k and 2k + 1: beyond the lower and the upper face of axis k.
-std::uint64_t boxCode(const Lanes& corner, const Lanes& limit) {
-  static constexpr std::uint64_t kSpread[8] = {0, 1, 4, 5, 16, 17, 20, 21};
-  return kSpread[bits(corner < -limit) & 7] | kSpread[bits(corner > limit) & 7] << 1;
-}
-
-/// The planes of a box with axes R and centre p in the order of `makeBox`.
-void setBoxPlanes(ContactSide& side, const Matrix3& R, const Vector3& p, const Vector3& half) {
-  const Vector3 d = R.transpose() * p;
-  const double far = std::numeric_limits<double>::infinity();
-  side.planes.resize(2);
-  side.planes[0] =
-      PlaneGroup{Lanes{-R(0, 0), R(0, 0), -R(0, 1), R(0, 1)}, Lanes{-R(1, 0), R(1, 0), -R(1, 1), R(1, 1)},
-                 Lanes{-R(2, 0), R(2, 0), -R(2, 1), R(2, 1)},
-                 Lanes{half.x() - d.x(), half.x() + d.x(), half.y() - d.y(), half.y() + d.y()}};
-  side.planes[1] =
-      PlaneGroup{Lanes{-R(0, 2), R(0, 2), 0, 0}, Lanes{-R(1, 2), R(1, 2), 0, 0},
-                 Lanes{-R(2, 2), R(2, 2), 0, 0}, Lanes{half.z() - d.z(), half.z() + d.z(), far, far}};
-}
-
-void startBox(ContactSide& side, const ConvexPolyhedron& body) {
-  side.words = 1;
-  side.points.resize(8);
-  side.codes.resize(8);
-  side.point_in_v.resize(8);
-  side.faces.resize(6);
-  side.face_in_v.resize(6);
-  for (int v = 0; v < 8; ++v) side.point_in_v[v] = -1;
-  for (int f = 0; f < 6; ++f) {
-    side.faces[f] = f;
-    side.face_in_v[f] = -1;
-  }
-  side.edges = body.edges().data();
-  side.edge_count = 12;
-}
-
-}  // namespace
-
-EdgeClipper::Result EdgeClipper::clipBoxes() {
-  startBox(a_, A_);
-  startBox(b_, B_);
-  const Matrix3& R = X_AB_.R;
-  const Vector3 &p = X_AB_.p, &half_a = A_.halfSize(), &half_b = B_.halfSize();
-  setBoxPlanes(a_, Matrix3::Identity(), Vector3::Zero(), half_a);
-  setBoxPlanes(b_, R, p, half_b);
-  // Each body's corners in the other's axes, where its six planes are three intervals. The fourth lane is 0.
-  Lanes corner[8];
-  corners(-(R.transpose() * p), half_a.x() * R.row(0), half_a.y() * R.row(1), half_a.z() * R.row(2), corner);
-  const Vector3 inner = half_b.array() - tolerance_, outer = half_a.array() + tolerance_;
-  for (int v = 0; v < 8; ++v) {
-    a_.points[v] = A_.vertices()[v];
-    a_.codes[v] = boxCode(corner[v], Lanes{inner.x(), inner.y(), inner.z(), 0});
-  }
-  corners(p, half_b.x() * R.col(0), half_b.y() * R.col(1), half_b.z() * R.col(2), corner);
-  for (int v = 0; v < 8; ++v) {
-    b_.points[v] = Vector3(corner[v][0], corner[v][1], corner[v][2]);
-    b_.codes[v] = boxCode(corner[v], Lanes{outer.x(), outer.y(), outer.z(), 0});
-  }
-  BoxSeams seams;
-  return assemble<1>(seams);
+  EdgeCollector<TableSeams> v(w_, seams);
+  clipEdges<true>(a_, b_, v);
+  clipEdges<false>(b_, a_, v);
+  return v.close();
 }
 
 }  // namespace haptic

@@ -42,13 +42,6 @@ class EdgeClipper {
   void gather(const ConvexPolyhedron& body, const Vector3& direction, double threshold, int support,
               ContactSide& side);
   void classify(ContactSide& side, const ContactSide& other, double tolerance);
-  template <bool kIsA, int kWords, class Seams>
-  bool clipEdges(ContactSide& own, ContactSide& other, Seams& seams);
-  template <int kWords, class Seams>
-  Result assemble(Seams& seams);
-  int vertexOf(ContactSide& side, int point);
-  template <bool kIsA>
-  int faceOf(ContactSide& side, int face);
 
   const ConvexPolyhedron &A_, &B_;
   const Pose& X_AB_;

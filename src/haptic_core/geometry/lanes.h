@@ -23,6 +23,13 @@ inline Lanes maximum(const Lanes& a, const Lanes& b) { return a > b ? a : b; }
 
 /// Bit i: lane i of a comparison's result.
 inline unsigned bits(const LaneMask& m) { return static_cast<unsigned>(_mm256_movemask_pd((__m256d)m)); }
+/// The inverse of `bits`.
+inline LaneMask laneMask(unsigned bits) {
+  const std::int64_t all = static_cast<std::int64_t>(bits);
+  return (LaneMask{all, all, all, all} & LaneMask{1, 2, 4, 8}) != 0;
+}
+/// Lane by lane: where the mask is set that of `a`, else that of `b`.
+inline Lanes select(const LaneMask& mask, const Lanes& a, const Lanes& b) { return mask ? a : b; }
 
 /// (x, y, z, w) → (y, z, x, w).
 inline Lanes turned(const Lanes& a) { return __builtin_shufflevector(a, a, 1, 2, 0, 3); }
@@ -45,6 +52,9 @@ using MaskPair = std::int64_t __attribute__((vector_size(16)));
 
 struct LaneMask {
   MaskPair lower, upper;
+
+  LaneMask operator&(const LaneMask& o) const { return {lower & o.lower, upper & o.upper}; }
+  LaneMask operator|(const LaneMask& o) const { return {lower | o.lower, upper | o.upper}; }
 };
 
 struct Lanes {
@@ -66,6 +76,7 @@ struct Lanes {
 inline Lanes operator+(const Lanes& a, const Lanes& b) { return {a.lower + b.lower, a.upper + b.upper}; }
 inline Lanes operator-(const Lanes& a, const Lanes& b) { return {a.lower - b.lower, a.upper - b.upper}; }
 inline Lanes operator*(const Lanes& a, const Lanes& b) { return {a.lower * b.lower, a.upper * b.upper}; }
+inline Lanes operator/(const Lanes& a, const Lanes& b) { return {a.lower / b.lower, a.upper / b.upper}; }
 inline LaneMask operator<(const Lanes& a, const Lanes& b) { return {a.lower < b.lower, a.upper < b.upper}; }
 inline LaneMask operator>(const Lanes& a, const Lanes& b) { return {a.lower > b.lower, a.upper > b.upper}; }
 inline Lanes absolute(const Lanes& x) {
@@ -85,6 +96,15 @@ inline unsigned bits(const LaneMask& m) {
 #else
   return static_cast<unsigned>((m.lower[0] & 1) | (m.lower[1] & 2) | (m.upper[0] & 4) | (m.upper[1] & 8));
 #endif
+}
+
+inline LaneMask laneMask(unsigned bits) {
+  // SSE2 compares no 64-bit integers.
+  static constexpr MaskPair kPairs[4] = {{0, 0}, {-1, 0}, {0, -1}, {-1, -1}};
+  return {kPairs[bits & 3], kPairs[bits >> 2 & 3]};
+}
+inline Lanes select(const LaneMask& mask, const Lanes& a, const Lanes& b) {
+  return {mask.lower ? a.lower : b.lower, mask.upper ? a.upper : b.upper};
 }
 
 inline Lanes turned(const Lanes& a) {
@@ -108,6 +128,10 @@ inline Lanes loadLanes(const double* from) {
   return v;
 }
 
+inline double largest(const Lanes& x) {
+  const double a = x[0] > x[1] ? x[0] : x[1], b = x[2] > x[3] ? x[2] : x[3];
+  return a > b ? a : b;
+}
 inline double sum(const Lanes& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
 
 }  // namespace haptic

@@ -127,11 +127,11 @@ void Pipeline::remember(const ContactVolume& volume, const Twist& V_AB_P, const 
 /// F τ/(n + 1), where the trapezoidal rule has taken F h/2.
 void Pipeline::part(const ActivePair& pair, const Advance& advance) noexcept {
   if (!(advance.old_share > 0)) {
-    if (keepsLedger()) closeLedger(pair.friction, 0, 1);
+    if (keepsLedger()) closeLedger(pair.friction, 0, 0, 1);
     return;
   }
   const double h = advance.time, tau = std::min(pair.release.leave, h);
-  if (keepsLedger()) closeLedger(pair.friction, tau, pair.release.order);
+  if (keepsLedger()) closeLedger(pair.friction, h, tau, pair.release.order);
   const Wrench F{pair.release.torque_W, pair.release.force_W};
   addKick(plan_.shapes[pair.shapeA()].link, plan_.shapes[pair.shapeB()].link,
           F * (tau / (pair.release.order + 1) - h / 2), pair.release.p_WP);

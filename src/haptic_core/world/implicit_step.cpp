@@ -295,10 +295,10 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
       memory.elastic_energy = stage_.contacts()[next++].elastic;
     }
     const auto work = [&](double p1, double p2) { return h * (w * p1 + (1 - w) * p2); };
-    state_->energy[0] += work(first.damping_power, memory.damping_power);
-    const double friction = work(first.power, memory.power) + before.energy - memory.energy;
+    state_->energy[0] += work(first.power.damping, memory.power.damping);
+    const double friction = work(first.power.friction, memory.power.friction) + before.energy - memory.energy;
     state_->energy[memory.sliding != 0 ? 1 : 0] += now || before.touching != 0 ? friction : 0;
-    state_->energy[3] += work(first.elastic_power, memory.elastic_power) + before.elastic_energy - memory.elastic_energy;
+    state_->energy[3] += work(first.power.elastic, memory.power.elastic) + before.elastic_energy - memory.elastic_energy;
   }
   for (std::size_t p = 0; p < stage_.couplings.size(); ++p) {
     const int link = stage_.couplings[p].link;

@@ -53,6 +53,7 @@ Pipeline::Pipeline(const WorldDef& def)
   state_.pairs.resize(plan_.pair_capacity);
   previous_pairs_.resize(plan_.pair_capacity);
   contacts_.reserve(plan_.pair_capacity);
+  works_.reserve(plan_.pair_capacity);
   plan_.reserve(workspace_);
   prepareSearch();
   automatic_ = settings_.integrator == Integrator::kAutomatic;
@@ -329,6 +330,7 @@ void Pipeline::findPairs(double h) noexcept {
 
 void Pipeline::evaluateContacts(const Advance& advance) noexcept {
   contacts_.clear();
+  works_.clear();
   report_.energy.elastic = report_.energy.tangential = 0;
   has_kick_ = false;
   if (kFullWorld) clock_.end(report_.stages.search);
@@ -393,7 +395,7 @@ void Pipeline::evaluatePair(int index, const Advance& advance) noexcept {
   link_a.addWrench(-F_BP_W, X_WP.p);
   if (force.has_impulse) addKick(A.link, B.link, force.impulse_P.rotated(X_WP.R), X_WP.p);
   FrictionMemory memory = force.memory;
-  if (keepsLedger()) keepLedger(volume, law, pair.friction, force, advance, memory);
+  if (keepsLedger()) keepLedger(index, volume, law, force, X_WP, pair.friction, memory);
   pair.friction = memory;
   if (kFullWorld && automatic_) {
     noteStability(pair, volume, force.tangent, X_WP, settings_.step / settings_.substeps);

@@ -37,6 +37,17 @@ enum StepFlag : unsigned {
 /// bounds, up to twice what is; the margin is for patches that grow within a step.
 constexpr double kEnterImplicit = 0.9, kLeaveImplicit = 0.7;
 
+/// A contact of this step until its work is booked in the ledger.
+struct ContactWork {
+  int pair = -1;                       ///< index in the state's pairs
+  Pose X_WP;
+  Wrench F_BP_P, J_BP_P;               ///< force, and the impulse that corrects it, see LocatedForce
+  double elastic_force = 0, elastic_impulse = 0;  ///< along n, by k Vol [N], [N·s]
+  bool sticking = false;
+  FrictionMemory before;               ///< at the last evaluation
+  Twist V_AB_P;                        ///< at the end of the step
+};
+
 class Pipeline {
  public:
   explicit Pipeline(const WorldDef& def);  ///< throws SetupError
@@ -143,9 +154,16 @@ class Pipeline {
   TreeMotion* motionOf(const PlanTree& tree) const { return motions_[&tree - plan_.trees.data()].get(); }
   void checkFinite() noexcept;
   // ledger.cpp
-  void keepLedger(const ContactVolume& volume, const PairLaw& law, const FrictionMemory& before,
-                  const LocatedForce& force, const Advance& advance, FrictionMemory& now) noexcept;
-  void closeLedger(const FrictionMemory& last, double tau, double order) noexcept;
+  void keepLedger(int pair, const ContactVolume& volume, const PairLaw& law, const LocatedForce& force,
+                  const Pose& X_WP, const FrictionMemory& before, FrictionMemory& now) noexcept;
+  void closeLedger(const FrictionMemory& last, double h, double tau, double order) noexcept;
+  Twist twistForWork(int link, const Vector3& p_W, double h) const noexcept;
+  Twist relativeTwist(const ContactWork& work, double h) const noexcept;
+  void setLinkVelocities(const std::vector<double>& v) noexcept;
+  void book(const ContactWork& work, const ContactPower& taken) noexcept;
+  void bookEuler(double h) noexcept;
+  void bookVerlet(double h) noexcept;
+  void notePowers(double h) noexcept;
   void fillLedger() noexcept;
   bool holds(int pointer) const;           ///< the hand prescribes the link's motion (direct coupling)
   int pointerCount() const noexcept;
@@ -201,6 +219,7 @@ class Pipeline {
   std::vector<Wrench> pointer_wrench_;             ///< summed over the substeps
   std::vector<Twist> pointer_moved_;               ///< displacement in this substep: [rad], [m]
   LoadedVector<ContactReport> contacts_;
+  LoadedVector<ContactWork> works_;                ///< of the explicit contacts, while the ledger is kept
 };
 
 }  // namespace haptic

@@ -79,6 +79,7 @@ void Pipeline::substepEuler(double h, double progress) noexcept {
   for (const PlanTree& tree : plan_.trees) {
     if (isStepped(tree)) eulerTree(tree, h);
   }
+  if (keepsLedger()) bookEuler(h);
   updateKinematics();
 }
 
@@ -88,8 +89,12 @@ void Pipeline::eulerTree(const PlanTree& tree, double h) noexcept {
     return;
   }
   double* pull = v_dot_.data() + tree.v;
+  double* v = state_.v.data() + tree.v;
+  double* mean = half_.data() + tree.v;  // over the kick, for the ledger
+  if (keepsLedger()) std::copy(v, v + tree.model->nv(), mean);
   readPull(tree, pull);
   kickTree(tree, pull, h);
+  for (int i = 0; keepsLedger() && i < tree.model->nv(); ++i) mean[i] = 0.5 * (mean[i] + v[i]);
   coast(tree, h);
 }
 
@@ -120,6 +125,7 @@ void Pipeline::prime(double h) noexcept {
     tree.has_laws ? gatherPull(tree, h) : readPull(tree, state_.pull.data() + tree.v);
     state_.mode[&tree - plan_.trees.data()] = kPrimed;
   }
+  if (keepsLedger()) notePowers(h);
 }
 
 /// False: void, see `evaluate`; the caller takes it back.
@@ -133,6 +139,7 @@ bool Pipeline::substepVerlet(double h, double progress) noexcept {
   for (const PlanTree& tree : plan_.trees) {
     if (isStepped(tree)) finishVerlet(tree, h);
   }
+  if (keepsLedger()) bookVerlet(h);
   return true;
 }
 
