@@ -83,15 +83,6 @@ Pipeline::Pipeline(const WorldDef& def)
   history_ = std::make_unique<StepHistory>(settings_.history_steps, state_);
 }
 
-int Pipeline::heldBy(int link) const noexcept {
-  return kFullWorld ? held_by_[link] : -1;
-}
-int Pipeline::pointerCount() const noexcept {
-  return kFullWorld ? static_cast<int>(pointers_.size()) : 0;
-}
-bool Pipeline::keepsLedger() const noexcept {
-  return kFullWorld && settings_.energy_ledger;
-}
 bool Pipeline::holds(int pointer) const {
   return pointers_[pointer].coupling.mode == PointerCoupling::Mode::kDirect;
 }
@@ -203,7 +194,7 @@ void Pipeline::step() noexcept {
   report_.residual = 0;
   report_.substeps = 0;
   if (kFullWorld) std::fill(pointer_wrench_.begin(), pointer_wrench_.end(), Wrench{});
-  if (kFullWorld) followJointPaths();
+  if (kFullWorld && !joint_paths_.empty()) followJointPaths();
   const double h = settings_.step / settings_.substeps;
   for (int s = 0; s < settings_.substeps && report_.finite; ++s) {
     // Where something fast comes near something thin, in parts.

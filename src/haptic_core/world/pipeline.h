@@ -9,6 +9,7 @@
 #include "haptic_core/geometry/broad_phase.h"
 #include "haptic_core/geometry/contact_workspace.h"
 #include "haptic_core/geometry/time_of_impact.h"
+#include "haptic_core/world/features.h"
 #include "haptic_core/world/implicit_step.h"
 #include "haptic_core/world/joint_normals.h"
 #include "haptic_core/world/islands.h"
@@ -85,6 +86,7 @@ class Pipeline {
   void placeAll() noexcept;
   void placeShape(int s, double h) noexcept;
   // swept_step.cpp
+  bool anyFast(double left) const noexcept;
   double safePart(double left) noexcept;
   double safePart(int a, int b, double left) noexcept;
   ShapeMotion shapeMotion(int shape, double left, bool falls) const noexcept;
@@ -141,7 +143,7 @@ class Pipeline {
   void finishVerlet(const PlanTree& tree, double h) noexcept;
   void readPull(const PlanTree& tree, double* pull) noexcept;
   void kickTree(const PlanTree& tree, const double* pull, double dt) noexcept;
-  bool isFree(const PlanTree& tree) const noexcept;
+  bool isFree(const PlanTree& tree) const noexcept { return !kFullWorld || tree.model->isFreeBody(); }
   bool movesByItself(const PlanTree& tree) const noexcept;
   bool isStepped(const PlanTree& tree) const noexcept;
   // joint_step.cpp
@@ -166,9 +168,10 @@ class Pipeline {
   void notePowers(double h) noexcept;
   void fillLedger() noexcept;
   bool holds(int pointer) const;           ///< the hand prescribes the link's motion (direct coupling)
-  int pointerCount() const noexcept;
-  bool keepsLedger() const noexcept;
-  int heldBy(int link) const noexcept;     ///< pointer that prescribes the link's motion; -1: none
+  int pointerCount() const noexcept { return kFullWorld ? static_cast<int>(pointers_.size()) : 0; }
+  bool keepsLedger() const noexcept { return kFullWorld && settings_.energy_ledger; }
+  /// Pointer that prescribes the link's motion; -1: none.
+  int heldBy(int link) const noexcept { return kFullWorld ? held_by_[link] : -1; }
   void noteHolders() noexcept;
   void resolveCoupling(int i) noexcept;
   CouplingLoad loadOf(int link) const noexcept { return {plan_.links[link].mass, plan_.links[link].least_inertia}; }
@@ -207,6 +210,11 @@ class Pipeline {
     unsigned flags;
   } retreat_;                                      ///< the state before an explicit attempt
   std::vector<double> least_width_;                ///< by link: of its shapes and all that they may meet [m]
+  struct MotionLimit {
+    int link;
+    double way2, size2;                            ///< squares of the way that needs no sweep, of the size [m²]
+  };
+  std::vector<MotionLimit> motion_limits_;         ///< of the links that move
   std::vector<ActivePair> previous_pairs_;
   std::vector<double> v_dot_, half_, alone_;       ///< by world velocity index
   std::vector<double> coasting_;                   ///< stages of stepRungeKutta

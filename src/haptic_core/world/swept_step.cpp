@@ -5,6 +5,7 @@
 /// from there on goes by quarters of the width until the contact has taken the speed. What is slow, or meets nothing,
 /// costs a comparison of its speed.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -54,25 +55,31 @@ ShapeMotion Pipeline::shapeMotion(int s, double left, bool falls) const noexcept
   return motion;
 }
 
+/// May some link move by more than a quarter of what is thin around it?
+bool Pipeline::anyFast(double left) const noexcept {
+  const Vector3 fall = 0.5 * left * settings_.gravity;
+  const double per_time2 = 1 / (left * left);
+  for (const MotionLimit& limit : motion_limits_) {
+    const LinkWork& link = work_[limit.link];
+    const double turn2 = link.omega.squaredNorm();
+    // (a + b)² ≤ 2 (a² + b²)
+    if (2 * ((link.velocity + fall).squaredNorm() + limit.size2 * turn2) > limit.way2 * per_time2) return true;
+    if (turn2 > kMostTurn * kMostTurn * per_time2) return true;
+  }
+  for (int i = 0; i < pointerCount(); ++i) {
+    const PointerState& pointer = state_.pointers[i];
+    if (!holds(i) || pointer.targeted == 0) continue;
+    const int l = static_cast<int>(pointer.link);
+    const double way = kShareOfWidth * least_width_[l];
+    if ((Vector3(pointer.p_WL) - work_[l].X_WL.p).squaredNorm() > way * way) return true;
+  }
+  return false;
+}
+
 /// How much of the time left may pass before contacts have to be looked at again.
 double Pipeline::safePart(double left) noexcept {
   ++report_.substeps;
-  bool fast = false;
-  for (std::size_t l = 0; l < work_.size() && !fast; ++l) {
-    if (!plan_.links[l].moves) continue;
-    const LinkWork& link = work_[l];
-    const double limit = kShareOfWidth * least_width_[l], size = plan_.links[l].size;
-    // (a + b)² ≤ 2 (a² + b²)
-    const double way2 = (link.velocity + 0.5 * left * settings_.gravity).squaredNorm() +
-                        size * size * link.omega.squaredNorm();
-    fast = 2 * left * left * way2 > limit * limit ||
-           left * left * link.omega.squaredNorm() > kMostTurn * kMostTurn;
-    if (heldBy(static_cast<int>(l)) >= 0 && state_.pointers[heldBy(static_cast<int>(l))].targeted != 0) {
-      const double* p = state_.pointers[heldBy(static_cast<int>(l))].p_WL;
-      fast = fast || (Vector3(p[0], p[1], p[2]) - link.X_WL.p).squaredNorm() > limit * limit;
-    }
-  }
-  if (!fast) return left;
+  if (!anyFast(left)) return left;
   if (report_.substeps > kMostParts) {
     report_.flags |= kTooFast;
     return left;
@@ -178,6 +185,11 @@ void Pipeline::findBuried() {
         least = std::min(least, width);
       }
     }
+  }
+  for (int l = 0; l < static_cast<int>(plan_.links.size()); ++l) {
+    if (!plan_.links[l].moves || std::isinf(least_width_[l])) continue;
+    const double way = kShareOfWidth * least_width_[l], size = plan_.links[l].size;
+    motion_limits_.push_back({l, way * way, size * size});
   }
 }
 

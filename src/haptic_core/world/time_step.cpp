@@ -32,17 +32,13 @@ void Pipeline::substep(double h, double progress) noexcept {
     if (settings_.integrator == Integrator::kVelocityVerlet) {
       prime(h);
       substepVerlet(h, progress);
-      collectPointerWrenches();
+      if (pointerCount() > 0) collectPointerWrenches();
     } else {
       substepEuler(h, progress);
     }
   }
   if (keepsLedger()) fillLedger();
   checkFinite();
-}
-
-bool Pipeline::isFree(const PlanTree& tree) const noexcept {
-  return !kFullWorld || tree.model->isFreeBody();
 }
 
 bool Pipeline::movesByItself(const PlanTree& tree) const noexcept {
@@ -67,15 +63,15 @@ bool Pipeline::evaluate(const Advance& advance, double h) noexcept {
     makeImplicit(true);
     return false;
   }
-  pullPointers(advance.time);
+  if (pointerCount() > 0) pullPointers(advance.time);
   return true;
 }
 
 void Pipeline::substepEuler(double h, double progress) noexcept {
-  movePointers(progress);
+  if (pointerCount() > 0) movePointers(progress);
   evaluate({h, 0}, h);
   // What the hands feel is read from the links' wrenches, which the kinematics at the end clear.
-  collectPointerWrenches();
+  if (pointerCount() > 0) collectPointerWrenches();
   for (const PlanTree& tree : plan_.trees) {
     if (isStepped(tree)) eulerTree(tree, h);
   }
@@ -133,7 +129,7 @@ bool Pipeline::substepVerlet(double h, double progress) noexcept {
   for (const PlanTree& tree : plan_.trees) {
     if (isStepped(tree)) startVerlet(tree, h);
   }
-  movePointers(progress);
+  if (pointerCount() > 0) movePointers(progress);
   updateKinematics();
   if (!evaluate({h, 0.5}, h)) return false;
   for (const PlanTree& tree : plan_.trees) {
