@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/memory_numbers.h"
 #include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
@@ -156,6 +157,27 @@ void Hand::rest(double h) noexcept {
   report_.tension = device_.tension().tension;
   report_.device_flags = device_.flags();
   report_.fade = 0;
+}
+
+/// What sense, couple, render or a hash read before they write it.
+template <class Numbers>
+void Hand::remember(Numbers& n) {
+  map_.remember(n);
+  passivity_.remember(n);
+  n(report_.X_BG), n(report_.X_WP), n(report_.fade), n(report_.port_energy), n(report_.in_contact), n(report_.clutched);
+  n(requests_.rebase), n(buttons_), n(last_buttons_), n(was_valid_);
+}
+
+void Hand::save(std::vector<double>& out) {
+  out.clear();
+  MemoryWriter numbers(out);
+  remember(numbers);
+}
+
+void Hand::restore(const std::vector<double>& memory) {
+  MemoryReader numbers(memory, "a hand");
+  remember(numbers);
+  numbers.end();
 }
 
 void Hand::letGo(World& world) noexcept { world.setPointerTarget(pointer_, map_.X_WP(), Twist{}); }

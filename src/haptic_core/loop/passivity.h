@@ -54,6 +54,13 @@ class PassivityController {
   /// (in realtime) What the device will really give for it: the energy is counted with that.
   void hold(const Wrench& F_achieved_B, const StringVector& tension) noexcept;
 
+  template <class Numbers>
+  void remember(Numbers& n) {  // all but the settings
+    n(counted_), n(smooth_), n(advance_);
+    for (Held* held : {&before_, &in_strings_, &next_}) n(held->F_B), n(held->tension);
+    n(counted_energy_), n(smooth_energy_), n(energy_), n(lowest_), n(dissipated_), n(acting_);
+  }
+
   double energy() const { return energy_; }          ///< E [J], absorbed since the start
   double lowestEnergy() const { return lowest_; }    ///< min over time of E [J]
   double dissipated() const { return dissipated_; }  ///< by the controller [J]
