@@ -36,7 +36,11 @@ std_msgs::ColorRGBA tensionColour(double tension) {
 
 DeviceMarkers::DeviceMarkers(ros::NodeHandle& nh, const DeviceDef& def, const std::string& base_frame,
                              const std::string& name, int label_row)
-    : def_(def), base_frame_(base_frame), name_(name), label_row_(label_row), publisher_(nh.advertise<visualization_msgs::MarkerArray>("markers", 1)) {}
+    : def_(def),
+      base_frame_(base_frame),
+      name_(name),
+      label_row_(label_row),
+      publisher_(nh.advertise<visualization_msgs::MarkerArray>("markers", 1)) {}
 
 Marker DeviceMarkers::marker(const char* ns, int type, const ros::Time& stamp) const {
   Marker m;
