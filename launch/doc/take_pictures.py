@@ -27,6 +27,7 @@ FIELD_OF_VIEW = math.radians(45)        # rviz's own, vertical
 PITCH = 0.42
 YAWS = (4.3, 5.1, 3.5, 5.9, 2.7, 0.5, 1.2, 1.9)  # beside the diagonals: no edge of a frame stands before the grip
 MARGIN = 1.06
+GRIP = 0.02                             # about its radius [m]
 NEAR = 0.005                            # what begins nearer to a grip than this is in its hand [m]
 SETTLE = 4                              # what falls has fallen, what rviz loads is there [s]
 WATCH = 11                              # paths last 3 to 10 s [s]
@@ -96,7 +97,7 @@ class Watch:
 
     def __init__(self, devices):
         self.devices, self.bodies, self.frames, self.texts, self.force = devices, {}, {}, {}, {}
-        self.felt_at = None
+        self.felt_at, self.now = None, {}
         self.buffer = tf2_ros.Buffer()
         self.subscribers = [rospy.Subscriber("/markers", MarkerArray, self.see)]
         for device in devices:
@@ -127,10 +128,14 @@ class Watch:
         for pointer, before in self.force.items():
             pressed = sum(c.normal_force for c in message.contacts if pointer in (c.link_a, c.link_b))
             self.force[pointer] = before + share * (pressed - before)
+            self.now[pointer] = pressed
 
     def least_force(self):
         """Of two hands both are to press."""
         return min(self.force.values(), default=0)
+
+    def lasts(self):
+        return all(self.now.get(pointer, 0) > force / 2 for pointer, force in self.force.items())
 
     def complete(self):
         return self.bodies and len(self.frames) == len(self.devices) and len(self.texts) > len(self.devices) and self.force
@@ -193,7 +198,9 @@ def best_yaw(watch):
     """The first of YAWS from which fewest bodies hide the hands."""
     hands = [watch.buffer.lookup_transform("world", device + "_grip", rospy.Time(0), rospy.Duration(5)).transform.translation
              for device in watch.devices]
-    counts = [sum(hidden(watch, np.array([p.x, p.y, p.z]), axes(yaw)[0]) for p in hands) for yaw in YAWS]
+    around = GRIP * np.vstack([np.eye(3), -np.eye(3)])
+    points = [np.array([p.x, p.y, p.z]) + offset for p in hands for offset in around]
+    counts = [sum(hidden(watch, point, axes(yaw)[0]) for point in points) for yaw in YAWS]
     return YAWS[counts.index(min(counts))]
 
 
@@ -279,7 +286,7 @@ def take(name, folder):
         rospy.ServiceProxy("/simulation/reset", Trigger)()  # what the hand has pushed away by now comes back
         most, end = 0, time.time() + WATCH
         while time.time() < end:
-            if watch.least_force() > BETTER * most + 0.01:
+            if watch.least_force() > BETTER * most + 0.01 and watch.lasts():
                 most = watch.least_force()
                 shot(raw)
             time.sleep(0.02)
