@@ -26,6 +26,7 @@ struct BridgeParameters {
   std::string world_frame;            ///< ~world_frame
   RealtimeSettings realtime;          ///< ~priority, ~cpu, ~lock_memory
 
+  bool keepsTicks() const { return record || !flight_folder.empty(); }
   std::uint64_t tickLimit() const { return static_cast<std::uint64_t>(seconds * rate + 0.5); }
 };
 

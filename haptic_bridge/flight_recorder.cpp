@@ -27,7 +27,7 @@ bool makeFolder(const std::string& path) {
 }  // namespace
 
 void FlightRecorder::begin(const haptic_msgs::SessionInfo& info, const RealtimeThread::Start& start) {
-  info_ = info;
+  starts_.push_back({{info, 0}, true});
   links_ = start.links;
   devices_.clear();
   for (const SessionStart::HandStart& hand : start.session.hands) devices_.push_back(hand.device);
@@ -37,9 +37,20 @@ void FlightRecorder::begin(const haptic_msgs::SessionInfo& info, const RealtimeT
 
 void FlightRecorder::add(const haptic_msgs::TickRecord::ConstPtr& run) {
   runs_.push_back(run);
-  const auto last = run->first_tick + run->ticks;
-  const auto kept = static_cast<std::uint64_t>(kSeconds * parameters_.rate);
-  while (runs_.front()->first_tick + runs_.front()->ticks + kept < last) runs_.pop_front();
+  forgetOld();
+}
+
+void FlightRecorder::add(const FlightStart& memory) { starts_.push_back({memory, false}); }
+
+/// What comes before the second start goes once that one is old enough to begin with.
+void FlightRecorder::forgetOld() {
+  const auto next = runs_.back()->first_tick + runs_.back()->ticks;
+  const auto kept = static_cast<std::uint64_t>((kSeconds + kAfter) * parameters_.rate);
+  while (starts_.size() > 1 && starts_[1].info.first_tick + kept <= next) starts_.pop_front();
+  if (starts_.empty()) return;
+  const std::uint64_t first = starts_.front().info.first_tick;
+  while (!runs_.empty() && runs_.front()->first_tick < first) runs_.pop_front();
+  while (!events_.empty() && events_.front().tick < first) events_.pop_front();
 }
 
 void FlightRecorder::add(const haptic_msgs::LoopEvent& event) {
@@ -48,7 +59,6 @@ void FlightRecorder::add(const haptic_msgs::LoopEvent& event) {
     devices_.erase(devices_.begin() + event.hand);
     states_.erase(states_.begin() + event.hand);
   }
-  while (!events_.empty() && !runs_.empty() && events_.front().tick < runs_.front()->first_tick) events_.pop_front();
 }
 
 /// What is wrong in this tick that was not in the one before; empty: nothing.
@@ -107,8 +117,14 @@ std::string FlightRecorder::write() const {
     rosbag::Bag bag(path, rosbag::bagmode::Write);
     bag.setCompression(rosbag::compression::LZ4);
     const ros::Time first = toStamp(samples_.front().start_ns);
-    bag.write("recorded/session", first, info_);
-    for (const auto& event : events_) bag.write("recorded/events", std::max(first, event.header.stamp), event);
+    for (std::size_t i = 0; i < starts_.size(); ++i) {
+      if (i == 0 || starts_[i].begins_session) bag.write("recorded/session", first, starts_[i].info);
+    }
+    int contained = starts_.empty() ? 0 : starts_.front().events;
+    for (const auto& event : events_) {
+      if (event.tick == starts_.front().info.first_tick && contained-- > 0) continue;
+      bag.write("recorded/events", std::max(first, event.header.stamp), event);
+    }
     for (const auto& run : runs_) bag.write("recorded/ticks", std::max(first, run->header.stamp), *run);
     for (const TickSample& sample : samples_) {
       const ros::Time at = toStamp(sample.start_ns);

@@ -12,8 +12,15 @@
 
 namespace haptic {
 
+/// Where a flight recording can begin: a start of the loop, or a copy of its memory made while it ran.
+struct FlightStart {
+  haptic_msgs::SessionInfo info;
+  int events = 0;                                 ///< of those before its first tick, how many it contains already
+};
+
 /// All in telemetry's thread. The bag holds standard messages (pose, wrench asked and achieved per hand at every tick,
-/// what happened as diagnostics) and the raw input (recorded/...).
+/// what happened as diagnostics) and what a replay needs (recorded/...), from the last start on that is at least kSeconds
+/// before the fault, or the oldest there is.
 class FlightRecorder {
  public:
   explicit FlightRecorder(const BridgeParameters& parameters) : parameters_(parameters) {}
@@ -21,6 +28,7 @@ class FlightRecorder {
   void begin(const haptic_msgs::SessionInfo& info, const RealtimeThread::Start& start);
   void add(const haptic_msgs::TickRecord::ConstPtr& run);
   void add(const haptic_msgs::LoopEvent& event);
+  void add(const FlightStart& memory);            ///< before the ticks and events that follow it
   /// Watches for faults; writes the bag a little after one. Returns its path when it did, or what kept it from it.
   std::string add(const TickSample& sample);
   std::string writeNow(const std::string& why);   ///< the loop failed: what there is
@@ -34,7 +42,12 @@ class FlightRecorder {
   std::string write() const;
 
   BridgeParameters parameters_;
-  haptic_msgs::SessionInfo info_;
+  void forgetOld();
+
+  struct Kept : FlightStart {
+    bool begins_session = false;                  ///< it must stand in the bag wherever in it it is
+  };
+  std::deque<Kept> starts_;                       ///< nothing older than the first is kept
   std::vector<std::string> devices_, links_;
   std::deque<haptic_msgs::TickRecord::ConstPtr> runs_;
   std::deque<haptic_msgs::LoopEvent> events_;

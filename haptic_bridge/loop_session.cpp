@@ -90,11 +90,12 @@ void LoopSession::connect(std::uint64_t first_tick) {
     settings.grab_button = parameters_.grab_button;
     Spidar& device = hand.lease->device;
     loop_->attach(device, hand.placement.pointer, settings);
+    hand.origin = static_cast<int>(start_.hands.size());
     hand.link = world.pointerLink(hand.placement.pointer);
     if (hand.twin && hand.lease->follows_script) hand.twin->setHandPath(hand.placement.path);
     const std::vector<double> memory = device.save();
     device.restore(memory);  // a replay starts from these numbers: what they leave out must not act here either
-    start_.hands.push_back({hand.name, device.def(), hand.placement.pointer, settings, memory});
+    start_.hands.push_back({hand.name, device.def(), hand.placement.pointer, settings, memory, {}});
   }
   seen_jumps_ = world_->jumps;
   input_.tick = first_tick;
@@ -120,6 +121,8 @@ bool LoopSession::dropsDevice() const noexcept {
 }
 
 void LoopSession::note(LoopEvent::Kind kind, int hand, std::vector<double> numbers) {
+  noted_ = noted_tick_ == input_.tick ? noted_ + 1 : 1;
+  noted_tick_ = input_.tick;
   if (events_) events_->push(std::make_shared<const LoopEvent>(LoopEvent{input_.tick, kind, hand, std::move(numbers)}));
 }
 
@@ -131,6 +134,12 @@ void LoopSession::dropRecalledDevices() {
     hands_.erase(hands_.begin() + i);
     note(LoopEvent::Kind::kHandGone, i, {});
   }
+}
+
+void LoopSession::remember(Memory& memory) {
+  haptic::remember(*loop_, input_.tick, memory.loop);
+  for (std::size_t i = 0; i < hands_.size(); ++i) memory.origins[i] = hands_[i].origin;
+  memory.events = noted_tick_ == input_.tick ? noted_ : 0;
 }
 
 void LoopSession::tuneWorld(const WorldTuning& tuning) {
@@ -201,7 +210,7 @@ void LoopSession::keep(const PeriodicWake::Wake& wake, RecordedTick& record) noe
   record.paused = input_.paused;
   record.hands = input_.hands;
   for (int i = 0; i < input_.hands; ++i) record.hand[i] = {input_.hand[i].sample, input_.hand[i].hand};
-  if (parameters_.record) hashTick(*loop_, record.hash);
+  if (parameters_.keepsTicks()) hashTick(*loop_, record.hash);
 }
 
 void LoopSession::tick(const PeriodicWake::Wake& wake, std::uint64_t index, double h, TickSample& sample,

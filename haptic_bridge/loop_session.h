@@ -38,6 +38,14 @@ class LoopSession {
   void tuneDevice(int hand, const Spidar::Tuning& tuning);
   void setHandSettings(int hand, const HandSettings& settings);
 
+  /// What there is now, between ticks: a recording can begin here. `origins` are the hands' indices in start().
+  struct Memory {
+    LoopMemory loop;
+    std::array<int, kMaxHands> origins{};
+    int events = 0;                                    ///< that were noted before the next tick already
+  };
+  void remember(Memory& memory);                       ///< does not allocate into a memory from roomFor
+
   /// How it began, and where its scene came from: for recordings.
   const SessionStart& start() const { return start_; }
   const SceneSource& source() const { return world_->source; }
@@ -61,6 +69,7 @@ class LoopSession {
     PortLease<DevicePort> lease;
     std::string name;
     HandPlacement placement;
+    int origin = 0;                                    ///< its index in start()
     int link = -1;                                     ///< world link that the hand holds
     DeviceTwin* twin = nullptr;                        ///< when the device is simulated: its truth is known
     std::unique_ptr<TensionDistribution> exact;        ///< λ → 0: tells what the bounds alone admit
@@ -82,6 +91,8 @@ class LoopSession {
   std::unique_ptr<HapticLoop> loop_;
   SessionStart start_;
   EventRing* events_ = nullptr;
+  std::uint64_t noted_tick_ = 0;                       ///< of the last event, and how many there were before that tick
+  int noted_ = 0;
   TickInput input_;
   unsigned seen_jumps_ = 0;
   bool was_paused_ = false;

@@ -1,6 +1,7 @@
 #include "haptic_bridge/realtime_thread.h"
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/world/step_history.h"
 
 namespace haptic {
 namespace {
@@ -81,7 +82,8 @@ void RealtimeThread::nameHands(const LoopSession& session) {
 bool RealtimeThread::waitForRecorder(LoopSession& session) {
   session.sendEventsTo(events_);
   starts_.push(std::make_shared<const Start>(
-      Start{session.start(), session.source(), session.sceneName(), session.linkNames(), session.world().hash()}));
+      Start{session.start(), session.source(), session.sceneName(), session.linkNames(), session.world().hash(),
+            session.world().history().latest().packedCapacity()}));
   const std::int64_t begin = steadyNow();
   while (parameters_.record && !may_tick_) {
     if (stop_ || session.recalled()) return false;

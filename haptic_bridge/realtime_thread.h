@@ -39,6 +39,7 @@ class RealtimeThread {
     std::string scene;
     std::vector<std::string> links;
     std::uint64_t world_hash = 0;
+    std::size_t world_numbers = 0;         ///< room for the greatest world state
   };
   RecordRing<std::shared_ptr<const Start>>& starts() { return starts_; }  ///< one per claim of the ports; one reader
   LoopSession::EventRing& events() { return events_; }      ///< one reader

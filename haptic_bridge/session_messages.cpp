@@ -34,7 +34,14 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 
 }  // namespace
 
-haptic_msgs::SessionInfo toSessionInfo(const RealtimeThread::Start& start, const BridgeParameters& parameters) {
+std::vector<std::string> deviceTexts(const SessionStart& start) {
+  std::vector<std::string> texts;
+  for (const SessionStart::HandStart& hand : start.hands) texts.push_back(textOf(hand.def.file));
+  return texts;
+}
+
+haptic_msgs::SessionInfo toSessionInfo(const RealtimeThread::Start& start, const std::vector<std::string>& device_texts,
+                                       const BridgeParameters& parameters) {
   haptic_msgs::SessionInfo m;
   m.header.stamp = ros::Time::now();
   m.version = m.VERSION;
@@ -48,13 +55,15 @@ haptic_msgs::SessionInfo toSessionInfo(const RealtimeThread::Start& start, const
   m.rate = parameters.rate;
   m.first_tick = start.session.first_tick;
   m.links = start.links;
+  m.device_texts = device_texts;
   for (const SessionStart::HandStart& hand : start.session.hands) {
     m.devices.push_back(hand.device);
-    m.device_texts.push_back(textOf(hand.def.file));
     m.pointers.push_back(hand.pointer);
     append(m.hand_settings, numbersOf(hand.settings));
     append(m.device_memory, hand.memory);
     m.device_memory_sizes.push_back(static_cast<std::uint32_t>(hand.memory.size()));
+    append(m.hand_memory, hand.loop_memory);
+    m.hand_memory_sizes.push_back(static_cast<std::uint32_t>(hand.loop_memory.size()));
   }
   m.world_state = start.session.world_state;
   m.world_hash = start.world_hash;

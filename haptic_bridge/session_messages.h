@@ -4,13 +4,17 @@
 #include <haptic_msgs/SessionInfo.h>
 #include <haptic_msgs/TickRecord.h>
 
+#include <string>
 #include <vector>
 
 #include "haptic_bridge/realtime_thread.h"
 
 namespace haptic {
 
-haptic_msgs::SessionInfo toSessionInfo(const RealtimeThread::Start& start, const BridgeParameters& parameters);
+/// The description files of the start's devices, as they are now.
+std::vector<std::string> deviceTexts(const SessionStart& start);
+haptic_msgs::SessionInfo toSessionInfo(const RealtimeThread::Start& start, const std::vector<std::string>& device_texts,
+                                       const BridgeParameters& parameters);
 haptic_msgs::LoopEvent toLoopEvent(const LoopEvent& event);
 
 /// Adds a tick to the run in `message`. False: it does not belong there (other hands, or not the next tick).

@@ -7,6 +7,8 @@ namespace {
 
 /// A message holds at most so many ticks: some ten kilobytes.
 constexpr std::uint32_t kTicksPerMessage = 64;
+/// The flight recorder's recordings begin where the loop's memory was copied: as often as makes its five seconds six.
+constexpr std::int64_t kMemoryPeriodNs = 1000000000;
 /// Messages that may wait for a slow recorder: 30 s of 60 per second.
 constexpr int kQueue = 2000;
 
@@ -25,9 +27,28 @@ void SessionRecorder::begin(const RealtimeThread::Start& start) {
   for (const SessionStart::HandStart& hand : start.session.hands) {
     strings_.push_back(static_cast<int>(hand.def.strings.size()));
   }
-  const haptic_msgs::SessionInfo info = toSessionInfo(start, parameters_);
+  device_texts_ = deviceTexts(start.session);
+  const haptic_msgs::SessionInfo info = toSessionInfo(start, device_texts_, parameters_);
   flight_.begin(info, start);
+  start_ = std::make_shared<const RealtimeThread::Start>(start);
+  memory_.loop = roomFor(start.session, start.world_numbers);
+  next_memory_ns_ = steadyNow() + kMemoryPeriodNs;
   if (session_) session_.publish(info);
+}
+
+/// Asks the loop for a copy of all that it remembers, once a second.
+void SessionRecorder::remember() {
+  const std::int64_t now = steadyNow();
+  if (!start_ || parameters_.flight_folder.empty() || now < next_memory_ns_) return;
+  if (loop_.phase() != RealtimeThread::Phase::kTicking) return;
+  next_memory_ns_ = now + kMemoryPeriodNs;
+  if (!loop_.betweenTicks([this](LoopSession& session) { session.remember(memory_); })) return;
+  RealtimeThread::Start start = *start_;
+  start.session = startedAt(start_->session, memory_.loop, memory_.origins);
+  start.world_hash = memory_.loop.world_hash;
+  std::vector<std::string> texts;
+  for (int i = 0; i < memory_.loop.hands; ++i) texts.push_back(device_texts_.at(static_cast<std::size_t>(memory_.origins[i])));
+  waiting_memories_.push_back({toSessionInfo(start, texts, parameters_), memory_.events});
 }
 
 void SessionRecorder::publish(const haptic_msgs::TickRecord& run) {
@@ -43,6 +64,7 @@ void SessionRecorder::drain() {
   if (session_ && session_.getNumSubscribers() > 0 && ticks_.getNumSubscribers() > 0 && events_.getNumSubscribers() > 0) {
     loop_.letTick();
   }
+  remember();
   RecordedTick tick;
   haptic_msgs::TickRecord run;
   bool more = true;
@@ -58,6 +80,12 @@ void SessionRecorder::drain() {
       run = haptic_msgs::TickRecord();
       begin(*waiting_starts_.front());
       waiting_starts_.pop_front();
+    }
+    while (!waiting_memories_.empty() && due(waiting_memories_.front().info.first_tick)) {
+      publish(run);
+      run = haptic_msgs::TickRecord();
+      flight_.add(waiting_memories_.front());
+      waiting_memories_.pop_front();
     }
     while (!waiting_events_.empty() && due(waiting_events_.front()->tick)) {
       const LoopEvent& e = *waiting_events_.front();

@@ -22,12 +22,18 @@ class SessionRecorder {
  private:
   void publish(const haptic_msgs::TickRecord& run);
   void begin(const RealtimeThread::Start& start);
+  void remember();
 
   BridgeParameters parameters_;
   RealtimeThread& loop_;
   FlightRecorder flight_;
   ros::Publisher session_, ticks_, events_;
   std::vector<int> strings_;  ///< per hand
+  std::shared_ptr<const RealtimeThread::Start> start_;  ///< of the session that runs
+  std::vector<std::string> device_texts_;               ///< as they were at its start
+  LoopSession::Memory memory_;
+  std::int64_t next_memory_ns_ = 0;
+  std::deque<FlightStart> waiting_memories_;
   std::deque<std::shared_ptr<const RealtimeThread::Start>> waiting_starts_;
   std::deque<std::shared_ptr<const LoopEvent>> waiting_events_;
 };

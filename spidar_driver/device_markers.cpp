@@ -14,6 +14,7 @@ using visualization_msgs::Marker;
 constexpr double kLineWidth = 0.0015;       // of the frame and the strings [m]
 constexpr double kMetresPerNewton = 0.01;   // length of a force's arrow: 10 N are as long as the frame's half
 constexpr double kLeastForce = 0.05;        // an arrow shorter than its head's width is a blot [N]
+constexpr double kLabelRow = 0.02;          // twice the text's height [m]
 constexpr double kFullColourTension = 5;    // a string this tense is drawn red [N]; the usual range of a hand
 
 std_msgs::ColorRGBA colour(double r, double g, double b, double a = 1) {
@@ -33,8 +34,13 @@ std_msgs::ColorRGBA tensionColour(double tension) {
 
 }  // namespace
 
-DeviceMarkers::DeviceMarkers(ros::NodeHandle& nh, const DeviceDef& def, const std::string& base_frame)
-    : def_(def), base_frame_(base_frame), publisher_(nh.advertise<visualization_msgs::MarkerArray>("markers", 1)) {}
+DeviceMarkers::DeviceMarkers(ros::NodeHandle& nh, const DeviceDef& def, const std::string& base_frame,
+                             const std::string& name, int label_row)
+    : def_(def),
+      base_frame_(base_frame),
+      name_(name),
+      label_row_(label_row),
+      publisher_(nh.advertise<visualization_msgs::MarkerArray>("markers", 1)) {}
 
 Marker DeviceMarkers::marker(const char* ns, int type, const ros::Time& stamp) const {
   Marker m;
@@ -117,15 +123,15 @@ void DeviceMarkers::addForces(visualization_msgs::MarkerArray& array, const Devi
   arrow("force", record.F_achieved_B.force, 2 * kLineWidth, colour(0.95, 0.25, 0.2));
   arrow("force_asked", record.F_asked_B.force, 4 * kLineWidth, colour(1, 1, 1, 0.35));  // a shell around the other
   Marker text = marker("text", Marker::TEXT_VIEW_FACING, stamp);
-  char line[96];
+  char line[128];
   const Wrench &given = record.F_achieved_B, &asked = record.F_asked_B;
-  std::snprintf(line, sizeof(line), "%s  %.2f N %.1f mNm,  asked %.2f N %.1f mNm", toString(record.state), given.force.norm(),
-                1e3 * given.torque.norm(), asked.force.norm(), 1e3 * asked.torque.norm());
+  std::snprintf(line, sizeof(line), "%s %s  %.2f N %.1f mNm,  asked %.2f N %.1f mNm", name_.c_str(),
+                toString(record.state), given.force.norm(), 1e3 * given.torque.norm(), asked.force.norm(), 1e3 * asked.torque.norm());
   text.text = line;
   // Above the frame, where it covers nothing.
   double top = 0;
   for (const StringDef& s : def_.strings) top = std::max(top, s.p_BE.z());
-  text.pose.position = toPoint(Vector3(0, 0, top + 0.035));
+  text.pose.position = toPoint(Vector3(0, 0, top + 0.035 + kLabelRow * label_row_));
   text.scale.z = 0.01;
   text.color = colour(1, 1, 1);
   array.markers.push_back(text);

@@ -12,7 +12,8 @@ namespace haptic {
 /// Topic `markers`, in the base's frame. Namespaces: frame, strings, grip, force, force_asked, text.
 class DeviceMarkers {
  public:
-  DeviceMarkers(ros::NodeHandle& nh, const DeviceDef& def, const std::string& base_frame);
+  /// The text begins with `name` and stands `label_row` rows higher than above the frame.
+  DeviceMarkers(ros::NodeHandle& nh, const DeviceDef& def, const std::string& base_frame, const std::string& name, int label_row);
   bool wanted() const { return publisher_.getNumSubscribers() > 0; }
   void publish(const DeviceRecord& record, const ros::Time& stamp);
 
@@ -24,7 +25,8 @@ class DeviceMarkers {
   void addForces(visualization_msgs::MarkerArray& array, const DeviceRecord& record, const ros::Time& stamp) const;
 
   DeviceDef def_;
-  std::string base_frame_;
+  std::string base_frame_, name_;
+  int label_row_;
   ros::Publisher publisher_;
 };
 

@@ -42,7 +42,7 @@ DeviceTopics::DeviceTopics(ros::NodeHandle& nh, const DriverParameters& paramete
       joint_states_(nh.advertise<sensor_msgs::JointState>("joint_states", 10)),
       joy_(nh.advertise<sensor_msgs::Joy>("joy", 10)),
       state_(nh.advertise<haptic_msgs::DeviceState>("state", 1, true)),
-      markers_(nh, port.device.def(), base_frame_) {
+      markers_(nh, port.device.def(), base_frame_, parameters.name, parameters.label_row) {
   if (parameters.place_base) {
     geometry_msgs::TransformStamped base;
     base.header.frame_id = parameters.world_frame;

@@ -55,21 +55,25 @@ RecordedSession begin(const std::string& bag, const haptic_msgs::SessionInfo& in
   s.start.world_tuning = info.world_tuning;
   const std::size_t hands = info.devices.size();
   const bool fits = hands > 0 && hands <= kMaxHands && info.device_texts.size() == hands && info.pointers.size() == hands &&
-                    info.device_memory_sizes.size() == hands && info.hand_settings.size() % hands == 0 && info.rate > 0;
+                    info.device_memory_sizes.size() == hands && info.hand_memory_sizes.size() == hands &&
+                    info.hand_settings.size() % hands == 0 && info.rate > 0;
   if (!fits) refuse(bag, "its session does not say which hands it has", "record again");
   const std::size_t per_hand = info.hand_settings.size() / hands;
-  std::size_t used = 0;
+  std::size_t device_used = 0, hand_used = 0;
+  const auto taken = [&](const std::vector<double>& from, std::size_t& used, std::size_t size) {
+    if (size > from.size() - used) refuse(bag, "its session is cut short", "record again");
+    const auto begin = from.begin() + static_cast<std::ptrdiff_t>(used);
+    used += size;
+    return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(size));
+  };
   for (std::size_t i = 0; i < hands; ++i) {
     SessionStart::HandStart hand;
     hand.device = info.devices[i];
     hand.pointer = info.pointers[i];
     const auto first = info.hand_settings.begin() + static_cast<std::ptrdiff_t>(i * per_hand);
     hand.settings = handSettingsFrom({first, first + static_cast<std::ptrdiff_t>(per_hand)});
-    const std::size_t size = info.device_memory_sizes[i];
-    if (used + size > info.device_memory.size()) refuse(bag, "its session is cut short", "record again");
-    const auto memory = info.device_memory.begin() + static_cast<std::ptrdiff_t>(used);
-    hand.memory.assign(memory, memory + static_cast<std::ptrdiff_t>(size));
-    used += size;
+    hand.memory = taken(info.device_memory, device_used, info.device_memory_sizes[i]);
+    hand.loop_memory = taken(info.hand_memory, hand_used, info.hand_memory_sizes[i]);
     s.start.hands.push_back(hand);
   }
   return s;

@@ -7,10 +7,13 @@
 #include <cstdlib>
 #include <memory>
 
+#include "haptic_core/loop/hand.h"
 #include "haptic_core/loop/haptic_loop.h"
 #include "haptic_core/loop/ports.h"
+#include "haptic_core/loop/session.h"
 #include "haptic_core/spidar/device_twin.h"
 #include "haptic_core/spidar/spidar.h"
+#include "haptic_core/world/step_history.h"
 #include "scene/scene_file.h"
 
 namespace {
@@ -141,6 +144,24 @@ TEST_P(SceneAllocation, WhoWatchesIsServedWithoutAllocation) {
   }
   EXPECT_EQ(copies, 200);
   EXPECT_GT(copy.stages.total(), 0);
+}
+
+TEST_P(SceneAllocation, TheLoopsMemoryIsCopiedWithoutAllocation) {
+  Stack stack(GetParam());
+  SessionStart start;
+  start.world_tuning = stack.world.tuning().numbers();
+  start.hands.push_back({"spidar", stack.device.def(), 0, stack.loop.hand(0).settings(), stack.device.save(), {}});
+  LoopMemory memory = roomFor(start, stack.world.history().latest().packedCapacity());
+  for (int i = 0; i < 5000; ++i) {
+    stack.tick();
+    allocations = 0;
+    counting = true;
+    remember(stack.loop, i, memory);
+    counting = false;
+    ASSERT_EQ(allocations, 0) << "tick " << i;
+  }
+  EXPECT_EQ(memory.world_state, stack.world.save());
+  EXPECT_EQ(memory.hand[0].device, stack.device.save());
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, SceneAllocation, testing::Values("touch_cube", "blocks", "box_on_floor"));

@@ -19,6 +19,7 @@ from topic_probe import Probe, wait_until
 
 MOVE = (0.02, -0.03, 0.06)   # up and aside: nothing is touched there [m]
 GLIDE = 0.5                  # the bridge's soft start [s]
+SILENCE = 3                  # longer than a tracker pauses [s]
 FRAME = 1 / 30               # of the simulation's tf [s]
 
 
@@ -98,6 +99,29 @@ class DeviceBase(unittest.TestCase):
         wait_until("the pointer is with the cart", lambda: distance(self.where("spidar_base"), end) < 1e-9)
         time.sleep(2 * GLIDE)
         self.assertLess(distance(self.where("pointer"), self.where("spidar_grip")), 2e-3)
+
+        # Its tracker dies: the base stays where it was told last, and the force goes on; a new tracker is followed.
+        tracker = tf2_ros.TransformBroadcaster()
+
+        def track(x):
+            for _ in range(10):
+                tracker.sendTransform(place("world", "tracked", (x, 0, 0)))
+                time.sleep(0.03)
+
+        broadcaster.sendTransform([place("tracked", "spidar_base", moved)])
+        track(0.01)
+        last = (moved[0] + 0.01, moved[1], moved[2])
+        wait_until("the tracker is followed", lambda: distance(self.where("spidar_base"), last) < 1e-9)
+        time.sleep(2 * GLIDE)
+        statistics.clear()
+        time.sleep(SILENCE)
+        self.assertLess(distance(self.where("pointer"), self.where("spidar_grip")), 2e-3)
+        self.assertLess(distance(self.where("spidar_grip"), last), 0.03)
+        silent = statistics.wait(5)
+        self.assertGreater(silent.hands[0].fade, 0)
+        track(0.025)
+        wait_until("the tracker is followed again",
+                   lambda: distance(self.where("pointer"), (moved[0] + 0.025, moved[1], moved[2])) < 0.03)
 
         # On a body of the scene.
         cube = self.where("cube")

@@ -18,7 +18,7 @@ import rospkg
 import rospy
 import rostest
 from haptic_msgs.msg import DeviceState, TickStatistics
-from topic_probe import Probe, load_nodelet, program, unload, wait_until
+from topic_probe import Probe, load_stack, program, replay, unload_stack, wait_until
 
 RATE = 500       # [Hz]; the boards are a process of their own: the pseudo-terminal must keep up on a busy machine
 KEPT = 5.0       # before a fault [s]
@@ -29,7 +29,6 @@ class MotorBoards(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node("motor_boards_test")
-        rospy.wait_for_service("/haptics/load_nodelet", 20)
         cls.folder = tempfile.mkdtemp()
         cls.port, cls.control = os.path.join(cls.folder, "boards"), os.path.join(cls.folder, "control")
         cls.flights = os.path.join(cls.folder, "flights")
@@ -37,18 +36,15 @@ class MotorBoards(unittest.TestCase):
         cls.boards = subprocess.Popen([program("spidar_driver", "spidar_board_emulator"), "--device", device, "--link", cls.port,
                                        "--control", cls.control, "--hand", "touch_cube"], stdout=subprocess.DEVNULL)
         wait_until("the boards' port", lambda: os.path.exists(cls.port) and os.path.exists(cls.control))
-        cls.loaders = [
-            load_nodelet("spidar_driver/DriverNodelet", "/spidar/driver", "/haptics", device="spidar_g6x5r", transport="file",
-                         port=cls.port, rate=RATE, calibrate_at_start=True, enable_force_at_start=True, alone=False),
-            load_nodelet("penalty_sim/SimulationNodelet", "/simulation", "/haptics", scene="touch_cube", rate=RATE, alone=False),
-            load_nodelet("haptic_bridge/BridgeNodelet", "/bridge", "/haptics", rate=RATE, flight_folder=cls.flights)]
+        cls.stack = load_stack("spidar_g6x5r", RATE, bridge={"flight_folder": cls.flights},
+                               driver={"transport": "file", "port": cls.port, "calibrate_at_start": True,
+                                       "enable_force_at_start": True})
         cls.statistics = Probe("/tick_statistics", TickStatistics)
         cls.statistics.wait(1, timeout=40, accept=lambda m: m.ticks > 0)
 
     @classmethod
     def tearDownClass(cls):
-        for process in reversed(cls.loaders):
-            unload(process)
+        unload_stack(cls.stack)
         cls.boards.send_signal(signal.SIGINT)
         cls.boards.wait(10)
         shutil.rmtree(cls.folder)
@@ -70,7 +66,7 @@ class MotorBoards(unittest.TestCase):
         self.assertEqual(before.state, state.messages[-1].state, "the first driver does not notice")
 
     def test_a_dead_board_leaves_the_last_seconds(self):
-        self.statistics.wait(1, timeout=30, accept=lambda m: m.simulated_time > KEPT + 1)
+        self.statistics.wait(1, timeout=30, accept=lambda m: m.simulated_time > KEPT + 3)
         with open(self.control, "w", encoding="utf-8") as control:
             control.write("kill 1\n")
         wait_until("a flight recording", lambda: glob.glob(self.flights + "/*.bag"), 20)
@@ -103,6 +99,13 @@ class MotorBoards(unittest.TestCase):
         self.assertGreater(runs[-1][0] + runs[-1][1], fault_tick)
         session = [m for _, m, _ in self.bag.read_messages("recorded/session")]
         self.assertEqual(len(session), 1)
+        # It begins in the middle, where the loop's memory was copied, and comes out again bit for bit up to the dead board.
+        self.assertEqual(session[0].first_tick, runs[0][0])
+        self.assertGreater(session[0].first_tick, 0)
+        self.assertGreater(len(session[0].hand_memory), 0)
+        figures = replay(path)
+        self.assertGreaterEqual(figures["replay.steps"], (KEPT + AFTER) * RATE)
+        self.assertEqual(figures["replay.mismatches"], 0)
         done = subprocess.run(["rosbag", "play", "--immediate", "--quiet", path, "--topics", "/nothing"], check=False,
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=20)
         self.assertEqual(done.returncode, 0, done.stdout)

@@ -18,24 +18,19 @@ import rostest
 from haptic_msgs.msg import TickStatistics
 from haptic_msgs.srv import Clutch, Grab
 from std_srvs.srv import SetBool, Trigger
-from topic_probe import Probe, load_nodelet, program, unload, wait_until
+from topic_probe import Probe, load_stack, replay, unload_stack, wait_until
 
 
 class Recording(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node("recording_test")
-        rospy.wait_for_service("/haptics/load_nodelet", 20)
         cls.folder = tempfile.mkdtemp()
         cls.bag = os.path.join(cls.folder, "session.bag")
-        cls.loaders = [
-            load_nodelet("spidar_driver/DriverNodelet", "/spidar/driver", "/haptics", device="spidar_g6x3r", rate=1000, alone=False),
-            load_nodelet("penalty_sim/SimulationNodelet", "/simulation", "/haptics", scene="touch_cube", rate=1000, alone=False)]
         recorder = subprocess.Popen(["rosbag", "record", "-O", cls.bag, "-e", ".*recorded/.*"])
-        cls.loaders.append(load_nodelet("haptic_bridge/BridgeNodelet", "/bridge", "/haptics", record=True))
+        stack = load_stack(bridge={"record": True})
         cls.use_everything()
-        for process in reversed(cls.loaders):
-            unload(process)
+        unload_stack(stack)
         time.sleep(1)  # what was published last is on its way
         recorder.send_signal(signal.SIGINT)
         recorder.wait(20)
@@ -111,11 +106,9 @@ class Recording(unittest.TestCase):
             sessions = [m for _, m, _ in bag.read_messages("/recorded/session")]
         self.assertEqual(len(sessions), 1)
         self.assertTrue({0, 1, 2, 3, 5} <= kinds, f"events of kinds {kinds}")
-        done = subprocess.run([program("penalty_sim", "haptic_replay"), self.bag], capture_output=True, text=True, check=False)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        figures = dict(line.split()[1:3] for line in done.stdout.splitlines() if line.startswith("figure"))
-        self.assertGreater(int(figures["replay.steps"]), 2000)
-        self.assertEqual(int(figures["replay.mismatches"]), 0)
+        figures = replay(self.bag)
+        self.assertGreater(figures["replay.steps"], 2000)
+        self.assertEqual(figures["replay.mismatches"], 0)
 
 
 if __name__ == "__main__":

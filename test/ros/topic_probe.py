@@ -99,6 +99,28 @@ def load_nodelet(kind, name, manager, **parameters):
                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
+def load_stack(device="spidar_g6x3r", rate=1000, driver=None, bridge=None):
+    """Driver, simulation of touch_cube and bridge in the manager /haptics; what `unload_stack` wants."""
+    rospy.wait_for_service("/haptics/load_nodelet", 20)
+    return [load_nodelet("spidar_driver/DriverNodelet", "/spidar/driver", "/haptics", device=device, rate=rate, alone=False,
+                         **(driver or {})),
+            load_nodelet("penalty_sim/SimulationNodelet", "/simulation", "/haptics", scene="touch_cube", rate=rate, alone=False),
+            load_nodelet("haptic_bridge/BridgeNodelet", "/bridge", "/haptics", rate=rate, **(bridge or {}))]
+
+
+def unload_stack(stack):
+    for process in reversed(stack):
+        unload(process)
+
+
+def replay(bag):
+    """Runs a recorded bag again: its figures. Fails when it cannot be, or comes out otherwise."""
+    done = subprocess.run([program("penalty_sim", "haptic_replay"), bag], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise AssertionError(done.stdout + done.stderr)
+    return {name: float(value) for word, name, value, *_ in map(str.split, done.stdout.splitlines()) if word == "figure"}
+
+
 def unload(process, timeout=10.0):
     """Asks the loader to unload its nodelet; its exit code."""
     process.send_signal(signal.SIGINT)

@@ -5,16 +5,28 @@
 #include <sstream>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/memory_numbers.h"
 #include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
+namespace {
+
+StringVector quantumOf(const DeviceDef& def) {
+  StringVector quantum = StringVector::Zero(static_cast<Eigen::Index>(def.strings.size()));
+  for (std::size_t i = 0; i < def.strings.size(); ++i) {
+    quantum[static_cast<Eigen::Index>(i)] = std::fabs(def.strings[i].length_per_count);
+  }
+  return quantum;
+}
+
+}  // namespace
 
 Hand::Hand(Spidar& device, int pointer, const HandSettings& settings)
     : device_(device),
       pointer_(pointer),
       settings_(settings),
       map_(settings.workspace),
-      passivity_(settings.passivity, device.def().grip_mass) {
+      passivity_(settings.passivity, device.def().grip_mass, quantumOf(device.def())) {
   check(settings);
   requests_.rebase = Rebase::kGlide;  // the pointer starts where the scene has it
 }
@@ -65,7 +77,6 @@ void Hand::sense(const HandInput& input, double h) noexcept {
   if (requests_.rebase == Rebase::kNone) requests_.rebase = waiting;
   last_buttons_ = buttons_;
   buttons_ = input.sample.buttons;
-  const StringVector previous = report_.length;
   const Pose X_last = report_.X_BG;
   report_.valid = device_.calibrated();
   report_.X_BG = device_.pose();
@@ -74,8 +85,9 @@ void Hand::sense(const HandInput& input, double h) noexcept {
   report_.length = device_.lengths();
   report_.pose_residual = device_.solution().residual;
   moved_ = Twist{};
+  if (report_.valid && !was_valid_) passivity_.start(report_.length);
   if (report_.valid && was_valid_) {
-    passivity_.observe(report_.length - previous);
+    passivity_.observe(report_.length);
     moved_ = {vectorFromRotation(Quaternion(report_.X_BG.R * X_last.R.transpose())) / h, (report_.X_BG.p - X_last.p) / h};
   }
   was_valid_ = report_.valid;
@@ -145,6 +157,27 @@ void Hand::rest(double h) noexcept {
   report_.tension = device_.tension().tension;
   report_.device_flags = device_.flags();
   report_.fade = 0;
+}
+
+/// What sense, couple, render or a hash read before they write it.
+template <class Numbers>
+void Hand::remember(Numbers& n) {
+  map_.remember(n);
+  passivity_.remember(n);
+  n(report_.X_BG), n(report_.X_WP), n(report_.fade), n(report_.port_energy), n(report_.in_contact), n(report_.clutched);
+  n(requests_.rebase), n(buttons_), n(last_buttons_), n(was_valid_);
+}
+
+void Hand::save(std::vector<double>& out) {
+  out.clear();
+  MemoryWriter numbers(out);
+  remember(numbers);
+}
+
+void Hand::restore(const std::vector<double>& memory) {
+  MemoryReader numbers(memory, "a hand");
+  remember(numbers);
+  numbers.end();
 }
 
 void Hand::letGo(World& world) noexcept { world.setPointerTarget(pointer_, map_.X_WP(), Twist{}); }

@@ -1,6 +1,7 @@
 /// One hand: a device on its pointer. Sense → couple → (the world steps) → render.
 #pragma once
 #include <atomic>
+#include <vector>
 
 #include "haptic_core/loop/haptic_loop.h"
 
@@ -37,6 +38,13 @@ class Hand {
   /// Between two ticks: the pointer stands from now on.
   void letGo(World& world) noexcept;
 
+  /// Complete memory but for the settings, for recordings: `restore` of it makes this hand or another with the same
+  /// settings go on bit for bit. Between two ticks; allocates unless `out` has room for kMemoryNumbers. `restore` throws
+  /// SetupError when it does not fit.
+  void save(std::vector<double>& out);
+  void restore(const std::vector<double>& memory);
+  static constexpr std::size_t kMemoryNumbers = 256;
+
   const HandReport& report() const noexcept { return report_; }
   const DriveCommand& drive() const noexcept;
   const PassivityController& passivity() const noexcept { return passivity_; }
@@ -49,6 +57,8 @@ class Hand {
   void check(const HandSettings& settings) const;
   bool pressed(int button) const noexcept { return button >= 0 && ((buttons_ >> button) & 1u) != 0; }
   void followGrabButton(World& world) noexcept;
+  template <class Numbers>
+  void remember(Numbers& n);
 
   Spidar& device_;
   int pointer_;

@@ -3,16 +3,23 @@
 /// Observer (Hannaford & Ryu 2002). Commands and counts travel in one exchange: what tick n asks for acts from sample
 /// n + 1 to sample n + 2. Over that interval the tensions t_n are held, so the energy that the loop absorbs is exactly
 ///     E_{n+2} = E_{n+1} + t_n·Δl,
-/// Δl the change of the strings' lengths between the two samples, to their resolution. (The wrench of tick n times the
-/// grip's displacement would miss what the strings' geometry, two samples late, gives away: 0.1 N·s/m of negative
-/// damping.) The port has been passive as long as E ≥ 0.
+/// Δl the change of the strings' lengths between the two samples. (The wrench of tick n times the grip's displacement
+/// would miss what the strings' geometry, two samples late, gives away: 0.1 N·s/m of negative damping.) The port has been
+/// passive as long as E ≥ 0.
+///
+/// Counts. A string that trembles on the edge of a count seems to move by a whole one, q, each time; and as the controller
+/// gives force while a count goes one way and takes it back while it goes the other, each tremble would be credited t·q
+/// that no hand has given. So E is summed twice, and the lower sum counts: with the lengths of the counts, and with the
+/// lengths that go on at their last rate as long as the counts allow, l_n = clamp(2 l_{n-1} - l_{n-2}, counts ± q/2), for
+/// which a tremble on an edge is none. What both do not see, about one count, the controller keeps in reserve: it acts as
+/// if E were lower by q · 1 N.
 ///
 /// Controller. The grip, M = m diag(⅖r²,⅖r²,⅖r²,1,1,1), is expected to follow the strings: a wrench F held from velocity V
 /// on gives F·V h + ½ h² Fᵀ M⁻¹ F. The second part matters: a light grip turns within a tick, and a controller that
 /// forgets it pushes at the moments that feed the vibration. Where the interval that has begun and the next one together
-/// would give more than E, first a damper α (m/M) V is added to F_n, α ≤ α_max just large enough; α_max keeps the sampled
-/// damper itself stable, for on the grip it rings above α h / m = 1. Where that is not enough, F_n is scaled down to what
-/// E allows, to nothing if need be: what does not push gives no energy.
+/// would give more than E less the reserve, first a damper α (m/M) V is added to F_n, α ≤ α_max just large enough; α_max
+/// keeps the sampled damper itself stable, for on the grip it rings above α h / m = 1. Where that is not enough, F_n is
+/// scaled down to what is left, to nothing if need be: what does not push gives no energy.
 #pragma once
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/spidar/device_def.h"
@@ -29,12 +36,16 @@ struct PassivitySettings {
 
 class PassivityController {
  public:
-  /// `grip_mass` [kg]: of the grip alone; a hand that holds it only makes it heavier.
-  PassivityController(const PassivitySettings& settings, double grip_mass) : settings_(settings), grip_mass_(grip_mass) {}
+  /// `grip_mass` [kg]: of the grip alone; a hand that holds it only makes it heavier. `quantum` [m]: q, what one count is
+  /// of each string's length.
+  PassivityController(const PassivitySettings& settings, double grip_mass, const StringVector& quantum)
+      : settings_(settings), grip_mass_(grip_mass), quantum_(quantum) {}
   void setSettings(const PassivitySettings& settings) { settings_ = settings; }  ///< between two ticks
 
-  /// (in realtime) The change of the strings' lengths since the last sample [m].
-  void observe(const StringVector& stretch) noexcept;
+  /// (in realtime) The strings' lengths at the first sample, or the first after some that told nothing [m].
+  void start(const StringVector& length) noexcept;
+  /// (in realtime) The strings' lengths at this sample, one period after the last [m].
+  void observe(const StringVector& length) noexcept;
 
   /// (in realtime) The wrench to ask for, `F_B` or less than it: held over `h` [s] from the next sample on. `V_BG` is the
   /// mean velocity since the last sample: a filter's lag would have the controller push where the hand has turned.
@@ -43,15 +54,28 @@ class PassivityController {
   /// (in realtime) What the device will really give for it: the energy is counted with that.
   void hold(const Wrench& F_achieved_B, const StringVector& tension) noexcept;
 
+  template <class Numbers>
+  void remember(Numbers& n) {  // all but the settings
+    n(counted_), n(smooth_), n(advance_);
+    for (Held* held : {&before_, &in_strings_, &next_}) n(held->F_B), n(held->tension);
+    n(counted_energy_), n(smooth_energy_), n(energy_), n(lowest_), n(dissipated_), n(acting_);
+  }
+
   double energy() const { return energy_; }          ///< E [J], absorbed since the start
   double lowestEnergy() const { return lowest_; }    ///< min over time of E [J]
   double dissipated() const { return dissipated_; }  ///< by the controller [J]
   bool acting() const { return acting_; }
 
  private:
+  Twist response(const Wrench& F_B, double dt) const noexcept;  ///< M⁻¹ F dt
+  double reserve() const noexcept;                              ///< [J]
+
   PassivitySettings settings_;
   double grip_mass_;
-  Twist response(const Wrench& F_B, double dt) const noexcept;  ///< M⁻¹ F dt
+  StringVector quantum_;   ///< [m]
+  StringVector counted_;   ///< lengths of the counts at the last sample [m]
+  StringVector smooth_;    ///< the same, going on at the last rate [m]
+  StringVector advance_;   ///< of `smooth_` in the last interval [m]
   struct Held {
     Wrench F_B;
     StringVector tension;  ///< [N]
@@ -59,6 +83,7 @@ class PassivityController {
   Held before_;      ///< between the last two samples
   Held in_strings_;  ///< since the last sample
   Held next_;        ///< goes out with the next exchange
+  double counted_energy_ = 0, smooth_energy_ = 0;
   double energy_ = 0, lowest_ = 0, dissipated_ = 0;
   bool acting_ = false;
 };

@@ -6,6 +6,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/loop/hand.h"
 #include "haptic_core/spidar/spidar.h"
+#include "haptic_core/world/step_history.h"
 
 namespace haptic {
 namespace {
@@ -31,6 +32,46 @@ void requireSize(const std::vector<double>& numbers, std::size_t size, const cha
 }
 
 }  // namespace
+
+LoopMemory roomFor(const SessionStart& start, std::size_t world_numbers) {
+  LoopMemory memory;
+  memory.world_state.reserve(world_numbers);
+  memory.world_tuning = WorldTuning::fromNumbers(start.world_tuning);
+  for (std::size_t i = 0; i < start.hands.size(); ++i) {
+    memory.hand[i].device.reserve(start.hands[i].memory.size());
+    memory.hand[i].loop.reserve(Hand::kMemoryNumbers);
+  }
+  return memory;
+}
+
+void remember(HapticLoop& loop, std::uint64_t tick, LoopMemory& memory) {
+  const World& world = loop.world();
+  memory.tick = tick;
+  memory.world_hash = world.hash();
+  world.history().latest().pack(memory.world_state);
+  memory.world_tuning = world.tuning();
+  memory.hands = loop.handCount();
+  for (int i = 0; i < memory.hands; ++i) {
+    memory.hand[i].settings = loop.hand(i).settings();
+    loop.hand(i).device().save(memory.hand[i].device);
+    loop.hand(i).save(memory.hand[i].loop);
+  }
+}
+
+SessionStart startedAt(const SessionStart& first, const LoopMemory& memory, const std::array<int, kMaxHands>& hands) {
+  SessionStart start = first;
+  start.first_tick = memory.tick;
+  start.world_state = memory.world_state;
+  start.world_tuning = memory.world_tuning.numbers();
+  start.hands.clear();
+  for (int i = 0; i < memory.hands; ++i) {
+    start.hands.push_back(first.hands.at(static_cast<std::size_t>(hands[i])));
+    start.hands.back().settings = memory.hand[i].settings;
+    start.hands.back().memory = memory.hand[i].device;
+    start.hands.back().loop_memory = memory.hand[i].loop;
+  }
+  return start;
+}
 
 std::vector<double> numbersOf(const HandSettings& s) {
   std::vector<double> out = {s.workspace.scale,    s.force_scale,
@@ -86,7 +127,8 @@ SessionReplay::SessionReplay(const WorldDef& scene, const SessionStart& start) :
     devices_.push_back(std::make_unique<Spidar>(hand.def));
     devices_.back()->restore(hand.memory);
     names_.push_back(hand.device);
-    loop_->attach(*devices_.back(), hand.pointer, hand.settings);
+    const int index = loop_->attach(*devices_.back(), hand.pointer, hand.settings);
+    if (!hand.loop_memory.empty()) loop_->hand(index).restore(hand.loop_memory);
   }
   requests_.resize(start.hands.size());
 }

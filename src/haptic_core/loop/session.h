@@ -37,6 +37,7 @@ struct SessionStart {
     int pointer = 0;
     HandSettings settings;
     std::vector<double> memory;      ///< Spidar::save()
+    std::vector<double> loop_memory; ///< Hand::save(); empty: the hand is new
   };
   std::uint64_t first_tick = 0;
   double step = 1e-3;                ///< h [s]
@@ -44,6 +45,27 @@ struct SessionStart {
   std::vector<double> world_tuning;  ///< WorldTuning::numbers()
   std::vector<HandStart> hands;
 };
+
+/// The loop between two ticks, complete: a session can start there.
+struct LoopMemory {
+  std::uint64_t tick = 0;            ///< the next one
+  std::uint64_t world_hash = 0;
+  std::vector<double> world_state;
+  WorldTuning world_tuning;
+  int hands = 0;
+  struct HandMemory {
+    HandSettings settings;
+    std::vector<double> device, loop;
+  };
+  std::array<HandMemory, kMaxHands> hand;
+};
+
+/// Set-up: room for what `remember` keeps of a loop that began like this.
+LoopMemory roomFor(const SessionStart& start, std::size_t world_numbers);
+/// Between two ticks. Does not allocate into a memory that has room. `tick` is the next one.
+void remember(HapticLoop& loop, std::uint64_t tick, LoopMemory& memory);
+/// The same session begun there. `hands[i]` is the index in `start` of the loop's hand i: some may be gone.
+SessionStart startedAt(const SessionStart& start, const LoopMemory& memory, const std::array<int, kMaxHands>& hands);
 
 std::vector<double> numbersOf(const HandSettings& settings);
 HandSettings handSettingsFrom(const std::vector<double>& numbers);      ///< throws SetupError

@@ -61,6 +61,12 @@ class WorkspaceMap {
   /// The world's wrench on the hand at the pointer's origin, in W, as one on the grip in B.
   Wrench toGrip(const Wrench& F_W) const { return F_W.rotated(settings_.X_WB.R.transpose()); }
 
+  template <class Numbers>
+  void remember(Numbers& n) {  // all but the settings
+    n(offset_W_), n(glide_offset_W_), n(R_GP_), n(glide_turn_), n(X_WP_), n(V_WP_);
+    n(glide_left_), n(glide_s_), n(rebase_), n(clutched_);
+  }
+
   const Pose& X_WP() const { return X_WP_; }
   const Twist& V_WP() const { return V_WP_; }
   bool clutched() const { return clutched_; }

@@ -94,8 +94,10 @@ class Spidar {
   void restoreCalibration(const StringVector& zero_length, const GripPose& guess = {}) noexcept;
 
   /// Complete memory, for recordings: `restore` of it makes this device or another of the same description go on
-  /// bit for bit. Between two ticks; `save` allocates. `restore` throws SetupError when it is of another device.
+  /// bit for bit. Between two ticks; `save` allocates unless `out` has room. `restore` throws SetupError when it is of
+  /// another device.
   std::vector<double> save() const;
+  void save(std::vector<double>& out) const;
   void restore(const std::vector<double>& memory);
 
   /// Limits and λ that may change while running, within the device file's own. Between two ticks.

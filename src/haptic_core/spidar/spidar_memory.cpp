@@ -31,24 +31,30 @@ void take(const double*& in, Pose& X) {
 }  // namespace
 
 std::vector<double> Spidar::save() const {
+  std::vector<double> out;
+  save(out);
+  return out;
+}
+
+void Spidar::save(std::vector<double>& out) const {
   const int n = kinematics_.strings();
-  std::vector<double> out = {static_cast<double>(n),
-                             distribution_.ruleLambda(),
-                             max_force_,
-                             max_torque_,
-                             static_cast<double>(state_),
-                             calibrated_ ? 1.0 : 0.0,
-                             zero_current_ ? 1.0 : 0.0,
-                             enabled_ ? 1.0 : 0.0,
-                             opening_rate_,
-                             ramp_,
-                             heat_share_,
-                             since_counts_,
-                             fade_.load(),
-                             solution_.residual,
-                             solution_.pose.opening,
-                             static_cast<double>(solution_.iterations),
-                             static_cast<double>(solution_.status)};
+  out.assign({static_cast<double>(n),
+              distribution_.ruleLambda(),
+              max_force_,
+              max_torque_,
+              static_cast<double>(state_),
+              calibrated_ ? 1.0 : 0.0,
+              zero_current_ ? 1.0 : 0.0,
+              enabled_ ? 1.0 : 0.0,
+              opening_rate_,
+              ramp_,
+              heat_share_,
+              since_counts_,
+              fade_.load(),
+              solution_.residual,
+              solution_.pose.opening,
+              static_cast<double>(solution_.iterations),
+              static_cast<double>(solution_.status)});
   for (const StringDef& string : def_.strings) put(out, string.p_BE.data(), 3);  // a calibration may have moved them
   put(out, solution_.pose.X_BG);
   put(out, twist_.vector().data(), 6);
@@ -57,7 +63,8 @@ std::vector<double> Spidar::save() const {
   put(out, length_.data(), n);
   put(out, solution_.length_error.data(), n);
   health_.save(out);
-  return out;
+  out.resize(out.size() + 2 * static_cast<std::size_t>(n));
+  distribution_.saveActiveSet(out.data() + out.size() - 2 * n);
 }
 
 /// The exits as a calibration left them, three numbers per string.
@@ -77,7 +84,7 @@ void Spidar::placeExits(const double* numbers) {
 void Spidar::restore(const std::vector<double>& memory) {
   const int n = kinematics_.strings();
   constexpr int kHead = 17, kHealth = 6;
-  const std::size_t expected = kHead + 3 * n + kPoseNumbers + 12 + 3 * n + kHealth + 2 * n;
+  const std::size_t expected = kHead + 3 * n + kPoseNumbers + 12 + 3 * n + kHealth + 2 * n + 2 * n;
   if (memory.size() != expected || memory[0] != n) {
     throw SetupError(def_.name, "the saved memory is of another device or version", "use the description it was saved with");
   }
@@ -109,9 +116,8 @@ void Spidar::restore(const std::vector<double>& memory) {
   take(in, length_.data(), n);
   solution_.length_error.resize(n);
   take(in, solution_.length_error.data(), n);
-  health_.restore(in);
-  // The active set of the last solve is a guess that may decide the last bit: both runs start without one.
-  distribution_.forgetActiveSet();
+  in = health_.restore(in);
+  distribution_.restoreActiveSet(in);  // a guess that may decide the last bit
   distribution_.setStructure(kinematics_.scaledStructure(solution_.pose));
 }
 

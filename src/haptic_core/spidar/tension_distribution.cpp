@@ -92,6 +92,9 @@ void TensionDistribution::forgetActiveSet() noexcept {
   solver_->forgetActiveSet();
 }
 
+void TensionDistribution::saveActiveSet(double* out) const noexcept { solver_->saveActiveSet(out); }
+void TensionDistribution::restoreActiveSet(const double* in) noexcept { solver_->restoreActiveSet(in); }
+
 const TensionReport& TensionDistribution::solve(const Wrench& F_G_B, double grasp_force) noexcept {
   const bool finite = scale(F_G_B, grasp_force);
   solveWith(lambda_);

@@ -80,6 +80,9 @@ class TensionDistribution {
   const TensionReport& present(const Wrench& F_G_B, double grasp_force = 0) noexcept;
 
   void forgetActiveSet() noexcept;  ///< (in realtime) the next solve starts cold
+  /// The active set as two numbers per string, for recordings: it may decide the last bit of the next solve.
+  void saveActiveSet(double* out) const noexcept;
+  void restoreActiveSet(const double* in) noexcept;
   const TensionReport& report() const noexcept { return report_; }
 
  private:

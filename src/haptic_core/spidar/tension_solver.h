@@ -18,6 +18,9 @@ class TensionSolver {
   virtual void setLambda(double lambda) noexcept = 0;
   virtual void setStructure(const StructureMatrix& scaled) noexcept = 0;
   virtual void forgetActiveSet() noexcept = 0;
+  /// Two numbers per string: 1 where it is free, the tension that it is held at.
+  virtual void saveActiveSet(double* out) const noexcept = 0;
+  virtual void restoreActiveSet(const double* in) noexcept = 0;
   /// `wanted` is W w. Fills all of `report` but what needs r.
   virtual void solve(const double* wanted, double* achieved, TensionReport& report) noexcept = 0;
 };
@@ -57,6 +60,21 @@ class TensionNewton final : public TensionSolver {
     free_ = Lane::constant(1);
     held_ = Lane::constant(0);
     factored_ = false;
+  }
+
+  void saveActiveSet(double* out) const noexcept override {
+    for (int i = 0; i < strings_; ++i) {
+      *out++ = free_[i];
+      *out++ = held_[i];
+    }
+  }
+
+  void restoreActiveSet(const double* in) noexcept override {
+    forgetActiveSet();
+    for (int i = 0; i < strings_; ++i) {
+      free_.set(i, *in++);
+      held_.set(i, *in++);
+    }
   }
 
   void solve(const double* wanted, double* achieved, TensionReport& report) noexcept override {

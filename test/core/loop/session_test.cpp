@@ -17,6 +17,7 @@ namespace {
 constexpr double kPeriod = 1e-3;  // [s]
 // Before this tick the world's state is noted without having changed: restoring what is there must change nothing.
 constexpr std::uint64_t kNotedOnly = 120;
+constexpr std::uint64_t kRememberEvery = 37;  // [ticks]; and where something happens
 
 ArticulationDef box(const char* name, const Vector3& size, JointType type, const Vector3& p, double mass) {
   ArticulationDef def;
@@ -61,6 +62,11 @@ struct Recording {
   std::vector<TickInput> ticks;   ///< without what stands in events
   std::vector<LoopEvent> events;
   std::vector<TickHash> hashes;
+  struct Later {                  ///< the session begun in the middle
+    SessionStart start;
+    std::size_t event = 0;        ///< the first that was not done by then
+  };
+  std::vector<Later> later;
 };
 
 /// Two twins on the scene's two pointers, with a loop that is recorded as the bridge does it.
@@ -72,6 +78,7 @@ struct Live {
   std::vector<std::unique_ptr<DeviceTwin>> twin;
   Recording recording;
   std::uint64_t tick = 0;
+  std::array<int, kMaxHands> origin{0, 1};  ///< index at the start of each of the loop's hands
 
   Live() {
     recording.start.step = kPeriod;
@@ -103,6 +110,11 @@ struct Live {
 
   void run(int ticks, int lost = 0, bool paused = false, unsigned buttons = 0) {
     for (int n = 0; n < ticks; ++n) {
+      if (tick % kRememberEvery == 0 || n == 0) {
+        LoopMemory memory = roomFor(recording.start, 0);
+        remember(loop, tick, memory);
+        recording.later.push_back({startedAt(recording.start, memory, origin), recording.events.size()});
+      }
       TickInput input;
       input.tick = tick;
       input.hands = loop.handCount();
@@ -181,6 +193,7 @@ Recording record() {
   live.loop.detach(0);
   live.device.erase(live.device.begin());
   live.twin.erase(live.twin.begin());
+  live.origin[0] = 1;
   live.run(200);
   return live.recording;
 }
@@ -191,11 +204,10 @@ struct Difference {
   std::string part;
 };
 
-Difference replay(const Recording& recording, const WorldDef& world = scene()) {
-  SessionReplay replay(world, recording.start);
+Difference replay(const Recording& recording, const SessionStart& start, std::size_t event) {
+  SessionReplay replay(scene(), start);
   Difference difference;
-  std::size_t event = 0;
-  for (std::size_t t = 0; t < recording.ticks.size(); ++t) {
+  for (std::size_t t = start.first_tick; t < recording.ticks.size(); ++t) {
     while (event < recording.events.size() && recording.events[event].tick == t) replay.apply(recording.events[event++]);
     const TickHash& hash = replay.tick(recording.ticks[t]);
     if (hash == recording.hashes[t]) continue;
@@ -208,10 +220,34 @@ Difference replay(const Recording& recording, const WorldDef& world = scene()) {
   return difference;
 }
 
+Difference replay(const Recording& recording) { return replay(recording, recording.start, 0); }
+
 TEST(Session, RunsAgainBitForBit) {
   const Recording recording = record();
   const Difference difference = replay(recording);
   EXPECT_EQ(difference.ticks, 0) << "first at tick " << difference.first << ", " << difference.part;
+}
+
+// Whatever the loop remembers from tick to tick is in its memory: soft start, glide, clutch, grab, passivity, active sets.
+TEST(Session, BeginsInTheMiddle) {
+  const Recording recording = record();
+  ASSERT_GT(recording.later.size(), 40u);
+  for (const Recording::Later& later : recording.later) {
+    const Difference difference = replay(recording, later.start, later.event);
+    EXPECT_EQ(difference.ticks, 0) << "from tick " << later.start.first_tick << " on: first at " << difference.first << ", "
+                                   << difference.part;
+    for (const SessionStart::HandStart& hand : later.start.hands) EXPECT_LE(hand.loop_memory.size(), Hand::kMemoryNumbers);
+  }
+}
+
+TEST(Session, RefusesAHandsMemoryThatDoesNotFit) {
+  const Recording recording = record();
+  for (const int change : {-1, 1}) {
+    SessionStart start = recording.later.back().start;
+    std::vector<double>& memory = start.hands[0].loop_memory;
+    memory.resize(memory.size() + change);
+    EXPECT_THROW(SessionReplay(scene(), start), SetupError);
+  }
 }
 
 TEST(Session, ContainsContactsGrabsAndForces) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -116,6 +117,30 @@ TEST_P(TensionOfDevice, DoesNotDependOnTheActiveSetItStartsFrom) {
     // The objective's curvature is λ at least: a gradient of 1e-14 · 20 N leaves 2e-13 / λ.
     ASSERT_LT((warm.solve(F).tension - cold.solve(F).tension).norm(), 1e-9);
   }
+}
+
+// A copy that starts from the saved active set takes the same steps to the same bits; one that starts cold takes others.
+TEST_P(TensionOfDevice, GoesOnFromASavedActiveSetBitForBit) {
+  const DeviceDef def = device(GetParam());
+  const StringKinematics kinematics(def);
+  TensionDistribution first(def, kinematics), again(def, kinematics), cold(def, kinematics);
+  std::mt19937 generator(17);
+  int other_steps = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    std::array<double, 2 * kMaxStrings> active;
+    first.saveActiveSet(active.data());
+    const StructureMatrix A = kinematics.scaledStructure(randomPose(generator, def.dof));
+    for (TensionDistribution* each : {&first, &again, &cold}) each->setStructure(A);
+    again.solve({randomVector(generator, 0.2), randomVector(generator, 10)});  // somewhere else before
+    again.restoreActiveSet(active.data());
+    cold.forgetActiveSet();
+    const Wrench F{randomVector(generator, 0.2), randomVector(generator, 10)};
+    const TensionReport& report = first.solve(F);
+    ASSERT_EQ(again.solve(F).iterations, report.iterations);
+    ASSERT_EQ(again.report().tension, report.tension);
+    other_steps += cold.solve(F).iterations != report.iterations;
+  }
+  EXPECT_GT(other_steps, 50);  // the active set makes a difference
 }
 
 TEST_P(TensionOfDevice, LambdaFollowsWhatIsMissing) {
