@@ -79,6 +79,7 @@ void Telemetry::run() {
 
 void Telemetry::drain() {
   recorder_.drain();
+  loop_.lastTick().read(last_tick_);  // first: the samples that follow are those up to it, and newer ones
   TickSample sample;
   while (loop_.samples().pop(sample)) {
     last_ = sample;
@@ -90,7 +91,6 @@ void Telemetry::drain() {
     second_.add(sample);
     if (figures_) figures_->add(sample);
   }
-  loop_.lastTick().read(last_tick_);
 }
 
 /// The loop runs by the steady clock whatever ROS's does; stamps are ROS's. So a simulated clock that stands still or
@@ -179,7 +179,9 @@ void Telemetry::publishStatistics() {
     m->lateness_us_max = percentile(period_.lateness, 1);
     m->dropped_records = loop_.samples().dropped();
     const auto devices = loop_.deviceNames(), pointers = loop_.pointerNames();
-    for (int i = 0; i < last_tick_.hands && i < static_cast<int>(devices.size()); ++i) {
+    // While a hand is being lost, the report may still have it and the names not: nobody gets another's values.
+    const int hands = last_tick_.hands == static_cast<int>(devices.size()) ? last_tick_.hands : 0;
+    for (int i = 0; i < hands; ++i) {
       m->hands.push_back(toHandReport(last_tick_.hand[i], devices[i], pointers[i]));
     }
     m->energy = toLedger(last_.step.energy);
