@@ -71,15 +71,12 @@ def chosen_scenes(options, run_program):
     if options.quick:
         files = [file for file in files if os.path.splitext(os.path.basename(file))[0] in QUICK_FILES]
     refused = []
+    built_in = {scene.name for scene in scenes}  # files of the same name are the same scenes, without the exact solution
     for file in files:
         try:
-            scenes += describe(run_program, [file])
+            scenes += [scene for scene in describe(run_program, [file]) if scene.name not in built_in]
         except ValueError as error:
             refused.append((os.path.basename(file), str(error)))
-    names = [scene.name for scene in scenes]
-    for scene in scenes:
-        if names.count(scene.name) > 1 and os.path.isfile(scene.source):
-            scene.name += '_file'  # a built-in scene has the same name
     return scenes, refused
 
 

@@ -22,7 +22,7 @@ OURS = {
 }
 MOST_STIFFNESS = 1e14  # [N/m^3]: 0.1 kg on 1 cm^2 sinks 0.1 nm; beyond, rounding of the poses is larger than the depth
 # [s] of the two runs whose difference says how well the reference has converged.
-REFERENCE_STEPS = (1 / 64000, 1 / 128000)
+REFERENCE_STEPS = (1 / 32000, 1 / 64000)
 QUICK_REFERENCE_STEPS = (1 / 4000, 1 / 8000)
 CPU_LIMIT, QUICK_CPU_LIMIT = 240, 15  # [s] per run
 
