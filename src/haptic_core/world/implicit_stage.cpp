@@ -170,10 +170,24 @@ double ImplicitStage::slope(const std::vector<double>& velocity) const noexcept 
   return has_joints_ ? phi + joints_.slope(velocity.data(), step_.data()) : phi;
 }
 
+/// Speed along the patches that rounding of coordinates makes uncertain: the normal force is uncertain by k A0 times as
+/// much, friction that slides with it, and nothing holds that back.
+double ImplicitStage::slidingNoise(double g) const noexcept {
+  double speed = 0;
+  for (const ImplicitContact& c : contacts_) {
+    if (c.force.sticking || !(c.force.normal_force > 0)) continue;
+    const double mu = c.force.F_BP_P.force.head<2>().norm() / c.force.normal_force;
+    const double mass = plan_.law(c.shape_a, c.shape_b, false, false).reduced_mass;
+    speed += g * mu * c.stiffness * std::abs(c.volume.A0) / mass * kRounding * farthest();
+  }
+  return speed;
+}
+
 bool ImplicitStage::converges(double g, double last) const noexcept {
   const double scale = speed(v) + settings_.gravity.norm() * g;
-  const double rounding = kRounding * farthest() / g;
-  return residual <= kTolerance * scale + rounding || (residual >= 0.5 * last && residual <= kStagnation * scale);
+  if (residual <= kTolerance * scale + kRounding * farthest() / g) return true;
+  // What shrinks no more is rounding, if it is as small.
+  return residual >= 0.5 * last && residual <= std::max(kStagnation * scale, slidingNoise(g));
 }
 
 /// The α whose φ(α) = R(v + α p)·p is small against φ(0); leaves R and the contacts of v + α p behind.

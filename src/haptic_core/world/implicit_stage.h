@@ -88,6 +88,7 @@ class ImplicitStage {
   bool findDirection() noexcept;
   double slope(const std::vector<double>& velocity) const noexcept;
   void move(double alpha, const std::vector<double>& from, std::vector<double>& to) noexcept;
+  double slidingNoise(double g) const noexcept;
   bool converges(double g, double last) const noexcept;
   void evaluate(const std::vector<double>& velocity, double g) noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
