@@ -45,8 +45,9 @@ class Session(unittest.TestCase):
         self.assertLess(norm(wrench.wait(10).wrench.force), 10.5)  # the device's clamp
         stamps = [m.header.stamp.to_sec() for m in pose.messages]
         self.assertTrue(all(b > a for a, b in zip(stamps, stamps[1:])), "stamps rise")
-        rate = (len(stamps) - 1) / (stamps[-1] - stamps[0])
-        self.assertAlmostEqual(rate, 500, delta=50)
+        # Every second tick of 1 ms; the median, for a machine that stalls now and then loses ticks.
+        median = sorted(b - a for a, b in zip(stamps, stamps[1:]))[len(stamps) // 2]
+        self.assertAlmostEqual(median, 1 / 500, delta=5e-4)
 
     def test_joint_states(self):
         message = Probe("/spidar/joint_states", JointState).wait(20)
