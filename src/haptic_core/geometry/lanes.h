@@ -31,9 +31,6 @@ inline LaneMask laneMask(unsigned bits) {
 /// Lane by lane: where the mask is set that of `a`, else that of `b`.
 inline Lanes select(const LaneMask& mask, const Lanes& a, const Lanes& b) { return mask ? a : b; }
 
-/// (x, y, z, w) → (y, z, x, w).
-inline Lanes turned(const Lanes& a) { return __builtin_shufflevector(a, a, 1, 2, 0, 3); }
-
 /// Rows become columns: four points (x, y, z, ·) become x, y, z of all four.
 inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, Lanes& x, Lanes& y,
                       Lanes& z) {
@@ -105,10 +102,6 @@ inline LaneMask laneMask(unsigned bits) {
 }
 inline Lanes select(const LaneMask& mask, const Lanes& a, const Lanes& b) {
   return {mask.lower ? a.lower : b.lower, mask.upper ? a.upper : b.upper};
-}
-
-inline Lanes turned(const Lanes& a) {
-  return {__builtin_shufflevector(a.lower, a.upper, 1, 2), __builtin_shufflevector(a.lower, a.upper, 0, 3)};
 }
 
 inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, Lanes& x, Lanes& y,
