@@ -1,4 +1,5 @@
-/// `scene_check FILE|NAME`: loads a scene, compiles its world and prints what became of it.
+/// `scene_check FILE|NAME`: loads a scene, compiles its world, prints what became of it and whether hands can bear it.
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -6,6 +7,7 @@
 #include <string>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/loop/hand_certificate.h"
 #include "haptic_core/world/certificate.h"
 #include "haptic_core/world/world.h"
 #include "scene/scene_file.h"
@@ -13,14 +15,25 @@
 namespace {
 
 constexpr char kUsage[] =
-    "usage: scene_check [--default-density KG_PER_M3] [--srdf FILE] [--scenes FOLDER] SCENE|FILE\n"
+    "usage: scene_check [--default-density KG_PER_M3] [--srdf FILE] [--scenes FOLDER] [--device FILE] [--rate HZ]\n"
+    "                   SCENE|FILE\n"
     "exit code: 0 loaded, 1 loaded with warnings and --strict, 2 refused or wrong usage\n";
+
+/// Reads a value > 0; false, after a line that says so: it is none.
+bool readPositive(const char* option, const char* text, const char* unit, double& value) {
+  char* end = nullptr;
+  value = std::strtod(text, &end);
+  if (*end == '\0' && value > 0 && std::isfinite(value)) return true;
+  std::fprintf(stderr, "scene_check: %s '%s' is not a number > 0 in %s\n", option, text, unit);
+  return false;
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
   haptic::SceneOptions options;
-  std::string name;
+  std::string name, device_file;
+  double rate = 0;
   bool strict = false;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
@@ -28,12 +41,11 @@ int main(int argc, char** argv) {
     if (argument == "--strict") {
       strict = true;
     } else if (argument == "--default-density" && has_value) {
-      char* end = nullptr;
-      options.default_density = std::strtod(argv[++i], &end);
-      if (*end != '\0' || !(options.default_density > 0)) {
-        std::fprintf(stderr, "scene_check: --default-density '%s' is not a density > 0 in kg/m³\n", argv[i]);
-        return 2;
-      }
+      if (!readPositive("--default-density", argv[++i], "kg/m³", options.default_density)) return 2;
+    } else if (argument == "--rate" && has_value) {
+      if (!readPositive("--rate", argv[++i], "Hz", rate)) return 2;
+    } else if (argument == "--device" && has_value) {
+      device_file = argv[++i];
     } else if (argument == "--srdf" && has_value) {
       options.srdf = argv[++i];
     } else if (argument == "--scenes" && has_value) {
@@ -50,12 +62,20 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    const haptic::SceneDef scene = haptic::loadScene(name, options);
+    haptic::SceneDef scene = haptic::loadScene(name, options);
+    if (rate > 0) scene.world.settings.step = 1 / rate;
     std::fputs(haptic::sceneText(scene).c_str(), stdout);
     const haptic::World world(scene.world);
     std::fputs(world.planText().c_str(), stdout);
     const haptic::Certificate certificate = haptic::certify(scene.world);
     std::fputs(certificate.text().c_str(), stdout);
+    if (!device_file.empty()) {
+      const haptic::DeviceDef device = haptic::loadDevice(device_file);
+      for (const haptic::HandDef& hand : scene.hands) {
+        const haptic::HandMapping mapping{hand.workspace.scale, hand.force_scale};
+        std::fputs(haptic::certifyHand(scene.world, hand.pointer, mapping, device).text().c_str(), stdout);
+      }
+    }
     std::printf("figure check.collisions_lost %d 1\nfigure check.warnings %zu 1\n",
                 scene.collisions_tried - scene.collisions_loaded, scene.warnings.size());
     return strict && !scene.warnings.empty() ? 1 : 0;

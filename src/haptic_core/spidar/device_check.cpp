@@ -236,15 +236,14 @@ std::string rangeText(const Vector3& low, const Vector3& high, double scale, int
   return text;
 }
 
-/// Largest stable contact stiffness per rate, by the device's own damping and with a relaxed hand's 8 N·s/m on top.
+/// Largest stable contact stiffness per rate, by the device's own damping and with a relaxed hand's on top.
 std::string wallText(const DeviceDef& def) {
-  constexpr double kHandDamping = 8;
   std::string text = "stable contact stiffness [N/mm], grip free / in a relaxed hand:";
   for (const double rate : {1000.0, 2000.0, 5000.0, 10000.0}) {
     if (rate > def.max_rate_hz * (1 + 1e-9)) continue;
     const double period = 1 / rate, delay = loopDelay(period, def.delay_s);
     text += " " + number(rate, 0) + " Hz " + number(1e-3 * largestWallStiffness(def.grip_damping, 0, period, delay), 2) +
-            " / " + number(1e-3 * largestWallStiffness(def.grip_damping + kHandDamping, 0, period, delay), 1) + ";";
+            " / " + number(1e-3 * largestWallStiffness(def.grip_damping + kRelaxedHandDamping, 0, period, delay), 1) + ";";
   }
   text.back() = '\n';
   return text + "  (Colgate & Schenkel: damping over half a period plus delay; the passivity controller adds damping up to its own)\n";

@@ -5,6 +5,7 @@
 #include "haptic_core/spidar/hand_path.h"
 #include "haptic_core/spidar/string_kinematics.h"
 #include "haptic_core/spidar/transport.h"
+#include "haptic_core/spidar/wall_bound.h"
 
 namespace haptic {
 
@@ -14,7 +15,7 @@ struct TwinSettings {
   double motor_time_constant = 0;  ///< first-order lag of the tension [s]; 0: ideal motors
   bool hand = true;                ///< false: nobody holds the grip
   double hand_stiffness = 500;     ///< [N/m], a relaxed hand
-  double hand_damping = 8;         ///< [N·s/m]
+  double hand_damping = kRelaxedHandDamping;         ///< [N·s/m]
   double hand_rotational_stiffness = 1.5;  ///< [N·m/rad]
   double hand_rotational_damping = 0.01;   ///< [N·m·s/rad]
   double gravity = 0;                      ///< on the grip, along -z of B [m/s²]; 0: the hand carries it

@@ -12,6 +12,9 @@
 
 namespace haptic {
 
+/// What a relaxed hand adds to the device's own damping [N·s/m]; the twin's hand has it.
+inline constexpr double kRelaxedHandDamping = 8;
+
 /// Largest K [N/m] for B, b [N·s/m], T and τ [s]; 0: none, the device has no damping to spare.
 inline double largestWallStiffness(double device_damping, double wall_damping, double period, double delay) {
   return std::max(0.0, (device_damping - std::fabs(wall_damping)) / (period / 2 + delay));

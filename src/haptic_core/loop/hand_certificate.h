@@ -1,0 +1,39 @@
+/// Whether a hand can bear what its pointer touches: the contact's stiffness against what the device's damping allows.
+///
+/// A foundation has no one stiffness. Pressed with F on a flat wall a pointer sinks until k V(δ) = F and then meets
+/// K = k A0(δ): k A for a flat face whatever F, 2 √(π R k F) for a ball of radius R. The bound on K is that of
+/// wall_bound.h; friction's springs and the contact's damper are not in it.
+#pragma once
+#include <string>
+
+#include "haptic_core/spidar/device_def.h"
+#include "haptic_core/world/definition.h"
+
+namespace haptic {
+
+/// How a pointer hangs on its device.
+struct HandMapping {
+  double scale = 1;        ///< world metres per grip metre
+  double force_scale = 1;  ///< grip newtons per world newton
+};
+
+struct HandCertificate {
+  std::string pointer, against;  ///< links; `against` is empty where the pointer touches nothing
+  double press = 0;              ///< F at the grip [N]
+  double foundation = 0;         ///< k of the stiffest pair of surfaces [N/m³]
+  double stiffness = 0;          ///< K at the grip, of its stiffest side on a flat wall [N/m]
+  double alone = 0;              ///< bound on K for the device, nobody holding it [N/m]
+  double held = 0;               ///< and with a relaxed hand [N/m]
+  double bearable = 0;           ///< k [N/m³] that brings K down to `held`
+  double rate = 0;               ///< [Hz]
+
+  bool holds() const { return against.empty() || stiffness <= held; }
+  std::string text() const;      ///< one line
+};
+
+/// For pointer `pointer` of the definition. `press` of 2 N is a firm touch: 4 mm into a relaxed hand. At set-up:
+/// allocates. Throws SetupError as `World` does.
+HandCertificate certifyHand(const WorldDef& def, int pointer, const HandMapping& mapping, const DeviceDef& device,
+                            double press = 2);
+
+}  // namespace haptic
