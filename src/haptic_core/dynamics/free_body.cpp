@@ -14,16 +14,16 @@ constexpr double kLargestTurn = 0.3;
 constexpr double kMostParts = 1000;
 
 /// Rotation vector in body axes that the body turns by in h: Ω(h) of the header, by powers of t/h.
+template <bool kTwisted>
 Vector3 turn(const LinkModel& link, const Vector3& l0, const Vector3& torque, double h) {
   Vector3 l[5], w[5], s[4];
-  const bool twisted = torque != Vector3::Zero();
   l[0] = l0;
   w[0].noalias() = h * (link.I_O_inverse * l[0]);
-  if (twisted) s[0] = h * torque;
+  if constexpr (kTwisted) s[0] = h * torque;
   for (int k = 0; k < 4; ++k) {
     Vector3 sum = l[0].cross(w[k]);
     for (int j = 1; j <= k; ++j) sum += l[j].cross(w[k - j]);
-    if (twisted) {
+    if constexpr (kTwisted) {
       sum += s[k];
       if (k < 3) {
         s[k + 1] = s[0].cross(w[k]);
@@ -47,10 +47,9 @@ Vector3 turn(const LinkModel& link, const Vector3& l0, const Vector3& torque, do
   return o1 + (o2 + (o3 + (o4 + o5)));
 }
 
-}  // namespace
-
-void stepFreeBody(const LinkModel& link, const Wrench& F_C_W, const Vector3& gravity, double h, double* q,
-                  double* v) noexcept {
+/// The rotation of a step under `torque_W`; none: kTwisted is false.
+template <bool kTwisted>
+void rotate(const LinkModel& link, const Vector3& torque_W, double h, double* q, double* v) {
   Quaternion r(q[3], q[4], q[5], q[6]);
   Matrix3 R = r.toRotationMatrix();
   const Vector3 omega(v[0], v[1], v[2]);
@@ -61,27 +60,39 @@ void stepFreeBody(const LinkModel& link, const Wrench& F_C_W, const Vector3& gra
                            ? 1
                            : std::min(kMostParts, std::ceil(std::sqrt(angle2) / kLargestTurn));
   const double dt = h / parts;
+  Vector3 L = L0;
   for (double part = 1; part <= parts; ++part) {
-    const Vector3 torque_L = R.transpose() * F_C_W.torque;
-    r = renormalised(r * quaternionStep(turn(link, l, torque_L, dt)));
+    r = renormalised(r * quaternionStep(turn<kTwisted>(link, l, R.transpose() * torque_W, dt)));
     R = r.toRotationMatrix();
-    l.noalias() = R.transpose() * (L0 + part * dt * F_C_W.torque);
+    if constexpr (kTwisted) L = L0 + part * dt * torque_W;
+    l.noalias() = R.transpose() * L;
   }
   Vector3 omega_end = R * (link.I_O_inverse * l);
   // ω is what is stored, and L is made of it again in the next step: that way alone loses 2.5e-16 of L a step, always
   // in the same sense. What the stored ω misses of L is put back.
-  const Vector3 miss = L0 + h * F_C_W.torque - R * (link.I_O * (R.transpose() * omega_end));
+  const Vector3 miss = L - R * (link.I_O * (R.transpose() * omega_end));
   omega_end += R * (link.I_O_inverse * (R.transpose() * miss));
-  const Vector3 a = F_C_W.force * (1 / link.mass) + gravity;
-  for (int k = 0; k < 3; ++k) {
-    v[k] = omega_end[k];
-    q[k] += h * (v[3 + k] + 0.5 * h * a[k]);
-    v[3 + k] += h * a[k];
-  }
+  for (int k = 0; k < 3; ++k) v[k] = omega_end[k];
   q[3] = r.w();
   q[4] = r.x();
   q[5] = r.y();
   q[6] = r.z();
+}
+
+}  // namespace
+
+void stepFreeBody(const LinkModel& link, const Wrench& F_C_W, const Vector3& gravity, double h, double* q,
+                  double* v) noexcept {
+  if (F_C_W.torque == Vector3::Zero()) {
+    rotate<false>(link, F_C_W.torque, h, q, v);
+  } else {
+    rotate<true>(link, F_C_W.torque, h, q, v);
+  }
+  const Vector3 a = F_C_W.force * (1 / link.mass) + gravity;
+  for (int k = 0; k < 3; ++k) {
+    q[k] += h * (v[3 + k] + 0.5 * h * a[k]);
+    v[3 + k] += h * a[k];
+  }
 }
 
 }  // namespace haptic

@@ -30,13 +30,12 @@ class BoxSeams {
  public:
   BoxSeams() { std::memset(ends_, -1, sizeof ends_); }
 
-  bool setEnd(int f, int g, int end, int vertex) {
+  void setEnd(int f, int g, int end, int vertex) {
     const int i = 8 * f + g;
     used_ |= std::uint64_t{1} << i;
-    const bool first = ends_[i][end] < 0;
     ends_[i][end] = static_cast<signed char>(vertex);  // at most 16 corners and 48 cuts
-    return first;
   }
+  static constexpr bool fits() { return true; }
   bool next(ContactWorkspace::Seam& piece) {
     if (!used_) return false;
     const int i = __builtin_ctzll(used_);
@@ -50,15 +49,14 @@ class BoxSeams {
   std::uint64_t used_ = 0;
 };
 
-Lanes wide(const Vector3& v) {
-  return Lanes{v.x(), v.y(), v.z(), 0};
+Lanes wide(const Vector3& v, double fourth = 0) {
+  return Lanes{v.x(), v.y(), v.z(), fourth};
 }
 
-/// The corners of one box in the axes of the other, where that one's planes are three intervals. The fourth lane is 0.
+/// The corners middle ± x ± y ± z of a box, in the order of `makeBox`. The fourth lane is 0.
 struct Corners {
   Lanes at[8];
 
-  /// Those at middle ± x ± y ± z, in the order of `makeBox`.
   Corners(const Vector3& middle, const Vector3& x, const Vector3& y, const Vector3& z) {
     const Lanes low = wide(middle - x), high = wide(middle + x), along_y = wide(y), along_z = wide(z);
     at[0] = low - along_y - along_z;
@@ -72,25 +70,35 @@ struct Corners {
   }
 };
 
-/// The planes of a box with axes R and centre p.
-void setPlanes(ContactSide& side, const Matrix3& R, const Vector3& p, const Vector3& half) {
-  const Lanes x{R(0, 0), R(0, 1), R(0, 2), 0}, y{R(1, 0), R(1, 1), R(1, 2), 0}, z{R(2, 0), R(2, 1), R(2, 2), 0};
-  const Lanes centre = x * lanes(p.x()) + y * lanes(p.y()) + z * lanes(p.z());
-  side.planes.resize(2);
-  side.planes[0] = {-x, -y, -z, wide(half) - centre};
-  side.planes[1] = {x, y, z, wide(half) + centre};
-}
+/// A box for the collector: its corners in A's frame, its planes as outward normal and offset.
+class BoxSide {
+ public:
+  /// With axes R and centre p.
+  BoxSide(const Matrix3& R, const Vector3& p, const Vector3& half)
+      : corners_(p, half.x() * R.col(0), half.y() * R.col(1), half.z() * R.col(2)) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const Lanes outward = wide(R.col(axis), R.col(axis).dot(p)), offset{0, 0, 0, half[axis]};
+      planes_[axis] = offset - outward;
+      planes_[axis + 4] = offset + outward;
+    }
+    std::memset(point_in_v_, -1, sizeof point_in_v_);
+    std::memset(face_in_v_, -1, sizeof face_in_v_);
+  }
 
-void startBox(ContactSide& side) {
-  static constexpr int kFaces[8] = {0, 2, 4, -1, 1, 3, 5, -1};
-  side.points.resize(8);
-  side.point_in_v.resize(8);
-  side.faces.resize(8);
-  side.face_in_v.resize(8);
-  std::memset(side.point_in_v.begin(), -1, 8 * sizeof(int));
-  std::memset(side.face_in_v.begin(), -1, 8 * sizeof(int));
-  std::memcpy(side.faces.begin(), kFaces, sizeof kFaces);
-}
+  signed char& pointInV(int p) { return point_in_v_[p]; }
+  signed char& faceInV(int plane) { return face_in_v_[plane]; }
+  const Lanes& point(int p) const { return corners_.at[p]; }
+  const Corners& corners() const { return corners_; }
+  ContactFace face(int plane, Owner owner) const {
+    const Lanes& n = planes_[plane];
+    return {Vector3(n[0], n[1], n[2]), n[3], 2 * (plane & 3) + (plane >> 2), owner};
+  }
+
+ private:
+  Corners corners_;
+  Lanes planes_[8];
+  signed char point_in_v_[8], face_in_v_[8];  // as BoxSeams
+};
 
 /// Four parallel edges against the three intervals |coordinate| ≤ half. Of a mask's bits, k belongs to edge k.
 class ParallelEdges {
@@ -107,55 +115,50 @@ class ParallelEdges {
       missing_ |= bits((from_below & to_below) | (from_above & to_above));
       entering_[axis] = from_below | from_above;
       leaving_[axis] = to_below | to_above;
-      from_above_[axis] = bits(from_above);
-      to_above_[axis] = bits(to_above);
+      from_above_[axis] = from_above;
+      to_above_[axis] = to_above;
     }
   }
 
   /// Those that no plane has wholly outside.
   unsigned candidates() const { return ~missing_ & 15; }
 
-  /// The last axis that each enters, the first that it leaves, and where.
+  /// The last plane that each enters, the first that it leaves, and where.
   void clip(const Vector3& half) {
+    Lanes enter = lanes(-1), leave = lanes(2), enter_plane = enter, leave_plane = enter;
     for (int axis = 0; axis < 3; ++axis) {
       if (!bits(entering_[axis] | leaving_[axis])) continue;
       const Lanes per_length = lanes(1) / (to_[axis] - from_[axis]);
       const Lanes t1 = (lanes(-half[axis]) - from_[axis]) * per_length, t2 = (lanes(half[axis]) - from_[axis]) * per_length;
       const Lanes in = maximum(minimum(minimum(t1, t2), lanes(1)), lanes(0)),
                   out = maximum(minimum(maximum(t1, t2), lanes(1)), lanes(0));
-      const LaneMask later = entering_[axis] & (in > enter_), sooner = leaving_[axis] & (out < leave_);
-      enter_ = select(later, in, enter_);
-      enter_axis_ = select(later, lanes(axis), enter_axis_);
-      leave_ = select(sooner, out, leave_);
-      leave_axis_ = select(sooner, lanes(axis), leave_axis_);
+      const LaneMask later = entering_[axis] & (in > enter), sooner = leaving_[axis] & (out < leave);
+      const Lanes lower = lanes(axis), upper = lanes(axis + 4);
+      enter = select(later, in, enter);
+      enter_plane = select(later, select(from_above_[axis], upper, lower), enter_plane);
+      leave = select(sooner, out, leave);
+      leave_plane = select(sooner, select(to_above_[axis], upper, lower), leave_plane);
     }
+    storeLanes(enter, enter_);
+    storeLanes(leave, leave_);
+    storeLanes(enter_plane, enter_plane_);
+    storeLanes(leave_plane, leave_plane_);
   }
 
   InnerPart part(int k) const {
-    InnerPart part;
-    if (enter_[k] >= 0) {
-      const int axis = static_cast<int>(enter_axis_[k]);
-      part.enter = enter_[k];
-      part.enter_plane = axis + 4 * static_cast<int>(from_above_[axis] >> k & 1);
-    }
-    if (leave_[k] <= 1) {
-      const int axis = static_cast<int>(leave_axis_[k]);
-      part.leave = leave_[k];
-      part.leave_plane = axis + 4 * static_cast<int>(to_above_[axis] >> k & 1);
-    }
-    return part;
+    return {enter_[k], leave_[k], static_cast<int>(enter_plane_[k]), static_cast<int>(leave_plane_[k])};
   }
 
  private:
   Lanes from_[3], to_[3];  // x, y and z of the ends
-  LaneMask entering_[3], leaving_[3];
-  unsigned from_above_[3], to_above_[3], missing_ = 0;
-  Lanes enter_ = lanes(-1), leave_ = lanes(2), enter_axis_ = lanes(0), leave_axis_ = lanes(0);  // -1, 2: not at all
+  LaneMask entering_[3], leaving_[3], from_above_[3], to_above_[3];
+  unsigned missing_ = 0;
+  double enter_[4], leave_[4], enter_plane_[4], leave_plane_[4];  // by edge; plane -1: none
 };
 
+/// `corners`: in the axes of the other box, where that one's planes are three intervals.
 template <bool kIsA>
-void clipEdges(const Corners& corners, const Vector3& half_of_other, double tolerance, ContactSide& own,
-               EdgeCollector<BoxSeams>& v) {
+void clipEdges(const Corners& corners, const Vector3& half_of_other, double tolerance, EdgeCollector<BoxSide, BoxSeams>& v) {
   const Vector3 limit = half_of_other.array() + tolerance;
   for (int first = 0; first < 12; first += 4) {
     const SideEdge* const edges = &kBox.edge[first];
@@ -166,7 +169,7 @@ void clipEdges(const Corners& corners, const Vector3& half_of_other, double tole
     for (; rest; rest &= rest - 1) {
       const int k = __builtin_ctz(rest);
       const InnerPart part = parallel.part(k);
-      if (!part.empty()) v.add<kIsA>(own, edges[k], part);
+      if (!part.empty()) v.add<kIsA>(edges[k], part);
     }
   }
 }
@@ -176,20 +179,12 @@ void clipEdges(const Corners& corners, const Vector3& half_of_other, double tole
 EdgeClipper::Result EdgeClipper::clipBoxes() {
   const Matrix3& R = X_AB_.R;
   const Vector3 &p = X_AB_.p, &half_a = A_.halfSize(), &half_b = B_.halfSize();
-  startBox(a_);
-  startBox(b_);
-  setPlanes(a_, Matrix3::Identity(), Vector3::Zero(), half_a);
-  setPlanes(b_, R, p, half_b);
-  const Corners of_a(-(R.transpose() * p), half_a.x() * R.row(0), half_a.y() * R.row(1), half_a.z() * R.row(2));
-  const Corners of_b(p, half_b.x() * R.col(0), half_b.y() * R.col(1), half_b.z() * R.col(2));
-  for (int v = 0; v < 8; ++v) {
-    a_.points[v] = A_.vertices()[v];
-    b_.points[v] = Vector3(of_b.at[v][0], of_b.at[v][1], of_b.at[v][2]);
-  }
+  BoxSide a(Matrix3::Identity(), Vector3::Zero(), half_a), b(R, p, half_b);
   BoxSeams seams;
-  EdgeCollector<BoxSeams> v(w_, seams);
-  clipEdges<true>(of_a, half_b, -tolerance_, a_, v);
-  clipEdges<false>(of_b, half_a, tolerance_, b_, v);
+  EdgeCollector<BoxSide, BoxSeams> v(w_, a, b, seams);
+  const Corners of_a(-(R.transpose() * p), half_a.x() * R.row(0), half_a.y() * R.row(1), half_a.z() * R.row(2));
+  clipEdges<true>(of_a, half_b, -tolerance_, v);
+  clipEdges<false>(b.corners(), half_a, tolerance_, v);
   return v.close();
 }
 

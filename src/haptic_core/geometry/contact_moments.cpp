@@ -76,20 +76,26 @@ Vectors gather(const double* a, const double* b, const double* c, const double* 
   return v;
 }
 
-/// ∫ 1, (x, y, z) and r rᵀ over V about o, times 6, 24 and 120, of four edges at a time.
+/// ∫ 1, (x, y, z) and r rᵀ over V about o, times 6, 24 and 60, of four edges at a time.
+///
+/// An edge p → q of faces with feet l and r gives the tetrahedra (o, l, p, q) of six times the volume l·(p × q) and
+/// (o, r, q, p) of -r·(p × q). With s = p + q, and a, b the volumes times l and r, their sums are a + b + u s and
+/// a lᵀ + b rᵀ + ½ ((a + b) sᵀ + s (a + b)ᵀ) + u (s sᵀ - ½ (p qᵀ + q pᵀ)), u being both volumes together.
 struct VolumeSums {
   Lanes volume = lanes(0), x = volume, y = volume, z = volume, xx = volume, xy = volume, yy = volume;
 
-  /// Tetrahedra (o, m, p, q) of six times the volume v.
-  void add(const Lanes& v, const Vectors& m, const Vectors& p, const Vectors& q) {
-    const Vectors t = m + (p + q);
-    volume += v;
-    x += v * t.x;
-    y += v * t.y;
-    z += v * t.z;
-    xx += v * (t.x * t.x + m.x * m.x + (p.x * p.x + q.x * q.x));
-    xy += v * (t.x * t.y + m.x * m.y + (p.x * p.y + q.x * q.y));
-    yy += v * (t.y * t.y + m.y * m.y + (p.y * p.y + q.y * q.y));
+  void add(const Vectors& p, const Vectors& q, const Vectors& l, const Vectors& r) {
+    const Lanes pxqy = p.x * q.y, pyqx = p.y * q.x, half = lanes(0.5);
+    const Vectors w{p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, pxqy - pyqx}, s = p + q;
+    const Lanes left = dot(l, w), right = -dot(r, w), u = left + right;
+    const Vectors a{left * l.x, left * l.y, left * l.z}, b{right * r.x, right * r.y, right * r.z}, c = a + b;
+    volume += u;
+    x += c.x + u * s.x;
+    y += c.y + u * s.y;
+    z += c.z + u * s.z;
+    xx += a.x * l.x + b.x * r.x + (c.x * s.x + u * (s.x * s.x - p.x * q.x));
+    yy += a.y * l.y + b.y * r.y + (c.y * s.y + u * (s.y * s.y - p.y * q.y));
+    xy += a.x * l.y + b.x * r.y + (half * (c.x * s.y + c.y * s.x) + u * (s.x * s.y - half * (pxqy + pyqx)));
   }
 };
 
@@ -110,16 +116,29 @@ struct AreaSums {
 
 }  // namespace
 
+/// Edges i … i + 3, where the last ones may be missing: edges of no length stand for them, which add nothing.
+class FourEdges {
+ public:
+  FourEdges(const ContactEdge* edges, int i, int end) : first_(edges + i) {
+    if (i + 4 <= end) return;
+    std::fill(filled_, filled_ + 4, ContactEdge{0, 0, 0, 0});
+    std::copy(edges + i, edges + end, filled_);
+    first_ = filled_;
+  }
+  const ContactEdge& operator[](int k) const { return first_[k]; }
+
+ private:
+  const ContactEdge* first_;
+  ContactEdge filled_[4];
+};
+
 /// The sums of `MomentSums`, four edges at a time, about a vertex o of V: products then have V's size, not that of its
 /// distance from A's origin.
 class ContactIntegrator {
  public:
   explicit ContactIntegrator(ContactWorkspace& w)
-      : w_(w), o_(w.vertices_[w.edges_[0].from]), origin_(spread(o_)), end_(w.edges_.size()) {
-    // Edges of no length fill up the last group: they add nothing.
-    for (int i = 0; i < 3; ++i) w_.edges_.push_back({0, 0, 0, 0});
-  }
-  ~ContactIntegrator() { w_.edges_.resize(end_); }
+      : w_(w), edges_(w.edges_.begin()), seam_(w.seam_begin_), end_(w.edges_.size()),
+        o_(w.vertices_[edges_[0].from]), origin_(spread(o_)) {}
 
   const Vector3& origin() const { return o_; }
 
@@ -128,8 +147,11 @@ class ContactIntegrator {
   Vector3 seamAreaVector(double& scale) const {
     Vectors total{lanes(0), lanes(0), lanes(0)};
     Lanes sizes = lanes(0);
-    for (int i = w_.seam_begin_; i < end_; i += 4) {
-      const Vectors c = cross(from(i), to(i));
+    for (int i = seam_; i < end_; i += 4) {
+      const FourEdges e(edges_, i, end_);
+      const Vectors p = gather(vertex(e[0].from), vertex(e[1].from), vertex(e[2].from), vertex(e[3].from)) - origin_;
+      const Vectors q = gather(vertex(e[0].to), vertex(e[1].to), vertex(e[2].to), vertex(e[3].to)) - origin_;
+      const Vectors c = cross(p, q);
       total = total + c;
       sizes += absolute(c.x) + absolute(c.y) + absolute(c.z);
     }
@@ -147,72 +169,72 @@ class ContactIntegrator {
   }
 
   /// Moments about o in the axes R = R_AP, and V's extent along the last of them.
-  void integrate(const Matrix3& R, MomentSums& sums, double& depth) const {
-    const Vectors axes[3] = {spread(R.col(0)), spread(R.col(1)), spread(R.col(2))};
-    const auto turn = [&](const Vectors& v) { return Vectors{dot(v, axes[0]), dot(v, axes[1]), dot(v, axes[2])}; };
-    setFeet(R);
+  void integrate(const Matrix3& R, MomentSums& moments, double& depth) const {
+    turnAll(R);
     VolumeSums v;
+    AreaSums a;
     Lanes low = lanes(0), high = low;  // o is a vertex; each other one begins or ends an edge
-    for (int i = 0; i < end_; i += 4) {
-      const Vectors p = turn(from(i)), q = turn(to(i)), w = cross(p, q);
+    const auto add = [&](const FourEdges& e, Vectors& p, Vectors& q) {
+      p = turned(w_.turned_, e[0].from, e[1].from, e[2].from, e[3].from);
+      q = turned(w_.turned_, e[0].to, e[1].to, e[2].to, e[3].to);
       low = minimum(low, minimum(p.z, q.z));
       high = maximum(high, maximum(p.z, q.z));
-      const ContactEdge* const e = &w_.edges_[i];
-      const Vectors l = gather(foot(e[0].left), foot(e[1].left), foot(e[2].left), foot(e[3].left));
-      v.add(dot(l, w), l, p, q);
-      const Vectors r = gather(foot(e[0].right), foot(e[1].right), foot(e[2].right), foot(e[3].right));
-      v.add(-dot(r, w), r, p, q);
+      v.add(p, q, turned(w_.feet_, e[0].left, e[1].left, e[2].left, e[3].left),
+            turned(w_.feet_, e[0].right, e[1].right, e[2].right, e[3].right));
+    };
+    Vectors p, q;
+    for (int i = 0; i < seam_; i += 4) add(FourEdges(edges_, i, seam_), p, q);
+    for (int i = seam_; i < end_; i += 4) {
+      add(FourEdges(edges_, i, end_), p, q);
+      a.add(p.x, p.y, q.x, q.y);
     }
     depth = largest(high) + largest(-low);
-    sums.volume = sum(v.volume) / 6;
-    sums.V1 = Vector3(sum(v.x), sum(v.y), sum(v.z)) / 24;
-    sums.V2 = symmetric(v.xx, v.xy, v.yy) / 120;
-
-    AreaSums a;
-    for (int i = w_.seam_begin_; i < end_; i += 4) {
-      const Vectors p = from(i), q = to(i);
-      a.add(dot(p, axes[0]), dot(p, axes[1]), dot(q, axes[0]), dot(q, axes[1]));
-    }
-    sums.A0 = sum(a.area) / 2;
-    sums.A1 = Vector2(sum(a.x), sum(a.y)) / 6;
-    sums.A2 = symmetric(a.xx, a.xy, a.yy) / 24;
+    const Lanes first = sums(v.volume, v.x, v.y, v.z), second = sums(v.xx, v.xy, v.yy, a.area),
+                area = sums(a.x, a.y, a.xx, a.xy);
+    moments.volume = first[0] / 6;
+    moments.V1 = Vector3(first[1], first[2], first[3]) / 24;
+    moments.V2 = symmetric(second[0], second[1], second[2]) / 60;
+    moments.A0 = second[3] / 2;
+    moments.A1 = Vector2(area[0], area[1]) / 6;
+    moments.A2 = symmetric(area[2], area[3], sum(a.yy)) / 24;
   }
 
  private:
   const double* vertex(int i) const { return w_.vertices_[i].data(); }
-  const double* foot(int face) const { return reinterpret_cast<const double*>(&w_.feet_[face]); }
-
-  /// Where edges i … i + 3 begin and end, about o.
-  Vectors from(int i) const {
-    const ContactEdge* const e = &w_.edges_[i];
-    return gather(vertex(e[0].from), vertex(e[1].from), vertex(e[2].from), vertex(e[3].from)) - origin_;
-  }
-  Vectors to(int i) const {
-    const ContactEdge* const e = &w_.edges_[i];
-    return gather(vertex(e[0].to), vertex(e[1].to), vertex(e[2].to), vertex(e[3].to)) - origin_;
+  static Vectors turned(const LoadedVector<Lanes>& v, int a, int b, int c, int d) {
+    Vectors four;
+    transpose(v[a], v[b], v[c], v[d], four.x, four.y, four.z);
+    return four;
   }
 
-  /// The points of the faces' planes nearest to o, in the axes R.
-  void setFeet(const Matrix3& R) const {
-    const Lanes rows[3] = {
-        {R(0, 0), R(0, 1), R(0, 2), 0}, {R(1, 0), R(1, 1), R(1, 2), 0}, {R(2, 0), R(2, 1), R(2, 2), 0}};
-    w_.feet_.clear();
-    for (const ContactFace& f : w_.faces_) {
-      const Vector3& n = f.normal;
-      w_.feet_.push_back(lanes(f.offset - n.dot(o_)) *
-                         (rows[0] * lanes(n.x()) + rows[1] * lanes(n.y()) + rows[2] * lanes(n.z())));
+  /// V's vertices and the points of its faces' planes nearest to o, from o and in the axes R, four at a time. What lies
+  /// behind the last one is worked on too, and never used.
+  void turnAll(const Matrix3& R) const {
+    const Vectors axes[3] = {spread(R.col(0)), spread(R.col(1)), spread(R.col(2))};
+    const auto turnTo = [&](const Vectors& v, Lanes* to) {
+      const Lanes x = dot(v, axes[0]), y = dot(v, axes[1]), z = dot(v, axes[2]);
+      transpose(x, y, z, z, to[0], to[1], to[2], to[3]);
+    };
+    for (int i = 0; i < w_.vertices_.size(); i += 4) {
+      turnTo(gather(vertex(i), vertex(i + 1), vertex(i + 2), vertex(i + 3)) - origin_, w_.turned_.begin() + i);
+    }
+    const auto plane = [this](int f) { return loadLanes(w_.faces_[f].normal.data()); };  // the offset lies behind
+    for (int f = 0; f < w_.faces_.size(); f += 4) {
+      Vectors n;
+      Lanes offset;
+      transpose(plane(f), plane(f + 1), plane(f + 2), plane(f + 3), n.x, n.y, n.z, offset);
+      const Lanes height = offset - dot(n, origin_);
+      turnTo({height * n.x, height * n.y, height * n.z}, w_.feet_.begin() + f);
     }
   }
 
-  static Matrix2 symmetric(const Lanes& xx, const Lanes& xy, const Lanes& yy) {
-    const double off_diagonal = sum(xy);
-    return (Matrix2() << sum(xx), off_diagonal, off_diagonal, sum(yy)).finished();
-  }
+  static Matrix2 symmetric(double xx, double xy, double yy) { return (Matrix2() << xx, xy, xy, yy).finished(); }
 
   ContactWorkspace& w_;
+  const ContactEdge* const edges_;
+  const int seam_, end_;
   const Vector3 o_;
   const Vectors origin_;
-  const int end_;
 };
 
 bool integrateContact(ContactWorkspace& w, const ConvexPolyhedron& A, const ConvexPolyhedron& B,

@@ -76,7 +76,7 @@ void ContactWorkspace::reserveSides(int vertices, int faces) {
 bool ContactWorkspace::fits(const ConvexPolyhedron& A, const ConvexPolyhedron& B) const {
   return std::max(A.vertexCount(), B.vertexCount()) <= side_a_.cap.capacity() &&
          std::max(A.faceCount(), B.faceCount()) <= side_a_.faces.capacity() &&
-         A.faceCount() + B.faceCount() < faces_.capacity();
+         A.faceCount() + B.faceCount() + 3 < faces_.capacity();
 }
 
 void ContactWorkspace::reserveResult(int face_count) {
@@ -85,11 +85,12 @@ void ContactWorkspace::reserveResult(int face_count) {
   const int faces = face_count + face_count / 2 + 16, vertices = 2 * faces, edges = 3 * faces;
   // Before it is seen whether V's edges close, each edge of the sides may have given two cuts.
   const int found = vertices + 2 * edges;
-  vertices_.reserve(found + 1);
+  vertices_.reserve(found + 4);
+  turned_.reserve(found + 3);
   seams_.reserve(edges);
-  feet_.reserve(faces);
-  faces_.reserve(faces);
-  edges_.reserve(2 * edges + 3);
+  feet_.reserve(faces + 3);
+  faces_.reserve(faces + 3);
+  edges_.reserve(2 * edges);
   loops_.reserve(faces);
   loop_vertices_.reserve(2 * edges);
   next_edge_.reserve(2 * edges);

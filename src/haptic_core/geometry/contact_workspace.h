@@ -90,7 +90,7 @@ class ContactWorkspace {
  private:
   friend class VolumeCutter;
   friend class EdgeClipper;
-  template <class Seams>
+  template <class Side, class Seams>
   friend class EdgeCollector;
   friend class ContactIntegrator;
   friend PartMoments momentsWhere(ContactWorkspace&, const ContactVolume&, const Vector2&, double) noexcept;
@@ -119,7 +119,8 @@ class ContactWorkspace {
   LoadedVector<int> loop_vertices_, next_edge_;
   ContactSide side_a_, side_b_;
   LoadedVector<Seam> seams_;
-  LoadedVector<Lanes> feet_;  ///< the points of the faces' planes nearest to a vertex of V, from there, in P's axes
+  LoadedVector<Lanes> turned_;  ///< vertices from one of them, in P's axes
+  LoadedVector<Lanes> feet_;    ///< the points of the faces' planes nearest to that vertex, likewise
   CutSolid solid_, cut_;
   LoadedVector<double> height_;
   LoadedVector<int> moved_to_, cap_next_;

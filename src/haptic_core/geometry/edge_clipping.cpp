@@ -22,16 +22,17 @@ class TableSeams {
     table_.clear();
     pieces_.clear();
   }
-  bool setEnd(int f, int g, int end, int vertex) {
+  void setEnd(int f, int g, int end, int vertex) {
     int* const index = table_.find(f, g);
-    if (!index || (*index < 0 && !pieces_.push_back({-1, -1, f, g}))) return false;
+    if (!index || (*index < 0 && !pieces_.push_back({-1, -1, f, g}))) {
+      fits_ = false;
+      return;
+    }
     if (*index < 0) *index = pieces_.size() - 1;
     Piece& piece = pieces_[*index];
-    int& kept = end ? piece.end : piece.start;
-    const bool first = kept < 0;
-    kept = vertex;
-    return first;
+    (end ? piece.end : piece.start) = vertex;
   }
+  bool fits() const { return fits_; }
   bool next(Piece& piece) {
     if (given_ == pieces_.size()) return false;
     piece = pieces_[given_++];
@@ -42,6 +43,24 @@ class TableSeams {
   PairTable& table_;
   LoadedVector<Piece>& pieces_;
   int given_ = 0;
+  bool fits_ = true;
+};
+
+/// A side as gathered, for the collector.
+class GatheredSide {
+ public:
+  explicit GatheredSide(ContactSide& side) : side_(side) {}
+  int& pointInV(int p) { return side_.point_in_v[p]; }
+  int& faceInV(int plane) { return side_.face_in_v[plane]; }
+  Lanes point(int p) const { return loadLanes(side_.points[p].data()); }
+  ContactFace face(int plane, Owner owner) const {
+    const PlaneGroup& group = side_.planes[plane >> 2];
+    const int i = plane & 3;
+    return {Vector3(group.nx[i], group.ny[i], group.nz[i]), group.offset[i], side_.faces[plane], owner};
+  }
+
+ private:
+  ContactSide& side_;
 };
 
 }  // namespace
@@ -104,7 +123,7 @@ InnerPart innerPart(const ContactSide& other, const Vector3& p, const Vector3& q
 }
 
 template <bool kIsA>
-void clipEdges(ContactSide& own, const ContactSide& other, EdgeCollector<TableSeams>& v) {
+void clipEdges(const ContactSide& own, const ContactSide& other, EdgeCollector<GatheredSide, TableSeams>& v) {
   const int words = own.words;
   for (const SideEdge& e : own.edges) {
     const std::uint64_t *from = &own.codes[e.from * words], *to = &own.codes[e.to * words];
@@ -115,7 +134,7 @@ void clipEdges(ContactSide& own, const ContactSide& other, EdgeCollector<TableSe
     }
     if (both) continue;
     const InnerPart part = either ? innerPart(other, own.points[e.from], own.points[e.to], from, to, words) : InnerPart{};
-    if (!part.empty()) v.template add<kIsA>(own, e, part);
+    if (!part.empty()) v.template add<kIsA>(e, part);
   }
 }
 
@@ -243,7 +262,8 @@ EdgeClipper::Result EdgeClipper::clip(const Overlap& overlap) {
   classify(a_, b_, -tolerance_);
   classify(b_, a_, tolerance_);
   TableSeams seams(w_.pairs_, w_.seams_);
-  EdgeCollector<TableSeams> v(w_, seams);
+  GatheredSide a(a_), b(b_);
+  EdgeCollector<GatheredSide, TableSeams> v(w_, a, b, seams);
   clipEdges<true>(a_, b_, v);
   clipEdges<false>(b_, a_, v);
   return v.close();

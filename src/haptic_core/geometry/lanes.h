@@ -40,6 +40,15 @@ inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lane
   y = __builtin_shufflevector(ab_yw, cd_yw, 0, 1, 4, 5);
   z = __builtin_shufflevector(ab_xz, cd_xz, 2, 3, 6, 7);
 }
+inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, Lanes& x, Lanes& y, Lanes& z,
+                      Lanes& w) {
+  const Lanes ab_xz = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab_yw = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Lanes cd_xz = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd_yw = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  x = __builtin_shufflevector(ab_xz, cd_xz, 0, 1, 4, 5);
+  y = __builtin_shufflevector(ab_yw, cd_yw, 0, 1, 4, 5);
+  z = __builtin_shufflevector(ab_xz, cd_xz, 2, 3, 6, 7);
+  w = __builtin_shufflevector(ab_yw, cd_yw, 2, 3, 6, 7);
+}
 
 #else
 
@@ -110,6 +119,11 @@ inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lane
   y = {__builtin_shufflevector(a.lower, b.lower, 1, 3), __builtin_shufflevector(c.lower, d.lower, 1, 3)};
   z = {__builtin_shufflevector(a.upper, b.upper, 0, 2), __builtin_shufflevector(c.upper, d.upper, 0, 2)};
 }
+inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, Lanes& x, Lanes& y, Lanes& z,
+                      Lanes& w) {
+  transpose(a, b, c, d, x, y, z);
+  w = {__builtin_shufflevector(a.upper, b.upper, 1, 3), __builtin_shufflevector(c.upper, d.upper, 1, 3)};
+}
 
 #endif
 
@@ -121,10 +135,18 @@ inline Lanes loadLanes(const double* from) {
   return v;
 }
 
+inline void storeLanes(const Lanes& v, double* to) { std::memcpy(to, &v, sizeof v); }
+
 inline double largest(const Lanes& x) {
   const double a = x[0] > x[1] ? x[0] : x[1], b = x[2] > x[3] ? x[2] : x[3];
   return a > b ? a : b;
 }
 inline double sum(const Lanes& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
+/// The sums of four: the same bits, at the cost of one and a half.
+inline Lanes sums(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d) {
+  Lanes x, y, z, w;
+  transpose(a, b, c, d, x, y, z, w);
+  return (x + y) + (z + w);
+}
 
 }  // namespace haptic

@@ -152,7 +152,7 @@ void Pipeline::lookForExplicit(const Island& island, double h, bool flies) noexc
   for (int n = 0; n < island.tree_count; ++n) {
     const PlanTree& tree = plan_.trees[island.trees[n]];
     has_kick_ = false;
-    tree.has_laws ? gatherPull(tree, h) : readPull(tree, state_.pull.data() + tree.v);
+    tree.has_laws ? gatherPull(tree, h) : readTree(tree, state_.pull.data() + tree.v);
     state_.mode[island.trees[n]] = kPrimed;
   }
 }

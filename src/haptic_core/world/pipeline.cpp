@@ -45,6 +45,8 @@ Pipeline::Pipeline(const WorldDef& def)
   kick_.resize(plan_.links.size());
   work_.resize(plan_.links.size());
   held_by_.assign(plan_.links.size(), -1);
+  free_movers_.reserve(plan_.trees.size());
+  jointed_movers_.reserve(plan_.trees.size());
   contacts_on_.resize(plan_.links.size());
   state_.q = plan_.q_start;
   state_.v = plan_.v_start;
@@ -79,6 +81,7 @@ Pipeline::Pipeline(const WorldDef& def)
     state_.pointers[i].link = -1;
     grab(static_cast<int>(i), pointerHome(static_cast<int>(i)));
   }
+  noteHolders();
   findBuried();
   history_ = std::make_unique<StepHistory>(settings_.history_steps, state_);
 }
@@ -133,6 +136,11 @@ void Pipeline::noteHolders() noexcept {
   std::fill(held_by_.begin(), held_by_.end(), -1);
   for (int i = 0; i < static_cast<int>(pointers_.size()); ++i) {
     if (holds(i) && state_.pointers[i].link >= 0) held_by_[static_cast<int>(state_.pointers[i].link)] = i;
+  }
+  free_movers_.clear();
+  jointed_movers_.clear();
+  for (const PlanTree& tree : plan_.trees) {
+    if (movesByItself(tree)) (isFree(tree) ? free_movers_ : jointed_movers_).push_back(&tree);
   }
 }
 
@@ -452,12 +460,25 @@ void Pipeline::collectPointerWrenches() noexcept {
   }
 }
 
+namespace {
+
+/// 0, or NaN: infinity does not survive in it either, 0·∞ = NaN.
+double nothing(const double* x, int count) {
+  double sum[4] = {0, 0, 0, 0};
+  int i = 0;
+  for (; i + 4 <= count; i += 4) {
+    for (int k = 0; k < 4; ++k) sum[k] += 0 * x[i + k];
+  }
+  for (; i < count; ++i) sum[0] += 0 * x[i];
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+}  // namespace
+
 void Pipeline::checkFinite() noexcept {
+  if (nothing(state_.v.data(), plan_.nv) + nothing(state_.q.data(), plan_.nq) == 0) return;
   for (const PlanTree& tree : plan_.trees) {
-    double sum = 0;  // NaN and infinity survive in it: 0·∞ = NaN
-    for (int i = 0; i < tree.model->nv(); ++i) sum += 0 * state_.v[tree.v + i];
-    for (int i = 0; i < tree.model->nq(); ++i) sum += 0 * state_.q[tree.q + i];
-    if (sum == 0) continue;
+    if (nothing(state_.v.data() + tree.v, tree.model->nv()) + nothing(state_.q.data() + tree.q, tree.model->nq()) == 0) continue;
     report_.finite = false;
     report_.culprit = tree.link;
     return;

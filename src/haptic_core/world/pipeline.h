@@ -137,15 +137,24 @@ class Pipeline {
   void prime(double h) noexcept;
   void forgetPull() noexcept;
   bool evaluate(const Advance& advance, double h) noexcept;
-  void coast(const PlanTree& tree, double h) noexcept;
+  void eulerFree(const PlanTree& body, double h) noexcept;
+  void startFree(const PlanTree& body, double h) noexcept;
+  void finishFree(const PlanTree& body, double h) noexcept;
+  void readFree(const PlanTree& body, double* pull) const noexcept;
+  void kickFree(const PlanTree& body, const double* pull, double dt) noexcept;
+  void coastFree(const PlanTree& body, double h) noexcept;
   void eulerTree(const PlanTree& tree, double h) noexcept;
-  void startVerlet(const PlanTree& tree, double h) noexcept;
-  void finishVerlet(const PlanTree& tree, double h) noexcept;
-  void readPull(const PlanTree& tree, double* pull) noexcept;
+  void startTree(const PlanTree& tree, double h) noexcept;
+  void finishTree(const PlanTree& tree, double h) noexcept;
+  void readTree(const PlanTree& tree, double* pull) noexcept;
   void kickTree(const PlanTree& tree, const double* pull, double dt) noexcept;
-  bool isFree(const PlanTree& tree) const noexcept { return !kFullWorld || tree.model->isFreeBody(); }
+  void coastTree(const PlanTree& tree, double h) noexcept;
+  bool isFree(const PlanTree& tree) const noexcept { return !kFullWorld || (tree.model->isFreeBody() && !tree.has_laws); }
   bool movesByItself(const PlanTree& tree) const noexcept;
   bool isStepped(const PlanTree& tree) const noexcept;
+  int indexOf(const PlanTree& tree) const noexcept { return static_cast<int>(&tree - plan_.trees.data()); }
+  /// Of a mover: by the explicit scheme. Only the automatic choice mixes schemes.
+  bool isExplicit(const PlanTree& mover) const noexcept { return !(kFullWorld && automatic_) || !isImplicit(indexOf(mover)); }
   // joint_step.cpp
   void makeMotions();
   void addJointPaths(const WorldDef& def);
@@ -153,7 +162,7 @@ class Pipeline {
   void moveJointed(const PlanTree& tree, double h, const double* tau) noexcept;
   void gatherPull(const PlanTree& tree, double h) noexcept;
   const JointCommand* commandsOf(const PlanTree& tree) const { return state_.commands.data() + tree.command; }
-  TreeMotion* motionOf(const PlanTree& tree) const { return motions_[&tree - plan_.trees.data()].get(); }
+  TreeMotion* motionOf(const PlanTree& tree) const { return motions_[indexOf(tree)].get(); }
   void checkFinite() noexcept;
   // ledger.cpp
   void keepLedger(int pair, const ContactVolume& volume, const PairLaw& law, const LocatedForce& force,
@@ -222,6 +231,7 @@ class Pipeline {
   std::vector<Wrench> kick_;                       ///< by world link index, about O [N·m·s, N·s]
   bool has_kick_ = false;
   std::vector<int> held_by_;                       ///< by world link index
+  std::vector<const PlanTree*> free_movers_, jointed_movers_;  ///< trees that no hand holds and that are not fixed
   std::vector<int> contacts_on_;                   ///< by world link index: contacts that touched in the last step
   double share_ = 1;                               ///< of a substep that the present part of it is
   std::vector<Wrench> pointer_wrench_;             ///< summed over the substeps

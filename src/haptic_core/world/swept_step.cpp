@@ -58,13 +58,12 @@ ShapeMotion Pipeline::shapeMotion(int s, double left, bool falls) const noexcept
 /// May some link move by more than a quarter of what is thin around it?
 bool Pipeline::anyFast(double left) const noexcept {
   const Vector3 fall = 0.5 * left * settings_.gravity;
-  const double per_time2 = 1 / (left * left);
+  const double left2 = left * left;
   for (const MotionLimit& limit : motion_limits_) {
     const LinkWork& link = work_[limit.link];
-    const double turn2 = link.omega.squaredNorm();
+    const double turn2 = left2 * link.omega.squaredNorm(), way2 = left2 * (link.velocity + fall).squaredNorm();
     // (a + b)² ≤ 2 (a² + b²)
-    if (2 * ((link.velocity + fall).squaredNorm() + limit.size2 * turn2) > limit.way2 * per_time2) return true;
-    if (turn2 > kMostTurn * kMostTurn * per_time2) return true;
+    if ((2 * (way2 + limit.size2 * turn2) > limit.way2) | (turn2 > kMostTurn * kMostTurn)) return true;
   }
   for (int i = 0; i < pointerCount(); ++i) {
     const PointerState& pointer = state_.pointers[i];

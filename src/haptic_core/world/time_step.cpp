@@ -47,7 +47,7 @@ bool Pipeline::movesByItself(const PlanTree& tree) const noexcept {
 
 /// By the explicit scheme.
 bool Pipeline::isStepped(const PlanTree& tree) const noexcept {
-  return movesByItself(tree) && !isImplicit(static_cast<int>(&tree - plan_.trees.data()));
+  return movesByItself(tree) && !isImplicit(indexOf(tree));
 }
 
 /// Contacts and pulls here and now. False: automatic choice made some tree implicit, and the attempt is void.
@@ -72,15 +72,52 @@ void Pipeline::substepEuler(double h, double progress) noexcept {
   evaluate({h, 0}, h);
   // What the hands feel is read from the links' wrenches, which the kinematics at the end clear.
   if (pointerCount() > 0) collectPointerWrenches();
-  for (const PlanTree& tree : plan_.trees) {
-    if (isStepped(tree)) eulerTree(tree, h);
-  }
+  for (const PlanTree* body : free_movers_) eulerFree(*body, h);
+  for (const PlanTree* tree : jointed_movers_) eulerTree(*tree, h);
   if (keepsLedger()) bookEuler(h);
   updateKinematics();
 }
 
+/// A free body: kicked by gravity and its wrench, it turns and flies on without forces, to fifth order.
+void Pipeline::eulerFree(const PlanTree& body, double h) noexcept {
+  double pull[6];
+  double* v = state_.v.data() + body.v;
+  double* mean = half_.data() + body.v;  // over the kick, for the ledger
+  if (keepsLedger()) std::copy(v, v + 6, mean);
+  readFree(body, pull);
+  kickFree(body, pull, h);
+  for (int i = 0; keepsLedger() && i < 6; ++i) mean[i] = 0.5 * (mean[i] + v[i]);
+  coastFree(body, h);
+}
+
+/// Torque about C and acceleration of C; what turns a spinning body by itself is the drift's.
+void Pipeline::readFree(const PlanTree& body, double* pull) const noexcept {
+  const LinkWork& work = work_[body.link];
+  const Vector3 a = work.F_ext.force / body.model->link(0).mass + settings_.gravity;
+  for (int k = 0; k < 3; ++k) {
+    pull[k] = work.F_ext.torque[k];
+    pull[3 + k] = a[k];
+  }
+}
+
+/// v += dt M⁻¹ pull, at the rotation in `work_`.
+void Pipeline::kickFree(const PlanTree& body, const double* pull, double dt) noexcept {
+  double* v = state_.v.data() + body.v;
+  const Matrix3& R = work_[body.link].X_WL.R;
+  const Vector3 torque_L = R.transpose() * Vector3(pull[0], pull[1], pull[2]);
+  const Vector3 alpha = R * (body.model->link(0).I_O_inverse * torque_L);
+  for (int k = 0; k < 3; ++k) {
+    v[k] += dt * alpha[k];
+    v[3 + k] += dt * pull[3 + k];
+  }
+}
+
+void Pipeline::coastFree(const PlanTree& body, double h) noexcept {
+  stepFreeBody(body.model->link(0), Wrench{}, Vector3::Zero(), h, state_.q.data() + body.q, state_.v.data() + body.v);
+}
+
 void Pipeline::eulerTree(const PlanTree& tree, double h) noexcept {
-  if (kFullWorld && tree.has_laws) {
+  if (tree.has_laws) {
     moveJointed(tree, h, nullptr);
     return;
   }
@@ -88,133 +125,150 @@ void Pipeline::eulerTree(const PlanTree& tree, double h) noexcept {
   double* v = state_.v.data() + tree.v;
   double* mean = half_.data() + tree.v;  // over the kick, for the ledger
   if (keepsLedger()) std::copy(v, v + tree.model->nv(), mean);
-  readPull(tree, pull);
+  readTree(tree, pull);
   kickTree(tree, pull, h);
   for (int i = 0; keepsLedger() && i < tree.model->nv(); ++i) mean[i] = 0.5 * (mean[i] + v[i]);
-  coast(tree, h);
+  coastTree(tree, h);
 }
 
-/// What the tree does between the kicks: a free body turns and flies on without forces (gravity is in the kick), to fifth
-/// order; another tree moves under gravity and its own inertia, to fourth.
-void Pipeline::coast(const PlanTree& tree, double h) noexcept {
-  double* q = state_.q.data() + tree.q;
-  double* v = state_.v.data() + tree.v;
+/// What a tree does between the kicks: it moves under gravity and its own inertia, to fourth order.
+void Pipeline::coastTree(const PlanTree& tree, double h) noexcept {
   LinkWork* work = work_.data() + tree.link;
-  if (isFree(tree)) {
-    stepFreeBody(tree.model->link(0), Wrench{}, Vector3::Zero(), h, q, v);
-    return;
-  }
   for (int i = 0; i < tree.model->linkCount(); ++i) work[i].F_ext = Wrench{};
-  stepRungeKutta(*tree.model, settings_.gravity, nullptr, h, q, v, work, coasting_.data(), TreeFormula::kMerson);
+  stepRungeKutta(*tree.model, settings_.gravity, nullptr, h, state_.q.data() + tree.q, state_.v.data() + tree.v, work,
+                 coasting_.data(), TreeFormula::kMerson);
 }
 
 /// What pulls at the trees whose last step was not one of velocity Verlet.
 void Pipeline::prime(double h) noexcept {
   const auto unprimed = [this](const PlanTree& tree) {
-    return isStepped(tree) && state_.mode[&tree - plan_.trees.data()] == kUnprimed;
+    return isStepped(tree) && state_.mode[indexOf(tree)] == kUnprimed;
   };
   if (std::none_of(plan_.trees.begin(), plan_.trees.end(), unprimed)) return;
   do updateKinematics();
   while (!evaluate({0, 0.5}, h));
   for (const PlanTree& tree : plan_.trees) {
     if (!unprimed(tree)) continue;
-    tree.has_laws ? gatherPull(tree, h) : readPull(tree, state_.pull.data() + tree.v);
-    state_.mode[&tree - plan_.trees.data()] = kPrimed;
+    tree.has_laws ? gatherPull(tree, h) : readTree(tree, state_.pull.data() + tree.v);
+    state_.mode[indexOf(tree)] = kPrimed;
   }
   if (keepsLedger()) notePowers(h);
 }
 
 /// False: void, see `evaluate`; the caller takes it back.
 bool Pipeline::substepVerlet(double h, double progress) noexcept {
-  for (const PlanTree& tree : plan_.trees) {
-    if (isStepped(tree)) startVerlet(tree, h);
+  for (const PlanTree* body : free_movers_) {
+    if (isExplicit(*body)) startFree(*body, h);
+  }
+  for (const PlanTree* tree : jointed_movers_) {
+    if (isExplicit(*tree)) startTree(*tree, h);
   }
   if (pointerCount() > 0) movePointers(progress);
   updateKinematics();
   if (!evaluate({h, 0.5}, h)) return false;
-  for (const PlanTree& tree : plan_.trees) {
-    if (isStepped(tree)) finishVerlet(tree, h);
+  for (const PlanTree* body : free_movers_) {
+    if (isExplicit(*body)) finishFree(*body, h);
+  }
+  for (const PlanTree* tree : jointed_movers_) {
+    if (isExplicit(*tree)) finishTree(*tree, h);
   }
   if (keepsLedger()) bookVerlet(h);
   return true;
 }
 
 /// Half a kick and the drift; leaves v½ in half_ and the predicted end velocity in v.
-void Pipeline::startVerlet(const PlanTree& tree, double h) noexcept {
-  if (kFullWorld && tree.has_laws) {
-    moveJointed(tree, h, state_.pull.data() + tree.v);
+void Pipeline::startFree(const PlanTree& body, double h) noexcept {
+  const double* pull = state_.pull.data() + body.v;
+  const double *q = state_.q.data() + body.q, *v = state_.v.data() + body.v;
+  kickFree(body, pull, h / 2);
+  coastFree(body, h);
+  work_[body.link].X_WL.R = Quaternion(q[3], q[4], q[5], q[6]).toRotationMatrix();
+  std::copy(v, v + 6, half_.data() + body.v);
+  kickFree(body, pull, h / 2);
+}
+
+void Pipeline::startTree(const PlanTree& tree, double h) noexcept {
+  const double* pull = state_.pull.data() + tree.v;
+  if (tree.has_laws) {
+    moveJointed(tree, h, pull);
     return;
   }
-  double* q = state_.q.data() + tree.q;
-  double* v = state_.v.data() + tree.v;
-  const double* pull = state_.pull.data() + tree.v;
+  const double* v = state_.v.data() + tree.v;
   kickTree(tree, pull, h / 2);
-  coast(tree, h);
-  if (isFree(tree)) work_[tree.link].X_WL.R = Quaternion(q[3], q[4], q[5], q[6]).toRotationMatrix();
+  coastTree(tree, h);
   std::copy(v, v + tree.model->nv(), half_.data() + tree.v);
   kickTree(tree, pull, h / 2);
 }
 
-void Pipeline::finishVerlet(const PlanTree& tree, double h) noexcept {
-  if (kFullWorld && tree.has_laws) {
+/// The other half of the kick, from v½, and what located events add to it.
+void Pipeline::finishFree(const PlanTree& body, double h) noexcept {
+  double* v = state_.v.data() + body.v;
+  double* pull = state_.pull.data() + body.v;
+  LinkWork& work = work_[body.link];
+  readFree(body, pull);
+  std::copy(half_.data() + body.v, half_.data() + body.v + 6, v);
+  if (!has_kick_) {
+    kickFree(body, pull, h / 2);
+  } else {
+    double with_events[6];
+    const Wrench F = work.F_ext;
+    work.F_ext += kick_[body.link] * (2 / h);
+    readFree(body, with_events);
+    kickFree(body, with_events, h / 2);
+    work.F_ext = F;
+  }
+  work.omega = Vector3(v[0], v[1], v[2]);
+  work.velocity = Vector3(v[3], v[4], v[5]);
+}
+
+void Pipeline::finishTree(const PlanTree& tree, double h) noexcept {
+  if (tree.has_laws) {
     gatherPull(tree, h);
     return;
   }
   const int nv = tree.model->nv();
   double* v = state_.v.data() + tree.v;
   double* pull = state_.pull.data() + tree.v;
-  readPull(tree, pull);
+  readTree(tree, pull);
   std::copy(half_.data() + tree.v, half_.data() + tree.v + nv, v);
   if (!has_kick_) {
     kickTree(tree, pull, h / 2);
   } else {
     for (int i = 0; i < tree.model->linkCount(); ++i) work_[tree.link + i].F_ext += kick_[tree.link + i] * (2 / h);
-    readPull(tree, v_dot_.data() + tree.v);
+    readTree(tree, v_dot_.data() + tree.v);
     kickTree(tree, v_dot_.data() + tree.v, h / 2);
     for (int i = 0; i < tree.model->linkCount(); ++i) work_[tree.link + i].F_ext += kick_[tree.link + i] * (-2 / h);
   }
   forwardVelocities(*tree.model, v, work_.data() + tree.link);
 }
 
-/// What kicks the tree, from the wrenches in `work_`: torque about C and acceleration of C of a free body (its gyroscopic
-/// part is the drift's), of another tree what the wrenches add to v̇ (gravity and inertia are the drift's).
-void Pipeline::readPull(const PlanTree& tree, double* pull) noexcept {
-  LinkWork* work = work_.data() + tree.link;
-  if (!isFree(tree)) {
-    const int links = tree.model->linkCount(), nv = tree.model->nv();
-    bool pulled = false;
-    for (int i = 0; i < links; ++i) pulled |= !work[i].F_ext.torque.isZero(0) || !work[i].F_ext.force.isZero(0);
-    std::fill(pull, pull + nv, 0.0);
-    if (!pulled) return;
-    double* free = alone_.data() + tree.v;
-    accelerations(*tree.model, settings_.gravity, nullptr, nullptr, work, pull);
-    for (int i = 0; i < links; ++i) std::swap(work[i].F_ext, no_wrench_[i]);
-    accelerations(*tree.model, settings_.gravity, nullptr, nullptr, work, free);
-    for (int i = 0; i < links; ++i) std::swap(work[i].F_ext, no_wrench_[i]);
-    for (int i = 0; i < nv; ++i) pull[i] -= free[i];
+/// What the wrenches in `work_` add to v̇ (gravity and inertia are the drift's).
+void Pipeline::readTree(const PlanTree& tree, double* pull) noexcept {
+  if (isFree(tree)) {
+    readFree(tree, pull);
     return;
   }
-  const Vector3 a = work->F_ext.force / tree.model->link(0).mass + settings_.gravity;
-  for (int k = 0; k < 3; ++k) {
-    pull[k] = work->F_ext.torque[k];
-    pull[3 + k] = a[k];
-  }
+  LinkWork* work = work_.data() + tree.link;
+  const int links = tree.model->linkCount(), nv = tree.model->nv();
+  bool pulled = false;
+  for (int i = 0; i < links; ++i) pulled |= !work[i].F_ext.torque.isZero(0) || !work[i].F_ext.force.isZero(0);
+  std::fill(pull, pull + nv, 0.0);
+  if (!pulled) return;
+  double* free = alone_.data() + tree.v;
+  accelerations(*tree.model, settings_.gravity, nullptr, nullptr, work, pull);
+  for (int i = 0; i < links; ++i) std::swap(work[i].F_ext, no_wrench_[i]);
+  accelerations(*tree.model, settings_.gravity, nullptr, nullptr, work, free);
+  for (int i = 0; i < links; ++i) std::swap(work[i].F_ext, no_wrench_[i]);
+  for (int i = 0; i < nv; ++i) pull[i] -= free[i];
 }
 
-/// v += dt M⁻¹ pull, at the rotation in `work_`.
 void Pipeline::kickTree(const PlanTree& tree, const double* pull, double dt) noexcept {
-  double* v = state_.v.data() + tree.v;
-  if (!isFree(tree)) {
-    for (int i = 0; i < tree.model->nv(); ++i) v[i] += dt * pull[i];
+  if (isFree(tree)) {
+    kickFree(tree, pull, dt);
     return;
   }
-  const Matrix3& R = work_[tree.link].X_WL.R;
-  const Vector3 torque_L = R.transpose() * Vector3(pull[0], pull[1], pull[2]);
-  const Vector3 alpha = R * (tree.model->link(0).I_O_inverse * torque_L);
-  for (int k = 0; k < 3; ++k) {
-    v[k] += dt * alpha[k];
-    v[3 + k] += dt * pull[3 + k];
-  }
+  double* v = state_.v.data() + tree.v;
+  for (int i = 0; i < tree.model->nv(); ++i) v[i] += dt * pull[i];
 }
 
 }  // namespace haptic
