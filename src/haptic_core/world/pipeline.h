@@ -137,7 +137,7 @@ class Pipeline {
   void prime(double h) noexcept;
   void forgetPull() noexcept;
   bool evaluate(const Advance& advance, double h) noexcept;
-  void eulerFree(const PlanTree& body, double h) noexcept;
+  void meanOfKick() noexcept;
   void startFree(const PlanTree& body, double h) noexcept;
   void finishFree(const PlanTree& body, double h) noexcept;
   void readFree(const PlanTree& body, double* pull) const noexcept;
@@ -221,7 +221,7 @@ class Pipeline {
   std::vector<double> least_width_;                ///< by link: of its shapes and all that they may meet [m]
   struct MotionLimit {
     int link;
-    double way2, size2;                            ///< squares of the way that needs no sweep, of the size [m²]
+    double way2, lever2;                           ///< squares: way that needs no sweep, lever that turns count with [m²]
   };
   std::vector<MotionLimit> motion_limits_;         ///< of the links that move
   std::vector<ActivePair> previous_pairs_;

@@ -61,9 +61,8 @@ bool Pipeline::anyFast(double left) const noexcept {
   const double left2 = left * left;
   for (const MotionLimit& limit : motion_limits_) {
     const LinkWork& link = work_[limit.link];
-    const double turn2 = left2 * link.omega.squaredNorm(), way2 = left2 * (link.velocity + fall).squaredNorm();
-    // (a + b)² ≤ 2 (a² + b²)
-    if ((2 * (way2 + limit.size2 * turn2) > limit.way2) | (turn2 > kMostTurn * kMostTurn)) return true;
+    const double speed2 = (link.velocity + fall).squaredNorm() + limit.lever2 * link.omega.squaredNorm();
+    if (2 * left2 * speed2 > limit.way2) return true;  // (a + b)² ≤ 2 (a² + b²)
   }
   for (int i = 0; i < pointerCount(); ++i) {
     const PointerState& pointer = state_.pointers[i];
@@ -188,7 +187,9 @@ void Pipeline::findBuried() {
   for (int l = 0; l < static_cast<int>(plan_.links.size()); ++l) {
     if (!plan_.links[l].moves || std::isinf(least_width_[l])) continue;
     const double way = kShareOfWidth * least_width_[l], size = plan_.links[l].size;
-    motion_limits_.push_back({l, way * way, size * size});
+    // A lever so long that a turn of kMostTurn alone is too much.
+    const double lever = std::max(size, way / (std::sqrt(2.0) * kMostTurn));
+    motion_limits_.push_back({l, way * way, lever * lever});
   }
 }
 

@@ -50,7 +50,7 @@ bool Pipeline::isStepped(const PlanTree& tree) const noexcept {
   return movesByItself(tree) && !isImplicit(indexOf(tree));
 }
 
-/// Contacts and pulls here and now. False: automatic choice made some tree implicit, and the attempt is void.
+/// Contacts and pulls here and now, for velocity Verlet. False: automatic choice made some tree implicit, and the attempt is void.
 bool Pipeline::evaluate(const Advance& advance, double h) noexcept {
   const bool automatic = kFullWorld && automatic_;
   findPairs(automatic && anyImplicit() ? h : 0);
@@ -67,31 +67,8 @@ bool Pipeline::evaluate(const Advance& advance, double h) noexcept {
   return true;
 }
 
-void Pipeline::substepEuler(double h, double progress) noexcept {
-  if (pointerCount() > 0) movePointers(progress);
-  evaluate({h, 0}, h);
-  // What the hands feel is read from the links' wrenches, which the kinematics at the end clear.
-  if (pointerCount() > 0) collectPointerWrenches();
-  for (const PlanTree* body : free_movers_) eulerFree(*body, h);
-  for (const PlanTree* tree : jointed_movers_) eulerTree(*tree, h);
-  if (keepsLedger()) bookEuler(h);
-  updateKinematics();
-}
-
-/// A free body: kicked by gravity and its wrench, it turns and flies on without forces, to fifth order.
-void Pipeline::eulerFree(const PlanTree& body, double h) noexcept {
-  double pull[6];
-  double* v = state_.v.data() + body.v;
-  double* mean = half_.data() + body.v;  // over the kick, for the ledger
-  if (keepsLedger()) std::copy(v, v + 6, mean);
-  readFree(body, pull);
-  kickFree(body, pull, h);
-  for (int i = 0; keepsLedger() && i < 6; ++i) mean[i] = 0.5 * (mean[i] + v[i]);
-  coastFree(body, h);
-}
-
 /// Torque about C and acceleration of C; what turns a spinning body by itself is the drift's.
-void Pipeline::readFree(const PlanTree& body, double* pull) const noexcept {
+inline void Pipeline::readFree(const PlanTree& body, double* pull) const noexcept {
   const LinkWork& work = work_[body.link];
   const Vector3 a = work.F_ext.force / body.model->link(0).mass + settings_.gravity;
   for (int k = 0; k < 3; ++k) {
@@ -101,7 +78,7 @@ void Pipeline::readFree(const PlanTree& body, double* pull) const noexcept {
 }
 
 /// v += dt M⁻¹ pull, at the rotation in `work_`.
-void Pipeline::kickFree(const PlanTree& body, const double* pull, double dt) noexcept {
+inline void Pipeline::kickFree(const PlanTree& body, const double* pull, double dt) noexcept {
   double* v = state_.v.data() + body.v;
   const Matrix3& R = work_[body.link].X_WL.R;
   const Vector3 torque_L = R.transpose() * Vector3(pull[0], pull[1], pull[2]);
@@ -112,8 +89,36 @@ void Pipeline::kickFree(const PlanTree& body, const double* pull, double dt) noe
   }
 }
 
-void Pipeline::coastFree(const PlanTree& body, double h) noexcept {
+/// Between the kicks a free body turns and flies on without forces, to fifth order.
+inline void Pipeline::coastFree(const PlanTree& body, double h) noexcept {
   stepFreeBody(body.model->link(0), Wrench{}, Vector3::Zero(), h, state_.q.data() + body.q, state_.v.data() + body.v);
+}
+
+void Pipeline::substepEuler(double h, double progress) noexcept {
+  if (pointerCount() > 0) movePointers(progress);
+  findPairs(0);
+  evaluateContacts({h, 0});
+  if (pointerCount() > 0) pullPointers(h);
+  // What the hands feel is read from the links' wrenches, which the kinematics at the end clear.
+  if (pointerCount() > 0) collectPointerWrenches();
+  if (keepsLedger()) std::copy(state_.v.begin(), state_.v.end(), half_.begin());
+  for (const PlanTree* body : free_movers_) {
+    double pull[6];
+    readFree(*body, pull);
+    kickFree(*body, pull, h);
+  }
+  if (keepsLedger()) meanOfKick();
+  for (const PlanTree* body : free_movers_) coastFree(*body, h);
+  for (const PlanTree* tree : jointed_movers_) eulerTree(*tree, h);
+  if (keepsLedger()) bookEuler(h);
+  updateKinematics();
+}
+
+/// The velocities of free bodies over the kick, for the ledger: half_ held those before it.
+void Pipeline::meanOfKick() noexcept {
+  for (const PlanTree* body : free_movers_) {
+    for (int i = body->v; i < body->v + 6; ++i) half_[i] = 0.5 * (half_[i] + state_.v[i]);
+  }
 }
 
 void Pipeline::eulerTree(const PlanTree& tree, double h) noexcept {
@@ -124,7 +129,6 @@ void Pipeline::eulerTree(const PlanTree& tree, double h) noexcept {
   double* pull = v_dot_.data() + tree.v;
   double* v = state_.v.data() + tree.v;
   double* mean = half_.data() + tree.v;  // over the kick, for the ledger
-  if (keepsLedger()) std::copy(v, v + tree.model->nv(), mean);
   readTree(tree, pull);
   kickTree(tree, pull, h);
   for (int i = 0; keepsLedger() && i < tree.model->nv(); ++i) mean[i] = 0.5 * (mean[i] + v[i]);
