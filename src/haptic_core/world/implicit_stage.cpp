@@ -17,6 +17,8 @@ constexpr double kTolerance = 1e-13;
 constexpr double kRounding = 4 * 2.2e-16;
 /// Steps that shrink no more, but are this small already, are rounding in a stiff contact.
 constexpr double kStagnation = 1e-9;
+/// Roundings that the normal speed of a contact may still have where friction's end Newton.
+constexpr double kSlack = 8;
 constexpr int kMaxIterations = 15;    ///< before stiffness is built up in steps
 constexpr int kMaxContinuation = 60;  ///< Newton steps at one stiffness of the continuation
 constexpr int kMaxLineSearch = 10;   ///< evaluations; each halves the bracket at least
@@ -183,11 +185,29 @@ double ImplicitStage::slidingNoise(double g) const noexcept {
   return speed;
 }
 
+/// Largest speed along a patch's normal in the last Newton step.
+double ImplicitStage::normalStep() const noexcept {
+  double largest = 0;
+  for (const ImplicitContact& c : contacts_) {
+    double speed = 0;
+    for (const int shape : {c.shape_a, c.shape_b}) {
+      const PlanLink& link = plan_.links[plan_.shapes[shape].link];
+      if (nodeOf(plan_.shapes[shape].link) < 0) continue;
+      const PlanTree& tree = plan_.trees[link.articulation];
+      const Twist step = pointTwist(*tree.model, work_.data() + tree.link, link.local, c.X_WP.p, step_.data() + tree.v);
+      speed += (shape == c.shape_b ? 1 : -1) * c.X_WP.R.col(2).dot(step.linear);
+    }
+    largest = std::max(largest, std::abs(speed));
+  }
+  return largest;
+}
+
 bool ImplicitStage::converges(double g, double last) const noexcept {
-  const double scale = speed(v) + settings_.gravity.norm() * g;
-  if (residual <= kTolerance * scale + kRounding * farthest() / g) return true;
-  // What shrinks no more is rounding, if it is as small.
-  return residual >= 0.5 * last && residual <= std::max(kStagnation * scale, slidingNoise(g));
+  const double scale = speed(v) + settings_.gravity.norm() * g, finest = kTolerance * scale + kRounding * farthest() / g;
+  if (residual <= finest) return true;
+  // What shrinks no more is rounding, if it is as small. What slides is uncertain along its patch alone.
+  if (residual < 0.5 * last) return false;
+  return residual <= kStagnation * scale || (residual <= slidingNoise(g) && normalStep() <= kSlack * finest);
 }
 
 /// The α whose φ(α) = R(v + α p)·p is small against φ(0); leaves R and the contacts of v + α p behind.

@@ -89,6 +89,7 @@ class ImplicitStage {
   double slope(const std::vector<double>& velocity) const noexcept;
   void move(double alpha, const std::vector<double>& from, std::vector<double>& to) noexcept;
   double slidingNoise(double g) const noexcept;
+  double normalStep() const noexcept;
   bool converges(double g, double last) const noexcept;
   void evaluate(const std::vector<double>& velocity, double g) noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
