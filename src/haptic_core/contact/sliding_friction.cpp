@@ -1,6 +1,9 @@
 #include "haptic_core/contact/sliding_friction.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "haptic_core/geometry/lanes.h"
 
 namespace haptic {
 namespace {
@@ -82,49 +85,89 @@ struct CentreSums {
   }
 };
 
-/// Rule of degree 5 on a triangle (Radon 1948): weights and barycentric places of its seven points.
-struct TrianglePoint {
-  double weight, a, b, c;
-};
-constexpr double kInner = 0.10128650732345633, kOuter = 0.47014206410511508;
+/// Rule of degree 5 on a triangle (Radon 1948): weights and barycentric places of its seven points, four at a time; the
+/// eighth counts nothing.
+constexpr double kThird = 1.0 / 3, kInner = 0.10128650732345633, kOuter = 0.47014206410511508;
 constexpr double kInnerWeight = 0.12593918054482717, kOuterWeight = 0.13239415278850616;
-constexpr TrianglePoint kTriangleRule[] = {
-    {0.225, 1.0 / 3, 1.0 / 3, 1.0 / 3},
-    {kInnerWeight, 1 - 2 * kInner, kInner, kInner},
-    {kInnerWeight, kInner, 1 - 2 * kInner, kInner},
-    {kInnerWeight, kInner, kInner, 1 - 2 * kInner},
-    {kOuterWeight, 1 - 2 * kOuter, kOuter, kOuter},
-    {kOuterWeight, kOuter, 1 - 2 * kOuter, kOuter},
-    {kOuterWeight, kOuter, kOuter, 1 - 2 * kOuter}};
+struct RulePoints {
+  double weight[4], a[4], b[4], c[4];
+};
+constexpr RulePoints kTriangleRule[2] = {{{0.225, kInnerWeight, kInnerWeight, kInnerWeight},
+                                          {kThird, 1 - 2 * kInner, kInner, kInner},
+                                          {kThird, kInner, 1 - 2 * kInner, kInner},
+                                          {kThird, kInner, kInner, 1 - 2 * kInner}},
+                                         {{kOuterWeight, kOuterWeight, kOuterWeight, 0},
+                                          {1 - 2 * kOuter, kOuter, kOuter, kThird},
+                                          {kOuter, 1 - 2 * kOuter, kOuter, kThird},
+                                          {kOuter, kOuter, 1 - 2 * kOuter, kThird}}};
+
+Lanes squareRoot(const Lanes& x) { return Lanes{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])}; }
+
+/// The slip's traction by the rule, four points at a time.
+struct RuleSums {
+  Lanes vx, vy, w;
+  Lanes x = lanes(0), y = x, torque = x;
+
+  RuleSums(const Vector2& v, double spin) : vx(lanes(v.x())), vy(lanes(v.y())), w(lanes(spin)) {}
+
+  /// Over the triangle (a, b, c) of signed area `area`.
+  void add(const Vector2& a, const Vector2& b, const Vector2& c, double area, const FaceWeight& f) {
+    const Lanes constant = lanes(area * f.w0), along_x = lanes(area * f.w1.x()), along_y = lanes(area * f.w1.y());
+    const Lanes xx = lanes(area * f.W(0, 0)), xy = lanes(2 * area * f.W(0, 1)), yy = lanes(area * f.W(1, 1));
+    for (const RulePoints& q : kTriangleRule) {
+      const Lanes qa = loadLanes(q.a), qb = loadLanes(q.b), qc = loadLanes(q.c);
+      const Lanes rx = qa * lanes(a.x()) + qb * lanes(b.x()) + qc * lanes(c.x());
+      const Lanes ry = qa * lanes(a.y()) + qb * lanes(b.y()) + qc * lanes(c.y());
+      const Lanes sx = vx - w * ry, sy = vy + w * rx;
+      const Lanes load = loadLanes(q.weight) * (constant + rx * (along_x + xx * rx + xy * ry) + ry * (along_y + yy * ry));
+      const Lanes scale = load / squareRoot(sx * sx + sy * sy);
+      const Lanes tx = scale * sx, ty = scale * sy;
+      x += tx;
+      y += ty;
+      torque += rx * ty - ry * tx;
+    }
+  }
+};
+
+/// A face of V over the patch: its middle and its weight about P.
+struct PatchFace {
+  Vector2 middle = Vector2::Zero();
+  FaceWeight weight;
+  bool counts = false;
+};
+
+PatchFace patchFace(const ContactFace& face, const Vector3& middle_A, const Pose& X_AP, const Matrix3& R_PA,
+                    const PressureField& pressure) {
+  const Vector3 n = R_PA * face.normal;
+  if (std::abs(n.z()) < kEdgeOn) return {};
+  const Vector3 middle = R_PA * (middle_A - X_AP.p);
+  return {middle.head<2>(), faceWeight(n, n.dot(middle) / n.z(), face.owner == Owner::kA, pressure, Vector2::Zero()), true};
+}
 
 /// The rule on the triangles from each face's middle to its edges, all about P: nothing cancels.
 SlidingIntegral byRule(ContactWorkspace& workspace, const ContactVolume& contact, const PressureField& pressure,
                        const Vector2& v, double w) {
+  constexpr int kKept = 64;  // faces that are prepared once; later ones at each of their edges
   const Matrix3 R_PA = contact.X_AP.R.transpose();
   const LoadedVector<Vector3>& middles = workspace.faceCentres();
-  SlidingIntegral out;
+  const auto prepared = [&](int f) { return patchFace(workspace.faces()[f], middles[f], contact.X_AP, R_PA, pressure); };
+  PatchFace kept[kKept];
+  for (int f = 0; f < std::min(kKept, workspace.faces().size()); ++f) kept[f] = prepared(f);
+  RuleSums sums(v, w);
   for (const ContactEdge& edge : workspace.edges()) {
-    const Vector3 from = R_PA * (workspace.vertices()[edge.from] - contact.X_AP.p);
-    const Vector3 to = R_PA * (workspace.vertices()[edge.to] - contact.X_AP.p);
+    const Vector2 b = (R_PA * (workspace.vertices()[edge.from] - contact.X_AP.p)).head<2>();
+    const Vector2 c = (R_PA * (workspace.vertices()[edge.to] - contact.X_AP.p)).head<2>();
     for (int half : {0, 1}) {
       const int f = half == 0 ? edge.left : edge.right;
-      const ContactFace& face = workspace.faces()[f];
-      const Vector3 n = R_PA * face.normal;
-      if (std::abs(n.z()) < kEdgeOn) continue;
-      const Vector3 middle = R_PA * (middles[f] - contact.X_AP.p);
-      const FaceWeight weight =
-          faceWeight(n, n.dot(middle) / n.z(), face.owner == Owner::kA, pressure, Vector2::Zero());
-      const Vector2 a = middle.head<2>(), b = from.head<2>(), c = to.head<2>();
-      const double area = (half == 0 ? 0.5 : -0.5) * ((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x());
-      for (const TrianglePoint& q : kTriangleRule) {
-        const Vector2 r = q.a * a + q.b * b + q.c * c, slip = v + w * turned(r);
-        const double load = q.weight * area * (weight.w0 + weight.w1.dot(r) + r.dot(weight.W * r));
-        const Vector2 traction = load / slip.norm() * slip;
-        out.force += traction;
-        out.torque += r.x() * traction.y() - r.y() * traction.x();
-      }
+      const PatchFace& face = f < kKept ? kept[f] : prepared(f);
+      if (!face.counts) continue;
+      const Vector2 &a = face.middle, ab = b - a, ac = c - a;
+      sums.add(a, b, c, (half == 0 ? 0.5 : -0.5) * (ab.x() * ac.y() - ab.y() * ac.x()), face.weight);
     }
   }
+  SlidingIntegral out;
+  out.force = Vector2(sum(sums.x), sum(sums.y));
+  out.torque = sum(sums.torque);
   return out;
 }
 

@@ -11,7 +11,7 @@
 /// order, with error below (r/|c|)² times the skewness of the pressure, 1e-6 of N.
 /// The coupling of sliding and spinning: P. Contensou, Couplage entre frottement de glissement et frottement de
 /// pivotement dans la théorie de la toupie (1963). Cost: about 40 ns per edge of V by
-/// the closed form, 100 ns by the rule; the series 10 ns.
+/// the closed form, 50 ns by the rule; the series 10 ns.
 #pragma once
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/geometry/contact_volume.h"

@@ -87,6 +87,11 @@ Sheet sheet(const ContactFace& face, const Pose& X_AP) {
   return {(face.offset - face.normal.dot(X_AP.p)) / N.z(), -N.head<2>() / N.z()};
 }
 
+/// ∫ d² over a triangle with a linear d, by its values at the corners.
+double squareOver(double area, double a, double b, double c) {
+  return area / 12 * ((a + b + c) * (a + b + c) + a * a + b * b + c * c);
+}
+
 double integrateSquare(const Sheet& upper, const Sheet& lower, const LoadedVector<Vector2>& polygon,
                        double depth) {
   // Rounding of steep sheets must not leave the range that d has.
@@ -97,7 +102,7 @@ double integrateSquare(const Sheet& upper, const Sheet& lower, const LoadedVecto
   for (int i = 1; i + 1 < polygon.size(); ++i) {
     const Vector2 ab = polygon[i] - a, ac = polygon[i + 1] - a;
     const double db = d(polygon[i]), dc = d(polygon[i + 1]), area = 0.5 * (ab.x() * ac.y() - ab.y() * ac.x());
-    sum += area / 12 * ((da + db + dc) * (da + db + dc) + da * da + db * db + dc * dc);
+    sum += squareOver(area, da, db, dc);
   }
   return sum;
 }
@@ -119,12 +124,57 @@ void ContactWorkspace::clipPolygon(const Vector2& from, const Vector2& to) noexc
   std::swap(polygon_, clipped_);
 }
 
-/// Of the faces above and below that V's projection is tiled by, only those pairs count that overlap: boxes
-/// tell most of the others apart, and where one side is a single face nothing has to be cut at all (a ball on
-/// a table).
+namespace {
+
+/// How many faces of V look up and down along n, and the last of each.
+struct Sides {
+  int count[2] = {0, 0}, last[2] = {-1, -1};
+};
+
+Sides sidesOf(const ContactWorkspace& w, const Vector3& n) {
+  Sides sides;
+  for (int f = 0; f < w.faces().size(); ++f) {
+    const double rise = w.faces()[f].normal.dot(n);
+    if (std::abs(rise) < kSteep) continue;
+    const int side = rise > 0 ? 0 : 1;
+    ++sides.count[side];
+    sides.last[side] = f;
+  }
+  return sides;
+}
+
+}  // namespace
+
+/// One face on one side (a ball on a table): the other side's faces tile the projection, and the triangles from their
+/// middles to their edges can be summed as they come. Else, of the faces above and below only those pairs count that
+/// overlap: boxes tell most of the others apart.
 double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexcept {
-  w.buildLoops();
   w.projectVertices(contact);
+  const Sides sides = sidesOf(w, contact.normal());
+  if (sides.count[0] == 0 || sides.count[1] == 0) return 0;
+  if (sides.count[0] == 1 || sides.count[1] == 1) {
+    const bool one_above = sides.count[0] == 1;
+    const Sheet one = sheet(w.faces_[sides.last[one_above ? 0 : 1]], contact.X_AP);
+    const Matrix3 R_PA = contact.X_AP.R.transpose();
+    const auto d = [&](const Vector3& x) { return std::clamp(std::abs(one.at(x.head<2>()) - x.z()), 0.0, contact.depth); };
+    const LoadedVector<Vector3>& middles = w.faceCentres();
+    double sum = 0;
+    for (const ContactEdge& e : w.edges_) {
+      const Vector3 &p = w.patch_points_[e.from], &q = w.patch_points_[e.to];
+      const double dp = d(p), dq = d(q);
+      for (const int f : {e.left, e.right}) {
+        const double rise = w.faces_[f].normal.dot(contact.normal());
+        if (one_above ? rise > -kSteep : rise < kSteep) continue;
+        const Vector3 m = R_PA * (middles[f] - contact.X_AP.p);
+        const Vector2 mp = (p - m).head<2>(), mq = (q - m).head<2>();
+        // Seen from above loops of upper faces run counter-clockwise, those of lower ones clockwise.
+        const double area = 0.5 * (mp.x() * mq.y() - mp.y() * mq.x());
+        sum += squareOver((f == e.left) == one_above ? -area : area, d(m), dp, dq);
+      }
+    }
+    return sum;
+  }
+  w.buildLoops();
   const auto point = [&](const ContactLoop& l, int i) -> Vector2 {
     return w.patch_points_[w.loop_vertices_[l.first + i % l.count]].head<2>();
   };
