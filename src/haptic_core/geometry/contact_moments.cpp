@@ -174,7 +174,7 @@ class ContactIntegrator {
     VolumeSums v;
     AreaSums a;
     Lanes low = lanes(0), high = low;  // o is a vertex; each other one begins or ends an edge
-    const auto add = [&](const FourEdges& e, Vectors& p, Vectors& q) {
+    const auto add = [&](const FourEdges& e, Vectors& p, Vectors& q) __attribute__((always_inline)) {
       p = turned(w_.turned_, e[0].from, e[1].from, e[2].from, e[3].from);
       q = turned(w_.turned_, e[0].to, e[1].to, e[2].to, e[3].to);
       low = minimum(low, minimum(p.z, q.z));
