@@ -109,9 +109,14 @@ class DeviceBase(unittest.TestCase):
                 time.sleep(0.03)
 
         broadcaster.sendTransform([place("tracked", "spidar_base", moved)])
-        track(0.01)
         last = (moved[0] + 0.01, moved[1], moved[2])
-        wait_until("the tracker is followed", lambda: distance(self.where("spidar_base"), last) < 1e-9)
+
+        def followed():  # it goes on until the bridge, too, has heard of it
+            track(0.01)
+            return (distance(self.where("spidar_base"), last) < 1e-9 and
+                    distance(self.where("pointer"), self.where("spidar_grip")) < 2e-3)
+
+        wait_until("the tracker is followed", followed)
         time.sleep(2 * GLIDE)
         statistics.clear()
         time.sleep(SILENCE)
