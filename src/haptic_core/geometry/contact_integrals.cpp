@@ -143,36 +143,41 @@ Sides sidesOf(const ContactWorkspace& w, const Vector3& n) {
   return sides;
 }
 
+/// One face on one side (a ball on a table): the other side's faces tile the projection, and the triangles from their
+/// middles to their edges can be summed as they come. `points`: V's vertices in P.
+double squareOverOneFace(ContactWorkspace& w, const LoadedVector<Vector3>& points, const ContactVolume& contact,
+                         const Sides& sides) {
+  const bool one_above = sides.count[0] == 1;
+  const Sheet one = sheet(w.faces()[sides.last[one_above ? 0 : 1]], contact.X_AP);
+  const Matrix3 R_PA = contact.X_AP.R.transpose();
+  const auto d = [&](const Vector3& x) { return std::clamp(std::abs(one.at(x.head<2>()) - x.z()), 0.0, contact.depth); };
+  const LoadedVector<Vector3>& middles = w.faceCentres();
+  double sum = 0;
+  for (const ContactEdge& e : w.edges()) {
+    const Vector3 &p = points[e.from], &q = points[e.to];
+    const double dp = d(p), dq = d(q);
+    for (const int f : {e.left, e.right}) {
+      const double rise = w.faces()[f].normal.dot(contact.normal());
+      if (one_above ? rise > -kSteep : rise < kSteep) continue;
+      const Vector3 m = R_PA * (middles[f] - contact.X_AP.p);
+      const Vector2 mp = (p - m).head<2>(), mq = (q - m).head<2>();
+      // Seen from above loops of upper faces run counter-clockwise, those of lower ones clockwise.
+      const double area = 0.5 * (mp.x() * mq.y() - mp.y() * mq.x());
+      sum += squareOver((f == e.left) == one_above ? -area : area, d(m), dp, dq);
+    }
+  }
+  return sum;
+}
+
 }  // namespace
 
-/// One face on one side (a ball on a table): the other side's faces tile the projection, and the triangles from their
-/// middles to their edges can be summed as they come. Else, of the faces above and below only those pairs count that
-/// overlap: boxes tell most of the others apart.
+/// Of the faces above and below only those pairs count that overlap: boxes tell most of the others apart.
 double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexcept {
   w.projectVertices(contact);
   const Sides sides = sidesOf(w, contact.normal());
   if (sides.count[0] == 0 || sides.count[1] == 0) return 0;
   if (sides.count[0] == 1 || sides.count[1] == 1) {
-    const bool one_above = sides.count[0] == 1;
-    const Sheet one = sheet(w.faces_[sides.last[one_above ? 0 : 1]], contact.X_AP);
-    const Matrix3 R_PA = contact.X_AP.R.transpose();
-    const auto d = [&](const Vector3& x) { return std::clamp(std::abs(one.at(x.head<2>()) - x.z()), 0.0, contact.depth); };
-    const LoadedVector<Vector3>& middles = w.faceCentres();
-    double sum = 0;
-    for (const ContactEdge& e : w.edges_) {
-      const Vector3 &p = w.patch_points_[e.from], &q = w.patch_points_[e.to];
-      const double dp = d(p), dq = d(q);
-      for (const int f : {e.left, e.right}) {
-        const double rise = w.faces_[f].normal.dot(contact.normal());
-        if (one_above ? rise > -kSteep : rise < kSteep) continue;
-        const Vector3 m = R_PA * (middles[f] - contact.X_AP.p);
-        const Vector2 mp = (p - m).head<2>(), mq = (q - m).head<2>();
-        // Seen from above loops of upper faces run counter-clockwise, those of lower ones clockwise.
-        const double area = 0.5 * (mp.x() * mq.y() - mp.y() * mq.x());
-        sum += squareOver((f == e.left) == one_above ? -area : area, d(m), dp, dq);
-      }
-    }
-    return sum;
+    return squareOverOneFace(w, w.patch_points_, contact, sides);
   }
   w.buildLoops();
   const auto point = [&](const ContactLoop& l, int i) -> Vector2 {
@@ -181,15 +186,12 @@ double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexc
   // Per loop: the lower corner of its box and how it faces, and the upper corner.
   w.leave_.clear();
   w.return_.clear();
-  int uppers = 0, lowers = 0;
   for (const ContactLoop& l : w.loops_) {
     const double rise = w.faces_[l.face].normal.dot(contact.normal());
     Eigen::AlignedBox2d box(point(l, 0));
     for (int k = 1; k < l.count; ++k) box.extend(point(l, k));
     w.leave_.push_back(Vector3(box.min().x(), box.min().y(), rise));
     w.return_.push_back(Vector3(box.max().x(), box.max().y(), 0));
-    uppers += rise >= kSteep;
-    lowers += rise <= -kSteep;
   }
   const auto rise = [&](int l) { return w.leave_[l].z(); };
   const auto meet = [&](int a, int b) {
@@ -202,18 +204,12 @@ double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexc
     const ContactLoop& upper = w.loops_[u];
     const Sheet above = sheet(w.faces_[upper.face], contact.X_AP);
     for (int l = 0; l < w.loops_.size(); ++l) {
-      if (rise(l) > -kSteep || (uppers > 1 && lowers > 1 && !meet(u, l))) continue;
+      if (rise(l) > -kSteep || !meet(u, l)) continue;
       const ContactLoop& lower = w.loops_[l];
       w.polygon_.clear();
-      if (uppers == 1 && lowers > 1) {  // seen from above the lower loop runs clockwise
-        for (int i = lower.count; i > 0; --i) w.polygon_.push_back(point(lower, i));
-      } else {
-        for (int i = 0; i < upper.count; ++i) w.polygon_.push_back(point(upper, i));
-        // Inside lies to the left of the lower loop's edges taken backwards.
-        for (int i = 0; lowers > 1 && i < lower.count && w.polygon_.size() >= 3; ++i) {
-          w.clipPolygon(point(lower, i + 1), point(lower, i));
-        }
-      }
+      for (int i = 0; i < upper.count; ++i) w.polygon_.push_back(point(upper, i));
+      // Inside lies to the left of the lower loop's edges taken backwards.
+      for (int i = 0; i < lower.count && w.polygon_.size() >= 3; ++i) w.clipPolygon(point(lower, i + 1), point(lower, i));
       if (w.polygon_.size() < 3) continue;
       sum += integrateSquare(above, sheet(w.faces_[lower.face], contact.X_AP), w.polygon_, contact.depth);
     }

@@ -17,9 +17,8 @@ void ContactSide::reserve(int vertices, int face_count) {
   vertex_stamp.reserve(vertices);
   edges.reserve(vertices + face_count);
   planes.reserve((face_count + 3) / 4);
-  const int numbers = std::max(8, face_count);  // a box's planes take two groups
-  faces.reserve(numbers);
-  face_in_v.reserve(numbers);
+  faces.reserve(face_count);
+  face_in_v.reserve(face_count);
   face_stamp.reserve(face_count);
 }
 

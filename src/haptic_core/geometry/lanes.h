@@ -31,15 +31,7 @@ inline LaneMask laneMask(unsigned bits) {
 /// Lane by lane: where the mask is set that of `a`, else that of `b`.
 inline Lanes select(const LaneMask& mask, const Lanes& a, const Lanes& b) { return mask ? a : b; }
 
-/// Rows become columns: four points (x, y, z, ·) become x, y, z of all four.
-inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, Lanes& x, Lanes& y,
-                      Lanes& z) {
-  const Lanes ab_xz = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab_yw = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  const Lanes cd_xz = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd_yw = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-  x = __builtin_shufflevector(ab_xz, cd_xz, 0, 1, 4, 5);
-  y = __builtin_shufflevector(ab_yw, cd_yw, 0, 1, 4, 5);
-  z = __builtin_shufflevector(ab_xz, cd_xz, 2, 3, 6, 7);
-}
+/// Rows become columns.
 inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, Lanes& x, Lanes& y, Lanes& z,
                       Lanes& w) {
   const Lanes ab_xz = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab_yw = __builtin_shufflevector(a, b, 1, 5, 3, 7);
@@ -113,19 +105,21 @@ inline Lanes select(const LaneMask& mask, const Lanes& a, const Lanes& b) {
   return {mask.lower ? a.lower : b.lower, mask.upper ? a.upper : b.upper};
 }
 
-inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, Lanes& x, Lanes& y,
-                      Lanes& z) {
+inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, Lanes& x, Lanes& y, Lanes& z,
+                      Lanes& w) {
   x = {__builtin_shufflevector(a.lower, b.lower, 0, 2), __builtin_shufflevector(c.lower, d.lower, 0, 2)};
   y = {__builtin_shufflevector(a.lower, b.lower, 1, 3), __builtin_shufflevector(c.lower, d.lower, 1, 3)};
   z = {__builtin_shufflevector(a.upper, b.upper, 0, 2), __builtin_shufflevector(c.upper, d.upper, 0, 2)};
-}
-inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, Lanes& x, Lanes& y, Lanes& z,
-                      Lanes& w) {
-  transpose(a, b, c, d, x, y, z);
   w = {__builtin_shufflevector(a.upper, b.upper, 1, 3), __builtin_shufflevector(c.upper, d.upper, 1, 3)};
 }
 
 #endif
+
+/// Of four points (x, y, z, ·): x, y and z of all four.
+inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, Lanes& x, Lanes& y, Lanes& z) {
+  Lanes unused;
+  transpose(a, b, c, d, x, y, z, unused);
+}
 
 inline Lanes lanes(double x) { return Lanes{x, x, x, x}; }
 
