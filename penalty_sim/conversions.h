@@ -6,7 +6,7 @@
 #include <haptic_msgs/conversions.h>
 
 #include "haptic_core/loop/ports.h"
-#include "haptic_core/world/error_estimate.h"
+#include "haptic_core/analysis/error_estimate.h"
 
 namespace haptic {
 

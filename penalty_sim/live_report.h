@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "haptic_core/loop/ports.h"
-#include "haptic_core/world/error_estimate.h"
+#include "haptic_core/analysis/error_estimate.h"
 
 namespace haptic {
 

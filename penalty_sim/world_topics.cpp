@@ -6,7 +6,7 @@
 #include <boost/make_shared.hpp>
 #include <cmath>
 
-#include "haptic_core/world/certificate.h"
+#include "haptic_core/analysis/certificate.h"
 #include "haptic_core/world/world.h"
 #include "penalty_sim/conversions.h"
 
@@ -46,7 +46,7 @@ WorldTopics::WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parame
       contacts_(nh.advertise<haptic_msgs::Contacts>("contacts", 2)),
       step_report_(nh.advertise<haptic_msgs::StepReport>("step_report", 2)),
       joint_states_(nh.advertise<sensor_msgs::JointState>("joint_states", 2)),
-      plan_(nh.advertise<haptic_msgs::ScenePlan>("scene_plan", 1, true)),
+      model_(nh.advertise<haptic_msgs::ScenePlan>("scene_plan", 1, true)),
       markers_(nh, scene, parameters.world_frame),
       live_(nh, scene.world, parameters.world_frame, port) {
   for (int i = 0; i < port.world.linkCount(); ++i) links_.push_back(port.world.linkName(i));
@@ -108,7 +108,7 @@ void WorldTopics::publishPlan(const SceneDef& scene) {
   m->warnings = scene.warnings;
   m->text = sceneText(scene) + port_.world.planText();
   plan_message_ = *m;
-  publishConst(plan_, m);
+  publishConst(model_, m);
 }
 
 /// Where the scene is stable, added to the plan as soon as it is known: a second of simulated settling, in a
@@ -119,7 +119,7 @@ void WorldTopics::publishCertificate() {
   } catch (const std::exception& error) {
     plan_message_.text += std::string("certificate: none, ") + error.what() + "\n";
   }
-  publishConst(plan_, boost::make_shared<haptic_msgs::ScenePlan>(plan_message_));
+  publishConst(model_, boost::make_shared<haptic_msgs::ScenePlan>(plan_message_));
 }
 
 void WorldTopics::run() {

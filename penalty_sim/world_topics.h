@@ -41,7 +41,7 @@ class WorldTopics {
   double step_;
   WorldDef definition_;                 ///< for the certificate
   haptic_msgs::ScenePlan plan_message_;
-  ros::Publisher contacts_, step_report_, joint_states_, plan_;
+  ros::Publisher contacts_, step_report_, joint_states_, model_;
   SceneMarkers markers_;
   LiveReport live_;
   tf2_ros::TransformBroadcaster broadcaster_;

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/loop/hand_certificate.h"
-#include "haptic_core/world/certificate.h"
+#include "haptic_core/analysis/hand_certificate.h"
+#include "haptic_core/analysis/certificate.h"
 #include "haptic_core/world/world.h"
 #include "scene/scene_file.h"
 

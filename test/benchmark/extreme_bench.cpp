@@ -11,7 +11,7 @@
 #include "extreme_figures.h"
 #include "figure.h"
 #include "haptic_core/base/error.h"
-#include "haptic_core/world/pipeline.h"
+#include "haptic_core/world/world.h"
 
 namespace haptic::bench {
 namespace {

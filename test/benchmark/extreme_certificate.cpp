@@ -8,7 +8,7 @@
 #include "../scenes/extremes.h"
 #include "extreme_figures.h"
 #include "figure.h"
-#include "haptic_core/world/certificate.h"
+#include "haptic_core/analysis/certificate.h"
 
 namespace haptic::bench {
 namespace {

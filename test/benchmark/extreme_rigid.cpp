@@ -5,7 +5,7 @@
 #include "../scenes/motions.h"
 #include "extreme_figures.h"
 #include "figure.h"
-#include "haptic_core/world/pipeline.h"
+#include "haptic_core/world/world.h"
 
 namespace haptic::bench {
 namespace {

@@ -75,7 +75,7 @@ class Hands {
 
 struct Comparison {
   bool identical = true;
-  long planned_instructions = 0, general_instructions = 0;  ///< of one step, mean over kCounted steps; -1: unknown
+  long planned_instructions = -1, general_instructions = -1;  ///< of one step; -1: not counted
   double planned_s = 0, speedup = 0;                        ///< median step [s]; median of paired ratios
 };
 
@@ -86,7 +86,8 @@ double cpuSeconds() {
 }
 
 Comparison compare(const Scene& scene) {
-  constexpr int kSteps = 300, kCounted = 2, kPairs = 41;
+  constexpr int kSteps = 300, kPairs = 41;
+  constexpr double kCountable = 1e-4;  ///< [s] of a step: counting one by one then lasts 3 s; longer ones are not counted
   WorldDef planned_def = scene.def, general_def = scene.def;
   planned_def.settings.leave_out = true;
   general_def.settings.leave_out = false;
@@ -104,12 +105,6 @@ Comparison compare(const Scene& scene) {
     advance(general, 1);
     result.identical = planned.hash() == general.hash();
   }
-  const auto count = [&](World& world) {
-    const long all = singleStepped([&] { advance(world, kCounted); });
-    return all < 0 ? -1 : all / kCounted;
-  };
-  result.planned_instructions = count(planned);
-  result.general_instructions = count(general);
   const auto timed = [&](World& world, int steps) {
     const double start = cpuSeconds();
     advance(world, steps);
@@ -126,6 +121,10 @@ Comparison compare(const Scene& scene) {
     ratios.push_back(first ? b / a : a / b);
   }
   result.planned_s = median(times);
+  if (result.planned_s < kCountable) {
+    result.planned_instructions = singleStepped([&] { advance(planned, 1); });
+    result.general_instructions = singleStepped([&] { advance(general, 1); });
+  }
   result.speedup = median(ratios);
   return result;
 }
@@ -161,35 +160,90 @@ void plans(bool csv) {
   if (csv) return;
   figure("plan.scenes", scenes, "scenes");
   figure("plan.bit_identical", identical, "scenes");
+  figure("plan.bits_differ", scenes - identical, "scenes");
   figure("plan.speedup_min", slowest, "1");
   figure("plan.speedup_mean", sum / scenes, "1");
 }
 
-struct StepCost {
-  long instructions = -1;
-  unsigned long long hash = 0;
+/// What a scene may have and not use. Each is added alone; the step must do the same, for the same price.
+struct IdleFeature {
+  const char* name;
+  void (*add)(WorldDef& def);
 };
 
-StepCost costOf(const char* program, const char* scene) {
-  StepCost cost;
-  FILE* output = popen((std::string(program) + " " + scene).c_str(), "r");
-  if (!output) return cost;
-  if (std::fscanf(output, "%ld %llu", &cost.instructions, &cost.hash) != 2) cost.instructions = -1;
-  pclose(output);
-  return cost;
+void addHandWithoutTarget(WorldDef& def) {
+  PointerDef hand;
+  hand.device = "idle";
+  hand.articulation = static_cast<int>(def.articulations.size()) - 1;
+  hand.link = static_cast<int>(def.articulations.back().links.size()) - 1;
+  hand.coupling.mode = PointerCoupling::Mode::kVirtual;
+  def.pointers.push_back(hand);
 }
 
-/// Scenes of free bodies and contacts in a world that can do everything, and in one that can do nothing else.
+void addFarFloor(WorldDef& def) {
+  def.articulations.push_back(
+      scenes::staticBox("far floor", Vector3(1, 1, 0.1), Pose(Vector3(0, 0, -100))));
+}
+
+void addFarFilter(WorldDef& def) {
+  addFarFloor(def);
+  const int far = static_cast<int>(def.articulations.size()) - 1;
+  def.filters.push_back({far, 0, far - 1, 0});
+}
+
+void addMergedLink(WorldDef& def) {
+  MergedLink frame;
+  frame.name = "a frame";
+  def.articulations.back().links.back().merged.push_back(frame);
+}
+
+/// Instructions of one step once the contacts have settled and no first call is left.
+long settledStep(const WorldDef& def, std::vector<double>& end) {
+  constexpr int kWarmUp = 200;
+  World world(def);
+  for (int i = 0; i < kWarmUp; ++i) world.step();
+  for (int l = 0; l < world.linkCount(); ++l) {
+    const Pose X = world.linkPose(l);
+    end.insert(end.end(), X.p.data(), X.p.data() + 3);
+  }
+  return singleStepped([&] { world.step(); });
+}
+
 void idleFeatures() {
+  constexpr IdleFeature kFeatures[] = {{"a hand without target", addHandWithoutTarget},
+                                       {"a body that is far away", addFarFloor},
+                                       {"a collision filter", addFarFilter},
+                                       {"a merged link", addMergedLink}};
+  const std::string scenes_folder = HAPTIC_SOURCE_DIR "/urdf/scenes/";
+  WorldSettings settings;
+  settings.step = 0.25e-3;
+  WorldSettings verlet = settings;
+  verlet.integrator = Integrator::kVelocityVerlet;
+  WorldDef robot = loadScene(scenes_folder + "panda_touch.yaml").world;
+  robot.pointers.clear();
+  const Scene bases[] = {{"cube", scenes::cubeOnFloor(scenes::CubeParameters{}, settings)},
+                         {"cube, verlet", scenes::cubeOnFloor(scenes::CubeParameters{}, verlet)},
+                         {"stack", scenes::stack(15, scenes::CubeParameters{}, settings)},
+                         {"chain", loadScene(scenes_folder + "chain.urdf").world},
+                         {"robot", robot}};
   double worst = 0;
-  for (const char* scene : {"cube", "cube_verlet", "stack", "stack_verlet"}) {
-    const StepCost whole = costOf(HAPTIC_COST_OF_WHOLE, scene), plain = costOf(HAPTIC_COST_OF_PLAIN, scene);
-    const bool known = whole.instructions > 0 && plain.instructions > 0 && whole.hash == plain.hash;
-    std::printf("%-13s a step takes %ld instructions, in a world without the features %ld, same bits %d\n", scene,
-                whole.instructions, plain.instructions, whole.hash == plain.hash);
-    const double pct = 100 * (double(whole.instructions) / double(plain.instructions) - 1);
-    worst = known ? std::max(worst, pct) : std::nan("");
-    if (!known) break;
+  for (const Scene& base : bases) {
+    std::vector<double> plain_end;
+    const long plain = settledStep(base.def, plain_end);
+    for (const IdleFeature& feature : kFeatures) {
+      WorldDef with = base.def;
+      feature.add(with);
+      std::vector<double> end;
+      const long cost = settledStep(with, end);
+      const bool same = std::equal(plain_end.begin(), plain_end.end(), end.begin());
+      const double pct = 100 * (double(cost) / double(plain) - 1);
+      std::printf("%-13s a step takes %8ld instructions, with %-24s %+.2f %%, same poses %d\n", base.name.c_str(), plain,
+                  feature.name, pct, same);
+      std::fflush(stdout);
+      worst = same && plain > 0 && cost > 0 ? std::max(worst, pct) : std::nan("");
+      if (std::isnan(worst)) break;
+    }
+    if (std::isnan(worst)) break;
   }
   figure("plan.idle_feature_cost_pct", worst, "%");
 }

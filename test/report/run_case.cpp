@@ -8,7 +8,7 @@
 
 #include "../benchmark/allocation_count.h"
 #include "haptic_core/base/error.h"
-#include "haptic_core/world/pipeline.h"
+#include "haptic_core/world/world.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic::report {

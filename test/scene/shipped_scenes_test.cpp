@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "haptic_core/loop/hand_certificate.h"
+#include "haptic_core/analysis/hand_certificate.h"
 #include "scene/scene_file.h"
 
 namespace haptic {

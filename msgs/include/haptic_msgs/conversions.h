@@ -9,7 +9,7 @@
 
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/loop/realtime.h"
-#include "haptic_core/world/step_report.h"
+#include "haptic_core/world/report.h"
 
 namespace haptic {
 

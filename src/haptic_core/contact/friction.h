@@ -30,6 +30,11 @@ struct ContactPower {
     return {elastic + o.elastic, damping + o.damping, friction + o.friction};
   }
   ContactPower operator*(double s) const { return {s * elastic, s * damping, s * friction}; }
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.elastic), visit(s.damping), visit(s.friction);
+  }
 };
 
 /// Of the wrench F_BP_P of which `elastic` [N] along n is k Vol, at the twist of B relative to A at P, in P's axes.
@@ -51,6 +56,13 @@ struct FrictionMemory {
   ContactPower power_rate;            ///< of the same wrench while the bodies speed up [W/s]; explicit steps with a ledger
   double energy = 0;                  ///< in the tangential springs [J]
   double elastic_energy = 0;          ///< ½ k ∫d² dA [J]; filled when the ledger is kept
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.slip_A), visit(s.rate_A), visit(s.force_A), visit(s.twist), visit(s.spin), visit(s.torque), visit(s.load);
+    visit(s.area), visit(s.torsion), visit(s.sliding), visit(s.touching), visit(s.power), visit(s.power_rate);
+    visit(s.energy), visit(s.elastic_energy);
+  }
 };
 
 /// Constants of a pair.

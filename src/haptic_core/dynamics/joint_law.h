@@ -22,6 +22,11 @@ struct JointCommand {
   double position = 0;  ///< q_ref [rad] or [m]
   double velocity = 0;  ///< v_ref [rad/s] or [m/s]
   double effort = 0;    ///< feed-forward [N·m] or [N]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.drive), visit(s.position), visit(s.velocity), visit(s.effort);
+  }
 };
 
 /// What a joint does until it is told: its own drive, at its initial position, with its feed-forward.

@@ -65,6 +65,11 @@ struct PairCache {
       Vector3::Zero();               ///< unit, from A to B, in A's frame: separates, or nearly; zero: unknown
   Vector3 normal = Vector3::Zero();  ///< the last contact normal, in A's frame; zero: never touched
   int vertex_a = 0, vertex_b = 0;    ///< where supports along `direction` were found
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.direction), visit(s.normal), visit(s.vertex_a), visit(s.vertex_b);
+  }
 };
 
 /// Faces of A and B that lie on a neighbour of the same body (internal_faces.h): bit f of word f/64 for face f; null:

@@ -5,8 +5,8 @@
 
 namespace haptic {
 
-Islands::Islands(const Plan& plan) : plan_(plan) {
-  const std::size_t trees = plan.trees.size(), pairs = static_cast<std::size_t>(plan.pair_capacity);
+Islands::Islands(const Model& model) : model_(model) {
+  const std::size_t trees = model.trees.size(), pairs = static_cast<std::size_t>(model.pair_capacity);
   parent_.resize(trees);
   island_.resize(trees, -1);
   trees_.resize(trees);
@@ -21,13 +21,13 @@ int Islands::root(int tree) noexcept {
   return tree;
 }
 
-void Islands::find(const WorldState& state, const std::vector<int>& held_by, bool implicit_only) noexcept {
-  const int trees = static_cast<int>(plan_.trees.size());
+void Islands::find(const State& state, const std::vector<int>& held_by, bool implicit_only) noexcept {
+  const int trees = static_cast<int>(model_.trees.size());
   std::iota(parent_.begin(), parent_.end(), 0);
-  const auto treeOf = [this](int shape) { return plan_.links[plan_.shapes[shape].link].articulation; };
+  const auto treeOf = [this](int shape) { return model_.links[model_.shapes[shape].link].articulation; };
   const auto moves = [&](int t) {
-    return !plan_.trees[t].model->isStatic() && held_by[plan_.trees[t].link] < 0 &&
-           (!implicit_only || state.mode[t] == kImplicit);
+    return !model_.trees[t].model->isStatic() && held_by[model_.trees[t].link] < 0 &&
+           (!implicit_only || state.mode[t] == TreeMode::kImplicit);
   };
   for (int i = 0; i < state.pair_count; ++i) {
     const int a = treeOf(state.pairs[i].shapeA()), b = treeOf(state.pairs[i].shapeB());
@@ -37,7 +37,7 @@ void Islands::find(const WorldState& state, const std::vector<int>& held_by, boo
   }
   // The joints of all trees with laws are one problem (implicit_joints.h).
   for (int t = 0, first = -1; t < trees; ++t) {
-    if (!plan_.trees[t].has_laws || !moves(t)) continue;
+    if (!model_.trees[t].has_laws || !moves(t)) continue;
     if (first < 0) first = t;
     const int ra = root(first), rb = root(t);
     parent_[std::max(ra, rb)] = std::min(ra, rb);

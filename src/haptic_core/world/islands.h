@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "haptic_core/world/plan.h"
+#include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
 
 namespace haptic {
@@ -10,7 +10,7 @@ namespace haptic {
 struct Island {
   const int* trees = nullptr;  ///< ascending
   int tree_count = 0;
-  const int* pairs = nullptr;  ///< indices in WorldState::pairs, ascending
+  const int* pairs = nullptr;  ///< indices in State::pairs, ascending
   int pair_count = 0;
 };
 
@@ -18,10 +18,10 @@ struct Island {
 /// their pairs belong to the island of the other side. All trees whose joints have laws are one island.
 class Islands {
  public:
-  explicit Islands(const Plan& plan);
+  explicit Islands(const Model& model);
 
   /// (in realtime) From the pairs in `state`, of the trees that are implicit or of all. O(trees + pairs).
-  void find(const WorldState& state, const std::vector<int>& held_by, bool implicit_only) noexcept;
+  void find(const State& state, const std::vector<int>& held_by, bool implicit_only) noexcept;
 
   int count() const { return count_; }
   Island operator[](int i) const {
@@ -33,7 +33,7 @@ class Islands {
  private:
   int root(int tree) noexcept;
 
-  const Plan& plan_;
+  const Model& model_;
   int count_ = 0;
   std::vector<int> parent_, island_;  ///< by tree
   std::vector<int> trees_, pairs_, first_tree_, first_pair_, pair_island_;

@@ -1,133 +1,122 @@
-/// The energy ledger: where the energy is, where it went.
-///
-/// What a contact takes from its bodies is the work of its impulses: impulse times the mean of the velocities before and
-/// after, which is what the bodies lose, to rounding, however much one step stops them. Velocity Verlet kicks twice
-/// between two evaluations: with the last force (its work is known from that evaluation's power and the power's rate) and
-/// with the new one. What the bodies lost to the springs and what the springs did not gain is dissipated; for the normal
-/// springs the difference is named `turning`, for k Vol n has no potential while n turns.
-#include <algorithm>
+#include "haptic_core/world/ledger.h"
 
 #include "haptic_core/dynamics/kinematics.h"
-#include "haptic_core/geometry/contact_integrals.h"
-#include "haptic_core/world/pipeline.h"
 
 namespace haptic {
-
-/// The energy in the contact's springs; its work is booked when the velocities at the end are known.
-void Pipeline::keepLedger(int pair, const ContactVolume& volume, const PairLaw& law, const LocatedForce& force,
-                          const Pose& X_WP, const FrictionMemory& before, FrictionMemory& now) noexcept {
-  const double square = settings_.contact_model == ContactModel::kPoint ? volume.volume * volume.depth
-                                                                        : thicknessSquared(workspace_, volume);
-  now.elastic_energy = 0.5 * law.material.stiffness * square;  // square: ∫d² dA
-  report_.energy.elastic += now.elastic_energy;
-  report_.energy.tangential += now.energy;
-  ContactWork work;
-  work.pair = pair;
-  work.X_WP = X_WP;
-  work.F_BP_P = force.F_BP_P;
-  work.elastic_force = force.elastic_force;
-  work.J_BP_P = force.impulse_P;
-  work.elastic_impulse = force.elastic_impulse;
-  work.sticking = force.sticking;
-  work.before = before;
-  works_.push_back(work);
-}
+namespace {
 
 /// Twist at `p_W`; of a link in a hand the mean over the time h.
-Twist Pipeline::twistForWork(int link, const Vector3& p_W, double h) const noexcept {
-  const int pointer = heldBy(link);
-  if (pointer < 0) return work_[link].twistAt(p_W);
-  Twist moved = pointer_moved_[pointer].shifted(p_W - work_[link].X_WL.p);
+Twist twistForWork(const LedgerView& view, int link, const Vector3& p_W, double h) noexcept {
+  const int pointer = view.hands.held_by[link];
+  const LinkWork& place = view.placement.link[link];
+  if (pointer < 0) return place.twistAt(p_W);
+  Twist moved = view.hands.moved[pointer].shifted(p_W - place.X_WL.p);
   if (!(h > 0)) return Twist{};
   moved.angular /= h;
   moved.linear /= h;
   return moved;
 }
 
-/// Of B relative to A at P, in P's axes, at the velocities in `work_`.
-Twist Pipeline::relativeTwist(const ContactWork& work, double h) const noexcept {
-  const ActivePair& pair = state_.pairs[work.pair];
-  const int a = plan_.shapes[pair.shapeA()].link, b = plan_.shapes[pair.shapeB()].link;
-  return (twistForWork(b, work.X_WP.p, h) - twistForWork(a, work.X_WP.p, h)).rotated(work.X_WP.R.transpose());
+/// Of B relative to A at P, in P's axes, at the velocities in the placement.
+Twist relativeTwist(const LedgerView& view, const State& state, const BookedContact& contact, double h) noexcept {
+  const ActivePair& pair = state.pairs[contact.pair];
+  const int a = view.model.shapes[pair.shapeA()].link, b = view.model.shapes[pair.shapeB()].link;
+  return (twistForWork(view, b, contact.X_WP.p, h) - twistForWork(view, a, contact.X_WP.p, h))
+      .rotated(contact.X_WP.R.transpose());
 }
 
-void Pipeline::setLinkVelocities(const std::vector<double>& v) noexcept {
-  for (const PlanTree& tree : plan_.trees) {
-    if (isStepped(tree) && !tree.has_laws) forwardVelocities(*tree.model, v.data() + tree.v, work_.data() + tree.link);
+/// Of the trees that explicit steps kick.
+void setVelocities(const LedgerView& view, const State& state, const std::vector<double>& v) noexcept {
+  for (const ModelTree& tree : view.model.trees) {
+    const bool kicked = view.hands.movesByItself(tree) && !tree.has_laws &&
+                        state.mode[view.model.indexOf(tree)] != TreeMode::kImplicit;
+    if (kicked) forwardVelocities(*tree.model, v.data() + tree.v, view.placement.link.data() + tree.link);
   }
 }
 
-void Pipeline::book(const ContactWork& work, const ContactPower& taken) noexcept {
-  const FrictionMemory& now = state_.pairs[work.pair].friction;
-  const double friction = taken.friction - (now.energy - work.before.energy);
-  state_.energy[0] += taken.damping + (work.sticking ? friction : 0.0);
-  state_.energy[1] += work.sticking ? 0.0 : friction;
-  state_.energy[3] += taken.elastic - (now.elastic_energy - work.before.elastic_energy);
+void book(const BookedContact& contact, const ContactPower& taken, State& state) noexcept {
+  const FrictionMemory& now = state.pairs[contact.pair].friction;
+  const double friction = taken.friction - (now.energy - contact.before.energy);
+  state.energy.damping += taken.damping + (contact.sticking ? friction : 0.0);
+  state.energy.friction += contact.sticking ? 0.0 : friction;
+  state.energy.turning += taken.elastic - (now.elastic_energy - contact.before.elastic_energy);
 }
 
-/// After a step of symplectic Euler, with the mean velocities of the kick in half_ and old positions in `work_`.
-void Pipeline::bookEuler(double h) noexcept {
-  setLinkVelocities(half_);
-  for (const ContactWork& work : works_) {
-    book(work, contactPower(work.F_BP_P, work.elastic_force, relativeTwist(work, h)) * h);
+}  // namespace
+
+void noteContact(int pair, const ContactEvaluation& c, const FrictionMemory& before, double elastic_energy,
+                 FrictionMemory& now, BookedContacts& contacts, EnergyLedger& energy) noexcept {
+  now.elastic_energy = elastic_energy;
+  energy.elastic += now.elastic_energy;
+  energy.tangential += now.energy;
+  BookedContact contact;
+  contact.pair = pair;
+  contact.X_WP = c.X_WP;
+  contact.F_BP_P = c.force.F_BP_P;
+  contact.elastic_force = c.force.elastic_force;
+  contact.J_BP_P = c.force.impulse_P;
+  contact.elastic_impulse = c.force.elastic_impulse;
+  contact.sticking = c.force.sticking;
+  contact.before = before;
+  contacts.push_back(contact);
+}
+
+void bookEuler(const LedgerView& view, double h, const std::vector<double>& v_mean, const BookedContacts& contacts,
+               State& state) noexcept {
+  setVelocities(view, state, v_mean);
+  for (const BookedContact& contact : contacts) {
+    const Twist V = relativeTwist(view, state, contact, h);
+    book(contact, contactPower(contact.F_BP_P, contact.elastic_force, V) * h, state);
   }
 }
 
-/// After a step of velocity Verlet: v½ in half_, v in the state and in `work_`. Leaves in the memories what the next half
-/// kick will do.
-void Pipeline::bookVerlet(double h) noexcept {
-  notePowers(h);
-  setLinkVelocities(half_);
-  for (const ContactWork& work : works_) {
-    const Twist V_half = relativeTwist(work, h);
-    const Twist V_mean{0.5 * (V_half.angular + work.V_AB_P.angular), 0.5 * (V_half.linear + work.V_AB_P.linear)};
-    const ContactPower second = contactPower(work.F_BP_P * (h / 2) + work.J_BP_P,
-                                             h / 2 * work.elastic_force + work.elastic_impulse, V_mean);
-    book(work, work.before.power * (h / 2) + work.before.power_rate * (h * h / 8) + second);
+void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_half, const std::vector<double>& v_ahead,
+                BookedContacts& contacts, State& state) noexcept {
+  notePowers(view, h, v_ahead, contacts, state);
+  setVelocities(view, state, v_half);
+  for (const BookedContact& contact : contacts) {
+    const Twist V_half = relativeTwist(view, state, contact, h);
+    const Twist V_mean{0.5 * (V_half.angular + contact.V_AB_P.angular), 0.5 * (V_half.linear + contact.V_AB_P.linear)};
+    const ContactPower second = contactPower(contact.F_BP_P * (h / 2) + contact.J_BP_P,
+                                             h / 2 * contact.elastic_force + contact.elastic_impulse, V_mean);
+    book(contact, contact.before.power * (h / 2) + contact.before.power_rate * (h * h / 8) + second, state);
   }
-  setLinkVelocities(state_.v);
+  setVelocities(view, state, state.v);
 }
 
-/// Power of each contact's wrench at the velocities of the state, and its rate as the next kick begins.
-void Pipeline::notePowers(double h) noexcept {
-  for (ContactWork& work : works_) work.V_AB_P = relativeTwist(work, h);
-  std::copy(state_.v.begin(), state_.v.end(), v_dot_.begin());
-  for (const PlanTree& tree : plan_.trees) {
-    if (isStepped(tree) && !tree.has_laws) kickTree(tree, state_.pull.data() + tree.v, h / 2);
+void notePowers(const LedgerView& view, double h, const std::vector<double>& v_ahead, BookedContacts& contacts,
+                State& state) noexcept {
+  for (BookedContact& contact : contacts) contact.V_AB_P = relativeTwist(view, state, contact, h);
+  setVelocities(view, state, v_ahead);
+  for (const BookedContact& contact : contacts) {
+    const Twist gained = relativeTwist(view, state, contact, h) - contact.V_AB_P;
+    FrictionMemory& memory = state.pairs[contact.pair].friction;
+    memory.power = contactPower(contact.F_BP_P, contact.elastic_force, contact.V_AB_P);
+    memory.power_rate = contactPower(contact.F_BP_P, contact.elastic_force, gained) * (2 / h);
   }
-  std::swap(state_.v, v_dot_);
-  setLinkVelocities(v_dot_);
-  for (const ContactWork& work : works_) {
-    const Twist gained = relativeTwist(work, h) - work.V_AB_P;
-    FrictionMemory& memory = state_.pairs[work.pair].friction;
-    memory.power = contactPower(work.F_BP_P, work.elastic_force, work.V_AB_P);
-    memory.power_rate = contactPower(work.F_BP_P, work.elastic_force, gained) * (2 / h);
-  }
-  setLinkVelocities(state_.v);
+  setVelocities(view, state, state.v);
 }
 
-/// The rest of the energy of a contact that parted `tau` after the last evaluation, while its force fell like
-/// (tau - t)ⁿ: half a kick, and what corrects it (Pipeline::part).
-void Pipeline::closeLedger(const FrictionMemory& last, double h, double tau, double order) noexcept {
+void bookRelease(const FrictionMemory& last, double h, double tau, double order, EnergySums& sums) noexcept {
   const ContactPower taken = last.power * (tau / (order + 1)) +
                              last.power_rate * (h * h / 8 + (tau / (order + 1) - h / 2) * h / 2);
-  state_.energy[0] += taken.damping + (last.sliding != 0 ? 0.0 : taken.friction + last.energy);
-  state_.energy[1] += last.sliding != 0 ? taken.friction + last.energy : 0.0;
-  state_.energy[3] += taken.elastic + last.elastic_energy;
+  sums.damping += taken.damping + (last.sliding != 0 ? 0.0 : taken.friction + last.energy);
+  sums.friction += last.sliding != 0 ? taken.friction + last.energy : 0.0;
+  sums.turning += taken.elastic + last.elastic_energy;
 }
 
-void Pipeline::fillLedger() noexcept {
-  EnergyLedger& energy = report_.energy;
+void closeLedger(const LedgerView& view, const State& state, EnergyLedger& energy) noexcept {
   energy.kinetic = energy.potential = 0;
-  for (const PlanTree& tree : plan_.trees) {
-    if (!movesByItself(tree)) continue;  // a held link's energy is the hand's
-    energy.kinetic += kineticEnergy(*tree.model, work_.data() + tree.link);
-    energy.potential += potentialEnergy(*tree.model, work_.data() + tree.link, settings_.gravity);
+  for (const ModelTree& tree : view.model.trees) {
+    if (!view.hands.movesByItself(tree)) continue;  // a held link's energy is the hand's
+    const LinkWork* link = view.placement.link.data() + tree.link;
+    energy.kinetic += kineticEnergy(*tree.model, link);
+    energy.potential += potentialEnergy(*tree.model, link, view.model.settings.gravity);
   }
-  energy.damping = state_.energy[0];
-  energy.friction = state_.energy[1];
-  energy.external = state_.energy[2];
-  energy.turning = state_.energy[3];
+  energy.damping = state.energy.damping;
+  energy.friction = state.energy.friction;
+  energy.external = state.energy.external;
+  energy.turning = state.energy.turning;
 }
 
 }  // namespace haptic

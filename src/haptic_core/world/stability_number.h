@@ -21,7 +21,7 @@ constexpr double kStabilityBound = 4;
 Matrix6 freeMobility(const LinkModel& link, const Matrix3& R_WL, const Vector3& p_WC, const Pose& X_WP) noexcept;
 
 /// Share of one contact for one of its links of mobility W. Velocity Verlet settles strong dampers contact by contact
-/// (Pipeline::settledForce): with x = λ_max(h W D) the damper counts 2x/(1 + x/2) instead of 2x. (in realtime) 0.5 µs.
+/// (stepping/settled_damper.h): with x = λ_max(h W D) the damper counts 2x/(1 + x/2) instead of 2x. (in realtime) 0.5 µs.
 double stabilityNumber(const PatchTangent& tangent, const Matrix6& W, bool both_move, double h) noexcept;
 
 }  // namespace haptic

@@ -5,7 +5,7 @@
 
 namespace haptic {
 
-StepHistory::StepHistory(int capacity, const WorldState& state)
+StepHistory::StepHistory(int capacity, const State& state)
     : state_(state),
       capacity_(capacity),
       nq_(state.q.size()),
@@ -21,7 +21,10 @@ void StepHistory::keep() noexcept {
   row[1] = state_.time;
   row = std::copy(state_.q.begin(), state_.q.end(), row + 2);
   row = std::copy(state_.v.begin(), state_.v.end(), row);
-  for (const PointerState& pointer : state_.pointers) row = std::copy(pointer.F_W, pointer.F_W + 6, row);
+  for (const PointerState& pointer : state_.pointers) {
+    row = std::copy(pointer.F_W.torque.data(), pointer.F_W.torque.data() + 3, row);
+    row = std::copy(pointer.F_W.force.data(), pointer.F_W.force.data() + 3, row);
+  }
 }
 
 StepHistory::Record StepHistory::record(int i) const {

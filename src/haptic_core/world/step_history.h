@@ -12,7 +12,7 @@ namespace haptic {
 /// the state. It looks at `state` as long as it lives.
 class StepHistory {
  public:
-  /// One step: arrays as in WorldState; `wrench` has six numbers per pointer, torque [N·m] first, then force
+  /// One step: arrays as in State; `wrench` has six numbers per pointer, torque [N·m] first, then force
   /// [N].
   struct Record {
     std::uint64_t step;
@@ -21,16 +21,16 @@ class StepHistory {
   };
 
   /// Room for `capacity` steps. Memory: capacity × (nq + nv + 6 pointers + 2) doubles.
-  StepHistory(int capacity, const WorldState& state);
+  StepHistory(int capacity, const State& state);
 
   void keep() noexcept;  ///< (in realtime) the state as it is now; drops the oldest when full
   void clear() noexcept { count_ = 0; }
   int size() const { return static_cast<int>(std::min<std::uint64_t>(count_, capacity_)); }
   Record record(int i) const;  ///< 0: the oldest kept, size() - 1: the last step
-  const WorldState& latest() const { return state_; }  ///< between two steps: complete, contact memory included
+  const State& latest() const { return state_; }  ///< between two steps: complete, contact memory included
 
  private:
-  const WorldState& state_;
+  const State& state_;
   std::uint64_t capacity_, count_ = 0;
   std::size_t nq_, nv_, pointers_, stride_;
   std::vector<double> rows_;

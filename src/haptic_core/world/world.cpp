@@ -1,79 +1,156 @@
 #include "haptic_core/world/world.h"
 
-#include <cmath>
+#include <algorithm>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/world/pipeline.h"
+#include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/world/step.h"
+#include "haptic_core/world/step_history.h"
 
 namespace haptic {
+namespace {
+
+int indexOfName(const std::string& name, int count, const std::string& (World::*nameOf)(int) const, const World& world) {
+  for (int i = 0; i < count; ++i) {
+    if ((world.*nameOf)(i) == name) return i;
+  }
+  return -1;
+}
+
+}  // namespace
 
 struct World::Impl {
-  explicit Impl(const WorldDef& definition) : def(definition), pipeline(definition) {}
-  WorldDef def;
-  Pipeline pipeline;
+  explicit Impl(const WorldDef& def)
+      : model(def), work(model), state(initialState(model, work)), history(model.settings.history_steps, state) {
+    report.contacts.reserve(model.pair_capacity);
+  }
+
+  Model model;
+  Work work;
+  State state;
+  Report report;
+  StepHistory history;
 };
 
 World::World(const WorldDef& def) : impl_(std::make_unique<Impl>(def)) {}
 World::~World() = default;
 
-void World::step() noexcept { impl_->pipeline.step(); }
-void World::measureStages(bool on) noexcept { impl_->pipeline.measureStages(on); }
-const WorldSettings& World::settings() const { return impl_->def.settings; }
-const StepReport& World::report() const { return impl_->pipeline.report(); }
-double World::time() const { return impl_->pipeline.state().time; }
-
-int World::linkCount() const { return static_cast<int>(impl_->pipeline.plan().links.size()); }
-const std::string& World::linkName(int link) const { return impl_->pipeline.plan().links[link].name; }
-int World::linkIndex(const std::string& name) const {
-  for (int i = 0; i < linkCount(); ++i) {
-    if (linkName(i) == name) return i;
-  }
-  return -1;
+void World::step() noexcept {
+  const bool runs = impl_->report.step.finite;
+  haptic::step(impl_->model, impl_->state, impl_->work, impl_->report);
+  if (runs && impl_->report.step.finite) impl_->history.keep();
 }
-Pose World::linkPose(int link) const { return impl_->pipeline.link(link).X_WL; }
-Twist World::linkTwist(int link) const { return impl_->pipeline.link(link).twistAtOrigin(); }
 
-int World::jointCount() const { return static_cast<int>(impl_->pipeline.plan().joints.size()); }
-const std::string& World::jointName(int joint) const { return impl_->pipeline.plan().joints[joint].name; }
-int World::jointIndex(const std::string& name) const {
-  for (int i = 0; i < jointCount(); ++i) {
-    if (jointName(i) == name) return i;
-  }
-  return -1;
+void World::measureStages(bool on) noexcept {
+  impl_->work.clock.on = on;
+  impl_->report.step.stages = {};
 }
-int World::jointLink(int joint) const { return impl_->pipeline.plan().joints[joint].link; }
-bool World::obeysCommands(int joint) const { return impl_->pipeline.plan().joints[joint].driven; }
-JointReading World::joint(int joint) const noexcept { return impl_->pipeline.joint(joint); }
+
+const WorldSettings& World::settings() const { return impl_->model.settings; }
+const StepReport& World::report() const { return impl_->report.step; }
+double World::time() const { return impl_->state.time; }
+const Model& World::model() const { return impl_->model; }
+const State& World::state() const { return impl_->state; }
+const Work& World::work() const { return impl_->work; }
+const StepHistory& World::history() const { return impl_->history; }
+
+int World::linkCount() const { return static_cast<int>(impl_->model.links.size()); }
+const std::string& World::linkName(int link) const { return impl_->model.links[link].name; }
+int World::linkIndex(const std::string& name) const { return indexOfName(name, linkCount(), &World::linkName, *this); }
+Pose World::linkPose(int link) const { return impl_->work.placement.link[link].X_WL; }
+Twist World::linkTwist(int link) const { return impl_->work.placement.link[link].twistAtOrigin(); }
+
+int World::jointCount() const { return static_cast<int>(impl_->model.joints.size()); }
+const std::string& World::jointName(int joint) const { return impl_->model.joints[joint].name; }
+int World::jointIndex(const std::string& name) const { return indexOfName(name, jointCount(), &World::jointName, *this); }
+int World::jointLink(int joint) const { return impl_->model.joints[joint].link; }
+bool World::obeysCommands(int joint) const { return impl_->model.joints[joint].driven; }
+
+JointReading World::joint(int i) const noexcept {
+  const Impl& world = *impl_;
+  const ModelJoint& joint = world.model.joints[i];
+  const ModelLink& link = world.model.links[joint.link];
+  const TreeMotion* motion = world.work.joints[link.articulation].get();
+  const bool implicit = world.state.mode[link.articulation] == TreeMode::kImplicit;
+  const double drive = implicit ? world.work.implicit->joints().driveForce(joint.link)
+                       : motion ? motion->driveForceOf(link.local)
+                                : 0;
+  return {world.state.q[joint.q], world.state.v[joint.v], drive};
+}
+
 bool World::setJointCommand(int joint, const JointCommand& command) noexcept {
-  return impl_->pipeline.setJointCommand(joint, command);
+  const Model& model = impl_->model;
+  if (joint < 0 || joint >= jointCount() || !model.joints[joint].driven || !isFinite(command)) return false;
+  const ModelLink& link = model.links[model.joints[joint].link];
+  impl_->state.commands[model.trees[link.articulation].command + link.local] = command;
+  return true;
 }
 
-int World::pointerCount() const { return static_cast<int>(impl_->def.pointers.size()); }
-const PointerDef& World::pointer(int i) const { return impl_->def.pointers[i]; }
-int World::pointerLink(int i) const { return static_cast<int>(impl_->pipeline.state().pointers[i].link); }
+int World::pointerCount() const { return static_cast<int>(impl_->model.pointers.size()); }
+const PointerDef& World::pointer(int i) const { return impl_->model.pointers[i]; }
+int World::pointerLink(int i) const { return impl_->state.pointers[i].link; }
+int World::pointerHome(int i) const { return impl_->model.pointerHome(i); }
+Wrench World::pointerWrench(int i) const noexcept { return impl_->state.pointers[i].F_W; }
+
 void World::setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept {
-  impl_->pipeline.setPointerTarget(i, X_WL, V_WL);
+  aim(impl_->state.pointers[i], X_WL, V_WL);
 }
-Wrench World::pointerWrench(int i) const noexcept {
-  const double* F = impl_->pipeline.state().pointers[i].F_W;
-  return {Vector3(F[0], F[1], F[2]), Vector3(F[3], F[4], F[5])};
+
+bool World::canGrab(int pointer, int link) const noexcept {
+  return haptic::canGrab(impl_->model, impl_->work.hands, pointer, link);
 }
-void World::grab(int pointer, int link) { impl_->pipeline.grab(pointer, link); }
-int World::pointerHome(int i) const { return impl_->pipeline.pointerHome(i); }
-bool World::canGrab(int pointer, int link) const noexcept { return impl_->pipeline.canGrab(pointer, link); }
-bool World::tryGrab(int pointer, int link) noexcept { return impl_->pipeline.tryGrab(pointer, link); }
 
-const WorldTuning& World::tuning() const { return impl_->pipeline.tuning(); }
-void World::tune(const WorldTuning& tuning) { impl_->pipeline.tune(tuning); }
+bool World::tryGrab(int pointer, int link) noexcept {
+  if (!canGrab(pointer, link)) return false;
+  haptic::grab(impl_->model, impl_->work.placement, pointer, link, impl_->state, impl_->work.hands);
+  stepping::forgetPull(impl_->state);
+  return true;
+}
 
-int World::contactCount() const { return impl_->pipeline.contacts().size(); }
-const ContactReport& World::contact(int i) const { return impl_->pipeline.contacts()[i]; }
+void World::grab(int pointer, int link) {
+  checkGrab(impl_->model, impl_->work.hands, pointer, link);
+  tryGrab(pointer, link);
+}
 
-const StepHistory& World::history() const { return impl_->pipeline.history(); }
+const WorldTuning& World::tuning() const { return impl_->model.tuning; }
 
-std::uint64_t World::hash() const { return impl_->pipeline.state().hash(); }
-std::vector<double> World::save() const { return impl_->pipeline.state().pack(); }
-void World::restore(const std::vector<double>& state) { impl_->pipeline.restore(state); }
-std::string World::planText() const { return impl_->pipeline.text(); }
+void World::tune(const WorldTuning& tuning) {
+  Model& model = impl_->model;
+  std::vector<CouplingLoad> loads;
+  for (const PointerState& pointer : impl_->state.pointers) loads.push_back(model.loadOf(pointer.link));
+  check(tuning, loads, model.substep());
+  model.tune(tuning);
+  refreshHands(model, impl_->state, impl_->work.hands);
+  for (int i = 0; i < pointerCount(); ++i) {
+    if (!canGrab(i, pointerLink(i))) grab(i, pointerHome(i));
+  }
+  stepping::forgetPull(impl_->state);
+}
+
+int World::contactCount() const { return impl_->report.contacts.size(); }
+const ContactReport& World::contact(int i) const { return impl_->report.contacts[i]; }
+
+std::uint64_t World::hash() const { return impl_->state.hash(); }
+std::vector<double> World::save() const { return impl_->state.pack(); }
+
+void World::restore(const std::vector<double>& packed) {
+  Impl& world = *impl_;
+  world.state.unpack(packed);
+  world.report.step = StepReport{};
+  world.report.step.step = world.state.step;
+  world.report.contacts.clear();
+  world.history.clear();
+  refreshHands(world.model, world.state, world.work.hands);
+  placeAll(world.model, world.state, world.work.placement);
+}
+
+std::string World::planText() const {
+  std::string text = impl_->model.text();
+  for (const auto& motion : impl_->work.joints) {
+    if (!motion) continue;
+    for (const std::string& line : motion->unsupported()) text += "  not simulated: " + line + "\n";
+  }
+  return text;
+}
 
 }  // namespace haptic

@@ -8,12 +8,15 @@
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/dynamics/joint_law.h"
 #include "haptic_core/world/definition.h"
-#include "haptic_core/world/step_report.h"
+#include "haptic_core/world/report.h"
 #include "haptic_core/world/tuning.h"
 
 namespace haptic {
 
+class Model;
 class StepHistory;
+struct State;
+struct Work;
 
 class World {
  public:
@@ -68,6 +71,11 @@ class World {
 
   /// The last settings().history_steps steps that were finite, newest last; also after the world has stopped.
   const StepHistory& history() const;
+
+  // The structs behind, for analysis and tests: what World's functions above read and write.
+  const Model& model() const;
+  const State& state() const;
+  const Work& work() const;
 
   std::uint64_t hash() const;                         ///< of the complete state
   std::vector<double> save() const;                   ///< complete state, contact memory included

@@ -5,7 +5,7 @@
 #include "../../scenes/blocks.h"
 #include "../../scenes/motions.h"
 #include "haptic_core/world/islands.h"
-#include "haptic_core/world/pipeline.h"
+#include "haptic_core/world/world.h"
 
 namespace haptic {
 namespace {
@@ -147,13 +147,13 @@ TEST(Islands, AreTheConnectedPartsOfTheContactGraph) {
   for (int i = 1; i < kBodies; ++i) {
     def.articulations.push_back(cube("cube" + std::to_string(i), c, Pose(Vector3(0.2 * i, 0, 0.05))));
   }
-  const Plan plan(def);
-  Islands islands(plan);
+  const Model model(def);
+  Islands islands(model);
   unsigned random = 1;
   for (int round = 0; round < 200; ++round) {
-    WorldState state;
-    state.mode.assign(plan.trees.size(), kUnprimed);
-    state.pairs.resize(plan.pair_capacity);
+    State state;
+    state.mode.assign(model.trees.size(), TreeMode::kUnprimed);
+    state.pairs.resize(model.pair_capacity);
     std::vector<int> label(kBodies + 1);
     for (int i = 0; i <= kBodies; ++i) label[i] = i;
     for (int i = 0; i < 8; ++i) {
@@ -165,7 +165,7 @@ TEST(Islands, AreTheConnectedPartsOfTheContactGraph) {
       const int from = label[a], to = label[b];
       for (int& l : label) l = l == from ? to : l;
     }
-    islands.find(state, std::vector<int>(plan.links.size(), -1), false);
+    islands.find(state, std::vector<int>(model.links.size(), -1), false);
     EXPECT_EQ(islands.of(0), -1);
     int trees = 0, pairs = 0;
     for (int i = 0; i < islands.count(); ++i) {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "../../scenes/extremes.h"
-#include "haptic_core/world/pipeline.h"
+#include "haptic_core/world/world.h"
 
 namespace haptic {
 namespace {

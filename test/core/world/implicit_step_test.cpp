@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "../../scenes/motions.h"
-#include "haptic_core/world/pipeline.h"
+#include "haptic_core/world/world.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic {

@@ -11,7 +11,9 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/dynamics/joint_space_inertia.h"
 #include "haptic_core/dynamics/tree_motion.h"
-#include "haptic_core/world/pipeline.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/world.h"
+#include "haptic_core/world/state.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic {
@@ -263,28 +265,24 @@ TEST(ImplicitJoints, EveryForceLiesOnItsGraph) {
     const double h = world.settings().step;
     std::vector<LinkWork> work(tree.linkCount());
     for (int step = 0; step < 20; ++step) {
-      const std::vector<double> before = world.save();
+      const State before = world.state();
       world.step();
       ASSERT_EQ(world.report().flags, 0u) << trial << " " << step;
-      const std::vector<double> after = world.save();
-      const auto q = [&](const std::vector<double>& s) {
-        return s.data() + 11;
-      };  // state.cpp: 11 numbers, then q, v
-      const auto v = [&](const std::vector<double>& s) { return s.data() + 11 + tree.nq(); };
+      const State& after = world.state();
       std::vector<double> v_dot(tree.nv()), tau(tree.nv());
-      for (int k = 0; k < tree.nv(); ++k) v_dot[k] = (v(after)[k] - v(before)[k]) / h;
-      forwardKinematics(tree, q(after), v(after), work.data());
+      for (int k = 0; k < tree.nv(); ++k) v_dot[k] = (after.v[k] - before.v[k]) / h;
+      forwardKinematics(tree, after.q.data(), after.v.data(), work.data());
       inverseDynamics(tree, Vector3(0, 0, -9.8), v_dot.data(), work.data(), tau.data());
       for (int i = 0; i < tree.linkCount(); ++i) {
         const LinkModel& link = tree.link(i);
-        const double v1 = v(after)[link.v];
+        const double v1 = after.v[link.v];
         if (link.dof != 1) {
           for (int k = 0; k < link.dof; ++k)
             EXPECT_NEAR(tau[link.v + k], 0, 1e-6 * (1 + std::abs(v_dot[link.v + k])));
           continue;
         }
         ForceGraph graph;
-        buildForceGraph(def.links[i].joint, initialCommand(def.links[i].joint), q(before)[link.q], h, graph);
+        buildForceGraph(def.links[i].joint, initialCommand(def.links[i].joint), before.q[link.q], h, graph);
         const auto value = [&](double rate) {
           const ForcePiece& piece = graph.pieces[graph.at(rate)];
           if (piece.vertical) return rate < piece.from ? piece.high : piece.low;

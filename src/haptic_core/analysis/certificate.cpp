@@ -1,0 +1,445 @@
+#include "haptic_core/analysis/certificate.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <sstream>
+
+#include "haptic_core/contact/located_force.h"
+#include "haptic_core/dynamics/joint_space_inertia.h"
+#include "haptic_core/world/damper_limit.h"
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/world.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kSafe = 1 - 1e-3;     ///< the limit is given a thousandth low: differences and bisection
+constexpr double kMargin = 0.9;        ///< share of the limit that explicit steps may use: rest states move
+constexpr int kMostSubsteps = 4;       ///< an implicit step costs about as much as this many explicit ones
+constexpr double kLongest = 0.1;       ///< [s], the longest step a world may have
+constexpr double kDifference = 1e-3;   ///< finite differences: share of the least depth
+constexpr double kAside = 30;          ///< differences: how many steps aside of the rest state, 3 % of the depth
+constexpr double kGrowthNoise = 1e-3;  ///< growth below this share of sqrt(g/size) is rounding of the differences
+
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+
+/// The linearisation of one settled world.
+class Linearisation {
+ public:
+  explicit Linearisation(const World& world)
+      : model_(world.model()), state_(world.state()), held_(model_.links.size(), false), work_(model_.links.size()) {
+    model_.reserve(workspace_);
+    for (std::size_t i = 0; i < state_.pointers.size(); ++i) held_[static_cast<int>(state_.pointers[i].link)] = true;
+    gravity_ = world.settings().gravity;
+    for (const ModelTree& tree : model_.trees) moves_.push_back(!tree.model->isStatic() && !held_[tree.link]);
+    place(state_.q);
+    linearise();
+  }
+
+  int dof() const { return model_.nv; }
+  bool moves(int tree) const { return moves_[tree]; }
+
+  struct Contact {
+    int a, b, tree_a, tree_b;
+    ContactVolume volume;
+    PairLaw law;
+    Matrix J;  ///< twist of B against A at P, P's axes: 6 × dof
+    Matrix6 stiffness, damping;  ///< of the patch, P's axes
+    Matrix6 mobility;            ///< of both bodies, their masses shared among their contacts
+  };
+
+  Matrix M, K;
+  std::vector<Contact> contacts;
+
+ private:
+  void place(const std::vector<double>& q) {
+    const std::vector<double> rest(model_.nv, 0.0);
+    for (const ModelTree& tree : model_.trees) {
+      forwardKinematics(*tree.model, q.data() + tree.q, rest.data() + tree.v, work_.data() + tree.link);
+    }
+  }
+  Pose shapePose(int s) const { return work_[model_.shapes[s].link].X_WL * model_.shapes[s].X_LS; }
+
+  ContactVolume volumeOf(const ActivePair& pair) {
+    ContactVolume volume;
+    PairCache cache = pair.cache;
+    contactVolume(*model_.shapes[pair.shapeA()].shape, *model_.shapes[pair.shapeB()].shape,
+                  relativePose(shapePose(pair.shapeA()), shapePose(pair.shapeB())), cache, workspace_, volume);
+    return volume;
+  }
+
+  /// Normal forces and weight on all degrees, friction left out.
+  Vector forces(const std::vector<double>& q) {
+    place(q);
+    Vector f = Vector::Zero(model_.nv);
+    for (int i = 0; i < state_.pair_count; ++i) {
+      const ContactVolume volume = volumeOf(state_.pairs[i]);
+      if (volume.status != ContactVolume::Status::kOverlap) continue;
+      const int a = state_.pairs[i].shapeA(), b = state_.pairs[i].shapeB();
+      const Pose X_WP = shapePose(a) * volume.X_AP;
+      Wrench F_W;
+      F_W.force = lawOf(a, b).material.stiffness * volume.volume * X_WP.R.col(2);
+      push(model_.shapes[b].link, F_W, X_WP.p, f);
+      push(model_.shapes[a].link, -F_W, X_WP.p, f);
+    }
+    for (std::size_t l = 0; l < model_.links.size(); ++l) {
+      Wrench weight;
+      weight.force = model_.links[l].mass * gravity_;
+      push(static_cast<int>(l), weight, work_[l].p_WC(), f);
+    }
+    return f;
+  }
+  void push(int link, const Wrench& F_W, const Vector3& p, Vector& f) {
+    const ModelTree& tree = model_.trees[model_.links[link].articulation];
+    if (!moves_[model_.links[link].articulation]) return;
+    addGeneralisedForce(*tree.model, work_.data() + tree.link, model_.links[link].local, F_W, p, f.data() + tree.v);
+  }
+  PairLaw lawOf(int a, int b) const {
+    return model_.law(a, b, held_[model_.shapes[a].link], held_[model_.shapes[b].link]);
+  }
+
+  void linearise() {
+    M = Matrix::Zero(model_.nv, model_.nv);
+    K = M;
+    double least_depth = 1e300;
+    for (int i = 0; i < state_.pair_count; ++i) addContact(state_.pairs[i], least_depth);
+    for (std::size_t t = 0; t < model_.trees.size(); ++t) {
+      const ModelTree& tree = model_.trees[t];
+      const int n = tree.model->nv();
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> block(n, n);
+      if (n == 0) continue;
+      massMatrix(*tree.model, work_.data() + tree.link, block.data());
+      M.block(tree.v, tree.v, n, n) = block;
+    }
+    if (contacts.empty()) return;
+    for (const Contact& c : contacts) {
+      Matrix6 springs = Matrix6::Zero();  // friction: the normal part comes from the differences
+      springs.block<3, 3>(2, 2) = c.stiffness.block<3, 3>(2, 2);
+      K += c.J.transpose() * springs * c.J;
+    }
+    shareMobility();
+    addDifferences(kDifference * least_depth);
+    K = (0.5 * (K + K.transpose())).eval();
+  }
+
+  void shareMobility() {
+    std::vector<int> count(model_.trees.size(), 0);
+    for (const Contact& c : contacts) {
+      ++count[c.tree_a];
+      ++count[c.tree_b];
+    }
+    for (Contact& c : contacts) {
+      c.mobility.setZero();
+      for (int t : {c.tree_a, c.tree_b}) {
+        const ModelTree& tree = model_.trees[t];
+        const int n = tree.model->nv();
+        if (!moves_[t] || n == 0) continue;
+        const auto J = c.J.middleCols(tree.v, n);
+        c.mobility += count[t] * (J * M.block(tree.v, tree.v, n, n).llt().solve(J.transpose()));
+      }
+    }
+  }
+
+  void addContact(const ActivePair& pair, double& least_depth) {
+    Contact c;
+    c.volume = volumeOf(pair);
+    if (c.volume.status != ContactVolume::Status::kOverlap) return;
+    c.a = model_.shapes[pair.shapeA()].link;
+    c.b = model_.shapes[pair.shapeB()].link;
+    c.tree_a = model_.links[c.a].articulation;
+    c.tree_b = model_.links[c.b].articulation;
+    c.law = lawOf(pair.shapeA(), pair.shapeB());
+    const Pose X_WP = shapePose(pair.shapeA()) * c.volume.X_AP;
+    const LocatedForce force =
+        locatedForce(c.volume, workspace_, Twist{}, FrictionMemory{}, c.law, Advance{});
+    c.stiffness = force.tangent.combined(1, 0);
+    c.damping = force.tangent.combined(0, 1);
+    c.J = Matrix::Zero(6, model_.nv);
+    addJacobian(c.b, X_WP, 1, c.J);
+    addJacobian(c.a, X_WP, -1, c.J);
+    least_depth = std::min(least_depth, c.volume.volume / c.volume.A0);
+    contacts.push_back(c);
+  }
+  void addJacobian(int link, const Pose& X_WP, double sign, Matrix& J) {
+    const ModelTree& tree = model_.trees[model_.links[link].articulation];
+    if (!moves_[model_.links[link].articulation]) return;
+    for (int i = 0; i < tree.model->nv(); ++i) {
+      Vector unit = Vector::Zero(tree.model->nv());
+      unit[i] = 1;
+      const Twist V = pointTwist(*tree.model, work_.data() + tree.link, model_.links[link].local, X_WP.p, unit.data());
+      J.col(tree.v + i) += sign * V.rotated(X_WP.R.transpose()).vector();
+    }
+  }
+
+  /// Where faces end exactly above one another, a shift to either side uncovers an edge: the force has a kink there
+  /// (of the size N d/a, harmless under friction). The differences are taken beside it, each body aside by its own
+  /// part of kAside steps, so that none straddles it.
+  void addDifferences(double epsilon) {
+    std::vector<double> beside = state_.q;
+    for (std::size_t t = 0; t < model_.trees.size(); ++t) {
+      const ModelTree& tree = model_.trees[t];
+      Vector aside(tree.model->nv());
+      for (int i = 0; i < tree.model->nv(); ++i) {
+        const double golden = 0.6180339887 * (tree.v + i + 1);  // neighbours differ by 0.29 at least
+        const bool turns = tree.model->isFreeBody() && i < 3;   // a turn would shift faces back over one another
+        aside[i] = turns ? 0 : kAside * (golden - std::floor(golden)) / reach(tree, i);
+      }
+      if (moves_[t]) integratePositions(*tree.model, beside.data() + tree.q, aside.data(), epsilon);
+    }
+    for (std::size_t t = 0; t < model_.trees.size(); ++t) {
+      const ModelTree& tree = model_.trees[t];
+      if (!moves_[t]) continue;
+      for (int i = 0; i < tree.model->nv(); ++i) {
+        const double step = epsilon / reach(tree, i);
+        Vector direction = Vector::Zero(tree.model->nv());
+        Vector change = Vector::Zero(model_.nv);
+        for (double sign : {1.0, -1.0}) {
+          direction[i] = sign;
+          std::vector<double> q = beside;
+          integratePositions(*tree.model, q.data() + tree.q, direction.data(), step);
+          change += sign * forces(q);
+        }
+        K.col(tree.v + i) -= change / (2 * step);
+      }
+    }
+    place(state_.q);
+  }
+  /// What turns a step of a degree into one of the body's ends: its size for a rotation, one for a translation.
+  double reach(const ModelTree& tree, int degree) const {
+    return !tree.model->isFreeBody() || degree < 3 ? model_.links[tree.link].size : 1;
+  }
+
+  const Model& model_;
+  const State& state_;
+  std::vector<char> held_, moves_;
+  std::vector<LinkWork> work_;
+  ContactWorkspace workspace_;
+  Vector3 gravity_;
+};
+
+/// Trees connected by contacts; −1 for those that do not move or touch nothing.
+std::vector<int> islandsOf(const Linearisation& linear, int trees, int& count) {
+  std::vector<int> root(trees);
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int t) {
+    while (root[t] != t) t = root[t];
+    return t;
+  };
+  std::vector<char> touches(trees, 0);
+  for (const auto& c : linear.contacts) {
+    if (linear.moves(c.tree_a) && linear.moves(c.tree_b)) root[find(c.tree_a)] = find(c.tree_b);
+    touches[c.tree_a] = touches[c.tree_b] = 1;
+  }
+  std::vector<int> island(trees, -1), number(trees, -1);
+  count = 0;
+  for (int t = 0; t < trees; ++t) {
+    if (!linear.moves(t) || !touches[t]) continue;
+    const int r = find(t);
+    if (number[r] < 0) number[r] = count++;
+    island[t] = number[r];
+  }
+  return island;
+}
+
+/// Largest h with 4M - 2hD(h) - h²K positive definite; infinite when it is at kLongest.
+template <class Damping>
+double largestStep(const Matrix& M, const Damping& D, const Matrix& K) {
+  const auto stable = [&](double h) {
+    return Matrix(4 * M - 2 * h * D(h) - h * h * K).llt().info() == Eigen::Success;
+  };
+  if (stable(kLongest)) return std::numeric_limits<double>::infinity();
+  double low = 1e-12, high = kLongest;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = std::sqrt(low * high);
+    (stable(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Dampers of an island as an explicit step h takes them (damper_limit.h).
+class IslandDamping {
+ public:
+  IslandDamping(const Linearisation& linear, const std::vector<int>& trees, const std::vector<int>& rows)
+      : degrees_(rows.size()) {
+    const auto inside = [&](int tree) { return std::find(trees.begin(), trees.end(), tree) != trees.end(); };
+    for (const auto& c : linear.contacts) {
+      if (inside(c.tree_a) || inside(c.tree_b)) parts_.push_back({&c, c.J(Eigen::all, rows)});
+    }
+  }
+  Matrix operator()(double h) const {
+    Matrix D = Matrix::Zero(degrees_, degrees_);
+    for (const auto& [c, J] : parts_) {
+      D += J.transpose() * (damperShare(c->mobility, c->damping, h) * c->damping) * J;
+    }
+    return D;
+  }
+
+ private:
+  Eigen::Index degrees_;
+  std::vector<std::pair<const Linearisation::Contact*, Matrix>> parts_;
+};
+
+IslandCertificate judgeIsland(const Linearisation& linear, const Model& model, const std::vector<int>& trees,
+                              const WorldSettings& settings, double step) {
+  IslandCertificate island;
+  std::vector<int> rows;
+  double lightest = 1e300, heaviest = 0, size = 0;
+  for (int t : trees) {
+    const ModelTree& tree = model.trees[t];
+    for (int i = 0; i < tree.model->nv(); ++i) rows.push_back(tree.v + i);
+    for (int l = 0; l < tree.model->linkCount(); ++l) {
+      const ModelLink& link = model.links[tree.link + l];
+      island.links.push_back(link.name);
+      if (link.mass > 0) lightest = std::min(lightest, link.mass);
+      heaviest = std::max(heaviest, link.mass);
+      size = std::max(size, link.size);
+    }
+  }
+  const Matrix M = linear.M(rows, rows), K = linear.K(rows, rows);
+  const IslandDamping D(linear, trees, rows);
+  island.degrees = static_cast<int>(rows.size());
+  island.mass_ratio = heaviest / lightest;
+  island.limit = kSafe * largestStep(M, D, K);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> modes(K, M);
+  island.frequency = std::sqrt(std::max(0.0, modes.eigenvalues().maxCoeff()));
+  const double least = modes.eigenvalues().minCoeff();
+  const double noise = kGrowthNoise * std::sqrt(settings.gravity.norm() / size);
+  island.growth = least < -noise * noise ? std::sqrt(-least) : 0;
+  // The contact that holds most of the limiting mode's energy.
+  const double h = std::isfinite(island.limit) ? island.limit : kLongest;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> limiting(Matrix(h * h * K + 2 * h * D(h)), M);
+  const Vector mode = limiting.eigenvectors().col(island.degrees - 1);
+  double most = -1;
+  for (std::size_t c = 0; c < linear.contacts.size(); ++c) {
+    const Vector u = linear.contacts[c].J(Eigen::all, rows) * mode;
+    const auto& contact = linear.contacts[c];
+    const double share = damperShare(contact.mobility, contact.damping, h);
+    const double energy = u.dot((h * h * contact.stiffness + 2 * h * share * contact.damping) * u);
+    if (energy > most) {
+      most = energy;
+      island.worst_pair = static_cast<int>(c);
+    }
+  }
+  if (island.growth > 0 &&
+      std::all_of(trees.begin(), trees.end(), [&](int t) { return model.trees[t].model->isFreeBody(); })) {
+    island.verdict = Verdict::kRefused;
+    return island;
+  }
+  const bool implicit =
+      settings.integrator != Integrator::kSymplecticEuler && settings.integrator != Integrator::kVelocityVerlet;
+  if (implicit || step <= kMargin * island.limit) return island;
+  island.substeps = static_cast<int>(std::ceil(step / (kMargin * island.limit)));
+  island.verdict = island.substeps <= kMostSubsteps ? Verdict::kSubstep : Verdict::kImplicit;
+  return island;
+}
+
+std::string milliseconds(double seconds) {
+  std::ostringstream out;
+  out.precision(3);
+  if (std::isinf(seconds)) {
+    out << "> 100 ms";
+  } else {
+    out << seconds * 1e3 << " ms";
+  }
+  return out.str();
+}
+
+}  // namespace
+
+const char* toString(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kPass:
+      return "PASS";
+    case Verdict::kSubstep:
+      return "SUBSTEP";
+    case Verdict::kImplicit:
+      return "IMPLICIT";
+    case Verdict::kRefused:
+      return "REFUSED";
+  }
+  return "unknown";
+}
+
+Certificate certify(const WorldDef& def, double settle_s) {
+  WorldDef quiet = def;
+  quiet.settings.integrator = Integrator::kImplicitEuler;
+  quiet.settings.substeps = 1;
+  quiet.settings.step = 5e-3;  // dissipative, and long enough that a second costs 200 steps
+  quiet.settings.energy_ledger = false;
+  World world(quiet);
+  const int steps = std::max(1, static_cast<int>(std::lround(settle_s / quiet.settings.step)));
+  for (int i = 0; i < steps; ++i) world.step();
+
+  Certificate certificate;
+  certificate.step = def.settings.step / def.settings.substeps;
+  double speed = 0;
+  for (double v : world.state().v) speed = std::max(speed, std::abs(v));
+  certificate.settled = speed < 1e-3;
+  const Model& model = world.model();
+  const Linearisation linear(world);
+  for (const auto& c : linear.contacts) {
+    PairCertificate pair;
+    pair.a = model.links[c.a].name;
+    pair.b = model.links[c.b].name;
+    pair.stiffness = c.law.material.stiffness * c.volume.A0;
+    const Vector n = c.J.row(5).transpose();
+    std::vector<int> rows;
+    for (int i = 0; i < linear.dof(); ++i) {
+      if (linear.M(i, i) > 0 && n[i] != 0) rows.push_back(i);
+    }
+    const Vector n_rows = n(rows);
+    const double inverse_mass = rows.empty() ? 0 : n_rows.dot(Matrix(linear.M(rows, rows)).llt().solve(n_rows));
+    pair.mass = inverse_mass > 0 ? 1 / inverse_mass : std::numeric_limits<double>::infinity();
+    const double b = c.damping(5, 5);
+    // k h² + 2 b h = 4 m
+    pair.heave_limit = (std::sqrt(b * b + 4 * pair.stiffness * pair.mass) - b) / pair.stiffness;
+    certificate.pairs.push_back(pair);
+  }
+  int count = 0;
+  const std::vector<int> island_of = islandsOf(linear, static_cast<int>(model.trees.size()), count);
+  for (int i = 0; i < count; ++i) {
+    std::vector<int> trees;
+    for (int t = 0; t < static_cast<int>(island_of.size()); ++t) {
+      if (island_of[t] == i) trees.push_back(t);
+    }
+    certificate.islands.push_back(judgeIsland(linear, model, trees, def.settings, certificate.step));
+    certificate.verdict = std::max(certificate.verdict, certificate.islands.back().verdict);
+  }
+  return certificate;
+}
+
+std::string Certificate::text() const {
+  std::ostringstream out;
+  out.precision(3);
+  out << "certificate: " << toString(verdict) << " at " << milliseconds(step)
+      << (settled ? "" : " (judged in motion: the scene does not come to rest)") << "\n";
+  for (const IslandCertificate& island : islands) {
+    out << "  island of " << island.links.size() << " (" << island.links.front()
+        << (island.links.size() > 1 ? ", ...)" : ")") << ": " << toString(island.verdict);
+    if (island.verdict == Verdict::kSubstep) out << " " << island.substeps;
+    out << "; explicit to " << milliseconds(island.limit) << ", stiffest mode " << island.frequency
+        << " rad/s, mass ratio " << island.mass_ratio;
+    if (island.worst_pair >= 0) {
+      const PairCertificate& pair = pairs[island.worst_pair];
+      out << ", limited by " << pair.a << " on " << pair.b;
+    }
+    if (island.growth > 0) {
+      out << "; BUCKLES or topples under its own weight at " << island.growth
+          << " 1/s: no step helps, raise the stiffness or support it";
+    }
+    out << "\n";
+  }
+  for (const PairCertificate& pair : pairs) {
+    out << "  contact " << pair.a << " - " << pair.b << ": k_eff " << pair.stiffness << " N/m on " << pair.mass
+        << " kg, heave alone to " << milliseconds(pair.heave_limit) << "\n";
+  }
+  return out.str();
+}
+
+}  // namespace haptic

@@ -1,0 +1,155 @@
+#include "haptic_core/analysis/error_estimate.h"
+
+#include <algorithm>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/world.h"
+
+namespace haptic {
+namespace {
+
+WorldDef shadowOf(const WorldDef& def) {
+  WorldDef shadow = def;
+  shadow.settings.history_steps = 0;
+  return shadow;
+}
+
+WorldDef halved(WorldDef def) {
+  def.settings.substeps *= 2;
+  return def;
+}
+
+WorldDef automatic(WorldDef def) {
+  def.settings.integrator = Integrator::kAutomatic;
+  return def;
+}
+
+/// The same state with every island to be stepped explicitly, whatever the scene's integrator: the choice is made anew.
+std::vector<double> unchosen(const World& shadow, const std::vector<double>& packed) {
+  State state = shadow.state();
+  state.unpack(packed);
+  std::fill(state.mode.begin(), state.mode.end(), TreeMode::kUnprimed);
+  return state.pack();
+}
+
+int orderOf(const Model& model, Integrator integrator, std::size_t pointers) {
+  for (const ModelTree& tree : model.trees) {
+    if (tree.has_laws) return 1;
+  }
+  if (integrator == Integrator::kSdirk2 && pointers > 0) return 1;  // its stages see the hand where the step ends
+  return integrator == Integrator::kSymplecticEuler || integrator == Integrator::kImplicitEuler ? 1 : 2;
+}
+
+/// Error of the coarser of two results that lie `difference` apart.
+double richardson(double difference, int order) { return difference / (1 - std::ldexp(1.0, -order)); }
+
+/// Each hand `k` steps of `h` after `start`, on a straight line at constant speed.
+void moveHands(World& shadow, const std::vector<PointerState>& start, int k, double h) {
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const PointerState& hand = start[i];
+    if (!hand.targeted) continue;
+    const Quaternion turned = rotationFromVector(k * h * hand.V_WL.angular) * hand.q_WL;
+    shadow.setPointerTarget(static_cast<int>(i), Pose(turned, hand.p_WL + k * h * hand.V_WL.linear), hand.V_WL);
+  }
+}
+
+}  // namespace
+
+struct ErrorEstimator::Impl {
+  Impl(const WorldDef& def, int window_steps) : steps(window_steps), coarse(def), fine(halved(def)) {
+    order = orderOf(coarse.model(), def.settings.integrator, def.pointers.size());
+    if (def.settings.integrator != Integrator::kAutomatic && def.settings.contact_model == ContactModel::kVolume) {
+      chooser = std::make_unique<World>(automatic(def));
+    }
+  }
+
+  /// What is derived from the step must stay that of the running step: a stiffer coupling is another model.
+  WorldTuning resolvedTuning(const WorldTuning& tuning) const {
+    const double h = coarse.settings().step / coarse.settings().substeps;
+    WorldTuning out = tuning;
+    for (std::size_t i = 0; i < out.coupling.size(); ++i) {
+      if (out.coupling[i].mode != PointerCoupling::Mode::kVirtual) continue;
+      const int link = coarse.state().pointers[i].link;
+      const ModelLink& pulled = coarse.model().links[link];
+      out.coupling[i] = resolved(out.coupling[i], {pulled.mass, pulled.least_inertia}, h,
+                                 link != coarse.pointerHome(static_cast<int>(i)));
+    }
+    return out;
+  }
+
+  /// Tuning forgets what velocity Verlet remembers, hence before the state, and only where something changed.
+  static void put(World& shadow, const std::vector<double>& state, const WorldTuning& tuning) {
+    if (shadow.tuning().numbers() != tuning.numbers()) {
+      shadow.restore(state);
+      shadow.tune(tuning);
+    }
+    shadow.restore(state);
+  }
+
+  void compare(ErrorEstimate& e) const {
+    e.position = e.rotation = 0;
+    for (std::size_t l = 0; l < coarse.model().links.size(); ++l) {
+      const Pose X = relativePose(fine.linkPose(static_cast<int>(l)), coarse.linkPose(static_cast<int>(l)));
+      const double moved = richardson(X.p.norm(), order);
+      e.rotation = std::max(e.rotation, richardson(vectorFromRotation(Quaternion(X.R)).norm(), order));
+      if (moved <= e.position) continue;
+      e.position = moved;
+      e.link = static_cast<int>(l);
+    }
+    if (coarse.settings().energy_ledger) {
+      e.energy = richardson(std::abs(coarse.report().energy.total() - fine.report().energy.total()), order);
+    }
+    for (std::size_t i = 0; i < e.force.size(); ++i) {
+      const Wrench F = coarse.pointerWrench(static_cast<int>(i)) - fine.pointerWrench(static_cast<int>(i));
+      e.torque[i] = richardson(F.torque.norm(), 1);
+      e.force[i] = richardson(F.force.norm(), 1);
+    }
+  }
+
+  int steps, order;
+  World coarse, fine;
+  std::unique_ptr<World> chooser;  ///< null: the running world knows its own number, or there is none
+};
+
+ErrorEstimator::ErrorEstimator(const WorldDef& def, int window_steps) {
+  if (window_steps < 1) throw SetupError("error estimate", "has a window of no step", "give 1 or more");
+  impl_ = std::make_unique<Impl>(shadowOf(def), window_steps);
+}
+
+ErrorEstimator::~ErrorEstimator() = default;
+
+ErrorEstimate ErrorEstimator::estimate(const std::vector<double>& state, const WorldTuning& tuning) {
+  World &coarse = impl_->coarse, &fine = impl_->fine;
+  Impl::put(coarse, state, tuning);
+  Impl::put(fine, state, impl_->resolvedTuning(tuning));
+  const std::vector<PointerState> hands = coarse.state().pointers;
+  const double h = coarse.settings().step;
+  ErrorEstimate e;
+  e.steps = impl_->steps;
+  e.order = impl_->order;
+  e.force.assign(hands.size(), std::nan(""));
+  e.torque = e.force;
+  if (impl_->chooser) {
+    Impl::put(*impl_->chooser, unchosen(*impl_->chooser, state), tuning);
+    moveHands(*impl_->chooser, hands, 1, h);
+    impl_->chooser->step();
+  }
+  for (int k = 1; k <= impl_->steps; ++k) {
+    for (World* shadow : {&coarse, &fine}) {
+      moveHands(*shadow, hands, k, h);
+      shadow->step();
+    }
+  }
+  const bool chooses = coarse.settings().integrator == Integrator::kAutomatic;
+  if (impl_->chooser || chooses) {
+    const StepReport& chosen = (chooses ? coarse : *impl_->chooser).report();
+    e.stability = chosen.stability;
+    e.beyond_bound = chosen.implicit_islands;
+  }
+  if (coarse.report().finite && fine.report().finite) impl_->compare(e);
+  return e;
+}
+
+}  // namespace haptic

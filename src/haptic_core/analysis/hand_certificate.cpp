@@ -1,0 +1,165 @@
+#include "haptic_core/analysis/hand_certificate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <sstream>
+#include <vector>
+
+#include "haptic_core/geometry/contact_volume.h"
+#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/spidar/wall_bound.h"
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/tuning.h"
+
+namespace haptic {
+namespace {
+
+constexpr int kMostSides = 32;  ///< of a shape's faces; a ball's are alike
+constexpr int kHalvings = 50;   ///< of an interval: to rounding
+
+/// One side of a shape against a flat wall that is larger than it.
+class FlatWall {
+ public:
+  FlatWall(const ConvexPolyhedron& shape, const Vector3& outward)
+      : shape_(shape), wall_(makeBox(Vector3::Constant(8 * shape.boundingRadius()))) {
+    workspace_.reserve(wall_, shape);
+    X_WS_.R = Quaternion::FromTwoVectors(outward, -Vector3::UnitZ()).toRotationMatrix();
+    X_WS_.p = -(X_WS_.R * shape.centre());
+    const ConvexPolyhedron::Box box = shape.aabb(X_WS_);
+    lowest_ = box.lower.z();
+    middle_ = 0.5 * (box.upper.z() - box.lower.z());
+  }
+
+  /// K [N/m] where a foundation of `k` [N/m³] carries `force` [N]; a pointer sinks to its middle at most.
+  double stiffness(double k, double force) {
+    double low = 0, high = middle_;
+    for (int i = 0; i < kHalvings; ++i) {
+      const double depth = 0.5 * (low + high);
+      (k * contactAt(depth).volume < force ? low : high) = depth;
+    }
+    return k * contactAt(high).A0;
+  }
+
+ private:
+  ContactVolume contactAt(double depth) {
+    Pose X = X_WS_;
+    X.p.z() += wall_.halfSize().z() - depth - lowest_;
+    ContactVolume volume;
+    PairCache cache;
+    contactVolume(wall_, shape_, X, cache, workspace_, volume);
+    return volume;
+  }
+
+  const ConvexPolyhedron& shape_;
+  const ConvexPolyhedron wall_;
+  ContactWorkspace workspace_;
+  Pose X_WS_;                          ///< the shape about the wall's middle, its side down
+  double lowest_ = 0, middle_ = 0;     ///< [m]
+};
+
+/// The stiffest pair of surfaces that the pointer can bring together.
+struct Partner {
+  int own = -1, other = -1;            ///< shapes
+  double foundation = 0;               ///< [N/m³]
+};
+
+Partner stiffestPartner(const Model& model, int link) {
+  Partner best;
+  const int count = static_cast<int>(model.shapes.size());
+  for (int a = 0; a < count; ++a) {
+    for (int b = a + 1; b < count; ++b) {
+      const bool a_held = model.shapes[a].link == link;
+      if (a_held == (model.shapes[b].link == link) || !model.mayCollide(a, b)) continue;
+      const double k = model.law(a, b, a_held, !a_held).material.stiffness;
+      if (k > best.foundation) best = {a_held ? a : b, a_held ? b : a, k};
+    }
+  }
+  return best;
+}
+
+/// How the pointer's contact feels at the grip.
+class Press {
+ public:
+  Press(const ConvexPolyhedron& shape, const HandMapping& mapping, double coupling, double force)
+      : mapping_(mapping), coupling_(coupling), force_(force / mapping.force_scale) {
+    const int faces = shape.faceCount(), stride = 1 + (faces - 1) / kMostSides;
+    for (int f = 0; f < faces; f += stride) sides_.push_back(std::make_unique<FlatWall>(shape, shape.faces()[f].normal));
+  }
+
+  /// K at the grip of the stiffest side [N/m].
+  double stiffness(double k) {
+    double most = 0;
+    for (const auto& side : sides_) most = std::max(most, side->stiffness(k, force_));
+    if (coupling_ > 0) most = most * coupling_ / (most + coupling_);
+    return most * mapping_.scale * mapping_.force_scale;
+  }
+
+  /// The k [N/m³] below `k` at which K is `bound`; 0: none.
+  double foundationFor(double bound, double k) {
+    double low = 1e-6 * k, high = k;
+    if (stiffness(low) > bound) return 0;
+    for (int i = 0; i < kHalvings; ++i) {
+      const double middle = std::sqrt(low * high);
+      (stiffness(middle) > bound ? high : low) = middle;
+    }
+    return low;
+  }
+
+ private:
+  HandMapping mapping_;
+  double coupling_, force_;
+  std::vector<std::unique_ptr<FlatWall>> sides_;
+};
+
+/// Stiffness of a virtual coupling [N/m]; 0: the pointer is at the grip itself.
+double couplingStiffness(const PointerDef& pointer, const ModelLink& link, double h) {
+  if (pointer.coupling.mode == PointerCoupling::Mode::kDirect) return 0;
+  return resolved(pointer.coupling, {link.mass, link.least_inertia}, h, false).stiffness;
+}
+
+}  // namespace
+
+HandCertificate certifyHand(const WorldDef& def, int pointer, const HandMapping& mapping, const DeviceDef& device,
+                            double press) {
+  const Model model(def);
+  const PointerDef& hand = def.pointers.at(static_cast<std::size_t>(pointer));
+  const int link = model.link(hand.articulation, hand.link);
+  const double period = def.settings.step, delay = loopDelay(period, device.delay_s);
+  HandCertificate c;
+  c.pointer = model.links[link].name;
+  c.press = press;
+  c.rate = 1 / period;
+  c.alone = largestWallStiffness(device.grip_damping, 0, period, delay);
+  c.held = largestWallStiffness(device.grip_damping + kRelaxedHandDamping, 0, period, delay);
+  const Partner partner = stiffestPartner(model, link);
+  if (partner.own < 0) return c;
+  c.against = model.links[model.shapes[partner.other].link].name;
+  c.foundation = partner.foundation;
+  Press pressing(*model.shapes[partner.own].shape, mapping, couplingStiffness(hand, model.links[link], period), press);
+  c.stiffness = pressing.stiffness(c.foundation);
+  c.bearable = c.holds() ? c.foundation : pressing.foundationFor(c.held, c.foundation);
+  return c;
+}
+
+std::string HandCertificate::text() const {
+  std::ostringstream text;
+  text.precision(3);
+  text << "hand on " << pointer << ": ";
+  if (against.empty()) {
+    text << "touches nothing\n";
+    return text.str();
+  }
+  text << (holds() ? "PASS" : "MAY RING") << ", " << 1e-3 * stiffness << " N/mm when pressed with " << press << " N on " << against
+       << "; at " << rate << " Hz the device bears " << 1e-3 * alone << ", held by a relaxed hand " << 1e-3 * held;
+  if (!holds() && bearable > 0) {
+    text << ": give stiffness " << bearable << " N/m³ or less, a higher rate, or ~passivity act";
+  } else if (!holds()) {
+    text << ": give the pointer a virtual coupling or a higher rate";
+  }
+  text << "\n";
+  return text.str();
+}
+
+}  // namespace haptic

@@ -1,0 +1,150 @@
+#include "haptic_core/stepping/choice.h"
+
+#include <algorithm>
+
+#include "haptic_core/world/stability_number.h"
+#include "haptic_core/world/work.h"
+
+namespace haptic::stepping {
+namespace {
+
+/// Steps after which the number of a contact is taken again even though its patch has not grown: it may have moved to
+/// where the lever arm is longer. A power of two less one.
+constexpr std::uint64_t kRenewMask = 255;
+/// A patch that has grown by more than this is measured again.
+constexpr double kGrown = 1.1;
+
+bool isImplicit(const State& state, int tree) noexcept { return state.mode[tree] == TreeMode::kImplicit; }
+
+/// Shares of a contact for its two links.
+void measureShares(const Model& model, const ContactVolume& volume, const PatchTangent& tangent, const Pose& X_WP,
+                   const Work& work, ActivePair& pair) noexcept {
+  const int link[2] = {model.shapes[pair.shapeA()].link, model.shapes[pair.shapeB()].link};
+  const auto moves = [&](int l) { return work.hands.movesByItself(model.trees[model.links[l].articulation]); };
+  const bool both = moves(link[0]) && moves(link[1]);
+  for (int s = 0; s < 2; ++s) {
+    pair.stability.share[s] = 0;
+    if (!moves(link[s])) continue;
+    const ModelLink& l = model.links[link[s]];
+    const LinkWork& place = work.placement.link[link[s]];
+    const LinkModel& body = model.trees[l.articulation].model->link(l.local);
+    const Matrix6 W = freeMobility(body, place.X_WL.R, place.p_WC(), X_WP);
+    pair.stability.share[s] = stabilityNumber(tangent, W, both, model.substep());
+  }
+  pair.stability.area = volume.A0;
+  pair.stability.volume = volume.volume;
+}
+
+void addShares(const Model& model, const ActivePair& pair, std::vector<double>& number) noexcept {
+  number[model.shapes[pair.shapeA()].link] += pair.stability.share[0];
+  number[model.shapes[pair.shapeB()].link] += pair.stability.share[1];
+}
+
+}  // namespace
+
+ChoiceWork::ChoiceWork(const Model& model) : number(model.links.size()) {
+  retreat.q.resize(model.nq);
+  retreat.v.resize(model.nv);
+  retreat.pull.resize(model.nv);
+}
+
+bool anyImplicit(const State& state) noexcept {
+  return std::find(state.mode.begin(), state.mode.end(), TreeMode::kImplicit) != state.mode.end();
+}
+
+void keepForRetreat(const State& state, const StepReport& report, Retreat& retreat) noexcept {
+  std::copy(state.q.begin(), state.q.end(), retreat.q.begin());
+  std::copy(state.v.begin(), state.v.end(), retreat.v.begin());
+  std::copy(state.pull.begin(), state.pull.end(), retreat.pull.begin());
+  retreat.energy = state.energy;
+  retreat.pair_count = state.pair_count;
+  retreat.flags = report.flags;
+}
+
+void takeBack(const Model& model, State& state, Work& work, StepReport& report) noexcept {
+  const Retreat& retreat = work.choice.retreat;
+  std::copy(retreat.q.begin(), retreat.q.end(), state.q.begin());
+  std::copy(retreat.v.begin(), retreat.v.end(), state.v.begin());
+  std::copy(retreat.pull.begin(), retreat.pull.end(), state.pull.begin());
+  state.energy = retreat.energy;
+  std::swap(work.search.previous, state.pairs);  // the search has swapped them once
+  state.pair_count = retreat.pair_count;
+  report.flags = retreat.flags;
+  placeTrees(model, state, work.placement);
+}
+
+bool modesMeet(const Model& model, const State& state, const Work& work) noexcept {
+  for (int i = 0; i < state.pair_count; ++i) {
+    const int a = model.treeOf(state.pairs[i].shapeA()), b = model.treeOf(state.pairs[i].shapeB());
+    if (isImplicit(state, a) != isImplicit(state, b) && work.hands.movesByItself(model.trees[a]) &&
+        work.hands.movesByItself(model.trees[b])) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void makeImplicit(const Model& model, bool by_numbers, State& state, Work& work) noexcept {
+  work.islands.find(state, work.hands.held_by, false);
+  for (int i = 0; i < work.islands.count(); ++i) {
+    const Island island = work.islands[i];
+    bool implicit = false;
+    for (int n = 0; n < island.tree_count; ++n) {
+      const ModelTree& tree = model.trees[island.trees[n]];
+      implicit |= isImplicit(state, island.trees[n]);
+      for (int l = 0; by_numbers && l < tree.model->linkCount(); ++l) {
+        implicit |= work.choice.number[tree.link + l] > kEnterImplicit * kStabilityBound;
+      }
+    }
+    for (int n = 0; implicit && n < island.tree_count; ++n) state.mode[island.trees[n]] = TreeMode::kImplicit;
+  }
+}
+
+bool anyTooStiff(const ChoiceWork& choice, StepReport& report) noexcept {
+  double most = 0;
+  for (double number : choice.number) most = std::max(most, number);
+  report.stability = most / kStabilityBound;
+  return report.stability > kEnterImplicit;
+}
+
+void countCouplings(const Model& model, const State& state, Work& work) noexcept {
+  std::fill(work.choice.number.begin(), work.choice.number.end(), 0.0);
+  for (const PointerState& pointer : state.pointers) {
+    if (isImplicit(state, model.links[pointer.link].articulation)) continue;
+    work.choice.number[pointer.link] = couplingNumber(model, state, work, pointer.link);
+  }
+}
+
+double couplingNumber(const Model& model, const State& state, const Work& work, int link) noexcept {
+  const double h = model.substep();
+  double sum = 0;
+  for (std::size_t p = 0; p < state.pointers.size(); ++p) {
+    if (model.holds(static_cast<int>(p)) || state.pointers[p].link != link) continue;
+    const PointerCoupling& c = work.hands.coupling[p];
+    const ModelLink& l = model.links[link];
+    const LinkWork& place = work.placement.link[link];
+    const LinkModel& body = model.trees[l.articulation].model->link(l.local);
+    const double turn = body.I_C.inverse().trace();  // not below the largest eigenvalue
+    const double arm2 = (place.p_WC() - place.X_WL.p).squaredNorm();  // the spring is at L's origin
+    sum += (h * h * c.stiffness + 2 * h * c.damping) * (1 / body.mass + arm2 * turn) +
+           (h * h * c.rotational_stiffness + 2 * h * c.rotational_damping) * turn;
+  }
+  return sum;
+}
+
+void noteStability(const Model& model, const ContactEvaluation& c, const State& state, Work& work, ActivePair& pair) noexcept {
+  const StabilityMemory& known = pair.stability;
+  const bool old = ((state.step + pair.key) & kRenewMask) == 0;
+  if (old || c.volume.A0 > kGrown * known.area || c.volume.volume > kGrown * known.volume) {
+    measureShares(model, c.volume, c.force.tangent, c.X_WP, work, pair);
+  }
+  addShares(model, pair, work.choice.number);
+}
+
+void measureStability(const Model& model, const ContactVolume& volume, const PatchTangent& tangent, const Pose& X_WP,
+                      Work& work, ActivePair& pair) noexcept {
+  measureShares(model, volume, tangent, X_WP, work, pair);
+  addShares(model, pair, work.choice.number);
+}
+
+}  // namespace haptic::stepping

@@ -1,0 +1,65 @@
+/// The choice between explicit and implicit steps, island by island.
+///
+/// An island is stepped by velocity Verlet while no link of it comes near the bound of stability (stability_number.h),
+/// implicitly otherwise. The numbers are those of the contacts that the explicit step itself has found at its end: where
+/// one is too high, because something stiff was hit or grew, the step has not happened; it is taken back and done again
+/// with that island implicit. An implicit island is looked at every 16 steps and goes back when its numbers have become
+/// low. So the choice depends on the state alone; modes and numbers are part of it.
+#pragma once
+#include <vector>
+
+#include "haptic_core/world/contact_evaluation.h"
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/report.h"
+#include "haptic_core/world/state.h"
+
+namespace haptic {
+struct Work;
+}
+
+namespace haptic::stepping {
+
+/// Shares of the bound of stability at which an island becomes implicit, and explicit again. The numbers are upper
+/// bounds, up to twice what is; the margin is for patches that grow within a step.
+constexpr double kEnterImplicit = 0.9, kLeaveImplicit = 0.7;
+
+/// The state before an explicit attempt; the pairs before it are those of the last search.
+struct Retreat {
+  std::vector<double> q, v, pull;
+  EnergySums energy;
+  int pair_count = 0;
+  unsigned flags = 0;
+};
+
+struct ChoiceWork {
+  std::vector<double> number;  ///< stability numbers by link, of the last evaluation
+  Retreat retreat;
+
+  explicit ChoiceWork(const Model& model);
+};
+
+bool anyImplicit(const State& state) noexcept;
+
+void keepForRetreat(const State& state, const StepReport& report, Retreat& retreat) noexcept;
+/// Undoes an explicit attempt; everything is placed again.
+void takeBack(const Model& model, State& state, Work& work, StepReport& report) noexcept;
+
+/// Bodies that move, one stepped explicitly and the other implicitly, must not meet inside a step.
+bool modesMeet(const Model& model, const State& state, const Work& work) noexcept;
+/// Makes whole islands implicit in which a tree is implicit already or, with `by_numbers`, a link's number is too high.
+void makeImplicit(const Model& model, bool by_numbers, State& state, Work& work) noexcept;
+/// The highest number against the bound, into the report.
+bool anyTooStiff(const ChoiceWork& choice, StepReport& report) noexcept;
+
+/// The numbers begin with the virtual couplings of explicit links.
+void countCouplings(const Model& model, const State& state, Work& work) noexcept;
+/// Share of the virtual couplings that pull at a link, as if it were free.
+double couplingNumber(const Model& model, const State& state, const Work& work, int link) noexcept;
+/// Adds a contact's shares to the numbers of its links; measured again where the patch has grown, or from time to time.
+void noteStability(const Model& model, const ContactEvaluation& contact, const State& state, Work& work,
+                   ActivePair& pair) noexcept;
+/// The same, measured now.
+void measureStability(const Model& model, const ContactVolume& volume, const PatchTangent& tangent, const Pose& X_WP,
+                      Work& work, ActivePair& pair) noexcept;
+
+}  // namespace haptic::stepping

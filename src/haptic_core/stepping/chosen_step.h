@@ -1,0 +1,14 @@
+/// A step of the automatic choice (choice.h): everything explicitly first, what is stiff again implicitly.
+#pragma once
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/report.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/step_parts.h"
+#include "haptic_core/world/work.h"
+
+namespace haptic::stepping {
+
+/// (in realtime) At most as many attempts as there are islands, each with at least one more implicit tree.
+void chosenStep(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
+
+}  // namespace haptic::stepping

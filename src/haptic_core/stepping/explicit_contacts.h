@@ -1,0 +1,16 @@
+/// The contacts of an explicit step, evaluated here and now: wrenches on links, memories, impulses of events, the books.
+#pragma once
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/report.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/work.h"
+
+namespace haptic::stepping {
+
+/// (in realtime) Of all pairs of which neither body is stepped implicitly. Velocity Verlet: old_share ½; see Advance.
+void evaluateContacts(const Model& model, const Advance& advance, State& state, Work& work, Report& report) noexcept;
+
+/// What a contact would need to know if it parted in the next step.
+ReleaseMemory releaseOf(const ContactVolume& volume, const Twist& V_AB_P, const Vector3& p_WP, const Wrench& F_BP_W) noexcept;
+
+}  // namespace haptic::stepping

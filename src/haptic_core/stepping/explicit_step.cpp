@@ -1,0 +1,145 @@
+#include "haptic_core/stepping/explicit_step.h"
+
+#include <algorithm>
+
+#include "haptic_core/stepping/explicit_contacts.h"
+
+namespace haptic::stepping {
+namespace {
+
+bool isExplicit(const Model& model, const State& state, const ModelTree& tree) noexcept {
+  return state.mode[model.indexOf(tree)] != TreeMode::kImplicit;
+}
+
+/// Calls `act` for every tree that explicit steps move: free bodies first.
+template <class Act>
+void forEachMover(const Model& model, const State& state, const HandWork& hands, Act&& act) noexcept {
+  const bool mixed = model.settings.integrator == Integrator::kAutomatic;
+  for (const ModelTree* body : hands.free_movers) {
+    if (!mixed || isExplicit(model, state, *body)) act(*body);
+  }
+  for (const ModelTree* tree : hands.jointed_movers) {
+    if (!mixed || isExplicit(model, state, *tree)) act(*tree);
+  }
+}
+
+/// A tree in the arrays of state and work. `half`: v½, or for Euler the mean velocity; by world velocity index, or null.
+SteppedTree inPlace(const Model& model, const ModelTree& tree, double* half, State& state, Work& work) noexcept {
+  SteppedTree stepped;
+  stepped.model = tree.model.get();
+  stepped.motion = work.joints[model.indexOf(tree)].get();
+  stepped.commands = state.commands.data() + tree.command;
+  stepped.q = state.q.data() + tree.q;
+  stepped.v = state.v.data() + tree.v;
+  stepped.pull = state.pull.data() + tree.v;
+  stepped.half = half ? half + tree.v : nullptr;
+  stepped.work = work.placement.link.data() + tree.link;
+  return stepped;
+}
+
+void book(const JointReport* joints, State& state, StepReport& report) noexcept {
+  if (!joints) return;
+  state.energy.damping += joints->damping;
+  state.energy.friction += joints->friction;
+  state.energy.external += joints->drives;
+  report.closure = std::max(report.closure, joints->closure);
+  if (!joints->converged) report.flags |= kJointsNotConverged;
+}
+
+/// The velocities after the next half kick.
+void lookAhead(const Model& model, double h, State& state, Work& work) noexcept {
+  std::vector<double>& v_ahead = work.motion.v_ahead;
+  std::copy(state.v.begin(), state.v.end(), v_ahead.begin());
+  forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
+    if (tree.has_laws) return;
+    SteppedTree ahead = inPlace(model, tree, nullptr, state, work);
+    ahead.v = v_ahead.data() + tree.v;
+    kick(ahead, h / 2);
+  });
+}
+
+/// Contacts and pulls here and now. False: the automatic choice made some tree implicit, and the attempt is void.
+bool evaluate(const Model& model, const StepPart& part, bool advances, State& state, Work& work, Report& report) noexcept {
+  const bool chooses = model.settings.integrator == Integrator::kAutomatic;
+  work.clock.end(report.step.stages.motion);
+  findPairs(model, chooses && anyImplicit(state) ? part.h : 0, work.placement, state, work.search, report.step);
+  if (chooses && modesMeet(model, state, work)) {
+    makeImplicit(model, false, state, work);
+    return false;
+  }
+  evaluateContacts(model, {advances ? part.h : 0, 0.5}, state, work, report);
+  if (chooses && anyTooStiff(work.choice, report.step)) {
+    makeImplicit(model, true, state, work);
+    return false;
+  }
+  pullCoupled(model, part, advances, state, work.hands, work.placement);
+  return true;
+}
+
+}  // namespace
+
+void symplecticEuler(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+  moveHeld(model, part, state, work.hands, work.placement);
+  work.clock.end(report.step.stages.motion);
+  findPairs(model, 0, work.placement, state, work.search, report.step);
+  evaluateContacts(model, {part.h, 0}, state, work, report);
+  pullCoupled(model, part, true, state, work.hands, work.placement);
+  // What the hands feel is read from the links' wrenches, which the placement at the end clears.
+  collectHeld(model, part, state, work.hands, work.placement);
+  double* v_mean = model.settings.energy_ledger ? work.motion.v_mean.data() : nullptr;
+  forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
+    const SteppedTree stepped = inPlace(model, tree, v_mean, state, work);
+    book(stepEuler(stepped, model.settings.gravity, part.h, work.motion.scratch), state, report.step);
+  });
+  if (v_mean) bookEuler(work.ledgerView(model), part.h, work.motion.v_mean, work.contacts.booked, state);
+  placeTrees(model, state, work.placement);
+}
+
+void prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+  const auto unprimed = [&](const ModelTree& tree) {
+    return work.hands.movesByItself(tree) && state.mode[model.indexOf(tree)] == TreeMode::kUnprimed;
+  };
+  if (std::none_of(model.trees.begin(), model.trees.end(), unprimed)) return;
+  do placeTrees(model, state, work.placement);
+  while (!evaluate(model, part, false, state, work, report));
+  for (const ModelTree& tree : model.trees) {
+    if (!unprimed(tree)) continue;
+    keepPull(model, tree, state, work);
+    state.mode[model.indexOf(tree)] = TreeMode::kPrimed;
+  }
+  if (!model.settings.energy_ledger) return;
+  lookAhead(model, part.h, state, work);
+  notePowers(work.ledgerView(model), part.h, work.motion.v_ahead, work.contacts.booked, state);
+}
+
+bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+  const double h = part.h;
+  const Vector3& gravity = model.settings.gravity;
+  double* v_half = work.motion.v_half.data();
+  forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
+    book(startVerlet(inPlace(model, tree, v_half, state, work), gravity, h, work.motion.scratch), state, report.step);
+  });
+  moveHeld(model, part, state, work.hands, work.placement);
+  placeTrees(model, state, work.placement);
+  if (!evaluate(model, part, true, state, work, report)) return false;
+  forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
+    const Wrench* events = work.contacts.has_kick ? work.contacts.kick.data() + tree.link : nullptr;
+    finishVerlet(inPlace(model, tree, v_half, state, work), gravity, h, events, work.motion.scratch);
+  });
+  if (!model.settings.energy_ledger) return true;
+  lookAhead(model, h, state, work);
+  bookVerlet(work.ledgerView(model), h, work.motion.v_half, work.motion.v_ahead, work.contacts.booked, state);
+  return true;
+}
+
+void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept {
+  readPull(inPlace(model, tree, nullptr, state, work), model.settings.gravity, work.motion.scratch);
+}
+
+void forgetPull(State& state) noexcept {
+  for (TreeMode& mode : state.mode) {
+    if (mode == TreeMode::kPrimed) mode = TreeMode::kUnprimed;
+  }
+}
+
+}  // namespace haptic::stepping

@@ -1,0 +1,169 @@
+#include "haptic_core/stepping/implicit_islands.h"
+
+#include <algorithm>
+
+#include "haptic_core/dynamics/free_body.h"
+#include "haptic_core/stepping/explicit_contacts.h"
+#include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/world/stability_number.h"
+
+namespace haptic::stepping {
+namespace {
+
+/// Steps between two looks whether an implicit island may go back to explicit steps: a power of two less one.
+constexpr std::uint64_t kLookMask = 15;
+
+/// Contacts of an island as its solve left them.
+struct Contacts {
+  const ImplicitContact *first, *last;
+  const ImplicitContact* begin() const { return first; }
+  const ImplicitContact* end() const { return last; }
+};
+
+/// A body that touches nothing and nothing pulls moves as explicit steps move it: exactly.
+bool fliesFreely(const Model& model, const Island& island, const State& state) noexcept {
+  if (island.pair_count > 0 || island.tree_count > 1) return false;
+  const ModelTree& tree = model.trees[island.trees[0]];
+  if (!model.isFree(tree)) return false;
+  for (std::size_t p = 0; p < state.pointers.size(); ++p) {
+    if (!model.holds(static_cast<int>(p)) && state.pointers[p].link == tree.link) return false;
+  }
+  return true;
+}
+
+/// Hands the virtual couplings to the solve.
+void aimCouplings(const Model& model, const State& state, Work& work) noexcept {
+  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
+    const PointerState& pointer = state.pointers[i];
+    ImplicitCoupling& coupling = work.implicit->couplings()[i];
+    coupling.link = !model.holds(static_cast<int>(i)) && pointer.targeted ? pointer.link : -1;
+    if (coupling.link < 0) continue;
+    coupling.law = work.hands.coupling[i];
+    coupling.X_WL = Pose(pointer.q_WL, pointer.p_WL);
+    coupling.V_WL = pointer.V_WL;
+    coupling.F_W = Wrench{};
+  }
+}
+
+void takeCouplings(const Model& model, const StepPart& part, State& state, Work& work) noexcept {
+  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
+    const ImplicitCoupling& coupling = work.implicit->couplings()[i];
+    if (coupling.link < 0 || state.mode[model.links[coupling.link].articulation] != TreeMode::kImplicit) continue;
+    work.hands.wrench[i] += -(coupling.F_W * part.share);
+    state.energy.external += work.implicit->couplingWork(static_cast<int>(i));
+  }
+}
+
+/// What the island's contacts do to its links (and to those that hands hold), and what is reported of them.
+void takeContacts(const Model& model, State& state, Work& work, Report& report) noexcept {
+  for (const ImplicitContact& c : work.implicit->contacts()) {
+    ActivePair& pair = state.pairs[c.pair];
+    ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
+    contact.sticking = pair.friction.sliding == 0;
+    contact.event = work.implicit->event(c.pair);
+    work.placement.link[contact.link_b].addWrench(contact.F_BP_W, c.X_WP.p);
+    work.placement.link[contact.link_a].addWrench(-contact.F_BP_W, c.X_WP.p);
+    report.step.energy.elastic += c.elastic;
+    report.step.energy.tangential += c.force.memory.energy;
+    if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(c.shape_a, c.shape_b, c.volume.A0));
+    report.addContact(contact, c.force.clipped);
+  }
+}
+
+/// Highest stability number of the island's links, measured now.
+double stabilityOf(const Model& model, const Island& island, const Contacts& contacts, State& state, Work& work) noexcept {
+  std::vector<double>& number = work.choice.number;
+  const auto forEachLink = [&](auto&& visit) {
+    for (int n = 0; n < island.tree_count; ++n) {
+      const ModelTree& tree = model.trees[island.trees[n]];
+      for (int l = 0; l < tree.model->linkCount(); ++l) visit(tree.link + l);
+    }
+  };
+  forEachLink([&](int link) { number[link] = couplingNumber(model, state, work, link); });
+  for (const ImplicitContact& c : contacts) {
+    measureStability(model, c.volume, c.force.tangent, c.X_WP, work, state.pairs[c.pair]);
+  }
+  double most = 0;
+  forEachLink([&](int link) { most = std::max(most, number[link]); });
+  return most;
+}
+
+/// Back to explicit steps where the numbers are low enough, with what those need to know of the last step.
+void lookForExplicit(const Model& model, const Island& island, bool flew, State& state, Work& work) noexcept {
+  const LoadedVector<ImplicitContact>& solved = work.implicit->contacts();
+  const Contacts contacts{solved.begin(), flew ? solved.begin() : solved.end()};
+  if (!(stabilityOf(model, island, contacts, state, work) < kLeaveImplicit * kStabilityBound)) return;
+  Placement& placement = work.placement;
+  for (const ImplicitContact& c : contacts) {
+    const LinkWork &A = placement.link[model.shapes[c.shape_a].link], &B = placement.link[model.shapes[c.shape_b].link];
+    const Twist V_W = B.twistAt(c.X_WP.p) - A.twistAt(c.X_WP.p);
+    state.pairs[c.pair].release = releaseOf(c.volume, V_W.rotated(c.X_WP.R.transpose()), c.X_WP.p,
+                                            c.force.F_BP_P.rotated(c.X_WP.R));
+  }
+  for (const ImplicitCoupling& coupling : work.implicit->couplings()) {
+    if (flew || coupling.link < 0) continue;
+    if (work.islands.of(model.links[coupling.link].articulation) != work.islands.of(island.trees[0])) continue;
+    placement.link[coupling.link].addWrench(coupling.F_W, placement.link[coupling.link].X_WL.p);
+  }
+  work.contacts.has_kick = false;
+  for (int n = 0; n < island.tree_count; ++n) {
+    keepPull(model, model.trees[island.trees[n]], state, work);
+    state.mode[island.trees[n]] = TreeMode::kPrimed;
+  }
+}
+
+/// False: nothing but gravity acted on the island, and no contact was looked at.
+bool advance(const Model& model, const Island& island, double h, State& state, Work& work, StepReport& report) noexcept {
+  if (fliesFreely(model, island, state)) {
+    const ModelTree& tree = model.trees[island.trees[0]];
+    stepFreeBody(tree.model->link(0), Wrench{}, model.settings.gravity, h, state.q.data() + tree.q, state.v.data() + tree.v);
+    return false;
+  }
+  const ImplicitReport& solved =
+      work.implicit->advance(island, h, model.settings.integrator != Integrator::kImplicitEuler);
+  report.iterations = std::max(report.iterations, solved.iterations);
+  report.residual = std::max(report.residual, solved.residual);
+  report.fallbacks += solved.fell_back;
+  report.parts = std::max(report.parts, solved.parts);
+  if (!solved.converged) report.flags |= kNotConverged;
+  return true;
+}
+
+}  // namespace
+
+void implicitStep(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+  moveHeld(model, part, state, work.hands, work.placement);
+  work.clock.end(report.step.stages.motion);
+  findPairs(model, part.h, work.placement, state, work.search, report.step);
+  work.clock.end(report.step.stages.search);
+  for (LinkWork& link : work.placement.link) link.F_ext = Wrench{};  // the last part's contacts
+  report.contacts.clear();
+  report.step.energy.elastic = report.step.energy.tangential = 0;
+  stepImplicitIslands(model, part, state, work, report);
+  work.clock.end(report.step.stages.force);
+  collectHeld(model, part, state, work.hands, work.placement);
+  report.step.pairs = state.pair_count;
+  report.step.contacts = report.contacts.size();
+}
+
+void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+  ImplicitStep& implicit = *work.implicit;
+  work.islands.find(state, work.hands.held_by, true);
+  implicit.begin(state, work.hands.held_by);
+  aimCouplings(model, state, work);
+  for (int i = 0; i < work.islands.count(); ++i) {
+    const Island island = work.islands[i];
+    const bool solved = advance(model, island, part.h, state, work, report.step);
+    for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
+    if (solved) takeContacts(model, state, work, report);
+    ++report.step.implicit_islands;
+    if (model.settings.integrator == Integrator::kAutomatic && (state.step & kLookMask) == kLookMask) {
+      lookForExplicit(model, island, !solved, state, work);
+    }
+  }
+  if (!implicit.joints().converged()) report.step.flags |= kJointsNotConverged;
+  report.step.closure = std::max(report.step.closure, implicit.joints().closure(work.placement.link.data()));
+  takeCouplings(model, part, state, work);
+}
+
+}  // namespace haptic::stepping

@@ -1,0 +1,258 @@
+#include "haptic_core/stepping/implicit_joints.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+/// A joint moves by less than this within a stage where it counts as standing [rad] or [m]: rounding of a
+/// position. Wider, steps that hit a limit would pass for smooth; narrower, joints at rest on a limit would
+/// never.
+constexpr double kStanding = 1e-12;
+
+}  // namespace
+
+ImplicitJoints::ImplicitJoints(const Model& model)
+    : model_(model), row_(model.nv), velocity_(model.nv), drive_(model.links.size()) {
+  std::size_t G_size = 0;
+  for (int t = 0; t < static_cast<int>(model.trees.size()); ++t) {
+    const ModelTree& tree = model.trees[t];
+    if (!tree.has_laws) continue;
+    for (int i = 0; i < tree.model->linkCount(); ++i) {
+      const LinkModel& link = tree.model->link(i);
+      const JointDef joint = ownLaw(tree.model->def().links[i].joint);
+      if (link.dof == 1 && hasLaw(joint)) {
+        laws_.push_back(
+            {joint, t, tree.link + i, tree.q + link.q, tree.v + link.v, tree.command + i, link.v});
+      }
+      for (int k = 0; k < link.dof && link.dof == 3 && joint.damping > 0; ++k) {
+        damped_.push_back({t, link.v + k, tree.v + link.v + k, joint.damping});
+      }
+    }
+    Rings rings(*tree.model, tree.rings);
+    if (rings.empty()) continue;
+    G_size += static_cast<std::size_t>(rings.rows()) * tree.model->nv();
+    rings_.push_back({t, rings, rows_, nullptr});
+    rows_ += rings.rows();
+  }
+  G_.resize(G_size);
+  double* G = G_.data();
+  for (TreeRings& r : rings_) {
+    r.G = G;
+    G += r.rings.rows() * model.trees[r.tree].model->nv();
+  }
+  if (empty()) return;
+  for (auto* v : {&rhs_, &p_, &force_}) v->resize(model.nv);
+  for (auto* v : {&phi_, &mu_, &rate_}) v->resize(rows_);
+  Y_.resize(static_cast<std::size_t>(rows_) * model.nv);
+  S_ = PivotedCholesky(rows_);
+}
+
+void ImplicitJoints::setNodes(const std::vector<int>& node_of_tree, int nodes) noexcept {
+  matrix_rows_ = 0;
+  std::fill(row_.begin(), row_.end(), -1);
+  for (std::size_t t = 0, n = 0; t < model_.trees.size() && static_cast<int>(n) < nodes; ++t) {
+    if (node_of_tree[t] < 0) continue;
+    const ModelTree& tree = model_.trees[t];
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) {
+      velocity_[matrix_rows_] = i;
+      row_[i] = matrix_rows_++;
+    }
+    ++n;
+  }
+  for (Law& law : laws_) {
+    law.node = node_of_tree[law.tree];
+    law.row = row_[law.v];
+  }
+  for (Damped& d : damped_) {
+    d.node = node_of_tree[d.tree];
+    d.row = row_[d.v];
+  }
+  for (TreeRings& r : rings_) r.first = row_[model_.trees[r.tree].v];
+}
+
+void ImplicitJoints::startStage(const State& state, const double* q_base, double g, double* v) noexcept {
+  g_ = g;
+  converged_ = true;
+  commands_ = state.commands.data();
+  std::fill(mu_.begin(), mu_.end(), 0.0);
+  for (Law& law : laws_) {
+    law.q_base = q_base[law.q];
+    buildForceGraph(law.joint, commands_[law.command], law.q_base, g, law.graph);
+    const ForcePiece &lowest = law.graph.pieces[0], &highest = law.graph.pieces[law.graph.count - 1];
+    v[law.v] = std::min(std::max(v[law.v], lowest.from), highest.to);
+    law.piece = law.graph.at(v[law.v]);
+    law.force = 0;
+  }
+}
+
+bool ImplicitJoints::solve(BlockCholesky& matrix, const LinkWork* work, const double* q, const double* v,
+                           const double* residual, double* p) noexcept {
+  matrix.keep();
+  evaluateRings(work, q);
+  const int most = kBlockPasses + kSinglePasses * static_cast<int>(laws_.size());
+  converged_ = true;
+  for (int pass = 0;; ++pass) {
+    if (pass > 0) matrix.recall();
+    setUp(matrix, v, residual);
+    if (!matrix.factor()) return false;
+    std::copy(rhs_.begin(), rhs_.begin() + matrix_rows_, p_.begin());
+    matrix.solve(p_.data());
+    closeRings(matrix);
+    for (int i = 0; i < matrix_rows_; ++i) p[velocity_[i]] = p_[i];
+    matrix.multiplyKept(p_.data(), force_.data());
+    for (int i = 0; i < matrix_rows_; ++i) force_[i] += residual[velocity_[i]];
+    readForces();
+    if (!movePieces(v, pass < kBlockPasses)) return true;
+    if (pass == most) {
+      converged_ = false;
+      return true;
+    }
+  }
+}
+
+/// Diagonal and right side of the pieces that the joints are on.
+void ImplicitJoints::setUp(BlockCholesky& matrix, const double* v, const double* residual) noexcept {
+  for (int i = 0; i < matrix_rows_; ++i) rhs_[i] = -residual[velocity_[i]];
+  for (const Damped& d : damped_) {
+    matrix.addDiagonal(d.node, d.local, g_ * d.damping);
+    rhs_[d.row] -= g_ * d.damping * v[d.v];
+  }
+  for (const Law& law : laws_) {
+    const ForcePiece& piece = law.graph.pieces[law.piece];
+    if (piece.vertical) {
+      rhs_[law.row] = matrix.prescribe(law.node, law.local) * (piece.from - v[law.v]);
+    } else {
+      matrix.addDiagonal(law.node, law.local, g_ * piece.slope);
+      rhs_[law.row] += g_ * (piece.offset - piece.slope * v[law.v]);
+    }
+  }
+}
+
+void ImplicitJoints::evaluateRings(const LinkWork* work, const double* q) noexcept {
+  for (const TreeRings& r : rings_) {
+    const ModelTree& tree = model_.trees[r.tree];
+    r.rings.residual(work + tree.link, q + tree.q, &phi_[r.row]);
+    r.rings.jacobian(work + tree.link, r.G);
+  }
+}
+
+/// p += A⁻¹ Gᵀ μ with μ such that G p = −φ/g.
+void ImplicitJoints::closeRings(BlockCholesky& matrix) noexcept {
+  if (rows_ == 0) return;
+  for (const TreeRings& r : rings_) {
+    const int nv = model_.trees[r.tree].model->nv();
+    for (int i = 0; i < r.rings.rows(); ++i) {
+      double* Y = &Y_[static_cast<std::size_t>(r.row + i) * model_.nv];
+      std::fill(Y, Y + matrix_rows_, 0.0);
+      std::copy(r.G + i * nv, r.G + (i + 1) * nv, Y + r.first);
+      matrix.solve(Y);
+    }
+  }
+  const auto dot = [&](const TreeRings& r, int i, const double* x) {  // row i of G times x
+    const int nv = model_.trees[r.tree].model->nv();
+    double sum = 0;
+    for (int k = 0; k < nv; ++k) sum += r.G[i * nv + k] * x[r.first + k];
+    return sum;
+  };
+  for (const TreeRings& r : rings_) {
+    for (int i = 0; i < r.rings.rows(); ++i) {
+      for (int c = 0; c < rows_; ++c) {
+        S_.matrix()[(r.row + i) * rows_ + c] = dot(r, i, &Y_[static_cast<std::size_t>(c) * model_.nv]);
+      }
+      mu_[r.row + i] = -phi_[r.row + i] / g_ - dot(r, i, p_.data());
+    }
+  }
+  S_.factor(rows_);
+  S_.solve(mu_.data());
+  for (int c = 0; c < rows_; ++c) {
+    const double* Y = &Y_[static_cast<std::size_t>(c) * model_.nv];
+    for (int k = 0; k < matrix_rows_; ++k) p_[k] += mu_[c] * Y[k];
+  }
+  for (const TreeRings& r : rings_) {
+    for (int i = 0; i < r.rings.rows(); ++i) rate_[r.row + i] = dot(r, i, p_.data());
+  }
+}
+
+/// `force_` holds A p + r: what the joints and loops have to give.
+void ImplicitJoints::readForces() noexcept {
+  for (const TreeRings& r : rings_) {
+    const int nv = model_.trees[r.tree].model->nv();
+    for (int i = 0; i < r.rings.rows(); ++i) {
+      for (int k = 0; k < nv; ++k) force_[r.first + k] -= r.G[i * nv + k] * mu_[r.row + i];
+    }
+  }
+  for (Law& law : laws_) law.force = force_[law.row] / g_;
+}
+
+bool ImplicitJoints::movePieces(const double* v, bool all) noexcept {
+  bool moved = false;
+  for (int k = static_cast<int>(laws_.size()) - 1; k >= 0 && (all || !moved); --k) {
+    Law& law = laws_[k];
+    moved |= law.graph.follow(v[law.v] + p_[law.row], law.force, law.piece);
+  }
+  return moved;
+}
+
+double ImplicitJoints::slope(const double* v, const double* p) const noexcept {
+  double sum = 0;
+  for (const Damped& d : damped_) sum += g_ * d.damping * v[d.v] * p[d.v];
+  for (const Law& law : laws_) {
+    const ForcePiece& piece = law.graph.pieces[law.graph.at(v[law.v])];
+    const double force = piece.vertical ? std::min(std::max(law.force, piece.low), piece.high)
+                                        : piece.offset - piece.slope * v[law.v];
+    sum -= g_ * force * p[law.v];
+  }
+  for (int r = 0; r < rows_; ++r) sum -= mu_[r] * rate_[r];
+  return sum;
+}
+
+void ImplicitJoints::settle(double* v) const noexcept {
+  for (const Law& law : laws_) {
+    const ForcePiece& piece = law.graph.pieces[law.piece];
+    if (piece.vertical) v[law.v] = piece.from;
+  }
+}
+
+bool ImplicitJoints::isSmooth(const double* v0) const noexcept {
+  for (const Law& law : laws_) {
+    const ForcePiece& piece = law.graph.pieces[law.piece];
+    const double start = v0[law.v];
+    const bool stood = std::abs(start) * g_ <= kStanding;
+    if (piece.vertical && !(stood && std::abs(piece.from) * g_ <= kStanding)) return false;
+    if (piece.vertical || law.joint.friction == 0) continue;
+    if (stood || (start > 0 ? piece.to <= 0 : piece.from >= 0)) return false;
+  }
+  return true;
+}
+
+void ImplicitJoints::account(const double* v_way, const double* v, double weight) noexcept {
+  for (const Law& law : laws_) {
+    const ForcePiece& piece = law.graph.pieces[law.piece];
+    const double rate = v[law.v], way = 0.5 * weight * (v_way[law.v] + rate);
+    const double force = piece.vertical ? law.force : piece.offset - piece.slope * rate;
+    const double drive = haptic::driveForce(law.joint, commands_[law.command], law.q_base, g_, rate);
+    drive_[law.link] = drive;
+    damping_ += law.joint.damping * rate * way;
+    friction_ -= (force - drive + law.joint.damping * rate) * way;
+    drives_ += drive * way;
+  }
+  for (const Damped& d : damped_) damping_ += 0.5 * weight * d.damping * v[d.v] * (v_way[d.v] + v[d.v]);
+}
+
+void ImplicitJoints::closeAccount(State& state) const noexcept {
+  state.energy.damping += damping_;
+  state.energy.friction += friction_;
+  state.energy.external += drives_;
+}
+
+double ImplicitJoints::closure(const LinkWork* work) const noexcept {
+  double largest = 0;
+  for (const TreeRings& r : rings_) {
+    largest = std::max(largest, r.rings.closure(work + model_.trees[r.tree].link));
+  }
+  return largest;
+}
+
+}  // namespace haptic

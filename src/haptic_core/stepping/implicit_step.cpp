@@ -1,0 +1,310 @@
+#include "haptic_core/stepping/implicit_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+constexpr double kGamma = 1 - M_SQRT1_2;  ///< of SDIRK2
+constexpr double kNext = (1 - kGamma) / kGamma;
+
+/// The acceleration jumps when it changes within a step by more than this share of the speed (and of h g).
+constexpr double kJump = 0.5;
+/// A patch that grows or shrinks by more than this factor within a step is not smooth.
+constexpr double kGrowth = 2;
+constexpr int kMostHalvings = 5;
+/// Changes of friction inside one step; what they leave is done as implicit Euler.
+constexpr int kMostEvents = 6;
+/// An instant is located when the load is this close to the limit, or the slip this small against what it was.
+constexpr double kLocated = 1e-8;
+constexpr int kMostLocations = 12;
+/// Share of the step below which nothing is left of it.
+constexpr double kRest = 1e-9;
+
+bool sticksAtAll(const FrictionMemory& m) { return m.touching != 0 && m.sliding == 0; }
+
+/// Power of two slips (translation and spin) in the metric of the friction layer, per its stiffness.
+double product(const FrictionMemory& metric, const FrictionMemory& a, const FrictionMemory& b) {
+  return metric.area * a.rate_A.dot(b.rate_A) + metric.torsion * a.spin * b.spin;
+}
+
+}  // namespace
+
+ImplicitStep::ImplicitStep(const Model& model) : model_(model), settings_(model.settings), stage_(model) {
+  stage_.couplings.resize(model.pointers.size());
+  coupling_work_.resize(model.pointers.size());
+  first_power_.resize(model.pointers.size());
+  event_.resize(model.pair_capacity);
+  violation_.resize(model.pair_capacity);
+  acceleration_.resize(model.nv);
+  change_.resize(model.nv);
+}
+
+void ImplicitStep::begin(State& state, const std::vector<int>& held_by) noexcept {
+  state_ = &state;
+  stage_.begin(state, held_by);
+  std::fill(event_.begin(), event_.begin() + state.pair_count, 1.0);
+  std::fill(coupling_work_.begin(), coupling_work_.end(), 0.0);
+}
+
+const ImplicitReport& ImplicitStep::advance(const Island& island, double h, bool second_order) noexcept {
+  const int iterations = stage_.iterations, evaluations = stage_.evaluations;
+  report_ = ImplicitReport{};
+  stage_.select(island);
+  length_ = h;
+  double left = h;
+  for (int event = 0; second_order && event <= kMostEvents && left > 0; ++event) {
+    elapsed_ = h - left;
+    const double done = secondOrder(left);
+    if (done < 0) break;
+    left -= done;
+    if (left <= kRest * h) left = 0;
+  }
+  report_.fell_back = second_order && left > 0;
+  if (left > 0) euler(left, 0, 0);
+  report_.iterations = stage_.iterations - iterations;
+  report_.evaluations = stage_.evaluations - evaluations;
+  report_.residual = stage_.residual;
+  return report_;
+}
+
+void ImplicitStep::setBase() noexcept {
+  const Island& island = stage_.island();
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model_.trees[island.trees[n]];
+    std::copy_n(state_->q.begin() + tree.q, tree.model->nq(), stage_.q_base.begin() + tree.q);
+    std::copy_n(state_->v.begin() + tree.v, tree.model->nv(), stage_.v_base.begin() + tree.v);
+    std::copy_n(state_->v.begin() + tree.v, tree.model->nv(), stage_.v.begin() + tree.v);
+  }
+  for (int i = 0; i < island.pair_count; ++i) {
+    stage_.memory_base[island.pairs[i]] = state_->pairs[island.pairs[i]].friction;
+  }
+}
+
+/// Implicit Euler over h, `left` before the step's end; halved while it does not converge.
+void ImplicitStep::euler(double h, double left, int depth) noexcept {
+  const Island& island = stage_.island();
+  setBase();
+  for (int i = 0; i < island.pair_count; ++i) stage_.yielding[island.pairs[i]] = Yielding::kKeepsLimit;
+  const bool converged = stage_.solve(h, left);
+  if (!converged && depth < kMostHalvings) {
+    euler(h / 2, left + h / 2, depth + 1);
+    euler(h / 2, left, depth + 1);
+    return;
+  }
+  report_.converged &= converged;
+  if (stage_.hasJoints()) {
+    stage_.joints().startAccount();
+    stage_.joints().account(stage_.v_base.data(), stage_.v.data(), h);  // force × mean velocity: the change of energy
+  }
+  commit(h, h, false);
+}
+
+/// SDIRK2 over h, or up to where friction changes; the time that was done, < 0 where the step is not smooth.
+double ImplicitStep::secondOrder(double h) noexcept {
+  const Island& island = stage_.island();
+  for (int i = 0; i < island.pair_count; ++i) {
+    const FrictionMemory& memory = state_->pairs[island.pairs[i]].friction;
+    stage_.yielding[island.pairs[i]] = sticksAtAll(memory) ? Yielding::kNever : Yielding::kKeepsLimit;
+  }
+  if (!sdirk2(h, 0)) return -1;
+  bool changes = false;
+  for (const ImplicitContact& c : stage_.contacts()) {
+    Yielding& mode = stage_.yielding[c.pair];
+    const bool stops = mode == Yielding::kKeepsLimit && c.force.memory.sliding == 0;
+    if (stops) mode = Yielding::kDragged;
+    changes |= stops || violation(c) > 0;
+  }
+  if (changes) return locate(h);
+  commit(kGamma * h, h, true);
+  return h;
+}
+
+/// How far a contact is beyond what its mode allows: the load over the static limit, or the slip that has turned
+/// around, both relative; negative before. Contacts that slide on have none.
+double ImplicitStep::violation(const ImplicitContact& c) const noexcept {
+  if (stage_.yielding[c.pair] == Yielding::kNever) return c.force.memory.load - 1;
+  if (stage_.yielding[c.pair] != Yielding::kDragged) return -1;
+  const FrictionMemory& start = state_->pairs[c.pair].friction;
+  const double size = product(start, start, start);
+  return size > 0 ? -product(start, start, c.force.memory) / size : 0;
+}
+
+double ImplicitStep::violation() const noexcept {
+  double most = -1;
+  for (const ImplicitContact& c : stage_.contacts()) most = std::max(most, violation(c));
+  return most;
+}
+
+double ImplicitStep::violationAtStart() const noexcept {
+  double most = -1;
+  for (const ImplicitContact& c : stage_.contacts()) {
+    if (stage_.yielding[c.pair] == Yielding::kNever) most = std::max(most, state_->pairs[c.pair].friction.load - 1);
+  }
+  return most;
+}
+
+/// Solves up to the first change of friction in (0, h], commits, and changes the modes. < 0: not smooth.
+double ImplicitStep::locate(double h) noexcept {
+  double low = 0, f_low = violationAtStart();
+  if (f_low >= -kLocated) {  // at once
+    for (const ImplicitContact& c : stage_.contacts()) {
+      FrictionMemory& memory = state_->pairs[c.pair].friction;
+      if (stage_.yielding[c.pair] != Yielding::kNever || memory.load < 1 - kLocated) continue;
+      slide(memory);
+      event_[c.pair] = elapsed_ / length_;
+    }
+    return 0;
+  }
+  if (!sdirk2(h, 0)) return -1;  // what stops is dragged on
+  double t = h, high = h, f = violation(), f_high = f;
+  const bool turns = f > 0;
+  for (int i = 0; turns && i < kMostLocations && std::abs(f) > kLocated; ++i) {
+    // Illinois: where one end stays twice, its value counts half.
+    t = low + (high - low) * f_low / (f_low - f_high);
+    if (!sdirk2(t, h - t)) return -1;
+    f = violation();
+    if (f > 0) {
+      high = t;
+      f_high = f;
+      f_low *= 0.5;
+    } else {
+      low = t;
+      f_low = f;
+      f_high *= 0.5;
+    }
+  }
+  for (const ImplicitContact& c : stage_.contacts()) violation_[c.pair] = violation(c);
+  commit(kGamma * t, t, true);
+  if (turns) changeModes(f - 10 * kLocated, elapsed_ + t);
+  return t;
+}
+
+/// It will slip against the force that held it.
+void ImplicitStep::slide(FrictionMemory& memory) const noexcept {
+  memory.sliding = 1;
+  memory.rate_A = memory.slip_A;
+  memory.spin = memory.twist;
+}
+
+/// The contacts at their limit slide from now on, those that stopped stick.
+void ImplicitStep::changeModes(double least, double elapsed) noexcept {
+  for (const ImplicitContact& c : stage_.contacts()) {
+    FrictionMemory& memory = state_->pairs[c.pair].friction;
+    const Yielding mode = stage_.yielding[c.pair];
+    if (mode == Yielding::kKeepsLimit || violation_[c.pair] < least) continue;
+    event_[c.pair] = elapsed / length_;
+    if (mode == Yielding::kNever) {
+      slide(memory);
+    } else {
+      memory.sliding = 0;
+      const PairLaw law = model_.law(c.shape_a, c.shape_b, false, false);
+      memory.load = law.material.mu_dynamic / law.material.mu_static;
+    }
+  }
+}
+
+/// Solves both stages; false where the step is not smooth or does not converge. Nothing is committed.
+bool ImplicitStep::sdirk2(double h, double left) noexcept {
+  const Island& island = stage_.island();
+  const double g = kGamma * h, rest = (1 - kGamma) * h;
+  setBase();
+  if (!stage_.solve(g, left + rest) || !isSmooth()) return false;
+  if (stage_.hasJoints()) {
+    stage_.joints().startAccount();
+    stage_.joints().account(stage_.v.data(), stage_.v.data(), rest);
+  }
+  for (const ImplicitContact& c : stage_.contacts()) {
+    const FrictionMemory &s0 = state_->pairs[c.pair].friction, &s1 = c.force.memory;
+    FrictionMemory& base = stage_.memory_base[c.pair];
+    base = s1;
+    base.slip_A = s0.slip_A + kNext * (s1.slip_A - s0.slip_A);
+    base.twist = s0.twist + kNext * (s1.twist - s0.twist);
+    base.area = std::max(0.0, s0.area + kNext * (s1.area - s0.area));
+    base.torsion = std::max(0.0, s0.torsion + kNext * (s1.torsion - s0.torsion));
+    base.rate_A = s0.rate_A;
+    base.spin = s0.spin;
+    base.sliding = s0.sliding;
+  }
+  for (std::size_t i = 0; i < stage_.couplings.size(); ++i) first_power_[i] = stage_.couplings[i].power;
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model_.trees[island.trees[n]];
+    integratePositions(*tree.model, stage_.q_base.data() + tree.q, stage_.v.data() + tree.v, rest);
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) {
+      acceleration_[i] = (stage_.v[i] - stage_.v_base[i]) / g;
+      stage_.v_base[i] += rest * acceleration_[i];
+      stage_.v[i] = stage_.v_base[i] + g * acceleration_[i];
+    }
+  }
+  if (!stage_.solve(g, left) || !isSmooth()) return false;
+  if (stage_.hasJoints()) stage_.joints().account(stage_.v.data(), stage_.v.data(), g);
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model_.trees[island.trees[n]];
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) {
+      change_[i] = (stage_.v[i] - stage_.v_base[i]) / g - acceleration_[i];
+    }
+  }
+  return h * stage_.speed(change_) <= kJump * (stage_.speed(stage_.v) + h * settings_.gravity.norm());
+}
+
+bool ImplicitStep::isSmooth() const noexcept {
+  return sameContacts() && (!stage_.hasJoints() || stage_.joints().isSmooth(state_->v.data()));
+}
+
+/// Whether the contacts of the last evaluation are those of the step's start, and their patches about as large: an edge
+/// that becomes a face is an impact.
+bool ImplicitStep::sameContacts() const noexcept {
+  const Island& island = stage_.island();
+  int next = 0;
+  for (int i = 0; i < island.pair_count; ++i) {
+    const bool now = next < stage_.contacts().size() && stage_.contacts()[next].pair == island.pairs[i];
+    const ActivePair& before = state_->pairs[island.pairs[i]];
+    if (now != (before.friction.touching != 0)) return false;
+    if (!now) continue;
+    const double area = stage_.contacts()[next++].volume.A0;
+    if (area > kGrowth * before.friction.area || before.friction.area > kGrowth * area) return false;
+  }
+  return true;
+}
+
+/// Puts the solution into the state: v, q = q_b ⊕ g v, friction; and the work done over h into the ledger's sums. (The
+/// last Newton step was not evaluated: forces and friction are those of the evaluation before it.)
+void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
+  const Island& island = stage_.island();
+  ++report_.parts;
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model_.trees[island.trees[n]];
+    std::copy_n(stage_.q_base.begin() + tree.q, tree.model->nq(), state_->q.begin() + tree.q);
+    integratePositions(*tree.model, state_->q.data() + tree.q, stage_.v.data() + tree.v, g);
+    std::copy_n(stage_.v.begin() + tree.v, tree.model->nv(), state_->v.begin() + tree.v);
+  }
+  if (stage_.hasJoints()) stage_.joints().closeAccount(*state_);
+  if (settings_.energy_ledger) stage_.measureElastic();
+  const double w = two_stages ? 1 - kGamma : 0;  // of the first stage's power, which memory_base holds
+  int next = 0;
+  for (int i = 0; i < island.pair_count; ++i) {
+    FrictionMemory& memory = state_->pairs[island.pairs[i]].friction;
+    const FrictionMemory before = memory;
+    const FrictionMemory& first = stage_.memory_base[island.pairs[i]];
+    const bool now = next < stage_.contacts().size() && stage_.contacts()[next].pair == island.pairs[i];
+    memory = FrictionMemory{};
+    if (now) {
+      memory = stage_.contacts()[next].force.memory;
+      memory.elastic_energy = stage_.contacts()[next++].elastic;
+    }
+    const auto work = [&](double p1, double p2) { return h * (w * p1 + (1 - w) * p2); };
+    state_->energy.damping += work(first.power.damping, memory.power.damping);
+    const double friction = work(first.power.friction, memory.power.friction) + before.energy - memory.energy;
+    (memory.sliding != 0 ? state_->energy.friction : state_->energy.damping) += now || before.touching != 0 ? friction : 0;
+    state_->energy.turning += work(first.power.elastic, memory.power.elastic) + before.elastic_energy - memory.elastic_energy;
+  }
+  for (std::size_t p = 0; p < stage_.couplings.size(); ++p) {
+    const int link = stage_.couplings[p].link;
+    const int tree = link >= 0 ? model_.links[link].articulation : -1;
+    if (tree < 0 || !std::binary_search(island.trees, island.trees + island.tree_count, tree)) continue;
+    coupling_work_[p] += h * (w * first_power_[p] + (1 - w) * stage_.couplings[p].power);
+  }
+}
+
+}  // namespace haptic

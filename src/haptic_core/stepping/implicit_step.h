@@ -1,0 +1,76 @@
+/// The implicit step of an island: stable for any stiffness, damping, mass ratio and step, friction inside the solve.
+///
+///   implicit Euler  one stage (implicit_stage.h) of length h.
+///   SDIRK2          two stages, g = γ h, γ = 1 - 1/√2 (Alexander 1977: second order, L-stable, stiffly accurate):
+///                   v_b = v0 + (1-γ) h a1, q_b = q0 ⊕ (1-γ) h v1, s_b = s0 + (1-γ)/γ (s1 - s0).
+/// SDIRK2 multiplies the impulses of impacts by up to 2.4, so where the contact set changes, a patch grows or shrinks
+/// fast, or the acceleration jumps, the step is done as implicit Euler.
+///
+/// Friction. Within a solve a patch keeps its limit, which makes its force continuous: μ0 while stuck, μ while sliding.
+/// Implicit Euler changes the limit from one step to the next. SDIRK2 locates the instant: where a stuck patch would
+/// have to hold more than μ0 N, or the slip of a sliding one comes to a stop, the step is solved again up to there
+/// (regula falsi on its length), the patch changes its mode, and the rest of the step follows.
+///
+/// A step that does not converge is halved, again and again, down to a thirty-second of it.
+#pragma once
+#include <vector>
+
+#include "haptic_core/stepping/implicit_stage.h"
+
+namespace haptic {
+
+struct ImplicitReport {
+  int iterations = 0;      ///< Newton steps, line searches not counted
+  int evaluations = 0;     ///< of all contacts
+  double residual = 0;     ///< speed of the last Newton step [m/s]
+  bool converged = true;
+  bool fell_back = false;  ///< SDIRK2 was replaced by implicit Euler in a part of this step
+  int parts = 0;           ///< solved one after the other: 1; more where friction changed inside, or after halving
+};
+
+class ImplicitStep {
+ public:
+  explicit ImplicitStep(const Model& model);
+
+  /// (in realtime) Once before the islands of a step; see ImplicitStage::begin.
+  void begin(State& state, const std::vector<int>& held_by) noexcept;
+
+  /// (in realtime) Advances q, v and friction of an island by h [s], and the ledger's sums in the state.
+  const ImplicitReport& advance(const Island& island, double h, bool second_order) noexcept;
+
+  std::vector<ImplicitCoupling>& couplings() { return stage_.couplings; }
+  /// Work of a pointer's coupling on its link since `begin` [J].
+  double couplingWork(int pointer) const { return coupling_work_[pointer]; }
+  const ImplicitJoints& joints() const { return stage_.joints(); }
+  /// Share of the step after which the friction of a pair last changed its mode in this step; 1: it did not.
+  double event(int pair) const { return event_[pair]; }
+  /// Of the last island, at the end of its step.
+  const LoadedVector<ImplicitContact>& contacts() const { return stage_.contacts(); }
+
+ private:
+  void euler(double h, double left, int depth) noexcept;
+  double secondOrder(double h) noexcept;
+  bool sdirk2(double h, double left) noexcept;
+  double locate(double h) noexcept;
+  void slide(FrictionMemory& memory) const noexcept;
+  double violationAtStart() const noexcept;
+  double violation() const noexcept;
+  double violation(const ImplicitContact& contact) const noexcept;
+  void changeModes(double least, double elapsed) noexcept;
+  void setBase() noexcept;
+  bool isSmooth() const noexcept;
+  bool sameContacts() const noexcept;
+  void commit(double g, double h, bool two_stages) noexcept;
+
+  const Model& model_;
+  const WorldSettings& settings_;
+  State* state_ = nullptr;
+  ImplicitStage stage_;
+  ImplicitReport report_;
+  double length_ = 0, elapsed_ = 0;  ///< of the step, and what of it is done [s]
+  std::vector<double> event_, violation_;  ///< by pair
+  std::vector<double> acceleration_, change_;
+  std::vector<double> coupling_work_, first_power_;  ///< by pointer
+};
+
+}  // namespace haptic

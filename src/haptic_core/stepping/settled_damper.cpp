@@ -1,0 +1,117 @@
+#include "haptic_core/stepping/settled_damper.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/world/damper_limit.h"
+#include "haptic_core/world/stability_number.h"
+
+namespace haptic::stepping {
+namespace {
+
+/// Damper strength h b A/m from which Velocity Verlet solves for the velocity [1]. Without, rocking on the friction's
+/// lever multiplies it by up to four, and one is the limit.
+constexpr double kStrongDamper = 0.3;
+
+/// Lower L with L Lᵀ = A for a positive semidefinite A; columns without a pivot are zero.
+Matrix6 semidefiniteFactor(const Matrix6& A) noexcept {
+  Matrix6 L = Matrix6::Zero();
+  for (int j = 0; j < 6; ++j) {
+    double pivot = A(j, j);
+    for (int k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
+    if (!(pivot > 1e-14 * A(j, j))) continue;
+    L(j, j) = std::sqrt(pivot);
+    for (int i = j + 1; i < 6; ++i) {
+      double sum = A(i, j);
+      for (int k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
+      L(i, j) = sum / L(j, j);
+    }
+  }
+  return L;
+}
+
+/// δ with (1 + s W D) δ = s W r, for positive semidefinite W and D. With D = L Lᵀ: δ = s W (r - L y),
+/// (1 + s Lᵀ W L) y = s Lᵀ W r, symmetric and never singular.
+Vector6 settledChange(const Matrix6& W, const Matrix6& D, double s, const Vector6& r) noexcept {
+  const Matrix6 L = semidefiniteFactor(D);
+  Matrix6 WL, S;
+  WL.noalias() = W.lazyProduct(L);
+  S.noalias() = L.transpose().lazyProduct(WL);
+  S = s * S + Matrix6::Identity();
+  Vector6 y = s * (WL.transpose() * r);
+  const Matrix6 C = semidefiniteFactor(S);
+  for (int i = 0; i < 6; ++i) {
+    for (int k = 0; k < i; ++k) y[i] -= C(i, k) * y[k];
+    y[i] /= C(i, i);
+  }
+  for (int i = 5; i >= 0; --i) {
+    for (int k = i + 1; k < 6; ++k) y[i] -= C(k, i) * y[k];
+    y[i] /= C(i, i);
+  }
+  return s * (W * r - WL * y);
+}
+
+/// Adds the mobility of a link at P in P's axes, as if it were free and its mass shared evenly among its contacts; nothing
+/// for one that does not move by itself.
+void addMobility(const Model& model, const Work& work, int link, const Pose& X_WP, Matrix6& W) noexcept {
+  const ModelLink& l = model.links[link];
+  if (!l.moves || work.hands.held_by[link] >= 0) return;
+  const double parts = std::max(1, work.contacts.on_link[link]);
+  const LinkWork& place = work.placement.link[link];
+  W += parts * freeMobility(model.trees[l.articulation].model->link(l.local), place.X_WL.R, place.p_WC(), X_WP);
+}
+
+/// Of the whole patch; velocity Verlet's friction springs take up a part of the step as well.
+Matrix6 damping(const LocatedForce& force, const Advance& advance) noexcept {
+  PatchTangent tangent = force.tangent;
+  if (advance.old_share > 0) {
+    tangent.tangential_damping += advance.time * (1 - advance.old_share) * tangent.tangential_stiffness;
+  }
+  return tangent.combined(0, 1);
+}
+
+PairLaw weakened(const PairLaw& law, double share, double area) noexcept {
+  PairLaw weaker = law;
+  weaker.material.damping *= share;
+  weaker.material.dissipation *= share;
+  weaker.material.tangential_damping = share * tangentialDamping(law, area);
+  return weaker;
+}
+
+}  // namespace
+
+void settleForce(const Model& model, const ActivePair& pair, const Advance& advance, Work& work, ContactEvaluation& c,
+                 unsigned& flags) noexcept {
+  const auto forceAt = [&](const Twist& V, const PairLaw& law, const Advance& how) {
+    return locatedForce(c.volume, work.contacts.workspace, V, pair.friction, law, how);
+  };
+  c.force = forceAt(c.V_AB_P, c.law, advance);
+  const bool second_order = advance.old_share > 0;
+  if (advance.time == 0 || (second_order && pair.friction.touching == 0)) return;
+  Matrix6 D = damping(c.force, advance);
+  const int link_a = model.shapes[pair.shapeA()].link, link_b = model.shapes[pair.shapeB()].link;
+  const int parts = std::max({1, work.contacts.on_link[link_a], work.contacts.on_link[link_b]});
+  const double stiffest = std::max({D(5, 5), D(3, 3), D(4, 4), D(0, 0) / c.volume.A0, D(1, 1) / c.volume.A0});
+  if (parts * advance.time * stiffest < kStrongDamper * c.law.reduced_mass) return;
+  Matrix6 W = Matrix6::Zero();
+  addMobility(model, work, link_a, c.X_WP, W);
+  addMobility(model, work, link_b, c.X_WP, W);
+  if (!second_order) {
+    const double share = damperShare(W, D, advance.time);
+    if (share == 1) return;
+    flags |= kDamperLimited;
+    c.force = forceAt(c.V_AB_P, weakened(c.law, share, c.volume.A0), advance);
+    return;
+  }
+  if (!c.force.sticking && pair.friction.sliding == 0) {
+    Advance elastic = advance;
+    elastic.yielding = Yielding::kNever;
+    c.force = forceAt(c.V_AB_P, c.law, elastic);
+    D = damping(c.force, advance);
+  }
+  const Wrench before = pair.release.F_BP_W.rotated(c.X_WP.R.transpose());
+  const Vector6 delta = settledChange(W, D, 0.5 * advance.time, (c.force.F_BP_P - before).vector());
+  c.force = forceAt({c.V_AB_P.angular + delta.head<3>(), c.V_AB_P.linear + delta.tail<3>()}, c.law, advance);
+}
+
+}  // namespace haptic::stepping

@@ -1,0 +1,21 @@
+/// Dampers that are strong for an explicit step.
+///
+/// At a predicted velocity alone velocity Verlet would be stable only up to h λ(W D) < 1, W the mobility of the bodies at P.
+/// Beyond kStrongDamper the end velocity is solved for, as far as this contact moves it: δ = h/2 W (F - F_before - D δ).
+/// That makes the damper's part of the step the trapezoidal rule, stable for any D, and changes the force by O(h²) only.
+/// Whether the patch yields is decided at the settled velocity. Symplectic Euler instead takes as much of the damper as its
+/// step can (damper_limit.h), and says so by kDamperLimited.
+#pragma once
+#include "haptic_core/world/contact_evaluation.h"
+#include "haptic_core/world/work.h"
+
+namespace haptic::stepping {
+
+/// (in realtime) Fills the force of a located contact. `work.contacts.on_link` counts the contacts that share a body's
+/// mass: with the mass whole, dampers that settle without regard to one another would correct a body between hand and
+/// floor twice; shared out, their sum is stable however many there are (mass splitting: Tonge, Benevolenski, Voroshilov,
+/// Mass splitting for jitter-free parallel rigid body simulation, 2012).
+void settleForce(const Model& model, const ActivePair& pair, const Advance& advance, Work& work, ContactEvaluation& contact,
+                 unsigned& flags) noexcept;
+
+}  // namespace haptic::stepping

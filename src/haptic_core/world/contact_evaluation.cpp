@@ -1,0 +1,65 @@
+#include "haptic_core/world/contact_evaluation.h"
+
+#include <algorithm>
+
+#include "haptic_core/geometry/contact_integrals.h"
+#include "haptic_core/geometry/point_contact.h"
+
+namespace haptic {
+
+bool locateContact(const Model& model, const Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
+                   ContactWorkspace& workspace, ContactEvaluation& out) noexcept {
+  const int a = pair.shapeA(), b = pair.shapeB();
+  const ModelShape &A = model.shapes[a], &B = model.shapes[b];
+  const NormalRule rule = seams.ruleFor(index, model.settings.normal_rule, places.X_WS[a], pair.cache);
+  contactVolume(*A.shape, *B.shape, relativePose(places.X_WS[a], places.X_WS[b]), pair.cache, workspace, out.volume, rule);
+  if (out.volume.status != ContactVolume::Status::kOverlap) return false;
+  if (model.settings.contact_model == ContactModel::kPoint) {
+    concentrate(workspace, std::min(A.point_area, B.point_area), out.volume);
+  }
+  out.X_WP = places.X_WS[a] * out.volume.X_AP;
+  const LinkWork &link_a = places.link[A.link], &link_b = places.link[B.link];
+  out.V_AB_P = (link_b.twistAt(out.X_WP.p) - link_a.twistAt(out.X_WP.p)).rotated(out.X_WP.R.transpose());
+  out.law = model.law(a, b, places.held_by[A.link] >= 0, places.held_by[B.link] >= 0);
+  if (pair.buried) out.law = model.recoveryLaw(out.law, a, b, out.volume);
+  return true;
+}
+
+bool evaluateContact(const Model& model, const Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
+                     const FrictionMemory& memory, const Advance& advance, double softness, ContactWorkspace& workspace,
+                     ContactEvaluation& out) noexcept {
+  if (!locateContact(model, seams, index, pair, places, workspace, out)) return false;
+  ContactMaterial& material = out.law.material;
+  material.stiffness *= softness;
+  material.damping *= softness;
+  material.tangential_stiffness *= softness;
+  out.force = locatedForce(out.volume, workspace, out.V_AB_P, memory, out.law, advance);
+  return true;
+}
+
+double elasticEnergy(const Model& model, const ContactVolume& volume, double stiffness, ContactWorkspace& workspace) noexcept {
+  const double square = model.settings.contact_model == ContactModel::kPoint ? volume.volume * volume.depth
+                                                                             : thicknessSquared(workspace, volume);
+  return 0.5 * stiffness * square;
+}
+
+ContactReport reportOf(const Model& model, const ActivePair& pair, const ContactVolume& volume, const Pose& X_WP,
+                       const LocatedForce& force) noexcept {
+  ContactReport contact;
+  contact.shape_a = pair.shapeA();
+  contact.shape_b = pair.shapeB();
+  contact.link_a = model.shapes[contact.shape_a].link;
+  contact.link_b = model.shapes[contact.shape_b].link;
+  contact.X_WP = X_WP;
+  contact.F_BP_W = force.F_BP_P.rotated(X_WP.R);
+  contact.normal_force = force.normal_force;
+  contact.volume = volume.volume;
+  contact.area = volume.A0;
+  contact.depth = volume.depth;
+  contact.sticking = force.sticking;
+  contact.event = force.event;
+  contact.flags = volume.flags;
+  return contact;
+}
+
+}  // namespace haptic

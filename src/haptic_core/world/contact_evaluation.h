@@ -1,0 +1,51 @@
+/// From two shapes and the motion of their links to the contact between them: the one place where force meets geometry.
+///
+///     volume of intersection → patch frame P → law of the pair → pressure and friction over the patch
+///
+/// Explicit and implicit steps, certificate and error estimate all come here, so that what is certified is what runs: joined
+/// pieces, the rule of the normal, the point model, the recovery of what started deep inside.
+#pragma once
+#include "haptic_core/contact/located_force.h"
+#include "haptic_core/dynamics/kinematics.h"
+#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/report.h"
+#include "haptic_core/world/seams.h"
+#include "haptic_core/world/state.h"
+
+namespace haptic {
+
+struct ContactEvaluation {
+  ContactVolume volume;
+  Pose X_WP;           ///< patch: origin at V's centroid, z = n from A to B
+  Twist V_AB_P;        ///< of B relative to A at P, in P's axes
+  PairLaw law;         ///< as it holds now, recovery and hands taken into account
+  LocatedForce force;  ///< on B at P, in P's axes
+};
+
+/// Where the shapes are and how their links move. Arrays by world index, the caller's.
+struct ContactPlaces {
+  const LinkWork* link = nullptr;
+  const Pose* X_WS = nullptr;
+  const int* held_by = nullptr;  ///< pointer that prescribes the link's motion; -1: none
+};
+
+/// (in realtime) Everything but the force. False: the shapes do not overlap; `out` then holds the status alone.
+/// `seams` knows the pair by its `index` in the state; the pair's cache advances. `workspace` keeps V.
+bool locateContact(const Model& model, const Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
+                   ContactWorkspace& workspace, ContactEvaluation& out) noexcept;
+
+/// (in realtime) The whole: a contact's force with the friction memory `memory`, advanced by `advance`. The stiffness of
+/// the law is scaled by `softness` (1 but while an implicit solve builds it up).
+bool evaluateContact(const Model& model, const Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
+                     const FrictionMemory& memory, const Advance& advance, double softness, ContactWorkspace& workspace,
+                     ContactEvaluation& out) noexcept;
+
+/// (in realtime) ½ k ∫d² dA [J] of the contact whose V the workspace holds.
+double elasticEnergy(const Model& model, const ContactVolume& volume, double stiffness, ContactWorkspace& workspace) noexcept;
+
+/// (in realtime) What is reported of a contact.
+ContactReport reportOf(const Model& model, const ActivePair& pair, const ContactVolume& volume, const Pose& X_WP,
+                       const LocatedForce& force) noexcept;
+
+}  // namespace haptic

@@ -1,0 +1,144 @@
+#include "haptic_core/world/hands.h"
+
+#include <algorithm>
+#include <string>
+
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+
+HandWork::HandWork(const Model& model)
+    : held_by(model.links.size(), -1),
+      coupling(model.pointers.size()),
+      moved(model.pointers.size()),
+      wrench(model.pointers.size()) {
+  free_movers.reserve(model.trees.size());
+  jointed_movers.reserve(model.trees.size());
+}
+
+void refreshHands(const Model& model, const State& state, HandWork& hands) noexcept {
+  std::fill(hands.held_by.begin(), hands.held_by.end(), -1);
+  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
+    const int pointer = static_cast<int>(i), link = state.pointers[i].link;
+    if (link < 0) continue;
+    hands.coupling[i] = resolved(model.tuning.coupling[i], model.loadOf(link), model.substep(),
+                                 link != model.pointerHome(pointer));
+    if (model.holds(pointer)) hands.held_by[link] = pointer;
+  }
+  hands.free_movers.clear();
+  hands.jointed_movers.clear();
+  for (const ModelTree& tree : model.trees) {
+    if (!hands.movesByItself(tree)) continue;
+    (model.isFree(tree) ? hands.free_movers : hands.jointed_movers).push_back(&tree);
+  }
+}
+
+bool canGrab(const Model& model, const HandWork& hands, int pointer, int link) noexcept {
+  if (!model.holds(pointer)) return model.links[link].moves;
+  const int other = hands.held_by[link];
+  return model.trees[model.links[link].articulation].model->isFreeBody() && (other < 0 || other == pointer);
+}
+
+void checkGrab(const Model& model, const HandWork& hands, int pointer, int link) {
+  if (pointer < 0 || pointer >= static_cast<int>(model.pointers.size()) || link < 0 ||
+      link >= static_cast<int>(model.links.size())) {
+    throw SetupError("grab", "no pointer " + std::to_string(pointer) + " or no link " + std::to_string(link),
+                     "name a pointer and a link of the scene");
+  }
+  if (canGrab(model, hands, pointer, link)) return;
+  const int other = hands.held_by[link];
+  if (other >= 0) {
+    throw SetupError("grab", "link " + model.links[link].name + " is held by the hand of " + model.pointers[other].device,
+                     "let it go there first");
+  }
+  throw SetupError("grab", "link " + model.links[link].name + " hangs on joints or is fixed",
+                   "hold free bodies, or use the virtual coupling");
+}
+
+void grab(const Model& model, const Placement& placement, int pointer, int link, State& state, HandWork& hands) noexcept {
+  PointerState& hand = state.pointers[pointer];
+  const Pose& X_WL = placement.link[link].X_WL;
+  hand.link = link;
+  hand.p_WL = X_WL.p;
+  hand.q_WL = Quaternion(X_WL.R);
+  hand.targeted = false;
+  refreshHands(model, state, hands);
+}
+
+void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept {
+  if (!X_WL.p.allFinite() || !X_WL.R.allFinite() || !V_WL.angular.allFinite() || !V_WL.linear.allFinite()) return;
+  pointer.p_WL = X_WL.p;
+  pointer.q_WL = Quaternion(X_WL.R);
+  pointer.V_WL = V_WL;
+  pointer.targeted = true;
+}
+
+void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept {
+  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
+    const PointerState& pointer = state.pointers[i];
+    if (!model.holds(static_cast<int>(i)) || !pointer.targeted) continue;
+    const Vector3 p_before = placement.link[pointer.link].X_WL.p;
+    const ModelTree& tree = model.trees[model.links[pointer.link].articulation];
+    double* q = state.q.data() + tree.q;
+    double* v = state.v.data() + tree.v;
+    const Quaternion from(q[3], q[4], q[5], q[6]);
+    const Quaternion to = from.slerp(part.progress, pointer.q_WL).normalized();
+    const Vector3 p_WL = p_before + part.progress * (pointer.p_WL - p_before);
+    const Vector3 p_LC = tree.model->link(0).p_LO;
+    hands.moved[i] = {vectorFromRotation(to * from.conjugate()), p_WL - p_before};
+    state.energy.external -= 0.5 * power(pointer.F_last_W, hands.moved[i]);
+    const Vector3 p_WC = p_WL + to * p_LC;
+    const Vector3 v_WC = pointer.V_WL.linear + pointer.V_WL.angular.cross(to * p_LC);
+    const double pose[7] = {p_WC.x(), p_WC.y(), p_WC.z(), to.w(), to.x(), to.y(), to.z()};
+    std::copy_n(pose, 7, q);
+    std::copy_n(pointer.V_WL.angular.data(), 3, v);
+    std::copy_n(v_WC.data(), 3, v + 3);
+    placeTree(tree, state, placement);
+  }
+}
+
+Wrench couplingForce(const PointerCoupling& c, const Vector3& p_WT, const Quaternion& q_WT, const Twist& V_WT,
+                     const LinkWork& link) noexcept {
+  const Twist V = link.twistAtOrigin();
+  const Vector3 turn = vectorFromRotation(q_WT * Quaternion(link.X_WL.R).conjugate());
+  return {c.rotational_stiffness * turn + c.rotational_damping * (V_WT.angular - V.angular),
+          c.stiffness * (p_WT - link.X_WL.p) + c.damping * (V_WT.linear - V.linear)};
+}
+
+void pullCoupled(const Model& model, const StepPart& part, bool advances, State& state, HandWork& hands,
+                 Placement& placement) noexcept {
+  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
+    const PointerState& pointer = state.pointers[i];
+    if (!pointer.targeted || model.holds(static_cast<int>(i)) ||
+        state.mode[model.links[pointer.link].articulation] == TreeMode::kImplicit) {
+      continue;
+    }
+    LinkWork& link = placement.link[pointer.link];
+    const Wrench F_W = couplingForce(hands.coupling[i], pointer.p_WL, pointer.q_WL, pointer.V_WL, link);
+    link.addWrench(F_W, link.X_WL.p);
+    if (!advances) continue;
+    state.energy.external += part.h * power(F_W, link.twistAtOrigin());
+    hands.wrench[i] += -(F_W * part.share);
+  }
+}
+
+void collectHeld(const Model& model, const StepPart& part, State& state, HandWork& hands,
+                 const Placement& placement) noexcept {
+  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
+    if (!model.holds(static_cast<int>(i))) continue;
+    PointerState& pointer = state.pointers[i];
+    const LinkWork& link = placement.link[pointer.link];
+    const Wrench F_W = link.F_ext.shifted(link.X_WL.p - link.p_WO);
+    state.energy.external -= 0.5 * power(F_W, hands.moved[i]);
+    pointer.F_last_W = F_W;
+    hands.wrench[i] += F_W * part.share;
+  }
+}
+
+void reportToHands(const Model& model, bool finite, const HandWork& hands, State& state) noexcept {
+  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
+    state.pointers[i].F_W = finite ? hands.wrench[i] * (1.0 / model.settings.substeps) : Wrench{};
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,64 @@
+/// Hands in the world: targets, links whose motion a hand prescribes, spring-dampers that pull at links, grabbing.
+///
+/// Direct coupling (the seeds'): the link goes where the hand is, and the contact wrench on it goes to the hand. Virtual
+/// coupling: a spring-damper from the hand's target to the link, whose opposite goes to the hand.
+#pragma once
+#include <vector>
+
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/placement.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/step_parts.h"
+
+namespace haptic {
+
+struct HandWork {
+  // Follow from tuning and from which links are held: refreshed by `refreshHands`, at load, grab, tune and restore.
+  std::vector<int> held_by;                   ///< by world link: pointer that prescribes its motion; -1: none
+  std::vector<PointerCoupling> coupling;      ///< by pointer, with nothing left to derive
+  std::vector<const ModelTree*> free_movers;  ///< free bodies that no hand holds
+  std::vector<const ModelTree*> jointed_movers;  ///< other trees that move by themselves
+
+  // Of one step.
+  std::vector<Twist> moved;     ///< by pointer: displacement of a held link in this part [rad], [m]
+  std::vector<Wrench> wrench;   ///< by pointer: of the world on the hand, summed over the parts by their shares
+
+  explicit HandWork(const Model& model);
+  bool movesByItself(const ModelTree& tree) const noexcept {
+    return !tree.model->isStatic() && held_by[tree.link] < 0;
+  }
+};
+
+void refreshHands(const Model& model, const State& state, HandWork& hands) noexcept;
+
+/// (in realtime) A link that moves and is not held by another; for direct coupling a free body.
+bool canGrab(const Model& model, const HandWork& hands, int pointer, int link) noexcept;
+/// (in realtime) Makes another link the pointer, its target where the link is; the caller has asked `canGrab`.
+void grab(const Model& model, const Placement& placement, int pointer, int link, State& state, HandWork& hands) noexcept;
+/// Throws SetupError that says why the link cannot be grabbed; nothing where it can.
+void checkGrab(const Model& model, const HandWork& hands, int pointer, int link);
+
+/// (in realtime) Where the hand wants the link at the end of the next step. Numbers that are not finite are ignored.
+void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept;
+
+/// (in realtime) Held links go the part's share of the way to their targets. Half of the work by the trapezoidal rule;
+/// `collectHeld` adds the other half.
+void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept;
+
+/// (in realtime) Wrench of a virtual coupling on its link, about the origin of the link's frame, in W; T: the target.
+Wrench couplingForce(const PointerCoupling& coupling, const Vector3& p_WT, const Quaternion& q_WT, const Twist& V_WT,
+                     const LinkWork& link) noexcept;
+
+/// (in realtime) Virtual couplings of explicitly stepped trees pull at their links. With `advances` false, the force of the
+/// moment alone: nothing is booked, nothing goes to the hand.
+void pullCoupled(const Model& model, const StepPart& part, bool advances, State& state, HandWork& hands,
+                 Placement& placement) noexcept;
+
+/// (in realtime) What touches a held link goes to its hand.
+void collectHeld(const Model& model, const StepPart& part, State& state, HandWork& hands,
+                 const Placement& placement) noexcept;
+
+/// (in realtime) The mean wrench over the step on each hand; zero when the world has stopped.
+void reportToHands(const Model& model, bool finite, const HandWork& hands, State& state) noexcept;
+
+}  // namespace haptic

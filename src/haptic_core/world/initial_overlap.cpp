@@ -1,0 +1,61 @@
+#include "haptic_core/world/initial_overlap.h"
+
+#include <algorithm>
+#include <string>
+
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+namespace {
+
+/// Static bodies may be sunk into one another by this share of the thinner one's width [1]: floors are often modelled so.
+constexpr double kStaticOverlap = 0.1;
+
+bool apart(const ConvexPolyhedron::Box& a, const ConvexPolyhedron::Box& b) {
+  return (a.upper.array() < b.lower.array()).any() || (b.upper.array() < a.lower.array()).any();
+}
+
+}  // namespace
+
+void refuseStaticOverlaps(const Model& model, Work& work) {
+  const int n = static_cast<int>(model.shapes.size());
+  for (int a = 0; a < n; ++a) {
+    const ModelShape& A = model.shapes[a];
+    if (model.links[A.link].moves) continue;
+    for (int b = a + 1; b < n; ++b) {
+      const ModelShape& B = model.shapes[b];
+      if (model.links[B.link].moves || model.treeOf(a) == model.treeOf(b) ||
+          apart(work.placement.box[a], work.placement.box[b])) {
+        continue;
+      }
+      ContactVolume volume;
+      PairCache cache;
+      contactVolume(*A.shape, *B.shape, relativePose(work.placement.X_WS[a], work.placement.X_WS[b]), cache,
+                    work.contacts.workspace, volume);
+      const double allowed = kStaticOverlap * std::min(A.width, B.width);
+      if (volume.status != ContactVolume::Status::kOverlap || volume.depth <= allowed) continue;
+      throw SetupError(model.links[A.link].name,
+                       "and " + model.links[B.link].name + " are fixed and overlap by " +
+                           std::to_string(1e3 * volume.depth) + " mm: nothing could push them apart",
+                       "move one of them, or make them one body");
+    }
+  }
+}
+
+void findBuried(const Model& model, State& state, Work& work) {
+  if (model.possible_pairs == 0) return;
+  StepReport ignored;
+  findPairs(model, 0, work.placement, state, work.search, ignored);
+  for (int i = 0; i < state.pair_count; ++i) {
+    ActivePair& pair = state.pairs[i];
+    const int a = pair.shapeA(), b = pair.shapeB();
+    ContactVolume volume;
+    PairCache cache;
+    contactVolume(*model.shapes[a].shape, *model.shapes[b].shape,
+                  relativePose(work.placement.X_WS[a], work.placement.X_WS[b]), cache, work.contacts.workspace, volume,
+                  model.settings.normal_rule);
+    pair.buried = volume.status == ContactVolume::Status::kOverlap && volume.depth > model.buriedDepth(a, b, volume.A0);
+  }
+}
+
+}  // namespace haptic

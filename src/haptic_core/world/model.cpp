@@ -1,0 +1,328 @@
+#include "haptic_core/world/model.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <sstream>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/dynamics/kinematics.h"
+#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/internal_faces.h"
+#include "haptic_core/geometry/point_contact.h"
+#include "haptic_core/geometry/time_of_impact.h"
+#include "haptic_core/world/step_parts.h"
+
+namespace haptic {
+namespace {
+
+std::uint64_t pairKey(int a, int b) {
+  return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
+}
+
+/// Pairs of boxes that may overlap at once. Beyond about 32 neighbours per shape a scene is a pile of shapes
+/// inside one another; what does not fit is flagged and dropped, nearest keys first kept.
+constexpr int kNeighboursPerShape = 32;
+
+/// Up to this many possible pairs per shape, testing each of them costs fewer instructions than sorting the boxes and
+/// ordering what the sweep finds (10 a pair against about 100 a box). Beyond, the list would grow like N².
+constexpr int kListedPairsPerShape = 8;
+
+/// A pair that starts deeper than this share of the thinner shape's width is not at rest under its weight.
+constexpr double kBuried = 0.01;
+/// Speeds of recovery are those of falls; without gravity, of falls in a thousandth of the earth's [m/s²].
+constexpr double kLeastGravity = 0.01;
+
+bool sameMaterial(const ContactMaterial& a, const ContactMaterial& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+std::string number(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+}  // namespace
+
+Model::Model(const WorldDef& def) : name(def.name), settings(def.settings), pointers(def.pointers) {
+  checkSettings();
+  addTrees(def);
+  addLoops(def);
+  addMaterials(def);
+  addFilters(def);
+  checkPointers(def);
+  drive_paths = drivePaths(def, *this);
+  for (const PointerDef& pointer : pointers) tuning.coupling.push_back(pointer.coupling);
+  findInternalFaces();
+  countPairs();
+  chooseVisits();
+  limitMotions();
+}
+
+void Model::checkPointers(const WorldDef& def) const {
+  for (const PointerDef& p : def.pointers) {
+    if (p.articulation < 0 || p.articulation >= static_cast<int>(def.articulations.size()) || p.link < 0 ||
+        p.link >= static_cast<int>(def.articulations[p.articulation].links.size())) {
+      throw SetupError(def.name, "pointer of device " + p.device + " names a link that does not exist",
+                       "name one of the scene's links");
+    }
+  }
+}
+
+void Model::checkSettings() const {
+  const WorldSettings& s = settings;
+  if (!(s.step > 0 && s.step <= 0.1)) {
+    throw SetupError(name, "step is " + number(s.step) + " s", "give a step > 0 and <= 0.1 s");
+  }
+  if (s.history_steps < 0 || s.history_steps > 100000) {
+    throw SetupError(name, "history_steps is " + std::to_string(s.history_steps), "give 0 to 100000");
+  }
+  if (s.substeps < 1) throw SetupError(name, "substeps is " + std::to_string(s.substeps), "give at least 1");
+  const bool explicit_step =
+      s.integrator == Integrator::kSymplecticEuler || s.integrator == Integrator::kVelocityVerlet;
+  if (s.contact_model == ContactModel::kPoint && !explicit_step) {
+    throw SetupError(name, "contact model point goes with explicit steps only",
+                     "choose symplectic_euler or velocity_verlet, or contact model volume");
+  }
+  if (!s.gravity.allFinite()) throw SetupError(name, "gravity is not finite", "give three numbers in m/s^2");
+  check(s.default_material, name + ", default material");
+}
+
+void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
+  const ModelTree& tree = trees.back();
+  const LinkModel& model = tree.model->link(local);
+  ModelLink entry;
+  entry.name = link.name;
+  entry.articulation = static_cast<int>(trees.size()) - 1;
+  entry.local = local;
+  entry.mass = link.inertia.mass;
+  entry.least_inertia = Eigen::SelfAdjointEigenSolver<Matrix3>(link.inertia.I_C).eigenvalues()[0];
+  for (const CollisionDef& collision : link.collisions) {
+    if (!collision.shape) continue;
+    const Vector3 centre = collision.X_LS * collision.shape->centre() - link.inertia.p_LC;
+    entry.size = std::max(entry.size, centre.norm() + collision.shape->boundingRadius());
+  }
+  if (entry.size == 0) entry.size = 1;
+  entry.moves = model.dof > 0 || (model.parent >= 0 && links[tree.link + model.parent].moves);
+  has_joints |= model.dof > 0 && model.type != JointType::kFloating;
+  for (const CollisionDef& collision : link.collisions) {
+    const std::string where = world.name + ", link " + link.name;
+    if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a convex polyhedron");
+    check(collision.material, where);
+    ModelShape shape;
+    shape.owner = collision.shape;
+    shape.shape = collision.shape.get();
+    shape.link = static_cast<int>(links.size());
+    shape.X_LS = collision.X_LS;
+    shape.point_area = pointArea(*collision.shape);
+    shape.width = leastWidth(*collision.shape);
+    shape.name = collision.name.empty() ? link.name : collision.name;
+    const auto found = std::find_if(materials_.begin(), materials_.end(),
+                                    [&](const ContactMaterial& m) { return sameMaterial(m, collision.material); });
+    shape.material = static_cast<int>(found - materials_.begin());
+    if (found == materials_.end()) materials_.push_back(collision.material);
+    shapes.push_back(std::move(shape));
+  }
+  links.push_back(std::move(entry));
+}
+
+void Model::addMaterials(const WorldDef& def) {
+  const int n = static_cast<int>(materials_.size());
+  laws_.resize(static_cast<std::size_t>(n) * n);
+  for (int a = 0; a < n; ++a) {
+    for (int b = 0; b < n; ++b) {
+      PairLaw& law = laws_[static_cast<std::size_t>(a) * n + b];
+      law.material = combine(materials_[a], materials_[b], def.settings.default_material);
+      law.pressure = def.settings.pressure_law;
+      law.torsion = def.settings.torsional_friction;
+      has_friction |= law.material.mu_static > 0;
+    }
+  }
+  defined_laws_ = laws_;
+}
+
+void Model::tune(const WorldTuning& wanted) {
+  tuning = wanted;
+  const double stiffness = tuning.stiffness_scale, friction = tuning.friction_scale;
+  for (std::size_t i = 0; i < laws_.size(); ++i) {
+    const ContactMaterial& defined = defined_laws_[i].material;
+    ContactMaterial& material = laws_[i].material;
+    material.stiffness = stiffness * defined.stiffness;
+    material.tangential_stiffness = stiffness * defined.tangential_stiffness;
+    material.mu_static = friction * defined.mu_static;
+    material.mu_dynamic = friction * defined.mu_dynamic;
+  }
+}
+
+void Model::addFilters(const WorldDef& def) {
+  for (const CollisionFilter& f : def.filters) {
+    excluded_.push_back(pairKey(link(f.articulation_a, f.link_a), link(f.articulation_b, f.link_b)));
+  }
+  for (const ModelTree& tree : trees) {
+    for (int i = 0; i < tree.model->linkCount(); ++i) {
+      const int parent = tree.model->link(i).parent;
+      if (parent >= 0) excluded_.push_back(pairKey(tree.link + parent, tree.link + i));
+    }
+  }
+  std::sort(excluded_.begin(), excluded_.end());
+  excluded_.erase(std::unique(excluded_.begin(), excluded_.end()), excluded_.end());
+}
+
+bool Model::mayCollide(int a, int b) const {
+  const int la = shapes[a].link, lb = shapes[b].link;
+  if (la == lb || !(links[la].moves || links[lb].moves)) return false;
+  return !std::binary_search(excluded_.begin(), excluded_.end(), pairKey(la, lb));
+}
+
+/// Pieces of one link touch one another, and so do bodies that never move: a floor of several boxes is one body.
+void Model::findInternalFaces() {
+  std::vector<std::vector<int>> groups(links.size() + 1);  // the last: all that never moves
+  std::vector<LinkWork> work(links.size());
+  for (const ModelTree& tree : trees) {
+    forwardKinematics(*tree.model, q_start.data() + tree.q, v_start.data() + tree.v, work.data() + tree.link);
+  }
+  const auto fixed = [this](const ModelShape& s) { return !links[s.link].moves; };
+  for (std::size_t s = 0; s < shapes.size(); ++s) {
+    groups[fixed(shapes[s]) ? links.size() : shapes[s].link].push_back(static_cast<int>(s));
+  }
+  for (const std::vector<int>& group : groups) {
+    if (group.size() < 2) continue;
+    std::vector<PlacedPiece> pieces;
+    for (int s : group) {
+      const ModelShape& shape = shapes[s];
+      pieces.push_back({shape.shape, fixed(shape) ? work[shape.link].X_WL * shape.X_LS : shape.X_LS});
+    }
+    InternalFaces internal = internalFaces(pieces);
+    for (std::size_t i = 0; i < group.size(); ++i) shapes[group[i]].hidden = std::move(internal.hidden[i]);
+    for (const auto& pair : internal.neighbours) neighbours_.push_back(pairKey(group[pair.first], group[pair.second]));
+  }
+  std::sort(neighbours_.begin(), neighbours_.end());
+}
+
+bool Model::areNeighbours(int a, int b) const {
+  return std::binary_search(neighbours_.begin(), neighbours_.end(), pairKey(a, b));
+}
+
+void Model::countPairs() {
+  const int n = static_cast<int>(shapes.size());
+  for (int a = 0; a < n; ++a) {
+    for (int b = a + 1; b < n; ++b) possible_pairs += mayCollide(a, b);
+  }
+  has_contacts = possible_pairs > 0;
+  pair_capacity = static_cast<int>(std::min<long>(possible_pairs, 64L + static_cast<long>(n) * kNeighboursPerShape));
+}
+
+void Model::chooseVisits() {
+  const bool all = !settings.leave_out;
+  for (int t = 0; t < static_cast<int>(trees.size()); ++t) {
+    if (all || !trees[t].model->isStatic()) updated_trees.push_back(t);
+  }
+  const int n = static_cast<int>(shapes.size());
+  searches_pairs = all || has_contacts;
+  for (int s = 0; s < n; ++s) {
+    if (all || (has_contacts && links[shapes[s].link].moves)) updated_shapes.push_back(s);
+  }
+  if (all || possible_pairs > static_cast<long>(kListedPairsPerShape) * n) return;
+  for (int a = 0; a < n; ++a) {
+    for (int b = a + 1; b < n; ++b) {
+      if (mayCollide(a, b)) listed_pairs.emplace_back(a, b);
+    }
+  }
+}
+
+void Model::limitMotions() {
+  least_width.assign(links.size(), std::numeric_limits<double>::infinity());
+  const int n = static_cast<int>(shapes.size());
+  for (int a = 0; a < n; ++a) {
+    for (int b = a + 1; b < n; ++b) {
+      if (!mayCollide(a, b)) continue;
+      const double width = std::min(shapes[a].width, shapes[b].width);
+      for (int s : {a, b}) least_width[shapes[s].link] = std::min(least_width[shapes[s].link], width);
+    }
+  }
+  for (int l = 0; l < static_cast<int>(links.size()); ++l) {
+    if (!links[l].moves || std::isinf(least_width[l])) continue;
+    const double way = kShareOfWidth * least_width[l];
+    // A lever so long that a turn of kMostTurn alone is too much.
+    const double lever = std::max(links[l].size, way / (std::sqrt(2.0) * kMostTurn));
+    motion_limits.push_back({l, way * way, lever * lever});
+  }
+}
+
+void Model::reserve(ContactWorkspace& workspace) const {
+  const ConvexPolyhedron* finest = nullptr;  // with it, every shape has seen its largest partner
+  for (const ModelShape& shape : shapes) {
+    if (!finest || shape.shape->faceCount() > finest->faceCount()) finest = shape.shape;
+  }
+  for (const ModelShape& shape : shapes) workspace.reserve(*shape.shape, *finest);
+}
+
+PairLaw Model::law(int a, int b, bool a_held, bool b_held) const {
+  PairLaw law = laws_[static_cast<std::size_t>(shapes[a].material) * materials_.size() + shapes[b].material];
+  const auto mass = [this](int shape, bool held) {
+    const ModelLink& link = links[shapes[shape].link];
+    return held || !link.moves ? std::numeric_limits<double>::infinity() : link.mass;
+  };
+  const double ma = mass(a, a_held), mb = mass(b, b_held);
+  // Two bodies that nothing moves (a hand's pointer on a fixed wall) have no mass of their own: one kilogram
+  // makes their tangential damper finite.
+  law.reduced_mass = std::isinf(ma) && std::isinf(mb) ? 1.0 : 1 / (1 / ma + 1 / mb);
+  return law;
+}
+
+double Model::buriedDepth(int a, int b, double area) const {
+  double weight = 0;
+  for (const ModelLink& link : links) weight += link.moves ? link.mass * settings.gravity.norm() : 0;
+  const double carries = area > 0 ? weight / (law(a, b, false, false).material.stiffness * area) : 0;
+  return std::max(kBuried * std::min(shapes[a].width, shapes[b].width), carries);
+}
+
+/// Hunt–Crossley with c = 1/sqrt(g · width): what was pressed in leaves no faster than after a fall of half its width. The
+/// pressure grows no more beyond the depth at which the pair counts as buried, so that a step that holds the contact at
+/// rest pushes it out as well.
+PairLaw Model::recoveryLaw(const PairLaw& law, int a, int b, const ContactVolume& volume) const {
+  PairLaw recovery = law;
+  const double width = std::min(shapes[a].width, shapes[b].width);
+  const double c = 1 / std::sqrt(std::max(settings.gravity.norm(), kLeastGravity) * width);
+  recovery.material.dissipation =
+      law.pressure == PressureLaw::kHuntCrossley ? std::max(law.material.dissipation, c) : c;
+  recovery.pressure = PressureLaw::kHuntCrossley;
+  const double share = std::min(1.0, buriedDepth(a, b, volume.A0) / volume.depth);
+  recovery.material.stiffness *= share;
+  recovery.material.tangential_stiffness *= share;
+  return recovery;
+}
+
+std::string Model::text() const {
+  std::ostringstream out;
+  const long all = static_cast<long>(shapes.size()) * (static_cast<long>(shapes.size()) - 1) / 2;
+  out << "plan of " << name << "\n  " << links.size() << " links in " << trees.size() << " trees, " << nv
+      << " degrees of freedom, " << shapes.size() << " convex shapes\n  step " << settings.step * 1e3 << " ms, "
+      << settings.substeps << " substep(s)\n  pairs: " << possible_pairs << " of " << all
+      << " can touch; the others are fixed both, on one link, neighbours or filtered\n";
+  const auto stage = [&](bool present, const std::string& name, const std::string& reason) {
+    out << "  " << (present ? "runs     " : "left out ") << name << (present ? "" : ": ") << (present ? "" : reason)
+        << "\n";
+  };
+  stage(has_contacts, "contact", "nothing can touch");
+  stage(has_friction && has_contacts, "friction and its memory", "every pair is frictionless");
+  stage(has_joints, "articulated pass", "no joints: free and fixed bodies only");
+  stage(commands > 0, "joint limits, damping, friction, drives, mimics, loops", "no joint has any");
+  stage(!pointers.empty(), "pointer coupling", "no pointer");
+  stage(settings.energy_ledger, "energy ledger", "switched off");
+  if (!settings.leave_out) {
+    out << "  the general pipeline: every stage visits everything\n";
+    return out.str();
+  }
+  const std::size_t still = trees.size() - updated_trees.size(), placed = shapes.size() - updated_shapes.size();
+  if (still > 0) stage(false, "kinematics of " + std::to_string(still) + " trees", "fixed, computed once");
+  if (placed > 0) stage(false, "poses and boxes of " + std::to_string(placed) + " shapes", "fixed, computed once");
+  stage(!has_contacts || listed_pairs.empty(), "sorting of boxes",
+        std::to_string(listed_pairs.size()) + " possible pairs are tested one by one");
+  return out.str();
+}
+
+}  // namespace haptic

@@ -1,0 +1,156 @@
+/// The world compiled from its definition: what can ever happen, and so what every step has to do. Constant while a step
+/// runs; `tuning` changes between two steps.
+#pragma once
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "haptic_core/contact/friction.h"
+#include "haptic_core/dynamics/articulation.h"
+#include "haptic_core/dynamics/ring.h"
+#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/world/definition.h"
+#include "haptic_core/world/drive_paths.h"
+#include "haptic_core/world/tuning.h"
+
+namespace haptic {
+
+struct ModelLink {
+  std::string name;
+  int articulation = 0, local = 0;  ///< which of `trees`, and which link in it
+  double mass = 0;                  ///< [kg]
+  double least_inertia = 0;         ///< smallest principal one about the centre of mass [kg·m²]
+  double size = 0;                  ///< reach of its shapes from the centre of mass [m]; 1 m without shapes
+  bool moves = false;               ///< has a degree of freedom of its own or of an ancestor
+};
+
+struct ModelShape {
+  const ConvexPolyhedron* shape = nullptr;
+  std::shared_ptr<const ConvexPolyhedron> owner;
+  int link = 0;                     ///< world link index
+  int material = 0;                 ///< index into the distinct materials
+  Pose X_LS;
+  double width = 0;                 ///< least width of the shape [m]
+  std::string name;
+  std::vector<std::uint64_t> hidden;  ///< bits of the faces on which pieces of the same body lie; empty: none
+  double point_area = 0;            ///< of the point model [m²]
+};
+
+/// One articulation of the definition, or several that loops hold together: one model of several roots.
+struct ModelTree {
+  std::unique_ptr<Articulation> model;
+  int q = 0, v = 0, link = 0;       ///< first index of the tree in the world's q, v and links
+  int command = 0;                  ///< first of its joints' commands, one per link; none unless `has_laws`
+  bool has_laws = false;            ///< joints do something by themselves, or loops close: TreeMotion moves it
+  std::vector<RingDef> rings;       ///< its loops
+};
+
+/// A joint of one degree of freedom.
+struct ModelJoint {
+  std::string name;
+  int link = 0;                     ///< world link that hangs on it
+  int q = 0, v = 0;                 ///< its degree in the world's q, v
+  bool driven = false;              ///< obeys commands
+};
+
+/// A link that moves, and what it may do in a step before contacts have to be looked at within it (step_parts.h).
+struct MotionLimit {
+  int link = 0;
+  double way2 = 0, lever2 = 0;      ///< squares: way that needs no sweep, lever that turns count with [m²]
+};
+
+class Model {
+ public:
+  /// Checks the definition and compiles it. Throws SetupError that names link, parameter and value.
+  explicit Model(const WorldDef& def);
+
+  /// Whether shapes a < b are ever tested: on different links, not both fixed, not neighbours, not filtered.
+  bool mayCollide(int a, int b) const;
+  /// Law of a pair of shapes; the reduced mass is the pair's, infinite masses for fixed and hand-moved links.
+  PairLaw law(int a, int b, bool a_held, bool b_held) const;
+  /// Between two steps: checked against the couplings' loads by the caller. No allocation.
+  void tune(const WorldTuning& tuning);
+
+  /// Faces of two shapes that are no surface of their bodies.
+  HiddenFaces hidden(int a, int b) const {
+    const auto bits = [this](int s) { return shapes[s].hidden.empty() ? nullptr : shapes[s].hidden.data(); };
+    return {bits(a), bits(b)};
+  }
+  /// Whether two shapes of one body share a face.
+  bool areNeighbours(int a, int b) const;
+
+  /// Depth from which a pair that overlaps at the start counts as buried, and how it is then pushed out [m].
+  /// `area` [m²] of the patch: at a depth that carries all that moves nothing is buried.
+  double buriedDepth(int a, int b, double area) const;
+  PairLaw recoveryLaw(const PairLaw& law, int a, int b, const ContactVolume& volume) const;
+
+  /// Makes room for every pair of the shapes.
+  void reserve(ContactWorkspace& workspace) const;
+
+  /// World link of a link of the definition.
+  int link(int articulation, int local) const { return first_link_[articulation] + local; }
+
+  int treeOf(int shape) const { return links[shapes[shape].link].articulation; }
+  int indexOf(const ModelTree& tree) const { return static_cast<int>(&tree - trees.data()); }
+  /// One body on a floating joint, with nothing but inertia, gravity and wrenches.
+  bool isFree(const ModelTree& tree) const { return tree.model->isFreeBody() && !tree.has_laws; }
+  /// The hand prescribes the motion of the pointer's link (direct coupling).
+  bool holds(int pointer) const { return tuning.coupling[pointer].mode == PointerCoupling::Mode::kDirect; }
+  /// Link that the scene gives the pointer.
+  int pointerHome(int pointer) const { return link(pointers[pointer].articulation, pointers[pointer].link); }
+  CouplingLoad loadOf(int link) const { return {links[link].mass, links[link].least_inertia}; }
+  /// Length of a substep [s].
+  double substep() const { return settings.step / settings.substeps; }
+
+  std::string text() const;         ///< for people: sizes, stages, what was left out and why
+
+  std::string name;
+  WorldSettings settings;
+  std::vector<PointerDef> pointers;
+  WorldTuning tuning;
+
+  std::vector<ModelTree> trees;
+  std::vector<ModelLink> links;
+  std::vector<ModelShape> shapes;
+  std::vector<ModelJoint> joints;
+  std::vector<double> q_start, v_start;  ///< initial state
+  int nq = 0, nv = 0, commands = 0;
+  int pair_capacity = 0;            ///< pairs of overlapping boxes that a step can hold
+  long possible_pairs = 0;          ///< pairs that may ever touch; the others are never tested
+  std::vector<DrivePath> drive_paths;
+  std::vector<double> least_width;  ///< by link: of its shapes and all that they may meet [m]; infinite: meets nothing
+  std::vector<MotionLimit> motion_limits;  ///< of the links that move and may meet something
+  bool has_contacts = false, has_joints = false, has_friction = false;
+
+  // What a step visits. In the general pipeline (`WorldSettings::leave_out` false) everything; else what can change.
+  std::vector<int> updated_trees;   ///< kinematics is computed every step: all but the fixed ones
+  std::vector<int> updated_shapes;  ///< pose and box are computed every step: on links that move
+  bool searches_pairs = true;       ///< false: nothing can ever touch
+  /// A few pairs are tested box against box, in the order of their keys, without sorting anything; empty: sweep.
+  std::vector<std::pair<int, int>> listed_pairs;
+
+ private:
+  void addTrees(const WorldDef& def);
+  void addTree(const WorldDef& world, const std::vector<int>& articulations);
+  void addLink(const LinkDef& link, int local, const WorldDef& world);
+  void addJoints(const ModelTree& tree);
+  void addLoops(const WorldDef& def);
+  void checkPointers(const WorldDef& def) const;
+  void addMaterials(const WorldDef& def);
+  void addFilters(const WorldDef& def);
+  void findInternalFaces();
+  void countPairs();
+  void chooseVisits();
+  void limitMotions();
+  void checkSettings() const;
+
+  std::vector<ContactMaterial> materials_;
+  std::vector<PairLaw> defined_laws_;         ///< by material index a·n + b
+  std::vector<PairLaw> laws_;                 ///< the same, scaled
+  std::vector<std::uint64_t> excluded_;       ///< link pairs, sorted
+  std::vector<std::uint64_t> neighbours_;     ///< shape pairs, sorted
+  std::vector<int> first_link_;               ///< by articulation of the definition
+};
+
+}  // namespace haptic

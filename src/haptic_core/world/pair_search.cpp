@@ -1,0 +1,81 @@
+#include "haptic_core/world/pair_search.h"
+
+#include <utility>
+
+namespace haptic {
+namespace {
+
+/// The sweep knows which pairs to leave out; in the general step it finds them all, and findPairs drops them.
+BroadPhase makeBroadPhase(const Model& model) {
+  const int n = static_cast<int>(model.shapes.size());
+  const bool leave_out = model.settings.leave_out;
+  std::vector<std::pair<int, int>> never;
+  for (int a = 0; leave_out && a < n; ++a) {
+    for (int b = a + 1; b < n; ++b) {
+      if (!model.mayCollide(a, b)) never.emplace_back(a, b);
+    }
+  }
+  return BroadPhase(n, never, leave_out ? model.pair_capacity : 0);
+}
+
+/// How far an implicitly stepped shape may come in h [m]: twice the way at today's speed and gravity. What a collision
+/// adds to the speed is within it.
+double margin(const Model& model, const State& state, const Placement& placement, int shape, double h) {
+  const int l = model.shapes[shape].link;
+  const ModelLink& link = model.links[l];
+  if (!(h > 0) || !link.moves || state.mode[link.articulation] != TreeMode::kImplicit) return 0;
+  const LinkWork& work = placement.link[l];
+  return 2 * h * (work.velocity.norm() + work.omega.norm() * link.size + h * model.settings.gravity.norm());
+}
+
+/// Fills the state's pairs in the order of their keys.
+class PairList {
+ public:
+  PairList(State& state, SearchWork& search) : state_(state), previous_(search.previous), count_before_(state.pair_count) {
+    std::swap(search.previous, state.pairs);
+    state.pair_count = 0;
+  }
+  /// False: there is no room.
+  bool add(int a, int b) noexcept {
+    const std::uint64_t key = ActivePair::keyOf(a, b);
+    while (before_ < count_before_ && previous_[before_].key < key) ++before_;
+    if (state_.pair_count == static_cast<int>(state_.pairs.size())) return false;
+    ActivePair& pair = state_.pairs[state_.pair_count++];
+    pair = before_ < count_before_ && previous_[before_].key == key ? previous_[before_] : ActivePair{};
+    pair.key = key;
+    return true;
+  }
+
+ private:
+  State& state_;
+  const std::vector<ActivePair>& previous_;
+  int before_ = 0, count_before_;
+};
+
+}  // namespace
+
+SearchWork::SearchWork(const Model& model) : boxes(makeBroadPhase(model)), previous(model.pair_capacity) {}
+
+void findPairs(const Model& model, double h, Placement& placement, State& state, SearchWork& search,
+               StepReport& report) noexcept {
+  if (!model.searches_pairs) return;
+  for (const int s : model.updated_shapes) placeShape(model, s, margin(model, state, placement, s, h), placement);
+  PairList pairs(state, search);
+  bool complete = true;
+  if (!model.listed_pairs.empty()) {
+    for (const auto& [a, b] : model.listed_pairs) {
+      const ConvexPolyhedron::Box &A = placement.box[a], &B = placement.box[b];
+      if ((A.lower.array() <= B.upper.array()).all() && (B.lower.array() <= A.upper.array()).all()) {
+        complete &= pairs.add(a, b);
+      }
+    }
+  } else {
+    complete &= search.boxes.update(placement.box.data());
+    for (const BroadPhase::Pair& found : search.boxes.pairs()) {
+      if (model.settings.leave_out || model.mayCollide(found.a, found.b)) complete &= pairs.add(found.a, found.b);
+    }
+  }
+  if (!complete) report.flags |= kPairsDropped;
+}
+
+}  // namespace haptic

@@ -1,0 +1,26 @@
+/// Which shapes may touch: boxes, sorted out by a sweep or compared one by one.
+#pragma once
+#include <vector>
+
+#include "haptic_core/geometry/broad_phase.h"
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/placement.h"
+#include "haptic_core/world/report.h"
+#include "haptic_core/world/state.h"
+
+namespace haptic {
+
+struct SearchWork {
+  BroadPhase boxes;                   ///< keeps the order of the boxes from call to call
+  std::vector<ActivePair> previous;   ///< pairs of the last search
+
+  explicit SearchWork(const Model& model);
+};
+
+/// (in realtime) Poses and boxes of the shapes, then the pairs whose boxes overlap, in the order of their keys; what a
+/// pair remembers comes along from the last search. With h > 0 boxes of implicitly stepped trees, which have yet to move,
+/// are widened by how far they may come in that time [s]. Sets kPairsDropped when there are more than the state has room for.
+void findPairs(const Model& model, double h, Placement& placement, State& state, SearchWork& search,
+               StepReport& report) noexcept;
+
+}  // namespace haptic

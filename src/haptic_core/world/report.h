@@ -1,0 +1,90 @@
+/// What a step gives out.
+#pragma once
+#include <cstdint>
+
+#include "haptic_core/base/spatial.h"
+#include "haptic_core/geometry/contact_volume.h"
+#include "haptic_core/geometry/loaded_vector.h"
+#include "haptic_core/world/stage_clock.h"
+
+namespace haptic {
+
+/// Bits of StepReport::flags.
+enum StepFlag : unsigned {
+  kPairsDropped = 1u << 0,        ///< more overlapping boxes than the model has room for: raise kNeighboursPerShape
+  kContactsIncomplete = 1u << 1,  ///< a contact volume dropped faces; it still pushes
+  kNormalRemembered = 1u << 2,    ///< a contact without area vector used its last normal
+  kNotConverged = 1u << 3,        ///< the implicit solve ended at `residual`: shorten the step
+  kPressureClipped = 1u << 4,     ///< somewhere a damper would have pulled; the pressure was held at 0 there
+  kJointsNotConverged = 1u << 5,  ///< some joint's force is not what its law says: shorten the step
+  kDamperLimited = 1u << 6,       ///< a damper was weakened to what the explicit step can take (damper_limit.h)
+  kTooFast = 1u << 7,             ///< a body moved farther than shapes are thick between two looks at its contacts
+};
+
+/// One touching pair of links, as the last step left it. Wrench on B, about P, in W.
+struct ContactReport {
+  int link_a = -1, link_b = -1;           ///< world link indices
+  Pose X_WP;                              ///< patch frame: centroid, z = normal from A to B
+  Wrench F_BP_W;                          ///< [N·m], [N]
+  double normal_force = 0;                ///< [N]
+  double volume = 0, area = 0, depth = 0; ///< [m³], [m²], [m]
+  bool sticking = false;
+  unsigned flags = 0;                     ///< of the ContactVolume
+  int shape_a = -1, shape_b = -1;         ///< the plan's shape indices
+  double event = 1;                       ///< share of the step after which it touched, slid or stuck; 1: none of them
+};
+
+/// Where the energy of a world is and went [J]: the first four now, the others as sums since the start.
+struct EnergyLedger {
+  double kinetic = 0, potential = 0;
+  double elastic = 0;                     ///< Σ ½ k ∫d² dA
+  double tangential = 0;                  ///< in the friction springs
+  double damping = 0, friction = 0;       ///< dissipated in contacts and joints (limits: friction), ≥ 0
+  double turning = 0;                     ///< taken out by k·Vol·n beyond what ½ k ∫d² dA gained: n turned
+  double external = 0;                    ///< work done on the world by hands and by the joints' drives
+  double total() const { return kinetic + potential + elastic + tangential; }
+  /// Constant up to the step's error.
+  double balance() const { return total() + damping + friction + turning - external; }
+};
+
+/// A joint of one degree of freedom as the last step left it.
+struct JointReading {
+  double position = 0;                    ///< [rad] or [m]
+  double velocity = 0;                    ///< [rad/s] or [m/s]
+  double effort = 0;                      ///< of its drive [N·m] or [N]
+};
+
+struct StepReport {
+  std::uint64_t step = 0;
+  int pairs = 0, contacts = 0;
+  EnergyLedger energy;
+  double closure = 0;                     ///< largest gap left in a loop [m]
+  int iterations = 0;                     ///< of the implicit solve, most of any island; 0: explicit
+  double residual = 0;                    ///< largest speed of a last Newton step [m/s]
+  int parts = 0;                          ///< solves after one another: more than 1 where friction changed or halved
+  int implicit_islands = 0;               ///< islands stepped implicitly
+  int redone = 0;                         ///< explicit attempts that were taken back: something stiff was met
+  int fallbacks = 0;                      ///< islands in which SDIRK2 was replaced by implicit Euler
+  double stability = 0;                   ///< automatic choice: highest number of an explicit link over its bound
+  int substeps = 1;                       ///< of this step: more where something fast came near something thin
+  bool finite = true;                     ///< false: the world stopped; `culprit` names the link
+  int culprit = -1;
+  unsigned flags = 0;
+  StageTimes stages;                      ///< filled while `World::measureStages` is on
+};
+
+/// All that a step says: public, and read by nothing in the step.
+struct Report {
+  StepReport step;
+  LoadedVector<ContactReport> contacts;   ///< in the order of the pairs' keys within explicit steps and each island
+
+  /// (in realtime) Adds a contact and what its volume and pressure flag.
+  void addContact(const ContactReport& contact, bool clipped) noexcept {
+    if (contact.flags & ContactVolume::kCapacityExceeded) step.flags |= kContactsIncomplete;
+    if (contact.flags & ContactVolume::kNormalFromHistory) step.flags |= kNormalRemembered;
+    if (clipped) step.flags |= kPressureClipped;
+    contacts.push_back(contact);
+  }
+};
+
+}  // namespace haptic

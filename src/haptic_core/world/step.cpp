@@ -1,0 +1,86 @@
+#include "haptic_core/world/step.h"
+
+#include <algorithm>
+
+#include "haptic_core/stepping/chosen_step.h"
+#include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/stepping/implicit_islands.h"
+#include "haptic_core/world/drive_paths.h"
+#include "haptic_core/world/step_parts.h"
+
+namespace haptic {
+namespace {
+
+/// Counters and sums of the last step go; energies and stage times stay where nobody renews them.
+void open(Work& work, StepReport& report) noexcept {
+  report.flags = 0;
+  report.iterations = report.parts = report.implicit_islands = report.redone = report.fallbacks = report.substeps = 0;
+  report.closure = report.residual = 0;
+  std::fill(work.hands.wrench.begin(), work.hands.wrench.end(), Wrench{});
+  work.clock.start(report.stages);
+}
+
+/// hands → placement → pairs → contacts → motion, in the order that the integrator needs.
+void advance(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+  switch (model.settings.integrator) {
+    case Integrator::kSymplecticEuler:
+      stepping::symplecticEuler(model, part, state, work, report);
+      break;
+    case Integrator::kVelocityVerlet:
+      stepping::prime(model, part, state, work, report);
+      stepping::velocityVerlet(model, part, state, work, report);
+      collectHeld(model, part, state, work.hands, work.placement);
+      break;
+    case Integrator::kImplicitEuler:
+    case Integrator::kSdirk2:
+      stepping::implicitStep(model, part, state, work, report);
+      break;
+    case Integrator::kAutomatic:
+      stepping::chosenStep(model, part, state, work, report);
+      break;
+  }
+}
+
+/// 0, or NaN: infinity does not survive in it either, 0·∞ = NaN.
+double zeroOrNan(const double* x, int count) noexcept {
+  double sum[4] = {0, 0, 0, 0};
+  int i = 0;
+  for (; i + 4 <= count; i += 4) {
+    for (int k = 0; k < 4; ++k) sum[k] += 0 * x[i + k];
+  }
+  for (; i < count; ++i) sum[0] += 0 * x[i];
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+/// A world with a number that is none stops, and says which link had it first.
+void checkFinite(const Model& model, const State& state, StepReport& report) noexcept {
+  if (zeroOrNan(state.v.data(), model.nv) + zeroOrNan(state.q.data(), model.nq) == 0) return;
+  for (const ModelTree& tree : model.trees) {
+    const double sum = zeroOrNan(state.v.data() + tree.v, tree.model->nv()) +
+                       zeroOrNan(state.q.data() + tree.q, tree.model->nq());
+    if (sum == 0) continue;
+    report.finite = false;
+    report.culprit = tree.link;
+    return;
+  }
+}
+
+}  // namespace
+
+void step(const Model& model, State& state, Work& work, Report& report) noexcept {
+  if (!report.step.finite) return;
+  open(work, report.step);
+  followDrivePaths(model, state);                                    // what drives are asked for
+  for (StepPart part = firstPart(model, state, work, report.step); part.h > 0;
+       part = nextPart(model, part, state, work, report.step)) {     // shorter where something is fast
+    advance(model, part, state, work, report);                       // hands → pairs → contacts → motion
+    if (model.settings.energy_ledger) closeLedger(work.ledgerView(model), state, report.step.energy);
+    checkFinite(model, state, report.step);
+  }
+  reportToHands(model, report.step.finite, work.hands, state);       // mean wrench over the step
+  work.clock.end(report.step.stages.motion);
+  report.step.step = ++state.step;
+  state.time = static_cast<double>(state.step) * model.settings.step;
+}
+
+}  // namespace haptic

@@ -1,0 +1,165 @@
+#include "haptic_core/world/step_parts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/geometry/time_of_impact.h"
+#include "haptic_core/world/work.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kClearance = 0.02;  ///< at which a sweep ends, in widths of the thinner shape [1]
+constexpr int kMostParts = 200;      ///< of one substep; then the rest is done at once, flagged
+
+/// The motions over the time left of a substep.
+class Sweep {
+ public:
+  Sweep(const Model& model, double left, const State& state, Work& work, StepReport& report)
+      : model_(model), left_(left), state_(state), placement_(work.placement), hands_(work.hands),
+        boxes_(work.search.boxes), report_(report) {}
+
+  /// How much of the time left may pass before contacts have to be looked at again [s].
+  double safePart() noexcept;
+
+ private:
+  ShapeMotion motionOf(int shape, bool falls) const noexcept;
+  bool anyFast() const noexcept;
+  double safePart(int a, int b) const noexcept;
+
+  const Model& model_;
+  const double left_;
+  const State& state_;
+  Placement& placement_;
+  const HandWork& hands_;
+  BroadPhase& boxes_;
+  StepReport& report_;
+};
+
+/// Motion of a shape over the time left of the step; hands move theirs to the target. `falls`: gravity counts, as the
+/// mean of the speed that it adds; what rests on something does not fall.
+ShapeMotion Sweep::motionOf(int s, bool falls) const noexcept {
+  const int l = model_.shapes[s].link;
+  const LinkWork& link = placement_.link[l];
+  ShapeMotion motion;
+  motion.X_WS = link.X_WL * model_.shapes[s].X_LS;
+  motion.p_W = link.p_WC();
+  motion.reach = model_.links[l].size;
+  if (hands_.held_by[l] >= 0) {
+    const PointerState& pointer = state_.pointers[hands_.held_by[l]];
+    if (!pointer.targeted) return motion;
+    const Quaternion turn = pointer.q_WL * Quaternion(link.X_WL.R).conjugate();
+    motion.V_W = Twist{vectorFromRotation(turn), pointer.p_WL - link.X_WL.p};
+    motion.V_W = motion.V_W.shifted(motion.p_W - link.X_WL.p);
+    motion.V_W.angular /= left_;
+    motion.V_W.linear /= left_;
+  } else if (model_.links[l].moves) {
+    motion.V_W = link.twistAt(motion.p_W);
+    if (falls) motion.V_W.linear += 0.5 * left_ * model_.settings.gravity;
+  }
+  return motion;
+}
+
+/// May some link move by more than a quarter of what is thin around it?
+bool Sweep::anyFast() const noexcept {
+  const Vector3 fall = 0.5 * left_ * model_.settings.gravity;
+  const double left2 = left_ * left_;
+  for (const MotionLimit& limit : model_.motion_limits) {
+    const LinkWork& link = placement_.link[limit.link];
+    const double speed2 = (link.velocity + fall).squaredNorm() + limit.lever2 * link.omega.squaredNorm();
+    if (2 * left2 * speed2 > limit.way2) return true;  // (a + b)² ≤ 2 (a² + b²)
+  }
+  for (int i = 0; i < static_cast<int>(state_.pointers.size()); ++i) {
+    const PointerState& pointer = state_.pointers[i];
+    if (!model_.holds(i) || !pointer.targeted) continue;
+    const int l = pointer.link;
+    const double way = kShareOfWidth * model_.least_width[l];
+    if ((pointer.p_WL - placement_.link[l].X_WL.p).squaredNorm() > way * way) return true;
+  }
+  return false;
+}
+
+double Sweep::safePart() noexcept {
+  ++report_.substeps;
+  if (!anyFast()) return left_;
+  if (report_.substeps > kMostParts) {
+    report_.flags |= kTooFast;
+    return left_;
+  }
+  for (std::size_t s = 0; s < model_.shapes.size(); ++s) {
+    const ConvexPolyhedron& shape = *model_.shapes[s].shape;
+    const ShapeMotion motion = motionOf(static_cast<int>(s), true);
+    placement_.box[s] = shape.aabb(motion.X_WS);
+    if (!model_.links[model_.shapes[s].link].moves) continue;
+    const Vector3 way = left_ * motion.V_W.linear;
+    const double turn = std::min(2.0, left_ * motion.V_W.angular.norm()) * motion.reach;
+    placement_.box[s].lower = (placement_.box[s].lower + way.cwiseMin(0.0)).array() - turn;
+    placement_.box[s].upper = (placement_.box[s].upper + way.cwiseMax(0.0)).array() + turn;
+  }
+  if (!boxes_.update(placement_.box.data())) report_.flags |= kPairsDropped;
+  double part = left_;
+  for (const BroadPhase::Pair& pair : boxes_.pairs()) {
+    if (model_.mayCollide(pair.a, pair.b)) part = std::min(part, safePart(pair.a, pair.b));
+  }
+  for (int i = 0; i < state_.pair_count; ++i) {
+    if (state_.pairs[i].friction.touching == 0) continue;
+    for (int s : {state_.pairs[i].shapeA(), state_.pairs[i].shapeB()}) {
+      const double turn = state_.mode[model_.treeOf(s)] == TreeMode::kImplicit ? placement_.link[model_.shapes[s].link].omega.norm() * left_ : 0;
+      if (turn > kMostTurn) part = std::min(part, left_ * kMostTurn / turn);
+    }
+  }
+  return part;
+}
+
+double Sweep::safePart(int a, int b) const noexcept {
+  const ModelShape &A = model_.shapes[a], &B = model_.shapes[b];
+  const double width = std::min(A.width, B.width), step = kShareOfWidth * width;
+  const ActivePair* end = state_.pairs.data() + state_.pair_count;
+  const ActivePair* known = std::lower_bound(
+      static_cast<const ActivePair*>(state_.pairs.data()), end, ActivePair::keyOf(a, b),
+      [](const ActivePair& pair, std::uint64_t key) { return pair.key < key; });
+  const bool touching = known != end && known->key == ActivePair::keyOf(a, b) && known->friction.touching != 0;
+  const ShapeMotion ma = motionOf(a, !touching), mb = motionOf(b, !touching);
+  const double most = (ma.V_W.linear - mb.V_W.linear).norm() + ma.V_W.angular.norm() * ma.reach +
+                      mb.V_W.angular.norm() * mb.reach;
+  if (most * left_ <= step) return left_;
+  Vector3 direction_A = ma.X_WS.R.transpose() * (mb.p_W - ma.p_W);
+  double meet = 0;
+  if (touching) {
+    direction_A = known->cache.normal;
+  } else {
+    meet = timeOfImpact(*A.shape, ma, *B.shape, mb, left_, kClearance * width, direction_A);
+    if (meet >= left_) return left_;
+  }
+  const Vector3 n = ma.at(meet).R * direction_A;
+  const double rate = approachRate(ma, mb, n);
+  if (rate * left_ <= step) return left_;
+  // Up to the touch in one part, from there on by quarters.
+  return meet * rate > step ? meet : std::min(left_, meet + step / rate);
+}
+
+StepPart cut(const Model& model, int substep, double left, const State& state, Work& work, StepReport& report) noexcept {
+  const double h = model.substep();
+  StepPart part;
+  part.h = Sweep(model, left, state, work, report).safePart();
+  part.share = part.h / h;
+  part.progress = part.h / (left + h * (model.settings.substeps - 1 - substep));
+  part.substep = substep;
+  part.left = part.h < left ? left - part.h : 0;
+  return part;
+}
+
+}  // namespace
+
+StepPart firstPart(const Model& model, const State& state, Work& work, StepReport& report) noexcept {
+  return cut(model, 0, model.substep(), state, work, report);
+}
+
+StepPart nextPart(const Model& model, const StepPart& last, const State& state, Work& work, StepReport& report) noexcept {
+  if (!report.finite) return StepPart{};
+  if (last.left > 0) return cut(model, last.substep, last.left, state, work, report);
+  if (last.substep + 1 < model.settings.substeps) return cut(model, last.substep + 1, model.substep(), state, work, report);
+  return StepPart{};
+}
+
+}  // namespace haptic

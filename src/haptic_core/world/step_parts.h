@@ -1,0 +1,35 @@
+/// A step in substeps, and those in parts where something fast comes near something thin.
+///
+/// Contact volumes know the way out of a body only while less than half of it is inside. So a step in which a body would
+/// move by more than a quarter of what is thin around it is swept first: it ends a little before the first touch, and
+/// from there on goes by quarters of the width until the contact has taken the speed. What is slow, or meets nothing,
+/// costs a comparison of its speed.
+#pragma once
+
+namespace haptic {
+
+class Model;
+struct State;
+struct Work;
+struct StepReport;
+
+/// Way between two looks at contacts, in widths of the thinner shape [1]. Less than the half that contact volumes can
+/// tell inside from outside by, with the same again for what a collision adds to the speed.
+constexpr double kShareOfWidth = 0.25;
+/// Largest turn of a body in contact in one part of an implicit step [rad]: its patch is then still the same one.
+constexpr double kMostTurn = 0.3;
+
+struct StepPart {
+  double h = 0;         ///< [s]; 0: the step is over
+  double share = 1;     ///< of a substep
+  double progress = 1;  ///< share of the hands' way to their targets that is left at its start
+  int substep = 0;
+  double left = 0;      ///< of the substep after this part [s]
+};
+
+/// (in realtime) The parts one after another: each is measured where the last one has ended. The links' placement and the
+/// pairs of the last search are those of its start; the boxes of `work` are scratch.
+StepPart firstPart(const Model& model, const State& state, Work& work, StepReport& report) noexcept;
+StepPart nextPart(const Model& model, const StepPart& last, const State& state, Work& work, StepReport& report) noexcept;
+
+}  // namespace haptic

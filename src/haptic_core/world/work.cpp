@@ -1,0 +1,71 @@
+#include "haptic_core/world/work.h"
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/world/initial_overlap.h"
+
+namespace haptic {
+namespace {
+
+bool mayStepImplicitly(const WorldSettings& settings) {
+  return settings.integrator == Integrator::kImplicitEuler || settings.integrator == Integrator::kSdirk2 ||
+         settings.integrator == Integrator::kAutomatic;
+}
+
+/// Joints of trees with laws start with their own commands, on their loops.
+void startJoints(const Model& model, State& state, Work& work) {
+  state.commands.resize(model.commands);
+  for (const ModelTree& tree : model.trees) {
+    if (!tree.has_laws) continue;
+    TreeMotion& motion = *work.joints[model.indexOf(tree)];
+    for (int i = 0; i < tree.model->linkCount(); ++i) {
+      state.commands[tree.command + i] = initialCommand(tree.model->def().links[i].joint);
+    }
+    if (motion.close(state.q.data() + tree.q, state.v.data() + tree.v, work.placement.link.data() + tree.link)) continue;
+    throw SetupError(tree.model->def().name, "its loops and mimic joints do not close from the initial joint positions",
+                     "give initial positions nearer to closing, or check the frames of the loops");
+  }
+}
+
+}  // namespace
+
+ContactWork::ContactWork(const Model& model)
+    : seams(model), on_link(model.links.size()), kick(model.links.size()) {
+  model.reserve(workspace);
+  booked.reserve(model.pair_capacity);
+}
+
+ExplicitWork::ExplicitWork(const Model& model) : v_half(model.nv), v_mean(model.nv), v_ahead(model.nv) {
+  for (const ModelTree& tree : model.trees) scratch.fit(*tree.model);
+}
+
+Work::Work(const Model& model)
+    : placement(model), search(model), hands(model), contacts(model), motion(model), choice(model), islands(model) {
+  if (mayStepImplicitly(model.settings)) implicit = std::make_unique<ImplicitStep>(model);
+  joints.resize(model.trees.size());
+  for (const ModelTree& tree : model.trees) {
+    if (tree.has_laws) joints[model.indexOf(tree)] = std::make_unique<TreeMotion>(*tree.model, tree.rings);
+  }
+}
+
+State initialState(const Model& model, Work& work) {
+  State state;
+  state.q = model.q_start;
+  state.v = model.v_start;
+  state.pull.resize(model.nv);
+  state.pairs.resize(model.pair_capacity);
+  const bool implicit = work.implicit && model.settings.integrator != Integrator::kAutomatic;
+  state.mode.assign(model.trees.size(), implicit ? TreeMode::kImplicit : TreeMode::kUnprimed);
+  startJoints(model, state, work);
+  placeAll(model, state, work.placement);
+  state.pointers.resize(model.pointers.size());
+  for (int i = 0; i < static_cast<int>(model.pointers.size()); ++i) {
+    checkGrab(model, work.hands, i, model.pointerHome(i));
+    grab(model, work.placement, i, model.pointerHome(i), state, work.hands);
+  }
+  refreshHands(model, state, work.hands);
+  refuseStaticOverlaps(model, work);
+  findBuried(model, state, work);
+  return state;
+}
+
+}  // namespace haptic

@@ -1,0 +1,64 @@
+/// What the stages of a step hand to one another, grouped by the stage that fills it. Nothing here is authoritative: all of
+/// it follows from model and state, or belongs to one step.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "haptic_core/dynamics/tree_motion.h"
+#include "haptic_core/dynamics/tree_step.h"
+#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/stepping/choice.h"
+#include "haptic_core/stepping/implicit_step.h"
+#include "haptic_core/world/hands.h"
+#include "haptic_core/world/islands.h"
+#include "haptic_core/world/ledger.h"
+#include "haptic_core/world/pair_search.h"
+#include "haptic_core/world/placement.h"
+#include "haptic_core/world/seams.h"
+#include "haptic_core/world/stage_clock.h"
+
+namespace haptic {
+
+/// Explicitly stepped contacts (stepping/explicit_contacts.h).
+struct ContactWork {
+  ContactWorkspace workspace;
+  Seams seams;
+  std::vector<int> on_link;      ///< by world link: contacts that touched at the last evaluation
+  std::vector<Wrench> kick;      ///< by world link, about O: impulses of events inside the step [N·m·s, N·s]
+  bool has_kick = false;         ///< else `kick` holds nothing of this step
+  BookedContacts booked;         ///< while the ledger is kept
+
+  explicit ContactWork(const Model& model);
+};
+
+/// Velocities of explicitly stepped trees inside a step, by world velocity index (stepping/explicit_step.h).
+struct ExplicitWork {
+  std::vector<double> v_half;    ///< velocity Verlet: between the kicks
+  std::vector<double> v_mean;    ///< symplectic Euler: over the kick, while the ledger is kept
+  std::vector<double> v_ahead;   ///< velocity Verlet: after the next half kick, while the ledger is kept
+  TreeStepScratch scratch;
+
+  explicit ExplicitWork(const Model& model);
+};
+
+struct Work {
+  Placement placement;           ///< placement
+  SearchWork search;             ///< pair_search, step_parts
+  HandWork hands;                ///< hands
+  ContactWork contacts;          ///< stepping/explicit_contacts
+  ExplicitWork motion;           ///< stepping/explicit_step
+  stepping::ChoiceWork choice;   ///< stepping/choice
+  Islands islands;               ///< islands
+  std::unique_ptr<ImplicitStep> implicit;  ///< stepping/implicit_islands; null: every step is explicit
+  std::vector<std::unique_ptr<TreeMotion>> joints;  ///< by tree; null: joints without laws of their own
+  StageClock clock;
+
+  explicit Work(const Model& model);
+  LedgerView ledgerView(const Model& model) { return {model, hands, placement}; }
+};
+
+/// The state that a definition starts from, everything in `work` placed for it. Throws SetupError where loops do not
+/// close, bodies that never move overlap, or a hand cannot hold its link.
+State initialState(const Model& model, Work& work);
+
+}  // namespace haptic

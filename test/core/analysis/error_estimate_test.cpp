@@ -1,0 +1,194 @@
+// The live error estimate against closed forms, its own order, and the true error from a run 64 times finer.
+#include "haptic_core/analysis/error_estimate.h"
+
+#include <gtest/gtest.h>
+
+#include "../../scenes/blocks.h"
+#include "haptic_core/base/error.h"
+
+namespace haptic {
+namespace {
+
+using namespace scenes;
+
+constexpr double kTip = 0.01;  ///< edge of the hand's box [m]
+
+WorldSettings settings(Integrator integrator, double h) {
+  WorldSettings s;
+  s.integrator = integrator;
+  s.step = h;
+  return s;
+}
+
+/// A cube that bounces in its soft foundation and a hand that presses on it and draws it aside without slipping.
+WorldDef pressed(const WorldSettings& s) {
+  CubeParameters c;
+  c.mu_static = c.mu_dynamic = 2;
+  c.ratio = c.tangential_ratio = 0.1;
+  WorldDef def = cubeOnFloor(c, s, -2 * c.restDepth());
+  def.settings.pressure_law = PressureLaw::kLinear;
+  def.articulations.push_back(freeBox("hand", Vector3::Constant(kTip), 0.01, Pose(Vector3(0, 0, 0.5))));
+  PointerDef pointer;
+  pointer.articulation = 2;
+  pointer.link = 0;
+  def.pointers.push_back(pointer);
+  return def;
+}
+
+constexpr double kSpeed = 0.05;  ///< of the hand, down and half as fast aside [m/s]
+
+void press(World& world, double t) {
+  const Vector3 V(0.5 * kSpeed, 0, -kSpeed), start(0, 0, 0.1 + kTip / 2 - 5e-4);
+  world.setPointerTarget(0, Pose(start + t * V), {Vector3::Zero(), V});
+}
+
+/// The pressed cube after 20 ms.
+std::vector<double> pressedState(const WorldDef& def) {
+  World world(def);
+  const int steps = static_cast<int>(std::lround(0.02 / def.settings.step));
+  for (int i = 1; i <= steps; ++i) {
+    press(world, i * def.settings.step);
+    world.step();
+  }
+  EXPECT_GE(world.contactCount(), 2);
+  return world.save();
+}
+
+ErrorEstimate estimated(const WorldDef& def, const std::vector<double>& state, int steps) {
+  ErrorEstimator estimator(def, steps);
+  return estimator.estimate(state, World(def).tuning());
+}
+
+// Symplectic Euler falls too far by g h T/2, whatever T: v is exact at the end of each step and used for all of it.
+TEST(ErrorEstimate, OfAFallIsTheClosedForm) {
+  CubeParameters c;
+  const double h = 1e-3;
+  for (const int n : {1, 16}) {
+    const WorldDef def = cubeOnFloor(c, settings(Integrator::kSymplecticEuler, h), 0.5);
+    const ErrorEstimate e = estimated(def, World(def).save(), n);
+    EXPECT_EQ(e.order, 1);
+    EXPECT_EQ(e.link, 1);
+    EXPECT_NEAR(e.position, 0.5 * kGravity * h * n * h, 1e-12) << "rounding of a height of 0.5 m, doubled";
+    EXPECT_NEAR(e.energy, c.mass * kGravity * e.position, 1e-12);
+    EXPECT_EQ(e.rotation, 0);
+    EXPECT_EQ(e.stability, 0);
+    EXPECT_TRUE(e.force.empty());
+  }
+}
+
+// From one state, over the same time: steps of h/2 have 2^-p of the error. The tolerance is the next term of the
+// expansion, hω/2 with ω = sqrt(kA/m) = 316 1/s, and as much for the sway.
+TEST(ErrorEstimate, FallsWithTheOrderOfTheScheme) {
+  const struct {
+    Integrator integrator;
+    bool hand;
+    int order;
+  } cases[] = {{Integrator::kSymplecticEuler, true, 1}, {Integrator::kSymplecticEuler, false, 1},
+               {Integrator::kVelocityVerlet, true, 2},  {Integrator::kVelocityVerlet, false, 2},
+               {Integrator::kImplicitEuler, true, 1},   {Integrator::kImplicitEuler, false, 1},
+               {Integrator::kSdirk2, false, 2}};
+  for (const auto& c : cases) {
+    const auto scene = [&c](double h) {
+      WorldDef def = pressed(settings(c.integrator, h));
+      if (!c.hand) def.pointers.clear();  // it falls from high above
+      return def;
+    };
+    const double h = 1e-4;
+    const std::vector<double> state = c.hand ? pressedState(scene(h)) : World(scene(h)).save();
+    const ErrorEstimate coarse = estimated(scene(h), state, 16), fine = estimated(scene(h / 2), state, 32);
+    EXPECT_EQ(coarse.order, c.order);
+    EXPECT_GT(fine.energy, 1e-15);
+    EXPECT_NEAR(std::log2(coarse.energy / fine.energy), c.order, 0.15) << "energy, scheme " << int(c.integrator);
+    if (!c.hand) continue;
+    EXPECT_NEAR(std::log2(coarse.position / fine.position), c.order, 0.15) << "position, scheme " << int(c.integrator);
+    EXPECT_NEAR(std::log2(coarse.force[0] / fine.force[0]), 1, 0.15) << "wrench, scheme " << int(c.integrator);
+  }
+}
+
+// The true error: the same window from the same state in steps 64 times finer, whose own error is 1/64 or less of it.
+TEST(ErrorEstimate, AgreesWithTheTrueError) {
+  for (const Integrator integrator :
+       {Integrator::kSymplecticEuler, Integrator::kVelocityVerlet, Integrator::kImplicitEuler, Integrator::kSdirk2,
+        Integrator::kAutomatic}) {
+    const WorldDef def = pressed(settings(integrator, 1e-3));
+    WorldDef much_finer = def;
+    much_finer.settings.substeps = 64;
+    const std::vector<double> state = pressedState(def);
+    World world(def), truth(much_finer);
+    world.restore(state);
+    truth.restore(state);
+    for (int i = 1; i <= ErrorEstimator::kWindowSteps; ++i) {
+      for (World* w : {&world, &truth}) {
+        press(*w, 0.02 + i * 1e-3);
+        w->step();
+      }
+    }
+    double position = 0;
+    for (int l = 0; l < world.linkCount(); ++l) {
+      position = std::max(position, (world.linkPose(l).p - truth.linkPose(l).p).norm());
+    }
+    const double force = (world.pointerWrench(0).force - truth.pointerWrench(0).force).norm();
+    const double energy = std::abs(world.report().energy.total() - truth.report().energy.total());
+    const ErrorEstimate e = estimated(def, state, ErrorEstimator::kWindowSteps);
+    const auto agrees = [&](double estimate, double true_error, const char* what) {
+      EXPECT_GT(estimate, 0.5 * true_error) << what << ", scheme " << int(integrator);
+      EXPECT_LT(estimate, 2 * true_error) << what << ", scheme " << int(integrator);
+    };
+    agrees(e.position, position, "position");
+    agrees(e.force[0], force, "force");
+    agrees(e.energy, energy, "energy");
+  }
+}
+
+// A shadow with h/2 must not derive a stiffer coupling from its own step: the difference would be one between models.
+TEST(ErrorEstimate, KeepsTheCouplingOfTheRunningStep) {
+  const double h = 1e-3, mass = 0.01;
+  WorldDef def = pressed(settings(Integrator::kVelocityVerlet, h)), truth_def = def;
+  def.pointers[0].coupling.mode = PointerCoupling::Mode::kVirtual;  // everything derived
+  truth_def.pointers[0].coupling = resolved(def.pointers[0].coupling, {mass, mass / 6 * kTip * kTip}, h, false);
+  truth_def.settings.substeps = 64;
+  World world(def), truth(truth_def);
+  double error = 0;
+  for (World* w : {&world, &truth}) w->setPointerTarget(0, Pose(Vector3(1e-3, 0, 0.5)), Twist{});
+  const ErrorEstimate e = estimated(def, world.save(), 16);
+  for (int i = 0; i < 16; ++i) {
+    world.step();
+    truth.step();
+    error = (world.linkPose(2).p - truth.linkPose(2).p).norm();
+  }
+  EXPECT_GT(e.position, 0.5 * error);
+  EXPECT_LT(e.position, 2 * error);
+}
+
+// The closed form for the heave of one contact without damper, k A h²/m over the bound of 4; friction springs are soft.
+TEST(ErrorEstimate, GivesTheStabilityNumberOfExplicitSteps) {
+  CubeParameters c;
+  c.ratio = c.tangential_ratio = 0;
+  c.tangential = 1e-3;
+  for (const double h : {1e-3, 2e-3}) {
+    WorldDef def = cubeOnFloor(c, settings(Integrator::kSymplecticEuler, h));
+    def.settings.pressure_law = PressureLaw::kLinear;
+    const double heave = c.stiffness * c.area() * h * h / c.mass / 4;
+    const ErrorEstimate e = estimated(def, World(def).save(), 1);
+    // Rocking has half the heave's λ, k (s⁴/12)/(m s²/6); the number is at most 25 % above the greatest.
+    EXPECT_GE(e.stability, heave);
+    EXPECT_LE(e.stability, 1.25 * heave);
+    EXPECT_EQ(e.beyond_bound, 0);
+  }
+  c.stiffness = 1e8;
+  const WorldDef stiff = cubeOnFloor(c, settings(Integrator::kSymplecticEuler, 1e-3));
+  EXPECT_EQ(estimated(stiff, World(stiff).save(), 1).beyond_bound, 1);
+  const WorldDef implicit = cubeOnFloor(c, settings(Integrator::kImplicitEuler, 1e-3));
+  EXPECT_EQ(estimated(implicit, World(implicit).save(), 1).beyond_bound, 1) << "of the explicit step in its place";
+}
+
+TEST(ErrorEstimate, RefusesAnotherWorldsState) {
+  CubeParameters c;
+  const WorldDef one = cubeOnFloor(c, WorldSettings{}), two = stack(2, c, WorldSettings{});
+  ErrorEstimator estimator(one);
+  EXPECT_THROW(estimator.estimate(World(two).save(), World(one).tuning()), SetupError);
+  EXPECT_THROW(ErrorEstimator(one, 0), SetupError);
+}
+
+}  // namespace
+}  // namespace haptic
