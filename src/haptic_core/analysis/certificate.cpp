@@ -8,8 +8,8 @@
 #include <numeric>
 #include <sstream>
 
-#include "haptic_core/contact/located_force.h"
 #include "haptic_core/dynamics/joint_space_inertia.h"
+#include "haptic_core/world/contact_evaluation.h"
 #include "haptic_core/world/damper_limit.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
@@ -24,6 +24,7 @@ constexpr int kMostSubsteps = 4;       ///< an implicit step costs about as much
 constexpr double kLongest = 0.1;       ///< [s], the longest step a world may have
 constexpr double kDifference = 1e-3;   ///< finite differences: share of the least depth
 constexpr double kAside = 30;          ///< differences: how many steps aside of the rest state, 3 % of the depth
+constexpr double kFinerToSettle = 8;   ///< the explicit steps that point contacts settle by: below any limit worth certifying
 constexpr double kGrowthNoise = 1e-3;  ///< growth below this share of sqrt(g/size) is rounding of the differences
 
 using Matrix = Eigen::MatrixXd;
@@ -33,11 +34,18 @@ using Vector = Eigen::VectorXd;
 class Linearisation {
  public:
   explicit Linearisation(const World& world)
-      : model_(world.model()), state_(world.state()), held_(model_.links.size(), false), work_(model_.links.size()) {
+      : model_(world.model()),
+        state_(world.state()),
+        pairs_(state_.pairs),
+        seams_(model_),
+        held_by_(model_.links.size(), -1),
+        work_(model_.links.size()),
+        X_WS_(model_.shapes.size()) {
     model_.reserve(workspace_);
-    for (std::size_t i = 0; i < state_.pointers.size(); ++i) held_[static_cast<int>(state_.pointers[i].link)] = true;
+    // A hand at rest holds its link, whatever its coupling.
+    for (std::size_t i = 0; i < state_.pointers.size(); ++i) held_by_[state_.pointers[i].link] = static_cast<int>(i);
     gravity_ = world.settings().gravity;
-    for (const ModelTree& tree : model_.trees) moves_.push_back(!tree.model->isStatic() && !held_[tree.link]);
+    for (const ModelTree& tree : model_.trees) moves_.push_back(!tree.model->isStatic() && held_by_[tree.link] < 0);
     place(state_.q);
     linearise();
   }
@@ -63,31 +71,34 @@ class Linearisation {
     for (const ModelTree& tree : model_.trees) {
       forwardKinematics(*tree.model, q.data() + tree.q, rest.data() + tree.v, work_.data() + tree.link);
     }
-  }
-  Pose shapePose(int s) const { return work_[model_.shapes[s].link].X_WL * model_.shapes[s].X_LS; }
-
-  ContactVolume volumeOf(const ActivePair& pair) {
-    ContactVolume volume;
-    PairCache cache = pair.cache;
-    contactVolume(*model_.shapes[pair.shapeA()].shape, *model_.shapes[pair.shapeB()].shape,
-                  relativePose(shapePose(pair.shapeA()), shapePose(pair.shapeB())), cache, workspace_, volume);
-    return volume;
+    for (std::size_t s = 0; s < X_WS_.size(); ++s) {
+      X_WS_[s] = work_[model_.shapes[s].link].X_WL * model_.shapes[s].X_LS;
+    }
   }
 
-  /// Normal forces and weight on all degrees, friction left out.
+  /// Calls `visit` with every pair that touches, its contact at rest, without friction's memory.
+  template <class Visit>
+  void forEachContact(Visit&& visit) {
+    std::copy(state_.pairs.begin(), state_.pairs.end(), pairs_.begin());
+    if (seams_.any()) seams_.find(pairs_.data(), nullptr, state_.pair_count, X_WS_.data(), workspace_);
+    const ContactPlaces places{work_.data(), X_WS_.data(), held_by_.data()};
+    ContactEvaluation contact;
+    for (int i = 0; i < state_.pair_count; ++i) {
+      if (evaluateContact(model_, seams_, i, pairs_[i], places, FrictionMemory{}, Advance{}, 1, workspace_, contact)) {
+        visit(pairs_[i], contact);
+      }
+    }
+  }
+
+  /// Normal forces and weight on all degrees; without slip there is no friction.
   Vector forces(const std::vector<double>& q) {
     place(q);
     Vector f = Vector::Zero(model_.nv);
-    for (int i = 0; i < state_.pair_count; ++i) {
-      const ContactVolume volume = volumeOf(state_.pairs[i]);
-      if (volume.status != ContactVolume::Status::kOverlap) continue;
-      const int a = state_.pairs[i].shapeA(), b = state_.pairs[i].shapeB();
-      const Pose X_WP = shapePose(a) * volume.X_AP;
-      Wrench F_W;
-      F_W.force = lawOf(a, b).material.stiffness * volume.volume * X_WP.R.col(2);
-      push(model_.shapes[b].link, F_W, X_WP.p, f);
-      push(model_.shapes[a].link, -F_W, X_WP.p, f);
-    }
+    forEachContact([&](const ActivePair& pair, const ContactEvaluation& contact) {
+      const Wrench F_BP_W = contact.force.F_BP_P.rotated(contact.X_WP.R);
+      push(model_.shapes[pair.shapeB()].link, F_BP_W, contact.X_WP.p, f);
+      push(model_.shapes[pair.shapeA()].link, -F_BP_W, contact.X_WP.p, f);
+    });
     for (std::size_t l = 0; l < model_.links.size(); ++l) {
       Wrench weight;
       weight.force = model_.links[l].mass * gravity_;
@@ -100,15 +111,15 @@ class Linearisation {
     if (!moves_[model_.links[link].articulation]) return;
     addGeneralisedForce(*tree.model, work_.data() + tree.link, model_.links[link].local, F_W, p, f.data() + tree.v);
   }
-  PairLaw lawOf(int a, int b) const {
-    return model_.law(a, b, held_[model_.shapes[a].link], held_[model_.shapes[b].link]);
-  }
 
   void linearise() {
     M = Matrix::Zero(model_.nv, model_.nv);
     K = M;
     double least_depth = 1e300;
-    for (int i = 0; i < state_.pair_count; ++i) addContact(state_.pairs[i], least_depth);
+    forEachContact([&](const ActivePair& pair, const ContactEvaluation& contact) {
+      addContact(pair, contact);
+      least_depth = std::min(least_depth, contact.volume.volume / contact.volume.A0);
+    });
     for (std::size_t t = 0; t < model_.trees.size(); ++t) {
       const ModelTree& tree = model_.trees[t];
       const int n = tree.model->nv();
@@ -146,24 +157,19 @@ class Linearisation {
     }
   }
 
-  void addContact(const ActivePair& pair, double& least_depth) {
+  void addContact(const ActivePair& pair, const ContactEvaluation& contact) {
     Contact c;
-    c.volume = volumeOf(pair);
-    if (c.volume.status != ContactVolume::Status::kOverlap) return;
     c.a = model_.shapes[pair.shapeA()].link;
     c.b = model_.shapes[pair.shapeB()].link;
     c.tree_a = model_.links[c.a].articulation;
     c.tree_b = model_.links[c.b].articulation;
-    c.law = lawOf(pair.shapeA(), pair.shapeB());
-    const Pose X_WP = shapePose(pair.shapeA()) * c.volume.X_AP;
-    const LocatedForce force =
-        locatedForce(c.volume, workspace_, Twist{}, FrictionMemory{}, c.law, Advance{});
-    c.stiffness = force.tangent.combined(1, 0);
-    c.damping = force.tangent.combined(0, 1);
+    c.volume = contact.volume;
+    c.law = contact.law;
+    c.stiffness = contact.force.tangent.combined(1, 0);
+    c.damping = contact.force.tangent.combined(0, 1);
     c.J = Matrix::Zero(6, model_.nv);
-    addJacobian(c.b, X_WP, 1, c.J);
-    addJacobian(c.a, X_WP, -1, c.J);
-    least_depth = std::min(least_depth, c.volume.volume / c.volume.A0);
+    addJacobian(c.b, contact.X_WP, 1, c.J);
+    addJacobian(c.a, contact.X_WP, -1, c.J);
     contacts.push_back(c);
   }
   void addJacobian(int link, const Pose& X_WP, double sign, Matrix& J) {
@@ -217,9 +223,13 @@ class Linearisation {
 
   const Model& model_;
   const State& state_;
-  std::vector<char> held_, moves_;
-  std::vector<LinkWork> work_;
+  std::vector<ActivePair> pairs_;  ///< the state's, whose caches advance
+  Seams seams_;
   ContactWorkspace workspace_;
+  std::vector<int> held_by_;
+  std::vector<char> moves_;
+  std::vector<LinkWork> work_;
+  std::vector<Pose> X_WS_;
   Vector3 gravity_;
 };
 
@@ -372,6 +382,10 @@ Certificate certify(const WorldDef& def, double settle_s) {
   quiet.settings.substeps = 1;
   quiet.settings.step = 5e-3;  // dissipative, and long enough that a second costs 200 steps
   quiet.settings.energy_ledger = false;
+  if (def.settings.contact_model == ContactModel::kPoint) {  // goes with explicit steps only
+    quiet.settings.integrator = Integrator::kSymplecticEuler;
+    quiet.settings.step = def.settings.step / def.settings.substeps / kFinerToSettle;
+  }
   World world(quiet);
   const int steps = std::max(1, static_cast<int>(std::lround(settle_s / quiet.settings.step)));
   for (int i = 0; i < steps; ++i) world.step();

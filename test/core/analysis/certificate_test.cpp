@@ -36,6 +36,31 @@ TEST(Certificate, AFrictionlessCubeIsLimitedByItsHeave) {
   }
 }
 
+/// The law that runs is the one that is certified: one floor, or two of half its size side by side.
+TEST(Certificate, AFloorOfTwoTilesIsOneFloor) {
+  CubeParameters c;
+  c.ratio = 0.1;
+  const WorldDef one = scenes::cubeOnFloor(c, explicitSettings(1e-3));
+  WorldDef two = one;
+  two.articulations[0] = scenes::staticBox("left", Vector3(1, 2, 0.1), Pose(Vector3(-0.5 + 0.01, 0, -0.05)));
+  two.articulations.push_back(scenes::staticBox("right", Vector3(1, 2, 0.1), Pose(Vector3(0.5 + 0.01, 0, -0.05))));
+  const double limit = certify(one).islands[0].limit;
+  const Certificate tiled = certify(two);
+  EXPECT_EQ(tiled.pairs.size(), 2u);
+  EXPECT_NEAR(tiled.islands[0].limit, limit, 5e-3 * limit);  // finite differences at a thousandth of the depth, twice
+}
+
+/// A spring at one point: k times a sixth of the cube's surface, whatever touches.
+TEST(Certificate, APointContactHasThePointsStiffness) {
+  CubeParameters c;
+  WorldDef def = scenes::cubeOnFloor(c, explicitSettings(0.25e-3));
+  def.settings.contact_model = ContactModel::kPoint;
+  const Certificate certificate = certify(def);
+  ASSERT_EQ(certificate.pairs.size(), 1u);
+  EXPECT_NEAR(certificate.pairs[0].stiffness, c.stiffness * c.area(), 1e-12 * c.stiffness * c.area());
+  EXPECT_TRUE(std::isfinite(certificate.islands[0].limit));
+}
+
 TEST(Certificate, FrictionSpringsLowerTheLimitOfTheWholeScene) {
   CubeParameters c;
   c.tangential = 2;
