@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "haptic_core/geometry/covered_area.h"
 #include "haptic_core/geometry/moment_sums.h"
 
 namespace haptic {
@@ -159,15 +160,6 @@ class ContactIntegrator {
     return 0.5 * total.total();
   }
 
-  /// True when a hidden face bounds V.
-  bool isOnJoint(const HiddenFaces& hidden) const {
-    for (const ContactFace& face : w_.faces_) {
-      const std::uint64_t* bits = face.owner == Owner::kA ? hidden.a : hidden.b;
-      if (bits && HiddenFaces::has(bits, face.index)) return true;
-    }
-    return false;
-  }
-
   /// Moments about o in the axes R = R_AP, and V's extent along the last of them.
   void integrate(const Matrix3& R, MomentSums& moments, double& depth) const {
     turnAll(R);
@@ -238,20 +230,27 @@ class ContactIntegrator {
 };
 
 bool integrateContact(ContactWorkspace& w, const ConvexPolyhedron& A, const ConvexPolyhedron& B,
-                      const Pose& X_AB, PairCache& cache, NormalRule rule, const HiddenFaces& hidden,
+                      const Pose& X_AB, PairCache& cache, NormalRule rule, const InnerSides& inner,
                       ContactVolume& out) noexcept {
   if (w.edges().empty()) return false;
   ContactIntegrator integrator(w);
   double scale = 0;
   out.area_vector_A = integrator.seamAreaVector(scale);
-  if ((hidden.a || hidden.b) && integrator.isOnJoint(hidden)) out.flags |= ContactVolume::kOnJoint;
-  const double size = out.area_vector_A.norm();
+  const CoveredArea covered_a = coveredArea(w, Owner::kA, inner.a, Pose()), covered_b = coveredArea(w, Owner::kB, inner.b, X_AB);
+  Vector3 surface = out.area_vector_A;
+  if (covered_a.area + covered_b.area > 0) {
+    out.flags |= ContactVolume::kOnSeam;
+    const Vector3 seen = surface + (covered_b.area * covered_b.vector - covered_a.area * covered_a.vector) /
+                                       (covered_a.area + covered_b.area);
+    if (seen.norm() > kVanishing * scale) surface = seen;  // else nothing of V is surface
+  }
+  const double size = surface.norm();
   Vector3 n;
   const bool remembered = cache.normal.squaredNorm() > 0;
   if (rule == NormalRule::kHistory && remembered) {
     n = cache.normal;
   } else if (size > kVanishing * scale) {
-    n = out.area_vector_A / size;
+    n = surface / size;
   } else {
     n = remembered ? cache.normal : shortestWayOut(A, B, X_AB);
     out.flags |= ContactVolume::kNormalFromHistory;

@@ -8,7 +8,7 @@ namespace haptic {
 /// (in realtime) Fills everything of `out` from the vertices, faces and edges in the workspace, and the
 /// cache's normal. False when the edges enclose no volume.
 bool integrateContact(ContactWorkspace& workspace, const ConvexPolyhedron& A, const ConvexPolyhedron& B,
-                      const Pose& X_AB, PairCache& cache, NormalRule rule, const HiddenFaces& hidden,
+                      const Pose& X_AB, PairCache& cache, NormalRule rule, const InnerSides& inner,
                       ContactVolume& out) noexcept;
 
 /// Rotation whose z axis is unit `n`; x and y are a function of n alone (Duff et al. 2017, smooth except

@@ -16,7 +16,7 @@ using Status = ContactVolume::Status;
 
 struct Choice {
   NormalRule rule;
-  const HiddenFaces& hidden;
+  const InnerSides& inner;
 };
 
 Vector3 firstDirection(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB) {
@@ -103,7 +103,7 @@ bool cutAndIntegrate(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const
   bool complete = true;
   const bool left = cutVolume(A, B, X_AB, workspace, complete);
   if (!complete) out.flags |= ContactVolume::kCapacityExceeded;
-  if (!left || !integrateContact(workspace, A, B, X_AB, cache, choice.rule, choice.hidden, out)) return false;
+  if (!left || !integrateContact(workspace, A, B, X_AB, cache, choice.rule, choice.inner, out)) return false;
   out.status = Status::kOverlap;
   return true;
 }
@@ -124,7 +124,7 @@ void findContact(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pos
   }
   EdgeClipper clipper(A, B, X_AB, workspace);
   const auto result = A.isBox() && B.isBox() ? clipper.clipBoxes() : clipper.clip(overlap);
-  if (result == EdgeClipper::Result::kClosed && integrateContact(workspace, A, B, X_AB, cache, choice.rule, choice.hidden, out)) {
+  if (result == EdgeClipper::Result::kClosed && integrateContact(workspace, A, B, X_AB, cache, choice.rule, choice.inner, out)) {
     out.status = Status::kOverlap;
     return;
   }
@@ -160,15 +160,15 @@ void rememberSeparation(const ContactVolume& out, NormalRule rule, PairCache& ca
 
 void contactVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB, PairCache& cache,
                    ContactWorkspace& workspace, ContactVolume& out, NormalRule rule,
-                   const HiddenFaces& hidden) noexcept {
-  findContact(A, B, X_AB, cache, workspace, {rule, hidden}, out);
+                   const InnerSides& inner) noexcept {
+  findContact(A, B, X_AB, cache, workspace, {rule, inner}, out);
   rememberSeparation(out, rule, cache);
 }
 
 void contactVolumeByCutting(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
                             PairCache& cache, ContactWorkspace& workspace, ContactVolume& out,
-                            NormalRule rule, const HiddenFaces& hidden) noexcept {
-  findContactByCutting(A, B, X_AB, cache, workspace, {rule, hidden}, out);
+                            NormalRule rule, const InnerSides& inner) noexcept {
+  findContactByCutting(A, B, X_AB, cache, workspace, {rule, inner}, out);
   rememberSeparation(out, rule, cache);
 }
 

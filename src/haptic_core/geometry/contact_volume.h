@@ -14,6 +14,7 @@
 /// projection.
 #pragma once
 #include <cstdint>
+#include <vector>
 
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
@@ -40,7 +41,7 @@ struct ContactVolume {
         << 0,  ///< faces or vertices dropped: raise the capacity named in the plan; the contact still pushes
     kNormalFromHistory =
         1u << 1,  ///< the area vector (nearly) vanishes; n is the last normal, or the shortest way out
-    kOnJoint = 1u << 2,  ///< V ends at a face where pieces of one body touch
+    kOnSeam = 1u << 2,  ///< V ends where pieces of one body touch
   };
 
   Status status = Status::kSeparated;
@@ -72,12 +73,26 @@ struct PairCache {
   }
 };
 
-/// Faces of A and B that lie on a neighbour of the same body (internal_faces.h): bit f of word f/64 for face f; null:
-/// none. A contact that one of them bounds is flagged kOnJoint: it is a part of the contact of the whole bodies.
-struct HiddenFaces {
-  const std::uint64_t* a = nullptr;
-  const std::uint64_t* b = nullptr;
-  static bool has(const std::uint64_t* bits, int face) { return bits[face >> 6] >> (face & 63) & 1; }
+/// What neighbouring pieces of the same body cover of a convex piece (internal_faces.h).
+struct InnerFaces {
+  struct Cover {
+    int face;
+    std::vector<Vector3> outline;  ///< convex, in the piece's frame, counter-clockwise seen from outside the piece [m]
+  };
+  std::vector<std::uint64_t> bits;  ///< bit f of word f/64: face f is covered, at least in part
+  std::vector<Cover> covers;
+
+  bool has(int face) const { return bits[face >> 6] >> (face & 63) & 1; }
+};
+
+/// Of A and of B; null: nothing is covered. Where a covered part of a face bounds V, V is a part of the contact of the whole
+/// bodies (kOnSeam), and that part of its boundary is no surface: left out, the normal is that of the surface. With S_A, S_B
+/// the area vectors of V's two sides, C_A, C_B the covered ones in them, of areas c_A and c_B,
+///     n ∝ (c_A (S_A - C_A) - c_B (S_B - C_B)) / (c_A + c_B),
+/// continuous in the poses, also where one of the two areas vanishes.
+struct InnerSides {
+  const InnerFaces* a = nullptr;
+  const InnerFaces* b = nullptr;
 };
 
 /// Computes the contact volume. (in realtime) No heap, no locks; re-entrant with one workspace per thread.
@@ -86,12 +101,12 @@ struct HiddenFaces {
 /// coordinates times the area, i.e. relative c/depth with c ≤ 2e-15 m for 0.1 m bodies.
 void contactVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB, PairCache& cache,
                    ContactWorkspace& workspace, ContactVolume& out,
-                   NormalRule rule = NormalRule::kAreaVector, const HiddenFaces& hidden = {}) noexcept;
+                   NormalRule rule = NormalRule::kAreaVector, const InnerSides& inner = {}) noexcept;
 
 /// The same by the readable algorithm alone: cut A by one plane of B after the other. Cannot fail; the oracle
 /// of the fast paths and what they fall back on.
 void contactVolumeByCutting(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
                             PairCache& cache, ContactWorkspace& workspace, ContactVolume& out,
-                            NormalRule rule = NormalRule::kAreaVector, const HiddenFaces& hidden = {}) noexcept;
+                            NormalRule rule = NormalRule::kAreaVector, const InnerSides& inner = {}) noexcept;
 
 }  // namespace haptic

@@ -106,6 +106,8 @@ void ContactWorkspace::reserveResult(int face_count) {
   leave_.reserve(faces);
   return_.reserve(faces);
   polygon_.reserve(2 * edges);
+  outline_.reserve(2 * edges);  // a face's own corners, and one more for each edge of a cover
+  cut_outline_.reserve(2 * edges);
   clipped_.reserve(2 * edges);
 }
 

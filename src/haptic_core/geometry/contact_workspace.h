@@ -11,6 +11,8 @@
 namespace haptic {
 
 struct ContactVolume;
+struct CoveredArea;
+struct InnerFaces;
 struct PartMoments;
 
 enum class Owner : unsigned char { kA, kB };
@@ -79,6 +81,8 @@ class ContactWorkspace {
 
   /// (in realtime) Chains the edges into one polygon per face; for drawing. Cost O(edges).
   void buildLoops() noexcept;
+  /// (in realtime) See covered_area.h, which calls it.
+  CoveredArea coveredArea(Owner owner, const InnerFaces& inner, const Pose& X_AS) noexcept;
   const LoadedVector<ContactLoop>& loops() const { return loops_; }
   const LoadedVector<int>& loopVertices() const { return loop_vertices_; }
 
@@ -118,6 +122,7 @@ class ContactWorkspace {
   LoadedVector<ContactLoop> loops_;
   LoadedVector<int> loop_vertices_, next_edge_;
   ContactSide side_a_, side_b_;
+  LoadedVector<Vector3> outline_, cut_outline_;  ///< a face's polygon within a cover's outline
   LoadedVector<Seam> seams_;
   LoadedVector<Lanes> turned_;  ///< vertices from one of them, in P's axes
   LoadedVector<Lanes> feet_;    ///< the points of the faces' planes nearest to that vertex, likewise

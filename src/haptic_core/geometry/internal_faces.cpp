@@ -57,25 +57,49 @@ Polygon within(Polygon polygon, const Polygon& other, const Vector3& n) {
   return polygon;
 }
 
-/// Marks the faces of `a` and `b` that share area; true when there are any.
-bool markShared(const Placed& a, const Placed& b, double gap, std::vector<std::uint64_t>& hidden_a,
-                std::vector<std::uint64_t>& hidden_b) {
+/// A part of a piece's face that a neighbour covers; `polygon` lies in the body's frame.
+void addCover(const PlacedPiece& piece, std::size_t faces, std::size_t face, Polygon polygon, InnerFaces& inner) {
+  inner.bits.resize((faces + 63) / 64, 0);
+  inner.bits[face >> 6] |= std::uint64_t{1} << (face & 63);
+  for (Vector3& p : polygon) p = piece.X_BS.R.transpose() * (p - piece.X_BS.p);
+  inner.covers.push_back({static_cast<int>(face), std::move(polygon)});
+}
+
+/// Covers of two pieces by one another; true when there are any.
+bool coverShared(const Placed& a, const Placed& b, double gap, const PlacedPiece& piece_a, const PlacedPiece& piece_b,
+                 InnerFaces& inner_a, InnerFaces& inner_b) {
   bool any = false;
-  const auto mark = [](std::vector<std::uint64_t>& bits, std::size_t faces, std::size_t f) {
-    bits.resize((faces + 63) / 64, 0);
-    bits[f >> 6] |= std::uint64_t{1} << (f & 63);
-  };
   for (std::size_t f = 0; f < a.loops.size(); ++f)
     for (std::size_t g = 0; g < b.loops.size(); ++g) {
       if ((a.normals[f] + b.normals[g]).norm() > kJoint || std::abs(a.offsets[f] + b.offsets[g]) > gap)
         continue;
       const double smaller = std::min(areaOf(a.loops[f], a.normals[f]), areaOf(b.loops[g], b.normals[g]));
-      if (areaOf(within(a.loops[f], b.loops[g], b.normals[g]), a.normals[f]) <= kShared * smaller) continue;
-      mark(hidden_a, a.loops.size(), f);
-      mark(hidden_b, b.loops.size(), g);
+      Polygon shared = within(a.loops[f], b.loops[g], b.normals[g]);
+      if (areaOf(shared, a.normals[f]) <= kShared * smaller) continue;
+      addCover(piece_a, a.loops.size(), f, shared, inner_a);
+      std::reverse(shared.begin(), shared.end());
+      addCover(piece_b, b.loops.size(), g, shared, inner_b);
       any = true;
     }
   return any;
+}
+
+/// Gives faces of two neighbours that lie in one plane and look the same way one number.
+void joinSurfaces(const Placed& a, const Placed& b, double gap, int& count, std::vector<std::vector<int>>& surface, int i,
+                  int j) {
+  for (std::size_t f = 0; f < a.loops.size(); ++f)
+    for (std::size_t g = 0; g < b.loops.size(); ++g) {
+      if ((a.normals[f] - b.normals[g]).norm() > kJoint || std::abs(a.offsets[f] - b.offsets[g]) > gap) continue;
+      surface[i].resize(a.loops.size(), -1);
+      surface[j].resize(b.loops.size(), -1);
+      int &x = surface[i][f], &y = surface[j][g];
+      if (x < 0) x = count++;
+      const int from = y, to = x;
+      y = to;
+      if (from < 0 || from == to) continue;
+      for (std::vector<int>& faces : surface)
+        for (int& number : faces) number = number == from ? to : number;
+    }
 }
 
 }  // namespace
@@ -84,13 +108,18 @@ InternalFaces internalFaces(const std::vector<PlacedPiece>& pieces) {
   std::vector<Placed> placed;
   for (const PlacedPiece& piece : pieces) placed.emplace_back(piece);
   InternalFaces out;
-  out.hidden.resize(pieces.size());
+  out.inner.resize(pieces.size());
+  out.surface.resize(pieces.size());
+  int surfaces = 0;
   for (std::size_t i = 0; i < placed.size(); ++i)
     for (std::size_t j = i + 1; j < placed.size(); ++j) {
       const double gap = kJoint * std::max(placed[i].size, placed[j].size);
-      if (!touching(placed[i], placed[j], gap)) continue;
-      if (markShared(placed[i], placed[j], gap, out.hidden[i], out.hidden[j]))
-        out.neighbours.emplace_back(static_cast<int>(i), static_cast<int>(j));
+      if (!touching(placed[i], placed[j], gap) ||
+          !coverShared(placed[i], placed[j], gap, pieces[i], pieces[j], out.inner[i], out.inner[j]))
+        continue;
+      const int a = static_cast<int>(i), b = static_cast<int>(j);
+      joinSurfaces(placed[i], placed[j], gap, surfaces, out.surface, a, b);
+      out.neighbours.emplace_back(a, b);
     }
   return out;
 }

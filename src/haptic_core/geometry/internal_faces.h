@@ -1,9 +1,10 @@
-/// Where the convex pieces of one body touch one another: faces that are no surface of the body.
+/// Where the convex pieces of one body touch one another: parts of their faces that are no surface of the body.
 #pragma once
 #include <cstdint>
 #include <utility>
 #include <vector>
 
+#include "haptic_core/geometry/contact_volume.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
 
 namespace haptic {
@@ -15,8 +16,10 @@ struct PlacedPiece {
 };
 
 struct InternalFaces {
-  /// For each piece the bits of the faces on which another piece lies (see HiddenFaces); empty: none.
-  std::vector<std::vector<std::uint64_t>> hidden;
+  std::vector<InnerFaces> inner;                ///< by piece: what its neighbours cover
+  /// By piece and face: faces of neighbouring pieces that continue one another, without a bend, have one number; −1: no
+  /// neighbour continues it. Empty: of no face.
+  std::vector<std::vector<int>> surface;
   std::vector<std::pair<int, int>> neighbours;  ///< pieces that share area, first < second, ascending
 };
 
@@ -24,7 +27,7 @@ struct InternalFaces {
 /// kShared of the smaller face's area. Cost O(face pairs whose pieces touch); at load.
 InternalFaces internalFaces(const std::vector<PlacedPiece>& pieces);
 
-/// Gap or overlap that still counts as lying against, relative to the larger piece; and the tilt [rad].
+/// Gap or overlap that still counts as lying against, or in one plane, relative to the larger piece; and the tilt [rad].
 constexpr double kJoint = 1e-6;
 constexpr double kShared = 1e-6;
 

@@ -12,7 +12,9 @@ bool locateContact(const Model& model, const Seams& seams, int index, ActivePair
   const int a = pair.shapeA(), b = pair.shapeB();
   const ModelShape &A = model.shapes[a], &B = model.shapes[b];
   const NormalRule rule = seams.ruleFor(index, model.settings.normal_rule, places.X_WS[a], pair.cache);
-  contactVolume(*A.shape, *B.shape, relativePose(places.X_WS[a], places.X_WS[b]), pair.cache, workspace, out.volume, rule);
+  const InnerSides inner = rule == NormalRule::kAreaVector ? model.inner(a, b) : InnerSides{};
+  contactVolume(*A.shape, *B.shape, relativePose(places.X_WS[a], places.X_WS[b]), pair.cache, workspace, out.volume, rule,
+                inner);
   if (out.volume.status != ContactVolume::Status::kOverlap) return false;
   if (model.settings.contact_model == ContactModel::kPoint) {
     concentrate(workspace, std::min(A.point_area, B.point_area), out.volume);

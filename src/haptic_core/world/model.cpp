@@ -196,7 +196,10 @@ void Model::findInternalFaces() {
       pieces.push_back({shape.shape, fixed(shape) ? work[shape.link].X_WL * shape.X_LS : shape.X_LS});
     }
     InternalFaces internal = internalFaces(pieces);
-    for (std::size_t i = 0; i < group.size(); ++i) shapes[group[i]].hidden = std::move(internal.hidden[i]);
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      shapes[group[i]].inner = std::move(internal.inner[i]);
+      shapes[group[i]].surface = std::move(internal.surface[i]);
+    }
     for (const auto& pair : internal.neighbours) neighbours_.push_back(pairKey(group[pair.first], group[pair.second]));
   }
   std::sort(neighbours_.begin(), neighbours_.end());

@@ -33,7 +33,8 @@ struct ModelShape {
   Pose X_LS;
   double width = 0;                 ///< least width of the shape [m]
   std::string name;
-  std::vector<std::uint64_t> hidden;  ///< bits of the faces on which pieces of the same body lie; empty: none
+  InnerFaces inner;                 ///< what pieces of the same body cover of it
+  std::vector<int> surface;         ///< by face: number of the flat surface that neighbours continue; -1, or empty: none
   double point_area = 0;            ///< of the point model [m²]
 };
 
@@ -72,10 +73,10 @@ class Model {
   /// Between two steps: checked against the couplings' loads by the caller. No allocation.
   void tune(const WorldTuning& tuning);
 
-  /// Faces of two shapes that are no surface of their bodies.
-  HiddenFaces hidden(int a, int b) const {
-    const auto bits = [this](int s) { return shapes[s].hidden.empty() ? nullptr : shapes[s].hidden.data(); };
-    return {bits(a), bits(b)};
+  /// What of two shapes is no surface of their bodies.
+  InnerSides inner(int a, int b) const {
+    const auto of = [this](int s) { return shapes[s].inner.covers.empty() ? nullptr : &shapes[s].inner; };
+    return {of(a), of(b)};
   }
   /// Whether two shapes of one body share a face.
   bool areNeighbours(int a, int b) const;

@@ -1,5 +1,6 @@
 /// One normal for the contact of two bodies that is spread over several of their convex pieces.
 #pragma once
+#include <cstdint>
 #include <vector>
 
 #include "haptic_core/geometry/contact_workspace.h"
@@ -8,20 +9,25 @@
 
 namespace haptic {
 
-/// Where pieces of a body meet, each piece's V is a part of the bodies' V, cut off at an internal face. Taken
-/// alone, its area vector contains that face's and its normal leans towards it, by up to 90° where little of
-/// the piece is covered: a body sliding over the joint of two floor tiles would be braked by the edge between
-/// them. In the sum over the parts internal faces cancel, and Σ S_A is the area vector of the whole. So the
-/// parts that are joined (kOnJoint, between the same or neighbouring pieces on either side) all get the
-/// normal of their sum.
+/// Where pieces of a body meet, each piece's V is a part of the bodies' V, cut off at an internal face. What becomes of its
+/// normal depends on how the surface goes on there:
+///
+///   convex, concave   an edge of the body, or an inner corner (a wall on a floor): each part has the normal of its own
+///                     surface, without the internal face (contact_volume.h, InnerSides).
+///   flush             no edge at all (two floor tiles): the parts are one contact. In the sum over them internal faces
+///                     cancel, Σ S_A is the area vector of the whole, and all get the normal of their sum; else a body
+///                     sliding over the seam would be braked by an edge that is not there.
+///
+/// Which it is was decided from geometry at load: parts are flush when a surface that continues from piece to piece
+/// (internal_faces.h) bounds them both.
 class Seams {
  public:
   explicit Seams(const Model& model);
 
-  /// False: no pieces of this world touch within a body; nothing needs to be called.
+  /// False: no pieces of this world are flush within a body; nothing needs to be called.
   bool any() const { return any_; }
 
-  /// (in realtime) Computes the contact volume of each pair that may lie on a joint, and their common
+  /// (in realtime) Computes the contact volume of each pair that may lie on a flush seam, and their common
   /// normals: of pairs[which[0 … count)], or of the first `count` when `which` is null. The pairs' caches advance.
   /// Cost: one contact volume per such pair.
   void find(ActivePair* pairs, const int* which, int count, const Pose* X_WS, ContactWorkspace& workspace) noexcept;
@@ -40,7 +46,9 @@ class Seams {
     int pair, shape_a, shape_b, cluster;
     double sign;  ///< -1: the pair has them the other way round
     Vector3 S_W;
+    std::uint64_t surfaces_a, surfaces_b;  ///< bit n: flat surface n (modulo 64) of that side bounds it
   };
+  std::uint64_t surfacesOf(int shape, Owner owner, const ContactWorkspace& workspace) const noexcept;
   int bodyOf(int shape) const noexcept;
   bool joined(const Part& x, const Part& y) const noexcept;
 

@@ -10,10 +10,10 @@ namespace haptic {
 namespace {
 
 /// Faces of a box: 2·axis + (looks along + ? 1 : 0).
-std::vector<int> internalOf(const std::vector<std::uint64_t>& bits) {
+std::vector<int> internalOf(const InnerFaces& inner) {
   std::vector<int> faces;
-  for (int f = 0; f < 6 && !bits.empty(); ++f)
-    if (bits[0] >> f & 1) faces.push_back(f);
+  for (int f = 0; f < 6 && !inner.covers.empty(); ++f)
+    if (inner.has(f)) faces.push_back(f);
   return faces;
 }
 
@@ -29,9 +29,9 @@ TEST(InternalFaces, AreThoseOnWhichANeighbourLies) {
     };
     InternalFaces found =
         internalFaces({at(big, {0, 0, 0}), at(half, {0.2, 0.05, 0}), at(half, {0.2, -0.05, 0})});
-    EXPECT_EQ(internalOf(found.hidden[0]), Faces({1}));
-    EXPECT_EQ(internalOf(found.hidden[1]), Faces({0, 2}));
-    EXPECT_EQ(internalOf(found.hidden[2]), Faces({0, 3}));
+    EXPECT_EQ(internalOf(found.inner[0]), Faces({1}));
+    EXPECT_EQ(internalOf(found.inner[1]), Faces({0, 2}));
+    EXPECT_EQ(internalOf(found.inner[2]), Faces({0, 3}));
     EXPECT_EQ(found.neighbours, Pairs({{0, 1}, {0, 2}, {1, 2}}));
     // A gap is a gap; rounding is none; an edge on an edge shares no area; nor does a face that looks the
     // same way.
@@ -45,8 +45,8 @@ TEST(InternalFaces, AreThoseOnWhichANeighbourLies) {
 /// A contact that ends at an internal face says so, by both algorithms and in either order.
 TEST(InternalFaces, MarkTheContactsThatTheyBound) {
   const ConvexPolyhedron tile = makeBox(Vector3(0.2, 0.2, 0.1)), probe = makeBox(Vector3(0.02, 0.02, 0.02));
-  const auto internal = internalFaces({{&tile, Pose()}, {&tile, Pose(Vector3(0.2, 0, 0))}}).hidden;
-  const HiddenFaces of_a{internal[0].data(), nullptr}, of_b{nullptr, internal[0].data()};
+  const auto internal = internalFaces({{&tile, Pose()}, {&tile, Pose(Vector3(0.2, 0, 0))}}).inner;
+  const InnerSides of_a{&internal[0], nullptr}, of_b{nullptr, &internal[0]};
   ContactWorkspace workspace;
   workspace.reserve(tile, probe);
   for (const bool at_joint : {true, false}) {
@@ -56,7 +56,7 @@ TEST(InternalFaces, MarkTheContactsThatTheyBound) {
       ContactVolume v;
       find(cache, v);
       EXPECT_EQ(v.status, ContactVolume::Status::kOverlap);
-      return (v.flags & ContactVolume::kOnJoint) != 0;
+      return (v.flags & ContactVolume::kOnSeam) != 0;
     };
     constexpr NormalRule kRule = NormalRule::kAreaVector;
     EXPECT_EQ(at_joint,

@@ -1,0 +1,152 @@
+// Where pieces of a body meet: inner corners, flush seams, steps. Oracles: statics, and the undivided body.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "../../scenes/blocks.h"
+#include "haptic_core/geometry/contact_volume.h"
+#include "haptic_core/world/world.h"
+
+namespace haptic {
+namespace {
+
+using namespace scenes;
+
+constexpr double kTilt = 25 * M_PI / 180;  // of gravity against the floor's normal, towards the wall
+constexpr double kMass = 0.5;              // [kg]
+
+/// The 24 rotations that turn the axes into one another.
+std::vector<Matrix3> quarterTurns() {
+  std::vector<Matrix3> turns;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      for (int signs = 0; signs < 4 && j != i; ++signs) {
+        Matrix3 R = Matrix3::Zero();
+        R(i, 0) = signs & 1 ? 1 : -1;
+        R(j, 1) = signs & 2 ? 1 : -1;
+        R.col(2) = R.col(0).cross(R.col(1));
+        turns.push_back(R);
+      }
+    }
+  }
+  return turns;
+}
+
+enum class Bodies { kTwo, kOne };
+
+/// A cube in the corner of a floor and a wall that stands on it, the whole turned by R.
+WorldDef corner(const Matrix3& R, Integrator integrator, double k, double mu, Bodies bodies, bool cube_first) {
+  CubeParameters c;
+  c.mass = kMass;
+  c.stiffness = k;
+  c.mu_static = c.mu_dynamic = mu;
+  WorldSettings settings;
+  settings.integrator = integrator;
+  settings.step = std::min(1e-3, 0.3 * std::sqrt(kMass / (k * c.area())));
+  settings.gravity = R * (9.8 * Vector3(std::sin(kTilt), 0, -std::cos(kTilt)));
+  WorldDef def;
+  def.name = "corner";
+  def.settings = settings;
+  def.settings.default_material = c.material();
+  const double floor_depth = kMass * 9.8 * std::cos(kTilt) / (k * c.area()),
+               wall_depth = kMass * 9.8 * std::sin(kTilt) / (k * c.area());
+  const Pose turn(R, Vector3::Zero());
+  ArticulationDef floor = staticBox("floor", Vector3(1, 1, 0.1), turn * Pose(Vector3(0, 0, -0.05)));
+  ArticulationDef wall = staticBox("wall", Vector3(0.1, 1, 0.4), turn * Pose(Vector3(0.15, 0, 0.2)));
+  const ArticulationDef cube_body =
+      cube("cube", c, turn * Pose(Vector3(0.05 + wall_depth, 0, 0.05 - floor_depth)));
+  if (bodies == Bodies::kOne) {
+    CollisionDef piece = wall.links[0].collisions[0];
+    piece.X_LS = Pose(Vector3(0.15, 0, 0.25));  // in the floor's frame
+    floor.links[0].collisions.push_back(piece);
+  }
+  if (cube_first) def.articulations.push_back(cube_body);
+  def.articulations.push_back(floor);
+  if (bodies == Bodies::kTwo) def.articulations.push_back(wall);
+  if (!cube_first) def.articulations.push_back(cube_body);
+  return def;
+}
+
+/// Forces on the cube along the wall's and the floor's normal, and across both.
+std::array<double, 3> forcesOnCube(const World& world, const Matrix3& R, int cube_link) {
+  Vector3 sum = Vector3::Zero();
+  for (int i = 0; i < world.contactCount(); ++i) {
+    const ContactReport& c = world.contact(i);
+    sum += (c.link_b == cube_link ? 1 : -1) * c.F_BP_W.force;
+  }
+  sum = R.transpose() * sum;
+  return {-sum.x(), sum.z(), std::abs(sum.y())};
+}
+
+void expectStatics(const Matrix3& R, Integrator integrator, double k, Bodies bodies, bool cube_first) {
+  World world(corner(R, integrator, k, 0, bodies, cube_first));
+  const int cube_link = world.linkIndex("cube");
+  for (double t = 0; t < 0.1; t += world.settings().step) world.step();
+  const double weight = kMass * 9.8;
+  double slowest = 0;
+  std::array<double, 3> error{};
+  for (int i = 0; i < 20; ++i) {
+    world.step();
+    const auto [wall, floor, across] = forcesOnCube(world, R, cube_link);
+    error[0] = std::max(error[0], std::abs(wall - weight * std::sin(kTilt)));
+    error[1] = std::max(error[1], std::abs(floor - weight * std::cos(kTilt)));
+    error[2] = std::max(error[2], across);
+    slowest = std::max(slowest, world.linkTwist(cube_link).linear.norm());
+  }
+  // Rounding of the depth, 1e-15 m of coordinates, and what is left of the start's.
+  for (double e : error) EXPECT_LT(e, 1e-6 * weight) << static_cast<int>(integrator) << " " << k << " " << cube_first;
+  EXPECT_LT(slowest, 1e-6);
+}
+
+TEST(Seams, ACubeInAnInnerCornerFeelsFloorAndWall) {
+  for (const Matrix3& R : quarterTurns()) {
+    expectStatics(R, Integrator::kVelocityVerlet, 1e6, Bodies::kTwo, false);
+    expectStatics(R, Integrator::kVelocityVerlet, 1e6, Bodies::kOne, true);
+  }
+}
+
+TEST(Seams, InnerCornersHoldForAllIntegratorsAndStiffnesses) {
+  for (double k : {1e6, 1e8}) {
+    for (const Integrator integrator : {Integrator::kSymplecticEuler, Integrator::kVelocityVerlet,
+                                        Integrator::kImplicitEuler, Integrator::kSdirk2, Integrator::kAutomatic}) {
+      expectStatics(Matrix3::Identity(), integrator, k, Bodies::kTwo, false);
+      expectStatics(Matrix3::Identity(), integrator, k, Bodies::kOne, true);
+    }
+  }
+}
+
+/// A wall that stands on a floor's rim: its outer side and the floor's are one surface, its inner side meets the floor
+/// in a corner all the same.
+TEST(Seams, AFlushOuterSideDoesNotJoinAnInnerCorner) {
+  WorldDef def = corner(Matrix3::Identity(), Integrator::kVelocityVerlet, 1e6, 0, Bodies::kTwo, false);
+  def.articulations[0] = staticBox("floor", Vector3(0.6, 1, 0.1), Pose(Vector3(-0.1, 0, -0.05)));
+  World world(def);
+  for (int i = 0; i < 200; ++i) world.step();
+  const auto [wall, floor, across] = forcesOnCube(world, Matrix3::Identity(), world.linkIndex("cube"));
+  EXPECT_NEAR(wall, kMass * 9.8 * std::sin(kTilt), 1e-6);
+  EXPECT_NEAR(floor, kMass * 9.8 * std::cos(kTilt), 1e-6);
+  EXPECT_LT(across, 1e-6);
+}
+
+/// A cube half on the lower tread of a step whose riser its side touches: two boxes of different heights whose sides
+/// share a part of one face.
+TEST(Seams, AStepsRiserPushesAlongItsOwnNormal) {
+  WorldDef def = corner(Matrix3::Identity(), Integrator::kVelocityVerlet, 1e6, 0, Bodies::kTwo, false);
+  def.articulations[1] = staticBox("upper", Vector3(0.3, 1, 0.13), Pose(Vector3(0.25, 0, -0.035)));  // 3 cm above the tread
+  def.articulations[0] = staticBox("lower", Vector3(0.6, 1, 0.1), Pose(Vector3(-0.2, 0, -0.05)));
+  World world(def);
+  for (int i = 0; i < 5; ++i) world.step();
+  const int cube_link = world.linkIndex("cube");
+  for (int i = 0; i < world.contactCount(); ++i) {
+    const ContactReport& c = world.contact(i);
+    const int other = c.link_a == cube_link ? c.link_b : c.link_a;
+    const Vector3 n = c.X_WP.R.col(2);
+    const int axis = world.linkName(other) == "upper" ? 0 : 2;
+    EXPECT_NEAR(std::abs(n[axis]), 1, 1e-12) << world.linkName(other);
+  }
+  EXPECT_EQ(world.contactCount(), 2);
+}
+
+}  // namespace
+}  // namespace haptic
