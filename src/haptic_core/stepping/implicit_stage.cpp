@@ -300,7 +300,7 @@ void ImplicitStage::findVolume(int index, ContactVolume& volume) noexcept {
   const NormalRule rule = seams_.ruleFor(index, settings_.normal_rule, X_WS_[a], pair.cache);
   in_workspace_ = -1;
   contactVolume(*model_.shapes[a].shape, *model_.shapes[b].shape, relativePose(X_WS_[a], X_WS_[b]), pair.cache, workspace_,
-                volume, rule);
+                volume, rule, rule == NormalRule::kAreaVector ? model_.inner(a, b) : InnerSides{});
 }
 
 void ImplicitStage::measureElastic() noexcept {
