@@ -3,12 +3,14 @@
 /// A struct states its fields once,
 ///     template <class Self, class Visit> static void eachField(Self& self, Visit&& visit) { visit(self.a); visit(self.b); }
 /// with Self deduced const or not. Fields are numbers, enums, bools, Eigen vectors and quaternions, standard vectors and
-/// arrays of these, and structs that state theirs. `eachNumber` flattens them into single numbers in that order; the
+/// arrays of these, strings, poses, and structs that state theirs. `eachNumber` flattens them into single numbers in that order; the
 /// lengths of vectors are not among them.
 #pragma once
 #include <cstdint>
 #include <cstring>
+#include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "haptic_core/base/spatial.h"
@@ -56,6 +58,26 @@ void eachNumber(const Twist& V, Visit&& visit) {
 template <class Visit>
 void eachNumber(Twist& V, Visit&& visit) {
   eachNumber(V.angular, visit), eachNumber(V.linear, visit);
+}
+
+template <class Visit>
+void eachNumber(const Matrix3& M, Visit&& visit) {
+  for (int i = 0; i < 9; ++i) visit(M.data()[i]);
+}
+
+template <class Visit>
+void eachNumber(const Pose& X, Visit&& visit) {
+  eachNumber(X.R, visit), eachNumber(X.p, visit);
+}
+
+template <class Visit>
+void eachNumber(const std::string& text, Visit&& visit) {
+  for (const char& c : text) visit(c);
+}
+
+template <class A, class B, class Visit>
+void eachNumber(const std::pair<A, B>& pair, Visit&& visit) {
+  eachNumber(pair.first, visit), eachNumber(pair.second, visit);
 }
 
 template <class T, class Visit>

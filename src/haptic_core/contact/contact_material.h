@@ -16,6 +16,12 @@ struct ContactMaterial {
   double tangential_damping = kUnset;    ///< b_t [N·s/m³]; ≥ 0; unset: critical for the pair's reduced mass
   double mu_static = kUnset;             ///< μ0 ≥ μ; unset: μ
   double mu_dynamic = kUnset;            ///< μ ≥ 0; unset: μ0
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.stiffness), visit(s.damping), visit(s.dissipation), visit(s.tangential_stiffness);
+    visit(s.tangential_damping), visit(s.mu_static), visit(s.mu_dynamic);
+  }
 };
 
 /// The values that a pair gets where neither surface says anything. A 0.1 m cube of 0.1 kg has k_eff = k·Area =

@@ -13,6 +13,11 @@ struct LinkInertia {
   double mass = 0;                          ///< [kg]
   Vector3 p_LC = Vector3::Zero();           ///< centre of mass in the link frame [m]
   Matrix3 I_C = Matrix3::Zero();            ///< inertia about the centre of mass, link axes [kg·m²]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.mass), visit(s.p_LC), visit(s.I_C);
+  }
 };
 
 enum class JointType : unsigned char { kFixed, kRevolute, kPrismatic, kPlanar, kSpherical, kFloating };
@@ -37,6 +42,14 @@ struct JointDef {
   double drive_stiffness = 0;               ///< PD: [N·m/rad] or [N/m]
   double drive_damping = 0;                 ///< PD: [N·m·s/rad] or [N·s/m]
   double drive_effort = 0;                  ///< feed-forward until a command says otherwise [N·m] or [N]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.name), visit(s.type), visit(s.X_PJ), visit(s.axis), visit(s.lower), visit(s.upper);
+    visit(s.max_effort), visit(s.max_velocity), visit(s.damping), visit(s.friction), visit(s.position);
+    visit(s.velocity), visit(s.mimic_joint), visit(s.mimic_multiplier), visit(s.mimic_offset);
+    visit(s.drive), visit(s.drive_stiffness), visit(s.drive_damping), visit(s.drive_effort);
+  }
 };
 
 /// A link as dynamics sees it: a rigid body on a joint.
@@ -45,6 +58,11 @@ struct BodyDef {
   int parent = -1;                          ///< index in the articulation, smaller than the link's own; -1: the world
   JointDef joint;
   LinkInertia inertia;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.name), visit(s.parent), visit(s.joint), visit(s.inertia);
+  }
 };
 
 /// A tree (or several: every link without parent starts one) of bodies.

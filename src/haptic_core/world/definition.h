@@ -23,6 +23,11 @@ struct CollisionDef {
   Pose X_LS;                                      ///< shape frame in the link frame
   ContactMaterial material;
   std::string material_source;                    ///< where the values came from, for the plan's listing
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.shape), visit(s.X_LS), visit(s.material);  // names and sources move nothing
+  }
 };
 
 /// A link that a fixed joint holds on another one and that was merged into it at load.
@@ -35,6 +40,12 @@ struct MergedLink {
 struct LinkDef : BodyDef {
   std::vector<CollisionDef> collisions;
   std::vector<MergedLink> merged;           ///< links fixed to this one, for names and frames
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    BodyDef::eachField(s, visit);
+    visit(s.collisions);
+  }
 };
 
 /// A tree of links. A free body is one link on a floating joint, a static body one on a fixed joint.
@@ -43,6 +54,11 @@ struct ArticulationDef {
   std::vector<LinkDef> links;               ///< parents before children
   Pose X_WA;                                ///< initial pose of the frame A that root joints are given in
   Twist V_WA;                               ///< initial twist of a floating root, at A's origin, in W
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.name), visit(s.links), visit(s.X_WA), visit(s.V_WA);
+  }
 };
 
 /// The part of an articulation that dynamics compiles.
@@ -58,6 +74,12 @@ struct LoopDef {
   using Type = RingDef::Type;
   Type type = Type::kPoint;
   Vector3 axis = Vector3::UnitZ();          ///< of a hinge, in F
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.articulation_a), visit(s.link_a), visit(s.articulation_b), visit(s.link_b), visit(s.X_AF);
+    visit(s.X_BF), visit(s.type), visit(s.axis);
+  }
 };
 
 /// Positions that drives are asked for over time: straight lines between the rows, the first row before them. After the
@@ -67,6 +89,11 @@ struct JointPathDef {
   std::vector<std::pair<int, int>> joints;  ///< articulation and link, a column each
   std::vector<double> time;                 ///< of the rows [s], rising
   std::vector<double> position;             ///< rows × columns [rad] or [m]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.joints), visit(s.time), visit(s.position);
+  }
 };
 
 /// How a pointer follows the hand. Direct: its pose is the hand's and the contact wrench goes to the hand (the
@@ -79,6 +106,12 @@ struct PointerCoupling {
   double damping = kDerived;                ///< [N·s/m]
   double rotational_stiffness = kDerived;   ///< [N·m/rad]
   double rotational_damping = kDerived;     ///< [N·m·s/rad]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.mode), visit(s.stiffness), visit(s.damping), visit(s.rotational_stiffness);
+    visit(s.rotational_damping);
+  }
 };
 
 /// The link that a hand moves.
@@ -86,6 +119,11 @@ struct PointerDef {
   std::string device = "spidar";            ///< name of the device that drives it
   int articulation = -1, link = -1;
   PointerCoupling coupling;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.articulation), visit(s.link), visit(s.coupling);
+  }
 };
 
 enum class Integrator : unsigned char { kSymplecticEuler, kVelocityVerlet, kImplicitEuler, kSdirk2, kAutomatic };
@@ -107,11 +145,24 @@ struct WorldSettings {
   int history_steps = 1000;                 ///< last steps kept to look back on (world/step_history.h); 0…100000
   bool leave_out = true;                    ///< false: the general pipeline, for comparison; bit-identical
   ContactMaterial default_material;         ///< for pairs where neither surface gives a value; unset: `DefaultMaterial`
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    // Neither what is kept nor what is left out changes a bit.
+    visit(s.step), visit(s.substeps), visit(s.gravity), visit(s.integrator), visit(s.contact_model);
+    visit(s.pressure_law), visit(s.normal_rule), visit(s.torsional_friction), visit(s.energy_ledger);
+    visit(s.default_material);
+  }
 };
 
 /// A pair of links that shall not collide.
 struct CollisionFilter {
   int articulation_a = -1, link_a = -1, articulation_b = -1, link_b = -1;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.articulation_a), visit(s.link_a), visit(s.articulation_b), visit(s.link_b);
+  }
 };
 
 struct WorldDef {
@@ -122,6 +173,12 @@ struct WorldDef {
   std::vector<JointPathDef> joint_paths;
   std::vector<PointerDef> pointers;
   std::vector<CollisionFilter> filters;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.settings), visit(s.articulations), visit(s.loops), visit(s.joint_paths), visit(s.pointers);
+    visit(s.filters);
+  }
 };
 
 }  // namespace haptic

@@ -4,11 +4,10 @@
 #include <sstream>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/fields.h"
 
 namespace haptic {
 namespace {
-
-constexpr int kHead = 2, kPerPointer = 5;
 
 void require(bool good, const std::string& what, double value, const std::string& remedy) {
   if (good) return;
@@ -34,30 +33,20 @@ void resolve(double& stiffness, double& damping, double load, double h, bool cap
 }  // namespace
 
 std::vector<double> WorldTuning::numbers() const {
-  std::vector<double> out = {stiffness_scale, friction_scale};
-  for (const PointerCoupling& c : coupling) {
-    out.insert(out.end(), {c.mode == PointerCoupling::Mode::kVirtual ? 1.0 : 0.0, c.stiffness, c.damping,
-                           c.rotational_stiffness, c.rotational_damping});
-  }
+  std::vector<double> out;
+  appendFields(*this, out);
   return out;
 }
 
 WorldTuning WorldTuning::fromNumbers(const std::vector<double>& numbers) {
-  if (numbers.size() < kHead || (numbers.size() - kHead) % kPerPointer != 0) {
+  const std::size_t per_pointer = countFields(PointerCoupling{}), head = countFields(WorldTuning{});
+  if (numbers.size() < head || (numbers.size() - head) % per_pointer != 0) {
     throw SetupError("tuning of the world", "has " + std::to_string(numbers.size()) + " numbers", "give 2 + 5 per pointer");
   }
   WorldTuning tuning;
-  tuning.stiffness_scale = numbers[0];
-  tuning.friction_scale = numbers[1];
-  for (std::size_t i = kHead; i < numbers.size(); i += kPerPointer) {
-    PointerCoupling c;
-    c.mode = numbers[i] != 0 ? PointerCoupling::Mode::kVirtual : PointerCoupling::Mode::kDirect;
-    c.stiffness = numbers[i + 1];
-    c.damping = numbers[i + 2];
-    c.rotational_stiffness = numbers[i + 3];
-    c.rotational_damping = numbers[i + 4];
-    tuning.coupling.push_back(c);
-  }
+  tuning.coupling.resize((numbers.size() - head) / per_pointer);
+  const double* next = numbers.data();
+  readFields(tuning, next);
   return tuning;
 }
 

@@ -14,6 +14,11 @@ struct WorldTuning {
   std::vector<double> numbers() const;                    ///< for recordings
   /// Throws SetupError when they are not as `numbers` gives them.
   static WorldTuning fromNumbers(const std::vector<double>& numbers);
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.stiffness_scale), visit(s.friction_scale), visit(s.coupling);
+  }
 };
 
 /// What a virtual coupling pulls at.

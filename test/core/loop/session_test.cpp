@@ -314,7 +314,9 @@ TEST(Session, FingerprintTellsScenesApart) {
       [](WorldDef& w) { w.articulations[1].links[0].inertia.mass *= 1 + 1e-15; },
       [](WorldDef& w) { w.articulations[1].links[0].collisions[0].material.stiffness *= 2; },
       [](WorldDef& w) { w.articulations[1].X_WA.p.z() += 1e-12; },
-      [](WorldDef& w) { w.pointers.pop_back(); }};
+      [](WorldDef& w) { w.pointers.pop_back(); },
+      [](WorldDef& w) { w.joint_paths.push_back({"path", {}, {0.0, 1.0}, {}}); },
+      [](WorldDef& w) { w.articulations.back().links.push_back(LinkDef{}); }};
   for (const auto& change : changes) {
     WorldDef other = scene();
     change(other);
