@@ -1,0 +1,178 @@
+#include "haptic_core/dynamics/tree_step.h"
+
+#include <algorithm>
+
+#include "haptic_core/dynamics/articulated_body.h"
+#include "haptic_core/dynamics/free_body.h"
+#include "haptic_core/dynamics/runge_kutta.h"
+
+namespace haptic {
+namespace {
+
+/// Torque about C and acceleration of C; what turns a spinning body by itself is the drift's.
+inline void readFree(const LinkModel& link, const Wrench& F, const Vector3& gravity, double* pull) {
+  const Vector3 a = F.force / link.mass + gravity;
+  for (int k = 0; k < 3; ++k) {
+    pull[k] = F.torque[k];
+    pull[3 + k] = a[k];
+  }
+}
+
+inline void kickFree(const LinkModel& link, const Matrix3& R, const double* pull, double dt, double* v) {
+  const Vector3 torque_L = R.transpose() * Vector3(pull[0], pull[1], pull[2]);
+  const Vector3 alpha = R * (link.I_O_inverse * torque_L);
+  for (int k = 0; k < 3; ++k) {
+    v[k] += dt * alpha[k];
+    v[3 + k] += dt * pull[3 + k];
+  }
+}
+
+/// A free body turns and flies on without forces.
+inline void coastFree(const SteppedTree& tree, double h) {
+  stepFreeBody(tree.model->link(0), Wrench{}, Vector3::Zero(), h, tree.q, tree.v);
+}
+
+/// What the wrenches in `work` add to v̇ (gravity and inertia are the drift's).
+void readJointed(const SteppedTree& tree, const Vector3& gravity, TreeStepScratch& scratch, double* pull) {
+  const int links = tree.model->linkCount(), nv = tree.model->nv();
+  LinkWork* const work = tree.work;
+  bool pulled = false;
+  for (int i = 0; i < links; ++i) pulled |= !work[i].F_ext.torque.isZero(0) || !work[i].F_ext.force.isZero(0);
+  std::fill(pull, pull + nv, 0.0);
+  if (!pulled) return;
+  double* const alone = scratch.alone.data();
+  Wrench* const none = scratch.wrenches.data();  // zeros
+  accelerations(*tree.model, gravity, nullptr, nullptr, work, pull);
+  for (int i = 0; i < links; ++i) std::swap(work[i].F_ext, none[i]);
+  accelerations(*tree.model, gravity, nullptr, nullptr, work, alone);
+  for (int i = 0; i < links; ++i) std::swap(work[i].F_ext, none[i]);
+  for (int i = 0; i < nv; ++i) pull[i] -= alone[i];
+}
+
+/// Generalised forces of the wrenches in `work` and of kicks spread over the step. Takes the wrenches away.
+void gatherForces(const SteppedTree& tree, double h, const Wrench* kick) {
+  std::fill(tree.pull, tree.pull + tree.model->nv(), 0.0);
+  for (int i = 0; i < tree.model->linkCount(); ++i) {
+    LinkWork& link = tree.work[i];
+    Wrench F = link.F_ext;
+    if (kick) F += kick[i] * (1 / h);
+    link.F_ext = Wrench{};
+    addGeneralisedForce(*tree.model, tree.work, i, F, link.p_WO, tree.pull);
+  }
+}
+
+inline void kickJointed(const SteppedTree& tree, const double* pull, double dt) {
+  for (int i = 0; i < tree.model->nv(); ++i) tree.v[i] += dt * pull[i];
+}
+
+/// A tree moves on under gravity and its own inertia.
+void coastJointed(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) {
+  for (int i = 0; i < tree.model->linkCount(); ++i) tree.work[i].F_ext = Wrench{};
+  stepRungeKutta(*tree.model, gravity, nullptr, h, tree.q, tree.v, tree.work, scratch.stages.data(), TreeFormula::kMerson);
+}
+
+}  // namespace
+
+void TreeStepScratch::fit(const Articulation& articulation) {
+  const auto grow = [](auto& scratch, int size) { scratch.resize(std::max<std::size_t>(scratch.size(), size)); };
+  grow(stages, rungeKuttaScratch(articulation));
+  grow(pull, articulation.nv());
+  grow(alone, articulation.nv());
+  grow(wrenches, articulation.linkCount());
+}
+
+const JointReport* stepEuler(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept {
+  if (tree.motion) return &tree.motion->step(gravity, h, tree.commands, tree.q, tree.v, tree.work);
+  const int nv = tree.model->nv();
+  if (tree.half) std::copy(tree.v, tree.v + nv, tree.half);
+  const auto takeMean = [&] {
+    for (int i = 0; tree.half && i < nv; ++i) tree.half[i] = 0.5 * (tree.half[i] + tree.v[i]);
+  };
+  if (tree.model->isFreeBody()) {
+    double pull[6];
+    readFree(tree.model->link(0), tree.work->F_ext, gravity, pull);
+    kickFree(tree.model->link(0), tree.work->X_WL.R, pull, h, tree.v);
+    takeMean();
+    coastFree(tree, h);
+  } else {
+    readJointed(tree, gravity, scratch, scratch.pull.data());
+    kickJointed(tree, scratch.pull.data(), h);
+    takeMean();
+    coastJointed(tree, gravity, h, scratch);
+  }
+  return nullptr;
+}
+
+const JointReport* startVerlet(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept {
+  if (tree.motion) return &tree.motion->step(gravity, h, tree.commands, tree.q, tree.v, tree.work, tree.pull);
+  if (tree.model->isFreeBody()) {
+    const LinkModel& link = tree.model->link(0);
+    kickFree(link, tree.work->X_WL.R, tree.pull, h / 2, tree.v);
+    coastFree(tree, h);
+    std::copy(tree.v, tree.v + 6, tree.half);
+    const Matrix3 R = Quaternion(tree.q[3], tree.q[4], tree.q[5], tree.q[6]).toRotationMatrix();
+    kickFree(link, R, tree.pull, h / 2, tree.v);
+  } else {
+    kickJointed(tree, tree.pull, h / 2);
+    coastJointed(tree, gravity, h, scratch);
+    std::copy(tree.v, tree.v + tree.model->nv(), tree.half);
+    kickJointed(tree, tree.pull, h / 2);
+  }
+  return nullptr;
+}
+
+void finishVerlet(const SteppedTree& tree, const Vector3& gravity, double h, const Wrench* kick,
+                  TreeStepScratch& scratch) noexcept {
+  if (tree.motion) {
+    gatherForces(tree, h, kick);
+  } else if (tree.model->isFreeBody()) {
+    const LinkModel& link = tree.model->link(0);
+    LinkWork& work = *tree.work;
+    readFree(link, work.F_ext, gravity, tree.pull);
+    std::copy(tree.half, tree.half + 6, tree.v);
+    double with_events[6];
+    const double* pull = tree.pull;
+    if (kick) {
+      Wrench F = work.F_ext;
+      F += *kick * (2 / h);
+      readFree(link, F, gravity, with_events);
+      pull = with_events;
+    }
+    kickFree(link, work.X_WL.R, pull, h / 2, tree.v);
+    work.omega = Vector3(tree.v[0], tree.v[1], tree.v[2]);
+    work.velocity = Vector3(tree.v[3], tree.v[4], tree.v[5]);
+  } else {
+    const int links = tree.model->linkCount();
+    readJointed(tree, gravity, scratch, tree.pull);
+    std::copy(tree.half, tree.half + tree.model->nv(), tree.v);
+    const double* pull = tree.pull;
+    if (kick) {
+      for (int i = 0; i < links; ++i) tree.work[i].F_ext += kick[i] * (2 / h);
+      readJointed(tree, gravity, scratch, scratch.pull.data());
+      for (int i = 0; i < links; ++i) tree.work[i].F_ext += kick[i] * (-2 / h);
+      pull = scratch.pull.data();
+    }
+    kickJointed(tree, pull, h / 2);
+    forwardVelocities(*tree.model, tree.v, tree.work);
+  }
+}
+
+void readPull(const SteppedTree& tree, const Vector3& gravity, TreeStepScratch& scratch) noexcept {
+  if (tree.motion) {
+    gatherForces(tree, 1, nullptr);
+  } else if (tree.model->isFreeBody()) {
+    readFree(tree.model->link(0), tree.work->F_ext, gravity, tree.pull);
+  } else {
+    readJointed(tree, gravity, scratch, tree.pull);
+  }
+}
+
+void kick(const SteppedTree& tree, double dt) noexcept {
+  if (tree.model->isFreeBody()) {
+    kickFree(tree.model->link(0), tree.work->X_WL.R, tree.pull, dt, tree.v);
+  } else {
+    kickJointed(tree, tree.pull, dt);
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,62 @@
+/// The explicit steps of one articulation, cut where a world evaluates contacts: one call for free bodies, trees and
+/// trees whose joints have laws. A free body takes its short way inside, with no look at joints.
+///
+/// Symplectic Euler: `stepEuler` with the wrenches of (q, v) in `work`.
+/// Velocity Verlet: `startVerlet` with the pull of the last evaluation; forwardKinematics; the caller adds wrenches at
+/// the new q and the predicted v; `finishVerlet`. The first step of all needs `readPull` before it.
+/// Between the kicks a free body moves without forces, to fifth order (free_body.h), a tree under gravity, to fourth
+/// (runge_kutta.h): chains whip, and their Coriolis forces are no smaller than contact forces. Joints with laws move by
+/// TreeMotion's symplectic Euler in both schemes; under velocity Verlet with the pull of the step's start.
+///
+/// Nothing here allocates, throws or blocks after TreeStepScratch::fit (in realtime).
+#pragma once
+#include <vector>
+
+#include "haptic_core/dynamics/tree_motion.h"
+
+namespace haptic {
+
+/// One articulation in the caller's arrays; pointers to its first link and degree. Cheap: made for each call.
+struct SteppedTree {
+  const Articulation* model = nullptr;
+  TreeMotion* motion = nullptr;            ///< of joints with laws of their own; null: none have any
+  const JointCommand* commands = nullptr;  ///< by link; read with `motion` only
+  double* q = nullptr;                     ///< [nq]
+  double* v = nullptr;                     ///< [nv]
+  /// [nv] What contacts and hands do, from one evaluation to the next step. Free body: torque about C [N·m], then
+  /// acceleration of C, gravity's included [m/s²]. Tree: v̇. With `motion`: generalised forces.
+  double* pull = nullptr;
+  /// [nv] Not with `motion`. startVerlet leaves v½ here for finishVerlet; stepEuler the mean velocity over the kick, for
+  /// who keeps a ledger (null there: not wanted).
+  double* half = nullptr;
+  LinkWork* work = nullptr;                ///< by link
+};
+
+/// Scratch of these steps, one for all trees of a world.
+struct TreeStepScratch {
+  void fit(const Articulation& articulation);  ///< set-up: grows to what this tree needs
+  std::vector<double> stages, pull, alone;
+  std::vector<Wrench> wrenches;
+};
+
+/// (in realtime) The whole step from the wrenches in `work`, which it may overwrite. Leaves `pull` alone. Returns what
+/// the joints did; null without `motion`.
+const JointReport* stepEuler(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept;
+
+/// (in realtime) Half a kick by `pull` and the drift: q is that of the step's end, v its prediction. Returns what the
+/// joints did; null without `motion`.
+const JointReport* startVerlet(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept;
+
+/// (in realtime) The other half of the kick, from v½, by the wrenches in `work`; v and the velocities in `work` are those
+/// of the step's end, `pull` is read for the next. `kick`: impulses of located events besides, by link, about O in W
+/// [N·m·s, N·s]; null: none.
+void finishVerlet(const SteppedTree& tree, const Vector3& gravity, double h, const Wrench* kick,
+                  TreeStepScratch& scratch) noexcept;
+
+/// (in realtime) `pull` from the wrenches in `work`, and nothing else.
+void readPull(const SteppedTree& tree, const Vector3& gravity, TreeStepScratch& scratch) noexcept;
+
+/// (in realtime) v += dt M⁻¹ pull at the poses in `work`. Not with `motion`.
+void kick(const SteppedTree& tree, double dt) noexcept;
+
+}  // namespace haptic
