@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "../scenes/shipped_scenes.h"
 #include "haptic_core/base/error.h"
-#include "haptic_core/loop/workspace_map.h"
 #include "haptic_core/world/world.h"
 #include "report_scene.h"
 #include "scene/scene_file.h"
@@ -14,15 +14,7 @@ namespace {
 
 /// Pose and twist of a pointer whose hand follows its scripted path.
 BodyState onPath(const HandDef& hand, double t) {
-  const double period = hand.path.duration();
-  const double time = period > 0 ? std::fmod(t, period) : 0;
-  const GripPose grip = hand.path.at(time);
-  const double dt = 1e-5;  // [s]: the path is a quintic; the error of the quotient is 1e-9 of its speed
-  const GripPose later = hand.path.at(time + dt);
-  const Twist V_BG{vectorFromRotation(Quaternion(later.X_BG.R) * Quaternion(grip.X_BG.R).conjugate()) / dt,
-                   (later.X_BG.p - grip.X_BG.p) / dt};
-  WorkspaceMap map(hand.workspace);
-  map.update(grip.X_BG, V_BG, false);
+  const WorkspaceMap map = scenes::mapOnPath(hand, t);
   return {map.X_WP(), map.V_WP()};
 }
 

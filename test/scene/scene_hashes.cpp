@@ -1,0 +1,42 @@
+// `scene_hashes [--scheme S] [STEPS]`: World::hash() of every shipped scene after STEPS steps (1000), its hands on their
+// paths. Two builds compute the same bits when the same lines come out (`diff`). S takes the place of the scene's own
+// integrator: euler, verlet, implicit, sdirk2 or automatic.
+#include <cinttypes>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+
+#include "../scenes/shipped_scenes.h"
+
+int main(int argc, char** argv) {
+  using haptic::Integrator;
+  const std::map<std::string, Integrator> schemes = {{"euler", Integrator::kSymplecticEuler},
+                                                     {"verlet", Integrator::kVelocityVerlet},
+                                                     {"implicit", Integrator::kImplicitEuler},
+                                                     {"sdirk2", Integrator::kSdirk2},
+                                                     {"automatic", Integrator::kAutomatic}};
+  const Integrator* scheme = nullptr;
+  long steps = 1000;
+  for (int i = 1; i < argc; ++i) {
+    if (!std::strcmp(argv[i], "--scheme") && i + 1 < argc && schemes.count(argv[i + 1])) {
+      scheme = &schemes.at(argv[++i]);
+    } else if ((steps = std::atol(argv[i])) <= 0) {
+      std::fputs("usage: scene_hashes [--scheme euler|verlet|implicit|sdirk2|automatic] [STEPS]\n", stderr);
+      return 2;
+    }
+  }
+  for (haptic::scenes::ShippedScene& scene : haptic::scenes::shippedScenes(HAPTIC_SCENES)) {
+    if (scheme) scene.def.world.settings.integrator = *scheme;
+    try {
+      haptic::World world(scene.def.world);
+      for (long i = 0; i < steps; ++i) {
+        haptic::scenes::followPaths(scene.def, world);
+        world.step();
+      }
+      std::printf("%-24s %016" PRIx64 "\n", scene.name.c_str(), world.hash());
+    } catch (const haptic::SetupError& error) {
+      std::printf("%-24s refused: %s\n", scene.name.c_str(), error.what());
+    }
+    std::fflush(stdout);
+  }
+}
