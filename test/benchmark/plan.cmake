@@ -14,3 +14,9 @@ foreach(kind whole plain)
   add_dependencies(bench_plan world_cost_${kind})
 endforeach()
 target_compile_definitions(world_cost_plain PRIVATE HAPTIC_PLAIN_WORLD)
+
+# World::hash() of every shipped scene, to compare two builds with.
+add_executable(scene_hashes ${CMAKE_CURRENT_SOURCE_DIR}/scene_hashes.cpp)
+target_link_libraries(scene_hashes penalty_sim_scene)
+target_compile_features(scene_hashes PRIVATE cxx_std_17)
+target_compile_definitions(scene_hashes PRIVATE HAPTIC_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}/../..")

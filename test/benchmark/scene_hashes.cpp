@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
-  for (haptic::scenes::ShippedScene& scene : haptic::scenes::shippedScenes(HAPTIC_SCENES)) {
+  for (haptic::scenes::ShippedScene& scene : haptic::scenes::shippedScenes(HAPTIC_SOURCE_DIR "/urdf/scenes")) {
     if (scheme) scene.def.world.settings.integrator = *scheme;
     try {
       haptic::World world(scene.def.world);
