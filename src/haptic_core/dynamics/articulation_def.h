@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptic_core/base/spatial.h"
+#include "haptic_core/dynamics/joint_type.h"
 
 namespace haptic {
 
@@ -14,8 +15,6 @@ struct LinkInertia {
   Vector3 p_LC = Vector3::Zero();           ///< centre of mass in the link frame [m]
   Matrix3 I_C = Matrix3::Zero();            ///< inertia about the centre of mass, link axes [kg·m²]
 };
-
-enum class JointType : unsigned char { kFixed, kRevolute, kPrismatic, kPlanar, kSpherical, kFloating };
 
 /// A joint from a parent link P to its child link. `q` is 0 where the child frame coincides with the joint frame J.
 struct JointDef {

@@ -37,7 +37,7 @@ void Pipeline::stepIslands(double h) noexcept {
     const bool flies = island.pair_count == 0 && island.tree_count == 1 && fliesFreely(island.trees[0]);
     if (flies) {
       const PlanTree& tree = plan_.trees[island.trees[0]];
-      stepFreeBody(tree.model->link(0), Wrench{}, settings_.gravity, h, state_.q.data() + tree.q,
+      stepFreeBody(tree.model->link(0), settings_.gravity, h, state_.q.data() + tree.q,
                    state_.v.data() + tree.v);
     } else {
       const ImplicitReport& solved = implicit_->advance(island, h, second_order);

@@ -103,7 +103,7 @@ void Plan::addLink(const LinkDef& link, int local, const WorldDef& world) {
   }
   if (plan_link.size == 0) plan_link.size = 1;
   plan_link.moves = model.dof > 0 || (model.parent >= 0 && links[tree.link + model.parent].moves);
-  has_joints |= model.dof > 0 && model.type != JointType::kFloating;
+  has_joints |= model.dof > 0 && !model.floating;
   for (const CollisionDef& collision : link.collisions) {
     const std::string where = world.name + ", link " + link.name;
     if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a convex polyhedron");

@@ -91,7 +91,7 @@ inline void Pipeline::kickFree(const PlanTree& body, const double* pull, double 
 
 /// Between the kicks a free body turns and flies on without forces, to fifth order.
 inline void Pipeline::coastFree(const PlanTree& body, double h) noexcept {
-  stepFreeBody(body.model->link(0), Wrench{}, Vector3::Zero(), h, state_.q.data() + body.q, state_.v.data() + body.v);
+  stepFreeBody(body.model->link(0), Vector3::Zero(), h, state_.q.data() + body.q, state_.v.data() + body.v);
 }
 
 void Pipeline::substepEuler(double h, double progress) noexcept {
@@ -139,8 +139,7 @@ void Pipeline::eulerTree(const PlanTree& tree, double h) noexcept {
 void Pipeline::coastTree(const PlanTree& tree, double h) noexcept {
   LinkWork* work = work_.data() + tree.link;
   for (int i = 0; i < tree.model->linkCount(); ++i) work[i].F_ext = Wrench{};
-  stepRungeKutta(*tree.model, settings_.gravity, nullptr, h, state_.q.data() + tree.q, state_.v.data() + tree.v, work,
-                 coasting_.data(), TreeFormula::kMerson);
+  stepRungeKutta(*tree.model, settings_.gravity, h, state_.q.data() + tree.q, state_.v.data() + tree.v, work, coasting_.data());
 }
 
 /// What pulls at the trees whose last step was not one of velocity Verlet.
