@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <sstream>
 
 #include "scene/link_inertia.h"
@@ -14,16 +13,6 @@ namespace {
 constexpr double kNoLimit = 1e9;
 
 constexpr double kHoldFrequency = 5;  ///< [Hz]; see giveGains
-
-JointType typeOf(const RobotFile& robot, const JointXml& xml) {
-  if (isSpherical(xml)) return JointType::kSpherical;
-  if (xml.type == "revolute" || xml.type == "continuous") return JointType::kRevolute;
-  if (xml.type == "prismatic") return JointType::kPrismatic;
-  if (xml.type == "planar") return JointType::kPlanar;
-  if (xml.type == "floating") return JointType::kFloating;
-  if (xml.type == "fixed") return JointType::kFixed;
-  throw SetupError(robot.at(xml), "type '" + xml.type + "' is unknown", "");
-}
 
 double bounded(double limit) {
   return std::abs(limit) >= kNoLimit ? std::copysign(INFINITY, limit) : limit;
@@ -47,13 +36,6 @@ void readExtension(const RobotFile& robot, const JointXml& xml, JointDef& joint,
   refuseUnknownAttributes(
       robot.xml, tag,
       {"type", "position", "velocity", "linear", "angular", "drive", "drive_stiffness", "drive_damping"});
-  if (const char* type = tag.Attribute("type")) {
-    if (std::strcmp(type, "spherical") != 0 || xml.type != "floating") {
-      throw SetupError(robot.at(xml),
-                       std::string("<haptic:joint type=\"") + type + "\"> on a " + xml.type + " joint",
-                       "only type=\"spherical\" on a floating joint is known");
-    }
-  }
   position = readNumber(robot.xml, tag, "position");
   joint.velocity = readNumber(robot.xml, tag, "velocity").value_or(0);
   if (const char* drive = tag.Attribute("drive")) {
@@ -95,7 +77,7 @@ Load loadBeyond(const ArticulationDef& articulation, const std::vector<Pose>& X_
     if (i != first) beyond[i] = link.parent >= 0 && beyond[link.parent];
     if (!beyond[i]) continue;
     const Vector3 weight = link.inertia.mass * gravity;
-    if (joint.type == JointType::kPrismatic) {
+    if (kindOf(joint.type).slides) {
       load.inertia += link.inertia.mass;
       load.weight += axis_W.dot(weight);
     } else {
@@ -108,29 +90,40 @@ Load loadBeyond(const ArticulationDef& articulation, const std::vector<Pose>& X_
   return load;
 }
 
-bool isScalar(const JointDef& joint) {
-  return joint.type == JointType::kRevolute || joint.type == JointType::kPrismatic;
-}
-
 bool hasMotor(const JointDef& joint) {
-  return isScalar(joint) && std::isfinite(joint.max_effort) && joint.max_effort > 0 && joint.mimic_joint < 0;
+  return isScalar(joint.type) && std::isfinite(joint.max_effort) && joint.max_effort > 0 && joint.mimic_joint < 0;
 }
 
 }  // namespace
 
-bool isSpherical(const JointXml& joint) {
-  return joint.extension && joint.extension->Attribute("type", "spherical") != nullptr;
+const JointKind* kindOf(const JointXml& joint) {
+  const char* extended = joint.extension ? joint.extension->Attribute("type") : nullptr;
+  const JointKind* const kind = jointKind(joint.type == "continuous" ? "revolute" : joint.type);
+  if (!extended) return kind && kind->in_urdf ? kind : nullptr;
+  const JointKind* const other = jointKind(extended);
+  return kind && kind->floating && other && !other->in_urdf ? other : nullptr;
+}
+
+std::string knownJointTypes() {
+  std::string in_urdf = "continuous", extended;
+  for (const JointKind& kind : kJointKinds) {
+    if (kind.in_urdf) {
+      in_urdf += std::string(", ") + kind.name;
+    } else {
+      extended += std::string("; ") + kind.name + ": type floating with <haptic:joint type=\"" + kind.name + "\"/>";
+    }
+  }
+  return "known: " + in_urdf + extended;
 }
 
 JointDef readJoint(const RobotFile& robot, const JointXml& xml, const ModelSettings& settings,
                    std::vector<std::string>& warnings) {
   JointDef joint;
   joint.name = settings.prefix + xml.name;
-  joint.type = typeOf(robot, xml);
+  joint.type = kindOf(xml)->type;
+  const XmlElement* const axis = xml.element->FirstChildElement("axis");
+  if (axis && hasAxis(*kindOf(xml))) joint.axis = readVector(robot.xml, *axis, "xyz")->normalized();
   const urdf::JointConstSharedPtr model = robot.model->getJoint(xml.name);
-  const bool has_axis = joint.type == JointType::kRevolute || joint.type == JointType::kPrismatic ||
-                        joint.type == JointType::kPlanar;
-  if (has_axis) joint.axis = Vector3(model->axis.x, model->axis.y, model->axis.z).normalized();
   readLimits(robot, xml, joint);
   if (model->dynamics) {
     joint.damping = model->dynamics->damping;
@@ -178,7 +171,7 @@ void holdJoints(ArticulationDef& articulation, const Vector3& gravity, std::vect
   int held = 0, joints = 0;
   for (std::size_t i = 0; i < articulation.links.size(); ++i) {
     JointDef& joint = articulation.links[i].joint;
-    if (!isScalar(joint)) continue;
+    if (!isScalar(joint.type)) continue;
     ++joints;
     if (!hasMotor(joint) || joint.drive != JointDef::Drive::kNone) continue;
     joint.drive = JointDef::Drive::kPosition;

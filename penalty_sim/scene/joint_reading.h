@@ -7,8 +7,10 @@
 
 namespace haptic {
 
-/// True for type="floating" with <haptic:joint type="spherical"/>.
-bool isSpherical(const JointXml& joint);
+/// What <joint type=> and, on a floating one, <haptic:joint type=> say: a name of joint_type.h. Null: no known one.
+const JointKind* kindOf(const JointXml& joint);
+/// The names that `kindOf` knows, and how they are written.
+std::string knownJointTypes();
 
 /// Everything but X_PJ and mimic. The initial position is the one that the scene or <haptic:joint position=>
 /// gives, otherwise the value nearest zero within the limits. Throws SetupError.

@@ -1,15 +1,12 @@
 /// The checks of joints and inertials that urdfdom does not make, or makes without saying where.
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <set>
 
+#include "scene/joint_reading.h"
 #include "scene/robot_file.h"
 
 namespace haptic {
 namespace {
-
-const std::set<std::string> kJointTypes = {"revolute", "continuous", "prismatic",
-                                           "fixed",    "floating",   "planar"};
 
 /// Stands for "no limit" in a file that leaves out effort or velocity, which urdfdom demands: beyond any
 /// drive.
@@ -22,7 +19,7 @@ XmlElement& childOrNew(XmlElement& parent, const char* name) {
 
 void checkAxis(RobotFile& robot, const JointXml& joint) {
   XmlElement* axis = joint.element->FirstChildElement("axis");
-  if (joint.type == "fixed" || joint.type == "floating") {
+  if (!hasAxis(*kindOf(joint))) {
     if (axis) joint.element->DeleteChild(axis);  // means nothing here; published files leave zeros in it
     return;
   }
@@ -127,11 +124,12 @@ void dropUnused(const JointXml& joint) {
 
 void checkJoints(RobotFile& robot) {
   for (const JointXml& joint : robot.joints) {
-    if (!kJointTypes.count(joint.type)) {
-      throw SetupError(
-          robot.at(joint), "type '" + joint.type + "' is unknown",
-          "known: revolute, continuous, prismatic, fixed, floating, planar; spherical: type floating with "
-          "<haptic:joint type=\"spherical\"/>");
+    if (!kindOf(joint)) {
+      const char* extended = joint.extension ? joint.extension->Attribute("type") : nullptr;
+      const std::string type = "type '" + joint.type + "'";
+      throw SetupError(robot.at(joint),
+                       extended ? type + " with <haptic:joint type=\"" + extended + "\"/> is unknown" : type + " is unknown",
+                       knownJointTypes());
     }
     readOrigin(robot.xml, *joint.element);
     checkAxis(robot, joint);

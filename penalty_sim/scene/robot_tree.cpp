@@ -67,7 +67,7 @@ bool TreeBuilder::isWorld(int xml_link) const {
   if (link.name == "world") return true;
   if (link.element->FirstChildElement("inertial") || !link.collisions.empty()) return false;
   return std::any_of(link.child_joints.begin(), link.child_joints.end(), [&](int j) {
-    return robot_.joints[j].type == "floating" && !isSpherical(robot_.joints[j]);
+    return kindOf(robot_.joints[j])->floating;
   });
 }
 
@@ -173,7 +173,7 @@ void TreeBuilder::grow(int xml_link, int articulation) {
     for (auto j = joints.rbegin(); j != joints.rend(); ++j) {
       const JointXml& joint = robot_.joints[*j];
       const Pose X_LJ = X_LM * readOrigin(robot_.xml, *joint.element);
-      if (joint.type == "floating" && !isSpherical(joint)) {
+      if (kindOf(joint)->floating) {
         // A free body wherever it hangs in the file; its initial pose follows from the finished tree.
         floating.emplace_back(link, pending_.size());
         pending_.push_back({joint.child, *j, X_LJ});
@@ -272,10 +272,7 @@ void TreeBuilder::resolveMimics(ArticulationDef& articulation) {
                        "mimics joint '" + master + "', which does not move or belongs to another body",
                        "let it follow a moving joint of the same tree");
     }
-    const auto scalar = [](JointType type) {
-      return type == JointType::kRevolute || type == JointType::kPrismatic;
-    };
-    if (!scalar(joint.type) || !scalar(articulation.links[followed->second].joint.type)) {
+    if (!isScalar(joint.type) || !isScalar(articulation.links[followed->second].joint.type)) {
       throw SetupError(robot_.at(xml),
                        "mimics joint '" + master + "': only revolute, continuous and prismatic joints can",
                        "take <mimic> out");
@@ -320,9 +317,7 @@ std::vector<Pose> initialPoses(const ArticulationDef& articulation) {
   for (const LinkDef& link : articulation.links) {
     const JointDef& joint = link.joint;
     Pose X_JL;
-    if (joint.type == JointType::kRevolute)
-      X_JL.R = Eigen::AngleAxisd(joint.position, joint.axis).toRotationMatrix();
-    if (joint.type == JointType::kPrismatic) X_JL.p = joint.position * joint.axis;
+    if (isScalar(joint.type)) X_JL = scalarPose(kindOf(joint.type), joint.axis, joint.position);
     X_WL.push_back((link.parent < 0 ? articulation.X_WA : X_WL[link.parent]) * joint.X_PJ * X_JL);
   }
   return X_WL;

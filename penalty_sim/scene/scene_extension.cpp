@@ -158,20 +158,16 @@ void setWorldSetting(const std::string& where, const std::string& name, const st
     if (good) settings.gravity = Vector3((*numbers)[0], (*numbers)[1], (*numbers)[2]);
     known = "three numbers in m/s²";
   } else if (name == "integrator") {
-    good = choose<Integrator>(value,
-                              {{"symplectic_euler", Integrator::kSymplecticEuler},
-                               {"velocity_verlet", Integrator::kVelocityVerlet},
-                               {"implicit_euler", Integrator::kImplicitEuler},
-                               {"sdirk2", Integrator::kSdirk2},
-                               {"automatic", Integrator::kAutomatic}},
-                              settings.integrator, known);
+    std::map<std::string, Integrator> kinds;
+    for (const IntegratorKind& kind : kIntegratorKinds) kinds[kind.name] = kind.integrator;
+    good = choose(value, kinds, settings.integrator, known);
   } else if (name == "contact_model") {
     good = choose<ContactModel>(value, {{"volume", ContactModel::kVolume}, {"point", ContactModel::kPoint}},
                                 settings.contact_model, known);
   } else if (name == "pressure_law") {
-    good = choose<PressureLaw>(
-        value, {{"linear", PressureLaw::kLinear}, {"hunt_crossley", PressureLaw::kHuntCrossley}},
-        settings.pressure_law, known);
+    std::map<std::string, PressureLaw> kinds;
+    for (const PressureKind& kind : kPressureKinds) kinds[kind.name] = kind.law;
+    good = choose(value, kinds, settings.pressure_law, known);
   } else if (name == "normal_rule") {
     good = choose<NormalRule>(value,
                               {{"area_vector", NormalRule::kAreaVector}, {"history", NormalRule::kHistory}},

@@ -9,37 +9,19 @@
 namespace haptic {
 namespace {
 
-const char* typeName(JointType type) {
-  switch (type) {
-    case JointType::kFixed:
-      return "fixed";
-    case JointType::kRevolute:
-      return "revolute";
-    case JointType::kPrismatic:
-      return "prismatic";
-    case JointType::kPlanar:
-      return "planar";
-    case JointType::kSpherical:
-      return "spherical";
-    case JointType::kFloating:
-      return "floating";
-  }
-  return "?";
-}
-
 void printLink(const LinkDef& link, const ArticulationDef& articulation, std::ostream& out) {
   const JointDef& joint = link.joint;
-  out << "    " << link.name << ": " << typeName(joint.type);
+  const JointKind& kind = kindOf(joint.type);
+  out << "    " << link.name << ": " << kind.name;
   if (link.parent >= 0) out << " on " << articulation.links[link.parent].name;
-  if (joint.type == JointType::kRevolute || joint.type == JointType::kPrismatic) {
-    const char* unit = joint.type == JointType::kRevolute ? " rad" : " m";
-    out << " '" << joint.name << "' at " << joint.position << unit;
+  if (isScalar(joint.type)) {
+    out << " '" << joint.name << "' at " << joint.position << (kind.turns ? " rad" : " m");
     if (std::isfinite(joint.lower) || std::isfinite(joint.upper))
       out << " in [" << joint.lower << ", " << joint.upper << "]";
     if (joint.mimic_joint >= 0) out << ", follows " << articulation.links[joint.mimic_joint].joint.name;
     if (joint.drive == JointDef::Drive::kPosition)
       out << ", held by " << joint.drive_stiffness
-          << (joint.type == JointType::kRevolute ? " N·m/rad" : " N/m");
+          << (kind.turns ? " N·m/rad" : " N/m");
   }
   if (joint.type != JointType::kFixed) out << ", " << link.inertia.mass << " kg";
   out << ", " << link.collisions.size() << " shape" << (link.collisions.size() == 1 ? "" : "s");

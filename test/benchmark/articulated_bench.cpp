@@ -51,15 +51,13 @@ struct Chain {
     accelerations(tree, kGravity, nullptr, nullptr, work.data(), v_dot.data());
   }
   void step(double h, const Vector3& gravity = kGravity) {
-    for (LinkWork& w : work) w.F_ext = {};
-    stepRungeKutta(tree, gravity, nullptr, h, q.data(), v.data(), work.data(), scratch.data(), formula);
+    stepRungeKutta(tree, gravity, h, q.data(), v.data(), work.data(), scratch.data());
   }
   double energy() {
     forwardKinematics(tree, q.data(), v.data(), work.data());
     return kineticEnergy(tree, work.data()) + potentialEnergy(tree, work.data(), kGravity);
   }
   Articulation tree;
-  TreeFormula formula = TreeFormula::kMerson;
   std::vector<LinkWork> work;
   std::vector<double> q, v, v_dot, scratch;
 };
@@ -83,9 +81,8 @@ double drift(int n, double h, double seconds,
   return worst;
 }
 
-double ownDrift(int n, double h, TreeFormula formula = TreeFormula::kMerson) {
+double ownDrift(int n, double h) {
   Chain own(chain(n));
-  own.formula = formula;
   return drift(n, h, 5, [&](std::vector<double>& q, std::vector<double>& v) {
     own.step(h);
     q = own.q;
@@ -137,9 +134,8 @@ void evaluations() {
 
 void steps() {
   const double h = 1e-3;
-  const auto own_step = [&](int n, TreeFormula formula = TreeFormula::kMerson) {
+  const auto own_step = [&](int n) {
     Chain own(chain(n));
-    own.formula = formula;
     own.bend();
     const Chain start = own;
     return fastest(
@@ -162,7 +158,6 @@ void steps() {
         2000 / n);
   };
   figure("chain10.energy_drift", ownDrift(10, h), "1");
-  figure("chain10.energy_drift_fifth_order", ownDrift(10, h, TreeFormula::kDormandPrince), "1");
   figure("chain10.energy_drift_mujoco_rk4", peerDrift(*mujocoChain(chain(10), true), 10, h), "1");
   figure("chain10.energy_drift_mujoco_euler", peerDrift(*mujocoChain(chain(10), false), 10, h), "1");
   figure("chain10.energy_drift_bullet", peerDrift(*bulletChain(chain(10)), 10, h), "1");
@@ -171,7 +166,6 @@ void steps() {
   figure("chain10.bounded_3ms", drift3 < 0.01, "1");
   const double own10 = own_step(10);
   figure("chain10.step_us", own10 * 1e6, "us");
-  figure("chain10.step_us_fifth_order", own_step(10, TreeFormula::kDormandPrince) * 1e6, "us");
   figure("chain10.step_speedup_vs_mujoco_rk4", peer_step(*mujocoChain(chain(10), true), 10) / own10, "1");
   figure("chain10.step_speedup_vs_mujoco_euler", peer_step(*mujocoChain(chain(10), false), 10) / own10, "1");
   figure("chain10.step_speedup_vs_bullet", peer_step(*bulletChain(chain(10)), 10) / own10, "1");
@@ -211,7 +205,6 @@ void exactness() {
   }
 
   Chain base(chain(10, true));
-  base.formula = TreeFormula::kDormandPrince;
   test::Random generator(101);
   for (double& v : base.v) v = test::uniform(generator, -1, 1);
   base.energy();

@@ -1,4 +1,5 @@
 # Oracles shared with the unit tests, and the peers measured beside ours.
+find_package(ccd REQUIRED)
 find_library(QHULL_R_LIBRARY NAMES qhull_r REQUIRED)
 find_path(QHULL_R_INCLUDE_DIR libqhull_r/libqhull_r.h REQUIRED)
 target_include_directories(bench_contact PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/../core/geometry

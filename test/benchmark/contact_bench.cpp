@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "contact_figures.h"
+#include "ccd_oracle.h"
 #include "contact_peers.h"
 #include "dual_volume.h"
 #include "figure.h"
@@ -84,7 +85,7 @@ void timeBoxes(Scenes& scenes) {
   figure("contact.box_qhull_ns", 1e9 * qhull, "ns");
   figure("contact.box_speedup_vs_qhull", qhull / ours, "1");
   figure("contact.libccd_gjk_box_ns",
-         1e9 * timePeer(boxes, 20, [](const Pair& p) { return ccdIntersects(*p.a, *p.b, p.X_AB); }), "ns");
+         1e9 * timePeer(boxes, 20, [](const Pair& p) { return oracle::ccdIntersects(*p.a, *p.b, p.X_AB); }), "ns");
   const auto half = [](const ConvexPolyhedron* s) { return s->halfSize(); };
   if (bulletBoxPoints(half(boxes[0].a), half(boxes[0].b), boxes[0].X_AB) >= 0)
     figure("contact.bullet_box_ns",

@@ -4,8 +4,6 @@
 
 namespace haptic::bench {
 
-/// libccd's GJK: do the bodies intersect?
-bool ccdIntersects(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB);
 
 /// Point manifolds of two boxes: number of points found; -1 when the peer is not installed.
 int bulletBoxPoints(const Vector3& half_a, const Vector3& half_b, const Pose& X_AB);

@@ -45,10 +45,8 @@ inline AccelerationError relativeError(const Articulation& tree, const LinkWork*
       m.J.template block<3, 1>(3, k) += V3(parent.J.template block<3, 1>(0, k)).cross(r);
     V3 turn = V3::Zero(), slide = V3::Zero();
     for (int k = 0; k < link.dof; ++k) {
-      const bool floating = link.type == JointType::kFloating;
-      const bool slides = link.type == JointType::kPrismatic || (link.type == JointType::kPlanar && k < 2) ||
-                          (floating && k >= 3);
-      const V3 axis = floating ? V3(V3::Unit(k % 3)) : V3(w.S.col(k).cast<Real>());
+      const bool slides = link.floating ? k >= 3 : k < link.slides;
+      const V3 axis = link.floating ? V3(V3::Unit(k % 3)) : V3(w.S.col(k).cast<Real>());
       m.J.template block<3, 1>(slides ? 3 : 0, link.v + k) += axis;
       (slides ? slide : turn) += static_cast<Real>(v[link.v + k]) * axis;
     }

@@ -15,8 +15,8 @@ void correctTouch(const ContactVolume& contact, const NormalPressure& normal, do
   const double since = contact.depth / approach;
   const double n = std::clamp(contact.A0 * contact.depth / contact.volume, 1.0, 3.0);
   const double spring = since / (n + 1) - h / 2, damper = since / n - h / 2;
-  const double elastic = law == PressureLaw::kLinear ? normal.elastic_force : normal.force;
-  const double moments = law == PressureLaw::kLinear ? damper : spring;
+  const double elastic = jumpsAtTouch(law) ? normal.elastic_force : normal.force;
+  const double moments = jumpsAtTouch(law) ? damper : spring;
   out.elastic_impulse = spring * normal.elastic_force;
   out.impulse_P.force.z() = spring * elastic + damper * (normal.force - elastic);
   out.impulse_P.torque.head<2>() = moments * Vector2(normal.first.y(), -normal.first.x());

@@ -43,7 +43,7 @@ struct Approach {
 };
 
 /// p = k d (φ + g·r) where positive, φ = 1 + c ḋ(0) and g = c ∇ḋ.
-void huntCrossley(const ContactVolume& contact, ContactWorkspace& workspace, const Approach& a, double k, double c,
+void damperWithin(const ContactVolume& contact, ContactWorkspace& workspace, const Approach& a, double k, double c,
                   NormalPressure& out) {
   const double phi = 1 + c * a.rate;
   const Vector2 g = c * a.slope;
@@ -151,8 +151,8 @@ void overlay(const ContactVolume& contact, ContactWorkspace& workspace, const Ap
   out.damping = area * b;
 }
 
-void linear(const ContactVolume& contact, ContactWorkspace& workspace, const Approach& a, double k, double b,
-            NormalPressure& out) {
+void damperBeside(const ContactVolume& contact, ContactWorkspace& workspace, const Approach& a, double k, double b,
+                  NormalPressure& out) {
   out.field = {k, Vector2::Zero(), b * a.rate, b * a.slope};
   const double mean = contact.volume / contact.A0, slowest = a.rate - a.slope.norm() * out.radius;
   const bool uniform = contact.depth - mean <= kUniform * contact.depth;
@@ -173,13 +173,12 @@ NormalPressure normalPressure(const ContactVolume& contact, ContactWorkspace& wo
   const Approach a{-V.linear.z(), Vector2(V.angular.y(), -V.angular.x())};
   NormalPressure out;
   out.radius = patchReach(workspace, contact);
-  if (law == PressureLaw::kHuntCrossley) {
-    huntCrossley(contact, workspace, a, m.stiffness, m.dissipation, out);
+  if (jumpsAtTouch(law)) {
+    damperBeside(contact, workspace, a, m.stiffness, kindOf(law).damping(m), out);
   } else {
-    linear(contact, workspace, a, m.stiffness, m.damping, out);
+    damperWithin(contact, workspace, a, m.stiffness, kindOf(law).damping(m), out);
   }
   out.elastic_force = m.stiffness * contact.volume;
-  // Power taken from the bodies, ∫ p ḋ, less what the springs store, k ∫ d ḋ (∫ r d = 0).
   return out;
 }
 

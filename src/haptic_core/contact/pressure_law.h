@@ -2,8 +2,10 @@
 ///
 /// With r = (x, y) in the patch frame, thickness d(r), and V the twist of B relative to A at P, the approach rate is
 ///     ḋ(r) = -(v_z + ω_x y - ω_y x).
-///     linear          p = max(0, k d + b ḋ)        jumps at touch: the seeds' law
-///     Hunt–Crossley   p = k d max(0, 1 + c ḋ)      continuous at touch and at parting
+///     damper beside the spring   p = max(0, k d + b ḋ)      jumps at touch
+///     damper within it           p = k d max(0, 1 + c ḋ)    continuous at touch and at parting
+/// A law is one of the two and where its b or c comes from (kPressureKinds); `linear` (the seeds' law) and Hunt–Crossley
+/// are the two themselves.
 /// Where nothing is clipped, force and moments are sums over the moments of the volume. Where 1 + c ḋ changes sign
 /// the patch is cut along that line; where k d + b ḋ does, the faces below and above are overlaid and each piece,
 /// on which p is linear, is cut. Both are exact.
@@ -16,6 +18,24 @@
 namespace haptic {
 
 enum class PressureLaw : unsigned char { kLinear, kHuntCrossley };
+
+struct PressureKind {
+  PressureLaw law;
+  const char* name;                           ///< in files
+  enum class Damper : unsigned char { kBesideSpring, kWithinSpring } damper;
+  double (*damping)(const ContactMaterial&);  ///< b [N·s/m³] beside the spring, c [s/m] within it; ≥ 0
+};
+
+inline constexpr PressureKind kPressureKinds[] = {
+    {PressureLaw::kLinear, "linear", PressureKind::Damper::kBesideSpring,
+     [](const ContactMaterial& m) { return m.damping; }},
+    {PressureLaw::kHuntCrossley, "hunt_crossley", PressureKind::Damper::kWithinSpring,
+     [](const ContactMaterial& m) { return m.dissipation; }},
+};
+
+constexpr const PressureKind& kindOf(PressureLaw law) { return kPressureKinds[static_cast<int>(law)]; }
+/// The pressure jumps from 0 where a contact begins while bodies approach.
+constexpr bool jumpsAtTouch(PressureLaw law) { return kindOf(law).damper == PressureKind::Damper::kBesideSpring; }
 
 /// ∫ w, ∫ r w, ∫ r rᵀ w dA of a weight w over the patch.
 struct PatchMoments {

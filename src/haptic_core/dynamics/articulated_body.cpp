@@ -58,28 +58,29 @@ void factorSingle(double tau, double diag, LinkWork& w) {
   }
 }
 
-void factorTriple(const LinkModel& link, const double* tau, const double* diag, LinkWork& w) {
-  Matrix3 D;
-  if (link.type == JointType::kSpherical) {
-    w.U_torque.noalias() = w.A * w.S;
-    w.U_force.noalias() = w.B.transpose() * w.S;
-    D.noalias() = w.S.transpose() * w.U_torque;
-    w.u = -(w.S.transpose() * w.p_torque);
-  } else {  // planar: two slides, one turn
-    w.U_torque.leftCols<2>().noalias() = w.B * w.S.leftCols<2>();
-    w.U_force.leftCols<2>().noalias() = w.M * w.S.leftCols<2>();
-    w.U_torque.col(2).noalias() = w.A * w.S.col(2);
-    w.U_force.col(2).noalias() = w.B.transpose() * w.S.col(2);
-    D.topRows<2>().noalias() = w.S.leftCols<2>().transpose() * w.U_force;
-    D.row(2).noalias() = w.S.col(2).transpose() * w.U_torque;
-    w.u << -w.S.col(0).dot(w.p_force), -w.S.col(1).dot(w.p_force), -w.S.col(2).dot(w.p_torque);
+/// The same of a joint with two or three axes; unused columns stay zero.
+void factorSeveral(const LinkModel& link, const double* tau, const double* diag, LinkWork& w) {
+  Matrix3 D = Matrix3::Identity();
+  for (int k = 0; k < link.slides; ++k) {
+    w.U_torque.col(k).noalias() = w.B * w.S.col(k);
+    w.U_force.col(k).noalias() = w.M * w.S.col(k);
+    w.u[k] = -w.S.col(k).dot(w.p_force);
   }
-  if (tau) w.u += Eigen::Map<const Vector3>(tau);
+  for (int k = link.slides; k < link.dof; ++k) {
+    w.U_torque.col(k).noalias() = w.A * w.S.col(k);
+    w.U_force.col(k).noalias() = w.B.transpose() * w.S.col(k);
+    w.u[k] = -w.S.col(k).dot(w.p_torque);
+  }
+  for (int k = 0; k < link.dof; ++k) {
+    const Matrix3& U = k < link.slides ? w.U_force : w.U_torque;
+    for (int j = 0; j < link.dof; ++j) D(k, j) = w.S.col(k).dot(U.col(j));
+    if (tau) w.u[k] += tau[k];
+  }
   if (diag && std::isinf(diag[0])) {
     w.D_inverse.setZero();
     return;
   }
-  if (diag) D.diagonal() += Eigen::Map<const Vector3>(diag);
+  for (int k = 0; diag && k < link.dof; ++k) D(k, k) += diag[k];
   w.D_inverse = inverseOf(D);
 }
 
@@ -130,14 +131,14 @@ void passToParent(const LinkModel& link, const LinkWork& w, const double* vdot, 
     const double rate = prescribed(w) ? vdot[0] : rest * w.D_inverse(0, 0);
     torque += rate * Ut;
     force += rate * Uf;
-  } else if (link.dof == 3) {
+  } else if (link.dof > 1 && !link.floating) {
     const Matrix3 Ut_D = w.U_torque * w.D_inverse, Uf_D = w.U_force * w.D_inverse;
     A.noalias() -= Ut_D * w.U_torque.transpose();
     B.noalias() -= Ut_D * w.U_force.transpose();
     M.noalias() -= Uf_D * w.U_force.transpose();
     const Vector3 rest =
         w.u - w.U_torque.transpose() * w.bias_angular - w.U_force.transpose() * w.bias_linear;
-    const Vector3 rate = prescribed(w) ? Vector3(vdot[0], vdot[1], vdot[2]) : Vector3(w.D_inverse * rest);
+    const Vector3 rate = prescribed(w) ? Vector3(vdot[0], vdot[1], link.dof > 2 ? vdot[2] : 0) : Vector3(w.D_inverse * rest);
     torque += w.U_torque * rate;
     force += w.U_force * rate;
   }
@@ -190,20 +191,14 @@ void solveJoint(const LinkModel& link, LinkWork& w, double* vdot) {
     if (!prescribed(w))
       vdot[0] = w.D_inverse(0, 0) *
                 (w.u[0] - w.U_torque.col(0).dot(w.alpha) - w.U_force.col(0).dot(w.acceleration));
-    if (link.type == JointType::kRevolute)
-      w.alpha += vdot[0] * w.S.col(0);
-    else
-      w.acceleration += vdot[0] * w.S.col(0);
-  } else if (link.dof == 3) {
-    Eigen::Map<Vector3> rate(vdot);
-    if (!prescribed(w))
-      rate = w.D_inverse * (w.u - w.U_torque.transpose() * w.alpha - w.U_force.transpose() * w.acceleration);
-    if (link.type == JointType::kSpherical) {
-      w.alpha += w.S * rate;
-    } else {
-      w.acceleration += w.S.leftCols<2>() * rate.head<2>();
-      w.alpha += rate[2] * w.S.col(2);
+    (link.turns ? w.alpha : w.acceleration) += vdot[0] * w.S.col(0);
+  } else if (link.dof > 1) {
+    if (!prescribed(w)) {
+      const Vector3 rate =
+          w.D_inverse * (w.u - w.U_torque.transpose() * w.alpha - w.U_force.transpose() * w.acceleration);
+      for (int k = 0; k < link.dof; ++k) vdot[k] = rate[k];
     }
+    for (int k = 0; k < link.dof; ++k) (k < link.slides ? w.acceleration : w.alpha) += vdot[k] * w.S.col(k);
   }
 }
 
@@ -245,26 +240,18 @@ void accelerations(const Articulation& articulation, const Vector3& gravity, con
     const LinkModel& link = articulation.link(i);
     const double* joint_tau = tau ? tau + link.v : nullptr;
     const double* joint_diag = diag ? diag + link.v : nullptr;
-    switch (link.type) {
-      case JointType::kRevolute:
-        factorSingle<true>(joint_tau ? *joint_tau : 0, joint_diag ? *joint_diag : 0, work[i]);
-        break;
-      case JointType::kPrismatic:
-        factorSingle<false>(joint_tau ? *joint_tau : 0, joint_diag ? *joint_diag : 0, work[i]);
-        break;
-      case JointType::kPlanar:
-      case JointType::kSpherical:
-        factorTriple(link, joint_tau, joint_diag, work[i]);
-        break;
-      default:
-        break;
+    if (link.dof == 1) {
+      (link.turns ? factorSingle<true> : factorSingle<false>)(joint_tau ? *joint_tau : 0, joint_diag ? *joint_diag : 0,
+                                                             work[i]);
+    } else if (link.dof > 1 && !link.floating) {
+      factorSeveral(link, joint_tau, joint_diag, work[i]);
     }
     if (link.parent >= 0) passToParent(link, work[i], vdot + link.v, work[link.parent]);
   }
   for (int i = 0; i < n; ++i) {
     const LinkModel& link = articulation.link(i);
     LinkWork& w = work[i];
-    if (link.type == JointType::kFloating) {
+    if (link.floating) {
       solveFloating(tau ? tau + link.v : nullptr, diag ? diag + link.v : nullptr, gravity, false, w,
                     vdot + link.v);
       continue;
@@ -294,10 +281,9 @@ void accelerationResponse(const Articulation& articulation, const double* tau, c
     const LinkWork& w = work[i];
     double* const s = scratch + 12 * i;
     Vector3 torque = Map(s + 6), force = Map(s + 9);
-    if (link.dof > 0 && link.dof < 6) {
+    if (link.dof > 0 && !link.floating) {
       for (int k = 0; k < link.dof; ++k) {
-        const bool slides = link.type == JointType::kPrismatic || (link.type == JointType::kPlanar && k < 2);
-        s[k] = tau[link.v + k] - w.S.col(k).dot(slides ? force : torque);
+        s[k] = tau[link.v + k] - w.S.col(k).dot(k < link.slides ? force : torque);
       }
       const Vector3 rate =
           link.dof == 1 ? Vector3(w.D_inverse(0, 0) * s[0], 0, 0) : Vector3(w.D_inverse * Map(s));
@@ -317,7 +303,7 @@ void accelerationResponse(const Articulation& articulation, const double* tau, c
     double* const s = scratch + 12 * i;
     double* const rate = v_dot + link.v;
     Vector3 alpha = Vector3::Zero(), a = Vector3::Zero();
-    if (link.type == JointType::kFloating) {
+    if (link.floating) {
       if (!prescribed(w))
         solveSix(w, Map(const_cast<double*>(tau) + link.v) - Map(s + 6),
                  Map(const_cast<double*>(tau) + link.v + 3) - Map(s + 9), alpha, a);
@@ -336,9 +322,8 @@ void accelerationResponse(const Articulation& articulation, const double* tau, c
       const Vector3 rates =
           link.dof == 1 ? Vector3(w.D_inverse(0, 0) * u[0], 0, 0) : Vector3(w.D_inverse * u);
       for (int k = 0; k < link.dof; ++k) {
-        const bool slides = link.type == JointType::kPrismatic || (link.type == JointType::kPlanar && k < 2);
         rate[k] = rates[k];
-        (slides ? a : alpha) += rates[k] * w.S.col(k);
+        (k < link.slides ? a : alpha) += rates[k] * w.S.col(k);
       }
     }
     Map(s + 6) = alpha;

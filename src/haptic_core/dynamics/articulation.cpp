@@ -13,39 +13,6 @@ constexpr double kAxisTolerance = 1e-3;
 // Published inertias are rounded: a moment may fall below zero by this share of the trace.
 constexpr double kMomentTolerance = 1e-3;
 
-int positions(JointType type) {
-  switch (type) {
-    case JointType::kFixed:
-      return 0;
-    case JointType::kRevolute:
-    case JointType::kPrismatic:
-      return 1;
-    case JointType::kPlanar:
-      return 3;
-    case JointType::kSpherical:
-      return 4;
-    case JointType::kFloating:
-      return 7;
-  }
-  return 0;
-}
-
-int degrees(JointType type) {
-  switch (type) {
-    case JointType::kFixed:
-      return 0;
-    case JointType::kRevolute:
-    case JointType::kPrismatic:
-      return 1;
-    case JointType::kPlanar:
-    case JointType::kSpherical:
-      return 3;
-    case JointType::kFloating:
-      return 6;
-  }
-  return 0;
-}
-
 void checkInertia(const std::string& where, const LinkInertia& inertia) {
   if (!std::isfinite(inertia.mass) || !inertia.p_LC.allFinite() || !inertia.I_C.allFinite())
     throw SetupError(where, "inertia is not a finite number", "give mass, origin and inertia");
@@ -62,9 +29,7 @@ void checkInertia(const std::string& where, const LinkInertia& inertia) {
 }
 
 void checkJoint(const std::string& where, const JointDef& joint) {
-  const bool has_axis = joint.type == JointType::kRevolute || joint.type == JointType::kPrismatic ||
-                        joint.type == JointType::kPlanar;
-  if (has_axis && !(std::abs(joint.axis.norm() - 1) < kAxisTolerance))
+  if (hasAxis(kindOf(joint.type)) && !(std::abs(joint.axis.norm() - 1) < kAxisTolerance))
     throw SetupError(where, "axis is not a unit vector", "normalise it");
   if (!joint.X_PJ.R.allFinite() || !joint.X_PJ.p.allFinite() || !std::isfinite(joint.position) ||
       !std::isfinite(joint.velocity))
@@ -74,11 +39,6 @@ void checkJoint(const std::string& where, const JointDef& joint) {
   if (!(joint.damping >= 0) || !(joint.friction >= 0) || !(joint.drive_stiffness >= 0) ||
       !(joint.drive_damping >= 0) || !(joint.max_effort >= 0))
     throw SetupError(where, "damping, friction, drive gains and effort must be numbers >= 0", "");
-}
-
-/// The rotation that takes z to `axis` by the shortest way.
-Matrix3 frameAlong(const Vector3& axis) {
-  return Quaternion::FromTwoVectors(Vector3::UnitZ(), axis).toRotationMatrix();
 }
 
 }  // namespace
@@ -94,13 +54,13 @@ Articulation::Articulation(const TreeDef& def) : def_(def) {
     checkJoint(where + " (joint " + body.joint.name + ")", body.joint);
     checkInertia(where, body.inertia);
     const int mimic = body.joint.mimic_joint;
-    if (mimic >= n || mimic == i || (mimic >= 0 && degrees(def.links[mimic].joint.type) != 1) ||
-        (mimic >= 0 && degrees(body.joint.type) != 1))
+    if (mimic >= n || mimic == i || (mimic >= 0 && !isScalar(def.links[mimic].joint.type)) ||
+        (mimic >= 0 && !isScalar(body.joint.type)))
       throw SetupError(where + " (joint " + body.joint.name + ")", "mimics what is not a joint of one degree",
                        "");
     compileLink(i);
   }
-  free_body_ = n == 1 && links_[0].type == JointType::kFloating;
+  free_body_ = n == 1 && links_[0].floating;
 }
 
 void Articulation::compileLink(int i) {
@@ -108,23 +68,19 @@ void Articulation::compileLink(int i) {
   LinkModel& link = links_[i];
   const JointDef& joint = body.joint;
   const std::string where = def_.name + "/" + body.name;
-  link.type = joint.type;
-  const bool floating = link.type == JointType::kFloating;
+  const JointKind& kind = kindOf(joint.type);
+  const bool floating = link.floating = kind.floating;
   link.parent = floating ? -1 : body.parent;
   root_.push_back(link.parent < 0 ? i : root_[link.parent]);
-  link.dof = degrees(link.type);
+  link.slides = kind.slides;
+  link.turns = kind.turns;
+  link.dof = degreesOf(kind);
   link.q = nq_;
   link.v = nv_;
-  nq_ += positions(link.type);
+  link.v_slide = nv_ + (floating ? kind.turns : 0);
+  link.v_turn = nv_ + (floating ? 0 : kind.slides);
+  nq_ += positionsOf(kind);
   nv_ += link.dof;
-
-  int carrier = -1;  // the last degree of freedom on the way to the root
-  for (int p = link.parent; p >= 0 && carrier < 0; p = links_[p].parent)
-    if (links_[p].dof > 0) carrier = links_[p].v + links_[p].dof - 1;
-  for (int k = 0; k < link.dof; ++k) {
-    dof_parent_.push_back(k == 0 ? carrier : link.v + k - 1);
-    dof_link_.push_back(i);
-  }
 
   Pose X_PJ = joint.X_PJ;
   if (body.parent < 0) X_PJ = def_.X_WA * X_PJ;
@@ -132,14 +88,12 @@ void Articulation::compileLink(int i) {
   const Vector3 p_LO_parent = link.parent < 0 ? Vector3::Zero() : links_[link.parent].p_LO;
   link.p_PJ = X_PJ.p - p_LO_parent;
   link.R_PJ = X_PJ.R;
-  link.axis_P = X_PJ.R * axis;
-  if (link.type == JointType::kRevolute) {
-    link.turn[0] = X_PJ.R * axis * axis.transpose();
+  for (int k = 0; k < link.dof && !floating; ++k) link.axes_P.col(k) = X_PJ.R * axisOf(kind, k, axis);
+  if (link.turns == 1) {
+    const Vector3 about = axisOf(kind, link.slides, axis);
+    link.turn[0] = X_PJ.R * about * about.transpose();
     link.turn[1] = X_PJ.R - link.turn[0];
-    link.turn[2] = X_PJ.R * crossMatrix(axis);
-  } else if (link.type == JointType::kPlanar) {
-    link.R_JL = frameAlong(axis).transpose();
-    link.R_PJ = X_PJ.R * frameAlong(axis);
+    link.turn[2] = X_PJ.R * crossMatrix(about);
   }
   link.mass = body.inertia.mass;
   link.I_C = body.inertia.I_C;
@@ -166,40 +120,27 @@ void Articulation::initialState(double* q, double* v) const {
     double* qi = q + link.q;
     const Pose& X_WP = body.parent < 0 ? def_.X_WA : X_W[body.parent];
     X_W[i] = X_WP * body.joint.X_PJ;
-    switch (link.type) {
-      case JointType::kFixed:
-        break;
-      case JointType::kRevolute:
+    if (!link.floating) {
+      const JointKind& kind = kindOf(body.joint.type);
+      for (int k = 0; k < positionsOf(kind); ++k) qi[k] = 0;
+      if (link.turns == 3) qi[link.slides] = 1;  // the quaternion of no rotation
+      if (link.dof == 1) {
         qi[0] = body.joint.position;
         v[link.v] = body.joint.velocity;
-        X_W[i].R = X_W[i].R * Eigen::AngleAxisd(qi[0], body.joint.axis.normalized()).toRotationMatrix();
-        break;
-      case JointType::kPrismatic:
-        qi[0] = body.joint.position;
-        v[link.v] = body.joint.velocity;
-        X_W[i].p += X_W[i].R * body.joint.axis.normalized() * qi[0];
-        break;
-      case JointType::kPlanar:
-        qi[0] = qi[1] = qi[2] = 0;
-        break;
-      case JointType::kSpherical:
-        qi[0] = 1;
-        qi[1] = qi[2] = qi[3] = 0;
-        break;
-      case JointType::kFloating: {
-        const Vector3 p_WC = X_W[i] * link.p_LO;
-        for (int k = 0; k < 3; ++k) qi[k] = p_WC[k];
-        const Quaternion r = Quaternion(X_W[i].R).normalized();
-        qi[3] = r.w();
-        qi[4] = r.x();
-        qi[5] = r.y();
-        qi[6] = r.z();
-        const Twist V = def_.V_WA.shifted(p_WC - def_.X_WA.p);
-        Eigen::Map<Vector3>(v + link.v) = V.angular;
-        Eigen::Map<Vector3>(v + link.v + 3) = V.linear;
-        break;
+        X_W[i] = X_W[i] * scalarPose(kind, body.joint.axis.normalized(), qi[0]);
       }
+      continue;
     }
+    const Vector3 p_WC = X_W[i] * link.p_LO;
+    for (int k = 0; k < 3; ++k) qi[k] = p_WC[k];
+    const Quaternion r = Quaternion(X_W[i].R).normalized();
+    qi[3] = r.w();
+    qi[4] = r.x();
+    qi[5] = r.y();
+    qi[6] = r.z();
+    const Twist V = def_.V_WA.shifted(p_WC - def_.X_WA.p);
+    Eigen::Map<Vector3>(v + link.v) = V.angular;
+    Eigen::Map<Vector3>(v + link.v + 3) = V.linear;
   }
 }
 

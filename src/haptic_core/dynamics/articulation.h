@@ -5,12 +5,13 @@
 ///
 /// | joint     | q                                        | v                                             |
 /// |-----------|------------------------------------------|-----------------------------------------------|
-/// | fixed     | –                                        | –                                             |
-/// | revolute  | angle [rad]                              | rate [rad/s]                                  |
-/// | prismatic | displacement [m]                         | rate [m/s]                                    |
-/// | planar    | x, y [m] in the plane, angle [rad]       | their rates                                   |
-/// | spherical | quaternion w, x, y, z of R_JL            | angular velocity of L in the parent, in J     |
+/// | slides    | displacements [m]                        | their rates                                   |
+/// | one turn  | angle [rad]                              | its rate                                      |
+/// | 3 turns   | quaternion w, x, y, z of R_JL            | angular velocity of L in the parent, in J     |
 /// | floating  | p_WC [m], quaternion w, x, y, z of R_WL  | angular velocity of L, velocity of C, in W    |
+///
+/// A joint's slides come before its turns, in q and v (joint_type.h says which type has which); a floating one's turns
+/// come first in v.
 ///
 /// C is the link's centre of mass. With this choice a free body's inertia is block diagonal, its momentum is
 /// (I ω, m v), and integrating p_WC under no force is exact. A floating joint carries no force: a floating
@@ -27,16 +28,16 @@ namespace haptic {
 /// Constant data of one link and its joint. O is the link's reference point: the centre of mass of a floating
 /// link, the link frame's origin otherwise.
 struct LinkModel {
-  JointType type = JointType::kFixed;
-  int parent = -1;   ///< -1: the world
-  int q = 0, v = 0;  ///< first index in the state
-  int dof = 0;
+  int parent = -1;                     ///< -1: the world
+  bool floating = false;
+  int slides = 0, turns = 0, dof = 0;  ///< axes of the joint: dof = slides + turns
+  int q = 0, v = 0;                    ///< first index in the state
+  int v_slide = 0, v_turn = 0;         ///< first index of the slides, of the turns
   Vector3 p_PJ = Vector3::Zero();      ///< joint's origin from the parent's reference point, parent axes [m]
-  Matrix3 R_PJ = Matrix3::Identity();  ///< joint frame; z along the axis for planar joints
-  Vector3 axis_P = Vector3::UnitX();   ///< joint axis in parent axes
-  /// Revolute: R_PL = turn[0] + turn[1] cos q + turn[2] sin q.
+  Matrix3 R_PJ = Matrix3::Identity();  ///< joint frame
+  Matrix3 axes_P = Matrix3::Zero();    ///< axes in parent axes, by column; none of a floating joint
+  /// One turn: R_PL = turn[0] + turn[1] cos q + turn[2] sin q.
   Matrix3 turn[3] = {Matrix3::Identity(), Matrix3::Zero(), Matrix3::Zero()};
-  Matrix3 R_JL = Matrix3::Identity();     ///< planar: link axes in the joint frame at q = 0
   double mass = 0;                        ///< [kg]
   Vector3 p_LO = Vector3::Zero();         ///< reference point in the link frame [m]
   Vector3 p_OC = Vector3::Zero();         ///< centre of mass from O, link axes [m]
@@ -63,12 +64,8 @@ class Articulation {
   bool isFreeBody() const { return free_body_; }
   /// No degree of freedom: nothing ever moves.
   bool isStatic() const { return nv_ == 0; }
-  /// The degree of freedom whose motion carries degree i (-1: none): the sparsity of the joint-space inertia.
-  const std::vector<int>& dofParent() const { return dof_parent_; }
   /// The link without parent that link i hangs on.
   int root(int i) const { return root_[i]; }
-  /// The joint that degree i belongs to, as a link index.
-  const std::vector<int>& dofLink() const { return dof_link_; }
 
   /// State of the definition: initial joint positions, initial pose and twist of floating roots.
   void initialState(double* q, double* v) const;
@@ -77,7 +74,7 @@ class Articulation {
   void compileLink(int i);
   TreeDef def_;
   std::vector<LinkModel> links_;
-  std::vector<int> dof_parent_, dof_link_, root_;
+  std::vector<int> dof_link_, root_;
   int nq_ = 0, nv_ = 0;
   bool free_body_ = false;
 };

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptic_core/base/spatial.h"
+#include "haptic_core/dynamics/joint_type.h"
 
 namespace haptic {
 
@@ -19,8 +20,6 @@ struct LinkInertia {
     visit(s.mass), visit(s.p_LC), visit(s.I_C);
   }
 };
-
-enum class JointType : unsigned char { kFixed, kRevolute, kPrismatic, kPlanar, kSpherical, kFloating };
 
 /// A joint from a parent link P to its child link. `q` is 0 where the child frame coincides with the joint frame J.
 struct JointDef {

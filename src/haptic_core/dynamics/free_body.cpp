@@ -14,23 +14,13 @@ constexpr double kLargestTurn = 0.3;
 constexpr double kMostParts = 1000;
 
 /// Rotation vector in body axes that the body turns by in h: Ω(h) of the header, by powers of t/h.
-template <bool kTwisted>
-Vector3 turn(const LinkModel& link, const Vector3& l0, const Vector3& torque, double h) {
-  Vector3 l[5], w[5], s[4];
+Vector3 turn(const LinkModel& link, const Vector3& l0, double h) {
+  Vector3 l[5], w[5];
   l[0] = l0;
   w[0].noalias() = h * (link.I_O_inverse * l[0]);
-  if constexpr (kTwisted) s[0] = h * torque;
   for (int k = 0; k < 4; ++k) {
     Vector3 sum = l[0].cross(w[k]);
     for (int j = 1; j <= k; ++j) sum += l[j].cross(w[k - j]);
-    if constexpr (kTwisted) {
-      sum += s[k];
-      if (k < 3) {
-        s[k + 1] = s[0].cross(w[k]);
-        for (int j = 1; j <= k; ++j) s[k + 1] += s[j].cross(w[k - j]);
-        s[k + 1] *= 1. / (k + 1);
-      }
-    }
     l[k + 1] = 1. / (k + 1) * sum;
     w[k + 1].noalias() = h * (link.I_O_inverse * l[k + 1]);
   }
@@ -47,24 +37,20 @@ Vector3 turn(const LinkModel& link, const Vector3& l0, const Vector3& torque, do
   return o1 + (o2 + (o3 + (o4 + o5)));
 }
 
-/// The rotation of a step under `torque_W`; none: kTwisted is false.
-template <bool kTwisted>
-void rotate(const LinkModel& link, const Vector3& torque_W, double h, double* q, double* v) {
+void rotate(const LinkModel& link, double h, double* q, double* v) {
   Quaternion r(q[3], q[4], q[5], q[6]);
   Matrix3 R = r.toRotationMatrix();
   const Vector3 omega(v[0], v[1], v[2]);
   Vector3 l = link.I_O * (R.transpose() * omega);
-  const Vector3 L0 = R * l;
+  const Vector3 L = R * l;
   const double angle2 = omega.squaredNorm() * h * h;
   const double parts = angle2 <= kLargestTurn * kLargestTurn
                            ? 1
                            : std::min(kMostParts, std::ceil(std::sqrt(angle2) / kLargestTurn));
   const double dt = h / parts;
-  Vector3 L = L0;
   for (double part = 1; part <= parts; ++part) {
-    r = renormalised(r * quaternionStep(turn<kTwisted>(link, l, R.transpose() * torque_W, dt)));
+    r = renormalised(r * quaternionStep(turn(link, l, dt)));
     R = r.toRotationMatrix();
-    if constexpr (kTwisted) L = L0 + part * dt * torque_W;
     l.noalias() = R.transpose() * L;
   }
   Vector3 omega_end = R * (link.I_O_inverse * l);
@@ -81,17 +67,11 @@ void rotate(const LinkModel& link, const Vector3& torque_W, double h, double* q,
 
 }  // namespace
 
-void stepFreeBody(const LinkModel& link, const Wrench& F_C_W, const Vector3& gravity, double h, double* q,
-                  double* v) noexcept {
-  if (F_C_W.torque == Vector3::Zero()) {
-    rotate<false>(link, F_C_W.torque, h, q, v);
-  } else {
-    rotate<true>(link, F_C_W.torque, h, q, v);
-  }
-  const Vector3 a = F_C_W.force * (1 / link.mass) + gravity;
+void stepFreeBody(const LinkModel& link, const Vector3& gravity, double h, double* q, double* v) noexcept {
+  rotate(link, h, q, v);
   for (int k = 0; k < 3; ++k) {
-    q[k] += h * (v[3 + k] + 0.5 * h * a[k]);
-    v[3 + k] += h * a[k];
+    q[k] += h * (v[3 + k] + 0.5 * h * gravity[k]);
+    v[3 + k] += h * gravity[k];
   }
 }
 

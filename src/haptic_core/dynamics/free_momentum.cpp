@@ -28,20 +28,12 @@ FreeMomentum freeMomentum(const Articulation& articulation, const LinkWork* work
   return free;
 }
 
-bool movesFreely(const Articulation& articulation, const LinkWork* work, const double* tau,
-                 int root) noexcept {
-  const LinkModel& link = articulation.link(root);
-  if (link.type != JointType::kFloating) return false;
-  for (int k = 0; tau && k < 6; ++k) {
-    if (tau[link.v + k] != 0) return false;
+bool floatsWithOthers(const Articulation& articulation, int root) noexcept {
+  if (!articulation.link(root).floating) return false;
+  for (int i = root + 1; i < articulation.linkCount(); ++i) {
+    if (articulation.root(i) == root) return true;
   }
-  int links = 0;
-  for (int i = root; i < articulation.linkCount(); ++i) {
-    if (articulation.root(i) != root) continue;
-    if (!work[i].F_ext.torque.isZero(0) || !work[i].F_ext.force.isZero(0)) return false;
-    ++links;
-  }
-  return links > 1;
+  return false;
 }
 
 void keepMomentum(const Articulation& articulation, const LinkWork* work, const FreeMomentum& before,

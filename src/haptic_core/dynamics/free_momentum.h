@@ -20,10 +20,8 @@ struct FreeMomentum {
 /// (in realtime) From the poses and velocities in `work`. O(links).
 FreeMomentum freeMomentum(const Articulation& articulation, const LinkWork* work, int root) noexcept;
 
-/// (in realtime) Whether link `root` floats, carries others, and feels no force but gravity: no wrench on its
-/// tree and, in `tau` (or null), none on its own degrees.
-bool movesFreely(const Articulation& articulation, const LinkWork* work, const double* tau,
-                 int root) noexcept;
+/// (in realtime) Whether link `root` floats and carries others.
+bool floatsWithOthers(const Articulation& articulation, int root) noexcept;
 
 /// (in realtime) Puts the root's position and velocity in q, v right for a step h that began with `before`.
 /// `work`: the poses and velocities of q, v; it is not changed.

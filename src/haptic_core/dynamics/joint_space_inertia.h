@@ -1,10 +1,8 @@
-/// The joint-space inertia M(q), its sparse factor, and inverse dynamics: what an implicit step in
-/// generalised velocities needs. All routines work at the poses of the last forwardKinematics and none
-/// allocates (in realtime).
+/// The joint-space inertia M(q) and inverse dynamics: what an implicit step in generalised velocities needs. All
+/// routines work at the poses of the last forwardKinematics and none allocates (in realtime).
 ///
-/// Sources: Featherstone 2008, table 6.2 (composite rigid bodies) and sections 6.5 (M = LᵀL without fill
-/// along the branches of the tree), 5.3 (recursive Newton–Euler), in W axes about each link's O as in
-/// articulated_body.h.
+/// Sources: Featherstone 2008, table 6.2 (composite rigid bodies) and section 5.3 (recursive Newton–Euler), in W axes
+/// about each link's O as in articulated_body.h.
 #pragma once
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/dynamics/kinematics.h"
@@ -14,17 +12,6 @@ namespace haptic {
 /// M(q), nv × nv, row-major, full and symmetric [kg·m², kg·m, kg]. Overwrites what `accelerations` left in
 /// `work` (A, p_force, u: they hold the composites). O(nv · depth).
 void massMatrix(const Articulation& articulation, LinkWork* work, double* M) noexcept;
-
-/// Replaces the lower triangle of M (plus any positive diagonal or any matrix of the same branch-sparsity) by
-/// L with M = LᵀL; false when a pivot is not positive. Touches only degrees on common branches; for a chain
-/// nv³/6, for free bodies next to nothing.
-bool factorLtl(const Articulation& articulation, double* M) noexcept;
-
-/// x ← M⁻¹ x with the L of factorLtl.
-void solveLtl(const Articulation& articulation, const double* L, double* x) noexcept;
-
-/// x ← L⁻ᵀ x. With y_i = L⁻ᵀ J_iᵀ the operator J M⁻¹ Jᵀ is yᵀ y.
-void solveLtlHalf(const Articulation& articulation, const double* L, double* x) noexcept;
 
 /// τ [nv] that gives v̇ (null: v̇ = 0, so that τ is the bias c(q, v)) under gravity and the external wrenches:
 /// τ = M v̇ + c(q, v) − Σ Jᵀ F_ext. Overwrites p_torque, p_force, alpha and acceleration in `work`. O(links).

@@ -20,80 +20,52 @@ void store(const Quaternion& r, double* p) {
 }
 
 /// Pose of a link on a joint that hangs on R_WP, p_WP; fills X_WL, p_WO, r, S, p_OC.
-void placeLink(const LinkModel& link, const double* q, const Matrix3& R_WP, const Vector3& p_WP,
-               LinkWork& w) {
-  switch (link.type) {
-    case JointType::kFixed:
-      w.X_WL.R.noalias() = R_WP * link.R_PJ;
-      w.r.noalias() = R_WP * link.p_PJ;
-      break;
-    case JointType::kRevolute: {
-      const double s = std::sin(q[0]), c = std::cos(q[0]);
-      const Matrix3 R_PL = link.turn[0] + c * link.turn[1] + s * link.turn[2];
-      w.X_WL.R.noalias() = R_WP * R_PL;
-      w.r.noalias() = R_WP * link.p_PJ;
-      w.S.col(0).noalias() = R_WP * link.axis_P;
-      break;
-    }
-    case JointType::kPrismatic:
-      w.X_WL.R.noalias() = R_WP * link.R_PJ;
-      w.S.col(0).noalias() = R_WP * link.axis_P;
-      w.r = R_WP * link.p_PJ + q[0] * w.S.col(0);
-      break;
-    case JointType::kPlanar: {
-      const double s = std::sin(q[2]), c = std::cos(q[2]);
-      Matrix3 R_z;
-      R_z << c, -s, 0, s, c, 0, 0, 0, 1;
-      w.S.noalias() = R_WP * link.R_PJ;
-      w.X_WL.R = w.S * R_z * link.R_JL;
-      w.r = R_WP * link.p_PJ + q[0] * w.S.col(0) + q[1] * w.S.col(1);
-      break;
-    }
-    case JointType::kSpherical:
-      w.S.noalias() = R_WP * link.R_PJ;
-      w.X_WL.R.noalias() = w.S * quaternion(q).toRotationMatrix();
-      w.r.noalias() = R_WP * link.p_PJ;
-      break;
-    case JointType::kFloating:
-      w.X_WL.R = quaternion(q + 3).toRotationMatrix();
-      w.r = vec3(q);
-      break;
+void placeLink(const LinkModel& link, const double* q, const Matrix3& R_WP, const Vector3& p_WP, LinkWork& w) {
+  if (link.floating) {
+    w.X_WL.R = quaternion(q + 3).toRotationMatrix();
+    w.r = vec3(q);
+    w.p_WO = p_WP + w.r;
+    w.X_WL.p.noalias() = w.p_WO - w.X_WL.R * link.p_LO;
+    w.p_OC.setZero();
+    return;
   }
+  if (link.dof == 1) {
+    w.S.col(0).noalias() = R_WP * link.axes_P.col(0);
+  } else if (link.dof > 1) {
+    w.S.noalias() = R_WP * link.axes_P;
+  }
+  if (link.turns == 1) {
+    const double s = std::sin(q[link.slides]), c = std::cos(q[link.slides]);
+    const Matrix3 R_PL = link.turn[0] + c * link.turn[1] + s * link.turn[2];
+    w.X_WL.R.noalias() = R_WP * R_PL;
+  } else if (link.turns == 3) {
+    w.X_WL.R.noalias() = R_WP * (link.R_PJ * quaternion(q + link.slides).toRotationMatrix());
+  } else {
+    w.X_WL.R.noalias() = R_WP * link.R_PJ;
+  }
+  w.r.noalias() = R_WP * link.p_PJ;
+  for (int k = 0; k < link.slides; ++k) w.r += q[k] * w.S.col(k);
   w.p_WO = p_WP + w.r;
   w.X_WL.p = w.p_WO;
-  if (link.type == JointType::kFloating) {
-    w.X_WL.p.noalias() -= w.X_WL.R * link.p_LO;
-    w.p_OC.setZero();
-  } else {
-    w.p_OC.noalias() = w.X_WL.R * link.p_OC;
-  }
+  w.p_OC.noalias() = w.X_WL.R * link.p_OC;
+}
+
+/// Σ S_k v_k over the axes from `first` up to `end`; zero for none.
+inline Vector3 alongAxes(const Matrix3& S, const double* v, int first, int end) {
+  if (first == end) return Vector3::Zero();
+  Vector3 sum = v[first] * S.col(first);
+  for (int k = first + 1; k < end; ++k) sum += v[k] * S.col(k);
+  return sum;
 }
 
 /// Twist of the link and its acceleration at v̇ = 0, from the parent's.
 void moveLink(const LinkModel& link, const double* v, const LinkWork* parent, LinkWork& w) {
-  if (link.type == JointType::kFloating) {
+  if (link.floating) {
     w.omega = vec3(v);
     w.velocity = vec3(v + 3);
     return;
   }
-  Vector3 slide = Vector3::Zero(), turn = Vector3::Zero();  // of L over P
-  switch (link.type) {
-    case JointType::kRevolute:
-      turn = v[0] * w.S.col(0);
-      break;
-    case JointType::kPrismatic:
-      slide = v[0] * w.S.col(0);
-      break;
-    case JointType::kPlanar:
-      slide = v[0] * w.S.col(0) + v[1] * w.S.col(1);
-      turn = v[2] * w.S.col(2);
-      break;
-    case JointType::kSpherical:
-      turn.noalias() = w.S * vec3(v);
-      break;
-    default:
-      break;
-  }
+  const Vector3 slide = alongAxes(w.S, v, 0, link.slides), turn = alongAxes(w.S, v, link.slides, link.dof);  // of L over P
   if (!parent) {
     w.omega = turn;
     w.velocity = slide;
@@ -108,10 +80,6 @@ void moveLink(const LinkModel& link, const double* v, const LinkWork* parent, Li
   w.bias_angular = omega_P.cross(turn);
   w.bias_linear = omega_P.cross(carried + 2 * slide);  // centripetal and Coriolis
 }
-
-}  // namespace
-
-namespace {
 
 /// placeLink and moveLink of a free body.
 void placeFree(const LinkModel& link, const double* q, const double* v, LinkWork& w) {
@@ -156,25 +124,12 @@ void forwardVelocities(const Articulation& articulation, const double* v, LinkWo
 void integratePositions(const Articulation& articulation, double* q, const double* v, double h) noexcept {
   for (int i = 0; i < articulation.linkCount(); ++i) {
     const LinkModel& link = articulation.link(i);
-    double* qi = q + link.q;
-    const double* vi = v + link.v;
-    switch (link.type) {
-      case JointType::kFixed:
-        break;
-      case JointType::kRevolute:
-      case JointType::kPrismatic:
-        qi[0] += h * vi[0];
-        break;
-      case JointType::kPlanar:
-        for (int k = 0; k < 3; ++k) qi[k] += h * vi[k];
-        break;
-      case JointType::kSpherical:
-        store(renormalised(quaternionStep(h * vec3(vi)) * quaternion(qi)), qi);
-        break;
-      case JointType::kFloating:
-        for (int k = 0; k < 3; ++k) qi[k] += h * vi[3 + k];
-        store(renormalised(quaternionStep(h * vec3(vi)) * quaternion(qi + 3)), qi + 3);
-        break;
+    for (int k = 0; k < link.slides; ++k) q[link.q + k] += h * v[link.v_slide + k];
+    double* const turned = q + link.q + link.slides;
+    if (link.turns == 1) {
+      *turned += h * v[link.v_turn];
+    } else if (link.turns == 3) {
+      store(renormalised(quaternionStep(h * vec3(v + link.v_turn)) * quaternion(turned)), turned);
     }
   }
 }
@@ -185,29 +140,21 @@ void addGeneralisedForce(const Articulation& articulation, const LinkWork* work,
     const LinkModel& model = articulation.link(i);
     const LinkWork& w = work[i];
     double* g = generalised + model.v;
-    if (model.type == JointType::kFixed) continue;
-    if (model.type == JointType::kPrismatic) {
-      g[0] += w.S.col(0).dot(F_W.force);
+    if (model.dof == 0) continue;
+    if (model.turns == 0) {
+      for (int k = 0; k < model.slides; ++k) g[k] += w.S.col(k).dot(F_W.force);
       continue;
     }
     const Vector3 torque = F_W.torque + (p_W - w.p_WO).cross(F_W.force);  // about O
-    switch (model.type) {
-      case JointType::kRevolute:
-        g[0] += w.S.col(0).dot(torque);
-        break;
-      case JointType::kPlanar:
-        g[0] += w.S.col(0).dot(F_W.force);
-        g[1] += w.S.col(1).dot(F_W.force);
-        g[2] += w.S.col(2).dot(torque);
-        break;
-      case JointType::kSpherical:
-        for (int k = 0; k < 3; ++k) g[k] += w.S.col(k).dot(torque);
-        break;
-      default:
-        for (int k = 0; k < 3; ++k) {
-          g[k] += torque[k];
-          g[3 + k] += F_W.force[k];
-        }
+    if (model.dof == 1) {
+      g[0] += w.S.col(0).dot(torque);
+    } else if (model.floating) {
+      for (int k = 0; k < 3; ++k) {
+        g[k] += torque[k];
+        g[3 + k] += F_W.force[k];
+      }
+    } else {
+      for (int k = 0; k < model.dof; ++k) g[k] += w.S.col(k).dot(k < model.slides ? F_W.force : torque);
     }
   }
 }
@@ -219,28 +166,10 @@ Twist pointTwist(const Articulation& articulation, const LinkWork* work, int lin
     const LinkModel& model = articulation.link(i);
     const LinkWork& w = work[i];
     const double* vi = v + model.v;
-    Vector3 turn = Vector3::Zero();
-    switch (model.type) {
-      case JointType::kFixed:
-        continue;
-      case JointType::kPrismatic:
-        V.linear += vi[0] * w.S.col(0);
-        continue;
-      case JointType::kRevolute:
-        turn = vi[0] * w.S.col(0);
-        break;
-      case JointType::kPlanar:
-        V.linear += vi[0] * w.S.col(0) + vi[1] * w.S.col(1);
-        turn = vi[2] * w.S.col(2);
-        break;
-      case JointType::kSpherical:
-        turn.noalias() = w.S * vec3(vi);
-        break;
-      case JointType::kFloating:
-        V.linear += vec3(vi + 3);
-        turn = vec3(vi);
-        break;
-    }
+    if (model.dof == 0) continue;
+    if (model.slides > 0) V.linear += model.floating ? Vector3(vec3(vi + 3)) : alongAxes(w.S, vi, 0, model.slides);
+    if (model.turns == 0) continue;
+    const Vector3 turn = model.floating ? Vector3(vec3(vi)) : alongAxes(w.S, vi, model.slides, model.dof);
     V.angular += turn;
     V.linear += turn.cross(p_W - w.p_WO);
   }
@@ -260,30 +189,15 @@ void pointJacobian(const Articulation& articulation, const LinkWork* work, int l
     const LinkModel& model = articulation.link(i);
     const LinkWork& w = work[i];
     const Vector3 arm = p_W - w.p_WO;
-    switch (model.type) {
-      case JointType::kFixed:
-        break;
-      case JointType::kPrismatic:
-        column(model.v, zero, w.S.col(0));
-        break;
-      case JointType::kRevolute:
-        column(model.v, w.S.col(0), w.S.col(0).cross(arm));
-        break;
-      case JointType::kPlanar:
-        column(model.v, zero, w.S.col(0));
-        column(model.v + 1, zero, w.S.col(1));
-        column(model.v + 2, w.S.col(2), w.S.col(2).cross(arm));
-        break;
-      case JointType::kSpherical:
-        for (int k = 0; k < 3; ++k) column(model.v + k, w.S.col(k), w.S.col(k).cross(arm));
-        break;
-      case JointType::kFloating:
-        for (int k = 0; k < 3; ++k) {
-          column(model.v + k, Vector3::Unit(k), Vector3::Unit(k).cross(arm));
-          column(model.v + 3 + k, zero, Vector3::Unit(k));
-        }
-        break;
+    if (model.floating) {
+      for (int k = 0; k < 3; ++k) {
+        column(model.v + k, Vector3::Unit(k), Vector3::Unit(k).cross(arm));
+        column(model.v + 3 + k, zero, Vector3::Unit(k));
+      }
+      continue;
     }
+    for (int k = 0; k < model.slides; ++k) column(model.v + k, zero, w.S.col(k));
+    for (int k = model.slides; k < model.dof; ++k) column(model.v + k, w.S.col(k), w.S.col(k).cross(arm));
   }
 }
 

@@ -24,7 +24,7 @@ Rings::Rings(const Articulation& articulation, std::vector<RingDef> rings)
     if (ring.link_a < -1 || ring.link_a >= n || ring.link_b < -1 || ring.link_b >= n ||
         ring.link_a == ring.link_b)
       throw SetupError(articulation.def().name + "/" + ring.name,
-                       "a loop joins links that are not there, or one link", "name two links of the model");
+                       "a ring joins links that are not there, or one link", "name two links of the model");
     rows_ += rowsOf(ring.type);
   }
   for (int i = 0; i < articulation.linkCount(); ++i)

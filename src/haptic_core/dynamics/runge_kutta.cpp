@@ -1,32 +1,14 @@
 #include "haptic_core/dynamics/runge_kutta.h"
 
-#include "haptic_core/dynamics/free_body.h"
 #include "haptic_core/dynamics/free_momentum.h"
 
 namespace haptic {
 namespace {
 
-constexpr int kMostStages = 6;
-
-/// Stage s starts from q + h Σ a[s][j] k_j; the step is q + h Σ b[s] k_s.
-struct Tableau {
-  int stages;
-  double a[kMostStages][kMostStages - 1];
-  double b[kMostStages];
-};
-
-constexpr Tableau kMerson = {
-    5,
-    {{}, {1. / 3}, {1. / 6, 1. / 6}, {1. / 8, 0, 3. / 8}, {1. / 2, 0, -3. / 2, 2}, {}},
-    {1. / 6, 0, 0, 2. / 3, 1. / 6, 0}};
-constexpr Tableau kDormandPrince = {6,
-                                    {{},
-                                     {1. / 5},
-                                     {3. / 40, 9. / 40},
-                                     {44. / 45, -56. / 15, 32. / 9},
-                                     {19372. / 6561, -25360. / 2187, 64448. / 6561, -212. / 729},
-                                     {9017. / 3168, -355. / 33, 46732. / 5247, 49. / 176, -5103. / 18656}},
-                                    {35. / 384, 0, 500. / 1113, 125. / 192, -2187. / 6784, 11. / 84}};
+/// Merson's tableau: stage s starts from q + h Σ kA[s][j] k_j; the step is q + h Σ kB[s] k_s.
+constexpr int kStages = 5;
+constexpr double kA[kStages][kStages - 1] = {{}, {1. / 3}, {1. / 6, 1. / 6}, {1. / 8, 0, 3. / 8}, {1. / 2, 0, -3. / 2, 2}};
+constexpr double kB[kStages] = {1. / 6, 0, 0, 2. / 3, 1. / 6};
 
 Quaternion load(const double* p) {
   return Quaternion(p[0], p[1], p[2], p[3]);
@@ -48,25 +30,13 @@ Quaternion derivative(const Vector3& omega, const Quaternion& r) {
 void derivatives(const Articulation& articulation, const double* q, const double* v, double* qdot) {
   for (int i = 0; i < articulation.linkCount(); ++i) {
     const LinkModel& link = articulation.link(i);
-    const double* vi = v + link.v;
-    double* di = qdot + link.q;
-    switch (link.type) {
-      case JointType::kFixed:
-        break;
-      case JointType::kRevolute:
-      case JointType::kPrismatic:
-        di[0] = vi[0];
-        break;
-      case JointType::kPlanar:
-        for (int k = 0; k < 3; ++k) di[k] = vi[k];
-        break;
-      case JointType::kSpherical:
-        store(derivative(Vector3(vi[0], vi[1], vi[2]), load(q + link.q)), di);
-        break;
-      case JointType::kFloating:
-        for (int k = 0; k < 3; ++k) di[k] = vi[3 + k];
-        store(derivative(Vector3(vi[0], vi[1], vi[2]), load(q + link.q + 3)), di + 3);
-        break;
+    for (int k = 0; k < link.slides; ++k) qdot[link.q + k] = v[link.v_slide + k];
+    const int turned = link.q + link.slides;
+    const double* const omega = v + link.v_turn;
+    if (link.turns == 1) {
+      qdot[turned] = omega[0];
+    } else if (link.turns == 3) {
+      store(derivative(Vector3(omega[0], omega[1], omega[2]), load(q + turned)), qdot + turned);
     }
   }
 }
@@ -74,20 +44,19 @@ void derivatives(const Articulation& articulation, const double* q, const double
 void renormalise(const Articulation& articulation, double* q) {
   for (int i = 0; i < articulation.linkCount(); ++i) {
     const LinkModel& link = articulation.link(i);
-    double* r = q + link.q + (link.type == JointType::kFloating ? 3 : 0);
-    if (link.type == JointType::kSpherical || link.type == JointType::kFloating)
-      store(load(r).normalized(), r);
+    double* const r = q + link.q + link.slides;
+    if (link.turns == 3) store(load(r).normalized(), r);
   }
 }
 
 constexpr int kMomentumNumbers = 10;  // per link, used by roots: mass (0: not kept), centre, momentum
 
 /// Notes the momentum of what floats freely at the start of the step.
-void noteMomentum(const Articulation& articulation, const LinkWork* work, const double* tau, double* notes) {
+void noteMomentum(const Articulation& articulation, const LinkWork* work, double* notes) {
   for (int i = 0; i < articulation.linkCount(); ++i) {
     double* note = notes + kMomentumNumbers * i;
     note[0] = 0;
-    if (articulation.root(i) != i || !movesFreely(articulation, work, tau, i)) continue;
+    if (articulation.root(i) != i || !floatsWithOthers(articulation, i)) continue;
     const FreeMomentum free = freeMomentum(articulation, work, i);
     note[0] = free.mass;
     Eigen::Map<Vector3>(note + 1) = free.p_WC;
@@ -115,43 +84,33 @@ void restoreMomentum(const Articulation& articulation, const double* notes, cons
 }  // namespace
 
 int rungeKuttaScratch(const Articulation& articulation) {
-  return (kMostStages + 1) * (articulation.nq() + articulation.nv()) + (6 + kMomentumNumbers) * articulation.linkCount();
+  return (kStages + 1) * (articulation.nq() + articulation.nv()) + kMomentumNumbers * articulation.linkCount();
 }
 
-void stepRungeKutta(const Articulation& articulation, const Vector3& gravity, const double* tau, double h,
-                    double* q, double* v, LinkWork* work, double* scratch, TreeFormula formula) noexcept {
-  if (articulation.isFreeBody() && !tau) {
-    stepFreeBody(articulation.link(0), work[0].F_ext, gravity, h, q, v);
-    return;
-  }
-  const int nq = articulation.nq(), nv = articulation.nv(), width = nq + nv, links = articulation.linkCount();
+void stepRungeKutta(const Articulation& articulation, const Vector3& gravity, double h, double* q, double* v,
+                    LinkWork* work, double* scratch) noexcept {
+  const int nq = articulation.nq(), nv = articulation.nv(), width = nq + nv;
   double* const slopes = scratch;  // one (q̇, v̇) per stage
-  double* const stage = scratch + kMostStages * width;
-  double* const wrenches = stage + width;
-  double* const momenta = wrenches + 6 * links;
-  for (int i = 0; i < links; ++i) Eigen::Map<Vector6>(wrenches + 6 * i) = work[i].F_ext.vector();
-  const Tableau& tableau = formula == TreeFormula::kMerson ? kMerson : kDormandPrince;
-  for (int s = 0; s < tableau.stages; ++s) {
+  double* const stage = scratch + kStages * width;
+  double* const momenta = stage + width;
+  for (int s = 0; s < kStages; ++s) {
     for (int k = 0; k < nq; ++k) stage[k] = q[k];
     for (int k = 0; k < nv; ++k) stage[nq + k] = v[k];
     for (int j = 0; j < s; ++j) {
-      const double weight = h * tableau.a[s][j];
+      const double weight = h * kA[s][j];
       if (weight != 0)
         for (int k = 0; k < width; ++k) stage[k] += weight * slopes[j * width + k];
     }
     double* const slope = slopes + s * width;
     derivatives(articulation, stage, stage + nq, slope);
     forwardKinematics(articulation, stage, stage + nq, work);
-    for (int i = 0; i < links; ++i) {
-      work[i].F_ext.torque = Eigen::Map<Vector3>(wrenches + 6 * i);
-      work[i].F_ext.force = Eigen::Map<Vector3>(wrenches + 6 * i + 3);
-    }
-    if (s == 0) noteMomentum(articulation, work, tau, momenta);
-    accelerations(articulation, gravity, tau, nullptr, work, slope + nq);
+    if (s == 0) noteMomentum(articulation, work, momenta);
+    accelerations(articulation, gravity, nullptr, nullptr, work, slope + nq);
   }
-  for (int s = 0; s < tableau.stages; ++s) {
-    for (int k = 0; k < nq; ++k) q[k] += h * tableau.b[s] * slopes[s * width + k];
-    for (int k = 0; k < nv; ++k) v[k] += h * tableau.b[s] * slopes[s * width + nq + k];
+  for (int s = 0; s < kStages; ++s) {
+    if (kB[s] == 0) continue;
+    for (int k = 0; k < nq; ++k) q[k] += h * kB[s] * slopes[s * width + k];
+    for (int k = 0; k < nv; ++k) v[k] += h * kB[s] * slopes[s * width + nq + k];
   }
   renormalise(articulation, q);
   restoreMomentum(articulation, momenta, gravity, h, q, v, work);

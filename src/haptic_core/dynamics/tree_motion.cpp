@@ -27,14 +27,14 @@ TreeMotion::TreeMotion(const Articulation& articulation, std::vector<RingDef> ri
     joints_.push_back(ownLaw(articulation.def().links[i].joint));
     const JointDef& joint = joints_.back();
     if (link.dof == 1 && hasLaw(joint)) laws_.push_back({i, link.v, link.q});
-    if (link.dof != 3) continue;
+    if (link.dof < 2 || link.floating) continue;
     if (joint.damping > 0)
-      for (int k = 0; k < 3; ++k) damped_.emplace_back(link.v + k, joint.damping);
+      for (int k = 0; k < link.dof; ++k) damped_.emplace_back(link.v + k, joint.damping);
     JointDef rest = joint;
     rest.damping = 0;
     if (hasLaw(rest))
       unsupported_.push_back(articulation.def().name + "/" + joint.name +
-                             ": friction, limits and drives of joints of three degrees are not simulated");
+                             ": friction, limits and drives of joints of several degrees are not simulated");
   }
   graphs_.resize(laws_.size());
   piece_.resize(laws_.size());
@@ -116,7 +116,7 @@ double TreeMotion::forceOf(const Law& law, const ForcePiece& piece, const Vector
   const Wrench F = jointWrench(articulation_, work, law.link, gravity);
   const Vector3 axis = work[law.link].S.col(0);
   const double others = tau_[law.v] - law_tau_[law.v];  // rings and what the caller gave
-  return axis.dot(joints_[law.link].type == JointType::kPrismatic ? F.force : F.torque) - others;
+  return axis.dot(articulation_.link(law.link).slides ? F.force : F.torque) - others;
 }
 
 /// Moves joints that left their piece to the next one: all of them, or the last. False: all are where they

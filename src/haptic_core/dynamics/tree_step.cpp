@@ -29,7 +29,7 @@ inline void kickFree(const LinkModel& link, const Matrix3& R, const double* pull
 
 /// A free body turns and flies on without forces.
 inline void coastFree(const SteppedTree& tree, double h) {
-  stepFreeBody(tree.model->link(0), Wrench{}, Vector3::Zero(), h, tree.q, tree.v);
+  stepFreeBody(tree.model->link(0), Vector3::Zero(), h, tree.q, tree.v);
 }
 
 /// What the wrenches in `work` add to v̇ (gravity and inertia are the drift's).
@@ -67,8 +67,7 @@ inline void kickJointed(const SteppedTree& tree, const double* pull, double dt) 
 
 /// A tree moves on under gravity and its own inertia.
 void coastJointed(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) {
-  for (int i = 0; i < tree.model->linkCount(); ++i) tree.work[i].F_ext = Wrench{};
-  stepRungeKutta(*tree.model, gravity, nullptr, h, tree.q, tree.v, tree.work, scratch.stages.data(), TreeFormula::kMerson);
+  stepRungeKutta(*tree.model, gravity, h, tree.q, tree.v, tree.work, scratch.stages.data());
 }
 
 }  // namespace

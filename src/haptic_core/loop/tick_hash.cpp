@@ -19,8 +19,6 @@ std::uint32_t fold(std::uint64_t hash) noexcept { return static_cast<std::uint32
 
 }  // namespace
 
-int partCount(int links, int hands) { return std::min(links, kMaxLinkParts) + hands; }
-
 bool TickHash::operator==(const TickHash& other) const noexcept {
   return world == other.world && parts == other.parts &&
          std::equal(part.begin(), part.begin() + parts, other.part.begin());

@@ -21,7 +21,4 @@ struct TickHash {
 /// (in realtime) Of the loop after a tick. About 1 ns per number of the state.
 void hashTick(HapticLoop& loop, TickHash& hash) noexcept;
 
-/// Parts of a world with `links` links and `hands` hands.
-int partCount(int links, int hands);
-
 }  // namespace haptic

@@ -116,7 +116,7 @@ void lookForExplicit(const Model& model, const Island& island, bool flew, State&
 bool advance(const Model& model, const Island& island, double h, State& state, Work& work, StepReport& report) noexcept {
   if (fliesFreely(model, island, state)) {
     const ModelTree& tree = model.trees[island.trees[0]];
-    stepFreeBody(tree.model->link(0), Wrench{}, model.settings.gravity, h, state.q.data() + tree.q, state.v.data() + tree.v);
+    stepFreeBody(tree.model->link(0), model.settings.gravity, h, state.q.data() + tree.q, state.v.data() + tree.v);
     return false;
   }
   const ImplicitReport& solved =

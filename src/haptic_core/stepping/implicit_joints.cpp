@@ -26,7 +26,7 @@ ImplicitJoints::ImplicitJoints(const Model& model)
         laws_.push_back(
             {joint, t, tree.link + i, tree.q + link.q, tree.v + link.v, tree.command + i, link.v});
       }
-      for (int k = 0; k < link.dof && link.dof == 3 && joint.damping > 0; ++k) {
+      for (int k = 0; k < link.dof && link.dof > 1 && !link.floating && joint.damping > 0; ++k) {
         damped_.push_back({t, link.v + k, tree.v + link.v + k, joint.damping});
       }
     }

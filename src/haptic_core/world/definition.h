@@ -12,6 +12,7 @@
 #include "haptic_core/dynamics/articulation_def.h"
 #include "haptic_core/dynamics/ring.h"
 #include "haptic_core/geometry/contact_volume.h"
+#include "haptic_core/world/integrator.h"
 
 namespace haptic {
 
@@ -126,7 +127,6 @@ struct PointerDef {
   }
 };
 
-enum class Integrator : unsigned char { kSymplecticEuler, kVelocityVerlet, kImplicitEuler, kSdirk2, kAutomatic };
 enum class ContactModel : unsigned char {
   kVolume,  ///< pressure integrated over the contact volume
   kPoint    ///< a spring at the most penetrating point (geometry/point_contact.h); explicit steps only

@@ -107,7 +107,7 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
   }
   if (entry.size == 0) entry.size = 1;
   entry.moves = model.dof > 0 || (model.parent >= 0 && links[tree.link + model.parent].moves);
-  has_joints |= model.dof > 0 && model.type != JointType::kFloating;
+  has_joints |= model.dof > 0 && !model.floating;
   for (const CollisionDef& collision : link.collisions) {
     const std::string where = world.name + ", link " + link.name;
     if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a convex polyhedron");

@@ -113,7 +113,7 @@ TEST(ArticulatedBody, FreeBodyShortWayAgreesWithTheTree) {
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(alone.vdot[i], tree.vdot[i], 1e-11 * (1 + std::abs(alone.vdot[i])));
 }
 
-TEST(JointSpaceInertia, SparseFactorSolves) {
+TEST(JointSpaceInertia, GivesTheKineticEnergy) {
   Random random(4);
   for (int trial = 0; trial < 40; ++trial) {
     Case c(randomTree(random, 1 + trial, trial % 2));
@@ -121,16 +121,9 @@ TEST(JointSpaceInertia, SparseFactorSolves) {
     const int nv = c.tree.nv();
     Dense M(nv, nv);
     massMatrix(c.tree, c.work.data(), M.data());
-    Dense L = M;
-    ASSERT_TRUE(factorLtl(c.tree, L.data()));
-    Eigen::VectorXd x = Eigen::Map<Eigen::VectorXd>(c.tau.data(), nv);
-    solveLtl(c.tree, L.data(), x.data());
-    const Eigen::VectorXd residual = M * x - Eigen::Map<Eigen::VectorXd>(c.tau.data(), nv);
-    EXPECT_LT(residual.norm(), 1e-11 * (M.norm() * x.norm()));
-    EXPECT_NEAR(
-        0.5 *
-            Eigen::Map<Eigen::VectorXd>(c.v.data(), nv).dot(M * Eigen::Map<Eigen::VectorXd>(c.v.data(), nv)),
-        kineticEnergy(c.tree, c.work.data()), 1e-11 * kineticEnergy(c.tree, c.work.data()));
+    const Eigen::Map<Eigen::VectorXd> v(c.v.data(), nv);
+    const double energy = kineticEnergy(c.tree, c.work.data());
+    EXPECT_NEAR(0.5 * v.dot(M * v), energy, 1e-11 * energy);
   }
 }
 

@@ -44,15 +44,17 @@ inline TreeDef randomTree(Random& random, int links, bool floating, int reach = 
   TreeDef tree;
   tree.name = "tree";
   tree.X_WA = Pose(randomRotation(random), randomVector(random));
+  std::vector<JointType> types = {JointType::kRevolute, JointType::kRevolute};  // what robots have most of
+  for (const JointKind& kind : kJointKinds) {
+    if (!kind.floating && degreesOf(kind) > 0) types.push_back(kind.type);
+  }
+  types.push_back(JointType::kFixed);
   for (int i = 0; i < links; ++i) {
     BodyDef body;
     body.name = "link" + std::to_string(i);
     body.parent = i == 0 ? -1 : i - 1 - static_cast<int>(random() % std::min(i, reach));
     body.joint.name = "joint" + std::to_string(i);
-    const JointType types[] = {JointType::kRevolute,  JointType::kRevolute, JointType::kRevolute,
-                               JointType::kPrismatic, JointType::kPlanar,   JointType::kSpherical,
-                               JointType::kFixed};
-    body.joint.type = types[random() % 7];
+    body.joint.type = types[random() % types.size()];
     if (i == 0) body.joint.type = floating ? JointType::kFloating : JointType::kRevolute;
     body.joint.X_PJ = Pose(randomRotation(random), randomVector(random, 0.3));
     body.joint.axis = randomVector(random).normalized();
@@ -70,8 +72,8 @@ inline void randomState(Random& random, const Articulation& tree, std::vector<do
   for (double& x : v) x = uniform(random, -2, 2);
   for (int i = 0; i < tree.linkCount(); ++i) {
     const LinkModel& link = tree.link(i);
-    const int at = link.q + (link.type == JointType::kFloating ? 3 : 0);
-    if (link.type != JointType::kSpherical && link.type != JointType::kFloating) continue;
+    const int at = link.q + link.slides;
+    if (link.turns != 3) continue;
     const Quaternion r = randomRotation(random);
     q[at] = r.w();
     q[at + 1] = r.x();

@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "ccd_oracle.h"
 #include "exact_volume.h"
 #include "haptic_core/geometry/shapes.h"
 
@@ -80,6 +81,26 @@ TEST_F(Gjk, ProvesItsDistance) {
     EXPECT_GT(gapAlong(a, b, X, near.direction, va, vb), 0);
   }
   EXPECT_GT(separated, 1000);
+}
+
+/// Two implementations agree on every pair, but where the bodies touch to within what libccd resolves.
+TEST_F(Gjk, AgreesWithLibccd) {
+  std::vector<Vector3> points;
+  for (int i = 0; i < 40; ++i) points.push_back(0.05 * direction());
+  const std::vector<ConvexPolyhedron> shapes = {makeBox(Vector3(0.1, 0.08, 0.002)), ConvexPolyhedron::hull(points),
+                                                makeCylinder(0.04, 0.1, 16), makeSphere(0.05, 1)};
+  int separated = 0, overlapping = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const ConvexPolyhedron &a = shapes[i % 4], &b = shapes[i / 4 % 4];
+    const Pose X(rotation(), std::uniform_real_distribution<double>(0, 0.15)(random) * direction());
+    ClosestPoints near;
+    closestPoints(a, b, X, Vector3::Zero(), near);
+    if (near.separated && near.distance < 1e-9) continue;
+    EXPECT_EQ(near.separated, !oracle::ccdIntersects(a, b, X)) << "pair " << i << ", distance " << near.distance;
+    ++(near.separated ? separated : overlapping);
+  }
+  EXPECT_GT(separated, 1000);
+  EXPECT_GT(overlapping, 1000);
 }
 
 TEST_F(Gjk, GivesACommonPointOfBodiesThatIntersect) {

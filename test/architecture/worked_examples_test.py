@@ -1,0 +1,80 @@
+"""The worked examples of CONTRIBUTING: each applies to the sources as they are, compiles, and touches few files.
+
+Prints how many, as figures: structure.files_for_a_joint_type and its like. Tests do not count.
+"""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..'))
+# Heading in CONTRIBUTING -> figure, most files that it may touch, what must compile afterwards.
+EXAMPLES = {
+    'A joint type': ('structure.files_for_a_joint_type', 1, """
+#include "haptic_core/dynamics/articulation_def.h"
+using namespace haptic;
+static_assert(kindOf(JointType::kCylindrical).type == JointType::kCylindrical);
+static_assert(degreesOf(kindOf(JointType::kCylindrical)) == 2 && hasAxis(kindOf(JointType::kCylindrical)));
+"""),
+    'A pressure law': ('structure.files_for_a_pressure_law', 1, """
+#include "haptic_core/contact/pressure_law.h"
+using namespace haptic;
+static_assert(kindOf(PressureLaw::kElastic).law == PressureLaw::kElastic && !jumpsAtTouch(PressureLaw::kElastic));
+"""),
+}
+
+
+def examples():
+    """Heading -> list of (file, [(old lines, new lines)])."""
+    with open(os.path.join(ROOT, 'CONTRIBUTING.md'), encoding='utf-8') as file:
+        text = file.read()
+    found = {}
+    for paragraph in re.finditer(r'\*\*([^*]+)\*\*: (?:(?!\n\*\*).)*?```diff\n(.*?)```', text, re.S):
+        files = []
+        for line in paragraph.group(2).splitlines():
+            if line.startswith('--- '):
+                continue
+            if line.startswith('+++ b/'):
+                files.append((line[6:], []))
+            elif line.startswith('@@'):
+                files[-1][1].append(([], []))
+            else:
+                old, new = files[-1][1][-1]
+                if line[:1] in ' -':
+                    old.append(line[1:])
+                if line[:1] in ' +':
+                    new.append(line[1:])
+        found[paragraph.group(1)] = files
+    return found
+
+
+class WorkedExamples(unittest.TestCase):
+    def test_each_applies_compiles_and_touches_few_files(self):
+        found = examples()
+        for heading, (figure, most, probe) in EXAMPLES.items():
+            with self.subTest(heading), tempfile.TemporaryDirectory() as copy:
+                self.assertIn(heading, found, 'CONTRIBUTING has no such example')
+                shutil.copytree(os.path.join(ROOT, 'src'), os.path.join(copy, 'src'))
+                for path, hunks in found[heading]:
+                    with open(os.path.join(copy, path), encoding='utf-8') as file:
+                        text = file.read()
+                    for old, new in hunks:
+                        self.assertEqual(text.count('\n'.join(old) + '\n'), 1, f'{path}: the example no longer fits:\n{old}')
+                        text = text.replace('\n'.join(old) + '\n', '\n'.join(new) + '\n')
+                    with open(os.path.join(copy, path), 'w', encoding='utf-8') as file:
+                        file.write(text)
+                count = sum(not path.startswith('test/') for path, _ in found[heading])
+                print(f'figure {figure} {count} 1')
+                self.assertLessEqual(count, most)
+                result = subprocess.run(
+                    ['g++', '-std=c++17', '-fsyntax-only', '-Wall', '-Werror=switch', f'-I{copy}/src', '-isystem',
+                     '/usr/include/eigen3', '-x', 'c++', '-'], input=probe, text=True, capture_output=True)
+                self.assertEqual(result.returncode, 0, result.stderr)
+
+
+if __name__ == '__main__':
+    sys.stdout.reconfigure(line_buffering=True)
+    unittest.main()

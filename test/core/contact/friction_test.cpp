@@ -1,0 +1,107 @@
+// Friction of a patch whose integrals are closed forms: the elastic layer, the limit, sliding, sticking again, events.
+#include "haptic_core/contact/friction.h"
+
+#include "flush_cube.h"
+
+namespace haptic::test {
+namespace {
+
+// 20 roundings of numbers of the size of the load; the volume's area and depth carry the pose's rounding, eps 0.15/1e-4.
+constexpr double kRounding = 1e-11;
+
+class Friction : public FlushCube {};
+
+TEST_F(Friction, AStuckPatchIsAnElasticLayerWithItsDamper) {
+  const double h = 1e-3;
+  for (const Vector3& rate : {Vector3(2e-3, -1e-3, 0), Vector3(0, 0, 0.05), Vector3(-1e-3, 2e-3, 0.03)}) {
+    const Twist V{Vector3(0, 0, rate.z()), Vector3(rate.x(), rate.y(), 0)};
+    const LocatedForce F = force(V, {}, {h, 0});
+    const double layer = law_.material.tangential_stiffness * h + law_.material.tangential_damping;  // k_t s + b_t v
+    EXPECT_TRUE(F.sticking);
+    EXPECT_NEAR((F.F_BP_P.force.head<2>() + kArea * layer * rate.head<2>()).norm(), 0, kRounding * load());
+    EXPECT_NEAR(F.F_BP_P.torque.z(), -kTorsion * layer * rate.z(), kRounding * load() * kSide);
+    EXPECT_NEAR(F.memory.energy,
+                0.5 * law_.material.tangential_stiffness * h * h *
+                    (kArea * rate.head<2>().squaredNorm() + kTorsion * rate.z() * rate.z()),
+                kRounding * load() * h);
+  }
+}
+
+TEST_F(Friction, SlidesWithMuOnceItHadToHoldMoreThanMuStatic) {
+  law_.material.tangential_damping = 0;
+  const double h = 1e-3, kt = law_.material.tangential_stiffness;
+  const Vector3 direction = Vector3(0.8, -0.6, 0);
+  const double yields_at = law_.material.mu_static * load() / (kt * kArea * h);  // speed whose slip in h is the limit
+  for (const double share : {0.5, 0.99, 1.01, 1.5, 30.0}) {
+    const Twist V{Vector3::Zero(), share * yields_at * direction};
+    const LocatedForce F = force(V, {}, {h, 0});
+    EXPECT_EQ(F.sticking, share < 1) << share;
+    const double expected = share < 1 ? share * law_.material.mu_static : law_.material.mu_dynamic;
+    EXPECT_NEAR((F.F_BP_P.force.head<2>() + expected * load() * direction.head<2>()).norm(), 0, 1e-9 * load()) << share;
+    // The springs hold what slides, no more.
+    EXPECT_NEAR(F.memory.slip_A.norm(), expected * load() / (kt * kArea), 1e-9 * h);
+  }
+}
+
+TEST_F(Friction, ASolveKeepsTheStaticLimitAndANeverYieldingOneIsElastic) {
+  law_.material.tangential_damping = 0;
+  const double h = 1e-3, speed = 3 * law_.material.mu_static * load() / (law_.material.tangential_stiffness * kArea * h);
+  const Twist V{Vector3::Zero(), Vector3(speed, 0, 0)};
+  const LocatedForce keeps = force(V, {}, {h, 0, Yielding::kKeepsLimit}), never = force(V, {}, {h, 0, Yielding::kNever});
+  EXPECT_NEAR(keeps.F_BP_P.force.head<2>().norm(), law_.material.mu_static * load(), 1e-9 * load());
+  EXPECT_NEAR(never.F_BP_P.force.head<2>().norm(), 3 * law_.material.mu_static * load(), 1e-9 * load());
+  EXPECT_TRUE(never.sticking);
+}
+
+TEST_F(Friction, NeverGivesEnergyWhileItSlides) {
+  // Any path of slip and spin: what the bodies lose is at least what the springs gain. Without the damper: where that alone
+  // makes a patch yield, the springs are set to the limit at once, ahead of the slip, once per beginning of sliding.
+  law_.material.tangential_damping = 0;
+  const double h = 1e-3;
+  FrictionMemory memory;
+  double taken = 0;
+  for (int i = 0; i < 400; ++i) {
+    const double a = 0.05 * i;
+    const Twist V{Vector3(0, 0, 0.4 * std::sin(1.7 * a)), Vector3(0.02 * std::cos(a), 0.03 * std::sin(2 * a), 0)};
+    const LocatedForce F = force(V, memory, {h, 0});
+    EXPECT_LE(F.F_BP_P.force.head<2>().norm(), law_.material.mu_static * load() * (1 + 1e-9));
+    taken -= h * (F.F_BP_P.force.head<2>().dot(V.linear.head<2>()) + F.F_BP_P.torque.z() * V.angular.z());
+    memory = F.memory;
+    EXPECT_GE(taken - memory.energy, -1e-12);
+  }
+  EXPECT_GT(taken, 10 * memory.energy);  // it did slide
+}
+
+TEST_F(Friction, SticksAgainWhenTheSlipTurnsBack) {
+  const double h = 1e-3;
+  FrictionMemory memory;
+  for (int i = 0; i < 5; ++i) memory = force({Vector3::Zero(), Vector3(0.1, 0, 0)}, memory, {h, 0.5}).memory;
+  ASSERT_EQ(memory.sliding, 1);
+  const double slow = -1e-5;  // less than the springs could drive
+  const LocatedForce F = force({Vector3::Zero(), Vector3(slow, 0, 0)}, memory, {h, 0.5});
+  EXPECT_TRUE(F.sticking);
+  // From 0.1 m/s to -1e-5 m/s at a constant rate: it stops just before the end.
+  EXPECT_NEAR(F.event, 0.1 / (0.1 - slow), 1e-12);
+}
+
+TEST_F(Friction, PointsAgainstTheSlipInWhateverAxesThePatchIsGiven) {
+  // The cube turned about its normal by quarters is the same cube: the force in the floor's axes must not change.
+  const Vector3 v_A(0.03, 0.01, 0);
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    PairCache cache;
+    const Matrix3 R = Eigen::AngleAxisd(quarter * M_PI / 2, Vector3::UnitZ()).toRotationMatrix();
+    contactVolume(floor_, cube_, Pose(R, Vector3(0.02, -0.01, 0.15 - depth_)), cache, workspace_, contact_);
+    const LocatedForce F = force({Vector3::Zero(), inP(v_A)}, {}, {1, 0});
+    const Vector3 f_A = contact_.X_AP.R * Vector3(F.F_BP_P.force.x(), F.F_BP_P.force.y(), 0);
+    EXPECT_NEAR((f_A + law_.material.mu_dynamic * load() * v_A.normalized()).norm(), 0, 1e-9 * load());
+  }
+}
+
+TEST_F(Friction, WithoutTorsionThePatchDoesNotResistSpinning) {
+  law_.torsion = false;
+  const LocatedForce F = force({Vector3(0, 0, 5), Vector3::Zero()}, {}, {1e-3, 0});
+  EXPECT_EQ(F.F_BP_P.torque.z(), 0);
+}
+
+}  // namespace
+}  // namespace haptic::test
