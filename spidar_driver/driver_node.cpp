@@ -2,7 +2,10 @@
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 
+#include "spidar_driver/command_gate.h"
+
 int main(int argc, char** argv) {
+  haptic::listenOnLoopbackByDefault();
   ros::init(argc, argv, "driver");
   nodelet::Loader loader(false);
   try {
