@@ -180,8 +180,4 @@ std::string CommandGate::refuseCaller(const std::string& caller) const {
   return {};
 }
 
-void listenOnLoopbackByDefault() {
-  if (!std::getenv("ROS_HOSTNAME")) ::setenv("ROS_IP", "127.0.0.1", 0);
-}
-
 }  // namespace haptic

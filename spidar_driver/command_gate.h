@@ -37,8 +37,4 @@ class CommandGate {
 
 using TriggerEvent = ros::ServiceEvent<std_srvs::Trigger::Request, std_srvs::Trigger::Response>;
 
-/// Loopback, unless the user has chosen a network: sets ROS_IP before ros::init. For the programs of this package; launch
-/// files say it for nodelet managers.
-void listenOnLoopbackByDefault();
-
 }  // namespace haptic
