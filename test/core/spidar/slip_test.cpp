@@ -2,6 +2,7 @@
 // of freedom. The oracle is the twin: it knows what was done to which string, and where the grip is.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <random>
@@ -31,11 +32,14 @@ std::vector<std::string> redundantDevices() {
 
 /// A calibrated, enabled device whose grip is waved; what is done to the counts is added on their way.
 struct SlipRig {
-  SlipRig(const std::string& name, double exit_error, unsigned seed) : device(load(name)), twin(bent(load(name), exit_error, seed), waving()) {
+  SlipRig(const std::string& name, double exit_error, unsigned seed)
+      : device(load(name)), twin(bent(load(name), exit_error, seed), waving()) {
     device.calibrateAtHome();
     device.setForceEnabled(true);
   }
-  static DeviceDef load(const std::string& name) { return loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/" + name + ".yaml"); }
+  static DeviceDef load(const std::string& name) {
+    return loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/" + name + ".yaml");
+  }
   static DeviceDef bent(DeviceDef def, double exit_error, unsigned seed) {
     std::mt19937 random(seed);
     std::normal_distribution<double> error(0, exit_error > 0 ? exit_error : 1);
