@@ -36,7 +36,8 @@ const struct {
     {kCommandNotFinite, "a wrench was not finite"}, {kTensionAtMax, "a string pulls at its greatest tension"},
     {kNotPresentable, "the wrench cannot be presented"}, {kTorqueIgnored, "a point grip: torque is ignored"},
     {kPoseNotConverged, "the pose was not found"}, {kLinkLost, "the device does not answer"},
-    {kEncoderJump, "an encoder jumped"}, {kResidualHigh, "the string lengths contradict each other"}};
+    {kEncoderJump, "an encoder jumped"}, {kStringCorrected, "an encoder slipped and was corrected"},
+    {kCountRefused, "a count was refused"}, {kResidualHigh, "the string lengths contradict each other"}};
 
 }  // namespace
 

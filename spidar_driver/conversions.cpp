@@ -21,7 +21,7 @@ haptic_msgs::DeviceState toState(const DeviceRecord& record, const DeviceDef& de
       m.state = (record.flags & kLinkLost) ? m.DISCONNECTED : m.FAULT;
       break;
   }
-  m.message = advice(record, def.name);
+  m.message = standing(record, def.name);
   m.model = def.name;
   m.handedness = static_cast<std::uint8_t>(def.handedness);
   m.dof = static_cast<std::uint8_t>(def.dof);

@@ -164,7 +164,7 @@ void DeviceTopics::publishState(const DeviceRecord& record) {
   m->header.frame_id = base_frame_;
   m->header.stamp = ros::Time::now();
   m->lost_exchanges = lost_exchanges_;
-  complete_(*m);
+  complete_(*m, advice(record, def_.name).empty());
   publishConst(state_, m);
 }
 

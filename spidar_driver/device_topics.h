@@ -23,8 +23,8 @@ namespace haptic {
 /// leaves before calibration.
 class DeviceTopics {
  public:
-  /// Adds what only the driver knows: claims, refusals, transport.
-  using CompleteState = std::function<void(haptic_msgs::DeviceState&)>;
+  /// Adds what only the driver knows: claims, refusals, transport; `well`: the message only says that all is.
+  using CompleteState = std::function<void(haptic_msgs::DeviceState&, bool well)>;
 
   /// Sees every record, in the topics' thread.
   using SeeRecord = std::function<void(const DeviceRecord&)>;

@@ -2,7 +2,11 @@
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 
+#include <cstdlib>
+
 int main(int argc, char** argv) {
+  // Loopback, unless the user has chosen a network; launch files say the same for nodelet managers.
+  if (!std::getenv("ROS_HOSTNAME")) ::setenv("ROS_IP", "127.0.0.1", 0);
   ros::init(argc, argv, "driver");
   nodelet::Loader loader(false);
   try {

@@ -4,6 +4,7 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/spidar/device_twin.h"
+#include "spidar_driver/device_answer.h"
 #include "spidar_driver/transport/open_transport.h"
 
 namespace haptic {
@@ -44,6 +45,7 @@ void DriverNodelet::start() {
   ros::NodeHandle& priv = getPrivateNodeHandle();
   parameters_ = readParameters(nh, priv);
   StringVector zero_length;
+  gate_ = std::make_unique<CommandGate>(parameters_.allowed_addresses);
   const DeviceDef def = withSavedCalibration(parameters_, loadDevice(parameters_.device_file), zero_length);
   SpidarSettings settings;
   settings.command_age_limit_s = parameters_.command_age_limit;
@@ -60,10 +62,10 @@ void DriverNodelet::start() {
       parameters_.twin && parameters_.hand == DriverParameters::Hand::kScript && parameters_.script == "scene";
 
   offer_ = PortOffer(PortTable::process(), parameters_.name, device_->port, getName());
-  calibration_ = std::make_unique<GripCalibration>(priv, parameters_, def, device_->spidar, offer_);
-  input_ = std::make_unique<WrenchInput>(nh, parameters_.name + "_base", def.dof == 7, [this] { return whyNoCommand(); });
+  calibration_ = std::make_unique<GripCalibration>(priv, parameters_, def, device_->spidar, offer_, *gate_);
+  input_ = std::make_unique<WrenchInput>(nh, parameters_.name + "_base", def.dof == 7, *gate_, [this] { return whyNoCommand(); });
   topics_ = std::make_unique<DeviceTopics>(
-      nh, parameters_, device_->port, [this](haptic_msgs::DeviceState& state) { completeState(state); },
+      nh, parameters_, device_->port, [this](haptic_msgs::DeviceState& state, bool well) { completeState(state, well); },
       [this](const DeviceRecord& record) { calibration_->see(record); });
   if (parameters_.hand == DriverParameters::Hand::kMarker) {
     auto* twin = dynamic_cast<DeviceTwin*>(device_->transport.get());
@@ -102,29 +104,37 @@ std::string DriverNodelet::whyNoCommand() const {
   return {};
 }
 
-void DriverNodelet::completeState(haptic_msgs::DeviceState& state) const {
+void DriverNodelet::completeState(haptic_msgs::DeviceState& state, bool well) const {
   state.transport = parameters_.twin ? "twin" : device_->spidar.def().transport;
-  if (state.message.empty()) state.message = calibration_->note();
+  const std::string note = calibration_->note();
+  if (well && !note.empty()) state.message = note;
   state.max_rate = device_->transport->maxRateHz();
   state.claimed = offer_.heldBy(ClaimRank::kBridge);
 }
 
-/// A request is taken up by the next tick; without a runner there is none.
-template <class Response>
-bool DriverNodelet::answer(Response& response) const {
-  response.success = !offer_.holder().empty();
-  if (!response.success) response.message = "nobody runs the device: the request waits for the next tick";
+bool DriverNodelet::onRecover(TriggerEvent& event) {
+  std_srvs::Trigger::Response& response = event.getResponse();
+  response.message = gate_->refuseCaller(event.getCallerName());
+  if (!response.message.empty()) return true;
+  const DeviceAnswer answer = askDevice(device_->spidar, offer_, [](Spidar& device) { device.recover(); });
+  response.success = answer.done && answer.after.state != DeviceState::kFault;
+  response.message = answer.message;
   return true;
 }
 
-bool DriverNodelet::onRecover(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  device_->spidar.recover();
-  return answer(response);
-}
-
-bool DriverNodelet::onEnableForce(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
-  device_->spidar.setForceEnabled(request.data);
-  return answer(response);
+bool DriverNodelet::onEnableForce(ros::ServiceEvent<std_srvs::SetBool::Request, std_srvs::SetBool::Response>& event) {
+  const bool on = event.getRequest().data;
+  std_srvs::SetBool::Response& response = event.getResponse();
+  // Whoever asks for less force is heard, from wherever.
+  if (on) response.message = gate_->refuseCaller(event.getCallerName());
+  if (!response.message.empty()) return true;
+  const DeviceAnswer answer = askDevice(device_->spidar, offer_, [on](Spidar& device) { device.setForceEnabled(on); });
+  const bool presents = answer.after.state == DeviceState::kEnabled || answer.after.state == DeviceState::kReduced;
+  response.success = answer.done && presents == on;
+  response.message = answer.message;
+  // What could not be switched on now must not come on later, when the pose is found or the fault is gone.
+  if (on && answer.done && !presents) askDevice(device_->spidar, offer_, [](Spidar& device) { device.setForceEnabled(false); });
+  return true;
 }
 
 }  // namespace haptic

@@ -6,6 +6,7 @@
 
 #include <memory>
 
+#include "spidar_driver/command_gate.h"
 #include "spidar_driver/device_thread.h"
 #include "spidar_driver/device_topics.h"
 #include "spidar_driver/grip_calibration.h"
@@ -31,13 +32,12 @@ class DriverNodelet : public nodelet::Nodelet {
   void start();
   std::unique_ptr<Transport> openWire(DeviceDef def) const;
   std::string whyNoCommand() const;
-  void completeState(haptic_msgs::DeviceState& state) const;
-  bool onRecover(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
-  bool onEnableForce(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
-  template <class Response>
-  bool answer(Response& response) const;
+  void completeState(haptic_msgs::DeviceState& state, bool well) const;
+  bool onRecover(TriggerEvent& event);
+  bool onEnableForce(ros::ServiceEvent<std_srvs::SetBool::Request, std_srvs::SetBool::Response>& event);
 
   DriverParameters parameters_;
+  std::unique_ptr<CommandGate> gate_;
   std::unique_ptr<Device> device_;
   PortOffer offer_;
   std::unique_ptr<GripCalibration> calibration_;

@@ -26,6 +26,13 @@ GripPose readJigPose(const ros::NodeHandle& priv) {
   return {Pose(R, Vector3(v[0], v[1], v[2])), 0};
 }
 
+std::vector<std::string> readAddresses(const ros::NodeHandle& priv) {
+  std::vector<std::string> addresses;
+  if (priv.hasParam("allowed_addresses") && !priv.getParam("allowed_addresses", addresses))
+    throw SetupError(priv.resolveName("allowed_addresses"), "is no list of texts", "give numeric addresses, as ['192.168.1.20']");
+  return addresses;
+}
+
 /// A path as it is; a name among the descriptions that are installed.
 std::string findDevice(const std::string& given) {
   if (given.find('/') != std::string::npos || exists(given)) return given;
@@ -67,6 +74,7 @@ DriverParameters readParameters(const ros::NodeHandle& ns, const ros::NodeHandle
   p.label_row = read.whole("label_row", 0, 0, 9, "(rows above the frame)");
   p.world_frame = read.text("world_frame", "world");
   p.place_base = read.flag("place_base", false);
+  p.allowed_addresses = readAddresses(priv);
   p.realtime = read.realtime(60);
   return p;
 }

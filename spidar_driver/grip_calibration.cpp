@@ -9,14 +9,13 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/loop/realtime.h"
+#include "spidar_driver/device_answer.h"
 
 namespace haptic {
 namespace {
 
 // A hand moves 10 mm between two samples of a fast wave; denser ones say nothing new and only cost time.
 constexpr std::int64_t kSamplePeriodNs = 10000000;
-// The request is taken up by the next tick; at 100 Hz, the slowest rate, that is 10 ms.
-constexpr std::chrono::milliseconds kTakenUp{50};
 
 std::string now() {
   const std::time_t time = std::time(nullptr);
@@ -51,8 +50,8 @@ DeviceDef withSavedCalibration(const DriverParameters& parameters, const DeviceD
 }
 
 GripCalibration::GripCalibration(ros::NodeHandle& priv, const DriverParameters& parameters, const DeviceDef& def,
-                                 Spidar& device, PortOffer& offer)
-    : parameters_(parameters), def_(def), device_(device), offer_(offer) {
+                                 Spidar& device, PortOffer& offer, const CommandGate& gate)
+    : parameters_(parameters), def_(def), device_(device), offer_(offer), gate_(gate) {
   calibrate_ = priv.advertiseService("calibrate", &GripCalibration::onCalibrate, this);
   calibrate_wave_ = priv.advertiseService("calibrate_wave", &GripCalibration::onWave, this);
 }
@@ -63,29 +62,26 @@ GripCalibration::~GripCalibration() {
   if (solver_.joinable()) solver_.join();
 }
 
-bool GripCalibration::onCalibrate(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  if (wave_ != Wave::kIdle) {
-    response.message = "a wave is being recorded or solved: wait for it";
-    return true;
-  }
-  device_.calibrateAt(parameters_.jig_pose);
-  response.success = !offer_.holder().empty();
-  if (!response.success) {
-    response.message = "nobody runs the device: the request waits for the next tick";
-    return true;
-  }
-  std::this_thread::sleep_for(kTakenUp);
+/// Empty: the caller may calibrate, and nothing is under way.
+std::string GripCalibration::whyNotNow(const std::string& caller) const {
+  if (wave_ != Wave::kIdle) return "a wave is being recorded or solved: wait for it";
+  return gate_.refuseCaller(caller);
+}
+
+bool GripCalibration::onCalibrate(TriggerEvent& event) {
+  std_srvs::Trigger::Response& response = event.getResponse();
+  response.message = whyNotNow(event.getCallerName());
+  if (!response.message.empty()) return true;
   Calibration calibration;
-  bool calibrated = false;
-  const bool served = offer_.runBetweenTicks([&] {
-    calibrated = device_.calibrated();
+  const DeviceAnswer answer = askDevice(device_, offer_, [this](Spidar& device) { device.calibrateAt(parameters_.jig_pose); });
+  response.success = answer.done && answer.after.calibrated;
+  response.message = (response.success ? "calibrated; " : "") + answer.message;
+  if (!response.success) return true;
+  offer_.runBetweenTicks([&] {
     calibration.p_BE = exits(device_.def());
     calibration.zero_length = device_.zeroLengths();
     calibration.residual = device_.solution().residual;
   });
-  response.success = served && calibrated;
-  response.message = response.success ? "calibrated" : "no counts came: see the state's message";
-  if (!response.success) return true;
   calibration.samples = 1;
   try {
     keep(calibration);
@@ -95,11 +91,10 @@ bool GripCalibration::onCalibrate(std_srvs::Trigger::Request&, std_srvs::Trigger
   return true;
 }
 
-bool GripCalibration::onWave(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  if (wave_ != Wave::kIdle) {
-    response.message = "a wave is being recorded or solved: wait for it";
-    return true;
-  }
+bool GripCalibration::onWave(TriggerEvent& event) {
+  std_srvs::Trigger::Response& response = event.getResponse();
+  response.message = whyNotNow(event.getCallerName());
+  if (!response.message.empty()) return true;
   if (static_cast<int>(def_.strings.size()) <= def_.dof) {
     response.message = def_.name + " has no redundant string: only ~calibrate is possible";
     return true;

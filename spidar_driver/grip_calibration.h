@@ -17,15 +17,16 @@
 #include <vector>
 
 #include "haptic_core/loop/ports.h"
+#include "spidar_driver/command_gate.h"
 #include "spidar_driver/driver_parameters.h"
 
 namespace haptic {
 
 class GripCalibration {
  public:
-  /// Device and offer must outlive it. `def` is the device as its file gives it.
+  /// Device, offer and gate must outlive it. `def` is the device as its file gives it.
   GripCalibration(ros::NodeHandle& priv, const DriverParameters& parameters, const DeviceDef& def, Spidar& device,
-                  PortOffer& offer);
+                  PortOffer& offer, const CommandGate& gate);
   ~GripCalibration();
 
   /// Collects samples of a wave; called for every record by one thread.
@@ -34,8 +35,9 @@ class GripCalibration {
   std::string note() const;
 
  private:
-  bool onCalibrate(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
-  bool onWave(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  bool onCalibrate(TriggerEvent& event);
+  bool onWave(TriggerEvent& event);
+  std::string whyNotNow(const std::string& caller) const;
   void solveWave();
   void keep(Calibration calibration);
   void setNote(const std::string& note);
@@ -44,6 +46,7 @@ class GripCalibration {
   DeviceDef def_;
   Spidar& device_;
   PortOffer& offer_;
+  const CommandGate& gate_;
   enum class Wave : int { kIdle, kRecording, kSolving };
   std::atomic<Wave> wave_{Wave::kIdle};
   std::vector<CalibrationSample> samples_;  ///< written while recording, read while solving

@@ -9,8 +9,9 @@
 
 namespace haptic {
 
-WrenchInput::WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, bool takes_grasp, Gate gate)
-    : base_frame_(base_frame), gate_(std::move(gate)), listener_(buffer_, nh) {
+WrenchInput::WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, bool takes_grasp, CommandGate& origin,
+                         Gate gate)
+    : base_frame_(base_frame), origin_(origin), gate_(std::move(gate)), listener_(buffer_, nh) {
   const auto soon = ros::TransportHints().tcpNoDelay();
   taken_ = nh.advertise<geometry_msgs::WrenchStamped>("recorded/wrench_command", 10);
   wrench_command_ = nh.subscribe("wrench_command", 1, &WrenchInput::receive, this, soon);
@@ -42,6 +43,7 @@ void WrenchInput::refuse(const ros::Subscriber& topic, const std::string& why) {
 
 void WrenchInput::receiveGrasp(const std_msgs::Float64::ConstPtr& message) {
   std::string why = gate_();
+  if (why.empty()) why = origin_.refuseTopic(grasp_command_.getTopic());
   if (why.empty() && !std::isfinite(message->data)) why = "it is not finite";
   if (!why.empty()) return refuse(grasp_command_, why);
   grasp_slot_.write({message->data, steadyNow()});
@@ -51,6 +53,7 @@ void WrenchInput::receive(const geometry_msgs::WrenchStamped::ConstPtr& message)
   std::string why = gate_();
   Matrix3 R_BF;
   const Wrench F_G_F = fromWrench(message->wrench);
+  if (why.empty()) why = origin_.refuseTopic(wrench_command_.getTopic());
   if (why.empty() && !F_G_F.allFinite()) why = "a component is not finite";
   if (!why.empty() || !rotationToBase(message->header.frame_id, R_BF, why)) return refuse(wrench_command_, why);
   slot_.write({F_G_F.rotated(R_BF), steadyNow(), true});

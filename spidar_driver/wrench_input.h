@@ -13,6 +13,7 @@
 
 #include "haptic_core/base/latest_value.h"
 #include "haptic_core/base/spatial.h"
+#include "spidar_driver/command_gate.h"
 
 namespace haptic {
 
@@ -33,7 +34,8 @@ class WrenchInput {
   using Gate = std::function<std::string()>;
 
   /// `takes_grasp`: the device has a 7th degree of freedom.
-  WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, bool takes_grasp, Gate gate);
+  /// `origin` says whose commands count; it must outlive this.
+  WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, bool takes_grasp, CommandGate& origin, Gate gate);
 
   const Command& latest() {      ///< (in realtime) for the device's thread alone
     slot_.read(command_);
@@ -52,6 +54,7 @@ class WrenchInput {
   void refuse(const ros::Subscriber& topic, const std::string& why);
 
   std::string base_frame_;
+  CommandGate& origin_;
   Gate gate_;
   tf2_ros::Buffer buffer_;
   tf2_ros::TransformListener listener_;

@@ -29,7 +29,7 @@ constexpr char kUsage[] =
     "  --control PATH    make a named pipe and carry out the orders written to it, one per line\n"
     "  --seconds N       end after N seconds\n"
     "orders: drop corrupt duplicate insert N (board_drop... on the way to the boards), delay N MS, kill ID,\n"
-    "  revive ID, unplug, plug, slack S METRES, slip S COUNTS, freeze S, snap S, mend S, hand NAME, quit\n";
+    "  revive ID, unplug, plug, slack S METRES, slip S COUNTS, freeze S, snap S, mend S, hand NAME, drive, quit\n";
 
 volatile sig_atomic_t g_interrupted = 0;  // the one thing a signal handler may touch
 void interrupted(int) {

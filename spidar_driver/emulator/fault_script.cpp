@@ -46,6 +46,11 @@ std::string carryOut(const std::string& order, BoardBusEmulator& bus, TwinPlant&
   const int number = static_cast<int>(first);
   const std::string to_boards = "board_";
   if (verb == "quit") return stop = true, "";
+  if (verb == "drive") {
+    std::printf("drive %s\n", bus.allCurrentsZero() ? "off" : "on");
+    std::fflush(stdout);
+    return "";
+  }
   if (verb == "hand") {
     try {
       return plant.setHand(handPath(word)), "";

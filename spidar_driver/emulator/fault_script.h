@@ -4,7 +4,7 @@
 ///   boards) delay N MS                                      the next N replies come that much later kill ID
 ///   · revive ID                             power of one board unplug · plug the cable slack S METRES · slip
 ///   S COUNTS · freeze S · snap S · mend S      one string hand NAME starts a motion of the hand (rest,
-///   press, touch_cube, wave) quit
+///   press, touch_cube, wave) drive (says whether a motor has current: 'drive on') quit
 #pragma once
 #include <string>
 #include <vector>

@@ -1,5 +1,6 @@
 #include "spidar_driver/transport/drive_guard.h"
 
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
@@ -7,85 +8,153 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <climits>
 #include <cstring>
 #include <new>
+#include <string>
 
 #include "haptic_core/base/error.h"
 
 namespace haptic {
 namespace {
 
-constexpr int kPort = 3, kLife = 4;  // descriptors of the child; all others are closed
+constexpr char kName[] = "motor_guard";
+constexpr int kStartPatienceMs = 5000;  // a busy machine may take long to start a process; the motors are off meanwhile
+constexpr int kEndPatienceMs = 1000;
+// At low rates the heartbeat itself is slow: a stall is this many periods. 1.6 of the lowest rate's 10 ms stay below 20 ms.
+constexpr double kStallPeriods = 1.6;
 
-[[noreturn]] void fail(const char* what) {
-  throw SetupError("drive guard", std::string(what) + ": " + std::strerror(errno),
-                   "free memory or processes (ulimit -u); without the guard a crash leaves the motors on");
+[[noreturn]] void fail(const std::string& what) {
+  throw SetupError("motor guard", what, "without the guard a crash leaves the motors on: build and install the program "
+                   "motor_guard beside the driver's, and leave room for one more process (ulimit -u)");
+}
+[[noreturn]] void fail(const char* what, int error) { fail(std::string(what) + ": " + std::strerror(error)); }
+
+/// The guard's program: beside the code that asks for it, where each build and install puts it (lib/ beside
+/// lib/spidar_driver/), or where this build made it.
+std::string findProgram() {
+  Dl_info here{};
+  char path[PATH_MAX];
+  std::string folder;
+  if (::dladdr(reinterpret_cast<void*>(&findProgram), &here) != 0 && here.dli_fname && ::realpath(here.dli_fname, path))
+    folder = std::string(path, std::strrchr(path, '/') + 1);
+  // A program that was started by a bare name gives that name only; the kernel knows its file.
+  const ssize_t size = ::readlink("/proc/self/exe", path, sizeof path - 1);
+  const std::string program(path, size > 0 ? static_cast<std::size_t>(size) : 0);
+  const std::string own = program.substr(0, program.find_last_of('/') + 1);
+  for (const std::string& candidate : {folder + kName, folder + "spidar_driver/" + kName, own + kName, own + "../spidar_driver/" + kName,
+                                       std::string(MOTOR_GUARD_OF_THIS_BUILD)})
+    if (candidate.front() == '/' && ::access(candidate.c_str(), X_OK) == 0) return candidate;
+  fail("its program is not there: looked for " + folder + "spidar_driver/" + kName);
 }
 
-/// Moves the two descriptors that the child needs to fixed places and closes everything else.
-void keepOnly(int port, int life) {
-  const int port_copy = ::fcntl(port, F_DUPFD, kLife + 1);
-  const int life_copy = ::fcntl(life, F_DUPFD, kLife + 1);
-  ::dup2(port_copy, kPort);
-  ::dup2(life_copy, kLife);
-  ::close_range(0, kPort - 1, 0);
-  ::close_range(kLife + 1, ~0U, 0);
+/// Moves the descriptors that the guard needs to fixed places and closes everything else.
+void keepOnly(const int (&wanted)[4]) {
+  constexpr int first = kGuardPort, past = kGuardDone + 1;
+  int copies[4];
+  for (int i = 0; i < 4; ++i) copies[i] = ::fcntl(wanted[i], F_DUPFD, past);
+  for (int i = 0; i < 4; ++i) ::dup2(copies[i], first + i);
+  ::close_range(0, first - 1, 0);
+  ::close_range(past, ~0U, 0);
+}
+
+/// In a fresh child; async-signal-safe calls only. The second fork leaves the guard without a parent to be found by.
+[[noreturn]] void becomeGuard(const char* program, const int (&descriptors)[4]) {
+  ::setsid();
+  if (const pid_t grandchild = ::fork(); grandchild != 0) ::_exit(grandchild < 0 ? 1 : 0);
+  if (::chdir("/") != 0) {
+    // A folder that cannot be unmounted is the only harm.
+  }
+  keepOnly(descriptors);
+  char name[sizeof kName];
+  std::memcpy(name, kName, sizeof kName);
+  char* const arguments[] = {name, nullptr};
+  char* const environment[] = {nullptr};
+  ::execve(program, arguments, environment);
+  const char error = static_cast<char>(errno);
+  if (::write(kGuardDone, &error, 1) < 0) ::_exit(1);
+  ::_exit(1);
 }
 
 }  // namespace
 
-DriveGuard::DriveGuard(int descriptor, const std::vector<std::uint8_t>& zero_drive) {
-  void* memory = ::mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) fail("no shared memory");
-  shared_ = new (memory) Shared{};
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) {
-    ::munmap(memory, sizeof(Shared));
-    fail("no pipe");
+DriveGuard::DriveGuard(int descriptor, const std::vector<std::uint8_t>& zero_drive, double rate_hz) {
+  if (zero_drive.size() > kMaxZeroDrive) fail("the boards need " + std::to_string(zero_drive.size()) + " bytes to be turned off");
+  try {
+    memory_descriptor_ = ::memfd_create(kName, MFD_CLOEXEC);
+    if (memory_descriptor_ < 0 || ::ftruncate(memory_descriptor_, sizeof(GuardMemory)) != 0) fail("no shared memory", errno);
+    void* memory = ::mmap(nullptr, sizeof(GuardMemory), PROT_READ | PROT_WRITE, MAP_SHARED, memory_descriptor_, 0);
+    if (memory == MAP_FAILED) fail("no shared memory", errno);
+    memory_ = new (memory) GuardMemory{};
+    memory_->stall_ns = static_cast<std::int64_t>(1e9 * std::max(kStallSeconds, kStallPeriods / rate_hz));
+    memory_->zero_drive_bytes = static_cast<std::uint32_t>(zero_drive.size());
+    std::copy(zero_drive.begin(), zero_drive.end(), memory_->zero_drive);
+    start(descriptor);
+    waitUntilReady();
+  } catch (...) {
+    release();
+    throw;
   }
-  // Blocked over the fork, so that no handler of the parent's runs in the child.
+}
+
+void DriveGuard::start(int descriptor) {
+  int life[2], done[2];
+  if (::pipe2(life, O_CLOEXEC) != 0) fail("no pipe", errno);
+  life_ = life[1];
+  if (::pipe2(done, O_CLOEXEC) != 0) {
+    const int error = errno;
+    ::close(life[0]);
+    fail("no pipe", error);
+  }
+  done_ = done[0];
+  const std::string program = [&] {
+    try {
+      return findProgram();
+    } catch (...) {
+      ::close(life[0]);
+      ::close(done[1]);
+      throw;
+    }
+  }();
+  const int descriptors[4] = {descriptor, life[0], memory_descriptor_, done[1]};
+  // Blocked over the fork, so that no handler of the driver's runs in the child. The guard keeps them blocked.
   sigset_t all, before;
   sigfillset(&all);
   ::pthread_sigmask(SIG_BLOCK, &all, &before);
-  pid_ = ::fork();
-  if (pid_ == 0) {
-    ::setsid();
-    keepOnly(descriptor, ends[0]);
-    watch(*shared_, zero_drive.data(), zero_drive.size());
-  }
+  const pid_t child = ::fork();
+  if (child == 0) becomeGuard(program.c_str(), descriptors);
+  const int error = errno;
   ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  ::close(ends[0]);
-  life_ = ends[1];
-  if (pid_ < 0) {
-    ::close(life_);
-    ::munmap(memory, sizeof(Shared));
-    fail("no process");
+  ::close(life[0]);
+  ::close(done[1]);
+  if (child < 0) fail("no process", error);
+  while (::waitpid(child, nullptr, 0) < 0 && errno == EINTR) {
   }
 }
 
-DriveGuard::~DriveGuard() {
-  ::close(life_);
-  while (::waitpid(pid_, nullptr, 0) < 0 && errno == EINTR) {
-  }
-  ::munmap(shared_, sizeof(Shared));
+void DriveGuard::waitUntilReady() {
+  pollfd done{done_, POLLIN, 0};
+  char said = kGuardReady;
+  const int ready = ::poll(&done, 1, kStartPatienceMs);
+  if (ready <= 0) fail("it did not start within " + std::to_string(kStartPatienceMs / 1000) + " s");
+  if (::read(done_, &said, 1) != 1) fail("it ended while it started");
+  if (said != kGuardReady) fail("it did not start", static_cast<unsigned char>(said));
 }
 
-void DriveGuard::watch(Shared& shared, const std::uint8_t* bytes, std::size_t size) {
-  std::uint64_t seen = 0;
-  int still_ms = 0;
-  for (;;) {
-    pollfd life{kLife, 0, 0};
-    const int ready = ::poll(&life, 1, kPollMs);
-    const std::uint64_t beats = shared.beats.load(std::memory_order_relaxed);
-    still_ms = beats == seen ? still_ms + kPollMs : 0;
-    seen = beats;
-    const bool stalled = still_ms >= kStallMs && shared.armed.load(std::memory_order_relaxed);
-    // A hung-up port fails the write; there is nothing left to turn off then.
-    if ((ready > 0 || stalled) && ::write(kPort, bytes, size) < 0 && ready > 0) ::_exit(1);
-    if (ready > 0) ::_exit(0);
-    if (stalled && still_ms == kStallMs) shared.stalls.fetch_add(1, std::memory_order_relaxed);
+DriveGuard::~DriveGuard() { release(); }
+
+void DriveGuard::release() noexcept {
+  if (life_ >= 0) ::close(life_);
+  if (done_ >= 0) {
+    pollfd done{done_, 0, 0};  // only the hang-up counts
+    while (::poll(&done, 1, kEndPatienceMs) < 0 && errno == EINTR) {
+    }
+    ::close(done_);
   }
+  if (memory_) ::munmap(memory_, sizeof(GuardMemory));
+  if (memory_descriptor_ >= 0) ::close(memory_descriptor_);
 }
 
 }  // namespace haptic

@@ -69,7 +69,7 @@ std::unique_ptr<UartBoards::Connection> UartBoards::connect(std::unique_ptr<Byte
   if (!teachLengths(*connection->link, boards_))
     throw SetupError(where_, "the port does not take bytes", "check the adapter");
   if (auto* port = dynamic_cast<SerialPort*>(connection->link.get()); port && settings_.guard)
-    connection->guard = std::make_unique<DriveGuard>(port->descriptor(), zero_cycle_);
+    connection->guard = std::make_unique<DriveGuard>(port->descriptor(), zero_cycle_, settings_.rate_hz);
   return connection;
 }
 
@@ -177,6 +177,7 @@ bool UartBoards::send(const DriveCommand& command) noexcept {
     collector_.expect(headerByte(BoardCommand::kCurrent, boards_[b].id),
                       replyBytes(shape, BoardCommand::kCurrent), owes_[b] ? 2 : 1);
   }
+  if (connection_->guard && armed_) connection_->guard->arm();
   sent_ns_ = connection_->link->now();
   const std::uint64_t since = exchanges_ - last_lesson_;
   if (since >= kLessonEvery || (lesson_due_ && since >= kLessonGap)) {

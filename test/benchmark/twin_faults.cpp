@@ -101,6 +101,7 @@ haptic::bench::FaultTally haptic::bench::twinFaults() {
       // Repair: the user mends the string, puts the grip into the jig, recovers and calibrates.
       rig.twin.repair();
       rig.device.recover();
+      rig.device.setForceEnabled(true);
       rig.device.calibrateAt(rig.twin.pose());
       for (int i = 0; i < 5; ++i) rig.tick();
       const double error = (rig.device.pose().p - rig.twin.latchedPose().X_BG.p).norm();

@@ -17,7 +17,7 @@ import rospkg
 import rospy
 import rostest
 from haptic_msgs.msg import DeviceState, TickStatistics
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 from topic_probe import Probe, load_stack, program, replay, unload_stack, wait_until
 
 RATE = 500       # [Hz]; the boards are a process of their own: the pseudo-terminal must keep up on a busy machine
@@ -87,6 +87,7 @@ class MotorBoards(unittest.TestCase):
             wait_until("a finished recording", lambda: all(map(is_closed, glob.glob(self.flights + "/*.bag"))))
             shutil.rmtree(self.flights, ignore_errors=True)
             rospy.ServiceProxy("/spidar/driver/recover", Trigger)()
+            rospy.ServiceProxy("/spidar/driver/enable_force", SetBool)(True)
             seconds = QUIET + 1
         self.fail("the boards were never heard without a gap")
 

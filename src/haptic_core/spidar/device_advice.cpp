@@ -6,14 +6,48 @@
 namespace haptic {
 namespace {
 
-std::string stringAdvice(const DeviceRecord& record) {
-  if (record.suspect_string < 0) return "";
-  char text[200];
-  const bool too_short = record.suspect_error < 0;
-  std::snprintf(text, sizeof text, "string %d measures %.1f mm too %s: %s. ", record.suspect_string,
-                1e3 * std::fabs(record.suspect_error), too_short ? "short" : "long",
-                too_short ? "broken, or its encoder slipped" : "slack, stuck, or its encoder slipped");
+constexpr const char* kAgain = "hold the grip at the home pose, call recover and calibrate, then enable_force";
+
+std::string listOf(std::uint32_t strings) {
+  std::string text;
+  for (int i = 0; i < kMaxStrings; ++i)
+    if (strings >> i & 1u) text += (text.empty() ? "" : ", ") + std::to_string(i);
   return text;
+}
+
+/// "string 3 measures 4.5 mm too long", or what is known of it.
+std::string suspectText(const DeviceRecord& record) {
+  if (record.suspect_string < 0) return "the strings' lengths contradict each other";
+  if ((record.suspects & (record.suspects - 1)) != 0)
+    return "one of strings " + listOf(record.suspects) + " measures wrong, most likely " + std::to_string(record.suspect_string);
+  char text[80];
+  std::snprintf(text, sizeof text, "string %d measures %.1f mm too %s", record.suspect_string,
+                1e3 * std::fabs(record.suspect_error), record.suspect_error < 0 ? "short" : "long");
+  return text;
+}
+
+std::string stringAdvice(const DeviceRecord& record) {
+  if (record.suspect_string < 0) return suspectText(record) + ": look for one that is slack, stuck or broken, " + kAgain;
+  const bool too_short = record.suspect_error < 0;
+  return suspectText(record) + (too_short ? ": broken, or its encoder slipped" : ": slack, stuck, or its encoder slipped") +
+         "; wind it, " + kAgain;
+}
+
+/// What led to FAULT or REDUCED; empty in the other states.
+std::string causeAdvice(const DeviceRecord& record) {
+  const bool fault = record.state == DeviceState::kFault;
+  if (!fault && record.state != DeviceState::kReduced) return "";
+  if (record.cause & kLinkLost) {
+    const std::string known = record.calibrated ? "call recover, then enable_force" : kAgain;
+    return "the boards were silent and answer again, the current stays zero: check plug and power, " + known;
+  }
+  if (record.cause & kEncoderJump || !record.calibrated) {
+    if (record.suspect_string < 0) return std::string("a counter jumped: check cables and encoders, ") + kAgain;
+    return "the counter of string " + std::to_string(record.suspect_string) + " jumped: check its encoder and cable, " + kAgain;
+  }
+  if (record.cause & kOverRate) return "the exchange ran faster than the wire carries: lower the rate, then call recover";
+  const std::string text = stringAdvice(record);
+  return fault ? text : "little force, because " + text;
 }
 
 }  // namespace
@@ -37,20 +71,27 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
   r.state = device.state();
   r.calibrated = device.calibrated();
   r.suspect_string = device.suspectString();
+  r.suspects = device.health().suspects();
   r.suspect_error = device.health().suspectError();
   r.hottest_motor = device.health().hottestMotor();
   r.flags = device.flags();
+  r.cause = device.causeFlags();
   return r;
 }
 
 std::string advice(const DeviceRecord& record, const std::string& device_name) {
-  if (record.flags & kLinkLost) return "the board is silent: check plug and power, then recover";
-  if (record.state == DeviceState::kUncalibrated) return "hold the grip at the home pose and calibrate";
-  if (!record.calibrated)
-    return stringAdvice(record) +
-           "A counter jumped: check cable and encoder, hold the grip at the home pose, recover and calibrate";
-  if (record.state == DeviceState::kFault || record.state == DeviceState::kReduced)
-    return stringAdvice(record) + "Wind it, hold the grip at the home pose, recover and calibrate";
+  if (record.flags & kLinkLost)
+    return "the boards do not answer, the current is zero: check plug and power; when they are back, call recover";
+  if (const std::string text = causeAdvice(record); !text.empty()) return text;
+  if (record.state == DeviceState::kUncalibrated)
+    return "the pose is not known and the force is off: hold the grip at the home pose and call calibrate";
+  if (!record.calibrated) return std::string("the strings' lengths are not known: ") + kAgain;
+  if (record.flags & kStringCorrected) {
+    char text[200];
+    std::snprintf(text, sizeof text, "the encoder of string %d slipped by %.1f mm and was corrected: tighten it, and calibrate "
+                  "at the next pause", record.suspect_string, 1e3 * std::fabs(record.suspect_error));
+    return text;
+  }
   if (record.flags & kOverRate)
     return "the exchange runs faster than the wire of " + device_name + " carries: lower the rate";
   if (record.flags & kMotorHot)
@@ -62,6 +103,13 @@ std::string advice(const DeviceRecord& record, const std::string& device_name) {
   if (record.flags & kNotPresentable)
     return "the wrench is outside what the strings can present here (tension bounds)";
   return "";
+}
+
+std::string standing(const DeviceRecord& record, const std::string& device_name) {
+  const std::string text = advice(record, device_name);
+  if (!text.empty()) return text;
+  if (record.state == DeviceState::kReady) return "the pose is known and the force is off: call enable_force for force";
+  return "the wrench asked for is presented: nothing is to be done";
 }
 
 }  // namespace haptic

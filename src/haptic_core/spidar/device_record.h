@@ -21,16 +21,20 @@ struct DeviceRecord {
   DeviceState state = DeviceState::kUncalibrated;
   bool calibrated = false;
   int suspect_string = -1;    ///< the one that disagrees most; -1: none
+  std::uint32_t suspects = 0;  ///< bit per string that may be the one
   double suspect_error = 0;   ///< measured minus true length of it [m]
   int hottest_motor = 0;
   unsigned flags = 0;  ///< see DeviceFlag
+  unsigned cause = 0;  ///< the flags that led to FAULT or REDUCED
 };
 
 /// (in realtime) What `device` did in the tick that just ended; the thread that ticks it calls it.
 DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t stamp_ns,
                       const DeviceSample& sample) noexcept;
 
-/// One line for a diagnostic: what is wrong and what to do; empty when all is well. Allocates: not for a tick.
+/// What is wrong and what to do, one sentence each; empty when all is well. Allocates: not for a tick.
 std::string advice(const DeviceRecord& record, const std::string& device_name);
+/// What every state is and what to do now: `advice`, or that of a device that is well. Never empty.
+std::string standing(const DeviceRecord& record, const std::string& device_name);
 
 }  // namespace haptic

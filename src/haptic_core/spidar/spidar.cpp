@@ -102,6 +102,13 @@ void Spidar::startAt(const GripPose& pose) noexcept {
   if (state_ == DeviceState::kUncalibrated) state_ = DeviceState::kReady;
 }
 
+bool Spidar::requestsPending() const noexcept { return recover_request_ || calibrate_request_ || enable_request_ >= 0; }
+
+bool Spidar::withdrawRequests() noexcept {
+  const bool recover = recover_request_.exchange(false), calibrate = calibrate_request_.exchange(false);
+  return enable_request_.exchange(-1) >= 0 || recover || calibrate;
+}
+
 DeviceRequests Spidar::takeRequests(const DeviceSample& sample) noexcept {
   DeviceRequests requests;
   requests.recover = recover_request_.exchange(false);
@@ -118,6 +125,8 @@ void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) 
     state_ = calibrated_ ? DeviceState::kReady : DeviceState::kUncalibrated;
     zero_current_ = false;
     ramp_ = 0;
+    cause_ = 0;
+    enabled_ = false;  // who recovers says that the cause is gone, not that a hand is ready for force
     health_.forget();
   }
   if (requests.calibrate) calibrate(sample, requests.jig);
@@ -126,11 +135,14 @@ void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) 
     state_ = DeviceState::kEnabled;
     ramp_ = 0;
   }
-  if (!enabled_ && (state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced))
+  if (!enabled_ && (state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced)) {
     state_ = DeviceState::kReady;
+    cause_ = 0;
+  }
 }
 
 void Spidar::enterFault(bool zero_current) noexcept {
+  if (state_ != DeviceState::kFault || (zero_current && !zero_current_)) cause_ = flags_;
   state_ = DeviceState::kFault;
   zero_current_ = zero_current_ || zero_current;
 }
@@ -146,11 +158,30 @@ bool Spidar::checkLink(const DeviceSample& sample, double h) noexcept {
   return !lost;
 }
 
-void Spidar::checkJumps(const DeviceSample& sample, double h) noexcept {
-  if (health_.findJump(sample.counts, h) < 0) return;
+/// Counts → lengths. False: they make no pose.
+bool Spidar::takeLengths(const DeviceSample& sample, double elapsed) noexcept {
+  for (int i = 0; i < kinematics_.strings(); ++i)
+    length_[i] = zero_length_[i] + static_cast<double>(sample.counts[i]) * def_.strings[i].length_per_count;
+  switch (health_.screen(length_, kinematics_, solution_.pose, elapsed)) {
+    case CountScreen::Verdict::kMotion:
+      return true;
+    case CountScreen::Verdict::kReplaced:
+      flags_ |= kCountRefused;
+      return true;
+    case CountScreen::Verdict::kHeld:
+      flags_ |= kCountRefused;
+      return false;
+    case CountScreen::Verdict::kSlipped:
+      flags_ |= kEncoderJump;
+      zero_length_[health_.suspect()] -= health_.slip();
+      return true;
+    case CountScreen::Verdict::kLost:
+      break;
+  }
   flags_ |= kEncoderJump;
-  calibrated_ = false;  // the counter no longer tells this string's length
+  calibrated_ = false;  // the counters no longer tell the strings' lengths
   enterFault(false);
+  return false;
 }
 
 void Spidar::checkRate(double h) noexcept {
@@ -177,12 +208,15 @@ void Spidar::updatePose(const PoseSolution& solved, double h) noexcept {
   solution_ = solved;
 }
 
-void Spidar::checkResidual(const PoseSolution& solved, double h) noexcept {
-  const StringVerdict verdict = health_.judge(solved, kinematics_, h);
+void Spidar::checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept {
+  const StringVerdict verdict = health_.judge(solved, length_, kinematics_, last, h);
   if (verdict == StringVerdict::kTrue) return;
   flags_ |= kResidualHigh;
-  if (verdict == StringVerdict::kBroken) enterFault(false);
-  if (state_ == DeviceState::kEnabled) state_ = DeviceState::kReduced;
+  const bool presents = state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced;
+  if (verdict == StringVerdict::kBroken || (verdict == StringVerdict::kNamed && presents)) enterFault(false);
+  if (state_ != DeviceState::kEnabled) return;
+  state_ = DeviceState::kReduced;
+  cause_ = flags_;
 }
 
 void Spidar::sense(const DeviceSample& sample, double h, const DeviceRequests& requests) noexcept {
@@ -195,13 +229,12 @@ void Spidar::sense(const DeviceSample& sample, double h, const DeviceRequests& r
   if (sample.age_ticks > 0) return;
   const double elapsed = since_counts_;
   since_counts_ = 0;
-  checkJumps(sample, elapsed);
-  if (!calibrated_) return;
-  for (int i = 0; i < kinematics_.strings(); ++i)
-    length_[i] = zero_length_[i] + static_cast<double>(sample.counts[i]) * def_.strings[i].length_per_count;
-  const PoseSolution solved = kinematics_.solvePose(length_, solution_.pose);
+  if (!calibrated_ || !takeLengths(sample, elapsed)) return;
+  if (health_.corrections() > 0) flags_ |= kStringCorrected;
+  const GripPose last = solution_.pose;
+  const PoseSolution solved = kinematics_.solvePose(length_, last);
   updatePose(solved, elapsed);
-  checkResidual(solved, elapsed);
+  checkResidual(solved, last, elapsed);
 }
 
 Wrench Spidar::limited(Wrench F_G_B, double h, double command_age) noexcept {

@@ -42,10 +42,12 @@ enum DeviceFlag : unsigned {
   kPoseNotConverged = 1u << 9,  ///< the pose of the tick before is kept
   kSampleStale = 1u << 10,      ///< counts older than one tick
   kLinkLost = 1u << 11,         ///< silent or disconnected: zero current
-  kEncoderJump = 1u << 12,      ///< a count moved faster than a string can
+  kEncoderJump = 1u << 12,      ///< a counter jumped: corrected (kStringCorrected), or the lengths are lost
   kResidualHigh = 1u << 13,     ///< lengths contradict each other: slack, slip or break
   kOverRate = 1u << 14,         ///< ticks shorter than the wire's least period
   kMotorHot = 1u << 15,         ///< heat model: the wrench is faded
+  kStringCorrected = 1u << 20,  ///< an encoder slipped since the last calibration and was corrected
+  kCountRefused = 1u << 21,     ///< a count that no string can have made was replaced, or the pose of before kept
 };
 
 struct SpidarSettings {
@@ -82,7 +84,11 @@ class Spidar {
   void calibrateAtHome() noexcept { calibrateAt(GripPose{}); }  ///< the grip is held at B's origin, unrotated
   void calibrateAt(const GripPose& jig) noexcept;  ///< a jig holds the grip there; one thread may call
   void setForceEnabled(bool enabled) noexcept { enable_request_ = enabled ? 1 : 0; }
-  void recover() noexcept { recover_request_ = true; }  ///< leaves kFault and kReduced when the cause is gone
+  /// Leaves kFault and kReduced when the cause is gone, with the force off: `setForceEnabled` switches it on.
+  void recover() noexcept { recover_request_ = true; }
+  /// Takes back what was asked and has not been taken up. True: there was something.
+  bool withdrawRequests() noexcept;
+  bool requestsPending() const noexcept;
   void setFade(double factor) noexcept { fade_ = factor; }  ///< overrun: share of the wrench presented, 0..1
 
   /// Set-up, or between two ticks: the exits of a calibration replace the file's, and its lengths at count 0 become
@@ -124,6 +130,8 @@ class Spidar {
   const Wrench& achievedWrench() const noexcept { return distribution_.report().F_G_B; }
   StringVector toldTension() const noexcept;  ///< what the motors are told, in the next exchange [N]
   unsigned flags() const noexcept { return flags_; }
+  /// The flags of the tick that led to kFault or kReduced; 0 in the other states.
+  unsigned causeFlags() const noexcept { return cause_; }
   unsigned buttons() const noexcept { return buttons_; }
   const StringHealth& health() const noexcept { return health_; }
   int suspectString() const noexcept { return health_.suspect(); }  ///< the one that disagrees most; -1: none
@@ -138,9 +146,9 @@ class Spidar {
   void placeExits(const double* numbers);
   void startAt(const GripPose& pose) noexcept;
   bool checkLink(const DeviceSample& sample, double h) noexcept;
-  void checkJumps(const DeviceSample& sample, double h) noexcept;
+  bool takeLengths(const DeviceSample& sample, double elapsed) noexcept;
   void updatePose(const PoseSolution& solved, double h) noexcept;
-  void checkResidual(const PoseSolution& solved, double h) noexcept;
+  void checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept;
   void checkRate(double h) noexcept;
   void enterFault(bool zero_current) noexcept;
   Wrench limited(Wrench F_G_B, double h, double command_age) noexcept;
@@ -166,7 +174,7 @@ class Spidar {
   double opening_rate_ = 0, ramp_ = 0, heat_share_ = 1, since_counts_ = 0;
   Wrench asked_;
   DriveCommand drive_;
-  unsigned flags_ = 0, buttons_ = 0;
+  unsigned flags_ = 0, cause_ = 0, buttons_ = 0;
 };
 
 }  // namespace haptic

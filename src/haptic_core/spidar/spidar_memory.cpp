@@ -51,6 +51,7 @@ void Spidar::save(std::vector<double>& out) const {
               heat_share_,
               since_counts_,
               fade_.load(),
+              static_cast<double>(cause_),
               solution_.residual,
               solution_.pose.opening,
               static_cast<double>(solution_.iterations),
@@ -83,8 +84,8 @@ void Spidar::placeExits(const double* numbers) {
 
 void Spidar::restore(const std::vector<double>& memory) {
   const int n = kinematics_.strings();
-  constexpr int kHead = 17, kHealth = 6;
-  const std::size_t expected = kHead + 3 * n + kPoseNumbers + 12 + 3 * n + kHealth + 2 * n + 2 * n;
+  constexpr int kHead = 18;
+  const std::size_t expected = kHead + 3 * n + kPoseNumbers + 12 + 3 * n + StringHealth::numbers(n) + 2 * n;
   if (memory.size() != expected || memory[0] != n) {
     throw SetupError(def_.name, "the saved memory is of another device or version", "use the description it was saved with");
   }
@@ -102,6 +103,7 @@ void Spidar::restore(const std::vector<double>& memory) {
   heat_share_ = *in++;
   since_counts_ = *in++;
   fade_ = *in++;
+  cause_ = static_cast<unsigned>(*in++);
   solution_.residual = *in++;
   solution_.pose.opening = *in++;
   solution_.iterations = static_cast<int>(*in++);

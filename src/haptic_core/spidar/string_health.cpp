@@ -1,6 +1,5 @@
 #include "haptic_core/spidar/string_health.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -9,84 +8,86 @@ namespace haptic {
 StringHealth::StringHealth(const DeviceDef& def, const HealthSettings& settings)
     : settings_(settings),
       strings_(static_cast<int>(def.strings.size())),
-      step_(strings_),
       continuous_(strings_),
-      heat_(StringVector::Zero(strings_)) {
-  for (int i = 0; i < strings_; ++i) {
-    step_[i] = def.strings[i].length_per_count;
-    continuous_[i] = settings.continuous_share * def.strings[i].max_tension;
-  }
+      heat_(StringVector::Zero(strings_)),
+      screen_(def, settings.screen),
+      diagnosis_(def, settings.diagnosis) {
+  for (int i = 0; i < strings_; ++i) continuous_[i] = settings.continuous_share * def.strings[i].max_tension;
 }
 
 void StringHealth::forget() noexcept {
-  have_counts_ = false;
-  residual_time_ = suspect_error_ = 0;
-  suspect_ = -1;
+  screen_.forget();
+  diagnosis_.forget();
+  residual_time_ = quiet_time_ = 0;
+  corrections_ = 0;
+  named_ = false;
+  suspect(-1, 0, 0);
 }
 
-int StringHealth::findJump(const std::array<std::int64_t, kMaxStrings>& counts, double elapsed) noexcept {
-  int jumped = -1;
-  for (int i = 0; have_counts_ && i < strings_; ++i) {
-    const double moved = static_cast<double>(counts[i] - last_counts_[i]) * step_[i];
-    if (std::fabs(moved) <= settings_.max_string_speed * elapsed) continue;
-    jumped = suspect_ = i;
-    suspect_error_ = moved;
-  }
-  last_counts_ = counts;
-  have_counts_ = true;
-  return jumped;
+void StringHealth::suspect(int string, double error, std::uint32_t among) noexcept {
+  suspect_ = string;
+  suspect_error_ = error;
+  suspects_ = among;
 }
 
-void StringHealth::findSuspect(const PoseSolution& solution, const StringKinematics& kinematics) noexcept {
-  using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxDof, kMaxDof>;
-  using Row = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxDof, 1>;
-  const StructureMatrix A = kinematics.scaledStructure(solution.pose);
-  const Normal normal = A.transpose().lazyProduct(A);
-  const Eigen::LLT<Normal> factor(normal);
-  double most = 0;
-  for (int i = 0; i < strings_; ++i) {
-    const Row a = A.row(i).transpose();
-    const double free = std::max(1e-6, 1 - a.dot(factor.solve(a)));
-    const double explained = solution.length_error[i] * solution.length_error[i] / free;
-    if (explained <= most) continue;
-    most = explained;
-    suspect_ = i;
-    suspect_error_ = -solution.length_error[i] / free;
+CountScreen::Verdict StringHealth::screen(StringVector& length, const StringKinematics& kinematics, const GripPose& pose,
+                                          double elapsed) noexcept {
+  using Verdict = CountScreen::Verdict;
+  Verdict verdict = screen_.judge(length, kinematics, pose, elapsed);
+  if (verdict == Verdict::kSlipped && ++corrections_ > settings_.most_corrections) verdict = Verdict::kLost;
+  if (verdict == Verdict::kSlipped || verdict == Verdict::kLost) {
+    suspect(screen_.suspect(), screen_.slip(), 1u << screen_.suspect());
+    diagnosis_.forget();
   }
+  return verdict;
+}
+
+StringVerdict StringHealth::judge(const PoseSolution& solution, const StringVector& length,
+                                  const StringKinematics& kinematics, const GripPose& last, double h) noexcept {
+  const double share = solution.residual / settings_.residual_limit;
+  const bool high = !(share <= 1);  // so too for a residual that is no number
+  residual_time_ = high ? residual_time_ + h : 0;
+  quiet_time_ = high ? 0 : quiet_time_ + h;
+  if (high || diagnosis_.open()) diagnosis_.add(length, kinematics, last, h);
+  if (diagnosis_.open() && quiet_time_ > settings_.doubt_end_s) diagnosis_.forget();
+  if (!diagnosis_.open()) return StringVerdict::kTrue;
+  const bool broken = !(share <= settings_.break_factor);
+  // Half a tick of slack: sums of h must not decide by rounding.
+  const bool lasts = residual_time_ >= settings_.residual_time_s - 0.5 * h;
+  if (!broken && !lasts && diagnosis_.time() < settings_.decide_s) return StringVerdict::kTrue;
+  // A name once found stays: what the motors do afterwards is no evidence.
+  if (!named_) suspect(diagnosis_.best(), diagnosis_.offset(diagnosis_.best()), diagnosis_.candidates());
+  named_ = named_ || diagnosis_.clear();
+  if (broken) return StringVerdict::kBroken;
+  return named_ || diagnosis_.time() >= settings_.decide_s ? StringVerdict::kNamed : StringVerdict::kDoubtful;
 }
 
 void StringHealth::save(std::vector<double>& out) const {
-  out.insert(out.end(), {have_counts_ ? 1.0 : 0.0, residual_time_, suspect_error_, hottest_,
-                         static_cast<double>(suspect_), static_cast<double>(hottest_motor_)});
+  out.insert(out.end(), {residual_time_, quiet_time_, suspect_error_, hottest_, static_cast<double>(suspect_),
+                         static_cast<double>(hottest_motor_), static_cast<double>(corrections_),
+                         static_cast<double>(suspects_), named_ ? 1.0 : 0.0});
   for (int i = 0; i < strings_; ++i) out.push_back(heat_[i]);
-  for (int i = 0; i < strings_; ++i) out.push_back(static_cast<double>(last_counts_[i]));
+  screen_.save(out);
+  diagnosis_.save(out);
 }
 
 const double* StringHealth::restore(const double* in) noexcept {
-  have_counts_ = *in++ != 0;
   residual_time_ = *in++;
+  quiet_time_ = *in++;
   suspect_error_ = *in++;
   hottest_ = *in++;
   suspect_ = static_cast<int>(*in++);
   hottest_motor_ = static_cast<int>(*in++);
+  corrections_ = static_cast<int>(*in++);
+  suspects_ = static_cast<std::uint32_t>(*in++);
+  named_ = *in++ != 0;
   for (int i = 0; i < strings_; ++i) heat_[i] = *in++;
-  for (int i = 0; i < strings_; ++i) last_counts_[i] = static_cast<std::int64_t>(*in++);
-  return in;
+  in = screen_.restore(in);
+  return diagnosis_.restore(in);
 }
 
-StringVerdict StringHealth::judge(const PoseSolution& solution, const StringKinematics& kinematics,
-                                  double h) noexcept {
-  const double share = solution.residual / settings_.residual_limit;
-  if (share <= 1) {  // not so for a residual that is no number
-    residual_time_ = 0;
-    return StringVerdict::kTrue;
-  }
-  residual_time_ += h;
-  const bool broken = !(share <= settings_.break_factor);
-  // Half a tick of slack: sums of h must not decide by rounding.
-  if (!broken && residual_time_ < settings_.residual_time_s - 0.5 * h) return StringVerdict::kTrue;
-  findSuspect(solution, kinematics);
-  return broken ? StringVerdict::kBroken : StringVerdict::kDoubtful;
+std::size_t StringHealth::numbers(int strings) {
+  return static_cast<std::size_t>(9 + strings + CountScreen::numbers(strings) + SlipDiagnosis::numbers(strings));
 }
 
 double StringHealth::heat(const StringVector& tension, double h) noexcept {

@@ -1,13 +1,16 @@
 /// Does every string still tell the truth, and is no motor too hot? Judged once per tick.
 ///
-/// n strings measure dof < n numbers, so a wrong length contradicts the others. If string i alone is wrong by
-/// δ, the residual of the least-squares pose is e = -(1 - H)_{·i} δ with H = A (AᵀA)⁻¹ Aᵀ; hence δ_i = -e_i /
-/// (1 - h_ii), and the string whose single error explains most of |e|², e_i² / (1 - h_ii), is the suspect.
-/// Where two strings are redundant in the same direction the data cannot tell them apart; the verdict then
-/// names one of the two.
+/// Three judges, for three times in which a length can go wrong:
+///   within a tick            CountScreen     spikes are refused, slips of an encoder are measured and corrected
+///   in 3 ms and more         the residual    lengths that contradict each other: the force is reduced at once
+///   in 0.05 s to 0.4 s       SlipDiagnosis   which string it is, from the motion; then no force
+/// A string that hangs loose measures too long and does not pull; what grows slowly is therefore never corrected.
 #pragma once
+#include <cstdint>
 #include <vector>
 
+#include "haptic_core/spidar/count_screen.h"
+#include "haptic_core/spidar/slip_diagnosis.h"
 #include "haptic_core/spidar/string_kinematics.h"
 
 namespace haptic {
@@ -18,8 +21,12 @@ struct HealthSettings {
   /// never calibrated (a millimetre each), else it alarms.
   double residual_limit = 0.1e-3;
   double residual_time_s = 0.003;  ///< for so long before it counts: a single bad sample is no fault
+  double doubt_end_s = 0.2;        ///< without contradiction for so long, the doubt is over
+  double decide_s = 0.4;           ///< a doubt that lasts so long ends in a fault, with or without a name
   double break_factor = 20;        ///< residual over limit at which there is no waiting and no force
-  double max_string_speed = 10;    ///< [m/s]; a hand reaches 3, an electrical fault moves faster
+  int most_corrections = 3;        ///< slips corrected until a calibration; one more is a fault: the errors add up
+  ScreenSettings screen;
+  DiagnosisSettings diagnosis;
   /// Motors: heat is ((t / t_cont)² low-passed over heat_time_s), 1 = what the winding bears for ever. The
   /// sources state no continuous tension, so it is taken as a share of the greatest.
   double continuous_share = 0.5;
@@ -27,7 +34,12 @@ struct HealthSettings {
   double hot = 1.0, too_hot = 1.1;  ///< the wrench fades from the first to zero at the second
 };
 
-enum class StringVerdict : unsigned char { kTrue, kDoubtful, kBroken };
+enum class StringVerdict : unsigned char {
+  kTrue,
+  kDoubtful,  ///< lengths contradict each other: little force
+  kNamed,     ///< for so long, or so clearly, that it is known which string it is: no force
+  kBroken,    ///< they contradict each other so much that no pose can be trusted
+};
 
 class StringHealth {
  public:
@@ -35,12 +47,15 @@ class StringHealth {
 
   void forget() noexcept;  ///< (in realtime) after a calibration or a recovery
 
-  /// (in realtime) Compares counts with those of the tick before. Returns the string that moved faster than a
-  /// string can, or -1; a wrapped or corrupted counter does that.
-  int findJump(const std::array<std::int64_t, kMaxStrings>& counts, double elapsed) noexcept;
+  /// (in realtime) Judges the lengths [m] of one reading, `elapsed` [s] after the last, and replaces what cannot be;
+  /// `pose` is the last one. A slip that was corrected is in `slip`: the length at count 0 must follow.
+  CountScreen::Verdict screen(StringVector& length, const StringKinematics& kinematics, const GripPose& pose,
+                              double elapsed) noexcept;
+  double slip() const { return screen_.slip(); }  ///< of `suspect`, measured minus true [m]
 
-  /// (in realtime) Judges the residual of a pose.
-  StringVerdict judge(const PoseSolution& solution, const StringKinematics& kinematics, double h) noexcept;
+  /// (in realtime) Judges the residual of a pose that was solved from `length`; `last` is the pose before.
+  StringVerdict judge(const PoseSolution& solution, const StringVector& length, const StringKinematics& kinematics,
+                      const GripPose& last, double h) noexcept;
 
   /// (in realtime) Adds one tick of tensions; returns the share of the wrench that the hottest motor allows.
   double heat(const StringVector& tension, double h) noexcept;
@@ -48,22 +63,27 @@ class StringHealth {
   /// Memory, for Spidar::save and restore: appends to `out`; reads from `in` and returns what follows.
   void save(std::vector<double>& out) const;
   const double* restore(const double* in) noexcept;
+  static std::size_t numbers(int strings);  ///< what save appends
 
   int suspect() const { return suspect_; }                ///< -1: none
   double suspectError() const { return suspect_error_; }  ///< measured minus true length of the suspect [m]
+  std::uint32_t suspects() const { return suspects_; }    ///< bit per string that may be the one
+  int corrections() const { return corrections_; }        ///< slips corrected since the last calibration
   double hottest() const { return hottest_; }             ///< 1 = for ever
   int hottestMotor() const { return hottest_motor_; }
 
  private:
-  void findSuspect(const PoseSolution& solution, const StringKinematics& kinematics) noexcept;
+  void suspect(int string, double error, std::uint32_t among) noexcept;
 
   HealthSettings settings_;
   int strings_;
-  StringVector step_, continuous_, heat_;
-  std::array<std::int64_t, kMaxStrings> last_counts_{};
-  bool have_counts_ = false;
-  double residual_time_ = 0, suspect_error_ = 0, hottest_ = 0;
-  int suspect_ = -1, hottest_motor_ = 0;
+  StringVector continuous_, heat_;
+  CountScreen screen_;
+  SlipDiagnosis diagnosis_;
+  double residual_time_ = 0, quiet_time_ = 0, suspect_error_ = 0, hottest_ = 0;
+  int suspect_ = -1, hottest_motor_ = 0, corrections_ = 0;
+  std::uint32_t suspects_ = 0;
+  bool named_ = false;
 };
 
 }  // namespace haptic

@@ -1,0 +1,96 @@
+// The program motor_guard: started by DriveGuard (drive_guard.h), never by hand. It needs no library but the system's.
+#include <poll.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+
+#include "spidar_driver/transport/guard_memory.h"
+
+namespace {
+
+using namespace haptic;
+
+constexpr int kPollMs = 2;       // how often the heartbeat is looked at; half a per cent of a core
+constexpr int kRepeats = 3;      // zero currents are sent so often: a byte may be lost on the wire
+constexpr int kRepeatMs = 3;
+constexpr int kLongRepeatMs = 100;  // while the driver stands still; something else may write to the boards
+constexpr int kWriteWaitMs = 2;
+constexpr int kPriority = 80;    // above the driver's thread: a driver that spins must not keep its guard from looking
+
+std::int64_t now() {
+  timespec t{};
+  ::clock_gettime(CLOCK_MONOTONIC, &t);
+  return static_cast<std::int64_t>(t.tv_sec) * 1000000000 + t.tv_nsec;
+}
+
+/// False: the port is gone, and with it what there is to turn off.
+bool sendZero(const GuardMemory& memory) {
+  const std::uint8_t* at = memory.zero_drive;
+  for (std::size_t left = memory.zero_drive_bytes; left > 0;) {
+    const ssize_t sent = ::write(kGuardPort, at, left);
+    if (sent > 0) {
+      at += sent;
+      left -= static_cast<std::size_t>(sent);
+    } else if (sent < 0 && errno == EAGAIN) {
+      pollfd port{kGuardPort, POLLOUT, 0};
+      if (::poll(&port, 1, kWriteWaitMs) <= 0) return true;  // a full line: the next repeat tries again
+    } else {
+      return false;
+    }
+  }
+  return true;
+}
+
+void pauseMs(int ms) { ::poll(nullptr, 0, ms); }
+
+/// Best effort: a guard without these rights still works, only less promptly on a busy machine.
+void becomePrompt() {
+  sched_param priority{};
+  priority.sched_priority = kPriority;
+  if (::sched_setscheduler(0, SCHED_FIFO, &priority) != 0) ::setpriority(PRIO_PROCESS, 0, -20);
+  ::mlockall(MCL_CURRENT | MCL_FUTURE);
+}
+
+[[noreturn]] void watch(GuardMemory& memory) {
+  std::uint64_t seen = memory.beats.load(std::memory_order_relaxed);
+  std::int64_t changed = now(), next_zero = 0;
+  int sent = 0;  // in this stall
+  for (;;) {
+    pollfd life{kGuardLife, 0, 0};
+    if (::poll(&life, 1, kPollMs) > 0) {  // the driver has ended, in whatever way
+      for (int i = 0; i < kRepeats && sendZero(memory); ++i) pauseMs(kRepeatMs);
+      ::_exit(0);
+    }
+    const std::int64_t instant = now();
+    const std::uint64_t beats = memory.beats.load(std::memory_order_relaxed);
+    if (beats != seen || !memory.armed.load(std::memory_order_relaxed)) {
+      seen = beats;
+      changed = instant;
+      sent = 0;
+      continue;
+    }
+    if (instant - changed < memory.stall_ns || (sent > 0 && instant < next_zero)) continue;
+    if (sent == 0) memory.stalls.fetch_add(1, std::memory_order_relaxed);
+    sendZero(memory);
+    next_zero = instant + 1000000LL * (++sent < kRepeats ? kRepeatMs : kLongRepeatMs);
+  }
+}
+
+}  // namespace
+
+int main() {
+  void* memory = ::mmap(nullptr, sizeof(GuardMemory), PROT_READ | PROT_WRITE, MAP_SHARED, kGuardMemory, 0);
+  if (memory == MAP_FAILED) {
+    std::fprintf(stderr, "motor_guard: the driver of motor boards starts this program; it is of no use alone\n");
+    return 2;
+  }
+  ::close(kGuardMemory);
+  becomePrompt();
+  if (::write(kGuardDone, &kGuardReady, 1) != 1) return 1;
+  watch(*static_cast<GuardMemory*>(memory));
+}

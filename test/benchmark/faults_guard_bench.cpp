@@ -1,0 +1,134 @@
+// How long motors stay on after their driver has gone: a process that drives emulated boards over a pseudo-terminal at 1 kHz
+// is killed, crashes or is stopped; the boards say when their last current became zero. The time counts from the instant at
+// which the signal was sent. Figure: the longest over kRounds of every kind, and the kinds one by one.
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "emulated_device.h"
+#include "figure.h"
+#include "spidar_driver/emulator/pty_line.h"
+#include "spidar_driver/transport/open_transport.h"
+
+namespace haptic::bench {
+namespace {
+
+constexpr int kRounds = 100;
+constexpr std::int64_t kPatienceNs = 2000000000;
+
+std::int64_t now() {
+  timespec t{};
+  ::clock_gettime(CLOCK_MONOTONIC, &t);
+  return static_cast<std::int64_t>(t.tv_sec) * 1000000000 + t.tv_nsec;
+}
+
+/// Remembers when the last of its motors lost its current.
+struct WatchedPlant : PlacedPlant {
+  void drive(int channel, std::int16_t digit) override {
+    PlacedPlant::drive(channel, digit);
+    const bool on = std::any_of(digits.begin(), digits.end(), [](std::int16_t d) { return d != 0; });
+    if (powered && !on) off_ns = now();
+    powered = on;
+  }
+  bool powered = false;
+  std::int64_t off_ns = 0;
+};
+
+struct Boards {
+  Boards() : bus(plant), line((bus.addBoard("B5M", 1), bus), "", false), thread(line) {}
+  bool powered() {
+    bool on = false;
+    thread.with([&] { on = plant.powered; });
+    return on;
+  }
+  WatchedPlant plant;
+  BoardBusEmulator bus;
+  PtyLine line;
+  PtyThread thread;
+};
+
+/// What the child does: 1 kHz with current, in a process group of its own, under the name that users kill by.
+[[noreturn]] void drive(const std::string& port) {
+  ::setpgid(0, 0);
+  ::prctl(PR_SET_NAME, "nodelet");
+  TransportSettings settings;
+  settings.port = port;
+  settings.reply_wait_s = 0.2;
+  try {
+    auto transport = openTransport(plainDevice({"B5M"}, 8), settings);
+    DriveCommand command;
+    for (int i = 0; i < 8; ++i) command.voltage[i] = i % 2 ? -0.2 : 0.2;
+    for (;;) {
+      transport->exchange(command);
+      ::usleep(500);
+    }
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    ::_exit(1);
+  }
+}
+
+struct Kind {
+  const char* name;
+  int signal;
+  bool group;
+};
+constexpr Kind kKinds[] = {{"kill", SIGKILL, false},
+                           {"kill_group", SIGKILL, true},
+                           {"crash", SIGSEGV, false},
+                           {"stop", SIGSTOP, false},
+                           {"stop_group", SIGSTOP, true}};
+
+/// Milliseconds from the signal to no current; -1: the current stayed on.
+double zeroTime(Boards& boards, const Kind& kind, int wait_us) {
+  const pid_t child = ::fork();
+  if (child == 0) drive(boards.line.path());
+  ::setpgid(child, child);
+  for (const std::int64_t start = now(); !boards.powered() && now() - start < 10 * kPatienceNs;) ::usleep(1000);
+  ::usleep(static_cast<useconds_t>(20000 + wait_us));
+  const std::int64_t sent = now();
+  ::kill(kind.group ? -child : child, kind.signal);
+  while (boards.powered() && now() - sent < kPatienceNs) ::usleep(500);
+  std::int64_t off = 0;
+  boards.thread.with([&] { off = boards.plant.powered ? 0 : boards.plant.off_ns; });
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+  ::usleep(30000);  // the guard lets go of the port
+  return off == 0 ? -1 : std::max(0.0, 1e-6 * static_cast<double>(off - sent));
+}
+
+int measure(int rounds) {
+  double longest = 0;
+  int left_on = 0;
+  Boards boards;
+  std::mt19937 random(1);
+  for (const Kind& kind : kKinds) {
+    std::vector<double> times;
+    for (int k = 0; k < rounds; ++k) {
+      const double ms = zeroTime(boards, kind, static_cast<int>(random() % 2000));
+      left_on += ms < 0;
+      times.push_back(ms);
+    }
+    std::sort(times.begin(), times.end());
+    std::printf("# %-12s %d times: median %.1f ms, longest %.1f ms\n", kind.name, rounds, times[times.size() / 2], times.back());
+    figure((std::string("guard.zero_ms_max_") + kind.name).c_str(), times.back(), "ms");
+    longest = std::max(longest, times.back());
+  }
+  figure("guard.zero_ms_max", longest, "ms");
+  figure("guard.left_on", left_on, "1");
+  return left_on == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace haptic::bench
+
+int main(int argc, char** argv) { return haptic::bench::measure(argc > 1 ? std::max(1, std::atoi(argv[1])) : haptic::bench::kRounds); }

@@ -1,0 +1,183 @@
+#!/usr/bin/env python3
+"""A driver on emulated motor boards is killed by name, by command line, by group and as a parent, and stopped: the motors are
+off each time, and the guard that does it ends with its driver. Its services answer with what happened."""
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+
+import rosgraph
+import rospkg
+import rospy
+import rostest
+from haptic_msgs.msg import DeviceState
+from std_srvs.srv import SetBool, Trigger
+from topic_probe import Probe, program, wait_until
+
+ROUNDS = int(os.environ.get("HAPTIC_GUARD_ROUNDS", "1"))
+
+
+def guards():
+    """Processes that watch motors."""
+    found = []
+    for entry in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{entry}/cmdline", "rb") as line:
+                if line.read() == b"motor_guard\0":
+                    found.append(int(entry))
+        except OSError:
+            pass  # it ended between the two lines
+    return found
+
+
+def said(pid, what):
+    with open(f"/proc/{pid}/{what}", encoding="utf-8") as text:
+        return text.read().replace("\0", " ").strip()
+
+
+def parent(pid):
+    return int(said(pid, "stat").rsplit(")", 1)[1].split()[1])
+
+
+def kill_all(pids, chosen):
+    """SIGKILL to those of `pids` that `chosen` takes, as pkill would; other drivers of this machine are nobody's business."""
+    for pid in [pid for pid in pids if chosen(pid)]:
+        os.kill(pid, signal.SIGKILL)
+
+
+class Guard(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp()
+        self.port, self.control = os.path.join(self.folder, "boards"), os.path.join(self.folder, "control")
+        device = os.path.join(rospkg.RosPack().get_path("haptic_description"), "devices", "spidar_g6x5r.yaml")
+        self.boards = subprocess.Popen([program("spidar_driver", "spidar_board_emulator"), "--device", device, "--link", self.port,
+                                        "--control", self.control, "--hand", "rest"], stdout=subprocess.PIPE, text=True)
+        wait_until("the boards' port", lambda: os.path.exists(self.port) and os.path.exists(self.control))
+        self.before = guards()
+        self.driver, self.state = None, Probe("/spidar/state", DeviceState)
+
+    def tearDown(self):
+        self.state.close()
+        if self.driver and self.driver.poll() is None:
+            self.driver.send_signal(signal.SIGCONT)
+            self.driver.send_signal(signal.SIGINT)
+            self.driver.wait(10)
+        wait_until("the guard ends with its driver", lambda: not set(guards()) - set(self.before))
+        self.boards.send_signal(signal.SIGINT)
+        self.boards.communicate(timeout=10)
+        shutil.rmtree(self.folder)
+
+    def start(self, *parameters):
+        """A driver in a group of its own, and its guard. At 200 Hz a busy machine keeps up."""
+        self.state.clear()
+        command = [program("spidar_driver", "spidar_driver_node"), "__name:=driver", "__ns:=spidar", "_device:=spidar_g6x5r",
+                   "_transport:=file", f"_port:={self.port}", "_rate:=200", *parameters]
+        self.driver = subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.state.wait(1, timeout=30)
+        wait_until("a guard", lambda: len(set(guards()) - set(self.before)) == 1)
+        return (set(guards()) - set(self.before)).pop()
+
+    def order(self, text):
+        with open(self.control, "w", encoding="utf-8") as control:
+            control.write(text + "\n")
+
+    def drive(self):
+        """What the boards' motors are told, by the emulator's own word."""
+        self.order("drive")
+        for line in self.boards.stdout:
+            if line.startswith("drive "):
+                return line.split()[1]
+        raise AssertionError("the emulator has ended")
+
+    def test_whatever_kills_the_driver_leaves_no_current(self):
+        kills = {
+            "its name": lambda d, g: kill_all((d, g), lambda p: said(p, "comm").startswith(("spidar", "nodelet"))),
+            "its command line": lambda d, g: kill_all((d, g), lambda p: re.search("driver|nodelet|spidar|boards", said(p, "cmdline"))),
+            "its group": lambda d, g: os.killpg(os.getpgid(d), signal.SIGKILL),
+            "its session": lambda d, g: kill_all((g, d), lambda p: os.getsid(p) == os.getsid(d)),
+            "its children": lambda d, g: kill_all((g, d), lambda p: p == d or parent(p) == d),
+            "a crash": lambda d, g: os.kill(d, signal.SIGSEGV),
+        }
+        for _ in range(ROUNDS):
+            for how, kill in kills.items():
+                guard = self.start()
+                wait_until("current", lambda: self.drive() == "on")
+                kill(self.driver.pid, guard)
+                self.driver.wait(10)
+                wait_until(f"no current after a kill by {how}", lambda: self.drive() == "off")
+                wait_until("the guard ends", lambda guard=guard: guard not in guards())
+
+    def test_a_driver_that_stands_still_leaves_no_current(self):
+        self.start()
+        wait_until("current", lambda: self.drive() == "on")
+        self.driver.send_signal(signal.SIGSTOP)
+        wait_until("no current from a stopped driver", lambda: self.drive() == "off")
+        self.driver.send_signal(signal.SIGCONT)
+        self.state.clear()
+        self.state.wait(2)
+        self.assertIsNone(self.driver.poll())
+
+    def test_services_answer_with_what_happened(self):
+        self.start()
+        enable = rospy.ServiceProxy("/spidar/driver/enable_force", SetBool)
+        calibrate = rospy.ServiceProxy("/spidar/driver/calibrate", Trigger)
+        recover = rospy.ServiceProxy("/spidar/driver/recover", Trigger)
+        enable.wait_for_service(10)
+        answer = enable(True)
+        self.assertFalse(answer.success)
+        self.assertIn("UNCALIBRATED", answer.message)
+        self.assertIn("calibrate", answer.message)
+        answer = calibrate()
+        self.assertTrue(answer.success, answer.message)
+        self.assertIn("READY", answer.message)  # the force that could not be switched on does not come later
+        answer = enable(True)
+        self.assertTrue(answer.success, answer.message)
+        self.assertIn("ENABLED", answer.message)
+        self.order("kill 1")
+        lost = self.state.wait(1, accept=lambda m: m.state == DeviceState.DISCONNECTED)
+        self.assertIn("do not answer", lost.message)
+        answer = recover()
+        self.assertFalse(answer.success, answer.message)
+        answer = calibrate()
+        self.assertFalse(answer.success, answer.message)
+        self.assertIn("nothing was done", answer.message)
+        self.order("revive 1")
+        back = self.state.wait(1, accept=lambda m: m.state == DeviceState.FAULT, timeout=20)
+        self.assertIn("silent", back.message)
+        self.assertNotIn("wind", back.message)
+        wait_until("a recovery", lambda: recover().success, 20)
+        self.state.clear()
+        after = self.state.wait(2)
+        self.assertIn(after.state, (DeviceState.READY, DeviceState.UNCALIBRATED))
+        self.assertFalse(after.force_enabled, "recover switched the force on")
+
+    def test_nodes_listen_on_loopback(self):
+        """The ports of topics and services; ROS 1 cannot do it for the ports of its calls (README.md, Security)."""
+        self.start()
+        uri = rosgraph.Master("/test").lookupNode("/spidar/driver")
+        self.assertIn("127.0.0.1", uri)
+        calls = int(uri.rstrip("/").rsplit(":", 1)[1])
+        inodes = set()
+        for entry in os.listdir(f"/proc/{self.driver.pid}/fd"):
+            try:
+                inodes.add(os.readlink(f"/proc/{self.driver.pid}/fd/{entry}"))
+            except OSError:
+                pass
+        with open("/proc/net/tcp", encoding="utf-8") as table:
+            listening = [line.split() for line in table if line.split()[3] == "0A"]
+        own = [line[1].split(":") for line in listening if f"socket:[{line[9]}]" in inodes]
+        self.assertTrue(own)
+        for address, port in own:
+            if int(port, 16) != calls:
+                self.assertEqual(address, "0100007F", f"port {int(port, 16)}")
+
+
+if __name__ == "__main__":
+    rostest.rosrun("haptic_tests", "guard", Guard, sys.argv)
