@@ -18,56 +18,40 @@
 
 namespace haptic {
 
+/// T is U, const or not.
+template <class T, class U>
+inline constexpr bool kIs = std::is_same_v<std::remove_const_t<T>, U>;
+
 template <class T, class Visit>
 std::enable_if_t<std::is_arithmetic_v<std::remove_const_t<T>> || std::is_enum_v<T>> eachNumber(T& value, Visit&& visit) {
   visit(value);
 }
 
-template <class Visit>
-void eachNumber(const Vector3& v, Visit&& visit) {
-  for (int i = 0; i < 3; ++i) visit(v.data()[i]);
-}
-template <class Visit>
-void eachNumber(Vector3& v, Visit&& visit) {
-  for (int i = 0; i < 3; ++i) visit(v.data()[i]);
+/// Column by column.
+template <class T, class Visit>
+std::enable_if_t<kIs<T, Vector3> || kIs<T, Matrix3>> eachNumber(T& matrix, Visit&& visit) {
+  for (int i = 0; i < matrix.size(); ++i) visit(matrix.data()[i]);
 }
 
 /// w, x, y, z.
-template <class Visit>
-void eachNumber(const Quaternion& q, Visit&& visit) {
-  visit(q.w()), visit(q.x()), visit(q.y()), visit(q.z());
-}
-template <class Visit>
-void eachNumber(Quaternion& q, Visit&& visit) {
+template <class T, class Visit>
+std::enable_if_t<kIs<T, Quaternion>> eachNumber(T& q, Visit&& visit) {
   visit(q.w()), visit(q.x()), visit(q.y()), visit(q.z());
 }
 
-template <class Visit>
-void eachNumber(const Wrench& F, Visit&& visit) {
-  eachNumber(F.torque, visit), eachNumber(F.force, visit);
-}
-template <class Visit>
-void eachNumber(Wrench& F, Visit&& visit) {
-  eachNumber(F.torque, visit), eachNumber(F.force, visit);
-}
-
-template <class Visit>
-void eachNumber(const Twist& V, Visit&& visit) {
-  eachNumber(V.angular, visit), eachNumber(V.linear, visit);
-}
-template <class Visit>
-void eachNumber(Twist& V, Visit&& visit) {
-  eachNumber(V.angular, visit), eachNumber(V.linear, visit);
-}
-
-template <class Visit>
-void eachNumber(const Matrix3& M, Visit&& visit) {
-  for (int i = 0; i < 9; ++i) visit(M.data()[i]);
-}
-
-template <class Visit>
-void eachNumber(const Pose& X, Visit&& visit) {
+template <class T, class Visit>
+std::enable_if_t<kIs<T, Pose>> eachNumber(T& X, Visit&& visit) {
   eachNumber(X.R, visit), eachNumber(X.p, visit);
+}
+
+template <class T, class Visit>
+std::enable_if_t<kIs<T, Wrench>> eachNumber(T& F, Visit&& visit) {
+  eachNumber(F.torque, visit), eachNumber(F.force, visit);
+}
+
+template <class T, class Visit>
+std::enable_if_t<kIs<T, Twist>> eachNumber(T& V, Visit&& visit) {
+  eachNumber(V.angular, visit), eachNumber(V.linear, visit);
 }
 
 template <class Visit>

@@ -23,6 +23,12 @@ struct HandSettings {
                                    ///< enable, load, reset and overrun [s]
   int clutch_button = -1;          ///< grip button that holds the pointer while pressed; -1: none
   int grab_button = -1;            ///< grip button that grabs the free body in touch, and lets it go; -1: none
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.workspace), visit(s.force_scale), visit(s.passivity), visit(s.soft_start_s), visit(s.clutch_button),
+        visit(s.grab_button);
+  }
 };
 
 struct HandReport {

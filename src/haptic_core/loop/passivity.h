@@ -32,6 +32,11 @@ struct PassivitySettings {
   PassivityMode mode = PassivityMode::kObserve;
   double radius = 0.02;       ///< r [m]: weighs rotation against translation, about the grip's size
   double max_damping = 20;    ///< α_max [N·s/m]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.mode), visit(s.radius), visit(s.max_damping);
+  }
 };
 
 class PassivityController {

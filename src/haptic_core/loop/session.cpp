@@ -1,9 +1,9 @@
 #include "haptic_core/loop/session.h"
 
 #include <cmath>
-#include <cstring>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/fields.h"
 #include "haptic_core/loop/hand.h"
 #include "haptic_core/spidar/spidar.h"
 #include "haptic_core/world/step_history.h"
@@ -11,24 +11,24 @@
 namespace haptic {
 namespace {
 
-constexpr std::size_t kSettingsNumbers = 20, kRequestNumbers = 16;
-
-void put(std::vector<double>& out, const Pose& X) {
-  out.insert(out.end(), X.R.data(), X.R.data() + 9);
-  out.insert(out.end(), X.p.data(), X.p.data() + 3);
+template <class T>
+std::vector<double> numbersIn(const T& record) {
+  std::vector<double> out;
+  appendFields(record, out);
+  return out;
 }
 
-Pose poseAt(const double* in) {
-  Pose X;
-  std::memcpy(X.R.data(), in, 9 * sizeof(double));
-  std::memcpy(X.p.data(), in + 9, 3 * sizeof(double));
-  return X;
-}
-
-void requireSize(const std::vector<double>& numbers, std::size_t size, const char* what) {
-  if (numbers.size() == size) return;
-  throw SetupError(what, "has " + std::to_string(numbers.size()) + " numbers instead of " + std::to_string(size),
-                   "use a recording of this version");
+template <class T>
+T recordFrom(const std::vector<double>& numbers, const char* what) {
+  T record;
+  const std::size_t size = countFields(record);
+  if (numbers.size() != size) {
+    throw SetupError(what, "has " + std::to_string(numbers.size()) + " numbers instead of " + std::to_string(size),
+                     "use a recording of this version");
+  }
+  const double* next = numbers.data();
+  readFields(record, next);
+  return record;
 }
 
 }  // namespace
@@ -73,46 +73,16 @@ SessionStart startedAt(const SessionStart& first, const LoopMemory& memory, cons
   return start;
 }
 
-std::vector<double> numbersOf(const HandSettings& s) {
-  std::vector<double> out = {s.workspace.scale,    s.force_scale,
-                             static_cast<double>(s.passivity.mode), s.passivity.radius,
-                             s.passivity.max_damping, s.soft_start_s,
-                             static_cast<double>(s.clutch_button), static_cast<double>(s.grab_button)};
-  put(out, s.workspace.X_WB);
-  return out;
-}
+std::vector<double> numbersOf(const HandSettings& settings) { return numbersIn(settings); }
 
 HandSettings handSettingsFrom(const std::vector<double>& numbers) {
-  requireSize(numbers, kSettingsNumbers, "settings of a hand");
-  HandSettings s;
-  s.workspace.scale = numbers[0];
-  s.force_scale = numbers[1];
-  s.passivity.mode = static_cast<PassivityMode>(static_cast<int>(numbers[2]));
-  s.passivity.radius = numbers[3];
-  s.passivity.max_damping = numbers[4];
-  s.soft_start_s = numbers[5];
-  s.clutch_button = static_cast<int>(numbers[6]);
-  s.grab_button = static_cast<int>(numbers[7]);
-  s.workspace.X_WB = poseAt(numbers.data() + 8);
-  return s;
+  return recordFrom<HandSettings>(numbers, "settings of a hand");
 }
 
-std::vector<double> numbersOf(const DeviceRequests& r) {
-  std::vector<double> out = {r.calibrate ? 1.0 : 0.0, r.recover ? 1.0 : 0.0, static_cast<double>(r.enable),
-                             r.jig.opening};
-  put(out, r.jig.X_BG);
-  return out;
-}
+std::vector<double> numbersOf(const DeviceRequests& requests) { return numbersIn(requests); }
 
 DeviceRequests deviceRequestsFrom(const std::vector<double>& numbers) {
-  requireSize(numbers, kRequestNumbers, "requests to a device");
-  DeviceRequests r;
-  r.calibrate = numbers[0] != 0;
-  r.recover = numbers[1] != 0;
-  r.enable = static_cast<int>(numbers[2]);
-  r.jig.opening = numbers[3];
-  r.jig.X_BG = poseAt(numbers.data() + 4);
-  return r;
+  return recordFrom<DeviceRequests>(numbers, "requests to a device");
 }
 
 SessionReplay::SessionReplay(const WorldDef& scene, const SessionStart& start) : world_(scene), step_(start.step) {

@@ -10,6 +10,11 @@ namespace haptic {
 struct WorkspaceSettings {
   Pose X_WB;                ///< device base in the world
   double scale = 1;         ///< world metres per grip metre; > 0
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.X_WB), visit(s.scale);
+  }
 };
 
 /// p_WP = p_WB + R_WB (scale · p_BG) + offset_W,  R_WP = R_WB R_BG R_GP. A clutch holds the pointer while the

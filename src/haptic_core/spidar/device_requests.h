@@ -11,6 +11,11 @@ struct DeviceRequests {
   GripPose jig;            ///< only read with `calibrate`
 
   bool any() const { return calibrate || recover || enable >= 0; }
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.calibrate), visit(s.recover), visit(s.enable), visit(s.jig);
+  }
 };
 
 }  // namespace haptic

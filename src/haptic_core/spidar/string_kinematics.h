@@ -20,6 +20,11 @@ using StructureMatrix =
 struct GripPose {
   Pose X_BG;
   double opening = 0;  ///< [m]; 0 for grips that do not open
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.X_BG), visit(s.opening);
+  }
 };
 
 struct PoseSettings {
