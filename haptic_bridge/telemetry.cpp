@@ -36,7 +36,8 @@ const struct {
     {kCommandNotFinite, "a wrench was not finite"}, {kTensionAtMax, "a string pulls at its greatest tension"},
     {kNotPresentable, "the wrench cannot be presented"}, {kTorqueIgnored, "a point grip: torque is ignored"},
     {kPoseNotConverged, "the pose was not found"}, {kLinkLost, "the device does not answer"},
-    {kEncoderJump, "an encoder jumped"}, {kResidualHigh, "the string lengths contradict each other"}};
+    {kAnswersLost, "answers of the boards are lost"}, {kDelayTooLong, "the wire is too slow for force"},
+    {kCounterRestarted, "a board started anew"}, {kEncoderJump, "an encoder jumped"}, {kResidualHigh, "the string lengths contradict each other"}};
 
 }  // namespace
 

@@ -36,15 +36,35 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
   r.pose_residual = device.solution().residual;
   r.state = device.state();
   r.calibrated = device.calibrated();
+  r.pose_valid = device.poseValid();
+  r.pose_new = device.poseIsNew();
+  r.latched_ns = device.poseStamp() != 0 ? device.poseStamp() : stamp_ns;
+  r.delay = device.freshness().delay();
+  r.counts_age = device.freshness().age();
+  r.lost_share = device.freshness().lostShare();
+  r.stable_stiffness = device.stableStiffness();
   r.suspect_string = device.suspectString();
   r.suspect_error = device.health().suspectError();
   r.hottest_motor = device.health().hottestMotor();
   r.flags = device.flags();
+  r.cause = device.causeFlags();
   return r;
 }
 
 std::string advice(const DeviceRecord& record, const std::string& device_name) {
   if (record.flags & kLinkLost) return "the board is silent: check plug and power, then recover";
+  if (record.flags & kDelayTooLong) {
+    char text[200];
+    std::snprintf(text, sizeof text, "the wire's delay of %.1f ms leaves walls of at most %.2f N/mm stable: force is refused; "
+                  "set the adapter's latency timer to 1 ms", 1e3 * record.delay, 1e-3 * record.stable_stiffness);
+    return text;
+  }
+  if (record.flags & kAnswersLost) {
+    char text[160];
+    std::snprintf(text, sizeof text, "%.0f %% of the boards' answers are lost: check cable, power and ground, then recover",
+                  100 * record.lost_share);
+    return text;
+  }
   if (record.state == DeviceState::kUncalibrated) return "hold the grip at the home pose and calibrate";
   if (!record.calibrated)
     return stringAdvice(record) +
