@@ -25,6 +25,15 @@ class EmulatedBoard {
   /// only its fraction of a turn.
   void setPower(bool on);
 
+  /// Brown-out: as off and on at once, and the counters at zero when `forget` is set.
+  void reset(bool forget);
+  /// What a disturbed SET_CMDLEN leaves behind: the length that this board takes that id's command to have.
+  void spoilTable(int id, BoardCommand command, int length) {
+    table_[id & 7][static_cast<int>(command)] = static_cast<std::uint8_t>(length);
+  }
+  void setObeys(bool obeys) { obeys_ = obeys; }  ///< false: it answers, and its currents stay what they are
+  void setStuck(bool stuck);                     ///< its counters stand still
+
   int id() const { return id_; }
   const BoardShape& shape() const { return shape_; }
   bool powered() const { return powered_; }
@@ -53,7 +62,8 @@ class EmulatedBoard {
   const BoardShape& shape_;
   int first_channel_;
   MotorPlant& plant_;
-  bool powered_ = true;
+  bool powered_ = true, obeys_ = true, stuck_ = false;
+  MotorWords stuck_at_{};
   std::array<std::array<std::uint8_t, kBoardCommands>, kMaxBoards> table_{};
   std::array<std::uint8_t, 256> packet_{};
   int length_ = 0, filled_ = 0, skip_ = 0;

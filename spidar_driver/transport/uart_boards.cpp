@@ -233,10 +233,11 @@ UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
     last_lesson_ = exchanges_;
     lesson_due_ = false;
   }
-  if (!ledger_.ask(sent_ns_, exchanges_)) pending_ = Cause::kSilent;
   if (ledger_.marked() && sent_ns_ - ledger_.markSent() > silent_ns_) ledger_.dropMark();
+  const bool marks = markDue();
+  if (!ledger_.ask(sent_ns_, exchanges_)) pending_ = Cause::kSilent;
   std::size_t bytes = cycle_bytes_;
-  if (markDue()) {
+  if (marks) {
     next_mark_ = (next_mark_ + 1) % static_cast<int>(boards_.size());
     const std::vector<std::uint8_t>& mark = mark_[next_mark_];
     std::copy(mark.begin(), mark.end(), cycle_.begin() + static_cast<std::ptrdiff_t>(bytes));
