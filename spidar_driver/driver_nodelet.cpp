@@ -4,6 +4,7 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/spidar/device_twin.h"
+#include "spidar_driver/transport/link_report.h"
 #include "spidar_driver/transport/open_transport.h"
 
 namespace haptic {
@@ -106,6 +107,7 @@ void DriverNodelet::completeState(haptic_msgs::DeviceState& state) const {
   state.transport = parameters_.twin ? "twin" : device_->spidar.def().transport;
   if (state.message.empty()) state.message = calibration_->note();
   state.max_rate = device_->transport->maxRateHz();
+  if (const auto* wire = dynamic_cast<const LinkReporter*>(device_->transport.get())) state.wire = wire->trouble();
   state.claimed = offer_.heldBy(ClaimRank::kBridge);
 }
 
