@@ -81,6 +81,7 @@ void Telemetry::run() {
 void Telemetry::drain() {
   recorder_.drain();
   loop_.lastTick().read(last_tick_);  // first: the samples that follow are those up to it, and newer ones
+  if (figures_ && loop_.phase() == RealtimeThread::Phase::kTicking) figures_->setDevices(loop_.deviceDefs());
   TickSample sample;
   while (loop_.samples().pop(sample)) {
     last_ = sample;

@@ -5,6 +5,7 @@
 /// until SET_CMDLEN teaches it others: a command for another board is skipped by that length, right or wrong.
 /// A reply is built when the header is recognised, before the payload is executed. Absent ids stay silent.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -51,7 +52,9 @@ class EmulatedBoard {
   void resetPosition();
   template <class Packet>
   bool decoded(Packet& packet) const {
-    return decodePacket(shape_, packet_[0] & 7, packet_.data(), static_cast<std::size_t>(length_), packet);
+    // A table that says more makes the board wait longer; what it then reads are the first bytes.
+    const int length = std::min(length_, commandBytes(shape_, Packet::kCommand));
+    return decodePacket(shape_, packet_[0] & 7, packet_.data(), static_cast<std::size_t>(length), packet);
   }
   template <class Packet>
   int encoded(const Packet& packet) {

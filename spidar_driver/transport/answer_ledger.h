@@ -73,6 +73,13 @@ class AnswerLedger {
     marked_ = false;
     return s;
   }
+  /// Every board has answered what was asked so long after the mark that the mark's own answer must be lost.
+  bool overtaken() const noexcept {
+    constexpr std::uint64_t kLater = 5;  // cycles; doubled answers run ahead by one or two
+    for (int b = 0; b < boards_; ++b)
+      if (next_[b] < mark_cycle_ + kLater) return false;
+    return marked_;
+  }
   void dropMark() noexcept { marked_ = false; }  ///< (in realtime) its answer is lost
   bool marked() const { return marked_; }
   int markBoard() const { return mark_board_; }

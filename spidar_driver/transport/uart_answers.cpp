@@ -13,8 +13,7 @@ constexpr std::int64_t kSplitNs = 3000000;       // an adapter may deliver a rep
 constexpr int kDrainReads = 16, kCollectReads = 64;  // of 512 bytes: 8 kB are 20 ms of a full wire
 constexpr std::int64_t kMarkSpareNs = 300000;    // a mark is waited for no longer than it should take, and so much
 constexpr double kLossWindow = 50;               // questions over which a board's losses are averaged
-constexpr double kLossLimit = 0.5;               // of them lost: the board does not obey
-constexpr std::int64_t kSlowWireNs = 500000;     // a delay from which on answers can come too early to be true
+constexpr double kLossLimit = 0.2;               // of them lost: the board is out of step, or its table is spoilt
 
 }  // namespace
 
@@ -51,7 +50,6 @@ UartBoards::Line UartBoards::drain() noexcept {
   if (got > 0) pending_ = Cause::kFlood;
   if (stream_.pending() > 0 && connection_->link->now() - heard_ns_ > kSplitNs) stream_.abandon();
   const std::uint64_t foreign = stream_.foreign();
-  if (foreign != foreign_seen_) lesson_due_ = true;
   count(kForeign, foreign - foreign_seen_);
   foreign_seen_ = foreign;
   return Line::kFine;
@@ -61,7 +59,7 @@ UartBoards::Line UartBoards::drain() noexcept {
 UartBoards::Line UartBoards::collect() noexcept {
   const std::int64_t deadline = sent_ns_ + wait_ns_;
   const std::int64_t mark_deadline = std::min(deadline, sent_ns_ + cycle_ns_ + mark_wire_ns_ + delay_ns_ + kMarkSpareNs);
-  const bool own = delay_ns_ + cycle_ns_ + mark_wire_ns_ <= wait_ns_;
+  const bool own = fastest_ns_ + cycle_ns_ + mark_wire_ns_ <= wait_ns_;
   const auto done = [&] { return own ? ledger_.owed() == 0 && !ledger_.marked() : allFresh(); };
   for (int i = 0; i < kCollectReads; ++i) {
     const bool look = stream_.complete() || done();  // only silence proves the last reply
@@ -81,15 +79,9 @@ void UartBoards::takeReply(const std::uint8_t* bytes, int size) noexcept {
     takeMark(board, bytes, size);
 }
 
-/// A wire that was measured to be slow does not answer in no time: such an answer is a doubled one.
-bool UartBoards::tooEarly(std::int64_t round_trip_ns) const noexcept {
-  return delay_ns_ > kSlowWireNs && round_trip_ns < delay_ns_ / 2;
-}
-
 void UartBoards::takeAnswer(int board, const std::uint8_t* bytes, int size) noexcept {
-  const AnswerLedger::Credit question = ledger_.oldest(board);
-  if (!question.owed || tooEarly(heard_ns_ - question.sent_ns)) return count(kDoubled);
-  ledger_.answer(board);
+  const AnswerLedger::Credit question = ledger_.answer(board);
+  if (!question.owed) return count(kDoubled);
   if (question.exchange != exchanges_) count(kLate);
   const std::int64_t stamp = question.sent_ns + cycle_offset_[board] * byte_ns_ + kReplyDelayNs;
   if (!takePositions(board, bytes, size, stamp)) return;
@@ -108,12 +100,12 @@ void UartBoards::takeMark(int board, const std::uint8_t* bytes, int size) noexce
   }
   const std::int64_t trip = BusRestart::questionTime(byte_ns_) + ledger_.markSent();
   const std::int64_t delay = std::max<std::int64_t>(0, heard_ns_ - trip);
-  if (waited_) {
-    delay_ns_ += (delay - delay_ns_) / 4;
-  } else {  // it came at some time since nobody looked
-    delay_ns_ = std::clamp(delay_ns_, std::clamp<std::int64_t>(looked_ns_ - trip, 0, delay), delay);
-  }
+  // It came just now, or at some time since somebody looked.
+  const std::int64_t least = waited_ ? delay : std::clamp<std::int64_t>(looked_ns_ - trip, 0, delay);
+  delay_ns_ = waited_ ? delay_ns_ + (delay - delay_ns_) / 4 : std::clamp(delay_ns_, least, delay);
+  fastest_ns_ = std::min(least, fastest_ns_ + (least - fastest_ns_) / 4);
   delay_us_.store(static_cast<std::uint32_t>(delay_ns_ / 1000), std::memory_order_relaxed);
+  last_mark_ns_ = heard_ns_;
   const AnswerLedger::Settled settled = ledger_.settle();
   count(kDoubled, static_cast<std::uint64_t>(settled.doubled));
   const double cycles = static_cast<double>(std::max<std::uint64_t>(settled.cycles, 1));
@@ -121,7 +113,6 @@ void UartBoards::takeMark(int board, const std::uint8_t* bytes, int size) noexce
     const int lost = settled.lost[b];
     count(kLost, static_cast<std::uint64_t>(lost));
     lost_now_ = std::max(lost_now_, lost);
-    lesson_due_ = lesson_due_ || lost > 0;
     BoardState& state = board_[b];
     state.lost += std::min(1.0, cycles / kLossWindow) * (lost / cycles - state.lost);
     if (state.lost <= kLossLimit) continue;
@@ -223,7 +214,7 @@ std::string UartBoards::trouble() const {
     case Cause::kSilent:
       return then + " was silent" + again;
     case Cause::kLossy:
-      return then + " lost more than half of its commands" + again;
+      return then + " lost one command in five" + again;
     case Cause::kRestarted:
       return then + " started anew or its counter jumped: its lengths are lost, calibrate" + again;
     case Cause::kOtherBoard:

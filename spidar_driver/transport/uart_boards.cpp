@@ -17,11 +17,13 @@ constexpr int kBitsPerByte = 10;  // 8N1
 constexpr int kZeroLead = 90;     // ends any packet a board in step may be inside of
 constexpr std::int64_t kSpareNs = 100000;  // least wait beyond the cycle's wire time: the adapter's latency
 constexpr double kWaitShare = 0.8;         // of the period; the rest is left to the tick
-// A disturbed command can reach a board as SET_CMDLEN and spoil its length table for another board's commands: it still
-// answers most questions. The lesson is given again after disturbances, not more often than kLessonGap exchanges, and
-// every kLessonEvery exchanges without any.
-constexpr std::uint64_t kLessonGap = 16, kLessonEvery = 1000;
+// A disturbed command can reach a board as SET_CMDLEN and spoil its length table. What costs answers is healed by a
+// restart; what does not, by a lesson so often. Not oftener: a board that is out of step takes the end of a lesson for
+// another one and is spoilt by it, so zeros go ahead, as many as the period has room for.
+constexpr std::int64_t kLessonEveryNs = 1000000000;
+constexpr int kLessonLead = 90;
 constexpr std::int64_t kMarkEveryNs = 16000000;  // the ledger is settled so often at least; 0.8 % of the wire
+constexpr std::int64_t kMarkPauseNs = 2500000;   // after a mark's answer: a doubled one has come by then
 constexpr int kRecoveryPollMs = 20;              // how often the recovery thread looks for a lost line
 constexpr int kOpeningSteps = 3000;              // of at most 1 ms each
 constexpr std::int64_t kOpeningStepNs = 1000000;
@@ -48,6 +50,9 @@ UartBoards::UartBoards(const DeviceDef& device, const UartSettings& settings, co
   silent_ns_ = static_cast<std::int64_t>(1e9 * settings_.silent_after_s);
   const double wait_s = settings_.reply_wait_s > 0 ? settings_.reply_wait_s : kWaitShare / settings_.rate_hz;
   wait_ns_ = std::max(static_cast<std::int64_t>(wait_s * 1e9), cycle_ns_ + kSpareNs);
+  lesson_ = lengthLesson(boards_);
+  const std::int64_t room = (period_ns_ - slot_ns_) / byte_ns_ - static_cast<std::int64_t>(lesson_.size());
+  lesson_.insert(lesson_.begin(), static_cast<std::size_t>(std::clamp<std::int64_t>(room, 0, kLessonLead)), 0);
   connection_ = connect(std::move(link));
   awaitBoards();
   recovery_ = std::thread([this] { recover(); });
@@ -96,7 +101,6 @@ void UartBoards::layOutCycle() {
   encodeCycle(DriveCommand{}, false);
   zero_cycle_.assign(kZeroLead, 0);
   zero_cycle_.insert(zero_cycle_.end(), cycle_.begin(), cycle_.begin() + static_cast<std::ptrdiff_t>(cycle_bytes_));
-  lesson_ = lengthLesson(boards_);
   restart_.prepare(boards_, zero_cycle_, byte_ns_);
   cycle_ns_ = static_cast<std::int64_t>(cycle_bytes_) * byte_ns_;
   mark_wire_ns_ = static_cast<std::int64_t>(mark_[0].size()) * byte_ns_;
@@ -173,7 +177,7 @@ UartBoards::Line UartBoards::stepRestart(std::int64_t patience_ns) noexcept {
   ledger_.begin(static_cast<int>(boards_.size()));
   stream_.forget();
   for (BoardState& b : board_) b.lost = 0;
-  delay_ns_ = restart_.delay();
+  delay_ns_ = fastest_ns_ = restart_.delay();
   delay_us_.store(static_cast<std::uint32_t>(delay_ns_ / 1000), std::memory_order_relaxed);
   jitter_us_.store(static_cast<std::uint32_t>(restart_.jitter() / 1000), std::memory_order_relaxed);
   count(kRetaught);
@@ -197,7 +201,7 @@ bool UartBoards::markDue() const noexcept {
   if (ledger_.marked()) return false;
   if (sent_ns_ - last_mark_ns_ >= kMarkEveryNs) return true;
   const bool idle = sent_ns_ - wire_free_ns_ >= mark_wire_ns_;
-  return ledger_.owed() > 0 && idle && sent_ns_ - last_mark_ns_ >= 2 * period_ns_;
+  return ledger_.owed() > 0 && idle && sent_ns_ - last_mark_ns_ >= std::max(period_ns_, kMarkPauseNs);
 }
 
 void UartBoards::encodeCycle(const DriveCommand& command, bool usable) noexcept {
@@ -226,15 +230,15 @@ UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
   sent_ns_ = link.now();
   // What is sent now acts until the next exchange.
   encodeCycle(command, finite && !expired(sent_ns_ + period_ns_));
-  const std::uint64_t since = exchanges_ - last_lesson_;
-  if (since >= kLessonEvery || (lesson_due_ && since >= kLessonGap)) {
+  const bool teaches = sent_ns_ - last_lesson_ns_ >= kLessonEveryNs;
+  if (teaches) {
+    last_lesson_ns_ = sent_ns_;
     if (!link.write(lesson_.data(), lesson_.size())) return Line::kGone;
     sent_ns_ += static_cast<std::int64_t>(lesson_.size()) * byte_ns_;
-    last_lesson_ = exchanges_;
-    lesson_due_ = false;
   }
-  if (ledger_.marked() && sent_ns_ - ledger_.markSent() > silent_ns_) ledger_.dropMark();
-  const bool marks = markDue();
+  const bool mark_lost = ledger_.overtaken() || sent_ns_ - ledger_.markSent() > silent_ns_;
+  if (ledger_.marked() && mark_lost) ledger_.dropMark();
+  const bool marks = !teaches && markDue();
   if (!ledger_.ask(sent_ns_, exchanges_)) pending_ = Cause::kSilent;
   std::size_t bytes = cycle_bytes_;
   if (marks) {

@@ -120,7 +120,6 @@ class UartBoards : public Transport, public LinkReporter {
   void takeAnswer(int board, const std::uint8_t* bytes, int size) noexcept;
   void takeMark(int board, const std::uint8_t* bytes, int size) noexcept;
   bool takePositions(int board, const std::uint8_t* bytes, int size, std::int64_t stamp_ns) noexcept;
-  bool tooEarly(std::int64_t round_trip_ns) const noexcept;
   void judge() noexcept;
   bool allFresh() const noexcept;
   DeviceSample sample() noexcept;
@@ -151,11 +150,11 @@ class UartBoards : public Transport, public LinkReporter {
   AnswerLedger ledger_;
   std::array<BoardState, kMaxBoards> board_{};
   std::array<CountUnwrapper, kMaxStrings> counter_;
-  std::int64_t sent_ns_ = 0, wire_free_ns_ = 0, heard_ns_ = 0, looked_ns_ = 0, delay_ns_ = 0, last_mark_ns_ = 0;
+  std::int64_t sent_ns_ = 0, wire_free_ns_ = 0, heard_ns_ = 0, looked_ns_ = 0, last_mark_ns_ = 0, last_lesson_ns_ = 0;  // asked or answered
+  std::int64_t delay_ns_ = 0, fastest_ns_ = 0;  ///< of the wire beyond its bytes' own time: mean, and what it can do at best
   std::int64_t ready_ns_ = 0;  ///< since when the boards are in step
-  std::uint64_t exchanges_ = 0, last_lesson_ = 0, foreign_seen_ = 0;
+  std::uint64_t exchanges_ = 0, foreign_seen_ = 0;
   int lost_now_ = 0, next_mark_ = 0;
-  bool lesson_due_ = false;
   bool waited_ = false;  ///< the last read waited: what it brought came just now
 
   // Shared with other threads.

@@ -38,6 +38,8 @@ class Freshness {
       delay_ = arrived, known_ = true;
   }
 
+  void forgetLosses() noexcept { lost_ = 0; }  ///< (in realtime) the user says that the cause is gone
+
   bool fresh() const noexcept { return age_ <= settings_.limit_s; }  ///< a pose of these counts may be shown
   /// What is computed now leaves h later, and its successor 2h later, with half a period for the wire.
   bool carriesForce(double h) const noexcept { return age_ + kReach * h <= settings_.limit_s; }

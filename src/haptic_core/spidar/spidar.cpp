@@ -122,6 +122,7 @@ void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) 
     ramp_ = 0;
     cause_ = 0;
     health_.forget();
+    freshness_.forgetLosses();
   }
   if (requests.calibrate) calibrate(sample, requests.jig);
   if (requests.enable >= 0) enabled_ = requests.enable == 1;
