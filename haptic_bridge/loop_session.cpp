@@ -13,13 +13,8 @@ namespace {
 
 constexpr char kHolder[] = "the bridge";
 constexpr double kRateTolerance = 1e-6;  // relative: two files that mean the same rate
-// The grip's range in which the pose's accuracy is stated.
-constexpr double kStatedReach = 0.03;   // [m]
-constexpr double kStatedAngle = 0.5;    // [rad]
 // Tensions are clamped by min and max, the wrench by a product of square roots: rounding of a few ulp.
 constexpr double kClampTolerance = 1e-9;
-// The full-presentation area: with this λ a wrench that the bounds admit is met to λ·|t|, some 1e-6 N.
-constexpr double kExactLambda = 1e-7, kExactError = 1e-4;  // [1], [N]
 
 void checkPeriod(const std::string& what, double period, double rate) {
   if (std::fabs(period * rate - 1) < kRateTolerance) return;
@@ -62,12 +57,9 @@ bool LoopSession::claimDevices(const BridgeParameters& parameters, LoopSession& 
     hand.placement = placement;
     hand.lease = PortTable::process().claim<DevicePort>(hand.name, ClaimRank::kBridge, kHolder, &missing);
     if (!hand.lease) return false;
-    hand.twin = dynamic_cast<DeviceTwin*>(&hand.lease->transport);
-    const Spidar& device = hand.lease->device;
-    hand.exact = std::make_unique<TensionDistribution>(device.def(), device.kinematics());
-    hand.exact->setLambda(kExactLambda);
+    auto* twin = dynamic_cast<DeviceTwin*>(&hand.lease->transport);
     const double fastest = hand.lease->transport.maxRateHz();
-    if (hand.twin) checkPeriod("the twin of " + hand.name, 1 / fastest, parameters.rate);
+    if (twin) checkPeriod("the twin of " + hand.name, 1 / fastest, parameters.rate);
     if (parameters.rate > fastest * (1 + kRateTolerance)) {
       throw SetupError("~rate", "is " + std::to_string(parameters.rate) + " Hz",
                        hand.name + " carries at most " + std::to_string(fastest) + " Hz");
@@ -92,7 +84,8 @@ void LoopSession::connect(std::uint64_t first_tick) {
     loop_->attach(device, hand.placement.pointer, settings);
     hand.origin = static_cast<int>(start_.hands.size());
     hand.link = world.pointerLink(hand.placement.pointer);
-    if (hand.twin && hand.lease->follows_script) hand.twin->setHandPath(hand.placement.path);
+    auto* twin = dynamic_cast<DeviceTwin*>(&hand.lease->transport);
+    if (twin && hand.lease->follows_script) twin->setHandPath(hand.placement.path);
     const std::vector<double> memory = device.save();
     device.restore(memory);  // a replay starts from these numbers: what they leave out must not act here either
     start_.hands.push_back({hand.name, device.def(), hand.placement.pointer, settings, memory, {}});
@@ -199,7 +192,7 @@ void LoopSession::exchange(std::int64_t& io_ns, std::int64_t& twin_ns) noexcept 
     input_.hand[i].sample = port.transport.exchange(port.device.drive());
     const std::int64_t spent = steadyNow() - before;
     io_ns += spent;
-    if (hands_[i].twin) twin_ns += spent;
+    if (port.transport.truth()) twin_ns += spent;  // a twin's physics, no wire
   }
 }
 
@@ -258,12 +251,6 @@ void LoopSession::observe(Hand& hand, HandSample& sample) const noexcept {
   sample.F_asked_B = device.askedWrench();
   sample.F_achieved_B = device.achievedWrench();
   sample.pointer_force = world_->world.pointerWrench(hand.placement.pointer).force.norm();
-  const bool asks = sample.F_asked_B.force.squaredNorm() + sample.F_asked_B.torque.squaredNorm() > 0;
-  sample.presentable = false;
-  if (asks && device.state() == DeviceState::kEnabled) {  // for the figures only; not in tick_us
-    hand.exact->setStructure(device.kinematics().scaledStructure(device.solution().pose));
-    sample.presentable = hand.exact->solve(sample.F_asked_B).error < kExactError;
-  }
   const DeviceDef& def = device.def();
   const TensionReport& tension = device.tension();
   sample.over_clamp = sample.F_asked_B.force.norm() > def.max_force * (1 + kClampTolerance) ||
@@ -271,14 +258,17 @@ void LoopSession::observe(Hand& hand, HandSample& sample) const noexcept {
   for (int s = 0; s < tension.tension.size(); ++s) {
     sample.over_clamp |= tension.tension[s] > def.strings[s].max_tension * (1 + kClampTolerance);
   }
-  sample.position_error = sample.rotation_error = std::nan("");
-  if (!device.calibrated()) return;
-  const Pose& measured = device.pose();
-  const Pose& truth = hand.twin ? hand.twin->latchedPose().X_BG : measured;  // of hardware nobody knows it
-  sample.inside = truth.p.norm() <= kStatedReach && vectorFromRotation(Quaternion(truth.R)).norm() <= kStatedAngle;
-  if (!hand.twin) return;
-  sample.position_error = (measured.p - truth.p).norm();
-  sample.rotation_error = vectorFromRotation(Quaternion(measured.R * truth.R.transpose())).norm();
+  sample.opening = device.opening();
+  sample.calibrated = device.calibrated();
+  const Pose* truth = hand.lease->transport.truth();
+  sample.simulated = truth != nullptr;
+  if (truth) sample.X_BG_true = *truth;
+}
+
+std::vector<DeviceDef> LoopSession::deviceDefs() const {
+  std::vector<DeviceDef> defs;
+  for (const Hand& hand : hands_) defs.push_back(hand.lease->device.def());
+  return defs;
 }
 
 std::vector<std::string> LoopSession::deviceNames() const {

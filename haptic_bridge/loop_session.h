@@ -14,8 +14,6 @@
 
 namespace haptic {
 
-class DeviceTwin;
-
 class LoopSession {
  public:
   /// Claims the world and its devices. Empty, with `missing` telling what is not there yet, when one of them cannot
@@ -59,6 +57,7 @@ class LoopSession {
   World& world() { return world_->world; }
   const TickReport& report() const { return loop_->report(); }
   std::vector<std::string> deviceNames() const;
+  std::vector<DeviceDef> deviceDefs() const;
   std::vector<std::string> pointerNames() const;
   std::vector<std::string> linkNames() const;
   std::string worldName() const { return world_name_; }
@@ -71,8 +70,6 @@ class LoopSession {
     HandPlacement placement;
     int origin = 0;                                    ///< its index in start()
     int link = -1;                                     ///< world link that the hand holds
-    DeviceTwin* twin = nullptr;                        ///< when the device is simulated: its truth is known
-    std::unique_ptr<TensionDistribution> exact;        ///< λ → 0: tells what the bounds alone admit
   };
   LoopSession(const BridgeParameters& parameters, PortLease<WorldPort> world, std::string world_name);
   static bool claimDevices(const BridgeParameters& parameters, LoopSession& session, std::string& missing);

@@ -76,6 +76,7 @@ void RealtimeThread::nameHands(const LoopSession& session) {
   std::lock_guard<std::mutex> lock(text_mutex_);
   device_names_ = session.deviceNames();
   pointer_names_ = session.pointerNames();
+  device_defs_ = session.deviceDefs();
 }
 
 /// Hands over how the session begins. False: stopped or recalled meanwhile.
@@ -143,6 +144,11 @@ RealtimeReport RealtimeThread::setup() const {
 std::vector<std::string> RealtimeThread::deviceNames() const {
   std::lock_guard<std::mutex> lock(text_mutex_);
   return device_names_;
+}
+
+std::vector<DeviceDef> RealtimeThread::deviceDefs() const {
+  std::lock_guard<std::mutex> lock(text_mutex_);
+  return device_defs_;
 }
 
 std::vector<std::string> RealtimeThread::pointerNames() const {

@@ -25,6 +25,7 @@ class RealtimeThread {
   std::string missing() const;             ///< the port that is waited for
   RealtimeReport setup() const;            ///< what the system allowed
   std::vector<std::string> deviceNames() const;
+  std::vector<DeviceDef> deviceDefs() const;
   std::vector<std::string> pointerNames() const;
 
   unsigned sessions() const { return sessions_; }  ///< claims of the ports so far that came to ticking
@@ -75,6 +76,7 @@ class RealtimeThread {
   std::string failure_, missing_;
   RealtimeReport setup_;
   std::vector<std::string> device_names_, pointer_names_;
+  std::vector<DeviceDef> device_defs_;
   std::thread thread_;
 };
 

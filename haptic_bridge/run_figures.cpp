@@ -9,6 +9,11 @@ namespace {
 
 // Below this nothing was exchanged that a relative gain could be measured against [J]: a gram lifted by 0.1 mm.
 constexpr double kLeastEnergy = 1e-6;
+// The grip's range in which the pose's accuracy is stated.
+constexpr double kStatedReach = 0.03;  // [m]
+constexpr double kStatedAngle = 0.5;   // [rad]
+// The full-presentation area: with this λ a wrench that the bounds admit is met to λ·|t|, some 1e-6 N.
+constexpr double kExactLambda = 1e-7, kExactError = 1e-4;  // [1], [N]
 
 std::string line(const char* name, double value, const char* unit) {
   char text[96];
@@ -51,18 +56,45 @@ void RunFigures::add(const TickSample& sample) {
   ++ticks_;
   if (sample.lost_periods > 0) ++missed_;
   times_.add(sample);
-  for (int i = 0; i < sample.hands; ++i) addHand(sample.hand[i]);
+  for (int i = 0; i < sample.hands; ++i)
+    addHand(sample.hand[i], i < static_cast<int>(exact_.size()) ? exact_[i].get() : nullptr);
   addEnergy(sample.step.energy);
 }
 
-void RunFigures::addHand(const HandSample& hand) {
+RunFigures::Exact::Exact(const DeviceDef& def) : name(def.name), kinematics(def), distribution(def, kinematics) {
+  distribution.setLambda(kExactLambda);
+}
+
+bool RunFigures::Exact::presents(const HandSample& hand) {
+  GripPose pose;
+  pose.X_BG = hand.X_BG;
+  pose.opening = hand.opening;
+  distribution.setStructure(kinematics.scaledStructure(pose));
+  return distribution.solve(hand.F_asked_B).error < kExactError;
+}
+
+void RunFigures::setDevices(const std::vector<DeviceDef>& devices) {
+  bool same = devices.size() == exact_.size();
+  for (std::size_t i = 0; same && i < devices.size(); ++i) same = devices[i].name == exact_[i]->name;
+  if (same) return;
+  exact_.clear();
+  for (const DeviceDef& def : devices) exact_.push_back(std::make_unique<Exact>(def));
+}
+
+void RunFigures::addPoseError(const HandSample& hand) {
+  const Pose &measured = hand.X_BG, &truth = hand.X_BG_true;
+  if (truth.p.norm() > kStatedReach || vectorFromRotation(Quaternion(truth.R)).norm() > kStatedAngle) return;
+  position_error_ = std::fmax(position_error_, (measured.p - truth.p).norm());
+  rotation_error_ =
+      std::fmax(rotation_error_, vectorFromRotation(Quaternion(measured.R * truth.R.transpose())).norm());
+}
+
+void RunFigures::addHand(const HandSample& hand, Exact* exact) {
   contact_force_ = std::max(contact_force_, hand.pointer_force);
   if (hand.over_clamp) ++clamps_exceeded_;
-  if (hand.inside) {
-    position_error_ = std::fmax(position_error_, hand.position_error);  // NaN: not measured
-    rotation_error_ = std::fmax(rotation_error_, hand.rotation_error);
-  }
-  if (!hand.presentable) return;
+  if (hand.simulated && hand.calibrated) addPoseError(hand);  // of hardware nobody knows the truth
+  const bool asks = hand.F_asked_B.force.squaredNorm() + hand.F_asked_B.torque.squaredNorm() > 0;
+  if (!asks || hand.state != DeviceState::kEnabled || !exact || !exact->presents(hand)) return;
   const Wrench error = hand.F_achieved_B - hand.F_asked_B;
   if (hand.F_asked_B.force.squaredNorm() > 0) {
     force_error2_ += error.force.squaredNorm();

@@ -2,10 +2,12 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "haptic_bridge/tick_sample.h"
+#include "haptic_core/spidar/tension_distribution.h"
 
 namespace haptic {
 
@@ -26,6 +28,8 @@ class RunFigures {
   explicit RunFigures(std::uint64_t ticks);
 
   void add(const TickSample& sample);
+  /// The devices of the samples that follow, in their order. Allocates when they are others than before.
+  void setDevices(const std::vector<DeviceDef>& devices);
   void setNodeletsTogether(bool together) { nodelets_together_ = together; }
 
   /// Lines `figure demo.NAME VALUE UNIT`.
@@ -35,10 +39,20 @@ class RunFigures {
   std::uint64_t missed() const { return missed_; }
 
  private:
-  void addHand(const HandSample& hand);
+  /// Tells what the tensions' bounds alone admit, for one device.
+  struct Exact {
+    explicit Exact(const DeviceDef& def);
+    bool presents(const HandSample& hand);
+    std::string name;
+    StringKinematics kinematics;
+    TensionDistribution distribution;
+  };
+  void addHand(const HandSample& hand, Exact* exact);
+  void addPoseError(const HandSample& hand);
   void addEnergy(const EnergyLedger& energy);
 
   TickTimes times_;
+  std::vector<std::unique_ptr<Exact>> exact_;
   std::uint64_t ticks_ = 0, missed_ = 0, clamps_exceeded_ = 0;
   double position_error_ = std::nan(""), rotation_error_ = std::nan("");  // largest inside the stated range [m], [rad]
   double force_error2_ = 0, force2_ = 0, torque_error2_ = 0, torque2_ = 0;  // sums over presentable ticks

@@ -98,6 +98,8 @@ bool addTick(const RecordedTick& tick, const std::vector<int>& strings, haptic_m
     m.counts.insert(m.counts.end(), hand.sample.counts.begin(), hand.sample.counts.begin() + strings[i]);
     m.stamp_ns.push_back(hand.sample.stamp_ns);
     m.age_ticks.push_back(hand.sample.age_ticks);
+    m.age_us.push_back(hand.sample.age_us);
+    m.lost.push_back(hand.sample.lost);
     m.buttons.push_back(hand.sample.buttons);
     m.link_status.push_back(static_cast<std::uint8_t>(hand.sample.status));
     m.requests.push_back(requestBits(hand.requests));

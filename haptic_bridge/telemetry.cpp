@@ -36,8 +36,10 @@ const struct {
     {kCommandNotFinite, "a wrench was not finite"}, {kTensionAtMax, "a string pulls at its greatest tension"},
     {kNotPresentable, "the wrench cannot be presented"}, {kTorqueIgnored, "a point grip: torque is ignored"},
     {kPoseNotConverged, "the pose was not found"}, {kLinkLost, "the device does not answer"},
-    {kEncoderJump, "an encoder jumped"}, {kStringCorrected, "an encoder slipped and was corrected"},
-    {kCountRefused, "a count was refused"}, {kResidualHigh, "the string lengths contradict each other"}};
+    {kAnswersLost, "answers of the boards are lost"}, {kDelayTooLong, "the wire is too slow for force"},
+    {kCounterRestarted, "a board started anew"}, {kEncoderJump, "an encoder jumped"},
+    {kStringCorrected, "an encoder slipped and was corrected"}, {kCountRefused, "a count was refused"},
+    {kResidualHigh, "the string lengths contradict each other"}};
 
 }  // namespace
 
@@ -81,6 +83,7 @@ void Telemetry::run() {
 void Telemetry::drain() {
   recorder_.drain();
   loop_.lastTick().read(last_tick_);  // first: the samples that follow are those up to it, and newer ones
+  if (figures_ && loop_.phase() == RealtimeThread::Phase::kTicking) figures_->setDevices(loop_.deviceDefs());
   TickSample sample;
   while (loop_.samples().pop(sample)) {
     last_ = sample;

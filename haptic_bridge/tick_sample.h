@@ -15,10 +15,10 @@ struct HandSample {
   DeviceState state = DeviceState::kUncalibrated;
   Wrench F_asked_B, F_achieved_B;      ///< on the hand at G's origin, in B, after the device's limits
   double pointer_force = 0;            ///< |force of the world on the pointer| [N]
-  double position_error = 0;           ///< |measured - true| grip position of a twin [m]; NaN: no twin
-  double rotation_error = 0;           ///< likewise [rad]
-  bool inside = false;                 ///< grip (the twin's true one) within 30 mm and 0.5 rad of home: where accuracy is stated
-  bool presentable = false;            ///< force is on, and some tensions within the bounds give the wrench exactly
+  double opening = 0;                  ///< of a 7-DOF grip [m]
+  bool calibrated = false;             ///< X_BG means something
+  bool simulated = false;              ///< X_BG_true is known
+  Pose X_BG_true;                      ///< of the twin's grip at the instant of the counts
   bool over_clamp = false;             ///< a tension or the wrench left the device's bounds: must not happen
 };
 

@@ -32,6 +32,10 @@ haptic_msgs::DeviceState toState(const DeviceRecord& record, const DeviceDef& de
   m.pose_residual = record.pose_residual;
   m.flags = record.flags;
   m.suspect_string = record.suspect_string;
+  m.wire_delay = record.delay;
+  m.counts_age = record.counts_age;
+  m.lost_share = record.lost_share;
+  m.stable_stiffness = record.stable_stiffness;
   return m;
 }
 

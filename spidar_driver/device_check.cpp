@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
     std::printf("figure check.strings %zu 1\n", def.strings.size());
     std::printf("figure check.presentable_force_n %.6g N\n", report.presentable_force);
     std::printf("figure check.presentable_torque_nm %.6g N·m\n", report.presentable_torque);
+    std::printf("figure check.fault_energy_mj %.6g mJ\n", 1e3 * haptic::faultEnergy(def));
     std::printf("figure check.feasible_share %.6g 1\n", report.feasible_share);
     std::printf("figure check.problems %zu 1\n", report.problems.size());
     return report.problems.empty() ? 0 : 1;

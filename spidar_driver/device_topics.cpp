@@ -79,18 +79,20 @@ void DeviceTopics::run() {
 
 void DeviceTopics::handle(const DeviceRecord& record) {
   see_(record);
-  if (record.sample.age_ticks > 0) ++lost_exchanges_;
-  const bool changed = record.state != last_.state || (record.flags & kLinkLost) != (last_.flags & kLinkLost);
+  if (record.sample.status != LinkStatus::kOk) ++lost_exchanges_;
+  constexpr unsigned kTold = kLinkLost | kDelayTooLong | kAnswersLost;
+  const bool changed = record.state != last_.state || (record.flags & kTold) != (last_.flags & kTold);
   last_ = record;
   if (changed) publishState(record);
   if (record.sample.buttons != last_buttons_) publishJoy(record);
-  if (!record.calibrated || !finite(record.X_BG)) return;
+  // A pose has the stamp of its counts; without new ones there is no new pose.
+  if (!record.pose_valid || !record.pose_new || !finite(record.X_BG)) return;
   std_msgs::Header header;
   header.frame_id = base_frame_;
   const bool motion = due(record.stamp_ns, parameters_.pose_rate, next_pose_ns_) && motionWanted();
   const bool joints =
       due(record.stamp_ns, parameters_.joint_state_rate, next_joints_ns_) && joint_states_.getNumSubscribers() > 0;
-  if (motion || joints) header.stamp = toStamp(record.stamp_ns);
+  if (motion || joints) header.stamp = toStamp(record.latched_ns);
   if (motion) publishMotion(record, header);
   if (joints) publishJointStates(record, header);
   if (due(record.stamp_ns, parameters_.frame_rate, next_frames_ns_)) publishFrames(record);
@@ -120,7 +122,7 @@ void DeviceTopics::publishMotion(const DeviceRecord& record, const std_msgs::Hea
 void DeviceTopics::publishJointStates(const DeviceRecord& record, const std_msgs::Header& header) {
   const auto m = boost::make_shared<sensor_msgs::JointState>();
   m->header = header;
-  const double dt = 1e-9 * static_cast<double>(record.stamp_ns - last_joints_ns_);
+  const double dt = 1e-9 * static_cast<double>(record.latched_ns - last_joints_ns_);
   for (int i = 0; i < static_cast<int>(record.length.size()); ++i) {
     m->name.push_back("string_" + std::to_string(i));
     m->position.push_back(record.length[i]);
@@ -135,14 +137,14 @@ void DeviceTopics::publishJointStates(const DeviceRecord& record, const std_msgs
     m->effort.push_back(record.grasp_force);
   }
   last_length_ = record.length;
-  last_joints_ns_ = record.stamp_ns;
+  last_joints_ns_ = record.latched_ns;
   publishConst(joint_states_, m);
 }
 
 void DeviceTopics::publishFrames(const DeviceRecord& record) {
   geometry_msgs::TransformStamped grip;
   grip.header.frame_id = base_frame_;
-  grip.header.stamp = toStamp(record.stamp_ns);
+  grip.header.stamp = toStamp(record.latched_ns);
   grip.child_frame_id = grip_frame_;
   grip.transform = toTransform(record.X_BG);
   broadcaster_.sendTransform(grip);

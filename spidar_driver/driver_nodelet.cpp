@@ -5,6 +5,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/spidar/device_twin.h"
 #include "spidar_driver/device_answer.h"
+#include "spidar_driver/transport/link_report.h"
 #include "spidar_driver/transport/open_transport.h"
 
 namespace haptic {
@@ -109,6 +110,7 @@ void DriverNodelet::completeState(haptic_msgs::DeviceState& state, bool well) co
   const std::string note = calibration_->note();
   if (well && !note.empty()) state.message = note;
   state.max_rate = device_->transport->maxRateHz();
+  if (const auto* wire = dynamic_cast<const LinkReporter*>(device_->transport.get())) state.wire = wire->trouble();
   state.claimed = offer_.heldBy(ClaimRank::kBridge);
 }
 

@@ -125,7 +125,7 @@ bool GripCalibration::onWave(TriggerEvent& event) {
 
 void GripCalibration::see(const DeviceRecord& record) {
   if (wave_ != Wave::kRecording) return;
-  const bool usable = record.calibrated && record.sample.age_ticks == 0 && record.sample.status == LinkStatus::kOk;
+  const bool usable = record.pose_valid && record.sample.status == LinkStatus::kOk;
   if (!usable || record.stamp_ns < next_sample_ns_) return;
   next_sample_ns_ = record.stamp_ns + kSamplePeriodNs;
   CalibrationSample sample;

@@ -91,7 +91,8 @@ std::vector<std::uint32_t> channelsOf(const SessionStart& start) {
 bool sizesFit(const haptic_msgs::TickRecord& m) {
   const std::size_t ticks = m.ticks, by_hand = ticks * m.hands;
   return m.hands <= kMaxHands && m.parts <= TickHash::kMaxParts && m.counts.size() == ticks * m.channels &&
-         m.stamp_ns.size() == by_hand && m.age_ticks.size() == by_hand && m.buttons.size() == by_hand &&
+         m.stamp_ns.size() == by_hand && m.age_ticks.size() == by_hand && m.age_us.size() == by_hand &&
+         m.lost.size() == by_hand && m.buttons.size() == by_hand &&
          m.link_status.size() == by_hand && m.requests.size() == by_hand && m.paused.size() == ticks &&
          m.lost_periods.size() == ticks && m.world_hash.size() == ticks && m.part_hash.size() == ticks * m.parts;
 }
@@ -121,6 +122,8 @@ void addRun(const std::string& bag, const haptic_msgs::TickRecord& m, const std:
       for (std::uint32_t c = 0; c < channels[h]; ++c) sample.counts[c] = m.counts[channel++];
       sample.stamp_ns = m.stamp_ns[at];
       sample.age_ticks = m.age_ticks[at];
+      sample.age_us = m.age_us[at];
+      sample.lost = m.lost[at];
       sample.buttons = m.buttons[at];
       sample.status = static_cast<LinkStatus>(m.link_status[at]);
       input.hand[h].hand = {(m.requests[at] & 1) != 0, (m.requests[at] & 2) != 0, static_cast<Rebase>(m.requests[at] >> 2)};

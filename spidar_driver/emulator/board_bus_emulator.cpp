@@ -29,6 +29,7 @@ EmulatedBoard* BoardBusEmulator::board(int id) {
 
 void BoardBusEmulator::receive(const std::uint8_t* bytes, std::size_t size, std::int64_t now_ns) {
   line_ns_ = std::max(line_ns_, now_ns);
+  handed_ns_ = now_ns;
   for (std::size_t i = 0; i < size; ++i) to_boards.apply(bytes[i], [this](std::uint8_t byte) { hear(byte); });
 }
 
@@ -43,12 +44,38 @@ void BoardBusEmulator::hear(std::uint8_t byte) {
 }
 
 void BoardBusEmulator::reply(const EmulatedBoard& board, int size) {
-  std::int64_t at = line_ns_ + settings_.reply_delay_ns;
-  const std::int64_t delay = late_replies_ > 0 ? late_ns_ : 0;
+  constexpr std::int64_t kCopyNs = 300000;  // behind the reply: the rest of a cycle has passed by then
+  const std::int64_t at = line_ns_ + settings_.reply_delay_ns;
+  const std::int64_t delay = adapterDelay() + (late_replies_ > 0 ? late_ns_ : 0);
   late_replies_ -= late_replies_ > 0;
+  if (lose_ > 0) {
+    --lose_;
+    return;
+  }
+  if (swap_ > 0 && held_.empty()) {
+    held_.assign(board.reply(), board.reply() + size);
+    return;
+  }
+  transmit(board.reply(), size, at, delay);
+  if (!held_.empty()) {
+    transmit(held_.data(), static_cast<int>(held_.size()), at + kCopyNs, delay);
+    held_.clear();
+    --swap_;
+  }
+  if (double_ == 0) return;
+  --double_;
+  transmit(board.reply(), size, at + kCopyNs, delay);
+}
+
+std::int64_t BoardBusEmulator::adapterDelay() const {
+  const double drifted = adapter_.drift * static_cast<double>(line_ns_ - drift_start_ns_);
+  const double most = 10.0 * static_cast<double>(adapter_.constant_ns);
+  return static_cast<std::int64_t>(std::clamp(static_cast<double>(adapter_.constant_ns) + drifted, 0.0, most));
+}
+
+void BoardBusEmulator::transmit(const std::uint8_t* bytes, int size, std::int64_t at, std::int64_t delay) {
   for (int i = 0; i < size; ++i)
-    to_host.apply(board.reply()[i],
-                  [this, &at, delay](std::uint8_t byte) { put(at += byte_ns_, delay, byte); });
+    to_host.apply(bytes[i], [this, &at, delay](std::uint8_t byte) { put(at += byte_ns_, delay, byte); });
 }
 
 /// Sorts a byte in; one that overlaps another on the line garbles it.
@@ -62,7 +89,9 @@ void BoardBusEmulator::put(std::int64_t at, std::int64_t delay, std::uint8_t byt
       return;
     }
   const std::int64_t before = place == out_.begin() ? 0 : std::prev(place)->due;
-  out_.insert(place, {at, std::max(at + delay, before), byte});
+  std::int64_t due = (instant_ ? handed_ns_ : at) + delay;
+  if (adapter_.burst_ns > 0) due = (due / adapter_.burst_ns + 1) * adapter_.burst_ns;
+  out_.insert(place, {at, std::max(due, before), byte});
 }
 
 std::size_t BoardBusEmulator::take(std::uint8_t* bytes, std::size_t capacity, std::int64_t now_ns) {
@@ -89,6 +118,7 @@ std::int64_t BoardBusEmulator::quietAt() const {
 void BoardBusEmulator::clearLine() {
   out_.clear();
   fifo_.clear();
+  held_.clear();
 }
 
 bool BoardBusEmulator::allCurrentsZero() const {

@@ -22,6 +22,13 @@ struct BusEmulatorSettings {
   int fifo_trigger = 6;  ///< bytes; 1: boards see every byte at once
 };
 
+/// What the host's adapter does to the boards' answers on their way up; their order stays.
+struct AdapterDelay {
+  std::int64_t constant_ns = 0;
+  double drift = 0;            ///< change of it [ns/ns], between 0 and ten times the constant
+  std::int64_t burst_ns = 0;   ///< delivers at multiples of this only
+};
+
 class BoardBusEmulator {
  public:
   BoardBusEmulator(MotorPlant& plant, const BusEmulatorSettings& settings = {});
@@ -41,6 +48,13 @@ class BoardBusEmulator {
   const std::vector<std::unique_ptr<EmulatedBoard>>& boards() const { return boards_; }
   MotorPlant& plant() { return plant_; }
   ByteFaults to_host, to_boards;
+  void setAdapter(const AdapterDelay& adapter) { adapter_ = adapter, drift_start_ns_ = line_ns_; }
+  const AdapterDelay& adapter() const { return adapter_; }
+  void loseReplies(int replies) { lose_ = replies; }      ///< the next ones never come
+  void doubleReplies(int replies) { double_ = replies; }  ///< the next ones come twice
+  void swapReplies(int pairs) { swap_ = pairs; }          ///< the next ones come behind their successors
+  /// Replies come as soon as their bytes were asked for and the adapter lets them: no wire time.
+  void setInstant(bool instant) { instant_ = instant; }
   /// The host's adapter keeps the next replies back for so long; their order stays.
   void delayReplies(int replies, std::int64_t ns) { late_replies_ = replies, late_ns_ = ns; }
   std::uint64_t collisions() const { return collisions_; }
@@ -54,6 +68,8 @@ class BoardBusEmulator {
   };
   void hear(std::uint8_t byte);
   void reply(const EmulatedBoard& board, int size);
+  void transmit(const std::uint8_t* bytes, int size, std::int64_t at, std::int64_t delay);
+  std::int64_t adapterDelay() const;
   void put(std::int64_t at, std::int64_t delay, std::uint8_t byte);
 
   MotorPlant& plant_;
@@ -64,6 +80,11 @@ class BoardBusEmulator {
   std::vector<std::uint8_t> fifo_;
   std::int64_t line_ns_ = 0;  ///< end of the last byte from the host
   std::deque<TimedByte> out_;
+  AdapterDelay adapter_;
+  std::int64_t drift_start_ns_ = 0, handed_ns_ = 0;
+  int lose_ = 0, double_ = 0, swap_ = 0;
+  bool instant_ = false;
+  std::vector<std::uint8_t> held_;  ///< reply that its successor overtakes
   int late_replies_ = 0;
   std::int64_t late_ns_ = 0;
   std::uint64_t collisions_ = 0;

@@ -28,8 +28,7 @@ constexpr char kUsage[] =
     "  --script FILE     such lines from a file, # starts a comment\n"
     "  --control PATH    make a named pipe and carry out the orders written to it, one per line\n"
     "  --seconds N       end after N seconds\n"
-    "orders: drop corrupt duplicate insert N (board_drop... on the way to the boards), delay N MS, kill ID,\n"
-    "  revive ID, unplug, plug, slack S METRES, slip S COUNTS, freeze S, snap S, mend S, hand NAME, drive, quit\n";
+    "  --random N,SEED   N faults of all kinds at random instants within --seconds (60)\n";
 
 volatile sig_atomic_t g_interrupted = 0;  // the one thing a signal handler may touch
 void interrupted(int) {
@@ -40,6 +39,8 @@ struct Options {
   std::string device, boards, link, hand = "rest", control;
   std::vector<TimedFault> faults;
   double seconds = 0;  // 0: until it is stopped
+  int random = 0;      // faults
+  unsigned seed = 1;
   bool wire_time = false, help = false;
 };
 
@@ -50,6 +51,11 @@ void readScript(const std::string& path, Options& options) {
     line = line.substr(0, line.find('#'));
     if (line.find_first_not_of(" \t") != std::string::npos) options.faults.push_back(parseTimedFault(line));
   }
+}
+
+void readRandom(const std::string& value, Options& options) {
+  if (std::sscanf(value.c_str(), "%d,%u", &options.random, &options.seed) < 1 || options.random < 1)
+    throw SetupError("--random", "'" + value + "' is no number of faults", "write N or N,SEED");
 }
 
 Options parse(int argc, char** argv) {
@@ -80,6 +86,8 @@ Options parse(int argc, char** argv) {
       o.faults.push_back(parseTimedFault(value));
     else if (name == "--script")
       readScript(value, o);
+    else if (name == "--random")
+      readRandom(value, o);
     else if (name == "--seconds")
       o.seconds = std::atof(value.c_str());
     else
@@ -109,6 +117,18 @@ void addBoards(const Options& options, const DeviceDef& device, BoardBusEmulator
     bus.addBoard(item.substr(0, colon), std::atoi(item.c_str() + colon + 1));
     at = end + 1;
   }
+}
+
+void addRandomFaults(const DeviceDef& device, const BoardBusEmulator& bus, Options& options) {
+  if (options.random == 0) return;
+  constexpr double kSeconds = 60;
+  std::vector<int> ids;
+  for (const auto& b : bus.boards()) ids.push_back(b->id());
+  const auto faults = randomFaults(options.seed, options.random, options.seconds > 0 ? options.seconds : kSeconds,
+                                   static_cast<int>(device.strings.size()), ids);
+  options.faults.insert(options.faults.end(), faults.begin(), faults.end());
+  std::stable_sort(options.faults.begin(), options.faults.end(),
+                   [](const TimedFault& a, const TimedFault& b) { return a.time < b.time; });
 }
 
 /// A named pipe to which anyone may write orders; it is removed at the end.
@@ -176,14 +196,15 @@ void printSummary(const BoardBusEmulator& bus, const PtyLine& line) {
 }
 
 int run(int argc, char** argv) {
-  const Options options = parse(argc, argv);
-  if (options.help) return std::fputs(kUsage, stdout), 0;
+  Options options = parse(argc, argv);
+  if (options.help) return std::fputs(kUsage, stdout), std::fputs(kOrderHelp, stdout), 0;
   const DeviceDef device = loadDevice(options.device);
   TwinSettings twin;
   twin.path = handPath(options.hand);
   TwinPlant plant(device, twin);
   BoardBusEmulator bus(plant);
   addBoards(options, device, bus);
+  addRandomFaults(device, bus, options);
   struct sigaction action {};
   action.sa_handler = interrupted;
   for (const int s : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(s, &action, nullptr);

@@ -45,6 +45,18 @@ void EmulatedBoard::setPower(bool on) {
   if (!on) return;
   resetTable();
   resetPosition();
+  asked_param_ = 0;
+}
+
+void EmulatedBoard::reset(bool forget) {
+  setPower(false);
+  setPower(true);
+  for (int m = 0; m < shape_.motors && forget; ++m) origin_[m] = plant_.position(first_channel_ + m);
+}
+
+void EmulatedBoard::setStuck(bool stuck) {
+  stuck_ = stuck;
+  for (int m = 0; m < shape_.motors; ++m) stuck_at_[m] = low16(plant_.position(first_channel_ + m) - origin_[m]);
 }
 
 int EmulatedBoard::receive(std::uint8_t byte, std::int64_t now_ns) {
@@ -75,6 +87,7 @@ void EmulatedBoard::fillPositions(MotorWords& position, MotorWords& velocity, st
     velocity[m] = periods > 0 ? static_cast<std::int16_t>(std::lround((p - last_position_[m]) / periods)) : 0;
     last_position_[m] = p;
   }
+  if (stuck_) position = stuck_at_, velocity = {};
   last_ns_ = now_ns;
 }
 
@@ -123,6 +136,7 @@ int EmulatedBoard::startReply(BoardCommand command, std::int64_t now_ns) {
 }
 
 void EmulatedBoard::setCurrents(const MotorWords& digits) {
+  if (!obeys_ && powered_) return;
   digit_ = {};
   for (int m = 0; m < shape_.motors; ++m) {
     const int limit = maxDriveDigit(shape_);

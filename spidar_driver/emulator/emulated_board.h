@@ -5,6 +5,7 @@
 /// until SET_CMDLEN teaches it others: a command for another board is skipped by that length, right or wrong.
 /// A reply is built when the header is recognised, before the payload is executed. Absent ids stay silent.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -25,6 +26,15 @@ class EmulatedBoard {
   /// only its fraction of a turn.
   void setPower(bool on);
 
+  /// Brown-out: as off and on at once, and the counters at zero when `forget` is set.
+  void reset(bool forget);
+  /// What a disturbed SET_CMDLEN leaves behind: the length that this board takes that id's command to have.
+  void spoilTable(int id, BoardCommand command, int length) {
+    table_[id & 7][static_cast<int>(command)] = static_cast<std::uint8_t>(length);
+  }
+  void setObeys(bool obeys) { obeys_ = obeys; }  ///< false: it answers, and its currents stay what they are
+  void setStuck(bool stuck);                     ///< its counters stand still
+
   int id() const { return id_; }
   const BoardShape& shape() const { return shape_; }
   bool powered() const { return powered_; }
@@ -42,7 +52,9 @@ class EmulatedBoard {
   void resetPosition();
   template <class Packet>
   bool decoded(Packet& packet) const {
-    return decodePacket(shape_, packet_[0] & 7, packet_.data(), static_cast<std::size_t>(length_), packet);
+    // A table that says more makes the board wait longer; what it then reads are the first bytes.
+    const int length = std::min(length_, commandBytes(shape_, Packet::kCommand));
+    return decodePacket(shape_, packet_[0] & 7, packet_.data(), static_cast<std::size_t>(length), packet);
   }
   template <class Packet>
   int encoded(const Packet& packet) {
@@ -53,7 +65,8 @@ class EmulatedBoard {
   const BoardShape& shape_;
   int first_channel_;
   MotorPlant& plant_;
-  bool powered_ = true;
+  bool powered_ = true, obeys_ = true, stuck_ = false;
+  MotorWords stuck_at_{};
   std::array<std::array<std::uint8_t, kBoardCommands>, kMaxBoards> table_{};
   std::array<std::uint8_t, 256> packet_{};
   int length_ = 0, filled_ = 0, skip_ = 0;

@@ -1,10 +1,4 @@
-/// Faults by name, for the command line and the control pipe of the board emulator.
-///
-///   drop N · corrupt N · duplicate N · insert N     bytes on the way to the host (`board_` before it: to the
-///   boards) delay N MS                                      the next N replies come that much later kill ID
-///   · revive ID                             power of one board unplug · plug the cable slack S METRES · slip
-///   S COUNTS · freeze S · snap S · mend S      one string hand NAME starts a motion of the hand (rest,
-///   press, touch_cube, wave) drive (says whether a motor has current: 'drive on') quit
+/// Faults by name, for the command line and the control pipe of the board emulator. kOrderHelp lists them.
 #pragma once
 #include <string>
 #include <vector>
@@ -18,6 +12,13 @@ struct TimedFault {
   double time = 0;  ///< [s] after the start
   std::string order;
 };
+
+extern const char* const kOrderHelp;  ///< every order with what it does, one line each
+
+/// `count` faults of all kinds at random instants within `seconds`; the same `seed` gives the same ones. What would last
+/// for ever is undone 0.3 s later. `strings` and `boards` (ids) are those of the device.
+std::vector<TimedFault> randomFaults(unsigned seed, int count, double seconds, int strings,
+                                     const std::vector<int>& boards);
 
 /// "2.5 kill 1". Throws SetupError when there is no time or no order.
 TimedFault parseTimedFault(const std::string& line);

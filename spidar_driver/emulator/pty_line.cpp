@@ -23,7 +23,8 @@ constexpr std::int64_t kForgetNs = 100000000;  // [ns]
 }  // namespace
 
 PtyLine::PtyLine(BoardBusEmulator& bus, const std::string& link, bool wire_time)
-    : bus_(bus), link_(link), wire_time_(wire_time) {
+    : bus_(bus), link_(link) {
+  bus.setInstant(!wire_time);
   plug();
 }
 
@@ -75,8 +76,8 @@ void PtyLine::forgetExclusive() {
 
 void PtyLine::sendDue() {
   std::uint8_t out[512];
-  const std::int64_t now = wire_time_ ? steadyNanoseconds() : INT64_MAX - 1;
-  if (wire_time_ && bus_.quietAt() > now) return;
+  const std::int64_t now = steadyNanoseconds();
+  if (bus_.quietAt() > now) return;
   for (;;) {
     const std::size_t size = bus_.take(out, sizeof out, now);
     if (size == 0) return;
@@ -88,8 +89,7 @@ void PtyLine::sendDue() {
 bool PtyLine::serve(int patience_ms, int also_descriptor) {
   const std::int64_t deadline = steadyNanoseconds() + patience_ms * 1000000ll;
   for (;;) {
-    std::int64_t wake = deadline;
-    if (wire_time_) wake = std::min(wake, bus_.quietAt());
+    const std::int64_t wake = std::min(deadline, bus_.quietAt());
     const std::int64_t left = std::max<std::int64_t>(0, wake - steadyNanoseconds());
     const timespec patience{static_cast<time_t>(left / 1000000000), static_cast<long>(left % 1000000000)};
     pollfd wait[2] = {{master_, POLLIN, 0}, {also_descriptor, POLLIN, 0}};

@@ -33,7 +33,6 @@ class PtyLine {
 
   BoardBusEmulator& bus_;
   std::string link_, path_;
-  bool wire_time_;
   int master_ = -1, slave_ = -1;
   std::uint64_t received_ = 0;
   std::int64_t last_forget_ns_ = 0;

@@ -1,54 +1,60 @@
 #include "spidar_driver/transport/board_bus.h"
 
+#include <algorithm>
 #include <array>
 
 #include "haptic_core/base/error.h"
-#include "spidar_driver/transport/board_protocol.h"
+#include "spidar_driver/transport/reply_stream.h"
 
 namespace haptic {
 namespace {
 
-// Longest packet of any board: so many zeros end whatever a board believes to be inside of. Fewer, and a
-// board that was cut off in ALL (85 bytes) takes the probe for payload.
-constexpr int kResyncZeros = 90;
 constexpr int kProbePadding = 26;                // reply of 7 bytes − 1 + 20, as in a cycle
 constexpr int kLessonPadding = 5;                // fills the FIFO behind a command without reply
-constexpr std::int64_t kProbeWaitNs = 10000000;  // a USB adapter with its latency timer at 1 ms needs 2–3 ms
 constexpr int kTries = 2;
+constexpr std::int64_t kMs = 1000000;
+constexpr std::int64_t kPaceNs = 2 * kMs;        // between probes: one takes 1.4 ms of the wire
+constexpr std::int64_t kSlowestNs = 50 * kMs;    // an adapter that delivers in bursts of 16 ms, twice and some
+constexpr std::int64_t kQuietNs = 25 * kMs;      // longer than a burst: nothing is on its way any more
+constexpr std::int64_t kPatienceNs = 300 * kMs;  // for a line that does not fall silent
 
 bool plausible(const InfoReply& info) {
   const int channels = info.motors + info.currents + info.forces;
   return info.model > 0 && channels > 0 && channels < 100;
 }
 
-/// True when id answers; what it says goes into `info`.
-bool probe(ByteLink& link, int id, InfoReply& info, std::size_t& foreign) {
-  std::array<std::uint8_t, kResyncZeros + 1 + kProbePadding> packet{};
-  packet[kResyncZeros] = headerByte(BoardCommand::kBoardInfo, id);
+/// Hears until `deadline_ns`; bounded in bytes as well, for a line that speaks without end.
+template <class Take>
+void hear(ByteLink& link, ReplyStream& stream, std::int64_t deadline_ns, Take&& take) {
   std::array<std::uint8_t, 256> in;
-  while (link.read(in.data(), in.size(), 0) > 0) {
-  }
-  if (!link.write(packet.data(), packet.size())) return false;
-  const int reply_bytes =
-      replyBytes(*findBoardModel(1), BoardCommand::kBoardInfo);  // the same for all models
-  int filled = 0;
-  const std::int64_t deadline = link.now() + kProbeWaitNs;
-  while (filled < reply_bytes) {
-    const int got = link.read(in.data() + filled, in.size() - filled, deadline);
+  for (int reads = 0; reads < 1000; ++reads) {
+    const int got = link.read(in.data(), in.size(), deadline_ns);
     if (got <= 0) break;
-    filled += got;
+    stream.feed(in.data(), static_cast<std::size_t>(got), take);
   }
-  const bool answered = decodePacket(*findBoardModel(1), id, in.data(), filled, info) && plausible(info);
-  if (!answered) foreign += filled;
-  return answered;
+  stream.settle(take);
 }
 
-std::string listed(const std::vector<FoundBoard>& boards) {
-  std::string text;
-  for (const FoundBoard& b : boards)
-    text += (text.empty() ? "" : ", ") + std::string(b.shape->name) + " (id " + std::to_string(b.id) + ")";
-  return text;
+}  // namespace
+
+std::vector<std::uint8_t> infoQuestion(int id, int lead) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(lead + 1 + kProbePadding), 0);
+  bytes[static_cast<std::size_t>(lead)] = headerByte(BoardCommand::kBoardInfo, id);
+  return bytes;
 }
+
+bool decodeInfo(const std::uint8_t* bytes, int size, int id, InfoReply& info) {
+  return decodePacket(*findBoardModel(1), id, bytes, static_cast<std::size_t>(size), info) && plausible(info);
+}
+
+void drainLink(ByteLink& link) {
+  std::array<std::uint8_t, 256> in;
+  const std::int64_t end = link.now() + kPatienceNs;
+  for (int reads = 0; reads < 1000 && link.now() < end; ++reads)
+    if (link.read(in.data(), in.size(), link.now() + kQuietNs) <= 0) return;
+}
+
+namespace {
 
 std::string listed(const std::vector<std::string>& models) {
   std::string text;
@@ -58,24 +64,55 @@ std::string listed(const std::vector<std::string>& models) {
 
 }  // namespace
 
+std::string listed(const std::vector<FoundBoard>& boards) {
+  std::string text;
+  for (const FoundBoard& b : boards)
+    text += (text.empty() ? "" : ", ") + std::string(b.shape->name) + " (id " + std::to_string(b.id) + ")";
+  return text;
+}
+
 BusScan scanBus(ByteLink& link) {
+  drainLink(link);
+  ReplyStream stream;
+  for (int id = 0; id < kMaxBoards; ++id) stream.know(headerByte(BoardCommand::kBoardInfo, id), kInfoBytes);
+  std::array<InfoReply, kMaxBoards> info;
+  std::array<bool, kMaxBoards> answered{};
+  std::size_t foreign = 0;
+  const auto take = [&](const std::uint8_t* bytes, int size) {
+    const int id = bytes[0] & 7;
+    InfoReply said;
+    if (decodeInfo(bytes, size, id, said)) {
+      info[id] = said;
+      answered[id] = true;
+    } else {
+      foreign += static_cast<std::size_t>(size);
+    }
+  };
+  for (int i = 0; i < kTries; ++i) {
+    for (int id = 0; id < kMaxBoards; ++id) {
+      if (answered[id]) continue;
+      const std::vector<std::uint8_t> question = infoQuestion(id, kResyncZeros);
+      link.write(question.data(), question.size());
+      hear(link, stream, link.now() + kPaceNs, take);
+    }
+    hear(link, stream, link.now() + kSlowestNs, take);
+    stream.abandon();
+  }
   BusScan scan;
+  scan.foreign_bytes = foreign + stream.foreign();
   for (int id = 0; id < kMaxBoards; ++id) {
-    InfoReply info;
-    bool answered = false;
-    for (int i = 0; i < kTries && !answered; ++i) answered = probe(link, id, info, scan.foreign_bytes);
-    if (!answered) continue;
-    const BoardShape* shape = findBoardModel(info.model);
-    if (shape && shape->motors == info.motors)
+    if (!answered[id]) continue;
+    const BoardShape* shape = findBoardModel(info[id].model);
+    if (shape && shape->motors == info[id].motors)
       scan.boards.push_back({id, shape});
     else
-      scan.unknown = "id " + std::to_string(id) + ": model " + std::to_string(info.model) + ", " +
-                     std::to_string(info.motors) + " motors";
+      scan.unknown = "id " + std::to_string(id) + ": model " + std::to_string(info[id].model) + ", " +
+                     std::to_string(info[id].motors) + " motors";
   }
   return scan;
 }
 
-std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards) {
+std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards, int padding) {
   std::vector<std::uint8_t> bytes;
   for (const FoundBoard& board : boards) {
     LengthCommand lengths;
@@ -84,14 +121,9 @@ std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards) {
     std::array<std::uint8_t, 1 + kBoardCommands> packet;
     encodePacket(*board.shape, board.id, lengths, packet.data(), packet.size());
     bytes.insert(bytes.end(), packet.begin(), packet.end());
-    bytes.insert(bytes.end(), kLessonPadding, 0);
+    bytes.insert(bytes.end(), static_cast<std::size_t>(std::max(padding, kLessonPadding)), 0);
   }
   return bytes;
-}
-
-bool teachLengths(ByteLink& link, const std::vector<FoundBoard>& boards) {
-  const std::vector<std::uint8_t> bytes = lengthLesson(boards);
-  return link.write(bytes.data(), bytes.size());
 }
 
 std::vector<FoundBoard> matchBoards(const BusScan& scan, const DeviceDef& device, const std::string& port) {

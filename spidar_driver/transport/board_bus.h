@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "haptic_core/spidar/device_def.h"
-#include "spidar_driver/transport/board_model.h"
+#include "spidar_driver/transport/board_protocol.h"
 #include "spidar_driver/transport/byte_link.h"
 
 namespace haptic {
@@ -22,16 +22,28 @@ struct BusScan {
   std::string unknown;             ///< "id 3: model 9, 5 motors" of a board of unknown model; else empty
 };
 
-/// Probes each id with BOARD_INFO, behind enough zeros to end any packet that a board may be inside of. Takes
-/// about 0.2 s.
+/// So many zeros end whatever a board believes to be inside of: a length is one byte, and a spoilt table may hold 255.
+inline constexpr int kResyncZeros = 256;
+inline constexpr int kInfoBytes = 7;  ///< of a reply to BOARD_INFO, the same for all models
+
+/// BOARD_INFO for one id behind `lead` zeros, with the padding that is its reply's slot.
+std::vector<std::uint8_t> infoQuestion(int id, int lead);
+/// (in realtime) False: no such reply of that id, or none that a board can give.
+bool decodeInfo(const std::uint8_t* bytes, int size, int id, InfoReply& info);
+
+/// Reads until the line has been silent for longer than any adapter keeps bytes back; bounded, 0.3 s.
+void drainLink(ByteLink& link);
+
+/// Probes each id with BOARD_INFO, all of them before the first answer need have come: a slow wire's answers are
+/// known by their ids. Takes about 0.15 s.
 BusScan scanBus(ByteLink& link);
 
-/// SET_CMDLEN for every board: without it, a board of one model loses step at a command for another model.
-/// False when the line does not take the bytes.
-bool teachLengths(ByteLink& link, const std::vector<FoundBoard>& boards);
+/// SET_CMDLEN for every board: without it, a board of one model loses step at a command for another model. `padding`:
+/// zeros behind each; kResyncZeros reaches a board whose table says that this very command is longer.
+std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards, int padding = 0);
 
-/// The same bytes, for a caller that sends them itself.
-std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards);
+/// "B3M (id 1), B3M (id 2)": for messages.
+std::string listed(const std::vector<FoundBoard>& boards);
 
 /// Throws SetupError, naming `port`, unless the scan found what the device needs: boards at all, known
 /// models, the models of its file in order, enough motors for its strings. Returns the boards to use, in

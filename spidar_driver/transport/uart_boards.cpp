@@ -13,16 +13,20 @@
 namespace haptic {
 namespace {
 
-constexpr int kBitsPerByte = 10;               // 8N1
-constexpr int kZeroLead = 90;                  // ends any packet a board may be inside of, see board_bus
-constexpr std::int64_t kReplyDelayNs = 25000;  // of the firmware, from header to reply
+constexpr int kBitsPerByte = 10;  // 8N1
+constexpr int kZeroLead = 90;     // ends any packet a board in step may be inside of
 constexpr std::int64_t kSpareNs = 100000;  // least wait beyond the cycle's wire time: the adapter's latency
 constexpr double kWaitShare = 0.8;         // of the period; the rest is left to the tick
-// A disturbed command can reach a board as SET_CMDLEN and spoil its length table: it then answers and no
-// longer obeys, which the host cannot see. The lesson is given again after disturbances, not more often than
-// kLessonGap exchanges, and every kLessonEvery exchanges without any.
-constexpr std::uint64_t kLessonGap = 16, kLessonEvery = 1000;
-constexpr int kRecoveryPollMs = 20;  // how often the recovery thread looks for a lost line
+// A disturbed command can reach a board as SET_CMDLEN and spoil its length table. What costs answers is healed by a
+// restart; what does not, by a lesson so often. Not oftener: a board that is out of step takes the end of a lesson for
+// another one and is spoilt by it, so zeros go ahead, as many as the period has room for.
+constexpr std::int64_t kLessonEveryNs = 1000000000;
+constexpr int kLessonLead = 90;
+constexpr std::int64_t kMarkEveryNs = 16000000;  // the ledger is settled so often at least; 0.8 % of the wire
+constexpr std::int64_t kMarkPauseNs = 2500000;   // after a mark's answer: a doubled one has come by then
+constexpr int kRecoveryPollMs = 20;              // how often the recovery thread looks for a lost line
+constexpr int kOpeningSteps = 3000;              // of at most 1 ms each
+constexpr std::int64_t kOpeningStepNs = 1000000;
 
 }  // namespace
 
@@ -39,14 +43,18 @@ UartBoards::UartBoards(const DeviceDef& device, const UartSettings& settings, co
     char text[160];
     std::snprintf(text, sizeof text,
                   "%.0f Hz asked, but the wire carries at most %.0f Hz (%zu bytes a cycle, %d baud)",
-                  settings_.rate_hz, max_rate_hz_, cycle_.size(), settings_.baud);
+                  settings_.rate_hz, max_rate_hz_, cycle_bytes_, settings_.baud);
     throw SetupError(device_.name, text, "set the rate to at most that");
   }
+  period_ns_ = static_cast<std::int64_t>(1e9 / settings_.rate_hz);
+  silent_ns_ = static_cast<std::int64_t>(1e9 * settings_.silent_after_s);
   const double wait_s = settings_.reply_wait_s > 0 ? settings_.reply_wait_s : kWaitShare / settings_.rate_hz;
   wait_ns_ = std::max(static_cast<std::int64_t>(wait_s * 1e9), cycle_ns_ + kSpareNs);
+  lesson_ = lengthLesson(boards_);
+  const std::int64_t room = (period_ns_ - slot_ns_) / byte_ns_ - static_cast<std::int64_t>(lesson_.size());
+  lesson_.insert(lesson_.begin(), static_cast<std::size_t>(std::clamp<std::int64_t>(room, 0, kLessonLead)), 0);
   connection_ = connect(std::move(link));
-  wire_free_ns_ = connection_->link->now() + static_cast<std::int64_t>(lesson_.size()) * byte_ns_;
-  zeroDrive();
+  awaitBoards();
   recovery_ = std::thread([this] { recover(); });
 }
 
@@ -62,11 +70,10 @@ UartBoards::~UartBoards() {
   delete outgoing_.load();
 }
 
-/// Teaches the boards on a line each other's lengths and starts the guard.
 std::unique_ptr<UartBoards::Connection> UartBoards::connect(std::unique_ptr<ByteLink> link) {
   auto connection = std::make_unique<Connection>();
   connection->link = std::move(link);
-  if (!teachLengths(*connection->link, boards_))
+  if (!connection->link->write(zero_cycle_.data(), zero_cycle_.size()))
     throw SetupError(where_, "the port does not take bytes", "check the adapter");
   if (auto* port = dynamic_cast<SerialPort*>(connection->link.get()); port && settings_.guard)
     connection->guard = std::make_unique<DriveGuard>(port->descriptor(), zero_cycle_, settings_.rate_hz);
@@ -76,42 +83,58 @@ std::unique_ptr<UartBoards::Connection> UartBoards::connect(std::unique_ptr<Byte
 void UartBoards::layOutCycle() {
   byte_ns_ = static_cast<std::int64_t>(1e9 * kBitsPerByte / settings_.baud);
   int channel = 0;
-  std::size_t bytes = 0;
   for (std::size_t b = 0; b < boards_.size(); ++b) {
     const BoardShape& shape = *boards_[b].shape;
-    cycle_offset_[b] = static_cast<int>(bytes);
+    cycle_offset_[b] = static_cast<int>(cycle_bytes_);
     first_channel_[b] = channel;
     for (int m = 0; m < shape.motors && channel < static_cast<int>(device_.strings.size()); ++m, ++channel) {
       const double per_count = std::max(std::abs(device_.strings[channel].length_per_count), 1e-9);
-      counter_[channel] = CountUnwrapper(settings_.max_string_speed / per_count);
+      counter_[channel] =
+          CountUnwrapper({settings_.max_string_speed / per_count, settings_.max_string_acceleration / per_count});
     }
-    latch_ns_ += (static_cast<std::int64_t>(bytes) * byte_ns_ + kReplyDelayNs) /
-                 static_cast<std::int64_t>(boards_.size());
-    bytes += commandBytes(shape, BoardCommand::kCurrent) + paddingBytes(shape, BoardCommand::kCurrent);
+    cycle_bytes_ += commandBytes(shape, BoardCommand::kCurrent) + paddingBytes(shape, BoardCommand::kCurrent);
+    mark_[b] = infoQuestion(boards_[b].id, 0);
+    stream_.know(headerByte(BoardCommand::kCurrent, boards_[b].id), replyBytes(shape, BoardCommand::kCurrent));
+    stream_.know(headerByte(BoardCommand::kBoardInfo, boards_[b].id), kInfoBytes);
   }
-  cycle_.assign(bytes, 0);
-  for (std::size_t b = 0; b < boards_.size(); ++b)
-    encodePacket(*boards_[b].shape, boards_[b].id, CurrentCommand{}, cycle_.data() + cycle_offset_[b],
-                 cycle_.size() - cycle_offset_[b]);
+  cycle_.assign(cycle_bytes_ + mark_[0].size(), 0);
+  encodeCycle(DriveCommand{}, false);
   zero_cycle_.assign(kZeroLead, 0);
-  zero_cycle_.insert(zero_cycle_.end(), cycle_.begin(), cycle_.end());
-  lesson_ = lengthLesson(boards_);
-  cycle_ns_ = static_cast<std::int64_t>(bytes) * byte_ns_;
+  zero_cycle_.insert(zero_cycle_.end(), cycle_.begin(), cycle_.begin() + static_cast<std::ptrdiff_t>(cycle_bytes_));
+  restart_.prepare(boards_, zero_cycle_, byte_ns_);
+  cycle_ns_ = static_cast<std::int64_t>(cycle_bytes_) * byte_ns_;
+  mark_wire_ns_ = static_cast<std::int64_t>(mark_[0].size()) * byte_ns_;
   max_rate_hz_ = std::min(1e9 / static_cast<double>(cycle_ns_), device_.max_rate_hz);
   slot_ns_ = static_cast<std::int64_t>(std::ceil(1e9 / max_rate_hz_ - 1e-3));
 }
 
+/// Set-up: waits until the boards are in step.
+void UartBoards::awaitBoards() {
+  restart(Cause::kOpened);
+  for (int i = 0; i < kOpeningSteps && restarting_ && restart_.trouble() == BusRestart::Trouble::kNone; ++i)
+    if (stepRestart(kOpeningStepNs) == Line::kGone)
+      throw SetupError(where_, "the port was lost while it was opened", "check the cable and the adapter");
+  if (!restarting_) return;
+  throw SetupError(where_, trouble().empty() ? "the boards do not come into step" : trouble(),
+                   "check power and cable, then start again");
+}
+
 DeviceSample UartBoards::exchange(const DriveCommand& command) noexcept {
   ++exchanges_;
+  lost_now_ = 0;
   adoptConnection();
-  if (connection_) waitForWire();
-  const bool alive = connection_ && drain();
-  for (std::size_t b = 0; b < boards_.size(); ++b) ++age_[b];
-  if (!alive || !send(command) || !collect()) {
-    disconnect();
-    return sample();
+  if (!connection_) return sample();
+  Line line = Line::kFine;
+  if (restarting_) {
+    line = stepRestart(wait_ns_);
+  } else {
+    waitForWire();
+    line = drain();
+    if (line == Line::kFine && pending_ == Cause::kNone) line = send(command);
+    if (line == Line::kFine && pending_ == Cause::kNone) line = collect();
+    if (line == Line::kFine) judge();
   }
-  takeReplies(false);
+  if (line == Line::kGone) disconnect();
   return sample();
 }
 
@@ -119,16 +142,46 @@ void UartBoards::adoptConnection() noexcept {
   Connection* fresh = incoming_.exchange(nullptr, std::memory_order_acquire);
   if (!fresh) return;
   connection_.reset(fresh);  // empty since disconnect: nothing is freed here
-  collector_.begin();
-  owes_.fill(false);
-  judged_ = true;
-  wire_free_ns_ = connection_->link->now() + static_cast<std::int64_t>(lesson_.size()) * byte_ns_;
   count(kReconnects);
+  restart(Cause::kOpened);
 }
 
 void UartBoards::disconnect() noexcept {
   armed_ = false;
   if (connection_) outgoing_.store(connection_.release(), std::memory_order_release);
+}
+
+/// The boards are not, or may not be, in step: no current, and no command until they are.
+void UartBoards::restart(Cause cause) noexcept {
+  pending_ = Cause::kNone;
+  restarting_ = true;
+  if (cause != Cause::kOpened) cause_.store(static_cast<int>(cause), std::memory_order_relaxed);
+  zeroDrive();
+  restart_.begin();
+}
+
+UartBoards::Line UartBoards::stepRestart(std::int64_t patience_ns) noexcept {
+  ByteLink& link = *connection_->link;
+  const BusRestart::Step step = restart_.step(link, link.now() + patience_ns);
+  if (connection_->guard) connection_->guard->beat(false);
+  trouble_.store(static_cast<int>(restart_.trouble()), std::memory_order_relaxed);
+  trouble_board_.store(restart_.troubleBoard(), std::memory_order_relaxed);
+  if (restart_.trouble() == BusRestart::Trouble::kSilentBoard)
+    silent_boards_.store(1u << restart_.troubleBoard(), std::memory_order_relaxed);
+  if (step == BusRestart::Step::kGone) return Line::kGone;
+  if (step == BusRestart::Step::kWorking) return Line::kFine;
+  restarting_ = false;
+  silent_boards_.store(0, std::memory_order_relaxed);
+  ready_ns_ = looked_ns_ = heard_ns_ = last_mark_ns_ = link.now();
+  wire_free_ns_ = ready_ns_;
+  ledger_.begin(static_cast<int>(boards_.size()));
+  stream_.forget();
+  for (BoardState& b : board_) b.lost = 0;
+  delay_ns_ = fastest_ns_ = restart_.delay();
+  delay_us_.store(static_cast<std::uint32_t>(delay_ns_ / 1000), std::memory_order_relaxed);
+  jitter_us_.store(static_cast<std::uint32_t>(restart_.jitter() / 1000), std::memory_order_relaxed);
+  count(kRetaught);
+  return Line::kFine;
 }
 
 void UartBoards::waitForWire() noexcept {
@@ -137,29 +190,23 @@ void UartBoards::waitForWire() noexcept {
   connection_->link->waitUntil(wire_free_ns_);
 }
 
-/// Takes in what came since the last exchange: answers that were late, bytes that belong to nothing.
-bool UartBoards::drain() noexcept {
-  std::array<std::uint8_t, 512> in;
-  const int surplus_before = collector_.surplus();
-  for (;;) {
-    const int got = connection_->link->read(in.data(), in.size(), 0);
-    if (got < 0) return false;
-    if (got == 0) break;
-    collector_.feed(in.data(), static_cast<std::size_t>(got));
-  }
-  if (!judged_) takeReplies(true);
-  count(kForeign, collector_.foreign() + collector_.surplus());
-  if (surplus_before == 0 && collector_.surplus() > 0) count(kUnsound);
-  return true;
+/// True when the counts of some board are, at that instant, older than force may act on, or older than the last restart.
+bool UartBoards::expired(std::int64_t at_ns) const noexcept {
+  for (std::size_t b = 0; b < boards_.size(); ++b)
+    if (board_[b].stamp_ns < ready_ns_ || at_ns - board_[b].stamp_ns > silent_ns_) return true;
+  return false;
 }
 
-bool UartBoards::send(const DriveCommand& command) noexcept {
+bool UartBoards::markDue() const noexcept {
+  if (ledger_.marked()) return false;
+  if (sent_ns_ - last_mark_ns_ >= kMarkEveryNs) return true;
+  const bool idle = sent_ns_ - wire_free_ns_ >= mark_wire_ns_;
+  return ledger_.owed() > 0 && idle && sent_ns_ - last_mark_ns_ >= std::max(period_ns_, kMarkPauseNs);
+}
+
+void UartBoards::encodeCycle(const DriveCommand& command, bool usable) noexcept {
   const int strings = static_cast<int>(device_.strings.size());
-  const bool finite = finiteDrive(device_, command);
-  const bool usable = finite && !silent();
-  if (!finite) count(kBadCommands);
   armed_ = false;
-  collector_.begin();
   for (std::size_t b = 0; b < boards_.size(); ++b) {
     const BoardShape& shape = *boards_[b].shape;
     CurrentCommand packet;
@@ -172,112 +219,70 @@ bool UartBoards::send(const DriveCommand& command) noexcept {
       if (clamped) count(kClamped);
       armed_ = armed_ || packet.current[m] != 0;
     }
-    encodePacket(shape, boards_[b].id, packet, cycle_.data() + cycle_offset_[b],
-                 cycle_.size() - cycle_offset_[b]);
-    collector_.expect(headerByte(BoardCommand::kCurrent, boards_[b].id),
-                      replyBytes(shape, BoardCommand::kCurrent), owes_[b] ? 2 : 1);
+    encodePacket(shape, boards_[b].id, packet, cycle_.data() + cycle_offset_[b], cycle_bytes_ - cycle_offset_[b]);
   }
-  if (connection_->guard && armed_) connection_->guard->arm();
-  sent_ns_ = connection_->link->now();
-  const std::uint64_t since = exchanges_ - last_lesson_;
-  if (since >= kLessonEvery || (lesson_due_ && since >= kLessonGap)) {
-    if (!connection_->link->write(lesson_.data(), lesson_.size())) return false;
+}
+
+UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
+  const bool finite = finiteDrive(device_, command);
+  if (!finite) count(kBadCommands);
+  ByteLink& link = *connection_->link;
+  sent_ns_ = link.now();
+  // What is sent now acts until the next exchange.
+  encodeCycle(command, finite && !expired(sent_ns_ + period_ns_));
+  if (connection_->guard && armed_) connection_->guard->arm();  // before the motors have the current
+  const bool teaches = sent_ns_ - last_lesson_ns_ >= kLessonEveryNs;
+  if (teaches) {
+    last_lesson_ns_ = sent_ns_;
+    if (!link.write(lesson_.data(), lesson_.size())) return Line::kGone;
     sent_ns_ += static_cast<std::int64_t>(lesson_.size()) * byte_ns_;
-    last_lesson_ = exchanges_;
-    lesson_due_ = false;
   }
-  if (!connection_->link->write(cycle_.data(), cycle_.size())) return false;
+  const bool mark_lost = ledger_.overtaken() || sent_ns_ - ledger_.markSent() > silent_ns_;
+  if (ledger_.marked() && mark_lost) ledger_.dropMark();
+  const bool marks = !teaches && markDue();
+  if (!ledger_.ask(sent_ns_, exchanges_)) pending_ = Cause::kSilent;
+  std::size_t bytes = cycle_bytes_;
+  if (marks) {
+    next_mark_ = (next_mark_ + 1) % static_cast<int>(boards_.size());
+    const std::vector<std::uint8_t>& mark = mark_[next_mark_];
+    std::copy(mark.begin(), mark.end(), cycle_.begin() + static_cast<std::ptrdiff_t>(bytes));
+    ledger_.mark(next_mark_, sent_ns_ + cycle_ns_);
+    last_mark_ns_ = sent_ns_;
+    bytes += mark.size();
+  }
+  if (!link.write(cycle_.data(), bytes)) return Line::kGone;
   if (connection_->guard) connection_->guard->beat(armed_);
-  wire_free_ns_ = sent_ns_ + slot_ns_;
-  judged_ = false;
+  wire_free_ns_ = sent_ns_ + slot_ns_ + (bytes > cycle_bytes_ ? mark_wire_ns_ : 0);
   count(kCycles);
-  return true;
-}
-
-bool UartBoards::collect() noexcept {
-  std::array<std::uint8_t, 512> in;
-  // A board known to be silent is given its slot, not the patience for a busy adapter.
-  const std::int64_t wait = silent() ? std::min(wait_ns_, cycle_ns_ + 2 * kSpareNs) : wait_ns_;
-  const std::int64_t deadline = sent_ns_ + wait;
-  while (!collector_.complete()) {
-    const int got = connection_->link->read(in.data(), in.size(), deadline);
-    if (got < 0) return false;
-    if (got == 0) return true;
-    collector_.feed(in.data(), static_cast<std::size_t>(got));
-  }
-  const int got = connection_->link->read(in.data(), in.size(), 0);  // an extra byte makes the cycle unsound
-  if (got > 0) collector_.feed(in.data(), static_cast<std::size_t>(got));
-  return got >= 0;
-}
-
-/// Judges the cycle and takes its counts. Late: called before the next cycle, with what came in between.
-void UartBoards::takeReplies(bool late) noexcept {
-  if (!late && !collector_.complete()) {
-    bool partly = false;
-    for (int b = 0; b < collector_.size(); ++b) partly = partly || collector_[b].received > 0;
-    // Nothing, or a reply under way: wait for the rest until the next exchange.
-    if (!partly || !collector_.sound()) return;
-  }
-  judged_ = true;
-  if (!collector_.sound()) {
-    count(kUnsound);
-    owes_.fill(false);
-    return;
-  }
-  for (int b = 0; b < collector_.size(); ++b) {
-    const ReplyCollector::Expected& e = collector_[b];
-    // One of two that may come has come: it is the older one, or the older one was lost. Nothing tells which,
-    // so the counts are given the greater age.
-    const bool certain = e.received == e.allowed;
-    owes_[b] = e.received == 0;
-    if (late && e.received > 0) count(kLate);
-    if (e.received == 0 || !takePositions(b, e.reply.data(), e.bytes)) continue;
-    age_[b] = certain ? 0 : 1;
-  }
-  stamp_ns_ = sent_ns_ + latch_ns_;
-}
-
-bool UartBoards::takePositions(int board, const std::uint8_t* reply, int size) noexcept {
-  CurrentReply packet;
-  if (!decodePacket(*boards_[board].shape, boards_[board].id, reply, static_cast<std::size_t>(size), packet))
-    return false;
-  bool believed = true;
-  const int strings = static_cast<int>(device_.strings.size());
-  for (int m = 0; m < boards_[board].shape->motors && first_channel_[board] + m < strings; ++m) {
-    const auto result = counter_[first_channel_[board] + m].accept(packet.position[m], sent_ns_);
-    if (result == CountUnwrapper::Result::kRestarted) count(kRestarts);
-    if (result == CountUnwrapper::Result::kRefused) {
-      count(kRefused);
-      believed = false;
-    }
-  }
-  return believed;
-}
-
-bool UartBoards::silent() const noexcept {
-  return std::any_of(
-      age_.begin(), age_.begin() + static_cast<std::ptrdiff_t>(boards_.size()),
-      [this](std::uint32_t age) { return age >= static_cast<std::uint32_t>(settings_.silent_after); });
+  return Line::kFine;
 }
 
 DeviceSample UartBoards::sample() noexcept {
   DeviceSample s;
   for (std::size_t i = 0; i < device_.strings.size(); ++i) s.counts[i] = counter_[i].count();
-  s.stamp_ns = stamp_ns_;
-  std::uint32_t mute = 0;
-  for (std::size_t b = 0; b < boards_.size(); ++b) {
-    s.age_ticks = std::max(s.age_ticks, age_[b]);
-    if (age_[b] >= static_cast<std::uint32_t>(settings_.silent_after)) mute |= 1u << boards_[b].id;
+  s.stamp_ns = board_[0].stamp_ns;
+  std::uint64_t oldest = board_[0].exchange;
+  for (std::size_t b = 1; b < boards_.size(); ++b) {
+    s.stamp_ns = std::min(s.stamp_ns, board_[b].stamp_ns);
+    oldest = std::min(oldest, board_[b].exchange);
   }
-  silent_boards_.store(mute, std::memory_order_relaxed);
-  if (s.age_ticks > 0) {
-    count(kLost);
-    lesson_due_ = true;
+  s.age_ticks = static_cast<std::uint32_t>(exchanges_ - oldest);
+  const std::int64_t age_ns = connection_ ? connection_->link->now() - s.stamp_ns : s.age_ticks * period_ns_;
+  s.age_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(age_ns / 1000, 0, UINT32_MAX));
+  s.lost = static_cast<std::uint16_t>(lost_now_);
+  if (!connection_) {
+    s.status = LinkStatus::kDisconnected;
+  } else if (counters_restarted_) {
+    s.status = LinkStatus::kRestarted;
+    counters_restarted_ = false;
+  } else if (restarting_) {
+    s.status = LinkStatus::kSilent;
+  } else if (allFresh()) {
+    for (BoardState& b : board_) b.fresh = false;
+  } else {
+    s.status = LinkStatus::kStale;
   }
-  s.status = !connection_      ? LinkStatus::kDisconnected
-             : mute            ? LinkStatus::kSilent
-             : s.age_ticks > 0 ? LinkStatus::kStale
-                               : LinkStatus::kOk;
+  if (s.status != LinkStatus::kOk) count(kStale);
   return s;
 }
 
@@ -285,40 +290,18 @@ void UartBoards::zeroDrive() noexcept {
   if (!connection_) return;
   const std::int64_t start = std::max(connection_->link->now(), wire_free_ns_);
   connection_->link->write(zero_cycle_.data(), zero_cycle_.size());
+  ledger_.ask(start + kZeroLead * byte_ns_, exchanges_);
   if (connection_->guard) connection_->guard->beat(false);
   armed_ = false;
   wire_free_ns_ = start + static_cast<std::int64_t>(zero_cycle_.size()) * byte_ns_;
 }
 
-LinkReport UartBoards::linkReport() const noexcept {
-  const auto read = [this](Counter c) { return counters_[c].load(std::memory_order_relaxed); };
-  LinkReport r;
-  r.cycles = read(kCycles);
-  r.lost = read(kLost);
-  r.late = read(kLate);
-  r.unsound = read(kUnsound);
-  r.foreign_bytes = read(kForeign);
-  r.refused_counts = read(kRefused);
-  r.restarts = read(kRestarts);
-  r.reconnects = read(kReconnects);
-  r.over_rate = read(kOverRate);
-  r.bad_commands = read(kBadCommands);
-  r.clamped = read(kClamped);
-  r.silent_boards = silent_boards_.load(std::memory_order_relaxed);
-  return r;
-}
-
-std::string UartBoards::describe() const {
-  std::string text = where_ + ":";
-  for (const FoundBoard& b : boards_)
-    text += " " + std::string(b.shape->name) + " (id " + std::to_string(b.id) + ")";
-  char rate[64];
-  std::snprintf(rate, sizeof rate, ", %.0f us a cycle, at most %.0f Hz", 1e6 * cycleSeconds(), max_rate_hz_);
-  return text + rate;
-}
-
 /// Thread: frees lost lines and opens new ones; never touches what exchange uses.
 void UartBoards::recover() {
+  const auto say = [this](const std::string& text) {
+    std::lock_guard<std::mutex> lock(said_mutex_);
+    said_ = text;
+  };
   std::unique_lock<std::mutex> lock(stop_mutex_);
   bool lost = false;
   while (!stop_signal_.wait_for(lock, std::chrono::milliseconds(kRecoveryPollMs), [this] { return stop_; })) {
@@ -330,12 +313,15 @@ void UartBoards::recover() {
     lock.unlock();
     try {
       std::unique_ptr<ByteLink> link = open_();
-      if (matchBoards(scanBus(*link), device_, where_) != boards_)
-        throw SetupError(where_, "other boards than before answer", "restart the driver");
+      const std::vector<FoundBoard> found = matchBoards(scanBus(*link), device_, where_);
+      if (found != boards_)
+        throw SetupError(where_, "other boards than before answer: " + listed(found) + " instead of " + listed(boards_),
+                         "plug the right adapter in, or restart the driver");
       incoming_.store(connect(std::move(link)).release(), std::memory_order_release);
       lost = false;
-    } catch (const std::exception&) {
-      // Still unplugged, or the boards are not up yet: the state is in the samples, the next attempt follows.
+      say("");
+    } catch (const std::exception& error) {
+      say(error.what());  // still unplugged, or the boards are not up yet; the next attempt follows
     }
     lock.lock();
     if (lost)

@@ -2,15 +2,19 @@
 ///
 /// exchange, as sent:   for each board  CURRENT(digits) + padding      (the padding is the reply's time slot)
 ///           received:  for each board  position[n] velocity[n] force[f], from before this command
+///           at times:  BOARD_INFO behind the cycle, the mark of answer_ledger.h
 ///
 /// Wire time of a cycle at 2 Mbaud: 5 µs per byte sent; one B5M 61 bytes, 305 µs, 3.28 kHz; two B3M 74 bytes,
 /// 370 µs, 2.70 kHz; the device file may state less. A higher rate is refused at set-up; exchanges that come
 /// sooner wait for their slot.
-/// Deviation from the reference host: no BOARD_INFO behind each cycle (it only woke a Windows driver).
+/// Deviation from the reference host: BOARD_INFO comes behind some cycles, not each (it only woke a Windows driver).
 ///
-/// Failure modes, all bounded in time: a lost or unsound answer leaves the last counts with age > 0; a board
-/// that is silent for `silent_after` exchanges zeroes the drive of all boards, since the rest of the strings
-/// would pull the grip away; a port that is gone is reported at once and opened again by another thread.
+/// An answer is stamped with the instant its question went over the wire, however late it comes: a slow wire shows as age.
+/// Failure modes, all bounded in time: a lost or unsound answer leaves the last counts, growing older; when those of any
+/// board would become older than `silent_after_s` the drive of all boards is zero, since the rest of the strings would pull
+/// the grip away, and the boards are brought back into step (bus_restart.h), one step per exchange; so they are when they
+/// lose half of the commands or say that they started anew. A port that is gone is reported at once and opened again by
+/// another thread. Every loop here is bounded.
 #pragma once
 #include <array>
 #include <atomic>
@@ -23,11 +27,13 @@
 #include <vector>
 
 #include "haptic_core/spidar/transport.h"
+#include "spidar_driver/transport/answer_ledger.h"
 #include "spidar_driver/transport/board_bus.h"
+#include "spidar_driver/transport/bus_restart.h"
 #include "spidar_driver/transport/count_unwrapper.h"
 #include "spidar_driver/transport/drive_guard.h"
 #include "spidar_driver/transport/link_report.h"
-#include "spidar_driver/transport/reply_collector.h"
+#include "spidar_driver/transport/reply_stream.h"
 
 namespace haptic {
 
@@ -36,7 +42,8 @@ struct UartSettings {
   int baud = 2000000;            ///< of the port; sets the wire time
   double reply_wait_s = 0;       ///< longest wait for answers [s]; 0: 80 % of the period, at least the cycle
   double max_string_speed = 20;  ///< a count that needs more is refused [m/s]; a hand reaches 5
-  int silent_after = 20;         ///< exchanges without an answer: 20 ms at 1 kHz, then the drive goes to zero
+  double max_string_acceleration = 1000;  ///< likewise [m/s²]: 20 N on a rotor of 1e-6 kg·m² at 8 mm do 1250, a hand 100
+  double silent_after_s = 0.02;  ///< counts of any board older than this: zero currents, and the boards are taught anew
   double reopen_s = 0.25;        ///< pause between attempts to open a lost port [s]
   bool guard = true;             ///< zero currents by a second process when this one dies or stalls
 };
@@ -45,8 +52,8 @@ class UartBoards : public Transport, public LinkReporter {
  public:
   using OpenLink = std::function<std::unique_ptr<ByteLink>()>;  ///< throws SetupError
 
-  /// Opens the line, finds and matches the boards, turns their drive off. `where` names the port in messages.
-  /// Throws SetupError: line, boards or rate do not fit.
+  /// Opens the line, finds and matches the boards, turns their drive off, measures the wire. `where` names the port in
+  /// messages. Throws SetupError: line, boards or rate do not fit.
   UartBoards(const DeviceDef& device, const UartSettings& settings, const std::string& where, OpenLink open);
   ~UartBoards() override;  ///< zero currents, then closes
 
@@ -57,6 +64,7 @@ class UartBoards : public Transport, public LinkReporter {
 
   LinkReport linkReport() const noexcept override;
   std::string describe() const override;
+  std::string trouble() const override;
   const std::vector<FoundBoard>& boards() const { return boards_; }
   double cycleSeconds() const { return static_cast<double>(cycle_ns_) * 1e-9; }
 
@@ -65,33 +73,57 @@ class UartBoards : public Transport, public LinkReporter {
     std::unique_ptr<ByteLink> link;
     std::unique_ptr<DriveGuard> guard;
   };
+  /// Why the boards are being brought back into step.
+  enum class Cause : int { kNone, kOpened, kSilent, kLossy, kRestarted, kOtherBoard, kFlood };
+  /// Whether the line goes on after a step of the exchange.
+  enum class Line : unsigned char { kFine, kGone };
   enum Counter {
     kCycles,
+    kStale,
     kLost,
     kLate,
-    kUnsound,
+    kDoubled,
     kForeign,
     kRefused,
     kRestarts,
+    kRetaught,
     kReconnects,
     kOverRate,
     kBadCommands,
     kClamped,
     kCounters
   };
+  /// What is known of one board.
+  struct BoardState {
+    std::uint64_t exchange = 0; ///< whose question its counts answer
+    std::int64_t stamp_ns = 0;  ///< latch of its counts
+    bool fresh = false;         ///< new since the last sample that had new counts of all
+    double lost = 0;            ///< share of the last questions without an answer
+  };
 
   std::unique_ptr<Connection> connect(std::unique_ptr<ByteLink> link);
   void layOutCycle();
+  void awaitBoards();
   void adoptConnection() noexcept;
   void disconnect() noexcept;
-  bool drain() noexcept;
+  void restart(Cause cause) noexcept;
+  Line stepRestart(std::int64_t patience_ns) noexcept;
   void waitForWire() noexcept;
-  bool send(const DriveCommand& command) noexcept;
-  bool collect() noexcept;
-  void takeReplies(bool late) noexcept;
-  bool takePositions(int board, const std::uint8_t* reply, int size) noexcept;
+  bool markDue() const noexcept;
+  bool expired(std::int64_t at_ns) const noexcept;
+  Line send(const DriveCommand& command) noexcept;
+  void encodeCycle(const DriveCommand& command, bool usable) noexcept;
+  Line drain() noexcept;
+  Line collect() noexcept;
+  int hear(std::int64_t deadline_ns) noexcept;
+  void takeReply(const std::uint8_t* bytes, int size) noexcept;
+  void takeAnswer(int board, const std::uint8_t* bytes, int size) noexcept;
+  void takeMark(int board, const std::uint8_t* bytes, int size) noexcept;
+  bool takePositions(int board, const std::uint8_t* bytes, int size, std::int64_t stamp_ns) noexcept;
+  void judge() noexcept;
+  bool allFresh() const noexcept;
   DeviceSample sample() noexcept;
-  bool silent() const noexcept;
+  int boardOf(int id) const noexcept;
   void count(Counter c, std::uint64_t n = 1) noexcept {
     counters_[c].fetch_add(n, std::memory_order_relaxed);
   }
@@ -103,26 +135,35 @@ class UartBoards : public Transport, public LinkReporter {
   const OpenLink open_;
   std::vector<FoundBoard> boards_;
   std::vector<std::uint8_t> zero_cycle_, lesson_, cycle_;
+  std::array<std::vector<std::uint8_t>, kMaxBoards> mark_;  ///< the mark's bytes, per board
   std::array<int, kMaxBoards> cycle_offset_{}, first_channel_{};
-  std::int64_t byte_ns_ = 0, cycle_ns_ = 0, slot_ns_ = 0, latch_ns_ = 0, wait_ns_ = 0;
+  std::size_t cycle_bytes_ = 0;  ///< without the mark
+  std::int64_t byte_ns_ = 0, cycle_ns_ = 0, slot_ns_ = 0, wait_ns_ = 0, period_ns_ = 0, silent_ns_ = 0, mark_wire_ns_ = 0;
   double max_rate_hz_ = 0;
 
   // State of the exchange, of its thread alone.
   std::unique_ptr<Connection> connection_;
-  ReplyCollector collector_;
+  BusRestart restart_;
+  bool restarting_ = false, armed_ = false, counters_restarted_ = false;
+  Cause pending_ = Cause::kNone;  ///< found while hearing; acted upon at the end of the exchange
+  ReplyStream stream_;
+  AnswerLedger ledger_;
+  std::array<BoardState, kMaxBoards> board_{};
   std::array<CountUnwrapper, kMaxStrings> counter_;
-  std::array<std::uint32_t, kMaxBoards> age_{};
-  std::array<bool, kMaxBoards> owes_{};
-  bool judged_ = true;  ///< the last cycle's replies were taken or dropped
-  bool armed_ = false;
-  std::int64_t sent_ns_ = 0, wire_free_ns_ = 0, stamp_ns_ = 0;
-  std::uint64_t exchanges_ = 0, last_lesson_ = 0;
-  bool lesson_due_ = false;
+  std::int64_t sent_ns_ = 0, wire_free_ns_ = 0, heard_ns_ = 0, looked_ns_ = 0, last_mark_ns_ = 0, last_lesson_ns_ = 0;  // asked or answered
+  std::int64_t delay_ns_ = 0, fastest_ns_ = 0;  ///< of the wire beyond its bytes' own time: mean, and what it can do at best
+  std::int64_t ready_ns_ = 0;  ///< since when the boards are in step
+  std::uint64_t exchanges_ = 0, foreign_seen_ = 0;
+  int lost_now_ = 0, next_mark_ = 0;
+  bool waited_ = false;  ///< the last read waited: what it brought came just now
 
-  // Shared with the recovery thread.
+  // Shared with other threads.
   std::array<std::atomic<std::uint64_t>, kCounters> counters_{};
-  std::atomic<std::uint32_t> silent_boards_{0};
+  std::atomic<std::uint32_t> silent_boards_{0}, delay_us_{0}, jitter_us_{0};
+  std::atomic<int> cause_{0}, cause_board_{-1}, trouble_{0}, trouble_board_{-1};
   std::atomic<Connection*> outgoing_{nullptr}, incoming_{nullptr};
+  mutable std::mutex said_mutex_;
+  std::string said_;  ///< what the recovery thread has met
   std::mutex stop_mutex_;
   std::condition_variable stop_signal_;
   bool stop_ = false;

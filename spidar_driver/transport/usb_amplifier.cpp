@@ -1,6 +1,7 @@
 #include "spidar_driver/transport/usb_amplifier.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 
 #include "haptic_core/base/error.h"
@@ -13,6 +14,7 @@ namespace {
 constexpr double kMaxSh4RateHz = 4000;      // about 250 µs an exchange
 constexpr double kMaxSimpleRateHz = 2500;   // three transfers, 125 µs microframes
 constexpr double kMaxStringSpeed = 20;      // [m/s], as for the UART boards
+constexpr double kMaxStringAcceleration = 1000;  // [m/s²], likewise
 constexpr std::uint32_t kSilentAfter = 20;  // exchanges
 
 }  // namespace
@@ -29,9 +31,10 @@ UsbAmplifier::UsbAmplifier(const DeviceDef& device, UsbModel model, double rate_
                          " Hz asked, but the amplifier does at most " +
                          std::to_string(static_cast<int>(max_rate_hz_)) + " Hz",
                      "set the rate to at most that");
-  for (std::size_t i = 0; i < device_.strings.size(); ++i)
-    counter_[i] =
-        CountUnwrapper(kMaxStringSpeed / std::max(std::abs(device_.strings[i].length_per_count), 1e-9));
+  for (std::size_t i = 0; i < device_.strings.size(); ++i) {
+    const double per_count = std::max(std::abs(device_.strings[i].length_per_count), 1e-9);
+    counter_[i] = CountUnwrapper({kMaxStringSpeed / per_count, kMaxStringAcceleration / per_count});
+  }
   if (model_ == UsbModel::kSimple) {
     const SimplePacket phase = encodeSimplePhase(0), clear = encodeSimpleClear(0xFF);
     pipe_->send(phase.data(), static_cast<int>(phase.size()));
@@ -45,16 +48,20 @@ DeviceSample UsbAmplifier::exchange(const DriveCommand& command) noexcept {
   cycles_.fetch_add(1, std::memory_order_relaxed);
   const UsbPipe::Result result = gone_ ? UsbPipe::Result::kGone : transfer(allowed(command), last_);
   if (result == UsbPipe::Result::kOk) {
-    last_.age_ticks = 0;
-    last_.status = LinkStatus::kOk;
+    last_.age_ticks = believed_ ? 0 : last_.age_ticks + 1;
+    last_.lost = 0;
+    last_.status = restarted_ ? LinkStatus::kRestarted : believed_ ? LinkStatus::kOk : LinkStatus::kStale;
   } else {
     lost_.fetch_add(1, std::memory_order_relaxed);
     ++last_.age_ticks;
+    last_.lost = 1;
     gone_ = result == UsbPipe::Result::kGone;
     last_.status = gone_                             ? LinkStatus::kDisconnected
                    : last_.age_ticks >= kSilentAfter ? LinkStatus::kSilent
                                                      : LinkStatus::kStale;
   }
+  last_.age_us = static_cast<std::uint32_t>(
+      std::clamp<std::int64_t>((steadyNanoseconds() - last_.stamp_ns) / 1000, 0, UINT32_MAX));
   return last_;
 }
 
@@ -77,6 +84,8 @@ UsbPipe::Result UsbAmplifier::transfer(const UsbVoltages& voltage, DeviceSample&
 }
 
 UsbPipe::Result UsbAmplifier::transferSh4(const UsbVoltages& voltage, DeviceSample& sample) noexcept {
+  restarted_ = false;
+  believed_ = true;
   const Sh4Packet out = encodeSh4(voltage);
   Sh4Packet in;
   UsbPipe::Result result = pipe_->send(out.data(), static_cast<int>(out.size()));
@@ -85,9 +94,10 @@ UsbPipe::Result UsbAmplifier::transferSh4(const UsbVoltages& voltage, DeviceSamp
   const Sh4Reply reply = decodeSh4(in);
   sample.stamp_ns = steadyNanoseconds();
   for (std::size_t i = 0; i < device_.strings.size(); ++i) {
-    if (counter_[i].accept(static_cast<std::int16_t>(reply.counter[i]), sample.stamp_ns) ==
-        CountUnwrapper::Result::kRefused)
-      refused_.fetch_add(1, std::memory_order_relaxed);
+    const auto taken = counter_[i].accept(static_cast<std::int16_t>(reply.counter[i]), sample.stamp_ns);
+    if (taken == CountUnwrapper::Result::kRefused) refused_.fetch_add(1, std::memory_order_relaxed);
+    believed_ = believed_ && taken != CountUnwrapper::Result::kRefused;
+    restarted_ = restarted_ || taken == CountUnwrapper::Result::kRestarted;
     sample.counts[i] = -counter_[i].count();
   }
   sample.buttons = buttonsOfPio(reply.pio);
@@ -116,7 +126,7 @@ void UsbAmplifier::zeroDrive() noexcept {
 LinkReport UsbAmplifier::linkReport() const noexcept {
   LinkReport r;
   r.cycles = cycles_.load(std::memory_order_relaxed);
-  r.lost = lost_.load(std::memory_order_relaxed);
+  r.stale = r.lost = lost_.load(std::memory_order_relaxed);
   r.bad_commands = bad_commands_.load(std::memory_order_relaxed);
   r.clamped = clamped_.load(std::memory_order_relaxed);
   r.refused_counts = refused_.load(std::memory_order_relaxed);

@@ -58,7 +58,7 @@ class UsbAmplifier : public Transport, public LinkReporter {
   std::array<CountUnwrapper, kUsbChannels> counter_;
   DeviceSample last_;
   std::atomic<std::uint64_t> cycles_{0}, lost_{0}, bad_commands_{0}, clamped_{0}, refused_{0};
-  bool gone_ = false;
+  bool gone_ = false, believed_ = true, restarted_ = false;  ///< the last two: of the last answer's counters
 };
 
 }  // namespace haptic

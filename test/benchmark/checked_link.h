@@ -9,6 +9,7 @@ namespace haptic::bench {
 
 struct CycleCheck {
   long ok = 0, wrong = 0;
+  long marks = 0;  ///< cycles with BOARD_INFO behind them
 };
 
 /// `cycles` exchanges with changing currents and positions on boards of these models. A cycle is ok when

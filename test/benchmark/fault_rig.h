@@ -1,14 +1,26 @@
-/// A whole device without hardware: hand, twin, emulated boards, line, driver and device state, on one clock.
+/// A whole device without hardware: hand, twin, emulated boards, line, driver and device state, on one clock; and what a
+/// fault does to pose, force and hand, measured on the twin's truth.
 #pragma once
+#include <deque>
 #include <memory>
 #include <string>
 
 #include "haptic_core/spidar/spidar.h"
+#include "spidar_driver/emulator/fault_script.h"
 #include "spidar_driver/emulator/memory_link.h"
 #include "spidar_driver/emulator/twin_plant.h"
 #include "spidar_driver/transport/uart_boards.h"
 
 namespace haptic::bench {
+
+/// Since `startMeasuring`.
+struct FaultEffect {
+  double pose_error = 0;    ///< of poses that were shown, against the truth at their own stamps [m]
+  double force_error = 0;   ///< of the strings' true force against the one that was presented on purpose [N]
+  double stale_force = 0;   ///< longest time for which a string pulled on counts without successors, beyond 0 [s]
+  double energy = 0;        ///< most that the force's error has put into the grip [J]
+  bool wrong_stamp = false; ///< a pose was stamped later than its counts can be
+};
 
 class FaultRig {
  public:
@@ -16,20 +28,27 @@ class FaultRig {
 
   void tick();  ///< 1 ms: exchange, sense, actuate
   void run(int ticks);
-  void setHand(const char* name) { plant.setHand(handPath(name)); }
+  void setHand(const HandPath& path) { plant.setHand(path); }
   /// Hand at home, calibrate, recover, enable. True when the device is enabled and its pose is right to 1 mm.
   bool bringUp();
+  /// Does an order of the board emulator's script; `unplug` and `plug` as well.
+  void order(const std::string& text);
 
   /// Something is said about this tick: by the sample, the device's state or flags, or the line's report.
   bool alarmed() const { return alarmed_; }
+  /// An alarm that a user sees: the state, or a flag that stands for a fault.
+  bool seriouslyAlarmed() const;
   bool enabled() const { return spidar.state() == DeviceState::kEnabled; }
-  double poseError() const;             ///< against the twin's truth [m]
+  double poseError() const;             ///< of the last pose against the truth at its stamp [m]
   double countError(int string) const;  ///< of what the driver believes, as a length [m]
   std::uint64_t outOfBounds() const { return out_of_bounds_; }
+  void startMeasuring();
+  const FaultEffect& effect() const { return effect_; }
 
   static constexpr double kPeriod = 1e-3;  ///< [s]
   Wrench command;                          ///< asked of the device, as a simulation would
   double command_age = 0;                  ///< [s]
+  bool boards_may_misread = false;         ///< a fault disturbs what the boards are told: their currents are not the driver's
 
   DeviceDef device;
   TwinPlant plant;
@@ -40,11 +59,22 @@ class FaultRig {
   DeviceSample sample;
 
  private:
+  struct Truth {
+    std::int64_t at_ns;
+    Vector3 p;
+  };
   void checkBounds();
+  void measure();
+  bool pulls() const;
+  Vector3 truthAt(std::int64_t at_ns) const;
 
   std::int64_t start_ns_ = 0, ticks_ = 0;
   std::uint64_t out_of_bounds_ = 0, disturbances_ = 0;
   bool alarmed_ = false;
+  std::deque<Truth> truth_;
+  Wrench told_[3];  ///< wrench presented on purpose: of this tick, the one before, and so on
+  double work_ = 0;
+  FaultEffect effect_;
 };
 
 }  // namespace haptic::bench

@@ -1,254 +1,144 @@
 // Faults injected into a whole emulated device and into the twin alone: what is noticed, how soon, and what
-// the strings do meanwhile. The UART cycle byte by byte, its highest rate, and the fuzz target on a bounded
-// corpus.
+// the strings do meanwhile. How true the measured delay of a wire is. The UART cycle byte by byte, its highest rate, and
+// the fuzz target on a bounded corpus.
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <map>
 #include <random>
+#include <thread>
 
 #include "checked_link.h"
+#include "fault_campaign.h"
 #include "fault_rig.h"
 #include "fault_tally.h"
 #include "figure.h"
+#include "haptic_core/spidar/device_check.h"
 #include "protocol_fuzz.h"
 
 namespace haptic::bench {
 namespace {
 
-constexpr double kHarmless = 1e-3;         // an effect below this on pose or length is none [m]
-constexpr double kEffective = 5e-3;        // a fault that grows counts from this length error on [m]
-constexpr int kPatience = 100;             // ticks within which an effective fault must be noticed
-constexpr int kGrowthPatience = 3000;      // ticks for a stuck string to matter while the hand moves
-constexpr int kCampaigns = 60;             // faults per kind and device
-constexpr int kUndisturbedTicks = 600000;  // 10 minutes of 1 kHz
+constexpr int kTrials = 6;      // per kind and device
+constexpr int kUnplugged = 3;    // of which few: reopening lives on the machine's clock
+constexpr double kWireHours = 0.01; // of the undisturbed run on emulated boards, per device; the rest on the twin
 
 std::string file(const char* device) {
   return std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/" + device + ".yaml";
 }
 
-enum class Fault {
-  kDrop,
-  kCorrupt,
-  kDuplicate,
-  kInsert,
-  kDelay,
-  kKill,
-  kUnplug,
-  kSlack,
-  kSlip,
-  kFreeze,
-  kSnap,
-  kNotFinite,
-  kHuge,
-  kAlternating,
-  kStaleCommand,
-  kCount
-};
-constexpr const char* kNames[] = {
-    "drop",         "corrupt", "duplicate", "insert", "delay",       "kill board",   "unplug",
-    "slack",        "slip",    "freeze",    "snap",   "command NaN", "command 1e30", "command alternating",
-    "command stale"};
-
-class Campaign {
- public:
-  Campaign(FaultRig& rig, unsigned seed) : rig_(rig), random_(seed) {}
-  FaultTally inject(Fault fault);
-
- private:
-  int pick(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
-  bool start(Fault fault);
-  void keepUp(Fault fault, int tick);
-  void mend(Fault fault);
-  bool watch(Fault fault, FaultTally& tally);
-
-  FaultRig& rig_;
-  std::mt19937 random_;
-  int string_ = 0, board_ = 1;
-};
-
-void move(FaultRig& rig, int tick) {
-  const double t = tick * FaultRig::kPeriod;
-  rig.command.force = 2 * Vector3(std::sin(9 * t), std::sin(7 * t), std::sin(5 * t));
-  rig.command.torque = 0.02 * Vector3(std::sin(4 * t), std::sin(6 * t), std::sin(8 * t));
-  rig.command_age = 0;
-}
-
-/// False when the fault has its effect at once, true when it grows.
-bool Campaign::start(Fault fault) {
-  string_ = pick(static_cast<int>(rig_.device.strings.size()));
-  board_ = 1 + pick(static_cast<int>(rig_.bus.boards().size()));
-  const int reply = replyBytes(*findBoardModel(rig_.device.boards[0]), BoardCommand::kCurrent);
-  const int sign = pick(2) ? 1 : -1;
-  rig_.bus.to_host.after(pick(reply * static_cast<int>(rig_.bus.boards().size())));
-  switch (fault) {
-    case Fault::kDrop:
-      rig_.bus.to_host.drop(1 + pick(3));
-      break;
-    case Fault::kCorrupt:
-      rig_.bus.to_host.corrupt(1 + pick(3));
-      break;
-    case Fault::kDuplicate:
-      rig_.bus.to_host.duplicate(1 + pick(3));
-      break;
-    case Fault::kInsert:
-      rig_.bus.to_host.insert(1 + pick(3));
-      break;
-    case Fault::kDelay:
-      rig_.bus.delayReplies(2, 900000 + 1000 * pick(4000));
-      break;
-    case Fault::kKill:
-      rig_.bus.board(board_)->setPower(false);
-      break;
-    case Fault::kUnplug:
-      rig_.line.plugged = false;
-      break;
-    case Fault::kSlack:
-      rig_.plant.slacken(string_, 0.008 + 0.001 * pick(20));
-      break;
-    case Fault::kSlip:
-      rig_.plant.slip(string_,
-                      sign * static_cast<int>((0.012 + 0.001 * pick(50)) /
-                                              std::abs(rig_.device.strings[string_].length_per_count)));
-      break;
-    case Fault::kFreeze:
-      rig_.plant.freeze(string_);
-      return true;
-    case Fault::kSnap:
-      rig_.plant.snap(string_);
-      return true;
-    default:
-      break;
-  }
-  return false;
-}
-
-/// Faults of the command, which last while the device is watched.
-void Campaign::keepUp(Fault fault, int tick) {
-  move(rig_, tick);
-  if (fault == Fault::kNotFinite) rig_.command.force[tick % 3] = tick % 2 ? std::nan("") : HUGE_VAL;
-  if (fault == Fault::kHuge) rig_.command.force[tick % 3] = 1e30;
-  if (fault == Fault::kAlternating) rig_.command.torque[0] = rig_.command.force[0] = tick % 2 ? 1e3 : -1e3;
-  if (fault == Fault::kStaleCommand) rig_.command_age = tick * FaultRig::kPeriod;
-}
-
-bool commandFault(Fault fault) {
-  return fault >= Fault::kNotFinite;
-}
-
-/// The device must notice, or the fault must be without effect.
-bool Campaign::watch(Fault fault, FaultTally& tally) {
-  const bool grows = start(fault);
-  int effective_since = grows ? -1 : 0;
-  double worst = 0;
-  for (int k = 0; k < (grows ? kGrowthPatience : kPatience); ++k) {
-    keepUp(fault, k);
-    rig_.tick();
-    if (effective_since < 0 && rig_.countError(string_) > kEffective) effective_since = k;
-    worst = std::max(worst, rig_.poseError());
-    const bool limited = rig_.spidar.flags() & (kForceClamped | kTorqueClamped | kCommandStale);
-    if (!(rig_.alarmed() || (commandFault(fault) && limited))) continue;
-    tally.detect_ms.push_back(effective_since < 0 ? 0 : k - effective_since + 1);
-    return true;
-  }
-  if (worst < kHarmless || effective_since < 0) ++tally.harmless;
-  return false;
-}
-
-void Campaign::mend(Fault fault) {
-  rig_.command = Wrench{};
-  rig_.command_age = 0;
-  if (fault == Fault::kKill) rig_.bus.board(board_)->setPower(true);
-  rig_.plant.mend(string_);
-  if (fault == Fault::kUnplug) {
-    rig_.line.plugged = true;
-    // The recovery thread lives on the machine's clock, not on the line's.
-    for (int k = 0; k < 400 && rig_.sample.status == LinkStatus::kDisconnected; ++k) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      rig_.tick();
-    }
-  }
-  rig_.run(50);
-}
-
-FaultTally Campaign::inject(Fault fault) {
+/// An alarm is a row of ticks in which the device is not enabled, or says that something is wrong.
+FaultTally undisturbed(const char* device, double hours) {
   FaultTally tally;
-  if (!rig_.enabled() && !rig_.bringUp()) return tally;
-  rig_.setHand("wave");
-  const int lead = 1500 + pick(1500);
-  for (int k = 0; k < lead; ++k) {
-    move(rig_, k);
-    rig_.tick();
-  }
-  tally.detected = watch(fault, tally);
-  tally.injected = 1 - tally.harmless;
-  if (fault == Fault::kKill || fault == Fault::kUnplug) rig_.run(pick(60));
-  mend(fault);
-  // A disturbance that the device rode out needs no bring-up; whatever left its mark does.
-  const bool rode_out = rig_.enabled() && rig_.poseError() < kHarmless;
-  tally.recovered = tally.injected && (rode_out || rig_.bringUp());
-  if (tally.injected == 0 && !rode_out) rig_.bringUp();
-  return tally;
-}
-
-std::uint64_t runCampaigns(const char* device, unsigned seed, std::map<Fault, FaultTally>& tallies) {
   FaultRig rig(loadDevice(file(device)));
   rig.bringUp();
-  Campaign campaign(rig, seed);
-  for (int n = 0; n < kCampaigns; ++n)
-    for (int f = 0; f < static_cast<int>(Fault::kCount); ++f)
-      tallies[static_cast<Fault>(f)].add(campaign.inject(static_cast<Fault>(f)));
-  return rig.outOfBounds();
-}
-
-FaultTally wireFaults() {
-  std::map<Fault, FaultTally> tallies;
-  FaultTally all;
-  for (const char* device : {"spidar_g6x5r", "spidar_g6x4"})
-    all.out_of_bounds += static_cast<long>(runCampaigns(device, 1, tallies));
-  std::printf("# %-20s %8s %8s %8s %9s %8s\n", "fault", "injected", "detected", "harmless", "recovered",
-              "worst ms");
-  for (const auto& [fault, t] : tallies) {
-    const double worst = t.detect_ms.empty() ? 0 : *std::max_element(t.detect_ms.begin(), t.detect_ms.end());
-    std::printf("# %-20s %8d %8d %8d %9d %8.0f\n", kNames[static_cast<int>(fault)], t.injected, t.detected,
-                t.harmless, t.recovered, worst);
-    all.add(t);
-  }
-  return all;
-}
-
-/// An alarm is a row of ticks with one.
-FaultTally undisturbed() {
-  FaultTally tally;
-  FaultRig rig(loadDevice(file("spidar_g6x5r")));
-  rig.bringUp();
   bool before = false;
-  for (int k = 0; k < kUndisturbedTicks; ++k) {
-    if (k % 20000 == 0) rig.setHand("wave");
-    move(rig, k);
+  const long ticks = std::lround(hours * 3600 / FaultRig::kPeriod);
+  constexpr long kPath = 20000;
+  for (long k = 0; k < ticks; ++k) {
+    if (k % kPath == 0) rig.setHand(hardUse(static_cast<unsigned>(k / kPath + 1), kPath * FaultRig::kPeriod));
+    rig.command = hardCommand(static_cast<double>(k) * FaultRig::kPeriod);
     rig.tick();
     const bool now = rig.alarmed() || !rig.enabled();
     tally.alarms += now && !before;
     before = now;
   }
-  tally.quiet_hours = kUndisturbedTicks * FaultRig::kPeriod / 3600;
+  tally.quiet_hours = hours;
   tally.out_of_bounds = static_cast<long>(rig.outOfBounds());
   return tally;
 }
 
+struct DeviceRun {
+  std::map<std::string, FaultTally> by_kind;
+  FaultTally quiet;
+  long out_of_bounds = 0;
+};
+
+DeviceRun runDevice(const char* device, unsigned seed) {
+  DeviceRun run;
+  {
+    FaultRig rig(loadDevice(file(device)));
+    FaultCampaign campaign(rig, seed);
+    for (const FaultKind& kind : faultKinds()) {
+      const int trials = kind.name == std::string("unplugged") ? kUnplugged : kTrials;
+      for (int n = 0; n < trials; ++n) run.by_kind[kind.name].add(campaign.inject(kind));
+    }
+    run.out_of_bounds = static_cast<long>(rig.outOfBounds());
+  }
+  run.quiet = undisturbed(device, kWireHours);
+  return run;
+}
+
+void printTable(const std::map<std::string, FaultTally>& by_kind) {
+  std::printf("# %-20s %8s %8s %8s %6s %5s %9s %8s %8s %8s %8s\n", "fault", "injected", "detected", "harmless", "missed",
+              "idle", "recovered", "worst ms", "stale ms", "pose mm", "mJ");
+  for (const auto& [name, t] : by_kind) {
+    const double worst = t.detect_ms.empty() ? 0 : *std::max_element(t.detect_ms.begin(), t.detect_ms.end());
+    std::printf("# %-20s %8d %8d %8d %6d %5d %9d %8.0f %8.1f %8.1f %8.1f\n", name.c_str(), t.injected, t.detected, t.harmless,
+                t.missed, t.idle, t.recovered, worst, 1e3 * t.stale_force, 1e3 * t.pose_error, 1e3 * t.energy);
+  }
+}
+
 void faults() {
-  FaultTally all = wireFaults();
-  all.add(undisturbed());
+  const char* devices[] = {"spidar_g6x5r", "spidar_g6x4"};
+  DeviceRun runs[2];
+  std::thread other([&] { runs[1] = runDevice(devices[1], 2); });
+  runs[0] = runDevice(devices[0], 1);
+  other.join();
+  std::map<std::string, FaultTally> by_kind;
+  FaultTally all;
+  for (const DeviceRun& run : runs) {
+    for (const auto& [name, tally] : run.by_kind) by_kind[name].add(tally);
+    all.add(run.quiet);
+    all.out_of_bounds += run.out_of_bounds;
+  }
+  printTable(by_kind);
+  for (const auto& [name, tally] : by_kind) all.add(tally);
   all.add(twinFaults());
   std::sort(all.detect_ms.begin(), all.detect_ms.end());
+  const int counted = all.injected - all.harmless;
   figure("faults.injected", all.injected, "1");
-  figure("faults.detected", all.detected, "1");
-  figure("faults.recovered", all.recovered, "1");
+  figure("faults.kinds", static_cast<double>(by_kind.size()), "1");
+  figure("faults.detected_pct", 100.0 * all.detected / std::max(counted, 1), "%");
+  figure("faults.missed", all.missed, "1");
   figure("faults.harmless", all.harmless, "1");
+  figure("faults.idle", all.idle, "1");
+  figure("faults.recovered_pct", 100.0 * all.recovered / std::max(all.injected, 1), "%");
   figure("faults.detect_ms_p50", median(all.detect_ms), "ms");
   figure("faults.detect_ms_p99", all.detect_ms.empty() ? NAN : all.detect_ms[all.detect_ms.size() * 99 / 100],
          "ms");
-  figure("faults.false_alarms", all.alarms / all.quiet_hours, "1/h");
-  figure("faults.tension_out_of_bounds", static_cast<double>(all.out_of_bounds), "1");
+  figure("faults.force_on_stale_ms_max", 1e3 * all.stale_force, "ms");
+  figure("faults.energy_mj_max", 1e3 * all.energy, "mJ");
+  figure("faults.energy_bound_mj", 1e3 * faultEnergy(loadDevice(file(devices[0]))), "mJ");
+  figure("faults.quiet_hours", all.quiet_hours, "h");
+  figure("faults.false_alarms_per_h", static_cast<double>(all.alarms) / all.quiet_hours, "1/h");
+  figure("faults.out_of_bounds", static_cast<double>(all.out_of_bounds), "1");
+}
+
+/// What the driver says of wires whose delay is known, at opening and after a second of use [µs].
+void latency() {
+  double worst = 0;
+  for (const char* device : {"spidar_g6x5r", "spidar_g6x4"}) {
+    const DeviceDef def = loadDevice(file(device));
+    for (int tenths = 2; tenths <= 50; ++tenths) {
+      TwinPlant plant(def, {});
+      BoardBusEmulator bus(plant);
+      int id = 1;
+      for (const std::string& model : def.boards) bus.addBoard(model, id++);
+      const double delay_us = 100.0 * tenths;
+      bus.setAdapter({static_cast<std::int64_t>(1e3 * delay_us), 0, 0});
+      MemoryLine line(bus);
+      UartBoards driver(def, {}, "memory", [&line] { return std::make_unique<MemoryLink>(line); });
+      worst = std::max(worst, std::fabs(driver.linkReport().delay_us - delay_us));
+      const std::int64_t start = line.now_ns;
+      for (int k = 1; k <= 1000; ++k) {
+        line.now_ns = std::max<std::int64_t>(line.now_ns, start + k * 1000000ll);
+        driver.exchange({});
+      }
+      worst = std::max(worst, std::fabs(driver.linkReport().delay_us - delay_us));
+    }
+  }
+  figure("latency.measured_error_us_max", worst, "us");
 }
 
 void uart() {
@@ -283,6 +173,7 @@ void fuzz() {
 int main() {
   haptic::bench::uart();
   haptic::bench::fuzz();
+  haptic::bench::latency();
   haptic::bench::faults();
   return 0;
 }

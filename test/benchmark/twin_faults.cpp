@@ -77,7 +77,7 @@ haptic::bench::FaultTally haptic::bench::twinFaults() {
                         {TwinFaultKind::kJump, 0.1, "counter jumps 0.1 m"},
                         {TwinFaultKind::kSilence, 0, "board silent"}};
   constexpr int kPerKind = 80, kPatience = 2000;
-  int injected = 0, detected = 0, recovered = 0;
+  int injected = 0, detected = 0, recovered = 0, idle = 0;
   long out_of_bounds = 0;
   std::vector<double> delays;
   std::mt19937 random(1);
@@ -87,7 +87,10 @@ haptic::bench::FaultTally haptic::bench::twinFaults() {
     for (int trial = 0; trial < kPerKind; ++trial) {
       const int quiet = 600 + static_cast<int>(random() % 500);
       for (int i = 0; i < quiet; ++i) rig.tick(pushing(rig.twin.time()));
-      if (rig.device.state() != DeviceState::kEnabled) continue;
+      if (rig.device.state() != DeviceState::kEnabled) {
+        ++idle;
+        continue;
+      }
       rig.twin.inject({kind.kind, static_cast<int>(random() % 8), kind.size});
       ++injected;
       int ticks = 0;
@@ -116,7 +119,7 @@ haptic::bench::FaultTally haptic::bench::twinFaults() {
   out_of_bounds += rig.out_of_bounds;
 
   Rig quiet(def);
-  constexpr double kQuietHours = 0.25;
+  constexpr double kQuietHours = 0.05;
   long alarms = 0;
   for (long i = 0; i < static_cast<long>(kQuietHours * 3600 / kStep); ++i) {
     quiet.tick(pushing(quiet.twin.time()));
@@ -143,6 +146,8 @@ haptic::bench::FaultTally haptic::bench::twinFaults() {
   tally.injected = injected;
   tally.detected = detected;
   tally.recovered = recovered;
+  tally.idle = idle;
+  tally.missed = injected - detected;
   tally.detect_ms = delays;
   tally.out_of_bounds = out_of_bounds;
   tally.alarms = alarms;

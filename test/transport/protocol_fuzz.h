@@ -6,7 +6,7 @@
 
 #include "spidar_driver/emulator/memory_link.h"
 #include "spidar_driver/transport/count_unwrapper.h"
-#include "spidar_driver/transport/reply_collector.h"
+#include "spidar_driver/transport/reply_stream.h"
 #include "spidar_driver/transport/usb_packets.h"
 
 namespace haptic {
@@ -49,17 +49,19 @@ inline void fuzzOne(const std::uint8_t* bytes, std::size_t size) {
   size -= 2;
   AllPackets::decodeAll(shape, bytes, size);
 
-  ReplyCollector collector;
-  collector.begin();
-  for (int b = 0; b < boards; ++b)
-    collector.expect(headerByte(BoardCommand::kCurrent, b), replyBytes(shape, BoardCommand::kCurrent),
-                     1 + b % 2);
-  collector.feed(bytes, size);
-  std::size_t accounted = static_cast<std::size_t>(collector.foreign() + collector.surplus());
-  for (int b = 0; b < collector.size(); ++b) accounted += collector[b].received * collector[b].bytes;
-  if (accounted > size || (collector.sound() && accounted != size && collector.foreign() == 0)) std::abort();
+  ReplyStream stream;
+  for (int b = 0; b < boards; ++b) {
+    stream.know(headerByte(BoardCommand::kCurrent, b), replyBytes(shape, BoardCommand::kCurrent));
+    stream.know(headerByte(BoardCommand::kBoardInfo, b), replyBytes(shape, BoardCommand::kBoardInfo));
+  }
+  std::size_t taken = 0;
+  const auto take = [&taken](const std::uint8_t*, int n) { taken += static_cast<std::size_t>(n); };
+  stream.feed(bytes, size, take);
+  // Every byte is part of a reply, foreign, or waits for what follows it.
+  if (taken + stream.foreign() + static_cast<std::size_t>(stream.pending()) != size) std::abort();
+  stream.settle(take);
 
-  CountUnwrapper counter(1e6);
+  CountUnwrapper counter(CountUnwrapper::Limits{1e6, 5e7});
   for (std::size_t i = 0; i + 1 < size; i += 2)
     counter.accept(static_cast<std::int16_t>(bytes[i] | bytes[i + 1] << 8),
                    static_cast<std::int64_t>(i) * 500000);

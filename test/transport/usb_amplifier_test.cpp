@@ -88,8 +88,8 @@ TEST(UsbAmplifier, CountsUnwrapAndTheDriveStaysInsideItsBounds) {
     UsbAmplifier amplifier(device, model, 1000, std::move(pipe));
     const int sign = model == UsbModel::kSh4 ? -1 : 1;  // the SH4 counts backwards
     DeviceSample s;
-    for (int k = 1; k <= 2000; ++k) {
-      fake->counters[0] = 40 * k;  // wraps 16 bits once
+    for (int k = 1; k <= 4000; ++k) {
+      fake->counters[0] = 20 * k;  // wraps 16 bits once
       DriveCommand command;
       command.voltage = {0.1, -0.1, 1e30, 1e30, -1e30, -1e30, 0, 0};
       s = amplifier.exchange(command);

@@ -78,7 +78,7 @@ void Hand::sense(const HandInput& input, double h) noexcept {
   last_buttons_ = buttons_;
   buttons_ = input.sample.buttons;
   const Pose X_last = report_.X_BG;
-  report_.valid = device_.calibrated();
+  report_.valid = device_.poseValid();
   report_.X_BG = device_.pose();
   report_.V_BG = device_.twist();
   report_.opening = device_.opening();

@@ -41,6 +41,13 @@ std::string causeAdvice(const DeviceRecord& record) {
     const std::string known = record.calibrated ? "call recover, then enable_force" : kAgain;
     return "the boards were silent and answer again, the current stays zero: check plug and power, " + known;
   }
+  if (record.cause & kAnswersLost) return std::string(fault ? "no force" : "little force") +
+                                          ", because too many answers of the boards were lost: check cable, power and ground, "
+                                          "call recover, then enable_force";
+  if (record.cause & kDelayTooLong)
+    return "the wire had become too slow for force: set the adapter's latency timer to 1 ms, call recover, then enable_force";
+  if (record.cause & kCounterRestarted)
+    return std::string("a board started anew, its counters tell no lengths: check its power, ") + kAgain;
   if (record.cause & kEncoderJump || !record.calibrated) {
     if (record.suspect_string < 0) return std::string("a counter jumped: check cables and encoders, ") + kAgain;
     return "the counter of string " + std::to_string(record.suspect_string) + " jumped: check its encoder and cable, " + kAgain;
@@ -70,6 +77,13 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
   r.pose_residual = device.solution().residual;
   r.state = device.state();
   r.calibrated = device.calibrated();
+  r.pose_valid = device.poseValid();
+  r.pose_new = device.poseIsNew();
+  r.latched_ns = device.poseStamp() != 0 ? device.poseStamp() : stamp_ns;
+  r.delay = device.freshness().delay();
+  r.counts_age = device.freshness().age();
+  r.lost_share = device.freshness().lostShare();
+  r.stable_stiffness = device.stableStiffness();
   r.suspect_string = device.suspectString();
   r.suspects = device.health().suspects();
   r.suspect_error = device.health().suspectError();
@@ -82,6 +96,18 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
 std::string advice(const DeviceRecord& record, const std::string& device_name) {
   if (record.flags & kLinkLost)
     return "the boards do not answer, the current is zero: check plug and power; when they are back, call recover";
+  if (record.flags & kDelayTooLong) {
+    char text[200];
+    std::snprintf(text, sizeof text, "the wire's delay of %.1f ms leaves walls of at most %.2f N/mm stable, force is refused: "
+                  "set the adapter's latency timer to 1 ms", 1e3 * record.delay, 1e-3 * record.stable_stiffness);
+    return text;
+  }
+  if (record.flags & kAnswersLost) {
+    char text[160];
+    std::snprintf(text, sizeof text, "%.0f %% of the boards' answers are lost: check cable, power and ground, then call recover",
+                  100 * record.lost_share);
+    return text;
+  }
   if (const std::string text = causeAdvice(record); !text.empty()) return text;
   if (record.state == DeviceState::kUncalibrated)
     return "the pose is not known and the force is off: hold the grip at the home pose and call calibrate";

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/spidar/spidar.h"
 #include "haptic_core/spidar/tension_distribution.h"
 #include "haptic_core/spidar/wall_bound.h"
 
@@ -17,6 +18,7 @@ constexpr double kProbeShare = 0.1;    // of the greatest tension, where that is
 constexpr double kPoorSingular = 0.1;  // below, the pose is ten times less certain than the lengths
 constexpr double kRubbing = 3e-3;      // strings nearer than this touch when the grip turns [m]
 constexpr double kPromisedShare = 0.97;
+constexpr double kHandSpeed = 1;  // of a hand that goes along with a wrong force [m/s]
 
 Eigen::VectorXd singularValues(const StringKinematics& kinematics, const GripPose& pose) {
   const Eigen::MatrixXd A = kinematics.scaledStructure(pose);
@@ -273,6 +275,14 @@ std::string firstMotionTest(const DeviceDef& def) {
 
 }  // namespace
 
+double faultEnergy(const DeviceDef& def) {
+  const SpidarSettings limits;
+  const double reaction = limits.freshness.limit_s;
+  const double rise = std::min(reaction, def.max_force / limits.force_slew);
+  const double impulse = limits.force_slew * rise * (reaction - 0.5 * rise);
+  return std::max(impulse * impulse / (2 * def.grip_mass), impulse * kHandSpeed);
+}
+
 double segmentDistance(const Vector3& p0, const Vector3& p1, const Vector3& q0, const Vector3& q1) {
   const Vector3 u = p1 - p0, v = q1 - q0, w = p0 - q0;
   const double a = u.dot(u), b = u.dot(v), c = v.dot(v), d = u.dot(w), e = v.dot(w);
@@ -317,6 +327,10 @@ std::string checkDevice(const DeviceDef& def) {
   text +=
       "highest rate " + number(def.max_rate_hz, 0) + " Hz, delay " + number(1e6 * def.delay_s, 0) + " us\n";
   text += wallText(def);
+  const SpidarSettings limits;
+  text += "a fault puts at most " + number(1e3 * faultEnergy(def), 0) + " mJ into the hand: " + number(def.max_force, 1) +
+          " N, rising at " + number(limits.force_slew, 0) + " N/s, for the " + number(1e3 * limits.freshness.limit_s, 0) +
+          " ms for which counts may be old\n";
   text += firstMotionTest(def);
   for (const std::string& problem : r.problems) text += "problem: " + problem + "\n";
   if (r.problems.empty()) text += "no problem found\n";

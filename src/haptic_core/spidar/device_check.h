@@ -33,6 +33,10 @@ DeviceReport examineDevice(const DeviceDef& def);
 /// The report as text, with the first-motion test that settles signs and handedness.
 std::string checkDevice(const DeviceDef& def);
 
+/// Most that a fault may put into the hand within the reaction time [J]: the greatest wrong force, rising at the slew limit,
+/// for as long as counts may be old. The larger of a grip that nobody holds, J²/(2m), and a hand that goes along at 1 m/s.
+double faultEnergy(const DeviceDef& def);
+
 /// Least distance of the segments p0 p1 and q0 q1 [m].
 double segmentDistance(const Vector3& p0, const Vector3& p1, const Vector3& q0, const Vector3& q1);
 

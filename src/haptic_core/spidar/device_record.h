@@ -10,7 +10,8 @@ struct DeviceRecord {
   std::uint64_t tick = 0;
   std::int64_t stamp_ns = 0;  ///< steady clock at the start of the tick
   DeviceSample sample;
-  Pose X_BG;                        ///< grip; meaningless unless `calibrated`
+  Pose X_BG;                        ///< grip; meaningless unless `pose_valid`
+  std::int64_t latched_ns = 0;      ///< steady clock at the instant of the counts that the pose comes from
   Twist V_BG;                       ///< at G's origin, in B
   Wrench F_asked_B, F_achieved_B;   ///< on the hand at G's origin, in B, after the device's limits
   StringVector length, tension;     ///< [m], [N]
@@ -20,6 +21,12 @@ struct DeviceRecord {
   double pose_residual = 0;         ///< [m]
   DeviceState state = DeviceState::kUncalibrated;
   bool calibrated = false;
+  bool pose_valid = false;    ///< calibrated, and the counts are not older than the limit
+  bool pose_new = false;      ///< made in this tick
+  double delay = 0;           ///< mean age of the counts: the wire's part of the loop's delay [s]
+  double counts_age = 0;      ///< of the oldest board's counts [s]
+  double lost_share = 0;      ///< of the exchanges, in the last 50 ms [1]
+  double stable_stiffness = 0;  ///< largest wall that is stable in a relaxed hand with that delay [N/m]
   int suspect_string = -1;    ///< the one that disagrees most; -1: none
   std::uint32_t suspects = 0;  ///< bit per string that may be the one
   double suspect_error = 0;   ///< measured minus true length of it [m]

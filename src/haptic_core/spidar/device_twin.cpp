@@ -28,7 +28,6 @@ void DeviceTwin::latch(DeviceSample& sample) noexcept {
     sample.counts[i] = settings_.first_count +
                        static_cast<std::int64_t>(
                            std::llround((length[i] - home_length_[i]) / def_.strings[i].length_per_count));
-  sample.stamp_ns = static_cast<std::int64_t>(std::llround(time_ * 1e9));
   latched_ = grip_;
   latched_twist_ = V_BG_;
 }
@@ -66,9 +65,10 @@ void DeviceTwin::latchFault(DeviceSample& sample) noexcept {
       count = fault_count_ - counts(fault_.size * fault_time_);
       break;
     case TwinFaultKind::kSilence: {
-      const std::uint32_t age = answered_.age_ticks + 1;
       sample = answered_;
-      sample.age_ticks = age;
+      ++sample.age_ticks;
+      sample.age_us += static_cast<std::uint32_t>(1e6 * settings_.period);
+      sample.lost = 1;
       sample.status = LinkStatus::kStale;
       break;
     }

@@ -54,6 +54,7 @@ class DeviceTwin : public Transport {
   DeviceSample exchange(const DriveCommand& command) noexcept override;  ///< (in realtime)
   void zeroDrive() noexcept override { command_ = DriveCommand{}; }
   double maxRateHz() const override { return 1 / settings_.period; }
+  const Pose* truth() const noexcept override { return &latched_.X_BG; }
 
   void setHandTarget(const HandTarget& target) noexcept {
     target_.write(target);

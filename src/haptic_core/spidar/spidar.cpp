@@ -52,15 +52,16 @@ Spidar::Spidar(const DeviceDef& def, const SpidarSettings& settings)
       kinematics_(def),
       distribution_(def, kinematics_),
       health_(def, settings.health),
+      freshness_(settings.freshness),
       max_force_(def.max_force),
       max_torque_(def.max_torque) {
   const int n = kinematics_.strings();
   zero_length_ = StringVector::Zero(n);
   length_ = StringVector::Constant(n, std::nan(""));
+  told_ = StringVector::Zero(n);
   solution_.length_error = StringVector::Constant(n, std::nan(""));
   solution_.residual = std::nan("");
   distribution_.solve(Wrench{});
-  writeDrive(false);
 }
 
 void Spidar::calibrateAt(const GripPose& jig) noexcept {
@@ -99,6 +100,7 @@ void Spidar::startAt(const GripPose& pose) noexcept {
   opening_rate_ = 0;
   health_.forget();
   calibrated_ = true;
+  ramp_ = 0;  // the pose is another one: so may the wrench be
   if (state_ == DeviceState::kUncalibrated) state_ = DeviceState::kReady;
 }
 
@@ -113,7 +115,7 @@ DeviceRequests Spidar::takeRequests(const DeviceSample& sample) noexcept {
   DeviceRequests requests;
   requests.recover = recover_request_.exchange(false);
   requests.enable = enable_request_.exchange(-1);
-  if (sample.status == LinkStatus::kOk && sample.age_ticks == 0) {
+  if (sample.status == LinkStatus::kOk) {
     requests.calibrate = calibrate_request_.exchange(false);
     if (requests.calibrate) jig_.read(requests.jig);
   }
@@ -128,13 +130,10 @@ void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) 
     cause_ = 0;
     enabled_ = false;  // who recovers says that the cause is gone, not that a hand is ready for force
     health_.forget();
+    freshness_.forgetLosses();
   }
   if (requests.calibrate) calibrate(sample, requests.jig);
   if (requests.enable >= 0) enabled_ = requests.enable == 1;
-  if (enabled_ && state_ == DeviceState::kReady) {
-    state_ = DeviceState::kEnabled;
-    ramp_ = 0;
-  }
   if (!enabled_ && (state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced)) {
     state_ = DeviceState::kReady;
     cause_ = 0;
@@ -147,15 +146,17 @@ void Spidar::enterFault(bool zero_current) noexcept {
   zero_current_ = zero_current_ || zero_current;
 }
 
-bool Spidar::checkLink(const DeviceSample& sample, double h) noexcept {
-  const bool lost = sample.status == LinkStatus::kSilent || sample.status == LinkStatus::kDisconnected ||
-                    sample.age_ticks * h > settings_.sample_age_limit_s;
-  if (sample.age_ticks > 0 || sample.status == LinkStatus::kStale) flags_ |= kSampleStale;
-  if (lost) {
-    flags_ |= kLinkLost;
-    enterFault(true);
-  }
-  return !lost;
+void Spidar::reduce() noexcept {
+  if (state_ != DeviceState::kEnabled) return;
+  state_ = DeviceState::kReduced;
+  cause_ = flags_;
+}
+
+/// The counters no longer tell the strings' lengths.
+void Spidar::loseLengths(unsigned flag) noexcept {
+  flags_ |= flag;
+  calibrated_ = false;
+  enterFault(false);
 }
 
 /// Counts → lengths. False: they make no pose.
@@ -178,10 +179,31 @@ bool Spidar::takeLengths(const DeviceSample& sample, double elapsed) noexcept {
     case CountScreen::Verdict::kLost:
       break;
   }
-  flags_ |= kEncoderJump;
-  calibrated_ = false;  // the counters no longer tell the strings' lengths
-  enterFault(false);
+  loseLengths(kEncoderJump);
   return false;
+}
+
+/// The invariant: see freshness.h.
+void Spidar::checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept {
+  freshness_.take(sample, plausible, h);
+  if (sample.status != LinkStatus::kOk) flags_ |= kSampleStale;
+  if (freshness_.lossy()) flags_ |= kAnswersLost;
+  const bool in_time = presents() ? freshness_.carriesForce(h) : freshness_.fresh();
+  const bool silent = sample.status == LinkStatus::kSilent || sample.status == LinkStatus::kDisconnected;
+  if (silent || !in_time) flags_ |= kLinkLost;
+  if (silent || !in_time || freshness_.failing())
+    enterFault(true);
+  else if (freshness_.lossy())
+    reduce();
+}
+
+/// A slow wire: force only where a wall worth the name is stable. Once it is on, a fifth of slack keeps it.
+void Spidar::checkDelay(double h) noexcept {
+  stable_stiffness_ = freshness_.stableStiffness(def_.grip_damping, def_.delay_s, h);
+  const double share = stable_stiffness_ / freshness_.leastStiffness();
+  if (share >= 1) return;
+  flags_ |= kDelayTooLong;
+  if (presents() && share < 0.8) enterFault(false);
 }
 
 void Spidar::checkRate(double h) noexcept {
@@ -192,10 +214,6 @@ void Spidar::checkRate(double h) noexcept {
 }
 
 void Spidar::updatePose(const PoseSolution& solved, double h) noexcept {
-  if (solved.status != PoseStatus::kConverged) {
-    flags_ |= kPoseNotConverged;
-    return;
-  }
   const Pose &X0 = solution_.pose.X_BG, &X1 = solved.pose.X_BG;
   // Angle of R1 R0ᵀ from its skew part: exact to θ³/6, and θ < 0.1 rad per tick.
   const Matrix3 turn = X1.R * X0.R.transpose();
@@ -208,33 +226,57 @@ void Spidar::updatePose(const PoseSolution& solved, double h) noexcept {
   solution_ = solved;
 }
 
-void Spidar::checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept {
+StringVerdict Spidar::checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept {
   const StringVerdict verdict = health_.judge(solved, length_, kinematics_, last, h);
-  if (verdict == StringVerdict::kTrue) return;
+  if (verdict == StringVerdict::kTrue) return verdict;
   flags_ |= kResidualHigh;
-  const bool presents = state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced;
-  if (verdict == StringVerdict::kBroken || (verdict == StringVerdict::kNamed && presents)) enterFault(false);
-  if (state_ != DeviceState::kEnabled) return;
-  state_ = DeviceState::kReduced;
-  cause_ = flags_;
+  if (verdict == StringVerdict::kBroken || (verdict == StringVerdict::kNamed && presents())) enterFault(false);
+  reduce();
+  return verdict;
 }
 
 void Spidar::sense(const DeviceSample& sample, double h, const DeviceRequests& requests) noexcept {
   flags_ = 0;
+  pose_is_new_ = false;
   buttons_ = sample.buttons;
   follow(requests, sample);
   checkRate(h);
-  if (!checkLink(sample, h)) return;
   since_counts_ += h;
-  if (sample.age_ticks > 0) return;
-  const double elapsed = since_counts_;
-  since_counts_ = 0;
-  if (!calibrated_ || !takeLengths(sample, elapsed)) return;
+  since_pose_ += h;
+  if (sample.status == LinkStatus::kRestarted) loseLengths(kCounterRestarted);
+  bool plausible = sample.status == LinkStatus::kOk;
+  if (plausible) {
+    plausible = !calibrated_ || (takeLengths(sample, since_counts_) && takePose(sample, since_counts_));
+    since_counts_ = 0;
+  }
+  checkFreshness(sample, plausible, h);
+  checkDelay(h);
+  if (enabled_ && state_ == DeviceState::kReady && !(flags_ & kDelayTooLong) && freshness_.carriesForce(h)) {
+    state_ = DeviceState::kEnabled;
+    ramp_ = 0;
+  }
+}
+
+/// False: these counts make no pose. Lengths that contradict each other make none yet: a disturbed reading is gone in the
+/// next tick; what lasts is judged by then, and followed at a reduced force.
+bool Spidar::takePose(const DeviceSample& sample, double elapsed) noexcept {
   if (health_.corrections() > 0) flags_ |= kStringCorrected;
   const GripPose last = solution_.pose;
   const PoseSolution solved = kinematics_.solvePose(length_, last);
-  updatePose(solved, elapsed);
-  checkResidual(solved, last, elapsed);
+  const bool doubtful = !(solved.residual <= settings_.health.residual_limit);
+  if (checkResidual(solved, last, elapsed) == StringVerdict::kTrue && doubtful) {
+    flags_ |= kPoseHeld;
+    return false;
+  }
+  if (solved.status != PoseStatus::kConverged) {
+    flags_ |= kPoseNotConverged;
+    return false;
+  }
+  updatePose(solved, since_pose_);
+  since_pose_ = 0;
+  pose_is_new_ = true;
+  pose_stamp_ns_ = sample.stamp_ns;
+  return true;
 }
 
 Wrench Spidar::limited(Wrench F_G_B, double h, double command_age) noexcept {
@@ -260,8 +302,8 @@ Wrench Spidar::limited(Wrench F_G_B, double h, double command_age) noexcept {
   ramp_ = std::min(1.0, ramp_ + h / settings_.enable_ramp_s);
   scale *= ramp_ * heat_share_;
   if (heat_share_ < 1) flags_ |= kMotorHot;
-  const bool presents = state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced;
-  if (!presents) scale = 0;
+  if (!presents()) scale = 0;
+  if (scale == 0) ramp_ = 0;  // every way back into force is a ramp
   if (scale < 1) flags_ |= kFaded;
   F_G_B = F_G_B * scale;
   const bool slewed_force = limitRise(F_G_B.force, asked_.force, settings_.force_slew * h);
@@ -272,35 +314,32 @@ Wrench Spidar::limited(Wrench F_G_B, double h, double command_age) noexcept {
 
 void Spidar::actuate(const Wrench& F_G_B, double grasp_force, double h, double command_age) noexcept {
   asked_ = limited(F_G_B, h, command_age);
-  const bool presents = state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced;
   double grasp = 0;
-  if (def_.dof == 7 && presents && std::isfinite(grasp_force))
+  if (def_.dof == 7 && presents() && std::isfinite(grasp_force))
     grasp = ramp_ * std::min(def_.max_force, std::max(-def_.max_force, grasp_force));
   if (calibrated_) distribution_.setStructure(kinematics_.scaledStructure(solution_.pose));
   const TensionReport& report = distribution_.present(asked_, grasp);
   const double size =
       std::sqrt(asked_.force.squaredNorm() + std::pow(asked_.torque.norm() / kinematics_.knotRadius(), 2));
-  if (presents && report.error > kPresentableShare * size + 0.1) flags_ |= kNotPresentable;
+  if (presents() && report.error > kPresentableShare * size + 0.1) flags_ |= kNotPresentable;
   if (report.at_max) flags_ |= kTensionAtMax;
   heat_share_ = health_.heat(report.tension, h);
-  writeDrive(zero_current_);
+  writeDrive(zero_current_, h);
 }
 
-void Spidar::writeDrive(bool zero_current) noexcept {
+void Spidar::writeDrive(bool zero_current, double h) noexcept {
   const StringVector& tension = distribution_.report().tension;
   drive_ = DriveCommand{};
+  if (zero_current) told_.setZero();
   for (int i = 0; i < kinematics_.strings() && !zero_current; ++i) {
     const StringDef& s = def_.strings[i];
     // Without a pose no tension but the least makes sense; with one, balanced tensions do not push the grip.
     const double wanted = calibrated_ ? tension[i] : s.min_tension;
-    drive_.voltage[i] = std::min(std::max(wanted, s.min_tension), s.max_tension) * s.volt_per_newton;
+    const double most = std::min(s.max_tension, std::max(told_[i], s.min_tension) + settings_.tension_slew * h);
+    if (wanted > most && most < s.max_tension) flags_ |= kSlewLimited;
+    told_[i] = std::min(std::max(wanted, s.min_tension), most);
+    drive_.voltage[i] = told_[i] * s.volt_per_newton;
   }
-}
-
-StringVector Spidar::toldTension() const noexcept {
-  StringVector tension(kinematics_.strings());
-  for (int i = 0; i < tension.size(); ++i) tension[i] = drive_.voltage[i] / def_.strings[i].volt_per_newton;
-  return tension;
 }
 
 }  // namespace haptic

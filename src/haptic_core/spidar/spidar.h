@@ -1,8 +1,8 @@
 /// One device: encoder counts in, grip pose and twist out; wrench in, drive voltages out.
 ///
-/// Per tick: `sense` (counts → lengths → pose → twist, health), then `actuate` (NaN gate, clamps, age, fade,
-/// ramp, slew → tension distribution → clamp per string → volts). Both are real-time; no step is skipped by
-/// any state, so the drive is defined for whatever comes in.
+/// Per tick: `sense` (freshness → counts → lengths → pose → twist, health), then `actuate` (NaN gate, clamps, age, fade,
+/// ramp, slew → tension distribution → clamp and rate limit per string → volts). Both are real-time; no step is skipped
+/// by any state, so the drive is defined for whatever comes in. The invariant that ties force to counts: freshness.h.
 #pragma once
 #include <atomic>
 
@@ -11,6 +11,7 @@
 #include "haptic_core/base/latest_value.h"
 #include "haptic_core/spidar/calibration.h"
 #include "haptic_core/spidar/device_requests.h"
+#include "haptic_core/spidar/freshness.h"
 #include "haptic_core/spidar/string_health.h"
 #include "haptic_core/spidar/string_kinematics.h"
 #include "haptic_core/spidar/tension_distribution.h"
@@ -40,12 +41,16 @@ enum DeviceFlag : unsigned {
   kCommandStale = 1u << 7,      ///< no fresh wrench within the age limit
   kTorqueIgnored = 1u << 8,     ///< a point grip was asked for torque
   kPoseNotConverged = 1u << 9,  ///< the pose of the tick before is kept
-  kSampleStale = 1u << 10,      ///< counts older than one tick
-  kLinkLost = 1u << 11,         ///< silent or disconnected: zero current
+  kSampleStale = 1u << 10,      ///< no new counts of every board in this tick
+  kLinkLost = 1u << 11,         ///< silent, disconnected or counts too old: zero current
   kEncoderJump = 1u << 12,      ///< a counter jumped: corrected (kStringCorrected), or the lengths are lost
   kResidualHigh = 1u << 13,     ///< lengths contradict each other: slack, slip or break
   kOverRate = 1u << 14,         ///< ticks shorter than the wire's least period
   kMotorHot = 1u << 15,         ///< heat model: the wrench is faded
+  kAnswersLost = 1u << 16,      ///< more answers are lost than a sound wire loses: reduced, then no force
+  kDelayTooLong = 1u << 17,     ///< the wire's delay leaves no stable wall worth the name: force is refused
+  kPoseHeld = 1u << 18,         ///< the counts contradict each other, for how long nobody knows yet: the pose waits
+  kCounterRestarted = 1u << 19, ///< a board started anew or a counter jumped: calibrate
   kStringCorrected = 1u << 20,  ///< an encoder slipped since the last calibration and was corrected
   kCountRefused = 1u << 21,     ///< a count that no string can have made was replaced, or the pose of before kept
 };
@@ -59,10 +64,12 @@ struct SpidarSettings {
   double torque_slew = 60;     ///< rise of the torque per second [N·m/s]
   double command_age_limit_s = 0.03;  ///< an older wrench decays: its sender died or hangs
   double command_decay_s = 0.02;      ///< from the age limit to minimum tension
-  double sample_age_limit_s = 0.02;   ///< counts older than this: the board is silent
+  double tension_slew = 5000;         ///< rise of one string's tension per second [N/s], beside the clamp: whatever
+                                      ///< goes wrong above, 10 N take 2 ms. Falling is not limited
   double reduced_force = 1;           ///< clamp in state kReduced [N]
   bool refuse_over_rate = false;      ///< true on hardware: a rate above the wire's is a fault, not a remark
   HealthSettings health;
+  FreshnessSettings freshness;
 };
 
 class Spidar {
@@ -117,7 +124,13 @@ class Spidar {
 
   // Results of the last tick; the same thread as `sense`.
   DeviceState state() const noexcept { return state_; }
-  bool calibrated() const noexcept { return calibrated_; }  ///< the pose means something
+  bool calibrated() const noexcept { return calibrated_; }  ///< the strings' lengths are known
+  bool poseValid() const noexcept { return calibrated_ && freshness_.fresh(); }  ///< the pose means something now
+  std::int64_t poseStamp() const noexcept { return pose_stamp_ns_; }  ///< of the counts that the pose comes from
+  bool poseIsNew() const noexcept { return pose_is_new_; }            ///< it was made in this tick
+  const Freshness& freshness() const noexcept { return freshness_; }
+  /// Largest wall [N/m] that is stable in a relaxed hand with the delay that the wire has now.
+  double stableStiffness() const noexcept { return stable_stiffness_; }
   const Pose& pose() const noexcept { return solution_.pose.X_BG; }
   const Twist& twist() const noexcept { return twist_; }  ///< V_BG: filtered, at G's origin, in B
   double opening() const noexcept { return solution_.pose.opening; }
@@ -128,7 +141,7 @@ class Spidar {
   const TensionReport& tension() const noexcept { return distribution_.report(); }
   const Wrench& askedWrench() const noexcept { return asked_; }  ///< after all limits
   const Wrench& achievedWrench() const noexcept { return distribution_.report().F_G_B; }
-  StringVector toldTension() const noexcept;  ///< what the motors are told, in the next exchange [N]
+  const StringVector& toldTension() const noexcept { return told_; }  ///< what the motors are told, in the next exchange [N]
   unsigned flags() const noexcept { return flags_; }
   /// The flags of the tick that led to kFault or kReduced; 0 in the other states.
   unsigned causeFlags() const noexcept { return cause_; }
@@ -145,20 +158,26 @@ class Spidar {
   void calibrate(const DeviceSample& sample, const GripPose& jig) noexcept;
   void placeExits(const double* numbers);
   void startAt(const GripPose& pose) noexcept;
-  bool checkLink(const DeviceSample& sample, double h) noexcept;
   bool takeLengths(const DeviceSample& sample, double elapsed) noexcept;
+  bool takePose(const DeviceSample& sample, double elapsed) noexcept;
+  void checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept;
+  void checkDelay(double h) noexcept;
+  void loseLengths(unsigned flag) noexcept;
+  bool presents() const noexcept { return state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced; }
   void updatePose(const PoseSolution& solved, double h) noexcept;
-  void checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept;
+  StringVerdict checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept;
   void checkRate(double h) noexcept;
   void enterFault(bool zero_current) noexcept;
+  void reduce() noexcept;
   Wrench limited(Wrench F_G_B, double h, double command_age) noexcept;
-  void writeDrive(bool zero_current) noexcept;
+  void writeDrive(bool zero_current, double h) noexcept;
 
   DeviceDef def_;
   SpidarSettings settings_;
   StringKinematics kinematics_;
   TensionDistribution distribution_;
   StringHealth health_;
+  Freshness freshness_;
   std::atomic<bool> calibrate_request_{false}, recover_request_{false};
   std::atomic<int> enable_request_{-1};
   std::atomic<double> fade_{1.0};
@@ -166,13 +185,17 @@ class Spidar {
 
   double max_force_ = 0, max_torque_ = 0;  ///< clamps on the wrench [N], [N·m]
   DeviceState state_ = DeviceState::kUncalibrated;
-  bool calibrated_ = false, zero_current_ = false, enabled_ = false;
+  bool calibrated_ = false, zero_current_ = false, enabled_ = false, pose_is_new_ = false;
+  std::int64_t pose_stamp_ns_ = 0;
   StringVector zero_length_;  ///< length at count 0 [m]
   StringVector length_;
   PoseSolution solution_;
   Twist twist_;
-  double opening_rate_ = 0, ramp_ = 0, heat_share_ = 1, since_counts_ = 0;
+  double opening_rate_ = 0, ramp_ = 0, heat_share_ = 1;
+  double stable_stiffness_ = 0;
+  double since_counts_ = 0, since_pose_ = 0;  ///< since the last counts of every board, and the last pose [s]
   Wrench asked_;
+  StringVector told_;  ///< tensions of drive_ [N]; zero without current
   DriveCommand drive_;
   unsigned flags_ = 0, cause_ = 0, buttons_ = 0;
 };

@@ -50,8 +50,10 @@ void Spidar::save(std::vector<double>& out) const {
               ramp_,
               heat_share_,
               since_counts_,
-              fade_.load(),
+              since_pose_,
+              static_cast<double>(pose_stamp_ns_),  // whole up to 2⁵³ ns, 104 days
               static_cast<double>(cause_),
+              fade_.load(),
               solution_.residual,
               solution_.pose.opening,
               static_cast<double>(solution_.iterations),
@@ -63,7 +65,9 @@ void Spidar::save(std::vector<double>& out) const {
   put(out, zero_length_.data(), n);
   put(out, length_.data(), n);
   put(out, solution_.length_error.data(), n);
+  put(out, told_.data(), n);
   health_.save(out);
+  freshness_.save(out);
   out.resize(out.size() + 2 * static_cast<std::size_t>(n));
   distribution_.saveActiveSet(out.data() + out.size() - 2 * n);
 }
@@ -84,8 +88,9 @@ void Spidar::placeExits(const double* numbers) {
 
 void Spidar::restore(const std::vector<double>& memory) {
   const int n = kinematics_.strings();
-  constexpr int kHead = 18;
-  const std::size_t expected = kHead + 3 * n + kPoseNumbers + 12 + 3 * n + StringHealth::numbers(n) + 2 * n;
+  constexpr int kHead = 20;
+  const std::size_t expected = kHead + 3 * n + kPoseNumbers + 12 + 4 * n + StringHealth::numbers(n) +
+                               Freshness::kMemoryNumbers + 2 * n;
   if (memory.size() != expected || memory[0] != n) {
     throw SetupError(def_.name, "the saved memory is of another device or version", "use the description it was saved with");
   }
@@ -102,8 +107,10 @@ void Spidar::restore(const std::vector<double>& memory) {
   ramp_ = *in++;
   heat_share_ = *in++;
   since_counts_ = *in++;
-  fade_ = *in++;
+  since_pose_ = *in++;
+  pose_stamp_ns_ = static_cast<std::int64_t>(*in++);
   cause_ = static_cast<unsigned>(*in++);
+  fade_ = *in++;
   solution_.residual = *in++;
   solution_.pose.opening = *in++;
   solution_.iterations = static_cast<int>(*in++);
@@ -118,7 +125,8 @@ void Spidar::restore(const std::vector<double>& memory) {
   take(in, length_.data(), n);
   solution_.length_error.resize(n);
   take(in, solution_.length_error.data(), n);
-  in = health_.restore(in);
+  take(in, told_.data(), n);
+  in = freshness_.restore(health_.restore(in));
   distribution_.restoreActiveSet(in);  // a guess that may decide the last bit
   distribution_.setStructure(kinematics_.scaledStructure(solution_.pose));
 }

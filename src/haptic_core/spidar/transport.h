@@ -11,14 +11,22 @@ struct DriveCommand {
   std::array<double, kMaxStrings> voltage{};  ///< [V] per channel, sign included; 0 = no current
 };
 
-enum class LinkStatus : std::uint8_t { kOk, kStale, kSilent, kDisconnected };
+enum class LinkStatus : std::uint8_t {
+  kOk,            ///< new counts of every board
+  kStale,         ///< not of every board; the others' are the last ones
+  kSilent,        ///< a board is silent, or being taught anew: currents are zero
+  kDisconnected,  ///< the line is gone
+  kRestarted,     ///< a counter started anew: what was known of the strings' lengths is lost
+};
 
 /// What one exchange brought. `counts` are unwrapped; boards answer before they execute, so they belong to the
 /// instant `stamp_ns` and the tensions of the command before.
 struct DeviceSample {
   std::array<std::int64_t, kMaxStrings> counts{};
-  std::int64_t stamp_ns = 0;      ///< steady clock at the latch
-  std::uint32_t age_ticks = 0;    ///< 0: fresh; n: the counts are those of n exchanges ago
+  std::int64_t stamp_ns = 0;      ///< steady clock at the latch of the oldest counts; 0: as the exchange began (simulated)
+  std::uint32_t age_ticks = 0;    ///< the oldest counts answer the question of so many exchanges ago; 0: of this one
+  std::uint32_t age_us = 0;       ///< from that latch to the end of this exchange [µs]
+  std::uint16_t lost = 0;         ///< exchanges that, as this one found, stay without an answer of some board
   std::uint32_t buttons = 0;      ///< bit per grip button
   LinkStatus status = LinkStatus::kOk;
 };
@@ -28,10 +36,12 @@ class Transport {
  public:
   virtual ~Transport() = default;
   /// (in realtime: no heap, no lock; I/O is the transport's own) Hands over `command`, returns the counts.
-  /// Never throws; a lost answer is a sample with age > 0 and the last counts.
+  /// Never throws; without an answer the sample has the last counts, their age, and a status other than kOk.
   virtual DeviceSample exchange(const DriveCommand& command) noexcept = 0;
   virtual void zeroDrive() noexcept = 0;   ///< all currents to zero, at once; called on every way out
   virtual double maxRateHz() const = 0;    ///< highest rate the wire carries [Hz]
+  /// (in realtime) Where the grip truly was at the last latch, for who measures errors; null: hardware, nobody knows.
+  virtual const Pose* truth() const noexcept { return nullptr; }
 };
 
 }  // namespace haptic

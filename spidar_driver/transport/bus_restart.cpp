@@ -1,0 +1,132 @@
+#include "spidar_driver/transport/bus_restart.h"
+
+#include <algorithm>
+
+namespace haptic {
+namespace {
+
+constexpr std::int64_t kMs = 1000000;
+constexpr std::int64_t kQuietNs = 20 * kMs;      // longer than the slowest adapter's burst of 16 ms
+constexpr std::int64_t kPatienceNs = 200 * kMs;  // for silence; then the line is noisy
+constexpr std::int64_t kAnswerNs = 40 * kMs;     // for an answer: two bursts
+constexpr int kTries = 2;
+constexpr std::int64_t kBoardDelayNs = 25000;    // of the firmware, from header to reply
+constexpr int kFifoBytes = 6;                    // a board looks at its FIFO when it is ¾ full
+
+}  // namespace
+
+std::int64_t BusRestart::questionTime(std::int64_t byte_ns) {
+  return (kFifoBytes + kInfoBytes) * byte_ns + kBoardDelayNs;
+}
+
+void BusRestart::prepare(const std::vector<FoundBoard>& boards, const std::vector<std::uint8_t>& zero_drive,
+                         std::int64_t byte_ns) {
+  boards_ = boards;
+  byte_ns_ = byte_ns;
+  zero_.assign(kResyncZeros, 0);
+  const std::vector<std::uint8_t> lesson = lengthLesson(boards, kResyncZeros);
+  zero_.insert(zero_.end(), lesson.begin(), lesson.end());
+  zero_.insert(zero_.end(), zero_drive.begin(), zero_drive.end());
+  first_question_.clear();
+  question_.clear();
+  for (const FoundBoard& b : boards) {
+    first_question_.push_back(infoQuestion(b.id, kResyncZeros));
+    question_.push_back(infoQuestion(b.id, 0));
+    stream_.know(headerByte(BoardCommand::kBoardInfo, b.id), kInfoBytes);
+  }
+}
+
+BusRestart::Step BusRestart::step(ByteLink& link, std::int64_t deadline_ns) noexcept {
+  switch (phase_) {
+    case Phase::kZero:
+      since_ns_ = heard_ns_ = link.now() + static_cast<std::int64_t>(zero_.size()) * byte_ns_;
+      asked_ = tries_ = trips_ = 0;
+      phase_ = Phase::kQuiet;
+      return link.write(zero_.data(), zero_.size()) ? Step::kWorking : Step::kGone;
+    case Phase::kQuiet:
+      return quiet(link, deadline_ns);
+    case Phase::kAsk: {
+      const std::size_t board = static_cast<std::size_t>(asked_) % boards_.size();
+      const auto& question = asked_ < static_cast<int>(boards_.size()) ? first_question_[board] : question_[board];
+      answered_ = false;
+      since_ns_ = link.now();
+      phase_ = Phase::kListen;
+      if (!link.write(question.data(), question.size())) return Step::kGone;
+      return listen(link, deadline_ns);
+    }
+    case Phase::kListen:
+      return listen(link, deadline_ns);
+  }
+  return Step::kWorking;
+}
+
+BusRestart::Step BusRestart::quiet(ByteLink& link, std::int64_t deadline_ns) noexcept {
+  if (!hear(link, deadline_ns)) return Step::kGone;
+  const std::int64_t now = link.now();
+  if (now - since_ns_ > kPatienceNs) {
+    giveUp(Trouble::kNoisy, -1);
+  } else if (now - heard_ns_ >= kQuietNs) {
+    stream_.forget();
+    phase_ = Phase::kAsk;
+  }
+  return Step::kWorking;
+}
+
+/// Takes in what comes; remembers when, and whether it answers the question that is open.
+bool BusRestart::hear(ByteLink& link, std::int64_t deadline_ns) noexcept {
+  constexpr int kReads = 8;  // 2 kB at most: more than a wire carries in 8 ms
+  const auto take = [this](const std::uint8_t* bytes, int size) {
+    const FoundBoard& board = boards_[static_cast<std::size_t>(asked_) % boards_.size()];
+    InfoReply info;
+    if (!decodeInfo(bytes, size, board.id, info)) return;
+    answered_ = true;
+    right_ = info.model == static_cast<int>(board.shape->model);
+  };
+  std::array<std::uint8_t, 256> in;
+  for (int i = 0; i < kReads; ++i) {
+    const bool ready = phase_ == Phase::kListen && (answered_ || stream_.complete());
+    const int got = link.read(in.data(), in.size(), ready ? 0 : deadline_ns);
+    if (got < 0) return false;
+    if (got == 0) break;
+    heard_ns_ = link.now();
+    stream_.feed(in.data(), static_cast<std::size_t>(got), take);
+  }
+  stream_.settle(take);
+  return true;
+}
+
+BusRestart::Step BusRestart::listen(ByteLink& link, std::int64_t deadline_ns) noexcept {
+  if (!hear(link, deadline_ns)) return Step::kGone;
+  const int boards = static_cast<int>(boards_.size());
+  const FoundBoard& board = boards_[static_cast<std::size_t>(asked_ % boards)];
+  if (answered_ && !right_) {
+    giveUp(Trouble::kOtherBoard, board.id);
+  } else if (answered_) {
+    if (asked_ >= boards) trip_ns_[trips_++] = heard_ns_ - since_ns_;
+    tries_ = 0;
+    phase_ = Phase::kAsk;
+    if (++asked_ < kRounds * boards) return Step::kWorking;
+    measure();
+    trouble_ = Trouble::kNone;
+    return Step::kReady;
+  } else if (link.now() - since_ns_ > kAnswerNs) {
+    stream_.abandon();
+    phase_ = Phase::kAsk;
+    if (++tries_ == kTries) giveUp(Trouble::kSilentBoard, board.id);
+  }
+  return Step::kWorking;
+}
+
+void BusRestart::giveUp(Trouble trouble, int id) noexcept {
+  trouble_ = trouble;
+  trouble_id_ = id;
+  phase_ = Phase::kZero;
+}
+
+void BusRestart::measure() noexcept {
+  std::sort(trip_ns_.begin(), trip_ns_.begin() + trips_);
+  delay_ns_ = std::max<std::int64_t>(0, trip_ns_[trips_ / 2] - questionTime(byte_ns_));
+  jitter_ns_ = trip_ns_[trips_ - 1] - trip_ns_[0];
+}
+
+}  // namespace haptic

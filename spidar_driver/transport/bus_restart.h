@@ -1,0 +1,63 @@
+/// Brings boards that no longer obey back into step: zero current, silence, lengths, identity, delay.
+///
+/// A step is bounded in time, so that the real-time thread takes one per exchange; opening a line takes them in a loop.
+///   zero      256 zeros, SET_CMDLEN for every board, zero currents
+///   quiet     until nothing has come for longer than any adapter keeps bytes back
+///   questions BOARD_INFO, one at a time, each board several times: the right board, and the wire's round trip
+/// About 30 ms and twelve round trips; 0.5 s at the worst wire that carries a pose at all. A board that does not answer
+/// starts it over, with zero currents again.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "spidar_driver/transport/board_bus.h"
+#include "spidar_driver/transport/reply_stream.h"
+
+namespace haptic {
+
+class BusRestart {
+ public:
+  enum class Step : unsigned char { kWorking, kReady, kGone };
+  enum class Trouble : unsigned char { kNone, kSilentBoard, kOtherBoard, kNoisy };
+
+  /// Set-up. `zero_drive`: bytes that turn all motors off, in a cycle of their own.
+  void prepare(const std::vector<FoundBoard>& boards, const std::vector<std::uint8_t>& zero_drive, std::int64_t byte_ns);
+
+  void begin() noexcept { phase_ = Phase::kZero, trouble_ = Trouble::kNone; }  ///< (in realtime)
+  /// (in realtime) Listens until `deadline_ns` at most.
+  Step step(ByteLink& link, std::int64_t deadline_ns) noexcept;
+
+  /// Of the wire beyond its bytes' own time [ns]: median and spread of the last questions.
+  std::int64_t delay() const { return delay_ns_; }
+  std::int64_t jitter() const { return jitter_ns_; }
+  Trouble trouble() const { return trouble_; }    ///< what keeps it from being ready
+  int troubleBoard() const { return trouble_id_; }  ///< its id
+
+  /// Time on the wire of one BOARD_INFO and its reply [ns]: header in the receiver's FIFO, the board's 25 µs, 7 bytes.
+  static std::int64_t questionTime(std::int64_t byte_ns);
+
+ private:
+  enum class Phase : unsigned char { kZero, kQuiet, kAsk, kListen };
+  static constexpr int kRounds = 7;  ///< questions per board; the first, behind zeros, is not timed
+
+  Step quiet(ByteLink& link, std::int64_t deadline_ns) noexcept;
+  Step listen(ByteLink& link, std::int64_t deadline_ns) noexcept;
+  bool hear(ByteLink& link, std::int64_t deadline_ns) noexcept;
+  void giveUp(Trouble trouble, int id) noexcept;
+  void measure() noexcept;
+
+  std::vector<FoundBoard> boards_;
+  std::vector<std::uint8_t> zero_;
+  std::vector<std::vector<std::uint8_t>> first_question_, question_;
+  ReplyStream stream_;
+  Phase phase_ = Phase::kZero;
+  Trouble trouble_ = Trouble::kNone;
+  int trouble_id_ = -1, asked_ = 0, tries_ = 0;
+  bool answered_ = false, right_ = false;
+  std::int64_t byte_ns_ = 5000, since_ns_ = 0, heard_ns_ = 0, delay_ns_ = 0, jitter_ns_ = 0;
+  std::array<std::int64_t, kRounds * kMaxBoards> trip_ns_{};
+  int trips_ = 0;
+};
+
+}  // namespace haptic

@@ -1,0 +1,72 @@
+/// May a pose be shown and force be on? The one place that says so.
+///
+/// The invariant: force is on only while counts of *every* board, fresh and plausible, have arrived within the last
+/// `limit_s`, and while it will still be so when the command in the making has been replaced by the next. It is bounded in
+/// time, not in samples: what was computed from counts of t0 leaves with the next exchange and acts until the one after.
+/// Beside it: lost answers are a rate with a limit, and the age of the counts is the delay in the bound of wall_bound.h.
+#pragma once
+#include <algorithm>
+#include <vector>
+
+#include "haptic_core/spidar/transport.h"
+#include "haptic_core/spidar/wall_bound.h"
+
+namespace haptic {
+
+struct FreshnessSettings {
+  double limit_s = 0.02;        ///< counts older than this: no pose and no current. 20 ticks; a hand moves 20 mm in it
+  double lost_reduce = 0.1;     ///< share of the exchanges without an answer of every board: only a small force
+  double lost_fault = 0.5;      ///< likewise: none. A board that is deaf to half of its commands obeys nobody
+  double lost_time_s = 0.05;    ///< the share's low-pass: five losses in a row at 1 kHz make 10 %, 35 make 50 %
+  double delay_time_s = 0.25;   ///< the delay's low-pass: one late answer is no slower wire
+  double least_stiffness = 1e3; ///< [N/m] a wall softer than twice a relaxed hand (500 N/m) is none: force is refused
+};
+
+class Freshness {
+ public:
+  explicit Freshness(const FreshnessSettings& settings) : settings_(settings) {}
+
+  /// (in realtime) One exchange, h [s] after the last. `plausible`: no count moved as no string can.
+  void take(const DeviceSample& sample, bool plausible, double h) noexcept {
+    const double arrived = 1e-6 * sample.age_us;
+    age_ = sample.status == LinkStatus::kOk && plausible ? arrived : std::max(age_ + h, arrived);
+    const double lost = std::min(1.0, static_cast<double>(sample.lost));
+    lost_ += std::min(1.0, h / settings_.lost_time_s) * (lost - lost_);
+    if (known_)
+      delay_ += std::min(1.0, h / settings_.delay_time_s) * (age_ - delay_);
+    else if (sample.status == LinkStatus::kOk)
+      delay_ = arrived, known_ = true;
+  }
+
+  void forgetLosses() noexcept { lost_ = 0; }  ///< (in realtime) the user says that the cause is gone
+
+  bool fresh() const noexcept { return age_ <= settings_.limit_s; }  ///< a pose of these counts may be shown
+  /// What is computed now leaves h later, and its successor 2h later, with half a period for the wire.
+  bool carriesForce(double h) const noexcept { return age_ + kReach * h <= settings_.limit_s; }
+  bool lossy() const noexcept { return lost_ > settings_.lost_reduce; }
+  bool failing() const noexcept { return lost_ > settings_.lost_fault; }
+  double age() const noexcept { return age_; }        ///< of the oldest board's counts [s]
+  double lostShare() const noexcept { return lost_; } ///< of the exchanges [1]
+  double delay() const noexcept { return delay_; }    ///< mean age of the counts [s]: the wire's part of the loop's delay
+
+  /// Largest wall [N/m] that a relaxed hand on a device of this damping [N·s/m] keeps stable over this wire.
+  double stableStiffness(double device_damping, double known_delay, double h) const noexcept {
+    return largestWallStiffness(device_damping + kRelaxedHandDamping, 0, h, loopDelay(h, std::max(delay_, known_delay)));
+  }
+  double leastStiffness() const noexcept { return settings_.least_stiffness; }
+
+  void save(std::vector<double>& out) const { out.insert(out.end(), {age_, lost_, delay_, known_ ? 1.0 : 0.0}); }
+  const double* restore(const double* in) noexcept {
+    age_ = *in++, lost_ = *in++, delay_ = *in++, known_ = *in++ != 0;
+    return in;
+  }
+  static constexpr int kMemoryNumbers = 4;
+
+ private:
+  static constexpr double kReach = 2.5;  // [periods]
+  FreshnessSettings settings_;
+  double age_ = 1e9, lost_ = 0, delay_ = 0;
+  bool known_ = false;
+};
+
+}  // namespace haptic
