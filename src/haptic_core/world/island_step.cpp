@@ -42,6 +42,9 @@ void Pipeline::stepIslands(double h) noexcept {
     } else {
       const ImplicitReport& solved = implicit_->advance(island, h, second_order);
       report_.iterations = std::max(report_.iterations, solved.iterations);
+      report_.evaluations = std::max(report_.evaluations, solved.evaluations);
+      report_.factorisations = std::max(report_.factorisations, solved.factorisations);
+      report_.wrench_error = std::max(report_.wrench_error, solved.wrench_error);
       report_.residual = std::max(report_.residual, solved.residual);
       report_.fallbacks += solved.fell_back;
       report_.parts = std::max(report_.parts, solved.parts);

@@ -198,8 +198,9 @@ void Pipeline::step() noexcept {
   report_.flags = 0;
   report_.closure = 0;
   if (kFullWorld) clock_.start(report_.stages);
+  report_.evaluations = report_.factorisations = 0;
   if (kFullWorld) report_.iterations = report_.parts = report_.implicit_islands = report_.redone = report_.fallbacks = 0;
-  report_.residual = 0;
+  report_.residual = report_.wrench_error = 0;
   report_.substeps = 0;
   if (kFullWorld) std::fill(pointer_wrench_.begin(), pointer_wrench_.end(), Wrench{});
   if (kFullWorld && !joint_paths_.empty()) followJointPaths();

@@ -10,7 +10,7 @@
 #include "haptic_core/geometry/contact_workspace.h"
 #include "haptic_core/geometry/time_of_impact.h"
 #include "haptic_core/world/features.h"
-#include "haptic_core/world/implicit_step.h"
+#include "haptic_core/stepping/implicit_step.h"
 #include "haptic_core/world/joint_normals.h"
 #include "haptic_core/world/islands.h"
 #include "haptic_core/world/plan.h"

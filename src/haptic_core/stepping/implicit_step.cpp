@@ -1,4 +1,4 @@
-#include "haptic_core/world/implicit_step.h"
+#include "haptic_core/stepping/implicit_step.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,8 @@ constexpr double kNext = (1 - kGamma) / kGamma;
 constexpr double kJump = 0.5;
 /// A patch that grows or shrinks by more than this factor within a step is not smooth.
 constexpr double kGrowth = 2;
-constexpr int kMostHalvings = 5;
+constexpr int kMostHalvings = 0;
+constexpr int kMostPasses = 10;
 /// Changes of friction inside one step; what they leave is done as implicit Euler.
 constexpr int kMostEvents = 6;
 /// An instant is located when the load is this close to the limit, or the slip this small against what it was.
@@ -50,7 +51,8 @@ void ImplicitStep::begin(WorldState& state, const std::vector<int>& held_by) noe
 }
 
 const ImplicitReport& ImplicitStep::advance(const Island& island, double h, bool second_order) noexcept {
-  const int iterations = stage_.iterations, evaluations = stage_.evaluations;
+  const int iterations = stage_.iterations(), evaluations = stage_.evaluations;
+  const int factorisations = stage_.factorisations();
   report_ = ImplicitReport{};
   stage_.select(island);
   length_ = h;
@@ -64,9 +66,11 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, bool
   }
   report_.fell_back = second_order && left > 0;
   if (left > 0) euler(left, 0, 0);
-  report_.iterations = stage_.iterations - iterations;
+  report_.iterations = stage_.iterations() - iterations;
   report_.evaluations = stage_.evaluations - evaluations;
-  report_.residual = stage_.residual;
+  report_.factorisations = stage_.factorisations() - factorisations;
+  report_.residual = stage_.error;
+  report_.wrench_error = stage_.wrench_error;
   return report_;
 }
 
@@ -88,7 +92,7 @@ void ImplicitStep::euler(double h, double left, int depth) noexcept {
   const Island& island = stage_.island();
   setBase();
   for (int i = 0; i < island.pair_count; ++i) stage_.yielding[island.pairs[i]] = Yielding::kKeepsLimit;
-  const bool converged = stage_.solve(h, left);
+  const bool converged = stage_.solve(h, left, kMostPasses);
   if (!converged && depth < kMostHalvings) {
     euler(h / 2, left + h / 2, depth + 1);
     euler(h / 2, left, depth + 1);
@@ -211,7 +215,7 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
   const Island& island = stage_.island();
   const double g = kGamma * h, rest = (1 - kGamma) * h;
   setBase();
-  if (!stage_.solve(g, left + rest) || !isSmooth()) return false;
+  if (!stage_.solve(g, left + rest, kMostPasses) || !isSmooth()) return false;
   if (stage_.hasJoints()) {
     stage_.joints().startAccount();
     stage_.joints().account(stage_.v.data(), stage_.v.data(), rest);
@@ -238,7 +242,7 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
       stage_.v[i] = stage_.v_base[i] + g * acceleration_[i];
     }
   }
-  if (!stage_.solve(g, left) || !isSmooth()) return false;
+  if (!stage_.solve(g, left, kMostPasses) || !isSmooth()) return false;
   if (stage_.hasJoints()) stage_.joints().account(stage_.v.data(), stage_.v.data(), g);
   for (int n = 0; n < island.tree_count; ++n) {
     const PlanTree& tree = plan_.trees[island.trees[n]];
@@ -281,7 +285,6 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
     std::copy_n(stage_.v.begin() + tree.v, tree.model->nv(), state_->v.begin() + tree.v);
   }
   if (stage_.hasJoints()) stage_.joints().closeAccount(*state_);
-  if (settings_.energy_ledger) stage_.measureElastic();
   const double w = two_stages ? 1 - kGamma : 0;  // of the first stage's power, which memory_base holds
   int next = 0;
   for (int i = 0; i < island.pair_count; ++i) {

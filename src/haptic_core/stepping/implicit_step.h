@@ -15,14 +15,16 @@
 #pragma once
 #include <vector>
 
-#include "haptic_core/world/implicit_stage.h"
+#include "haptic_core/stepping/implicit_stage.h"
 
 namespace haptic {
 
 struct ImplicitReport {
   int iterations = 0;      ///< Newton steps, line searches not counted
-  int evaluations = 0;     ///< of all contacts
-  double residual = 0;     ///< speed of the last Newton step [m/s]
+  int evaluations = 0;     ///< of the exact geometry
+  int factorisations = 0;
+  double residual = 0;     ///< speed that is left to change [m/s]
+  double wrench_error = 0; ///< wrench that this leaves out of balance [N], moments over the body's size
   bool converged = true;
   bool fell_back = false;  ///< SDIRK2 was replaced by implicit Euler in a part of this step
   int parts = 0;           ///< solved one after the other: 1; more where friction changed inside, or after halving

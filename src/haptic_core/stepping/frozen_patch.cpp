@@ -1,0 +1,148 @@
+#include "haptic_core/stepping/frozen_patch.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+/// Depth that every point keeps, as a share of the mean: a point at 0 or below would answer no approach.
+constexpr double kLeastDepth = 1e-3;
+
+/// Eigenpairs of a symmetric positive semidefinite 2 × 2 matrix.
+struct Axes {
+  double value[2];
+  Vector2 axis[2];
+  explicit Axes(const Matrix2& C) {
+    const double mean = 0.5 * (C(0, 0) + C(1, 1)), half = 0.5 * (C(0, 0) - C(1, 1)), off = C(0, 1);
+    const double radius = std::sqrt(half * half + off * off);
+    value[0] = std::max(0.0, mean + radius);
+    value[1] = std::max(0.0, mean - radius);
+    const double angle = radius > 0 ? 0.5 * std::atan2(off, half) : 0.0;
+    axis[0] << std::cos(angle), std::sin(angle);
+    axis[1] << -axis[0].y(), axis[0].x();
+  }
+};
+
+}  // namespace
+
+void FrozenPatch::freeze(const ContactVolume& volume, const LocatedForce& force, const PairLaw& law, const Vector6& V,
+                         double g) noexcept {
+  g_ = g;
+  k_ = law.material.stiffness;
+  c_ = law.material.dissipation;
+  b_ = law.material.damping;
+  linear_ = law.pressure == PressureLaw::kLinear;
+  torsion_ = law.torsion;
+  friction_ = force.layer;
+  // Where the surface folds over, A0 counts parts of it negative; the volume over its extent is never more than the area.
+  const double area = std::max(volume.A0, volume.volume / volume.depth);
+  const Vector2 mean = volume.A1 / area;
+  const Axes axes(volume.A2 / area - mean * mean.transpose());
+  const double depth = volume.volume / area;
+  weight_ = 0.25 * area;
+  for (int j = 0; j < 2; ++j) {
+    const double root = std::sqrt(axes.value[j]), lean = root > 0 ? M_SQRT2 * mean.dot(axes.axis[j]) / root : 0.0;
+    for (int s = 0; s < 2; ++s) {
+      const double sign = s == 0 ? 1 : -1;
+      const Vector2 r = mean + sign * M_SQRT2 * root * axes.axis[j];
+      const int i = 2 * j + s;
+      x_[i] = r.x();
+      y_[i] = r.y();
+      depth_[i] = depth * std::max(kLeastDepth, 1 - sign * lean);
+      reach_[i] = depth_[i] + g * approachOf(V, i);
+    }
+  }
+  constant_.setZero();
+  Vector3 first;
+  sum(V, first);
+  const Wrench& F = force.F_BP_P;
+  constant_ = Vector3(force.normal_force, -F.torque.y(), F.torque.x()) - first;
+  reference_normal_ = force.normal_force;
+}
+
+void FrozenPatch::part(const Vector6& V) noexcept {
+  double inside = 0;
+  for (int i = 0; i < 4; ++i) inside = std::max(inside, reach_[i] - g_ * approachOf(V, i));
+  for (double& reach : reach_) reach -= inside;
+  constant_.setZero();
+}
+
+/// Force of a point over its weight, and how it falls with v_n, times g.
+double FrozenPatch::press(double v_n, double reach, double& slope) const noexcept {
+  const double open = reach - g_ * v_n;
+  slope = 0;
+  if (!(open > 0)) return 0;
+  if (linear_) {
+    const double p = k_ * open - b_ * v_n;
+    if (!(p > 0)) return 0;
+    slope = g_ * (k_ * g_ + b_);
+    return p;
+  }
+  const double factor = 1 - c_ * v_n;
+  if (!(factor > 0)) return 0;
+  slope = g_ * k_ * (g_ * factor + c_ * open);
+  return k_ * open * factor;
+}
+
+void FrozenPatch::sum(const Vector6& V, Vector3& first) const noexcept {
+  first = constant_;
+  for (int i = 0; i < 4; ++i) {
+    double slope;
+    const double p = weight_ * press(approachOf(V, i), reach_[i], slope);
+    first += p * Vector3(1, x_[i], y_[i]);
+  }
+}
+
+void FrozenPatch::evaluate(const Vector6& V, double limit, Force& out) const noexcept {
+  sum(V, out.first);
+  out.normal = std::max(0.0, out.first[0]);
+  const Vector3 f = friction_.at(slipRate(V), g_, limit).force;
+  out.F << out.first[2], -out.first[1], f[2], f[0], f[1], out.first[0];
+}
+
+Matrix6 FrozenPatch::tangent(const Vector6& V, double limit) const noexcept {
+  PatchMoments w;
+  for (int i = 0; i < 4; ++i) {
+    double slope;
+    press(approachOf(V, i), reach_[i], slope);
+    const Vector2 r(x_[i], y_[i]);
+    w.m0 += weight_ * slope;
+    w.m1 += weight_ * slope * r;
+    w.m2 += weight_ * slope * (r * r.transpose());
+  }
+  PatchTangent t;
+  t.damping = w;
+  t.compliant_area = friction_.at(slipRate(V), g_, limit).compliant_area;
+  t.tangential_damping = g_ * (g_ * friction_.stiffness + friction_.damping);
+  return t.combined(0, 1);
+}
+
+void FrozenPatch::carry(const Vector6& V, double limit, const Pose& X_AP, LocatedForce& out,
+                        double& elastic) const noexcept {
+  Force force;
+  evaluate(V, limit, force);
+  for (int i = 0; i < 4; ++i) {
+    const double d = std::max(0.0, reach_[i] - g_ * approachOf(V, i));
+    out.elastic_force += k_ * weight_ * (d - depth_[i]);
+    elastic += 0.5 * k_ * weight_ * (d * d - depth_[i] * depth_[i]);
+  }
+  const FrictionLayer::Answer answer = friction_.at(slipRate(V), g_, limit);
+  out.F_BP_P = {force.F.head<3>(), force.F.tail<3>()};
+  out.normal_force = force.normal;
+  out.sticking = !answer.outside;
+  FrictionMemory& m = out.memory;
+  const auto tangents = X_AP.R.leftCols<2>();
+  m.slip_A = tangents * answer.slip.head<2>();
+  m.twist = answer.slip[2];
+  m.rate_A = tangents * Vector2(V[3], V[4]);
+  m.spin = V[2];
+  m.force_A = tangents * answer.force.head<2>();
+  m.torque = answer.force[2];
+  m.load = answer.load;
+  m.sliding = answer.outside ? 1 : 0;
+  m.power = contactPower(out.F_BP_P, out.elastic_force, {V.head<3>(), V.tail<3>()});
+  m.energy = 0.5 * friction_.stiffness * answer.slip.cwiseProduct(friction_.area).dot(answer.slip);
+}
+
+}  // namespace haptic

@@ -1,0 +1,284 @@
+#include "haptic_core/stepping/implicit_stage.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/dynamics/joint_space_inertia.h"
+#include "haptic_core/geometry/contact_integrals.h"
+#include "haptic_core/geometry/convex_polyhedron.h"
+
+namespace haptic {
+namespace {
+
+/// No solve goes on below this share of the speeds of the step, plus what rounding of coordinates amounts to: kRounding
+/// of the distance from W's origin, per step. Smaller iterates on rounding.
+constexpr double kFinest = 1e-13;
+constexpr double kRounding = 4 * 2.2e-16;
+/// Changes that shrink no more, but are this small already, are rounding in a stiff contact.
+constexpr double kStagnation = 1e-9;
+/// Newton steps of a pass: passes contract by 5–20 each, so that more of them beat longer ones.
+constexpr int kStepsOfPass = 3;
+/// Share of the tolerance by which a body may move without its contacts being evaluated again.
+constexpr double kStays = 0.05;
+
+}  // namespace
+
+ImplicitStage::ImplicitStage(const Plan& plan, const WorldSettings& settings)
+    : plan_(plan), settings_(settings), joints_(plan), problem_(plan), joint_normals_(plan) {
+  q_base.resize(plan.nq);
+  q_.resize(plan.nq);
+  for (auto* vector : {&v_base, &v, &before_, &residual_, &v_dot_}) vector->resize(plan.nv);
+  memory_base.resize(plan.pair_capacity);
+  yielding.resize(plan.pair_capacity);
+  slot_.resize(plan.pair_capacity);
+  moved_.resize(plan.trees.size());
+  work_.resize(plan.links.size());
+  held_by_.resize(plan.links.size());
+  X_WS_.resize(plan.shapes.size());
+  for (const PlanTree& tree : plan.trees) {
+    const auto first = std::find_if(plan.shapes.begin(), plan.shapes.end(),
+                                    [&](const PlanShape& shape) { return shape.link >= tree.link; });
+    first_shape_.push_back(static_cast<int>(first - plan.shapes.begin()));
+  }
+  first_shape_.push_back(static_cast<int>(plan.shapes.size()));
+  contacts_.reserve(plan.pair_capacity + 1);
+  plan.reserve(workspace_);
+}
+
+void ImplicitStage::begin(WorldState& state, const std::vector<int>& held_by) noexcept {
+  state_ = &state;
+  std::copy(held_by.begin(), held_by.end(), held_by_.begin());
+  std::copy(state.q.begin(), state.q.end(), q_.begin());
+  for (std::size_t t = 0; t < plan_.trees.size(); ++t) place(static_cast<int>(t), state.v);
+  std::fill(moved_.begin(), moved_.end(), 0);
+  evaluations = problem_.iterations = problem_.factorisations = 0;
+  error = wrench_error = 0;
+  problem_.couplings.resize(couplings.size());
+  island_ = Island{};  // its arrays may have been filled anew
+  problem_.forget();
+}
+
+void ImplicitStage::select(const Island& island) noexcept {
+  island_ = island;
+  has_joints_ = false;
+  for (int n = 0; n < island.tree_count; ++n) has_joints_ |= plan_.trees[island.trees[n]].has_laws;
+  problem_.select(island, work_.data(), has_joints_ ? &joints_ : nullptr);
+  contacts_.clear();
+}
+
+bool ImplicitStage::solve(double g, double left, int most_passes) noexcept {
+  left_ = left;
+  if (has_joints_) joints_.startStage(*state_, q_base.data(), g, v.data());
+  contacts_.clear();
+  problem_.contacts.clear();
+  for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = -1;
+  for (int n = 0; n < island_.tree_count; ++n) moved_[island_.trees[n]] = 1;
+  double last = 0;
+  bool converged = false;
+  for (int pass = 0; pass < most_passes && !converged; ++pass) {
+    evaluate(g);
+    for (int n = 0; n < island_.tree_count; ++n) {
+      const PlanTree& tree = plan_.trees[island_.trees[n]];
+      std::copy_n(v.begin() + tree.v, tree.model->nv(), before_.begin() + tree.v);
+    }
+    const double fine = finest(g);
+    if (!problem_.minimise(g, kStepsOfPass, fine, q_.data(), v.data())) break;
+    const double changed = change(before_);
+    if (!std::isfinite(changed)) break;
+    const double tolerance =
+        std::max(fine, settings_.tolerance * (g * settings_.gravity.norm() + change(v_base)));
+    const double rate = pass > 0 ? changed / last : 1;
+    error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
+    wrench_error = problem_.imbalance * std::min(1.0, rate);
+    converged = error <= tolerance || (rate >= 0.5 && changed <= kStagnation * problem_.speed(v.data()));
+    last = changed;
+    for (int n = 0; n < island_.tree_count; ++n) {
+      const int t = island_.trees[n];
+      moved_[t] = problem_.speedOf(t, before_.data()) > std::max(fine, kStays * tolerance);
+    }
+  }
+  finish(g);
+  return converged;
+}
+
+/// Largest speed by which v differs from `since`. Leaves v - v_r in `before_`.
+double ImplicitStage::change(const std::vector<double>& since) noexcept {
+  double largest = 0;
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const PlanTree& tree = plan_.trees[island_.trees[n]];
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) v_dot_[i] = v[i] - since[i];
+    largest = std::max(largest, problem_.speedOf(island_.trees[n], v_dot_.data()));
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) before_[i] = v[i] - problem_.reference()[i];
+  }
+  return largest;
+}
+
+double ImplicitStage::finest(double g) const noexcept {
+  return kFinest * (problem_.speed(v.data()) + settings_.gravity.norm() * g) + kRounding * farthest() / g;
+}
+
+/// Largest distance of a moving body's parts from W's origin [m].
+double ImplicitStage::farthest() const noexcept {
+  double largest = 0;
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const int link = plan_.trees[island_.trees[n]].link;
+    largest = std::max(largest, work_[link].p_WO.norm() + plan_.links[link].size);
+  }
+  return largest;
+}
+
+/// Kinematics of a tree and its shapes from q_.
+void ImplicitStage::place(int t, const std::vector<double>& velocity) noexcept {
+  const PlanTree& tree = plan_.trees[t];
+  forwardKinematics(*tree.model, q_.data() + tree.q, velocity.data() + tree.v, work_.data() + tree.link);
+  for (int s = first_shape_[t]; s < first_shape_[t + 1]; ++s) {
+    X_WS_[s] = work_[plan_.shapes[s].link].X_WL * plan_.shapes[s].X_LS;
+  }
+}
+
+/// Moves the reference to v: contacts and residual at the poses of the end of the stage, of the trees that moved.
+void ImplicitStage::evaluate(double g) noexcept {
+  ++evaluations;
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const int t = island_.trees[n];
+    if (!moved_[t]) continue;
+    const PlanTree& tree = plan_.trees[t];
+    std::copy_n(q_base.begin() + tree.q, tree.model->nq(), q_.begin() + tree.q);
+    integratePositions(*tree.model, q_.data() + tree.q, v.data() + tree.v, g);
+    place(t, v);
+  }
+  for (std::size_t i = 0; i < couplings.size(); ++i) {
+    FrozenCoupling& frozen = problem_.couplings[i];
+    frozen.link = couplings[i].link >= 0 && nodeOf(couplings[i].link) >= 0 ? couplings[i].link : -1;
+    if (frozen.link < 0 || !moved_[plan_.links[frozen.link].articulation]) continue;
+    const PointerCoupling& c = couplings[i].law;
+    frozen.turn = g * g * c.rotational_stiffness + g * c.rotational_damping;
+    frozen.way = g * g * c.stiffness + g * c.damping;
+    pull(couplings[i]);
+  }
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const int t = island_.trees[n];
+    if (!moved_[t]) continue;
+    const PlanTree& tree = plan_.trees[t];
+    const int nv = tree.model->nv();
+    for (int i = tree.v; i < tree.v + nv; ++i) v_dot_[i] = (v[i] - v_base[i]) / g;
+    inverseDynamics(*tree.model, settings_.gravity, v_dot_.data() + tree.v, work_.data() + tree.link,
+                    residual_.data() + tree.v);
+    for (int i = tree.v; i < tree.v + nv; ++i) residual_[i] *= g;
+    problem_.freezeTree(t, v.data(), residual_.data());
+  }
+  if (joint_normals_.any()) {
+    joint_normals_.find(state_->pairs.data(), island_.pairs, island_.pair_count, X_WS_.data(), workspace_);
+  }
+  for (int i = 0; i < island_.pair_count; ++i) {
+    const ActivePair& pair = state_->pairs[island_.pairs[i]];
+    if (moved_[treeOf(pair.shapeA())] || moved_[treeOf(pair.shapeB())]) evaluatePair(island_.pairs[i], g);
+  }
+}
+
+/// Leaves a contact and its frozen patch behind, or parts those that an earlier pass left.
+void ImplicitStage::evaluatePair(int index, double g) noexcept {
+  ActivePair& pair = state_->pairs[index];
+  const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
+  const PlanShape &A = plan_.shapes[shape_a], &B = plan_.shapes[shape_b];
+  ContactVolume volume;
+  const NormalRule rule = joint_normals_.ruleFor(index, settings_.normal_rule, X_WS_[shape_a], pair.cache);
+  contactVolume(*A.shape, *B.shape, relativePose(X_WS_[shape_a], X_WS_[shape_b]), pair.cache, workspace_, volume, rule);
+  int& slot = slot_[index];
+  if (volume.status != ContactVolume::Status::kOverlap) {
+    if (slot >= 0) part(slot);
+    return;
+  }
+  const bool known = slot >= 0;
+  if (!known) {
+    slot = contacts_.size();
+    contacts_.resize(slot + 1);
+    problem_.contacts.resize(slot + 1);
+  }
+  ImplicitContact& contact = contacts_[slot];
+  FrozenContact& frozen = problem_.contacts[slot];
+  contact.pair = index;
+  contact.shape_a = shape_a;
+  contact.shape_b = shape_b;
+  contact.volume = volume;
+  contact.touching = true;
+  contact.X_WP = X_WS_[shape_a] * volume.X_AP;
+  const LinkWork &a = work_[A.link], &b = work_[B.link];
+  const Twist V_AB_P = (b.twistAt(contact.X_WP.p) - a.twistAt(contact.X_WP.p)).rotated(contact.X_WP.R.transpose());
+  PairLaw law = plan_.law(shape_a, shape_b, held_by_[A.link] >= 0, held_by_[B.link] >= 0);
+  if (pair.buried != 0) law = plan_.recoveryLaw(law, shape_a, shape_b, volume);
+  contact.elastic =
+      settings_.energy_ledger ? 0.5 * law.material.stiffness * thicknessSquared(workspace_, volume) : 0;
+  Advance advance;
+  advance.time = g;
+  advance.yielding = yielding[index];
+  contact.force = locatedForce(volume, workspace_, V_AB_P, memory_base[index], law, advance);
+  frozen.link_a = A.link;
+  frozen.link_b = B.link;
+  frozen.X_WP = contact.X_WP;
+  frozen.V_reference = V_AB_P.vector();
+  frozen.patch.freeze(volume, contact.force, law, frozen.V_reference, g);
+  // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
+  if (!known) frozen.limit = contact.force.normal_force;
+}
+
+void ImplicitStage::part(int slot) noexcept {
+  FrozenContact& c = problem_.contacts[slot];
+  contacts_[slot].touching = false;
+  const Twist V_W = work_[c.link_b].twistAt(c.X_WP.p) - work_[c.link_a].twistAt(c.X_WP.p);
+  c.V_reference = V_W.rotated(c.X_WP.R.transpose()).vector();
+  c.patch.part(c.V_reference);
+}
+
+/// The target moves at its own velocity, so that a stage inside the step sees it where it is then.
+void ImplicitStage::pull(ImplicitCoupling& coupling) noexcept {
+  LinkWork& link = work_[coupling.link];
+  const PointerCoupling& c = coupling.law;
+  const Vector3 p = coupling.X_WL.p - left_ * coupling.V_WL.linear;
+  const Quaternion back = rotationFromVector(-left_ * coupling.V_WL.angular);
+  const Vector3 turn = vectorFromRotation(back * Quaternion(coupling.X_WL.R) * Quaternion(link.X_WL.R).conjugate());
+  const Twist V = link.twistAtOrigin();
+  coupling.F_W.force = c.stiffness * (p - link.X_WL.p) + c.damping * (coupling.V_WL.linear - V.linear);
+  coupling.F_W.torque = c.rotational_stiffness * turn + c.rotational_damping * (coupling.V_WL.angular - V.angular);
+  link.addWrench(coupling.F_W, link.X_WL.p);
+}
+
+/// Carries contacts and couplings from the reference to v.
+void ImplicitStage::finish(double g) noexcept {
+  change(v_base);  // v - v_r into before_
+  for (int i = 0; i < contacts_.size(); ++i) {
+    ImplicitContact& c = contacts_[i];
+    const FrozenContact& frozen = problem_.contacts[i];
+    if (!c.touching) continue;
+    const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, before_.data());
+    frozen.patch.carry(V, frozen.limit, c.volume.X_AP, c.force, c.elastic);
+  }
+  for (std::size_t i = 0; i < couplings.size(); ++i) {
+    const FrozenCoupling& frozen = problem_.couplings[i];
+    if (frozen.link < 0) continue;
+    const LinkWork& link = work_[frozen.link];
+    const Twist V = problem_.linkTwist(frozen.link, link.X_WL.p, before_.data());
+    couplings[i].F_W += Wrench{-frozen.turn / g * V.angular, -frozen.way / g * V.linear};
+    couplings[i].power = power(couplings[i].F_W, link.twistAtOrigin() + V);
+  }
+  orderContacts();
+}
+
+/// Leaves the contacts that touch, in the order of their pairs. Few are out of it: those that a later pass found.
+void ImplicitStage::orderContacts() noexcept {
+  int count = 0;
+  for (int i = 0; i < contacts_.size(); ++i) {
+    if (!contacts_[i].touching) continue;
+    if (count != i) contacts_[count] = contacts_[i];
+    ++count;
+  }
+  contacts_.resize(count);
+  for (int i = 1; i < count; ++i) {
+    if (contacts_[i - 1].pair < contacts_[i].pair) continue;
+    int to = i - 1;
+    while (to > 0 && contacts_[to - 1].pair > contacts_[i].pair) --to;
+    std::rotate(contacts_.begin() + to, contacts_.begin() + i, contacts_.begin() + i + 1);
+  }
+}
+
+}  // namespace haptic

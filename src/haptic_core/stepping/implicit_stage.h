@@ -1,0 +1,120 @@
+/// One stage of an implicit step: passes of convex problems, each frozen where the last one ended.
+///
+/// A stage of length g from a base (q_b, v_b, s_b) finds v with
+///     R(v) = M(q)(v - v_b) + g (c(q, v) - Σ Jᵀ F(q, v, s) - gravity) = 0,   q = q_b ⊕ g v,  s = s_b + g V_t,
+/// F from the contact volumes at q and from the virtual couplings.
+///
+/// A pass evaluates contacts and inertia once, at a reference velocity v_r, and solves the convex problem that has the
+/// exact force and stiffness there (frozen_problem.h). Its solution is the reference of the next pass: pairs of which
+/// neither body moved keep their patch. At rest the first Newton step of the first pass is below the tolerance, and the
+/// stage has cost one evaluation and one factorisation. A pair that comes apart during the passes keeps its patch as far
+/// as that may still touch: bodies that bounce between two passes would never settle.
+///
+/// End. With Δ the change of the last pass and ρ its share of that of the pass before, Δ ρ/(1-ρ) is left. It ends at
+/// `tolerance` times the step's own error: as a speed g |gravity| + |v - v_b|, of which implicit Euler errs by half.
+/// At most kMostPasses; what is left then is reported.
+#pragma once
+#include <vector>
+
+#include "haptic_core/contact/located_force.h"
+#include "haptic_core/dynamics/kinematics.h"
+#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/stepping/frozen_problem.h"
+#include "haptic_core/stepping/implicit_joints.h"
+#include "haptic_core/world/islands.h"
+#include "haptic_core/world/joint_normals.h"
+#include "haptic_core/world/plan.h"
+#include "haptic_core/world/state.h"
+
+namespace haptic {
+
+/// A contact as the last evaluation found it, carried to the velocity that the stage ended with.
+struct ImplicitContact {
+  int pair = 0;  ///< index in WorldState::pairs
+  int shape_a = 0, shape_b = 0;
+  Pose X_WP;
+  ContactVolume volume;
+  LocatedForce force;
+  double elastic = 0;    ///< ½ k ∫d² dA [J]; with the ledger
+  bool touching = true;  ///< within a solve: still overlaps
+};
+
+/// A spring-damper from a hand's target to a link: part of the solve, so that it may be as stiff as it likes.
+struct ImplicitCoupling {
+  PointerCoupling law;
+  int link = -1;        ///< -1: no target yet, or the hand prescribes the motion
+  Pose X_WL;            ///< target at the end of the step
+  Twist V_WL;           ///< of the target
+  Wrench F_W;           ///< on the link, about its frame's origin: at the end of the stage
+  double power = 0;     ///< of it on the link [W]
+};
+
+class ImplicitStage {
+ public:
+  ImplicitStage(const Plan& plan, const WorldSettings& settings);
+
+  /// (in realtime) Before the islands of a step: all links at the state's q, v. `held_by[link] ≥ 0`: a hand moves it.
+  void begin(WorldState& state, const std::vector<int>& held_by) noexcept;
+  /// (in realtime) The trees that move and the pairs that may touch, until the next call. The arrays stay the caller's.
+  void select(const Island& island) noexcept;
+
+  /// (in realtime) Solves a stage of length `g` [s] whose end lies `left` [s] before the step's. v is the guess and the
+  /// result. False when not converged: v is the last iterate, `error` says how far.
+  bool solve(double g, double left, int most_passes) noexcept;
+
+  // The base of the stage, in the state's order; only what belongs to the island is read.
+  std::vector<double> q_base, v_base, v;
+  std::vector<FrictionMemory> memory_base;  ///< by pair
+  std::vector<Yielding> yielding;           ///< by pair
+  std::vector<ImplicitCoupling> couplings;  ///< by pointer
+
+  const Island& island() const { return island_; }
+  ImplicitJoints& joints() { return joints_; }
+  const ImplicitJoints& joints() const { return joints_; }
+  bool hasJoints() const { return has_joints_; }  ///< the island's joints do something by themselves
+  const LoadedVector<ImplicitContact>& contacts() const { return contacts_; }
+  int iterations() const { return problem_.iterations; }          ///< Newton steps since `begin`
+  int factorisations() const { return problem_.factorisations; }  ///< since `begin`
+  int evaluations = 0;      ///< of contacts, since `begin`
+  double error = 0;         ///< of v, as the last solve left it [m/s]
+  double wrench_error = 0;  ///< that it leaves out of balance [N], moments over the body's size
+
+  /// Largest speed of any tree of the island [m/s]; rotations count at the reach of the body.
+  double speed(const std::vector<double>& velocity) const noexcept { return problem_.speed(velocity.data()); }
+
+ private:
+  double finest(double g) const noexcept;
+  double change(const std::vector<double>& since) noexcept;
+  double farthest() const noexcept;
+  void evaluate(double g) noexcept;
+  void place(int tree, const std::vector<double>& velocity) noexcept;
+  void evaluatePair(int index, double g) noexcept;
+  void part(int slot) noexcept;
+  void pull(ImplicitCoupling& coupling) noexcept;
+  void finish(double g) noexcept;
+  void orderContacts() noexcept;
+  int nodeOf(int link) const { return problem_.nodeOf(link); }
+  int treeOf(int shape) const { return plan_.links[plan_.shapes[shape].link].articulation; }
+
+  const Plan& plan_;
+  WorldSettings settings_;
+  WorldState* state_ = nullptr;
+  Island island_;
+  ImplicitJoints joints_;
+  FrozenProblem problem_;
+  bool has_joints_ = false;
+  double left_ = 0;      ///< from the stage's end to the step's [s]
+
+  std::vector<int> held_by_;                    ///< by link
+  std::vector<char> moved_;                     ///< by tree: since its reference
+  std::vector<double> q_, before_, residual_, v_dot_;
+  std::vector<LinkWork> work_;
+  std::vector<int> first_shape_;                ///< by tree, with the end of the last
+  std::vector<Pose> X_WS_;
+  LoadedVector<ImplicitContact> contacts_;      ///< within a solve: parallel to the problem's
+  std::vector<int> slot_;                       ///< by pair: index in contacts_, or -1
+  ContactWorkspace workspace_;
+  JointNormals joint_normals_;
+};
+
+}  // namespace haptic
