@@ -181,14 +181,18 @@ FrictionForce frictionForce(const ContactVolume& contact, ContactWorkspace& work
     const bool keeps = solving && !slid;
     const double mu = keeps ? m.mu_static : m.mu_dynamic;
     // Where the area integral stands off the ellipsoid. Within a solve the direction is that of the step before, so
-    // that it does not turn over with the iterates.
+    // that it does not turn over with the iterates. Where the pressure is clipped its field is not the pressure: the
+    // integral of what pulls there would be friction beyond μ N.
     Planar offset;
     if (!keeps) {
-      const Planar slipped = solving ? old_rate : layer.slipFor(trial - held);
-      const SlidingIntegral s = slidingIntegral(workspace, contact, normal.field, normal.moments(contact),
-                                                slipped.force, slipped.torque, normal.radius);
-      f = Planar{-mu * s.force, law.torsion ? -mu * s.torque : 0.0};
-      offset = f - limit(mu).against(slipped);
+      const Planar slipped = solving ? old_rate : layer.slipFor(trial - held), on_ellipsoid = limit(mu).against(slipped);
+      f = on_ellipsoid;
+      if (!(solving && normal.clipped)) {
+        const SlidingIntegral s = slidingIntegral(workspace, contact, normal.field, normal.moments(contact),
+                                                  slipped.force, slipped.torque, normal.radius);
+        f = Planar{-mu * s.force, law.torsion ? -mu * s.torque : 0.0};
+      }
+      offset = f - on_ellipsoid;
       const Planar stand = out.layer.dragged ? f : offset;
       out.layer.offset << stand.force / N, stand.torque / N;
     }

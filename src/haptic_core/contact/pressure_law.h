@@ -17,6 +17,10 @@ namespace haptic {
 
 enum class PressureLaw : unsigned char { kLinear, kHuntCrossley };
 
+/// The factor (1 + c ḋ) of the stiffness does not fall below this: a patch that parts fast presses little, but a
+/// Newton step that believed it weightless would throw it back in.
+constexpr double kLeastPressing = 0.05;
+
 /// ∫ w, ∫ r w, ∫ r rᵀ w dA of a weight w over the patch.
 struct PatchMoments {
   double m0 = 0;

@@ -24,6 +24,35 @@ struct Axes {
   }
 };
 
+/// The part of a patch that presses: its area's moments, volume, and ∫ r d.
+struct Pressing {
+  PatchMoments area;
+  double volume;
+  Vector2 V1 = Vector2::Zero();
+};
+
+/// Where the pressure is clipped inside the patch, the part is read back from the exact force and its derivatives. All
+/// of the patch where nothing is clipped, or nothing presses.
+Pressing pressing(const ContactVolume& volume, const LocatedForce& force, const PairLaw& law, const Vector6& V) {
+  const ContactMaterial& m = law.material;
+  // Where the surface folds over, A0 counts parts of it negative; the volume over its extent is never more than the area.
+  Pressing all{{std::max(volume.A0, volume.volume / volume.depth), volume.A1, volume.A2}, volume.volume};
+  if (!force.clipped || !(force.normal_force > 0)) return all;
+  const Vector2 first(-force.F_BP_P.torque.y(), force.F_BP_P.torque.x()), slope(V[1], -V[0]);  // of ḋ
+  const PatchMoments &k = force.tangent.stiffness, &b = force.tangent.damping;
+  Pressing part;
+  if (law.pressure == PressureLaw::kLinear) {
+    part.area = k * (1 / m.stiffness);
+    part.volume = (force.normal_force - m.damping * (-V[5] * part.area.m0 + slope.dot(part.area.m1))) / m.stiffness;
+    part.V1 = (first - m.damping * (-V[5] * part.area.m1 + part.area.m2 * slope)) / m.stiffness;
+  } else {
+    part.volume = b.m0 / (m.stiffness * m.dissipation);
+    part.V1 = b.m1 / (m.stiffness * m.dissipation);
+    part.area = k * (1 / (m.stiffness * std::max(kLeastPressing, force.normal_force / (m.stiffness * part.volume))));
+  }
+  return part.volume > 0 && part.area.m0 > 0 ? part : all;
+}
+
 }  // namespace
 
 void FrozenPatch::freeze(const ContactVolume& volume, const LocatedForce& force, const PairLaw& law, const Vector6& V,
@@ -35,21 +64,21 @@ void FrozenPatch::freeze(const ContactVolume& volume, const LocatedForce& force,
   linear_ = law.pressure == PressureLaw::kLinear;
   torsion_ = law.torsion;
   friction_ = force.layer;
-  // Where the surface folds over, A0 counts parts of it negative; the volume over its extent is never more than the area.
-  const double area = std::max(volume.A0, volume.volume / volume.depth);
-  const Vector2 mean = volume.A1 / area;
-  const Axes axes(volume.A2 / area - mean * mean.transpose());
-  const double depth = volume.volume / area;
+  const Pressing part = pressing(volume, force, law, V);
+  const double area = part.area.m0;
+  const Vector2 mean = part.area.m1 / area, lean_to = part.V1 / part.volume - mean;
+  const Axes axes(part.area.m2 / area - mean * mean.transpose());
+  const double depth = part.volume / area;
   weight_ = 0.25 * area;
   for (int j = 0; j < 2; ++j) {
-    const double root = std::sqrt(axes.value[j]), lean = root > 0 ? M_SQRT2 * mean.dot(axes.axis[j]) / root : 0.0;
+    const double root = std::sqrt(axes.value[j]), lean = root > 0 ? M_SQRT2 * lean_to.dot(axes.axis[j]) / root : 0.0;
     for (int s = 0; s < 2; ++s) {
       const double sign = s == 0 ? 1 : -1;
       const Vector2 r = mean + sign * M_SQRT2 * root * axes.axis[j];
       const int i = 2 * j + s;
       x_[i] = r.x();
       y_[i] = r.y();
-      depth_[i] = depth * std::max(kLeastDepth, 1 - sign * lean);
+      depth_[i] = depth * std::max(kLeastDepth, 1 + sign * lean);
       reach_[i] = depth_[i] + g * approachOf(V, i);
     }
   }

@@ -3,15 +3,16 @@
 /// At a reference pose the patch is replaced by four weighted points. With r̄ = A1/A0, C = A2/A0 - r̄ r̄ᵀ and its
 /// eigenpairs (λ_j, e_j),
 ///     r = r̄ ± √(2 λ_j) e_j,   w = A0/4,   d = (Vol/A0) (1 ∓ √2 r̄·e_j/√λ_j),
-/// which has the patch's area, its first and second moments, its volume and the centroid of its volume. So force and
-/// stiffness at the reference are exact where nothing is clipped.
+/// which has the patch's area, its first and second moments, its volume and the centroid of its volume: force and
+/// stiffness at the reference are exact. Where the pressure is clipped inside the patch, the part that presses stands for
+/// the patch.
 ///
 /// With V the twist of B over A at P, v_n = v_z + ω_x y - ω_y x, and D = d + g v_n at the reference (the depth that stays
 /// without motion along n), a point presses with
 ///     Hunt–Crossley   k w (D - g v_n)₊ (1 - c v_n)₊
 ///     linear          w (k (D - g v_n) - b v_n)₊   while D > g v_n.
-/// Both fall with v_n: gradients of convex functions. A constant wrench makes the normal force at the reference the exact
-/// one also where the pressure is clipped inside the patch. Friction is a FrictionLayer, convex as well while the normal
+/// Both fall with v_n: gradients of convex functions. A constant wrench, what four points miss of the second moment of the
+/// thickness, makes the force at the reference exact. Friction is a FrictionLayer, convex as well while the normal
 /// force in its limit stays. Where a patch opens or closes by more than its depth the four points are a caricature:
 /// implicit_stage.h freezes anew at the end that they predict.
 ///

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 
 #include "haptic_core/dynamics/joint_space_inertia.h"
 #include "haptic_core/geometry/contact_integrals.h"
@@ -83,8 +85,14 @@ bool ImplicitStage::solve(double g, double left, int most_passes) noexcept {
     }
     const double fine = finest(g);
     if (!problem_.minimise(g, kStepsOfPass, fine, q_.data(), v.data())) break;
-    const double changed = change(before_);
+    const double changed = change(before_); std::vector<double> dbg_(v_dot_);
     if (!std::isfinite(changed)) break;
+    if (getenv("DBG")) {  // DEBUG
+      int worst = -1; double big = 0; for (int n = 0; n < island_.tree_count; ++n) { double x = problem_.speedOf(island_.trees[n], dbg_.data()); if (x > big) big = x, worst = island_.trees[n]; }
+      fprintf(stderr, "step %d pass %d changed %.3g tree %d inner %d first %.3g fine %.3g |", (int)state_->step, pass, changed, worst, problem_.iterations, problem_.first_step, fine);
+      for (int i = 0; i < contacts_.size(); ++i) { auto& c = contacts_[i]; auto& f = problem_.contacts[i]; if (problem_.nodeOf(f.link_a)>=0 ? plan_.links[f.link_a].articulation==worst||plan_.links[f.link_b].articulation==worst : plan_.links[f.link_b].articulation==worst)
+        fprintf(stderr, " [p%d t%d N %.4g->%.4g A0 %.3g d %.3g n %.3f %.3f %.3f st %d clip %d vn %.3g]", c.pair, c.touching, c.force.normal_force, f.force.normal, c.volume.A0, c.volume.depth, c.X_WP.R(0,2), c.X_WP.R(1,2), c.X_WP.R(2,2), c.force.sticking, c.force.clipped, f.V_reference[5]); }
+      fprintf(stderr, "\n"); }
     const double tolerance =
         std::max(fine, settings_.tolerance * (g * settings_.gravity.norm() + change(v_base)));
     const double rate = pass > 0 ? changed / last : 1;
