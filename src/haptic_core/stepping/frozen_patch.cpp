@@ -8,6 +8,9 @@ namespace {
 
 /// Depth that every point keeps, as a share of the mean: a point at 0 or below would answer no approach.
 constexpr double kLeastDepth = 1e-3;
+/// Points are split when s is at least this, and stay inside at most by the rest to 1: a face has 0, an edge 0.58, a
+/// corner 0.71.
+constexpr double kLeastSplit = 0.05, kMostSplit = 0.95;
 
 /// Eigenpairs of a symmetric positive semidefinite 2 × 2 matrix.
 struct Axes {
@@ -55,8 +58,8 @@ Pressing pressing(const ContactVolume& volume, const LocatedForce& force, const 
 
 }  // namespace
 
-void FrozenPatch::freeze(const ContactVolume& volume, const LocatedForce& force, const PairLaw& law, const Vector6& V,
-                         double g) noexcept {
+void FrozenPatch::freeze(const ContactVolume& volume, double squares, const LocatedForce& force, const PairLaw& law,
+                         const Vector6& V, double g) noexcept {
   g_ = g;
   k_ = law.material.stiffness;
   c_ = law.material.dissipation;
@@ -79,9 +82,23 @@ void FrozenPatch::freeze(const ContactVolume& volume, const LocatedForce& force,
       x_[i] = r.x();
       y_[i] = r.y();
       depth_[i] = depth * std::max(kLeastDepth, 1 + sign * lean);
-      reach_[i] = depth_[i] + g * approachOf(V, i);
     }
   }
+  double linear = 0;  // ∫ d² dA of the four
+  for (int i = 0; i < 4; ++i) linear += weight_ * depth_[i] * depth_[i];
+  const double split2 = squares * part.volume / volume.volume / linear - 1;
+  place_ = volume.X_AP.p + volume.X_AP.R.leftCols<2>() * mean;
+  radius_ = std::sqrt(axes.value[0] + axes.value[1]);
+  points_ = split2 > kLeastSplit * kLeastSplit ? 8 : 4;
+  if (points_ == 8) {
+    weight_ *= 0.5;
+    const double split = std::min(kMostSplit, std::sqrt(split2));
+    for (int i = 0; i < 4; ++i) {
+      depth_[i + 4] = depth_[i] * (1 - split);
+      depth_[i] *= 1 + split;
+    }
+  }
+  for (int i = 0; i < points_; ++i) reach_[i] = depth_[i] + g * approachOf(V, i);
   constant_.setZero();
   Vector3 first;
   sum(V, first);
@@ -91,9 +108,7 @@ void FrozenPatch::freeze(const ContactVolume& volume, const LocatedForce& force,
 }
 
 void FrozenPatch::part(const Vector6& V) noexcept {
-  double inside = 0;
-  for (int i = 0; i < 4; ++i) inside = std::max(inside, reach_[i] - g_ * approachOf(V, i));
-  for (double& reach : reach_) reach -= inside;
+  for (int i = 0; i < points_; ++i) reach_[i] = std::min(reach_[i], g_ * approachOf(V, i));
   constant_.setZero();
 }
 
@@ -116,10 +131,10 @@ double FrozenPatch::press(double v_n, double reach, double& slope) const noexcep
 
 void FrozenPatch::sum(const Vector6& V, Vector3& first) const noexcept {
   first = constant_;
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < points_; ++i) {
     double slope;
     const double p = weight_ * press(approachOf(V, i), reach_[i], slope);
-    first += p * Vector3(1, x_[i], y_[i]);
+    first += p * Vector3(1, x_[i & 3], y_[i & 3]);
   }
 }
 
@@ -132,10 +147,10 @@ void FrozenPatch::evaluate(const Vector6& V, double limit, Force& out) const noe
 
 Matrix6 FrozenPatch::tangent(const Vector6& V, double limit) const noexcept {
   PatchMoments w;
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < points_; ++i) {
     double slope;
     press(approachOf(V, i), reach_[i], slope);
-    const Vector2 r(x_[i], y_[i]);
+    const Vector2 r(x_[i & 3], y_[i & 3]);
     w.m0 += weight_ * slope;
     w.m1 += weight_ * slope * r;
     w.m2 += weight_ * slope * (r * r.transpose());
@@ -151,7 +166,7 @@ void FrozenPatch::carry(const Vector6& V, double limit, const Pose& X_AP, Locate
                         double& elastic) const noexcept {
   Force force;
   evaluate(V, limit, force);
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < points_; ++i) {
     const double d = std::max(0.0, reach_[i] - g_ * approachOf(V, i));
     out.elastic_force += k_ * weight_ * (d - depth_[i]);
     elastic += 0.5 * k_ * weight_ * (d * d - depth_[i] * depth_[i]);

@@ -8,6 +8,7 @@
 namespace haptic {
 namespace {
 
+constexpr int kAside = 256;            ///< patches kept beside those of the pairs that touch; further ones are dropped
 constexpr int kMostSearch = 12;       ///< evaluations of the frozen forces on one line
 constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)| falls to this share of |φ(0)|
 constexpr double kShort = 0.5;        ///< a Newton step below this share of the pass's change ends the pass
@@ -18,7 +19,7 @@ using JacobianMap = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::R
 
 FrozenProblem::FrozenProblem(const Plan& plan)
     : plan_(plan),
-      matrix_(static_cast<int>(plan.trees.size()), plan.pair_capacity,
+      matrix_(static_cast<int>(plan.trees.size()), plan.pair_capacity + kAside,
               // The dense factor, but no more than 64 MB.
               std::min<std::size_t>(static_cast<std::size_t>(plan.nv) * (plan.nv + 1), std::size_t{8} << 20)) {
   node_of_tree_.assign(plan.trees.size(), -1);
@@ -34,8 +35,8 @@ FrozenProblem::FrozenProblem(const Plan& plan)
     jointed |= tree.has_laws;
   }
   masses_.resize(offset);
-  contacts.reserve(plan.pair_capacity);
-  edges_.reserve(plan.pair_capacity);
+  contacts.reserve(plan.pair_capacity + kAside);
+  edges_.reserve(contacts.capacity());
   block_.resize(largest * largest);
   for (auto* J : {&jacobian_a_, &jacobian_b_, &weighted_}) J->resize(6 * largest);
   if (jointed) matrix_.reserveKept();

@@ -43,7 +43,7 @@ ImplicitStage::ImplicitStage(const Plan& plan, const WorldSettings& settings)
     first_shape_.push_back(static_cast<int>(first - plan.shapes.begin()));
   }
   first_shape_.push_back(static_cast<int>(plan.shapes.size()));
-  contacts_.reserve(plan.pair_capacity + 1);
+  contacts_.reserve(problem_.contacts.capacity());
   plan.reserve(workspace_);
 }
 
@@ -178,9 +178,15 @@ void ImplicitStage::evaluate(double g) noexcept {
   if (joint_normals_.any()) {
     joint_normals_.find(state_->pairs.data(), island_.pairs, island_.pair_count, X_WS_.data(), workspace_);
   }
+  const int aside = contacts_.size();
   for (int i = 0; i < island_.pair_count; ++i) {
     const ActivePair& pair = state_->pairs[island_.pairs[i]];
     if (moved_[treeOf(pair.shapeA())] || moved_[treeOf(pair.shapeB())]) evaluatePair(island_.pairs[i], g);
+  }
+  for (int i = 0; i < aside; ++i) {
+    const FrozenContact& c = problem_.contacts[i];
+    if (contacts_[i].touching || slot_[contacts_[i].pair] == i) continue;
+    if (moved_[plan_.links[c.link_a].articulation] || moved_[plan_.links[c.link_b].articulation]) part(i);
   }
 }
 
@@ -215,19 +221,32 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   const Twist V_AB_P = (b.twistAt(contact.X_WP.p) - a.twistAt(contact.X_WP.p)).rotated(contact.X_WP.R.transpose());
   PairLaw law = plan_.law(shape_a, shape_b, held_by_[A.link] >= 0, held_by_[B.link] >= 0);
   if (pair.buried != 0) law = plan_.recoveryLaw(law, shape_a, shape_b, volume);
-  contact.elastic =
-      settings_.energy_ledger ? 0.5 * law.material.stiffness * thicknessSquared(workspace_, volume) : 0;
+  const double squares = thicknessSquared(workspace_, volume);
+  contact.elastic = 0.5 * law.material.stiffness * squares;
   Advance advance;
   advance.time = g;
   advance.yielding = yielding[index];
   contact.force = locatedForce(volume, workspace_, V_AB_P, memory_base[index], law, advance);
+  const FrozenContact before = frozen;
   frozen.link_a = A.link;
   frozen.link_b = B.link;
   frozen.X_WP = contact.X_WP;
   frozen.V_reference = V_AB_P.vector();
-  frozen.patch.freeze(volume, contact.force, law, frozen.V_reference, g);
+  frozen.patch.freeze(volume, squares, contact.force, law, frozen.V_reference, g);
+  if (known && before.patch.isElsewhere(frozen.patch)) keepAside(index, before);
   // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
   if (!known) frozen.limit = contact.force.normal_force;
+}
+
+/// A patch that has gone to another place of its pair still bars the way back: a body that rocks would go on for ever.
+void ImplicitStage::keepAside(int pair, const FrozenContact& c) noexcept {
+  const int slot = contacts_.size();
+  contacts_.resize(slot + 1);
+  problem_.contacts.resize(slot + 1);
+  if (problem_.contacts.size() == slot || contacts_.size() == slot) return;
+  contacts_[slot].pair = pair;
+  problem_.contacts[slot] = c;
+  part(slot);
 }
 
 void ImplicitStage::part(int slot) noexcept {

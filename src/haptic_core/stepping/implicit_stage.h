@@ -90,6 +90,7 @@ class ImplicitStage {
   void place(int tree, const std::vector<double>& velocity) noexcept;
   void evaluatePair(int index, double g) noexcept;
   void part(int slot) noexcept;
+  void keepAside(int pair, const FrozenContact& contact) noexcept;
   void pull(ImplicitCoupling& coupling) noexcept;
   void finish(double g) noexcept;
   void orderContacts() noexcept;
