@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 
 #include "haptic_core/dynamics/joint_space_inertia.h"
 #include "haptic_core/geometry/contact_integrals.h"
@@ -20,6 +21,10 @@ constexpr double kRounding = 4 * 2.2e-16;
 constexpr double kStagnation = 1e-9;
 /// Newton steps of a pass: passes contract by 5–20 each, so that more of them beat longer ones.
 constexpr int kStepsOfPass = 3;
+/// Without contacts a pass costs little, and there is nothing that ends it but rounding: share of the tolerance then.
+constexpr double kContactFree = 1e-4;
+/// Share of v that is left where no reference had little enough energy. Then nothing is left: what stands has none.
+constexpr double kSlower = 0.3;
 /// Share of the tolerance by which a body may move without its contacts being evaluated again.
 constexpr double kStays = 0.05;
 
@@ -29,7 +34,8 @@ ImplicitStage::ImplicitStage(const Plan& plan, const WorldSettings& settings)
     : plan_(plan), settings_(settings), joints_(plan), problem_(plan), joint_normals_(plan) {
   q_base.resize(plan.nq);
   q_.resize(plan.nq);
-  for (auto* vector : {&v_base, &v, &before_, &residual_, &v_dot_}) vector->resize(plan.nv);
+  for (auto* vector : {&v_base, &v, &before_, &residual_, &v_dot_, &calm_}) vector->resize(plan.nv);
+  tree_energy_.resize(plan.trees.size());
   memory_base.resize(plan.pair_capacity);
   yielding.resize(plan.pair_capacity);
   slot_.resize(plan.pair_capacity);
@@ -77,10 +83,15 @@ bool ImplicitStage::solve(double g, double left, int most_passes) noexcept {
   for (int n = 0; n < island_.tree_count; ++n) moved_[island_.trees[n]] = 1;
   double last = 0;
   bool converged = false;
+  calm_energy_ = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < most_passes && !converged; ++pass) {
     evaluate(g);
+    const double now = energy();
+    const bool calmer = now <= calm_energy_;
+    if (calmer) calm_energy_ = now;
     for (int n = 0; n < island_.tree_count; ++n) {
       const PlanTree& tree = plan_.trees[island_.trees[n]];
+      if (calmer) std::copy_n(v.begin() + tree.v, tree.model->nv(), calm_.begin() + tree.v);
       std::copy_n(v.begin() + tree.v, tree.model->nv(), before_.begin() + tree.v);
     }
     const double fine = finest(g);
@@ -94,7 +105,8 @@ bool ImplicitStage::solve(double g, double left, int most_passes) noexcept {
         fprintf(stderr, " [p%d t%d N %.4g->%.4g A0 %.3g d %.3g n %.3f %.3f %.3f st %d clip %d vn %.3g]", c.pair, c.touching, c.force.normal_force, f.force.normal, c.volume.A0, c.volume.depth, c.X_WP.R(0,2), c.X_WP.R(1,2), c.X_WP.R(2,2), c.force.sticking, c.force.clipped, f.V_reference[5]); }
       fprintf(stderr, "\n"); }
     const double tolerance =
-        std::max(fine, settings_.tolerance * (g * settings_.gravity.norm() + change(v_base)));
+        std::max(fine, settings_.tolerance * (contacts_.empty() ? kContactFree : 1.0) *
+                           (g * settings_.gravity.norm() + change(v_base)));
     const double rate = pass > 0 ? changed / last : 1;
     error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
     wrench_error = problem_.imbalance * std::min(1.0, rate);
@@ -107,6 +119,60 @@ bool ImplicitStage::solve(double g, double left, int most_passes) noexcept {
   }
   finish(g);
   return converged;
+}
+
+double ImplicitStage::energyOf(int t) const noexcept {
+  const PlanTree& tree = plan_.trees[t];
+  return kineticEnergy(*tree.model, work_.data() + tree.link) +
+         potentialEnergy(*tree.model, work_.data() + tree.link, settings_.gravity);
+}
+
+/// Of the island at its reference, springs of contacts included [J].
+double ImplicitStage::energy() const noexcept {
+  double sum = 0;
+  for (int n = 0; n < island_.tree_count; ++n) sum += tree_energy_[island_.trees[n]];
+  for (const ImplicitContact& c : contacts_) sum += c.touching ? c.elastic : 0.0;
+  return sum;
+}
+
+/// The same at the start of the stage. Leaves the links there.
+double ImplicitStage::startEnergy() noexcept {
+  double sum = 0;
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const PlanTree& tree = plan_.trees[island_.trees[n]];
+    std::copy_n(q_base.begin() + tree.q, tree.model->nq(), q_.begin() + tree.q);
+    place(island_.trees[n], v_base);
+    sum += energyOf(island_.trees[n]);
+  }
+  for (int i = 0; i < island_.pair_count; ++i) sum += memory_base[island_.pairs[i]].elastic_energy;
+  return sum;
+}
+
+/// v = share · from, of which everything is evaluated anew.
+void ImplicitStage::setVelocity(const std::vector<double>& from, double share) noexcept {
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const PlanTree& tree = plan_.trees[island_.trees[n]];
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) v[i] = share * from[i];
+    moved_[island_.trees[n]] = 1;
+  }
+  contacts_.clear();
+  problem_.contacts.clear();
+  for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = -1;
+}
+
+void ImplicitStage::keepEnergy(double g) noexcept {
+  const double most = startEnergy(), calm = calm_energy_;
+  setVelocity(v, 1);
+  evaluate(g);
+  if (!(energy() <= most)) {
+    setVelocity(calm_, calm <= most ? 1.0 : kSlower);
+    evaluate(g);
+  }
+  if (!(energy() <= most)) {
+    setVelocity(calm_, 0);
+    evaluate(g);
+  }
+  finish(g);
 }
 
 /// Largest speed by which v differs from `since`. Leaves v - v_r in `before_`.
@@ -174,6 +240,7 @@ void ImplicitStage::evaluate(double g) noexcept {
                     residual_.data() + tree.v);
     for (int i = tree.v; i < tree.v + nv; ++i) residual_[i] *= g;
     problem_.freezeTree(t, v.data(), residual_.data());
+    tree_energy_[t] = energyOf(t);
   }
   if (joint_normals_.any()) {
     joint_normals_.find(state_->pairs.data(), island_.pairs, island_.pair_count, X_WS_.data(), workspace_);

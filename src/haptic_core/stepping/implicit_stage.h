@@ -12,7 +12,7 @@
 ///
 /// End. With Δ the change of the last pass and ρ its share of that of the pass before, Δ ρ/(1-ρ) is left. It ends at
 /// `tolerance` times the step's own error: as a speed g |gravity| + |v - v_b|, of which implicit Euler errs by half.
-/// At most kMostPasses; what is left then is reported.
+/// After the last pass that is allowed, what is left is reported, and `keepEnergy` sees to it that it does no harm.
 #pragma once
 #include <vector>
 
@@ -61,6 +61,10 @@ class ImplicitStage {
   /// (in realtime) Solves a stage of length `g` [s] whose end lies `left` [s] before the step's. v is the guess and the
   /// result. False when not converged: v is the last iterate, `error` says how far.
   bool solve(double g, double left, int most_passes) noexcept;
+  /// (in realtime) After an implicit Euler stage from the state's q, v that did not converge: looks at the exact energy of
+  /// v and, where it is above that of the start, goes back to the last reference that was not, or slows the island down
+  /// until it is not. At most kMostRetreats evaluations.
+  void keepEnergy(double g) noexcept;
 
   // The base of the stage, in the state's order; only what belongs to the island is read.
   std::vector<double> q_base, v_base, v;
@@ -84,6 +88,10 @@ class ImplicitStage {
 
  private:
   double finest(double g) const noexcept;
+  double energyOf(int tree) const noexcept;
+  double energy() const noexcept;
+  double startEnergy() noexcept;
+  void setVelocity(const std::vector<double>& from, double share) noexcept;
   double change(const std::vector<double>& since) noexcept;
   double farthest() const noexcept;
   void evaluate(double g) noexcept;
@@ -108,7 +116,9 @@ class ImplicitStage {
 
   std::vector<int> held_by_;                    ///< by link
   std::vector<char> moved_;                     ///< by tree: since its reference
-  std::vector<double> q_, before_, residual_, v_dot_;
+  std::vector<double> q_, before_, residual_, v_dot_, calm_;
+  std::vector<double> tree_energy_;             ///< by tree: kinetic and potential at its reference [J]
+  double calm_energy_ = 0;                      ///< of the island at v = calm_, the reference of least energy so far [J]
   std::vector<LinkWork> work_;
   std::vector<int> first_shape_;                ///< by tree, with the end of the last
   std::vector<Pose> X_WS_;

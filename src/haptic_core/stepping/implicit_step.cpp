@@ -14,7 +14,7 @@ constexpr double kJump = 0.5;
 /// A patch that grows or shrinks by more than this factor within a step is not smooth.
 constexpr double kGrowth = 2;
 constexpr int kMostHalvings = 0;
-constexpr int kMostPasses = 10;
+constexpr int kMostPasses = 7;  ///< and three evaluations to keep the energy: ten in all
 /// Changes of friction inside one step; what they leave is done as implicit Euler.
 constexpr int kMostEvents = 6;
 /// An instant is located when the load is this close to the limit, or the slip this small against what it was.
@@ -98,6 +98,7 @@ void ImplicitStep::euler(double h, double left, int depth) noexcept {
     euler(h / 2, left, depth + 1);
     return;
   }
+  if (!converged) stage_.keepEnergy(h);
   report_.converged &= converged;
   if (stage_.hasJoints()) {
     stage_.joints().startAccount();
