@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace haptic {
 namespace {
@@ -58,20 +59,23 @@ Pressing pressing(const ContactVolume& volume, const LocatedForce& force, const 
 
 }  // namespace
 
-void FrozenPatch::freeze(const ContactVolume& volume, double squares, const LocatedForce& force, const PairLaw& law,
-                         const Vector6& V, double g) noexcept {
+void FrozenPatch::setLaw(const PairLaw& law, double g) noexcept {
   g_ = g;
   k_ = law.material.stiffness;
   c_ = law.material.dissipation;
   b_ = law.material.damping;
   linear_ = law.pressure == PressureLaw::kLinear;
   torsion_ = law.torsion;
-  friction_ = force.layer;
-  const Pressing part = pressing(volume, force, law, V);
-  const double area = part.area.m0;
-  const Vector2 mean = part.area.m1 / area, lean_to = part.V1 / part.volume - mean;
-  const Axes axes(part.area.m2 / area - mean * mean.transpose());
-  const double depth = part.volume / area;
+  constant_.setZero();
+}
+
+/// Four places, weights and depths from the moments of an area and of the `thickness` [m³] over it, V1 = ∫ r d.
+void FrozenPatch::layOut(const ContactVolume& volume, const PatchMoments& moments, double thickness,
+                         const Vector2& V1) noexcept {
+  const double area = moments.m0, depth = thickness / area;
+  const Vector2 mean = moments.m1 / area, lean_to = V1 / thickness - mean;
+  const Axes axes(moments.m2 / area - mean * mean.transpose());
+  points_ = 4;
   weight_ = 0.25 * area;
   for (int j = 0; j < 2; ++j) {
     const double root = std::sqrt(axes.value[j]), lean = root > 0 ? M_SQRT2 * lean_to.dot(axes.axis[j]) / root : 0.0;
@@ -84,13 +88,21 @@ void FrozenPatch::freeze(const ContactVolume& volume, double squares, const Loca
       depth_[i] = depth * std::max(kLeastDepth, 1 + sign * lean);
     }
   }
+  place_ = volume.X_AP.p + volume.X_AP.R.leftCols<2>() * mean;
+  radius_ = std::sqrt(axes.value[0] + axes.value[1]);
+}
+
+void FrozenPatch::freeze(const ContactVolume& volume, double squares, const LocatedForce& force, const PairLaw& law,
+                         const Vector6& V, double g) noexcept {
+  setLaw(law, g);
+  friction_ = force.layer;
+  const Pressing part = pressing(volume, force, law, V);
+  layOut(volume, part.area, part.volume, part.V1);
   double linear = 0;  // ∫ d² dA of the four
   for (int i = 0; i < 4; ++i) linear += weight_ * depth_[i] * depth_[i];
   const double split2 = squares * part.volume / volume.volume / linear - 1;
-  place_ = volume.X_AP.p + volume.X_AP.R.leftCols<2>() * mean;
-  radius_ = std::sqrt(axes.value[0] + axes.value[1]);
-  points_ = split2 > kLeastSplit * kLeastSplit ? 8 : 4;
-  if (points_ == 8) {
+  if (split2 > kLeastSplit * kLeastSplit) {
+    points_ = 8;
     weight_ *= 0.5;
     const double split = std::min(kMostSplit, std::sqrt(split2));
     for (int i = 0; i < 4; ++i) {
@@ -99,12 +111,22 @@ void FrozenPatch::freeze(const ContactVolume& volume, double squares, const Loca
     }
   }
   for (int i = 0; i < points_; ++i) reach_[i] = depth_[i] + g * approachOf(V, i);
-  constant_.setZero();
   Vector3 first;
   sum(V, first);
   const Wrench& F = force.F_BP_P;
   constant_ = Vector3(force.normal_force, -F.torque.y(), F.torque.x()) - first;
   reference_normal_ = force.normal_force;
+}
+
+void FrozenPatch::freezeNear(const ContactVolume& near, double closer, const PairLaw& law, const Vector6& V,
+                             double g) noexcept {
+  setLaw(law, g);
+  friction_ = FrictionLayer{};
+  layOut(near, {std::max(near.A0, near.volume / near.depth), near.A1, near.A2}, near.volume, Vector2::Zero());
+  for (int i = 0; i < 4; ++i) {
+    const double depth = depth_[i] - closer;
+    reach_[i] = depth < 0 ? depth + g * approachOf(V, i) : -std::numeric_limits<double>::infinity();
+  }
 }
 
 void FrozenPatch::part(const Vector6& V) noexcept {

@@ -31,6 +31,9 @@ class FrozenPatch {
   /// `squares`: ∫ d² dA [m⁴].
   void freeze(const ContactVolume& volume, double squares, const LocatedForce& force, const PairLaw& law, const Vector6& V,
               double g) noexcept;
+  /// (in realtime) Bars what is not in contact yet: `near` is the V of the same shapes `closer` [m] to one another along its
+  /// normal. Points with a gap press once it closes, without friction; what touches already is left to the exact patch.
+  void freezeNear(const ContactVolume& near, double closer, const PairLaw& law, const Vector6& V, double g) noexcept;
   /// (in realtime) The bodies have come apart at a twist V at which the points still press: lets them touch there at most.
   void part(const Vector6& V) noexcept;
 
@@ -48,6 +51,7 @@ class FrozenPatch {
   /// elastic energy to the first order.
   void carry(const Vector6& V, double limit, const Pose& X_AP, LocatedForce& force, double& elastic) const noexcept;
 
+  void forget() noexcept { points_ = 0; }  ///< (in realtime) no force
   /// (in realtime) Whether this patch of the same pair lies elsewhere than `other`, not within its extent.
   bool isElsewhere(const FrozenPatch& other) const noexcept { return (place_ - other.place_).norm() > 1.5 * other.radius_; }
   double referenceNormal() const { return reference_normal_; }  ///< N at the reference [N]
@@ -61,6 +65,8 @@ class FrozenPatch {
     return {V[3], V[4], torsion_ ? V[2] : 0.0};
   }
   double press(double v_n, double reach, double& slope) const noexcept;
+  void layOut(const ContactVolume& volume, const PatchMoments& area, double thickness, const Vector2& V1) noexcept;
+  void setLaw(const PairLaw& law, double g) noexcept;
   void sum(const Vector6& V, Vector3& first) const noexcept;
 
   double g_ = 0, k_ = 0, c_ = 0, b_ = 0, weight_ = 0;

@@ -39,6 +39,7 @@ ImplicitStage::ImplicitStage(const Plan& plan, const WorldSettings& settings)
   memory_base.resize(plan.pair_capacity);
   yielding.resize(plan.pair_capacity);
   slot_.resize(plan.pair_capacity);
+  near_.resize(plan.pair_capacity);
   moved_.resize(plan.trees.size());
   work_.resize(plan.links.size());
   held_by_.resize(plan.links.size());
@@ -79,7 +80,8 @@ bool ImplicitStage::solve(double g, double left, int most_passes) noexcept {
   if (has_joints_) joints_.startStage(*state_, q_base.data(), g, v.data());
   contacts_.clear();
   problem_.contacts.clear();
-  for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = -1;
+  for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = near_[island_.pairs[i]] = -1;
+  reach_ = 0;
   for (int n = 0; n < island_.tree_count; ++n) moved_[island_.trees[n]] = 1;
   double last = 0;
   bool converged = false;
@@ -112,6 +114,7 @@ bool ImplicitStage::solve(double g, double left, int most_passes) noexcept {
     wrench_error = problem_.imbalance * std::min(1.0, rate);
     converged = error <= tolerance || (rate >= 0.5 && changed <= kStagnation * problem_.speed(v.data()));
     last = changed;
+    reach_ = g * changed;
     for (int n = 0; n < island_.tree_count; ++n) {
       const int t = island_.trees[n];
       moved_[t] = problem_.speedOf(t, before_.data()) > std::max(fine, kStays * tolerance);
@@ -157,7 +160,8 @@ void ImplicitStage::setVelocity(const std::vector<double>& from, double share) n
   }
   contacts_.clear();
   problem_.contacts.clear();
-  for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = -1;
+  for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = near_[island_.pairs[i]] = -1;
+  reach_ = 0;
 }
 
 void ImplicitStage::keepEnergy(double g) noexcept {
@@ -252,7 +256,7 @@ void ImplicitStage::evaluate(double g) noexcept {
   }
   for (int i = 0; i < aside; ++i) {
     const FrozenContact& c = problem_.contacts[i];
-    if (contacts_[i].touching || slot_[contacts_[i].pair] == i) continue;
+    if (contacts_[i].touching || slot_[contacts_[i].pair] == i || near_[contacts_[i].pair] == i) continue;
     if (moved_[plan_.links[c.link_a].articulation] || moved_[plan_.links[c.link_b].articulation]) part(i);
   }
 }
@@ -264,10 +268,12 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   const PlanShape &A = plan_.shapes[shape_a], &B = plan_.shapes[shape_b];
   ContactVolume volume;
   const NormalRule rule = joint_normals_.ruleFor(index, settings_.normal_rule, X_WS_[shape_a], pair.cache);
-  contactVolume(*A.shape, *B.shape, relativePose(X_WS_[shape_a], X_WS_[shape_b]), pair.cache, workspace_, volume, rule);
+  const Pose X_AB = relativePose(X_WS_[shape_a], X_WS_[shape_b]);
+  contactVolume(*A.shape, *B.shape, X_AB, pair.cache, workspace_, volume, rule);
   int& slot = slot_[index];
   if (volume.status != ContactVolume::Status::kOverlap) {
     if (slot >= 0) part(slot);
+    if (reach_ > 0) lookAhead(index, X_AB, pair.cache.direction, g);
     return;
   }
   const bool known = slot >= 0;
@@ -303,6 +309,39 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   if (known && before.patch.isElsewhere(frozen.patch)) keepAside(index, before);
   // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
   if (!known) frozen.limit = contact.force.normal_force;
+  if (volume.depth < reach_) lookAhead(index, X_AB, volume.normal(), g);
+}
+
+/// Puts what is nearer than the reach into the problem: `n` [A's frame] from A to B is the way on which it would meet.
+void ImplicitStage::lookAhead(int index, const Pose& X_AB, const Vector3& n, double g) noexcept {
+  const ActivePair& pair = state_->pairs[index];
+  const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
+  int& slot = near_[index];
+  if (slot >= 0) problem_.contacts[slot].patch.forget();
+  if (!(n.squaredNorm() > 0)) return;
+  PairCache cache = pair.cache;
+  ContactVolume near;
+  contactVolume(*plan_.shapes[shape_a].shape, *plan_.shapes[shape_b].shape, Pose(X_AB.R, X_AB.p - reach_ * n), cache,
+                workspace_, near, settings_.normal_rule);
+  if (near.status != ContactVolume::Status::kOverlap) return;
+  if (slot < 0) {
+    const int last = contacts_.size();
+    contacts_.resize(last + 1);
+    problem_.contacts.resize(last + 1);
+    if (contacts_.size() == last) return;
+    slot = last;
+  }
+  contacts_[slot].pair = index;
+  contacts_[slot].touching = false;
+  FrozenContact& c = problem_.contacts[slot];
+  c.link_a = plan_.shapes[shape_a].link;
+  c.link_b = plan_.shapes[shape_b].link;
+  c.X_WP = X_WS_[shape_a] * near.X_AP;
+  c.limit = 0;
+  const Twist V_W = work_[c.link_b].twistAt(c.X_WP.p) - work_[c.link_a].twistAt(c.X_WP.p);
+  c.V_reference = V_W.rotated(c.X_WP.R.transpose()).vector();
+  const PairLaw law = plan_.law(shape_a, shape_b, held_by_[c.link_a] >= 0, held_by_[c.link_b] >= 0);
+  c.patch.freezeNear(near, reach_, law, c.V_reference, g);
 }
 
 /// A patch that has gone to another place of its pair still bars the way back: a body that rocks would go on for ever.

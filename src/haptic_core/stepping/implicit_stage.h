@@ -97,6 +97,7 @@ class ImplicitStage {
   void evaluate(double g) noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
   void evaluatePair(int index, double g) noexcept;
+  void lookAhead(int pair, const Pose& X_AB, const Vector3& n, double g) noexcept;
   void part(int slot) noexcept;
   void keepAside(int pair, const FrozenContact& contact) noexcept;
   void pull(ImplicitCoupling& coupling) noexcept;
@@ -123,7 +124,8 @@ class ImplicitStage {
   std::vector<int> first_shape_;                ///< by tree, with the end of the last
   std::vector<Pose> X_WS_;
   LoadedVector<ImplicitContact> contacts_;      ///< within a solve: parallel to the problem's
-  std::vector<int> slot_;                       ///< by pair: index in contacts_, or -1
+  std::vector<int> slot_, near_;                ///< by pair: index in contacts_ of its patch, of what is near; or -1
+  double reach_ = 0;                            ///< gap that may close within the pass: way of the last one [m]
   ContactWorkspace workspace_;
   JointNormals joint_normals_;
 };
