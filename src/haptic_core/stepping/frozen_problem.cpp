@@ -11,7 +11,7 @@ namespace {
 constexpr int kAside = 256;            ///< patches kept beside those of the pairs that touch; further ones are dropped
 constexpr int kMostSearch = 12;       ///< evaluations of the frozen forces on one line
 constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)| falls to this share of |φ(0)|
-constexpr double kShort = 0.5;        ///< a Newton step below this share of the pass's change ends the pass
+constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
 using JacobianMap = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>;
 

@@ -20,7 +20,7 @@ constexpr double kRounding = 4 * 2.2e-16;
 /// Changes that shrink no more, but are this small already, are rounding in a stiff contact.
 constexpr double kStagnation = 1e-9;
 /// Newton steps of a pass: passes contract by 5–20 each, so that more of them beat longer ones.
-constexpr int kStepsOfPass = 3;
+constexpr int kStepsOfPass = 4;
 /// Without contacts a pass costs little, and there is nothing that ends it but rounding: share of the tolerance then.
 constexpr double kContactFree = 1e-4;
 /// Share of v that is left where no reference had little enough energy. Then nothing is left: what stands has none.
@@ -75,7 +75,7 @@ void ImplicitStage::select(const Island& island) noexcept {
   contacts_.clear();
 }
 
-bool ImplicitStage::solve(double g, double left, int most_passes) noexcept {
+void ImplicitStage::start(double g, double left) noexcept {
   left_ = left;
   if (has_joints_) joints_.startStage(*state_, q_base.data(), g, v.data());
   contacts_.clear();
@@ -83,11 +83,15 @@ bool ImplicitStage::solve(double g, double left, int most_passes) noexcept {
   for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = near_[island_.pairs[i]] = -1;
   reach_ = 0;
   for (int n = 0; n < island_.tree_count; ++n) moved_[island_.trees[n]] = 1;
+  calm_energy_ = std::numeric_limits<double>::infinity();
+}
+
+/// Passes, of which the first has been evaluated.
+bool ImplicitStage::iterate(double g, int most_passes) noexcept {
   double last = 0;
   bool converged = false;
-  calm_energy_ = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < most_passes && !converged; ++pass) {
-    evaluate(g);
+    if (pass > 0) evaluate(g);
     const double now = energy();
     const bool calmer = now <= calm_energy_;
     if (calmer) calm_energy_ = now;

@@ -60,7 +60,16 @@ class ImplicitStage {
 
   /// (in realtime) Solves a stage of length `g` [s] whose end lies `left` [s] before the step's. v is the guess and the
   /// result. False when not converged: v is the last iterate, `error` says how far.
-  bool solve(double g, double left, int most_passes) noexcept;
+  bool solve(double g, double left, int most_passes) noexcept {
+    return solve(g, left, most_passes, [] { return true; });
+  }
+  /// (in realtime) The same; gives up where `goesOn()` is false after the first evaluation, whose contacts it may look at.
+  template <class GoesOn>
+  bool solve(double g, double left, int most_passes, GoesOn&& goesOn) noexcept {
+    start(g, left);
+    evaluate(g);
+    return goesOn() && iterate(g, most_passes);
+  }
   /// (in realtime) After an implicit Euler stage from the state's q, v that did not converge: looks at the exact energy of
   /// v and, where it is above that of the start, goes back to the last reference that was not, or slows the island down
   /// until it is not. At most kMostRetreats evaluations.
@@ -87,6 +96,8 @@ class ImplicitStage {
   double speed(const std::vector<double>& velocity) const noexcept { return problem_.speed(velocity.data()); }
 
  private:
+  void start(double g, double left) noexcept;
+  bool iterate(double g, int most_passes) noexcept;
   double finest(double g) const noexcept;
   double energyOf(int tree) const noexcept;
   double energy() const noexcept;

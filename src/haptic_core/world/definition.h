@@ -104,7 +104,7 @@ struct WorldSettings {
   NormalRule normal_rule = NormalRule::kAreaVector;
   bool torsional_friction = true;           ///< false: patches resist sliding, not spinning (an ideal pivot)
   /// Where an implicit solve ends, as a share of the step's own error (implicit_stage.h). 0: at rounding, for references.
-  double tolerance = 1e-3;
+  double tolerance = 1e-2;
   bool energy_ledger = true;
   int history_steps = 1000;                 ///< last steps kept to look back on (world/step_history.h); 0…100000
   bool leave_out = true;                    ///< false: the general pipeline, for comparison; bit-identical
