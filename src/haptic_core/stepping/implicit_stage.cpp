@@ -22,7 +22,11 @@ constexpr double kStagnation = 1e-9;
 /// Newton steps of a pass: passes contract by 5–20 each, so that more of them beat longer ones.
 constexpr int kStepsOfPass = 4;
 /// Without contacts a pass costs little, and there is nothing that ends it but rounding: share of the tolerance then.
-constexpr double kContactFree = 1e-4;
+constexpr double kContactFree = 1e-8;
+constexpr int kContactFreePasses = 7;
+/// Weight of what gravity adds to speeds in a step, beside the change of the step: what lies has no change, and must come to
+/// rest all the same. With 1, a dropped cube still moves by 1e-7 m after a second.
+constexpr double kFree = 1e-2;
 /// Share of v that is left where no reference had little enough energy. Then nothing is left: what stands has none.
 constexpr double kSlower = 0.3;
 /// Share of the tolerance by which a body may move without its contacts being evaluated again.
@@ -90,6 +94,7 @@ void ImplicitStage::start(double g, double left) noexcept {
 bool ImplicitStage::iterate(double g, int most_passes) noexcept {
   double last = 0;
   bool converged = false;
+  if (contacts_.empty()) most_passes = std::max(most_passes, kContactFreePasses);
   for (int pass = 0; pass < most_passes && !converged; ++pass) {
     if (pass > 0) evaluate(g);
     const double now = energy();
@@ -112,7 +117,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
       fprintf(stderr, "\n"); }
     const double tolerance =
         std::max(fine, settings_.tolerance * (contacts_.empty() ? kContactFree : 1.0) *
-                           (g * settings_.gravity.norm() + change(v_base)));
+                           (kFree * g * settings_.gravity.norm() + change(v_base)));
     const double rate = pass > 0 ? changed / last : 1;
     error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
     wrench_error = problem_.imbalance * std::min(1.0, rate);

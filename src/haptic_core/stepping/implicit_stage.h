@@ -11,7 +11,8 @@
 /// as that may still touch: bodies that bounce between two passes would never settle.
 ///
 /// End. With Δ the change of the last pass and ρ its share of that of the pass before, Δ ρ/(1-ρ) is left. It ends at
-/// `tolerance` times the step's own error: as a speed g |gravity| + |v - v_b|, of which implicit Euler errs by half.
+/// `tolerance` times the step's own error: as a speed |v - v_b|, of which implicit Euler errs by half, and a hundredth of
+/// g |gravity|.
 /// After the last pass that is allowed, what is left is reported, and `keepEnergy` sees to it that it does no harm.
 #pragma once
 #include <vector>
