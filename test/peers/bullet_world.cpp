@@ -1,4 +1,5 @@
-// Bullet 3.24, double precision: btDiscreteDynamicsWorld with sequential impulses and its default margins.
+// Bullet 3.24, double precision: btDiscreteDynamicsWorld with sequential impulses; shapes with margins of 1 mm, in a
+// compound only where a body needs one.
 #include <btBulletDynamicsCommon.h>
 
 #include <Eigen/Eigenvalues>
@@ -63,13 +64,9 @@ class BulletWorld : public PeerWorld {
     if (!b.fixed && b.link->inertia.I_C.isDiagonal(1e-12)) R_LC.setIdentity();
     const Matrix3 I = R_LC.transpose() * b.link->inertia.I_C * R_LC;
     const Pose X_LC(R_LC, b.fixed ? Vector3(Vector3::Zero()) : b.link->inertia.p_LC);
-    auto compound = std::make_unique<btCompoundShape>();
-    for (const CollisionDef& collision : b.link->collisions) {
-      shapes_.push_back(makeShape(*collision.shape));
-      compound->addChildShape(toBullet(X_LC.inverse() * collision.X_LS), shapes_.back().get());
-    }
+    btCollisionShape* shape = addShape(b, X_LC.inverse());
     const double mass = b.fixed ? 0 : b.link->inertia.mass;
-    btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, compound.get(),
+    btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape,
                                                   b.fixed ? btVector3(0, 0, 0) : toBullet(Vector3(I.diagonal())));
     info.m_startWorldTransform = toBullet(b.X_WL * X_LC);
     info.m_friction = std::sqrt(b.mu);  // a pair's friction is the product
@@ -81,14 +78,35 @@ class BulletWorld : public PeerWorld {
     body->setAngularVelocity(toBullet(V.angular));
     world_.addRigidBody(body.get());
     X_CL_.push_back(X_LC.inverse());
-    shapes_.push_back(std::move(compound));
     bodies_.push_back(std::move(body));
   }
 
+  btCollisionShape* addShape(const PeerBody& b, const Pose& X_CL) {
+    const auto& collisions = b.link->collisions;
+    const auto place = [&](const CollisionDef& c) { return X_CL * c.X_LS; };
+    if (collisions.size() == 1 && place(collisions[0]).R.isIdentity(0) && place(collisions[0]).p.isZero(0)) {
+      shapes_.push_back(makeShape(*collisions[0].shape));
+      return shapes_.back().get();
+    }
+    auto compound = std::make_unique<btCompoundShape>();
+    for (const CollisionDef& collision : collisions) {
+      shapes_.push_back(makeShape(*collision.shape));
+      compound->addChildShape(toBullet(place(collision)), shapes_.back().get());
+    }
+    shapes_.push_back(std::move(compound));
+    return shapes_.back().get();
+  }
+
   static std::unique_ptr<btCollisionShape> makeShape(const ConvexPolyhedron& shape) {
-    if (shape.isBox()) return std::make_unique<btBoxShape>(toBullet(shape.halfSize()));
+    constexpr double kMargin = 1e-3;  // [m], of 40 by default: deeper contacts go the slow way, through GJK and EPA
+    if (shape.isBox()) {
+      auto box = std::make_unique<btBoxShape>(toBullet(shape.halfSize()));
+      box->setMargin(kMargin);
+      return box;
+    }
     auto hull = std::make_unique<btConvexHullShape>();
     for (const Vector3& v : shape.vertices()) hull->addPoint(toBullet(v), false);
+    hull->setMargin(kMargin);
     hull->recalcLocalAabb();
     return hull;
   }

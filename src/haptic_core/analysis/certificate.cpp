@@ -84,7 +84,7 @@ class Linearisation {
     const ContactPlaces places{work_.data(), X_WS_.data(), held_by_.data()};
     ContactEvaluation contact;
     for (int i = 0; i < state_.pair_count; ++i) {
-      if (evaluateContact(model_, seams_, i, pairs_[i], places, FrictionMemory{}, Advance{}, 1, workspace_, contact)) {
+      if (evaluateContact(model_, seams_, i, pairs_[i], places, FrictionMemory{}, Advance{}, workspace_, contact)) {
         visit(pairs_[i], contact);
       }
     }

@@ -85,6 +85,42 @@ Returned nearest(const Planar& trial, const LimitEllipsoid& limit, const Layer& 
 
 }  // namespace
 
+FrictionLayer::Answer FrictionLayer::at(const Vector3& rate, double time, double N) const noexcept {
+  Answer out;
+  if (!(N > 0) || !(area.x() > 0) || !(mu > 0)) return out;
+  const Vector3 slip = before + time * rate, t = -area.cwiseProduct(stiffness * slip + damping * rate);
+  const LimitEllipsoid limit{mu * N, mu * N * radius};
+  const auto held = [&] {  // what springs alone hold of the force
+    const Vector3 force = -out.force / stiffness;
+    return Vector3(force.x() / area.x(), force.y() / area.y(), area.z() > 0 ? force.z() / area.z() : 0.0);
+  };
+  out.load = limit.load({t.head<2>(), t.z()});
+  if (dragged) {
+    out.force = N * offset;
+    out.slip = held();
+    out.load = 1;
+    out.outside = true;
+    return out;
+  }
+  out.force = t;
+  out.slip = slip;
+  if (!limited) {
+    out.compliant_area = area.asDiagonal();
+    return out;
+  }
+  const Vector3 from = t - N * offset;
+  const Layer layer{area.x(), area.z(), stiffness, damping};
+  const Returned returned = nearest({from.head<2>(), from.z()}, limit, layer);
+  out.outside = returned.outside;
+  out.compliant_area = returned.compliant_area;
+  if (!out.outside) return out;
+  out.force << returned.force.force, returned.force.torque;
+  out.force += N * offset;
+  out.slip = held();
+  out.load = 1;
+  return out;
+}
+
 double tangentialDamping(const PairLaw& law, double area) noexcept {
   const ContactMaterial& m = law.material;
   return m.tangential_damping >= 0 ? m.tangential_damping
@@ -101,7 +137,9 @@ FrictionForce frictionForce(const ContactVolume& contact, ContactWorkspace& work
   FrictionForce out;
   const ContactMaterial& m = law.material;
   const double N = normal.force;
-  if (N <= 0 || contact.A0 <= 0 || m.mu_static <= 0) return out;
+  if (contact.A0 <= 0 || m.mu_static <= 0) return out;
+  const bool solving = advance.yielding != Yielding::kAtOnce;
+  if (N <= 0 && !solving) return out;
   const Layer layer{contact.A0, law.torsion ? torsionArea(contact) : 0.0, m.tangential_stiffness,
                     tangentialDamping(law, contact.A0)};
   const Matrix3 R_PA = contact.X_AP.R.transpose();
@@ -119,27 +157,44 @@ FrictionForce frictionForce(const ContactVolume& contact, ContactWorkspace& work
 
   const double gyration2 = contact.volume > 0 ? contact.V2.trace() / contact.volume : layer.J / layer.A0;
   const double torsion_radius = layer.J > 0 ? kTorsionRadius * std::sqrt(std::max(0.0, gyration2)) : 0.0;
+  if (solving) {
+    out.layer.area << layer.A0, layer.A0, layer.J;
+    out.layer.stiffness = layer.k;
+    out.layer.damping = layer.b;
+    out.layer.before << before.force, before.torque;
+    out.layer.radius = torsion_radius;
+    out.layer.mu = slid ? m.mu_dynamic : m.mu_static;
+    out.layer.slid = slid;
+    out.layer.limited = slid || advance.yielding != Yielding::kNever;
+    out.layer.dragged = slid && advance.yielding == Yielding::kDragged;
+    if (N <= 0) return out;
+  }
   const auto limit = [&](double mu) { return LimitEllipsoid{mu * N, mu * N * torsion_radius}; };
   const LimitEllipsoid now = limit(slid ? m.mu_dynamic : m.mu_static);
   out.load = now.load(trial);
   out.compliant_area.diagonal() << layer.A0, layer.A0, layer.J;
   // What the springs hold on the limit surface: what slid last, or the trial force brought back to it.
   const Planar held = slid ? layer.force(before, {}) : trial * (1 / std::max(1.0, out.load));
-  const bool solving = advance.yielding != Yielding::kAtOnce;
   bool slides = slid || (advance.yielding != Yielding::kNever && out.load > 1);
   Planar f = trial;
   if (slides) {
     const bool keeps = solving && !slid;
     const double mu = keeps ? m.mu_static : m.mu_dynamic;
     // Where the area integral stands off the ellipsoid. Within a solve the direction is that of the step before, so
-    // that it does not turn over with the iterates.
+    // that it does not turn over with the iterates. Where the pressure is clipped its field is not the pressure: the
+    // integral of what pulls there would be friction beyond μ N.
     Planar offset;
     if (!keeps) {
-      const Planar slipped = solving ? old_rate : layer.slipFor(trial - held);
-      const SlidingIntegral s = slidingIntegral(workspace, contact, normal.field, normal.moments(contact),
-                                                slipped.force, slipped.torque, normal.radius);
-      f = Planar{-mu * s.force, law.torsion ? -mu * s.torque : 0.0};
-      offset = f - limit(mu).against(slipped);
+      const Planar slipped = solving ? old_rate : layer.slipFor(trial - held), on_ellipsoid = limit(mu).against(slipped);
+      f = on_ellipsoid;
+      if (!(solving && normal.clipped)) {
+        const SlidingIntegral s = slidingIntegral(workspace, contact, normal.field, normal.moments(contact),
+                                                  slipped.force, slipped.torque, normal.radius);
+        f = Planar{-mu * s.force, law.torsion ? -mu * s.torque : 0.0};
+      }
+      offset = f - on_ellipsoid;
+      const Planar stand = out.layer.dragged ? f : offset;
+      out.layer.offset << stand.force / N, stand.torque / N;
     }
     const bool dragged = slid && advance.yielding == Yielding::kDragged;
     const Returned returned = dragged ? Returned{} : nearest(trial - offset, limit(mu), layer);

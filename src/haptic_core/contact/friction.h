@@ -91,6 +91,31 @@ struct Advance {
   Yielding yielding = Yielding::kAtOnce;
 };
 
+/// What a friction law is while the slip rate alone changes within a step: an elastic layer within an ellipsoid.
+///     t(u) = -L (k s + (b + h k) u),   L = diag(A0, A0, J),   s before, u the rate: (x, y, about n)
+///     f = N o + the point of { |f|² / (μ N)² + τ²/(μ N r)² ≤ 1 } nearest to t - N o in the metric L⁻¹
+/// f is the negative gradient of a convex function of u while N stays.
+struct FrictionLayer {
+  Vector3 area = Vector3::Zero();     ///< A0, A0, J [m², m⁴]
+  double stiffness = 0, damping = 0;  ///< k_t [N/m³], b_t [N·s/m³]
+  Vector3 before = Vector3::Zero();   ///< s at the start of the step [m, rad]
+  Vector3 offset = Vector3::Zero();   ///< o, where the area integral stands off the ellipsoid, per N [1, m]
+  double mu = 0, radius = 0;          ///< μ, r [m]
+  bool limited = true;                ///< false: elastic whatever the load
+  bool dragged = false;               ///< f = N o, whatever the slip
+  bool slid = false;                  ///< it slid at the start
+
+  struct Answer {
+    Vector3 force = Vector3::Zero();              ///< f [N, N·m]
+    Vector3 slip = Vector3::Zero();               ///< what the springs hold at the end [m, rad]
+    double load = 0;                              ///< share of the limit that t uses
+    bool outside = false;                         ///< t was beyond the limit
+    Matrix3 compliant_area = Matrix3::Zero();     ///< see FrictionForce
+  };
+  /// (in realtime) Of the rate u [m/s, rad/s] over `time` [s] under the normal force N [N].
+  Answer at(const Vector3& rate, double time, double N) const noexcept;
+};
+
 struct FrictionForce {
   Vector2 force = Vector2::Zero();          ///< on B, in P's axes [N]
   double torque = 0;                        ///< about n [N·m]
@@ -104,6 +129,7 @@ struct FrictionForce {
   /// The layer as it answers a change of slip, in (x, y, about n): A0, A0, J [m², m⁴] while stuck, without the
   /// direction of slip while sliding. ∂f/∂slip = -k_t times it, ∂f/∂rate = -b_t times it.
   Matrix3 compliant_area = Matrix3::Zero();
+  FrictionLayer layer;                      ///< the law that gave it, where `yielding` is one of solves
 };
 
 /// (in realtime) A pure function. `V`: twist of B relative to A at P, in P's axes.

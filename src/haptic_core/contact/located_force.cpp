@@ -71,6 +71,7 @@ LocatedForce locatedForce(const ContactVolume& contact, ContactWorkspace& worksp
 
   out.tangent = {normal.stiffness, normal.damping, friction.compliant_area, law.material.tangential_stiffness,
                  tangentialDamping(law, contact.A0)};
+  out.layer = friction.layer;
 
   const Matrix3& R_AP = contact.X_AP.R;
   const double A0 = contact.A0, J = torsionArea(contact), kt = law.material.tangential_stiffness;

@@ -34,6 +34,7 @@ struct LocatedForce {
   Wrench impulse_P;           ///< what the trapezoidal rule over the step misses because of that [N·m·s, N·s]
   double elastic_impulse = 0; ///< of it that of k Vol n [N·s]
   PatchTangent tangent;
+  FrictionLayer layer;        ///< of a solve: the law of friction while only the slip rate changes
 };
 
 /// (in realtime) A pure function: nothing is stored. `workspace` holds the V that `contact` was computed from; it is

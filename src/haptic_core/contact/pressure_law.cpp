@@ -21,10 +21,6 @@ constexpr double kUniform = 1e-6;
 /// what it would add is below the rounding of a depth of micrometres.
 constexpr double kNegligiblePull = 1e-9;
 
-/// The factor (1 + c ḋ) of the stiffness does not fall below this: a patch that parts fast presses little, but a
-/// Newton step that believed it weightless would throw it back in.
-constexpr double kLeastPressing = 0.05;
-
 double patchReach(const ContactWorkspace& workspace, const ContactVolume& contact) {
   const Vector3 n = contact.X_AP.R.col(2), p = contact.X_AP.p;
   double reach2 = 0;

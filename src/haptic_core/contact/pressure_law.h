@@ -37,6 +37,10 @@ constexpr const PressureKind& kindOf(PressureLaw law) { return kPressureKinds[st
 /// The pressure jumps from 0 where a contact begins while bodies approach.
 constexpr bool jumpsAtTouch(PressureLaw law) { return kindOf(law).damper == PressureKind::Damper::kBesideSpring; }
 
+/// The factor (1 + c ḋ) of the stiffness does not fall below this: a patch that parts fast presses little, but a
+/// Newton step that believed it weightless would throw it back in.
+constexpr double kLeastPressing = 0.05;
+
 /// ∫ w, ∫ r w, ∫ r rᵀ w dA of a weight w over the patch.
 struct PatchMoments {
   double m0 = 0;

@@ -122,6 +122,9 @@ bool advance(const Model& model, const Island& island, double h, State& state, W
   const ImplicitReport& solved =
       work.implicit->advance(island, h, model.settings.integrator != Integrator::kImplicitEuler);
   report.iterations = std::max(report.iterations, solved.iterations);
+  report.evaluations = std::max(report.evaluations, solved.evaluations);
+  report.factorisations = std::max(report.factorisations, solved.factorisations);
+  report.wrench_error = std::max(report.wrench_error, solved.wrench_error);
   report.residual = std::max(report.residual, solved.residual);
   report.fallbacks += solved.fell_back;
   report.parts = std::max(report.parts, solved.parts);

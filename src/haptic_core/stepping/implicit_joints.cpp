@@ -88,9 +88,9 @@ void ImplicitJoints::startStage(const State& state, const double* q_base, double
 }
 
 bool ImplicitJoints::solve(BlockCholesky& matrix, const LinkWork* work, const double* q, const double* v,
-                           const double* residual, double* p) noexcept {
+                           const double* residual, double open, double* p) noexcept {
   matrix.keep();
-  evaluateRings(work, q);
+  evaluateRings(work, q, open);
   const int most = kBlockPasses + kSinglePasses * static_cast<int>(laws_.size());
   converged_ = true;
   for (int pass = 0;; ++pass) {
@@ -130,11 +130,12 @@ void ImplicitJoints::setUp(BlockCholesky& matrix, const double* v, const double*
   }
 }
 
-void ImplicitJoints::evaluateRings(const LinkWork* work, const double* q) noexcept {
+void ImplicitJoints::evaluateRings(const LinkWork* work, const double* q, double open) noexcept {
   for (const TreeRings& r : rings_) {
     const ModelTree& tree = model_.trees[r.tree];
     r.rings.residual(work + tree.link, q + tree.q, &phi_[r.row]);
     r.rings.jacobian(work + tree.link, r.G);
+    for (int i = r.row; i < r.row + r.rings.rows(); ++i) phi_[i] *= open;
   }
 }
 

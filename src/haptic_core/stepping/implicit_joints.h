@@ -38,9 +38,10 @@ class ImplicitJoints {
   void startStage(const State& state, const double* q_base, double g, double* v) noexcept;
 
   /// (in realtime) The Newton step p at v, both in the state's order; `matrix` holds A, assembled, and is
-  /// overwritten. q, work: at the end of the stage with v. False: A is not positive definite.
+  /// overwritten. q, work: at the reference of the loops' gaps, of which the share `open` is left at v: the
+  /// steps taken since then have closed the rest. False: A is not positive definite.
   bool solve(BlockCholesky& matrix, const LinkWork* work, const double* q, const double* v,
-             const double* residual, double* p) noexcept;
+             const double* residual, double open, double* p) noexcept;
   /// (in realtime) −(g f + Gᵀ μ)·p at a velocity on the way from v to v + p: what the joints add to R·p.
   double slope(const double* v, const double* p) const noexcept;
   /// (in realtime) Prescribed velocities, to the last bit: rounding in v + p would move a joint that sticks.
@@ -84,7 +85,7 @@ class ImplicitJoints {
     int first = 0;  ///< row of its first degree in the matrix
   };
   void setUp(BlockCholesky& matrix, const double* v, const double* residual) noexcept;
-  void evaluateRings(const LinkWork* work, const double* q) noexcept;
+  void evaluateRings(const LinkWork* work, const double* q, double open) noexcept;
   void closeRings(BlockCholesky& matrix) noexcept;
   void readForces() noexcept;
   bool movePieces(const double* v, bool all) noexcept;

@@ -2,50 +2,50 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
 
 #include "haptic_core/dynamics/joint_space_inertia.h"
 #include "haptic_core/geometry/contact_integrals.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/world/hands.h"
 
 namespace haptic {
 namespace {
 
-/// Newton ends when its step is this small against the speeds of the step (relative), plus what rounding of
-/// coordinates amounts to: kRounding of the distance from W's origin, per step. Larger lets resting bodies creep;
-/// smaller iterates on rounding.
-constexpr double kTolerance = 1e-13;
+/// No solve goes on below this share of the speeds of the step, plus what rounding of coordinates amounts to: kRounding
+/// of the distance from W's origin, per step. Smaller iterates on rounding.
+constexpr double kFinest = 1e-13;
 constexpr double kRounding = 4 * 2.2e-16;
-/// Steps that shrink no more, but are this small already, are rounding in a stiff contact.
+/// Changes that shrink no more, but are this small already, are rounding in a stiff contact.
 constexpr double kStagnation = 1e-9;
-/// Roundings that the normal speed of a contact may still have where friction's end Newton.
-constexpr double kSlack = 8;
-constexpr int kMaxIterations = 15;    ///< before stiffness is built up in steps
-constexpr int kMaxContinuation = 60;  ///< Newton steps at one stiffness of the continuation
-constexpr int kMaxLineSearch = 10;   ///< evaluations; each halves the bracket at least
-constexpr double kSufficient = 0.5;  ///< a step is good when |φ(α)| falls to this share of |φ(0)|
-
-using JacobianMap = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>;
+/// Newton steps of a pass: passes contract by 5–20 each, so that more of them beat longer ones.
+constexpr int kStepsOfPass = 4;
+/// Without contacts a pass costs little, and there is nothing that ends it but rounding: share of the tolerance then.
+constexpr double kContactFree = 1e-8;
+constexpr int kContactFreePasses = 7;
+/// Weight of what gravity adds to speeds in a step, beside the change of the step: what lies has no change, and must come to
+/// rest all the same. With 1, a dropped cube still moves by 1e-7 m after a second.
+constexpr double kFree = 1e-2;
+/// Share of v that is left where no reference had little enough energy. Then nothing is left: what stands has none.
+constexpr double kSlower = 0.3;
+/// Share of the tolerance by which a body may move without its contacts being evaluated again.
+constexpr double kStays = 0.05;
 
 }  // namespace
 
 ImplicitStage::ImplicitStage(const Model& model)
-    : model_(model),
-      settings_(model.settings),
-      joints_(model),
-      matrix_(static_cast<int>(model.trees.size()), model.pair_capacity,
-              // The dense factor, but no more than 64 MB: beyond, a step falls back to more, smaller solves.
-              std::min<std::size_t>(static_cast<std::size_t>(model.nv) * (model.nv + 1), std::size_t{8} << 20)),
-      seams_(model) {
-  const int trees = static_cast<int>(model.trees.size());
-  node_of_tree_.assign(trees, -1);
-  node_size_.resize(trees);
-  int largest = 1;
-  for (const ModelTree& tree : model.trees) largest = std::max(largest, tree.model->nv());
+    : model_(model), settings_(model.settings), joints_(model), problem_(model), seams_(model) {
   q_base.resize(model.nq);
   q_.resize(model.nq);
-  for (auto* vector : {&v_base, &v, &trial_, &residual_, &step_, &v_dot_, &rows_}) vector->resize(model.nv);
+  for (auto* vector : {&v_base, &v, &before_, &residual_, &v_dot_, &calm_}) vector->resize(model.nv);
+  tree_energy_.resize(model.trees.size());
   memory_base.resize(model.pair_capacity);
   yielding.resize(model.pair_capacity);
+  slot_.resize(model.pair_capacity);
+  near_.resize(model.pair_capacity);
+  moved_.resize(model.trees.size());
   work_.resize(model.links.size());
   held_by_.resize(model.links.size());
   X_WS_.resize(model.shapes.size());
@@ -55,13 +55,8 @@ ImplicitStage::ImplicitStage(const Model& model)
     first_shape_.push_back(static_cast<int>(first - model.shapes.begin()));
   }
   first_shape_.push_back(static_cast<int>(model.shapes.size()));
-  contacts_.reserve(model.pair_capacity);
-  edges_.reserve(model.pair_capacity);
-  if (!joints_.empty()) matrix_.reserveKept();
+  contacts_.reserve(problem_.contacts.capacity());
   model.reserve(workspace_);
-  mass_matrix_.resize(static_cast<std::size_t>(largest) * largest);
-  block_.resize(mass_matrix_.size());
-  for (auto* J : {&jacobian_a_, &jacobian_b_, &weighted_}) J->resize(6 * static_cast<std::size_t>(largest));
 }
 
 void ImplicitStage::begin(State& state, const std::vector<int>& held_by) noexcept {
@@ -69,185 +64,145 @@ void ImplicitStage::begin(State& state, const std::vector<int>& held_by) noexcep
   std::copy(held_by.begin(), held_by.end(), held_by_.begin());
   std::copy(state.q.begin(), state.q.end(), q_.begin());
   for (std::size_t t = 0; t < model_.trees.size(); ++t) place(static_cast<int>(t), state.v);
-  iterations = evaluations = 0;
-  residual = 0;
+  std::fill(moved_.begin(), moved_.end(), 0);
+  evaluations = problem_.iterations = problem_.factorisations = 0;
+  error = wrench_error = 0;
+  problem_.couplings.resize(couplings.size());
   island_ = Island{};  // its arrays may have been filled anew
-  std::fill(node_of_tree_.begin(), node_of_tree_.end(), -1);
+  problem_.forget();
 }
 
 void ImplicitStage::select(const Island& island) noexcept {
-  for (int n = 0; n < island_.tree_count; ++n) node_of_tree_[island_.trees[n]] = -1;
   island_ = island;
   has_joints_ = false;
-  for (int n = 0; n < island.tree_count; ++n) {
-    node_of_tree_[island.trees[n]] = n;
-    node_size_[n] = model_.trees[island.trees[n]].model->nv();
-    has_joints_ |= model_.trees[island.trees[n]].has_laws;
-  }
-  if (has_joints_) joints_.setNodes(node_of_tree_, island.tree_count);
+  for (int n = 0; n < island.tree_count; ++n) has_joints_ |= model_.trees[island.trees[n]].has_laws;
+  problem_.select(island, work_.data(), has_joints_ ? &joints_ : nullptr);
   contacts_.clear();
 }
 
-void ImplicitStage::start(double g) noexcept {
+void ImplicitStage::start(double g, double left) noexcept {
+  left_ = left;
   if (has_joints_) joints_.startStage(*state_, q_base.data(), g, v.data());
+  contacts_.clear();
+  problem_.contacts.clear();
+  for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = near_[island_.pairs[i]] = -1;
+  reach_ = 0;
+  for (int n = 0; n < island_.tree_count; ++n) moved_[island_.trees[n]] = 1;
+  calm_energy_ = std::numeric_limits<double>::infinity();
 }
 
-/// Newton from the guess in v; when that fails, with the stiffness built up.
-bool ImplicitStage::solve(double g, double left) noexcept {
-  left_ = left;
-  softness_ = 1;
-  start(g);
-  if (newton(g, kMaxIterations)) return true;
-  // From where g² k_eff equals a tenth of the inertia; the contacts of the last evaluation tell how stiff they are.
-  double stiffest = 0;
-  for (const ImplicitContact& c : contacts_) {
-    const PairLaw law = model_.law(c.shape_a, c.shape_b, false, false);
-    stiffest = std::max(stiffest, g * g * law.material.stiffness * c.volume.A0 / law.reduced_mass);
-  }
-  int decades = stiffest > 0.1 ? static_cast<int>(std::ceil(std::log10(stiffest / 0.1))) : 1;
-  move(0, v_base, v);
-  start(g);
+/// Passes, of which the first has been evaluated.
+bool ImplicitStage::iterate(double g, int most_passes) noexcept {
+  double last = 0;
   bool converged = false;
-  for (; decades >= 0; --decades) {
-    softness_ = std::pow(10.0, -decades);
-    converged = newton(g, kMaxContinuation);
+  if (contacts_.empty()) most_passes = std::max(most_passes, kContactFreePasses);
+  for (int pass = 0; pass < most_passes && !converged; ++pass) {
+    if (pass > 0) evaluate(g);
+    const double now = energy();
+    const bool calmer = now <= calm_energy_;
+    if (calmer) calm_energy_ = now;
+    for (int n = 0; n < island_.tree_count; ++n) {
+      const ModelTree& tree = model_.trees[island_.trees[n]];
+      if (calmer) std::copy_n(v.begin() + tree.v, tree.model->nv(), calm_.begin() + tree.v);
+      std::copy_n(v.begin() + tree.v, tree.model->nv(), before_.begin() + tree.v);
+    }
+    const double fine = finest(g);
+    if (!problem_.minimise(g, kStepsOfPass, fine, q_.data(), v.data())) break;
+    const double changed = change(before_); std::vector<double> dbg_(v_dot_);
+    if (!std::isfinite(changed)) break;
+    if (getenv("DBG")) {  // DEBUG
+      int worst = -1; double big = 0; for (int n = 0; n < island_.tree_count; ++n) { double x = problem_.speedOf(island_.trees[n], dbg_.data()); if (x > big) big = x, worst = island_.trees[n]; }
+      fprintf(stderr, "step %d pass %d changed %.3g tree %d inner %d first %.3g fine %.3g |", (int)state_->step, pass, changed, worst, problem_.iterations, problem_.first_step, fine);
+      for (int i = 0; i < contacts_.size(); ++i) { auto& c = contacts_[i]; auto& f = problem_.contacts[i]; if (problem_.nodeOf(f.link_a)>=0 ? model_.links[f.link_a].articulation==worst||model_.links[f.link_b].articulation==worst : model_.links[f.link_b].articulation==worst)
+        fprintf(stderr, " [p%d t%d N %.4g->%.4g A0 %.3g d %.3g n %.3f %.3f %.3f st %d clip %d vn %.3g]", c.pair, c.touching, c.force.normal_force, f.force.normal, c.volume.A0, c.volume.depth, c.X_WP.R(0,2), c.X_WP.R(1,2), c.X_WP.R(2,2), c.force.sticking, c.force.clipped, f.V_reference[5]); }
+      fprintf(stderr, "\n"); }
+    const double tolerance =
+        std::max(fine, settings_.tolerance * (contacts_.empty() ? kContactFree : 1.0) *
+                           (kFree * g * settings_.gravity.norm() + change(v_base)));
+    const double rate = pass > 0 ? changed / last : 1;
+    error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
+    wrench_error = problem_.imbalance * std::min(1.0, rate);
+    converged = error <= tolerance || (rate >= 0.5 && changed <= kStagnation * problem_.speed(v.data()));
+    last = changed;
+    reach_ = g * changed;
+    for (int n = 0; n < island_.tree_count; ++n) {
+      const int t = island_.trees[n];
+      moved_[t] = problem_.speedOf(t, before_.data()) > std::max(fine, kStays * tolerance);
+    }
   }
+  finish(g);
   return converged;
 }
 
-/// to = from + α p over the island.
-void ImplicitStage::move(double alpha, const std::vector<double>& from, std::vector<double>& to) noexcept {
+double ImplicitStage::energyOf(int t) const noexcept {
+  const ModelTree& tree = model_.trees[t];
+  return kineticEnergy(*tree.model, work_.data() + tree.link) +
+         potentialEnergy(*tree.model, work_.data() + tree.link, settings_.gravity);
+}
+
+/// Of the island at its reference, springs of contacts included [J].
+double ImplicitStage::energy() const noexcept {
+  double sum = 0;
+  for (int n = 0; n < island_.tree_count; ++n) sum += tree_energy_[island_.trees[n]];
+  for (const ImplicitContact& c : contacts_) sum += c.touching ? c.elastic : 0.0;
+  return sum;
+}
+
+/// The same at the start of the stage. Leaves the links there.
+double ImplicitStage::startEnergy() noexcept {
+  double sum = 0;
   for (int n = 0; n < island_.tree_count; ++n) {
-    const int first = model_.trees[island_.trees[n]].v;
-    for (int i = first; i < first + node_size_[n]; ++i) to[i] = from[i] + (alpha != 0 ? alpha * step_[i] : 0.0);
+    const ModelTree& tree = model_.trees[island_.trees[n]];
+    std::copy_n(q_base.begin() + tree.q, tree.model->nq(), q_.begin() + tree.q);
+    place(island_.trees[n], v_base);
+    sum += energyOf(island_.trees[n]);
   }
-  if (alpha == 1 && has_joints_) joints_.settle(to.data());
+  for (int i = 0; i < island_.pair_count; ++i) sum += memory_base[island_.pairs[i]].elastic_energy;
+  return sum;
 }
 
-bool ImplicitStage::newton(double g, int max_iterations) noexcept {
-  double last = 1e300;
-  evaluate(v, g);
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    if (!assemble(g) || !findDirection()) return false;
-    const double phi_0 = slope(v);
-    ++iterations;
-    residual = speed(step_);
-    if (converges(g, last)) {
-      // The step is rounding: taken without looking again, the forces are those of the evaluation before it.
-      move(1, v, v);
-      return true;
-    }
-    last = residual;
-    const double alpha = lineSearch(g, phi_0);
-    move(alpha, v, v);
-  }
-  return false;
-}
-
-/// Newton's step p into step_: A p = -R, with what the joints do by themselves.
-bool ImplicitStage::findDirection() noexcept {
-  if (has_joints_) {
-    return joints_.solve(matrix_, work_.data(), q_.data(), v.data(), residual_.data(), step_.data());
-  }
-  if (!matrix_.factor()) return false;
-  for (int n = 0, row = 0; n < island_.tree_count; ++n) {
-    const int first = model_.trees[island_.trees[n]].v;
-    for (int i = 0; i < node_size_[n]; ++i) rows_[row++] = -residual_[first + i];
-  }
-  matrix_.solve(rows_.data());
-  for (int n = 0, row = 0; n < island_.tree_count; ++n) {
-    const int first = model_.trees[island_.trees[n]].v;
-    for (int i = first; i < first + node_size_[n]; ++i) step_[i] = rows_[row++];
-  }
-  return true;
-}
-
-/// φ = R(v)·p at the last evaluation, which was at `velocity`.
-double ImplicitStage::slope(const std::vector<double>& velocity) const noexcept {
-  double phi = 0;
+/// v = share · from, of which everything is evaluated anew.
+void ImplicitStage::setVelocity(const std::vector<double>& from, double share) noexcept {
   for (int n = 0; n < island_.tree_count; ++n) {
-    const int first = model_.trees[island_.trees[n]].v;
-    for (int i = first; i < first + node_size_[n]; ++i) phi += step_[i] * residual_[i];
+    const ModelTree& tree = model_.trees[island_.trees[n]];
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) v[i] = share * from[i];
+    moved_[island_.trees[n]] = 1;
   }
-  return has_joints_ ? phi + joints_.slope(velocity.data(), step_.data()) : phi;
+  contacts_.clear();
+  problem_.contacts.clear();
+  for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = near_[island_.pairs[i]] = -1;
+  reach_ = 0;
 }
 
-/// Speed along the patches that rounding of coordinates makes uncertain: the normal force is uncertain by k A0 times as
-/// much, friction that slides with it, and nothing holds that back.
-double ImplicitStage::slidingNoise(double g) const noexcept {
-  double speed = 0;
-  for (const ImplicitContact& c : contacts_) {
-    if (c.force.sticking || !(c.force.normal_force > 0)) continue;
-    const double mu = c.force.F_BP_P.force.head<2>().norm() / c.force.normal_force;
-    const double mass = model_.law(c.shape_a, c.shape_b, false, false).reduced_mass;
-    speed += g * mu * c.stiffness * std::abs(c.volume.A0) / mass * kRounding * farthest();
+void ImplicitStage::keepEnergy(double g) noexcept {
+  const double most = startEnergy(), calm = calm_energy_;
+  setVelocity(v, 1);
+  evaluate(g);
+  if (!(energy() <= most)) {
+    setVelocity(calm_, calm <= most ? 1.0 : kSlower);
+    evaluate(g);
   }
-  return speed;
+  if (!(energy() <= most)) {
+    setVelocity(calm_, 0);
+    evaluate(g);
+  }
+  finish(g);
 }
 
-/// Largest speed along a patch's normal in the last Newton step.
-double ImplicitStage::normalStep() const noexcept {
+/// Largest speed by which v differs from `since`. Leaves v - v_r in `before_`.
+double ImplicitStage::change(const std::vector<double>& since) noexcept {
   double largest = 0;
-  for (const ImplicitContact& c : contacts_) {
-    double speed = 0;
-    for (const int shape : {c.shape_a, c.shape_b}) {
-      const ModelLink& link = model_.links[model_.shapes[shape].link];
-      if (nodeOf(model_.shapes[shape].link) < 0) continue;
-      const ModelTree& tree = model_.trees[link.articulation];
-      const Twist step = pointTwist(*tree.model, work_.data() + tree.link, link.local, c.X_WP.p, step_.data() + tree.v);
-      speed += (shape == c.shape_b ? 1 : -1) * c.X_WP.R.col(2).dot(step.linear);
-    }
-    largest = std::max(largest, std::abs(speed));
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const ModelTree& tree = model_.trees[island_.trees[n]];
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) v_dot_[i] = v[i] - since[i];
+    largest = std::max(largest, problem_.speedOf(island_.trees[n], v_dot_.data()));
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) before_[i] = v[i] - problem_.reference()[i];
   }
   return largest;
 }
 
-bool ImplicitStage::converges(double g, double last) const noexcept {
-  const double scale = speed(v) + settings_.gravity.norm() * g, finest = kTolerance * scale + kRounding * farthest() / g;
-  if (residual <= finest) return true;
-  // What shrinks no more is rounding, if it is as small. What slides is uncertain along its patch alone.
-  if (residual < 0.5 * last) return false;
-  return residual <= kStagnation * scale || (residual <= slidingNoise(g) && normalStep() <= kSlack * finest);
-}
-
-/// The α whose φ(α) = R(v + α p)·p is small against φ(0); leaves R and the contacts of v + α p behind.
-double ImplicitStage::lineSearch(double g, double phi_0) noexcept {
-  double low = 0, phi_low = phi_0, high = 0, phi_high = 0, alpha = 1;
-  for (int i = 0; i < kMaxLineSearch; ++i) {
-    move(alpha, v, trial_);
-    evaluate(trial_, g);
-    const double phi = slope(trial_);
-    // With loops that do not close yet φ may start upwards: closing them comes first.
-    if (std::abs(phi) <= kSufficient * std::abs(phi_0) || !(phi_0 < 0)) return alpha;
-    if (phi < 0) {
-      low = alpha;
-      phi_low = phi;
-      if (high == 0) return alpha;  // not far enough at the full step: the next direction will see
-    } else {
-      high = alpha;
-      phi_high = phi;
-    }
-    // Regula falsi, kept within the middle of the bracket so that it shrinks at least by a fifth.
-    const double secant = low + (high - low) * phi_low / (phi_low - phi_high);
-    alpha = std::clamp(secant, low + 0.2 * (high - low), high - 0.2 * (high - low));
-  }
-  return alpha;
-}
-
-double ImplicitStage::speed(const std::vector<double>& velocity) const noexcept {
-  double largest2 = 0;
-  for (int n = 0; n < island_.tree_count; ++n) {
-    const ModelTree& tree = model_.trees[island_.trees[n]];
-    const double size = model_.links[tree.link].size;
-    const double* u = velocity.data() + tree.v;
-    if (tree.model->isFreeBody()) {
-      const double turn2 = u[0] * u[0] + u[1] * u[1] + u[2] * u[2], way2 = u[3] * u[3] + u[4] * u[4] + u[5] * u[5];
-      largest2 = std::max(largest2, way2 + size * size * turn2);
-    } else {
-      for (int i = 0; i < tree.model->nv(); ++i) largest2 = std::max(largest2, size * size * u[i] * u[i]);
-    }
-  }
-  return std::sqrt(largest2);
+double ImplicitStage::finest(double g) const noexcept {
+  return kFinest * (problem_.speed(v.data()) + settings_.gravity.norm() * g) + kRounding * farthest() / g;
 }
 
 /// Largest distance of a moving body's parts from W's origin [m].
@@ -269,223 +224,193 @@ void ImplicitStage::place(int t, const std::vector<double>& velocity) noexcept {
   }
 }
 
-/// Contacts and residual at a velocity: poses at the end of the stage.
-void ImplicitStage::evaluate(const std::vector<double>& velocity, double g) noexcept {
+/// Moves the reference to v: contacts and residual at the poses of the end of the stage, of the trees that moved.
+void ImplicitStage::evaluate(double g) noexcept {
   ++evaluations;
   for (int n = 0; n < island_.tree_count; ++n) {
-    const ModelTree& tree = model_.trees[island_.trees[n]];
+    const int t = island_.trees[n];
+    if (!moved_[t]) continue;
+    const ModelTree& tree = model_.trees[t];
     std::copy_n(q_base.begin() + tree.q, tree.model->nq(), q_.begin() + tree.q);
-    integratePositions(*tree.model, q_.data() + tree.q, velocity.data() + tree.v, g);
-    place(island_.trees[n], velocity);
+    integratePositions(*tree.model, q_.data() + tree.q, v.data() + tree.v, g);
+    place(t, v);
   }
-  for (ImplicitCoupling& coupling : couplings) pull(coupling);
-  contacts_.clear();
+  for (std::size_t i = 0; i < couplings.size(); ++i) {
+    FrozenCoupling& frozen = problem_.couplings[i];
+    frozen.link = couplings[i].link >= 0 && nodeOf(couplings[i].link) >= 0 ? couplings[i].link : -1;
+    if (frozen.link < 0 || !moved_[model_.links[frozen.link].articulation]) continue;
+    const PointerCoupling& c = couplings[i].law;
+    frozen.turn = g * g * c.rotational_stiffness + g * c.rotational_damping;
+    frozen.way = g * g * c.stiffness + g * c.damping;
+    pull(couplings[i]);
+  }
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const int t = island_.trees[n];
+    if (!moved_[t]) continue;
+    const ModelTree& tree = model_.trees[t];
+    const int nv = tree.model->nv();
+    for (int i = tree.v; i < tree.v + nv; ++i) v_dot_[i] = (v[i] - v_base[i]) / g;
+    inverseDynamics(*tree.model, settings_.gravity, v_dot_.data() + tree.v, work_.data() + tree.link,
+                    residual_.data() + tree.v);
+    for (int i = tree.v; i < tree.v + nv; ++i) residual_[i] *= g;
+    problem_.freezeTree(t, v.data(), residual_.data());
+    tree_energy_[t] = energyOf(t);
+  }
   if (seams_.any()) {
     seams_.find(state_->pairs.data(), island_.pairs, island_.pair_count, X_WS_.data(), workspace_);
   }
-  for (int i = 0; i < island_.pair_count; ++i) evaluatePair(island_.pairs[i], g);
-  for (int n = 0; n < island_.tree_count; ++n) {
-    const ModelTree& tree = model_.trees[island_.trees[n]];
-    for (int i = tree.v; i < tree.v + node_size_[n]; ++i) v_dot_[i] = (velocity[i] - v_base[i]) / g;
-    inverseDynamics(*tree.model, settings_.gravity, v_dot_.data() + tree.v, work_.data() + tree.link,
-                    residual_.data() + tree.v);
-    for (int i = tree.v; i < tree.v + node_size_[n]; ++i) residual_[i] *= g;
+  const int aside = contacts_.size();
+  for (int i = 0; i < island_.pair_count; ++i) {
+    const ActivePair& pair = state_->pairs[island_.pairs[i]];
+    if (moved_[treeOf(pair.shapeA())] || moved_[treeOf(pair.shapeB())]) evaluatePair(island_.pairs[i], g);
+  }
+  for (int i = 0; i < aside; ++i) {
+    const FrozenContact& c = problem_.contacts[i];
+    if (contacts_[i].touching || slot_[contacts_[i].pair] == i || near_[contacts_[i].pair] == i) continue;
+    if (moved_[model_.links[c.link_a].articulation] || moved_[model_.links[c.link_b].articulation]) part(i);
   }
 }
 
-/// Of a pair at the poses of the last evaluation; leaves it in the workspace.
-void ImplicitStage::findVolume(int index, ContactVolume& volume) noexcept {
-  ActivePair& pair = state_->pairs[index];
-  const int a = pair.shapeA(), b = pair.shapeB();
-  const NormalRule rule = seams_.ruleFor(index, settings_.normal_rule, X_WS_[a], pair.cache);
-  in_workspace_ = -1;
-  contactVolume(*model_.shapes[a].shape, *model_.shapes[b].shape, relativePose(X_WS_[a], X_WS_[b]), pair.cache, workspace_,
-                volume, rule, rule == NormalRule::kAreaVector ? model_.inner(a, b) : InnerSides{});
-}
-
-void ImplicitStage::measureElastic() noexcept {
-  for (int i = contacts_.size() - 1; i >= 0; --i) {
-    if (i == in_workspace_) {
-      contacts_[i].elastic = 0.5 * contacts_[i].stiffness * thicknessSquared(workspace_, contacts_[i].volume);
-      continue;
-    }
-    ContactVolume volume;
-    findVolume(contacts_[i].pair, volume);
-    if (volume.status != ContactVolume::Status::kOverlap) continue;
-    contacts_[i].elastic = 0.5 * contacts_[i].stiffness * thicknessSquared(workspace_, volume);
-  }
-}
-
+/// Leaves a contact and its frozen patch behind, or parts those that an earlier pass left.
 void ImplicitStage::evaluatePair(int index, double g) noexcept {
-  const ActivePair& pair = state_->pairs[index];
+  ActivePair& pair = state_->pairs[index];
   const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
-  const ModelShape &A = model_.shapes[shape_a], &B = model_.shapes[shape_b];
-  ContactVolume volume;
-  findVolume(index, volume);
-  if (volume.status != ContactVolume::Status::kOverlap) return;
-  contacts_.resize(contacts_.size() + 1);  // in place: a contact is 1.5 kB
-  in_workspace_ = contacts_.size() - 1;
-  ImplicitContact& contact = contacts_[contacts_.size() - 1];
-  contact.pair = index;
-  contact.shape_a = shape_a;
-  contact.shape_b = shape_b;
-  contact.volume = volume;
-  LinkWork &a = work_[A.link], &b = work_[B.link];
-  contact.X_WP = X_WS_[shape_a] * volume.X_AP;
-  const Twist V_AB_P = (b.twistAt(contact.X_WP.p) - a.twistAt(contact.X_WP.p)).rotated(contact.X_WP.R.transpose());
-  PairLaw law = model_.law(shape_a, shape_b, held_by_[A.link] >= 0, held_by_[B.link] >= 0);
-  if (pair.buried != 0) law = model_.recoveryLaw(law, shape_a, shape_b, volume);
-  law.material.stiffness *= softness_;
-  law.material.damping *= softness_;
-  law.material.tangential_stiffness *= softness_;
+  const ContactPlaces places{work_.data(), X_WS_.data(), held_by_.data()};
+  const Pose X_AB = relativePose(X_WS_[shape_a], X_WS_[shape_b]);
   Advance advance;
   advance.time = g;
   advance.yielding = yielding[index];
-  contact.force = locatedForce(volume, workspace_, V_AB_P, memory_base[index], law, advance);
-  contact.G_P = contact.force.tangent.combined(g * g, g);
-  contact.stiffness = law.material.stiffness;
-  contact.elastic = 0;
-  const Wrench F_BP_W = contact.force.F_BP_P.rotated(contact.X_WP.R);
-  b.addWrench(F_BP_W, contact.X_WP.p);
-  a.addWrench(-F_BP_W, contact.X_WP.p);
+  ContactEvaluation found;
+  int& slot = slot_[index];
+  if (!evaluateContact(model_, seams_, index, pair, places, memory_base[index], advance, workspace_, found)) {
+    if (slot >= 0) part(slot);
+    if (reach_ > 0) lookAhead(index, X_AB, pair.cache.direction, g);
+    return;
+  }
+  const bool known = slot >= 0;
+  if (!known) {
+    slot = contacts_.size();
+    contacts_.resize(slot + 1);
+    problem_.contacts.resize(slot + 1);
+  }
+  ImplicitContact& contact = contacts_[slot];
+  FrozenContact& frozen = problem_.contacts[slot];
+  contact.pair = index;
+  contact.shape_a = shape_a;
+  contact.shape_b = shape_b;
+  contact.volume = found.volume;
+  contact.touching = true;
+  contact.X_WP = found.X_WP;
+  contact.force = found.force;
+  contact.elastic = elasticEnergy(model_, found.volume, found.law.material.stiffness, workspace_);
+  const FrozenContact before = frozen;
+  frozen.link_a = model_.shapes[shape_a].link;
+  frozen.link_b = model_.shapes[shape_b].link;
+  frozen.X_WP = contact.X_WP;
+  frozen.V_reference = found.V_AB_P.vector();
+  const double squares = 2 * contact.elastic / found.law.material.stiffness;  // ∫d² dA [m⁴]
+  frozen.patch.freeze(found.volume, squares, contact.force, found.law, frozen.V_reference, g);
+  if (known && before.patch.isElsewhere(frozen.patch)) keepAside(index, before);
+  // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
+  if (!known) frozen.limit = contact.force.normal_force;
+  if (found.volume.depth < reach_) lookAhead(index, X_AB, found.volume.normal(), g);
+}
+
+/// Puts what is nearer than the reach into the problem: `n` [A's frame] from A to B is the way on which it would meet.
+void ImplicitStage::lookAhead(int index, const Pose& X_AB, const Vector3& n, double g) noexcept {
+  const ActivePair& pair = state_->pairs[index];
+  const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
+  int& slot = near_[index];
+  if (slot >= 0) problem_.contacts[slot].patch.forget();
+  if (!(n.squaredNorm() > 0)) return;
+  PairCache cache = pair.cache;
+  ContactVolume near;
+  contactVolume(*model_.shapes[shape_a].shape, *model_.shapes[shape_b].shape, Pose(X_AB.R, X_AB.p - reach_ * n), cache,
+                workspace_, near, settings_.normal_rule);
+  if (near.status != ContactVolume::Status::kOverlap) return;
+  if (slot < 0) {
+    const int last = contacts_.size();
+    contacts_.resize(last + 1);
+    problem_.contacts.resize(last + 1);
+    if (contacts_.size() == last) return;
+    slot = last;
+  }
+  contacts_[slot].pair = index;
+  contacts_[slot].touching = false;
+  FrozenContact& c = problem_.contacts[slot];
+  c.link_a = model_.shapes[shape_a].link;
+  c.link_b = model_.shapes[shape_b].link;
+  c.X_WP = X_WS_[shape_a] * near.X_AP;
+  c.limit = 0;
+  const Twist V_W = work_[c.link_b].twistAt(c.X_WP.p) - work_[c.link_a].twistAt(c.X_WP.p);
+  c.V_reference = V_W.rotated(c.X_WP.R.transpose()).vector();
+  const PairLaw law = model_.law(shape_a, shape_b, held_by_[c.link_a] >= 0, held_by_[c.link_b] >= 0);
+  c.patch.freezeNear(near, reach_, law, c.V_reference, g);
+}
+
+/// A patch that has gone to another place of its pair still bars the way back: a body that rocks would go on for ever.
+void ImplicitStage::keepAside(int pair, const FrozenContact& c) noexcept {
+  const int slot = contacts_.size();
+  contacts_.resize(slot + 1);
+  problem_.contacts.resize(slot + 1);
+  if (problem_.contacts.size() == slot || contacts_.size() == slot) return;
+  contacts_[slot].pair = pair;
+  problem_.contacts[slot] = c;
+  part(slot);
+}
+
+void ImplicitStage::part(int slot) noexcept {
+  FrozenContact& c = problem_.contacts[slot];
+  contacts_[slot].touching = false;
+  const Twist V_W = work_[c.link_b].twistAt(c.X_WP.p) - work_[c.link_a].twistAt(c.X_WP.p);
+  c.V_reference = V_W.rotated(c.X_WP.R.transpose()).vector();
+  c.patch.part(c.V_reference);
 }
 
 /// The target moves at its own velocity, so that a stage inside the step sees it where it is then.
 void ImplicitStage::pull(ImplicitCoupling& coupling) noexcept {
-  if (coupling.link < 0 || nodeOf(coupling.link) < 0) return;
   LinkWork& link = work_[coupling.link];
-  const PointerCoupling& c = coupling.law;
-  const Vector3 p = coupling.X_WL.p - left_ * coupling.V_WL.linear;
+  const Vector3 p_WT = coupling.X_WL.p - left_ * coupling.V_WL.linear;
   const Quaternion back = rotationFromVector(-left_ * coupling.V_WL.angular);
-  const Vector3 turn = vectorFromRotation(back * Quaternion(coupling.X_WL.R) * Quaternion(link.X_WL.R).conjugate());
-  const Twist V = link.twistAtOrigin();
-  coupling.F_W.force = c.stiffness * (p - link.X_WL.p) + c.damping * (coupling.V_WL.linear - V.linear);
-  coupling.F_W.torque = c.rotational_stiffness * turn + c.rotational_damping * (coupling.V_WL.angular - V.angular);
-  coupling.power = power(coupling.F_W, V);
+  coupling.F_W = couplingForce(coupling.law, p_WT, back * Quaternion(coupling.X_WL.R), coupling.V_WL, link);
   link.addWrench(coupling.F_W, link.X_WL.p);
 }
 
-bool ImplicitStage::assemble(double g) noexcept {
-  edges_.clear();
-  for (const ImplicitContact& c : contacts_) {
-    const int a = nodeOf(model_.shapes[c.shape_a].link), b = nodeOf(model_.shapes[c.shape_b].link);
-    if (a >= 0 && b >= 0 && a != b) edges_.push_back({a, b});
+/// Carries contacts and couplings from the reference to v.
+void ImplicitStage::finish(double g) noexcept {
+  change(v_base);  // v - v_r into before_
+  for (int i = 0; i < contacts_.size(); ++i) {
+    ImplicitContact& c = contacts_[i];
+    const FrozenContact& frozen = problem_.contacts[i];
+    if (!c.touching) continue;
+    const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, before_.data());
+    frozen.patch.carry(V, frozen.limit, c.volume.X_AP, c.force, c.elastic);
   }
-  if (!matrix_.analyze(node_size_.data(), island_.tree_count, edges_.begin(), edges_.size())) return false;
-  for (int n = 0; n < island_.tree_count; ++n) assembleMass(n);
-  for (const ImplicitContact& c : contacts_) assembleContact(c);
-  for (const ImplicitCoupling& c : couplings) {
-    if (c.link >= 0 && nodeOf(c.link) >= 0) assembleCoupling(c, g);
+  for (std::size_t i = 0; i < couplings.size(); ++i) {
+    const FrozenCoupling& frozen = problem_.couplings[i];
+    if (frozen.link < 0) continue;
+    const LinkWork& link = work_[frozen.link];
+    const Twist V = problem_.linkTwist(frozen.link, link.X_WL.p, before_.data());
+    couplings[i].F_W += Wrench{-frozen.turn / g * V.angular, -frozen.way / g * V.linear};
+    couplings[i].power = power(couplings[i].F_W, link.twistAtOrigin() + V);
   }
-  return true;
+  orderContacts();
 }
 
-void ImplicitStage::assembleMass(int n) noexcept {
-  const ModelTree& tree = model_.trees[island_.trees[n]];
-  if (!tree.model->isFreeBody()) {
-    massMatrix(*tree.model, work_.data() + tree.link, mass_matrix_.data());
-    matrix_.add(n, n, mass_matrix_.data());
-    return;
+/// Leaves the contacts that touch, in the order of their pairs. Few are out of it: those that a later pass found.
+void ImplicitStage::orderContacts() noexcept {
+  int count = 0;
+  for (int i = 0; i < contacts_.size(); ++i) {
+    if (!contacts_[i].touching) continue;
+    if (count != i) contacts_[count] = contacts_[i];
+    ++count;
   }
-  const LinkModel& body = tree.model->link(0);
-  const Matrix3& R_WL = work_[tree.link].X_WL.R;
-  Matrix6 M = Matrix6::Zero();
-  M.topLeftCorner<3, 3>() = R_WL * body.I_O * R_WL.transpose();
-  M(3, 3) = M(4, 4) = M(5, 5) = body.mass;
-  matrix_.add(n, n, M.data());
-}
-
-/// Rows: the twist at P in P's axes, angular first; columns: ω and v of the free body.
-Matrix6 ImplicitStage::freeJacobian(int link, const Pose& X_WP) const noexcept {
-  const Matrix3 R_PW = X_WP.R.transpose();
-  Matrix6 J;
-  J.topLeftCorner<3, 3>() = R_PW;
-  J.topRightCorner<3, 3>().setZero();
-  J.bottomLeftCorner<3, 3>() = -R_PW * crossMatrix(X_WP.p - work_[link].p_WO);
-  J.bottomRightCorner<3, 3>() = R_PW;
-  return J;
-}
-
-/// The same for a link of a tree; columns: the tree's degrees.
-void ImplicitStage::treeJacobian(int link, const Pose& X_WP, double* J) noexcept {
-  const ModelLink& entry = model_.links[link];
-  const ModelTree& tree = model_.trees[entry.articulation];
-  const int nv = tree.model->nv();
-  const Matrix3 R_PW = X_WP.R.transpose();
-  JacobianMap map(J, 6, nv);
-  map.setZero();
-  pointJacobian(*tree.model, work_.data() + tree.link, entry.local, X_WP.p, J, nv);
-  for (int c = 0; c < nv; ++c) {
-    map.col(c).head<3>() = Vector3(R_PW * Vector3(map.col(c).head<3>()));
-    map.col(c).tail<3>() = Vector3(R_PW * Vector3(map.col(c).tail<3>()));
-  }
-}
-
-void ImplicitStage::assembleContact(const ImplicitContact& contact) noexcept {
-  const int link_a = model_.shapes[contact.shape_a].link, link_b = model_.shapes[contact.shape_b].link;
-  const int a = nodeOf(link_a), b = nodeOf(link_b);
-  if ((a >= 0 && !isFree(link_a)) || (b >= 0 && !isFree(link_b))) {
-    assembleTrees(link_a, link_b, contact.X_WP, contact.G_P);
-    return;
-  }
-  Matrix6 J_a, block;
-  if (a >= 0) {
-    J_a = freeJacobian(link_a, contact.X_WP);
-    block.noalias() = J_a.transpose() * (contact.G_P * J_a);
-    matrix_.add(a, a, block.data());
-  }
-  if (b < 0) return;
-  const Matrix6 J_b = freeJacobian(link_b, contact.X_WP);
-  const Matrix6 weighted = contact.G_P * J_b;
-  block.noalias() = J_b.transpose() * weighted;
-  matrix_.add(b, b, block.data());
-  if (a < 0) return;
-  block.noalias() = -J_a.transpose() * weighted;
-  matrix_.add(a, b, block.data());
-}
-
-/// The coupling's springs and dampers, at the origin of the link's frame in W's axes.
-void ImplicitStage::assembleCoupling(const ImplicitCoupling& coupling, double g) noexcept {
-  const PointerCoupling& c = coupling.law;
-  Matrix6 G = Matrix6::Zero();
-  G.diagonal().head<3>().setConstant(g * g * c.rotational_stiffness + g * c.rotational_damping);
-  G.diagonal().tail<3>().setConstant(g * g * c.stiffness + g * c.damping);
-  const Pose X_WP(work_[coupling.link].X_WL.p);
-  if (!isFree(coupling.link)) {
-    assembleTrees(-1, coupling.link, X_WP, G);
-    return;
-  }
-  const Matrix6 J = freeJacobian(coupling.link, X_WP);
-  const Matrix6 block = J.transpose() * (G * J);
-  matrix_.add(nodeOf(coupling.link), nodeOf(coupling.link), block.data());
-}
-
-/// Jᵀ G J of a patch between two links, link A -1 for none; at least one of them is on joints.
-void ImplicitStage::assembleTrees(int link_a, int link_b, const Pose& X_WP, const Matrix6& G_P) noexcept {
-  const int link[2] = {link_a, link_b};
-  double* J[2] = {jacobian_a_.data(), jacobian_b_.data()};
-  int node[2], size[2];
-  for (int s = 0; s < 2; ++s) {
-    node[s] = link[s] >= 0 ? nodeOf(link[s]) : -1;
-    size[s] = node[s] >= 0 ? node_size_[node[s]] : 0;
-    if (node[s] >= 0) treeJacobian(link[s], X_WP, J[s]);
-  }
-  if (node[0] >= 0 && node[0] == node[1]) {  // two links of one tree: J = J_b - J_a
-    for (int i = 0; i < 6 * size[0]; ++i) J[1][i] -= J[0][i];
-    node[0] = -1;
-  }
-  for (int s = 0; s < 2; ++s) {
-    if (node[s] < 0) continue;
-    JacobianMap Js(J[s], 6, size[s]), weighted(weighted_.data(), 6, size[s]);
-    weighted.noalias() = G_P.lazyProduct(Js);
-    for (int t = 0; t <= s; ++t) {
-      if (node[t] < 0) continue;
-      JacobianMap Jt(J[t], 6, size[t]);
-      Eigen::Map<Eigen::MatrixXd> block(block_.data(), size[t], size[s]);
-      block.noalias() = Jt.transpose().lazyProduct(weighted);
-      if (s != t) block = -block;
-      matrix_.add(node[t], node[s], block_.data());
-    }
+  contacts_.resize(count);
+  for (int i = 1; i < count; ++i) {
+    if (contacts_[i - 1].pair < contacts_[i].pair) continue;
+    int to = i - 1;
+    while (to > 0 && contacts_[to - 1].pair > contacts_[i].pair) --to;
+    std::rotate(contacts_.begin() + to, contacts_.begin() + i, contacts_.begin() + i + 1);
   }
 }
 

@@ -1,41 +1,44 @@
-/// One stage of an implicit step: Newton's method in generalised velocities, contacts at the end of the stage.
+/// One stage of an implicit step: passes of convex problems, each frozen where the last one ended.
 ///
 /// A stage of length g from a base (q_b, v_b, s_b) finds v with
 ///     R(v) = M(q)(v - v_b) + g (c(q, v) - Σ Jᵀ F(q, v, s) - gravity) = 0,   q = q_b ⊕ g v,  s = s_b + g V_t,
-/// F from the contact volumes at q and from the virtual couplings. Newton's matrix M + g D + g² K is symmetric positive
-/// definite (K, D of located_force.h) and sparse over the contact graph (block_cholesky.h).
+/// F from the contact volumes at q and from the virtual couplings.
 ///
-/// What joints do by themselves (limits, friction, drives, loops) enters every Newton step (implicit_joints.h).
+/// A pass evaluates contacts and inertia once, at a reference velocity v_r, and solves the convex problem that has the
+/// exact force and stiffness there (frozen_problem.h). Its solution is the reference of the next pass: pairs of which
+/// neither body moved keep their patch. At rest the first Newton step of the first pass is below the tolerance, and the
+/// stage has cost one evaluation and one factorisation. A pair that comes apart during the passes keeps its patch as far
+/// as that may still touch: bodies that bounce between two passes would never settle.
 ///
-/// Line search. R has no potential, so the step α p is judged by φ(α) = R(v + α p)·p, which rises from φ(0) < 0
-/// through zero at the best α when M + gD + g²K is right. Where fifteen iterations do not converge, the stiffness is
-/// raised in steps of ten from where it equals the inertia: each solution is the start of the next.
+/// End. With Δ the change of the last pass and ρ its share of that of the pass before, Δ ρ/(1-ρ) is left. It ends at
+/// `tolerance` times the step's own error: as a speed |v - v_b|, of which implicit Euler errs by half, and a hundredth of
+/// g |gravity|.
+/// After the last pass that is allowed, what is left is reported, and `keepEnergy` sees to it that it does no harm.
 #pragma once
-#include <memory>
 #include <vector>
 
 #include "haptic_core/contact/located_force.h"
-#include "haptic_core/dynamics/block_cholesky.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/stepping/frozen_problem.h"
 #include "haptic_core/stepping/implicit_joints.h"
-#include "haptic_core/world/seams.h"
 #include "haptic_core/world/islands.h"
+#include "haptic_core/world/contact_evaluation.h"
+#include "haptic_core/world/seams.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
 
 namespace haptic {
 
-/// A contact as the last evaluation found it.
+/// A contact as the last evaluation found it, carried to the velocity that the stage ended with.
 struct ImplicitContact {
   int pair = 0;  ///< index in State::pairs
   int shape_a = 0, shape_b = 0;
   Pose X_WP;
   ContactVolume volume;
   LocatedForce force;
-  Matrix6 G_P;         ///< g D + g² K, in P's axes
-  double stiffness = 0;  ///< k as the evaluation took it [N/m³]
-  double elastic = 0;    ///< ½ k ∫d² dA [J]; see measureElastic
+  double elastic = 0;    ///< ½ k ∫d² dA [J]; with the ledger
+  bool touching = true;  ///< within a solve: still overlaps
 };
 
 /// A spring-damper from a hand's target to a link: part of the solve, so that it may be as stiff as it likes.
@@ -44,7 +47,7 @@ struct ImplicitCoupling {
   int link = -1;        ///< -1: no target yet, or the hand prescribes the motion
   Pose X_WL;            ///< target at the end of the step
   Twist V_WL;           ///< of the target
-  Wrench F_W;           ///< on the link, about its frame's origin: of the last evaluation
+  Wrench F_W;           ///< on the link, about its frame's origin: at the end of the stage
   double power = 0;     ///< of it on the link [W]
 };
 
@@ -58,11 +61,21 @@ class ImplicitStage {
   void select(const Island& island) noexcept;
 
   /// (in realtime) Solves a stage of length `g` [s] whose end lies `left` [s] before the step's. v is the guess and the
-  /// result. False when not converged: v is the last iterate, `residual` says how far.
-  bool solve(double g, double left) noexcept;
-
-  /// (in realtime) Fills `elastic` of the contacts at the last evaluation, for the ledger: Newton's iterates do without.
-  void measureElastic() noexcept;
+  /// result. False when not converged: v is the last iterate, `error` says how far.
+  bool solve(double g, double left, int most_passes) noexcept {
+    return solve(g, left, most_passes, [] { return true; });
+  }
+  /// (in realtime) The same; gives up where `goesOn()` is false after the first evaluation, whose contacts it may look at.
+  template <class GoesOn>
+  bool solve(double g, double left, int most_passes, GoesOn&& goesOn) noexcept {
+    start(g, left);
+    evaluate(g);
+    return goesOn() && iterate(g, most_passes);
+  }
+  /// (in realtime) After an implicit Euler stage from the state's q, v that did not converge: looks at the exact energy of
+  /// v and, where it is above that of the start, goes back to the last reference that was not, or slows the island down
+  /// until it is not. At most kMostRetreats evaluations.
+  void keepEnergy(double g) noexcept;
 
   // The base of the stage, in the state's order; only what belongs to the island is read.
   std::vector<double> q_base, v_base, v;
@@ -75,61 +88,59 @@ class ImplicitStage {
   const ImplicitJoints& joints() const { return joints_; }
   bool hasJoints() const { return has_joints_; }  ///< the island's joints do something by themselves
   const LoadedVector<ImplicitContact>& contacts() const { return contacts_; }
-  int iterations = 0;   ///< Newton steps since `begin`, line searches not counted
-  int evaluations = 0;  ///< of all contacts
-  double residual = 0;  ///< speed of the last Newton step [m/s]
+  int iterations() const { return problem_.iterations; }          ///< Newton steps since `begin`
+  int factorisations() const { return problem_.factorisations; }  ///< since `begin`
+  int evaluations = 0;      ///< of contacts, since `begin`
+  double error = 0;         ///< of v, as the last solve left it [m/s]
+  double wrench_error = 0;  ///< that it leaves out of balance [N], moments over the body's size
 
   /// Largest speed of any tree of the island [m/s]; rotations count at the reach of the body.
-  double speed(const std::vector<double>& velocity) const noexcept;
+  double speed(const std::vector<double>& velocity) const noexcept { return problem_.speed(velocity.data()); }
 
  private:
-  void start(double g) noexcept;
-  bool newton(double g, int max_iterations) noexcept;
-  bool findDirection() noexcept;
-  double slope(const std::vector<double>& velocity) const noexcept;
-  void move(double alpha, const std::vector<double>& from, std::vector<double>& to) noexcept;
-  double slidingNoise(double g) const noexcept;
-  double normalStep() const noexcept;
-  bool converges(double g, double last) const noexcept;
-  void evaluate(const std::vector<double>& velocity, double g) noexcept;
+  void start(double g, double left) noexcept;
+  bool iterate(double g, int most_passes) noexcept;
+  double finest(double g) const noexcept;
+  double energyOf(int tree) const noexcept;
+  double energy() const noexcept;
+  double startEnergy() noexcept;
+  void setVelocity(const std::vector<double>& from, double share) noexcept;
+  double change(const std::vector<double>& since) noexcept;
+  double farthest() const noexcept;
+  void evaluate(double g) noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
   void evaluatePair(int index, double g) noexcept;
-  void findVolume(int pair, ContactVolume& volume) noexcept;
+  void lookAhead(int pair, const Pose& X_AB, const Vector3& n, double g) noexcept;
+  void part(int slot) noexcept;
+  void keepAside(int pair, const FrozenContact& contact) noexcept;
   void pull(ImplicitCoupling& coupling) noexcept;
-  bool assemble(double g) noexcept;
-  void assembleMass(int node) noexcept;
-  void assembleContact(const ImplicitContact& contact) noexcept;
-  void assembleCoupling(const ImplicitCoupling& coupling, double g) noexcept;
-  void assembleTrees(int link_a, int link_b, const Pose& X_WP, const Matrix6& G_P) noexcept;
-  Matrix6 freeJacobian(int link, const Pose& X_WP) const noexcept;
-  void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;
-  double lineSearch(double g, double phi_0) noexcept;
-  double farthest() const noexcept;
-  int nodeOf(int link) const { return node_of_tree_[model_.links[link].articulation]; }
-  bool isFree(int link) const { return model_.trees[model_.links[link].articulation].model->isFreeBody(); }
+  void finish(double g) noexcept;
+  void orderContacts() noexcept;
+  int nodeOf(int link) const { return problem_.nodeOf(link); }
+  int treeOf(int shape) const { return model_.links[model_.shapes[shape].link].articulation; }
 
   const Model& model_;
   const WorldSettings& settings_;
   State* state_ = nullptr;
   Island island_;
   ImplicitJoints joints_;
+  FrozenProblem problem_;
   bool has_joints_ = false;
-  double softness_ = 1;  ///< factor on all stiffness: 1, less during continuation
   double left_ = 0;      ///< from the stage's end to the step's [s]
 
   std::vector<int> held_by_;                    ///< by link
-  std::vector<int> node_of_tree_, node_size_;   ///< nodes: the island's trees, in order
-  std::vector<double> q_, trial_, residual_, step_, v_dot_, rows_;
+  std::vector<char> moved_;                     ///< by tree: since its reference
+  std::vector<double> q_, before_, residual_, v_dot_, calm_;
+  std::vector<double> tree_energy_;             ///< by tree: kinetic and potential at its reference [J]
+  double calm_energy_ = 0;                      ///< of the island at v = calm_, the reference of least energy so far [J]
   std::vector<LinkWork> work_;
   std::vector<int> first_shape_;                ///< by tree, with the end of the last
   std::vector<Pose> X_WS_;
-  LoadedVector<ImplicitContact> contacts_;
-  int in_workspace_ = -1;                       ///< contact whose V the workspace still holds
-  LoadedVector<BlockCholesky::Edge> edges_;
-  BlockCholesky matrix_;
+  LoadedVector<ImplicitContact> contacts_;      ///< within a solve: parallel to the problem's
+  std::vector<int> slot_, near_;                ///< by pair: index in contacts_ of its patch, of what is near; or -1
+  double reach_ = 0;                            ///< gap that may close within the pass: way of the last one [m]
   ContactWorkspace workspace_;
   Seams seams_;
-  std::vector<double> mass_matrix_, jacobian_a_, jacobian_b_, weighted_, block_;
 };
 
 }  // namespace haptic

@@ -13,7 +13,17 @@ constexpr double kNext = (1 - kGamma) / kGamma;
 constexpr double kJump = 0.5;
 /// A patch that grows or shrinks by more than this factor within a step is not smooth.
 constexpr double kGrowth = 2;
-constexpr int kMostHalvings = 5;
+/// Evaluations of the exact geometry in a step: what implicit Euler has left of them after an attempt at second order, less
+/// three to keep the energy of a step that did not converge. Events are located in islands of few contacts; what that
+/// takes comes on top.
+constexpr int kMostEvaluations = 10, kKeepingEnergy = 3, kMostPasses = 7;
+/// Passes of a stage of SDIRK2: what is smooth converges in two.
+constexpr int kSmoothPasses = 2;
+/// Touching pairs of an island in which the instants of friction are located.
+constexpr int kFewContacts = 4;
+/// An island below this speed, as a share of what gravity adds in a step, is at rest: both schemes do the same, and Euler's
+/// costs half.
+constexpr double kStill = 1e-4;
 /// Changes of friction inside one step; what they leave is done as implicit Euler.
 constexpr int kMostEvents = 6;
 /// An instant is located when the load is this close to the limit, or the slip this small against what it was.
@@ -49,11 +59,14 @@ void ImplicitStep::begin(State& state, const std::vector<int>& held_by) noexcept
 }
 
 const ImplicitReport& ImplicitStep::advance(const Island& island, double h, bool second_order) noexcept {
-  const int iterations = stage_.iterations, evaluations = stage_.evaluations;
+  const int iterations = stage_.iterations(), evaluations = stage_.evaluations;
+  const int factorisations = stage_.factorisations();
   report_ = ImplicitReport{};
   stage_.select(island);
   length_ = h;
   double left = h;
+  locates_ = second_order && changesLimit();
+  if (second_order && !locates_ && stage_.speed(state_->v) <= kStill * h * settings_.gravity.norm()) second_order = false;
   for (int event = 0; second_order && event <= kMostEvents && left > 0; ++event) {
     elapsed_ = h - left;
     const double done = secondOrder(left);
@@ -62,10 +75,15 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, bool
     if (left <= kRest * h) left = 0;
   }
   report_.fell_back = second_order && left > 0;
-  if (left > 0) euler(left, 0, 0);
-  report_.iterations = stage_.iterations - iterations;
+  if (left > 0) {
+    const int used = locates_ ? 0 : stage_.evaluations - evaluations;
+    euler(left, std::min(kMostPasses, kMostEvaluations - kKeepingEnergy - used));
+  }
+  report_.iterations = stage_.iterations() - iterations;
   report_.evaluations = stage_.evaluations - evaluations;
-  report_.residual = stage_.residual;
+  report_.factorisations = stage_.factorisations() - factorisations;
+  report_.residual = stage_.error;
+  report_.wrench_error = stage_.wrench_error;
   return report_;
 }
 
@@ -82,18 +100,28 @@ void ImplicitStep::setBase() noexcept {
   }
 }
 
-/// Implicit Euler over h, `left` before the step's end; halved while it does not converge.
-void ImplicitStep::euler(double h, double left, int depth) noexcept {
+/// Whether friction may jump between two limits, in an island small enough to look for the instants.
+bool ImplicitStep::changesLimit() const noexcept {
+  const Island& island = stage_.island();
+  int touching = 0;
+  bool jumps = false;
+  for (int i = 0; i < island.pair_count; ++i) {
+    const ActivePair& pair = state_->pairs[island.pairs[i]];
+    if (pair.friction.touching == 0) continue;
+    ++touching;
+    const ContactMaterial m = model_.law(pair.shapeA(), pair.shapeB(), false, false).material;
+    jumps |= m.mu_static > m.mu_dynamic;
+  }
+  return jumps && touching <= kFewContacts;
+}
+
+/// Implicit Euler over the last h of the step.
+void ImplicitStep::euler(double h, int passes) noexcept {
   const Island& island = stage_.island();
   setBase();
   for (int i = 0; i < island.pair_count; ++i) stage_.yielding[island.pairs[i]] = Yielding::kKeepsLimit;
-  const bool converged = stage_.solve(h, left);
-  if (!converged && depth < kMostHalvings) {
-    euler(h / 2, left + h / 2, depth + 1);
-    euler(h / 2, left, depth + 1);
-    return;
-  }
-  report_.converged &= converged;
+  report_.converged = stage_.solve(h, 0, passes);
+  if (!report_.converged) stage_.keepEnergy(h);
   if (stage_.hasJoints()) {
     stage_.joints().startAccount();
     stage_.joints().account(stage_.v_base.data(), stage_.v.data(), h);  // force × mean velocity: the change of energy
@@ -106,11 +134,12 @@ double ImplicitStep::secondOrder(double h) noexcept {
   const Island& island = stage_.island();
   for (int i = 0; i < island.pair_count; ++i) {
     const FrictionMemory& memory = state_->pairs[island.pairs[i]].friction;
-    stage_.yielding[island.pairs[i]] = sticksAtAll(memory) ? Yielding::kNever : Yielding::kKeepsLimit;
+    stage_.yielding[island.pairs[i]] = locates_ && sticksAtAll(memory) ? Yielding::kNever : Yielding::kKeepsLimit;
   }
   if (!sdirk2(h, 0)) return -1;
   bool changes = false;
   for (const ImplicitContact& c : stage_.contacts()) {
+    if (!locates_) break;
     Yielding& mode = stage_.yielding[c.pair];
     const bool stops = mode == Yielding::kKeepsLimit && c.force.memory.sliding == 0;
     if (stops) mode = Yielding::kDragged;
@@ -210,7 +239,7 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
   const Island& island = stage_.island();
   const double g = kGamma * h, rest = (1 - kGamma) * h;
   setBase();
-  if (!stage_.solve(g, left + rest) || !isSmooth()) return false;
+  if (!solveSmooth(g, left + rest)) return false;
   if (stage_.hasJoints()) {
     stage_.joints().startAccount();
     stage_.joints().account(stage_.v.data(), stage_.v.data(), rest);
@@ -237,7 +266,7 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
       stage_.v[i] = stage_.v_base[i] + g * acceleration_[i];
     }
   }
-  if (!stage_.solve(g, left) || !isSmooth()) return false;
+  if (!solveSmooth(g, left)) return false;
   if (stage_.hasJoints()) stage_.joints().account(stage_.v.data(), stage_.v.data(), g);
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island.trees[n]];
@@ -246,6 +275,11 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
     }
   }
   return h * stage_.speed(change_) <= kJump * (stage_.speed(stage_.v) + h * settings_.gravity.norm());
+}
+
+/// A stage whose contacts stay what they were at the start of the step. False as soon as they do not.
+bool ImplicitStep::solveSmooth(double g, double left) noexcept {
+  return stage_.solve(g, left, locates_ ? kMostPasses : kSmoothPasses, [this] { return sameContacts(); }) && isSmooth();
 }
 
 bool ImplicitStep::isSmooth() const noexcept {
@@ -280,7 +314,6 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
     std::copy_n(stage_.v.begin() + tree.v, tree.model->nv(), state_->v.begin() + tree.v);
   }
   if (stage_.hasJoints()) stage_.joints().closeAccount(*state_);
-  if (settings_.energy_ledger) stage_.measureElastic();
   const double w = two_stages ? 1 - kGamma : 0;  // of the first stage's power, which memory_base holds
   int next = 0;
   for (int i = 0; i < island.pair_count; ++i) {

@@ -7,11 +7,14 @@
 /// fast, or the acceleration jumps, the step is done as implicit Euler.
 ///
 /// Friction. Within a solve a patch keeps its limit, which makes its force continuous: μ0 while stuck, μ while sliding.
-/// Implicit Euler changes the limit from one step to the next. SDIRK2 locates the instant: where a stuck patch would
+/// Implicit Euler changes the limit from one step to the next. SDIRK2 locates the instant in islands of few contacts with
+/// μ0 > μ (elsewhere it does as Euler): where a stuck patch would
 /// have to hold more than μ0 N, or the slip of a sliding one comes to a stop, the step is solved again up to there
 /// (regula falsi on its length), the patch changes its mode, and the rest of the step follows.
 ///
-/// A step that does not converge is halved, again and again, down to a thirty-second of it.
+/// Bounds. At most ten evaluations of the exact geometry (with events: 24 solves of two stages for each of at most seven) and
+/// four factorisations for each pass. A step that has not converged by then is reported with the wrench that it leaves out
+/// of balance, and never has more energy than it started with.
 #pragma once
 #include <vector>
 
@@ -21,8 +24,10 @@ namespace haptic {
 
 struct ImplicitReport {
   int iterations = 0;      ///< Newton steps, line searches not counted
-  int evaluations = 0;     ///< of all contacts
-  double residual = 0;     ///< speed of the last Newton step [m/s]
+  int evaluations = 0;     ///< of the exact geometry
+  int factorisations = 0;
+  double residual = 0;     ///< speed that is left to change [m/s]
+  double wrench_error = 0; ///< wrench that this leaves out of balance [N], moments over the body's size
   bool converged = true;
   bool fell_back = false;  ///< SDIRK2 was replaced by implicit Euler in a part of this step
   int parts = 0;           ///< solved one after the other: 1; more where friction changed inside, or after halving
@@ -48,7 +53,9 @@ class ImplicitStep {
   const LoadedVector<ImplicitContact>& contacts() const { return stage_.contacts(); }
 
  private:
-  void euler(double h, double left, int depth) noexcept;
+  bool changesLimit() const noexcept;
+  void euler(double h, int passes) noexcept;
+  bool solveSmooth(double g, double left) noexcept;
   double secondOrder(double h) noexcept;
   bool sdirk2(double h, double left) noexcept;
   double locate(double h) noexcept;
@@ -67,6 +74,7 @@ class ImplicitStep {
   State* state_ = nullptr;
   ImplicitStage stage_;
   ImplicitReport report_;
+  bool locates_ = false;                   ///< instants of friction inside the step
   double length_ = 0, elapsed_ = 0;  ///< of the step, and what of it is done [s]
   std::vector<double> event_, violation_;  ///< by pair
   std::vector<double> acceleration_, change_;

@@ -28,13 +28,9 @@ bool locateContact(const Model& model, const Seams& seams, int index, ActivePair
 }
 
 bool evaluateContact(const Model& model, const Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
-                     const FrictionMemory& memory, const Advance& advance, double softness, ContactWorkspace& workspace,
+                     const FrictionMemory& memory, const Advance& advance, ContactWorkspace& workspace,
                      ContactEvaluation& out) noexcept {
   if (!locateContact(model, seams, index, pair, places, workspace, out)) return false;
-  ContactMaterial& material = out.law.material;
-  material.stiffness *= softness;
-  material.damping *= softness;
-  material.tangential_stiffness *= softness;
   out.force = locatedForce(out.volume, workspace, out.V_AB_P, memory, out.law, advance);
   return true;
 }

@@ -35,10 +35,9 @@ struct ContactPlaces {
 bool locateContact(const Model& model, const Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
                    ContactWorkspace& workspace, ContactEvaluation& out) noexcept;
 
-/// (in realtime) The whole: a contact's force with the friction memory `memory`, advanced by `advance`. The stiffness of
-/// the law is scaled by `softness` (1 but while an implicit solve builds it up).
+/// (in realtime) The whole: a contact's force with the friction memory `memory`, advanced by `advance`.
 bool evaluateContact(const Model& model, const Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
-                     const FrictionMemory& memory, const Advance& advance, double softness, ContactWorkspace& workspace,
+                     const FrictionMemory& memory, const Advance& advance, ContactWorkspace& workspace,
                      ContactEvaluation& out) noexcept;
 
 /// (in realtime) ½ k ∫d² dA [J] of the contact whose V the workspace holds.

@@ -141,6 +141,8 @@ struct WorldSettings {
   PressureLaw pressure_law = PressureLaw::kHuntCrossley;
   NormalRule normal_rule = NormalRule::kAreaVector;
   bool torsional_friction = true;           ///< false: patches resist sliding, not spinning (an ideal pivot)
+  /// Where an implicit solve ends, as a share of the step's own error (implicit_stage.h). 0: at rounding, for references.
+  double tolerance = 1e-2;
   bool energy_ledger = true;
   int history_steps = 1000;                 ///< last steps kept to look back on (world/step_history.h); 0…100000
   bool leave_out = true;                    ///< false: the general pipeline, for comparison; bit-identical
@@ -151,7 +153,7 @@ struct WorldSettings {
     // Neither what is kept nor what is left out changes a bit.
     visit(s.step), visit(s.substeps), visit(s.gravity), visit(s.integrator), visit(s.contact_model);
     visit(s.pressure_law), visit(s.normal_rule), visit(s.torsional_friction), visit(s.energy_ledger);
-    visit(s.default_material);
+    visit(s.default_material), visit(s.tolerance);
   }
 };
 

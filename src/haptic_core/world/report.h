@@ -60,7 +60,9 @@ struct StepReport {
   EnergyLedger energy;
   double closure = 0;                     ///< largest gap left in a loop [m]
   int iterations = 0;                     ///< of the implicit solve, most of any island; 0: explicit
-  double residual = 0;                    ///< largest speed of a last Newton step [m/s]
+  int evaluations = 0, factorisations = 0;  ///< of the exact geometry and of matrices, most of any island
+  double residual = 0;                    ///< largest speed that an implicit solve left to change [m/s]
+  double wrench_error = 0;                ///< largest wrench that it left out of balance [N]
   int parts = 0;                          ///< solves after one another: more than 1 where friction changed or halved
   int implicit_islands = 0;               ///< islands stepped implicitly
   int redone = 0;                         ///< explicit attempts that were taken back: something stiff was met

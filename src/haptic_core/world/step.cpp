@@ -14,8 +14,9 @@ namespace {
 /// Counters and sums of the last step go; energies and stage times stay where nobody renews them.
 void open(Work& work, StepReport& report) noexcept {
   report.flags = 0;
-  report.iterations = report.parts = report.implicit_islands = report.redone = report.fallbacks = report.substeps = 0;
-  report.closure = report.residual = 0;
+  report.iterations = report.evaluations = report.factorisations = report.parts = 0;
+  report.implicit_islands = report.redone = report.fallbacks = report.substeps = 0;
+  report.closure = report.residual = report.wrench_error = 0;
   std::fill(work.hands.wrench.begin(), work.hands.wrench.end(), Wrench{});
   work.clock.start(report.stages);
 }

@@ -1,0 +1,214 @@
+#include "haptic_core/stepping/frozen_patch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace haptic {
+namespace {
+
+/// Depth that every point keeps, as a share of the mean: a point at 0 or below would answer no approach.
+constexpr double kLeastDepth = 1e-3;
+/// Points are split when s is at least this, and stay inside at most by the rest to 1: a face has 0, an edge 0.58, a
+/// corner 0.71.
+constexpr double kLeastSplit = 0.05, kMostSplit = 0.95;
+
+/// Eigenpairs of a symmetric positive semidefinite 2 × 2 matrix.
+struct Axes {
+  double value[2];
+  Vector2 axis[2];
+  explicit Axes(const Matrix2& C) {
+    const double mean = 0.5 * (C(0, 0) + C(1, 1)), half = 0.5 * (C(0, 0) - C(1, 1)), off = C(0, 1);
+    const double radius = std::sqrt(half * half + off * off);
+    value[0] = std::max(0.0, mean + radius);
+    value[1] = std::max(0.0, mean - radius);
+    const double angle = radius > 0 ? 0.5 * std::atan2(off, half) : 0.0;
+    axis[0] << std::cos(angle), std::sin(angle);
+    axis[1] << -axis[0].y(), axis[0].x();
+  }
+};
+
+/// The part of a patch that presses: its area's moments, volume, and ∫ r d.
+struct Pressing {
+  PatchMoments area;
+  double volume;
+  Vector2 V1 = Vector2::Zero();
+};
+
+/// Where the pressure is clipped inside the patch, the part is read back from the exact force and its derivatives. All
+/// of the patch where nothing is clipped, or nothing presses.
+Pressing pressing(const ContactVolume& volume, const LocatedForce& force, const PairLaw& law, const Vector6& V) {
+  const ContactMaterial& m = law.material;
+  // Where the surface folds over, A0 counts parts of it negative; the volume over its extent is never more than the area.
+  Pressing all{{std::max(volume.A0, volume.volume / volume.depth), volume.A1, volume.A2}, volume.volume};
+  if (!force.clipped || !(force.normal_force > 0)) return all;
+  const Vector2 first(-force.F_BP_P.torque.y(), force.F_BP_P.torque.x()), slope(V[1], -V[0]);  // of ḋ
+  const PatchMoments &k = force.tangent.stiffness, &b = force.tangent.damping;
+  Pressing part;
+  if (law.pressure == PressureLaw::kLinear) {
+    part.area = k * (1 / m.stiffness);
+    part.volume = (force.normal_force - m.damping * (-V[5] * part.area.m0 + slope.dot(part.area.m1))) / m.stiffness;
+    part.V1 = (first - m.damping * (-V[5] * part.area.m1 + part.area.m2 * slope)) / m.stiffness;
+  } else {
+    part.volume = b.m0 / (m.stiffness * m.dissipation);
+    part.V1 = b.m1 / (m.stiffness * m.dissipation);
+    part.area = k * (1 / (m.stiffness * std::max(kLeastPressing, force.normal_force / (m.stiffness * part.volume))));
+  }
+  return part.volume > 0 && part.area.m0 > 0 ? part : all;
+}
+
+}  // namespace
+
+void FrozenPatch::setLaw(const PairLaw& law, double g) noexcept {
+  g_ = g;
+  k_ = law.material.stiffness;
+  c_ = law.material.dissipation;
+  b_ = law.material.damping;
+  linear_ = law.pressure == PressureLaw::kLinear;
+  torsion_ = law.torsion;
+  constant_.setZero();
+}
+
+/// Four places, weights and depths from the moments of an area and of the `thickness` [m³] over it, V1 = ∫ r d.
+void FrozenPatch::layOut(const ContactVolume& volume, const PatchMoments& moments, double thickness,
+                         const Vector2& V1) noexcept {
+  const double area = moments.m0, depth = thickness / area;
+  const Vector2 mean = moments.m1 / area, lean_to = V1 / thickness - mean;
+  const Axes axes(moments.m2 / area - mean * mean.transpose());
+  points_ = 4;
+  weight_ = 0.25 * area;
+  for (int j = 0; j < 2; ++j) {
+    const double root = std::sqrt(axes.value[j]), lean = root > 0 ? M_SQRT2 * lean_to.dot(axes.axis[j]) / root : 0.0;
+    for (int s = 0; s < 2; ++s) {
+      const double sign = s == 0 ? 1 : -1;
+      const Vector2 r = mean + sign * M_SQRT2 * root * axes.axis[j];
+      const int i = 2 * j + s;
+      x_[i] = r.x();
+      y_[i] = r.y();
+      depth_[i] = depth * std::max(kLeastDepth, 1 + sign * lean);
+    }
+  }
+  place_ = volume.X_AP.p + volume.X_AP.R.leftCols<2>() * mean;
+  radius_ = std::sqrt(axes.value[0] + axes.value[1]);
+}
+
+void FrozenPatch::freeze(const ContactVolume& volume, double squares, const LocatedForce& force, const PairLaw& law,
+                         const Vector6& V, double g) noexcept {
+  setLaw(law, g);
+  friction_ = force.layer;
+  const Pressing part = pressing(volume, force, law, V);
+  layOut(volume, part.area, part.volume, part.V1);
+  double linear = 0;  // ∫ d² dA of the four
+  for (int i = 0; i < 4; ++i) linear += weight_ * depth_[i] * depth_[i];
+  const double split2 = squares * part.volume / volume.volume / linear - 1;
+  if (split2 > kLeastSplit * kLeastSplit) {
+    points_ = 8;
+    weight_ *= 0.5;
+    const double split = std::min(kMostSplit, std::sqrt(split2));
+    for (int i = 0; i < 4; ++i) {
+      depth_[i + 4] = depth_[i] * (1 - split);
+      depth_[i] *= 1 + split;
+    }
+  }
+  for (int i = 0; i < points_; ++i) reach_[i] = depth_[i] + g * approachOf(V, i);
+  Vector3 first;
+  sum(V, first);
+  const Wrench& F = force.F_BP_P;
+  constant_ = Vector3(force.normal_force, -F.torque.y(), F.torque.x()) - first;
+  reference_normal_ = force.normal_force;
+}
+
+void FrozenPatch::freezeNear(const ContactVolume& near, double closer, const PairLaw& law, const Vector6& V,
+                             double g) noexcept {
+  setLaw(law, g);
+  friction_ = FrictionLayer{};
+  layOut(near, {std::max(near.A0, near.volume / near.depth), near.A1, near.A2}, near.volume, Vector2::Zero());
+  for (int i = 0; i < 4; ++i) {
+    const double depth = depth_[i] - closer;
+    reach_[i] = depth < 0 ? depth + g * approachOf(V, i) : -std::numeric_limits<double>::infinity();
+  }
+}
+
+void FrozenPatch::part(const Vector6& V) noexcept {
+  for (int i = 0; i < points_; ++i) reach_[i] = std::min(reach_[i], g_ * approachOf(V, i));
+  constant_.setZero();
+}
+
+/// Force of a point over its weight, and how it falls with v_n, times g.
+double FrozenPatch::press(double v_n, double reach, double& slope) const noexcept {
+  const double open = reach - g_ * v_n;
+  slope = 0;
+  if (!(open > 0)) return 0;
+  if (linear_) {
+    const double p = k_ * open - b_ * v_n;
+    if (!(p > 0)) return 0;
+    slope = g_ * (k_ * g_ + b_);
+    return p;
+  }
+  const double factor = 1 - c_ * v_n;
+  if (!(factor > 0)) return 0;
+  slope = g_ * k_ * (g_ * factor + c_ * open);
+  return k_ * open * factor;
+}
+
+void FrozenPatch::sum(const Vector6& V, Vector3& first) const noexcept {
+  first = constant_;
+  for (int i = 0; i < points_; ++i) {
+    double slope;
+    const double p = weight_ * press(approachOf(V, i), reach_[i], slope);
+    first += p * Vector3(1, x_[i & 3], y_[i & 3]);
+  }
+}
+
+void FrozenPatch::evaluate(const Vector6& V, double limit, Force& out) const noexcept {
+  sum(V, out.first);
+  out.normal = std::max(0.0, out.first[0]);
+  const Vector3 f = friction_.at(slipRate(V), g_, limit).force;
+  out.F << out.first[2], -out.first[1], f[2], f[0], f[1], out.first[0];
+}
+
+Matrix6 FrozenPatch::tangent(const Vector6& V, double limit) const noexcept {
+  PatchMoments w;
+  for (int i = 0; i < points_; ++i) {
+    double slope;
+    press(approachOf(V, i), reach_[i], slope);
+    const Vector2 r(x_[i & 3], y_[i & 3]);
+    w.m0 += weight_ * slope;
+    w.m1 += weight_ * slope * r;
+    w.m2 += weight_ * slope * (r * r.transpose());
+  }
+  PatchTangent t;
+  t.damping = w;
+  t.compliant_area = friction_.at(slipRate(V), g_, limit).compliant_area;
+  t.tangential_damping = g_ * (g_ * friction_.stiffness + friction_.damping);
+  return t.combined(0, 1);
+}
+
+void FrozenPatch::carry(const Vector6& V, double limit, const Pose& X_AP, LocatedForce& out,
+                        double& elastic) const noexcept {
+  Force force;
+  evaluate(V, limit, force);
+  for (int i = 0; i < points_; ++i) {
+    const double d = std::max(0.0, reach_[i] - g_ * approachOf(V, i));
+    out.elastic_force += k_ * weight_ * (d - depth_[i]);
+    elastic += 0.5 * k_ * weight_ * (d * d - depth_[i] * depth_[i]);
+  }
+  const FrictionLayer::Answer answer = friction_.at(slipRate(V), g_, limit);
+  out.F_BP_P = {force.F.head<3>(), force.F.tail<3>()};
+  out.normal_force = force.normal;
+  out.sticking = !answer.outside;
+  FrictionMemory& m = out.memory;
+  const auto tangents = X_AP.R.leftCols<2>();
+  m.slip_A = tangents * answer.slip.head<2>();
+  m.twist = answer.slip[2];
+  m.rate_A = tangents * Vector2(V[3], V[4]);
+  m.spin = V[2];
+  m.force_A = tangents * answer.force.head<2>();
+  m.torque = answer.force[2];
+  m.load = answer.load;
+  m.sliding = answer.outside ? 1 : 0;
+  m.power = contactPower(out.F_BP_P, out.elastic_force, {V.head<3>(), V.tail<3>()});
+  m.energy = 0.5 * friction_.stiffness * answer.slip.cwiseProduct(friction_.area).dot(answer.slip);
+}
+
+}  // namespace haptic

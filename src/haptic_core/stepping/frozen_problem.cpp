@@ -1,0 +1,393 @@
+#include "haptic_core/stepping/frozen_problem.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/dynamics/joint_space_inertia.h"
+
+namespace haptic {
+namespace {
+
+constexpr int kAside = 256;            ///< patches kept beside those of the pairs that touch; further ones are dropped
+constexpr int kMostSearch = 12;       ///< evaluations of the frozen forces on one line
+constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)| falls to this share of |φ(0)|
+constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
+
+using JacobianMap = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>;
+
+}  // namespace
+
+FrozenProblem::FrozenProblem(const Model& model)
+    : model_(model),
+      matrix_(static_cast<int>(model.trees.size()), model.pair_capacity + kAside,
+              // The dense factor, but no more than 64 MB.
+              std::min<std::size_t>(static_cast<std::size_t>(model.nv) * (model.nv + 1), std::size_t{8} << 20)) {
+  node_of_tree_.assign(model.trees.size(), -1);
+  node_size_.resize(model.trees.size());
+  for (auto* x : {&v_reference_, &r_reference_, &smooth_, &residual_, &step_, &trial_, &rows_}) x->resize(model.nv);
+  std::size_t largest = 1, offset = 0;
+  bool jointed = false;
+  for (const ModelTree& tree : model.trees) {
+    const std::size_t nv = static_cast<std::size_t>(tree.model->nv());
+    mass_offset_.push_back(offset);
+    offset += nv * nv;
+    largest = std::max(largest, nv);
+    jointed |= tree.has_laws;
+  }
+  masses_.resize(offset);
+  contacts.reserve(model.pair_capacity + kAside);
+  edges_.reserve(contacts.capacity());
+  block_.resize(largest * largest);
+  for (auto* J : {&jacobian_a_, &jacobian_b_, &weighted_}) J->resize(6 * largest);
+  if (jointed) matrix_.reserveKept();
+}
+
+void FrozenProblem::select(const Island& island, LinkWork* work, ImplicitJoints* joints) noexcept {
+  for (int n = 0; n < island_.tree_count; ++n) node_of_tree_[island_.trees[n]] = -1;
+  island_ = island;
+  for (int n = 0; n < island.tree_count; ++n) {
+    node_of_tree_[island.trees[n]] = n;
+    node_size_[n] = model_.trees[island.trees[n]].model->nv();
+  }
+  work_ = work;
+  joints_ = joints;
+  if (joints) joints->setNodes(node_of_tree_, island.tree_count);
+  contacts.clear();
+}
+
+void FrozenProblem::forget() noexcept {
+  island_ = Island{};
+  std::fill(node_of_tree_.begin(), node_of_tree_.end(), -1);
+}
+
+void FrozenProblem::freezeTree(int t, const double* v, const double* residual) noexcept {
+  const ModelTree& tree = model_.trees[t];
+  const int nv = tree.model->nv();
+  std::copy_n(v + tree.v, nv, v_reference_.begin() + tree.v);
+  std::copy_n(residual + tree.v, nv, r_reference_.begin() + tree.v);
+  double* M = masses_.data() + mass_offset_[t];
+  if (!tree.model->isFreeBody()) {
+    massMatrix(*tree.model, work_ + tree.link, M);
+    return;
+  }
+  const LinkModel& body = tree.model->link(0);
+  const Matrix3& R_WL = work_[tree.link].X_WL.R;
+  Eigen::Map<Matrix6> block(M);
+  block.setZero();
+  block.topLeftCorner<3, 3>() = R_WL * body.I_O * R_WL.transpose();
+  block(3, 3) = block(4, 4) = block(5, 5) = body.mass;
+}
+
+double FrozenProblem::speedOf(int t, const double* velocity) const noexcept {
+  const ModelTree& tree = model_.trees[t];
+  const double size = model_.links[tree.link].size;
+  const double* u = velocity + tree.v;
+  double largest2 = 0;
+  if (tree.model->isFreeBody()) {
+    const double turn2 = u[0] * u[0] + u[1] * u[1] + u[2] * u[2], way2 = u[3] * u[3] + u[4] * u[4] + u[5] * u[5];
+    largest2 = way2 + size * size * turn2;
+  } else {
+    for (int i = 0; i < tree.model->nv(); ++i) largest2 = std::max(largest2, size * size * u[i] * u[i]);
+  }
+  return std::sqrt(largest2);
+}
+
+double FrozenProblem::speed(const double* velocity) const noexcept {
+  double largest = 0;
+  for (int n = 0; n < island_.tree_count; ++n) largest = std::max(largest, speedOf(island_.trees[n], velocity));
+  return largest;
+}
+
+Twist FrozenProblem::linkTwist(int link, const Vector3& p_W, const double* u) const noexcept {
+  if (nodeOf(link) < 0) return {};
+  const ModelTree& tree = model_.trees[model_.links[link].articulation];
+  if (!tree.model->isFreeBody()) {
+    return pointTwist(*tree.model, work_ + tree.link, model_.links[link].local, p_W, u + tree.v);
+  }
+  const Eigen::Map<const Vector3> turn(u + tree.v), way(u + tree.v + 3);
+  return {turn, way + turn.cross(p_W - work_[link].p_WO)};
+}
+
+Vector6 FrozenProblem::twistOf(const FrozenContact& c, const double* u) const noexcept {
+  const Twist V = linkTwist(c.link_b, c.X_WP.p, u) - linkTwist(c.link_a, c.X_WP.p, u);
+  return V.rotated(c.X_WP.R.transpose()).vector();
+}
+
+/// rows += Jᵀ F.
+void FrozenProblem::addForce(int link, const Wrench& F_W, const Vector3& p_W, double* rows) const noexcept {
+  if (nodeOf(link) < 0) return;
+  const ModelTree& tree = model_.trees[model_.links[link].articulation];
+  if (!tree.model->isFreeBody()) {
+    addGeneralisedForce(*tree.model, work_ + tree.link, model_.links[link].local, F_W, p_W, rows + tree.v);
+    return;
+  }
+  Eigen::Map<Vector3> torque(rows + tree.v), force(rows + tree.v + 3);
+  torque += F_W.torque + (p_W - work_[link].p_WO).cross(F_W.force);
+  force += F_W.force;
+}
+
+/// r + M δ + Σ Jᵀ C J δ into `smooth_`.
+void FrozenProblem::smoothPart(const double* v) noexcept {
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const ModelTree& tree = treeAt(n);
+    const double* M = massOf(island_.trees[n]);
+    const int nv = node_size_[n];
+    for (int i = tree.v; i < tree.v + nv; ++i) {
+      trial_[i] = v[i] - v_reference_[i];
+      smooth_[i] = r_reference_[i];
+    }
+    for (int j = 0; j < nv; ++j) {
+      for (int i = 0; i < nv; ++i) smooth_[tree.v + i] += M[i + j * nv] * trial_[tree.v + j];
+    }
+  }
+  for (const FrozenCoupling& c : couplings) {
+    if (c.link < 0) continue;
+    const Vector3& p = work_[c.link].X_WL.p;
+    const Twist V = linkTwist(c.link, p, trial_.data());
+    addForce(c.link, {c.turn * V.angular, c.way * V.linear}, p, smooth_.data());
+  }
+}
+
+void FrozenProblem::measureImbalance(double g) noexcept {
+  imbalance = 0;
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const ModelTree& tree = treeAt(n);
+    const double size = model_.links[tree.link].size;
+    for (int i = 0; i < node_size_[n]; ++i) {
+      const bool moment = !tree.model->isFreeBody() || i < 3;
+      imbalance = std::max(imbalance, std::abs(residual_[tree.v + i]) / (g * (moment ? size : 1.0)));
+    }
+  }
+}
+
+bool FrozenProblem::minimise(double g, int most, double finest, const double* q, double* v) noexcept {
+  smoothPart(v);
+  for (FrozenContact& c : contacts) {
+    c.V = c.V_reference + twistOf(c, trial_.data());  // trial_ holds δ
+    c.patch.evaluate(c.V, c.limit, c.force);
+  }
+  double changed = 0, open = 1;
+  for (int i = 0; i < most; ++i) {
+    if (i > 0) {
+      smoothPart(v);
+      for (FrozenContact& c : contacts) {
+        c.limit = c.force.normal;
+        c.patch.evaluate(c.V, c.limit, c.force);
+      }
+    }
+    for (int n = 0; n < island_.tree_count; ++n) {
+      std::copy_n(smooth_.begin() + treeAt(n).v, node_size_[n], residual_.begin() + treeAt(n).v);
+    }
+    for (const FrozenContact& c : contacts) {
+      const Wrench F_W = Wrench{c.force.F.head<3>(), c.force.F.tail<3>()}.rotated(c.X_WP.R) * -g;
+      addForce(c.link_b, F_W, c.X_WP.p, residual_.data());
+      addForce(c.link_a, -F_W, c.X_WP.p, residual_.data());
+    }
+    if (i == 0) measureImbalance(g);
+    if (!assemble() || !findDirection(q, v, open)) return false;
+    ++iterations;
+    const double size = speed(step_.data());
+    if (i == 0) first_step = size;
+    for (FrozenContact& c : contacts) c.step = twistOf(c, step_.data());
+    const double alpha = size <= finest ? 1.0 : search(g, v);
+    for (int n = 0; n < island_.tree_count; ++n) {
+      for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) v[k] += alpha * step_[k];
+    }
+    if (alpha == 1 && joints_) joints_->settle(v);
+    for (FrozenContact& c : contacts) c.V += alpha * c.step;
+    open *= 1 - alpha;
+    changed += alpha * size;
+    if (size <= finest || (i > 0 && size < kShort * changed)) break;
+  }
+  return true;
+}
+
+/// Newton's step p into step_, with what the joints do by themselves. `open`: share of the gaps of loops that is left.
+bool FrozenProblem::findDirection(const double* q, const double* v, double open) noexcept {
+  ++factorisations;
+  if (joints_) return joints_->solve(matrix_, work_, q, v, residual_.data(), open, step_.data());
+  if (!matrix_.factor()) return false;
+  for (int n = 0, row = 0; n < island_.tree_count; ++n) {
+    const int first = treeAt(n).v;
+    for (int i = 0; i < node_size_[n]; ++i) rows_[row++] = -residual_[first + i];
+  }
+  matrix_.solve(rows_.data());
+  for (int n = 0, row = 0; n < island_.tree_count; ++n) {
+    const int first = treeAt(n).v;
+    for (int i = first; i < first + node_size_[n]; ++i) step_[i] = rows_[row++];
+  }
+  return true;
+}
+
+/// pᵀ (M + Σ Jᵀ C J) p.
+double FrozenProblem::curvature() noexcept {
+  double sum = 0;
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const double *M = massOf(island_.trees[n]), *p = step_.data() + treeAt(n).v;
+    const int nv = node_size_[n];
+    for (int j = 0; j < nv; ++j) {
+      for (int i = 0; i < nv; ++i) sum += p[i] * M[i + j * nv] * p[j];
+    }
+  }
+  for (const FrozenCoupling& c : couplings) {
+    if (c.link < 0) continue;
+    const Twist V = linkTwist(c.link, work_[c.link].X_WL.p, step_.data());
+    sum += c.turn * V.angular.squaredNorm() + c.way * V.linear.squaredNorm();
+  }
+  return sum;
+}
+
+/// φ(α); leaves the contacts' forces of v + α p behind.
+double FrozenProblem::slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept {
+  double phi = along + alpha * curvature;
+  for (FrozenContact& c : contacts) {
+    c.patch.evaluate(c.V + alpha * c.step, c.limit, c.force);
+    phi -= g * c.force.F.dot(c.step);
+  }
+  if (!joints_) return phi;
+  for (int n = 0; n < island_.tree_count; ++n) {
+    for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) trial_[k] = v[k] + alpha * step_[k];
+  }
+  if (alpha == 1) joints_->settle(trial_.data());
+  return phi + joints_->slope(trial_.data(), step_.data());
+}
+
+/// The α ≤ 1 with φ(α) ≈ 0; φ rises from φ(0) < 0. Beyond 1 the next direction knows more.
+double FrozenProblem::search(double g, const double* v) noexcept {
+  double along = 0, phi_0 = 0;
+  for (int n = 0; n < island_.tree_count; ++n) {
+    for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) {
+      along += smooth_[k] * step_[k];
+      phi_0 += residual_[k] * step_[k];
+    }
+  }
+  if (joints_) phi_0 += joints_->slope(v, step_.data());
+  const double bend = curvature();
+  double alpha = 1, phi = slopeAt(g, 1, along, bend, v);
+  // With loops that do not close yet φ may start upwards: closing them comes first.
+  if (!(phi_0 < 0) || phi <= kSufficient * -phi_0) return alpha;
+  double low = 0, phi_low = phi_0, high = 1, phi_high = phi;
+  for (int i = 0; i < kMostSearch && std::abs(phi) > kSufficient * -phi_0; ++i) {
+    const double secant = low + (high - low) * phi_low / (phi_low - phi_high);
+    alpha = std::clamp(secant, low + 0.1 * (high - low), high - 0.1 * (high - low));
+    phi = slopeAt(g, alpha, along, bend, v);
+    if (phi < 0) {
+      low = alpha;
+      phi_low = phi;
+      phi_high *= 0.5;  // Illinois
+    } else {
+      high = alpha;
+      phi_high = phi;
+      phi_low *= 0.5;
+    }
+  }
+  return alpha;
+}
+
+bool FrozenProblem::assemble() noexcept {
+  edges_.clear();
+  for (const FrozenContact& c : contacts) {
+    const int a = nodeOf(c.link_a), b = nodeOf(c.link_b);
+    if (a >= 0 && b >= 0 && a != b) edges_.push_back({a, b});
+  }
+  if (!matrix_.analyze(node_size_.data(), island_.tree_count, edges_.begin(), edges_.size())) return false;
+  for (int n = 0; n < island_.tree_count; ++n) matrix_.add(n, n, massOf(island_.trees[n]));
+  for (const FrozenContact& c : contacts) assembleContact(c);
+  for (const FrozenCoupling& c : couplings) {
+    if (c.link < 0) continue;
+    Matrix6 G = Matrix6::Zero();
+    G.diagonal().head<3>().setConstant(c.turn);
+    G.diagonal().tail<3>().setConstant(c.way);
+    const Pose X_WP(work_[c.link].X_WL.p);
+    if (!isFree(c.link)) {
+      assembleLinks(-1, c.link, X_WP, G);
+      continue;
+    }
+    addFree(-1, nodeOf(c.link), X_WP, G, -1, c.link);
+  }
+  return true;
+}
+
+/// Rows: the twist at P in P's axes, angular first; columns: the degrees of the link's tree.
+void FrozenProblem::treeJacobian(int link, const Pose& X_WP, double* J) noexcept {
+  const ModelLink& entry = model_.links[link];
+  const ModelTree& tree = model_.trees[entry.articulation];
+  const int nv = tree.model->nv();
+  const Matrix3 R_PW = X_WP.R.transpose();
+  JacobianMap map(J, 6, nv);
+  map.setZero();
+  pointJacobian(*tree.model, work_ + tree.link, entry.local, X_WP.p, J, nv);
+  for (int c = 0; c < nv; ++c) {
+    map.col(c).head<3>() = Vector3(R_PW * Vector3(map.col(c).head<3>()));
+    map.col(c).tail<3>() = Vector3(R_PW * Vector3(map.col(c).tail<3>()));
+  }
+}
+
+void FrozenProblem::assembleContact(const FrozenContact& c) noexcept {
+  const int a = nodeOf(c.link_a), b = nodeOf(c.link_b);
+  const Matrix6 G = c.patch.tangent(c.V, c.limit);
+  if ((a >= 0 && !isFree(c.link_a)) || (b >= 0 && !isFree(c.link_b))) {
+    assembleLinks(c.link_a, c.link_b, c.X_WP, G);
+    return;
+  }
+  addFree(a, b, c.X_WP, G, c.link_a, c.link_b);
+}
+
+/// Jᵀ G J of free bodies, node -1 for none. With G in W's axes in blocks [A B; Bᵀ D], a body's lever r to P and X = [r]×,
+/// J = [1 0; -X 1], so that with Q = B + X D the block of two bodies i, j is
+///     J_iᵀ G J_j = [A - B X_j + X_i Q_jᵀ   Q_i; Q_jᵀ   D].
+void FrozenProblem::addFree(int a, int b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept {
+  const Matrix3& R = X_WP.R;
+  const Matrix3 A = R * G.topLeftCorner<3, 3>() * R.transpose(), B = R * G.topRightCorner<3, 3>() * R.transpose(),
+                D = R * G.bottomRightCorner<3, 3>() * R.transpose();
+  const int node[2] = {a, b}, link[2] = {link_a, link_b};
+  Matrix3 X[2], Q[2];
+  for (int s = 0; s < 2; ++s) {
+    if (node[s] < 0) continue;
+    X[s] = crossMatrix(X_WP.p - work_[link[s]].p_WO);
+    Q[s] = B + X[s] * D;
+  }
+  Matrix6 block;
+  for (int i = 0; i < 2; ++i) {
+    for (int j = i; j < 2; ++j) {
+      if (node[i] < 0 || node[j] < 0) continue;
+      block.topLeftCorner<3, 3>() = A - B * X[j] + X[i] * Q[j].transpose();
+      block.topRightCorner<3, 3>() = Q[i];
+      block.bottomLeftCorner<3, 3>() = Q[j].transpose();
+      block.bottomRightCorner<3, 3>() = D;
+      if (i != j) block = -block;
+      matrix_.add(node[i], node[j], block.data());
+    }
+  }
+}
+
+/// Jᵀ G J of a patch between two links, link A -1 for none; at least one of them is on joints.
+void FrozenProblem::assembleLinks(int link_a, int link_b, const Pose& X_WP, const Matrix6& G_P) noexcept {
+  const int link[2] = {link_a, link_b};
+  double* J[2] = {jacobian_a_.data(), jacobian_b_.data()};
+  int node[2], size[2];
+  for (int s = 0; s < 2; ++s) {
+    node[s] = link[s] >= 0 ? nodeOf(link[s]) : -1;
+    size[s] = node[s] >= 0 ? node_size_[node[s]] : 0;
+    if (node[s] >= 0) treeJacobian(link[s], X_WP, J[s]);
+  }
+  if (node[0] >= 0 && node[0] == node[1]) {  // two links of one tree: J = J_b - J_a
+    for (int i = 0; i < 6 * size[0]; ++i) J[1][i] -= J[0][i];
+    node[0] = -1;
+  }
+  for (int s = 0; s < 2; ++s) {
+    if (node[s] < 0) continue;
+    JacobianMap Js(J[s], 6, size[s]), weighted(weighted_.data(), 6, size[s]);
+    weighted.noalias() = G_P.lazyProduct(Js);
+    for (int t = 0; t <= s; ++t) {
+      if (node[t] < 0) continue;
+      JacobianMap Jt(J[t], 6, size[t]);
+      Eigen::Map<Eigen::MatrixXd> block(block_.data(), size[t], size[s]);
+      block.noalias() = Jt.transpose().lazyProduct(weighted);
+      if (s != t) block = -block;
+      matrix_.add(node[t], node[s], block_.data());
+    }
+  }
+}
+
+}  // namespace haptic

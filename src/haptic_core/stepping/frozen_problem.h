@@ -1,0 +1,105 @@
+/// One pass of a stage: the implicit step with all geometry frozen at a reference, a convex problem.
+///
+/// With δ = v - v_r, r the residual of inertia, gravity and couplings at the reference and M the inertia there,
+///     R(v) = r + M δ + Σ Jᵀ C J δ - g Σ Jᵀ F(V_r + J δ)
+/// is the gradient of a strictly convex function: M and the couplings' C are positive, the wrenches F of frozen patches
+/// (frozen_patch.h) fall with the twist. What joints do by themselves comes in as in implicit_joints.h, convex as well.
+/// Newton's method: (M + Σ JᵀCJ + Σ JᵀGJ) p = -R with G = -g ∂F/∂V, symmetric positive definite and sparse over the graph
+/// of contacts (block_cholesky.h); then the root of φ(α) = R(v + α p)·p, which rises, on the frozen forces alone. No
+/// geometry is asked in here. The limit of friction follows the normal force from one Newton step to the next.
+///
+/// Source: A. Castro, F. Permenter, X. Han, An unconstrained convex formulation of compliant contact, 2021 (arXiv
+/// 2110.10107). Different here: Coulomb's limit is that of the last iterate, so nothing that slides floats; the patches
+/// are refrozen (implicit_stage.h) instead of being taken from the start of the step.
+#pragma once
+#include <vector>
+
+#include "haptic_core/dynamics/block_cholesky.h"
+#include "haptic_core/dynamics/kinematics.h"
+#include "haptic_core/geometry/loaded_vector.h"
+#include "haptic_core/stepping/frozen_patch.h"
+#include "haptic_core/stepping/implicit_joints.h"
+#include "haptic_core/world/islands.h"
+#include "haptic_core/world/model.h"
+
+namespace haptic {
+
+struct FrozenContact {
+  int link_a = 0, link_b = 0;
+  Pose X_WP;
+  FrozenPatch patch;
+  double limit = 0;                    ///< normal force that bounds friction [N]
+  Vector6 V_reference = Vector6::Zero();  ///< of B over A at P, in P's axes
+  Vector6 V = Vector6::Zero();         ///< the same at the present v
+  Vector6 step = Vector6::Zero();      ///< J p
+  FrozenPatch::Force force;            ///< at V
+};
+
+/// A spring-damper on a link, about its frame's origin.
+struct FrozenCoupling {
+  int link = -1;
+  double turn = 0, way = 0;            ///< C: g² of the springs and g of the dampers [N·m·s², N·s²/m]
+};
+
+class FrozenProblem {
+ public:
+  explicit FrozenProblem(const Model& model);
+
+  /// (in realtime) The trees that move. `work`: their links at the reference; it stays the caller's.
+  void select(const Island& island, LinkWork* work, ImplicitJoints* joints) noexcept;
+  /// (in realtime) The reference of a tree: v_r, r, and M from its links as they stand.
+  void freezeTree(int tree, const double* v, const double* residual) noexcept;
+
+  /// (in realtime) At most `most` Newton steps from v, until one is smaller than half of what all have changed, or than
+  /// `finest` [m/s]. q: positions at the reference. False: a matrix could not be factored.
+  bool minimise(double g, int most, double finest, const double* q, double* v) noexcept;
+
+  LoadedVector<FrozenContact> contacts;
+  std::vector<FrozenCoupling> couplings;
+  int iterations = 0, factorisations = 0;  ///< since they were last set to 0
+  double first_step = 0;                ///< of the last minimise [m/s]
+  double imbalance = 0;                 ///< largest wrench out of balance at its start [N], moments over the body's size
+
+  void forget() noexcept;               ///< (in realtime) the arrays of the last island are no longer there
+
+  /// (in realtime) Of a link's point [m] by u; zero for what the island does not move.
+  Twist linkTwist(int link, const Vector3& p_W, const double* u) const noexcept;
+  /// (in realtime) J u of a contact in P's axes; `u` in the order of the state.
+  Vector6 twistOf(const FrozenContact& c, const double* u) const noexcept;
+  /// (in realtime) Largest speed of a tree of the island [m/s]; rotations count at the reach of the body.
+  double speed(const double* velocity) const noexcept;
+  double speedOf(int tree, const double* velocity) const noexcept;
+  const std::vector<double>& reference() const { return v_reference_; }
+  int nodeOf(int link) const { return node_of_tree_[model_.links[link].articulation]; }
+
+ private:
+  bool isFree(int link) const { return model_.trees[model_.links[link].articulation].model->isFreeBody(); }
+  void addForce(int link, const Wrench& F_W, const Vector3& p_W, double* rows) const noexcept;
+  void smoothPart(const double* v) noexcept;
+  void measureImbalance(double g) noexcept;
+  bool assemble() noexcept;
+  void assembleContact(const FrozenContact& c) noexcept;
+  void assembleLinks(int link_a, int link_b, const Pose& X_WP, const Matrix6& G_P) noexcept;
+  void addFree(int node_a, int node_b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept;
+  void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;
+  bool findDirection(const double* q, const double* v, double open) noexcept;
+  double search(double g, const double* v) noexcept;
+  double curvature() noexcept;
+  double slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept;
+  const ModelTree& treeAt(int n) const { return model_.trees[island_.trees[n]]; }
+  const double* massOf(int tree) const { return masses_.data() + mass_offset_[tree]; }
+
+  const Model& model_;
+  Island island_;
+  LinkWork* work_ = nullptr;
+  ImplicitJoints* joints_ = nullptr;    ///< null: no joint of the island does anything by itself
+  std::vector<int> node_of_tree_, node_size_;
+  std::vector<double> v_reference_, r_reference_, smooth_, residual_, step_, trial_, rows_;
+  std::vector<double> masses_;          ///< M by tree, one block after the other
+  std::vector<std::size_t> mass_offset_;
+  LoadedVector<BlockCholesky::Edge> edges_;
+  BlockCholesky matrix_;
+  std::vector<double> jacobian_a_, jacobian_b_, weighted_, block_;
+};
+
+}  // namespace haptic

@@ -1,0 +1,312 @@
+/// `./run bench heap`: cubes that fall into a bin (test/scenes/heap.h), the implicit step in motion and peers, interleaved.
+///
+/// CPU time of the stepping thread, every step timed, the first left out; the ledger is on. Peers have plain boxes with
+/// margins of 1 mm, and the same step. An argument runs only the groups whose name contains it: heap1, heap10, heap100,
+/// heap300, heap_ratio, heap_4ms.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <ctime>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "../peers/peer_world.h"
+#include "../scenes/heap.h"
+#include "figure.h"
+#include "haptic_core/world/pipeline.h"
+
+namespace haptic::bench {
+namespace {
+
+using scenes::HeapParameters;
+using peers::Peer;
+
+constexpr int kFirstCube = 5;       ///< link index: floor and walls come before
+constexpr double kActive = 1e-3;    ///< speed above which something moves [m/s]
+constexpr double kRestTime = 4;     ///< after which a heap lies [s]
+constexpr int kChunk = 20;          ///< steps of one world before the next has its turn
+
+double cpuSeconds() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+struct Times {
+  std::vector<double> all, active;  ///< [µs]
+  double mean() const {
+    double sum = 0;
+    for (double t : all) sum += t;
+    return sum / static_cast<double>(all.size());
+  }
+  double worst() const { return *std::max_element(all.begin(), all.end()); }
+  double quantile(double share) const {
+    std::vector<double> sorted = all;
+    std::sort(sorted.begin(), sorted.end());
+    return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+  }
+};
+
+/// Sums and extremes over the steps of one of our worlds.
+struct Tally {
+  double iterations = 0, worst_iterations = 0, evaluations = 0, worst_evaluations = 0, worst_factorisations = 0;
+  int steps = 0, unconverged = 0;
+  double wrench_error = 0;            ///< [N]
+  double gain = 0, exchanged = 0;     ///< [J]
+  double depth = 0;                   ///< [m]
+};
+
+class Runner {
+ public:
+  virtual ~Runner() = default;
+  Times times;
+  std::string name;
+  void run(int steps) {
+    for (int i = 0; i < steps; ++i) {
+      const double start = cpuSeconds();
+      step();
+      const double us = 1e6 * (cpuSeconds() - start);
+      if (done_++ == 0) continue;
+      times.all.push_back(us);
+      if (fastest() > kActive) times.active.push_back(us);
+      look();
+    }
+  }
+  virtual double fastest() const = 0;  ///< of all cubes [m/s]
+
+ protected:
+  virtual void step() = 0;
+  virtual void look() {}
+
+ private:
+  int done_ = 0;
+};
+
+class Ours : public Runner {
+ public:
+  Ours(const HeapParameters& heap, Integrator integrator, double h, const std::string& label) : count_(heap.count) {
+    WorldSettings settings;
+    settings.integrator = integrator;
+    settings.step = h;
+    world_ = std::make_unique<World>(scenes::heap(heap, settings));
+    name = label;
+  }
+  double fastest() const override {
+    double speed = 0;
+    for (int i = 0; i < count_; ++i) speed = std::max(speed, world_->linkTwist(kFirstCube + i).linear.norm());
+    return speed;
+  }
+  Tally tally;
+
+ protected:
+  void step() override { world_->step(); }
+  void look() override {
+    const StepReport& r = world_->report();
+    const EnergyLedger& e = r.energy;
+    if (tally.steps++ == 0) first_ = e;
+    tally.iterations += r.iterations;
+    tally.worst_iterations = std::max<double>(tally.worst_iterations, r.iterations);
+    tally.evaluations += r.evaluations;
+    tally.worst_evaluations = std::max<double>(tally.worst_evaluations, r.evaluations);
+    tally.worst_factorisations = std::max<double>(tally.worst_factorisations, r.factorisations);
+    if (r.flags & kNotConverged) {
+      ++tally.unconverged;
+      tally.wrench_error = std::max(tally.wrench_error, r.wrench_error);
+    }
+    const double lost = e.damping + e.friction - first_.damping - first_.friction;
+    tally.exchanged = std::max({tally.exchanged, std::abs(e.kinetic - first_.kinetic), std::abs(lost),
+                                std::abs(e.potential - first_.potential), std::abs(e.elastic - first_.elastic),
+                                std::abs(e.tangential - first_.tangential)});
+    tally.gain = std::max(tally.gain, e.total() - first_.total() + lost);
+    for (int i = 0; i < world_->contactCount(); ++i) tally.depth = std::max(tally.depth, world_->contact(i).depth);
+  }
+
+ private:
+  int count_;
+  std::unique_ptr<World> world_;
+  EnergyLedger first_;
+};
+
+class Theirs : public Runner {
+ public:
+  Theirs(const HeapParameters& heap, const peers::PeerSettings& settings) : count_(heap.count) {
+    world_ = peers::makePeer(scenes::heap(heap, {}), settings);
+    name = peers::name(settings);
+  }
+  double fastest() const override {
+    double speed = 0;
+    for (int i = 0; i < count_; ++i) speed = std::max(speed, world_->linkTwist(kFirstCube + i).linear.norm());
+    return speed;
+  }
+
+ protected:
+  void step() override { world_->step(); }
+
+ private:
+  int count_;
+  std::unique_ptr<peers::PeerWorld> world_;
+};
+
+struct Method {
+  const char* name;
+  Integrator integrator;
+};
+constexpr Method kMethods[] = {
+    {"euler", Integrator::kImplicitEuler}, {"sdirk2", Integrator::kSdirk2}, {"automatic", Integrator::kAutomatic}};
+constexpr std::pair<const char*, double> kStiffness[] = {{"k1e7", 1e7}, {"k1e8", 1e8}, {"k1e10", 1e10}, {"k1e12", 1e12}};
+
+/// What must hold over all cells, worst of each.
+struct Overall {
+  double unconverged = 0, evaluations = 0, factorisations = 0, gain_rel = 0, rest_v = 0;
+};
+
+void printTimes(const std::string& name, const Times& t) {
+  figure(name + ".mean_us", t.mean(), "us");
+  figure(name + ".p999_us", t.quantile(0.999), "us");
+  figure(name + ".worst_us", t.worst(), "us");
+  if (!t.active.empty()) figure(name + ".active_median_us", median(t.active), "us");
+  std::vector<double> last(t.all.end() - static_cast<std::ptrdiff_t>(t.all.size() / 4), t.all.end());
+  figure(name + ".median_us", median(last), "us");
+}
+
+struct Group {
+  std::string name;
+  HeapParameters heap;
+  double step = 1e-3, seconds = 2;
+  bool mujoco = true, rests = true;
+};
+
+/// One heap: all stiffnesses and methods and the peers take turns. Returns the mean by cell, for the exponent.
+std::map<std::string, double> measure(const Group& g, Overall& overall) {
+  std::vector<std::unique_ptr<Runner>> runners;
+  std::vector<Ours*> ours;
+  for (const auto& [label, k] : kStiffness) {
+    for (const Method& m : kMethods) {
+      HeapParameters heap = g.heap;
+      heap.stiffness = k;
+      auto one = std::make_unique<Ours>(heap, m.integrator, g.step, g.name + "." + label + "." + m.name);
+      ours.push_back(one.get());
+      runners.push_back(std::move(one));
+    }
+  }
+  peers::PeerSettings settings;
+  settings.step = g.step;
+  std::map<std::string, Runner*> peer;
+  for (const auto& [kind, iterations] : {std::pair{Peer::kBullet, 10}, {Peer::kBullet, 50}, {Peer::kOdeQuick, 20},
+                                         {Peer::kMujocoEuler, 20}}) {
+    if (kind == Peer::kMujocoEuler && !g.mujoco) continue;
+    settings.peer = kind;
+    settings.iterations = iterations;
+    runners.push_back(std::make_unique<Theirs>(g.heap, settings));
+    peer[runners.back()->name] = runners.back().get();
+  }
+  const int steps = static_cast<int>(std::lround(g.seconds / g.step));
+  for (int done = 0; done < steps; done += kChunk) {
+    for (auto& r : runners) r->run(std::min(kChunk, steps - done));
+  }
+  for (const auto& [name, r] : peer) printTimes(g.name + "." + name, r->times);
+  const Times& bullet = peer.at("bullet50")->times;
+  std::map<std::string, double> means;
+  for (Ours* o : ours) {
+    const Tally& t = o->tally;
+    printTimes(o->name, o->times);
+    figure(o->name + ".mean_vs_bullet50", o->times.mean() / bullet.mean(), "1");
+    figure(o->name + ".worst_vs_bullet50_worst", o->times.worst() / bullet.worst(), "1");
+    if (!o->times.active.empty()) {
+      figure(o->name + ".worst_over_active_median", o->times.worst() / median(o->times.active), "1");
+    }
+    figure(o->name + ".newton_mean", t.iterations / t.steps, "1");
+    figure(o->name + ".newton_worst", t.worst_iterations, "1");
+    figure(o->name + ".evaluations_mean", t.evaluations / t.steps, "1");
+    figure(o->name + ".evaluations_worst", t.worst_evaluations, "1");
+    figure(o->name + ".factorisations_worst", t.worst_factorisations, "1");
+    figure(o->name + ".unconverged", t.unconverged, "1");
+    figure(o->name + ".unconverged_wrench", t.wrench_error, "N");
+    figure(o->name + ".energy_gain_rel", t.gain / t.exchanged, "1");
+    figure(o->name + ".depth_max", t.depth, "m");
+    means[o->name.substr(g.name.size() + 1)] = o->times.mean();
+    overall.unconverged += t.unconverged;
+    overall.evaluations = std::max(overall.evaluations, t.worst_evaluations);
+    overall.factorisations = std::max(overall.factorisations, t.worst_factorisations);
+    overall.gain_rel = std::max(overall.gain_rel, t.gain / t.exchanged);
+  }
+  // The headline: over the stiffnesses of each class, by method; Euler's without a suffix.
+  for (std::size_t m = 0; m < std::size(kMethods); ++m) {
+    const std::string tail = m == 0 ? "" : std::string("_") + kMethods[m].name;
+    double mean[3] = {0, 0, 0}, worst[3] = {0, 0, 0}, over = 0;
+    for (std::size_t k = 0; k < std::size(kStiffness); ++k) {
+      const Times& t = ours[k * std::size(kMethods) + m]->times;
+      const std::size_t group = k <= 1 ? 0 : k - 1;
+      mean[group] = std::max(mean[group], t.mean() / bullet.mean());
+      worst[group] = std::max(worst[group], t.worst() / bullet.worst());
+      if (!t.active.empty()) over = std::max(over, t.worst() / median(t.active));
+    }
+    const char* groups[3] = {"", "_k1e10", "_k1e12"};
+    for (int i = 0; i < 3; ++i) {
+      figure(g.name + ".mean_vs_bullet50" + groups[i] + tail, mean[i], "1");
+      figure(g.name + ".worst_vs_bullet50_worst" + groups[i] + tail, worst[i], "1");
+    }
+    figure(g.name + ".worst_over_active_median" + tail, over, "1");
+  }
+  if (!g.rests) return means;
+  const int rest = static_cast<int>(std::lround(kRestTime / g.step)) - steps;
+  for (Ours* o : ours) {
+    o->run(rest);
+    figure(o->name + ".rest_v", o->fastest(), "m/s");
+    overall.rest_v = std::max(overall.rest_v, o->fastest());
+  }
+  const double theirs[] = {peer.at("bullet50")->fastest(), peer.at("ode_quick20")->fastest()};
+  figure(g.name + ".bullet50.v_at_end", theirs[0], "m/s");
+  figure(g.name + ".ode_quick20.v_at_end", theirs[1], "m/s");
+  return means;
+}
+
+int run(const char* filter) {
+  std::vector<Group> groups;
+  for (int n : {1, 10, 100, 300}) {
+    Group g;
+    g.name = "heap" + std::to_string(n);
+    g.heap.count = n;
+    // 300: the cubes that fall last have landed after 0.6 s; MuJoCo would take minutes.
+    if (n == 300) g.seconds = 1, g.mujoco = g.rests = false;
+    groups.push_back(g);
+  }
+  Group ratio;
+  ratio.name = "heap_ratio";  // ten cubes, every second one a thousand times as heavy
+  ratio.heap.mass_ratio = 1000;
+  groups.push_back(ratio);
+  Group coarse;
+  coarse.name = "heap_4ms";
+  coarse.step = 4e-3;
+  groups.push_back(coarse);
+  Overall overall;
+  std::map<std::string, std::map<std::string, double>> means;
+  for (const Group& g : groups) {
+    if (filter && g.name.find(filter) == std::string::npos) continue;
+    means[g.name] = measure(g, overall);
+  }
+  figure("heap.unconverged", overall.unconverged, "1");
+  figure("heap.evaluations_worst", overall.evaluations, "1");
+  figure("heap.factorisations_worst", overall.factorisations, "1");
+  figure("heap.energy_gain_rel", overall.gain_rel, "1");
+  figure("heap.rest_v", overall.rest_v, "m/s");
+  if (means.count("heap10") && means.count("heap300")) {
+    double worst = 0;
+    for (const auto& [cell, small] : means["heap10"]) {
+      const double exponent = std::log(means["heap300"].at(cell) / small) / std::log(30.0);
+      figure("heap." + cell + ".time_exponent", exponent, "1");
+      worst = std::max(worst, exponent);
+    }
+    figure("heap.time_exponent", worst, "1");
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace haptic::bench
+
+int main(int count, char** arguments) {
+  return haptic::bench::run(count > 1 ? arguments[1] : nullptr);
+}
