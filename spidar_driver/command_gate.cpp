@@ -41,7 +41,8 @@ std::string textOf(const sockaddr* address) {
 
 bool isNumeric(const std::string& address) {
   in6_addr any;
-  return ::inet_pton(AF_INET, address.c_str(), &any) == 1 || ::inet_pton(AF_INET6, address.c_str(), &any) == 1;
+  return ::inet_pton(AF_INET, address.c_str(), &any) == 1 ||
+         ::inet_pton(AF_INET6, address.c_str(), &any) == 1;
 }
 
 bool isOwn(const std::string& address) {
@@ -49,7 +50,8 @@ bool isOwn(const std::string& address) {
   ifaddrs* interfaces = nullptr;
   if (::getifaddrs(&interfaces) != 0) return false;
   bool own = false;
-  for (const ifaddrs* i = interfaces; i && !own; i = i->ifa_next) own = i->ifa_addr && textOf(i->ifa_addr) == address;
+  for (const ifaddrs* i = interfaces; i && !own; i = i->ifa_next)
+    own = i->ifa_addr && textOf(i->ifa_addr) == address;
   ::freeifaddrs(interfaces);
   return own;
 }
@@ -65,7 +67,8 @@ std::vector<std::string> addressesOf(const std::string& host) {
   return addresses;
 }
 
-/// The far end of a connection, by what roscpp says of it: "... [host:port on socket 17]". Empty: in this process.
+/// The far end of a connection, by what roscpp says of it: "... [host:port on socket 17]". Empty: in this
+/// process.
 std::string peerOf(const std::string& transport) {
   const std::size_t at = transport.find("on socket ");
   if (at == std::string::npos) return transport.find("TCPROS") == std::string::npos ? "" : "unknown";
@@ -126,14 +129,17 @@ XmlRpc::XmlRpcValue busInfo() {
 }
 
 std::string elsewhere(const std::string& who, const std::string& address) {
-  return who + " is at " + address + ", another machine: name its address in ~allowed_addresses if it may move motors";
+  return who + " is at " + address +
+         ", another machine: name its address in ~allowed_addresses if it may move motors";
 }
 
 }  // namespace
 
 CommandGate::CommandGate(const std::vector<std::string>& allowed) : allowed_(allowed) {
   for (const std::string& address : allowed)
-    if (!isNumeric(address)) throw SetupError("~allowed_addresses", "'" + address + "' is no address", "give numbers, as 192.168.1.20");
+    if (!isNumeric(address))
+      throw SetupError("~allowed_addresses", "'" + address + "' is no address",
+                       "give numbers, as 192.168.1.20");
 }
 
 bool CommandGate::allows(const std::string& address) const {
@@ -141,7 +147,8 @@ bool CommandGate::allows(const std::string& address) const {
 }
 
 bool CommandGate::allowsAll(const std::vector<std::string>& addresses) const {
-  return std::all_of(addresses.begin(), addresses.end(), [this](const std::string& address) { return allows(address); });
+  return std::all_of(addresses.begin(), addresses.end(),
+                     [this](const std::string& address) { return allows(address); });
 }
 
 std::string CommandGate::refuseTopic(const std::string& topic) {
@@ -153,10 +160,13 @@ std::string CommandGate::refuseTopic(const std::string& topic) {
   why_.clear();
   if (allowsAll(peers(0))) return why_;  // nobody from elsewhere is connected to this machine
   XmlRpc::XmlRpcValue connections = busInfo();
-  if (connections.getType() != XmlRpc::XmlRpcValue::TypeArray) return why_ = "who publishes it cannot be read";
+  if (connections.getType() != XmlRpc::XmlRpcValue::TypeArray)
+    return why_ = "who publishes it cannot be read";
   for (int i = 0; i < connections.size() && why_.empty(); ++i) {
-    XmlRpc::XmlRpcValue& c = connections[i];  // [id, other end, direction, transport, topic, connected, information]
-    if (c.size() < 7 || static_cast<std::string&>(c[2]) != "i" || static_cast<std::string&>(c[4]) != topic) continue;
+    XmlRpc::XmlRpcValue& c =
+        connections[i];  // [id, other end, direction, transport, topic, connected, information]
+    if (c.size() < 7 || static_cast<std::string&>(c[2]) != "i" || static_cast<std::string&>(c[4]) != topic)
+      continue;
     const std::string peer = peerOf(static_cast<std::string&>(c[6]));
     if (!peer.empty() && !allows(peer)) why_ = elsewhere("a publisher of it", peer);
   }
@@ -172,7 +182,8 @@ std::string CommandGate::refuseCaller(const std::string& caller) const {
     return "the master does not know the caller " + caller;
   std::string host;
   std::uint32_t port = 0;
-  if (!ros::network::splitURI(static_cast<std::string&>(payload), host, port)) return "the caller " + caller + " has no address";
+  if (!ros::network::splitURI(static_cast<std::string&>(payload), host, port))
+    return "the caller " + caller + " has no address";
   const std::vector<std::string> addresses = addressesOf(host);
   if (addresses.empty()) return "the caller's host " + host + " is not known";
   for (const std::string& address : addresses)

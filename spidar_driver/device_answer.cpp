@@ -5,7 +5,8 @@
 namespace haptic {
 namespace {
 
-// Ten ticks of the slowest rate are 0.1 s; boards that come back need half a second. Longer is a hang to who waits.
+// Ten ticks of the slowest rate are 0.1 s; boards that come back need half a second. Longer is a hang to who
+// waits.
 constexpr std::chrono::milliseconds kPatience{1000}, kPoll{1};
 
 }  // namespace
@@ -18,12 +19,14 @@ DeviceAnswer askDevice(Spidar& device, PortOffer& offer, const std::function<voi
   }
   request(device);
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
-  while (device.requestsPending() && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(kPoll);
+  while (device.requestsPending() && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(kPoll);
   const bool withdrawn = device.withdrawRequests();
   // Served between two ticks: the tick that took the request up is over by then.
   const bool read = offer.runBetweenTicks([&] { answer.after = recordOf(device, 0, 0, {}); });
-  const std::string state = !read ? "the device does not tick"
-                                  : toString(answer.after.state) + (": " + standing(answer.after, device.def().name));
+  const std::string state =
+      !read ? "the device does not tick"
+            : toString(answer.after.state) + (": " + standing(answer.after, device.def().name));
   answer.done = read && !withdrawn;
   answer.message = withdrawn ? "nothing was done, no fresh counts came within a second; " + state : state;
   return answer;

@@ -21,16 +21,21 @@ namespace haptic {
 namespace {
 
 constexpr char kName[] = "motor_guard";
-constexpr int kStartPatienceMs = 5000;  // a busy machine may take long to start a process; the motors are off meanwhile
+constexpr int kStartPatienceMs =
+    5000;  // a busy machine may take long to start a process; the motors are off meanwhile
 constexpr int kEndPatienceMs = 1000;
-// At low rates the heartbeat itself is slow: a stall is this many periods. 1.6 of the lowest rate's 10 ms stay below 20 ms.
+// At low rates the heartbeat itself is slow: a stall is this many periods. 1.6 of the lowest rate's 10 ms
+// stay below 20 ms.
 constexpr double kStallPeriods = 1.6;
 
 [[noreturn]] void fail(const std::string& what) {
-  throw SetupError("motor guard", what, "without the guard a crash leaves the motors on: build and install the program "
+  throw SetupError("motor guard", what,
+                   "without the guard a crash leaves the motors on: build and install the program "
                    "motor_guard beside the driver's, and leave room for one more process (ulimit -u)");
 }
-[[noreturn]] void fail(const char* what, int error) { fail(std::string(what) + ": " + std::strerror(error)); }
+[[noreturn]] void fail(const char* what, int error) {
+  fail(std::string(what) + ": " + std::strerror(error));
+}
 
 /// The guard's program: beside the code that asks for it, where each build and install puts it (lib/ beside
 /// lib/spidar_driver/), or where this build made it.
@@ -38,14 +43,16 @@ std::string findProgram() {
   Dl_info here{};
   char path[PATH_MAX];
   std::string folder;
-  if (::dladdr(reinterpret_cast<void*>(&findProgram), &here) != 0 && here.dli_fname && ::realpath(here.dli_fname, path))
+  if (::dladdr(reinterpret_cast<void*>(&findProgram), &here) != 0 && here.dli_fname &&
+      ::realpath(here.dli_fname, path))
     folder = std::string(path, std::strrchr(path, '/') + 1);
   // A program that was started by a bare name gives that name only; the kernel knows its file.
   const ssize_t size = ::readlink("/proc/self/exe", path, sizeof path - 1);
   const std::string program(path, size > 0 ? static_cast<std::size_t>(size) : 0);
   const std::string own = program.substr(0, program.find_last_of('/') + 1);
-  for (const std::string& candidate : {folder + kName, folder + "spidar_driver/" + kName, own + kName, own + "../spidar_driver/" + kName,
-                                       std::string(MOTOR_GUARD_OF_THIS_BUILD)})
+  for (const std::string& candidate :
+       {folder + kName, folder + "spidar_driver/" + kName, own + kName, own + "../spidar_driver/" + kName,
+        std::string(MOTOR_GUARD_OF_THIS_BUILD)})
     if (candidate.front() == '/' && ::access(candidate.c_str(), X_OK) == 0) return candidate;
   fail("its program is not there: looked for " + folder + "spidar_driver/" + kName);
 }
@@ -60,7 +67,8 @@ void keepOnly(const int (&wanted)[4]) {
   ::close_range(past, ~0U, 0);
 }
 
-/// In a fresh child; async-signal-safe calls only. The second fork leaves the guard without a parent to be found by.
+/// In a fresh child; async-signal-safe calls only. The second fork leaves the guard without a parent to be
+/// found by.
 [[noreturn]] void becomeGuard(const char* program, const int (&descriptors)[4]) {
   ::setsid();
   if (const pid_t grandchild = ::fork(); grandchild != 0) ::_exit(grandchild < 0 ? 1 : 0);
@@ -81,11 +89,14 @@ void keepOnly(const int (&wanted)[4]) {
 }  // namespace
 
 DriveGuard::DriveGuard(int descriptor, const std::vector<std::uint8_t>& zero_drive, double rate_hz) {
-  if (zero_drive.size() > kMaxZeroDrive) fail("the boards need " + std::to_string(zero_drive.size()) + " bytes to be turned off");
+  if (zero_drive.size() > kMaxZeroDrive)
+    fail("the boards need " + std::to_string(zero_drive.size()) + " bytes to be turned off");
   try {
     memory_descriptor_ = ::memfd_create(kName, MFD_CLOEXEC);
-    if (memory_descriptor_ < 0 || ::ftruncate(memory_descriptor_, sizeof(GuardMemory)) != 0) fail("no shared memory", errno);
-    void* memory = ::mmap(nullptr, sizeof(GuardMemory), PROT_READ | PROT_WRITE, MAP_SHARED, memory_descriptor_, 0);
+    if (memory_descriptor_ < 0 || ::ftruncate(memory_descriptor_, sizeof(GuardMemory)) != 0)
+      fail("no shared memory", errno);
+    void* memory =
+        ::mmap(nullptr, sizeof(GuardMemory), PROT_READ | PROT_WRITE, MAP_SHARED, memory_descriptor_, 0);
     if (memory == MAP_FAILED) fail("no shared memory", errno);
     memory_ = new (memory) GuardMemory{};
     memory_->stall_ns = static_cast<std::int64_t>(1e9 * std::max(kStallSeconds, kStallPeriods / rate_hz));
@@ -119,7 +130,8 @@ void DriveGuard::start(int descriptor) {
     }
   }();
   const int descriptors[4] = {descriptor, life[0], memory_descriptor_, done[1]};
-  // Blocked over the fork, so that no handler of the driver's runs in the child. The guard keeps them blocked.
+  // Blocked over the fork, so that no handler of the driver's runs in the child. The guard keeps them
+  // blocked.
   sigset_t all, before;
   sigfillset(&all);
   ::pthread_sigmask(SIG_BLOCK, &all, &before);
@@ -143,7 +155,9 @@ void DriveGuard::waitUntilReady() {
   if (said != kGuardReady) fail("it did not start", static_cast<unsigned char>(said));
 }
 
-DriveGuard::~DriveGuard() { release(); }
+DriveGuard::~DriveGuard() {
+  release();
+}
 
 void DriveGuard::release() noexcept {
   if (life_ >= 0) ::close(life_);

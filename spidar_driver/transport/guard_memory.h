@@ -6,7 +6,8 @@
 
 namespace haptic {
 
-/// Bytes that turn all motors off: zero lead and one cycle. The longest bus (8 boards of 8 motors) needs some 700.
+/// Bytes that turn all motors off: zero lead and one cycle. The longest bus (8 boards of 8 motors) needs some
+/// 700.
 inline constexpr std::size_t kMaxZeroDrive = 2048;
 
 struct GuardMemory {
@@ -19,8 +20,8 @@ struct GuardMemory {
 };
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free, "shared between processes");
 
-/// Descriptors that the guard finds open: the motors' port, a pipe that hangs up when the driver ends, the memory above,
-/// and a pipe that says `kGuardReady` and hangs up when the guard ends.
+/// Descriptors that the guard finds open: the motors' port, a pipe that hangs up when the driver ends, the
+/// memory above, and a pipe that says `kGuardReady` and hangs up when the guard ends.
 enum GuardDescriptor : int { kGuardPort = 3, kGuardLife = 4, kGuardMemory = 5, kGuardDone = 6 };
 
 /// First byte on kGuardDone; any other one is the errno of a guard that could not start.

@@ -1,4 +1,5 @@
-// The program motor_guard: started by DriveGuard (drive_guard.h), never by hand. It needs no library but the system's.
+// The program motor_guard: started by DriveGuard (drive_guard.h), never by hand. It needs no library but the
+// system's.
 #include <poll.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -15,12 +16,13 @@ namespace {
 
 using namespace haptic;
 
-constexpr int kPollMs = 2;       // how often the heartbeat is looked at; half a per cent of a core
-constexpr int kRepeats = 3;      // zero currents are sent so often: a byte may be lost on the wire
+constexpr int kPollMs = 2;   // how often the heartbeat is looked at; half a per cent of a core
+constexpr int kRepeats = 3;  // zero currents are sent so often: a byte may be lost on the wire
 constexpr int kRepeatMs = 3;
 constexpr int kLongRepeatMs = 100;  // while the driver stands still; something else may write to the boards
 constexpr int kWriteWaitMs = 2;
-constexpr int kPriority = 80;    // above the driver's thread: a driver that spins must not keep its guard from looking
+constexpr int kPriority =
+    80;  // above the driver's thread: a driver that spins must not keep its guard from looking
 
 std::int64_t now() {
   timespec t{};
@@ -46,7 +48,9 @@ bool sendZero(const GuardMemory& memory) {
   return true;
 }
 
-void pauseMs(int ms) { ::poll(nullptr, 0, ms); }
+void pauseMs(int ms) {
+  ::poll(nullptr, 0, ms);
+}
 
 /// Best effort: a guard without these rights still works, only less promptly on a busy machine.
 void becomePrompt() {
@@ -86,7 +90,8 @@ void becomePrompt() {
 int main() {
   void* memory = ::mmap(nullptr, sizeof(GuardMemory), PROT_READ | PROT_WRITE, MAP_SHARED, kGuardMemory, 0);
   if (memory == MAP_FAILED) {
-    std::fprintf(stderr, "motor_guard: the driver of motor boards starts this program; it is of no use alone\n");
+    std::fprintf(stderr,
+                 "motor_guard: the driver of motor boards starts this program; it is of no use alone\n");
     return 2;
   }
   ::close(kGuardMemory);

@@ -1,6 +1,7 @@
-// Encoders that slip while the grip is waved: every string of three devices, 0.5 to 20 mm, at once and over 30 and 200 ms.
-// Is the right string named, is it corrected or stopped within 0.5 s, and how much force meets a pose that is wrong?
-// Then hours of hard use that must raise no alarm. The oracle is the twin, which knows what was done and where the grip is.
+// Encoders that slip while the grip is waved: every string of three devices, 0.5 to 20 mm, at once and over
+// 30 and 200 ms. Is the right string named, is it corrected or stopped within 0.5 s, and how much force meets
+// a pose that is wrong? Then hours of hard use that must raise no alarm. The oracle is the twin, which knows
+// what was done and where the grip is.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -15,9 +16,9 @@ namespace haptic::bench {
 namespace {
 
 constexpr double kStep = 1e-3;
-constexpr double kWrongPose = 2e-3;   // [m]
-constexpr int kReactionTicks = 500;   // 0.5 s
-constexpr int kSlipsPerString = 12;   // per device and duration
+constexpr double kWrongPose = 2e-3;  // [m]
+constexpr int kReactionTicks = 500;  // 0.5 s
+constexpr int kSlipsPerString = 12;  // per device and duration
 constexpr double kHardHours = 10;
 
 DeviceDef load(const char* name) {
@@ -48,8 +49,10 @@ void wave(const DeviceDef& def, const Slip& slip, SlipTally& tally) {
   for (int k = 0; k < last; ++k) {
     DeviceSample sample = twin.exchange(device.drive());
     if (k >= slip.at_tick) {
-      const double share = slip.duration > 0 ? std::min(1.0, (k - slip.at_tick + 1) * kStep / slip.duration) : 1;
-      sample.counts[slip.string] += std::llround(share * slip.size / def.strings[slip.string].length_per_count);
+      const double share =
+          slip.duration > 0 ? std::min(1.0, (k - slip.at_tick + 1) * kStep / slip.duration) : 1;
+      sample.counts[slip.string] +=
+          std::llround(share * slip.size / def.strings[slip.string].length_per_count);
     }
     device.sense(sample, kStep);
     Wrench F;
@@ -57,7 +60,8 @@ void wave(const DeviceDef& def, const Slip& slip, SlipTally& tally) {
     F.force = 3 * Vector3(std::sin(3 * t), std::cos(4 * t), std::sin(5 * t));
     device.actuate(F, 0, kStep);
     const double error = (device.pose().p - twin.latchedPose().X_BG.p).norm();
-    if (error > kWrongPose) tally.force_on_wrong_pose = std::max(tally.force_on_wrong_pose, device.askedWrench().force.norm());
+    if (error > kWrongPose)
+      tally.force_on_wrong_pose = std::max(tally.force_on_wrong_pose, device.askedWrench().force.norm());
     settled = device.state() == DeviceState::kFault || device.health().corrections() > 0;
   }
   ++tally.slips;
@@ -80,12 +84,15 @@ SlipTally slips(double duration) {
       wave(def, slip, tally);
     }
   }
-  std::printf("# slips over %3.0f ms: %d, named right %d, corrected or stopped %d, at most %.2f N on a pose wrong by 2 mm\n",
-              1e3 * duration, tally.slips, tally.named, tally.settled, tally.force_on_wrong_pose);
+  std::printf(
+      "# slips over %3.0f ms: %d, named right %d, corrected or stopped %d, at most %.2f N on a pose wrong by "
+      "2 mm\n",
+      1e3 * duration, tally.slips, tally.named, tally.settled, tally.force_on_wrong_pose);
   return tally;
 }
 
-/// A hand that darts to and fro at up to 2.5 m/s and 200 m/s², against a wall and a force that jumps every 50 ms.
+/// A hand that darts to and fro at up to 2.5 m/s and 200 m/s², against a wall and a force that jumps every 50
+/// ms.
 int alarmsOfHardUse(double hours) {
   const DeviceDef def = load("spidar_g6x5r");
   std::mt19937 random(3);
@@ -116,8 +123,9 @@ int alarmsOfHardUse(double hours) {
     Wrench F = noise;
     F.force.z() += std::min(10.0, std::max(0.0, 2000 * (-0.008 - device.pose().p.z())));
     device.actuate(F, 0, kStep);
-    const bool now = (device.flags() & (kResidualHigh | kEncoderJump | kCountRefused | kStringCorrected)) != 0 ||
-                     (k > 10 && device.state() != DeviceState::kEnabled);
+    const bool now =
+        (device.flags() & (kResidualHigh | kEncoderJump | kCountRefused | kStringCorrected)) != 0 ||
+        (k > 10 && device.state() != DeviceState::kEnabled);
     alarms += now && !before;
     before = now;
   }
@@ -135,8 +143,10 @@ int main() {
   figure("faults.slip_settled_pct", percent(instant.settled, instant.slips), "%");
   figure("faults.slip_force_on_wrong_pose_n", instant.force_on_wrong_pose, "N");
   figure("faults.named_right_growing_pct", percent(quick.named + slow.named, quick.slips + slow.slips), "%");
-  figure("faults.slip_settled_growing_pct", percent(quick.settled + slow.settled, quick.slips + slow.slips), "%");
-  figure("faults.slip_force_on_wrong_pose_growing_n", std::max(quick.force_on_wrong_pose, slow.force_on_wrong_pose), "N");
+  figure("faults.slip_settled_growing_pct", percent(quick.settled + slow.settled, quick.slips + slow.slips),
+         "%");
+  figure("faults.slip_force_on_wrong_pose_growing_n",
+         std::max(quick.force_on_wrong_pose, slow.force_on_wrong_pose), "N");
   figure("faults.string_alarms_per_h", alarmsOfHardUse(kHardHours) / kHardHours, "1/h");
   return 0;
 }

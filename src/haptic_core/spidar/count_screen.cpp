@@ -12,7 +12,9 @@ using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxStri
 constexpr double kSigmas = 6;  // bounds of what chance brings in ten hours of ticks
 
 /// Largest χ² of n numbers that chance brings: mean and kSigmas standard deviations.
-double likelyCost(int n) { return n + kSigmas * std::sqrt(2.0 * n); }
+double likelyCost(int n) {
+  return n + kSigmas * std::sqrt(2.0 * n);
+}
 
 }  // namespace
 
@@ -74,9 +76,10 @@ CountScreen::Explanation CountScreen::explain(const StringVector& deviation, con
   return found;
 }
 
-/// The lengths are odd, or were before: what is it? `found` explains how they deviate from what was believed; `persists`:
-/// since the reading before, they moved as everything did before the doubt.
-CountScreen::Verdict CountScreen::settle(StringVector& length, const Explanation& found, bool persists) noexcept {
+/// The lengths are odd, or were before: what is it? `found` explains how they deviate from what was believed;
+/// `persists`: since the reading before, they moved as everything did before the doubt.
+CountScreen::Verdict CountScreen::settle(StringVector& length, const Explanation& found,
+                                         bool persists) noexcept {
   const bool first = doubts_ == 0;
   ++doubts_;
   if (!first && persists && single_ && std::fabs(shift_) >= settings_.least_slip) {

@@ -1,19 +1,21 @@
 /// Is what the counters say now a motion, a misread number, or an encoder that slipped?
 ///
-/// A grip has mass: from one tick to the next its strings follow the motion of before, up to an acceleration. With the
-/// lengths y, their rates w and the time T since the last lengths that were believed,
+/// A grip has mass: from one tick to the next its strings follow the motion of before, up to an acceleration.
+/// With the lengths y, their rates w and the time T since the last lengths that were believed,
 ///   ν = y - y₀ - w T,   S = cov ν = (σ² + κ²) 1 + (a T²)² A Aᵀ + (τ w)(τ w)ᵀ,
-/// where σ is the encoder's step, κ = (max |w| T)² / 2 min y the bend of the lengths' way (a string that is passed at speed w
-/// turns), a an acceleration that hands reach and τ the jitter of the instant at which the boards read. That string i alone is off, by s, explains ν at the cost νᵀ S⁻¹ ν - (S⁻¹ν)_i² / (S⁻¹)_ii with
-/// s = (S⁻¹ν)_i / (S⁻¹)_ii; that the grip was hit, at the cost under an acceleration thirty times as large. Costs are
-/// distributed as χ²: what costs too much is not what happened.
+/// where σ is the encoder's step, κ = (max |w| T)² / 2 min y the bend of the lengths' way (a string that is
+/// passed at speed w turns), a an acceleration that hands reach and τ the jitter of the instant at which the
+/// boards read. That string i alone is off, by s, explains ν at the cost νᵀ S⁻¹ ν - (S⁻¹ν)_i² / (S⁻¹)_ii with
+/// s = (S⁻¹ν)_i / (S⁻¹)_ii; that the grip was hit, at the cost under an acceleration thirty times as large.
+/// Costs are distributed as χ²: what costs too much is not what happened.
 ///
-/// A string that is off is not believed: its length is taken from the others and from the motion. When the next reading
-/// goes on from there as everything moved before, the encoder slipped, and by how much is known. When it is back where the
-/// motion leads, the reading was a spike. When neither becomes clear within four readings, the counters no longer tell lengths.
-/// This needs no redundant string, and tells strings apart that are parallel in the space of residuals. It sees what
-/// happens within a tick or two; what grows slowly is SlipDiagnosis' business. Cost: nothing to speak of while the strings
-/// move smoothly, else two factorisations of n × n (2 µs for 8).
+/// A string that is off is not believed: its length is taken from the others and from the motion. When the
+/// next reading goes on from there as everything moved before, the encoder slipped, and by how much is known.
+/// When it is back where the motion leads, the reading was a spike. When neither becomes clear within four
+/// readings, the counters no longer tell lengths. This needs no redundant string, and tells strings apart
+/// that are parallel in the space of residuals. It sees what happens within a tick or two; what grows slowly
+/// is SlipDiagnosis' business. Cost: nothing to speak of while the strings move smoothly, else two
+/// factorisations of n × n (2 µs for 8).
 #pragma once
 #include <vector>
 
@@ -44,9 +46,10 @@ class CountScreen {
   CountScreen(const DeviceDef& def, const ScreenSettings& settings);
 
   void forget() noexcept;  ///< (in realtime) the next lengths are believed as they are
-  /// (in realtime) Judges the lengths [m] of one reading, `elapsed` [s] after the last; `pose` is the last one.
-  /// Replaces what is not believed.
-  Verdict judge(StringVector& length, const StringKinematics& kinematics, const GripPose& pose, double elapsed) noexcept;
+  /// (in realtime) Judges the lengths [m] of one reading, `elapsed` [s] after the last; `pose` is the last
+  /// one. Replaces what is not believed.
+  Verdict judge(StringVector& length, const StringKinematics& kinematics, const GripPose& pose,
+                double elapsed) noexcept;
 
   int suspect() const { return suspect_; }  ///< string of the last verdict that was not kMotion; -1: none
   double slip() const { return shift_; }    ///< its length as measured minus as it is [m]
@@ -68,13 +71,13 @@ class CountScreen {
 
   ScreenSettings settings_;
   int strings_;
-  double step_ = 0;  ///< coarsest encoder step [m]; quantisation makes 0.71 of it in ν
+  double step_ = 0;             ///< coarsest encoder step [m]; quantisation makes 0.71 of it in ν
   StringVector before_, rate_;  ///< [m], [m/s]; believed
   StringVector read_;           ///< in doubt: the reading before [m]
   int known_ = 0;               ///< readings that before_ and rate_ come from, up to two
   double since_ = 0, shift_ = 0;
   int doubts_ = 0, suspect_ = -1;
-  bool single_ = false;         ///< the doubt is about one string
+  bool single_ = false;  ///< the doubt is about one string
 };
 
 }  // namespace haptic

@@ -12,7 +12,8 @@ using Row = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxDof, 1>;
 
 // Below this share of its own error a string does not show at this pose: its offset is left as it is.
 constexpr double kBlind = 1e-3;
-// Ticks in which the hypotheses only find their poses: Newton's steps from a pose that a slip of 20 mm has bent.
+// Ticks in which the hypotheses only find their poses: Newton's steps from a pose that a slip of 20 mm has
+// bent.
 constexpr double kSettling_s = 0.005;
 
 }  // namespace
@@ -101,7 +102,8 @@ const double* SlipDiagnosis::restore(const double* in) noexcept {
     Belief& b = belief_[j];
     for (int k = 0; k < 9; ++k) b.pose.X_BG.R.data()[k] = *in++;
     for (int k = 0; k < 3; ++k) b.pose.X_BG.p[k] = *in++;
-    for (double* number : {&b.pose.opening, &b.offset, &b.unexplained, &b.weight, &b.sum, &b.square}) *number = *in++;
+    for (double* number : {&b.pose.opening, &b.offset, &b.unexplained, &b.weight, &b.sum, &b.square})
+      *number = *in++;
   }
   return in;
 }

@@ -1,16 +1,18 @@
 /// Which string is wrong, when the lengths contradict each other? Evidence gathered over a motion.
 ///
-/// n strings measure dof < n numbers; a wrong length shows along one direction of the n - dof dimensional space of
-/// residuals. At one pose two strings may have nearly the same direction there (median 7°, one pose in twenty below 0.6°, in
-/// the devices with 8 strings and 6 degrees of freedom), and linearising at the wrong pose turns it: 2 mm turn a grip of
-/// 22.5 mm by 0.15 rad. Hence one hypothesis per string, *string j is off by δ_j*, each with a pose of its own, solved
-/// with the length corrected by δ_j. At that pose the residual e is small when the hypothesis holds, so that linear is
-/// exact: with H = A (AᵀA)⁻¹ Aᵀ and w = 1 - H_jj,
+/// n strings measure dof < n numbers; a wrong length shows along one direction of the n - dof dimensional
+/// space of residuals. At one pose two strings may have nearly the same direction there (median 7°, one pose
+/// in twenty below 0.6°, in the devices with 8 strings and 6 degrees of freedom), and linearising at the
+/// wrong pose turns it: 2 mm turn a grip of 22.5 mm by 0.15 rad. Hence one hypothesis per string, *string j
+/// is off by δ_j*, each with a pose of its own, solved with the length corrected by δ_j. At that pose the
+/// residual e is small when the hypothesis holds, so that linear is exact: with H = A (AᵀA)⁻¹ Aᵀ and w = 1 -
+/// H_jj,
 ///   δ_j += -e_j / w,    unexplained r_j = |e|² - e_j² / w.
-/// A true hypothesis leaves r_j at the encoders' noise and δ_j at one value while the grip moves; a wrong one does not:
+/// A true hypothesis leaves r_j at the encoders' noise and δ_j at one value while the grip moves; a wrong one
+/// does not:
 ///   J_j = mean over the last 0.1 s of  r_j + w (δ_j - mean δ_j)².
-/// Strings whose J is within a factor of the least cannot be told apart (yet); with one redundant string the second term
-/// alone decides. Cost: n warm solves a tick (8 µs for 8 strings), only while there is doubt.
+/// Strings whose J is within a factor of the least cannot be told apart (yet); with one redundant string the
+/// second term alone decides. Cost: n warm solves a tick (8 µs for 8 strings), only while there is doubt.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -21,10 +23,11 @@
 namespace haptic {
 
 struct DiagnosisSettings {
-  double memory_s = 0.1;        ///< time constant of the evidence [s]
-  double least_time_s = 0.05;   ///< evidence younger than this decides nothing: a string needs motion to differ
-  double ratio = 9;             ///< J over the least J from which a string is out of the question
-  double noise = 1;             ///< J at which a hypothesis is as good as any, in encoder steps squared
+  double memory_s = 0.1;  ///< time constant of the evidence [s]
+  double least_time_s =
+      0.05;          ///< evidence younger than this decides nothing: a string needs motion to differ
+  double ratio = 9;  ///< J over the least J from which a string is out of the question
+  double noise = 1;  ///< J at which a hypothesis is as good as any, in encoder steps squared
 };
 
 class SlipDiagnosis {
@@ -33,14 +36,18 @@ class SlipDiagnosis {
 
   void forget() noexcept;  ///< (in realtime) there is no doubt
   bool open() const { return time_ > 0; }
-  /// (in realtime) One more reading in doubt: lengths as measured [m]. `start`: the pose before the doubt, for the first.
-  void add(const StringVector& length, const StringKinematics& kinematics, const GripPose& start, double elapsed) noexcept;
+  /// (in realtime) One more reading in doubt: lengths as measured [m]. `start`: the pose before the doubt,
+  /// for the first.
+  void add(const StringVector& length, const StringKinematics& kinematics, const GripPose& start,
+           double elapsed) noexcept;
 
-  int best() const { return best_; }                         ///< -1: no doubt
-  double offset(int string) const { return belief_[string].offset; }  ///< its length as measured minus as it is [m]
-  std::uint32_t candidates() const { return candidates_; }   ///< bit per string that may be the one
-  bool clear() const;                                        ///< one candidate is left, on enough evidence
-  double time() const { return time_; }                      ///< since the doubt began [s]
+  int best() const { return best_; }  ///< -1: no doubt
+  double offset(int string) const {
+    return belief_[string].offset;
+  }                                                         ///< its length as measured minus as it is [m]
+  std::uint32_t candidates() const { return candidates_; }  ///< bit per string that may be the one
+  bool clear() const;                                       ///< one candidate is left, on enough evidence
+  double time() const { return time_; }                     ///< since the doubt began [s]
 
   void save(std::vector<double>& out) const;
   const double* restore(const double* in) noexcept;
@@ -49,7 +56,7 @@ class SlipDiagnosis {
  private:
   struct Belief {
     GripPose pose;
-    double offset = 0;                              ///< δ_j [m]
+    double offset = 0;                                        ///< δ_j [m]
     double unexplained = 0, weight = 0, sum = 0, square = 0;  ///< filtered r, w, w δ, w δ²
     double cost() const { return unexplained + (weight > 0 ? square - sum * sum / weight : 0); }
   };

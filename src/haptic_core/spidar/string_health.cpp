@@ -30,8 +30,8 @@ void StringHealth::suspect(int string, double error, std::uint32_t among) noexce
   suspects_ = among;
 }
 
-CountScreen::Verdict StringHealth::screen(StringVector& length, const StringKinematics& kinematics, const GripPose& pose,
-                                          double elapsed) noexcept {
+CountScreen::Verdict StringHealth::screen(StringVector& length, const StringKinematics& kinematics,
+                                          const GripPose& pose, double elapsed) noexcept {
   using Verdict = CountScreen::Verdict;
   Verdict verdict = screen_.judge(length, kinematics, pose, elapsed);
   if (verdict == Verdict::kSlipped && ++corrections_ > settings_.most_corrections) verdict = Verdict::kLost;
@@ -43,7 +43,8 @@ CountScreen::Verdict StringHealth::screen(StringVector& length, const StringKine
 }
 
 StringVerdict StringHealth::judge(const PoseSolution& solution, const StringVector& length,
-                                  const StringKinematics& kinematics, const GripPose& last, double h) noexcept {
+                                  const StringKinematics& kinematics, const GripPose& last,
+                                  double h) noexcept {
   const double share = solution.residual / settings_.residual_limit;
   const bool high = !(share <= 1);  // so too for a residual that is no number
   residual_time_ = high ? residual_time_ + h : 0;
@@ -87,7 +88,8 @@ const double* StringHealth::restore(const double* in) noexcept {
 }
 
 std::size_t StringHealth::numbers(int strings) {
-  return static_cast<std::size_t>(9 + strings + CountScreen::numbers(strings) + SlipDiagnosis::numbers(strings));
+  return static_cast<std::size_t>(9 + strings + CountScreen::numbers(strings) +
+                                  SlipDiagnosis::numbers(strings));
 }
 
 double StringHealth::heat(const StringVector& tension, double h) noexcept {

@@ -1,10 +1,12 @@
 /// Does every string still tell the truth, and is no motor too hot? Judged once per tick.
 ///
 /// Three judges, for three times in which a length can go wrong:
-///   within a tick            CountScreen     spikes are refused, slips of an encoder are measured and corrected
-///   in 3 ms and more         the residual    lengths that contradict each other: the force is reduced at once
-///   in 0.05 s to 0.4 s       SlipDiagnosis   which string it is, from the motion; then no force
-/// A string that hangs loose measures too long and does not pull; what grows slowly is therefore never corrected.
+///   within a tick            CountScreen     spikes are refused, slips of an encoder are measured and
+///   corrected in 3 ms and more         the residual    lengths that contradict each other: the force is
+///   reduced at once in 0.05 s to 0.4 s       SlipDiagnosis   which string it is, from the motion; then no
+///   force
+/// A string that hangs loose measures too long and does not pull; what grows slowly is therefore never
+/// corrected.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -24,7 +26,7 @@ struct HealthSettings {
   double doubt_end_s = 0.2;        ///< without contradiction for so long, the doubt is over
   double decide_s = 0.4;           ///< a doubt that lasts so long ends in a fault, with or without a name
   double break_factor = 20;        ///< residual over limit at which there is no waiting and no force
-  int most_corrections = 3;        ///< slips corrected until a calibration; one more is a fault: the errors add up
+  int most_corrections = 3;  ///< slips corrected until a calibration; one more is a fault: the errors add up
   ScreenSettings screen;
   DiagnosisSettings diagnosis;
   /// Motors: heat is ((t / t_cont)² low-passed over heat_time_s), 1 = what the winding bears for ever. The
@@ -47,15 +49,16 @@ class StringHealth {
 
   void forget() noexcept;  ///< (in realtime) after a calibration or a recovery
 
-  /// (in realtime) Judges the lengths [m] of one reading, `elapsed` [s] after the last, and replaces what cannot be;
-  /// `pose` is the last one. A slip that was corrected is in `slip`: the length at count 0 must follow.
+  /// (in realtime) Judges the lengths [m] of one reading, `elapsed` [s] after the last, and replaces what
+  /// cannot be; `pose` is the last one. A slip that was corrected is in `slip`: the length at count 0 must
+  /// follow.
   CountScreen::Verdict screen(StringVector& length, const StringKinematics& kinematics, const GripPose& pose,
                               double elapsed) noexcept;
   double slip() const { return screen_.slip(); }  ///< of `suspect`, measured minus true [m]
 
   /// (in realtime) Judges the residual of a pose that was solved from `length`; `last` is the pose before.
-  StringVerdict judge(const PoseSolution& solution, const StringVector& length, const StringKinematics& kinematics,
-                      const GripPose& last, double h) noexcept;
+  StringVerdict judge(const PoseSolution& solution, const StringVector& length,
+                      const StringKinematics& kinematics, const GripPose& last, double h) noexcept;
 
   /// (in realtime) Adds one tick of tensions; returns the share of the wrench that the hottest motor allows.
   double heat(const StringVector& tension, double h) noexcept;

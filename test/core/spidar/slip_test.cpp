@@ -1,5 +1,6 @@
-// Encoders that slip, counts that are misread and blows on the grip, for every device that has more strings than degrees
-// of freedom. The oracle is the twin: it knows what was done to which string, and where the grip is.
+// Encoders that slip, counts that are misread and blows on the grip, for every device that has more strings
+// than degrees of freedom. The oracle is the twin: it knows what was done to which string, and where the grip
+// is.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +20,8 @@ constexpr double kSlips[] = {0.5e-3, -2e-3, 5e-3, -20e-3};  // [m]
 /// Devices whose workspace holds the wave, ±30 mm about home.
 std::vector<std::string> redundantDevices() {
   std::vector<std::string> names;
-  for (const auto& file : std::filesystem::directory_iterator(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices")) {
+  for (const auto& file :
+       std::filesystem::directory_iterator(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices")) {
     if (file.path().extension() != ".yaml") continue;
     const DeviceDef def = loadDevice(file.path());
     double reach = 1;
@@ -61,7 +63,8 @@ struct SlipRig {
     const double t = twin.time();
     F.force = 3 * Vector3(std::sin(3 * t), std::cos(4 * t), std::sin(5 * t));
     device.actuate(F, 0, kStep);
-    if (poseError() > 2e-3) force_on_wrong_pose = std::max(force_on_wrong_pose, device.askedWrench().force.norm());
+    if (poseError() > 2e-3)
+      force_on_wrong_pose = std::max(force_on_wrong_pose, device.askedWrench().force.norm());
   }
   void run(int ticks) {
     for (int i = 0; i < ticks; ++i) tick();
@@ -71,7 +74,7 @@ struct SlipRig {
   Spidar device;
   DeviceTwin twin;
   std::array<double, kMaxStrings> offset{};  ///< measured minus true length [m]
-  double force_on_wrong_pose = 0;            ///< largest force presented on a pose wrong by more than 2 mm [N]
+  double force_on_wrong_pose = 0;  ///< largest force presented on a pose wrong by more than 2 mm [N]
 };
 
 class Slip : public ::testing::TestWithParam<std::string> {};
@@ -94,7 +97,9 @@ TEST_P(Slip, OfAnInstantIsNamedAndCorrected) {
       if (right && rig.device.suspectString() == string) {
         // The estimate is as good as the motion is smooth: 100 m/s² over one tick, and some encoder steps.
         EXPECT_NEAR(rig.device.health().suspectError(), rig.offset[string], 0.3e-3);
-        EXPECT_NE(advice(recordOf(rig.device, 0, 0, {}), "").find("string " + std::to_string(string) + " slipped"), std::string::npos);
+        EXPECT_NE(
+            advice(recordOf(rig.device, 0, 0, {}), "").find("string " + std::to_string(string) + " slipped"),
+            std::string::npos);
       }
     }
   }
@@ -104,7 +109,8 @@ TEST_P(Slip, OfAnInstantIsNamedAndCorrected) {
 TEST_P(Slip, ThatGrowsIsNamedAndEndsInAFault) {
   int named = 0, all = 0;
   const DeviceDef def = SlipRig::load(GetParam());
-  if (static_cast<int>(def.strings.size()) < def.dof + 2) return;  // one redundant string tells that, not always which
+  if (static_cast<int>(def.strings.size()) < def.dof + 2)
+    return;  // one redundant string tells that, not always which
   for (int string = 0; string < static_cast<int>(def.strings.size()); ++string) {
     SlipRig rig(GetParam(), 0, 1);
     rig.run(3000 + 100 * string);
@@ -120,7 +126,8 @@ TEST_P(Slip, ThatGrowsIsNamedAndEndsInAFault) {
     ++all;
     named += rig.device.suspectString() == string;
   }
-  EXPECT_GE(named, 0.75 * all) << named << " of " << all;  // some pairs stay nearly parallel for half a second
+  EXPECT_GE(named, 0.75 * all) << named << " of "
+                               << all;  // some pairs stay nearly parallel for half a second
 }
 
 TEST_P(Slip, AMisreadCountNeverBecomesAPose) {
@@ -140,11 +147,14 @@ TEST_P(Slip, AMisreadCountNeverBecomesAPose) {
   }
 }
 
-std::string plain(const ::testing::TestParamInfo<std::string>& info) { return info.param; }
+std::string plain(const ::testing::TestParamInfo<std::string>& info) {
+  return info.param;
+}
 INSTANTIATE_TEST_SUITE_P(Devices, Slip, ::testing::ValuesIn(redundantDevices()), plain);
 
 TEST(CountScreen, ABlowOnTheGripIsAMotion) {
-  // The speed changes by up to 2 m/s from one reading to the next: 2000 m/s². Lengths in closed form, as encoders give them.
+  // The speed changes by up to 2 m/s from one reading to the next: 2000 m/s². Lengths in closed form, as
+  // encoders give them.
   const DeviceDef def = SlipRig::load("spidar_g6x3r");
   const StringKinematics kinematics(def);
   std::mt19937 random(4);
@@ -153,7 +163,8 @@ TEST(CountScreen, ABlowOnTheGripIsAMotion) {
     CountScreen screen(def, {});
     const Vector3 start = 0.02 * Vector3(unit(random), unit(random), unit(random));
     const Vector3 before = 0.3 * Vector3(unit(random), unit(random), unit(random));
-    const Vector3 change = (0.3 + unit(random) * unit(random)) * Vector3(unit(random), unit(random), unit(random));
+    const Vector3 change =
+        (0.3 + unit(random) * unit(random)) * Vector3(unit(random), unit(random), unit(random));
     for (int k = 0; k < 20; ++k) {
       GripPose pose;
       pose.X_BG.p = start + before * (kStep * k) + change * (kStep * std::max(0, k - 10));
