@@ -24,6 +24,11 @@ static_assert(degreesOf(kindOf(JointType::kCylindrical)) == 2 && hasAxis(kindOf(
 using namespace haptic;
 static_assert(kindOf(PressureLaw::kElastic).law == PressureLaw::kElastic && !jumpsAtTouch(PressureLaw::kElastic));
 """),
+    'An integrator': ('structure.files_for_an_integrator', 2, """
+#include "haptic_core/world/step.cpp"
+using namespace haptic;
+static_assert(kIntegratorKinds[static_cast<int>(Integrator::kTwoEulers)].integrator == Integrator::kTwoEulers);
+"""),
 }
 
 

@@ -104,7 +104,8 @@ double Sweep::safePart() noexcept {
   for (int i = 0; i < state_.pair_count; ++i) {
     if (state_.pairs[i].friction.touching == 0) continue;
     for (int s : {state_.pairs[i].shapeA(), state_.pairs[i].shapeB()}) {
-      const double turn = state_.mode[model_.treeOf(s)] == TreeMode::kImplicit ? placement_.link[model_.shapes[s].link].omega.norm() * left_ : 0;
+      const bool implicit = state_.mode[model_.treeOf(s)] == TreeMode::kImplicit;
+      const double turn = implicit ? placement_.link[model_.shapes[s].link].omega.norm() * left_ : 0;
       if (turn > kMostTurn) part = std::min(part, left_ * kMostTurn / turn);
     }
   }
