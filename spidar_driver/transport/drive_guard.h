@@ -26,9 +26,9 @@ class DriveGuard {
   DriveGuard(const DriveGuard&) = delete;
   DriveGuard& operator=(const DriveGuard&) = delete;
 
-  /// (in realtime) Currents are about to be sent: called before, so that a stop between sending and `beat`
-  /// leaves none.
-  void arm() noexcept { memory_->armed.store(true, std::memory_order_relaxed); }
+  /// (in realtime) Currents are about to be sent. Called before, and a beat too: a driver that is stopped between sending
+  /// and `beat` has begun a stall of its own, whatever the guard thought of it until then.
+  void arm() noexcept { beat(true); }
   /// (in realtime) This process lives; `armed`: currents other than zero are on.
   void beat(bool armed) noexcept {
     memory_->armed.store(armed, std::memory_order_relaxed);

@@ -19,7 +19,7 @@ using namespace haptic;
 constexpr int kPollMs = 2;   // how often the heartbeat is looked at; half a per cent of a core
 constexpr int kRepeats = 3;  // zero currents are sent so often: a byte may be lost on the wire
 constexpr int kRepeatMs = 3;
-constexpr int kLongRepeatMs = 100;  // while the driver stands still; something else may write to the boards
+constexpr int kLongRepeatMs = 10;  // while the driver stands still
 constexpr int kWriteWaitMs = 2;
 constexpr int kPriority =
     80;  // above the driver's thread: a driver that spins must not keep its guard from looking
