@@ -59,6 +59,27 @@ void eachNumber(const std::string& text, Visit&& visit) {
   for (const char& c : text) visit(c);
 }
 
+// Lists hold structs and structs hold lists: both must be known to both.
+template <class A, class B, class Visit>
+void eachNumber(const std::pair<A, B>& pair, Visit&& visit);
+template <class T, class Visit>
+void eachNumber(const std::vector<T>& values, Visit&& visit);
+template <class T, class Visit>
+void eachNumber(std::vector<T>& values, Visit&& visit);
+template <class T, std::size_t kCount, class Visit>
+void eachNumber(T (&values)[kCount], Visit&& visit);
+
+/// Accepts any field; stands for a visitor where only the existence of a list is asked.
+struct AnyField {
+  template <class Field>
+  void operator()(Field&) const {}
+};
+
+template <class T, class Visit>
+auto eachNumber(T& record, Visit&& visit) -> decltype(std::remove_const_t<T>::eachField(record, AnyField{})) {
+  std::remove_const_t<T>::eachField(record, [&visit](auto& field) { eachNumber(field, visit); });
+}
+
 template <class A, class B, class Visit>
 void eachNumber(const std::pair<A, B>& pair, Visit&& visit) {
   eachNumber(pair.first, visit), eachNumber(pair.second, visit);
@@ -76,17 +97,6 @@ void eachNumber(std::vector<T>& values, Visit&& visit) {
 template <class T, std::size_t kCount, class Visit>
 void eachNumber(T (&values)[kCount], Visit&& visit) {
   for (T& value : values) eachNumber(value, visit);
-}
-
-/// Accepts any field; stands for a visitor where only the existence of a list is asked.
-struct AnyField {
-  template <class Field>
-  void operator()(Field&) const {}
-};
-
-template <class T, class Visit>
-auto eachNumber(T& record, Visit&& visit) -> decltype(std::remove_const_t<T>::eachField(record, AnyField{})) {
-  std::remove_const_t<T>::eachField(record, [&visit](auto& field) { eachNumber(field, visit); });
 }
 
 /// A number as 64 bits: doubles and 64-bit integers as they are, everything smaller as the double of its value.

@@ -96,6 +96,7 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
 std::string advice(const DeviceRecord& record, const std::string& device_name) {
   if (record.flags & kLinkLost)
     return "the boards do not answer, the current is zero: check plug and power; when they are back, call recover";
+  if (const std::string text = causeAdvice(record); !text.empty()) return text;
   if (record.flags & kDelayTooLong) {
     char text[200];
     std::snprintf(text, sizeof text, "the wire's delay of %.1f ms leaves walls of at most %.2f N/mm stable, force is refused: "
@@ -108,7 +109,6 @@ std::string advice(const DeviceRecord& record, const std::string& device_name) {
                   100 * record.lost_share);
     return text;
   }
-  if (const std::string text = causeAdvice(record); !text.empty()) return text;
   if (record.state == DeviceState::kUncalibrated)
     return "the pose is not known and the force is off: hold the grip at the home pose and call calibrate";
   if (!record.calibrated) return std::string("the strings' lengths are not known: ") + kAgain;

@@ -247,6 +247,7 @@ void Spidar::sense(const DeviceSample& sample, double h, const DeviceRequests& r
   bool plausible = sample.status == LinkStatus::kOk;
   if (plausible) {
     plausible = !calibrated_ || (takeLengths(sample, since_counts_) && takePose(sample, since_counts_));
+    plausible = plausible && !(flags_ & kCountRefused);  // a pose without one string is a pose, but not a fresh count of it
     since_counts_ = 0;
   }
   checkFreshness(sample, plausible, h);

@@ -32,9 +32,10 @@ struct Rig {
     device.actuate(F, 0, kStep);
   }
   DeviceSample good() { return twin.exchange(device.drive()); }
+  /// At rest the tensions of least wrench lie up to 0.02 N above their minimum.
   bool pulls() const {
     for (int i = 0; i < device.kinematics().strings(); ++i)
-      if (device.toldTension()[i] > device.def().strings[i].min_tension + 1e-9) return true;
+      if (device.toldTension()[i] > device.def().strings[i].min_tension + 0.05) return true;
     return false;
   }
 };
@@ -69,7 +70,11 @@ TEST(Freshness, ForceEndsBeforeTheCountsAreTooOldWhateverArrives) {
       } else {
         ++cut;
       }
-      if (rig.device.poseIsNew()) { ASSERT_TRUE(good) << "run " << run << " kind " << kind << " tick " << k; }
+      // Without good counts there is a new pose only where one string was replaced by what the others say.
+      if (rig.device.poseIsNew() && !good) {
+        ASSERT_TRUE(rig.device.flags() & kCountRefused) << "run " << run << " kind " << kind << " tick " << k;
+        ASSERT_LT((rig.device.pose().p - rig.twin.latchedPose().X_BG.p).norm(), 1e-3) << "run " << run << " kind " << kind;
+      }
       if (rig.device.poseValid()) { ASSERT_LE(rig.device.freshness().age(), kLimit); }
     }
   }
