@@ -53,6 +53,8 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
 
 std::string advice(const DeviceRecord& record, const std::string& device_name) {
   if (record.flags & kLinkLost) return "the board is silent: check plug and power, then recover";
+  if (record.cause & kCountersStuck)
+    return "the counters stand still while the force changes: the board repeats itself; switch it off and on, recover";
   if (record.flags & kDelayTooLong) {
     char text[200];
     std::snprintf(text, sizeof text, "the wire's delay of %.1f ms leaves walls of at most %.2f N/mm stable: force is refused; "

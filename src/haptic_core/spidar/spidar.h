@@ -51,6 +51,7 @@ enum DeviceFlag : unsigned {
   kDelayTooLong = 1u << 17,     ///< the wire's delay leaves no stable wall worth the name: force is refused
   kPoseHeld = 1u << 18,         ///< the counts contradict each other, for how long nobody knows yet: the pose waits
   kCounterRestarted = 1u << 19, ///< a board started anew or a counter jumped: calibrate
+  kCountersStuck = 1u << 20,    ///< all counters stand still while the force changes
 };
 
 struct SpidarSettings {
@@ -65,6 +66,8 @@ struct SpidarSettings {
   double tension_slew = 5000;         ///< rise of one string's tension per second [N/s], beside the clamp: whatever
                                       ///< goes wrong above, 10 N take 2 ms. Falling is not limited
   double reduced_force = 1;           ///< clamp in state kReduced [N]
+  double stuck_time_s = 0.15;         ///< all counters still for so long ...
+  double stuck_force = 0.5;           ///< ... while the force changed by so much [N]: 1 mm of a relaxed hand, 40 counts
   bool refuse_over_rate = false;      ///< true on hardware: a rate above the wire's is a fault, not a remark
   HealthSettings health;
   FreshnessSettings freshness;
@@ -156,6 +159,7 @@ class Spidar {
   bool takePose(const DeviceSample& sample, double elapsed) noexcept;
   void checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept;
   void checkDelay(double h) noexcept;
+  void checkStuck(const DeviceSample& sample) noexcept;
   void loseLengths(unsigned flag) noexcept;
   bool presents() const noexcept { return state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced; }
   void updatePose(const PoseSolution& solved, double h) noexcept;
@@ -189,6 +193,9 @@ class Spidar {
   double stable_stiffness_ = 0;
   double since_counts_ = 0, since_pose_ = 0;  ///< since the last counts of every board, and the last pose [s]
   Wrench asked_;
+  std::array<std::int64_t, kMaxStrings> stuck_counts_{};
+  Vector3 stuck_force_ = Vector3::Zero();  ///< asked when the counters moved last [N]
+  double stuck_s_ = 0;
   StringVector told_;  ///< tensions of drive_ [N]; zero without current
   DriveCommand drive_;
   unsigned flags_ = 0, cause_ = 0, buttons_ = 0;
