@@ -28,6 +28,7 @@ class EmulatedBoard {
 
   /// Brown-out: as off and on at once, and the counters at zero when `forget` is set.
   void reset(bool forget);
+  void replace() { id_ = first_id_, reset(false); }  ///< switched off and on, and its id as it came
   /// What a disturbed SET_CMDLEN leaves behind: the length that this board takes that id's command to have.
   void spoilTable(int id, BoardCommand command, int length) {
     table_[id & 7][static_cast<int>(command)] = static_cast<std::uint8_t>(length);
@@ -61,7 +62,7 @@ class EmulatedBoard {
     return encodePacket(shape_, id_, packet, reply_.data(), reply_.size());
   }
 
-  int id_;
+  int id_, first_id_ = id_;
   const BoardShape& shape_;
   int first_channel_;
   MotorPlant& plant_;

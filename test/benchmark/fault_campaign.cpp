@@ -100,7 +100,9 @@ FaultTally FaultCampaign::inject(const FaultKind& kind) {
   rig_.setHand(hardUse(random_(), 3));
   const int lead = 150 + pick(random_, 200);
   const auto move = [&](int k) { rig_.command = hardCommand(FaultRig::kPeriod * k), rig_.command_age = 0, rig_.tick(); };
+  rig_.startMeasuring();
   for (int k = 0; k < lead; ++k) move(k);
+  const double usual_force = rig_.effect().force_error, usual_pose = rig_.effect().pose_error;
   if (!rig_.enabled()) {
     tally.idle = 1;
     return tally;
@@ -117,12 +119,14 @@ FaultTally FaultCampaign::inject(const FaultKind& kind) {
     if (noticed < 0 && rig_.alarmed()) noticed = k;
   }
   const FaultEffect effect = rig_.effect();
-  const bool effective = effect.pose_error >= kHarmlessPose || effect.force_error >= kHarmlessForce;
+  const bool effective = effect.pose_error >= kHarmlessPose + usual_pose || effect.force_error >= kHarmlessForce + usual_force;
   tally.detected = noticed >= 0;
   tally.harmless = noticed < 0 && !effective;
   tally.missed = noticed < 0 && effective;
   if (noticed >= 0) tally.detect_ms.push_back(noticed + 1);
-  tally.stale_force = effect.stale_force;
+  // Over a cut wire nobody can send a zero: the boards hold their currents until they are switched off.
+  const bool cut = kind.name == std::string("unplugged");
+  (cut ? tally.cut_force : tally.stale_force) = effect.stale_force;
   tally.energy = effect.energy;
   tally.pose_error = effect.pose_error;
   if (kind.undo[0] != '\0') {

@@ -50,6 +50,8 @@ class FaultRig {
   double command_age = 0;                  ///< [s]
   bool boards_may_misread = false;         ///< a fault disturbs what the boards are told: their currents are not the driver's
 
+  int power_cycles = 0;                    ///< times that only switching the boards off and on helped
+
   DeviceDef device;
   TwinPlant plant;
   BoardBusEmulator bus;

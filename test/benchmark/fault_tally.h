@@ -13,6 +13,8 @@ struct FaultTally {
   int idle = 0;      ///< trials in which the device was not enabled: nothing was injected
   std::vector<double> detect_ms;  ///< from the injection, or from when it began to matter, to the notice [ms]
   double stale_force = 0, energy = 0, pose_error = 0;  ///< greatest [s], [J], [m]
+  double cut_force = 0;           ///< as stale_force, while the wire itself was cut [s]
+  int power_cycles = 0;
   long out_of_bounds = 0;         ///< tensions outside the device's bounds
   long alarms = 0;                ///< of the undisturbed run
   double quiet_hours = 0;         ///< its length [h]
@@ -22,7 +24,8 @@ struct FaultTally {
     harmless += o.harmless, missed += o.missed, idle += o.idle;
     detect_ms.insert(detect_ms.end(), o.detect_ms.begin(), o.detect_ms.end());
     stale_force = std::max(stale_force, o.stale_force), energy = std::max(energy, o.energy);
-    pose_error = std::max(pose_error, o.pose_error);
+    pose_error = std::max(pose_error, o.pose_error), cut_force = std::max(cut_force, o.cut_force);
+    power_cycles += o.power_cycles;
     out_of_bounds += o.out_of_bounds, alarms += o.alarms, quiet_hours += o.quiet_hours;
   }
 };

@@ -19,9 +19,9 @@
 namespace haptic::bench {
 namespace {
 
-constexpr int kTrials = 6;      // per kind and device
-constexpr int kUnplugged = 3;    // of which few: reopening lives on the machine's clock
-constexpr double kWireHours = 0.01; // of the undisturbed run on emulated boards, per device; the rest on the twin
+constexpr int kTrials = 90;      // per kind and device
+constexpr int kUnplugged = 15;    // of which few: reopening lives on the machine's clock
+constexpr double kWireHours = 0.25; // of the undisturbed run on emulated boards, per device; the rest on the twin
 
 std::string file(const char* device) {
   return std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/" + device + ".yaml";
@@ -64,8 +64,11 @@ DeviceRun runDevice(const char* device, unsigned seed) {
       for (int n = 0; n < trials; ++n) run.by_kind[kind.name].add(campaign.inject(kind));
     }
     run.out_of_bounds = static_cast<long>(rig.outOfBounds());
+    run.quiet.power_cycles = rig.power_cycles;
   }
+  const int power_cycles = run.quiet.power_cycles;
   run.quiet = undisturbed(device, kWireHours);
+  run.quiet.power_cycles = power_cycles;
   return run;
 }
 
@@ -108,6 +111,8 @@ void faults() {
   figure("faults.detect_ms_p99", all.detect_ms.empty() ? NAN : all.detect_ms[all.detect_ms.size() * 99 / 100],
          "ms");
   figure("faults.force_on_stale_ms_max", 1e3 * all.stale_force, "ms");
+  figure("faults.force_on_cut_wire_ms_max", 1e3 * all.cut_force, "ms");
+  figure("faults.power_cycles", all.power_cycles, "1");
   figure("faults.energy_mj_max", 1e3 * all.energy, "mJ");
   figure("faults.energy_bound_mj", 1e3 * faultEnergy(loadDevice(file(devices[0]))), "mJ");
   figure("faults.quiet_hours", all.quiet_hours, "h");

@@ -119,7 +119,7 @@ haptic::bench::FaultTally haptic::bench::twinFaults() {
   out_of_bounds += rig.out_of_bounds;
 
   Rig quiet(def);
-  constexpr double kQuietHours = 0.05;
+  constexpr double kQuietHours = 9.5;
   long alarms = 0;
   for (long i = 0; i < static_cast<long>(kQuietHours * 3600 / kStep); ++i) {
     quiet.tick(pushing(quiet.twin.time()));

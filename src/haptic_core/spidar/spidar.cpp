@@ -141,7 +141,7 @@ void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) 
 }
 
 void Spidar::enterFault(bool zero_current) noexcept {
-  if (state_ != DeviceState::kFault || (zero_current && !zero_current_)) cause_ = flags_;
+  if (state_ != DeviceState::kFault) cause_ = flags_;
   state_ = DeviceState::kFault;
   zero_current_ = zero_current_ || zero_current;
 }
@@ -183,14 +183,29 @@ bool Spidar::takeLengths(const DeviceSample& sample, double elapsed) noexcept {
   return false;
 }
 
+/// Counters that all stand still while the force changes: no hand is so stiff, the board repeats itself.
+void Spidar::checkStuck(const DeviceSample& sample) noexcept {
+  const bool moved = !std::equal(sample.counts.begin(), sample.counts.begin() + kinematics_.strings(), stuck_counts_.begin());
+  if (moved || !presents()) {
+    stuck_counts_ = sample.counts;
+    stuck_force_ = asked_.force;
+    stuck_s_ = 0;
+    return;
+  }
+  stuck_s_ += since_counts_;
+  if (stuck_s_ < settings_.stuck_time_s || (asked_.force - stuck_force_).norm() < settings_.stuck_force) return;
+  flags_ |= kCountersStuck;
+  enterFault(false);
+}
+
 /// The invariant: see freshness.h.
 void Spidar::checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept {
   freshness_.take(sample, plausible, h);
   if (sample.status != LinkStatus::kOk) flags_ |= kSampleStale;
   if (freshness_.lossy()) flags_ |= kAnswersLost;
-  const bool in_time = presents() ? freshness_.carriesForce(h) : freshness_.fresh();
+  const bool in_time = freshness_.carriesForce(h);
   const bool silent = sample.status == LinkStatus::kSilent || sample.status == LinkStatus::kDisconnected;
-  if (silent || !in_time) flags_ |= kLinkLost;
+  if (silent || (!in_time && sample.status != LinkStatus::kOk)) flags_ |= kLinkLost;
   if (silent || !in_time || freshness_.failing())
     enterFault(true);
   else if (freshness_.lossy())
@@ -246,6 +261,7 @@ void Spidar::sense(const DeviceSample& sample, double h, const DeviceRequests& r
   if (sample.status == LinkStatus::kRestarted) loseLengths(kCounterRestarted);
   bool plausible = sample.status == LinkStatus::kOk;
   if (plausible) {
+    checkStuck(sample);
     plausible = !calibrated_ || (takeLengths(sample, since_counts_) && takePose(sample, since_counts_));
     plausible = plausible && !(flags_ & kCountRefused);  // a pose without one string is a pose, but not a fresh count of it
     since_counts_ = 0;
@@ -265,7 +281,8 @@ bool Spidar::takePose(const DeviceSample& sample, double elapsed) noexcept {
   const GripPose last = solution_.pose;
   const PoseSolution solved = kinematics_.solvePose(length_, last);
   const bool doubtful = !(solved.residual <= settings_.health.residual_limit);
-  if (checkResidual(solved, last, elapsed) == StringVerdict::kTrue && doubtful) {
+  const StringVerdict verdict = checkResidual(solved, last, elapsed);
+  if (verdict == StringVerdict::kBroken || (verdict == StringVerdict::kTrue && doubtful)) {
     flags_ |= kPoseHeld;
     return false;
   }
