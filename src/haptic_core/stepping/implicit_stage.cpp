@@ -25,6 +25,8 @@ constexpr int kContactFreePasses = 3;
 /// Weight of what gravity adds to speeds in a step, beside the change of the step: what lies has no change, and must come to
 /// rest all the same. With 1, a dropped cube still moves by 1e-7 m after a second.
 constexpr double kFree = 1e-2;
+/// Way, as a share of the smallest body's size, that the error of a step may amount to.
+constexpr double kOfSize = 1e-4;
 /// Share of v that is left where no reference had little enough energy. Then nothing is left: what stands has none.
 constexpr double kSlower = 0.3;
 /// Share of the tolerance by which a body may move without its contacts being evaluated again.
@@ -97,6 +99,10 @@ void ImplicitStage::start(double g, double left) noexcept {
 bool ImplicitStage::iterate(double g, int most_passes) noexcept {
   double last = 0;
   bool converged = false;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (int n = 0; n < island_.tree_count; ++n) {
+    smallest = std::min(smallest, plan_.links[plan_.trees[island_.trees[n]].link].size);
+  }
   if (contacts_.empty()) most_passes = std::max(most_passes, kContactFreePasses);
   for (int pass = 0; pass < most_passes && !converged; ++pass) {
     if (pass > 0) evaluate(g);
@@ -112,16 +118,16 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     if (!problem_.minimise(g, kStepsOfPass, fine, q_.data(), v.data())) break;
     const double changed = change(before_);
     if (!std::isfinite(changed)) break;
-    const double tolerance =
-        std::max(fine, settings_.tolerance * (contacts_.empty() ? kContactFree : 1.0) *
-                           (kFree * g * settings_.gravity.norm() + change(v_base)));
+    // A body of a micrometre falls through itself in what is nothing to one of a metre.
+    const double least = std::min(kFree * g * settings_.gravity.norm(), kOfSize * smallest / g);
+    const double share = settings_.tolerance * (contacts_.empty() ? kContactFree : 1.0);
+    const double tolerance = std::max(fine, std::min(share * (least + change(v_base)), kOfSize * smallest / g));
     const double rate = pass > 0 ? changed / last : 1;
     error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
     wrench_error = problem_.imbalance * std::min(1.0, rate);
     // Where stiffness is high a small error of v is a large one of the energy. Twice what the pass could gain at its
     // reference, -R·p, is known exactly; the end of the pass is nobody's reference yet.
     change(v_base);  // into v_dot_
-    const double least = kFree * g * settings_.gravity.norm();
     const bool harmless = problem_.decrement <= settings_.tolerance * (problem_.massNorm2(v_dot_.data()) +
                                                                        mass_ * least * least);
     converged = changed <= fine || (error <= tolerance && harmless) ||
