@@ -115,7 +115,6 @@ void FrozenPatch::freeze(const ContactVolume& volume, double squares, const Loca
   sum(V, first);
   const Wrench& F = force.F_BP_P;
   constant_ = Vector3(force.normal_force, -F.torque.y(), F.torque.x()) - first;
-  reference_normal_ = force.normal_force;
 }
 
 void FrozenPatch::freezeNear(const ContactVolume& near, double closer, const PairLaw& law, const Vector6& V,

@@ -54,8 +54,6 @@ class FrozenPatch {
   void forget() noexcept { points_ = 0; }  ///< (in realtime) no force
   /// (in realtime) Whether this patch of the same pair lies elsewhere than `other`, not within its extent.
   bool isElsewhere(const FrozenPatch& other) const noexcept { return (place_ - other.place_).norm() > 1.5 * other.radius_; }
-  double referenceNormal() const { return reference_normal_; }  ///< N at the reference [N]
-  const FrictionLayer& friction() const { return friction_; }
 
  private:
   double approachOf(const Vector6& V, int i) const noexcept {  // v_n, positive while parting
@@ -76,7 +74,6 @@ class FrozenPatch {
   double x_[4], y_[4];                   ///< the places [m]
   double depth_[kPoints], reach_[kPoints];  ///< d and D [m]
   Vector3 constant_ = Vector3::Zero();   ///< exact less four points at the reference: N, ∫ x p, ∫ y p
-  double reference_normal_ = 0;
   Vector3 place_ = Vector3::Zero();      ///< centroid in A's frame [m]
   double radius_ = 0;                    ///< of gyration of its area [m]
   FrictionLayer friction_;

@@ -187,7 +187,12 @@ bool FrozenProblem::minimise(double g, int most, double finest, const double* q,
     if (!assemble() || !findDirection(q, v, open)) return false;
     ++iterations;
     const double size = speed(step_.data());
-    if (i == 0) first_step = size;
+    if (i == 0) {
+      decrement = 0;
+      for (int n = 0; n < island_.tree_count; ++n) {
+        for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) decrement -= residual_[k] * step_[k];
+      }
+    }
     for (FrozenContact& c : contacts) c.step = twistOf(c, step_.data());
     const double alpha = size <= finest ? 1.0 : search(g, v);
     for (int n = 0; n < island_.tree_count; ++n) {
@@ -219,16 +224,21 @@ bool FrozenProblem::findDirection(const double* q, const double* v, double open)
   return true;
 }
 
-/// pᵀ (M + Σ Jᵀ C J) p.
-double FrozenProblem::curvature() noexcept {
+double FrozenProblem::massNorm2(const double* u) const noexcept {
   double sum = 0;
   for (int n = 0; n < island_.tree_count; ++n) {
-    const double *M = massOf(island_.trees[n]), *p = step_.data() + treeAt(n).v;
+    const double *M = massOf(island_.trees[n]), *p = u + treeAt(n).v;
     const int nv = node_size_[n];
     for (int j = 0; j < nv; ++j) {
       for (int i = 0; i < nv; ++i) sum += p[i] * M[i + j * nv] * p[j];
     }
   }
+  return sum;
+}
+
+/// pᵀ (M + Σ Jᵀ C J) p.
+double FrozenProblem::curvature() const noexcept {
+  double sum = massNorm2(step_.data());
   for (const FrozenCoupling& c : couplings) {
     if (c.link < 0) continue;
     const Twist V = linkTwist(c.link, work_[c.link].X_WL.p, step_.data());

@@ -57,7 +57,7 @@ class FrozenProblem {
   LoadedVector<FrozenContact> contacts;
   std::vector<FrozenCoupling> couplings;
   int iterations = 0, factorisations = 0;  ///< since they were last set to 0
-  double first_step = 0;                ///< of the last minimise [m/s]
+  double decrement = 0;                 ///< of the last minimise, -R·p at its start: twice what the convex function can fall [J]
   double imbalance = 0;                 ///< largest wrench out of balance at its start [N], moments over the body's size
 
   void forget() noexcept;               ///< (in realtime) the arrays of the last island are no longer there
@@ -66,6 +66,7 @@ class FrozenProblem {
   Twist linkTwist(int link, const Vector3& p_W, const double* u) const noexcept;
   /// (in realtime) J u of a contact in P's axes; `u` in the order of the state.
   Vector6 twistOf(const FrozenContact& c, const double* u) const noexcept;
+  double massNorm2(const double* u) const noexcept;  ///< (in realtime) uᵀ M u of the island [J]
   /// (in realtime) Largest speed of a tree of the island [m/s]; rotations count at the reach of the body.
   double speed(const double* velocity) const noexcept;
   double speedOf(int tree, const double* velocity) const noexcept;
@@ -84,7 +85,7 @@ class FrozenProblem {
   void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;
   bool findDirection(const double* q, const double* v, double open) noexcept;
   double search(double g, const double* v) noexcept;
-  double curvature() noexcept;
+  double curvature() const noexcept;
   double slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept;
   const ModelTree& treeAt(int n) const { return model_.trees[island_.trees[n]]; }
   const double* massOf(int tree) const { return masses_.data() + mass_offset_[tree]; }

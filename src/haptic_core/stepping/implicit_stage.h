@@ -12,7 +12,7 @@
 ///
 /// End. With Δ the change of the last pass and ρ its share of that of the pass before, Δ ρ/(1-ρ) is left. It ends at
 /// `tolerance` times the step's own error: as a speed |v - v_b|, of which implicit Euler errs by half, and a hundredth of
-/// g |gravity|.
+/// g |gravity|; and -R·p of the last pass, an energy, at the same share of that of these speeds.
 /// After the last pass that is allowed, what is left is reported, and `keepEnergy` sees to it that it does no harm.
 #pragma once
 #include <vector>
@@ -126,6 +126,7 @@ class ImplicitStage {
   ImplicitJoints joints_;
   FrozenProblem problem_;
   bool has_joints_ = false;
+  double mass_ = 0;      ///< of the island [kg]
   double left_ = 0;      ///< from the stage's end to the step's [s]
 
   std::vector<int> held_by_;                    ///< by link

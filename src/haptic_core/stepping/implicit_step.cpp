@@ -77,7 +77,7 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, bool
   report_.fell_back = second_order && left > 0;
   if (left > 0) {
     const int used = locates_ ? 0 : stage_.evaluations - evaluations;
-    euler(left, std::min(kMostPasses, kMostEvaluations - kKeepingEnergy - used));
+    euler(left, std::clamp(kMostEvaluations - kKeepingEnergy - used, 1, kMostPasses));
   }
   report_.iterations = stage_.iterations() - iterations;
   report_.evaluations = stage_.evaluations - evaluations;

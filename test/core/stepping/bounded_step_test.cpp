@@ -1,0 +1,134 @@
+// Oracles: hard limits on the work of a step, and conservation: whatever is thrown together, no step may create energy.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../../scenes/heap.h"
+
+namespace haptic {
+namespace {
+
+using scenes::HeapParameters;
+
+WorldSettings settings(Integrator integrator, double h = 1e-3) {
+  WorldSettings s;
+  s.integrator = integrator;
+  s.step = h;
+  return s;
+}
+
+constexpr Integrator kImplicit[] = {Integrator::kImplicitEuler, Integrator::kSdirk2, Integrator::kAutomatic};
+
+/// Steps a world and judges every step.
+void expectBounded(const WorldDef& def, int steps, double most_energy) {
+  World world(def);
+  for (int i = 0; i < steps; ++i) {
+    world.step();
+    const StepReport& r = world.report();
+    ASSERT_TRUE(r.finite) << def.name << " step " << i;
+    ASSERT_LE(r.evaluations, 10) << def.name << " step " << i;
+    ASSERT_LE(r.factorisations, 50) << def.name << " step " << i;
+    ASSERT_LE(r.energy.total(), most_energy) << def.name << " step " << i;
+  }
+}
+
+/// Energy before anything moves, overlaps included: after a step too short to move anything.
+double startEnergy(WorldDef def) {
+  def.settings.step = 1e-7;
+  World world(def);
+  world.step();
+  return world.report().energy.total();
+}
+
+/// Room for what implicit steps may give back of the kinetic energy that a step turns into springs: a share of all.
+double withRoom(double energy) { return energy + 1e-3 * std::abs(energy); }
+
+TEST(BoundedStep, AHeapFallsIntoABin) {
+  for (Integrator integrator : kImplicit) {
+    for (double k : {1e7, 1e8, 1e10}) {
+      HeapParameters p;
+      p.stiffness = k;
+      const WorldDef def = scenes::heap(p, settings(integrator));
+      SCOPED_TRACE(testing::Message() << "k " << k << ", integrator " << static_cast<int>(integrator));
+      expectBounded(def, 600, withRoom(startEnergy(def)));
+    }
+  }
+}
+
+/// At 1e12 N/m³ steps are left unfinished; their work is bounded all the same, and nothing runs away: what a fold between
+/// two passes hides is less than the heap has to give.
+TEST(BoundedStep, TheStiffestHeapIsBoundedToo) {
+  for (Integrator integrator : kImplicit) {
+    HeapParameters p;
+    p.stiffness = 1e12;
+    const WorldDef def = scenes::heap(p, settings(integrator));
+    expectBounded(def, 600, 2 * startEnergy(def));
+  }
+}
+
+TEST(BoundedStep, HeavyCubesFallAmongLightOnes) {
+  for (double k : {1e8, 1e10}) {
+    HeapParameters p;
+    p.stiffness = k;
+    p.mass_ratio = 1000;
+    const WorldDef def = scenes::heap(p, settings(Integrator::kImplicitEuler));
+    expectBounded(def, 500, withRoom(startEnergy(def)));
+  }
+}
+
+/// Rods of 20:1 and plates of 1:40 fall across each other.
+TEST(BoundedStep, RodsAndPlatesFallAcrossEachOther) {
+  for (Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2}) {
+    WorldDef def = scenes::heap({}, settings(integrator));
+    def.name = "rods and plates";
+    def.articulations.resize(5);
+    const Vector3 sizes[] = {{0.1, 0.005, 0.005}, {0.08, 0.08, 0.002}};
+    for (int i = 0; i < 10; ++i) {
+      const double* turn = scenes::kHeapTurns[i];
+      const Quaternion q = rotationFromVector(Vector3(turn[0], turn[1], turn[2]));
+      def.articulations.push_back(
+          scenes::freeBox("b" + std::to_string(i), sizes[i % 2], 0.02, Pose(q, Vector3(0, 0, 0.1 + 0.11 * i))));
+    }
+    expectBounded(def, 600, withRoom(startEnergy(def)));
+  }
+}
+
+/// A tower of ten cubes, shot by a ball (a hull of 60 points) at 10 m/s.
+TEST(BoundedStep, ABallShootsATower) {
+  scenes::CubeParameters c;
+  c.stiffness = 1e9;
+  for (Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2}) {
+    WorldDef def = scenes::stack(10, c, settings(integrator));
+    def.name = "tower";
+    std::vector<Vector3> points;
+    for (int i = 0; i < 60; ++i) {  // a spiral of even area
+      const double z = 1 - (2 * i + 1) / 60.0, angle = 2.399963 * i, r = std::sqrt(1 - z * z);
+      points.push_back(0.05 * Vector3(r * std::cos(angle), r * std::sin(angle), z));
+    }
+    const auto ball = std::make_shared<ConvexPolyhedron>(ConvexPolyhedron::hull(points));
+    def.articulations.push_back(scenes::freeBody("ball", ball, 0.5, 5e-4 * Matrix3::Identity(),
+                                                 Pose(Vector3(-0.3, 0.01, 0.55)), {Vector3::Zero(), Vector3(10, 0, 0)}));
+    expectBounded(def, 500, withRoom(startEnergy(def)));
+  }
+}
+
+/// Two tolerances, one motion: a cube that slides slows down by μ g t; what the default may add is its share of that.
+TEST(BoundedStep, TheToleranceIsAShareOfTheChange) {
+  const auto slide = [](double tolerance) {
+    scenes::CubeParameters c;
+    c.stiffness = 1e9;
+    WorldDef def = scenes::cubeOnFloor(c, settings(Integrator::kImplicitEuler));
+    def.settings.tolerance = tolerance;
+    def.articulations[1].V_WA.linear.x() = 1;
+    World world(def);
+    for (int i = 0; i < 100; ++i) world.step();
+    return world.linkTwist(1).linear.x();
+  };
+  const double reference = slide(0), normal = slide(WorldSettings{}.tolerance);
+  const double change = 0.5 * scenes::kGravity * 0.1;
+  EXPECT_NEAR(reference, 1 - change, 1e-8);
+  EXPECT_NEAR(normal, reference, 0.01 * WorldSettings{}.tolerance * change);  // passes contract: far within it
+}
+
+}  // namespace
+}  // namespace haptic
