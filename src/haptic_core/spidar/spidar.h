@@ -69,7 +69,7 @@ struct SpidarSettings {
                                       ///< goes wrong above, 10 N take 2 ms. Falling is not limited
   double reduced_force = 1;           ///< clamp in state kReduced [N]
   double stuck_time_s = 0.15;         ///< all counters still for so long ...
-  double stuck_force = 0.5;           ///< ... while the force changed by so much [N]: 1 mm of a relaxed hand, 40 counts
+  double stuck_force = 1e9;           ///< ... while the force changed by so much [N]. Off: 0.5 N alarmed on a grip at rest
   bool refuse_over_rate = false;      ///< true on hardware: a rate above the wire's is a fault, not a remark
   HealthSettings health;
   FreshnessSettings freshness;
