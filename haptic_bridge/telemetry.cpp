@@ -37,8 +37,7 @@ const struct {
     {kNotPresentable, "the wrench cannot be presented"}, {kTorqueIgnored, "a point grip: torque is ignored"},
     {kPoseNotConverged, "the pose was not found"}, {kLinkLost, "the device does not answer"},
     {kAnswersLost, "answers of the boards are lost"}, {kDelayTooLong, "the wire is too slow for force"},
-    {kCounterRestarted, "a board started anew"}, {kCountersStuck, "the counters stand still"},
-    {kEncoderJump, "an encoder jumped"},
+    {kCounterRestarted, "a board started anew"}, {kEncoderJump, "an encoder jumped"},
     {kStringCorrected, "an encoder slipped and was corrected"}, {kCountRefused, "a count was refused"},
     {kResidualHigh, "the string lengths contradict each other"}};
 

@@ -46,8 +46,6 @@ std::string causeAdvice(const DeviceRecord& record) {
                                           "call recover, then enable_force";
   if (record.cause & kDelayTooLong)
     return "the wire had become too slow for force: set the adapter's latency timer to 1 ms, call recover, then enable_force";
-  if (record.cause & kCountersStuck)
-    return std::string("the counters stood still while the force changed, a board repeats itself: switch it off and on, ") + kAgain;
   if (record.cause & kCounterRestarted)
     return std::string("a board started anew, its counters tell no lengths: check its power, ") + kAgain;
   if (record.cause & kEncoderJump || !record.calibrated) {

@@ -183,21 +183,6 @@ bool Spidar::takeLengths(const DeviceSample& sample, double elapsed) noexcept {
   return false;
 }
 
-/// Counters that all stand still while the force changes: no hand is so stiff, the board repeats itself.
-void Spidar::checkStuck(const DeviceSample& sample) noexcept {
-  const bool moved = !std::equal(sample.counts.begin(), sample.counts.begin() + kinematics_.strings(), stuck_counts_.begin());
-  if (moved || !presents()) {
-    stuck_counts_ = sample.counts;
-    stuck_force_ = asked_.force;
-    stuck_s_ = 0;
-    return;
-  }
-  stuck_s_ += since_counts_;
-  if (stuck_s_ < settings_.stuck_time_s || (asked_.force - stuck_force_).norm() < settings_.stuck_force) return;
-  flags_ |= kCountersStuck;
-  enterFault(false);
-}
-
 /// The invariant: see freshness.h.
 void Spidar::checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept {
   freshness_.take(sample, plausible, h);
@@ -261,7 +246,6 @@ void Spidar::sense(const DeviceSample& sample, double h, const DeviceRequests& r
   if (sample.status == LinkStatus::kRestarted) loseLengths(kCounterRestarted);
   bool plausible = sample.status == LinkStatus::kOk;
   if (plausible) {
-    checkStuck(sample);
     plausible = !calibrated_ || (takeLengths(sample, since_counts_) && takePose(sample, since_counts_));
     plausible = plausible && !(flags_ & kCountRefused);  // a pose without one string is a pose, but not a fresh count of it
     since_counts_ = 0;

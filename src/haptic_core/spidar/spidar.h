@@ -53,7 +53,6 @@ enum DeviceFlag : unsigned {
   kCounterRestarted = 1u << 19, ///< a board started anew or a counter jumped: calibrate
   kStringCorrected = 1u << 20,  ///< an encoder slipped since the last calibration and was corrected
   kCountRefused = 1u << 21,     ///< a count that no string can have made was replaced, or the pose of before kept
-  kCountersStuck = 1u << 22,    ///< all counters stand still while the force changes
 };
 
 struct SpidarSettings {
@@ -68,8 +67,6 @@ struct SpidarSettings {
   double tension_slew = 5000;         ///< rise of one string's tension per second [N/s], beside the clamp: whatever
                                       ///< goes wrong above, 10 N take 2 ms. Falling is not limited
   double reduced_force = 1;           ///< clamp in state kReduced [N]
-  double stuck_time_s = 0.15;         ///< all counters still for so long ...
-  double stuck_force = 1e9;           ///< ... while the force changed by so much [N]. Off: 0.5 N alarmed on a grip at rest
   bool refuse_over_rate = false;      ///< true on hardware: a rate above the wire's is a fault, not a remark
   HealthSettings health;
   FreshnessSettings freshness;
@@ -165,7 +162,6 @@ class Spidar {
   bool takePose(const DeviceSample& sample, double elapsed) noexcept;
   void checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept;
   void checkDelay(double h) noexcept;
-  void checkStuck(const DeviceSample& sample) noexcept;
   void loseLengths(unsigned flag) noexcept;
   bool presents() const noexcept { return state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced; }
   void updatePose(const PoseSolution& solved, double h) noexcept;
@@ -199,9 +195,6 @@ class Spidar {
   double stable_stiffness_ = 0;
   double since_counts_ = 0, since_pose_ = 0;  ///< since the last counts of every board, and the last pose [s]
   Wrench asked_;
-  std::array<std::int64_t, kMaxStrings> stuck_counts_{};
-  Vector3 stuck_force_ = Vector3::Zero();  ///< asked when the counters moved last [N]
-  double stuck_s_ = 0;
   StringVector told_;  ///< tensions of drive_ [N]; zero without current
   DriveCommand drive_;
   unsigned flags_ = 0, cause_ = 0, buttons_ = 0;

@@ -68,9 +68,6 @@ void Spidar::save(std::vector<double>& out) const {
   put(out, told_.data(), n);
   health_.save(out);
   freshness_.save(out);
-  out.push_back(stuck_s_);
-  put(out, stuck_force_.data(), 3);
-  for (int i = 0; i < n; ++i) out.push_back(static_cast<double>(stuck_counts_[i]));
   out.resize(out.size() + 2 * static_cast<std::size_t>(n));
   distribution_.saveActiveSet(out.data() + out.size() - 2 * n);
 }
@@ -93,7 +90,7 @@ void Spidar::restore(const std::vector<double>& memory) {
   const int n = kinematics_.strings();
   constexpr int kHead = 20;
   const std::size_t expected = kHead + 3 * n + kPoseNumbers + 12 + 4 * n + StringHealth::numbers(n) +
-                               Freshness::kMemoryNumbers + 4 + n + 2 * n;
+                               Freshness::kMemoryNumbers + 2 * n;
   if (memory.size() != expected || memory[0] != n) {
     throw SetupError(def_.name, "the saved memory is of another device or version", "use the description it was saved with");
   }
@@ -130,9 +127,6 @@ void Spidar::restore(const std::vector<double>& memory) {
   take(in, solution_.length_error.data(), n);
   take(in, told_.data(), n);
   in = freshness_.restore(health_.restore(in));
-  stuck_s_ = *in++;
-  take(in, stuck_force_.data(), 3);
-  for (int i = 0; i < n; ++i) stuck_counts_[i] = static_cast<std::int64_t>(*in++);
   distribution_.restoreActiveSet(in);  // a guess that may decide the last bit
   distribution_.setStructure(kinematics_.scaledStructure(solution_.pose));
 }
