@@ -21,7 +21,7 @@ constexpr double kStagnation = 1e-9;
 constexpr int kStepsOfPass = 4;
 /// Without contacts a pass costs little, and there is nothing that ends it but rounding: share of the tolerance then.
 constexpr double kContactFree = 1e-8;
-constexpr int kContactFreePasses = 3;
+constexpr int kContactFreePasses = 3, kAlonePasses = 7;  ///< alone: not even a pair is near, no geometry is asked
 /// Weight of what gravity adds to speeds in a step, beside the change of the step: what lies has no change, and must come to
 /// rest all the same. With 1, a dropped cube still moves by 1e-7 m after a second.
 constexpr double kFree = 1e-2;
@@ -103,7 +103,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
   for (int n = 0; n < island_.tree_count; ++n) {
     smallest = std::min(smallest, plan_.links[plan_.trees[island_.trees[n]].link].size);
   }
-  if (contacts_.empty()) most_passes = std::max(most_passes, kContactFreePasses);
+  if (contacts_.empty()) most_passes = std::max(most_passes, island_.pair_count == 0 ? kAlonePasses : kContactFreePasses);
   for (int pass = 0; pass < most_passes && !converged; ++pass) {
     if (pass > 0) evaluate(g);
     const double now = energy();
@@ -235,7 +235,7 @@ void ImplicitStage::place(int t, const std::vector<double>& velocity) noexcept {
 
 /// Moves the reference to v: contacts and residual at the poses of the end of the stage, of the trees that moved.
 void ImplicitStage::evaluate(double g) noexcept {
-  ++evaluations;
+  evaluations += island_.pair_count > 0 ? 1 : 0;
   for (int n = 0; n < island_.tree_count; ++n) {
     const int t = island_.trees[n];
     if (!moved_[t]) continue;
