@@ -32,6 +32,12 @@ constexpr double kSlower = 0.3;
 /// Share of the tolerance by which a body may move without its contacts being evaluated again.
 constexpr double kStays = 0.05;
 
+/// ∫ d² dA: exact for a face (extent = mean), 3 % above it for an edge (twice) and exact for a corner (three times).
+double estimatedSquares(const ContactVolume& volume) {
+  const double mean = volume.volume / std::max(volume.A0, volume.volume / volume.depth);
+  return volume.volume * mean * (1 + 0.75 * (1 - mean / volume.depth));
+}
+
 }  // namespace
 
 ImplicitStage::ImplicitStage(const Plan& plan, const WorldSettings& settings)
@@ -313,7 +319,8 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   const Twist V_AB_P = (b.twistAt(contact.X_WP.p) - a.twistAt(contact.X_WP.p)).rotated(contact.X_WP.R.transpose());
   PairLaw law = plan_.law(shape_a, shape_b, held_by_[A.link] >= 0, held_by_[B.link] >= 0);
   if (pair.buried != 0) law = plan_.recoveryLaw(law, shape_a, shape_b, volume);
-  const double squares = thicknessSquared(workspace_, volume);
+  // Half of what a contact costs: without the ledger an estimate does, from the volume and its extent.
+  const double squares = settings_.energy_ledger ? thicknessSquared(workspace_, volume) : estimatedSquares(volume);
   contact.elastic = 0.5 * law.material.stiffness * squares;
   Advance advance;
   advance.time = g;
