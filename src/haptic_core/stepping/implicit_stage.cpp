@@ -11,28 +11,32 @@
 namespace haptic {
 namespace {
 
-/// No solve goes on below this share of the speeds of the step, plus what rounding of coordinates amounts to: kRounding
-/// of the distance from W's origin, per step. Smaller iterates on rounding.
+/// No solve goes on below this share of the speeds of the step, plus what rounding of coordinates amounts to:
+/// kRounding of the distance from W's origin, per step. Smaller iterates on rounding.
 constexpr double kFinest = 1e-13;
 constexpr double kRounding = 4 * 2.2e-16;
 /// Changes that shrink no more, but are this small already, are rounding in a stiff contact.
 constexpr double kStagnation = 1e-9;
 /// Newton steps of a pass: passes contract by 5–20 each, so that more of them beat longer ones.
 constexpr int kStepsOfPass = 4;
-/// Without contacts a pass costs little, and there is nothing that ends it but rounding: share of the tolerance then.
+/// Without contacts a pass costs little, and there is nothing that ends it but rounding: share of the
+/// tolerance then.
 constexpr double kContactFree = 1e-8;
-constexpr int kContactFreePasses = 3, kAlonePasses = 7;  ///< alone: not even a pair is near, no geometry is asked
-/// Weight of what gravity adds to speeds in a step, beside the change of the step: what lies has no change, and must come to
-/// rest all the same. With 1, a dropped cube still moves by 1e-7 m after a second.
+constexpr int kContactFreePasses = 3,
+              kAlonePasses = 7;  ///< alone: not even a pair is near, no geometry is asked
+/// Weight of what gravity adds to speeds in a step, beside the change of the step: what lies has no change,
+/// and must come to rest all the same. With 1, a dropped cube still moves by 1e-7 m after a second.
 constexpr double kFree = 1e-2;
 /// Way, as a share of the smallest body's size, that the error of a step may amount to.
 constexpr double kOfSize = 1e-4;
-/// Share of v that is left where no reference had little enough energy. Then nothing is left: what stands has none.
+/// Share of v that is left where no reference had little enough energy. Then nothing is left: what stands has
+/// none.
 constexpr double kSlower = 0.3;
 /// Share of the tolerance by which a body may move without its contacts being evaluated again.
 constexpr double kStays = 0.05;
 
-/// ∫ d² dA: exact for a face (extent = mean), 3 % above it for an edge (twice) and exact for a corner (three times).
+/// ∫ d² dA: exact for a face (extent = mean), 3 % above it for an edge (twice) and exact for a corner (three
+/// times).
 double estimatedSquares(const ContactVolume& volume) {
   const double mean = volume.volume / std::max(volume.A0, volume.volume / volume.depth);
   return volume.volume * mean * (1 + 0.75 * (1 - mean / volume.depth));
@@ -109,7 +113,8 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
   for (int n = 0; n < island_.tree_count; ++n) {
     smallest = std::min(smallest, plan_.links[plan_.trees[island_.trees[n]].link].size);
   }
-  if (contacts_.empty()) most_passes = std::max(most_passes, island_.pair_count == 0 ? kAlonePasses : kContactFreePasses);
+  if (contacts_.empty())
+    most_passes = std::max(most_passes, island_.pair_count == 0 ? kAlonePasses : kContactFreePasses);
   for (int pass = 0; pass < most_passes && !converged; ++pass) {
     if (pass > 0) evaluate(g);
     const double now = energy();
@@ -127,15 +132,16 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     // A body of a micrometre falls through itself in what is nothing to one of a metre.
     const double least = std::min(kFree * g * settings_.gravity.norm(), kOfSize * smallest / g);
     const double share = settings_.tolerance * (contacts_.empty() ? kContactFree : 1.0);
-    const double tolerance = std::max(fine, std::min(share * (least + change(v_base)), kOfSize * smallest / g));
+    const double tolerance =
+        std::max(fine, std::min(share * (least + change(v_base)), kOfSize * smallest / g));
     const double rate = pass > 0 ? changed / last : 1;
     error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
     wrench_error = problem_.imbalance * std::min(1.0, rate);
-    // Where stiffness is high a small error of v is a large one of the energy. Twice what the pass could gain at its
-    // reference, -R·p, is known exactly; the end of the pass is nobody's reference yet.
+    // Where stiffness is high a small error of v is a large one of the energy. Twice what the pass could gain
+    // at its reference, -R·p, is known exactly; the end of the pass is nobody's reference yet.
     change(v_base);  // into v_dot_
-    const bool harmless = problem_.decrement <= settings_.tolerance * (problem_.massNorm2(v_dot_.data()) +
-                                                                       mass_ * least * least);
+    const bool harmless = problem_.decrement <=
+                          settings_.tolerance * (problem_.massNorm2(v_dot_.data()) + mass_ * least * least);
     converged = changed <= fine || (error <= tolerance && harmless) ||
                 (rate >= 0.5 && changed <= kStagnation * problem_.speed(v.data()));
     last = changed;
@@ -239,7 +245,8 @@ void ImplicitStage::place(int t, const std::vector<double>& velocity) noexcept {
   }
 }
 
-/// Moves the reference to v: contacts and residual at the poses of the end of the stage, of the trees that moved.
+/// Moves the reference to v: contacts and residual at the poses of the end of the stage, of the trees that
+/// moved.
 void ImplicitStage::evaluate(double g) noexcept {
   evaluations += island_.pair_count > 0 ? 1 : 0;
   for (int n = 0; n < island_.tree_count; ++n) {
@@ -316,11 +323,13 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   contact.touching = true;
   contact.X_WP = X_WS_[shape_a] * volume.X_AP;
   const LinkWork &a = work_[A.link], &b = work_[B.link];
-  const Twist V_AB_P = (b.twistAt(contact.X_WP.p) - a.twistAt(contact.X_WP.p)).rotated(contact.X_WP.R.transpose());
+  const Twist V_AB_P =
+      (b.twistAt(contact.X_WP.p) - a.twistAt(contact.X_WP.p)).rotated(contact.X_WP.R.transpose());
   PairLaw law = plan_.law(shape_a, shape_b, held_by_[A.link] >= 0, held_by_[B.link] >= 0);
   if (pair.buried != 0) law = plan_.recoveryLaw(law, shape_a, shape_b, volume);
   // Half of what a contact costs: without the ledger an estimate does, from the volume and its extent.
-  const double squares = settings_.energy_ledger ? thicknessSquared(workspace_, volume) : estimatedSquares(volume);
+  const double squares =
+      settings_.energy_ledger ? thicknessSquared(workspace_, volume) : estimatedSquares(volume);
   contact.elastic = 0.5 * law.material.stiffness * squares;
   Advance advance;
   advance.time = g;
@@ -333,12 +342,14 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   frozen.V_reference = V_AB_P.vector();
   frozen.patch.freeze(volume, squares, contact.force, law, frozen.V_reference, g);
   if (known && before.patch.isElsewhere(frozen.patch)) keepAside(index, before);
-  // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
+  // The last pass knows better what presses at its end than the force at the new reference, which stiffness
+  // magnifies.
   if (!known) frozen.limit = contact.force.normal_force;
   if (volume.depth < reach_) lookAhead(index, X_AB, volume.normal(), g);
 }
 
-/// Puts what is nearer than the reach into the problem: `n` [A's frame] from A to B is the way on which it would meet.
+/// Puts what is nearer than the reach into the problem: `n` [A's frame] from A to B is the way on which it
+/// would meet.
 void ImplicitStage::lookAhead(int index, const Pose& X_AB, const Vector3& n, double g) noexcept {
   const ActivePair& pair = state_->pairs[index];
   const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
@@ -347,8 +358,8 @@ void ImplicitStage::lookAhead(int index, const Pose& X_AB, const Vector3& n, dou
   if (!(n.squaredNorm() > 0)) return;
   PairCache cache = pair.cache;
   ContactVolume near;
-  contactVolume(*plan_.shapes[shape_a].shape, *plan_.shapes[shape_b].shape, Pose(X_AB.R, X_AB.p - reach_ * n), cache,
-                workspace_, near, settings_.normal_rule);
+  contactVolume(*plan_.shapes[shape_a].shape, *plan_.shapes[shape_b].shape, Pose(X_AB.R, X_AB.p - reach_ * n),
+                cache, workspace_, near, settings_.normal_rule);
   if (near.status != ContactVolume::Status::kOverlap) return;
   if (slot < 0) {
     const int last = contacts_.size();
@@ -370,7 +381,8 @@ void ImplicitStage::lookAhead(int index, const Pose& X_AB, const Vector3& n, dou
   c.patch.freezeNear(near, reach_, law, c.V_reference, g);
 }
 
-/// A patch that has gone to another place of its pair still bars the way back: a body that rocks would go on for ever.
+/// A patch that has gone to another place of its pair still bars the way back: a body that rocks would go on
+/// for ever.
 void ImplicitStage::keepAside(int pair, const FrozenContact& c) noexcept {
   const int slot = contacts_.size();
   contacts_.resize(slot + 1);
@@ -395,10 +407,12 @@ void ImplicitStage::pull(ImplicitCoupling& coupling) noexcept {
   const PointerCoupling& c = coupling.law;
   const Vector3 p = coupling.X_WL.p - left_ * coupling.V_WL.linear;
   const Quaternion back = rotationFromVector(-left_ * coupling.V_WL.angular);
-  const Vector3 turn = vectorFromRotation(back * Quaternion(coupling.X_WL.R) * Quaternion(link.X_WL.R).conjugate());
+  const Vector3 turn =
+      vectorFromRotation(back * Quaternion(coupling.X_WL.R) * Quaternion(link.X_WL.R).conjugate());
   const Twist V = link.twistAtOrigin();
   coupling.F_W.force = c.stiffness * (p - link.X_WL.p) + c.damping * (coupling.V_WL.linear - V.linear);
-  coupling.F_W.torque = c.rotational_stiffness * turn + c.rotational_damping * (coupling.V_WL.angular - V.angular);
+  coupling.F_W.torque =
+      c.rotational_stiffness * turn + c.rotational_damping * (coupling.V_WL.angular - V.angular);
   link.addWrench(coupling.F_W, link.X_WL.p);
 }
 
@@ -423,7 +437,8 @@ void ImplicitStage::finish(double g) noexcept {
   orderContacts();
 }
 
-/// Leaves the contacts that touch, in the order of their pairs. Few are out of it: those that a later pass found.
+/// Leaves the contacts that touch, in the order of their pairs. Few are out of it: those that a later pass
+/// found.
 void ImplicitStage::orderContacts() noexcept {
   int count = 0;
   for (int i = 0; i < contacts_.size(); ++i) {
