@@ -9,8 +9,8 @@ namespace {
 
 /// Depth that every point keeps, as a share of the mean: a point at 0 or below would answer no approach.
 constexpr double kLeastDepth = 1e-3;
-/// Points are split when s is at least this, and stay inside at most by the rest to 1: a face has 0, an edge 0.58, a
-/// corner 0.71.
+/// Points are split when s is at least this, and stay inside at most by the rest to 1: a face has 0, an edge
+/// 0.58, a corner 0.71.
 constexpr double kLeastSplit = 0.05, kMostSplit = 0.95;
 
 /// Eigenpairs of a symmetric positive semidefinite 2 × 2 matrix.
@@ -35,11 +35,13 @@ struct Pressing {
   Vector2 V1 = Vector2::Zero();
 };
 
-/// Where the pressure is clipped inside the patch, the part is read back from the exact force and its derivatives. All
-/// of the patch where nothing is clipped, or nothing presses.
-Pressing pressing(const ContactVolume& volume, const LocatedForce& force, const PairLaw& law, const Vector6& V) {
+/// Where the pressure is clipped inside the patch, the part is read back from the exact force and its
+/// derivatives. All of the patch where nothing is clipped, or nothing presses.
+Pressing pressing(const ContactVolume& volume, const LocatedForce& force, const PairLaw& law,
+                  const Vector6& V) {
   const ContactMaterial& m = law.material;
-  // Where the surface folds over, A0 counts parts of it negative; the volume over its extent is never more than the area.
+  // Where the surface folds over, A0 counts parts of it negative; the volume over its extent is never more
+  // than the area.
   Pressing all{{std::max(volume.A0, volume.volume / volume.depth), volume.A1, volume.A2}, volume.volume};
   if (!force.clipped || !(force.normal_force > 0)) return all;
   const Vector2 first(-force.F_BP_P.torque.y(), force.F_BP_P.torque.x()), slope(V[1], -V[0]);  // of ḋ
@@ -47,12 +49,14 @@ Pressing pressing(const ContactVolume& volume, const LocatedForce& force, const 
   Pressing part;
   if (law.pressure == PressureLaw::kLinear) {
     part.area = k * (1 / m.stiffness);
-    part.volume = (force.normal_force - m.damping * (-V[5] * part.area.m0 + slope.dot(part.area.m1))) / m.stiffness;
+    part.volume =
+        (force.normal_force - m.damping * (-V[5] * part.area.m0 + slope.dot(part.area.m1))) / m.stiffness;
     part.V1 = (first - m.damping * (-V[5] * part.area.m1 + part.area.m2 * slope)) / m.stiffness;
   } else {
     part.volume = b.m0 / (m.stiffness * m.dissipation);
     part.V1 = b.m1 / (m.stiffness * m.dissipation);
-    part.area = k * (1 / (m.stiffness * std::max(kLeastPressing, force.normal_force / (m.stiffness * part.volume))));
+    part.area =
+        k * (1 / (m.stiffness * std::max(kLeastPressing, force.normal_force / (m.stiffness * part.volume))));
   }
   return part.volume > 0 && part.area.m0 > 0 ? part : all;
 }
@@ -69,7 +73,8 @@ void FrozenPatch::setLaw(const PairLaw& law, double g) noexcept {
   constant_.setZero();
 }
 
-/// Four places, weights and depths from the moments of an area and of the `thickness` [m³] over it, V1 = ∫ r d.
+/// Four places, weights and depths from the moments of an area and of the `thickness` [m³] over it, V1 = ∫ r
+/// d.
 void FrozenPatch::layOut(const ContactVolume& volume, const PatchMoments& moments, double thickness,
                          const Vector2& V1) noexcept {
   const double area = moments.m0, depth = thickness / area;
@@ -78,7 +83,8 @@ void FrozenPatch::layOut(const ContactVolume& volume, const PatchMoments& moment
   points_ = 4;
   weight_ = 0.25 * area;
   for (int j = 0; j < 2; ++j) {
-    const double root = std::sqrt(axes.value[j]), lean = root > 0 ? M_SQRT2 * lean_to.dot(axes.axis[j]) / root : 0.0;
+    const double root = std::sqrt(axes.value[j]),
+                 lean = root > 0 ? M_SQRT2 * lean_to.dot(axes.axis[j]) / root : 0.0;
     for (int s = 0; s < 2; ++s) {
       const double sign = s == 0 ? 1 : -1;
       const Vector2 r = mean + sign * M_SQRT2 * root * axes.axis[j];
@@ -92,8 +98,8 @@ void FrozenPatch::layOut(const ContactVolume& volume, const PatchMoments& moment
   radius_ = std::sqrt(axes.value[0] + axes.value[1]);
 }
 
-void FrozenPatch::freeze(const ContactVolume& volume, double squares, const LocatedForce& force, const PairLaw& law,
-                         const Vector6& V, double g) noexcept {
+void FrozenPatch::freeze(const ContactVolume& volume, double squares, const LocatedForce& force,
+                         const PairLaw& law, const Vector6& V, double g) noexcept {
   setLaw(law, g);
   friction_ = force.layer;
   const Pressing part = pressing(volume, force, law, V);
