@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "haptic_core/dynamics/joint_space_inertia.h"
-#include "haptic_core/geometry/contact_integrals.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
 #include "haptic_core/world/hands.h"
 
@@ -337,8 +336,7 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   const double squares = 2 * contact.elastic / k;  // ∫d² dA [m⁴]
   frozen.patch.freeze(found.volume, squares, contact.force, found.law, frozen.V_reference, g);
   if (known && before.patch.isElsewhere(frozen.patch)) keepAside(index, before);
-  // The last pass knows better what presses at its end than the force at the new reference, which stiffness
-  // magnifies.
+  // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
   if (!known) frozen.limit = contact.force.normal_force;
   if (found.volume.depth < reach_) lookAhead(index, X_AB, found.volume.normal(), g);
 }
@@ -353,12 +351,8 @@ void ImplicitStage::lookAhead(int index, const Pose& X_AB, const Vector3& n, dou
   if (!(n.squaredNorm() > 0)) return;
   PairCache cache = pair.cache;
   ContactVolume near;
-  contact.X_WP = found.X_WP;
-  contact.force = found.force;
-  // Half of what a contact costs: without the ledger an estimate does, from the volume and its extent.
-  const double k = found.law.material.stiffness;
-  contact.elastic = settings_.energy_ledger ? elasticEnergy(model_, found.volume, k, workspace_)
-                                            : 0.5 * k * estimatedSquares(found.volume);
+  contactVolume(*model_.shapes[shape_a].shape, *model_.shapes[shape_b].shape, Pose(X_AB.R, X_AB.p - reach_ * n),
+                cache, workspace_, near, settings_.normal_rule);
   if (near.status != ContactVolume::Status::kOverlap) return;
   if (slot < 0) {
     const int last = contacts_.size();
@@ -405,12 +399,7 @@ void ImplicitStage::pull(ImplicitCoupling& coupling) noexcept {
   LinkWork& link = work_[coupling.link];
   const Vector3 p_WT = coupling.X_WL.p - left_ * coupling.V_WL.linear;
   const Quaternion back = rotationFromVector(-left_ * coupling.V_WL.angular);
-  contact.X_WP = found.X_WP;
-  contact.force = found.force;
-  // Half of what a contact costs: without the ledger an estimate does, from the volume and its extent.
-  const double k = found.law.material.stiffness;
-  contact.elastic = settings_.energy_ledger ? elasticEnergy(model_, found.volume, k, workspace_)
-                                            : 0.5 * k * estimatedSquares(found.volume);
+  coupling.F_W = couplingForce(coupling.law, p_WT, back * Quaternion(coupling.X_WL.R), coupling.V_WL, link);
   link.addWrench(coupling.F_W, link.X_WL.p);
 }
 
