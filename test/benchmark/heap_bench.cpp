@@ -15,7 +15,7 @@
 #include "../peers/peer_world.h"
 #include "../scenes/heap.h"
 #include "figure.h"
-#include "haptic_core/world/pipeline.h"
+#include "haptic_core/world/world.h"
 
 namespace haptic::bench {
 namespace {
