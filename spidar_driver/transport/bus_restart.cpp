@@ -11,6 +11,7 @@ constexpr std::int64_t kPatienceNs = 200 * kMs;  // for silence; then the line i
 constexpr std::int64_t kAnswerNs = 40 * kMs;     // for an answer: two bursts
 constexpr int kTries = 2;
 constexpr std::int64_t kBoardDelayNs = 25000;    // of the firmware, from header to reply
+constexpr int kLongestPacket = 256;              // a header and the longest length that a byte can hold
 constexpr int kFifoBytes = 6;                    // a board looks at its FIFO when it is ¾ full
 
 }  // namespace
@@ -23,10 +24,17 @@ void BusRestart::prepare(const std::vector<FoundBoard>& boards, const std::vecto
                          std::int64_t byte_ns) {
   boards_ = boards;
   byte_ns_ = byte_ns;
-  zero_.assign(kResyncZeros, 0);
+  std::vector<std::uint8_t> taught(kResyncZeros, 0);
   const std::vector<std::uint8_t> lesson = lengthLesson(boards, kResyncZeros);
-  zero_.insert(zero_.end(), lesson.begin(), lesson.end());
-  zero_.insert(zero_.end(), zero_drive.begin(), zero_drive.end());
+  taught.insert(taught.end(), lesson.begin(), lesson.end());
+  taught.insert(taught.end(), zero_drive.begin(), zero_drive.end());
+  zero_.assign(1, taught);
+  for (int id = 0; id < kMaxBoards; ++id) {
+    std::vector<std::uint8_t> to_any_length(kLongestPacket, 0);
+    to_any_length[0] = headerByte(BoardCommand::kCurrent, id);
+    zero_.push_back(std::move(to_any_length));
+  }
+  zero_.push_back(taught);
   first_question_.clear();
   question_.clear();
   for (const FoundBoard& b : boards) {
@@ -39,10 +47,7 @@ void BusRestart::prepare(const std::vector<FoundBoard>& boards, const std::vecto
 BusRestart::Step BusRestart::step(ByteLink& link, std::int64_t deadline_ns) noexcept {
   switch (phase_) {
     case Phase::kZero:
-      since_ns_ = heard_ns_ = link.now() + static_cast<std::int64_t>(zero_.size()) * byte_ns_;
-      asked_ = tries_ = trips_ = 0;
-      phase_ = Phase::kQuiet;
-      return link.write(zero_.data(), zero_.size()) ? Step::kWorking : Step::kGone;
+      return zero(link, deadline_ns);
     case Phase::kQuiet:
       return quiet(link, deadline_ns);
     case Phase::kAsk: {
@@ -58,6 +63,20 @@ BusRestart::Step BusRestart::step(ByteLink& link, std::int64_t deadline_ns) noex
       return listen(link, deadline_ns);
   }
   return Step::kWorking;
+}
+
+/// One message after the other, each when the wire has carried the last: what waits in a buffer comes late.
+BusRestart::Step BusRestart::zero(ByteLink& link, std::int64_t deadline_ns) noexcept {
+  if (sent_ == 0) asked_ = tries_ = trips_ = 0;
+  if (sent_ > 0 && link.now() < since_ns_ && !hear(link, std::min(deadline_ns, since_ns_))) return Step::kGone;
+  if (sent_ > 0 && link.now() < since_ns_) return Step::kWorking;
+  const std::vector<std::uint8_t>& message = zero_[static_cast<std::size_t>(sent_)];
+  since_ns_ = heard_ns_ = link.now() + static_cast<std::int64_t>(message.size()) * byte_ns_;
+  if (++sent_ == static_cast<int>(zero_.size())) {
+    sent_ = 0;
+    phase_ = Phase::kQuiet;
+  }
+  return link.write(message.data(), message.size()) ? Step::kWorking : Step::kGone;
 }
 
 BusRestart::Step BusRestart::quiet(ByteLink& link, std::int64_t deadline_ns) noexcept {

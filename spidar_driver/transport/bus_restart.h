@@ -1,10 +1,12 @@
 /// Brings boards that no longer obey back into step: zero current, silence, lengths, identity, delay.
 ///
 /// A step is bounded in time, so that the real-time thread takes one per exchange; opening a line takes them in a loop.
-///   zero      256 zeros, SET_CMDLEN for every board, zero currents
+///   zero      256 zeros, SET_CMDLEN for every board, zero currents; then CURRENT and 255 zeros to each of the eight ids; then
+///             the first once more. A disturbed command may have spoilt a length table or moved a board to another id, and
+///             a zero may be lost like any other byte: some board would hold its last currents
 ///   quiet     until nothing has come for longer than any adapter keeps bytes back
 ///   questions BOARD_INFO, one at a time, each board several times: the right board, and the wire's round trip
-/// About 30 ms and twelve round trips; 0.5 s at the worst wire that carries a pose at all. A board that does not answer
+/// About 50 ms and twelve round trips; 0.5 s at the worst wire that carries a pose at all. A board that does not answer
 /// starts it over, with zero currents again.
 #pragma once
 #include <array>
@@ -24,7 +26,7 @@ class BusRestart {
   /// Set-up. `zero_drive`: bytes that turn all motors off, in a cycle of their own.
   void prepare(const std::vector<FoundBoard>& boards, const std::vector<std::uint8_t>& zero_drive, std::int64_t byte_ns);
 
-  void begin() noexcept { phase_ = Phase::kZero, trouble_ = Trouble::kNone; }  ///< (in realtime)
+  void begin() noexcept { phase_ = Phase::kZero, sent_ = 0, trouble_ = Trouble::kNone; }  ///< (in realtime)
   /// (in realtime) Listens until `deadline_ns` at most.
   Step step(ByteLink& link, std::int64_t deadline_ns) noexcept;
 
@@ -41,6 +43,7 @@ class BusRestart {
   enum class Phase : unsigned char { kZero, kQuiet, kAsk, kListen };
   static constexpr int kRounds = 7;  ///< questions per board; the first, behind zeros, is not timed
 
+  Step zero(ByteLink& link, std::int64_t deadline_ns) noexcept;
   Step quiet(ByteLink& link, std::int64_t deadline_ns) noexcept;
   Step listen(ByteLink& link, std::int64_t deadline_ns) noexcept;
   bool hear(ByteLink& link, std::int64_t deadline_ns) noexcept;
@@ -48,12 +51,12 @@ class BusRestart {
   void measure() noexcept;
 
   std::vector<FoundBoard> boards_;
-  std::vector<std::uint8_t> zero_;
+  std::vector<std::vector<std::uint8_t>> zero_;  ///< messages, each in one write
   std::vector<std::vector<std::uint8_t>> first_question_, question_;
   ReplyStream stream_;
   Phase phase_ = Phase::kZero;
   Trouble trouble_ = Trouble::kNone;
-  int trouble_id_ = -1, asked_ = 0, tries_ = 0;
+  int trouble_id_ = -1, sent_ = 0, asked_ = 0, tries_ = 0;
   bool answered_ = false, right_ = false;
   std::int64_t byte_ns_ = 5000, since_ns_ = 0, heard_ns_ = 0, delay_ns_ = 0, jitter_ns_ = 0;
   std::array<std::int64_t, kRounds * kMaxBoards> trip_ns_{};

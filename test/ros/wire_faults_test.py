@@ -51,7 +51,11 @@ class WireFaults(unittest.TestCase):
 
     def enable(self):
         """Until it is enabled: a busy machine may keep the boards' process from its core for longer than 20 ms."""
-        def enabled():
+        for service in ("recover", "enable_force", "calibrate"):
+            rospy.wait_for_service(f"/spidar/driver/{service}", 30)
+
+        def enabled():  # a board that was without power has lost its lengths; the hand rests at home
+            rospy.ServiceProxy("/spidar/driver/calibrate", Trigger)()
             rospy.ServiceProxy("/spidar/driver/recover", Trigger)()
             rospy.ServiceProxy("/spidar/driver/enable_force", SetBool)(True)
             time.sleep(0.5)

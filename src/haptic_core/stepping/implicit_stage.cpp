@@ -46,6 +46,8 @@ double estimatedSquares(const ContactVolume& volume) {
 
 ImplicitStage::ImplicitStage(const Model& model)
     : model_(model), settings_(model.settings), joints_(model), problem_(model), seams_(model) {
+  couplings.resize(model.pointers.size());
+  problem_.couplings.resize(model.pointers.size());
   q_base.resize(model.nq);
   q_.resize(model.nq);
   for (auto* vector : {&v_base, &v, &before_, &residual_, &v_dot_, &calm_}) vector->resize(model.nv);
@@ -76,7 +78,6 @@ void ImplicitStage::begin(State& state, const std::vector<int>& held_by) noexcep
   std::fill(moved_.begin(), moved_.end(), 0);
   evaluations = problem_.iterations = problem_.factorisations = 0;
   error = wrench_error = 0;
-  problem_.couplings.resize(couplings.size());
   island_ = Island{};  // its arrays may have been filled anew
   problem_.forget();
 }

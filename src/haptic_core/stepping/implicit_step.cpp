@@ -42,7 +42,6 @@ double product(const FrictionMemory& metric, const FrictionMemory& a, const Fric
 }  // namespace
 
 ImplicitStep::ImplicitStep(const Model& model) : model_(model), settings_(model.settings), stage_(model) {
-  stage_.couplings.resize(model.pointers.size());
   coupling_work_.resize(model.pointers.size());
   first_power_.resize(model.pointers.size());
   event_.resize(model.pair_capacity);
