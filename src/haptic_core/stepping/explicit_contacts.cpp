@@ -8,8 +8,10 @@
 namespace haptic::stepping {
 namespace {
 
-bool isImplicit(const Model& model, const State& state, int shape) noexcept {
-  return state.mode[model.treeOf(shape)] == TreeMode::kImplicit;
+/// What a hand holds is stepped by nobody, whatever the mode of its tree.
+bool isImplicit(const Model& model, const State& state, const HandWork& hands, int shape) noexcept {
+  const int tree = model.treeOf(shape);
+  return state.mode[tree] == TreeMode::kImplicit && hands.movesByItself(model.trees[tree]);
 }
 
 /// An impulse on B, and its opposite on A, at a point of W; taken into account at the end of the step.
@@ -107,7 +109,10 @@ void evaluateContacts(const Model& model, const Advance& advance, State& state, 
   if (chooses) countCouplings(model, state, work);
   for (int i = 0; i < state.pair_count; ++i) {
     const ActivePair& pair = state.pairs[i];
-    if (chooses && (isImplicit(model, state, pair.shapeA()) || isImplicit(model, state, pair.shapeB()))) continue;
+    if (work.implicit && (isImplicit(model, state, work.hands, pair.shapeA()) ||
+                          isImplicit(model, state, work.hands, pair.shapeB()))) {
+      continue;
+    }
     evaluatePair(model, i, advance, state, work, report);
   }
   report.step.pairs = state.pair_count;

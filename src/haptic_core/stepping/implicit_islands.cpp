@@ -142,6 +142,11 @@ void implicitStep(const Model& model, const StepPart& part, State& state, Work& 
   for (LinkWork& link : work.placement.link) link.F_ext = Wrench{};  // the last part's contacts
   report.contacts.clear();
   report.step.energy.elastic = report.step.energy.tangential = 0;
+  // What a hand holds against what never moves belongs to no island.
+  if (!state.pointers.empty()) evaluateContacts(model, {part.h, 0}, state, work, report);
+  if (model.settings.energy_ledger && !state.pointers.empty()) {
+    bookEuler(work.ledgerView(model), part.h, work.motion.v_mean, work.contacts.booked, state);
+  }
   stepImplicitIslands(model, part, state, work, report);
   work.clock.end(report.step.stages.force);
   collectHeld(model, part, state, work.hands, work.placement);

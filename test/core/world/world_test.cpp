@@ -53,5 +53,29 @@ TEST(World, PointerFeelsTheFloorAndTheFloorItsWeight) {
   EXPECT_NEAR(world.pointerWrench(0).force.z(), c.stiffness * c.area() * depth, 1e-9);
 }
 
+/// A cube in a hand, pressed into a fixed floor: nothing is there to be solved, and the hand feels k A d all the same.
+TEST(World, AHeldBodyFeelsAFixedOneWithEveryIntegrator) {
+  for (const Integrator integrator : {Integrator::kSymplecticEuler, Integrator::kVelocityVerlet,
+                                      Integrator::kImplicitEuler, Integrator::kSdirk2, Integrator::kAutomatic}) {
+    scenes::CubeParameters c;
+    WorldSettings settings;
+    settings.integrator = integrator;
+    WorldDef def = scenes::cubeOnFloor(c, settings);
+    PointerDef hand;
+    hand.articulation = 1;
+    hand.link = 0;
+    def.pointers.push_back(hand);
+    World world(def);
+    const double depth = 1e-4;
+    for (int i = 0; i < 5; ++i) {
+      world.setPointerTarget(0, Pose(Vector3(0, 0, c.size / 2 - depth)), Twist{});
+      world.step();
+    }
+    const double force = c.stiffness * c.area() * depth;
+    EXPECT_NEAR(world.pointerWrench(0).force.z(), force, 1e-9 * force) << static_cast<int>(integrator);
+    EXPECT_EQ(world.contactCount(), 1);
+  }
+}
+
 }  // namespace
 }  // namespace haptic
