@@ -275,12 +275,12 @@ TEST(ImplicitJoints, EveryForceLiesOnItsGraph) {
       inverseDynamics(tree, Vector3(0, 0, -9.8), v_dot.data(), work.data(), tau.data());
       for (int i = 0; i < tree.linkCount(); ++i) {
         const LinkModel& link = tree.link(i);
-        const double v1 = after.v[link.v];
         if (link.dof != 1) {
           for (int k = 0; k < link.dof; ++k)
             EXPECT_NEAR(tau[link.v + k], 0, 1e-6 * (1 + std::abs(v_dot[link.v + k])));
           continue;
         }
+        const double v1 = after.v[link.v];
         ForceGraph graph;
         buildForceGraph(def.links[i].joint, initialCommand(def.links[i].joint), before.q[link.q], h, graph);
         const auto value = [&](double rate) {
