@@ -30,7 +30,7 @@ struct ContactReport {
   double volume = 0, area = 0, depth = 0; ///< [m³], [m²], [m]
   bool sticking = false;
   unsigned flags = 0;                     ///< of the ContactVolume
-  int shape_a = -1, shape_b = -1;         ///< the plan's shape indices
+  int shape_a = -1, shape_b = -1;         ///< the model's shape indices
   double event = 1;                       ///< share of the step after which it touched, slid or stuck; 1: none of them
 };
 
