@@ -97,7 +97,7 @@ void Model::addTree(const WorldDef& world, const std::vector<int>& articulations
     first_link_[i] = tree.link + local;
     if (!def.links.empty()) {  // each in its own frame A, which a joined tree does not have
       const LinkModel& first = tree.model->link(local);
-      Articulation(haptic::treeOf(def)).initialState(&q_start[tree.q + first.q], &v_start[tree.v + first.v]);
+      Articulation(haptic::treeOf(def)).initialState(q_start.data() + tree.q + first.q, v_start.data() + tree.v + first.v);
     }
     for (const LinkDef& link : def.links) addLink(link, local++, world);
   }
