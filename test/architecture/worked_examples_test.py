@@ -56,6 +56,10 @@ def examples():
     return found
 
 
+def filesTouched(files):
+    return sum(not path.startswith('test/') for path, _ in files)
+
+
 class WorkedExamples(unittest.TestCase):
     def test_each_applies_compiles_and_touches_few_files(self):
         found = examples()
@@ -71,7 +75,7 @@ class WorkedExamples(unittest.TestCase):
                         text = text.replace('\n'.join(old) + '\n', '\n'.join(new) + '\n')
                     with open(os.path.join(copy, path), 'w', encoding='utf-8') as file:
                         file.write(text)
-                count = sum(not path.startswith('test/') for path, _ in found[heading])
+                count = filesTouched(found[heading])
                 print(f'figure {figure} {count} 1')
                 self.assertLessEqual(count, most)
                 result = subprocess.run(

@@ -41,6 +41,11 @@ bool prescribed(const LinkWork& w) {
   return w.D_inverse(0, 0) == 0;
 }
 
+/// D⁻¹ u: what the free forces u of a joint's own axes accelerate them by.
+Vector3 ratesOf(const LinkModel& link, const LinkWork& w, const Vector3& u) noexcept {
+  return link.dof == 1 ? Vector3(w.D_inverse(0, 0) * u[0], 0, 0) : Vector3(w.D_inverse * u);
+}
+
 /// U, D⁻¹, u of one joint whose degrees turn about (`kTurns`) or slide along axes through O.
 template <bool kTurns>
 void factorSingle(double tau, double diag, LinkWork& w) {
@@ -285,8 +290,7 @@ void accelerationResponse(const Articulation& articulation, const double* tau, c
       for (int k = 0; k < link.dof; ++k) {
         s[k] = tau[link.v + k] - w.S.col(k).dot(k < link.slides ? force : torque);
       }
-      const Vector3 rate =
-          link.dof == 1 ? Vector3(w.D_inverse(0, 0) * s[0], 0, 0) : Vector3(w.D_inverse * Map(s));
+      const Vector3 rate = ratesOf(link, w, Map(s));
       for (int k = 0; k < link.dof; ++k) {
         torque += rate[k] * w.U_torque.col(k);
         force += rate[k] * w.U_force.col(k);
@@ -319,8 +323,7 @@ void accelerationResponse(const Articulation& articulation, const double* tau, c
       }
       Vector3 u = Vector3::Zero();
       for (int k = 0; k < link.dof; ++k) u[k] = s[k] - w.U_torque.col(k).dot(alpha) - w.U_force.col(k).dot(a);
-      const Vector3 rates =
-          link.dof == 1 ? Vector3(w.D_inverse(0, 0) * u[0], 0, 0) : Vector3(w.D_inverse * u);
+      const Vector3 rates = ratesOf(link, w, u);
       for (int k = 0; k < link.dof; ++k) {
         rate[k] = rates[k];
         (k < link.slides ? a : alpha) += rates[k] * w.S.col(k);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace haptic {
 namespace {
@@ -15,31 +16,70 @@ constexpr double kForceSlack = 1e-12;
 // rounding to tell resting on it from leaving it. A step of 10 ms passes a limit by 1e-15 with it.
 constexpr double kVelocitySlack = 1e-13;
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 double clamp(double x, double limit) {
   return std::min(std::max(x, -limit), limit);
 }
 
-/// The drive before it saturates: offset − slope v₁.
-void driveLine(const JointDef& joint, const JointCommand& command, double q, double h, double& offset,
-               double& slope) {
+/// The drive before it saturates, offset − slope v₁, and where it does: at +max_effort below, at −max_effort above.
+struct DriveRange {
+  double offset = 0, slope = 0;
+  double saturated_below = -kInfinity, saturated_above = kInfinity;
+};
+
+DriveRange driveRange(const JointDef& joint, const JointCommand& command, double q, double h) {
+  DriveRange drive;
   const double v_ref = clamp(command.velocity, joint.max_velocity);
   switch (command.drive) {
     case JointDef::Drive::kNone:
-      offset = slope = 0;
       break;
     case JointDef::Drive::kEffort:
-      offset = command.effort;
-      slope = 0;
+      drive.offset = command.effort;
       break;
     case JointDef::Drive::kVelocity:
-      offset = joint.drive_damping * v_ref + command.effort;
-      slope = joint.drive_damping;
+      drive.offset = joint.drive_damping * v_ref + command.effort;
+      drive.slope = joint.drive_damping;
       break;
     case JointDef::Drive::kPosition:
-      offset = joint.drive_stiffness * (command.position - q) + joint.drive_damping * v_ref + command.effort;
-      slope = joint.drive_damping + h * joint.drive_stiffness;
+      drive.offset = joint.drive_stiffness * (command.position - q) + joint.drive_damping * v_ref + command.effort;
+      drive.slope = joint.drive_damping + h * joint.drive_stiffness;
       break;
   }
+  if (drive.slope > 0 && joint.max_effort < kInfinity) {
+    drive.saturated_below = (drive.offset - joint.max_effort) / drive.slope;
+    drive.saturated_above = (drive.offset + joint.max_effort) / drive.slope;
+  }
+  return drive;
+}
+
+/// A stop, or friction at rest: any force from `low` to `high` at velocity `at`.
+ForcePiece verticalPiece(double at, double low, double high) {
+  ForcePiece piece;
+  piece.vertical = true;
+  piece.from = piece.to = at;
+  piece.low = low;
+  piece.high = high;
+  return piece;
+}
+
+/// Damping, friction and drive between two kinks of the graph.
+ForcePiece pieceBetween(const JointDef& joint, const DriveRange& drive, double from, double to) {
+  const double middle = from == -kInfinity ? (to == kInfinity ? 0 : to - 1) : (to == kInfinity ? from + 1 : 0.5 * (from + to));
+  ForcePiece piece;
+  piece.from = from;
+  piece.to = to;
+  piece.slope = joint.damping;
+  piece.offset = joint.friction > 0 ? (middle > 0 ? -joint.friction : joint.friction) : 0;
+  if (middle < drive.saturated_below) {
+    piece.offset += joint.max_effort;
+  } else if (middle > drive.saturated_above) {
+    piece.offset -= joint.max_effort;
+  } else {
+    piece.offset += drive.slope > 0 ? drive.offset : clamp(drive.offset, joint.max_effort);
+    piece.slope += drive.slope;
+  }
+  return piece;
 }
 
 }  // namespace
@@ -74,60 +114,24 @@ void buildForceGraph(const JointDef& joint, const JointCommand& command, double 
   };
   double lowest = bound(joint.lower, q < joint.lower), highest = bound(joint.upper, q > joint.upper);
   if (lowest > highest) lowest = highest = 0.5 * (lowest + highest);
-
-  double offset = 0, slope = 0;
-  driveLine(joint, command, q, h, offset, slope);
-  const double kInfinity = std::numeric_limits<double>::infinity();
-  double saturated_below = -kInfinity, saturated_above = kInfinity;  // drive at +max below, at −max above
-  if (slope > 0 && joint.max_effort < kInfinity) {
-    saturated_below = (offset - joint.max_effort) / slope;
-    saturated_above = (offset + joint.max_effort) / slope;
-  }
-  double kinks[5] = {lowest, saturated_below, saturated_above, joint.friction > 0 ? 0 : lowest, highest};
+  const DriveRange drive = driveRange(joint, command, q, h);
+  double kinks[5] = {lowest, drive.saturated_below, drive.saturated_above, joint.friction > 0 ? 0 : lowest, highest};
   std::sort(kinks, kinks + 5);
 
   graph.count = 0;
-  if (lowest > -kInfinity) {
-    ForcePiece stop;
-    stop.vertical = true;
-    stop.from = stop.to = lowest;
-    stop.low = -kInfinity;
-    stop.high = kInfinity;
-    graph.pieces[graph.count++] = stop;
-  }
+  if (lowest > -kInfinity) graph.pieces[graph.count++] = verticalPiece(lowest, -kInfinity, kInfinity);
   if (lowest == highest) return;
   double previous = lowest;
   for (double kink : kinks) {
     kink = std::min(kink, highest);
     if (!(kink > previous)) continue;
-    const double middle = previous == -kInfinity
-                              ? (kink == kInfinity ? 0 : kink - 1)
-                              : (kink == kInfinity ? previous + 1 : 0.5 * (previous + kink));
-    ForcePiece piece;
-    piece.from = previous;
-    piece.to = kink;
-    piece.slope = joint.damping;
-    piece.offset = joint.friction > 0 ? (middle > 0 ? -joint.friction : joint.friction) : 0;
-    if (middle < saturated_below) {
-      piece.offset += joint.max_effort;
-    } else if (middle > saturated_above) {
-      piece.offset -= joint.max_effort;
-    } else {
-      piece.offset += slope > 0 ? offset : clamp(offset, joint.max_effort);
-      piece.slope += slope;
-    }
+    const ForcePiece piece = pieceBetween(joint, drive, previous, kink);
     if (graph.count > 0) {
       ForcePiece& before = graph.pieces[graph.count - 1];
-      const double start = piece.offset - piece.slope * previous;
       if (before.vertical) {
-        before.low = start;
+        before.low = piece.offset - piece.slope * previous;
       } else if (previous == 0 && joint.friction > 0) {
-        ForcePiece stick;
-        stick.vertical = true;
-        stick.from = stick.to = 0;
-        stick.high = before.offset;
-        stick.low = piece.offset;
-        graph.pieces[graph.count++] = stick;
+        graph.pieces[graph.count++] = verticalPiece(0, piece.offset, before.offset);
       }
     }
     graph.pieces[graph.count++] = piece;
@@ -135,20 +139,15 @@ void buildForceGraph(const JointDef& joint, const JointCommand& command, double 
   }
   if (highest < kInfinity) {
     const ForcePiece& before = graph.pieces[graph.count - 1];
-    ForcePiece stop;
-    stop.vertical = true;
-    stop.from = stop.to = highest;
-    stop.high = before.offset - before.slope * highest;
-    stop.low = -kInfinity;
-    graph.pieces[graph.count++] = stop;
+    const double end = before.offset - before.slope * highest;
+    graph.pieces[graph.count++] = verticalPiece(highest, -kInfinity, end);
   }
 }
 
 double driveForce(const JointDef& joint, const JointCommand& command, double q, double h,
                   double v1) noexcept {
-  double offset = 0, slope = 0;
-  driveLine(joint, command, q, h, offset, slope);
-  return clamp(offset - slope * v1, joint.max_effort);
+  const DriveRange drive = driveRange(joint, command, q, h);
+  return clamp(drive.offset - drive.slope * v1, joint.max_effort);
 }
 
 bool isFinite(const JointCommand& command) noexcept {
@@ -158,8 +157,8 @@ bool isFinite(const JointCommand& command) noexcept {
 JointDef ownLaw(const JointDef& joint) {
   JointDef law = joint;
   if (joint.mimic_joint < 0) return law;
-  law.lower = -std::numeric_limits<double>::infinity();
-  law.upper = std::numeric_limits<double>::infinity();
+  law.lower = -kInfinity;
+  law.upper = kInfinity;
   law.friction = law.drive_stiffness = law.drive_damping = 0;
   law.drive = JointDef::Drive::kNone;
   return law;
@@ -170,7 +169,6 @@ bool isDriven(const JointDef& joint) {
 }
 
 bool hasLaw(const JointDef& joint) {
-  const double kInfinity = std::numeric_limits<double>::infinity();
   return joint.damping > 0 || joint.friction > 0 || joint.lower > -kInfinity || joint.upper < kInfinity ||
          isDriven(joint);
 }
