@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/geometry/lanes.h"
+#include "haptic_core/base/lanes.h"
 
 namespace haptic {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "haptic_core/geometry/convex_polyhedron.h"
-#include "haptic_core/geometry/lanes.h"
+#include "haptic_core/base/lanes.h"
 #include "haptic_core/geometry/loaded_vector.h"
 
 namespace haptic {

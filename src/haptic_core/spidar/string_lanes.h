@@ -5,40 +5,28 @@
 #pragma once
 #include <cstdint>
 
-namespace haptic {
+#include "haptic_core/base/lanes.h"
 
-#ifdef __AVX__
-inline constexpr int kPacketWidth = 4;
-using StringPacket = double __attribute__((vector_size(32)));
-inline double sumOf(const StringPacket& p) {
-  return (p[0] + p[2]) + (p[1] + p[3]);
-}
-#else
-inline constexpr int kPacketWidth = 2;
-using StringPacket = double __attribute__((vector_size(16)));
-inline double sumOf(const StringPacket& p) {
-  return p[0] + p[1];
-}
-#endif
+namespace haptic {
 
 /// Capacity 4, 8 or 16; what is beyond the device's strings is padding that no sum feels.
 template <int kLanes>
 struct StringLane {
-  static constexpr int kPackets = kLanes / kPacketWidth;
-  StringPacket packet[kPackets];
+  static constexpr int kPackets = kLanes / 4;
+  Lanes packet[kPackets];
 
-  double operator[](int i) const { return packet[i / kPacketWidth][i % kPacketWidth]; }
-  void set(int i, double value) { packet[i / kPacketWidth][i % kPacketWidth] = value; }
+  double operator[](int i) const { return packet[i / 4][i % 4]; }
+  void set(int i, double value) { packet[i / 4][i % 4] = value; }
 
   static StringLane constant(double value) {
     StringLane lane;
-    for (StringPacket& p : lane.packet) p = StringPacket{} + value;
+    for (Lanes& p : lane.packet) p = lanes(value);
     return lane;
   }
   double dot(const StringLane& b) const {
-    StringPacket total = packet[0] * b.packet[0];
+    Lanes total = packet[0] * b.packet[0];
     for (int k = 1; k < kPackets; ++k) total += packet[k] * b.packet[k];
-    return sumOf(total);
+    return sum(total);
   }
   double squaredNorm() const { return dot(*this); }
 };
@@ -65,34 +53,25 @@ inline StringLane<kLanes> operator*(const StringLane<kLanes>& a, const StringLan
 }
 template <int kLanes>
 inline StringLane<kLanes> operator*(double a, const StringLane<kLanes>& b) {
-  return eachPacket<kLanes>([&](int k) { return a * b.packet[k]; });
+  return eachPacket<kLanes>([&](int k) { return lanes(a) * b.packet[k]; });
 }
 template <int kLanes>
 inline StringLane<kLanes> clamp(const StringLane<kLanes>& a, const StringLane<kLanes>& low,
                                 const StringLane<kLanes>& high) {
-  return eachPacket<kLanes>([&](int k) {
-    const StringPacket raised = a.packet[k] < low.packet[k] ? low.packet[k] : a.packet[k];
-    return raised > high.packet[k] ? high.packet[k] : raised;
-  });
+  return eachPacket<kLanes>([&](int k) { return minimum(high.packet[k], maximum(low.packet[k], a.packet[k])); });
 }
 /// A bit per string with a ≤ b.
 template <int kLanes>
 inline std::uint32_t bitsNotAbove(const StringLane<kLanes>& a, const StringLane<kLanes>& b) {
-  using Mask = decltype(a.packet[0] <= b.packet[0]);
-  Mask bit, sum{};
-  for (int j = 0; j < kPacketWidth; ++j) bit[j] = 1ll << j;
-  for (int k = 0; k < StringLane<kLanes>::kPackets; ++k)
-    sum |= (a.packet[k] <= b.packet[k]) & (bit << (k * kPacketWidth));
-  long long bits = 0;
-  for (int j = 0; j < kPacketWidth; ++j) bits |= sum[j];
-  return static_cast<std::uint32_t>(bits);
+  unsigned set = 0;
+  for (int k = 0; k < StringLane<kLanes>::kPackets; ++k) set |= bits(a.packet[k] <= b.packet[k]) << (4 * k);
+  return set;
 }
 /// Where a equals b: `then`, else `otherwise`.
 template <int kLanes>
 inline StringLane<kLanes> whereEqual(const StringLane<kLanes>& a, const StringLane<kLanes>& b,
                                      const StringLane<kLanes>& then, const StringLane<kLanes>& otherwise) {
-  return eachPacket<kLanes>(
-      [&](int k) { return a.packet[k] == b.packet[k] ? then.packet[k] : otherwise.packet[k]; });
+  return eachPacket<kLanes>([&](int k) { return select(a.packet[k] == b.packet[k], then.packet[k], otherwise.packet[k]); });
 }
 
 /// One lane per column of a structure matrix.
@@ -104,8 +83,8 @@ struct StringColumns {
   template <class Weights>
   StringLane<kLanes> combine(const Weights& weight) const {
     return eachPacket<kLanes>([&](int k) {
-      StringPacket sum = column[0].packet[k] * weight[0];
-      for (int c = 1; c < kColumns; ++c) sum += column[c].packet[k] * weight[c];
+      Lanes sum = column[0].packet[k] * lanes(weight[0]);
+      for (int c = 1; c < kColumns; ++c) sum += column[c].packet[k] * lanes(weight[c]);
       return sum;
     });
   }

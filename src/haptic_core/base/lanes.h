@@ -77,6 +77,8 @@ inline Lanes operator*(const Lanes& a, const Lanes& b) { return {a.lower * b.low
 inline Lanes operator/(const Lanes& a, const Lanes& b) { return {a.lower / b.lower, a.upper / b.upper}; }
 inline LaneMask operator<(const Lanes& a, const Lanes& b) { return {a.lower < b.lower, a.upper < b.upper}; }
 inline LaneMask operator>(const Lanes& a, const Lanes& b) { return {a.lower > b.lower, a.upper > b.upper}; }
+inline LaneMask operator<=(const Lanes& a, const Lanes& b) { return {a.lower <= b.lower, a.upper <= b.upper}; }
+inline LaneMask operator==(const Lanes& a, const Lanes& b) { return {a.lower == b.lower, a.upper == b.upper}; }
 inline Lanes absolute(const Lanes& x) {
   const MaskPair mask{INT64_MAX, INT64_MAX};
   return {(LanePair)((MaskPair)x.lower & mask), (LanePair)((MaskPair)x.upper & mask)};
