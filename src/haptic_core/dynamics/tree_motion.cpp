@@ -22,26 +22,21 @@ constexpr double kGap = 1e-10;
 TreeMotion::TreeMotion(const Articulation& articulation, std::vector<RingDef> rings)
     : articulation_(articulation), rings_(articulation, std::move(rings)) {
   const int n = articulation.linkCount(), nv = articulation.nv(), rows = rings_.rows();
+  laws_.add(articulation);
   for (int i = 0; i < n; ++i) {
     const LinkModel& link = articulation.link(i);
-    joints_.push_back(ownLaw(articulation.def().links[i].joint));
-    const JointDef& joint = joints_.back();
-    if (link.dof == 1 && hasLaw(joint)) laws_.push_back({i, link.v, link.q});
     if (link.dof < 2 || link.floating) continue;
-    if (joint.damping > 0)
-      for (int k = 0; k < link.dof; ++k) damped_.emplace_back(link.v + k, joint.damping);
-    JointDef rest = joint;
+    JointDef rest = ownLaw(articulation.def().links[i].joint);
     rest.damping = 0;
     if (hasLaw(rest))
-      unsupported_.push_back(articulation.def().name + "/" + joint.name +
+      unsupported_.push_back(articulation.def().name + "/" + rest.name +
                              ": friction, limits and drives of joints of several degrees are not simulated");
   }
-  graphs_.resize(laws_.size());
-  piece_.resize(laws_.size());
   tau_.resize(nv);
   law_tau_.resize(nv);
   diag_.resize(nv);
   v_dot_.resize(nv);
+  v_end_.resize(nv);
   v_target_.resize(nv);
   G_.resize(rows * nv);
   Y_.resize(rows * nv);
@@ -55,13 +50,13 @@ TreeMotion::TreeMotion(const Articulation& articulation, std::vector<RingDef> ri
 /// τ, diag and prescribed v̇ of the pieces the joints are on.
 void TreeMotion::holdPieces(const double* v, double h, double* v_dot) noexcept {
   for (std::size_t k = 0; k < tau_.size(); ++k) law_tau_[k] = diag_[k] = 0;
-  for (const auto& [dof, damping] : damped_) {
-    law_tau_[dof] = -damping * v[dof];
-    diag_[dof] = h * damping;
+  for (const JointLaws::Damped& d : laws_.damped()) {
+    law_tau_[d.v] = -d.damping * v[d.v];
+    diag_[d.v] = h * d.damping;
   }
-  for (std::size_t k = 0; k < laws_.size(); ++k) {
-    const ForcePiece& piece = graphs_[k].pieces[piece_[k]];
-    const int dof = laws_[k].v;
+  for (const JointLaws::Law& law : laws_.laws()) {
+    const ForcePiece& piece = law.now();
+    const int dof = law.v;
     if (piece.vertical) {
       diag_[dof] = std::numeric_limits<double>::infinity();
       v_dot[dof] = (piece.from - v[dof]) / h;
@@ -110,28 +105,13 @@ void TreeMotion::solveOnce(const Vector3& gravity, double h, const double* v, Li
 }
 
 /// Force of the joint's own law: read off the graph, or what it takes to move as prescribed.
-double TreeMotion::forceOf(const Law& law, const ForcePiece& piece, const Vector3& gravity,
-                           const LinkWork* work, double v1) const noexcept {
-  if (!piece.vertical) return piece.offset - piece.slope * v1;
+double TreeMotion::forceOf(const JointLaws::Law& law, const Vector3& gravity, const LinkWork* work,
+                           double v1) const noexcept {
+  if (!law.now().vertical) return law.now().offset - law.now().slope * v1;
   const Wrench F = jointWrench(articulation_, work, law.link, gravity);
   const Vector3 axis = work[law.link].S.col(0);
   const double others = tau_[law.v] - law_tau_[law.v];  // rings and what the caller gave
   return axis.dot(articulation_.link(law.link).slides ? F.force : F.torque) - others;
-}
-
-/// Moves joints that left their piece to the next one: all of them, or the last. False: all are where they
-/// belong.
-bool TreeMotion::movePieces(const double* v, double h, const Vector3& gravity, const LinkWork* work,
-                            bool all) noexcept {
-  bool moved = false;
-  for (int k = static_cast<int>(laws_.size()) - 1; k >= 0 && (all || !moved); --k) {
-    const Law& law = laws_[k];
-    const ForcePiece& piece = graphs_[k].pieces[piece_[k]];
-    const double v1 = v[law.v] + h * v_dot_[law.v];
-    const double force = piece.vertical ? forceOf(law, piece, gravity, work, v1) : 0;
-    moved |= graphs_[k].follow(v1, force, piece_[k]);
-  }
-  return moved;
 }
 
 const JointReport& TreeMotion::accelerate(const Vector3& gravity, double h, const JointCommand* commands,
@@ -144,47 +124,27 @@ const JointReport& TreeMotion::accelerate(const Vector3& gravity, double h, cons
     report_.passes = 1;
     return report_;
   }
-  for (std::size_t k = 0; k < laws_.size(); ++k) {
-    const Law& law = laws_[k];
-    buildForceGraph(joints_[law.link], commands[law.link], q[law.q], h, graphs_[k]);
-    piece_[k] = graphs_[k].at(v[law.v]);
-  }
+  laws_.start(commands, q, h);
+  laws_.standAt(v);
   if (!rings_.empty()) {
     rings_.residual(work, q, lambda_.data());
     for (double& l : lambda_) l /= -h;
   }
-  const int most = kBlockPasses + kSinglePasses * static_cast<int>(laws_.size());
-  for (int pass = 0;; ++pass) {
+  const auto outcome = [&](std::size_t k) -> JointLaws::Outcome {
+    const JointLaws::Law& law = laws_.laws()[k];
+    const double v1 = v[law.v] + h * v_dot_[law.v];
+    return {v[law.v], v1, forceOf(law, gravity, work, v1)};
+  };
+  const auto solve = [&](int) {
     solveOnce(gravity, h, v, work, v_dot_.data());
-    if (!movePieces(v, h, gravity, work, pass < kBlockPasses)) break;
-    if (pass == most) {
-      report_.converged = false;
-      break;
-    }
-  }
-  account(commands, q, v, h, gravity, work, v_dot_.data());
-  for (int k = 0; k < articulation_.nv(); ++k) v_dot[k] = v_dot_[k];
+    return true;
+  };
+  report_.converged = laws_.search(solve, outcome) == JointLaws::Found::kAll;
+  const int nv = articulation_.nv();
+  for (int k = 0; k < nv; ++k) v_end_[k] = v[k] + h * v_dot_[k];
+  laws_.account(commands, h, outcome, v, v_end_.data(), drive_force_.data(), report_);
+  for (int k = 0; k < nv; ++k) v_dot[k] = v_dot_[k];
   return report_;
-}
-
-void TreeMotion::account(const JointCommand* commands, const double* q, const double* v, double h,
-                         const Vector3& gravity, const LinkWork* work, const double* v_dot) noexcept {
-  for (std::size_t k = 0; k < laws_.size(); ++k) {
-    const Law& law = laws_[k];
-    const JointDef& joint = joints_[law.link];
-    const double v1 = v[law.v] + h * v_dot[law.v];
-    const double way = 0.5 * h * (v[law.v] + v1);  // force × way is exactly the change of kinetic energy
-    const double total = forceOf(law, graphs_[k].pieces[piece_[k]], gravity, work, v1);
-    const double drive = driveForce(joint, commands[law.link], q[law.q], h, v1);
-    drive_force_[law.link] = drive;
-    report_.damping += joint.damping * v1 * way;
-    report_.drives += drive * way;
-    report_.friction -= (total - drive + joint.damping * v1) * way;
-  }
-  for (const auto& [dof, damping] : damped_) {
-    const double v1 = v[dof] + h * v_dot[dof];
-    report_.damping += damping * v1 * 0.5 * h * (v[dof] + v1);
-  }
 }
 
 /// Chord Newton: q on φ = 0 with the factors of the last pass; the gap of the mimics and rings left [m, rad].
@@ -213,11 +173,7 @@ const JointReport& TreeMotion::step(const Vector3& gravity, double h, const Join
                                     double* v, LinkWork* work, const double* tau) noexcept {
   accelerate(gravity, h, commands, q, v, work, v_dot_.data(), tau);
   for (int k = 0; k < articulation_.nv(); ++k) v[k] += h * v_dot_[k];
-  // A prescribed velocity is met exactly, so that a joint that sticks stays where it is to the last bit.
-  for (std::size_t k = 0; k < laws_.size(); ++k) {
-    const ForcePiece& piece = graphs_[k].pieces[piece_[k]];
-    if (piece.vertical) v[laws_[k].v] = piece.from;
-  }
+  laws_.settle(v);
   integratePositions(articulation_, q, v, h);
   if (!rings_.empty()) {
     correct(kNewtonSteps, q, v, work);

@@ -3,31 +3,24 @@
 /// Symplectic Euler: v₁ = v + h v̇ with the forces here and now, q₁ = q ⊕ h v₁, where the joints' own forces
 /// are taken at v₁ (joint_law.h) and rings hold at q₁. The velocity solves
 ///   (M + h·slope) v̇ = τ(offsets) − c + Σ Jᵀ F + Gᵀ λ,   G v₁ = −φ/h,
-/// with each joint on one straight or vertical piece of its graph. Straight: its slope joins M's diagonal in
-/// the articulated-body algorithm. Vertical (stuck, at a limit): its v₁ is prescribed there, and the force it
-/// takes is read off. Joints found outside their piece move to the neighbouring one and the solve is
-/// repeated: block pivoting, which ends at the unique solution in one to three passes as a rule; when it does
-/// not (a cycle), only the last such joint moves (Murty's rule, which cannot cycle: M is positive definite).
-/// Rings: Y = M̃⁻¹Gᵀ from the same factorisation, S = G Y by pivoted_cholesky.h (redundant rows, as in a
-/// planar ring, drop out), then up to five chord Newton steps put q₁ on φ = 0.
+/// with each joint on one piece of its graph, found by the search of joint_laws.h. A straight piece's slope joins M's
+/// diagonal in the articulated-body algorithm. Rings: Y = M̃⁻¹Gᵀ from the same factorisation, S = G Y by pivoted_cholesky.h
+/// (redundant rows, as in a planar ring, drop out), then up to five chord Newton steps put q₁ on φ = 0.
 ///
 /// Cost: passes × one articulated-body evaluation. No heap, no exception (in realtime) after construction.
 #pragma once
 #include <vector>
 
-#include "haptic_core/dynamics/joint_law.h"
+#include "haptic_core/dynamics/joint_laws.h"
 #include "haptic_core/dynamics/pivoted_cholesky.h"
 #include "haptic_core/dynamics/ring.h"
 
 namespace haptic {
 
 /// What the joints did in a step.
-struct JointReport {
+struct JointReport : JointWork {
   int passes = 0;         ///< articulated-body evaluations
   bool converged = true;  ///< false: some joint's force is not on its graph
-  double damping = 0;     ///< dissipated by joint damping [J]
-  double friction = 0;    ///< dissipated by joint friction and limits [J]
-  double drives = 0;      ///< work of drives on the tree [J]
   double closure = 0;     ///< largest gap left in a ring [m]
 };
 
@@ -37,7 +30,7 @@ class TreeMotion {
   explicit TreeMotion(const Articulation& articulation, std::vector<RingDef> rings = {});
 
   /// Nothing but inertia, gravity and wrenches acts: stepRungeKutta and stepFreeBody may move it as well.
-  bool isPlain() const { return laws_.empty() && damped_.empty() && rings_.empty(); }
+  bool isPlain() const { return laws_.empty() && rings_.empty(); }
   /// Joint laws that are not simulated (friction, limits and drives of planar and spherical joints), one line
   /// each.
   const std::vector<std::string>& unsupported() const { return unsupported_; }
@@ -62,32 +55,20 @@ class TreeMotion {
   bool close(double* q, double* v, LinkWork* work) noexcept;
 
  private:
-  struct Law {
-    int link;  ///< whose joint it is
-    int v, q;  ///< its degree
-  };
-  bool movePieces(const double* v, double h, const Vector3& gravity, const LinkWork* work, bool all) noexcept;
   void holdPieces(const double* v, double h, double* v_dot) noexcept;
   void solveOnce(const Vector3& gravity, double h, const double* v, LinkWork* work, double* v_dot) noexcept;
   void factorRings(const LinkWork* work) noexcept;
-  void account(const JointCommand* commands, const double* q, const double* v, double h, const Vector3& gravity,
-               const LinkWork* work, const double* v_dot) noexcept;
   double correct(int steps, double* q, const double* v, LinkWork* work) noexcept;
-  double forceOf(const Law& law, const ForcePiece& piece, const Vector3& gravity, const LinkWork* work,
-                 double v1) const noexcept;
+  double forceOf(const JointLaws::Law& law, const Vector3& gravity, const LinkWork* work, double v1) const noexcept;
 
   const Articulation& articulation_;
   Rings rings_;
-  std::vector<Law> laws_;
-  std::vector<JointDef> joints_;                ///< by link, followers of a mimic stripped to their damping
-  std::vector<std::pair<int, double>> damped_;  ///< degree and damping of joints of more degrees
+  JointLaws laws_;
   std::vector<std::string> unsupported_;
   JointReport report_;
   // Of one step.
-  std::vector<ForceGraph> graphs_;
-  std::vector<int> piece_;
   const double* tau_given_ = nullptr;
-  std::vector<double> tau_, law_tau_, diag_, v_dot_, v_target_, drive_force_;
+  std::vector<double> tau_, law_tau_, diag_, v_dot_, v_end_, v_target_, drive_force_;
   std::vector<double> G_, Y_, phi_, lambda_, response_;
   PivotedCholesky S_;
 };

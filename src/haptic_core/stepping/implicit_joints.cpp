@@ -19,16 +19,12 @@ ImplicitJoints::ImplicitJoints(const Model& model)
   for (int t = 0; t < static_cast<int>(model.trees.size()); ++t) {
     const ModelTree& tree = model.trees[t];
     if (!tree.has_laws) continue;
-    for (int i = 0; i < tree.model->linkCount(); ++i) {
-      const LinkModel& link = tree.model->link(i);
-      const JointDef joint = ownLaw(tree.model->def().links[i].joint);
-      if (link.dof == 1 && hasLaw(joint)) {
-        laws_.push_back(
-            {joint, t, tree.link + i, tree.q + link.q, tree.v + link.v, tree.command + i, link.v});
-      }
-      for (int k = 0; k < link.dof && link.dof > 1 && !link.floating && joint.damping > 0; ++k) {
-        damped_.push_back({t, link.v + k, tree.v + link.v + k, joint.damping});
-      }
+    laws_.add(*tree.model, tree.link, tree.command, tree.q, tree.v);
+    for (std::size_t k = law_place_.size(); k < laws_.laws().size(); ++k) {
+      law_place_.push_back({t, laws_.laws()[k].v - tree.v});
+    }
+    for (std::size_t k = damped_place_.size(); k < laws_.damped().size(); ++k) {
+      damped_place_.push_back({t, laws_.damped()[k].v - tree.v});
     }
     Rings rings(*tree.model, tree.rings);
     if (rings.empty()) continue;
@@ -36,6 +32,7 @@ ImplicitJoints::ImplicitJoints(const Model& model)
     rings_.push_back({t, rings, rows_, nullptr});
     rows_ += rings.rows();
   }
+  law_force_.resize(laws_.laws().size());
   G_.resize(G_size);
   double* G = G_.data();
   for (TreeRings& r : rings_) {
@@ -61,13 +58,11 @@ void ImplicitJoints::setNodes(const std::vector<int>& node_of_tree, int nodes) n
     }
     ++n;
   }
-  for (Law& law : laws_) {
-    law.node = node_of_tree[law.tree];
-    law.row = row_[law.v];
-  }
-  for (Damped& d : damped_) {
-    d.node = node_of_tree[d.tree];
-    d.row = row_[d.v];
+  for (std::vector<Place>* places : {&law_place_, &damped_place_}) {
+    for (Place& place : *places) {
+      place.node = node_of_tree[place.tree];
+      place.row = row_[model_.trees[place.tree].v + place.local];
+    }
   }
   for (TreeRings& r : rings_) r.first = row_[model_.trees[r.tree].v];
 }
@@ -77,23 +72,17 @@ void ImplicitJoints::startStage(const State& state, const double* q_base, double
   converged_ = true;
   commands_ = state.commands.data();
   std::fill(mu_.begin(), mu_.end(), 0.0);
-  for (Law& law : laws_) {
-    law.q_base = q_base[law.q];
-    buildForceGraph(law.joint, commands_[law.command], law.q_base, g, law.graph);
-    const ForcePiece &lowest = law.graph.pieces[0], &highest = law.graph.pieces[law.graph.count - 1];
-    v[law.v] = std::min(std::max(v[law.v], lowest.from), highest.to);
-    law.piece = law.graph.at(v[law.v]);
-    law.force = 0;
-  }
+  std::fill(law_force_.begin(), law_force_.end(), 0.0);
+  laws_.start(commands_, q_base, g);
+  laws_.putWithinLimits(v);
+  laws_.standAt(v);
 }
 
 bool ImplicitJoints::solve(BlockCholesky& matrix, const LinkWork* work, const double* q, const double* v,
                            const double* residual, double open, double* p) noexcept {
   matrix.keep();
   evaluateRings(work, q, open);
-  const int most = kBlockPasses + kSinglePasses * static_cast<int>(laws_.size());
-  converged_ = true;
-  for (int pass = 0;; ++pass) {
+  const auto solve = [&](int pass) {
     if (pass > 0) matrix.recall();
     setUp(matrix, v, residual);
     if (!matrix.factor()) return false;
@@ -104,28 +93,35 @@ bool ImplicitJoints::solve(BlockCholesky& matrix, const LinkWork* work, const do
     matrix.multiplyKept(p_.data(), force_.data());
     for (int i = 0; i < matrix_rows_; ++i) force_[i] += residual[velocity_[i]];
     readForces();
-    if (!movePieces(v, pass < kBlockPasses)) return true;
-    if (pass == most) {
-      converged_ = false;
-      return true;
-    }
-  }
+    return true;
+  };
+  const auto outcome = [&](std::size_t k) -> JointLaws::Outcome {
+    const double v0 = v[laws_.laws()[k].v];
+    return {v0, v0 + p_[law_place_[k].row], law_force_[k]};
+  };
+  const JointLaws::Found found = laws_.search(solve, outcome);
+  converged_ = found != JointLaws::Found::kCycled;
+  return found != JointLaws::Found::kUnsolved;
 }
 
 /// Diagonal and right side of the pieces that the joints are on.
 void ImplicitJoints::setUp(BlockCholesky& matrix, const double* v, const double* residual) noexcept {
   for (int i = 0; i < matrix_rows_; ++i) rhs_[i] = -residual[velocity_[i]];
-  for (const Damped& d : damped_) {
-    matrix.addDiagonal(d.node, d.local, g_ * d.damping);
-    rhs_[d.row] -= g_ * d.damping * v[d.v];
+  for (std::size_t k = 0; k < damped_place_.size(); ++k) {
+    const Place& place = damped_place_[k];
+    const JointLaws::Damped& d = laws_.damped()[k];
+    matrix.addDiagonal(place.node, place.local, g_ * d.damping);
+    rhs_[place.row] -= g_ * d.damping * v[d.v];
   }
-  for (const Law& law : laws_) {
-    const ForcePiece& piece = law.graph.pieces[law.piece];
+  for (std::size_t k = 0; k < law_place_.size(); ++k) {
+    const Place& place = law_place_[k];
+    const ForcePiece& piece = laws_.laws()[k].now();
+    const double rate = v[laws_.laws()[k].v];
     if (piece.vertical) {
-      rhs_[law.row] = matrix.prescribe(law.node, law.local) * (piece.from - v[law.v]);
+      rhs_[place.row] = matrix.prescribe(place.node, place.local) * (piece.from - rate);
     } else {
-      matrix.addDiagonal(law.node, law.local, g_ * piece.slope);
-      rhs_[law.row] += g_ * (piece.offset - piece.slope * v[law.v]);
+      matrix.addDiagonal(place.node, place.local, g_ * piece.slope);
+      rhs_[place.row] += g_ * (piece.offset - piece.slope * rate);
     }
   }
 }
@@ -176,7 +172,7 @@ void ImplicitJoints::closeRings(BlockCholesky& matrix) noexcept {
   }
 }
 
-/// `force_` holds A p + r: what the joints and loops have to give.
+/// `force_` holds A p + r: what the joints and rings have to give.
 void ImplicitJoints::readForces() noexcept {
   for (const TreeRings& r : rings_) {
     const int nv = model_.trees[r.tree].model->nv();
@@ -184,24 +180,16 @@ void ImplicitJoints::readForces() noexcept {
       for (int k = 0; k < nv; ++k) force_[r.first + k] -= r.G[i * nv + k] * mu_[r.row + i];
     }
   }
-  for (Law& law : laws_) law.force = force_[law.row] / g_;
-}
-
-bool ImplicitJoints::movePieces(const double* v, bool all) noexcept {
-  bool moved = false;
-  for (int k = static_cast<int>(laws_.size()) - 1; k >= 0 && (all || !moved); --k) {
-    Law& law = laws_[k];
-    moved |= law.graph.follow(v[law.v] + p_[law.row], law.force, law.piece);
-  }
-  return moved;
+  for (std::size_t k = 0; k < law_place_.size(); ++k) law_force_[k] = force_[law_place_[k].row] / g_;
 }
 
 double ImplicitJoints::slope(const double* v, const double* p) const noexcept {
   double sum = 0;
-  for (const Damped& d : damped_) sum += g_ * d.damping * v[d.v] * p[d.v];
-  for (const Law& law : laws_) {
+  for (const JointLaws::Damped& d : laws_.damped()) sum += g_ * d.damping * v[d.v] * p[d.v];
+  for (std::size_t k = 0; k < law_force_.size(); ++k) {
+    const JointLaws::Law& law = laws_.laws()[k];
     const ForcePiece& piece = law.graph.pieces[law.graph.at(v[law.v])];
-    const double force = piece.vertical ? std::min(std::max(law.force, piece.low), piece.high)
+    const double force = piece.vertical ? std::min(std::max(law_force_[k], piece.low), piece.high)
                                         : piece.offset - piece.slope * v[law.v];
     sum -= g_ * force * p[law.v];
   }
@@ -209,16 +197,9 @@ double ImplicitJoints::slope(const double* v, const double* p) const noexcept {
   return sum;
 }
 
-void ImplicitJoints::settle(double* v) const noexcept {
-  for (const Law& law : laws_) {
-    const ForcePiece& piece = law.graph.pieces[law.piece];
-    if (piece.vertical) v[law.v] = piece.from;
-  }
-}
-
 bool ImplicitJoints::isSmooth(const double* v0) const noexcept {
-  for (const Law& law : laws_) {
-    const ForcePiece& piece = law.graph.pieces[law.piece];
+  for (const JointLaws::Law& law : laws_.laws()) {
+    const ForcePiece& piece = law.now();
     const double start = v0[law.v];
     const bool stood = std::abs(start) * g_ <= kStanding;
     if (piece.vertical && !(stood && std::abs(piece.from) * g_ <= kStanding)) return false;
@@ -229,23 +210,18 @@ bool ImplicitJoints::isSmooth(const double* v0) const noexcept {
 }
 
 void ImplicitJoints::account(const double* v_way, const double* v, double weight) noexcept {
-  for (const Law& law : laws_) {
-    const ForcePiece& piece = law.graph.pieces[law.piece];
-    const double rate = v[law.v], way = 0.5 * weight * (v_way[law.v] + rate);
-    const double force = piece.vertical ? law.force : piece.offset - piece.slope * rate;
-    const double drive = haptic::driveForce(law.joint, commands_[law.command], law.q_base, g_, rate);
-    drive_[law.link] = drive;
-    damping_ += law.joint.damping * rate * way;
-    friction_ -= (force - drive + law.joint.damping * rate) * way;
-    drives_ += drive * way;
-  }
-  for (const Damped& d : damped_) damping_ += 0.5 * weight * d.damping * v[d.v] * (v_way[d.v] + v[d.v]);
+  const auto outcome = [&](std::size_t k) -> JointLaws::Outcome {
+    const JointLaws::Law& law = laws_.laws()[k];
+    const double rate = v[law.v];
+    return {v_way[law.v], rate, law.now().vertical ? law_force_[k] : law.now().offset - law.now().slope * rate};
+  };
+  laws_.account(commands_, weight, outcome, v_way, v, drive_.data(), work_);
 }
 
 void ImplicitJoints::closeAccount(State& state) const noexcept {
-  state.energy.damping += damping_;
-  state.energy.friction += friction_;
-  state.energy.external += drives_;
+  state.energy.damping += work_.damping;
+  state.energy.friction += work_.friction;
+  state.energy.external += work_.drives;
 }
 
 double ImplicitJoints::closure(const LinkWork* work) const noexcept {
