@@ -122,7 +122,7 @@ void DeviceBases::apply(Base& base, const Pose& X_WB) {
       const int hand = static_cast<int>(found - devices.begin());
       HandSettings settings = session.loop().hand(hand).settings();
       settings.workspace.X_WB = X_WB;
-      session.setHandSettings(hand, settings);
+      session.take({ChangeHand{settings}, hand});
     });
     if (ran) base.X_WB = X_WB;
   } catch (const SetupError& error) {

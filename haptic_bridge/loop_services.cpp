@@ -45,7 +45,7 @@ bool LoopServices::onClutch(haptic_msgs::Clutch::Request& request, haptic_msgs::
       return;
     }
     for (std::size_t i = 0; i < devices.size() && i < static_cast<std::size_t>(session.loop().handCount()); ++i) {
-      if (request.device.empty() || request.device == devices[i]) session.loop().hand(static_cast<int>(i)).requestClutch(request.hold);
+      if (request.device.empty() || request.device == devices[i]) session.take({HoldClutch{request.hold != 0}, static_cast<int>(i)});
     }
     response.success = true;
   });
@@ -92,7 +92,7 @@ void LoopServices::apply(LoopSession& session, const haptic_bridge::LoopConfig& 
     coupling.rotational_stiffness = config.coupling_rotational_stiffness;
     coupling.rotational_damping = config.coupling_rotational_damping;
   }
-  if (tuning.numbers() != session.world().tuning().numbers()) session.tuneWorld(tuning);
+  if (tuning.numbers() != session.world().tuning().numbers()) session.take({TuneWorld{tuning}});
   for (int i = 0; i < session.loop().handCount(); ++i) {
     Hand& hand = session.loop().hand(i);
     const DeviceDef& def = hand.device().def();
@@ -107,7 +107,7 @@ void LoopServices::apply(LoopSession& session, const haptic_bridge::LoopConfig& 
     settings.force_scale = config.force_scale * session.definedForceScale(i);
     settings.soft_start_s = config.soft_start;
     settings.passivity.mode = static_cast<PassivityMode>(config.passivity);
-    if (numbersOf(settings) != numbersOf(hand.settings())) session.setHandSettings(i, settings);
+    if (numbersOf(settings) != numbersOf(hand.settings())) session.take({ChangeHand{settings}, i});
   }
 }
 

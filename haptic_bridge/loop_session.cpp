@@ -73,7 +73,8 @@ bool LoopSession::claimDevices(const BridgeParameters& parameters, LoopSession& 
 void LoopSession::connect(std::uint64_t first_tick) {
   World& world = world_->world;
   loop_ = std::make_unique<HapticLoop>(world);
-  start_ = SessionStart{first_tick, world.settings().step, world.save(), world.tuning().numbers(), {}};
+  start_ = SessionStart{first_tick, world.settings().step, world.save(), world.tuning().numbers(), world_->paused(), {}};
+  loop_->take({PauseWorld{world_->paused()}});
   for (Hand& hand : hands_) {
     HandSettings settings = hand.placement.settings;
     settings.soft_start_s = parameters_.soft_start;
@@ -83,18 +84,18 @@ void LoopSession::connect(std::uint64_t first_tick) {
     Spidar& device = hand.lease->device;
     loop_->attach(device, hand.placement.pointer, settings);
     hand.origin = static_cast<int>(start_.hands.size());
-    hand.link = world.pointerLink(hand.placement.pointer);
     auto* twin = dynamic_cast<DeviceTwin*>(&hand.lease->transport);
     if (twin && hand.lease->follows_script) twin->setHandPath(hand.placement.path);
     const std::vector<double> memory = device.save();
     device.restore(memory);  // a replay starts from these numbers: what they leave out must not act here either
     start_.hands.push_back({hand.name, device.def(), hand.placement.pointer, settings, memory, {}});
   }
-  seen_jumps_ = world_->jumps;
   input_.tick = first_tick;
+  world_->sendCommandsTo([this](const LoopCommand& command) { take(command); });
 }
 
 LoopSession::~LoopSession() {
+  world_->sendCommandsTo({});
   for (Hand& hand : hands_) hand.lease->transport.zeroDrive();
 }
 
@@ -113,19 +114,23 @@ bool LoopSession::dropsDevice() const noexcept {
   return false;
 }
 
-void LoopSession::note(LoopEvent::Kind kind, int hand, std::vector<double> numbers) {
+void LoopSession::note(const LoopCommand& command) {
   noted_ = noted_tick_ == input_.tick ? noted_ + 1 : 1;
   noted_tick_ = input_.tick;
-  if (events_) events_->push(std::make_shared<const LoopEvent>(LoopEvent{input_.tick, kind, hand, std::move(numbers)}));
+  if (events_) events_->push({input_.tick, command});
+}
+
+void LoopSession::take(const LoopCommand& command) {
+  loop_->take(command);
+  note(command);
 }
 
 void LoopSession::dropRecalledDevices() {
   for (int i = static_cast<int>(hands_.size()) - 1; i >= 0; --i) {
     if (!hands_[i].lease.recalled()) continue;
     hands_[i].lease->transport.zeroDrive();
-    loop_->detach(i);  // before the device that it refers to
+    take({DropHand{}, i});  // before the device that it refers to
     hands_.erase(hands_.begin() + i);
-    note(LoopEvent::Kind::kHandGone, i, {});
   }
 }
 
@@ -135,53 +140,20 @@ void LoopSession::remember(Memory& memory) {
   memory.events = noted_tick_ == input_.tick ? noted_ : 0;
 }
 
-void LoopSession::tuneWorld(const WorldTuning& tuning) {
-  world_->world.tune(tuning);
-  note(LoopEvent::Kind::kWorldTuning, 0, tuning.numbers());
-}
-
 void LoopSession::tuneDevice(int hand, const Spidar::Tuning& tuning) {
   Spidar& device = hands_.at(hand).lease->device;
   device.tune(tuning);
-  const std::vector<double> memory = device.save();
-  device.restore(memory);
-  note(LoopEvent::Kind::kDeviceState, hand, memory);
+  take({RestoreDevice{device.save()}, hand});
 }
 
-void LoopSession::setHandSettings(int hand, const HandSettings& settings) {
-  loop_->hand(hand).setSettings(settings);
-  note(LoopEvent::Kind::kHandSettings, hand, numbersOf(settings));
-}
-
-/// Work of the ports' owners, on a user's request. What it changed is recorded as a whole.
+/// Work of the ports' owners, on a user's request. A world's says by commands what it changes; of a device what it left is
+/// kept as a whole.
 void LoopSession::serveOwners() noexcept {
-  if (world_->between_ticks.serve()) {
-    note(LoopEvent::Kind::kWorldState, 0, world_->world.save());
-    for (std::size_t i = 0; i < hands_.size(); ++i) {
-      const int pointer = hands_[i].placement.pointer, link = world_->world.pointerLink(pointer);
-      if (link == hands_[i].link) continue;
-      hands_[i].link = link;
-      const bool home = link == world_->world.pointerHome(pointer);
-      loop_->hand(static_cast<int>(i)).requestRebase(home ? Rebase::kGlide : Rebase::kKeep);
-    }
-  }
+  world_->between_ticks.serve();
   for (std::size_t i = 0; i < hands_.size(); ++i) {
     DevicePort& port = *hands_[i].lease;
-    if (!port.between_ticks.serve()) continue;
-    const std::vector<double> memory = port.device.save();
-    port.device.restore(memory);
-    note(LoopEvent::Kind::kDeviceState, static_cast<int>(i), memory);
+    if (port.between_ticks.serve()) take({RestoreDevice{port.device.save()}, static_cast<int>(i)});
   }
-}
-
-void LoopSession::noteJumps(bool paused) noexcept {
-  const unsigned jumps = world_->jumps.load(std::memory_order_relaxed);
-  for (int i = 0; i < loop_->handCount(); ++i) {
-    if (jumps != seen_jumps_) loop_->hand(i).requestRebase(Rebase::kGlide);
-    if (was_paused_ && !paused) loop_->hand(i).requestSoftStart();
-  }
-  seen_jumps_ = jumps;
-  was_paused_ = paused;
 }
 
 void LoopSession::exchange(std::int64_t& io_ns, std::int64_t& twin_ns) noexcept {
@@ -189,21 +161,11 @@ void LoopSession::exchange(std::int64_t& io_ns, std::int64_t& twin_ns) noexcept 
   for (std::size_t i = 0; i < hands_.size(); ++i) {
     DevicePort& port = *hands_[i].lease;
     const std::int64_t before = steadyNow();
-    input_.hand[i].sample = port.transport.exchange(port.device.drive());
+    input_.sample[i] = port.transport.exchange(port.device.drive());
     const std::int64_t spent = steadyNow() - before;
     io_ns += spent;
     if (port.transport.truth()) twin_ns += spent;  // a twin's physics, no wire
   }
-}
-
-void LoopSession::keep(const PeriodicWake::Wake& wake, RecordedTick& record) noexcept {
-  record.tick = input_.tick;
-  record.start_ns = wake.start_ns;
-  record.lost_periods = input_.lost_periods;
-  record.paused = input_.paused;
-  record.hands = input_.hands;
-  for (int i = 0; i < input_.hands; ++i) record.hand[i] = {input_.hand[i].sample, input_.hand[i].hand};
-  if (parameters_.keepsTicks()) hashTick(*loop_, record.hash);
 }
 
 void LoopSession::tick(const PeriodicWake::Wake& wake, std::uint64_t index, double h, TickSample& sample,
@@ -212,32 +174,30 @@ void LoopSession::tick(const PeriodicWake::Wake& wake, std::uint64_t index, doub
   input_.lost_periods = wake.lost_periods;
   input_.hands = static_cast<int>(hands_.size());
   serveOwners();
-  input_.paused = world_->paused.load(std::memory_order_relaxed);
-  noteJumps(input_.paused);
   std::int64_t twin_ns = 0;
   exchange(sample.io_ns, twin_ns);
-  loop_->takeRequests(input_);
   for (int i = 0; i < input_.hands; ++i) {
-    if (input_.hand[i].device.any()) note(LoopEvent::Kind::kDeviceRequests, i, numbersOf(input_.hand[i].device));
+    const DeviceRequests requests = hands_[i].lease->device.takeRequests(input_.sample[i]);
+    if (requests.any()) take({AskDevice{requests}, i});
   }
 
   const std::int64_t before = steadyNow();
   loop_->tick(input_, h);
   sample.tick_ns = steadyNow() - before + twin_ns;
 
-  keep(wake, record);
+  record.input = input_;
+  if (parameters_.keepsTicks()) hashTick(*loop_, record.hash);
   sample.tick = index;
   sample.start_ns = wake.start_ns;
   sample.lateness_ns = wake.lateness_ns;
   sample.lost_periods = wake.lost_periods;
-  sample.paused = input_.paused;
+  sample.paused = loop_->paused();
   sample.simulated_time = world_->world.time();
   sample.step = world_->world.report();
   sample.hands = input_.hands;
   for (int i = 0; i < sample.hands; ++i) {
     observe(hands_[i], sample.hand[i]);
-    hands_[i].link = world_->world.pointerLink(hands_[i].placement.pointer);  // a grab button may have changed it
-    hands_[i].lease->record(index, wake.start_ns, input_.hand[i].sample);
+    hands_[i].lease->record(index, wake.start_ns, input_.sample[i]);
   }
   world_->serveWatchers(wake.start_ns);
   input_.tick = index + 1;  // events from now on are before that one

@@ -31,10 +31,9 @@ class LoopSession {
   bool dropsDevice() const noexcept;                   ///< (in realtime) one of several devices must go back
   void dropRecalledDevices();                          ///< between ticks: goes on with the others
 
-  // Between ticks; each is an event of the recording. They throw SetupError.
-  void tuneWorld(const WorldTuning& tuning);
-  void tuneDevice(int hand, const Spidar::Tuning& tuning);
-  void setHandSettings(int hand, const HandSettings& settings);
+  /// Between ticks: carries a command out and records it as it was told. Throws SetupError when it cannot be done.
+  void take(const LoopCommand& command);
+  void tuneDevice(int hand, const Spidar::Tuning& tuning);  ///< likewise
 
   /// What there is now, between ticks: a recording can begin here. `origins` are the hands' indices in start().
   struct Memory {
@@ -48,7 +47,7 @@ class LoopSession {
   const SessionStart& start() const { return start_; }
   const SceneSource& source() const { return world_->source; }
   /// What happened between ticks, for one reader.
-  using EventRing = RecordRing<std::shared_ptr<const LoopEvent>>;
+  using EventRing = RecordRing<LoopEvent>;
   void sendEventsTo(EventRing& ring) { events_ = &ring; }
 
   HapticLoop& loop() { return *loop_; }
@@ -69,16 +68,13 @@ class LoopSession {
     std::string name;
     HandPlacement placement;
     int origin = 0;                                    ///< its index in start()
-    int link = -1;                                     ///< world link that the hand holds
   };
   LoopSession(const BridgeParameters& parameters, PortLease<WorldPort> world, std::string world_name);
   static bool claimDevices(const BridgeParameters& parameters, LoopSession& session, std::string& missing);
   void connect(std::uint64_t first_tick);
   void serveOwners() noexcept;
-  void noteJumps(bool paused) noexcept;
-  void note(LoopEvent::Kind kind, int hand, std::vector<double> numbers);
+  void note(const LoopCommand& command);
   void exchange(std::int64_t& io_ns, std::int64_t& twin_ns) noexcept;
-  void keep(const PeriodicWake::Wake& wake, RecordedTick& record) noexcept;
   void observe(Hand& hand, HandSample& sample) const noexcept;
 
   BridgeParameters parameters_;
@@ -91,8 +87,6 @@ class LoopSession {
   std::uint64_t noted_tick_ = 0;                       ///< of the last event, and how many there were before that tick
   int noted_ = 0;
   TickInput input_;
-  unsigned seen_jumps_ = 0;
-  bool was_paused_ = false;
 };
 
 }  // namespace haptic

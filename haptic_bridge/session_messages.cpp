@@ -23,10 +23,6 @@ std::string parameterText(const BridgeParameters& p) {
   return out.str();
 }
 
-std::uint8_t requestBits(const HandRequests& r) {
-  return static_cast<std::uint8_t>((r.clutch ? 1 : 0) | (r.soft_start ? 2 : 0) | static_cast<int>(r.rebase) << 2);
-}
-
 template <class T>
 void append(std::vector<T>& to, const std::vector<T>& from) {
   to.insert(to.end(), from.begin(), from.end());
@@ -68,6 +64,7 @@ haptic_msgs::SessionInfo toSessionInfo(const RealtimeThread::Start& start, const
   m.world_state = start.session.world_state;
   m.world_hash = start.world_hash;
   m.world_tuning = start.session.world_tuning;
+  m.paused = start.session.paused;
   m.parameters = parameterText(parameters);
   return m;
 }
@@ -76,36 +73,35 @@ haptic_msgs::LoopEvent toLoopEvent(const LoopEvent& event) {
   haptic_msgs::LoopEvent m;
   m.header.stamp = ros::Time::now();
   m.tick = event.tick;
-  m.kind = static_cast<std::uint8_t>(event.kind);
-  m.hand = event.hand;
-  m.numbers = event.numbers;
+  m.kind = static_cast<std::uint8_t>(event.command.kind.index());
+  m.hand = event.command.hand;
+  m.numbers = numbersOf(event.command);
   return m;
 }
 
 bool addTick(const RecordedTick& tick, const std::vector<int>& strings, haptic_msgs::TickRecord& m) {
-  const auto hands = static_cast<std::uint32_t>(tick.hands), parts = static_cast<std::uint32_t>(tick.hash.parts);
+  const TickInput& input = tick.input;
+  const auto hands = static_cast<std::uint32_t>(input.hands), parts = static_cast<std::uint32_t>(tick.hash.parts);
   if (m.ticks == 0) {
-    m.first_tick = tick.tick;
+    m.first_tick = input.tick;
     m.hands = hands;
     m.parts = parts;
     m.channels = 0;
     for (const int n : strings) m.channels += static_cast<std::uint32_t>(n);
-  } else if (tick.tick != m.first_tick + m.ticks || hands != m.hands || parts != m.parts) {
+  } else if (input.tick != m.first_tick + m.ticks || hands != m.hands || parts != m.parts) {
     return false;
   }
-  for (int i = 0; i < tick.hands; ++i) {
-    const RecordedHand& hand = tick.hand[i];
-    m.counts.insert(m.counts.end(), hand.sample.counts.begin(), hand.sample.counts.begin() + strings[i]);
-    m.stamp_ns.push_back(hand.sample.stamp_ns);
-    m.age_ticks.push_back(hand.sample.age_ticks);
-    m.age_us.push_back(hand.sample.age_us);
-    m.lost.push_back(hand.sample.lost);
-    m.buttons.push_back(hand.sample.buttons);
-    m.link_status.push_back(static_cast<std::uint8_t>(hand.sample.status));
-    m.requests.push_back(requestBits(hand.requests));
+  for (int i = 0; i < input.hands; ++i) {
+    const DeviceSample& sample = input.sample[i];
+    m.counts.insert(m.counts.end(), sample.counts.begin(), sample.counts.begin() + strings[i]);
+    m.stamp_ns.push_back(sample.stamp_ns);
+    m.age_ticks.push_back(sample.age_ticks);
+    m.age_us.push_back(sample.age_us);
+    m.lost.push_back(sample.lost);
+    m.buttons.push_back(sample.buttons);
+    m.link_status.push_back(static_cast<std::uint8_t>(sample.status));
   }
-  m.paused.push_back(tick.paused ? 1 : 0);
-  m.lost_periods.push_back(static_cast<std::uint32_t>(tick.lost_periods));
+  m.lost_periods.push_back(static_cast<std::uint32_t>(input.lost_periods));
   m.world_hash.push_back(tick.hash.world);
   m.part_hash.insert(m.part_hash.end(), tick.hash.part.begin(), tick.hash.part.begin() + tick.hash.parts);
   ++m.ticks;

@@ -72,9 +72,9 @@ void SessionRecorder::drain() {
     more = loop_.records().pop(tick);
     std::shared_ptr<const RealtimeThread::Start> start;
     while (loop_.starts().pop(start)) waiting_starts_.push_back(start);
-    std::shared_ptr<const LoopEvent> event;
+    LoopEvent event;
     while (loop_.events().pop(event)) waiting_events_.push_back(event);
-    const auto due = [&](std::uint64_t at) { return !more || at <= tick.tick; };
+    const auto due = [&](std::uint64_t at) { return !more || at <= tick.input.tick; };
     while (!waiting_starts_.empty() && due(waiting_starts_.front()->session.first_tick)) {
       publish(run);
       run = haptic_msgs::TickRecord();
@@ -87,19 +87,19 @@ void SessionRecorder::drain() {
       flight_.add(waiting_memories_.front());
       waiting_memories_.pop_front();
     }
-    while (!waiting_events_.empty() && due(waiting_events_.front()->tick)) {
-      const LoopEvent& e = *waiting_events_.front();
-      if (e.kind == LoopEvent::Kind::kHandGone && e.hand < static_cast<int>(strings_.size())) {
+    while (!waiting_events_.empty() && due(waiting_events_.front().tick)) {
+      const LoopEvent& e = waiting_events_.front();
+      if (e.command.is<DropHand>() && e.command.hand < static_cast<int>(strings_.size())) {
         publish(run);
         run = haptic_msgs::TickRecord();
-        strings_.erase(strings_.begin() + e.hand);
+        strings_.erase(strings_.begin() + e.command.hand);
       }
       const haptic_msgs::LoopEvent message = toLoopEvent(e);
       flight_.add(message);
       if (events_) events_.publish(message);
       waiting_events_.pop_front();
     }
-    if (!more || tick.hands > static_cast<int>(strings_.size())) continue;
+    if (!more || tick.input.hands > static_cast<int>(strings_.size())) continue;
     if (run.ticks < kTicksPerMessage && addTick(tick, strings_, run)) continue;
     publish(run);
     run = haptic_msgs::TickRecord();

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "haptic_core/world/world.h"
+#include "haptic_core/loop/ports.h"
 
 namespace haptic {
 namespace {
@@ -23,10 +23,10 @@ JointCommand commandAt(const sensor_msgs::JointState& m, std::size_t i) {
 
 }  // namespace
 
-JointCommands::JointCommands(ros::NodeHandle& priv, World& world,
+JointCommands::JointCommands(ros::NodeHandle& priv, WorldPort& port,
                              std::function<bool(const std::function<void()>&)> between)
-    : world_(world), between_(std::move(between)) {
-  if (world.jointCount() > 0) {
+    : port_(port), world_(port.world), between_(std::move(between)) {
+  if (world_.jointCount() > 0) {
     subscriber_ =
         priv.subscribe("joint_command", 1, &JointCommands::receive, this, ros::TransportHints().tcpNoDelay());
   }
@@ -63,7 +63,7 @@ void JointCommands::receive(const sensor_msgs::JointState::ConstPtr& message) {
   std::vector<int> joints;
   for (const std::string& name : message->name) joints.push_back(world_.jointIndex(name));
   const bool taken = between_([&] {
-    for (std::size_t i = 0; i < joints.size(); ++i) world_.setJointCommand(joints[i], commandAt(*message, i));
+    for (std::size_t i = 0; i < joints.size(); ++i) port_.take({DriveJoint{joints[i], commandAt(*message, i)}});
   });
   if (!taken) ROS_WARN_STREAM_THROTTLE(1.0, subscriber_.getTopic() << ": nobody steps the world; ignored");
 }

@@ -9,6 +9,7 @@
 namespace haptic {
 
 class World;
+class WorldPort;
 
 /// Takes sensor_msgs/JointState: `name`, and of `position`, `velocity`, `effort` each empty or as long. With
 /// positions the drive holds them (velocity and effort feed forward); with velocities alone it holds those;
@@ -18,13 +19,14 @@ class World;
 class JointCommands {
  public:
   /// `between` runs work between two ticks of whoever steps the world; false: nobody took it.
-  JointCommands(ros::NodeHandle& priv, World& world,
+  JointCommands(ros::NodeHandle& priv, WorldPort& port,
                 std::function<bool(const std::function<void()>&)> between);
 
  private:
   void receive(const sensor_msgs::JointState::ConstPtr& message);
   std::string problemOf(const sensor_msgs::JointState& message) const;
 
+  WorldPort& port_;
   World& world_;
   std::function<bool(const std::function<void()>&)> between_;
   ros::Subscriber subscriber_;

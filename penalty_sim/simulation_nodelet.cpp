@@ -65,7 +65,7 @@ void SimulationNodelet::start() {
   offer_ = PortOffer(PortTable::process(), parameters_.name, simulation_->port, getName());
   topics_ = std::make_unique<WorldTopics>(getNodeHandle(), parameters_, scene, simulation_->port);
   joint_commands_ = std::make_unique<JointCommands>(
-      getPrivateNodeHandle(), simulation_->world,
+      getPrivateNodeHandle(), simulation_->port,
       [this](const std::function<void()>& work) { return offer_.runBetweenTicks(work); });
   advertise();
   if (parameters_.alone) thread_ = std::make_unique<WorldThread>(getNodeHandle(), parameters_, simulation_->port.hands);
@@ -103,19 +103,12 @@ bool SimulationNodelet::between(Response& response, const std::function<void()>&
   return true;
 }
 
-void SimulationNodelet::jumpTo(const std::vector<double>& state) {
-  simulation_->world.restore(state);
-  ++simulation_->port.jumps;
-}
-
 bool SimulationNodelet::onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  return between(response, [this] { jumpTo(simulation_->initial_state); });
+  return between(response, [this] { simulation_->port.take({RestoreWorld{simulation_->initial_state}}); });
 }
 
 bool SimulationNodelet::onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
-  simulation_->port.paused = request.data;
-  response.success = true;
-  return true;
+  return between(response, [&] { simulation_->port.take({PauseWorld{request.data != 0}}); });
 }
 
 bool SimulationNodelet::onSave(haptic_msgs::StateFile::Request& request, haptic_msgs::StateFile::Response& response) {
@@ -145,7 +138,7 @@ bool SimulationNodelet::onRestore(haptic_msgs::StateFile::Request& request,
     if (request.file.empty() && simulation_->saved_state.empty()) {
       throw SetupError("restore", "nothing was saved", "call ~save first, or name a file");
     }
-    jumpTo(request.file.empty() ? simulation_->saved_state : readState(request.file));
+    simulation_->port.take({RestoreWorld{request.file.empty() ? simulation_->saved_state : readState(request.file)}});
     response.hash = simulation_->world.hash();
   });
 }
@@ -172,7 +165,7 @@ bool SimulationNodelet::onGrab(haptic_msgs::Grab::Request& request, haptic_msgs:
     for (int i = 0; i < world.linkCount(); ++i) response.message += " " + world.linkName(i);
     return true;
   }
-  return between(response, [&] { world.grab(hand->pointer, index); });
+  return between(response, [&] { simulation_->port.take({GrabLink{hand->pointer, index}}); });
 }
 
 }  // namespace haptic

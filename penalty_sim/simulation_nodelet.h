@@ -38,7 +38,6 @@ class SimulationNodelet : public nodelet::Nodelet {
   /// Runs `work` between two ticks and turns what goes wrong into a service's answer.
   template <class Response>
   bool between(Response& response, const std::function<void()>& work);
-  void jumpTo(const std::vector<double>& state);
 
   bool onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);

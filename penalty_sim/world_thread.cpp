@@ -51,7 +51,7 @@ void WorldThread::runWorld(PortLease<WorldPort>& lease) {
   for (long tick = 0; !stop_ && !lease.recalled(); ++tick) {
     const PeriodicWake::Wake now = wake.wait();
     port.between_ticks.serve();
-    if (!port.paused.load(std::memory_order_relaxed)) {
+    if (!port.paused()) {
       for (const auto& input : inputs_) input->follow(port.world, now.start_ns);
       port.world.step();
     }

@@ -53,6 +53,7 @@ RecordedSession begin(const std::string& bag, const haptic_msgs::SessionInfo& in
   s.start.step = 1 / info.rate;
   s.start.world_state = info.world_state;
   s.start.world_tuning = info.world_tuning;
+  s.start.paused = info.paused;
   const std::size_t hands = info.devices.size();
   const bool fits = hands > 0 && hands <= kMaxHands && info.device_texts.size() == hands && info.pointers.size() == hands &&
                     info.device_memory_sizes.size() == hands && info.hand_memory_sizes.size() == hands &&
@@ -93,7 +94,7 @@ bool sizesFit(const haptic_msgs::TickRecord& m) {
   return m.hands <= kMaxHands && m.parts <= TickHash::kMaxParts && m.counts.size() == ticks * m.channels &&
          m.stamp_ns.size() == by_hand && m.age_ticks.size() == by_hand && m.age_us.size() == by_hand &&
          m.lost.size() == by_hand && m.buttons.size() == by_hand &&
-         m.link_status.size() == by_hand && m.requests.size() == by_hand && m.paused.size() == ticks &&
+         m.link_status.size() == by_hand &&
          m.lost_periods.size() == ticks && m.world_hash.size() == ticks && m.part_hash.size() == ticks * m.parts;
 }
 
@@ -113,12 +114,11 @@ void addRun(const std::string& bag, const haptic_msgs::TickRecord& m, const std:
     TickInput input;
     input.tick = m.first_tick + t;
     input.lost_periods = static_cast<int>(m.lost_periods[t]);
-    input.paused = m.paused[t] != 0;
     input.hands = static_cast<int>(m.hands);
     std::size_t channel = static_cast<std::size_t>(t) * m.channels;
     for (std::uint32_t h = 0; h < m.hands; ++h) {
       const std::size_t at = static_cast<std::size_t>(t) * m.hands + h;
-      DeviceSample& sample = input.hand[h].sample;
+      DeviceSample& sample = input.sample[h];
       for (std::uint32_t c = 0; c < channels[h]; ++c) sample.counts[c] = m.counts[channel++];
       sample.stamp_ns = m.stamp_ns[at];
       sample.age_ticks = m.age_ticks[at];
@@ -126,7 +126,6 @@ void addRun(const std::string& bag, const haptic_msgs::TickRecord& m, const std:
       sample.lost = m.lost[at];
       sample.buttons = m.buttons[at];
       sample.status = static_cast<LinkStatus>(m.link_status[at]);
-      input.hand[h].hand = {(m.requests[at] & 1) != 0, (m.requests[at] & 2) != 0, static_cast<Rebase>(m.requests[at] >> 2)};
     }
     session.ticks.push_back(input);
     TickHash hash;
@@ -189,19 +188,16 @@ std::vector<RecordedSession> readSessions(const std::string& bag, const BagOptio
     RecordedSession session = begin(bag, *messages.sessions[i]);
     std::vector<std::uint32_t> channels = channelsOf(session.start);
     for (; event != messages.events.end() && (*event)->tick < end; ++event) {
-      if ((*event)->kind > haptic_msgs::LoopEvent::DEVICE_REQUESTS) {
-        refuse(bag, "has an event of an unknown kind", "use the version that recorded it");
-      }
-      session.events.push_back({(*event)->tick, static_cast<LoopEvent::Kind>((*event)->kind), (*event)->hand, (*event)->numbers});
+      session.events.push_back({(*event)->tick, commandFrom((*event)->kind, (*event)->hand, (*event)->numbers)});
     }
     auto gone = session.events.begin();
     for (; run != messages.runs.end() && (*run)->first_tick < end; ++run) {
       for (; gone != session.events.end() && gone->tick <= (*run)->first_tick; ++gone) {
-        if (gone->kind != LoopEvent::Kind::kHandGone) continue;
-        if (gone->hand < 0 || gone->hand >= static_cast<int>(channels.size())) {
+        if (!gone->command.is<DropHand>()) continue;
+        if (gone->command.hand < 0 || gone->command.hand >= static_cast<int>(channels.size())) {
           refuse(bag, "loses a hand that it has not", "record again");
         }
-        channels.erase(channels.begin() + gone->hand);
+        channels.erase(channels.begin() + gone->command.hand);
       }
       addRun(bag, **run, channels, session);
     }

@@ -90,7 +90,7 @@ ReplayReport ReplayRun::run(const std::function<void(std::uint64_t)>& after_tick
   for (std::size_t t = 0; t < session_.ticks.size(); ++t) {
     const TickInput& input = session_.ticks[t];
     while (event < session_.events.size() && session_.events[event].tick <= input.tick) {
-      replay_->apply(session_.events[event++]);
+      replay_->apply(session_.events[event++].command);
     }
     const TickHash& hash = replay_->tick(input);
     const TickHash& recorded = session_.hashes[t];

@@ -108,7 +108,7 @@ void measureScenes() {
     std::size_t event = 0;
     std::uint64_t different = 0;
     for (std::size_t t = 0; t < inputs.size(); ++t) {
-      while (event < events.size() && events[event].tick <= inputs[t].tick) replay.apply(events[event++]);
+      while (event < events.size() && events[event].tick <= inputs[t].tick) replay.apply(events[event++].command);
       different += !(replay.tick(inputs[t]) == hashes[t]);
     }
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

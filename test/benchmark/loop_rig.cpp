@@ -48,6 +48,7 @@ SessionStart Rig::start() const {
   start.step = step;
   start.world_state = world.save();
   start.world_tuning = world.tuning().numbers();
+  start.paused = loop->paused();
   for (std::size_t i = 0; i < device.size(); ++i) {
     start.hands.push_back({scene.hands[i].device, device[i]->def(), scene.hands[i].pointer,
                            loop->hand(static_cast<int>(i)).settings(), device[i]->save()});
@@ -60,15 +61,14 @@ void Rig::recordedTick(std::vector<TickInput>& inputs, std::vector<LoopEvent>& e
   TickInput input;
   input.tick = ticks++;
   input.hands = static_cast<int>(device.size());
-  for (int i = 0; i < input.hands; ++i) input.hand[i].sample = samples[i];
-  loop->takeRequests(input);
   for (int i = 0; i < input.hands; ++i) {
-    if (input.hand[i].device.any()) {
-      events.push_back({input.tick, LoopEvent::Kind::kDeviceRequests, i, numbersOf(input.hand[i].device)});
-    }
+    input.sample[i] = samples[i];
+    const LoopCommand command{AskDevice{device[i]->takeRequests(samples[i])}, i};
+    if (!std::get<AskDevice>(command.kind).requests.any()) continue;
+    loop->take(command);
+    events.push_back({input.tick, command});
   }
   loop->tick(input, step);
-  for (HandInput& hand : input.hand) hand.device = DeviceRequests{};
   inputs.push_back(input);
   hashes.emplace_back();
   hashTick(*loop, hashes.back());

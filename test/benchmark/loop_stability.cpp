@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <random>
 
+#include "../scenes/touch.h"
 #include "figure.h"
-#include "haptic_core/geometry/shapes.h"
 #include "haptic_core/loop/hand.h"
 #include "haptic_core/spidar/wall_bound.h"
 #include "loop_rig.h"
@@ -19,36 +19,15 @@ constexpr double kDamping = 1.0;    // B of the grip [N·s/m]
 constexpr double kGripMass = 0.1;   // [kg]
 constexpr int kCalmHands = 32;      // whether one alone meets the edge of a count at the wrong moment is luck
 
-ArticulationDef body(const char* name, const Vector3& size, JointType type, const Vector3& p, double stiffness) {
-  ArticulationDef def;
-  def.name = name;
-  def.X_WA.p = p;
-  LinkDef link;
-  link.name = name;
-  link.joint.type = type;
-  link.inertia = {0.1, Vector3::Zero(), 1e-5 * Matrix3::Identity()};
-  CollisionDef collision;
-  collision.shape = std::make_shared<ConvexPolyhedron>(makeBox(size));
-  collision.material.stiffness = stiffness;
-  collision.material.dissipation = 0;
-  collision.material.mu_static = collision.material.mu_dynamic = 0;
-  link.collisions.push_back(collision);
-  def.links.push_back(link);
-  return def;
-}
-
 /// A needle over a wall; `stiffness` [N/m] is that of the contact while the needle stands upright.
 SceneDef wallScene(double stiffness, double rate) {
   SceneDef scene;
-  scene.world.name = "wall";
-  scene.world.settings.step = 1 / rate;
   const double k = stiffness / (kNeedle * kNeedle);
-  scene.world.articulations.push_back(body("wall", {1, 1, 0.2}, JointType::kFixed, {0, 0, -0.1}, k));
-  scene.world.articulations.push_back(body("needle", {kNeedle, kNeedle, 0.04}, JointType::kFloating, {0, 0, 0.021}, k));
-  PointerDef pointer;
-  pointer.articulation = 1;
-  pointer.link = 0;
-  scene.world.pointers.push_back(pointer);
+  scene.world = scenes::pointerOverWall(makeBox({kNeedle, kNeedle, 0.04}), 0.021, k, 1 / rate);
+  for (ArticulationDef& body : scene.world.articulations) {
+    ContactMaterial& material = body.links[0].collisions[0].material;
+    material.mu_static = material.mu_dynamic = 0;
+  }
   HandDef hand;
   hand.pointer = 0;
   hand.workspace.X_WB.p = Vector3(0, 0, 0.021);  // home is 1 mm above touch

@@ -28,7 +28,6 @@ Hand::Hand(Spidar& device, int pointer, const HandSettings& settings)
       map_(settings.workspace),
       passivity_(settings.passivity, device.def().grip_mass, quantumOf(device.def())) {
   check(settings);
-  requests_.rebase = Rebase::kGlide;  // the pointer starts where the scene has it
 }
 
 void Hand::check(const HandSettings& settings) const {
@@ -62,21 +61,25 @@ void Hand::setSettings(const HandSettings& settings) {
   settings_ = settings;
 }
 
-HandRequests Hand::takeRequests() noexcept {
-  HandRequests requests;
-  requests.clutch = clutch_requested_.load(std::memory_order_relaxed);
-  requests.soft_start = soft_start_requested_.exchange(false, std::memory_order_relaxed);
-  requests.rebase = rebase_requested_.exchange(Rebase::kNone, std::memory_order_relaxed);
-  return requests;
+void Hand::take(const LoopCommand& command) {
+  if (const auto* restore = std::get_if<RestoreDevice>(&command.kind)) device_.restore(restore->memory);
+  if (const auto* change = std::get_if<ChangeHand>(&command.kind)) setSettings(change->settings);
+  if (const auto* asking = std::get_if<AskDevice>(&command.kind)) ask(asking->requests);
+  if (const auto* clutch = std::get_if<HoldClutch>(&command.kind)) clutch_held_ = clutch->held;
 }
 
-void Hand::sense(const HandInput& input, double h) noexcept {
-  device_.sense(input.sample, h, input.device);
-  const Rebase waiting = requests_.rebase;  // a pause or a lost pose leaves it to a later tick
-  requests_ = input.hand;
-  if (requests_.rebase == Rebase::kNone) requests_.rebase = waiting;
+void Hand::followWorld(const World& world, int link_before, bool jumped) noexcept {
+  const int link = world.pointerLink(pointer_);
+  if (jumped || link != link_before) {
+    rebase_ = jumped || link == world.pointerHome(pointer_) ? Rebase::kGlide : Rebase::kKeep;
+  }
+}
+
+void Hand::sense(const DeviceSample& sample, double h) noexcept {
+  device_.sense(sample, h, asked_);
+  asked_ = DeviceRequests{};
   last_buttons_ = buttons_;
-  buttons_ = input.sample.buttons;
+  buttons_ = sample.buttons;
   const Pose X_last = report_.X_BG;
   report_.valid = device_.poseValid();
   report_.X_BG = device_.pose();
@@ -99,7 +102,7 @@ void Hand::followGrabButton(World& world) noexcept {
   if (settings_.grab_button < 0 || !((edge >> settings_.grab_button) & 1u)) return;
   const int own = world.pointerHome(pointer_), held = world.pointerLink(pointer_);
   if (held != own) {
-    if (world.tryGrab(pointer_, own)) requests_.rebase = Rebase::kGlide;
+    if (world.tryGrab(pointer_, own)) rebase_ = Rebase::kGlide;
     return;
   }
   int touched = -1;
@@ -112,7 +115,7 @@ void Hand::followGrabButton(World& world) noexcept {
     most = contact.normal_force;
     touched = other;
   }
-  if (touched >= 0 && world.tryGrab(pointer_, touched)) requests_.rebase = Rebase::kKeep;
+  if (touched >= 0 && world.tryGrab(pointer_, touched)) rebase_ = Rebase::kKeep;
 }
 
 void Hand::couple(World& world, double h) noexcept {
@@ -121,12 +124,12 @@ void Hand::couple(World& world, double h) noexcept {
     report_.X_WP = map_.X_WP();
     return;
   }
-  if (requests_.rebase != Rebase::kNone) {
+  if (rebase_ != Rebase::kNone) {
     report_.fade = 0;
-    map_.rebase(world.linkPose(world.pointerLink(pointer_)), requests_.rebase, settings_.soft_start_s);
-    requests_.rebase = Rebase::kNone;
+    map_.rebase(world.linkPose(world.pointerLink(pointer_)), rebase_, settings_.soft_start_s);
+    rebase_ = Rebase::kNone;
   }
-  const bool held = requests_.clutch || pressed(settings_.clutch_button);
+  const bool held = clutch_held_ || pressed(settings_.clutch_button);
   map_.update(report_.X_BG, report_.V_BG, held && (map_.clutched() || !report_.in_contact), h);
   report_.X_WP = map_.X_WP();
   report_.clutched = map_.clutched();
@@ -136,7 +139,7 @@ void Hand::couple(World& world, double h) noexcept {
 void Hand::render(const World& world, double h) noexcept {
   const Wrench F_W = world.pointerWrench(pointer_);
   report_.in_contact = F_W.force.squaredNorm() + F_W.torque.squaredNorm() > 0;
-  if (requests_.soft_start || !report_.valid) report_.fade = 0;
+  if (!report_.valid) report_.fade = 0;
   report_.F_asked_B = passivity_.act(map_.toGrip(F_W) * (settings_.force_scale * report_.fade), moved_, h);
   device_.actuate(report_.F_asked_B, 0.0, h);
   passivity_.hold(device_.achievedWrench(), device_.toldTension());
@@ -165,7 +168,7 @@ void Hand::remember(Numbers& n) {
   map_.remember(n);
   passivity_.remember(n);
   n(report_.X_BG), n(report_.X_WP), n(report_.fade), n(report_.port_energy), n(report_.in_contact), n(report_.clutched);
-  n(requests_.rebase), n(buttons_), n(last_buttons_), n(was_valid_);
+  n(clutch_held_), n(rebase_), n(buttons_), n(last_buttons_), n(was_valid_);
 }
 
 void Hand::save(std::vector<double>& out) {

@@ -1,6 +1,5 @@
 /// One hand: a device on its pointer. Sense → couple → (the world steps) → render.
 #pragma once
-#include <atomic>
 #include <vector>
 
 #include "haptic_core/loop/haptic_loop.h"
@@ -12,7 +11,7 @@ class Hand {
   Hand(Spidar& device, int pointer, const HandSettings& settings);  ///< throws SetupError
 
   /// (in realtime) Counts → pose; the port's energy is observed on the displacement since the last sample.
-  void sense(const HandInput& input, double h) noexcept;
+  void sense(const DeviceSample& sample, double h) noexcept;
   /// (in realtime) Grip → pointer target. Without a valid pose the pointer stands still.
   void couple(World& world, double h) noexcept;
   /// (in realtime) The pointer's wrench → fade → passivity → the device's limits, tensions and drive.
@@ -23,17 +22,15 @@ class Hand {
   /// (in realtime) `periods` ticks were lost: the force drops to 1/(1 + periods) and fades in again.
   void noteOverrun(int periods) noexcept { report_.fade /= 1 + periods; }
 
-  // Requests from any thread; taken up by the next tick.
-  /// While held, the pointer stands and the grip moves freely; it waits while the pointer is in contact, for the
-  /// wrench would jump to that of another place.
-  void requestClutch(bool held) noexcept { clutch_requested_.store(held, std::memory_order_relaxed); }
-  /// The force fades in anew: after a pause or another load of the world.
-  void requestSoftStart() noexcept { soft_start_requested_.store(true, std::memory_order_relaxed); }
-  /// The world moved the pointer: the map takes up the difference, and the force fades in anew.
-  void requestRebase(Rebase how) noexcept { rebase_requested_.store(how, std::memory_order_relaxed); }
-  HandRequests takeRequests() noexcept;  ///< (in realtime)
-
-  /// Between two ticks. Throws SetupError; the pointer keeps its place, and glides after a base that moved.
+  // Between two ticks.
+  /// Carries out what is for this hand; throws SetupError.
+  void take(const LoopCommand& command);
+  /// A command changed the world, whose pointer was `link_before`: when that moved the pointer, the map takes up the
+  /// difference and the force fades in anew.
+  void followWorld(const World& world, int link_before, bool jumped) noexcept;
+  /// (in realtime) Followed by the next `sense`.
+  void ask(const DeviceRequests& requests) noexcept { asked_ = requests; }
+  /// Throws SetupError; the pointer keeps its place, and glides after a base that moved.
   void setSettings(const HandSettings& settings);
   /// Between two ticks: the pointer stands from now on.
   void letGo(World& world) noexcept;
@@ -66,12 +63,12 @@ class Hand {
   WorkspaceMap map_;
   PassivityController passivity_;
   HandReport report_;
-  HandRequests requests_;                          ///< of this tick
+  DeviceRequests asked_;                           ///< for the next `sense`
+  bool clutch_held_ = false;                       ///< by command
+  Rebase rebase_ = Rebase::kGlide;                 ///< due at the next `couple`: the pointer starts where the scene has it
   std::uint32_t buttons_ = 0, last_buttons_ = 0;   ///< of this tick and the one before
   bool was_valid_ = false;
   Twist moved_;                                    ///< mean velocity since the last sample, not filtered, in B
-  std::atomic<bool> clutch_requested_{false}, soft_start_requested_{false};
-  std::atomic<Rebase> rebase_requested_{Rebase::kNone};
 };
 
 }  // namespace haptic

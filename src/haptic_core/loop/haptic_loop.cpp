@@ -32,10 +32,28 @@ void HapticLoop::detach(int hand) {
   report_.hands = count_;
 }
 
+void HapticLoop::take(const LoopCommand& command) {
+  if (const auto* pause = std::get_if<PauseWorld>(&command.kind)) {
+    paused_ = pause->on;
+  } else if (isForHand(command)) {
+    if (command.hand < 0 || command.hand >= count_) {
+      throw SetupError("a command", "names hand " + std::to_string(command.hand) + " of " + std::to_string(count_),
+                       "name one that there is");
+    }
+    if (command.is<DropHand>()) return detach(command.hand);
+    hands_[command.hand]->take(command);
+  } else {
+    std::array<int, kMaxHands> link{};
+    for (int i = 0; i < count_; ++i) link[i] = world_.pointerLink(hands_[i]->pointer());
+    apply(command, world_);
+    for (int i = 0; i < count_; ++i) hands_[i]->followWorld(world_, link[i], command.is<RestoreWorld>());
+  }
+}
+
 void HapticLoop::tick(const TickInput& input, double h) noexcept {
   if (input.lost_periods > 0) noteOverrun(input.lost_periods);
-  for (int i = 0; i < count_; ++i) hands_[i]->sense(input.hand[i], h);   // counts → lengths → grip pose
-  if (input.paused) {
+  for (int i = 0; i < count_; ++i) hands_[i]->sense(input.sample[i], h); // counts → lengths → grip pose
+  if (paused_) {
     for (int i = 0; i < count_; ++i) hands_[i]->rest(h);                 // poses go on, strings at minimum tension
   } else {
     for (int i = 0; i < count_; ++i) hands_[i]->couple(world_, h);       // grip pose → pointer target
@@ -50,16 +68,11 @@ void HapticLoop::tick(const TickInput& input, double h) noexcept {
 void HapticLoop::tick(const DeviceSample* samples, double h) noexcept {
   TickInput input;
   input.hands = count_;
-  for (int i = 0; i < count_; ++i) input.hand[i].sample = samples[i];
-  takeRequests(input);
-  tick(input, h);
-}
-
-void HapticLoop::takeRequests(TickInput& input) noexcept {
   for (int i = 0; i < count_; ++i) {
-    input.hand[i].device = hands_[i]->device().takeRequests(input.hand[i].sample);
-    input.hand[i].hand = hands_[i]->takeRequests();
+    input.sample[i] = samples[i];
+    hands_[i]->ask(hands_[i]->device().takeRequests(samples[i]));
   }
+  tick(input, h);
 }
 
 void HapticLoop::noteOverrun(int periods) noexcept {

@@ -4,32 +4,14 @@
 #include <cstdint>
 #include <memory>
 
-#include "haptic_core/loop/passivity.h"
+#include "haptic_core/loop/command.h"
 #include "haptic_core/loop/tick_input.h"
-#include "haptic_core/loop/workspace_map.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic {
 
 class Spidar;
 class Hand;
-
-/// How one device's grip moves its pointer and feels it.
-struct HandSettings {
-  WorkspaceSettings workspace;
-  double force_scale = 1;          ///< hand newtons per world newton
-  PassivitySettings passivity;
-  double soft_start_s = 0.5;       ///< force fades in, and the pointer glides to the grip, over this time after
-                                   ///< enable, load, reset and overrun [s]
-  int clutch_button = -1;          ///< grip button that holds the pointer while pressed; -1: none
-  int grab_button = -1;            ///< grip button that grabs the free body in touch, and lets it go; -1: none
-
-  template <class Self, class Visit>
-  static void eachField(Self& s, Visit&& visit) {
-    visit(s.workspace), visit(s.force_scale), visit(s.passivity), visit(s.soft_start_s), visit(s.clutch_button),
-        visit(s.grab_button);
-  }
-};
 
 struct HandReport {
   Pose X_BG;                       ///< measured grip, in the device's base
@@ -65,17 +47,14 @@ class HapticLoop {
 
   /// Set-up: connects a device to pointer `pointer` of the world; returns the hand's index. Throws SetupError.
   int attach(Spidar& device, int pointer, const HandSettings& settings);
-  /// Between two ticks: lets a device go; its pointer stands, the other hands go on and move up by one.
-  void detach(int hand);
+  /// Between two ticks: carries a command out. Throws SetupError when it cannot be done; then nothing has changed.
+  void take(const LoopCommand& command);
 
-  /// (in realtime) One tick of `h` [s], no I/O, from its complete input: one entry per attached hand, in order.
+  /// (in realtime) One tick of `h` [s], no I/O, from its complete input: one sample per attached hand, in order.
   void tick(const TickInput& input, double h) noexcept;
 
-  /// (in realtime) The same for samples alone, with what other threads asked since the last tick.
+  /// (in realtime) The same for samples alone, with what other threads asked of the devices since the last tick.
   void tick(const DeviceSample* samples, double h) noexcept;
-
-  /// (in realtime) Fills what other threads asked of devices and hands; samples and hands are there already.
-  void takeRequests(TickInput& input) noexcept;
 
   /// (in realtime) `periods` ticks were lost: simulated time has waited, the force fades and comes back softly.
   void noteOverrun(int periods) noexcept;
@@ -84,12 +63,15 @@ class HapticLoop {
   const TickReport& report() const noexcept { return report_; }
   Hand& hand(int i) noexcept { return *hands_[i]; }
   int handCount() const noexcept { return count_; }
+  bool paused() const noexcept { return paused_; }
   World& world() noexcept { return world_; }
 
  private:
+  void detach(int hand);
   World& world_;
   std::array<std::unique_ptr<Hand>, kMaxHands> hands_;
   int count_ = 0;
+  bool paused_ = false;
   TickReport report_;
 };
 

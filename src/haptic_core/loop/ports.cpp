@@ -157,6 +157,15 @@ WorldPort::WorldPort(World& world_in, std::string scene_name, std::vector<HandPl
   takeSnapshot(0);
 }
 
+void WorldPort::take(const LoopCommand& command) {
+  if (loop_) {
+    loop_(command);
+  } else {
+    apply(command, world);
+  }
+  if (const auto* pause = std::get_if<PauseWorld>(&command.kind)) paused_ = pause->on;
+}
+
 void WorldPort::serveWatchers(std::int64_t stamp_ns) noexcept {
   timeStages();
   if (wants_snapshot.load(std::memory_order_relaxed) && wants_snapshot.exchange(false)) takeSnapshot(stamp_ns);

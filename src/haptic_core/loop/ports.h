@@ -105,6 +105,13 @@ struct SceneSource {
 class WorldPort : public Port {
  public:
   WorldPort(World& world_in, std::string scene_name, std::vector<HandPlacement> placements, int contact_capacity);
+  /// Between two ticks (PortOffer::runBetweenTicks): carries a command out, through the loop of the runner when it has one.
+  /// Throws SetupError when it cannot be done.
+  void take(const LoopCommand& command);
+  /// The runner's: commands go there until it gives an empty one.
+  void sendCommandsTo(std::function<void(const LoopCommand&)> loop) { loop_ = std::move(loop); }
+  bool paused() const noexcept { return paused_; }  ///< the runner keeps the device alive, but does not step
+
   /// (in realtime) Hands over what was asked for: the runner calls it at the end of each tick.
   void serveWatchers(std::int64_t stamp_ns) noexcept;
   /// (in realtime) Copies the world into `snapshot`.
@@ -114,9 +121,6 @@ class WorldPort : public Port {
   const std::string scene;
   const std::vector<HandPlacement> hands;
   SceneSource source;                        ///< set by the owner before it offers the port
-  std::atomic<bool> paused{false};           ///< the runner keeps the device alive, but does not step
-  std::atomic<unsigned> jumps{0};            ///< counted up by the owner when the state jumped (reset, restore):
-                                             ///< the runner lets the force fade in anew
   std::atomic<bool> wants_snapshot{false};   ///< set by the owner when somebody looks; cleared by the runner
   LatestValue<WorldSnapshot> snapshot;       ///< runner → owner
   std::atomic<bool> wants_copy{false};       ///< as `wants_snapshot`, for `copy`
@@ -127,6 +131,8 @@ class WorldPort : public Port {
   void timeStages() noexcept;
   void takeCopy(std::int64_t stamp_ns) noexcept;
 
+  std::function<void(const LoopCommand&)> loop_;
+  bool paused_ = false;                      ///< as told; changes between two ticks only
   WorldSnapshot filled_;
   WorldCopy copied_;
   bool timing_ = false;

@@ -1,6 +1,6 @@
 /// A recorded session in the core's terms: how it began, what happened between ticks, and the run of it again.
 ///
-/// A session is the loop's memory at its start, one TickInput per tick, and events between ticks. The same build gives
+/// A session is the loop's memory at its start, one TickInput per tick, and commands between ticks. The same build gives
 /// the same bits from them: no clock, no thread and no device is in it.
 #pragma once
 #include <cstdint>
@@ -13,22 +13,6 @@
 #include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
-
-/// What happened before tick `tick`; applied in the order of recording.
-struct LoopEvent {
-  enum class Kind : unsigned char {
-    kWorldState = 0,     ///< the world jumped (reset, restore, grab): World::save()
-    kWorldTuning = 1,    ///< WorldTuning::numbers()
-    kDeviceState = 2,    ///< of hand `hand` (tuning, calibration from a file): Spidar::save()
-    kHandSettings = 3,   ///< of hand `hand`: numbersOf(HandSettings)
-    kHandGone = 4,       ///< hand `hand` was detached; those after it moved up
-    kDeviceRequests = 5  ///< of hand `hand`, taken up in this tick: numbersOf(DeviceRequests)
-  };
-  std::uint64_t tick = 0;
-  Kind kind = Kind::kWorldState;
-  int hand = 0;
-  std::vector<double> numbers;
-};
 
 struct SessionStart {
   struct HandStart {
@@ -43,6 +27,7 @@ struct SessionStart {
   double step = 1e-3;                ///< h [s]
   std::vector<double> world_state;   ///< World::save()
   std::vector<double> world_tuning;  ///< WorldTuning::numbers()
+  bool paused = false;
   std::vector<HandStart> hands;
 };
 
@@ -52,6 +37,7 @@ struct LoopMemory {
   std::uint64_t world_hash = 0;
   std::vector<double> world_state;
   WorldTuning world_tuning;
+  bool paused = false;
   int hands = 0;
   struct HandMemory {
     HandSettings settings;
@@ -67,11 +53,6 @@ void remember(HapticLoop& loop, std::uint64_t tick, LoopMemory& memory);
 /// The same session begun there. `hands[i]` is the index in `start` of the loop's hand i: some may be gone.
 SessionStart startedAt(const SessionStart& start, const LoopMemory& memory, const std::array<int, kMaxHands>& hands);
 
-std::vector<double> numbersOf(const HandSettings& settings);
-HandSettings handSettingsFrom(const std::vector<double>& numbers);      ///< throws SetupError
-std::vector<double> numbersOf(const DeviceRequests& requests);
-DeviceRequests deviceRequestsFrom(const std::vector<double>& numbers);  ///< throws SetupError
-
 /// Hash of everything that a definition gives a world: shapes, inertias, joints, materials, settings. Two scenes with
 /// the same fingerprint run alike from the same state.
 std::uint64_t fingerprint(const WorldDef& def);
@@ -82,7 +63,7 @@ class SessionReplay {
   /// Throws SetupError when the start does not fit the scene.
   SessionReplay(const WorldDef& scene, const SessionStart& start);
 
-  void apply(const LoopEvent& event);                 ///< throws SetupError
+  void apply(const LoopCommand& command);             ///< throws SetupError
   const TickHash& tick(const TickInput& input) noexcept;
 
   World& world() { return world_; }
@@ -96,7 +77,6 @@ class SessionReplay {
   std::vector<std::unique_ptr<Spidar>> devices_;      ///< in the order of the loop's hands
   std::vector<std::string> names_;
   std::unique_ptr<HapticLoop> loop_;
-  std::vector<DeviceRequests> requests_;              ///< for the next tick, by hand
   TickHash hash_;
 };
 

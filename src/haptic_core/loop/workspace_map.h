@@ -3,9 +3,15 @@
 #include <cmath>
 
 #include "haptic_core/base/spatial.h"
-#include "haptic_core/loop/tick_input.h"
 
 namespace haptic {
+
+/// How the map takes up a difference between the grip's place and the pointer's.
+enum class Rebase : unsigned char {
+  kNone,
+  kKeep,   ///< the pointer stays where it is and moves on from there (a body was grabbed)
+  kGlide,  ///< the pointer starts where it is and glides to the grip's place (reset, restore, load)
+};
 
 struct WorkspaceSettings {
   Pose X_WB;                ///< device base in the world

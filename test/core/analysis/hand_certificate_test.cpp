@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "haptic_core/geometry/shapes.h"
+#include "../../scenes/touch.h"
 #include "haptic_core/loop/hand.h"
 #include "haptic_core/loop/haptic_loop.h"
 #include "haptic_core/spidar/device_twin.h"
@@ -19,35 +19,9 @@ constexpr double kPeriod = 1e-3, kPress = 2, kRadius = 0.005, kSide = 0.01;  // 
 
 DeviceDef device() { return loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml"); }
 
-ArticulationDef body(const char* name, const ConvexPolyhedron& shape, JointType type, const Vector3& p, double stiffness) {
-  ArticulationDef def;
-  def.name = name;
-  def.X_WA.p = p;
-  LinkDef link;
-  link.name = name;
-  link.joint.type = type;
-  link.inertia = {0.1, Vector3::Zero(), 1e-5 * Matrix3::Identity()};
-  CollisionDef collision;
-  collision.shape = std::make_shared<ConvexPolyhedron>(shape);
-  collision.material.stiffness = stiffness;
-  collision.material.dissipation = 0;
-  link.collisions.push_back(collision);
-  def.links.push_back(link);
-  return def;
-}
-
 /// A pointer over a fixed wall whose face is z = 0, its home 10 mm above.
 WorldDef overWall(const ConvexPolyhedron& shape, double stiffness) {
-  WorldDef world;
-  world.name = "wall";
-  world.settings.step = kPeriod;
-  world.articulations.push_back(body("wall", makeBox({1, 1, 0.1}), JointType::kFixed, {0, 0, -0.05}, stiffness));
-  world.articulations.push_back(body("pointer", shape, JointType::kFloating, {0, 0, 0.015}, stiffness));
-  PointerDef pointer;
-  pointer.articulation = 1;
-  pointer.link = 0;
-  world.pointers.push_back(pointer);
-  return world;
+  return scenes::pointerOverWall(shape, 0.015, stiffness, kPeriod);
 }
 
 TEST(HandCertificate, AFlatFaceIsAsStiffAsItsAreaWhateverTheForce) {

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "../../scenes/touch.h"
 #include "haptic_core/base/error.h"
-#include "haptic_core/geometry/shapes.h"
 #include "haptic_core/loop/hand.h"
 #include "haptic_core/spidar/device_twin.h"
 #include "haptic_core/spidar/spidar.h"
@@ -15,34 +15,7 @@ namespace {
 constexpr double kPeriod = 1e-3;  // [s]
 
 /// A 20 mm box as pointer over a fixed wall whose face is the plane z = 0; k·Area = 2000 N/m where it touches.
-WorldDef wall() {
-  const auto body = [](const char* name, const Vector3& size, JointType type, const Vector3& p) {
-    ArticulationDef def;
-    def.name = name;
-    def.X_WA.p = p;
-    LinkDef link;
-    link.name = name;
-    link.joint.type = type;
-    link.inertia = {0.1, Vector3::Zero(), 1e-5 * Matrix3::Identity()};
-    CollisionDef collision;
-    collision.shape = std::make_shared<ConvexPolyhedron>(makeBox(size));
-    collision.material.stiffness = 2000 / (0.02 * 0.02);
-    collision.material.dissipation = 0;
-    link.collisions.push_back(collision);
-    def.links.push_back(link);
-    return def;
-  };
-  WorldDef world;
-  world.name = "wall";
-  world.settings.step = kPeriod;
-  world.articulations.push_back(body("wall", {1, 1, 0.1}, JointType::kFixed, {0, 0, -0.05}));
-  world.articulations.push_back(body("pointer", {0.02, 0.02, 0.02}, JointType::kFloating, {0, 0, 0.02}));
-  PointerDef pointer;
-  pointer.articulation = 1;
-  pointer.link = 0;
-  world.pointers.push_back(pointer);
-  return world;
-}
+WorldDef wall() { return scenes::pointerOverWall(makeBox({0.02, 0.02, 0.02}), 0.02, 2000 / (0.02 * 0.02), kPeriod); }
 
 struct Bench {
   DeviceDef def = loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml");

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "../../scenes/touch.h"
 #include "haptic_core/base/error.h"
 
 namespace haptic {
@@ -172,6 +173,29 @@ TEST(Ports, WorkIsDroppedWhenTheRunnerHangs) {
   EXPECT_FALSE(offer.runBetweenTicks([&] { ran = true; }, milliseconds(20)));
   lease->between_ticks.serve();
   EXPECT_FALSE(ran);
+}
+
+TEST(Ports, AWorldTakesCommandsItselfUntilALoopRunsIt) {
+  World world(scenes::pointerOverWall(makeBox({0.02, 0.02, 0.02}), 0.02, 1e6, 1e-3));
+  WorldPort port(world, "wall", {}, 4);
+  const std::vector<double> start = world.save();
+  for (int i = 0; i < 10; ++i) world.step();
+  ASSERT_NE(world.save(), start);
+  port.take({RestoreWorld{start}});
+  EXPECT_EQ(world.save(), start);
+  EXPECT_THROW(port.take({GrabLink{3, 0}}), SetupError);
+
+  std::vector<std::size_t> told;
+  port.sendCommandsTo([&](const LoopCommand& command) { told.push_back(command.kind.index()); });
+  for (int i = 0; i < 10; ++i) world.step();
+  port.take({RestoreWorld{start}});
+  EXPECT_NE(world.save(), start) << "the loop did nothing, and nobody else may";
+  port.take({PauseWorld{true}});
+  EXPECT_EQ(told, (std::vector<std::size_t>{LoopCommand{RestoreWorld{}}.kind.index(), LoopCommand{PauseWorld{}}.kind.index()}));
+  EXPECT_TRUE(port.paused());
+  port.sendCommandsTo([](const LoopCommand&) { throw SetupError("a loop", "refuses", "ask later"); });
+  EXPECT_THROW(port.take({PauseWorld{false}}), SetupError);
+  EXPECT_TRUE(port.paused()) << "what was refused has not happened";
 }
 
 TEST(Ports, ManyRoundsOfOfferClaimWithdraw) {

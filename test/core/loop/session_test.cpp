@@ -5,8 +5,8 @@
 
 #include <functional>
 
+#include "../../scenes/touch.h"
 #include "haptic_core/base/error.h"
-#include "haptic_core/geometry/shapes.h"
 #include "haptic_core/loop/hand.h"
 #include "haptic_core/spidar/device_twin.h"
 #include "haptic_core/spidar/spidar.h"
@@ -16,22 +16,12 @@ namespace {
 
 constexpr double kPeriod = 1e-3;  // [s]
 // Before this tick the world's state is noted without having changed: restoring what is there must change nothing.
-constexpr std::uint64_t kNotedOnly = 120;
 constexpr std::uint64_t kRememberEvery = 37;  // [ticks]; and where something happens
 
 ArticulationDef box(const char* name, const Vector3& size, JointType type, const Vector3& p, double mass) {
-  ArticulationDef def;
-  def.name = name;
-  def.X_WA.p = p;
-  LinkDef link;
-  link.name = name;
-  link.joint.type = type;
-  link.inertia = {mass, Vector3::Zero(), mass * size.squaredNorm() / 18 * Matrix3::Identity()};
-  CollisionDef collision;
-  collision.shape = std::make_shared<ConvexPolyhedron>(makeBox(size));
-  collision.material.stiffness = 1e7;
-  link.collisions.push_back(collision);
-  def.links.push_back(link);
+  ArticulationDef def = scenes::springyBody(name, makeBox(size), type, p, 1e7);
+  def.links[0].inertia = {mass, Vector3::Zero(), mass * size.squaredNorm() / 18 * Matrix3::Identity()};
+  def.links[0].collisions[0].material.dissipation = ContactMaterial{}.dissipation;
   return def;
 }
 
@@ -46,14 +36,11 @@ WorldDef scene() {
   world.articulations.push_back(box("side", {0.01, 0.01, 0.01}, JointType::kFloating, {-0.03, 0, 0.015}, 0.05));
   ArticulationDef pendulum = box("pendulum", {0.02, 0.02, 0.02}, JointType::kRevolute, {0.05, 0.05, 0.2}, 0.1);
   pendulum.links[0].inertia.p_LC = Vector3(0, 0.05, 0);
+  pendulum.links[0].joint.name = "hinge";
+  pendulum.links[0].joint.drive_damping = 1e-3;
   world.articulations.push_back(pendulum);
-  for (int i = 0; i < 2; ++i) {
-    PointerDef pointer;
-    pointer.device = i == 0 ? "left" : "right";
-    pointer.articulation = 2 + i;
-    pointer.link = 0;
-    world.pointers.push_back(pointer);
-  }
+  scenes::addPointer(world, 2, "left");
+  scenes::addPointer(world, 3, "right");
   return world;
 }
 
@@ -104,11 +91,12 @@ struct Live {
     recording.start.world_tuning = world.tuning().numbers();
   }
 
-  void note(LoopEvent::Kind kind, int hand, std::vector<double> numbers) {
-    recording.events.push_back({tick, kind, hand, std::move(numbers)});
+  void tell(const LoopCommand& command) {
+    loop.take(command);
+    recording.events.push_back({tick, command});
   }
 
-  void run(int ticks, int lost = 0, bool paused = false, unsigned buttons = 0) {
+  void run(int ticks, int lost = 0, unsigned buttons = 0) {
     for (int n = 0; n < ticks; ++n) {
       if (tick % kRememberEvery == 0 || n == 0) {
         LoopMemory memory = roomFor(recording.start, 0);
@@ -119,19 +107,15 @@ struct Live {
       input.tick = tick;
       input.hands = loop.handCount();
       input.lost_periods = n == 0 ? lost : 0;
-      input.paused = paused;
       for (int i = 0; i < input.hands; ++i) {
-        input.hand[i].sample = twin[i]->exchange(device[i]->drive());
-        input.hand[i].sample.buttons = buttons;
-      }
-      loop.takeRequests(input);
-      for (int i = 0; i < input.hands; ++i) {
-        if (input.hand[i].device.any()) note(LoopEvent::Kind::kDeviceRequests, i, numbersOf(input.hand[i].device));
+        input.sample[i] = twin[i]->exchange(device[i]->drive());
+        input.sample[i].buttons = buttons;
+        const DeviceRequests requests = device[i]->takeRequests(input.sample[i]);
+        if (requests.any()) tell({AskDevice{requests}, i});
       }
       loop.tick(input, kPeriod);
       recording.hashes.emplace_back();
       hashTick(loop, recording.hashes.back());
-      for (HandInput& hand : input.hand) hand.device = DeviceRequests{};
       recording.ticks.push_back(input);
       ++tick;
     }
@@ -147,50 +131,43 @@ Recording record() {
   live.device[1]->calibrateAtHome();
   live.device[1]->setForceEnabled(true);
   live.run(100);
-  live.note(LoopEvent::Kind::kWorldState, 0, live.world.save());  // tick kNotedOnly
-  live.run(280);
+  live.tell({RestoreWorld{live.world.save()}});
+  live.tell({HoldClutch{true}, 0});  // not in contact yet: it would wait
+  live.run(10);
+  live.tell({HoldClutch{false}, 0});
+  live.run(270);
   const std::vector<double> saved = live.world.save();
   live.run(50, 3);
-  live.run(30, 0, true);
-  live.loop.hand(1).requestSoftStart();
-  live.run(50);
-  live.loop.hand(0).requestClutch(true);
-  live.run(100);
-  live.loop.hand(0).requestClutch(false);
-  live.run(50);
+  live.tell({PauseWorld{true}});
+  live.run(30);
+  live.tell({PauseWorld{false}});
+  live.run(200);
   WorldTuning tuning = live.world.tuning();
   tuning.stiffness_scale = 0.5;
   tuning.friction_scale = 0.7;
   tuning.coupling[1].mode = PointerCoupling::Mode::kVirtual;
-  live.world.tune(tuning);
-  live.note(LoopEvent::Kind::kWorldTuning, 0, tuning.numbers());
+  live.tell({TuneWorld{tuning}});
   Spidar::Tuning limits = live.device[0]->tuning();
   limits.max_force *= 0.5;
   limits.lambda *= 200;  // large enough to be felt inside of what the strings can present
   live.device[0]->tune(limits);
-  live.device[0]->restore(live.device[0]->save());
-  live.note(LoopEvent::Kind::kDeviceState, 0, live.device[0]->save());
+  live.tell({RestoreDevice{live.device[0]->save()}, 0});
   HandSettings settings = live.loop.hand(1).settings();
   settings.workspace.scale = 0.5;
-  live.loop.hand(1).setSettings(settings);
-  live.note(LoopEvent::Kind::kHandSettings, 1, numbersOf(settings));
+  live.tell({ChangeHand{settings}, 1});
   live.run(200);
-  live.world.grab(0, live.world.linkIndex("block"));
-  live.note(LoopEvent::Kind::kWorldState, 0, live.world.save());
-  live.loop.hand(0).requestRebase(Rebase::kKeep);
+  live.tell({DriveJoint{live.world.jointIndex("hinge"), {JointDef::Drive::kVelocity, 0, 2, 0}}});
+  live.run(20);
+  live.tell({GrabLink{0, live.world.linkIndex("block")}});
   live.run(100);
-  live.world.restore(saved);
-  live.note(LoopEvent::Kind::kWorldState, 0, saved);
-  for (int i = 0; i < 2; ++i) live.loop.hand(i).requestRebase(Rebase::kGlide);
+  live.tell({RestoreWorld{saved}});
   live.run(300);
-  live.run(20, 0, false, 1);  // the grab button: whatever the pointer touches, if it does
+  live.run(20, 0, 1);  // the grab button: whatever the pointer touches, if it does
   live.run(100);
   settings.workspace.X_WB.p += Vector3(1e-3, 0, 2e-3);  // the base was moved: the pointer glides after it
-  live.loop.hand(1).setSettings(settings);
-  live.note(LoopEvent::Kind::kHandSettings, 1, numbersOf(settings));
+  live.tell({ChangeHand{settings}, 1});
   live.run(50);
-  live.note(LoopEvent::Kind::kHandGone, 0, {});
-  live.loop.detach(0);
+  live.tell({DropHand{}, 0});
   live.device.erase(live.device.begin());
   live.twin.erase(live.twin.begin());
   live.origin[0] = 1;
@@ -208,7 +185,7 @@ Difference replay(const Recording& recording, const SessionStart& start, std::si
   SessionReplay replay(scene(), start);
   Difference difference;
   for (std::size_t t = start.first_tick; t < recording.ticks.size(); ++t) {
-    while (event < recording.events.size() && recording.events[event].tick == t) replay.apply(recording.events[event++]);
+    while (event < recording.events.size() && recording.events[event].tick == t) replay.apply(recording.events[event++].command);
     const TickHash& hash = replay.tick(recording.ticks[t]);
     if (hash == recording.hashes[t]) continue;
     if (difference.ticks++ > 0) continue;
@@ -256,7 +233,7 @@ TEST(Session, ContainsContactsGrabsAndForces) {
   std::size_t event = 0;
   int contacts = 0, sticking = 0, forces = 0;
   for (std::size_t t = 0; t < recording.ticks.size(); ++t) {
-    while (event < recording.events.size() && recording.events[event].tick == t) again.apply(recording.events[event++]);
+    while (event < recording.events.size() && recording.events[event].tick == t) again.apply(recording.events[event++].command);
     again.tick(recording.ticks[t]);
     contacts += again.world().contactCount() > 1;
     for (int i = 0; i < again.world().contactCount(); ++i) sticking += again.world().contact(i).sticking;
@@ -269,7 +246,7 @@ TEST(Session, ContainsContactsGrabsAndForces) {
 
 TEST(Session, ADifferenceIsToldByTickAndBody) {
   Recording recording = record();
-  recording.ticks[60].hand[1].sample.counts[3] += 1;  // one count: the right hand's pointer moves by micrometres
+  recording.ticks[60].sample[1].counts[3] += 1;  // one count: the right hand's pointer moves by micrometres
   const Difference difference = replay(recording);
   EXPECT_EQ(difference.first, 60u);
   EXPECT_EQ(difference.part, "link side");
@@ -281,13 +258,27 @@ TEST(Session, EachKindOfEventMatters) {
   for (std::size_t i = 0; i < complete.events.size(); ++i) {
     Recording without = complete;
     const LoopEvent event = complete.events[i];
-    if (event.kind == LoopEvent::Kind::kHandGone) continue;  // the hands would no longer fit the samples
-    if (event.tick == kNotedOnly) continue;
+    if (event.command.is<DropHand>()) continue;  // the hands would no longer fit the samples
     without.events.erase(without.events.begin() + static_cast<std::ptrdiff_t>(i));
     const Difference difference = replay(without);
-    EXPECT_GT(difference.ticks, 0) << "event " << i << " of kind " << static_cast<int>(event.kind);
+    EXPECT_GT(difference.ticks, 0) << "event " << i << " of kind " << event.command.kind.index();
     EXPECT_GE(difference.first, event.tick);
   }
+}
+
+// A bag keeps kind, hand and numbers: they must say all of each command.
+TEST(Session, CommandsComeBackFromTheirNumbers) {
+  const Recording recording = record();
+  std::vector<bool> seen(std::variant_size_v<LoopCommand::Kind>);
+  for (const LoopEvent& event : recording.events) {
+    const LoopCommand& command = event.command;
+    const LoopCommand again = commandFrom(command.kind.index(), command.hand, numbersOf(command));
+    EXPECT_EQ(again.kind.index(), command.kind.index());
+    EXPECT_EQ(again.hand, command.hand);
+    EXPECT_EQ(numbersOf(again), numbersOf(command));
+    seen[command.kind.index()] = true;
+  }
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), true), static_cast<long>(seen.size()));
 }
 
 TEST(Session, RefusesWhatDoesNotFit) {
@@ -302,8 +293,10 @@ TEST(Session, RefusesWhatDoesNotFit) {
   other.hands[0].memory.pop_back();
   EXPECT_THROW(SessionReplay(scene(), other), SetupError);
   SessionReplay good(scene(), recording.start);
-  EXPECT_THROW(good.apply({0, LoopEvent::Kind::kHandSettings, 5, {}}), SetupError);
-  EXPECT_THROW(good.apply({0, LoopEvent::Kind::kHandSettings, 0, {1, 2}}), SetupError);
+  EXPECT_THROW(good.apply({ChangeHand{}, 5}), SetupError);
+  EXPECT_THROW(good.apply({GrabLink{7, 0}}), SetupError);
+  EXPECT_THROW(commandFrom(LoopCommand{ChangeHand{}}.kind.index(), 0, {1, 2}), SetupError);
+  EXPECT_THROW(commandFrom(200, 0, {}), SetupError);
 }
 
 TEST(Session, FingerprintTellsScenesApart) {

@@ -1,0 +1,136 @@
+/// Everything that changes a running loop beside its samples, as data.
+///
+/// Other threads tell commands between two ticks (`PortOffer::runBetweenTicks`, the bridge's `RealtimeThread`).
+/// `HapticLoop::take` carries them out, while running and in a replay alike, and a recording keeps each as it was told,
+/// with the tick that it came before.
+#pragma once
+#include <cstdint>
+#include <variant>
+#include <vector>
+
+#include "haptic_core/dynamics/joint_law.h"
+#include "haptic_core/loop/hand_settings.h"
+#include "haptic_core/spidar/device_requests.h"
+#include "haptic_core/world/tuning.h"
+
+namespace haptic {
+
+class World;
+
+struct RestoreWorld {
+  std::vector<double> state;   ///< World::save(); the pointers start there and glide to their grips
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.state);
+  }
+};
+struct TuneWorld {
+  WorldTuning tuning;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.tuning);
+  }
+};
+struct RestoreDevice {
+  std::vector<double> memory;  ///< Spidar::save(): what tuning or a calibration from a file made of it
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.memory);
+  }
+};
+struct ChangeHand {
+  HandSettings settings;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.settings);
+  }
+};
+/// Its device was taken away: the pointer stands, the hands after it move up.
+struct DropHand {
+  template <class Self, class Visit>
+  static void eachField(Self&, Visit&&) {}
+};
+struct AskDevice {
+  DeviceRequests requests;     ///< followed in the next tick
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.requests);
+  }
+};
+/// While paused the world stands and the devices live on at minimum tension; then the force fades in anew.
+struct PauseWorld {
+  bool on = true;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.on);
+  }
+};
+/// While held, the pointer stands and the grip moves freely; it waits while the pointer is in contact, for the wrench
+/// would jump to that of another place.
+struct HoldClutch {
+  bool held = true;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.held);
+  }
+};
+struct GrabLink {
+  int pointer = 0, link = 0;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.pointer), visit(s.link);
+  }
+};
+struct DriveJoint {
+  int joint = 0;
+  JointCommand command;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.joint), visit(s.command);
+  }
+};
+
+struct LoopCommand {
+  /// Recordings number the kinds in this order (haptic_msgs/LoopEvent): new ones go to the end.
+  using Kind = std::variant<RestoreWorld, TuneWorld, RestoreDevice, ChangeHand, DropHand, AskDevice, PauseWorld, HoldClutch,
+                            GrabLink, DriveJoint>;
+  Kind kind;
+  int hand = 0;  ///< which; 0 for the world
+
+  template <class T>
+  bool is() const {
+    return std::holds_alternative<T>(kind);
+  }
+};
+
+/// A command with the tick that it was carried out before.
+struct LoopEvent {
+  std::uint64_t tick = 0;
+  LoopCommand command;
+};
+
+/// Of one hand, and not of the world.
+inline bool isForHand(const LoopCommand& command) {
+  return command.is<RestoreDevice>() || command.is<ChangeHand>() || command.is<DropHand>() || command.is<AskDevice>() ||
+         command.is<HoldClutch>();
+}
+
+/// Between two ticks: what the command means to a world without hands. Throws SetupError when it cannot be done.
+void apply(const LoopCommand& command, World& world);
+
+/// For recordings: the numbers of a command beside its kind and hand, and back.
+std::vector<double> numbersOf(const LoopCommand& command);
+std::vector<double> numbersOf(const HandSettings& settings);
+HandSettings handSettingsFrom(const std::vector<double>& numbers);  ///< throws SetupError
+LoopCommand commandFrom(std::size_t kind, int hand, const std::vector<double>& numbers);  ///< throws SetupError
+
+}  // namespace haptic
