@@ -28,10 +28,9 @@ class BroadPhase {
   /// True when a and b may meet at all.
   bool allowed(int a, int b) const { return !(never_[bit(a, b) >> 6] >> (bit(a, b) & 63) & 1); }
   int boxCount() const { return count_; }
-  int maxPairs() const { return pairs_.capacity(); }
 
   /// (in realtime) Finds the pairs of `boxes` (box_count of them, in one frame) that touch or overlap. False
-  /// when more than maxPairs() did and the last ones were dropped.
+  /// when more than `max_pairs` did and the last ones were dropped.
   bool update(const ConvexPolyhedron::Box* boxes) noexcept;
   const LoadedVector<Pair>& pairs() const { return pairs_; }
 

@@ -81,7 +81,6 @@ class WorkspaceMap {
   const Pose& X_WP() const { return X_WP_; }
   const Twist& V_WP() const { return V_WP_; }
   bool clutched() const { return clutched_; }
-  bool gliding() const { return glide_left_ > 0; }
   const WorkspaceSettings& settings() const { return settings_; }
 
  private:
