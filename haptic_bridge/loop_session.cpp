@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/fields.h"
 #include "haptic_core/loop/hand.h"
 #include "haptic_core/spidar/device_twin.h"
 #include "haptic_core/world/world.h"
@@ -92,6 +93,7 @@ void LoopSession::connect(std::uint64_t first_tick) {
   }
   seen_jumps_ = world_->jumps;
   input_.tick = first_tick;
+  event_.numbers.reserve(kEventNumbers);
 }
 
 LoopSession::~LoopSession() {
@@ -113,10 +115,18 @@ bool LoopSession::dropsDevice() const noexcept {
   return false;
 }
 
-void LoopSession::note(LoopEvent::Kind kind, int hand, std::vector<double> numbers) {
+/// (in realtime, while `what` has no more numbers than kEventNumbers)
+template <class Fields>
+void LoopSession::note(LoopEvent::Kind kind, int hand, const Fields& what) {
   noted_ = noted_tick_ == input_.tick ? noted_ + 1 : 1;
   noted_tick_ = input_.tick;
-  if (events_) events_->push(std::make_shared<const LoopEvent>(LoopEvent{input_.tick, kind, hand, std::move(numbers)}));
+  if (!events_) return;
+  event_.tick = input_.tick;
+  event_.kind = kind;
+  event_.hand = hand;
+  event_.numbers.clear();
+  appendFields(what, event_.numbers);
+  events_->push(event_);
 }
 
 void LoopSession::dropRecalledDevices() {
@@ -125,7 +135,7 @@ void LoopSession::dropRecalledDevices() {
     hands_[i].lease->transport.zeroDrive();
     loop_->detach(i);  // before the device that it refers to
     hands_.erase(hands_.begin() + i);
-    note(LoopEvent::Kind::kHandGone, i, {});
+    note(LoopEvent::Kind::kHandGone, i, std::vector<double>());
   }
 }
 
@@ -150,7 +160,7 @@ void LoopSession::tuneDevice(int hand, const Spidar::Tuning& tuning) {
 
 void LoopSession::setHandSettings(int hand, const HandSettings& settings) {
   loop_->hand(hand).setSettings(settings);
-  note(LoopEvent::Kind::kHandSettings, hand, numbersOf(settings));
+  note(LoopEvent::Kind::kHandSettings, hand, settings);
 }
 
 /// Work of the ports' owners, on a user's request. What it changed is recorded as a whole.
@@ -218,7 +228,7 @@ void LoopSession::tick(const PeriodicWake::Wake& wake, std::uint64_t index, doub
   exchange(sample.io_ns, twin_ns);
   loop_->takeRequests(input_);
   for (int i = 0; i < input_.hands; ++i) {
-    if (input_.hand[i].device.any()) note(LoopEvent::Kind::kDeviceRequests, i, numbersOf(input_.hand[i].device));
+    if (input_.hand[i].device.any()) note(LoopEvent::Kind::kDeviceRequests, i, input_.hand[i].device);
   }
 
   const std::int64_t before = steadyNow();

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptic_bridge/bridge_parameters.h"
+#include "haptic_bridge/event_ring.h"
 #include "haptic_bridge/recorded_tick.h"
 #include "haptic_bridge/tick_sample.h"
 #include "haptic_core/loop/ports.h"
@@ -16,6 +17,9 @@ namespace haptic {
 
 class LoopSession {
  public:
+  /// Room for an event that a tick itself notes: what was asked of a device is 16 numbers.
+  static constexpr std::size_t kEventNumbers = 64;
+
   /// Claims the world and its devices. Empty, with `missing` telling what is not there yet, when one of them cannot
   /// be had now. Throws SetupError when they do not fit together (rates, pointers).
   /// `first_tick` is the index that its first tick will have.
@@ -48,7 +52,6 @@ class LoopSession {
   const SessionStart& start() const { return start_; }
   const SceneSource& source() const { return world_->source; }
   /// What happened between ticks, for one reader.
-  using EventRing = RecordRing<std::shared_ptr<const LoopEvent>>;
   void sendEventsTo(EventRing& ring) { events_ = &ring; }
 
   HapticLoop& loop() { return *loop_; }
@@ -76,7 +79,8 @@ class LoopSession {
   void connect(std::uint64_t first_tick);
   void serveOwners() noexcept;
   void noteJumps(bool paused) noexcept;
-  void note(LoopEvent::Kind kind, int hand, std::vector<double> numbers);
+  template <class Fields>
+  void note(LoopEvent::Kind kind, int hand, const Fields& what);
   void exchange(std::int64_t& io_ns, std::int64_t& twin_ns) noexcept;
   void keep(const PeriodicWake::Wake& wake, RecordedTick& record) noexcept;
   void observe(Hand& hand, HandSample& sample) const noexcept;
@@ -88,6 +92,7 @@ class LoopSession {
   std::unique_ptr<HapticLoop> loop_;
   SessionStart start_;
   EventRing* events_ = nullptr;
+  LoopEvent event_;                                    ///< the last one noted: its numbers keep their room
   std::uint64_t noted_tick_ = 0;                       ///< of the last event, and how many there were before that tick
   int noted_ = 0;
   TickInput input_;

@@ -23,7 +23,7 @@ RealtimeThread::RealtimeThread(const BridgeParameters& parameters)
       samples_(static_cast<std::size_t>(kRingSeconds * parameters.rate)),
       records_(static_cast<std::size_t>(kRingSeconds * parameters.rate)),
       starts_(kStarts),
-      events_(kEvents),
+      events_(kEvents, LoopSession::kEventNumbers),
       thread_([this] { run(); }) {}
 
 RealtimeThread::~RealtimeThread() { stop(); }

@@ -43,7 +43,7 @@ class RealtimeThread {
     std::size_t world_numbers = 0;         ///< room for the greatest world state
   };
   RecordRing<std::shared_ptr<const Start>>& starts() { return starts_; }  ///< one per claim of the ports; one reader
-  LoopSession::EventRing& events() { return events_; }      ///< one reader
+  EventRing& events() { return events_; }      ///< one reader
   RecordRing<RecordedTick>& records() { return records_; }  ///< one per tick; one reader
   /// With ~record the first tick waits for this; without, it is not asked.
   void letTick() { may_tick_ = true; }
@@ -63,7 +63,7 @@ class RealtimeThread {
   RecordRing<TickSample> samples_;
   RecordRing<RecordedTick> records_;
   RecordRing<std::shared_ptr<const Start>> starts_;
-  LoopSession::EventRing events_;
+  EventRing events_;
   BetweenTicks jobs_;
   LoopSession* session_ = nullptr;         ///< of the jobs; set while it ticks
   std::atomic<bool> may_tick_{false};

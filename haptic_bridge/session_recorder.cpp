@@ -72,7 +72,7 @@ void SessionRecorder::drain() {
     more = loop_.records().pop(tick);
     std::shared_ptr<const RealtimeThread::Start> start;
     while (loop_.starts().pop(start)) waiting_starts_.push_back(start);
-    std::shared_ptr<const LoopEvent> event;
+    LoopEvent event;
     while (loop_.events().pop(event)) waiting_events_.push_back(event);
     const auto due = [&](std::uint64_t at) { return !more || at <= tick.tick; };
     while (!waiting_starts_.empty() && due(waiting_starts_.front()->session.first_tick)) {
@@ -87,8 +87,8 @@ void SessionRecorder::drain() {
       flight_.add(waiting_memories_.front());
       waiting_memories_.pop_front();
     }
-    while (!waiting_events_.empty() && due(waiting_events_.front()->tick)) {
-      const LoopEvent& e = *waiting_events_.front();
+    while (!waiting_events_.empty() && due(waiting_events_.front().tick)) {
+      const LoopEvent& e = waiting_events_.front();
       if (e.kind == LoopEvent::Kind::kHandGone && e.hand < static_cast<int>(strings_.size())) {
         publish(run);
         run = haptic_msgs::TickRecord();

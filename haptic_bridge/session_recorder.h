@@ -35,7 +35,7 @@ class SessionRecorder {
   std::int64_t next_memory_ns_ = 0;
   std::deque<FlightStart> waiting_memories_;
   std::deque<std::shared_ptr<const RealtimeThread::Start>> waiting_starts_;
-  std::deque<std::shared_ptr<const LoopEvent>> waiting_events_;
+  std::deque<LoopEvent> waiting_events_;
 };
 
 }  // namespace haptic

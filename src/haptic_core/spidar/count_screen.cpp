@@ -67,8 +67,10 @@ CountScreen::Explanation CountScreen::explain(const StringVector& deviation, con
     found.string = i;
   }
   found.shift = white[found.string] / inverse(found.string, found.string);
-  found.smooth = found.cost <= likelyCost(strings_);
-  found.one = !found.smooth && found.cost - saved <= likelyCost(strings_ - 1);
+  const bool one = found.cost - saved <= likelyCost(strings_ - 1);
+  // One string that is off by less than what counts as a deviation is a motion that the model does not know, not a fault.
+  found.smooth = found.cost <= likelyCost(strings_) || (one && std::fabs(found.shift) < settings_.least_change);
+  found.one = !found.smooth && one;
   StringVector whitened = deviation;
   const Eigen::LLT<Square> blow(covariance(settings_.impact * settings_.acceleration));
   blow.matrixL().solveInPlace(whitened);
