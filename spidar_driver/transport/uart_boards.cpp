@@ -325,13 +325,13 @@ UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
 
 DeviceSample UartBoards::sample() noexcept {
   DeviceSample s;
-  for (std::size_t i = 0; i < device_.strings.size(); ++i) s.counts[i] = counter_[i].count();
   s.stamp_ns = board_[0].stamp_ns;
   std::uint64_t oldest = board_[0].exchange;
   for (std::size_t b = 1; b < boards_.size(); ++b) {
     s.stamp_ns = std::min(s.stamp_ns, board_[b].stamp_ns);
     oldest = std::min(oldest, board_[b].exchange);
   }
+  for (std::size_t i = 0; i < device_.strings.size(); ++i) s.counts[i] = counter_[i].countAt(s.stamp_ns);
   s.age_ticks = static_cast<std::uint32_t>(exchanges_ - oldest);
   const std::int64_t age_ns = connection_ ? connection_->link->now() - s.stamp_ns : s.age_ticks * period_ns_;
   s.age_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(age_ns / 1000, 0, UINT32_MAX));
