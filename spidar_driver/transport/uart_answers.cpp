@@ -212,6 +212,7 @@ LinkReport UartBoards::linkReport() const noexcept {
   r.over_rate = read(kOverRate);
   r.bad_commands = read(kBadCommands);
   r.clamped = read(kClamped);
+  r.guard_stalls = guard_stalls_.load(std::memory_order_relaxed);
   r.silent_boards = silent_boards_.load(std::memory_order_relaxed);
   r.delay_us = delay_us_.load(std::memory_order_relaxed);
   r.jitter_us = jitter_us_.load(std::memory_order_relaxed);

@@ -103,7 +103,7 @@ std::unique_ptr<UartBoards::Connection> UartBoards::connect(std::unique_ptr<Byte
   if (!connection->link->write(zero_cycle_.data(), zero_cycle_.size()))
     throw SetupError(where_, "the port does not take bytes", "check the adapter");
   if (auto* port = dynamic_cast<SerialPort*>(connection->link.get()); port && settings_.guard)
-    connection->guard = std::make_unique<DriveGuard>(port->descriptor(), zero_cycle_, settings_.rate_hz);
+    connection->guard = std::make_unique<DriveGuard>(port->descriptor(), zero_cycle_, zeroForAnyTable(), settings_.rate_hz);
   return connection;
 }
 
@@ -139,10 +139,10 @@ void UartBoards::layOutCycle() {
   slot_ns_ = static_cast<std::int64_t>(std::ceil(1e9 / max_rate_hz_ - 1e-3));
 }
 
-/// Set-up: waits until the boards are in step.
+/// Set-up: waits until the boards are in step. The scan has heard all of them: one that is late now is asked again.
 void UartBoards::awaitBoards() {
   restart(Cause::kOpened);
-  for (int i = 0; i < kOpeningSteps && restarting_ && restart_.trouble() == BusRestart::Trouble::kNone; ++i)
+  for (int i = 0; i < kOpeningSteps && restarting_ && restart_.trouble() != BusRestart::Trouble::kOtherBoard; ++i)
     if (stepRestart(kOpeningStepNs) == Line::kGone)
       throw SetupError(where_, "the port was lost while it was opened", "check the cable and the adapter");
   if (!restarting_) return;
@@ -317,7 +317,10 @@ UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
     bytes += mark.size();
   }
   if (!link.write(cycle_.data(), bytes)) return Line::kGone;
-  if (connection_->guard) connection_->guard->beat(armed_);
+  if (connection_->guard) {
+    connection_->guard->beat(armed_);
+    guard_stalls_.store(connection_->guard->stalls(), std::memory_order_relaxed);
+  }
   wire_free_ns_ = sent_ns_ + slot_ns_ + (bytes > cycle_bytes_ ? mark_wire_ns_ : 0);
   count(kCycles);
   return Line::kFine;

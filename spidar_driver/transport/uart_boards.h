@@ -176,6 +176,7 @@ class UartBoards : public Transport, public LinkReporter {
 
   // Shared with other threads.
   std::array<std::atomic<std::uint64_t>, kCounters> counters_{};
+  std::atomic<std::uint64_t> guard_stalls_{0};
   std::atomic<std::uint32_t> silent_boards_{0}, delay_us_{0}, jitter_us_{0};
   std::atomic<int> cause_{0}, cause_board_{-1}, trouble_{0}, trouble_board_{-1};
   std::atomic<Connection*> outgoing_{nullptr}, incoming_{nullptr};

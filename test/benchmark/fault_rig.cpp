@@ -14,7 +14,7 @@ constexpr double kVoltPerDigit = 3.3 / 4096;
 constexpr int kSettleTicks = 400;    // hand home and at rest: 0.4 s, ten of its time constants
 constexpr int kBringUpTicks = 2500;  // to become enabled, with the ramp of 0.5 s and boards that are taught anew
 constexpr unsigned kAlarms = kSampleStale | kLinkLost | kEncoderJump | kResidualHigh | kCommandNotFinite | kAnswersLost |
-                             kDelayTooLong | kCounterRestarted | kPoseHeld | kPoseNotConverged | kCountRefused | kStringCorrected;
+                             kDelayTooLong | kCounterRestarted | kPoseNotConverged | kCountRefused | kStringCorrected | kCountersStill;
 constexpr std::size_t kTruths = 200;  // instants that are remembered: 0.2 s
 
 }  // namespace

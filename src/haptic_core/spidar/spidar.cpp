@@ -99,6 +99,7 @@ void Spidar::startAt(const GripPose& pose) noexcept {
   twist_ = Twist{};
   opening_rate_ = 0;
   health_.forget();
+  still_.forget();
   calibrated_ = true;
   ramp_ = 0;  // the pose is another one: so may the wrench be
   if (state_ == DeviceState::kUncalibrated) state_ = DeviceState::kReady;
@@ -247,6 +248,8 @@ void Spidar::sense(const DeviceSample& sample, double h, const DeviceRequests& r
   bool plausible = sample.status == LinkStatus::kOk;
   if (plausible) {
     plausible = !calibrated_ || (takeLengths(sample, since_counts_) && takePose(sample, since_counts_));
+    if (!presents()) still_.forget();
+    if (presents() && still_.take(sample.counts, achievedWrench().force, since_counts_)) loseLengths(kCountersStill);
     plausible = plausible && !(flags_ & kCountRefused);  // a pose without one string is a pose, but not a fresh count of it
     since_counts_ = 0;
   }
@@ -258,18 +261,13 @@ void Spidar::sense(const DeviceSample& sample, double h, const DeviceRequests& r
   }
 }
 
-/// False: these counts make no pose. Lengths that contradict each other make none yet: a disturbed reading is gone in the
-/// next tick; what lasts is judged by then, and followed at a reduced force.
+/// False: these counts make no pose. What one reading does is the screen's business (takeLengths); lengths that contradict
+/// each other for longer are followed at a reduced force until it is known which string it is.
 bool Spidar::takePose(const DeviceSample& sample, double elapsed) noexcept {
   if (health_.corrections() > 0) flags_ |= kStringCorrected;
   const GripPose last = solution_.pose;
   const PoseSolution solved = kinematics_.solvePose(length_, last);
-  const bool doubtful = !(solved.residual <= settings_.health.residual_limit);
-  const StringVerdict verdict = checkResidual(solved, last, elapsed);
-  if (verdict == StringVerdict::kBroken || (verdict == StringVerdict::kTrue && doubtful)) {
-    flags_ |= kPoseHeld;
-    return false;
-  }
+  if (checkResidual(solved, last, elapsed) == StringVerdict::kBroken) return false;
   if (solved.status != PoseStatus::kConverged) {
     flags_ |= kPoseNotConverged;
     return false;

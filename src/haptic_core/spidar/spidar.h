@@ -12,6 +12,7 @@
 #include "haptic_core/spidar/calibration.h"
 #include "haptic_core/spidar/device_requests.h"
 #include "haptic_core/spidar/freshness.h"
+#include "haptic_core/spidar/still_counters.h"
 #include "haptic_core/spidar/string_health.h"
 #include "haptic_core/spidar/string_kinematics.h"
 #include "haptic_core/spidar/tension_distribution.h"
@@ -49,7 +50,7 @@ enum DeviceFlag : unsigned {
   kMotorHot = 1u << 15,         ///< heat model: the wrench is faded
   kAnswersLost = 1u << 16,      ///< more answers are lost than a sound wire loses: reduced, then no force
   kDelayTooLong = 1u << 17,     ///< the wire's delay leaves no stable wall worth the name: force is refused
-  kPoseHeld = 1u << 18,         ///< the counts contradict each other, for how long nobody knows yet: the pose waits
+  kCountersStill = 1u << 18,    ///< no counter moves although the force does: stuck, or the grip is clamped; calibrate
   kCounterRestarted = 1u << 19, ///< a board started anew or a counter jumped: calibrate
   kStringCorrected = 1u << 20,  ///< an encoder slipped since the last calibration and was corrected
   kCountRefused = 1u << 21,     ///< a count that no string can have made was replaced, or the pose of before kept
@@ -178,6 +179,7 @@ class Spidar {
   TensionDistribution distribution_;
   StringHealth health_;
   Freshness freshness_;
+  StillCounters still_;
   std::atomic<bool> calibrate_request_{false}, recover_request_{false};
   std::atomic<int> enable_request_{-1};
   std::atomic<double> fade_{1.0};
