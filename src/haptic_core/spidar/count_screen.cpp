@@ -127,25 +127,4 @@ CountScreen::Verdict CountScreen::judge(StringVector& length, const StringKinema
   return settle(length, found, persists);
 }
 
-void CountScreen::save(std::vector<double>& out) const {
-  out.insert(out.end(), {static_cast<double>(known_), since_, shift_, static_cast<double>(doubts_),
-                         static_cast<double>(suspect_), single_ ? 1.0 : 0.0});
-  out.insert(out.end(), before_.data(), before_.data() + strings_);
-  out.insert(out.end(), rate_.data(), rate_.data() + strings_);
-  out.insert(out.end(), read_.data(), read_.data() + strings_);
-}
-
-const double* CountScreen::restore(const double* in) noexcept {
-  known_ = static_cast<int>(*in++);
-  since_ = *in++;
-  shift_ = *in++;
-  doubts_ = static_cast<int>(*in++);
-  suspect_ = static_cast<int>(*in++);
-  single_ = *in++ != 0;
-  for (int i = 0; i < strings_; ++i) before_[i] = *in++;
-  for (int i = 0; i < strings_; ++i) rate_[i] = *in++;
-  for (int i = 0; i < strings_; ++i) read_[i] = *in++;
-  return in;
-}
-
 }  // namespace haptic

@@ -114,6 +114,17 @@ class Spidar {
   void save(std::vector<double>& out) const;
   void restore(const std::vector<double>& memory);
 
+  /// What evolves from tick to tick, each field once: saved, restored and compared by base/fields.h. Beside it the memory has
+  /// the exits that a calibration may have moved, λ, the fade and the active set of the tensions.
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.max_force_), visit(s.max_torque_), visit(s.state_), visit(s.calibrated_), visit(s.zero_current_), visit(s.enabled_);
+    visit(s.opening_rate_), visit(s.ramp_), visit(s.heat_share_), visit(s.since_counts_), visit(s.since_pose_);
+    visit(s.pose_stamp_ns_), visit(s.cause_);  // the stamp is whole up to 2^53 ns, 104 days
+    visit(s.zero_length_), visit(s.length_), visit(s.told_), visit(s.solution_), visit(s.twist_), visit(s.asked_);
+    visit(s.health_), visit(s.freshness_), visit(s.still_);
+  }
+
   /// Limits and λ that may change while running, within the device file's own. Between two ticks.
   struct Tuning {
     double lambda = 0;      ///< of the device's rule [1]: TensionDistribution::ruleLambda
@@ -156,18 +167,16 @@ class Spidar {
 
  private:
   void follow(const DeviceRequests& requests, const DeviceSample& sample) noexcept;
-  void calibrate(const DeviceSample& sample, const GripPose& jig) noexcept;
   void placeExits(const double* numbers);
   void startAt(const GripPose& pose) noexcept;
   bool takeLengths(const DeviceSample& sample, double elapsed) noexcept;
   bool takePose(const DeviceSample& sample, double elapsed) noexcept;
   void checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept;
-  void checkDelay(double h) noexcept;
+  void checkWire(double h) noexcept;
   void loseLengths(unsigned flag) noexcept;
   bool presents() const noexcept { return state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced; }
   void updatePose(const PoseSolution& solved, double h) noexcept;
   StringVerdict checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept;
-  void checkRate(double h) noexcept;
   void enterFault(bool zero_current) noexcept;
   void reduce() noexcept;
   Wrench limited(Wrench F_G_B, double h, double command_age) noexcept;
