@@ -132,8 +132,8 @@ void UartBoards::takeMark(int board, const std::uint8_t* bytes, int size) noexce
 }
 
 /// A board names the parameter that it was asked for before. One that names the one before that has not taken in the
-/// question between: its table cuts packets short, and it takes in no current either. One that names 0 has lost its power.
-/// Anything else is a disturbed byte.
+/// question between: its table cuts packets short, and it takes in no current either. As the questions alternate, every second
+/// answer of such a board is right by chance. One that names 0 has lost its power. Anything else is a disturbed byte.
 void UartBoards::takeMemory(BoardState& state, int board, int named) noexcept {
   const int expected = state.asked;
   state.asked = mark_param_;
@@ -142,7 +142,9 @@ void UartBoards::takeMemory(BoardState& state, int board, int named) noexcept {
   const bool right = named == expected;
   state.remembered += right;
   state.has_memory = state.has_memory || state.remembered > 1;
-  state.stuck = !right && named == mark_param_ ? state.stuck + 1 : 0;
+  state.right = right ? state.right + 1 : 0;
+  if (state.right > 1) state.stuck = 0;
+  state.stuck += !right && named == mark_param_;
   if (!state.has_memory || right || (named != 0 && state.stuck < 2)) return;
   counters_restarted_ = counters_restarted_ || named == 0;  // whether its counters went on nobody can know
   pending_ = named == 0 ? Cause::kPowerLost : Cause::kDisobeys;

@@ -215,7 +215,7 @@ UartBoards::Line UartBoards::stepRestart(std::int64_t patience_ns) noexcept {
   last_pull_ns_ = 0;
   ledger_.begin(static_cast<int>(boards_.size()));
   stream_.forget();
-  for (BoardState& b : board_) b.lost = 0, b.asked = -1, b.remembered = b.stuck = 0;
+  for (BoardState& b : board_) b.lost = 0, b.asked = -1, b.remembered = b.right = b.stuck = 0;
   delay_ns_ = fastest_ns_ = restart_.delay();
   delay_us_.store(static_cast<std::uint32_t>(delay_ns_ / 1000), std::memory_order_relaxed);
   jitter_us_.store(static_cast<std::uint32_t>(restart_.jitter() / 1000), std::memory_order_relaxed);

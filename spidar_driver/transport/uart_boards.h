@@ -104,7 +104,8 @@ class UartBoards : public Transport, public LinkReporter {
     double lost = 0;            ///< share of the last questions without an answer
     int asked = -1;             ///< parameter that the last answered mark asked for; -1: unknown
     int remembered = 0;         ///< answers since the restart that named the parameter asked for before
-    int stuck = 0;              ///< answers in a row that named the one before that: the board did not take the question in
+    int right = 0;              ///< answers in a row that did so
+    int stuck = 0;              ///< answers that named the one before that, until two in a row are right
     int param_lost = 0;         ///< such marks in a row without an answer
     bool has_memory = false;    ///< it has answered such marks as the firmware does
   };
