@@ -4,6 +4,7 @@
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -93,6 +94,11 @@ int main() {
     std::fprintf(stderr,
                  "motor_guard: the driver of motor boards starts this program; it is of no use alone\n");
     return 2;
+  }
+  struct stat size {};
+  if (::fstat(kGuardMemory, &size) != 0 || size.st_size != static_cast<off_t>(sizeof(GuardMemory))) {
+    std::fprintf(stderr, "motor_guard: the driver is of another version: build and install both together\n");
+    return 2;  // the driver does not start without its guard
   }
   ::close(kGuardMemory);
   becomePrompt();
