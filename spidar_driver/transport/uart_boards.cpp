@@ -298,7 +298,9 @@ UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
   // What is sent now acts until the next exchange.
   encodeCycle(command, finite && !expired(sent_ns_ + period_ns_));
   if (connection_->guard && armed_) connection_->guard->arm();  // before the motors have the current
-  const bool teaches = sent_ns_ - last_lesson_ns_ >= kLessonEveryNs;
+  // Lengths are bytes like headers: a board that may be inside of a packet must not wake in the middle of a lesson.
+  const bool own = fastest_ns_ + cycle_ns_ + mark_wire_ns_ <= wait_ns_;
+  const bool teaches = sent_ns_ - last_lesson_ns_ >= kLessonEveryNs && !(own && ledger_.owed() > 0);
   if (teaches) {
     last_lesson_ns_ = sent_ns_;
     if (!link.write(lesson_.data(), lesson_.size())) return Line::kGone;
