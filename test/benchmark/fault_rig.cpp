@@ -136,7 +136,8 @@ bool FaultRig::bringUp() {
   spidar.setForceEnabled(false);
   run(kSettleTicks);
   for (int k = 0; k < kBringUpTicks && sample.status == LinkStatus::kSilent; ++k) tick();
-  if (sample.status == LinkStatus::kSilent) {  // "board N does not answer: check its power": the user does
+  // "board N does not answer: check its power", or "switch its power off and on": the user does.
+  if (sample.status == LinkStatus::kSilent || driver->trouble().find("power off and on") != std::string::npos) {
     ++power_cycles;
     for (const auto& b : bus.boards()) b->replace();
     for (int k = 0; k < kBringUpTicks && sample.status == LinkStatus::kSilent; ++k) tick();
