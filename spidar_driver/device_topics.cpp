@@ -42,6 +42,7 @@ DeviceTopics::DeviceTopics(ros::NodeHandle& nh, const DriverParameters& paramete
       joint_states_(nh.advertise<sensor_msgs::JointState>("joint_states", 10)),
       joy_(nh.advertise<sensor_msgs::Joy>("joy", 10)),
       state_(nh.advertise<haptic_msgs::DeviceState>("state", 1, true)),
+      diagnostics_(nh, parameters.name, port.transport),
       markers_(nh, port.device.def(), base_frame_, parameters.name, parameters.label_row) {
   if (parameters.place_base) {
     geometry_msgs::TransformStamped base;
@@ -72,6 +73,7 @@ void DeviceTopics::run() {
     if (now >= next_state_ns_) {
       next_state_ns_ = now + kSecondNs;
       publishState(last_);
+      diagnostics_.publish(last_, standing(last_, def_.name), advice(last_, def_.name).empty());
     }
     std::this_thread::sleep_for(motionWanted() ? kFastWake : kSlowWake);
   }

@@ -13,13 +13,14 @@
 
 #include "haptic_core/loop/ports.h"
 #include "spidar_driver/conversions.h"
+#include "spidar_driver/device_diagnostics.h"
 #include "spidar_driver/device_markers.h"
 #include "spidar_driver/driver_parameters.h"
 
 namespace haptic {
 
 /// pose, twist, wrench (pose_rate), joint_states (joint_state_rate), tf base → grip and markers (frame_rate), joy
-/// (on change), state (latched; on change and at 1 Hz). Messages are made only when somebody subscribes; no pose
+/// (on change), state (latched; on change and at 1 Hz), /diagnostics (1 Hz). Messages are made only when somebody subscribes; no pose
 /// leaves before calibration.
 class DeviceTopics {
  public:
@@ -50,6 +51,7 @@ class DeviceTopics {
   SeeRecord see_;
   std::string base_frame_, grip_frame_;
   ros::Publisher pose_, twist_, wrench_, joint_states_, joy_, state_;
+  DeviceDiagnostics diagnostics_;
   DeviceMarkers markers_;
   tf2_ros::TransformBroadcaster broadcaster_;
   tf2_ros::StaticTransformBroadcaster static_broadcaster_;

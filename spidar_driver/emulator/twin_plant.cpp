@@ -42,8 +42,17 @@ void TwinPlant::advance(std::int64_t now_ns) {
         f.offset -= std::llround(kWindSpeed * period_ / twin_.def().strings[i].length_per_count);
     }
     if (hand_set_) twin_.setHandTarget({hand_.at(time_ - hand_start_), true});
+    past_[static_cast<std::size_t>(steps_ % kRateSteps)] = sample_;
     sample_ = twin_.exchange(acting);
   }
+}
+
+std::int64_t TwinPlant::counted(int string) const {
+  if (steps_ < kRateSteps) return sample_.counts[string];
+  const DeviceSample& oldest = past_[static_cast<std::size_t>((steps_ + 1) % kRateSteps)];
+  const double since = static_cast<double>(last_ns_ - start_ns_) * 1e-9 / period_ - static_cast<double>(steps_);
+  const double moved = static_cast<double>(sample_.counts[string] - oldest.counts[string]) / kRateSteps;
+  return sample_.counts[string] + std::llround(moved * std::clamp(since, 0.0, 1.0));
 }
 
 void TwinPlant::drive(int channel, std::int16_t digit) {
@@ -59,7 +68,7 @@ std::int32_t TwinPlant::position(int channel) const {
   if (!valid(channel)) return 0;
   const StringFault& f = fault_[channel];
   return static_cast<std::int32_t>(f.condition == Condition::kFrozen ? f.frozen
-                                                                     : sample_.counts[channel] + f.offset);
+                                                                     : counted(channel) + f.offset);
 }
 
 void TwinPlant::slacken(int string, double metres) {

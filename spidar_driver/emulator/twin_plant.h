@@ -27,7 +27,7 @@ class TwinPlant : public MotorPlant {
   void setHand(const HandPath& path);  ///< starts a scripted motion of the hand now
   const DeviceTwin& twin() const { return twin_; }
   /// What a sound encoder would say.
-  std::int64_t trueCount(int string) const { return valid(string) ? sample_.counts[string] : 0; }
+  std::int64_t trueCount(int string) const { return valid(string) ? counted(string) : 0; }
   const DriveCommand& command() const { return command_; }
 
  private:
@@ -44,7 +44,12 @@ class TwinPlant : public MotorPlant {
   double period_;
   DeviceTwin twin_;
   DriveCommand command_;
+  /// The encoder goes on between two steps of the twin: boards are read at instants of their own.
+  std::int64_t counted(int string) const;
+
+  static constexpr int kRateSteps = 4;  ///< over which the encoders' rate is taken: a quarter of a count of noise
   DeviceSample sample_;
+  std::array<DeviceSample, kRateSteps> past_{};  ///< the samples before, the oldest at past_[steps_ % kRateSteps]
   std::array<StringFault, kMaxStrings> fault_{};
   HandPath hand_;
   double hand_start_ = 0, time_ = 0;

@@ -148,12 +148,13 @@ int run(int argc, char** argv) {
   TimingSetup setup = examineMachine(settings.port);
   setup.memory_locked = locked;
   setup.realtime_priority = first_in_line;
-  double max_rate = 0;
+  double max_rate = 0, wire_delay_us = -1;
   {
     const std::unique_ptr<Transport> transport = openTransport(device, settings);
     const auto* reporter = dynamic_cast<LinkReporter*>(transport.get());
     // The twin answers at whatever rate it is asked.
     max_rate = device.transport == "twin" ? 1e9 : transport->maxRateHz();
+    if (reporter) wire_delay_us = reporter->linkReport().delay_us;
     std::printf("%s: %s\n", device.name.c_str(), reporter ? reporter->describe().c_str() : "twin, no wire");
   }
   std::printf("real-time priority %s, memory %s, kernel %s, latency timer %s\n",
@@ -172,6 +173,7 @@ int run(int argc, char** argv) {
   for (const std::string& line : advice(setup, runs)) std::printf("to do: %s\n", line.c_str());
   for (const TickTiming& t : runs) figures(t);
   std::printf("figure latency.max_rate_hz %.6g Hz\n", max_rate);
+  if (wire_delay_us >= 0) std::printf("figure latency.wire_delay_us %.6g us\n", wire_delay_us);
   return runs.empty() || verdictOf(runs.front()) == Verdict::kNo ? 1 : 0;
 }
 

@@ -43,6 +43,14 @@ std::vector<std::uint8_t> infoQuestion(int id, int lead) {
   return bytes;
 }
 
+std::vector<std::uint8_t> paramQuestion(const FoundBoard& board, int type) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(commandBytes(*board.shape, BoardCommand::kGetParam) +
+                                                           paddingBytes(*board.shape, BoardCommand::kGetParam)), 0);
+  bytes[0] = headerByte(BoardCommand::kGetParam, board.id);
+  bytes[1] = static_cast<std::uint8_t>(type);
+  return bytes;
+}
+
 bool decodeInfo(const std::uint8_t* bytes, int size, int id, InfoReply& info) {
   return decodePacket(*findBoardModel(1), id, bytes, static_cast<std::size_t>(size), info) && plausible(info);
 }
@@ -123,6 +131,20 @@ std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards, in
     bytes.insert(bytes.end(), packet.begin(), packet.end());
     bytes.insert(bytes.end(), static_cast<std::size_t>(std::max(padding, kLessonPadding)), 0);
   }
+  return bytes;
+}
+
+std::vector<std::uint8_t> zeroForAnyTable() {
+  const BoardShape& longest = *findBoardModel("B5M");
+  std::vector<std::uint8_t> bytes(kResyncZeros, 0);
+  for (const BoardCommand command : {BoardCommand::kCurrent, BoardCommand::kAll})
+    for (int id = 0; id < kMaxBoards; ++id) {
+      const std::size_t at = bytes.size();
+      bytes.resize(at + static_cast<std::size_t>(commandBytes(longest, command)), 0);
+      bytes[at] = headerByte(command, id);
+      if (command == BoardCommand::kAll) bytes[at + 1] = static_cast<std::uint8_t>(BoardMode::kCurrent);
+    }
+  bytes.insert(bytes.end(), kResyncZeros, 0);
   return bytes;
 }
 

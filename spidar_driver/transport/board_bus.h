@@ -28,6 +28,8 @@ inline constexpr int kInfoBytes = 7;  ///< of a reply to BOARD_INFO, the same fo
 
 /// BOARD_INFO for one id behind `lead` zeros, with the padding that is its reply's slot.
 std::vector<std::uint8_t> infoQuestion(int id, int lead);
+/// GET_PARAM for one id, with its reply's slot: the reply names the parameter that was asked for *before*.
+std::vector<std::uint8_t> paramQuestion(const FoundBoard& board, int type);
 /// (in realtime) False: no such reply of that id, or none that a board can give.
 bool decodeInfo(const std::uint8_t* bytes, int size, int id, InfoReply& info);
 
@@ -41,6 +43,12 @@ BusScan scanBus(ByteLink& link);
 /// SET_CMDLEN for every board: without it, a board of one model loses step at a command for another model. `padding`:
 /// zeros behind each; kResyncZeros reaches a board whose table says that this very command is longer.
 std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards, int padding = 0);
+
+/// Zero currents for all eight ids, whatever their length tables say: a disturbed command may have spoilt a table or moved a
+/// board to another id. Zeros end what a board is inside of; then every id gets zero currents by CURRENT, and by ALL for a
+/// board whose table cuts CURRENT short; each header is followed by as many zeros as the longest board of its command needs,
+/// and zeros at the end complete any length that a table can hold. 1.3 kB, 6.6 ms at 2 Mbaud.
+std::vector<std::uint8_t> zeroForAnyTable();
 
 /// "B3M (id 1), B3M (id 2)": for messages.
 std::string listed(const std::vector<FoundBoard>& boards);

@@ -11,13 +11,12 @@ constexpr std::int64_t kPatienceNs = 200 * kMs;  // for silence; then the line i
 constexpr std::int64_t kAnswerNs = 40 * kMs;     // for an answer: two bursts
 constexpr int kTries = 2;
 constexpr std::int64_t kBoardDelayNs = 25000;    // of the firmware, from header to reply
-constexpr int kLongestPacket = 256;              // a header and the longest length that a byte can hold
 constexpr int kFifoBytes = 6;                    // a board looks at its FIFO when it is ¾ full
 
 }  // namespace
 
-std::int64_t BusRestart::questionTime(std::int64_t byte_ns) {
-  return (kFifoBytes + kInfoBytes) * byte_ns + kBoardDelayNs;
+std::int64_t BusRestart::questionTime(std::int64_t byte_ns, int reply_bytes) {
+  return (kFifoBytes + reply_bytes) * byte_ns + kBoardDelayNs;
 }
 
 void BusRestart::prepare(const std::vector<FoundBoard>& boards, const std::vector<std::uint8_t>& zero_drive,
@@ -28,13 +27,7 @@ void BusRestart::prepare(const std::vector<FoundBoard>& boards, const std::vecto
   const std::vector<std::uint8_t> lesson = lengthLesson(boards, kResyncZeros);
   taught.insert(taught.end(), lesson.begin(), lesson.end());
   taught.insert(taught.end(), zero_drive.begin(), zero_drive.end());
-  zero_.assign(1, taught);
-  for (int id = 0; id < kMaxBoards; ++id) {
-    std::vector<std::uint8_t> to_any_length(kLongestPacket, 0);
-    to_any_length[0] = headerByte(BoardCommand::kCurrent, id);
-    zero_.push_back(std::move(to_any_length));
-  }
-  zero_.push_back(taught);
+  zero_ = {zeroForAnyTable(), taught, zeroForAnyTable(), taught};
   first_question_.clear();
   question_.clear();
   for (const FoundBoard& b : boards) {
@@ -82,9 +75,9 @@ BusRestart::Step BusRestart::zero(ByteLink& link, std::int64_t deadline_ns) noex
 BusRestart::Step BusRestart::quiet(ByteLink& link, std::int64_t deadline_ns) noexcept {
   if (!hear(link, deadline_ns)) return Step::kGone;
   const std::int64_t now = link.now();
-  if (now - since_ns_ > kPatienceNs) {
+  if (now - std::max(since_ns_, rest_until_ns_) > kPatienceNs) {
     giveUp(Trouble::kNoisy, -1);
-  } else if (now - heard_ns_ >= kQuietNs) {
+  } else if (now - heard_ns_ >= kQuietNs && now >= rest_until_ns_) {
     stream_.forget();
     phase_ = Phase::kAsk;
   }

@@ -1,9 +1,8 @@
 /// Brings boards that no longer obey back into step: zero current, silence, lengths, identity, delay.
 ///
 /// A step is bounded in time, so that the real-time thread takes one per exchange; opening a line takes them in a loop.
-///   zero      256 zeros, SET_CMDLEN for every board, zero currents; then CURRENT and 255 zeros to each of the eight ids; then
-///             the first once more. A disturbed command may have spoilt a length table or moved a board to another id, and
-///             a zero may be lost like any other byte: some board would hold its last currents
+///   zero      zero currents to whatever id and table (zeroForAnyTable), then 256 zeros, SET_CMDLEN for every board and zero
+///             currents; then both once more: a zero may be lost like any other byte, and some board would hold its currents
 ///   quiet     until nothing has come for longer than any adapter keeps bytes back
 ///   questions BOARD_INFO, one at a time, each board several times: the right board, and the wire's round trip
 /// About 50 ms and twelve round trips; 0.5 s at the worst wire that carries a pose at all. A board that does not answer
@@ -21,12 +20,17 @@ namespace haptic {
 class BusRestart {
  public:
   enum class Step : unsigned char { kWorking, kReady, kGone };
-  enum class Trouble : unsigned char { kNone, kSilentBoard, kOtherBoard, kNoisy };
+  enum class Trouble : unsigned char { kNone, kSilentBoard, kOtherBoard, kNoisy, kForgets };
 
   /// Set-up. `zero_drive`: bytes that turn all motors off, in a cycle of their own.
   void prepare(const std::vector<FoundBoard>& boards, const std::vector<std::uint8_t>& zero_drive, std::int64_t byte_ns);
 
-  void begin() noexcept { phase_ = Phase::kZero, sent_ = 0, trouble_ = Trouble::kNone; }  ///< (in realtime)
+  void begin() noexcept { phase_ = Phase::kZero, sent_ = 0, trouble_ = Trouble::kNone, rest_until_ns_ = 0; }  ///< (in realtime)
+  /// (in realtime) The same for board `id`, which keeps losing what it is taught: nothing is asked before that instant.
+  void beginAfter(std::int64_t rest_until_ns, int id) noexcept {
+    begin();
+    rest_until_ns_ = rest_until_ns, trouble_ = Trouble::kForgets, trouble_id_ = id;
+  }
   /// (in realtime) Listens until `deadline_ns` at most.
   Step step(ByteLink& link, std::int64_t deadline_ns) noexcept;
 
@@ -36,8 +40,8 @@ class BusRestart {
   Trouble trouble() const { return trouble_; }    ///< what keeps it from being ready
   int troubleBoard() const { return trouble_id_; }  ///< its id
 
-  /// Time on the wire of one BOARD_INFO and its reply [ns]: header in the receiver's FIFO, the board's 25 µs, 7 bytes.
-  static std::int64_t questionTime(std::int64_t byte_ns);
+  /// Time on the wire of a question and its reply [ns]: header in the receiver's FIFO, the board's 25 µs, the reply.
+  static std::int64_t questionTime(std::int64_t byte_ns, int reply_bytes = kInfoBytes);
 
  private:
   enum class Phase : unsigned char { kZero, kQuiet, kAsk, kListen };
@@ -58,7 +62,7 @@ class BusRestart {
   Trouble trouble_ = Trouble::kNone;
   int trouble_id_ = -1, sent_ = 0, asked_ = 0, tries_ = 0;
   bool answered_ = false, right_ = false;
-  std::int64_t byte_ns_ = 5000, since_ns_ = 0, heard_ns_ = 0, delay_ns_ = 0, jitter_ns_ = 0;
+  std::int64_t byte_ns_ = 5000, since_ns_ = 0, heard_ns_ = 0, rest_until_ns_ = 0, delay_ns_ = 0, jitter_ns_ = 0;
   std::array<std::int64_t, kRounds * kMaxBoards> trip_ns_{};
   int trips_ = 0;
 };

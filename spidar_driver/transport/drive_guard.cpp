@@ -88,9 +88,10 @@ void keepOnly(const int (&wanted)[4]) {
 
 }  // namespace
 
-DriveGuard::DriveGuard(int descriptor, const std::vector<std::uint8_t>& zero_drive, double rate_hz) {
-  if (zero_drive.size() > kMaxZeroDrive)
-    fail("the boards need " + std::to_string(zero_drive.size()) + " bytes to be turned off");
+DriveGuard::DriveGuard(int descriptor, const std::vector<std::uint8_t>& zero_drive,
+                       const std::vector<std::uint8_t>& zero_any, double rate_hz) {
+  if (zero_drive.size() + zero_any.size() > kMaxZeroDrive)
+    fail("the boards need " + std::to_string(zero_drive.size() + zero_any.size()) + " bytes to be turned off");
   try {
     memory_descriptor_ = ::memfd_create(kName, MFD_CLOEXEC);
     if (memory_descriptor_ < 0 || ::ftruncate(memory_descriptor_, sizeof(GuardMemory)) != 0)
@@ -101,7 +102,8 @@ DriveGuard::DriveGuard(int descriptor, const std::vector<std::uint8_t>& zero_dri
     memory_ = new (memory) GuardMemory{};
     memory_->stall_ns = static_cast<std::int64_t>(1e9 * std::max(kStallSeconds, kStallPeriods / rate_hz));
     memory_->zero_drive_bytes = static_cast<std::uint32_t>(zero_drive.size());
-    std::copy(zero_drive.begin(), zero_drive.end(), memory_->zero_drive);
+    memory_->zero_any_bytes = static_cast<std::uint32_t>(zero_drive.size() + zero_any.size());
+    std::copy(zero_any.begin(), zero_any.end(), std::copy(zero_drive.begin(), zero_drive.end(), memory_->zero_drive));
     start(descriptor);
     waitUntilReady();
   } catch (...) {

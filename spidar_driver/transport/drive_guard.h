@@ -19,9 +19,11 @@ namespace haptic {
 class DriveGuard {
  public:
   /// Starts the guard and waits until it watches (some ms). `descriptor`: the open port; `zero_drive`: bytes
-  /// that turn all motors off; `rate_hz`: at which `beat` will be called. Throws SetupError when the program
+  /// that turn all motors off, `zero_any` those that do it whatever state the boards are in; `rate_hz`: at which `beat` will be
+  /// called. Throws SetupError when the program
   /// is not there, or the system has no process or memory left.
-  DriveGuard(int descriptor, const std::vector<std::uint8_t>& zero_drive, double rate_hz = 1000);
+  DriveGuard(int descriptor, const std::vector<std::uint8_t>& zero_drive, const std::vector<std::uint8_t>& zero_any,
+             double rate_hz = 1000);
   ~DriveGuard();  ///< ends the guard, which sends zero currents once more, and waits for it (some ms)
   DriveGuard(const DriveGuard&) = delete;
   DriveGuard& operator=(const DriveGuard&) = delete;

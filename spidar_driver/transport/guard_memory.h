@@ -6,16 +6,17 @@
 
 namespace haptic {
 
-/// Bytes that turn all motors off: zero lead and one cycle. The longest bus (8 boards of 8 motors) needs some
-/// 700.
-inline constexpr std::size_t kMaxZeroDrive = 2048;
+/// Bytes that turn all motors off: zero lead and one cycle, on the longest bus (8 boards of 8 motors) some 700; then those
+/// that reach boards whose length tables are spoilt, 1.3 kB.
+inline constexpr std::size_t kMaxZeroDrive = 4096;
 
 struct GuardMemory {
   std::atomic<std::uint64_t> beats{0};   ///< driver → guard: counts exchanges
   std::atomic<bool> armed{false};        ///< driver → guard: currents other than zero are on
   std::atomic<std::uint64_t> stalls{0};  ///< guard → driver: how often it took the motors over
   std::int64_t stall_ns = 0;             ///< a heartbeat older than this is a stalled loop
-  std::uint32_t zero_drive_bytes = 0;
+  std::uint32_t zero_drive_bytes = 0;    ///< for boards in step: a driver that only stalled goes on at once
+  std::uint32_t zero_any_bytes = 0;      ///< with what follows them in zero_drive, for boards in whatever state
   std::uint8_t zero_drive[kMaxZeroDrive] = {};
 };
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free, "shared between processes");

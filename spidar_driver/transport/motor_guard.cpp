@@ -4,6 +4,7 @@
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -19,7 +20,7 @@ using namespace haptic;
 constexpr int kPollMs = 2;   // how often the heartbeat is looked at; half a per cent of a core
 constexpr int kRepeats = 3;  // zero currents are sent so often: a byte may be lost on the wire
 constexpr int kRepeatMs = 3;
-constexpr int kLongRepeatMs = 10;  // while the driver stands still
+constexpr int kLongRepeatMs = 10;  // while the driver stands still; longer than the wire takes for the bytes
 constexpr int kWriteWaitMs = 2;
 constexpr int kPriority =
     80;  // above the driver's thread: a driver that spins must not keep its guard from looking
@@ -31,9 +32,9 @@ std::int64_t now() {
 }
 
 /// False: the port is gone, and with it what there is to turn off.
-bool sendZero(const GuardMemory& memory) {
+bool sendZero(const GuardMemory& memory, std::size_t bytes) {
   const std::uint8_t* at = memory.zero_drive;
-  for (std::size_t left = memory.zero_drive_bytes; left > 0;) {
+  for (std::size_t left = bytes; left > 0;) {
     const ssize_t sent = ::write(kGuardPort, at, left);
     if (sent > 0) {
       at += sent;
@@ -67,7 +68,7 @@ void becomePrompt() {
   for (;;) {
     pollfd life{kGuardLife, 0, 0};
     if (::poll(&life, 1, kPollMs) > 0) {  // the driver has ended, in whatever way
-      for (int i = 0; i < kRepeats && sendZero(memory); ++i) pauseMs(kRepeatMs);
+      for (int i = 0; i < kRepeats && sendZero(memory, memory.zero_any_bytes); ++i) pauseMs(kRepeatMs);
       ::_exit(0);
     }
     const std::int64_t instant = now();
@@ -80,7 +81,7 @@ void becomePrompt() {
     }
     if (instant - changed < memory.stall_ns || (sent > 0 && instant < next_zero)) continue;
     if (sent == 0) memory.stalls.fetch_add(1, std::memory_order_relaxed);
-    sendZero(memory);
+    sendZero(memory, sent < kRepeats ? memory.zero_drive_bytes : memory.zero_any_bytes);
     next_zero = instant + 1000000LL * (++sent < kRepeats ? kRepeatMs : kLongRepeatMs);
   }
 }
@@ -93,6 +94,11 @@ int main() {
     std::fprintf(stderr,
                  "motor_guard: the driver of motor boards starts this program; it is of no use alone\n");
     return 2;
+  }
+  struct stat size {};
+  if (::fstat(kGuardMemory, &size) != 0 || size.st_size != static_cast<off_t>(sizeof(GuardMemory))) {
+    std::fprintf(stderr, "motor_guard: the driver is of another version: build and install both together\n");
+    return 2;  // the driver does not start without its guard
   }
   ::close(kGuardMemory);
   becomePrompt();

@@ -55,15 +55,19 @@ UartBoards::Line UartBoards::drain() noexcept {
   return Line::kFine;
 }
 
-/// Waits for this exchange's answers; on a wire whose delay exceeds the wait, for some answer of every board.
+/// Waits for this exchange's answers; on a wire whose delay exceeds the wait, for some answer of every board. Then for the
+/// mark's, when it is due within the wait: who does not watch the line when it comes does not know the delay.
 UartBoards::Line UartBoards::collect() noexcept {
   const std::int64_t deadline = sent_ns_ + wait_ns_;
-  const std::int64_t mark_deadline = std::min(deadline, sent_ns_ + cycle_ns_ + mark_wire_ns_ + delay_ns_ + kMarkSpareNs);
+  const std::int64_t due =
+      ledger_.markSent() + BusRestart::questionTime(byte_ns_, mark_reply_bytes_) + delay_ns_ + kMarkSpareNs;
   const bool own = fastest_ns_ + cycle_ns_ + mark_wire_ns_ <= wait_ns_;
-  const auto done = [&] { return own ? ledger_.owed() == 0 && !ledger_.marked() : allFresh(); };
+  const std::int64_t mark_deadline = own ? std::min(due, deadline) : due <= deadline ? due : 0;
+  const auto answered = [&] { return own ? ledger_.owed() == 0 : allFresh(); };
+  const auto done = [&] { return answered() && (!ledger_.marked() || connection_->link->now() >= mark_deadline); };
   for (int i = 0; i < kCollectReads; ++i) {
     const bool look = stream_.complete() || done();  // only silence proves the last reply
-    const int got = hear(look ? 0 : own && ledger_.owed() == 0 ? mark_deadline : deadline);
+    const int got = hear(look ? 0 : answered() ? mark_deadline : deadline);
     if (got < 0) return Line::kGone;
     if (got == 0 && (!look || done())) break;
   }
@@ -92,13 +96,19 @@ void UartBoards::takeAnswer(int board, const std::uint8_t* bytes, int size) noex
 
 void UartBoards::takeMark(int board, const std::uint8_t* bytes, int size) noexcept {
   InfoReply info;
-  if (!decodeInfo(bytes, size, boards_[board].id, info)) return;
-  if (!ledger_.marked() || ledger_.markBoard() != board) return count(kDoubled);
-  if (info.model != static_cast<int>(boards_[board].shape->model)) {
+  ParamReply param;
+  const BoardShape& shape = *boards_[board].shape;
+  const bool memory = bytes[0] == headerByte(BoardCommand::kGetParam, boards_[board].id);
+  if (memory ? !decodePacket(shape, boards_[board].id, bytes, static_cast<std::size_t>(size), param)
+             : !decodeInfo(bytes, size, boards_[board].id, info))
+    return;
+  if (!ledger_.marked() || ledger_.markBoard() != board || memory != (mark_param_ >= 0)) return count(kDoubled);
+  if (memory) takeMemory(board_[board], board, param.type);
+  if (!memory && info.model != static_cast<int>(shape.model)) {
     pending_ = Cause::kOtherBoard;
     cause_board_.store(boards_[board].id, std::memory_order_relaxed);
   }
-  const std::int64_t trip = BusRestart::questionTime(byte_ns_) + ledger_.markSent();
+  const std::int64_t trip = BusRestart::questionTime(byte_ns_, mark_reply_bytes_) + ledger_.markSent();
   const std::int64_t delay = std::max<std::int64_t>(0, heard_ns_ - trip);
   // It came just now, or at some time since somebody looked.
   const std::int64_t least = waited_ ? delay : std::clamp<std::int64_t>(looked_ns_ - trip, 0, delay);
@@ -121,6 +131,26 @@ void UartBoards::takeMark(int board, const std::uint8_t* bytes, int size) noexce
   }
 }
 
+/// A board names the parameter that it was asked for before. One that names the one before that has not taken in the
+/// question between: its table cuts packets short, and it takes in no current either. As the questions alternate, every second
+/// answer of such a board is right by chance. One that names 0 has lost its power. Anything else is a disturbed byte.
+void UartBoards::takeMemory(BoardState& state, int board, int named) noexcept {
+  const int expected = state.asked;
+  state.asked = mark_param_;
+  state.param_lost = 0;
+  if (expected < 0) return;
+  const bool right = named == expected;
+  state.remembered += right;
+  state.has_memory = state.has_memory || state.remembered > 1;
+  state.right = right ? state.right + 1 : 0;
+  if (state.right > 1) state.stuck = 0;
+  state.stuck += !right && named == mark_param_;
+  if (!state.has_memory || right || (named != 0 && state.stuck < 2)) return;
+  counters_restarted_ = counters_restarted_ || named == 0;  // whether its counters went on nobody can know
+  pending_ = named == 0 ? Cause::kPowerLost : Cause::kDisobeys;
+  cause_board_.store(boards_[board].id, std::memory_order_relaxed);
+}
+
 /// False: a reading that no motor can have made; nothing of this answer is taken for new.
 bool UartBoards::takePositions(int board, const std::uint8_t* bytes, int size, std::int64_t stamp_ns) noexcept {
   CurrentReply packet;
@@ -141,12 +171,19 @@ bool UartBoards::takePositions(int board, const std::uint8_t* bytes, int size, s
   return believed;
 }
 
+/// How old a board's counts may become: less while it may hold more than the least tension, until it has answered what came
+/// after the last such command.
+std::int64_t UartBoards::patience(const BoardState& board) const noexcept {
+  const bool may_pull = last_pull_ns_ > 0 && board.stamp_ns - period_ns_ <= last_pull_ns_;
+  return static_cast<std::int64_t>(1e9 * (may_pull ? settings_.zero_after_s : settings_.silent_after_s));
+}
+
 /// What this exchange found out about the boards.
 void UartBoards::judge() noexcept {
   const std::int64_t now = connection_->link->now();
   std::uint32_t mute = 0;
   for (std::size_t b = 0; b < boards_.size(); ++b) {
-    if (now - std::max(board_[b].stamp_ns, ready_ns_) < silent_ns_) continue;
+    if (now - std::max(board_[b].stamp_ns, ready_ns_) < patience(board_[b])) continue;
     mute |= 1u << boards_[b].id;
     cause_board_.store(boards_[b].id, std::memory_order_relaxed);
   }
@@ -177,6 +214,7 @@ LinkReport UartBoards::linkReport() const noexcept {
   r.over_rate = read(kOverRate);
   r.bad_commands = read(kBadCommands);
   r.clamped = read(kClamped);
+  r.guard_stalls = guard_stalls_.load(std::memory_order_relaxed);
   r.silent_boards = silent_boards_.load(std::memory_order_relaxed);
   r.delay_us = delay_us_.load(std::memory_order_relaxed);
   r.jitter_us = jitter_us_.load(std::memory_order_relaxed);
@@ -205,6 +243,8 @@ std::string UartBoards::trouble() const {
       return "another board than before answers as id " + now + ": restart the driver";
     case BusRestart::Trouble::kNoisy:
       return "bytes come that nobody asked for: check cable, ground and baud rate";
+    case BusRestart::Trouble::kForgets:
+      return "board " + now + " loses step again as soon as it is taught: switch its power off and on, then check its cable";
   }
   const std::string again = "; the boards were taught anew and obey";
   switch (static_cast<Cause>(cause_.load())) {
@@ -219,6 +259,10 @@ std::string UartBoards::trouble() const {
       return then + " started anew or its counter jumped: its lengths are lost, calibrate" + again;
     case Cause::kOtherBoard:
       return then + " answered as another model" + again;
+    case Cause::kPowerLost:
+      return then + " had lost its power: check its supply, calibrate" + again;
+    case Cause::kDisobeys:
+      return then + " answered and did not obey" + again;
     case Cause::kFlood:
       return "bytes came without end" + again;
   }

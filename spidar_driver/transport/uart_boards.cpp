@@ -24,9 +24,36 @@ constexpr std::int64_t kLessonEveryNs = 1000000000;
 constexpr int kLessonLead = 90;
 constexpr std::int64_t kMarkEveryNs = 16000000;  // the ledger is settled so often at least; 0.8 % of the wire
 constexpr std::int64_t kMarkPauseNs = 2500000;   // after a mark's answer: a doubled one has come by then
+// A board that falls out of step again and again within such a time keeps nothing of what it is taught: its table may cut
+// SET_CMDLEN itself short. Only power helps; until then it is asked so seldom.
+constexpr std::int64_t kProbationNs = 1000000000;
+constexpr int kRelapses = 3;
+constexpr std::int64_t kRestNs = 1000000000;
+// Two parameters that every firmware has, asked for in turns, neither the 0 that a board names after power-on.
+constexpr int kParams[2] = {1, 5};
+constexpr int kParamTries = 3;
 constexpr int kRecoveryPollMs = 20;              // how often the recovery thread looks for a lost line
 constexpr int kOpeningSteps = 3000;              // of at most 1 ms each
 constexpr std::int64_t kOpeningStepNs = 1000000;
+
+/// A board that missed a header takes the bytes behind it for headers: three commands it must never find there.
+bool spoilsBoards(int digit, const std::vector<FoundBoard>& boards) {
+  const int low = digit & 0xFF;
+  for (const FoundBoard& b : boards)
+    for (const BoardCommand c : {BoardCommand::kSetCommandLength, BoardCommand::kSetParam, BoardCommand::kResetSensor})
+      if (low == headerByte(c, b.id)) return true;
+  return false;
+}
+
+/// The nearest current whose low byte is none of them: one digit less for each board on the bus at most, 0.01 N each; more
+/// where less would be below `least`.
+int harmlessDigit(int digit, int least, const std::vector<FoundBoard>& boards) {
+  const int away = digit > 0 ? 1 : -1;
+  int smaller = digit, greater = digit;
+  for (int i = 0; i < kMaxBoards && spoilsBoards(smaller, boards); ++i) smaller -= away;
+  for (int i = 0; i < kMaxBoards && spoilsBoards(greater, boards); ++i) greater += away;
+  return std::abs(smaller) >= std::abs(least) ? smaller : greater;
+}
 
 }  // namespace
 
@@ -76,13 +103,14 @@ std::unique_ptr<UartBoards::Connection> UartBoards::connect(std::unique_ptr<Byte
   if (!connection->link->write(zero_cycle_.data(), zero_cycle_.size()))
     throw SetupError(where_, "the port does not take bytes", "check the adapter");
   if (auto* port = dynamic_cast<SerialPort*>(connection->link.get()); port && settings_.guard)
-    connection->guard = std::make_unique<DriveGuard>(port->descriptor(), zero_cycle_, settings_.rate_hz);
+    connection->guard = std::make_unique<DriveGuard>(port->descriptor(), zero_cycle_, zeroForAnyTable(), settings_.rate_hz);
   return connection;
 }
 
 void UartBoards::layOutCycle() {
   byte_ns_ = static_cast<std::int64_t>(1e9 * kBitsPerByte / settings_.baud);
   int channel = 0;
+  std::size_t longest_mark = 0;
   for (std::size_t b = 0; b < boards_.size(); ++b) {
     const BoardShape& shape = *boards_[b].shape;
     cycle_offset_[b] = static_cast<int>(cycle_bytes_);
@@ -94,24 +122,27 @@ void UartBoards::layOutCycle() {
     }
     cycle_bytes_ += commandBytes(shape, BoardCommand::kCurrent) + paddingBytes(shape, BoardCommand::kCurrent);
     mark_[b] = infoQuestion(boards_[b].id, 0);
+    for (int k = 0; k < 2; ++k) memory_mark_[b][k] = paramQuestion(boards_[b], kParams[k]);
+    longest_mark = std::max({longest_mark, mark_[b].size(), memory_mark_[b][0].size()});
+    stream_.know(headerByte(BoardCommand::kGetParam, boards_[b].id), replyBytes(shape, BoardCommand::kGetParam));
     stream_.know(headerByte(BoardCommand::kCurrent, boards_[b].id), replyBytes(shape, BoardCommand::kCurrent));
     stream_.know(headerByte(BoardCommand::kBoardInfo, boards_[b].id), kInfoBytes);
   }
-  cycle_.assign(cycle_bytes_ + mark_[0].size(), 0);
+  cycle_.assign(cycle_bytes_ + longest_mark, 0);
   encodeCycle(DriveCommand{}, false);
   zero_cycle_.assign(kZeroLead, 0);
   zero_cycle_.insert(zero_cycle_.end(), cycle_.begin(), cycle_.begin() + static_cast<std::ptrdiff_t>(cycle_bytes_));
   restart_.prepare(boards_, zero_cycle_, byte_ns_);
   cycle_ns_ = static_cast<std::int64_t>(cycle_bytes_) * byte_ns_;
-  mark_wire_ns_ = static_cast<std::int64_t>(mark_[0].size()) * byte_ns_;
+  mark_wire_ns_ = static_cast<std::int64_t>(longest_mark) * byte_ns_;
   max_rate_hz_ = std::min(1e9 / static_cast<double>(cycle_ns_), device_.max_rate_hz);
   slot_ns_ = static_cast<std::int64_t>(std::ceil(1e9 / max_rate_hz_ - 1e-3));
 }
 
-/// Set-up: waits until the boards are in step.
+/// Set-up: waits until the boards are in step. The scan has heard all of them: one that is late now is asked again.
 void UartBoards::awaitBoards() {
   restart(Cause::kOpened);
-  for (int i = 0; i < kOpeningSteps && restarting_ && restart_.trouble() == BusRestart::Trouble::kNone; ++i)
+  for (int i = 0; i < kOpeningSteps && restarting_ && restart_.trouble() != BusRestart::Trouble::kOtherBoard; ++i)
     if (stepRestart(kOpeningStepNs) == Line::kGone)
       throw SetupError(where_, "the port was lost while it was opened", "check the cable and the adapter");
   if (!restarting_) return;
@@ -155,9 +186,16 @@ void UartBoards::disconnect() noexcept {
 void UartBoards::restart(Cause cause) noexcept {
   pending_ = Cause::kNone;
   restarting_ = true;
+  const std::int64_t now = connection_->link->now();
+  const bool lapse = cause == Cause::kLossy || cause == Cause::kSilent || cause == Cause::kDisobeys;
+  const bool relapse = lapse && now - ready_ns_ < kProbationNs;
+  relapses_ = relapse ? relapses_ + 1 : 0;
   if (cause != Cause::kOpened) cause_.store(static_cast<int>(cause), std::memory_order_relaxed);
   zeroDrive();
-  restart_.begin();
+  if (relapses_ < kRelapses)
+    restart_.begin();
+  else
+    restart_.beginAfter(now + kRestNs, cause_board_.load(std::memory_order_relaxed));
 }
 
 UartBoards::Line UartBoards::stepRestart(std::int64_t patience_ns) noexcept {
@@ -174,9 +212,10 @@ UartBoards::Line UartBoards::stepRestart(std::int64_t patience_ns) noexcept {
   silent_boards_.store(0, std::memory_order_relaxed);
   ready_ns_ = looked_ns_ = heard_ns_ = last_mark_ns_ = link.now();
   wire_free_ns_ = ready_ns_;
+  last_pull_ns_ = 0;
   ledger_.begin(static_cast<int>(boards_.size()));
   stream_.forget();
-  for (BoardState& b : board_) b.lost = 0;
+  for (BoardState& b : board_) b.lost = 0, b.asked = -1, b.remembered = b.right = b.stuck = 0;
   delay_ns_ = fastest_ns_ = restart_.delay();
   delay_us_.store(static_cast<std::uint32_t>(delay_ns_ / 1000), std::memory_order_relaxed);
   jitter_us_.store(static_cast<std::uint32_t>(restart_.jitter() / 1000), std::memory_order_relaxed);
@@ -190,18 +229,43 @@ void UartBoards::waitForWire() noexcept {
   connection_->link->waitUntil(wire_free_ns_);
 }
 
-/// True when the counts of some board are, at that instant, older than force may act on, or older than the last restart.
+/// True when the counts of some board are, at that instant, older than force may act on, or older than the last restart; or
+/// when a board that can show it has not shown yet that it takes in what it is told.
 bool UartBoards::expired(std::int64_t at_ns) const noexcept {
   for (std::size_t b = 0; b < boards_.size(); ++b)
-    if (board_[b].stamp_ns < ready_ns_ || at_ns - board_[b].stamp_ns > silent_ns_) return true;
+    if (board_[b].stamp_ns < ready_ns_ || at_ns - board_[b].stamp_ns > silent_ns_ ||
+        (board_[b].has_memory && board_[b].remembered == 0))
+      return true;
   return false;
+}
+
+/// The next mark's bytes: GET_PARAM where the board answers it and the period has room, else BOARD_INFO.
+const std::vector<std::uint8_t>& UartBoards::chooseMark() noexcept {
+  next_mark_ = (next_mark_ + 1) % static_cast<int>(boards_.size());
+  const BoardState& state = board_[next_mark_];
+  const std::vector<std::uint8_t>& memory = memory_mark_[next_mark_][state.asked == kParams[0] ? 1 : 0];
+  const bool room = slot_ns_ + static_cast<std::int64_t>(memory.size()) * byte_ns_ < period_ns_;
+  const bool asks_memory = room && (state.has_memory || state.param_lost < kParamTries);
+  const std::vector<std::uint8_t>& mark = asks_memory ? memory : mark_[next_mark_];
+  mark_param_ = asks_memory ? memory[1] : -1;
+  mark_reply_bytes_ = asks_memory ? replyBytes(*boards_[next_mark_].shape, BoardCommand::kGetParam) : kInfoBytes;
+  mark_wire_ns_ = static_cast<std::int64_t>(mark.size()) * byte_ns_;
+  return mark;
+}
+
+/// The mark's answer will not come; what its board took in is not known.
+void UartBoards::dropMark() noexcept {
+  BoardState& state = board_[ledger_.markBoard()];
+  if (mark_param_ >= 0) ++state.param_lost, state.asked = -1;
+  ledger_.dropMark();
 }
 
 bool UartBoards::markDue() const noexcept {
   if (ledger_.marked()) return false;
   if (sent_ns_ - last_mark_ns_ >= kMarkEveryNs) return true;
   const bool idle = sent_ns_ - wire_free_ns_ >= mark_wire_ns_;
-  return ledger_.owed() > 0 && idle && sent_ns_ - last_mark_ns_ >= std::max(period_ns_, kMarkPauseNs);
+  const bool unproven = expired(sent_ns_);
+  return (ledger_.owed() > 0 || unproven) && idle && sent_ns_ - last_mark_ns_ >= std::max(period_ns_, kMarkPauseNs);
 }
 
 void UartBoards::encodeCycle(const DriveCommand& command, bool usable) noexcept {
@@ -214,9 +278,12 @@ void UartBoards::encodeCycle(const DriveCommand& command, bool usable) noexcept 
       const int channel = first_channel_[b] + m;
       if (channel >= strings) break;
       bool clamped = false;
-      packet.current[m] =
-          driveDigit(shape, allowedVoltage(device_.strings[channel], command.voltage[channel], clamped));
+      const StringDef& string = device_.strings[channel];
+      const int digit = driveDigit(shape, allowedVoltage(string, command.voltage[channel], clamped));
+      const int least = driveDigit(shape, string.min_tension * string.volt_per_newton);
+      packet.current[m] = static_cast<std::int16_t>(harmlessDigit(digit, std::abs(digit) < std::abs(least) ? 0 : least, boards_));
       if (clamped) count(kClamped);
+      if (std::abs(digit) > std::abs(least)) last_pull_ns_ = sent_ns_;
       armed_ = armed_ || packet.current[m] != 0;
     }
     encodePacket(shape, boards_[b].id, packet, cycle_.data() + cycle_offset_[b], cycle_bytes_ - cycle_offset_[b]);
@@ -231,27 +298,31 @@ UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
   // What is sent now acts until the next exchange.
   encodeCycle(command, finite && !expired(sent_ns_ + period_ns_));
   if (connection_->guard && armed_) connection_->guard->arm();  // before the motors have the current
-  const bool teaches = sent_ns_ - last_lesson_ns_ >= kLessonEveryNs;
+  // Lengths are bytes like headers: a board that may be inside of a packet must not wake in the middle of a lesson.
+  const bool own = fastest_ns_ + cycle_ns_ + mark_wire_ns_ <= wait_ns_;
+  const bool teaches = sent_ns_ - last_lesson_ns_ >= kLessonEveryNs && !(own && ledger_.owed() > 0);
   if (teaches) {
     last_lesson_ns_ = sent_ns_;
     if (!link.write(lesson_.data(), lesson_.size())) return Line::kGone;
     sent_ns_ += static_cast<std::int64_t>(lesson_.size()) * byte_ns_;
   }
   const bool mark_lost = ledger_.overtaken() || sent_ns_ - ledger_.markSent() > silent_ns_;
-  if (ledger_.marked() && mark_lost) ledger_.dropMark();
+  if (ledger_.marked() && mark_lost) dropMark();
   const bool marks = !teaches && markDue();
   if (!ledger_.ask(sent_ns_, exchanges_)) pending_ = Cause::kSilent;
   std::size_t bytes = cycle_bytes_;
   if (marks) {
-    next_mark_ = (next_mark_ + 1) % static_cast<int>(boards_.size());
-    const std::vector<std::uint8_t>& mark = mark_[next_mark_];
+    const std::vector<std::uint8_t>& mark = chooseMark();
     std::copy(mark.begin(), mark.end(), cycle_.begin() + static_cast<std::ptrdiff_t>(bytes));
     ledger_.mark(next_mark_, sent_ns_ + cycle_ns_);
     last_mark_ns_ = sent_ns_;
     bytes += mark.size();
   }
   if (!link.write(cycle_.data(), bytes)) return Line::kGone;
-  if (connection_->guard) connection_->guard->beat(armed_);
+  if (connection_->guard) {
+    connection_->guard->beat(armed_);
+    guard_stalls_.store(connection_->guard->stalls(), std::memory_order_relaxed);
+  }
   wire_free_ns_ = sent_ns_ + slot_ns_ + (bytes > cycle_bytes_ ? mark_wire_ns_ : 0);
   count(kCycles);
   return Line::kFine;
@@ -259,13 +330,13 @@ UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
 
 DeviceSample UartBoards::sample() noexcept {
   DeviceSample s;
-  for (std::size_t i = 0; i < device_.strings.size(); ++i) s.counts[i] = counter_[i].count();
   s.stamp_ns = board_[0].stamp_ns;
   std::uint64_t oldest = board_[0].exchange;
   for (std::size_t b = 1; b < boards_.size(); ++b) {
     s.stamp_ns = std::min(s.stamp_ns, board_[b].stamp_ns);
     oldest = std::min(oldest, board_[b].exchange);
   }
+  for (std::size_t i = 0; i < device_.strings.size(); ++i) s.counts[i] = counter_[i].countAt(s.stamp_ns);
   s.age_ticks = static_cast<std::uint32_t>(exchanges_ - oldest);
   const std::int64_t age_ns = connection_ ? connection_->link->now() - s.stamp_ns : s.age_ticks * period_ns_;
   s.age_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(age_ns / 1000, 0, UINT32_MAX));

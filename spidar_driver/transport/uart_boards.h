@@ -44,6 +44,9 @@ struct UartSettings {
   double max_string_speed = 20;  ///< a count that needs more is refused [m/s]; a hand reaches 5
   double max_string_acceleration = 1000;  ///< likewise [m/s²]: 20 N on a rotor of 1e-6 kg·m² at 8 mm do 1250, a hand 100
   double silent_after_s = 0.02;  ///< counts of any board older than this: zero currents, and the boards are taught anew
+  /// The same while a string may pull more than its least: the limit, less 8 ms that it takes to reach a board whose length
+  /// table is spoilt (zeroForAnyTable), less a tick.
+  double zero_after_s = 0.011;
   double reopen_s = 0.25;        ///< pause between attempts to open a lost port [s]
   bool guard = true;             ///< zero currents by a second process when this one dies or stalls
 };
@@ -74,7 +77,7 @@ class UartBoards : public Transport, public LinkReporter {
     std::unique_ptr<DriveGuard> guard;
   };
   /// Why the boards are being brought back into step.
-  enum class Cause : int { kNone, kOpened, kSilent, kLossy, kRestarted, kOtherBoard, kFlood };
+  enum class Cause : int { kNone, kOpened, kSilent, kLossy, kRestarted, kOtherBoard, kFlood, kPowerLost, kDisobeys };
   /// Whether the line goes on after a step of the exchange.
   enum class Line : unsigned char { kFine, kGone };
   enum Counter {
@@ -99,6 +102,12 @@ class UartBoards : public Transport, public LinkReporter {
     std::int64_t stamp_ns = 0;  ///< latch of its counts
     bool fresh = false;         ///< new since the last sample that had new counts of all
     double lost = 0;            ///< share of the last questions without an answer
+    int asked = -1;             ///< parameter that the last answered mark asked for; -1: unknown
+    int remembered = 0;         ///< answers since the restart that named the parameter asked for before
+    int right = 0;              ///< answers in a row that did so
+    int stuck = 0;              ///< answers that named the one before that, until two in a row are right
+    int param_lost = 0;         ///< such marks in a row without an answer
+    bool has_memory = false;    ///< it has answered such marks as the firmware does
   };
 
   std::unique_ptr<Connection> connect(std::unique_ptr<ByteLink> link);
@@ -111,6 +120,7 @@ class UartBoards : public Transport, public LinkReporter {
   void waitForWire() noexcept;
   bool markDue() const noexcept;
   bool expired(std::int64_t at_ns) const noexcept;
+  std::int64_t patience(const BoardState& board) const noexcept;
   Line send(const DriveCommand& command) noexcept;
   void encodeCycle(const DriveCommand& command, bool usable) noexcept;
   Line drain() noexcept;
@@ -119,6 +129,9 @@ class UartBoards : public Transport, public LinkReporter {
   void takeReply(const std::uint8_t* bytes, int size) noexcept;
   void takeAnswer(int board, const std::uint8_t* bytes, int size) noexcept;
   void takeMark(int board, const std::uint8_t* bytes, int size) noexcept;
+  void takeMemory(BoardState& state, int board, int named) noexcept;
+  void dropMark() noexcept;
+  const std::vector<std::uint8_t>& chooseMark() noexcept;
   bool takePositions(int board, const std::uint8_t* bytes, int size, std::int64_t stamp_ns) noexcept;
   void judge() noexcept;
   bool allFresh() const noexcept;
@@ -135,7 +148,8 @@ class UartBoards : public Transport, public LinkReporter {
   const OpenLink open_;
   std::vector<FoundBoard> boards_;
   std::vector<std::uint8_t> zero_cycle_, lesson_, cycle_;
-  std::array<std::vector<std::uint8_t>, kMaxBoards> mark_;  ///< the mark's bytes, per board
+  std::array<std::vector<std::uint8_t>, kMaxBoards> mark_;  ///< bytes of the mark BOARD_INFO, per board
+  std::array<std::array<std::vector<std::uint8_t>, 2>, kMaxBoards> memory_mark_;  ///< and of GET_PARAM, in turns
   std::array<int, kMaxBoards> cycle_offset_{}, first_channel_{};
   std::size_t cycle_bytes_ = 0;  ///< without the mark
   std::int64_t byte_ns_ = 0, cycle_ns_ = 0, slot_ns_ = 0, wait_ns_ = 0, period_ns_ = 0, silent_ns_ = 0, mark_wire_ns_ = 0;
@@ -153,12 +167,17 @@ class UartBoards : public Transport, public LinkReporter {
   std::int64_t sent_ns_ = 0, wire_free_ns_ = 0, heard_ns_ = 0, looked_ns_ = 0, last_mark_ns_ = 0, last_lesson_ns_ = 0;  // asked or answered
   std::int64_t delay_ns_ = 0, fastest_ns_ = 0;  ///< of the wire beyond its bytes' own time: mean, and what it can do at best
   std::int64_t ready_ns_ = 0;  ///< since when the boards are in step
+  std::int64_t last_pull_ns_ = 0;  ///< a string was told more than its least tension; 0: not since the last restart
+  int relapses_ = 0;           ///< restarts in a row, each soon after the one before
   std::uint64_t exchanges_ = 0, foreign_seen_ = 0;
   int lost_now_ = 0, next_mark_ = 0;
+  int mark_param_ = -1;        ///< parameter that the mark on its way asks for; -1: it is BOARD_INFO
+  int mark_reply_bytes_ = kInfoBytes;
   bool waited_ = false;  ///< the last read waited: what it brought came just now
 
   // Shared with other threads.
   std::array<std::atomic<std::uint64_t>, kCounters> counters_{};
+  std::atomic<std::uint64_t> guard_stalls_{0};
   std::atomic<std::uint32_t> silent_boards_{0}, delay_us_{0}, jitter_us_{0};
   std::atomic<int> cause_{0}, cause_board_{-1}, trouble_{0}, trouble_board_{-1};
   std::atomic<Connection*> outgoing_{nullptr}, incoming_{nullptr};

@@ -80,6 +80,7 @@ HandPath hardUse(unsigned seed, double seconds) {
     path.keys.push_back({time, p, 0.25 * Vector3(unit(), unit(), unit()), 0});
     last = p;
   }
+  path.keys.push_back({time + 0.3, Vector3::Zero(), Vector3::Zero(), 0});  // the next path begins at home
   return path;
 }
 

@@ -14,7 +14,7 @@ constexpr double kVoltPerDigit = 3.3 / 4096;
 constexpr int kSettleTicks = 400;    // hand home and at rest: 0.4 s, ten of its time constants
 constexpr int kBringUpTicks = 2500;  // to become enabled, with the ramp of 0.5 s and boards that are taught anew
 constexpr unsigned kAlarms = kSampleStale | kLinkLost | kEncoderJump | kResidualHigh | kCommandNotFinite | kAnswersLost |
-                             kDelayTooLong | kCounterRestarted | kPoseHeld | kPoseNotConverged | kCountRefused | kStringCorrected;
+                             kDelayTooLong | kCounterRestarted | kPoseNotConverged | kCountRefused | kStringCorrected | kCountersStill;
 constexpr std::size_t kTruths = 200;  // instants that are remembered: 0.2 s
 
 }  // namespace
@@ -136,7 +136,8 @@ bool FaultRig::bringUp() {
   spidar.setForceEnabled(false);
   run(kSettleTicks);
   for (int k = 0; k < kBringUpTicks && sample.status == LinkStatus::kSilent; ++k) tick();
-  if (sample.status == LinkStatus::kSilent) {  // "board N does not answer: check its power": the user does
+  // "board N does not answer: check its power", or "switch its power off and on": the user does.
+  if (sample.status == LinkStatus::kSilent || driver->trouble().find("power off and on") != std::string::npos) {
     ++power_cycles;
     for (const auto& b : bus.boards()) b->replace();
     for (int k = 0; k < kBringUpTicks && sample.status == LinkStatus::kSilent; ++k) tick();

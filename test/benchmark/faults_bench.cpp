@@ -36,7 +36,7 @@ FaultTally undisturbed(const char* device, double hours) {
   const long ticks = std::lround(hours * 3600 / FaultRig::kPeriod);
   constexpr long kPath = 20000;
   for (long k = 0; k < ticks; ++k) {
-    if (k % kPath == 0) rig.setHand(hardUse(static_cast<unsigned>(k / kPath + 1), kPath * FaultRig::kPeriod));
+    if (k % kPath == 0) rig.setHand(hardUse(static_cast<unsigned>(k / kPath + 1), kPath * FaultRig::kPeriod - 1));
     rig.command = hardCommand(static_cast<double>(k) * FaultRig::kPeriod);
     rig.tick();
     const bool now = rig.alarmed() || !rig.enabled();

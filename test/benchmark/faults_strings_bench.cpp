@@ -101,9 +101,10 @@ int alarmsOfHardUse(double hours) {
   settings.hand_stiffness = 800;
   settings.path.keys = {{0, Vector3::Zero(), Vector3::Zero(), 0}, {0.4, Vector3::Zero(), Vector3::Zero(), 0}};
   constexpr double kPathSeconds = 600;
-  for (double t = 0.5; t < kPathSeconds; t += 0.06 + 0.25 * std::fabs(unit(random)))
+  for (double t = 0.5; t < kPathSeconds - 1; t += 0.06 + 0.25 * std::fabs(unit(random)))
     settings.path.keys.push_back({t, 0.03 * Vector3(unit(random), unit(random), unit(random)),
                                   0.35 * Vector3(unit(random), unit(random), unit(random)), 0});
+  settings.path.keys.push_back({kPathSeconds - 0.5, Vector3::Zero(), Vector3::Zero(), 0});  // no jump where it begins again
   const HandPath path = settings.path;
   DeviceTwin twin(def, settings);
   Spidar device(def);

@@ -197,5 +197,15 @@ TEST(Belonging, HardMotionIsBelieved) {
   }
 }
 
+
+/// Boards are read one after the other, 0.2 ms apart; their counts belong to one instant all the same.
+TEST(Belonging, CountsOfAllBoardsBelongToOneInstant) {
+  Device d({"B3M", "B3M"});
+  constexpr double kFifo = 6 * 5e-6;  // a board sees a header when its FIFO is three quarters full
+  for (int k = 0; k < 500; ++k) {
+    const DeviceSample s = d.tick();
+    if (k > 3 && s.status == LinkStatus::kOk) { ASSERT_LE(std::fabs(d.stampError(s)), kCount + kFifo) << k; }
+  }
+}
 }  // namespace
 }  // namespace haptic

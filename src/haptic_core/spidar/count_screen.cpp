@@ -67,8 +67,10 @@ CountScreen::Explanation CountScreen::explain(const StringVector& deviation, con
     found.string = i;
   }
   found.shift = white[found.string] / inverse(found.string, found.string);
-  found.smooth = found.cost <= likelyCost(strings_);
-  found.one = !found.smooth && found.cost - saved <= likelyCost(strings_ - 1);
+  const bool one = found.cost - saved <= likelyCost(strings_ - 1);
+  // One string that is off by less than what counts as a deviation is a motion that the model does not know, not a fault.
+  found.smooth = found.cost <= likelyCost(strings_) || (one && std::fabs(found.shift) < settings_.least_change);
+  found.one = !found.smooth && one;
   StringVector whitened = deviation;
   const Eigen::LLT<Square> blow(covariance(settings_.impact * settings_.acceleration));
   blow.matrixL().solveInPlace(whitened);
@@ -123,27 +125,6 @@ CountScreen::Verdict CountScreen::judge(StringVector& length, const StringKinema
   }
   read_ = length;
   return settle(length, found, persists);
-}
-
-void CountScreen::save(std::vector<double>& out) const {
-  out.insert(out.end(), {static_cast<double>(known_), since_, shift_, static_cast<double>(doubts_),
-                         static_cast<double>(suspect_), single_ ? 1.0 : 0.0});
-  out.insert(out.end(), before_.data(), before_.data() + strings_);
-  out.insert(out.end(), rate_.data(), rate_.data() + strings_);
-  out.insert(out.end(), read_.data(), read_.data() + strings_);
-}
-
-const double* CountScreen::restore(const double* in) noexcept {
-  known_ = static_cast<int>(*in++);
-  since_ = *in++;
-  shift_ = *in++;
-  doubts_ = static_cast<int>(*in++);
-  suspect_ = static_cast<int>(*in++);
-  single_ = *in++ != 0;
-  for (int i = 0; i < strings_; ++i) before_[i] = *in++;
-  for (int i = 0; i < strings_; ++i) rate_[i] = *in++;
-  for (int i = 0; i < strings_; ++i) read_[i] = *in++;
-  return in;
 }
 
 }  // namespace haptic

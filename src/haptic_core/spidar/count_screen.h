@@ -17,8 +17,6 @@
 /// is SlipDiagnosis' business. Cost: nothing to speak of while the strings move smoothly, else two
 /// factorisations of n × n (2 µs for 8).
 #pragma once
-#include <vector>
-
 #include "haptic_core/spidar/string_kinematics.h"
 
 namespace haptic {
@@ -54,9 +52,11 @@ class CountScreen {
   int suspect() const { return suspect_; }  ///< string of the last verdict that was not kMotion; -1: none
   double slip() const { return shift_; }    ///< its length as measured minus as it is [m]
 
-  void save(std::vector<double>& out) const;
-  const double* restore(const double* in) noexcept;
-  static int numbers(int strings) { return 6 + 3 * strings; }  ///< what save appends
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.known_), visit(s.since_), visit(s.shift_), visit(s.doubts_), visit(s.suspect_), visit(s.single_);
+    visit(s.before_), visit(s.rate_), visit(s.read_);
+  }
 
  private:
   struct Explanation {

@@ -8,6 +8,9 @@ namespace {
 
 constexpr const char* kAgain = "hold the grip at the home pose, call recover and calibrate, then enable_force";
 
+/// recover alone would leave a device without a pose.
+constexpr const char* kLengths = "hold the grip at the home pose, call calibrate first, then recover, then enable_force";
+
 std::string listOf(std::uint32_t strings) {
   std::string text;
   for (int i = 0; i < kMaxStrings; ++i)
@@ -38,7 +41,7 @@ std::string causeAdvice(const DeviceRecord& record) {
   const bool fault = record.state == DeviceState::kFault;
   if (!fault && record.state != DeviceState::kReduced) return "";
   if (record.cause & kLinkLost) {
-    const std::string known = record.calibrated ? "call recover, then enable_force" : kAgain;
+    const std::string known = record.calibrated ? "call recover, then enable_force" : kLengths;
     return "the boards were silent and answer again, the current stays zero: check plug and power, " + known;
   }
   if (record.cause & kAnswersLost) return std::string(fault ? "no force" : "little force") +
@@ -47,7 +50,9 @@ std::string causeAdvice(const DeviceRecord& record) {
   if (record.cause & kDelayTooLong)
     return "the wire had become too slow for force: set the adapter's latency timer to 1 ms, call recover, then enable_force";
   if (record.cause & kCounterRestarted)
-    return std::string("a board started anew, its counters tell no lengths: check its power, ") + kAgain;
+    return std::string("a board has lost its power, its counters tell no lengths: check its supply, then ") + kLengths;
+  if (record.cause & kCountersStill)
+    return std::string("no counter moves although the force does: a board repeats its counts, or the grip is clamped; ") + kLengths;
   if (record.cause & kEncoderJump || !record.calibrated) {
     if (record.suspect_string < 0) return std::string("a counter jumped: check cables and encoders, ") + kAgain;
     return "the counter of string " + std::to_string(record.suspect_string) + " jumped: check its encoder and cable, " + kAgain;

@@ -16,6 +16,12 @@ namespace haptic {
 inline constexpr int kMaxStrings = 16;
 using StringVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxStrings, 1>;
 
+/// For lists of fields (base/fields.h): one number per string; the size is not among them.
+template <class T, class Visit>
+std::enable_if_t<std::is_same_v<std::remove_const_t<T>, StringVector>> eachNumber(T& strings, Visit&& visit) {
+  for (int i = 0; i < strings.size(); ++i) visit(strings[i]);
+}
+
 struct StringDef {
   Vector3 p_BE = Vector3::Zero();    ///< exit from the frame, in B [m]
   Vector3 p_GK = Vector3::Zero();    ///< knot on the grip at opening 0, in G [m]

@@ -6,7 +6,6 @@
 /// Beside it: lost answers are a rate with a limit, and the age of the counts is the delay in the bound of wall_bound.h.
 #pragma once
 #include <algorithm>
-#include <vector>
 
 #include "haptic_core/spidar/transport.h"
 #include "haptic_core/spidar/wall_bound.h"
@@ -55,12 +54,10 @@ class Freshness {
   }
   double leastStiffness() const noexcept { return settings_.least_stiffness; }
 
-  void save(std::vector<double>& out) const { out.insert(out.end(), {age_, lost_, delay_, known_ ? 1.0 : 0.0}); }
-  const double* restore(const double* in) noexcept {
-    age_ = *in++, lost_ = *in++, delay_ = *in++, known_ = *in++ != 0;
-    return in;
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.age_), visit(s.lost_), visit(s.delay_), visit(s.known_);
   }
-  static constexpr int kMemoryNumbers = 4;
 
  private:
   static constexpr double kReach = 2.5;  // [periods]

@@ -83,29 +83,4 @@ bool SlipDiagnosis::clear() const {
   return time_ >= settings_.least_time_s && best_ >= 0 && candidates_ == 1u << best_;
 }
 
-void SlipDiagnosis::save(std::vector<double>& out) const {
-  out.insert(out.end(), {time_, evidence_, static_cast<double>(best_), static_cast<double>(candidates_)});
-  for (int j = 0; j < strings_; ++j) {
-    const Belief& b = belief_[j];
-    out.insert(out.end(), b.pose.X_BG.R.data(), b.pose.X_BG.R.data() + 9);
-    out.insert(out.end(), b.pose.X_BG.p.data(), b.pose.X_BG.p.data() + 3);
-    out.insert(out.end(), {b.pose.opening, b.offset, b.unexplained, b.weight, b.sum, b.square});
-  }
-}
-
-const double* SlipDiagnosis::restore(const double* in) noexcept {
-  time_ = *in++;
-  evidence_ = *in++;
-  best_ = static_cast<int>(*in++);
-  candidates_ = static_cast<std::uint32_t>(*in++);
-  for (int j = 0; j < strings_; ++j) {
-    Belief& b = belief_[j];
-    for (int k = 0; k < 9; ++k) b.pose.X_BG.R.data()[k] = *in++;
-    for (int k = 0; k < 3; ++k) b.pose.X_BG.p[k] = *in++;
-    for (double* number : {&b.pose.opening, &b.offset, &b.unexplained, &b.weight, &b.sum, &b.square})
-      *number = *in++;
-  }
-  return in;
-}
-
 }  // namespace haptic

@@ -16,7 +16,6 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <vector>
 
 #include "haptic_core/spidar/string_kinematics.h"
 
@@ -49,15 +48,21 @@ class SlipDiagnosis {
   bool clear() const;                                       ///< one candidate is left, on enough evidence
   double time() const { return time_; }                     ///< since the doubt began [s]
 
-  void save(std::vector<double>& out) const;
-  const double* restore(const double* in) noexcept;
-  static int numbers(int strings) { return 4 + 18 * strings; }
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.time_), visit(s.evidence_), visit(s.best_), visit(s.candidates_);
+    for (int j = 0; j < s.strings_; ++j) visit(s.belief_[j]);
+  }
 
  private:
   struct Belief {
     GripPose pose;
     double offset = 0;                                        ///< δ_j [m]
     double unexplained = 0, weight = 0, sum = 0, square = 0;  ///< filtered r, w, w δ, w δ²
+    template <class Self, class Visit>
+    static void eachField(Self& s, Visit&& visit) {
+      visit(s.pose), visit(s.offset), visit(s.unexplained), visit(s.weight), visit(s.sum), visit(s.square);
+    }
     double cost() const { return unexplained + (weight > 0 ? square - sum * sum / weight : 0); }
   };
   void rank() noexcept;

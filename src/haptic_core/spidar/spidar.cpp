@@ -85,13 +85,6 @@ void Spidar::adopt(const Calibration& calibration, const GripPose& guess) {
   restoreCalibration(calibration.zero_length, guess);
 }
 
-void Spidar::calibrate(const DeviceSample& sample, const GripPose& jig) noexcept {
-  const StringVector length = kinematics_.lengths(jig);
-  for (int i = 0; i < kinematics_.strings(); ++i)
-    zero_length_[i] = length[i] - static_cast<double>(sample.counts[i]) * def_.strings[i].length_per_count;
-  startAt(jig);
-}
-
 void Spidar::startAt(const GripPose& pose) noexcept {
   solution_ = PoseSolution{};
   solution_.pose = pose;
@@ -99,6 +92,7 @@ void Spidar::startAt(const GripPose& pose) noexcept {
   twist_ = Twist{};
   opening_rate_ = 0;
   health_.forget();
+  still_.forget();
   calibrated_ = true;
   ramp_ = 0;  // the pose is another one: so may the wrench be
   if (state_ == DeviceState::kUncalibrated) state_ = DeviceState::kReady;
@@ -132,7 +126,12 @@ void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) 
     health_.forget();
     freshness_.forgetLosses();
   }
-  if (requests.calibrate) calibrate(sample, requests.jig);
+  if (requests.calibrate) {
+    const StringVector length = kinematics_.lengths(requests.jig);
+    for (int i = 0; i < kinematics_.strings(); ++i)
+      zero_length_[i] = length[i] - static_cast<double>(sample.counts[i]) * def_.strings[i].length_per_count;
+    startAt(requests.jig);
+  }
   if (requests.enable >= 0) enabled_ = requests.enable == 1;
   if (!enabled_ && (state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced)) {
     state_ = DeviceState::kReady;
@@ -198,19 +197,18 @@ void Spidar::checkFreshness(const DeviceSample& sample, bool plausible, double h
 }
 
 /// A slow wire: force only where a wall worth the name is stable. Once it is on, a fifth of slack keeps it.
-void Spidar::checkDelay(double h) noexcept {
+/// A rate above the wire's, and a delay that leaves no stable wall.
+void Spidar::checkWire(double h) noexcept {
+  // A thousandth of jitter is no other rate.
+  if (h * def_.max_rate_hz <= 0.999) {
+    flags_ |= kOverRate;
+    if (settings_.refuse_over_rate) enterFault(false);
+  }
   stable_stiffness_ = freshness_.stableStiffness(def_.grip_damping, def_.delay_s, h);
   const double share = stable_stiffness_ / freshness_.leastStiffness();
   if (share >= 1) return;
   flags_ |= kDelayTooLong;
   if (presents() && share < 0.8) enterFault(false);
-}
-
-void Spidar::checkRate(double h) noexcept {
-  // A thousandth of jitter is no other rate.
-  if (h * def_.max_rate_hz > 0.999) return;
-  flags_ |= kOverRate;
-  if (settings_.refuse_over_rate) enterFault(false);
 }
 
 void Spidar::updatePose(const PoseSolution& solved, double h) noexcept {
@@ -240,36 +238,32 @@ void Spidar::sense(const DeviceSample& sample, double h, const DeviceRequests& r
   pose_is_new_ = false;
   buttons_ = sample.buttons;
   follow(requests, sample);
-  checkRate(h);
   since_counts_ += h;
   since_pose_ += h;
   if (sample.status == LinkStatus::kRestarted) loseLengths(kCounterRestarted);
   bool plausible = sample.status == LinkStatus::kOk;
   if (plausible) {
     plausible = !calibrated_ || (takeLengths(sample, since_counts_) && takePose(sample, since_counts_));
+    if (!presents()) still_.forget();
+    if (presents() && still_.take(sample.counts, achievedWrench().force, since_counts_)) loseLengths(kCountersStill);
     plausible = plausible && !(flags_ & kCountRefused);  // a pose without one string is a pose, but not a fresh count of it
     since_counts_ = 0;
   }
   checkFreshness(sample, plausible, h);
-  checkDelay(h);
+  checkWire(h);
   if (enabled_ && state_ == DeviceState::kReady && !(flags_ & kDelayTooLong) && freshness_.carriesForce(h)) {
     state_ = DeviceState::kEnabled;
     ramp_ = 0;
   }
 }
 
-/// False: these counts make no pose. Lengths that contradict each other make none yet: a disturbed reading is gone in the
-/// next tick; what lasts is judged by then, and followed at a reduced force.
+/// False: these counts make no pose. What one reading does is the screen's business (takeLengths); lengths that contradict
+/// each other for longer are followed at a reduced force until it is known which string it is.
 bool Spidar::takePose(const DeviceSample& sample, double elapsed) noexcept {
   if (health_.corrections() > 0) flags_ |= kStringCorrected;
   const GripPose last = solution_.pose;
   const PoseSolution solved = kinematics_.solvePose(length_, last);
-  const bool doubtful = !(solved.residual <= settings_.health.residual_limit);
-  const StringVerdict verdict = checkResidual(solved, last, elapsed);
-  if (verdict == StringVerdict::kBroken || (verdict == StringVerdict::kTrue && doubtful)) {
-    flags_ |= kPoseHeld;
-    return false;
-  }
+  if (checkResidual(solved, last, elapsed) == StringVerdict::kBroken) return false;
   if (solved.status != PoseStatus::kConverged) {
     flags_ |= kPoseNotConverged;
     return false;

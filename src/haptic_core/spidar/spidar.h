@@ -12,6 +12,7 @@
 #include "haptic_core/spidar/calibration.h"
 #include "haptic_core/spidar/device_requests.h"
 #include "haptic_core/spidar/freshness.h"
+#include "haptic_core/spidar/still_counters.h"
 #include "haptic_core/spidar/string_health.h"
 #include "haptic_core/spidar/string_kinematics.h"
 #include "haptic_core/spidar/tension_distribution.h"
@@ -49,7 +50,7 @@ enum DeviceFlag : unsigned {
   kMotorHot = 1u << 15,         ///< heat model: the wrench is faded
   kAnswersLost = 1u << 16,      ///< more answers are lost than a sound wire loses: reduced, then no force
   kDelayTooLong = 1u << 17,     ///< the wire's delay leaves no stable wall worth the name: force is refused
-  kPoseHeld = 1u << 18,         ///< the counts contradict each other, for how long nobody knows yet: the pose waits
+  kCountersStill = 1u << 18,    ///< no counter moves although the force does: stuck, or the grip is clamped; calibrate
   kCounterRestarted = 1u << 19, ///< a board started anew or a counter jumped: calibrate
   kStringCorrected = 1u << 20,  ///< an encoder slipped since the last calibration and was corrected
   kCountRefused = 1u << 21,     ///< a count that no string can have made was replaced, or the pose of before kept
@@ -113,6 +114,17 @@ class Spidar {
   void save(std::vector<double>& out) const;
   void restore(const std::vector<double>& memory);
 
+  /// What evolves from tick to tick, each field once: saved, restored and compared by base/fields.h. Beside it the memory has
+  /// the exits that a calibration may have moved, λ, the fade and the active set of the tensions.
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.max_force_), visit(s.max_torque_), visit(s.state_), visit(s.calibrated_), visit(s.zero_current_), visit(s.enabled_);
+    visit(s.opening_rate_), visit(s.ramp_), visit(s.heat_share_), visit(s.since_counts_), visit(s.since_pose_);
+    visit(s.pose_stamp_ns_), visit(s.cause_);  // the stamp is whole up to 2^53 ns, 104 days
+    visit(s.zero_length_), visit(s.length_), visit(s.told_), visit(s.solution_), visit(s.twist_), visit(s.asked_);
+    visit(s.health_), visit(s.freshness_), visit(s.still_);
+  }
+
   /// Limits and λ that may change while running, within the device file's own. Between two ticks.
   struct Tuning {
     double lambda = 0;      ///< of the device's rule [1]: TensionDistribution::ruleLambda
@@ -155,18 +167,16 @@ class Spidar {
 
  private:
   void follow(const DeviceRequests& requests, const DeviceSample& sample) noexcept;
-  void calibrate(const DeviceSample& sample, const GripPose& jig) noexcept;
   void placeExits(const double* numbers);
   void startAt(const GripPose& pose) noexcept;
   bool takeLengths(const DeviceSample& sample, double elapsed) noexcept;
   bool takePose(const DeviceSample& sample, double elapsed) noexcept;
   void checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept;
-  void checkDelay(double h) noexcept;
+  void checkWire(double h) noexcept;
   void loseLengths(unsigned flag) noexcept;
   bool presents() const noexcept { return state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced; }
   void updatePose(const PoseSolution& solved, double h) noexcept;
   StringVerdict checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept;
-  void checkRate(double h) noexcept;
   void enterFault(bool zero_current) noexcept;
   void reduce() noexcept;
   Wrench limited(Wrench F_G_B, double h, double command_age) noexcept;
@@ -178,6 +188,7 @@ class Spidar {
   TensionDistribution distribution_;
   StringHealth health_;
   Freshness freshness_;
+  StillCounters still_;
   std::atomic<bool> calibrate_request_{false}, recover_request_{false};
   std::atomic<int> enable_request_{-1};
   std::atomic<double> fade_{1.0};

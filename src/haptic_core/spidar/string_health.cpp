@@ -63,35 +63,6 @@ StringVerdict StringHealth::judge(const PoseSolution& solution, const StringVect
   return named_ || diagnosis_.time() >= settings_.decide_s ? StringVerdict::kNamed : StringVerdict::kDoubtful;
 }
 
-void StringHealth::save(std::vector<double>& out) const {
-  out.insert(out.end(), {residual_time_, quiet_time_, suspect_error_, hottest_, static_cast<double>(suspect_),
-                         static_cast<double>(hottest_motor_), static_cast<double>(corrections_),
-                         static_cast<double>(suspects_), named_ ? 1.0 : 0.0});
-  for (int i = 0; i < strings_; ++i) out.push_back(heat_[i]);
-  screen_.save(out);
-  diagnosis_.save(out);
-}
-
-const double* StringHealth::restore(const double* in) noexcept {
-  residual_time_ = *in++;
-  quiet_time_ = *in++;
-  suspect_error_ = *in++;
-  hottest_ = *in++;
-  suspect_ = static_cast<int>(*in++);
-  hottest_motor_ = static_cast<int>(*in++);
-  corrections_ = static_cast<int>(*in++);
-  suspects_ = static_cast<std::uint32_t>(*in++);
-  named_ = *in++ != 0;
-  for (int i = 0; i < strings_; ++i) heat_[i] = *in++;
-  in = screen_.restore(in);
-  return diagnosis_.restore(in);
-}
-
-std::size_t StringHealth::numbers(int strings) {
-  return static_cast<std::size_t>(9 + strings + CountScreen::numbers(strings) +
-                                  SlipDiagnosis::numbers(strings));
-}
-
 double StringHealth::heat(const StringVector& tension, double h) noexcept {
   hottest_ = 0;
   for (int i = 0; i < strings_; ++i) {

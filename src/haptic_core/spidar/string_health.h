@@ -9,7 +9,6 @@
 /// corrected.
 #pragma once
 #include <cstdint>
-#include <vector>
 
 #include "haptic_core/spidar/count_screen.h"
 #include "haptic_core/spidar/slip_diagnosis.h"
@@ -63,10 +62,12 @@ class StringHealth {
   /// (in realtime) Adds one tick of tensions; returns the share of the wrench that the hottest motor allows.
   double heat(const StringVector& tension, double h) noexcept;
 
-  /// Memory, for Spidar::save and restore: appends to `out`; reads from `in` and returns what follows.
-  void save(std::vector<double>& out) const;
-  const double* restore(const double* in) noexcept;
-  static std::size_t numbers(int strings);  ///< what save appends
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.residual_time_), visit(s.quiet_time_), visit(s.suspect_error_), visit(s.hottest_), visit(s.suspect_);
+    visit(s.hottest_motor_), visit(s.corrections_), visit(s.suspects_), visit(s.named_);
+    visit(s.heat_), visit(s.screen_), visit(s.diagnosis_);
+  }
 
   int suspect() const { return suspect_; }                ///< -1: none
   double suspectError() const { return suspect_error_; }  ///< measured minus true length of the suspect [m]

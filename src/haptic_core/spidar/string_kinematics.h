@@ -42,6 +42,11 @@ struct PoseSolution {
   double residual = 0;        ///< rms of length_error [m]
   int iterations = 0;         ///< linearisations
   PoseStatus status = PoseStatus::kNotFinite;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.pose), visit(s.length_error), visit(s.residual), visit(s.iterations), visit(s.status);
+  }
 };
 
 class StringKinematics {

@@ -146,5 +146,25 @@ TEST(Freshness, EveryWayIntoForceIsARamp) {
   EXPECT_LT(steepest(silence), ramp);
 }
 
+
+/// A board that repeats its counts looks like a grip at rest, until the force changes and nothing gives way.
+TEST(StillCounters, EndTheForceOnceItChanges) {
+  Rig rig;
+  const auto push = [&rig](const DeviceSample& sample, double newton) {
+    rig.device.sense(sample, kStep);
+    Wrench F;
+    F.force.x() = newton;
+    rig.device.actuate(F, 0, kStep);
+  };
+  for (int k = 0; k < 1000; ++k) push(rig.good(), k / 50 % 2 ? 1 : 3);
+  ASSERT_EQ(rig.device.state(), DeviceState::kEnabled);
+  DeviceSample stuck = rig.good();
+  for (int k = 0; k < 1000; ++k) push(stuck, 1);
+  EXPECT_EQ(rig.device.state(), DeviceState::kEnabled);  // nothing says that it is no hand at rest
+  for (int k = 0; k < 100; ++k) push(stuck, 3);
+  EXPECT_EQ(rig.device.state(), DeviceState::kFault);
+  EXPECT_TRUE(rig.device.causeFlags() & kCountersStill);
+  EXPECT_FALSE(rig.device.calibrated());
+}
 }  // namespace
 }  // namespace haptic
