@@ -40,6 +40,7 @@ class FrozenPatch {
   struct Force {
     Vector6 F = Vector6::Zero();  ///< on B at P, in P's axes [N·m, N]
     double normal = 0;            ///< N [N]
+    bool slides = false;           ///< friction is at its limit
     Vector3 first = Vector3::Zero();  ///< N, ∫ x p, ∫ y p: what it makes with (1, x, y) [N, N·m]
   };
   /// (in realtime) The force at a twist; friction's limit is that of the normal force `limit` [N].

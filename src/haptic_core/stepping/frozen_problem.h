@@ -84,7 +84,8 @@ class FrozenProblem {
   void addFree(int node_a, int node_b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept;
   void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;
   bool findDirection(const double* q, const double* v, double open) noexcept;
-  double search(double g, const double* v) noexcept;
+  double search(double g, const double* v, double& left) noexcept;
+  bool limitsHold() const noexcept;
   double curvature() const noexcept;
   double slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept;
   const ModelTree& treeAt(int n) const { return model_.trees[island_.trees[n]]; }
