@@ -1,5 +1,6 @@
 /// Memory for one contact at a time, sized at load, and the polyhedron V that the last call left in it.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -35,6 +36,18 @@ struct ContactEdge {
 struct ContactLoop {
   int face;          ///< face of V
   int first, count;  ///< its vertices: loopVertices()[first … first + count - 1]
+};
+
+/// A face of V seen along the normal of the contact.
+struct FaceShadow {
+  enum Side : unsigned char { kAbove, kBelow, kSteep };
+  Side side = kSteep;
+  int anchor = -1;           ///< one of its vertices
+  double area = 0;           ///< of the projection [m²], negative below
+  double most = 0;           ///< largest distance along n from the plane of its side's largest face [m]
+  int first = 0, count = 0;  ///< its edges, where they are grouped
+  Vector2 low = Vector2::Constant(INFINITY), high = Vector2::Constant(-INFINITY);  ///< box in P [m]
+  bool meets(const FaceShadow& o) const { return (low.array() <= o.high.array()).all() && (o.low.array() <= high.array()).all(); }
 };
 
 /// Pairs up two things that share a key, in a table that needs no clearing between uses.
@@ -113,6 +126,9 @@ class ContactWorkspace {
   void reserveSides(int vertices, int faces);
   void reserveResult(int face_count);
   void projectVertices(const ContactVolume& contact) noexcept;
+  void projectFaces(const ContactVolume& contact) noexcept;
+  void groupEdges() noexcept;
+  void overlayFaces(int above, int below) noexcept;
   void clipPolygon(const Vector2& from, const Vector2& to) noexcept;
 
   LoadedVector<Vector3> vertices_;
@@ -132,6 +148,8 @@ class ContactWorkspace {
   PairTable pairs_;
   LoadedVector<Vector3> patch_points_;    ///< vertices in P
   LoadedVector<Vector3> leave_, return_;  ///< per face, where a cut leaves its loop and returns
+  LoadedVector<FaceShadow> shadows_;
+  LoadedVector<int> shadow_edges_;
   LoadedVector<Vector2> polygon_, clipped_;
 };
 
