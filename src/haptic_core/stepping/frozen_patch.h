@@ -20,6 +20,9 @@
 ///
 /// Cost of `freeze` and `evaluate`: about 30 ns each, 100 ns where friction slides.
 #pragma once
+#include <algorithm>
+#include <cmath>
+
 #include "haptic_core/contact/located_force.h"
 
 namespace haptic {
@@ -55,6 +58,14 @@ class FrozenPatch {
   void forget() noexcept { points_ = 0; }  ///< (in realtime) no force
   /// (in realtime) Whether this patch of the same pair lies elsewhere than `other`, not within its extent.
   bool isElsewhere(const FrozenPatch& other) const noexcept { return (place_ - other.place_).norm() > 1.5 * other.radius_; }
+
+  /// (in realtime) Largest speed of a point along n at a twist [m/s].
+  double largestApproach(const Vector6& V) const noexcept {
+    double most = 0;
+    for (int i = 0; i < 4; ++i) most = std::max(most, std::abs(approachOf(V, i)));
+    return most;
+  }
+  double extent() const noexcept { return 2 * radius_; }  ///< about half the width of the patch [m]
 
  private:
   double approachOf(const Vector6& V, int i) const noexcept {  // v_n, positive while parting

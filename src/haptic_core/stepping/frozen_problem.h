@@ -30,6 +30,7 @@ struct FrozenContact {
   FrozenPatch patch;
   double limit = 0;                    ///< normal force that bounds friction [N]
   Vector6 V_reference = Vector6::Zero();  ///< of B over A at P, in P's axes
+  Vector6 V_frozen = Vector6::Zero();  ///< the same where the patch was frozen
   Vector6 V = Vector6::Zero();         ///< the same at the present v
   Vector6 step = Vector6::Zero();      ///< J p
   FrozenPatch::Force force;            ///< at V

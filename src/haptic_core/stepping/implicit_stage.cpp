@@ -33,7 +33,7 @@ constexpr double kOfSize = 1e-4;
 /// none.
 constexpr double kSlower = 0.3;
 /// Share of the tolerance by which a body may move without its contacts being evaluated again.
-constexpr double kStays = 0.05;
+constexpr double kStays = 0.5;
 
 /// ∫ d² dA: exact for a face (extent = mean), 3 % above it for an edge (twice) and exact for a corner (three
 /// times).
@@ -84,11 +84,12 @@ void ImplicitStage::begin(State& state, const std::vector<int>& held_by) noexcep
 
 void ImplicitStage::select(const Island& island) noexcept {
   island_ = island;
-  has_joints_ = false;
+  has_joints_ = island_jointed_ = false;
   mass_ = 0;
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island.trees[n]];
     has_joints_ |= tree.has_laws;
+    island_jointed_ |= !model_.isFree(tree);
     for (int l = 0; l < tree.model->linkCount(); ++l) mass_ += model_.links[tree.link + l].mass;
   }
   problem_.select(island, work_.data(), has_joints_ ? &joints_ : nullptr);
@@ -117,7 +118,10 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
   if (contacts_.empty())
     most_passes = std::max(most_passes, island_.pair_count == 0 ? kAlonePasses : kContactFreePasses);
   for (int pass = 0; pass < most_passes && !converged; ++pass) {
-    if (pass > 0) evaluate(g);
+    if (pass > 0 && !evaluate(g) && !island_jointed_) {
+      converged = true;
+      break;
+    }
     const double now = energy();
     const bool calmer = now <= calm_energy_;
     if (calmer) calm_energy_ = now;
@@ -135,6 +139,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     const double share = settings_.tolerance * (contacts_.empty() ? kContactFree : 1.0);
     const double tolerance =
         std::max(fine, std::min(share * (least + change(v_base)), kOfSize * smallest / g));
+    tolerance_ = tolerance;
     const double rate = pass > 0 ? changed / last : 1;
     error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
     wrench_error = problem_.imbalance * std::min(1.0, rate);
@@ -248,7 +253,8 @@ void ImplicitStage::place(int t, const std::vector<double>& velocity) noexcept {
 
 /// Moves the reference to v: contacts and residual at the poses of the end of the stage, of the trees that
 /// moved.
-void ImplicitStage::evaluate(double g) noexcept {
+bool ImplicitStage::evaluate(double g) noexcept {
+  bool renewed = false;
   evaluations += island_.pair_count > 0 ? 1 : 0;
   for (int n = 0; n < island_.tree_count; ++n) {
     const int t = island_.trees[n];
@@ -285,17 +291,37 @@ void ImplicitStage::evaluate(double g) noexcept {
   const int aside = contacts_.size();
   for (int i = 0; i < island_.pair_count; ++i) {
     const ActivePair& pair = state_->pairs[island_.pairs[i]];
-    if (moved_[treeOf(pair.shapeA())] || moved_[treeOf(pair.shapeB())]) evaluatePair(island_.pairs[i], g);
+    if (!moved_[treeOf(pair.shapeA())] && !moved_[treeOf(pair.shapeB())]) continue;
+    const int slot = slot_[island_.pairs[i]];
+    if (slot >= 0 && contacts_[slot].touching && staysValid(slot, g)) {
+      problem_.contacts[slot].V_reference = problem_.contacts[slot].V;
+    } else {
+      renewed |= evaluatePair(island_.pairs[i], g);
+    }
   }
   for (int i = 0; i < aside; ++i) {
     const FrozenContact& c = problem_.contacts[i];
     if (contacts_[i].touching || slot_[contacts_[i].pair] == i || near_[contacts_[i].pair] == i) continue;
     if (moved_[model_.links[c.link_a].articulation] || moved_[model_.links[c.link_b].articulation]) part(i);
   }
+  return renewed;
+}
+
+/// Whether a patch still answers as a new one would: what the frozen geometry leaves out, of second order in the way
+/// along n and of first order in the turn of n, is small against the tolerance.
+bool ImplicitStage::staysValid(int slot, double g) const noexcept {
+  const FrozenContact& c = problem_.contacts[slot];
+  const ImplicitContact& contact = contacts_[slot];
+  const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
+  const Vector6 change = c.V - c.V_frozen;
+  const double depth = contact.volume.volume / std::max(contact.volume.A0, contact.volume.volume / contact.volume.depth);
+  const double way = g * c.patch.largestApproach(change);
+  const double turn = g * (change.head<3>().norm() + change.segment<2>(3).norm() / c.patch.extent());
+  return way * way / (depth * g) + c.force.normal * g / mass * turn <= kStays * tolerance_;
 }
 
 /// Leaves a contact and its frozen patch behind, or parts those that an earlier pass left.
-void ImplicitStage::evaluatePair(int index, double g) noexcept {
+bool ImplicitStage::evaluatePair(int index, double g) noexcept {
   ActivePair& pair = state_->pairs[index];
   const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
   const ContactPlaces places{work_.data(), X_WS_.data(), held_by_.data()};
@@ -306,9 +332,10 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   ContactEvaluation found;
   int& slot = slot_[index];
   if (!evaluateContact(model_, seams_, index, pair, places, memory_base[index], advance, workspace_, found)) {
+    const bool touched = slot >= 0 && contacts_[slot].touching;
     if (slot >= 0) part(slot);
     if (reach_ > 0) lookAhead(index, X_AB, pair.cache.direction, g);
-    return;
+    return touched;
   }
   const bool known = slot >= 0;
   if (!known) {
@@ -333,13 +360,14 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   frozen.link_a = model_.shapes[shape_a].link;
   frozen.link_b = model_.shapes[shape_b].link;
   frozen.X_WP = contact.X_WP;
-  frozen.V_reference = found.V_AB_P.vector();
+  frozen.V_reference = frozen.V_frozen = found.V_AB_P.vector();
   const double squares = 2 * contact.elastic / k;  // ∫d² dA [m⁴]
   frozen.patch.freeze(found.volume, squares, contact.force, found.law, frozen.V_reference, g);
   if (known && before.patch.isElsewhere(frozen.patch)) keepAside(index, before);
   // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
   if (!known) frozen.limit = contact.force.normal_force;
   if (found.volume.depth < reach_) lookAhead(index, X_AB, found.volume.normal(), g);
+  return true;
 }
 
 /// Puts what is nearer than the reach into the problem: `n` [A's frame] from A to B is the way on which it

@@ -15,6 +15,7 @@
 /// g |gravity|; and -R·p of the last pass, an energy, at the same share of that of these speeds.
 /// After the last pass that is allowed, what is left is reported, and `keepEnergy` sees to it that it does no harm.
 #pragma once
+#include <limits>
 #include <vector>
 
 #include "haptic_core/contact/located_force.h"
@@ -107,9 +108,11 @@ class ImplicitStage {
   void setVelocity(const std::vector<double>& from, double share) noexcept;
   double change(const std::vector<double>& since) noexcept;
   double farthest() const noexcept;
-  void evaluate(double g) noexcept;
+  bool evaluate(double g) noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
-  void evaluatePair(int index, double g) noexcept;
+  bool evaluatePair(int index, double g) noexcept;
+  bool staysValid(int slot, double g) const noexcept;
+  double massOf(int link) const noexcept { return nodeOf(link) >= 0 ? model_.links[link].mass : std::numeric_limits<double>::infinity(); }
   void lookAhead(int pair, const Pose& X_AB, const Vector3& n, double g) noexcept;
   void part(int slot) noexcept;
   void keepAside(int pair, const FrozenContact& contact) noexcept;
@@ -125,7 +128,8 @@ class ImplicitStage {
   Island island_;
   ImplicitJoints joints_;
   FrozenProblem problem_;
-  bool has_joints_ = false;
+  bool has_joints_ = false, island_jointed_ = false;
+  double tolerance_ = 0;  ///< of the last pass [m/s]
   double mass_ = 0;      ///< of the island [kg]
   double left_ = 0;      ///< from the stage's end to the step's [s]
 
