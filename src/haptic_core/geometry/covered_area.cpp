@@ -25,8 +25,8 @@ double areaOf(const LoadedVector<Vector3>& polygon, const Vector3& n) {
   return 0.5 * twice;
 }
 
-/// Whether all points lie beyond one edge of a cover's outline, in the face with outward normal n: most contacts do.
-bool liesBeside(const LoadedVector<Vector3>& points, const InnerFaces::Cover& cover, const Vector3& n, const Pose& X_AS) {
+/// Whether V misses a cover: all points lie beyond one edge of a cover's outline, in the face with outward normal n: most contacts do.
+bool misses(const LoadedVector<Vector3>& points, const InnerFaces::Cover& cover, const Vector3& n, const Pose& X_AS) {
   const int corners = static_cast<int>(cover.outline.size());
   for (int k = 0; k < corners; ++k) {
     const Vector3 p = X_AS * cover.outline[k], inward = n.cross(X_AS * cover.outline[k + 1 < corners ? k + 1 : 0] - p);
@@ -47,7 +47,7 @@ CoveredArea ContactWorkspace::coveredArea(Owner owner, const InnerFaces& inner, 
     const ContactFace& face = faces_[f];
     if (face.owner != owner || !inner.has(face.index)) continue;
     for (const InnerFaces::Cover& cover : inner.covers) {
-      if (cover.face != face.index || liesBeside(vertices_, cover, face.normal, X_AS)) continue;
+      if (cover.face != face.index || misses(vertices_, cover, face.normal, X_AS)) continue;
       if (!have_loops) buildLoops();
       have_loops = true;
       for (const ContactLoop& loop : loops_) {

@@ -18,6 +18,9 @@ namespace {
 /// height above r loses as many digits.
 constexpr double kSteep = 1e-9;
 
+/// Slivers that cross count no more than this, relative to the whole: left out.
+constexpr double kNegligible = 1e-10;
+
 /// z = height + slope·r.
 struct Plane {
   double height = 0;
@@ -61,6 +64,7 @@ void ContactWorkspace::projectFaces(const ContactVolume& contact) noexcept {
       const Vector2 o = patch_points_[shadow.anchor].head<2>(), op = p - o, oq = q - o;
       const double twice = op.x() * oq.y() - op.y() * oq.x();
       shadow.area += f == e.left ? 0.5 * twice : -0.5 * twice;
+      if ((q - p).squaredNorm() > shadow.longest.squaredNorm()) shadow.longest = q - p;
       shadow.low = shadow.low.cwiseMin(p.cwiseMin(q));
       shadow.high = shadow.high.cwiseMax(p.cwiseMax(q));
     }
@@ -125,36 +129,42 @@ double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexc
   }
   if (largest[0] < 0 || largest[1] < 0) return 0;
   const Plane U = planeOf(w.faces_[largest[0]], contact.X_AP), L = planeOf(w.faces_[largest[1]], contact.X_AP);
+  w.away_.clear();
+  for (const Vector3& x : w.patch_points_) {
+    const double upper = U.at(x.head<2>()), lower = L.at(x.head<2>());
+    w.away_.push_back(Vector3(upper - x.z(), x.z() - lower, upper - lower));
+  }
   double sum = 0;
   bool minor[2] = {false, false};
   for (const ContactEdge& e : w.edges_) {
     for (const int f : {e.left, e.right}) {
       FaceShadow& shadow = w.shadows_[f];
       if (shadow.side == FaceShadow::kSteep) continue;
-      const bool above = shadow.side == FaceShadow::kAbove;
       minor[shadow.side] |= f != largest[shadow.side];
-      if (f == largest[0]) continue;
-      const Vector3* corner[3] = {&w.patch_points_[shadow.anchor], &w.patch_points_[e.from], &w.patch_points_[e.to]};
-      OnCorners thick, gone;  // with the other side's plane for its surface; between the planes
-      for (int i = 0; i < 3; ++i) {
-        const Vector2 r = corner[i]->head<2>();
-        const double upper = U.at(r), lower = L.at(r), z = corner[i]->z();
-        thick.value[i] = above ? z - lower : upper - z;
-        gone.value[i] = upper - lower;
-        shadow.most = std::max(shadow.most, above ? upper - z : z - lower);
-      }
-      const Vector2 op = (*corner[1] - *corner[0]).head<2>(), oq = (*corner[2] - *corner[0]).head<2>();
+      const Vector3 &a = w.away_[shadow.anchor], &b = w.away_[e.from], &c = w.away_[e.to];
+      shadow.most = std::max(shadow.most, b[shadow.side]);
+      shadow.most = std::max(shadow.most, c[shadow.side]);
+      if (f == largest[0] || e.from == shadow.anchor || e.to == shadow.anchor) continue;
+      const bool above = shadow.side == FaceShadow::kAbove;
+      const Vector3& o = w.patch_points_[shadow.anchor];
+      const Vector2 op = (w.patch_points_[e.from] - o).head<2>(), oq = (w.patch_points_[e.to] - o).head<2>();
       const double area = 0.5 * (op.x() * oq.y() - op.y() * oq.x()) * ((f == e.left) == above ? 1 : -1);
+      const int other = 1 - shadow.side;  // how far the face is from the largest one of the other side
+      const OnCorners thick{{a[other], b[other], c[other]}}, gone{{a[2], b[2], c[2]}};
       sum += productOver(area, thick, thick) - (above ? productOver(area, gone, gone) : 0.0);
     }
   }
   if (!minor[0] || !minor[1]) return sum;
-  w.groupEdges();
+  bool grouped = false;
   for (int u = 0; u < w.shadows_.size(); ++u) {
     if (w.shadows_[u].side != FaceShadow::kAbove || u == largest[0]) continue;
     const Plane above = planeOf(w.faces_[u], contact.X_AP);
     for (int l = 0; l < w.shadows_.size(); ++l) {
       if (w.shadows_[l].side != FaceShadow::kBelow || l == largest[1] || !w.shadows_[u].meets(w.shadows_[l])) continue;
+      const double most = 2 * w.shadows_[u].most * w.shadows_[l].most * w.shadows_[u].commonArea(w.shadows_[l]);
+      if (most <= kNegligible * sum) continue;
+      if (!grouped) w.groupEdges();
+      grouped = true;
       w.overlayFaces(u, l);
       const Plane below = planeOf(w.faces_[l], contact.X_AP);
       // Rounding of steep faces must not leave the range between their corners.

@@ -11,6 +11,8 @@ namespace {
 constexpr int kAside = 256;            ///< patches kept beside those of the pairs that touch; further ones are dropped
 constexpr int kMostSearch = 12;       ///< evaluations of the frozen forces on one line
 constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)| falls to this share of |φ(0)|
+/// A full step that leaves this share of its slope ends the pass: another one would move by as much, less than what the next
+/// pass changes. Unless what limits friction has changed by more than kLimitHolds where it slides.
 constexpr double kStraight = 0.02, kLimitHolds = 0.1;
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
@@ -205,7 +207,7 @@ bool FrozenProblem::minimise(double g, int most, double finest, const double* q,
     open *= 1 - alpha;
     changed += alpha * size;
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
-    if (alpha == 1 && std::abs(left) < kStraight && limitsHold()) break;
+    if (alpha == 1 && std::abs(left) <= kStraight && limitsHold()) break;
   }
   return true;
 }
@@ -274,7 +276,7 @@ double FrozenProblem::slopeAt(double g, double alpha, double along, double curva
   return phi + joints_->slope(trial_.data(), step_.data());
 }
 
-/// The α ≤ 1 with φ(α) ≈ 0; φ rises from φ(0) < 0. Beyond 1 the next direction knows more.
+/// The α ≤ 1 with φ(α) ≈ 0; φ rises from φ(0) < 0. Beyond 1 the next direction knows more. `left`: φ(1)/φ(0).
 double FrozenProblem::search(double g, const double* v, double& left) noexcept {
   double along = 0, phi_0 = 0;
   for (int n = 0; n < island_.tree_count; ++n) {

@@ -32,7 +32,7 @@ constexpr double kOfSize = 1e-4;
 /// Share of v that is left where no reference had little enough energy. Then nothing is left: what stands has
 /// none.
 constexpr double kSlower = 0.3;
-/// Share of the tolerance by which a body may move without its contacts being evaluated again.
+/// Share of the tolerance that a frozen patch may be wrong by, or a body may move, without another evaluation.
 constexpr double kStays = 0.5;
 
 /// ∫ d² dA: exact for a face (extent = mean), 3 % above it for an edge (twice) and exact for a corner (three
@@ -56,6 +56,7 @@ ImplicitStage::ImplicitStage(const Model& model)
   yielding.resize(model.pair_capacity);
   slot_.resize(model.pair_capacity);
   near_.resize(model.pair_capacity);
+  gap_.resize(model.pair_capacity);
   moved_.resize(model.trees.size());
   work_.resize(model.links.size());
   held_by_.resize(model.links.size());
@@ -118,10 +119,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
   if (contacts_.empty())
     most_passes = std::max(most_passes, island_.pair_count == 0 ? kAlonePasses : kContactFreePasses);
   for (int pass = 0; pass < most_passes && !converged; ++pass) {
-    if (pass > 0 && !evaluate(g) && !island_jointed_) {
-      converged = true;
-      break;
-    }
+    if (pass > 0) evaluate(g);
     const double now = energy();
     const bool calmer = now <= calm_energy_;
     if (calmer) calm_energy_ = now;
@@ -148,7 +146,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     change(v_base);  // into v_dot_
     const bool harmless = problem_.decrement <=
                           settings_.tolerance * (problem_.massNorm2(v_dot_.data()) + mass_ * least * least);
-    converged = changed <= fine || (error <= tolerance && harmless) ||
+    converged = changed <= fine || holds(g) || (error <= tolerance && harmless) ||
                 (rate >= 0.5 && changed <= kStagnation * problem_.speed(v.data()));
     last = changed;
     reach_ = g * changed;
@@ -253,8 +251,7 @@ void ImplicitStage::place(int t, const std::vector<double>& velocity) noexcept {
 
 /// Moves the reference to v: contacts and residual at the poses of the end of the stage, of the trees that
 /// moved.
-bool ImplicitStage::evaluate(double g) noexcept {
-  bool renewed = false;
+void ImplicitStage::evaluate(double g) noexcept {
   evaluations += island_.pair_count > 0 ? 1 : 0;
   for (int n = 0; n < island_.tree_count; ++n) {
     const int t = island_.trees[n];
@@ -296,7 +293,7 @@ bool ImplicitStage::evaluate(double g) noexcept {
     if (slot >= 0 && contacts_[slot].touching && staysValid(slot, g)) {
       problem_.contacts[slot].V_reference = problem_.contacts[slot].V;
     } else {
-      renewed |= evaluatePair(island_.pairs[i], g);
+      evaluatePair(island_.pairs[i], g);
     }
   }
   for (int i = 0; i < aside; ++i) {
@@ -304,7 +301,26 @@ bool ImplicitStage::evaluate(double g) noexcept {
     if (contacts_[i].touching || slot_[contacts_[i].pair] == i || near_[contacts_[i].pair] == i) continue;
     if (moved_[model_.links[c.link_a].articulation] || moved_[model_.links[c.link_b].articulation]) part(i);
   }
-  return renewed;
+}
+
+/// Whether another evaluation would find what the last one predicts: all patches stay valid, and no gap closes. Bodies on
+/// joints turn more than that: they are always looked at again.
+bool ImplicitStage::holds(double g) const noexcept {
+  if (island_jointed_ || contacts_.empty()) return false;
+  for (int i = 0; i < island_.pair_count; ++i) {
+    const int index = island_.pairs[i], slot = slot_[index];
+    if (slot >= 0) {
+      if (!contacts_[slot].touching || !staysValid(slot, g)) return false;
+      continue;
+    }
+    const ActivePair& pair = state_->pairs[index];
+    double closing = 0;
+    for (const int shape : {pair.shapeA(), pair.shapeB()}) {
+      if (nodeOf(model_.shapes[shape].link) >= 0) closing += problem_.speedOf(treeOf(shape), before_.data());
+    }
+    if (gap_[index] < M_SQRT2 * g * closing) return false;
+  }
+  return true;
 }
 
 /// Whether a patch still answers as a new one would: what the frozen geometry leaves out, of second order in the way
@@ -321,7 +337,7 @@ bool ImplicitStage::staysValid(int slot, double g) const noexcept {
 }
 
 /// Leaves a contact and its frozen patch behind, or parts those that an earlier pass left.
-bool ImplicitStage::evaluatePair(int index, double g) noexcept {
+void ImplicitStage::evaluatePair(int index, double g) noexcept {
   ActivePair& pair = state_->pairs[index];
   const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
   const ContactPlaces places{work_.data(), X_WS_.data(), held_by_.data()};
@@ -332,10 +348,10 @@ bool ImplicitStage::evaluatePair(int index, double g) noexcept {
   ContactEvaluation found;
   int& slot = slot_[index];
   if (!evaluateContact(model_, seams_, index, pair, places, memory_base[index], advance, workspace_, found)) {
-    const bool touched = slot >= 0 && contacts_[slot].touching;
+    gap_[index] = -found.volume.depth;
     if (slot >= 0) part(slot);
     if (reach_ > 0) lookAhead(index, X_AB, pair.cache.direction, g);
-    return touched;
+    return;
   }
   const bool known = slot >= 0;
   if (!known) {
@@ -367,7 +383,6 @@ bool ImplicitStage::evaluatePair(int index, double g) noexcept {
   // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
   if (!known) frozen.limit = contact.force.normal_force;
   if (found.volume.depth < reach_) lookAhead(index, X_AB, found.volume.normal(), g);
-  return true;
 }
 
 /// Puts what is nearer than the reach into the problem: `n` [A's frame] from A to B is the way on which it
