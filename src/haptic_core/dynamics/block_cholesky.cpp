@@ -54,6 +54,41 @@ void subtractOuter(const double* a, const double* b, int ld, double* c, int ldc,
   }
 }
 
+/// y ← y − L x, L of rows × n.
+template <int N>
+void subtractProduct(const double* l, int ld, const double* x, double* y, int rows_run, int n_run) noexcept {
+  const int n = N > 0 ? N : n_run, rows = N > 0 ? N : rows_run;
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < rows; ++i) y[i] -= l[i + j * ld] * x[j];
+  }
+}
+
+/// y ← y − Lᵀ x.
+template <int N>
+void subtractTransposed(const double* l, int ld, const double* x, double* y, int rows_run, int n_run) noexcept {
+  const int n = N > 0 ? N : n_run, rows = N > 0 ? N : rows_run;
+  for (int j = 0; j < n; ++j) {
+    double sum = 0;
+    for (int i = 0; i < rows; ++i) sum += l[i + j * ld] * x[i];
+    y[j] -= sum;
+  }
+}
+
+/// target ← target + block, or its transpose.
+template <int N>
+void addBlock(const double* block, int rows_run, int cols_run, bool transposed, double* target, int ld) noexcept {
+  const int rows = N > 0 ? N : rows_run, cols = N > 0 ? N : cols_run;
+  if (!transposed) {
+    for (int j = 0; j < cols; ++j) {
+      for (int i = 0; i < rows; ++i) target[i + j * ld] += block[i + j * rows];
+    }
+    return;
+  }
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < cols; ++j) target[j + i * ld] += block[i + j * rows];
+  }
+}
+
 /// Factor on a diagonal that leaves the rest of its row without any effect: beyond the square of what doubles resolve,
 /// far from what they can hold.
 constexpr double kPrescribed = 1e40;
@@ -168,20 +203,10 @@ double* BlockCholesky::blockAt(int row_position, int p) noexcept {
 
 void BlockCholesky::add(int a, int b, const double* values) noexcept {
   const int pa = position_[a], pb = position_[b];
-  const int rows = size_[a], cols = size_[b];
-  if (pa >= pb) {
-    double* target = blockAt(pa, pb);
-    const int ld = columns_[pb].height;
-    for (int j = 0; j < cols; ++j) {
-      for (int i = 0; i < rows; ++i) target[i + j * ld] += values[i + j * rows];
-    }
-  } else {
-    double* target = blockAt(pb, pa);
-    const int ld = columns_[pa].height;
-    for (int i = 0; i < rows; ++i) {
-      for (int j = 0; j < cols; ++j) target[j + i * ld] += values[i + j * rows];
-    }
-  }
+  const bool transposed = pa < pb;
+  const int row = transposed ? pb : pa, column = transposed ? pa : pb;
+  const auto addTo = size_[a] == 6 && size_[b] == 6 ? addBlock<6> : addBlock<0>;
+  addTo(values, size_[a], size_[b], transposed, blockAt(row, column), columns_[column].height);
 }
 
 void BlockCholesky::keep() noexcept {
@@ -250,29 +275,32 @@ bool BlockCholesky::factor() noexcept {
 void BlockCholesky::solve(double* x) noexcept {
   for (int p = 0; p < nodes_; ++p) {  // L y = x
     const Column& column = columns_[p];
+    const double* l = values_.data() + column.start;
+    const int ld = column.height, n = column.size;
     double* own = x + offset_[node_at_[p]];
-    for (int j = 0; j < column.size; ++j) {
-      const double* l = values_.data() + column.start + static_cast<std::size_t>(j) * column.height;
-      own[j] /= l[j];
-      for (int i = j + 1; i < column.size; ++i) own[i] -= l[i] * own[j];
-      for (int s = column.first; s < column.first + column.count; ++s) {
-        const int node = node_at_[structure_[s]];
-        for (int i = 0; i < size_[node]; ++i) x[offset_[node] + i] -= l[row_offset_[s] + i] * own[j];
-      }
+    for (int j = 0; j < n; ++j) {
+      own[j] /= l[j + j * ld];
+      for (int i = j + 1; i < n; ++i) own[i] -= l[i + j * ld] * own[j];
+    }
+    for (int s = column.first; s < column.first + column.count; ++s) {
+      const int node = node_at_[structure_[s]], rows = size_[node];
+      const auto subtract = n == 6 && rows == 6 ? subtractProduct<6> : subtractProduct<0>;
+      subtract(l + row_offset_[s], ld, own, x + offset_[node], rows, n);
     }
   }
   for (int p = nodes_ - 1; p >= 0; --p) {  // Lᵀ x = y
     const Column& column = columns_[p];
+    const double* l = values_.data() + column.start;
+    const int ld = column.height, n = column.size;
     double* own = x + offset_[node_at_[p]];
-    for (int j = column.size - 1; j >= 0; --j) {
-      const double* l = values_.data() + column.start + static_cast<std::size_t>(j) * column.height;
-      double sum = own[j];
-      for (int i = j + 1; i < column.size; ++i) sum -= l[i] * own[i];
-      for (int s = column.first; s < column.first + column.count; ++s) {
-        const int node = node_at_[structure_[s]];
-        for (int i = 0; i < size_[node]; ++i) sum -= l[row_offset_[s] + i] * x[offset_[node] + i];
-      }
-      own[j] = sum / l[j];
+    for (int s = column.first; s < column.first + column.count; ++s) {
+      const int node = node_at_[structure_[s]], rows = size_[node];
+      const auto subtract = n == 6 && rows == 6 ? subtractTransposed<6> : subtractTransposed<0>;
+      subtract(l + row_offset_[s], ld, x + offset_[node], own, rows, n);
+    }
+    for (int j = n - 1; j >= 0; --j) {
+      for (int i = j + 1; i < n; ++i) own[j] -= l[i + j * ld] * own[i];
+      own[j] /= l[j + j * ld];
     }
   }
 }

@@ -23,8 +23,8 @@ struct PartMoments {
 PartMoments momentsWhere(ContactWorkspace& workspace, const ContactVolume& contact, const Vector2& a,
                          double b) noexcept;
 
-/// ∫ d² dA [m⁴]: twice the elastic energy of the foundation, divided by k. Overlays the faces below and
-/// above: cost grows with the product of their numbers.
+/// ∫ d² dA [m⁴]: twice the elastic energy of the foundation, divided by k. Cost: one pass over V's edges where one side of
+/// V is a single face, and a polygon for each two of the other faces that lie above one another (thickness_squared.cpp).
 double thicknessSquared(ContactWorkspace& workspace, const ContactVolume& contact) noexcept;
 
 }  // namespace haptic

@@ -114,7 +114,8 @@ void findContact(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pos
   out.flags = 0;
   if (!(cache.direction.squaredNorm() > 0)) cache.direction = firstDirection(A, B, X_AB);
   const EdgeClipper::Overlap overlap = overlapAlong(A, B, X_AB, cache);
-  if (overlap.bottom_b > overlap.top_a) return;
+  out.depth = std::min(0.0, overlap.top_a - overlap.bottom_b);
+  if (out.depth < 0) return;
   if (!workspace.fits(A, B)) {
     ClosestPoints near;
     closestPoints(A, B, X_AB, cache.direction, near);

@@ -31,7 +31,7 @@ enum class NormalRule : unsigned char {
 
 struct ContactVolume {
   enum class Status : unsigned char {
-    kSeparated,  ///< a separating direction proves it; nothing else is filled
+    kSeparated,  ///< a separating direction proves it; `depth` alone is filled
     kTouching,   ///< common points, no volume; n and P are defined, moments are zero
     kOverlap     ///< all fields filled
   };
@@ -53,7 +53,7 @@ struct ContactVolume {
   double A0 = 0;                            ///< ∫ dA [m²]
   Vector2 A1 = Vector2::Zero();             ///< ∫ r dA [m³]
   Matrix2 A2 = Matrix2::Zero();             ///< ∫ r rᵀ dA [m⁴]
-  double depth = 0;                         ///< extent of V along n [m], an upper bound of d
+  double depth = 0;                         ///< extent of V along n [m], an upper bound of d; separated: ≤ 0, minus a gap that is proven
 
   Vector3 normal() const { return X_AP.R.col(2); }
 };

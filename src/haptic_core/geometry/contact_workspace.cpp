@@ -105,6 +105,9 @@ void ContactWorkspace::reserveResult(int face_count) {
   patch_points_.reserve(found);
   leave_.reserve(faces);
   return_.reserve(faces);
+  shadows_.reserve(faces + 3);
+  away_.reserve(found);
+  shadow_edges_.reserve(4 * edges);
   polygon_.reserve(2 * edges);
   outline_.reserve(2 * edges);  // a face's own corners, and one more for each edge of a cover
   cut_outline_.reserve(2 * edges);

@@ -1,5 +1,7 @@
 /// Memory for one contact at a time, sized at load, and the polyhedron V that the last call left in it.
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -35,6 +37,25 @@ struct ContactEdge {
 struct ContactLoop {
   int face;          ///< face of V
   int first, count;  ///< its vertices: loopVertices()[first … first + count - 1]
+};
+
+/// A face of V seen along the normal of the contact.
+struct FaceShadow {
+  enum Side : unsigned char { kAbove, kBelow, kSteep };
+  Side side = kSteep;
+  int anchor = -1;           ///< one of its vertices
+  double area = 0;           ///< of the projection [m²], negative below
+  double most = 0;           ///< largest distance along n from the plane of its side's largest face [m]
+  Vector2 longest = Vector2::Zero();  ///< its longest edge [m]
+  int first = 0, count = 0;           ///< its edges, where they are grouped
+  Vector2 low = Vector2::Constant(INFINITY), high = Vector2::Constant(-INFINITY);  ///< box in P [m]
+  bool meets(const FaceShadow& o) const { return (low.array() <= o.high.array()).all() && (o.low.array() <= high.array()).all(); }
+  /// Upper bound of the area that two of them have in common, from their widths where they cross [m²].
+  double commonArea(const FaceShadow& o) const {
+    const double smaller = std::min(std::abs(area), std::abs(o.area));
+    const double crossing = std::abs(longest.x() * o.longest.y() - longest.y() * o.longest.x());
+    return std::abs(area * o.area) * 4 < smaller * crossing ? std::abs(area * o.area) * 4 / crossing : smaller;
+  }
 };
 
 /// Pairs up two things that share a key, in a table that needs no clearing between uses.
@@ -113,6 +134,10 @@ class ContactWorkspace {
   void reserveSides(int vertices, int faces);
   void reserveResult(int face_count);
   void projectVertices(const ContactVolume& contact) noexcept;
+  void projectFaces(const ContactVolume& contact) noexcept;
+  void groupEdges() noexcept;
+  bool liesBeside(int face, int other, bool above) const noexcept;
+  void overlayFaces(int above, int below) noexcept;
   void clipPolygon(const Vector2& from, const Vector2& to) noexcept;
 
   LoadedVector<Vector3> vertices_;
@@ -132,6 +157,9 @@ class ContactWorkspace {
   PairTable pairs_;
   LoadedVector<Vector3> patch_points_;    ///< vertices in P
   LoadedVector<Vector3> leave_, return_;  ///< per face, where a cut leaves its loop and returns
+  LoadedVector<FaceShadow> shadows_;
+  LoadedVector<Vector3> away_;  ///< per vertex: below U, above L, and U - L [m]
+  LoadedVector<int> shadow_edges_;
   LoadedVector<Vector2> polygon_, clipped_;
 };
 

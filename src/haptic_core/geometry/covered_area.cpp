@@ -25,6 +25,19 @@ double areaOf(const LoadedVector<Vector3>& polygon, const Vector3& n) {
   return 0.5 * twice;
 }
 
+/// Whether V misses a cover: all points lie beyond one edge of a cover's outline, in the face with outward normal n: most contacts do.
+bool misses(const LoadedVector<Vector3>& points, const InnerFaces::Cover& cover, const Vector3& n, const Pose& X_AS) {
+  const int corners = static_cast<int>(cover.outline.size());
+  for (int k = 0; k < corners; ++k) {
+    const Vector3 p = X_AS * cover.outline[k], inward = n.cross(X_AS * cover.outline[k + 1 < corners ? k + 1 : 0] - p);
+    const double edge = inward.dot(p);
+    bool beyond = true;
+    for (int i = 0; i < points.size() && beyond; ++i) beyond = inward.dot(points[i]) <= edge;
+    if (beyond) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 CoveredArea ContactWorkspace::coveredArea(Owner owner, const InnerFaces& inner, const Pose& X_AS) noexcept {
@@ -33,12 +46,12 @@ CoveredArea ContactWorkspace::coveredArea(Owner owner, const InnerFaces& inner, 
   for (int f = 0; f < faces_.size(); ++f) {
     const ContactFace& face = faces_[f];
     if (face.owner != owner || !inner.has(face.index)) continue;
-    if (!have_loops) buildLoops();
-    have_loops = true;
-    for (const ContactLoop& loop : loops_) {
-      if (loop.face != f) continue;
-      for (const InnerFaces::Cover& cover : inner.covers) {
-        if (cover.face != face.index) continue;
+    for (const InnerFaces::Cover& cover : inner.covers) {
+      if (cover.face != face.index || misses(vertices_, cover, face.normal, X_AS)) continue;
+      if (!have_loops) buildLoops();
+      have_loops = true;
+      for (const ContactLoop& loop : loops_) {
+        if (loop.face != f) continue;
         outline_.clear();
         for (int i = 0; i < loop.count; ++i) outline_.push_back(vertices_[loop_vertices_[loop.first + i]]);
         for (std::size_t k = 0; k < cover.outline.size() && outline_.size() >= 3; ++k) {

@@ -168,7 +168,9 @@ void FrozenPatch::sum(const Vector6& V, Vector3& first) const noexcept {
 void FrozenPatch::evaluate(const Vector6& V, double limit, Force& out) const noexcept {
   sum(V, out.first);
   out.normal = std::max(0.0, out.first[0]);
-  const Vector3 f = friction_.at(slipRate(V), g_, limit).force;
+  const FrictionLayer::Answer friction = friction_.at(slipRate(V), g_, limit);
+  const Vector3& f = friction.force;
+  out.slides = friction.outside;
   out.F << out.first[2], -out.first[1], f[2], f[0], f[1], out.first[0];
 }
 

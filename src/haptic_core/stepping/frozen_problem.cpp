@@ -11,6 +11,9 @@ namespace {
 constexpr int kAside = 256;            ///< patches kept beside those of the pairs that touch; further ones are dropped
 constexpr int kMostSearch = 12;       ///< evaluations of the frozen forces on one line
 constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)| falls to this share of |φ(0)|
+/// A full step that leaves this share of its slope ends the pass: another one would move by as much, less than what the next
+/// pass changes. Unless what limits friction has changed by more than kLimitHolds where it slides.
+constexpr double kStraight = 0.02, kLimitHolds = 0.1;
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
 using JacobianMap = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>;
@@ -194,7 +197,8 @@ bool FrozenProblem::minimise(double g, int most, double finest, const double* q,
       }
     }
     for (FrozenContact& c : contacts) c.step = twistOf(c, step_.data());
-    const double alpha = size <= finest ? 1.0 : search(g, v);
+    double left = 0;
+    const double alpha = size <= finest ? 1.0 : search(g, v, left);
     for (int n = 0; n < island_.tree_count; ++n) {
       for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) v[k] += alpha * step_[k];
     }
@@ -203,6 +207,16 @@ bool FrozenProblem::minimise(double g, int most, double finest, const double* q,
     open *= 1 - alpha;
     changed += alpha * size;
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
+    if (alpha == 1 && std::abs(left) <= kStraight && limitsHold()) break;
+  }
+  return true;
+}
+
+/// Whether the normal forces that limit friction have stayed where it slides.
+bool FrozenProblem::limitsHold() const noexcept {
+  for (const FrozenContact& c : contacts) {
+    if (std::abs(c.force.normal - c.limit) <= kLimitHolds * std::max(c.force.normal, c.limit)) continue;
+    if (c.force.slides) return false;
   }
   return true;
 }
@@ -262,8 +276,8 @@ double FrozenProblem::slopeAt(double g, double alpha, double along, double curva
   return phi + joints_->slope(trial_.data(), step_.data());
 }
 
-/// The α ≤ 1 with φ(α) ≈ 0; φ rises from φ(0) < 0. Beyond 1 the next direction knows more.
-double FrozenProblem::search(double g, const double* v) noexcept {
+/// The α ≤ 1 with φ(α) ≈ 0; φ rises from φ(0) < 0. Beyond 1 the next direction knows more. `left`: φ(1)/φ(0).
+double FrozenProblem::search(double g, const double* v, double& left) noexcept {
   double along = 0, phi_0 = 0;
   for (int n = 0; n < island_.tree_count; ++n) {
     for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) {
@@ -274,6 +288,7 @@ double FrozenProblem::search(double g, const double* v) noexcept {
   if (joints_) phi_0 += joints_->slope(v, step_.data());
   const double bend = curvature();
   double alpha = 1, phi = slopeAt(g, 1, along, bend, v);
+  left = phi_0 < 0 ? phi / phi_0 : 1;
   // With loops that do not close yet φ may start upwards: closing them comes first.
   if (!(phi_0 < 0) || phi <= kSufficient * -phi_0) return alpha;
   double low = 0, phi_low = phi_0, high = 1, phi_high = phi;

@@ -30,6 +30,7 @@ struct FrozenContact {
   FrozenPatch patch;
   double limit = 0;                    ///< normal force that bounds friction [N]
   Vector6 V_reference = Vector6::Zero();  ///< of B over A at P, in P's axes
+  Vector6 V_frozen = Vector6::Zero();  ///< the same where the patch was frozen
   Vector6 V = Vector6::Zero();         ///< the same at the present v
   Vector6 step = Vector6::Zero();      ///< J p
   FrozenPatch::Force force;            ///< at V
@@ -84,7 +85,8 @@ class FrozenProblem {
   void addFree(int node_a, int node_b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept;
   void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;
   bool findDirection(const double* q, const double* v, double open) noexcept;
-  double search(double g, const double* v) noexcept;
+  double search(double g, const double* v, double& left) noexcept;
+  bool limitsHold() const noexcept;
   double curvature() const noexcept;
   double slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept;
   const ModelTree& treeAt(int n) const { return model_.trees[island_.trees[n]]; }

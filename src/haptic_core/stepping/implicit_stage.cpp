@@ -32,8 +32,8 @@ constexpr double kOfSize = 1e-4;
 /// Share of v that is left where no reference had little enough energy. Then nothing is left: what stands has
 /// none.
 constexpr double kSlower = 0.3;
-/// Share of the tolerance by which a body may move without its contacts being evaluated again.
-constexpr double kStays = 0.05;
+/// Share of the tolerance that a frozen patch may be wrong by, or a body may move, without another evaluation.
+constexpr double kStays = 0.5;
 
 /// ∫ d² dA: exact for a face (extent = mean), 3 % above it for an edge (twice) and exact for a corner (three
 /// times).
@@ -56,6 +56,7 @@ ImplicitStage::ImplicitStage(const Model& model)
   yielding.resize(model.pair_capacity);
   slot_.resize(model.pair_capacity);
   near_.resize(model.pair_capacity);
+  gap_.resize(model.pair_capacity);
   moved_.resize(model.trees.size());
   work_.resize(model.links.size());
   held_by_.resize(model.links.size());
@@ -84,11 +85,12 @@ void ImplicitStage::begin(State& state, const std::vector<int>& held_by) noexcep
 
 void ImplicitStage::select(const Island& island) noexcept {
   island_ = island;
-  has_joints_ = false;
+  has_joints_ = island_jointed_ = false;
   mass_ = 0;
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island.trees[n]];
     has_joints_ |= tree.has_laws;
+    island_jointed_ |= !model_.isFree(tree);
     for (int l = 0; l < tree.model->linkCount(); ++l) mass_ += model_.links[tree.link + l].mass;
   }
   problem_.select(island, work_.data(), has_joints_ ? &joints_ : nullptr);
@@ -135,6 +137,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     const double share = settings_.tolerance * (contacts_.empty() ? kContactFree : 1.0);
     const double tolerance =
         std::max(fine, std::min(share * (least + change(v_base)), kOfSize * smallest / g));
+    tolerance_ = tolerance;
     const double rate = pass > 0 ? changed / last : 1;
     error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
     wrench_error = problem_.imbalance * std::min(1.0, rate);
@@ -143,7 +146,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     change(v_base);  // into v_dot_
     const bool harmless = problem_.decrement <=
                           settings_.tolerance * (problem_.massNorm2(v_dot_.data()) + mass_ * least * least);
-    converged = changed <= fine || (error <= tolerance && harmless) ||
+    converged = changed <= fine || holds(g) || (error <= tolerance && harmless) ||
                 (rate >= 0.5 && changed <= kStagnation * problem_.speed(v.data()));
     last = changed;
     reach_ = g * changed;
@@ -285,13 +288,52 @@ void ImplicitStage::evaluate(double g) noexcept {
   const int aside = contacts_.size();
   for (int i = 0; i < island_.pair_count; ++i) {
     const ActivePair& pair = state_->pairs[island_.pairs[i]];
-    if (moved_[treeOf(pair.shapeA())] || moved_[treeOf(pair.shapeB())]) evaluatePair(island_.pairs[i], g);
+    if (!moved_[treeOf(pair.shapeA())] && !moved_[treeOf(pair.shapeB())]) continue;
+    const int slot = slot_[island_.pairs[i]];
+    if (slot >= 0 && contacts_[slot].touching && staysValid(slot, g)) {
+      problem_.contacts[slot].V_reference = problem_.contacts[slot].V;
+    } else {
+      evaluatePair(island_.pairs[i], g);
+    }
   }
   for (int i = 0; i < aside; ++i) {
     const FrozenContact& c = problem_.contacts[i];
     if (contacts_[i].touching || slot_[contacts_[i].pair] == i || near_[contacts_[i].pair] == i) continue;
     if (moved_[model_.links[c.link_a].articulation] || moved_[model_.links[c.link_b].articulation]) part(i);
   }
+}
+
+/// Whether another evaluation would find what the last one predicts: all patches stay valid, and no gap closes. Bodies on
+/// joints turn more than that: they are always looked at again.
+bool ImplicitStage::holds(double g) const noexcept {
+  if (island_jointed_ || contacts_.empty()) return false;
+  for (int i = 0; i < island_.pair_count; ++i) {
+    const int index = island_.pairs[i], slot = slot_[index];
+    if (slot >= 0) {
+      if (!contacts_[slot].touching || !staysValid(slot, g)) return false;
+      continue;
+    }
+    const ActivePair& pair = state_->pairs[index];
+    double closing = 0;
+    for (const int shape : {pair.shapeA(), pair.shapeB()}) {
+      if (nodeOf(model_.shapes[shape].link) >= 0) closing += problem_.speedOf(treeOf(shape), before_.data());
+    }
+    if (gap_[index] < M_SQRT2 * g * closing) return false;
+  }
+  return true;
+}
+
+/// Whether a patch still answers as a new one would: what the frozen geometry leaves out, of second order in the way
+/// along n and of first order in the turn of n, is small against the tolerance.
+bool ImplicitStage::staysValid(int slot, double g) const noexcept {
+  const FrozenContact& c = problem_.contacts[slot];
+  const ImplicitContact& contact = contacts_[slot];
+  const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
+  const Vector6 change = c.V - c.V_frozen;
+  const double depth = contact.volume.volume / std::max(contact.volume.A0, contact.volume.volume / contact.volume.depth);
+  const double way = g * c.patch.largestApproach(change);
+  const double turn = g * (change.head<3>().norm() + change.segment<2>(3).norm() / c.patch.extent());
+  return way * way / (depth * g) + c.force.normal * g / mass * turn <= kStays * tolerance_;
 }
 
 /// Leaves a contact and its frozen patch behind, or parts those that an earlier pass left.
@@ -306,6 +348,7 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   ContactEvaluation found;
   int& slot = slot_[index];
   if (!evaluateContact(model_, seams_, index, pair, places, memory_base[index], advance, workspace_, found)) {
+    gap_[index] = -found.volume.depth;
     if (slot >= 0) part(slot);
     if (reach_ > 0) lookAhead(index, X_AB, pair.cache.direction, g);
     return;
@@ -333,7 +376,7 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   frozen.link_a = model_.shapes[shape_a].link;
   frozen.link_b = model_.shapes[shape_b].link;
   frozen.X_WP = contact.X_WP;
-  frozen.V_reference = found.V_AB_P.vector();
+  frozen.V_reference = frozen.V_frozen = found.V_AB_P.vector();
   const double squares = 2 * contact.elastic / k;  // ∫d² dA [m⁴]
   frozen.patch.freeze(found.volume, squares, contact.force, found.law, frozen.V_reference, g);
   if (known && before.patch.isElsewhere(frozen.patch)) keepAside(index, before);

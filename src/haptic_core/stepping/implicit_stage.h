@@ -5,9 +5,10 @@
 /// F from the contact volumes at q and from the virtual couplings.
 ///
 /// A pass evaluates contacts and inertia once, at a reference velocity v_r, and solves the convex problem that has the
-/// exact force and stiffness there (frozen_problem.h). Its solution is the reference of the next pass: pairs of which
-/// neither body moved keep their patch. At rest the first Newton step of the first pass is below the tolerance, and the
-/// stage has cost one evaluation and one factorisation. A pair that comes apart during the passes keeps its patch as far
+/// exact force and stiffness there (frozen_problem.h). Its solution is the reference of the next pass: a pair keeps its
+/// patch while what the frozen geometry leaves out is small against the tolerance (`staysValid`), and where that holds for
+/// all of them, and no gap closes, there is no next pass. At rest, and wherever patches change little within a step, the
+/// stage costs one evaluation and one factorisation. A pair that comes apart during the passes keeps its patch as far
 /// as that may still touch: bodies that bounce between two passes would never settle.
 ///
 /// End. With Δ the change of the last pass and ρ its share of that of the pass before, Δ ρ/(1-ρ) is left. It ends at
@@ -15,6 +16,7 @@
 /// g |gravity|; and -R·p of the last pass, an energy, at the same share of that of these speeds.
 /// After the last pass that is allowed, what is left is reported, and `keepEnergy` sees to it that it does no harm.
 #pragma once
+#include <limits>
 #include <vector>
 
 #include "haptic_core/contact/located_force.h"
@@ -108,8 +110,11 @@ class ImplicitStage {
   double change(const std::vector<double>& since) noexcept;
   double farthest() const noexcept;
   void evaluate(double g) noexcept;
+  bool holds(double g) const noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
   void evaluatePair(int index, double g) noexcept;
+  bool staysValid(int slot, double g) const noexcept;
+  double massOf(int link) const noexcept { return nodeOf(link) >= 0 ? model_.links[link].mass : std::numeric_limits<double>::infinity(); }
   void lookAhead(int pair, const Pose& X_AB, const Vector3& n, double g) noexcept;
   void part(int slot) noexcept;
   void keepAside(int pair, const FrozenContact& contact) noexcept;
@@ -125,7 +130,8 @@ class ImplicitStage {
   Island island_;
   ImplicitJoints joints_;
   FrozenProblem problem_;
-  bool has_joints_ = false;
+  bool has_joints_ = false, island_jointed_ = false;
+  double tolerance_ = 0;  ///< of the last pass [m/s]
   double mass_ = 0;      ///< of the island [kg]
   double left_ = 0;      ///< from the stage's end to the step's [s]
 
@@ -139,6 +145,7 @@ class ImplicitStage {
   std::vector<Pose> X_WS_;
   LoadedVector<ImplicitContact> contacts_;      ///< within a solve: parallel to the problem's
   std::vector<int> slot_, near_;                ///< by pair: index in contacts_ of its patch, of what is near; or -1
+  std::vector<double> gap_;                     ///< by pair that does not touch: proven at its last evaluation [m]
   double reach_ = 0;                            ///< gap that may close within the pass: way of the last one [m]
   ContactWorkspace workspace_;
   Seams seams_;

@@ -1,0 +1,184 @@
+/// ∫ d² dA with one face on each side taken for the whole side.
+///
+/// d = z_above - z_below over the projection of V, both piecewise linear. Let U and L be the planes of the largest faces
+/// above and below, a = U - z_above and b = z_below - L what the other faces take away: d = (U - L) - a - b, so that
+///     ∫ d² = ∫ (U - z_below)² + ∫ [(z_above - L)² - (U - L)²] + 2 ∫ a b.
+/// The first integral is a sum over the faces below, the second one over those above but for U's own, where it vanishes.
+/// Both are sums over triangles as they come; only the last needs faces of both sides laid over one another, without the
+/// two largest. A box that lies on another has a few slivers there, or none.
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/geometry/contact_integrals.h"
+
+namespace haptic {
+namespace {
+
+/// Steeper faces than this (n·N) have no projection to speak of: their share of ∫ d² is this small, and the
+/// height above r loses as many digits.
+constexpr double kSteep = 1e-9;
+
+/// Slivers that cross count no more than this, relative to the whole: left out.
+constexpr double kNegligible = 1e-10;
+
+/// z = height + slope·r.
+struct Plane {
+  double height = 0;
+  Vector2 slope = Vector2::Zero();
+  double at(const Vector2& r) const { return height + slope.dot(r); }
+};
+
+Plane planeOf(const ContactFace& face, const Pose& X_AP) {
+  const Vector3 N = X_AP.R.transpose() * face.normal;
+  return {(face.offset - face.normal.dot(X_AP.p)) / N.z(), -N.head<2>() / N.z()};
+}
+
+/// A linear function by its values at the corners of a triangle.
+struct OnCorners {
+  double value[3];
+  double sum() const { return value[0] + value[1] + value[2]; }
+};
+
+/// ∫ f g over a triangle.
+double productOver(double area, const OnCorners& f, const OnCorners& g) {
+  return area / 12 * (f.sum() * g.sum() + f.value[0] * g.value[0] + f.value[1] * g.value[1] + f.value[2] * g.value[2]);
+}
+
+}  // namespace
+
+/// Which faces look up and down along n, how large they are from there, and the largest two.
+void ContactWorkspace::projectFaces(const ContactVolume& contact) noexcept {
+  projectVertices(contact);
+  shadows_.clear();
+  for (const ContactFace& face : faces_) {
+    const double rise = face.normal.dot(contact.normal());
+    FaceShadow shadow;
+    shadow.side = std::abs(rise) < kSteep ? FaceShadow::kSteep : rise > 0 ? FaceShadow::kAbove : FaceShadow::kBelow;
+    shadows_.push_back(shadow);
+  }
+  for (const ContactEdge& e : edges_) {
+    const Vector2 p = patch_points_[e.from].head<2>(), q = patch_points_[e.to].head<2>();
+    for (const int f : {e.left, e.right}) {
+      FaceShadow& shadow = shadows_[f];
+      if (shadow.anchor < 0) shadow.anchor = e.from;
+      const Vector2 o = patch_points_[shadow.anchor].head<2>(), op = p - o, oq = q - o;
+      const double twice = op.x() * oq.y() - op.y() * oq.x();
+      shadow.area += f == e.left ? 0.5 * twice : -0.5 * twice;
+      if ((q - p).squaredNorm() > shadow.longest.squaredNorm()) shadow.longest = q - p;
+      shadow.low = shadow.low.cwiseMin(p.cwiseMin(q));
+      shadow.high = shadow.high.cwiseMax(p.cwiseMax(q));
+    }
+  }
+}
+
+/// Edges by face: those of f are shadow_edges_[first … first + count - 1].
+void ContactWorkspace::groupEdges() noexcept {
+  for (FaceShadow& shadow : shadows_) shadow.count = 0;
+  for (const ContactEdge& e : edges_) ++shadows_[e.left].count, ++shadows_[e.right].count;
+  int next = 0;
+  for (FaceShadow& shadow : shadows_) {
+    shadow.first = next;
+    next += shadow.count;
+    shadow.count = 0;
+  }
+  shadow_edges_.resize(next);
+  for (int i = 0; i < edges_.size(); ++i) {
+    for (const int f : {edges_[i].left, edges_[i].right}) shadow_edges_[shadows_[f].first + shadows_[f].count++] = i;
+  }
+}
+
+/// Leaves in `polygon_` what lies left of from → to.
+void ContactWorkspace::clipPolygon(const Vector2& from, const Vector2& to) noexcept {
+  const Vector2 along = to - from;
+  const auto height = [&](const Vector2& r) { return along.y() * (r.x() - from.x()) - along.x() * (r.y() - from.y()); };
+  clipped_.clear();
+  for (int i = 0; i < polygon_.size(); ++i) {
+    const Vector2 &p = polygon_[i], &q = polygon_[i + 1 < polygon_.size() ? i + 1 : 0];
+    const double hp = height(p), hq = height(q);
+    if (hp <= 0) clipped_.push_back(p);
+    if ((hp <= 0) != (hq <= 0)) clipped_.push_back(p + hp / (hp - hq) * (q - p));
+  }
+  std::swap(polygon_, clipped_);
+}
+
+/// The common part of the projections of two faces into `polygon_`, counter-clockwise.
+void ContactWorkspace::overlayFaces(int above, int below) noexcept {
+  const Vector2 low = shadows_[above].low.cwiseMax(shadows_[below].low),
+                high = shadows_[above].high.cwiseMin(shadows_[below].high);
+  polygon_.clear();
+  for (const Vector2& corner : {low, Vector2(high.x(), low.y()), high, Vector2(low.x(), high.y())}) polygon_.push_back(corner);
+  for (const int face : {above, below}) {
+    const FaceShadow& shadow = shadows_[face];
+    for (int i = shadow.first; i < shadow.first + shadow.count && polygon_.size() >= 3; ++i) {
+      const ContactEdge& e = edges_[shadow_edges_[i]];
+      // Seen from above loops of upper faces run counter-clockwise, those of lower ones clockwise.
+      const bool forth = (e.left == face) == (face == above);
+      clipPolygon(patch_points_[forth ? e.from : e.to].head<2>(), patch_points_[forth ? e.to : e.from].head<2>());
+    }
+  }
+}
+
+double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexcept {
+  w.projectFaces(contact);
+  int largest[2] = {-1, -1};  // above, below
+  for (int f = 0; f < w.shadows_.size(); ++f) {
+    const FaceShadow& shadow = w.shadows_[f];
+    if (shadow.side == FaceShadow::kSteep) continue;
+    int& most = largest[shadow.side];
+    if (most < 0 || std::abs(shadow.area) > std::abs(w.shadows_[most].area)) most = f;
+  }
+  if (largest[0] < 0 || largest[1] < 0) return 0;
+  const Plane U = planeOf(w.faces_[largest[0]], contact.X_AP), L = planeOf(w.faces_[largest[1]], contact.X_AP);
+  w.away_.clear();
+  for (const Vector3& x : w.patch_points_) {
+    const double upper = U.at(x.head<2>()), lower = L.at(x.head<2>());
+    w.away_.push_back(Vector3(upper - x.z(), x.z() - lower, upper - lower));
+  }
+  double sum = 0;
+  bool minor[2] = {false, false};
+  for (const ContactEdge& e : w.edges_) {
+    for (const int f : {e.left, e.right}) {
+      FaceShadow& shadow = w.shadows_[f];
+      if (shadow.side == FaceShadow::kSteep) continue;
+      minor[shadow.side] |= f != largest[shadow.side];
+      const Vector3 &a = w.away_[shadow.anchor], &b = w.away_[e.from], &c = w.away_[e.to];
+      shadow.most = std::max(shadow.most, b[shadow.side]);
+      shadow.most = std::max(shadow.most, c[shadow.side]);
+      if (f == largest[0] || e.from == shadow.anchor || e.to == shadow.anchor) continue;
+      const bool above = shadow.side == FaceShadow::kAbove;
+      const Vector3& o = w.patch_points_[shadow.anchor];
+      const Vector2 op = (w.patch_points_[e.from] - o).head<2>(), oq = (w.patch_points_[e.to] - o).head<2>();
+      const double area = 0.5 * (op.x() * oq.y() - op.y() * oq.x()) * ((f == e.left) == above ? 1 : -1);
+      const int other = 1 - shadow.side;  // how far the face is from the largest one of the other side
+      const OnCorners thick{{a[other], b[other], c[other]}}, gone{{a[2], b[2], c[2]}};
+      sum += productOver(area, thick, thick) - (above ? productOver(area, gone, gone) : 0.0);
+    }
+  }
+  if (!minor[0] || !minor[1]) return sum;
+  bool grouped = false;
+  for (int u = 0; u < w.shadows_.size(); ++u) {
+    if (w.shadows_[u].side != FaceShadow::kAbove || u == largest[0]) continue;
+    const Plane above = planeOf(w.faces_[u], contact.X_AP);
+    for (int l = 0; l < w.shadows_.size(); ++l) {
+      if (w.shadows_[l].side != FaceShadow::kBelow || l == largest[1] || !w.shadows_[u].meets(w.shadows_[l])) continue;
+      const double most = 2 * w.shadows_[u].most * w.shadows_[l].most * w.shadows_[u].commonArea(w.shadows_[l]);
+      if (most <= kNegligible * sum) continue;
+      if (!grouped) w.groupEdges();
+      grouped = true;
+      w.overlayFaces(u, l);
+      const Plane below = planeOf(w.faces_[l], contact.X_AP);
+      // Rounding of steep faces must not leave the range between their corners.
+      const auto a = [&](const Vector2& r) { return std::clamp(U.at(r) - above.at(r), 0.0, w.shadows_[u].most); };
+      const auto b = [&](const Vector2& r) { return std::clamp(below.at(r) - L.at(r), 0.0, w.shadows_[l].most); };
+      for (int i = 1; i + 1 < w.polygon_.size(); ++i) {
+        const Vector2 &o = w.polygon_[0], &p = w.polygon_[i], &q = w.polygon_[i + 1];
+        const Vector2 op = p - o, oq = q - o;
+        const double area = 0.5 * (op.x() * oq.y() - op.y() * oq.x());
+        sum += 2 * productOver(area, {{a(o), a(p), a(q)}}, {{b(o), b(p), b(q)}});
+      }
+    }
+  }
+  return sum;
+}
+
+}  // namespace haptic
