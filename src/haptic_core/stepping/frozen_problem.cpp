@@ -12,8 +12,8 @@ constexpr int kAside = 256;            ///< patches kept beside those of the pai
 constexpr int kMostSearch = 12;       ///< evaluations of the frozen forces on one line
 constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)| falls to this share of |φ(0)|
 /// A full step that leaves this share of its slope ends the pass: another one would move by as much, less than what the next
-/// pass changes. Unless what limits friction has changed by more than kLimitHolds where it slides.
-constexpr double kStraight = 0.02, kLimitHolds = 0.1;
+/// pass changes. Unless friction slides at a limit that the step has changed.
+constexpr double kStraight = 0.02;
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
 using JacobianMap = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>;
@@ -133,7 +133,7 @@ void FrozenProblem::addForce(int link, const Wrench& F_W, const Vector3& p_W, do
 void FrozenProblem::smoothPart(const double* v) noexcept {
   for (int n = 0; n < island_.tree_count; ++n) {
     const ModelTree& tree = treeAt(n);
-    const double* M = massOf(island_.trees[n]);
+    const double* M = massMatrixOf(island_.trees[n]);
     const int nv = node_size_[n];
     for (int i = tree.v; i < tree.v + nv; ++i) {
       trial_[i] = v[i] - v_reference_[i];
@@ -163,7 +163,7 @@ void FrozenProblem::measureImbalance(double g) noexcept {
   }
 }
 
-bool FrozenProblem::minimise(double g, int most, double finest, const double* q, double* v) noexcept {
+bool FrozenProblem::minimise(double g, int most, double finest, double enough, const double* q, double* v) noexcept {
   smoothPart(v);
   for (FrozenContact& c : contacts) {
     c.V = c.V_reference + twistOf(c, trial_.data());  // trial_ holds δ
@@ -207,18 +207,21 @@ bool FrozenProblem::minimise(double g, int most, double finest, const double* q,
     open *= 1 - alpha;
     changed += alpha * size;
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
-    if (alpha == 1 && std::abs(left) <= kStraight && limitsHold()) break;
+    if (alpha == 1 && std::abs(left) <= kStraight && limitError(g) <= enough) break;
   }
   return true;
 }
 
-/// Whether the normal forces that limit friction have stayed where it slides.
-bool FrozenProblem::limitsHold() const noexcept {
+/// Speed that sliding friction is wrong by because its limit is that of the last iterate [m/s].
+double FrozenProblem::limitError(double g) const noexcept {
+  double most = 0;
   for (const FrozenContact& c : contacts) {
-    if (std::abs(c.force.normal - c.limit) <= kLimitHolds * std::max(c.force.normal, c.limit)) continue;
-    if (c.force.slides) return false;
+    if (!c.force.slides || !(c.limit > 0)) continue;
+    const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
+    const double friction = c.force.F.segment<2>(3).norm();
+    most = std::max(most, g / mass * friction * std::abs(c.force.normal / c.limit - 1));
   }
-  return true;
+  return most;
 }
 
 /// Newton's step p into step_, with what the joints do by themselves. `open`: share of the gaps of loops that is left.
@@ -241,7 +244,7 @@ bool FrozenProblem::findDirection(const double* q, const double* v, double open)
 double FrozenProblem::massNorm2(const double* u) const noexcept {
   double sum = 0;
   for (int n = 0; n < island_.tree_count; ++n) {
-    const double *M = massOf(island_.trees[n]), *p = u + treeAt(n).v;
+    const double *M = massMatrixOf(island_.trees[n]), *p = u + treeAt(n).v;
     const int nv = node_size_[n];
     for (int j = 0; j < nv; ++j) {
       for (int i = 0; i < nv; ++i) sum += p[i] * M[i + j * nv] * p[j];
@@ -316,7 +319,7 @@ bool FrozenProblem::assemble() noexcept {
     if (a >= 0 && b >= 0 && a != b) edges_.push_back({a, b});
   }
   if (!matrix_.analyze(node_size_.data(), island_.tree_count, edges_.begin(), edges_.size())) return false;
-  for (int n = 0; n < island_.tree_count; ++n) matrix_.add(n, n, massOf(island_.trees[n]));
+  for (int n = 0; n < island_.tree_count; ++n) matrix_.add(n, n, massMatrixOf(island_.trees[n]));
   for (const FrozenContact& c : contacts) assembleContact(c);
   for (const FrozenCoupling& c : couplings) {
     if (c.link < 0) continue;

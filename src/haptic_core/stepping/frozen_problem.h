@@ -12,6 +12,7 @@
 /// 2110.10107). Different here: Coulomb's limit is that of the last iterate, so nothing that slides floats; the patches
 /// are refrozen (implicit_stage.h) instead of being taken from the start of the step.
 #pragma once
+#include <limits>
 #include <vector>
 
 #include "haptic_core/dynamics/block_cholesky.h"
@@ -51,9 +52,9 @@ class FrozenProblem {
   /// (in realtime) The reference of a tree: v_r, r, and M from its links as they stand.
   void freezeTree(int tree, const double* v, const double* residual) noexcept;
 
-  /// (in realtime) At most `most` Newton steps from v, until one is smaller than half of what all have changed, or than
-  /// `finest` [m/s]. q: positions at the reference. False: a matrix could not be factored.
-  bool minimise(double g, int most, double finest, const double* q, double* v) noexcept;
+  /// (in realtime) At most `most` Newton steps from v, until one is smaller than a fifth of what all have changed, or than
+  /// `finest` [m/s], or goes all the way to the minimum with friction's limits wrong by less than `enough` [m/s]. q: positions at the reference. False: a matrix could not be factored.
+  bool minimise(double g, int most, double finest, double enough, const double* q, double* v) noexcept;
 
   LoadedVector<FrozenContact> contacts;
   std::vector<FrozenCoupling> couplings;
@@ -71,6 +72,10 @@ class FrozenProblem {
   /// (in realtime) Largest speed of a tree of the island [m/s]; rotations count at the reach of the body.
   double speed(const double* velocity) const noexcept;
   double speedOf(int tree, const double* velocity) const noexcept;
+  double limitError(double g) const noexcept;  ///< (in realtime) of friction, as the last minimise left it [m/s]
+  double massOf(int link) const noexcept {       ///< of a link that the island moves [kg]; else infinite
+    return nodeOf(link) >= 0 ? model_.links[link].mass : std::numeric_limits<double>::infinity();
+  }
   const std::vector<double>& reference() const { return v_reference_; }
   int nodeOf(int link) const { return node_of_tree_[model_.links[link].articulation]; }
 
@@ -86,11 +91,10 @@ class FrozenProblem {
   void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;
   bool findDirection(const double* q, const double* v, double open) noexcept;
   double search(double g, const double* v, double& left) noexcept;
-  bool limitsHold() const noexcept;
   double curvature() const noexcept;
   double slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept;
   const ModelTree& treeAt(int n) const { return model_.trees[island_.trees[n]]; }
-  const double* massOf(int tree) const { return masses_.data() + mass_offset_[tree]; }
+  const double* massMatrixOf(int tree) const { return masses_.data() + mass_offset_[tree]; }
 
   const Model& model_;
   Island island_;

@@ -112,6 +112,7 @@ void ImplicitStage::start(double g, double left) noexcept {
 bool ImplicitStage::iterate(double g, int most_passes) noexcept {
   double last = 0;
   bool converged = false;
+  tolerance_ = settings_.tolerance * kFree * g * settings_.gravity.norm();
   double smallest = std::numeric_limits<double>::infinity();
   for (int n = 0; n < island_.tree_count; ++n) {
     smallest = std::min(smallest, model_.links[model_.trees[island_.trees[n]].link].size);
@@ -129,15 +130,13 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
       std::copy_n(v.begin() + tree.v, tree.model->nv(), before_.begin() + tree.v);
     }
     const double fine = finest(g);
-    if (!problem_.minimise(g, kStepsOfPass, fine, q_.data(), v.data())) break;
+    if (!problem_.minimise(g, kStepsOfPass, fine, kStays * tolerance_, q_.data(), v.data())) break;
     const double changed = change(before_);
     if (!std::isfinite(changed)) break;
     // A body of a micrometre falls through itself in what is nothing to one of a metre.
     const double least = std::min(kFree * g * settings_.gravity.norm(), kOfSize * smallest / g);
     const double share = settings_.tolerance * (contacts_.empty() ? kContactFree : 1.0);
-    const double tolerance =
-        std::max(fine, std::min(share * (least + change(v_base)), kOfSize * smallest / g));
-    tolerance_ = tolerance;
+    tolerance_ = std::max(fine, std::min(share * (least + change(v_base)), kOfSize * smallest / g));
     const double rate = pass > 0 ? changed / last : 1;
     error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
     wrench_error = problem_.imbalance * std::min(1.0, rate);
@@ -146,13 +145,13 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     change(v_base);  // into v_dot_
     const bool harmless = problem_.decrement <=
                           settings_.tolerance * (problem_.massNorm2(v_dot_.data()) + mass_ * least * least);
-    converged = changed <= fine || holds(g) || (error <= tolerance && harmless) ||
+    converged = changed <= fine || holds(g) || (error <= tolerance_ && harmless) ||
                 (rate >= 0.5 && changed <= kStagnation * problem_.speed(v.data()));
     last = changed;
     reach_ = g * changed;
     for (int n = 0; n < island_.tree_count; ++n) {
       const int t = island_.trees[n];
-      moved_[t] = problem_.speedOf(t, before_.data()) > std::max(fine, kStays * tolerance);
+      moved_[t] = problem_.speedOf(t, before_.data()) > std::max(fine, kStays * tolerance_);
     }
   }
   finish(g);
@@ -303,10 +302,10 @@ void ImplicitStage::evaluate(double g) noexcept {
   }
 }
 
-/// Whether another evaluation would find what the last one predicts: all patches stay valid, and no gap closes. Bodies on
-/// joints turn more than that: they are always looked at again.
+/// Whether another evaluation would find what the last one predicts: all patches stay valid, friction has the limits it was
+/// given, and no gap closes. Bodies on joints turn more than that: they are always looked at again.
 bool ImplicitStage::holds(double g) const noexcept {
-  if (island_jointed_ || contacts_.empty()) return false;
+  if (island_jointed_ || contacts_.empty() || problem_.limitError(g) > kStays * tolerance_) return false;
   for (int i = 0; i < island_.pair_count; ++i) {
     const int index = island_.pairs[i], slot = slot_[index];
     if (slot >= 0) {
@@ -328,7 +327,7 @@ bool ImplicitStage::holds(double g) const noexcept {
 bool ImplicitStage::staysValid(int slot, double g) const noexcept {
   const FrozenContact& c = problem_.contacts[slot];
   const ImplicitContact& contact = contacts_[slot];
-  const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
+  const double mass = std::min(problem_.massOf(c.link_a), problem_.massOf(c.link_b));
   const Vector6 change = c.V - c.V_frozen;
   const double depth = contact.volume.volume / std::max(contact.volume.A0, contact.volume.volume / contact.volume.depth);
   const double way = g * c.patch.largestApproach(change);

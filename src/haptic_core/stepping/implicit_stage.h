@@ -16,7 +16,6 @@
 /// g |gravity|; and -R·p of the last pass, an energy, at the same share of that of these speeds.
 /// After the last pass that is allowed, what is left is reported, and `keepEnergy` sees to it that it does no harm.
 #pragma once
-#include <limits>
 #include <vector>
 
 #include "haptic_core/contact/located_force.h"
@@ -114,7 +113,6 @@ class ImplicitStage {
   void place(int tree, const std::vector<double>& velocity) noexcept;
   void evaluatePair(int index, double g) noexcept;
   bool staysValid(int slot, double g) const noexcept;
-  double massOf(int link) const noexcept { return nodeOf(link) >= 0 ? model_.links[link].mass : std::numeric_limits<double>::infinity(); }
   void lookAhead(int pair, const Pose& X_AB, const Vector3& n, double g) noexcept;
   void part(int slot) noexcept;
   void keepAside(int pair, const FrozenContact& contact) noexcept;
