@@ -48,6 +48,8 @@ class FrozenPatch {
   };
   /// (in realtime) The force at a twist; friction's limit is that of the normal force `limit` [N].
   void evaluate(const Vector6& V, double limit, Force& out) const noexcept;
+  /// (in realtime) Of it (x and y of the force, torque along n) with another limit [N, N·m].
+  Vector3 frictionAt(const Vector6& V, double limit) const noexcept { return friction_.at(slipRate(V), g_, limit).force; }
   /// (in realtime) -g ∂F/∂V, symmetric and positive semidefinite [N·s·m … N·s/m].
   Matrix6 tangent(const Vector6& V, double limit) const noexcept;
 
@@ -65,6 +67,7 @@ class FrozenPatch {
     for (int i = 0; i < 4; ++i) most = std::max(most, std::abs(approachOf(V, i)));
     return most;
   }
+  double stiffness() const noexcept { return k_ * weight_ * points_; }  ///< along n [N/m]
   double extent() const noexcept { return 2 * radius_; }  ///< about half the width of the patch [m]
 
  private:

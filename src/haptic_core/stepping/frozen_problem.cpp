@@ -12,7 +12,7 @@ constexpr int kAside = 256;            ///< patches kept beside those of the pai
 constexpr int kMostSearch = 12;       ///< evaluations of the frozen forces on one line
 constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)| falls to this share of |φ(0)|
 /// A full step that leaves this share of its slope ends the pass: another one would move by as much, less than what the next
-/// pass changes. Unless friction slides at a limit that the step has changed.
+/// pass changes. Unless the step has changed what limits friction.
 constexpr double kStraight = 0.02;
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
@@ -190,12 +190,7 @@ bool FrozenProblem::minimise(double g, int most, double finest, double enough, c
     if (!assemble() || !findDirection(q, v, open)) return false;
     ++iterations;
     const double size = speed(step_.data());
-    if (i == 0) {
-      decrement = 0;
-      for (int n = 0; n < island_.tree_count; ++n) {
-        for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) decrement -= residual_[k] * step_[k];
-      }
-    }
+    if (i == 0) decrement = -dotStep(residual_);
     for (FrozenContact& c : contacts) c.step = twistOf(c, step_.data());
     double left = 0;
     const double alpha = size <= finest ? 1.0 : search(g, v, left);
@@ -206,20 +201,23 @@ bool FrozenProblem::minimise(double g, int most, double finest, double enough, c
     for (FrozenContact& c : contacts) c.V += alpha * c.step;
     open *= 1 - alpha;
     changed += alpha * size;
+    const double share = size <= finest ? 0 : alpha == 1 ? std::abs(left) : 1;
+    remainder = share * size;
+    energy_remainder = share * -dotStep(residual_);
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
     if (alpha == 1 && std::abs(left) <= kStraight && limitError(g) <= enough) break;
   }
   return true;
 }
 
-/// Speed that sliding friction is wrong by because its limit is that of the last iterate [m/s].
+/// Speed that friction is wrong by because its limit is that of the last iterate [m/s].
 double FrozenProblem::limitError(double g) const noexcept {
   double most = 0;
   for (const FrozenContact& c : contacts) {
-    if (!c.force.slides || !(c.limit > 0)) continue;
+    if (!c.force.slides && c.force.normal >= c.limit) continue;
     const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
-    const double friction = c.force.F.segment<2>(3).norm();
-    most = std::max(most, g / mass * friction * std::abs(c.force.normal / c.limit - 1));
+    const Vector3 f = c.patch.frictionAt(c.V, c.force.normal) - c.patch.frictionAt(c.V, c.limit);
+    most = std::max(most, g / mass * f.head<2>().norm());
   }
   return most;
 }
@@ -239,6 +237,15 @@ bool FrozenProblem::findDirection(const double* q, const double* v, double open)
     for (int i = first; i < first + node_size_[n]; ++i) step_[i] = rows_[row++];
   }
   return true;
+}
+
+/// u·p over the island.
+double FrozenProblem::dotStep(const std::vector<double>& u) const noexcept {
+  double sum = 0;
+  for (int n = 0; n < island_.tree_count; ++n) {
+    for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) sum += u[k] * step_[k];
+  }
+  return sum;
 }
 
 double FrozenProblem::massNorm2(const double* u) const noexcept {
@@ -281,13 +288,8 @@ double FrozenProblem::slopeAt(double g, double alpha, double along, double curva
 
 /// The α ≤ 1 with φ(α) ≈ 0; φ rises from φ(0) < 0. Beyond 1 the next direction knows more. `left`: φ(1)/φ(0).
 double FrozenProblem::search(double g, const double* v, double& left) noexcept {
-  double along = 0, phi_0 = 0;
-  for (int n = 0; n < island_.tree_count; ++n) {
-    for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) {
-      along += smooth_[k] * step_[k];
-      phi_0 += residual_[k] * step_[k];
-    }
-  }
+  const double along = dotStep(smooth_);
+  double phi_0 = dotStep(residual_);
   if (joints_) phi_0 += joints_->slope(v, step_.data());
   const double bend = curvature();
   double alpha = 1, phi = slopeAt(g, 1, along, bend, v);

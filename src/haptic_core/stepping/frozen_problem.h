@@ -60,6 +60,8 @@ class FrozenProblem {
   std::vector<FrozenCoupling> couplings;
   int iterations = 0, factorisations = 0;  ///< since they were last set to 0
   double decrement = 0;                 ///< of the last minimise, -R·p at its start: twice what the convex function can fall [J]
+  double remainder = 0;                 ///< about what another Newton step of the last minimise would be [m/s]
+  double energy_remainder = 0;          ///< about what it would gain [J]
   double imbalance = 0;                 ///< largest wrench out of balance at its start [N], moments over the body's size
 
   void forget() noexcept;               ///< (in realtime) the arrays of the last island are no longer there
@@ -91,6 +93,7 @@ class FrozenProblem {
   void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;
   bool findDirection(const double* q, const double* v, double open) noexcept;
   double search(double g, const double* v, double& left) noexcept;
+  double dotStep(const std::vector<double>& u) const noexcept;
   double curvature() const noexcept;
   double slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept;
   const ModelTree& treeAt(int n) const { return model_.trees[island_.trees[n]]; }

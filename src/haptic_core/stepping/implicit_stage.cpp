@@ -113,6 +113,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
   double last = 0;
   bool converged = false;
   tolerance_ = settings_.tolerance * kFree * g * settings_.gravity.norm();
+  energy_tolerance_ = 0;
   double smallest = std::numeric_limits<double>::infinity();
   for (int n = 0; n < island_.tree_count; ++n) {
     smallest = std::min(smallest, model_.links[model_.trees[island_.trees[n]].link].size);
@@ -143,8 +144,8 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     // Where stiffness is high a small error of v is a large one of the energy. Twice what the pass could gain
     // at its reference, -R·p, is known exactly; the end of the pass is nobody's reference yet.
     change(v_base);  // into v_dot_
-    const bool harmless = problem_.decrement <=
-                          settings_.tolerance * (problem_.massNorm2(v_dot_.data()) + mass_ * least * least);
+    energy_tolerance_ = settings_.tolerance * (problem_.massNorm2(v_dot_.data()) + mass_ * least * least);
+    const bool harmless = problem_.decrement <= energy_tolerance_;
     converged = changed <= fine || holds(g) || (error <= tolerance_ && harmless) ||
                 (rate >= 0.5 && changed <= kStagnation * problem_.speed(v.data()));
     last = changed;
@@ -302,10 +303,12 @@ void ImplicitStage::evaluate(double g) noexcept {
   }
 }
 
-/// Whether another evaluation would find what the last one predicts: all patches stay valid, friction has the limits it was
-/// given, and no gap closes. Bodies on joints turn more than that: they are always looked at again.
+/// Whether another evaluation would find what the last one predicts: the pass ended at its minimum with the limits of friction
+/// that it was given, all patches stay valid, and no gap closes. Bodies on joints turn more than that: they are always looked at again.
 bool ImplicitStage::holds(double g) const noexcept {
-  if (island_jointed_ || contacts_.empty() || problem_.limitError(g) > kStays * tolerance_) return false;
+  if (island_jointed_ || contacts_.empty()) return false;
+  if (problem_.remainder + problem_.limitError(g) > kStays * tolerance_) return false;
+  if (problem_.energy_remainder > kStays * energy_tolerance_) return false;
   for (int i = 0; i < island_.pair_count; ++i) {
     const int index = island_.pairs[i], slot = slot_[index];
     if (slot >= 0) {
@@ -323,7 +326,7 @@ bool ImplicitStage::holds(double g) const noexcept {
 }
 
 /// Whether a patch still answers as a new one would: what the frozen geometry leaves out, of second order in the way
-/// along n and of first order in the turn of n, is small against the tolerance.
+/// along n and of first order in the turn of n, is small against the tolerance, as a speed and as an energy.
 bool ImplicitStage::staysValid(int slot, double g) const noexcept {
   const FrozenContact& c = problem_.contacts[slot];
   const ImplicitContact& contact = contacts_[slot];
@@ -332,7 +335,9 @@ bool ImplicitStage::staysValid(int slot, double g) const noexcept {
   const double depth = contact.volume.volume / std::max(contact.volume.A0, contact.volume.volume / contact.volume.depth);
   const double way = g * c.patch.largestApproach(change);
   const double turn = g * (change.head<3>().norm() + change.segment<2>(3).norm() / c.patch.extent());
-  return way * way / (depth * g) + c.force.normal * g / mass * turn <= kStays * tolerance_;
+  const double missed = way * way / depth;
+  return missed / g + c.force.normal * g / mass * turn <= kStays * tolerance_ &&
+         c.patch.stiffness() * missed * missed <= kStays * energy_tolerance_;
 }
 
 /// Leaves a contact and its frozen patch behind, or parts those that an earlier pass left.

@@ -129,7 +129,7 @@ class ImplicitStage {
   ImplicitJoints joints_;
   FrozenProblem problem_;
   bool has_joints_ = false, island_jointed_ = false;
-  double tolerance_ = 0;  ///< of the last pass [m/s]
+  double tolerance_ = 0, energy_tolerance_ = 0;  ///< of the last pass [m/s, J]
   double mass_ = 0;      ///< of the island [kg]
   double left_ = 0;      ///< from the stage's end to the step's [s]
 
