@@ -145,8 +145,9 @@ FrictionForce frictionForce(const ContactVolume& contact, ContactWorkspace& work
   const Matrix3 R_PA = contact.X_AP.R.transpose();
   const bool fresh = memory.touching == 0, slid = memory.sliding > 0;
   const Planar rate{V.linear.head<2>(), law.torsion ? V.angular.z() : 0.0};
-  const Planar old_rate = fresh ? rate : Planar{(R_PA * memory.rate_A).head<2>(), memory.spin};
-  const Planar before = fresh ? Planar{} : Planar{(R_PA * memory.slip_A).head<2>(), memory.twist};
+  // A law that does not resist a twist must not remember one.
+  const Planar old_rate = fresh ? rate : Planar{(R_PA * memory.rate_A).head<2>(), law.torsion ? memory.spin : 0.0};
+  const Planar before = fresh ? Planar{} : Planar{(R_PA * memory.slip_A).head<2>(), law.torsion ? memory.twist : 0.0};
   Planar slip = before + (rate * (1 - advance.old_share) + old_rate * advance.old_share) * advance.time;
   // The slip came to a stop after the share `stop` of the step: only what came after loads the springs.
   const double forward = old_rate.dot(old_rate), backward = -old_rate.dot(rate);
