@@ -49,7 +49,7 @@ void takeCouplings(const Model& model, const StepPart& part, State& state, Work&
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
     const ImplicitCoupling& coupling = work.implicit->couplings()[i];
     if (coupling.link < 0 || state.mode[model.links[coupling.link].articulation] != TreeMode::kImplicit) continue;
-    work.hands.wrench[i] += -(coupling.F_W * part.share);
+    work.hands.wrench[i] += -(work.implicit->meanCoupling(static_cast<int>(i)) * part.share);
     state.energy.external += work.implicit->couplingWork(static_cast<int>(i));
   }
 }
@@ -61,8 +61,14 @@ void takeContacts(const Model& model, State& state, Work& work, Report& report) 
     ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
     contact.sticking = pair.friction.sliding == 0;
     contact.event = work.implicit->event(c.pair);
-    work.placement.link[contact.link_b].addWrench(contact.F_BP_W, c.X_WP.p);
-    work.placement.link[contact.link_a].addWrench(-contact.F_BP_W, c.X_WP.p);
+    // A step that follows explicitly takes up from the force at the end; hands and readers are told what the step did.
+    const Wrench at_end = contact.F_BP_W, mean = work.implicit->meanWrench(c);
+    for (const int link : {contact.link_a, contact.link_b}) {
+      const Wrench& F_W = work.hands.held_by[link] >= 0 ? mean : at_end;
+      work.placement.link[link].addWrench(link == contact.link_b ? F_W : -F_W, c.X_WP.p);
+    }
+    contact.F_BP_W = mean;
+    contact.normal_force = mean.force.dot(c.X_WP.R.col(2));
     report.step.energy.elastic += c.elastic;
     report.step.energy.tangential += c.force.memory.energy;
     if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(c.shape_a, c.shape_b, c.volume.A0));

@@ -32,6 +32,9 @@ constexpr int kMostLocations = 12;
 /// Share of the step below which nothing is left of it.
 constexpr double kRest = 1e-9;
 
+/// Of B's contact on it, about W's origin, in W's axes.
+Wrench wrenchOf(const ImplicitContact& c) { return c.force.F_BP_P.rotated(c.X_WP.R).shifted(-c.X_WP.p); }
+
 bool sticksAtAll(const FrictionMemory& m) { return m.touching != 0 && m.sliding == 0; }
 
 /// Power of two slips (translation and spin) in the metric of the friction layer, per its stiffness.
@@ -44,6 +47,10 @@ double product(const FrictionMemory& metric, const FrictionMemory& a, const Fric
 ImplicitStep::ImplicitStep(const Model& model) : model_(model), settings_(model.settings), stage_(model) {
   coupling_work_.resize(model.pointers.size());
   first_power_.resize(model.pointers.size());
+  coupling_impulse_.resize(model.pointers.size());
+  first_coupling_.resize(model.pointers.size());
+  impulse_.resize(model.pair_capacity);
+  first_.resize(model.pair_capacity);
   event_.resize(model.pair_capacity);
   violation_.resize(model.pair_capacity);
   acceleration_.resize(model.nv);
@@ -54,7 +61,9 @@ void ImplicitStep::begin(State& state, const std::vector<int>& held_by) noexcept
   state_ = &state;
   stage_.begin(state, held_by);
   std::fill(event_.begin(), event_.begin() + state.pair_count, 1.0);
+  std::fill(impulse_.begin(), impulse_.begin() + state.pair_count, Wrench{});
   std::fill(coupling_work_.begin(), coupling_work_.end(), 0.0);
+  std::fill(coupling_impulse_.begin(), coupling_impulse_.end(), Wrench{});
 }
 
 const ImplicitReport& ImplicitStep::advance(const Island& island, double h, bool second_order) noexcept {
@@ -254,8 +263,12 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
     base.rate_A = s0.rate_A;
     base.spin = s0.spin;
     base.sliding = s0.sliding;
+    first_[c.pair] = wrenchOf(c);
   }
-  for (std::size_t i = 0; i < stage_.couplings.size(); ++i) first_power_[i] = stage_.couplings[i].power;
+  for (std::size_t i = 0; i < stage_.couplings.size(); ++i) {
+    first_power_[i] = stage_.couplings[i].power;
+    first_coupling_[i] = stage_.couplings[i].F_W;
+  }
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island.trees[n]];
     integratePositions(*tree.model, stage_.q_base.data() + tree.q, stage_.v.data() + tree.v, rest);
@@ -322,7 +335,9 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
     const bool now = next < stage_.contacts().size() && stage_.contacts()[next].pair == island.pairs[i];
     memory = FrictionMemory{};
     if (now) {
-      memory = stage_.contacts()[next].force.memory;
+      const ImplicitContact& c = stage_.contacts()[next];
+      impulse_[c.pair] += (two_stages ? first_[c.pair] * w + wrenchOf(c) * (1 - w) : wrenchOf(c)) * h;
+      memory = c.force.memory;
       memory.elastic_energy = stage_.contacts()[next++].elastic;
     }
     const auto work = [&](double p1, double p2) { return h * (w * p1 + (1 - w) * p2); };
@@ -335,6 +350,8 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
     const int link = stage_.couplings[p].link;
     const int tree = link >= 0 ? model_.links[link].articulation : -1;
     if (tree < 0 || !std::binary_search(island.trees, island.trees + island.tree_count, tree)) continue;
+    const Wrench& F_W = stage_.couplings[p].F_W;
+    coupling_impulse_[p] += (two_stages ? first_coupling_[p] * w + F_W * (1 - w) : F_W) * h;
     coupling_work_[p] += h * (w * first_power_[p] + (1 - w) * stage_.couplings[p].power);
   }
 }

@@ -45,6 +45,12 @@ class ImplicitStep {
   const ImplicitReport& advance(const Island& island, double h, bool second_order) noexcept;
 
   std::vector<ImplicitCoupling>& couplings() { return stage_.couplings; }
+  /// Mean wrench of a contact of the last island over its step, on B at X_WP.p, in W's axes: its impulse over h.
+  Wrench meanWrench(const ImplicitContact& contact) const noexcept {
+    return (impulse_[contact.pair] * (1 / length_)).shifted(contact.X_WP.p);
+  }
+  /// Mean wrench of a pointer's coupling on its link over the step, about the link's origin, in W's axes.
+  Wrench meanCoupling(int pointer) const noexcept { return coupling_impulse_[pointer] * (1 / length_); }
   /// Work of a pointer's coupling on its link since `begin` [J].
   double couplingWork(int pointer) const { return coupling_work_[pointer]; }
   const ImplicitJoints& joints() const { return stage_.joints(); }
@@ -80,6 +86,8 @@ class ImplicitStep {
   std::vector<double> event_, violation_;  ///< by pair
   std::vector<double> acceleration_, change_;
   std::vector<double> coupling_work_, first_power_;  ///< by pointer
+  std::vector<Wrench> impulse_, first_;              ///< by pair, about W's origin: of the step so far; of the first stage
+  std::vector<Wrench> coupling_impulse_, first_coupling_;  ///< by pointer, likewise, about the link's origin
 };
 
 }  // namespace haptic
