@@ -181,6 +181,7 @@ std::int64_t UartBoards::patience(const BoardState& board) const noexcept {
 /// What this exchange found out about the boards.
 void UartBoards::judge() noexcept {
   const std::int64_t now = connection_->link->now();
+  endProbation(now);
   std::uint32_t mute = 0;
   for (std::size_t b = 0; b < boards_.size(); ++b) {
     if (now - std::max(board_[b].stamp_ns, ready_ns_) < patience(board_[b])) continue;

@@ -36,22 +36,13 @@ constexpr int kRecoveryPollMs = 20;              // how often the recovery threa
 constexpr int kOpeningSteps = 3000;              // of at most 1 ms each
 constexpr std::int64_t kOpeningStepNs = 1000000;
 
-/// A board that missed a header takes the bytes behind it for headers: three commands it must never find there.
-bool spoilsBoards(int digit, const std::vector<FoundBoard>& boards) {
-  const int low = digit & 0xFF;
-  for (const FoundBoard& b : boards)
-    for (const BoardCommand c : {BoardCommand::kSetCommandLength, BoardCommand::kSetParam, BoardCommand::kResetSensor})
-      if (low == headerByte(c, b.id)) return true;
-  return false;
-}
-
 /// The nearest current whose low byte is none of them: one digit less for each board on the bus at most, 0.01 N each; more
 /// where less would be below `least`.
 int harmlessDigit(int digit, int least, const std::vector<FoundBoard>& boards) {
   const int away = digit > 0 ? 1 : -1;
   int smaller = digit, greater = digit;
-  for (int i = 0; i < kMaxBoards && spoilsBoards(smaller, boards); ++i) smaller -= away;
-  for (int i = 0; i < kMaxBoards && spoilsBoards(greater, boards); ++i) greater += away;
+  for (int i = 0; i < kMaxBoards && spoilsBoards(smaller & 0xFF, boards); ++i) smaller -= away;
+  for (int i = 0; i < kMaxBoards && spoilsBoards(greater & 0xFF, boards); ++i) greater += away;
   return std::abs(smaller) >= std::abs(least) ? smaller : greater;
 }
 
@@ -188,14 +179,20 @@ void UartBoards::restart(Cause cause) noexcept {
   restarting_ = true;
   const std::int64_t now = connection_->link->now();
   const bool lapse = cause == Cause::kLossy || cause == Cause::kSilent || cause == Cause::kDisobeys;
-  const bool relapse = lapse && now - ready_ns_ < kProbationNs;
-  relapses_ = relapse ? relapses_ + 1 : 0;
+  relapses_ = lapse && now - ready_ns_ < kProbationNs ? relapses_ + 1 : 0;
   if (cause != Cause::kOpened) cause_.store(static_cast<int>(cause), std::memory_order_relaxed);
   zeroDrive();
   if (relapses_ < kRelapses)
     restart_.begin();
   else
     restart_.beginAfter(now + kRestNs, cause_board_.load(std::memory_order_relaxed));
+}
+
+/// Boards that stayed in step have got over it.
+void UartBoards::endProbation(std::int64_t now_ns) noexcept {
+  if (relapses_ == 0 || now_ns - ready_ns_ < kProbationNs) return;
+  relapses_ = 0;
+  trouble_.store(static_cast<int>(BusRestart::Trouble::kNone), std::memory_order_relaxed);
 }
 
 UartBoards::Line UartBoards::stepRestart(std::int64_t patience_ns) noexcept {
@@ -209,6 +206,10 @@ UartBoards::Line UartBoards::stepRestart(std::int64_t patience_ns) noexcept {
   if (step == BusRestart::Step::kGone) return Line::kGone;
   if (step == BusRestart::Step::kWorking) return Line::kFine;
   restarting_ = false;
+  if (relapses_ >= kRelapses) {  // in step for now: the advice stands until they have stayed so
+    trouble_.store(static_cast<int>(BusRestart::Trouble::kForgets), std::memory_order_relaxed);
+    trouble_board_.store(cause_board_.load(std::memory_order_relaxed), std::memory_order_relaxed);
+  }
   silent_boards_.store(0, std::memory_order_relaxed);
   ready_ns_ = looked_ns_ = heard_ns_ = last_mark_ns_ = link.now();
   wire_free_ns_ = ready_ns_;

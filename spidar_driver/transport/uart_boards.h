@@ -116,6 +116,7 @@ class UartBoards : public Transport, public LinkReporter {
   void adoptConnection() noexcept;
   void disconnect() noexcept;
   void restart(Cause cause) noexcept;
+  void endProbation(std::int64_t now_ns) noexcept;
   Line stepRestart(std::int64_t patience_ns) noexcept;
   void waitForWire() noexcept;
   bool markDue() const noexcept;
