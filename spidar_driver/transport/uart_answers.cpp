@@ -103,7 +103,15 @@ void UartBoards::takeMark(int board, const std::uint8_t* bytes, int size) noexce
              : !decodeInfo(bytes, size, boards_[board].id, info))
     return;
   if (!ledger_.marked() || ledger_.markBoard() != board || memory != (mark_param_ >= 0)) return story_.count(LinkStory::kDoubled);
-  if (memory) takeMemory(board_[board], board, param.type);
+  if (memory) {
+    const BoardMemory::Verdict verdict = board_[board].memory.take(mark_param_, param.type);
+    const bool power_lost = verdict == BoardMemory::Verdict::kPowerLost;
+    counters_restarted_ = counters_restarted_ || power_lost;  // whether its counters went on nobody can know
+    if (verdict != BoardMemory::Verdict::kFine) {
+      pending_ = power_lost ? Cause::kPowerLost : Cause::kDisobeys;
+      story_.blame(boards_[board].id);
+    }
+  }
   if (!memory && info.model != static_cast<int>(shape.model)) {
     pending_ = Cause::kOtherBoard;
     story_.blame(boards_[board].id);
@@ -129,26 +137,6 @@ void UartBoards::takeMark(int board, const std::uint8_t* bytes, int size) noexce
     pending_ = Cause::kLossy;
     story_.blame(boards_[b].id);
   }
-}
-
-/// A board names the parameter that it was asked for before. One that names the one before that has not taken in the
-/// question between: its table cuts packets short, and it takes in no current either. As the questions alternate, every second
-/// answer of such a board is right by chance. One that names 0 has lost its power. Anything else is a disturbed byte.
-void UartBoards::takeMemory(BoardState& state, int board, int named) noexcept {
-  const int expected = state.asked;
-  state.asked = mark_param_;
-  state.param_lost = 0;
-  if (expected < 0) return;
-  const bool right = named == expected;
-  state.remembered += right;
-  state.has_memory = state.has_memory || state.remembered > 1;
-  state.right = right ? state.right + 1 : 0;
-  if (state.right > 1) state.stuck = 0;
-  state.stuck += !right && named == mark_param_;
-  if (!state.has_memory || right || (named != 0 && state.stuck < 2)) return;
-  counters_restarted_ = counters_restarted_ || named == 0;  // whether its counters went on nobody can know
-  pending_ = named == 0 ? Cause::kPowerLost : Cause::kDisobeys;
-  story_.blame(boards_[board].id);
 }
 
 /// False: a reading that no motor can have made; nothing of this answer is taken for new.

@@ -27,9 +27,6 @@ constexpr std::int64_t kMarkPauseNs = 2500000;   // after a mark's answer: a dou
 constexpr std::int64_t kProbationNs = 1000000000;
 constexpr int kRelapses = 3;
 constexpr std::int64_t kRestNs = 1000000000;
-// Two parameters that every firmware has, asked for in turns, neither the 0 that a board names after power-on.
-constexpr int kParams[2] = {1, 5};
-constexpr int kParamTries = 3;
 constexpr int kOpeningSteps = 3000;              // of at most 1 ms each
 constexpr std::int64_t kOpeningStepNs = 1000000;
 
@@ -94,7 +91,7 @@ void UartBoards::layOutCycle() {
     }
     cycle_bytes_ += commandBytes(shape, BoardCommand::kCurrent) + paddingBytes(shape, BoardCommand::kCurrent);
     mark_[b] = infoQuestion(boards_[b].id, 0);
-    for (int k = 0; k < 2; ++k) memory_mark_[b][k] = paramQuestion(boards_[b], kParams[k]);
+    for (int k = 0; k < 2; ++k) memory_mark_[b][k] = paramQuestion(boards_[b], BoardMemory::kParams[k]);
     longest_mark = std::max({longest_mark, mark_[b].size(), memory_mark_[b][0].size()});
     stream_.know(headerByte(BoardCommand::kGetParam, boards_[b].id), replyBytes(shape, BoardCommand::kGetParam));
     stream_.know(headerByte(BoardCommand::kCurrent, boards_[b].id), replyBytes(shape, BoardCommand::kCurrent));
@@ -194,7 +191,7 @@ UartBoards::Line UartBoards::stepRestart(std::int64_t patience_ns) noexcept {
   last_pull_ns_ = 0;
   ledger_.begin(static_cast<int>(boards_.size()));
   stream_.forget();
-  for (BoardState& b : board_) b.lost = 0, b.asked = -1, b.remembered = b.right = b.stuck = 0;
+  for (BoardState& b : board_) b.lost = 0, b.memory.begin();
   delay_ns_ = fastest_ns_ = restart_.delay();
   story_.setDelay(delay_ns_);
   story_.setJitter(restart_.jitter());
@@ -213,7 +210,7 @@ void UartBoards::waitForWire() noexcept {
 bool UartBoards::expired(std::int64_t at_ns) const noexcept {
   for (std::size_t b = 0; b < boards_.size(); ++b)
     if (board_[b].stamp_ns < ready_ns_ || at_ns - board_[b].stamp_ns > silent_ns_ ||
-        (board_[b].has_memory && board_[b].remembered == 0))
+        board_[b].memory.unproven())
       return true;
   return false;
 }
@@ -221,10 +218,10 @@ bool UartBoards::expired(std::int64_t at_ns) const noexcept {
 /// The next mark's bytes: GET_PARAM where the board answers it and the period has room, else BOARD_INFO.
 const std::vector<std::uint8_t>& UartBoards::chooseMark() noexcept {
   next_mark_ = (next_mark_ + 1) % static_cast<int>(boards_.size());
-  const BoardState& state = board_[next_mark_];
-  const std::vector<std::uint8_t>& memory = memory_mark_[next_mark_][state.asked == kParams[0] ? 1 : 0];
+  const BoardMemory& state = board_[next_mark_].memory;
+  const std::vector<std::uint8_t>& memory = memory_mark_[next_mark_][state.next()];
   const bool room = slot_ns_ + static_cast<std::int64_t>(memory.size()) * byte_ns_ < period_ns_;
-  const bool asks_memory = room && (state.has_memory || state.param_lost < kParamTries);
+  const bool asks_memory = room && state.answers();
   const std::vector<std::uint8_t>& mark = asks_memory ? memory : mark_[next_mark_];
   mark_param_ = asks_memory ? memory[1] : -1;
   mark_reply_bytes_ = asks_memory ? replyBytes(*boards_[next_mark_].shape, BoardCommand::kGetParam) : kInfoBytes;
@@ -234,8 +231,7 @@ const std::vector<std::uint8_t>& UartBoards::chooseMark() noexcept {
 
 /// The mark's answer will not come; what its board took in is not known.
 void UartBoards::dropMark() noexcept {
-  BoardState& state = board_[ledger_.markBoard()];
-  if (mark_param_ >= 0) ++state.param_lost, state.asked = -1;
+  if (mark_param_ >= 0) board_[ledger_.markBoard()].memory.lose();
   ledger_.dropMark();
 }
 

@@ -24,6 +24,7 @@
 #include "haptic_core/spidar/transport.h"
 #include "spidar_driver/transport/answer_ledger.h"
 #include "spidar_driver/transport/board_bus.h"
+#include "spidar_driver/transport/board_memory.h"
 #include "spidar_driver/transport/bus_restart.h"
 #include "spidar_driver/transport/count_unwrapper.h"
 #include "spidar_driver/transport/line_recovery.h"
@@ -63,12 +64,7 @@ class UartBoards : public Transport, public LinkReporter {
     std::int64_t stamp_ns = 0;  ///< latch of its counts
     bool fresh = false;         ///< new since the last sample that had new counts of all
     double lost = 0;            ///< share of the last questions without an answer
-    int asked = -1;             ///< parameter that the last answered mark asked for; -1: unknown
-    int remembered = 0;         ///< answers since the restart that named the parameter asked for before
-    int right = 0;              ///< answers in a row that did so
-    int stuck = 0;              ///< answers that named the one before that, until two in a row are right
-    int param_lost = 0;         ///< such marks in a row without an answer
-    bool has_memory = false;    ///< it has answered such marks as the firmware does
+    BoardMemory memory;         ///< whether it takes in what it is told
   };
 
   void layOutCycle();
@@ -90,7 +86,6 @@ class UartBoards : public Transport, public LinkReporter {
   void takeReply(const std::uint8_t* bytes, int size) noexcept;
   void takeAnswer(int board, const std::uint8_t* bytes, int size) noexcept;
   void takeMark(int board, const std::uint8_t* bytes, int size) noexcept;
-  void takeMemory(BoardState& state, int board, int named) noexcept;
   void dropMark() noexcept;
   const std::vector<std::uint8_t>& chooseMark() noexcept;
   bool takePositions(int board, const std::uint8_t* bytes, int size, std::int64_t stamp_ns) noexcept;
