@@ -1,8 +1,8 @@
 /// Does a board take in what it is told? It names the parameter that it was asked for before (GET_PARAM).
 ///
-/// One that names the parameter before that has not taken in the question between: its table cuts packets short, and it takes
-/// in no current either. As the questions alternate, every second answer of such a board is right by chance. One that names 0
-/// has lost its power. Anything else is a disturbed byte.
+/// One that names the parameter before that has not taken in the question between: its table cuts packets
+/// short, and it takes in no current either. As the questions alternate, every second answer of such a board
+/// is right by chance. One that names 0 has lost its power. Anything else is a disturbed byte.
 #pragma once
 
 namespace haptic {
@@ -10,14 +10,21 @@ namespace haptic {
 class BoardMemory {
  public:
   enum class Verdict : unsigned char { kFine, kPowerLost, kDisobeys };
-  /// Two parameters that every firmware has, asked for in turns, neither the 0 that a board names after power-on.
+  /// Two parameters that every firmware has, asked for in turns, neither the 0 that a board names after
+  /// power-on.
   static constexpr int kParams[2] = {1, 5};
 
-  void begin() noexcept { asked_ = -1, remembered_ = right_ = stuck_ = 0; }  ///< (in realtime) the boards were brought into step
-  int next() const { return asked_ == kParams[0] ? 1 : 0; }                   ///< index of the parameter to ask for
-  bool answers() const { return has_memory_ || lost_ < kTries; }              ///< it may answer such a question
-  bool unproven() const { return has_memory_ && remembered_ == 0; }           ///< it could have shown that it obeys, and has not
-  void lose() noexcept { ++lost_, asked_ = -1; }  ///< (in realtime) no answer: what the board took in is not known
+  void begin() noexcept {
+    asked_ = -1, remembered_ = right_ = stuck_ = 0;
+  }  ///< (in realtime) the boards were brought into step
+  int next() const { return asked_ == kParams[0] ? 1 : 0; }       ///< index of the parameter to ask for
+  bool answers() const { return has_memory_ || lost_ < kTries; }  ///< it may answer such a question
+  bool unproven() const {
+    return has_memory_ && remembered_ == 0;
+  }  ///< it could have shown that it obeys, and has not
+  void lose() noexcept {
+    ++lost_, asked_ = -1;
+  }  ///< (in realtime) no answer: what the board took in is not known
 
   /// (in realtime) An answer to the question for `param` named the parameter `named`.
   Verdict take(int param, int named) noexcept {

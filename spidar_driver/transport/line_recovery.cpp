@@ -18,13 +18,15 @@ LineRecovery::~LineRecovery() {
   delete opened_.load();
 }
 
-std::unique_ptr<Connection> LineRecovery::connect(std::unique_ptr<ByteLink> link, const std::vector<std::uint8_t>& zero_drive) {
+std::unique_ptr<Connection> LineRecovery::connect(std::unique_ptr<ByteLink> link,
+                                                  const std::vector<std::uint8_t>& zero_drive) {
   auto connection = std::make_unique<Connection>();
   connection->link = std::move(link);
   if (!connection->link->write(zero_drive.data(), zero_drive.size()))
     throw SetupError(where_, "the port does not take bytes", "check the adapter");
   if (auto* port = dynamic_cast<SerialPort*>(connection->link.get()); port && settings_.guard)
-    connection->guard = std::make_unique<DriveGuard>(port->descriptor(), zero_drive, zeroForAnyTable(), settings_.rate_hz);
+    connection->guard =
+        std::make_unique<DriveGuard>(port->descriptor(), zero_drive, zeroForAnyTable(), settings_.rate_hz);
   return connection;
 }
 
@@ -48,7 +50,8 @@ bool LineRecovery::reopen() {
     std::unique_ptr<ByteLink> link = open_();
     const std::vector<FoundBoard> found = matchBoards(scanBus(*link), device_, where_);
     if (found != boards_)
-      throw SetupError(where_, "other boards than before answer: " + listed(found) + " instead of " + listed(boards_),
+      throw SetupError(where_,
+                       "other boards than before answer: " + listed(found) + " instead of " + listed(boards_),
                        "plug the right adapter in, or restart the driver");
     opened_.store(connect(std::move(link), zero_drive_).release(), std::memory_order_release);
     story_.say("");

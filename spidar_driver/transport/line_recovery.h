@@ -27,20 +27,30 @@ struct Connection {
 class LineRecovery {
  public:
   /// `where` names the port in messages. `device` and `story` must outlive this.
-  LineRecovery(const DeviceDef& device, const UartSettings& settings, std::string where, OpenLink open, LinkStory& story)
-      : device_(device), settings_(settings), where_(std::move(where)), open_(std::move(open)), story_(story) {}
+  LineRecovery(const DeviceDef& device, const UartSettings& settings, std::string where, OpenLink open,
+               LinkStory& story)
+      : device_(device),
+        settings_(settings),
+        where_(std::move(where)),
+        open_(std::move(open)),
+        story_(story) {}
   ~LineRecovery();
 
   std::unique_ptr<ByteLink> open() { return open_(); }  ///< set-up; throws SetupError
-  /// Set-up: the line with its guard, drive off. `zero_drive`: bytes that turn the motors off. Throws SetupError.
-  std::unique_ptr<Connection> connect(std::unique_ptr<ByteLink> link, const std::vector<std::uint8_t>& zero_drive);
-  void start(const std::vector<FoundBoard>& boards, const std::vector<std::uint8_t>& zero_drive);  ///< set-up: the thread
+  /// Set-up: the line with its guard, drive off. `zero_drive`: bytes that turn the motors off. Throws
+  /// SetupError.
+  std::unique_ptr<Connection> connect(std::unique_ptr<ByteLink> link,
+                                      const std::vector<std::uint8_t>& zero_drive);
+  void start(const std::vector<FoundBoard>& boards,
+             const std::vector<std::uint8_t>& zero_drive);  ///< set-up: the thread
   void stop();
 
   /// (in realtime) A line that was opened again; nullptr: none.
   Connection* takeOpened() noexcept { return opened_.exchange(nullptr, std::memory_order_acquire); }
   /// (in realtime) A line that is gone, to be freed and replaced.
-  void replace(std::unique_ptr<Connection> lost) noexcept { lost_.store(lost.release(), std::memory_order_release); }
+  void replace(std::unique_ptr<Connection> lost) noexcept {
+    lost_.store(lost.release(), std::memory_order_release);
+  }
 
  private:
   void run();

@@ -35,7 +35,8 @@ std::string LinkStory::trouble() const {
     std::lock_guard<std::mutex> lock(said_mutex_);
     if (!said_.empty()) return said_;
   }
-  const std::string now = std::to_string(trouble_board_.load()), then = "board " + std::to_string(cause_board_.load());
+  const std::string now = std::to_string(trouble_board_.load()),
+                    then = "board " + std::to_string(cause_board_.load());
   switch (static_cast<BusRestart::Trouble>(trouble_.load())) {
     case BusRestart::Trouble::kNone:
       break;
@@ -46,7 +47,8 @@ std::string LinkStory::trouble() const {
     case BusRestart::Trouble::kNoisy:
       return "bytes come that nobody asked for: check cable, ground and baud rate";
     case BusRestart::Trouble::kForgets:
-      return "board " + now + " loses step again as soon as it is taught: switch its power off and on, then check its cable";
+      return "board " + now +
+             " loses step again as soon as it is taught: switch its power off and on, then check its cable";
   }
   const std::string again = "; the boards were taught anew and obey";
   switch (static_cast<Cause>(cause_.load())) {

@@ -13,7 +13,17 @@ namespace haptic {
 class LinkStory {
  public:
   /// Why the boards are being brought back into step.
-  enum class Cause : int { kNone, kOpened, kSilent, kLossy, kRestarted, kOtherBoard, kFlood, kPowerLost, kDisobeys };
+  enum class Cause : int {
+    kNone,
+    kOpened,
+    kSilent,
+    kLossy,
+    kRestarted,
+    kOtherBoard,
+    kFlood,
+    kPowerLost,
+    kDisobeys
+  };
   enum Counter {
     kCycles,
     kStale,
@@ -32,13 +42,25 @@ class LinkStory {
   };
 
   // (in realtime) From the exchange's thread.
-  void count(Counter c, std::uint64_t n = 1) noexcept { counters_[c].fetch_add(n, std::memory_order_relaxed); }
-  void setDelay(std::int64_t ns) noexcept { delay_us_.store(static_cast<std::uint32_t>(ns / 1000), std::memory_order_relaxed); }
-  void setJitter(std::int64_t ns) noexcept { jitter_us_.store(static_cast<std::uint32_t>(ns / 1000), std::memory_order_relaxed); }
-  void setGuardStalls(std::uint64_t stalls) noexcept { guard_stalls_.store(stalls, std::memory_order_relaxed); }
-  void setSilentBoards(std::uint32_t ids) noexcept { silent_boards_.store(ids, std::memory_order_relaxed); }  ///< bit per id
+  void count(Counter c, std::uint64_t n = 1) noexcept {
+    counters_[c].fetch_add(n, std::memory_order_relaxed);
+  }
+  void setDelay(std::int64_t ns) noexcept {
+    delay_us_.store(static_cast<std::uint32_t>(ns / 1000), std::memory_order_relaxed);
+  }
+  void setJitter(std::int64_t ns) noexcept {
+    jitter_us_.store(static_cast<std::uint32_t>(ns / 1000), std::memory_order_relaxed);
+  }
+  void setGuardStalls(std::uint64_t stalls) noexcept {
+    guard_stalls_.store(stalls, std::memory_order_relaxed);
+  }
+  void setSilentBoards(std::uint32_t ids) noexcept {
+    silent_boards_.store(ids, std::memory_order_relaxed);
+  }  ///< bit per id
   void setCause(Cause cause) noexcept { cause_.store(static_cast<int>(cause), std::memory_order_relaxed); }
-  void blame(int id) noexcept { cause_board_.store(id, std::memory_order_relaxed); }  ///< the board that the cause is about
+  void blame(int id) noexcept {
+    cause_board_.store(id, std::memory_order_relaxed);
+  }  ///< the board that the cause is about
   int blamed() const noexcept { return cause_board_.load(std::memory_order_relaxed); }
   void setTrouble(BusRestart::Trouble trouble, int id) noexcept {
     trouble_.store(static_cast<int>(trouble), std::memory_order_relaxed);
