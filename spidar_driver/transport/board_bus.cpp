@@ -120,12 +120,31 @@ BusScan scanBus(ByteLink& link) {
   return scan;
 }
 
+bool spoilsBoards(int byte, const std::vector<FoundBoard>& boards) {
+  for (const FoundBoard& b : boards)
+    for (const BoardCommand c : {BoardCommand::kSetCommandLength, BoardCommand::kSetParam, BoardCommand::kResetSensor})
+      if (byte == headerByte(c, b.id)) return true;
+  return false;
+}
+
+namespace {
+
+/// A board that is out of step takes a length for a header: 17, the length of a B3M's DIRECT, is SET_CMDLEN for board 1, and
+/// what follows spoils its table for good. A longer command waits for the zeros behind it. CURRENT, the cycle's own, stays.
+std::uint8_t taughtLength(BoardCommand command, const BoardShape& shape, const std::vector<FoundBoard>& boards) {
+  int bytes = commandBytes(shape, command);
+  while (command != BoardCommand::kCurrent && spoilsBoards(bytes, boards)) ++bytes;  // 8 ids have a header each: 8 times
+  return static_cast<std::uint8_t>(bytes);
+}
+
+}  // namespace
+
 std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards, int padding) {
   std::vector<std::uint8_t> bytes;
   for (const FoundBoard& board : boards) {
     LengthCommand lengths;
     for (int c = 0; c < kBoardCommands; ++c)
-      lengths.bytes[c] = static_cast<std::uint8_t>(commandBytes(*board.shape, static_cast<BoardCommand>(c)));
+      lengths.bytes[c] = taughtLength(static_cast<BoardCommand>(c), *board.shape, boards);
     std::array<std::uint8_t, 1 + kBoardCommands> packet;
     encodePacket(*board.shape, board.id, lengths, packet.data(), packet.size());
     bytes.insert(bytes.end(), packet.begin(), packet.end());

@@ -40,7 +40,11 @@ void drainLink(ByteLink& link);
 /// known by their ids. Takes about 0.15 s.
 BusScan scanBus(ByteLink& link);
 
-/// SET_CMDLEN for every board: without it, a board of one model loses step at a command for another model. `padding`:
+/// A board that missed a header takes the bytes behind it for headers: is this one of the three commands of a board on the bus
+/// that it must never find there?
+bool spoilsBoards(int byte, const std::vector<FoundBoard>& boards);
+
+/// SET_CMDLEN for every board, longer by a few bytes where a length would be a header that spoils a board: without it, a board of one model loses step at a command for another model. `padding`:
 /// zeros behind each; kResyncZeros reaches a board whose table says that this very command is longer.
 std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards, int padding = 0);
 

@@ -50,7 +50,7 @@ UartBoards::Line UartBoards::drain() noexcept {
   if (got > 0) pending_ = Cause::kFlood;
   if (stream_.pending() > 0 && connection_->link->now() - heard_ns_ > kSplitNs) stream_.abandon();
   const std::uint64_t foreign = stream_.foreign();
-  count(kForeign, foreign - foreign_seen_);
+  story_.count(LinkStory::kForeign, foreign - foreign_seen_);
   foreign_seen_ = foreign;
   return Line::kFine;
 }
@@ -85,8 +85,8 @@ void UartBoards::takeReply(const std::uint8_t* bytes, int size) noexcept {
 
 void UartBoards::takeAnswer(int board, const std::uint8_t* bytes, int size) noexcept {
   const AnswerLedger::Credit question = ledger_.answer(board);
-  if (!question.owed) return count(kDoubled);
-  if (question.exchange != exchanges_) count(kLate);
+  if (!question.owed) return story_.count(LinkStory::kDoubled);
+  if (question.exchange != exchanges_) story_.count(LinkStory::kLate);
   const std::int64_t stamp = question.sent_ns + cycle_offset_[board] * byte_ns_ + kReplyDelayNs;
   if (!takePositions(board, bytes, size, stamp)) return;
   board_[board].exchange = question.exchange;
@@ -102,11 +102,19 @@ void UartBoards::takeMark(int board, const std::uint8_t* bytes, int size) noexce
   if (memory ? !decodePacket(shape, boards_[board].id, bytes, static_cast<std::size_t>(size), param)
              : !decodeInfo(bytes, size, boards_[board].id, info))
     return;
-  if (!ledger_.marked() || ledger_.markBoard() != board || memory != (mark_param_ >= 0)) return count(kDoubled);
-  if (memory) takeMemory(board_[board], board, param.type);
+  if (!ledger_.marked() || ledger_.markBoard() != board || memory != (mark_param_ >= 0)) return story_.count(LinkStory::kDoubled);
+  if (memory) {
+    const BoardMemory::Verdict verdict = board_[board].memory.take(mark_param_, param.type);
+    const bool power_lost = verdict == BoardMemory::Verdict::kPowerLost;
+    counters_restarted_ = counters_restarted_ || power_lost;  // whether its counters went on nobody can know
+    if (verdict != BoardMemory::Verdict::kFine) {
+      pending_ = power_lost ? Cause::kPowerLost : Cause::kDisobeys;
+      story_.blame(boards_[board].id);
+    }
+  }
   if (!memory && info.model != static_cast<int>(shape.model)) {
     pending_ = Cause::kOtherBoard;
-    cause_board_.store(boards_[board].id, std::memory_order_relaxed);
+    story_.blame(boards_[board].id);
   }
   const std::int64_t trip = BusRestart::questionTime(byte_ns_, mark_reply_bytes_) + ledger_.markSent();
   const std::int64_t delay = std::max<std::int64_t>(0, heard_ns_ - trip);
@@ -114,41 +122,21 @@ void UartBoards::takeMark(int board, const std::uint8_t* bytes, int size) noexce
   const std::int64_t least = waited_ ? delay : std::clamp<std::int64_t>(looked_ns_ - trip, 0, delay);
   delay_ns_ = waited_ ? delay_ns_ + (delay - delay_ns_) / 4 : std::clamp(delay_ns_, least, delay);
   fastest_ns_ = std::min(least, fastest_ns_ + (least - fastest_ns_) / 4);
-  delay_us_.store(static_cast<std::uint32_t>(delay_ns_ / 1000), std::memory_order_relaxed);
+  story_.setDelay(delay_ns_);
   last_mark_ns_ = heard_ns_;
   const AnswerLedger::Settled settled = ledger_.settle();
-  count(kDoubled, static_cast<std::uint64_t>(settled.doubled));
+  story_.count(LinkStory::kDoubled, static_cast<std::uint64_t>(settled.doubled));
   const double cycles = static_cast<double>(std::max<std::uint64_t>(settled.cycles, 1));
   for (std::size_t b = 0; b < boards_.size(); ++b) {
     const int lost = settled.lost[b];
-    count(kLost, static_cast<std::uint64_t>(lost));
+    story_.count(LinkStory::kLost, static_cast<std::uint64_t>(lost));
     lost_now_ = std::max(lost_now_, lost);
     BoardState& state = board_[b];
     state.lost += std::min(1.0, cycles / kLossWindow) * (lost / cycles - state.lost);
     if (state.lost <= kLossLimit) continue;
     pending_ = Cause::kLossy;
-    cause_board_.store(boards_[b].id, std::memory_order_relaxed);
+    story_.blame(boards_[b].id);
   }
-}
-
-/// A board names the parameter that it was asked for before. One that names the one before that has not taken in the
-/// question between: its table cuts packets short, and it takes in no current either. As the questions alternate, every second
-/// answer of such a board is right by chance. One that names 0 has lost its power. Anything else is a disturbed byte.
-void UartBoards::takeMemory(BoardState& state, int board, int named) noexcept {
-  const int expected = state.asked;
-  state.asked = mark_param_;
-  state.param_lost = 0;
-  if (expected < 0) return;
-  const bool right = named == expected;
-  state.remembered += right;
-  state.has_memory = state.has_memory || state.remembered > 1;
-  state.right = right ? state.right + 1 : 0;
-  if (state.right > 1) state.stuck = 0;
-  state.stuck += !right && named == mark_param_;
-  if (!state.has_memory || right || (named != 0 && state.stuck < 2)) return;
-  counters_restarted_ = counters_restarted_ || named == 0;  // whether its counters went on nobody can know
-  pending_ = named == 0 ? Cause::kPowerLost : Cause::kDisobeys;
-  cause_board_.store(boards_[board].id, std::memory_order_relaxed);
 }
 
 /// False: a reading that no motor can have made; nothing of this answer is taken for new.
@@ -161,12 +149,12 @@ bool UartBoards::takePositions(int board, const std::uint8_t* bytes, int size, s
   for (int m = 0; m < boards_[board].shape->motors && first_channel_[board] + m < strings; ++m) {
     const auto result = counter_[first_channel_[board] + m].accept(packet.position[m], stamp_ns);
     believed = believed && result == CountUnwrapper::Result::kAccepted;
-    if (result == CountUnwrapper::Result::kRefused) count(kRefused);
+    if (result == CountUnwrapper::Result::kRefused) story_.count(LinkStory::kRefused);
     if (result != CountUnwrapper::Result::kRestarted) continue;
-    count(kRestarts);
+    story_.count(LinkStory::kRestarts);
     counters_restarted_ = true;
     pending_ = Cause::kRestarted;  // a board that lost power lost its length table as well
-    cause_board_.store(boards_[board].id, std::memory_order_relaxed);
+    story_.blame(boards_[board].id);
   }
   return believed;
 }
@@ -181,15 +169,16 @@ std::int64_t UartBoards::patience(const BoardState& board) const noexcept {
 /// What this exchange found out about the boards.
 void UartBoards::judge() noexcept {
   const std::int64_t now = connection_->link->now();
+  endProbation(now);
   std::uint32_t mute = 0;
   for (std::size_t b = 0; b < boards_.size(); ++b) {
     if (now - std::max(board_[b].stamp_ns, ready_ns_) < patience(board_[b])) continue;
     mute |= 1u << boards_[b].id;
-    cause_board_.store(boards_[b].id, std::memory_order_relaxed);
+    story_.blame(boards_[b].id);
   }
   if (mute && pending_ == Cause::kNone) pending_ = Cause::kSilent;
   if (pending_ == Cause::kNone) return;
-  silent_boards_.store(mute, std::memory_order_relaxed);
+  story_.setSilentBoards(mute);
   restart(pending_);
 }
 
@@ -198,75 +187,11 @@ bool UartBoards::allFresh() const noexcept {
                      [](const BoardState& b) { return b.fresh; });
 }
 
-LinkReport UartBoards::linkReport() const noexcept {
-  const auto read = [this](Counter c) { return counters_[c].load(std::memory_order_relaxed); };
-  LinkReport r;
-  r.cycles = read(kCycles);
-  r.stale = read(kStale);
-  r.lost = read(kLost);
-  r.late = read(kLate);
-  r.doubled = read(kDoubled);
-  r.foreign_bytes = read(kForeign);
-  r.refused_counts = read(kRefused);
-  r.restarts = read(kRestarts);
-  r.retaught = read(kRetaught) - 1;  // the first time is the opening
-  r.reconnects = read(kReconnects);
-  r.over_rate = read(kOverRate);
-  r.bad_commands = read(kBadCommands);
-  r.clamped = read(kClamped);
-  r.guard_stalls = guard_stalls_.load(std::memory_order_relaxed);
-  r.silent_boards = silent_boards_.load(std::memory_order_relaxed);
-  r.delay_us = delay_us_.load(std::memory_order_relaxed);
-  r.jitter_us = jitter_us_.load(std::memory_order_relaxed);
-  return r;
-}
-
 std::string UartBoards::describe() const {
   char text[160];
   std::snprintf(text, sizeof text, ", %.0f us a cycle, at most %.0f Hz, wire delay %u us (spread %u us)",
-                1e6 * cycleSeconds(), max_rate_hz_, delay_us_.load(), jitter_us_.load());
+                1e6 * cycleSeconds(), max_rate_hz_, story_.delayUs(), story_.jitterUs());
   return where_ + ": " + listed(boards_) + text;
-}
-
-std::string UartBoards::trouble() const {
-  {
-    std::lock_guard<std::mutex> lock(said_mutex_);
-    if (!said_.empty()) return said_;
-  }
-  const std::string now = std::to_string(trouble_board_.load()), then = "board " + std::to_string(cause_board_.load());
-  switch (static_cast<BusRestart::Trouble>(trouble_.load())) {
-    case BusRestart::Trouble::kNone:
-      break;
-    case BusRestart::Trouble::kSilentBoard:
-      return "board " + now + " does not answer: check its power and cable";
-    case BusRestart::Trouble::kOtherBoard:
-      return "another board than before answers as id " + now + ": restart the driver";
-    case BusRestart::Trouble::kNoisy:
-      return "bytes come that nobody asked for: check cable, ground and baud rate";
-    case BusRestart::Trouble::kForgets:
-      return "board " + now + " loses step again as soon as it is taught: switch its power off and on, then check its cable";
-  }
-  const std::string again = "; the boards were taught anew and obey";
-  switch (static_cast<Cause>(cause_.load())) {
-    case Cause::kNone:
-    case Cause::kOpened:
-      return {};
-    case Cause::kSilent:
-      return then + " was silent" + again;
-    case Cause::kLossy:
-      return then + " lost one command in five" + again;
-    case Cause::kRestarted:
-      return then + " started anew or its counter jumped: its lengths are lost, calibrate" + again;
-    case Cause::kOtherBoard:
-      return then + " answered as another model" + again;
-    case Cause::kPowerLost:
-      return then + " had lost its power: check its supply, calibrate" + again;
-    case Cause::kDisobeys:
-      return then + " answered and did not obey" + again;
-    case Cause::kFlood:
-      return "bytes came without end" + again;
-  }
-  return {};
 }
 
 }  // namespace haptic

@@ -1,14 +1,12 @@
 #include "spidar_driver/transport/uart_boards.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 
 #include "haptic_core/base/error.h"
 #include "spidar_driver/transport/board_protocol.h"
 #include "spidar_driver/transport/drive_limits.h"
-#include "spidar_driver/transport/serial_port.h"
 
 namespace haptic {
 namespace {
@@ -29,29 +27,16 @@ constexpr std::int64_t kMarkPauseNs = 2500000;   // after a mark's answer: a dou
 constexpr std::int64_t kProbationNs = 1000000000;
 constexpr int kRelapses = 3;
 constexpr std::int64_t kRestNs = 1000000000;
-// Two parameters that every firmware has, asked for in turns, neither the 0 that a board names after power-on.
-constexpr int kParams[2] = {1, 5};
-constexpr int kParamTries = 3;
-constexpr int kRecoveryPollMs = 20;              // how often the recovery thread looks for a lost line
 constexpr int kOpeningSteps = 3000;              // of at most 1 ms each
 constexpr std::int64_t kOpeningStepNs = 1000000;
-
-/// A board that missed a header takes the bytes behind it for headers: three commands it must never find there.
-bool spoilsBoards(int digit, const std::vector<FoundBoard>& boards) {
-  const int low = digit & 0xFF;
-  for (const FoundBoard& b : boards)
-    for (const BoardCommand c : {BoardCommand::kSetCommandLength, BoardCommand::kSetParam, BoardCommand::kResetSensor})
-      if (low == headerByte(c, b.id)) return true;
-  return false;
-}
 
 /// The nearest current whose low byte is none of them: one digit less for each board on the bus at most, 0.01 N each; more
 /// where less would be below `least`.
 int harmlessDigit(int digit, int least, const std::vector<FoundBoard>& boards) {
   const int away = digit > 0 ? 1 : -1;
   int smaller = digit, greater = digit;
-  for (int i = 0; i < kMaxBoards && spoilsBoards(smaller, boards); ++i) smaller -= away;
-  for (int i = 0; i < kMaxBoards && spoilsBoards(greater, boards); ++i) greater += away;
+  for (int i = 0; i < kMaxBoards && spoilsBoards(smaller & 0xFF, boards); ++i) smaller -= away;
+  for (int i = 0; i < kMaxBoards && spoilsBoards(greater & 0xFF, boards); ++i) greater += away;
   return std::abs(smaller) >= std::abs(least) ? smaller : greater;
 }
 
@@ -59,11 +44,11 @@ int harmlessDigit(int digit, int least, const std::vector<FoundBoard>& boards) {
 
 UartBoards::UartBoards(const DeviceDef& device, const UartSettings& settings, const std::string& where,
                        OpenLink open)
-    : device_(device), settings_(settings), where_(where), open_(std::move(open)) {
+    : device_(device), settings_(settings), where_(where), recovery_(device_, settings, where, std::move(open), story_) {
   if (device_.strings.empty() || device_.strings.size() > kMaxStrings)
     throw SetupError(device_.file, "has no strings, or more than " + std::to_string(kMaxStrings),
                      "correct `strings`");
-  std::unique_ptr<ByteLink> link = open_();
+  std::unique_ptr<ByteLink> link = recovery_.open();
   boards_ = matchBoards(scanBus(*link), device_, where_);
   layOutCycle();
   if (!(settings_.rate_hz > 0) || settings_.rate_hz > max_rate_hz_) {
@@ -80,31 +65,15 @@ UartBoards::UartBoards(const DeviceDef& device, const UartSettings& settings, co
   lesson_ = lengthLesson(boards_);
   const std::int64_t room = (period_ns_ - slot_ns_) / byte_ns_ - static_cast<std::int64_t>(lesson_.size());
   lesson_.insert(lesson_.begin(), static_cast<std::size_t>(std::clamp<std::int64_t>(room, 0, kLessonLead)), 0);
-  connection_ = connect(std::move(link));
+  connection_ = recovery_.connect(std::move(link), zero_cycle_);
   awaitBoards();
-  recovery_ = std::thread([this] { recover(); });
+  recovery_.start(boards_, zero_cycle_);
 }
 
 UartBoards::~UartBoards() {
-  {
-    std::lock_guard<std::mutex> lock(stop_mutex_);
-    stop_ = true;
-  }
-  stop_signal_.notify_all();
-  recovery_.join();
+  recovery_.stop();
   adoptConnection();
   zeroDrive();
-  delete outgoing_.load();
-}
-
-std::unique_ptr<UartBoards::Connection> UartBoards::connect(std::unique_ptr<ByteLink> link) {
-  auto connection = std::make_unique<Connection>();
-  connection->link = std::move(link);
-  if (!connection->link->write(zero_cycle_.data(), zero_cycle_.size()))
-    throw SetupError(where_, "the port does not take bytes", "check the adapter");
-  if (auto* port = dynamic_cast<SerialPort*>(connection->link.get()); port && settings_.guard)
-    connection->guard = std::make_unique<DriveGuard>(port->descriptor(), zero_cycle_, zeroForAnyTable(), settings_.rate_hz);
-  return connection;
 }
 
 void UartBoards::layOutCycle() {
@@ -122,7 +91,7 @@ void UartBoards::layOutCycle() {
     }
     cycle_bytes_ += commandBytes(shape, BoardCommand::kCurrent) + paddingBytes(shape, BoardCommand::kCurrent);
     mark_[b] = infoQuestion(boards_[b].id, 0);
-    for (int k = 0; k < 2; ++k) memory_mark_[b][k] = paramQuestion(boards_[b], kParams[k]);
+    for (int k = 0; k < 2; ++k) memory_mark_[b][k] = paramQuestion(boards_[b], BoardMemory::kParams[k]);
     longest_mark = std::max({longest_mark, mark_[b].size(), memory_mark_[b][0].size()});
     stream_.know(headerByte(BoardCommand::kGetParam, boards_[b].id), replyBytes(shape, BoardCommand::kGetParam));
     stream_.know(headerByte(BoardCommand::kCurrent, boards_[b].id), replyBytes(shape, BoardCommand::kCurrent));
@@ -170,16 +139,16 @@ DeviceSample UartBoards::exchange(const DriveCommand& command) noexcept {
 }
 
 void UartBoards::adoptConnection() noexcept {
-  Connection* fresh = incoming_.exchange(nullptr, std::memory_order_acquire);
+  Connection* fresh = recovery_.takeOpened();
   if (!fresh) return;
   connection_.reset(fresh);  // empty since disconnect: nothing is freed here
-  count(kReconnects);
+  story_.count(LinkStory::kReconnects);
   restart(Cause::kOpened);
 }
 
 void UartBoards::disconnect() noexcept {
   armed_ = false;
-  if (connection_) outgoing_.store(connection_.release(), std::memory_order_release);
+  if (connection_) recovery_.replace(std::move(connection_));
 }
 
 /// The boards are not, or may not be, in step: no current, and no command until they are.
@@ -188,44 +157,51 @@ void UartBoards::restart(Cause cause) noexcept {
   restarting_ = true;
   const std::int64_t now = connection_->link->now();
   const bool lapse = cause == Cause::kLossy || cause == Cause::kSilent || cause == Cause::kDisobeys;
-  const bool relapse = lapse && now - ready_ns_ < kProbationNs;
-  relapses_ = relapse ? relapses_ + 1 : 0;
-  if (cause != Cause::kOpened) cause_.store(static_cast<int>(cause), std::memory_order_relaxed);
+  relapses_ = lapse && now - ready_ns_ < kProbationNs ? relapses_ + 1 : 0;
+  if (cause != Cause::kOpened) story_.setCause(cause);
   zeroDrive();
   if (relapses_ < kRelapses)
     restart_.begin();
   else
-    restart_.beginAfter(now + kRestNs, cause_board_.load(std::memory_order_relaxed));
+    restart_.beginAfter(now + kRestNs, story_.blamed());
+}
+
+/// Boards that stayed in step have got over it.
+void UartBoards::endProbation(std::int64_t now_ns) noexcept {
+  if (relapses_ == 0 || now_ns - ready_ns_ < kProbationNs) return;
+  relapses_ = 0;
+  story_.setTrouble(BusRestart::Trouble::kNone, -1);
 }
 
 UartBoards::Line UartBoards::stepRestart(std::int64_t patience_ns) noexcept {
   ByteLink& link = *connection_->link;
   const BusRestart::Step step = restart_.step(link, link.now() + patience_ns);
   if (connection_->guard) connection_->guard->beat(false);
-  trouble_.store(static_cast<int>(restart_.trouble()), std::memory_order_relaxed);
-  trouble_board_.store(restart_.troubleBoard(), std::memory_order_relaxed);
+  story_.setTrouble(restart_.trouble(), restart_.troubleBoard());
   if (restart_.trouble() == BusRestart::Trouble::kSilentBoard)
-    silent_boards_.store(1u << restart_.troubleBoard(), std::memory_order_relaxed);
+    story_.setSilentBoards(1u << restart_.troubleBoard());
   if (step == BusRestart::Step::kGone) return Line::kGone;
   if (step == BusRestart::Step::kWorking) return Line::kFine;
   restarting_ = false;
-  silent_boards_.store(0, std::memory_order_relaxed);
+  if (relapses_ >= kRelapses)  // in step for now: the advice stands until they have stayed so
+    story_.setTrouble(BusRestart::Trouble::kForgets, story_.blamed());
+  story_.setSilentBoards(0);
   ready_ns_ = looked_ns_ = heard_ns_ = last_mark_ns_ = link.now();
   wire_free_ns_ = ready_ns_;
   last_pull_ns_ = 0;
   ledger_.begin(static_cast<int>(boards_.size()));
   stream_.forget();
-  for (BoardState& b : board_) b.lost = 0, b.asked = -1, b.remembered = b.right = b.stuck = 0;
+  for (BoardState& b : board_) b.lost = 0, b.memory.begin();
   delay_ns_ = fastest_ns_ = restart_.delay();
-  delay_us_.store(static_cast<std::uint32_t>(delay_ns_ / 1000), std::memory_order_relaxed);
-  jitter_us_.store(static_cast<std::uint32_t>(restart_.jitter() / 1000), std::memory_order_relaxed);
-  count(kRetaught);
+  story_.setDelay(delay_ns_);
+  story_.setJitter(restart_.jitter());
+  story_.count(LinkStory::kRetaught);
   return Line::kFine;
 }
 
 void UartBoards::waitForWire() noexcept {
   if (connection_->link->now() >= wire_free_ns_) return;
-  count(kOverRate);
+  story_.count(LinkStory::kOverRate);
   connection_->link->waitUntil(wire_free_ns_);
 }
 
@@ -234,7 +210,7 @@ void UartBoards::waitForWire() noexcept {
 bool UartBoards::expired(std::int64_t at_ns) const noexcept {
   for (std::size_t b = 0; b < boards_.size(); ++b)
     if (board_[b].stamp_ns < ready_ns_ || at_ns - board_[b].stamp_ns > silent_ns_ ||
-        (board_[b].has_memory && board_[b].remembered == 0))
+        board_[b].memory.unproven())
       return true;
   return false;
 }
@@ -242,10 +218,10 @@ bool UartBoards::expired(std::int64_t at_ns) const noexcept {
 /// The next mark's bytes: GET_PARAM where the board answers it and the period has room, else BOARD_INFO.
 const std::vector<std::uint8_t>& UartBoards::chooseMark() noexcept {
   next_mark_ = (next_mark_ + 1) % static_cast<int>(boards_.size());
-  const BoardState& state = board_[next_mark_];
-  const std::vector<std::uint8_t>& memory = memory_mark_[next_mark_][state.asked == kParams[0] ? 1 : 0];
+  const BoardMemory& state = board_[next_mark_].memory;
+  const std::vector<std::uint8_t>& memory = memory_mark_[next_mark_][state.next()];
   const bool room = slot_ns_ + static_cast<std::int64_t>(memory.size()) * byte_ns_ < period_ns_;
-  const bool asks_memory = room && (state.has_memory || state.param_lost < kParamTries);
+  const bool asks_memory = room && state.answers();
   const std::vector<std::uint8_t>& mark = asks_memory ? memory : mark_[next_mark_];
   mark_param_ = asks_memory ? memory[1] : -1;
   mark_reply_bytes_ = asks_memory ? replyBytes(*boards_[next_mark_].shape, BoardCommand::kGetParam) : kInfoBytes;
@@ -255,8 +231,7 @@ const std::vector<std::uint8_t>& UartBoards::chooseMark() noexcept {
 
 /// The mark's answer will not come; what its board took in is not known.
 void UartBoards::dropMark() noexcept {
-  BoardState& state = board_[ledger_.markBoard()];
-  if (mark_param_ >= 0) ++state.param_lost, state.asked = -1;
+  if (mark_param_ >= 0) board_[ledger_.markBoard()].memory.lose();
   ledger_.dropMark();
 }
 
@@ -282,7 +257,7 @@ void UartBoards::encodeCycle(const DriveCommand& command, bool usable) noexcept 
       const int digit = driveDigit(shape, allowedVoltage(string, command.voltage[channel], clamped));
       const int least = driveDigit(shape, string.min_tension * string.volt_per_newton);
       packet.current[m] = static_cast<std::int16_t>(harmlessDigit(digit, std::abs(digit) < std::abs(least) ? 0 : least, boards_));
-      if (clamped) count(kClamped);
+      if (clamped) story_.count(LinkStory::kClamped);
       if (std::abs(digit) > std::abs(least)) last_pull_ns_ = sent_ns_;
       armed_ = armed_ || packet.current[m] != 0;
     }
@@ -292,7 +267,7 @@ void UartBoards::encodeCycle(const DriveCommand& command, bool usable) noexcept 
 
 UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
   const bool finite = finiteDrive(device_, command);
-  if (!finite) count(kBadCommands);
+  if (!finite) story_.count(LinkStory::kBadCommands);
   ByteLink& link = *connection_->link;
   sent_ns_ = link.now();
   // What is sent now acts until the next exchange.
@@ -321,10 +296,10 @@ UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
   if (!link.write(cycle_.data(), bytes)) return Line::kGone;
   if (connection_->guard) {
     connection_->guard->beat(armed_);
-    guard_stalls_.store(connection_->guard->stalls(), std::memory_order_relaxed);
+    story_.setGuardStalls(connection_->guard->stalls());
   }
   wire_free_ns_ = sent_ns_ + slot_ns_ + (bytes > cycle_bytes_ ? mark_wire_ns_ : 0);
-  count(kCycles);
+  story_.count(LinkStory::kCycles);
   return Line::kFine;
 }
 
@@ -353,7 +328,7 @@ DeviceSample UartBoards::sample() noexcept {
   } else {
     s.status = LinkStatus::kStale;
   }
-  if (s.status != LinkStatus::kOk) count(kStale);
+  if (s.status != LinkStatus::kOk) story_.count(LinkStory::kStale);
   return s;
 }
 
@@ -365,40 +340,6 @@ void UartBoards::zeroDrive() noexcept {
   if (connection_->guard) connection_->guard->beat(false);
   armed_ = false;
   wire_free_ns_ = start + static_cast<std::int64_t>(zero_cycle_.size()) * byte_ns_;
-}
-
-/// Thread: frees lost lines and opens new ones; never touches what exchange uses.
-void UartBoards::recover() {
-  const auto say = [this](const std::string& text) {
-    std::lock_guard<std::mutex> lock(said_mutex_);
-    said_ = text;
-  };
-  std::unique_lock<std::mutex> lock(stop_mutex_);
-  bool lost = false;
-  while (!stop_signal_.wait_for(lock, std::chrono::milliseconds(kRecoveryPollMs), [this] { return stop_; })) {
-    if (Connection* dead = outgoing_.exchange(nullptr, std::memory_order_acquire)) {
-      delete dead;
-      lost = true;
-    }
-    if (!lost) continue;
-    lock.unlock();
-    try {
-      std::unique_ptr<ByteLink> link = open_();
-      const std::vector<FoundBoard> found = matchBoards(scanBus(*link), device_, where_);
-      if (found != boards_)
-        throw SetupError(where_, "other boards than before answer: " + listed(found) + " instead of " + listed(boards_),
-                         "plug the right adapter in, or restart the driver");
-      incoming_.store(connect(std::move(link)).release(), std::memory_order_release);
-      lost = false;
-      say("");
-    } catch (const std::exception& error) {
-      say(error.what());  // still unplugged, or the boards are not up yet; the next attempt follows
-    }
-    lock.lock();
-    if (lost)
-      stop_signal_.wait_for(lock, std::chrono::duration<double>(settings_.reopen_s),
-                            [this] { return stop_; });
-  }
 }
 
 }  // namespace haptic

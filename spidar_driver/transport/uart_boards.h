@@ -17,43 +17,26 @@
 /// another thread. Every loop here is bounded.
 #pragma once
 #include <array>
-#include <atomic>
-#include <condition_variable>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "haptic_core/spidar/transport.h"
 #include "spidar_driver/transport/answer_ledger.h"
 #include "spidar_driver/transport/board_bus.h"
+#include "spidar_driver/transport/board_memory.h"
 #include "spidar_driver/transport/bus_restart.h"
 #include "spidar_driver/transport/count_unwrapper.h"
-#include "spidar_driver/transport/drive_guard.h"
-#include "spidar_driver/transport/link_report.h"
+#include "spidar_driver/transport/line_recovery.h"
+#include "spidar_driver/transport/link_story.h"
 #include "spidar_driver/transport/reply_stream.h"
+#include "spidar_driver/transport/uart_settings.h"
 
 namespace haptic {
 
-struct UartSettings {
-  double rate_hz = 1000;         ///< at which exchange will be called; more than the wire carries is refused
-  int baud = 2000000;            ///< of the port; sets the wire time
-  double reply_wait_s = 0;       ///< longest wait for answers [s]; 0: 80 % of the period, at least the cycle
-  double max_string_speed = 20;  ///< a count that needs more is refused [m/s]; a hand reaches 5
-  double max_string_acceleration = 1000;  ///< likewise [m/s²]: 20 N on a rotor of 1e-6 kg·m² at 8 mm do 1250, a hand 100
-  double silent_after_s = 0.02;  ///< counts of any board older than this: zero currents, and the boards are taught anew
-  /// The same while a string may pull more than its least: the limit, less 8 ms that it takes to reach a board whose length
-  /// table is spoilt (zeroForAnyTable), less a tick.
-  double zero_after_s = 0.011;
-  double reopen_s = 0.25;        ///< pause between attempts to open a lost port [s]
-  bool guard = true;             ///< zero currents by a second process when this one dies or stalls
-};
-
 class UartBoards : public Transport, public LinkReporter {
  public:
-  using OpenLink = std::function<std::unique_ptr<ByteLink>()>;  ///< throws SetupError
+  using OpenLink = haptic::OpenLink;
 
   /// Opens the line, finds and matches the boards, turns their drive off, measures the wire. `where` names the port in
   /// messages. Throws SetupError: line, boards or rate do not fit.
@@ -65,57 +48,31 @@ class UartBoards : public Transport, public LinkReporter {
   void zeroDrive() noexcept override;
   double maxRateHz() const override { return max_rate_hz_; }
 
-  LinkReport linkReport() const noexcept override;
+  LinkReport linkReport() const noexcept override { return story_.report(); }
   std::string describe() const override;
-  std::string trouble() const override;
+  std::string trouble() const override { return story_.trouble(); }
   const std::vector<FoundBoard>& boards() const { return boards_; }
   double cycleSeconds() const { return static_cast<double>(cycle_ns_) * 1e-9; }
 
  private:
-  struct Connection {
-    std::unique_ptr<ByteLink> link;
-    std::unique_ptr<DriveGuard> guard;
-  };
-  /// Why the boards are being brought back into step.
-  enum class Cause : int { kNone, kOpened, kSilent, kLossy, kRestarted, kOtherBoard, kFlood, kPowerLost, kDisobeys };
+  using Cause = LinkStory::Cause;
   /// Whether the line goes on after a step of the exchange.
   enum class Line : unsigned char { kFine, kGone };
-  enum Counter {
-    kCycles,
-    kStale,
-    kLost,
-    kLate,
-    kDoubled,
-    kForeign,
-    kRefused,
-    kRestarts,
-    kRetaught,
-    kReconnects,
-    kOverRate,
-    kBadCommands,
-    kClamped,
-    kCounters
-  };
   /// What is known of one board.
   struct BoardState {
     std::uint64_t exchange = 0; ///< whose question its counts answer
     std::int64_t stamp_ns = 0;  ///< latch of its counts
     bool fresh = false;         ///< new since the last sample that had new counts of all
     double lost = 0;            ///< share of the last questions without an answer
-    int asked = -1;             ///< parameter that the last answered mark asked for; -1: unknown
-    int remembered = 0;         ///< answers since the restart that named the parameter asked for before
-    int right = 0;              ///< answers in a row that did so
-    int stuck = 0;              ///< answers that named the one before that, until two in a row are right
-    int param_lost = 0;         ///< such marks in a row without an answer
-    bool has_memory = false;    ///< it has answered such marks as the firmware does
+    BoardMemory memory;         ///< whether it takes in what it is told
   };
 
-  std::unique_ptr<Connection> connect(std::unique_ptr<ByteLink> link);
   void layOutCycle();
   void awaitBoards();
   void adoptConnection() noexcept;
   void disconnect() noexcept;
   void restart(Cause cause) noexcept;
+  void endProbation(std::int64_t now_ns) noexcept;
   Line stepRestart(std::int64_t patience_ns) noexcept;
   void waitForWire() noexcept;
   bool markDue() const noexcept;
@@ -129,7 +86,6 @@ class UartBoards : public Transport, public LinkReporter {
   void takeReply(const std::uint8_t* bytes, int size) noexcept;
   void takeAnswer(int board, const std::uint8_t* bytes, int size) noexcept;
   void takeMark(int board, const std::uint8_t* bytes, int size) noexcept;
-  void takeMemory(BoardState& state, int board, int named) noexcept;
   void dropMark() noexcept;
   const std::vector<std::uint8_t>& chooseMark() noexcept;
   bool takePositions(int board, const std::uint8_t* bytes, int size, std::int64_t stamp_ns) noexcept;
@@ -137,15 +93,12 @@ class UartBoards : public Transport, public LinkReporter {
   bool allFresh() const noexcept;
   DeviceSample sample() noexcept;
   int boardOf(int id) const noexcept;
-  void count(Counter c, std::uint64_t n = 1) noexcept {
-    counters_[c].fetch_add(n, std::memory_order_relaxed);
-  }
-  void recover();
 
   const DeviceDef device_;
   const UartSettings settings_;
   const std::string where_;
-  const OpenLink open_;
+  LinkStory story_;        // outlives recovery_, which tells it what it meets
+  LineRecovery recovery_;
   std::vector<FoundBoard> boards_;
   std::vector<std::uint8_t> zero_cycle_, lesson_, cycle_;
   std::array<std::vector<std::uint8_t>, kMaxBoards> mark_;  ///< bytes of the mark BOARD_INFO, per board
@@ -174,19 +127,6 @@ class UartBoards : public Transport, public LinkReporter {
   int mark_param_ = -1;        ///< parameter that the mark on its way asks for; -1: it is BOARD_INFO
   int mark_reply_bytes_ = kInfoBytes;
   bool waited_ = false;  ///< the last read waited: what it brought came just now
-
-  // Shared with other threads.
-  std::array<std::atomic<std::uint64_t>, kCounters> counters_{};
-  std::atomic<std::uint64_t> guard_stalls_{0};
-  std::atomic<std::uint32_t> silent_boards_{0}, delay_us_{0}, jitter_us_{0};
-  std::atomic<int> cause_{0}, cause_board_{-1}, trouble_{0}, trouble_board_{-1};
-  std::atomic<Connection*> outgoing_{nullptr}, incoming_{nullptr};
-  mutable std::mutex said_mutex_;
-  std::string said_;  ///< what the recovery thread has met
-  std::mutex stop_mutex_;
-  std::condition_variable stop_signal_;
-  bool stop_ = false;
-  std::thread recovery_;
 };
 
 }  // namespace haptic

@@ -123,7 +123,11 @@ CycleCheck checkCycles(const std::vector<std::string>& models, long cycles) {
       digit[i] = carried(asked, static_cast<int>(models.size()));
       plant.positions[i] += i % 2 ? -40 : 40;  // 0.4 m/s in steps: what a motor can do
     }
-    driver.exchange({});  // empties the line and takes the lesson of every 1000th exchange, if it is due
+    // Empty the line and take the lesson of every 1000th exchange, if it is due. Counts are those of one instant, on the line
+    // between a board's last two readings: both see the new position.
+    driver.exchange({});
+    line.now_ns += 1000000;
+    driver.exchange({});
     sent.clear();
     received.clear();
     line.now_ns += 1000000;

@@ -129,19 +129,22 @@ void FaultRig::checkBounds() {
     }
 }
 
+/// "board N does not answer: check its power", or "switch its power off and on": the user does.
 bool FaultRig::bringUp() {
+  if (tryBringUp()) return true;
+  if (sample.status != LinkStatus::kSilent && driver->trouble().find("power off and on") == std::string::npos) return false;
+  ++power_cycles;
+  for (const auto& b : bus.boards()) b->replace();
+  return tryBringUp();
+}
+
+bool FaultRig::tryBringUp() {
   command = Wrench{};
   command_age = 0;
   setHand(handPath("rest"));
   spidar.setForceEnabled(false);
   run(kSettleTicks);
   for (int k = 0; k < kBringUpTicks && sample.status == LinkStatus::kSilent; ++k) tick();
-  // "board N does not answer: check its power", or "switch its power off and on": the user does.
-  if (sample.status == LinkStatus::kSilent || driver->trouble().find("power off and on") != std::string::npos) {
-    ++power_cycles;
-    for (const auto& b : bus.boards()) b->replace();
-    for (int k = 0; k < kBringUpTicks && sample.status == LinkStatus::kSilent; ++k) tick();
-  }
   spidar.recover();
   spidar.calibrateAtHome();
   // A device that believed a wrong pose pulled the grip aside, and the hand that holds it is no rigid jig:

@@ -65,6 +65,7 @@ class FaultRig {
     std::int64_t at_ns;
     Vector3 p;
   };
+  bool tryBringUp();
   void checkBounds();
   void measure();
   bool pulls() const;

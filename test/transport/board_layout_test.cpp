@@ -5,6 +5,7 @@
 #include <random>
 #include <vector>
 
+#include "spidar_driver/transport/board_bus.h"
 #include "spidar_driver/transport/board_protocol.h"
 
 namespace haptic {
@@ -211,6 +212,25 @@ TEST(BoardLayout, AnyBytesDecodeWithoutHarm) {
     const bool fits = bytes.size() == static_cast<std::size_t>(replyBytes(shape, BoardCommand::kCurrent)) &&
                       bytes[0] == headerByte(BoardCommand::kCurrent, id);
     EXPECT_EQ(decodePacket(shape, id, bytes.data(), bytes.size(), reply), fits);
+  }
+}
+
+/// A board that is out of step takes the lengths in a lesson for headers: none may teach it nonsense.
+TEST(BoardLayout, NoLengthInALessonButTheCyclesIsAHeaderThatSpoilsABoard) {
+  for (const char* model : {"B1M", "B2M", "B3M", "B5M"}) {
+    const BoardShape* shape = findBoardModel(model);
+    for (int first = 0; first < kMaxBoards; ++first) {
+      const std::vector<FoundBoard> boards = {{first, shape}, {(first + 1) % kMaxBoards, shape}};
+      const std::vector<std::uint8_t> lesson = lengthLesson(boards, 0);
+      for (int c = 0; c < kBoardCommands; ++c) {
+        const auto command = static_cast<BoardCommand>(c);
+        const int taught = lesson[1 + static_cast<std::size_t>(c)], true_bytes = commandBytes(*shape, command);
+        const bool in_use = command == BoardCommand::kCurrent || command == BoardCommand::kGetParam;
+        EXPECT_TRUE(in_use || !spoilsBoards(taught, boards)) << model << " " << first << " " << c;
+        EXPECT_GE(taught, true_bytes);
+        if (in_use || command == BoardCommand::kBoardInfo) EXPECT_EQ(taught, true_bytes);
+      }
+    }
   }
 }
 

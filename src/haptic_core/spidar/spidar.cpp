@@ -284,8 +284,8 @@ Wrench Spidar::limited(Wrench F_G_B, double h, double command_age) noexcept {
     flags_ |= kTorqueIgnored;
     F_G_B.torque.setZero();
   }
-  const double max_force =
-      state_ == DeviceState::kReduced ? std::min(settings_.reduced_force, max_force_) : max_force_;
+  const bool doubtful = state_ == DeviceState::kReduced || health_.contradicted();
+  const double max_force = doubtful ? std::min(settings_.reduced_force, max_force_) : max_force_;
   const double share = max_force / max_force_;
   if (clampNorm(F_G_B.force, max_force)) flags_ |= kForceClamped;
   if (clampNorm(F_G_B.torque, share * max_torque_)) flags_ |= kTorqueClamped;

@@ -17,14 +17,15 @@
 namespace haptic {
 
 struct HealthSettings {
-  /// Rms of the length errors that makes a string doubtful [m]: 20 times the encoder's own. One string shows
-  /// √((1 - h_ii) / n) of its error, 3 to 25 %, depending on the pose. Raise it for a device whose exits were
-  /// never calibrated (a millimetre each), else it alarms.
-  double residual_limit = 0.1e-3;
-  double residual_time_s = 0.003;  ///< for so long before it counts: a single bad sample is no fault
+  /// Rms of the length errors that makes a string doubtful [m]: 10 times the encoder's own, twice what hard use brings (boards
+  /// that read at different instants). One string shows √((1 - h_ii) / n) of its error, 3 to 25 %, depending on the pose: a
+  /// limit twice as high leaves slips of a millimetre unseen. Raise it for a device whose exits were never calibrated (a
+  /// millimetre each), else it alarms.
+  double residual_limit = 0.05e-3;
+  double residual_time_s = 0.003;  ///< for so long before the state changes: a single bad sample is no fault
   double doubt_end_s = 0.2;        ///< without contradiction for so long, the doubt is over
   double decide_s = 0.4;           ///< a doubt that lasts so long ends in a fault, with or without a name
-  double break_factor = 20;        ///< residual over limit at which there is no waiting and no force
+  double break_factor = 40;        ///< residual over limit at which there is no waiting and no force
   int most_corrections = 3;  ///< slips corrected until a calibration; one more is a fault: the errors add up
   ScreenSettings screen;
   DiagnosisSettings diagnosis;
@@ -61,6 +62,10 @@ class StringHealth {
 
   /// (in realtime) Adds one tick of tensions; returns the share of the wrench that the hottest motor allows.
   double heat(const StringVector& tension, double h) noexcept;
+
+  /// The last lengths contradicted each other: the pose may be wrong, long before it is known which string it is. The force
+  /// is limited from this very reading on.
+  bool contradicted() const { return residual_time_ > 0; }
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {

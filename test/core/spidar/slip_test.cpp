@@ -130,6 +130,25 @@ TEST_P(Slip, ThatGrowsIsNamedAndEndsInAFault) {
                                << all;  // some pairs stay nearly parallel for half a second
 }
 
+/// From the reading that contradicts itself, before anybody knows which string it is, or whether it is a fault at all.
+TEST_P(Slip, LimitsTheForceWithTheFirstContradiction) {
+  const int strings = static_cast<int>(SlipRig::load(GetParam()).strings.size());
+  for (int string = 0; string < strings; ++string) {
+    SlipRig rig(GetParam(), 0, 1);
+    rig.run(3000 + 100 * string);
+    int contradictions = 0;
+    for (int k = 0; k < 100; ++k) {
+      rig.offset[string] += 0.1e-3;  // below what is a jump
+      rig.tick();
+      if (!(rig.device.solution().residual > rig.device.settings().health.residual_limit)) continue;
+      ++contradictions;
+      // The clamp scales: its norm is right but for rounding.
+      EXPECT_LE(rig.device.askedWrench().force.norm(), rig.device.settings().reduced_force + 1e-12) << string << " " << k;
+    }
+    EXPECT_GT(contradictions, 0) << string;
+  }
+}
+
 TEST_P(Slip, AMisreadCountNeverBecomesAPose) {
   SlipRig rig(GetParam(), 0, 1);
   std::mt19937 random(5);

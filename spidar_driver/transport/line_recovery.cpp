@@ -1,0 +1,82 @@
+#include "spidar_driver/transport/line_recovery.h"
+
+#include <chrono>
+
+#include "haptic_core/base/error.h"
+#include "spidar_driver/transport/serial_port.h"
+
+namespace haptic {
+namespace {
+
+constexpr int kPollMs = 20;  // how often the thread looks for a lost line
+
+}  // namespace
+
+LineRecovery::~LineRecovery() {
+  stop();
+  delete lost_.load();
+  delete opened_.load();
+}
+
+std::unique_ptr<Connection> LineRecovery::connect(std::unique_ptr<ByteLink> link,
+                                                  const std::vector<std::uint8_t>& zero_drive) {
+  auto connection = std::make_unique<Connection>();
+  connection->link = std::move(link);
+  if (!connection->link->write(zero_drive.data(), zero_drive.size()))
+    throw SetupError(where_, "the port does not take bytes", "check the adapter");
+  if (auto* port = dynamic_cast<SerialPort*>(connection->link.get()); port && settings_.guard)
+    connection->guard =
+        std::make_unique<DriveGuard>(port->descriptor(), zero_drive, zeroForAnyTable(), settings_.rate_hz);
+  return connection;
+}
+
+void LineRecovery::start(const std::vector<FoundBoard>& boards, const std::vector<std::uint8_t>& zero_drive) {
+  boards_ = boards;
+  zero_drive_ = zero_drive;
+  thread_ = std::thread([this] { run(); });
+}
+
+void LineRecovery::stop() {
+  {
+    std::lock_guard<std::mutex> lock(stop_mutex_);
+    stop_ = true;
+  }
+  stop_signal_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+bool LineRecovery::reopen() {
+  try {
+    std::unique_ptr<ByteLink> link = open_();
+    const std::vector<FoundBoard> found = matchBoards(scanBus(*link), device_, where_);
+    if (found != boards_)
+      throw SetupError(where_,
+                       "other boards than before answer: " + listed(found) + " instead of " + listed(boards_),
+                       "plug the right adapter in, or restart the driver");
+    opened_.store(connect(std::move(link), zero_drive_).release(), std::memory_order_release);
+    story_.say("");
+    return true;
+  } catch (const std::exception& error) {
+    story_.say(error.what());  // still unplugged, or the boards are not up yet; the next attempt follows
+    return false;
+  }
+}
+
+void LineRecovery::run() {
+  std::unique_lock<std::mutex> lock(stop_mutex_);
+  const auto stopped = [this] { return stop_; };
+  bool lost = false;
+  while (!stop_signal_.wait_for(lock, std::chrono::milliseconds(kPollMs), stopped)) {
+    if (Connection* dead = lost_.exchange(nullptr, std::memory_order_acquire)) {
+      delete dead;
+      lost = true;
+    }
+    if (!lost) continue;
+    lock.unlock();
+    lost = !reopen();
+    lock.lock();
+    if (lost) stop_signal_.wait_for(lock, std::chrono::duration<double>(settings_.reopen_s), stopped);
+  }
+}
+
+}  // namespace haptic
