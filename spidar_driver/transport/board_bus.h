@@ -44,8 +44,9 @@ BusScan scanBus(ByteLink& link);
 /// that it must never find there?
 bool spoilsBoards(int byte, const std::vector<FoundBoard>& boards);
 
-/// SET_CMDLEN for every board, longer by a few bytes where a length would be a header that spoils a board: without it, a board of one model loses step at a command for another model. `padding`:
-/// zeros behind each; kResyncZeros reaches a board whose table says that this very command is longer.
+/// SET_CMDLEN for every board, longer by a few bytes where a length would be a header that spoils a board: without it, a
+/// board of one model loses step at a command for another model. `padding`: zeros behind each; kResyncZeros reaches a board
+/// whose table says that this very command is longer.
 std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards, int padding = 0);
 
 /// Zero currents for all eight ids, whatever their length tables say: a disturbed command may have spoilt a table or moved a

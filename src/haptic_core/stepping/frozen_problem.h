@@ -53,7 +53,8 @@ class FrozenProblem {
   void freezeTree(int tree, const double* v, const double* residual) noexcept;
 
   /// (in realtime) At most `most` Newton steps from v, until one is smaller than a fifth of what all have changed, or than
-  /// `finest` [m/s], or goes all the way to the minimum with friction's limits wrong by less than `enough` [m/s]. q: positions at the reference. False: a matrix could not be factored.
+  /// `finest` [m/s], or goes all the way to the minimum with friction's limits wrong by less than `enough` [m/s]. q: positions
+  /// at the reference. False: a matrix could not be factored.
   bool minimise(double g, int most, double finest, double enough, const double* q, double* v) noexcept;
 
   LoadedVector<FrozenContact> contacts;
