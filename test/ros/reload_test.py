@@ -18,7 +18,10 @@ NODELETS = {
 }
 ROUNDS = int(os.environ.get("HAPTIC_RELOAD_ROUNDS", "3"))
 FIGURES = os.environ.get("HAPTIC_FIGURES")  # file for what `./run bench loop` shows
-# The first rounds fill caches of roscpp and the allocator; after them a round may not cost memory.
+# The first rounds fill caches of roscpp and the arenas of the allocator (3 to 8 MB); from the third on nothing was seen to
+# grow over eight rounds. One arena may still be touched late; after that a round may not cost memory.
+WARM_UP_ROUNDS = 3
+GROWTH_KB = 1024
 GROWTH_KB_PER_ROUND = 64
 
 
@@ -67,8 +70,9 @@ class Reload(unittest.TestCase):
             self.load(name)
         self.assert_ticking()
         all_loaded = self.threads()
-        resident = self.resident_kb()
-        for _ in range(ROUNDS):
+        for done in range(WARM_UP_ROUNDS + ROUNDS):
+            if done == WARM_UP_ROUNDS:
+                resident = self.resident_kb()
             for name in NODELETS:
                 self.unload(name)
                 self.assertTrue(os.path.isdir(f"/proc/{self.pid}"), f"the manager died when {name} was unloaded")
@@ -76,7 +80,7 @@ class Reload(unittest.TestCase):
                 self.assert_ticking()
         self.assertLessEqual(self.threads(), all_loaded)
         growth = self.resident_kb() - resident
-        self.assertLess(growth, 8192 + GROWTH_KB_PER_ROUND * ROUNDS)
+        self.assertLess(growth, GROWTH_KB + GROWTH_KB_PER_ROUND * ROUNDS)
         for name in list(NODELETS):
             self.unload(name)
         empty = self.threads()
