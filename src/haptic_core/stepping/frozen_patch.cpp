@@ -12,6 +12,11 @@ constexpr double kLeastDepth = 1e-3;
 /// Points are split when s is at least this, and stay inside at most by the rest to 1: a face has 0, an edge
 /// 0.58, a corner 0.71.
 constexpr double kLeastSplit = 0.05, kMostSplit = 0.95;
+/// Faces stand for a patch whose force they have within this factor; the rest of it is other faces' or clipped.
+constexpr double kMostScale = 1.5;
+/// Share of the force, at the radius of the patch, that may be constant where the pass goes far: it does not end with the
+/// contact, and 1e5 N of a deep predicted overlap would throw the bodies about.
+constexpr double kMostConstant = 0.1;
 
 /// Eigenpairs of a symmetric positive semidefinite 2 × 2 matrix.
 struct Axes {
@@ -71,6 +76,9 @@ void FrozenPatch::setLaw(const PairLaw& law, double g) noexcept {
   linear_ = law.pressure == PressureLaw::kLinear;
   torsion_ = law.torsion;
   constant_.setZero();
+  scale_ = 1;
+  leaves_out_ = false;
+  faces_.clear();
 }
 
 /// Four places, weights and depths from the moments of an area and of the `thickness` [m³] over it, V1 = ∫ r
@@ -116,11 +124,37 @@ void FrozenPatch::freeze(const ContactVolume& volume, double squares, const Loca
       depth_[i] *= 1 + split;
     }
   }
-  for (int i = 0; i < points_; ++i) reach_[i] = depth_[i] + g * approachOf(V, i);
-  Vector3 first;
-  sum(V, first);
+  setReach(V);
   const Wrench& F = force.F_BP_P;
-  constant_ = Vector3(force.normal_force, -F.torque.y(), F.torque.x()) - first;
+  matchForce({force.normal_force, -F.torque.y(), F.torque.x()}, V);
+}
+
+/// Makes the force at the reference exact: scales all pressures, then shifts all places; what these bounds leave over is
+/// constant.
+void FrozenPatch::matchForce(const Vector3& exact, const Vector6& V) noexcept {
+  Vector3 first;
+  scale_ = 1;
+  constant_.setZero();
+  sum(V, first);
+  if (first[0] > 0 && exact[0] > 0) {
+    scale_ = std::clamp(exact[0] / first[0], 1 / kMostScale, kMostScale);
+    Vector2 shift = exact.tail<2>() / exact[0] - first.tail<2>() / first[0];
+    if (shift.norm() > radius_) shift *= radius_ / shift.norm();
+    if (faces_.empty()) {
+      for (int i = 0; i < 4; ++i) x_[i] += shift.x(), y_[i] += shift.y();
+    } else {
+      faces_.shift(shift.x(), shift.y());
+    }
+    setReach(V);
+    sum(V, first);
+  }
+  constant_ = exact - first;
+  const double bound = kMostConstant * std::abs(exact[0]);
+  leaves_out_ = std::abs(constant_[0]) > bound || constant_.tail<2>().norm() > bound * radius_;
+}
+
+void FrozenPatch::dropConstant() noexcept {
+  if (leaves_out_) constant_.setZero();
 }
 
 void FrozenPatch::freezeNear(const ContactVolume& near, double closer, const PairLaw& law, const Vector6& V,
@@ -135,6 +169,13 @@ void FrozenPatch::freezeNear(const ContactVolume& near, double closer, const Pai
 }
 
 void FrozenPatch::part(const Vector6& V) noexcept {
+  const LinearField v_n = approachField(V);
+  // Where the faces would overlap still, they touch: no more than their gap is left everywhere.
+  double deepest = 0;
+  for (int i = 0; i < faces_.corners(); ++i) {
+    deepest = std::max(deepest, faces_reach_.at(faces_.x(i), faces_.y(i)) - g_ * v_n.at(faces_.x(i), faces_.y(i)));
+  }
+  faces_reach_.c -= deepest;
   for (int i = 0; i < points_; ++i) reach_[i] = std::min(reach_[i], g_ * approachOf(V, i));
   constant_.setZero();
 }
@@ -156,13 +197,81 @@ double FrozenPatch::press(double v_n, double reach, double& slope) const noexcep
   return k_ * open * factor;
 }
 
+LinearField FrozenPatch::openField(const Vector6& V) const noexcept {
+  const LinearField v_n = approachField(V);
+  return {faces_reach_.c - g_ * v_n.c, faces_reach_.cx - g_ * v_n.cx, faces_reach_.cy - g_ * v_n.cy};
+}
+
+/// What has to be positive besides, where the faces press.
+LinearField FrozenPatch::pressureField(const Vector6& V) const noexcept {
+  const LinearField v_n = approachField(V);
+  if (!linear_) return {1 - c_ * v_n.c, -c_ * v_n.cx, -c_ * v_n.cy};
+  const LinearField open = openField(V);
+  return {k_ * open.c - b_ * v_n.c, k_ * open.cx - b_ * v_n.cx, k_ * open.cy - b_ * v_n.cy};
+}
+
+/// Visits (x, y, weight [m²], v_n, D).
+template <class Visit>
+void FrozenPatch::eachPressing(const Vector6& V, Visit&& visit) const noexcept {
+  if (faces_.empty()) {
+    for (int i = 0; i < points_; ++i) visit(x_[i & 3], y_[i & 3], scale_ * weight_, approachOf(V, i), reach_[i]);
+    return;
+  }
+  const LinearField v_n = approachField(V);
+  faces_.integrate(openField(V), pressureField(V), [&](double x, double y, double weight) {
+    visit(x, y, scale_ * weight, v_n.at(x, y), faces_reach_.at(x, y));
+  });
+}
+
 void FrozenPatch::sum(const Vector6& V, Vector3& first) const noexcept {
   first = constant_;
-  for (int i = 0; i < points_; ++i) {
+  eachPressing(V, [&](double x, double y, double weight, double v_n, double reach) {
     double slope;
-    const double p = weight_ * press(approachOf(V, i), reach_[i], slope);
-    first += p * Vector3(1, x_[i & 3], y_[i & 3]);
+    const double p = weight * press(v_n, reach, slope);
+    first += p * Vector3(1, x, y);
+  });
+}
+
+void FrozenPatch::setReach(const Vector6& V) noexcept {
+  for (int i = 0; i < points_; ++i) reach_[i] = depth_[i] + g_ * approachOf(V, i);
+  const LinearField v_n = approachField(V), &d = faces_.thickness();
+  faces_reach_ = {d.c + g_ * v_n.c, d.cx + g_ * v_n.cx, d.cy + g_ * v_n.cy};
+}
+
+bool FrozenPatch::spread(const FaceOverlay& faces, const Vector6& V) noexcept {
+  Vector3 exact, first;
+  sum(V, exact);
+  const FrozenPatch points = *this;
+  faces_ = faces;
+  scale_ = 1;
+  constant_.setZero();
+  setReach(V);
+  sum(V, first);
+  if (first[0] < kMostScale * exact[0] && kMostScale * first[0] > exact[0]) {
+    matchForce(exact, V);
+    return true;
   }
+  *this = points;
+  return false;
+}
+
+void FrozenPatch::freezeNear(const FaceOverlay& faces, const PairLaw& law, const Vector6& V, double g) noexcept {
+  setLaw(law, g);
+  friction_ = FrictionLayer{};
+  points_ = 0;
+  faces_ = faces;
+  setReach(V);
+}
+
+double FrozenPatch::missedDepth(const Vector6& V, double mean_depth) const noexcept {
+  double most = 0;
+  if (faces_.empty()) {
+    for (int i = 0; i < 4; ++i) most = std::max(most, std::abs(approachOf(V, i)));
+    return g_ * most * g_ * most / mean_depth;
+  }
+  const LinearField v_n = approachField(V);
+  for (int i = 0; i < faces_.corners(); ++i) most = std::max(most, std::abs(v_n.at(faces_.x(i), faces_.y(i))));
+  return g_ * most * g_ * (V.head<3>().norm() + V.segment<2>(3).norm() / extent());
 }
 
 void FrozenPatch::evaluate(const Vector6& V, double limit, Force& out) const noexcept {
@@ -176,14 +285,14 @@ void FrozenPatch::evaluate(const Vector6& V, double limit, Force& out) const noe
 
 Matrix6 FrozenPatch::tangent(const Vector6& V, double limit) const noexcept {
   PatchMoments w;
-  for (int i = 0; i < points_; ++i) {
+  eachPressing(V, [&](double x, double y, double weight, double v_n, double reach) {
     double slope;
-    press(approachOf(V, i), reach_[i], slope);
-    const Vector2 r(x_[i & 3], y_[i & 3]);
-    w.m0 += weight_ * slope;
-    w.m1 += weight_ * slope * r;
-    w.m2 += weight_ * slope * (r * r.transpose());
-  }
+    press(v_n, reach, slope);
+    const Vector2 r(x, y);
+    w.m0 += weight * slope;
+    w.m1 += weight * slope * r;
+    w.m2 += weight * slope * (r * r.transpose());
+  });
   PatchTangent t;
   t.damping = w;
   t.compliant_area = friction_.at(slipRate(V), g_, limit).compliant_area;
@@ -191,15 +300,34 @@ Matrix6 FrozenPatch::tangent(const Vector6& V, double limit) const noexcept {
   return t.combined(0, 1);
 }
 
+/// k ∫ d dA and ½ k ∫ d² dA over faces with the thickness d.
+Vector2 FrozenPatch::springsOver(const LinearField& d) const noexcept {
+  Vector2 sum(0, 0);
+  faces_.integrate(d, {1, 0, 0}, [&](double x, double y, double weight) {
+    const double thick = d.at(x, y);
+    sum += weight * thick * Vector2(1, 0.5 * thick);
+  });
+  return scale_ * k_ * sum;
+}
+
+/// The same at a twist, less that at the reference.
+Vector2 FrozenPatch::springsGained(const Vector6& V) const noexcept {
+  if (!faces_.empty()) return springsOver(openField(V)) - springsOver(faces_.thickness());
+  Vector2 sum(0, 0);
+  for (int i = 0; i < points_; ++i) {
+    const double d = std::max(0.0, reach_[i] - g_ * approachOf(V, i));
+    sum += Vector2(d - depth_[i], 0.5 * (d * d - depth_[i] * depth_[i]));
+  }
+  return scale_ * k_ * weight_ * sum;
+}
+
 void FrozenPatch::carry(const Vector6& V, double limit, const Pose& X_AP, LocatedForce& out,
                         double& elastic) const noexcept {
   Force force;
   evaluate(V, limit, force);
-  for (int i = 0; i < points_; ++i) {
-    const double d = std::max(0.0, reach_[i] - g_ * approachOf(V, i));
-    out.elastic_force += k_ * weight_ * (d - depth_[i]);
-    elastic += 0.5 * k_ * weight_ * (d * d - depth_[i] * depth_[i]);
-  }
+  const Vector2 springs = springsGained(V);
+  out.elastic_force += springs[0];
+  elastic += springs[1];
   const FrictionLayer::Answer answer = friction_.at(slipRate(V), g_, limit);
   out.F_BP_P = {force.F.head<3>(), force.F.tail<3>()};
   out.normal_force = force.normal;

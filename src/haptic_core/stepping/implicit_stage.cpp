@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "haptic_core/dynamics/joint_space_inertia.h"
+#include "haptic_core/geometry/contact_moments.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
 #include "haptic_core/world/hands.h"
 
@@ -17,8 +18,9 @@ constexpr double kFinest = 1e-13;
 constexpr double kRounding = 4 * 2.2e-16;
 /// Changes that shrink no more, but are this small already, are rounding in a stiff contact.
 constexpr double kStagnation = 1e-9;
-/// Newton steps of a pass: passes contract by 5–20 each, so that more of them beat longer ones.
-constexpr int kStepsOfPass = 4;
+/// Newton steps of a pass: first passes contract by 5–20 each, so that more of them beat longer ones. What has not settled
+/// then keeps its patches and waits for friction to choose between stick and slip.
+constexpr int kStepsOfPass = 4, kStepsOfLatePass = 7, kFirstPasses = 2;
 /// Without contacts a pass costs little, and there is nothing that ends it but rounding: share of the
 /// tolerance then.
 constexpr double kContactFree = 1e-8;
@@ -104,6 +106,7 @@ void ImplicitStage::start(double g, double left) noexcept {
   problem_.contacts.clear();
   for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = near_[island_.pairs[i]] = -1;
   reach_ = 0;
+  rough_ = false;
   for (int n = 0; n < island_.tree_count; ++n) moved_[island_.trees[n]] = 1;
   calm_energy_ = std::numeric_limits<double>::infinity();
 }
@@ -131,7 +134,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
       std::copy_n(v.begin() + tree.v, tree.model->nv(), before_.begin() + tree.v);
     }
     const double fine = finest(g);
-    if (!problem_.minimise(g, kStepsOfPass, fine, kStays * tolerance_, q_.data(), v.data())) break;
+    if (!problem_.minimise(g, pass < kFirstPasses ? kStepsOfPass : kStepsOfLatePass, fine, kStays * tolerance_, q_.data(), v.data())) break;
     const double changed = change(before_);
     if (!std::isfinite(changed)) break;
     // A body of a micrometre falls through itself in what is nothing to one of a metre.
@@ -146,8 +149,9 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     change(v_base);  // into v_dot_
     energy_tolerance_ = settings_.tolerance * (problem_.massNorm2(v_dot_.data()) + mass_ * least * least);
     const bool harmless = problem_.decrement <= energy_tolerance_;
-    converged = changed <= fine || holds(g) || (error <= tolerance_ && harmless) ||
-                (rate >= 0.5 && changed <= kStagnation * problem_.speed(v.data()));
+    converged = !rough_ && (changed <= fine || holds(g) || (error <= tolerance_ && harmless) ||
+                (rate >= 0.5 && changed <= kStagnation * problem_.speed(v.data())));
+    rough_ = false;
     last = changed;
     reach_ = g * changed;
     for (int n = 0; n < island_.tree_count; ++n) {
@@ -333,9 +337,8 @@ bool ImplicitStage::staysValid(int slot, double g) const noexcept {
   const double mass = std::min(problem_.massOf(c.link_a), problem_.massOf(c.link_b));
   const Vector6 change = c.V - c.V_frozen;
   const double depth = contact.volume.volume / std::max(contact.volume.A0, contact.volume.volume / contact.volume.depth);
-  const double way = g * c.patch.largestApproach(change);
   const double turn = g * (change.head<3>().norm() + change.segment<2>(3).norm() / c.patch.extent());
-  const double missed = way * way / depth;
+  const double missed = c.patch.missedDepth(change, depth);
   return missed / g + c.force.normal * g / mass * turn <= kStays * tolerance_ &&
          c.patch.stiffness() * missed * missed <= kStays * energy_tolerance_;
 }
@@ -353,6 +356,10 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   int& slot = slot_[index];
   if (!evaluateContact(model_, seams_, index, pair, places, memory_base[index], advance, workspace_, found)) {
     gap_[index] = -found.volume.depth;
+    if (reach_ > 0 && lookAtFaces(index, X_AB, pair.cache.direction, g)) {
+      if (slot >= 0) leave(slot);
+      return;
+    }
     if (slot >= 0) part(slot);
     if (reach_ > 0) lookAhead(index, X_AB, pair.cache.direction, g);
     return;
@@ -383,10 +390,60 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   frozen.V_reference = frozen.V_frozen = found.V_AB_P.vector();
   const double squares = 2 * contact.elastic / k;  // ∫d² dA [m⁴]
   frozen.patch.freeze(found.volume, squares, contact.force, found.law, frozen.V_reference, g);
-  if (known && before.patch.isElsewhere(frozen.patch)) keepAside(index, before);
   // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
   if (!known) frozen.limit = contact.force.normal_force;
+  if (!(reach_ > 0)) {
+    frozen.patch.dropConstant();
+    rough_ |= frozen.patch.leavesOut();
+    return;
+  }
+  const ConvexPolyhedron &A = *model_.shapes[shape_a].shape, &B = *model_.shapes[shape_b].shape;
+  FaceOverlay faces;
+  if (faces.find(A, B, X_AB, found.volume.X_AP) && frozen.patch.spread(faces, frozen.V_reference)) {
+    if (near_[index] >= 0) leave(near_[index]);
+    return;
+  }
+  if (known && before.patch.isElsewhere(frozen.patch)) keepAside(index, before);
   if (found.volume.depth < reach_) lookAhead(index, X_AB, found.volume.normal(), g);
+}
+
+/// The contact of what is near, not touching, made or reused; null where there is no room.
+FrozenContact* ImplicitStage::nearContact(int index) noexcept {
+  int& slot = near_[index];
+  if (slot < 0) {
+    const int last = contacts_.size();
+    contacts_.resize(last + 1);
+    problem_.contacts.resize(last + 1);
+    if (contacts_.size() == last) return nullptr;
+    slot = last;
+  }
+  const ActivePair& pair = state_->pairs[index];
+  contacts_[slot].pair = index;
+  contacts_[slot].touching = false;
+  FrozenContact& c = problem_.contacts[slot];
+  c.link_a = model_.shapes[pair.shapeA()].link;
+  c.link_b = model_.shapes[pair.shapeB()].link;
+  c.limit = 0;
+  return &c;
+}
+
+/// Puts two faces that look at one another across a gap into the problem. False: there are none.
+bool ImplicitStage::lookAtFaces(int index, const Pose& X_AB, const Vector3& n, double g) noexcept {
+  const ActivePair& pair = state_->pairs[index];
+  const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
+  if (!(n.squaredNorm() > 0)) return false;
+  Pose X_AP(patchAxes(n), X_AB.p);
+  FaceOverlay faces;
+  if (!faces.find(*model_.shapes[shape_a].shape, *model_.shapes[shape_b].shape, X_AB, X_AP)) return false;
+  faces.centre(X_AP);
+  FrozenContact* c = nearContact(index);
+  if (!c) return false;
+  c->X_WP = X_WS_[shape_a] * X_AP;
+  const Twist V_W = work_[c->link_b].twistAt(c->X_WP.p) - work_[c->link_a].twistAt(c->X_WP.p);
+  c->V_reference = V_W.rotated(c->X_WP.R.transpose()).vector();
+  const PairLaw law = model_.law(shape_a, shape_b, held_by_[c->link_a] >= 0, held_by_[c->link_b] >= 0);
+  c->patch.freezeNear(faces, law, c->V_reference, g);
+  return true;
 }
 
 /// Puts what is nearer than the reach into the problem: `n` [A's frame] from A to B is the way on which it
@@ -394,32 +451,20 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
 void ImplicitStage::lookAhead(int index, const Pose& X_AB, const Vector3& n, double g) noexcept {
   const ActivePair& pair = state_->pairs[index];
   const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
-  int& slot = near_[index];
-  if (slot >= 0) problem_.contacts[slot].patch.forget();
+  if (near_[index] >= 0) leave(near_[index]);
   if (!(n.squaredNorm() > 0)) return;
   PairCache cache = pair.cache;
   ContactVolume near;
   contactVolume(*model_.shapes[shape_a].shape, *model_.shapes[shape_b].shape, Pose(X_AB.R, X_AB.p - reach_ * n),
                 cache, workspace_, near, settings_.normal_rule);
   if (near.status != ContactVolume::Status::kOverlap) return;
-  if (slot < 0) {
-    const int last = contacts_.size();
-    contacts_.resize(last + 1);
-    problem_.contacts.resize(last + 1);
-    if (contacts_.size() == last) return;
-    slot = last;
-  }
-  contacts_[slot].pair = index;
-  contacts_[slot].touching = false;
-  FrozenContact& c = problem_.contacts[slot];
-  c.link_a = model_.shapes[shape_a].link;
-  c.link_b = model_.shapes[shape_b].link;
-  c.X_WP = X_WS_[shape_a] * near.X_AP;
-  c.limit = 0;
-  const Twist V_W = work_[c.link_b].twistAt(c.X_WP.p) - work_[c.link_a].twistAt(c.X_WP.p);
-  c.V_reference = V_W.rotated(c.X_WP.R.transpose()).vector();
-  const PairLaw law = model_.law(shape_a, shape_b, held_by_[c.link_a] >= 0, held_by_[c.link_b] >= 0);
-  c.patch.freezeNear(near, reach_, law, c.V_reference, g);
+  FrozenContact* c = nearContact(index);
+  if (!c) return;
+  c->X_WP = X_WS_[shape_a] * near.X_AP;
+  const Twist V_W = work_[c->link_b].twistAt(c->X_WP.p) - work_[c->link_a].twistAt(c->X_WP.p);
+  c->V_reference = V_W.rotated(c->X_WP.R.transpose()).vector();
+  const PairLaw law = model_.law(shape_a, shape_b, held_by_[c->link_a] >= 0, held_by_[c->link_b] >= 0);
+  c->patch.freezeNear(near, reach_, law, c->V_reference, g);
 }
 
 /// A patch that has gone to another place of its pair still bars the way back: a body that rocks would go on
@@ -432,6 +477,12 @@ void ImplicitStage::keepAside(int pair, const FrozenContact& c) noexcept {
   contacts_[slot].pair = pair;
   problem_.contacts[slot] = c;
   part(slot);
+}
+
+/// The pair is in the problem elsewhere.
+void ImplicitStage::leave(int slot) noexcept {
+  contacts_[slot].touching = false;
+  problem_.contacts[slot].patch.forget();
 }
 
 void ImplicitStage::part(int slot) noexcept {

@@ -114,6 +114,9 @@ class ImplicitStage {
   void evaluatePair(int index, double g) noexcept;
   bool staysValid(int slot, double g) const noexcept;
   void lookAhead(int pair, const Pose& X_AB, const Vector3& n, double g) noexcept;
+  bool lookAtFaces(int pair, const Pose& X_AB, const Vector3& n, double g) noexcept;
+  FrozenContact* nearContact(int pair) noexcept;
+  void leave(int slot) noexcept;
   void part(int slot) noexcept;
   void keepAside(int pair, const FrozenContact& contact) noexcept;
   void pull(ImplicitCoupling& coupling) noexcept;
@@ -145,6 +148,7 @@ class ImplicitStage {
   std::vector<int> slot_, near_;                ///< by pair: index in contacts_ of its patch, of what is near; or -1
   std::vector<double> gap_;                     ///< by pair that does not touch: proven at its last evaluation [m]
   double reach_ = 0;                            ///< gap that may close within the pass: way of the last one [m]
+  bool rough_ = false;                          ///< a patch of this pass has not the exact force: not the last pass
   ContactWorkspace workspace_;
   Seams seams_;
 };

@@ -145,5 +145,53 @@ TEST_P(FrozenPatchTest, WhatIsNearBarsTheWay) {
   EXPECT_NEAR(force.normal, law.material.stiffness * 0.01 * deep, 1e-9 * law.material.stiffness * 0.01 * closer);
 }
 
+/// A box that rocks from one edge of its face to the other: frozen at the first, faces have the exact force over the second.
+TEST_P(FrozenPatchTest, FacesFollowATurnFromEdgeToEdge) {
+  const double tilt = 1e-6, depth = 2e-8;
+  const ConvexPolyhedron floor = makeBox(Vector3(0.4, 0.4, 0.1));
+  workspace_.reserve(floor, box_);
+  PairLaw law;
+  law.pressure = GetParam();
+  law.reduced_mass = 0.1;
+  law.material.stiffness = 1e12;
+  law.material.dissipation = law.material.damping = law.material.mu_static = law.material.mu_dynamic = 0;
+  Advance advance;
+  advance.time = kStep;
+  const auto evaluate = [&](double angle, ContactVolume& volume) {
+    const Pose X_AB(rotationFromVector(Vector3(0, angle, 0)), Vector3(0, 0, 0.1 + 0.05 * std::abs(angle) - depth));
+    PairCache cache;
+    contactVolume(floor, box_, X_AB, cache, workspace_, volume);
+    return X_AB;
+  };
+  ContactVolume first, second;
+  const Pose X_AB = evaluate(tilt, first);
+  ASSERT_EQ(first.status, ContactVolume::Status::kOverlap);
+  const Vector6 rest = Vector6::Zero();
+  const double squares = thicknessSquared(workspace_, first);
+  const LocatedForce force = locatedForce(first, workspace_, Twist{}, FrictionMemory{}, law, advance);
+  FrozenPatch patch;
+  patch.freeze(first, squares, force, law, rest, kStep);
+  FaceOverlay faces;
+  ASSERT_TRUE(faces.find(floor, box_, X_AB, first.X_AP));
+  EXPECT_NEAR(faces.area(), 0.01, 1e-13);
+  ASSERT_TRUE(patch.spread(faces, rest));
+  evaluate(-tilt, second);
+  const LocatedForce exact = locatedForce(second, workspace_, Twist{}, FrictionMemory{}, law, advance);
+  // The motion between: half a turn of 2 tilt about the box's centre, at P of the first.
+  Vector6 V = Vector6::Zero();
+  V[1] = -2 * tilt / kStep;
+  const Vector3 arm = first.X_AP.p - X_AB.p;
+  Vector6 in_P = Vector6::Zero();
+  in_P.head<3>() = first.X_AP.R.transpose() * V.head<3>();
+  in_P.tail<3>() = first.X_AP.R.transpose() * Vector3(V.head<3>()).cross(arm);
+  FrozenPatch::Force frozen;
+  patch.evaluate(in_P, 0, frozen);
+  // The patch is (depth/tilt) wide; turns of second order are 1e-12 of the size, 1e-10/2e-8 of the depth.
+  EXPECT_NEAR(frozen.normal, exact.normal_force, 1e-2 * exact.normal_force);
+  const Vector3 centre = first.X_AP * Vector3(frozen.first[1] / frozen.normal, frozen.first[2] / frozen.normal, 0);
+  EXPECT_NEAR(centre.x(), second.X_AP.p.x(), 1e-4);
+  EXPECT_LT(first.X_AP.p.x() * second.X_AP.p.x(), 0) << "the patch did not change sides";
+}
+
 }  // namespace
 }  // namespace haptic
