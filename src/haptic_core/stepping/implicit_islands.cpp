@@ -149,7 +149,7 @@ void implicitStep(const Model& model, const StepPart& part, State& state, Work& 
   report.contacts.clear();
   report.step.energy.elastic = report.step.energy.tangential = 0;
   // What a hand holds against what never moves belongs to no island.
-  if (!state.pointers.empty()) evaluateContacts(model, {part.h, 0}, state, work, report);
+  if (!state.pointers.empty()) evaluateContacts(model, {part.h, false, Yielding::kAtOnce, true}, state, work, report);
   if (model.settings.energy_ledger && !state.pointers.empty()) {
     bookEuler(work.ledgerView(model), part.h, work.motion.v_mean, work.contacts.booked, state);
   }
@@ -163,7 +163,7 @@ void implicitStep(const Model& model, const StepPart& part, State& state, Work& 
 void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   ImplicitStep& implicit = *work.implicit;
   work.islands.find(state, work.hands.held_by, true);
-  implicit.begin(state, work.hands.held_by);
+  implicit.begin(state, work.hands.held_by, work.hands.moved, part.h);
   aimCouplings(model, state, work);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
