@@ -78,7 +78,7 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
   };
   c.force = forceAt(c.V_AB_P, c.law, advance);
   const bool second_order = advance.second_order;
-  if (advance.time == 0 || (second_order && pair.friction.touching == 0)) return;
+  if (advance.time == 0) return;
   Matrix6 D = c.force.tangent.combined(0, 1);
   const int link_a = model.shapes[pair.shapeA()].link, link_b = model.shapes[pair.shapeB()].link;
   const int parts = std::max({1, work.contacts.on_link[link_a], work.contacts.on_link[link_b]});
@@ -87,7 +87,8 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
   Matrix6 W = Matrix6::Zero();
   addMobility(model, work, link_a, c.X_WP, W);
   addMobility(model, work, link_b, c.X_WP, W);
-  if (!second_order) {
+  // A contact that begins has no wrench before to settle from: what it does is bounded as Euler's is.
+  if (!second_order || pair.friction.touching == 0) {
     const double share = damperShare(W, D, advance.time);
     if (share == 1) return;
     flags |= kDamperLimited;
