@@ -79,6 +79,9 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   pair.friction = memory;
   if (model.settings.integrator == Integrator::kAutomatic) noteStability(model, c, state, work, pair);
   if (advance.second_order) pair.release = releaseOf(c.volume, c.V_AB_P, c.X_WP.p, F_BP_W);
+  if (memory.began != 0) {
+    report.addImpact(-c.V_AB_P.linear.z(), c.law.reduced_mass, advance.time * model.settings.gravity.norm());
+  }
   report.addContact(reportOf(model, pair, c.volume, c.X_WP, c.force), c.force.clipped);
   work.clock.end(times.force);
 }

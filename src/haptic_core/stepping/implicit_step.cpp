@@ -348,7 +348,8 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
     state_->energy.damping += work(first.power.damping, memory.power.damping);
     const double friction = work(first.power.friction, memory.power.friction) + before.energy - memory.energy;
     (memory.sliding != 0 ? state_->energy.friction : state_->energy.damping) += now || before.touching != 0 ? friction : 0;
-    state_->energy.turning += work(first.power.elastic, memory.power.elastic) + before.elastic_energy - memory.elastic_energy;
+    state_->energy.bookTurning(
+        work(first.power.elastic, memory.power.elastic) + before.elastic_energy - memory.elastic_energy, before, memory);
   }
   for (std::size_t p = 0; p < stage_.couplings.size(); ++p) {
     const int link = stage_.couplings[p].link;
