@@ -62,7 +62,10 @@ struct RandomScene {
 RandomScene randomScene(std::mt19937& random) {
   std::uniform_real_distribution<double> u(0, 1);
   const auto between = [&](double low, double high) { return low * std::pow(high / low, u(random)); };
-  const auto vector = [&](double size) { return Vector3(size * (2 * u(random) - 1), size * (2 * u(random) - 1), size * (2 * u(random) - 1)); };
+  const auto vector = [&](double size) {
+    const double x = 2 * u(random) - 1, y = 2 * u(random) - 1, z = 2 * u(random) - 1;
+    return Vector3(size * x, size * y, size * z);
+  };
   RandomScene out;
   WorldSettings& s = out.def.settings;
   s.integrator = kIntegrators[random() % 5].integrator;
@@ -83,7 +86,8 @@ RandomScene randomScene(std::mt19937& random) {
     const double mass = between(1e-2, 10), reach = 0.5 * size.norm();
     const Twist V{vector(5), vector(2)};
     z += reach + 1e-3;
-    const Matrix3 R = random() % 2 ? Matrix3(Eigen::AngleAxisd(3 * u(random), vector(1).normalized()).toRotationMatrix()) : Matrix3(Matrix3::Identity());
+    Matrix3 R = Matrix3::Identity();
+    if (random() % 2) R = Eigen::AngleAxisd(3 * u(random), vector(1).normalized()).toRotationMatrix();
     const Pose X(R, Vector3(0.02 * u(random), 0, z));
     z += reach;
     out.def.articulations.push_back(freeBox("b" + std::to_string(i), size, mass, X, V));

@@ -36,8 +36,9 @@ inline WorldDef crosses(WorldSettings settings) {
   def.settings = settings;
   def.settings.default_material.stiffness = 1e9;  // 1e5 N/m on 1 cm²
   def.settings.default_material.mu_static = def.settings.default_material.mu_dynamic = 0.5;
-  def.articulations.push_back(crossOfBars("A", Pose(turnXZ(0.2, 0.3), Vector3(-0.09, 0, 0)), {Vector3(0.1, 0.4, 5), Vector3(0.5, 0, 0)}));
-  def.articulations.push_back(crossOfBars("B", Pose(turnXZ(0.4, 0.3), Vector3(0.09, 0.02, 0)), {Vector3(0.3, -3, 0.2), Vector3(-0.5, 0, 0)}));
+  const Pose X_WA(turnXZ(0.2, 0.3), Vector3(-0.09, 0, 0)), X_WB(turnXZ(0.4, 0.3), Vector3(0.09, 0.02, 0));
+  def.articulations.push_back(crossOfBars("A", X_WA, {Vector3(0.1, 0.4, 5), Vector3(0.5, 0, 0)}));
+  def.articulations.push_back(crossOfBars("B", X_WB, {Vector3(0.3, -3, 0.2), Vector3(-0.5, 0, 0)}));
   return def;
 }
 

@@ -78,8 +78,9 @@ struct FrictionMemory {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.anchor), visit(s.normal_A), visit(s.slip_A), visit(s.rate_A), visit(s.force_A), visit(s.twist), visit(s.spin), visit(s.torque), visit(s.load);
-    visit(s.area), visit(s.torsion), visit(s.sliding), visit(s.touching), visit(s.began), visit(s.power), visit(s.power_rate);
+    visit(s.anchor), visit(s.normal_A), visit(s.slip_A), visit(s.rate_A), visit(s.force_A);
+    visit(s.twist), visit(s.spin), visit(s.torque), visit(s.load), visit(s.area), visit(s.torsion);
+    visit(s.sliding), visit(s.touching), visit(s.began), visit(s.power), visit(s.power_rate);
     visit(s.energy), visit(s.elastic_energy);
   }
 };

@@ -38,7 +38,7 @@ struct LocatedForce {
   FrictionLayer layer;        ///< of a solve: the law of friction while only the slip rate changes
   FrictionAnchor trial;       ///< see FrictionForce
   bool renewed = false;       ///< see FrictionForce
-  Vector3 yielded = Vector3::Zero();  ///< of a solve: what the layer would hold beyond what it does, (x, y, about n) [m, rad]
+  Vector3 yielded = Vector3::Zero();  ///< of a solve: what the layer gave up, (x, y, about n) [m, rad]
 };
 
 /// (in realtime) A pure function: nothing is stored. `workspace` holds the V that `contact` was computed from; it is
