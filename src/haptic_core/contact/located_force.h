@@ -42,8 +42,8 @@ struct LocatedForce {
 };
 
 /// (in realtime) A pure function: nothing is stored. `workspace` holds the V that `contact` was computed from; it is
-/// scratch where the pressure changes sign inside the patch. X_AB: of B's shape in A's. `V_AB_P` is the twist of B relative to A at P, in P's
-/// axes.
+/// scratch where the pressure changes sign inside the patch. X_AB: of B's shape in A's. `V_AB_P` is the twist of B
+/// relative to A at P, in P's axes.
 LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, ContactWorkspace& workspace, const Twist& V_AB_P,
                           const FrictionMemory& memory, const PairLaw& law, const Advance& advance) noexcept;
 
