@@ -25,7 +25,8 @@ class Gain {
     exchanged_ = std::max({exchanged_, std::abs(e.kinetic - first_.kinetic), std::abs(e.potential - first_.potential),
                            std::abs(e.elastic - first_.elastic), std::abs(e.tangential - first_.tangential), std::abs(external),
                            dissipated});
-    const double gain = e.total() - first_.total() - external + dissipated;
+    const double rounding = 1e-13 * (e.kinetic + std::abs(e.potential) + e.elastic + e.tangential + std::abs(external) + dissipated);
+    const double gain = e.total() - first_.total() - external + dissipated - rounding;
     if (exchanged_ > 0) worst_ = std::max(worst_, gain / exchanged_);
   }
   double worst() const { return worst_; }
