@@ -10,6 +10,8 @@
 #include <cerrno>
 #include <ctime>
 
+#include "haptic_core/world/runaway.h"
+
 namespace haptic {
 namespace {
 
@@ -66,7 +68,7 @@ std::string FlightRecorder::faultOf(const TickSample& sample) {
   std::string fault;
   if (was_finite_ && !sample.step.finite) {
     const int c = sample.step.culprit;
-    fault = "the world stopped: a number was lost" +
+    fault = std::string("the world stopped: ") + whyStopped(sample.step) +
             (c >= 0 && c < static_cast<int>(links_.size()) ? " at link " + links_[c] : std::string());
   }
   was_finite_ = sample.step.finite;

@@ -12,6 +12,7 @@
 
 #include "haptic_bridge/conversions.h"
 #include "haptic_core/spidar/spidar.h"
+#include "haptic_core/world/runaway.h"
 
 namespace haptic {
 namespace {
@@ -201,7 +202,7 @@ void Telemetry::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   if (loop_.phase() == RealtimeThread::Phase::kWaiting) {
     status.summary(Status::WARN, "waits: " + loop_.missing());
   } else if (!last_.step.finite) {
-    status.summary(Status::ERROR, "the world stopped: a number was lost");
+    status.summary(Status::ERROR, std::string("the world stopped: ") + whyStopped(last_.step));
   } else if (missed > 0) {
     status.summary(Status::WARN, std::to_string(missed) + " ticks missed in the last second");
   } else {

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <numeric>
 
+#include "haptic_core/world/runaway.h"
 #include "penalty_sim/conversions.h"
 
 namespace haptic {
@@ -177,7 +178,7 @@ void SceneMarkers::addText(visualization_msgs::MarkerArray& array, const WorldSn
     text.text += line;
   }
   if (!report.empty()) text.text += "\n" + report;
-  if (!snapshot.report.finite) text.text += "\nthe world stopped: a number was lost";
+  if (!snapshot.report.finite) text.text += std::string("\nthe world stopped: ") + whyStopped(snapshot.report);
   array.markers.push_back(text);
 }
 

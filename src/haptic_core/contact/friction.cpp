@@ -9,6 +9,10 @@ namespace {
 /// r_τ over the radius of gyration of the pressure: ⅔ R over R/√2 for uniform pressure on a disc of radius R.
 constexpr double kTorsionRadius = 2.0 / 3.0 * M_SQRT2;
 
+/// Turn of B on A from which an anchor is set anew [rad]: what it then leaves out of the way of a rolling patch is a twelfth
+/// of its square, 1e-7 of that way, and of the elastic slip half of the square.
+constexpr double kMostTurn = 1e-3;
+
 /// Force and torque of friction, or slip and twist.
 struct Planar {
   Vector2 force = Vector2::Zero();
@@ -83,12 +87,31 @@ Returned nearest(const Planar& trial, const LimitEllipsoid& limit, const Layer& 
   return out;
 }
 
+/// What a layer holds at another pose when nothing yields.
+struct Displaced {
+  Vector3 slip_A;
+  double twist;
+  bool turned;  ///< by kMostTurn or more, about any axis
+};
+
+/// Of B's point at m, half way between the patch then and now. With E the motion since the anchor, of A's axes and points,
+/// (E m - E⁻¹ m)/2: the same seen from both ends, so that what rolls forth and back returns.
+Displaced displacedFrom(const FrictionAnchor& anchor, const Pose& X_AB, const Pose& X_AP) {
+  const Matrix3 E = X_AB.R * anchor.X_AB.R.transpose();
+  const Vector3 turn = 0.5 * Vector3(E(2, 1) - E(1, 2), E(0, 2) - E(2, 0), E(1, 0) - E(0, 1));  // sin θ · axis
+  const Vector3 shift = X_AB.p - E * anchor.X_AB.p, middle = 0.5 * (anchor.point_A + X_AP.p);
+  const double sine2 = turn.squaredNorm();
+  const double stretch = sine2 < 1e-6 ? 1 + sine2 / 6 : std::atan2(std::sqrt(sine2), 0.5 * (E.trace() - 1)) / std::sqrt(sine2);
+  return {anchor.slip_A + turn.cross(middle) + 0.5 * (shift + E.transpose() * shift),
+          anchor.twist + stretch * turn.dot(X_AP.R.col(2)), sine2 >= kMostTurn * kMostTurn};
+}
+
 }  // namespace
 
 FrictionLayer::Answer FrictionLayer::at(const Vector3& rate, double time, double N) const noexcept {
   Answer out;
   if (!(N > 0) || !(area.x() > 0) || !(mu > 0)) return out;
-  const Vector3 slip = before + time * rate, t = -area.cwiseProduct(stiffness * slip + damping * rate);
+  const Vector3 slip = before + time * rate, t = -area.cwiseProduct(stiffness * slip + damping * (rate + rest));
   const LimitEllipsoid limit{mu * N, mu * N * radius};
   const auto held = [&] {  // what springs alone hold of the force
     const Vector3 force = -out.force / stiffness;
@@ -131,10 +154,12 @@ double torsionArea(const ContactVolume& contact) noexcept {
   return std::max(0.0, contact.A2.trace() - contact.A1.squaredNorm() / contact.A0);
 }
 
-FrictionForce frictionForce(const ContactVolume& contact, ContactWorkspace& workspace,
+FrictionForce frictionForce(const ContactVolume& contact, const Pose& X_AB, ContactWorkspace& workspace,
                             const NormalPressure& normal, const Twist& V, const FrictionMemory& memory,
                             const PairLaw& law, const Advance& advance) noexcept {
   FrictionForce out;
+  out.trial = {X_AB, contact.X_AP.p, Vector3::Zero(), 0};
+  out.renewed = true;  // what holds nothing begins anew
   const ContactMaterial& m = law.material;
   const double N = normal.force;
   if (contact.A0 <= 0 || m.mu_static <= 0) return out;
@@ -148,13 +173,24 @@ FrictionForce frictionForce(const ContactVolume& contact, ContactWorkspace& work
   // A law that does not resist a twist must not remember one.
   const Planar old_rate = fresh ? rate : Planar{(R_PA * memory.rate_A).head<2>(), law.torsion ? memory.spin : 0.0};
   const Planar before = fresh ? Planar{} : Planar{(R_PA * memory.slip_A).head<2>(), law.torsion ? memory.twist : 0.0};
-  Planar slip = before + (rate * (1 - advance.old_share) + old_rate * advance.old_share) * advance.time;
+  Planar slip = before + rate * advance.time;  // where nothing was, or nothing moves
+  bool renewed = fresh || (slid && solving);
+  Planar seen = rate;  // by the damper
+  // What slides in a solve holds what slides, wherever it began: there the way is the rate's, which the solve is linear in.
+  if (!renewed && advance.time > 0) {
+    const Displaced now = displacedFrom(memory.anchor, X_AB, contact.X_AP);
+    slip = {(R_PA * now.slip_A).head<2>(), law.torsion ? now.twist : 0.0};
+    renewed = now.turned;
+    if (advance.mean_rate) seen = (slip - before) * (1 / advance.time);
+  }
   // The slip came to a stop after the share `stop` of the step: only what came after loads the springs.
   const double forward = old_rate.dot(old_rate), backward = -old_rate.dot(rate);
-  const bool stops = slid && advance.old_share > 0 && backward > 0;
+  const bool stops = slid && advance.second_order && backward > 0;
   const double stop = stops ? forward / (forward + backward) : 1.0;
   if (stops) slip = before + rate * (0.5 * (1 - stop) * advance.time);
-  Planar trial = layer.force(slip, rate);
+  out.trial.slip_A = contact.X_AP.R.leftCols<2>() * slip.force;
+  out.trial.twist = slip.torque;
+  Planar trial = layer.force(slip, seen);
 
   const double gyration2 = contact.volume > 0 ? contact.V2.trace() / contact.volume : layer.J / layer.A0;
   const double torsion_radius = layer.J > 0 ? kTorsionRadius * std::sqrt(std::max(0.0, gyration2)) : 0.0;
@@ -162,7 +198,8 @@ FrictionForce frictionForce(const ContactVolume& contact, ContactWorkspace& work
     out.layer.area << layer.A0, layer.A0, layer.J;
     out.layer.stiffness = layer.k;
     out.layer.damping = layer.b;
-    out.layer.before << before.force, before.torque;
+    out.layer.before << slip.force - advance.time * rate.force, slip.torque - advance.time * rate.torque;
+    out.layer.rest << seen.force - rate.force, seen.torque - rate.torque;
     out.layer.radius = torsion_radius;
     out.layer.mu = slid ? m.mu_dynamic : m.mu_static;
     out.layer.slid = slid;
@@ -214,7 +251,8 @@ FrictionForce frictionForce(const ContactVolume& contact, ContactWorkspace& work
       if (!slides) out.event = stop;
     }
   }
-  if (slides && !slid && !fresh && advance.old_share > 0 && out.load >= 1) {
+  out.renewed = renewed || stops || slides;
+  if (slides && !slid && !fresh && advance.second_order && out.load >= 1) {
     // ∫f dt over a step that yields after the share α: f0 … limit, then sliding; the rule takes (f0 + f1) h/2.
     const double load1 = now.load(trial);
     const double alpha = std::clamp((1 - memory.load) / std::max(load1 - memory.load, 1e-300), 0.0, 1.0);

@@ -9,8 +9,11 @@
 /// (f, τ) moved to where the area integral lies for the present direction of slip. So the force is a continuous and
 /// monotone function of the slip, and the springs then hold just what slides. It sticks again when the springs would
 /// push the motion on: the slip has come to a stop inside the step.
-/// s lives in A's axes and is the integral of the slip at the patch, so it follows a patch that rolls or moves; it is
-/// one displacement for the whole patch, whatever area joins or leaves. (Area that joined unstrained, s A0 kept, was
+/// s is a displacement between two poses, not the integral of a velocity: an anchor keeps where B stood on A and what the
+/// layer held then, and whatever moved both bodies since, and by which steps, only where they stand now counts. A stuck
+/// patch keeps its anchor, so that no integrator makes it creep on a carrier that turns. The anchor is set anew where
+/// friction slips or sticks again, and where the bodies have turned against each other by kMostTurn: so it follows a patch
+/// that rolls. s is one displacement for the whole patch, whatever area joins or leaves. (Area that joined unstrained, s A0 kept, was
 /// tried: the anchors of a tilting cube then stay behind, and its model error grows two to five times.) What a patch
 /// gains by growing while it is strained is at most the energy at which it yields, (μ N)²/(2 k_t A0).
 /// r_τ = ∫p|r|/N is taken as ⅔√2 of p's radius of gyration: exact for uniform pressure on a disc, 0.2 % off on a
@@ -40,8 +43,23 @@ struct ContactPower {
 /// Of the wrench F_BP_P of which `elastic` [N] along n is k Vol, at the twist of B relative to A at P, in P's axes.
 ContactPower contactPower(const Wrench& F_BP_P, double elastic, const Twist& V_AB_P) noexcept;
 
+/// Where two bodies stood, and what the layer between them held there.
+struct FrictionAnchor {
+  Pose X_AB;                         ///< of B's shape in A's
+  Vector3 point_A = Vector3::Zero(); ///< the patch [m]
+  Vector3 slip_A = Vector3::Zero();  ///< elastic displacement of B against A at the patch [m]
+  double twist = 0;                  ///< elastic rotation of B against A about n [rad]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.X_AB), visit(s.point_A), visit(s.slip_A), visit(s.twist);
+  }
+};
+
 /// What a pair remembers of its contact: state of the world. Vectors in A's axes, at the last evaluation.
 struct FrictionMemory {
+  FrictionAnchor anchor;
+  Vector3 normal_A = Vector3::Zero(); ///< n
   Vector3 slip_A = Vector3::Zero();   ///< elastic displacement of B against A at the patch [m]
   Vector3 rate_A = Vector3::Zero();   ///< slip velocity [m/s]
   Vector3 force_A = Vector3::Zero();  ///< friction on B [N]
@@ -52,6 +70,7 @@ struct FrictionMemory {
   double area = 0, torsion = 0;       ///< A0 [m²], J [m⁴]
   double sliding = 0;                 ///< 1: slides, μ holds; 0: stuck, μ0 holds
   double touching = 0;                ///< 1: overlapped at the last evaluation
+  double began = 0;                   ///< 1: that was the first
   ContactPower power;                 ///< [W]
   ContactPower power_rate;            ///< of the same wrench while the bodies speed up [W/s]; explicit steps with a ledger
   double energy = 0;                  ///< in the tangential springs [J]
@@ -59,8 +78,9 @@ struct FrictionMemory {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.slip_A), visit(s.rate_A), visit(s.force_A), visit(s.twist), visit(s.spin), visit(s.torque), visit(s.load);
-    visit(s.area), visit(s.torsion), visit(s.sliding), visit(s.touching), visit(s.power), visit(s.power_rate);
+    visit(s.anchor), visit(s.normal_A), visit(s.slip_A), visit(s.rate_A), visit(s.force_A);
+    visit(s.twist), visit(s.spin), visit(s.torque), visit(s.load), visit(s.area), visit(s.torsion);
+    visit(s.sliding), visit(s.touching), visit(s.began), visit(s.power), visit(s.power_rate);
     visit(s.energy), visit(s.elastic_energy);
   }
 };
@@ -84,21 +104,25 @@ enum class Yielding : unsigned char {
   kDragged      ///< a patch that slid slides on against its last direction, wherever the slip turns
 };
 
-/// How far the memory advances to this evaluation.
+/// How the memory advances to this evaluation.
 struct Advance {
-  double time = 0;       ///< [s]; 0: the memory stays
-  double old_share = 0;  ///< weight of the last slip velocity in the displacement: 0 Euler, ½ trapezoidal rule
+  double time = 0;            ///< since the last one, or the base of a stage [s]; 0: the memory stays
+  bool second_order = false;  ///< the velocities at both ends are known: instants between them are located
   Yielding yielding = Yielding::kAtOnce;
+  /// The damper sees the mean rate between the two poses, not the one at this instant: of steps of first order, whose rate
+  /// lies off by the turn of the carrier within a step, and would hold a share of the force for ever.
+  bool mean_rate = false;
 };
 
 /// What a friction law is while the slip rate alone changes within a step: an elastic layer within an ellipsoid.
-///     t(u) = -L (k s + (b + h k) u),   L = diag(A0, A0, J),   s before, u the rate: (x, y, about n)
+///     t(u) = -L (k s + b w + (b + h k) u),   L = diag(A0, A0, J),   s before, u the rate: (x, y, about n)
 ///     f = N o + the point of { |f|² / (μ N)² + τ²/(μ N r)² ≤ 1 } nearest to t - N o in the metric L⁻¹
 /// f is the negative gradient of a convex function of u while N stays.
 struct FrictionLayer {
   Vector3 area = Vector3::Zero();     ///< A0, A0, J [m², m⁴]
   double stiffness = 0, damping = 0;  ///< k_t [N/m³], b_t [N·s/m³]
-  Vector3 before = Vector3::Zero();   ///< s at the start of the step [m, rad]
+  Vector3 before = Vector3::Zero();   ///< s less what u brings within the step [m, rad]
+  Vector3 rest = Vector3::Zero();     ///< w: what the damper sees beside u [m/s, rad/s]
   Vector3 offset = Vector3::Zero();   ///< o, where the area integral stands off the ellipsoid, per N [1, m]
   double mu = 0, radius = 0;          ///< μ, r [m]
   bool limited = true;                ///< false: elastic whatever the load
@@ -130,10 +154,12 @@ struct FrictionForce {
   /// direction of slip while sliding. ∂f/∂slip = -k_t times it, ∂f/∂rate = -b_t times it.
   Matrix3 compliant_area = Matrix3::Zero();
   FrictionLayer layer;                      ///< the law that gave it, where `yielding` is one of solves
+  FrictionAnchor trial;                     ///< here and now, with what the layer would hold if it did not yield
+  bool renewed = false;                     ///< `trial`, less what yielded, is the anchor from here on; else the old one stays
 };
 
-/// (in realtime) A pure function. `V`: twist of B relative to A at P, in P's axes.
-FrictionForce frictionForce(const ContactVolume& contact, ContactWorkspace& workspace,
+/// (in realtime) A pure function. X_AB: of B's shape in A's. `V`: twist of B relative to A at P, in P's axes.
+FrictionForce frictionForce(const ContactVolume& contact, const Pose& X_AB, ContactWorkspace& workspace,
                             const NormalPressure& normal, const Twist& V, const FrictionMemory& memory,
                             const PairLaw& law, const Advance& advance) noexcept;
 

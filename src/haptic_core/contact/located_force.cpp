@@ -50,19 +50,20 @@ Matrix6 PatchTangent::combined(double x, double y) const noexcept {
   return out;
 }
 
-LocatedForce locatedForce(const ContactVolume& contact, ContactWorkspace& workspace, const Twist& V,
+LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, ContactWorkspace& workspace, const Twist& V,
                           const FrictionMemory& memory, const PairLaw& law, const Advance& advance) noexcept {
   LocatedForce out;
   const NormalPressure normal = normalPressure(contact, workspace, V, law.pressure, law.material);
-  const FrictionForce friction = frictionForce(contact, workspace, normal, V, memory, law, advance);
+  const FrictionForce friction = frictionForce(contact, X_AB, workspace, normal, V, memory, law, advance);
   out.normal_force = normal.force;
   out.elastic_force = normal.elastic_force;
   out.clipped = normal.clipped;
+  out.incomplete = normal.dropped > 0;
   out.F_BP_P.force << friction.force, normal.force;
   out.F_BP_P.torque << normal.first.y(), -normal.first.x(), friction.torque;
   out.sticking = !friction.sliding;
   out.event = friction.event;
-  if (advance.old_share > 0) {
+  if (advance.second_order) {
     out.impulse_P.force.head<2>() = friction.impulse;
     out.impulse_P.torque.z() = friction.angular_impulse;
     out.has_impulse = !friction.impulse.isZero(0) || friction.angular_impulse != 0;
@@ -72,11 +73,16 @@ LocatedForce locatedForce(const ContactVolume& contact, ContactWorkspace& worksp
   out.tangent = {normal.stiffness, normal.damping, friction.compliant_area, law.material.tangential_stiffness,
                  tangentialDamping(law, contact.A0)};
   out.layer = friction.layer;
+  out.trial = friction.trial;
+  out.renewed = friction.renewed;
 
   const Matrix3& R_AP = contact.X_AP.R;
   const double A0 = contact.A0, J = torsionArea(contact), kt = law.material.tangential_stiffness;
   FrictionMemory& next = out.memory;
+  next.normal_A = R_AP.col(2);
   next.slip_A = R_AP.leftCols<2>() * friction.slip;
+  next.anchor = memory.anchor;
+  if (friction.renewed) next.anchor = {X_AB, contact.X_AP.p, next.slip_A, friction.twist};
   next.rate_A = R_AP.leftCols<2>() * V.linear.head<2>();
   next.force_A = R_AP.leftCols<2>() * friction.force;
   next.twist = friction.twist;
@@ -87,6 +93,7 @@ LocatedForce locatedForce(const ContactVolume& contact, ContactWorkspace& worksp
   next.torsion = J;
   next.sliding = friction.sliding ? 1 : 0;
   next.touching = 1;
+  next.began = 1 - memory.touching;
   next.power = contactPower(out.F_BP_P, normal.elastic_force, V);
   next.energy = 0.5 * kt * (A0 * friction.slip.squaredNorm() + J * friction.twist * friction.twist);
   return out;

@@ -29,18 +29,22 @@ struct LocatedForce {
   FrictionMemory memory;      ///< at this evaluation; the caller decides whether it becomes state
   bool sticking = false;
   bool clipped = false;       ///< the damper would pull somewhere: the pressure is held at 0 there
+  bool incomplete = false;    ///< faces laid over one another had no room for all of their corners
   double event = 1;           ///< share of the step after which it touched, yielded or stuck; 1: none of them
   bool has_impulse = false;   ///< `impulse` is not zero
   Wrench impulse_P;           ///< what the trapezoidal rule over the step misses because of that [N·m·s, N·s]
   double elastic_impulse = 0; ///< of it that of k Vol n [N·s]
   PatchTangent tangent;
   FrictionLayer layer;        ///< of a solve: the law of friction while only the slip rate changes
+  FrictionAnchor trial;       ///< see FrictionForce
+  bool renewed = false;       ///< see FrictionForce
+  Vector3 yielded = Vector3::Zero();  ///< of a solve: what the layer gave up, (x, y, about n) [m, rad]
 };
 
 /// (in realtime) A pure function: nothing is stored. `workspace` holds the V that `contact` was computed from; it is
-/// scratch where the pressure changes sign inside the patch. `V_AB_P` is the twist of B relative to A at P, in P's
-/// axes.
-LocatedForce locatedForce(const ContactVolume& contact, ContactWorkspace& workspace, const Twist& V_AB_P,
+/// scratch where the pressure changes sign inside the patch. X_AB: of B's shape in A's. `V_AB_P` is the twist of B
+/// relative to A at P, in P's axes.
+LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, ContactWorkspace& workspace, const Twist& V_AB_P,
                           const FrictionMemory& memory, const PairLaw& law, const Advance& advance) noexcept;
 
 }  // namespace haptic

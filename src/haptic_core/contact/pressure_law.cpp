@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/base/fixed_vector.h"
 #include "haptic_core/geometry/contact_integrals.h"
 
 namespace haptic {
 namespace {
-
-/// Vertices that a piece of the overlay may have. Two faces of 64-sided cylinders give 128; a face beyond the
-/// capacity is left unclipped, which errs by the damper's pull on it.
-constexpr int kPieceVertices = 192;
 
 /// d counts as uniform when its mean is this close to its largest value, relatively: the part of the patch where it
 /// can be less than half is then below four times this, and so is the error of not clipping there.
@@ -61,25 +56,10 @@ void damperWithin(const ContactVolume& contact, ContactWorkspace& workspace, con
   out.damping = PatchMoments{part.volume, part.V1, part.V2} * (k * c);
 }
 
-using Piece = FixedVector<Vector2, kPieceVertices>;
-
-/// Keeps the part of a convex polygon where `height`, affine, is ≥ 0.
-template <class Height>
-void keepAbove(Piece& piece, Height height) {
-  Piece kept;
-  for (std::size_t i = 0; i < piece.size(); ++i) {
-    const Vector2 &p = piece[i], &q = piece[i + 1 < piece.size() ? i + 1 : 0];
-    const double hp = height(p), hq = height(q);
-    if (hp >= 0) kept.push_back(p);
-    if ((hp >= 0) != (hq >= 0)) kept.push_back(p + hp / (hp - hq) * (q - p));
-  }
-  piece = kept;
-}
-
 /// Adds ∫ p and ∫ r p over a polygon on which p is affine, and the moments of its area.
 template <class Pressure>
-void addPiece(const Piece& piece, Pressure pressure, NormalPressure& out, PatchMoments& area) {
-  for (std::size_t i = 1; i + 1 < piece.size(); ++i) {
+void addPiece(const LoadedVector<Vector2>& piece, Pressure pressure, NormalPressure& out, PatchMoments& area) {
+  for (int i = 1; i + 1 < piece.size(); ++i) {
     const Vector2 corner[3] = {piece[0], piece[i], piece[i + 1]};
     const Vector2 ab = corner[1] - corner[0], ac = corner[2] - corner[0];
     const double twelfth = (ab.x() * ac.y() - ab.y() * ac.x()) / 24;
@@ -121,28 +101,39 @@ void overlay(const ContactVolume& contact, ContactWorkspace& workspace, const Ap
     const int vertex = workspace.loopVertices()[loop.first + i % loop.count];
     return (contact.X_AP.R.transpose() * (workspace.vertices()[vertex] - contact.X_AP.p)).head<2>();
   };
+  // The faces of one side cover V's projection: a single one there contains all of the other side.
+  int above_count = 0, below_count = 0;
+  for (const ContactLoop& loop : workspace.loops()) {
+    above_count += rise(loop) >= kSteep;
+    below_count += rise(loop) <= -kSteep;
+  }
+  const bool from_below = above_count == 1, crossed = above_count > 1 && below_count > 1;
+  const int dropped = workspace.dropped();
+  LoadedVector<Vector2>& piece = workspace.polygon();
   for (const ContactLoop& upper : workspace.loops()) {
     if (rise(upper) < kSteep) continue;
     const Sheet above(workspace.faces()[upper.face], contact.X_AP);
     for (const ContactLoop& lower : workspace.loops()) {
       if (rise(lower) > -kSteep) continue;
       const Sheet below(workspace.faces()[lower.face], contact.X_AP);
-      Piece piece;
-      for (int i = 0; i < upper.count; ++i) piece.push_back(point(upper, i));
-      for (int i = 0; i < lower.count && piece.size() >= 3; ++i) {
-        // Seen from above the lower loop runs clockwise: inside lies to the right of its edges.
+      // Seen from above the lower loop runs clockwise: inside lies to the right of its edges.
+      piece.clear();
+      for (int i = 0; i < upper.count && !from_below; ++i) piece.push_back(point(upper, i));
+      for (int i = lower.count; i-- > 0 && from_below;) piece.push_back(point(lower, i));
+      for (int i = 0; i < lower.count && crossed && piece.size() >= 3; ++i) {
         const Vector2 from = point(lower, i), along = point(lower, i + 1) - from;
-        keepAbove(piece, [&](const Vector2& r) {
+        workspace.keepAbove([&](const Vector2& r) {
           return along.y() * (r.x() - from.x()) - along.x() * (r.y() - from.y());
         });
       }
       const auto pressure = [&](const Vector2& r) {
         return k * (above.at(r) - below.at(r)) + b * (a.rate + a.slope.dot(r));
       };
-      keepAbove(piece, pressure);
+      workspace.keepAbove(pressure);
       addPiece(piece, pressure, out, area);
     }
   }
+  out.dropped = workspace.dropped() - dropped;
   out.stiffness = area * k;
   out.damping = area * b;
 }

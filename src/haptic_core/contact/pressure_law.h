@@ -56,6 +56,7 @@ struct NormalPressure {
   double elastic_force = 0;            ///< k ∫ d dA [N]: the part at rest
   double radius = 0;                   ///< extent of the patch about P [m]
   PressureField field;                 ///< p before clipping, for the friction integral
+  int dropped = 0;                     ///< corners of the overlay for which there was no room
   bool clipped = false;                ///< somewhere in the patch p is held at 0
   PatchMoments stiffness, damping;     ///< of ∂p/∂d (its factor 1 + c ḋ taken at its mean) and of ∂p/∂ḋ
 

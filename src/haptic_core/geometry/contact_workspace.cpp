@@ -52,6 +52,7 @@ void ContactWorkspace::clear() noexcept {
   loops_.clear();
   loop_vertices_.clear();
   seam_begin_ = 0;
+  dropped_ = 0;
 }
 
 void ContactWorkspace::reserve(const ConvexPolyhedron& A, const ConvexPolyhedron& B) {

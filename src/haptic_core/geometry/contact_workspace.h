@@ -100,6 +100,13 @@ class ContactWorkspace {
   /// the scratch memory changes it. Cost O(edges).
   const LoadedVector<Vector3>& faceCentres() noexcept;
 
+  /// (in realtime) A convex polygon in P, and keeping the part of it where an affine `height` is ≥ 0; until the next call of
+  /// anything else. A plane adds one corner at most, so that faces of V laid over one another fit.
+  LoadedVector<Vector2>& polygon() { return polygon_; }
+  template <class Height>
+  void keepAbove(Height height) noexcept;
+  int dropped() const { return dropped_; }  ///< corners for which there was no room, since `clear`
+
   /// (in realtime) Chains the edges into one polygon per face; for drawing. Cost O(edges).
   void buildLoops() noexcept;
   /// (in realtime) See covered_area.h, which calls it.
@@ -161,6 +168,19 @@ class ContactWorkspace {
   LoadedVector<Vector3> away_;  ///< per vertex: below U, above L, and U - L [m]
   LoadedVector<int> shadow_edges_;
   LoadedVector<Vector2> polygon_, clipped_;
+  int dropped_ = 0;
 };
+
+template <class Height>
+void ContactWorkspace::keepAbove(Height height) noexcept {
+  clipped_.clear();
+  for (int i = 0; i < polygon_.size(); ++i) {
+    const Vector2 &p = polygon_[i], &q = polygon_[i + 1 < polygon_.size() ? i + 1 : 0];
+    const double hp = height(p), hq = height(q);
+    if (hp >= 0 && !clipped_.push_back(p)) ++dropped_;
+    if ((hp >= 0) != (hq >= 0) && !clipped_.push_back(p + hp / (hp - hq) * (q - p))) ++dropped_;
+  }
+  std::swap(polygon_, clipped_);
+}
 
 }  // namespace haptic

@@ -90,15 +90,7 @@ void ContactWorkspace::groupEdges() noexcept {
 /// Leaves in `polygon_` what lies left of from → to.
 void ContactWorkspace::clipPolygon(const Vector2& from, const Vector2& to) noexcept {
   const Vector2 along = to - from;
-  const auto height = [&](const Vector2& r) { return along.y() * (r.x() - from.x()) - along.x() * (r.y() - from.y()); };
-  clipped_.clear();
-  for (int i = 0; i < polygon_.size(); ++i) {
-    const Vector2 &p = polygon_[i], &q = polygon_[i + 1 < polygon_.size() ? i + 1 : 0];
-    const double hp = height(p), hq = height(q);
-    if (hp <= 0) clipped_.push_back(p);
-    if ((hp <= 0) != (hq <= 0)) clipped_.push_back(p + hp / (hp - hq) * (q - p));
-  }
-  std::swap(polygon_, clipped_);
+  keepAbove([&](const Vector2& r) { return along.x() * (r.y() - from.y()) - along.y() * (r.x() - from.x()); });
 }
 
 /// The common part of the projections of two faces into `polygon_`, counter-clockwise.

@@ -26,7 +26,7 @@ void addKick(int link_a, int link_b, const Wrench& J_W, const Vector3& p_W, cons
 /// The bodies parted inside the step, τ after its start, while the force fell like (τ - t)ⁿ: its impulse was
 /// F τ/(n + 1), where the trapezoidal rule has taken F h/2.
 void release(const Model& model, const ActivePair& pair, const Advance& advance, State& state, Work& work) noexcept {
-  const bool second_order = advance.old_share > 0;
+  const bool second_order = advance.second_order;
   const double h = second_order ? advance.time : 0, tau = second_order ? std::min(pair.release.leave, h) : 0;
   const double order = second_order ? pair.release.order : 1;
   if (model.settings.energy_ledger) bookRelease(pair.friction, h, tau, order, state.energy);
@@ -78,7 +78,10 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   }
   pair.friction = memory;
   if (model.settings.integrator == Integrator::kAutomatic) noteStability(model, c, state, work, pair);
-  if (advance.old_share > 0) pair.release = releaseOf(c.volume, c.V_AB_P, c.X_WP.p, F_BP_W);
+  if (advance.second_order) pair.release = releaseOf(c.volume, c.V_AB_P, c.X_WP.p, F_BP_W);
+  if (memory.began != 0) {
+    report.addImpact(-c.V_AB_P.linear.z(), c.law.reduced_mass, advance.time * model.settings.gravity.norm());
+  }
   report.addContact(reportOf(model, pair, c.volume, c.X_WP, c.force), c.force.clipped);
   work.clock.end(times.force);
 }

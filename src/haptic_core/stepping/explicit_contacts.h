@@ -7,7 +7,7 @@
 
 namespace haptic::stepping {
 
-/// (in realtime) Of all pairs of which neither body is stepped implicitly. Velocity Verlet: old_share ½; see Advance.
+/// (in realtime) Of all pairs of which neither body is stepped implicitly. Velocity Verlet: second order; see Advance.
 void evaluateContacts(const Model& model, const Advance& advance, State& state, Work& work, Report& report) noexcept;
 
 /// What a contact would need to know if it parted in the next step.

@@ -67,7 +67,7 @@ bool evaluate(const Model& model, const StepPart& part, bool advances, State& st
     makeImplicit(model, false, state, work);
     return false;
   }
-  evaluateContacts(model, {advances ? part.h : 0, 0.5}, state, work, report);
+  evaluateContacts(model, {advances ? part.h : 0, true}, state, work, report);
   if (chooses && anyTooStiff(work.choice, report.step)) {
     makeImplicit(model, true, state, work);
     return false;
@@ -82,7 +82,7 @@ void symplecticEuler(const Model& model, const StepPart& part, State& state, Wor
   moveHeld(model, part, state, work.hands, work.placement);
   work.clock.end(report.step.stages.motion);
   findPairs(model, 0, work.placement, state, work.search, report.step);
-  evaluateContacts(model, {part.h, 0}, state, work, report);
+  evaluateContacts(model, {part.h, false, Yielding::kAtOnce, true}, state, work, report);
   pullCoupled(model, part, true, state, work.hands, work.placement);
   // What the hands feel is read from the links' wrenches, which the placement at the end clears.
   collectHeld(model, part, state, work.hands, work.placement);

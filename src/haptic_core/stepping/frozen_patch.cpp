@@ -333,9 +333,16 @@ void FrozenPatch::carry(const Vector6& V, double limit, const Pose& X_AP, Locate
   out.normal_force = force.normal;
   out.sticking = !answer.outside;
   FrictionMemory& m = out.memory;
+  const bool yields = answer.outside || !(limit > 0);
+  out.yielded = yields ? Vector3(friction_.before + g_ * slipRate(V) - answer.slip) : Vector3::Zero();
   const auto tangents = X_AP.R.leftCols<2>();
   m.slip_A = tangents * answer.slip.head<2>();
   m.twist = answer.slip[2];
+  if (yields || out.renewed) {
+    m.anchor = out.trial;
+    m.anchor.slip_A -= tangents * out.yielded.head<2>();
+    m.anchor.twist -= out.yielded[2];
+  }
   m.rate_A = tangents * Vector2(V[3], V[4]);
   m.spin = V[2];
   m.force_A = tangents * answer.force.head<2>();

@@ -55,7 +55,7 @@ void takeCouplings(const Model& model, const StepPart& part, State& state, Work&
 }
 
 /// What the island's contacts do to its links (and to those that hands hold), and what is reported of them.
-void takeContacts(const Model& model, State& state, Work& work, Report& report) noexcept {
+void takeContacts(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
   for (const ImplicitContact& c : work.implicit->contacts()) {
     ActivePair& pair = state.pairs[c.pair];
     ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
@@ -69,6 +69,12 @@ void takeContacts(const Model& model, State& state, Work& work, Report& report) 
     }
     contact.F_BP_W = mean;
     contact.normal_force = mean.force.dot(c.X_WP.R.col(2));
+    if (pair.friction.began != 0) {
+      const LinkWork &A = work.placement.link[contact.link_a], &B = work.placement.link[contact.link_b];
+      const double mass = model.law(c.shape_a, c.shape_b, false, false).reduced_mass,
+                   left = (A.twistAt(c.X_WP.p) - B.twistAt(c.X_WP.p)).linear.dot(c.X_WP.R.col(2));
+      report.addImpact(left + h * contact.normal_force / mass, mass, h * model.settings.gravity.norm());
+    }
     report.step.energy.elastic += c.elastic;
     report.step.energy.tangential += c.force.memory.energy;
     if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(c.shape_a, c.shape_b, c.volume.A0));
@@ -149,7 +155,7 @@ void implicitStep(const Model& model, const StepPart& part, State& state, Work& 
   report.contacts.clear();
   report.step.energy.elastic = report.step.energy.tangential = 0;
   // What a hand holds against what never moves belongs to no island.
-  if (!state.pointers.empty()) evaluateContacts(model, {part.h, 0}, state, work, report);
+  if (!state.pointers.empty()) evaluateContacts(model, {part.h, false, Yielding::kAtOnce, true}, state, work, report);
   if (model.settings.energy_ledger && !state.pointers.empty()) {
     bookEuler(work.ledgerView(model), part.h, work.motion.v_mean, work.contacts.booked, state);
   }
@@ -163,13 +169,13 @@ void implicitStep(const Model& model, const StepPart& part, State& state, Work& 
 void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   ImplicitStep& implicit = *work.implicit;
   work.islands.find(state, work.hands.held_by, true);
-  implicit.begin(state, work.hands.held_by);
+  implicit.begin(state, work.hands.held_by, work.hands.moved, part.h);
   aimCouplings(model, state, work);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
     const bool solved = advance(model, island, part.h, state, work, report.step);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
-    if (solved) takeContacts(model, state, work, report);
+    if (solved) takeContacts(model, part.h, state, work, report);
     ++report.step.implicit_islands;
     if (model.settings.integrator == Integrator::kAutomatic && (state.step & kLookMask) == kLookMask) {
       lookForExplicit(model, island, !solved, state, work);

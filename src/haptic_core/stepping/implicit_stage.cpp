@@ -73,8 +73,11 @@ ImplicitStage::ImplicitStage(const Model& model)
   model.reserve(workspace_);
 }
 
-void ImplicitStage::begin(State& state, const std::vector<int>& held_by) noexcept {
+void ImplicitStage::begin(State& state, const std::vector<int>& held_by, const std::vector<Twist>& moved, double h) noexcept {
   state_ = &state;
+  held_way_ = moved.data();
+  step_ = h;
+  held_left_ = 0;
   std::copy(held_by.begin(), held_by.end(), held_by_.begin());
   std::copy(state.q.begin(), state.q.end(), q_.begin());
   for (std::size_t t = 0; t < model_.trees.size(); ++t) place(static_cast<int>(t), state.v);
@@ -101,6 +104,7 @@ void ImplicitStage::select(const Island& island) noexcept {
 
 void ImplicitStage::start(double g, double left) noexcept {
   left_ = left;
+  if (left_ != held_left_) placeHeld();
   if (has_joints_) joints_.startStage(*state_, q_base.data(), g, v.data());
   contacts_.clear();
   problem_.contacts.clear();
@@ -109,6 +113,25 @@ void ImplicitStage::start(double g, double left) noexcept {
   rough_ = false;
   for (int n = 0; n < island_.tree_count; ++n) moved_[island_.trees[n]] = 1;
   calm_energy_ = std::numeric_limits<double>::infinity();
+}
+
+/// Puts what hands hold to where it is at the stage's end: friction is told displacements, not rates.
+void ImplicitStage::placeHeld() noexcept {
+  held_left_ = left_;
+  for (std::size_t i = 0; i < state_->pointers.size(); ++i) {
+    const int link = state_->pointers[i].link;
+    if (held_by_[link] != static_cast<int>(i)) continue;
+    const int t = model_.links[link].articulation;
+    const ModelTree& tree = model_.trees[t];
+    const double *end = state_->q.data() + tree.q, back = left_ / step_;
+    const Quaternion q_end(end[3], end[4], end[5], end[6]);
+    const Quaternion q = rotationFromVector(-back * held_way_[i].angular) * q_end;
+    const Vector3 p_LC = tree.model->link(0).p_LO;
+    const Vector3 p = Vector3(end[0], end[1], end[2]) - q_end * p_LC - back * held_way_[i].linear + q * p_LC;
+    const double pose[7] = {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
+    std::copy_n(pose, 7, q_.begin() + tree.q);
+    place(t, state_->v);
+  }
 }
 
 /// Passes, of which the first has been evaluated.
@@ -352,6 +375,7 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   Advance advance;
   advance.time = g;
   advance.yielding = yielding[index];
+  advance.mean_rate = settings_.integrator == Integrator::kImplicitEuler;  // SDIRK2's rates, its stand-in's too, are the end's
   ContactEvaluation found;
   int& slot = slot_[index];
   if (!evaluateContact(model_, seams_, index, pair, places, memory_base[index], advance, workspace_, found)) {

@@ -56,8 +56,9 @@ class ImplicitStage {
  public:
   explicit ImplicitStage(const Model& model);
 
-  /// (in realtime) Before the islands of a step: all links at the state's q, v. `held_by[link] ≥ 0`: a hand moves it.
-  void begin(State& state, const std::vector<int>& held_by) noexcept;
+  /// (in realtime) Before the islands of a step of length h [s]: all links at the state's q, v. `held_by[link] ≥ 0`: a hand
+  /// moves it, and has put it where the step ends; `moved`: by pointer, its motion over the step, kept by the caller.
+  void begin(State& state, const std::vector<int>& held_by, const std::vector<Twist>& moved, double h) noexcept;
   /// (in realtime) The trees that move and the pairs that may touch, until the next call. The arrays stay the caller's.
   void select(const Island& island) noexcept;
 
@@ -100,6 +101,7 @@ class ImplicitStage {
 
  private:
   void start(double g, double left) noexcept;
+  void placeHeld() noexcept;
   bool iterate(double g, int most_passes) noexcept;
   double finest(double g) const noexcept;
   double energyOf(int tree) const noexcept;
@@ -137,6 +139,8 @@ class ImplicitStage {
   double left_ = 0;      ///< from the stage's end to the step's [s]
 
   std::vector<int> held_by_;                    ///< by link
+  const Twist* held_way_ = nullptr;              ///< by pointer: what a hand holds, over the step [rad, m]
+  double step_ = 0, held_left_ = 0;             ///< of what hands hold: how far from the step's end it is placed [s]
   std::vector<char> moved_;                     ///< by tree: since its reference
   std::vector<double> q_, before_, residual_, v_dot_, calm_;
   std::vector<double> tree_energy_;             ///< by tree: kinetic and potential at its reference [J]

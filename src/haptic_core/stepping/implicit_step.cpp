@@ -57,9 +57,9 @@ ImplicitStep::ImplicitStep(const Model& model) : model_(model), settings_(model.
   change_.resize(model.nv);
 }
 
-void ImplicitStep::begin(State& state, const std::vector<int>& held_by) noexcept {
+void ImplicitStep::begin(State& state, const std::vector<int>& held_by, const std::vector<Twist>& moved, double h) noexcept {
   state_ = &state;
-  stage_.begin(state, held_by);
+  stage_.begin(state, held_by, moved, h);
   std::fill(event_.begin(), event_.begin() + state.pair_count, 1.0);
   std::fill(impulse_.begin(), impulse_.begin() + state.pair_count, Wrench{});
   std::fill(coupling_work_.begin(), coupling_work_.end(), 0.0);
@@ -258,6 +258,10 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
     base = s1;
     base.slip_A = s0.slip_A + kNext * (s1.slip_A - s0.slip_A);
     base.twist = s0.twist + kNext * (s1.twist - s0.twist);
+    // Poses say how far the bodies are by the second stage; what yielded goes on from the first.
+    const Vector3 more = (1 - kNext) * c.force.yielded;
+    base.anchor.slip_A += c.volume.X_AP.R.leftCols<2>() * more.head<2>();
+    base.anchor.twist += more[2];
     base.area = std::max(0.0, s0.area + kNext * (s1.area - s0.area));
     base.torsion = std::max(0.0, s0.torsion + kNext * (s1.torsion - s0.torsion));
     base.rate_A = s0.rate_A;
@@ -344,7 +348,8 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
     state_->energy.damping += work(first.power.damping, memory.power.damping);
     const double friction = work(first.power.friction, memory.power.friction) + before.energy - memory.energy;
     (memory.sliding != 0 ? state_->energy.friction : state_->energy.damping) += now || before.touching != 0 ? friction : 0;
-    state_->energy.turning += work(first.power.elastic, memory.power.elastic) + before.elastic_energy - memory.elastic_energy;
+    state_->energy.bookTurning(
+        work(first.power.elastic, memory.power.elastic) + before.elastic_energy - memory.elastic_energy, before, memory);
   }
   for (std::size_t p = 0; p < stage_.couplings.size(); ++p) {
     const int link = stage_.couplings[p].link;

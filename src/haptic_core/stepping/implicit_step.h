@@ -2,7 +2,8 @@
 ///
 ///   implicit Euler  one stage (implicit_stage.h) of length h.
 ///   SDIRK2          two stages, g = γ h, γ = 1 - 1/√2 (Alexander 1977: second order, L-stable, stiffly accurate):
-///                   v_b = v0 + (1-γ) h a1, q_b = q0 ⊕ (1-γ) h v1, s_b = s0 + (1-γ)/γ (s1 - s0).
+///                   v_b = v0 + (1-γ) h a1, q_b = q0 ⊕ (1-γ) h v1, s_b = s0 + (1-γ)/γ (s1 - s0); of what sticks poses say
+///                   how far s went, and only what yielded is drawn out.
 /// SDIRK2 multiplies the impulses of impacts by up to 2.4, so where the contact set changes, a patch grows or shrinks
 /// fast, or the acceleration jumps, the step is done as implicit Euler.
 ///
@@ -39,7 +40,7 @@ class ImplicitStep {
   explicit ImplicitStep(const Model& model);
 
   /// (in realtime) Once before the islands of a step; see ImplicitStage::begin.
-  void begin(State& state, const std::vector<int>& held_by) noexcept;
+  void begin(State& state, const std::vector<int>& held_by, const std::vector<Twist>& moved, double h) noexcept;
 
   /// (in realtime) Advances q, v and friction of an island by h [s], and the ledger's sums in the state.
   const ImplicitReport& advance(const Island& island, double h, bool second_order) noexcept;

@@ -61,15 +61,6 @@ void addMobility(const Model& model, const Work& work, int link, const Pose& X_W
   W += parts * freeMobility(model.trees[l.articulation].model->link(l.local), place.X_WL.R, place.p_WC(), X_WP);
 }
 
-/// Of the whole patch; velocity Verlet's friction springs take up a part of the step as well.
-Matrix6 damping(const LocatedForce& force, const Advance& advance) noexcept {
-  PatchTangent tangent = force.tangent;
-  if (advance.old_share > 0) {
-    tangent.tangential_damping += advance.time * (1 - advance.old_share) * tangent.tangential_stiffness;
-  }
-  return tangent.combined(0, 1);
-}
-
 PairLaw weakened(const PairLaw& law, double share, double area) noexcept {
   PairLaw weaker = law;
   weaker.material.damping *= share;
@@ -83,12 +74,12 @@ PairLaw weakened(const PairLaw& law, double share, double area) noexcept {
 void settleForce(const Model& model, const ActivePair& pair, const Advance& advance, Work& work, ContactEvaluation& c,
                  unsigned& flags) noexcept {
   const auto forceAt = [&](const Twist& V, const PairLaw& law, const Advance& how) {
-    return locatedForce(c.volume, work.contacts.workspace, V, pair.friction, law, how);
+    return locatedForce(c.volume, c.X_AB, work.contacts.workspace, V, pair.friction, law, how);
   };
   c.force = forceAt(c.V_AB_P, c.law, advance);
-  const bool second_order = advance.old_share > 0;
-  if (advance.time == 0 || (second_order && pair.friction.touching == 0)) return;
-  Matrix6 D = damping(c.force, advance);
+  const bool second_order = advance.second_order;
+  if (advance.time == 0) return;
+  Matrix6 D = c.force.tangent.combined(0, 1);
   const int link_a = model.shapes[pair.shapeA()].link, link_b = model.shapes[pair.shapeB()].link;
   const int parts = std::max({1, work.contacts.on_link[link_a], work.contacts.on_link[link_b]});
   const double stiffest = std::max({D(5, 5), D(3, 3), D(4, 4), D(0, 0) / c.volume.A0, D(1, 1) / c.volume.A0});
@@ -96,7 +87,8 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
   Matrix6 W = Matrix6::Zero();
   addMobility(model, work, link_a, c.X_WP, W);
   addMobility(model, work, link_b, c.X_WP, W);
-  if (!second_order) {
+  // A contact that begins has no wrench before to settle from: what it does is bounded as Euler's is.
+  if (!second_order || pair.friction.touching == 0) {
     const double share = damperShare(W, D, advance.time);
     if (share == 1) return;
     flags |= kDamperLimited;
@@ -107,7 +99,7 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
     Advance elastic = advance;
     elastic.yielding = Yielding::kNever;
     c.force = forceAt(c.V_AB_P, c.law, elastic);
-    D = damping(c.force, advance);
+    D = c.force.tangent.combined(0, 1);
   }
   const Wrench before = pair.release.F_BP_W.rotated(c.X_WP.R.transpose());
   const Vector6 delta = settledChange(W, D, 0.5 * advance.time, (c.force.F_BP_P - before).vector());

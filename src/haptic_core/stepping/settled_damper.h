@@ -4,7 +4,7 @@
 /// Beyond kStrongDamper the end velocity is solved for, as far as this contact moves it: δ = h/2 W (F - F_before - D δ).
 /// That makes the damper's part of the step the trapezoidal rule, stable for any D, and changes the force by O(h²) only.
 /// Whether the patch yields is decided at the settled velocity. Symplectic Euler instead takes as much of the damper as its
-/// step can (damper_limit.h), and says so by kDamperLimited.
+/// step can (damper_limit.h), and says so by kDamperLimited; so does velocity Verlet where a contact begins.
 #pragma once
 #include "haptic_core/world/contact_evaluation.h"
 #include "haptic_core/world/work.h"

@@ -13,8 +13,8 @@ bool locateContact(const Model& model, const Seams& seams, int index, ActivePair
   const ModelShape &A = model.shapes[a], &B = model.shapes[b];
   const NormalRule rule = seams.ruleFor(index, model.settings.normal_rule, places.X_WS[a], pair.cache);
   const InnerSides inner = rule == NormalRule::kAreaVector ? model.inner(a, b) : InnerSides{};
-  contactVolume(*A.shape, *B.shape, relativePose(places.X_WS[a], places.X_WS[b]), pair.cache, workspace, out.volume, rule,
-                inner);
+  out.X_AB = relativePose(places.X_WS[a], places.X_WS[b]);
+  contactVolume(*A.shape, *B.shape, out.X_AB, pair.cache, workspace, out.volume, rule, inner);
   if (out.volume.status != ContactVolume::Status::kOverlap) return false;
   if (model.settings.contact_model == ContactModel::kPoint) {
     concentrate(workspace, std::min(A.point_area, B.point_area), out.volume);
@@ -31,7 +31,7 @@ bool evaluateContact(const Model& model, const Seams& seams, int index, ActivePa
                      const FrictionMemory& memory, const Advance& advance, ContactWorkspace& workspace,
                      ContactEvaluation& out) noexcept {
   if (!locateContact(model, seams, index, pair, places, workspace, out)) return false;
-  out.force = locatedForce(out.volume, workspace, out.V_AB_P, memory, out.law, advance);
+  out.force = locatedForce(out.volume, out.X_AB, workspace, out.V_AB_P, memory, out.law, advance);
   return true;
 }
 
@@ -56,7 +56,7 @@ ContactReport reportOf(const Model& model, const ActivePair& pair, const Contact
   contact.depth = volume.depth;
   contact.sticking = force.sticking;
   contact.event = force.event;
-  contact.flags = volume.flags;
+  contact.flags = volume.flags | (force.incomplete ? ContactVolume::kCapacityExceeded : 0u);
   return contact;
 }
 

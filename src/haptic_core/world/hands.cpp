@@ -76,6 +76,7 @@ void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept {
 void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept {
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
     const PointerState& pointer = state.pointers[i];
+    hands.moved[i] = {};
     if (!model.holds(static_cast<int>(i)) || !pointer.targeted) continue;
     const Vector3 p_before = placement.link[pointer.link].X_WL.p;
     const ModelTree& tree = model.trees[model.links[pointer.link].articulation];

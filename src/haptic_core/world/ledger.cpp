@@ -39,7 +39,7 @@ void book(const BookedContact& contact, const ContactPower& taken, State& state)
   const double friction = taken.friction - (now.energy - contact.before.energy);
   state.energy.damping += taken.damping + (contact.sticking ? friction : 0.0);
   state.energy.friction += contact.sticking ? 0.0 : friction;
-  state.energy.turning += taken.elastic - (now.elastic_energy - contact.before.elastic_energy);
+  state.energy.bookTurning(taken.elastic - (now.elastic_energy - contact.before.elastic_energy), contact.before, now);
 }
 
 }  // namespace
@@ -102,10 +102,10 @@ void bookRelease(const FrictionMemory& last, double h, double tau, double order,
                              last.power_rate * (h * h / 8 + (tau / (order + 1) - h / 2) * h / 2);
   sums.damping += taken.damping + (last.sliding != 0 ? 0.0 : taken.friction + last.energy);
   sums.friction += last.sliding != 0 ? taken.friction + last.energy : 0.0;
-  sums.turning += taken.elastic + last.elastic_energy;
+  sums.bookTurning(taken.elastic + last.elastic_energy, last, FrictionMemory{});
 }
 
-void closeLedger(const LedgerView& view, const State& state, EnergyLedger& energy) noexcept {
+void closeLedger(const LedgerView& view, double unaccounted, State& state, EnergyLedger& energy) noexcept {
   energy.kinetic = energy.potential = 0;
   for (const ModelTree& tree : view.model.trees) {
     if (!view.hands.movesByItself(tree)) continue;  // a held link's energy is the hand's
@@ -117,6 +117,16 @@ void closeLedger(const LedgerView& view, const State& state, EnergyLedger& energ
   energy.friction = state.energy.friction;
   energy.external = state.energy.external;
   energy.turning = state.energy.turning;
+  const double balance = energy.balance();
+  if (state.energy.balanced) {
+    state.energy.lost += state.energy.balance - balance;
+  } else {
+    state.energy.lost += unaccounted - state.energy.unaccounted();
+    state.energy.supply += energy.elastic + energy.tangential;
+  }
+  state.energy.balance = balance;
+  state.energy.balanced = true;
+  energy.numerical = state.energy.lost + state.energy.still;
 }
 
 }  // namespace haptic

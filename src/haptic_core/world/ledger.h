@@ -59,7 +59,9 @@ void notePowers(const LedgerView& view, double h, const std::vector<double>& v_a
 /// (tau - t)ⁿ, n = `order`: half a kick, and what corrects it (release.h). h = 0: nothing was kicked.
 void bookRelease(const FrictionMemory& last, double h, double tau, double order, EnergySums& sums) noexcept;
 
-/// (in realtime) Energies now and sums so far.
-void closeLedger(const LedgerView& view, const State& state, EnergyLedger& energy) noexcept;
+/// (in realtime) Energies now and sums so far; what the balance lost since the last step is the time step's. `unaccounted`:
+/// EnergySums::unaccounted before the step. Where the balance is taken anew, springs that were loaded before anybody looked
+/// enter it, and the supply.
+void closeLedger(const LedgerView& view, double unaccounted, State& state, EnergyLedger& energy) noexcept;
 
 }  // namespace haptic

@@ -19,6 +19,8 @@ enum StepFlag : unsigned {
   kJointsNotConverged = 1u << 5,  ///< some joint's force is not what its law says: shorten the step
   kDamperLimited = 1u << 6,       ///< a damper was weakened to what the explicit step can take (damper_limit.h)
   kTooFast = 1u << 7,             ///< a body moved farther than shapes are thick between two looks at its contacts
+  kImpactUnresolved = 1u << 8,    ///< contacts began whose energy the step did not keep: see EnergyLedger::numerical, shorten the step
+  kRunaway = 1u << 9,             ///< the world stopped: its steps had made more energy than there was; shorten the step
 };
 
 /// One touching pair of links, as the last step left it. Wrench on B, about P, in W.
@@ -42,6 +44,8 @@ struct EnergyLedger {
   double damping = 0, friction = 0;       ///< dissipated in contacts and joints (limits: friction), ≥ 0
   double turning = 0;                     ///< taken out by k·Vol·n beyond what ½ k ∫d² dA gained: n turned
   double external = 0;                    ///< work done on the world by hands and by the joints' drives
+  double numerical = 0;                   ///< lost by the time steps; negative: gained. What the balance lacks since the start,
+                                          ///< and of `turning` what was taken while n stood still
   double total() const { return kinetic + potential + elastic + tangential; }
   /// Constant up to the step's error.
   double balance() const { return total() + damping + friction + turning - external; }
@@ -67,6 +71,7 @@ struct StepReport {
   int implicit_islands = 0;               ///< islands stepped implicitly
   int redone = 0;                         ///< explicit attempts that were taken back: something stiff was met
   int fallbacks = 0;                      ///< islands in which SDIRK2 was replaced by implicit Euler
+  double impact = 0;                      ///< energy of approach of the contacts that began in this step [J]
   double stability = 0;                   ///< automatic choice: highest number of an explicit link over its bound
   int substeps = 1;                       ///< of this step: more where something fast came near something thin
   bool finite = true;                     ///< false: the world stopped; `culprit` names the link
@@ -79,6 +84,11 @@ struct StepReport {
 struct Report {
   StepReport step;
   LoadedVector<ContactReport> contacts;   ///< in the order of the pairs' keys within explicit steps and each island
+
+  /// (in realtime) Books a contact that began at a speed of approach [m/s]. What bodies gain by falling for a step is none.
+  void addImpact(double speed, double reduced_mass, double fall) noexcept {
+    if (speed > fall) step.impact += 0.5 * reduced_mass * speed * speed;
+  }
 
   /// (in realtime) Adds a contact and what its volume and pressure flag.
   void addContact(const ContactReport& contact, bool clipped) noexcept {

@@ -82,10 +82,27 @@ struct PointerState {
 /// Sums of the ledger since the start [J]; see EnergyLedger.
 struct EnergySums {
   double damping = 0, friction = 0, external = 0, turning = 0;
+  double still = 0;        ///< of `turning`, what was booked while n stood still: the step's
+  double lost = 0;         ///< of the balance
+  double balance = 0;      ///< after the last step; see `balanced`
+  double supply = 0;       ///< what there was to draw on: motion and springs at the start, falls, hands and drives; runaway.h
+  double highest = 0, lowest = 0;  ///< potential energy from which falls are counted, and down to which they went
+  bool balanced = false;   ///< false: bodies changed hands or values changed, the next step takes the balance anew
+
+  /// (in realtime) What a contact took from its bodies beyond what its springs gained [J].
+  void bookTurning(double energy, const FrictionMemory& before, const FrictionMemory& now) noexcept {
+    constexpr double kStands = 1e-6;  // [rad]: what that turn could do is this share of the energy exchanged
+    turning += energy;
+    const bool both = before.touching != 0 && now.touching != 0;
+    if (!both || (now.normal_A - before.normal_A).squaredNorm() < kStands * kStands) still += energy;
+  }
+  /// Made or lost by the time steps, and by k Vol n where n turns [J].
+  double unaccounted() const noexcept { return turning + lost; }
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.damping), visit(s.friction), visit(s.external), visit(s.turning);
+    visit(s.damping), visit(s.friction), visit(s.external), visit(s.turning), visit(s.still), visit(s.lost);
+    visit(s.balance), visit(s.supply), visit(s.highest), visit(s.lowest), visit(s.balanced);
   }
 };
 

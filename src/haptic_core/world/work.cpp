@@ -2,6 +2,7 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/initial_overlap.h"
+#include "haptic_core/world/runaway.h"
 
 namespace haptic {
 namespace {
@@ -65,6 +66,7 @@ State initialState(const Model& model, Work& work) {
   refreshHands(model, state, work.hands);
   refuseStaticOverlaps(model, work);
   findBuried(model, state, work);
+  startSupply(model, work, state);
   return state;
 }
 

@@ -4,6 +4,7 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/world/runaway.h"
 #include "haptic_core/world/step.h"
 #include "haptic_core/world/step_history.h"
 
@@ -104,6 +105,7 @@ bool World::tryGrab(int pointer, int link) noexcept {
   if (!canGrab(pointer, link)) return false;
   haptic::grab(impl_->model, impl_->work.placement, pointer, link, impl_->state, impl_->work.hands);
   stepping::forgetPull(impl_->state);
+  renewSupply(impl_->model, impl_->work, impl_->state);
   return true;
 }
 
@@ -125,6 +127,7 @@ void World::tune(const WorldTuning& tuning) {
     if (!canGrab(i, pointerLink(i))) grab(i, pointerHome(i));
   }
   stepping::forgetPull(impl_->state);
+  renewSupply(model, impl_->work, impl_->state);
 }
 
 int World::contactCount() const { return impl_->report.contacts.size(); }

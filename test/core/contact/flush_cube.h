@@ -25,11 +25,23 @@ class FlushCube : public ::testing::Test {
   }
   void sinkTo(double depth) {
     PairCache cache;
-    contactVolume(floor_, cube_, Pose(Vector3(0.02, -0.01, 0.15 - depth)), cache, workspace_, contact_);
+    X_AB_ = Pose(Vector3(0.02, -0.01, 0.15 - depth));
+    contactVolume(floor_, cube_, X_AB_, cache, workspace_, contact_);
     depth_ = depth;
   }
+  /// After a step in which the cube moved as V says (with `second_order` from the twist of the last step on), where the
+  /// memory knows of one. The patch stays what it is.
   LocatedForce force(const Twist& V, const FrictionMemory& memory, const Advance& advance) {
-    return locatedForce(contact_, workspace_, V, memory, law_, advance);
+    if (memory.touching != 0) {
+      const Twist mean = advance.second_order ? Twist{0.5 * (V.angular + V_.angular), 0.5 * (V.linear + V_.linear)} : V;
+      const Matrix3& R_AP = contact_.X_AP.R;
+      const Vector3 turn = advance.time * (R_AP * mean.angular), way = advance.time * (R_AP * mean.linear);
+      const double angle = turn.norm();
+      const Matrix3 R = angle > 0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() : Matrix3::Identity();
+      X_AB_ = Pose(R, contact_.X_AP.p + way - R * contact_.X_AP.p) * X_AB_;
+    }
+    V_ = V;
+    return locatedForce(contact_, X_AB_, workspace_, V, memory, law_, advance);
   }
   double load() const { return law_.material.stiffness * kArea * depth_; }  ///< N at rest [N]
   /// A vector of the floor in P's axes: n is the floor's z, the patch may be turned about it.
@@ -39,6 +51,8 @@ class FlushCube : public ::testing::Test {
   ContactWorkspace workspace_;
   ContactVolume contact_;
   PairLaw law_;
+  Pose X_AB_;   ///< of the cube, as friction is told
+  Twist V_;     ///< in P's axes
   double depth_ = 0;
 };
 

@@ -43,7 +43,7 @@ TEST_F(LocatedForces, PowerIsWhatTheWrenchTakes) {
       V.angular[k] = normal(random);
       V.linear[k] = 0.1 * normal(random);
     }
-    const LocatedForce F = force(V, {}, {1e-3, 0});
+    const LocatedForce F = force(V, {}, {1e-3, false});
     const ContactPower taken = contactPower(F.F_BP_P, F.elastic_force, V);
     EXPECT_NEAR(taken.elastic + taken.damping + taken.friction, -power(F.F_BP_P, V), 1e-12 * load());
     EXPECT_NEAR(taken.elastic, -F.elastic_force * V.linear.z(), 1e-12 * load());
@@ -55,7 +55,7 @@ TEST_F(LocatedForces, TangentIsTheDerivativeByTheTwist) {
   const double h = 1e-3, small = 1e-7;
   for (const PressureKind& kind : kPressureKinds) {
     law_.pressure = kind.law;
-    const PatchTangent tangent = force({}, {}, {h, 0}).tangent;
+    const PatchTangent tangent = force({}, {}, {h, false}).tangent;
     const Matrix6 D = tangent.combined(0, 1), with_springs = tangent.combined(h, 1);
     for (int k = 0; k < 6; ++k) {
       Vector6 v = Vector6::Zero();
@@ -79,7 +79,7 @@ TEST_F(LocatedForces, TheTrapezoidalRuleAndTheImpulseGiveTheWholeTouch) {
     law_.pressure = kind.law;
     for (const double s : {0.1e-3, 0.5e-3, 0.9e-3}) {
       sinkTo(v * s);
-      const LocatedForce F = force({Vector3::Zero(), Vector3(0, 0, -v)}, {}, {h, 0.5});
+      const LocatedForce F = force({Vector3::Zero(), Vector3(0, 0, -v)}, {}, {h, true});
       const double spring = m.stiffness * kArea * v * s * s / 2;
       const double damping = kind.damping(m);
       const double expected = jumpsAtTouch(kind.law) ? spring + damping * kArea * v * s : spring * (1 + damping * v);

@@ -51,7 +51,7 @@ class FrozenPatchTest : public testing::TestWithParam<PressureLaw> {
     advance.time = kStep;
     advance.yielding = Yielding::kKeepsLimit;
     const Twist V{s.V.head<3>(), s.V.tail<3>()};
-    s.exact = locatedForce(s.volume, workspace_, V, FrictionMemory{}, s.law, advance);
+    s.exact = locatedForce(s.volume, X_AB, workspace_, V, FrictionMemory{}, s.law, advance);
     s.patch.freeze(s.volume, squares, s.exact, s.law, s.V, kStep);
     s.size = s.law.material.stiffness * s.volume.volume + s.exact.normal_force;
     return true;

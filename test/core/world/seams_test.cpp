@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "../../scenes/blocks.h"
+#include "../../scenes/inner_corner.h"
 #include "haptic_core/geometry/contact_volume.h"
 #include "haptic_core/world/world.h"
 
@@ -12,73 +12,29 @@ namespace {
 
 using namespace scenes;
 
-constexpr double kTilt = 25 * M_PI / 180;  // of gravity against the floor's normal, towards the wall
-constexpr double kMass = 0.5;              // [kg]
-
-/// The 24 rotations that turn the axes into one another.
-std::vector<Matrix3> quarterTurns() {
-  std::vector<Matrix3> turns;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      for (int signs = 0; signs < 4 && j != i; ++signs) {
-        Matrix3 R = Matrix3::Zero();
-        R(i, 0) = signs & 1 ? 1 : -1;
-        R(j, 1) = signs & 2 ? 1 : -1;
-        R.col(2) = R.col(0).cross(R.col(1));
-        turns.push_back(R);
-      }
-    }
-  }
-  return turns;
-}
+constexpr double kMass = 0.5;  // [kg]
 
 enum class Bodies { kTwo, kOne };
 
-/// A cube in the corner of a floor and a wall that stands on it, the whole turned by R.
 WorldDef corner(const Matrix3& R, Integrator integrator, double k, double mu, Bodies bodies, bool cube_first) {
-  CubeParameters c;
-  c.mass = kMass;
-  c.stiffness = k;
-  c.mu_static = c.mu_dynamic = mu;
+  CornerParameters p;
+  p.R = R;
+  p.mass = kMass;
+  p.stiffness = k;
+  p.mu = mu;
+  p.one_body = bodies == Bodies::kOne;
+  p.cube_first = cube_first;
   WorldSettings settings;
   settings.integrator = integrator;
-  settings.step = std::min(1e-3, 0.3 * std::sqrt(kMass / (k * c.area())));
-  settings.gravity = R * (9.8 * Vector3(std::sin(kTilt), 0, -std::cos(kTilt)));
-  WorldDef def;
-  def.name = "corner";
-  def.settings = settings;
-  def.settings.default_material = c.material();
-  const double floor_depth = kMass * 9.8 * std::cos(kTilt) / (k * c.area()),
-               wall_depth = kMass * 9.8 * std::sin(kTilt) / (k * c.area());
-  const Pose turn(R, Vector3::Zero());
-  ArticulationDef floor = staticBox("floor", Vector3(1, 1, 0.1), turn * Pose(Vector3(0, 0, -0.05)));
-  ArticulationDef wall = staticBox("wall", Vector3(0.1, 1, 0.4), turn * Pose(Vector3(0.15, 0, 0.2)));
-  const ArticulationDef cube_body =
-      cube("cube", c, turn * Pose(Vector3(0.05 + wall_depth, 0, 0.05 - floor_depth)));
-  if (bodies == Bodies::kOne) {
-    CollisionDef piece = wall.links[0].collisions[0];
-    piece.X_LS = Pose(Vector3(0.15, 0, 0.25));  // in the floor's frame
-    floor.links[0].collisions.push_back(piece);
-  }
-  if (cube_first) def.articulations.push_back(cube_body);
-  def.articulations.push_back(floor);
-  if (bodies == Bodies::kTwo) def.articulations.push_back(wall);
-  if (!cube_first) def.articulations.push_back(cube_body);
-  return def;
+  settings.step = std::min(1e-3, 0.3 * std::sqrt(kMass / (k * 0.01)));
+  return innerCorner(p, settings);
 }
 
-/// How far the wall's and the floor's force on the cube are from statics [N]: each is the weight's share along its own
-/// normal, and nothing across.
 double staticsError(const World& world, const Matrix3& R) {
-  const int cube_link = world.linkIndex("cube");
-  const Vector3 wall(-kMass * 9.8 * std::sin(kTilt), 0, 0), floor(0, 0, kMass * 9.8 * std::cos(kTilt));
-  double error = world.contactCount() == 2 ? 0 : kMass * 9.8;
-  for (int i = 0; i < world.contactCount(); ++i) {
-    const ContactReport& c = world.contact(i);
-    const Vector3 force = R.transpose() * ((c.link_b == cube_link ? 1 : -1) * c.F_BP_W.force);
-    error = std::max(error, std::min((force - wall).norm(), (force - floor).norm()));
-  }
-  return error;
+  CornerParameters p;
+  p.R = R;
+  p.mass = kMass;
+  return cornerForceError(world, p);
 }
 
 void expectStatics(const Matrix3& R, Integrator integrator, double k, Bodies bodies, bool cube_first) {

@@ -1,0 +1,122 @@
+#include "haptic_core/world/runaway.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/dynamics/kinematics.h"
+#include "haptic_core/world/work.h"
+
+namespace haptic {
+namespace {
+
+/// What steps may make, as a share of the supply: 1 is as much again. A stable explicit step near its limit lets the energy
+/// of a mode swing by less, and comes back.
+constexpr double kMostMade = 1;
+/// Slower than this nothing has run away, whatever it started from [m/s].
+constexpr double kSlow = 1e-2;
+
+struct Mechanical {
+  double kinetic = 0, potential = 0;  ///< [J]
+};
+
+Mechanical mechanicalEnergy(const Model& model, const Work& work) noexcept {
+  Mechanical sum;
+  for (const ModelTree& tree : model.trees) {
+    if (!work.hands.movesByItself(tree)) continue;
+    const LinkWork* link = work.placement.link.data() + tree.link;
+    sum.kinetic += kineticEnergy(*tree.model, link);
+    sum.potential += potentialEnergy(*tree.model, link, model.settings.gravity);
+  }
+  return sum;
+}
+
+/// Of what moves by itself [kg].
+double movingMass(const Model& model, const Work& work) noexcept {
+  double sum = 0;
+  for (const ModelTree& tree : model.trees) {
+    for (int l = 0; work.hands.movesByItself(tree) && l < tree.model->linkCount(); ++l) sum += model.links[tree.link + l].mass;
+  }
+  return sum;
+}
+
+/// What hands could put in at once: the springs of couplings, and everything that moves thrown back at twice a hand's speed.
+double ofHands(const Model& model, const Work& work, const State& state, double mass) noexcept {
+  double sum = 0;
+  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
+    const PointerState& pointer = state.pointers[i];
+    if (!pointer.targeted) continue;
+    const LinkWork& link = work.placement.link[pointer.link];
+    const double size = model.links[pointer.link].size;
+    const double speed = std::max(pointer.V_WL.linear.norm() + size * pointer.V_WL.angular.norm(),
+                                  (link.velocity).norm() * model.holds(static_cast<int>(i)));
+    sum += 2 * mass * speed * speed;
+    if (model.holds(static_cast<int>(i))) continue;
+    const PointerCoupling& c = work.hands.coupling[i];
+    const double turn = Eigen::AngleAxisd(pointer.q_WL * Quaternion(link.X_WL.R).conjugate()).angle();
+    sum += 0.5 * c.stiffness * (pointer.p_WL - link.X_WL.p).squaredNorm() + 0.5 * c.rotational_stiffness * turn * turn;
+  }
+  return sum;
+}
+
+void stop(const Model& model, const Work& work, StepReport& report) noexcept {
+  double most = -1;
+  for (const ModelTree& tree : model.trees) {
+    if (!work.hands.movesByItself(tree)) continue;
+    const double kinetic = kineticEnergy(*tree.model, work.placement.link.data() + tree.link);
+    if (kinetic <= most) continue;
+    most = kinetic;
+    report.culprit = tree.link;
+  }
+  report.finite = false;
+  report.flags |= kRunaway;
+}
+
+}  // namespace
+
+void startSupply(const Model& model, Work& work, State& state) noexcept {
+  ContactWork& contacts = work.contacts;
+  const ContactPlaces places{work.placement.link.data(), work.placement.X_WS.data(), work.hands.held_by.data()};
+  if (contacts.seams.any()) {
+    contacts.seams.find(state.pairs.data(), nullptr, state.pair_count, work.placement.X_WS.data(), contacts.workspace);
+  }
+  double springs = 0;
+  for (int i = 0; i < state.pair_count; ++i) {
+    ActivePair pair = state.pairs[i];  // what a look leaves in its cache is not the world's
+    ContactEvaluation c;
+    if (!locateContact(model, contacts.seams, i, pair, places, contacts.workspace, c)) continue;
+    springs += elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);
+  }
+  const Mechanical now = mechanicalEnergy(model, work);
+  state.energy.supply = now.kinetic + springs;
+  state.energy.highest = state.energy.lowest = now.potential;
+  state.energy.balance = now.kinetic + now.potential + springs;
+  state.energy.balanced = true;
+}
+
+void renewSupply(const Model& model, const Work& work, State& state) noexcept {
+  const Mechanical now = mechanicalEnergy(model, work);
+  state.energy.supply += now.kinetic + (state.energy.highest - state.energy.lowest);
+  state.energy.highest = state.energy.lowest = now.potential;
+  state.energy.balanced = false;
+}
+
+void checkRunaway(const Model& model, double h, double external, const Work& work, State& state, Report& report) noexcept {
+  EnergySums& sums = state.energy;
+  const bool ledger = model.settings.energy_ledger;
+  const EnergyLedger& booked = report.step.energy;
+  const Mechanical now = ledger ? Mechanical{booked.kinetic, booked.potential} : mechanicalEnergy(model, work);
+  const double fall = h * model.settings.gravity.norm(), mass = movingMass(model, work);
+  if (!ledger && !sums.balanced) {  // no less than what springs hold that were loaded before anybody looked
+    for (const ContactReport& contact : report.contacts) sums.supply += std::abs(contact.normal_force) * contact.depth;
+    sums.balanced = true;
+  }
+  sums.lowest = std::min(sums.lowest, now.potential);
+  sums.supply += std::abs(sums.external - external);
+  const double supply = sums.supply + (sums.highest - sums.lowest) + mass * (2 * fall * fall + kSlow * kSlow) +
+                        (state.pointers.empty() ? 0.0 : ofHands(model, work, state, mass));
+  // What a hand presses together by more than it was booked to is no motion. A damper that gives is in no sum of losses.
+  const double made = std::max(ledger ? std::min(-sums.unaccounted(), now.kinetic) : 0.0, now.kinetic - supply);
+  if (made > kMostMade * supply) stop(model, work, report.step);
+}
+
+}  // namespace haptic

@@ -1,0 +1,33 @@
+/// Whether the steps have made energy: a world that ran away stops, as one with a number that is none does.
+///
+/// There is so much to draw on: the motion at the start, what springs held when they were first looked at, what bodies
+/// have fallen, and the work of hands and drives, all counted without what friction and dampers took since. Steps that
+/// have made as much again have run away: their step is too long for what they met. With the ledger what they made is
+/// known (EnergySums::unaccounted); in any case the kinetic energy is held against the supply.
+///
+/// Cost: a few operations per step; without the ledger the kinetic and the potential energy, 20 ns for each body.
+#pragma once
+#include "haptic_core/world/report.h"
+#include "haptic_core/world/state.h"
+
+namespace haptic {
+
+class Model;
+struct Work;
+
+/// At load, everything placed and the pairs found: motion, and springs of what overlaps already.
+void startSupply(const Model& model, Work& work, State& state) noexcept;
+
+/// (in realtime) Where bodies changed hands or values changed between two steps: what is there now can be drawn on.
+void renewSupply(const Model& model, const Work& work, State& state) noexcept;
+
+/// (in realtime) After a part of a step of length h [s]; `external`: the hands' and drives' work before it [J]. Stops the
+/// world by `finite`, `culprit` (the link that moves with the most energy) and kRunaway.
+void checkRunaway(const Model& model, double h, double external, const Work& work, State& state, Report& report) noexcept;
+
+/// Of a world that is not `finite` any more, for people.
+inline const char* whyStopped(const StepReport& report) noexcept {
+  return report.flags & kRunaway ? "its steps made energy (shorten the step, or take implicit ones)" : "a number was lost";
+}
+
+}  // namespace haptic

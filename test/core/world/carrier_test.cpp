@@ -1,0 +1,61 @@
+/// What friction holds on a moving carrier does not creep, whatever integrates the motion.
+#include <gtest/gtest.h>
+
+#include "../../scenes/carriers.h"
+
+namespace haptic {
+namespace {
+
+using namespace scenes;
+
+constexpr double kDrift = 1e-6;  // [m] in some seconds; a thousandth of what an integrated slip gave
+
+class OnCarrier : public ::testing::TestWithParam<Integrator> {
+ protected:
+  WorldSettings settings() const {
+    WorldSettings s;
+    s.integrator = GetParam();
+    return s;
+  }
+  /// Mean place over a period, in which the elastic share comes and goes.
+  static Vector3 meanPlace(World& world, const CarriedCube& cube, double period) {
+    const int steps = static_cast<int>(std::lround(period / world.settings().step));
+    Vector3 sum = Vector3::Zero();
+    for (int i = 0; i < steps; ++i) {
+      world.step();
+      sum += placeOnCarrier(world, cube);
+    }
+    return sum / steps;
+  }
+};
+
+TEST_P(OnCarrier, ATurntableKeepsItsCubeInPlace) {
+  const CarriedCube cube;
+  WorldDef def = carried(Carrier::kTurntable, cube, settings(), 3.0);  // 0.4 of the slip's acceleration
+  def.articulations[0].links[0].joint.drive_effort = 0;
+  World world(def);
+  for (int i = 0; i < 500; ++i) world.step();
+  const Vector3 first = placeOnCarrier(world, cube);
+  for (int i = 0; i < 5000; ++i) world.step();
+  EXPECT_LT((placeOnCarrier(world, cube) - first).head<2>().norm(), kDrift);
+}
+
+TEST_P(OnCarrier, AShakenPlatformAndARampThatTiltsKeepTheirs) {
+  for (const Carrier carrier : {Carrier::kPlatform, Carrier::kRamp}) {
+    const CarriedCube cube;
+    World world(carried(carrier, cube, settings()));
+    const double period = periodOf(carrier);
+    meanPlace(world, cube, period);
+    const Vector3 first = meanPlace(world, cube, period);
+    Vector3 last = first;
+    for (double t = 2 * period; t < 8; t += period) last = meanPlace(world, cube, period);
+    EXPECT_LT((last - first).head<2>().norm(), kDrift) << static_cast<int>(carrier);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Integrators, OnCarrier,
+                         ::testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet, Integrator::kImplicitEuler,
+                                           Integrator::kSdirk2, Integrator::kAutomatic));
+
+}  // namespace
+}  // namespace haptic

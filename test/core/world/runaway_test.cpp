@@ -1,0 +1,132 @@
+/// Steps that are too long for what they meet are right, or say that they are not.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "../../scenes/moving.h"
+
+namespace haptic {
+namespace {
+
+using namespace scenes;
+
+constexpr Integrator kAll[] = {Integrator::kSymplecticEuler, Integrator::kVelocityVerlet, Integrator::kImplicitEuler,
+                               Integrator::kSdirk2, Integrator::kAutomatic};
+
+TEST(Runaway, AnImpactShorterThanTheStepIsRightOrFlagged) {
+  for (const Integrator integrator : kAll) {
+    for (const double h : {1e-3, 1e-6}) {
+      WorldSettings settings;
+      settings.integrator = integrator;
+      settings.step = h;
+      World world(rodAndCube(settings));
+      unsigned flags = 0;
+      for (double t = 0; t < 0.01 && world.report().finite; t += h) {
+        world.step();
+        flags |= world.report().flags;
+      }
+      const double rate = std::abs(world.linkTwist(world.linkIndex("rod")).angular.y());
+      const bool right = std::abs(rate / kRodRate - 1) < 0.02;
+      EXPECT_TRUE(right || (flags & (kImpactUnresolved | kRunaway))) << static_cast<int>(integrator) << " " << h << " " << rate;
+      if (h < 1e-4) EXPECT_TRUE(right) << static_cast<int>(integrator) << " " << rate;
+      if (h < 1e-4) EXPECT_EQ(flags & (kImpactUnresolved | kRunaway), 0u) << static_cast<int>(integrator);
+    }
+  }
+}
+
+/// Ten cubes at forty times the certified stiffness: explicit steps throw them apart.
+TEST(Runaway, AWorldWhoseStepsMakeEnergyStopsAndSaysSo) {
+  for (const bool ledger : {true, false}) {
+    for (const Integrator integrator : {Integrator::kSymplecticEuler, Integrator::kVelocityVerlet}) {
+      CubeParameters c;
+      c.stiffness = 1e9;
+      WorldSettings settings;
+      settings.integrator = integrator;
+      settings.energy_ledger = ledger;
+      World world(stack(10, c, settings, 1e-5));
+      double fastest = 0;
+      for (int i = 0; i < 2000 && world.report().finite; ++i) {
+        world.step();
+        for (int l = 1; l <= 10; ++l) fastest = std::max(fastest, world.linkTwist(l).linear.norm());
+      }
+      EXPECT_FALSE(world.report().finite) << ledger << " " << fastest;
+      EXPECT_TRUE(world.report().flags & kRunaway);
+      EXPECT_GT(world.report().culprit, 0);
+    }
+  }
+}
+
+/// The same scenes where steps are short enough, and a hand that pushes: nobody is stopped.
+TEST(Runaway, WhatHandsAndFallsGiveIsNoRunaway) {
+  for (const Integrator integrator : kAll) {
+    for (const bool ledger : {true, false}) {
+      CubeParameters c;
+      WorldSettings settings;
+      settings.integrator = integrator;
+      settings.energy_ledger = ledger;
+      WorldDef def = cubeOnFloor(c, settings, 1.0);
+      def.articulations.push_back(freeBox("hand", Vector3::Constant(0.05), 0.1, Pose(Vector3(-0.5, 0, 0.06))));
+      PointerDef pointer;
+      pointer.articulation = 2;
+      pointer.link = 0;
+      def.pointers.push_back(pointer);
+      World world(def);
+      for (int i = 0; i < 2000; ++i) {
+        const double t = 1e-3 * (i + 1);  // from 1 s on it goes through the cube's place
+        const double x = t < 1 ? -0.5 : -0.5 + 2 * (t - 1);
+        world.setPointerTarget(0, Pose(Vector3(std::min(x, 0.5), 0, 0.06)), {Vector3::Zero(), Vector3(t < 1 || x > 0.5 ? 0 : 2, 0, 0)});
+        world.step();
+        ASSERT_TRUE(world.report().finite) << static_cast<int>(integrator) << " " << ledger << " " << t;
+      }
+    }
+  }
+}
+
+/// A damper so strong that it would throw back what it should stop.
+TEST(Runaway, AStrongHuntCrossleyDamperIsLimitedAndSaysSo) {
+  for (const Integrator integrator : {Integrator::kSymplecticEuler, Integrator::kVelocityVerlet}) {
+    for (const double c : {1e3, 1e4, 1e6}) {
+      CubeParameters cube;
+      WorldSettings settings;
+      settings.integrator = integrator;
+      WorldDef def = cubeOnFloor(cube, settings, 0.05);
+      def.settings.default_material.dissipation = c;
+      World world(def);
+      unsigned flags = 0;
+      double fastest = 0;
+      for (int i = 0; i < 1000; ++i) {
+        world.step();
+        flags |= world.report().flags;
+        fastest = std::max(fastest, world.linkTwist(1).linear.norm());
+      }
+      EXPECT_TRUE(flags & kDamperLimited) << static_cast<int>(integrator) << " " << c;
+      // It fell from 5 cm: 0.99 m/s, and one more step of falling.
+      EXPECT_LT(fastest, std::sqrt(2 * kGravity * 0.05) + 1e-2) << static_cast<int>(integrator) << " " << c;
+      EXPECT_TRUE(world.report().finite);
+    }
+  }
+}
+
+/// A soft, undamped bounce: what the steps took from it is in the ledger, whatever the integrator.
+TEST(Runaway, TheLedgerNamesWhatTheStepsTookFromABounce) {
+  for (const Integrator integrator : kAll) {
+    CubeParameters cube;
+    WorldSettings settings;
+    settings.integrator = integrator;
+    settings.gravity = Vector3::Zero();
+    WorldDef def = cubeOnFloor(cube, settings, 0.01);
+    def.settings.default_material.dissipation = 0;
+    def.articulations[1].V_WA.linear = Vector3(0, 0, -1);
+    World world(def);
+    const double start = 0.5 * cube.mass;
+    for (int i = 0; i < 100; ++i) world.step();
+    const EnergyLedger& e = world.report().energy;
+    ASSERT_EQ(world.contactCount(), 0);
+    EXPECT_GT(e.kinetic, 0.1 * start);
+    EXPECT_NEAR(e.numerical, start - e.kinetic, 1e-9 * start) << static_cast<int>(integrator);
+  }
+}
+
+}  // namespace
+}  // namespace haptic
