@@ -168,15 +168,15 @@ TEST_P(FrozenPatchTest, FacesFollowATurnFromEdgeToEdge) {
   ASSERT_EQ(first.status, ContactVolume::Status::kOverlap);
   const Vector6 rest = Vector6::Zero();
   const double squares = thicknessSquared(workspace_, first);
-  const LocatedForce force = locatedForce(first, workspace_, Twist{}, FrictionMemory{}, law, advance);
+  const LocatedForce force = locatedForce(first, X_AB, workspace_, Twist{}, FrictionMemory{}, law, advance);
   FrozenPatch patch;
   patch.freeze(first, squares, force, law, rest, kStep);
   FaceOverlay faces;
   ASSERT_TRUE(faces.find(floor, box_, X_AB, first.X_AP));
   EXPECT_NEAR(faces.area(), 0.01, 1e-13);
   ASSERT_TRUE(patch.spread(faces, rest));
-  evaluate(-tilt, second);
-  const LocatedForce exact = locatedForce(second, workspace_, Twist{}, FrictionMemory{}, law, advance);
+  const Pose X_second = evaluate(-tilt, second);
+  const LocatedForce exact = locatedForce(second, X_second, workspace_, Twist{}, FrictionMemory{}, law, advance);
   // The motion between: half a turn of 2 tilt about the box's centre, at P of the first.
   Vector6 V = Vector6::Zero();
   V[1] = -2 * tilt / kStep;
