@@ -9,27 +9,31 @@
 namespace haptic {
 namespace {
 
-constexpr std::int64_t kReplyDelayNs = 25000;    // of the firmware, from header to reply
-constexpr std::int64_t kSplitNs = 3000000;       // an adapter may deliver a reply in two parts so far apart
+constexpr std::int64_t kReplyDelayNs = 25000;  // of the firmware, from header to reply
+constexpr std::int64_t kSplitNs = 3000000;     // an adapter may deliver a reply in two parts so far apart
 constexpr int kDrainReads = 16, kCollectReads = 64;  // of 512 bytes: 8 kB are 20 ms of a full wire
-constexpr std::int64_t kMarkSpareNs = 300000;    // a mark is waited for no longer than it should take, and so much
+constexpr std::int64_t kMarkSpareNs =
+    300000;  // a mark is waited for no longer than it should take, and so much
 constexpr std::int64_t kMarkEveryNs = 16000000;  // the ledger is settled so often at least; 0.8 % of the wire
 constexpr std::int64_t kMarkPauseNs = 2500000;   // after a mark's answer: a doubled one has come by then
 constexpr double kLossWindow = 50;               // questions over which a board's losses are averaged
-constexpr double kLossLimit = 0.2;               // of them lost: the board is out of step, or its table is spoilt
+constexpr double kLossLimit = 0.2;  // of them lost: the board is out of step, or its table is spoilt
 
 }  // namespace
 
-BoardAnswers::BoardAnswers(const DeviceDef& device, const UartSettings& settings, const BoardCycle& cycle, LinkStory& story)
+BoardAnswers::BoardAnswers(const DeviceDef& device, const UartSettings& settings, const BoardCycle& cycle,
+                           LinkStory& story)
     : device_(device), settings_(settings), cycle_(cycle), story_(story) {
   silent_ns_ = static_cast<std::int64_t>(1e9 * settings_.silent_after_s);
   mark_wire_ns_ = cycle_.longest_mark_ns;
   for (std::size_t i = 0; i < device_.strings.size(); ++i) {
     const double per_count = std::max(std::abs(device_.strings[i].length_per_count), 1e-9);
-    counter_[i] = CountUnwrapper({settings_.max_string_speed / per_count, settings_.max_string_acceleration / per_count});
+    counter_[i] = CountUnwrapper(
+        {settings_.max_string_speed / per_count, settings_.max_string_acceleration / per_count});
   }
   for (const FoundBoard& b : cycle_.boards())
-    for (const BoardCommand command : {BoardCommand::kGetParam, BoardCommand::kCurrent, BoardCommand::kBoardInfo})
+    for (const BoardCommand command :
+         {BoardCommand::kGetParam, BoardCommand::kCurrent, BoardCommand::kBoardInfo})
       stream_.know(headerByte(command, b.id), replyBytes(*b.shape, command));
 }
 
@@ -49,7 +53,9 @@ int BoardAnswers::hear(ByteLink& link, std::uint64_t exchange, std::int64_t dead
   const std::int64_t before = link.now();
   const int got = link.read(in.data(), in.size(), deadline_ns);
   const std::int64_t now = link.now();
-  const auto take = [this, exchange](const std::uint8_t* bytes, int size) { takeReply(bytes, size, exchange); };
+  const auto take = [this, exchange](const std::uint8_t* bytes, int size) {
+    takeReply(bytes, size, exchange);
+  };
   if (got > 0) {
     heard_ns_ = now;
     waited_ = now > before && deadline_ns > before;
@@ -73,11 +79,12 @@ bool BoardAnswers::drain(ByteLink& link, std::uint64_t exchange) noexcept {
   return true;
 }
 
-/// The mark is waited for too, when it is due within the wait: who does not watch the line when it comes does not know the delay.
+/// The mark is waited for too, when it is due within the wait: who does not watch the line when it comes does
+/// not know the delay.
 bool BoardAnswers::collect(ByteLink& link, std::uint64_t exchange, std::int64_t sent_ns) noexcept {
   const std::int64_t deadline = sent_ns + cycle_.wait_ns;
-  const std::int64_t due =
-      ledger_.markSent() + BusRestart::questionTime(cycle_.byte_ns, mark_reply_bytes_) + delay_ns_ + kMarkSpareNs;
+  const std::int64_t due = ledger_.markSent() + BusRestart::questionTime(cycle_.byte_ns, mark_reply_bytes_) +
+                           delay_ns_ + kMarkSpareNs;
   const bool own = ownAnswers();
   const std::int64_t mark_deadline = own ? std::min(due, deadline) : due <= deadline ? due : 0;
   const auto answered = [&] { return own ? ledger_.owed() == 0 : allFresh(); };
@@ -105,7 +112,8 @@ void BoardAnswers::takeReply(const std::uint8_t* bytes, int size, std::uint64_t 
     takeMark(board, bytes, size);
 }
 
-void BoardAnswers::takeAnswer(int board, const std::uint8_t* bytes, int size, std::uint64_t exchange) noexcept {
+void BoardAnswers::takeAnswer(int board, const std::uint8_t* bytes, int size,
+                              std::uint64_t exchange) noexcept {
   const AnswerLedger::Credit question = ledger_.answer(board);
   if (!question.owed) return story_.count(LinkStory::kDoubled);
   if (question.exchange != exchange) story_.count(LinkStory::kLate);
@@ -117,7 +125,8 @@ void BoardAnswers::takeAnswer(int board, const std::uint8_t* bytes, int size, st
 }
 
 /// False: a reading that no motor can have made; nothing of this answer is taken for new.
-bool BoardAnswers::takePositions(int board, const std::uint8_t* bytes, int size, std::int64_t stamp_ns) noexcept {
+bool BoardAnswers::takePositions(int board, const std::uint8_t* bytes, int size,
+                                 std::int64_t stamp_ns) noexcept {
   const FoundBoard& found = cycle_.boards()[board];
   CurrentReply packet;
   if (!decodePacket(*found.shape, found.id, bytes, static_cast<std::size_t>(size), packet)) return false;
@@ -143,12 +152,14 @@ void BoardAnswers::takeMark(int board, const std::uint8_t* bytes, int size) noex
   if (memory ? !decodePacket(*found.shape, found.id, bytes, static_cast<std::size_t>(size), param)
              : !decodeInfo(bytes, size, found.id, info))
     return;
-  if (!ledger_.marked() || ledger_.markBoard() != board || memory != (mark_param_ >= 0)) return story_.count(LinkStory::kDoubled);
+  if (!ledger_.marked() || ledger_.markBoard() != board || memory != (mark_param_ >= 0))
+    return story_.count(LinkStory::kDoubled);
   if (memory) {
     const BoardMemory::Verdict verdict = board_[board].memory.take(mark_param_, param.type);
     const bool power_lost = verdict == BoardMemory::Verdict::kPowerLost;
     counters_restarted_ = counters_restarted_ || power_lost;  // whether its counters went on nobody can know
-    if (verdict != BoardMemory::Verdict::kFine) suspect(power_lost ? Cause::kPowerLost : Cause::kDisobeys, board);
+    if (verdict != BoardMemory::Verdict::kFine)
+      suspect(power_lost ? Cause::kPowerLost : Cause::kDisobeys, board);
   }
   if (!memory && info.model != static_cast<int>(found.shape->model)) suspect(Cause::kOtherBoard, board);
   measureDelay();
@@ -204,11 +215,13 @@ const std::vector<std::uint8_t>& BoardAnswers::chooseMark() noexcept {
   next_mark_ = (next_mark_ + 1) % cycle_.boardCount();
   const BoardMemory& state = board_[next_mark_].memory;
   const std::vector<std::uint8_t>& memory = cycle_.memoryMark(next_mark_, state.next());
-  const bool room = cycle_.slot_ns + static_cast<std::int64_t>(memory.size()) * cycle_.byte_ns < cycle_.period_ns;
+  const bool room =
+      cycle_.slot_ns + static_cast<std::int64_t>(memory.size()) * cycle_.byte_ns < cycle_.period_ns;
   const bool asks_memory = room && state.answers();
   const std::vector<std::uint8_t>& mark = asks_memory ? memory : cycle_.infoMark(next_mark_);
   mark_param_ = asks_memory ? memory[1] : -1;
-  mark_reply_bytes_ = asks_memory ? replyBytes(*cycle_.boards()[next_mark_].shape, BoardCommand::kGetParam) : kInfoBytes;
+  mark_reply_bytes_ =
+      asks_memory ? replyBytes(*cycle_.boards()[next_mark_].shape, BoardCommand::kGetParam) : kInfoBytes;
   mark_wire_ns_ = static_cast<std::int64_t>(mark.size()) * cycle_.byte_ns;
   return mark;
 }
@@ -221,13 +234,15 @@ void BoardAnswers::dropMark() noexcept {
 
 bool BoardAnswers::expired(std::int64_t at_ns) const noexcept {
   for (int b = 0; b < cycle_.boardCount(); ++b)
-    if (board_[b].stamp_ns < ready_ns_ || at_ns - board_[b].stamp_ns > silent_ns_ || board_[b].memory.unproven()) return true;
+    if (board_[b].stamp_ns < ready_ns_ || at_ns - board_[b].stamp_ns > silent_ns_ ||
+        board_[b].memory.unproven())
+      return true;
   return false;
 }
 
-/// A board is silent since the first question that it owes an answer to, not since the last answer: a loop that stood still has
-/// asked nothing. Patience is less while the board may hold more than the least tension, until it has answered what came after
-/// the last such command.
+/// A board is silent since the first question that it owes an answer to, not since the last answer: a loop
+/// that stood still has asked nothing. Patience is less while the board may hold more than the least tension,
+/// until it has answered what came after the last such command.
 std::uint32_t BoardAnswers::mute(std::int64_t now_ns, std::int64_t last_pull_ns) const noexcept {
   std::uint32_t ids = 0;
   for (int b = 0; b < cycle_.boardCount(); ++b) {
@@ -235,7 +250,9 @@ std::uint32_t BoardAnswers::mute(std::int64_t now_ns, std::int64_t last_pull_ns)
     if (!question.owed) continue;
     const std::int64_t since = std::max({board_[b].stamp_ns, ready_ns_, question.sent_ns - cycle_.period_ns});
     const bool may_pull = last_pull_ns > 0 && board_[b].stamp_ns - cycle_.period_ns <= last_pull_ns;
-    if (now_ns - since < static_cast<std::int64_t>(1e9 * (may_pull ? settings_.zero_after_s : settings_.silent_after_s))) continue;
+    if (now_ns - since <
+        static_cast<std::int64_t>(1e9 * (may_pull ? settings_.zero_after_s : settings_.silent_after_s)))
+      continue;
     ids |= 1u << cycle_.boards()[b].id;
     story_.blame(cycle_.boards()[b].id);
   }
@@ -243,7 +260,8 @@ std::uint32_t BoardAnswers::mute(std::int64_t now_ns, std::int64_t last_pull_ns)
 }
 
 bool BoardAnswers::allFresh() const noexcept {
-  return std::all_of(board_.begin(), board_.begin() + cycle_.boardCount(), [](const BoardState& b) { return b.fresh; });
+  return std::all_of(board_.begin(), board_.begin() + cycle_.boardCount(),
+                     [](const BoardState& b) { return b.fresh; });
 }
 
 void BoardAnswers::takeFresh() noexcept {

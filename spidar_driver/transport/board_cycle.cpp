@@ -17,8 +17,8 @@ constexpr double kWaitShare = 0.8;         // of the period; the rest is left to
 // A board that is out of step takes the end of a lesson for another one and is spoilt by it: zeros go ahead.
 constexpr int kLessonLead = 90;
 
-/// The nearest current whose low byte is none of them: one digit less for each board on the bus at most, 0.01 N each; more
-/// where less would be below `least`.
+/// The nearest current whose low byte is none of them: one digit less for each board on the bus at most, 0.01
+/// N each; more where less would be below `least`.
 int harmlessDigit(int digit, int least, const std::vector<FoundBoard>& boards) {
   const int away = digit > 0 ? 1 : -1;
   int smaller = digit, greater = digit;
@@ -29,14 +29,16 @@ int harmlessDigit(int digit, int least, const std::vector<FoundBoard>& boards) {
 
 }  // namespace
 
-BoardCycle::BoardCycle(const DeviceDef& device, const UartSettings& settings, const std::vector<FoundBoard>& boards)
+BoardCycle::BoardCycle(const DeviceDef& device, const UartSettings& settings,
+                       const std::vector<FoundBoard>& boards)
     : device_(device), boards_(boards) {
   byte_ns = static_cast<std::int64_t>(1e9 * kBitsPerByte / settings.baud);
   layOut();
   max_rate_hz = std::min(1e9 / static_cast<double>(cycle_ns), device_.max_rate_hz);
   if (!(settings.rate_hz > 0) || settings.rate_hz > max_rate_hz) {
     char text[160];
-    std::snprintf(text, sizeof text, "%.0f Hz asked, but the wire carries at most %.0f Hz (%zu bytes a cycle, %d baud)",
+    std::snprintf(text, sizeof text,
+                  "%.0f Hz asked, but the wire carries at most %.0f Hz (%zu bytes a cycle, %d baud)",
                   settings.rate_hz, max_rate_hz, cycle_bytes_, settings.baud);
     throw SetupError(device_.name, text, "set the rate to at most that");
   }
@@ -46,7 +48,8 @@ BoardCycle::BoardCycle(const DeviceDef& device, const UartSettings& settings, co
   wait_ns = std::max(static_cast<std::int64_t>(wait_s * 1e9), cycle_ns + kSpareNs);
   lesson_ = lengthLesson(boards_);
   const std::int64_t room = (period_ns - slot_ns) / byte_ns - static_cast<std::int64_t>(lesson_.size());
-  lesson_.insert(lesson_.begin(), static_cast<std::size_t>(std::clamp<std::int64_t>(room, 0, kLessonLead)), 0);
+  lesson_.insert(lesson_.begin(), static_cast<std::size_t>(std::clamp<std::int64_t>(room, 0, kLessonLead)),
+                 0);
 }
 
 void BoardCycle::layOut() {
@@ -94,7 +97,8 @@ BoardCycle::Drive BoardCycle::encode(const DriveCommand& command, bool usable) n
       drive.pulls = drive.pulls || std::abs(digit) > std::abs(least);
       drive.armed = drive.armed || packet.current[m] != 0;
     }
-    encodePacket(shape, boards_[b].id, packet, cycle_.data() + cycle_offset_[b], cycle_bytes_ - cycle_offset_[b]);
+    encodePacket(shape, boards_[b].id, packet, cycle_.data() + cycle_offset_[b],
+                 cycle_bytes_ - cycle_offset_[b]);
   }
   return drive;
 }

@@ -9,23 +9,26 @@
 namespace haptic {
 namespace {
 
-// A disturbed command can reach a board as SET_CMDLEN and spoil its length table. What costs answers is healed by a
-// restart; what does not, a table that cuts CURRENT short, by a lesson so often: within the half second that a board may go
-// its own way. A lesson costs a cycle 0.6 ms of delay.
+// A disturbed command can reach a board as SET_CMDLEN and spoil its length table. What costs answers is
+// healed by a restart; what does not, a table that cuts CURRENT short, by a lesson so often: within the half
+// second that a board may go its own way. A lesson costs a cycle 0.6 ms of delay.
 constexpr std::int64_t kLessonEveryNs = 250000000;
-// A board that falls out of step again and again within such a time keeps nothing of what it is taught: its table may cut
-// SET_CMDLEN itself short. Only power helps; until then it is asked so seldom.
+// A board that falls out of step again and again within such a time keeps nothing of what it is taught: its
+// table may cut SET_CMDLEN itself short. Only power helps; until then it is asked so seldom.
 constexpr std::int64_t kProbationNs = 1000000000;
 constexpr int kRelapses = 3;
 constexpr std::int64_t kRestNs = 1000000000;
-constexpr int kOpeningSteps = 3000;              // of at most 1 ms each
+constexpr int kOpeningSteps = 3000;  // of at most 1 ms each
 constexpr std::int64_t kOpeningStepNs = 1000000;
 
 }  // namespace
 
 UartBoards::UartBoards(const DeviceDef& device, const UartSettings& settings, const std::string& where,
                        OpenLink open)
-    : device_(device), settings_(settings), where_(where), recovery_(device_, settings, where, std::move(open), story_) {
+    : device_(device),
+      settings_(settings),
+      where_(where),
+      recovery_(device_, settings, where, std::move(open), story_) {
   if (device_.strings.empty() || device_.strings.size() > kMaxStrings)
     throw SetupError(device_.file, "has no strings, or more than " + std::to_string(kMaxStrings),
                      "correct `strings`");
@@ -44,10 +47,12 @@ UartBoards::~UartBoards() {
   zeroDrive();
 }
 
-/// Set-up: waits until the boards are in step. The scan has heard all of them: one that is late now is asked again.
+/// Set-up: waits until the boards are in step. The scan has heard all of them: one that is late now is asked
+/// again.
 void UartBoards::awaitBoards() {
   restart(Cause::kOpened);
-  for (int i = 0; i < kOpeningSteps && restarting_ && restart_.trouble() != BusRestart::Trouble::kOtherBoard; ++i)
+  for (int i = 0; i < kOpeningSteps && restarting_ && restart_.trouble() != BusRestart::Trouble::kOtherBoard;
+       ++i)
     if (stepRestart(kOpeningStepNs) == Line::kGone)
       throw SetupError(where_, "the port was lost while it was opened", "check the cable and the adapter");
   if (!restarting_) return;
@@ -149,7 +154,8 @@ void UartBoards::waitForWire() noexcept {
 
 UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
   sent_ns_ = connection_->link->now();
-  // Lengths are bytes like headers: a board that may be inside of a packet must not wake in the middle of a lesson.
+  // Lengths are bytes like headers: a board that may be inside of a packet must not wake in the middle of a
+  // lesson.
   const bool teaches = sent_ns_ - last_lesson_ns_ >= kLessonEveryNs && answers_->mayTeach();
   if (teaches) {
     const std::vector<std::uint8_t>& lesson = cycle_->lesson();
@@ -164,7 +170,8 @@ UartBoards::Line UartBoards::sendCycle(const DriveCommand& command, bool taught)
   const bool finite = finiteDrive(device_, command);
   if (!finite) story_.count(LinkStory::kBadCommands);
   // What is sent now acts until the next exchange.
-  const BoardCycle::Drive drive = cycle_->encode(command, finite && !answers_->expired(sent_ns_ + cycle_->period_ns));
+  const BoardCycle::Drive drive =
+      cycle_->encode(command, finite && !answers_->expired(sent_ns_ + cycle_->period_ns));
   armed_ = drive.armed;
   if (drive.clamped) story_.count(LinkStory::kClamped);
   if (drive.pulls) last_pull_ns_ = sent_ns_;
@@ -172,14 +179,16 @@ UartBoards::Line UartBoards::sendCycle(const DriveCommand& command, bool taught)
   std::size_t bytes = cycle_->size();
   if (taught)
     answers_->askPlain(sent_ns_, exchanges_);
-  else if (const std::vector<std::uint8_t>* mark = answers_->ask(sent_ns_, exchanges_, sent_ns_ - wire_free_ns_))
+  else if (const std::vector<std::uint8_t>* mark =
+               answers_->ask(sent_ns_, exchanges_, sent_ns_ - wire_free_ns_))
     bytes = cycle_->append(*mark);
   if (!connection_->link->write(cycle_->bytes().data(), bytes)) return Line::kGone;
   if (connection_->guard) {
     connection_->guard->beat(armed_);
     story_.setGuardStalls(connection_->guard->stalls());
   }
-  wire_free_ns_ = sent_ns_ + cycle_->slot_ns + static_cast<std::int64_t>(bytes - cycle_->size()) * cycle_->byte_ns;
+  wire_free_ns_ =
+      sent_ns_ + cycle_->slot_ns + static_cast<std::int64_t>(bytes - cycle_->size()) * cycle_->byte_ns;
   story_.count(LinkStory::kCycles);
   return Line::kFine;
 }
@@ -200,7 +209,8 @@ void UartBoards::judge() noexcept {
 DeviceSample UartBoards::sample() noexcept {
   DeviceSample s;
   answers_->read(s, exchanges_);
-  const std::int64_t age_ns = connection_ ? connection_->link->now() - s.stamp_ns : s.age_ticks * cycle_->period_ns;
+  const std::int64_t age_ns =
+      connection_ ? connection_->link->now() - s.stamp_ns : s.age_ticks * cycle_->period_ns;
   s.age_us = static_cast<std::uint32_t>(std::clamp<std::int64_t>(age_ns / 1000, 0, UINT32_MAX));
   if (!connection_)
     s.status = LinkStatus::kDisconnected;

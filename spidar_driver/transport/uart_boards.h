@@ -7,14 +7,15 @@
 /// Wire time of a cycle at 2 Mbaud: 5 µs per byte sent; one B5M 61 bytes, 305 µs, 3.28 kHz; two B3M 74 bytes,
 /// 370 µs, 2.70 kHz; the device file may state less. A higher rate is refused at set-up; exchanges that come
 /// sooner wait for their slot.
-/// Deviation from the reference host: BOARD_INFO comes behind some cycles, not each (it only woke a Windows driver).
+/// Deviation from the reference host: BOARD_INFO comes behind some cycles, not each (it only woke a Windows
+/// driver).
 ///
-/// Layout and bytes: board_cycle.h. What answers mean: board_answers.h. Here is the flow of an exchange, and when the boards are
-/// brought back into step.
-/// Failure modes, all bounded in time: a lost or unsound answer leaves the last counts, growing older; when those of any
-/// board would become older than `silent_after_s` the drive of all boards is zero, since the rest of the strings would pull
-/// the grip away, and the boards are brought back into step (bus_restart.h), one step per exchange; so they are when they
-/// lose half of the commands or say that they started anew. A port that is gone is reported at once and opened again by
+/// Layout and bytes: board_cycle.h. What answers mean: board_answers.h. Here is the flow of an exchange, and
+/// when the boards are brought back into step. Failure modes, all bounded in time: a lost or unsound answer
+/// leaves the last counts, growing older; when those of any board would become older than `silent_after_s`
+/// the drive of all boards is zero, since the rest of the strings would pull the grip away, and the boards
+/// are brought back into step (bus_restart.h), one step per exchange; so they are when they lose half of the
+/// commands or say that they started anew. A port that is gone is reported at once and opened again by
 /// another thread. Every loop here is bounded.
 #pragma once
 #include <memory>
@@ -36,8 +37,8 @@ class UartBoards : public Transport, public LinkReporter {
  public:
   using OpenLink = haptic::OpenLink;
 
-  /// Opens the line, finds and matches the boards, turns their drive off, measures the wire. `where` names the port in
-  /// messages. Throws SetupError: line, boards or rate do not fit.
+  /// Opens the line, finds and matches the boards, turns their drive off, measures the wire. `where` names
+  /// the port in messages. Throws SetupError: line, boards or rate do not fit.
   UartBoards(const DeviceDef& device, const UartSettings& settings, const std::string& where, OpenLink open);
   ~UartBoards() override;  ///< zero currents, then closes
 
@@ -73,9 +74,9 @@ class UartBoards : public Transport, public LinkReporter {
   const DeviceDef device_;
   const UartSettings settings_;
   const std::string where_;
-  LinkStory story_;        // outlives recovery_, which tells it what it meets
+  LinkStory story_;  // outlives recovery_, which tells it what it meets
   LineRecovery recovery_;
-  std::optional<BoardCycle> cycle_;      ///< set-up: as the boards that were found need it
+  std::optional<BoardCycle> cycle_;  ///< set-up: as the boards that were found need it
   std::optional<BoardAnswers> answers_;
 
   // State of the exchange, of its thread alone.
@@ -83,9 +84,10 @@ class UartBoards : public Transport, public LinkReporter {
   BusRestart restart_;
   bool restarting_ = false, armed_ = false;
   std::int64_t sent_ns_ = 0, wire_free_ns_ = 0, last_lesson_ns_ = 0;
-  std::int64_t ready_ns_ = 0;      ///< since when the boards are in step
-  std::int64_t last_pull_ns_ = 0;  ///< a string was told more than its least tension; 0: not since the last restart
-  int relapses_ = 0;               ///< restarts in a row, each soon after the one before
+  std::int64_t ready_ns_ = 0;  ///< since when the boards are in step
+  std::int64_t last_pull_ns_ =
+      0;              ///< a string was told more than its least tension; 0: not since the last restart
+  int relapses_ = 0;  ///< restarts in a row, each soon after the one before
   std::uint64_t exchanges_ = 0;
 };
 
