@@ -41,7 +41,11 @@ void BoardAnswers::begin(std::int64_t now_ns, std::int64_t delay_ns) noexcept {
   ready_ns_ = looked_ns_ = heard_ns_ = last_mark_ns_ = now_ns;
   ledger_.begin(cycle_.boardCount());
   stream_.forget();
-  for (BoardState& b : board_) b.lost = 0, b.memory.begin();
+  for (BoardState& b : board_) {
+    b.lost = 0;
+    b.fresh = false;  // what came in the exchange that ended in a restart is old by now
+    b.memory.begin();
+  }
   delay_ns_ = fastest_ns_ = delay_ns;
   trouble_ = Cause::kNone;
   story_.setDelay(delay_ns_);

@@ -179,6 +179,21 @@ TEST(Belonging, ABoardThatCutsItsCurrentsShortIsTaughtAnew) {
   }
 }
 
+/// A restart takes long: what was fresh before it is not fresh after it.
+TEST(Belonging, CountsFromBeforeARestartAreNotNew) {
+  const DeviceDef device = plainDevice({"B5M"}, 8);
+  EmulatedDevice e({{"B5M", 1}}, device);
+  for (int k = 0; k < 200; ++k) e.tick();
+  bool restarted = false;
+  for (int k = 0; k < 600; ++k) {
+    if (!restarted && k % 2) e.bus.loseReplies(1);
+    const DeviceSample s = e.tick();
+    restarted = restarted || s.status == LinkStatus::kSilent;
+    if (s.status == LinkStatus::kOk) { ASSERT_LT(s.age_us, 20000u) << k; }
+  }
+  EXPECT_EQ(e.report().retaught, 1u);
+}
+
 /// A driver that was kept from its core has asked nothing meanwhile: no board was silent, none is taught anew.
 TEST(Belonging, ALoopThatStoodStillBlamesNoBoard) {
   const DeviceDef device = plainDevice({"B3M", "B3M"}, 8);
