@@ -37,6 +37,7 @@ class BusRestart {
   /// Of the wire beyond its bytes' own time [ns]: median and spread of the last questions.
   std::int64_t delay() const { return delay_ns_; }
   std::int64_t jitter() const { return jitter_ns_; }
+  bool zeroing() const { return phase_ == Phase::kZero; }  ///< some board may still hold its currents
   Trouble trouble() const { return trouble_; }    ///< what keeps it from being ready
   int troubleBoard() const { return trouble_id_; }  ///< its id
 

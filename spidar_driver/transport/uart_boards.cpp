@@ -111,12 +111,16 @@ void UartBoards::restart(Cause cause) noexcept {
   const bool lapse = cause == Cause::kLossy || cause == Cause::kSilent || cause == Cause::kDisobeys;
   relapses_ = lapse && now - ready_ns_ < kProbationNs ? relapses_ + 1 : 0;
   if (cause != Cause::kOpened) story_.setCause(cause);
+  may_hold_ = armed_;
   zeroDrive();
   if (relapses_ < kRelapses)
     restart_.begin();
   else
     restart_.beginAfter(now + kRestNs, story_.blamed());
+  // A board with a spoilt table holds its currents until the restart has sent its zeros: a loop that stops before has the guard.
+  if (connection_->guard) connection_->guard->beat(may_hold_);
 }
+
 
 /// Boards that stayed in step have got over it.
 void UartBoards::endProbation(std::int64_t now_ns) noexcept {
@@ -128,7 +132,7 @@ void UartBoards::endProbation(std::int64_t now_ns) noexcept {
 UartBoards::Line UartBoards::stepRestart(std::int64_t patience_ns) noexcept {
   ByteLink& link = *connection_->link;
   const BusRestart::Step step = restart_.step(link, link.now() + patience_ns);
-  if (connection_->guard) connection_->guard->beat(false);
+  if (connection_->guard) connection_->guard->beat(may_hold_ && restart_.zeroing());
   story_.setTrouble(restart_.trouble(), restart_.troubleBoard());
   if (restart_.trouble() == BusRestart::Trouble::kSilentBoard)
     story_.setSilentBoards(1u << restart_.troubleBoard());

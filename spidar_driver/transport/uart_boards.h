@@ -83,6 +83,7 @@ class UartBoards : public Transport, public LinkReporter {
   std::unique_ptr<Connection> connection_;
   BusRestart restart_;
   bool restarting_ = false, armed_ = false;
+  bool may_hold_ = false;  ///< currents were on when the restart began
   std::int64_t sent_ns_ = 0, wire_free_ns_ = 0, last_lesson_ns_ = 0;
   std::int64_t ready_ns_ = 0;  ///< since when the boards are in step
   std::int64_t last_pull_ns_ =
