@@ -194,7 +194,8 @@ int measure(int rounds) {
     witness_late = std::max(witness_late, late);
     std::sort(times.begin(), times.end());
     const auto over = std::count_if(times.begin(), times.end(), [](double ms) { return ms > kPromisedMs; });
-    std::printf("# %-12s %d times: median %.1f ms, 95 %% %.1f ms, longest %.1f ms; %d over %.0f ms; witness up to %.1f ms late\n", kind.name, rounds,
+    std::printf("# %-12s %d times: median %.1f ms, 95 %% %.1f ms, longest %.1f ms; %d over %.0f ms; witness up to %.1f ms late\n",
+                kind.name, rounds,
                 times[times.size() / 2], times[times.size() * 95 / 100], times.back(), static_cast<int>(over), kPromisedMs, late);
     figure((std::string("guard.zero_ms_max_") + kind.name).c_str(), times.back(), "ms");
     longest = std::max(longest, times.back());
