@@ -28,6 +28,8 @@ void addWire(DiagnosticStatus& status, const LinkReport& wire) {
   add(status, "counters started anew", wire.restarts);
   add(status, "times the boards were taught anew", wire.retaught);
   add(status, "times the port was opened again", wire.reconnects);
+  add(status, "foreign bytes", wire.foreign_bytes);
+  add(status, "times the loop stood still", wire.stalls);
   add(status, "times the guard turned the motors off", wire.guard_stalls);
 }
 

@@ -33,6 +33,12 @@ class EmulatedBoard {
   void spoilTable(int id, BoardCommand command, int length) {
     table_[id & 7][static_cast<int>(command)] = static_cast<std::uint8_t>(length);
   }
+  /// False: its table cuts everything short that could turn its motors off or teach it better.
+  bool reachable() const {
+    for (const BoardCommand c : {BoardCommand::kCurrent, BoardCommand::kAll, BoardCommand::kSetCommandLength})
+      if (table_[id_ & 7][static_cast<int>(c)] >= commandBytes(shape_, c)) return true;
+    return false;
+  }
   void setObeys(bool obeys) { obeys_ = obeys; }  ///< false: it answers, and its currents stay what they are
   void setStuck(bool stuck);                     ///< its counters stand still
 

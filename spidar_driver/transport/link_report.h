@@ -18,6 +18,7 @@ struct LinkReport {
   std::uint64_t over_rate = 0;       ///< exchanges asked for before the wire was free; they waited
   std::uint64_t bad_commands = 0;    ///< commands with a value that is not finite; they became zero current
   std::uint64_t clamped = 0;         ///< drive values outside the string's tension range
+  std::uint64_t stalls = 0;          ///< times the loop stood still for longer than a board may be silent, with current on
   std::uint64_t retaught = 0;        ///< times the boards were brought back into step
   std::uint64_t guard_stalls = 0;    ///< times the loop stood still and the guard turned the motors off
   std::uint32_t silent_boards = 0;   ///< bit per board id that does not answer now

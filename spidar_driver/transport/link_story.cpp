@@ -23,6 +23,7 @@ LinkReport LinkStory::report() const noexcept {
   r.over_rate = read(kOverRate);
   r.bad_commands = read(kBadCommands);
   r.clamped = read(kClamped);
+  r.stalls = read(kStalls);
   r.guard_stalls = guard_stalls_.load(std::memory_order_relaxed);
   r.silent_boards = silent_boards_.load(std::memory_order_relaxed);
   r.delay_us = delay_us_.load(std::memory_order_relaxed);
@@ -50,7 +51,7 @@ std::string LinkStory::trouble() const {
       return "board " + now +
              " loses step again as soon as it is taught: switch its power off and on, then check its cable";
   }
-  const std::string again = "; the boards were taught anew and obey";
+  const std::string again = std::string("; the boards were taught anew") + (proven_.load() ? " and obey" : "");
   switch (static_cast<Cause>(cause_.load())) {
     case Cause::kNone:
     case Cause::kOpened:
@@ -67,6 +68,9 @@ std::string LinkStory::trouble() const {
       return then + " had lost its power: check its supply, calibrate" + again;
     case Cause::kDisobeys:
       return then + " answered and did not obey" + again;
+    case Cause::kStalled:
+      return "the loop stood still for " + std::to_string(stall_ms_.load()) +
+             " ms, this machine was busy or the driver was stopped: spidar_latency says what to change";
     case Cause::kFlood:
       return "bytes came without end" + again;
   }

@@ -22,7 +22,8 @@ class LinkStory {
     kOtherBoard,
     kFlood,
     kPowerLost,
-    kDisobeys
+    kDisobeys,
+    kStalled  ///< no board's fault: the loop stood still
   };
   enum Counter {
     kCycles,
@@ -38,6 +39,7 @@ class LinkStory {
     kOverRate,
     kBadCommands,
     kClamped,
+    kStalls,
     kCounters
   };
 
@@ -57,6 +59,11 @@ class LinkStory {
   void setSilentBoards(std::uint32_t ids) noexcept {
     silent_boards_.store(ids, std::memory_order_relaxed);
   }  ///< bit per id
+  void setStall(std::int64_t ns) noexcept {
+    stall_ms_.store(static_cast<std::uint32_t>(ns / 1000000), std::memory_order_relaxed);
+  }
+  /// All boards answer, and those that can show that they take in what they are told have shown it.
+  void setProven(bool proven) noexcept { proven_.store(proven, std::memory_order_relaxed); }
   void setCause(Cause cause) noexcept { cause_.store(static_cast<int>(cause), std::memory_order_relaxed); }
   void blame(int id) noexcept {
     cause_board_.store(id, std::memory_order_relaxed);
@@ -78,7 +85,8 @@ class LinkStory {
  private:
   std::array<std::atomic<std::uint64_t>, kCounters> counters_{};
   std::atomic<std::uint64_t> guard_stalls_{0};
-  std::atomic<std::uint32_t> silent_boards_{0}, delay_us_{0}, jitter_us_{0};
+  std::atomic<std::uint32_t> silent_boards_{0}, delay_us_{0}, jitter_us_{0}, stall_ms_{0};
+  std::atomic<bool> proven_{false};
   std::atomic<int> cause_{0}, cause_board_{-1}, trouble_{0}, trouble_board_{-1};
   mutable std::mutex said_mutex_;
   std::string said_;

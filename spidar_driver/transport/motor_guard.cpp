@@ -22,6 +22,10 @@ constexpr int kRepeats = 3;  // zero currents are sent so often: a byte may be l
 constexpr int kRepeatMs = 3;
 constexpr int kLongRepeatMs = 10;  // while the driver stands still; longer than the wire takes for the bytes
 constexpr int kWriteWaitMs = 2;
+// A driver of normal priority may be kept from its core in the middle of a write, with the terminal's lock. Whoever spins for
+// the lock at the guard's priority keeps it there: the guard sleeps instead, so long, at most so often.
+constexpr long kLockWaitNs = 100000;
+constexpr int kLockTries = 30;
 constexpr int kPriority =
     80;  // above the driver's thread: a driver that spins must not keep its guard from looking
 
@@ -34,6 +38,7 @@ std::int64_t now() {
 /// False: the port is gone, and with it what there is to turn off.
 bool sendZero(const GuardMemory& memory, std::size_t bytes) {
   const std::uint8_t* at = memory.zero_drive;
+  int tries = 0;
   for (std::size_t left = bytes; left > 0;) {
     const ssize_t sent = ::write(kGuardPort, at, left);
     if (sent > 0) {
@@ -41,7 +46,10 @@ bool sendZero(const GuardMemory& memory, std::size_t bytes) {
       left -= static_cast<std::size_t>(sent);
     } else if (sent < 0 && errno == EAGAIN) {
       pollfd port{kGuardPort, POLLOUT, 0};
-      if (::poll(&port, 1, kWriteWaitMs) <= 0) return true;  // a full line: the next repeat tries again
+      // A full line, or a lock that nobody gives back: the next repeat tries again.
+      if (::poll(&port, 1, kWriteWaitMs) <= 0 || ++tries > kLockTries) return true;
+      const timespec pause{0, kLockWaitNs};
+      ::nanosleep(&pause, nullptr);
     } else {
       return false;
     }

@@ -1,13 +1,15 @@
 #include "fault_campaign.h"
 
-#include <cmath>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <thread>
 
 namespace haptic::bench {
 namespace {
 
 constexpr double kHarmlessPose = 1e-3, kHarmlessForce = 0.2;  // [m], [N], of figures.md
+constexpr double kLongestStale = 0.02;                        // [s], likewise
 
 int pick(std::mt19937& r, int n) { return static_cast<int>(r() % static_cast<unsigned>(n)); }
 std::string text(double value) {
@@ -42,6 +44,12 @@ const std::vector<FaultKind>& faultKinds() {
       {"command drop", [](Random& r, const Rig&) { return "board_drop" + some(r); }, "", 300, true},
       {"command corrupt", [](Random& r, const Rig&) { return "board_corrupt" + some(r); }, "", 300, true},
       {"command insert", [](Random& r, const Rig&) { return "board_insert" + some(r); }, "", 300, true},
+      {"inside a command",
+       [](Random& r, const Rig&) {
+         static const char* const verbs[] = {"board_drop", "board_corrupt", "board_insert"};
+         return verbs[pick(r, 3)] + some(r);
+       },
+       "", 300, true, true},
       {"delay", [](Random& r, const Rig&) { return "delay" + some(r) + text(0.5 + 0.1 * pick(r, 60)); }},
       {"lost answers", [](Random& r, const Rig&) { return "lose" + text(1 + pick(r, 30)); }},
       {"doubled answers", [](Random& r, const Rig&) { return "double" + text(1 + pick(r, 30)); }},
@@ -110,6 +118,7 @@ FaultTally FaultCampaign::inject(const FaultKind& kind) {
   }
   const std::string order = kind.order(random_, rig_);
   rig_.bus.to_host.after(pick(random_, 82));
+  if (kind.inside) rig_.bus.to_boards.after(pick(random_, 74));
   rig_.boards_may_misread = kind.misread;
   rig_.startMeasuring();
   rig_.order(order);
@@ -124,9 +133,16 @@ FaultTally FaultCampaign::inject(const FaultKind& kind) {
   tally.detected = noticed >= 0;
   tally.harmless = noticed < 0 && !effective;
   tally.missed = noticed < 0 && effective;
+  // Over a cut wire nobody can send a zero, nor to a board whose length table cuts all that would turn it off: they hold their
+  // currents until they are switched off.
+  bool cut = kind.name == std::string("unplugged");
+  for (const auto& board : rig_.bus.boards()) cut = cut || !board->reachable();
+  const bool stale = !cut && effect.stale_force > kLongestStale;
+  if (tally.missed || stale)
+    std::printf("# %s: %s on %s: pose %.2f mm (%.2f before), force %.2f N (%.2f before), %.1f ms on stale counts\n",
+                stale ? "stale" : "missed", order.c_str(), rig_.device.name.c_str(), 1e3 * effect.pose_error, 1e3 * usual_pose,
+                effect.force_error, usual_force, 1e3 * effect.stale_force);
   if (noticed >= 0) tally.detect_ms.push_back(noticed + 1);
-  // Over a cut wire nobody can send a zero: the boards hold their currents until they are switched off.
-  const bool cut = kind.name == std::string("unplugged");
   (cut ? tally.cut_force : tally.stale_force) = effect.stale_force;
   tally.energy = effect.energy;
   tally.pose_error = effect.pose_error;

@@ -16,6 +16,7 @@ struct FaultKind {
   const char* undo = "";     ///< first word of the order; the target is that of the fault's
   int patience = 300;        ///< ticks for which the device is watched
   bool misread = false;      ///< the boards may take in other currents than the driver sent
+  bool inside = false;       ///< anywhere in a cycle on its way to the boards, not at its first byte
 };
 
 const std::vector<FaultKind>& faultKinds();

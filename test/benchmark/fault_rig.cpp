@@ -40,7 +40,7 @@ void FaultRig::tick() {
   spidar.sense(sample, kPeriod);
   measure();
   spidar.actuate(command, 0, kPeriod, command_age);
-  told_[2] = told_[1], told_[1] = told_[0], told_[0] = spidar.achievedWrench();
+  tell();
   checkBounds();
   const LinkReport r = driver->linkReport();
   const std::uint64_t disturbances =
@@ -98,14 +98,39 @@ void FaultRig::startMeasuring() {
   work_ = 0;
 }
 
+void FaultRig::tell() {
+  told_[2] = told_[1], told_[1] = told_[0];
+  const StructureMatrix A = spidar.kinematics().structure({spidar.pose(), spidar.opening()});
+  int channel = 0, board = 0;
+  for (const auto& b : bus.boards()) {
+    Vector3& force = told_[0][static_cast<std::size_t>(board++)];
+    force.setZero();
+    for (int m = 0; m < b->shape().motors && channel < spidar.kinematics().strings(); ++m, ++channel)
+      force += A.row(channel).head<3>().transpose() * spidar.toldTension()[channel];
+  }
+}
+
+/// The command on the wire is the last tick's; while it takes over, the one before acts, board by board.
+Vector3 FaultRig::forceError() const {
+  const std::size_t boards = bus.boards().size();
+  const Vector3 force = plant.twin().stringWrench().force;
+  Vector3 least = Vector3::Constant(1e9);
+  int choices = 1;
+  for (std::size_t b = 0; b < boards; ++b) choices *= static_cast<int>(told_.size());
+  for (int choice = 0; choice < choices; ++choice) {
+    Vector3 error = force;
+    int rest = choice;
+    for (std::size_t b = 0; b < boards; ++b, rest /= static_cast<int>(told_.size()))
+      error -= told_[static_cast<std::size_t>(rest) % told_.size()][b];
+    if (error.norm() < least.norm()) least = error;
+  }
+  return least;
+}
+
 void FaultRig::measure() {
   if (spidar.poseValid() && spidar.poseIsNew()) effect_.pose_error = std::max(effect_.pose_error, poseError());
   if (spidar.poseStamp() > line.now_ns) effect_.wrong_stamp = true;
-  // The command on the wire is the last tick's; while it takes over, the one before acts.
-  const Vector3 force = plant.twin().stringWrench().force;
-  Vector3 error = force - told_[0].force;
-  for (const Wrench& told : told_)
-    if ((force - told.force).norm() < error.norm()) error = force - told.force;
+  const Vector3 error = forceError();
   effect_.force_error = std::max(effect_.force_error, error.norm());
   work_ += error.dot(plant.twin().twist().linear) * kPeriod;
   effect_.energy = std::max(effect_.energy, work_);

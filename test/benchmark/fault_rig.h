@@ -1,6 +1,7 @@
 /// A whole device without hardware: hand, twin, emulated boards, line, driver and device state, on one clock; and what a
 /// fault does to pose, force and hand, measured on the twin's truth.
 #pragma once
+#include <array>
 #include <deque>
 #include <memory>
 #include <string>
@@ -16,7 +17,8 @@ namespace haptic::bench {
 /// Since `startMeasuring`.
 struct FaultEffect {
   double pose_error = 0;    ///< of poses that were shown, against the truth at their own stamps [m]
-  double force_error = 0;   ///< of the strings' true force against the one that was presented on purpose [N]
+  double force_error = 0;   ///< of the strings' true force against the one that was presented on purpose [N]; while boards take
+                            ///< over one after the other, against what each of them was told
   double stale_force = 0;   ///< longest time for which a string pulled on counts without successors, beyond 0 [s]
   double energy = 0;        ///< most that the force's error has put into the grip [J]
   bool wrong_stamp = false; ///< a pose was stamped later than its counts can be
@@ -68,6 +70,8 @@ class FaultRig {
   bool tryBringUp();
   void checkBounds();
   void measure();
+  void tell();
+  Vector3 forceError() const;
   bool pulls() const;
   Vector3 truthAt(std::int64_t at_ns) const;
 
@@ -75,7 +79,8 @@ class FaultRig {
   std::uint64_t out_of_bounds_ = 0, disturbances_ = 0;
   bool alarmed_ = false;
   std::deque<Truth> truth_;
-  Wrench told_[3];  ///< wrench presented on purpose: of this tick, the one before, and so on
+  /// What the strings of every board were told to do to the grip [N], of this tick, the one before, and so on.
+  std::array<std::array<Vector3, kMaxBoards>, 3> told_{};
   double work_ = 0;
   FaultEffect effect_;
 };

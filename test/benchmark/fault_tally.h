@@ -13,7 +13,7 @@ struct FaultTally {
   int idle = 0;      ///< trials in which the device was not enabled: nothing was injected
   std::vector<double> detect_ms;  ///< from the injection, or from when it began to matter, to the notice [ms]
   double stale_force = 0, energy = 0, pose_error = 0;  ///< greatest [s], [J], [m]
-  double cut_force = 0;           ///< as stale_force, while the wire itself was cut [s]
+  double cut_force = 0;           ///< as stale_force, while the wire itself was cut or a board could not be turned off [s]
   int power_cycles = 0;
   long out_of_bounds = 0;         ///< tensions outside the device's bounds
   long alarms = 0;                ///< of the undisturbed run

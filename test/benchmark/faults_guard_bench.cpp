@@ -1,7 +1,8 @@
 // How long motors stay on after their driver has gone: a process that drives emulated boards over a
 // pseudo-terminal at 1 kHz is killed, crashes or is stopped; the boards say when their last current became
 // zero. The time counts from the instant at which the signal was sent. Figure: the longest over kRounds of
-// every kind, and the kinds one by one.
+// every kind, and the kinds one by one. By construction: 12 ms without a heartbeat, looked at every 2 ms, then 0.8 ms of the wire.
+// What goes beyond 15 ms is the machine that wakes the guard late: a witness thread of the same priority tells by how much.
 #include <fcntl.h>
 #include <sched.h>
 #include <signal.h>
@@ -11,11 +12,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "emulated_device.h"
@@ -68,6 +71,34 @@ void schedule(int policy, int priority) {
   if (::sched_setscheduler(0, policy, &parameters) != 0)
     std::printf("# no right to real-time priorities: what the machine does besides is in the times\n");
 }
+
+/// Wakes every 2 ms at the guard's priority, as the guard does, and has nothing to do: how late it wakes is the machine's part.
+class Witness {
+ public:
+  Witness() : thread_([this] { run(); }) {}
+  ~Witness() {
+    stop_ = true;
+    thread_.join();
+  }
+  void begin() { late_ns_ = 0; }
+  double lateMs() const { return 1e-6 * static_cast<double>(late_ns_.load()); }
+
+ private:
+  void run() {
+    sched_param parameters{};
+    parameters.sched_priority = 80;
+    ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameters);
+    constexpr std::int64_t kPeriodNs = 2000000;
+    while (!stop_) {
+      const std::int64_t due = now() + kPeriodNs;
+      ::usleep(kPeriodNs / 1000);
+      late_ns_ = std::max(late_ns_.load(), now() - due);
+    }
+  }
+  std::atomic<bool> stop_{false};
+  std::atomic<std::int64_t> late_ns_{0};
+  std::thread thread_;
+};
 
 /// What the child does: 1 kHz with current, in a process group of its own, under the name that users kill by.
 [[noreturn]] void drive(const std::string& port) {
@@ -129,9 +160,10 @@ pid_t startDriver(Boards& boards) {
 }
 
 /// Milliseconds from the signal to no current; -1: the current stayed on.
-double zeroTime(Boards& boards, const Kind& kind, int wait_us) {
+double zeroTime(Boards& boards, const Kind& kind, int wait_us, Witness& witness) {
   const pid_t child = startDriver(boards);
   ::usleep(static_cast<useconds_t>(20000 + wait_us));
+  witness.begin();
   const std::int64_t sent = now();
   ::kill(kind.group ? -child : child, kind.signal);
   while (boards.powered() && now() - sent < kPatienceNs) ::usleep(500);
@@ -143,26 +175,33 @@ double zeroTime(Boards& boards, const Kind& kind, int wait_us) {
 }
 
 int measure(int rounds) {
-  double longest = 0;
+  double longest = 0, witness_late = 0;
   int left_on = 0;
   schedule(SCHED_FIFO, 85);  // before the boards' thread starts
   Boards boards;
+  Witness witness;
   std::mt19937 random(1);
   for (const Kind& kind : kKinds) {
     std::vector<double> times;
+    double late = 0;
     for (int k = 0; k < rounds; ++k) {
-      const double ms = zeroTime(boards, kind, static_cast<int>(random() % 2000));
+      const double ms = zeroTime(boards, kind, static_cast<int>(random() % 2000), witness);
       left_on += ms < 0;
       times.push_back(ms);
+      if (ms > kPromisedMs) std::printf("# %s: %.1f ms; a witness woke up to %.1f ms late\n", kind.name, ms, witness.lateMs());
+      late = std::max(late, witness.lateMs());
     }
+    witness_late = std::max(witness_late, late);
     std::sort(times.begin(), times.end());
     const auto over = std::count_if(times.begin(), times.end(), [](double ms) { return ms > kPromisedMs; });
-    std::printf("# %-12s %d times: median %.1f ms, 95 %% %.1f ms, longest %.1f ms; %d over %.0f ms\n", kind.name, rounds,
-                times[times.size() / 2], times[times.size() * 95 / 100], times.back(), static_cast<int>(over), kPromisedMs);
+    std::printf("# %-12s %d times: median %.1f ms, 95 %% %.1f ms, longest %.1f ms; %d over %.0f ms; witness up to %.1f ms late\n",
+                kind.name, rounds,
+                times[times.size() / 2], times[times.size() * 95 / 100], times.back(), static_cast<int>(over), kPromisedMs, late);
     figure((std::string("guard.zero_ms_max_") + kind.name).c_str(), times.back(), "ms");
     longest = std::max(longest, times.back());
   }
   figure("guard.zero_ms_max", longest, "ms");
+  figure("guard.witness_late_ms_max", witness_late, "ms");
   figure("guard.left_on", left_on, "1");
   return left_on == 0 ? 0 : 1;
 }

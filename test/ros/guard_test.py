@@ -3,20 +3,18 @@
 off each time, and the guard that does it ends with its driver. Its services answer with what happened."""
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 import rosgraph
-import rospkg
 import rospy
 import rostest
+from emulated_boards import EmulatedBoards
 from haptic_msgs.msg import DeviceState
 from std_srvs.srv import SetBool, Trigger
 from topic_probe import Probe, program, wait_until
@@ -58,12 +56,7 @@ class Guard(unittest.TestCase):
         rospy.init_node("guard_test")
 
     def setUp(self):
-        self.folder = tempfile.mkdtemp()
-        self.port, self.control = os.path.join(self.folder, "boards"), os.path.join(self.folder, "control")
-        device = os.path.join(rospkg.RosPack().get_path("haptic_description"), "devices", "spidar_g6x5r.yaml")
-        self.boards = subprocess.Popen([program("spidar_driver", "spidar_board_emulator"), "--device", device, "--link", self.port,
-                                        "--control", self.control, "--hand", "rest"], stdout=subprocess.PIPE, text=True)
-        wait_until("the boards' port", lambda: os.path.exists(self.port) and os.path.exists(self.control))
+        self.boards = EmulatedBoards("spidar_g6x5r")
         self.before = guards()
         self.driver, self.state = None, Probe("/spidar/state", DeviceState)
 
@@ -74,31 +67,17 @@ class Guard(unittest.TestCase):
             self.driver.send_signal(signal.SIGINT)
             self.driver.wait(10)
         wait_until("the guard ends with its driver", lambda: not set(guards()) - set(self.before))
-        self.boards.send_signal(signal.SIGINT)
-        self.boards.communicate(timeout=10)
-        shutil.rmtree(self.folder)
+        self.boards.close()
 
     def start(self, *parameters):
         """A driver in a group of its own, and its guard."""
         self.state.clear()
         command = [program("spidar_driver", "spidar_driver_node"), "__name:=driver", "__ns:=spidar", "_device:=spidar_g6x5r",
-                   "_transport:=file", f"_port:={self.port}", "_rate:=500", *parameters]
+                   "_transport:=file", f"_port:={self.boards.port}", "_rate:=500", *parameters]
         self.driver = subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.state.wait(1, timeout=30)
         wait_until("a guard", lambda: len(set(guards()) - set(self.before)) == 1)
         return (set(guards()) - set(self.before)).pop()
-
-    def order(self, text):
-        with open(self.control, "w", encoding="utf-8") as control:
-            control.write(text + "\n")
-
-    def drive(self):
-        """What the boards' motors are told, by the emulator's own word."""
-        self.order("drive")
-        for line in self.boards.stdout:
-            if line.startswith("drive "):
-                return line.split()[1]
-        raise AssertionError("the emulator has ended")
 
     def recover(self):
         return rospy.ServiceProxy("/spidar/driver/recover", Trigger)()
@@ -107,7 +86,7 @@ class Guard(unittest.TestCase):
         """A busy machine may keep the boards' process from its core for longer than a board may be silent (20 ms): the driver
         is right to stop then, and is asked to go on."""
         rospy.wait_for_service("/spidar/driver/recover", 20)
-        wait_until("current", lambda: self.drive() == "on" or (self.recover() and False), 30)
+        wait_until("current", lambda: self.boards.drive() == "on" or (self.recover() and False), 30)
 
     def test_whatever_kills_the_driver_leaves_no_current(self):
         kills = {
@@ -124,17 +103,19 @@ class Guard(unittest.TestCase):
                 self.wait_for_current()
                 kill(self.driver.pid, guard)
                 self.driver.wait(10)
-                wait_until(f"no current after a kill by {how}", lambda: self.drive() == "off")
+                wait_until(f"no current after a kill by {how}", lambda: self.boards.drive() == "off")
                 wait_until("the guard ends", lambda guard=guard: guard not in guards())
 
     def test_a_driver_that_stands_still_leaves_no_current(self):
         self.start()
         self.wait_for_current()
         self.driver.send_signal(signal.SIGSTOP)
-        wait_until("no current from a stopped driver", lambda: self.drive() == "off")
+        wait_until("no current from a stopped driver", lambda: self.boards.drive() == "off")
         self.driver.send_signal(signal.SIGCONT)
         self.state.clear()
-        self.state.wait(2)
+        said = self.state.wait(2)
+        self.assertIn("the loop stood still", said.wire)
+        self.assertNotIn("board", said.wire, "no board is to blame for it")
         self.assertIsNone(self.driver.poll())
 
     def test_services_answer_with_what_happened(self):
@@ -152,7 +133,7 @@ class Guard(unittest.TestCase):
         answer = enable(True)
         self.assertTrue(answer.success, answer.message)
         self.assertIn("ENABLED", answer.message)
-        self.order("kill 1")
+        self.boards.order("kill 1")
         lost = self.state.wait(1, accept=lambda m: m.state == DeviceState.DISCONNECTED)
         self.assertIn("do not answer", lost.message)
         answer = self.recover()
@@ -160,7 +141,7 @@ class Guard(unittest.TestCase):
         answer = calibrate()
         self.assertFalse(answer.success, answer.message)
         self.assertIn("nothing was done", answer.message)
-        self.order("revive 1")
+        self.boards.order("revive 1")
         back = self.state.wait(1, accept=lambda m: m.state == DeviceState.FAULT, timeout=20)
         self.assertIn("silent", back.message)
         self.assertNotIn("wind", back.message)

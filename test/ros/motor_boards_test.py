@@ -4,18 +4,16 @@ import glob
 import os
 import re
 import shutil
-import signal
 import subprocess
 import sys
-import tempfile
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 import rosbag
-import rospkg
 import rospy
 import rostest
+from emulated_boards import EmulatedBoards
 from haptic_msgs.msg import DeviceState, TickStatistics
 from std_srvs.srv import SetBool, Trigger
 from topic_probe import Probe, load_stack, program, replay, unload_stack, wait_until
@@ -39,38 +37,29 @@ class MotorBoards(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rospy.init_node("motor_boards_test")
-        cls.folder = tempfile.mkdtemp()
-        cls.port, cls.control = os.path.join(cls.folder, "boards"), os.path.join(cls.folder, "control")
-        cls.flights = os.path.join(cls.folder, "flights")
-        device = os.path.join(rospkg.RosPack().get_path("haptic_description"), "devices", "spidar_g6x5r.yaml")
-        cls.boards = subprocess.Popen([program("spidar_driver", "spidar_board_emulator"), "--device", device, "--link", cls.port,
-                                       "--control", cls.control, "--hand", "touch_cube"], stdout=subprocess.DEVNULL)
-        wait_until("the boards' port", lambda: os.path.exists(cls.port) and os.path.exists(cls.control))
-        cls.stack = load_stack("spidar_g6x5r", RATE, bridge={"flight_folder": cls.flights},
-                               driver={"transport": "file", "port": cls.port, "calibrate_at_start": True,
-                                       "enable_force_at_start": True})
+        cls.boards = EmulatedBoards("spidar_g6x5r", "touch_cube")
+        cls.flights = os.path.join(cls.boards.folder, "flights")
+        cls.stack = load_stack("spidar_g6x5r", RATE, bridge={"flight_folder": cls.flights}, driver=cls.boards.driver_parameters())
         cls.statistics = Probe("/tick_statistics", TickStatistics)
         cls.statistics.wait(1, timeout=40, accept=lambda m: m.ticks > 0)
 
     @classmethod
     def tearDownClass(cls):
         unload_stack(cls.stack)
-        cls.boards.send_signal(signal.SIGINT)
-        cls.boards.wait(10)
-        shutil.rmtree(cls.folder)
+        cls.boards.close()
 
     def test_a_second_driver_is_refused(self):
         state = Probe("/spidar/state", DeviceState)
         before = state.wait(1)
         done = subprocess.run([program("spidar_driver", "spidar_driver_node"), "__name:=second", "__ns:=other",
-                               "_device:=spidar_g6x5r", "_transport:=file", f"_port:={self.port}"],
+                               "_device:=spidar_g6x5r", "_transport:=file", f"_port:={self.boards.port}"],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=20, check=False)
         self.assertNotEqual(done.returncode, 0, done.stdout)
         plain = re.sub(r"\x1b\[[0-9;]*m", "", done.stdout)
         fatal = [line for line in plain.splitlines() if line.startswith("[FATAL]")]
         self.assertEqual(len(fatal), 1, done.stdout)
         self.assertIn("another program holds the port", fatal[0])
-        self.assertIn(self.port, fatal[0])
+        self.assertIn(self.boards.port, fatal[0])
         self.statistics.clear()
         self.statistics.wait(5)
         self.assertEqual(before.state, state.messages[-1].state, "the first driver does not notice")
@@ -95,8 +84,7 @@ class MotorBoards(unittest.TestCase):
         state = Probe("/spidar/state", DeviceState)
         state.wait(1)
         self.run_without_fault(state)
-        with open(self.control, "w", encoding="utf-8") as control:
-            control.write("kill 1\n")
+        self.boards.order("kill 1")
         wait_until("a flight recording", lambda: glob.glob(self.flights + "/*.bag"), 20)
         path = glob.glob(self.flights + "/*.bag")[0]
         wait_until("the bag is closed", lambda: is_closed(path))

@@ -162,6 +162,57 @@ TEST(Belonging, ADeafBoardIsNoticedZeroedAndTaughtAnew) {
   }
 }
 
+/// It answers each question and obeys none: SET_CMDLEN every quarter of a second brings it back.
+TEST(Belonging, ABoardThatCutsItsCurrentsShortIsTaughtAnew) {
+  for (const int length : {1, 6, 12, 16}) {
+    const DeviceDef device = plainDevice({"B3M", "B3M"}, 8);
+    EmulatedDevice e({{"B3M", 1}, {"B3M", 2}}, device);
+    DriveCommand weak, strong;
+    for (std::size_t i = 0; i < 8; ++i) {
+      weak.voltage[i] = device.strings[i].volt_per_newton;
+      strong.voltage[i] = 3 * device.strings[i].volt_per_newton;
+    }
+    for (int k = 0; k < 400; ++k) e.tick(strong);
+    e.bus.board(1)->spoilTable(1, BoardCommand::kCurrent, length);
+    for (int k = 0; k < 500; ++k) e.tick(weak);
+    for (int i = 0; i < 8; ++i) EXPECT_LT(std::abs(e.plant.digits[i]), 120) << length << " motor " << i;
+  }
+}
+
+/// A restart takes long: what was fresh before it is not fresh after it.
+TEST(Belonging, CountsFromBeforeARestartAreNotNew) {
+  const DeviceDef device = plainDevice({"B5M"}, 8);
+  EmulatedDevice e({{"B5M", 1}}, device);
+  for (int k = 0; k < 200; ++k) e.tick();
+  bool restarted = false;
+  for (int k = 0; k < 600; ++k) {
+    if (!restarted && k % 2) e.bus.loseReplies(1);
+    const DeviceSample s = e.tick();
+    restarted = restarted || s.status == LinkStatus::kSilent;
+    if (s.status == LinkStatus::kOk) { ASSERT_LT(s.age_us, 20000u) << k; }
+  }
+  EXPECT_EQ(e.report().retaught, 1u);
+}
+
+/// A driver that was kept from its core has asked nothing meanwhile: no board was silent, none is taught anew.
+TEST(Belonging, ALoopThatStoodStillBlamesNoBoard) {
+  const DeviceDef device = plainDevice({"B3M", "B3M"}, 8);
+  EmulatedDevice e({{"B3M", 1}, {"B3M", 2}}, device);
+  DriveCommand pull;
+  for (std::size_t i = 0; i < 8; ++i) pull.voltage[i] = 3 * device.strings[i].volt_per_newton;
+  for (int k = 0; k < 200; ++k) ASSERT_EQ(e.tick(pull).status, LinkStatus::kOk);
+  for (const int gap_ms : {13, 40}) {
+    e.ticks += gap_ms;
+    e.bus.delayReplies(2, 1200000);  // and the first answers come late
+    for (int k = 0; k < 5; ++k) EXPECT_NE(e.tick(pull).status, LinkStatus::kSilent) << gap_ms << ' ' << k;
+    for (int k = 0; k < 100; ++k) ASSERT_EQ(e.tick(pull).status, LinkStatus::kOk);
+    EXPECT_EQ(e.report().retaught, 0u);
+    EXPECT_NE(e.driver->trouble().find("stood still for " + std::to_string(gap_ms + 1)), std::string::npos) << e.driver->trouble();
+    EXPECT_EQ(e.driver->trouble().find("board 1"), std::string::npos) << e.driver->trouble();
+  }
+  EXPECT_EQ(e.report().stalls, 2u);
+}
+
 TEST(Belonging, SpikesThatNoMotorCanMakeAreNoCounts) {
   const double count = 2.25e-5;
   const CountUnwrapper::Limits limits{20 / count, 1000 / count};

@@ -398,6 +398,28 @@ TEST(UartBoards, ABoardThatAnswersAndDoesNotObeyIsNamed) {
   EXPECT_FALSE(e.bus.allCurrentsZero());
 }
 
+/// It names the parameter that it was asked for before, and takes in no current and no lesson: nobody must call that obeying.
+TEST(UartBoards, ABoardThatCutsItsCurrentsAndCannotBeTaughtIsNamed) {
+  const DeviceDef device = plainDevice({"B3M", "B3M"}, 8);
+  EmulatedDevice e({{"B3M", 1}, {"B3M", 2}}, device);
+  for (int k = 0; k < 200; ++k) e.tick(pull(device, 3));
+  const std::pair<BoardCommand, int> table[] = {{BoardCommand::kSetCommandLength, 0}, {BoardCommand::kAll, 0},
+                                                {BoardCommand::kCurrent, 5}, {BoardCommand::kGetParam, 96}};
+  for (const auto& [command, length] : table) e.bus.board(2)->spoilTable(2, command, length);
+  e.bus.board(1)->reset(false);  // the boards are brought into step for another reason
+  for (int k = 0; k < 1000; ++k) e.tick(pull(device, 3));
+  for (int k = 0; k < 2000; ++k) {
+    EXPECT_NE(e.tick(pull(device, 3)).status, LinkStatus::kOk) << k;
+    ASSERT_NE(e.driver->trouble().find("board 2"), std::string::npos) << k << e.driver->trouble();
+    ASSERT_NE(e.driver->trouble().find("power off and on"), std::string::npos) << k << e.driver->trouble();
+  }
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(e.plant.digits[i], 0) << "board 1 pulls alone";
+  e.bus.board(2)->replace();
+  DeviceSample s;
+  for (int k = 0; k < 2000; ++k) s = e.tick();
+  EXPECT_EQ(s.status, LinkStatus::kOk);
+}
+
 /// Zero currents reach boards of any id and table, as long as one of CURRENT and ALL takes in a whole packet.
 TEST(UartBoards, ZeroReachesBoardsWhateverTheirTablesSay) {
   for (const int id : {0, 3, 7})

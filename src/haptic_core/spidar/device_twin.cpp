@@ -29,7 +29,6 @@ void DeviceTwin::latch(DeviceSample& sample) noexcept {
                        static_cast<std::int64_t>(
                            std::llround((length[i] - home_length_[i]) / def_.strings[i].length_per_count));
   latched_ = grip_;
-  latched_twist_ = V_BG_;
 }
 
 void DeviceTwin::inject(const TwinFault& fault) noexcept {

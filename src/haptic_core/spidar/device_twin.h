@@ -68,10 +68,8 @@ class DeviceTwin : public Transport {
 
   // Truth. `latched` belongs to the counts of the last exchange, the rest to the end of its period.
   const GripPose& latchedPose() const noexcept { return latched_; }
-  const Twist& latchedTwist() const noexcept { return latched_twist_; }
   const GripPose& pose() const noexcept { return grip_; }
   const Twist& twist() const noexcept { return V_BG_; }               ///< at G's origin, in B
-  const StringVector& tensions() const noexcept { return tension_; }  ///< [N]
   /// Mean over the last period of what the strings did to the grip, at G's origin, in B.
   const Wrench& stringWrench() const noexcept { return string_wrench_; }
   const Wrench& handWrench() const noexcept { return hand_wrench_; }  ///< of the hand on the grip, likewise
@@ -99,7 +97,7 @@ class DeviceTwin : public Transport {
   LatestValue<HandTarget> target_;
   HandTarget taken_target_;
   GripPose grip_, latched_;
-  Twist V_BG_, latched_twist_;
+  Twist V_BG_;
   double opening_rate_ = 0, time_ = 0, path_start_ = 0, inertia_ = 0;
   std::uint64_t ticks_ = 0;
   Wrench string_wrench_, hand_wrench_;

@@ -37,6 +37,10 @@ class Freshness {
       delay_ = arrived, known_ = true;
   }
 
+  /// Between two latches of counts there was more than the limit: whatever acted meanwhile acted on old ones.
+  bool gap(std::int64_t from_ns, std::int64_t to_ns) const noexcept {
+    return from_ns > 0 && 1e-9 * static_cast<double>(to_ns - from_ns) > settings_.limit_s;
+  }
   void forgetLosses() noexcept { lost_ = 0; }  ///< (in realtime) the user says that the cause is gone
 
   bool fresh() const noexcept { return age_ <= settings_.limit_s; }  ///< a pose of these counts may be shown

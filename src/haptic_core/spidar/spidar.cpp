@@ -243,6 +243,11 @@ void Spidar::sense(const DeviceSample& sample, double h, const DeviceRequests& r
   if (sample.status == LinkStatus::kRestarted) loseLengths(kCounterRestarted);
   bool plausible = sample.status == LinkStatus::kOk;
   if (plausible) {
+    if (freshness_.gap(pose_stamp_ns_, sample.stamp_ns)) {  // the loop stood still: the way back into force is a ramp
+      flags_ |= kSampleStale;
+      ramp_ = 0;
+      told_.setZero();
+    }
     plausible = !calibrated_ || (takeLengths(sample, since_counts_) && takePose(sample, since_counts_));
     if (!presents()) still_.forget();
     if (presents() && still_.take(sample.counts, achievedWrench().force, since_counts_)) loseLengths(kCountersStill);
@@ -289,7 +294,7 @@ Wrench Spidar::limited(Wrench F_G_B, double h, double command_age) noexcept {
   const double share = max_force / max_force_;
   if (clampNorm(F_G_B.force, max_force)) flags_ |= kForceClamped;
   if (clampNorm(F_G_B.torque, share * max_torque_)) flags_ |= kTorqueClamped;
-  double scale = std::min(1.0, std::max(0.0, fade_.load(std::memory_order_relaxed)));
+  double scale = 1;
   if (!(command_age <= settings_.command_age_limit_s)) {
     flags_ |= kCommandStale;
     const double late = (command_age - settings_.command_age_limit_s) / settings_.command_decay_s;

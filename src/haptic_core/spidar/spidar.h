@@ -97,7 +97,6 @@ class Spidar {
   /// Takes back what was asked and has not been taken up. True: there was something.
   bool withdrawRequests() noexcept;
   bool requestsPending() const noexcept;
-  void setFade(double factor) noexcept { fade_ = factor; }  ///< overrun: share of the wrench presented, 0..1
 
   /// Set-up, or between two ticks: the exits of a calibration replace the file's, and its lengths at count 0 become
   /// the device's; the pose starts at `guess`. Allocates. Throws SetupError when it is one for another device.
@@ -115,7 +114,7 @@ class Spidar {
   void restore(const std::vector<double>& memory);
 
   /// What evolves from tick to tick, each field once: saved, restored and compared by base/fields.h. Beside it the memory has
-  /// the exits that a calibration may have moved, λ, the fade and the active set of the tensions.
+  /// the exits that a calibration may have moved, λ and the active set of the tensions.
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.max_force_), visit(s.max_torque_), visit(s.state_), visit(s.calibrated_), visit(s.zero_current_), visit(s.enabled_);
@@ -191,7 +190,6 @@ class Spidar {
   StillCounters still_;
   std::atomic<bool> calibrate_request_{false}, recover_request_{false};
   std::atomic<int> enable_request_{-1};
-  std::atomic<double> fade_{1.0};
   LatestValue<GripPose> jig_;
 
   double max_force_ = 0, max_torque_ = 0;  ///< clamps on the wrench [N], [N·m]

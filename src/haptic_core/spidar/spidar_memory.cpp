@@ -15,7 +15,7 @@ std::vector<double> Spidar::save() const {
 
 void Spidar::save(std::vector<double>& out) const {
   const int n = kinematics_.strings();
-  out.assign({static_cast<double>(n), distribution_.ruleLambda(), fade_.load()});
+  out.assign({static_cast<double>(n), distribution_.ruleLambda()});
   for (const StringDef& string : def_.strings) out.insert(out.end(), string.p_BE.data(), string.p_BE.data() + 3);
   appendFields(*this, out);
   out.resize(out.size() + 2 * static_cast<std::size_t>(n));
@@ -38,13 +38,12 @@ void Spidar::placeExits(const double* numbers) {
 
 void Spidar::restore(const std::vector<double>& memory) {
   const std::size_t n = def_.strings.size();
-  constexpr std::size_t kHead = 3;
+  constexpr std::size_t kHead = 2;
   if (memory.size() != kHead + 3 * n + countFields(*this) + 2 * n || memory[0] != static_cast<double>(n))
     throw SetupError(def_.name, "the saved memory is of another device or version", "use the description it was saved with");
   const double* in = memory.data() + kHead;
   placeExits(in);
   distribution_.setRuleLambda(memory[1]);
-  fade_ = memory[2];
   in += 3 * n;
   readFields(*this, in);
   distribution_.restoreActiveSet(in);  // a guess that may decide the last bit

@@ -20,7 +20,7 @@ void StringHealth::forget() noexcept {
   diagnosis_.forget();
   residual_time_ = quiet_time_ = 0;
   corrections_ = 0;
-  named_ = false;
+  named_ = reduced_ = false;
   suspect(-1, 0, 0);
 }
 
@@ -38,6 +38,7 @@ CountScreen::Verdict StringHealth::screen(StringVector& length, const StringKine
   if (verdict == Verdict::kSlipped || verdict == Verdict::kLost) {
     suspect(screen_.suspect(), screen_.slip(), 1u << screen_.suspect());
     diagnosis_.forget();
+    reduced_ = false;
   }
   return verdict;
 }
@@ -50,7 +51,9 @@ StringVerdict StringHealth::judge(const PoseSolution& solution, const StringVect
   residual_time_ = high ? residual_time_ + h : 0;
   quiet_time_ = high ? 0 : quiet_time_ + h;
   if (high || diagnosis_.open()) diagnosis_.add(length, kinematics, last, h);
-  if (diagnosis_.open() && quiet_time_ > settings_.doubt_end_s) diagnosis_.forget();
+  // Lengths that agree again prove nothing: at another pose the same slip may not show. Once the force was reduced, only the
+  // time to decide ends the doubt.
+  if (diagnosis_.open() && quiet_time_ > settings_.doubt_end_s && !reduced_) diagnosis_.forget();
   if (!diagnosis_.open()) return StringVerdict::kTrue;
   const bool broken = !(share <= settings_.break_factor);
   // Half a tick of slack: sums of h must not decide by rounding.
@@ -60,6 +63,7 @@ StringVerdict StringHealth::judge(const PoseSolution& solution, const StringVect
   if (!named_) suspect(diagnosis_.best(), diagnosis_.offset(diagnosis_.best()), diagnosis_.candidates());
   named_ = named_ || diagnosis_.clear();
   if (broken) return StringVerdict::kBroken;
+  reduced_ = true;
   return named_ || diagnosis_.time() >= settings_.decide_s ? StringVerdict::kNamed : StringVerdict::kDoubtful;
 }
 

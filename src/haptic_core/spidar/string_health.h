@@ -3,7 +3,7 @@
 /// Three judges, for three times in which a length can go wrong:
 ///   within a tick            CountScreen     spikes are refused, slips of an encoder are measured and
 ///   corrected in 3 ms and more         the residual    lengths that contradict each other: the force is
-///   reduced at once in 0.05 s to 0.4 s       SlipDiagnosis   which string it is, from the motion; then no
+///   reduced at once in 0.05 s to 0.3 s       SlipDiagnosis   which string it is, from the motion; then no
 ///   force
 /// A string that hangs loose measures too long and does not pull; what grows slowly is therefore never
 /// corrected.
@@ -24,7 +24,7 @@ struct HealthSettings {
   double residual_limit = 0.05e-3;
   double residual_time_s = 0.003;  ///< for so long before the state changes: a single bad sample is no fault
   double doubt_end_s = 0.2;        ///< without contradiction for so long, the doubt is over
-  double decide_s = 0.4;           ///< a doubt that lasts so long ends in a fault, with or without a name
+  double decide_s = 0.3;           ///< a doubt that lasts so long ends in a fault, with or without a name
   double break_factor = 40;        ///< residual over limit at which there is no waiting and no force
   int most_corrections = 3;  ///< slips corrected until a calibration; one more is a fault: the errors add up
   ScreenSettings screen;
@@ -70,7 +70,7 @@ class StringHealth {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.residual_time_), visit(s.quiet_time_), visit(s.suspect_error_), visit(s.hottest_), visit(s.suspect_);
-    visit(s.hottest_motor_), visit(s.corrections_), visit(s.suspects_), visit(s.named_);
+    visit(s.hottest_motor_), visit(s.corrections_), visit(s.suspects_), visit(s.named_), visit(s.reduced_);
     visit(s.heat_), visit(s.screen_), visit(s.diagnosis_);
   }
 
@@ -78,7 +78,6 @@ class StringHealth {
   double suspectError() const { return suspect_error_; }  ///< measured minus true length of the suspect [m]
   std::uint32_t suspects() const { return suspects_; }    ///< bit per string that may be the one
   int corrections() const { return corrections_; }        ///< slips corrected since the last calibration
-  double hottest() const { return hottest_; }             ///< 1 = for ever
   int hottestMotor() const { return hottest_motor_; }
 
  private:
@@ -92,7 +91,7 @@ class StringHealth {
   double residual_time_ = 0, quiet_time_ = 0, suspect_error_ = 0, hottest_ = 0;
   int suspect_ = -1, hottest_motor_ = 0, corrections_ = 0;
   std::uint32_t suspects_ = 0;
-  bool named_ = false;
+  bool named_ = false, reduced_ = false;  ///< since the doubt began: a string was named, the force was reduced
 };
 
 }  // namespace haptic

@@ -148,6 +148,26 @@ TEST(Freshness, EveryWayIntoForceIsARamp) {
 
 
 /// A board that repeats its counts looks like a grip at rest, until the force changes and nothing gives way.
+/// Counts come again after 30 ms in which nobody ticked: no string may pull at once as it did before.
+TEST(Freshness, ALoopThatStoodStillComesBackByARamp) {
+  Rig rig;
+  std::int64_t now_ns = 1000000000;
+  const auto tick = [&](std::int64_t later_ns) {
+    DeviceSample s = rig.good();
+    s.stamp_ns = now_ns += later_ns;
+    rig.tick(s);
+  };
+  for (int k = 0; k < 700; ++k) tick(1000000);
+  ASSERT_GT(rig.device.achievedWrench().force.norm(), 2.8);
+  tick(19000000);  // late, and not too late
+  EXPECT_GT(rig.device.achievedWrench().force.norm(), 2.8);
+  tick(30000000);
+  EXPECT_LT(rig.device.achievedWrench().force.norm(), 0.1);
+  EXPECT_EQ(rig.device.state(), DeviceState::kEnabled);
+  for (int k = 0; k < 700; ++k) tick(1000000);
+  EXPECT_GT(rig.device.achievedWrench().force.norm(), 2.8);
+}
+
 TEST(StillCounters, EndTheForceOnceItChanges) {
   Rig rig;
   const auto push = [&rig](const DeviceSample& sample, double newton) {

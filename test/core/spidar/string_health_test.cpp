@@ -109,6 +109,30 @@ TEST(StringHealth, RecoversAfterRepairAndCalibration) {
   EXPECT_LT((rig.device.pose().p - rig.twin.latchedPose().X_BG.p).norm(), 60e-6);
 }
 
+/// A slip shows at some poses and not at others: lengths that agree again are no proof, and a reduced force must not stay for ever.
+TEST(StringHealth, ADoubtThatReducedTheForceEndsInAName) {
+  const DeviceDef def = loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml");
+  const StringKinematics kinematics(def);
+  const HealthSettings settings;
+  StringHealth health(def, settings);
+  const StringVector right = kinematics.lengths(GripPose{});
+  StringVector wrong = right;
+  wrong[3] += 0.8e-3;
+  StringVerdict verdict = StringVerdict::kTrue;
+  GripPose pose;
+  const auto judge = [&](const StringVector& length) {
+    const PoseSolution solved = kinematics.solvePose(length, pose);
+    verdict = health.judge(solved, length, kinematics, pose, kStep);
+    pose = solved.pose;
+  };
+  int ticks = 0;
+  for (; ticks < 6; ++ticks) judge(wrong);
+  ASSERT_EQ(verdict, StringVerdict::kDoubtful);
+  const int last = static_cast<int>(settings.decide_s / kStep) + 1;
+  for (; ticks < last; ++ticks) judge(right);
+  EXPECT_EQ(verdict, StringVerdict::kNamed) << ticks;
+}
+
 TEST(StringHealth, RecoveryLeavesTheForceOff) {
   WavedRig rig;
   rig.twin.inject({TwinFaultKind::kSilence, 0, 0});

@@ -1,0 +1,287 @@
+#include "spidar_driver/transport/board_answers.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "spidar_driver/transport/board_protocol.h"
+#include "spidar_driver/transport/bus_restart.h"
+
+namespace haptic {
+namespace {
+
+constexpr std::int64_t kReplyDelayNs = 25000;  // of the firmware, from header to reply
+constexpr std::int64_t kSplitNs = 3000000;     // an adapter may deliver a reply in two parts so far apart
+constexpr int kDrainReads = 16, kCollectReads = 64;  // of 512 bytes: 8 kB are 20 ms of a full wire
+constexpr std::int64_t kMarkSpareNs =
+    300000;  // a mark is waited for no longer than it should take, and so much
+constexpr std::int64_t kMarkEveryNs = 16000000;  // the ledger is settled so often at least; 0.8 % of the wire
+constexpr std::int64_t kMarkPauseNs = 2500000;   // after a mark's answer: a doubled one has come by then
+constexpr double kLossWindow = 50;               // questions over which a board's losses are averaged
+constexpr double kLossLimit = 0.2;  // of them lost: the board is out of step, or its table is spoilt
+
+}  // namespace
+
+BoardAnswers::BoardAnswers(const DeviceDef& device, const UartSettings& settings, const BoardCycle& cycle,
+                           LinkStory& story)
+    : device_(device), settings_(settings), cycle_(cycle), story_(story) {
+  silent_ns_ = static_cast<std::int64_t>(1e9 * settings_.silent_after_s);
+  mark_wire_ns_ = cycle_.longest_mark_ns;
+  for (std::size_t i = 0; i < device_.strings.size(); ++i) {
+    const double per_count = std::max(std::abs(device_.strings[i].length_per_count), 1e-9);
+    counter_[i] = CountUnwrapper(
+        {settings_.max_string_speed / per_count, settings_.max_string_acceleration / per_count});
+  }
+  for (const FoundBoard& b : cycle_.boards())
+    for (const BoardCommand command :
+         {BoardCommand::kGetParam, BoardCommand::kCurrent, BoardCommand::kBoardInfo})
+      stream_.know(headerByte(command, b.id), replyBytes(*b.shape, command));
+}
+
+void BoardAnswers::begin(std::int64_t now_ns, std::int64_t delay_ns) noexcept {
+  ready_ns_ = looked_ns_ = heard_ns_ = last_mark_ns_ = now_ns;
+  ledger_.begin(cycle_.boardCount());
+  stream_.forget();
+  for (BoardState& b : board_) {
+    b.lost = 0;
+    b.fresh = false;  // what came in the exchange that ended in a restart is old by now
+    b.memory.begin();
+  }
+  delay_ns_ = fastest_ns_ = delay_ns;
+  trouble_ = Cause::kNone;
+  story_.setDelay(delay_ns_);
+}
+
+/// One read, until `deadline_ns` at most. Returns the bytes that came; -1: the line is gone.
+int BoardAnswers::hear(ByteLink& link, std::uint64_t exchange, std::int64_t deadline_ns) noexcept {
+  std::array<std::uint8_t, 512> in;
+  const std::int64_t before = link.now();
+  const int got = link.read(in.data(), in.size(), deadline_ns);
+  const std::int64_t now = link.now();
+  const auto take = [this, exchange](const std::uint8_t* bytes, int size) {
+    takeReply(bytes, size, exchange);
+  };
+  if (got > 0) {
+    heard_ns_ = now;
+    waited_ = now > before && deadline_ns > before;
+    stream_.feed(in.data(), static_cast<std::size_t>(got), take);
+  } else if (got == 0) {
+    stream_.settle(take);
+    looked_ns_ = now;
+  }
+  return got;
+}
+
+bool BoardAnswers::drain(ByteLink& link, std::uint64_t exchange) noexcept {
+  int got = 1;
+  for (int i = 0; i < kDrainReads && got > 0; ++i) got = hear(link, exchange, 0);
+  if (got < 0) return false;
+  if (got > 0) trouble_ = Cause::kFlood;
+  if (stream_.pending() > 0 && link.now() - heard_ns_ > kSplitNs) stream_.abandon();
+  const std::uint64_t foreign = stream_.foreign();
+  story_.count(LinkStory::kForeign, foreign - foreign_seen_);
+  foreign_seen_ = foreign;
+  return true;
+}
+
+/// The mark is waited for too, when it is due within the wait: who does not watch the line when it comes does
+/// not know the delay.
+bool BoardAnswers::collect(ByteLink& link, std::uint64_t exchange, std::int64_t sent_ns) noexcept {
+  const std::int64_t deadline = sent_ns + cycle_.wait_ns;
+  const std::int64_t due = ledger_.markSent() + BusRestart::questionTime(cycle_.byte_ns, mark_reply_bytes_) +
+                           delay_ns_ + kMarkSpareNs;
+  const bool own = ownAnswers();
+  const std::int64_t mark_deadline = own ? std::min(due, deadline) : due <= deadline ? due : 0;
+  const auto answered = [&] { return own ? ledger_.owed() == 0 : allFresh(); };
+  const auto done = [&] { return answered() && (!ledger_.marked() || link.now() >= mark_deadline); };
+  for (int i = 0; i < kCollectReads; ++i) {
+    const bool look = stream_.complete() || done();  // only silence proves the last reply
+    const int got = hear(link, exchange, look ? 0 : answered() ? mark_deadline : deadline);
+    if (got < 0) return false;
+    if (got == 0 && (!look || done())) break;
+  }
+  return true;
+}
+
+void BoardAnswers::suspect(Cause cause, int board) noexcept {
+  trouble_ = cause;
+  story_.blame(cycle_.boards()[board].id);
+}
+
+void BoardAnswers::takeReply(const std::uint8_t* bytes, int size, std::uint64_t exchange) noexcept {
+  const int board = cycle_.boardOf(bytes[0] & 7);
+  if (board < 0) return;
+  if (bytes[0] == headerByte(BoardCommand::kCurrent, cycle_.boards()[board].id))
+    takeAnswer(board, bytes, size, exchange);
+  else
+    takeMark(board, bytes, size);
+}
+
+void BoardAnswers::takeAnswer(int board, const std::uint8_t* bytes, int size,
+                              std::uint64_t exchange) noexcept {
+  const AnswerLedger::Credit question = ledger_.answer(board);
+  if (!question.owed) return story_.count(LinkStory::kDoubled);
+  if (question.exchange != exchange) story_.count(LinkStory::kLate);
+  const std::int64_t stamp = question.sent_ns + cycle_.offsetNs(board) + kReplyDelayNs;
+  if (!takePositions(board, bytes, size, stamp)) return;
+  board_[board].exchange = question.exchange;
+  board_[board].stamp_ns = stamp;
+  board_[board].fresh = true;
+}
+
+/// False: a reading that no motor can have made; nothing of this answer is taken for new.
+bool BoardAnswers::takePositions(int board, const std::uint8_t* bytes, int size,
+                                 std::int64_t stamp_ns) noexcept {
+  const FoundBoard& found = cycle_.boards()[board];
+  CurrentReply packet;
+  if (!decodePacket(*found.shape, found.id, bytes, static_cast<std::size_t>(size), packet)) return false;
+  bool believed = true;
+  const int strings = static_cast<int>(device_.strings.size()), first = cycle_.firstChannel(board);
+  for (int m = 0; m < found.shape->motors && first + m < strings; ++m) {
+    const auto result = counter_[first + m].accept(packet.position[m], stamp_ns);
+    believed = believed && result == CountUnwrapper::Result::kAccepted;
+    if (result == CountUnwrapper::Result::kRefused) story_.count(LinkStory::kRefused);
+    if (result != CountUnwrapper::Result::kRestarted) continue;
+    story_.count(LinkStory::kRestarts);
+    counters_restarted_ = true;
+    suspect(Cause::kRestarted, board);  // a board that lost power lost its length table as well
+  }
+  return believed;
+}
+
+void BoardAnswers::takeMark(int board, const std::uint8_t* bytes, int size) noexcept {
+  InfoReply info;
+  ParamReply param;
+  const FoundBoard& found = cycle_.boards()[board];
+  const bool memory = bytes[0] == headerByte(BoardCommand::kGetParam, found.id);
+  if (memory ? !decodePacket(*found.shape, found.id, bytes, static_cast<std::size_t>(size), param)
+             : !decodeInfo(bytes, size, found.id, info))
+    return;
+  if (!ledger_.marked() || ledger_.markBoard() != board || memory != (mark_param_ >= 0))
+    return story_.count(LinkStory::kDoubled);
+  if (memory) {
+    const BoardMemory::Verdict verdict = board_[board].memory.take(mark_param_, param.type);
+    const bool power_lost = verdict == BoardMemory::Verdict::kPowerLost;
+    counters_restarted_ = counters_restarted_ || power_lost;  // whether its counters went on nobody can know
+    if (verdict != BoardMemory::Verdict::kFine)
+      suspect(power_lost ? Cause::kPowerLost : Cause::kDisobeys, board);
+  }
+  if (!memory && info.model != static_cast<int>(found.shape->model)) suspect(Cause::kOtherBoard, board);
+  measureDelay();
+  settleLosses();
+}
+
+void BoardAnswers::measureDelay() noexcept {
+  const std::int64_t trip = BusRestart::questionTime(cycle_.byte_ns, mark_reply_bytes_) + ledger_.markSent();
+  const std::int64_t delay = std::max<std::int64_t>(0, heard_ns_ - trip);
+  // It came just now, or at some time since somebody looked.
+  const std::int64_t least = waited_ ? delay : std::clamp<std::int64_t>(looked_ns_ - trip, 0, delay);
+  delay_ns_ = waited_ ? delay_ns_ + (delay - delay_ns_) / 4 : std::clamp(delay_ns_, least, delay);
+  fastest_ns_ = std::min(least, fastest_ns_ + (least - fastest_ns_) / 4);
+  story_.setDelay(delay_ns_);
+  last_mark_ns_ = heard_ns_;
+}
+
+void BoardAnswers::settleLosses() noexcept {
+  const AnswerLedger::Settled settled = ledger_.settle();
+  story_.count(LinkStory::kDoubled, static_cast<std::uint64_t>(settled.doubled));
+  const double cycles = static_cast<double>(std::max<std::uint64_t>(settled.cycles, 1));
+  for (int b = 0; b < cycle_.boardCount(); ++b) {
+    const int lost = settled.lost[b];
+    story_.count(LinkStory::kLost, static_cast<std::uint64_t>(lost));
+    lost_ = std::max(lost_, lost);
+    board_[b].lost += std::min(1.0, cycles / kLossWindow) * (lost / cycles - board_[b].lost);
+    if (board_[b].lost > kLossLimit) suspect(Cause::kLossy, b);
+  }
+}
+
+bool BoardAnswers::markDue(std::int64_t sent_ns, std::int64_t idle_ns) noexcept {
+  if (ledger_.marked() && (ledger_.overtaken() || sent_ns - ledger_.markSent() > silent_ns_)) dropMark();
+  if (ledger_.marked()) return false;
+  const std::int64_t since = sent_ns - last_mark_ns_;
+  if (since >= kMarkEveryNs) return true;
+  const bool doubtful = ledger_.owed() > 0 || expired(sent_ns);
+  return doubtful && idle_ns >= mark_wire_ns_ && since >= std::max(cycle_.period_ns, kMarkPauseNs);
+}
+
+const std::vector<std::uint8_t>* BoardAnswers::ask(std::int64_t sent_ns, std::uint64_t exchange,
+                                                   std::int64_t idle_ns) noexcept {
+  const bool marks = markDue(sent_ns, idle_ns);
+  askPlain(sent_ns, exchange);
+  if (!marks) return nullptr;
+  const std::vector<std::uint8_t>& mark = chooseMark();
+  ledger_.mark(next_mark_, sent_ns + cycle_.cycle_ns);
+  last_mark_ns_ = sent_ns;
+  return &mark;
+}
+
+/// The next mark's bytes: GET_PARAM where the board answers it and the period has room, else BOARD_INFO.
+const std::vector<std::uint8_t>& BoardAnswers::chooseMark() noexcept {
+  next_mark_ = (next_mark_ + 1) % cycle_.boardCount();
+  const BoardMemory& state = board_[next_mark_].memory;
+  const std::vector<std::uint8_t>& memory = cycle_.memoryMark(next_mark_, state.next());
+  const bool room =
+      cycle_.slot_ns + static_cast<std::int64_t>(memory.size()) * cycle_.byte_ns < cycle_.period_ns;
+  const bool asks_memory = room && state.answers();
+  const std::vector<std::uint8_t>& mark = asks_memory ? memory : cycle_.infoMark(next_mark_);
+  mark_param_ = asks_memory ? memory[1] : -1;
+  mark_reply_bytes_ =
+      asks_memory ? replyBytes(*cycle_.boards()[next_mark_].shape, BoardCommand::kGetParam) : kInfoBytes;
+  mark_wire_ns_ = static_cast<std::int64_t>(mark.size()) * cycle_.byte_ns;
+  return mark;
+}
+
+/// The mark's answer will not come; what its board took in is not known.
+void BoardAnswers::dropMark() noexcept {
+  if (mark_param_ >= 0) board_[ledger_.markBoard()].memory.lose();
+  ledger_.dropMark();
+}
+
+bool BoardAnswers::expired(std::int64_t at_ns) const noexcept {
+  for (int b = 0; b < cycle_.boardCount(); ++b)
+    if (board_[b].stamp_ns < ready_ns_ || at_ns - board_[b].stamp_ns > silent_ns_ ||
+        board_[b].memory.unproven())
+      return true;
+  return false;
+}
+
+/// A board is silent since the first question that it owes an answer to, not since the last answer: a loop
+/// that stood still has asked nothing. Patience is less while the board may hold more than the least tension,
+/// until it has answered what came after the last such command.
+std::uint32_t BoardAnswers::mute(std::int64_t now_ns, std::int64_t last_pull_ns) const noexcept {
+  std::uint32_t ids = 0;
+  for (int b = 0; b < cycle_.boardCount(); ++b) {
+    const AnswerLedger::Credit question = ledger_.oldest(b);
+    if (!question.owed) continue;
+    const std::int64_t since = std::max({board_[b].stamp_ns, ready_ns_, question.sent_ns - cycle_.period_ns});
+    const bool may_pull = last_pull_ns > 0 && board_[b].stamp_ns - cycle_.period_ns <= last_pull_ns;
+    if (now_ns - since <
+        static_cast<std::int64_t>(1e9 * (may_pull ? settings_.zero_after_s : settings_.silent_after_s)))
+      continue;
+    ids |= 1u << cycle_.boards()[b].id;
+    story_.blame(cycle_.boards()[b].id);
+  }
+  return ids;
+}
+
+bool BoardAnswers::allFresh() const noexcept {
+  return std::all_of(board_.begin(), board_.begin() + cycle_.boardCount(),
+                     [](const BoardState& b) { return b.fresh; });
+}
+
+void BoardAnswers::takeFresh() noexcept {
+  for (BoardState& b : board_) b.fresh = false;
+}
+
+void BoardAnswers::read(DeviceSample& s, std::uint64_t exchange) const noexcept {
+  s.stamp_ns = board_[0].stamp_ns;
+  std::uint64_t oldest = board_[0].exchange;
+  for (int b = 1; b < cycle_.boardCount(); ++b) {
+    s.stamp_ns = std::min(s.stamp_ns, board_[b].stamp_ns);
+    oldest = std::min(oldest, board_[b].exchange);
+  }
+  for (std::size_t i = 0; i < device_.strings.size(); ++i) s.counts[i] = counter_[i].countAt(s.stamp_ns);
+  s.age_ticks = static_cast<std::uint32_t>(exchange - oldest);
+  s.lost = static_cast<std::uint16_t>(lost_);
+}
+
+}  // namespace haptic

@@ -1,0 +1,114 @@
+/// What comes back from the boards: bytes → replies → questions → counts; and what the answers say of the
+/// boards.
+///
+/// An answer is stamped with the instant its question went over the wire, however late it comes: a slow wire
+/// shows as age. Marks (answer_ledger.h) measure the wire's delay and tell which answers are lost; those of
+/// GET_PARAM tell besides whether a board takes in what it is told (board_memory.h).
+#pragma once
+#include <array>
+#include <utility>
+
+#include "haptic_core/spidar/transport.h"
+#include "spidar_driver/transport/answer_ledger.h"
+#include "spidar_driver/transport/board_cycle.h"
+#include "spidar_driver/transport/byte_link.h"
+#include "spidar_driver/transport/count_unwrapper.h"
+#include "spidar_driver/transport/link_story.h"
+#include "spidar_driver/transport/reply_stream.h"
+
+namespace haptic {
+
+class BoardAnswers {
+ public:
+  using Cause = LinkStory::Cause;
+  /// Set-up. All must outlive this.
+  BoardAnswers(const DeviceDef& device, const UartSettings& settings, const BoardCycle& cycle,
+               LinkStory& story);
+
+  /// (in realtime) The boards are in step, on a wire of that delay.
+  void begin(std::int64_t now_ns, std::int64_t delay_ns) noexcept;
+
+  /// (in realtime) A cycle goes out at `sent_ns`, in the exchange of that number, after the line was idle for
+  /// `idle_ns`. Returns the mark that must follow it; nullptr: none is due.
+  const std::vector<std::uint8_t>* ask(std::int64_t sent_ns, std::uint64_t exchange,
+                                       std::int64_t idle_ns) noexcept;
+  /// (in realtime) Zero currents, or a cycle behind a lesson: no mark.
+  void askPlain(std::int64_t sent_ns, std::uint64_t exchange) noexcept {
+    if (!ledger_.ask(sent_ns, exchange)) trouble_ = Cause::kSilent;
+  }
+  /// The lesson may be sent: no board is inside of a packet, as far as answers tell.
+  bool mayTeach() const noexcept { return !(ownAnswers() && ledger_.owed() > 0); }
+
+  // (in realtime) What is heard. False: the line is gone.
+  bool drain(ByteLink& link, std::uint64_t exchange) noexcept;  ///< what came since the last exchange
+  /// Waits for this exchange's answers; on a wire whose delay exceeds the wait, for some answer of every
+  /// board.
+  bool collect(ByteLink& link, std::uint64_t exchange, std::int64_t sent_ns) noexcept;
+
+  /// (in realtime) What was found while hearing; the board is in the story. Asking forgets it.
+  Cause takeTrouble() noexcept { return std::exchange(trouble_, Cause::kNone); }
+  Cause trouble() const { return trouble_; }
+  /// (in realtime) A counter started anew since the last call: what was known of the strings' lengths is
+  /// lost.
+  bool takeRestarted() noexcept { return std::exchange(counters_restarted_, false); }
+
+  /// The counts of some board are, at that instant, older than force may act on, or older than the last
+  /// restart; or a board that can show it has not shown yet that it takes in what it is told.
+  bool expired(std::int64_t at_ns) const noexcept;
+  /// Bit per id of the boards that have been asked and not answered for too long, at the time `now_ns`.
+  /// `last_pull_ns`: when a string was last told more than its least tension; 0: never. Blames one of them in
+  /// the story.
+  std::uint32_t mute(std::int64_t now_ns, std::int64_t last_pull_ns) const noexcept;
+
+  bool allFresh() const noexcept;  ///< every board has answered since the last `takeFresh`
+  void takeFresh() noexcept;       ///< (in realtime)
+  /// (in realtime) Counts, all at the instant of the oldest board's, stamp and age in exchanges.
+  void read(DeviceSample& sample, std::uint64_t exchange) const noexcept;
+  void beginExchange() noexcept { lost_ = 0; }  ///< (in realtime)
+
+ private:
+  struct BoardState {
+    std::uint64_t exchange = 0;  ///< whose question its counts answer
+    std::int64_t stamp_ns = 0;   ///< latch of its counts
+    bool fresh = false;          ///< new since the last sample that had new counts of all
+    double lost = 0;             ///< share of the last questions without an answer
+    BoardMemory memory;          ///< whether it takes in what it is told
+  };
+
+  int hear(ByteLink& link, std::uint64_t exchange, std::int64_t deadline_ns) noexcept;
+  void takeReply(const std::uint8_t* bytes, int size, std::uint64_t exchange) noexcept;
+  void takeAnswer(int board, const std::uint8_t* bytes, int size, std::uint64_t exchange) noexcept;
+  bool takePositions(int board, const std::uint8_t* bytes, int size, std::int64_t stamp_ns) noexcept;
+  void takeMark(int board, const std::uint8_t* bytes, int size) noexcept;
+  void measureDelay() noexcept;
+  void settleLosses() noexcept;
+  bool markDue(std::int64_t sent_ns, std::int64_t idle_ns) noexcept;
+  const std::vector<std::uint8_t>& chooseMark() noexcept;
+  void dropMark() noexcept;
+  bool ownAnswers() const noexcept { return fastest_ns_ + cycle_.cycle_ns + mark_wire_ns_ <= cycle_.wait_ns; }
+  void suspect(Cause cause, int board) noexcept;
+
+  const DeviceDef& device_;
+  const UartSettings settings_;
+  const BoardCycle& cycle_;
+  LinkStory& story_;
+  ReplyStream stream_;
+  AnswerLedger ledger_;
+  std::array<BoardState, kMaxBoards> board_{};
+  std::array<CountUnwrapper, kMaxStrings> counter_;
+  std::int64_t silent_ns_ = 0, ready_ns_ = 0, heard_ns_ = 0, looked_ns_ = 0;
+  std::int64_t last_mark_ns_ = 0;  ///< asked or answered
+  std::int64_t delay_ns_ = 0,
+               fastest_ns_ = 0;  ///< of the wire beyond its bytes' own time: mean, and what it can do at best
+  std::int64_t mark_wire_ns_ = 0;
+  std::uint64_t foreign_seen_ = 0;
+  int lost_ = 0;  ///< answers that this exchange proved lost, of the board that lost most
+  int next_mark_ = 0;
+  int mark_param_ = -1;  ///< parameter that the mark on its way asks for; -1: it is BOARD_INFO
+  int mark_reply_bytes_ = kInfoBytes;
+  Cause trouble_ = Cause::kNone;
+  bool waited_ = false;  ///< the last read waited: what it brought came just now
+  bool counters_restarted_ = false;
+};
+
+}  // namespace haptic
