@@ -3,12 +3,11 @@
 // `./run report BAG` and `./run export BAG` read them.
 #include <yaml-cpp/yaml.h>
 
-#include <cstdio>
 #include <fstream>
 #include <iostream>
 
-#include "haptic_core/base/build_info.h"
 #include "haptic_core/base/error.h"
+#include "scene/program_version.h"
 #include "session/session_table.h"
 
 namespace haptic {
@@ -107,10 +106,7 @@ void writeInfo(const std::string& path, const RecordedSession& session, const Re
 }
 
 int main(int argc, char** argv) {
-  if (argc == 2 && std::string(argv[1]) == "--version") {
-    std::printf("session_table, %s\n", programVersion().c_str());
-    return 0;
-  }
+  if (toldVersion(argc, argv, "session_table")) return 0;
   if (argc != 3) throw SetupError("session_table", "wants a bag and a folder", kUsage);
   // Another build may differ in last bits: the column `same_bits` and `mismatches` tell.
   const std::vector<RecordedSession> sessions = readSessions(argv[1], {true});

@@ -1,4 +1,4 @@
-# What every program of launch/verbs starts with: folders, the other parts, --help. Sourced.
+# What every program of launch/verbs starts with: folders, the other parts, --help, --version. Sourced.
 # Another python3 ahead of /usr/bin (pyenv, conda) breaks catkin and every ROS script: the path is fixed first.
 export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
 set -u
@@ -19,5 +19,6 @@ for word; do
       echo 'usage: ./run'
       sed -n 's/^#: \{0,1\}/  /p' "$PROGRAM"
       exit 0 ;;
+    --version) [ "$(basename "$PROGRAM")" = version.sh ] || exec "$ROOT/launch/verbs/version.sh" ;;
   esac
 done
