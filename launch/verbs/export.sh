@@ -3,7 +3,7 @@
 #:                   a recording as columns for your own analysis, one row per tick
 . "$(dirname "$0")/parts/start.sh"
 [ $# -ge 1 ] || fail "export needs the path of a bag that ./run demo --record has written"
-setup run
+setup run pages
 build_stack 'haptic_msgs_generate_messages_py session_table'
 use_build
 show_and_keep export python3 -B "$ROOT/penalty_sim/session/session_export.py" \

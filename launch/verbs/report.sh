@@ -8,7 +8,7 @@
 for word; do
   case $word in -*) continue ;; esac
   is_bag "$word" || continue
-  setup run
+  setup run pages
   build_stack 'haptic_msgs_generate_messages_py session_table'
   use_build
   show_and_keep report-session python3 -B "$ROOT/penalty_sim/session/session_report.py" \

@@ -82,9 +82,10 @@ void bindDevice(py::module_& m) {
           [](const py::object& self) { return vectorView(self.cast<PoseSolution&>().length_error, self); },
           "of the solution less measured, per string [m]")
       .def_readonly("residual", &PoseSolution::residual, "rms of length_error [m]")
-      .def_readonly("iterations", &PoseSolution::iterations)
-      .def_property_readonly("converged",
-                             [](const PoseSolution& s) { return s.status == PoseStatus::kConverged; });
+      .def_readonly("iterations", &PoseSolution::iterations, "linearisations")
+      .def_property_readonly(
+          "converged", [](const PoseSolution& s) { return s.status == PoseStatus::kConverged; },
+          "the next step would be rounding");
   py::class_<TensionReport>(m, "TensionReport", "String tensions, and the wrench that they present.")
       .def_property_readonly(
           "tension",
@@ -99,15 +100,18 @@ void bindDevice(py::module_& m) {
                     "distance to the wrench asked for, torque over the knots' radius [N]")
       .def_readonly("kkt_residual", &TensionReport::kkt_residual,
                     "violation of the optimality conditions [1]")
-      .def_property_readonly("solved",
-                             [](const TensionReport& r) { return r.status == TensionStatus::kSolved; });
+      .def_property_readonly(
+          "solved", [](const TensionReport& r) { return r.status == TensionStatus::kSolved; },
+          "exactly; the tensions are within their bounds in any case");
   py::class_<Device>(
       m, "Device",
       "Geometry of a string device: lengths from poses, poses from lengths, tensions for wrenches.")
       .def(py::init([](const py::object& file) { return std::make_unique<Device>(py::str(file)); }),
            py::arg("file_or_name") = "spidar_g6x3r")
-      .def_property_readonly("name", [](const Device& d) { return d.def.name; })
-      .def_property_readonly("strings", [](const Device& d) { return d.kinematics.strings(); })
+      .def_property_readonly(
+          "name", [](const Device& d) { return d.def.name; }, "model, as its file gives it")
+      .def_property_readonly(
+          "strings", [](const Device& d) { return d.kinematics.strings(); }, "how many it has")
       .def_property_readonly(
           "dof", [](const Device& d) { return d.kinematics.dof(); },
           "3: point grip; 6: rigid; 7: with one opening")

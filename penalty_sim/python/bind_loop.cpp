@@ -95,7 +95,7 @@ void bindLoop(py::module_& m) {
           "calibrate", [](const SeenHand& h) { h.device().calibrateAtHome(); }, "The grip is at home now.")
       .def(
           "enable_force", [](const SeenHand& h, bool on) { h.device().setForceEnabled(on); },
-          py::arg("on") = true)
+          py::arg("on") = true, "Tensions follow the wrench that is asked for, or rest at their minimum.")
       .def(
           "move_to",
           [](const SeenHand& h, const Matrix4& X_BG) {
@@ -124,12 +124,14 @@ void bindLoop(py::module_& m) {
           "world",
           [](const std::shared_ptr<TwinLoop>& l) { return std::make_unique<SeenWorld>(l->world, l); },
           "the world between the hands, for reading and tuning")
-      .def_property_readonly("hands",
-                             [](const std::shared_ptr<TwinLoop>& l) {
-                               std::vector<SeenHand> hands;
-                               for (int i = 0; i < l->loop.handCount(); ++i) hands.push_back({l, i});
-                               return hands;
-                             })
+      .def_property_readonly(
+          "hands",
+          [](const std::shared_ptr<TwinLoop>& l) {
+            std::vector<SeenHand> hands;
+            for (int i = 0; i < l->loop.handCount(); ++i) hands.push_back({l, i});
+            return hands;
+          },
+          "one for each device of the scene")
       .def(
           "pause",
           [](TwinLoop& l, bool on) {

@@ -45,7 +45,8 @@ void bindScene(py::module_& m) {
            "Loads a URDF, a YAML list, or a scene by its name. `default_density` [kg/m³]: of moving links "
            "without inertia.")
       .def_readonly("file", &SceneDef::file, "absolute path")
-      .def_property_readonly("name", [](const SceneDef& s) { return s.world.name; })
+      .def_property_readonly(
+          "name", [](const SceneDef& s) { return s.world.name; }, "of the robot or list")
       .def_readonly("notes", &SceneDef::notes, "what a user should know, one line each")
       .def_readonly("warnings", &SceneDef::warnings, "what a user should mend, one line each")
       .def_property_readonly(
@@ -93,7 +94,7 @@ void bindScene(py::module_& m) {
             return links;
           },
           "links of each island")
-      .def("text", &Certificate::text);
+      .def("text", &Certificate::text, "for people: pairs, islands, verdicts");
   m.def(
       "certify",
       [](const py::object& scene, double settle) { return certify(sceneFrom(scene).world, settle); },

@@ -100,8 +100,8 @@ void command(SeenWorld& seen, const std::string& name, const JointCommand& comma
 
 void defineReports(py::module_& m) {
   py::class_<EnergyLedger>(m, "EnergyLedger", "Where the energy of a world is and went [J].")
-      .def_readonly("kinetic", &EnergyLedger::kinetic)
-      .def_readonly("potential", &EnergyLedger::potential)
+      .def_readonly("kinetic", &EnergyLedger::kinetic, "of all links")
+      .def_readonly("potential", &EnergyLedger::potential, "of gravity")
       .def_readonly("elastic", &EnergyLedger::elastic, "in contacts")
       .def_readonly("tangential", &EnergyLedger::tangential, "in the friction springs")
       .def_readonly("damping", &EnergyLedger::damping, "dissipated since the start")
@@ -112,13 +112,14 @@ void defineReports(py::module_& m) {
       .def_property_readonly("total", &EnergyLedger::total, "kinetic + potential + elastic + tangential")
       .def_property_readonly("balance", &EnergyLedger::balance, "constant up to the step's error");
   py::class_<StepReport>(m, "StepReport", "What the last step did.")
-      .def_readonly("step", &StepReport::step)
+      .def_readonly("step", &StepReport::step, "index since load")
       .def_readonly("pairs", &StepReport::pairs, "pairs of shapes whose boxes overlap")
-      .def_readonly("contacts", &StepReport::contacts)
+      .def_readonly("contacts", &StepReport::contacts, "pairs of shapes that touch")
       .def_readonly("iterations", &StepReport::iterations, "of the implicit solve; 0: explicit")
       .def_readonly("residual", &StepReport::residual,
                     "largest speed that an implicit solve left to change [m/s]")
-      .def_readonly("substeps", &StepReport::substeps)
+      .def_readonly("substeps", &StepReport::substeps,
+                    "of this step: more where something fast came near something thin")
       .def_readonly("finite", &StepReport::finite, "False: a number was lost and the world stopped")
       .def_readonly("flags", &StepReport::flags, "what was dropped: StepFlag in world/report.h; 0: nothing");
 }

@@ -65,8 +65,8 @@ def main():
                 write_npz(base + '.npz', session)
                 written.append(base + '.npz')
             if session.info['mismatches']:
-                print(f'export: {session.info["mismatches"]} ticks differ from the recording, another build made it: see the column '
-                      'same_bits', file=sys.stderr)
+                print(f'export: {session.info["mismatches"]} ticks differ from the recording: another build made it, or it was '
+                      'altered; see the column same_bits', file=sys.stderr)
     except OSError as error:
         sys.exit(f'export: {error.filename or prefix}: cannot be written: {error.strerror}; give another place by --output')
     print('export: ' + ', '.join(os.path.abspath(path) for path in written))

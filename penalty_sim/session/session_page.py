@@ -186,9 +186,9 @@ def cards(session, duration):
         shown.append((f'{np.nanmax(force):.3g} N' if np.isfinite(force).any() else '–', 'greatest force on the hand' + name))
         shown.append((f'{100 * np.nanmean(session.table[hand + ".contact"] > 0):.3g} %', 'of the time in contact' + name))
     lost = int(np.nansum(session.table['lost_periods']))
-    shown.append((str(lost), 'ticks lost'))
+    shown.append((str(lost), 'tick lost' if lost == 1 else 'ticks lost'))
     faults = sum(len(session_data.spells_of(session.table[hand + '.state'] == 4, session.table['time'], 0)) for hand in hands)
-    shown.append((str(faults), 'faults'))
+    shown.append((str(faults), 'fault' if faults == 1 else 'faults'))
     return ''.join(f'<div><b>{text(value)}</b>{text(label)}</div>' for value, label in shown)
 
 

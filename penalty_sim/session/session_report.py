@@ -47,8 +47,8 @@ def main():
         sys.exit(f'report: {refusal}')
     for session in sessions:
         if session.info['mismatches']:
-            print(f'report: {session.info["mismatches"]} ticks differ from the recording, another build made it; the page says from '
-                  'where on', file=sys.stderr)
+            print(f'report: {session.info["mismatches"]} ticks differ from the recording: another build made it, or it was altered; '
+                  'the page says from where on', file=sys.stderr)
     print(f'report: {os.path.abspath(output)}' + (f', a point for every {per_bin} ticks' if per_bin > 1 else ''))
     print(f'figure session.page_kb {len(content.encode()) / 1000:.0f} kB')
     print(f'figure session.seconds {time.monotonic() - started:.2f} s')

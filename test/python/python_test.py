@@ -237,6 +237,15 @@ class Stubs(unittest.TestCase):
             self.assertEqual(members, {member for member in stubs[name] if not member.startswith("_")}, name)
             self.assertTrue(getattr(haptic, name).__doc__, name)
 
+    def test_everything_says_what_it_is(self):
+        for name in set(haptic.__all__) - {"__version__", "certify"}:
+            for member, value in vars(getattr(haptic, name)).items():
+                if member.startswith("_"):
+                    continue
+                said = [line for line in (value.__doc__ or "").splitlines() if line.strip()]
+                # the first line of a method is its signature
+                self.assertGreater(len(said), 0 if isinstance(value, property) else 1, f"{name}.{member}")
+
 
 if __name__ == "__main__":
     unittest.main()
