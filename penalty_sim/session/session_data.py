@@ -41,7 +41,7 @@ class Session:
     `statistics`: dict of arrays by time. `messages`: (time, device, state, text) of every change."""
 
     def __init__(self, base):
-        self.table = np.load(base + '.npy')
+        self.table = np.load(base + '.npy', mmap_mode='r')  # outlives the file
         with open(base + '.yaml', encoding='utf-8') as file:
             self.info = yaml.safe_load(file)
         with open(base + '.contacts.csv', encoding='utf-8') as file:

@@ -38,7 +38,7 @@ SessionTable::SessionTable(const RecordedSession& session, ReplayRun& run) : ses
                            "turning", "external", "balance", "step_flags", "stopped"}) {
     columns_.push_back(std::string("world.") + name);
   }
-  values_.reserve(columns_.size() * session.ticks.size());
+  row_.reserve(columns_.size());
 }
 
 void SessionTable::nameHandColumns(const SessionStart::HandStart& hand, std::size_t strings) {
@@ -72,7 +72,8 @@ void SessionTable::put(const Pose& X) {
 }
 
 void SessionTable::addTick() {
-  const std::size_t row = rows();
+  const std::size_t row = tick_++;
+  row_.clear();
   const TickInput& input = session_.ticks[row];
   followLosses(input.tick);
   time_ = static_cast<double>(row) * session_.start.step;
@@ -85,7 +86,7 @@ void SessionTable::addTick() {
     if (present_[i] >= 0) {
       putHand(present_[i], input);
     } else {
-      values_.insert(values_.end(), hand_width_[i], kNothing);
+      row_.insert(row_.end(), hand_width_[i], kNothing);
     }
   }
   for (const int link : bodies_) put(run_.world().linkPose(link));
@@ -136,7 +137,7 @@ void SessionTable::putHand(int index, const TickInput& input) {
   if (report.valid) {
     put(report.X_BG), put(report.V_BG.linear), put(report.V_BG.angular);
   } else {
-    values_.insert(values_.end(), 13, kNothing);  // no pose before calibration
+    row_.insert(row_.end(), 13, kNothing);  // no pose before calibration
   }
   put(device.def().dof == 7 ? report.opening : kNothing);
   put(report.X_WP);

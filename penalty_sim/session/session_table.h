@@ -29,14 +29,13 @@ class SessionTable {
   /// Lists the columns. `run` is the session's and has not run yet.
   SessionTable(const RecordedSession& session, ReplayRun& run);
 
-  /// Appends the row of the tick that `run` has just made.
+  /// Makes the row of the tick that `run` has just made.
   void addTick();
   /// Ends the spells that last; after the last tick.
   void finish();
 
   const std::vector<std::string>& columns() const { return columns_; }
-  std::size_t rows() const { return columns_.empty() ? 0 : values_.size() / columns_.size(); }
-  const std::vector<double>& values() const { return values_; }  ///< rows × columns
+  const std::vector<double>& row() const { return row_; }  ///< of the last tick, a number per column
   const std::vector<ContactSpell>& spells() const { return spells_; }
 
  private:
@@ -48,7 +47,7 @@ class SessionTable {
   };
 
   void nameHandColumns(const SessionStart::HandStart& hand, std::size_t strings);
-  void put(double value) { values_.push_back(value); }
+  void put(double value) { row_.push_back(value); }
   void put(const Vector3& v) { put(v.x()), put(v.y()), put(v.z()); }
   void put(const Pose& X);
   void putHand(int hand, const TickInput& input);
@@ -62,7 +61,8 @@ class SessionTable {
   const RecordedSession& session_;
   ReplayRun& run_;
   std::vector<std::string> columns_;
-  std::vector<double> values_;
+  std::vector<double> row_;
+  std::size_t tick_ = 0;                 ///< index of the next row
   std::vector<int> bodies_;              ///< moving links whose poses are columns
   std::vector<std::size_t> hand_width_;  ///< columns of each recorded hand
   std::vector<int> present_;             ///< by recorded hand: its index in the loop; −1: lost

@@ -26,26 +26,20 @@ void closed(std::ofstream& file, const std::string& path) {
   if (!file) throw SetupError(path, "cannot be written to its end", "free some space on that disk");
 }
 
-/// The format of NumPy's `numpy.save`, version 1.0: a structured array, every field a little-endian double.
-void writeNpy(const std::string& path, const SessionTable& table) {
+/// The format of NumPy's `numpy.save`, version 2.0: a structured array, every field a little-endian double.
+std::string npyHeader(const std::vector<std::string>& columns, std::size_t rows) {
   std::string header = "{'descr': [";
-  for (const std::string& column : table.columns()) {
-    std::string name = column;
+  for (std::string name : columns) {
     for (char& c : name) c = c == '\'' || c == '\\' ? '_' : c;
     header += "('" + name + "', '<f8'), ";
   }
-  header += "], 'fortran_order': False, 'shape': (" + std::to_string(table.rows()) + ",), }";
-  constexpr std::size_t kPrefix = 12, kAlignment = 64;  // version 2.0: magic, version, four bytes of length
+  header += "], 'fortran_order': False, 'shape': (" + std::to_string(rows) + ",), }";
+  constexpr std::size_t kPrefix = 12, kAlignment = 64;  // magic, version, four bytes of length
   header.append(kAlignment - (kPrefix + header.size() + 1) % kAlignment, ' ');
   header += '\n';
-  std::ofstream file = opened(path);
   const auto length = static_cast<std::uint32_t>(header.size());
-  file.write("\x93NUMPY\x02\x00", 8);
-  file.write(reinterpret_cast<const char*>(&length), sizeof length);
-  file << header;
-  file.write(reinterpret_cast<const char*>(table.values().data()),
-             static_cast<std::streamsize>(table.values().size() * sizeof(double)));
-  closed(file, path);
+  return std::string("\x93NUMPY\x02\x00", 8) +
+         std::string(reinterpret_cast<const char*>(&length), sizeof length) + header;
 }
 
 void writeSpells(const std::string& path, const SessionTable& table, const World& world) {
@@ -114,9 +108,15 @@ int main(int argc, char** argv) {
     const std::string base = std::string(argv[2]) + "/session_" + std::to_string(i + 1);
     ReplayRun run(sessions[i]);
     SessionTable table(sessions[i], run);
-    const ReplayReport report = run.run([&](std::uint64_t) { table.addTick(); });
+    std::ofstream rows = opened(base + ".npy");
+    rows << npyHeader(table.columns(), sessions[i].ticks.size());
+    const ReplayReport report = run.run([&](std::uint64_t) {
+      table.addTick();
+      rows.write(reinterpret_cast<const char*>(table.row().data()),
+                 static_cast<std::streamsize>(table.row().size() * sizeof(double)));
+    });
+    closed(rows, base + ".npy");
     table.finish();
-    writeNpy(base + ".npy", table);
     writeSpells(base + ".contacts.csv", table, run.world());
     writeInfo(base + ".yaml", sessions[i], run, report);
   }
