@@ -46,6 +46,17 @@ class Arithmetic(unittest.TestCase):
                 # half a step of rounding, and the rounding of the sum itself
                 np.testing.assert_allclose(row, oracle.reduce(bins, axis=1), atol=0.5 * step * (1 + 1e-9), rtol=0)
 
+    def test_lanes_with_too_many_spells_keep_their_ends_and_what_is_long(self):
+        count = 4 * session_page.LANE_SPELLS
+        short = [(0.001 * i, 0.001 * (i + 1), "stick" if i % 2 else "slip") for i in range(count)]
+        end = short[-1][1]
+        merged = session_page.merged(short + [(end, end + 10, "stick")], end + 10)
+        self.assertLessEqual(len(merged), session_page.LANE_SPELLS + 2)
+        self.assertEqual((merged[0][0], merged[-1]), (0, (end, end + 10, "stick")))
+        self.assertTrue(all(a[1] == b[0] for a, b in zip(merged, merged[1:])), "nothing is left out")
+        self.assertIn("turn", {kind for _, _, kind in merged})
+        self.assertEqual(session_page.merged(short[:10], 1.0), short[:10])
+
     def test_rotation_vectors(self):
         angles = np.array([0, 1e-9, 0.4, 3.0])
         table = {f"q_{a}": v for a, v in zip("xyzw", [np.sin(angles / 2), 0 * angles, 0 * angles, np.cos(angles / 2)])}
