@@ -2,7 +2,10 @@
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 
+#include "scene/program_version.h"
+
 int main(int argc, char** argv) {
+  if (haptic::toldVersion(argc, argv, "penalty_sim_node")) return 0;
   ros::init(argc, argv, "simulation");
   nodelet::Loader loader(false);
   try {

@@ -322,7 +322,7 @@ if __name__ == "__main__":
             probe.bind(("127.0.0.1", 0))
             port = probe.getsockname()[1]
         os.environ.update(PATH=SYSTEM_PATH, ROS_MASTER_URI=f"http://127.0.0.1:{port}", ROS_IP="127.0.0.1", HAPTIC_PICTURES="1")
-        os.execv("/bin/sh", ["sh", "-c", '"$0/run" build && . "$0/build/devel/setup.sh" && exec "$@"', ROOT, "/usr/bin/python3"] + sys.argv)
+        os.execv("/bin/sh", ["sh", "-c", '"$0/run" setup run view test && "$0/run" build && . "$0/build/devel/setup.sh" && exec "$@"', ROOT, "/usr/bin/python3"] + sys.argv)
     import numpy as np
     import rosgraph
     import rospy

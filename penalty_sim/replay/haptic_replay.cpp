@@ -11,6 +11,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/loop/realtime.h"
 #include "replay/replay_run.h"
+#include "scene/program_version.h"
 
 namespace haptic {
 namespace {
@@ -105,6 +106,7 @@ int main(int argc, char** argv) {
 }  // namespace haptic
 
 int main(int argc, char** argv) {
+  if (haptic::toldVersion(argc, argv, "haptic_replay")) return 0;
   try {
     for (int i = 1; i < argc; ++i) {
       if (std::strcmp(argv[i], "--topics") == 0) {

@@ -128,6 +128,7 @@ void addRun(const std::string& bag, const haptic_msgs::TickRecord& m, const std:
       sample.status = static_cast<LinkStatus>(m.link_status[at]);
     }
     session.ticks.push_back(input);
+    session.periods += 1 + m.lost_periods[t];
     TickHash hash;
     hash.world = m.world_hash[t];
     hash.parts = static_cast<int>(m.parts);
@@ -135,6 +136,7 @@ void addRun(const std::string& bag, const haptic_msgs::TickRecord& m, const std:
     std::copy(part, part + m.parts, hash.part.begin());
     session.hashes.push_back(hash);
   }
+  session.clock.push_back({session.ticks.size(), m.header.stamp.toSec() - static_cast<double>(session.periods) * session.start.step});
 }
 
 struct Messages {

@@ -1,5 +1,6 @@
 /// The sessions of a bag, checked and in the core's terms.
 #pragma once
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,12 @@ struct RecordedSession {
   std::vector<LoopEvent> events;     ///< in order
   std::vector<TickInput> ticks;      ///< consecutive
   std::vector<TickHash> hashes;      ///< by tick
+  std::uint64_t periods = 0;         ///< that the ticks took, those lost included
+  struct ClockNote {
+    std::size_t ticks;               ///< the first so many were
+    double started;                  ///< at this time by ROS's clock, as told by when their message was made [s]
+  };
+  std::vector<ClockNote> clock;      ///< one per message
 };
 
 struct BagOptions {

@@ -65,19 +65,26 @@ SceneDef loadRecordedScene(const RecordedSession& session) {
   return scene;
 }
 
-SessionStart completed(const RecordedSession& session) {
-  SessionStart start = session.start;
-  for (std::size_t i = 0; i < start.hands.size(); ++i) {
-    const TextFile file(session.device_texts[i], ".yaml");
-    start.hands[i].def = loadDevice(file.path());
+std::vector<DeviceDef> recordedDevices(const RecordedSession& session) {
+  std::vector<DeviceDef> devices;
+  for (const std::string& text : session.device_texts) {
+    const TextFile file(text, ".yaml");
+    devices.push_back(loadDevice(file.path()));
   }
+  return devices;
+}
+
+SessionStart completed(const RecordedSession& session, const std::vector<DeviceDef>& devices) {
+  SessionStart start = session.start;
+  for (std::size_t i = 0; i < start.hands.size(); ++i) start.hands[i].def = devices[i];
   return start;
 }
 
 }  // namespace
 
-ReplayRun::ReplayRun(const RecordedSession& session) : session_(session), scene_(loadRecordedScene(session)) {
-  replay_ = std::make_unique<SessionReplay>(scene_.world, completed(session));
+ReplayRun::ReplayRun(const RecordedSession& session)
+    : session_(session), devices_(recordedDevices(session)), scene_(loadRecordedScene(session)) {
+  replay_ = std::make_unique<SessionReplay>(scene_.world, completed(session, devices_));
   if (replay_->world().hash() != session.world_hash) {
     throw SetupError("scene " + session.scene, "does not start in the recorded state", "use the build that recorded it: " + session.build);
   }
@@ -92,16 +99,16 @@ ReplayReport ReplayRun::run(const std::function<void(std::uint64_t)>& after_tick
     while (event < session_.events.size() && session_.events[event].tick <= input.tick) {
       replay_->apply(session_.events[event++].command);
     }
-    const TickHash& hash = replay_->tick(input);
+    hash_ = replay_->tick(input);
     const TickHash& recorded = session_.hashes[t];
     ++report.steps;
     if (recorded.parts > 0) {
       ++report.compared;
-      if (!(hash == recorded) && report.mismatches++ == 0) {
+      if (!(hash_ == recorded) && report.mismatches++ == 0) {
         report.first_tick = input.tick;
         report.first_part = "the contacts' memory";
-        for (int i = 0; i < std::min(hash.parts, recorded.parts); ++i) {
-          if (hash.part[i] == recorded.part[i]) continue;
+        for (int i = 0; i < std::min(hash_.parts, recorded.parts); ++i) {
+          if (hash_.part[i] == recorded.part[i]) continue;
           report.first_part = replay_->partName(i);
           break;
         }

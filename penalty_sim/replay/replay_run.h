@@ -26,9 +26,14 @@ class ReplayRun {
 
   const SceneDef& scene() const { return scene_; }
   World& world() { return replay_->world(); }
+  HapticLoop& loop() { return replay_->loop(); }
+  const TickHash& hash() const { return hash_; }                    ///< of the last tick
+  const std::vector<DeviceDef>& devices() const { return devices_; }  ///< of the recorded hands
 
  private:
   const RecordedSession& session_;
+  std::vector<DeviceDef> devices_;
+  TickHash hash_;
   SceneDef scene_;
   std::unique_ptr<SessionReplay> replay_;
 };

@@ -10,6 +10,7 @@
 #include "haptic_core/analysis/hand_certificate.h"
 #include "haptic_core/analysis/certificate.h"
 #include "haptic_core/world/world.h"
+#include "scene/program_version.h"
 #include "scene/scene_file.h"
 
 namespace {
@@ -31,6 +32,7 @@ bool readPositive(const char* option, const char* text, const char* unit, double
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (haptic::toldVersion(argc, argv, "scene_check")) return 0;
   haptic::SceneOptions options;
   std::string name, device_file;
   double rate = 0;

@@ -140,7 +140,9 @@ TEST_P(SceneAllocation, WhoWatchesIsServedWithoutAllocation) {
     counting = false;
     ASSERT_EQ(allocations, 0) << "tick " << i;
     if (port.snapshot.read(snapshot) && port.copy.read(copy)) ++copies;
-    if (copy.stamp_ns == i && i > 0) ASSERT_EQ(copy.state, stack.world.save());
+    if (copy.stamp_ns == i && i > 0) {
+      ASSERT_EQ(copy.state, stack.world.save());
+    }
   }
   EXPECT_EQ(copies, 200);
   EXPECT_GT(copy.stages.total(), 0);

@@ -1,0 +1,71 @@
+#!/bin/sh
+#: bench [NAME]      measure the core, all of it or what NAME matches: for any x86-64 and for x86-64-v3; `python`: what a step
+#:                   costs from Python
+. "$(dirname "$0")/parts/start.sh"
+
+# What the sources are held to: sizes of functions, classes and of the core, files that an extension touches.
+bench_structure() {
+  with_progress 'bench structure' "$LOGS/bench-structure.log" python3 -B test/architecture/structure.py --list ||
+    failed="$failed structure"
+  keep_figures "$csv" "$LOGS/bench-structure.log" none
+}
+
+# 100 rounds of loading and unloading each nodelet of a running loop: no crash, no thread, no memory left behind.
+bench_reload() {
+  lines=$LOGS/reload.lines
+  rm -f "$lines"
+  # shellcheck disable=SC2046 # one word per section
+  setup $(package_sections)
+  build_stack 'all tests' ON
+  use_build
+  with_progress 'bench reload' "$LOGS/bench-reload.log" env HAPTIC_RELOAD_ROUNDS=100 HAPTIC_FIGURES="$lines" \
+    rostest -t "$ROOT/test/ros/reload.test" || failed="$failed reload"
+  [ ! -f "$lines" ] || keep_figures "$csv" "$lines" '-O3 -DNDEBUG -ffp-contract=off'
+}
+
+# What a step costs from Python beyond the step itself.
+bench_python() {
+  setup run python
+  build_stack haptic_python
+  show_and_keep bench-python python3 -B "$ROOT/test/python/overhead.py"
+}
+
+[ $# -le 1 ] || fail "bench takes at most one name"
+filter=${1:-}
+if [ "$filter" = python ]; then bench_python; exit; fi
+names=$(for file in test/benchmark/*_bench.cpp; do basename "$file" _bench.cpp; done)
+# NAME takes NAME_* with it: parts of one benchmark that are programs of their own.
+chosen=$(echo "$names" | grep -x -e "$filter" -e "${filter}_.*" || echo "$names" | grep -F -e "$filter")
+[ -n "$chosen" ] || fail "no benchmark matches '$filter'; there are: $(echo "$names" | tr '\n' ' ')python"
+setup run bench
+forget_other_workspaces
+targets=$(echo "$chosen" | sed 's/^/bench_/' | tr '\n' ' ')
+builds='base v3'
+if ! has_x86_64_v3; then
+  echo 'bench: this machine has no AVX2: only the build for any x86-64 is measured, under the plain names' >&2
+  builds=base
+fi
+for build in $builds; do
+  march='' && [ "$build" = v3 ] && march=x86-64-v3
+  configure_and_build "bench-$build" "$ROOT/src" "$BUILD/bench-$build" "$targets" \
+    -DHAPTIC_CORE_BENCHMARKS=ON -DHAPTIC_MARCH="$march"
+done
+csv=bench${filter:+-$filter} failed=''
+rm -f "$FIGURES/$csv.csv"
+for name in $chosen; do
+  for build in $builds; do
+    suffix=_base && { [ "$build" = v3 ] || [ "$builds" = base ]; } && suffix=''
+    with_progress "bench $name ($build)" "$LOGS/bench-$name-$build.log" env HAPTIC_FIGURE_SUFFIX=$suffix \
+      "$(find "$BUILD/bench-$build" -name "bench_$name" -type f)" || failed="$failed $name"
+  done
+done
+echo "bench: tables and notes in $LOGS/bench-*.log, figures in $FIGURES/$csv.csv"
+for name in $chosen; do
+  for build in $builds; do
+    march='' && [ "$build" = v3 ] && march=' -march=x86-64-v3'
+    keep_figures "$csv" "$LOGS/bench-$name-$build.log" "-O3 -DNDEBUG -ffp-contract=off$march"
+  done
+done
+case " $(echo "$chosen" | tr '\n' ' ')" in *' plan '*) bench_structure ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' loop '*) bench_reload ;; esac
+[ -z "$failed" ] || fail "failed:$failed"

@@ -1,0 +1,33 @@
+#!/bin/sh
+#: check SCENE [--device D] [--rate HZ] [--default-density KG_PER_M3] [--srdf FILE] [--strict]
+#:                   load a scene or robot and print what it becomes: links, shapes, contact values, plan, whether
+#:                   its step is stable and whether a hand on device D (spidar_g6x3r) can hold what it touches
+#: check DEVICE      what an arrangement of strings can do, what is wrong with it, its first-motion test
+. "$(dirname "$0")/parts/start.sh"
+[ $# -ge 1 ] || fail "check needs the name of a scene or device, or the path of its file"
+if is_device "$1"; then
+  [ $# = 1 ] || fail "check of a device takes no options"
+  device_file=$(find_device "$1") || exit 1
+  setup run
+  build_stack device_check
+  show_and_keep check "$BUILD/devel/lib/spidar_driver/device_check" "$device_file"
+else
+  scene_file=$(find_scene "$1") || exit 1
+  shift
+  device=spidar_g6x3r before=''
+  for word; do  # the device's name becomes its file; the other options go on in their order
+    shift
+    if [ "$before" = --device ]; then
+      device=$word
+    elif [ "$word" != --device ]; then
+      set -- "$@" "$word"
+    fi
+    before=$word
+  done
+  [ "$before" != --device ] || fail "check: --device wants the name of a device or the path of its file"
+  device_file=$(find_device "$device") || exit 1
+  setup run
+  build_stack scene_check
+  use_build
+  show_and_keep check "$BUILD/devel/lib/penalty_sim/scene_check" --device "$device_file" "$@" "$scene_file"
+fi

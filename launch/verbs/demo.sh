@@ -1,0 +1,104 @@
+#!/bin/sh
+#: demo [--scene S] [--device D] [--rate HZ] [--seconds N] [--rviz] [--record BAG]
+#:      [--hardware | --port P | --emulate] [--default-density KG_PER_M3]
+#:                   close the loop between a device (a simulated one by default) and a scene; ends after
+#:                   N seconds (10 unless --rviz), with figures; --hardware and --port take the real device,
+#:                   --emulate its motor boards on a pseudo-terminal (--device uart: those of SPIDAR-G6X5R)
+. "$(dirname "$0")/parts/start.sh"
+TARGETS='haptic_bridge penalty_sim spidar_driver motor_guard spidar_board_emulator haptic_msgs_generate_messages haptic_bridge_gencfg'
+
+read_options() {
+  scene=touch_cube device=spidar_g6x3r rate=1000 seconds='' rviz=false record='' density=0
+  wire=twin port='' emulate=false at_home=false
+  while [ $# -gt 0 ]; do
+    case $1 in
+      --rviz) rviz=true && shift && continue ;;
+      --hardware) wire=file && shift && continue ;;
+      --emulate) emulate=true && shift && continue ;;
+      --scene | --device | --rate | --seconds | --record | --port | --default-density)
+        [ $# -ge 2 ] || fail "demo: $1 needs a value" ;;
+      *) fail "demo: unknown option '$1'; there are --scene --device --rate --seconds --rviz --record --hardware --port --emulate --default-density" ;;
+    esac
+    case $1 in
+      --scene) scene=$2 ;;
+      --device) device=$2 ;;
+      --rate) rate=$2 ;;
+      --seconds) seconds=$2 ;;
+      --record) record=$2 ;;
+      --port) port=$2 wire=file ;;
+      --default-density) density=$2 ;;
+    esac
+    shift 2
+  done
+  [ "$device" != uart ] || { device=spidar_g6x5r emulate=true; }
+}
+
+check_options() {
+  scene_file=$(find_scene "$scene") || exit 1
+  device_file=$(find_device "$device") || exit 1
+  is_number "$rate" || fail "demo: --rate '$rate' is not a number of ticks per second"
+  if [ -n "$seconds" ]; then is_number "$seconds" || fail "demo: --seconds '$seconds' is not a time in seconds"; fi
+  if [ "$density" != 0 ]; then is_number "$density" || fail "demo: --default-density '$density' is not a density in kg/m3"; fi
+  if [ "$rviz" = true ]; then
+    [ -n "${DISPLAY:-}" ] || fail "demo: --rviz needs a display; set DISPLAY, or use xvfb-run ./run demo --rviz"
+  else
+    seconds=${seconds:-10}
+  fi
+  [ -n "$record" ] || return 0
+  record=$(absolute "$record")
+  [ -d "$(dirname "$record")" ] || fail "demo: --record '$record': no such folder"
+  case $record in *.bag) ;; *) record=$record.bag ;; esac
+}
+
+# The device's motor boards on a pseudo-terminal, with its twin behind them; the grip is at home until the first drive.
+start_emulator() {
+  link=$BUILD/emulated_boards output=$LOGS/emulator.log
+  mkdir -p "$LOGS"
+  setsid "$BUILD/devel/lib/spidar_driver/spidar_board_emulator" --device "$device_file" --link "$link" \
+    --hand touch_cube >"$output" 2>&1 </dev/null &
+  CHILDREN="$CHILDREN $!"
+  waited=0  # tenths of a second
+  while ! grep -q '^port ' "$output"; do
+    kill -0 "$!" 2>/dev/null || fail "demo: $(tail -n 1 "$output")"
+    [ "$waited" -lt 50 ] || fail "demo: the emulator opened no port within 5 s; see $output"
+    sleep 0.1
+    waited=$((waited + 1))
+  done
+  port=$link wire=file at_home=true
+}
+
+# A scene whose pointers name the devices `left` and `right` needs two drivers.
+launch_file_for() {  # SCENE_FILE
+  if grep -Eq 'device(=|: *)"?left' "$1" && grep -Eq 'device(=|: *)"?right' "$1"; then
+    echo two_hands.launch
+  else
+    echo demo.launch
+  fi
+}
+
+read_options "$@"
+check_options
+# shellcheck disable=SC2046 # one word per section
+setup run $([ "$rviz" = false ] || echo view)
+build_stack "$TARGETS"
+use_build
+lines=$FIGURES/demo.lines log=$LOGS/demo.log
+mkdir -p "$FIGURES"
+rm -f "$lines" "$FIGURES/demo.csv"
+[ "$emulate" = false ] || start_emulator
+[ "$wire" = file ] || at_home=true
+master=$(free_port)
+export ROS_MASTER_URI="http://127.0.0.1:$master"
+[ "$rviz" = false ] && [ "$wire" = twin ] || echo "demo: in other shells: . $BUILD/devel/setup.sh; export ROS_MASTER_URI=$ROS_MASTER_URI" >&2
+# roslaunch asks its nodes to stop, and stops them itself 5 s later: enough to close a bag.
+with_progress demo "$log" roslaunch -p "$master" --disable-title --skip-log-check --no-summary \
+  --sigint-timeout=5 --sigterm-timeout=1 haptic_bringup "$(launch_file_for "$scene_file")" scene:="$scene_file" \
+  device:="$device_file" transport:="$wire" port:="$port" at_home:="$at_home" rate:="$rate" seconds:="${seconds:-0}" \
+  rviz:="$rviz" record:="$record" figures:="$lines" default_density:="$density"
+code=$?
+if [ "$code" != 0 ] || ! [ -s "$lines" ]; then
+  reason=$(sed -n 's/\x1b\[[0-9;]*m//g; s/^\[ *FATAL\] *\(\[[^]]*\]\)*:* *//p' "$log" | head -n 1)
+  fail "demo: ${reason:-stopped before its figures were written; see $log}"
+fi
+[ -z "$record" ] || echo "demo: recorded $record"
+keep_figures demo "$lines" '-O3 -DNDEBUG -ffp-contract=off'

@@ -1,0 +1,10 @@
+#!/bin/sh
+#: export BAG [--csv] [--npz] [--output PREFIX]
+#:                   a recording as columns for your own analysis, one row per tick
+. "$(dirname "$0")/parts/start.sh"
+[ $# -ge 1 ] || fail "export needs the path of a bag that ./run demo --record has written"
+setup run pages
+build_stack 'haptic_msgs_generate_messages_py session_table'
+use_build
+show_and_keep export python3 -B "$ROOT/penalty_sim/session/session_export.py" \
+  --program "$BUILD/devel/lib/penalty_sim/session_table" "$@"

@@ -1,0 +1,49 @@
+# Configuring and building below build/, and using what was built. Sourced.
+
+# A shell that has sourced another ROS workspace would build against it.
+forget_other_workspaces() {
+  unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROSLISP_PACKAGE_DIRECTORIES PYTHONPATH PYTHONHOME LD_LIBRARY_PATH
+  unset ROS_MASTER_URI ROS_IP ROS_HOSTNAME
+  if command -v ccache >/dev/null; then
+    export CMAKE_C_COMPILER_LAUNCHER=ccache CMAKE_CXX_COMPILER_LAUNCHER=ccache
+  fi
+}
+
+# A second call costs what ninja needs to see that nothing changed.
+configure_and_build() {  # TITLE SOURCE BUILD_FOLDER TARGETS [CMAKE_OPTIONS]
+  title=$1 source=$2 folder=$3 targets=$4
+  shift 4
+  # shellcheck disable=SC2016 # expanded by the inner shell
+  with_progress_or_log "$title" "$LOGS/$title.log" sh -c '
+    source=$1 folder=$2 targets=$3
+    shift 3
+    [ -f "$folder/build.ninja" ] || cmake -S "$source" -B "$folder" -G Ninja "$@" || exit 1
+    exec ninja -C "$folder" $targets' sh "$source" "$folder" "$targets" "$@"
+}
+
+# The stack in build/. Tests are configured from the first call on that asks for them: they need more packages.
+build_stack() {  # TARGETS [CATKIN_ENABLE_TESTING]
+  forget_other_workspaces
+  if [ "${2:-}" = ON ]; then
+    testing=ON
+    grep -qs '^CATKIN_ENABLE_TESTING:[A-Z]*=\(ON\|1\)$' "$BUILD/CMakeCache.txt" || rm -f "$BUILD/build.ninja"
+  else
+    testing=$(sed -n 's/^CATKIN_ENABLE_TESTING:[A-Z]*=//p' "$BUILD/CMakeCache.txt" 2>/dev/null)
+  fi
+  configure_and_build build "$ROOT" "$BUILD" "$1" -DCATKIN_ENABLE_TESTING="${testing:-OFF}"
+}
+
+# What a user's shell does after the build: packages, libraries and python modules of build/devel are found.
+use_build() {
+  set +u
+  # shellcheck disable=SC1091 # written by the build
+  . "$BUILD/devel/setup.sh"
+  set -u
+  export ROS_IP=127.0.0.1 ROS_HOME="$BUILD/ros"
+}
+
+has_x86_64_v3() {
+  for flag in avx2 fma bmi1 bmi2 f16c movbe; do
+    grep -qw -m 1 "$flag" /proc/cpuinfo || return 1
+  done
+}

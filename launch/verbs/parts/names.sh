@@ -1,0 +1,56 @@
+# What the words of a user stand for: numbers, paths, scenes, devices, recordings. Sourced.
+
+is_number() {  # TEXT: a plain decimal number > 0
+  case $1 in '' | . | *[!0-9.]* | *.*.*) return 1 ;; esac
+  [ -n "$(printf %s "$1" | tr -d '0.')" ]
+}
+
+absolute() {  # PATH, relative to where the user stands
+  case $1 in /*) echo "$1" ;; *) echo "$CALLER/$1" ;; esac
+}
+
+# Prints the file that a scene's or device's name stands for.
+find_description() {  # KIND NAME FOLDER SUFFIX...
+  kind=$1 name=$2 folder=$3
+  shift 3
+  case $name in
+    */* | *.urdf | *.yaml)
+      [ -f "$(absolute "$name")" ] || fail "$kind '$name': no such file"
+      absolute "$name"
+      return ;;
+  esac
+  plain=$(printf %s "$name" | tr 'A-Z-' 'a-z_')
+  for suffix; do
+    for candidate in "$name" "$plain" "spidar_$plain"; do
+      [ -f "$folder/$candidate.$suffix" ] && echo "$ROOT/$folder/$candidate.$suffix" && return
+    done
+  done
+  known=$(for suffix; do find "$folder" -maxdepth 1 -name "*.$suffix" -exec basename {} ".$suffix" \; 2>/dev/null
+    done | sort -u | tr '\n' ' ')
+  fail "unknown $kind '$name'; give a path, or one of: $known"
+}
+find_scene() { find_description scene "$1" urdf/scenes yaml urdf; }  # NAME_OR_PATH
+find_device() { find_description device "$1" urdf/devices yaml; }    # NAME_OR_PATH
+
+is_device() {  # NAME_OR_PATH
+  case $1 in
+    *.urdf) return 1 ;;
+    */* | *.yaml) grep -qs '^strings:' "$(absolute "$1")" ;;
+    *) ! (find_scene "$1") >/dev/null 2>&1 && (find_device "$1") >/dev/null 2>&1 ;;
+  esac
+}
+
+# A recording: by its ending, or by how the file begins.
+is_bag() {  # PATH
+  case $1 in
+    *.bag) return 0 ;;
+    *) [ -f "$(absolute "$1")" ] && [ "$(head -c 7 "$(absolute "$1")" | tr -d '\0')" = '#ROSBAG' ] ;;
+  esac
+}
+
+free_port() {
+  python3 -c 'import socket
+with socket.socket() as s:
+    s.bind(("127.0.0.1", 0))
+    print(s.getsockname()[1])'
+}

@@ -1,0 +1,35 @@
+#!/bin/sh
+#: replay BAG [--rviz] [--any-build]
+#:                   run a session that --record has kept once more and compare it bit for bit: headless and as
+#:                   fast as it goes, or at its own pace in rviz
+. "$(dirname "$0")/parts/start.sh"
+[ $# -ge 1 ] || fail "replay needs the path of a bag that ./run demo --record has written"
+bag='' rviz=false any_build=''
+for word; do
+  case $word in
+    --rviz) rviz=true ;;
+    --any-build) any_build=--any-build ;;
+    -*) fail "replay: unknown option '$word'; there are --rviz --any-build" ;;
+    *) [ -z "$bag" ] || fail "replay takes one bag"
+      bag=$(absolute "$word") ;;
+  esac
+done
+[ -n "$bag" ] || fail "replay needs the path of a bag"
+[ -f "$bag" ] || fail "replay: '$bag': no such file"
+if [ "$rviz" = false ]; then
+  setup run
+  build_stack haptic_replay
+  use_build
+  # shellcheck disable=SC2086 # no option is no word
+  show_and_keep replay "$BUILD/devel/lib/penalty_sim/haptic_replay" "$bag" $any_build
+else
+  [ -n "${DISPLAY:-}" ] || fail "replay: --rviz needs a display; set DISPLAY, or use xvfb-run ./run replay BAG --rviz"
+  setup run view
+  build_stack all
+  use_build
+  port=$(free_port)
+  export ROS_MASTER_URI="http://127.0.0.1:$port"
+  with_progress replay "$LOGS/replay.log" roslaunch -p "$port" --disable-title --skip-log-check --no-summary \
+    haptic_bringup replay.launch bag:="$bag" options:="$any_build"
+  keep_figures replay "$LOGS/replay.log" '-O3 -DNDEBUG -ffp-contract=off'
+fi

@@ -1,0 +1,105 @@
+#include "haptic_core/analysis/certificate.h"
+#include "python/bindings.h"
+
+namespace haptic::python {
+namespace {
+
+std::string integratorName(const SceneDef& scene) {
+  for (const IntegratorKind& kind : kIntegratorKinds) {
+    if (kind.integrator == scene.world.settings.integrator) return kind.name;
+  }
+  return "";
+}
+
+void setIntegrator(SceneDef& scene, const std::string& name) {
+  std::string known;
+  for (const IntegratorKind& kind : kIntegratorKinds) {
+    if (name == kind.name) {
+      scene.world.settings.integrator = kind.integrator;
+      return;
+    }
+    known += std::string(known.empty() ? "" : ", ") + kind.name;
+  }
+  throw SetupError("integrator '" + name + "'", "is unknown", "use one of: " + known);
+}
+
+SceneDef load(const std::string& file_or_name, double default_density) {
+  SceneOptions options;
+  options.default_density = default_density;
+  return loadScene(file_or_name, options);
+}
+
+}  // namespace
+
+SceneDef sceneFrom(const py::object& scene_or_name) {
+  if (py::isinstance<SceneDef>(scene_or_name)) return scene_or_name.cast<SceneDef>();
+  return load(py::str(scene_or_name), 0);  // a path of pathlib as well
+}
+
+void bindScene(py::module_& m) {
+  py::class_<SceneDef>(
+      m, "Scene",
+      "A scene or robot as its file gives it. What is set here holds for worlds made of it afterwards.")
+      .def(py::init([](const py::object& file, double density) { return load(py::str(file), density); }),
+           py::arg("file_or_name"), py::arg("default_density") = 0.0,
+           "Loads a URDF, a YAML list, or a scene by its name. `default_density` [kg/m³]: of moving links "
+           "without inertia.")
+      .def_readonly("file", &SceneDef::file, "absolute path")
+      .def_property_readonly(
+          "name", [](const SceneDef& s) { return s.world.name; }, "of the robot or list")
+      .def_readonly("notes", &SceneDef::notes, "what a user should know, one line each")
+      .def_readonly("warnings", &SceneDef::warnings, "what a user should mend, one line each")
+      .def_property_readonly(
+          "devices",
+          [](const SceneDef& s) {
+            std::vector<std::string> names;
+            for (const HandDef& hand : s.hands) names.push_back(hand.device);
+            return names;
+          },
+          "names of the devices that move its pointers")
+      .def_property(
+          "step", [](const SceneDef& s) { return s.world.settings.step; },
+          [](SceneDef& s, double h) { s.world.settings.step = h; }, "h [s]")
+      .def_property(
+          "substeps", [](const SceneDef& s) { return s.world.settings.substeps; },
+          [](SceneDef& s, int n) { s.world.settings.substeps = n; }, "world steps of h / substeps per step")
+      .def_property(
+          "gravity", [](const SceneDef& s) { return s.world.settings.gravity; },
+          [](SceneDef& s, const Vector3& g) { s.world.settings.gravity = g; }, "in W [m/s²]")
+      .def_property("integrator", &integratorName, &setIntegrator,
+                    "symplectic_euler, velocity_verlet, implicit_euler, sdirk2 or automatic")
+      .def("text", &sceneText, "models, links, joints, collisions with their contact values and sources")
+      .def("__repr__",
+           [](const SceneDef& s) { return "<haptic.Scene " + s.world.name + " from " + s.file + ">"; });
+
+  py::class_<Certificate>(m, "Certificate", "Where a scene is stable with explicit steps.")
+      .def_readonly("step", &Certificate::step, "of the scene, after its substeps [s]")
+      .def_readonly("settled", &Certificate::settled, "the scene came to rest before it was judged")
+      .def_property_readonly(
+          "verdict", [](const Certificate& c) { return std::string(toString(c.verdict)); },
+          "worst of the islands")
+      .def_property_readonly(
+          "limits",
+          [](const Certificate& c) {
+            std::vector<double> limits;
+            for (const IslandCertificate& island : c.islands) limits.push_back(island.limit);
+            return limits;
+          },
+          "largest stable explicit step of each island [s]")
+      .def_property_readonly(
+          "islands",
+          [](const Certificate& c) {
+            std::vector<std::vector<std::string>> links;
+            for (const IslandCertificate& island : c.islands) links.push_back(island.links);
+            return links;
+          },
+          "links of each island")
+      .def("text", &Certificate::text, "for people: pairs, islands, verdicts");
+  m.def(
+      "certify",
+      [](const py::object& scene, double settle) { return certify(sceneFrom(scene).world, settle); },
+      py::arg("scene"), py::arg("settle") = 1.0,
+      "Lets a copy of the world settle for `settle` [s] and says which explicit steps are stable there.");
+}
+
+}  // namespace haptic::python

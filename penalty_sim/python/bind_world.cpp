@@ -1,0 +1,345 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/work.h"
+#include "python/bindings.h"
+
+namespace haptic::python {
+namespace {
+
+constexpr int kStepsPerLook = 1000;  // between two looks for Ctrl-C: 10 ms and more
+
+template <class NameOf>
+SetupError unknownName(const std::string& kind, const std::string& name, int count, NameOf nameOf) {
+  std::string known;
+  for (int i = 0; i < count; ++i) known += (i ? ", " : "") + nameOf(i);
+  return SetupError(kind + " '" + name + "'", "is not in this world",
+                    known.empty() ? "it has none" : "it has: " + known);
+}
+
+/// ContactReport as NumPy sees it.
+py::dtype contactType() {
+  static const ContactReport sample;
+  py::list names, formats, offsets;
+  const auto field = [&](const char* name, const char* format, const void* place) {
+    names.append(name), formats.append(format);
+    offsets.append(static_cast<const char*>(place) - reinterpret_cast<const char*>(&sample));
+  };
+  field("link_a", "i4", &sample.link_a), field("link_b", "i4", &sample.link_b);
+  field("point", "(3,)f8", sample.X_WP.p.data());
+  field("normal", "(3,)f8", sample.X_WP.R.data() + 6);  // by column: the third is z of the patch
+  field("torque", "(3,)f8", sample.F_BP_W.torque.data()),
+      field("force", "(3,)f8", sample.F_BP_W.force.data());
+  field("normal_force", "f8", &sample.normal_force), field("volume", "f8", &sample.volume);
+  field("area", "f8", &sample.area), field("depth", "f8", &sample.depth),
+      field("sticking", "?", &sample.sticking);
+  py::dict type;
+  type["names"] = names, type["formats"] = formats, type["offsets"] = offsets,
+  type["itemsize"] = sizeof(ContactReport);
+  return py::dtype::from_args(type);
+}
+
+py::array contacts(const py::object& self) {
+  World& world = self.cast<SeenWorld&>().world();
+  const int count = world.contactCount();
+  static const py::dtype& type =
+      *new py::dtype(contactType());  // never destroyed: at exit there is no interpreter to do it
+  if (count == 0) return py::array(type, std::vector<py::ssize_t>{0});
+  return view(type, {count}, {sizeof(ContactReport)}, &world.contact(0), self);
+}
+
+/// View of a field of every link's place.
+py::array placed(const py::object& self, bool rotations) {
+  SeenWorld& seen = self.cast<SeenWorld&>();
+  seen.takeWritten();
+  const std::vector<LinkWork>& links = seen.world().work().placement.link;
+  const auto count = static_cast<py::ssize_t>(links.size());
+  constexpr py::ssize_t kLink = sizeof(LinkWork), kNumber = sizeof(double);
+  if (rotations)
+    return view(py::dtype::of<double>(), {count, 3, 3}, {kLink, kNumber, 3 * kNumber}, links[0].X_WL.R.data(),
+                self);
+  return view(py::dtype::of<double>(), {count, 3}, {kLink, kNumber}, links[0].X_WL.p.data(), self);
+}
+
+/// {link: (slice of q, slice of v)} of what can move.
+py::dict coordinates(SeenWorld& seen) {
+  const Model& model = seen.world().model();
+  py::dict found;
+  for (const ModelTree& tree : model.trees) {
+    for (int l = 0; l < tree.model->linkCount(); ++l) {
+      const LinkModel& link = tree.model->link(l);
+      if (link.dof == 0 && !link.floating) continue;
+      const bool last = l + 1 == tree.model->linkCount();
+      const int q = tree.q + link.q, q_end = tree.q + (last ? tree.model->nq() : tree.model->link(l + 1).q);
+      const int v = tree.v + link.v, v_end = tree.v + (last ? tree.model->nv() : tree.model->link(l + 1).v);
+      found[py::str(model.links[static_cast<std::size_t>(tree.link + l)].name)] =
+          py::make_tuple(py::slice(q, q_end, 1), py::slice(v, v_end, 1));
+    }
+  }
+  return found;
+}
+
+void assign(double* to, std::size_t size, const char* what,
+            const py::array_t<double, py::array::c_style | py::array::forcecast>& from) {
+  if (from.ndim() != 1 || static_cast<std::size_t>(from.size()) != size) {
+    throw SetupError(what, "has " + std::to_string(size) + " numbers, not " + std::to_string(from.size()),
+                     "give one array of that length");
+  }
+  std::copy_n(from.data(), size, to);
+}
+
+void command(SeenWorld& seen, const std::string& name, const JointCommand& command) {
+  if (!seen.world().setJointCommand(seen.joint(name), command)) {
+    throw SetupError("joint '" + name + "'", "does not obey commands, or the number is not finite",
+                     "give it a drive in the scene file (urdf/scenes/README.md)");
+  }
+}
+
+void defineReports(py::module_& m) {
+  py::class_<EnergyLedger>(m, "EnergyLedger", "Where the energy of a world is and went [J].")
+      .def_readonly("kinetic", &EnergyLedger::kinetic, "of all links")
+      .def_readonly("potential", &EnergyLedger::potential, "of gravity")
+      .def_readonly("elastic", &EnergyLedger::elastic, "in contacts")
+      .def_readonly("tangential", &EnergyLedger::tangential, "in the friction springs")
+      .def_readonly("damping", &EnergyLedger::damping, "dissipated since the start")
+      .def_readonly("friction", &EnergyLedger::friction, "dissipated since the start")
+      .def_readonly("turning", &EnergyLedger::turning,
+                    "taken out because contact normals turned, since the start")
+      .def_readonly("external", &EnergyLedger::external, "work of hands and drives since the start")
+      .def_property_readonly("total", &EnergyLedger::total, "kinetic + potential + elastic + tangential")
+      .def_property_readonly("balance", &EnergyLedger::balance, "constant up to the step's error");
+  py::class_<StepReport>(m, "StepReport", "What the last step did.")
+      .def_readonly("step", &StepReport::step, "index since load")
+      .def_readonly("pairs", &StepReport::pairs, "pairs of shapes whose boxes overlap")
+      .def_readonly("contacts", &StepReport::contacts, "pairs of shapes that touch")
+      .def_readonly("iterations", &StepReport::iterations, "of the implicit solve; 0: explicit")
+      .def_readonly("residual", &StepReport::residual,
+                    "largest speed that an implicit solve left to change [m/s]")
+      .def_readonly("substeps", &StepReport::substeps,
+                    "of this step: more where something fast came near something thin")
+      .def_readonly("finite", &StepReport::finite, "False: a number was lost and the world stopped")
+      .def_readonly("flags", &StepReport::flags, "what was dropped: StepFlag in world/report.h; 0: nothing");
+}
+
+}  // namespace
+
+Pose poseOf(const Matrix4& m) {
+  const Matrix3 R = m.topLeftCorner<3, 3>();
+  constexpr double kRounding = 1e-6;  // of a matrix that was written with six digits
+  if (!((R * R.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff() < kRounding) ||
+      !(R.determinant() > 0) || !m.allFinite()) {
+    throw SetupError("pose", "is no rotation and position",
+                     "give a 4 x 4 matrix [R p; 0 0 0 1] with R orthonormal");
+  }
+  return {R, m.topRightCorner<3, 1>()};
+}
+
+SeenWorld::SeenWorld(const SceneDef& scene) : own_(std::make_unique<World>(scene.world)), world_(own_.get()) {
+  remember();
+}
+SeenWorld::SeenWorld(World& world, std::shared_ptr<void> owner) : owner_(std::move(owner)), world_(&world) {
+  remember();
+}
+
+int SeenWorld::link(const std::string& name) const {
+  const int i = world_->linkIndex(name);
+  if (i < 0) throw unknownName("link", name, world_->linkCount(), [&](int k) { return world_->linkName(k); });
+  return i;
+}
+
+int SeenWorld::joint(const std::string& name) const {
+  const int i = world_->jointIndex(name);
+  if (i < 0)
+    throw unknownName("joint", name, world_->jointCount(), [&](int k) { return world_->jointName(k); });
+  return i;
+}
+
+void SeenWorld::remember() {
+  seen_q_ = world_->state().q;
+  seen_v_ = world_->state().v;
+}
+
+void SeenWorld::takeWritten() {
+  const State& state = world_->state();
+  const auto same = [](const std::vector<double>& a, const std::vector<double>& b) {
+    return std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+  };
+  if (same(state.q, seen_q_) && same(state.v, seen_v_)) return;
+  State written = state;
+  for (TreeMode& mode : written.mode)
+    mode = mode == TreeMode::kPrimed ? TreeMode::kUnprimed : mode;  // what pulled, pulled elsewhere
+  world_->restore(written.pack());
+  remember();
+}
+
+void SeenWorld::step(int count) {
+  takeWritten();
+  for (int i = 0; i < count; ++i) {
+    world_->step();
+    if (i % kStepsPerLook == kStepsPerLook - 1) heedSignals();
+  }
+  remember();
+}
+
+void bindWorld(py::module_& m) {
+  defineReports(m);
+  using Drive = JointDef::Drive;
+  py::class_<SeenWorld>(m, "World", "Articulated bodies in contact, stepped at a fixed rate.")
+      .def(py::init([](const py::object& scene) { return std::make_unique<SeenWorld>(sceneFrom(scene)); }),
+           py::arg("scene"), "Of a Scene, or of a file or name as Scene takes it.")
+      .def("step", &SeenWorld::step, py::arg("count") = 1, "Advances by `count` steps of `h`.")
+      .def_property_readonly(
+          "h", [](SeenWorld& w) { return w.world().settings().step; }, "step [s]")
+      .def_property_readonly(
+          "time", [](SeenWorld& w) { return w.world().time(); }, "simulated [s]")
+      .def_property_readonly(
+          "links",
+          [](SeenWorld& w) {
+            std::vector<std::string> names;
+            for (int i = 0; i < w.world().linkCount(); ++i) names.push_back(w.world().linkName(i));
+            return names;
+          },
+          "names, in the order of positions and rotations")
+      .def("link", &SeenWorld::link, py::arg("name"), "index of a link")
+      .def_property_readonly(
+          "joints",
+          [](SeenWorld& w) {
+            std::vector<std::string> names;
+            for (int i = 0; i < w.world().jointCount(); ++i) names.push_back(w.world().jointName(i));
+            return names;
+          },
+          "names of the joints of one degree of freedom")
+      .def_property(
+          "q",
+          [](const py::object& self) {
+            SeenWorld& w = self.cast<SeenWorld&>();
+            return vectorView(w.q(), static_cast<py::ssize_t>(w.world().state().q.size()), self, true);
+          },
+          [](SeenWorld& w, const py::array_t<double, py::array::c_style | py::array::forcecast>& q) {
+            assign(w.q(), w.world().state().q.size(), "q", q);
+          },
+          "positions, a view; what is written acts from the next step or reading on. See `coordinates`.")
+      .def_property(
+          "v",
+          [](const py::object& self) {
+            SeenWorld& w = self.cast<SeenWorld&>();
+            return vectorView(w.v(), static_cast<py::ssize_t>(w.world().state().v.size()), self, true);
+          },
+          [](SeenWorld& w, const py::array_t<double, py::array::c_style | py::array::forcecast>& v) {
+            assign(w.v(), w.world().state().v.size(), "v", v);
+          },
+          "velocities, a view like q")
+      .def_property_readonly("coordinates", &coordinates,
+                             "{link: (slice of q, slice of v)}. Joints of one degree: angle or displacement, "
+                             "and its rate. Floating "
+                             "links: centre of mass in W [m] and quaternion w, x, y, z; angular velocity and "
+                             "velocity of the centre, in W.")
+      .def_property_readonly(
+          "positions", [](const py::object& self) { return placed(self, false); },
+          "origins of the links in W, links x 3 [m], a view")
+      .def_property_readonly(
+          "rotations", [](const py::object& self) { return placed(self, true); },
+          "R_WL of the links, links x 3 x 3, a view")
+      .def(
+          "pose",
+          [](SeenWorld& w, const std::string& name) {
+            w.takeWritten();
+            return matrixOf(w.world().linkPose(w.link(name)));
+          },
+          py::arg("link"), "X_WL, 4 x 4")
+      .def(
+          "twist",
+          [](SeenWorld& w, const std::string& name) {
+            w.takeWritten();
+            return w.world().linkTwist(w.link(name)).vector();
+          },
+          py::arg("link"), "V_WL at the link's origin, in W: angular [rad/s], linear [m/s]")
+      .def_property_readonly(
+          "contacts", &contacts,
+          "of the last step, a view with fields link_a, link_b, point [m], normal (from a to b), torque [N "
+          "m] and force [N] "
+          "on b about point, normal_force [N], volume [m³], area [m²], depth [m], sticking; all in W")
+      .def_property_readonly(
+          "report", [](SeenWorld& w) -> const StepReport& { return w.world().report(); },
+          py::return_value_policy::reference_internal, "of the last step")
+      .def_property_readonly(
+          "energy", [](SeenWorld& w) -> const EnergyLedger& { return w.world().report().energy; },
+          py::return_value_policy::reference_internal, "the ledger after the last step")
+      .def(
+          "command",
+          [](SeenWorld& w, const std::string& joint, const py::object& position, const py::object& velocity,
+             double effort) {
+            const bool at = !position.is_none(), moves = !velocity.is_none();
+            command(w, joint,
+                    {at      ? Drive::kPosition
+                     : moves ? Drive::kVelocity
+                             : Drive::kEffort,
+                     at ? position.cast<double>() : 0, moves ? velocity.cast<double>() : 0, effort});
+          },
+          py::arg("joint"), py::arg("position") = py::none(), py::arg("velocity") = py::none(),
+          py::arg("effort") = 0.0,
+          "What the joint's drive does from the next step on: hold a position [rad or m], run at a velocity, "
+          "or give an effort [N m or N].")
+      .def(
+          "aim_pointer",
+          [](SeenWorld& w, int i, const Matrix4& X_WL, const Vector6& V_WL) {
+            if (i < 0 || i >= w.world().pointerCount())
+              throw SetupError("pointer " + std::to_string(i), "is not in this world",
+                               "it has " + std::to_string(w.world().pointerCount()));
+            w.world().setPointerTarget(i, poseOf(X_WL), {V_WL.head<3>(), V_WL.tail<3>()});
+          },
+          py::arg("index"), py::arg("X_WL"), py::arg("V_WL") = Vector6(Vector6::Zero()),
+          "Where the hand wants the pointer at the end of the next step.")
+      .def(
+          "pointer_wrench",
+          [](SeenWorld& w, int i) {
+            if (i < 0 || i >= w.world().pointerCount())
+              throw SetupError("pointer " + std::to_string(i), "is not in this world",
+                               "it has " + std::to_string(w.world().pointerCount()));
+            return w.world().pointerWrench(i).vector();
+          },
+          py::arg("index"),
+          "Wrench of the world on a pointer in the last step, about its link's origin, in W: torque, force.")
+      .def(
+          "tune",
+          [](SeenWorld& w, double stiffness, double friction) {
+            WorldTuning tuning = w.world().tuning();
+            tuning.stiffness_scale = stiffness, tuning.friction_scale = friction;
+            w.world().tune(tuning);
+          },
+          py::arg("stiffness_scale") = 1.0, py::arg("friction_scale") = 1.0,
+          "Factors on every pair's stiffness and friction.")
+      .def(
+          "save",
+          [](SeenWorld& w) {
+            w.takeWritten();
+            return py::array_t<double>(py::cast(w.world().save()));
+          },
+          "The complete state, contact memory included: a copy.")
+      .def(
+          "restore",
+          [](SeenWorld& w, const std::vector<double>& state) {
+            w.world().restore(state);
+            w.remember();
+          },
+          py::arg("state"), "Goes on from what `save` gave, bit for bit.")
+      .def(
+          "hash",
+          [](SeenWorld& w) {
+            w.takeWritten();
+            return w.world().hash();
+          },
+          "of the complete state: equal for equal bits")
+      .def(
+          "plan", [](SeenWorld& w) { return w.world().planText(); },
+          "what the scene was compiled to, and what was left out")
+      .def("__repr__", [](SeenWorld& w) {
+        return "<haptic.World of " + std::to_string(w.world().linkCount()) + " links at " +
+               std::to_string(w.world().time()) + " s>";
+      });
+}
+
+}  // namespace haptic::python

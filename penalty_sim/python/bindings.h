@@ -1,0 +1,102 @@
+/// What the parts of the Python module share: views of the simulator's memory, and the objects that own it.
+#pragma once
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/loop/haptic_loop.h"
+#include "haptic_core/spidar/device_twin.h"
+#include "haptic_core/spidar/spidar.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/world.h"
+#include "scene/scene_file.h"
+
+namespace haptic::python {
+
+namespace py = pybind11;
+using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+
+inline Matrix4 matrixOf(const Pose& X) {
+  Matrix4 m = Matrix4::Identity();
+  m.topLeftCorner<3, 3>() = X.R;
+  m.topRightCorner<3, 1>() = X.p;
+  return m;
+}
+Pose poseOf(const Matrix4& m);  ///< throws SetupError when it is no rotation and position
+
+/// View of memory that `owner` keeps alive. Strides in bytes.
+inline py::array view(py::dtype type, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides,
+                      const void* data, py::handle owner, bool writable = false) {
+  py::array array(std::move(type), std::move(shape), std::move(strides), data, owner);
+  if (!writable) array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
+inline py::array vectorView(const double* data, py::ssize_t size, py::handle owner, bool writable = false) {
+  return view(py::dtype::of<double>(), {size}, {sizeof(double)}, data, owner, writable);
+}
+template <class Vector>
+py::array vectorView(const Vector& v, py::handle owner) {
+  return vectorView(v.data(), v.size(), owner);
+}
+
+/// Throws KeyboardInterrupt's exception when the user has pressed Ctrl-C.
+inline void heedSignals() {
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+/// A world that Python sees. Its q and v are written in place; whoever reads or steps calls `takeWritten`
+/// first.
+class SeenWorld {
+ public:
+  explicit SeenWorld(const SceneDef& scene);
+  SeenWorld(World& world, std::shared_ptr<void> owner);
+
+  World& world() { return *world_; }
+  int link(const std::string& name) const;   ///< throws SetupError that lists the names
+  int joint(const std::string& name) const;  ///< likewise
+  double* q() { return const_cast<double*>(world_->state().q.data()); }  // the state itself is not const
+  double* v() { return const_cast<double*>(world_->state().v.data()); }
+
+  /// Poses, boxes and memories follow what Python wrote into q and v since the last step. Costs a comparison.
+  void takeWritten();
+  void step(int count);
+  void remember();  ///< q and v as they are now
+
+ private:
+  std::unique_ptr<World> own_;
+  std::shared_ptr<void> owner_;
+  World* world_;
+  std::vector<double> seen_q_, seen_v_;
+};
+
+/// A scene's hands on simulated devices, and the loop between them.
+struct TwinLoop {
+  TwinLoop(const SceneDef& scene, const std::string& device, double rate, bool at_home);
+  void tick(int count);
+
+  SceneDef scene;
+  double period;
+  World world;
+  std::vector<std::unique_ptr<Spidar>> devices;
+  std::vector<std::unique_ptr<DeviceTwin>> twins;
+  HapticLoop loop;
+  std::array<DeviceSample, kMaxHands> samples;
+};
+
+/// Path of a device file: a path, or a name below haptic_description/devices. Throws SetupError.
+std::string findDevice(const std::string& file_or_name);
+/// A Scene, or what `loadScene` takes.
+SceneDef sceneFrom(const py::object& scene_or_name);
+
+void bindScene(py::module_& m);
+void bindWorld(py::module_& m);
+void bindDevice(py::module_& m);
+void bindLoop(py::module_& m);
+
+}  // namespace haptic::python

@@ -1,0 +1,251 @@
+#!/usr/bin/python3
+"""The package haptic: closed forms, views without copies, the same bits again, errors, and that its stubs are complete."""
+import ast
+import os
+import sys
+import unittest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.join(ROOT, "build", "devel", "lib", "python3", "dist-packages"))
+os.environ["ROS_PACKAGE_PATH"] = ROOT + ":" + os.environ.get("ROS_PACKAGE_PATH", "")
+import numpy as np  # noqa: E402
+
+try:
+    import haptic
+except ModuleNotFoundError as missing:
+    if missing.name not in ("haptic", "haptic._haptic"):
+        raise
+    sys.exit("python_test: the package haptic is not built: install pybind11-dev and build again")
+
+EPS = np.finfo(float).eps
+SCENES = ("touch_cube", "blocks", "door", "gear")
+BALL = """<robot name="fall" xmlns:haptic="https://haptic/urdf"><haptic:scene step="0.001"/><link name="world"/>
+<link name="ball"><inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial>
+</link><joint name="free" type="floating"><origin xyz="0.1 0.2 2"/><parent link="world"/><child link="ball"/></joint></robot>"""
+
+
+def turned(axis, angle, position=(0, 0, 0)):
+    x, y, z = np.asarray(axis) / np.linalg.norm(axis)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    X = np.eye(4)
+    X[:3, :3] = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    X[:3, 3] = position
+    return X
+
+
+class Worlds(unittest.TestCase):
+    def ball(self):
+        import tempfile
+        with tempfile.NamedTemporaryFile("w", suffix=".urdf") as file:
+            file.write(BALL)
+            file.flush()
+            scene = haptic.Scene(file.name)
+        scene.integrator = "symplectic_euler"
+        return scene
+
+    def test_free_fall_is_that_of_symplectic_euler(self):
+        scene = self.ball()
+        scene.gravity = [0.5, 0, -9.8]
+        world, n, h = haptic.World(scene), 300, scene.step
+        q, v = world.coordinates["ball"]
+        world.v[v][3:] = [1, 0, 2]  # written in place, before the first step
+        world.step(n)
+        fallen = np.array([0.1, 0.2, 2]) + n * h * np.array([1, 0, 2]) + h * h * n * (n + 1) / 2 * scene.gravity
+        np.testing.assert_allclose(world.q[q][:3], fallen, rtol=0, atol=4 * n * EPS * 3)  # two roundings of numbers below 3 a step
+        np.testing.assert_allclose(world.pose("ball")[:3, 3], fallen, rtol=0, atol=5 * n * EPS * 3)
+        self.assertAlmostEqual(world.time, n * h, places=12)
+
+    def test_views_are_the_memory_itself(self):
+        for scene in SCENES:
+            for integrator in ("symplectic_euler", "implicit_euler", "automatic"):
+                loaded = haptic.Scene(scene)
+                loaded.integrator = integrator
+                world = haptic.World(loaded)
+                world.step(5)
+                views = {name: getattr(world, name) for name in ("q", "v", "positions", "rotations")}
+                before = {name: view.copy() for name, view in views.items()}
+                world.step(200)
+                for name, view in views.items():
+                    self.assertIsNotNone(view.base, name)
+                    again = getattr(world, name)
+                    self.assertEqual(view.ctypes.data, again.ctypes.data, f"{scene} {integrator}: {name} moved")
+                    np.testing.assert_array_equal(view, again)
+                self.assertEqual(views["q"].flags.writeable, True)
+                self.assertEqual(views["positions"].flags.writeable, False)
+                del before
+
+    def test_positions_and_rotations_are_the_poses(self):
+        world = haptic.World("door")
+        world.step(300)
+        for index, name in enumerate(world.links):
+            np.testing.assert_array_equal(world.pose(name)[:3, :3], world.rotations[index])
+            np.testing.assert_array_equal(world.pose(name)[:3, 3], world.positions[index])
+
+    def test_what_is_written_acts(self):
+        scene = haptic.Scene("touch_cube")
+        scene.integrator = "symplectic_euler"
+        world = haptic.World(scene)
+        world.step(100)
+        q, v = world.coordinates["cube"]
+        world.q[q.start + 2] += 0.05
+        lifted = world.pose("cube")[2, 3]
+        self.assertAlmostEqual(lifted, world.q[q.start + 2], places=9)
+        world.v = np.zeros_like(world.v)
+        world.step(10)
+        # free fall of ten steps by symplectic Euler; nothing touches a cube 50 mm up
+        self.assertAlmostEqual(world.pose("cube")[2, 3], lifted - 9.8 * 1e-6 * 55, places=9)
+
+    def test_same_bits_again_after_restore(self):
+        for scene in SCENES:
+            world = haptic.World(scene)
+            world.step(50)
+            start = world.save()
+            world.step(150)
+            there = world.hash()
+            world.restore(start)
+            world.step(150)
+            self.assertEqual(world.hash(), there, scene)
+
+    def test_reading_changes_nothing(self):
+        worlds = [haptic.World("blocks"), haptic.World("blocks")]
+        for _ in range(100):
+            for world in worlds:
+                world.step()
+            worlds[0].q, worlds[0].positions, worlds[0].contacts, worlds[0].save(), worlds[0].energy.balance
+        self.assertEqual(worlds[0].hash(), worlds[1].hash())
+
+    def test_contacts_carry_the_weight(self):
+        world = haptic.World("touch_cube")
+        world.step(2000)
+        cube = world.link("cube")
+        resting = world.contacts[(world.contacts["link_a"] == cube) | (world.contacts["link_b"] == cube)]
+        sign = np.where(resting["link_b"] == cube, 1.0, -1.0)
+        # 0.1 kg at rest; what is left of its settling is below 1e-6 N after two seconds
+        np.testing.assert_allclose((sign[:, None] * resting["force"]).sum(axis=0), [0, 0, 0.98], atol=1e-6)
+        np.testing.assert_allclose(np.linalg.norm(resting["normal"], axis=1), 1, atol=1e-12)
+        self.assertTrue(resting["sticking"].all())
+        self.assertEqual(len(world.contacts), world.report.contacts)
+        self.assertIsNotNone(world.contacts.base)
+
+    def test_certificate(self):
+        certificate = haptic.certify("touch_cube")
+        self.assertEqual(len(certificate.limits), len(certificate.islands))
+        self.assertIn("cube", sum(certificate.islands, []))
+        self.assertGreater(min(certificate.limits), 0)
+
+
+class Devices(unittest.TestCase):
+    def test_lengths_and_structure(self):
+        for name in ("spidar_g6x3r", "spidar_4"):
+            device = haptic.Device(name)
+            np.testing.assert_allclose(device.lengths(), np.linalg.norm(device.exits - device.knots, axis=1), rtol=4 * EPS)
+            X = turned([1, 2, 3], 0.2 if device.dof >= 6 else 0.0, [0.01, -0.02, 0.005])
+            structure, d = device.structure(X), 1e-6
+            for column in range(min(device.dof, 3)):
+                moved = [X.copy(), X.copy()]
+                moved[0][column, 3] += d
+                moved[1][column, 3] -= d
+                slope = (device.lengths(moved[0]) - device.lengths(moved[1])) / (2 * d)
+                # curvature: third derivative of a length, about 1/l², times d²; rounding of lengths over d
+                np.testing.assert_allclose(-slope, structure[:, column], atol=1e3 * d * d + 10 * EPS / d)
+
+    def test_pose_from_lengths(self):
+        device = haptic.Device()
+        X = turned([1, -1, 2], 0.3, [0.01, 0.02, -0.015])
+        solution = device.solve_pose(device.lengths(X))
+        self.assertTrue(solution.converged)
+        np.testing.assert_allclose(solution.X_BG, X, atol=1e-11)
+
+    def test_tensions_present_the_wrench(self):
+        device = haptic.Device()
+        X = turned([0, 1, 1], 0.1, [0.005, 0, 0.01])
+        answer = device.tensions([1, -0.5, 0.5], [0.01, 0, 0.02], X)
+        wrench = device.structure(X).T @ answer.tension
+        np.testing.assert_allclose(wrench, np.concatenate([answer.force, answer.torque]), atol=100 * EPS * answer.tension.max())
+        np.testing.assert_allclose(answer.force, [1, -0.5, 0.5], atol=1e-3)  # inside what the strings can present: to 0.1 %
+        self.assertTrue(answer.solved)
+
+
+class Loops(unittest.TestCase):
+    def test_loop_feels_the_cube_and_is_deterministic(self):
+        ends = []
+        for chunk in (1, 100):
+            loop = haptic.Loop("touch_cube")
+            hand, touched = loop.hands[0], False
+            for _ in range(2000 // chunk):
+                loop.tick(chunk)
+                touched = touched or hand.in_contact
+            ends.append(loop.world.hash())
+            self.assertEqual(hand.state, "ENABLED")
+            np.testing.assert_allclose(hand.X_BG, hand.truth, atol=2e-3)  # encoder steps
+        self.assertTrue(touched)
+        self.assertEqual(*ends)
+        np.testing.assert_allclose(hand.achieved[3:], hand.asked[3:], atol=2e-2)
+
+    def test_hand_goes_where_it_is_told_and_pause_holds_the_world(self):
+        loop = haptic.Loop("touch_cube")
+        loop.tick(10)
+        loop.hands[0].move_to(turned([0, 0, 1], 0, [0.01, 0, 0.01]))
+        loop.tick(1000)
+        np.testing.assert_allclose(loop.hands[0].truth[:3, 3], [0.01, 0, 0.01], atol=1e-3)
+        loop.pause()
+        before = loop.world.hash()
+        loop.tick(100)
+        self.assertEqual(loop.world.hash(), before)
+
+    def test_world_outlives_the_name_of_its_loop(self):
+        world = haptic.Loop("touch_cube").world
+        q = world.q
+        del world
+        self.assertTrue(np.isfinite(q).all())
+
+
+class Errors(unittest.TestCase):
+    def refuse(self, act, *words):
+        with self.assertRaises(haptic.SetupError) as caught:
+            act()
+        message = str(caught.exception)
+        self.assertEqual(len(message.splitlines()), 1, message)
+        for word in words:
+            self.assertIn(word, message)
+
+    def test_one_line_each(self):
+        world, device, scene = haptic.World("door"), haptic.Device(), haptic.Scene("door")
+        self.refuse(lambda: haptic.World("no_such_scene"), "no_such_scene", "touch_cube")
+        self.refuse(lambda: haptic.Device("no_such_device"), "no_such_device", "spidar_g6x3r")
+        self.refuse(lambda: haptic.Device("/no/such.yaml"), "/no/such.yaml")
+        self.refuse(lambda: world.pose("no_such_link"), "no_such_link", world.links[0])
+        self.refuse(lambda: world.command("no_such_joint", position=1), "no_such_joint")
+        self.refuse(lambda: setattr(world, "q", [1, 2]), "q", "2")
+        self.refuse(lambda: world.restore([1, 2, 3]), "saved state")
+        self.refuse(lambda: world.aim_pointer(7, np.eye(4)), "7")
+        self.refuse(lambda: world.aim_pointer(0, 2 * np.eye(4)), "rotation")
+        self.refuse(lambda: device.solve_pose([1, 2]), "8", "2")
+        self.refuse(lambda: setattr(scene, "integrator", "fast"), "fast", "implicit_euler")
+        self.refuse(lambda: haptic.Loop("door", rate=0), "rate")
+
+
+class Stubs(unittest.TestCase):
+    def test_stubs_name_what_the_module_has(self):
+        with open(os.path.join(os.path.dirname(haptic.__file__), "__init__.pyi"), encoding="utf-8") as file:
+            tree = ast.parse(file.read())
+        stubs = {node.name: {item.name if isinstance(item, ast.FunctionDef) else item.target.id for item in node.body
+                             if isinstance(item, (ast.FunctionDef, ast.AnnAssign))}
+                 for node in tree.body if isinstance(node, ast.ClassDef)}
+        for name in set(haptic.__all__) - {"certify", "__version__", "SetupError"}:
+            members = {member for member in vars(getattr(haptic, name)) if not member.startswith("_")}
+            self.assertEqual(members, {member for member in stubs[name] if not member.startswith("_")}, name)
+            self.assertTrue(getattr(haptic, name).__doc__, name)
+
+    def test_everything_says_what_it_is(self):
+        for name in set(haptic.__all__) - {"__version__", "certify"}:
+            for member, value in vars(getattr(haptic, name)).items():
+                if member.startswith("_"):
+                    continue
+                said = [line for line in (value.__doc__ or "").splitlines() if line.strip()]
+                # the first line of a method is its signature
+                self.assertGreater(len(said), 0 if isinstance(value, property) else 1, f"{name}.{member}")
+
+
+if __name__ == "__main__":
+    unittest.main()
