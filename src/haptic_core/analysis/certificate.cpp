@@ -59,7 +59,7 @@ class Linearisation {
     PairLaw law;
     Matrix J;  ///< twist of B against A at P, P's axes: 6 × dof
     Matrix6 stiffness, damping;  ///< of the patch, P's axes
-    Matrix6 mobility;            ///< of both bodies, their masses shared among their contacts
+    Matrix6 mobility = Matrix6::Zero();  ///< of both bodies, their masses shared among their contacts
   };
 
   Matrix M, K;

@@ -1,5 +1,6 @@
 #include "haptic_core/geometry/gjk.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace haptic {
@@ -93,7 +94,7 @@ Vector3 nearest(Simplex& s) {
       for (int k = j + 1; k < s.count; ++k) tryTriangle(best, s, i, j, k);
     }
   }
-  reduce(s, best.keep, best.weight, best.count);
+  reduce(s, best.keep, best.weight, std::min(best.count, 3));  // a corner, an edge or a face
   Vector3 v = Vector3::Zero();
   for (int i = 0; i < s.count; ++i) v += s.weight[i] * s.point[i].difference;
   return v;
