@@ -127,7 +127,8 @@ TEST(BoundedStep, TheToleranceIsAShareOfTheChange) {
   const double reference = slide(0), normal = slide(WorldSettings{}.tolerance);
   const double change = 0.5 * scenes::kGravity * 0.1;
   EXPECT_NEAR(reference, 1 - change, 1e-8);
-  EXPECT_NEAR(normal, reference, 0.01 * WorldSettings{}.tolerance * change);  // passes contract: far within it
+  // Of every step a kept patch and the limit of friction may be wrong by half of the tolerance's share of its change.
+  EXPECT_NEAR(normal, reference, 0.5 * WorldSettings{}.tolerance * change);
 }
 
 }  // namespace
