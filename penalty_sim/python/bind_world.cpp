@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "haptic_core/world/model.h"
+#include "haptic_core/world/runaway.h"
 #include "haptic_core/world/state.h"
 #include "haptic_core/world/work.h"
 #include "python/bindings.h"
@@ -171,6 +172,8 @@ void SeenWorld::takeWritten() {
   State written = state;
   for (TreeMode& mode : written.mode)
     mode = mode == TreeMode::kPrimed ? TreeMode::kUnprimed : mode;  // what pulled, pulled elsewhere
+  world_->restore(written.pack());
+  renewSupply(world_->model(), world_->work(), written);  // a body thrown from here has not run away
   world_->restore(written.pack());
   remember();
 }

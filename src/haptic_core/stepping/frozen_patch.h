@@ -6,16 +6,16 @@
 /// which has the patch's area, its first and second moments, its volume and the centroid of its volume: force and
 /// stiffness at the reference are exact. Each point is then split into two of depths d (1 ± s), with s such that ∫ d² dA,
 /// and so the elastic energy, is exact too: an edge or a corner that backs out then loses its force where the true one
-/// nearly does, not after a half or a third of its depth. Where the pressure is clipped inside the patch, the part that presses stands for
-/// the patch.
+/// nearly does, not after a half or a third of its depth. Where the pressure is clipped inside the patch, the part that
+/// presses stands for the patch.
 ///
 /// With V the twist of B over A at P, v_n = v_z + ω_x y - ω_y x, and D = d + g v_n at the reference (the depth that stays
 /// without motion along n), a point presses with
 ///     Hunt–Crossley   k w (D - g v_n)₊ (1 - c v_n)₊
 ///     linear          w (k (D - g v_n) - b v_n)₊   while D > g v_n.
 /// Both fall with v_n: gradients of convex functions. What four points miss of the second moment of the thickness is made
-/// good by a common factor of the pressures and a common shift of the places: the force at the reference is exact. Friction is a FrictionLayer, convex as well while the normal
-/// force in its limit stays. Where a patch opens or closes by more than its depth the four points are a caricature:
+/// good by a common factor of the pressures and a common shift of the places: the force at the reference is exact.
+/// Friction is a FrictionLayer, convex as well while the normal force in its limit stays. Where a patch opens or closes by more than its depth the four points are a caricature:
 /// implicit_stage.h freezes anew at the end that they predict.
 ///
 /// Where two nearly parallel faces meet, `spread` puts what these have in common in place of the points (face_overlay.h):
