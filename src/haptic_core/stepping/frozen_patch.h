@@ -15,7 +15,8 @@
 ///     linear          w (k (D - g v_n) - b v_n)₊   while D > g v_n.
 /// Both fall with v_n: gradients of convex functions. What four points miss of the second moment of the thickness is made
 /// good by a common factor of the pressures and a common shift of the places: the force at the reference is exact.
-/// Friction is a FrictionLayer, convex as well while the normal force in its limit stays. Where a patch opens or closes by more than its depth the four points are a caricature:
+/// Friction is a FrictionLayer, convex as well while the normal force in its limit stays. Where a patch opens or closes by
+/// more than its depth the four points are a caricature:
 /// implicit_stage.h freezes anew at the end that they predict.
 ///
 /// Where two nearly parallel faces meet, `spread` puts what these have in common in place of the points (face_overlay.h):
