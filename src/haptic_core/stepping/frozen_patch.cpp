@@ -77,7 +77,7 @@ void FrozenPatch::setLaw(const PairLaw& law, double g) noexcept {
   torsion_ = law.torsion;
   constant_.setZero();
   scale_ = 1;
-  leaves_out_ = false;
+  large_constant_ = rough_ = false;
   faces_.clear();
 }
 
@@ -150,11 +150,12 @@ void FrozenPatch::matchForce(const Vector3& exact, const Vector6& V) noexcept {
   }
   constant_ = exact - first;
   const double bound = kMostConstant * std::abs(exact[0]);
-  leaves_out_ = std::abs(constant_[0]) > bound || constant_.tail<2>().norm() > bound * radius_;
+  large_constant_ = std::abs(constant_[0]) > bound || constant_.tail<2>().norm() > bound * radius_;
 }
 
 void FrozenPatch::dropConstant() noexcept {
-  if (leaves_out_) constant_.setZero();
+  rough_ = large_constant_;
+  if (rough_) constant_.setZero();
 }
 
 void FrozenPatch::freezeNear(const ContactVolume& near, double closer, const PairLaw& law, const Vector6& V,

@@ -72,7 +72,7 @@ class FrozenPatch {
   /// (in realtime) Where points or faces have not the exact force at the reference, leaves out what they miss: for a pass
   /// that goes far from it, and is not the last.
   void dropConstant() noexcept;
-  bool leavesOut() const { return leaves_out_; }
+  bool isRough() const { return rough_; }  ///< something was left out: another evaluation has to follow
 
   void forget() noexcept { points_ = 0, faces_.clear(); }  ///< (in realtime) no force
   /// (in realtime) Whether this patch of the same pair lies elsewhere than `other`, not within its extent.
@@ -81,7 +81,6 @@ class FrozenPatch {
   /// (in realtime) Depth that the frozen geometry misses after a motion of twist V over the stage [m], to its order.
   double missedDepth(const Vector6& V, double mean_depth) const noexcept;
   double stiffness() const noexcept { return k_ * scale_ * (faces_.empty() ? weight_ * points_ : faces_.area()); }  ///< along n [N/m]
-  bool onFaces() const { return !faces_.empty(); }
   double extent() const noexcept { return 2 * radius_; }  ///< about half the width of the patch [m]
 
  private:
@@ -114,7 +113,7 @@ class FrozenPatch {
   Vector3 constant_ = Vector3::Zero();   ///< what is left of the exact force at the reference: N, ∫ x p, ∫ y p
   Vector3 place_ = Vector3::Zero();      ///< centroid in A's frame [m]
   double radius_ = 0;                    ///< of gyration of its area [m]
-  bool leaves_out_ = false;              ///< constant_ is large
+  bool large_constant_ = false, rough_ = false;  ///< constant_ is large; it was left out
   FaceOverlay faces_;                    ///< in place of the points, unless empty
   LinearField faces_reach_;              ///< D over the faces [m]
   double scale_ = 1;                     ///< of all pressures

@@ -356,6 +356,7 @@ bool ImplicitStage::holds(double g) const noexcept {
 /// along n and of first order in the turn of n, is small against the tolerance, as a speed and as an energy.
 bool ImplicitStage::staysValid(int slot, double g) const noexcept {
   const FrozenContact& c = problem_.contacts[slot];
+  if (c.patch.isRough()) return false;
   const ImplicitContact& contact = contacts_[slot];
   const double mass = std::min(problem_.massOf(c.link_a), problem_.massOf(c.link_b));
   const Vector6 change = c.V - c.V_frozen;
@@ -418,7 +419,7 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   if (!known) frozen.limit = contact.force.normal_force;
   if (!(reach_ > 0)) {
     frozen.patch.dropConstant();
-    rough_ |= frozen.patch.leavesOut();
+    rough_ |= frozen.patch.isRough();
     return;
   }
   const ConvexPolyhedron &A = *model_.shapes[shape_a].shape, &B = *model_.shapes[shape_b].shape;
