@@ -89,7 +89,8 @@ void BoardBusEmulator::put(std::int64_t at, std::int64_t delay, std::uint8_t byt
       return;
     }
   const std::int64_t before = place == out_.begin() ? 0 : std::prev(place)->due;
-  std::int64_t due = (instant_ ? handed_ns_ : at) + delay;
+  // A wire that keeps bytes back has carried them first: its delay is what comes on top of their own time.
+  std::int64_t due = instant_ && delay == 0 ? handed_ns_ : at + delay;
   if (adapter_.burst_ns > 0) due = (due / adapter_.burst_ns + 1) * adapter_.burst_ns;
   out_.insert(place, {at, std::max(due, before), byte});
 }

@@ -53,7 +53,7 @@ class BoardBusEmulator {
   void loseReplies(int replies) { lose_ = replies; }      ///< the next ones never come
   void doubleReplies(int replies) { double_ = replies; }  ///< the next ones come twice
   void swapReplies(int pairs) { swap_ = pairs; }          ///< the next ones come behind their successors
-  /// Replies come as soon as their bytes were asked for and the adapter lets them: no wire time.
+  /// Replies come as soon as their bytes were asked for, without wire time, while the adapter has no delay.
   void setInstant(bool instant) { instant_ = instant; }
   /// The host's adapter keeps the next replies back for so long; their order stays.
   void delayReplies(int replies, std::int64_t ns) { late_replies_ = replies, late_ns_ = ns; }

@@ -1,7 +1,8 @@
 #!/bin/sh
 # Each way to build this project that the README names, once, from a clean copy of the sources:
 #   build_tools.sh FOLDER [core|cmake|colcon|isolated|install|consumer]...   (default: all of them)
-# Tests and benchmarks are left out, and nothing is optimised: the ordinary build does both.
+# Tests and benchmarks are left out, and nothing is optimised: the ordinary build does both. Most sources compile alike in
+# all of them, once where there is a ccache: debug symbols would tell one folder from another, and are left out.
 export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd -P)
@@ -11,6 +12,9 @@ work=$(cd "$1" && pwd -P)
 shift
 [ $# -gt 0 ] || set -- core cmake colcon isolated install consumer
 unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH
+if command -v ccache >/dev/null; then
+  export CMAKE_C_COMPILER_LAUNCHER=ccache CMAKE_CXX_COMPILER_LAUNCHER=ccache
+fi
 
 # A clean copy: nothing that another build left in the tree may help this one.
 copy=$work/haptics
@@ -31,7 +35,7 @@ expect() {  # WHERE: a shell that sources WHERE/setup.sh finds every package
 
 # Users without catkin: an installed core, found by find_package in a project of five lines.
 build_consumer() {
-  cmake -S src -B b/alone -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_INSTALL_PREFIX="$copy/b/prefix"
+  cmake -S src -B b/alone -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_INSTALL_PREFIX="$copy/b/prefix"
   ninja -C b/alone install
   mkdir -p b/user
   cat >b/user/CMakeLists.txt <<'TEXT'
@@ -56,26 +60,26 @@ TEXT
 build() {
   case $1 in
     core)
-      cmake -S src -B b/core -G Ninja -DCMAKE_BUILD_TYPE=Debug
+      cmake -S src -B b/core -G Ninja -DCMAKE_BUILD_TYPE=None
       ninja -C b/core
       ! grep -q catkin b/core/CMakeCache.txt ;;  # the core alone must not know of ROS
     cmake)
-      cmake -S . -B b/cmake -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCATKIN_ENABLE_TESTING=OFF
+      cmake -S . -B b/cmake -G Ninja -DCMAKE_BUILD_TYPE=None -DCATKIN_ENABLE_TESTING=OFF
       ninja -C b/cmake
       expect b/cmake/devel ;;
     colcon)
       colcon --log-base b/log build --build-base b/colcon --install-base b/colcon_install \
-        --event-handlers console_direct- --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=Debug
+        --event-handlers console_direct- --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None
       expect b/colcon_install ;;
     isolated)
       mkdir -p b/isolated
       catkin_make_isolated --source . --build b/isolated --devel b/isolated/devel \
-        --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=Debug
+        --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None
       expect b/isolated/devel ;;
     install)
       mkdir -p "$work/installed"
       catkin_make_isolated --source . --build b/isolated --devel b/isolated/devel --install \
-        --install-space "$work/installed" --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=Debug
+        --install-space "$work/installed" --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None
       expect "$work/installed" ;;
     consumer) build_consumer ;;
     *) echo "$0: unknown build '$1'" >&2; return 2 ;;
