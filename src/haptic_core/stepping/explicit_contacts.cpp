@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "haptic_core/geometry/contact_moments.h"
 #include "haptic_core/stepping/settled_damper.h"
 
 namespace haptic::stepping {
@@ -25,14 +26,36 @@ void addKick(int link_a, int link_b, const Wrench& J_W, const Vector3& p_W, cons
 
 /// The bodies parted inside the step, τ after its start, while the force fell like (τ - t)ⁿ: its impulse was
 /// F τ/(n + 1), where the trapezoidal rule has taken F h/2.
-void release(const Model& model, const ActivePair& pair, const Advance& advance, State& state, Work& work) noexcept {
+void release(const Model& model, const ActivePair& pair, const Advance& advance, State& state, Work& work,
+             Report& report) noexcept {
   const bool second_order = advance.second_order;
   const double h = second_order ? advance.time : 0, tau = second_order ? std::min(pair.release.leave, h) : 0;
   const double order = second_order ? pair.release.order : 1;
   if (model.settings.energy_ledger) bookRelease(pair.friction, h, tau, order, state.energy);
   if (!second_order) return;
-  addKick(model.shapes[pair.shapeA()].link, model.shapes[pair.shapeB()].link,
-          pair.release.F_BP_W * (tau / (order + 1) - h / 2), pair.release.p_WP, work.placement, work.contacts);
+  ContactReport ended;
+  ended.shape_a = pair.shapeA();
+  ended.shape_b = pair.shapeB();
+  ended.link_a = model.shapes[ended.shape_a].link;
+  ended.link_b = model.shapes[ended.shape_b].link;
+  addKick(ended.link_a, ended.link_b, pair.release.F_BP_W * (tau / (order + 1) - h / 2), pair.release.p_WP, work.placement,
+          work.contacts);
+  if (!(h > 0)) return;
+  ended.X_WP = Pose(patchAxes(work.placement.X_WS[ended.shape_a].R * pair.friction.normal_A), pair.release.p_WP);
+  ended.F_BP_W = pair.release.F_BP_W * (tau / (order + 1) / h);
+  ended.normal_force = ended.F_BP_W.force.dot(ended.X_WP.R.col(2));
+  ended.event = tau / h;
+  report.addContact(ended, false);
+}
+
+/// Velocity Verlet takes half of its impulse from the force before and half from the force after, and adds what events change:
+/// the wrench that does the same over the whole step.
+void reportMean(const ReleaseMemory& before, bool touched, const LocatedForce& force, double h, ContactReport& contact) noexcept {
+  Wrench mean = contact.F_BP_W * 0.5;
+  if (touched) mean += before.F_BP_W.shifted(contact.X_WP.p - before.p_WP) * 0.5;
+  if (force.has_impulse) mean += force.impulse_P.rotated(contact.X_WP.R) * (1 / h);
+  contact.F_BP_W = mean;
+  contact.normal_force = mean.force.dot(contact.X_WP.R.col(2));
 }
 
 /// Contacts that share the mass of each link, as the last evaluation left them; what stands still has none to share.
@@ -58,7 +81,7 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   const bool overlap = locateContact(model, contacts.seams, index, pair, places, contacts.workspace, c);
   work.clock.end(overlap ? times.volume : times.detection);
   if (!overlap) {
-    if (pair.friction.touching != 0) release(model, pair, advance, state, work);
+    if (pair.friction.touching != 0) release(model, pair, advance, state, work, report);
     pair.friction = {};
     pair.stability = {};
     pair.buried = false;
@@ -72,17 +95,22 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   placement.link[link_a].addWrench(-F_BP_W, c.X_WP.p);
   if (c.force.has_impulse) addKick(link_a, link_b, c.force.impulse_P.rotated(c.X_WP.R), c.X_WP.p, placement, contacts);
   FrictionMemory memory = c.force.memory;
+  const bool touched = pair.friction.touching != 0;
   if (model.settings.energy_ledger) {
     const double elastic = elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);
     noteContact(index, c, pair.friction, elastic, memory, contacts.booked, report.step.energy);
   }
   pair.friction = memory;
   if (model.settings.integrator == Integrator::kAutomatic) noteStability(model, c, state, work, pair);
-  if (advance.second_order) pair.release = releaseOf(c.volume, c.V_AB_P, c.X_WP.p, F_BP_W);
+  ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
+  if (advance.second_order) {
+    if (advance.time > 0) reportMean(pair.release, touched, c.force, advance.time, contact);
+    pair.release = releaseOf(c.volume, c.V_AB_P, c.X_WP.p, F_BP_W);
+  }
   if (memory.began != 0) {
     report.addImpact(-c.V_AB_P.linear.z(), c.law.reduced_mass, advance.time * model.settings.gravity.norm());
   }
-  report.addContact(reportOf(model, pair, c.volume, c.X_WP, c.force), c.force.clipped);
+  report.addContact(contact, c.force.clipped);
   work.clock.end(times.force);
 }
 

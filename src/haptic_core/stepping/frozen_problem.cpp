@@ -191,14 +191,21 @@ bool FrozenProblem::minimise(double g, int most, double finest, double enough, c
     ++iterations;
     const double size = speed(step_.data());
     if (i == 0) decrement = -dotStep(residual_);
-    for (FrozenContact& c : contacts) c.step = twistOf(c, step_.data());
+    // A full step is the motion under exactly these forces, linear in it.
+    for (FrozenContact& c : contacts) {
+      c.step = twistOf(c, step_.data());
+      c.F_done = c.force.F - c.G * c.step / g;
+    }
     double left = 0;
     const double alpha = size <= finest ? 1.0 : search(g, v, left);
     for (int n = 0; n < island_.tree_count; ++n) {
       for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) v[k] += alpha * step_[k];
     }
     if (alpha == 1 && joints_) joints_->settle(v);
-    for (FrozenContact& c : contacts) c.V += alpha * c.step;
+    for (FrozenContact& c : contacts) {
+      c.V += alpha * c.step;
+      if (alpha < 1) c.F_done = c.force.F;  // nothing explains this motion; the passes are not at their end
+    }
     open *= 1 - alpha;
     changed += alpha * size;
     const double share = size <= finest ? 0 : alpha == 1 ? std::abs(left) : 1;
@@ -322,7 +329,7 @@ bool FrozenProblem::assemble() noexcept {
   }
   if (!matrix_.analyze(node_size_.data(), island_.tree_count, edges_.begin(), edges_.size())) return false;
   for (int n = 0; n < island_.tree_count; ++n) matrix_.add(n, n, massMatrixOf(island_.trees[n]));
-  for (const FrozenContact& c : contacts) assembleContact(c);
+  for (FrozenContact& c : contacts) assembleContact(c);
   for (const FrozenCoupling& c : couplings) {
     if (c.link < 0) continue;
     Matrix6 G = Matrix6::Zero();
@@ -353,14 +360,14 @@ void FrozenProblem::treeJacobian(int link, const Pose& X_WP, double* J) noexcept
   }
 }
 
-void FrozenProblem::assembleContact(const FrozenContact& c) noexcept {
+void FrozenProblem::assembleContact(FrozenContact& c) noexcept {
   const int a = nodeOf(c.link_a), b = nodeOf(c.link_b);
-  const Matrix6 G = c.patch.tangent(c.V, c.limit);
+  c.G = c.patch.tangent(c.V, c.limit);
   if ((a >= 0 && !isFree(c.link_a)) || (b >= 0 && !isFree(c.link_b))) {
-    assembleLinks(c.link_a, c.link_b, c.X_WP, G);
+    assembleLinks(c.link_a, c.link_b, c.X_WP, c.G);
     return;
   }
-  addFree(a, b, c.X_WP, G, c.link_a, c.link_b);
+  addFree(a, b, c.X_WP, c.G, c.link_a, c.link_b);
 }
 
 /// Jᵀ G J of free bodies, node -1 for none. With G in W's axes in blocks [A B; Bᵀ D], a body's lever r to P and X = [r]×,

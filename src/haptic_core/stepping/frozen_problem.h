@@ -35,6 +35,8 @@ struct FrozenContact {
   Vector6 V = Vector6::Zero();         ///< the same at the present v
   Vector6 step = Vector6::Zero();      ///< J p
   FrozenPatch::Force force;            ///< at V
+  Matrix6 G = Matrix6::Zero();         ///< -g ∂F/∂V of the last Newton step
+  Vector6 F_done = Vector6::Zero();    ///< that the last Newton step balanced, of B at P, in P's axes [N·m, N]
 };
 
 /// A spring-damper on a link, about its frame's origin.
@@ -88,7 +90,7 @@ class FrozenProblem {
   void smoothPart(const double* v) noexcept;
   void measureImbalance(double g) noexcept;
   bool assemble() noexcept;
-  void assembleContact(const FrozenContact& c) noexcept;
+  void assembleContact(FrozenContact& c) noexcept;
   void assembleLinks(int link_a, int link_b, const Pose& X_WP, const Matrix6& G_P) noexcept;
   void addFree(int node_a, int node_b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept;
   void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;

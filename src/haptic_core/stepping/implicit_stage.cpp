@@ -413,6 +413,7 @@ void ImplicitStage::evaluatePair(int index, double g) noexcept {
   frozen.link_b = model_.shapes[shape_b].link;
   frozen.X_WP = contact.X_WP;
   frozen.V_reference = frozen.V_frozen = found.V_AB_P.vector();
+  frozen.F_done << found.force.F_BP_P.torque, found.force.F_BP_P.force;
   const double squares = 2 * contact.elastic / k;  // ∫d² dA [m⁴]
   frozen.patch.freeze(found.volume, squares, contact.force, found.law, frozen.V_reference, g);
   // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
@@ -536,6 +537,7 @@ void ImplicitStage::finish(double g) noexcept {
     if (!c.touching) continue;
     const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, before_.data());
     frozen.patch.carry(V, frozen.limit, c.volume.X_AP, c.force, c.elastic);
+    c.done_P = {frozen.F_done.head<3>(), frozen.F_done.tail<3>()};
   }
   for (std::size_t i = 0; i < couplings.size(); ++i) {
     const FrozenCoupling& frozen = problem_.couplings[i];

@@ -38,6 +38,7 @@ struct ImplicitContact {
   Pose X_WP;
   ContactVolume volume;
   LocatedForce force;
+  Wrench done_P;         ///< what the stage moved the bodies by, on B at P, in P's axes: `force` up to the solve's tolerance
   double elastic = 0;    ///< ½ k ∫d² dA [J]; with the ledger
   bool touching = true;  ///< within a solve: still overlaps
 };

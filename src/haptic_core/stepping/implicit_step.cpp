@@ -33,7 +33,7 @@ constexpr int kMostLocations = 12;
 constexpr double kRest = 1e-9;
 
 /// Of B's contact on it, about W's origin, in W's axes.
-Wrench wrenchOf(const ImplicitContact& c) { return c.force.F_BP_P.rotated(c.X_WP.R).shifted(-c.X_WP.p); }
+Wrench wrenchOf(const ImplicitContact& c) { return c.done_P.rotated(c.X_WP.R).shifted(-c.X_WP.p); }
 
 bool sticksAtAll(const FrictionMemory& m) { return m.touching != 0 && m.sliding == 0; }
 
