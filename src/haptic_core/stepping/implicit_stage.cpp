@@ -5,8 +5,6 @@
 #include <limits>
 
 #include "haptic_core/dynamics/joint_space_inertia.h"
-#include "haptic_core/geometry/contact_moments.h"
-#include "haptic_core/geometry/convex_polyhedron.h"
 #include "haptic_core/world/hands.h"
 
 namespace haptic {
@@ -37,17 +35,10 @@ constexpr double kSlower = 0.3;
 /// Share of the tolerance that a frozen patch may be wrong by, or a body may move, without another evaluation.
 constexpr double kStays = 0.5;
 
-/// ∫ d² dA: exact for a face (extent = mean), 3 % above it for an edge (twice) and exact for a corner (three
-/// times).
-double estimatedSquares(const ContactVolume& volume) {
-  const double mean = volume.volume / std::max(volume.A0, volume.volume / volume.depth);
-  return volume.volume * mean * (1 + 0.75 * (1 - mean / volume.depth));
-}
-
 }  // namespace
 
 ImplicitStage::ImplicitStage(const Model& model)
-    : model_(model), settings_(model.settings), joints_(model), problem_(model), seams_(model) {
+    : model_(model), settings_(model.settings), joints_(model), problem_(model), contacts_(model, problem_) {
   couplings.resize(model.pointers.size());
   problem_.couplings.resize(model.pointers.size());
   q_base.resize(model.nq);
@@ -56,9 +47,6 @@ ImplicitStage::ImplicitStage(const Model& model)
   tree_energy_.resize(model.trees.size());
   memory_base.resize(model.pair_capacity);
   yielding.resize(model.pair_capacity);
-  slot_.resize(model.pair_capacity);
-  near_.resize(model.pair_capacity);
-  gap_.resize(model.pair_capacity);
   moved_.resize(model.trees.size());
   work_.resize(model.links.size());
   held_by_.resize(model.links.size());
@@ -69,12 +57,11 @@ ImplicitStage::ImplicitStage(const Model& model)
     first_shape_.push_back(static_cast<int>(first - model.shapes.begin()));
   }
   first_shape_.push_back(static_cast<int>(model.shapes.size()));
-  contacts_.reserve(problem_.contacts.capacity());
-  model.reserve(workspace_);
 }
 
 void ImplicitStage::begin(State& state, const std::vector<int>& held_by, const std::vector<Twist>& moved, double h) noexcept {
   state_ = &state;
+  contacts_.begin(state, {work_.data(), X_WS_.data(), held_by_.data()});
   held_way_ = moved.data();
   step_ = h;
   held_left_ = 0;
@@ -99,18 +86,15 @@ void ImplicitStage::select(const Island& island) noexcept {
     for (int l = 0; l < tree.model->linkCount(); ++l) mass_ += model_.links[tree.link + l].mass;
   }
   problem_.select(island, work_.data(), has_joints_ ? &joints_ : nullptr);
-  contacts_.clear();
+  contacts_.select(island);
 }
 
 void ImplicitStage::start(double g, double left) noexcept {
   left_ = left;
   if (left_ != held_left_) placeHeld();
   if (has_joints_) joints_.startStage(*state_, q_base.data(), g, v.data());
-  contacts_.clear();
-  problem_.contacts.clear();
-  for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = near_[island_.pairs[i]] = -1;
-  reach_ = 0;
-  rough_ = false;
+  contacts_.clear(memory_base.data(), yielding.data(), g);
+  changed_ = 0;
   for (int n = 0; n < island_.tree_count; ++n) moved_[island_.trees[n]] = 1;
   calm_energy_ = std::numeric_limits<double>::infinity();
 }
@@ -138,13 +122,13 @@ void ImplicitStage::placeHeld() noexcept {
 bool ImplicitStage::iterate(double g, int most_passes) noexcept {
   double last = 0;
   bool converged = false;
-  tolerance_ = settings_.tolerance * kFree * g * settings_.gravity.norm();
-  energy_tolerance_ = 0;
+  tolerance_.speed = settings_.tolerance * kFree * g * settings_.gravity.norm();
+  tolerance_.energy = 0;
   double smallest = std::numeric_limits<double>::infinity();
   for (int n = 0; n < island_.tree_count; ++n) {
     smallest = std::min(smallest, model_.links[model_.trees[island_.trees[n]].link].size);
   }
-  if (contacts_.empty())
+  if (contacts_.all().empty())
     most_passes = std::max(most_passes, island_.pair_count == 0 ? kAlonePasses : kContactFreePasses);
   for (int pass = 0; pass < most_passes && !converged; ++pass) {
     if (pass > 0) evaluate(g);
@@ -157,29 +141,27 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
       std::copy_n(v.begin() + tree.v, tree.model->nv(), before_.begin() + tree.v);
     }
     const double fine = finest(g);
-    if (!problem_.minimise(g, pass < kFirstPasses ? kStepsOfPass : kStepsOfLatePass, fine, kStays * tolerance_, q_.data(), v.data())) break;
+    if (!problem_.minimise(g, pass < kFirstPasses ? kStepsOfPass : kStepsOfLatePass, fine, kStays * tolerance_.speed, q_.data(), v.data())) break;
     const double changed = change(before_);
     if (!std::isfinite(changed)) break;
     // A body of a micrometre falls through itself in what is nothing to one of a metre.
     const double least = std::min(kFree * g * settings_.gravity.norm(), kOfSize * smallest / g);
-    const double share = settings_.tolerance * (contacts_.empty() ? kContactFree : 1.0);
-    tolerance_ = std::max(fine, std::min(share * (least + change(v_base)), kOfSize * smallest / g));
+    const double share = settings_.tolerance * (contacts_.all().empty() ? kContactFree : 1.0);
+    tolerance_.speed = std::max(fine, std::min(share * (least + change(v_base)), kOfSize * smallest / g));
     const double rate = pass > 0 ? changed / last : 1;
     error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
     wrench_error = problem_.imbalance * std::min(1.0, rate);
     // Where stiffness is high a small error of v is a large one of the energy. Twice what the pass could gain
     // at its reference, -R·p, is known exactly; the end of the pass is nobody's reference yet.
     change(v_base);  // into v_dot_
-    energy_tolerance_ = settings_.tolerance * (problem_.massNorm2(v_dot_.data()) + mass_ * least * least);
-    const bool harmless = problem_.decrement <= energy_tolerance_;
-    converged = !rough_ && (changed <= fine || holds(g) || (error <= tolerance_ && harmless) ||
+    tolerance_.energy = settings_.tolerance * (problem_.massNorm2(v_dot_.data()) + mass_ * least * least);
+    const bool harmless = problem_.decrement <= tolerance_.energy;
+    converged = !contacts_.isRough() && (changed <= fine || holds(g) || (error <= tolerance_.speed && harmless) ||
                 (rate >= 0.5 && changed <= kStagnation * problem_.speed(v.data())));
-    rough_ = false;
-    last = changed;
-    reach_ = g * changed;
+    last = changed_ = changed;
     for (int n = 0; n < island_.tree_count; ++n) {
       const int t = island_.trees[n];
-      moved_[t] = problem_.speedOf(t, before_.data()) > std::max(fine, kStays * tolerance_);
+      moved_[t] = problem_.speedOf(t, before_.data()) > std::max(fine, kStays * tolerance_.speed);
     }
   }
   finish(g);
@@ -196,8 +178,7 @@ double ImplicitStage::energyOf(int t) const noexcept {
 double ImplicitStage::energy() const noexcept {
   double sum = 0;
   for (int n = 0; n < island_.tree_count; ++n) sum += tree_energy_[island_.trees[n]];
-  for (const ImplicitContact& c : contacts_) sum += c.touching ? c.elastic : 0.0;
-  return sum;
+  return sum + contacts_.springEnergy();
 }
 
 /// The same at the start of the stage. Leaves the links there.
@@ -214,28 +195,26 @@ double ImplicitStage::startEnergy() noexcept {
 }
 
 /// v = share · from, of which everything is evaluated anew.
-void ImplicitStage::setVelocity(const std::vector<double>& from, double share) noexcept {
+void ImplicitStage::setVelocity(const std::vector<double>& from, double share, double g) noexcept {
   for (int n = 0; n < island_.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island_.trees[n]];
     for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) v[i] = share * from[i];
     moved_[island_.trees[n]] = 1;
   }
-  contacts_.clear();
-  problem_.contacts.clear();
-  for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = near_[island_.pairs[i]] = -1;
-  reach_ = 0;
+  contacts_.clear(memory_base.data(), yielding.data(), g);
+  changed_ = 0;
 }
 
 void ImplicitStage::keepEnergy(double g) noexcept {
   const double most = startEnergy(), calm = calm_energy_;
-  setVelocity(v, 1);
+  setVelocity(v, 1, g);
   evaluate(g);
   if (!(energy() <= most)) {
-    setVelocity(calm_, calm <= most ? 1.0 : kSlower);
+    setVelocity(calm_, calm <= most ? 1.0 : kSlower, g);
     evaluate(g);
   }
   if (!(energy() <= most)) {
-    setVelocity(calm_, 0);
+    setVelocity(calm_, 0, g);
     evaluate(g);
   }
   finish(g);
@@ -309,214 +288,16 @@ void ImplicitStage::evaluate(double g) noexcept {
     problem_.freezeTree(t, v.data(), residual_.data());
     tree_energy_[t] = energyOf(t);
   }
-  if (seams_.any()) {
-    seams_.find(state_->pairs.data(), island_.pairs, island_.pair_count, X_WS_.data(), workspace_);
-  }
-  const int aside = contacts_.size();
-  for (int i = 0; i < island_.pair_count; ++i) {
-    const ActivePair& pair = state_->pairs[island_.pairs[i]];
-    if (!moved_[treeOf(pair.shapeA())] && !moved_[treeOf(pair.shapeB())]) continue;
-    const int slot = slot_[island_.pairs[i]];
-    if (slot >= 0 && contacts_[slot].touching && staysValid(slot, g)) {
-      problem_.contacts[slot].V_reference = problem_.contacts[slot].V;
-    } else {
-      evaluatePair(island_.pairs[i], g);
-    }
-  }
-  for (int i = 0; i < aside; ++i) {
-    const FrozenContact& c = problem_.contacts[i];
-    if (contacts_[i].touching || slot_[contacts_[i].pair] == i || near_[contacts_[i].pair] == i) continue;
-    if (moved_[model_.links[c.link_a].articulation] || moved_[model_.links[c.link_b].articulation]) part(i);
-  }
+  contacts_.evaluate(moved_, tolerance_, changed_);
 }
 
 /// Whether another evaluation would find what the last one predicts: the pass ended at its minimum with the limits of friction
 /// that it was given, all patches stay valid, and no gap closes. Bodies on joints turn more than that: they are always looked at again.
 bool ImplicitStage::holds(double g) const noexcept {
-  if (island_jointed_ || contacts_.empty()) return false;
-  if (problem_.remainder + problem_.limitError(g) > kStays * tolerance_) return false;
-  if (problem_.energy_remainder > kStays * energy_tolerance_) return false;
-  for (int i = 0; i < island_.pair_count; ++i) {
-    const int index = island_.pairs[i], slot = slot_[index];
-    if (slot >= 0) {
-      if (!contacts_[slot].touching || !staysValid(slot, g)) return false;
-      continue;
-    }
-    const ActivePair& pair = state_->pairs[index];
-    double closing = 0;
-    for (const int shape : {pair.shapeA(), pair.shapeB()}) {
-      if (nodeOf(model_.shapes[shape].link) >= 0) closing += problem_.speedOf(treeOf(shape), before_.data());
-    }
-    if (gap_[index] < M_SQRT2 * g * closing) return false;
-  }
-  return true;
-}
-
-/// Whether a patch still answers as a new one would: what the frozen geometry leaves out, of second order in the way
-/// along n and of first order in the turn of n, is small against the tolerance, as a speed and as an energy.
-bool ImplicitStage::staysValid(int slot, double g) const noexcept {
-  const FrozenContact& c = problem_.contacts[slot];
-  if (c.patch.isRough()) return false;
-  const ImplicitContact& contact = contacts_[slot];
-  const double mass = std::min(problem_.massOf(c.link_a), problem_.massOf(c.link_b));
-  const Vector6 change = c.V - c.V_frozen;
-  const double depth = contact.volume.volume / std::max(contact.volume.A0, contact.volume.volume / contact.volume.depth);
-  const double turn = g * (change.head<3>().norm() + change.segment<2>(3).norm() / c.patch.extent());
-  const double missed = c.patch.missedDepth(change, depth);
-  return missed / g + c.force.normal * g / mass * turn <= kStays * tolerance_ &&
-         c.patch.stiffness() * missed * missed <= kStays * energy_tolerance_;
-}
-
-/// Leaves a contact and its frozen patch behind, or parts those that an earlier pass left.
-void ImplicitStage::evaluatePair(int index, double g) noexcept {
-  ActivePair& pair = state_->pairs[index];
-  const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
-  const ContactPlaces places{work_.data(), X_WS_.data(), held_by_.data()};
-  const Pose X_AB = relativePose(X_WS_[shape_a], X_WS_[shape_b]);
-  Advance advance;
-  advance.time = g;
-  advance.yielding = yielding[index];
-  advance.mean_rate = settings_.integrator == Integrator::kImplicitEuler;  // SDIRK2's rates, its stand-in's too, are the end's
-  ContactEvaluation found;
-  int& slot = slot_[index];
-  if (!evaluateContact(model_, seams_, index, pair, places, memory_base[index], advance, workspace_, found)) {
-    gap_[index] = -found.volume.depth;
-    if (reach_ > 0 && lookAtFaces(index, X_AB, pair.cache.direction, g)) {
-      if (slot >= 0) leave(slot);
-      return;
-    }
-    if (slot >= 0) part(slot);
-    if (reach_ > 0) lookAhead(index, X_AB, pair.cache.direction, g);
-    return;
-  }
-  const bool known = slot >= 0;
-  if (!known) {
-    slot = contacts_.size();
-    contacts_.resize(slot + 1);
-    problem_.contacts.resize(slot + 1);
-  }
-  ImplicitContact& contact = contacts_[slot];
-  FrozenContact& frozen = problem_.contacts[slot];
-  contact.pair = index;
-  contact.shape_a = shape_a;
-  contact.shape_b = shape_b;
-  contact.volume = found.volume;
-  contact.touching = true;
-  contact.X_WP = found.X_WP;
-  contact.force = found.force;
-  // Half of what a contact costs: without the ledger an estimate does, from the volume and its extent.
-  const double k = found.law.material.stiffness;
-  contact.elastic = settings_.energy_ledger ? elasticEnergy(model_, found.volume, k, workspace_)
-                                            : 0.5 * k * estimatedSquares(found.volume);
-  const FrozenContact before = frozen;
-  frozen.link_a = model_.shapes[shape_a].link;
-  frozen.link_b = model_.shapes[shape_b].link;
-  frozen.X_WP = contact.X_WP;
-  frozen.V_reference = frozen.V_frozen = found.V_AB_P.vector();
-  frozen.F_done << found.force.F_BP_P.torque, found.force.F_BP_P.force;
-  const double squares = 2 * contact.elastic / k;  // ∫d² dA [m⁴]
-  frozen.patch.freeze(found.volume, squares, contact.force, found.law, frozen.V_reference, g);
-  // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
-  if (!known) frozen.limit = contact.force.normal_force;
-  if (!(reach_ > 0)) {
-    frozen.patch.dropConstant();
-    rough_ |= frozen.patch.isRough();
-    return;
-  }
-  const ConvexPolyhedron &A = *model_.shapes[shape_a].shape, &B = *model_.shapes[shape_b].shape;
-  FaceOverlay faces;
-  if (faces.find(A, B, X_AB, found.volume.X_AP) && frozen.patch.spread(faces, frozen.V_reference)) {
-    if (near_[index] >= 0) leave(near_[index]);
-    return;
-  }
-  if (known && before.patch.isElsewhere(frozen.patch)) keepAside(index, before);
-  if (found.volume.depth < reach_) lookAhead(index, X_AB, found.volume.normal(), g);
-}
-
-/// The contact of what is near, not touching, made or reused; null where there is no room.
-FrozenContact* ImplicitStage::nearContact(int index) noexcept {
-  int& slot = near_[index];
-  if (slot < 0) {
-    const int last = contacts_.size();
-    contacts_.resize(last + 1);
-    problem_.contacts.resize(last + 1);
-    if (contacts_.size() == last) return nullptr;
-    slot = last;
-  }
-  const ActivePair& pair = state_->pairs[index];
-  contacts_[slot].pair = index;
-  contacts_[slot].touching = false;
-  FrozenContact& c = problem_.contacts[slot];
-  c.link_a = model_.shapes[pair.shapeA()].link;
-  c.link_b = model_.shapes[pair.shapeB()].link;
-  c.limit = 0;
-  return &c;
-}
-
-/// Puts two faces that look at one another across a gap into the problem. False: there are none.
-bool ImplicitStage::lookAtFaces(int index, const Pose& X_AB, const Vector3& n, double g) noexcept {
-  const ActivePair& pair = state_->pairs[index];
-  const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
-  if (!(n.squaredNorm() > 0)) return false;
-  Pose X_AP(patchAxes(n), X_AB.p);
-  FaceOverlay faces;
-  if (!faces.find(*model_.shapes[shape_a].shape, *model_.shapes[shape_b].shape, X_AB, X_AP)) return false;
-  faces.centre(X_AP);
-  FrozenContact* c = nearContact(index);
-  if (!c) return false;
-  c->X_WP = X_WS_[shape_a] * X_AP;
-  const Twist V_W = work_[c->link_b].twistAt(c->X_WP.p) - work_[c->link_a].twistAt(c->X_WP.p);
-  c->V_reference = V_W.rotated(c->X_WP.R.transpose()).vector();
-  const PairLaw law = model_.law(shape_a, shape_b, held_by_[c->link_a] >= 0, held_by_[c->link_b] >= 0);
-  c->patch.freezeNear(faces, law, c->V_reference, g);
-  return true;
-}
-
-/// Puts what is nearer than the reach into the problem: `n` [A's frame] from A to B is the way on which it
-/// would meet.
-void ImplicitStage::lookAhead(int index, const Pose& X_AB, const Vector3& n, double g) noexcept {
-  const ActivePair& pair = state_->pairs[index];
-  const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
-  if (near_[index] >= 0) leave(near_[index]);
-  if (!(n.squaredNorm() > 0)) return;
-  PairCache cache = pair.cache;
-  ContactVolume near;
-  contactVolume(*model_.shapes[shape_a].shape, *model_.shapes[shape_b].shape, Pose(X_AB.R, X_AB.p - reach_ * n),
-                cache, workspace_, near, settings_.normal_rule);
-  if (near.status != ContactVolume::Status::kOverlap) return;
-  FrozenContact* c = nearContact(index);
-  if (!c) return;
-  c->X_WP = X_WS_[shape_a] * near.X_AP;
-  const Twist V_W = work_[c->link_b].twistAt(c->X_WP.p) - work_[c->link_a].twistAt(c->X_WP.p);
-  c->V_reference = V_W.rotated(c->X_WP.R.transpose()).vector();
-  const PairLaw law = model_.law(shape_a, shape_b, held_by_[c->link_a] >= 0, held_by_[c->link_b] >= 0);
-  c->patch.freezeNear(near, reach_, law, c->V_reference, g);
-}
-
-/// A patch that has gone to another place of its pair still bars the way back: a body that rocks would go on
-/// for ever.
-void ImplicitStage::keepAside(int pair, const FrozenContact& c) noexcept {
-  const int slot = contacts_.size();
-  contacts_.resize(slot + 1);
-  problem_.contacts.resize(slot + 1);
-  if (problem_.contacts.size() == slot || contacts_.size() == slot) return;
-  contacts_[slot].pair = pair;
-  problem_.contacts[slot] = c;
-  part(slot);
-}
-
-/// The pair is in the problem elsewhere.
-void ImplicitStage::leave(int slot) noexcept {
-  contacts_[slot].touching = false;
-  problem_.contacts[slot].patch.forget();
-}
-
-void ImplicitStage::part(int slot) noexcept {
-  FrozenContact& c = problem_.contacts[slot];
-  contacts_[slot].touching = false;
-  const Twist V_W = work_[c.link_b].twistAt(c.X_WP.p) - work_[c.link_a].twistAt(c.X_WP.p);
-  c.V_reference = V_W.rotated(c.X_WP.R.transpose()).vector();
-  c.patch.part(c.V_reference);
+  if (island_jointed_ || contacts_.all().empty()) return false;
+  if (problem_.remainder + problem_.limitError(g) > kStays * tolerance_.speed) return false;
+  if (problem_.energy_remainder > kStays * tolerance_.energy) return false;
+  return contacts_.hold(tolerance_, before_.data());
 }
 
 /// The target moves at its own velocity, so that a stage inside the step sees it where it is then.
@@ -531,14 +312,7 @@ void ImplicitStage::pull(ImplicitCoupling& coupling) noexcept {
 /// Carries contacts and couplings from the reference to v.
 void ImplicitStage::finish(double g) noexcept {
   change(v_base);  // v - v_r into before_
-  for (int i = 0; i < contacts_.size(); ++i) {
-    ImplicitContact& c = contacts_[i];
-    const FrozenContact& frozen = problem_.contacts[i];
-    if (!c.touching) continue;
-    const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, before_.data());
-    frozen.patch.carry(V, frozen.limit, c.volume.X_AP, c.force, c.elastic);
-    c.done_P = {frozen.F_done.head<3>(), frozen.F_done.tail<3>()};
-  }
+  contacts_.finish(before_.data());
   for (std::size_t i = 0; i < couplings.size(); ++i) {
     const FrozenCoupling& frozen = problem_.couplings[i];
     if (frozen.link < 0) continue;
@@ -546,25 +320,6 @@ void ImplicitStage::finish(double g) noexcept {
     const Twist V = problem_.linkTwist(frozen.link, link.X_WL.p, before_.data());
     couplings[i].F_W += Wrench{-frozen.turn / g * V.angular, -frozen.way / g * V.linear};
     couplings[i].power = power(couplings[i].F_W, link.twistAtOrigin() + V);
-  }
-  orderContacts();
-}
-
-/// Leaves the contacts that touch, in the order of their pairs. Few are out of it: those that a later pass
-/// found.
-void ImplicitStage::orderContacts() noexcept {
-  int count = 0;
-  for (int i = 0; i < contacts_.size(); ++i) {
-    if (!contacts_[i].touching) continue;
-    if (count != i) contacts_[count] = contacts_[i];
-    ++count;
-  }
-  contacts_.resize(count);
-  for (int i = 1; i < count; ++i) {
-    if (contacts_[i - 1].pair < contacts_[i].pair) continue;
-    int to = i - 1;
-    while (to > 0 && contacts_[to - 1].pair > contacts_[i].pair) --to;
-    std::rotate(contacts_.begin() + to, contacts_.begin() + i, contacts_.begin() + i + 1);
   }
 }
 

@@ -5,11 +5,9 @@
 /// F from the contact volumes at q and from the virtual couplings.
 ///
 /// A pass evaluates contacts and inertia once, at a reference velocity v_r, and solves the convex problem that has the
-/// exact force and stiffness there (frozen_problem.h). Its solution is the reference of the next pass: a pair keeps its
-/// patch while what the frozen geometry leaves out is small against the tolerance (`staysValid`), and where that holds for
-/// all of them, and no gap closes, there is no next pass. At rest, and wherever patches change little within a step, the
-/// stage costs one evaluation and one factorisation. A pair that comes apart during the passes keeps its patch as far
-/// as that may still touch: bodies that bounce between two passes would never settle.
+/// exact force and stiffness there (frozen_problem.h). Its solution is the reference of the next pass, which looks again at
+/// what has changed (stage_contacts.h); where nothing has, there is no next pass. At rest, and wherever patches change
+/// little within a step, the stage costs one evaluation and one factorisation.
 ///
 /// End. With Δ the change of the last pass and ρ its share of that of the pass before, Δ ρ/(1-ρ) is left. It ends at
 /// `tolerance` times the step's own error: as a speed |v - v_b|, of which implicit Euler errs by half, and a hundredth of
@@ -18,30 +16,15 @@
 #pragma once
 #include <vector>
 
-#include "haptic_core/contact/located_force.h"
 #include "haptic_core/dynamics/kinematics.h"
-#include "haptic_core/geometry/contact_workspace.h"
 #include "haptic_core/stepping/frozen_problem.h"
 #include "haptic_core/stepping/implicit_joints.h"
+#include "haptic_core/stepping/stage_contacts.h"
 #include "haptic_core/world/islands.h"
-#include "haptic_core/world/contact_evaluation.h"
-#include "haptic_core/world/seams.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
 
 namespace haptic {
-
-/// A contact as the last evaluation found it, carried to the velocity that the stage ended with.
-struct ImplicitContact {
-  int pair = 0;  ///< index in State::pairs
-  int shape_a = 0, shape_b = 0;
-  Pose X_WP;
-  ContactVolume volume;
-  LocatedForce force;
-  Wrench done_P;         ///< what the stage moved the bodies by, on B at P, in P's axes: `force` up to the solve's tolerance
-  double elastic = 0;    ///< ½ k ∫d² dA [J]; with the ledger
-  bool touching = true;  ///< within a solve: still overlaps
-};
 
 /// A spring-damper from a hand's target to a link: part of the solve, so that it may be as stiff as it likes.
 struct ImplicitCoupling {
@@ -90,7 +73,7 @@ class ImplicitStage {
   ImplicitJoints& joints() { return joints_; }
   const ImplicitJoints& joints() const { return joints_; }
   bool hasJoints() const { return has_joints_; }  ///< the island's joints do something by themselves
-  const LoadedVector<ImplicitContact>& contacts() const { return contacts_; }
+  const LoadedVector<ImplicitContact>& contacts() const { return contacts_.all(); }
   int iterations() const { return problem_.iterations; }          ///< Newton steps since `begin`
   int factorisations() const { return problem_.factorisations; }  ///< since `begin`
   int evaluations = 0;      ///< of contacts, since `begin`
@@ -108,25 +91,15 @@ class ImplicitStage {
   double energyOf(int tree) const noexcept;
   double energy() const noexcept;
   double startEnergy() noexcept;
-  void setVelocity(const std::vector<double>& from, double share) noexcept;
+  void setVelocity(const std::vector<double>& from, double share, double g) noexcept;
   double change(const std::vector<double>& since) noexcept;
   double farthest() const noexcept;
   void evaluate(double g) noexcept;
   bool holds(double g) const noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
-  void evaluatePair(int index, double g) noexcept;
-  bool staysValid(int slot, double g) const noexcept;
-  void lookAhead(int pair, const Pose& X_AB, const Vector3& n, double g) noexcept;
-  bool lookAtFaces(int pair, const Pose& X_AB, const Vector3& n, double g) noexcept;
-  FrozenContact* nearContact(int pair) noexcept;
-  void leave(int slot) noexcept;
-  void part(int slot) noexcept;
-  void keepAside(int pair, const FrozenContact& contact) noexcept;
   void pull(ImplicitCoupling& coupling) noexcept;
   void finish(double g) noexcept;
-  void orderContacts() noexcept;
   int nodeOf(int link) const { return problem_.nodeOf(link); }
-  int treeOf(int shape) const { return model_.links[model_.shapes[shape].link].articulation; }
 
   const Model& model_;
   const WorldSettings& settings_;
@@ -134,8 +107,10 @@ class ImplicitStage {
   Island island_;
   ImplicitJoints joints_;
   FrozenProblem problem_;
+  StageContacts contacts_;
   bool has_joints_ = false, island_jointed_ = false;
-  double tolerance_ = 0, energy_tolerance_ = 0;  ///< of the last pass [m/s, J]
+  StageTolerance tolerance_;             ///< of the last pass
+  double changed_ = 0;   ///< largest change of speed in it [m/s]
   double mass_ = 0;      ///< of the island [kg]
   double left_ = 0;      ///< from the stage's end to the step's [s]
 
@@ -149,13 +124,6 @@ class ImplicitStage {
   std::vector<LinkWork> work_;
   std::vector<int> first_shape_;                ///< by tree, with the end of the last
   std::vector<Pose> X_WS_;
-  LoadedVector<ImplicitContact> contacts_;      ///< within a solve: parallel to the problem's
-  std::vector<int> slot_, near_;                ///< by pair: index in contacts_ of its patch, of what is near; or -1
-  std::vector<double> gap_;                     ///< by pair that does not touch: proven at its last evaluation [m]
-  double reach_ = 0;                            ///< gap that may close within the pass: way of the last one [m]
-  bool rough_ = false;                          ///< a patch of this pass has not the exact force: not the last pass
-  ContactWorkspace workspace_;
-  Seams seams_;
 };
 
 }  // namespace haptic

@@ -136,7 +136,7 @@ struct WorldSettings {
   double step = 1e-3;                       ///< h [s], fixed; 0 < h ≤ 0.1
   int substeps = 1;                         ///< world steps of h/substeps per call; ≥ 1
   Vector3 gravity = Vector3(0, 0, -9.8);    ///< [m/s²] in W
-  Integrator integrator = Integrator::kSymplecticEuler;
+  Integrator integrator = Integrator::kAutomatic;
   ContactModel contact_model = ContactModel::kVolume;
   PressureLaw pressure_law = PressureLaw::kHuntCrossley;
   NormalRule normal_rule = NormalRule::kAreaVector;

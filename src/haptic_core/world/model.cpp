@@ -48,6 +48,9 @@ std::string number(double value) {
 }  // namespace
 
 Model::Model(const WorldDef& def) : name(def.name), settings(def.settings), pointers(def.pointers) {
+  // The point model has nothing to solve with: all that the choice may choose.
+  const bool choice = settings.integrator == Integrator::kAutomatic;
+  if (settings.contact_model == ContactModel::kPoint && choice) settings.integrator = Integrator::kVelocityVerlet;
   checkSettings();
   addTrees(def);
   addLoops(def);

@@ -1,0 +1,298 @@
+#include "haptic_core/stepping/stage_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/geometry/contact_moments.h"
+#include "haptic_core/geometry/convex_polyhedron.h"
+
+namespace haptic {
+namespace {
+
+/// Share of the tolerance that a frozen patch may be wrong by without another evaluation.
+constexpr double kStays = 0.5;
+
+/// ∫ d² dA: exact for a face (extent = mean), 3 % above it for an edge (twice) and exact for a corner (three
+/// times).
+double estimatedSquares(const ContactVolume& volume) {
+  const double mean = volume.volume / std::max(volume.A0, volume.volume / volume.depth);
+  return volume.volume * mean * (1 + 0.75 * (1 - mean / volume.depth));
+}
+
+}  // namespace
+
+StageContacts::StageContacts(const Model& model, FrozenProblem& problem)
+    : model_(model), settings_(model.settings), problem_(problem), seams_(model) {
+  slot_.resize(model.pair_capacity);
+  near_.resize(model.pair_capacity);
+  gap_.resize(model.pair_capacity);
+  contacts_.reserve(problem.contacts.capacity());
+  model.reserve(workspace_);
+}
+
+void StageContacts::select(const Island& island) noexcept {
+  island_ = island;
+  contacts_.clear();
+}
+
+void StageContacts::clear(const FrictionMemory* memory, const Yielding* yielding, double g) noexcept {
+  memory_ = memory;
+  yielding_ = yielding;
+  g_ = g;
+  reach_ = 0;
+  aside_ = 0;
+  contacts_.clear();
+  problem_.contacts.clear();
+  for (int i = 0; i < island_.pair_count; ++i) slot_[island_.pairs[i]] = near_[island_.pairs[i]] = -1;
+}
+
+double StageContacts::springEnergy() const noexcept {
+  double sum = 0;
+  for (const ImplicitContact& c : contacts_) sum += c.touching ? c.elastic : 0.0;
+  return sum;
+}
+
+void StageContacts::evaluate(const std::vector<char>& moved, const StageTolerance& tolerance, double changed) noexcept {
+  rough_ = false;
+  reach_ = g_ * changed;
+  if (seams_.any()) seams_.find(state_->pairs.data(), island_.pairs, island_.pair_count, places_.X_WS, workspace_);
+  const int aside = contacts_.size();
+  for (int i = 0; i < island_.pair_count; ++i) {
+    const ActivePair& pair = state_->pairs[island_.pairs[i]];
+    if (!moved[treeOf(pair.shapeA())] && !moved[treeOf(pair.shapeB())]) continue;
+    const int slot = slot_[island_.pairs[i]];
+    if (slot >= 0 && contacts_[slot].touching && staysValid(slot, tolerance)) {
+      problem_.contacts[slot].V_reference = problem_.contacts[slot].V;
+    } else {
+      evaluatePair(island_.pairs[i]);
+    }
+  }
+  for (int i = 0; i < aside; ++i) {
+    const FrozenContact& c = problem_.contacts[i];
+    if (contacts_[i].touching || slot_[contacts_[i].pair] == i || near_[contacts_[i].pair] == i) continue;
+    if (moved[model_.links[c.link_a].articulation] || moved[model_.links[c.link_b].articulation]) part(i);
+  }
+}
+
+bool StageContacts::hold(const StageTolerance& tolerance, const double* u) const noexcept {
+  for (int i = 0; i < island_.pair_count; ++i) {
+    const int index = island_.pairs[i], slot = slot_[index];
+    if (slot >= 0) {
+      if (!contacts_[slot].touching || !staysValid(slot, tolerance)) return false;
+      continue;
+    }
+    const ActivePair& pair = state_->pairs[index];
+    double closing = 0;
+    for (const int shape : {pair.shapeA(), pair.shapeB()}) {
+      if (problem_.nodeOf(model_.shapes[shape].link) >= 0) closing += problem_.speedOf(treeOf(shape), u);
+    }
+    if (gap_[index] < M_SQRT2 * g_ * closing) return false;
+  }
+  return true;
+}
+
+/// Whether a patch still answers as a new one would: what the frozen geometry leaves out, of second order in the way
+/// along n and of first order in the turn of n, is small against the tolerance, as a speed and as an energy.
+bool StageContacts::staysValid(int slot, const StageTolerance& tolerance) const noexcept {
+  const FrozenContact& c = problem_.contacts[slot];
+  if (c.patch.isRough()) return false;
+  const ImplicitContact& contact = contacts_[slot];
+  const double mass = std::min(problem_.massOf(c.link_a), problem_.massOf(c.link_b));
+  const Vector6 change = c.V - c.V_frozen;
+  const double depth = contact.volume.volume / std::max(contact.volume.A0, contact.volume.volume / contact.volume.depth);
+  const double turn = g_ * (change.head<3>().norm() + change.segment<2>(3).norm() / c.patch.extent());
+  const double missed = c.patch.missedDepth(change, depth);
+  return missed / g_ + c.force.normal * g_ / mass * turn <= kStays * tolerance.speed &&
+         c.patch.stiffness() * missed * missed <= kStays * tolerance.energy;
+}
+
+/// Leaves a contact and its frozen patch behind, or parts those that an earlier pass left.
+void StageContacts::evaluatePair(int index) noexcept {
+  ActivePair& pair = state_->pairs[index];
+  const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
+  const Pose X_AB = relativePose(places_.X_WS[shape_a], places_.X_WS[shape_b]);
+  Advance advance;
+  advance.time = g_;
+  advance.yielding = yielding_[index];
+  advance.mean_rate = settings_.integrator == Integrator::kImplicitEuler;  // SDIRK2's rates, its stand-in's too, are the end's
+  ContactEvaluation found;
+  int& slot = slot_[index];
+  if (!evaluateContact(model_, seams_, index, pair, places_, memory_[index], advance, workspace_, found)) {
+    gap_[index] = -found.volume.depth;
+    if (reach_ > 0 && lookAtFaces(index, X_AB, pair.cache.direction)) {
+      if (slot >= 0) leave(slot);
+      return;
+    }
+    if (slot >= 0) part(slot);
+    if (reach_ > 0) lookAhead(index, X_AB, pair.cache.direction);
+    return;
+  }
+  const bool known = slot >= 0;
+  if (!known) slot = addSlot();
+  ImplicitContact& contact = contacts_[slot];
+  FrozenContact& frozen = problem_.contacts[slot];
+  contact.pair = index;
+  contact.shape_a = shape_a;
+  contact.shape_b = shape_b;
+  contact.volume = found.volume;
+  contact.touching = true;
+  contact.X_WP = found.X_WP;
+  contact.force = found.force;
+  // Half of what a contact costs: without the ledger an estimate does, from the volume and its extent.
+  const double k = found.law.material.stiffness;
+  contact.elastic = settings_.energy_ledger ? elasticEnergy(model_, found.volume, k, workspace_)
+                                            : 0.5 * k * estimatedSquares(found.volume);
+  if (known) before_ = frozen;
+  frozen.link_a = model_.shapes[shape_a].link;
+  frozen.link_b = model_.shapes[shape_b].link;
+  frozen.X_WP = contact.X_WP;
+  frozen.V_reference = frozen.V_frozen = found.V_AB_P.vector();
+  frozen.F_done << found.force.F_BP_P.torque, found.force.F_BP_P.force;
+  const double squares = 2 * contact.elastic / k;  // ∫d² dA [m⁴]
+  frozen.patch.freeze(found.volume, squares, contact.force, found.law, frozen.V_reference, g_);
+  // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
+  if (!known) frozen.limit = contact.force.normal_force;
+  if (!(reach_ > 0)) {
+    frozen.patch.dropConstant();
+    rough_ |= frozen.patch.isRough();
+    return;
+  }
+  const ConvexPolyhedron &A = *model_.shapes[shape_a].shape, &B = *model_.shapes[shape_b].shape;
+  FaceOverlay faces;
+  if (faces.find(A, B, X_AB, found.volume.X_AP) && frozen.patch.spread(faces, frozen.V_reference)) {
+    if (near_[index] >= 0) leave(near_[index]);
+    return;
+  }
+  if (known && before_.patch.isElsewhere(frozen.patch)) keepAside(index, before_);
+  if (found.volume.depth < reach_) lookAhead(index, X_AB, found.volume.normal());
+}
+
+/// Room for a contact in both lists. A pair's own always has it.
+int StageContacts::addSlot() noexcept {
+  const int slot = contacts_.size();
+  contacts_.resize(slot + 1);
+  problem_.contacts.resize(slot + 1);
+  return slot;
+}
+
+/// Room for a patch beside those of the pairs that touch; -1: there is none.
+int StageContacts::addAside() noexcept {
+  if (aside_ == static_cast<int>(contacts_.capacity()) - model_.pair_capacity) return -1;
+  ++aside_;
+  return addSlot();
+}
+
+/// A patch that stands at X_WP moves as the links do there.
+void StageContacts::placeNear(FrozenContact& c, const Pose& X_WP) const noexcept {
+  c.X_WP = X_WP;
+  const Twist V_W = places_.link[c.link_b].twistAt(X_WP.p) - places_.link[c.link_a].twistAt(X_WP.p);
+  c.V_reference = V_W.rotated(X_WP.R.transpose()).vector();
+}
+
+PairLaw StageContacts::lawOf(const FrozenContact& c, const ActivePair& pair) const noexcept {
+  return model_.law(pair.shapeA(), pair.shapeB(), places_.held_by[c.link_a] >= 0, places_.held_by[c.link_b] >= 0);
+}
+
+/// The contact of what is near, not touching, made or reused; null where there is no room.
+FrozenContact* StageContacts::nearContact(int index) noexcept {
+  int& slot = near_[index];
+  if (slot < 0) slot = addAside();
+  if (slot < 0) return nullptr;
+  const ActivePair& pair = state_->pairs[index];
+  contacts_[slot].pair = index;
+  contacts_[slot].touching = false;
+  FrozenContact& c = problem_.contacts[slot];
+  c.link_a = model_.shapes[pair.shapeA()].link;
+  c.link_b = model_.shapes[pair.shapeB()].link;
+  c.limit = 0;
+  return &c;
+}
+
+/// Puts two faces that look at one another across a gap into the problem. False: there are none.
+bool StageContacts::lookAtFaces(int index, const Pose& X_AB, const Vector3& n) noexcept {
+  const ActivePair& pair = state_->pairs[index];
+  const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
+  if (!(n.squaredNorm() > 0)) return false;
+  Pose X_AP(patchAxes(n), X_AB.p);
+  FaceOverlay faces;
+  if (!faces.find(*model_.shapes[shape_a].shape, *model_.shapes[shape_b].shape, X_AB, X_AP)) return false;
+  faces.centre(X_AP);
+  FrozenContact* c = nearContact(index);
+  if (!c) return false;
+  placeNear(*c, places_.X_WS[shape_a] * X_AP);
+  c->patch.freezeNear(faces, lawOf(*c, pair), c->V_reference, g_);
+  return true;
+}
+
+/// Puts what is nearer than the reach into the problem: `n` [A's frame] from A to B is the way on which it
+/// would meet.
+void StageContacts::lookAhead(int index, const Pose& X_AB, const Vector3& n) noexcept {
+  const ActivePair& pair = state_->pairs[index];
+  const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
+  if (near_[index] >= 0) leave(near_[index]);
+  if (!(n.squaredNorm() > 0)) return;
+  PairCache cache = pair.cache;
+  ContactVolume near;
+  contactVolume(*model_.shapes[shape_a].shape, *model_.shapes[shape_b].shape, Pose(X_AB.R, X_AB.p - reach_ * n),
+                cache, workspace_, near, settings_.normal_rule);
+  if (near.status != ContactVolume::Status::kOverlap) return;
+  FrozenContact* c = nearContact(index);
+  if (!c) return;
+  placeNear(*c, places_.X_WS[shape_a] * near.X_AP);
+  c->patch.freezeNear(near, reach_, lawOf(*c, pair), c->V_reference, g_);
+}
+
+/// A patch that has gone to another place of its pair still bars the way back: a body that rocks would go on
+/// for ever.
+void StageContacts::keepAside(int pair, const FrozenContact& c) noexcept {
+  const int slot = addAside();
+  if (slot < 0) return;
+  contacts_[slot].pair = pair;
+  problem_.contacts[slot] = c;
+  part(slot);
+}
+
+/// The pair is in the problem elsewhere.
+void StageContacts::leave(int slot) noexcept {
+  contacts_[slot].touching = false;
+  problem_.contacts[slot].patch.forget();
+}
+
+void StageContacts::part(int slot) noexcept {
+  FrozenContact& c = problem_.contacts[slot];
+  contacts_[slot].touching = false;
+  placeNear(c, c.X_WP);
+  c.patch.part(c.V_reference);
+}
+
+void StageContacts::finish(const double* u) noexcept {
+  for (int i = 0; i < contacts_.size(); ++i) {
+    ImplicitContact& c = contacts_[i];
+    const FrozenContact& frozen = problem_.contacts[i];
+    if (!c.touching) continue;
+    const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, u);
+    frozen.patch.carry(V, frozen.limit, c.volume.X_AP, c.force, c.elastic);
+    c.done_P = {frozen.F_done.head<3>(), frozen.F_done.tail<3>()};
+  }
+  order();
+}
+
+/// Leaves the contacts that touch, in the order of their pairs. Few are out of it: those that a later pass
+/// found.
+void StageContacts::order() noexcept {
+  int count = 0;
+  for (int i = 0; i < contacts_.size(); ++i) {
+    if (!contacts_[i].touching) continue;
+    if (count != i) contacts_[count] = contacts_[i];
+    ++count;
+  }
+  contacts_.resize(count);
+  for (int i = 1; i < count; ++i) {
+    if (contacts_[i - 1].pair < contacts_[i].pair) continue;
+    int to = i - 1;
+    while (to > 0 && contacts_[to - 1].pair > contacts_[i].pair) --to;
+    std::rotate(contacts_.begin() + to, contacts_.begin() + i, contacts_.begin() + i + 1);
+  }
+}
+
+}  // namespace haptic

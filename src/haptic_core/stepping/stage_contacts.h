@@ -1,0 +1,100 @@
+/// The contacts of a stage: which patches stand in its convex problem, where each was frozen, and when it is looked at again.
+///
+/// A pair that touches has a patch. After a pass it keeps it while what the frozen geometry leaves out is small
+/// (`staysValid`), else it is evaluated again. Beside the patches stand those of what is near: a gap that may close within
+/// the next pass, and what an earlier pass pressed on and this one no longer finds, as far as it may still touch. Bodies that
+/// bounce between two passes would never settle.
+#pragma once
+#include <vector>
+
+#include "haptic_core/contact/located_force.h"
+#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/stepping/frozen_problem.h"
+#include "haptic_core/world/contact_evaluation.h"
+#include "haptic_core/world/islands.h"
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/seams.h"
+#include "haptic_core/world/state.h"
+
+namespace haptic {
+
+/// A contact as the last evaluation found it, carried to the velocity that the stage ended with.
+struct ImplicitContact {
+  int pair = 0;  ///< index in State::pairs
+  int shape_a = 0, shape_b = 0;
+  Pose X_WP;
+  ContactVolume volume;
+  LocatedForce force;
+  Wrench done_P;         ///< what the stage moved the bodies by, on B at P, in P's axes: `force` up to the solve's tolerance
+  double elastic = 0;    ///< ½ k ∫d² dA [J]; exact with the ledger
+  bool touching = true;  ///< within a solve: still overlaps
+};
+
+/// What the passes of a stage may leave out, as a speed [m/s] and as an energy [J].
+struct StageTolerance {
+  double speed = 0, energy = 0;
+};
+
+class StageContacts {
+ public:
+  /// `problem.contacts` is filled by this, in step with `all()`.
+  StageContacts(const Model& model, FrozenProblem& problem);
+
+  /// (in realtime) The step's pairs, and the links and shapes as the stage places them; all stay the caller's.
+  void begin(State& state, const ContactPlaces& places) noexcept { state_ = &state, places_ = places; }
+  /// (in realtime) The pairs that may touch in the next stages.
+  void select(const Island& island) noexcept;
+  /// (in realtime) No patch is known. `memory`, `yielding`: by pair, at the base of a stage of length g [s].
+  void clear(const FrictionMemory* memory, const Yielding* yielding, double g) noexcept;
+
+  /// (in realtime) Looks at the pairs of the trees that `moved`. `tolerance`: of the last pass, whose largest change of speed
+  /// was `changed` [m/s]; 0: there was none.
+  void evaluate(const std::vector<char>& moved, const StageTolerance& tolerance, double changed) noexcept;
+  /// (in realtime) Whether another evaluation after a change of the velocity by u would find what this one predicts: all
+  /// patches stay valid and no gap closes.
+  bool hold(const StageTolerance& tolerance, const double* u) const noexcept;
+  /// (in realtime) Carries the contacts to a velocity that differs by u from the reference, and leaves those that touch, in
+  /// the order of their pairs.
+  void finish(const double* u) noexcept;
+
+  const LoadedVector<ImplicitContact>& all() const { return contacts_; }
+  double springEnergy() const noexcept;        ///< of those that touch [J]
+  bool isRough() const { return rough_; }      ///< a patch of the last evaluation has not the exact force
+
+ private:
+  void evaluatePair(int pair) noexcept;
+  bool staysValid(int slot, const StageTolerance& tolerance) const noexcept;
+  FrozenContact* nearContact(int pair) noexcept;
+  void placeNear(FrozenContact& contact, const Pose& X_WP) const noexcept;
+  PairLaw lawOf(const FrozenContact& contact, const ActivePair& pair) const noexcept;
+  bool lookAtFaces(int pair, const Pose& X_AB, const Vector3& n) noexcept;
+  void lookAhead(int pair, const Pose& X_AB, const Vector3& n) noexcept;
+  int addSlot() noexcept;
+  int addAside() noexcept;
+  void keepAside(int pair, const FrozenContact& contact) noexcept;
+  void leave(int slot) noexcept;
+  void part(int slot) noexcept;
+  void order() noexcept;
+  int treeOf(int shape) const { return model_.links[model_.shapes[shape].link].articulation; }
+
+  const Model& model_;
+  const WorldSettings& settings_;
+  FrozenProblem& problem_;
+  State* state_ = nullptr;
+  ContactPlaces places_;
+  Island island_;
+  const FrictionMemory* memory_ = nullptr;
+  const Yielding* yielding_ = nullptr;
+  double g_ = 0;                     ///< length of the stage [s]
+  double reach_ = 0;                 ///< gap that may close within the pass: way of the last one [m]
+  bool rough_ = false;
+  int aside_ = 0;                    ///< patches that are no pair's own
+  FrozenContact before_;             ///< within `evaluatePair`: what the pass before had
+  LoadedVector<ImplicitContact> contacts_;  ///< parallel to the problem's
+  std::vector<int> slot_, near_;     ///< by pair: index in contacts_ of its patch, of what is near; or -1
+  std::vector<double> gap_;          ///< by pair that does not touch: proven at its last evaluation [m]
+  ContactWorkspace workspace_;
+  Seams seams_;
+};
+
+}  // namespace haptic
