@@ -108,6 +108,7 @@ void prime(const Model& model, const StepPart& part, State& state, Work& work, R
     state.mode[model.indexOf(tree)] = TreeMode::kPrimed;
   }
   if (!model.settings.energy_ledger) return;
+  expectHeld(model, part.h, state, work.placement, work.hands);
   lookAhead(model, part.h, state, work);
   notePowers(work.ledgerView(model), part.h, work.motion.v_ahead, work.contacts.booked, state);
 }

@@ -98,6 +98,15 @@ void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& 
   }
 }
 
+void expectHeld(const Model& model, double h, const State& state, const Placement& placement, HandWork& hands) noexcept {
+  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
+    hands.moved[i] = {};
+    if (!model.holds(static_cast<int>(i))) continue;
+    const Twist V = placement.link[state.pointers[i].link].twistAtOrigin();
+    hands.moved[i] = {h * V.angular, h * V.linear};
+  }
+}
+
 Wrench couplingForce(const PointerCoupling& c, const Vector3& p_WT, const Quaternion& q_WT, const Twist& V_WT,
                      const LinkWork& link) noexcept {
   const Twist V = link.twistAtOrigin();

@@ -41,6 +41,8 @@ void checkGrab(const Model& model, const HandWork& hands, int pointer, int link)
 /// (in realtime) Where the hand wants the link at the end of the next step. Numbers that are not finite are ignored.
 void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept;
 
+/// (in realtime) Before a first step, whose motion is not known yet: what hands hold goes on as it goes.
+void expectHeld(const Model& model, double h, const State& state, const Placement& placement, HandWork& hands) noexcept;
 /// (in realtime) Held links go the part's share of the way to their targets. Half of the work by the trapezoidal rule;
 /// `collectHeld` adds the other half.
 void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept;
