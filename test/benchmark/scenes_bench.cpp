@@ -1,0 +1,199 @@
+/// Every shipped scene as it is shipped, with a twin's hand on each of its pointers, paced by the clock at 1 kHz; and the busy
+/// ones for a minute, beside the same hand at a tenth of the step.
+///
+/// Compute time is CPU time of the ticking thread (exchange with the twin and HapticLoop::tick): what other processes do to
+/// it is lateness, another number. A tick misses when its compute time exceeds the period.
+///
+/// Force errors compare what the twin's strings did to the grip with what the loop asked for, rms over all ticks after the
+/// first second. A scene rings when the force above 50 Hz is more than a third of all of it in some second in which the hand
+/// feels anything (0.2 N).
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include "figure.h"
+#include "haptic_core/loop/realtime.h"
+#include "loop_rig.h"
+
+namespace haptic::bench {
+namespace {
+
+constexpr double kPeriod = 1e-3;         // [s]
+constexpr int kSmoothed = 20;            // ticks: what varies faster than 50 Hz is above them
+constexpr double kFelt = 0.2;            // [N]
+constexpr double kRingingShare = 1.0 / 3;
+
+double cpuSeconds() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Share of a force that is above 50 Hz, the largest of any second.
+class Ringing {
+ public:
+  void look(const Vector3& F) {
+    mean_ += (F - mean_) / kSmoothed;
+    fast_ += (F - mean_).squaredNorm();
+    all_ += F.squaredNorm();
+    if (++ticks_ < 1000) return;
+    if (all_ > ticks_ * kFelt * kFelt) worst_ = std::max(worst_, std::sqrt(fast_ / all_));
+    fast_ = all_ = ticks_ = 0;
+  }
+  double worst() const { return worst_; }
+
+ private:
+  Vector3 mean_ = Vector3::Zero();
+  double fast_ = 0, all_ = 0, worst_ = 0;
+  int ticks_ = 0;
+};
+
+/// Positive part of E(t) - E(0) - W_hand(t) + D(t), over the largest energy exchanged so far.
+class Gain {
+ public:
+  void look(const EnergyLedger& e) {
+    if (!started_) first_ = e;
+    started_ = true;
+    const double dissipated = std::max(0.0, e.damping + e.friction - first_.damping - first_.friction);
+    const double external = e.external - first_.external;
+    exchanged_ = std::max({exchanged_, std::abs(e.kinetic - first_.kinetic), std::abs(e.potential - first_.potential),
+                           std::abs(e.elastic - first_.elastic), std::abs(e.tangential - first_.tangential), std::abs(external),
+                           dissipated});
+    const double rounding = 1e-13 * (e.kinetic + std::abs(e.potential) + e.elastic + e.tangential + std::abs(external) + dissipated);
+    const double gain = e.total() - first_.total() - external + dissipated - rounding;
+    if (exchanged_ > 0) worst_ = std::max(worst_, gain / exchanged_);
+  }
+  double worst() const { return worst_; }
+
+ private:
+  EnergyLedger first_;
+  bool started_ = false;
+  double exchanged_ = 0, worst_ = 0;
+};
+
+struct Run {
+  int missed = 0;
+  double p50_us = 0, p999_us = 0, worst_us = 0;
+  double gain = 0;              ///< of energy, relative
+  double force_error = 0, force_error_inside = 0;  ///< relative, of all hands
+  double force = 0;             ///< rms on the hands [N]
+  double ringing = 0;
+  bool finite = true;
+};
+
+Run run(SceneDef scene, double seconds, int substeps, bool paced) {
+  scene.world.settings.step = kPeriod;
+  scene.world.settings.substeps = substeps;
+  Rig rig(scene, {});
+  Run out;
+  std::vector<double> cpu_us;
+  const int ticks = static_cast<int>(seconds / kPeriod);
+  cpu_us.reserve(static_cast<std::size_t>(ticks));
+  Gain gain;
+  std::vector<Ringing> ringing(rig.twin.size());
+  double wrong = 0, asked = 0, wrong_inside = 0, asked_inside = 0, felt = 0;
+  PeriodicWake wake(1 / kPeriod);
+  if (paced) wake.start();
+  for (int i = 0; i < ticks; ++i) {
+    if (paced) wake.wait();
+    const double before = cpuSeconds();
+    rig.exchange();
+    rig.tick();
+    cpu_us.push_back(1e6 * (cpuSeconds() - before));
+    if (rig.world.settings().energy_ledger) gain.look(rig.world.report().energy);
+    for (std::size_t h = 0; h < rig.twin.size(); ++h) {
+      const HandReport& hand = rig.loop->report().hand[h];
+      const Vector3 F = rig.twin[h]->stringWrench().force;
+      ringing[h].look(F);
+      felt += F.squaredNorm();
+      if (i < 1000) continue;
+      wrong += (F - hand.F_asked_B.force).squaredNorm();
+      asked += hand.F_asked_B.force.squaredNorm();
+      if ((hand.F_achieved_B.force - hand.F_asked_B.force).norm() > 0.03 * hand.F_asked_B.force.norm()) continue;
+      wrong_inside += (F - hand.F_asked_B.force).squaredNorm();
+      asked_inside += hand.F_asked_B.force.squaredNorm();
+    }
+  }
+  std::sort(cpu_us.begin(), cpu_us.end());
+  const auto at = [&](double share) { return cpu_us[static_cast<std::size_t>(share * static_cast<double>(cpu_us.size() - 1))]; };
+  out.missed = static_cast<int>(cpu_us.end() - std::upper_bound(cpu_us.begin(), cpu_us.end(), 1e6 * kPeriod));
+  out.p50_us = at(0.5), out.p999_us = at(0.999), out.worst_us = cpu_us.back();
+  out.gain = gain.worst();
+  out.force_error = asked > 0 ? std::sqrt(wrong / asked) : 0;
+  out.force_error_inside = asked_inside > 0 ? std::sqrt(wrong_inside / asked_inside) : 0;
+  out.force = std::sqrt(felt / ticks);
+  for (const Ringing& r : ringing) out.ringing = std::max(out.ringing, r.worst());
+  out.finite = rig.world.report().finite;
+  return out;
+}
+
+void runScenes() {
+  int scenes = 0, missed = 0, rings = 0, stopped = 0;
+  Run worst;
+  std::printf("%-18s %8s %8s %8s %7s %9s %9s %8s %8s\n", "scene", "p50 us", "p999 us", "worst", "missed", "energy", "force %",
+              "inside %", "ringing");
+  for (const std::string& file : loadableScenes()) {
+    const SceneDef scene = loadScene(file);
+    const Run r = run(scene, 10, scene.world.settings.substeps, true);
+    std::printf("%-18s %8.1f %8.1f %8.1f %7d %9.2e %9.2f %8.2f %8.2f\n", scene.world.name.c_str(), r.p50_us, r.p999_us, r.worst_us,
+                r.missed, r.gain, 100 * r.force_error, 100 * r.force_error_inside, r.ringing);
+    std::fflush(stdout);
+    ++scenes;
+    missed += r.missed > 0;
+    rings += r.ringing > kRingingShare;
+    stopped += !r.finite;
+    worst.p999_us = std::max(worst.p999_us, r.p999_us);
+    worst.gain = std::max(worst.gain, r.gain);
+    worst.force_error = std::max(worst.force_error, r.force_error);
+    worst.force_error_inside = std::max(worst.force_error_inside, r.force_error_inside);
+  }
+  figure("scenes.count", scenes, "1");
+  figure("scenes.missed", missed, "1");
+  figure("scenes.stopped", stopped, "1");
+  figure("scenes.tick_us_p999_max", worst.p999_us, "us");
+  figure("scenes.energy_gain_max", worst.gain, "1");
+  figure("scenes.force_err_pct_max", 100 * worst.force_error, "%");
+  figure("scenes.force_err_inside_pct_max", 100 * worst.force_error_inside, "%");
+  figure("scenes.rings", rings, "1");
+}
+
+void runBusy() {
+  int missed = 0;
+  double p999 = 0, worst_us = 0, difference = 0;
+  for (const char* name : {"c_bin.urdf", "b_stack.urdf", "d_two_hands.urdf", "allegro_grasp.yaml"}) {
+    SceneDef scene;
+    try {
+      scene = loadScene(repositoryFile(std::string("urdf/scenes/") + name));
+    } catch (const std::exception& error) {
+      std::printf("scene left out: %s\n", error.what());
+      continue;
+    }
+    scene.world.settings.integrator = Integrator::kAutomatic;
+    const Run r = run(scene, 60, 1, true), fine = run(scene, 60, 10, false);
+    const double off = fine.force > 0 ? std::abs(r.force / fine.force - 1) : 0;
+    std::printf("%-18s p50 %.1f us, p99.9 %.1f us, worst %.1f us, missed %d; %.3f N rms on the hand, at a tenth of the step %.3f\n",
+                name, r.p50_us, r.p999_us, r.worst_us, r.missed, r.force, fine.force);
+    std::fflush(stdout);
+    missed += r.missed;
+    p999 = std::max(p999, r.p999_us);
+    worst_us = std::max(worst_us, r.worst_us);
+    difference = std::max(difference, off);
+  }
+  figure("bin.compute_missed", missed, "1");
+  figure("bin.tick_us_p999", p999, "us");
+  figure("bin.tick_us_worst", worst_us, "us");
+  figure("bin.force_err_pct", 100 * difference, "%");
+}
+
+}  // namespace
+}  // namespace haptic::bench
+
+int main(int argc, char** argv) {
+  using namespace haptic::bench;
+  if (argc < 2 || std::strcmp(argv[1], "scenes") == 0) runScenes();
+  if (argc < 2 || std::strcmp(argv[1], "bin") == 0) runBusy();
+  return 0;
+}
