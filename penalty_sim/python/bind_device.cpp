@@ -57,21 +57,7 @@ std::string knownDevices() {
   return known;
 }
 
-}  // namespace
-
-std::string findDevice(const std::string& file_or_name) {
-  namespace fs = std::filesystem;
-  if (fs::exists(file_or_name) || file_or_name.find('/') != std::string::npos) return file_or_name;
-  const std::string file =
-      resolveResource("package://haptic_description/devices/" + file_or_name + ".yaml", "");
-  if (!file.empty()) return file;
-  const std::string known = knownDevices();
-  throw SetupError("device '" + file_or_name + "'", "is unknown",
-                   known.empty() ? "give the path of its file, or source devel/setup.sh first"
-                                 : "give a path, or one of: " + known);
-}
-
-void bindDevice(py::module_& m) {
+void defineSolutions(py::module_& m) {
   py::class_<PoseSolution>(m, "PoseSolution", "The pose whose string lengths fit best.")
       .def_property_readonly(
           "X_BG", [](const PoseSolution& s) { return matrixOf(s.pose.X_BG); }, "grip in the base, 4 x 4")
@@ -103,6 +89,24 @@ void bindDevice(py::module_& m) {
       .def_property_readonly(
           "solved", [](const TensionReport& r) { return r.status == TensionStatus::kSolved; },
           "exactly; the tensions are within their bounds in any case");
+}
+
+}  // namespace
+
+std::string findDevice(const std::string& file_or_name) {
+  namespace fs = std::filesystem;
+  if (fs::exists(file_or_name) || file_or_name.find('/') != std::string::npos) return file_or_name;
+  const std::string file =
+      resolveResource("package://haptic_description/devices/" + file_or_name + ".yaml", "");
+  if (!file.empty()) return file;
+  const std::string known = knownDevices();
+  throw SetupError("device '" + file_or_name + "'", "is unknown",
+                   known.empty() ? "give the path of its file, or source devel/setup.sh first"
+                                 : "give a path, or one of: " + known);
+}
+
+void bindDevice(py::module_& m) {
+  defineSolutions(m);
   py::class_<Device>(
       m, "Device",
       "Geometry of a string device: lengths from poses, poses from lengths, tensions for wrenches.")

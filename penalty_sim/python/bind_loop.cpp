@@ -30,40 +30,7 @@ auto strings(StringVector HandReport::*member) {
       [member](const py::object& self) { return vectorView(self.cast<SeenHand&>().report().*member, self); };
 }
 
-}  // namespace
-
-TwinLoop::TwinLoop(const SceneDef& scene_def, const std::string& device, double rate, bool at_home)
-    : scene(scene_def),
-      period(1 / rate),
-      world((scene.world.settings.step = 1 / rate, scene.world)),
-      loop(world) {
-  const DeviceDef def = loadDevice(findDevice(device));
-  for (const HandDef& hand : scene.hands) {
-    devices.push_back(std::make_unique<Spidar>(def));
-    TwinSettings twin;
-    twin.period = period;
-    twin.path = hand.path;
-    twins.push_back(std::make_unique<DeviceTwin>(def, twin));
-    HandSettings settings;
-    settings.workspace = hand.workspace;
-    settings.force_scale = hand.force_scale;
-    loop.attach(*devices.back(), hand.pointer, settings);
-    if (!at_home) continue;
-    devices.back()->calibrateAtHome();
-    devices.back()->setForceEnabled(true);
-  }
-}
-
-void TwinLoop::tick(int count) {
-  for (int i = 0; i < count; ++i) {
-    for (std::size_t h = 0; h < twins.size(); ++h)
-      samples[h] = twins[h]->exchange(loop.drive(static_cast<int>(h)));
-    loop.tick(samples.data(), period);
-    if (i % kTicksPerLook == kTicksPerLook - 1) heedSignals();
-  }
-}
-
-void bindLoop(py::module_& m) {
+void defineHand(py::module_& m) {
   py::class_<SeenHand>(m, "Hand",
                        "One hand in the last tick of its loop, and the simulated device that it holds.")
       .def_property_readonly("X_BG", pose(&HandReport::X_BG), "measured grip in the device's base, 4 x 4")
@@ -105,6 +72,43 @@ void bindLoop(py::module_& m) {
       .def(
           "follow_path", [](const SeenHand& h) { h.twin().setHandTarget({}); },
           "The simulated hand follows the scene's script again.");
+}
+
+}  // namespace
+
+TwinLoop::TwinLoop(const SceneDef& scene_def, const std::string& device, double rate, bool at_home)
+    : scene(scene_def),
+      period(1 / rate),
+      world((scene.world.settings.step = 1 / rate, scene.world)),
+      loop(world) {
+  const DeviceDef def = loadDevice(findDevice(device));
+  for (const HandDef& hand : scene.hands) {
+    devices.push_back(std::make_unique<Spidar>(def));
+    TwinSettings twin;
+    twin.period = period;
+    twin.path = hand.path;
+    twins.push_back(std::make_unique<DeviceTwin>(def, twin));
+    HandSettings settings;
+    settings.workspace = hand.workspace;
+    settings.force_scale = hand.force_scale;
+    loop.attach(*devices.back(), hand.pointer, settings);
+    if (!at_home) continue;
+    devices.back()->calibrateAtHome();
+    devices.back()->setForceEnabled(true);
+  }
+}
+
+void TwinLoop::tick(int count) {
+  for (int i = 0; i < count; ++i) {
+    for (std::size_t h = 0; h < twins.size(); ++h)
+      samples[h] = twins[h]->exchange(loop.drive(static_cast<int>(h)));
+    loop.tick(samples.data(), period);
+    if (i % kTicksPerLook == kTicksPerLook - 1) heedSignals();
+  }
+}
+
+void bindLoop(py::module_& m) {
+  defineHand(m);
   py::class_<TwinLoop, std::shared_ptr<TwinLoop>>(
       m, "Loop", "The haptic loop of a scene with a simulated device in each of its hands.")
       .def(py::init([](const py::object& scene, const std::string& device, double rate, bool at_home) {

@@ -29,6 +29,37 @@ SceneDef load(const std::string& file_or_name, double default_density) {
   return loadScene(file_or_name, options);
 }
 
+void defineCertificate(py::module_& m) {
+  py::class_<Certificate>(m, "Certificate", "Where a scene is stable with explicit steps.")
+      .def_readonly("step", &Certificate::step, "of the scene, after its substeps [s]")
+      .def_readonly("settled", &Certificate::settled, "the scene came to rest before it was judged")
+      .def_property_readonly(
+          "verdict", [](const Certificate& c) { return std::string(toString(c.verdict)); },
+          "worst of the islands")
+      .def_property_readonly(
+          "limits",
+          [](const Certificate& c) {
+            std::vector<double> limits;
+            for (const IslandCertificate& island : c.islands) limits.push_back(island.limit);
+            return limits;
+          },
+          "largest stable explicit step of each island [s]")
+      .def_property_readonly(
+          "islands",
+          [](const Certificate& c) {
+            std::vector<std::vector<std::string>> links;
+            for (const IslandCertificate& island : c.islands) links.push_back(island.links);
+            return links;
+          },
+          "links of each island")
+      .def("text", &Certificate::text, "for people: pairs, islands, verdicts");
+  m.def(
+      "certify",
+      [](const py::object& scene, double settle) { return certify(sceneFrom(scene).world, settle); },
+      py::arg("scene"), py::arg("settle") = 1.0,
+      "Lets a copy of the world settle for `settle` [s] and says which explicit steps are stable there.");
+}
+
 }  // namespace
 
 SceneDef sceneFrom(const py::object& scene_or_name) {
@@ -71,35 +102,7 @@ void bindScene(py::module_& m) {
       .def("text", &sceneText, "models, links, joints, collisions with their contact values and sources")
       .def("__repr__",
            [](const SceneDef& s) { return "<haptic.Scene " + s.world.name + " from " + s.file + ">"; });
-
-  py::class_<Certificate>(m, "Certificate", "Where a scene is stable with explicit steps.")
-      .def_readonly("step", &Certificate::step, "of the scene, after its substeps [s]")
-      .def_readonly("settled", &Certificate::settled, "the scene came to rest before it was judged")
-      .def_property_readonly(
-          "verdict", [](const Certificate& c) { return std::string(toString(c.verdict)); },
-          "worst of the islands")
-      .def_property_readonly(
-          "limits",
-          [](const Certificate& c) {
-            std::vector<double> limits;
-            for (const IslandCertificate& island : c.islands) limits.push_back(island.limit);
-            return limits;
-          },
-          "largest stable explicit step of each island [s]")
-      .def_property_readonly(
-          "islands",
-          [](const Certificate& c) {
-            std::vector<std::vector<std::string>> links;
-            for (const IslandCertificate& island : c.islands) links.push_back(island.links);
-            return links;
-          },
-          "links of each island")
-      .def("text", &Certificate::text, "for people: pairs, islands, verdicts");
-  m.def(
-      "certify",
-      [](const py::object& scene, double settle) { return certify(sceneFrom(scene).world, settle); },
-      py::arg("scene"), py::arg("settle") = 1.0,
-      "Lets a copy of the world settle for `settle` [s] and says which explicit steps are stable there.");
+  defineCertificate(m);
 }
 
 }  // namespace haptic::python

@@ -125,6 +125,148 @@ void defineReports(py::module_& m) {
       .def_readonly("flags", &StepReport::flags, "what was dropped: StepFlag in world/report.h; 0: nothing");
 }
 
+using WorldClass = py::class_<SeenWorld>;
+
+/// Positions and velocities, whole and by link.
+void defineMotion(WorldClass& world) {
+  world
+      .def_property(
+          "q",
+          [](const py::object& self) {
+            SeenWorld& w = self.cast<SeenWorld&>();
+            return vectorView(w.q(), static_cast<py::ssize_t>(w.world().state().q.size()), self, true);
+          },
+          [](SeenWorld& w, const py::array_t<double, py::array::c_style | py::array::forcecast>& q) {
+            assign(w.q(), w.world().state().q.size(), "q", q);
+          },
+          "positions, a view; what is written acts from the next step or reading on. See `coordinates`.")
+      .def_property(
+          "v",
+          [](const py::object& self) {
+            SeenWorld& w = self.cast<SeenWorld&>();
+            return vectorView(w.v(), static_cast<py::ssize_t>(w.world().state().v.size()), self, true);
+          },
+          [](SeenWorld& w, const py::array_t<double, py::array::c_style | py::array::forcecast>& v) {
+            assign(w.v(), w.world().state().v.size(), "v", v);
+          },
+          "velocities, a view like q")
+      .def_property_readonly("coordinates", &coordinates,
+                             "{link: (slice of q, slice of v)}. Joints of one degree: angle or displacement, "
+                             "and its rate. Floating "
+                             "links: centre of mass in W [m] and quaternion w, x, y, z; angular velocity and "
+                             "velocity of the centre, in W.")
+      .def_property_readonly(
+          "positions", [](const py::object& self) { return placed(self, false); },
+          "origins of the links in W, links x 3 [m], a view")
+      .def_property_readonly(
+          "rotations", [](const py::object& self) { return placed(self, true); },
+          "R_WL of the links, links x 3 x 3, a view")
+      .def(
+          "pose",
+          [](SeenWorld& w, const std::string& name) {
+            w.takeWritten();
+            return matrixOf(w.world().linkPose(w.link(name)));
+          },
+          py::arg("link"), "X_WL, 4 x 4")
+      .def(
+          "twist",
+          [](SeenWorld& w, const std::string& name) {
+            w.takeWritten();
+            return w.world().linkTwist(w.link(name)).vector();
+          },
+          py::arg("link"), "V_WL at the link's origin, in W: angular [rad/s], linear [m/s]")
+      .def_property_readonly(
+          "contacts", &contacts,
+          "of the last step, a view with fields link_a, link_b, point [m], normal (from a to b), torque [N "
+          "m] and force [N] "
+          "on b about point, normal_force [N], volume [m³], area [m²], depth [m], sticking; all in W")
+      .def_property_readonly(
+          "report", [](SeenWorld& w) -> const StepReport& { return w.world().report(); },
+          py::return_value_policy::reference_internal, "of the last step")
+      .def_property_readonly(
+          "energy", [](SeenWorld& w) -> const EnergyLedger& { return w.world().report().energy; },
+          py::return_value_policy::reference_internal, "the ledger after the last step");
+}
+
+/// What moves it besides gravity.
+void defineCommands(WorldClass& world) {
+  using Drive = JointDef::Drive;
+  world
+      .def(
+          "command",
+          [](SeenWorld& w, const std::string& joint, const py::object& position, const py::object& velocity,
+             double effort) {
+            const bool at = !position.is_none(), moves = !velocity.is_none();
+            command(w, joint,
+                    {at      ? Drive::kPosition
+                     : moves ? Drive::kVelocity
+                             : Drive::kEffort,
+                     at ? position.cast<double>() : 0, moves ? velocity.cast<double>() : 0, effort});
+          },
+          py::arg("joint"), py::arg("position") = py::none(), py::arg("velocity") = py::none(),
+          py::arg("effort") = 0.0,
+          "What the joint's drive does from the next step on: hold a position [rad or m], run at a velocity, "
+          "or give an effort [N m or N].")
+      .def(
+          "aim_pointer",
+          [](SeenWorld& w, int i, const Matrix4& X_WL, const Vector6& V_WL) {
+            if (i < 0 || i >= w.world().pointerCount())
+              throw SetupError("pointer " + std::to_string(i), "is not in this world",
+                               "it has " + std::to_string(w.world().pointerCount()));
+            w.world().setPointerTarget(i, poseOf(X_WL), {V_WL.head<3>(), V_WL.tail<3>()});
+          },
+          py::arg("index"), py::arg("X_WL"), py::arg("V_WL") = Vector6(Vector6::Zero()),
+          "Where the hand wants the pointer at the end of the next step.")
+      .def(
+          "pointer_wrench",
+          [](SeenWorld& w, int i) {
+            if (i < 0 || i >= w.world().pointerCount())
+              throw SetupError("pointer " + std::to_string(i), "is not in this world",
+                               "it has " + std::to_string(w.world().pointerCount()));
+            return w.world().pointerWrench(i).vector();
+          },
+          py::arg("index"),
+          "Wrench of the world on a pointer in the last step, about its link's origin, in W: torque, force.")
+      .def(
+          "tune",
+          [](SeenWorld& w, double stiffness, double friction) {
+            WorldTuning tuning = w.world().tuning();
+            tuning.stiffness_scale = stiffness, tuning.friction_scale = friction;
+            w.world().tune(tuning);
+          },
+          py::arg("stiffness_scale") = 1.0, py::arg("friction_scale") = 1.0,
+          "Factors on every pair's stiffness and friction.");
+}
+
+/// All of it, to go back to and to compare.
+void defineStates(WorldClass& world) {
+  world
+      .def(
+          "save",
+          [](SeenWorld& w) {
+            w.takeWritten();
+            return py::array_t<double>(py::cast(w.world().save()));
+          },
+          "The complete state, contact memory included: a copy.")
+      .def(
+          "restore",
+          [](SeenWorld& w, const std::vector<double>& state) {
+            w.world().restore(state);
+            w.remember();
+          },
+          py::arg("state"), "Goes on from what `save` gave, bit for bit.")
+      .def(
+          "hash",
+          [](SeenWorld& w) {
+            w.takeWritten();
+            return w.world().hash();
+          },
+          "of the complete state: equal for equal bits")
+      .def(
+          "plan", [](SeenWorld& w) { return w.world().planText(); },
+          "what the scene was compiled to, and what was left out");
+}
+
 }  // namespace
 
 Pose poseOf(const Matrix4& m) {
@@ -189,8 +331,8 @@ void SeenWorld::step(int count) {
 
 void bindWorld(py::module_& m) {
   defineReports(m);
-  using Drive = JointDef::Drive;
-  py::class_<SeenWorld>(m, "World", "Articulated bodies in contact, stepped at a fixed rate.")
+  WorldClass world(m, "World", "Articulated bodies in contact, stepped at a fixed rate.");
+  world
       .def(py::init([](const py::object& scene) { return std::make_unique<SeenWorld>(sceneFrom(scene)); }),
            py::arg("scene"), "Of a Scene, or of a file or name as Scene takes it.")
       .def("step", &SeenWorld::step, py::arg("count") = 1, "Advances by `count` steps of `h`.")
@@ -215,134 +357,13 @@ void bindWorld(py::module_& m) {
             return names;
           },
           "names of the joints of one degree of freedom")
-      .def_property(
-          "q",
-          [](const py::object& self) {
-            SeenWorld& w = self.cast<SeenWorld&>();
-            return vectorView(w.q(), static_cast<py::ssize_t>(w.world().state().q.size()), self, true);
-          },
-          [](SeenWorld& w, const py::array_t<double, py::array::c_style | py::array::forcecast>& q) {
-            assign(w.q(), w.world().state().q.size(), "q", q);
-          },
-          "positions, a view; what is written acts from the next step or reading on. See `coordinates`.")
-      .def_property(
-          "v",
-          [](const py::object& self) {
-            SeenWorld& w = self.cast<SeenWorld&>();
-            return vectorView(w.v(), static_cast<py::ssize_t>(w.world().state().v.size()), self, true);
-          },
-          [](SeenWorld& w, const py::array_t<double, py::array::c_style | py::array::forcecast>& v) {
-            assign(w.v(), w.world().state().v.size(), "v", v);
-          },
-          "velocities, a view like q")
-      .def_property_readonly("coordinates", &coordinates,
-                             "{link: (slice of q, slice of v)}. Joints of one degree: angle or displacement, "
-                             "and its rate. Floating "
-                             "links: centre of mass in W [m] and quaternion w, x, y, z; angular velocity and "
-                             "velocity of the centre, in W.")
-      .def_property_readonly(
-          "positions", [](const py::object& self) { return placed(self, false); },
-          "origins of the links in W, links x 3 [m], a view")
-      .def_property_readonly(
-          "rotations", [](const py::object& self) { return placed(self, true); },
-          "R_WL of the links, links x 3 x 3, a view")
-      .def(
-          "pose",
-          [](SeenWorld& w, const std::string& name) {
-            w.takeWritten();
-            return matrixOf(w.world().linkPose(w.link(name)));
-          },
-          py::arg("link"), "X_WL, 4 x 4")
-      .def(
-          "twist",
-          [](SeenWorld& w, const std::string& name) {
-            w.takeWritten();
-            return w.world().linkTwist(w.link(name)).vector();
-          },
-          py::arg("link"), "V_WL at the link's origin, in W: angular [rad/s], linear [m/s]")
-      .def_property_readonly(
-          "contacts", &contacts,
-          "of the last step, a view with fields link_a, link_b, point [m], normal (from a to b), torque [N "
-          "m] and force [N] "
-          "on b about point, normal_force [N], volume [m³], area [m²], depth [m], sticking; all in W")
-      .def_property_readonly(
-          "report", [](SeenWorld& w) -> const StepReport& { return w.world().report(); },
-          py::return_value_policy::reference_internal, "of the last step")
-      .def_property_readonly(
-          "energy", [](SeenWorld& w) -> const EnergyLedger& { return w.world().report().energy; },
-          py::return_value_policy::reference_internal, "the ledger after the last step")
-      .def(
-          "command",
-          [](SeenWorld& w, const std::string& joint, const py::object& position, const py::object& velocity,
-             double effort) {
-            const bool at = !position.is_none(), moves = !velocity.is_none();
-            command(w, joint,
-                    {at      ? Drive::kPosition
-                     : moves ? Drive::kVelocity
-                             : Drive::kEffort,
-                     at ? position.cast<double>() : 0, moves ? velocity.cast<double>() : 0, effort});
-          },
-          py::arg("joint"), py::arg("position") = py::none(), py::arg("velocity") = py::none(),
-          py::arg("effort") = 0.0,
-          "What the joint's drive does from the next step on: hold a position [rad or m], run at a velocity, "
-          "or give an effort [N m or N].")
-      .def(
-          "aim_pointer",
-          [](SeenWorld& w, int i, const Matrix4& X_WL, const Vector6& V_WL) {
-            if (i < 0 || i >= w.world().pointerCount())
-              throw SetupError("pointer " + std::to_string(i), "is not in this world",
-                               "it has " + std::to_string(w.world().pointerCount()));
-            w.world().setPointerTarget(i, poseOf(X_WL), {V_WL.head<3>(), V_WL.tail<3>()});
-          },
-          py::arg("index"), py::arg("X_WL"), py::arg("V_WL") = Vector6(Vector6::Zero()),
-          "Where the hand wants the pointer at the end of the next step.")
-      .def(
-          "pointer_wrench",
-          [](SeenWorld& w, int i) {
-            if (i < 0 || i >= w.world().pointerCount())
-              throw SetupError("pointer " + std::to_string(i), "is not in this world",
-                               "it has " + std::to_string(w.world().pointerCount()));
-            return w.world().pointerWrench(i).vector();
-          },
-          py::arg("index"),
-          "Wrench of the world on a pointer in the last step, about its link's origin, in W: torque, force.")
-      .def(
-          "tune",
-          [](SeenWorld& w, double stiffness, double friction) {
-            WorldTuning tuning = w.world().tuning();
-            tuning.stiffness_scale = stiffness, tuning.friction_scale = friction;
-            w.world().tune(tuning);
-          },
-          py::arg("stiffness_scale") = 1.0, py::arg("friction_scale") = 1.0,
-          "Factors on every pair's stiffness and friction.")
-      .def(
-          "save",
-          [](SeenWorld& w) {
-            w.takeWritten();
-            return py::array_t<double>(py::cast(w.world().save()));
-          },
-          "The complete state, contact memory included: a copy.")
-      .def(
-          "restore",
-          [](SeenWorld& w, const std::vector<double>& state) {
-            w.world().restore(state);
-            w.remember();
-          },
-          py::arg("state"), "Goes on from what `save` gave, bit for bit.")
-      .def(
-          "hash",
-          [](SeenWorld& w) {
-            w.takeWritten();
-            return w.world().hash();
-          },
-          "of the complete state: equal for equal bits")
-      .def(
-          "plan", [](SeenWorld& w) { return w.world().planText(); },
-          "what the scene was compiled to, and what was left out")
       .def("__repr__", [](SeenWorld& w) {
         return "<haptic.World of " + std::to_string(w.world().linkCount()) + " links at " +
                std::to_string(w.world().time()) + " s>";
       });
+  defineMotion(world);
+  defineCommands(world);
+  defineStates(world);
 }
 
 }  // namespace haptic::python

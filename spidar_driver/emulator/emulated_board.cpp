@@ -152,6 +152,15 @@ void EmulatedBoard::setParam(const ParamCommand& param) {
     id_ = std::min(param.words[0] & 0xFF, kMaxBoards - 1);
 }
 
+/// Goes into a mode whose targets are counted.
+template <class Command>
+void EmulatedBoard::follow(BoardMode mode) {
+  Command p;
+  if (!decoded(p)) return;
+  mode_ = static_cast<std::uint8_t>(mode);
+  targets_ = p.target_count;
+}
+
 void EmulatedBoard::execute() {
   const auto command = static_cast<BoardCommand>(packet_[0] >> 3);
   ++executed_[static_cast<int>(command)];
@@ -180,20 +189,12 @@ void EmulatedBoard::execute() {
     case BoardCommand::kDirect:
       mode_ = static_cast<std::uint8_t>(BoardMode::kDirect);
       break;
-    case BoardCommand::kInterpolate: {
-      InterpolateCommand p;
-      if (!decoded(p)) break;
-      mode_ = static_cast<std::uint8_t>(BoardMode::kInterpolate);
-      targets_ = p.target_count;
+    case BoardCommand::kInterpolate:
+      follow<InterpolateCommand>(BoardMode::kInterpolate);
       break;
-    }
-    case BoardCommand::kForceControl: {
-      ForceControlCommand p;
-      if (!decoded(p)) break;
-      mode_ = static_cast<std::uint8_t>(BoardMode::kForceControl);
-      targets_ = p.target_count;
+    case BoardCommand::kForceControl:
+      follow<ForceControlCommand>(BoardMode::kForceControl);
       break;
-    }
     case BoardCommand::kSetParam: {
       ParamCommand p;
       if (decoded(p)) setParam(p);

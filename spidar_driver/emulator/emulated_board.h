@@ -51,6 +51,8 @@ class EmulatedBoard {
 
  private:
   int startReply(BoardCommand command, std::int64_t now_ns);
+  template <class Command>
+  void follow(BoardMode mode);
   void execute();
   void setCurrents(const MotorWords& digits);
   void setParam(const ParamCommand& param);

@@ -83,6 +83,8 @@ class FrozenProblem {
   }
   const std::vector<double>& reference() const { return v_reference_; }
   int nodeOf(int link) const { return node_of_tree_[model_.links[link].articulation]; }
+  /// M of a tree as it was frozen, nv × nv.
+  const double* massMatrixOf(int tree) const { return masses_.data() + mass_offset_[tree]; }
 
  private:
   bool isFree(int link) const { return model_.trees[model_.links[link].articulation].model->isFreeBody(); }
@@ -100,7 +102,6 @@ class FrozenProblem {
   double curvature() const noexcept;
   double slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept;
   const ModelTree& treeAt(int n) const { return model_.trees[island_.trees[n]]; }
-  const double* massMatrixOf(int tree) const { return masses_.data() + mass_offset_[tree]; }
 
   const Model& model_;
   Island island_;

@@ -269,7 +269,7 @@ void ImplicitStage::evaluate(double g) noexcept {
   }
   for (std::size_t i = 0; i < couplings.size(); ++i) {
     FrozenCoupling& frozen = problem_.couplings[i];
-    frozen.link = couplings[i].link >= 0 && nodeOf(couplings[i].link) >= 0 ? couplings[i].link : -1;
+    frozen.link = couplings[i].link >= 0 && problem_.nodeOf(couplings[i].link) >= 0 ? couplings[i].link : -1;
     if (frozen.link < 0 || !moved_[model_.links[frozen.link].articulation]) continue;
     const PointerCoupling& c = couplings[i].law;
     frozen.turn = g * g * c.rotational_stiffness + g * c.rotational_damping;

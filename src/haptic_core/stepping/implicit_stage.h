@@ -99,7 +99,6 @@ class ImplicitStage {
   void place(int tree, const std::vector<double>& velocity) noexcept;
   void pull(ImplicitCoupling& coupling) noexcept;
   void finish(double g) noexcept;
-  int nodeOf(int link) const { return problem_.nodeOf(link); }
 
   const Model& model_;
   const WorldSettings& settings_;
