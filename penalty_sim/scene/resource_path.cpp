@@ -100,6 +100,18 @@ std::string resolveResource(const std::string& uri, const std::string& from_file
   return isFile(path) ? path.lexically_normal().string() : std::string();
 }
 
+std::vector<std::string> knownScenes(const std::vector<std::string>& folders) {
+  std::set<std::string> known;
+  std::error_code code;
+  for (const fs::path& folder : sceneFolders(folders)) {
+    for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
+      const std::string extension = entry->path().extension().string();
+      if (extension == ".urdf" || extension == ".yaml") known.insert(entry->path().stem().string());
+    }
+  }
+  return {known.begin(), known.end()};
+}
+
 std::string findScene(const std::string& file_or_name, const std::vector<std::string>& folders) {
   if (file_or_name.empty())
     throw SetupError("scene", "no name given", "name a file or a scene, e.g. touch_cube");
@@ -112,20 +124,15 @@ std::string findScene(const std::string& file_or_name, const std::vector<std::st
   if (asked.has_parent_path() || asked.has_extension()) {
     throw SetupError(file_or_name, "file not found", "check the path");
   }
-  std::set<std::string> known;
   for (const fs::path& folder : sceneFolders(folders)) {
     for (const std::string& ending : kEndings) {
       if (isFile(folder / (file_or_name + ending))) {
         return fs::absolute(folder / (file_or_name + ending), code).lexically_normal().string();
       }
     }
-    for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
-      const std::string extension = entry->path().extension().string();
-      if (extension == ".urdf" || extension == ".yaml") known.insert(entry->path().stem().string());
-    }
   }
   std::string list;
-  for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
+  for (const std::string& name : knownScenes(folders)) list += (list.empty() ? "" : ", ") + name;
   throw SetupError("scene '" + file_or_name + "'", "is neither a file nor a known scene",
                    list.empty() ? "no scene folder was found; give a path" : "known: " + list);
 }

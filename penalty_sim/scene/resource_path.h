@@ -13,4 +13,7 @@ std::string resolveResource(const std::string& uri, const std::string& from_file
 /// Absolute path of the scene `file_or_name`. Throws SetupError that lists the scenes it knows.
 std::string findScene(const std::string& file_or_name, const std::vector<std::string>& folders);
 
+/// Names of the scenes that `findScene` finds without a path, sorted.
+std::vector<std::string> knownScenes(const std::vector<std::string>& folders = {});
+
 }  // namespace haptic
