@@ -27,9 +27,11 @@ DeviceCard::DeviceCard(const std::string& name, ServiceCalls& calls, QWidget* pa
   state_->setAlignment(Qt::AlignCenter);
   advice_->setObjectName("advice");
   advice_->setWordWrap(true);
-  advice_->setMinimumHeight(3 * advice_->fontMetrics().height());  // three lines: the card does not jump with its text
+  advice_->setMinimumHeight(2 * advice_->fontMetrics().height());  // two lines: the card does not jump with its text
   advice_->setAlignment(Qt::AlignTop | Qt::AlignLeft);
   auto* column = new QVBoxLayout(this);
+  column->setContentsMargins(4, 4, 4, 4);
+  column->setSpacing(3);
   column->addWidget(state_);
   column->addWidget(advice_);
   addButtons();
@@ -41,6 +43,7 @@ DeviceCard::DeviceCard(const std::string& name, ServiceCalls& calls, QWidget* pa
 
 void DeviceCard::addButtons() {
   auto* grid = new QGridLayout;
+  grid->setSpacing(3);
   const std::string driver = "/" + name_ + "/driver/";
   addButton(*grid, 0, 0, "Enable", "Force on, where it can come on at once", [this, driver] {
     std_srvs::SetBool on;

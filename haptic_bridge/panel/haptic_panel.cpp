@@ -1,12 +1,17 @@
 #include "haptic_bridge/panel/haptic_panel.h"
 
 #include <ros/this_node.h>
+#include <rviz/view_controller.h>
+#include <rviz/view_manager.h>
+#include <rviz/visualization_manager.h>
 
 #include <QApplication>
 #include <QKeyEvent>
 #include <QPushButton>
 #include <QScrollArea>
+#include <QScrollBar>
 #include <QTime>
+#include <QTimer>
 #include <QVBoxLayout>
 #include <pluginlib/class_list_macros.hpp>
 
@@ -16,20 +21,27 @@
 namespace haptic {
 namespace {
 
+constexpr int kSmaller = 1;    // letters than rviz has them [points]: everything is seen without scrolling
 constexpr int kLines = 100;  // that are kept to scroll back to
 
 }  // namespace
 
-HapticPanel::HapticPanel(QWidget* parent) : rviz::Panel(parent), calls_(new ServiceCalls(nullptr)) {
+HapticPanel::HapticPanel(QWidget* parent) : rviz::Panel(parent), calls_(new ServiceCalls(nullptr)), views_(new QComboBox(this)) {
+  QFont small = font();
+  small.setPointSize(small.pointSize() - kSmaller);
+  setFont(small);
   calls_->tellBy([this](const std::string& line, bool well) { tell(line, well); });
   auto* stop = new QPushButton("STOP   (Esc)", this);
   stop->setObjectName("STOP");
   stop->setToolTip("Switches the force of every device off, from anywhere: also the key Esc");
-  stop->setStyleSheet("QPushButton { background: #c62828; color: white; font-size: 22px; font-weight: bold; padding: 12px; }"
+  stop->setStyleSheet("QPushButton { background: #c62828; color: white; font-size: 22px; font-weight: bold; padding: 10px; }"
                       "QPushButton:pressed { background: #8e0000; }");
+  views_->setObjectName("views");
+  views_->setToolTip("A view that the configuration keeps");
   auto* inside = new QWidget;
   auto* column = new QVBoxLayout(inside);
   column->setContentsMargins(2, 2, 2, 2);
+  column->setSpacing(2);
   devices_ = new DeviceList(*calls_, inside);
   scene_ = new SceneBox(*calls_, inside);
   column->addWidget(devices_);
@@ -45,15 +57,22 @@ HapticPanel::HapticPanel(QWidget* parent) : rviz::Panel(parent), calls_(new Serv
   lines_ = new QListWidget(this);
   lines_->setObjectName("lines");
   lines_->setWordWrap(true);
-  lines_->setFixedHeight(5 * lines_->fontMetrics().height());
+  lines_->setFixedHeight(3 * lines_->fontMetrics().height() + 4);
   auto* all = new QVBoxLayout(this);
   all->setContentsMargins(2, 2, 2, 2);
   all->addWidget(stop);
+  all->addWidget(views_);
   all->addWidget(scroll, 1);
   all->addWidget(lines_);
-  setMinimumWidth(360);
   connect(stop, &QPushButton::pressed, this, [this] { devices_->stopAll(); });  // on the press, not the release
-  devices_->tellBy([this] { scene_->setDevices(devices_->names()); });
+  const auto fit = [inside, scroll] {  // nothing is cut off at the right
+    scroll->setMinimumWidth(inside->minimumSizeHint().width() + scroll->verticalScrollBar()->sizeHint().width());
+  };
+  fit();
+  devices_->tellBy([this, fit] {
+    scene_->setDevices(devices_->names());
+    QTimer::singleShot(0, this, fit);
+  });
   log_ = nh_.subscribe<rosgraph_msgs::Log>("/rosout", 50, [this](const rosgraph_msgs::Log::ConstPtr& m) { onLog(*m); });
   qApp->installEventFilter(this);
 }
@@ -61,6 +80,13 @@ HapticPanel::HapticPanel(QWidget* parent) : rviz::Panel(parent), calls_(new Serv
 HapticPanel::~HapticPanel() {
   qApp->removeEventFilter(this);
   delete calls_;  // first: what it still does refers to the rest
+}
+
+void HapticPanel::onInitialize() {
+  rviz::ViewManager* views = vis_manager_->getViewManager();
+  for (int i = 0; i < views->getNumViews(); ++i) views_->addItem("View: " + views->getViewAt(i)->getName());
+  views_->setVisible(views_->count() > 0);
+  connect(views_, QOverload<int>::of(&QComboBox::activated), this, [views](int i) { views->setCurrentFrom(views->getViewAt(i)); });
 }
 
 /// A shortcut would be silent when another one claims the same key.

@@ -5,6 +5,7 @@
 #include <rosgraph_msgs/Log.h>
 #include <rviz/panel.h>
 
+#include <QComboBox>
 #include <QListWidget>
 #include <string>
 
@@ -21,6 +22,8 @@ class HapticPanel : public rviz::Panel {
   explicit HapticPanel(QWidget* parent = nullptr);
   ~HapticPanel() override;
 
+  void onInitialize() override;
+
   bool eventFilter(QObject* receiver, QEvent* event) override;
 
  private:
@@ -28,6 +31,7 @@ class HapticPanel : public rviz::Panel {
   void onLog(const rosgraph_msgs::Log& log);
 
   ServiceCalls* calls_;
+  QComboBox* views_;
   DeviceList* devices_;
   SceneBox* scene_;
   QListWidget* lines_;

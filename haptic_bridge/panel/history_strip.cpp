@@ -9,7 +9,7 @@ namespace haptic {
 namespace {
 
 constexpr double kSeconds = 10;  // that a strip shows
-constexpr int kHeight = 76;      // [pixels]: four of them beside a view of 860
+constexpr int kHeight = 58;      // [pixels]: four of them, and the rest, fit a screen of 1000
 
 }  // namespace
 
@@ -83,10 +83,12 @@ void HistoryStrip::paintEvent(QPaintEvent*) {
   write(QString::fromStdString(title_), palette().color(QPalette::Text));
   for (const auto& [name, series] : series_) {
     const double now = series.samples.empty() ? NAN : series.samples.back().value;
-    write(QString::fromStdString(name) + (std::isfinite(now) ? " " + QString::number(now, 'g', 3) : QString(" –")), series.colour);
+    const bool rounding = std::fabs(now) < 1e-3 * least_span_;
+    write(QString::fromStdString(name) + (std::isfinite(now) ? " " + QString::number(rounding ? 0 : now, 'g', 3) : QString(" –")),
+          series.colour);
   }
   write(QString::fromStdString(unit_), palette().color(QPalette::Text));
-  if (std::isfinite(limit_)) write(QString::fromStdString(limit_name_) + " " + QString::number(limit_, 'g', 3), QColor("#d32f2f"));
+  if (std::isfinite(limit_)) write(QString::fromStdString(limit_name_) + " " + QString::number(limit_, 'g', 6), QColor("#d32f2f"));
   for (const auto& [name, series] : series_) {
     QPainterPath path;
     bool drawing = false;

@@ -18,7 +18,8 @@ const QColor kAsked("#8d6e63"), kGiven("#1e88e5"), kAskedOther("#7cb342"), kGive
 HistoryStrips::HistoryStrips(QWidget* parent) : QGroupBox("The last 10 s", parent) {
   setObjectName("strips");
   auto* column = new QVBoxLayout(this);
-  column->setSpacing(3);
+  column->setContentsMargins(4, 4, 4, 4);
+  column->setSpacing(2);
   force_ = add("Force", "N", 0.5);
   tick_ = add("Tick", "us", 10);
   energy_ = add("Energy", "mJ", 0.01);

@@ -17,7 +17,7 @@ QComboBox* picker(const char* name, const char* help, bool editable, QWidget* pa
   box->setToolTip(help);
   box->setEditable(editable);
   box->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
-  box->setMinimumContentsLength(8);
+  box->setMinimumContentsLength(6);
   return box;
 }
 
@@ -39,6 +39,8 @@ SceneBox::SceneBox(ServiceCalls& calls, QWidget* parent)
       links_(picker("links", "The body that is grabbed", false, this)) {
   setObjectName("scene");
   auto* grid = new QGridLayout(this);
+  grid->setContentsMargins(4, 4, 4, 4);
+  grid->setSpacing(3);
   const auto pause = [this](bool on) {
     std_srvs::SetBool request;
     request.request.data = on;

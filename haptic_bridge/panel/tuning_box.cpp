@@ -44,15 +44,20 @@ const double* valueOf(const dynamic_reconfigure::Config& config, const std::stri
 
 TuningBox::TuningBox(ServiceCalls& calls, QWidget* parent) : QGroupBox("Feel (green: stable in a relaxed hand)", parent), calls_(calls) {
   setObjectName("tuning");
-  new QVBoxLayout(this);
+  auto* column = new QVBoxLayout(this);
+  column->setContentsMargins(4, 4, 4, 4);
+  column->setSpacing(1);
   const auto times_scene = [](double value) { return format("%.2f × scene", value); };
   stiffness_ = add("stiffness_scale", "Stiffness", {0.01, 10, true}, times_scene);
   friction_ = add("friction_scale", "Friction", {0, 3, false}, times_scene);
   limit_ = add("limit_share", "Force limit", {0.05, 1, false}, [this](double share) {
     return max_force_ > 0 ? format("%.1f N", share * max_force_) : format("%.0f %%", 100 * share);
   });
-  coupling_ = add("coupling_stiffness", "Coupling", {10, 1e5, true}, [](double k) { return format("%.2f N/mm", 1e-3 * k); });
+  coupling_ = add("coupling_stiffness", "Coupling", {10, 1e5, true}, [this](double k) {
+    return scene_coupling_ ? "as the scene" : format("%.2f N/mm", 1e-3 * k);
+  });
   coupling_->onChange([this](double k) {
+    scene_coupling_ = false;
     dynamic_reconfigure::Config config;
     addInt(config, "coupling", kCouplingVirtual);
     addDouble(config, "coupling_stiffness", k);
@@ -115,7 +120,9 @@ void TuningBox::show(const dynamic_reconfigure::Config& config) {
   show_in(friction_, "friction_scale");
   show_in(limit_, "limit_share");
   const double* coupling = valueOf(config, "coupling_stiffness");
-  if (coupling && *coupling > 0) coupling_->show(*coupling);
+  if (!coupling) return;
+  scene_coupling_ = *coupling <= 0;
+  coupling_->show(*coupling);
 }
 
 void TuningBox::show(const haptic_msgs::HandLimits& limits) {

@@ -23,6 +23,7 @@ class TuningBox : public QGroupBox {
   void show(const haptic_msgs::HandLimits& limits);
 
   ServiceCalls& calls_;
+  bool scene_coupling_ = true;
   double max_force_ = 0;  ///< of the weakest device [N]; 0: not known yet
   TuningSlider *stiffness_, *friction_, *limit_, *coupling_;
   ros::NodeHandle nh_;

@@ -31,7 +31,7 @@ class TuningSlider::Bar : public QSlider {
  public:
   explicit Bar(QWidget* parent) : QSlider(Qt::Horizontal, parent) {
     setRange(0, kPositions);
-    setMinimumHeight(26);
+    setMinimumHeight(24);
   }
   double safe_share = 1;
 
@@ -75,6 +75,7 @@ void TuningSlider::show(double value) {
   shows_ = true;
   bar_->setValue(static_cast<int>(std::lround(scale_.shareOf(value) * kPositions)));
   shows_ = false;
+  showText();
 }
 
 void TuningSlider::markSafe(double highest, const std::string& why) {
