@@ -20,7 +20,7 @@ constexpr double kThinnestPatch = 0.0005;     // a disc thinner than this flicke
 constexpr double kRimWidth = 0.0015;          // [m]
 constexpr double kRimSize = 1.2;              // times the patch's radius: it stands out of the bodies like a collar
 constexpr double kLeastRim = 0.004;           // radius of a ring that can still be seen [m]
-constexpr double kTextBelow = 0.26;           // the lowest body [m]: below a floor's nearest corner as the views show it
+constexpr double kTextBelow = 0.205;          // the lowest body [m]: below a floor's nearest corner as the views show it
 constexpr double kTextSize = 0.011, kTextRow = 0.02;   // height of a letter, distance of lines [m]
 constexpr double kBodyAlpha = 0.6;            // opacity of bodies, at most: patches between them shine through
 constexpr double kFullColourPressure = 2e4;   // a patch under this mean pressure is drawn red [Pa]; 1 N on 0.5 cm²

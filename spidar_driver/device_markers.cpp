@@ -14,7 +14,7 @@ using visualization_msgs::Marker;
 constexpr double kLineWidth = 0.0015;       // of the frame and the strings [m]
 constexpr double kMetresPerNewton = 0.015;  // length of a force's arrow, as in the scene: 10 N reach out of the frame
 constexpr double kLeastForce = 0.05;        // an arrow shorter than its head's width is a blot [N]
-constexpr double kLabelAbove = 0.08;        // the frame [m]: as the views show it, its far corner is below that
+constexpr double kLabelAbove = 0.055;       // the frame [m]: as the views show it, its far corner is below that
 constexpr double kLabelRow = 0.02;          // twice the text's height [m]
 constexpr double kFullColourTension = 5;    // a string this tense is drawn red [N]; the usual range of a hand
 
