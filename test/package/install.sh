@@ -31,9 +31,8 @@ say 'installs'
 enter apt-get update >>"$root/build/log/bare.log" 2>&1
 enter sh -c 'apt-get install -y --no-install-recommends /debs/*.deb' >>"$root/build/log/bare.log" 2>&1
 say 'runs'
-enter timeout 120 roslaunch --skip-log-check haptic_bringup demo.launch rviz:=false seconds:=2 figures:=/figures >>"$root/build/log/bare.log" 2>&1 ||
+enter timeout 120 roslaunch --skip-log-check haptic_bringup demo.launch rviz:=false seconds:=2 figures:=/figures >>"$root/build/log/bare.log" 2>&1 && grep -q "^figure demo.ticks 2000 " "$bare/figures" ||
   { tail -n 20 "$root/build/log/bare.log" >&2; exit 1; }
-grep -q '^figure demo.ticks 2000 ' "$bare/figures"
 enter python3 -c 'import haptic; haptic.World("touch_cube").step()'
 enter sh -c 'test -f /usr/lib/udev/rules.d/60-spidar.rules && test -f /usr/lib/systemd/user/haptics.service && test -x /usr/lib/spidar_driver/motor_guard'
 enter sh -c 'apt-get remove -y haptic-core' >>"$root/build/log/bare.log" 2>&1
