@@ -106,7 +106,8 @@ void DeviceCard::showState(const std::string& word, const std::string& colour, c
 
 void DeviceCard::age() {
   if ((ros::WallTime::now() - heard_).toSec() < kSilence) return;
-  showState("NO NEWS", "#616161", "nothing heard for 3 s: the driver has ended, or the network does not bring its topics (ROS_IP on both machines?)");
+  showState("NO NEWS", "#616161",
+            "nothing heard for 3 s: the driver has ended, or the network does not bring its topics (is ROS_IP set on both machines?)");
 }
 
 }  // namespace haptic

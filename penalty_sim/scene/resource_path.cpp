@@ -49,6 +49,9 @@ fs::path packageBelow(const fs::path& entry, const std::string& name) {
   return {};
 }
 
+/// Where Debian packages put ROS packages: found without ROS_PACKAGE_PATH, as rospack finds them.
+const fs::path kSystemPackages = "/usr/share";
+
 std::string resolvePackage(const std::string& name, const std::string& rest, const fs::path& from_file) {
   for (const fs::path& entry : packagePath()) {
     const fs::path package = packageBelow(entry, name);
@@ -63,7 +66,7 @@ std::string resolvePackage(const std::string& name, const std::string& rest, con
     }
     if (folder == folder.root_path()) break;
   }
-  return {};
+  return isFile(kSystemPackages / name / rest) ? (kSystemPackages / name / rest).string() : std::string();
 }
 
 const std::vector<std::string> kEndings = {".urdf", ".yaml", ".yml", ".xml"};
@@ -79,6 +82,7 @@ std::vector<fs::path> sceneFolders(const std::vector<std::string>& given) {
     folders.push_back(folder / "urdf" / "scenes");
     if (folder == folder.root_path()) break;
   }
+  folders.push_back(kSystemPackages / "haptic_description" / "scenes");
   return folders;
 }
 
