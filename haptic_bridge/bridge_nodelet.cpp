@@ -12,6 +12,7 @@ void BridgeNodelet::onInit() {
     loop_ = std::make_unique<RealtimeThread>(parameters);
     telemetry_ = std::make_unique<Telemetry>(getNodeHandle(), getPrivateNodeHandle(), getName(), parameters, *loop_);
     services_ = std::make_unique<LoopServices>(getPrivateNodeHandle(), getName(), parameters, *loop_);
+    limits_ = std::make_unique<HandLimits>(getNodeHandle(), parameters.world_frame, *loop_, [this] { services_->reapply(); });
     bases_ = std::make_unique<DeviceBases>(getNodeHandle(), getName(), parameters.world_frame, *loop_);
   } catch (const SetupError& error) {
     NODELET_FATAL_STREAM(error.what());
@@ -21,6 +22,7 @@ void BridgeNodelet::onInit() {
 
 BridgeNodelet::~BridgeNodelet() {
   bases_.reset();
+  limits_.reset();
   services_.reset();
   if (loop_) loop_->stop();
   telemetry_.reset();

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "haptic_bridge/device_bases.h"
+#include "haptic_bridge/hand_limits.h"
 #include "haptic_bridge/loop_services.h"
 #include "haptic_bridge/realtime_thread.h"
 #include "haptic_bridge/telemetry.h"
@@ -21,6 +22,7 @@ class BridgeNodelet : public nodelet::Nodelet {
   std::unique_ptr<RealtimeThread> loop_;
   std::unique_ptr<Telemetry> telemetry_;
   std::unique_ptr<LoopServices> services_;
+  std::unique_ptr<HandLimits> limits_;
   std::unique_ptr<DeviceBases> bases_;
 };
 

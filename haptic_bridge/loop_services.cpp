@@ -73,6 +73,15 @@ void LoopServices::onParameters(haptic_bridge::LoopConfig& config, std::uint32_t
   applied_ = config;
 }
 
+void LoopServices::reapply() {
+  boost::recursive_mutex::scoped_lock lock(mutex_);
+  try {
+    loop_.betweenTicks([&](LoopSession& session) { apply(session, applied_); });
+  } catch (const SetupError& error) {
+    ROS_ERROR_STREAM_NAMED(name_, "parameters do not fit the new scene: " << error.what());
+  }
+}
+
 void LoopServices::apply(LoopSession& session, const haptic_bridge::LoopConfig& config) const {
   for (const double value : {config.stiffness_scale, config.friction_scale, config.lambda_, config.limit_share,
                              config.force_scale, config.soft_start, config.coupling_stiffness, config.coupling_damping,

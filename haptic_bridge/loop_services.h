@@ -17,6 +17,7 @@ class LoopServices {
  public:
   LoopServices(ros::NodeHandle& priv, const std::string& name, const BridgeParameters& parameters, RealtimeThread& loop);
   ~LoopServices();
+  void reapply();  ///< another start of the loop: what the user had set holds on
 
  private:
   bool onClutch(haptic_msgs::Clutch::Request& request, haptic_msgs::Clutch::Response& response);

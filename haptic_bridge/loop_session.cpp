@@ -231,6 +231,12 @@ std::vector<DeviceDef> LoopSession::deviceDefs() const {
   return defs;
 }
 
+std::vector<HandPlacement> LoopSession::placements() const {
+  std::vector<HandPlacement> placements;
+  for (const Hand& hand : hands_) placements.push_back(hand.placement);
+  return placements;
+}
+
 std::vector<std::string> LoopSession::deviceNames() const {
   std::vector<std::string> names;
   for (const Hand& hand : hands_) names.push_back(hand.name);

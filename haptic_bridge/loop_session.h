@@ -57,6 +57,8 @@ class LoopSession {
   const TickReport& report() const { return loop_->report(); }
   std::vector<std::string> deviceNames() const;
   std::vector<DeviceDef> deviceDefs() const;
+  std::vector<HandPlacement> placements() const;
+  std::shared_ptr<const WorldDef> definition() const { return world_->definition; }
   std::vector<std::string> pointerNames() const;
   std::vector<std::string> linkNames() const;
   std::string worldName() const { return world_name_; }

@@ -76,7 +76,7 @@ void RealtimeThread::nameHands(const LoopSession& session) {
   std::lock_guard<std::mutex> lock(text_mutex_);
   device_names_ = session.deviceNames();
   pointer_names_ = session.pointerNames();
-  device_defs_ = session.deviceDefs();
+  felt_ = {session.definition(), session.placements(), session.deviceDefs()};
 }
 
 /// Hands over how the session begins. False: stopped or recalled meanwhile.
@@ -146,9 +146,9 @@ std::vector<std::string> RealtimeThread::deviceNames() const {
   return device_names_;
 }
 
-std::vector<DeviceDef> RealtimeThread::deviceDefs() const {
+RealtimeThread::Felt RealtimeThread::felt() const {
   std::lock_guard<std::mutex> lock(text_mutex_);
-  return device_defs_;
+  return felt_;
 }
 
 std::vector<std::string> RealtimeThread::pointerNames() const {

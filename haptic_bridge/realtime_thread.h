@@ -25,8 +25,15 @@ class RealtimeThread {
   std::string missing() const;             ///< the port that is waited for
   RealtimeReport setup() const;            ///< what the system allowed
   std::vector<std::string> deviceNames() const;
-  std::vector<DeviceDef> deviceDefs() const;
+  std::vector<DeviceDef> deviceDefs() const { return felt().devices; }
   std::vector<std::string> pointerNames() const;
+  /// What the hands feel, and how: for who judges whether they can bear it. Empty definition: not known.
+  struct Felt {
+    std::shared_ptr<const WorldDef> definition;
+    std::vector<HandPlacement> placements;   ///< per hand
+    std::vector<DeviceDef> devices;          ///< per hand
+  };
+  Felt felt() const;
 
   unsigned sessions() const { return sessions_; }  ///< claims of the ports so far that came to ticking
 
@@ -76,7 +83,7 @@ class RealtimeThread {
   std::string failure_, missing_;
   RealtimeReport setup_;
   std::vector<std::string> device_names_, pointer_names_;
-  std::vector<DeviceDef> device_defs_;
+  Felt felt_;
   std::thread thread_;
 };
 

@@ -28,12 +28,11 @@ std::string textOf(const ErrorEstimate& e) {
   double force = 0;
   for (const double error : e.force) force = std::max(force, error);
   char error[100], margin[60] = "";
-  std::snprintf(error, sizeof error, "error over %d steps: %.3f um  %.2f mN  %.3f uJ", e.steps, 1e6 * e.position,
-                1e3 * force, 1e6 * e.energy);
+  std::snprintf(error, sizeof error, "error of %d steps %.1f um %.1f mN", e.steps, 1e6 * e.position, 1e3 * force);
   if (e.beyond_bound > 0) {
-    std::snprintf(margin, sizeof margin, "  too stiff for explicit steps: %d islands", e.beyond_bound);
+    std::snprintf(margin, sizeof margin, "   too stiff for explicit steps");
   } else if (std::isfinite(e.stability)) {
-    std::snprintf(margin, sizeof margin, "  margin of explicit steps %.0f %%", 100 * (1 - e.stability));
+    std::snprintf(margin, sizeof margin, "   stability margin %.0f %%", 100 * (1 - e.stability));
   }
   return std::string(error) + margin;
 }

@@ -14,12 +14,15 @@ namespace {
 
 using visualization_msgs::Marker;
 
-constexpr double kMetresPerNewton = 0.01;     // length of a force's arrow, as for the device
+constexpr double kMetresPerNewton = 0.015;    // length of a force's arrow, as for the device
 constexpr double kLongestArrow = 0.3;         // [m]
 constexpr double kThinnestPatch = 0.0005;     // a disc thinner than this flickers in rviz [m]
-constexpr double kRimWidth = 0.001;           // [m]
-constexpr double kTextBelow = 0.19;           // the lowest body [m]: about as far as a device's frame reaches
-constexpr double kBodyAlpha = 0.75;           // opacity of bodies, at most: patches between them shine through
+constexpr double kRimWidth = 0.0015;          // [m]
+constexpr double kRimSize = 1.2;              // times the patch's radius: it stands out of the bodies like a collar
+constexpr double kLeastRim = 0.004;           // radius of a ring that can still be seen [m]
+constexpr double kTextBelow = 0.205;          // the lowest body [m]: below a floor's nearest corner as the views show it
+constexpr double kTextSize = 0.011, kTextRow = 0.02;   // height of a letter, distance of lines [m]
+constexpr double kBodyAlpha = 0.6;            // opacity of bodies, at most: patches between them shine through
 constexpr double kFullColourPressure = 2e4;   // a patch under this mean pressure is drawn red [Pa]; 1 N on 0.5 cm²
 
 std_msgs::ColorRGBA colour(double r, double g, double b, double a) {
@@ -31,23 +34,27 @@ std_msgs::ColorRGBA colour(double r, double g, double b, double a) {
   return c;
 }
 
-/// Blue to red with the mean pressure, greener while it sticks.
-std_msgs::ColorRGBA patchColour(const ContactReport& c) {
-  const double pressure = c.area > 0 ? c.normal_force / c.area : 0;
-  const double s = std::min(1.0, pressure / kFullColourPressure);
-  return colour(s, c.sticking ? 0.7 : 0.2, 1 - s, 0.7);
+/// Blue through yellow to red with the share of kFullColourPressure: each stands out from a dark and from a light ground.
+std_msgs::ColorRGBA pressureColour(double share, double alpha) {
+  const double s = std::min(1.0, std::max(0.0, share));
+  return s < 0.5 ? colour(0.1 + 1.6 * s, 0.4 + 0.7 * s, 1 - 1.8 * s, alpha) : colour(0.9, 1.4 - 1.3 * s, 0.1, alpha);
 }
 
-/// A circle around a patch in its own frame: green while it sticks, orange while it slides.
+/// A circle around a patch in its own frame: closed while it sticks, dashed while it slides.
 void makeRim(double radius, bool sticking, Marker& rim) {
-  constexpr int kCorners = 32;
-  rim.type = Marker::LINE_STRIP;
+  constexpr int kCorners = 48, kDash = 4;  // corners of a circle; of a dash and of a gap
+  rim.type = Marker::LINE_LIST;
   rim.scale.x = kRimWidth;
   rim.scale.y = rim.scale.z = 0;
-  rim.color = sticking ? colour(0.2, 0.95, 0.4, 1) : colour(1, 0.55, 0.1, 1);
-  for (int i = 0; i <= kCorners; ++i) {
+  rim.color.a = 1;
+  const auto corner = [&](int i) {
     const double angle = 2 * M_PI * i / kCorners;
-    rim.points.push_back(toPoint(radius * Vector3(std::cos(angle), std::sin(angle), 0)));
+    return toPoint(radius * Vector3(std::cos(angle), std::sin(angle), 0));
+  };
+  for (int i = 0; i < kCorners; ++i) {
+    if (!sticking && (i / kDash) % 2 == 1) continue;
+    rim.points.push_back(corner(i));
+    rim.points.push_back(corner(i + 1));
   }
 }
 
@@ -75,6 +82,10 @@ SceneMarkers::SceneMarkers(ros::NodeHandle& nh, const SceneDef& scene, const std
 }
 
 void SceneMarkers::addBodies(visualization_msgs::MarkerArray& array) const {
+  Marker clear;  // of the scene before
+  clear.header.frame_id = world_frame_;
+  clear.action = Marker::DELETEALL;
+  array.markers.push_back(clear);
   for (std::size_t i = 0; i < visuals_.size(); ++i) {
     const VisualDef& v = visuals_[i];
     Marker m;
@@ -115,10 +126,10 @@ void SceneMarkers::addContacts(visualization_msgs::MarkerArray& array, const Wor
     patch.pose = toPose(c.X_WP);
     patch.scale.x = patch.scale.y = std::max(1e-4, 2 * std::sqrt(c.area / M_PI));  // a disc of the patch's area
     patch.scale.z = std::max(c.depth, kThinnestPatch);
-    patch.color = patchColour(c);
+    patch.color = pressureColour(c.area > 0 ? c.normal_force / c.area / kFullColourPressure : 0, 0.85);
     Marker rim = patch;
     rim.ns = "patch_rims";
-    makeRim(patch.scale.x / 2, c.sticking, rim);
+    makeRim(std::max(kLeastRim, kRimSize * patch.scale.x / 2), c.sticking, rim);
     Marker arrow = patch;
     arrow.ns = "contact_forces";
     arrow.type = Marker::ARROW;
@@ -127,8 +138,8 @@ void SceneMarkers::addContacts(visualization_msgs::MarkerArray& array, const Wor
     const double length = std::min(kLongestArrow, kMetresPerNewton * c.F_BP_W.force.norm());
     const Vector3 tip = c.X_WP.p + length * c.F_BP_W.force.normalized();
     arrow.points = {toPoint(c.X_WP.p), toPoint(tip)};
-    arrow.scale.x = 0.003;
-    arrow.scale.y = 0.006;
+    arrow.scale.x = 0.004;
+    arrow.scale.y = 0.009;
     arrow.scale.z = 0;
     arrow.color = colour(0.9, 0.2, 0.2, 1);
     array.markers.push_back(patch);
@@ -149,6 +160,50 @@ void SceneMarkers::addContacts(visualization_msgs::MarkerArray& array, const Wor
   patches_shown_ = shown;
 }
 
+/// A line of text below the scene, twice: for a dark ground and for a light one. A view shows one of the two namespaces.
+void SceneMarkers::addLine(visualization_msgs::MarkerArray& array, int id, double z, const std::string& line,
+                           const ros::Time& stamp) const {
+  Marker text;
+  text.header.frame_id = world_frame_;
+  text.header.stamp = stamp;
+  text.id = id;
+  text.type = Marker::TEXT_VIEW_FACING;
+  text.pose.orientation.w = 1;
+  text.pose.position.z = z;
+  text.scale.z = kTextSize;
+  text.text = line;
+  text.ns = "text";
+  text.color = colour(0.85, 0.88, 0.95, 1);
+  array.markers.push_back(text);
+  text.ns = "text_on_light";
+  text.color = colour(0.12, 0.14, 0.2, 1);
+  array.markers.push_back(text);
+}
+
+/// What the colours of patches mean: a ball of each, and its pressure.
+void SceneMarkers::addLegend(visualization_msgs::MarkerArray& array, double z, const ros::Time& stamp) const {
+  constexpr int kBalls = 3, kFirstId = 10;
+  // rviz centres a line: the spaces bring its words to the right of the ball.
+  const std::string lines[kBalls] = {std::string(27, ' ') + "%.0f kPa and more on a patch", std::string(10, ' ') + "%.0f kPa",
+                                     std::string(25, ' ') + "%.0f kPa; a dashed ring slides"};
+  Marker balls;
+  balls.header.frame_id = world_frame_;
+  balls.header.stamp = stamp;
+  balls.ns = "legend";
+  balls.type = Marker::SPHERE_LIST;
+  balls.pose.orientation.w = 1;
+  balls.scale.x = balls.scale.y = balls.scale.z = kTextSize;
+  for (int i = 0; i < kBalls; ++i) {
+    const double share = 1 - static_cast<double>(i) / (kBalls - 1);
+    char line[80];
+    std::snprintf(line, sizeof line, lines[i].c_str(), 1e-3 * kFullColourPressure * share);
+    addLine(array, kFirstId + i, z - i * kTextRow, line, stamp);
+    balls.points.push_back(toPoint(Vector3(0, 0, z - i * kTextRow)));
+    balls.colors.push_back(pressureColour(share, 1));
+  }
+  array.markers.push_back(balls);
+}
+
 /// Where the energy is and went, what sticks and slides, what the pointers feel, and how well it is computed.
 void SceneMarkers::addText(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot,
                            const ros::Time& stamp, const std::string& report) const {
@@ -158,28 +213,20 @@ void SceneMarkers::addText(visualization_msgs::MarkerArray& array, const WorldSn
   for (const Pose& X_WL : snapshot.pose) lowest = std::isfinite(X_WL.p.z()) ? std::min(lowest, X_WL.p.z()) : lowest;
   const EnergyLedger& e = snapshot.report.energy;
   char line[160];
-  Marker text;
-  text.header.frame_id = world_frame_;
-  text.header.stamp = stamp;
-  text.ns = "text";
-  text.type = Marker::TEXT_VIEW_FACING;
-  text.pose.orientation.w = 1;
-  text.pose.position.z = lowest - kTextBelow;
-  text.scale.z = 0.009;
-  text.color = colour(0.85, 0.88, 0.95, 1);
-  std::snprintf(line, sizeof line, "kinetic %.2f  elastic %.2f  hand's work %.2f  damped %.2f  rubbed %.2f mJ\n",
+  std::snprintf(line, sizeof line, "energy: motion %.2f  elastic %.2f  work of hands %.2f  damped %.2f  rubbed %.2f mJ",
                 1e3 * e.kinetic, 1e3 * (e.elastic + e.tangential), 1e3 * e.external, 1e3 * e.damping, 1e3 * e.friction);
-  text.text = line;
-  std::snprintf(line, sizeof line, "balance %.3f mJ  contacts %d, %d stick, %d slide", 1e3 * e.balance(), snapshot.contacts,
-                sticking, snapshot.contacts - sticking);
-  text.text += line;
+  double z = lowest - kTextBelow;
+  addLine(array, 0, z, line, stamp);
+  std::snprintf(line, sizeof line, "contacts: %d stick, %d slide", sticking, snapshot.contacts - sticking);
+  std::string felt = line;
   for (const Wrench& F : snapshot.pointer_wrench) {
-    std::snprintf(line, sizeof line, "  pointer %.2f N", F.force.norm());
-    text.text += line;
+    std::snprintf(line, sizeof line, "   pointer %.2f N", F.force.norm());
+    felt += line;
   }
-  if (!report.empty()) text.text += "\n" + report;
-  if (!snapshot.report.finite) text.text += std::string("\nthe world stopped: ") + whyStopped(snapshot.report);
-  array.markers.push_back(text);
+  if (!report.empty()) felt += "   " + report;
+  if (!snapshot.report.finite) felt = std::string("THE WORLD STOPPED: ") + whyStopped(snapshot.report);
+  addLine(array, 1, z - kTextRow, felt, stamp);
+  addLegend(array, z - 2.2 * kTextRow, stamp);
 }
 
 void SceneMarkers::publish(const WorldSnapshot& snapshot, const ros::Time& stamp, const std::string& report) {

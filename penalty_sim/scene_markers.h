@@ -27,6 +27,8 @@ class SceneMarkers {
   void addBodies(visualization_msgs::MarkerArray& array) const;
   void addText(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot, const ros::Time& stamp,
                const std::string& report) const;
+  void addLine(visualization_msgs::MarkerArray& array, int id, double z, const std::string& line, const ros::Time& stamp) const;
+  void addLegend(visualization_msgs::MarkerArray& array, double z, const ros::Time& stamp) const;
   void addContacts(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot, const ros::Time& stamp);
 
   std::vector<VisualDef> visuals_;

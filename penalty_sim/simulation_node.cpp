@@ -2,7 +2,7 @@
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 
-#include "scene/program_version.h"
+#include "haptic_core/base/program_version.h"
 
 int main(int argc, char** argv) {
   if (haptic::toldVersion(argc, argv, "penalty_sim_node")) return 0;

@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <iterator>
+#include <set>
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/loop/session.h"
@@ -34,13 +35,24 @@ std::vector<HandPlacement> placements(const SceneDef& scene) {
   return hands;
 }
 
+std::string deviceNames(const WorldPort& port) {
+  std::set<std::string> names;
+  std::string text;
+  for (const HandPlacement& hand : port.hands) names.insert(hand.device);
+  for (const std::string& name : names) text += " " + name;
+  return text;
+}
+
 }  // namespace
 
-SimulationNodelet::Simulation::Simulation(const SceneDef& scene_def)
+SimulationNodelet::Simulation::Simulation(const SceneDef& scene_def, double default_density)
     : scene(scene_def),
       world(scene.world),
       port(world, scene.world.name, placements(scene), contactCapacity(world)),
-      initial_state(world.save()) {}
+      initial_state(world.save()) {
+  port.source = {scene.file, textOf(scene.file), default_density, fingerprint(scene.world)};
+  port.definition = std::make_shared<const WorldDef>(scene.world);
+}
 
 void SimulationNodelet::onInit() {
   try {
@@ -53,28 +65,48 @@ void SimulationNodelet::onInit() {
 
 void SimulationNodelet::start() {
   parameters_ = readSimulationParameters(getName(), getPrivateNodeHandle());
+  simulation_ = read(parameters_.scene);
+  offer();
+  advertise();
+}
+
+std::unique_ptr<SimulationNodelet::Simulation> SimulationNodelet::read(const std::string& scene_name) const {
   SceneOptions options;
   options.default_density = parameters_.default_density;
-  SceneDef scene = loadScene(parameters_.scene, options);
+  SceneDef scene = loadScene(scene_name, options);
   if (parameters_.rate > 0) scene.world.settings.step = 1 / parameters_.rate;
   for (const std::string& warning : scene.warnings) NODELET_WARN_STREAM(warning);
-  simulation_ = std::make_unique<Simulation>(scene);
-  simulation_->port.source = {scene.file, textOf(scene.file), parameters_.default_density, fingerprint(scene.world)};
-  NODELET_INFO_STREAM(sceneText(scene) << simulation_->world.planText());
+  auto simulation = std::make_unique<Simulation>(scene, parameters_.default_density);
+  NODELET_INFO_STREAM(sceneText(scene) << simulation->world.planText());
+  return simulation;
+}
 
+void SimulationNodelet::offer() {
   offer_ = PortOffer(PortTable::process(), parameters_.name, simulation_->port, getName());
-  topics_ = std::make_unique<WorldTopics>(getNodeHandle(), parameters_, scene, simulation_->port);
+  topics_ = std::make_unique<WorldTopics>(getNodeHandle(), parameters_, simulation_->scene, simulation_->port);
   joint_commands_ = std::make_unique<JointCommands>(
       getPrivateNodeHandle(), simulation_->port,
       [this](const std::function<void()>& work) { return offer_.runBetweenTicks(work); });
-  advertise();
   if (parameters_.alone) thread_ = std::make_unique<WorldThread>(getNodeHandle(), parameters_, simulation_->port.hands);
+}
+
+/// Lets go of everything that refers to the world. False: its runner did not give it back in time.
+bool SimulationNodelet::withdraw() {
+  joint_commands_.reset();
+  thread_.reset();
+  topics_.reset();
+  if (offer_.withdraw()) return true;
+  NODELET_ERROR_STREAM(parameters_.name << " was not given back in time; its memory is kept");
+  static_cast<void>(simulation_.release());  // the runner may still use it
+  return false;
 }
 
 void SimulationNodelet::advertise() {
   ros::NodeHandle& priv = getPrivateNodeHandle();
   services_ = {priv.advertiseService("reset", &SimulationNodelet::onReset, this),
                priv.advertiseService("pause", &SimulationNodelet::onPause, this),
+               priv.advertiseService("step", &SimulationNodelet::onStep, this),
+               priv.advertiseService("load_scene", &SimulationNodelet::onLoadScene, this),
                priv.advertiseService("save", &SimulationNodelet::onSave, this),
                priv.advertiseService("restore", &SimulationNodelet::onRestore, this),
                priv.advertiseService("grab", &SimulationNodelet::onGrab, this)};
@@ -82,13 +114,7 @@ void SimulationNodelet::advertise() {
 
 SimulationNodelet::~SimulationNodelet() {
   for (ros::ServiceServer& service : services_) service.shutdown();
-  joint_commands_.reset();
-  thread_.reset();
-  topics_.reset();
-  if (!offer_.withdraw()) {
-    NODELET_ERROR_STREAM(parameters_.name << " was not given back in time; its memory is kept");
-    static_cast<void>(simulation_.release());  // the runner may still use it
-  }
+  withdraw();
 }
 
 template <class Response>
@@ -109,6 +135,35 @@ bool SimulationNodelet::onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::
 
 bool SimulationNodelet::onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
   return between(response, [&] { simulation_->port.take({PauseWorld{request.data != 0}}); });
+}
+
+bool SimulationNodelet::onStep(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  return between(response, [this] { simulation_->port.take({StepWorld{}}); });
+}
+
+/// The new scene is read and judged before the old one goes, so that what is refused changes nothing.
+bool SimulationNodelet::onLoadScene(haptic_msgs::LoadScene::Request& request, haptic_msgs::LoadScene::Response& response) {
+  try {
+    std::unique_ptr<Simulation> next = read(request.scene);
+    const std::string has = deviceNames(simulation_->port), wants = deviceNames(next->port);
+    if (wants != has) {
+      throw SetupError(request.scene, "is for the devices" + wants + ", and those of this run are" + has,
+                       "start it with ./run demo --scene " + request.scene);
+    }
+    const double step = simulation_->world.settings().step, next_step = next->world.settings().step;
+    if (offer_.heldBy(ClaimRank::kBridge) && next_step != step) {
+      throw SetupError(request.scene, "has a step of " + std::to_string(1e3 * next_step) + " ms, the loop one of " +
+                                          std::to_string(1e3 * step) + " ms", "set ~rate, which holds for every scene");
+    }
+    withdraw();
+    simulation_ = std::move(next);
+    offer();
+    response.success = true;
+    response.message = simulation_->scene.world.name;
+  } catch (const SetupError& error) {
+    response.message = error.what();
+  }
+  return true;
 }
 
 bool SimulationNodelet::onSave(haptic_msgs::StateFile::Request& request, haptic_msgs::StateFile::Response& response) {

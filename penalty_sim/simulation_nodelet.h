@@ -1,6 +1,7 @@
 /// The simulation: loads a scene, offers its world to the bridge, or steps it over topics.
 #pragma once
 #include <haptic_msgs/Grab.h>
+#include <haptic_msgs/LoadScene.h>
 #include <haptic_msgs/StateFile.h>
 #include <nodelet/nodelet.h>
 #include <std_srvs/SetBool.h>
@@ -8,6 +9,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "haptic_core/loop/ports.h"
@@ -25,7 +27,7 @@ class SimulationNodelet : public nodelet::Nodelet {
  private:
   /// What a lease gives away: destroyed after the port has come back, or not at all.
   struct Simulation {
-    explicit Simulation(const SceneDef& scene_def);
+    Simulation(const SceneDef& scene_def, double default_density);
     SceneDef scene;
     World world;
     WorldPort port;
@@ -34,6 +36,9 @@ class SimulationNodelet : public nodelet::Nodelet {
 
   void onInit() override;
   void start();
+  std::unique_ptr<Simulation> read(const std::string& scene_name) const;  ///< throws SetupError
+  void offer();
+  bool withdraw();
   void advertise();
   /// Runs `work` between two ticks and turns what goes wrong into a service's answer.
   template <class Response>
@@ -41,6 +46,8 @@ class SimulationNodelet : public nodelet::Nodelet {
 
   bool onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  bool onStep(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  bool onLoadScene(haptic_msgs::LoadScene::Request& request, haptic_msgs::LoadScene::Response& response);
   bool onSave(haptic_msgs::StateFile::Request& request, haptic_msgs::StateFile::Response& response);
   bool onRestore(haptic_msgs::StateFile::Request& request, haptic_msgs::StateFile::Response& response);
   bool onGrab(haptic_msgs::Grab::Request& request, haptic_msgs::Grab::Response& response);

@@ -9,6 +9,7 @@
 #include "haptic_core/analysis/certificate.h"
 #include "haptic_core/world/world.h"
 #include "penalty_sim/conversions.h"
+#include "scene/resource_path.h"
 
 namespace haptic {
 namespace {
@@ -105,6 +106,7 @@ void WorldTopics::publishPlan(const SceneDef& scene) {
     if (!fixed_[i]) m->links.push_back(links_[i]);
   }
   for (int i = 0; i < port_.world.pointerCount(); ++i) m->pointers.push_back(links_[port_.world.pointerLink(i)]);
+  m->known_scenes = knownScenes();
   m->warnings = scene.warnings;
   m->text = sceneText(scene) + port_.world.planText();
   plan_message_ = *m;

@@ -2,9 +2,11 @@
 #include <cstdio>
 #include <exception>
 
+#include "haptic_core/base/program_version.h"
 #include "haptic_core/spidar/device_check.h"
 
 int main(int argc, char** argv) {
+  if (haptic::toldVersion(argc, argv, "device_check")) return 0;
   if (argc != 2) {
     std::fputs("usage: device_check FILE\nexit code: 0 nothing wrong, 1 problems found, 2 refused\n", stderr);
     return 2;

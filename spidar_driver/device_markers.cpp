@@ -12,8 +12,9 @@ namespace {
 using visualization_msgs::Marker;
 
 constexpr double kLineWidth = 0.0015;       // of the frame and the strings [m]
-constexpr double kMetresPerNewton = 0.01;   // length of a force's arrow: 10 N are as long as the frame's half
+constexpr double kMetresPerNewton = 0.015;  // length of a force's arrow, as in the scene: 10 N reach out of the frame
 constexpr double kLeastForce = 0.05;        // an arrow shorter than its head's width is a blot [N]
+constexpr double kLabelAbove = 0.055;       // the frame [m]: as the views show it, its far corner is below that
 constexpr double kLabelRow = 0.02;          // twice the text's height [m]
 constexpr double kFullColourTension = 5;    // a string this tense is drawn red [N]; the usual range of a hand
 
@@ -125,15 +126,18 @@ void DeviceMarkers::addForces(visualization_msgs::MarkerArray& array, const Devi
   Marker text = marker("text", Marker::TEXT_VIEW_FACING, stamp);
   char line[128];
   const Wrench &given = record.F_achieved_B, &asked = record.F_asked_B;
-  std::snprintf(line, sizeof(line), "%s %s  %.2f N %.1f mNm,  asked %.2f N %.1f mNm", name_.c_str(),
-                toString(record.state), given.force.norm(), 1e3 * given.torque.norm(), asked.force.norm(), 1e3 * asked.torque.norm());
+  std::snprintf(line, sizeof(line), "%s %s   %.2f N of %.2f N asked,  %.1f mNm of %.1f mNm", name_.c_str(),
+                toString(record.state), given.force.norm(), asked.force.norm(), 1e3 * given.torque.norm(), 1e3 * asked.torque.norm());
   text.text = line;
   // Above the frame, where it covers nothing.
   double top = 0;
   for (const StringDef& s : def_.strings) top = std::max(top, s.p_BE.z());
-  text.pose.position = toPoint(Vector3(0, 0, top + 0.035 + kLabelRow * label_row_));
+  text.pose.position = toPoint(Vector3(0, 0, top + kLabelAbove + kLabelRow * label_row_));
   text.scale.z = 0.01;
   text.color = colour(1, 1, 1);
+  array.markers.push_back(text);
+  text.ns = "text_on_light";
+  text.color = colour(0.1, 0.1, 0.15);
   array.markers.push_back(text);
 }
 

@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// Topic `markers`, in the base's frame. Namespaces: frame, strings, grip, force, force_asked, text.
+/// Topic `markers`, in the base's frame. Namespaces: frame, strings, grip, force, force_asked, text, text_on_light.
 class DeviceMarkers {
  public:
   /// The text begins with `name` and stands `label_row` rows higher than above the frame.

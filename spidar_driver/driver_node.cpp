@@ -4,7 +4,10 @@
 
 #include <cstdlib>
 
+#include "haptic_core/base/program_version.h"
+
 int main(int argc, char** argv) {
+  if (haptic::toldVersion(argc, argv, "spidar_driver_node")) return 0;
   // Loopback, unless the user has chosen a network; launch files say the same for nodelet managers.
   if (!std::getenv("ROS_HOSTNAME")) ::setenv("ROS_IP", "127.0.0.1", 0);
   ros::init(argc, argv, "driver");

@@ -113,9 +113,9 @@ class Watch:
             elif marker.ns == "frame" and marker.points and marker.type == marker.LINE_LIST:
                 self.frames[marker.header.frame_id] = marker
             elif marker.ns == "text":
-                known = self.texts.setdefault(marker.header.frame_id, marker)
+                known = self.texts.setdefault((marker.header.frame_id, marker.id), marker)
                 if marker.pose.position.z < known.pose.position.z:  # it stays below the lowest body
-                    self.texts[marker.header.frame_id] = marker
+                    self.texts[marker.header.frame_id, marker.id] = marker
 
     def meet(self, message):
         for hand in message.hands:
@@ -227,12 +227,13 @@ def camera(watch):
 
 def write_config(path, devices, yaw, focus, distance):
     """The demo's own view, without panels, from that camera."""
-    with open(os.path.join(ROOT, "launch", "rviz", "demo.rviz" if devices == ["spidar"] else "two_hands.rviz")) as file:
+    with open(os.path.join(ROOT, "launch", "rviz", "demo_dark.rviz" if devices == ["spidar"] else "two_hands_dark.rviz")) as file:
         config = yaml.safe_load(file)
     view = config["Visualization Manager"]["Views"]["Current"]
     view.update({"Distance": float(distance), "Yaw": yaw, "Pitch": PITCH,
                  "Focal Point": dict(zip("XYZ", map(float, focus)))})
-    config["Window Geometry"] = {"Displays": {"collapsed": True}, "Hide Left Dock": True, "Hide Right Dock": True,
+    config["Panels"] = []
+    config["Window Geometry"] = {"Hide Left Dock": True, "Hide Right Dock": True,
                                  "Width": WIDTH, "Height": HEIGHT, "X": 0, "Y": 0}
     with open(path, "w") as file:
         yaml.safe_dump(config, file)

@@ -1,23 +1,24 @@
 #!/bin/sh
-#: demo [--scene S] [--device D] [--rate HZ] [--seconds N] [--rviz] [--record BAG]
+#: demo [--scene S] [--device D] [--rate HZ] [--seconds N] [--rviz] [--light] [--record BAG]
 #:      [--hardware | --port P | --emulate] [--default-density KG_PER_M3]
 #:                   close the loop between a device (a simulated one by default) and a scene; ends after
 #:                   N seconds (10 unless --rviz), with figures; --hardware and --port take the real device,
-#:                   --emulate its motor boards on a pseudo-terminal (--device uart: those of SPIDAR-G6X5R)
+#:                   --light is --rviz on a light ground; --emulate its motor boards on a pseudo-terminal (--device uart: those of SPIDAR-G6X5R)
 . "$(dirname "$0")/parts/start.sh"
 TARGETS='haptic_bridge penalty_sim spidar_driver motor_guard spidar_board_emulator haptic_msgs_generate_messages haptic_bridge_gencfg'
 
 read_options() {
-  scene=touch_cube device=spidar_g6x3r rate=1000 seconds='' rviz=false record='' density=0
+  scene=touch_cube device=spidar_g6x3r rate=1000 seconds='' rviz=false ground=dark record='' density=0
   wire=twin port='' emulate=false at_home=false
   while [ $# -gt 0 ]; do
     case $1 in
       --rviz) rviz=true && shift && continue ;;
+      --light) rviz=true ground=light && shift && continue ;;
       --hardware) wire=file && shift && continue ;;
       --emulate) emulate=true && shift && continue ;;
       --scene | --device | --rate | --seconds | --record | --port | --default-density)
         [ $# -ge 2 ] || fail "demo: $1 needs a value" ;;
-      *) fail "demo: unknown option '$1'; there are --scene --device --rate --seconds --rviz --record --hardware --port --emulate --default-density" ;;
+      *) fail "demo: unknown option '$1'; there are --scene --device --rate --seconds --rviz --light --record --hardware --port --emulate --default-density" ;;
     esac
     case $1 in
       --scene) scene=$2 ;;
@@ -80,6 +81,7 @@ read_options "$@"
 check_options
 # shellcheck disable=SC2046 # one word per section
 setup run $([ "$rviz" = false ] || echo view)
+[ "$rviz" = false ] || TARGETS="$TARGETS haptic_panel"
 build_stack "$TARGETS"
 use_build
 lines=$FIGURES/demo.lines log=$LOGS/demo.log
@@ -94,7 +96,7 @@ export ROS_MASTER_URI="http://127.0.0.1:$master"
 with_progress demo "$log" roslaunch -p "$master" --disable-title --skip-log-check --no-summary \
   --sigint-timeout=5 --sigterm-timeout=1 haptic_bringup "$(launch_file_for "$scene_file")" scene:="$scene_file" \
   device:="$device_file" transport:="$wire" port:="$port" at_home:="$at_home" rate:="$rate" seconds:="${seconds:-0}" \
-  rviz:="$rviz" record:="$record" figures:="$lines" default_density:="$density"
+  rviz:="$rviz" ground:="$ground" record:="$record" figures:="$lines" default_density:="$density"
 code=$?
 if [ "$code" != 0 ] || ! [ -s "$lines" ]; then
   reason=$(sed -n 's/\x1b\[[0-9;]*m//g; s/^\[ *FATAL\] *\(\[[^]]*\]\)*:* *//p' "$log" | head -n 1)

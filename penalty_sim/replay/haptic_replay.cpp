@@ -11,7 +11,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/loop/realtime.h"
 #include "replay/replay_run.h"
-#include "scene/program_version.h"
+#include "haptic_core/base/program_version.h"
 
 namespace haptic {
 namespace {

@@ -49,6 +49,9 @@ fs::path packageBelow(const fs::path& entry, const std::string& name) {
   return {};
 }
 
+/// Where Debian packages put ROS packages: found without ROS_PACKAGE_PATH, as rospack finds them.
+const fs::path kSystemPackages = "/usr/share";
+
 std::string resolvePackage(const std::string& name, const std::string& rest, const fs::path& from_file) {
   for (const fs::path& entry : packagePath()) {
     const fs::path package = packageBelow(entry, name);
@@ -63,7 +66,7 @@ std::string resolvePackage(const std::string& name, const std::string& rest, con
     }
     if (folder == folder.root_path()) break;
   }
-  return {};
+  return isFile(kSystemPackages / name / rest) ? (kSystemPackages / name / rest).string() : std::string();
 }
 
 const std::vector<std::string> kEndings = {".urdf", ".yaml", ".yml", ".xml"};
@@ -79,6 +82,7 @@ std::vector<fs::path> sceneFolders(const std::vector<std::string>& given) {
     folders.push_back(folder / "urdf" / "scenes");
     if (folder == folder.root_path()) break;
   }
+  folders.push_back(kSystemPackages / "haptic_description" / "scenes");
   return folders;
 }
 
@@ -100,6 +104,18 @@ std::string resolveResource(const std::string& uri, const std::string& from_file
   return isFile(path) ? path.lexically_normal().string() : std::string();
 }
 
+std::vector<std::string> knownScenes(const std::vector<std::string>& folders) {
+  std::set<std::string> known;
+  std::error_code code;
+  for (const fs::path& folder : sceneFolders(folders)) {
+    for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
+      const std::string extension = entry->path().extension().string();
+      if (extension == ".urdf" || extension == ".yaml") known.insert(entry->path().stem().string());
+    }
+  }
+  return {known.begin(), known.end()};
+}
+
 std::string findScene(const std::string& file_or_name, const std::vector<std::string>& folders) {
   if (file_or_name.empty())
     throw SetupError("scene", "no name given", "name a file or a scene, e.g. touch_cube");
@@ -112,20 +128,15 @@ std::string findScene(const std::string& file_or_name, const std::vector<std::st
   if (asked.has_parent_path() || asked.has_extension()) {
     throw SetupError(file_or_name, "file not found", "check the path");
   }
-  std::set<std::string> known;
   for (const fs::path& folder : sceneFolders(folders)) {
     for (const std::string& ending : kEndings) {
       if (isFile(folder / (file_or_name + ending))) {
         return fs::absolute(folder / (file_or_name + ending), code).lexically_normal().string();
       }
     }
-    for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
-      const std::string extension = entry->path().extension().string();
-      if (extension == ".urdf" || extension == ".yaml") known.insert(entry->path().stem().string());
-    }
   }
   std::string list;
-  for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
+  for (const std::string& name : knownScenes(folders)) list += (list.empty() ? "" : ", ") + name;
   throw SetupError("scene '" + file_or_name + "'", "is neither a file nor a known scene",
                    list.empty() ? "no scene folder was found; give a path" : "known: " + list);
 }

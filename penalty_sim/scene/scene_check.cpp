@@ -10,7 +10,7 @@
 #include "haptic_core/analysis/hand_certificate.h"
 #include "haptic_core/analysis/certificate.h"
 #include "haptic_core/world/world.h"
-#include "scene/program_version.h"
+#include "haptic_core/base/program_version.h"
 #include "scene/scene_file.h"
 
 namespace {

@@ -7,7 +7,7 @@
 #include <iostream>
 
 #include "haptic_core/base/error.h"
-#include "scene/program_version.h"
+#include "haptic_core/base/program_version.h"
 #include "session/session_table.h"
 
 namespace haptic {
@@ -64,7 +64,8 @@ constexpr const char* kCommandNames[] = {"restore the world",
                                          "pause",
                                          "clutch",
                                          "grab",
-                                         "drive a joint"};
+                                         "drive a joint",
+                                         "one step"};
 static_assert(std::size(kCommandNames) == std::variant_size_v<LoopCommand::Kind>);
 
 void writeInfo(const std::string& path, const RecordedSession& session, const ReplayRun& run,

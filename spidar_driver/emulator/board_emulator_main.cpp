@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/program_version.h"
 #include "spidar_driver/emulator/fault_script.h"
 #include "spidar_driver/transport/serial_port.h"
 
@@ -218,6 +219,7 @@ int run(int argc, char** argv) {
 }  // namespace haptic
 
 int main(int argc, char** argv) {
+  if (haptic::toldVersion(argc, argv, "spidar_board_emulator")) return 0;
   try {
     return haptic::run(argc, argv);
   } catch (const std::exception& error) {

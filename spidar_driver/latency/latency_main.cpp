@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/program_version.h"
 #include "spidar_driver/emulator/pty_line.h"
 #include "spidar_driver/emulator/twin_plant.h"
 #include "spidar_driver/latency/tick_timing.h"
@@ -181,6 +182,7 @@ int run(int argc, char** argv) {
 }  // namespace haptic
 
 int main(int argc, char** argv) {
+  if (haptic::toldVersion(argc, argv, "spidar_latency")) return 0;
   try {
     return haptic::run(argc, argv);
   } catch (const std::exception& error) {

@@ -10,6 +10,7 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstring>
 
 #include "spidar_driver/transport/guard_memory.h"
 
@@ -96,7 +97,11 @@ void becomePrompt() {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  if (argc == 2 && std::strcmp(argv[1], "--version") == 0) {
+    std::puts("motor_guard, haptic_core " MOTOR_GUARD_VERSION ", alone");
+    return 0;
+  }
   void* memory = ::mmap(nullptr, sizeof(GuardMemory), PROT_READ | PROT_WRITE, MAP_SHARED, kGuardMemory, 0);
   if (memory == MAP_FAILED) {
     std::fprintf(stderr,

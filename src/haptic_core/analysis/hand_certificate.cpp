@@ -17,6 +17,7 @@ namespace haptic {
 namespace {
 
 constexpr int kMostSides = 32;  ///< of a shape's faces; a ball's are alike
+constexpr double kSoughtFoundations = 100;  ///< nobody makes a scene stiffer than that by a slider
 constexpr int kHalvings = 50;   ///< of an interval: to rounding
 
 /// One side of a shape against a flat wall that is larger than it.
@@ -98,7 +99,7 @@ class Press {
 
   /// The k [N/m³] below `k` at which K is `bound`; 0: none.
   double foundationFor(double bound, double k) {
-    double low = 1e-6 * k, high = k;
+    double low = 1e-8 * k, high = k;
     if (stiffness(low) > bound) return 0;
     for (int i = 0; i < kHalvings; ++i) {
       const double middle = std::sqrt(low * high);
@@ -139,7 +140,7 @@ HandCertificate certifyHand(const WorldDef& def, int pointer, const HandMapping&
   c.foundation = partner.foundation;
   Press pressing(*model.shapes[partner.own].shape, mapping, couplingStiffness(hand, model.links[link], period), press);
   c.stiffness = pressing.stiffness(c.foundation);
-  c.bearable = c.holds() ? c.foundation : pressing.foundationFor(c.held, c.foundation);
+  c.bearable = pressing.foundationFor(c.held, kSoughtFoundations * c.foundation);
   return c;
 }
 

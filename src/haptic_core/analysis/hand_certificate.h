@@ -24,7 +24,7 @@ struct HandCertificate {
   double stiffness = 0;          ///< K at the grip, of its stiffest side on a flat wall [N/m]
   double alone = 0;              ///< bound on K for the device, nobody holding it [N/m]
   double held = 0;               ///< and with a relaxed hand [N/m]
-  double bearable = 0;           ///< k [N/m³] that brings K down to `held`
+  double bearable = 0;           ///< largest k [N/m³] with K ≤ `held`, up to 100 foundations; 0: none
   double rate = 0;               ///< [Hz]
 
   bool holds() const { return against.empty() || stiffness <= held; }

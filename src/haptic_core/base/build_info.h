@@ -4,7 +4,7 @@
 
 namespace haptic {
 
-std::string programVersion();  ///< "haptic_core 0.1.0"
+std::string programVersion();  ///< "haptic_core 0.2.0"
 std::string buildFlags();      ///< compiler, its version, instruction set, optimisation
 
 }  // namespace haptic

@@ -59,6 +59,7 @@ void apply(const LoopCommand& command, World& world) {
     world.grab(grab->pointer, grab->link);
   }
   if (const auto* drive = std::get_if<DriveJoint>(&command.kind)) world.setJointCommand(drive->joint, drive->command);
+  if (command.is<StepWorld>()) world.step();
 }
 
 std::vector<double> numbersOf(const LoopCommand& command) {

@@ -98,11 +98,16 @@ struct DriveJoint {
     visit(s.joint), visit(s.command);
   }
 };
+/// One step of a paused world, done at once: the devices stay at minimum tension, the pointers where they are.
+struct StepWorld {
+  template <class Self, class Visit>
+  static void eachField(Self&, Visit&&) {}
+};
 
 struct LoopCommand {
   /// Recordings number the kinds in this order (haptic_msgs/LoopEvent): new ones go to the end.
   using Kind = std::variant<RestoreWorld, TuneWorld, RestoreDevice, ChangeHand, DropHand, AskDevice, PauseWorld, HoldClutch,
-                            GrabLink, DriveJoint>;
+                            GrabLink, DriveJoint, StepWorld>;
   Kind kind;
   int hand = 0;  ///< which; 0 for the world
 

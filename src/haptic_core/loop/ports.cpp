@@ -158,6 +158,7 @@ WorldPort::WorldPort(World& world_in, std::string scene_name, std::vector<HandPl
 }
 
 void WorldPort::take(const LoopCommand& command) {
+  if (command.is<StepWorld>() && !paused_) throw SetupError("step", "the world is not paused", "pause it first");
   if (loop_) {
     loop_(command);
   } else {

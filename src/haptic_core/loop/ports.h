@@ -121,6 +121,7 @@ class WorldPort : public Port {
   const std::string scene;
   const std::vector<HandPlacement> hands;
   SceneSource source;                        ///< set by the owner before it offers the port
+  std::shared_ptr<const WorldDef> definition;  ///< likewise: for who judges the scene; empty: not known
   std::atomic<bool> wants_snapshot{false};   ///< set by the owner when somebody looks; cleared by the runner
   LatestValue<WorldSnapshot> snapshot;       ///< runner → owner
   std::atomic<bool> wants_copy{false};       ///< as `wants_snapshot`, for `copy`

@@ -181,6 +181,14 @@ TEST(Ports, AWorldTakesCommandsItselfUntilALoopRunsIt) {
   const std::vector<double> start = world.save();
   for (int i = 0; i < 10; ++i) world.step();
   ASSERT_NE(world.save(), start);
+  const std::vector<double> end = world.save();
+  EXPECT_THROW(port.take({StepWorld{}}), SetupError) << "a world that runs is not stepped by hand";
+  EXPECT_EQ(world.save(), end);
+  port.take({PauseWorld{true}});
+  port.take({RestoreWorld{start}});
+  for (int i = 0; i < 10; ++i) port.take({StepWorld{}});
+  EXPECT_EQ(world.save(), end) << "step by step the same";
+  port.take({PauseWorld{false}});
   port.take({RestoreWorld{start}});
   EXPECT_EQ(world.save(), start);
   EXPECT_THROW(port.take({GrabLink{3, 0}}), SetupError);

@@ -140,6 +140,8 @@ Recording record() {
   live.run(50, 3);
   live.tell({PauseWorld{true}});
   live.run(30);
+  live.tell({StepWorld{}});
+  live.run(10);
   live.tell({PauseWorld{false}});
   live.run(200);
   WorldTuning tuning = live.world.tuning();

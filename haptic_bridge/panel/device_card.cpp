@@ -1,0 +1,113 @@
+#include "haptic_bridge/panel/device_card.h"
+
+#include <haptic_msgs/Clutch.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <QGridLayout>
+#include <QPushButton>
+#include <QVBoxLayout>
+
+namespace haptic {
+namespace {
+
+constexpr double kSilence = 3;  // DeviceState comes at 1 Hz: this long without it, the state is not known [s]
+
+const struct {
+  const char *word, *colour;
+} kStates[] = {{"UNCALIBRATED", "#b26a00"}, {"READY", "#1565c0"}, {"FORCE ON", "#2e7d32"},
+               {"REDUCED", "#b26a00"}, {"FAULT", "#c62828"}, {"DISCONNECTED", "#616161"}};
+
+}  // namespace
+
+DeviceCard::DeviceCard(const std::string& name, ServiceCalls& calls, QWidget* parent)
+    : QGroupBox(QString::fromStdString(name), parent), name_(name), calls_(calls), state_(new QLabel(this)), advice_(new QLabel(this)) {
+  setObjectName(QString::fromStdString("device_" + name));
+  state_->setObjectName("state");
+  state_->setAlignment(Qt::AlignCenter);
+  advice_->setObjectName("advice");
+  advice_->setWordWrap(true);
+  advice_->setMinimumHeight(2 * advice_->fontMetrics().height());  // two lines: the card does not jump with its text
+  advice_->setAlignment(Qt::AlignTop | Qt::AlignLeft);
+  auto* column = new QVBoxLayout(this);
+  column->setContentsMargins(4, 4, 4, 4);
+  column->setSpacing(3);
+  column->addWidget(state_);
+  column->addWidget(advice_);
+  addButtons();
+  showState("UNKNOWN", "#616161", "waits for the device's first word");
+  heard_ = ros::WallTime::now();
+  subscriber_ = nh_.subscribe<haptic_msgs::DeviceState>(
+      "/" + name + "/state", 10, [this](const haptic_msgs::DeviceState::ConstPtr& m) { show(*m); });
+}
+
+void DeviceCard::addButtons() {
+  auto* grid = new QGridLayout;
+  grid->setSpacing(3);
+  const std::string driver = "/" + name_ + "/driver/";
+  addButton(*grid, 0, 0, "Enable", "Force on, where it can come on at once", [this, driver] {
+    std_srvs::SetBool on;
+    on.request.data = true;
+    calls_.ask(name_ + ": enable", driver + "enable_force", on);
+  });
+  addButton(*grid, 0, 1, "Calibrate", "The grip is held at home now: its pose is taken from there", [this, driver] {
+    calls_.ask(name_ + ": calibrate", driver + "calibrate", std_srvs::Trigger());
+  });
+  addButton(*grid, 0, 2, "Recover", "Leaves a fault; the force stays off", [this, driver] {
+    calls_.ask(name_ + ": recover", driver + "recover", std_srvs::Trigger());
+  });
+  const auto clutch = [this](bool hold) {
+    haptic_msgs::Clutch request;
+    request.request.device = name_;
+    request.request.hold = hold;
+    calls_.ask(name_ + (hold ? ": clutch" : ": follow"), "/bridge/clutch", request);
+  };
+  addButton(*grid, 1, 0, "Clutch", "The pointer stands while the grip moves on", [clutch] { clutch(true); });
+  addButton(*grid, 1, 1, "Follow", "The pointer follows the grip again", [clutch] { clutch(false); });
+  addButton(*grid, 1, 2, "Force off", "Of this device alone", [this] { stop(); });
+  static_cast<QVBoxLayout*>(layout())->addLayout(grid);
+}
+
+void DeviceCard::addButton(QGridLayout& grid, int row, int column, const char* text, const char* help,
+                           std::function<void()> press) {
+  auto* button = new QPushButton(text, this);
+  button->setObjectName(text);
+  button->setToolTip(help);
+  button->setMinimumWidth(0);
+  connect(button, &QPushButton::clicked, this, [press] { press(); });
+  grid.addWidget(button, row, column);
+}
+
+void DeviceCard::stop() {
+  std_srvs::SetBool off;
+  off.request.data = false;
+  const std::string service = "/" + name_ + "/driver/enable_force";
+  calls_.call<std_srvs::SetBool>(
+      service, off,
+      [this](bool reached, const std_srvs::SetBool::Response& response) {
+        if (reached && response.success) return calls_.tell(name_ + ": force off. " + response.message, true);
+        calls_.tell("STOP DID NOT REACH " + name_ + ": cut the power of its motors. " + response.message, false);
+      },
+      ServiceCalls::Lane::kStop);
+}
+
+void DeviceCard::show(const haptic_msgs::DeviceState& state) {
+  heard_ = ros::WallTime::now();
+  const bool known = state.state < sizeof kStates / sizeof kStates[0];
+  showState(known ? kStates[state.state].word : "UNKNOWN", known ? kStates[state.state].colour : "#616161", state.message);
+}
+
+void DeviceCard::showState(const std::string& word, const std::string& colour, const std::string& advice) {
+  state_->setText(QString::fromStdString(word));
+  state_->setStyleSheet(QString::fromStdString("color: white; font-weight: bold; padding: 4px; background: " + colour));
+  advice_->setText(QString::fromStdString(advice));
+  advice_->setToolTip(advice_->text());
+}
+
+void DeviceCard::age() {
+  if ((ros::WallTime::now() - heard_).toSec() < kSilence) return;
+  showState("NO NEWS", "#616161",
+            "nothing heard for 3 s: the driver has ended, or the network does not bring its topics (is ROS_IP set on both machines?)");
+}
+
+}  // namespace haptic

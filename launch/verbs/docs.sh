@@ -1,0 +1,24 @@
+#!/bin/sh
+#: docs              the documentation as a site, with search, below build/docs/html: README, concepts, tutorials, messages, Python and
+#:                   C++; ends with how many symbols have no word (docs.undocumented) and how many links lead nowhere
+. "$(dirname "$0")/parts/start.sh"
+[ $# = 0 ] || fail "docs takes no arguments"
+setup run python docs
+build_stack haptic_python
+use_build
+kept=$LOGS/docs.figures site=$ROOT/launch/doc/site
+rm -rf "$BUILD/docs" && mkdir -p "$BUILD/docs" "$LOGS"
+python3 -B "$site/collect.py" "$BUILD/docs/pages" >"$kept" || fail "docs: the pages of messages and Python could not be made; see $kept"
+with_progress_or_log docs "$LOGS/docs.log" doxygen "$site/Doxyfile"
+python3 -B "$site/links.py" --complete "$BUILD/docs/html"
+python3 -B "$site/links.py" "$BUILD/docs/html" >>"$kept"
+code=$?
+grep '^dead link' "$kept"
+cpp=$(grep -c ' is not documented' "$BUILD/docs/warnings.log")
+others=$(awk '$2 ~ /^docs.undocumented_/ { sum += $3 } END { print sum + 0 }' "$kept")
+echo "figure docs.undocumented_cpp $cpp 1
+figure docs.undocumented $((cpp + others)) 1" >>"$kept"
+rm -f "$FIGURES/docs.csv"
+keep_figures docs "$kept" ''
+echo "docs: $BUILD/docs/html/index.html; what has no word: $BUILD/docs/warnings.log"
+exit "$code"
