@@ -163,6 +163,16 @@ double median(std::vector<double> values) {
   return quantile(values, 0.5);
 }
 
+/// What reading the clock adds to a step [s]: a call to the system, as long as a step of one cube.
+double clockCost() {
+  std::vector<double> costs(101);
+  for (double& cost : costs) {
+    const double before = cpuSeconds();
+    cost = cpuSeconds() - before;
+  }
+  return median(std::move(costs));
+}
+
 /// Times of the steps of one repetition.
 struct StepTimes {
   double sum = 0, p50 = 0, p99 = 0, p999 = 0, most = 0;  ///< [s]
@@ -193,6 +203,7 @@ class Runner {
     out.setup_s = cpuSeconds() - start;
     const Sample first = sampleOf(*simulator, 0, inertia, def.settings.gravity);
     LedgerWatch ledger;
+    const double clock = clockCost();
     std::vector<double> times;
     times.reserve(static_cast<std::size_t>(per_sample_) * scene_.samples);
     for (int s = 1; s <= scene_.samples && out.status == "ok"; ++s) {
@@ -200,7 +211,7 @@ class Runner {
         const long allocated = bench::allocationCount();
         const double before = cpuSeconds();
         simulator->step();
-        times.push_back(cpuSeconds() - before);
+        times.push_back(std::max(0.0, cpuSeconds() - before - clock));
         out.allocations += bench::allocationCount() - allocated;
         if (const World* world = simulator->world()) look(*world, ledger, out);
         ++out.steps;
@@ -212,20 +223,28 @@ class Runner {
     return StepTimes(std::move(times));
   }
 
-  /// The same run again without anything else: the time of each step.
-  StepTimes timeAll() {
+  /// The same run again without anything else, the time of each step read.
+  StepTimes timeSteps() {
+    WorldDef def;
+    const auto simulator = make(scene_, method_, h_, def);
+    std::vector<double> times(static_cast<std::size_t>(per_sample_ * scene_.samples));
+    const double clock = clockCost();
+    for (double& time : times) {
+      const double before = cpuSeconds();
+      simulator->step();
+      time = std::max(0.0, cpuSeconds() - before - clock);
+    }
+    return StepTimes(std::move(times));
+  }
+
+  /// The same run again, read once: CPU time of all steps [s].
+  double timeAll() {
     WorldDef def;
     const auto simulator = make(scene_, method_, h_, def);
     const long steps = per_sample_ * scene_.samples;
-    std::vector<double> times(static_cast<std::size_t>(steps));
-    double before = cpuSeconds();
-    for (double& time : times) {
-      simulator->step();
-      const double now = cpuSeconds();
-      time = now - before;
-      before = now;
-    }
-    return StepTimes(std::move(times));
+    const double start = cpuSeconds();
+    for (long i = 0; i < steps; ++i) simulator->step();
+    return cpuSeconds() - start;
   }
 
  private:
@@ -282,25 +301,25 @@ class Runner {
   double h_;
 };
 
-/// Repeats the run with every step timed: five times while that takes less than `kPatience`, then until the budget. A run
-/// that is longer counts as it was sampled.
+/// Repeats the run: five times while that takes less than `kPatience`, then until the budget, each as a whole; three times
+/// for the times of its steps. A run that is longer counts as it was sampled.
 void timeRun(Runner& runner, const StepTimes& first, double budget_s, RunResult& out) {
-  constexpr std::size_t kMost = 9, kLeast = 5;
+  constexpr std::size_t kMost = 9, kLeast = 5, kStepRuns = 3;
   constexpr double kPatience = 4;  // [s] of CPU time
   const double patience = std::min(kPatience, 20 * budget_s);
-  std::vector<StepTimes> runs;
+  std::vector<StepTimes> steps = {first};
   double used = first.sum;
-  while (runs.size() < kMost && used + first.sum < (runs.size() < kLeast ? patience : budget_s)) {
-    runs.push_back(runner.timeAll());
-    used += runs.back().sum;
+  while (out.cpu_s.size() < kMost && used + first.sum < (out.cpu_s.size() < kLeast ? patience : budget_s)) {
+    out.cpu_s.push_back(runner.timeAll());
+    used += out.cpu_s.back();
+    if (steps.size() < kStepRuns) steps.push_back(runner.timeSteps());
   }
-  if (runs.empty()) runs.push_back(first);
-  const auto middle = [&runs](double StepTimes::*member) {
+  if (out.cpu_s.empty()) out.cpu_s.push_back(first.sum);
+  const auto middle = [&steps](double StepTimes::*member) {
     std::vector<double> values;
-    for (const StepTimes& t : runs) values.push_back(t.*member);
+    for (const StepTimes& t : steps) values.push_back(t.*member);
     return median(std::move(values));
   };
-  for (const StepTimes& t : runs) out.cpu_s.push_back(t.sum);
   out.step_p50 = middle(&StepTimes::p50);
   out.step_p99 = middle(&StepTimes::p99);
   out.step_p999 = middle(&StepTimes::p999);
