@@ -1,6 +1,7 @@
 // MuJoCo 2.2: the model is written as MJCF.
 #include <mujoco/mujoco.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <sstream>
@@ -127,9 +128,10 @@ std::string modelText(const WorldDef& def, const std::vector<PeerBody>& bodies, 
   }
   std::ostringstream model;
   model.precision(17);
-  const int rows = bodies.size() > 60 ? 6000 : 3000;  // four a contact; what does not fit is dropped by MuJoCo
-  model << "<mujoco><compiler inertiafromgeom='false' balanceinertia='false'/><size njmax='" << rows << "' nconmax='"
-        << rows / 4 << "'/>" << "<option timestep='" << settings.step << "' gravity='" << text(def.settings.gravity) << "' "
+  // Contacts of boxes have up to eight points, bodies in heaps half a dozen contacts; what does not fit is dropped by MuJoCo.
+  const int contacts = std::min<int>(1500, 50 + 20 * static_cast<int>(bodies.size()));
+  model << "<mujoco><compiler inertiafromgeom='false' balanceinertia='false'/><size njmax='" << 4 * contacts
+        << "' nconmax='" << contacts << "'/>" << "<option timestep='" << settings.step << "' gravity='" << text(def.settings.gravity) << "' "
         << optionText(settings) << "<asset>" << assets.str() << "</asset><worldbody>" << tree.str()
         << "</worldbody></mujoco>";
   return model.str();

@@ -70,7 +70,7 @@ def for_page(svg, name):
     svg = re.sub(r'<metadata>.*?</metadata>', '', svg, flags=re.S)
     svg = re.sub(r'width="[\d.]+pt" height="[\d.]+pt"', 'role="img"', svg, count=1)
     svg = svg.replace(INK, 'currentColor').replace(FAINT, 'var(--faint)')
-    svg = re.sub(r'(\d+\.\d)\d+', r'\1', svg)  # tenths of a point are enough
+    svg = re.sub(r'(?<![>\d.])(\d+\.\d)\d+', r'\1', svg)  # tenths of a point are enough; labels keep their digits
     svg = re.sub(r'>\s+<', '><', svg)
     return f'<figure id="{name}">{svg}</figure>'
 
