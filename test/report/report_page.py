@@ -169,8 +169,8 @@ def failure_section(results):
             steps = ', '.join(sorted({f'{1e3 * run.case.step:.3g}' for run in failed}, key=float))
             rows.append([scene, method, Cell(f'{len(failed)} of {all_runs}', len(failed)), steps, f'{failed[0].status}: {failed[0].reason}'])
     return ('<p>A run fails when a body is farther from the reference than the scene\'s bound, when its ledger gained more than '
-            f'{100 * LEDGER_BOUND:g} % of the largest energy exchanged, when a step did not converge, or when it broke off. It reaches no '
-            'cell.</p>' + details(f'{sum(len(r.failed()) for r in results)} failed runs by scene and method',
+            f'{100 * LEDGER_BOUND:g} % of the largest energy exchanged (at least what lifts the bodies by a millionth of the scene\'s size), '
+            'when a step did not converge, or when it broke off. It reaches no cell.</p>' + details(f'{sum(len(r.failed()) for r in results)} failed runs by scene and method',
                                   table(['scene', 'method', 'failed', 'at steps [ms]', 'the first of them'], rows)))
 
 

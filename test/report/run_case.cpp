@@ -137,8 +137,12 @@ bool isLost(const BodyState& b) {
   return !(b.X_WL.p.norm() < kFar && b.V_WL.linear.norm() < kFar && b.V_WL.angular.allFinite());
 }
 
-/// What the ledger gained without a source.
+/// Share of a scene's size: lifting its bodies by that much is the least energy that a gain is compared with.
+constexpr double kLeastLift = 1e-6;
+
+/// What the ledger gained without a source. `least`: what counts as exchanged at least, for at rest nothing is but rounding.
 struct LedgerWatch {
+  explicit LedgerWatch(double least) : exchanged(least) {}
   EnergyLedger first;
   double gained = 0, exchanged = 0;
   bool begun = false;
@@ -202,7 +206,9 @@ class Runner {
     const auto inertia = inertias(scene_, def);
     out.setup_s = cpuSeconds() - start;
     const Sample first = sampleOf(*simulator, 0, inertia, def.settings.gravity);
-    LedgerWatch ledger;
+    double weight = 0;
+    for (const LinkInertia& body : inertia) weight += body.mass * def.settings.gravity.norm();
+    LedgerWatch ledger(kLeastLift * weight * scene_.size);
     const double clock = clockCost();
     std::vector<double> times;
     times.reserve(static_cast<std::size_t>(per_sample_) * scene_.samples);
