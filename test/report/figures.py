@@ -64,6 +64,14 @@ def save(figure, folder, name):
     return for_page(svg, name)
 
 
+def _style_once(match):
+    """A group of marks of one style, with the style on the group."""
+    styles = set(re.findall(r' style="([^"]*)"', match.group(2)))
+    if len(styles) != 1:
+        return match.group(0)
+    return f'<g{match.group(1)} style="{styles.pop()}">' + re.sub(r' style="[^"]*"', '', match.group(2)) + '</g>'
+
+
 def for_page(svg, name):
     """The <svg> element alone, with the page's colours, fluid in width."""
     svg = svg[svg.index('<svg'):]
@@ -72,6 +80,11 @@ def for_page(svg, name):
     svg = svg.replace(INK, 'currentColor').replace(FAINT, 'var(--faint)')
     svg = re.sub(r'(?<![>\d.])(\d+\.\d)\d+', r'\1', svg)  # tenths of a point are enough; labels keep their digits
     svg = re.sub(r'>\s+<', '><', svg)
+    # What the page says once, or nobody needs: families of fonts, names of groups, turns by nothing, the same style per mark.
+    svg = re.sub(r"(font: [\d.]+px) '[^;\"]*", r'\1 sans-serif', svg)
+    svg = re.sub(r'<g id="\w+_\d+">', '<g>', svg)
+    svg = re.sub(r' transform="rotate\(-?0 [^)]*\)"', '', svg)
+    svg = re.sub(r'<g([^>]*)>((?:<use [^>]*/>)+)</g>', _style_once, svg)
     return f'<figure id="{name}">{svg}</figure>'
 
 
@@ -88,7 +101,7 @@ def _ticks(axis, low, high):
     else:
         axis.set_major_locator(ticker.LogLocator(numticks=9))
     axis.set_major_formatter(ticker.FuncFormatter(lambda x, _: f'{x:g}'))
-    axis.set_minor_formatter(ticker.NullFormatter())
+    axis.set_minor_locator(ticker.NullLocator())
 
 
 def label_ticks(axes):

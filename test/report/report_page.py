@@ -91,18 +91,14 @@ def _advice_table(result, metric):
     return table(['error', 'ours', 'of a core [%]', 'worst step [µs]', 'cheapest peer', 'of a core [%]', 'worst step [µs]'], rows)
 
 
-def _cell_rows(cells):
+def _cell_table(cells):
     rows = []
     for cell in cells:
-        verdict = pareto.verdict(cell)
         ours, theirs = (advice.named(run) if run else 'not reached' for run in (cell.our_run, cell.their_run))
-        ratio = cell.theirs / cell.ours if cell.our_run and cell.their_run else math.nan
-        kind = 'won' if verdict == 'won' else 'lost' if verdict == 'lost' else ''
-        rows.append([cell.scene, cell.metric, Cell(f'1e{cell.decade}', 10.0 ** cell.decade), ours,
-                     cell.ours if cell.our_run else math.nan, theirs, cell.theirs if cell.their_run else math.nan,
-                     Cell(verdict + (' (rounding)' if cell.rounding else ''), None, kind), ratio])
-    return table(['scene', 'metric', 'error', 'best of ours', 'CPU s per s', 'best peer', 'CPU s per s', 'cell', 'peer / ours'],
-                 rows) if rows else ''
+        rows.append([cell.metric, 10.0 ** cell.decade, ours, cell.ours if cell.our_run else math.nan, theirs,
+                     cell.theirs if cell.their_run else math.nan, pareto.verdict(cell) + (' (rounding)' if cell.rounding else ''),
+                     cell.theirs / cell.ours if cell.our_run and cell.their_run else math.nan])
+    return later_table(['metric', 'error', 'best of ours', 'CPU s per s', 'best peer', 'CPU s per s', 'cell', 'peer / ours'], rows, [])
 
 
 def scene_section(result, fixed, cells):
@@ -125,7 +121,7 @@ def scene_section(result, fixed, cells):
     body += details('Against the worst step', ''.join(pictures[1:2]))
     own = [cell for cell in cells if cell.scene == scene.name]
     if own:
-        body += details(f'Cells of the fixed list ({len(own)})', _cell_rows(own))
+        body += details(f'Cells of the fixed list ({len(own)})', _cell_table(own))
     main = result.order_metric
     tables = f'<h4>Observed order of the {main.replace("_", " ")} error</h4>' + _order_table(result)
     tables += '<h4>Convergence of the references</h4>' + _reference_table(result, metrics)

@@ -294,9 +294,14 @@ class WholeReport(unittest.TestCase):
         self.assertGreater(figures['report.failed_runs'], 0)
         self.assertEqual(figures['report.ok_runs_beyond_bound'], 0)
         blocks = re.findall(r'<div class="table later"><script type="application/json">(.*?)</script>', page, re.S)
-        self.assertEqual(sum(len(json.loads(block)['rows']) for block in blocks), figures['report.runs'])
-        self.assertEqual(figures['report.cells_all_won'] + figures['report.cells_all_lost'] +
-                         len(re.findall(r'<td[^>]*>level<', page)), figures['report.cells_contested'])
+        rows = {'method': [], 'metric': []}
+        for block in map(json.loads, blocks):
+            rows[block['heads'][0]] += block['rows']
+        self.assertEqual(len(rows['method']), figures['report.runs'])
+        verdicts = [row[6] for row in rows['metric']]
+        self.assertEqual([verdicts.count(each) for each in ('won', 'lost')],
+                         [figures['report.cells_all_won'], figures['report.cells_all_lost']])
+        self.assertEqual(verdicts.count('won') + verdicts.count('lost') + verdicts.count('level'), figures['report.cells_contested'])
 
     def test_the_terminal_and_the_page_end_with_the_same_advice(self):
         lines = [line for line in self.output.splitlines() if line.startswith('drop: ')]
