@@ -84,6 +84,7 @@ def for_page(svg, name):
     svg = re.sub(r"(font: [\d.]+px) '[^;\"]*", r'\1 sans-serif', svg)
     svg = re.sub(r'<g id="\w+_\d+">', '<g>', svg)
     svg = re.sub(r' transform="rotate\(-?0 [^)]*\)"', '', svg)
+    svg = svg.replace(' \n', '')
     svg = re.sub(r'<g([^>]*)>((?:<use [^>]*/>)+)</g>', _style_once, svg)
     return f'<figure id="{name}">{svg}</figure>'
 

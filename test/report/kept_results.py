@@ -59,6 +59,17 @@ def keep_cells(compared, folder):
                                      f'{theirs.step:.4g}' if theirs else ''])
 
 
+def keep_counts(compared, folder):
+    with open(os.path.join(folder, 'counts.csv'), 'w', newline='') as file:
+        writer = csv.writer(file, lineterminator='\n')
+        columns = ('cells', 'contested', 'won', 'level', 'lost', 'only ours', 'only theirs', 'rounding')
+        writer.writerow(['build', 'ours_of', *(name.replace(' ', '_') for name in columns)])
+        for build, by_name in compared.items():
+            for name, cells in by_name.items():
+                counts = pareto.counts(cells)
+                writer.writerow([build, name, *(counts[column] for column in columns)])
+
+
 def keep(output, folder, compared, wanted):
     """Copies what is worth keeping from a report's folder."""
     os.makedirs(folder, exist_ok=True)
@@ -66,6 +77,7 @@ def keep(output, folder, compared, wanted):
         os.remove(old)
     keep_runs(os.path.join(output, 'report.csv'), folder, wanted)
     keep_cells(compared, folder)
+    keep_counts(compared, folder)
     for picture in sorted(glob.glob(os.path.join(output, 'plots', '*.png'))):
         name = os.path.basename(picture)
         if name.endswith('-total.png') or name.startswith(('seed-', 'stability-')) or name == 'tilt-numerical.png':

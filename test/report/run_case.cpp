@@ -311,7 +311,7 @@ class Runner {
 /// for the times of its steps. A run that is longer counts as it was sampled.
 void timeRun(Runner& runner, const StepTimes& first, double budget_s, RunResult& out) {
   constexpr std::size_t kMost = 9, kLeast = 5, kStepRuns = 3;
-  constexpr double kPatience = 4;  // [s] of CPU time
+  constexpr double kPatience = 2;  // [s] of CPU time
   const double patience = std::min(kPatience, 20 * budget_s);
   std::vector<StepTimes> steps = {first};
   double used = first.sum;
