@@ -21,6 +21,7 @@ import page  # noqa: E402
 import pareto  # noqa: E402
 import programs  # noqa: E402
 import run_errors  # noqa: E402
+import report_plan  # noqa: E402
 from analysis import SceneResult  # noqa: E402
 from report_plan import Case, describe  # noqa: E402
 from task_pool import Kept, Task, run_tasks  # noqa: E402
@@ -198,6 +199,63 @@ class ExactSolutions(unittest.TestCase):
         self.assertAlmostEqual(float(energy.max() - energy.min()), 0, delta=1e-14)
         w, x, y, z = motion.pose[:, 0, 3:].T
         self.assertAlmostEqual(float(abs(1 - 2 * (x * x + y * y) - math.cos(0.2)).max()), 0, delta=1e-14)
+
+
+    def test_pulled_box_and_rolling_balls_obey_newton(self):
+        motion = self.exact('rolling')
+        t, mass, ball, radius, pull = motion.time[-1], 10.0, 1.0, 0.1, 150.0
+        v = motion.twist[-1][:, 3:]
+        along = run_errors.np.array([0.5, math.sqrt(0.75), 0])
+        box, balls = v[0] @ along / t, v[1:] @ along / t
+        friction = 0.4 * (mass + 25 * ball) * 9.81
+        self.assertAlmostEqual(mass * box + ball * float(balls.sum()) + friction, pull, delta=1e-10)
+        omega = motion.twist[-1][1:, :3]
+        slip = v[1:] + run_errors.np.cross(omega, [0, 0, -radius]) - v[0]
+        self.assertLess(float(abs(slip).max()), 1e-12)  # they roll
+        torque = 0.4 * ball * radius ** 2 * float(run_errors.np.linalg.norm(omega[0])) / t
+        self.assertAlmostEqual(torque, radius * ball * float(balls[0]), delta=1e-12)
+
+    def test_gazebo_box_keeps_energy_and_the_direction_of_its_angular_momentum(self):
+        motion = self.exact('boxes_complex')
+        self.assertAlmostEqual(motion.energy[0] / 368.5464125, 1, delta=2e-8)  # theirs, from an inertia of eight digits
+        self.assertAlmostEqual(float(abs(motion.energy / motion.energy[0] - 1).max()), 0, delta=1e-12)
+        spin = motion.angular_momentum - 10 * run_errors.np.cross(motion.pose[:, 0, :3], motion.twist[:, 0, 3:])
+        self.assertLess(float(abs(spin - spin[0]).max()), 1e-11)
+
+
+@unittest.skipUnless(PROGRAMS, 'needs the build folder of the programs')
+class Peers(unittest.TestCase):
+    def error(self, peer, scene, step):
+        def states(*words):
+            done = subprocess.run([programs.find(PROGRAMS, 'report_run'), scene, *words], capture_output=True, text=True, check=True)
+            return run_errors.parse_samples(done.stdout.splitlines())
+        return float(abs(states(peer, repr(step), '--budget', '0').pose[..., :3] - states('exact').pose[..., :3]).max())
+
+    def test_a_true_ball_rolls_the_better_the_shorter_the_step(self):
+        for peer in ('ode_exact', 'ode_quick100_firm', 'bullet10', 'bullet_dantzig', 'mujoco_firm'):
+            # First order: a tenth of the step leaves a tenth of the error; half of that is room for softness.
+            self.assertGreater(self.error(peer, 'roll', 1e-3), 5 * self.error(peer, 'roll', 1e-4), peer)
+
+    def test_every_setting_runs_where_a_cube_rests(self):
+        peers = report_plan.describe_peers(programs.find(PROGRAMS, 'report_run'))
+        self.assertGreaterEqual(len(peers), 9)
+        self.assertEqual({purpose for purpose in (peer['purpose'] for peer in peers)}, {'as it comes', 'accuracy', 'speed'})
+        for peer in peers:
+            self.assertLess(self.error(peer['name'], 'rest', 1e-3), 1e-2, peer['name'])
+
+    def test_a_setting_whose_error_does_not_fall_is_named(self):
+        class Scene:
+            source = name = 's'
+            chaotic, exact, round, not_for_peers, stiffer_is_truer, smallest_step, benchmark = False, True, False, '', False, 0, ''
+            stiffness, bodies, measures = 0, 1, ()
+        result = SceneResult(Scene, False, ['falls', 'stays'])
+        result.exact = True
+        for step in (1e-3, 1e-4):
+            for peer, error in (('falls', step), ('stays', 0.1)):
+                values = dict.fromkeys(run_errors.Run._fields, None)
+                result.total.append((run_errors.Run(**{**values, 'case': Case('s', peer, step, 0, 0)}), {'position': error}))
+        result.find_not_converging(['falls', 'stays'])
+        self.assertEqual(result.not_converging, ['stays'])
 
 
 @unittest.skipUnless(PROGRAMS, 'needs the build folder of the programs')
