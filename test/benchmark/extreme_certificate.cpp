@@ -19,7 +19,6 @@ using namespace scenes;
 struct Scene {
   std::string name;
   std::function<WorldDef(double push)> make;
-  bool flush = false;  ///< faces end exactly above one another: a kink in the lateral force
 };
 
 WorldSettings explicitSettings() {
@@ -92,8 +91,8 @@ WorldDef pressed(const CubeParameters& c, double push) {
 
 std::vector<Scene> scenesToTry() {
   std::vector<Scene> list;
-  const auto add = [&](const std::string& name, std::function<WorldDef(double)> make, bool flush = false) {
-    list.push_back({name, std::move(make), flush});
+  const auto add = [&](const std::string& name, std::function<WorldDef(double)> make) {
+    list.push_back({name, std::move(make)});
   };
   for (double ratio : {0.0, 0.1, 1.0}) {
     CubeParameters c;
@@ -129,45 +128,55 @@ std::vector<Scene> scenesToTry() {
     }
     add("bridge" + z, [=](double p) { return bridge(c, p); });
     add("pressed by a hand" + z, [=](double p) { return pressed(c, p); });
-    add("flush column of 3" + z, [=](double p) { return column(3, c, 0, 1, p); }, true);
+    add("flush column of 3" + z, [=](double p) { return column(3, c, 0, 1, p); });
   }
   return list;
 }
 
-/// Unstable: after a push of 1e-6 m (of 0.1 m) from rest the energy of the motion relative to rest is more than ten times
-/// larger at 5 s than its mean over the first 0.2 s. What nothing damps and only persists is stable. At 5 s: the mean of the
-/// last 0.2 s, for one instant would depend on the phase.
-bool unstable(const Scene& scene, double h) {
-  constexpr double kPush = 1e-6, kSeconds = 5, kWindow = 0.2, kGrowth = 10;  // [m], [s], [s], [1]
-  const auto made = [&](double push) {
-    WorldDef def = scene.make(push);
-    def.settings.step = h;
-    def.settings.energy_ledger = true;
-    return def;
-  };
-  World rest(made(0)), world(made(kPush));
-  rest.step();
-  const double at_rest = rest.report().energy.total();
-  const long steps = std::lround(kSeconds / h), window = std::max(1L, std::lround(kWindow / h));
+/// Energy of the motion that a push of 1e-6 m (of 0.1 m) from rest leaves: mean over the first and over the last 0.2 s of 5 s
+/// [J]. Kinetic: potential and springs of a symplectic step are taken at two instants, which adds m g v h to their sum, a
+/// thousand times what the push gave. Infinite last: the world stopped.
+struct Motion {
   double first = 0, last = 0;
+};
+
+Motion motionOf(const Scene& scene, double h) {
+  constexpr double kPush = 1e-6, kSeconds = 5, kWindow = 0.2;  // [m], [s], [s]
+  WorldDef def = scene.make(kPush);
+  def.settings.step = h;
+  def.settings.energy_ledger = true;
+  World world(def);
+  const long steps = std::lround(kSeconds / h), window = std::max(1L, std::lround(kWindow / h));
+  Motion motion;
   for (long i = 0; i < steps; ++i) {
     world.step();
-    if (!world.report().finite) return true;
-    const double energy = std::max(0.0, world.report().energy.total() - at_rest);
-    if (i < window) first += energy;
-    if (i >= steps - window) last += energy;
+    if (!world.report().finite) return {motion.first, INFINITY};
+    const double energy = world.report().energy.kinetic / static_cast<double>(window);
+    if (i < window) motion.first += energy;
+    if (i >= steps - window) motion.last += energy;
   }
-  return last > kGrowth * first;
+  return motion;
 }
 
+/// Unstable: the motion's energy is more than ten times larger at 5 s than its mean over the first 0.2 s (figures.md). What
+/// nothing damps and only persists is stable. Two readings of the mean: of the same run; and of a run at a fifth of the
+/// guess, for a mode that grows fast and that friction holds has its full size after 0.1 s.
+enum class Reading { kSameRun, kOfThePush };
+
 /// Where the explicit step passes from stable to unstable, to 0.2 %; searched around the guess.
-double bisect(const Scene& scene, double guess) {
+double bisect(const Scene& scene, double guess, Reading reading) {
+  constexpr double kGrowth = 10;
+  const double pushed = motionOf(scene, 0.2 * guess).first;
+  const auto unstable = [&](double h) {
+    const Motion motion = motionOf(scene, h);
+    return motion.last > kGrowth * (reading == Reading::kSameRun ? motion.first : pushed);
+  };
   double low = 0.99 * guess, high = 1.03 * guess;
-  while (unstable(scene, low) && low > 0.2 * guess) high = low, low *= 0.9;
-  while (!unstable(scene, high) && high < std::min(0.099, 5 * guess)) low = high, high *= 1.1;
+  while (unstable(low) && low > 0.2 * guess) high = low, low *= 0.9;
+  while (!unstable(high) && high < std::min(0.099, 5 * guess)) low = high, high *= 1.1;
   while (high > 1.002 * low) {
     const double middle = 0.5 * (low + high);
-    (unstable(scene, middle) ? high : low) = middle;
+    (unstable(middle) ? high : low) = middle;
   }
   return low;
 }
@@ -175,23 +184,27 @@ double bisect(const Scene& scene, double guess) {
 }  // namespace
 
 void certificateLimits() {
-  double worst = 0, flush_worst = 0;
+  double worst[2] = {0, 0};
   int count = 0, unsafe = 0;
   for (const Scene& scene : scenesToTry()) {
     double predicted = 1e300;
     const Certificate certificate = certify(scene.make(0));
     for (const IslandCertificate& island : certificate.islands) predicted = std::min(predicted, island.limit);
-    const double measured = bisect(scene, predicted), error = std::abs(predicted / measured - 1);
-    std::printf("%-28s predicted %.4f ms, measured %.4f ms, %+.2f %%\n", scene.name.c_str(), 1e3 * predicted,
-                1e3 * measured, 100 * (predicted / measured - 1));
+    double over[2];
+    for (const Reading reading : {Reading::kSameRun, Reading::kOfThePush}) {
+      const int i = static_cast<int>(reading);
+      over[i] = predicted / bisect(scene, predicted, reading) - 1;
+      worst[i] = std::max(worst[i], std::abs(over[i]));
+    }
+    std::printf("%-28s predicted %.4f ms, off by %+.2f %% against growth in the run, %+.2f %% against the push\n",
+                scene.name.c_str(), 1e3 * predicted, 100 * over[0], 100 * over[1]);
+    std::fflush(stdout);
     ++count;
-    worst = std::max(worst, error);
-    if (scene.flush) flush_worst = std::max(flush_worst, error);
-    unsafe += predicted > 1.002 * measured;  // what the bisection resolves
+    unsafe += std::max(over[0], over[1]) > 0.002;  // what the bisection resolves
   }
   figure("certificate.scenes", count, "scenes");
-  figure("certificate.limit_rel_err_max", worst, "1");
-  figure("certificate.flush_rel_err_max", flush_worst, "1");
+  figure("certificate.limit_rel_err_max", worst[0], "1");
+  figure("certificate.limit_rel_err_max_from_push", worst[1], "1");
   figure("certificate.unsafe", unsafe, "scenes");
 }
 
