@@ -131,15 +131,16 @@ std::string modelText(const WorldDef& def, const std::vector<PeerBody>& bodies, 
   // Contacts of boxes have up to eight points, bodies in heaps half a dozen contacts; what does not fit is dropped by MuJoCo.
   const int contacts = std::min<int>(1500, 50 + 20 * static_cast<int>(bodies.size()));
   model << "<mujoco><compiler inertiafromgeom='false' balanceinertia='false'/><size njmax='" << 4 * contacts
-        << "' nconmax='" << contacts << "'/>" << "<option timestep='" << settings.step << "' gravity='" << text(def.settings.gravity) << "' "
-        << optionText(settings) << "<asset>" << assets.str() << "</asset><worldbody>" << tree.str()
+        << "' nconmax='" << contacts << "'/><option timestep='" << settings.step << "' gravity='"
+        << text(def.settings.gravity) << "' " << optionText(settings) << "<asset>" << assets.str() << "</asset><worldbody>" << tree.str()
         << "</worldbody></mujoco>";
   return model.str();
 }
 
 class MujocoWorld : public PeerWorld {
  public:
-  MujocoWorld(const WorldDef& def, const PeerSettings& settings) : settings_(settings), bodies_(peerBodies(def, settings_)) {
+  MujocoWorld(const WorldDef& def, const PeerSettings& settings)
+      : settings_(settings), bodies_(peerBodies(def, settings_)) {
     const std::string xml = modelText(def, bodies_, settings);
     mjVFS files;
     mj_defaultVFS(&files);

@@ -9,15 +9,16 @@ from run_errors import METRICS, error_over_time, errors_against, judged, parse_r
 
 
 class SceneResult:
-    """Runs and errors of one scene. `base`: (run, total errors) of ours in the other build. `total` and `numerical`: lists of (run, {metric: error}); numerical ones also carry
-    the convergence of their reference per metric."""
+    """Runs and errors of one scene. `total` and `numerical`: lists of (run, {metric: error}); numerical ones also carry the
+    convergence of their reference per metric. `base`: total errors of ours in the build for any processor."""
 
     def __init__(self, scene, quick, peers):
         self.scene, self.quick = scene, quick
         self.cases = cases_of(scene, quick, peers)
         self.references = references_of(scene, self.cases, quick)
-        self.runs, self.total, self.numerical, self.base, self.orders, self.pictures = [], [], [], [], {}, []
-        self.exact, self.converged, self.reference_notes, self.not_converging = None, {}, [], []
+        self.runs, self.total, self.numerical, self.base, self.not_converging = [], [], [], [], []
+        self.orders, self.pictures = {}, []
+        self.exact, self.converged, self.reference_notes = None, {}, []
 
     def tasks(self, program, stamp):
         """(case, task) of everything that must run."""

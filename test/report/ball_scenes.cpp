@@ -1,5 +1,5 @@
-// SimBenchmark's scenes of balls (Kang, Hwangbo, ETH Zürich 2018, leggedrobotics/SimBenchmark), g = 9.81. Ours are polyhedra,
-// peers get true spheres and a plane.
+// SimBenchmark's scenes of balls (Kang, Hwangbo, ETH Zürich 2018, leggedrobotics/SimBenchmark), g = 9.81.
+// Ours are polyhedra, peers get true spheres and a plane.
 #include "../scenes/blocks.h"
 #include "benchmark_scenes.h"
 #include "own_measures.h"
@@ -14,7 +14,8 @@ std::shared_ptr<const ConvexPolyhedron> ballShape(const Choice& choice) {
       makeSphere(kRadius, choice.facets > 0 ? choice.facets : 2, RoundFit::kEqualVolume));
 }
 
-ArticulationDef ball(const std::string& name, const std::shared_ptr<const ConvexPolyhedron>& shape, double mass, const Vector3& p) {
+ArticulationDef ball(const std::string& name, const std::shared_ptr<const ConvexPolyhedron>& shape,
+                     double mass, const Vector3& p) {
   return scenes::freeBody(name, shape, mass, 0.4 * mass * kRadius * kRadius * Matrix3::Identity(), Pose(p));
 }
 
@@ -31,9 +32,10 @@ double restDepth(double mass, double k) {
 }
 
 struct Rolling {
-  static constexpr double kForce = 150, kBox = 10, kBall = 1, kBoxSize = 20, kHeight = 0.1;  // [N], [kg], [kg], [m], [m]
+  static constexpr double kForce = 150, kBox = 10, kBall = 1, kBoxSize = 20,
+                          kHeight = 0.1;  // [N], [kg], [kg], [m], [m]
   static constexpr int kSide = 5, kBalls = kSide * kSide;
-  static constexpr double kPitch = 2;  // [m]
+  static constexpr double kPitch = 2;      // [m]
   static constexpr double kGround = 5e-6;  // of k: the box's face has 400 m²
   Vector3 direction;
 
@@ -45,7 +47,8 @@ struct Rolling {
     return (kForce - 0.4 * (kBox + kBalls * kBall) * kG - kBalls * ballForce()) / kBox;
   }
   static Vector3 place(int i) {
-    return {(i % kSide - 0.5 * (kSide - 1)) * kPitch, (i / kSide - 0.5 * (kSide - 1)) * kPitch, kHeight + kRadius};
+    return {(i % kSide - 0.5 * (kSide - 1)) * kPitch, (i / kSide - 0.5 * (kSide - 1)) * kPitch,
+            kHeight + kRadius};
   }
 
   WorldDef make(const Choice& choice) const {
@@ -68,10 +71,14 @@ struct Rolling {
     put(scenes::floorBox(60, 1), ground);
     const double pair = 2 * kGround / (1 + kGround) * k;
     const double sink = (kBox + kBalls * kBall) * kG / (pair * kBoxSize * kBoxSize);
-    put(scenes::freeBox("box", Vector3(kBoxSize, kBoxSize, kHeight), kBox, Pose(Vector3(0, 0, 0.5 * kHeight - sink))), material);
+    put(scenes::freeBox("box", Vector3(kBoxSize, kBoxSize, kHeight), kBox,
+                        Pose(Vector3(0, 0, 0.5 * kHeight - sink))),
+        material);
     const auto shape = ballShape(choice);
     for (int i = 0; i < kBalls; ++i) {
-      put(ball("ball" + std::to_string(i), shape, kBall, place(i) - Vector3(0, 0, sink + restDepth(kBall, k))), material);
+      put(ball("ball" + std::to_string(i), shape, kBall,
+               place(i) - Vector3(0, 0, sink + restDepth(kBall, k))),
+          material);
     }
     PointerDef hand;
     hand.articulation = 1;
@@ -86,17 +93,20 @@ struct Rolling {
   std::vector<BodyState> exact(double t) const {
     const double a = boxAcceleration(), b = ballForce() / kBall;
     std::vector<BodyState> states = {
-        {Pose(Vector3(0.5 * a * t * t * direction + Vector3(0, 0, 0.5 * kHeight))), Twist{Vector3::Zero(), a * t * direction}}};
+        {Pose(Vector3(0.5 * a * t * t * direction + Vector3(0, 0, 0.5 * kHeight))),
+         Twist{Vector3::Zero(), a * t * direction}}};
     const Vector3 axis = -Vector3::UnitZ().cross(direction);
     const double turn = ballForce() / (0.4 * kBall * kRadius);  // [rad/s²]
     for (int i = 0; i < kBalls; ++i) {
       const Matrix3 R = Eigen::AngleAxisd(0.5 * turn * t * t, axis).toRotationMatrix();
-      states.push_back({Pose(R, place(i) + 0.5 * b * t * t * direction), Twist{turn * t * axis, b * t * direction}});
+      states.push_back(
+          {Pose(R, place(i) + 0.5 * b * t * t * direction), Twist{turn * t * axis, b * t * direction}});
     }
     return states;
   }
 
-  /// A hand that pulls with a constant force: a damper so weak, led so fast, that the box's own speed changes it by 1e-8.
+  /// A hand that pulls with a constant force: a damper so weak, led so fast, that the box's own speed changes
+  /// it by 1e-8.
   static constexpr double kPull = 1e-6;  // [N s/m]
   HandSpring hand() const {
     HandSpring h;
@@ -113,9 +123,12 @@ Scene rolling(const std::string& name, const Vector3& direction, const std::stri
   Scene s;
   s.name = name;
   s.title = "SimBenchmark rolling: 25 balls on a box that is pulled along " + along;
-  s.parameters = "balls 1 kg, R 0.1 m; box 10 kg, 20 x 20 x 0.1 m; 150 N; mu 0.4 under the box, 0.8 under the balls; g 9.81";
+  s.parameters =
+      "balls 1 kg, R 0.1 m; box 10 kg, 20 x 20 x 0.1 m; 150 N; mu 0.4 under the box, 0.8 under the balls; g "
+      "9.81";
   s.reference = "rigid: the box slides, the balls roll on it (closed form)";
-  s.benchmark = "SimBenchmark, rolling (Kang, Hwangbo 2018). Their finding: friction pyramids fail it off the axes.";
+  s.benchmark =
+      "SimBenchmark, rolling (Kang, Hwangbo 2018). Their finding: friction pyramids fail it off the axes.";
   s.seconds = 4;
   s.samples = 40;
   s.size = 0.2;
@@ -140,7 +153,8 @@ Scene rolling(const std::string& name, const Vector3& direction, const std::stri
 }
 
 /// Balls of 10 kg in a grid over the ground.
-WorldDef ballGrid(const Choice& choice, int side, int layers, double pitch, double lowest, double jitter, double mu, bool elastic) {
+WorldDef ballGrid(const Choice& choice, int side, int layers, double pitch, double lowest, double jitter,
+                  double mu, bool elastic) {
   WorldDef def;
   def.name = "balls";
   def.settings = settingsOf(choice);
@@ -155,8 +169,8 @@ WorldDef ballGrid(const Choice& choice, int side, int layers, double pitch, doub
   Offsets offsets;
   for (int i = 0; i < side * side * layers; ++i) {
     const double dx = jitter * offsets.next(), dy = jitter * offsets.next();
-    const Vector3 p((i % side - 0.5 * (side - 1)) * pitch + dx, (i / side % side - 0.5 * (side - 1)) * pitch + dy,
-                    lowest + i / (side * side) * pitch);
+    const Vector3 p((i % side - 0.5 * (side - 1)) * pitch + dx,
+                    (i / side % side - 0.5 * (side - 1)) * pitch + dy, lowest + i / (side * side) * pitch);
     def.articulations.push_back(ball("ball" + std::to_string(i), shape, 10, p));
   }
   return def;
@@ -203,8 +217,11 @@ std::function<std::string(const Sample&)> aboveGround(double highest) {
 
 Scene bouncing() {
   Scene s = balls("bouncing", "SimBenchmark bouncing: 49 balls that bounce without loss", 7, 1, 20);
-  s.parameters = "R 0.1 m, 10 kg, fall 5 m, restitution 1, mu 0, g 9.81; lost: a ball one size above its start or below the ground";
-  s.benchmark = "SimBenchmark, bouncing (Kang, Hwangbo 2018): mean over time of the squared error of the energy.";
+  s.parameters =
+      "R 0.1 m, 10 kg, fall 5 m, restitution 1, mu 0, g 9.81; lost: a ball one size above its start or below "
+      "the ground";
+  s.benchmark =
+      "SimBenchmark, bouncing (Kang, Hwangbo 2018): mean over time of the squared error of the energy.";
   s.restitution = 1;
   s.make = [](const Choice& choice) { return ballGrid(choice, 7, 1, 2, kRadius + 5, 0, 0, true); };
   s.measures = {energySquared()};
@@ -213,13 +230,16 @@ Scene bouncing() {
 }
 
 Scene six(bool elastic) {
-  Scene s = balls(elastic ? "six_elastic" : "six", std::string("SimBenchmark ") + (elastic ? "elastic 666" : "666") + ": 216 balls",
-                  6, 6, 2);
+  Scene s = balls(elastic ? "six_elastic" : "six",
+                  std::string("SimBenchmark ") + (elastic ? "elastic 666" : "666") + ": 216 balls", 6, 6, 2);
   s.parameters = std::string("R 0.1 m, 10 kg, pitch 0.21 m, offsets of 1 mm, ") +
-                 (elastic ? "lowest centres at 1.1 m, restitution 1, mu 0, g 9.81" : "lowest centres at 0.101 m, mu 0.5, g 9.81");
-  s.benchmark = elastic ? "SimBenchmark, elastic 666 (Kang, Hwangbo 2018): mean over time of the squared error of the energy. "
-                          "Without friction, so that the energy is conserved."
-                        : "SimBenchmark, 666 (Kang, Hwangbo 2018): mean over time of the sum of squared overlaps.";
+                 (elastic ? "lowest centres at 1.1 m, restitution 1, mu 0, g 9.81"
+                          : "lowest centres at 0.101 m, mu 0.5, g 9.81");
+  s.benchmark =
+      elastic ? "SimBenchmark, elastic 666 (Kang, Hwangbo 2018): mean over time of the squared error of the "
+                "energy. "
+                "Without friction, so that the energy is conserved."
+              : "SimBenchmark, 666 (Kang, Hwangbo 2018): mean over time of the sum of squared overlaps.";
   const double lowest = elastic ? 1.1 : 0.101;
   s.make = [elastic, lowest](const Choice& choice) {
     return ballGrid(choice, 6, 6, 0.21, lowest, 1e-3, elastic ? 0 : 0.5, elastic);
@@ -234,8 +254,8 @@ Scene six(bool elastic) {
 }  // namespace
 
 std::vector<Scene> ballScenes() {
-  return {rolling("rolling", Vector3(0.5, std::sqrt(0.75), 0), "(1/2, sqrt(3)/2)"), rolling("rolling_y", Vector3::UnitY(), "y"),
-          bouncing(), six(false), six(true)};
+  return {rolling("rolling", Vector3(0.5, std::sqrt(0.75), 0), "(1/2, sqrt(3)/2)"),
+          rolling("rolling_y", Vector3::UnitY(), "y"), bouncing(), six(false), six(true)};
 }
 
 }  // namespace haptic::report

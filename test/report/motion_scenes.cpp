@@ -127,12 +127,14 @@ Scene top() {
   Scene s = still();
   s.name = "top";
   s.title = "Top in slow steady precession on an apex that friction holds";
-  s.parameters = "cone, base r 0.1 m, height 0.05 m, 0.1 kg, tilt 0.2 rad, 50 rad/s about its axis, no torsional friction; peers: plane, Bullet a cone";
+  s.parameters = "cone, base r 0.1 m, height 0.05 m, 0.1 kg, tilt 0.2 rad, 50 rad/s about its axis, no torsional friction; "
+                 "peers: plane, Bullet a cone";
   s.reference = "rigid: precesses at 2.5805277 rad/s, the tilt stays";
   s.seconds = 2;
   s.stiffness = 1e13;
   s.round = true;
-  s.peer_shapes = {{0, peers::PeerShape::Kind::kPlane, 0, 0}, {1, peers::PeerShape::Kind::kCone, Top::kRadius, Top::kHeight}};
+  s.peer_shapes = {{0, peers::PeerShape::Kind::kPlane, 0, 0},
+                   {1, peers::PeerShape::Kind::kCone, Top::kRadius, Top::kHeight}};
   s.make = [](const Choice& choice) {
     return Top::scene(settingsOf(choice), choice.stiffness > 0 ? choice.stiffness : 1e13, 10,
                       choice.facets > 0 ? 8 << choice.facets : Top::kFacets);

@@ -1,5 +1,5 @@
-// Scenes that move: heaps, dominoes, crosses, a carrier, an inner corner. Where no motion is the right one, conserved
-// quantities and what may not overlap are the reference.
+// Scenes that move: heaps, dominoes, crosses, a carrier, an inner corner. Where no motion is the right one,
+// conserved quantities and what may not overlap are the reference.
 #include "../scenes/carriers.h"
 #include "../scenes/heap.h"
 #include "../scenes/inner_corner.h"
@@ -36,7 +36,9 @@ Scene heapOf(int count) {
   Scene s;
   s.name = "heap" + std::to_string(count);
   s.title = std::to_string(count) + " cubes that fall into a bin";
-  s.parameters = "5 cm, 0.1 kg, random orientations, mu 0.5, five boxes that touch; lost: a cube beyond a wall or the floor";
+  s.parameters =
+      "5 cm, 0.1 kg, random orientations, mu 0.5, five boxes that touch; lost: a cube beyond a wall or the "
+      "floor";
   s.seconds = 2;
   s.samples = 40;
   s.stiffness = 1e8;
@@ -54,7 +56,8 @@ Scene heapOf(int count) {
   s.escaped = [half](const Sample& sample) -> std::string {
     for (const BodyState& b : sample.bodies) {
       const Vector3& p = b.X_WL.p;
-      if (p.z() < 0 || std::abs(p.x()) > half || std::abs(p.y()) > half) return "a cube went through the floor or a wall";
+      if (p.z() < 0 || std::abs(p.x()) > half || std::abs(p.y()) > half)
+        return "a cube went through the floor or a wall";
       if (p.z() > 2) return "a cube was launched above the walls";
     }
     return "";
@@ -66,7 +69,9 @@ Scene dominoRow() {
   Scene s;
   s.name = "dominoes";
   s.title = "Twelve dominoes that fall";
-  s.parameters = "48 x 24 x 7.5 mm, 5 g, pitch 24 mm, mu 0.3, the first at 1.05 of its tip angle; lost: a stone still up after 1.5 s";
+  s.parameters =
+      "48 x 24 x 7.5 mm, 5 g, pitch 24 mm, mu 0.3, the first at 1.05 of its tip angle; lost: a stone still "
+      "up after 1.5 s";
   s.seconds = 1.5;
   s.samples = 60;
   s.stiffness = 1e7;
@@ -105,8 +110,8 @@ Scene twoCrosses() {
     if (choice.stiffness > 0) def.settings.default_material.stiffness = choice.stiffness;
     return def;
   };
-  s.measures = {drift("angular_momentum_drift", &Sample::angular_momentum), drift("momentum_drift", &Sample::momentum),
-                energyGain()};
+  s.measures = {drift("angular_momentum_drift", &Sample::angular_momentum),
+                drift("momentum_drift", &Sample::momentum), energyGain()};
   return s;
 }
 

@@ -7,7 +7,8 @@
 
 namespace haptic::report {
 
-/// Largest rise of the mechanical energy above its least value so far [J]: nothing in a scene without hands gives any.
+/// Largest rise of the mechanical energy above its least value so far [J]: nothing in a scene without hands
+/// gives any.
 inline Measure energyGain() {
   return {"energy_gain", [](const std::vector<Sample>& samples) {
             double least = samples[0].energy, gain = 0;

@@ -165,5 +165,6 @@ def document(title, lead, cards, contents, body, meanings):
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" '
         f'content="width=device-width, initial-scale=1"><title>{text(title)}</title><style>{STYLE}</style></head><body>'
         f'<button id="theme" type="button">light / dark</button><h1>{text(title)}</h1>{lead}'
-        f'<div class="cards">{shown}</div><nav>{links}</nav>{body}<script type="application/json" id="meanings">{json.dumps(meanings)}</script>'
+        f'<div class="cards">{shown}</div><nav>{links}</nav>{body}'
+        f'<script type="application/json" id="meanings">{json.dumps(meanings)}</script>'
         f'<script>{SCRIPT}</script></body></html>\n')

@@ -163,11 +163,13 @@ def failure_section(results):
     for (scene, method), (all_runs, failed) in groups.items():
         if failed:
             steps = ', '.join(sorted({f'{1e3 * run.case.step:.3g}' for run in failed}, key=float))
-            rows.append([scene, method, Cell(f'{len(failed)} of {all_runs}', len(failed)), steps, f'{failed[0].status}: {failed[0].reason}'])
+            rows.append([scene, method, Cell(f'{len(failed)} of {all_runs}', len(failed)), steps,
+                         f'{failed[0].status}: {failed[0].reason}'])
+    everyone = table(['scene', 'method', 'failed', 'at steps [ms]', 'the first of them'], rows)
     return ('<p>A run fails when a body is farther from the reference than the scene\'s bound, when its ledger gained more than '
-            f'{100 * LEDGER_BOUND:g} % of the largest energy exchanged (at least what lifts the bodies by a millionth of the scene\'s size), '
-            'when a step did not converge, or when it broke off. It reaches no cell.</p>' + details(f'{sum(len(r.failed()) for r in results)} failed runs by scene and method',
-                                  table(['scene', 'method', 'failed', 'at steps [ms]', 'the first of them'], rows)))
+            f'{100 * LEDGER_BOUND:g} % of the largest energy exchanged (at least what lifts the bodies by a millionth of the '
+            'scene\'s size), when a step did not converge, or when it broke off. It reaches no cell.</p>' +
+            details(f'{sum(len(result.failed()) for result in results)} failed runs by scene and method', everyone))
 
 
 def settings_section(peers, results):
@@ -223,13 +225,13 @@ def benchmark_section(results):
                 if run.case.facets == 0 and (run.case.method not in best or key < best[run.case.method][0]):
                     best[run.case.method] = (key, run, errors[metric])
             for method, (_, run, error) in best.items():
-                rows.append([result.scene.name, metric, METRICS[metric][0], method, Cell(f'{1e3 * run.case.step:.3g}', run.case.step), error,
-                             run.cpu, 1e6 * run.slowest])
+                rows.append([result.scene.name, metric, METRICS[metric][0], method,
+                             Cell(f'{1e3 * run.case.step:.3g}', run.case.step), error, run.cpu, 1e6 * run.slowest])
     if not rows:
         return ''
-    return ('<p>Each by its own error measure, at the step nearest to 1 ms. Sources and published figures stand with the scenes.</p>' +
-            details(f'{len(rows)} results', table(['scene', 'measure', 'unit', 'method', 'step [ms]', 'value', 'CPU s per s', 'worst step [µs]'],
-                                                  rows)))
+    heads = ['scene', 'measure', 'unit', 'method', 'step [ms]', 'value', 'CPU s per s', 'worst step [µs]']
+    return ('<p>Each by its own error measure, at the step nearest to 1 ms. Sources and published figures stand with the '
+            'scenes.</p>' + details(f'{len(rows)} results', table(heads, rows)))
 
 
 def write(path, results, refused, compared, sections, where, options, peers, default, fixed):

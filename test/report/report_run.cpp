@@ -23,7 +23,9 @@ using namespace haptic::report;
 
 std::vector<Scene> allScenes() {
   std::vector<Scene> scenes = motionScenes();
-  for (const auto& more : {frictionScenes(), pileScenes(), movingScenes(), benchmarkScenes()}) scenes.insert(scenes.end(), more.begin(), more.end());
+  for (const auto& more : {frictionScenes(), pileScenes(), movingScenes(), benchmarkScenes()}) {
+    scenes.insert(scenes.end(), more.begin(), more.end());
+  }
   return scenes;
 }
 
