@@ -57,7 +57,8 @@ bool LoopSession::claimDevices(const BridgeParameters& parameters, LoopSession& 
     hand.placement = placement;
     hand.lease = PortTable::process().claim<DevicePort>(hand.name, ClaimRank::kBridge, kHolder, &missing);
     if (!hand.lease) return false;
-    auto* twin = dynamic_cast<DeviceTwin*>(&hand.lease->transport);
+    const auto* twin = dynamic_cast<DeviceTwin*>(&hand.lease->transport);
+    hand.twin = twin;
     const double fastest = hand.lease->transport.maxRateHz();
     if (twin) checkPeriod("the twin of " + hand.name, 1 / fastest, parameters.rate);
     if (parameters.rate > fastest * (1 + kRateTolerance)) {
@@ -223,6 +224,8 @@ void LoopSession::observe(Hand& hand, HandSample& sample) const noexcept {
   const Pose* truth = hand.lease->transport.truth();
   sample.simulated = truth != nullptr;
   if (truth) sample.X_BG_true = *truth;
+  sample.strings_known = hand.twin != nullptr;
+  if (hand.twin) sample.F_strings_B = hand.twin->stringWrench();
 }
 
 std::vector<DeviceDef> LoopSession::deviceDefs() const {

@@ -14,6 +14,8 @@
 
 namespace haptic {
 
+class DeviceTwin;
+
 class LoopSession {
  public:
   /// Claims the world and its devices. Empty, with `missing` telling what is not there yet, when one of them cannot
@@ -69,6 +71,7 @@ class LoopSession {
     PortLease<DevicePort> lease;
     std::string name;
     HandPlacement placement;
+    const DeviceTwin* twin = nullptr;                  ///< behind the lease; null: a real wire
     int origin = 0;                                    ///< its index in start()
   };
   LoopSession(const BridgeParameters& parameters, PortLease<WorldPort> world, std::string world_name);

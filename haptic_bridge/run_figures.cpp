@@ -9,6 +9,8 @@ namespace {
 
 // Below this nothing was exchanged that a relative gain could be measured against [J]: a gram lifted by 0.1 mm.
 constexpr double kLeastEnergy = 1e-6;
+// Figures of wrenches begin after the first second: the force fades in.
+constexpr std::int64_t kSettling = 1000000000;  // [ns]
 // The grip's range in which the pose's accuracy is stated.
 constexpr double kStatedReach = 0.03;  // [m]
 constexpr double kStatedAngle = 0.5;   // [rad]
@@ -56,8 +58,10 @@ void RunFigures::add(const TickSample& sample) {
   ++ticks_;
   if (sample.lost_periods > 0) ++missed_;
   times_.add(sample);
+  if (ticks_ == 1) first_ns_ = sample.start_ns;
+  const bool settled = sample.start_ns - first_ns_ > kSettling;
   for (int i = 0; i < sample.hands; ++i)
-    addHand(sample.hand[i], i < static_cast<int>(exact_.size()) ? exact_[i].get() : nullptr);
+    addHand(sample.hand[i], i < static_cast<int>(exact_.size()) ? exact_[i].get() : nullptr, settled, asked_[i]);
   addEnergy(sample.step.energy);
 }
 
@@ -89,33 +93,44 @@ void RunFigures::addPoseError(const HandSample& hand) {
       std::fmax(rotation_error_, vectorFromRotation(Quaternion(measured.R * truth.R.transpose())).norm());
 }
 
-void RunFigures::addHand(const HandSample& hand, Exact* exact) {
+void RunFigures::addHand(const HandSample& hand, Exact* exact, bool settled, Asked& asked) {
   contact_force_ = std::max(contact_force_, hand.pointer_force);
   if (hand.over_clamp) ++clamps_exceeded_;
   if (hand.simulated && hand.calibrated) addPoseError(hand);  // of hardware nobody knows the truth
+  if (hand.strings_known && settled && asked.known) {
+    all_.add(hand.F_strings_B, asked.F_B);
+    if (asked.presentable) inside_.add(hand.F_strings_B, asked.F_B);
+  }
+  asked.F_B = hand.F_asked_B;
+  asked.known = true;
   const bool asks = hand.F_asked_B.force.squaredNorm() + hand.F_asked_B.torque.squaredNorm() > 0;
-  if (!asks || hand.state != DeviceState::kEnabled || !exact || !exact->presents(hand)) return;
-  const Wrench error = hand.F_achieved_B - hand.F_asked_B;
-  if (hand.F_asked_B.force.squaredNorm() > 0) {
-    force_error2_ += error.force.squaredNorm();
-    force2_ += hand.F_asked_B.force.squaredNorm();
-  }
-  if (hand.F_asked_B.torque.squaredNorm() > 0) {
-    torque_error2_ += error.torque.squaredNorm();
-    torque2_ += hand.F_asked_B.torque.squaredNorm();
-  }
+  asked.presentable = asks && hand.state == DeviceState::kEnabled && exact && exact->presents(hand);
+}
+
+void RunFigures::WrenchError::add(const Wrench& done, const Wrench& asked) {
+  ++ticks;
+  force_error2 += (done.force - asked.force).squaredNorm();
+  force2 += asked.force.squaredNorm();
+  torque_error2 += (done.torque - asked.torque).squaredNorm();
+  torque2 += asked.torque.squaredNorm();
+}
+
+/// `force_error` + name + `_pct` and the same of the torque.
+std::string RunFigures::WrenchError::text(const std::string& name) const {
+  return line(("force_error" + name + "_pct").c_str(), percent(force_error2, force2), "%") +
+         line(("torque_error" + name + "_pct").c_str(), percent(torque_error2, torque2), "%");
 }
 
 /// gain = max over t of [E(t) - E(0) - W_hand(t) + D(t)]⁺ over the largest energy exchanged so far.
 void RunFigures::addEnergy(const EnergyLedger& e) {
-  const double stored = e.kinetic + e.potential + e.elastic;
+  const double stored = e.total();
   const double dissipated = e.damping + e.friction;
   if (!energy_known_) {
     first_energy_ = stored - e.external + dissipated;
     first_potential_ = e.potential;
     energy_known_ = true;
   }
-  for (const double part : {std::fabs(e.external), dissipated, e.kinetic, e.elastic,
+  for (const double part : {std::fabs(e.external), dissipated, e.kinetic, e.elastic, e.tangential,
                             std::fabs(e.potential - first_potential_)}) {
     exchanged_ = std::max(exchanged_, part);
   }
@@ -135,8 +150,9 @@ std::string RunFigures::text() {
   text += line("lateness_us_p99", percentile(times_.lateness, 0.99), "us");
   text += line("pose_error_um_max", 1e6 * position_error_, "um");
   text += line("pose_error_mrad_max", 1e3 * rotation_error_, "mrad");
-  text += line("force_error_pct", percent(force_error2_, force2_), "%");
-  text += line("torque_error_pct", percent(torque_error2_, torque2_), "%");
+  text += all_.text("") + inside_.text("_inside");
+  text += line("inside_pct", all_.ticks > 0 ? 100.0 * static_cast<double>(inside_.ticks) / static_cast<double>(all_.ticks)
+                                            : std::nan(""), "%");
   text += line("contact_force_n_max", contact_force_, "N");
   text += line("clamps_exceeded", clamps_exceeded_);
   text += line("energy_gain_rel", gain_, "1");

@@ -1,5 +1,6 @@
 /// The figures of a run: what the loop did, how long it took, how true it was. Definitions: one per line below.
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -47,7 +48,19 @@ class RunFigures {
     StringKinematics kinematics;
     TensionDistribution distribution;
   };
-  void addHand(const HandSample& hand, Exact* exact);
+  /// Sums of squares of what the strings of a twin did beyond the wrench asked, and of that wrench, over some ticks.
+  struct WrenchError {
+    double force_error2 = 0, force2 = 0, torque_error2 = 0, torque2 = 0;
+    std::uint64_t ticks = 0;
+    void add(const Wrench& done, const Wrench& asked);
+    std::string text(const std::string& name) const;
+  };
+  /// The wrench asked in the last tick, which the strings carry out during this one.
+  struct Asked {
+    Wrench F_B;
+    bool known = false, presentable = false;
+  };
+  void addHand(const HandSample& hand, Exact* exact, bool settled, Asked& asked);
   void addPoseError(const HandSample& hand);
   void addEnergy(const EnergyLedger& energy);
 
@@ -55,7 +68,9 @@ class RunFigures {
   std::vector<std::unique_ptr<Exact>> exact_;
   std::uint64_t ticks_ = 0, missed_ = 0, clamps_exceeded_ = 0;
   double position_error_ = std::nan(""), rotation_error_ = std::nan("");  // largest inside the stated range [m], [rad]
-  double force_error2_ = 0, force2_ = 0, torque_error2_ = 0, torque2_ = 0;  // sums over presentable ticks
+  WrenchError all_, inside_;                            // after the first second: all ticks, and those that can be presented
+  std::array<Asked, kMaxHands> asked_;
+  std::int64_t first_ns_ = 0;                           // start of the first tick
   double contact_force_ = 0;                            // largest on a pointer [N]
   bool energy_known_ = false;
   double first_energy_ = 0, first_potential_ = 0, exchanged_ = 0, gain_ = 0;

@@ -23,11 +23,10 @@ namespace {
 using test::chain;
 const Vector3 kGravity(0, 0, -9.8);
 
-/// Fastest of many short blocks: what the code costs when nobody else uses the core. [s]
-double fastest(const std::function<void()>& work, int calls, int blocks = 60) {
-  double best = 1e9;
-  for (int b = 0; b < blocks; ++b) best = std::min(best, secondsPerCall([&](int) { work(); }, calls, 1));
-  return best;
+/// Median of many short blocks [s].
+double typical(const std::function<void()>& work, int calls) {
+  constexpr int kBlocks = 60;
+  return secondsPerCall([&](int) { work(); }, calls, kBlocks);
 }
 
 struct Chain {
@@ -114,14 +113,14 @@ double peerEvaluation(const char* name, PeerChain& peer, int n) {
     size += std::pow(own.v_dot[i], 2);
   }
   figure(std::string("aba.difference_to_") + name + "_n" + std::to_string(n), std::sqrt(apart / size), "1");
-  return fastest([&] { peer.evaluate(v_dot.data()); }, 500);
+  return typical([&] { peer.evaluate(v_dot.data()); }, 500);
 }
 
 void evaluations() {
   for (int n : {10, 50}) {
     Chain own(chain(n));
     own.bend();
-    const double seconds = fastest([&] { own.evaluate(); }, 10000 / n);
+    const double seconds = typical([&] { own.evaluate(); }, 10000 / n);
     const std::string size = "_n" + std::to_string(n);
     figure("aba.ns_per_link" + size, seconds / n * 1e9, "ns");
     figure("aba.speedup_vs_kdl" + size, peerEvaluation("kdl", *kdlChain(chain(n)), n) / seconds, "1");
@@ -138,7 +137,7 @@ void steps() {
     Chain own(chain(n));
     own.bend();
     const Chain start = own;
-    return fastest(
+    return typical(
         [&] {
           own.q = start.q;  // the same state every time; chains of 50 would otherwise whip
           own.v = start.v;
@@ -150,7 +149,7 @@ void steps() {
     Chain own(chain(n));
     own.bend();
     peer.setStep(h);
-    return fastest(
+    return typical(
         [&] {
           peer.setState(own.q.data(), own.v.data());
           peer.step();
@@ -264,7 +263,7 @@ void joints() {
   double closure = 0;
   for (int i = 0; i < 5000; ++i) closure = std::max(closure, ring.step(1e-3).closure);
   figure("fourbar.closure_um", closure * 1e6, "um");
-  figure("fourbar.step_us", fastest([&] { ring.step(1e-3); }, 200) * 1e6, "us");
+  figure("fourbar.step_us", typical([&] { ring.step(1e-3); }, 200) * 1e6, "us");
 }
 
 void allocations() {
@@ -287,7 +286,7 @@ void allocations() {
     ring.step(1e-3);
   }
   figure("allocations.articulated", static_cast<double>(allocationCount() - before), "1");
-  figure("robot10.step_us", fastest([&] { jointed.step(1e-3); }, 200) * 1e6, "us");
+  figure("robot10.step_us", typical([&] { jointed.step(1e-3); }, 200) * 1e6, "us");
 }
 
 }  // namespace

@@ -28,22 +28,30 @@ btTransform bulletTransform(const Pose& X) {
 
 }  // namespace
 
-int bulletBoxPoints(const Vector3& half_a, const Vector3& half_b, const Pose& X_AB) {
-  const btBoxShape a(btVector3(half_a.x(), half_a.y(), half_a.z())),
-      b(btVector3(half_b.x(), half_b.y(), half_b.z()));
-  btBoxBoxDetector detector(&a, &b);
+struct BulletBoxes::Shapes {
+  btBoxShape a, b;
+  btBoxBoxDetector detector{&a, &b};
+};
+
+BulletBoxes::BulletBoxes(const Vector3& a, const Vector3& b)
+    : shapes_(new Shapes{btBoxShape(btVector3(a.x(), a.y(), a.z())), btBoxShape(btVector3(b.x(), b.y(), b.z()))}) {}
+
+int BulletBoxes::points(const Pose& X_AB) const {
   btDiscreteCollisionDetectorInterface::ClosestPointInput input;
   input.m_transformA = btTransform::getIdentity();
   input.m_transformB = bulletTransform(X_AB);
   CountPoints points;
-  detector.getClosestPoints(input, points, nullptr);
+  shapes_->detector.getClosestPoints(input, points, nullptr);
   return points.count;
 }
 #else
-int bulletBoxPoints(const Vector3&, const Vector3&, const Pose&) {
+struct BulletBoxes::Shapes {};
+BulletBoxes::BulletBoxes(const Vector3&, const Vector3&) {}
+int BulletBoxes::points(const Pose&) const {
   return -1;
 }
 #endif
+BulletBoxes::~BulletBoxes() = default;
 
 #ifdef HAPTIC_HAVE_ODE
 int odeBoxPoints(const Vector3& half_a, const Vector3& half_b, const Pose& X_AB) {

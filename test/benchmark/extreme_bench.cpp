@@ -210,7 +210,7 @@ void costs() {
   for (int i = 0; i < euler->contactCount(); ++i) deepest = std::max(deepest, euler->contact(i).depth);
   const double top_sink = 1.45 - euler->linkPose(15).p.z();
   figure("stack15.sink_um", 1e6 * deepest, "um");
-  figure("stack15.top_sink_um", 1e6 * top_sink, "um");
+  figure("stack15.sink_top_um", 1e6 * top_sink, "um");
   const double t_euler = stepSeconds(*euler, 500), t_second = stepSeconds(*sdirk, 500);
   const double t_explicit = stepSeconds(*explicit_world, 500);
   figure("implicit.step_us_stack15", 1e6 * t_euler, "us");

@@ -98,9 +98,10 @@ void measureGear() {
     const GearResult drawn = explore(c.stiffness, c.rate, Lead::kDrawn, ("gear" + suffix + "_drawn.csv").c_str());
     std::printf("gear%s: traced, touching %.2f of the time; drawn along r = 52 mm, %.2f\n", c.suffix, traced.touching,
                 drawn.touching);
-    figure("gear.shape_error_um" + suffix, 1e6 * traced.shape_error, "um");
-    figure("gear.friction_ratio" + suffix, traced.lateral, "1");
-    figure("gear.drawn_shape_error_um" + suffix, 1e6 * drawn.shape_error, "um");
+    figure("gear.shape_error_um" + suffix, 1e6 * drawn.shape_error, "um");
+    figure("gear.friction_ratio" + suffix, drawn.lateral, "1");
+    figure("gear.traced_shape_error_um" + suffix, 1e6 * traced.shape_error, "um");
+    figure("gear.traced_friction_ratio" + suffix, traced.lateral, "1");
   }
 }
 

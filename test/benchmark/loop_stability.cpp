@@ -149,7 +149,7 @@ void measurePassivity() {
               "|F·v T| below zero\n", lowest_off, worst_over_sample);
   figure("passivity.min_port_energy_j", lowest, "J");
   figure("passivity.min_port_energy_samples", -worst_over_sample, "1");
-  figure("passivity.force_distortion_wild_pct", distortion.percent(), "%");
+  figure("passivity.force_distortion_pct", distortion.percent(), "%");
 }
 
 /// What the controller changes of the force where nothing is unstable: calm hands press a soft wall.
@@ -169,7 +169,7 @@ void measureDistortion() {
     dissipated = std::max(dissipated, wall.rig.loop->report().hand[0].dissipated);
   }
   std::printf("passivity controller on %d calm hands: at most %.3g J dissipated\n", kCalmHands, dissipated);
-  figure("passivity.force_distortion_pct", distortion.percent(), "%");
+  figure("passivity.force_distortion_calm_pct", distortion.percent(), "%");
 }
 
 }  // namespace

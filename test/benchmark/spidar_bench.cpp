@@ -207,18 +207,21 @@ void tensionExactness(const DeviceDef& def) {
 void presentedShares(const DeviceDef& def) {
   const StringKinematics k(def);
   TensionDistribution distribution(def, k);
-  double force = 1e9, torque = 1e9;
+  double force = 1e9, torque = 1e9, lambda = 0;
   for (int axis = 0; axis < 3; ++axis) {
     for (const double sign : {1.0, -1.0}) {
       Wrench F, M;
       F.force[axis] = 5 * sign;
       M.torque[axis] = 0.1 * sign;
-      force = std::min(force, distribution.present(F).F_G_B.force[axis] / (5 * sign));
-      torque = std::min(torque, distribution.present(M).F_G_B.torque[axis] / (0.1 * sign));
+      const TensionReport of_force = distribution.present(F), of_torque = distribution.present(M);
+      force = std::min(force, of_force.F_G_B.force[axis] / (5 * sign));
+      torque = std::min(torque, of_torque.F_G_B.torque[axis] / (0.1 * sign));
+      lambda = std::max({lambda, of_force.lambda, of_torque.lambda});
     }
   }
   figure("spidar.force_presented_pct", 100 * force, "%");
   figure("spidar.torque_presented_pct", 100 * torque, "%");
+  figure("spidar.presented_lambda", lambda, "1");  // the largest that these solves used
 }
 
 /// Largest change of a tension per 10 µm of straight paths through the frame, presenting a constant wrench of
@@ -464,7 +467,7 @@ int main() {
                 device.dof, device.strings.size(), error, failures, passes ? "" : "  FAILS");
   }
   figure("spidar.variants", variants, "devices");
-  figure("spidar.lambda", def.lambda, "1");
+  figure("spidar.file_lambda", def.lambda, "1");  // the constant one; figures that use another print it as ..._lambda
   figure("spidar.border_lambda", def.border_lambda, "1");
   poseFigures(def);
   tensionTimes(def);

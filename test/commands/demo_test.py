@@ -15,10 +15,10 @@ RATE = 1000
 BOUNDS = {
     "demo.pose_error_um_max": 33,
     "demo.pose_error_mrad_max": 3.5,
-    "demo.force_error_pct": 3,
-    "demo.torque_error_pct": 5,
+    "demo.force_error_inside_pct": 3,
+    "demo.torque_error_inside_pct": 5,
 }
-ALSO = ["demo.missed_ticks", "demo.tick_us_p50", "demo.tick_us_p99", "demo.tick_us_max", "demo.io_us_p50",
+ALSO = ["demo.force_error_pct", "demo.torque_error_pct", "demo.inside_pct", "demo.missed_ticks", "demo.tick_us_p50", "demo.tick_us_p99", "demo.tick_us_max", "demo.io_us_p50",
         "demo.lateness_us_p50", "demo.lateness_us_p99", "demo.energy_gain_rel"]
 
 

@@ -1,5 +1,7 @@
-// Bullet 3.24, double precision: btDiscreteDynamicsWorld with sequential impulses; shapes with margins of 1 mm, in a
-// compound only where a body needs one.
+// Bullet 3.24, double precision: btDiscreteDynamicsWorld with sequential impulses or Dantzig's solver; shapes with margins
+// of 1 mm, in a compound only where a body needs one.
+#include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
+#include <BulletDynamics/MLCPSolvers/btMLCPSolver.h>
 #include <btBulletDynamicsCommon.h>
 
 #include <Eigen/Eigenvalues>
@@ -33,10 +35,19 @@ class BulletWorld : public PeerWorld {
   BulletWorld(const WorldDef& def, const PeerSettings& settings)
       : settings_(settings),
         dispatcher_(&configuration_),
-        world_(&dispatcher_, &broadphase_, &solver_, &configuration_) {
+        solver_(settings.tuning == Tuning::kDantzig ? std::make_unique<btMLCPSolver>(&dantzig_)
+                                                    : std::make_unique<btSequentialImpulseConstraintSolver>()),
+        world_(&dispatcher_, &broadphase_, solver_.get(), &configuration_) {
     world_.setGravity(toBullet(def.settings.gravity));
-    world_.getSolverInfo().m_numIterations = settings.iterations;
-    for (const PeerBody& body : peerBodies(def)) add(body);
+    btContactSolverInfo& info = world_.getSolverInfo();
+    info.m_numIterations = settings.iterations;
+    if (settings.tuning == Tuning::kDantzig) info.m_minimumSolverBatchSize = 1;  // an island a problem, as its examples say
+    if (settings.tuning == Tuning::kAccurate) {
+      info.m_erp2 = 0.8;
+      info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+      info.m_restitutionVelocityThreshold = 0;
+    }
+    for (const PeerBody& body : peerBodies(def, settings_)) add(body);
   }
   ~BulletWorld() override {
     for (auto& body : bodies_) world_.removeRigidBody(body.get());
@@ -83,22 +94,36 @@ class BulletWorld : public PeerWorld {
 
   btCollisionShape* addShape(const PeerBody& b, const Pose& X_CL) {
     const auto& collisions = b.link->collisions;
-    const auto place = [&](const CollisionDef& c) { return X_CL * c.X_LS; };
+    const auto place = [&](const CollisionDef& c) { return X_CL * turned(b, c); };
+    if (b.round && b.round->kind == PeerShape::Kind::kPlane) {
+      const UpperFace face = upperFace(collisions.at(0));
+      shapes_.push_back(std::make_unique<btStaticPlaneShape>(toBullet(face.n_L), face.n_L.dot(face.p_L)));
+      return shapes_.back().get();
+    }
     if (collisions.size() == 1 && place(collisions[0]).R.isIdentity(0) && place(collisions[0]).p.isZero(0)) {
-      shapes_.push_back(makeShape(*collisions[0].shape));
+      shapes_.push_back(makeShape(b, *collisions[0].shape));
       return shapes_.back().get();
     }
     auto compound = std::make_unique<btCompoundShape>();
     for (const CollisionDef& collision : collisions) {
-      shapes_.push_back(makeShape(*collision.shape));
+      shapes_.push_back(makeShape(b, *collision.shape));
       compound->addChildShape(toBullet(place(collision)), shapes_.back().get());
     }
     shapes_.push_back(std::move(compound));
     return shapes_.back().get();
   }
 
-  static std::unique_ptr<btCollisionShape> makeShape(const ConvexPolyhedron& shape) {
+  /// A cone of ours stands on its tip, with its centre of mass at the origin; Bullet's has its tip up and its middle there.
+  static Pose turned(const PeerBody& b, const CollisionDef& c) {
+    if (!b.round || b.round->kind != PeerShape::Kind::kCone) return c.X_LS;
+    Matrix3 R = Matrix3::Identity();
+    R(1, 1) = R(2, 2) = -1;
+    return c.X_LS * Pose(R, Vector3(0, 0, -0.25 * b.round->length));
+  }
+
+  static std::unique_ptr<btCollisionShape> makeShape(const PeerBody& b, const ConvexPolyhedron& shape) {
     constexpr double kMargin = 1e-3;  // [m], of 40 by default: deeper contacts go the slow way, through GJK and EPA
+    if (b.round) return makeRound(*b.round, kMargin);
     if (shape.isBox()) {
       auto box = std::make_unique<btBoxShape>(toBullet(shape.halfSize()));
       box->setMargin(kMargin);
@@ -111,11 +136,29 @@ class BulletWorld : public PeerWorld {
     return hull;
   }
 
+  static std::unique_ptr<btCollisionShape> makeRound(const PeerShape& s, double margin) {
+    std::unique_ptr<btCollisionShape> shape;
+    switch (s.kind) {
+      case PeerShape::Kind::kSphere:
+        return std::make_unique<btSphereShape>(s.radius);
+      case PeerShape::Kind::kCapsule:
+        return std::make_unique<btCapsuleShapeZ>(s.radius, s.length);
+      case PeerShape::Kind::kCone:
+        shape = std::make_unique<btConeShapeZ>(s.radius, s.length);
+        break;
+      default:
+        shape = std::make_unique<btCylinderShapeZ>(btVector3(s.radius, s.radius, 0.5 * s.length));
+    }
+    shape->setMargin(margin);
+    return shape;
+  }
+
   PeerSettings settings_;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;
-  btSequentialImpulseConstraintSolver solver_;
+  btDantzigSolver dantzig_;
+  std::unique_ptr<btConstraintSolver> solver_;
   btDiscreteDynamicsWorld world_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;

@@ -1,6 +1,7 @@
-// MuJoCo 2.2: default solref and solimp, Newton solver, pyramidal cone, Euler or RK4; the model is written as MJCF.
+// MuJoCo 2.2: the model is written as MJCF.
 #include <mujoco/mujoco.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <sstream>
@@ -26,9 +27,89 @@ std::string text(const Matrix3& R) {
   return s.str();
 }
 
+/// Contact of two geoms has the larger friction of both, or that of the higher priority: fixed bodies get the latter, with
+/// the geometric mean that the other simulators take.
+std::string frictionOf(const PeerBody& b, double mu_moving) {
+  std::ostringstream s;
+  s.precision(17);
+  s << "' friction='" << (b.fixed ? std::sqrt(b.mu * mu_moving) : b.mu) << " 0.005 0.0001' priority='" << b.fixed << "'/>";
+  return s.str();
+}
+
+/// Friction of the bodies that move; NaN when none does.
+double movingFriction(const std::vector<PeerBody>& bodies) {
+  double mu = std::nan("");
+  for (const PeerBody& b : bodies) {
+    if (b.fixed) continue;
+    if (!std::isnan(mu) && mu != b.mu) {
+      throw SetupError("MuJoCo", "takes the larger friction of two bodies", "give all moving bodies the same");
+    }
+    mu = b.mu;
+  }
+  return mu;
+}
+
+/// `type` and `size` of a geom, and where it lies.
+std::string geomText(const PeerBody& b, const CollisionDef& collision, int& mesh, std::ostringstream& assets) {
+  std::ostringstream s;
+  s.precision(17);
+  Vector3 p = collision.X_LS.p;
+  const bool round = b.round && b.round->kind != PeerShape::Kind::kCone;
+  if (round) {
+    const PeerShape& r = *b.round;
+    switch (r.kind) {
+      case PeerShape::Kind::kSphere:
+        s << "<geom type='sphere' size='" << r.radius;
+        break;
+      case PeerShape::Kind::kCapsule:
+        s << "<geom type='capsule' size='" << r.radius << ' ' << 0.5 * r.length;
+        break;
+      case PeerShape::Kind::kPlane:
+        s << "<geom type='plane' size='0 0 1";
+        p = upperFace(collision).p_L;
+        break;
+      default:
+        s << "<geom type='cylinder' size='" << r.radius << ' ' << 0.5 * r.length;
+    }
+  } else if (collision.shape->isBox()) {
+    s << "<geom type='box' size='" << text(collision.shape->halfSize());
+  } else {
+    assets << "<mesh name='m" << mesh << "' vertex='";
+    for (const Vector3& v : collision.shape->vertices()) assets << text(v) << ' ';
+    assets << "'/>";
+    s << "<geom type='mesh' mesh='m" << mesh++;
+  }
+  s << "' pos='" << text(p) << "' quat='" << text(collision.X_LS.R);
+  return s.str();
+}
+
+/// Solver, cone, softness. MuJoCo has no restitution: springs without damping, in the direct form of solref, give back
+/// what they take; a period of 4π steps is as stiff as its Euler steps resolve.
+std::string optionText(const PeerSettings& s) {
+  std::ostringstream option;
+  option.precision(17);
+  const bool accurate = s.tuning == Tuning::kAccurate, fast = s.tuning == Tuning::kFast;
+  if (accurate) {
+    option << "integrator='implicit' cone='elliptic' impratio='10' noslip_iterations='10'";
+  } else {
+    option << "integrator='" << (s.peer == Peer::kMujocoRk4 ? "RK4" : "Euler") << "'";
+    if (fast) option << " solver='CG' iterations='10'";
+  }
+  std::ostringstream contact;
+  contact.precision(17);
+  if (s.restitution > 0) {
+    contact << "solref='" << -0.25 / (s.step * s.step) << " 0' ";
+  } else if (accurate || fast) {
+    contact << "solref='" << 2 * s.step << " 1' ";
+  }
+  if (accurate) contact << "solimp='0.99 0.999 0.001'";
+  return option.str() + "/><default><geom " + contact.str() + "/></default>";
+}
+
 std::string modelText(const WorldDef& def, const std::vector<PeerBody>& bodies, const PeerSettings& settings) {
   std::ostringstream assets, tree;
   tree.precision(17);
+  const double mu_moving = movingFriction(bodies);
   int mesh = 0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const PeerBody& b = bodies[i];
@@ -41,34 +122,25 @@ std::string modelText(const WorldDef& def, const std::vector<PeerBody>& bodies, 
            << "'/>";
     }
     for (const CollisionDef& collision : b.link->collisions) {
-      const std::string place = "' pos='" + text(collision.X_LS.p) + "' quat='" + text(collision.X_LS.R) + "'";
-      const std::string friction = " friction='" + std::to_string(b.mu) + " 0.005 0.0001'/>";
-      if (collision.shape->isBox()) {
-        tree << "<geom type='box' size='" << text(collision.shape->halfSize()) << place << friction;
-      } else {
-        assets << "<mesh name='m" << mesh << "' vertex='";
-        for (const Vector3& v : collision.shape->vertices()) assets << text(v) << ' ';
-        assets << "'/>";
-        tree << "<geom type='mesh' mesh='m" << mesh++ << place << friction;
-      }
+      tree << geomText(b, collision, mesh, assets) << frictionOf(b, mu_moving);
     }
     tree << "</body>";
   }
   std::ostringstream model;
   model.precision(17);
-  model << "<mujoco><compiler inertiafromgeom='false' balanceinertia='false'/><size njmax='3000' nconmax='800'/>"
-        << "<option timestep='" << settings.step << "' gravity='" << text(def.settings.gravity) << "' integrator='"
-        << (settings.peer == Peer::kMujocoRk4 ? "RK4" : "Euler") << "'/><asset>" << assets.str()
-        << "</asset><worldbody>" << tree.str() << "</worldbody></mujoco>";
+  // Contacts of boxes have up to eight points, bodies in heaps half a dozen contacts; what does not fit is dropped by MuJoCo.
+  const int contacts = std::min<int>(1500, 50 + 20 * static_cast<int>(bodies.size()));
+  model << "<mujoco><compiler inertiafromgeom='false' balanceinertia='false'/><size njmax='" << 4 * contacts
+        << "' nconmax='" << contacts << "'/><option timestep='" << settings.step << "' gravity='"
+        << text(def.settings.gravity) << "' " << optionText(settings) << "<asset>" << assets.str() << "</asset><worldbody>" << tree.str()
+        << "</worldbody></mujoco>";
   return model.str();
 }
 
 class MujocoWorld : public PeerWorld {
  public:
-  MujocoWorld(const WorldDef& def, const PeerSettings& settings) : bodies_(peerBodies(def)) {
-    if (settings.restitution > 0) {
-      throw SetupError("MuJoCo", "has no coefficient of restitution", "the scene is left out for this peer");
-    }
+  MujocoWorld(const WorldDef& def, const PeerSettings& settings)
+      : settings_(settings), bodies_(peerBodies(def, settings_)) {
     const std::string xml = modelText(def, bodies_, settings);
     mjVFS files;
     mj_defaultVFS(&files);
@@ -118,6 +190,7 @@ class MujocoWorld : public PeerWorld {
   }
 
  private:
+  PeerSettings settings_;
   std::vector<PeerBody> bodies_;
   std::vector<int> first_velocity_;
   mjModel* model_ = nullptr;

@@ -1,4 +1,4 @@
-// ODE 0.16: dWorldStep (exact LCP) or dWorldQuickStep, contacts from dCollide, world defaults for ERP and CFM.
+// ODE 0.16: dWorldStep (exact LCP) or dWorldQuickStep, contacts from dCollide.
 #include <ode/ode.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ void setPose(dGeomID geom, const Pose& X) {
 
 class OdeWorld : public PeerWorld {
  public:
-  OdeWorld(const WorldDef& def, const PeerSettings& settings) : settings_(settings), bodies_(peerBodies(def)) {
+  OdeWorld(const WorldDef& def, const PeerSettings& settings) : settings_(settings), bodies_(peerBodies(def, settings_)) {
     dInitODE();
     if (!dCheckConfiguration("ODE_double_precision")) {
       throw SetupError("ODE", "is built in single precision", "install Debian's libode-dev");
@@ -37,6 +37,10 @@ class OdeWorld : public PeerWorld {
     const Vector3& g = def.settings.gravity;
     dWorldSetGravity(world_, g.x(), g.y(), g.z());
     dWorldSetQuickStepNumIterations(world_, settings.iterations);
+    if (settings.tuning == Tuning::kAccurate) {
+      dWorldSetERP(world_, 0.8);
+      dWorldSetCFM(world_, 1e-12);
+    }
     for (int i = 0; i < static_cast<int>(bodies_.size()); ++i) add(i);
   }
   ~OdeWorld() override {
@@ -89,10 +93,18 @@ class OdeWorld : public PeerWorld {
       const Twist V = b.V_WL.shifted(com - b.X_WL.p);
       dBodySetLinearVel(body, V.linear.x(), V.linear.y(), V.linear.z());
       dBodySetAngularVel(body, V.angular.x(), V.angular.y(), V.angular.z());
+      if (settings_.tuning == Tuning::kAccurate) dBodySetFiniteRotationMode(body, 1);
     }
     body_.push_back(body);
+    if (b.round && b.round->kind == PeerShape::Kind::kPlane) {
+      const UpperFace face = upperFace(b.link->collisions.at(0));
+      const Vector3 n = b.X_WL.R * face.n_L;
+      dGeomSetData(dCreatePlane(space_, n.x(), n.y(), n.z(), n.dot(b.X_WL * face.p_L)),
+                   reinterpret_cast<void*>(static_cast<std::intptr_t>(i)));
+      return;
+    }
     for (const CollisionDef& collision : b.link->collisions) {
-      dGeomID geom = makeGeom(*collision.shape);
+      dGeomID geom = makeGeom(b, *collision.shape);
       dGeomSetData(geom, reinterpret_cast<void*>(static_cast<std::intptr_t>(i)));
       if (body) {
         dGeomSetBody(geom, body);
@@ -108,7 +120,10 @@ class OdeWorld : public PeerWorld {
     }
   }
 
-  dGeomID makeGeom(const ConvexPolyhedron& shape) {
+  dGeomID makeGeom(const PeerBody& b, const ConvexPolyhedron& shape) {
+    if (b.round && b.round->kind == PeerShape::Kind::kSphere) return dCreateSphere(space_, b.round->radius);
+    if (b.round && b.round->kind == PeerShape::Kind::kCapsule) return dCreateCapsule(space_, b.round->radius, b.round->length);
+    if (b.round && b.round->kind == PeerShape::Kind::kCylinder) return dCreateCylinder(space_, b.round->radius, b.round->length);
     if (shape.isBox()) {
       const Vector3 size = 2 * shape.halfSize();
       return dCreateBox(space_, size.x(), size.y(), size.z());
@@ -137,8 +152,26 @@ class OdeWorld : public PeerWorld {
       contact[c].surface.mode = dContactApprox1 | (world.settings_.restitution > 0 ? dContactBounce : 0);
       contact[c].surface.bounce = world.settings_.restitution;
       contact[c].surface.mu = std::sqrt(world.bodies_[i].mu * world.bodies_[j].mu);
+      if (world.settings_.tuning == Tuning::kAccurate) world.alongSlip(world.body_[i], world.body_[j], contact[c]);
       dJointAttach(dJointCreateContact(world.world_, world.contacts_, &contact[c]), world.body_[i], world.body_[j]);
     }
+  }
+
+  /// First friction axis along the slip, as ODE's manual advises where a pyramid is not good enough.
+  static void alongSlip(dBodyID a, dBodyID b, dContact& contact) {
+    constexpr double kStill = 1e-9;  // [m/s]: no direction to speak of
+    const dReal* p = contact.geom.pos;
+    const auto at = [p](dBodyID body) {
+      dVector3 v = {};
+      if (body) dBodyGetPointVel(body, p[0], p[1], p[2], v);
+      return Vector3(v[0], v[1], v[2]);
+    };
+    const Vector3 n(contact.geom.normal[0], contact.geom.normal[1], contact.geom.normal[2]), v = at(a) - at(b);
+    const Vector3 slip = v - v.dot(n) * n;
+    if (slip.norm() < kStill) return;
+    const Vector3 axis = slip.normalized();
+    for (int k = 0; k < 3; ++k) contact.fdir1[k] = axis[k];
+    contact.surface.mode |= dContactFDir1;
   }
 
   PeerSettings settings_;

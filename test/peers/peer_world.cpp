@@ -3,23 +3,66 @@
 #include <cmath>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/geometry/convex_polyhedron.h"
 
 namespace haptic::peers {
 
+namespace {
+
+PeerSettings with(Peer peer, int iterations, Tuning tuning = Tuning::kAsItComes) {
+  PeerSettings s;
+  s.peer = peer;
+  s.iterations = iterations;
+  s.tuning = tuning;
+  return s;
+}
+
+std::vector<NamedPeer> makeTable() {
+  using P = Peer;
+  using T = Tuning;
+  return {
+      {"ode_exact", with(P::kOdeExact, 20), "as it comes", "dWorldStep, ERP 0.2, CFM 1e-10, friction pyramid on fixed axes"},
+      {"ode_exact_firm", with(P::kOdeExact, 20, T::kAccurate), "accuracy",
+       "dWorldStep, ERP 0.8, CFM 1e-12, first friction axis along the slip, finite rotations"},
+      {"ode_quick20", with(P::kOdeQuick, 20), "as it comes", "dWorldQuickStep, 20 iterations, ERP 0.2, CFM 1e-10"},
+      {"ode_quick10", with(P::kOdeQuick, 10, T::kFast), "speed", "dWorldQuickStep, 10 iterations, ERP 0.2, CFM 1e-10"},
+      {"ode_quick100_firm", with(P::kOdeQuick, 100, T::kAccurate), "accuracy",
+       "dWorldQuickStep, 100 iterations, ERP 0.8, CFM 1e-12, first friction axis along the slip, finite rotations"},
+      {"bullet10", with(P::kBullet, 10), "as it comes", "sequential impulses, 10 iterations, ERP 0.2, margin 1 mm"},
+      {"bullet5", with(P::kBullet, 5, T::kFast), "speed", "sequential impulses, 5 iterations, ERP 0.2, margin 1 mm"},
+      {"bullet50", with(P::kBullet, 50), "accuracy", "sequential impulses, 50 iterations, ERP 0.2, margin 1 mm"},
+      {"bullet200_firm", with(P::kBullet, 200, T::kAccurate), "accuracy",
+       "sequential impulses, 200 iterations, ERP 0.8, two friction directions, restitution at any speed, margin 1 mm"},
+      {"bullet_dantzig", with(P::kBullet, 50, T::kDantzig), "accuracy",
+       "Dantzig's MLCP solver (50 sequential impulses where it fails), ERP 0.2, margin 1 mm"},
+      {"mujoco_euler", with(P::kMujocoEuler, 0), "as it comes", "Euler, solref 0.02 1, pyramidal cone, Newton"},
+      {"mujoco_rk4", with(P::kMujocoRk4, 0), "accuracy", "RK4, solref 0.02 1, pyramidal cone, Newton"},
+      {"mujoco_firm", with(P::kMujocoEuler, 0, T::kAccurate), "accuracy",
+       "implicit integrator, solref two steps and 1, solimp 0.99 0.999 0.001, elliptic cone, impratio 10, 10 iterations of noslip"},
+      {"mujoco_fast", with(P::kMujocoEuler, 0, T::kFast), "speed",
+       "Euler, solref two steps and 1, pyramidal cone, conjugate gradients, 10 iterations"},
+  };
+}
+
+}  // namespace
+
+const std::vector<NamedPeer>& peerTable() {
+  static const std::vector<NamedPeer> kTable = makeTable();
+  return kTable;
+}
+
 std::string name(const PeerSettings& s) {
-  switch (s.peer) {
-    case Peer::kOdeExact:
-      return "ode_exact";
-    case Peer::kOdeQuick:
-      return "ode_quick" + std::to_string(s.iterations);
-    case Peer::kBullet:
-      return "bullet" + std::to_string(s.iterations);
-    case Peer::kMujocoEuler:
-      return "mujoco_euler";
-    case Peer::kMujocoRk4:
-      return "mujoco_rk4";
+  for (const NamedPeer& row : peerTable()) {
+    const bool counts = s.peer == Peer::kOdeQuick || s.peer == Peer::kBullet;
+    if (row.settings.peer == s.peer && row.settings.tuning == s.tuning && (!counts || row.settings.iterations == s.iterations)) {
+      return row.name;
+    }
   }
   return "unknown";
+}
+
+UpperFace upperFace(const CollisionDef& collision) {
+  return {collision.X_LS * Vector3(0, 0, collision.shape->halfSize().z()), collision.X_LS.R.col(2)};
 }
 
 std::unique_ptr<PeerWorld> makePeer(const WorldDef& def, const PeerSettings& settings) {
@@ -52,7 +95,7 @@ std::unique_ptr<PeerWorld> makeMujoco(const WorldDef&, const PeerSettings&) {
 }
 #endif
 
-std::vector<PeerBody> peerBodies(const WorldDef& def) {
+std::vector<PeerBody> peerBodies(const WorldDef& def, const PeerSettings& settings) {
   if (!def.loops.empty()) throw SetupError(def.name, "has a closed loop", "peers run free and fixed bodies only");
   std::vector<PeerBody> bodies;
   for (const ArticulationDef& articulation : def.articulations) {
@@ -72,6 +115,9 @@ std::vector<PeerBody> peerBodies(const WorldDef& def) {
         if (!std::isnan(collision.material.mu_dynamic)) body.mu = collision.material.mu_dynamic;
       }
       if (std::isnan(body.mu)) body.mu = 0.5;  // neither surface nor world says: the scenes' usual value
+      for (const PeerShape& shape : settings.shapes) {
+        if (shape.link == static_cast<int>(bodies.size())) body.round = &shape;
+      }
       bodies.push_back(body);
     }
   }

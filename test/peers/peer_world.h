@@ -1,8 +1,8 @@
-/// The same scenes in other simulators, for scale: ODE, Bullet, MuJoCo, each with its own default contact.
+/// The same scenes in other simulators, for scale: ODE, Bullet, MuJoCo, each in several settings.
 ///
-/// A peer runs free and fixed bodies with box and hull shapes, in double precision. What it cannot run is refused
-/// by SetupError with the reason, so that a report can say so. Contact parameters of the peers are theirs: only
-/// friction (the dynamic coefficient, for none of them knows two) and geometry come from the definition.
+/// A peer runs free and fixed bodies with boxes, hulls and its own round shapes, in double precision. What it cannot run
+/// is refused by SetupError with the reason, so that a report can say so. Contact parameters of the peers are theirs:
+/// only friction (the dynamic coefficient, for none of them knows two) and geometry come from the definition.
 #pragma once
 #include <memory>
 #include <string>
@@ -14,12 +14,36 @@ namespace haptic::peers {
 
 enum class Peer { kOdeExact, kOdeQuick, kBullet, kMujocoEuler, kMujocoRk4 };
 
+/// What a peer's own manual advises: as it comes, for accuracy, for speed, or with another solver. See `peerTable`.
+enum class Tuning { kAsItComes, kAccurate, kFast, kDantzig };
+
+/// A true shape of a peer in place of the polyhedra of one link: axis z of each shape's frame.
+struct PeerShape {
+  enum class Kind { kSphere, kCylinder, kCapsule, kCone, kPlane };
+  int link = -1;
+  Kind kind = Kind::kSphere;
+  double radius = 0;  ///< [m]
+  double length = 0;  ///< of cylinder and cone; of a capsule between its centres [m]
+};
+
 struct PeerSettings {
   Peer peer = Peer::kOdeExact;
-  int iterations = 20;   ///< of ODE's QuickStep and Bullet's solver; the others have none
-  double step = 1e-3;    ///< [s]
-  double restitution = 0;  ///< of all contacts; MuJoCo has none and refuses it
+  int iterations = 20;     ///< of ODE's QuickStep and Bullet's solver; the others have none
+  double step = 1e-3;      ///< [s]
+  double restitution = 0;  ///< of all contacts, 0 or 1; MuJoCo, which has none, gets springs without damping for 1
+  Tuning tuning = Tuning::kAsItComes;
+  std::vector<PeerShape> shapes;
 };
+
+/// One named setting of a peer.
+struct NamedPeer {
+  const char* name;
+  PeerSettings settings;
+  const char* purpose;  ///< what it is for: as it comes, accuracy, speed
+  const char* meaning;  ///< every value that differs from the library's own, for people
+};
+/// All settings that the report runs.
+const std::vector<NamedPeer>& peerTable();
 
 /// Links are numbered through all articulations of the definition in order, as in `World`.
 class PeerWorld {
@@ -32,7 +56,7 @@ class PeerWorld {
   virtual void applyForce(int link, const Vector3& f_W, const Vector3& p_W) = 0;
 };
 
-std::string name(const PeerSettings& settings);  ///< e.g. `ode_quick20`, `bullet50`, `mujoco_euler`
+std::string name(const PeerSettings& settings);  ///< e.g. `ode_quick20`, `bullet50`, `mujoco_firm`
 std::unique_ptr<PeerWorld> makePeer(const WorldDef& def, const PeerSettings& settings);
 
 /// One link of a scene as every peer needs it.
@@ -42,9 +66,16 @@ struct PeerBody {
   Pose X_WL;    ///< initial
   Twist V_WL;   ///< initial, at L's origin, in W
   double mu = 0;
+  const PeerShape* round = nullptr;  ///< in place of the link's polyhedra; null: none
 };
 /// Throws SetupError for joints, loops and pointers that move: peers run free and fixed bodies here.
-std::vector<PeerBody> peerBodies(const WorldDef& def);
+std::vector<PeerBody> peerBodies(const WorldDef& def, const PeerSettings& settings);
+
+/// Upper face of a box, as the plane it lies in: a point and the normal, in the link's frame.
+struct UpperFace {
+  Vector3 p_L, n_L;
+};
+UpperFace upperFace(const CollisionDef& collision);
 
 std::unique_ptr<PeerWorld> makeOde(const WorldDef& def, const PeerSettings& settings);
 std::unique_ptr<PeerWorld> makeBullet(const WorldDef& def, const PeerSettings& settings);

@@ -3,19 +3,21 @@ import math
 
 import numpy as np
 
+import pareto
 from report_plan import Case, cases_of, is_peer, model_of, references_of, task_of
-from run_errors import METRICS, error_over_time, errors_against, parse_run
+from run_errors import METRICS, error_over_time, errors_against, judged, parse_run
 
 
 class SceneResult:
-    """Runs and errors of one scene. `total` and `numerical`: lists of (run, {metric: error}); numerical ones also carry
-    the convergence of their reference per metric."""
+    """Runs and errors of one scene. `total` and `numerical`: lists of (run, {metric: error}); numerical ones also carry the
+    convergence of their reference per metric. `base`: total errors of ours in the build for any processor."""
 
-    def __init__(self, scene, quick):
+    def __init__(self, scene, quick, peers):
         self.scene, self.quick = scene, quick
-        self.cases = cases_of(scene, quick)
+        self.cases = cases_of(scene, quick, peers)
         self.references = references_of(scene, self.cases, quick)
-        self.runs, self.total, self.numerical, self.orders, self.pictures = [], [], [], {}, []
+        self.runs, self.total, self.numerical, self.base, self.not_converging = [], [], [], [], []
+        self.orders, self.pictures = {}, []
         self.exact, self.converged, self.reference_notes = None, {}, []
 
     def tasks(self, program, stamp):
@@ -38,13 +40,58 @@ class SceneResult:
             self.converged[model] = (best if best.status == 'ok' else None, doubt)
             self.reference_notes.append((model, fine, b.status if b.status != 'ok' else '', doubt))
         for case in self.cases:
-            run = parse_run(case, results[case])
+            run, total, numerical = self.entry(case, results[case])
             self.runs.append(run)
-            if self.exact is not None:
-                self.total.append((run, errors_against(run, self.exact)))
-            reference, doubt = self.converged.get(model_of(case), (None, {}))
-            if reference is not None:
-                self.numerical.append((run, errors_against(run, reference.trajectory), doubt))
+            if total is not None:
+                self.total.append((run, total))
+            if numerical is not None:
+                self.numerical.append((run, *numerical))
+
+    def entry(self, case, result):
+        """A run with its errors: run, total errors or None, (numerical errors, doubt) or None."""
+        converged, doubt = self.converged.get(model_of(case), (None, {}))
+        run = judged(parse_run(case, result), self.bound_reference(converged, doubt), self.scene.size)
+        total = None
+        if self.exact is not None or self.scene.measures:
+            total = {**errors_against(run, self.exact), **(run.measures if run.status == 'ok' else {})}
+        return run, total, (errors_against(run, converged.trajectory), doubt) if converged is not None else None
+
+    def bound_reference(self, converged, doubt):
+        """What a run must stay near: the exact solution, else its model's own where that one has converged; or None."""
+        if self.exact is not None:
+            return self.exact
+        if converged is None or not doubt.get('position', math.inf) < 0.1 * self.scene.size:
+            return None
+        return converged.trajectory
+
+    def beyond_bound(self):
+        """Runs that count as ok with a body beyond the bound: none, counted again from the trajectories."""
+        count = 0
+        for run in self.runs:
+            reference = self.bound_reference(*self.converged.get(model_of(run.case), (None, {})))
+            if run.status == 'ok' and reference is not None:
+                away = np.linalg.norm(run.trajectory.pose[..., :3] - reference.pose[:len(run.trajectory.time), :, :3], axis=-1)
+                count += bool(np.max(away) > self.scene.size)
+        return count
+
+    def take_base(self, results):
+        """Runs of the build for any processor: {case: result}."""
+        for case, result in results.items():
+            run, total, _ = self.entry(case, result)
+            self.base.append((run, total or {}))
+
+    def find_not_converging(self, peers):
+        """Settings of peers whose error does not fall with their step: the sanity test of each row. Less than a tenth of an
+        order, above rounding, over the steps that did not fail; one step alone shows nothing."""
+        entries = self.total if self.exact is not None else [(run, errors) for run, errors, _ in self.numerical]
+        for peer in peers:
+            rows = sorted((run.case.step, errors['position']) for run, errors in entries
+                          if run.case.method == peer and errors.get('position', 0) > 1e-9)
+            if len(rows) > 1 and np.polyfit(*np.log(np.array(rows)).T, 1)[0] < 0.1:
+                self.not_converging.append(peer)
+
+    def own_stiffness(self, case):
+        return not case.stiffness or case.stiffness == self.scene.stiffness
 
     def failed(self):
         return [run for run in self.runs if run.status != 'ok']
@@ -57,7 +104,7 @@ class SceneResult:
         present = set()
         for entry in self.total or self.numerical:
             present |= {metric for metric, error in entry[1].items() if error > 0}
-        wanted = ('wrench', 'position', 'orientation', 'energy')
+        wanted = (*self.scene.measures, 'wrench', 'position', 'orientation', 'energy')
         return [metric for metric in wanted if metric in present] or ['position']
 
     def main_metric(self, fixed=()):
@@ -67,32 +114,15 @@ class SceneResult:
                 return metric
         return 'position'
 
-    def points(self):
-        """(scene, metric) -> [(cpu, total error, is a peer, run)]."""
+    def points(self, base=False):
+        """(scene, metric) -> [Point]. `base`: ours of the build for any processor, where they ran; peers are the same."""
+        entries = [entry for entry in self.total if is_peer(entry[0].case.method)] + self.base if base else self.total
         out = {}
-        for run, errors in self.total:
+        for run, errors in entries:
             for metric, error in errors.items():
-                out.setdefault((self.scene.name, metric), []).append((run.cpu, error, is_peer(run.case.method), run))
+                out.setdefault((self.scene.name, metric), []).append(
+                    pareto.Point(run.cpu, error, is_peer(run.case.method), self.own_stiffness(run.case), run))
         return out
-
-    def grown(self):
-        """One run of each method at the step nearest 1 ms, with the reference that its error is shown against."""
-        runs, references = [], []
-        chosen = {}
-        for run in self.runs:
-            if run.status != 'ok' or run.case.facets:
-                continue
-            key = (abs(math.log(run.case.step / 1e-3)), abs(run.case.stiffness - self.scene.stiffness))
-            if run.case.method not in chosen or key < chosen[run.case.method][0]:
-                chosen[run.case.method] = (key, run)
-        for _, run in chosen.values():
-            reference = self.exact
-            if reference is None and self.converged.get(model_of(run.case), (None,))[0] is not None:
-                reference = self.converged[model_of(run.case)][0].trajectory
-            if reference is not None:
-                runs.append(run)
-                references.append(reference)
-        return runs, references
 
     def rows(self):
         """Rows of the CSV: one per run, kind of error and metric; a failed run has one row without error."""
@@ -119,9 +149,10 @@ class SceneResult:
                 'error_kind': kind, 'metric': metric, 'error': error, 'unit': METRICS[metric][0] if metric else '',
                 'reference': reference, 'reference_convergence': doubt, 'cpu_s_per_s': run.cpu,
                 'cpu_least_s_per_s': run.cpu_low, 'cpu_most_s_per_s': run.cpu_high, 'step_p50_us': 1e6 * run.p50,
-                'step_p99_us': 1e6 * run.p99, 'step_max_us': 1e6 * run.slowest, 'steps': run.steps,
-                'allocations': run.allocations, 'unconverged_steps': run.unconverged,
-                'energy_balance_rel': run.balance}
+                'step_p99_us': 1e6 * run.p99, 'step_p999_us': 1e6 * run.p999, 'step_max_us': 1e6 * run.slowest,
+                'steps': run.steps, 'newton_mean': run.iterations / max(1, run.steps), 'newton_worst': run.iterations_worst,
+                'evaluations_worst': run.evaluations_worst, 'allocations': run.allocations,
+                'unconverged_steps': run.unconverged, 'energy_gain_rel': run.gain}
 
 
 def model_error(result, metric):

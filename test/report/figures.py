@@ -7,20 +7,34 @@ import re
 import matplotlib
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt  # noqa: E402  (the backend is chosen first)
+from matplotlib import ticker  # noqa: E402
 import numpy as np  # noqa: E402
 
 from pareto import front  # noqa: E402
-from run_errors import METRICS, error_over_time, order_of  # noqa: E402
+from report_plan import is_peer  # noqa: E402
+from run_errors import METRICS, order_of  # noqa: E402
 
 # Stand for colours of the page; replaced in the SVG.
 INK, FAINT = '#102030', '#a0b0c0'
-# Readable on white and on black. Ours are cold and solid, peers warm.
+# Okabe and Ito's palette, which colour-blind eyes tell apart, in shades that are read on white and on black. Ours are cold and
+# filled with round or square marks, peers warm with pointed ones.
 STYLES = {
-    'volume-euler': ('#3f9bd8', 'o'), 'volume-verlet': ('#2367d1', 'o'), 'volume-implicit': ('#8a63d2', 's'),
-    'volume-sdirk2': ('#5b3fb0', 's'), 'volume-automatic': ('#1c9c84', 'D'), 'point-verlet': ('#7d8894', 'v'),
-    'ode_exact': ('#e07b1a', '^'), 'ode_quick20': ('#e8a94c', '^'), 'bullet10': ('#d65a5a', 'P'),
-    'bullet50': ('#b53030', 'P'), 'mujoco_euler': ('#b8a11f', 'X'), 'mujoco_rk4': ('#8d7b10', 'X'),
+    'volume-euler': ('#56a8e0', 'o'), 'volume-verlet': ('#1f78c8', 'o'), 'volume-implicit': ('#b070c8', 's'),
+    'volume-sdirk2': ('#8050b8', 's'), 'volume-automatic': ('#009e73', 'D'), 'point-verlet': ('#7d8894', 'h'),
+    'ode_exact': ('#e69f00', '^'), 'ode_exact_firm': ('#e69f00', '>'), 'ode_quick20': ('#c08a10', '^'),
+    'ode_quick10': ('#c08a10', 'v'), 'ode_quick100_firm': ('#c08a10', '>'), 'bullet10': ('#d55e00', 'P'),
+    'bullet5': ('#d55e00', 'v'), 'bullet50': ('#b84a10', 'P'), 'bullet200_firm': ('#b84a10', '>'),
+    'bullet_dantzig': ('#e07848', '*'), 'mujoco_euler': ('#a08c10', 'X'), 'mujoco_rk4': ('#807010', 'X'),
+    'mujoco_firm': ('#a08c10', '>'), 'mujoco_fast': ('#a08c10', 'v'),
     'exact': (INK, None),
+}
+OURS, THEIRS = '#1f78c8', '#d55e00'  # of the fronts
+# What our names mean; the peers' say it themselves (`report_run --peers`).
+MEANINGS = {
+    'volume-euler': 'pressure over the contact volume, symplectic Euler', 'volume-verlet': 'the same, velocity Verlet',
+    'volume-implicit': 'the same, implicit Euler', 'volume-sdirk2': 'the same, SDIRK2 (implicit, second order)',
+    'volume-automatic': 'the same, explicit where soft and implicit where stiff, island by island',
+    'point-verlet': 'a spring at the deepest point, velocity Verlet: for comparison',
 }
 FAILED = '#e0245e'
 
@@ -50,71 +64,100 @@ def save(figure, folder, name):
     return for_page(svg, name)
 
 
+def _style_once(match):
+    """A group of marks of one style, with the style on the group."""
+    styles = set(re.findall(r' style="([^"]*)"', match.group(2)))
+    if len(styles) != 1:
+        return match.group(0)
+    return f'<g{match.group(1)} style="{styles.pop()}">' + re.sub(r' style="[^"]*"', '', match.group(2)) + '</g>'
+
+
 def for_page(svg, name):
     """The <svg> element alone, with the page's colours, fluid in width."""
     svg = svg[svg.index('<svg'):]
     svg = re.sub(r'<metadata>.*?</metadata>', '', svg, flags=re.S)
     svg = re.sub(r'width="[\d.]+pt" height="[\d.]+pt"', 'role="img"', svg, count=1)
     svg = svg.replace(INK, 'currentColor').replace(FAINT, 'var(--faint)')
-    svg = re.sub(r'(\d+\.\d)\d+', r'\1', svg)  # tenths of a point are enough
+    svg = re.sub(r'(?<![>\d.])(\d+\.\d)\d+', r'\1', svg)  # tenths of a point are enough; labels keep their digits
     svg = re.sub(r'>\s+<', '><', svg)
+    # What the page says once, or nobody needs: families of fonts, names of groups, turns by nothing, the same style per mark.
+    svg = re.sub(r"(font: [\d.]+px) '[^;\"]*", r'\1 sans-serif', svg)
+    svg = re.sub(r'<g id="\w+_\d+">', '<g>', svg)
+    svg = re.sub(r' transform="rotate\(-?0 [^)]*\)"', '', svg)
+    svg = svg.replace(' \n', '')
+    svg = re.sub(r'<g([^>]*)>((?:<use [^>]*/>)+)</g>', _style_once, svg)
     return f'<figure id="{name}">{svg}</figure>'
 
 
 def _log_limits(axes):
+    """Logarithmic axes with decades as ticks, and 2 and 5 between them where there are few."""
     axes.set_xscale('log')
     axes.set_yscale('log')
 
 
-def _panels(count, width, height):
-    """`count` panels in rows of two, and room for a legend below."""
-    rows = math.ceil(count / 2)
-    figure, panels = plt.subplots(rows, min(2, count), figsize=(width * min(2, count) + 0.4, height * rows + 0.6),
-                                  squeeze=False)
-    for axes in panels.flat[count:]:
-        axes.set_visible(False)
-    return figure, list(panels.flat[:count]), 0.6 / (height * rows + 0.6)
+def _ticks(axis, low, high):
+    decades = math.log10(high / low)
+    if decades < 2.5:
+        axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
+    else:
+        axis.set_major_locator(ticker.LogLocator(numticks=9))
+    axis.set_major_formatter(ticker.FuncFormatter(lambda x, _: f'{x:g}'))
+    axis.set_minor_locator(ticker.NullLocator())
 
 
-def work_precision(scene, runs, metrics, folder):
-    """Total error against CPU time per simulated second, one panel per metric; failed runs on the upper edge.
-    `runs`: (run, {metric: error})."""
-    figure, panels, below = _panels(len(metrics), 4.6, 3.3)
+def label_ticks(axes):
+    _ticks(axes.xaxis, *axes.get_xlim())
+    _ticks(axes.yaxis, *axes.get_ylim())
+
+
+def cpu_of(run):
+    return run.cpu
+
+
+def worst_step_of(run):
+    return 1e6 * run.slowest
+
+
+def work_precision(scene, runs, metric, folder, own_stiffness, cost=cpu_of, name='total', kind='total'):
+    """Error against a cost with the fronts of ours and of the peers; failed runs on the upper edge. `runs`: (run, {metric:
+    error}); `cost` of a run: CPU time per simulated second [s], or of the worst step [µs]."""
+    figure, axes = plt.subplots(figsize=(8.6, 5.2))
+    _log_limits(axes)
+    groups, sides = {}, {False: [], True: []}
+    for run, errors in runs:
+        if metric in errors and math.isfinite(cost(run)) and cost(run) > 0:
+            error = max(errors[metric], 1e-17)  # zero error: on the axis
+            groups.setdefault((run.case.method, own_stiffness(run.case)), []).append((cost(run), error))
+            sides[is_peer(run.case.method)].append((cost(run), error))
     seen = {}
-    for axes, metric in zip(panels, metrics):
-        _log_limits(axes)
-        groups = {}
-        for run, errors in runs:
-            if metric in errors and math.isfinite(run.cpu):
-                own = not run.case.stiffness or run.case.stiffness == scene.stiffness
-                # Zero error: on the axis.
-                groups.setdefault((run.case.method, own), []).append((run, max(errors[metric], 1e-17)))
-        for (method, own), members in groups.items():
-            colour, marker = style_of(method)
-            x = np.array([run.cpu for run, _ in members])
-            spread = [x - [run.cpu_low for run, _ in members], [run.cpu_high for run, _ in members] - x]
-            handle = axes.errorbar(x, [error for _, error in members], xerr=np.maximum(spread, 0), fmt=marker, color=colour,
-                                   ms=4.5, elinewidth=0.5, mew=0.8, mfc=colour if own else 'none')
-            seen.setdefault(method, handle)
-        line = front([(run.cpu, error) for members in groups.values() for run, error in members])
+    for (method, own), members in groups.items():
+        colour, marker = style_of(method)
+        handle, = axes.plot(*zip(*members), ls='none', marker=marker, color=colour, ms=5.5, mew=0.9, mfc=colour if own else 'none')
+        if own or method not in seen:
+            seen[method] = handle
+    for peers, colour, label, dash in ((False, OURS, 'ours', '-'), (True, THEIRS, 'peers', '--')):
+        line = front(sides[peers])
         if line:
-            axes.plot([p[0] for p in line], [p[1] for p in line], '-', color=INK, lw=0.8, zorder=0, drawstyle='steps-post')
-        failures(axes, [run for run, _ in runs if run.status != 'ok'])
-        axes.set_xlabel('CPU time per simulated second [s]')
-        axes.set_title(f'{metric.replace("_", " ")} error [{METRICS[metric][0]}]', pad=10)
+            handle, = axes.plot([p[0] for p in line], [p[1] for p in line], dash, color=colour, lw=1.6, drawstyle='steps-post')
+            seen['front of ' + label] = handle
+            axes.annotate(label, line[-1], xytext=(7, -3), textcoords='offset points', color=colour, fontsize=10, weight='bold')
+    failures(axes, [run for run, _ in runs if run.status != 'ok'], cost)
+    axes.set_xlabel('CPU time per simulated second [s]' if cost is cpu_of else 'CPU time of the worst step [µs]')
+    axes.set_title(f'{scene.name}: {kind} {metric.replace("_", " ")} error [{METRICS[metric][0]}]', pad=14)
+    label_ticks(axes)
     if seen:
-        figure.legend(seen.values(), seen.keys(), loc='lower center', ncol=6, bbox_to_anchor=(0.5, 0))
-    figure.tight_layout(rect=(0, below, 1, 1))
-    return save(figure, folder, f'{scene.name}-total')
+        figure.legend(seen.values(), seen.keys(), loc='lower center', ncol=5, bbox_to_anchor=(0.5, 0), fontsize=8)
+    figure.tight_layout(rect=(0, 0.04 + 0.033 * math.ceil(len(seen) / 5), 1, 1))
+    return save(figure, folder, f'{scene.name}-{name}')
 
 
-def failures(axes, failed):
+def failures(axes, failed, cost):
     """Failed runs: a cross on the upper edge, at their cost where it is known, else at the left."""
     if not failed:
         return
     low = axes.get_xlim()[0] if axes.lines or axes.collections else 1e-4
     for run in failed:
-        x = run.cpu if math.isfinite(run.cpu) and run.cpu > 0 else low
+        x = cost(run) if math.isfinite(cost(run)) and cost(run) > 0 else low
         axes.plot([x], [0.985], 'x', color=FAILED, ms=6, mew=1.4, transform=axes.get_xaxis_transform(), clip_on=False)
     axes.text(0.99, 0.94, f'{len(failed)} failed', color=FAILED, fontsize=8, ha='right', va='top', transform=axes.transAxes)
 
@@ -150,29 +193,11 @@ def numerical(scene, runs, metric, folder):
     left.set_title(f'numerical {metric} error [{METRICS[metric][0]}]; dotted: convergence of the reference')
     right.set_xlabel('CPU time per simulated second [s]')
     right.set_title(f'the same against cost [{METRICS[metric][0]}]')
+    label_ticks(left)
+    label_ticks(right)
     handles, labels = left.get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc='lower center', ncol=4, bbox_to_anchor=(0.5, 0), fontsize=7)
     figure.tight_layout(rect=(0, 0.06 + 0.05 * math.ceil(len(labels) / 4), 1, 1))
     return save(figure, folder, f'{scene.name}-numerical'), orders
 
-
-def growth(scene, runs, references, metrics, folder):
-    """Errors over simulated time. `runs`: one per method; `references`: trajectory of each."""
-    figure, panels, below = _panels(len(metrics), 4.6, 2.7)
-    handles = {}
-    for axes, metric in zip(panels, metrics):
-        axes.set_yscale('log')
-        for run, reference in zip(runs, references):
-            values = error_over_time(run.trajectory, reference).get(metric)
-            if values is None:
-                continue
-            colour, _ = style_of(run.case.method)
-            line, = axes.plot(reference.time[:len(values)], np.maximum(values, 1e-17), color=colour, lw=1.1)
-            handles.setdefault(run.case.method, line)
-        axes.set_xlabel('simulated time [s]')
-        axes.set_title(f'{metric.replace("_", " ")} error [{METRICS[metric][0]}]')
-    if handles:
-        figure.legend(handles.values(), handles.keys(), loc='lower center', ncol=6, bbox_to_anchor=(0.5, 0))
-    figure.tight_layout(rect=(0, below, 1, 1))
-    return save(figure, folder, f'{scene.name}-growth')

@@ -1,10 +1,13 @@
 // Any scene or robot that the simulator loads. Nothing is asked of its user: the simulated time, the compared bodies and
 // the hands' paths come from the file.
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <memory>
 
 #include "../scenes/shipped_scenes.h"
 #include "haptic_core/base/error.h"
+#include "haptic_core/geometry/convex_polyhedron.h"
 #include "haptic_core/world/world.h"
 #include "report_scene.h"
 #include "scene/scene_file.h"
@@ -31,6 +34,25 @@ std::vector<int> movingLinks(const WorldDef& def) {
     }
   }
   return links;
+}
+
+/// Largest extent of the smallest body that moves [m].
+double smallestBody(const WorldDef& def) {
+  double size = std::numeric_limits<double>::infinity();
+  for (const ArticulationDef& articulation : def.articulations) {
+    for (const LinkDef& link : articulation.links) {
+      if (link.collisions.empty() || (link.joint.type == JointType::kFixed && link.parent < 0)) continue;
+      Vector3 low = Vector3::Constant(1e300), high = -low;
+      for (const CollisionDef& collision : link.collisions) {
+        for (const Vector3& v : collision.shape->vertices()) {
+          low = low.cwiseMin(collision.X_LS * v);
+          high = high.cwiseMax(collision.X_LS * v);
+        }
+      }
+      size = std::min(size, (high - low).maxCoeff());
+    }
+  }
+  return std::isfinite(size) ? size : 1;
 }
 
 std::string reasonAgainstPeers(const WorldDef& def) {
@@ -63,6 +85,7 @@ Scene fileScene(const std::string& file) {
   s.samples = 20;
   s.bodies = movingLinks(world);
   if (s.bodies.empty()) throw SetupError(file, "nothing in it moves", "give the report a scene with a free body or joint");
+  s.size = smallestBody(world);
   s.stiffer_is_truer = false;
   s.not_for_peers = reasonAgainstPeers(world);
   s.make = [loaded](const Choice& choice) {

@@ -86,6 +86,7 @@ Scene press() {
   s.reference = "rigid: the tool stays, the hand feels its spring";
   s.seconds = 1;
   s.bodies = {1};
+  s.size = 0.05;
   s.stiffness = 1e8;
   s.make = [](const Choice& choice) {
     CubeParameters c;

@@ -86,6 +86,7 @@ Scene tilt() {
   s.parameters = "2 m, 1 kg, 0.1 rad, mu 10, the edge starts as deep as it carries 6.855 N";
   s.reference = "rigid: falls about its edge (Runge-Kutta in long double)";
   s.seconds = 0.23;
+  s.size = 2;
   s.samples = 23;
   s.stiffness = 4e4;
   s.make = [](const Choice& choice) {
@@ -126,11 +127,14 @@ Scene top() {
   Scene s = still();
   s.name = "top";
   s.title = "Top in slow steady precession on an apex that friction holds";
-  s.parameters = "cone, base r 0.1 m, height 0.05 m, 0.1 kg, tilt 0.2 rad, 50 rad/s about its axis, no torsional friction";
+  s.parameters = "cone, base r 0.1 m, height 0.05 m, 0.1 kg, tilt 0.2 rad, 50 rad/s about its axis, no torsional friction; "
+                 "peers: plane, Bullet a cone";
   s.reference = "rigid: precesses at 2.5805277 rad/s, the tilt stays";
   s.seconds = 2;
   s.stiffness = 1e13;
   s.round = true;
+  s.peer_shapes = {{0, peers::PeerShape::Kind::kPlane, 0, 0},
+                   {1, peers::PeerShape::Kind::kCone, Top::kRadius, Top::kHeight}};
   s.make = [](const Choice& choice) {
     return Top::scene(settingsOf(choice), choice.stiffness > 0 ? choice.stiffness : 1e13, 10,
                       choice.facets > 0 ? 8 << choice.facets : Top::kFacets);
@@ -172,11 +176,12 @@ Scene rollingBall() {
   Scene s = still();
   s.name = "roll";
   s.title = "Ball with facets that rolls down a slope";
-  s.parameters = "radius 50 mm, 0.1 kg, solid, slope 0.3 rad, mu 0.5; 42, 162, 642 vertices at 1, 2, 3 facets";
+  s.parameters = "radius 50 mm, 0.1 kg, solid, slope 0.3 rad, mu 0.5; 42, 162, 642 vertices at 1, 2, 3 facets; peers: sphere, plane";
   s.reference = "rigid sphere: 5/7 g sin(slope)";
   s.seconds = 0.5;
   s.stiffness = 1e8;
   s.round = true;
+  s.peer_shapes = {{0, peers::PeerShape::Kind::kPlane, 0, 0}, {1, peers::PeerShape::Kind::kSphere, kRadius, 0}};
   s.make = [](const Choice& choice) {
     WorldDef def;
     def.name = "rolling ball";

@@ -1,5 +1,8 @@
 """The page: one self-contained HTML file with light and dark colours, sortable tables, and no request to anywhere."""
+import collections
 import html
+import json
+import re
 
 STYLE = '''
 :root { color-scheme: light dark; --ink: #18222c; --paper: #ffffff; --faint: #d4dae0; --soft: #f3f5f7; --accent: #2367d1;
@@ -13,7 +16,7 @@ body { margin: 0 auto; max-width: 1180px; padding: 1.5rem; font: 15px/1.5 system
   background: var(--paper); }
 h1 { font-size: 1.7rem; line-height: 1.2; } h2 { margin-top: 2.5rem; border-bottom: 1px solid var(--faint); }
 h3 { margin-top: 2rem; } a { color: var(--accent); }
-nav { columns: 4 14rem; font-size: 0.9rem; } nav a { display: block; }
+.lead { font-size: 1.05rem; } nav { columns: 4 14rem; font-size: 0.9rem; } nav a { display: block; }
 figure { margin: 0.8rem 0; overflow-x: auto; } figure svg { width: 100%; height: auto; max-width: 60rem; max-height: 44rem; }
 figure svg text { font-family: system-ui, sans-serif !important; }
 figcaption, .note { font-size: 0.88rem; opacity: 0.85; }
@@ -35,19 +38,41 @@ button { float: right; font: inherit; padding: 0.2rem 0.7rem; border: 1px solid 
 '''
 
 SCRIPT = '''
-document.querySelectorAll('table.sortable').forEach(table => {
-  table.querySelectorAll('th').forEach((head, column) => head.addEventListener('click', () => {
-    const rising = head.getAttribute('aria-sort') !== 'ascending';
-    table.querySelectorAll('th').forEach(other => other.removeAttribute('aria-sort'));
-    head.setAttribute('aria-sort', rising ? 'ascending' : 'descending');
-    const value = row => { const cell = row.cells[column], key = cell.dataset.key ?? cell.textContent, x = parseFloat(key);
-      return Number.isNaN(x) ? key : x; };
-    const rows = [...table.tBodies[0].rows].sort((a, b) => { const x = value(a), y = value(b);
-      if (typeof x !== typeof y) return typeof x === 'number' ? -1 : 1;
-      return (x < y ? -1 : x > y ? 1 : 0) * (rising ? 1 : -1); });
-    table.tBodies[0].append(...rows);
-  }));
+document.addEventListener('click', event => {
+  const head = event.target.closest('table.sortable th');
+  if (!head) return;
+  const table = head.closest('table'), column = head.cellIndex, rising = head.getAttribute('aria-sort') !== 'ascending';
+  table.querySelectorAll('th').forEach(other => other.removeAttribute('aria-sort'));
+  head.setAttribute('aria-sort', rising ? 'ascending' : 'descending');
+  const value = row => { const cell = row.cells[column], key = cell.dataset.key ?? cell.textContent, x = parseFloat(key);
+    return Number.isNaN(x) ? key : x; };
+  const rows = [...table.tBodies[0].rows].sort((a, b) => { const x = value(a), y = value(b);
+    if (typeof x !== typeof y) return typeof x === 'number' ? -1 : 1;
+    return (x < y ? -1 : x > y ? 1 : 0) * (rising ? 1 : -1); });
+  table.tBodies[0].append(...rows);
 });
+const meanings = JSON.parse(document.getElementById('meanings').textContent);
+const explain = root => root.querySelectorAll('td').forEach(cell => {
+  const words = meanings[cell.textContent.split(' ')[0]]; if (words) cell.title = words; });
+explain(document);
+// Tables of runs are kept as data and built when somebody looks: there are thousands of rows.
+const build = holder => {
+  const data = JSON.parse(holder.querySelector('script').textContent), table = document.createElement('table');
+  table.className = 'sortable';
+  const head = table.createTHead().insertRow();
+  data.heads.forEach((name, i) => { const cell = document.createElement('th'); cell.textContent = name;
+    if (typeof (data.rows[0] ?? [])[i] === 'string') cell.className = 'text'; head.append(cell); });
+  const body = table.createTBody();
+  data.rows.forEach((row, i) => { const line = body.insertRow();
+    if (data.failed.includes(i)) line.className = 'failed';
+    row.forEach(value => { const cell = line.insertCell(); cell.textContent = value ?? '–';
+      if (typeof value === 'string') cell.className = 'text'; else cell.dataset.key = value ?? 'inf'; }); });
+  holder.querySelector('script').remove();
+  holder.append(table);
+  explain(holder);
+};
+document.querySelectorAll('details').forEach(part => part.addEventListener('toggle', () =>
+  part.querySelectorAll('.table.later:has(script)').forEach(build)));
 document.getElementById('theme').addEventListener('click', () => {
   const root = document.documentElement, dark = root.dataset.theme ? root.dataset.theme === 'dark'
     : matchMedia('(prefers-color-scheme: dark)').matches;
@@ -97,6 +122,23 @@ def table(heads, rows, row_kinds=None):
     return ''.join(out)
 
 
+def later_table(heads, rows, failed):
+    """Table that the page builds when its details are opened. Rows hold text or numbers; `failed`: indices of rows."""
+    def short(value):
+        if isinstance(value, float):
+            return None if value != value else float(f'{value:.3g}')
+        return value
+    data = {'heads': heads, 'rows': [[short(value) for value in row] for row in rows], 'failed': failed}
+    packed = json.dumps(data, separators=(',', ':'), ensure_ascii=False).replace('</', '<\\/').replace('Infinity', '1e999')
+    return f'<div class="table later"><script type="application/json">{packed}</script></div>'
+
+
+def shown_failures(page):
+    """Failed rows that stand in the tables of a page."""
+    return sum(len(json.loads(block)['failed'])
+               for block in re.findall(r'<div class="table later"><script type="application/json">(.*?)</script>', page, re.S))
+
+
 def section(title, anchor, body, level=2):
     return f'<section id="{anchor}"><h{level}>{text(title)}</h{level}>{body}</section>\n'
 
@@ -105,11 +147,24 @@ def details(summary, body):
     return f'<details><summary>{text(summary)}</summary>{body}</details>'
 
 
-def document(title, lead, cards, contents, body):
-    """The whole page. `cards`: (value, label); `contents`: (anchor, text)."""
+def share_styles(page):
+    """The page with each style that its pictures repeat written once, as a class: half of their bytes."""
+    counts = collections.Counter(re.findall(r' style="([^"]*)"', page))
+    classes = {style: f's{index}' for index, (style, count) in enumerate(counts.most_common()) if count > 3}
+    rules = ''.join(f'.{name} {{ {style} }}\n' for style, name in classes.items())
+    page = re.sub(r' style="([^"]*)"', lambda match: f' class="{classes[match.group(1)]}"' if match.group(1) in classes
+                  else match.group(0), page)
+    return page.replace('</style>', rules + '</style>', 1)
+
+
+def document(title, lead, cards, contents, body, meanings):
+    """The whole page. `cards`: (value, label); `contents`: (anchor, text); `meanings`: of methods, for hovering."""
     shown = ''.join(f'<div><b>{text(value)}</b>{text(label)}</div>' for value, label in cards)
     links = ''.join(f'<a href="#{anchor}">{text(label)}</a>' for anchor, label in contents)
-    return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" '
-            f'content="width=device-width, initial-scale=1"><title>{text(title)}</title><style>{STYLE}</style></head><body>'
-            f'<button id="theme" type="button">light / dark</button><h1>{text(title)}</h1>{lead}'
-            f'<div class="cards">{shown}</div><nav>{links}</nav>{body}<script>{SCRIPT}</script></body></html>\n')
+    return share_styles(
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" '
+        f'content="width=device-width, initial-scale=1"><title>{text(title)}</title><style>{STYLE}</style></head><body>'
+        f'<button id="theme" type="button">light / dark</button><h1>{text(title)}</h1>{lead}'
+        f'<div class="cards">{shown}</div><nav>{links}</nav>{body}'
+        f'<script type="application/json" id="meanings">{json.dumps(meanings)}</script>'
+        f'<script>{SCRIPT}</script></body></html>\n')

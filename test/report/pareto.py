@@ -1,7 +1,7 @@
 """Who reaches an error with the least CPU time: the front, and the cells of the fixed list.
 
 A cell is scene x metric x decade: the least CPU time per simulated second of any run whose total error is at most
-10^decade. Cells that nobody reaches do not count; none of the others is left out. The list is the file
+10^decade. Cells that neither side reaches do not count; none of the others is left out. The list is the file
 `pareto_cells.csv`, which is not derived from any result.
 """
 import collections
@@ -10,43 +10,89 @@ import math
 import os
 
 CELLS = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'pareto_cells.csv')
+MARGIN = 1.05     # a cell is won by 5 % or more; closer ones are level
+ROUNDING = 1e-9   # relative: a scene's list begins at one percent of its metre, radian, joule
 
-Cell = collections.namedtuple('Cell', 'scene metric decade ours our_run theirs their_run')
-Cell.__doc__ = '''A reached cell: least CPU time per simulated second of ours and of the peers (inf: not reached), and the runs.'''
+Point = collections.namedtuple('Point', 'cpu error peer own run')
+Point.__doc__ = '''A run in the plane of cost and error. `own`: with the stiffness of the scene itself.'''
+
+Cell = collections.namedtuple('Cell', 'scene metric decade rounding ours our_run theirs their_run')
+Cell.__doc__ = '''A reached cell: least CPU time per simulated second of ours and of the peers (inf: not reached), and the runs.
+`rounding`: so small an error that it says nothing.'''
 
 
 def read_cells(path=CELLS):
-    """(scene, metric, decade) of the list."""
+    """(scene, metric, decade, whether it is rounding) of the list."""
     cells = []
     with open(path, newline='') as file:
         for row in csv.DictReader(line for line in file if not line.startswith('#')):
+            whole = int(row['largest']) + 2  # the decade of 100 %
             for decade in range(int(row['largest']), int(row['smallest']) - 1, -1):
-                cells.append((row['scene'], row['metric'], decade))
+                cells.append((row['scene'], row['metric'], decade, 10.0 ** (decade - whole) < 0.99 * ROUNDING))
     return cells
 
 
 def best(points, limit):
-    """(cpu, run) of the cheapest point with error <= limit; (inf, None) when there is none. Points: (cpu, error, run)."""
-    reached = [(cpu, run) for cpu, error, run in points if error <= limit and cpu > 0 and math.isfinite(cpu)]
+    """(cpu, run) of the cheapest point with error <= limit; (inf, None) when there is none."""
+    reached = [(p.cpu, p.run) for p in points if p.error <= limit and p.cpu > 0 and math.isfinite(p.cpu)]
     return min(reached, key=lambda pair: pair[0], default=(math.inf, None))
 
 
-def reached_cells(points, cells=None):
-    """Cells that anyone reaches. `points`: {(scene, metric): [(cpu, error, is_peer, run)]}."""
+def limit_of(decade):
+    return 10.0 ** decade * (1 + 1e-12)
+
+
+def reached_cells(points, is_ours=lambda point: True, cells=None):
+    """Cells that a peer or one of ours that `is_ours` takes reaches. `points`: {(scene, metric): [Point]}."""
     result = []
-    for scene, metric, decade in cells if cells is not None else read_cells():
+    for scene, metric, decade, rounding in cells if cells is not None else read_cells():
         of_cell = points.get((scene, metric), [])
-        limit = 10.0 ** decade * (1 + 1e-12)
-        ours = best([(cpu, error, run) for cpu, error, peer, run in of_cell if not peer], limit)
-        theirs = best([(cpu, error, run) for cpu, error, peer, run in of_cell if peer], limit)
+        limit = limit_of(decade)
+        ours = best([p for p in of_cell if not p.peer and is_ours(p)], limit)
+        theirs = best([p for p in of_cell if p.peer], limit)
         if ours[1] is not None or theirs[1] is not None:
-            result.append(Cell(scene, metric, decade, ours[0], ours[1], theirs[0], theirs[1]))
+            result.append(Cell(scene, metric, decade, rounding, ours[0], ours[1], theirs[0], theirs[1]))
     return result
 
 
-def is_won(cell):
-    """Ours reaches it with less CPU time than every peer."""
-    return cell.ours < cell.theirs
+def verdict(cell):
+    """won, lost, level (closer than the margin), only ours, only theirs."""
+    if cell.our_run is None:
+        return 'only theirs'
+    if cell.their_run is None:
+        return 'only ours'
+    if MARGIN * cell.ours <= cell.theirs:
+        return 'won'
+    return 'lost' if MARGIN * cell.theirs <= cell.ours else 'level'
+
+
+def counts(cells):
+    """{verdict: number} above rounding, with 'contested' (both sides reach it), 'cells' and 'rounding' (listed apart)."""
+    out = collections.Counter(verdict(cell) for cell in cells if not cell.rounding)
+    out['contested'] = out['won'] + out['lost'] + out['level']
+    out['cells'] = out['contested'] + out['only ours'] + out['only theirs']
+    out['rounding'] = sum(cell.rounding for cell in cells)
+    return out
+
+
+def comparisons(default):
+    """The counts that stand side by side: {name: (what of ours takes part, for people)}."""
+    return {'default': (lambda p: p.own and not p.run.case.facets and p.run.case.method == default,
+                        f"our default ({default}, the scene's own stiffness)"),
+            'own_stiffness': (lambda p: p.own, "all our methods at the scene's own stiffness"),
+            'all': (lambda p: True, 'all our methods at all stiffnesses')}
+
+
+def near_front(points, default):
+    """Our cases that may win a cell in a build at most twice as slow: within a factor of two of the cheapest of every
+    comparison."""
+    cases = set()
+    for takes, _ in comparisons(default).values():
+        for cell in reached_cells(points, takes):
+            if cell.our_run is not None:
+                cases |= {p.run.case for p in points[(cell.scene, cell.metric)] if not p.peer and takes(p) and
+                          p.error <= limit_of(cell.decade) and p.cpu <= 2 * cell.ours}
+    return cases
 
 
 def front(points):

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """`./run report`: error against run time of every method and peer on every scene, stability, what scenes leave out.
 
-Plans the runs, executes what is not kept from before on all cores or over a Dask cluster, compares with the references, and
-writes one HTML page, a CSV, and the plots. Ends with `figure` lines.
+Plans the runs, executes what is not kept from before on all cores or over a Dask cluster, compares with the references, runs
+what may win again with the build for any processor, and writes one HTML page, a CSV, and the plots. Ends with `figure` lines.
 """
 import argparse
 import concurrent.futures
@@ -16,6 +16,7 @@ import time
 
 import numpy as np
 
+import advice
 import figures
 import kept_results
 import pareto
@@ -26,7 +27,7 @@ import seed_section
 import stability
 from analysis import SceneResult
 from programs import ROOT
-from report_plan import describe
+from report_plan import QUICK_MOST_BODIES, QUICK_PEERS, default_method, describe, describe_peers, task_of
 from task_pool import Kept, run_tasks, stamp_of
 
 # Scene files that a quick report adds to the built-in scenes; a full one takes every file of urdf/scenes.
@@ -40,6 +41,7 @@ def arguments(argv):
     parser.add_argument('--only', choices=['stability', 'scenes'], help='a part of the report')
     parser.add_argument('--scheduler', metavar='ADDRESS', help='spread the runs over the Dask cluster there')
     parser.add_argument('--programs', default=os.path.join(ROOT, 'build', 'bench-v3'), help='build folder of the programs')
+    parser.add_argument('--base-programs', metavar='FOLDER', help='the same, built for any processor: their counts stand beside')
     parser.add_argument('--output', default=os.path.join(ROOT, 'build', 'report'), help='folder of page, CSV and runs')
     parser.add_argument('--keep', metavar='FOLDER', help='copy CSV and pictures there, small enough for a repository')
     parser.add_argument('--flags', default='', help='compiler flags, for the CSV')
@@ -69,6 +71,7 @@ def chosen_scenes(options, run_program):
     files = sorted(glob.glob(os.path.join(ROOT, 'urdf', 'scenes', '*.urdf')) +
                    glob.glob(os.path.join(ROOT, 'urdf', 'scenes', '*.yaml')))
     if options.quick:
+        scenes = [scene for scene in scenes if scene.bodies <= QUICK_MOST_BODIES]
         files = [file for file in files if os.path.splitext(os.path.basename(file))[0] in QUICK_FILES]
     refused = []
     built_in = {scene.name for scene in scenes}  # files of the same name are the same scenes, without the exact solution
@@ -80,30 +83,59 @@ def chosen_scenes(options, run_program):
     return scenes, refused
 
 
-def run_scenes(scenes, options, run_program):
+def run_scenes(scenes, peers, options, run_program):
     stamp = stamp_of(run_program)
-    results = [SceneResult(scene, options.quick) for scene in scenes]
+    results = [SceneResult(scene, options.quick, peers) for scene in scenes]
     planned = [(result, case, task) for result in results for case, task in result.tasks(run_program, stamp)]
     kept = Kept(os.path.join(options.output, 'runs'))
     done = run_tasks([task for _, _, task in planned], kept, 'report', options.scheduler, options.workers)
     for result in results:
         result.take({case: done[task.key] for owner, case, task in planned if owner is result})
+        result.find_not_converging(peers)
     return results
+
+
+def run_base(results, default, options):
+    """Ours again in the build for any processor: only what may win a cell there, for it is at most twice as slow."""
+    run_program = programs.find(options.base_programs, 'report_run') if options.base_programs else None
+    if not run_program:
+        return False
+    stamp = stamp_of(run_program)
+    planned = []
+    for result in results:
+        cases = pareto.near_front(result.points(), default)
+        planned += [(result, case, task_of(case, run_program, stamp, options.quick, result.scene)) for case in sorted(cases)]
+    kept = Kept(os.path.join(options.output, 'runs'))
+    done = run_tasks([task for _, _, task in planned], kept, 'report, any processor', options.scheduler, options.workers)
+    for result in results:
+        result.take_base({case: done[task.key] for owner, case, task in planned if owner is result})
+    return True
+
+
+def compare(results, default, builds):
+    """{build: {comparison: cells}}."""
+    compared = {}
+    for build in builds:
+        points = {}
+        for result in results:
+            points.update(result.points(base=build == 'any x86-64' and len(builds) > 1))
+        compared[build] = {name: pareto.reached_cells(points, takes) for name, (takes, _) in pareto.comparisons(default).items()}
+    return compared if any(cells for by_name in compared.values() for cells in by_name.values()) else {}
 
 
 def draw(job):
     """The pictures of one scene, in a process of its own: [svg], orders."""
     result, fixed, folder = job
-    metrics = result.metrics(fixed)
-    pictures = []
-    if result.total:
-        pictures.append(figures.work_precision(result.scene, result.total, metrics, folder))
-    metric = result.main_metric(fixed)
-    entries = [(run, errors, doubt.get(metric, np.nan)) for run, errors, doubt in result.numerical]
-    svg, orders = figures.numerical(result.scene, entries, metric, folder)
-    pictures.append(svg)
-    runs, references = result.grown()
-    pictures.append(figures.growth(result.scene, runs, references, metrics, folder))
+    metric = advice.metric_of(result, fixed)
+    entries, kind = advice.errors_of(result), 'total' if result.total else 'numerical'
+    pictures = [figures.work_precision(result.scene, entries, metric, folder, result.own_stiffness, kind=kind),
+                figures.work_precision(result.scene, entries, metric, folder, result.own_stiffness, figures.worst_step_of, 'worst',
+                                       kind)]
+    metric, orders = result.main_metric(fixed), {}
+    if result.numerical:
+        entries = [(run, errors, doubt.get(metric, np.nan)) for run, errors, doubt in result.numerical]
+        svg, orders = figures.numerical(result.scene, entries, metric, folder)
+        pictures.append(svg)
     return pictures, orders, metric
 
 
@@ -125,7 +157,7 @@ def main(argv):
     options = arguments(argv)
     os.makedirs(options.output, exist_ok=True)
     where = provenance(options.flags)
-    results, refused, cells, fixed = [], [], [], {}
+    results, refused, compared, peers, fixed, default = [], [], {}, [], {}, ''
     pictures = os.path.join(options.output, 'plots')
     if options.only != 'stability':
         run_program = program(options.programs, 'report_run')
@@ -133,12 +165,15 @@ def main(argv):
             scenes, refused = chosen_scenes(options, run_program)
         except ValueError as error:
             sys.exit(f'report: {error}')
-        results = run_scenes(scenes, options, run_program)
-        points = {}
-        for result in results:
-            points.update(result.points())
-        cells = pareto.reached_cells(points)
-        for scene, metric, _ in pareto.read_cells():
+        peers, default = describe_peers(run_program), default_method(run_program)
+        if options.quick:
+            peers = [peer for peer in peers if peer['name'] in QUICK_PEERS]
+        results = run_scenes(scenes, [peer['name'] for peer in peers], options, run_program)
+        is_v3 = 'v3' in options.flags
+        builds = (['x86-64-v3'] if is_v3 else ['any x86-64']) + \
+            (['any x86-64'] if run_base(results, default, options) and is_v3 else [])
+        compared = compare(results, default, builds)
+        for scene, metric, _, _ in pareto.read_cells():
             fixed.setdefault(scene, []).append(metric)
         with concurrent.futures.ProcessPoolExecutor(options.workers) as pool:
             drawn = pool.map(draw, [(result, fixed.get(result.scene.name, ()), pictures) for result in results])
@@ -154,21 +189,42 @@ def main(argv):
             sections += (plan_section.sections(options) if whole else []) + seed_section.sections(options, pictures)
     name = 'stability.html' if options.only == 'stability' else 'report.html'
     page = os.path.join(options.output, name)
-    seconds = time.time() - start
-    failed_shown = report_page.write(page, results, refused, cells, sections, where, options)
+    failed_shown = report_page.write(page, results, refused, compared, sections, where, options, peers, default, fixed)
     if options.keep and results:
-        kept_results.keep(options.output, options.keep, cells, fixed)
+        kept_results.keep(options.output, options.keep, compared, fixed)
     print(f'report: {page}')
+    if options.scenes:
+        for result in results:
+            print(f'{result.scene.name}: ' + advice.sentence(result, advice.metric_of(result, fixed.get(result.scene.name, ()))))
     if results:
-        print(f'figure report.scenes {len(results)} scenes')
-        print(f'figure report.runs {sum(len(result.runs) for result in results)} runs')
-        print(f'figure report.failed_runs_shown {failed_shown} runs')
-        print(f'figure report.failed_runs {sum(len(result.failed()) for result in results)} runs')
-        print(f'figure report.pareto_cells {len(cells)} cells')
-        print(f'figure report.pareto_wins {sum(pareto.is_won(cell) for cell in cells)} cells')
+        print_figures(results, compared, peers, failed_shown)
     print(f'figure report.html_kb {os.path.getsize(page) / 1024:.0f} kB')
-    print(f'figure report.seconds {seconds:.1f} s')
+    print(f'figure report.seconds {time.time() - start:.1f} s')
     return 0
+
+
+def print_figures(results, compared, peers, failed_shown):
+    def figure(name, value, unit):
+        print(f'figure report.{name} {value} {unit}')
+    figure('scenes', len(results), 'scenes')
+    figure('public_benchmarks', sum(bool(result.scene.benchmark) for result in results), 'scenes')
+    figure('runs', sum(len(result.runs) + len(result.base) for result in results), 'runs')
+    figure('failed_runs_shown', failed_shown, 'runs')
+    figure('failed_runs', sum(len(result.failed()) for result in results), 'runs')
+    figure('ok_runs_beyond_bound', sum(result.beyond_bound() for result in results), 'runs')
+    figure('peer_settings', len(peers), 'settings')
+    figure('peers_not_converging', sum(len(result.not_converging) for result in results), 'rows')
+    for index, by_name in enumerate(compared.values()):
+        end = '_base' if index else ''
+        for name, cells in by_name.items():
+            c = pareto.counts(cells)
+            figure(f'cells_{name}_won{end}', c['won'], 'cells')
+            figure(f'cells_{name}_lost{end}', c['lost'], 'cells')
+            figure(f'cells_{name}_contested{end}', c['contested'], 'cells')
+            figure(f'cells_{name}_only_ours{end}', c['only ours'], 'cells')
+            figure(f'cells_{name}_only_theirs{end}', c['only theirs'], 'cells')
+        figure(f'cells_contested{end}', pareto.counts(by_name['all'])['contested'], 'cells')
+        figure(f'cells_rounding{end}', pareto.counts(by_name['all'])['rounding'], 'cells')
 
 
 if __name__ == '__main__':

@@ -1,40 +1,41 @@
-"""Sections of the page: summary, Pareto cells, one section per scene."""
+"""Sections of the page: the answer, the counts of cells, failures, settings, and one section per scene."""
+import collections
 import math
 
+import advice
+import figures
 import pareto
 from analysis import model_error
-from page import Cell, details, document, number, section, table, text
-from run_errors import METRICS
+from page import Cell, details, document, later_table, number, section, shown_failures, table, text
+from report_plan import is_peer
+from run_errors import LEDGER_BOUND, METRICS
+
+VERDICTS = ('won', 'level', 'lost', 'only ours', 'only theirs')
 
 
-def _step(case):
-    return Cell(f'{1e3 * case.step:.4g}', case.step)
-
-
-def _run_rows(result, metrics):
+def _runs_table(result, metrics):
+    """Every run of a scene, failed ones with their reason."""
     total = {id(entry[0]): entry[1] for entry in result.total}
     numerical = {id(entry[0]): entry[1] for entry in result.numerical}
-    rows, kinds = [], []
+    heads = ['method', 'step [ms]', 'k [N/m³]', 'facets', 'status', 'CPU s per s', 'least', 'most', 'step p50 [µs]', 'p99', 'p99.9',
+             'worst', 'Newton, mean', 'worst', 'evaluations, worst']
+    for kind, present in (('total', bool(result.total)), ('numerical', bool(result.numerical))):
+        heads += [f'{metric.replace("_", " ")}, {kind} [{METRICS[metric][0]}]' for metric in metrics if present]
+    heads += ['allocations', 'unconverged steps', 'ledger gained']
+    rows, failed = [], []
     for run in result.runs:
         case = run.case
-        row = [case.method, _step(case), case.stiffness or math.nan, Cell(str(case.facets or '–'), case.facets),
-               run.status if run.status == 'ok' else f'{run.status}: {run.reason}', run.cpu,
-               Cell(f'{number(1e6 * run.p50)} / {number(1e6 * run.p99)} / {number(1e6 * run.slowest)}', run.p50)]
-        for metric in metrics:
-            if result.exact is not None:
-                row.append(total.get(id(run), {}).get(metric, math.nan))
-            row.append(numerical.get(id(run), {}).get(metric, math.nan))
-        row += [Cell(str(run.allocations), run.allocations), Cell(str(run.unconverged), run.unconverged), run.balance]
+        row = [case.method, 1e3 * case.step, case.stiffness or math.nan, case.facets or math.nan,
+               run.status if run.status == 'ok' else f'{run.status}: {run.reason}', run.cpu, run.cpu_low, run.cpu_high,
+               *(1e6 * t for t in (run.p50, run.p99, run.p999, run.slowest)), run.iterations / max(1, run.steps),
+               run.iterations_worst, run.evaluations_worst]
+        for errors, present in ((total, bool(result.total)), (numerical, bool(result.numerical))):
+            row += [errors.get(id(run), {}).get(metric, math.nan) for metric in metrics if present]
+        row += [run.allocations, run.unconverged, run.gain]
+        if run.status != 'ok':
+            failed.append(len(rows))
         rows.append(row)
-        kinds.append('' if run.status == 'ok' else 'failed')
-    heads = ['method', 'step [ms]', 'k [N/m³]', 'facets', 'status', 'CPU s per s', 'step p50 / p99 / max [µs]']
-    for metric in metrics:
-        name = metric.replace('_', ' ')
-        if result.exact is not None:
-            heads.append(f'{name}, total [{METRICS[metric][0]}]')
-        heads.append(f'{name}, numerical [{METRICS[metric][0]}]')
-    heads += ['allocations', 'unconverged steps', 'ledger off by']
-    return heads, rows, kinds
+    return later_table(heads, rows, failed)
 
 
 def _order_table(result):
@@ -61,7 +62,9 @@ def _verdict(result):
     if failed == runs:
         return '<p><b>Every method failed on this scene.</b> The table says how each of them did.</p>'
     lines = [f'{runs} runs, {failed} failed']
-    if not result.scene.exact:
+    if result.scene.chaotic:
+        lines.append('no motion is the right one: judged by ' + ', '.join(METRICS[m][1] for m in result.scene.measures))
+    elif not result.scene.exact:
         lines.append('no exact solution: errors are against the same model at a tiny step')
         doubt = [d.get('position', math.nan) for _, _, _, d in result.reference_notes]
         worst = max((d for d in doubt if math.isfinite(d)), default=math.nan)
@@ -72,19 +75,53 @@ def _verdict(result):
                          'chaotic or has not converged, and errors below that say nothing')
     if result.scene.not_for_peers:
         lines.append('no peer: ' + result.scene.not_for_peers)
+    if result.not_converging:
+        lines.append('does not converge to the reference: ' + ', '.join(result.not_converging))
     return '<p>' + '. '.join(text(line) for line in lines) + '.</p>'
 
 
-def scene_section(result, fixed):
+def _advice_table(result, metric):
+    rows = []
+    for choice in advice.choices(result, metric):
+        row = [Cell(f'1e{choice.decade} {METRICS[metric][0]}', 10.0 ** choice.decade)]
+        for run in (choice.ours, choice.theirs):
+            row += [advice.named(run) if run else 'none', 100 * run.cpu if run else math.nan,
+                    1e6 * run.slowest if run else math.nan]
+        rows.append(row)
+    return table(['error', 'ours', 'of a core [%]', 'worst step [µs]', 'cheapest peer', 'of a core [%]', 'worst step [µs]'], rows)
+
+
+def _cell_table(cells):
+    rows = []
+    for cell in cells:
+        ours, theirs = (advice.named(run) if run else 'not reached' for run in (cell.our_run, cell.their_run))
+        rows.append([cell.metric, 10.0 ** cell.decade, ours, cell.ours if cell.our_run else math.nan, theirs,
+                     cell.theirs if cell.their_run else math.nan, pareto.verdict(cell) + (' (rounding)' if cell.rounding else ''),
+                     cell.theirs / cell.ours if cell.our_run and cell.their_run else math.nan])
+    return later_table(['metric', 'error', 'best of ours', 'CPU s per s', 'best peer', 'CPU s per s', 'cell', 'peer / ours'], rows, [])
+
+
+def scene_section(result, fixed, cells):
     scene, metrics = result.scene, result.metrics(fixed)
-    body = f'<p>{text(scene.parameters)}; {scene.seconds:g} s. Reference: {text(scene.reference or "the same model, converged")}.</p>'
-    body += _verdict(result)
-    captions = (['Total error against CPU time. Line: Pareto front. Hollow: another stiffness than the scene\'s. '
-                 'Crosses: failed runs.'] if result.total else []) + \
-        ['Numerical error: against the same model\'s converged solution. Hollow: another stiffness.',
-         'Error over simulated time at about 1 ms' + ('' if result.exact is not None else ', each against its own model') + '.']
-    for picture, caption in zip(result.pictures, captions):
-        body += picture.replace('</figure>', f'<figcaption>{text(caption)}</figcaption></figure>')
+    metric = advice.metric_of(result, fixed)
+    reference = scene.reference or ('conserved quantities and what may not overlap' if scene.chaotic else 'the same model, converged')
+    body = f'<p>{text(scene.parameters)}; {scene.seconds:g} s. Reference: {text(reference)}. A run fails beyond {scene.size:g} m.</p>'
+    if scene.benchmark:
+        body += f'<p class=note>{text(scene.benchmark)}</p>'
+    body += f'<p><b>Advice:</b> {text(advice.sentence(result, metric))}</p>' + _verdict(result)
+    kind = 'Total' if result.total else 'Numerical'
+    captions = [f'{kind} error against CPU time. Solid line: front of ours; dashed: of the peers. Hollow: another stiffness than the '
+                'scene\'s. Crosses above: failed runs.', 'The same errors against the worst step.']
+    if len(result.pictures) > 2:
+        captions.append('Numerical error: against the same model\'s converged solution. Hollow: another stiffness.')
+    pictures = [picture.replace('</figure>', f'<figcaption>{text(caption)}</figcaption></figure>')
+                for picture, caption in zip(result.pictures, captions)]
+    body += ''.join(pictures[:1])
+    body += details('For errors of 1e-2 to 1e-6: what a hand at 1 kHz can hold', _advice_table(result, metric))
+    body += details('Against the worst step', ''.join(pictures[1:2]))
+    own = [cell for cell in cells if cell.scene == scene.name]
+    if own:
+        body += details(f'Cells of the fixed list ({len(own)})', _cell_table(own))
     main = result.order_metric
     tables = f'<h4>Observed order of the {main.replace("_", " ")} error</h4>' + _order_table(result)
     tables += '<h4>Convergence of the references</h4>' + _reference_table(result, metrics)
@@ -93,55 +130,124 @@ def scene_section(result, fixed):
         if errors:
             tables += f'<h4>Model error: converged against exact, {main.replace("_", " ")}</h4>' + \
                 table(['k [N/m³]', f'[{METRICS[main][0]}]'], [list(pair) for pair in errors])
-    body += details('Orders, references, model errors', tables)
-    body += details(f'All {len(result.runs)} runs', table(*_run_rows(result, metrics)))
+    body += details('Numerical errors, orders, references', ''.join(pictures[2:]) + tables)
+    body += details(f'All {len(result.runs)} runs', _runs_table(result, metrics))
     return section(scene.title, 'scene-' + scene.name, body, 3)
 
 
-def pareto_section(cells):
-    won = sum(pareto.is_won(cell) for cell in cells)
-    body = (f'<p>Cells of the fixed list (test/report/pareto_cells.csv) that anyone reaches: {len(cells)}; ours reaches '
-            f'{won} of them with the least CPU time. Errors are total: against the exact rigid solution.</p>')
-    rows, kinds = [], []
-    for cell in cells:
-        ours, theirs = (run.case if run else None for run in (cell.our_run, cell.their_run))
+def counts_section(compared, default):
+    """The counts side by side. `compared`: {build: {comparison: cells}}."""
+    names = {name: words for name, (_, words) in pareto.comparisons(default).items()}
+    rows = []
+    for build, by_name in compared.items():
+        for name, cells in by_name.items():
+            c = pareto.counts(cells)
+            rows.append([names[name], build] + [Cell(str(c[key]), c[key]) for key in ('cells', 'contested', *VERDICTS, 'rounding')])
+    return ('<p>A cell is scene × metric × decade of total error (test/report/pareto_cells.csv), reached with the least CPU time. It is '
+            'won by 5 % or more against all settings of all peers; closer ones are level. What only one side reaches is counted apart, '
+            f'and so are errors below {pareto.ROUNDING:g} relative, which are rounding.</p>' +
+            table(['ours', 'build', 'cells', 'contested', *VERDICTS, 'rounding, apart'], rows))
 
-        def label(case):
-            return f'{case.method} {1e3 * case.step:.3g} ms' if case else 'not reached'
-        good = pareto.is_won(cell)
-        ratio = cell.theirs / cell.ours if math.isfinite(cell.ours) else 0.0
-        rows.append([cell.scene, cell.metric, Cell(f'1e{cell.decade}', 10.0 ** cell.decade), label(ours),
-                     cell.ours if ours else math.nan, label(theirs), cell.theirs if theirs else math.nan,
-                     Cell('won' if good else 'lost', int(good), 'won' if good else 'lost'),
-                     Cell('only ours' if not theirs else f'{ratio:.3g}', ratio)])
-        kinds.append('')
-    body += details('All cells', table(['scene', 'metric', 'error', 'best of ours', 'CPU s per s', 'best peer', 'CPU s per s',
-                                        'cell', 'peer / ours'], rows, kinds))
-    lost = [row for row, cell in zip(rows, cells) if not pareto.is_won(cell)]
+
+def failure_section(results):
+    """Who failed where, and why, grouped."""
+    groups = collections.OrderedDict()
+    for result in results:
+        for run in result.runs:
+            key = (result.scene.name, run.case.method)
+            count = groups.setdefault(key, [0, []])
+            count[0] += 1
+            if run.status != 'ok':
+                count[1].append(run)
+    rows = []
+    for (scene, method), (all_runs, failed) in groups.items():
+        if failed:
+            steps = ', '.join(sorted({f'{1e3 * run.case.step:.3g}' for run in failed}, key=float))
+            rows.append([scene, method, Cell(f'{len(failed)} of {all_runs}', len(failed)), steps,
+                         f'{failed[0].status}: {failed[0].reason}'])
+    everyone = table(['scene', 'method', 'failed', 'at steps [ms]', 'the first of them'], rows)
+    return ('<p>A run fails when a body is farther from the reference than the scene\'s bound, when its ledger gained more than '
+            f'{100 * LEDGER_BOUND:g} % of the largest energy exchanged (at least what lifts the bodies by a millionth of the '
+            'scene\'s size), when a step did not converge, or when it broke off. It reaches no cell.</p>' +
+            details(f'{sum(len(result.failed()) for result in results)} failed runs by scene and method', everyone))
+
+
+def settings_section(peers, results):
+    rows = [[peer['name'], peer['purpose'], peer['meaning']] for peer in peers]
+    rows += [[name, 'ours', meaning] for name, meaning in figures.MEANINGS.items()]
+    body = table(['method', 'for', 'setting'], rows)
+    body += ('<p class=note>All peers: friction is the geometric mean of both bodies, started without overlap, true spheres, cylinders, '
+             'capsules, cones (Bullet) and planes where a scene says so; where a scene\'s contact is elastic ODE and Bullet get restitution '
+             '1, MuJoCo springs without damping (solref −1/(2h)², 0). Every run of ours keeps its energy ledger.</p>')
+    lost = [[result.scene.name, ', '.join(result.not_converging)] for result in results if result.not_converging]
     if lost:
-        body += '<h4>Cells that a peer wins</h4>' + table(['scene', 'metric', 'error', 'best of ours', 'CPU s per s',
-                                                           'best peer', 'CPU s per s', 'cell', 'peer / ours'], lost)
-    return section('Pareto cells', 'pareto', body)
+        body += details('Peers whose error does not fall with their step', table(['scene', 'settings'], lost))
+    return body
 
 
 def _scene_overview(results):
     rows = []
     for result in results:
         cheapest = min((run.cpu for run in result.runs if run.status == 'ok'), default=math.nan)
-        rows.append([result.scene.name, result.scene.title, 'exact' if result.scene.exact else 'converged',
-                     Cell(str(len(result.runs)), len(result.runs)),
+        kind = 'exact' if result.scene.exact else 'conserved' if result.scene.chaotic else 'converged'
+        rows.append([result.scene.name, result.scene.title, kind, Cell(str(len(result.runs)), len(result.runs)),
                      Cell(str(len(result.failed())), len(result.failed())), cheapest])
     return table(['scene', '', 'reference', 'runs', 'failed', 'cheapest [CPU s per s]'], rows)
 
 
-def write(path, results, refused, cells, sections, where, options):
+def _answer(results, compared, default, fixed):
+    """The first thing on the page: what to choose, who wins, what failed."""
+    rows = [[result.scene.name, advice.sentence(result, advice.metric_of(result, fixed.get(result.scene.name, ())))]
+            for result in results]
+    out = ''
+    if compared:
+        c = pareto.counts(next(iter(compared.values()))['default'])
+        out += (f'<p class=lead>Our default ({text(default)}, the scene\'s own stiffness) against all settings of all peers: of '
+                f'{c["contested"]} contested cells ours wins {c["won"]}, the peers {c["lost"]}, {c["level"]} are level; {c["only ours"]} '
+                f'more only ours reaches, {c["only theirs"]} only a peer.</p>')
+    body = table(['scene', 'advice for a hand at 1 kHz'], rows)
+    return out + (body if len(rows) <= 6 else details('What to choose for a hand at 1 kHz, scene by scene', body))
+
+
+def benchmark_section(results):
+    """The field's own benchmarks by their own measures: the step of 1 ms, or the one nearest to it."""
+    rows = []
+    for result in results:
+        if not result.scene.benchmark:
+            continue
+        measures = result.scene.measures or ['position']
+        for metric in measures:
+            best = {}
+            for run, errors in advice.errors_of(result):
+                if run.status != 'ok' or metric not in errors or not (is_peer(run.case.method) or result.own_stiffness(run.case)):
+                    continue
+                key = abs(math.log(run.case.step / 1e-3))
+                if run.case.facets == 0 and (run.case.method not in best or key < best[run.case.method][0]):
+                    best[run.case.method] = (key, run, errors[metric])
+            for method, (_, run, error) in best.items():
+                rows.append([result.scene.name, metric, METRICS[metric][0], method,
+                             Cell(f'{1e3 * run.case.step:.3g}', run.case.step), error, run.cpu, 1e6 * run.slowest])
+    if not rows:
+        return ''
+    heads = ['scene', 'measure', 'unit', 'method', 'step [ms]', 'value', 'CPU s per s', 'worst step [µs]']
+    return ('<p>Each by its own error measure, at the step nearest to 1 ms. Sources and published figures stand with the '
+            'scenes.</p>' + details(f'{len(rows)} results', table(heads, rows)))
+
+
+def write(path, results, refused, compared, sections, where, options, peers, default, fixed):
     """Writes the page; returns how many failed runs stand in its tables."""
-    import pareto as lists
-    fixed = {}
-    for scene, metric, _ in lists.read_cells():
-        fixed.setdefault(scene, []).append(metric)
-    contents, body = [], ''
+    contents, parts = [], []
+
+    def add(title, anchor, body):
+        if body:
+            parts.append(section(title, anchor, body))
+            contents.append((anchor, title))
     if results:
+        add('What to choose', 'answer', _answer(results, compared, default, fixed))
+        if compared:
+            add('Cells', 'pareto', counts_section(compared, default))
+        add('Failures', 'failures', failure_section(results))
+        add('Settings of every method', 'settings', settings_section(peers, results))
         overview = _scene_overview(results)
         if refused:
             overview += '<h4>Files that could not be loaded</h4>' + table(['file', 'reason'], [list(pair) for pair in refused])
@@ -149,32 +255,26 @@ def write(path, results, refused, cells, sections, where, options):
                          if run.status == 'refused' and 'not installed' in run.reason})
         for method, reason in absent:
             overview += f'<p class=note>Skipped: {text(method)}: {text(reason)}</p>'
-        body += section('Scenes', 'scenes', overview)
-        contents.append(('scenes', 'Scenes'))
-        if cells:
-            body += pareto_section(cells)
-            contents.append(('pareto', 'Pareto cells'))
-    for title, anchor, content in sections:
-        body += section(title, anchor, content)
-        contents.append((anchor, title))
-    if results:
-        body += section('Error against run time', 'work', ''.join(
-            scene_section(result, fixed.get(result.scene.name, ())) for result in results))
+        add('Scenes', 'scenes', details(f'{len(results)} scenes', overview) if len(results) > 6 else overview)
+        add('The field\'s own benchmarks', 'benchmarks', benchmark_section(results))
+        cells = next(iter(compared.values()))['all'] if compared else []
+        parts.append(section('Error against run time', 'work', ''.join(
+            scene_section(result, fixed.get(result.scene.name, ()), cells) for result in results)))
         contents += [('scene-' + result.scene.name, result.scene.title) for result in results]
-    runs = sum(len(result.runs) for result in results)
-    won = sum(lists.is_won(cell) for cell in cells)
-    cards = [(len(results), 'scenes'), (runs, 'runs'), (sum(len(result.failed()) for result in results), 'failed runs, shown'),
-             (f'{won} of {len(cells)}', 'Pareto cells won')] if results else []
+    for title, anchor, content in sections:
+        add(title, anchor, content)
+    failed = sum(len(result.failed()) for result in results)
+    cards = [(len(results), 'scenes'), (sum(len(result.runs) for result in results), 'runs'), (failed, 'failed runs, shown')] if results \
+        else []
+    if compared:
+        c = pareto.counts(next(iter(compared.values()))['default'])
+        cards.insert(0, (f'{c["won"]} of {c["contested"]}', 'contested cells that our default wins'))
     kind = 'quick, ' if options.quick else ''
     lead = (f'<p class=note>{kind}{text(where["date"])}; {text(where["machine"])}, load average {text(where["load"])}; commit '
-            f'{text(where["commit"])}; {text(where["compiler"])}; {text(where["flags"])}. Run time is CPU time of the stepping '
-            'thread per simulated second, median of repetitions; the bar spans the repetitions. Step times are wall times and '
-            'feel other load on the machine.</p>')
-    whole = document('Error against run time, and where it is stable', lead, cards, contents, body)
+            f'{text(where["commit"])}; {text(where["compiler"])}; {text(where["flags"])}. Times are CPU times of the stepping thread, '
+            'median of repetitions; the worst step is the median over repetitions of the largest, without the first.</p>')
+    meanings = {**{peer['name']: peer['meaning'] for peer in peers}, **figures.MEANINGS}
+    whole = document('Error against run time, and where it is stable', lead, cards, contents, ''.join(parts), meanings)
     with open(path, 'w') as file:
         file.write(whole)
-    if results:
-        return whole.count('<tr class="failed">')
-    return 0
-
-
+    return shown_failures(whole)

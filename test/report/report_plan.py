@@ -9,7 +9,10 @@ from task_pool import Task, file_stamp, key_of
 
 STEPS = (1e-4, 1e-3 / 3, 1e-3, 1e-2 / 3, 1e-2)  # [s]
 QUICK_STEPS = (1e-3, 1e-2 / 3, 1e-2)
-PEERS = ('ode_exact', 'ode_quick20', 'bullet10', 'bullet50', 'mujoco_euler', 'mujoco_rk4')
+# Of the peers' settings, those that a quick report runs: as it comes and for accuracy.
+QUICK_PEERS = ('ode_exact', 'ode_quick20', 'ode_quick100_firm', 'bullet10', 'bullet50', 'bullet200_firm', 'mujoco_euler',
+               'mujoco_firm', 'mujoco_fast')
+QUICK_MOST_BODIES = 20  # a quick report leaves larger scenes out unless they are named
 # Our methods, and the factors on the scene's stiffness that each runs with, in a full and in a quick report: a stiffer
 # foundation is nearer to the rigid reference, a softer one takes longer steps.
 OURS = {
@@ -24,7 +27,8 @@ MOST_STIFFNESS = 1e14  # [N/m^3]: 0.1 kg on 1 cm^2 sinks 0.1 nm; beyond, roundin
 # [s] of the two runs whose difference says how well the reference has converged.
 REFERENCE_STEPS = (1 / 32000, 1 / 64000)
 QUICK_REFERENCE_STEPS = (1 / 4000, 1 / 8000)
-CPU_LIMIT, QUICK_CPU_LIMIT = 240, 15  # [s] per run
+CPU_LIMIT, QUICK_CPU_LIMIT = 45, 8  # [s] per run; references may take longer
+REFERENCE_CPU_LIMIT = 240
 
 Case = collections.namedtuple('Case', 'scene method step stiffness facets')
 Case.__doc__ = '''One run. `scene`: name or file; `method`: see report_run.cpp; `step` [s]; `stiffness` [N/m^3], 0: the scene's own;
@@ -64,13 +68,25 @@ def describe(program, names):
     return scenes
 
 
+def describe_peers(program):
+    """[{name, purpose, meaning}] of all settings that peers run with."""
+    done = subprocess.run([program, '--peers'], capture_output=True, text=True, check=True)
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def default_method(program):
+    """The method of a world whose user chose none."""
+    return subprocess.run([program, '--default'], capture_output=True, text=True, check=True).stdout.strip()
+
+
 def is_peer(method):
-    return method in PEERS
+    """Ours are named MODEL-INTEGRATOR."""
+    return '-' not in method and method != 'exact'
 
 
-def cases_of(scene, quick):
-    """Cases whose cost and errors are shown."""
-    steps = QUICK_STEPS if quick else STEPS
+def cases_of(scene, quick, peers):
+    """Cases whose cost and errors are shown. `peers`: names of their settings."""
+    steps = [step for step in (QUICK_STEPS if quick else STEPS) if step > 0.99 * scene.smallest_step]
     own = [(method, factor) for method, factors in OURS.items()
            for factor in (factors[quick] if scene.exact and scene.stiffer_is_truer else (1,))
            if factor == 1 or factor * scene.stiffness <= MOST_STIFFNESS]
@@ -80,7 +96,7 @@ def cases_of(scene, quick):
         cases += [Case(scene.source, method, 1e-3, 0, level) for method in ('volume-verlet', 'volume-sdirk2')
                   for level in levels]
     if not scene.not_for_peers:
-        cases += [Case(scene.source, peer, step, 0, 0) for peer in PEERS for step in steps]
+        cases += [Case(scene.source, peer, step, 0, 0) for peer in peers for step in steps]
     return cases
 
 
@@ -88,6 +104,8 @@ def references_of(scene, cases, quick):
     """For each model (contact model and stiffness, or peer) the runs at tiny steps: {model: [case, finer case]}."""
     steps = QUICK_REFERENCE_STEPS if quick else REFERENCE_STEPS
     models = {}
+    if scene.chaotic or (scene.benchmark and scene.exact):
+        return models  # judged by measures of its own, or against the exact solution alone
     for case in cases:
         model = model_of(case)
         if model in models or (is_peer(case.method) and scene.exact):
@@ -95,7 +113,8 @@ def references_of(scene, cases, quick):
         if quick and not is_peer(case.method) and (case.stiffness != scene.stiffness or case.facets):
             continue  # numerical errors of the scene's own model only
         if is_peer(case.method):
-            models[model] = [Case(case.scene, case.method, step, 0, 0) for step in (STEPS[0] / 2, STEPS[0] / 4)]
+            own = steps if scene.benchmark else (STEPS[0] / 2, STEPS[0] / 4)
+            models[model] = [Case(case.scene, case.method, step, 0, 0) for step in own]
             continue
         # Explicit at these steps holds 100 times the stiffness that the scene itself needs.
         soft = case.stiffness <= 100 * scene.stiffness
@@ -115,9 +134,9 @@ def task_of(case, program, stamp, quick, scene):
     """The process of a case. Its key changes with the program and with the scene's file."""
     command = [program, case.scene] + (['exact'] if case.method == 'exact' else
                                        [case.method, repr(case.step), repr(float(case.stiffness)), str(case.facets),
-                                        '--budget', '0.05' if quick else '0.4'])
+                                        '--budget', '0.02' if quick else '0.25'])
     content = file_stamp(case.scene) if os.path.isfile(case.scene) else ''
-    limit = QUICK_CPU_LIMIT if quick else CPU_LIMIT
+    limit = QUICK_CPU_LIMIT if quick else REFERENCE_CPU_LIMIT if 0 < case.step < STEPS[0] / 1.5 else CPU_LIMIT
     steps = scene.seconds / case.step if case.step else 1
     weight = steps * (0.2 + scene.bodies) * (20 if case.method == 'ode_exact' and scene.bodies > 8 else 1)
     return Task(key_of(stamp, content, *command[1:]), tuple(command), limit, weight)

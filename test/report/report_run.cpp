@@ -1,12 +1,14 @@
 /// `report_run --list`: the scenes, one JSON object per line.
 /// `report_run SCENE exact`: the exact solution at the sample times.
+/// `report_run --peers`: the peers' settings, likewise. `report_run --default`: METHOD of a world whose user chose nothing.
 /// `report_run SCENE METHOD STEP_S [K [FACETS]] [--budget CPU_S]`: one run. SCENE is a name of the list or a file; METHOD is
-/// MODEL-INTEGRATOR (volume-verlet, volume-euler, volume-implicit, volume-sdirk2, volume-automatic, point-...) or a peer
-/// (ode_exact, ode_quick20, bullet10, bullet50, mujoco_euler, mujoco_rk4). K [N/m³] and FACETS: 0 leaves the scene's own.
+/// MODEL-INTEGRATOR (volume-verlet, volume-euler, volume-implicit, volume-sdirk2, volume-automatic, point-...) or a peer of
+/// that list. K [N/m³] and FACETS: 0 leaves the scene's own.
 /// `--seconds T --samples N`: another duration and number of states (beyond the scene's own an exact solution may not hold).
 /// SCENE may also be `stackN`, N cubes on one another.
 /// Prints lines `key value...` and one line `sample t E px py pz Lx Ly Lz hands bodies F... (p q w x y z, omega, v)...` per
 /// sample time. Exit code 2: wrong usage; a run that fails is a result, with exit code 0.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -21,7 +23,9 @@ using namespace haptic::report;
 
 std::vector<Scene> allScenes() {
   std::vector<Scene> scenes = motionScenes();
-  for (const auto& more : {frictionScenes(), pileScenes()}) scenes.insert(scenes.end(), more.begin(), more.end());
+  for (const auto& more : {frictionScenes(), pileScenes(), movingScenes(), benchmarkScenes()}) {
+    scenes.insert(scenes.end(), more.begin(), more.end());
+  }
   return scenes;
 }
 
@@ -49,39 +53,34 @@ std::string quoted(const std::string& text) {
 void describe(const Scene& s) {
   std::printf("{\"name\": %s, \"title\": %s, \"parameters\": %s, \"reference\": %s, \"seconds\": %.17g, \"samples\": %d, "
               "\"bodies\": %zu, \"hands\": %zu, \"stiffness\": %.17g, \"stiffer_is_truer\": %s, \"round\": %s, "
-              "\"not_for_peers\": %s, \"held\": %s, \"step\": %.17g}\n",
+              "\"not_for_peers\": %s, \"held\": %s, \"step\": %.17g, \"size\": %.17g, \"chaotic\": %s, "
+              "\"smallest_step\": %.17g, \"benchmark\": %s, \"measures\": [",
               quoted(s.name).c_str(), quoted(s.title).c_str(), quoted(s.parameters).c_str(),
               quoted(s.reference).c_str(), s.seconds, s.samples, s.bodies.size(), s.hands.size(), s.stiffness,
               s.stiffer_is_truer ? "true" : "false", s.round ? "true" : "false", quoted(s.not_for_peers).c_str(),
-              s.held ? "true" : "false", 1e-3);
+              s.held ? "true" : "false", 1e-3, s.size, s.chaotic ? "true" : "false", s.smallest_step,
+              quoted(s.benchmark).c_str());
+  for (const Measure& m : s.measures) std::printf("%s%s", &m == s.measures.data() ? "" : ", ", quoted(m.name).c_str());
+  std::printf("]}\n");
 }
+
+const struct {
+  const char* name;
+  Integrator integrator;
+} kOurIntegrators[] = {{"euler", Integrator::kSymplecticEuler}, {"verlet", Integrator::kVelocityVerlet},
+                       {"implicit", Integrator::kImplicitEuler}, {"sdirk2", Integrator::kSdirk2},
+                       {"automatic", Integrator::kAutomatic}};
 
 Method methodOf(const std::string& name) {
   Method method;
-  const struct {
-    const char* name;
-    peers::Peer peer;
-    int iterations;
-  } kPeers[] = {{"ode_exact", peers::Peer::kOdeExact, 20},       {"ode_quick20", peers::Peer::kOdeQuick, 20},
-                {"bullet10", peers::Peer::kBullet, 10},          {"bullet50", peers::Peer::kBullet, 50},
-                {"mujoco_euler", peers::Peer::kMujocoEuler, 20}, {"mujoco_rk4", peers::Peer::kMujocoRk4, 20}};
-  for (const auto& p : kPeers) {
-    if (name == p.name) {
-      method.peer = peers::PeerSettings{};
-      method.peer->peer = p.peer;
-      method.peer->iterations = p.iterations;
-      return method;
-    }
+  for (const peers::NamedPeer& peer : peers::peerTable()) {
+    if (name != peer.name) continue;
+    method.peer = peer.settings;
+    return method;
   }
-  const struct {
-    const char* name;
-    Integrator integrator;
-  } kOurs[] = {{"euler", Integrator::kSymplecticEuler}, {"verlet", Integrator::kVelocityVerlet},
-               {"implicit", Integrator::kImplicitEuler}, {"sdirk2", Integrator::kSdirk2},
-               {"automatic", Integrator::kAutomatic}};
   const std::size_t dash = name.find('-');
   const std::string model = name.substr(0, dash), rest = dash == std::string::npos ? "" : name.substr(dash + 1);
-  for (const auto& ours : kOurs) {
+  for (const auto& ours : kOurIntegrators) {
     if (rest != ours.name || (model != "volume" && model != "point")) continue;
     method.choice.integrator = ours.integrator;
     method.choice.model = model == "point" ? ContactModel::kPoint : ContactModel::kVolume;
@@ -90,18 +89,21 @@ Method methodOf(const std::string& name) {
   throw SetupError("method '" + name + "'", "is unknown", "see the head of report_run.cpp");
 }
 
-void print(const std::vector<Sample>& samples) {
+/// `most`: bodies that are printed.
+void print(const std::vector<Sample>& samples, std::size_t most) {
   for (const Sample& s : samples) {
     std::printf("sample %.17g %.17g", s.time, s.energy);
     const auto put = [](const Vector3& v) { std::printf(" %.17g %.17g %.17g", v.x(), v.y(), v.z()); };
     put(s.momentum);
     put(s.angular_momentum);
-    std::printf(" %zu %zu", s.hands.size(), s.bodies.size());
+    const std::size_t count = std::min(most, s.bodies.size());
+    std::printf(" %zu %zu", s.hands.size(), count);
     for (const Wrench& F : s.hands) {
       put(F.torque);
       put(F.force);
     }
-    for (const BodyState& b : s.bodies) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const BodyState& b = s.bodies[i];
       const Quaternion q(b.X_WL.R);
       put(b.X_WL.p);
       std::printf(" %.17g %.17g %.17g %.17g", q.w(), q.x(), q.y(), q.z());
@@ -112,15 +114,22 @@ void print(const std::vector<Sample>& samples) {
   }
 }
 
-void print(const RunResult& r) {
+void print(const RunResult& r, std::size_t most) {
   std::printf("status %s\nreason %s\ntime_reached %.17g\nsteps %ld\nsetup_s %.9g\n", r.status.c_str(), r.reason.c_str(),
               r.time_reached, r.steps, r.setup_s);
   std::printf("cpu_s");
   for (const double t : r.cpu_s) std::printf(" %.9g", t);
-  std::printf("\nstep_p50_s %.9g\nstep_p99_s %.9g\nstep_max_s %.9g\nallocations %ld\niterations %ld\nunconverged %ld\n"
-              "energy_balance %.9g\n",
-              r.step_p50, r.step_p99, r.step_max, r.allocations, r.iterations, r.unconverged, r.energy_balance);
-  print(r.samples);
+  std::printf("\nstep_p50_s %.9g\nstep_p99_s %.9g\nstep_p999_s %.9g\nstep_max_s %.9g\nallocations %ld\niterations %ld\n"
+              "iterations_worst %d\nevaluations_worst %d\nunconverged %ld\nenergy_gain %.9g\n",
+              r.step_p50, r.step_p99, r.step_p999, r.step_max, r.allocations, r.iterations, r.iterations_worst,
+              r.evaluations_worst, r.unconverged, r.energy_gain);
+  for (const auto& [name, value] : r.measures) std::printf("measure_%s %.17g\n", name.c_str(), value);
+  print(r.samples, most);
+}
+
+/// Nobody compares the motion of a chaotic scene.
+std::size_t bodiesPrinted(const Scene& scene) {
+  return scene.chaotic ? 1 : 32;
 }
 
 int run(int argc, char** argv) {
@@ -143,6 +152,18 @@ int run(int argc, char** argv) {
     for (const Scene& scene : allScenes()) describe(scene);
     return 0;
   }
+  if (words.size() == 1 && words[0] == "--peers") {
+    for (const peers::NamedPeer& p : peers::peerTable()) {
+      std::printf("{\"name\": \"%s\", \"purpose\": \"%s\", \"meaning\": %s}\n", p.name, p.purpose, quoted(p.meaning).c_str());
+    }
+    return 0;
+  }
+  if (words.size() == 1 && words[0] == "--default") {
+    for (const auto& ours : kOurIntegrators) {
+      if (ours.integrator == WorldSettings{}.integrator) std::printf("volume-%s\n", ours.name);
+    }
+    return 0;
+  }
   if (words.size() == 2 && words[0] == "--describe") {
     describe(sceneOf(words[1]));
     return 0;
@@ -156,7 +177,7 @@ int run(int argc, char** argv) {
   if (words.size() == 2 && words[1] == "exact") {
     const Scene scene = chosen();
     if (!scene.exact) throw SetupError("scene " + scene.name, "has no exact solution", "run a method with a small step");
-    print(exactSamples(scene));
+    print(exactSamples(scene), bodiesPrinted(scene));
     return 0;
   }
   if (words.size() < 3 || words.size() > 5) {
@@ -168,7 +189,7 @@ int run(int argc, char** argv) {
   if (!(method.choice.step > 0)) throw SetupError("report_run", "step '" + words[2] + "'", "give seconds > 0");
   if (words.size() > 3) method.choice.stiffness = std::atof(words[3].c_str());
   if (words.size() > 4) method.choice.facets = std::atoi(words[4].c_str());
-  print(runCase(scene, method, budget));
+  print(runCase(scene, method, budget), bodiesPrinted(scene));
   return 0;
 }
 

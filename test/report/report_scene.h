@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptic_core/world/definition.h"
+#include "peer_world.h"
 
 namespace haptic::report {
 
@@ -31,6 +32,22 @@ struct HandSpring {
   std::function<BodyState(double)> path;
 };
 
+/// States at one sample time, and what follows from them for all compared bodies together.
+struct Sample {
+  double time = 0;
+  double energy = 0;            ///< kinetic and potential [J]
+  Vector3 momentum = Vector3::Zero(), angular_momentum = Vector3::Zero();  ///< about W's origin
+  std::vector<Wrench> hands;    ///< on each hand, in W, about the link's origin
+  std::vector<BodyState> bodies;
+};
+
+/// An error of a scene's own that needs no reference motion: something conserved, an overlap, a closed form. `name` is a
+/// metric of run_errors.py, which says the unit. The samples begin with the state before the first step.
+struct Measure {
+  std::string name;
+  std::function<double(const std::vector<Sample>&)> of;
+};
+
 struct Scene {
   std::string name;
   std::string title;            ///< one line for people
@@ -43,6 +60,14 @@ struct Scene {
   bool stiffer_is_truer = true; ///< a higher k comes closer to `exact`
   bool round = false;           ///< has facets to choose
   double restitution = 0;       ///< that peers are told: 1 where the scene's contact is elastic
+  double size = 0.1;            ///< a run with a body farther than this from the reference has failed [m]
+  bool chaotic = false;         ///< no motion is the right one: judged by `measures` and `escaped` alone
+  double smallest_step = 0;     ///< none shorter is run [s]: the scene is large
+  std::vector<Measure> measures;
+  /// Why a state is lost although no reference says where bodies belong; empty: it is not.
+  std::function<std::string(const Sample&)> escaped;
+  std::string benchmark;        ///< whose public benchmark this is, and what they published; empty: ours
+  std::vector<peers::PeerShape> peer_shapes;  ///< what peers get in place of polyhedra
   std::string not_for_peers;    ///< reason why no peer here can run it; empty: they can
   std::function<WorldDef(const Choice&)> make;
   std::function<std::vector<BodyState>(double)> exact;  ///< of `bodies` at a time; empty: unknown
@@ -54,6 +79,8 @@ struct Scene {
 std::vector<Scene> motionScenes();    ///< single bodies: rest, bounce, tilt, slides, slopes, top, torque-free body
 std::vector<Scene> frictionScenes();  ///< stick-slip, a hand that presses, slides and slopes
 std::vector<Scene> pileScenes();      ///< stack and pyramid of 15, seam
+std::vector<Scene> movingScenes();    ///< heaps, dominoes, crosses, a carrier, a corner
+std::vector<Scene> benchmarkScenes();  ///< the field's own
 Scene stackScene(int n);              ///< n cubes on one another
 /// Any file that the simulator loads: no exact solution, hands on their scripted paths. Throws SetupError.
 Scene fileScene(const std::string& file);

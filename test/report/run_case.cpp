@@ -3,12 +3,10 @@
 #include <time.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "../benchmark/allocation_count.h"
 #include "haptic_core/base/error.h"
-#include "haptic_core/world/world.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic::report {
@@ -114,8 +112,8 @@ Wrench springOnHand(const HandSpring& hand, double t, const BodyState& link) {
   return F;
 }
 
-/// `ledger`: ours keeps its energy ledger. No peer has one, so runs that are timed do without.
-std::unique_ptr<Simulator> make(const Scene& scene, const Method& method, double h, bool ledger, WorldDef& def) {
+/// Ours keeps its energy ledger, as it does by default; no peer has one.
+std::unique_ptr<Simulator> make(const Scene& scene, const Method& method, double h, WorldDef& def) {
   Choice choice = method.choice;
   choice.step = h;
   if (method.peer) {
@@ -127,10 +125,10 @@ std::unique_ptr<Simulator> make(const Scene& scene, const Method& method, double
     peers::PeerSettings settings = *method.peer;
     settings.step = h;
     settings.restitution = scene.restitution;
+    settings.shapes = scene.peer_shapes;
     return std::make_unique<PeerSimulator>(scene, def, settings);
   }
   def = scene.make(choice);
-  def.settings.energy_ledger = ledger;
   return std::make_unique<OurSimulator>(scene, def);
 }
 
@@ -139,16 +137,58 @@ bool isLost(const BodyState& b) {
   return !(b.X_WL.p.norm() < kFar && b.V_WL.linear.norm() < kFar && b.V_WL.angular.allFinite());
 }
 
-/// How far the ledger's balance strays.
-struct BalanceWatch {
-  double first = std::nan(""), away = 0, largest = 0;
+/// Share of a scene's size: lifting its bodies by that much is the least energy that a gain is compared with.
+constexpr double kLeastLift = 1e-6;
+
+/// What the ledger gained without a source. `least`: what counts as exchanged at least, for at rest nothing is but rounding.
+struct LedgerWatch {
+  explicit LedgerWatch(double least) : exchanged(least) {}
+  EnergyLedger first;
+  double gained = 0, exchanged = 0;
+  bool begun = false;
   void see(const World& world) {
     const EnergyLedger& e = world.report().energy;
-    if (std::isnan(first)) first = e.balance();
-    away = std::max(away, std::abs(e.balance() - first));
-    largest = std::max({largest, e.kinetic, e.elastic, std::abs(e.external), e.damping, e.friction});
+    if (!begun) first = e, begun = true;
+    const double lost = e.damping + e.friction - first.damping - first.friction, work = e.external - first.external;
+    gained = std::max(gained, e.total() - first.total() - work + lost);
+    exchanged = std::max({exchanged, std::abs(e.kinetic - first.kinetic), std::abs(e.potential - first.potential),
+                          std::abs(e.elastic - first.elastic), std::abs(e.tangential - first.tangential), std::abs(work),
+                          std::abs(lost)});
   }
-  double relative() const { return largest > 0 ? away / largest : std::nan(""); }
+  double relative() const { return exchanged > 0 ? gained / exchanged : std::nan(""); }
+};
+
+double quantile(const std::vector<double>& sorted, double q) {
+  return sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1))];
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return quantile(values, 0.5);
+}
+
+/// What reading the clock adds to a step [s]: a call to the system, as long as a step of one cube.
+double clockCost() {
+  std::vector<double> costs(101);
+  for (double& cost : costs) {
+    const double before = cpuSeconds();
+    cost = cpuSeconds() - before;
+  }
+  return median(std::move(costs));
+}
+
+/// Times of the steps of one repetition.
+struct StepTimes {
+  double sum = 0, p50 = 0, p99 = 0, p999 = 0, most = 0;  ///< [s]
+  explicit StepTimes(std::vector<double> times) {
+    for (const double t : times) sum += t;
+    if (times.size() > 1) times.erase(times.begin());  // the first fills caches
+    std::sort(times.begin(), times.end());
+    p50 = quantile(times, 0.5);
+    p99 = quantile(times, 0.99);
+    p999 = quantile(times, 0.999);
+    most = times.back();
+  }
 };
 
 class Runner {
@@ -158,57 +198,55 @@ class Runner {
     h_ = scene.seconds / scene.samples / static_cast<double>(per_sample_);
   }
 
-  /// Once, with states, step times and allocations.
-  void sampleAll(RunResult& out) {
+  /// Once, with states, allocations and counts.
+  StepTimes sampleAll(RunResult& out) {
     const double start = cpuSeconds();
     WorldDef def;
-    const auto simulator = make(scene_, method_, h_, false, def);
+    const auto simulator = make(scene_, method_, h_, def);
     const auto inertia = inertias(scene_, def);
     out.setup_s = cpuSeconds() - start;
+    const Sample first = sampleOf(*simulator, 0, inertia, def.settings.gravity);
+    double weight = 0;
+    for (const LinkInertia& body : inertia) weight += body.mass * def.settings.gravity.norm();
+    LedgerWatch ledger(kLeastLift * weight * scene_.size);
+    const double clock = clockCost();
     std::vector<double> times;
     times.reserve(static_cast<std::size_t>(per_sample_) * scene_.samples);
-    double cpu = 0;
     for (int s = 1; s <= scene_.samples && out.status == "ok"; ++s) {
-      const double before = cpuSeconds();
       for (long i = 0; i < per_sample_; ++i) {
         const long allocated = bench::allocationCount();
-        const auto begin = std::chrono::steady_clock::now();
+        const double before = cpuSeconds();
         simulator->step();
-        times.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+        times.push_back(std::max(0.0, cpuSeconds() - before - clock));
         out.allocations += bench::allocationCount() - allocated;
-        if (const World* world = simulator->world()) {
-          out.iterations += world->report().iterations;
-          out.unconverged += (world->report().flags & kNotConverged) != 0;
-        }
+        if (const World* world = simulator->world()) look(*world, ledger, out);
         ++out.steps;
       }
-      cpu += cpuSeconds() - before;
       take(*simulator, s, inertia, def.settings.gravity, out);
     }
-    out.cpu_s.push_back(cpu);
-    std::sort(times.begin(), times.end());
-    const auto quantile = [&times](double q) { return times[static_cast<std::size_t>(q * (times.size() - 1))]; };
-    out.step_p50 = quantile(0.5);
-    out.step_p99 = quantile(0.99);
-    out.step_max = times.back();
+    if (simulator->world()) out.energy_gain = ledger.relative();
+    if (out.status == "ok") measure(first, out);
+    return StepTimes(std::move(times));
   }
 
-  /// How far the ledger strays in the same run; NaN for peers.
-  double balance() {
+  /// The same run again without anything else, the time of each step read.
+  StepTimes timeSteps() {
     WorldDef def;
-    const auto simulator = make(scene_, method_, h_, true, def);
-    BalanceWatch watch;
-    for (long i = 0; i < per_sample_ * scene_.samples && simulator->world(); ++i) {
+    const auto simulator = make(scene_, method_, h_, def);
+    std::vector<double> times(static_cast<std::size_t>(per_sample_ * scene_.samples));
+    const double clock = clockCost();
+    for (double& time : times) {
+      const double before = cpuSeconds();
       simulator->step();
-      watch.see(*simulator->world());
+      time = std::max(0.0, cpuSeconds() - before - clock);
     }
-    return watch.relative();
+    return StepTimes(std::move(times));
   }
 
-  /// CPU time of the same run without anything else.
+  /// The same run again, read once: CPU time of all steps [s].
   double timeAll() {
     WorldDef def;
-    const auto simulator = make(scene_, method_, h_, false, def);
+    const auto simulator = make(scene_, method_, h_, def);
     const long steps = per_sample_ * scene_.samples;
     const double start = cpuSeconds();
     for (long i = 0; i < steps; ++i) simulator->step();
@@ -216,18 +254,43 @@ class Runner {
   }
 
  private:
+  static void look(const World& world, LedgerWatch& ledger, RunResult& out) {
+    const StepReport& r = world.report();
+    ledger.see(world);
+    out.iterations += r.iterations;
+    out.iterations_worst = std::max(out.iterations_worst, r.iterations);
+    out.evaluations_worst = std::max(out.evaluations_worst, r.evaluations);
+    out.unconverged += (r.flags & (kNotConverged | kJointsNotConverged)) != 0;
+  }
+
+  void measure(const Sample& first, RunResult& out) {
+    std::vector<Sample> samples = out.samples;
+    samples.insert(samples.begin(), first);
+    for (const Measure& measure : scene_.measures) out.measures.emplace_back(measure.name, measure.of(samples));
+  }
+
+  Sample sampleOf(const Simulator& simulator, double time, const std::vector<LinkInertia>& inertia, const Vector3& gravity) {
+    Sample sample;
+    sample.time = time;
+    for (const int link : scene_.bodies) sample.bodies.push_back(simulator.body(link));
+    addUp(sample, inertia, gravity);
+    return sample;
+  }
+
   void take(const Simulator& simulator, int s, const std::vector<LinkInertia>& inertia, const Vector3& gravity,
             RunResult& out) {
-    Sample sample;
-    sample.time = scene_.seconds * s / scene_.samples;
+    Sample sample = sampleOf(simulator, scene_.seconds * s / scene_.samples, inertia, gravity);
     out.time_reached = sample.time;
-    for (const int link : scene_.bodies) sample.bodies.push_back(simulator.body(link));
     if (!simulator.finite() || std::any_of(sample.bodies.begin(), sample.bodies.end(), isLost)) {
       out.status = "diverged";
-      out.reason = simulator.finite() ? "a body left the scene" : "the state is not finite";
+      out.reason = simulator.finite() ? "a body left the scene" : "the state is not finite, or the world stopped";
       return;
     }
-    addUp(sample, inertia, gravity);
+    if (scene_.escaped) out.reason = scene_.escaped(sample);
+    if (!out.reason.empty()) {
+      out.status = "diverged";
+      return;
+    }
     for (const HandSpring& hand : scene_.hands) {
       sample.hands.push_back(springOnHand(hand, sample.time, simulator.body(hand.link)));
     }
@@ -244,23 +307,43 @@ class Runner {
   double h_;
 };
 
+/// Repeats the run: five times while that takes less than `kPatience`, then until the budget, each as a whole; three times
+/// for the times of its steps. A run that is longer counts as it was sampled.
+void timeRun(Runner& runner, const StepTimes& first, double budget_s, RunResult& out) {
+  constexpr std::size_t kMost = 9, kLeast = 5, kStepRuns = 3;
+  constexpr double kPatience = 2;  // [s] of CPU time
+  const double patience = std::min(kPatience, 20 * budget_s);
+  std::vector<StepTimes> steps = {first};
+  double used = first.sum;
+  while (out.cpu_s.size() < kMost && used + first.sum < (out.cpu_s.size() < kLeast ? patience : budget_s)) {
+    out.cpu_s.push_back(runner.timeAll());
+    used += out.cpu_s.back();
+    if (steps.size() < kStepRuns) steps.push_back(runner.timeSteps());
+  }
+  if (out.cpu_s.empty()) out.cpu_s.push_back(first.sum);
+  const auto middle = [&steps](double StepTimes::*member) {
+    std::vector<double> values;
+    for (const StepTimes& t : steps) values.push_back(t.*member);
+    return median(std::move(values));
+  };
+  out.step_p50 = middle(&StepTimes::p50);
+  out.step_p99 = middle(&StepTimes::p99);
+  out.step_p999 = middle(&StepTimes::p999);
+  out.step_max = middle(&StepTimes::most);
+}
+
 }  // namespace
 
 RunResult runCase(const Scene& scene, const Method& method, double budget_s) {
   RunResult out;
   try {
     Runner runner(scene, method);
-    runner.sampleAll(out);
-    constexpr std::size_t kMost = 9;
-    double used = out.cpu_s[0];
-    // The first repetition reads clocks at every step: it counts only when no other fits into the budget.
-    std::vector<double> plain;
-    while (out.status == "ok" && plain.size() < kMost && used + out.cpu_s[0] < budget_s) {
-      plain.push_back(runner.timeAll());
-      used += plain.back();
+    const StepTimes first = runner.sampleAll(out);
+    if (out.status == "ok") {
+      timeRun(runner, first, budget_s, out);
+    } else {
+      out.cpu_s.push_back(first.sum);
     }
-    if (!plain.empty()) out.cpu_s = plain;
-    if (out.status == "ok" && out.cpu_s[0] < budget_s) out.energy_balance = runner.balance();
   } catch (const std::exception& error) {
     out.status = "refused";
     out.reason = error.what();

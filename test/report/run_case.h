@@ -10,15 +10,6 @@
 
 namespace haptic::report {
 
-/// States at one sample time, and what follows from them for all compared bodies together.
-struct Sample {
-  double time = 0;
-  double energy = 0;            ///< kinetic and potential [J]
-  Vector3 momentum = Vector3::Zero(), angular_momentum = Vector3::Zero();  ///< about W's origin
-  std::vector<Wrench> hands;    ///< on each hand, in W, about the link's origin
-  std::vector<BodyState> bodies;
-};
-
 struct RunResult {
   std::string status = "ok";    ///< ok, diverged, refused
   std::string reason;           ///< why not ok
@@ -26,11 +17,15 @@ struct RunResult {
   long steps = 0;
   double setup_s = 0;
   std::vector<double> cpu_s;    ///< CPU time of each repetition of the whole run [s]
-  double step_p50 = 0, step_p99 = 0, step_max = 0;  ///< wall time of single steps in the first repetition [s]
+  /// CPU time of single steps [s]: median over the repetitions of each repetition's quantile. The first step is left out.
+  double step_p50 = 0, step_p99 = 0, step_p999 = 0, step_max = 0;
   long allocations = 0;         ///< heap allocations of all steps of the first repetition
   long iterations = 0, unconverged = 0;             ///< of the implicit solve, over the run
-  /// Ours: largest change of the ledger's balance over the largest energy in it. NaN: a peer, or longer than the budget.
-  double energy_balance = std::numeric_limits<double>::quiet_NaN();
+  int iterations_worst = 0, evaluations_worst = 0;  ///< of any step
+  /// Ours: energy that the ledger gained without a source over the largest energy exchanged, or over what lifts the bodies by
+  /// a millionth of the scene's size where less is exchanged.
+  double energy_gain = std::numeric_limits<double>::quiet_NaN();
+  std::vector<std::pair<std::string, double>> measures;  ///< of the scene's own
   std::vector<Sample> samples;
 };
 

@@ -13,13 +13,26 @@ METRICS = {
     'momentum': ('N s', 'of all bodies together'),
     'angular_momentum': ('N m s', 'of all bodies together, about the origin'),
     'wrench': ('N', 'force at the hand'),
+    # Of scenes with a measure of their own (report_scene.h): over all samples, no reference motion is needed.
+    'penetration': ('m', 'deepest corner of a body inside the floor or a wall'),
+    'energy_gain': ('J', 'largest rise of the mechanical energy above its least value so far'),
+    'momentum_drift': ('N s', 'largest change of the conserved momentum'),
+    'angular_momentum_drift': ('N m s', 'largest change of the conserved angular momentum'),
+    'angular_momentum_rel': ('1', 'largest change of the angular momentum, relative (Gazebo)'),
+    'energy_rel': ('1', 'largest change of the energy, relative (Gazebo)'),
+    'energy_squared': ('J^2', 'mean of the squared change of the energy (SimBenchmark)'),
+    'velocity_squared': ('m^2/s^2', 'mean of the squared velocity errors of box and ball (SimBenchmark)'),
+    'overlap': ('m^2', 'mean of the sum of squared overlaps of true balls and ground (SimBenchmark)'),
+    'fallen': ('s', 'time for which the tower does not stand (SimBenchmark)'),
+    'spread': ('m', 'rms distance of the end places from their mean, 100 starts (Chung, Pollard)'),
 }
 
 Run = collections.namedtuple(
-    'Run', 'case role status reason cpu cpu_low cpu_high p50 p99 slowest steps allocations unconverged iterations balance '
-           'trajectory')
+    'Run', 'case role status reason cpu cpu_low cpu_high p50 p99 p999 slowest steps allocations unconverged iterations '
+           'iterations_worst evaluations_worst gain measures trajectory')
 Run.__doc__ = '''A finished case. Status: ok, diverged, refused, failed. `cpu`: median CPU time per simulated second [s], with the least
-and the largest repetition. Step times [s]. `trajectory`: None unless it ran.'''
+and the largest repetition. Step times: CPU time [s]. `gain`: energy that the ledger gained over the largest exchanged.
+`measures`: {metric: error} of the scene's own. `trajectory`: None unless it ran.'''
 
 Trajectory = collections.namedtuple('Trajectory', 'time energy momentum angular_momentum hands pose twist')
 Trajectory.__doc__ = '''Arrays over samples: time (s), energy (s), momenta (s, 3), hands (s, hands, 6) torque first, pose (s, bodies, 7)
@@ -40,7 +53,7 @@ def parse_samples(lines):
 
 def parse_run(case, result, role='run'):
     """The run that a task's result tells of."""
-    nothing = (math.nan,) * 6 + (0, 0, 0, 0, math.nan, None)
+    nothing = (math.nan,) * 7 + (0, 0, 0, 0, 0, 0, math.nan, {}, None)
     if result['failure']:
         return Run(case, role, 'failed', result['failure'], *nothing)
     lines = result['output'].splitlines()
@@ -57,10 +70,12 @@ def parse_run(case, result, role='run'):
         return Run(case, role, 'refused', words['reason'], *nothing)
     simulated = float(words['time_reached'])
     cpu = sorted(float(t) / simulated for t in words['cpu_s'].split()) if simulated > 0 else [math.nan]
-    return Run(case, role, words['status'], words['reason'], cpu[len(cpu) // 2], cpu[0], cpu[-1],
-               float(words['step_p50_s']), float(words['step_p99_s']), float(words['step_max_s']), int(words['steps']),
-               int(words['allocations']), int(words['unconverged']), int(words['iterations']),
-               float(words['energy_balance']), trajectory)
+    times = [float(words[f'step_{name}_s']) for name in ('p50', 'p99', 'p999', 'max')]
+    counts = [int(words[name]) for name in ('steps', 'allocations', 'unconverged', 'iterations', 'iterations_worst',
+                                            'evaluations_worst')]
+    measures = {key.removeprefix('measure_'): float(value) for key, value in words.items() if key.startswith('measure_')}
+    return Run(case, role, words['status'], words['reason'], cpu[len(cpu) // 2], cpu[0], cpu[-1], *times, *counts,
+               float(words['energy_gain']), measures, trajectory)
 
 
 def angle_between(a, b):
@@ -97,6 +112,26 @@ def errors_against(run, reference):
         return {}
     return {metric: float(np.sqrt(np.mean(np.square(values))))
             for metric, values in error_over_time(run.trajectory, reference).items()}
+
+
+LEDGER_BOUND = 0.1  # of the largest energy exchanged: a run whose ledger gained more than that from nothing has failed
+
+
+def judged(run, reference, size):
+    """The run, failed where it is: a body farther than `size` [m] from the reference (None: there is none), a ledger out of
+    bounds, steps that did not converge."""
+    if run.status != 'ok':
+        return run
+    reasons = []
+    if reference is not None and run.trajectory is not None:
+        away = float(np.max(error_over_time(run.trajectory, reference)['position']))
+        if not away <= size:
+            reasons.append(f'a body is {away:.3g} m from the reference, more than {size:.3g} m')
+    if run.gain > LEDGER_BOUND:
+        reasons.append(f'the ledger gained {100 * run.gain:.0f} % of the largest energy exchanged')
+    if run.unconverged:
+        reasons.append(f'{run.unconverged} of {run.steps} steps did not converge')
+    return run._replace(status='failed', reason='; '.join(reasons)) if reasons else run
 
 
 def order_of(steps, errors):

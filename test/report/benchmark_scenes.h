@@ -1,0 +1,9 @@
+/// The field's own benchmarks; each file says whose they are.
+#pragma once
+#include "report_scene.h"
+
+namespace haptic::report {
+
+std::vector<Scene> ballScenes();  ///< SimBenchmark: rolling, bouncing, 666, elastic 666
+
+}  // namespace haptic::report
