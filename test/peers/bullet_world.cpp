@@ -97,7 +97,9 @@ class BulletWorld : public PeerWorld {
     return shapes_.back().get();
   }
 
-  static std::unique_ptr<btCollisionShape> makeShape(const ConvexPolyhedron& shape) {
+  static std::unique_ptr<btCollisionShape> makeShape(const ConvexShape& any) {
+    if (!any.polyhedron()) return std::make_unique<btSphereShape>(any.boundingRadius());
+    const ConvexPolyhedron& shape = *any.polyhedron();
     constexpr double kMargin = 1e-3;  // [m], of 40 by default: deeper contacts go the slow way, through GJK and EPA
     if (shape.isBox()) {
       auto box = std::make_unique<btBoxShape>(toBullet(shape.halfSize()));

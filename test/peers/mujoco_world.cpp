@@ -43,11 +43,14 @@ std::string modelText(const WorldDef& def, const std::vector<PeerBody>& bodies, 
     for (const CollisionDef& collision : b.link->collisions) {
       const std::string place = "' pos='" + text(collision.X_LS.p) + "' quat='" + text(collision.X_LS.R) + "'";
       const std::string friction = " friction='" + std::to_string(b.mu) + " 0.005 0.0001'/>";
-      if (collision.shape->isBox()) {
-        tree << "<geom type='box' size='" << text(collision.shape->halfSize()) << place << friction;
+      const ConvexPolyhedron* hull = collision.shape->polyhedron();
+      if (!hull) {
+        tree << "<geom type='sphere' size='" << collision.shape->boundingRadius() << place << friction;
+      } else if (hull->isBox()) {
+        tree << "<geom type='box' size='" << text(hull->halfSize()) << place << friction;
       } else {
         assets << "<mesh name='m" << mesh << "' vertex='";
-        for (const Vector3& v : collision.shape->vertices()) assets << text(v) << ' ';
+        for (const Vector3& v : hull->vertices()) assets << text(v) << ' ';
         assets << "'/>";
         tree << "<geom type='mesh' mesh='m" << mesh++ << place << friction;
       }

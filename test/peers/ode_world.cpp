@@ -108,7 +108,9 @@ class OdeWorld : public PeerWorld {
     }
   }
 
-  dGeomID makeGeom(const ConvexPolyhedron& shape) {
+  dGeomID makeGeom(const ConvexShape& any) {
+    if (!any.polyhedron()) return dCreateSphere(space_, any.boundingRadius());
+    const ConvexPolyhedron& shape = *any.polyhedron();
     if (shape.isBox()) {
       const Vector3 size = 2 * shape.halfSize();
       return dCreateBox(space_, size.x(), size.y(), size.z());
