@@ -11,6 +11,8 @@ namespace haptic {
 namespace {
 
 constexpr double kTurn = 2 * M_PI;
+/// Arcs shorter than this, or longer than 2π less this, may be the other of the two [rad]: rounding over the smallest circle.
+constexpr double kDoubt = 1e-2;
 
 double cross(const Vector2& a, const Vector2& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -33,7 +35,12 @@ bool innerPart(const Vector3& p, const Vector3& q, bool p_in, bool q_in, double 
   leave = 1;
   if (p_in && q_in) return true;
   const Vector3 d = q - p;
-  const double length2 = d.squaredNorm(), nearest = -p.dot(d) / length2, distance = (p + nearest * d).norm();
+  const double length2 = d.squaredNorm(), towards = -p.dot(d);
+  if (!p_in && !q_in) {
+    if (towards <= 0 || towards >= length2) return false;
+    if ((p.squaredNorm() - radius * radius) * length2 > towards * towards) return false;
+  }
+  const double nearest = towards / length2, distance = (p + nearest * d).norm();
   const double half = std::sqrt(std::max(0.0, (radius - distance) * (radius + distance) / length2));
   if (!p_in) enter = std::min(1.0, nearest - half);
   if (!q_in) leave = std::max(0.0, nearest + half);
@@ -96,9 +103,8 @@ void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept
   const double r2 = radius_ * radius_;
   const Vector3 middle = face.height * face.normal;
   const auto flat = [&](const Vector3& x) -> Vector2 { return {face.x.dot(x - middle), face.y.dot(x - middle)}; };
-  bool crossed = false, crossing_holds = true, all_hold = true, entered = false, left = false;
+  bool crossed = false, entered = false, left = false;
   Vector2 first_entry = Vector2::Zero(), exit = Vector2::Zero();
-  double chords = 0;
   const auto arcTo = [&](const Vector2& to) {
     CutCurve arc;
     arc.arc = true;
@@ -123,14 +129,10 @@ void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept
     const bool turned = key(i) > key(next);
     const bool inside = turned ? innerPart(q, p, q_in, p_in, radius_, enter, leave)
                                : innerPart(p, q, p_in, q_in, radius_, enter, leave);
-    const double side = face.normal.dot((q - p).cross(middle - p));
-    all_hold &= side >= 0;
     if (!inside) continue;
     if (turned) enter = 1 - enter, leave = 1 - leave, std::swap(enter, leave);
     crossed = true;
-    crossing_holds &= side >= 0;
     const Vector2 from = flat(p_in ? p : Vector3(p + enter * (q - p))), to = flat(q_in ? q : Vector3(p + leave * (q - p)));
-    chords += std::copysign(std::atan2(cross(from, to), from.dot(to)), side);
     if (!p_in) {
       if (left) {
         arcTo(from);
@@ -150,7 +152,12 @@ void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept
   }
   if (left && entered) arcTo(first_entry);
   face.count = curves_.size() - face.first;
-  face.whole = !crossed && all_hold;
+  if (crossed) return closeArcs(face);
+  face.whole = true;
+  for (int i = 0; i < count && face.whole; ++i) {
+    const Vector3 p = corner(i);
+    face.whole = face.normal.dot((corner(i + 1 < count ? i + 1 : 0) - p).cross(middle - p)) >= 0;
+  }
   if (face.whole) {
     CutCurve circle;
     circle.arc = true;
@@ -158,24 +165,28 @@ void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept
     circle.p = circle.q = Vector2(face.radius, 0);
     curves_.push_back(circle);
     face.count = 1;
-  } else if (crossed) {
-    closeArcs(face, chords, crossing_holds);
   }
 }
 
 /// Seen from the circle's centre the boundary turns once about it, or not at all. An arc of about no length, which rounding
-/// has made one of about 2π, or the other way round, is found by that.
-void BallCut::closeArcs(const CutFace& face, double chords, bool holds_centre) noexcept {
-  double total = chords;
+/// has made one of about 2π, or the other way round, is found by that. The centre is inside when it lies left of all lines.
+void BallCut::closeArcs(const CutFace& face) noexcept {
   CutCurve *longest = nullptr, *shortest = nullptr;
   for (int i = face.first; i < face.first + face.count; ++i) {
     CutCurve& curve = curves_[i];
     if (!curve.arc) continue;
-    total += curve.sweep;
     if (!longest || curve.sweep > longest->sweep) longest = &curve;
     if (!shortest || curve.sweep < shortest->sweep) shortest = &curve;
   }
-  if (!longest) return;
+  if (!longest || (longest->sweep < kTurn - kDoubt && shortest->sweep > kDoubt)) return;
+  double total = 0;
+  bool holds_centre = true;
+  for (int i = face.first; i < face.first + face.count; ++i) {
+    const CutCurve& curve = curves_[i];
+    const double side = cross(curve.p, curve.q);
+    total += curve.arc ? curve.sweep : std::atan2(side, curve.p.dot(curve.q));
+    if (!curve.arc) holds_centre &= side >= 0;
+  }
   const double extra = std::round((total - (holds_centre ? kTurn : 0)) / kTurn);
   if (extra > 0) longest->sweep -= kTurn;
   if (extra < 0) shortest->sweep += kTurn;

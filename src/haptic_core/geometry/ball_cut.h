@@ -65,7 +65,7 @@ class BallCut {
  private:
   template <class Corner, class Key>
   void cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept;
-  void closeArcs(const CutFace& face, double chords, bool holds_centre) noexcept;
+  void closeArcs(const CutFace& face) noexcept;
 
   double radius_ = 0;
   LoadedVector<CutFace> faces_;

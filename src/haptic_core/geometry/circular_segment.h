@@ -17,7 +17,7 @@ struct SegmentIntegrals {
                               -429.0 / 32768, -715.0 / 65536, -2431.0 / 262144, -4199.0 / 524288, -29393.0 / 4194304};
       const double x = 0.5 * s;
       j0 = j1 = j2 = 0;
-      for (int j = 12; j >= 0; --j) {
+      for (int j = s < kShort ? 6 : 12; j >= 0; --j) {
         j0 = j0 * x + c[j] / (j + 1.5);
         j1 = j1 * x + c[j] / (j + 2.5);
         j2 = j2 * x + c[j] / (j + 3.5);
@@ -34,6 +34,7 @@ struct SegmentIntegrals {
     j2 = (a - 2 * b + 0.125 * (theta - 0.25 * std::sin(4 * theta))) * scale;
   }
 
+  static constexpr double kShort = 0.01;    ///< below it seven terms of the series are enough
   static constexpr double kSeries = 0.125;  ///< below it the series, above it the closed forms, which lose a digit there
 };
 

@@ -1,5 +1,6 @@
 /// Gauss's rules on [-1, 1], half of their symmetric nodes and weights: exact for polynomials of degree 15 and 31.
 #pragma once
+#include <cmath>
 
 namespace haptic {
 
@@ -9,7 +10,7 @@ struct GaussPoint {
 
 inline constexpr GaussPoint kGauss8[] = {{0.9602898564975363, 0.10122853629037626},
                                          {0.7966664774136267, 0.22238103445337448},
-                                         {0.525532409916329, 0.31370664588787727},
+                                         {0.525532409916329, 0.31370664587788727},
                                          {0.1834346424956498, 0.362683783378362}};
 inline constexpr GaussPoint kGauss16[] = {
     {0.9894009349916499, 0.027152459411754096}, {0.9445750230732326, 0.062253523938647894},
@@ -24,6 +25,17 @@ inline void integrate(const GaussPoint (&rule)[kHalf], double a, double b, Visit
   for (const GaussPoint& g : rule) {
     visit(middle - half * g.at, half * g.weight);
     visit(middle + half * g.at, half * g.weight);
+  }
+}
+
+/// ∫ over the arc from angle `from` over `sweep`: visits (cosine, sine, weight). Two points share one sine and cosine.
+template <int kHalf, class Visit>
+inline void integrateArc(const GaussPoint (&rule)[kHalf], double from, double sweep, Visit&& visit) {
+  const double half = 0.5 * sweep, c = std::cos(from + half), s = std::sin(from + half);
+  for (const GaussPoint& g : rule) {
+    const double cosine = std::cos(half * g.at), sine = std::sin(half * g.at), weight = half * g.weight;
+    visit(c * cosine + s * sine, s * cosine - c * sine, weight);
+    visit(c * cosine - s * sine, s * cosine + c * sine, weight);
   }
 }
 

@@ -11,7 +11,9 @@ namespace {
 
 /// Points on a whole circle that is not round about u: an integrand periodic and smooth.
 constexpr int kCirclePoints = 32;
-constexpr double kPart = 2.1;  ///< longest arc for one Gauss rule [rad]
+/// Longest arcs for one rule of 16 points and of 8 [rad]: trigonometric polynomials of degree 5
+/// to 1e-16; the second near the pole only, for the antipode is a singular point of the integrands.
+constexpr double kPart = 2.1, kShortPart = 0.5;
 
 /// Sums over the sphere of radius 1, cones from o = κ u. With s' from the pole, ρ' = √(s'(2 - s')) and ê across u, a point of
 /// the sphere is y = z u + ρ' ê from o, z = b - s', b = 1 - κ, and y·N = b + κ s'. A boundary element turns by dφ = w/ρ² dψ.
@@ -70,8 +72,8 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
   SphereSums sums(u, radius, distance);
   for (const CutFace& face : cut.faces()) {
     const double h = face.height / radius, a = face.radius / radius;
-    const auto at = [&](double angle, double weight) {
-      const double c = a * std::cos(angle), s = a * std::sin(angle);
+    const auto at = [&](double cosine, double sine, double weight) {
+      const double c = a * cosine, s = a * sine;
       sums.add(h * face.normal + c * face.x + s * face.y, weight * (c * face.y - s * face.x));
     };
     if (face.whole && (face.normal == -u || face.normal == u)) {
@@ -80,16 +82,23 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
       continue;
     }
     if (face.whole) {
-      for (int i = 0; i < kCirclePoints; ++i) at(i * 2 * M_PI / kCirclePoints, 2 * M_PI / kCirclePoints);
+      for (int i = 0; i < kCirclePoints; ++i) {
+        const double angle = i * 2 * M_PI / kCirclePoints;
+        at(std::cos(angle), std::sin(angle), 2 * M_PI / kCirclePoints);
+      }
       continue;
     }
     for (int i = face.first; i < face.first + face.count; ++i) {
       const CutCurve& arc = cut.curves()[i];
       if (!arc.arc || !(arc.sweep > 0)) continue;
-      const int parts = static_cast<int>(arc.sweep / kPart) + 1;
-      for (int p = 0; p < parts; ++p) {
-        integrate(kGauss16, arc.from + p * arc.sweep / parts, arc.from + (p + 1) * arc.sweep / parts, at);
+      const double middle = arc.from + 0.5 * arc.sweep;
+      const Vector3 n = h * face.normal + a * std::cos(middle) * face.x + a * std::sin(middle) * face.y;
+      if (arc.sweep < kShortPart && n.dot(u) > 0) {
+        integrateArc(kGauss8, arc.from, arc.sweep, at);
+        continue;
       }
+      const int parts = static_cast<int>(arc.sweep / kPart) + 1;
+      for (int p = 0; p < parts; ++p) integrateArc(kGauss16, arc.from + p * arc.sweep / parts, arc.sweep / parts, at);
     }
   }
   sums.addTo(radius, out);
