@@ -11,7 +11,7 @@
 #include "haptic_core/contact/located_force.h"
 #include "haptic_core/geometry/ball.h"
 #include "round_peers.h"
-#include "scenes/blocks.h"
+#include "../scenes/blocks.h"
 
 namespace haptic::bench {
 namespace {

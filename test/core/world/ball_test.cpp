@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "scenes/blocks.h"
+#include "../../scenes/blocks.h"
 
 namespace haptic {
 namespace {
