@@ -98,13 +98,15 @@ Vector3 hardPlace(const ConvexPolyhedron& shape, double R, std::mt19937_64& rand
   const double depth = R * std::pow(10, -9 * std::abs(u(random))), s = std::abs(u(random)), t = (1 - s) * std::abs(u(random));
   const Vector3 out = (face.normal + 0.8 * Vector3(u(random), u(random), u(random))).normalized();
   const Vector3 on_edge = corner(0) + s * (corner(1) - corner(0)), on_face = on_edge + t * (corner(2) - corner(0));
+  // The oracle needs the centre off planes and edges, by any distance.
+  const Vector3 off = 1e-8 * R * Vector3(0.3 + std::abs(u(random)), 0.2 + std::abs(u(random)), -0.1 - std::abs(u(random)));
   switch (random() % 7) {
     case 0: return corner(0) + (R - depth) * out;
     case 1: return on_edge + (R - depth) * out;
     case 2: return on_face + (R - depth) * face.normal;
-    case 3: return corner(0);
-    case 4: return on_edge;
-    case 5: return on_face;
+    case 3: return corner(0) + off;
+    case 4: return on_edge + off;
+    case 5: return on_face + off;
     default: return shape.centre() + (shape.boundingRadius() + R) * Vector3(u(random), u(random), u(random));
   }
 }

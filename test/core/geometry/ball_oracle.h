@@ -58,7 +58,7 @@ struct BallOverlap {
         area_vector[k] += n[k] * sums.area;
       }
     }
-    if (inside) solid += 4 * M_PIq;
+    if (inside) solid += 4 * acosq(-1);
     volume += R * R * R / 3 * solid;
     for (int k = 0; k < 3; ++k) first[k] -= R * R / 4 * area_vector[k];  // R⁴/4 ∫ n dΩ, and R² ∫ n dΩ = -Σ S
   }
