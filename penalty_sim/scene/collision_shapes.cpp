@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/mesh_to_convex.h"
 #include "haptic_core/geometry/shapes.h"
 #include "scene/mesh_file.h"
@@ -12,14 +13,15 @@
 namespace haptic {
 namespace {
 
-/// Facets of a round shape when the scene does not say: the surface error is 0.5 % of the radius for a
-/// cylinder and about 3 % for a sphere of 162 vertices; finer ones cost contact time in proportion to the
-/// facets in touch.
+/// Facets of cylinders and capsules when the scene does not say: the surface error is 0.5 % of the radius for a
+/// cylinder and about 3 % for a capsule's ends; finer ones cost contact time in proportion to the facets in
+/// touch.
 constexpr int kSegments = 32;
 constexpr int kSubdivision = 2;
 
 struct Refinement {
   int segments = kSegments, subdivision = kSubdivision;
+  bool asked = false;  ///< for a subdivision
 };
 
 Refinement readRefinement(const XmlFile& file, const XmlElement& collision) {
@@ -39,6 +41,7 @@ Refinement readRefinement(const XmlFile& file, const XmlElement& collision) {
   }
   refinement.segments = static_cast<int>(segments);
   refinement.subdivision = static_cast<int>(subdivision);
+  refinement.asked = shape->Attribute("subdivision") != nullptr;
   return refinement;
 }
 
@@ -62,7 +65,8 @@ std::string tessellationText(const TessellationReport& report, int vertices) {
   return text.str();
 }
 
-using Shape = std::shared_ptr<const ConvexPolyhedron>;
+using Shape = std::shared_ptr<const ConvexShape>;
+using Polyhedron = std::shared_ptr<const ConvexPolyhedron>;
 
 /// Hull of two tessellated spheres: exact where the spheres' vertices are.
 ConvexPolyhedron makeCapsule(double radius, double length, int subdivision, const std::string& name,
@@ -111,23 +115,29 @@ ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, c
     text << "box " << size->x() << " × " << size->y() << " × " << size->z() << " m";
   } else if (kind == "sphere") {
     const double radius = positive(file, *shape, "radius", where);
-    made.pieces.push_back(std::make_shared<ConvexPolyhedron>(
-        makeSphere(radius, refinement.subdivision, RoundFit::kInscribed, where, &report)));
-    text << "sphere r " << radius << " m (" << tessellationText(report, made.pieces[0]->vertexCount()) << ")";
+    text << "sphere r " << radius << " m";
+    if (refinement.asked) {
+      const Polyhedron hull = std::make_shared<ConvexPolyhedron>(
+          makeSphere(radius, refinement.subdivision, RoundFit::kInscribed, where, &report));
+      text << " (" << tessellationText(report, hull->vertexCount()) << ")";
+      made.pieces.push_back(hull);
+    } else {
+      made.pieces.push_back(std::make_shared<Ball>(radius, where));
+    }
   } else if (kind == "cylinder") {
     const double radius = positive(file, *shape, "radius", where),
                  length = positive(file, *shape, "length", where);
-    made.pieces.push_back(std::make_shared<ConvexPolyhedron>(
-        makeCylinder(radius, length, refinement.segments, RoundFit::kInscribed, where, &report)));
-    text << "cylinder r " << radius << " l " << length << " m ("
-         << tessellationText(report, made.pieces[0]->vertexCount()) << ")";
+    const Polyhedron prism = std::make_shared<ConvexPolyhedron>(
+        makeCylinder(radius, length, refinement.segments, RoundFit::kInscribed, where, &report));
+    made.pieces.push_back(prism);
+    text << "cylinder r " << radius << " l " << length << " m (" << tessellationText(report, prism->vertexCount()) << ")";
   } else if (kind == "capsule" || kind == "drake:capsule") {
     const double radius = positive(file, *shape, "radius", where),
                  length = positive(file, *shape, "length", where);
-    made.pieces.push_back(std::make_shared<ConvexPolyhedron>(
-        makeCapsule(radius, length, refinement.subdivision, where, &report)));
-    text << "capsule r " << radius << " l " << length << " m (" << made.pieces[0]->vertexCount()
-         << " vertices)";
+    const Polyhedron hull =
+        std::make_shared<ConvexPolyhedron>(makeCapsule(radius, length, refinement.subdivision, where, &report));
+    made.pieces.push_back(hull);
+    text << "capsule r " << radius << " l " << length << " m (" << hull->vertexCount() << " vertices)";
   } else {
     throw SetupError(where, "its collision shape <" + kind + "> is not supported",
                      "use box, cylinder, sphere, capsule or mesh");
@@ -159,16 +169,17 @@ ShapePieces CollisionShapes::makeMesh(const RobotFile& robot, const std::string&
   ConvexReport report;
   ShapePieces made;
   const TriangleMesh triangles = readMesh(path, scale, where);
+  std::vector<Polyhedron> pieces;
   try {
-    made.pieces = convexPieces(triangles, settings, report);
+    pieces = convexPieces(triangles, settings, report);
   } catch (const SetupError& refused) {
     // Published meshes have holes and stray faces that no decomposition takes; a hull is safe to touch.
-    made.pieces = {
-        std::make_shared<ConvexPolyhedron>(ConvexPolyhedron::hull(triangles.vertices, settings.name))};
+    pieces = {std::make_shared<ConvexPolyhedron>(ConvexPolyhedron::hull(triangles.vertices, settings.name))};
     warnings.push_back(std::string(refused.what()) + "; its hull is used");
   }
   int vertices = 0;
-  for (const Shape& piece : made.pieces) vertices += piece->vertexCount();
+  for (const Polyhedron& piece : pieces) vertices += piece->vertexCount();
+  made.pieces.assign(pieces.begin(), pieces.end());
   std::ostringstream text;
   text << "mesh " << std::filesystem::path(path).filename().string() << ": ";
   if (report.decomposed)

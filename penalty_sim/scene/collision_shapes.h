@@ -1,18 +1,18 @@
-/// A <collision>'s geometry as convex polyhedra.
+/// A <collision>'s geometry as convex shapes.
 #pragma once
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/convex_shape.h"
 #include "scene/robot_file.h"
 
 namespace haptic {
 
 /// One URDF collision: its convex pieces, all in the collision's own frame.
 struct ShapePieces {
-  std::vector<std::shared_ptr<const ConvexPolyhedron>> pieces;
+  std::vector<std::shared_ptr<const ConvexShape>> pieces;
   std::string text;  ///< "box 0.1 × 0.1 × 0.1 m", "mesh link0.stl: hull, 0.3 mm from the mesh, 124 vertices"
   double half_extent = 0;  ///< half of the shortest side of the box around all pieces [m]
 };
@@ -20,8 +20,8 @@ struct ShapePieces {
 /// Makes and shares shapes of one scene: a mesh that several links use is read and hulled once.
 class CollisionShapes {
  public:
-  /// Box, cylinder, sphere, capsule, mesh; <haptic:shape segments= subdivision=> beside <geometry> refines
-  /// round ones. A mesh that cannot be decomposed is hulled with a warning. Throws SetupError: no geometry,
+  /// Box, cylinder, sphere, capsule, mesh. A sphere is a true one, unless <haptic:shape subdivision=> beside <geometry>
+  /// asks for a polyhedron; cylinders and capsules are polyhedra, which segments= and subdivision= refine. A mesh that cannot be decomposed is hulled with a warning. Throws SetupError: no geometry,
   /// an unknown one, sizes not positive, a mesh not found, unreadable or flat.
   ShapePieces make(const RobotFile& robot, const LinkXml& link, const XmlElement& collision,
                    std::vector<std::string>& warnings);

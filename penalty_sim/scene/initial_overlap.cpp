@@ -6,7 +6,7 @@
 #include <sstream>
 #include <tuple>
 
-#include "haptic_core/geometry/gjk.h"
+#include "haptic_core/geometry/shape_distance.h"
 
 namespace haptic {
 namespace {
@@ -19,7 +19,7 @@ struct PlacedLink {
   int articulation, link;
   const LinkDef* def;
   Pose X_WL;
-  ConvexPolyhedron::Box box;  ///< around all shapes, in W
+  ConvexShape::Box box;  ///< around all shapes, in W
   bool is_static;
 };
 
@@ -71,25 +71,29 @@ void deepest(const PlacedLink& a, const PlacedLink& b, double& depth, double& sh
   }
 }
 
-double leastOverlapAlongFaces(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB) {
+/// Along unit `n` [A's frame].
+double overlapAlong(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Vector3& n) {
+  return supportHeight(A, Pose(), n) + supportHeight(B, X_AB, -n);
+}
+
+double leastOverlapAlongFaces(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB) {
   double least = INFINITY;
-  int vertex_a = 0, vertex_b = 0;
-  for (const auto& face : A.faces())
-    least = std::min(least, -gapAlong(A, B, X_AB, face.normal, vertex_a, vertex_b));
+  if (!A.polyhedron()) return least;
+  for (const auto& face : A.polyhedron()->faces()) least = std::min(least, overlapAlong(A, B, X_AB, face.normal));
   return least;
 }
 
 }  // namespace
 
-double overlapDepth(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB) {
+double overlapDepth(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB) {
   const double reach = A.boundingRadius() + B.boundingRadius();
   const Vector3 between = X_AB * B.centre() - A.centre();
   if (between.squaredNorm() > reach * reach) return 0;
   ClosestPoints closest;
   closestPoints(A, B, X_AB, between.norm() > 0 ? between : Vector3(Vector3::UnitX()), closest);
   if (closest.separated) return 0;
-  const double depth =
-      std::min(leastOverlapAlongFaces(A, B, X_AB), leastOverlapAlongFaces(B, A, X_AB.inverse()));
+  double depth = std::min(leastOverlapAlongFaces(A, B, X_AB), leastOverlapAlongFaces(B, A, X_AB.inverse()));
+  if (!A.polyhedron() || !B.polyhedron()) depth = std::min(depth, overlapAlong(A, B, X_AB, closest.direction));
   return std::max(0.0, depth);
 }
 

@@ -1,13 +1,13 @@
 /// Links that overlap before anything moves.
 #pragma once
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/convex_shape.h"
 #include "scene/robot_tree.h"
 
 namespace haptic {
 
-/// An upper bound of how far B must move to leave A [m]: the least overlap along a face normal of either; 0
-/// when a direction proves them apart. Exact but for edge against edge.
-double overlapDepth(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB);
+/// An upper bound of how far B must move to leave A [m]: the least overlap along a face normal of either, with a ball
+/// along the way to its centre; 0 when a direction proves them apart. Exact but for edge against edge.
+double overlapDepth(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB);
 
 /// Pairs of one robot that overlap at the start (hulls of neighbours beyond one joint, closed fingers) do not
 /// collide, with a warning that names them: their contact would throw the robot apart. Pairs of different

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/shape_distance.h"
 #include "scene/scene_extension.h"
 
 namespace haptic {
@@ -51,14 +53,14 @@ Vector3 highestPoint(const WorldDef& world, std::string& name) {
     for (std::size_t i = 0; i < articulation.links.size(); ++i) {
       for (const CollisionDef& collision : articulation.links[i].collisions) {
         const Pose X_WS = X_WL[i] * collision.X_LS;
-        double height = -INFINITY;  // of the vertices: the shape's box may reach higher
-        for (const Vector3& v : collision.shape->vertices()) height = std::max(height, (X_WS * v).z());
+        const double height = supportHeight(*collision.shape, X_WS, Vector3::UnitZ());
         if (!(height > top)) continue;
         top = height;
         name = articulation.links[i].name;
         Vector3 sum = Vector3::Zero();
         int count = 0;
-        for (const Vector3& v : collision.shape->vertices()) {
+        const ConvexPolyhedron* hull = collision.shape->polyhedron();
+        for (const Vector3& v : hull ? hull->vertices() : std::vector<Vector3>()) {
           const Vector3 p_W = X_WS * v;
           if (p_W.z() < height - kBand) continue;
           sum += p_W;
@@ -179,7 +181,7 @@ void addDefaultPointer(LoadContext& context) {
   link.inertia = {kMass, Vector3::Zero(), 0.4 * kMass * kRadius * kRadius * Matrix3::Identity()};
   CollisionDef collision;
   collision.name = name + "/sphere";
-  collision.shape = std::make_shared<ConvexPolyhedron>(makeSphere(kRadius, 2, RoundFit::kEqualVolume, name));
+  collision.shape = std::make_shared<Ball>(kRadius, name);
   collision.material_source = "default";
   link.collisions.push_back(collision);
   articulation.links.push_back(link);

@@ -121,9 +121,11 @@ class BulletWorld : public PeerWorld {
     return c.X_LS * Pose(R, Vector3(0, 0, -0.25 * b.round->length));
   }
 
-  static std::unique_ptr<btCollisionShape> makeShape(const PeerBody& b, const ConvexPolyhedron& shape) {
+  static std::unique_ptr<btCollisionShape> makeShape(const PeerBody& b, const ConvexShape& any) {
+    if (!b.round && !any.polyhedron()) return std::make_unique<btSphereShape>(any.boundingRadius());
     constexpr double kMargin = 1e-3;  // [m], of 40 by default: deeper contacts go the slow way, through GJK and EPA
     if (b.round) return makeRound(*b.round, kMargin);
+    const ConvexPolyhedron& shape = *any.polyhedron();
     if (shape.isBox()) {
       auto box = std::make_unique<btBoxShape>(toBullet(shape.halfSize()));
       box->setMargin(kMargin);

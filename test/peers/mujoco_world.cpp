@@ -71,11 +71,13 @@ std::string geomText(const PeerBody& b, const CollisionDef& collision, int& mesh
       default:
         s << "<geom type='cylinder' size='" << r.radius << ' ' << 0.5 * r.length;
     }
-  } else if (collision.shape->isBox()) {
-    s << "<geom type='box' size='" << text(collision.shape->halfSize());
+  } else if (const ConvexPolyhedron* hull = collision.shape->polyhedron(); !hull) {
+    s << "<geom type='sphere' size='" << collision.shape->boundingRadius();
+  } else if (hull->isBox()) {
+    s << "<geom type='box' size='" << text(hull->halfSize());
   } else {
     assets << "<mesh name='m" << mesh << "' vertex='";
-    for (const Vector3& v : collision.shape->vertices()) assets << text(v) << ' ';
+    for (const Vector3& v : hull->vertices()) assets << text(v) << ' ';
     assets << "'/>";
     s << "<geom type='mesh' mesh='m" << mesh++;
   }

@@ -104,7 +104,7 @@ class GearHand {
       if (link.joint.type != JointType::kFixed) continue;
       for (const CollisionDef& collision : link.collisions) {
         std::printf("shape");
-        for (const Vector3& vertex : collision.shape->vertices()) {
+        for (const Vector3& vertex : collision.shape->polyhedron()->vertices()) {
           const Vector3 p = articulation.X_WA * (link.joint.X_PJ * (collision.X_LS * vertex));
           std::printf(",%.6g,%.6g", p.x(), p.y());
         }

@@ -136,7 +136,7 @@ TEST(Meshes, FormatsScalesAndUnits) {
   for (const auto& c : cases) {
     SCOPED_TRACE(std::string(c.mesh) + " " + c.scale);
     const SceneDef scene = loadScene(files.write("robot.urdf", meshLink(c.mesh, c.scale)));
-    const ConvexPolyhedron& shape = *scene.world.articulations.at(0).links.at(0).collisions.at(0).shape;
+    const ConvexPolyhedron& shape = *scene.world.articulations.at(0).links.at(0).collisions.at(0).shape->polyhedron();
     EXPECT_NEAR(shape.volume(), c.volume, 1e-6 * c.volume);  // .stl and .dae carry single precision
     EXPECT_EQ(shape.vertexCount(), 4);
     const double x = c.scale[0] == '-' ? shape.aabb().lower.x() : shape.aabb().upper.x();

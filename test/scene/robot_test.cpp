@@ -189,7 +189,7 @@ TEST(Pointer, AddedOutsideOfAllCollisions) {
   const PointerDef& pointer = scene.world.pointers[0];
   const ArticulationDef& body = scene.world.articulations[pointer.articulation];
   const double radius = body.links[0].collisions.at(0).shape->boundingRadius();
-  EXPECT_NEAR(radius, 0.005, 0.0003);  // a sphere of 10 mm, as a polyhedron
+  EXPECT_EQ(radius, 0.005);  // a ball of 10 mm
   EXPECT_GT(body.X_WA.p.z() - radius, 1.05);
   EXPECT_GT(scene.hands[0].path.duration(), 5);
   // The scripted hand goes below the surface: it touches.
@@ -198,15 +198,14 @@ TEST(Pointer, AddedOutsideOfAllCollisions) {
   EXPECT_LT(body.X_WA.p.z() + lowest - radius, 1.05);
 }
 
-/// The surface is where the vertices are: the box around a turned ball reaches 40 % higher.
+/// The surface is where the ball's is, however it is turned.
 TEST(Pointer, StartsAboveTheSurfaceOfATurnedShape) {
   const SceneDef scene = loadText(robot(
       "<link name=\"ball\">" + inertial(1, "0 0 0") +
       "<collision><origin rpy=\"0 0.7854 0\"/><geometry><sphere radius=\"0.05\"/></geometry></collision></link>"));
   const PointerDef& pointer = scene.world.pointers.at(0);
   const ArticulationDef& body = scene.world.articulations[pointer.articulation];
-  // Ball and pointer are tessellated to equal volume: their vertices reach some per cent beyond the radius.
-  EXPECT_NEAR(body.X_WA.p.z() - 0.005 - 0.05, 0.005, 0.003);
+  EXPECT_NEAR(body.X_WA.p.z() - 0.005 - 0.05, 0.005, 1e-12);
 }
 
 TEST(Filters, OverlapInsideOneRobotIsFilteredAndNamed) {

@@ -22,7 +22,7 @@ inline Matrix3 boxInertia(const Vector3& size, double mass) {
 }
 
 /// A body of one shape on a floating joint.
-inline ArticulationDef freeBody(const std::string& name, std::shared_ptr<const ConvexPolyhedron> shape, double mass,
+inline ArticulationDef freeBody(const std::string& name, std::shared_ptr<const ConvexShape> shape, double mass,
                                 const Matrix3& inertia, const Pose& X_WL, const Twist& V_WL = {}) {
   ArticulationDef def;
   def.name = name;

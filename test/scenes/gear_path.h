@@ -36,7 +36,7 @@ inline std::vector<std::vector<Vector2>> sections(const WorldDef& world) {
   std::vector<std::vector<Vector2>> all;
   for (const CollisionDef& collision : world.articulations[0].links[0].collisions) {
     std::vector<Vector2> points;
-    for (const Vector3& v : collision.shape->vertices()) {
+    for (const Vector3& v : collision.shape->polyhedron()->vertices()) {
       const Vector3 p = world.articulations[0].X_WA * (collision.X_LS * v);
       if (p.z() > 0) points.push_back(p.head<2>());
     }

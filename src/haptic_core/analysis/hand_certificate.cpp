@@ -23,12 +23,12 @@ constexpr int kHalvings = 50;   ///< of an interval: to rounding
 /// One side of a shape against a flat wall that is larger than it.
 class FlatWall {
  public:
-  FlatWall(const ConvexPolyhedron& shape, const Vector3& outward)
+  FlatWall(const ConvexShape& shape, const Vector3& outward)
       : shape_(shape), wall_(makeBox(Vector3::Constant(8 * shape.boundingRadius()))) {
     workspace_.reserve(wall_, shape);
     X_WS_.R = Quaternion::FromTwoVectors(outward, -Vector3::UnitZ()).toRotationMatrix();
     X_WS_.p = -(X_WS_.R * shape.centre());
-    const ConvexPolyhedron::Box box = shape.aabb(X_WS_);
+    const ConvexShape::Box box = shape.aabb(X_WS_);
     lowest_ = box.lower.z();
     middle_ = 0.5 * (box.upper.z() - box.lower.z());
   }
@@ -53,7 +53,7 @@ class FlatWall {
     return volume;
   }
 
-  const ConvexPolyhedron& shape_;
+  const ConvexShape& shape_;
   const ConvexPolyhedron wall_;
   ContactWorkspace workspace_;
   Pose X_WS_;                          ///< the shape about the wall's middle, its side down
@@ -83,10 +83,15 @@ Partner stiffestPartner(const Model& model, int link) {
 /// How the pointer's contact feels at the grip.
 class Press {
  public:
-  Press(const ConvexPolyhedron& shape, const HandMapping& mapping, double coupling, double force)
+  Press(const ConvexShape& shape, const HandMapping& mapping, double coupling, double force)
       : mapping_(mapping), coupling_(coupling), force_(force / mapping.force_scale) {
-    const int faces = shape.faceCount(), stride = 1 + (faces - 1) / kMostSides;
-    for (int f = 0; f < faces; f += stride) sides_.push_back(std::make_unique<FlatWall>(shape, shape.faces()[f].normal));
+    const ConvexPolyhedron* hull = shape.polyhedron();
+    if (!hull) {  // a ball is alike from all sides
+      sides_.push_back(std::make_unique<FlatWall>(shape, Vector3::UnitZ()));
+      return;
+    }
+    const int faces = hull->faceCount(), stride = 1 + (faces - 1) / kMostSides;
+    for (int f = 0; f < faces; f += stride) sides_.push_back(std::make_unique<FlatWall>(shape, hull->faces()[f].normal));
   }
 
   /// K at the grip of the stiffest side [N/m].

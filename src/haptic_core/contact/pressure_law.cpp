@@ -16,7 +16,8 @@ constexpr double kUniform = 1e-6;
 /// what it would add is below the rounding of a depth of micrometres.
 constexpr double kNegligiblePull = 1e-9;
 
-double patchReach(const ContactWorkspace& workspace, const ContactVolume& contact) {
+double patchReach(ContactWorkspace& workspace, const ContactVolume& contact) {
+  if (workspace.round().filled) return RoundPatch(workspace.round(), contact).reach();
   const Vector3 n = contact.X_AP.R.col(2), p = contact.X_AP.p;
   double reach2 = 0;
   for (const Vector3& vertex : workspace.vertices()) {
@@ -90,6 +91,25 @@ struct Sheet {
   double at(const Vector2& r) const { return height + slope.dot(r); }
 };
 
+/// ∫ max(0, k d + b ḋ) over a round patch: what is not clipped, and over samples what clipping adds.
+void clipRound(const ContactVolume& contact, RoundVolume& round, const Approach& a, double k, double b, NormalPressure& out) {
+  PatchMoments area{contact.A0, contact.A1, contact.A2};
+  out.force = k * contact.volume + b * (a.rate * contact.A0 + a.slope.dot(contact.A1));
+  out.first = b * (a.rate * contact.A1 + contact.A2 * a.slope);
+  RoundPatch(round, contact).fit().eachSample([&](const Vector2& r, double weight, double d) {
+    const double p = k * d + b * (a.rate + a.slope.dot(r));
+    if (p >= 0) return;
+    out.force -= weight * p;
+    out.first -= weight * p * r;
+    area.m0 -= weight;
+    area.m1 -= weight * r;
+    area.m2 -= weight * r * r.transpose();
+  });
+  out.force = std::max(0.0, out.force);
+  out.stiffness = area * k;
+  out.damping = area * b;
+}
+
 /// ∫ max(0, k d + b ḋ) by overlaying the faces of A (above) and of B (below).
 void overlay(const ContactVolume& contact, ContactWorkspace& workspace, const Approach& a, double k, double b,
              NormalPressure& out) {
@@ -145,6 +165,7 @@ void damperBeside(const ContactVolume& contact, ContactWorkspace& workspace, con
   const bool uniform = contact.depth - mean <= kUniform * contact.depth;
   const double pull = -b * slowest;
   out.clipped = pull > kNegligiblePull * k * mean && !(uniform && pull <= 0.5 * k * mean);
+  if (out.clipped && workspace.round().filled) return clipRound(contact, workspace.round(), a, k, b, out);
   if (out.clipped) return overlay(contact, workspace, a, k, b, out);
   out.force = k * contact.volume + b * (a.rate * contact.A0 + a.slope.dot(contact.A1));
   out.first = b * (a.rate * contact.A1 + contact.A2 * a.slope);

@@ -171,6 +171,25 @@ SlidingIntegral byRule(ContactWorkspace& workspace, const ContactVolume& contact
   return out;
 }
 
+/// Over a round patch, on rays from the instant centre where that lies within it: along each the direction is constant.
+SlidingIntegral overRound(const RoundPatch& patch, const PressureField& p, const Vector2& v, double w, double radius) {
+  SlidingIntegral out;
+  const auto add = [&](const Vector2& r, double weight, double d) {
+    const Vector2 slip = v + w * turned(r);
+    const double speed = slip.norm(), pressure = std::max(0.0, d * (p.k0 + p.k1.dot(r)) + p.b0 + p.b1.dot(r));
+    if (!(speed > 0)) return;
+    const Vector2 traction = weight * pressure / speed * slip;
+    out.force += traction;
+    out.torque += r.x() * traction.y() - r.y() * traction.x();
+  };
+  if (std::abs(w) * radius > v.norm()) {
+    patch.eachSampleAbout(turned(v) / w, add);
+  } else {
+    patch.eachSample(add);
+  }
+  return out;
+}
+
 }  // namespace
 
 SlidingIntegral slidingIntegral(ContactWorkspace& workspace, const ContactVolume& contact, const PressureField& pressure,
@@ -178,6 +197,7 @@ SlidingIntegral slidingIntegral(ContactWorkspace& workspace, const ContactVolume
   const double speed = v.norm();
   if (speed == 0 && w == 0) return {};
   if (std::abs(w) * radius * kFarCentre < speed) return nearTranslation(moments, v, w);
+  if (workspace.round().filled) return overRound(RoundPatch(workspace.round(), contact).fit(), pressure, v, w, radius);
   if (std::abs(w) * radius * kNearCentre < speed) return byRule(workspace, contact, pressure, v, w);
   const Vector2 centre = turned(v) / w;  // v + ω ẑ × c = 0
   const Matrix3 R_PA = contact.X_AP.R.transpose();

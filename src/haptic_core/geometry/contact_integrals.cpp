@@ -25,8 +25,25 @@ void ContactWorkspace::projectVertices(const ContactVolume& contact) noexcept {
   for (const Vector3& x : vertices_) patch_points_.push_back(R_PA * (x - contact.X_AP.p));
 }
 
+/// The whole less the samples beyond the line: what is linear and vanishes on it goes on without a jump.
+PartMoments roundMomentsWhere(RoundVolume& round, const ContactVolume& contact, const Vector2& a, double b) noexcept {
+  PartMoments part = wholeMoments(contact);
+  RoundPatch(round, contact).fit().eachSample([&](const Vector2& r, double weight, double d) {
+    if (a.dot(r) <= b) return;
+    const Matrix2 square = r * r.transpose();
+    part.A0 -= weight;
+    part.A1 -= weight * r;
+    part.A2 -= weight * square;
+    part.volume -= weight * d;
+    part.V1 -= weight * d * r;
+    part.V2 -= weight * d * square;
+  });
+  return part;
+}
+
 PartMoments momentsWhere(ContactWorkspace& w, const ContactVolume& contact, const Vector2& a,
                          double b) noexcept {
+  if (w.round().filled) return roundMomentsWhere(w.round(), contact, a, b);
   w.projectVertices(contact);
   // The origin moves onto the cutting plane: then the cut's own polygon, and the closing piece of the cut
   // outline, span no tetrahedron or triangle with it and need not be built.

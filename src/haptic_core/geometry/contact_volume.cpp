@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "haptic_core/geometry/ball_contact.h"
 #include "haptic_core/geometry/contact_moments.h"
 #include "haptic_core/geometry/contact_workspace.h"
 #include "haptic_core/geometry/edge_clipping.h"
@@ -162,8 +163,17 @@ void rememberSeparation(const ContactVolume& out, NormalRule rule, PairCache& ca
 void contactVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB, PairCache& cache,
                    ContactWorkspace& workspace, ContactVolume& out, NormalRule rule,
                    const InnerSides& inner) noexcept {
+  workspace.round().filled = false;
   findContact(A, B, X_AB, cache, workspace, {rule, inner}, out);
   rememberSeparation(out, rule, cache);
+}
+
+void contactVolume(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache,
+                   ContactWorkspace& workspace, ContactVolume& out, NormalRule rule,
+                   const InnerSides& inner) noexcept {
+  const ConvexPolyhedron *a = A.polyhedron(), *b = B.polyhedron();
+  if (a && b) return contactVolume(*a, *b, X_AB, cache, workspace, out, rule, inner);
+  roundContact(A, B, X_AB, cache, workspace, out, rule, inner);
 }
 
 void contactVolumeByCutting(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,

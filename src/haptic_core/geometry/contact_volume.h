@@ -1,4 +1,4 @@
-/// The contact volume V = A ∩ B of two convex polyhedra and every moment of it that a wrench needs.
+/// The contact volume V = A ∩ B of two convex shapes and every moment of it that a wrench needs.
 ///
 /// Conventions. Everything is expressed in A's frame, computed from the relative pose X_AB alone.
 ///   n        contact normal, unit, from A into B: the direction in which B is pushed.
@@ -102,6 +102,11 @@ struct InnerSides {
 void contactVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB, PairCache& cache,
                    ContactWorkspace& workspace, ContactVolume& out,
                    NormalRule rule = NormalRule::kAreaVector, const InnerSides& inner = {}) noexcept;
+
+/// The same of any two shapes; with a ball among them as ball_contact.h says.
+void contactVolume(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache,
+                   ContactWorkspace& workspace, ContactVolume& out, NormalRule rule = NormalRule::kAreaVector,
+                   const InnerSides& inner = {}) noexcept;
 
 /// The same by the readable algorithm alone: cut A by one plane of B after the other. Cannot fail; the oracle
 /// of the fast paths and what they fall back on.

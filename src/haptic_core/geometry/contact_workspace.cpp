@@ -52,10 +52,21 @@ void ContactWorkspace::clear() noexcept {
   loops_.clear();
   loop_vertices_.clear();
   seam_begin_ = 0;
+  round_.filled = false;
   dropped_ = 0;
 }
 
-void ContactWorkspace::reserve(const ConvexPolyhedron& A, const ConvexPolyhedron& B) {
+void ContactWorkspace::reserve(const ConvexShape& first, const ConvexShape& second) {
+  if (!first.polyhedron() || !second.polyhedron()) {
+    for (const ConvexShape* shape : {&first, &second}) {
+      const ConvexPolyhedron* other = shape->polyhedron();
+      const int faces = other ? other->faceCount() : 0;
+      round_.reserve(faces, other ? 2 * other->edgeCount() : 0);
+      faces_.reserve(faces + 3);
+    }
+    return;
+  }
+  const ConvexPolyhedron &A = *first.polyhedron(), &B = *second.polyhedron();
   // Either shape may come as A or as B.
   reserveSides(std::max(A.vertexCount(), B.vertexCount()), std::max(A.faceCount(), B.faceCount()));
   reserveResult(A.faceCount() + B.faceCount());

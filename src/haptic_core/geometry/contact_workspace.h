@@ -9,6 +9,7 @@
 #include "haptic_core/geometry/contact_side.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
 #include "haptic_core/geometry/loaded_vector.h"
+#include "haptic_core/geometry/round_patch.h"
 
 namespace haptic {
 
@@ -81,7 +82,7 @@ class PairTable {
 class ContactWorkspace {
  public:
   /// Makes room for contacts between A and B, beside what was reserved before. Not in a tick.
-  void reserve(const ConvexPolyhedron& A, const ConvexPolyhedron& B);
+  void reserve(const ConvexShape& A, const ConvexShape& B);
   /// The same for any two shapes with `face_count` faces together.
   void reserve(int face_count);
   /// True when any contact between A and B fits.
@@ -109,6 +110,10 @@ class ContactWorkspace {
 
   /// (in realtime) Chains the edges into one polygon per face; for drawing. Cost O(edges).
   void buildLoops() noexcept;
+
+  /// V where one of the shapes is round: `filled`, and of the above only the faces of the other shape that bound it.
+  RoundVolume& round() { return round_; }
+  const RoundVolume& round() const { return round_; }
   /// (in realtime) See covered_area.h, which calls it.
   CoveredArea coveredArea(Owner owner, const InnerFaces& inner, const Pose& X_AS) noexcept;
   const LoadedVector<ContactLoop>& loops() const { return loops_; }
@@ -122,6 +127,7 @@ class ContactWorkspace {
  private:
   friend class VolumeCutter;
   friend class EdgeClipper;
+  friend class BallContact;
   template <class Side, class Seams>
   friend class EdgeCollector;
   friend class ContactIntegrator;
@@ -168,6 +174,7 @@ class ContactWorkspace {
   LoadedVector<Vector3> away_;  ///< per vertex: below U, above L, and U - L [m]
   LoadedVector<int> shadow_edges_;
   LoadedVector<Vector2> polygon_, clipped_;
+  RoundVolume round_;
   int dropped_ = 0;
 };
 

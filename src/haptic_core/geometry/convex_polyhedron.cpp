@@ -29,7 +29,7 @@ bool isCentredBox(const std::vector<Vector3>& vertices, const std::vector<Convex
 
 ConvexPolyhedron::ConvexPolyhedron(std::vector<Vector3> vertices, const std::vector<std::vector<int>>& faces,
                                    const std::string& name)
-    : name_(name), vertices_(std::move(vertices)) {
+    : ConvexShape(Kind::kPolyhedron, name), vertices_(std::move(vertices)) {
   checkInput(faces);
   for (const auto& loop : faces) {
     faces_.push_back({Vector3::Zero(), 0.0, static_cast<int>(loop_.size()), static_cast<int>(loop.size())});
@@ -164,13 +164,6 @@ ConvexPolyhedron::Box ConvexPolyhedron::aabb(const Pose& X_WS) const {
   const Vector3 middle = X_WS * (0.5 * (aabb_.lower + aabb_.upper));
   const Vector3 half = X_WS.R.cwiseAbs() * (0.5 * (aabb_.upper - aabb_.lower));
   return {middle - half, middle + half};
-}
-
-MassProperties ConvexPolyhedron::massProperties(double density) const {
-  MassProperties result = properties_;
-  result.mass *= density;
-  result.I_com *= density;
-  return result;
 }
 
 TriangleMesh ConvexPolyhedron::triangles() const {

@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_core/base/spatial.h"
-#include "haptic_core/geometry/mass_properties.h"
+#include "haptic_core/geometry/convex_shape.h"
 
 namespace haptic {
 
@@ -14,7 +13,7 @@ namespace haptic {
 ///
 /// Half edge h runs from `loopVertex(h)` to the next vertex of its face's loop; loops are counter-clockwise
 /// seen from outside and lie one after the other, so that face f owns the half edges first…first+count-1.
-class ConvexPolyhedron {
+class ConvexPolyhedron : public ConvexShape {
  public:
   struct Face {
     Vector3 normal;  ///< unit, outward
@@ -26,10 +25,6 @@ class ConvexPolyhedron {
     int from, to;     ///< vertices
     int left, right;  ///< faces; `left` has the edge as from → to, `right` as to → from
   };
-  struct Box {
-    Vector3 lower, upper;  ///< [m]
-  };
-
   /// From vertices and one loop of vertex indices per face. Throws SetupError, naming `name` and the face or
   /// vertex, unless the surface is closed, convex and planar within rounding (kFlatness of the size), outward
   /// and of positive volume, with ≥ 4 vertices and no NaN. Vertices that no face uses are refused.
@@ -63,13 +58,9 @@ class ConvexPolyhedron {
   const std::vector<int>& neighbours() const { return neighbours_; }
   const std::vector<int>& outgoing() const { return outgoing_; }
 
-  const Vector3& centre() const { return properties_.com; }  ///< centroid of the solid [m]
-  double boundingRadius() const { return radius_; }          ///< about centre() [m]
-  const Box& aabb() const { return aabb_; }                  ///< in the shape's frame
-  Box aabb(const Pose& X_WS) const;                          ///< in W, tight; O(1)
-  double volume() const { return properties_.volume; }       ///< [m³]
-  MassProperties massProperties(double density) const;       ///< density in kg/m³
-  TriangleMesh triangles() const;                            ///< loops cut into fans, for drawing
+  using ConvexShape::aabb;
+  Box aabb(const Pose& X_WS) const override;                 ///< tight where the axes are parallel
+  TriangleMesh triangles() const override;                   ///< loops cut into fans
 
   /// True for the shapes of `makeBox`: centred on the origin, edges along the axes; half the size in
   /// halfSize().
@@ -87,16 +78,16 @@ class ConvexPolyhedron {
   void listNeighbours();
   void checkConvex() const;
 
-  std::string name_;  ///< for messages
   std::vector<Vector3> vertices_;
   std::vector<Face> faces_;
   std::vector<Edge> edges_;
   std::vector<int> loop_, twin_, half_edge_face_, half_edge_edge_;
   std::vector<int> neighbour_begin_, neighbours_, outgoing_;
-  MassProperties properties_;  ///< at density 1
-  double radius_ = 0;
-  Box aabb_;
   bool is_box_ = false;
 };
+
+inline const ConvexPolyhedron* ConvexShape::polyhedron() const {
+  return kind_ == Kind::kPolyhedron ? static_cast<const ConvexPolyhedron*>(this) : nullptr;
+}
 
 }  // namespace haptic

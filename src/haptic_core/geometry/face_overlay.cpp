@@ -50,8 +50,10 @@ bool FaceOverlay::needsClipping(const LinearField& field, bool& nothing) const n
   return positive < corners_;
 }
 
-bool FaceOverlay::find(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB, const Pose& X_AP) noexcept {
+bool FaceOverlay::find(const ConvexShape& first, const ConvexShape& second, const Pose& X_AB, const Pose& X_AP) noexcept {
   corners_ = 0;
+  if (!first.polyhedron() || !second.polyhedron()) return false;
+  const ConvexPolyhedron &A = *first.polyhedron(), &B = *second.polyhedron();
   const Vector3 n = X_AP.R.col(2);
   const int above = faceAlong(A, n), below = faceAlong(B, X_AB.R.transpose() * -n);
   if (above < 0 || below < 0) return false;

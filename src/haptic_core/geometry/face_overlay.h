@@ -22,7 +22,7 @@ class FaceOverlay {
   /// (in realtime) Of the faces that look most along z of P, from A to B. False where these are not nearly parallel, do not
   /// lie over one another, or have too many corners together; nothing is left behind then. Cost: the faces of both and about
   /// 20 ns a corner.
-  bool find(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB, const Pose& X_AP) noexcept;
+  bool find(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Pose& X_AP) noexcept;
   /// (in realtime) Moves P along its x and y to the middle of the corners.
   void centre(Pose& X_AP) noexcept;
 

@@ -18,10 +18,12 @@ struct Placed {
 
   explicit Placed(const PlacedPiece& piece)
       : box(piece.shape->aabb(piece.X_BS)), size(piece.shape->boundingRadius()) {
-    for (const auto& face : piece.shape->faces()) {
+    const ConvexPolyhedron* hull = piece.shape->polyhedron();
+    if (!hull) return;
+    for (const auto& face : hull->faces()) {
       Polygon loop;
       for (int h = face.first; h < face.first + face.count; ++h)
-        loop.push_back(piece.X_BS * piece.shape->vertices()[piece.shape->loopVertex(h)]);
+        loop.push_back(piece.X_BS * hull->vertices()[hull->loopVertex(h)]);
       normals.push_back(piece.X_BS.R * face.normal);
       offsets.push_back(face.offset + normals.back().dot(piece.X_BS.p));
       loops.push_back(std::move(loop));

@@ -9,9 +9,9 @@
 
 namespace haptic {
 
-/// A convex piece of a body, in the body's frame.
+/// A convex piece of a body, in the body's frame. A round one has no faces.
 struct PlacedPiece {
-  const ConvexPolyhedron* shape;
+  const ConvexShape* shape;
   Pose X_BS;
 };
 

@@ -1,7 +1,10 @@
 #include "haptic_core/geometry/point_contact.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+
+#include "haptic_core/geometry/ball.h"
 
 namespace haptic {
 namespace {
@@ -47,7 +50,8 @@ void concentrate(ContactWorkspace& workspace, double area, ContactVolume& contac
   workspace.clear();
 }
 
-double pointArea(const ConvexPolyhedron& shape) {
+double pointArea(const ConvexShape& shape) {
+  if (shape.ball()) return 4 * M_PI / 6 * shape.ball()->radius() * shape.ball()->radius();
   const TriangleMesh mesh = shape.triangles();
   double twice = 0;
   for (const auto& t : mesh.triangles) {

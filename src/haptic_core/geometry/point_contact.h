@@ -15,6 +15,6 @@ void concentrate(ContactWorkspace& workspace, double area, ContactVolume& contac
 
 /// Area [m²] that stands for a shape in the point model: a sixth of its surface. For a cube that is one face,
 /// so that it is as stiff at a point as the volume model makes it on its face.
-double pointArea(const ConvexPolyhedron& shape);
+double pointArea(const ConvexShape& shape);
 
 }  // namespace haptic

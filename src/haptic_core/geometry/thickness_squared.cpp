@@ -111,6 +111,7 @@ void ContactWorkspace::overlayFaces(int above, int below) noexcept {
 }
 
 double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexcept {
+  if (w.round().filled) return RoundPatch(w.round(), contact).fit().thicknessSquared();
   w.projectFaces(contact);
   int largest[2] = {-1, -1};  // above, below
   for (int f = 0; f < w.shadows_.size(); ++f) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/geometry/gjk.h"
+#include "haptic_core/geometry/shape_distance.h"
 
 namespace haptic {
 namespace {
@@ -24,7 +24,7 @@ double approachRate(const ShapeMotion& a, const ShapeMotion& b, const Vector3& n
          b.V_W.angular.cross(n).norm() * b.reach;
 }
 
-double timeOfImpact(const ConvexPolyhedron& A, const ShapeMotion& a, const ConvexPolyhedron& B, const ShapeMotion& b,
+double timeOfImpact(const ConvexShape& A, const ShapeMotion& a, const ConvexShape& B, const ShapeMotion& b,
                     double h, double clearance, Vector3& direction_A) noexcept {
   double t = 0;
   for (int i = 0; i < kMostAdvances; ++i) {
@@ -42,11 +42,13 @@ double timeOfImpact(const ConvexPolyhedron& A, const ShapeMotion& a, const Conve
   return t;
 }
 
-double leastWidth(const ConvexPolyhedron& shape) {
+double leastWidth(const ConvexShape& shape) {
   double least = 2 * shape.boundingRadius();
-  for (const auto& face : shape.faces()) {
+  const ConvexPolyhedron* hull = shape.polyhedron();
+  if (!hull) return least;
+  for (const auto& face : hull->faces()) {
     double lowest = 1e300, highest = -1e300;
-    for (const Vector3& vertex : shape.vertices()) {
+    for (const Vector3& vertex : hull->vertices()) {
       const double z = face.normal.dot(vertex);
       lowest = std::min(lowest, z);
       highest = std::max(highest, z);

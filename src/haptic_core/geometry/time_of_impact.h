@@ -19,13 +19,13 @@ struct ShapeMotion {
 /// simulation of rigid body systems, 1996, section 2.3): the distance shrinks no faster than the relative speed along
 /// its direction plus |ω × n| reach of both, so it may advance by distance over that rate. Never late. Shapes that already
 /// touch give 0. `direction` starts the search and is left for the next. (in realtime)
-double timeOfImpact(const ConvexPolyhedron& A, const ShapeMotion& a, const ConvexPolyhedron& B, const ShapeMotion& b,
+double timeOfImpact(const ConvexShape& A, const ShapeMotion& a, const ConvexShape& B, const ShapeMotion& b,
                     double h, double clearance, Vector3& direction_A) noexcept;
 
 /// Bound of the rate at which two moving shapes approach along the fixed unit direction n (from A to B, in W) [m/s].
 double approachRate(const ShapeMotion& a, const ShapeMotion& b, const Vector3& n_W) noexcept;
 
-/// Least width of a polyhedron over the normals of its faces [m].
-double leastWidth(const ConvexPolyhedron& shape);
+/// Least width of a shape [m]; of a polyhedron over the normals of its faces.
+double leastWidth(const ConvexShape& shape);
 
 }  // namespace haptic

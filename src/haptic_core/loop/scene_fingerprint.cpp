@@ -1,17 +1,19 @@
 #include <memory>
 
 #include "haptic_core/base/fields.h"
+#include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
 #include "haptic_core/loop/session.h"
 
 namespace haptic {
 
-/// A shape by its corners and by how its faces are made of them.
+/// A shape by its corners and by how its faces are made of them; a ball by its radius.
 template <class Visit>
-void eachNumber(const std::shared_ptr<const ConvexPolyhedron>& shape, Visit&& visit) {
+void eachNumber(const std::shared_ptr<const ConvexShape>& shape, Visit&& visit) {
   if (!shape) return;
-  eachNumber(shape->vertices(), visit);
-  for (const ConvexPolyhedron::Face& face : shape->faces()) visit(face.count);
+  if (shape->ball()) return visit(shape->ball()->radius());
+  eachNumber(shape->polyhedron()->vertices(), visit);
+  for (const ConvexPolyhedron::Face& face : shape->polyhedron()->faces()) visit(face.count);
 }
 
 std::uint64_t fingerprint(const WorldDef& def) {

@@ -157,7 +157,7 @@ void StageContacts::evaluatePair(int index) noexcept {
     rough_ |= frozen.patch.isRough();
     return;
   }
-  const ConvexPolyhedron &A = *model_.shapes[shape_a].shape, &B = *model_.shapes[shape_b].shape;
+  const ConvexShape &A = *model_.shapes[shape_a].shape, &B = *model_.shapes[shape_b].shape;
   FaceOverlay faces;
   if (faces.find(A, B, X_AB, found.volume.X_AP) && frozen.patch.spread(faces, frozen.V_reference)) {
     if (near_[index] >= 0) leave(near_[index]);

@@ -16,11 +16,11 @@
 
 namespace haptic {
 
-class ConvexPolyhedron;
+class ConvexShape;
 
 struct CollisionDef {
   std::string name;
-  std::shared_ptr<const ConvexPolyhedron> shape;  ///< shared between links that repeat it
+  std::shared_ptr<const ConvexShape> shape;       ///< shared between links that repeat it
   Pose X_LS;                                      ///< shape frame in the link frame
   ContactMaterial material;
   std::string material_source;                    ///< where the values came from, for the plan's listing

@@ -11,7 +11,7 @@ namespace {
 /// Static bodies may be sunk into one another by this share of the thinner one's width [1]: floors are often modelled so.
 constexpr double kStaticOverlap = 0.1;
 
-bool apart(const ConvexPolyhedron::Box& a, const ConvexPolyhedron::Box& b) {
+bool apart(const ConvexShape::Box& a, const ConvexShape::Box& b) {
   return (a.upper.array() < b.lower.array()).any() || (b.upper.array() < a.lower.array()).any();
 }
 

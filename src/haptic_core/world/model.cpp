@@ -113,7 +113,7 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
   has_joints |= model.dof > 0 && !model.floating;
   for (const CollisionDef& collision : link.collisions) {
     const std::string where = world.name + ", link " + link.name;
-    if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a convex polyhedron");
+    if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a polyhedron or a ball");
     check(collision.material, where);
     ModelShape shape;
     shape.owner = collision.shape;
@@ -259,11 +259,20 @@ void Model::limitMotions() {
 }
 
 void Model::reserve(ContactWorkspace& workspace) const {
-  const ConvexPolyhedron* finest = nullptr;  // with it, every shape has seen its largest partner
+  // With the finest polyhedron and any round shape, every shape has seen its largest partners.
+  const ConvexShape *finest = nullptr, *round = nullptr;
+  const auto faces = [](const ConvexShape& shape) { return shape.polyhedron()->faceCount(); };
   for (const ModelShape& shape : shapes) {
-    if (!finest || shape.shape->faceCount() > finest->faceCount()) finest = shape.shape;
+    if (!shape.shape->polyhedron()) {
+      round = shape.shape;
+    } else if (!finest || faces(*shape.shape) > faces(*finest)) {
+      finest = shape.shape;
+    }
   }
-  for (const ModelShape& shape : shapes) workspace.reserve(*shape.shape, *finest);
+  for (const ModelShape& shape : shapes) {
+    if (finest) workspace.reserve(*shape.shape, *finest);
+    if (round) workspace.reserve(*shape.shape, *round);
+  }
 }
 
 PairLaw Model::law(int a, int b, bool a_held, bool b_held) const {

@@ -26,8 +26,8 @@ struct ModelLink {
 };
 
 struct ModelShape {
-  const ConvexPolyhedron* shape = nullptr;
-  std::shared_ptr<const ConvexPolyhedron> owner;
+  const ConvexShape* shape = nullptr;
+  std::shared_ptr<const ConvexShape> owner;
   int link = 0;                     ///< world link index
   int material = 0;                 ///< index into the distinct materials
   Pose X_LS;

@@ -64,7 +64,7 @@ void findPairs(const Model& model, double h, Placement& placement, State& state,
   bool complete = true;
   if (!model.listed_pairs.empty()) {
     for (const auto& [a, b] : model.listed_pairs) {
-      const ConvexPolyhedron::Box &A = placement.box[a], &B = placement.box[b];
+      const ConvexShape::Box &A = placement.box[a], &B = placement.box[b];
       if ((A.lower.array() <= B.upper.array()).all() && (B.lower.array() <= A.upper.array()).all()) {
         complete &= pairs.add(a, b);
       }

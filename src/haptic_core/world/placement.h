@@ -12,7 +12,7 @@ namespace haptic {
 struct Placement {
   std::vector<LinkWork> link;                 ///< by world link index; wrenches on links are gathered here
   std::vector<Pose> X_WS;                     ///< by shape
-  std::vector<ConvexPolyhedron::Box> box;     ///< by shape, in W
+  std::vector<ConvexShape::Box> box;     ///< by shape, in W
 
   explicit Placement(const Model& model)
       : link(model.links.size()), X_WS(model.shapes.size()), box(model.shapes.size()) {}

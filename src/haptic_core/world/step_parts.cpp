@@ -87,7 +87,7 @@ double Sweep::safePart() noexcept {
     return left_;
   }
   for (std::size_t s = 0; s < model_.shapes.size(); ++s) {
-    const ConvexPolyhedron& shape = *model_.shapes[s].shape;
+    const ConvexShape& shape = *model_.shapes[s].shape;
     const ShapeMotion motion = motionOf(static_cast<int>(s), true);
     placement_.box[s] = shape.aabb(motion.X_WS);
     if (!model_.links[model_.shapes[s].link].moves) continue;

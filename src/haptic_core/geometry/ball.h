@@ -1,0 +1,24 @@
+/// A true ball.
+#pragma once
+#include "haptic_core/geometry/convex_shape.h"
+
+namespace haptic {
+
+/// Centred on its frame's origin. Throws SetupError unless the radius [m] is positive and finite.
+class Ball : public ConvexShape {
+ public:
+  explicit Ball(double radius, const std::string& name = "ball");
+
+  double radius() const { return boundingRadius(); }
+  using ConvexShape::aabb;
+  Box aabb(const Pose& X_WS) const override {
+    return {X_WS.p - Vector3::Constant(radius_), X_WS.p + Vector3::Constant(radius_)};
+  }
+  TriangleMesh triangles() const override;  ///< 320 triangles, corners on the sphere
+};
+
+inline const Ball* ConvexShape::ball() const {
+  return kind_ == Kind::kBall ? static_cast<const Ball*>(this) : nullptr;
+}
+
+}  // namespace haptic

@@ -1,0 +1,266 @@
+#include "haptic_core/geometry/ball_cut.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/geometry/circular_segment.h"
+#include "haptic_core/geometry/contact_moments.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kTurn = 2 * M_PI;
+/// Arcs shorter than this, or longer than 2π less this, may be the other of the two [rad]: rounding over the smallest circle.
+constexpr double kDoubt = 1e-2;
+
+double cross(const Vector2& a, const Vector2& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+CutFace planeOf(const Vector3& normal, double height, double radius) {
+  CutFace face;
+  face.normal = normal;
+  face.height = height;
+  face.radius = std::sqrt((radius - height) * (radius + height));
+  const Matrix3 axes = patchAxes(normal);
+  face.x = axes.col(0);
+  face.y = axes.col(1);
+  return face;
+}
+
+/// An edge p → q against a sphere about the origin: what lies inside, as shares of its length. False: nothing does.
+bool innerPart(const Vector3& p, const Vector3& q, bool p_in, bool q_in, double radius, double& enter, double& leave) {
+  enter = 0;
+  leave = 1;
+  if (p_in && q_in) return true;
+  const Vector3 d = q - p;
+  const double length2 = d.squaredNorm(), towards = -p.dot(d);
+  if (!p_in && !q_in) {
+    if (towards <= 0 || towards >= length2) return false;
+    if ((p.squaredNorm() - radius * radius) * length2 > towards * towards) return false;
+  }
+  const double nearest = towards / length2, distance = (p + nearest * d).norm();
+  const double half = std::sqrt(std::max(0.0, (radius - distance) * (radius + distance) / length2));
+  if (!p_in) enter = std::min(1.0, nearest - half);
+  if (!q_in) leave = std::max(0.0, nearest + half);
+  if (p_in || q_in) {
+    enter = std::max(0.0, enter);
+    leave = std::min(1.0, leave);
+    return true;
+  }
+  return half > 0 && enter > 0 && leave < 1;
+}
+
+/// ∫ 1, r, r rᵀ over a plane region about its first point.
+struct RegionSums {
+  double area = 0;
+  Vector2 first = Vector2::Zero();
+  Matrix2 second = Matrix2::Zero();
+
+  void addTriangle(const Vector2& p, const Vector2& q) {
+    const double a = 0.5 * cross(p, q);
+    const Vector2 s = p + q;
+    area += a;
+    first += a / 3 * s;
+    second += a / 12 * (s * s.transpose() + p * p.transpose() + q * q.transpose());
+  }
+
+  /// Between an arc and its chord. `apex`: the arc's middle, `out` the unit vector to it from the circle's centre.
+  void addSegment(const Vector2& apex, const Vector2& out, double radius, double half_sweep) {
+    const double sine = std::sin(0.5 * half_sweep), s = 2 * sine * sine;
+    const SegmentIntegrals j(s, half_sweep);
+    const double scale = s * std::sqrt(s), r2 = radius * radius;
+    const double m0 = 2 * r2 * scale * j.j0, m1 = 2 * r2 * radius * scale * j.j1, m2 = 2 * r2 * r2 * scale * j.j2;
+    const double across = 2.0 / 3 * r2 * r2 * scale * (2 * j.j1 - j.j2);
+    const Vector2 along(-out.y(), out.x());
+    area += m0;
+    first += m0 * apex - m1 * out;
+    second += m0 * apex * apex.transpose() - m1 * (apex * out.transpose() + out * apex.transpose()) +
+              m2 * out * out.transpose() + across * along * along.transpose();
+  }
+};
+
+}  // namespace
+
+double CutCurve::reach(const Vector2& slope, double radius) const noexcept {
+  const double ends = std::max(slope.dot(p), slope.dot(q));
+  if (!arc) return ends;
+  double turn = std::atan2(slope.y(), slope.x()) - from;
+  turn -= kTurn * std::floor(turn / kTurn);
+  return turn <= sweep ? radius * slope.norm() : ends;
+}
+
+void BallCut::reserve(int faces, int half_edges) {
+  faces_.reserve(faces + 1);
+  // An arc behind each edge; a cover's outline, which has few corners, and a circle behind them.
+  curves_.reserve(2 * half_edges + faces + 64);
+}
+
+template <class Corner, class Key>
+void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept {
+  face.first = curves_.size();
+  const double r2 = radius_ * radius_;
+  const Vector3 middle = face.height * face.normal;
+  const auto flat = [&](const Vector3& x) -> Vector2 { return {face.x.dot(x - middle), face.y.dot(x - middle)}; };
+  bool crossed = false, entered = false, left = false;
+  Vector2 first_entry = Vector2::Zero(), exit = Vector2::Zero();
+  const auto arcTo = [&](const Vector2& to) {
+    CutCurve arc;
+    arc.arc = true;
+    arc.p = exit;
+    arc.q = to;
+    arc.from = std::atan2(exit.y(), exit.x());
+    arc.sweep = std::atan2(cross(exit, to), exit.dot(to));
+    if (arc.sweep < 0) arc.sweep += kTurn;
+    curves_.push_back(arc);
+    left = false;
+  };
+  Vector3 q = corner(0);
+  bool q_in = q.squaredNorm() <= r2;
+  for (int i = 0; i < count; ++i) {
+    const int next = i + 1 < count ? i + 1 : 0;
+    const Vector3 p = q;
+    const bool p_in = q_in;
+    q = corner(next);
+    q_in = q.squaredNorm() <= r2;
+    // The ends in one order for both of an edge's faces, so that both see the same cut.
+    double enter, leave;
+    const bool turned = key(i) > key(next);
+    const bool inside = turned ? innerPart(q, p, q_in, p_in, radius_, enter, leave)
+                               : innerPart(p, q, p_in, q_in, radius_, enter, leave);
+    if (!inside) continue;
+    if (turned) enter = 1 - enter, leave = 1 - leave, std::swap(enter, leave);
+    crossed = true;
+    const Vector2 from = flat(p_in ? p : Vector3(p + enter * (q - p))), to = flat(q_in ? q : Vector3(p + leave * (q - p)));
+    if (!p_in) {
+      if (left) {
+        arcTo(from);
+      } else if (!entered) {
+        first_entry = from;
+      }
+      entered = true;
+    }
+    CutCurve line;
+    line.p = from;
+    line.q = to;
+    curves_.push_back(line);
+    if (!q_in) {
+      exit = to;
+      left = true;
+    }
+  }
+  if (left && entered) arcTo(first_entry);
+  face.count = curves_.size() - face.first;
+  if (crossed) return closeArcs(face);
+  face.whole = true;
+  for (int i = 0; i < count && face.whole; ++i) {
+    const Vector3 p = corner(i);
+    face.whole = face.normal.dot((corner(i + 1 < count ? i + 1 : 0) - p).cross(middle - p)) >= 0;
+  }
+  if (face.whole) {
+    CutCurve circle;
+    circle.arc = true;
+    circle.sweep = kTurn;
+    circle.p = circle.q = Vector2(face.radius, 0);
+    curves_.push_back(circle);
+    face.count = 1;
+  }
+}
+
+/// Seen from the circle's centre the boundary turns once about it, or not at all. An arc of about no length, which rounding
+/// has made one of about 2π, or the other way round, is found by that. The centre is inside when it lies left of all lines.
+void BallCut::closeArcs(const CutFace& face) noexcept {
+  CutCurve *longest = nullptr, *shortest = nullptr;
+  for (int i = face.first; i < face.first + face.count; ++i) {
+    CutCurve& curve = curves_[i];
+    if (!curve.arc) continue;
+    if (!longest || curve.sweep > longest->sweep) longest = &curve;
+    if (!shortest || curve.sweep < shortest->sweep) shortest = &curve;
+  }
+  if (!longest || (longest->sweep < kTurn - kDoubt && shortest->sweep > kDoubt)) return;
+  double total = 0;
+  bool holds_centre = true;
+  for (int i = face.first; i < face.first + face.count; ++i) {
+    const CutCurve& curve = curves_[i];
+    const double side = cross(curve.p, curve.q);
+    total += curve.arc ? curve.sweep : std::atan2(side, curve.p.dot(curve.q));
+    if (!curve.arc) holds_centre &= side >= 0;
+  }
+  const double extra = std::round((total - (holds_centre ? kTurn : 0)) / kTurn);
+  if (extra > 0) longest->sweep -= kTurn;
+  if (extra < 0) shortest->sweep += kTurn;
+}
+
+int BallCut::cut(const ConvexPolyhedron& shape, const Vector3& c, double radius) noexcept {
+  clear();
+  radius_ = radius;
+  const auto& faces = shape.faces();
+  for (int f = 0; f < shape.faceCount(); ++f) {
+    const ConvexPolyhedron::Face& plane = faces[f];
+    const double height = plane.offset - plane.normal.dot(c);
+    if (height <= -radius) return f;
+    if (height >= radius) continue;
+    CutFace face = planeOf(plane.normal, height, radius);
+    face.index = f;
+    cutLoop(
+        plane.count, [&](int i) -> Vector3 { return shape.vertices()[shape.loopVertex(plane.first + i)] - c; },
+        [&](int i) { return shape.loopVertex(plane.first + i); }, face);
+    if (face.count > 0) faces_.push_back(face);
+  }
+  return -1;
+}
+
+void BallCut::addCircle(const Vector3& normal, double height, double radius) noexcept {
+  radius_ = radius;
+  CutFace face = planeOf(normal, height, radius);
+  face.first = curves_.size();
+  face.count = 1;
+  face.whole = true;
+  CutCurve circle;
+  circle.arc = true;
+  circle.sweep = kTurn;
+  circle.p = circle.q = Vector2(face.radius, 0);
+  curves_.push_back(circle);
+  faces_.push_back(face);
+}
+
+double BallCut::areaWithin(const CutFace& face, const std::vector<Vector3>& outline, const Vector3& c) noexcept {
+  CutFace part = face;
+  cutLoop(
+      static_cast<int>(outline.size()), [&](int i) -> Vector3 { return outline[i] - c; }, [](int i) { return i; }, part);
+  const double area = moments(part, part.at(Vector2::Zero())).area;
+  curves_.resize(part.first);
+  return area;
+}
+
+PlaneMoments BallCut::moments(const CutFace& face, const Vector3& o) const noexcept {
+  RegionSums sums;
+  Vector2 origin = Vector2::Zero();
+  const double r2 = face.radius * face.radius;
+  if (face.whole) {
+    sums.area = M_PI * r2;
+    sums.second = 0.25 * r2 * sums.area * Matrix2::Identity();
+  } else if (face.count > 0) {
+    origin = curves_[face.first].p;
+    for (int i = face.first; i < face.first + face.count; ++i) {
+      const CutCurve& curve = curves_[i];
+      sums.addTriangle(curve.p - origin, curve.q - origin);
+      if (!curve.arc || !(curve.sweep > 0)) continue;
+      const double middle = curve.from + 0.5 * curve.sweep;
+      const Vector2 out(std::cos(middle), std::sin(middle));
+      sums.addSegment(face.radius * out - origin, out, face.radius, 0.5 * curve.sweep);
+    }
+  }
+  const Vector3 to = face.at(origin) - o, first = sums.first.x() * face.x + sums.first.y() * face.y;
+  PlaneMoments out;
+  out.area = sums.area;
+  out.first = sums.area * to + first;
+  const Matrix3 mixed = to * first.transpose();
+  out.second = sums.area * to * to.transpose() + mixed + mixed.transpose() +
+               sums.second(0, 0) * face.x * face.x.transpose() + sums.second(1, 1) * face.y * face.y.transpose() +
+               sums.second(0, 1) * (face.x * face.y.transpose() + face.y * face.x.transpose());
+  return out;
+}
+
+}  // namespace haptic

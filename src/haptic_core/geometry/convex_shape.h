@@ -1,0 +1,58 @@
+/// A convex solid that collides: a polyhedron (convex_polyhedron.h) or a ball (ball.h).
+#pragma once
+#include <string>
+
+#include "haptic_core/base/spatial.h"
+#include "haptic_core/geometry/mass_properties.h"
+
+namespace haptic {
+
+class Ball;
+class ConvexPolyhedron;
+
+/// What all shapes have in common. Immutable; all queries are const, without heap and safe from any number of threads.
+class ConvexShape {
+ public:
+  struct Box {
+    Vector3 lower, upper;  ///< [m]
+  };
+
+  virtual ~ConvexShape() = default;
+
+  /// The shape as what it is; null: it is of the other kind. Defined beside the classes.
+  const ConvexPolyhedron* polyhedron() const;
+  const Ball* ball() const;
+
+  const std::string& name() const { return name_; }          ///< for messages
+  const Vector3& centre() const { return properties_.com; }  ///< centroid of the solid [m]
+  double boundingRadius() const { return radius_; }          ///< about centre() [m]
+  const Box& aabb() const { return aabb_; }                  ///< in the shape's frame
+  virtual Box aabb(const Pose& X_WS) const = 0;              ///< in W; O(1)
+  double volume() const { return properties_.volume; }       ///< [m³]
+  /// Of `density` [kg/m³].
+  MassProperties massProperties(double density) const {
+    MassProperties result = properties_;
+    result.mass *= density;
+    result.I_com *= density;
+    return result;
+  }
+  virtual TriangleMesh triangles() const = 0;                ///< for drawing; of a round surface an approximation
+
+ protected:
+  enum class Kind : unsigned char { kPolyhedron, kBall };
+  ConvexShape(Kind kind, const std::string& name) : name_(name), kind_(kind) {}
+  ConvexShape(const ConvexShape&) = default;
+  ConvexShape(ConvexShape&&) = default;
+  ConvexShape& operator=(const ConvexShape&) = default;
+  ConvexShape& operator=(ConvexShape&&) = default;
+
+  std::string name_;
+  MassProperties properties_;  ///< at density 1
+  double radius_ = 0;
+  Box aabb_{Vector3::Zero(), Vector3::Zero()};
+
+ private:
+  Kind kind_;
+};
+
+}  // namespace haptic

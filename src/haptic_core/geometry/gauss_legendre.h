@@ -1,0 +1,42 @@
+/// Gauss's rules on [-1, 1], half of their symmetric nodes and weights: exact for polynomials of degree 15 and 31.
+#pragma once
+#include <cmath>
+
+namespace haptic {
+
+struct GaussPoint {
+  double at, weight;
+};
+
+inline constexpr GaussPoint kGauss8[] = {{0.9602898564975363, 0.10122853629037626},
+                                         {0.7966664774136267, 0.22238103445337448},
+                                         {0.525532409916329, 0.31370664587788727},
+                                         {0.1834346424956498, 0.362683783378362}};
+inline constexpr GaussPoint kGauss16[] = {
+    {0.9894009349916499, 0.027152459411754096}, {0.9445750230732326, 0.062253523938647894},
+    {0.8656312023878318, 0.09515851168249279},  {0.755404408355003, 0.12462897125553388},
+    {0.6178762444026438, 0.14959598881657674},  {0.45801677765722737, 0.16915651939500254},
+    {0.2816035507792589, 0.18260341504492358},  {0.09501250983763744, 0.1894506104550685}};
+
+/// ∫ from a to b: visits (place, weight).
+template <int kHalf, class Visit>
+inline void integrate(const GaussPoint (&rule)[kHalf], double a, double b, Visit&& visit) {
+  const double middle = 0.5 * (a + b), half = 0.5 * (b - a);
+  for (const GaussPoint& g : rule) {
+    visit(middle - half * g.at, half * g.weight);
+    visit(middle + half * g.at, half * g.weight);
+  }
+}
+
+/// ∫ over the arc from angle `from` over `sweep`: visits (cosine, sine, weight). Two points share one sine and cosine.
+template <int kHalf, class Visit>
+inline void integrateArc(const GaussPoint (&rule)[kHalf], double from, double sweep, Visit&& visit) {
+  const double half = 0.5 * sweep, c = std::cos(from + half), s = std::sin(from + half);
+  for (const GaussPoint& g : rule) {
+    const double cosine = std::cos(half * g.at), sine = std::sin(half * g.at), weight = half * g.weight;
+    visit(c * cosine + s * sine, s * cosine - c * sine, weight);
+    visit(c * cosine - s * sine, s * cosine + c * sine, weight);
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,161 @@
+#include "haptic_core/geometry/round_patch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/geometry/contact_volume.h"
+
+namespace haptic {
+namespace {
+
+/// Faces flatter than this against n have no share of the patch worth integrating.
+constexpr double kEdgeOn = 1e-9;
+/// The patch stands for V while the samples find at least this share of it, and at most its inverse. Else V folds over
+/// (a ball more than half inside, a plate through a ball), and an ellipse of V's moments stands in.
+constexpr double kFound = 0.5;
+
+}  // namespace
+
+void RoundVolume::reserve(int faces, int half_edges) {
+  cut.reserve(faces, half_edges);
+  parts.reserve(faces + 1);
+  curves.reserve(2 * half_edges + faces + 2);
+  shares.reserve(faces + 2);
+  planes.reserve(faces + 2);
+}
+
+RoundPatch::RoundPatch(RoundVolume& v, const ContactVolume& contact) noexcept : v_(v), contact_(contact) {
+  const Pose X_PQ = contact.X_AP.inverse() * v.X_AQ;
+  ball_ = sphereAt(X_PQ.p, v.radius);
+  v.curves.clear();
+  v.shares.clear();
+  v.planes.clear();
+  if (v.other_radius > 0) other_ = sphereAt(X_PQ * v.other_Q, v.other_radius);
+  for (const CutFace& face : v.cut.faces()) {
+    const Vector3 normal = X_PQ.R * face.normal;
+    if (!(v.other_radius > 0)) v.planes.push_back({normal, face.height + normal.dot(X_PQ.p)});
+    if (v.sign * normal.z() > kEdgeOn) addShare(face, X_PQ.R, X_PQ.p);
+  }
+}
+
+void RoundPatch::addShare(const CutFace& face, const Matrix3& R, const Vector3& p) noexcept {
+  const Vector2 middle = (R * (face.height * face.normal) + p).head<2>(), x = (R * face.x).head<2>(), y = (R * face.y).head<2>();
+  RoundVolume::Share share{v_.curves.size(), face.count, middle};
+  if (!face.whole) share.inside.setZero();
+  for (int i = 0; i < face.count; ++i) {
+    const CutCurve& c = v_.cut.curves()[face.first + i];
+    const Vector2 from = middle + c.p.x() * x + c.p.y() * y, to = middle + c.q.x() * x + c.q.y() * y;
+    if (!face.whole) share.inside += from / face.count;
+    if (c.arc) {
+      v_.curves.push_back({true, c.from, c.sweep, middle, face.radius * x, face.radius * y});
+    } else {
+      v_.curves.push_back({false, 0, 1, from, to - from, Vector2::Zero()});
+    }
+  }
+  v_.shares.push_back(share);
+}
+
+/// Σ weight · d = Vol: what the rule misses of it is spread over the patch.
+RoundPatch& RoundPatch::fit() noexcept {
+  double found = 0;
+  if (v_.axial) {
+    double square;
+    found = v_.curves.empty() ? 0 : radial(0, v_.cut.faces()[0].radius, square);
+  } else {
+    eachSample([&](const Vector2&, double weight, double d) { found += weight * d; });
+  }
+  if (found > kFound * contact_.volume && kFound * found < contact_.volume) {
+    scale_ = contact_.volume / found;
+  } else {
+    standIn();
+  }
+  return *this;
+}
+
+/// A disc of uniform thickness with V's volume and second moments.
+void RoundPatch::standIn() noexcept {
+  const Matrix2 C = contact_.V2 / contact_.volume;
+  const double mean = 0.5 * (C(0, 0) + C(1, 1)), half = 0.5 * (C(0, 0) - C(1, 1)), root = std::hypot(half, C(0, 1));
+  const double angle = root > 0 ? 0.5 * std::atan2(C(0, 1), half) : 0;
+  const double a = 2 * std::sqrt(std::max(0.0, mean + root)), b = 2 * std::sqrt(std::max(0.0, mean - root));
+  const Vector2 along(std::cos(angle), std::sin(angle)), across(-along.y(), along.x());
+  v_.curves.clear();
+  v_.shares.clear();
+  v_.curves.push_back({true, 0, 2 * M_PI, Vector2::Zero(), a * along, v_.sign * b * across});
+  v_.shares.push_back({0, 1, Vector2::Zero()});
+  uniform_ = a * b > 0 ? contact_.volume / (M_PI * a * b) : 0;
+}
+
+double RoundPatch::reach() const noexcept {
+  double reach = 0;
+  for (const RoundVolume::Curve& c : v_.curves) {
+    if (!c.arc) {
+      reach = std::max({reach, c.middle.norm(), (c.middle + c.x).norm()});
+    } else if (v_.axial) {
+      reach = c.x.norm();
+    } else {
+      // Between two points of an arc, 0.3 rad apart, it goes out by 1 - cos(0.15) = 1.1 % of its radius at most.
+      const int parts = static_cast<int>(c.sweep / 0.3) + 1;
+      for (int i = 0; i <= parts; ++i) {
+        const double angle = c.from + i * c.sweep / parts;
+        const double r = (c.middle + std::cos(angle) * c.x + std::sin(angle) * c.y).norm();
+        reach = std::max(reach, 1.012 * r);
+      }
+    }
+  }
+  return reach;
+}
+
+/// Height of V over r, of what is not scaled.
+double RoundPatch::heightOver(const Vector2& r) const noexcept {
+  double low = -INFINITY, high = INFINITY;
+  const auto within = [&](const Sphere& s) {
+    const double r2 = (r - s.middle).squaredNorm(), left = s.radius * s.radius - r2;
+    if (left <= 0) return false;
+    const double rise = r2 / (s.radius + std::sqrt(left));  // of the sphere over its pole
+    low = std::max(low, s.lowest + rise);
+    high = std::min(high, s.highest - rise);
+    return true;
+  };
+  if (!within(ball_)) return 0;
+  if (v_.other_radius > 0 && !within(other_)) return 0;
+  for (const RoundVolume::Plane& plane : v_.planes) {
+    const double room = plane.offset - plane.normal.head<2>().dot(r);
+    if (plane.normal.z() > kEdgeOn) {
+      high = std::min(high, room / plane.normal.z());
+    } else if (plane.normal.z() < -kEdgeOn) {
+      low = std::max(low, room / plane.normal.z());
+    } else if (room < 0) {
+      return 0;
+    }
+  }
+  return std::max(0.0, high - low);
+}
+
+double RoundPatch::thickness(const Vector2& r) const noexcept {
+  return uniform_ > 0 ? uniform_ : scale_ * heightOver(r);
+}
+
+/// ∫ d and ∫ d² dA over a ring about P's origin, of what is not scaled.
+double RoundPatch::radial(double from, double to, double& square) const noexcept {
+  double sum = 0;
+  square = 0;
+  integrate(kGauss16, from, to, [&](double r, double weight) {
+    const double d = heightOver({r, 0}), ring = 2 * M_PI * r * weight;
+    sum += ring * d;
+    square += ring * d * d;
+  });
+  return sum;
+}
+
+double RoundPatch::thicknessSquared() const noexcept {
+  double square = 0;
+  if (v_.axial && !(uniform_ > 0)) {
+    radial(0, v_.cut.faces()[0].radius, square);
+    return scale_ * scale_ * square;
+  }
+  eachSample([&](const Vector2&, double weight, double d) { square += weight * d * d; });
+  return square;
+}
+
+}  // namespace haptic

@@ -1,0 +1,51 @@
+#include "haptic_core/geometry/shape_distance.h"
+
+#include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/nearest_point.h"
+
+namespace haptic {
+namespace {
+
+/// From a polyhedron at X_AS to a ball about `centre_A`: unit direction to the centre, and its distance, negative inside.
+double centreDistance(const ConvexPolyhedron& shape, const Pose& X_AS, const Vector3& centre_A, Vector3& direction_A) {
+  const NearestPoint nearest = nearestPoint(shape, X_AS.R.transpose() * (centre_A - X_AS.p));
+  direction_A = -(X_AS.R * nearest.direction);
+  return nearest.distance - nearest.depth;
+}
+
+}  // namespace
+
+void closestPoints(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Vector3& direction,
+                   ClosestPoints& result) noexcept {
+  if (A.polyhedron() && B.polyhedron()) return closestPoints(*A.polyhedron(), *B.polyhedron(), X_AB, direction, result);
+  const double ra = A.ball() ? A.ball()->radius() : 0, rb = B.ball() ? B.ball()->radius() : 0;
+  double between;
+  Vector3 n;
+  if (A.ball() && B.ball()) {
+    between = X_AB.p.norm();
+    n = between > 0 ? Vector3(X_AB.p / between) : direction.squaredNorm() > 0 ? direction : Vector3(Vector3::UnitZ());
+  } else if (A.ball()) {
+    between = centreDistance(*B.polyhedron(), X_AB, Vector3::Zero(), n);
+    n = -n;
+  } else {
+    between = centreDistance(*A.polyhedron(), Pose(), X_AB.p, n);
+  }
+  const double gap = between - ra - rb;
+  result = ClosestPoints{};
+  result.separated = gap > 0;
+  result.distance = std::max(0.0, gap);
+  result.direction = n;
+  result.p_A = A.ball() ? Vector3(ra * n) : Vector3(X_AB.p - between * n);
+  result.p_B = B.ball() ? Vector3(X_AB.p - rb * n) : Vector3(between * n);
+  if (!result.separated) result.p_A = result.p_B = 0.5 * (result.p_A + result.p_B);
+}
+
+double supportHeight(const ConvexShape& shape, const Pose& X_AS, const Vector3& direction) noexcept {
+  const double centre = direction.dot(X_AS.p);
+  if (shape.ball()) return centre + shape.ball()->radius();
+  const ConvexPolyhedron& hull = *shape.polyhedron();
+  const Vector3 along = X_AS.R.transpose() * direction;
+  return centre + along.dot(hull.vertices()[hull.support(along)]);
+}
+
+}  // namespace haptic

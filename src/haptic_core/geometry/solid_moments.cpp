@@ -1,0 +1,107 @@
+#include "haptic_core/geometry/solid_moments.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "haptic_core/geometry/circular_segment.h"
+#include "haptic_core/geometry/gauss_legendre.h"
+
+namespace haptic {
+namespace {
+
+/// Points on a whole circle that is not round about u: an integrand periodic and smooth.
+constexpr int kCirclePoints = 32;
+/// Longest arcs for one rule of 16 points and of 8 [rad]: trigonometric polynomials of degree 5
+/// to 1e-16; the second near the pole only, for the antipode is a singular point of the integrands.
+constexpr double kPart = 2.1, kShortPart = 0.5;
+
+/// Sums over the sphere of radius 1, cones from o = κ u. With s' from the pole, ρ' = √(s'(2 - s')) and ê across u, a point of
+/// the sphere is y = z u + ρ' ê from o, z = b - s', b = 1 - κ, and y·N = b + κ s'. A boundary element turns by dφ = w/ρ² dψ.
+class SphereSums {
+ public:
+  SphereSums(const Vector3& u, double radius, double distance)
+      : u_(u), kappa_(distance / radius), b_((radius - distance) / radius) {}
+
+  /// A boundary point n (unit) that moves by `step`, which is weighted.
+  void add(const Vector3& n, const Vector3& step) {
+    const double cosine = n.dot(u_);
+    const Vector3 across = n - cosine * u_;
+    const double rho2 = across.squaredNorm();
+    const double s = cosine > -0.5 ? rho2 / (1 + cosine) : 1 - cosine, left = cosine > -0.5 ? 1 + cosine : rho2 / s;
+    const double turn = u_.dot(across.cross(step)) / left, root = turn / std::sqrt(left);
+    const SegmentIntegrals j(s, s < SegmentIntegrals::kSeries ? 0 : std::atan2(std::sqrt(rho2), cosine));
+    const double b = b_, k = kappa_;
+    volume_ += turn * (b + 0.5 * k * s);
+    along_ += turn * (b * b - s * (0.5 * b * b + k * s / 3));
+    along2_ += turn * (b * b * b + s * (0.5 * (k - 2) * b * b + s * (b * (1 - 2 * k) / 3 + 0.25 * k * s)));
+    across_ += root * (b * j.j0 + k * j.j1) * across;
+    mixed_ += root * (b * b * (j.j0 - j.j1) - k * j.j2) * across;
+    across2_ += turn / left * (b + s * ((2 * k - b) / 3 - 0.25 * k * s)) * across * across.transpose();
+  }
+
+  /// A whole circle about u at the distance `s` from the pole, turning as `sense` says.
+  void addParallel(double s, double sense) {
+    const double turn = 2 * M_PI * sense * s, b = b_, k = kappa_;
+    volume_ += turn * (b + 0.5 * k * s);
+    along_ += turn * (b * b - s * (0.5 * b * b + k * s / 3));
+    along2_ += turn * (b * b * b + s * (0.5 * (k - 2) * b * b + s * (b * (1 - 2 * k) / 3 + 0.25 * k * s)));
+    across2_ += 0.5 * turn * s * (b + s * ((2 * k - b) / 3 - 0.25 * k * s)) * (Matrix3::Identity() - u_ * u_.transpose());
+  }
+
+  /// The faces' boundaries run against the sphere's: hence the sign.
+  void addTo(double radius, SolidMoments& sums) const {
+    const double r3 = radius * radius * radius;
+    sums.volume -= r3 / 3 * volume_;
+    sums.first -= r3 * radius / 4 * (along_ * u_ + across_);
+    const Matrix3 mixed = u_ * mixed_.transpose();
+    sums.second -= r3 * radius * radius / 5 * (along2_ * u_ * u_.transpose() + mixed + mixed.transpose() + across2_);
+  }
+
+ private:
+  Vector3 u_;
+  double kappa_, b_;
+  double volume_ = 0, along_ = 0, along2_ = 0;
+  Vector3 across_ = Vector3::Zero(), mixed_ = Vector3::Zero();
+  Matrix3 across2_ = Matrix3::Zero();
+};
+
+}  // namespace
+
+void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, SolidMoments& out) noexcept {
+  const double radius = cut.radius();
+  SphereSums sums(u, radius, distance);
+  for (const CutFace& face : cut.faces()) {
+    const double h = face.height / radius, a = face.radius / radius;
+    const auto at = [&](double cosine, double sine, double weight) {
+      const double c = a * cosine, s = a * sine;
+      sums.add(h * face.normal + c * face.x + s * face.y, weight * (c * face.y - s * face.x));
+    };
+    if (face.whole && (face.normal == -u || face.normal == u)) {
+      const double side = face.normal == u ? 1 : -1;
+      sums.addParallel((radius - side * face.height) / radius, side);
+      continue;
+    }
+    if (face.whole) {
+      for (int i = 0; i < kCirclePoints; ++i) {
+        const double angle = i * 2 * M_PI / kCirclePoints;
+        at(std::cos(angle), std::sin(angle), 2 * M_PI / kCirclePoints);
+      }
+      continue;
+    }
+    for (int i = face.first; i < face.first + face.count; ++i) {
+      const CutCurve& arc = cut.curves()[i];
+      if (!arc.arc || !(arc.sweep > 0)) continue;
+      const double middle = arc.from + 0.5 * arc.sweep;
+      const Vector3 n = h * face.normal + a * std::cos(middle) * face.x + a * std::sin(middle) * face.y;
+      if (arc.sweep < kShortPart && n.dot(u) > 0) {
+        integrateArc(kGauss8, arc.from, arc.sweep, at);
+        continue;
+      }
+      const int parts = static_cast<int>(arc.sweep / kPart) + 1;
+      for (int p = 0; p < parts; ++p) integrateArc(kGauss16, arc.from + p * arc.sweep / parts, arc.sweep / parts, at);
+    }
+  }
+  sums.addTo(radius, out);
+}
+
+}  // namespace haptic

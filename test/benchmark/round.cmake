@@ -1,0 +1,12 @@
+# The oracle of the unit tests, and ODE beside ours.
+target_include_directories(bench_round PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/../core/geometry ${CMAKE_CURRENT_SOURCE_DIR}/..)
+target_sources(bench_round PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/round_peers.cpp)
+target_link_libraries(bench_round quadmath)
+find_package(PkgConfig QUIET)
+if(PkgConfig_FOUND)
+  pkg_check_modules(ODE QUIET IMPORTED_TARGET ode)
+endif()
+if(ODE_FOUND)
+  target_link_libraries(bench_round PkgConfig::ODE)
+  target_compile_definitions(bench_round PRIVATE HAPTIC_HAVE_ODE)
+endif()

@@ -1,0 +1,260 @@
+#include "haptic_core/geometry/ball_contact.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "ball_oracle.h"
+#include "haptic_core/geometry/contact_integrals.h"
+#include "haptic_core/geometry/shape_distance.h"
+#include "haptic_core/geometry/shapes.h"
+
+namespace haptic {
+namespace {
+
+using Status = ContactVolume::Status;
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+
+struct Contact {
+  ContactVolume volume;
+  ContactWorkspace workspace;
+};
+
+Contact contactOf(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB) {
+  Contact c;
+  c.workspace.reserve(A, B);
+  PairCache cache;
+  contactVolume(A, B, X_AB, cache, c.workspace, c.volume);
+  return c;
+}
+
+Pose randomPose(std::mt19937& random, double reach) {
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> place(-reach, reach);
+  const Quaternion q = Quaternion(normal(random), normal(random), normal(random), normal(random)).normalized();
+  return {q.toRotationMatrix(), Vector3(place(random), place(random), place(random))};
+}
+
+ConvexPolyhedron stone(int corners, double size, int seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<Vector3> points;
+  for (int i = 0; i < corners; ++i) {
+    points.push_back(size * Vector3(normal(random), normal(random), normal(random)).normalized());
+  }
+  return ConvexPolyhedron::hull(points);
+}
+
+TEST(BallContact, OnAFaceIsASphericalCap) {
+  const double R = 0.3;
+  const ConvexPolyhedron box = makeBox(Vector3(4, 4, 4));
+  for (double depth : {1e-9, 1e-6, 1e-3, 0.1, 0.3, 0.45, 0.59}) {
+    const Contact c = contactOf(box, Ball(R), Pose(Vector3(0.1, -0.2, 2 + R - depth)));
+    ASSERT_EQ(c.volume.status, Status::kOverlap);
+    const double V = M_PI * depth * depth * (R - depth / 3), a2 = depth * (2 * R - depth);
+    // The centre's height is rounded to kEps · 2.3 m, which the depth has too.
+    const double rounding = 4 * kEps * 2.3 / depth + 10 * kEps;
+    EXPECT_NEAR(c.volume.volume, V, 2 * rounding * V) << depth;
+    EXPECT_NEAR(c.volume.A0, M_PI * a2, rounding * M_PI * a2);
+    EXPECT_NEAR(c.volume.A2(0, 0), M_PI * a2 * a2 / 4, 2 * rounding * a2 * a2);
+    EXPECT_NEAR((c.volume.normal() - Vector3::UnitZ()).norm(), 0, kEps);
+    // ∫ t dV from the pole, ρ² = t (2R - t).
+    const double mean = (2 * R / 3 - depth / 4) / (R - depth / 3) * depth;
+    EXPECT_NEAR(c.volume.X_AP.p.z(), 2 - depth + mean, 4 * kEps * 2.3);
+    EXPECT_NEAR(c.volume.V2(1, 1), M_PI / 4 * std::pow(depth, 3) * (4 * R * R / 3 - R * depth + depth * depth / 5),
+                4 * rounding * V * a2);
+  }
+}
+
+TEST(BallContact, WithEdgesAndCornersMatchesTheOracle) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> u(-1, 1);
+  std::normal_distribution<double> normal;
+  const std::vector<ConvexPolyhedron> shapes = {makeBox(Vector3(1, 1.2, 0.8)), makeBox(Vector3(2, 2, 0.05)), stone(100, 0.5, 1),
+                                                stone(4, 0.7, 2)};
+  for (const ConvexPolyhedron& shape : shapes) {
+    for (const double R : {0.02, 0.5, 3.0}) {
+      const Ball ball(R);
+      ContactWorkspace workspace;
+      workspace.reserve(shape, ball);
+      for (int i = 0; i < 150; ++i) {
+        const auto& face = shape.faces()[random() % shape.faceCount()];
+        const auto corner = [&](int k) { return shape.vertices()[shape.loopVertex(face.first + k)]; };
+        // Over a corner, an edge or a face, by 1e-9 to 1 radius deep; centres on faces, edges and corners; anywhere.
+        const double depth = R * std::pow(10, -9 * std::abs(u(random)));
+        const Vector3 out = (face.normal + 0.8 * Vector3(u(random), u(random), u(random))).normalized();
+        const double s = std::abs(u(random)), t = (1 - s) * std::abs(u(random));
+        const Vector3 on_edge = corner(0) + s * (corner(1) - corner(0)), on_face = on_edge + t * (corner(2) - corner(0));
+        // The oracle needs the centre off planes and edges, by any distance.
+        const Vector3 off = 1e-8 * R * Vector3(0.3 + std::abs(u(random)), 0.2 + std::abs(u(random)), -0.1 - std::abs(u(random)));
+        const Vector3 places[] = {corner(0) + (R - depth) * out, on_edge + (R - depth) * out,
+                                  on_face + (R - depth) * face.normal, corner(0) + off, on_edge + off, on_face + off,
+                                  shape.centre() + (shape.boundingRadius() + R) * Vector3(u(random), u(random), u(random))};
+        for (const Vector3& c : places) {
+          PairCache cache;
+          ContactVolume found;
+          contactVolume(shape, ball, Pose(c), cache, workspace, found);
+          const oracle::BallOverlap exact(shape, c, R);
+          const double V = std::max(0.0, static_cast<double>(exact.volume)), size = shape.boundingRadius() + R;
+          const Vector3 S(static_cast<double>(exact.area_vector[0]), static_cast<double>(exact.area_vector[1]),
+                          static_cast<double>(exact.area_vector[2]));
+          const double volume = found.status == Status::kOverlap ? found.volume : 0;
+          // Rounded places of faces and of the ball: ten roundings of the size over the surface that looks out.
+          const double surface = std::min(std::pow(V, 2.0 / 3) * 1e2, R * R) + S.norm();
+          EXPECT_NEAR(volume, V, 1e-13 * V + 10 * kEps * size * surface + 1e-33 * R * R * R) << c.transpose() << " R " << R;
+          EXPECT_FALSE(volume == 0 && V > 1e-30 * R * R * R) << c.transpose();
+          if (!(V > 1e-6 * R * R * R)) continue;
+          EXPECT_NEAR((found.area_vector_A - S).norm(), 0, 1e-11 * R * R);
+          const Vector3 centroid(static_cast<double>(exact.first[0] / exact.volume), static_cast<double>(exact.first[1] / exact.volume),
+                                 static_cast<double>(exact.first[2] / exact.volume));
+          EXPECT_NEAR((found.X_AP.p - c - centroid).norm(), 0, 1e-9 * size);
+        }
+      }
+    }
+  }
+}
+
+TEST(BallContact, WithItsCentreOnACornerAnEdgeOrAFaceIsAnEighthAQuarterOrAHalf) {
+  const double R = 0.1, V = 4 * M_PI / 3 * R * R * R;
+  const ConvexPolyhedron box = makeBox(Vector3(1, 1, 1));
+  const std::pair<Vector3, double> cases[] = {{{0.5, 0.5, 0.5}, 8}, {{0.5, 0, 0.5}, 4}, {{0.5, 0.1, 0.2}, 2}, {{0, 0, 0}, 1}};
+  for (const auto& [place, share] : cases) {
+    const Contact c = contactOf(box, Ball(R), Pose(place));
+    EXPECT_NEAR(c.volume.volume, V / share, 20 * kEps * V) << share;
+    // Each flat side is 3/8 R from the centroid.
+    const Vector3 way = place.cwiseSign() * (share > 1 ? 0.375 * R : 0);
+    if (share == 8) EXPECT_NEAR((c.volume.X_AP.p - place + way).norm(), 0, 20 * kEps);
+  }
+}
+
+/// Against a polyhedron of 10 242 corners of the same volume: moments to its own error, and which body comes first.
+TEST(BallContact, MomentsAreThoseOfAFinePolyhedron) {
+  std::mt19937 random(3);
+  const ConvexPolyhedron box = makeBox(Vector3(1, 1.2, 0.8)), fine = makeSphere(0.5, 5, RoundFit::kEqualVolume);
+  const Ball ball(0.5);
+  int compared = 0;
+  for (int i = 0; i < 60; ++i) {
+    Pose X = randomPose(random, 0.9);
+    const bool box_first = i % 2 == 0;
+    if (!box_first) X = X.inverse();
+    Contact c = box_first ? contactOf(box, ball, X) : contactOf(ball, box, X);
+    Contact f = box_first ? contactOf(box, fine, X) : contactOf(fine, box, X);
+    if (c.volume.status != Status::kOverlap || c.volume.volume < 0.01 || c.volume.A0 < 0.1) continue;
+    ++compared;
+    // Surfaces 1e-4 apart at most, alternating in sign: about 1e-5 of the moments.
+    EXPECT_NEAR(c.volume.volume, f.volume.volume, 3e-5 * 0.5);
+    EXPECT_NEAR((c.volume.normal() - f.volume.normal()).norm(), 0, 2e-4);
+    EXPECT_NEAR((c.volume.X_AP.p - f.volume.X_AP.p).norm(), 0, 5e-5);
+    EXPECT_NEAR((c.volume.X_AP.R * c.volume.V2.trace() - f.volume.X_AP.R * f.volume.V2.trace()).norm(), 0, 1e-5);
+    EXPECT_NEAR((c.volume.V2 - f.volume.V2).norm(), 0, 1e-5);
+    EXPECT_NEAR(c.volume.A0, f.volume.A0, 1e-4);
+    EXPECT_NEAR((c.volume.A1 - f.volume.A1).norm(), 0, 1e-4);
+    EXPECT_NEAR((c.volume.A2 - f.volume.A2).norm(), 0, 1e-4);
+    if (c.volume.volume > 0.2) continue;  // more than half inside V folds over, and an ellipse stands in
+    EXPECT_NEAR(thicknessSquared(c.workspace, c.volume), thicknessSquared(f.workspace, f.volume),
+                2e-3 * thicknessSquared(f.workspace, f.volume));
+  }
+  EXPECT_GT(compared, 20);
+}
+
+TEST(BallContact, TwoBallsAreTwoCaps) {
+  const double ra = 0.3, rb = 0.2;
+  for (double depth : {1e-9, 1e-4, 0.05, 0.2, 0.39}) {
+    const double d = ra + rb - depth;
+    const Contact c = contactOf(Ball(ra), Ball(rb), Pose(d * Vector3(2, 3, 6) / 7)), r = contactOf(Ball(rb), Ball(ra), Pose(d * Vector3(2, 3, 6) / 7));
+    const double V = M_PI * depth * depth * (d * d + 2 * d * (ra + rb) - 3 * (ra - rb) * (ra - rb)) / (12 * d);
+    const double rounding = 4 * kEps / depth + 20 * kEps;
+    ASSERT_EQ(c.volume.status, Status::kOverlap);
+    EXPECT_NEAR(c.volume.volume, V, 2 * rounding * V);
+    EXPECT_NEAR(r.volume.volume, V, 2 * rounding * V);
+    EXPECT_NEAR((c.volume.normal() - Vector3(2, 3, 6) / 7).norm(), 0, 4 * kEps);
+    EXPECT_NEAR(c.volume.X_AP.p.dot(c.volume.normal()) + r.volume.X_AP.p.dot(r.volume.normal()), d, 4 * kEps);
+  }
+  const Contact inside = contactOf(Ball(ra), Ball(rb), Pose(Vector3(0, 0.05, 0)));
+  EXPECT_NEAR(inside.volume.volume, 4 * M_PI / 3 * rb * rb * rb, 1e-15);
+  EXPECT_NEAR((inside.volume.normal() - Vector3::UnitY()).norm(), 0, kEps);
+  const Contact same = contactOf(Ball(ra), Ball(rb), Pose());
+  EXPECT_EQ(same.volume.status, Status::kOverlap);
+  EXPECT_TRUE(same.volume.flags & ContactVolume::kNormalFromHistory);
+  EXPECT_EQ(contactOf(Ball(ra), Ball(rb), Pose(Vector3(0, 0, 0.51))).volume.status, Status::kSeparated);
+}
+
+/// A small move changes the force by its derivative, k δ·S, and by no jump: over faces, edges, corners and through the centre.
+TEST(BallContact, DoesNotJumpWhereTheCaseChanges) {
+  const double R = 0.5, step = 1e-9 * R;
+  const ConvexPolyhedron box = makeBox(Vector3(1, 1.2, 0.8));
+  const Ball ball(R);
+  ContactWorkspace workspace;
+  workspace.reserve(box, ball);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> u(-1, 1);
+  const Vector3 turning[] = {{0.5, 0.6, 0.4}, {0.5, 0, 0.4}, {0, 0, 0.4}, {0, 0, 0.9}, {1, 0.6, 0.4}, {0.5, 0.6, 0.9}, {0, 0.6, 0.9},
+                             {0.5, 0.6, 0.4 + R}, {0, 0, -0.1}, {0.25, 0.1, 0.65}};
+  for (int i = 0; i < 20000; ++i) {
+    const Vector3 at = turning[i % 10] + 2 * step * Vector3(u(random), u(random), u(random));
+    const Vector3 move = step * Vector3(u(random), u(random), u(random));
+    ContactVolume before, after;
+    PairCache cache;
+    contactVolume(box, ball, Pose(at), cache, workspace, before);
+    if (before.status != Status::kOverlap || before.volume < 1e-9) continue;
+    contactVolume(box, ball, Pose(at + move), cache, workspace, after);
+    const double change = after.volume - before.volume, rate = -before.area_vector_A.dot(move);
+    // Rounding of the places over the surface, some of it magnified where a face's circle just meets an edge.
+    EXPECT_NEAR(change, rate, 20 * kEps * R * R + 1e-12 * before.volume) << at.transpose();
+    EXPECT_NEAR((after.X_AP.p - before.X_AP.p).norm(), 0, 20 * step + 1e-12) << at.transpose();
+  }
+}
+
+/// d(r) = √(R² - r²) - h over the disc of radius a.
+struct Cap {
+  double R = 0.5, depth = 0.05, h = R - depth, a2 = depth * (2 * R - depth);
+  template <class Weight>
+  double integral(Weight weight) const {  // ∫ weight(r, d) 2π r dr, midpoints in r²: d is smooth there
+    const int n = 200000;
+    double sum = 0;
+    for (int i = 0; i < n; ++i) {
+      const double r2 = (i + 0.5) / n * a2;
+      sum += M_PI * a2 / n * weight(std::sqrt(r2), std::sqrt(R * R - r2) - h);
+    }
+    return sum;
+  }
+};
+
+TEST(RoundPatch, IntegratesTheLens) {
+  const Cap cap;
+  const ConvexPolyhedron box = makeBox(Vector3(4, 4, 4));
+  for (const bool box_first : {true, false}) {
+    const Pose X(Vector3(0.1, 0.2, 2 + cap.h));
+    Contact c = box_first ? contactOf(box, Ball(cap.R), X) : contactOf(Ball(cap.R), box, X.inverse());
+    EXPECT_NEAR(thicknessSquared(c.workspace, c.volume), cap.integral([](double, double d) { return d * d; }),
+                1e-9 * c.volume.volume * cap.depth);
+    // Half of it, by a line through its middle; a whole, by one beyond.
+    const PartMoments half = momentsWhere(c.workspace, c.volume, Vector2(1, 0), 0);
+    EXPECT_NEAR(half.volume, 0.5 * c.volume.volume, 1e-3 * c.volume.volume);
+    EXPECT_NEAR(half.V2(1, 1), 0.5 * c.volume.V2(1, 1), 1e-2 * c.volume.V2(1, 1));
+    EXPECT_EQ(momentsWhere(c.workspace, c.volume, Vector2(1, 0), 1).volume, c.volume.volume);
+  }
+}
+
+TEST(ShapeDistance, OfBallsIsExact) {
+  const ConvexPolyhedron box = makeBox(Vector3(1, 1, 1));
+  const Ball ball(0.25);
+  ClosestPoints near;
+  closestPoints(box, ball, Pose(Vector3(0.8, 0.9, 0)), Vector3::UnitX(), near);  // nearest to an edge: (0.3, 0.4, 0) from it
+  EXPECT_TRUE(near.separated);
+  EXPECT_NEAR(near.distance, 0.25, 4 * kEps);
+  EXPECT_NEAR((near.direction - Vector3(0.6, 0.8, 0)).norm(), 0, 4 * kEps);
+  closestPoints(ball, box, Pose(Vector3(-0.8, -0.9, 0)), Vector3::UnitX(), near);
+  EXPECT_NEAR(near.distance, 0.25, 4 * kEps);
+  EXPECT_NEAR((near.direction + Vector3(0.6, 0.8, 0)).norm(), 0, 4 * kEps);
+  EXPECT_NEAR((near.p_A - 0.25 * near.direction).norm(), 0, 4 * kEps);
+  closestPoints(ball, Ball(0.5), Pose(Vector3(0, 0, 1)), Vector3::UnitX(), near);
+  EXPECT_NEAR(near.distance, 0.25, 4 * kEps);
+  closestPoints(ball, box, Pose(Vector3(0.1, 0, 0.7)), Vector3::UnitX(), near);
+  EXPECT_FALSE(near.separated);
+}
+
+}  // namespace
+}  // namespace haptic
