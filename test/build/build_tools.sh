@@ -71,15 +71,15 @@ build() {
       colcon --log-base b/log build --build-base b/colcon --install-base b/colcon_install \
         --event-handlers console_direct- --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None
       expect b/colcon_install ;;
-    isolated)
+    isolated)  # as on a machine without librviz-dev: without the panel
       mkdir -p b/isolated
       catkin_make_isolated --source . --build b/isolated --devel b/isolated/devel \
-        --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None
+        --cmake-args -DCMAKE_DISABLE_FIND_PACKAGE_rviz=ON -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None
       expect b/isolated/devel ;;
     install)
       mkdir -p "$work/installed"
       catkin_make_isolated --source . --build b/isolated --devel b/isolated/devel --install \
-        --install-space "$work/installed" --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None
+        --install-space "$work/installed" --cmake-args -DCMAKE_DISABLE_FIND_PACKAGE_rviz=ON -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None
       expect "$work/installed" ;;
     consumer) build_consumer ;;
     *) echo "$0: unknown build '$1'" >&2; return 2 ;;

@@ -3,7 +3,7 @@
 # Needs debootstrap and a Debian mirror; about three minutes. Ends with `figure package.install_ok 1`.
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd -P)
-bare=${1:-$root/build/bare}
+bare=${1:-/var/tmp/haptics-bare}
 mirror=$(sed -n 's/^deb \(\[[^]]*\] \)*\([^ ]*\) bookworm .*/\2/p; s/^URIs: *//p' /etc/apt/sources.list /etc/apt/sources.list.d/* 2>/dev/null | head -n 1)
 say() { echo "package: $*" >&2; }
 enter() { chroot "$bare" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root DEBIAN_FRONTEND=noninteractive "$@"; }

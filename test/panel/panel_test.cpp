@@ -168,6 +168,16 @@ TEST_F(Panel, AnotherSceneAndRefusedOnes) {
   EXPECT_TRUE(user->waitFor([this] { return loop.plan.scene == "touch_cube"; }));
 }
 
+TEST_F(Panel, AViewFollowsTheGrip) {
+  const auto pick = [](const std::string& key) { user->click("views"); user->press(key); user->press("Return"); };
+  act("View of the grip", [&] { pick("End"); }, [] { return user->view() == "rviz/ThirdPersonFollower"; });
+  if (const char* file = std::getenv("HAPTIC_GRIP_PICTURE")) {
+    user->waitFor([n = 0]() mutable { return ++n > 60; });
+    user->picture(file);
+  }
+  act("View of the whole scene", [&] { pick("Home"); }, [] { return user->view() == "rviz/Orbit"; });
+}
+
 TEST_F(Panel, StripsDraw) {
   for (const char* strip : {"strip_Force", "strip_Tick", "strip_Energy", "strip_Error"}) {
     SCOPED_TRACE(strip);

@@ -1,7 +1,10 @@
 #include "panel_user.h"
 
 #include <rviz/panel.h>
+#include <rviz/view_controller.h>
+#include <rviz/view_manager.h>
 #include <rviz/visualization_frame.h>
+#include <rviz/visualization_manager.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -126,6 +129,10 @@ bool PanelUser::shows(const std::string& part) const {
 
 void PanelUser::forgetLines() {
   if (auto* lines = find<QListWidget>("lines")) lines->clear();
+}
+
+std::string PanelUser::view() const {
+  return frame_->getManager()->getViewManager()->getCurrent()->getClassId().toStdString();
 }
 
 void PanelUser::picture(const std::string& file) {

@@ -43,6 +43,7 @@ class PanelUser {
 
   bool shows(const std::string& part_of_line) const;  ///< one of the lines at the bottom
   void forgetLines();
+  std::string view() const;  ///< class of the current camera
   void picture(const std::string& file);
 
  private:

@@ -55,7 +55,7 @@ class Live(unittest.TestCase):
 
     def test_the_view_shows_it(self):
         markers = Probe("/markers", MarkerArray, keep=5)
-        markers.wait(1, timeout=20, accept=lambda m: any("explicit steps" in k.text and "error over" in k.text for k in m.markers))
+        markers.wait(1, timeout=20, accept=lambda m: any("stability margin" in k.text and "error of" in k.text for k in m.markers))
         markers.close()
 
 

@@ -73,24 +73,40 @@ def dead_in_site(folder):
                     yield f"{os.path.relpath(path, folder)}: {target}: no such place"
 
 
+def page_name(markdown):
+    """Of a Markdown file of the repository in the site."""
+    place = os.path.relpath(markdown, ROOT)
+    return "index.html" if place == "README.md" else "md_" + place[:-3].replace(os.sep, "_") + ".html"
+
+
 def complete(folder):
     """Pages keep the links of the repository: what they name there, such as a table or a source, comes into the site."""
-    for path in files(folder, ".html"):
-        text = read(path)
+    sources = {page_name(path): path for path in files(ROOT, ".md")}
+    for page in files(folder, ".html"):
+        beside = os.path.dirname(sources.get(os.path.basename(page), os.path.join(ROOT, "README.md")))
+
+        def lead(match):
+            target = match.group(1)
+            file = urllib.parse.unquote(target.partition("#")[0])
+            if outside(target) or not file or os.path.exists(os.path.join(folder, file)):
+                return match.group(0)
+            source = os.path.normpath(os.path.join(beside, file))
+            if not source.startswith(ROOT + os.sep) or not os.path.exists(source):
+                return match.group(0)
+            here = page_name(source) if source.endswith(".md") else os.path.relpath(source, ROOT)
+            there = os.path.join(folder, here)
+            if not os.path.exists(there):
+                os.makedirs(os.path.dirname(there), exist_ok=True)
+                (shutil.copytree if os.path.isdir(source) else shutil.copy)(source, there)
+            return match.group(0).replace(target, here)
+        text = before = read(page)
         # Doxygen lists nested classes in the head of pages that have none to show.
         if "#nested-classes" in text and "nested-classes" not in IDENTITY.findall(text):
             text = re.sub(r'<a href="#nested-classes">[^<]*</a>( &#124;\n)?', "", text)
-            with open(path, "w", encoding="utf-8") as out:
+        text = HREF.sub(lead, text)
+        if text != before:
+            with open(page, "w", encoding="utf-8") as out:
                 out.write(text)
-        for target in HREF.findall(text):
-            file = urllib.parse.unquote(target.partition("#")[0])
-            if outside(target) or not file:
-                continue
-            here, source = os.path.normpath(os.path.join(folder, file)), os.path.normpath(os.path.join(ROOT, file))
-            inside = here.startswith(folder + os.sep) and source.startswith(ROOT + os.sep)
-            if inside and not os.path.exists(here) and os.path.exists(source):
-                os.makedirs(os.path.dirname(here), exist_ok=True)
-                (shutil.copytree if os.path.isdir(source) else shutil.copy)(source, here)
 
 
 def main():
