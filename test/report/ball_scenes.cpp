@@ -59,10 +59,11 @@ struct Rolling {
     def.settings.gravity = Vector3(0, 0, -kG);
     ContactMaterial material;
     material.stiffness = k;
-    material.dissipation = 10;
+    material.dissipation = 0;  // a damper over a patch resists rolling, which rigid balls do not know
     material.mu_static = material.mu_dynamic = 0.8;
     ContactMaterial ground = material;
     ground.stiffness = kGround * k;
+    ground.dissipation = 10;
     ground.mu_static = ground.mu_dynamic = 0.2;  // 0.4 with the box: the geometric mean
     const auto put = [&def](ArticulationDef body, const ContactMaterial& m) {
       body.links[0].collisions[0].material = m;
