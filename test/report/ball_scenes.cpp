@@ -125,7 +125,8 @@ Scene rolling(const std::string& name, const Vector3& direction, const std::stri
   s.name = name;
   s.title = "SimBenchmark rolling: 25 balls on a box that is pulled along " + along;
   s.parameters =
-      "balls 1 kg, R 0.1 m; box 10 kg, 20 x 20 x 0.1 m; 150 N; mu 0.4 under the box, 0.8 under the balls; g "
+      "balls 1 kg, R 0.1 m; box 10 kg, 20 x 20 x 0.1 m; 150 N; mu 0.4 under the box, 0.8 under the balls, no "
+      "damping there; g "
       "9.81";
   s.reference = "rigid: the box slides, the balls roll on it (closed form)";
   s.benchmark =
