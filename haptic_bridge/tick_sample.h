@@ -20,7 +20,7 @@ struct HandSample {
   bool simulated = false;              ///< X_BG_true is known
   Pose X_BG_true;                      ///< of the twin's grip at the instant of the counts
   bool strings_known = false;          ///< F_strings_B is known: of a twin
-  Wrench F_strings_B;                  ///< mean over the last period of what the strings did, at G's origin: of the tensions told a tick before
+  Wrench F_strings_B;                  ///< what its strings did, mean over the last period, at G's origin: as told a tick before
   bool over_clamp = false;             ///< a tension or the wrench left the device's bounds: must not happen
 };
 

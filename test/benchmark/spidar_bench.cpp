@@ -226,7 +226,7 @@ void presentedShares(const DeviceDef& def) {
 
 /// Largest change of a tension per 10 µm of straight paths through the frame, presenting a constant wrench of
 /// 5 N or of 0.1 N·m: each path crosses the border of the full-presentation area.
-double tensionJump(const DeviceDef& def, int paths) {
+double tensionJump(const DeviceDef& def, int paths, double& largest_lambda) {
   const StringKinematics k(def);
   TensionDistribution distribution(def, k);
   Random random(5);
@@ -241,7 +241,9 @@ double tensionJump(const DeviceDef& def, int paths) {
       GripPose x;
       x.X_BG = Pose(R, through + 1e-5 * step * along);
       distribution.setStructure(k.scaledStructure(x));
-      const StringVector tension = distribution.present(F).tension;
+      const TensionReport report = distribution.present(F);
+      const StringVector& tension = report.tension;
+      largest_lambda = std::max(largest_lambda, report.lambda);
       if (before.size()) worst = std::max(worst, (tension - before).cwiseAbs().maxCoeff());
       before = tension;
     }
@@ -277,10 +279,12 @@ void automaticLambdaFigures(const DeviceDef& def) {
   DeviceDef constant = def;
   constant.border_lambda = 0;
   constant.lambda = 0.01;
-  figure("spidar.tension_jump_n", tensionJump(def, 200), "N");
+  double lambda = 0, constant_lambda = 0;  // the largest that a solve used
+  figure("spidar.tension_jump_n", tensionJump(def, 200, lambda), "N");
+  figure("spidar.tension_jump_lambda", lambda, "1");
   figure("spidar.inside_error_pct", 100 * insideError(def), "%");
   figure("spidar.constant_lambda", constant.lambda, "1");
-  figure("spidar.constant_jump_n", tensionJump(constant, 200), "N");
+  figure("spidar.constant_jump_n", tensionJump(constant, 200, constant_lambda), "N");
   figure("spidar.constant_inside_error_pct", 100 * insideError(constant), "%");
 }
 

@@ -143,6 +143,7 @@ class MujocoWorld : public PeerWorld {
  public:
   MujocoWorld(const WorldDef& def, const PeerSettings& settings)
       : settings_(settings), bodies_(peerBodies(def, settings_)) {
+    mju_user_warning = [](const char*) {};  // else it writes a file into the folder where it was started
     const std::string xml = modelText(def, bodies_, settings);
     mjVFS files;
     mj_defaultVFS(&files);

@@ -10,7 +10,7 @@ from run_errors import METRICS, error_over_time, errors_against, judged, parse_r
 
 class SceneResult:
     """Runs and errors of one scene. `total` and `numerical`: lists of (run, {metric: error}); numerical ones also carry the
-    convergence of their reference per metric. `base`: total errors of ours in the build for any processor."""
+    convergence of their reference per metric. `base`: total errors of what ran again in the build for any processor."""
 
     def __init__(self, scene, quick, peers):
         self.scene, self.quick = scene, quick
@@ -75,7 +75,7 @@ class SceneResult:
         return count
 
     def take_base(self, results):
-        """Runs of the build for any processor: {case: result}."""
+        """Runs of the build for any processor and of the peers beside them: {case: result}."""
         for case, result in results.items():
             run, total, _ = self.entry(case, result)
             self.base.append((run, total or {}))
@@ -115,10 +115,9 @@ class SceneResult:
         return 'position'
 
     def points(self, base=False):
-        """(scene, metric) -> [Point]. `base`: ours of the build for any processor, where they ran; peers are the same."""
-        entries = [entry for entry in self.total if is_peer(entry[0].case.method)] + self.base if base else self.total
+        """(scene, metric) -> [Point]. `base`: of what ran again with the build for any processor."""
         out = {}
-        for run, errors in entries:
+        for run, errors in self.base if base else self.total:
             for metric, error in errors.items():
                 out.setdefault((self.scene.name, metric), []).append(
                     pareto.Point(run.cpu, error, is_peer(run.case.method), self.own_stiffness(run.case), run))

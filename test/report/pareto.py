@@ -84,14 +84,13 @@ def comparisons(default):
 
 
 def near_front(points, default):
-    """Our cases that may win a cell in a build at most twice as slow: within a factor of two of the cheapest of every
-    comparison."""
+    """Cases that may be the cheapest of a cell in a build at most twice as slow: within a factor of two of the cheapest of
+    ours in every comparison, and of the peers, who run again beside them: times of another hour do not compare."""
     cases = set()
     for takes, _ in comparisons(default).values():
         for cell in reached_cells(points, takes):
-            if cell.our_run is not None:
-                cases |= {p.run.case for p in points[(cell.scene, cell.metric)] if not p.peer and takes(p) and
-                          p.error <= limit_of(cell.decade) and p.cpu <= 2 * cell.ours}
+            cases |= {p.run.case for p in points[(cell.scene, cell.metric)] if (p.peer or takes(p)) and
+                      p.error <= limit_of(cell.decade) and p.cpu <= 2 * (cell.theirs if p.peer else cell.ours)}
     return cases
 
 

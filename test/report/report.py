@@ -2,7 +2,7 @@
 """`./run report`: error against run time of every method and peer on every scene, stability, what scenes leave out.
 
 Plans the runs, executes what is not kept from before on all cores or over a Dask cluster, compares with the references, runs
-what may win again with the build for any processor, and writes one HTML page, a CSV, and the plots. Ends with `figure` lines.
+what may win a cell again with the build for any processor, and writes one HTML page, a CSV, and the plots. Ends with `figure` lines.
 """
 import argparse
 import concurrent.futures
@@ -96,7 +96,7 @@ def run_scenes(scenes, peers, options, run_program):
 
 
 def run_base(results, default, options):
-    """Ours again in the build for any processor: only what may win a cell there, for it is at most twice as slow."""
+    """Ours again in the build for any processor, and the peers beside: only what may be the cheapest of a cell there."""
     run_program = programs.find(options.base_programs, 'report_run') if options.base_programs else None
     if not run_program:
         return False
