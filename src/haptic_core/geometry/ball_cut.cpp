@@ -52,6 +52,19 @@ bool innerPart(const Vector3& p, const Vector3& q, bool p_in, bool q_in, double 
   return half > 0 && enter > 0 && leave < 1;
 }
 
+/// Whether all corners of a face lie beyond the plane that faces c through a point of the sphere, towards the first: most
+/// faces of a finely cut shape do.
+bool liesBeyond(const ConvexPolyhedron& shape, const ConvexPolyhedron::Face& face, const Vector3& c, double radius) {
+  const Vector3 first = shape.vertices()[shape.loopVertex(face.first)] - c;
+  const double square = first.squaredNorm(), least = radius * radius * square;
+  if (square * square < least) return false;
+  for (int i = 1; i < face.count; ++i) {
+    const double along = first.dot(shape.vertices()[shape.loopVertex(face.first + i)] - c);
+    if (along <= 0 || along * along < least) return false;
+  }
+  return true;
+}
+
 /// ∫ 1, r, r rᵀ over a plane region about its first point.
 struct RegionSums {
   double area = 0;
@@ -200,7 +213,7 @@ int BallCut::cut(const ConvexPolyhedron& shape, const Vector3& c, double radius)
     const ConvexPolyhedron::Face& plane = faces[f];
     const double height = plane.offset - plane.normal.dot(c);
     if (height <= -radius) return f;
-    if (height >= radius) continue;
+    if (height >= radius || liesBeyond(shape, plane, c, radius)) continue;
     CutFace face = planeOf(plane.normal, height, radius);
     face.index = f;
     cutLoop(
