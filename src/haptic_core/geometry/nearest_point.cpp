@@ -8,7 +8,8 @@
 namespace haptic {
 namespace {
 
-/// Closer than this to an edge or a corner, relative to the shape, its direction is rounding: the nearest face's normal is taken.
+/// Closer than this to an edge or a corner, relative to the shape, its direction is rounding: the nearest
+/// face's normal is taken.
 constexpr double kOnPlane = 1e-14;
 
 /// Vector from the origin to the nearest point of p … q.
