@@ -20,9 +20,10 @@ struct ShapePieces {
 /// Makes and shares shapes of one scene: a mesh that several links use is read and hulled once.
 class CollisionShapes {
  public:
-  /// Box, cylinder, sphere, capsule, mesh. A sphere is a true one, unless <haptic:shape subdivision=> beside <geometry>
-  /// asks for a polyhedron; cylinders and capsules are polyhedra, which segments= and subdivision= refine. A mesh that cannot be decomposed is hulled with a warning. Throws SetupError: no geometry,
-  /// an unknown one, sizes not positive, a mesh not found, unreadable or flat.
+  /// Box, cylinder, sphere, capsule, mesh. A sphere is a true ball, unless <haptic:shape subdivision=> beside
+  /// <geometry> asks for a polyhedron; cylinders and capsules are polyhedra, which segments= and subdivision=
+  /// refine. A mesh that cannot be decomposed is hulled with a warning. Throws SetupError: no geometry, an
+  /// unknown one, sizes not positive, a mesh not found, unreadable or flat.
   ShapePieces make(const RobotFile& robot, const LinkXml& link, const XmlElement& collision,
                    std::vector<std::string>& warnings);
 

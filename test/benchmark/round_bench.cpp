@@ -1,17 +1,18 @@
-// Balls: what a contact costs beside ODE's points and our own polyhedron, how exact it is, and how a ball rolls.
+// Balls: what a contact costs beside ODE's points and our own polyhedron, how exact it is, and how a ball
+// rolls.
 #include <cmath>
 #include <limits>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "../scenes/blocks.h"
 #include "allocation_count.h"
 #include "ball_oracle.h"
 #include "figure.h"
 #include "haptic_core/contact/located_force.h"
 #include "haptic_core/geometry/ball.h"
 #include "round_peers.h"
-#include "../scenes/blocks.h"
 
 namespace haptic::bench {
 namespace {
@@ -47,8 +48,9 @@ struct Pair {
     ContactVolume volume;
     contactVolume(A, B, X[i & 7], cache[i & 7], workspace, volume);
     if (volume.status != ContactVolume::Status::kOverlap) return;
-    sum += normalPressure(volume, workspace, Twist{Vector3(0, 0.1, 0), Vector3(0, 0, -0.01)}, PressureLaw::kHuntCrossley,
-                          ContactMaterial()).force;
+    sum += normalPressure(volume, workspace, Twist{Vector3(0, 0.1, 0), Vector3(0, 0, -0.01)},
+                          PressureLaw::kHuntCrossley, ContactMaterial())
+               .force;
   }
 };
 
@@ -72,12 +74,14 @@ double speeds(const char* name, Pair& pair, double& worst) {
 
 void measureSpeed() {
   const Ball ball(0.05);
-  const ConvexPolyhedron box = makeBox(Vector3(0.1, 0.1, 0.1)), floor = makeBox(Vector3(4, 4, 0.5)), hull = stone(100, 0.05, 1),
+  const ConvexPolyhedron box = makeBox(Vector3(0.1, 0.1, 0.1)), floor = makeBox(Vector3(4, 4, 0.5)),
+                         hull = stone(100, 0.05, 1),
                          tessellated = makeSphere(0.05, 2, RoundFit::kEqualVolume);
   double worst = 0, other = 0;
   Pair on_floor(floor, ball, Vector3(0.1, 0.2, 0.299)), on_ball(ball, ball, Vector3(0.01, 0.005, 0.095)),
       on_box(box, ball, Vector3(0.01, 0.005, 0.099)), on_edge(box, ball, Vector3(0.085, 0.005, 0.085)),
-      on_hull(hull, ball, Vector3(0.01, 0.005, 0.095)), hull_on_box(box, tessellated, Vector3(0.01, 0.005, 0.099));
+      on_hull(hull, ball, Vector3(0.01, 0.005, 0.095)),
+      hull_on_box(box, tessellated, Vector3(0.01, 0.005, 0.099));
   speeds("sphere_floor", on_floor, worst);
   speeds("sphere_sphere", on_ball, worst);
   const double mine = speeds("sphere_box", on_box, worst);
@@ -86,7 +90,8 @@ void measureSpeed() {
   figure("round.worst_vs_ode", worst, "");
   figure("sphere_box_vs_hull162", mine / speeds("hull162_box", hull_on_box, other), "");
   const long before = allocationCount();
-  for (int i = 0; i < 1000; ++i) on_floor.ours(i), on_ball.ours(i), on_box.ours(i), on_edge.ours(i), on_hull.ours(i);
+  for (int i = 0; i < 1000; ++i)
+    on_floor.ours(i), on_ball.ours(i), on_box.ours(i), on_edge.ours(i), on_hull.ours(i);
   figure("allocations.round", static_cast<double>(allocationCount() - before), "");
 }
 
@@ -95,26 +100,36 @@ Vector3 hardPlace(const ConvexPolyhedron& shape, double R, std::mt19937_64& rand
   std::uniform_real_distribution<double> u(-1, 1);
   const auto& face = shape.faces()[random() % shape.faceCount()];
   const auto corner = [&](int k) { return shape.vertices()[shape.loopVertex(face.first + k)]; };
-  const double depth = R * std::pow(10, -9 * std::abs(u(random))), s = std::abs(u(random)), t = (1 - s) * std::abs(u(random));
+  const double depth = R * std::pow(10, -9 * std::abs(u(random))), s = std::abs(u(random)),
+               t = (1 - s) * std::abs(u(random));
   const Vector3 out = (face.normal + 0.8 * Vector3(u(random), u(random), u(random))).normalized();
-  const Vector3 on_edge = corner(0) + s * (corner(1) - corner(0)), on_face = on_edge + t * (corner(2) - corner(0));
+  const Vector3 on_edge = corner(0) + s * (corner(1) - corner(0)),
+                on_face = on_edge + t * (corner(2) - corner(0));
   // The oracle needs the centre off planes and edges, by any distance.
-  const Vector3 off = 1e-8 * R * Vector3(0.3 + std::abs(u(random)), 0.2 + std::abs(u(random)), -0.1 - std::abs(u(random)));
+  const Vector3 off =
+      1e-8 * R * Vector3(0.3 + std::abs(u(random)), 0.2 + std::abs(u(random)), -0.1 - std::abs(u(random)));
   switch (random() % 7) {
-    case 0: return corner(0) + (R - depth) * out;
-    case 1: return on_edge + (R - depth) * out;
-    case 2: return on_face + (R - depth) * face.normal;
-    case 3: return corner(0) + off;
-    case 4: return on_edge + off;
-    case 5: return on_face + off;
-    default: return shape.centre() + (shape.boundingRadius() + R) * Vector3(u(random), u(random), u(random));
+    case 0:
+      return corner(0) + (R - depth) * out;
+    case 1:
+      return on_edge + (R - depth) * out;
+    case 2:
+      return on_face + (R - depth) * face.normal;
+    case 3:
+      return corner(0) + off;
+    case 4:
+      return on_edge + off;
+    case 5:
+      return on_face + off;
+    default:
+      return shape.centre() + (shape.boundingRadius() + R) * Vector3(u(random), u(random), u(random));
   }
 }
 
 /// Error of the volume beyond what the rounding of the bodies' places makes of it, and as it is.
 void measureAccuracy(int pairs) {
-  const std::vector<ConvexPolyhedron> shapes = {makeBox(Vector3(1, 1.2, 0.8)), makeBox(Vector3(2, 2, 0.05)), stone(100, 0.5, 1),
-                                                stone(4, 0.7, 2)};
+  const std::vector<ConvexPolyhedron> shapes = {makeBox(Vector3(1, 1.2, 0.8)), makeBox(Vector3(2, 2, 0.05)),
+                                                stone(100, 0.5, 1), stone(4, 0.7, 2)};
   std::mt19937_64 random(11);
   double beyond = 0, deep = 0, rounding = 0;
   int empty = 0, failures = 0;
@@ -135,7 +150,8 @@ void measureAccuracy(int pairs) {
       ++empty;
       continue;
     }
-    failures += !std::isfinite(found.volume) || !found.X_AP.p.allFinite() || !found.V2.allFinite() || !found.A2.allFinite();
+    failures += !std::isfinite(found.volume) || !found.X_AP.p.allFinite() || !found.V2.allFinite() ||
+                !found.A2.allFinite();
     const double error = std::abs(static_cast<double>(exact.volume - static_cast<__float128>(found.volume)));
     const double surface = std::min(std::pow(V, 2.0 / 3) * 1e2, R * R) + found.area_vector_A.norm();
     beyond = std::max(beyond, (error - 4 * kEps * size * surface) / V);
@@ -149,7 +165,8 @@ void measureAccuracy(int pairs) {
   figure("round.failures", failures, "");
 }
 
-/// Across faces, edges, corners and the centre's cases, 1e-9 radii at a time: change of the force beyond its derivative.
+/// Across faces, edges, corners and the centre's cases, 1e-9 radii at a time: change of the force beyond its
+/// derivative.
 void measureJumps(int moves) {
   const double R = 0.5, step = 1e-9 * R;
   const ConvexPolyhedron box = makeBox(Vector3(1, 1.2, 0.8));
@@ -158,8 +175,9 @@ void measureJumps(int moves) {
   workspace.reserve(box, ball);
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> u(-1, 1);
-  const Vector3 turning[] = {{0.5, 0.6, 0.4}, {0.5, 0, 0.4},   {0, 0, 0.4},  {0, 0, 0.7},     {0.8, 0.9, 0.4},
-                             {0.3, 0.6, 0.7}, {0, 0.7, 0.65}, {0, 0, -0.1}, {0.25, 0.1, 0.65}, {0.6, 0.7, 0.5}};
+  const Vector3 turning[] = {{0.5, 0.6, 0.4},   {0.5, 0, 0.4},   {0, 0, 0.4},    {0, 0, 0.7},
+                             {0.8, 0.9, 0.4},   {0.3, 0.6, 0.7}, {0, 0.7, 0.65}, {0, 0, -0.1},
+                             {0.25, 0.1, 0.65}, {0.6, 0.7, 0.5}};
   double worst = 0;
   for (int i = 0; i < moves; ++i) {
     const Vector3 at = turning[i % 10] + 2 * step * Vector3(u(random), u(random), u(random));
@@ -189,8 +207,9 @@ WorldDef ballOnFloor(double h, double k, double slope, double mu, double speed) 
   const double force = scenes::kGravity * std::cos(slope);
   double depth = 0;
   for (int i = 0; i < 60; ++i) depth = std::sqrt(force / (k * M_PI * (kRadius - depth / 3)));
-  def.articulations.push_back(scenes::freeBody("ball", std::make_shared<Ball>(kRadius), 1, 0.4 * kRadius * kRadius * Matrix3::Identity(),
-                                               Pose(Vector3(0, 0, kRadius - depth)), {Vector3::Zero(), Vector3(speed, 0, 0)}));
+  def.articulations.push_back(scenes::freeBody(
+      "ball", std::make_shared<Ball>(kRadius), 1, 0.4 * kRadius * kRadius * Matrix3::Identity(),
+      Pose(Vector3(0, 0, kRadius - depth)), {Vector3::Zero(), Vector3(speed, 0, 0)}));
   return def;
 }
 
@@ -208,15 +227,18 @@ void measureRolling() {
   const double before = world.linkTwist(1).linear.x();
   for (int i = 0; i < 5000; ++i) world.step();
   const double a = (world.linkTwist(1).linear.x() - before) / 0.5, r = armOf(def);
-  figure("ball_slope.accel_err_rel", std::abs(a / (scenes::kGravity * std::sin(slope) / (1 + 0.4 * R * R / (r * r))) - 1), "");
-  figure("ball_slope.accel_err_rel_rigid", std::abs(a / (scenes::kGravity * std::sin(slope) * 5 / 7) - 1), "");
+  figure("ball_slope.accel_err_rel",
+         std::abs(a / (scenes::kGravity * std::sin(slope) / (1 + 0.4 * R * R / (r * r))) - 1), "");
+  figure("ball_slope.accel_err_rel_rigid", std::abs(a / (scenes::kGravity * std::sin(slope) * 5 / 7) - 1),
+         "");
   const double v0 = 2;
   const WorldDef sliding = ballOnFloor(h, 1e8, 0, 0.2, v0);
   World slide(sliding);
   for (int i = 0; i < 6000; ++i) slide.step();
   const double arm = armOf(sliding), share = arm * arm / (0.4 * R * R);
   // The time until friction ends is (v0 - v)/(μ g).
-  figure("ball_slide_to_roll.time_err_rel", std::abs((v0 - slide.linkTwist(1).linear.x()) * (1 + share) / v0 - 1), "");
+  figure("ball_slide_to_roll.time_err_rel",
+         std::abs((v0 - slide.linkTwist(1).linear.x()) * (1 + share) / v0 - 1), "");
 }
 
 }  // namespace

@@ -19,15 +19,18 @@ struct OdePair::Data {
   dGeomID make(const ConvexShape& shape, int i) {
     const ConvexPolyhedron* hull = shape.polyhedron();
     if (!hull) return dCreateSphere(nullptr, shape.boundingRadius());
-    if (hull->isBox()) return dCreateBox(nullptr, 2 * hull->halfSize().x(), 2 * hull->halfSize().y(), 2 * hull->halfSize().z());
+    if (hull->isBox())
+      return dCreateBox(nullptr, 2 * hull->halfSize().x(), 2 * hull->halfSize().y(),
+                        2 * hull->halfSize().z());
     for (const Vector3& v : hull->vertices()) points[i].insert(points[i].end(), {v.x(), v.y(), v.z()});
     for (const auto& face : hull->faces()) {
       planes[i].insert(planes[i].end(), {face.normal.x(), face.normal.y(), face.normal.z(), face.offset});
       polygons[i].push_back(static_cast<unsigned>(face.count));
-      for (int k = 0; k < face.count; ++k) polygons[i].push_back(static_cast<unsigned>(hull->loopVertex(face.first + k)));
+      for (int k = 0; k < face.count; ++k)
+        polygons[i].push_back(static_cast<unsigned>(hull->loopVertex(face.first + k)));
     }
-    return dCreateConvex(nullptr, planes[i].data(), static_cast<unsigned>(hull->faceCount()), points[i].data(),
-                         static_cast<unsigned>(hull->vertexCount()), polygons[i].data());
+    return dCreateConvex(nullptr, planes[i].data(), static_cast<unsigned>(hull->faceCount()),
+                         points[i].data(), static_cast<unsigned>(hull->vertexCount()), polygons[i].data());
   }
 };
 
@@ -44,7 +47,8 @@ OdePair::~OdePair() {
 
 int OdePair::points(const Pose& X_AB) {
   const Matrix3& R = X_AB.R;
-  const dMatrix3 rotation = {R(0, 0), R(0, 1), R(0, 2), 0, R(1, 0), R(1, 1), R(1, 2), 0, R(2, 0), R(2, 1), R(2, 2), 0};
+  const dMatrix3 rotation = {R(0, 0), R(0, 1), R(0, 2), 0,       R(1, 0), R(1, 1),
+                             R(1, 2), 0,       R(2, 0), R(2, 1), R(2, 2), 0};
   dGeomSetPosition(data_->geom[1], X_AB.p.x(), X_AB.p.y(), X_AB.p.z());
   dGeomSetRotation(data_->geom[1], rotation);
   dContactGeom contacts[8];
@@ -54,7 +58,9 @@ int OdePair::points(const Pose& X_AB) {
 struct OdePair::Data {};
 OdePair::OdePair(const ConvexShape&, const ConvexShape&) : data_(nullptr) {}
 OdePair::~OdePair() = default;
-int OdePair::points(const Pose&) { return -1; }
+int OdePair::points(const Pose&) {
+  return -1;
+}
 #endif
 
 }  // namespace haptic::bench

@@ -19,7 +19,8 @@ Vector3 lastOr(const PairCache& cache, const Vector3& otherwise) {
   return cache.normal.squaredNorm() > 0 ? cache.normal : otherwise;
 }
 
-void setSeparated(const Vector3& direction_A, double gap, NormalRule rule, PairCache& cache, ContactVolume& out) {
+void setSeparated(const Vector3& direction_A, double gap, NormalRule rule, PairCache& cache,
+                  ContactVolume& out) {
   out.status = Status::kSeparated;
   out.flags = 0;
   out.depth = std::min(0.0, -gap);
@@ -38,8 +39,8 @@ void setTouching(const Vector3& normal_A, const Vector3& point_A, PairCache& cac
 }
 
 /// Round about `axis`, along which the patch of radius √r2 faces.
-void setAxial(const Vector3& normal_A, const Vector3& axis_A, const Vector3& centroid_A, double volume, double across,
-              double r2, double depth, PairCache& cache, ContactVolume& out) {
+void setAxial(const Vector3& normal_A, const Vector3& axis_A, const Vector3& centroid_A, double volume,
+              double across, double r2, double depth, PairCache& cache, ContactVolume& out) {
   const double area = M_PI * r2, seen = area * normal_A.dot(axis_A);
   out.status = Status::kOverlap;
   out.X_AP = {patchAxes(normal_A), centroid_A};
@@ -77,7 +78,8 @@ class BallContact {
 
   void balls(double ra, double rb, const Vector3& p_AB);
   /// The polyhedron is A, or B; `covers` are its own.
-  void polyhedron(const ConvexPolyhedron& shape, bool is_a, double radius, const Pose& X_AB, const InnerFaces* covers);
+  void polyhedron(const ConvexPolyhedron& shape, bool is_a, double radius, const Pose& X_AB,
+                  const InnerFaces* covers);
 
  private:
   void onOnePlane(const CutFace& face);
@@ -111,17 +113,20 @@ void BallContact::balls(double ra, double rb, const Vector3& p_AB) {
     const double r = std::min(ra, rb);
     if (!(distance > 0)) out_.flags |= ContactVolume::kNormalFromHistory;
     const SolidMoments ball = ballMoments(r);
-    setAxial(normal, n, rb <= ra ? p_AB : Vector3(Vector3::Zero()), ball.volume, ball.second(0, 0), 0, 2 * r, cache_, out_);
+    setAxial(normal, n, rb <= ra ? p_AB : Vector3(Vector3::Zero()), ball.volume, ball.second(0, 0), 0, 2 * r,
+             cache_, out_);
     return;
   }
   // Heights of the caps over the plane of the circle in which the spheres meet.
-  const double da = depth * (rb - ra + distance) / (2 * distance), db = depth * (ra - rb + distance) / (2 * distance);
+  const double da = depth * (rb - ra + distance) / (2 * distance),
+               db = depth * (ra - rb + distance) / (2 * distance);
   const CapMoments a(ra, da), b(rb, db);
   const double volume = a.volume + b.volume;
   if (!(volume > 0)) return setTouching(n, (ra - da) * n, cache_, out_);
   v_.cut.addCircle(n, ra - da, ra);
   v_.axial = normal == n;
-  setAxial(normal, n, (ra - da + (a.z - b.z) / volume) * n, volume, a.across + b.across, da * (2 * ra - da), depth, cache_, out_);
+  setAxial(normal, n, (ra - da + (a.z - b.z) / volume) * n, volume, a.across + b.across, da * (2 * ra - da),
+           depth, cache_, out_);
   if (!v_.axial) {
     // About another normal the moments along the axis count too.
     const double tilt = std::sqrt(std::max(0.0, 1 - normal.dot(n) * normal.dot(n)));
@@ -157,7 +162,8 @@ void BallContact::polyhedron(const ConvexPolyhedron& shape, bool is_a, double ra
   } else {
     const NearestPoint nearest = nearestPoint(shape, c);
     if (nearest.distance >= radius) {
-      return setSeparated(-v_.sign * (v_.X_AQ.R * nearest.direction), nearest.distance - radius, rule_, cache_, out_);
+      return setSeparated(-v_.sign * (v_.X_AQ.R * nearest.direction), nearest.distance - radius, rule_,
+                          cache_, out_);
     }
     onFaces(nearest, c, covers);
   }
@@ -189,14 +195,17 @@ void BallContact::onFaces(const NearestPoint& nearest, const Vector3& c, const I
     scale += part.area;
     sums.addCone(part, face.height - face.normal.dot(o));
   }
-  if (!v_.cut.faces().empty()) addSphericalPart(v_.cut, nearest.direction, nearest.distance, sums);
-  else if (nearest.distance == 0) sums = ballMoments(v_.radius);
+  if (!v_.cut.faces().empty())
+    addSphericalPart(v_.cut, nearest.direction, nearest.distance, sums);
+  else if (nearest.distance == 0)
+    sums = ballMoments(v_.radius);
   if (!(sums.volume > 0)) return setTouching(way_out_A, v_.X_AQ * o, cache_, out_);
   const Vector3 covered_Q = coveredArea(covers, c), seen_Q = area_Q - covered_Q;
   out_.area_vector_A = v_.sign * (v_.X_AQ.R * area_Q);
   // Where nothing of the faces is surface, the whole of them stands in.
   const bool seen = seen_Q.norm() > kVanishing * scale;
-  const Vector3 n = normalOf(seen ? Vector3(v_.sign * (v_.X_AQ.R * seen_Q)) : out_.area_vector_A, scale, way_out_A);
+  const Vector3 n =
+      normalOf(seen ? Vector3(v_.sign * (v_.X_AQ.R * seen_Q)) : out_.area_vector_A, scale, way_out_A);
   const Vector3 centroid = sums.first / sums.volume;  // from o
   const Matrix3 R_AP = patchAxes(n), R_QP = v_.X_AQ.R.transpose() * R_AP;
   out_.status = Status::kOverlap;
@@ -272,28 +281,30 @@ Vector3 BallContact::normalOf(const Vector3& surface_A, double scale, const Vect
   return lastOr(cache_, otherwise);
 }
 
-/// A polyhedron that the workspace was not made for: a cube as deep as the shortest way out stands for V, so that the pair
-/// still pushes apart.
+/// A polyhedron that the workspace was not made for: a cube as deep as the shortest way out stands for V, so
+/// that the pair still pushes apart.
 void BallContact::withoutRoom(const NearestPoint& nearest) {
   const double depth = v_.radius + nearest.depth - nearest.distance;
   const Vector3 n = -v_.sign * (v_.X_AQ.R * nearest.direction);
   if (!(depth > 0)) return setSeparated(n, -depth, rule_, cache_, out_);
   out_.flags |= ContactVolume::kCapacityExceeded;
   const double r2 = depth * depth / M_PI;
-  setAxial(n, n, v_.X_AQ * Vector3((nearest.distance + 0.5 * depth) * nearest.direction), depth * depth * depth,
-           depth * depth * depth * r2 / 4, r2, depth, cache_, out_);
+  setAxial(n, n, v_.X_AQ * Vector3((nearest.distance + 0.5 * depth) * nearest.direction),
+           depth * depth * depth, depth * depth * depth * r2 / 4, r2, depth, cache_, out_);
 }
 
 void BallContact::keep() {
   v_.filled = true;
   for (const CutFace& face : v_.cut.faces()) {
     const Vector3 normal = v_.X_AQ.R * face.normal;
-    w_.faces_.push_back({normal, face.height + normal.dot(v_.X_AQ.p), face.index, v_.sign > 0 ? Owner::kA : Owner::kB});
+    w_.faces_.push_back(
+        {normal, face.height + normal.dot(v_.X_AQ.p), face.index, v_.sign > 0 ? Owner::kA : Owner::kB});
   }
 }
 
-void roundContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
-                  ContactVolume& out, NormalRule rule, const InnerSides& inner) noexcept {
+void roundContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache,
+                  ContactWorkspace& workspace, ContactVolume& out, NormalRule rule,
+                  const InnerSides& inner) noexcept {
   BallContact contact(rule, cache, workspace, out);
   if (!A.ball()) {
     contact.polyhedron(*A.polyhedron(), true, B.ball()->radius(), X_AB, inner.a);

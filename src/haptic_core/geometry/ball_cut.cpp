@@ -11,7 +11,8 @@ namespace haptic {
 namespace {
 
 constexpr double kTurn = 2 * M_PI;
-/// Arcs shorter than this, or longer than 2π less this, may be the other of the two [rad]: rounding over the smallest circle.
+/// Arcs shorter than this, or longer than 2π less this, may be the other of the two [rad]: rounding over the
+/// smallest circle.
 constexpr double kDoubt = 1e-2;
 
 double cross(const Vector2& a, const Vector2& b) {
@@ -29,8 +30,10 @@ CutFace planeOf(const Vector3& normal, double height, double radius) {
   return face;
 }
 
-/// An edge p → q against a sphere about the origin: what lies inside, as shares of its length. False: nothing does.
-bool innerPart(const Vector3& p, const Vector3& q, bool p_in, bool q_in, double radius, double& enter, double& leave) {
+/// An edge p → q against a sphere about the origin: what lies inside, as shares of its length. False: nothing
+/// does.
+bool innerPart(const Vector3& p, const Vector3& q, bool p_in, bool q_in, double radius, double& enter,
+               double& leave) {
   enter = 0;
   leave = 1;
   if (p_in && q_in) return true;
@@ -52,6 +55,20 @@ bool innerPart(const Vector3& p, const Vector3& q, bool p_in, bool q_in, double 
   return half > 0 && enter > 0 && leave < 1;
 }
 
+/// Whether all corners of a face lie beyond the plane that faces c through a point of the sphere, towards the
+/// first: most faces of a finely cut shape do.
+bool liesBeyond(const ConvexPolyhedron& shape, const ConvexPolyhedron::Face& face, const Vector3& c,
+                double radius) {
+  const Vector3 first = shape.vertices()[shape.loopVertex(face.first)] - c;
+  const double square = first.squaredNorm(), least = radius * radius * square;
+  if (square * square < least) return false;
+  for (int i = 1; i < face.count; ++i) {
+    const double along = first.dot(shape.vertices()[shape.loopVertex(face.first + i)] - c);
+    if (along <= 0 || along * along < least) return false;
+  }
+  return true;
+}
+
 /// ∫ 1, r, r rᵀ over a plane region about its first point.
 struct RegionSums {
   double area = 0;
@@ -66,12 +83,14 @@ struct RegionSums {
     second += a / 12 * (s * s.transpose() + p * p.transpose() + q * q.transpose());
   }
 
-  /// Between an arc and its chord. `apex`: the arc's middle, `out` the unit vector to it from the circle's centre.
+  /// Between an arc and its chord. `apex`: the arc's middle, `out` the unit vector to it from the circle's
+  /// centre.
   void addSegment(const Vector2& apex, const Vector2& out, double radius, double half_sweep) {
     const double sine = std::sin(0.5 * half_sweep), s = 2 * sine * sine;
     const SegmentIntegrals j(s, half_sweep);
     const double scale = s * std::sqrt(s), r2 = radius * radius;
-    const double m0 = 2 * r2 * scale * j.j0, m1 = 2 * r2 * radius * scale * j.j1, m2 = 2 * r2 * r2 * scale * j.j2;
+    const double m0 = 2 * r2 * scale * j.j0, m1 = 2 * r2 * radius * scale * j.j1,
+                 m2 = 2 * r2 * r2 * scale * j.j2;
     const double across = 2.0 / 3 * r2 * r2 * scale * (2 * j.j1 - j.j2);
     const Vector2 along(-out.y(), out.x());
     area += m0;
@@ -102,7 +121,9 @@ void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept
   face.first = curves_.size();
   const double r2 = radius_ * radius_;
   const Vector3 middle = face.height * face.normal;
-  const auto flat = [&](const Vector3& x) -> Vector2 { return {face.x.dot(x - middle), face.y.dot(x - middle)}; };
+  const auto flat = [&](const Vector3& x) -> Vector2 {
+    return {face.x.dot(x - middle), face.y.dot(x - middle)};
+  };
   bool crossed = false, entered = false, left = false;
   Vector2 first_entry = Vector2::Zero(), exit = Vector2::Zero();
   const auto arcTo = [&](const Vector2& to) {
@@ -132,7 +153,8 @@ void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept
     if (!inside) continue;
     if (turned) enter = 1 - enter, leave = 1 - leave, std::swap(enter, leave);
     crossed = true;
-    const Vector2 from = flat(p_in ? p : Vector3(p + enter * (q - p))), to = flat(q_in ? q : Vector3(p + leave * (q - p)));
+    const Vector2 from = flat(p_in ? p : Vector3(p + enter * (q - p))),
+                  to = flat(q_in ? q : Vector3(p + leave * (q - p)));
     if (!p_in) {
       if (left) {
         arcTo(from);
@@ -168,8 +190,9 @@ void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept
   }
 }
 
-/// Seen from the circle's centre the boundary turns once about it, or not at all. An arc of about no length, which rounding
-/// has made one of about 2π, or the other way round, is found by that. The centre is inside when it lies left of all lines.
+/// Seen from the circle's centre the boundary turns once about it, or not at all. An arc of about no length,
+/// which rounding has made one of about 2π, or the other way round, is found by that. The centre is inside
+/// when it lies left of all lines.
 void BallCut::closeArcs(const CutFace& face) noexcept {
   CutCurve *longest = nullptr, *shortest = nullptr;
   for (int i = face.first; i < face.first + face.count; ++i) {
@@ -200,11 +223,12 @@ int BallCut::cut(const ConvexPolyhedron& shape, const Vector3& c, double radius)
     const ConvexPolyhedron::Face& plane = faces[f];
     const double height = plane.offset - plane.normal.dot(c);
     if (height <= -radius) return f;
-    if (height >= radius) continue;
+    if (height >= radius || liesBeyond(shape, plane, c, radius)) continue;
     CutFace face = planeOf(plane.normal, height, radius);
     face.index = f;
     cutLoop(
-        plane.count, [&](int i) -> Vector3 { return shape.vertices()[shape.loopVertex(plane.first + i)] - c; },
+        plane.count,
+        [&](int i) -> Vector3 { return shape.vertices()[shape.loopVertex(plane.first + i)] - c; },
         [&](int i) { return shape.loopVertex(plane.first + i); }, face);
     if (face.count > 0) faces_.push_back(face);
   }
@@ -225,10 +249,12 @@ void BallCut::addCircle(const Vector3& normal, double height, double radius) noe
   faces_.push_back(face);
 }
 
-double BallCut::areaWithin(const CutFace& face, const std::vector<Vector3>& outline, const Vector3& c) noexcept {
+double BallCut::areaWithin(const CutFace& face, const std::vector<Vector3>& outline,
+                           const Vector3& c) noexcept {
   CutFace part = face;
   cutLoop(
-      static_cast<int>(outline.size()), [&](int i) -> Vector3 { return outline[i] - c; }, [](int i) { return i; }, part);
+      static_cast<int>(outline.size()), [&](int i) -> Vector3 { return outline[i] - c; },
+      [](int i) { return i; }, part);
   const double area = moments(part, part.at(Vector2::Zero())).area;
   curves_.resize(part.first);
   return area;
@@ -258,7 +284,8 @@ PlaneMoments BallCut::moments(const CutFace& face, const Vector3& o) const noexc
   out.first = sums.area * to + first;
   const Matrix3 mixed = to * first.transpose();
   out.second = sums.area * to * to.transpose() + mixed + mixed.transpose() +
-               sums.second(0, 0) * face.x * face.x.transpose() + sums.second(1, 1) * face.y * face.y.transpose() +
+               sums.second(0, 0) * face.x * face.x.transpose() +
+               sums.second(1, 1) * face.y * face.y.transpose() +
                sums.second(0, 1) * (face.x * face.y.transpose() + face.y * face.x.transpose());
   return out;
 }

@@ -8,7 +8,8 @@
 namespace haptic {
 namespace {
 
-/// Closer than this to an edge or a corner, relative to the shape, its direction is rounding: the nearest face's normal is taken.
+/// Closer than this to an edge or a corner, relative to the shape, its direction is rounding: the nearest
+/// face's normal is taken.
 constexpr double kOnPlane = 1e-14;
 
 /// Vector from the origin to the nearest point of p … q.
@@ -22,9 +23,18 @@ Vector3 toSegment(const Vector3& p, const Vector3& q) {
 
 NearestPoint nearestPoint(const ConvexPolyhedron& shape, const Vector3& c) noexcept {
   NearestPoint nearest;
-  double highest = -std::numeric_limits<double>::infinity(), least = std::numeric_limits<double>::infinity();
+  double highest = -std::numeric_limits<double>::infinity();
   const ConvexPolyhedron::Face* top = nullptr;
+  // The nearest corner first: few faces are nearer.
+  double square = std::numeric_limits<double>::infinity();
   Vector3 to = Vector3::Zero();
+  for (const Vector3& corner : shape.vertices()) {
+    const Vector3 way = corner - c;
+    if (way.squaredNorm() >= square) continue;
+    square = way.squaredNorm();
+    to = way;
+  }
+  double least = std::sqrt(square);
   for (const ConvexPolyhedron::Face& face : shape.faces()) {
     const double over = face.normal.dot(c) - face.offset;
     if (over > highest) {

@@ -10,8 +10,9 @@ namespace {
 
 /// Faces flatter than this against n have no share of the patch worth integrating.
 constexpr double kEdgeOn = 1e-9;
-/// The patch stands for V while the samples find at least this share of it, and at most its inverse. Else V folds over
-/// (a ball more than half inside, a plate through a ball), and an ellipse of V's moments stands in.
+/// The patch stands for V while the samples find at least this share of it, and at most its inverse. Else V
+/// folds over (a ball more than half inside, a plate through a ball), and an ellipse of V's moments stands
+/// in.
 constexpr double kFound = 0.5;
 
 }  // namespace
@@ -39,7 +40,8 @@ RoundPatch::RoundPatch(RoundVolume& v, const ContactVolume& contact) noexcept : 
 }
 
 void RoundPatch::addShare(const CutFace& face, const Matrix3& R, const Vector3& p) noexcept {
-  const Vector2 middle = (R * (face.height * face.normal) + p).head<2>(), x = (R * face.x).head<2>(), y = (R * face.y).head<2>();
+  const Vector2 middle = (R * (face.height * face.normal) + p).head<2>(), x = (R * face.x).head<2>(),
+                y = (R * face.y).head<2>();
   RoundVolume::Share share{v_.curves.size(), face.count, middle};
   if (!face.whole) share.inside.setZero();
   for (int i = 0; i < face.count; ++i) {
@@ -75,7 +77,8 @@ RoundPatch& RoundPatch::fit() noexcept {
 /// A disc of uniform thickness with V's volume and second moments.
 void RoundPatch::standIn() noexcept {
   const Matrix2 C = contact_.V2 / contact_.volume;
-  const double mean = 0.5 * (C(0, 0) + C(1, 1)), half = 0.5 * (C(0, 0) - C(1, 1)), root = std::hypot(half, C(0, 1));
+  const double mean = 0.5 * (C(0, 0) + C(1, 1)), half = 0.5 * (C(0, 0) - C(1, 1)),
+               root = std::hypot(half, C(0, 1));
   const double angle = root > 0 ? 0.5 * std::atan2(C(0, 1), half) : 0;
   const double a = 2 * std::sqrt(std::max(0.0, mean + root)), b = 2 * std::sqrt(std::max(0.0, mean - root));
   const Vector2 along(std::cos(angle), std::sin(angle)), across(-along.y(), along.x());
@@ -94,7 +97,8 @@ double RoundPatch::reach() const noexcept {
     } else if (v_.axial) {
       reach = c.x.norm();
     } else {
-      // Between two points of an arc, 0.3 rad apart, it goes out by 1 - cos(0.15) = 1.1 % of its radius at most.
+      // Between two points of an arc, 0.3 rad apart, it goes out by 1 - cos(0.15) = 1.1 % of its radius at
+      // most.
       const int parts = static_cast<int>(c.sweep / 0.3) + 1;
       for (int i = 0; i <= parts; ++i) {
         const double angle = c.from + i * c.sweep / parts;

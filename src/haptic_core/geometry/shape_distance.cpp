@@ -6,8 +6,10 @@
 namespace haptic {
 namespace {
 
-/// From a polyhedron at X_AS to a ball about `centre_A`: unit direction to the centre, and its distance, negative inside.
-double centreDistance(const ConvexPolyhedron& shape, const Pose& X_AS, const Vector3& centre_A, Vector3& direction_A) {
+/// From a polyhedron at X_AS to a ball about `centre_A`: unit direction to the centre, and its distance,
+/// negative inside.
+double centreDistance(const ConvexPolyhedron& shape, const Pose& X_AS, const Vector3& centre_A,
+                      Vector3& direction_A) {
   const NearestPoint nearest = nearestPoint(shape, X_AS.R.transpose() * (centre_A - X_AS.p));
   direction_A = -(X_AS.R * nearest.direction);
   return nearest.distance - nearest.depth;
@@ -17,13 +19,16 @@ double centreDistance(const ConvexPolyhedron& shape, const Pose& X_AS, const Vec
 
 void closestPoints(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Vector3& direction,
                    ClosestPoints& result) noexcept {
-  if (A.polyhedron() && B.polyhedron()) return closestPoints(*A.polyhedron(), *B.polyhedron(), X_AB, direction, result);
+  if (A.polyhedron() && B.polyhedron())
+    return closestPoints(*A.polyhedron(), *B.polyhedron(), X_AB, direction, result);
   const double ra = A.ball() ? A.ball()->radius() : 0, rb = B.ball() ? B.ball()->radius() : 0;
   double between;
   Vector3 n;
   if (A.ball() && B.ball()) {
     between = X_AB.p.norm();
-    n = between > 0 ? Vector3(X_AB.p / between) : direction.squaredNorm() > 0 ? direction : Vector3(Vector3::UnitZ());
+    n = between > 0                   ? Vector3(X_AB.p / between)
+        : direction.squaredNorm() > 0 ? direction
+                                      : Vector3(Vector3::UnitZ());
   } else if (A.ball()) {
     between = centreDistance(*B.polyhedron(), X_AB, Vector3::Zero(), n);
     n = -n;

@@ -15,8 +15,9 @@ constexpr int kCirclePoints = 32;
 /// to 1e-16; the second near the pole only, for the antipode is a singular point of the integrands.
 constexpr double kPart = 2.1, kShortPart = 0.5;
 
-/// Sums over the sphere of radius 1, cones from o = κ u. With s' from the pole, ρ' = √(s'(2 - s')) and ê across u, a point of
-/// the sphere is y = z u + ρ' ê from o, z = b - s', b = 1 - κ, and y·N = b + κ s'. A boundary element turns by dφ = w/ρ² dψ.
+/// Sums over the sphere of radius 1, cones from o = κ u. With s' from the pole, ρ' = √(s'(2 - s')) and ê
+/// across u, a point of the sphere is y = z u + ρ' ê from o, z = b - s', b = 1 - κ, and y·N = b + κ s'. A
+/// boundary element turns by dφ = w/ρ² dψ.
 class SphereSums {
  public:
   SphereSums(const Vector3& u, double radius, double distance)
@@ -27,7 +28,8 @@ class SphereSums {
     const double cosine = n.dot(u_);
     const Vector3 across = n - cosine * u_;
     const double rho2 = across.squaredNorm();
-    const double s = cosine > -0.5 ? rho2 / (1 + cosine) : 1 - cosine, left = cosine > -0.5 ? 1 + cosine : rho2 / s;
+    const double s = cosine > -0.5 ? rho2 / (1 + cosine) : 1 - cosine,
+                 left = cosine > -0.5 ? 1 + cosine : rho2 / s;
     const double turn = u_.dot(across.cross(step)) / left, root = turn / std::sqrt(left);
     const SegmentIntegrals j(s, s < SegmentIntegrals::kSeries ? 0 : std::atan2(std::sqrt(rho2), cosine));
     const double b = b_, k = kappa_;
@@ -45,7 +47,8 @@ class SphereSums {
     volume_ += turn * (b + 0.5 * k * s);
     along_ += turn * (b * b - s * (0.5 * b * b + k * s / 3));
     along2_ += turn * (b * b * b + s * (0.5 * (k - 2) * b * b + s * (b * (1 - 2 * k) / 3 + 0.25 * k * s)));
-    across2_ += 0.5 * turn * s * (b + s * ((2 * k - b) / 3 - 0.25 * k * s)) * (Matrix3::Identity() - u_ * u_.transpose());
+    across2_ += 0.5 * turn * s * (b + s * ((2 * k - b) / 3 - 0.25 * k * s)) *
+                (Matrix3::Identity() - u_ * u_.transpose());
   }
 
   /// The faces' boundaries run against the sphere's: hence the sign.
@@ -54,7 +57,8 @@ class SphereSums {
     sums.volume -= r3 / 3 * volume_;
     sums.first -= r3 * radius / 4 * (along_ * u_ + across_);
     const Matrix3 mixed = u_ * mixed_.transpose();
-    sums.second -= r3 * radius * radius / 5 * (along2_ * u_ * u_.transpose() + mixed + mixed.transpose() + across2_);
+    sums.second -=
+        r3 * radius * radius / 5 * (along2_ * u_ * u_.transpose() + mixed + mixed.transpose() + across2_);
   }
 
  private:
@@ -98,7 +102,8 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
         continue;
       }
       const int parts = static_cast<int>(arc.sweep / kPart) + 1;
-      for (int p = 0; p < parts; ++p) integrateArc(kGauss16, arc.from + p * arc.sweep / parts, arc.sweep / parts, at);
+      for (int p = 0; p < parts; ++p)
+        integrateArc(kGauss16, arc.from + p * arc.sweep / parts, arc.sweep / parts, at);
     }
   }
   sums.addTo(radius, out);

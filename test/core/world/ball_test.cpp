@@ -37,15 +37,16 @@ WorldDef ballOnFloor(Integrator integrator, double h, double slope, double mu, d
   m.mu_static = m.mu_dynamic = mu;
   def.articulations.push_back(scenes::floorBox(10));
   const double depth = restDepth(kMass * kGravity * std::cos(slope));
-  def.articulations.push_back(scenes::freeBody("ball", std::make_shared<Ball>(kRadius), kMass,
-                                               0.4 * kMass * kRadius * kRadius * Matrix3::Identity(),
-                                               Pose(Vector3(0, 0, kRadius - depth)), {Vector3::Zero(), Vector3(speed, 0, 0)}));
+  def.articulations.push_back(scenes::freeBody(
+      "ball", std::make_shared<Ball>(kRadius), kMass, 0.4 * kMass * kRadius * kRadius * Matrix3::Identity(),
+      Pose(Vector3(0, 0, kRadius - depth)), {Vector3::Zero(), Vector3(speed, 0, 0)}));
   return def;
 }
 
 class Balls : public testing::TestWithParam<Integrator> {};
 
-/// Rolls with a = g sin α/(1 + I/(m r²)), r the arm of the patch, whatever turns it has made: a ball has no corners.
+/// Rolls with a = g sin α/(1 + I/(m r²)), r the arm of the patch, whatever turns it has made: a ball has no
+/// corners.
 TEST_P(Balls, RollDownASlope) {
   const double slope = 0.1, h = 1e-3;
   World world(ballOnFloor(GetParam(), h, slope, 0.5));
@@ -60,7 +61,8 @@ TEST_P(Balls, RollDownASlope) {
     if (i > 0) largest = std::max(largest, std::abs((now - last) / h - exact));
     last = now;
   }
-  // The first-order step lets the layer follow its turning ball by h ω² a/2 late: 1e-4; the others by its square.
+  // The first-order step lets the layer follow its turning ball by h ω² a/2 late: 1e-4; the others by its
+  // square.
   const double tolerance = GetParam() == Integrator::kImplicitEuler ? 3e-4 : 2e-5;
   EXPECT_NEAR((last - before) / (500 * h), exact, tolerance * exact);
   EXPECT_EQ(world.linkTwist(1).linear.y(), 0);
@@ -85,8 +87,9 @@ TEST_P(Balls, RestAtTheirDepth) {
 }
 
 INSTANTIATE_TEST_SUITE_P(ByIntegrator, Balls,
-                         testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet, Integrator::kImplicitEuler,
-                                         Integrator::kSdirk2, Integrator::kAutomatic));
+                         testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet,
+                                         Integrator::kImplicitEuler, Integrator::kSdirk2,
+                                         Integrator::kAutomatic));
 
 /// A ball on two floor tiles that continue one another is on one floor: no bump at the seam.
 TEST(Ball, RollsOverASeam) {
@@ -114,8 +117,10 @@ TEST(Ball, HangsInAnOpening) {
   def.settings.default_material.stiffness = 1e10;
   def.articulations[0] = scenes::staticBox("bar0", Vector3(1, 0.1, 0.1), Pose(Vector3(0, 0.14, -0.3)));
   def.articulations.push_back(scenes::staticBox("bar1", Vector3(1, 0.1, 0.1), Pose(Vector3(0, -0.14, -0.3))));
-  def.articulations.push_back(scenes::staticBox("bar2", Vector3(0.1, 0.18, 0.1), Pose(Vector3(0.14, 0, -0.3))));
-  def.articulations.push_back(scenes::staticBox("bar3", Vector3(0.1, 0.18, 0.1), Pose(Vector3(-0.14, 0, -0.3))));
+  def.articulations.push_back(
+      scenes::staticBox("bar2", Vector3(0.1, 0.18, 0.1), Pose(Vector3(0.14, 0, -0.3))));
+  def.articulations.push_back(
+      scenes::staticBox("bar3", Vector3(0.1, 0.18, 0.1), Pose(Vector3(-0.14, 0, -0.3))));
   World world(def);
   for (int i = 0; i < 1500; ++i) world.step();
   // The edges are 0.09 m from the axis: its centre √(R² - 0.09²) over them, less the 0.8 mm that carry it.
