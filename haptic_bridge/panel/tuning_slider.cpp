@@ -89,7 +89,9 @@ void TuningSlider::markSafe(double highest, const std::string& why) {
 void TuningSlider::showText() {
   const bool safe = value() <= safe_ * (1 + 1e-6) + std::numeric_limits<double>::min();
   label_->setText(QString::fromStdString((safe ? "" : "unsafe ") + text_(value())));
-  label_->setStyleSheet(safe ? "" : "color: #d32f2f; font-weight: bold");
+  QPalette ink = palette();
+  if (!safe) ink.setColor(QPalette::WindowText, QColor("#d32f2f"));
+  label_->setPalette(ink);
 }
 
 }  // namespace haptic
