@@ -13,8 +13,9 @@
 /// elements, Journal of Computational Physics 311 (2016); theirs are inclusion and exclusion of caps and wedges, whose terms
 /// cancel where an overlap is small.
 ///
-/// Error: 1e-13 relative, and that of the depth, a few roundings of the coordinates over the depth. Cost: 0.1 µs on a face,
-/// about 1 µs per arc over edges and corners, besides 2 ns per face of the polyhedron.
+/// Error: a few 1e-13 relative, and that of the depth, some roundings of the coordinates over the depth. Cost: 0.15 µs on a
+/// face, 3 µs over an edge, 10 µs on ten facets of a hull of 100 corners: 0.1 µs per face cut, 0.8 µs per arc. The force
+/// changes by its derivative, and by less than 4e-12 of itself more, where one case turns into another.
 #pragma once
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/contact_volume.h"
