@@ -15,7 +15,7 @@
 ///
 /// Error: a few 1e-13 relative, and that of the depth, some roundings of the coordinates over the depth. Cost: 0.15 µs on a
 /// face, 3 µs over an edge, 10 µs on ten facets of a hull of 100 corners: 0.1 µs per face cut, 0.8 µs per arc. The force
-/// changes by its derivative, and by less than 4e-12 of itself more, where one case turns into another.
+/// changes by its derivative, to 1e-14 of itself, where one case turns into another.
 #pragma once
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/contact_volume.h"

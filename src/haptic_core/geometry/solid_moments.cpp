@@ -95,6 +95,16 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
     for (int i = face.first; i < face.first + face.count; ++i) {
       const CutCurve& arc = cut.curves()[i];
       if (!arc.arc || !(arc.sweep > 0)) continue;
+      // An arc's end is a point of an edge, which rounding has put off this circle and not off the next arc's: by 1e-11 of the
+      // radius where a circle just meets the edge. The boundary has to be closed.
+      const auto bridge = [&](const Vector2& end, double sense) {
+        const double distance = end.norm();
+        if (!(distance > 0)) return;
+        const Vector2 step = sense * (1 - face.radius / distance) / radius * end;
+        sums.add(face.at(end) / radius, step.x() * face.x + step.y() * face.y);
+      };
+      bridge(arc.p, -1);
+      bridge(arc.q, 1);
       const double middle = arc.from + 0.5 * arc.sweep;
       const Vector3 n = h * face.normal + a * std::cos(middle) * face.x + a * std::sin(middle) * face.y;
       if (arc.sweep < kShortPart && n.dot(u) > 0) {
