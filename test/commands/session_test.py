@@ -80,8 +80,15 @@ class Recorded(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.mkdtemp()
         cls.bag = os.path.join(cls.folder, "session.bag")
-        call = Call("demo", "--seconds", str(SECONDS), "--record", cls.bag)
-        assert call.code == 0, call.errors
+        for _ in range(3):  # ticks are all recorded; a busy machine may connect the recorder to topics when the demo is over
+            if os.path.exists(cls.bag):
+                os.remove(cls.bag)
+            call = Call("demo", "--seconds", str(SECONDS), "--record", cls.bag)
+            assert call.code == 0, call.errors
+            with rosbag.Bag(cls.bag) as bag:
+                counts = [bag.get_message_count("/spidar/" + name) for name in ("pose", "wrench", "twist")]
+            if min(counts) > SECONDS * 100:
+                break
         cls.page = Call("report", cls.bag)
         assert cls.page.code == 0, cls.page.errors
         cls.export = Call("export", cls.bag, "--csv", "--npz")

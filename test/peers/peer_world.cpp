@@ -62,7 +62,7 @@ std::string name(const PeerSettings& s) {
 }
 
 UpperFace upperFace(const CollisionDef& collision) {
-  return {collision.X_LS * Vector3(0, 0, collision.shape->halfSize().z()), collision.X_LS.R.col(2)};
+  return {collision.X_LS * Vector3(0, 0, collision.shape->polyhedron()->halfSize().z()), collision.X_LS.R.col(2)};
 }
 
 std::unique_ptr<PeerWorld> makePeer(const WorldDef& def, const PeerSettings& settings) {

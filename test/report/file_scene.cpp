@@ -44,10 +44,9 @@ double smallestBody(const WorldDef& def) {
       if (link.collisions.empty() || (link.joint.type == JointType::kFixed && link.parent < 0)) continue;
       Vector3 low = Vector3::Constant(1e300), high = -low;
       for (const CollisionDef& collision : link.collisions) {
-        for (const Vector3& v : collision.shape->vertices()) {
-          low = low.cwiseMin(collision.X_LS * v);
-          high = high.cwiseMax(collision.X_LS * v);
-        }
+        const ConvexShape::Box box = collision.shape->aabb(collision.X_LS);
+        low = low.cwiseMin(box.lower);
+        high = high.cwiseMax(box.upper);
       }
       size = std::min(size, (high - low).maxCoeff());
     }

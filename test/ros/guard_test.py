@@ -130,9 +130,15 @@ class Guard(unittest.TestCase):
         answer = calibrate()
         self.assertTrue(answer.success, answer.message)
         self.assertIn("READY", answer.message)  # the force that could not be switched on does not come later
-        answer = enable(True)
-        self.assertTrue(answer.success, answer.message)
-        self.assertIn("ENABLED", answer.message)
+        answers = []
+
+        def enabled():  # a busy machine may keep the boards' process from its core for longer than 20 ms
+            answers.append(enable(True))
+            if not answers[-1].success:
+                self.recover(), calibrate()
+            return answers[-1].success
+        wait_until("force", enabled, 20)
+        self.assertIn("ENABLED", answers[-1].message)
         self.boards.order("kill 1")
         lost = self.state.wait(1, accept=lambda m: m.state == DeviceState.DISCONNECTED)
         self.assertIn("do not answer", lost.message)

@@ -141,7 +141,8 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
       std::copy_n(v.begin() + tree.v, tree.model->nv(), before_.begin() + tree.v);
     }
     const double fine = finest(g);
-    if (!problem_.minimise(g, pass < kFirstPasses ? kStepsOfPass : kStepsOfLatePass, fine, kStays * tolerance_.speed, q_.data(), v.data())) break;
+    const int steps = pass < kFirstPasses ? kStepsOfPass : kStepsOfLatePass;
+    if (!problem_.minimise(g, steps, fine, kStays * tolerance_.speed, q_.data(), v.data())) break;
     const double changed = change(before_);
     if (!std::isfinite(changed)) break;
     // A body of a micrometre falls through itself in what is nothing to one of a metre.
