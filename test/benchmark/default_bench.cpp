@@ -51,7 +51,7 @@ struct Bounce {
     return def;
   }
 
-  /// Speed at the height of first touch on the way up, and the time in contact; Runge–Kutta at 1/4000 of the contact's time.
+  /// Speed at the height of first touch on the way up, 0 if it stays, and the time in contact; Runge–Kutta at 1/4000 of the contact's time.
   /// The force of either law may end, held at 0, before the bodies part: from there the flight is free.
   std::array<double, 2> exactExit(double approach) const {
     const double h = M_PI / omega() / 4000;
@@ -67,11 +67,12 @@ struct Bounce {
       v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
       t += h;
     }
+    if (d > 0) return {0, t};  // it stays
     return {std::sqrt(std::max(0.0, v * v - 2 * kGravity * -d)), t};
   }
 };
 
-/// Speed at the height of first touch after one bounce from `height`; NaN: it does not leave.
+/// Speed at the height of first touch after one bounce from `height`; 0: it does not leave.
 double exitSpeed(const Bounce& bounce, double height) {
   World world(bounce.make(height));
   bool touched = false;
@@ -81,7 +82,7 @@ double exitSpeed(const Bounce& bounce, double height) {
     const double gap = world.linkPose(1).p.z() - kEdge / 2, v = world.linkTwist(1).linear.z();
     if (touched && gap > 0 && v > 0 && world.report().contacts == 0) return std::sqrt(v * v + 2 * kGravity * gap);
   }
-  return std::nan("");
+  return 0;
 }
 
 /// The largest error over heights that differ by when, within a step, the cube touches.
@@ -92,7 +93,7 @@ double worstExit(const Bounce& bounce) {
     const double fall = 0.045 + kStep * i / kPhases;  // [s]
     const double height = 0.5 * kGravity * fall * fall, approach = kGravity * fall;
     const double exact = bounce.exactExit(approach)[0], speed = exitSpeed(bounce, height);
-    worst = std::max(worst, std::isfinite(speed) ? std::abs(speed - exact) / approach : 1.0);
+    worst = std::max(worst, std::abs(speed - exact) / approach);
   }
   return worst;
 }
