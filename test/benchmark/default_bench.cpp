@@ -1,13 +1,12 @@
 /// The integrator that users get: what it costs where nothing is stiff, what changes when it changes its mind, and whether
 /// bodies leave a bounce with the speed that they should have. `bench_default count AUTOMATIC` is its own child.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <string>
 
-#include "../scenes/blocks.h"
+#include "../scenes/bounce.h"
 #include "figure.h"
 #include "instruction_count.h"
 
@@ -18,85 +17,6 @@ using namespace scenes;
 
 constexpr double kStep = 1e-3;  // [s]
 constexpr double kEdge = 0.1;   // [m]
-
-/// A cube that falls flat onto the floor.
-struct Bounce {
-  PressureLaw law;
-  double damping;  ///< ζ of the linear law, or c [s/m] of Hunt–Crossley
-  double mass;     ///< [kg]
-  double k_eff;    ///< k A [N/m]
-
-  double omega() const { return std::sqrt(k_eff / mass); }
-  double b() const { return 2 * damping * std::sqrt(k_eff * mass); }  ///< [N·s/m]
-
-  double force(double depth, double rate) const {
-    if (depth <= 0) return 0;
-    const double elastic = k_eff * depth;
-    return std::max(0.0, law == PressureLaw::kLinear ? elastic + b() * rate : elastic * (1 + damping * rate));
-  }
-
-  WorldDef make(double height) const {
-    WorldDef def;
-    def.name = "bounce";
-    def.settings.step = kStep;
-    def.settings.pressure_law = law;
-    ContactMaterial& m = def.settings.default_material;
-    const double area = kEdge * kEdge;
-    m.stiffness = k_eff / area;
-    m.damping = b() / area;
-    m.dissipation = damping;
-    m.mu_static = m.mu_dynamic = 0;
-    def.articulations.push_back(floorBox());
-    def.articulations.push_back(freeBox("cube", Vector3::Constant(kEdge), mass, Pose(Vector3(0, 0, kEdge / 2 + height))));
-    return def;
-  }
-
-  /// Speed at the height of first touch on the way up, 0 if it stays, and the time in contact; Runge–Kutta at 1/4000 of the contact's time.
-  /// The force of either law may end, held at 0, before the bodies part: from there the flight is free.
-  std::array<double, 2> exactExit(double approach) const {
-    const double h = M_PI / omega() / 4000;
-    double d = 0, v = approach, t = 0;  // depth and its rate
-    const auto acceleration = [&](double depth, double rate) { return kGravity - force(depth, rate) / mass; };
-    const double start = 1e-9 * approach * h;
-    d = start;
-    while (d > 0 && t < 100 / omega()) {
-      const double a1 = acceleration(d, v), a2 = acceleration(d + 0.5 * h * v, v + 0.5 * h * a1),
-                   a3 = acceleration(d + 0.5 * h * (v + 0.5 * h * a1), v + 0.5 * h * a2),
-                   a4 = acceleration(d + h * (v + 0.5 * h * a2), v + h * a3);
-      d += h * (v + h / 6 * (a1 + a2 + a3));
-      v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
-      t += h;
-    }
-    if (d > 0) return {0, t};  // it stays
-    return {std::sqrt(std::max(0.0, v * v - 2 * kGravity * -d)), t};
-  }
-};
-
-/// Speed at the height of first touch after one bounce from `height`; 0: it does not leave.
-double exitSpeed(const Bounce& bounce, double height) {
-  World world(bounce.make(height));
-  bool touched = false;
-  for (int i = 0; i < 2000; ++i) {
-    world.step();
-    touched |= world.report().contacts > 0;
-    const double gap = world.linkPose(1).p.z() - kEdge / 2, v = world.linkTwist(1).linear.z();
-    if (touched && gap > 0 && v > 0 && world.report().contacts == 0) return std::sqrt(v * v + 2 * kGravity * gap);
-  }
-  return 0;
-}
-
-/// The largest error over heights that differ by when, within a step, the cube touches.
-double worstExit(const Bounce& bounce) {
-  constexpr int kPhases = 16;
-  double worst = 0;
-  for (int i = 0; i < kPhases; ++i) {
-    const double fall = 0.045 + kStep * i / kPhases;  // [s]
-    const double height = 0.5 * kGravity * fall * fall, approach = kGravity * fall;
-    const double exact = bounce.exactExit(approach)[0], speed = exitSpeed(bounce, height);
-    worst = std::max(worst, std::abs(speed - exact) / approach);
-  }
-  return worst;
-}
 
 void runBounces() {
   double worst = 0, resolved = 0;

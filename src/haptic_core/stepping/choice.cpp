@@ -24,6 +24,7 @@ void measureShares(const Model& model, const ContactVolume& volume, const PatchT
   const int link[2] = {model.shapes[pair.shapeA()].link, model.shapes[pair.shapeB()].link};
   const auto moves = [&](int l) { return work.hands.movesByItself(model.trees[model.links[l].articulation]); };
   const bool both = moves(link[0]) && moves(link[1]);
+  double mobility = 0;  // of both along the normal [1/kg]
   for (int s = 0; s < 2; ++s) {
     pair.stability.share[s] = 0;
     if (!moves(link[s])) continue;
@@ -32,16 +33,18 @@ void measureShares(const Model& model, const ContactVolume& volume, const PatchT
     const LinkModel& body = model.trees[l.articulation].model->link(l.local);
     const Matrix6 W = freeMobility(body, place.X_WL.R, place.p_WC(), X_WP);
     pair.stability.share[s] = stabilityNumber(tangent, W, both, model.substep());
+    mobility += W(5, 5);
   }
+  const double h = model.substep(), damper = h * tangent.damping.m0 * mobility;
+  pair.stability.swing = h * h * tangent.stiffness.m0 * mobility + 2 * damper / (1 + 0.5 * damper);
   pair.stability.area = volume.A0;
   pair.stability.volume = volume.volume;
 }
 
 /// Parts of a substep in which this contact is resolved.
 double partsOf(const ContactEvaluation& c, const StabilityMemory& known, double last_rate, double h) noexcept {
-  const double share = std::max(known.share[0], known.share[1]);
   const bool moves = std::max(known.rate, last_rate) * h > kResting * c.volume.depth;
-  return moves && share > kRough * kRough ? std::ceil(std::sqrt(std::min(share, kStabilityBound)) / kFine) : 1;
+  return moves && known.swing > kRough * kRough ? std::ceil(std::sqrt(std::min(known.swing, kStabilityBound)) / kFine) : 1;
 }
 
 void addShares(const Model& model, const ActivePair& pair, std::vector<double>& number) noexcept {

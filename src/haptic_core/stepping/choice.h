@@ -7,7 +7,7 @@
 /// low. So the choice depends on the state alone; modes and numbers are part of it.
 ///
 /// A contact that swings within few steps is stable and wrong: at three steps a bounce an explicit step may throw a body back
-/// faster than it came. So where a contact moves and one number of it alone is high, the step is done again in equal parts,
+/// faster than it came. So where a contact moves and swings in fewer than ten steps, the step is done again in equal parts,
 /// as long as all is explicit, even where the whole step would be unstable; beside something implicit its island becomes
 /// implicit, which loses speed instead of gaining.
 #pragma once
@@ -28,9 +28,9 @@ namespace haptic::stepping {
 /// bounds, up to twice what is; the margin is for patches that grow within a step.
 constexpr double kEnterImplicit = 0.9, kLeaveImplicit = 0.7;
 
-/// Steps per radian of a swing in a contact, in their inverse √(h² λ): from `kRough` on the substep is cut to parts of `kFine`.
-/// An undamped bounce then keeps its speed to 1 % (5 % at kRough = 1); finer costs in proportion.
-constexpr double kRough = 0.6, kFine = 0.25;
+/// Radians of a swing in a contact that a step may take: from `kRough` on the substep is cut to parts of `kFine`. A bounce then
+/// keeps its speed to 1 %; finer costs in proportion.
+constexpr double kRough = 0.7, kFine = 0.25;
 /// Change of depth within a substep, of the depth, below which a contact rests [1].
 constexpr double kResting = 0.05;
 

@@ -12,7 +12,7 @@ void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Re
   while (!velocityVerlet(model, part, state, work, report)) {
     takeBack(model, state, work, report.step);
     ++report.step.redone;
-    if (work.choice.cuts && work.choice.parts > 1) part = shortened(model, part, model.substep() / work.choice.parts);
+    if (!anyImplicit(state)) part = shortened(model, part, model.substep() / work.choice.parts);
   }
   if (anyImplicit(state)) stepImplicitIslands(model, part, state, work, report);
   collectHeld(model, part, state, work.hands, work.placement);

@@ -11,7 +11,7 @@ namespace {
 
 /// Damper strength h b A/m from which Velocity Verlet solves for the velocity [1]. Without, rocking on the friction's
 /// lever multiplies it by up to four, and one is the limit.
-constexpr double kStrongDamper = 0.3;
+constexpr double kStrongDamper = 0.15;
 
 /// Lower L with L Lᵀ = A for a positive semidefinite A; columns without a pivot are zero.
 Matrix6 semidefiniteFactor(const Matrix6& A) noexcept {

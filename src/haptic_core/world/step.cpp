@@ -19,6 +19,7 @@ void open(Work& work, StepReport& report) noexcept {
   report.implicit_islands = report.redone = report.fallbacks = report.substeps = 0;
   report.closure = report.residual = report.wrench_error = 0;
   std::fill(work.hands.wrench.begin(), work.hands.wrench.end(), Wrench{});
+  work.parts.any = false;
   work.clock.start(report.stages);
 }
 
@@ -90,8 +91,10 @@ void step(const Model& model, State& state, Work& work, Report& report) noexcept
     checkImpacts(state.energy.unaccounted() - unaccounted, report.step);
     checkFinite(model, state, report.step);
     if (report.step.finite) checkRunaway(model, part.h, external, work, state, report);
+    if (part.h < model.settings.step) addPart(part.h, work.parts, report);
   }
-  reportToHands(model, report.step.finite, work.hands, state);       // mean wrench over the step
+  reportParts(model.settings.step, work.parts, report);              // mean wrenches over the step
+  reportToHands(model, report.step.finite, work.hands, state);
   work.clock.end(report.step.stages.motion);
   report.step.step = ++state.step;
   state.time = static_cast<double>(state.step) * model.settings.step;

@@ -42,6 +42,7 @@ ExplicitWork::ExplicitWork(const Model& model) : v_half(model.nv), v_mean(model.
 Work::Work(const Model& model)
     : placement(model), search(model), hands(model), contacts(model), motion(model), choice(model), islands(model) {
   if (mayStepImplicitly(model.settings)) implicit = std::make_unique<ImplicitStep>(model);
+  parts.sums.reserve(model.pair_capacity);
   joints.resize(model.trees.size());
   for (const ModelTree& tree : model.trees) {
     if (tree.has_laws) joints[model.indexOf(tree)] = std::make_unique<TreeMotion>(*tree.model, tree.rings);

@@ -12,6 +12,7 @@
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/islands.h"
 #include "haptic_core/world/ledger.h"
+#include "haptic_core/world/mean_contacts.h"
 #include "haptic_core/world/pair_search.h"
 #include "haptic_core/world/placement.h"
 #include "haptic_core/world/seams.h"
@@ -46,6 +47,7 @@ struct Work {
   SearchWork search;             ///< pair_search, step_parts
   HandWork hands;                ///< hands
   ContactWork contacts;          ///< stepping/explicit_contacts
+  PartContacts parts;            ///< mean_contacts
   ExplicitWork motion;           ///< stepping/explicit_step
   stepping::ChoiceWork choice;   ///< stepping/choice
   Islands islands;               ///< islands

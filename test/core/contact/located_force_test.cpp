@@ -90,5 +90,20 @@ TEST_F(LocatedForces, TheTrapezoidalRuleAndTheImpulseGiveTheWholeTouch) {
   }
 }
 
+TEST_F(LocatedForces, ADamperThatBeganInsideTheStepHasSlowedTheBody) {
+  // m v' = -b A v since the touch: b A v e⁻ˣ at the end, m v (1 - e⁻ˣ) in all, x = b A s/m.
+  const double h = 1e-3, v = 0.2, s = 0.6e-3;
+  const ContactMaterial& m = law_.material;
+  law_.material.mu_static = law_.material.mu_dynamic = 0;
+  law_.pressure = PressureLaw::kLinear;
+  law_.reduced_mass = m.damping * kArea * s / 0.4;
+  sinkTo(v * s);
+  const LocatedForce F = force({Vector3::Zero(), Vector3(0, 0, -v)}, {}, {h, true});
+  const double spring = m.stiffness * kArea * v * s;
+  EXPECT_NEAR(F.F_BP_P.force.z(), spring + m.damping * kArea * v * std::exp(-0.4), 1e-10 * F.F_BP_P.force.z());
+  const double impulse = spring * s / 2 + law_.reduced_mass * v * (1 - std::exp(-0.4));
+  EXPECT_NEAR(F.F_BP_P.force.z() * h / 2 + F.impulse_P.force.z(), impulse, 1e-10 * impulse);
+}
+
 }  // namespace
 }  // namespace haptic::test
