@@ -11,8 +11,10 @@ namespace haptic {
 template <class T>
 class LatestValue {
  public:
+  /// What is read before the first write.
   explicit LatestValue(const T& initial = T{}) { buffers_.fill(initial); }
 
+  /// The writer's: replaces whatever has not been read.
   void write(const T& value) {
     buffers_[write_index_] = value;
     write_index_ = middle_.exchange(write_index_ | kFresh, std::memory_order_acq_rel) & kIndex;

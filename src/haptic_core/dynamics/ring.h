@@ -8,9 +8,11 @@ namespace haptic {
 
 /// Two frames of one tree held together; link −1 is the world. A ring over two trees makes them one forest.
 struct RingDef {
-  std::string name;
-  int link_a = -1, link_b = -1;
+  std::string name;              ///< for messages
+  int link_a = -1, link_b = -1;  ///< index in the tree; −1: the world
   Pose X_AF, X_BF;  ///< where the frames lie in the links
+  /// What the frames share: their origin (three turns stay free), origin and axis (one turn) or everything
+  /// (none).
   enum class Type : unsigned char { kPoint, kHinge, kWeld } type = Type::kPoint;
   Vector3 axis = Vector3::UnitZ();  ///< of a hinge, in F
 };
@@ -22,8 +24,8 @@ class Rings {
  public:
   Rings(const Articulation& articulation,
         std::vector<RingDef> rings);  ///< throws SetupError: link out of range
-  int rows() const { return rows_; }
-  bool empty() const { return rows_ == 0; }
+  int rows() const { return rows_; }         ///< constraint equations: 3, 5 or 6 a ring, 1 a mimic
+  bool empty() const { return rows_ == 0; }  ///< nothing is constrained
   /// (in realtime) φ at the poses in `work`; `phi[rows()]`.
   void residual(const LinkWork* work, const double* q, double* phi) const noexcept;
   /// (in realtime) G, rows() × nv row-major, at the poses in `work`.

@@ -10,6 +10,7 @@ struct InnerPart {
   double enter = 0, leave = 1;             ///< in lengths of the edge from p
   int enter_plane = -1, leave_plane = -1;  ///< planes of the other side that cut it there; -1: the edge's own end
 
+  /// Nothing of the edge is inside.
   bool empty() const { return enter_plane >= 0 && leave_plane >= 0 && !(enter < leave); }
 };
 
@@ -19,6 +20,7 @@ struct InnerPart {
 template <class Side, class Seams>
 class EdgeCollector {
  public:
+  /// Starts with an empty V; `w`, `a`, `b` and `seams` must outlive it.
   EdgeCollector(ContactWorkspace& w, Side& a, Side& b, Seams& seams)
       : w_(w), a_(a), b_(b), seams_(seams), vertices_(w.vertices_.begin()->data()), faces_(w.faces_.begin()),
         edges_(w.edges_.begin()) {}

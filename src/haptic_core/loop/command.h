@@ -17,6 +17,7 @@ namespace haptic {
 
 class World;
 
+/// The world goes back to a saved state.
 struct RestoreWorld {
   std::vector<double> state;   ///< World::save(); the pointers start there and glide to their grips
 
@@ -25,7 +26,9 @@ struct RestoreWorld {
     visit(s.state);
   }
 };
+/// New values of what may change about a running world.
 struct TuneWorld {
+  /// All of them.
   WorldTuning tuning;
 
   template <class Self, class Visit>
@@ -33,6 +36,7 @@ struct TuneWorld {
     visit(s.tuning);
   }
 };
+/// A device goes back to saved memory.
 struct RestoreDevice {
   std::vector<double> memory;  ///< Spidar::save(): what tuning or a calibration from a file made of it
 
@@ -41,7 +45,9 @@ struct RestoreDevice {
     visit(s.memory);
   }
 };
+/// New settings of a hand.
 struct ChangeHand {
+  /// All of them.
   HandSettings settings;
 
   template <class Self, class Visit>
@@ -54,6 +60,7 @@ struct DropHand {
   template <class Self, class Visit>
   static void eachField(Self&, Visit&&) {}
 };
+/// What a user asks of a device: calibrate, enable, recover.
 struct AskDevice {
   DeviceRequests requests;     ///< followed in the next tick
 
@@ -64,6 +71,7 @@ struct AskDevice {
 };
 /// While paused the world stands and the devices live on at minimum tension; then the force fades in anew.
 struct PauseWorld {
+  /// False: it runs on.
   bool on = true;
 
   template <class Self, class Visit>
@@ -74,6 +82,7 @@ struct PauseWorld {
 /// While held, the pointer stands and the grip moves freely; it waits while the pointer is in contact, for the wrench
 /// would jump to that of another place.
 struct HoldClutch {
+  /// False: the grip moves the pointer again.
   bool held = true;
 
   template <class Self, class Visit>
@@ -81,7 +90,9 @@ struct HoldClutch {
     visit(s.held);
   }
 };
+/// Another link becomes the pointer, where `World::canGrab` allows it.
 struct GrabLink {
+  /// Index of the pointer, and world index of the link.
   int pointer = 0, link = 0;
 
   template <class Self, class Visit>
@@ -89,8 +100,11 @@ struct GrabLink {
     visit(s.pointer), visit(s.link);
   }
 };
+/// A joint's drive is told what to do.
 struct DriveJoint {
+  /// Index of `World::joint`.
   int joint = 0;
+  /// From the next step on.
   JointCommand command;
 
   template <class Self, class Visit>
@@ -104,13 +118,16 @@ struct StepWorld {
   static void eachField(Self&, Visit&&) {}
 };
 
+/// One command, and which hand it is for.
 struct LoopCommand {
   /// Recordings number the kinds in this order (haptic_msgs/LoopEvent): new ones go to the end.
   using Kind = std::variant<RestoreWorld, TuneWorld, RestoreDevice, ChangeHand, DropHand, AskDevice, PauseWorld, HoldClutch,
                             GrabLink, DriveJoint, StepWorld>;
+  /// What to do, with its data.
   Kind kind;
   int hand = 0;  ///< which; 0 for the world
 
+  /// Whether it is of the kind T.
   template <class T>
   bool is() const {
     return std::holds_alternative<T>(kind);
@@ -119,7 +136,9 @@ struct LoopCommand {
 
 /// A command with the tick that it was carried out before.
 struct LoopEvent {
+  /// The first tick that ran after it.
   std::uint64_t tick = 0;
+  /// As it was told.
   LoopCommand command;
 };
 
@@ -134,6 +153,7 @@ void apply(const LoopCommand& command, World& world);
 
 /// For recordings: the numbers of a command beside its kind and hand, and back.
 std::vector<double> numbersOf(const LoopCommand& command);
+/// The same for settings alone.
 std::vector<double> numbersOf(const HandSettings& settings);
 HandSettings handSettingsFrom(const std::vector<double>& numbers);  ///< throws SetupError
 LoopCommand commandFrom(std::size_t kind, int hand, const std::vector<double>& numbers);  ///< throws SetupError

@@ -15,6 +15,7 @@ class PeriodicWake {
 
   void start() noexcept;                  ///< the first deadline is one period from now
 
+  /// One wake-up.
   struct Wake {
     std::int64_t start_ns = 0;            ///< steady clock when the thread ran again
     std::int64_t lateness_ns = 0;         ///< start after its deadline, ≥ 0
@@ -28,6 +29,7 @@ class PeriodicWake {
   std::int64_t period_ns_, deadline_ns_ = 0;
 };
 
+/// What a tick's thread asks of the operating system.
 struct RealtimeSettings {
   int priority = 60;         ///< SCHED_FIFO 1…98, above interrupts' 50; 0: leave the scheduler alone
   bool lock_memory = true;   ///< keep pages of the process resident once touched
@@ -36,7 +38,9 @@ struct RealtimeSettings {
 
 /// What came of it. `advice`: one line per thing that was refused or is set against low lateness, and what to do.
 struct RealtimeReport {
+  /// SCHED_FIFO, memory and core were granted.
   bool fifo = false, memory_locked = false, pinned = false;
+  /// For the user, one sentence each.
   std::vector<std::string> advice;
 };
 

@@ -13,6 +13,7 @@ enum class Rebase : unsigned char {
   kGlide,  ///< the pointer starts where it is and glides to the grip's place (reset, restore, load)
 };
 
+/// How a device stands in the world.
 struct WorkspaceSettings {
   Pose X_WB;                ///< device base in the world
   double scale = 1;         ///< world metres per grip metre; > 0
@@ -29,6 +30,7 @@ struct WorkspaceSettings {
 /// 6x²), x = t/T (minimum jerk): the pointer comes to the grip's place without a step in speed.
 class WorkspaceMap {
  public:
+  /// Without offset: the pointer is where the grip is.
   explicit WorkspaceMap(const WorkspaceSettings& settings) : settings_(settings) {}
 
   /// Another base or scale from now on; the pointer keeps its place. Between two ticks.
@@ -78,9 +80,13 @@ class WorkspaceMap {
     n(glide_left_), n(glide_s_), n(rebase_), n(clutched_);
   }
 
+  /// Pose of the pointer.
   const Pose& X_WP() const { return X_WP_; }
+  /// Twist of the pointer at its origin, in W.
   const Twist& V_WP() const { return V_WP_; }
+  /// The pointer is held.
   bool clutched() const { return clutched_; }
+  /// As last set.
   const WorkspaceSettings& settings() const { return settings_; }
 
  private:

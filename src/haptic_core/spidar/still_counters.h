@@ -13,6 +13,7 @@
 
 namespace haptic {
 
+/// One device's counters against the force on its hand.
 class StillCounters {
  public:
   void forget() noexcept { *this = StillCounters(); }  ///< (in realtime)

@@ -25,21 +25,23 @@ constexpr double kEnterImplicit = 0.9, kLeaveImplicit = 0.7;
 
 /// The state before an explicit attempt; the pairs before it are those of the last search.
 struct Retreat {
-  std::vector<double> q, v, pull;
-  EnergySums energy;
-  int pair_count = 0;
-  unsigned flags = 0;
+  std::vector<double> q, v, pull;  ///< of the state, see State
+  EnergySums energy;               ///< of the ledger
+  int pair_count = 0;              ///< of the state
+  unsigned flags = 0;              ///< of the report
 };
 
+/// What the choice needs during a step.
 struct ChoiceWork {
   std::vector<double> number;  ///< stability numbers by link, of the last evaluation
-  Retreat retreat;
+  Retreat retreat;             ///< for `takeBack`
 
-  explicit ChoiceWork(const Model& model);
+  explicit ChoiceWork(const Model& model);  ///< set-up: room for all links
 };
 
-bool anyImplicit(const State& state) noexcept;
+bool anyImplicit(const State& state) noexcept;  ///< a tree is stepped implicitly
 
+/// (in realtime) Before an explicit attempt.
 void keepForRetreat(const State& state, const StepReport& report, Retreat& retreat) noexcept;
 /// Undoes an explicit attempt; everything is placed again.
 void takeBack(const Model& model, State& state, Work& work, StepReport& report) noexcept;

@@ -9,6 +9,7 @@ namespace haptic {
 class Model;
 struct State;
 
+/// A JointPathDef with indices of the state.
 struct DrivePath {
   std::vector<int> commands;  ///< by column: index in the state's commands
   std::vector<double> time;   ///< of the rows [s], rising

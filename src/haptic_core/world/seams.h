@@ -22,7 +22,7 @@ namespace haptic {
 /// (internal_faces.h) bounds them both.
 class Seams {
  public:
-  explicit Seams(const Model& model);
+  explicit Seams(const Model& model);  ///< set-up: decides which pairs can be flush
 
   /// False: no pieces of this world are flush within a body; nothing needs to be called.
   bool any() const { return any_; }
