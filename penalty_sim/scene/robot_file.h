@@ -13,7 +13,7 @@
 
 namespace haptic {
 
-/// A link as the XML has it.
+/// A link of a URDF file, with its XML element.
 struct LinkXml {
   /// In the file, without prefix.
   std::string name;
@@ -25,7 +25,7 @@ struct LinkXml {
   int parent_joint = -1;          ///< -1: the root
 };
 
-/// A joint as the XML has it.
+/// A joint of a URDF file, with its XML element.
 struct JointXml {
   /// In the file, without prefix; URDF's type.
   std::string name, type;

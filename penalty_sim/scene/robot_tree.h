@@ -32,7 +32,7 @@ struct FramePlace {
   Pose X_LF;  ///< in that link's frame
 };
 
-/// A scene while it is being loaded.
+/// A scene under construction, and what its parts need to know of each other.
 struct LoadContext {
   /// What has been loaded so far.
   SceneDef scene;

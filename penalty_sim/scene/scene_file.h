@@ -15,7 +15,7 @@
 
 namespace haptic {
 
-/// What a user may say about loading.
+/// Choices of whoever loads a scene.
 struct SceneOptions {
   /// Density [kg/m³] for moving links without <inertial>; 0: a robot without any is refused, single links get
   /// an estimate and a warning.
@@ -60,7 +60,7 @@ struct CollisionReport {
   std::string material_source;  ///< element and line, or "default"
 };
 
-/// A loaded scene.
+/// A loaded scene: its world, hands, visuals, and what the loader had to say.
 struct SceneDef {
   std::string file;  ///< absolute path
   /// For World.

@@ -12,7 +12,7 @@ class Node;
 
 namespace haptic {
 
-/// A model of the list.
+/// A model in a YAML list of models.
 struct ListedModel {
   std::string file;   ///< absolute path of a URDF
   std::string where;  ///< line in the list, for errors
@@ -21,7 +21,7 @@ struct ListedModel {
   ModelSettings settings;
 };
 
-/// A device of the list.
+/// A device in a YAML list of models.
 struct ListedDevice {
   /// Line in the list, for errors; name of the device's driver; the link that it moves.
   std::string where, device = "spidar", link;
@@ -39,7 +39,7 @@ struct ListedDevice {
   int repeat = 1;
 };
 
-/// The whole list.
+/// A scene file that lists models, devices and settings.
 struct SceneList {
   /// Name of the scene; path of an SRDF file, or empty.
   std::string name, srdf;

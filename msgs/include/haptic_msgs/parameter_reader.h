@@ -14,7 +14,7 @@
 
 namespace haptic {
 
-/// A node handle that checks what it reads.
+/// Reads the parameters of a node, and refuses what is out of bounds.
 class ParameterReader {
  public:
   explicit ParameterReader(const ros::NodeHandle& nh) : nh_(nh) {}  ///< reads below the namespace of `nh`

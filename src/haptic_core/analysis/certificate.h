@@ -28,7 +28,7 @@ enum class Verdict : unsigned char {
 };
 const char* toString(Verdict verdict);  ///< PASS, SUBSTEP, IMPLICIT or REFUSED
 
-/// One contact of the settled scene.
+/// Stability of one contact, with the stiffness and mass that decide it.
 struct PairCertificate {
   std::string a, b;           ///< names of the links
   double stiffness = 0;       ///< k_eff = k·A0 [N/m]
@@ -36,7 +36,7 @@ struct PairCertificate {
   double heave_limit = 0;     ///< largest step of this contact alone, in heave [s]
 };
 
-/// Bodies in contact, judged together.
+/// Stability of one island: its largest explicit step, and a verdict.
 struct IslandCertificate {
   std::vector<std::string> links;  ///< their names
   int degrees = 0;                 ///< of freedom
@@ -49,7 +49,7 @@ struct IslandCertificate {
   int substeps = 1;                  ///< that make its explicit steps stable; 1 unless kSubstep
 };
 
-/// Of a whole scene.
+/// Whether a scene is stable at its step: verdicts on every contact and island.
 struct Certificate {
   double step = 0;            ///< of the definition [s], after its substeps
   bool settled = true;        ///< the scene came to rest; otherwise judged where the settling ended

@@ -17,7 +17,7 @@ struct HandMapping {
   double force_scale = 1;  ///< grip newtons per world newton
 };
 
-/// For one pointer and its device.
+/// Whether a hand can bear what its pointer touches: stiffness against its bounds.
 struct HandCertificate {
   std::string pointer, against;  ///< links; `against` is empty where the pointer touches nothing
   double press = 0;              ///< F at the grip [N]

@@ -5,7 +5,7 @@
 
 namespace haptic {
 
-/// At most kCapacity elements of T. The storage is part of the object; no access checks its bounds.
+/// A vector of at most kCapacity elements, stored inside the object: no heap. No access checks its bounds.
 template <class T, std::size_t kCapacity>
 class FixedVector {
  public:

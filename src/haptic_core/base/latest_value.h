@@ -6,6 +6,7 @@
 
 namespace haptic {
 
+/// Hands the latest value from one thread to another.
 /// Triple buffer: the writer fills a private buffer and swaps it in; the reader swaps the newest one out.
 /// T must be copyable; neither side blocks, allocates or sees a torn value. One writer, one reader.
 template <class T>

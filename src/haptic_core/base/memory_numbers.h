@@ -10,6 +10,7 @@
 
 namespace haptic {
 
+/// Visits an object's memory as numbers.
 /// `Kind` has number(double&), and size(int, most) that keeps or gives the length of what has no fixed one.
 template <class Kind>
 class MemoryNumbers {
@@ -39,6 +40,7 @@ class MemoryNumbers {
   Kind& self() { return static_cast<Kind&>(*this); }
 };
 
+/// Writes an object's memory as numbers.
 /// (in realtime while `out` has room) Appends to `out`.
 class MemoryWriter : public MemoryNumbers<MemoryWriter> {
  public:
@@ -55,6 +57,7 @@ class MemoryWriter : public MemoryNumbers<MemoryWriter> {
   std::vector<double>& out_;
 };
 
+/// Reads an object's memory from numbers.
 /// Throws SetupError when there are too few numbers, or, at `end`, too many.
 class MemoryReader : public MemoryNumbers<MemoryReader> {
  public:

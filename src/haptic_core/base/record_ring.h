@@ -8,6 +8,7 @@
 
 namespace haptic {
 
+/// A bounded queue from one thread to another.
 /// Storage is sized once, at construction. A push on a full ring drops the new record and counts it, so that
 /// the real-time side never waits. One writer, one reader.
 template <class T>

@@ -142,7 +142,7 @@ struct FrictionLayer {
   Answer at(const Vector3& rate, double time, double N) const noexcept;
 };
 
-/// Friction of a patch at one evaluation.
+/// Friction of a patch at one evaluation, and the memory that it leaves.
 struct FrictionForce {
   Vector2 force = Vector2::Zero();          ///< on B, in P's axes [N]
   double torque = 0;                        ///< about n [N·m]

@@ -22,7 +22,7 @@ struct PatchTangent {
   Matrix6 combined(double x, double y) const noexcept;
 };
 
-/// The wrench between two bodies in contact, and what came with it.
+/// The wrench between two bodies in contact, with its memory and its tangent.
 struct LocatedForce {
   Wrench F_BP_P;              ///< on B at P, in P's axes
   double normal_force = 0;    ///< N [N]

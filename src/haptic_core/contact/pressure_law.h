@@ -56,7 +56,7 @@ struct PatchMoments {
   PatchMoments operator+(const PatchMoments& o) const { return {m0 + o.m0, m1 + o.m1, m2 + o.m2}; }
 };
 
-/// The pressure over a patch and its integrals.
+/// Normal pressure over a patch, and its integrals.
 struct NormalPressure {
   double force = 0;                    ///< ∫ p dA [N]
   Vector2 first = Vector2::Zero();     ///< ∫ r p dA [N·m]

@@ -46,6 +46,7 @@ struct LinkModel {
   Matrix3 I_C = Matrix3::Zero();          ///< inertia about C, link axes [kg·m²]
 };
 
+/// A tree of rigid bodies on joints: the constant model.
 /// Immutable once constructed; shared by any number of states.
 class Articulation {
  public:

@@ -17,7 +17,7 @@
 
 namespace haptic {
 
-/// One matrix at a time, of any graph within the capacity.
+/// A sparse Cholesky factorisation by blocks: one matrix at a time, of any graph within the capacity.
 class BlockCholesky {
  public:
   /// Two nodes with a block between them.

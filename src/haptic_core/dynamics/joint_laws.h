@@ -23,7 +23,7 @@ struct JointWork {
   double drives = 0;    ///< work of drives on the joints
 };
 
-/// The joints of one or several articulations that do something by themselves.
+/// Damping, friction, limits and drives of the joints of one or several articulations.
 class JointLaws {
  public:
   /// A joint of one degree. Indices are those of the caller's links, commands, q and v.

@@ -10,7 +10,7 @@
 
 namespace haptic {
 
-/// One matrix at a time, of up to `max_rows` rows.
+/// A Cholesky factorisation with pivoting, of one matrix of up to `max_rows` rows at a time.
 class PivotedCholesky {
  public:
   /// Set-up: allocates for `max_rows` rows.

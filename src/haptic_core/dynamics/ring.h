@@ -17,6 +17,7 @@ struct RingDef {
   Vector3 axis = Vector3::UnitZ();  ///< of a hinge, in F
 };
 
+/// Constraints on top of a tree: rings and mimic joints.
 /// Rows φ(q) = 0 with φ' = G v, of all rings and mimic joints of a tree.
 /// Ring: the difference of the origins (b − a) in a's axes [m]; hinge: the two components of axis_a × axis_b
 /// across the axis; weld: the rotation vector from a to b [rad]. Mimic: q_j − (m q_i + c).

@@ -9,6 +9,7 @@
 
 namespace haptic {
 
+/// Finds the pairs of boxes that overlap, by sweep and prune.
 /// Boxes are sorted by their lower ends along the axis of the widest spread (insertion sort: nearly sorted
 /// from the last step), then each is compared with those that begin before it ends. Pairs come out ordered, a
 /// < b and ascending, and depend on the boxes alone: the sorting left from earlier steps changes no result

@@ -29,7 +29,7 @@ enum class NormalRule : unsigned char {
   kHistory      ///< n as it was when the pair was last separated, turning with A (the seeds' rule)
 };
 
-/// What two shapes have in common, as far as a contact needs it.
+/// The volume of intersection of two convex shapes, with the moments that a contact force needs.
 struct ContactVolume {
   /// Which of the fields below are filled.
   enum class Status : unsigned char {
@@ -90,6 +90,7 @@ struct InnerFaces {
   bool has(int face) const { return bits[face >> 6] >> (face & 63) & 1; }
 };
 
+/// What neighbouring pieces cover of two pieces in contact.
 /// Of A and of B; null: nothing is covered. Where a covered part of a face bounds V, V is a part of the contact of the whole
 /// bodies (kOnSeam), and that part of its boundary is no surface: left out, the normal is that of the surface. With S_A, S_B
 /// the area vectors of V's two sides, C_A, C_B the covered ones in them, of areas c_A and c_B,

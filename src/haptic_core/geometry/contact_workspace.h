@@ -80,6 +80,7 @@ class PairTable {
   std::uint32_t epoch_ = 1;
 };
 
+/// Memory for one contact at a time, with the volume V that the last call left in it.
 /// One per thread. Filled by `contactVolume`; the accessors describe the last call's V while its status was
 /// kOverlap.
 class ContactWorkspace {

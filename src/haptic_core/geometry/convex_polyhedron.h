@@ -8,6 +8,7 @@
 
 namespace haptic {
 
+/// A convex polyhedron with the adjacency that contact detection walks on.
 /// Vertices, planar faces with ordered loops, half edges and vertex neighbours. Everything is made once, at
 /// set-up; all queries are const, without heap and safe from any number of threads.
 ///

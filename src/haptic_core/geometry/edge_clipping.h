@@ -5,6 +5,7 @@
 
 namespace haptic {
 
+/// Finds V from the edges of each body clipped by the planes of the other.
 /// V's edges are the edges of A inside B, the edges of B inside A, and the seam where face f of A crosses
 /// face g of B. Every end of a clipped edge is an end of two pieces of seam: an edge between f1 and f2 that
 /// leaves through g ends a piece of (f1, g) and starts one of (f2, g). So each pair (f, g) must collect

@@ -14,6 +14,7 @@ struct InnerPart {
   bool empty() const { return enter_plane >= 0 && leave_plane >= 0 && !(enter < leave); }
 };
 
+/// Puts V together from the clipped edges of both bodies.
 /// A side knows where its points are and which planes it has: `pointInV(p)`, `faceInV(plane)` (numbers in V, -1: not yet),
 /// `point(p)` (fourth lane free) and `face(plane, owner)`. `Seams` keeps the pieces of seam by (plane of A, plane of B).
 /// What two sides can give always fits the workspace (ContactWorkspace::reserveResult); pieces are counted by Seams.

@@ -4,7 +4,7 @@
 
 namespace haptic {
 
-/// Two nodes of a rule, at ±`at`, of the same weight.
+/// Two nodes of a Gauss rule, at ±`at`, with the same weight.
 struct GaussPoint {
   double at, weight;  ///< in [0, 1]; the weights of a rule add up to 1, half of its interval
 };

@@ -15,7 +15,7 @@ struct PlacedPiece {
   Pose X_BS;                 ///< where it lies in the body
 };
 
-/// What the pieces of one body hide of one another.
+/// Which faces the convex pieces of one body hide from the outside.
 struct InternalFaces {
   std::vector<InnerFaces> inner;                ///< by piece: what its neighbours cover
   /// By piece and face: faces of neighbouring pieces that continue one another, without a bend, have one number; −1: no

@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// How closely the pieces have to follow the mesh.
+/// How closely convex pieces have to follow their mesh.
 struct ConvexSettings {
   double relative_tolerance =
       0.01;  ///< largest distance of mesh and hull, of the mesh's size (longest side of its box)
@@ -18,7 +18,7 @@ struct ConvexSettings {
   std::string name = "mesh";           ///< for messages: file or link
 };
 
-/// What became of the mesh.
+/// What came of turning a mesh into convex pieces.
 struct ConvexReport {
   double hull_distance = 0;  ///< largest distance of the hull's surface from the mesh [m]
   double size = 0;           ///< longest side of the mesh's box [m]

@@ -4,7 +4,7 @@
 
 namespace haptic {
 
-/// Where a polyhedron is nearest to a point.
+/// The point of a polyhedron nearest to a given one.
 struct NearestPoint {
   Vector3 direction = Vector3::UnitZ();  ///< unit, from the given point to the nearest one; from inside: against the nearest face's normal
   double distance = 0;                   ///< [m]; 0 inside

@@ -17,7 +17,7 @@ namespace haptic {
 
 class World;
 
-/// The world goes back to a saved state.
+/// Command: the world goes back to a saved state.
 struct RestoreWorld {
   std::vector<double> state;   ///< World::save(); the pointers start there and glide to their grips
 
@@ -26,7 +26,7 @@ struct RestoreWorld {
     visit(s.state);
   }
 };
-/// New values of what may change about a running world.
+/// Command: new values of what may change about a running world.
 struct TuneWorld {
   /// All of them.
   WorldTuning tuning;
@@ -36,7 +36,7 @@ struct TuneWorld {
     visit(s.tuning);
   }
 };
-/// A device goes back to saved memory.
+/// Command: a device goes back to saved memory.
 struct RestoreDevice {
   std::vector<double> memory;  ///< Spidar::save(): what tuning or a calibration from a file made of it
 
@@ -45,7 +45,7 @@ struct RestoreDevice {
     visit(s.memory);
   }
 };
-/// New settings of a hand.
+/// Command: new settings of a hand.
 struct ChangeHand {
   /// All of them.
   HandSettings settings;
@@ -55,12 +55,12 @@ struct ChangeHand {
     visit(s.settings);
   }
 };
-/// Its device was taken away: the pointer stands, the hands after it move up.
+/// Command: a hand lost its device. Its pointer stands, the hands after it move up.
 struct DropHand {
   template <class Self, class Visit>
   static void eachField(Self&, Visit&&) {}
 };
-/// What a user asks of a device: calibrate, enable, recover.
+/// Command: a user asks a device to calibrate, to recover or to switch its force.
 struct AskDevice {
   DeviceRequests requests;     ///< followed in the next tick
 
@@ -69,6 +69,7 @@ struct AskDevice {
     visit(s.requests);
   }
 };
+/// Command: the world pauses, or runs on.
 /// While paused the world stands and the devices live on at minimum tension; then the force fades in anew.
 struct PauseWorld {
   /// False: it runs on.
@@ -79,6 +80,7 @@ struct PauseWorld {
     visit(s.on);
   }
 };
+/// Command: the clutch is held, or released.
 /// While held, the pointer stands and the grip moves freely; it waits while the pointer is in contact, for the wrench
 /// would jump to that of another place.
 struct HoldClutch {
@@ -90,7 +92,7 @@ struct HoldClutch {
     visit(s.held);
   }
 };
-/// Another link becomes the pointer, where `World::canGrab` allows it.
+/// Command: another link becomes the pointer, where `World::canGrab` allows it.
 struct GrabLink {
   /// Index of the pointer, and world index of the link.
   int pointer = 0, link = 0;
@@ -100,7 +102,7 @@ struct GrabLink {
     visit(s.pointer), visit(s.link);
   }
 };
-/// A joint's drive is told what to do.
+/// Command: the drive of a joint gets a new target.
 struct DriveJoint {
   /// Index of `World::joint`.
   int joint = 0;
@@ -112,13 +114,14 @@ struct DriveJoint {
     visit(s.joint), visit(s.command);
   }
 };
+/// Command: one step while the world is paused.
 /// One step of a paused world, done at once: the devices stay at minimum tension, the pointers where they are.
 struct StepWorld {
   template <class Self, class Visit>
   static void eachField(Self&, Visit&&) {}
 };
 
-/// One command, and which hand it is for.
+/// A change of a running loop as data, and which hand it is for.
 struct LoopCommand {
   /// Recordings number the kinds in this order (haptic_msgs/LoopEvent): new ones go to the end.
   using Kind = std::variant<RestoreWorld, TuneWorld, RestoreDevice, ChangeHand, DropHand, AskDevice, PauseWorld, HoldClutch,

@@ -6,7 +6,7 @@
 
 namespace haptic {
 
-/// What lies between a device and its pointer; HapticLoop has one per hand.
+/// One hand of a HapticLoop: a device on its pointer.
 class Hand {
  public:
   Hand(Spidar& device, int pointer, const HandSettings& settings);  ///< throws SetupError

@@ -5,7 +5,7 @@
 
 namespace haptic {
 
-/// All that a user sets about one hand.
+/// How one grip moves its pointer and feels it.
 struct HandSettings {
   /// Where the device stands in the world, and its scale.
   WorkspaceSettings workspace;

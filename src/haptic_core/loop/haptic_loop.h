@@ -13,7 +13,7 @@ namespace haptic {
 class Spidar;
 class Hand;
 
-/// What one hand did in a tick.
+/// What one hand measured, asked for and presented in a tick.
 struct HandReport {
   Pose X_BG;                       ///< measured grip, in the device's base
   Twist V_BG;                      ///< filtered, at G's origin, in B
@@ -34,7 +34,7 @@ struct HandReport {
   bool passivity_acts = false;     ///< the controller's damper is in F_asked_B
 };
 
-/// What a tick came to.
+/// What one tick of the loop came to.
 struct TickReport {
   /// Ticks since the start, this one included.
   std::uint64_t tick = 0;
@@ -46,8 +46,8 @@ struct TickReport {
   StepReport step;
 };
 
-/// Up to kMaxHands devices and one world, closed into a loop. It does no I/O: the caller exchanges with the
-/// devices.
+/// The closed loop between up to kMaxHands devices and one world. It does no I/O: the caller exchanges with
+/// the devices.
 class HapticLoop {
  public:
   /// The world must outlive the loop.

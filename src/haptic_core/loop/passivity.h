@@ -29,7 +29,7 @@ namespace haptic {
 /// What the port does: nothing, observe the energy, or observe and act.
 enum class PassivityMode : unsigned char { kOff, kObserve, kAct };
 
-/// Of one hand's port.
+/// What the observer and the controller at a hand's port do.
 struct PassivitySettings {
   /// Observing alone changes no force.
   PassivityMode mode = PassivityMode::kObserve;
@@ -42,7 +42,8 @@ struct PassivitySettings {
   }
 };
 
-/// Observer and controller of one hand's port. A tick calls `observe`, `act` and `hold`, in this order.
+/// Passivity observer and controller of one hand's port. A tick calls `observe`, `act` and `hold`, in this
+/// order.
 class PassivityController {
  public:
   /// `grip_mass` [kg]: of the grip alone; a hand that holds it only makes it heavier. `quantum` [m]: q, what one count is

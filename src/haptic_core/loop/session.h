@@ -14,7 +14,7 @@
 
 namespace haptic {
 
-/// All that a replay starts from, beside the scene.
+/// Everything that a replay starts from, beside the scene.
 struct SessionStart {
   /// A device and its hand.
   struct HandStart {

@@ -13,7 +13,7 @@ enum class Rebase : unsigned char {
   kGlide,  ///< the pointer starts where it is and glides to the grip's place (reset, restore, load)
 };
 
-/// How a device stands in the world.
+/// Where a device stands in the world, and its scale.
 struct WorkspaceSettings {
   Pose X_WB;                ///< device base in the world
   double scale = 1;         ///< world metres per grip metre; > 0
@@ -24,6 +24,7 @@ struct WorkspaceSettings {
   }
 };
 
+/// Maps the grip in its device to the pointer in the world.
 /// p_WP = p_WB + R_WB (scale · p_BG) + offset_W,  R_WP = R_WB R_BG R_GP. A clutch holds the pointer while the
 /// grip moves on; at release the offsets take up the difference, so that the pointer never jumps. `rebase` does the
 /// same where the world moved the pointer; when it glides, the offsets shrink to zero with s(t) = 1 - x³(10 - 15x +

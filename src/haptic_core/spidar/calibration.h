@@ -18,7 +18,7 @@
 
 namespace haptic {
 
-/// One instant of the wave.
+/// One reading of a calibration wave: counts, and about where the grip was.
 struct CalibrationSample {
   std::array<std::int64_t, kMaxStrings> counts{};  ///< of the encoders, by string
   GripPose
@@ -26,7 +26,7 @@ struct CalibrationSample {
   bool known = false;  ///< held by a jig
 };
 
-/// What is known beforehand, and when to stop.
+/// Priors of a calibration, and when it stops.
 struct CalibrationSettings {
   double exit_sigma = 0.01;    ///< prior of the exits about the file's [m]; wide enough for a tape measure
   double length_sigma = 0.02;  ///< prior of the zero lengths about their guess [m]
@@ -34,7 +34,7 @@ struct CalibrationSettings {
   double tolerance = 1e-9;  ///< converged when no parameter moves further [m]
 };
 
-/// What the wave told about the device.
+/// Exits and string lengths as a wave of the grip told them, with their uncertainty.
 struct Calibration {
   std::string device;          ///< name in the file
   std::string time;            ///< when it was made, ISO 8601, as the caller says

@@ -21,7 +21,7 @@
 
 namespace haptic {
 
-/// What a hand, a board and a wire may do.
+/// Limits by which CountScreen tells motion from misreadings and slips.
 struct ScreenSettings {
   double least_change = 0.25e-3;  ///< deviations below are motion or noise [m]
   double least_slip = 0.4e-3;     ///< a smaller one cannot be told from a blow [m]
@@ -32,7 +32,7 @@ struct ScreenSettings {
   int patience = 4;               ///< readings until a doubt must be settled
 };
 
-/// One device's counters, judged reading by reading.
+/// Screens the encoder counts of one device: motion, misreading or slip.
 class CountScreen {
  public:
   /// What became of a reading.

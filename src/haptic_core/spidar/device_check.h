@@ -7,6 +7,7 @@
 
 namespace haptic {
 
+/// What an arrangement of strings can do.
 /// Numbers about the home pose unless said otherwise. Presentable: with λ → 0 the tensions' bounds keep less
 /// than 2 % of the wrench away.
 struct DeviceReport {

@@ -22,7 +22,7 @@ std::enable_if_t<std::is_same_v<std::remove_const_t<T>, StringVector>> eachNumbe
   for (int i = 0; i < strings.size(); ++i) visit(strings[i]);
 }
 
-/// One string: geometry, encoder and motor.
+/// One string of a device: geometry, encoder and motor.
 struct StringDef {
   Vector3 p_BE = Vector3::Zero();    ///< exit from the frame, in B [m]
   Vector3 p_GK = Vector3::Zero();    ///< knot on the grip at opening 0, in G [m]
@@ -36,7 +36,7 @@ struct StringDef {
 /// Of the axes that a file's table was given in: stated by the source, or guessed until a first-motion test.
 enum class Handedness : unsigned char { kRight, kLeft, kGuessedRight, kGuessedLeft };
 
-/// A device as its file states it.
+/// A string-driven device as its description file states it.
 struct DeviceDef {
   std::string name, file, source;    ///< its name, the file's path, and where its numbers come from
   int dof = 6;                       ///< 3: point grip; 6: rigid grip; 7: with one opening

@@ -6,7 +6,7 @@
 
 namespace haptic {
 
-/// One tick of a device.
+/// One tick of a device, copied for other threads.
 struct DeviceRecord {
   std::uint64_t tick = 0;     ///< index of the tick
   std::int64_t stamp_ns = 0;  ///< steady clock at the start of the tick

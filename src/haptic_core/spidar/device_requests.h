@@ -4,7 +4,7 @@
 
 namespace haptic {
 
-/// Everything that was asked since the last tick.
+/// What other threads have asked of a device since the last tick.
 struct DeviceRequests {
   bool calibrate = false;  ///< the grip is at `jig` now
   bool recover = false;    ///< leave FAULT or REDUCED, with the force off

@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// What is simulated beside the strings.
+/// How a simulated device behaves: its time, motors and hand.
 struct TwinSettings {
   double period = 1e-3;            ///< simulated time per exchange [s]
   int substeps = 10;               ///< semi-implicit Euler steps per exchange; 0.1 ms resolves 1 kHz dynamics
@@ -41,13 +41,14 @@ enum class TwinFaultKind : unsigned char {
   kSilence,  ///< the board does not answer
 };
 
-/// One thing that breaks.
+/// A fault that a simulated device can have.
 struct TwinFault {
   TwinFaultKind kind = TwinFaultKind::kSlip;  ///< what breaks
   int string = 0;                             ///< index; of kSilence any string of the board
   double size = 0;                            ///< [m], or [m/s] for kBreak; of the others not read
 };
 
+/// A simulated SPIDAR: encoders, motors, strings, grip and hand.
 /// Deterministic: the same commands give the same bits. Like the boards, an exchange answers before it
 /// executes: the counts are latched, then the new command acts over one period.
 class DeviceTwin : public Transport {

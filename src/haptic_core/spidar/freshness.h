@@ -12,7 +12,7 @@
 
 namespace haptic {
 
-/// The limits.
+/// Limits on the age of counts, on lost answers and on the wire's delay.
 struct FreshnessSettings {
   double limit_s = 0.02;        ///< counts older than this: no pose and no current. 20 ticks; a hand moves 20 mm in it
   double lost_reduce = 0.1;     ///< share of the exchanges without an answer of every board: only a small force
@@ -22,7 +22,7 @@ struct FreshnessSettings {
   double least_stiffness = 1e3; ///< [N/m] a wall softer than twice a relaxed hand (500 N/m) is none: force is refused
 };
 
-/// How old and how complete the counts are: one object per device, fed at every exchange.
+/// How old and how complete the counts of a device are. Fed at every exchange.
 class Freshness {
  public:
   explicit Freshness(const FreshnessSettings& settings) : settings_(settings) {}  ///< nothing has arrived yet

@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// Where the hand is at one time.
+/// A keyframe of a HandPath.
 struct HandKey {
   double time;       ///< [s]
   Vector3 p_BG;      ///< [m]
@@ -15,6 +15,7 @@ struct HandKey {
   double opening;    ///< [m]
 };
 
+/// A scripted motion of the hand: keyframes, smoothly joined.
 /// Rest at the first key until its time and at the last one after its own; between two keys a quintic with
 /// zero velocity and acceleration at both (minimum jerk), so that the hand's force has no steps.
 struct HandPath {

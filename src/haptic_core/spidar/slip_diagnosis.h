@@ -21,7 +21,7 @@
 
 namespace haptic {
 
-/// How much evidence it takes.
+/// How much evidence SlipDiagnosis needs to name a string.
 struct DiagnosisSettings {
   double memory_s = 0.1;  ///< time constant of the evidence [s]
   double least_time_s =
@@ -30,7 +30,7 @@ struct DiagnosisSettings {
   double noise = 1;  ///< J at which a hypothesis is as good as any, in encoder steps squared
 };
 
-/// One device's hypotheses.
+/// Finds the string whose length is wrong, from evidence over a motion.
 class SlipDiagnosis {
  public:
   /// For a device of this arrangement.

@@ -57,7 +57,7 @@ enum DeviceFlag : unsigned {
   kCountRefused = 1u << 21,     ///< a count that no string can have made was replaced, or the pose of before kept
 };
 
-/// What a user sets about one device beside its file.
+/// Settings of a device that its file does not state.
 struct SpidarSettings {
   double velocity_cutoff_hz =
       80;                      ///< first-order low-pass of the twist; delay 1/(2π f) = 2 ms. Lower: smoother
@@ -75,7 +75,7 @@ struct SpidarSettings {
   FreshnessSettings freshness;        ///< of counts
 };
 
-/// One device, real or simulated: everything between encoder counts and grip, wrench and volts.
+/// One SPIDAR, real or simulated: encoder counts to grip pose, wrench to motor voltages.
 class Spidar {
  public:
   /// Uncalibrated, with the force off.

@@ -13,7 +13,7 @@
 
 namespace haptic {
 
-/// One device's counters against the force on its hand.
+/// Notices counters that stand still although the force on the hand changes.
 class StillCounters {
  public:
   void forget() noexcept { *this = StillCounters(); }  ///< (in realtime)

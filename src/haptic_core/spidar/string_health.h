@@ -16,7 +16,7 @@
 
 namespace haptic {
 
-/// Of all three judges, and of the motors.
+/// Limits from which strings are doubted and motors count as hot.
 struct HealthSettings {
   /// Rms of the length errors that makes a string doubtful [m]: 10 times the encoder's own, twice what hard use brings (boards
   /// that read at different instants). One string shows √((1 - h_ii) / n) of its error, 3 to 25 %, depending on the pose: a
@@ -45,7 +45,7 @@ enum class StringVerdict : unsigned char {
   kBroken,    ///< they contradict each other so much that no pose can be trusted
 };
 
-/// The three judges and the motors of one device.
+/// Judges every string and every motor of a device, once a tick.
 class StringHealth {
  public:
   StringHealth(const DeviceDef& def, const HealthSettings& settings);  ///< for a device of this arrangement

@@ -27,7 +27,7 @@ struct GripPose {
   }
 };
 
-/// When to stop looking for a pose.
+/// When the search for a pose ends.
 struct PoseSettings {
   int max_iterations = 40;  ///< bound of one call; warm calls need 2 or 3
   /// Converged when a step is below this share of the curvature length (knot radius): the error left is its
@@ -38,7 +38,7 @@ struct PoseSettings {
 /// How a search for a pose ended.
 enum class PoseStatus : unsigned char { kConverged, kIterationLimit, kNotFinite };
 
-/// A pose, and how well the lengths agree with it.
+/// A grip's pose, and how well the string lengths agree with it.
 struct PoseSolution {
   GripPose pose;              ///< best so far, whatever the status
   StringVector length_error;  ///< l_i(pose) - measured [m]; the redundancy's verdict on each string
@@ -52,7 +52,7 @@ struct PoseSolution {
   }
 };
 
-/// Geometry of one arrangement of strings.
+/// String lengths from a grip's pose, and the pose from the lengths.
 class StringKinematics {
  public:
   explicit StringKinematics(const DeviceDef& def);  ///< copies exits, knots and dof

@@ -9,6 +9,7 @@
 
 namespace haptic {
 
+/// One number per string, kept in vector registers.
 /// Capacity 4, 8 or 16; what is beyond the device's strings is padding that no sum feels.
 template <int kLanes>
 struct StringLane {

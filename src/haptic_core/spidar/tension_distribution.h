@@ -37,7 +37,7 @@ namespace haptic {
 /// How a solve ended.
 enum class TensionStatus : unsigned char { kSolved, kIterationLimit, kNotFinite };
 
-/// Tensions, and what they present.
+/// String tensions, and the wrench that they present.
 struct TensionReport {
   StringVector tension;      ///< [N], within the bounds whatever the status
   Wrench F_G_B;              ///< what the tensions present: at G's origin, in B
@@ -54,7 +54,7 @@ struct TensionReport {
 
 class TensionSolver;  // one instantiation per dof and capacity
 
-/// Tensions of one device, warm from solve to solve.
+/// String tensions that present a wrench, by an exactly solved quadratic program.
 class TensionDistribution {
  public:
   /// Bounds and λ from the device; `kinematics` gives dof, strings and r.

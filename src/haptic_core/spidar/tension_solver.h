@@ -27,7 +27,7 @@ class TensionSolver {
   virtual void solve(const double* wanted, double* achieved, TensionReport& report) noexcept = 0;
 };
 
-/// The solver for kDof columns and up to kLanes strings, all of whose loops have constant bounds.
+/// The Newton iteration for kDof columns and up to kLanes strings. Its loops have constant bounds.
 template <int kDof, int kLanes>
 class TensionNewton final : public TensionSolver {
  public:

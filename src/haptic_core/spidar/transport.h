@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// What the motors are to do until the next exchange.
+/// Motor voltages until the next exchange.
 struct DriveCommand {
   std::array<double, kMaxStrings> voltage{};  ///< [V] per channel, sign included; 0 = no current
 };
@@ -33,6 +33,7 @@ struct DeviceSample {
   LinkStatus status = LinkStatus::kOk;  ///< of all boards together
 };
 
+/// The wire of a device: drive commands out, encoder counts in.
 /// Implemented by the twin (core), the UART boards and the USB amplifiers (spidar_driver).
 class Transport {
  public:

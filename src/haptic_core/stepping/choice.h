@@ -31,7 +31,7 @@ struct Retreat {
   unsigned flags = 0;              ///< of the report
 };
 
-/// What the choice needs during a step.
+/// Scratch of the choice between explicit and implicit steps: stability numbers, and the way back.
 struct ChoiceWork {
   std::vector<double> number;  ///< stability numbers by link, of the last evaluation
   Retreat retreat;             ///< for `takeBack`

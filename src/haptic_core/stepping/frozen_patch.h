@@ -34,7 +34,7 @@
 
 namespace haptic {
 
-/// One contact, frozen at one reference.
+/// The force law of one contact, with its geometry frozen at one reference.
 class FrozenPatch {
  public:
   /// (in realtime) `force` is the exact one of `volume` at the twist V (of B over A at P, in P's axes), for a stage of

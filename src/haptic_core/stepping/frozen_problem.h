@@ -25,7 +25,7 @@
 
 namespace haptic {
 
-/// A contact in the convex problem.
+/// A contact in the convex problem of an implicit stage.
 struct FrozenContact {
   int link_a = 0, link_b = 0;          ///< world indices
   Pose X_WP;                           ///< of the patch, at the reference

@@ -23,7 +23,7 @@
 
 namespace haptic {
 
-/// The joint laws, rings and mimics of all trees, in the solve of one stage.
+/// Joint laws, rings and mimics of all trees, in the solve of one implicit stage.
 class ImplicitJoints {
  public:
   explicit ImplicitJoints(const Model& model);  ///< set-up: room for all of them

@@ -36,7 +36,7 @@ struct ImplicitCoupling {
   double power = 0;     ///< of it on the link [W]
 };
 
-/// One solver for all islands of a world, one after another.
+/// Solves implicit stages: one object for all islands of a world, one island after another.
 class ImplicitStage {
  public:
   explicit ImplicitStage(const Model& model);  ///< set-up: room for the largest island

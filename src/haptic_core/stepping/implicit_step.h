@@ -24,7 +24,7 @@
 
 namespace haptic {
 
-/// What the step of one island took.
+/// Work and convergence of the implicit step of one island.
 struct ImplicitReport {
   int iterations = 0;      ///< Newton steps, line searches not counted
   int evaluations = 0;     ///< of the exact geometry
@@ -36,7 +36,7 @@ struct ImplicitReport {
   int parts = 0;           ///< solved one after the other: 1; more where friction changed inside, or after halving
 };
 
-/// The implicit steps of a world's islands, one after another.
+/// Implicit Euler and SDIRK2 steps of a world's islands, one island after another.
 class ImplicitStep {
  public:
   explicit ImplicitStep(const Model& model);  ///< set-up: room for the largest island

@@ -35,7 +35,7 @@ struct StageTolerance {
   double speed = 0, energy = 0;  ///< [m/s], [J]
 };
 
-/// All contacts of one island in one stage.
+/// The contacts of one island during one implicit stage.
 class StageContacts {
  public:
   /// `problem.contacts` is filled by this, in step with `all()`.

@@ -15,7 +15,7 @@
 
 namespace haptic {
 
-/// A contact with all that was computed on the way to its force.
+/// One contact, with all that was computed on the way from geometry to force.
 struct ContactEvaluation {
   ContactVolume volume;  ///< of A and B, in A's frame
   Pose X_AB;           ///< of B's shape in A's

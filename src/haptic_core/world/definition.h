@@ -18,7 +18,7 @@ namespace haptic {
 
 class ConvexShape;
 
-/// A shape on a link, and what its surface is like.
+/// A collision shape on a link, with the material of its surface.
 struct CollisionDef {
   std::string name;                               ///< for messages and reports
   std::shared_ptr<const ConvexShape> shape;       ///< shared between links that repeat it
@@ -137,7 +137,7 @@ enum class ContactModel : unsigned char {
   kPoint    ///< a spring at the most penetrating point (geometry/point_contact.h); explicit steps only
 };
 
-/// What holds for all of a world.
+/// Step, gravity and methods of a world.
 struct WorldSettings {
   double step = 1e-3;                       ///< h [s], fixed; 0 < h ≤ 0.1
   int substeps = 1;                         ///< world steps of h/substeps per call; ≥ 1
@@ -174,7 +174,7 @@ struct CollisionFilter {
   }
 };
 
-/// A whole scene: what World is made from.
+/// A whole scene as a user defines it: what World is made from.
 struct WorldDef {
   std::string name;                            ///< for messages
   WorldSettings settings;                      ///< step, gravity, methods

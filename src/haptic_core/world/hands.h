@@ -12,7 +12,7 @@
 
 namespace haptic {
 
-/// What the step needs to know of all hands.
+/// Scratch of the hands in a step.
 struct HandWork {
   // Follow from tuning and from which links are held: refreshed by `refreshHands`, at load, grab, tune and restore.
   std::vector<int> held_by;                   ///< by world link: pointer that prescribes its motion; -1: none

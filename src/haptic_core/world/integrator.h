@@ -7,7 +7,7 @@ namespace haptic {
 /// between Verlet and implicit.
 enum class Integrator : unsigned char { kSymplecticEuler, kVelocityVerlet, kImplicitEuler, kSdirk2, kAutomatic };
 
-/// A row of `kIntegratorKinds`.
+/// A row of `kIntegratorKinds`: a scheme and its name in files.
 struct IntegratorKind {
   Integrator integrator;  ///< the scheme it describes
   const char* name;  ///< in files

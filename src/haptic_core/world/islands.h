@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// One of them; the arrays belong to Islands.
+/// Trees that pairs connect, with those pairs. The arrays belong to Islands.
 struct Island {
   const int* trees = nullptr;  ///< ascending
   int tree_count = 0;          ///< trees in it
@@ -15,6 +15,7 @@ struct Island {
   int pair_count = 0;          ///< pairs in it
 };
 
+/// Groups trees into islands that have to be solved together.
 /// Trees that do not move by themselves (static ones, those that a hand holds) join nobody and belong to no island;
 /// their pairs belong to the island of the other side. All trees whose joints have laws are one island.
 class Islands {

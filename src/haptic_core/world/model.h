@@ -16,7 +16,7 @@
 
 namespace haptic {
 
-/// A link as the step sees it.
+/// A link of a compiled world.
 struct ModelLink {
   std::string name;                 ///< as messages call it
   int articulation = 0, local = 0;  ///< which of `trees`, and which link in it
@@ -26,7 +26,7 @@ struct ModelLink {
   bool moves = false;               ///< has a degree of freedom of its own or of an ancestor
 };
 
-/// A collision shape.
+/// A collision shape of a compiled world.
 struct ModelShape {
   const ConvexShape* shape = nullptr;        ///< never null
   std::shared_ptr<const ConvexShape> owner;  ///< keeps it alive
@@ -63,7 +63,7 @@ struct MotionLimit {
   double way2 = 0, lever2 = 0;      ///< squares: way that needs no sweep, lever that turns count with [m²]
 };
 
-/// A compiled scene: shared by every stage, changed by none.
+/// A compiled scene: what every stage of a step reads and none changes.
 class Model {
  public:
   /// Checks the definition and compiles it. Throws SetupError that names link, parameter and value.

@@ -10,7 +10,7 @@
 
 namespace haptic {
 
-/// Scratch of the search.
+/// Scratch of the search for pairs.
 struct SearchWork {
   BroadPhase boxes;                   ///< keeps the order of the boxes from call to call
   std::vector<ActivePair> previous;   ///< pairs of the last search

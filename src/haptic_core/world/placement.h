@@ -9,7 +9,7 @@
 
 namespace haptic {
 
-/// Everything's place in the world, at one instant.
+/// Where links, shapes and boxes are at one instant.
 struct Placement {
   std::vector<LinkWork> link;                 ///< by world link index; wrenches on links are gathered here
   std::vector<Pose> X_WS;                     ///< by shape

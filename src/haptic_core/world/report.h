@@ -59,7 +59,7 @@ struct JointReading {
   double effort = 0;                      ///< of its drive [N·m] or [N]
 };
 
-/// What one step came to.
+/// What one step of a world came to.
 struct StepReport {
   std::uint64_t step = 0;                 ///< steps since the start
   int pairs = 0, contacts = 0;            ///< of overlapping boxes; of touching shapes

@@ -9,6 +9,7 @@
 
 namespace haptic {
 
+/// Finds one normal for a contact that is spread over several pieces of a body.
 /// Where pieces of a body meet, each piece's V is a part of the bodies' V, cut off at an internal face. What becomes of its
 /// normal depends on how the surface goes on there:
 ///

@@ -107,7 +107,7 @@ struct EnergySums {
   }
 };
 
-/// Everything that evolves. The model says how long its vectors are.
+/// Everything of a world that evolves. The model says how long its vectors are.
 struct State {
   double time = 0;  ///< [s]
   std::uint64_t step = 0;  ///< since the start

@@ -8,6 +8,7 @@
 
 namespace haptic {
 
+/// The last steps of a world, to look back on.
 /// A ring of fixed capacity: what moved, after each step, without contact memory, and the last state in full. Not part of
 /// the state. It looks at `state` as long as it lives.
 class StepHistory {

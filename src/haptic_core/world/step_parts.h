@@ -19,7 +19,7 @@ constexpr double kShareOfWidth = 0.25;
 /// Largest turn of a body in contact in one part of an implicit step [rad]: its patch is then still the same one.
 constexpr double kMostTurn = 0.3;
 
-/// A part of a step.
+/// A part of a substep, shortened where something is fast.
 struct StepPart {
   double h = 0;         ///< [s]; 0: the step is over
   double share = 1;     ///< of a substep

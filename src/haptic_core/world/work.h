@@ -41,7 +41,7 @@ struct ExplicitWork {
   explicit ExplicitWork(const Model& model);  ///< set-up: room for all velocities
 };
 
-/// Scratch of every stage; one per world.
+/// Scratch of every stage of a step; one per world.
 struct Work {
   Placement placement;           ///< placement
   SearchWork search;             ///< pair_search, step_parts

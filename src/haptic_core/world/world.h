@@ -18,8 +18,8 @@ class StepHistory;
 struct State;
 struct Work;
 
-/// Bodies, joints, contacts and hands of one scene. Not safe from several threads at once; a tick never
-/// throws or allocates.
+/// A world of bodies, joints, contacts and hands, stepped at a fixed rate. Not safe from several threads at
+/// once; a tick never throws or allocates.
 class World {
  public:
   explicit World(const WorldDef& def);    ///< compiles the plan; throws SetupError
