@@ -4,8 +4,9 @@
 /// Compute time is CPU time of the ticking thread (exchange with the twin and HapticLoop::tick): what other processes do to
 /// it is lateness, another number. A tick misses when its compute time exceeds the period.
 ///
-/// Force errors compare what the twin's strings did to the grip with what the loop asked for, rms over all ticks after the
-/// first second. A scene rings when the force above 50 Hz is more than a third of all of it in some second in which the hand
+/// Force errors compare what the twin's strings do to the grip with the wrench that they were last asked for, rms over all
+/// ticks after the first second: a tick's command reaches the motors in the next exchange. Beside it stands the same against
+/// the tick's own new command, which is the period's delay too. A scene rings when the force above 50 Hz is more than a third of all of it in some second in which the hand
 /// feels anything (0.2 N).
 #include <time.h>
 
@@ -14,6 +15,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "energy_gain.h"
 #include "figure.h"
 #include "haptic_core/loop/realtime.h"
 #include "loop_rig.h"
@@ -51,34 +53,12 @@ class Ringing {
   int ticks_ = 0;
 };
 
-/// Positive part of E(t) - E(0) - W_hand(t) + D(t), over the largest energy exchanged so far.
-class Gain {
- public:
-  void look(const EnergyLedger& e) {
-    if (!started_) first_ = e;
-    started_ = true;
-    const double dissipated = std::max(0.0, e.damping + e.friction - first_.damping - first_.friction);
-    const double external = e.external - first_.external;
-    exchanged_ = std::max({exchanged_, std::abs(e.kinetic - first_.kinetic), std::abs(e.potential - first_.potential),
-                           std::abs(e.elastic - first_.elastic), std::abs(e.tangential - first_.tangential), std::abs(external),
-                           dissipated});
-    const double rounding = 1e-13 * (e.kinetic + std::abs(e.potential) + e.elastic + e.tangential + std::abs(external) + dissipated);
-    const double gain = e.total() - first_.total() - external + dissipated - rounding;
-    if (exchanged_ > 0) worst_ = std::max(worst_, gain / exchanged_);
-  }
-  double worst() const { return worst_; }
-
- private:
-  EnergyLedger first_;
-  bool started_ = false;
-  double exchanged_ = 0, worst_ = 0;
-};
-
 struct Run {
   int missed = 0;
   double p50_us = 0, p999_us = 0, worst_us = 0;
-  double gain = 0;              ///< of energy, relative
+  double gain = 0, gain_of_run = 0;  ///< of energy, relative: see EnergyGain
   double force_error = 0, force_error_inside = 0;  ///< relative, of all hands
+  double delayed_force_error = 0;                  ///< the same against the command of the tick itself
   double force = 0;             ///< rms on the hands [N]
   double ringing = 0;
   bool finite = true;
@@ -92,26 +72,32 @@ Run run(SceneDef scene, double seconds, int substeps, bool paced) {
   std::vector<double> cpu_us;
   const int ticks = static_cast<int>(seconds / kPeriod);
   cpu_us.reserve(static_cast<std::size_t>(ticks));
-  Gain gain;
+  EnergyGain gain;
   std::vector<Ringing> ringing(rig.twin.size());
-  double wrong = 0, asked = 0, wrong_inside = 0, asked_inside = 0, felt = 0;
+  double wrong = 0, asked = 0, wrong_inside = 0, asked_inside = 0, wrong_now = 0, asked_now = 0, felt = 0;
   PeriodicWake wake(1 / kPeriod);
   if (paced) wake.start();
   for (int i = 0; i < ticks; ++i) {
     if (paced) wake.wait();
     const double before = cpuSeconds();
     rig.exchange();
+    const double exchanged = cpuSeconds();
+    const std::array<HandReport, kMaxHands> presented = rig.loop->report().hand;  // what the motors now do
+    const double resumed = cpuSeconds();
     rig.tick();
-    cpu_us.push_back(1e6 * (cpuSeconds() - before));
+    cpu_us.push_back(1e6 * (cpuSeconds() - resumed + exchanged - before));
     if (rig.world.settings().energy_ledger) gain.look(rig.world.report().energy);
     for (std::size_t h = 0; h < rig.twin.size(); ++h) {
-      const HandReport& hand = rig.loop->report().hand[h];
+      const HandReport& hand = presented[h];
       const Vector3 F = rig.twin[h]->stringWrench().force;
       ringing[h].look(F);
       felt += F.squaredNorm();
       if (i < 1000) continue;
       wrong += (F - hand.F_asked_B.force).squaredNorm();
       asked += hand.F_asked_B.force.squaredNorm();
+      const Vector3 F_asked_now = rig.loop->report().hand[h].F_asked_B.force;
+      wrong_now += (F - F_asked_now).squaredNorm();
+      asked_now += F_asked_now.squaredNorm();
       if ((hand.F_achieved_B.force - hand.F_asked_B.force).norm() > 0.03 * hand.F_asked_B.force.norm()) continue;
       wrong_inside += (F - hand.F_asked_B.force).squaredNorm();
       asked_inside += hand.F_asked_B.force.squaredNorm();
@@ -121,9 +107,10 @@ Run run(SceneDef scene, double seconds, int substeps, bool paced) {
   const auto at = [&](double share) { return cpu_us[static_cast<std::size_t>(share * static_cast<double>(cpu_us.size() - 1))]; };
   out.missed = static_cast<int>(cpu_us.end() - std::upper_bound(cpu_us.begin(), cpu_us.end(), 1e6 * kPeriod));
   out.p50_us = at(0.5), out.p999_us = at(0.999), out.worst_us = cpu_us.back();
-  out.gain = gain.worst();
+  out.gain = gain.worst(), out.gain_of_run = gain.worstOfRun();
   out.force_error = asked > 0 ? std::sqrt(wrong / asked) : 0;
   out.force_error_inside = asked_inside > 0 ? std::sqrt(wrong_inside / asked_inside) : 0;
+  out.delayed_force_error = asked_now > 0 ? std::sqrt(wrong_now / asked_now) : 0;
   out.force = std::sqrt(felt / ticks);
   for (const Ringing& r : ringing) out.ringing = std::max(out.ringing, r.worst());
   out.finite = rig.world.report().finite;
@@ -147,7 +134,9 @@ void runScenes() {
     stopped += !r.finite;
     worst.p999_us = std::max(worst.p999_us, r.p999_us);
     worst.gain = std::max(worst.gain, r.gain);
+    worst.gain_of_run = std::max(worst.gain_of_run, r.gain_of_run);
     worst.force_error = std::max(worst.force_error, r.force_error);
+    worst.delayed_force_error = std::max(worst.delayed_force_error, r.delayed_force_error);
     worst.force_error_inside = std::max(worst.force_error_inside, r.force_error_inside);
   }
   figure("scenes.count", scenes, "1");
@@ -155,7 +144,9 @@ void runScenes() {
   figure("scenes.stopped", stopped, "1");
   figure("scenes.tick_us_p999_max", worst.p999_us, "us");
   figure("scenes.energy_gain_max", worst.gain, "1");
+  figure("scenes.energy_gain_of_run_max", worst.gain_of_run, "1");
   figure("scenes.force_err_pct_max", 100 * worst.force_error, "%");
+  figure("scenes.delayed_force_err_pct_max", 100 * worst.delayed_force_error, "%");
   figure("scenes.force_err_inside_pct_max", 100 * worst.force_error_inside, "%");
   figure("scenes.rings", rings, "1");
 }

@@ -1,5 +1,5 @@
 // SimBenchmark's scenes of balls (Kang, Hwangbo, ETH Zürich 2018, leggedrobotics/SimBenchmark), g = 9.81.
-// Ours are polyhedra, peers get true spheres and a plane.
+// True balls; peers have a plane under them, ours a box.
 #include "../scenes/blocks.h"
 #include "benchmark_scenes.h"
 #include "own_measures.h"
@@ -9,12 +9,7 @@ namespace {
 
 constexpr double kG = 9.81, kRadius = 0.1;  // [m/s²], [m]
 
-std::shared_ptr<const ConvexPolyhedron> ballShape(const Choice& choice) {
-  return std::make_shared<ConvexPolyhedron>(
-      makeSphere(kRadius, choice.facets > 0 ? choice.facets : 2, RoundFit::kEqualVolume));
-}
-
-ArticulationDef ball(const std::string& name, const std::shared_ptr<const ConvexPolyhedron>& shape,
+ArticulationDef ball(const std::string& name, const std::shared_ptr<const ConvexShape>& shape,
                      double mass, const Vector3& p) {
   return scenes::freeBody(name, shape, mass, 0.4 * mass * kRadius * kRadius * Matrix3::Identity(), Pose(p));
 }
@@ -75,7 +70,7 @@ struct Rolling {
     put(scenes::freeBox("box", Vector3(kBoxSize, kBoxSize, kHeight), kBox,
                         Pose(Vector3(0, 0, 0.5 * kHeight - sink))),
         material);
-    const auto shape = ballShape(choice);
+    const auto shape = ballShape(kRadius, choice);
     for (int i = 0; i < kBalls; ++i) {
       put(ball("ball" + std::to_string(i), shape, kBall,
                place(i) - Vector3(0, 0, sink + restDepth(kBall, k))),
@@ -167,7 +162,7 @@ WorldDef ballGrid(const Choice& choice, int side, int layers, double pitch, doub
   if (elastic) m.damping = 0;
   m.mu_static = m.mu_dynamic = mu;
   def.articulations.push_back(scenes::floorBox(40, 1));
-  const auto shape = ballShape(choice);
+  const auto shape = ballShape(kRadius, choice);
   Offsets offsets;
   for (int i = 0; i < side * side * layers; ++i) {
     const double dx = jitter * offsets.next(), dy = jitter * offsets.next();

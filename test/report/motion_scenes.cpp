@@ -175,8 +175,8 @@ Scene rollingBall() {
   static constexpr double kRadius = 0.05, kSlope = 0.3, kMass = 0.1;  // [m], [rad], [kg]
   Scene s = still();
   s.name = "roll";
-  s.title = "Ball with facets that rolls down a slope";
-  s.parameters = "radius 50 mm, 0.1 kg, solid, slope 0.3 rad, mu 0.5; 42, 162, 642 vertices at 1, 2, 3 facets; peers: sphere, plane";
+  s.title = "Ball that rolls down a slope";
+  s.parameters = "radius 50 mm, 0.1 kg, solid, slope 0.3 rad, mu 0.5; true ball; 42, 162, 642 vertices at 1, 2, 3 facets; peers: sphere, plane";
   s.reference = "rigid sphere: 5/7 g sin(slope)";
   s.seconds = 0.5;
   s.stiffness = 1e8;
@@ -192,9 +192,8 @@ Scene rollingBall() {
     m.dissipation = 1;
     m.mu_static = m.mu_dynamic = 0.5;
     def.articulations.push_back(floorBox());
-    const auto ball = std::make_shared<ConvexPolyhedron>(
-        makeSphere(kRadius, choice.facets > 0 ? choice.facets : 3, RoundFit::kEqualVolume));
-    def.articulations.push_back(scenes::freeBody("ball", ball, kMass, 0.4 * kMass * kRadius * kRadius * Matrix3::Identity(),
+    def.articulations.push_back(scenes::freeBody("ball", ballShape(kRadius, choice), kMass,
+                                                 0.4 * kMass * kRadius * kRadius * Matrix3::Identity(),
                                                  Pose(Vector3(0, 0, kRadius))));
     return def;
   };

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/shapes.h"
 #include "haptic_core/world/definition.h"
 #include "peer_world.h"
 
@@ -15,7 +17,7 @@ struct Choice {
   ContactModel model = ContactModel::kVolume;
   double step = 1e-3;    ///< [s]
   double stiffness = 0;  ///< foundation k [N/m³]; 0: the scene's own
-  int facets = 0;        ///< of round bodies (0…6, subdivisions or doublings); 0: the scene's own
+  int facets = 0;        ///< of round bodies (0…6, subdivisions or doublings); 0: the scene's own, true balls
 };
 
 struct BodyState {
@@ -84,6 +86,12 @@ std::vector<Scene> benchmarkScenes();  ///< the field's own
 Scene stackScene(int n);              ///< n cubes on one another
 /// Any file that the simulator loads: no exact solution, hands on their scripted paths. Throws SetupError.
 Scene fileScene(const std::string& file);
+
+/// A true ball, or the polyhedron of the same volume where facets are chosen.
+inline std::shared_ptr<const ConvexShape> ballShape(double radius, const Choice& choice) {
+  if (choice.facets == 0) return std::make_shared<Ball>(radius);
+  return std::make_shared<ConvexPolyhedron>(makeSphere(radius, choice.facets, RoundFit::kEqualVolume));
+}
 
 /// World settings of a choice over those of a scene.
 inline WorldSettings settingsOf(const Choice& choice, const WorldSettings& base = {}) {

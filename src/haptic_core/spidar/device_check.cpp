@@ -18,7 +18,7 @@ constexpr double kProbeShare = 0.1;    // of the greatest tension, where that is
 constexpr double kPoorSingular = 0.1;  // below, the pose is ten times less certain than the lengths
 constexpr double kRubbing = 3e-3;      // strings nearer than this touch when the grip turns [m]
 constexpr double kPromisedShare = 0.97;
-constexpr double kHandSpeed = 1;  // of a hand that goes along with a wrong force [m/s]
+constexpr double kHandSpeed = 1;  // of a grip that already moves with the wrong force when it comes [m/s]
 
 Eigen::VectorXd singularValues(const StringKinematics& kinematics, const GripPose& pose) {
   const Eigen::MatrixXd A = kinematics.scaledStructure(pose);
@@ -280,7 +280,7 @@ double faultEnergy(const DeviceDef& def) {
   const double reaction = limits.freshness.limit_s;
   const double rise = std::min(reaction, def.max_force / limits.force_slew);
   const double impulse = limits.force_slew * rise * (reaction - 0.5 * rise);
-  return std::max(impulse * impulse / (2 * def.grip_mass), impulse * kHandSpeed);
+  return impulse * (kHandSpeed + impulse / (2 * def.grip_mass));
 }
 
 double segmentDistance(const Vector3& p0, const Vector3& p1, const Vector3& q0, const Vector3& q1) {

@@ -37,7 +37,7 @@ DeviceReport examineDevice(const DeviceDef& def);
 std::string checkDevice(const DeviceDef& def);
 
 /// Most that a fault may put into the hand within the reaction time [J]: the greatest wrong force, rising at the slew limit,
-/// for as long as counts may be old. The larger of a grip that nobody holds, J²/(2m), and a hand that goes along at 1 m/s.
+/// for as long as counts may be old, on a grip m that nobody brakes and that moves along at v = 1 m/s already: J v + J²/(2m).
 double faultEnergy(const DeviceDef& def);
 
 /// Least distance of the segments p0 p1 and q0 q1 [m].

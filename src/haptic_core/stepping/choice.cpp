@@ -1,6 +1,8 @@
 #include "haptic_core/stepping/choice.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "haptic_core/world/stability_number.h"
 #include "haptic_core/world/work.h"
@@ -35,6 +37,13 @@ void measureShares(const Model& model, const ContactVolume& volume, const PatchT
   pair.stability.volume = volume.volume;
 }
 
+/// Parts of a substep in which this contact is resolved.
+double partsOf(const ContactEvaluation& c, const StabilityMemory& known, double last_rate, double h) noexcept {
+  const double share = std::max(known.share[0], known.share[1]);
+  const bool moves = std::max(known.rate, last_rate) * h > kResting * c.volume.depth;
+  return moves && share > kRough * kRough ? std::ceil(std::sqrt(std::min(share, kStabilityBound)) / kFine) : 1;
+}
+
 void addShares(const Model& model, const ActivePair& pair, std::vector<double>& number) noexcept {
   number[model.shapes[pair.shapeA()].link] += pair.stability.share[0];
   number[model.shapes[pair.shapeB()].link] += pair.stability.share[1];
@@ -50,6 +59,14 @@ ChoiceWork::ChoiceWork(const Model& model) : number(model.links.size()) {
 
 bool anyImplicit(const State& state) noexcept {
   return std::find(state.mode.begin(), state.mode.end(), TreeMode::kImplicit) != state.mode.end();
+}
+
+double longestPart(const Model& model, const State& state) noexcept {
+  double parts = 1;
+  if (model.settings.integrator == Integrator::kAutomatic && !anyImplicit(state)) {
+    for (int i = 0; i < state.pair_count; ++i) parts = std::max(parts, state.pairs[i].stability.parts);
+  }
+  return parts > 1 ? model.substep() / parts : std::numeric_limits<double>::infinity();
 }
 
 void keepForRetreat(const State& state, const StepReport& report, Retreat& retreat) noexcept {
@@ -100,15 +117,20 @@ void makeImplicit(const Model& model, bool by_numbers, State& state, Work& work)
   }
 }
 
-bool anyTooStiff(const ChoiceWork& choice, StepReport& report) noexcept {
+bool anyTooStiff(ChoiceWork& choice, StepReport& report) noexcept {
   double most = 0;
-  for (double number : choice.number) most = std::max(most, number);
+  for (double& number : choice.number) {
+    if (choice.cuts) number /= choice.parts;  // that of a damper; that of a spring falls like its square
+    most = std::max(most, number);
+  }
   report.stability = most / kStabilityBound;
   return report.stability > kEnterImplicit;
 }
 
 void countCouplings(const Model& model, const State& state, Work& work) noexcept {
   std::fill(work.choice.number.begin(), work.choice.number.end(), 0.0);
+  work.choice.parts = 1;
+  work.choice.cuts = !anyImplicit(state);
   for (const PointerState& pointer : state.pointers) {
     if (isImplicit(state, model.links[pointer.link].articulation)) continue;
     work.choice.number[pointer.link] = couplingNumber(model, state, work, pointer.link);
@@ -139,6 +161,13 @@ void noteStability(const Model& model, const ContactEvaluation& c, const State& 
     measureShares(model, c.volume, c.force.tangent, c.X_WP, work, pair);
   }
   addShares(model, pair, work.choice.number);
+  const double last_rate = pair.stability.rate;
+  pair.stability.rate = std::abs(c.V_AB_P.linear.z());
+  pair.stability.parts = partsOf(c, pair.stability, last_rate, model.substep());
+  if (!(pair.stability.parts > 1)) return;
+  work.choice.parts = std::max(work.choice.parts, pair.stability.parts);
+  if (work.choice.cuts) return;
+  for (const int shape : {pair.shapeA(), pair.shapeB()}) work.choice.number[model.shapes[shape].link] += kStabilityBound;
 }
 
 void measureStability(const Model& model, const ContactVolume& volume, const PatchTangent& tangent, const Pose& X_WP,

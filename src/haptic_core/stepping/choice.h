@@ -5,6 +5,11 @@
 /// one is too high, because something stiff was hit or grew, the step has not happened; it is taken back and done again
 /// with that island implicit. An implicit island is looked at every 16 steps and goes back when its numbers have become
 /// low. So the choice depends on the state alone; modes and numbers are part of it.
+///
+/// A contact that swings within few steps is stable and wrong: at three steps a bounce an explicit step may throw a body back
+/// faster than it came. So where a contact moves and one number of it alone is high, the step is done again in equal parts,
+/// as long as all is explicit, even where the whole step would be unstable; beside something implicit its island becomes
+/// implicit, which loses speed instead of gaining.
 #pragma once
 #include <vector>
 
@@ -23,6 +28,12 @@ namespace haptic::stepping {
 /// bounds, up to twice what is; the margin is for patches that grow within a step.
 constexpr double kEnterImplicit = 0.9, kLeaveImplicit = 0.7;
 
+/// Steps per radian of a swing in a contact, in their inverse √(h² λ): from `kRough` on the substep is cut to parts of `kFine`.
+/// An undamped bounce then keeps its speed to 1 % (5 % at kRough = 1); finer costs in proportion.
+constexpr double kRough = 0.6, kFine = 0.25;
+/// Change of depth within a substep, of the depth, below which a contact rests [1].
+constexpr double kResting = 0.05;
+
 /// The state before an explicit attempt; the pairs before it are those of the last search.
 struct Retreat {
   std::vector<double> q, v, pull;  ///< of the state, see State
@@ -35,11 +46,15 @@ struct Retreat {
 struct ChoiceWork {
   std::vector<double> number;  ///< stability numbers by link, of the last evaluation
   Retreat retreat;             ///< for `takeBack`
+  double parts = 1;            ///< that the attempt asks a substep to have
+  bool cuts = false;           ///< all is explicit: parts are possible
 
   explicit ChoiceWork(const Model& model);  ///< set-up: room for all links
 };
 
 bool anyImplicit(const State& state) noexcept;  ///< a tree is stepped implicitly
+/// Longest part of a substep that the contacts ask for which touch at the start of a step [s].
+double longestPart(const Model& model, const State& state) noexcept;
 
 /// (in realtime) Before an explicit attempt.
 void keepForRetreat(const State& state, const StepReport& report, Retreat& retreat) noexcept;
@@ -50,8 +65,8 @@ void takeBack(const Model& model, State& state, Work& work, StepReport& report) 
 bool modesMeet(const Model& model, const State& state, const Work& work) noexcept;
 /// Makes whole islands implicit in which a tree is implicit already or, with `by_numbers`, a link's number is too high.
 void makeImplicit(const Model& model, bool by_numbers, State& state, Work& work) noexcept;
-/// The highest number against the bound, into the report.
-bool anyTooStiff(const ChoiceWork& choice, StepReport& report) noexcept;
+/// The highest number against the bound, into the report. In parts all numbers are lower.
+bool anyTooStiff(ChoiceWork& choice, StepReport& report) noexcept;
 
 /// The numbers begin with the virtual couplings of explicit links.
 void countCouplings(const Model& model, const State& state, Work& work) noexcept;

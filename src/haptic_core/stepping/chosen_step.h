@@ -8,7 +8,8 @@
 
 namespace haptic::stepping {
 
-/// (in realtime) At most as many attempts as there are islands, each with at least one more implicit tree.
-void chosenStep(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
+/// (in realtime) Advances by `part`, or by a shorter beginning of it, which it becomes. At most as many attempts as there are
+/// islands, each with at least one more implicit tree, and those that found the part too long: each asks for a shorter one.
+void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept;
 
 }  // namespace haptic::stepping

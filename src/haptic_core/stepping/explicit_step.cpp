@@ -58,7 +58,8 @@ void lookAhead(const Model& model, double h, State& state, Work& work) noexcept 
   });
 }
 
-/// Contacts and pulls here and now. False: the automatic choice made some tree implicit, and the attempt is void.
+/// Contacts and pulls here and now. False: the automatic choice made some tree implicit or asks for a shorter part, and the
+/// attempt is void.
 bool evaluate(const Model& model, const StepPart& part, bool advances, State& state, Work& work, Report& report) noexcept {
   const bool chooses = model.settings.integrator == Integrator::kAutomatic;
   work.clock.end(report.step.stages.motion);
@@ -72,6 +73,7 @@ bool evaluate(const Model& model, const StepPart& part, bool advances, State& st
     makeImplicit(model, true, state, work);
     return false;
   }
+  if (chooses && advances && part.h * work.choice.parts > 1.001 * model.substep()) return false;
   pullCoupled(model, part, advances, state, work.hands, work.placement);
   return true;
 }

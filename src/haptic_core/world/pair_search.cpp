@@ -1,5 +1,6 @@
 #include "haptic_core/world/pair_search.h"
 
+#include <limits>
 #include <utility>
 
 namespace haptic {
@@ -28,7 +29,8 @@ double margin(const Model& model, const State& state, const Placement& placement
   return 2 * h * (work.velocity.norm() + work.omega.norm() * link.size + h * model.settings.gravity.norm());
 }
 
-/// Fills the state's pairs in the order of their keys.
+/// Fills the state's pairs in the order of their keys. A pair that touched stays for once where its boxes are apart again: how
+/// it parted is still to be told.
 class PairList {
  public:
   PairList(State& state, SearchWork& search) : state_(state), previous_(search.previous), count_before_(state.pair_count) {
@@ -37,16 +39,28 @@ class PairList {
   }
   /// False: there is no room.
   bool add(int a, int b) noexcept {
-    const std::uint64_t key = ActivePair::keyOf(a, b);
-    while (before_ < count_before_ && previous_[before_].key < key) ++before_;
+    ActivePair pair;
+    pair.key = ActivePair::keyOf(a, b);
+    const bool room = keepTouching(pair.key);
+    if (before_ < count_before_ && previous_[before_].key == pair.key) pair = previous_[before_++];
+    return put(pair) && room;
+  }
+  bool finish() noexcept { return keepTouching(std::numeric_limits<std::uint64_t>::max()); }
+
+ private:
+  bool keepTouching(std::uint64_t below) noexcept {
+    bool room = true;
+    for (; before_ < count_before_ && previous_[before_].key < below; ++before_) {
+      if (previous_[before_].friction.touching != 0) room &= put(previous_[before_]);
+    }
+    return room;
+  }
+  bool put(const ActivePair& pair) noexcept {
     if (state_.pair_count == static_cast<int>(state_.pairs.size())) return false;
-    ActivePair& pair = state_.pairs[state_.pair_count++];
-    pair = before_ < count_before_ && previous_[before_].key == key ? previous_[before_] : ActivePair{};
-    pair.key = key;
+    state_.pairs[state_.pair_count++] = pair;
     return true;
   }
 
- private:
   State& state_;
   const std::vector<ActivePair>& previous_;
   int before_ = 0, count_before_;
@@ -75,6 +89,7 @@ void findPairs(const Model& model, double h, Placement& placement, State& state,
       if (model.settings.leave_out || model.mayCollide(found.a, found.b)) complete &= pairs.add(found.a, found.b);
     }
   }
+  complete &= pairs.finish();
   if (!complete) report.flags |= kPairsDropped;
 }
 

@@ -28,10 +28,12 @@ struct ReleaseMemory {
 struct StabilityMemory {
   double share[2] = {0, 0};     ///< of A's link, of B's
   double area = 0, volume = 0;  ///< of the patch then [m²], [m³]
+  double rate = 0;              ///< speed along the normal at the last evaluation [m/s]
+  double parts = 1;             ///< of a substep, for the motion in this contact to be resolved (stepping/choice.h)
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.share), visit(s.area), visit(s.volume);
+    visit(s.share), visit(s.area), visit(s.volume), visit(s.rate), visit(s.parts);
   }
 };
 

@@ -23,7 +23,7 @@ void open(Work& work, StepReport& report) noexcept {
 }
 
 /// hands → placement → pairs → contacts → motion, in the order that the integrator needs.
-void advance(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+void advance(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept {
   switch (model.settings.integrator) {
     case Integrator::kSymplecticEuler:
       stepping::symplecticEuler(model, part, state, work, report);

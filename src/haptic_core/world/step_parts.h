@@ -4,7 +4,11 @@
 /// move by more than a quarter of what is thin around it is swept first: it ends a little before the first touch, and
 /// from there on goes by quarters of the width until the contact has taken the speed. What is slow, or meets nothing,
 /// costs a comparison of its speed.
+///
+/// Where the choice of steps finds a contact that swings within few steps (stepping/choice.h), the substep goes in equal parts
+/// too.
 #pragma once
+#include <limits>
 
 namespace haptic {
 
@@ -26,6 +30,7 @@ struct StepPart {
   double progress = 1;  ///< share of the hands' way to their targets that is left at its start
   int substep = 0;      ///< index, from 0
   double left = 0;      ///< of the substep after this part [s]
+  double longest = std::numeric_limits<double>::infinity();  ///< of this part and those after it in the step [s]
 };
 
 /// (in realtime) The parts one after another: each is measured where the last one has ended. The links' placement and the
@@ -33,5 +38,7 @@ struct StepPart {
 StepPart firstPart(const Model& model, const State& state, Work& work, StepReport& report) noexcept;
 /// (in realtime) See firstPart; `last` is the part that has been done.
 StepPart nextPart(const Model& model, const StepPart& last, const State& state, Work& work, StepReport& report) noexcept;
+/// (in realtime) The part's beginning, with none longer than `longest` from here to the end of the step.
+StepPart shortened(const Model& model, const StepPart& part, double longest) noexcept;
 
 }  // namespace haptic
