@@ -80,7 +80,7 @@ launch_file_for() {  # SCENE_FILE
 read_options "$@"
 check_options
 # shellcheck disable=SC2046 # one word per section
-setup run $([ "$rviz" = false ] || echo view)
+setup run $([ "$rviz" = false ] || echo view) $([ "$rviz$wire$emulate$record" = falsetwinfalse ] || echo tools)
 [ "$rviz" = false ] || TARGETS="$TARGETS haptic_panel"
 build_stack "$TARGETS"
 use_build

@@ -14,10 +14,11 @@ python3 -B "$site/links.py" --complete "$BUILD/docs/html"
 python3 -B "$site/links.py" "$BUILD/docs/html" >>"$kept"
 code=$?
 grep '^dead link' "$kept"
-cpp=$(grep -c ' is not documented' "$BUILD/docs/warnings.log")
-others=$(awk '$2 ~ /^docs.undocumented_/ { sum += $3 } END { print sum + 0 }' "$kept")
-echo "figure docs.undocumented_cpp $cpp 1
-figure docs.undocumented $((cpp + others)) 1" >>"$kept"
+python3 -B "$site/undocumented.py" "$BUILD/docs/warnings.log" >"$LOGS/undocumented.log"
+grep -v '^figure ' "$LOGS/undocumented.log"
+grep '^figure ' "$LOGS/undocumented.log" >>"$kept"
+awk '$2 ~ /^docs.undocumented_/ { sum += $3 } END { print "figure docs.undocumented", sum + 0, 1 }' "$kept" >"$LOGS/undocumented.sum"
+cat "$LOGS/undocumented.sum" >>"$kept"
 rm -f "$FIGURES/docs.csv"
 keep_figures docs "$kept" ''
 echo "docs: $BUILD/docs/html/index.html; what has no word: $BUILD/docs/warnings.log"

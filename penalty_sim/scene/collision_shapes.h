@@ -12,6 +12,7 @@ namespace haptic {
 
 /// One URDF collision: its convex pieces, all in the collision's own frame.
 struct ShapePieces {
+  /// One or more; shared with other collisions of the same mesh.
   std::vector<std::shared_ptr<const ConvexShape>> pieces;
   std::string text;  ///< "box 0.1 × 0.1 × 0.1 m", "mesh link0.stl: hull, 0.3 mm from the mesh, 124 vertices"
   double half_extent = 0;  ///< half of the shortest side of the box around all pieces [m]

@@ -18,6 +18,7 @@ void readContact(const XmlFile& file, const XmlElement& element, ContactMaterial
 /// The properties of collisions of one robot.
 class ContactProperties {
  public:
+  /// Reads the `<gazebo>` tags once.
   explicit ContactProperties(const RobotFile& robot);
 
   /// Material and its source ("haptic:contact, line 12; mu from <gazebo>, line 40"). `half_extent` [m] of the

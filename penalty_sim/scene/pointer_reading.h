@@ -15,11 +15,15 @@ void readPointer(const RobotFile& robot, const XmlElement& tag, const ModelSetti
 /// What a hand needs to know about its pointer, filled from attributes of a tag or entries of a list.
 struct PointerSettings {
   std::string where;  ///< file and line, for errors
+  /// Name that the device's driver goes by.
   std::string device = "spidar";
   FramePlace frame;  ///< of the link that the hand moves
+  /// Direct, or by spring and damper.
   PointerCoupling coupling;
+  /// World metres per grip metre, and hand newtons per world newton.
   double scale = 1, force_scale = 1;
   std::optional<Pose> X_WB;  ///< device base; nothing: the grip's home is the pointer's initial pose
+  /// Of the scripted hand, in the device's base.
   HandPath path;
   int repeat = 1;  ///< the path is run this often, one after the other
 };

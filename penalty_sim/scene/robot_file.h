@@ -13,16 +13,23 @@
 
 namespace haptic {
 
+/// A link of a URDF file, with its XML element.
 struct LinkXml {
+  /// In the file, without prefix.
   std::string name;
+  /// The `<link>`.
   XmlElement* element = nullptr;
+  /// Its `<collision>` elements.
   std::vector<XmlElement*> collisions;
   std::vector<int> child_joints;  ///< indices in RobotFile::joints, in the order of the file
   int parent_joint = -1;          ///< -1: the root
 };
 
+/// A joint of a URDF file, with its XML element.
 struct JointXml {
+  /// In the file, without prefix; URDF's type.
   std::string name, type;
+  /// The `<joint>`.
   XmlElement* element = nullptr;
   XmlElement* extension = nullptr;  ///< <haptic:joint>, when there is one
   int parent = -1, child = -1;      ///< indices in RobotFile::links
@@ -30,21 +37,31 @@ struct JointXml {
 
 /// A checked robot: one root, no loop, no name twice, every joint's data finite and sensible.
 struct RobotFile {
+  /// Opens the file; `readRobot` fills in the rest.
   explicit RobotFile(const std::string& path) : xml(path) {}
 
+  /// The parsed file.
   XmlFile xml;
+  /// Of the robot.
   std::string name;
+  /// In the order of the file.
   std::vector<LinkXml> links;
+  /// In the order of the file.
   std::vector<JointXml> joints;
+  /// Index of the link without parent.
   int root = -1;
   urdf::ModelInterfaceSharedPtr model;  ///< urdfdom's reading, without collisions
+  /// What a user should mend.
   std::vector<std::string> warnings;
 
+  /// "path:line: link 'name'".
   std::string at(const LinkXml& link) const { return xml.at(*link.element) + ": link '" + link.name + "'"; }
+  /// "path:line: joint 'name'".
   std::string at(const JointXml& joint) const {
     return xml.at(*joint.element) + ": joint '" + joint.name + "'";
   }
   int linkIndex(const std::string& link) const;  ///< -1 when there is none
+  /// -1 when there is none.
   int jointIndex(const std::string& joint) const;
 };
 

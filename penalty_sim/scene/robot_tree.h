@@ -17,21 +17,26 @@ struct ModelSettings {
   Pose X_WM;                             ///< where the model's root lies in the world
   bool floating = false;                 ///< root link on a floating joint; false: fixed
   std::map<std::string, double> joints;  ///< initial positions by joint name without prefix [rad] or [m]
+  /// What drives do at the start.
   enum class Drive : unsigned char {
     kAsFile,  ///< hold a robot as published, leave the joints of a scene (world link) free
     kHold,    ///< joints with an effort limit > 0 hold their initial position
     kFree
-  } drive = Drive::kAsFile;
+  } drive = Drive::kAsFile;  ///< see Drive
 };
 
 /// Where a link or merged link of any model went.
 struct FramePlace {
+  /// Indices in the scene's world; -1: nowhere yet.
   int articulation = -1, link = -1;
   Pose X_LF;  ///< in that link's frame
 };
 
+/// A scene under construction, and what its parts need to know of each other.
 struct LoadContext {
+  /// What has been loaded so far.
   SceneDef scene;
+  /// Shared by all models.
   CollisionShapes shapes;
   std::map<std::string, FramePlace> frames;      ///< by name with prefix
   std::vector<std::vector<std::string>> places;  ///< per articulation and link: "file:line: link 'x'"

@@ -15,6 +15,7 @@
 
 namespace haptic {
 
+/// Choices of whoever loads a scene.
 struct SceneOptions {
   /// Density [kg/m³] for moving links without <inertial>; 0: a robot without any is refused, single links get
   /// an estimate and a warning.
@@ -24,12 +25,15 @@ struct SceneOptions {
   bool add_pointer = true;                 ///< add a sphere for the hand when the scene names no pointer
 };
 
+/// What a visual's geometry is.
 enum class VisualShape : unsigned char { kBox, kCylinder, kSphere, kMesh };
 
 /// What rviz draws for a link.
 struct VisualDef {
+  /// Indices in `world`.
   int articulation = -1, link = -1;
   std::string name;  ///< of the URDF link it stands in (before merging)
+  /// Of the geometry.
   VisualShape shape = VisualShape::kBox;
   Vector3 size = Vector3::Ones();  ///< [m] full size in x, y, z (round shapes: diameters); a mesh's scale [1]
   std::string mesh_uri;            ///< file:// of a mesh
@@ -50,16 +54,22 @@ struct HandDef {
 
 /// How one URDF collision became polyhedra, for listings.
 struct CollisionReport {
+  /// URDF link; shape, size and how it was approximated.
   std::string link, text;       ///< URDF link; shape, size, approximation
   ContactMaterial material;     ///< as the files give it; NaN: the world's default holds
   std::string material_source;  ///< element and line, or "default"
 };
 
+/// A loaded scene: its world, hands, visuals, and what the loader had to say.
 struct SceneDef {
   std::string file;  ///< absolute path
+  /// For World.
   WorldDef world;
+  /// Of all links.
   std::vector<VisualDef> visuals;
+  /// One per device, in the order of the file.
   std::vector<HandDef> hands;
+  /// One per collision element that became shapes.
   std::vector<CollisionReport> collisions;
   int collisions_tried = 0;           ///< <collision> elements in the files
   int collisions_loaded = 0;          ///< those that became shapes

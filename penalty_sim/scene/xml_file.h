@@ -11,6 +11,7 @@
 
 namespace haptic {
 
+/// An element with its line number.
 using XmlElement = tinyxml2::XMLElement;
 
 /// A parsed file. Elements are owned by the document and live as long as it.
@@ -20,9 +21,13 @@ class XmlFile {
   /// malformed (with the line).
   explicit XmlFile(const std::string& path);
 
+  /// As it was opened.
   const std::string& path() const { return path_; }
+  /// The document's element, never null.
   XmlElement* root() { return document_.RootElement(); }
+  /// The document's element, never null.
   const XmlElement* root() const { return document_.RootElement(); }
+  /// For what this class does not offer.
   tinyxml2::XMLDocument& document() { return document_; }
   /// "path:line" of an element.
   std::string at(const XmlElement& element) const {
@@ -45,13 +50,17 @@ std::optional<std::vector<double>> parseNumbers(const std::string& text);
 /// element and attribute when it is there and is not that.
 std::optional<std::vector<double>> readNumbers(const XmlFile& file, const XmlElement& element,
                                                const char* attribute, std::size_t count);
+/// One finite number; likewise.
 std::optional<double> readNumber(const XmlFile& file, const XmlElement& element, const char* attribute);
+/// Three finite numbers; likewise.
 std::optional<Vector3> readVector(const XmlFile& file, const XmlElement& element, const char* attribute);
 
 /// The pose in attributes `xyz` and `rpy` (URDF: fixed axes, roll about x first), or of a child <origin>.
 Pose readPose(const XmlFile& file, const XmlElement& element, const char* xyz = "xyz",
               const char* rpy = "rpy");
+/// The pose of a child `<origin>`; without one the identity.
 Pose readOrigin(const XmlFile& file, const XmlElement& parent);
+/// URDF's fixed axes: roll about x first, then pitch about y, then yaw about z [rad].
 Matrix3 rotationFromRpy(const Vector3& rpy);
 
 /// A non-empty attribute. Throws SetupError when it is absent or empty.

@@ -46,8 +46,10 @@ def python():
                 text = inspect.getdoc(value)
                 if not text or isinstance(value, (int, str)):
                     silent += not isinstance(value, (int, str))
-                    continue
-                lines += [f"- **{member}**: {flat(text)}"]
+                elif text.startswith("__init__("):
+                    lines += [f"- {flat(text.replace('__init__', name).replace(' -> None', ''))}"]
+                elif member != "__init__":  # else nobody makes one from Python
+                    lines += ["- " + flat(text) if text.startswith(member + "(") else f"- **{member}**: {flat(text)}"]
             lines.append("")
         else:
             lines += [paragraph(thing), ""]
@@ -60,8 +62,14 @@ def paragraph(thing):
 
 
 def flat(text):
-    """pybind11 puts the signature before the words: it becomes code."""
-    text = re.sub(r"^(\w+\(.*?\)(?: -> [^\n]+)?)\n+", r"`\1` ", text, flags=re.S)
+    """pybind11 puts the signature before the words: it becomes code, in the words of who calls it."""
+    signature = re.match(r"\w+\(.*?\)(?: -> [^\n]+)?(?=\n|$)", text, re.S)
+    if signature:
+        words = text[signature.end():]
+        text = re.sub(r"self: [\w.]+(, )?|haptic\._haptic\.|numpy\.(?=ndarray)", "", signature.group())
+        text = re.sub(r"ndarray\[(?:numpy\.)?\w+(\[[^]]*\])?[^]]*\]", r"array\1", text)
+        text = re.sub(r"array\(\[\[1\., 0\., 0\., 0\.\].*?\]\]\)", "eye(4)", text, flags=re.S)
+        text = f"`{text}` {words}"
     return re.sub(r"\s+", " ", text).replace("<", "&lt;").replace("@", "\\@").strip()
 
 

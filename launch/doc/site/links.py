@@ -79,6 +79,11 @@ def page_name(markdown):
     return "index.html" if place == "README.md" else "md_" + place[:-3].replace(os.sep, "_") + ".html"
 
 
+def header_page(source):
+    """Of a header in the site, by Doxygen's spelling of names."""
+    return os.path.basename(source).replace("_", "__").replace(".", "_8") + ".html"
+
+
 def complete(folder):
     """Pages keep the links of the repository: what they name there, such as a table or a source, comes into the site."""
     sources = {page_name(path): path for path in files(ROOT, ".md")}
@@ -94,6 +99,8 @@ def complete(folder):
             if not source.startswith(ROOT + os.sep) or not os.path.exists(source):
                 return match.group(0)
             here = page_name(source) if source.endswith(".md") else os.path.relpath(source, ROOT)
+            if os.path.exists(os.path.join(folder, header_page(source))):
+                here = header_page(source)
             there = os.path.join(folder, here)
             if not os.path.exists(there):
                 os.makedirs(os.path.dirname(there), exist_ok=True)

@@ -13,6 +13,7 @@
 
 namespace haptic {
 
+/// A point [m].
 inline geometry_msgs::Point toPoint(const Vector3& p) {
   geometry_msgs::Point m;
   m.x = p.x();
@@ -21,6 +22,7 @@ inline geometry_msgs::Point toPoint(const Vector3& p) {
   return m;
 }
 
+/// A vector.
 inline geometry_msgs::Vector3 toVector(const Vector3& v) {
   geometry_msgs::Vector3 m;
   m.x = v.x();
@@ -29,6 +31,7 @@ inline geometry_msgs::Vector3 toVector(const Vector3& v) {
   return m;
 }
 
+/// A rotation; the result has unit length.
 inline geometry_msgs::Quaternion toQuaternion(const Matrix3& R) {
   const Quaternion q = Quaternion(R).normalized();
   geometry_msgs::Quaternion m;
@@ -39,6 +42,7 @@ inline geometry_msgs::Quaternion toQuaternion(const Matrix3& R) {
   return m;
 }
 
+/// X_AB as position and orientation of B in A.
 inline geometry_msgs::Pose toPose(const Pose& X) {
   geometry_msgs::Pose m;
   m.position = toPoint(X.p);
@@ -46,6 +50,7 @@ inline geometry_msgs::Pose toPose(const Pose& X) {
   return m;
 }
 
+/// X_AB as the transform that tf2 calls A → B.
 inline geometry_msgs::Transform toTransform(const Pose& X) {
   geometry_msgs::Transform m;
   m.translation = toVector(X.p);
@@ -53,6 +58,7 @@ inline geometry_msgs::Transform toTransform(const Pose& X) {
   return m;
 }
 
+/// [rad/s], [m/s].
 inline geometry_msgs::Twist toTwist(const Twist& V) {
   geometry_msgs::Twist m;
   m.linear = toVector(V.linear);
@@ -60,6 +66,7 @@ inline geometry_msgs::Twist toTwist(const Twist& V) {
   return m;
 }
 
+/// [N·m], [N].
 inline geometry_msgs::Wrench toWrench(const Wrench& F) {
   geometry_msgs::Wrench m;
   m.force = toVector(F.force);
@@ -67,26 +74,29 @@ inline geometry_msgs::Wrench toWrench(const Wrench& F) {
   return m;
 }
 
-inline Vector3 fromVector(const geometry_msgs::Vector3& v) { return {v.x, v.y, v.z}; }
+inline Vector3 fromVector(const geometry_msgs::Vector3& v) { return {v.x, v.y, v.z}; }  ///< a vector
 
 /// Normalised; NaN stays NaN.
 inline Quaternion fromQuaternion(const geometry_msgs::Quaternion& q) {
   return Quaternion(q.w, q.x, q.y, q.z).normalized();
 }
 
+/// X_AB from position and orientation of B in A; the orientation is normalised.
 inline Pose fromPose(const geometry_msgs::Pose& pose) {
   return {fromQuaternion(pose.orientation), Vector3(pose.position.x, pose.position.y, pose.position.z)};
 }
 
+/// X_AB from tf2's A → B; the rotation is normalised.
 inline Pose fromTransform(const geometry_msgs::Transform& transform) {
   return {fromQuaternion(transform.rotation), fromVector(transform.translation)};
 }
 
+/// [N·m], [N].
 inline Wrench fromWrench(const geometry_msgs::Wrench& wrench) {
   return {fromVector(wrench.torque), fromVector(wrench.force)};
 }
 
-inline bool finite(const Pose& X) { return X.p.allFinite() && X.R.allFinite(); }
+inline bool finite(const Pose& X) { return X.p.allFinite() && X.R.allFinite(); }  ///< no NaN and no infinity
 
 /// ROS time of an instant on the steady clock [ns]. With a simulated clock: its present time.
 inline ros::Time toStamp(std::int64_t steady_ns) {
@@ -97,6 +107,7 @@ inline ros::Time toStamp(std::int64_t steady_ns) {
   return now.toNSec() > static_cast<std::uint64_t>(age > 0 ? age : 0) ? now - ros::Duration().fromNSec(age) : now;
 }
 
+/// [J]; the message has the six sums that loops report.
 inline haptic_msgs::EnergyLedger toLedger(const EnergyLedger& energy) {
   haptic_msgs::EnergyLedger m;
   m.kinetic = energy.kinetic;

@@ -14,9 +14,10 @@
 
 namespace haptic {
 
+/// Reads the parameters of a node, and refuses what is out of bounds.
 class ParameterReader {
  public:
-  explicit ParameterReader(const ros::NodeHandle& nh) : nh_(nh) {}
+  explicit ParameterReader(const ros::NodeHandle& nh) : nh_(nh) {}  ///< reads below the namespace of `nh`
 
   /// A number within bounds, in `unit`; roscpp reads integers as doubles too.
   double number(const std::string& key, double fallback, double low, double high, const char* unit) const {
@@ -29,6 +30,7 @@ class ParameterReader {
     throw SetupError(nh_.resolveName(key), is.str(), bounds.str());
   }
 
+  /// A whole number within bounds, in `unit`.
   int whole(const std::string& key, int fallback, int low, int high, const char* unit) const {
     const double value = number(key, fallback, low, high, unit);
     if (value == std::floor(value)) return static_cast<int>(value);
@@ -37,10 +39,12 @@ class ParameterReader {
     throw SetupError(nh_.resolveName(key), is.str(), "give a whole number");
   }
 
+  /// True or false.
   bool flag(const std::string& key, bool fallback) const {
     return typed(key, fallback, "is neither true nor false", "give one of: true, false");
   }
 
+  /// A string, which may be empty.
   std::string text(const std::string& key, const std::string& fallback) const {
     return typed(key, fallback, "is no text", "give it in quotes, or as type str");
   }
@@ -54,6 +58,7 @@ class ParameterReader {
     throw SetupError(nh_.resolveName(key), "is '" + value + "'", "give one of: " + known);
   }
 
+  /// A list, empty where nothing is set; `remedy` says in errors what to give.
   template <class T>
   std::vector<T> list(const std::string& key, const std::string& remedy) const {
     return typed(key, std::vector<T>(), "is no such list", remedy);

@@ -19,14 +19,16 @@
 
 namespace haptic {
 
+/// What a contact, an island or a scene needs to be stable.
 enum class Verdict : unsigned char {
   kPass,      ///< the step and integrator of the definition hold
   kSubstep,   ///< explicit, with `substeps` per step
   kImplicit,  ///< explicit would need more substeps than the implicit step costs
   kRefused    ///< no step helps: free bodies that buckle or topple under their own weight
 };
-const char* toString(Verdict verdict);
+const char* toString(Verdict verdict);  ///< PASS, SUBSTEP, IMPLICIT or REFUSED
 
+/// Stability of one contact, with the stiffness and mass that decide it.
 struct PairCertificate {
   std::string a, b;           ///< names of the links
   double stiffness = 0;       ///< k_eff = k·A0 [N/m]
@@ -34,25 +36,27 @@ struct PairCertificate {
   double heave_limit = 0;     ///< largest step of this contact alone, in heave [s]
 };
 
+/// Stability of one island: its largest explicit step, and a verdict.
 struct IslandCertificate {
-  std::vector<std::string> links;
-  int degrees = 0;
+  std::vector<std::string> links;  ///< their names
+  int degrees = 0;                 ///< of freedom
   double limit = 0;           ///< largest stable explicit step, coupled [s]; infinite without stiffness
   double frequency = 0;       ///< of the stiffest undamped mode [rad/s]
   double mass_ratio = 1;      ///< heaviest to lightest
   double growth = 0;          ///< [1/s] of buckling or toppling; 0: none
   int worst_pair = -1;        ///< index into `pairs`: most energy of the limiting mode
-  Verdict verdict = Verdict::kPass;
-  int substeps = 1;
+  Verdict verdict = Verdict::kPass;  ///< what the island needs
+  int substeps = 1;                  ///< that make its explicit steps stable; 1 unless kSubstep
 };
 
+/// Whether a scene is stable at its step: verdicts on every contact and island.
 struct Certificate {
   double step = 0;            ///< of the definition [s], after its substeps
   bool settled = true;        ///< the scene came to rest; otherwise judged where the settling ended
-  std::vector<PairCertificate> pairs;
-  std::vector<IslandCertificate> islands;
+  std::vector<PairCertificate> pairs;      ///< every contact of the settled scene
+  std::vector<IslandCertificate> islands;  ///< every island of it
   Verdict verdict = Verdict::kPass;  ///< the worst of the islands
-  std::string text() const;
+  std::string text() const;          ///< several lines, for people
 };
 
 /// Lets a copy of the world settle by implicit steps (`settle_s` of simulated time, hands at rest), and judges where

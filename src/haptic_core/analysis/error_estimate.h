@@ -39,6 +39,7 @@ struct ErrorEstimate {
   int beyond_bound = 0;
 };
 
+/// Estimates the error of a running world by step doubling.
 /// Shadows of one definition. Allocates; for a thread that may. Not shared between threads.
 class ErrorEstimator {
  public:

@@ -17,6 +17,7 @@ struct HandMapping {
   double force_scale = 1;  ///< grip newtons per world newton
 };
 
+/// Whether a hand can bear what its pointer touches: stiffness against its bounds.
 struct HandCertificate {
   std::string pointer, against;  ///< links; `against` is empty where the pointer touches nothing
   double press = 0;              ///< F at the grip [N]
@@ -27,6 +28,7 @@ struct HandCertificate {
   double bearable = 0;           ///< largest k [N/m³] with K ≤ `held`, up to 100 foundations; 0: none
   double rate = 0;               ///< [Hz]
 
+  /// A relaxed hand bears the contact, or there is none.
   bool holds() const { return against.empty() || stiffness <= held; }
   std::string text() const;      ///< one line
 };

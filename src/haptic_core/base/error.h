@@ -8,6 +8,7 @@ namespace haptic {
 /// One line for the user: what is wrong, where (file, link, tag or parameter), and what to do about it.
 class SetupError : public std::runtime_error {
  public:
+  /// The message is "where: what; remedy", without the last part where `remedy` is empty.
   SetupError(const std::string& where, const std::string& what, const std::string& remedy)
       : std::runtime_error(oneLine(where + ": " + what + (remedy.empty() ? "" : "; " + remedy))) {}
 

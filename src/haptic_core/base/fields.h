@@ -22,6 +22,7 @@ namespace haptic {
 template <class T, class U>
 inline constexpr bool kIs = std::is_same_v<std::remove_const_t<T>, U>;
 
+/// A single number.
 template <class T, class Visit>
 std::enable_if_t<std::is_arithmetic_v<std::remove_const_t<T>> || std::is_enum_v<T>> eachNumber(T& value, Visit&& visit) {
   visit(value);
@@ -39,21 +40,25 @@ std::enable_if_t<kIs<T, Quaternion>> eachNumber(T& q, Visit&& visit) {
   visit(q.w()), visit(q.x()), visit(q.y()), visit(q.z());
 }
 
+/// Rotation, then origin.
 template <class T, class Visit>
 std::enable_if_t<kIs<T, Pose>> eachNumber(T& X, Visit&& visit) {
   eachNumber(X.R, visit), eachNumber(X.p, visit);
 }
 
+/// Torque, then force.
 template <class T, class Visit>
 std::enable_if_t<kIs<T, Wrench>> eachNumber(T& F, Visit&& visit) {
   eachNumber(F.torque, visit), eachNumber(F.force, visit);
 }
 
+/// Angular, then linear.
 template <class T, class Visit>
 std::enable_if_t<kIs<T, Twist>> eachNumber(T& V, Visit&& visit) {
   eachNumber(V.angular, visit), eachNumber(V.linear, visit);
 }
 
+/// Character by character.
 template <class Visit>
 void eachNumber(const std::string& text, Visit&& visit) {
   for (const char& c : text) visit(c);
@@ -72,28 +77,33 @@ void eachNumber(T (&values)[kCount], Visit&& visit);
 /// Accepts any field; stands for a visitor where only the existence of a list is asked.
 struct AnyField {
   template <class Field>
-  void operator()(Field&) const {}
+  void operator()(Field&) const {}  ///< does nothing
 };
 
+/// A struct that states its fields: field by field.
 template <class T, class Visit>
 auto eachNumber(T& record, Visit&& visit) -> decltype(std::remove_const_t<T>::eachField(record, AnyField{})) {
   std::remove_const_t<T>::eachField(record, [&visit](auto& field) { eachNumber(field, visit); });
 }
 
+/// First, then second.
 template <class A, class B, class Visit>
 void eachNumber(const std::pair<A, B>& pair, Visit&& visit) {
   eachNumber(pair.first, visit), eachNumber(pair.second, visit);
 }
 
+/// Element by element.
 template <class T, class Visit>
 void eachNumber(const std::vector<T>& values, Visit&& visit) {
   for (const T& value : values) eachNumber(value, visit);
 }
+/// Element by element.
 template <class T, class Visit>
 void eachNumber(std::vector<T>& values, Visit&& visit) {
   for (T& value : values) eachNumber(value, visit);
 }
 
+/// Element by element.
 template <class T, std::size_t kCount, class Visit>
 void eachNumber(T (&values)[kCount], Visit&& visit) {
   for (T& value : values) eachNumber(value, visit);
@@ -110,6 +120,7 @@ double asDouble(const T& value) noexcept {
     return static_cast<double>(value);
   }
 }
+/// The inverse of `asDouble`.
 template <class T>
 void setFromDouble(T& value, double number) noexcept {
   if constexpr (std::is_same_v<T, std::uint64_t>) {
@@ -133,6 +144,7 @@ std::uint64_t hashFields(std::uint64_t hash, const T& record) noexcept {
   return hash;
 }
 
+/// Appends all numbers of `record` to `out`.
 template <class T>
 void appendFields(const T& record, std::vector<double>& out) {
   eachNumber(record, [&out](const auto& number) { out.push_back(asDouble(number)); });
@@ -144,6 +156,7 @@ void readFields(T& record, const double*& next) noexcept {
   eachNumber(record, [&next](auto& number) { setFromDouble(number, *next++); });
 }
 
+/// (in realtime) How many numbers `record` has.
 template <class T>
 std::size_t countFields(const T& record) noexcept {
   std::size_t count = 0;

@@ -5,6 +5,7 @@
 
 namespace haptic {
 
+/// A vector of at most kCapacity elements, stored inside the object: no heap. No access checks its bounds.
 template <class T, std::size_t kCapacity>
 class FixedVector {
  public:
@@ -13,19 +14,20 @@ class FixedVector {
     data_[size_++] = value;
     return true;
   }
-  void clear() { size_ = 0; }
+  void clear() { size_ = 0; }  ///< elements are not destroyed
+  /// At most the capacity; elements added hold what they held before.
   void resize(std::size_t n) { size_ = n < kCapacity ? n : kCapacity; }
-  std::size_t size() const { return size_; }
-  bool empty() const { return size_ == 0; }
-  static constexpr std::size_t capacity() { return kCapacity; }
-  T& operator[](std::size_t i) { return data_[i]; }
-  const T& operator[](std::size_t i) const { return data_[i]; }
-  T* begin() { return data_.data(); }
-  T* end() { return data_.data() + size_; }
-  const T* begin() const { return data_.data(); }
-  const T* end() const { return data_.data() + size_; }
-  T& back() { return data_[size_ - 1]; }
-  const T& back() const { return data_[size_ - 1]; }
+  std::size_t size() const { return size_; }                     ///< number of elements
+  bool empty() const { return size_ == 0; }                      ///< no elements
+  static constexpr std::size_t capacity() { return kCapacity; }  ///< largest size
+  T& operator[](std::size_t i) { return data_[i]; }              ///< element i < size()
+  const T& operator[](std::size_t i) const { return data_[i]; }  ///< element i < size()
+  T* begin() { return data_.data(); }                            ///< the first element
+  T* end() { return data_.data() + size_; }                      ///< one past the last element
+  const T* begin() const { return data_.data(); }                ///< the first element
+  const T* end() const { return data_.data() + size_; }          ///< one past the last element
+  T& back() { return data_[size_ - 1]; }                         ///< the last element; not of an empty vector
+  const T& back() const { return data_[size_ - 1]; }             ///< the last element; not of an empty vector
 
  private:
   std::array<T, kCapacity> data_{};

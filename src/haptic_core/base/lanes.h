@@ -12,14 +12,16 @@ namespace haptic {
 
 #if defined(__AVX__)
 
-using Lanes = double __attribute__((vector_size(32)));
+using Lanes = double __attribute__((vector_size(32)));  ///< four doubles; the compiler brings the operators
+/// What comparing two of them gives: all bits of a lane, or none.
 using LaneMask = std::int64_t __attribute__((vector_size(32)));
 
+/// |x|, lane by lane.
 inline Lanes absolute(const Lanes& x) {
   return (Lanes)((LaneMask)x & LaneMask{INT64_MAX, INT64_MAX, INT64_MAX, INT64_MAX});
 }
-inline Lanes minimum(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
-inline Lanes maximum(const Lanes& a, const Lanes& b) { return a > b ? a : b; }
+inline Lanes minimum(const Lanes& a, const Lanes& b) { return a < b ? a : b; }  ///< lane by lane
+inline Lanes maximum(const Lanes& a, const Lanes& b) { return a > b ? a : b; }  ///< lane by lane
 
 /// Bit i: lane i of a comparison's result.
 inline unsigned bits(const LaneMask& m) { return static_cast<unsigned>(_mm256_movemask_pd((__m256d)m)); }
@@ -123,20 +125,24 @@ inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lane
   transpose(a, b, c, d, x, y, z, unused);
 }
 
-inline Lanes lanes(double x) { return Lanes{x, x, x, x}; }
+inline Lanes lanes(double x) { return Lanes{x, x, x, x}; }  ///< x in all lanes
 
+/// Four doubles from any address.
 inline Lanes loadLanes(const double* from) {
   Lanes v;
   std::memcpy(&v, from, sizeof v);
   return v;
 }
 
+/// Four doubles to any address.
 inline void storeLanes(const Lanes& v, double* to) { std::memcpy(to, &v, sizeof v); }
 
+/// The largest lane.
 inline double largest(const Lanes& x) {
   const double a = x[0] > x[1] ? x[0] : x[1], b = x[2] > x[3] ? x[2] : x[3];
   return a > b ? a : b;
 }
+/// Of the lanes, in pairs: the order is part of the result's bits.
 inline double sum(const Lanes& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
 /// The sums of four: the same bits, at the cost of one and a half.
 inline Lanes sums(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d) {

@@ -6,13 +6,16 @@
 
 namespace haptic {
 
+/// Hands the latest value from one thread to another.
 /// Triple buffer: the writer fills a private buffer and swaps it in; the reader swaps the newest one out.
 /// T must be copyable; neither side blocks, allocates or sees a torn value. One writer, one reader.
 template <class T>
 class LatestValue {
  public:
+  /// What is read before the first write.
   explicit LatestValue(const T& initial = T{}) { buffers_.fill(initial); }
 
+  /// The writer's: replaces whatever has not been read.
   void write(const T& value) {
     buffers_[write_index_] = value;
     write_index_ = middle_.exchange(write_index_ | kFresh, std::memory_order_acq_rel) & kIndex;

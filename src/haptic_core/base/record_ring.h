@@ -8,12 +8,13 @@
 
 namespace haptic {
 
+/// A bounded queue from one thread to another.
 /// Storage is sized once, at construction. A push on a full ring drops the new record and counts it, so that
 /// the real-time side never waits. One writer, one reader.
 template <class T>
 class RecordRing {
  public:
-  explicit RecordRing(std::size_t capacity) : slots_(capacity + 1) {}
+  explicit RecordRing(std::size_t capacity) : slots_(capacity + 1) {}  ///< room for `capacity` records
 
   bool push(const T& record) {  ///< (in realtime)
     const std::size_t head = head_.load(std::memory_order_relaxed);
@@ -27,6 +28,7 @@ class RecordRing {
     return true;
   }
 
+  /// The reader's: takes the oldest record; false when there is none.
   bool pop(T& record) {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail == head_.load(std::memory_order_acquire)) return false;
@@ -35,7 +37,8 @@ class RecordRing {
     return true;
   }
 
-  std::size_t capacity() const { return slots_.size() - 1; }
+  std::size_t capacity() const { return slots_.size() - 1; }  ///< records that fit
+  /// Records lost to a full ring since construction.
   std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 
  private:

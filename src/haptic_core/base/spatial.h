@@ -9,13 +9,13 @@
 
 namespace haptic {
 
-using Vector2 = Eigen::Vector2d;
-using Vector3 = Eigen::Vector3d;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix2 = Eigen::Matrix2d;
-using Matrix3 = Eigen::Matrix3d;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Quaternion = Eigen::Quaterniond;
+using Vector2 = Eigen::Vector2d;              ///< column of two
+using Vector3 = Eigen::Vector3d;              ///< column of three: a point, a vector or an axis
+using Vector6 = Eigen::Matrix<double, 6, 1>;  ///< column of six: angular or torque first
+using Matrix2 = Eigen::Matrix2d;              ///< two by two
+using Matrix3 = Eigen::Matrix3d;              ///< three by three
+using Matrix6 = Eigen::Matrix<double, 6, 6>;  ///< six by six: rows and columns angular first
+using Quaternion = Eigen::Quaterniond;        ///< w, x, y, z; of unit length where it stands for a rotation
 
 /// Pose X_AB of a frame B in a frame A.
 struct Pose {
@@ -23,9 +23,10 @@ struct Pose {
   Vector3 p = Vector3::Zero();      ///< p_AB [m], origin of B in A
 
   Pose() = default;
-  Pose(const Matrix3& rotation, const Vector3& origin) : R(rotation), p(origin) {}
+  Pose(const Matrix3& rotation, const Vector3& origin) : R(rotation), p(origin) {}  ///< R_AB and p_AB
+  /// From a unit quaternion.
   Pose(const Quaternion& rotation, const Vector3& origin) : R(rotation.toRotationMatrix()), p(origin) {}
-  explicit Pose(const Vector3& origin) : p(origin) {}
+  explicit Pose(const Vector3& origin) : p(origin) {}  ///< axes parallel to A's
 
   Pose inverse() const { return {R.transpose(), -(R.transpose() * p)}; }       ///< X_BA
   Pose operator*(const Pose& X_BC) const { return {R * X_BC.R, p + R * X_BC.p}; }  ///< X_AC
@@ -40,32 +41,37 @@ inline Pose relativePose(const Pose& X_WA, const Pose& X_WB) {
 
 /// Twist of a body at a point: angular [rad/s] and linear [m/s].
 struct Twist {
-  Vector3 angular = Vector3::Zero();
-  Vector3 linear = Vector3::Zero();
+  Vector3 angular = Vector3::Zero();  ///< ω [rad/s]
+  Vector3 linear = Vector3::Zero();   ///< velocity of the point [m/s]
 
   /// The same motion seen at a point displaced by `r` [m] (same axes).
   Twist shifted(const Vector3& r) const { return {angular, linear + angular.cross(r)}; }
+  /// At one point, in one frame.
   Twist operator-(const Twist& o) const { return {angular - o.angular, linear - o.linear}; }
+  /// At one point, in one frame.
   Twist operator+(const Twist& o) const { return {angular + o.angular, linear + o.linear}; }
+  /// V_A from V_B, with R = R_AB.
   Twist rotated(const Matrix3& R) const { return {R * angular, R * linear}; }
-  Vector6 vector() const { return (Vector6() << angular, linear).finished(); }
+  Vector6 vector() const { return (Vector6() << angular, linear).finished(); }  ///< angular, then linear
 };
 
 /// Wrench about a point: torque [N·m] and force [N].
 struct Wrench {
-  Vector3 torque = Vector3::Zero();
-  Vector3 force = Vector3::Zero();
+  Vector3 torque = Vector3::Zero();  ///< [N·m]
+  Vector3 force = Vector3::Zero();   ///< [N]
 
   /// The same wrench about a point displaced by `r` [m] (same axes).
   Wrench shifted(const Vector3& r) const { return {torque - r.cross(force), force}; }
-  Wrench operator-() const { return {-torque, -force}; }
+  Wrench operator-() const { return {-torque, -force}; }  ///< the reaction
+  /// About one point, in one frame.
   Wrench operator+(const Wrench& o) const { return {torque + o.torque, force + o.force}; }
+  /// About one point, in one frame.
   Wrench operator-(const Wrench& o) const { return {torque - o.torque, force - o.force}; }
-  Wrench operator*(double s) const { return {s * torque, s * force}; }
-  Wrench& operator+=(const Wrench& o) { return *this = *this + o; }
-  Wrench rotated(const Matrix3& R) const { return {R * torque, R * force}; }
-  bool allFinite() const { return torque.allFinite() && force.allFinite(); }
-  Vector6 vector() const { return (Vector6() << torque, force).finished(); }
+  Wrench operator*(double s) const { return {s * torque, s * force}; }  ///< scaled
+  Wrench& operator+=(const Wrench& o) { return *this = *this + o; }  ///< about one point, in one frame
+  Wrench rotated(const Matrix3& R) const { return {R * torque, R * force}; }  ///< F_A from F_B, with R = R_AB
+  bool allFinite() const { return torque.allFinite() && force.allFinite(); }  ///< no NaN and no infinity
+  Vector6 vector() const { return (Vector6() << torque, force).finished(); }  ///< torque, then force
 };
 
 /// Power of a wrench on a motion at the same point [W].

@@ -5,6 +5,7 @@
 
 namespace haptic {
 
+/// FNV-1a's offset basis: where every hash begins.
 inline constexpr std::uint64_t kHashStart = 0xcbf29ce484222325ull;
 
 /// (in realtime) FNV-1a in words of 8 bytes instead of bytes, with the upper half folded down after each product so

@@ -8,7 +8,7 @@ namespace haptic {
 /// Contact properties of one surface. NaN: not given; the partner's value holds, or the world's default when
 /// neither gives one.
 struct ContactMaterial {
-  static constexpr double kUnset = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double kUnset = std::numeric_limits<double>::quiet_NaN();  ///< not given
   double stiffness = kUnset;             ///< k [N/m³], pressure per depth; > 0
   double damping = kUnset;               ///< b [N·s/m³], pressure per approach speed (linear law); ≥ 0
   double dissipation = kUnset;           ///< c [s/m] of Hunt–Crossley p = k d max(0, 1 + c ḋ); ≥ 0
@@ -31,7 +31,7 @@ struct DefaultMaterial {
   static constexpr double kDamping = 0;        ///< [N·s/m³]
   static constexpr double kDissipation = 10;   ///< [s/m]: no force while parting faster than 0.1 m/s
   static constexpr double kTangentialRatio = 2.0 / 3.0;  ///< k_t/k: shear against compression of an elastic layer
-  static constexpr double kMu = 0.5;
+  static constexpr double kMu = 0.5;                     ///< μ0 = μ [1]
 };
 
 /// Material of a pair from its surfaces' and the world's default. Where both surfaces give a value:

@@ -27,12 +27,13 @@ namespace haptic {
 /// What a contact takes from its bodies, by what takes it [W]: k Vol n, the normal damper, friction. Linear in the wrench
 /// and in the twist, so also work, of an impulse, and rates.
 struct ContactPower {
-  double elastic = 0, damping = 0, friction = 0;
+  double elastic = 0, damping = 0, friction = 0;  ///< what each of them takes [W]
 
+  /// Sum of two contacts or instants.
   ContactPower operator+(const ContactPower& o) const {
     return {elastic + o.elastic, damping + o.damping, friction + o.friction};
   }
-  ContactPower operator*(double s) const { return {s * elastic, s * damping, s * friction}; }
+  ContactPower operator*(double s) const { return {s * elastic, s * damping, s * friction}; }  ///< scaled
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
@@ -58,7 +59,7 @@ struct FrictionAnchor {
 
 /// What a pair remembers of its contact: state of the world. Vectors in A's axes, at the last evaluation.
 struct FrictionMemory {
-  FrictionAnchor anchor;
+  FrictionAnchor anchor;              ///< where slip is measured from
   Vector3 normal_A = Vector3::Zero(); ///< n
   Vector3 slip_A = Vector3::Zero();   ///< elastic displacement of B against A at the patch [m]
   Vector3 rate_A = Vector3::Zero();   ///< slip velocity [m/s]
@@ -88,7 +89,7 @@ struct FrictionMemory {
 /// Constants of a pair.
 struct PairLaw {
   ContactMaterial material;  ///< complete, see `combine`
-  PressureLaw pressure = PressureLaw::kHuntCrossley;
+  PressureLaw pressure = PressureLaw::kHuntCrossley;  ///< law of the normal pressure
   double reduced_mass = 0;   ///< m_A m_B/(m_A + m_B) [kg], for the critical tangential damper
   bool torsion = true;       ///< false: friction resists sliding only
 };
@@ -108,7 +109,7 @@ enum class Yielding : unsigned char {
 struct Advance {
   double time = 0;            ///< since the last one, or the base of a stage [s]; 0: the memory stays
   bool second_order = false;  ///< the velocities at both ends are known: instants between them are located
-  Yielding yielding = Yielding::kAtOnce;
+  Yielding yielding = Yielding::kAtOnce;  ///< whether it may begin or stop sliding
   /// The damper sees the mean rate between the two poses, not the one at this instant: of steps of first order, whose rate
   /// lies off by the turn of the carrier within a step, and would hold a share of the force for ever.
   bool mean_rate = false;
@@ -129,6 +130,7 @@ struct FrictionLayer {
   bool dragged = false;               ///< f = N o, whatever the slip
   bool slid = false;                  ///< it slid at the start
 
+  /// What the law gives for one rate.
   struct Answer {
     Vector3 force = Vector3::Zero();              ///< f [N, N·m]
     Vector3 slip = Vector3::Zero();               ///< what the springs hold at the end [m, rad]
@@ -140,13 +142,14 @@ struct FrictionLayer {
   Answer at(const Vector3& rate, double time, double N) const noexcept;
 };
 
+/// Friction of a patch at one evaluation, and the memory that it leaves.
 struct FrictionForce {
   Vector2 force = Vector2::Zero();          ///< on B, in P's axes [N]
   double torque = 0;                        ///< about n [N·m]
   Vector2 slip = Vector2::Zero();           ///< elastic, new [m]
   double twist = 0;                         ///< [rad]
-  double load = 0;
-  bool sliding = false;
+  double load = 0;                          ///< share of the limit that is used [1]
+  bool sliding = false;                     ///< μ holds; else μ0
   double event = 1;                         ///< share of the step after which it began to slide or stuck; 1: neither
   Vector2 impulse = Vector2::Zero();        ///< what the trapezoidal rule misses of ∫f dt because of the event [N·s]
   double angular_impulse = 0;               ///< [N·m·s]

@@ -22,19 +22,20 @@ struct PatchTangent {
   Matrix6 combined(double x, double y) const noexcept;
 };
 
+/// The wrench between two bodies in contact, with its memory and its tangent.
 struct LocatedForce {
   Wrench F_BP_P;              ///< on B at P, in P's axes
   double normal_force = 0;    ///< N [N]
   double elastic_force = 0;   ///< of it k Vol [N]
   FrictionMemory memory;      ///< at this evaluation; the caller decides whether it becomes state
-  bool sticking = false;
+  bool sticking = false;      ///< friction holds the patch: μ0 is its limit
   bool clipped = false;       ///< the damper would pull somewhere: the pressure is held at 0 there
   bool incomplete = false;    ///< faces laid over one another had no room for all of their corners
   double event = 1;           ///< share of the step after which it touched, yielded or stuck; 1: none of them
   bool has_impulse = false;   ///< `impulse` is not zero
   Wrench impulse_P;           ///< what the trapezoidal rule over the step misses because of that [N·m·s, N·s]
   double elastic_impulse = 0; ///< of it that of k Vol n [N·s]
-  PatchTangent tangent;
+  PatchTangent tangent;       ///< what implicit steps and certificates linearise with
   FrictionLayer layer;        ///< of a solve: the law of friction while only the slip rate changes
   FrictionAnchor trial;       ///< see FrictionForce
   bool renewed = false;       ///< see FrictionForce

@@ -17,15 +17,19 @@
 
 namespace haptic {
 
+/// The laws that files can name: a linear damper beside the spring, or Hunt & Crossley's within it.
 enum class PressureLaw : unsigned char { kLinear, kHuntCrossley };
 
+/// A row of `kPressureKinds`: what is known of a law.
 struct PressureKind {
-  PressureLaw law;
+  PressureLaw law;                            ///< the law it describes
   const char* name;                           ///< in files
+  /// Where the damper stands: p = k d + b ḋ beside the spring, p = k d (1 + c ḋ) within it.
   enum class Damper : unsigned char { kBesideSpring, kWithinSpring } damper;
   double (*damping)(const ContactMaterial&);  ///< b [N·s/m³] beside the spring, c [s/m] within it; ≥ 0
 };
 
+/// All laws, in the order of `PressureLaw`.
 inline constexpr PressureKind kPressureKinds[] = {
     {PressureLaw::kLinear, "linear", PressureKind::Damper::kBesideSpring,
      [](const ContactMaterial& m) { return m.damping; }},
@@ -33,6 +37,7 @@ inline constexpr PressureKind kPressureKinds[] = {
      [](const ContactMaterial& m) { return m.dissipation; }},
 };
 
+/// The row of a law.
 constexpr const PressureKind& kindOf(PressureLaw law) { return kPressureKinds[static_cast<int>(law)]; }
 /// The pressure jumps from 0 where a contact begins while bodies approach.
 constexpr bool jumpsAtTouch(PressureLaw law) { return kindOf(law).damper == PressureKind::Damper::kBesideSpring; }
@@ -43,13 +48,15 @@ constexpr double kLeastPressing = 0.05;
 
 /// ∫ w, ∫ r w, ∫ r rᵀ w dA of a weight w over the patch.
 struct PatchMoments {
-  double m0 = 0;
-  Vector2 m1 = Vector2::Zero();
-  Matrix2 m2 = Matrix2::Zero();
-  PatchMoments operator*(double s) const { return {s * m0, s * m1, s * m2}; }
+  double m0 = 0;                                                               ///< ∫ w dA
+  Vector2 m1 = Vector2::Zero();                                                ///< ∫ r w dA
+  Matrix2 m2 = Matrix2::Zero();                                                ///< ∫ r rᵀ w dA
+  PatchMoments operator*(double s) const { return {s * m0, s * m1, s * m2}; }  ///< scaled
+  /// Sum of two patches or weights.
   PatchMoments operator+(const PatchMoments& o) const { return {m0 + o.m0, m1 + o.m1, m2 + o.m2}; }
 };
 
+/// Normal pressure over a patch, and its integrals.
 struct NormalPressure {
   double force = 0;                    ///< ∫ p dA [N]
   Vector2 first = Vector2::Zero();     ///< ∫ r p dA [N·m]

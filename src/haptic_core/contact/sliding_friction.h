@@ -23,7 +23,7 @@ namespace haptic {
 /// the closed form by more than 1e-12, which keeps a Newton solve from converging. The second trades time for the
 /// series' error.
 constexpr double kNearCentre = 6;
-constexpr double kFarCentre = 1000;
+constexpr double kFarCentre = 1000;  ///< see kNearCentre
 
 /// Pressure over a patch as a function of thickness d and place r: p = d (k0 + k1·r) + b0 + b1·r.
 /// Hunt–Crossley: k0 = k (1 - c v_z), k1; linear damper: k0 = k, b0 + b1·r = b ḋ.

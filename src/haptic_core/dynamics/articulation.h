@@ -29,7 +29,7 @@ namespace haptic {
 /// link, the link frame's origin otherwise.
 struct LinkModel {
   int parent = -1;                     ///< -1: the world
-  bool floating = false;
+  bool floating = false;               ///< it hangs on nothing: six degrees of freedom
   int slides = 0, turns = 0, dof = 0;  ///< axes of the joint: dof = slides + turns
   int q = 0, v = 0;                    ///< first index in the state
   int v_slide = 0, v_turn = 0;         ///< first index of the slides, of the turns
@@ -46,6 +46,7 @@ struct LinkModel {
   Matrix3 I_C = Matrix3::Zero();          ///< inertia about C, link axes [kg·m²]
 };
 
+/// A tree of rigid bodies on joints: the constant model.
 /// Immutable once constructed; shared by any number of states.
 class Articulation {
  public:
@@ -55,11 +56,12 @@ class Articulation {
   /// missing joint, numbers that are not finite.
   explicit Articulation(const TreeDef& def);
 
+  /// Links, in the order of the definition.
   int linkCount() const { return static_cast<int>(links_.size()); }
-  int nq() const { return nq_; }
-  int nv() const { return nv_; }
-  const LinkModel& link(int i) const { return links_[i]; }
-  const TreeDef& def() const { return def_; }
+  int nq() const { return nq_; }                            ///< numbers in q
+  int nv() const { return nv_; }                            ///< numbers in v
+  const LinkModel& link(int i) const { return links_[i]; }  ///< constant data of link i
+  const TreeDef& def() const { return def_; }               ///< what it was compiled from
   /// One link on a floating joint: the routines take their short way.
   bool isFreeBody() const { return free_body_; }
   /// No degree of freedom: nothing ever moves.

@@ -23,12 +23,12 @@ struct LinkInertia {
 
 /// A joint from a parent link P to its child link. `q` is 0 where the child frame coincides with the joint frame J.
 struct JointDef {
-  std::string name;
-  JointType type = JointType::kFloating;
+  std::string name;                         ///< for messages, and where joints are asked for by name
+  JointType type = JointType::kFloating;    ///< kind of motion, see joint_type.h
   Pose X_PJ;                                ///< joint frame in the parent's link frame (in A for a root)
   Vector3 axis = Vector3::UnitX();          ///< unit axis in J: of rotation, of sliding, or normal of the plane
   double lower = -std::numeric_limits<double>::infinity();  ///< [rad] or [m]; infinite: none (continuous)
-  double upper = std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();   ///< [rad] or [m]; infinite: none
   double max_effort = std::numeric_limits<double>::infinity();    ///< limit of the drive [N·m] or [N]
   double max_velocity = std::numeric_limits<double>::infinity();  ///< limit of the drive [rad/s] or [m/s]
   double damping = 0;                       ///< [N·m·s/rad] or [N·s/m]
@@ -36,7 +36,9 @@ struct JointDef {
   double position = 0;                      ///< initial q (one-degree joints)
   double velocity = 0;                      ///< initial q̇ (one-degree joints) [rad/s] or [m/s]
   int mimic_joint = -1;                     ///< index of the link whose joint is followed: q = multiplier q' + offset
-  double mimic_multiplier = 1, mimic_offset = 0;
+  double mimic_multiplier = 1, mimic_offset = 0;  ///< m and c of q = m q' + c; c in [rad] or [m]
+  /// What the drive follows: nothing, an effort, a velocity or a position. A command may change it while
+  /// running.
   enum class Drive : unsigned char { kNone, kEffort, kVelocity, kPosition } drive = Drive::kNone;
   double drive_stiffness = 0;               ///< PD: [N·m/rad] or [N/m]
   double drive_damping = 0;                 ///< PD: [N·m·s/rad] or [N·s/m]
@@ -53,10 +55,10 @@ struct JointDef {
 
 /// A link as dynamics sees it: a rigid body on a joint.
 struct BodyDef {
-  std::string name;
+  std::string name;                         ///< of the link, unique in a scene
   int parent = -1;                          ///< index in the articulation, smaller than the link's own; -1: the world
-  JointDef joint;
-  LinkInertia inertia;
+  JointDef joint;                           ///< how it hangs on its parent
+  LinkInertia inertia;                      ///< of this body alone
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
@@ -66,7 +68,7 @@ struct BodyDef {
 
 /// A tree (or several: every link without parent starts one) of bodies.
 struct TreeDef {
-  std::string name;
+  std::string name;                         ///< for messages
   std::vector<BodyDef> links;               ///< parents before children
   Pose X_WA;                                ///< initial pose of the frame A that root joints are given in
   Twist V_WA;                               ///< initial twist of a floating root, at A's origin, in W

@@ -17,8 +17,10 @@
 
 namespace haptic {
 
+/// A sparse Cholesky factorisation by blocks: one matrix at a time, of any graph within the capacity.
 class BlockCholesky {
  public:
+  /// Two nodes with a block between them.
   struct Edge {
     int a = 0, b = 0;  ///< node indices, a ≠ b; repeated edges are fine
   };
@@ -36,7 +38,7 @@ class BlockCholesky {
 
   /// (in realtime) Keeps A as it stands, so that `recall` brings it back after `factor` has overwritten it.
   void keep() noexcept;
-  void recall() noexcept;
+  void recall() noexcept;  ///< (in realtime) A becomes what `keep` kept
   /// (in realtime) Adds to the diagonal at row i of a node.
   void addDiagonal(int node, int i, double value) noexcept;
   /// (in realtime) Makes the diagonal at row i of a node so large that b there, times what this returns, is x there to
@@ -51,7 +53,7 @@ class BlockCholesky {
   /// (in realtime) x ← A⁻¹ x; x is ordered by node as given to `analyze`.
   void solve(double* x) noexcept;
 
-  int rows() const { return rows_; }
+  int rows() const { return rows_; }            ///< of A: the sum of the block sizes
   std::size_t values() const { return used_; }  ///< doubles that the factor holds, fill included
 
  private:

@@ -18,7 +18,7 @@ namespace haptic {
 
 /// What a drive is asked to do; the parts its mode does not use are ignored. The gains are the joint's.
 struct JointCommand {
-  JointDef::Drive drive = JointDef::Drive::kNone;
+  JointDef::Drive drive = JointDef::Drive::kNone;  ///< which of the values below it follows
   double position = 0;  ///< q_ref [rad] or [m]
   double velocity = 0;  ///< v_ref [rad/s] or [m/s]
   double effort = 0;    ///< feed-forward [N·m] or [N]
@@ -38,7 +38,7 @@ bool isFinite(const JointCommand& command) noexcept;
 /// A piece of the graph: force = offset − slope v₁ for v₁ in [from, to], or, vertical at v₁ = from, any force
 /// in [low, high].
 struct ForcePiece {
-  bool vertical = false;
+  bool vertical = false;         ///< at v₁ = from the joint holds with any force from low to high
   double from = 0, to = 0;       ///< [rad/s] or [m/s]
   double offset = 0, slope = 0;  ///< [N·m] or [N]; per velocity
   double low = 0, high = 0;      ///< [N·m] or [N]
@@ -48,8 +48,8 @@ struct ForcePiece {
 struct ForceGraph {
   static constexpr int kMostPieces =
       9;  ///< two limits, friction, three kinks: at most 4 + 1 straight, 3 vertical
-  ForcePiece pieces[kMostPieces];
-  int count = 0;
+  ForcePiece pieces[kMostPieces];  ///< by rising velocity
+  int count = 0;                   ///< pieces in use
 
   /// The piece to start from when the velocity is v: a vertical one at exactly v, else the straight one
   /// around it, else the end that stops it.

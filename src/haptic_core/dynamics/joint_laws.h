@@ -23,39 +23,41 @@ struct JointWork {
   double drives = 0;    ///< work of drives on the joints
 };
 
+/// Damping, friction, limits and drives of the joints of one or several articulations.
 class JointLaws {
  public:
   /// A joint of one degree. Indices are those of the caller's links, commands, q and v.
   struct Law {
     JointDef joint;  ///< of a mimic's follower nothing but damping
-    int link = 0, command = 0, q = 0, v = 0;
-    double q_start = 0;
-    ForceGraph graph;
-    int piece = 0;
+    int link = 0, command = 0, q = 0, v = 0;  ///< the caller's indices
+    double q_start = 0;                       ///< at the start of the step [rad] or [m]
+    ForceGraph graph;                         ///< of this step
+    int piece = 0;                            ///< index of the piece it stands on
 
-    const ForcePiece& now() const { return graph.pieces[piece]; }
+    const ForcePiece& now() const { return graph.pieces[piece]; }  ///< the piece it stands on
   };
   /// A degree of a joint of several; of these damping alone is simulated.
   struct Damped {
-    int v = 0;
-    double damping = 0;
+    int v = 0;           ///< index of its velocity
+    double damping = 0;  ///< [N·m·s/rad] or [N·s/m]
   };
   /// How a joint came out: its velocities before and after, and the force of its law [N·m] or [N].
   struct Outcome {
-    double v0 = 0, v1 = 0, force = 0;
+    double v0 = 0, v1 = 0, force = 0;  ///< [rad/s] or [m/s]; force [N·m] or [N]
   };
 
   /// Set-up: the joints of an articulation whose links, commands, q and v begin at these indices.
   void add(const Articulation& articulation, int link = 0, int command = 0, int q = 0, int v = 0);
-  bool empty() const { return laws_.empty() && damped_.empty(); }
-  const std::vector<Law>& laws() const { return laws_; }
-  const std::vector<Damped>& damped() const { return damped_; }
+  bool empty() const { return laws_.empty() && damped_.empty(); }  ///< no joint does anything by itself
+  const std::vector<Law>& laws() const { return laws_; }           ///< joints of one degree
+  const std::vector<Damped>& damped() const { return damped_; }    ///< degrees of joints of several
 
   /// (in realtime) The graphs over a step h from q.
   void start(const JointCommand* commands, const double* q, double h) noexcept;
   void standAt(const double* v) noexcept;       ///< (in realtime) begins on the pieces around v
   void putWithinLimits(double* v) const noexcept;  ///< (in realtime)
 
+  /// How the search ended: all joints on their pieces, the bound on passes reached, or a solve that failed.
   enum class Found : unsigned char { kAll, kCycled, kUnsolved };
   /// (in realtime) Moves the joints over their pieces until all are where they come out. `solve(pass)` solves with the
   /// pieces as they are (false: it cannot), `outcome(k)` says how the joint of law k came out of it.

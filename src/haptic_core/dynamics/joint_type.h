@@ -14,10 +14,12 @@
 
 namespace haptic {
 
+/// The types that files can name, see `kJointKinds`.
 enum class JointType : unsigned char { kFixed, kRevolute, kPrismatic, kPlanar, kSpherical, kFloating };
 
+/// A row of `kJointKinds`: all that is known of a type.
 struct JointKind {
-  JointType type;
+  JointType type;       ///< the type it describes
   const char* name;     ///< in files
   bool in_urdf;         ///< false: written <joint type="floating"> with <haptic:joint type="NAME"/>
   int slides, turns;    ///< 0…3; turns: 0, 1 or 3
@@ -27,6 +29,7 @@ struct JointKind {
   bool floating;        ///< moves freely, whatever hangs above it
 };
 
+/// All types, in the order of `JointType`.
 inline constexpr JointKind kJointKinds[] = {
     {JointType::kFixed, "fixed", true, 0, 0, "", false},
     {JointType::kRevolute, "revolute", true, 0, 1, "a", false},
@@ -36,6 +39,7 @@ inline constexpr JointKind kJointKinds[] = {
     {JointType::kFloating, "floating", true, 3, 3, "", true},
 };
 
+/// The row of a type.
 constexpr const JointKind& kindOf(JointType type) { return kJointKinds[static_cast<int>(type)]; }
 
 /// The kind that files call `name`; null: none.
@@ -46,8 +50,10 @@ inline const JointKind* jointKind(const std::string& name) {
   return nullptr;
 }
 
-constexpr int degreesOf(const JointKind& kind) { return kind.slides + kind.turns; }
+constexpr int degreesOf(const JointKind& kind) { return kind.slides + kind.turns; }  ///< velocities: 0…6
+/// Numbers in q: a quaternion has four.
 constexpr int positionsOf(const JointKind& kind) { return kind.slides + (kind.turns == 3 ? 4 : kind.turns); }
+/// Files give it an axis.
 constexpr bool hasAxis(const JointKind& kind) { return kind.axes[0] == 'a' || kind.axes[0] == 'u'; }
 /// One degree of freedom: what has limits, a drive, friction.
 constexpr bool isScalar(JointType type) { return degreesOf(kindOf(type)) == 1; }

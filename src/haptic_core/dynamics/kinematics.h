@@ -30,8 +30,8 @@ struct LinkWork {
   Matrix3 A = Matrix3::Zero(), B = Matrix3::Zero(), M = Matrix3::Zero();  ///< articulated inertia [A B; Bᵀ M]
   Vector3 p_torque = Vector3::Zero(), p_force = Vector3::Zero();          ///< articulated bias wrench
   Matrix3 U_torque = Matrix3::Zero(), U_force = Matrix3::Zero();          ///< [A B; Bᵀ M] S, by column
-  Matrix3 D_inverse = Matrix3::Zero();
-  Vector3 u = Vector3::Zero();
+  Matrix3 D_inverse = Matrix3::Zero();  ///< (Sᵀ U + h slope)⁻¹ of the joint's degrees, padded with zeros
+  Vector3 u = Vector3::Zero();          ///< τ − Sᵀ p by degree: what accelerates the joint [N·m] or [N]
 
   Vector3 p_WC() const { return p_WO + p_OC; }  ///< centre of mass [m]
   /// Twist at a point of W that moves with the link.

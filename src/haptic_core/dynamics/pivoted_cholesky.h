@@ -10,8 +10,10 @@
 
 namespace haptic {
 
+/// A Cholesky factorisation with pivoting, of one matrix of up to `max_rows` rows at a time.
 class PivotedCholesky {
  public:
+  /// Set-up: allocates for `max_rows` rows.
   explicit PivotedCholesky(int max_rows = 0) : S_(max_rows * max_rows), size_(max_rows), pivot_(max_rows) {}
 
   /// The matrix to fill before `factor`, rows × rows row-major.
@@ -19,7 +21,7 @@ class PivotedCholesky {
   void factor(int rows) noexcept;  ///< (in realtime)
   /// (in realtime) x ← S⁻¹ x on the independent rows, 0 on the others.
   void solve(double* x) const noexcept;
-  int rank() const { return rank_; }
+  int rank() const { return rank_; }  ///< independent rows of the last `factor`
 
  private:
   std::vector<double> S_, size_;

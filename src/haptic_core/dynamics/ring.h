@@ -8,13 +8,16 @@ namespace haptic {
 
 /// Two frames of one tree held together; link −1 is the world. A ring over two trees makes them one forest.
 struct RingDef {
-  std::string name;
-  int link_a = -1, link_b = -1;
+  std::string name;              ///< for messages
+  int link_a = -1, link_b = -1;  ///< index in the tree; −1: the world
   Pose X_AF, X_BF;  ///< where the frames lie in the links
+  /// What the frames share: their origin (three turns stay free), origin and axis (one turn) or everything
+  /// (none).
   enum class Type : unsigned char { kPoint, kHinge, kWeld } type = Type::kPoint;
   Vector3 axis = Vector3::UnitZ();  ///< of a hinge, in F
 };
 
+/// Constraints on top of a tree: rings and mimic joints.
 /// Rows φ(q) = 0 with φ' = G v, of all rings and mimic joints of a tree.
 /// Ring: the difference of the origins (b − a) in a's axes [m]; hinge: the two components of axis_a × axis_b
 /// across the axis; weld: the rotation vector from a to b [rad]. Mimic: q_j − (m q_i + c).
@@ -22,8 +25,8 @@ class Rings {
  public:
   Rings(const Articulation& articulation,
         std::vector<RingDef> rings);  ///< throws SetupError: link out of range
-  int rows() const { return rows_; }
-  bool empty() const { return rows_ == 0; }
+  int rows() const { return rows_; }         ///< constraint equations: 3, 5 or 6 a ring, 1 a mimic
+  bool empty() const { return rows_ == 0; }  ///< nothing is constrained
   /// (in realtime) φ at the poses in `work`; `phi[rows()]`.
   void residual(const LinkWork* work, const double* q, double* phi) const noexcept;
   /// (in realtime) G, rows() × nv row-major, at the poses in `work`.

@@ -24,6 +24,7 @@ struct JointReport : JointWork {
   double closure = 0;     ///< largest gap left in a ring [m]
 };
 
+/// Steps one articulation with its joint laws and rings.
 class TreeMotion {
  public:
   /// The articulation must outlive it. Throws SetupError as `Rings` does.

@@ -18,7 +18,7 @@ namespace haptic {
 
 /// One articulation in the caller's arrays; pointers to its first link and degree. Cheap: made for each call.
 struct SteppedTree {
-  const Articulation* model = nullptr;
+  const Articulation* model = nullptr;     ///< the constant tree
   TreeMotion* motion = nullptr;            ///< of joints with laws of their own; null: none have any
   const JointCommand* commands = nullptr;  ///< by link; read with `motion` only
   double* q = nullptr;                     ///< [nq]
@@ -35,8 +35,8 @@ struct SteppedTree {
 /// Scratch of these steps, one for all trees of a world.
 struct TreeStepScratch {
   void fit(const Articulation& articulation);  ///< set-up: grows to what this tree needs
-  std::vector<double> stages, pull, alone;
-  std::vector<Wrench> wrenches;
+  std::vector<double> stages, pull, alone;     ///< sized by `fit`
+  std::vector<Wrench> wrenches;                ///< by link, all zero
 };
 
 /// (in realtime) The whole step from the wrenches in `work`, which it may overwrite. Leaves `pull` alone. Returns what

@@ -9,6 +9,7 @@
 
 namespace haptic {
 
+/// Finds the pairs of boxes that overlap, by sweep and prune.
 /// Boxes are sorted by their lower ends along the axis of the widest spread (insertion sort: nearly sorted
 /// from the last step), then each is compared with those that begin before it ends. Pairs come out ordered, a
 /// < b and ascending, and depend on the boxes alone: the sorting left from earlier steps changes no result
@@ -16,9 +17,10 @@ namespace haptic {
 /// `contact.broadphase_1000_us`.
 class BroadPhase {
  public:
+  /// Two boxes by index.
   struct Pair {
     int a, b;  ///< a < b
-    bool operator==(const Pair& o) const { return a == o.a && b == o.b; }
+    bool operator==(const Pair& o) const { return a == o.a && b == o.b; }  ///< the same two
   };
 
   /// `never[i]` lists pairs (any order) that are left out for good: static with static, links of one body,
@@ -27,12 +29,12 @@ class BroadPhase {
 
   /// True when a and b may meet at all.
   bool allowed(int a, int b) const { return !(never_[bit(a, b) >> 6] >> (bit(a, b) & 63) & 1); }
-  int boxCount() const { return count_; }
+  int boxCount() const { return count_; }  ///< boxes it was made for
 
   /// (in realtime) Finds the pairs of `boxes` (box_count of them, in one frame) that touch or overlap. False
   /// when more than `max_pairs` did and the last ones were dropped.
   bool update(const ConvexPolyhedron::Box* boxes) noexcept;
-  const LoadedVector<Pair>& pairs() const { return pairs_; }
+  const LoadedVector<Pair>& pairs() const { return pairs_; }  ///< found by the last `update`
 
  private:
   std::size_t bit(int a, int b) const { return static_cast<std::size_t>(a) * count_ + b; }

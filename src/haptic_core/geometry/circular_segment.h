@@ -4,10 +4,11 @@
 
 namespace haptic {
 
+/// Integrals over a circular or spherical cap.
 /// With the half chord ρ(s) = √(s (2 - s)) at the distance s from the pole, J_k = ∫ sᵏ ρ ds from 0 to s = 1 - cos θ, each
 /// divided by s^(3/2): what is left is smooth where the cap vanishes, and no digits cancel there.
 struct SegmentIntegrals {
-  double j0, j1, j2;
+  double j0, j1, j2;  ///< J_0, J_1 and J_2, each over s^(3/2)
 
   /// `s` in [0, 2] and `theta` = acos(1 - s), which is read from kSeries on only.
   SegmentIntegrals(double s, double theta) {

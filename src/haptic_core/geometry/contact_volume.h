@@ -29,12 +29,15 @@ enum class NormalRule : unsigned char {
   kHistory      ///< n as it was when the pair was last separated, turning with A (the seeds' rule)
 };
 
+/// The volume of intersection of two convex shapes, with the moments that a contact force needs.
 struct ContactVolume {
+  /// Which of the fields below are filled.
   enum class Status : unsigned char {
     kSeparated,  ///< a separating direction proves it; `depth` alone is filled
     kTouching,   ///< common points, no volume; n and P are defined, moments are zero
     kOverlap     ///< all fields filled
   };
+  /// Bits of `flags`.
   enum Flag : unsigned {
     kCapacityExceeded =
         1u
@@ -44,8 +47,8 @@ struct ContactVolume {
     kOnSeam = 1u << 2,  ///< V ends where pieces of one body touch
   };
 
-  Status status = Status::kSeparated;
-  unsigned flags = 0;
+  Status status = Status::kSeparated;       ///< of the last computation
+  unsigned flags = 0;                       ///< of Flag
   Pose X_AP;                                ///< patch frame in A; n = X_AP.R.col(2), centroid = X_AP.p
   Vector3 area_vector_A = Vector3::Zero();  ///< S_A [m²]
   double volume = 0;                        ///< ∫ d dA [m³]
@@ -55,7 +58,7 @@ struct ContactVolume {
   Matrix2 A2 = Matrix2::Zero();             ///< ∫ r rᵀ dA [m⁴]
   double depth = 0;                         ///< extent of V along n [m], an upper bound of d; separated: ≤ 0, minus a gap that is proven
 
-  Vector3 normal() const { return X_AP.R.col(2); }
+  Vector3 normal() const { return X_AP.R.col(2); }  ///< n, in A's frame
 };
 
 /// What a pair remembers from one step to the next. Trivially copyable, and STATE: save and restore it with
@@ -75,24 +78,27 @@ struct PairCache {
 
 /// What neighbouring pieces of the same body cover of a convex piece (internal_faces.h).
 struct InnerFaces {
+  /// A covered part of a face.
   struct Cover {
-    int face;
+    int face;                      ///< of the piece
     std::vector<Vector3> outline;  ///< convex, in the piece's frame, counter-clockwise seen from outside the piece [m]
   };
   std::vector<std::uint64_t> bits;  ///< bit f of word f/64: face f is covered, at least in part
-  std::vector<Cover> covers;
+  std::vector<Cover> covers;        ///< a face may have several
 
+  /// Face f is covered, at least in part.
   bool has(int face) const { return bits[face >> 6] >> (face & 63) & 1; }
 };
 
+/// What neighbouring pieces cover of two pieces in contact.
 /// Of A and of B; null: nothing is covered. Where a covered part of a face bounds V, V is a part of the contact of the whole
 /// bodies (kOnSeam), and that part of its boundary is no surface: left out, the normal is that of the surface. With S_A, S_B
 /// the area vectors of V's two sides, C_A, C_B the covered ones in them, of areas c_A and c_B,
 ///     n ∝ (c_A (S_A - C_A) - c_B (S_B - C_B)) / (c_A + c_B),
 /// continuous in the poses, also where one of the two areas vanishes.
 struct InnerSides {
-  const InnerFaces* a = nullptr;
-  const InnerFaces* b = nullptr;
+  const InnerFaces* a = nullptr;  ///< of A's piece; null: nothing is covered
+  const InnerFaces* b = nullptr;  ///< of B's piece
 };
 
 /// Computes the contact volume. (in realtime) No heap, no locks; re-entrant with one workspace per thread.

@@ -18,6 +18,7 @@ struct CoveredArea;
 struct InnerFaces;
 struct PartMoments;
 
+/// Whose surface a face of V is a part of.
 enum class Owner : unsigned char { kA, kB };
 
 /// A face of V: part of one face of A or of B.
@@ -25,7 +26,7 @@ struct ContactFace {
   Vector3 normal;  ///< outward unit normal, in A's frame
   double offset;   ///< normal·x = offset on the face [m]
   int index;       ///< face of A or B that it is part of
-  Owner owner;
+  Owner owner;     ///< the body of `index`
 };
 
 /// An edge of V between its faces: from → to in the loop of `left`, to → from in that of `right`.
@@ -42,14 +43,16 @@ struct ContactLoop {
 
 /// A face of V seen along the normal of the contact.
 struct FaceShadow {
+  /// Which way the face looks along n: up, down, or so steeply that its shadow is a line.
   enum Side : unsigned char { kAbove, kBelow, kSteep };
-  Side side = kSteep;
+  Side side = kSteep;        ///< of this face
   int anchor = -1;           ///< one of its vertices
   double area = 0;           ///< of the projection [m²], negative below
   double most = 0;           ///< largest distance along n from the plane of its side's largest face [m]
   Vector2 longest = Vector2::Zero();  ///< its longest edge [m]
   int first = 0, count = 0;           ///< its edges, where they are grouped
   Vector2 low = Vector2::Constant(INFINITY), high = Vector2::Constant(-INFINITY);  ///< box in P [m]
+  /// The boxes overlap.
   bool meets(const FaceShadow& o) const { return (low.array() <= o.high.array()).all() && (o.low.array() <= high.array()).all(); }
   /// Upper bound of the area that two of them have in common, from their widths where they cross [m²].
   double commonArea(const FaceShadow& o) const {
@@ -62,8 +65,8 @@ struct FaceShadow {
 /// Pairs up two things that share a key, in a table that needs no clearing between uses.
 class PairTable {
  public:
-  void reserve(int entries);
-  void clear() noexcept;
+  void reserve(int entries);  ///< set-up: room for so many pairs
+  void clear() noexcept;      ///< (in realtime) forgets all pairs; O(1)
   /// The value stored under (a, b), or a new slot holding -1. Null when full.
   int* find(int a, int b) noexcept;
 
@@ -77,6 +80,7 @@ class PairTable {
   std::uint32_t epoch_ = 1;
 };
 
+/// Memory for one contact at a time, with the volume V that the last call left in it.
 /// One per thread. Filled by `contactVolume`; the accessors describe the last call's V while its status was
 /// kOverlap.
 class ContactWorkspace {
@@ -92,10 +96,10 @@ class ContactWorkspace {
   void clear() noexcept;
 
   const LoadedVector<Vector3>& vertices() const { return vertices_; }  ///< in A's frame [m]
-  const LoadedVector<ContactFace>& faces() const { return faces_; }
+  const LoadedVector<ContactFace>& faces() const { return faces_; }    ///< of V
   /// Those from seamBegin() on lie where the surfaces of A and B cross: `left` is A's face, `right` is B's.
   const LoadedVector<ContactEdge>& edges() const { return edges_; }
-  int seamBegin() const { return seam_begin_; }
+  int seamBegin() const { return seam_begin_; }  ///< index of the first edge on the seam
 
   /// (in realtime) A point inside each face, the mean of its vertices, in A's frame [m]; until V or the next use of
   /// the scratch memory changes it. Cost O(edges).
@@ -105,7 +109,7 @@ class ContactWorkspace {
   /// anything else. A plane adds one corner at most, so that faces of V laid over one another fit.
   LoadedVector<Vector2>& polygon() { return polygon_; }
   template <class Height>
-  void keepAbove(Height height) noexcept;
+  void keepAbove(Height height) noexcept;   ///< (in realtime) of `polygon`
   int dropped() const { return dropped_; }  ///< corners for which there was no room, since `clear`
 
   /// (in realtime) Chains the edges into one polygon per face; for drawing. Cost O(edges).
@@ -113,14 +117,16 @@ class ContactWorkspace {
 
   /// V where one of the shapes is round: `filled`, and of the above only the faces of the other shape that bound it.
   RoundVolume& round() { return round_; }
-  const RoundVolume& round() const { return round_; }
+  const RoundVolume& round() const { return round_; }  ///< see above
   /// (in realtime) See covered_area.h, which calls it.
   CoveredArea coveredArea(Owner owner, const InnerFaces& inner, const Pose& X_AS) noexcept;
-  const LoadedVector<ContactLoop>& loops() const { return loops_; }
+  const LoadedVector<ContactLoop>& loops() const { return loops_; }  ///< one per face, after `buildLoops`
+  /// Vertices of V, loop after loop.
   const LoadedVector<int>& loopVertices() const { return loop_vertices_; }
 
   /// A piece of the seam while its ends are being found, between planes of the sides; -1: not yet.
   struct Seam {
+    /// `start`, `end`: vertices of V; the planes are those of A's side and of B's.
     int start, end, plane_a, plane_b;
   };
 

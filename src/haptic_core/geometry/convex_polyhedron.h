@@ -8,6 +8,7 @@
 
 namespace haptic {
 
+/// A convex polyhedron with the adjacency that contact detection walks on.
 /// Vertices, planar faces with ordered loops, half edges and vertex neighbours. Everything is made once, at
 /// set-up; all queries are const, without heap and safe from any number of threads.
 ///
@@ -15,12 +16,14 @@ namespace haptic {
 /// seen from outside and lie one after the other, so that face f owns the half edges first…first+count-1.
 class ConvexPolyhedron : public ConvexShape {
  public:
+  /// A planar face and its loop of half edges.
   struct Face {
     Vector3 normal;  ///< unit, outward
     double offset;   ///< n·x ≤ offset inside [m]
     int first;       ///< first half edge of the loop
     int count;       ///< edges of the loop, ≥ 3
   };
+  /// An edge between two faces.
   struct Edge {
     int from, to;     ///< vertices
     int left, right;  ///< faces; `left` has the edge as from → to, `right` as to → from
@@ -40,23 +43,25 @@ class ConvexPolyhedron : public ConvexShape {
   /// body.
   static constexpr double kFlatness = 1e-13;
 
-  const std::vector<Vector3>& vertices() const { return vertices_; }
-  const std::vector<Face>& faces() const { return faces_; }
-  const std::vector<Edge>& edges() const { return edges_; }
-  int vertexCount() const { return static_cast<int>(vertices_.size()); }
-  int faceCount() const { return static_cast<int>(faces_.size()); }
-  int edgeCount() const { return static_cast<int>(edges_.size()); }
+  const std::vector<Vector3>& vertices() const { return vertices_; }  ///< in the shape's frame [m]
+  const std::vector<Face>& faces() const { return faces_; }  ///< outward, loops counter-clockwise
+  const std::vector<Edge>& edges() const { return edges_; }  ///< each once
+  int vertexCount() const { return static_cast<int>(vertices_.size()); }  ///< ≥ 4
+  int faceCount() const { return static_cast<int>(faces_.size()); }  ///< ≥ 4
+  int edgeCount() const { return static_cast<int>(edges_.size()); }  ///< ≥ 6
 
   int loopVertex(int half_edge) const { return loop_[half_edge]; }  ///< where the half edge starts
   int twin(int half_edge) const { return twin_[half_edge]; }        ///< the same edge in the other face
-  int faceOf(int half_edge) const { return half_edge_face_[half_edge]; }
+  int faceOf(int half_edge) const { return half_edge_face_[half_edge]; }  ///< the face whose loop holds it
+  /// Index in edges(); both half edges have the same.
   int edgeOf(int half_edge) const { return half_edge_edge_[half_edge]; }
 
   /// Neighbours of vertex v: neighbours()[neighbourBegin(v) … neighbourBegin(v + 1) - 1]; the half edge that
   /// leads there is outgoing()[same index].
   int neighbourBegin(int v) const { return neighbour_begin_[v]; }
+  /// Vertices, by the vertex that they are next to.
   const std::vector<int>& neighbours() const { return neighbours_; }
-  const std::vector<int>& outgoing() const { return outgoing_; }
+  const std::vector<int>& outgoing() const { return outgoing_; }  ///< half edges, parallel to neighbours()
 
   using ConvexShape::aabb;
   Box aabb(const Pose& X_WS) const override;                 ///< tight where the axes are parallel
@@ -65,7 +70,7 @@ class ConvexPolyhedron : public ConvexShape {
   /// True for the shapes of `makeBox`: centred on the origin, edges along the axes; half the size in
   /// halfSize().
   bool isBox() const { return is_box_; }
-  const Vector3& halfSize() const { return aabb_.upper; }
+  const Vector3& halfSize() const { return aabb_.upper; }  ///< of a box, along x, y and z [m]
 
   /// (in realtime) The vertex farthest along `direction` (any length), climbing from vertex `hint`. Exact for
   /// any hint, up to ties; O(1) when the hint is near.

@@ -13,6 +13,7 @@ class ConvexPolyhedron;
 /// What all shapes have in common. Immutable; all queries are const, without heap and safe from any number of threads.
 class ConvexShape {
  public:
+  /// A box along the axes of some frame.
   struct Box {
     Vector3 lower, upper;  ///< [m]
   };
@@ -21,7 +22,7 @@ class ConvexShape {
 
   /// The shape as what it is; null: it is of the other kind. Defined beside the classes.
   const ConvexPolyhedron* polyhedron() const;
-  const Ball* ball() const;
+  const Ball* ball() const;  ///< null: it is no ball
 
   const std::string& name() const { return name_; }          ///< for messages
   const Vector3& centre() const { return properties_.com; }  ///< centroid of the solid [m]
@@ -39,17 +40,19 @@ class ConvexShape {
   virtual TriangleMesh triangles() const = 0;                ///< for drawing; of a round surface an approximation
 
  protected:
+  /// What the shape is, so that queries need no dynamic cast.
   enum class Kind : unsigned char { kPolyhedron, kBall };
+  /// The derived class fills in the properties, radius and box below.
   ConvexShape(Kind kind, const std::string& name) : name_(name), kind_(kind) {}
-  ConvexShape(const ConvexShape&) = default;
-  ConvexShape(ConvexShape&&) = default;
-  ConvexShape& operator=(const ConvexShape&) = default;
-  ConvexShape& operator=(ConvexShape&&) = default;
+  ConvexShape(const ConvexShape&) = default;  ///< for derived classes: a shape is not copied through its base
+  ConvexShape(ConvexShape&&) = default;  ///< likewise
+  ConvexShape& operator=(const ConvexShape&) = default;  ///< likewise
+  ConvexShape& operator=(ConvexShape&&) = default;  ///< likewise
 
-  std::string name_;
+  std::string name_;           ///< for messages
   MassProperties properties_;  ///< at density 1
-  double radius_ = 0;
-  Box aabb_{Vector3::Zero(), Vector3::Zero()};
+  double radius_ = 0;                           ///< about the centre [m]
+  Box aabb_{Vector3::Zero(), Vector3::Zero()};  ///< in the shape's frame
 
  private:
   Kind kind_;

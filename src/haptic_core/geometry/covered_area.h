@@ -5,6 +5,7 @@
 
 namespace haptic {
 
+/// The part of a side of V that neighbouring pieces of the same body cover.
 struct CoveredArea {
   Vector3 vector = Vector3::Zero();  ///< outward, in A's frame [m²]
   double area = 0;                   ///< sum of its parts' sizes [m²]

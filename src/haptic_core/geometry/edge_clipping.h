@@ -5,6 +5,7 @@
 
 namespace haptic {
 
+/// Finds V from the edges of each body clipped by the planes of the other.
 /// V's edges are the edges of A inside B, the edges of B inside A, and the seam where face f of A crosses
 /// face g of B. Every end of a clipped edge is an end of two pieces of seam: an edge between f1 and f2 that
 /// leaves through g ends a piece of (f1, g) and starts one of (f2, g). So each pair (f, g) must collect
@@ -20,16 +21,19 @@ namespace haptic {
 /// the support vertices; (points of one) × (faces of the other) sign tests, four at a time.
 class EdgeClipper {
  public:
+  /// The edges close a surface; there is no common volume; or rounding decided two tests in ways that do not
+  /// go together.
   enum class Result : unsigned char { kClosed, kNothing, kInconsistent };
 
   /// `direction` (unit, A to B, in A's frame) has shown the overlap: highest of A along it `top_a`, lowest of
   /// B `bottom_b`, at vertices `support_a`, `support_b`.
   struct Overlap {
-    Vector3 direction;
-    double top_a, bottom_b;
-    int support_a, support_b;
+    Vector3 direction;         ///< separates least: unit, from A to B, in A's frame
+    double top_a, bottom_b;    ///< along `direction` [m]
+    int support_a, support_b;  ///< vertices of A and of B
   };
 
+  /// For one contact; A, B, X_AB and the workspace must outlive it.
   EdgeClipper(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
               ContactWorkspace& workspace);
 

@@ -10,15 +10,18 @@ struct InnerPart {
   double enter = 0, leave = 1;             ///< in lengths of the edge from p
   int enter_plane = -1, leave_plane = -1;  ///< planes of the other side that cut it there; -1: the edge's own end
 
+  /// Nothing of the edge is inside.
   bool empty() const { return enter_plane >= 0 && leave_plane >= 0 && !(enter < leave); }
 };
 
+/// Puts V together from the clipped edges of both bodies.
 /// A side knows where its points are and which planes it has: `pointInV(p)`, `faceInV(plane)` (numbers in V, -1: not yet),
 /// `point(p)` (fourth lane free) and `face(plane, owner)`. `Seams` keeps the pieces of seam by (plane of A, plane of B).
 /// What two sides can give always fits the workspace (ContactWorkspace::reserveResult); pieces are counted by Seams.
 template <class Side, class Seams>
 class EdgeCollector {
  public:
+  /// Starts with an empty V; `w`, `a`, `b` and `seams` must outlive it.
   EdgeCollector(ContactWorkspace& w, Side& a, Side& b, Seams& seams)
       : w_(w), a_(a), b_(b), seams_(seams), vertices_(w.vertices_.begin()->data()), faces_(w.faces_.begin()),
         edges_(w.edges_.begin()) {}

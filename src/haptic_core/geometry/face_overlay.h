@@ -8,16 +8,17 @@ namespace haptic {
 
 /// A function c·(1, x, y) over a plane.
 struct LinearField {
-  double c = 0, cx = 0, cy = 0;
-  double at(double x, double y) const { return c + cx * x + cy * y; }
+  double c = 0, cx = 0, cy = 0;  ///< value at the origin, slopes along x and y
+  double at(double x, double y) const { return c + cx * x + cy * y; }  ///< value at (x, y)
 };
 
+/// Two faces laid over one another along a normal.
 /// The common part of the projections of a face of A and one of B, convex and counter-clockwise in P's x and y [m], and the
 /// thickness between the two planes [m]: positive where they overlap, negative where there is a gap. Unlike the faces of V it
 /// reaches as far as the faces do, so that it tells what a small turn brings into contact.
 class FaceOverlay {
  public:
-  static constexpr int kMostCorners = 16;
+  static constexpr int kMostCorners = 16;  ///< of the common part; more, and `find` gives up
 
   /// (in realtime) Of the faces that look most along z of P, from A to B. False where these are not nearly parallel, do not
   /// lie over one another, or have too many corners together; nothing is left behind then. Cost: the faces of both and about
@@ -29,12 +30,12 @@ class FaceOverlay {
   /// (in realtime) Moves all of it [m].
   void shift(double x, double y) noexcept;
 
-  void clear() noexcept { corners_ = 0; }
-  bool empty() const { return corners_ == 0; }
-  int corners() const { return corners_; }
-  double x(int i) const { return x_[i]; }
-  double y(int i) const { return y_[i]; }
-  const LinearField& thickness() const { return thickness_; }
+  void clear() noexcept { corners_ = 0; }                      ///< (in realtime) nothing in common
+  bool empty() const { return corners_ == 0; }                 ///< nothing in common
+  int corners() const { return corners_; }                     ///< of the common part
+  double x(int i) const { return x_[i]; }                      ///< of corner i, in P [m]
+  double y(int i) const { return y_[i]; }                      ///< of corner i, in P [m]
+  const LinearField& thickness() const { return thickness_; }  ///< over P's x and y [m]
   double area() const;  ///< [m²]
 
   /// (in realtime) Visits (x, y, weight) of points over the part in which both fields are positive: Σ weight f = ∫ f dA

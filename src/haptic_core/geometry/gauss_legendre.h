@@ -4,14 +4,17 @@
 
 namespace haptic {
 
+/// Two nodes of a Gauss rule, at ±`at`, with the same weight.
 struct GaussPoint {
-  double at, weight;
+  double at, weight;  ///< in [0, 1]; the weights of a rule add up to 1, half of its interval
 };
 
+/// Eight nodes: exact up to degree 15.
 inline constexpr GaussPoint kGauss8[] = {{0.9602898564975363, 0.10122853629037626},
                                          {0.7966664774136267, 0.22238103445337448},
                                          {0.525532409916329, 0.31370664587788727},
                                          {0.1834346424956498, 0.362683783378362}};
+/// Sixteen nodes: exact up to degree 31.
 inline constexpr GaussPoint kGauss16[] = {
     {0.9894009349916499, 0.027152459411754096}, {0.9445750230732326, 0.062253523938647894},
     {0.8656312023878318, 0.09515851168249279},  {0.755404408355003, 0.12462897125553388},

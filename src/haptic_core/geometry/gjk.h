@@ -4,6 +4,7 @@
 
 namespace haptic {
 
+/// The nearest points of two convex polyhedra, and a direction that separates them.
 struct ClosestPoints {
   bool separated = false;  ///< `direction` proves it: no point of A reaches the lowest of B
   double distance = 0;     ///< [m]; 0 unless separated

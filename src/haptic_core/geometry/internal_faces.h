@@ -11,10 +11,11 @@ namespace haptic {
 
 /// A convex piece of a body, in the body's frame. A round one has no faces.
 struct PlacedPiece {
-  const ConvexShape* shape;
-  Pose X_BS;
+  const ConvexShape* shape;  ///< the caller's
+  Pose X_BS;                 ///< where it lies in the body
 };
 
+/// Which faces the convex pieces of one body hide from the outside.
 struct InternalFaces {
   std::vector<InnerFaces> inner;                ///< by piece: what its neighbours cover
   /// By piece and face: faces of neighbouring pieces that continue one another, without a bend, have one number; −1: no
@@ -29,6 +30,6 @@ InternalFaces internalFaces(const std::vector<PlacedPiece>& pieces);
 
 /// Gap or overlap that still counts as lying against, or in one plane, relative to the larger piece; and the tilt [rad].
 constexpr double kJoint = 1e-6;
-constexpr double kShared = 1e-6;
+constexpr double kShared = 1e-6;  ///< share of the smaller face's area from which two faces count as touching
 
 }  // namespace haptic

@@ -8,6 +8,7 @@ namespace haptic {
 template <class T>
 class LoadedVector {
  public:
+  /// Set-up: room for `capacity` elements, never less than before.
   void reserve(int capacity) {
     if (capacity <= capacity_) return;
     data_.resize(capacity);
@@ -17,21 +18,22 @@ class LoadedVector {
   void resize(int size) noexcept { size_ = size < capacity() ? size : capacity(); }
   /// The whole storage, whatever the size.
   std::vector<T>& all() noexcept { return data_; }
+  /// (in realtime) False, and nothing stored, when full.
   bool push_back(const T& value) noexcept {
     if (size_ == capacity_) return false;
     data_[size_++] = value;
     return true;
   }
-  void clear() noexcept { size_ = 0; }
-  int size() const noexcept { return size_; }
-  bool empty() const noexcept { return size_ == 0; }
-  int capacity() const noexcept { return capacity_; }
-  T& operator[](int i) noexcept { return data_[i]; }
-  const T& operator[](int i) const noexcept { return data_[i]; }
-  T* begin() noexcept { return data_.data(); }
-  T* end() noexcept { return data_.data() + size_; }
-  const T* begin() const noexcept { return data_.data(); }
-  const T* end() const noexcept { return data_.data() + size_; }
+  void clear() noexcept { size_ = 0; }                            ///< keeps the storage
+  int size() const noexcept { return size_; }                     ///< elements
+  bool empty() const noexcept { return size_ == 0; }              ///< no elements
+  int capacity() const noexcept { return capacity_; }             ///< elements that fit
+  T& operator[](int i) noexcept { return data_[i]; }              ///< element i < size()
+  const T& operator[](int i) const noexcept { return data_[i]; }  ///< element i < size()
+  T* begin() noexcept { return data_.data(); }                    ///< the first element
+  T* end() noexcept { return data_.data() + size_; }              ///< one past the last element
+  const T* begin() const noexcept { return data_.data(); }        ///< the first element
+  const T* end() const noexcept { return data_.data() + size_; }  ///< one past the last element
 
  private:
   std::vector<T> data_;

@@ -13,6 +13,7 @@ struct TriangleMesh {
   std::vector<std::array<int, 3>> triangles;  ///< indices into `vertices`
 };
 
+/// Mass, centre of mass and inertia of a solid.
 struct MassProperties {
   double volume = 0;                ///< [m³]; negative when the faces point inwards
   double mass = 0;                  ///< density · volume [kg]

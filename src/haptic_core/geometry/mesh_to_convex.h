@@ -9,6 +9,7 @@
 
 namespace haptic {
 
+/// How closely convex pieces have to follow their mesh.
 struct ConvexSettings {
   double relative_tolerance =
       0.01;  ///< largest distance of mesh and hull, of the mesh's size (longest side of its box)
@@ -17,13 +18,14 @@ struct ConvexSettings {
   std::string name = "mesh";           ///< for messages: file or link
 };
 
+/// What came of turning a mesh into convex pieces.
 struct ConvexReport {
   double hull_distance = 0;  ///< largest distance of the hull's surface from the mesh [m]
   double size = 0;           ///< longest side of the mesh's box [m]
   double mesh_volume = 0;    ///< of the mesh as given; NaN when it is not closed [m³]
   double pieces_volume = 0;  ///< sum over the pieces [m³]
-  int pieces = 0;
-  bool decomposed = false;
+  int pieces = 0;            ///< number of convex pieces
+  bool decomposed = false;   ///< false: one hull stands for the mesh
 };
 
 /// Convex pieces that stand for the mesh, one when it lies within the tolerance of its hull. Throws

@@ -10,11 +10,12 @@ namespace haptic {
 /// the face's plane as apex: the triangles (m, p, q) of a loop add up to the face. The projection is the sum
 /// of signed triangles (o, p, q) along the seam.
 struct MomentSums {
-  double volume = 0, A0 = 0;
-  Vector3 V1 = Vector3::Zero();
-  Vector2 A1 = Vector2::Zero();
-  Matrix2 V2 = Matrix2::Zero(), A2 = Matrix2::Zero();
+  double volume = 0, A0 = 0;                           ///< ∫ dV [m³], ∫ dA [m²]
+  Vector3 V1 = Vector3::Zero();                        ///< ∫ x dV [m⁴]
+  Vector2 A1 = Vector2::Zero();                        ///< ∫ r dA [m³], r = (x, y)
+  Matrix2 V2 = Matrix2::Zero(), A2 = Matrix2::Zero();  ///< ∫ r rᵀ dV [m⁵], ∫ r rᵀ dA [m⁴]
 
+  /// Adds the signed tetrahedron (o, m, p, q) to the volume.
   void addTetrahedron(const Vector3& m, const Vector3& p, const Vector3& q) {
     const double v = m.dot(p.cross(q)) / 6;
     const Vector3 sum = m + p + q;
@@ -23,6 +24,7 @@ struct MomentSums {
     V2 += v / 20 * (square(sum) + square(m) + square(p) + square(q));
   }
 
+  /// Adds the signed triangle (o, p, q) to the projection.
   void addTriangle(const Vector3& p, const Vector3& q) {
     const double a = 0.5 * (p.x() * q.y() - p.y() * q.x());
     const Vector3 sum = p + q;

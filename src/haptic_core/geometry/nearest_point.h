@@ -4,6 +4,7 @@
 
 namespace haptic {
 
+/// The point of a polyhedron nearest to a given one.
 struct NearestPoint {
   Vector3 direction = Vector3::UnitZ();  ///< unit, from the given point to the nearest one; from inside: against the nearest face's normal
   double distance = 0;                   ///< [m]; 0 inside

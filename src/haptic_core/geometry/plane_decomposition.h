@@ -9,11 +9,13 @@
 
 namespace haptic {
 
+/// How near the pieces have to come, and how many there may be.
 struct DecompositionSettings {
   double tolerance = 1e-3;  ///< a piece whose hull is nowhere farther from the mesh is not cut again [m]
   int max_pieces = 32;      ///< cutting ends here, the worst piece having been cut first
 };
 
+/// How near the pieces of a decomposition came to their mesh.
 struct DecompositionReport {
   double distance = 0;  ///< largest distance of a piece's hull from the mesh [m]; above the tolerance when
                         ///< max_pieces ended the cutting

@@ -22,6 +22,7 @@ struct SolidMoments {
 struct CapMoments {
   double volume, z, across;            ///< ∫ 1, z and x² dV [m³, m⁴, m⁵]
 
+  /// Both in [m]; 0 ≤ depth ≤ 2 radius.
   CapMoments(double radius, double depth) {
     const double d2 = depth * depth;
     volume = M_PI * d2 * (radius - depth / 3);

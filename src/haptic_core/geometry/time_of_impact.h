@@ -11,7 +11,7 @@ struct ShapeMotion {
   Twist V_W;        ///< at that point: [rad/s], [m/s]
   double reach = 0; ///< largest distance of the shape's points from it [m]
 
-  Pose at(double t) const;
+  Pose at(double t) const;  ///< X_WS after `t` [s]
 };
 
 /// First time in [0, h] at which the shapes come within `clearance` [m] of each other, or a little before; h where they do

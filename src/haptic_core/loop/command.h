@@ -17,6 +17,7 @@ namespace haptic {
 
 class World;
 
+/// Command: the world goes back to a saved state.
 struct RestoreWorld {
   std::vector<double> state;   ///< World::save(); the pointers start there and glide to their grips
 
@@ -25,7 +26,9 @@ struct RestoreWorld {
     visit(s.state);
   }
 };
+/// Command: new values of what may change about a running world.
 struct TuneWorld {
+  /// All of them.
   WorldTuning tuning;
 
   template <class Self, class Visit>
@@ -33,6 +36,7 @@ struct TuneWorld {
     visit(s.tuning);
   }
 };
+/// Command: a device goes back to saved memory.
 struct RestoreDevice {
   std::vector<double> memory;  ///< Spidar::save(): what tuning or a calibration from a file made of it
 
@@ -41,7 +45,9 @@ struct RestoreDevice {
     visit(s.memory);
   }
 };
+/// Command: new settings of a hand.
 struct ChangeHand {
+  /// All of them.
   HandSettings settings;
 
   template <class Self, class Visit>
@@ -49,11 +55,12 @@ struct ChangeHand {
     visit(s.settings);
   }
 };
-/// Its device was taken away: the pointer stands, the hands after it move up.
+/// Command: a hand lost its device. Its pointer stands, the hands after it move up.
 struct DropHand {
   template <class Self, class Visit>
   static void eachField(Self&, Visit&&) {}
 };
+/// Command: a user asks a device to calibrate, to recover or to switch its force.
 struct AskDevice {
   DeviceRequests requests;     ///< followed in the next tick
 
@@ -62,8 +69,10 @@ struct AskDevice {
     visit(s.requests);
   }
 };
+/// Command: the world pauses, or runs on.
 /// While paused the world stands and the devices live on at minimum tension; then the force fades in anew.
 struct PauseWorld {
+  /// False: it runs on.
   bool on = true;
 
   template <class Self, class Visit>
@@ -71,9 +80,11 @@ struct PauseWorld {
     visit(s.on);
   }
 };
+/// Command: the clutch is held, or released.
 /// While held, the pointer stands and the grip moves freely; it waits while the pointer is in contact, for the wrench
 /// would jump to that of another place.
 struct HoldClutch {
+  /// False: the grip moves the pointer again.
   bool held = true;
 
   template <class Self, class Visit>
@@ -81,7 +92,9 @@ struct HoldClutch {
     visit(s.held);
   }
 };
+/// Command: another link becomes the pointer, where `World::canGrab` allows it.
 struct GrabLink {
+  /// Index of the pointer, and world index of the link.
   int pointer = 0, link = 0;
 
   template <class Self, class Visit>
@@ -89,8 +102,11 @@ struct GrabLink {
     visit(s.pointer), visit(s.link);
   }
 };
+/// Command: the drive of a joint gets a new target.
 struct DriveJoint {
+  /// Index of `World::joint`.
   int joint = 0;
+  /// From the next step on.
   JointCommand command;
 
   template <class Self, class Visit>
@@ -98,19 +114,23 @@ struct DriveJoint {
     visit(s.joint), visit(s.command);
   }
 };
+/// Command: one step while the world is paused.
 /// One step of a paused world, done at once: the devices stay at minimum tension, the pointers where they are.
 struct StepWorld {
   template <class Self, class Visit>
   static void eachField(Self&, Visit&&) {}
 };
 
+/// A change of a running loop as data, and which hand it is for.
 struct LoopCommand {
   /// Recordings number the kinds in this order (haptic_msgs/LoopEvent): new ones go to the end.
   using Kind = std::variant<RestoreWorld, TuneWorld, RestoreDevice, ChangeHand, DropHand, AskDevice, PauseWorld, HoldClutch,
                             GrabLink, DriveJoint, StepWorld>;
+  /// What to do, with its data.
   Kind kind;
   int hand = 0;  ///< which; 0 for the world
 
+  /// Whether it is of the kind T.
   template <class T>
   bool is() const {
     return std::holds_alternative<T>(kind);
@@ -119,7 +139,9 @@ struct LoopCommand {
 
 /// A command with the tick that it was carried out before.
 struct LoopEvent {
+  /// The first tick that ran after it.
   std::uint64_t tick = 0;
+  /// As it was told.
   LoopCommand command;
 };
 
@@ -134,6 +156,7 @@ void apply(const LoopCommand& command, World& world);
 
 /// For recordings: the numbers of a command beside its kind and hand, and back.
 std::vector<double> numbersOf(const LoopCommand& command);
+/// The same for settings alone.
 std::vector<double> numbersOf(const HandSettings& settings);
 HandSettings handSettingsFrom(const std::vector<double>& numbers);  ///< throws SetupError
 LoopCommand commandFrom(std::size_t kind, int hand, const std::vector<double>& numbers);  ///< throws SetupError

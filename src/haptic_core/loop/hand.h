@@ -6,6 +6,7 @@
 
 namespace haptic {
 
+/// One hand of a HapticLoop: a device on its pointer.
 class Hand {
  public:
   Hand(Spidar& device, int pointer, const HandSettings& settings);  ///< throws SetupError
@@ -39,15 +40,24 @@ class Hand {
   /// settings go on bit for bit. Between two ticks; allocates unless `out` has room for kMemoryNumbers. `restore` throws
   /// SetupError when it does not fit.
   void save(std::vector<double>& out);
+  /// See `save`.
   void restore(const std::vector<double>& memory);
+  /// Upper bound of what `save` appends.
   static constexpr std::size_t kMemoryNumbers = 256;
 
+  /// Of the last tick.
   const HandReport& report() const noexcept { return report_; }
+  /// For the next exchange.
   const DriveCommand& drive() const noexcept;
+  /// With its observer's energy.
   const PassivityController& passivity() const noexcept { return passivity_; }
+  /// Constant between two commands.
   const HandSettings& settings() const noexcept { return settings_; }
+  /// The caller's.
   Spidar& device() noexcept { return device_; }
+  /// The caller's.
   const Spidar& device() const noexcept { return device_; }
+  /// Index in the world.
   int pointer() const noexcept { return pointer_; }
 
  private:

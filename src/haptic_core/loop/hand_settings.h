@@ -5,9 +5,12 @@
 
 namespace haptic {
 
+/// How one grip moves its pointer and feels it.
 struct HandSettings {
+  /// Where the device stands in the world, and its scale.
   WorkspaceSettings workspace;
   double force_scale = 1;          ///< hand newtons per world newton
+  /// Of the observer and controller at the port.
   PassivitySettings passivity;
   double soft_start_s = 0.5;       ///< force fades in, and the pointer glides to the grip, over this time after
                                    ///< enable, load, reset and overrun [s]

@@ -13,6 +13,7 @@ namespace haptic {
 class Spidar;
 class Hand;
 
+/// What one hand measured, asked for and presented in a tick.
 struct HandReport {
   Pose X_BG;                       ///< measured grip, in the device's base
   Twist V_BG;                      ///< filtered, at G's origin, in B
@@ -33,15 +34,23 @@ struct HandReport {
   bool passivity_acts = false;     ///< the controller's damper is in F_asked_B
 };
 
+/// What one tick of the loop came to.
 struct TickReport {
+  /// Ticks since the start, this one included.
   std::uint64_t tick = 0;
+  /// Valid entries of `hand`.
   int hands = 0;
+  /// By hand, in the order of `attach`.
   std::array<HandReport, kMaxHands> hand;
+  /// Of the world.
   StepReport step;
 };
 
+/// The closed loop between up to kMaxHands devices and one world. It does no I/O: the caller exchanges with
+/// the devices.
 class HapticLoop {
  public:
+  /// The world must outlive the loop.
   explicit HapticLoop(World& world);
   ~HapticLoop();
 
@@ -60,10 +69,15 @@ class HapticLoop {
   void noteOverrun(int periods) noexcept;
 
   const DriveCommand& drive(int hand) const noexcept;  ///< for the next exchange
+  /// Of the last tick.
   const TickReport& report() const noexcept { return report_; }
+  /// Hand i < handCount().
   Hand& hand(int i) noexcept { return *hands_[i]; }
+  /// Attached hands.
   int handCount() const noexcept { return count_; }
+  /// The world stands, see PauseWorld.
   bool paused() const noexcept { return paused_; }
+  /// The caller's.
   World& world() noexcept { return world_; }
 
  private:

@@ -26,9 +26,12 @@
 
 namespace haptic {
 
+/// What the port does: nothing, observe the energy, or observe and act.
 enum class PassivityMode : unsigned char { kOff, kObserve, kAct };
 
+/// What the observer and the controller at a hand's port do.
 struct PassivitySettings {
+  /// Observing alone changes no force.
   PassivityMode mode = PassivityMode::kObserve;
   double radius = 0.02;       ///< r [m]: weighs rotation against translation, about the grip's size
   double max_damping = 20;    ///< α_max [N·s/m]
@@ -39,6 +42,8 @@ struct PassivitySettings {
   }
 };
 
+/// Passivity observer and controller of one hand's port. A tick calls `observe`, `act` and `hold`, in this
+/// order.
 class PassivityController {
  public:
   /// `grip_mass` [kg]: of the grip alone; a hand that holds it only makes it heavier. `quantum` [m]: q, what one count is
@@ -69,6 +74,7 @@ class PassivityController {
   double energy() const { return energy_; }          ///< E [J], absorbed since the start
   double lowestEnergy() const { return lowest_; }    ///< min over time of E [J]
   double dissipated() const { return dissipated_; }  ///< by the controller [J]
+  /// The damper or the scaling was at work in the last tick.
   bool acting() const { return acting_; }
 
  private:

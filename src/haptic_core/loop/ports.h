@@ -47,18 +47,22 @@ class BetweenTicks {
 class Port {
  public:
   virtual ~Port() = default;
+  /// How other threads have work done between two ticks.
   BetweenTicks between_ticks;
 };
 
 /// A device on offer. Everything is the owner's; the runner of the lease alone calls `device` and `transport`.
 class DevicePort : public Port {
  public:
+  /// Set-up: `record_capacity` ticks wait for the owner at most; device and transport must outlive the port.
   DevicePort(Spidar& device_in, Transport& transport_in, std::size_t record_capacity)
       : device(device_in), transport(transport_in), records(record_capacity) {}
   /// (in realtime) Tells the owner what this tick did; the runner calls it after `actuate`.
   void record(std::uint64_t tick, std::int64_t stamp_ns, const DeviceSample& sample) noexcept;
 
+  /// The owner's.
   Spidar& device;
+  /// The owner's: exchanges with the device.
   Transport& transport;
   std::atomic<bool> follows_script{false};  ///< a twin whose hand the scene may script (set by the owner)
   RecordRing<DeviceRecord> records;      ///< runner → owner, for topics
@@ -68,11 +72,13 @@ class DevicePort : public Port {
 struct WorldSnapshot {
   std::int64_t stamp_ns = 0;             ///< steady clock
   double time = 0;                       ///< simulated [s]
+  /// Of the last step.
   StepReport report;
   std::vector<Pose> pose;                ///< X_WL per link; sized at set-up
   std::vector<JointReading> joint;       ///< per joint; sized at set-up
   std::vector<ContactReport> contact;    ///< sized at set-up; the first `contacts` are valid
   std::vector<Wrench> pointer_wrench;    ///< per pointer, about the link's origin, in W
+  /// Valid entries of `contact`.
   int contacts = 0;
 };
 
@@ -80,22 +86,27 @@ struct WorldSnapshot {
 struct WorldCopy {
   std::int64_t stamp_ns = 0;             ///< steady clock
   double time = 0;                       ///< simulated [s]
+  /// Of the last step.
   StepReport report;
   StageTimes stages;                     ///< mean over the steps measured since `measures_stages` was set [s]
   std::vector<double> state;             ///< World::save(); room for the greatest at set-up
+  /// That the state was reached with.
   WorldTuning tuning;
 };
 
 /// Which device moves which pointer, and how the hand sees the world.
 struct HandPlacement {
   std::string device;                    ///< name of the device's port, without leading slash
+  /// Index in the world.
   int pointer = 0;
+  /// Its initial ones.
   HandSettings settings;
   HandPath path;                         ///< for a twin that follows the scene's script; in the device's base
 };
 
 /// Where a world came from: what a recording needs to build it again.
 struct SceneSource {
+  /// Absolute path of the scene's file, and its text.
   std::string file, text;                ///< absolute path, and what was in it
   double default_density = 0;            ///< [kg/m³], as given to the loader
   std::uint64_t fingerprint = 0;         ///< of the definition, see loop/session.h
@@ -104,6 +115,7 @@ struct SceneSource {
 /// A world on offer.
 class WorldPort : public Port {
  public:
+  /// Set-up: the world must outlive the port; snapshots hold up to `contact_capacity` contacts.
   WorldPort(World& world_in, std::string scene_name, std::vector<HandPlacement> placements, int contact_capacity);
   /// Between two ticks (PortOffer::runBetweenTicks): carries a command out, through the loop of the runner when it has one.
   /// Throws SetupError when it cannot be done.
@@ -117,8 +129,11 @@ class WorldPort : public Port {
   /// (in realtime) Copies the world into `snapshot`.
   void takeSnapshot(std::int64_t stamp_ns) noexcept;
 
+  /// The owner's; the runner of the lease steps it.
   World& world;
+  /// Name of the scene.
   const std::string scene;
+  /// Which devices move which pointers.
   const std::vector<HandPlacement> hands;
   SceneSource source;                        ///< set by the owner before it offers the port
   std::shared_ptr<const WorldDef> definition;  ///< likewise: for who judges the scene; empty: not known
@@ -141,17 +156,23 @@ class WorldPort : public Port {
   int steps_timed_ = 0;
 };
 
+/// What is on offer.
 enum class PortKind : unsigned char { kDevice, kWorld };
+/// Who claims: the owner's own thread, or the bridge, for which an owner makes room.
 enum class ClaimRank : unsigned char { kOwner, kBridge };
 
 template <class T>
 struct PortTraits;
+/// Of a device.
 template <>
 struct PortTraits<DevicePort> {
+  /// Its table.
   static constexpr PortKind kKind = PortKind::kDevice;
 };
+/// Of a world.
 template <>
 struct PortTraits<WorldPort> {
+  /// Its table.
   static constexpr PortKind kKind = PortKind::kWorld;
 };
 
@@ -168,19 +189,26 @@ template <class T>
 class PortLease {
  public:
   PortLease() = default;
+  /// Used by PortTable::claim.
   PortLease(std::shared_ptr<PortSlot> slot, T* port) : slot_(std::move(slot)), port_(port) {}
+  /// The other lease is empty afterwards.
   PortLease(PortLease&& other) noexcept { swap(other); }
+  /// Lets its own port go first; the other lease is empty afterwards.
   PortLease& operator=(PortLease&& other) noexcept {
     PortLease(std::move(other)).swap(*this);
     return *this;
   }
   ~PortLease() { release(); }
 
+  /// It holds a port.
   explicit operator bool() const { return port_ != nullptr; }
+  /// The port; only while it holds one.
   T& operator*() const { return *port_; }
+  /// The port; only while it holds one.
   T* operator->() const { return port_; }
   /// (in realtime) The owner, or a higher rank, wants it back: let go soon.
   bool recalled() const noexcept { return slot_ && portRecalled(*slot_); }
+  /// Lets go at once; does nothing without a port.
   void release() {
     if (slot_) releasePort(*slot_);
     slot_.reset();
@@ -210,10 +238,12 @@ class PortTable {
     T* port = slot ? static_cast<T*>(slotPort(*slot)) : nullptr;
     return PortLease<T>(std::move(slot), port);
   }
+  /// Of all ports of a kind that are on offer.
   std::vector<std::string> names(PortKind kind) const;
 
   /// Used by PortOffer. Throws SetupError when the name is taken.
   std::shared_ptr<PortSlot> add(PortKind kind, const std::string& name, Port* port, const std::string& owner);
+  /// Used by PortOffer; does not wait.
   void remove(const std::shared_ptr<PortSlot>& slot);
 
  private:
@@ -232,7 +262,9 @@ class PortOffer {
   template <class T>
   PortOffer(PortTable& table, const std::string& name, T& port, const std::string& owner)
       : table_(&table), slot_(table.add(PortTraits<T>::kKind, name, &port, owner)) {}
+  /// The other offer is empty afterwards.
   PortOffer(PortOffer&& other) noexcept : table_(other.table_), slot_(std::move(other.slot_)) {}
+  /// Withdraws its own port first; the other offer is empty afterwards.
   PortOffer& operator=(PortOffer&& other) noexcept;
   ~PortOffer() { withdraw(); }
 
@@ -240,6 +272,7 @@ class PortOffer {
   /// the offer is gone, but the port must stay alive.
   bool withdraw(std::chrono::milliseconds patience = kPortPatience);
   std::string holder() const;            ///< name of the runner; empty: nobody
+  /// The present runner has this rank.
   bool heldBy(ClaimRank rank) const;
   /// Runs `work` where it cannot overlap a tick: between two of the runner's, or here when nobody holds the
   /// port. False: no runner took it in time, nothing was done. Rethrows what `work` throws.

@@ -8,6 +8,7 @@ namespace haptic {
 
 std::int64_t steadyNow() noexcept;  ///< (in realtime) CLOCK_MONOTONIC [ns]
 
+/// Wakes a thread at a fixed rate.
 /// Wakes at start + n/rate. After an overrun the deadlines move: what was lost is not made up by a burst.
 class PeriodicWake {
  public:
@@ -15,6 +16,7 @@ class PeriodicWake {
 
   void start() noexcept;                  ///< the first deadline is one period from now
 
+  /// One wake-up.
   struct Wake {
     std::int64_t start_ns = 0;            ///< steady clock when the thread ran again
     std::int64_t lateness_ns = 0;         ///< start after its deadline, ≥ 0
@@ -28,15 +30,19 @@ class PeriodicWake {
   std::int64_t period_ns_, deadline_ns_ = 0;
 };
 
+/// Priority, memory and core that a ticking thread asks for.
 struct RealtimeSettings {
   int priority = 60;         ///< SCHED_FIFO 1…98, above interrupts' 50; 0: leave the scheduler alone
   bool lock_memory = true;   ///< keep pages of the process resident once touched
   int cpu = -1;              ///< core to stay on; -1: any
 };
 
-/// What came of it. `advice`: one line per thing that was refused or is set against low lateness, and what to do.
+/// What the operating system granted. `advice`: one line per thing that was refused or is set against low
+/// lateness, and what to do.
 struct RealtimeReport {
+  /// SCHED_FIFO, memory and core were granted.
   bool fifo = false, memory_locked = false, pinned = false;
+  /// For the user, one sentence each.
   std::vector<std::string> advice;
 };
 

@@ -14,35 +14,52 @@
 
 namespace haptic {
 
+/// Everything that a replay starts from, beside the scene.
 struct SessionStart {
+  /// A device and its hand.
   struct HandStart {
     std::string device;              ///< name of the device's port
+    /// As its file stated it.
     DeviceDef def;
+    /// Index in the world.
     int pointer = 0;
+    /// Of the hand.
     HandSettings settings;
     std::vector<double> memory;      ///< Spidar::save()
     std::vector<double> loop_memory; ///< Hand::save(); empty: the hand is new
   };
+  /// Of the recording.
   std::uint64_t first_tick = 0;
   double step = 1e-3;                ///< h [s]
   std::vector<double> world_state;   ///< World::save()
   std::vector<double> world_tuning;  ///< WorldTuning::numbers()
+  /// The world stands at the start.
   bool paused = false;
+  /// In the order of the loop's.
   std::vector<HandStart> hands;
 };
 
 /// The loop between two ticks, complete: a session can start there.
 struct LoopMemory {
   std::uint64_t tick = 0;            ///< the next one
+  /// World::hash() there.
   std::uint64_t world_hash = 0;
+  /// World::save().
   std::vector<double> world_state;
+  /// At that instant.
   WorldTuning world_tuning;
+  /// The world stands.
   bool paused = false;
+  /// Valid entries of `hand`.
   int hands = 0;
+  /// Of one hand.
   struct HandMemory {
+    /// Of the hand.
     HandSettings settings;
+    /// Spidar::save() and Hand::save().
     std::vector<double> device, loop;
   };
+  /// In the order of the loop's.
   std::array<HandMemory, kMaxHands> hand;
 };
 
@@ -64,9 +81,12 @@ class SessionReplay {
   SessionReplay(const WorldDef& scene, const SessionStart& start);
 
   void apply(const LoopCommand& command);             ///< throws SetupError
+  /// (in realtime) One tick from its recorded input; its hash is to be compared with the recorded one.
   const TickHash& tick(const TickInput& input) noexcept;
 
+  /// As it was rebuilt from the scene.
   World& world() { return world_; }
+  /// With a device per hand that is still there.
   HapticLoop& loop() { return *loop_; }
   /// Name of part `i` of a TickHash: a link's, or a hand's device.
   std::string partName(int i) const;

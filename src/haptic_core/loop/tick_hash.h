@@ -10,11 +10,15 @@ namespace haptic {
 /// The world as a whole, and its parts, so that a difference can be told to the first body. Parts: the world's links,
 /// then the hands. Links beyond `kMaxParts` - kMaxHands share the last slot of the links.
 struct TickHash {
+  /// Slots of `part`.
   static constexpr int kMaxParts = 64;
   std::uint64_t world = 0;                          ///< World::hash() after the tick
+  /// Slots in use.
   int parts = 0;
+  /// Of the links' states, then of the hands'.
   std::array<std::uint32_t, kMaxParts> part{};
 
+  /// Bit for bit.
   bool operator==(const TickHash& other) const noexcept;
 };
 

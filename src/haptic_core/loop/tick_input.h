@@ -8,11 +8,14 @@
 
 namespace haptic {
 
+/// Devices that one loop can carry.
 inline constexpr int kMaxHands = 4;
 
+/// Everything that one tick of the loop takes in.
 struct TickInput {
   std::uint64_t tick = 0;  ///< index since the start
   int lost_periods = 0;    ///< ticks that were lost before this one: simulated time has waited
+  /// Valid entries of `sample`.
   int hands = 0;
   std::array<DeviceSample, kMaxHands> sample;  ///< per hand
 };

@@ -13,6 +13,7 @@ enum class Rebase : unsigned char {
   kGlide,  ///< the pointer starts where it is and glides to the grip's place (reset, restore, load)
 };
 
+/// Where a device stands in the world, and its scale.
 struct WorkspaceSettings {
   Pose X_WB;                ///< device base in the world
   double scale = 1;         ///< world metres per grip metre; > 0
@@ -23,12 +24,14 @@ struct WorkspaceSettings {
   }
 };
 
+/// Maps the grip in its device to the pointer in the world.
 /// p_WP = p_WB + R_WB (scale · p_BG) + offset_W,  R_WP = R_WB R_BG R_GP. A clutch holds the pointer while the
 /// grip moves on; at release the offsets take up the difference, so that the pointer never jumps. `rebase` does the
 /// same where the world moved the pointer; when it glides, the offsets shrink to zero with s(t) = 1 - x³(10 - 15x +
 /// 6x²), x = t/T (minimum jerk): the pointer comes to the grip's place without a step in speed.
 class WorkspaceMap {
  public:
+  /// Without offset: the pointer is where the grip is.
   explicit WorkspaceMap(const WorkspaceSettings& settings) : settings_(settings) {}
 
   /// Another base or scale from now on; the pointer keeps its place. Between two ticks.
@@ -78,9 +81,13 @@ class WorkspaceMap {
     n(glide_left_), n(glide_s_), n(rebase_), n(clutched_);
   }
 
+  /// Pose of the pointer.
   const Pose& X_WP() const { return X_WP_; }
+  /// Twist of the pointer at its origin, in W.
   const Twist& V_WP() const { return V_WP_; }
+  /// The pointer is held.
   bool clutched() const { return clutched_; }
+  /// As last set.
   const WorkspaceSettings& settings() const { return settings_; }
 
  private:

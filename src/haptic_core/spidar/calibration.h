@@ -18,20 +18,23 @@
 
 namespace haptic {
 
+/// One reading of a calibration wave: counts, and about where the grip was.
 struct CalibrationSample {
-  std::array<std::int64_t, kMaxStrings> counts{};
+  std::array<std::int64_t, kMaxStrings> counts{};  ///< of the encoders, by string
   GripPose
       guess;  ///< where the grip was: exactly when `known`, else roughly (not used when another is known)
   bool known = false;  ///< held by a jig
 };
 
+/// Priors of a calibration, and when it stops.
 struct CalibrationSettings {
   double exit_sigma = 0.01;    ///< prior of the exits about the file's [m]; wide enough for a tape measure
   double length_sigma = 0.02;  ///< prior of the zero lengths about their guess [m]
-  int max_iterations = 50;
+  int max_iterations = 50;     ///< Gauss-Newton steps
   double tolerance = 1e-9;  ///< converged when no parameter moves further [m]
 };
 
+/// Exits and string lengths as a wave of the grip told them, with their uncertainty.
 struct Calibration {
   std::string device;          ///< name in the file
   std::string time;            ///< when it was made, ISO 8601, as the caller says
@@ -40,8 +43,8 @@ struct Calibration {
   Eigen::MatrixXd covariance;  ///< of [E_0 o_0 E_1 o_1 …] [m²], prior included
   double exit_sigma = 0;  ///< largest standard deviation of an exit's coordinate, rigid motions removed [m]
   double residual = 0;    ///< rms of the length errors [m]; about step / √12 when the model fits
-  int samples = 0, iterations = 0;
-  bool converged = false;
+  int samples = 0, iterations = 0;  ///< poses used, and Gauss-Newton steps done
+  bool converged = false;           ///< false: `max_iterations` were not enough
 
   DeviceDef applied(DeviceDef def) const;  ///< `def` with the refined exits
 };

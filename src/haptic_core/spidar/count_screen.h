@@ -21,6 +21,7 @@
 
 namespace haptic {
 
+/// Limits by which CountScreen tells motion from misreadings and slips.
 struct ScreenSettings {
   double least_change = 0.25e-3;  ///< deviations below are motion or noise [m]
   double least_slip = 0.4e-3;     ///< a smaller one cannot be told from a blow [m]
@@ -31,8 +32,10 @@ struct ScreenSettings {
   int patience = 4;               ///< readings until a doubt must be settled
 };
 
+/// Screens the encoder counts of one device: motion, misreading or slip.
 class CountScreen {
  public:
+  /// What became of a reading.
   enum class Verdict : unsigned char {
     kMotion,    ///< believed
     kReplaced,  ///< string `suspect` is off: its length was replaced, the pose is good
@@ -41,7 +44,7 @@ class CountScreen {
     kLost,      ///< the counters no longer tell lengths; `suspect` is off most
   };
 
-  CountScreen(const DeviceDef& def, const ScreenSettings& settings);
+  CountScreen(const DeviceDef& def, const ScreenSettings& settings);  ///< for a device of this arrangement
 
   void forget() noexcept;  ///< (in realtime) the next lengths are believed as they are
   /// (in realtime) Judges the lengths [m] of one reading, `elapsed` [s] after the last; `pose` is the last

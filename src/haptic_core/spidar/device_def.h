@@ -14,7 +14,7 @@ namespace haptic {
 
 /// Strings of one device. Vectors over strings live on the stack with run-time size.
 inline constexpr int kMaxStrings = 16;
-using StringVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxStrings, 1>;
+using StringVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxStrings, 1>;  ///< one number per string
 
 /// For lists of fields (base/fields.h): one number per string; the size is not among them.
 template <class T, class Visit>
@@ -22,6 +22,7 @@ std::enable_if_t<std::is_same_v<std::remove_const_t<T>, StringVector>> eachNumbe
   for (int i = 0; i < strings.size(); ++i) visit(strings[i]);
 }
 
+/// One string of a device: geometry, encoder and motor.
 struct StringDef {
   Vector3 p_BE = Vector3::Zero();    ///< exit from the frame, in B [m]
   Vector3 p_GK = Vector3::Zero();    ///< knot on the grip at opening 0, in G [m]
@@ -32,13 +33,15 @@ struct StringDef {
   double max_tension = 0;            ///< [N]
 };
 
+/// Of the axes that a file's table was given in: stated by the source, or guessed until a first-motion test.
 enum class Handedness : unsigned char { kRight, kLeft, kGuessedRight, kGuessedLeft };
 
+/// A string-driven device as its description file states it.
 struct DeviceDef {
-  std::string name, file, source;
+  std::string name, file, source;    ///< its name, the file's path, and where its numbers come from
   int dof = 6;                       ///< 3: point grip; 6: rigid grip; 7: with one opening
   Handedness handedness = Handedness::kGuessedRight;  ///< of the axes the table was given in
-  std::vector<StringDef> strings;
+  std::vector<StringDef> strings;                     ///< in channel order
   double lambda = 0.01;              ///< weight of |t|² against the wrench error [1] (N-weighted)
   double border_lambda = 0;          ///< λ where 1 N of the wrench cannot be presented [1] (TensionDistribution); 0: λ is constant
   double max_rate_hz = 1000;         ///< highest exchange rate of the wire [Hz]

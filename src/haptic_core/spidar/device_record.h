@@ -6,21 +6,25 @@
 
 namespace haptic {
 
+/// One tick of a device, copied for other threads.
 struct DeviceRecord {
-  std::uint64_t tick = 0;
+  std::uint64_t tick = 0;     ///< index of the tick
   std::int64_t stamp_ns = 0;  ///< steady clock at the start of the tick
-  DeviceSample sample;
+  DeviceSample sample;        ///< what the wire brought
   Pose X_BG;                        ///< grip; meaningless unless `pose_valid`
   std::int64_t latched_ns = 0;      ///< steady clock at the instant of the counts that the pose comes from
   Twist V_BG;                       ///< at G's origin, in B
+  /// Wrench asked for and wrench presented: on the hand at G's origin, in B, after the device's limits [N·m],
+  /// [N].
   Wrench F_asked_B, F_achieved_B;   ///< on the hand at G's origin, in B, after the device's limits
+  /// By string [m], [N].
   StringVector length, tension;     ///< [m], [N]
   double opening = 0;               ///< 7-DOF grips [m]
   double opening_rate = 0;          ///< [m/s]
   double grasp_force = 0;           ///< presented along the opening [N]
   double pose_residual = 0;         ///< [m]
-  DeviceState state = DeviceState::kUncalibrated;
-  bool calibrated = false;
+  DeviceState state = DeviceState::kUncalibrated;  ///< after the tick
+  bool calibrated = false;                         ///< the strings' lengths are known
   bool pose_valid = false;    ///< calibrated, and the counts are not older than the limit
   bool pose_new = false;      ///< made in this tick
   double delay = 0;           ///< mean age of the counts: the wire's part of the loop's delay [s]
@@ -30,7 +34,7 @@ struct DeviceRecord {
   int suspect_string = -1;    ///< the one that disagrees most; -1: none
   std::uint32_t suspects = 0;  ///< bit per string that may be the one
   double suspect_error = 0;   ///< measured minus true length of it [m]
-  int hottest_motor = 0;
+  int hottest_motor = 0;      ///< index of the string
   unsigned flags = 0;  ///< see DeviceFlag
   unsigned cause = 0;  ///< the flags that led to FAULT or REDUCED
 };

@@ -9,6 +9,7 @@
 
 namespace haptic {
 
+/// How a simulated device behaves: its time, motors and hand.
 struct TwinSettings {
   double period = 1e-3;            ///< simulated time per exchange [s]
   int substeps = 10;               ///< semi-implicit Euler steps per exchange; 0.1 ms resolves 1 kHz dynamics
@@ -26,10 +27,11 @@ struct TwinSettings {
 /// Where the hand wants the grip, from outside (an rviz marker). `active` false gives the hand back to the
 /// path.
 struct HandTarget {
-  GripPose pose;
-  bool active = false;
+  GripPose pose;        ///< of the grip, in B
+  bool active = false;  ///< false: the path holds
 };
 
+/// What can break.
 enum class TwinFaultKind : unsigned char {
   kSlack,    ///< the string sags: it measures up to `size` [m] too long within 50 ms and pulls nothing
   kSlip,     ///< the encoder slips by `size` [m]
@@ -39,16 +41,19 @@ enum class TwinFaultKind : unsigned char {
   kSilence,  ///< the board does not answer
 };
 
+/// A fault that a simulated device can have.
 struct TwinFault {
-  TwinFaultKind kind = TwinFaultKind::kSlip;
-  int string = 0;
-  double size = 0;
+  TwinFaultKind kind = TwinFaultKind::kSlip;  ///< what breaks
+  int string = 0;                             ///< index; of kSilence any string of the board
+  double size = 0;                            ///< [m], or [m/s] for kBreak; of the others not read
 };
 
+/// A simulated SPIDAR: encoders, motors, strings, grip and hand.
 /// Deterministic: the same commands give the same bits. Like the boards, an exchange answers before it
 /// executes: the counts are latched, then the new command acts over one period.
 class DeviceTwin : public Transport {
  public:
+  /// At rest at home; throws SetupError for settings out of range.
   explicit DeviceTwin(const DeviceDef& def, const TwinSettings& settings = {});
 
   DeviceSample exchange(const DriveCommand& command) noexcept override;  ///< (in realtime)
@@ -67,17 +72,19 @@ class DeviceTwin : public Transport {
   }
 
   // Truth. `latched` belongs to the counts of the last exchange, the rest to the end of its period.
+  /// Of the grip, at the last latch of counts.
   const GripPose& latchedPose() const noexcept { return latched_; }
-  const GripPose& pose() const noexcept { return grip_; }
+  const GripPose& pose() const noexcept { return grip_; }             ///< of the grip, now
   const Twist& twist() const noexcept { return V_BG_; }               ///< at G's origin, in B
   /// Mean over the last period of what the strings did to the grip, at G's origin, in B.
   const Wrench& stringWrench() const noexcept { return string_wrench_; }
   const Wrench& handWrench() const noexcept { return hand_wrench_; }  ///< of the hand on the grip, likewise
   double time() const noexcept { return time_; }                      ///< [s]
-  const DeviceDef& def() const noexcept { return def_; }
+  const DeviceDef& def() const noexcept { return def_; }              ///< the device it stands for
 
   /// Breaks something from the next exchange on; one fault at a time.
   void inject(const TwinFault& fault) noexcept;
+  /// (in realtime) The fault is gone from the next exchange on; the counts are true again.
   void repair() noexcept { faulty_ = false; }
 
   /// Puts the grip somewhere, at rest (tests).

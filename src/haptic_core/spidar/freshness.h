@@ -12,6 +12,7 @@
 
 namespace haptic {
 
+/// Limits on the age of counts, on lost answers and on the wire's delay.
 struct FreshnessSettings {
   double limit_s = 0.02;        ///< counts older than this: no pose and no current. 20 ticks; a hand moves 20 mm in it
   double lost_reduce = 0.1;     ///< share of the exchanges without an answer of every board: only a small force
@@ -21,9 +22,10 @@ struct FreshnessSettings {
   double least_stiffness = 1e3; ///< [N/m] a wall softer than twice a relaxed hand (500 N/m) is none: force is refused
 };
 
+/// How old and how complete the counts of a device are. Fed at every exchange.
 class Freshness {
  public:
-  explicit Freshness(const FreshnessSettings& settings) : settings_(settings) {}
+  explicit Freshness(const FreshnessSettings& settings) : settings_(settings) {}  ///< nothing has arrived yet
 
   /// (in realtime) One exchange, h [s] after the last. `plausible`: no count moved as no string can.
   void take(const DeviceSample& sample, bool plausible, double h) noexcept {
@@ -46,8 +48,8 @@ class Freshness {
   bool fresh() const noexcept { return age_ <= settings_.limit_s; }  ///< a pose of these counts may be shown
   /// What is computed now leaves h later, and its successor 2h later, with half a period for the wire.
   bool carriesForce(double h) const noexcept { return age_ + kReach * h <= settings_.limit_s; }
-  bool lossy() const noexcept { return lost_ > settings_.lost_reduce; }
-  bool failing() const noexcept { return lost_ > settings_.lost_fault; }
+  bool lossy() const noexcept { return lost_ > settings_.lost_reduce; }   ///< only a small force is allowed
+  bool failing() const noexcept { return lost_ > settings_.lost_fault; }  ///< no force is allowed
   double age() const noexcept { return age_; }        ///< of the oldest board's counts [s]
   double lostShare() const noexcept { return lost_; } ///< of the exchanges [1]
   double delay() const noexcept { return delay_; }    ///< mean age of the counts [s]: the wire's part of the loop's delay
@@ -56,6 +58,7 @@ class Freshness {
   double stableStiffness(double device_damping, double known_delay, double h) const noexcept {
     return largestWallStiffness(device_damping + kRelaxedHandDamping, 0, h, loopDelay(h, std::max(delay_, known_delay)));
   }
+  /// A wire that allows less gets no force [N/m].
   double leastStiffness() const noexcept { return settings_.least_stiffness; }
 
   template <class Self, class Visit>

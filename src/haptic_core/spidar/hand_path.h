@@ -7,6 +7,7 @@
 
 namespace haptic {
 
+/// A keyframe of a HandPath.
 struct HandKey {
   double time;       ///< [s]
   Vector3 p_BG;      ///< [m]
@@ -14,12 +15,13 @@ struct HandKey {
   double opening;    ///< [m]
 };
 
+/// A scripted motion of the hand: keyframes, smoothly joined.
 /// Rest at the first key until its time and at the last one after its own; between two keys a quintic with
 /// zero velocity and acceleration at both (minimum jerk), so that the hand's force has no steps.
 struct HandPath {
-  std::vector<HandKey> keys;
+  std::vector<HandKey> keys;                ///< by rising time
   GripPose at(double time) const noexcept;  ///< (in realtime)
-  double duration() const { return keys.empty() ? 0 : keys.back().time; }
+  double duration() const { return keys.empty() ? 0 : keys.back().time; }  ///< until the last key [s]
 };
 
 /// `rest`, `press` (down onto a cube below and left), `touch_cube` (press, slide along, push; repeats every

@@ -21,6 +21,7 @@
 
 namespace haptic {
 
+/// How much evidence SlipDiagnosis needs to name a string.
 struct DiagnosisSettings {
   double memory_s = 0.1;  ///< time constant of the evidence [s]
   double least_time_s =
@@ -29,12 +30,14 @@ struct DiagnosisSettings {
   double noise = 1;  ///< J at which a hypothesis is as good as any, in encoder steps squared
 };
 
+/// Finds the string whose length is wrong, from evidence over a motion.
 class SlipDiagnosis {
  public:
+  /// For a device of this arrangement.
   SlipDiagnosis(const DeviceDef& def, const DiagnosisSettings& settings);
 
   void forget() noexcept;  ///< (in realtime) there is no doubt
-  bool open() const { return time_ > 0; }
+  bool open() const { return time_ > 0; }  ///< there is a doubt
   /// (in realtime) One more reading in doubt: lengths as measured [m]. `start`: the pose before the doubt,
   /// for the first.
   void add(const StringVector& length, const StringKinematics& kinematics, const GripPose& start,

@@ -20,6 +20,7 @@
 
 namespace haptic {
 
+/// What the device is allowed to do.
 enum class DeviceState : unsigned char {
   kUncalibrated,  ///< lengths unknown: minimum tension, no pose
   kReady,         ///< pose valid, minimum tension
@@ -28,7 +29,7 @@ enum class DeviceState : unsigned char {
   kFault,         ///< zero current (link lost) or minimum tension, until `recover`
 };
 
-const char* toString(DeviceState state);
+const char* toString(DeviceState state);  ///< the state in words
 
 /// What a flag of `Spidar::flags` says. Bits of one tick.
 enum DeviceFlag : unsigned {
@@ -56,6 +57,7 @@ enum DeviceFlag : unsigned {
   kCountRefused = 1u << 21,     ///< a count that no string can have made was replaced, or the pose of before kept
 };
 
+/// Settings of a device that its file does not state.
 struct SpidarSettings {
   double velocity_cutoff_hz =
       80;                      ///< first-order low-pass of the twist; delay 1/(2π f) = 2 ms. Lower: smoother
@@ -69,12 +71,14 @@ struct SpidarSettings {
                                       ///< goes wrong above, 10 N take 2 ms. Falling is not limited
   double reduced_force = 1;           ///< clamp in state kReduced [N]
   bool refuse_over_rate = false;      ///< true on hardware: a rate above the wire's is a fault, not a remark
-  HealthSettings health;
-  FreshnessSettings freshness;
+  HealthSettings health;              ///< of strings and motors
+  FreshnessSettings freshness;        ///< of counts
 };
 
+/// One SPIDAR, real or simulated: encoder counts to grip pose, wrench to motor voltages.
 class Spidar {
  public:
+  /// Uncalibrated, with the force off.
   explicit Spidar(const DeviceDef& def, const SpidarSettings& settings = {});
 
   /// (in realtime) Takes the counts of one exchange; h [s] is the time since the last one.
@@ -86,17 +90,18 @@ class Spidar {
   /// (in realtime) Takes the wrench on the hand at G's origin in B, the grasp force along the opening [N] and
   /// the age of that command [s]; makes the drive for the next exchange.
   void actuate(const Wrench& F_G_B, double grasp_force, double h, double command_age = 0) noexcept;
-  const DriveCommand& drive() const noexcept { return drive_; }
+  const DriveCommand& drive() const noexcept { return drive_; }  ///< made by the last `actuate`; zero before
 
   // Requests from any thread; taken up by the next `sense`.
   void calibrateAtHome() noexcept { calibrateAt(GripPose{}); }  ///< the grip is held at B's origin, unrotated
   void calibrateAt(const GripPose& jig) noexcept;  ///< a jig holds the grip there; one thread may call
+  /// From the next tick on; true begins with a ramp.
   void setForceEnabled(bool enabled) noexcept { enable_request_ = enabled ? 1 : 0; }
   /// Leaves kFault and kReduced when the cause is gone, with the force off: `setForceEnabled` switches it on.
   void recover() noexcept { recover_request_ = true; }
   /// Takes back what was asked and has not been taken up. True: there was something.
   bool withdrawRequests() noexcept;
-  bool requestsPending() const noexcept;
+  bool requestsPending() const noexcept;  ///< something was asked and is not taken up yet
 
   /// Set-up, or between two ticks: the exits of a calibration replace the file's, and its lengths at count 0 become
   /// the device's; the pose starts at `guess`. Allocates. Throws SetupError when it is one for another device.
@@ -110,8 +115,8 @@ class Spidar {
   /// bit for bit. Between two ticks; `save` allocates unless `out` has room. `restore` throws SetupError when it is of
   /// another device.
   std::vector<double> save() const;
-  void save(std::vector<double>& out) const;
-  void restore(const std::vector<double>& memory);
+  void save(std::vector<double>& out) const;        ///< appends to `out`
+  void restore(const std::vector<double>& memory);  ///< see `save`
 
   /// What evolves from tick to tick, each field once: saved, restored and compared by base/fields.h. Beside it the memory has
   /// the exits that a calibration may have moved, λ and the active set of the tensions.
@@ -130,38 +135,42 @@ class Spidar {
     double max_force = 0;   ///< [N], at most the file's
     double max_torque = 0;  ///< [N·m], at most the file's
   };
-  Tuning tuning() const { return {distribution_.ruleLambda(), max_force_, max_torque_}; }
+  Tuning tuning() const { return {distribution_.ruleLambda(), max_force_, max_torque_}; }  ///< as it is now
   void tune(const Tuning& tuning);  ///< throws SetupError naming value and bounds
 
   // Results of the last tick; the same thread as `sense`.
-  DeviceState state() const noexcept { return state_; }
+  DeviceState state() const noexcept { return state_; }     ///< after the last tick
   bool calibrated() const noexcept { return calibrated_; }  ///< the strings' lengths are known
   bool poseValid() const noexcept { return calibrated_ && freshness_.fresh(); }  ///< the pose means something now
   std::int64_t poseStamp() const noexcept { return pose_stamp_ns_; }  ///< of the counts that the pose comes from
   bool poseIsNew() const noexcept { return pose_is_new_; }            ///< it was made in this tick
-  const Freshness& freshness() const noexcept { return freshness_; }
+  const Freshness& freshness() const noexcept { return freshness_; }  ///< of the counts
   /// Largest wall [N/m] that is stable in a relaxed hand with the delay that the wire has now.
   double stableStiffness() const noexcept { return stable_stiffness_; }
+  /// Of the grip in the device's base; means something while poseValid().
   const Pose& pose() const noexcept { return solution_.pose.X_BG; }
   const Twist& twist() const noexcept { return twist_; }  ///< V_BG: filtered, at G's origin, in B
-  double opening() const noexcept { return solution_.pose.opening; }
-  double openingRate() const noexcept { return opening_rate_; }
-  const PoseSolution& solution() const noexcept { return solution_; }
+  double opening() const noexcept { return solution_.pose.opening; }   ///< of a 7-DOF grip [m]
+  double openingRate() const noexcept { return opening_rate_; }        ///< low-passed as the twist is [m/s]
+  const PoseSolution& solution() const noexcept { return solution_; }  ///< with the strings' length errors
   const StringVector& zeroLengths() const noexcept { return zero_length_; }  ///< at count 0 [m]; after calibration
   const StringVector& lengths() const noexcept { return length_; }  ///< measured [m]; NaN before calibration
+  /// Of the last tick's wrench.
   const TensionReport& tension() const noexcept { return distribution_.report(); }
   const Wrench& askedWrench() const noexcept { return asked_; }  ///< after all limits
+  /// What the tensions present on the hand, at G's origin, in B.
   const Wrench& achievedWrench() const noexcept { return distribution_.report().F_G_B; }
   const StringVector& toldTension() const noexcept { return told_; }  ///< what the motors are told, in the next exchange [N]
-  unsigned flags() const noexcept { return flags_; }
+  unsigned flags() const noexcept { return flags_; }                  ///< DeviceFlag bits of the last tick
   /// The flags of the tick that led to kFault or kReduced; 0 in the other states.
   unsigned causeFlags() const noexcept { return cause_; }
-  unsigned buttons() const noexcept { return buttons_; }
-  const StringHealth& health() const noexcept { return health_; }
+  unsigned buttons() const noexcept { return buttons_; }  ///< bit per grip button, of the last sample
+  const StringHealth& health() const noexcept { return health_; }  ///< of strings and motors
   int suspectString() const noexcept { return health_.suspect(); }  ///< the one that disagrees most; -1: none
 
-  const DeviceDef& def() const noexcept { return def_; }
-  const SpidarSettings& settings() const noexcept { return settings_; }
+  const DeviceDef& def() const noexcept { return def_; }                 ///< with the exits as calibrated
+  const SpidarSettings& settings() const noexcept { return settings_; }  ///< as constructed
+  /// With the exits as calibrated.
   const StringKinematics& kinematics() const noexcept { return kinematics_; }
 
  private:

@@ -13,6 +13,7 @@
 
 namespace haptic {
 
+/// Notices counters that stand still although the force on the hand changes.
 class StillCounters {
  public:
   void forget() noexcept { *this = StillCounters(); }  ///< (in realtime)

@@ -16,6 +16,7 @@
 
 namespace haptic {
 
+/// Limits from which strings are doubted and motors count as hot.
 struct HealthSettings {
   /// Rms of the length errors that makes a string doubtful [m]: 10 times the encoder's own, twice what hard use brings (boards
   /// that read at different instants). One string shows √((1 - h_ii) / n) of its error, 3 to 25 %, depending on the pose: a
@@ -27,15 +28,16 @@ struct HealthSettings {
   double decide_s = 0.3;           ///< a doubt that lasts so long ends in a fault, with or without a name
   double break_factor = 40;        ///< residual over limit at which there is no waiting and no force
   int most_corrections = 3;  ///< slips corrected until a calibration; one more is a fault: the errors add up
-  ScreenSettings screen;
-  DiagnosisSettings diagnosis;
+  ScreenSettings screen;        ///< of the first judge
+  DiagnosisSettings diagnosis;  ///< of the third
   /// Motors: heat is ((t / t_cont)² low-passed over heat_time_s), 1 = what the winding bears for ever. The
   /// sources state no continuous tension, so it is taken as a share of the greatest.
   double continuous_share = 0.5;
-  double heat_time_s = 20;
+  double heat_time_s = 20;          ///< low-pass of the heat [s]: the winding's time constant
   double hot = 1.0, too_hot = 1.1;  ///< the wrench fades from the first to zero at the second
 };
 
+/// What the strings are believed.
 enum class StringVerdict : unsigned char {
   kTrue,
   kDoubtful,  ///< lengths contradict each other: little force
@@ -43,9 +45,10 @@ enum class StringVerdict : unsigned char {
   kBroken,    ///< they contradict each other so much that no pose can be trusted
 };
 
+/// Judges every string and every motor of a device, once a tick.
 class StringHealth {
  public:
-  StringHealth(const DeviceDef& def, const HealthSettings& settings);
+  StringHealth(const DeviceDef& def, const HealthSettings& settings);  ///< for a device of this arrangement
 
   void forget() noexcept;  ///< (in realtime) after a calibration or a recovery
 
@@ -78,7 +81,7 @@ class StringHealth {
   double suspectError() const { return suspect_error_; }  ///< measured minus true length of the suspect [m]
   std::uint32_t suspects() const { return suspects_; }    ///< bit per string that may be the one
   int corrections() const { return corrections_; }        ///< slips corrected since the last calibration
-  int hottestMotor() const { return hottest_motor_; }
+  int hottestMotor() const { return hottest_motor_; }     ///< index of its string
 
  private:
   void suspect(int string, double error, std::uint32_t among) noexcept;

@@ -11,14 +11,14 @@
 
 namespace haptic {
 
-inline constexpr int kMaxDof = 7;
+inline constexpr int kMaxDof = 7;  ///< columns of a structure matrix at most
 /// Rows: strings. Columns: force x y z [1], torque x y z [m], opening [1].
 using StructureMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxStrings, kMaxDof>;
 
 /// Configuration of the grip relative to the base.
 struct GripPose {
-  Pose X_BG;
+  Pose X_BG;           ///< pose of the grip in the device's base
   double opening = 0;  ///< [m]; 0 for grips that do not open
 
   template <class Self, class Visit>
@@ -27,6 +27,7 @@ struct GripPose {
   }
 };
 
+/// When the search for a pose ends.
 struct PoseSettings {
   int max_iterations = 40;  ///< bound of one call; warm calls need 2 or 3
   /// Converged when a step is below this share of the curvature length (knot radius): the error left is its
@@ -34,14 +35,16 @@ struct PoseSettings {
   double step_tolerance = 1e-6;
 };
 
+/// How a search for a pose ended.
 enum class PoseStatus : unsigned char { kConverged, kIterationLimit, kNotFinite };
 
+/// A grip's pose, and how well the string lengths agree with it.
 struct PoseSolution {
-  GripPose pose;
+  GripPose pose;              ///< best so far, whatever the status
   StringVector length_error;  ///< l_i(pose) - measured [m]; the redundancy's verdict on each string
   double residual = 0;        ///< rms of length_error [m]
   int iterations = 0;         ///< linearisations
-  PoseStatus status = PoseStatus::kNotFinite;
+  PoseStatus status = PoseStatus::kNotFinite;  ///< kNotFinite: nothing was solved, or a length was not finite
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
@@ -49,12 +52,13 @@ struct PoseSolution {
   }
 };
 
+/// String lengths from a grip's pose, and the pose from the lengths.
 class StringKinematics {
  public:
-  explicit StringKinematics(const DeviceDef& def);
+  explicit StringKinematics(const DeviceDef& def);  ///< copies exits, knots and dof
 
-  int strings() const { return strings_; }
-  int dof() const { return dof_; }
+  int strings() const { return strings_; }  ///< up to kMaxStrings
+  int dof() const { return dof_; }          ///< 3, 6 or 7
   /// r of W: rms distance of the knots from G's origin [m]; 1 for a point grip, whose torque columns are
   /// absent.
   double knotRadius() const { return radius_; }

@@ -9,26 +9,29 @@
 
 namespace haptic {
 
+/// One number per string, kept in vector registers.
 /// Capacity 4, 8 or 16; what is beyond the device's strings is padding that no sum feels.
 template <int kLanes>
 struct StringLane {
-  static constexpr int kPackets = kLanes / 4;
-  Lanes packet[kPackets];
+  static constexpr int kPackets = kLanes / 4;  ///< registers
+  Lanes packet[kPackets];                      ///< strings four by four
 
-  double operator[](int i) const { return packet[i / 4][i % 4]; }
-  void set(int i, double value) { packet[i / 4][i % 4] = value; }
+  double operator[](int i) const { return packet[i / 4][i % 4]; }  ///< of string i
+  void set(int i, double value) { packet[i / 4][i % 4] = value; }  ///< of string i
 
+  /// The same for all strings, padding included.
   static StringLane constant(double value) {
     StringLane lane;
     for (Lanes& p : lane.packet) p = lanes(value);
     return lane;
   }
+  /// Over all strings, padding included.
   double dot(const StringLane& b) const {
     Lanes total = packet[0] * b.packet[0];
     for (int k = 1; k < kPackets; ++k) total += packet[k] * b.packet[k];
     return sum(total);
   }
-  double squaredNorm() const { return dot(*this); }
+  double squaredNorm() const { return dot(*this); }  ///< over all strings, padding included
 };
 
 /// Applies `operation` packet by packet.
@@ -39,22 +42,27 @@ inline StringLane<kLanes> eachPacket(Operation operation) {
   return out;
 }
 
+/// String by string.
 template <int kLanes>
 inline StringLane<kLanes> operator+(const StringLane<kLanes>& a, const StringLane<kLanes>& b) {
   return eachPacket<kLanes>([&](int k) { return a.packet[k] + b.packet[k]; });
 }
+/// String by string.
 template <int kLanes>
 inline StringLane<kLanes> operator-(const StringLane<kLanes>& a, const StringLane<kLanes>& b) {
   return eachPacket<kLanes>([&](int k) { return a.packet[k] - b.packet[k]; });
 }
+/// String by string.
 template <int kLanes>
 inline StringLane<kLanes> operator*(const StringLane<kLanes>& a, const StringLane<kLanes>& b) {
   return eachPacket<kLanes>([&](int k) { return a.packet[k] * b.packet[k]; });
 }
+/// Scaled.
 template <int kLanes>
 inline StringLane<kLanes> operator*(double a, const StringLane<kLanes>& b) {
   return eachPacket<kLanes>([&](int k) { return lanes(a) * b.packet[k]; });
 }
+/// String by string into [low, high].
 template <int kLanes>
 inline StringLane<kLanes> clamp(const StringLane<kLanes>& a, const StringLane<kLanes>& low,
                                 const StringLane<kLanes>& high) {
@@ -77,7 +85,7 @@ inline StringLane<kLanes> whereEqual(const StringLane<kLanes>& a, const StringLa
 /// One lane per column of a structure matrix.
 template <int kLanes, int kColumns>
 struct StringColumns {
-  StringLane<kLanes> column[kColumns];
+  StringLane<kLanes> column[kColumns];  ///< column c of the matrix, by string
 
   /// Σ_c weight_c column_c.
   template <class Weights>

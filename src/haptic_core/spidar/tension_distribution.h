@@ -34,8 +34,10 @@
 
 namespace haptic {
 
+/// How a solve ended.
 enum class TensionStatus : unsigned char { kSolved, kIterationLimit, kNotFinite };
 
+/// String tensions, and the wrench that they present.
 struct TensionReport {
   StringVector tension;      ///< [N], within the bounds whatever the status
   Wrench F_G_B;              ///< what the tensions present: at G's origin, in B
@@ -46,18 +48,20 @@ struct TensionReport {
   std::uint32_t at_min = 0;  ///< bit per string
   std::uint32_t at_max = 0;  ///< bit per string
   int iterations = 0;        ///< active sets tried
+  /// KNotFinite: minimum tensions, for the wrench was not finite.
   TensionStatus status = TensionStatus::kNotFinite;
 };
 
 class TensionSolver;  // one instantiation per dof and capacity
 
+/// String tensions that present a wrench, by an exactly solved quadratic program.
 class TensionDistribution {
  public:
   /// Bounds and λ from the device; `kinematics` gives dof, strings and r.
   TensionDistribution(const DeviceDef& def, const StringKinematics& kinematics);
   ~TensionDistribution();
-  TensionDistribution(TensionDistribution&&) noexcept;
-  TensionDistribution& operator=(TensionDistribution&&) noexcept;
+  TensionDistribution(TensionDistribution&&) noexcept;             ///< the other one is empty afterwards
+  TensionDistribution& operator=(TensionDistribution&&) noexcept;  ///< the other one is empty afterwards
 
   double lambda() const { return lambda_; }  ///< of `solve`
   void setLambda(double lambda) noexcept;    ///< (in realtime) > 0; smaller than 1e-9 is taken as 1e-9
@@ -82,8 +86,8 @@ class TensionDistribution {
   void forgetActiveSet() noexcept;  ///< (in realtime) the next solve starts cold
   /// The active set as two numbers per string, for recordings: it may decide the last bit of the next solve.
   void saveActiveSet(double* out) const noexcept;
-  void restoreActiveSet(const double* in) noexcept;
-  const TensionReport& report() const noexcept { return report_; }
+  void restoreActiveSet(const double* in) noexcept;                 ///< what `saveActiveSet` wrote
+  const TensionReport& report() const noexcept { return report_; }  ///< of the last solve
 
  private:
   using Scaled = std::array<double, kMaxDof>;

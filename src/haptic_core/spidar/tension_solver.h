@@ -11,26 +11,30 @@
 
 namespace haptic {
 
+/// What TensionDistribution calls, whatever the number of columns and strings.
 class TensionSolver {
  public:
   virtual ~TensionSolver() = default;
+  /// By string [N]; the set-up.
   virtual void setBounds(const StringVector& min, const StringVector& max) noexcept = 0;
-  virtual void setLambda(double lambda) noexcept = 0;
-  virtual void setStructure(const StructureMatrix& scaled) noexcept = 0;
-  virtual void forgetActiveSet() noexcept = 0;
+  virtual void setLambda(double lambda) noexcept = 0;  ///< the weight of |t|², > 0
+  virtual void setStructure(const StructureMatrix& scaled) noexcept = 0;  ///< W Aᵀ of a pose, by string
+  virtual void forgetActiveSet() noexcept = 0;  ///< the next solve starts with all strings free
   /// Two numbers per string: 1 where it is free, the tension that it is held at.
   virtual void saveActiveSet(double* out) const noexcept = 0;
-  virtual void restoreActiveSet(const double* in) noexcept = 0;
+  virtual void restoreActiveSet(const double* in) noexcept = 0;  ///< what `saveActiveSet` wrote
   /// `wanted` is W w. Fills all of `report` but what needs r.
   virtual void solve(const double* wanted, double* achieved, TensionReport& report) noexcept = 0;
 };
 
+/// The Newton iteration for kDof columns and up to kLanes strings. Its loops have constant bounds.
 template <int kDof, int kLanes>
 class TensionNewton final : public TensionSolver {
  public:
-  using Lane = StringLane<kLanes>;
-  using Error = Eigen::Matrix<double, kDof, 1>;
+  using Lane = StringLane<kLanes>;               ///< one number per string
+  using Error = Eigen::Matrix<double, kDof, 1>;  ///< one number per column
 
+  /// See TensionSolver.
   void setBounds(const StringVector& min, const StringVector& max) noexcept override {
     strings_ = static_cast<int>(min.size());
     // Padding strings have no column: any tension between these bounds, zero in fact.
@@ -44,18 +48,21 @@ class TensionNewton final : public TensionSolver {
     factored_ = false;
   }
 
+  /// See TensionSolver.
   void setLambda(double lambda) noexcept override {
     lambda_ = lambda;
     stiffness_ = 1 / lambda;
     factored_ = false;
   }
 
+  /// See TensionSolver.
   void setStructure(const StructureMatrix& scaled) noexcept override {
     for (int c = 0; c < kDof; ++c)
       for (int i = 0; i < strings_; ++i) columns_.column[c].set(i, scaled(i, c));
     factored_ = false;
   }
 
+  /// See TensionSolver.
   void forgetActiveSet() noexcept override {
     free_ = Lane::constant(1);
     held_ = Lane::constant(0);
@@ -69,6 +76,7 @@ class TensionNewton final : public TensionSolver {
     }
   }
 
+  /// See TensionSolver.
   void restoreActiveSet(const double* in) noexcept override {
     forgetActiveSet();
     for (int i = 0; i < strings_; ++i) {

@@ -7,10 +7,12 @@
 
 namespace haptic {
 
+/// Motor voltages until the next exchange.
 struct DriveCommand {
   std::array<double, kMaxStrings> voltage{};  ///< [V] per channel, sign included; 0 = no current
 };
 
+/// What became of an exchange.
 enum class LinkStatus : std::uint8_t {
   kOk,            ///< new counts of every board
   kStale,         ///< not of every board; the others' are the last ones
@@ -22,15 +24,16 @@ enum class LinkStatus : std::uint8_t {
 /// What one exchange brought. `counts` are unwrapped; boards answer before they execute, so they belong to the
 /// instant `stamp_ns` and the tensions of the command before.
 struct DeviceSample {
-  std::array<std::int64_t, kMaxStrings> counts{};
+  std::array<std::int64_t, kMaxStrings> counts{};  ///< by string, as wide as they ever get
   std::int64_t stamp_ns = 0;      ///< steady clock at the latch of the oldest counts; 0: as the exchange began (simulated)
   std::uint32_t age_ticks = 0;    ///< the oldest counts answer the question of so many exchanges ago; 0: of this one
   std::uint32_t age_us = 0;       ///< from that latch to the end of this exchange [µs]
   std::uint16_t lost = 0;         ///< exchanges that, as this one found, stay without an answer of some board
   std::uint32_t buttons = 0;      ///< bit per grip button
-  LinkStatus status = LinkStatus::kOk;
+  LinkStatus status = LinkStatus::kOk;  ///< of all boards together
 };
 
+/// The wire of a device: drive commands out, encoder counts in.
 /// Implemented by the twin (core), the UART boards and the USB amplifiers (spidar_driver).
 class Transport {
  public:

@@ -36,25 +36,27 @@ constexpr double kResting = 0.05;
 
 /// The state before an explicit attempt; the pairs before it are those of the last search.
 struct Retreat {
-  std::vector<double> q, v, pull;
-  EnergySums energy;
-  int pair_count = 0;
-  unsigned flags = 0;
+  std::vector<double> q, v, pull;  ///< of the state, see State
+  EnergySums energy;               ///< of the ledger
+  int pair_count = 0;              ///< of the state
+  unsigned flags = 0;              ///< of the report
 };
 
+/// Scratch of the choice between explicit and implicit steps: stability numbers, and the way back.
 struct ChoiceWork {
   std::vector<double> number;  ///< stability numbers by link, of the last evaluation
-  Retreat retreat;
+  Retreat retreat;             ///< for `takeBack`
   double parts = 1;            ///< that the attempt asks a substep to have
   bool cuts = false;           ///< all is explicit: parts are possible
 
-  explicit ChoiceWork(const Model& model);
+  explicit ChoiceWork(const Model& model);  ///< set-up: room for all links
 };
 
-bool anyImplicit(const State& state) noexcept;
+bool anyImplicit(const State& state) noexcept;  ///< a tree is stepped implicitly
 /// Longest part of a substep that the contacts ask for which touch at the start of a step [s].
 double longestPart(const Model& model, const State& state) noexcept;
 
+/// (in realtime) Before an explicit attempt.
 void keepForRetreat(const State& state, const StepReport& report, Retreat& retreat) noexcept;
 /// Undoes an explicit attempt; everything is placed again.
 void takeBack(const Model& model, State& state, Work& work, StepReport& report) noexcept;

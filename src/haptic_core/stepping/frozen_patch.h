@@ -34,6 +34,7 @@
 
 namespace haptic {
 
+/// The force law of one contact, with its geometry frozen at one reference.
 class FrozenPatch {
  public:
   /// (in realtime) `force` is the exact one of `volume` at the twist V (of B over A at P, in P's axes), for a stage of
@@ -52,6 +53,7 @@ class FrozenPatch {
   /// (in realtime) The bodies have come apart at a twist V at which the points still press: lets them touch there at most.
   void part(const Vector6& V) noexcept;
 
+  /// The frozen force at one twist.
   struct Force {
     Vector6 F = Vector6::Zero();  ///< on B at P, in P's axes [N·m, N]
     double normal = 0;            ///< N [N]

@@ -25,10 +25,11 @@
 
 namespace haptic {
 
+/// A contact in the convex problem of an implicit stage.
 struct FrozenContact {
-  int link_a = 0, link_b = 0;
-  Pose X_WP;
-  FrozenPatch patch;
+  int link_a = 0, link_b = 0;          ///< world indices
+  Pose X_WP;                           ///< of the patch, at the reference
+  FrozenPatch patch;                   ///< its frozen force
   double limit = 0;                    ///< normal force that bounds friction [N]
   Vector6 V_reference = Vector6::Zero();  ///< of B over A at P, in P's axes
   Vector6 V_frozen = Vector6::Zero();  ///< the same where the patch was frozen
@@ -41,13 +42,14 @@ struct FrozenContact {
 
 /// A spring-damper on a link, about its frame's origin.
 struct FrozenCoupling {
-  int link = -1;
+  int link = -1;                       ///< world index
   double turn = 0, way = 0;            ///< C: g² of the springs and g of the dampers [N·m·s², N·s²/m]
 };
 
+/// The convex problem of one pass over one island, and its solver.
 class FrozenProblem {
  public:
-  explicit FrozenProblem(const Model& model);
+  explicit FrozenProblem(const Model& model);  ///< set-up: room for every contact and tree of the model
 
   /// (in realtime) The trees that move. `work`: their links at the reference; it stays the caller's.
   void select(const Island& island, LinkWork* work, ImplicitJoints* joints) noexcept;
@@ -59,8 +61,8 @@ class FrozenProblem {
   /// at the reference. False: a matrix could not be factored.
   bool minimise(double g, int most, double finest, double enough, const double* q, double* v) noexcept;
 
-  LoadedVector<FrozenContact> contacts;
-  std::vector<FrozenCoupling> couplings;
+  LoadedVector<FrozenContact> contacts;    ///< of the island, filled by StageContacts
+  std::vector<FrozenCoupling> couplings;   ///< of the island
   int iterations = 0, factorisations = 0;  ///< since they were last set to 0
   double decrement = 0;                 ///< of the last minimise, -R·p at its start: twice what the convex function can fall [J]
   double remainder = 0;                 ///< about what another Newton step of the last minimise would be [m/s]
@@ -76,12 +78,14 @@ class FrozenProblem {
   double massNorm2(const double* u) const noexcept;  ///< (in realtime) uᵀ M u of the island [J]
   /// (in realtime) Largest speed of a tree of the island [m/s]; rotations count at the reach of the body.
   double speed(const double* velocity) const noexcept;
+  /// (in realtime) The same of one tree [m/s].
   double speedOf(int tree, const double* velocity) const noexcept;
   double limitError(double g) const noexcept;  ///< (in realtime) of friction, as the last minimise left it [m/s]
   double massOf(int link) const noexcept {       ///< of a link that the island moves [kg]; else infinite
     return nodeOf(link) >= 0 ? model_.links[link].mass : std::numeric_limits<double>::infinity();
   }
-  const std::vector<double>& reference() const { return v_reference_; }
+  const std::vector<double>& reference() const { return v_reference_; }  ///< v_r, in the state's order
+  /// Of the tree of a link; -1: the island does not move it.
   int nodeOf(int link) const { return node_of_tree_[model_.links[link].articulation]; }
   /// M of a tree as it was frozen, nv × nv.
   const double* massMatrixOf(int tree) const { return masses_.data() + mass_offset_[tree]; }

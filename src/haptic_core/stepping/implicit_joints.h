@@ -23,9 +23,10 @@
 
 namespace haptic {
 
+/// Joint laws, rings and mimics of all trees, in the solve of one implicit stage.
 class ImplicitJoints {
  public:
-  explicit ImplicitJoints(const Model& model);
+  explicit ImplicitJoints(const Model& model);  ///< set-up: room for all of them
 
   /// No joint does anything by itself: nothing below is needed.
   bool empty() const { return laws_.empty() && rows_ == 0; }
@@ -53,6 +54,7 @@ class ImplicitJoints {
   /// (in realtime) Work of the joints in a step, summed over its stages: each for a time `weight`, with the
   /// forces that it ended with at v, on joints that moved at the mean of `v_way` and v.
   void startAccount() noexcept { work_ = {}; }
+  /// (in realtime) See startAccount.
   void account(const double* v_way, const double* v, double weight) noexcept;
   /// (in realtime) Adds the sums to the ledger.
   void closeAccount(State& state) const noexcept;

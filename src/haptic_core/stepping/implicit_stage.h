@@ -28,7 +28,7 @@ namespace haptic {
 
 /// A spring-damper from a hand's target to a link: part of the solve, so that it may be as stiff as it likes.
 struct ImplicitCoupling {
-  PointerCoupling law;
+  PointerCoupling law;  ///< with nothing left to derive
   int link = -1;        ///< -1: no target yet, or the hand prescribes the motion
   Pose X_WL;            ///< target at the end of the step
   Twist V_WL;           ///< of the target
@@ -36,9 +36,10 @@ struct ImplicitCoupling {
   double power = 0;     ///< of it on the link [W]
 };
 
+/// Solves implicit stages: one object for all islands of a world, one island after another.
 class ImplicitStage {
  public:
-  explicit ImplicitStage(const Model& model);
+  explicit ImplicitStage(const Model& model);  ///< set-up: room for the largest island
 
   /// (in realtime) Before the islands of a step of length h [s]: all links at the state's q, v. `held_by[link] ≥ 0`: a hand
   /// moves it, and has put it where the step ends; `moved`: by pointer, its motion over the step, kept by the caller.
@@ -64,15 +65,16 @@ class ImplicitStage {
   void keepEnergy(double g) noexcept;
 
   // The base of the stage, in the state's order; only what belongs to the island is read.
-  std::vector<double> q_base, v_base, v;
+  std::vector<double> q_base, v_base, v;    ///< base positions and velocities; guess and result
   std::vector<FrictionMemory> memory_base;  ///< by pair
   std::vector<Yielding> yielding;           ///< by pair
   std::vector<ImplicitCoupling> couplings;  ///< by pointer
 
-  const Island& island() const { return island_; }
-  ImplicitJoints& joints() { return joints_; }
-  const ImplicitJoints& joints() const { return joints_; }
+  const Island& island() const { return island_; }          ///< of the last `select`
+  ImplicitJoints& joints() { return joints_; }              ///< of the island
+  const ImplicitJoints& joints() const { return joints_; }  ///< of the island
   bool hasJoints() const { return has_joints_; }  ///< the island's joints do something by themselves
+  /// As the last solve left them.
   const LoadedVector<ImplicitContact>& contacts() const { return contacts_.all(); }
   int iterations() const { return problem_.iterations; }          ///< Newton steps since `begin`
   int factorisations() const { return problem_.factorisations; }  ///< since `begin`

@@ -24,20 +24,22 @@
 
 namespace haptic {
 
+/// Work and convergence of the implicit step of one island.
 struct ImplicitReport {
   int iterations = 0;      ///< Newton steps, line searches not counted
   int evaluations = 0;     ///< of the exact geometry
-  int factorisations = 0;
+  int factorisations = 0;  ///< matrices
   double residual = 0;     ///< speed that is left to change [m/s]
   double wrench_error = 0; ///< wrench that this leaves out of balance [N], moments over the body's size
-  bool converged = true;
+  bool converged = true;   ///< the tolerance was reached in every part
   bool fell_back = false;  ///< SDIRK2 was replaced by implicit Euler in a part of this step
   int parts = 0;           ///< solved one after the other: 1; more where friction changed inside, or after halving
 };
 
+/// Implicit Euler and SDIRK2 steps of a world's islands, one island after another.
 class ImplicitStep {
  public:
-  explicit ImplicitStep(const Model& model);
+  explicit ImplicitStep(const Model& model);  ///< set-up: room for the largest island
 
   /// (in realtime) Once before the islands of a step; see ImplicitStage::begin.
   void begin(State& state, const std::vector<int>& held_by, const std::vector<Twist>& moved, double h) noexcept;
@@ -45,6 +47,7 @@ class ImplicitStep {
   /// (in realtime) Advances q, v and friction of an island by h [s], and the ledger's sums in the state.
   const ImplicitReport& advance(const Island& island, double h, bool second_order) noexcept;
 
+  /// By pointer; the caller sets their targets before `advance`.
   std::vector<ImplicitCoupling>& couplings() { return stage_.couplings; }
   /// Mean wrench of a contact of the last island over its step, on B at X_WP.p, in W's axes: its impulse over h.
   Wrench meanWrench(const ImplicitContact& contact) const noexcept {
@@ -54,7 +57,7 @@ class ImplicitStep {
   Wrench meanCoupling(int pointer) const noexcept { return coupling_impulse_[pointer] * (1 / length_); }
   /// Work of a pointer's coupling on its link since `begin` [J].
   double couplingWork(int pointer) const { return coupling_work_[pointer]; }
-  const ImplicitJoints& joints() const { return stage_.joints(); }
+  const ImplicitJoints& joints() const { return stage_.joints(); }  ///< of the last island
   /// Share of the step after which the friction of a pair last changed its mode in this step; 1: it did not.
   double event(int pair) const { return event_[pair]; }
   /// Of the last island, at the end of its step.

@@ -21,10 +21,10 @@ namespace haptic {
 /// A contact as the last evaluation found it, carried to the velocity that the stage ended with.
 struct ImplicitContact {
   int pair = 0;  ///< index in State::pairs
-  int shape_a = 0, shape_b = 0;
-  Pose X_WP;
-  ContactVolume volume;
-  LocatedForce force;
+  int shape_a = 0, shape_b = 0;  ///< the model's indices
+  Pose X_WP;                     ///< of the patch, at the stage's end
+  ContactVolume volume;          ///< at the reference
+  LocatedForce force;            ///< at the stage's end
   Wrench done_P;         ///< what the stage moved the bodies by, on B at P, in P's axes: `force` up to the solve's tolerance
   double elastic = 0;    ///< ½ k ∫d² dA [J]; exact with the ledger
   bool touching = true;  ///< within a solve: still overlaps
@@ -32,9 +32,10 @@ struct ImplicitContact {
 
 /// What the passes of a stage may leave out, as a speed [m/s] and as an energy [J].
 struct StageTolerance {
-  double speed = 0, energy = 0;
+  double speed = 0, energy = 0;  ///< [m/s], [J]
 };
 
+/// The contacts of one island during one implicit stage.
 class StageContacts {
  public:
   /// `problem.contacts` is filled by this, in step with `all()`.
@@ -57,6 +58,7 @@ class StageContacts {
   /// the order of their pairs.
   void finish(const double* u) noexcept;
 
+  /// In step with the problem's contacts.
   const LoadedVector<ImplicitContact>& all() const { return contacts_; }
   double springEnergy() const noexcept;        ///< of those that touch [J]
   bool isRough() const { return rough_; }      ///< a patch of the last evaluation has not the exact force

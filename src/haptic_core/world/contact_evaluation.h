@@ -15,8 +15,9 @@
 
 namespace haptic {
 
+/// One contact, with all that was computed on the way from geometry to force.
 struct ContactEvaluation {
-  ContactVolume volume;
+  ContactVolume volume;  ///< of A and B, in A's frame
   Pose X_AB;           ///< of B's shape in A's
   Pose X_WP;           ///< patch: origin at V's centroid, z = n from A to B
   Twist V_AB_P;        ///< of B relative to A at P, in P's axes
@@ -26,8 +27,8 @@ struct ContactEvaluation {
 
 /// Where the shapes are and how their links move. Arrays by world index, the caller's.
 struct ContactPlaces {
-  const LinkWork* link = nullptr;
-  const Pose* X_WS = nullptr;
+  const LinkWork* link = nullptr;  ///< by world link: how they move
+  const Pose* X_WS = nullptr;      ///< by shape: where they are
   const int* held_by = nullptr;  ///< pointer that prescribes the link's motion; -1: none
 };
 

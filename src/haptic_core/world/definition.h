@@ -18,11 +18,12 @@ namespace haptic {
 
 class ConvexShape;
 
+/// A collision shape on a link, with the material of its surface.
 struct CollisionDef {
-  std::string name;
+  std::string name;                               ///< for messages and reports
   std::shared_ptr<const ConvexShape> shape;       ///< shared between links that repeat it
   Pose X_LS;                                      ///< shape frame in the link frame
-  ContactMaterial material;
+  ContactMaterial material;  ///< what is NaN in it is taken from the other surface, or the world's default
   std::string material_source;                    ///< where the values came from, for the plan's listing
 
   template <class Self, class Visit>
@@ -33,13 +34,13 @@ struct CollisionDef {
 
 /// A link that a fixed joint holds on another one and that was merged into it at load.
 struct MergedLink {
-  std::string name;
+  std::string name;                         ///< as the file called it
   Pose X_LM;                                ///< its frame in the link it was merged into
 };
 
 /// A body on its joint, with what collides.
 struct LinkDef : BodyDef {
-  std::vector<CollisionDef> collisions;
+  std::vector<CollisionDef> collisions;     ///< may be empty: a link that touches nothing
   std::vector<MergedLink> merged;           ///< links fixed to this one, for names and frames
 
   template <class Self, class Visit>
@@ -51,7 +52,7 @@ struct LinkDef : BodyDef {
 
 /// A tree of links. A free body is one link on a floating joint, a static body one on a fixed joint.
 struct ArticulationDef {
-  std::string name;
+  std::string name;                         ///< for messages
   std::vector<LinkDef> links;               ///< parents before children
   Pose X_WA;                                ///< initial pose of the frame A that root joints are given in
   Twist V_WA;                               ///< initial twist of a floating root, at A's origin, in W
@@ -69,11 +70,13 @@ inline TreeDef treeOf(const ArticulationDef& def) {
 
 /// Two frames held together on top of the trees: a ring. Articulation −1: a frame in W. What it joins becomes one tree.
 struct LoopDef {
-  std::string name;
+  std::string name;  ///< for messages
+  /// Links by articulation and their index in it; articulation −1: the frame is fixed in W.
   int articulation_a = -1, link_a = -1, articulation_b = -1, link_b = -1;
+  /// Frame F in each of the links, or in W.
   Pose X_AF, X_BF;                          ///< where the frames lie in the links
-  using Type = RingDef::Type;
-  Type type = Type::kPoint;
+  using Type = RingDef::Type;               ///< point, hinge or weld
+  Type type = Type::kPoint;                 ///< what the frames share
   Vector3 axis = Vector3::UnitZ();          ///< of a hinge, in F
 
   template <class Self, class Visit>
@@ -86,7 +89,7 @@ struct LoopDef {
 /// Positions that drives are asked for over time: straight lines between the rows, the first row before them. After the
 /// last one the drives keep it until they are told otherwise.
 struct JointPathDef {
-  std::string name;
+  std::string name;                         ///< the file's name, for messages
   std::vector<std::pair<int, int>> joints;  ///< articulation and link, a column each
   std::vector<double> time;                 ///< of the rows [s], rising
   std::vector<double> position;             ///< rows × columns [rad] or [m]
@@ -100,6 +103,7 @@ struct JointPathDef {
 /// How a pointer follows the hand. Direct: its pose is the hand's and the contact wrench goes to the hand (the
 /// seeds' way). Virtual: it is a body with inertia on a spring-damper, whose wrench goes to the hand.
 struct PointerCoupling {
+  /// How the hand reaches the link: by setting its motion, or by pulling at it with a spring and damper.
   enum class Mode : unsigned char { kDirect, kVirtual } mode = Mode::kDirect;
   /// Virtual: a stiffness or damping of this value is derived from the link and the step, see world/tuning.h.
   static constexpr double kDerived = -1;
@@ -118,8 +122,8 @@ struct PointerCoupling {
 /// The link that a hand moves.
 struct PointerDef {
   std::string device = "spidar";            ///< name of the device that drives it
-  int articulation = -1, link = -1;
-  PointerCoupling coupling;
+  int articulation = -1, link = -1;         ///< the link
+  PointerCoupling coupling;                 ///< how it follows the hand
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
@@ -127,23 +131,25 @@ struct PointerDef {
   }
 };
 
+/// How a contact is found.
 enum class ContactModel : unsigned char {
   kVolume,  ///< pressure integrated over the contact volume
   kPoint    ///< a spring at the most penetrating point (geometry/point_contact.h); explicit steps only
 };
 
+/// Step, gravity and methods of a world.
 struct WorldSettings {
   double step = 1e-3;                       ///< h [s], fixed; 0 < h ≤ 0.1
   int substeps = 1;                         ///< world steps of h/substeps per call; ≥ 1
   Vector3 gravity = Vector3(0, 0, -9.8);    ///< [m/s²] in W
-  Integrator integrator = Integrator::kAutomatic;
-  ContactModel contact_model = ContactModel::kVolume;
-  PressureLaw pressure_law = PressureLaw::kHuntCrossley;
-  NormalRule normal_rule = NormalRule::kAreaVector;
+  Integrator integrator = Integrator::kAutomatic;  ///< how it advances; kAutomatic chooses island by island
+  ContactModel contact_model = ContactModel::kVolume;  ///< kPoint is for comparisons
+  PressureLaw pressure_law = PressureLaw::kHuntCrossley;  ///< which damper the normal pressure has
+  NormalRule normal_rule = NormalRule::kAreaVector;  ///< where normals come from
   bool torsional_friction = true;           ///< false: patches resist sliding, not spinning (an ideal pivot)
   /// Where an implicit solve ends, as a share of the step's own error (implicit_stage.h). 0: at rounding, for references.
   double tolerance = 1e-2;
-  bool energy_ledger = true;
+  bool energy_ledger = true;                ///< false: no energies are computed or reported, which costs less
   int history_steps = 1000;                 ///< last steps kept to look back on (world/step_history.h); 0…100000
   bool leave_out = true;                    ///< false: the general pipeline, for comparison; bit-identical
   ContactMaterial default_material;         ///< for pairs where neither surface gives a value; unset: `DefaultMaterial`
@@ -159,6 +165,7 @@ struct WorldSettings {
 
 /// A pair of links that shall not collide.
 struct CollisionFilter {
+  /// The two links, by articulation and index in it.
   int articulation_a = -1, link_a = -1, articulation_b = -1, link_b = -1;
 
   template <class Self, class Visit>
@@ -167,14 +174,15 @@ struct CollisionFilter {
   }
 };
 
+/// A whole scene as a user defines it: what World is made from.
 struct WorldDef {
-  std::string name;
-  WorldSettings settings;
-  std::vector<ArticulationDef> articulations;
-  std::vector<LoopDef> loops;
-  std::vector<JointPathDef> joint_paths;
-  std::vector<PointerDef> pointers;
-  std::vector<CollisionFilter> filters;
+  std::string name;                            ///< for messages
+  WorldSettings settings;                      ///< step, gravity, methods
+  std::vector<ArticulationDef> articulations;  ///< all bodies
+  std::vector<LoopDef> loops;                  ///< closed on top of the trees
+  std::vector<JointPathDef> joint_paths;       ///< of drives, over time
+  std::vector<PointerDef> pointers;            ///< links that hands move
+  std::vector<CollisionFilter> filters;        ///< pairs that shall not collide
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {

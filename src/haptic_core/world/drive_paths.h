@@ -9,6 +9,7 @@ namespace haptic {
 class Model;
 struct State;
 
+/// A JointPathDef compiled for a world: indices of the state in place of links.
 struct DrivePath {
   std::vector<int> commands;  ///< by column: index in the state's commands
   std::vector<double> time;   ///< of the rows [s], rising

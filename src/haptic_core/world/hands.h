@@ -12,6 +12,7 @@
 
 namespace haptic {
 
+/// Scratch of the hands in a step.
 struct HandWork {
   // Follow from tuning and from which links are held: refreshed by `refreshHands`, at load, grab, tune and restore.
   std::vector<int> held_by;                   ///< by world link: pointer that prescribes its motion; -1: none
@@ -23,12 +24,14 @@ struct HandWork {
   std::vector<Twist> moved;     ///< by pointer: displacement of a held link in this part [rad], [m]
   std::vector<Wrench> wrench;   ///< by pointer: of the world on the hand, summed over the parts by their shares
 
-  explicit HandWork(const Model& model);
+  explicit HandWork(const Model& model);  ///< set-up: room for all pointers and links
+  /// It has degrees of freedom, and no hand holds it.
   bool movesByItself(const ModelTree& tree) const noexcept {
     return !tree.model->isStatic() && held_by[tree.link] < 0;
   }
 };
 
+/// (in realtime) After the tuning, the pointers' links or the state have changed.
 void refreshHands(const Model& model, const State& state, HandWork& hands) noexcept;
 
 /// (in realtime) A link that moves and is not held by another; for direct coupling a free body.

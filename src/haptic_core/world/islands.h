@@ -7,23 +7,26 @@
 
 namespace haptic {
 
+/// Trees that pairs connect, with those pairs. The arrays belong to Islands.
 struct Island {
   const int* trees = nullptr;  ///< ascending
-  int tree_count = 0;
+  int tree_count = 0;          ///< trees in it
   const int* pairs = nullptr;  ///< indices in State::pairs, ascending
-  int pair_count = 0;
+  int pair_count = 0;          ///< pairs in it
 };
 
+/// Groups trees into islands that have to be solved together.
 /// Trees that do not move by themselves (static ones, those that a hand holds) join nobody and belong to no island;
 /// their pairs belong to the island of the other side. All trees whose joints have laws are one island.
 class Islands {
  public:
-  explicit Islands(const Model& model);
+  explicit Islands(const Model& model);  ///< set-up: room for all trees and pairs
 
   /// (in realtime) From the pairs in `state`, of the trees that are implicit or of all. O(trees + pairs).
   void find(const State& state, const std::vector<int>& held_by, bool implicit_only) noexcept;
 
-  int count() const { return count_; }
+  int count() const { return count_; }  ///< of the last `find`
+  /// Island i < count(), until the next `find`.
   Island operator[](int i) const {
     return {trees_.data() + first_tree_[i], first_tree_[i + 1] - first_tree_[i], pairs_.data() + first_pair_[i],
             first_pair_[i + 1] - first_pair_[i]};

@@ -22,19 +22,20 @@ namespace haptic {
 /// An explicit contact until its work is booked.
 struct BookedContact {
   int pair = -1;                       ///< index in the state's pairs
-  Pose X_WP;
+  Pose X_WP;                           ///< of the patch
+  /// Force at the evaluation; impulse beside it.
   Wrench F_BP_P, J_BP_P;               ///< force, and the impulse that corrects it, see LocatedForce
   double elastic_force = 0, elastic_impulse = 0;  ///< along n, by k Vol [N], [N·s]
-  bool sticking = false;
+  bool sticking = false;                          ///< friction held it
   FrictionMemory before;               ///< at the last evaluation
   Twist V_AB_P;                        ///< at the end of the step
 };
-using BookedContacts = LoadedVector<BookedContact>;
+using BookedContacts = LoadedVector<BookedContact>;  ///< explicit contacts of one step
 
 /// What the books are made from.
 struct LedgerView {
-  const Model& model;
-  const HandWork& hands;
+  const Model& model;     ///< constant
+  const HandWork& hands;  ///< which links hands hold, and how they moved
   Placement& placement;  ///< velocities of links are set for a booking, and set back to the state's
 };
 

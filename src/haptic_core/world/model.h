@@ -16,8 +16,9 @@
 
 namespace haptic {
 
+/// A link of a compiled world.
 struct ModelLink {
-  std::string name;
+  std::string name;                 ///< as messages call it
   int articulation = 0, local = 0;  ///< which of `trees`, and which link in it
   double mass = 0;                  ///< [kg]
   double least_inertia = 0;         ///< smallest principal one about the centre of mass [kg·m²]
@@ -25,14 +26,15 @@ struct ModelLink {
   bool moves = false;               ///< has a degree of freedom of its own or of an ancestor
 };
 
+/// A collision shape of a compiled world.
 struct ModelShape {
-  const ConvexShape* shape = nullptr;
-  std::shared_ptr<const ConvexShape> owner;
+  const ConvexShape* shape = nullptr;        ///< never null
+  std::shared_ptr<const ConvexShape> owner;  ///< keeps it alive
   int link = 0;                     ///< world link index
   int material = 0;                 ///< index into the distinct materials
-  Pose X_LS;
+  Pose X_LS;                        ///< where it lies in its link
   double width = 0;                 ///< least width of the shape [m]
-  std::string name;
+  std::string name;                 ///< as messages call it
   InnerFaces inner;                 ///< what pieces of the same body cover of it
   std::vector<int> surface;         ///< by face: number of the flat surface that neighbours continue; -1, or empty: none
   double point_area = 0;            ///< of the point model [m²]
@@ -40,7 +42,7 @@ struct ModelShape {
 
 /// One articulation of the definition, or several that loops hold together: one model of several roots.
 struct ModelTree {
-  std::unique_ptr<Articulation> model;
+  std::unique_ptr<Articulation> model;  ///< never null
   int q = 0, v = 0, link = 0;       ///< first index of the tree in the world's q, v and links
   int command = 0;                  ///< first of its joints' commands, one per link; none unless `has_laws`
   bool has_laws = false;            ///< joints do something by themselves, or loops close: TreeMotion moves it
@@ -49,7 +51,7 @@ struct ModelTree {
 
 /// A joint of one degree of freedom.
 struct ModelJoint {
-  std::string name;
+  std::string name;                 ///< as messages call it
   int link = 0;                     ///< world link that hangs on it
   int q = 0, v = 0;                 ///< its degree in the world's q, v
   bool driven = false;              ///< obeys commands
@@ -57,10 +59,11 @@ struct ModelJoint {
 
 /// A link that moves, and what it may do in a step before contacts have to be looked at within it (step_parts.h).
 struct MotionLimit {
-  int link = 0;
+  int link = 0;                     ///< world link index
   double way2 = 0, lever2 = 0;      ///< squares: way that needs no sweep, lever that turns count with [m²]
 };
 
+/// A compiled scene: what every stage of a step reads and none changes.
 class Model {
  public:
   /// Checks the definition and compiles it. Throws SetupError that names link, parameter and value.
@@ -84,6 +87,7 @@ class Model {
   /// Depth from which a pair that overlaps at the start counts as buried, and how it is then pushed out [m].
   /// `area` [m²] of the patch: at a depth that carries all that moves nothing is buried.
   double buriedDepth(int a, int b, double area) const;
+  /// See `buriedDepth`.
   PairLaw recoveryLaw(const PairLaw& law, int a, int b, const ContactVolume& volume) const;
 
   /// Makes room for every pair of the shapes.
@@ -92,7 +96,8 @@ class Model {
   /// World link of a link of the definition.
   int link(int articulation, int local) const { return first_link_[articulation] + local; }
 
-  int treeOf(int shape) const { return links[shapes[shape].link].articulation; }
+  int treeOf(int shape) const { return links[shapes[shape].link].articulation; }  ///< index in `trees`
+  /// Of one of `trees`.
   int indexOf(const ModelTree& tree) const { return static_cast<int>(&tree - trees.data()); }
   /// One body on a floating joint, with nothing but inertia, gravity and wrenches.
   bool isFree(const ModelTree& tree) const { return tree.model->isFreeBody() && !tree.has_laws; }
@@ -100,28 +105,31 @@ class Model {
   bool holds(int pointer) const { return tuning.coupling[pointer].mode == PointerCoupling::Mode::kDirect; }
   /// Link that the scene gives the pointer.
   int pointerHome(int pointer) const { return link(pointers[pointer].articulation, pointers[pointer].link); }
+  /// What a virtual coupling would have to move there.
   CouplingLoad loadOf(int link) const { return {links[link].mass, links[link].least_inertia}; }
   /// Length of a substep [s].
   double substep() const { return settings.step / settings.substeps; }
 
   std::string text() const;         ///< for people: sizes, stages, what was left out and why
 
-  std::string name;
-  WorldSettings settings;
-  std::vector<PointerDef> pointers;
-  WorldTuning tuning;
+  std::string name;                  ///< of the scene
+  WorldSettings settings;            ///< as defined
+  std::vector<PointerDef> pointers;  ///< as defined
+  WorldTuning tuning;                ///< what may change between two steps
 
-  std::vector<ModelTree> trees;
-  std::vector<ModelLink> links;
-  std::vector<ModelShape> shapes;
-  std::vector<ModelJoint> joints;
+  std::vector<ModelTree> trees;    ///< articulations; those that loops join are one tree
+  std::vector<ModelLink> links;    ///< by world link index
+  std::vector<ModelShape> shapes;  ///< by link
+  std::vector<ModelJoint> joints;  ///< of one degree of freedom
+  /// In the order of State.
   std::vector<double> q_start, v_start;  ///< initial state
-  int nq = 0, nv = 0, commands = 0;
+  int nq = 0, nv = 0, commands = 0;      ///< sizes of q, of v, and of the commands
   int pair_capacity = 0;            ///< pairs of overlapping boxes that a step can hold
   long possible_pairs = 0;          ///< pairs that may ever touch; the others are never tested
-  std::vector<DrivePath> drive_paths;
+  std::vector<DrivePath> drive_paths;  ///< of the definition
   std::vector<double> least_width;  ///< by link: of its shapes and all that they may meet [m]; infinite: meets nothing
   std::vector<MotionLimit> motion_limits;  ///< of the links that move and may meet something
+  /// What there is in this world at all.
   bool has_contacts = false, has_joints = false, has_friction = false;
 
   // What a step visits. In the general pipeline (`WorldSettings::leave_out` false) everything; else what can change.

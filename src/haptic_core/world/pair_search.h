@@ -10,11 +10,12 @@
 
 namespace haptic {
 
+/// Scratch of the search for pairs.
 struct SearchWork {
   BroadPhase boxes;                   ///< keeps the order of the boxes from call to call
   std::vector<ActivePair> previous;   ///< pairs of the last search
 
-  explicit SearchWork(const Model& model);
+  explicit SearchWork(const Model& model);  ///< set-up: room for all shapes
 };
 
 /// (in realtime) Poses and boxes of the shapes, then the pairs whose boxes overlap, in the order of their keys; what a

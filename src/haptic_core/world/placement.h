@@ -9,11 +9,13 @@
 
 namespace haptic {
 
+/// Where links, shapes and boxes are at one instant.
 struct Placement {
   std::vector<LinkWork> link;                 ///< by world link index; wrenches on links are gathered here
   std::vector<Pose> X_WS;                     ///< by shape
   std::vector<ConvexShape::Box> box;     ///< by shape, in W
 
+  /// Set-up; `placeAll` fills it.
   explicit Placement(const Model& model)
       : link(model.links.size()), X_WS(model.shapes.size()), box(model.shapes.size()) {}
 };

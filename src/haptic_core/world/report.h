@@ -30,7 +30,7 @@ struct ContactReport {
   Wrench F_BP_W;                          ///< [N·m], [N]
   double normal_force = 0;                ///< [N]
   double volume = 0, area = 0, depth = 0; ///< [m³], [m²], [m]
-  bool sticking = false;
+  bool sticking = false;                  ///< friction holds it below its limit
   unsigned flags = 0;                     ///< of the ContactVolume
   int shape_a = -1, shape_b = -1;         ///< the model's shape indices
   double event = 1;                       ///< share of the step after which it touched, slid or stuck; 1: none of them
@@ -38,7 +38,7 @@ struct ContactReport {
 
 /// Where the energy of a world is and went [J]: the first four now, the others as sums since the start.
 struct EnergyLedger {
-  double kinetic = 0, potential = 0;
+  double kinetic = 0, potential = 0;      ///< of all bodies; of gravity
   double elastic = 0;                     ///< Σ ½ k ∫d² dA
   double tangential = 0;                  ///< in the friction springs
   double damping = 0, friction = 0;       ///< dissipated in contacts and joints (limits: friction), ≥ 0
@@ -46,6 +46,7 @@ struct EnergyLedger {
   double external = 0;                    ///< work done on the world by hands and by the joints' drives
   double numerical = 0;                   ///< lost by the time steps; negative: gained. What the balance lacks since the start,
                                           ///< and of `turning` what was taken while n stood still
+  /// What a world without losses would keep.
   double total() const { return kinetic + potential + elastic + tangential; }
   /// Constant up to the step's error.
   double balance() const { return total() + damping + friction + turning - external; }
@@ -58,10 +59,11 @@ struct JointReading {
   double effort = 0;                      ///< of its drive [N·m] or [N]
 };
 
+/// What one step of a world came to.
 struct StepReport {
-  std::uint64_t step = 0;
-  int pairs = 0, contacts = 0;
-  EnergyLedger energy;
+  std::uint64_t step = 0;                 ///< steps since the start
+  int pairs = 0, contacts = 0;            ///< of overlapping boxes; of touching shapes
+  EnergyLedger energy;                    ///< kept while WorldSettings::energy_ledger is set
   double closure = 0;                     ///< largest gap left in a loop [m]
   int iterations = 0;                     ///< of the implicit solve, most of any island; 0: explicit
   int evaluations = 0, factorisations = 0;  ///< of the exact geometry and of matrices, most of any island
@@ -75,14 +77,14 @@ struct StepReport {
   double stability = 0;                   ///< automatic choice: highest number of an explicit link over its bound
   int substeps = 1;                       ///< of this step: more where something fast came near something thin
   bool finite = true;                     ///< false: the world stopped; `culprit` names the link
-  int culprit = -1;
-  unsigned flags = 0;
+  int culprit = -1;                       ///< world link index; -1: none
+  unsigned flags = 0;                     ///< StepFlag bits
   StageTimes stages;                      ///< filled while `World::measureStages` is on
 };
 
 /// All that a step says: public, and read by nothing in the step.
 struct Report {
-  StepReport step;
+  StepReport step;                        ///< of the whole world
   LoadedVector<ContactReport> contacts;   ///< in the order of the pairs' keys within explicit steps and each island
 
   /// (in realtime) Books a contact that began at a speed of approach [m/s]. What bodies gain by falling for a step is none.

@@ -9,6 +9,7 @@
 
 namespace haptic {
 
+/// Finds one normal for a contact that is spread over several pieces of a body.
 /// Where pieces of a body meet, each piece's V is a part of the bodies' V, cut off at an internal face. What becomes of its
 /// normal depends on how the surface goes on there:
 ///
@@ -22,7 +23,7 @@ namespace haptic {
 /// (internal_faces.h) bounds them both.
 class Seams {
  public:
-  explicit Seams(const Model& model);
+  explicit Seams(const Model& model);  ///< set-up: decides which pairs can be flush
 
   /// False: no pieces of this world are flush within a body; nothing needs to be called.
   bool any() const { return any_; }

@@ -48,17 +48,18 @@ enum class TreeMode : unsigned char {
 /// Two shapes whose boxes overlap, with what they remember.
 struct ActivePair {
   std::uint64_t key = 0;  ///< shape A in the upper, shape B in the lower 32 bits; A < B
-  PairCache cache;
-  FrictionMemory friction;
-  ReleaseMemory release;
-  StabilityMemory stability;
+  PairCache cache;            ///< of the search and of the normal
+  FrictionMemory friction;    ///< of the patch
+  ReleaseMemory release;      ///< for the instant at which it parts
+  StabilityMemory stability;  ///< for the choice of steps
   bool buried = false;  ///< overlapped deep at the start; pushed out slowly until it is shallow
 
+  /// Shapes a < b.
   static std::uint64_t keyOf(int a, int b) {
     return static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b);
   }
-  int shapeA() const { return static_cast<int>(key >> 32); }
-  int shapeB() const { return static_cast<int>(key & 0xffffffffu); }
+  int shapeA() const { return static_cast<int>(key >> 32); }          ///< index in the model
+  int shapeB() const { return static_cast<int>(key & 0xffffffffu); }  ///< index in the model
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
@@ -84,7 +85,7 @@ struct PointerState {
 
 /// Sums of the ledger since the start [J]; see EnergyLedger.
 struct EnergySums {
-  double damping = 0, friction = 0, external = 0, turning = 0;
+  double damping = 0, friction = 0, external = 0, turning = 0;  ///< as in EnergyLedger
   double still = 0;        ///< of `turning`, what was booked while n stood still: the step's
   double lost = 0;         ///< of the balance
   double balance = 0;      ///< after the last step; see `balanced`
@@ -109,19 +110,21 @@ struct EnergySums {
   }
 };
 
+/// Everything of a world that evolves. The model says how long its vectors are.
 struct State {
   double time = 0;  ///< [s]
-  std::uint64_t step = 0;
+  std::uint64_t step = 0;  ///< since the start
+  /// Positions and velocities, see articulation.h.
   std::vector<double> q, v;  ///< of all trees, one after the other
   /// Velocity Verlet: what pulled at the end of the last step. Free bodies: torque [N·m], acceleration of C; trees whose
   /// joints have laws: Jᵀ F of contacts and hands; other trees: v̇ by contacts and hands.
   std::vector<double> pull;
   std::vector<TreeMode> mode;          ///< by tree
   std::vector<JointCommand> commands;  ///< of the links of trees whose joints have laws
-  std::vector<PointerState> pointers;
-  EnergySums energy;
+  std::vector<PointerState> pointers;  ///< by pointer
+  EnergySums energy;                   ///< of the ledger
   std::vector<ActivePair> pairs;  ///< storage of the model's capacity, sorted by key
-  int pair_count = 0;
+  int pair_count = 0;             ///< valid entries of `pairs`
 
   /// All but the pairs, whose number varies.
   template <class Self, class Visit>

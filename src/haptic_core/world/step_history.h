@@ -8,6 +8,7 @@
 
 namespace haptic {
 
+/// The last steps of a world, to look back on.
 /// A ring of fixed capacity: what moved, after each step, without contact memory, and the last state in full. Not part of
 /// the state. It looks at `state` as long as it lives.
 class StepHistory {
@@ -15,16 +16,17 @@ class StepHistory {
   /// One step: arrays as in State; `wrench` has six numbers per pointer, torque [N·m] first, then force
   /// [N].
   struct Record {
-    std::uint64_t step;
+    std::uint64_t step;  ///< index of the step
     double time;  ///< [s]
-    const double *q, *v, *wrench;
+    const double *q, *v, *wrench;  ///< sizes nq, nv and 6 per pointer; valid until the next `keep`
   };
 
   /// Room for `capacity` steps. Memory: capacity × (nq + nv + 6 pointers + 2) doubles.
   StepHistory(int capacity, const State& state);
 
   void keep() noexcept;  ///< (in realtime) the state as it is now; drops the oldest when full
-  void clear() noexcept { count_ = 0; }
+  void clear() noexcept { count_ = 0; }  ///< as if nothing had been kept
+  /// Records kept, up to the capacity.
   int size() const { return static_cast<int>(std::min<std::uint64_t>(count_, capacity_)); }
   Record record(int i) const;  ///< 0: the oldest kept, size() - 1: the last step
   const State& latest() const { return state_; }  ///< between two steps: complete, contact memory included

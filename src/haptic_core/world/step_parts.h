@@ -23,11 +23,12 @@ constexpr double kShareOfWidth = 0.25;
 /// Largest turn of a body in contact in one part of an implicit step [rad]: its patch is then still the same one.
 constexpr double kMostTurn = 0.3;
 
+/// A part of a substep, shortened where something is fast.
 struct StepPart {
   double h = 0;         ///< [s]; 0: the step is over
   double share = 1;     ///< of a substep
   double progress = 1;  ///< share of the hands' way to their targets that is left at its start
-  int substep = 0;
+  int substep = 0;      ///< index, from 0
   double left = 0;      ///< of the substep after this part [s]
   double longest = std::numeric_limits<double>::infinity();  ///< of this part and those after it in the step [s]
 };
@@ -35,6 +36,7 @@ struct StepPart {
 /// (in realtime) The parts one after another: each is measured where the last one has ended. The links' placement and the
 /// pairs of the last search are those of its start; the boxes of `work` are scratch.
 StepPart firstPart(const Model& model, const State& state, Work& work, StepReport& report) noexcept;
+/// (in realtime) See firstPart; `last` is the part that has been done.
 StepPart nextPart(const Model& model, const StepPart& last, const State& state, Work& work, StepReport& report) noexcept;
 /// (in realtime) The part's beginning, with none longer than `longest` from here to the end of the step.
 StepPart shortened(const Model& model, const StepPart& part, double longest) noexcept;

@@ -6,6 +6,7 @@
 
 namespace haptic {
 
+/// Values of a world that may change while it runs.
 struct WorldTuning {
   double stiffness_scale = 1;  ///< of k and k_t of every pair, 0.01…10
   double friction_scale = 1;   ///< of μ0 and μ of every pair, 0…3

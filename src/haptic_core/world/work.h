@@ -22,14 +22,14 @@ namespace haptic {
 
 /// Explicitly stepped contacts (stepping/explicit_contacts.h).
 struct ContactWork {
-  ContactWorkspace workspace;
-  Seams seams;
+  ContactWorkspace workspace;    ///< for one contact at a time
+  Seams seams;                   ///< for normals of joined pieces
   std::vector<int> on_link;      ///< by world link: contacts that touched at the last evaluation
   std::vector<Wrench> kick;      ///< by world link, about O: impulses of events inside the step [N·m·s, N·s]
   bool has_kick = false;         ///< else `kick` holds nothing of this step
   BookedContacts booked;         ///< while the ledger is kept
 
-  explicit ContactWork(const Model& model);
+  explicit ContactWork(const Model& model);  ///< set-up: room for all links and contacts
 };
 
 /// Velocities of explicitly stepped trees inside a step, by world velocity index (stepping/explicit_step.h).
@@ -37,11 +37,12 @@ struct ExplicitWork {
   std::vector<double> v_half;    ///< velocity Verlet: between the kicks
   std::vector<double> v_mean;    ///< symplectic Euler: over the kick, while the ledger is kept
   std::vector<double> v_ahead;   ///< velocity Verlet: after the next half kick, while the ledger is kept
-  TreeStepScratch scratch;
+  TreeStepScratch scratch;       ///< of the steps in tree_step.h
 
-  explicit ExplicitWork(const Model& model);
+  explicit ExplicitWork(const Model& model);  ///< set-up: room for all velocities
 };
 
+/// Scratch of every stage of a step; one per world.
 struct Work {
   Placement placement;           ///< placement
   SearchWork search;             ///< pair_search, step_parts
@@ -53,9 +54,10 @@ struct Work {
   Islands islands;               ///< islands
   std::unique_ptr<ImplicitStep> implicit;  ///< stepping/implicit_islands; null: every step is explicit
   std::vector<std::unique_ptr<TreeMotion>> joints;  ///< by tree; null: joints without laws of their own
-  StageClock clock;
+  StageClock clock;                                 ///< on only while stages are measured
 
-  explicit Work(const Model& model);
+  explicit Work(const Model& model);  ///< set-up: everything that a step needs, so that it allocates nothing
+  /// (in realtime) Until the work is moved or destroyed.
   LedgerView ledgerView(const Model& model) { return {model, hands, placement}; }
 };
 

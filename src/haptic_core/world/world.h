@@ -18,6 +18,8 @@ class StepHistory;
 struct State;
 struct Work;
 
+/// A world of bodies, joints, contacts and hands, stepped at a fixed rate. Not safe from several threads at
+/// once; a tick never throws or allocates.
 class World {
  public:
   explicit World(const WorldDef& def);    ///< compiles the plan; throws SetupError
@@ -31,29 +33,29 @@ class World {
   /// (in realtime) Times of the stages in the report from the next step on. Off at first: costs what the clock costs.
   void measureStages(bool on) noexcept;
 
-  const WorldSettings& settings() const;
-  const StepReport& report() const;
+  const WorldSettings& settings() const;  ///< as compiled; constant
+  const StepReport& report() const;       ///< of the last step
   double time() const;                    ///< simulated [s]
 
-  int linkCount() const;
-  const std::string& linkName(int link) const;
+  int linkCount() const;                              ///< links of all articulations
+  const std::string& linkName(int link) const;        ///< as messages call it
   int linkIndex(const std::string& name) const;       ///< -1 when there is none
   Pose linkPose(int link) const;                      ///< X_WL
   Twist linkTwist(int link) const;                    ///< V_WL at the link frame's origin, in W
 
   int jointCount() const;                 ///< joints of one degree of freedom
-  const std::string& jointName(int joint) const;
+  const std::string& jointName(int joint) const;      ///< as files call it
   int jointIndex(const std::string& name) const;      ///< -1 when there is none
   int jointLink(int joint) const;                     ///< the link that hangs on it
-  JointReading joint(int joint) const noexcept;
+  JointReading joint(int joint) const noexcept;       ///< as the last step left it
   bool obeysCommands(int joint) const;                ///< it has a drive, or gains for one, and follows no other
   /// (in realtime) What the joint's drive does from the next step on; part of the state. False, and nothing done: not
   /// finite, or the joint obeys no commands.
   bool setJointCommand(int joint, const JointCommand& command) noexcept;
 
-  int pointerCount() const;
-  const PointerDef& pointer(int i) const;
-  int pointerLink(int i) const;
+  int pointerCount() const;                ///< of the definition
+  const PointerDef& pointer(int i) const;  ///< of the definition
+  int pointerLink(int i) const;            ///< world link index of pointer i; `grab` changes it
   /// (in realtime) Where the hand wants the pointer's link at the end of the next step, and how it moves there.
   void setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept;
   /// (in realtime) Wrench of the world on pointer i in the last step, about the link frame's origin, in W.
@@ -66,16 +68,16 @@ class World {
   const WorldTuning& tuning() const;                  ///< what may change while running; a reset keeps it
   void tune(const WorldTuning& tuning);               ///< between two steps; throws SetupError
 
-  int contactCount() const;
-  const ContactReport& contact(int i) const;
+  int contactCount() const;                   ///< of the last step
+  const ContactReport& contact(int i) const;  ///< i < contactCount()
 
   /// The last settings().history_steps steps that were finite, newest last; also after the world has stopped.
   const StepHistory& history() const;
 
   // The structs behind, for analysis and tests: what World's functions above read and write.
-  const Model& model() const;
-  const State& state() const;
-  const Work& work() const;
+  const Model& model() const;  ///< constant but for its tuning
+  const State& state() const;  ///< between two steps
+  const Work& work() const;    ///< scratch: means something only right after a step
 
   std::uint64_t hash() const;                         ///< of the complete state
   std::vector<double> save() const;                   ///< complete state, contact memory included
