@@ -7,9 +7,9 @@ namespace haptic {
 /// Centred on its frame's origin. Throws SetupError unless the radius [m] is positive and finite.
 class Ball : public ConvexShape {
  public:
-  explicit Ball(double radius, const std::string& name = "ball");
+  explicit Ball(double radius, const std::string& name = "ball");  ///< `radius` [m]; `name` for messages
 
-  double radius() const { return boundingRadius(); }
+  double radius() const { return boundingRadius(); }  ///< [m]
   using ConvexShape::aabb;
   Box aabb(const Pose& X_WS) const override {
     return {X_WS.p - Vector3::Constant(radius_), X_WS.p + Vector3::Constant(radius_)};

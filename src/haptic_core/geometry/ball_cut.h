@@ -19,13 +19,14 @@ struct PlaneMoments {
 /// A piece of the boundary of such a part, in the face's axes about the circle's centre: the line from p to q, or the arc
 /// from the angle `from` over `sweep`, counter-clockwise seen from outside.
 struct CutCurve {
-  bool arc = false;
-  double from = 0, sweep = 0;
-  Vector2 p = Vector2::Zero(), q = Vector2::Zero();
+  bool arc = false;  ///< an arc; else a line
+  double from = 0, sweep = 0;  ///< of an arc: first angle, and angle swept, counter-clockwise [rad]
+  Vector2 p = Vector2::Zero(), q = Vector2::Zero();  ///< of a line: its ends [m]
   /// Largest slope · r along it; `radius` of the arc.
   double reach(const Vector2& slope, double radius) const noexcept;
 };
 
+/// The part of a face that lies in the ball.
 struct CutFace {
   int index = -1;                      ///< of the polyhedron
   Vector3 normal;                      ///< outward
@@ -34,17 +35,19 @@ struct CutFace {
   Vector3 x, y;                        ///< axes in the plane; x, y, normal are right-handed
   int first = 0, count = 0;            ///< its curves
   bool whole = false;                  ///< all of the circle, one arc
+  /// From the ball's centre, of the point r in the plane [m].
   Vector3 at(const Vector2& r) const { return height * normal + r.x() * x + r.y() * y; }
 };
 
 /// Sized at load, for one contact at a time.
 class BallCut {
  public:
-  void reserve(int faces, int half_edges);
+  void reserve(int faces, int half_edges);  ///< set-up: room for a polyhedron of so many faces and half edges
+  /// There is room for it.
   bool fits(const ConvexPolyhedron& shape) const {
     return faces_.capacity() >= shape.faceCount() && curves_.capacity() >= 2 * 2 * shape.edgeCount() + shape.faceCount();
   }
-  void clear() noexcept { faces_.clear(), curves_.clear(); }
+  void clear() noexcept { faces_.clear(), curves_.clear(); }  ///< (in realtime) nothing is cut
 
   /// (in realtime) Cuts all faces with a sphere of `radius` [m] about `c`. The ball lies beyond a plane, and so outside: its face;
   /// else -1. A corner or edge that lies on the sphere within rounding counts as in or as out, in both faces alike.
@@ -53,8 +56,8 @@ class BallCut {
   void addCircle(const Vector3& normal, double height, double radius) noexcept;
 
   const LoadedVector<CutFace>& faces() const { return faces_; }  ///< those with a part in the ball
-  const LoadedVector<CutCurve>& curves() const { return curves_; }
-  double radius() const { return radius_; }
+  const LoadedVector<CutCurve>& curves() const { return curves_; }  ///< of all faces; each face has a range
+  double radius() const { return radius_; }                         ///< of the last `cut` [m]
 
   /// (in realtime) Of a face's part, about the point o. Closed forms; a sliver keeps its digits.
   PlaneMoments moments(const CutFace& face, const Vector3& o) const noexcept;

@@ -18,23 +18,26 @@ struct PartMoments;
 /// V = ball ∩ polyhedron or ball ∩ ball as the last call of `contactVolume` left it in the workspace. Frame Q: the ball's
 /// centre, the axes in which it was cut.
 struct RoundVolume {
+  /// A piece of a share's outline, in P's x and y [m].
   struct Curve {
-    bool arc;
-    double from, sweep;
+    bool arc;              ///< an arc of an ellipse; else a line
+    double from, sweep;    ///< of an arc: first angle, and angle swept [rad]
     Vector2 middle, x, y;  ///< arc: middle + x cos + y sin; line: middle + x t, t from 0 to 1
   };
+  /// A face's part of the patch, seen along n.
   struct Share {
     int first, count;      ///< its curves
     Vector2 inside;        ///< a point of it
   };
+  /// The plane of a face, in P.
   struct Plane {
     Vector3 normal;        ///< in P
     double offset;         ///< about P's origin [m]
   };
 
   bool filled = false;          ///< false: the workspace holds a polyhedron
-  BallCut cut;
-  Pose X_AQ;
+  BallCut cut;                  ///< what the polyhedron's faces and the ball have in common
+  Pose X_AQ;                    ///< of frame Q in A
   double sign = 1;              ///< -1: the polyhedron is B
   double radius = 0;            ///< of the ball [m]
   double other_radius = 0;      ///< of a second ball; 0: there are planes instead [m]
@@ -43,10 +46,10 @@ struct RoundVolume {
 
   LoadedVector<PlaneMoments> parts;  ///< of the faces, while the contact is made
   LoadedVector<Curve> curves;   ///< scratch of RoundPatch
-  LoadedVector<Share> shares;
-  LoadedVector<Plane> planes;
+  LoadedVector<Share> shares;   ///< scratch of RoundPatch
+  LoadedVector<Plane> planes;   ///< scratch of RoundPatch
 
-  void reserve(int faces, int half_edges);
+  void reserve(int faces, int half_edges);  ///< set-up: room for a polyhedron of so many faces and half edges
 };
 
 /// Of `contact`, whose V is `volume`. (in realtime)
@@ -54,6 +57,7 @@ class RoundPatch {
  public:
   /// Its outline. The thickness is known after `fit`.
   RoundPatch(RoundVolume& volume, const ContactVolume& contact) noexcept;
+  /// (in realtime) Scales the thickness so that its integral is the volume of the contact.
   RoundPatch& fit() noexcept;
 
   double reach() const noexcept;                      ///< largest |r| of the patch, within 2 % and not below it [m]

@@ -1,5 +1,7 @@
 #include "haptic_core/stepping/chosen_step.h"
 
+#include <limits>
+
 #include "haptic_core/stepping/choice.h"
 #include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/stepping/implicit_islands.h"
@@ -14,7 +16,10 @@ void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Re
     ++report.step.redone;
     if (!anyImplicit(state)) part = shortened(model, part, model.substep() / work.choice.parts);
   }
-  if (anyImplicit(state)) stepImplicitIslands(model, part, state, work, report);
+  if (anyImplicit(state)) {
+    stepImplicitIslands(model, part, state, work, report);
+    part.longest = std::numeric_limits<double>::infinity();  // parts are for what is explicit
+  }
   collectHeld(model, part, state, work.hands, work.placement);
   report.step.pairs = state.pair_count;
   report.step.contacts = report.contacts.size();
