@@ -150,6 +150,10 @@ double tangentialDamping(const PairLaw& law, double area) noexcept {
                                    : 2 * std::sqrt(m.tangential_stiffness * law.reduced_mass / area);
 }
 
+double layerArea(const ContactVolume& contact) noexcept {
+  return contact.depth > 0 ? std::max(contact.A0, 0.5 * contact.volume / contact.depth) : contact.A0;
+}
+
 double torsionArea(const ContactVolume& contact) noexcept {
   return std::max(0.0, contact.A2.trace() - contact.A1.squaredNorm() / contact.A0);
 }
@@ -165,8 +169,8 @@ FrictionForce frictionForce(const ContactVolume& contact, const Pose& X_AB, Cont
   if (contact.A0 <= 0 || m.mu_static <= 0) return out;
   const bool solving = advance.yielding != Yielding::kAtOnce;
   if (N <= 0 && !solving) return out;
-  const Layer layer{contact.A0, law.torsion ? torsionArea(contact) : 0.0, m.tangential_stiffness,
-                    tangentialDamping(law, contact.A0)};
+  const double area = layerArea(contact);
+  const Layer layer{area, law.torsion ? torsionArea(contact) : 0.0, m.tangential_stiffness, tangentialDamping(law, area)};
   const Matrix3 R_PA = contact.X_AP.R.transpose();
   const bool fresh = memory.touching == 0, slid = memory.sliding > 0;
   const Planar rate{V.linear.head<2>(), law.torsion ? V.angular.z() : 0.0};

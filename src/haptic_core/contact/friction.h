@@ -166,6 +166,10 @@ FrictionForce frictionForce(const ContactVolume& contact, const Pose& X_AB, Cont
                             const NormalPressure& normal, const Twist& V, const FrictionMemory& memory,
                             const PairLaw& law, const Advance& advance) noexcept;
 
+/// Area of the layer under a patch [m²]: A0, and where a body is through another, so that what it cuts of the surface cancels,
+/// no less than half of Vol/depth. A layer without area would hold μ N by a spring of no stiffness, with any energy in it.
+double layerArea(const ContactVolume& contact) noexcept;
+
 /// J of a patch [m⁴].
 double torsionArea(const ContactVolume& contact) noexcept;
 

@@ -93,13 +93,13 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   }
 
   out.tangent = {normal.stiffness, normal.damping, friction.compliant_area, law.material.tangential_stiffness,
-                 tangentialDamping(law, contact.A0)};
+                 tangentialDamping(law, layerArea(contact))};
   out.layer = friction.layer;
   out.trial = friction.trial;
   out.renewed = friction.renewed;
 
   const Matrix3& R_AP = contact.X_AP.R;
-  const double A0 = contact.A0, J = torsionArea(contact), kt = law.material.tangential_stiffness;
+  const double A0 = layerArea(contact), J = torsionArea(contact), kt = law.material.tangential_stiffness;
   FrictionMemory& next = out.memory;
   next.normal_A = R_AP.col(2);
   next.slip_A = R_AP.leftCols<2>() * friction.slip;

@@ -92,7 +92,7 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
     const double share = damperShare(W, D, advance.time);
     if (share == 1) return;
     flags |= kDamperLimited;
-    c.force = forceAt(c.V_AB_P, weakened(c.law, share, c.volume.A0), advance);
+    c.force = forceAt(c.V_AB_P, weakened(c.law, share, layerArea(c.volume)), advance);
     return;
   }
   if (!c.force.sticking && pair.friction.sliding == 0) {
