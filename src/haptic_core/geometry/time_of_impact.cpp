@@ -43,7 +43,7 @@ double timeOfImpact(const ConvexShape& A, const ShapeMotion& a, const ConvexShap
 }
 
 double leastWidth(const ConvexShape& shape) {
-  double least = 2 * shape.boundingRadius();
+  double least = (shape.aabb().upper - shape.aabb().lower).minCoeff();  // of a round shape about its axis
   const ConvexPolyhedron* hull = shape.polyhedron();
   if (!hull) return least;
   for (const auto& face : hull->faces()) {

@@ -1,0 +1,395 @@
+#include "haptic_core/geometry/tube_cut.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/geometry/gauss_legendre.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kTurn = 2 * M_PI;
+/// As for a ball's arcs (ball_cut.cpp).
+constexpr double kDoubt = 1e-2;
+/// Lines shorter than this share of the radius are rounding where corners coincide: they have no side.
+constexpr double kSpeck = 1e-11;
+/// Longest arcs for one rule of 16 points and of 8 [rad]: trigonometric polynomials of degree 5 to 1e-16.
+constexpr double kPart = 2.1, kShortPart = 0.5;
+
+double cross(const Vector2& a, const Vector2& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+/// p → q against a circle about the origin: what lies inside, as shares of its length. False: nothing does.
+bool innerPart(const Vector2& p, const Vector2& q, bool p_in, bool q_in, double radius, double& enter, double& leave) {
+  enter = 0;
+  leave = 1;
+  if (p_in && q_in) return true;
+  const Vector2 d = q - p;
+  const double length2 = d.squaredNorm(), towards = -p.dot(d), apart = cross(p, d);
+  if (!p_in && !q_in) {
+    if (towards <= 0 || towards >= length2 || apart * apart >= radius * radius * length2) return false;
+  }
+  const double nearest = towards / length2, distance = std::abs(apart) / std::sqrt(length2);
+  const double half = std::sqrt(std::max(0.0, (radius - distance) * (radius + distance) / length2));
+  if (!p_in) enter = std::clamp(nearest - half, 0.0, 1.0);
+  if (!q_in) leave = std::clamp(nearest + half, 0.0, 1.0);
+  return p_in || q_in || enter < leave;
+}
+
+/// ∫ cᵏ dψ and ∫ cᵏ sin ψ dψ from 0 to ψ, c = 1 - cos ψ.
+struct TurnIntegrals {
+  double C[4], D[3];
+
+  explicit TurnIntegrals(double psi) {
+    const double half = std::sin(0.5 * psi), s = std::sin(psi), c = 2 * half * half;
+    D[0] = c;
+    D[1] = 0.5 * c * c;
+    D[2] = c * c * c / 3;
+    if (std::abs(psi) < kSeries) {
+      // dψ = dc/√(2c) (1 - c/2)^(-1/2), its coefficients in c/2; the lower ones follow without cancelling.
+      constexpr double b[] = {1, 1.0 / 2, 3.0 / 8, 5.0 / 16, 35.0 / 128, 63.0 / 256, 231.0 / 1024, 429.0 / 2048, 6435.0 / 32768};
+      const double x = 0.5 * c;
+      double sum = 0;
+      for (int j = 8; j >= 0; --j) sum = sum * x + b[j] / (j + 3.5);
+      C[3] = c * c * c * half * sum;  // √(c/2) = |sin ψ/2|
+      C[2] = (c * c * s + 3 * C[3]) / 5;
+      C[1] = (c * s + 2 * C[2]) / 3;
+      C[0] = psi;
+    } else {
+      C[0] = psi;
+      C[1] = psi - s;
+      C[2] = (3 * C[1] - c * s) / 2;
+      C[3] = (5 * C[2] - c * c * s) / 3;
+    }
+  }
+  static constexpr double kSeries = 0.3;  ///< [rad]: the series ends at 1e-17 there, and the closed forms lose two digits
+};
+
+/// Sums over the tube's part: cones from o = a ê, at height o_z. With c = 1 - cos ψ, ψ from ê, a point of the tube is
+/// y = (b - R c) ê + R sin ψ t̂ + ζ ẑ from o, b = R - a, and y·N = b + a c.
+class SideSums {
+ public:
+  SideSums(double radius, double a) : R_(radius), a_(a), b_(radius - a) {}
+
+  /// `turns`: whole turns that ψ has made; `dz` weighs the point.
+  void add(double psi, double turns, double zeta, double dz) {
+    const Weights w = at(psi);
+    const double z[3] = {dz, zeta * dz, zeta * zeta * dz};
+    sum(w, -1, z);
+    if (turns != 0) sum(turn(), -turns, z);
+  }
+  /// At an arc's end, ∫ dz of the turns that it has made there.
+  void addTurns(double turns, double zeta) {
+    const double z[3] = {zeta, zeta * zeta / 2, zeta * zeta * zeta / 3};
+    sum(turn(), turns, z);
+  }
+  void addTo(const Vector3& along, const Vector3& across, SolidMoments& out) const {
+    const Vector3 up = Vector3::UnitZ();
+    out.volume += R_ / 3 * v_[0];
+    out.first += R_ / 4 * (x_[0] * along + y_[0] * across + v_[1] * up);
+    const auto mixed = [](const Vector3& p, const Vector3& q) -> Matrix3 { return p * q.transpose() + q * p.transpose(); };
+    out.second += R_ / 5 * (xx_ * along * along.transpose() + yy_ * across * across.transpose() + v_[2] * up * up.transpose() +
+                            xy_ * mixed(along, across) + x_[1] * mixed(along, up) + y_[1] * mixed(across, up));
+  }
+
+ private:
+  struct Weights {
+    double v, x, y, xx, xy, yy;
+  };
+  Weights at(double psi) const {
+    const TurnIntegrals t(psi);
+    const double R = R_, a = a_, b = b_;
+    return {b * t.C[0] + a * t.C[1],
+            b * b * (t.C[0] - t.C[1]) - a * R * t.C[2],
+            R * (b * t.D[0] + a * t.D[1]),
+            b * b * b * t.C[0] + b * b * (a - 2 * R) * t.C[1] + b * R * (R - 2 * a) * t.C[2] + a * R * R * t.C[3],
+            R * (b * b * (t.D[0] - t.D[1]) - a * R * t.D[2]),
+            R * R * (2 * b * t.C[1] + (2 * a - b) * t.C[2] - a * t.C[3])};
+  }
+  /// Of a whole turn.
+  Weights turn() const {
+    const Weights half = at(M_PI);
+    return {2 * half.v, 2 * half.x, 0, 2 * half.xx, 0, 2 * half.yy};
+  }
+  void sum(const Weights& w, double sign, const double* z) {
+    for (int k = 0; k < 3; ++k) v_[k] += sign * w.v * z[k];
+    for (int k = 0; k < 2; ++k) x_[k] += sign * w.x * z[k], y_[k] += sign * w.y * z[k];
+    xx_ += sign * w.xx * z[0];
+    xy_ += sign * w.xy * z[0];
+    yy_ += sign * w.yy * z[0];
+  }
+
+  double R_, a_, b_;
+  double v_[3] = {0, 0, 0}, x_[2] = {0, 0}, y_[2] = {0, 0}, xx_ = 0, xy_ = 0, yy_ = 0;
+};
+
+/// Visits (share of the arc, weight).
+template <class Visit>
+void eachPoint(const TubeArc& arc, Visit&& visit) {
+  if (std::abs(arc.sweep) < kShortPart) return integrate(kGauss8, 0, 1, visit);
+  const int parts = static_cast<int>(std::abs(arc.sweep) / kPart) + 1;
+  for (int i = 0; i < parts; ++i) {
+    integrate(kGauss16, static_cast<double>(i) / parts, static_cast<double>(i + 1) / parts, visit);
+  }
+}
+
+double wrapped(double angle) {
+  return std::remainder(angle, kTurn);
+}
+
+}  // namespace
+
+double arcRise(double from, double sweep, double t, double& rate) noexcept {
+  // cos φ₀ - cos φ = 2 sin((φ + φ₀)/2) sin((φ - φ₀)/2).
+  const double half = 0.5 * sweep, whole = std::sin(from + half) * std::sin(half);
+  if (whole == 0) {
+    rate = 1;
+    return t;
+  }
+  rate = half * std::sin(from + 2 * t * half) / whole;
+  return std::sin(from + t * half) * std::sin(t * half) / whole;
+}
+
+void TubeCut::reserve(int faces, int half_edges) {
+  faces_.reserve(faces + 1);
+  curves_.reserve(2 * half_edges + faces + 64);  // a cover's outline behind them
+}
+
+template <class Corner, class Key>
+void TubeCut::cutLoop(int count, Corner corner, Key key, TubeFace& face) noexcept {
+  face.first = curves_.size();
+  const double r2 = radius_ * radius_, side = face.normal.z() < 0 ? -1 : 1;
+  bool crossed = false, entered = false, left = false;
+  Vector3 first_entry = Vector3::Zero(), exit = Vector3::Zero();
+  const auto arcTo = [&](const Vector3& to) {
+    TubeCurve arc;
+    arc.arc = true;
+    arc.p = exit;
+    arc.q = to;
+    arc.from = std::atan2(exit.y(), exit.x());
+    const Vector2 p = exit.head<2>(), q = to.head<2>();
+    double sweep = side * std::atan2(cross(p, q), p.dot(q));
+    if (sweep < 0) sweep += kTurn;
+    arc.sweep = side * sweep;
+    curves_.push_back(arc);
+    left = false;
+  };
+  Vector3 q = corner(0);
+  bool q_in = q.head<2>().squaredNorm() <= r2;
+  for (int i = 0; i < count; ++i) {
+    const int next = i + 1 < count ? i + 1 : 0;
+    const Vector3 p = q;
+    const bool p_in = q_in;
+    q = corner(next);
+    q_in = q.head<2>().squaredNorm() <= r2;
+    // The ends in one order for both of an edge's faces, so that both see the same points.
+    double enter, leave;
+    const bool turned = key(i) > key(next);
+    const Vector3 &a = turned ? q : p, &b = turned ? p : q;
+    if (!innerPart(a.head<2>(), b.head<2>(), turned ? q_in : p_in, turned ? p_in : q_in, radius_, enter, leave)) continue;
+    Vector3 from = enter > 0 ? Vector3(a + enter * (b - a)) : a, to = leave < 1 ? Vector3(a + leave * (b - a)) : b;
+    if (turned) std::swap(from, to);
+    crossed = true;
+    if (!p_in) {
+      if (left) {
+        arcTo(from);
+      } else if (!entered) {
+        first_entry = from;
+      }
+      entered = true;
+    }
+    TubeCurve line;
+    line.p = from;
+    line.q = to;
+    curves_.push_back(line);
+    if (!q_in) {
+      exit = to;
+      left = true;
+    }
+  }
+  if (left && entered) arcTo(first_entry);
+  face.count = curves_.size() - face.first;
+  if (crossed) return closeArcs(face);
+  // The ellipse lies within the face when that goes around it: a sliver that rounding has made of a loop does not.
+  double twice = 0;
+  face.whole = face.normal.z() != 0;
+  for (int i = 0; i < count && face.whole; ++i) {
+    const Vector2 p = corner(i).template head<2>();
+    const double turn = side * cross(p, corner(i + 1 < count ? i + 1 : 0).template head<2>());
+    face.whole = turn >= 0;
+    twice += turn;
+  }
+  face.whole = face.whole && twice > M_PI * r2;
+  if (!face.whole) return;
+  TubeCurve ellipse;
+  ellipse.arc = true;
+  ellipse.from = face.apex;
+  ellipse.sweep = side * kTurn;
+  ellipse.p.head<2>() = radius_ * Vector2(std::cos(face.apex), std::sin(face.apex));
+  ellipse.p.z() = (face.offset - radius_ * face.normal.head<2>().norm()) / face.normal.z();
+  ellipse.q = ellipse.p;
+  curves_.push_back(ellipse);
+  face.count = 1;
+}
+
+/// Seen along z from the axis the boundary turns once about it, or not at all: see BallCut::closeArcs.
+void TubeCut::closeArcs(const TubeFace& face) noexcept {
+  const double side = face.normal.z() < 0 ? -1 : 1;
+  double total = 0;
+  bool doubtful = false, holds_centre = true;
+  for (int i = face.first; i < face.first + face.count; ++i) {
+    const TubeCurve& curve = curves_[i];
+    const Vector2 p = curve.p.head<2>(), q = curve.q.head<2>();
+    const double sweep = std::abs(curve.sweep), turn = side * cross(p, q);
+    if (curve.arc) {
+      doubtful = doubtful || sweep < kDoubt || sweep > kTurn - kDoubt;
+      total += sweep;
+    } else {
+      total += std::atan2(turn, p.dot(q));
+      holds_centre = holds_centre && (turn >= 0 || (q - p).norm() < kSpeck * radius_);
+    }
+  }
+  if (!doubtful) return;
+  for (int extra = static_cast<int>(std::round(total / kTurn)) - (holds_centre ? 1 : 0); extra != 0;) {
+    TubeCurve* wrong = nullptr;
+    for (int i = face.first; i < face.first + face.count; ++i) {
+      TubeCurve& curve = curves_[i];
+      if (!curve.arc) continue;
+      const double more = std::abs(curve.sweep), most = wrong ? std::abs(wrong->sweep) : more;
+      if (!wrong || (extra > 0 ? more > most : more < most)) wrong = &curve;
+    }
+    if (!wrong) return;
+    const int step = extra > 0 ? 1 : -1;
+    wrong->sweep -= step * side * kTurn;
+    extra -= step;
+  }
+}
+
+bool TubeCut::cut(const CutSolid& solid, double radius) noexcept {
+  clear();
+  radius_ = radius;
+  low_ = INFINITY, high_ = -INFINITY;
+  for (const Vector3& x : solid.points) low_ = std::min(low_, x.z()), high_ = std::max(high_, x.z());
+  for (int f = 0; f < solid.faceCount(); ++f) {
+    const ContactFace& plane = solid.plane(f);
+    TubeFace face;
+    face.normal = plane.normal;
+    face.offset = plane.offset;
+    face.index = plane.index;
+    face.apex = std::atan2(plane.normal.y(), plane.normal.x());
+    cutLoop(
+        solid.cornerCount(f), [&](int i) -> const Vector3& { return solid.corner(f, i); }, [&](int i) { return solid.key(f, i); },
+        face);
+    if (face.count > 0) faces_.push_back(face);
+  }
+  return !faces_.empty();
+}
+
+double TubeCut::areaWithin(const TubeFace& face, const LoadedVector<Vector3>& outline) noexcept {
+  TubeFace part = face;
+  part.whole = false;
+  cutLoop(outline.size(), [&](int i) -> const Vector3& { return outline[i]; }, [](int i) { return i; }, part);
+  const double area = part.count > 0 ? moments(part, curves_[part.first].p).area : 0;
+  curves_.resize(part.first);
+  return area;
+}
+
+/// Height at which an ellipse turns back, at `half_turns` π from its apex: by the plane, from either end.
+double TubeCut::turningHeight(const TubeFace& face, const TubeCurve& curve, double alpha, int half_turns) const noexcept {
+  const auto fall = [&](double angle) {  // of the cosine
+    const double half = 0.5 * angle, sine = std::sin(half), cosine = std::cos(half);
+    return half_turns % 2 == 0 ? -2 * sine * sine : 2 * cosine * cosine;
+  };
+  const double middle = 0.5 * (curve.p.z() + curve.q.z());
+  if (face.normal.z() == 0) return middle;
+  const double reach = radius_ * face.normal.head<2>().norm() / face.normal.z();
+  return std::clamp(middle + 0.5 * reach * (fall(alpha) + fall(alpha + curve.sweep)), low_, high_);
+}
+
+Vector3 TubeCut::inside() const noexcept {
+  Vector3 sum = Vector3::Zero();
+  int count = 0;
+  for (const TubeFace& face : faces_) {
+    if (face.whole) {
+      sum.z() += face.offset / face.normal.z();
+      ++count;
+      continue;
+    }
+    for (int i = face.first; i < face.first + face.count; ++i, ++count) sum += curves_[i].p;
+  }
+  return sum / count;
+}
+
+PlaneMoments TubeCut::moments(const TubeFace& face, const Vector3& o) const noexcept {
+  PlaneMoments out;
+  Vector3 g = curves_[face.first].p;
+  if (face.whole) {
+    g = Vector3(0, 0, face.offset / face.normal.z());
+    const double cosine = std::cos(face.apex), sine = std::sin(face.apex);
+    const Vector3 x(radius_ * cosine, radius_ * sine, -radius_ * face.normal.head<2>().norm() / face.normal.z()),
+        y(-radius_ * sine, radius_ * cosine, 0);
+    out.area = M_PI * radius_ * radius_ / std::abs(face.normal.z());
+    out.second = 0.25 * out.area * (x * x.transpose() + y * y.transpose());
+  } else {
+    for (int i = face.first; i < face.first + face.count; ++i) {
+      const TubeCurve& curve = curves_[i];
+      if (!curve.arc) {
+        const Vector3 p = curve.p - g, q = curve.q - g, s = p + q;
+        const double area = 0.5 * face.normal.dot(p.cross(q));
+        out.area += area;
+        out.first += area / 3 * s;
+        out.second += area / 12 * (s * s.transpose() + p * p.transpose() + q * q.transpose());
+        continue;
+      }
+      eachPart(face, curve, [&](const TubeArc& arc) {
+        eachPoint(arc, [&](double t, double weight) {
+          double rate;
+          const double rise = arcRise(arc.from, arc.sweep, t, rate), angle = face.apex + arc.from + t * arc.sweep;
+          const double x = radius_ * std::cos(angle), y = radius_ * std::sin(angle);
+          const Vector3 r = Vector3(x, y, arc.z0 + rise * (arc.z1 - arc.z0)) - g,
+                        step(-y * arc.sweep, x * arc.sweep, rate * (arc.z1 - arc.z0));
+          const double area = 0.5 * weight * face.normal.dot(r.cross(step));
+          out.area += area;
+          out.first += 2.0 / 3 * area * r;
+          out.second += 0.5 * area * r * r.transpose();
+        });
+      });
+    }
+  }
+  return out.shifted(g - o);
+}
+
+void TubeCut::addSide(const Vector3& o, SolidMoments& out) const noexcept {
+  const double a = o.head<2>().norm(), zero = std::atan2(o.y(), o.x());
+  SideSums sums(radius_, a);
+  for (const TubeFace& face : faces_) {
+    for (int i = face.first; i < face.first + face.count; ++i) {
+      const TubeCurve& curve = curves_[i];
+      if (!curve.arc) continue;
+      // ψ at the ends in (-π, π] by the points themselves, so that the next face's arc agrees; whole turns apart.
+      const double start = wrapped(curve.from - zero);
+      const double end = wrapped((face.whole ? curve.from : std::atan2(curve.q.y(), curve.q.x())) - zero);
+      sums.addTurns(std::round((start + curve.sweep - end) / kTurn), curve.q.z() - o.z());
+      if (face.normal.head<2>().squaredNorm() == 0) continue;  // all at one height
+      double along = start;
+      eachPart(face, curve, [&](const TubeArc& arc) {
+        const double rise = arc.z1 - arc.z0;
+        if (rise != 0) {
+          eachPoint(arc, [&](double t, double weight) {
+            double rate;
+            const double share = arcRise(arc.from, arc.sweep, t, rate), psi = along + t * arc.sweep;
+            const double turns = std::floor((psi + M_PI) / kTurn);
+            sums.add(psi - turns * kTurn, turns, arc.z0 + share * rise - o.z(), weight * rate * rise);
+          });
+        }
+        along += arc.sweep;
+      });
+    }
+  }
+  const double cosine = std::cos(zero), sine = std::sin(zero);
+  sums.addTo(Vector3(cosine, sine, 0), Vector3(-sine, cosine, 0), out);
+}
+
+}  // namespace haptic
