@@ -42,8 +42,9 @@ bool innerPart(const Vector2& p, const Vector2& q, bool p_in, bool q_in, double 
 struct TurnIntegrals {
   double C[4], D[3];
 
-  explicit TurnIntegrals(double psi) {
-    const double half = std::sin(0.5 * psi), s = std::sin(psi), c = 2 * half * half;
+  /// `half` and `cosine`: sine and cosine of ψ/2.
+  TurnIntegrals(double psi, double half, double cosine) {
+    const double s = 2 * half * cosine, c = 2 * half * half;
     D[0] = c;
     D[1] = 0.5 * c * c;
     D[2] = c * c * c / 3;
@@ -73,9 +74,10 @@ class SideSums {
  public:
   SideSums(double radius, double a) : R_(radius), a_(a), b_(radius - a) {}
 
-  /// `turns`: whole turns that ψ has made; `dz` weighs the point.
-  void add(double psi, double turns, double zeta, double dz) {
-    const Weights w = at(psi);
+  /// `turns`: whole turns that ψ has made, of whose half `half` and `cosine` are sine and cosine; `dz` weighs the point.
+  void add(double psi, double half, double cosine, double turns, double zeta, double dz) {
+    const double sign = static_cast<int>(turns) % 2 == 0 ? 1 : -1;
+    const Weights w = at(TurnIntegrals(psi - turns * kTurn, sign * half, sign * cosine));
     const double z[3] = {dz, zeta * dz, zeta * zeta * dz};
     sum(w, -1, z);
     if (turns != 0) sum(turn(), -turns, z);
@@ -98,8 +100,7 @@ class SideSums {
   struct Weights {
     double v, x, y, xx, xy, yy;
   };
-  Weights at(double psi) const {
-    const TurnIntegrals t(psi);
+  Weights at(const TurnIntegrals& t) const {
     const double R = R_, a = a_, b = b_;
     return {b * t.C[0] + a * t.C[1],
             b * b * (t.C[0] - t.C[1]) - a * R * t.C[2],
@@ -110,7 +111,7 @@ class SideSums {
   }
   /// Of a whole turn.
   Weights turn() const {
-    const Weights half = at(M_PI);
+    const Weights half = at(TurnIntegrals(M_PI, 1, 0));
     return {2 * half.v, 2 * half.x, 0, 2 * half.xx, 0, 2 * half.yy};
   }
   void sum(const Weights& w, double sign, const double* z) {
@@ -125,13 +126,32 @@ class SideSums {
   double v_[3] = {0, 0, 0}, x_[2] = {0, 0}, y_[2] = {0, 0}, xx_ = 0, xy_ = 0, yy_ = 0;
 };
 
-/// Visits (share of the arc, weight).
+/// A point of an arc, with what moves with its share t of the turn.
+struct ArcPoint {
+  double half_sine, half_cosine;  ///< of half the angle from its start
+  double cosine, sine;            ///< of the angle from the apex
+  double rise, rate;              ///< as `arcRise` gives them
+  double t, weight;
+};
+
+/// Visits points of the arc; one sine and cosine each.
 template <class Visit>
 void eachPoint(const TubeArc& arc, Visit&& visit) {
-  if (std::abs(arc.sweep) < kShortPart) return integrate(kGauss8, 0, 1, visit);
+  const double half = 0.5 * arc.sweep, sine = std::sin(arc.from), cosine = std::cos(arc.from);
+  const double whole = std::sin(arc.from + half) * std::sin(half);
+  const auto at = [&](double t, double weight) {
+    const double s = std::sin(t * half), c = std::cos(t * half), s2 = 2 * s * c, c2 = 1 - 2 * s * s;
+    ArcPoint point{s, c, cosine * c2 - sine * s2, sine * c2 + cosine * s2, t, 1, t, weight};
+    if (whole != 0) {
+      point.rise = (sine * c + cosine * s) * s / whole;
+      point.rate = half * point.sine / whole;
+    }
+    visit(point);
+  };
+  if (std::abs(arc.sweep) < kShortPart) return integrate(kGauss8, 0, 1, at);
   const int parts = static_cast<int>(std::abs(arc.sweep) / kPart) + 1;
   for (int i = 0; i < parts; ++i) {
-    integrate(kGauss16, static_cast<double>(i) / parts, static_cast<double>(i + 1) / parts, visit);
+    integrate(kGauss16, static_cast<double>(i) / parts, static_cast<double>(i + 1) / parts, at);
   }
 }
 
@@ -325,9 +345,9 @@ Vector3 TubeCut::inside() const noexcept {
 PlaneMoments TubeCut::moments(const TubeFace& face, const Vector3& o) const noexcept {
   PlaneMoments out;
   Vector3 g = curves_[face.first].p;
+  const double cosine = std::cos(face.apex), sine = std::sin(face.apex);
   if (face.whole) {
     g = Vector3(0, 0, face.offset / face.normal.z());
-    const double cosine = std::cos(face.apex), sine = std::sin(face.apex);
     const Vector3 x(radius_ * cosine, radius_ * sine, -radius_ * face.normal.head<2>().norm() / face.normal.z()),
         y(-radius_ * sine, radius_ * cosine, 0);
     out.area = M_PI * radius_ * radius_ / std::abs(face.normal.z());
@@ -344,13 +364,11 @@ PlaneMoments TubeCut::moments(const TubeFace& face, const Vector3& o) const noex
         continue;
       }
       eachPart(face, curve, [&](const TubeArc& arc) {
-        eachPoint(arc, [&](double t, double weight) {
-          double rate;
-          const double rise = arcRise(arc.from, arc.sweep, t, rate), angle = face.apex + arc.from + t * arc.sweep;
-          const double x = radius_ * std::cos(angle), y = radius_ * std::sin(angle);
-          const Vector3 r = Vector3(x, y, arc.z0 + rise * (arc.z1 - arc.z0)) - g,
-                        step(-y * arc.sweep, x * arc.sweep, rate * (arc.z1 - arc.z0));
-          const double area = 0.5 * weight * face.normal.dot(r.cross(step));
+        eachPoint(arc, [&](const ArcPoint& at) {
+          const double x = radius_ * (at.cosine * cosine - at.sine * sine), y = radius_ * (at.sine * cosine + at.cosine * sine);
+          const Vector3 r = Vector3(x, y, arc.z0 + at.rise * (arc.z1 - arc.z0)) - g,
+                        step(-y * arc.sweep, x * arc.sweep, at.rate * (arc.z1 - arc.z0));
+          const double area = 0.5 * at.weight * face.normal.dot(r.cross(step));
           out.area += area;
           out.first += 2.0 / 3 * area * r;
           out.second += 0.5 * area * r * r.transpose();
@@ -377,11 +395,13 @@ void TubeCut::addSide(const Vector3& o, SolidMoments& out) const noexcept {
       eachPart(face, curve, [&](const TubeArc& arc) {
         const double rise = arc.z1 - arc.z0;
         if (rise != 0) {
-          eachPoint(arc, [&](double t, double weight) {
-            double rate;
-            const double share = arcRise(arc.from, arc.sweep, t, rate), psi = along + t * arc.sweep;
-            const double turns = std::floor((psi + M_PI) / kTurn);
-            sums.add(psi - turns * kTurn, turns, arc.z0 + share * rise - o.z(), weight * rate * rise);
+          const double sine = std::sin(0.5 * along), cosine = std::cos(0.5 * along);
+          eachPoint(arc, [&](const ArcPoint& at) {
+            const double half_sine = sine * at.half_cosine + cosine * at.half_sine,
+                         half_cosine = cosine * at.half_cosine - sine * at.half_sine;
+            const double psi = along + at.t * arc.sweep;
+            sums.add(psi, half_sine, half_cosine, std::floor((psi + M_PI) / kTurn), arc.z0 + at.rise * rise - o.z(),
+                     at.weight * at.rate * rise);
           });
         }
         along += arc.sweep;
