@@ -176,17 +176,24 @@ void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept
   }
   if (left && entered) arcTo(first_entry);
   face.count = curves_.size() - face.first;
-  if (crossed) return closeArcs(face);
-  // The circle lies within the face when that goes around it: a sliver that rounding has made of a loop does not.
+  // Whether the face goes around the circle's centre; rounding makes specks of edges where corners coincide, which have no side.
   double twice = 0;
-  face.whole = true;
-  for (int i = 0; i < count && face.whole; ++i) {
-    const Vector3 p = corner(i);
-    const double turn = face.normal.dot((corner(i + 1 < count ? i + 1 : 0) - p).cross(middle - p));
-    face.whole = turn >= 0;
-    twice += turn;
+  const auto holdsCentre = [&] {
+    bool holds = true;
+    for (int i = 0; i < count && holds; ++i) {
+      const Vector3 p = corner(i), q = corner(i + 1 < count ? i + 1 : 0);
+      const double turn = face.normal.dot((q - p).cross(middle - p));
+      holds = turn >= 0 || (q - p).squaredNorm() < kSpeck * kSpeck * r2;
+      twice += turn;
+    }
+    return holds && twice > 0;
+  };
+  if (crossed) {
+    if (doubtful(face)) closeArcs(face, holdsCentre());
+    return;
   }
-  face.whole = face.whole && twice > M_PI * face.radius * face.radius;
+  // The circle lies within the face when that goes around it: a sliver does not.
+  face.whole = holdsCentre() && twice > M_PI * face.radius * face.radius;
   if (face.whole) {
     CutCurve circle;
     circle.arc = true;
@@ -197,25 +204,25 @@ void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept
   }
 }
 
+/// Whether rounding may have made an arc of about a whole turn of one of about none, or the other way round.
+bool BallCut::doubtful(const CutFace& face) const noexcept {
+  for (int i = face.first; i < face.first + face.count; ++i) {
+    if (curves_[i].arc && (curves_[i].sweep < kDoubt || curves_[i].sweep > kTurn - kDoubt)) return true;
+  }
+  return false;
+}
+
 /// Seen from the circle's centre the boundary turns once about it, or not at all. An arc of about no length,
-/// which rounding has made one of about 2π, or the other way round, is found by that. The centre is inside
-/// when it lies left of all lines.
-void BallCut::closeArcs(const CutFace& face) noexcept {
+/// which rounding has made one of about 2π, or the other way round, is found by that.
+void BallCut::closeArcs(const CutFace& face, bool holds_centre) noexcept {
   CutCurve *longest = nullptr, *shortest = nullptr;
+  double total = 0;
   for (int i = face.first; i < face.first + face.count; ++i) {
     CutCurve& curve = curves_[i];
+    total += curve.arc ? curve.sweep : std::atan2(cross(curve.p, curve.q), curve.p.dot(curve.q));
     if (!curve.arc) continue;
     if (!longest || curve.sweep > longest->sweep) longest = &curve;
     if (!shortest || curve.sweep < shortest->sweep) shortest = &curve;
-  }
-  if (!longest || (longest->sweep < kTurn - kDoubt && shortest->sweep > kDoubt)) return;
-  double total = 0;
-  bool holds_centre = true;
-  for (int i = face.first; i < face.first + face.count; ++i) {
-    const CutCurve& curve = curves_[i];
-    const double side = cross(curve.p, curve.q);
-    total += curve.arc ? curve.sweep : std::atan2(side, curve.p.dot(curve.q));
-    if (!curve.arc) holds_centre &= side >= 0 || (curve.q - curve.p).norm() < kSpeck * radius_;
   }
   const double extra = std::round((total - (holds_centre ? kTurn : 0)) / kTurn);
   if (extra > 0) longest->sweep -= kTurn;

@@ -76,7 +76,8 @@ class BallCut {
   int cutFaces(const Solid& solid, const Vector3& c, double radius) noexcept;
   template <class Corner, class Key>
   void cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept;
-  void closeArcs(const CutFace& face) noexcept;
+  bool doubtful(const CutFace& face) const noexcept;
+  void closeArcs(const CutFace& face, bool holds_centre) noexcept;
 
   double radius_ = 0;
   LoadedVector<CutFace> faces_;

@@ -16,6 +16,9 @@ constexpr double kDoubt = 1e-2;
 constexpr double kSpeck = 1e-11;
 /// Longest arcs for one rule of 16 points and of 8 [rad]: trigonometric polynomials of degree 5 to 1e-16.
 constexpr double kPart = 2.1, kShortPart = 0.5;
+/// Arcs that 4 points are enough for: all along the tube [rad].
+constexpr double kStraight = 0.01;
+constexpr GaussPoint kGauss4[] = {{0.8611363115940526, 0.34785484513745385}, {0.33998104358485626, 0.6521451548625461}};
 
 double cross(const Vector2& a, const Vector2& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -148,6 +151,7 @@ void eachPoint(const TubeArc& arc, Visit&& visit) {
     }
     visit(point);
   };
+  if (std::abs(arc.sweep) < kStraight) return integrate(kGauss4, 0, 1, at);
   if (std::abs(arc.sweep) < kShortPart) return integrate(kGauss8, 0, 1, at);
   const int parts = static_cast<int>(std::abs(arc.sweep) / kPart) + 1;
   for (int i = 0; i < parts; ++i) {
@@ -231,17 +235,24 @@ void TubeCut::cutLoop(int count, Corner corner, Key key, TubeFace& face) noexcep
   }
   if (left && entered) arcTo(first_entry);
   face.count = curves_.size() - face.first;
-  if (crossed) return closeArcs(face);
-  // The ellipse lies within the face when that goes around it: a sliver that rounding has made of a loop does not.
+  // Whether the face goes around the axis; rounding makes specks of edges where corners coincide, which have no side.
   double twice = 0;
-  face.whole = face.normal.z() != 0;
-  for (int i = 0; i < count && face.whole; ++i) {
-    const Vector2 p = corner(i).template head<2>();
-    const double turn = side * cross(p, corner(i + 1 < count ? i + 1 : 0).template head<2>());
-    face.whole = turn >= 0;
-    twice += turn;
+  const auto holdsCentre = [&] {
+    bool holds = true;
+    for (int i = 0; i < count && holds; ++i) {
+      const Vector2 p = corner(i).template head<2>(), q = corner(i + 1 < count ? i + 1 : 0).template head<2>();
+      const double turn = side * cross(p, q);
+      holds = turn >= 0 || (q - p).squaredNorm() < kSpeck * kSpeck * r2;
+      twice += turn;
+    }
+    return holds && twice > 0;
+  };
+  if (crossed) {
+    if (doubtful(face)) closeArcs(face, holdsCentre());
+    return;
   }
-  face.whole = face.whole && twice > M_PI * r2;
+  // The ellipse lies within the face when that goes around it: a sliver does not.
+  face.whole = face.normal.z() != 0 && holdsCentre() && twice > M_PI * r2;
   if (!face.whole) return;
   TubeCurve ellipse;
   ellipse.arc = true;
@@ -254,24 +265,32 @@ void TubeCut::cutLoop(int count, Corner corner, Key key, TubeFace& face) noexcep
   face.count = 1;
 }
 
-/// Seen along z from the axis the boundary turns once about it, or not at all: see BallCut::closeArcs.
-void TubeCut::closeArcs(const TubeFace& face) noexcept {
-  const double side = face.normal.z() < 0 ? -1 : 1;
-  double total = 0;
-  bool doubtful = false, holds_centre = true;
+/// Whether rounding may have made an arc of about a whole turn of one of about none, or the other way round.
+bool TubeCut::doubtful(const TubeFace& face) const noexcept {
   for (int i = face.first; i < face.first + face.count; ++i) {
-    const TubeCurve& curve = curves_[i];
-    const Vector2 p = curve.p.head<2>(), q = curve.q.head<2>();
-    const double sweep = std::abs(curve.sweep), turn = side * cross(p, q);
-    if (curve.arc) {
-      doubtful = doubtful || sweep < kDoubt || sweep > kTurn - kDoubt;
-      total += sweep;
-    } else {
-      total += std::atan2(turn, p.dot(q));
-      holds_centre = holds_centre && (turn >= 0 || (q - p).norm() < kSpeck * radius_);
-    }
+    const double sweep = std::abs(curves_[i].sweep);
+    if (curves_[i].arc && (sweep < kDoubt || sweep > kTurn - kDoubt)) return true;
   }
-  if (!doubtful) return;
+  return false;
+}
+
+/// Seen along z from the axis the boundary turns once about it, or not at all: see BallCut::closeArcs. Where the solid is too
+/// short for all of the ellipse, no arc goes around.
+void TubeCut::closeArcs(const TubeFace& face, bool holds_centre) noexcept {
+  const double side = face.normal.z() < 0 ? -1 : 1;
+  const bool too_short =
+      2 * radius_ * face.normal.head<2>().norm() > (1 + kDoubt) * std::abs(face.normal.z()) * (high_ - low_);
+  double total = 0;
+  for (int i = face.first; i < face.first + face.count; ++i) {
+    TubeCurve& curve = curves_[i];
+    if (!curve.arc) {
+      total += std::atan2(side * cross(curve.p.head<2>(), curve.q.head<2>()), curve.p.head<2>().dot(curve.q.head<2>()));
+      continue;
+    }
+    if (too_short && std::abs(curve.sweep) > kTurn - kDoubt) curve.sweep -= side * kTurn;
+    total += std::abs(curve.sweep);
+  }
+  if (too_short) return;
   for (int extra = static_cast<int>(std::round(total / kTurn)) - (holds_centre ? 1 : 0); extra != 0;) {
     TubeCurve* wrong = nullptr;
     for (int i = face.first; i < face.first + face.count; ++i) {
@@ -280,7 +299,7 @@ void TubeCut::closeArcs(const TubeFace& face) noexcept {
       const double more = std::abs(curve.sweep), most = wrong ? std::abs(wrong->sweep) : more;
       if (!wrong || (extra > 0 ? more > most : more < most)) wrong = &curve;
     }
-    if (!wrong) return;
+    if (!wrong || (extra > 0) != (std::abs(wrong->sweep) > M_PI)) return;
     const int step = extra > 0 ? 1 : -1;
     wrong->sweep -= step * side * kTurn;
     extra -= step;
@@ -309,7 +328,6 @@ bool TubeCut::cut(const CutSolid& solid, double radius) noexcept {
 
 double TubeCut::areaWithin(const TubeFace& face, const LoadedVector<Vector3>& outline) noexcept {
   TubeFace part = face;
-  part.whole = false;
   cutLoop(outline.size(), [&](int i) -> const Vector3& { return outline[i]; }, [](int i) { return i; }, part);
   const double area = part.count > 0 ? moments(part, curves_[part.first].p).area : 0;
   curves_.resize(part.first);

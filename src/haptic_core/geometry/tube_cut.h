@@ -67,7 +67,8 @@ class TubeCut {
  private:
   template <class Corner, class Key>
   void cutLoop(int count, Corner corner, Key key, TubeFace& face) noexcept;
-  void closeArcs(const TubeFace& face) noexcept;
+  bool doubtful(const TubeFace& face) const noexcept;
+  void closeArcs(const TubeFace& face, bool holds_centre) noexcept;
   double turningHeight(const TubeFace& face, const TubeCurve& curve, double alpha, int half_turns) const noexcept;
 
   double radius_ = 0, low_ = 0, high_ = 0;  ///< heights of the solid [m]

@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "../../fuzz/contact_fuzz.h"
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/contact_integrals.h"
 #include "haptic_core/geometry/shape_distance.h"
@@ -299,6 +300,46 @@ TEST(RodContact, DoesNotJumpWhereTheCaseChanges) {
       EXPECT_NEAR(change, rate, 40 * kEps * L * L + 1e-13 * before.volume + flush) << at.transpose() << "\n" << about << "\n" << i;
       EXPECT_NEAR((after.X_AP.p - before.X_AP.p).norm(), 0, 1e3 * step) << at.transpose() << "\n" << about;
     }
+  }
+}
+
+/// Poses where geometry degenerates, tangent, flush and aligned to 1e-17: between the prisms inside and around a cylinder, the same
+/// with the bodies in the other order, and never nothing where the prism inside has something.
+TEST(RodContact, LiesBetweenPrismsInDegeneratePoses) {
+  constexpr int kSides = 64;
+  const double R = 0.05, L = 0.1;
+  const Rod cylinder(R, L, Rod::Ends::kFlat);
+  const ConvexPolyhedron inside = makeCylinder(R, L, kSides), around = makeCylinder(R / std::cos(M_PI / kSides), L, kSides);
+  ContactWorkspace workspace;
+  for (const ConvexPolyhedron& shape : fuzz::shapes()) {
+    for (const ConvexShape* other : {static_cast<const ConvexShape*>(&cylinder), static_cast<const ConvexShape*>(&inside),
+                                     static_cast<const ConvexShape*>(&around)}) {
+      workspace.reserve(shape, *other);
+    }
+  }
+  std::mt19937 random(1);
+  for (int i = 0; i < 5000; ++i) {
+    std::uint8_t bytes[64];
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+    fuzz::ByteSource source(bytes, sizeof bytes);
+    const ConvexPolyhedron& shape = fuzz::shapes()[source.byte() % fuzz::shapes().size()];
+    Eigen::Vector4d q;
+    for (int k = 0; k < 4; ++k) q[k] = source.number();
+    if (!(q.norm() > 1e-3)) continue;
+    q.normalize();
+    const Pose X(Quaternion(q[0], q[1], q[2], q[3]), 0.1 * Vector3(source.number(), source.number(), source.number()));
+    ContactVolume ours, swapped, least, most;
+    PairCache caches[4];
+    contactVolume(shape, cylinder, X, caches[0], workspace, ours);
+    contactVolume(cylinder, shape, X.inverse(), caches[1], workspace, swapped);
+    contactVolume(shape, inside, X, caches[2], workspace, least);
+    contactVolume(shape, around, X, caches[3], workspace, most);
+    const double rounding = 6e-15 * 0.16;  // of 0.3 m coordinates over the largest surface here
+    EXPECT_STREQ(fuzz::undefinedIn(ours, std::min(shape.volume(), cylinder.volume())), nullptr) << i;
+    EXPECT_GE(fuzz::volumeOf(ours), fuzz::volumeOf(least) - rounding) << i;
+    EXPECT_LE(fuzz::volumeOf(ours), fuzz::volumeOf(most) + rounding) << i;
+    EXPECT_NEAR(fuzz::volumeOf(ours), fuzz::volumeOf(swapped), rounding) << i;
+    EXPECT_FALSE(fuzz::volumeOf(ours) == 0 && fuzz::volumeOf(least) > 1e-18) << i;
   }
 }
 
