@@ -1,12 +1,13 @@
 /// The patch of a contact with a round shape, for what its moments do not tell: pressure that is clipped, friction that
 /// turns, ∫d².
 ///
-/// Where V lies on one face along whose normal n points, ∫ d² dA is twice V's moment about the face. Else: the thickness of V is not piecewise linear, so there is no closed form for all of these. The part of the polyhedron's
-/// surface in the round one, seen along n, is cut into the shares of its faces; on each the thickness is smooth. A share is
-/// integrated on rays from a point inside it, by Gauss's rule over its boundary (8 points on a line and on each third of a
-/// turn) and along the rays (8). Relative error of ∫ d² and of friction: 1e-12 where a ball shallower than a fifth of its
-/// radius lies on one face, 1e-6 over edges and corners, 1e-2 where a cylinder's rim crosses a share; where a pressure is clipped inside the patch 1e-3 of the clipped
-/// part, continuous in the poses.
+/// Where V lies on one face along whose normal n points, ∫ d² dA is twice V's moment about the face. Else: the thickness of V
+/// is not piecewise linear, so there is no closed form for all of these. The part of the polyhedron's surface in the round
+/// shape, seen along n, is cut into the shares of its faces; on each the thickness is smooth. A share is integrated on rays
+/// from a point inside it, by Gauss's rule over its boundary (8 points on a line and on each third of a turn) and along the
+/// rays (8). Relative error of ∫ d² and of friction: 1e-12 where a ball shallower than a fifth of its radius lies on one face,
+/// 1e-6 over edges and corners, 1e-2 where a cylinder's rim crosses a share; where a pressure is clipped inside the patch 1e-3
+/// of the clipped part, 1e-2 under a rod, continuous in the poses.
 #pragma once
 #include "haptic_core/geometry/ball_cut.h"
 #include "haptic_core/geometry/gauss_legendre.h"

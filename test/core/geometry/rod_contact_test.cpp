@@ -248,7 +248,8 @@ TEST(RodContact, PatchIntegratesTheThickness) {
     Contact c = box_first ? contactOf(box, cylinder, X) : contactOf(cylinder, box, X.inverse());
     const double square = 2 * kLength * integral([](double, double d) { return d * d; });
     EXPECT_NEAR(thicknessSquared(c.workspace, c.volume), square, 1e-9 * square);
-    const Vector3 along_P = c.volume.X_AP.R.transpose() * (box_first ? Vector3(Vector3::UnitY()) : Vector3(X.R.transpose() * Vector3::UnitY()));
+    const Vector3 along_A = box_first ? Vector3(Vector3::UnitY()) : Vector3(X.R.transpose() * Vector3::UnitY());
+    const Vector3 along_P = c.volume.X_AP.R.transpose() * along_A;
     const PartMoments part = momentsWhere(c.workspace, c.volume, -along_P.head<2>(), 0);
     const double exact = kLength * integral([](double y, double d) { return y * d; });
     EXPECT_NEAR(part.V1.dot(along_P.head<2>()), exact, 1e-2 * exact);
