@@ -217,13 +217,23 @@ bool BallCut::doubtful(const CutFace& face) const noexcept {
 void BallCut::closeArcs(const CutFace& face, bool holds_centre) noexcept {
   CutCurve *longest = nullptr, *shortest = nullptr;
   double total = 0;
+  bool voted = false, left = true;
   for (int i = face.first; i < face.first + face.count; ++i) {
     CutCurve& curve = curves_[i];
-    total += curve.arc ? curve.sweep : std::atan2(cross(curve.p, curve.q), curve.p.dot(curve.q));
-    if (!curve.arc) continue;
+    if (!curve.arc) {
+      const double turn = cross(curve.p, curve.q);
+      total += std::atan2(turn, curve.p.dot(curve.q));
+      if ((curve.q - curve.p).squaredNorm() < kSpeck * kSpeck * radius_ * radius_) continue;
+      voted = true;
+      left = left && turn >= 0;
+      continue;
+    }
+    total += curve.sweep;
     if (!longest || curve.sweep > longest->sweep) longest = &curve;
     if (!shortest || curve.sweep < shortest->sweep) shortest = &curve;
   }
+  // The lines' own sides agree with the angles that were summed, also where one runs through the centre.
+  if (voted) holds_centre = left;
   const double extra = std::round((total - (holds_centre ? kTurn : 0)) / kTurn);
   if (extra > 0) longest->sweep -= kTurn;
   if (extra < 0) shortest->sweep += kTurn;

@@ -24,7 +24,7 @@ class Rod : public ConvexShape {
   double rounding() const override { return isCapsule() ? r_ : 0; }
   TriangleMesh triangles() const override { return stand_in_->triangles(); }
 
-  /// A polyhedron of the same volume, for drawing and against another round shape.
+  /// A polyhedron of the same volume, for drawing and against another rod.
   const ConvexPolyhedron& standIn() const { return *stand_in_; }
 
  private:

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/geometry/ball_contact.h"
+#include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/ball_rod_contact.h"
 #include "haptic_core/geometry/round_contact.h"
 #include "haptic_core/geometry/shape_distance.h"
 #include "haptic_core/geometry/volume_cutting.h"
@@ -261,10 +262,9 @@ double RodContact::extent(const Vector3& up) const {
 
 void rodContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
                 ContactVolume& out, NormalRule rule, const InnerSides& inner) noexcept {
-  // Two round shapes: the second, or the one that is no ball, is its stand-in.
-  const ConvexShape* a = A.polyhedron() || B.polyhedron() || !B.ball() ? &A : &A.rod()->standIn();
-  const ConvexShape* b = a->polyhedron() || B.polyhedron() ? &B : &B.rod()->standIn();
-  if (!a->rod() && !b->rod()) return ballContact(*a, *b, X_AB, cache, workspace, out, rule, inner);
+  if (A.ball()) return ballRodContact(A.ball()->radius(), *B.rod(), false, X_AB, cache, workspace, out, rule);
+  if (B.ball()) return ballRodContact(B.ball()->radius(), *A.rod(), true, X_AB, cache, workspace, out, rule);
+  const ConvexShape *a = &A, *b = A.rod() && B.rod() ? &B.rod()->standIn() : &B;
   RodContact contact(rule, cache, workspace, out);
   if (b->rod()) {
     contact.polyhedron(*a->polyhedron(), true, *b->rod(), X_AB, inner.a);

@@ -18,6 +18,19 @@ constexpr double kFlush = 1e-12;
 /// in.
 constexpr double kFound = 0.5;
 
+/// The outline becomes an ellipse with second moments C about its middle, for a unit of its area, which is returned.
+double setEllipse(RoundVolume& v, const Vector2& middle, const Matrix2& C) {
+  const double mean = 0.5 * (C(0, 0) + C(1, 1)), half = 0.5 * (C(0, 0) - C(1, 1)), root = std::hypot(half, C(0, 1));
+  const double angle = root > 0 ? 0.5 * std::atan2(C(0, 1), half) : 0;
+  const double a = 2 * std::sqrt(std::max(0.0, mean + root)), b = 2 * std::sqrt(std::max(0.0, mean - root));
+  const Vector2 along(std::cos(angle), std::sin(angle)), across(-along.y(), along.x());
+  v.curves.clear();
+  v.shares.clear();
+  v.curves.push_back({true, 0, 2 * M_PI, middle, a * along, v.sign * b * across, Vector2::Zero()});
+  v.shares.push_back({0, 1, middle});
+  return M_PI * a * b;
+}
+
 }  // namespace
 
 void RoundVolume::reserve(int faces, int half_edges) {
@@ -40,6 +53,13 @@ RoundPatch::RoundPatch(RoundVolume& v, const ContactVolume& contact) noexcept : 
   if (v.rod) {
     rod_centre_ = X_PQ.p;
     rod_axis_ = X_PQ.R.col(2);
+    if (v.other_radius > 0) {
+      // A ball on a rod: nearly an ellipse.
+      other_ = sphereAt(X_PQ * v.other_Q, v.other_radius);
+      const Vector2 middle = contact.A0 > 0 ? Vector2(contact.A1 / contact.A0) : Vector2(Vector2::Zero());
+      setEllipse(v, middle, contact.A0 > 0 ? Matrix2(contact.A2 / contact.A0 - middle * middle.transpose()) : Matrix2(Matrix2::Zero()));
+      return;
+    }
     for (const RoundVolume::FacePart& part : v.parts) {
       const Vector3 normal = X_PQ.R * part.normal;
       v.planes.push_back({normal, part.offset + normal.dot(X_PQ.p)});
@@ -105,17 +125,8 @@ RoundPatch& RoundPatch::fit() noexcept {
 
 /// A disc of uniform thickness with V's volume and second moments.
 void RoundPatch::standIn() noexcept {
-  const Matrix2 C = contact_.V2 / contact_.volume;
-  const double mean = 0.5 * (C(0, 0) + C(1, 1)), half = 0.5 * (C(0, 0) - C(1, 1)),
-               root = std::hypot(half, C(0, 1));
-  const double angle = root > 0 ? 0.5 * std::atan2(C(0, 1), half) : 0;
-  const double a = 2 * std::sqrt(std::max(0.0, mean + root)), b = 2 * std::sqrt(std::max(0.0, mean - root));
-  const Vector2 along(std::cos(angle), std::sin(angle)), across(-along.y(), along.x());
-  v_.curves.clear();
-  v_.shares.clear();
-  v_.curves.push_back({true, 0, 2 * M_PI, Vector2::Zero(), a * along, v_.sign * b * across, Vector2::Zero()});
-  v_.shares.push_back({0, 1, Vector2::Zero()});
-  uniform_ = a * b > 0 ? contact_.volume / (M_PI * a * b) : 0;
+  const double area = setEllipse(v_, Vector2::Zero(), contact_.V2 / contact_.volume);
+  uniform_ = area > 0 ? contact_.volume / area : 0;
 }
 
 double RoundPatch::reach() const noexcept {

@@ -281,16 +281,24 @@ void TubeCut::closeArcs(const TubeFace& face, bool holds_centre) noexcept {
   const bool too_short =
       2 * radius_ * face.normal.head<2>().norm() > (1 + kDoubt) * std::abs(face.normal.z()) * (high_ - low_);
   double total = 0;
+  bool voted = false, left = true;
   for (int i = face.first; i < face.first + face.count; ++i) {
     TubeCurve& curve = curves_[i];
     if (!curve.arc) {
-      total += std::atan2(side * cross(curve.p.head<2>(), curve.q.head<2>()), curve.p.head<2>().dot(curve.q.head<2>()));
+      const Vector2 p = curve.p.head<2>(), q = curve.q.head<2>();
+      const double turn = side * cross(p, q);
+      total += std::atan2(turn, p.dot(q));
+      if ((q - p).squaredNorm() < kSpeck * kSpeck * radius_ * radius_) continue;
+      voted = true;
+      left = left && turn >= 0;
       continue;
     }
     if (too_short && std::abs(curve.sweep) > kTurn - kDoubt) curve.sweep -= side * kTurn;
     total += std::abs(curve.sweep);
   }
   if (too_short) return;
+  // The lines' own sides agree with the angles that were summed, also where one runs through the axis.
+  if (voted) holds_centre = left;
   for (int extra = static_cast<int>(std::round(total / kTurn)) - (holds_centre ? 1 : 0); extra != 0;) {
     TubeCurve* wrong = nullptr;
     for (int i = face.first; i < face.first + face.count; ++i) {

@@ -367,6 +367,59 @@ TEST(ShapeDistance, OfRodsIsAProvenBound) {
   }
 }
 
+/// A ball on a cylinder's side, rim and end, against a fine prism; the area vector is the volume's gradient.
+TEST(BallRodContact, IsThatOfAFinePrism) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> u(-1, 1);
+  const Rod rod(kRadius, kLength, Rod::Ends::kFlat), capsule(kRadius, kLength, Rod::Ends::kRound);
+  const ConvexPolyhedron fine = makeCylinder(kRadius, kLength, 720, RoundFit::kEqualVolume);
+  int compared = 0;
+  for (const double R : {0.1, 0.4, 1.0}) {
+    const Ball ball(R);
+    for (int i = 0; i < 60; ++i) {
+      const Vector3 p((kRadius + R) * u(random), (kRadius + R) * u(random), (0.5 * kLength + R) * u(random));
+      const Contact c = contactOf(rod, ball, Pose(p)), f = contactOf(fine, ball, Pose(p)), swapped = contactOf(ball, rod, Pose(Vector3(-p)));
+      if (c.volume.status != Status::kOverlap || c.volume.volume < 1e-4) continue;
+      EXPECT_NEAR(swapped.volume.volume, c.volume.volume, 40 * kEps);
+      EXPECT_NEAR(c.volume.volume, f.volume.volume, 3e-8);  // surfaces 3e-6 m apart, alternating in sign
+      EXPECT_NEAR((c.volume.X_AP.p - f.volume.X_AP.p).norm(), 0, 1e-7);
+      EXPECT_NEAR((c.volume.area_vector_A - f.volume.area_vector_A).norm(), 0, 3e-6);
+      if (!(c.volume.area_vector_A.norm() > 1e-3)) continue;  // one within the other
+      ++compared;
+      EXPECT_NEAR((c.volume.V2 - f.volume.V2).norm(), 0, 1e-6);
+      EXPECT_NEAR(c.volume.A0, f.volume.A0, 3e-6);
+      EXPECT_NEAR((c.volume.A1 - f.volume.A1).norm(), 0, 1e-6);
+      EXPECT_NEAR((c.volume.A2 - f.volume.A2).norm(), 0, 1e-6);
+      EXPECT_GE(c.volume.depth, f.volume.depth - 1e-4);
+      for (const Rod* one : {&rod, &capsule}) {
+        const double step = 1e-4;
+        const auto at = [&](const Vector3& way) { return contactOf(*one, ball, Pose(Vector3(p + way))).volume.volume; };
+        for (int axis = 0; axis < 3; ++axis) {
+          const Vector3 way = step * Vector3::Unit(axis);
+          EXPECT_NEAR((at(way) - at(-way)) / (2 * step), -contactOf(*one, ball, Pose(p)).volume.area_vector_A[axis], 3e-5);
+        }
+      }
+    }
+  }
+  EXPECT_GT(compared, 50);
+}
+
+/// A ball that touches a capsule's end is on a ball.
+TEST(BallRodContact, OnACapsulesEndIsTwoBalls) {
+  const Rod capsule(kRadius, kLength, Rod::Ends::kRound);
+  const Ball ball(0.2), end(kRadius);
+  const Vector3 way = Vector3(0.3, -0.5, 0.9).normalized();
+  for (const double depth : {1e-6, 1e-3, 0.05}) {
+    const Vector3 from_end = (kRadius + 0.2 - depth) * way;
+    const Contact c = contactOf(capsule, ball, Pose(Vector3(from_end + Vector3(0, 0, 0.5 * kLength)))), b = contactOf(end, ball, Pose(from_end));
+    const double rounding = 40 * kEps / depth + 1e-9;
+    EXPECT_NEAR(c.volume.volume, b.volume.volume, 2 * rounding * b.volume.volume) << depth;
+    EXPECT_NEAR((c.volume.normal() - way).norm(), 0, 2 * rounding);
+    EXPECT_NEAR(c.volume.A0, b.volume.A0, 2 * rounding * b.volume.A0);
+    EXPECT_NEAR((c.volume.V2 - b.volume.V2).norm(), 0, 4 * rounding * b.volume.V2.norm());
+  }
+}
+
 /// Round shapes against one another: one is its stand-in, and either may come first.
 TEST(RodContact, AgainstRoundShapesTakesOneAsAPolyhedron) {
   const Rod capsule(0.1, 0.4, Rod::Ends::kRound), cylinder(0.12, 0.3, Rod::Ends::kFlat);
