@@ -97,17 +97,20 @@ void measureSpeed() {
   Pair lies(floor, cylinder, Vector3(0.1, 0.2, 0.299), Vector3::UnitZ(), lying),
       stands(floor, cylinder, Vector3(0.1, 0.2, 0.299), Vector3::UnitZ()),
       on_table(table, capsule, Vector3(0.01, 0.005, 0.099), Vector3::UnitZ(), lying),
-      over_edge(table, capsule, Vector3(0.2, 0.005, 0.099), Vector3::UnitZ(), lying);
+      over_edge(table, capsule, Vector3(0.2, 0.005, 0.099), Vector3::UnitZ(), lying),
+      on_cylinder(cylinder, ball, Vector3(0.06, 0.078, 0.01)), on_capsule(capsule, ball, Vector3(0.06, 0.078, 0.01));
   speeds("cylinder_halfspace", lies, worst);
   speeds("cylinder_halfspace_standing", stands, worst);
   speeds("capsule_box", on_table, worst);
   speeds("capsule_box_edge", over_edge, worst);
+  speeds("sphere_cylinder", on_cylinder, worst);
+  speeds("sphere_capsule", on_capsule, worst);
   figure("round.worst_vs_ode", worst, "");
   figure("sphere_box_vs_hull162", mine / speeds("hull162_box", hull_on_box, other), "");
   const long before = allocationCount();
   for (int i = 0; i < 1000; ++i)
     on_floor.ours(i), on_ball.ours(i), on_box.ours(i), on_edge.ours(i), on_hull.ours(i), lies.ours(i), stands.ours(i), on_table.ours(i),
-        over_edge.ours(i);
+        over_edge.ours(i), on_cylinder.ours(i), on_capsule.ours(i);
   figure("allocations.round", static_cast<double>(allocationCount() - before), "");
 }
 
