@@ -193,7 +193,9 @@ void BallRodContact::addSurface(double R, double rise, const Slice& slice, doubl
   };
   add(surface_[0], R * i1, R * (a * i2 + b * i1), R * (a * a * i3 + 2 * a * b * i2 + b * b * i1), 0, R * a * a * j12, 0);
   add(surface_[1], 0, 0, 0, R * a * j2, 0, R * (a * a * j12 + a * b * j2));
-  if (rise != 0) add(surface_[2], rise * i0, rise * (a * i1 + b * i0), rise * (a * a * i2 + 2 * a * b * i1 + b * b * i0), 0, rise * a * a * j2, 0);
+  if (rise == 0) return;
+  const double xx = a * a * i2 + 2 * a * b * i1 + b * b * i0;
+  add(surface_[2], rise * i0, rise * (a * i1 + b * i0), rise * xx, 0, rise * a * a * j2, 0);
 }
 
 /// A cylinder's flat end.

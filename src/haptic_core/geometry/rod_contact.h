@@ -6,8 +6,9 @@
 /// add up; the faces with which they are joined are no surface. Flat ends are faces of the box.
 /// Rod and ball: ball_rod_contact.h. Rod and rod: the second is its stand-in.
 ///
-/// Error: a few 1e-13 relative, and that of the depth, some roundings of the coordinates over the depth. Cost: a
-/// cylinder 2 µs on a face, a capsule 4 µs, over an edge 8 µs. A cylinder that lies on a face and one that stands on it are the same code as all between.
+/// Error: a few 1e-13 relative, and that of the depth, some roundings of the coordinates over the depth. Cost: a cylinder 2 µs
+/// on a face, a capsule 4 µs, over an edge 8 µs. A cylinder that lies on a face and one that stands on it are the same code as
+/// all between.
 #pragma once
 #include "haptic_core/geometry/contact_volume.h"
 #include "haptic_core/geometry/rod.h"

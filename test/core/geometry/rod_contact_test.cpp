@@ -378,7 +378,8 @@ TEST(BallRodContact, IsThatOfAFinePrism) {
     const Ball ball(R);
     for (int i = 0; i < 60; ++i) {
       const Vector3 p((kRadius + R) * u(random), (kRadius + R) * u(random), (0.5 * kLength + R) * u(random));
-      const Contact c = contactOf(rod, ball, Pose(p)), f = contactOf(fine, ball, Pose(p)), swapped = contactOf(ball, rod, Pose(Vector3(-p)));
+      const Contact c = contactOf(rod, ball, Pose(p)), f = contactOf(fine, ball, Pose(p));
+      const Contact swapped = contactOf(ball, rod, Pose(Vector3(-p)));
       if (c.volume.status != Status::kOverlap || c.volume.volume < 1e-4) continue;
       EXPECT_NEAR(swapped.volume.volume, c.volume.volume, 40 * kEps);
       EXPECT_NEAR(c.volume.volume, f.volume.volume, 3e-8);  // surfaces 3e-6 m apart, alternating in sign
@@ -411,7 +412,8 @@ TEST(BallRodContact, OnACapsulesEndIsTwoBalls) {
   const Vector3 way = Vector3(0.3, -0.5, 0.9).normalized();
   for (const double depth : {1e-6, 1e-3, 0.05}) {
     const Vector3 from_end = (kRadius + 0.2 - depth) * way;
-    const Contact c = contactOf(capsule, ball, Pose(Vector3(from_end + Vector3(0, 0, 0.5 * kLength)))), b = contactOf(end, ball, Pose(from_end));
+    const Contact c = contactOf(capsule, ball, Pose(Vector3(from_end + Vector3(0, 0, 0.5 * kLength))));
+    const Contact b = contactOf(end, ball, Pose(from_end));
     const double rounding = 40 * kEps / depth + 1e-9;
     EXPECT_NEAR(c.volume.volume, b.volume.volume, 2 * rounding * b.volume.volume) << depth;
     EXPECT_NEAR((c.volume.normal() - way).norm(), 0, 2 * rounding);
