@@ -6,6 +6,7 @@
 
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/mesh_to_convex.h"
+#include "haptic_core/geometry/rod.h"
 #include "haptic_core/geometry/shapes.h"
 #include "scene/mesh_file.h"
 #include "scene/resource_path.h"
@@ -13,15 +14,15 @@
 namespace haptic {
 namespace {
 
-/// Facets of cylinders and capsules when the scene does not say: the surface error is 0.5 % of the radius for a
-/// cylinder and about 3 % for a capsule's ends; finer ones cost contact time in proportion to the facets in
-/// touch.
+/// Facets of what a scene asks to be a polyhedron, where it names the other number only: the surface error is 0.5 % of
+/// the radius for a cylinder and about 3 % for a capsule's ends; finer ones cost contact time in proportion to the
+/// facets in touch.
 constexpr int kSegments = 32;
 constexpr int kSubdivision = 2;
 
 struct Refinement {
   int segments = kSegments, subdivision = kSubdivision;
-  bool asked = false;  ///< for a subdivision
+  bool prism = false, faceted = false;  ///< segments, a subdivision is given
 };
 
 Refinement readRefinement(const XmlFile& file, const XmlElement& collision) {
@@ -41,7 +42,8 @@ Refinement readRefinement(const XmlFile& file, const XmlElement& collision) {
   }
   refinement.segments = static_cast<int>(segments);
   refinement.subdivision = static_cast<int>(subdivision);
-  refinement.asked = shape->Attribute("subdivision") != nullptr;
+  refinement.prism = shape->Attribute("segments") != nullptr;
+  refinement.faceted = shape->Attribute("subdivision") != nullptr;
   return refinement;
 }
 
@@ -116,7 +118,7 @@ ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, c
   } else if (kind == "sphere") {
     const double radius = positive(file, *shape, "radius", where);
     text << "sphere r " << radius << " m";
-    if (refinement.asked) {
+    if (refinement.faceted) {
       const Polyhedron hull = std::make_shared<ConvexPolyhedron>(
           makeSphere(radius, refinement.subdivision, RoundFit::kInscribed, where, &report));
       text << " (" << tessellationText(report, hull->vertexCount()) << ")";
@@ -127,17 +129,27 @@ ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, c
   } else if (kind == "cylinder") {
     const double radius = positive(file, *shape, "radius", where),
                  length = positive(file, *shape, "length", where);
-    const Polyhedron prism = std::make_shared<ConvexPolyhedron>(
-        makeCylinder(radius, length, refinement.segments, RoundFit::kInscribed, where, &report));
-    made.pieces.push_back(prism);
-    text << "cylinder r " << radius << " l " << length << " m (" << tessellationText(report, prism->vertexCount()) << ")";
+    text << "cylinder r " << radius << " l " << length << " m";
+    if (refinement.prism) {
+      const Polyhedron prism = std::make_shared<ConvexPolyhedron>(
+          makeCylinder(radius, length, refinement.segments, RoundFit::kInscribed, where, &report));
+      made.pieces.push_back(prism);
+      text << " (" << tessellationText(report, prism->vertexCount()) << ")";
+    } else {
+      made.pieces.push_back(std::make_shared<Rod>(radius, length, Rod::Ends::kFlat, where));
+    }
   } else if (kind == "capsule" || kind == "drake:capsule") {
     const double radius = positive(file, *shape, "radius", where),
                  length = positive(file, *shape, "length", where);
-    const Polyhedron hull =
-        std::make_shared<ConvexPolyhedron>(makeCapsule(radius, length, refinement.subdivision, where, &report));
-    made.pieces.push_back(hull);
-    text << "capsule r " << radius << " l " << length << " m (" << hull->vertexCount() << " vertices)";
+    text << "capsule r " << radius << " l " << length << " m";
+    if (refinement.faceted) {
+      const Polyhedron hull =
+          std::make_shared<ConvexPolyhedron>(makeCapsule(radius, length, refinement.subdivision, where, &report));
+      made.pieces.push_back(hull);
+      text << " (" << hull->vertexCount() << " vertices)";
+    } else {
+      made.pieces.push_back(std::make_shared<Rod>(radius, length, Rod::Ends::kRound, where));
+    }
   } else {
     throw SetupError(where, "its collision shape <" + kind + "> is not supported",
                      "use box, cylinder, sphere, capsule or mesh");

@@ -1,5 +1,5 @@
-// Balls: what a contact costs beside ODE's points and our own polyhedron, how exact it is, and how a ball
-// rolls.
+// Balls, cylinders and capsules: what a contact costs beside ODE's points and our own polyhedron, how exact it
+// is, and how they roll.
 #include <cmath>
 #include <limits>
 #include <random>
@@ -12,6 +12,7 @@
 #include "figure.h"
 #include "haptic_core/contact/located_force.h"
 #include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/rod.h"
 #include "round_peers.h"
 
 namespace haptic::bench {
@@ -37,10 +38,12 @@ struct Pair {
   ContactWorkspace workspace;
   double sum = 0;
 
-  Pair(const ConvexShape& a, const ConvexShape& b, const Vector3& place) : A(a), B(b) {
+  Pair(const ConvexShape& a, const ConvexShape& b, const Vector3& place, const Vector3& axis = Vector3(1, 2, 3),
+       const Matrix3& R = Matrix3::Identity())
+      : A(a), B(b) {
     workspace.reserve(a, b);
     for (int i = 0; i < 8; ++i) {
-      X[i].R = Eigen::AngleAxisd(0.3 + 0.1 * i, Vector3(1, 2, 3).normalized()).toRotationMatrix();
+      X[i].R = Eigen::AngleAxisd(0.3 + 0.1 * i, axis.normalized()).toRotationMatrix() * R;
       X[i].p = place + 1e-4 * i * Vector3(1, 1, 0);
     }
   }
@@ -87,11 +90,27 @@ void measureSpeed() {
   const double mine = speeds("sphere_box", on_box, worst);
   speeds("sphere_box_edge", on_edge, worst);
   speeds("sphere_hull100", on_hull, worst);
+  // Lying, turned about the vertical; a capsule along an edge of the box, over it.
+  const Matrix3 lying = Eigen::AngleAxisd(M_PI / 2, Vector3::UnitX()).toRotationMatrix();
+  const Rod cylinder(0.05, 0.1, Rod::Ends::kFlat), capsule(0.05, 0.1, Rod::Ends::kRound);
+  const ConvexPolyhedron table = makeBox(Vector3(0.4, 0.4, 0.1));
+  Pair lies(floor, cylinder, Vector3(0.1, 0.2, 0.299), Vector3::UnitZ(), lying),
+      stands(floor, cylinder, Vector3(0.1, 0.2, 0.299), Vector3::UnitZ()),
+      on_table(table, capsule, Vector3(0.01, 0.005, 0.099), Vector3::UnitZ(), lying),
+      over_edge(table, capsule, Vector3(0.2, 0.005, 0.099), Vector3::UnitZ(), lying),
+      on_cylinder(cylinder, ball, Vector3(0.06, 0.078, 0.01)), on_capsule(capsule, ball, Vector3(0.06, 0.078, 0.01));
+  speeds("cylinder_halfspace", lies, worst);
+  speeds("cylinder_halfspace_standing", stands, worst);
+  speeds("capsule_box", on_table, worst);
+  speeds("capsule_box_edge", over_edge, worst);
+  speeds("sphere_cylinder", on_cylinder, worst);
+  speeds("sphere_capsule", on_capsule, worst);
   figure("round.worst_vs_ode", worst, "");
   figure("sphere_box_vs_hull162", mine / speeds("hull162_box", hull_on_box, other), "");
   const long before = allocationCount();
   for (int i = 0; i < 1000; ++i)
-    on_floor.ours(i), on_ball.ours(i), on_box.ours(i), on_edge.ours(i), on_hull.ours(i);
+    on_floor.ours(i), on_ball.ours(i), on_box.ours(i), on_edge.ours(i), on_hull.ours(i), lies.ours(i), stands.ours(i), on_table.ours(i),
+        over_edge.ours(i), on_cylinder.ours(i), on_capsule.ours(i);
   figure("allocations.round", static_cast<double>(allocationCount() - before), "");
 }
 
@@ -193,6 +212,45 @@ void measureJumps(int moves) {
   figure("round.wrench_jump", worst, "");
 }
 
+/// The same of rods, over faces, edges, corners and ends, and how well two halves of a box add up.
+void measureRods(int moves) {
+  const double R = 0.2, L = 0.6, step = 1e-9 * R;
+  const Vector3 size(1, 1.2, 0.8);
+  const ConvexPolyhedron box = makeBox(size), left = makeBox(size - Vector3(0.37, 0, 0)), right = makeBox(Vector3(0.37, 1.2, 0.8));
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> u(-1, 1);
+  double jump = 0, halves = 0;
+  int failures = 0;
+  for (const auto ends : {Rod::Ends::kFlat, Rod::Ends::kRound}) {
+    const Rod rod(R, L, ends);
+    ContactWorkspace workspace;
+    workspace.reserve(box, rod);
+    const auto volume = [&](const ConvexPolyhedron& shape, const Pose& X) {
+      ContactVolume found;
+      PairCache cache;
+      contactVolume(shape, rod, X, cache, workspace, found);
+      failures += found.status == ContactVolume::Status::kOverlap && !(found.X_AP.p.allFinite() && found.V2.allFinite());
+      return found;
+    };
+    for (int i = 0; i < moves / 2; ++i) {
+      const Matrix3 about = Quaternion(u(random), u(random), u(random), u(random)).normalized().toRotationMatrix();
+      const Vector3 at = 0.9 * Vector3(u(random), u(random), u(random)), move = step * Vector3(u(random), u(random), u(random));
+      const ContactVolume before = volume(box, Pose(about, at));
+      if (before.status != ContactVolume::Status::kOverlap || before.volume < 1e-6) continue;
+      const double change = volume(box, Pose(about, at + move)).volume - before.volume;
+      jump = std::max(jump, std::abs(change + before.area_vector_A.dot(move)) / before.volume);
+      const auto part = [&](const ConvexPolyhedron& shape, double x) {
+        const ContactVolume found = volume(shape, Pose(about, at - Vector3(x, 0, 0)));
+        return found.status == ContactVolume::Status::kOverlap ? found.volume : 0;
+      };
+      halves = std::max(halves, std::abs(part(left, -0.185) + part(right, 0.315) - before.volume) / before.volume);
+    }
+  }
+  figure("rod.wrench_jump", jump, "");
+  figure("rod.halves_err_rel", halves, "");
+  figure("rod.failures", failures, "");
+}
+
 WorldDef ballOnFloor(double h, double k, double slope, double mu, double speed) {
   constexpr double kRadius = 0.1;
   WorldDef def;
@@ -241,6 +299,34 @@ void measureRolling() {
          std::abs((v0 - slide.linkTwist(1).linear.x()) * (1 + share) / v0 - 1), "");
 }
 
+/// A cylinder rolls down a slope: against g sin α/(1 + R²/2r²), r the arm of its patch.
+void measureCylinder() {
+  constexpr double R = 0.1, L = 0.3, k = 1e8, h = 1e-4, slope = 0.1;
+  const auto rod = std::make_shared<Rod>(R, L, Rod::Ends::kFlat);
+  const auto segment = [](double d) {
+    const double half = std::acos(1 - d / R);
+    return R * R * (half - std::sin(half) * std::cos(half));
+  };
+  double low = 0, high = R;
+  for (int i = 0; i < 100; ++i) {
+    const double d = 0.5 * (low + high);
+    (k * L * segment(d) < scenes::kGravity * std::cos(slope) ? low : high) = d;
+  }
+  WorldDef def = ballOnFloor(h, k, slope, 0.5, 0);
+  def.articulations[1] = scenes::freeBody("cylinder", rod, 1, rod->massProperties(1 / rod->volume()).I_com,
+                                          Pose(Eigen::AngleAxisd(M_PI / 2, Vector3::UnitX()).toRotationMatrix(),
+                                               Vector3(0, 0, R - low)));
+  World world(def);
+  for (int i = 0; i < 2000; ++i) world.step();
+  const double before = world.linkTwist(1).linear.x();
+  for (int i = 0; i < 5000; ++i) world.step();
+  const double a = (world.linkTwist(1).linear.x() - before) / 0.5;
+  const double r = 2.0 / 3 * std::pow(low * (2 * R - low), 1.5) / segment(low);
+  figure("cylinder_roll.accel_err_rel",
+         std::abs(a / (scenes::kGravity * std::sin(slope) / (1 + 0.5 * R * R / (r * r))) - 1), "");
+  figure("cylinder_roll.accel_err_rel_rigid", std::abs(a / (scenes::kGravity * std::sin(slope) * 2 / 3) - 1), "");
+}
+
 }  // namespace
 }  // namespace haptic::bench
 
@@ -248,5 +334,7 @@ int main() {
   haptic::bench::measureSpeed();
   haptic::bench::measureAccuracy(100000);
   haptic::bench::measureJumps(1000000);
+  haptic::bench::measureRods(100000);
   haptic::bench::measureRolling();
+  haptic::bench::measureCylinder();
 }

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/rod.h"
 
 #ifdef HAPTIC_HAVE_ODE
 #include <ode/ode.h>
@@ -18,6 +19,10 @@ struct OdePair::Data {
 
   dGeomID make(const ConvexShape& shape, int i) {
     const ConvexPolyhedron* hull = shape.polyhedron();
+    if (const Rod* rod = shape.rod()) {
+      const double length = 2 * rod->halfLength();
+      return rod->isCapsule() ? dCreateCapsule(nullptr, rod->radius(), length) : dCreateCylinder(nullptr, rod->radius(), length);
+    }
     if (!hull) return dCreateSphere(nullptr, shape.boundingRadius());
     if (hull->isBox())
       return dCreateBox(nullptr, 2 * hull->halfSize().x(), 2 * hull->halfSize().y(),

@@ -122,9 +122,8 @@ class BulletWorld : public PeerWorld {
   }
 
   static std::unique_ptr<btCollisionShape> makeShape(const PeerBody& b, const ConvexShape& any) {
-    if (!b.round && !any.polyhedron()) return std::make_unique<btSphereShape>(any.boundingRadius());
     constexpr double kMargin = 1e-3;  // [m], of 40 by default: deeper contacts go the slow way, through GJK and EPA
-    if (b.round) return makeRound(*b.round, kMargin);
+    if (const auto round = roundShape(b, any)) return makeRound(*round, kMargin);
     const ConvexPolyhedron& shape = *any.polyhedron();
     if (shape.isBox()) {
       auto box = std::make_unique<btBoxShape>(toBullet(shape.halfSize()));

@@ -54,9 +54,9 @@ std::string geomText(const PeerBody& b, const CollisionDef& collision, int& mesh
   std::ostringstream s;
   s.precision(17);
   Vector3 p = collision.X_LS.p;
-  const bool round = b.round && b.round->kind != PeerShape::Kind::kCone;
-  if (round) {
-    const PeerShape& r = *b.round;
+  const auto round = roundShape(b, *collision.shape);
+  if (round && round->kind != PeerShape::Kind::kCone) {
+    const PeerShape& r = *round;
     switch (r.kind) {
       case PeerShape::Kind::kSphere:
         s << "<geom type='sphere' size='" << r.radius;
@@ -71,9 +71,7 @@ std::string geomText(const PeerBody& b, const CollisionDef& collision, int& mesh
       default:
         s << "<geom type='cylinder' size='" << r.radius << ' ' << 0.5 * r.length;
     }
-  } else if (const ConvexPolyhedron* hull = collision.shape->polyhedron(); !hull) {
-    s << "<geom type='sphere' size='" << collision.shape->boundingRadius();
-  } else if (hull->isBox()) {
+  } else if (const ConvexPolyhedron* hull = collision.shape->polyhedron(); hull->isBox()) {
     s << "<geom type='box' size='" << text(hull->halfSize());
   } else {
     assets << "<mesh name='m" << mesh << "' vertex='";

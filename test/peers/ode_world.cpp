@@ -121,10 +121,11 @@ class OdeWorld : public PeerWorld {
   }
 
   dGeomID makeGeom(const PeerBody& b, const ConvexShape& any) {
-    if (b.round && b.round->kind == PeerShape::Kind::kSphere) return dCreateSphere(space_, b.round->radius);
-    if (b.round && b.round->kind == PeerShape::Kind::kCapsule) return dCreateCapsule(space_, b.round->radius, b.round->length);
-    if (b.round && b.round->kind == PeerShape::Kind::kCylinder) return dCreateCylinder(space_, b.round->radius, b.round->length);
-    if (!any.polyhedron()) return dCreateSphere(space_, any.boundingRadius());
+    if (const auto round = roundShape(b, any)) {
+      if (round->kind == PeerShape::Kind::kSphere) return dCreateSphere(space_, round->radius);
+      if (round->kind == PeerShape::Kind::kCapsule) return dCreateCapsule(space_, round->radius, round->length);
+      if (round->kind == PeerShape::Kind::kCylinder) return dCreateCylinder(space_, round->radius, round->length);
+    }
     const ConvexPolyhedron& shape = *any.polyhedron();
     if (shape.isBox()) {
       const Vector3 size = 2 * shape.halfSize();

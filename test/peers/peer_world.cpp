@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/rod.h"
 
 namespace haptic::peers {
 
@@ -59,6 +61,16 @@ std::string name(const PeerSettings& s) {
     }
   }
   return "unknown";
+}
+
+std::optional<PeerShape> roundShape(const PeerBody& body, const ConvexShape& shape) {
+  using Kind = PeerShape::Kind;
+  if (body.round) return *body.round;
+  if (shape.ball()) return PeerShape{-1, Kind::kSphere, shape.ball()->radius(), 0};
+  if (const Rod* rod = shape.rod()) {
+    return PeerShape{-1, rod->isCapsule() ? Kind::kCapsule : Kind::kCylinder, rod->radius(), 2 * rod->halfLength()};
+  }
+  return std::nullopt;
 }
 
 UpperFace upperFace(const CollisionDef& collision) {

@@ -5,6 +5,7 @@
 /// only friction (the dynamic coefficient, for none of them knows two) and geometry come from the definition.
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,9 @@ struct PeerBody {
 };
 /// Throws SetupError for joints, loops and pointers that move: peers run free and fixed bodies here.
 std::vector<PeerBody> peerBodies(const WorldDef& def, const PeerSettings& settings);
+
+/// What is round of a shape: the body's own, in place of its polyhedra, or the shape itself; none: it has corners.
+std::optional<PeerShape> roundShape(const PeerBody& body, const ConvexShape& shape);
 
 /// Upper face of a box, as the plane it lies in: a point and the normal, in the link's frame.
 struct UpperFace {

@@ -8,6 +8,7 @@
 
 #include "haptic_core/geometry/contact_volume.h"
 #include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/rod.h"
 #include "haptic_core/geometry/shapes.h"
 #include "haptic_core/spidar/wall_bound.h"
 #include "haptic_core/world/model.h"
@@ -86,8 +87,9 @@ class Press {
   Press(const ConvexShape& shape, const HandMapping& mapping, double coupling, double force)
       : mapping_(mapping), coupling_(coupling), force_(force / mapping.force_scale) {
     const ConvexPolyhedron* hull = shape.polyhedron();
-    if (!hull) {  // a ball is alike from all sides
+    if (!hull) {  // a ball is alike from all sides, a rod from all around its axis
       sides_.push_back(std::make_unique<FlatWall>(shape, Vector3::UnitZ()));
+      if (shape.rod()) sides_.push_back(std::make_unique<FlatWall>(shape, Vector3::UnitX()));
       return;
     }
     const int faces = hull->faceCount(), stride = 1 + (faces - 1) / kMostSides;

@@ -15,6 +15,8 @@ class Ball : public ConvexShape {
     return {X_WS.p - Vector3::Constant(radius_), X_WS.p + Vector3::Constant(radius_)};
   }
   TriangleMesh triangles() const override;  ///< 320 triangles, corners on the sphere
+  Vector3 core(const Vector3&) const override { return Vector3::Zero(); }
+  double rounding() const override { return radius_; }
 };
 
 inline const Ball* ConvexShape::ball() const {

@@ -19,13 +19,11 @@
 #pragma once
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/contact_workspace.h"
 
 namespace haptic {
 
-/// (in realtime) One of the two is a ball. The rest as for polyhedra, but for a ball within the other shape, or the other
-/// shape within it: S vanishes there, and n is the last normal, else the shortest way out.
-void roundContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
-                  ContactVolume& out, NormalRule rule, const InnerSides& inner) noexcept;
+/// (in realtime) One of the two is a ball, the other a ball or a polyhedron: see round_contact.h.
+void ballContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
+                 ContactVolume& out, NormalRule rule, const InnerSides& inner) noexcept;
 
 }  // namespace haptic

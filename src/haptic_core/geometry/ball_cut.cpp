@@ -14,6 +14,8 @@ constexpr double kTurn = 2 * M_PI;
 /// Arcs shorter than this, or longer than 2π less this, may be the other of the two [rad]: rounding over the
 /// smallest circle.
 constexpr double kDoubt = 1e-2;
+/// Lines shorter than this share of the radius are rounding where corners coincide: they have no side.
+constexpr double kSpeck = 1e-11;
 
 double cross(const Vector2& a, const Vector2& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -57,13 +59,13 @@ bool innerPart(const Vector3& p, const Vector3& q, bool p_in, bool q_in, double 
 
 /// Whether all corners of a face lie beyond the plane that faces c through a point of the sphere, towards the
 /// first: most faces of a finely cut shape do.
-bool liesBeyond(const ConvexPolyhedron& shape, const ConvexPolyhedron::Face& face, const Vector3& c,
-                double radius) {
-  const Vector3 first = shape.vertices()[shape.loopVertex(face.first)] - c;
+template <class Solid>
+bool liesBeyond(const Solid& shape, int f, const Vector3& c, double radius) {
+  const Vector3 first = shape.corner(f, 0) - c;
   const double square = first.squaredNorm(), least = radius * radius * square;
   if (square * square < least) return false;
-  for (int i = 1; i < face.count; ++i) {
-    const double along = first.dot(shape.vertices()[shape.loopVertex(face.first + i)] - c);
+  for (int i = 1; i < shape.cornerCount(f); ++i) {
+    const double along = first.dot(shape.corner(f, i) - c);
     if (along <= 0 || along * along < least) return false;
   }
   return true;
@@ -174,12 +176,24 @@ void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept
   }
   if (left && entered) arcTo(first_entry);
   face.count = curves_.size() - face.first;
-  if (crossed) return closeArcs(face);
-  face.whole = true;
-  for (int i = 0; i < count && face.whole; ++i) {
-    const Vector3 p = corner(i);
-    face.whole = face.normal.dot((corner(i + 1 < count ? i + 1 : 0) - p).cross(middle - p)) >= 0;
+  // Whether the face goes around the circle's centre; rounding makes specks of edges where corners coincide, which have no side.
+  double twice = 0;
+  const auto holdsCentre = [&] {
+    bool holds = true;
+    for (int i = 0; i < count && holds; ++i) {
+      const Vector3 p = corner(i), q = corner(i + 1 < count ? i + 1 : 0);
+      const double turn = face.normal.dot((q - p).cross(middle - p));
+      holds = turn >= 0 || (q - p).squaredNorm() < kSpeck * kSpeck * r2;
+      twice += turn;
+    }
+    return holds && twice > 0;
+  };
+  if (crossed) {
+    if (doubtful(face)) closeArcs(face, holdsCentre());
+    return;
   }
+  // The circle lies within the face when that goes around it: a sliver does not.
+  face.whole = holdsCentre() && twice > M_PI * face.radius * face.radius;
   if (face.whole) {
     CutCurve circle;
     circle.arc = true;
@@ -190,49 +204,66 @@ void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept
   }
 }
 
+/// Whether rounding may have made an arc of about a whole turn of one of about none, or the other way round.
+bool BallCut::doubtful(const CutFace& face) const noexcept {
+  for (int i = face.first; i < face.first + face.count; ++i) {
+    if (curves_[i].arc && (curves_[i].sweep < kDoubt || curves_[i].sweep > kTurn - kDoubt)) return true;
+  }
+  return false;
+}
+
 /// Seen from the circle's centre the boundary turns once about it, or not at all. An arc of about no length,
-/// which rounding has made one of about 2π, or the other way round, is found by that. The centre is inside
-/// when it lies left of all lines.
-void BallCut::closeArcs(const CutFace& face) noexcept {
+/// which rounding has made one of about 2π, or the other way round, is found by that.
+void BallCut::closeArcs(const CutFace& face, bool holds_centre) noexcept {
   CutCurve *longest = nullptr, *shortest = nullptr;
+  double total = 0;
+  bool voted = false, left = true;
   for (int i = face.first; i < face.first + face.count; ++i) {
     CutCurve& curve = curves_[i];
-    if (!curve.arc) continue;
+    if (!curve.arc) {
+      const double turn = cross(curve.p, curve.q);
+      total += std::atan2(turn, curve.p.dot(curve.q));
+      if ((curve.q - curve.p).squaredNorm() < kSpeck * kSpeck * radius_ * radius_) continue;
+      voted = true;
+      left = left && turn >= 0;
+      continue;
+    }
+    total += curve.sweep;
     if (!longest || curve.sweep > longest->sweep) longest = &curve;
     if (!shortest || curve.sweep < shortest->sweep) shortest = &curve;
   }
-  if (!longest || (longest->sweep < kTurn - kDoubt && shortest->sweep > kDoubt)) return;
-  double total = 0;
-  bool holds_centre = true;
-  for (int i = face.first; i < face.first + face.count; ++i) {
-    const CutCurve& curve = curves_[i];
-    const double side = cross(curve.p, curve.q);
-    total += curve.arc ? curve.sweep : std::atan2(side, curve.p.dot(curve.q));
-    if (!curve.arc) holds_centre &= side >= 0;
-  }
+  // The lines' own sides agree with the angles that were summed, also where one runs through the centre.
+  if (voted) holds_centre = left;
   const double extra = std::round((total - (holds_centre ? kTurn : 0)) / kTurn);
   if (extra > 0) longest->sweep -= kTurn;
   if (extra < 0) shortest->sweep += kTurn;
 }
 
-int BallCut::cut(const ConvexPolyhedron& shape, const Vector3& c, double radius) noexcept {
+template <class Solid>
+int BallCut::cutFaces(const Solid& shape, const Vector3& c, double radius) noexcept {
   clear();
   radius_ = radius;
-  const auto& faces = shape.faces();
   for (int f = 0; f < shape.faceCount(); ++f) {
-    const ConvexPolyhedron::Face& plane = faces[f];
+    const auto& plane = shape.plane(f);
     const double height = plane.offset - plane.normal.dot(c);
     if (height <= -radius) return f;
-    if (height >= radius || liesBeyond(shape, plane, c, radius)) continue;
+    if (height >= radius || liesBeyond(shape, f, c, radius)) continue;
     CutFace face = planeOf(plane.normal, height, radius);
-    face.index = f;
+    face.index = shape.planeIndex(f);
     cutLoop(
-        plane.count,
-        [&](int i) -> Vector3 { return shape.vertices()[shape.loopVertex(plane.first + i)] - c; },
-        [&](int i) { return shape.loopVertex(plane.first + i); }, face);
+        shape.cornerCount(f), [&](int i) -> Vector3 { return shape.corner(f, i) - c; },
+        [&](int i) { return shape.key(f, i); }, face);
     if (face.count > 0) faces_.push_back(face);
   }
   return -1;
+}
+
+int BallCut::cut(const ConvexPolyhedron& shape, const Vector3& c, double radius) noexcept {
+  return cutFaces(shape, c, radius);
+}
+
+int BallCut::cut(const CutSolid& solid, const Vector3& c, double radius) noexcept {
+  return cutFaces(solid, c, radius);
 }
 
 void BallCut::addCircle(const Vector3& normal, double height, double radius) noexcept {
@@ -249,8 +280,8 @@ void BallCut::addCircle(const Vector3& normal, double height, double radius) noe
   faces_.push_back(face);
 }
 
-double BallCut::areaWithin(const CutFace& face, const std::vector<Vector3>& outline,
-                           const Vector3& c) noexcept {
+template <class Outline>
+double BallCut::areaWithin(const CutFace& face, const Outline& outline, const Vector3& c) noexcept {
   CutFace part = face;
   cutLoop(
       static_cast<int>(outline.size()), [&](int i) -> Vector3 { return outline[i] - c; },
@@ -259,6 +290,9 @@ double BallCut::areaWithin(const CutFace& face, const std::vector<Vector3>& outl
   curves_.resize(part.first);
   return area;
 }
+
+template double BallCut::areaWithin(const CutFace&, const std::vector<Vector3>&, const Vector3&) noexcept;
+template double BallCut::areaWithin(const CutFace&, const LoadedVector<Vector3>&, const Vector3&) noexcept;
 
 PlaneMoments BallCut::moments(const CutFace& face, const Vector3& o) const noexcept {
   RegionSums sums;

@@ -5,6 +5,7 @@
 /// relative to the ball's centre, in the polyhedron's axes.
 #pragma once
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/cut_solid.h"
 #include "haptic_core/geometry/loaded_vector.h"
 
 namespace haptic {
@@ -14,6 +15,12 @@ struct PlaneMoments {
   double area = 0;                     ///< [m²]
   Vector3 first = Vector3::Zero();     ///< [m³]
   Matrix3 second = Matrix3::Zero();    ///< [m⁴]
+
+  /// The same from a point that lies `by` before o.
+  PlaneMoments shifted(const Vector3& by) const {
+    const Matrix3 mixed = by * first.transpose();
+    return {area, first + area * by, second + mixed + mixed.transpose() + area * by * by.transpose()};
+  }
 };
 
 /// A piece of the boundary of such a part, in the face's axes about the circle's centre: the line from p to q, or the arc
@@ -52,6 +59,7 @@ class BallCut {
   /// (in realtime) Cuts all faces with a sphere of `radius` [m] about `c`. The ball lies beyond a plane, and so outside: its face;
   /// else -1. A corner or edge that lies on the sphere within rounding counts as in or as out, in both faces alike.
   int cut(const ConvexPolyhedron& shape, const Vector3& c, double radius) noexcept;
+  int cut(const CutSolid& solid, const Vector3& c, double radius) noexcept;
   /// (in realtime) Adds the circle of two spheres, or of one and a plane: a face that holds all of it.
   void addCircle(const Vector3& normal, double height, double radius) noexcept;
 
@@ -63,12 +71,16 @@ class BallCut {
   PlaneMoments moments(const CutFace& face, const Vector3& o) const noexcept;
   /// (in realtime) Area of what a convex polygon in the face's plane has in common with the ball about `c` [m²]. `outline`:
   /// in the polyhedron's frame, counter-clockwise. Uses room behind the curves.
-  double areaWithin(const CutFace& face, const std::vector<Vector3>& outline, const Vector3& c) noexcept;
+  template <class Outline>
+  double areaWithin(const CutFace& face, const Outline& outline, const Vector3& c) noexcept;
 
  private:
+  template <class Solid>
+  int cutFaces(const Solid& solid, const Vector3& c, double radius) noexcept;
   template <class Corner, class Key>
   void cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept;
-  void closeArcs(const CutFace& face) noexcept;
+  bool doubtful(const CutFace& face) const noexcept;
+  void closeArcs(const CutFace& face, bool holds_centre) noexcept;
 
   double radius_ = 0;
   LoadedVector<CutFace> faces_;

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 
-#include "haptic_core/geometry/ball_contact.h"
 #include "haptic_core/geometry/contact_moments.h"
 #include "haptic_core/geometry/contact_workspace.h"
 #include "haptic_core/geometry/edge_clipping.h"
 #include "haptic_core/geometry/gjk.h"
+#include "haptic_core/geometry/round_contact.h"
 #include "haptic_core/geometry/volume_cutting.h"
 
 namespace haptic {

@@ -109,7 +109,7 @@ void contactVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const P
                    ContactWorkspace& workspace, ContactVolume& out,
                    NormalRule rule = NormalRule::kAreaVector, const InnerSides& inner = {}) noexcept;
 
-/// The same of any two shapes; with a ball among them as ball_contact.h says.
+/// The same of any two shapes; with a round one among them as round_contact.h says.
 void contactVolume(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache,
                    ContactWorkspace& workspace, ContactVolume& out, NormalRule rule = NormalRule::kAreaVector,
                    const InnerSides& inner = {}) noexcept;

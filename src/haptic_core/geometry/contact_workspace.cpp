@@ -1,4 +1,5 @@
 #include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/rod.h"
 
 #include <algorithm>
 
@@ -58,11 +59,17 @@ void ContactWorkspace::clear() noexcept {
 
 void ContactWorkspace::reserve(const ConvexShape& first, const ConvexShape& second) {
   if (!first.polyhedron() || !second.polyhedron()) {
+    const bool with_rod = first.rod() || second.rod();
     for (const ConvexShape* shape : {&first, &second}) {
-      const ConvexPolyhedron* other = shape->polyhedron();
+      const ConvexPolyhedron* other = shape->rod() ? &shape->rod()->standIn() : shape->polyhedron();
       const int faces = other ? other->faceCount() : 0;
       round_.reserve(faces, other ? 2 * other->edgeCount() : 0);
       faces_.reserve(faces + 3);
+      if (!with_rod) continue;
+      // A box around a rod, cut by the faces: at most six half edges for each of its own.
+      constexpr int kBox = 6;
+      round_.reserve(faces + kBox, 6 * (faces + kBox));
+      reserveResult(faces + kBox);
     }
     return;
   }

@@ -8,6 +8,7 @@
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/geometry/contact_side.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/cut_solid.h"
 #include "haptic_core/geometry/loaded_vector.h"
 #include "haptic_core/geometry/round_patch.h"
 
@@ -17,17 +18,6 @@ struct ContactVolume;
 struct CoveredArea;
 struct InnerFaces;
 struct PartMoments;
-
-/// Whose surface a face of V is a part of.
-enum class Owner : unsigned char { kA, kB };
-
-/// A face of V: part of one face of A or of B.
-struct ContactFace {
-  Vector3 normal;  ///< outward unit normal, in A's frame
-  double offset;   ///< normal·x = offset on the face [m]
-  int index;       ///< face of A or B that it is part of
-  Owner owner;     ///< the body of `index`
-};
 
 /// An edge of V between its faces: from → to in the loop of `left`, to → from in that of `right`.
 struct ContactEdge {
@@ -115,6 +105,9 @@ class ContactWorkspace {
   /// (in realtime) Chains the edges into one polygon per face; for drawing. Cost O(edges).
   void buildLoops() noexcept;
 
+  /// (in realtime) What volume_cutting.h has left of a solid.
+  const CutSolid& solid() const { return solid_; }
+
   /// V where one of the shapes is round: `filled`, and of the above only the faces of the other shape that bound it.
   RoundVolume& round() { return round_; }
   const RoundVolume& round() const { return round_; }  ///< see above
@@ -133,22 +126,12 @@ class ContactWorkspace {
  private:
   friend class VolumeCutter;
   friend class EdgeClipper;
-  friend class BallContact;
+  friend class RoundContact;
   template <class Side, class Seams>
   friend class EdgeCollector;
   friend class ContactIntegrator;
   friend PartMoments momentsWhere(ContactWorkspace&, const ContactVolume&, const Vector2&, double) noexcept;
   friend double thicknessSquared(ContactWorkspace&, const ContactVolume&) noexcept;
-
-  struct CutFace {
-    ContactFace face;
-    int first, count;
-  };
-  struct CutSolid {
-    LoadedVector<Vector3> points;
-    LoadedVector<CutFace> faces;
-    LoadedVector<int> loop;
-  };
 
   void reserveSides(int vertices, int faces);
   void reserveResult(int face_count);

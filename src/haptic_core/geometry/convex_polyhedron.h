@@ -56,6 +56,13 @@ class ConvexPolyhedron : public ConvexShape {
   /// Index in edges(); both half edges have the same.
   int edgeOf(int half_edge) const { return half_edge_edge_[half_edge]; }
 
+  /// Corner i ≤ count of a face's loop, as a vertex and as a point, and the face's plane: as CutSolid has them.
+  int key(int f, int i) const { return loop_[faces_[f].first + (i < faces_[f].count ? i : 0)]; }
+  const Vector3& corner(int f, int i) const { return vertices_[key(f, i)]; }
+  int cornerCount(int f) const { return faces_[f].count; }
+  const Face& plane(int f) const { return faces_[f]; }
+  int planeIndex(int f) const { return f; }
+
   /// Neighbours of vertex v: neighbours()[neighbourBegin(v) … neighbourBegin(v + 1) - 1]; the half edge that
   /// leads there is outgoing()[same index].
   int neighbourBegin(int v) const { return neighbour_begin_[v]; }
@@ -66,6 +73,7 @@ class ConvexPolyhedron : public ConvexShape {
   using ConvexShape::aabb;
   Box aabb(const Pose& X_WS) const override;                 ///< tight where the axes are parallel
   TriangleMesh triangles() const override;                   ///< loops cut into fans
+  Vector3 core(const Vector3& direction) const override { return vertices_[support(direction)]; }
 
   /// True for the shapes of `makeBox`: centred on the origin, edges along the axes; half the size in
   /// halfSize().

@@ -1,4 +1,4 @@
-/// A convex solid that collides: a polyhedron (convex_polyhedron.h) or a ball (ball.h).
+/// A convex solid that collides: a polyhedron (convex_polyhedron.h), a ball (ball.h), or a cylinder or capsule (rod.h).
 #pragma once
 #include <string>
 
@@ -9,6 +9,7 @@ namespace haptic {
 
 class Ball;
 class ConvexPolyhedron;
+class Rod;
 
 /// What all shapes have in common. Immutable; all queries are const, without heap and safe from any number of threads.
 class ConvexShape {
@@ -20,9 +21,10 @@ class ConvexShape {
 
   virtual ~ConvexShape() = default;
 
-  /// The shape as what it is; null: it is of the other kind. Defined beside the classes.
+  /// The shape as what it is; null: it is of another kind. Defined beside the classes.
   const ConvexPolyhedron* polyhedron() const;
   const Ball* ball() const;  ///< null: it is no ball
+  const Rod* rod() const;    ///< null: it is no cylinder or capsule
 
   const std::string& name() const { return name_; }          ///< for messages
   const Vector3& centre() const { return properties_.com; }  ///< centroid of the solid [m]
@@ -38,10 +40,14 @@ class ConvexShape {
     return result;
   }
   virtual TriangleMesh triangles() const = 0;                ///< for drawing; of a round surface an approximation
+  /// The shape is all that is within rounding() [m] of its core, whose farthest point along `direction` (not zero) this is.
+  /// (in realtime)
+  virtual Vector3 core(const Vector3& direction) const = 0;
+  virtual double rounding() const { return 0; }
 
  protected:
   /// What the shape is, so that queries need no dynamic cast.
-  enum class Kind : unsigned char { kPolyhedron, kBall };
+  enum class Kind : unsigned char { kPolyhedron, kBall, kRod };
   /// The derived class fills in the properties, radius and box below.
   ConvexShape(Kind kind, const std::string& name) : name_(name), kind_(kind) {}
   ConvexShape(const ConvexShape&) = default;  ///< for derived classes: a shape is not copied through its base

@@ -106,18 +106,9 @@ constexpr int kIterations = 64;
 /// Relative progress below which rounding has won.
 constexpr double kProgress = 1e-14;
 
-}  // namespace
-
-double gapAlong(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
-                const Vector3& direction, int& vertex_a, int& vertex_b) noexcept {
-  const Vector3 direction_B = X_AB.R.transpose() * direction;
-  vertex_a = A.support(direction, vertex_a);
-  vertex_b = B.support(-direction_B, vertex_b);
-  return direction.dot(X_AB * B.vertices()[vertex_b] - A.vertices()[vertex_a]);
-}
-
-void closestPoints(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
-                   const Vector3& direction, ClosestPoints& result) noexcept {
+/// `support(n, point)` finds A's highest and B's lowest point along n and returns their gap.
+template <class Support>
+void search(Support&& support, const Vector3& direction, ClosestPoints& result) {
   Vector3 v = direction.squaredNorm() > 0 ? direction.normalized() : Vector3::UnitZ();
   double best_gap = -std::numeric_limits<double>::infinity();
   Simplex simplex;
@@ -125,14 +116,12 @@ void closestPoints(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const P
     const double length = v.norm();
     if (!(length > 0)) break;
     const Vector3 n = v / length;
-    const double gap = gapAlong(A, B, X_AB, n, result.vertex_a, result.vertex_b);
+    SupportPoint& added = simplex.point[simplex.count];
+    const double gap = support(n, added);
     if (gap > best_gap) {
       best_gap = gap;
       result.direction = n;
     }
-    SupportPoint& added = simplex.point[simplex.count];
-    added.on_a = A.vertices()[result.vertex_a];
-    added.on_b = X_AB * B.vertices()[result.vertex_b];
     added.difference = added.on_b - added.on_a;
     const bool progress = simplex.count == 0 || gap < length * (1 - kProgress);
     if (!progress) break;
@@ -156,6 +145,41 @@ void closestPoints(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const P
   result.p_A /= sum;
   result.p_B /= sum;
   result.distance = result.separated ? (result.p_B - result.p_A).norm() : 0.0;
+}
+
+}  // namespace
+
+double gapAlong(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
+                const Vector3& direction, int& vertex_a, int& vertex_b) noexcept {
+  const Vector3 direction_B = X_AB.R.transpose() * direction;
+  vertex_a = A.support(direction, vertex_a);
+  vertex_b = B.support(-direction_B, vertex_b);
+  return direction.dot(X_AB * B.vertices()[vertex_b] - A.vertices()[vertex_a]);
+}
+
+void closestPoints(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
+                   const Vector3& direction, ClosestPoints& result) noexcept {
+  search(
+      [&](const Vector3& n, SupportPoint& point) {
+        const double gap = gapAlong(A, B, X_AB, n, result.vertex_a, result.vertex_b);
+        point.on_a = A.vertices()[result.vertex_a];
+        point.on_b = X_AB * B.vertices()[result.vertex_b];
+        return gap;
+      },
+      direction, result);
+}
+
+void closestCores(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Vector3& direction,
+                  ClosestPoints& result) noexcept {
+  const auto support = [&](const Vector3& n, SupportPoint& point) {
+    point.on_a = A.core(n);
+    point.on_b = X_AB * B.core(-(X_AB.R.transpose() * n));
+    return n.dot(point.on_b - point.on_a);
+  };
+  search(support, direction, result);
+  // What the direction proves: between curved cores the points found may be farther.
+  SupportPoint along;
+  if (result.separated) result.distance = support(result.direction, along);
 }
 
 }  // namespace haptic

@@ -22,6 +22,10 @@ struct ClosestPoints {
 void closestPoints(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
                    const Vector3& direction, ClosestPoints& result) noexcept;
 
+/// The same of the cores of any two shapes; `distance` is the gap along `direction`. (in realtime)
+void closestCores(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Vector3& direction,
+                  ClosestPoints& result) noexcept;
+
 /// Gap of A and B along unit `direction` (from A to B, in A's frame): > 0 proves them separated. Updates the
 /// hints.
 double gapAlong(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,

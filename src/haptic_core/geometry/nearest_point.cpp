@@ -19,33 +19,33 @@ Vector3 toSegment(const Vector3& p, const Vector3& q) {
   return t <= 0 ? p : t >= 1 ? q : Vector3(p + t * d);
 }
 
-}  // namespace
-
-NearestPoint nearestPoint(const ConvexPolyhedron& shape, const Vector3& c) noexcept {
+template <class Solid, class Points>
+NearestPoint nearestOf(const Solid& shape, const Points& corners, double size, const Vector3& c) {
   NearestPoint nearest;
   double highest = -std::numeric_limits<double>::infinity();
-  const ConvexPolyhedron::Face* top = nullptr;
+  Vector3 top = Vector3::UnitZ();
   // The nearest corner first: few faces are nearer.
   double square = std::numeric_limits<double>::infinity();
   Vector3 to = Vector3::Zero();
-  for (const Vector3& corner : shape.vertices()) {
+  for (const Vector3& corner : corners) {
     const Vector3 way = corner - c;
     if (way.squaredNorm() >= square) continue;
     square = way.squaredNorm();
     to = way;
   }
   double least = std::sqrt(square);
-  for (const ConvexPolyhedron::Face& face : shape.faces()) {
+  for (int f = 0; f < shape.faceCount(); ++f) {
+    const auto& face = shape.plane(f);
     const double over = face.normal.dot(c) - face.offset;
     if (over > highest) {
       highest = over;
-      top = &face;
+      top = face.normal;
     }
     if (!(over > 0) || over >= least) continue;
     bool above = true;
-    Vector3 p = shape.vertices()[shape.loopVertex(face.first)] - c;
-    for (int i = 0; i < face.count; ++i) {
-      const Vector3 q = shape.vertices()[shape.loopVertex(face.first + (i + 1 < face.count ? i + 1 : 0))] - c;
+    Vector3 p = shape.corner(f, 0) - c;
+    for (int i = 0; i < shape.cornerCount(f); ++i) {
+      const Vector3 q = shape.corner(f, i + 1) - c;
       if (face.normal.dot((q - p).cross(p)) > 0) {
         // The foot of c lies beyond this edge: what is nearest lies on one such edge.
         above = false;
@@ -63,16 +63,26 @@ NearestPoint nearestPoint(const ConvexPolyhedron& shape, const Vector3& c) noexc
       to = -over * face.normal;
     }
   }
-  if (!(highest > 0) || !(least > kOnPlane * shape.boundingRadius())) {
-    nearest.direction = -top->normal;
+  if (!(highest > 0) || !(least > kOnPlane * size)) {
+    nearest.direction = -top;
     nearest.depth = std::max(0.0, -highest);
     return nearest;
   }
   nearest.distance = least;
   nearest.direction = to / least;
   // A foot in the face has its normal exactly, which the caller compares.
-  if (least == highest) nearest.direction = -top->normal;
+  if (least == highest) nearest.direction = -top;
   return nearest;
+}
+
+}  // namespace
+
+NearestPoint nearestPoint(const ConvexPolyhedron& shape, const Vector3& c) noexcept {
+  return nearestOf(shape, shape.vertices(), shape.boundingRadius(), c);
+}
+
+NearestPoint nearestPoint(const CutSolid& solid, double size, const Vector3& c) noexcept {
+  return nearestOf(solid, solid.points, size, c);
 }
 
 }  // namespace haptic

@@ -1,6 +1,7 @@
 /// The point of a convex polyhedron that is nearest to a given one.
 #pragma once
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/cut_solid.h"
 
 namespace haptic {
 
@@ -13,5 +14,6 @@ struct NearestPoint {
 
 /// To `c` in the shape's frame. (in realtime) Exact: over the faces that look towards c, and their edges. Cost O(faces).
 NearestPoint nearestPoint(const ConvexPolyhedron& shape, const Vector3& c) noexcept;
+NearestPoint nearestPoint(const CutSolid& solid, double size, const Vector3& c) noexcept;  ///< `size` [m]: of its coordinates
 
 }  // namespace haptic

@@ -1,28 +1,55 @@
-/// The patch of a contact with a ball, for what its moments do not tell: pressure that is clipped, friction that turns, ∫d².
+/// The patch of a contact with a round shape, for what its moments do not tell: pressure that is clipped, friction that
+/// turns, ∫d².
 ///
-/// The thickness of V is not piecewise linear, so there is no closed form for all of these. The part of the polyhedron's
-/// surface in the ball, seen along n, is cut into the shares of its faces; on each the thickness is smooth. A share is
-/// integrated on rays from a point inside it, by Gauss's rule over its boundary (8 points on a line and on each third of a
-/// turn) and along the rays (8). Relative error of ∫ d² and of friction: 1e-12 where a ball shallower than a fifth of its
-/// radius lies on one face, 1e-6 over edges and corners; where a pressure is clipped inside the patch 1e-3 of the clipped
-/// part, continuous in the poses.
+/// Where V lies on one face along whose normal n points, ∫ d² dA is twice V's moment about the face. Else: the thickness of V
+/// is not piecewise linear, so there is no closed form for all of these. The part of the polyhedron's surface in the round
+/// shape, seen along n, is cut into the shares of its faces; on each the thickness is smooth. A share is integrated on rays
+/// from a point inside it, by Gauss's rule over its boundary (8 points on a line and on each third of a turn) and along the
+/// rays (8). Relative error of ∫ d² and of friction: 1e-12 where a ball shallower than a fifth of its radius lies on one face,
+/// 1e-6 over edges and corners, 1e-2 where a cylinder's rim crosses a share; where a pressure is clipped inside the patch 1e-3
+/// of the clipped part, 1e-2 under a rod, continuous in the poses.
 #pragma once
 #include "haptic_core/geometry/ball_cut.h"
 #include "haptic_core/geometry/gauss_legendre.h"
+#include "haptic_core/geometry/tube_cut.h"
 
 namespace haptic {
 
 struct ContactVolume;
 struct PartMoments;
+class Rod;
 
-/// V = ball ∩ polyhedron or ball ∩ ball as the last call of `contactVolume` left it in the workspace. Frame Q: the ball's
-/// centre, the axes in which it was cut.
+/// V = round shape ∩ polyhedron or ball ∩ ball as the last call of `contactVolume` left it in the workspace. Frame Q: a ball's
+/// centre, and the axes in which it was cut; a rod's own frame.
 struct RoundVolume {
-  /// A piece of a share's outline, in P's x and y [m].
-  struct Curve {
-    bool arc;              ///< an arc of an ellipse; else a line
-    double from, sweep;    ///< of an arc: first angle, and angle swept [rad]
-    Vector2 middle, x, y;  ///< arc: middle + x cos + y sin; line: middle + x t, t from 0 to 1
+  /// At t from 0 to 1: a line, middle + x t; or an arc, middle + x cos φ + y sin φ + rise (share that `arcRise` gives), φ from
+  /// `from` over `sweep`. In Q, and in P.
+  template <class Vector>
+  struct CurveIn {
+    bool arc;
+    double from, sweep;
+    Vector middle, x, y, rise;
+
+    Vector at(double t, Vector& rate) const {
+      if (!arc) return rate = x, middle + t * x;
+      const double angle = from + t * sweep, cosine = std::cos(angle), sine = std::sin(angle);
+      rate = sweep * (cosine * y - sine * x);
+      if (rise.isZero(0)) return middle + cosine * x + sine * y;
+      double speed;
+      const double share = arcRise(from, sweep, t, speed);
+      rate += speed * rise;
+      return middle + cosine * x + sine * y + share * rise;
+    }
+  };
+  using Curve = CurveIn<Vector2>;
+  using Rim = CurveIn<Vector3>;
+  /// What of a face of the polyhedron bounds V.
+  struct FacePart {
+    Vector3 normal;        ///< outward, in Q
+    int index;             ///< of the face
+    double offset;         ///< of its plane [m]
+    PlaneMoments moments;  ///< about the point that the contact is summed about
+    int first, count;      ///< a rod's: its rims
   };
   /// A face's part of the patch, seen along n.
   struct Share {
@@ -39,12 +66,16 @@ struct RoundVolume {
   BallCut cut;                  ///< what the polyhedron's faces and the ball have in common
   Pose X_AQ;                    ///< of frame Q in A
   double sign = 1;              ///< -1: the polyhedron is B
-  double radius = 0;            ///< of the ball [m]
+  double radius = 0;            ///< of the ball or rod [m]
+  const Rod* rod = nullptr;     ///< null: a ball
   double other_radius = 0;      ///< of a second ball; 0: there are planes instead [m]
   Vector3 other_Q = Vector3::Zero();  ///< its centre
   bool axial = false;           ///< round about n through P's origin
 
-  LoadedVector<PlaneMoments> parts;  ///< of the faces, while the contact is made
+  LoadedVector<FacePart> parts;
+  LoadedVector<Rim> rims;       ///< of a rod's parts
+  LoadedVector<ContactFace> near;    ///< the polyhedron's planes that reach a rod, in its frame
+  TubeCut tube;
   LoadedVector<Curve> curves;   ///< scratch of RoundPatch
   LoadedVector<Share> shares;   ///< scratch of RoundPatch
   LoadedVector<Plane> planes;   ///< scratch of RoundPatch
@@ -78,8 +109,11 @@ class RoundPatch {
   static Sphere sphereAt(const Vector3& centre_P, double radius) {
     return {centre_P.head<2>(), radius, centre_P.z() - radius, centre_P.z() + radius};
   }
+  void addShare(const RoundVolume::FacePart& part, const Matrix3& R_PQ, const Vector3& p_PQ) noexcept;
   void addShare(const CutFace& face, const Matrix3& R_PQ, const Vector3& p_PQ) noexcept;
   void standIn() noexcept;
+  bool onOneFace(double& height) const noexcept;
+  bool withinRod(const Vector2& r, double& low, double& high) const noexcept;
   double heightOver(const Vector2& r) const noexcept;
   double radial(double from, double to, double& square) const noexcept;
   template <class Visit>
@@ -88,6 +122,7 @@ class RoundPatch {
   RoundVolume& v_;
   const ContactVolume& contact_;
   Sphere ball_, other_;
+  Vector3 rod_centre_, rod_axis_;   ///< in P
   double scale_ = 1, uniform_ = 0;  ///< of the thickness; in place of it, unless 0
 };
 
@@ -101,15 +136,12 @@ void RoundPatch::alongRays(const RoundVolume::Curve& c, const Vector2& centre, V
       visit(r, turn * t * w, thickness(r));
     });
   };
-  if (!c.arc) {
-    integrate(kGauss8, 0, 1, [&](double t, double w) { ray(c.middle + t * c.x, c.x, w); });
-    return;
-  }
-  const int parts = c.sweep > 0 ? static_cast<int>(c.sweep / 2.1) + 1 : 0;  // a third of a turn each
+  const int parts = c.arc ? static_cast<int>(std::abs(c.sweep) / 2.1) + 1 : 1;  // a third of a turn each
   for (int i = 0; i < parts; ++i) {
-    integrate(kGauss8, c.from + i * c.sweep / parts, c.from + (i + 1) * c.sweep / parts, [&](double angle, double w) {
-      const double cosine = std::cos(angle), sine = std::sin(angle);
-      ray(c.middle + cosine * c.x + sine * c.y, cosine * c.y - sine * c.x, w);
+    integrate(kGauss8, static_cast<double>(i) / parts, (i + 1.0) / parts, [&](double t, double w) {
+      Vector2 rate;
+      const Vector2 r = c.at(t, rate);
+      ray(r, rate, w);
     });
   }
 }

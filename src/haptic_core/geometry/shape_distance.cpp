@@ -2,6 +2,7 @@
 
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/nearest_point.h"
+#include "haptic_core/geometry/rod.h"
 
 namespace haptic {
 namespace {
@@ -15,12 +16,24 @@ double centreDistance(const ConvexPolyhedron& shape, const Pose& X_AS, const Vec
   return nearest.distance - nearest.depth;
 }
 
+void closestWithRod(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Vector3& direction,
+                    ClosestPoints& result) {
+  closestCores(A, B, X_AB, direction, result);
+  const double ra = A.rounding(), rb = B.rounding(), gap = result.distance - ra - rb;
+  result.p_A += ra * result.direction;
+  result.p_B -= rb * result.direction;
+  result.separated = result.separated && gap > 0;
+  result.distance = result.separated ? gap : 0;
+  if (!result.separated) result.p_A = result.p_B = 0.5 * (result.p_A + result.p_B);
+}
+
 }  // namespace
 
 void closestPoints(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Vector3& direction,
                    ClosestPoints& result) noexcept {
   if (A.polyhedron() && B.polyhedron())
     return closestPoints(*A.polyhedron(), *B.polyhedron(), X_AB, direction, result);
+  if (A.rod() || B.rod()) return closestWithRod(A, B, X_AB, direction, result);
   const double ra = A.ball() ? A.ball()->radius() : 0, rb = B.ball() ? B.ball()->radius() : 0;
   double between;
   Vector3 n;
@@ -46,11 +59,7 @@ void closestPoints(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB,
 }
 
 double supportHeight(const ConvexShape& shape, const Pose& X_AS, const Vector3& direction) noexcept {
-  const double centre = direction.dot(X_AS.p);
-  if (shape.ball()) return centre + shape.ball()->radius();
-  const ConvexPolyhedron& hull = *shape.polyhedron();
-  const Vector3 along = X_AS.R.transpose() * direction;
-  return centre + along.dot(hull.vertices()[hull.support(along)]);
+  return direction.dot(X_AS * shape.core(X_AS.R.transpose() * direction)) + shape.rounding();
 }
 
 }  // namespace haptic

@@ -5,9 +5,9 @@
 
 namespace haptic {
 
-/// As for polyhedra (gjk.h); a ball is its centre, and all that is within its radius of it. Pairs with a ball are exact and
-/// need no search: O(faces) of the other shape. Where a ball holds the other shape's nearest point the direction is the
-/// shortest way out of it. (in realtime)
+/// As for polyhedra (gjk.h), of the shapes' cores (convex_shape.h). With a cylinder `distance` is a lower bound that the
+/// direction proves. Pairs of a ball with a ball or polyhedron are exact and need no search: O(faces) of the other shape. Where
+/// a ball holds the other shape's nearest point the direction is the shortest way out of it. (in realtime)
 void closestPoints(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Vector3& direction,
                    ClosestPoints& result) noexcept;
 

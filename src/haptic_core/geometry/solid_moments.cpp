@@ -14,6 +14,9 @@ constexpr int kCirclePoints = 32;
 /// Longest arcs for one rule of 16 points and of 8 [rad]: trigonometric polynomials of degree 5
 /// to 1e-16; the second near the pole only, for the antipode is a singular point of the integrands.
 constexpr double kPart = 2.1, kShortPart = 0.5;
+constexpr double kTurn = 2 * M_PI;
+/// A face's normal this close to ±u is u's rounding.
+constexpr double kSame = 1e-15;
 
 /// Sums over the sphere of radius 1, cones from o = κ u. With s' from the pole, ρ' = √(s'(2 - s')) and ê
 /// across u, a point of the sphere is y = z u + ρ' ê from o, z = b - s', b = 1 - κ, and y·N = b + κ s'. A
@@ -41,14 +44,18 @@ class SphereSums {
     across2_ += turn / left * (b + s * ((2 * k - b) / 3 - 0.25 * k * s)) * across * across.transpose();
   }
 
-  /// A whole circle about u at the distance `s` from the pole, turning as `sense` says.
-  void addParallel(double s, double sense) {
-    const double turn = 2 * M_PI * sense * s, b = b_, k = kappa_;
-    volume_ += turn * (b + 0.5 * k * s);
-    along_ += turn * (b * b - s * (0.5 * b * b + k * s / 3));
-    along2_ += turn * (b * b * b + s * (0.5 * (k - 2) * b * b + s * (b * (1 - 2 * k) / 3 + 0.25 * k * s)));
-    across2_ += 0.5 * turn * s * (b + s * ((2 * k - b) / 3 - 0.25 * k * s)) *
-                (Matrix3::Identity() - u_ * u_.transpose());
+  /// An arc of a circle about u at the distance `s` from the pole, turning by `sweep` as `sense` says; `first`, `second`: ∫ of a
+  /// point's part across u, and of its square, over the angle.
+  void addParallel(double s, double sense, double sweep, const Vector3& first, const Matrix3& second) {
+    const double turn = sense * s, b = b_, k = kappa_;
+    const SegmentIntegrals j(s, s < SegmentIntegrals::kSeries ? 0 : std::acos(1 - s));
+    const double root = turn / std::sqrt(2 - s);
+    volume_ += turn * sweep * (b + 0.5 * k * s);
+    along_ += turn * sweep * (b * b - s * (0.5 * b * b + k * s / 3));
+    along2_ += turn * sweep * (b * b * b + s * (0.5 * (k - 2) * b * b + s * (b * (1 - 2 * k) / 3 + 0.25 * k * s)));
+    across_ += root * (b * j.j0 + k * j.j1) * first;
+    mixed_ += root * (b * b * (j.j0 - j.j1) - k * j.j2) * first;
+    across2_ += turn / (2 - s) * (b + s * ((2 * k - b) / 3 - 0.25 * k * s)) * second;
   }
 
   /// The faces' boundaries run against the sphere's: hence the sign.
@@ -80,9 +87,11 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
       const double c = a * cosine, s = a * sine;
       sums.add(h * face.normal + c * face.x + s * face.y, weight * (c * face.y - s * face.x));
     };
-    if (face.whole && (face.normal == -u || face.normal == u)) {
-      const double side = face.normal == u ? 1 : -1;
-      sums.addParallel((radius - side * face.height) / radius, side);
+    const double side = face.normal.dot(u) > 0 ? 1 : -1, polar = (radius - side * face.height) / radius;
+    const bool about_pole = (face.normal - side * u).norm() < kSame;
+    if (face.whole && about_pole) {
+      const Matrix3 round = M_PI * a * a * (Matrix3::Identity() - u * u.transpose());
+      sums.addParallel(polar, side, kTurn, Vector3::Zero(), round);
       continue;
     }
     if (face.whole) {
@@ -105,6 +114,16 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
       };
       bridge(arc.p, -1);
       bridge(arc.q, 1);
+      if (about_pole) {
+        const double s0 = std::sin(arc.from), c0 = std::cos(arc.from), s1 = std::sin(arc.from + arc.sweep),
+                     c1 = std::cos(arc.from + arc.sweep), cross = 0.5 * (s1 * s1 - s0 * s0), swing = s1 * c1 - s0 * c0;
+        const Vector3 first = a * ((s1 - s0) * face.x + (c0 - c1) * face.y);
+        const Matrix3 second = a * a * (0.5 * (arc.sweep + swing) * face.x * face.x.transpose() +
+                                        0.5 * (arc.sweep - swing) * face.y * face.y.transpose() +
+                                        cross * (face.x * face.y.transpose() + face.y * face.x.transpose()));
+        sums.addParallel(polar, side, arc.sweep, first, second);
+        continue;
+      }
       const double middle = arc.from + 0.5 * arc.sweep;
       const Vector3 n = h * face.normal + a * std::cos(middle) * face.x + a * std::sin(middle) * face.y;
       if (arc.sweep < kShortPart && n.dot(u) > 0) {

@@ -16,6 +16,13 @@ struct SolidMoments {
     first += height / 4 * base.first;
     second += height / 5 * base.second;
   }
+  /// Adds those of another piece, whose point lies `by` beyond o.
+  void add(const SolidMoments& piece, const Vector3& by) {
+    const Matrix3 mixed = by * piece.first.transpose();
+    volume += piece.volume;
+    first += piece.first + piece.volume * by;
+    second += piece.second + mixed + mixed.transpose() + piece.volume * by * by.transpose();
+  }
 };
 
 /// A spherical cap of height `depth` on a ball of `radius`, from the middle of its flat side, z towards its pole.

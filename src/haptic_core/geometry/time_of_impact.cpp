@@ -43,9 +43,9 @@ double timeOfImpact(const ConvexShape& A, const ShapeMotion& a, const ConvexShap
 }
 
 double leastWidth(const ConvexShape& shape) {
-  double least = 2 * shape.boundingRadius();
   const ConvexPolyhedron* hull = shape.polyhedron();
-  if (!hull) return least;
+  if (!hull) return (shape.aabb().upper - shape.aabb().lower).minCoeff();  // round about an axis of its frame
+  double least = 2 * shape.boundingRadius();
   for (const auto& face : hull->faces()) {
     double lowest = 1e300, highest = -1e300;
     for (const Vector3& vertex : hull->vertices()) {

@@ -26,6 +26,20 @@ class VolumeCutter {
     }
   }
 
+  void start(const Vector3& lower, const Vector3& upper) {
+    clear(w_.solid_);
+    for (int i = 0; i < 8; ++i) {
+      keep(w_.solid_.points.push_back({i & 1 ? upper.x() : lower.x(), i & 2 ? upper.y() : lower.y(), i & 4 ? upper.z() : lower.z()}));
+    }
+    constexpr int kLoops[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+    for (int f = 0; f < 6; ++f) {
+      const double side = f & 1 ? 1 : -1;
+      const ContactFace plane{side * Vector3::Unit(f / 2), side * (f & 1 ? upper : lower)[f / 2], -1, Owner::kA};
+      keep(w_.solid_.faces.push_back({plane, 4 * f, 4}));
+      for (const int corner : kLoops[f]) keep(w_.solid_.loop.push_back(corner));
+    }
+  }
+
   /// False when nothing is left.
   bool cut(const ContactFace& plane) {
     int outside = 0;
@@ -68,10 +82,10 @@ class VolumeCutter {
   bool complete() const { return complete_; }
 
  private:
-  using CutFace = ContactWorkspace::CutFace;
+  using CutFace = CutSolid::Face;
 
   void keep(bool stored) { complete_ = complete_ && stored; }
-  static void clear(ContactWorkspace::CutSolid& s) {
+  static void clear(CutSolid& s) {
     s.points.clear();
     s.faces.clear();
     s.loop.clear();
@@ -158,6 +172,17 @@ class VolumeCutter {
   ContactWorkspace& w_;
   bool complete_ = true;
 };
+
+void startBox(const Vector3& lower, const Vector3& upper, ContactWorkspace& workspace) noexcept {
+  VolumeCutter(workspace).start(lower, upper);
+}
+
+bool cutSolid(const ContactFace& plane, ContactWorkspace& workspace, bool& complete) noexcept {
+  VolumeCutter cutter(workspace);
+  const bool left = cutter.cut(plane);
+  complete = complete && cutter.complete();
+  return left;
+}
 
 bool cutVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
                ContactWorkspace& workspace, bool& complete) noexcept {

@@ -3,15 +3,21 @@
 #include "haptic_core/base/fields.h"
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/rod.h"
 #include "haptic_core/loop/session.h"
 
 namespace haptic {
 
-/// A shape by its corners and by how its faces are made of them; a ball by its radius.
+/// A shape by its corners and by how its faces are made of them; a ball by its radius, a rod by its lengths and ends.
 template <class Visit>
 void eachNumber(const std::shared_ptr<const ConvexShape>& shape, Visit&& visit) {
   if (!shape) return;
   if (shape->ball()) return visit(shape->ball()->radius());
+  if (const Rod* rod = shape->rod()) {
+    visit(rod->radius());
+    visit(rod->halfLength());
+    return visit(rod->rounding());
+  }
   eachNumber(shape->polyhedron()->vertices(), visit);
   for (const ConvexPolyhedron::Face& face : shape->polyhedron()->faces()) visit(face.count);
 }

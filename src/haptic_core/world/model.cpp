@@ -10,6 +10,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/rod.h"
 #include "haptic_core/geometry/internal_faces.h"
 #include "haptic_core/geometry/point_contact.h"
 #include "haptic_core/geometry/time_of_impact.h"
@@ -113,7 +114,7 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
   has_joints |= model.dof > 0 && !model.floating;
   for (const CollisionDef& collision : link.collisions) {
     const std::string where = world.name + ", link " + link.name;
-    if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a polyhedron or a ball");
+    if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a polyhedron, a ball or a rod");
     check(collision.material, where);
     ModelShape shape;
     shape.owner = collision.shape;
@@ -259,19 +260,22 @@ void Model::limitMotions() {
 }
 
 void Model::reserve(ContactWorkspace& workspace) const {
-  // With the finest polyhedron and any round shape, every shape has seen its largest partners.
-  const ConvexShape *finest = nullptr, *round = nullptr;
+  // With the finest polyhedron, any rod (all have stand-ins alike) and any ball, every shape has seen its largest partners.
+  const ConvexShape *finest = nullptr, *rod = nullptr, *ball = nullptr;
   const auto faces = [](const ConvexShape& shape) { return shape.polyhedron()->faceCount(); };
   for (const ModelShape& shape : shapes) {
-    if (!shape.shape->polyhedron()) {
-      round = shape.shape;
+    if (shape.shape->rod()) {
+      rod = shape.shape;
+    } else if (!shape.shape->polyhedron()) {
+      ball = shape.shape;
     } else if (!finest || faces(*shape.shape) > faces(*finest)) {
       finest = shape.shape;
     }
   }
   for (const ModelShape& shape : shapes) {
     if (finest) workspace.reserve(*shape.shape, *finest);
-    if (round) workspace.reserve(*shape.shape, *round);
+    if (rod) workspace.reserve(*shape.shape, *rod);
+    if (ball) workspace.reserve(*shape.shape, *ball);
   }
 }
 

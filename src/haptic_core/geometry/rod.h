@@ -1,0 +1,40 @@
+/// A true cylinder or capsule.
+#pragma once
+#include <memory>
+
+#include "haptic_core/geometry/convex_polyhedron.h"
+
+namespace haptic {
+
+/// All points within `radius` of an axis of length `length` along z, centred on the frame's origin, and, unless the ends are
+/// flat, of its ends. Throws SetupError unless both lengths [m] are positive and finite.
+class Rod : public ConvexShape {
+ public:
+  enum class Ends : unsigned char { kFlat, kRound };  ///< a cylinder's, a capsule's
+
+  Rod(double radius, double length, Ends ends, const std::string& name = "rod");
+
+  double radius() const { return r_; }
+  double halfLength() const { return half_; }  ///< of the axis: without the round ends
+  bool isCapsule() const { return ends_ == Ends::kRound; }
+  double surface() const;                      ///< [m²]
+  using ConvexShape::aabb;
+  Box aabb(const Pose& X_WS) const override;
+  Vector3 core(const Vector3& direction) const override;
+  double rounding() const override { return isCapsule() ? r_ : 0; }
+  TriangleMesh triangles() const override { return stand_in_->triangles(); }
+
+  /// A polyhedron of the same volume, for drawing and against another rod.
+  const ConvexPolyhedron& standIn() const { return *stand_in_; }
+
+ private:
+  double r_, half_;
+  Ends ends_;
+  std::shared_ptr<const ConvexPolyhedron> stand_in_;
+};
+
+inline const Rod* ConvexShape::rod() const {
+  return kind_ == Kind::kRod ? static_cast<const Rod*>(this) : nullptr;
+}
+
+}  // namespace haptic

@@ -1,0 +1,276 @@
+#include "haptic_core/geometry/rod_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/ball_rod_contact.h"
+#include "haptic_core/geometry/round_contact.h"
+#include "haptic_core/geometry/shape_distance.h"
+#include "haptic_core/geometry/volume_cutting.h"
+
+namespace haptic {
+namespace {
+
+using Status = ContactVolume::Status;
+
+/// A box around a piece is this many radii wide: its sides touch nothing.
+constexpr double kRoom = 2;
+
+}  // namespace
+
+class RodContact : public RoundContact {
+ public:
+  using RoundContact::RoundContact;
+
+  /// The polyhedron is A, or B; `covers` are its own.
+  void polyhedron(const ConvexPolyhedron& shape, bool is_a, const Rod& rod, const Pose& X_AB, const InnerFaces* covers);
+
+ private:
+  bool findPlanes(const ConvexPolyhedron& shape, bool is_a);
+  bool cutBox(double low, double high, double from, double to);
+  void addTube(const InnerFaces* covers);
+  void addHalfBall(double end, const InnerFaces* covers);
+  void addPiece(const SolidMoments& piece, const Vector3& o);
+  void addPart(const Vector3& normal, double offset, int index, const PlaneMoments& moments, const Vector3& o, int first_rim);
+  void cover(const Vector3& normal, double area);
+  double reach(const Vector3& way) const;
+  double extent(const Vector3& up) const;
+
+  const Rod* rod_ = nullptr;
+  Pose X_QS_;                         ///< of the polyhedron in the rod's frame
+  Vector3 way_out_Q_ = Vector3::UnitZ();  ///< for the rod
+  double way_ = INFINITY;             ///< how far [m]
+  Vector3 o_ = Vector3::Zero();       ///< the point about which the pieces are summed
+  SolidMoments sums_;
+  Vector3 covered_Q_ = Vector3::Zero();
+  bool end_inside_[2] = {false, false};  ///< whether some of the disc at the lower and the upper end of the axis lies in V
+  bool complete_ = true;
+};
+
+void RodContact::polyhedron(const ConvexPolyhedron& shape, bool is_a, const Rod& rod, const Pose& X_AB,
+                            const InnerFaces* covers) {
+  rod_ = v_.rod = &rod;
+  X_QS_ = is_a ? X_AB.inverse() : X_AB;
+  v_.X_AQ = is_a ? X_AB : Pose();
+  v_.sign = is_a ? 1 : -1;
+  v_.radius = rod.radius();
+  v_.rims.clear();
+  if (cache_.direction.squaredNorm() > 0) {
+    const Vector3 up = v_.sign * (v_.X_AQ.R.transpose() * cache_.direction), up_S = X_QS_.R.transpose() * up;
+    int& hint = is_a ? cache_.vertex_a : cache_.vertex_b;
+    hint = shape.support(up_S, hint);
+    const double gap = up.dot(rod.core(-up) - X_QS_ * shape.vertices()[hint]) - rod.rounding();
+    if (gap > 0) return setSeparated(cache_.direction, gap);
+  }
+  if (!findPlanes(shape, is_a)) return;
+  const Vector3 way_out_A = v_.sign * (v_.X_AQ.R * way_out_Q_);
+  const Vector3 lowest = rod.core(-way_out_Q_) - rod.rounding() * way_out_Q_;
+  if (v_.near.capacity() < shape.faceCount() || w_.solid().faces.capacity() < shape.faceCount() + 6) {
+    return setCube(way_out_A, v_.X_AQ * Vector3(lowest + 0.5 * way_ * way_out_Q_), way_);
+  }
+  addTube(covers);
+  if (rod.isCapsule()) {
+    addHalfBall(-1, covers);
+    addHalfBall(1, covers);
+  }
+  if (!complete_) out_.flags |= ContactVolume::kCapacityExceeded;
+  if (setMoments(sums_, o_, covered_Q_, way_out_A)) {
+    out_.depth = extent(v_.X_AQ.R.transpose() * out_.normal());
+    return keep();
+  }
+  // Nothing found: nearly always separated, which a direction must prove.
+  ClosestPoints near;
+  const Pose X_SQ = X_QS_.inverse();
+  closestPoints(shape, rod, X_SQ, X_QS_.R.transpose() * way_out_Q_, near);
+  const Vector3 direction_A = v_.sign * (v_.X_AQ.R * (X_QS_.R * near.direction));
+  if (near.separated) return setSeparated(direction_A, near.distance);
+  out_.X_AP.p = v_.X_AQ * (X_QS_ * near.p_A);
+}
+
+/// The polyhedron's planes that reach the rod, in its frame. False: one has it beyond, and they are separated.
+bool RodContact::findPlanes(const ConvexPolyhedron& shape, bool is_a) {
+  v_.near.clear();
+  way_ = INFINITY;
+  for (int f = 0; f < shape.faceCount(); ++f) {
+    const ConvexPolyhedron::Face& face = shape.faces()[f];
+    const Vector3 normal = X_QS_.R * face.normal;
+    const double offset = face.offset + normal.dot(X_QS_.p), reach = normal.dot(rod_->core(normal)) + rod_->rounding();
+    // The rod is symmetric about its centre: it goes as far the other way.
+    if (offset + reach <= 0) {
+      setSeparated(v_.sign * (v_.X_AQ.R * normal), -offset - reach);
+      return false;
+    }
+    if (offset + reach < way_) way_ = offset + reach, way_out_Q_ = normal;
+    if (reach > offset) v_.near.push_back({normal, offset, f, is_a ? Owner::kA : Owner::kB});
+  }
+  return true;
+}
+
+/// A box around the part of the rod from `low` to `high`, where its axis goes `from`…`to`, cut by the planes. False: nothing is left.
+bool RodContact::cutBox(double low, double high, double from, double to) {
+  const double R = v_.radius, middle = 0.5 * (from + to), half = 0.5 * (to - from);
+  const bool tube = half > 0;
+  startBox(Vector3(-kRoom * R, -kRoom * R, low), Vector3(kRoom * R, kRoom * R, high), w_);
+  for (const ContactFace& plane : v_.near) {
+    const double across = tube ? plane.normal.head<2>().norm() : 1, along = half * std::abs(plane.normal.z());
+    const double height = plane.offset - plane.normal.z() * middle, reach = R * across + along;
+    if (height <= -reach) return false;
+    if (height < reach && !cutSolid(plane, w_, complete_)) return false;
+  }
+  return true;
+}
+
+void RodContact::addTube(const InnerFaces* covers) {
+  const double half = rod_->halfLength();
+  if (!cutBox(-half, half, -half, half) || !v_.tube.cut(w_.solid(), v_.radius)) return;
+  TubeCut& tube = v_.tube;
+  const Vector3 o = tube.inside();
+  SolidMoments piece;
+  for (const TubeFace& face : tube.faces()) {
+    const PlaneMoments part = tube.moments(face, o);
+    piece.addCone(part, face.offset - face.normal.dot(o));
+    if (face.index < 0) {
+      end_inside_[face.normal.z() > 0] = true;
+      continue;
+    }
+    const int first = v_.rims.size();
+    for (int i = face.first; i < face.first + face.count; ++i) {
+      const TubeCurve curve = tube.curves()[i];
+      if (!curve.arc) {
+        v_.rims.push_back({false, 0, 1, curve.p, curve.q - curve.p, Vector3::Zero(), Vector3::Zero()});
+        continue;
+      }
+      const Vector3 x = v_.radius * Vector3(std::cos(face.apex), std::sin(face.apex), 0), y(-x.y(), x.x(), 0);
+      tube.eachPart(face, curve, [&](const TubeArc& arc) {
+        v_.rims.push_back({true, arc.from, arc.sweep, Vector3(0, 0, arc.z0), x, y, Vector3(0, 0, arc.z1 - arc.z0)});
+      });
+    }
+    addPart(face.normal, face.offset, face.index, part, o, first);
+  }
+  tube.addSide(o, piece);
+  addPiece(piece, o);
+  if (!covers) return;
+  for (int f = 0; f < tube.faces().size(); ++f) {
+    const TubeFace face = tube.faces()[f];
+    if (face.index < 0 || !covers->has(face.index)) continue;
+    for (const InnerFaces::Cover& c : covers->covers) {
+      if (c.face != face.index) continue;
+      const auto& outline = outlineBetween(c.outline, X_QS_, -half, half);
+      if (outline.size() >= 3) cover(face.normal, tube.areaWithin(face, outline));
+    }
+  }
+}
+
+/// `end`: 1 or -1.
+void RodContact::addHalfBall(double end, const InnerFaces* covers) {
+  const double R = v_.radius, middle = end * rod_->halfLength(), tip = middle + end * kRoom * R;
+  const double low = std::min(middle, tip), high = std::max(middle, tip);
+  const Vector3 c(0, 0, middle);
+  if (!cutBox(low, high, middle, middle) || v_.cut.cut(w_.solid(), c, R) >= 0) return;
+  const NearestPoint nearest = nearestPoint(w_.solid(), kRoom * R, c);
+  if (nearest.distance >= R) return;
+  const Vector3 from_c = nearest.distance * nearest.direction, o = c + from_c;
+  SolidMoments piece;
+  for (const CutFace& face : v_.cut.faces()) {
+    const PlaneMoments part = v_.cut.moments(face, from_c);
+    piece.addCone(part, face.height - face.normal.dot(from_c));
+    if (face.index < 0) continue;
+    const int first = v_.rims.size();
+    const Vector3 centre = c + face.height * face.normal;
+    for (int i = face.first; i < face.first + face.count; ++i) {
+      const CutCurve& curve = v_.cut.curves()[i];
+      const Vector3 p = centre + curve.p.x() * face.x + curve.p.y() * face.y, q = centre + curve.q.x() * face.x + curve.q.y() * face.y;
+      if (curve.arc) {
+        v_.rims.push_back({true, curve.from, curve.sweep, centre, face.radius * face.x, face.radius * face.y, Vector3::Zero()});
+      } else {
+        v_.rims.push_back({false, 0, 1, p, q - p, Vector3::Zero(), Vector3::Zero()});
+      }
+    }
+    addPart(face.normal, face.height + face.normal.dot(c), face.index, part, o, first);
+  }
+  addSphericalPart(v_.cut, nearest.direction, nearest.distance, piece);
+  addPiece(piece, o);
+  if (!covers) return;
+  for (int f = 0; f < v_.cut.faces().size(); ++f) {
+    const CutFace face = v_.cut.faces()[f];
+    if (face.index < 0 || !covers->has(face.index)) continue;
+    for (const InnerFaces::Cover& one : covers->covers) {
+      if (one.face != face.index) continue;
+      const auto& outline = outlineBetween(one.outline, X_QS_, low, high);
+      if (outline.size() >= 3) cover(face.normal, v_.cut.areaWithin(face, outline, c));
+    }
+  }
+}
+
+void RodContact::addPart(const Vector3& normal, double offset, int index, const PlaneMoments& moments, const Vector3& o,
+                         int first_rim) {
+  if (sums_.volume == 0 && v_.parts.empty()) o_ = o;
+  v_.parts.push_back({normal, index, offset, moments.shifted(o - o_), first_rim, v_.rims.size() - first_rim});
+}
+
+void RodContact::addPiece(const SolidMoments& piece, const Vector3& o) {
+  if (!(piece.volume > 0)) return;
+  if (sums_.volume == 0 && v_.parts.empty()) o_ = o;
+  sums_.add(piece, o - o_);
+}
+
+void RodContact::cover(const Vector3& normal, double area) {
+  if (!(area > 0)) return;
+  covered_Q_ += area * normal;
+  out_.flags |= ContactVolume::kOnSeam;
+}
+
+/// Height of the polyhedron's part of V along `way`, which may be a percent too large on arcs.
+double RodContact::reach(const Vector3& way) const {
+  double reach = -INFINITY;
+  for (const RoundVolume::Rim& rim : v_.rims) {
+    const int parts = rim.arc ? static_cast<int>(std::abs(rim.sweep) / 0.3) + 1 : 1;
+    double swing = 0;  // of a cosine between two points
+    if (rim.arc) {
+      const double fall = std::cos(rim.from) - std::cos(rim.from + rim.sweep);
+      const double cosine = way.dot(rim.x) - (fall != 0 ? way.dot(rim.rise) / fall : 0);
+      swing = (1 - std::cos(0.5 * rim.sweep / parts)) * std::hypot(cosine, way.dot(rim.y));
+    }
+    Vector3 rate;
+    for (int i = 0; i <= parts; ++i) reach = std::max(reach, way.dot(rim.at(static_cast<double>(i) / parts, rate)) + swing);
+  }
+  return reach;
+}
+
+/// V's extent along `up`: to the rod's highest point or line, or where that is cut off to the faces' outlines.
+double RodContact::extent(const Vector3& up) const {
+  double sum = 0;
+  for (const Vector3& way : {up, Vector3(-up)}) {
+    // The points of the rod that are highest, to rounding: a line where the axis is level.
+    const Vector3 pole = rod_->core(way) + rod_->rounding() * way;
+    const bool level = std::abs(way.z()) * rod_->halfLength() < 1e-12 * v_.radius;
+    const Vector3 along(0, 0, level ? -2 * pole.z() : 0);
+    double enter = 0, leave = 1;
+    for (const ContactFace& plane : v_.near) {
+      const double height = plane.offset - plane.normal.dot(pole), slope = plane.normal.dot(along);
+      if (slope > 0) leave = std::min(leave, height / slope);
+      if (slope < 0) enter = std::max(enter, height / slope);
+      if (slope == 0 && height < 0) leave = -1;
+    }
+    const bool flat = !rod_->isCapsule() && way.head<2>().norm() < 1e-12 && end_inside_[way.z() > 0];
+    const double most = way.dot(pole);
+    sum += enter <= leave || flat ? most : std::min(most, reach(way));
+  }
+  return sum;
+}
+
+void rodContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
+                ContactVolume& out, NormalRule rule, const InnerSides& inner) noexcept {
+  if (A.ball()) return ballRodContact(A.ball()->radius(), *B.rod(), false, X_AB, cache, workspace, out, rule);
+  if (B.ball()) return ballRodContact(B.ball()->radius(), *A.rod(), true, X_AB, cache, workspace, out, rule);
+  const ConvexShape *a = &A, *b = A.rod() && B.rod() ? &B.rod()->standIn() : &B;
+  RodContact contact(rule, cache, workspace, out);
+  if (b->rod()) {
+    contact.polyhedron(*a->polyhedron(), true, *b->rod(), X_AB, inner.a);
+  } else {
+    contact.polyhedron(*b->polyhedron(), false, *a->rod(), X_AB, inner.b);
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,52 @@
+/// The contact volume of pairs with a round shape: what balls (ball_contact.h) and rods (rod_contact.h) have in common.
+#pragma once
+#include "haptic_core/geometry/contact_volume.h"
+#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/nearest_point.h"
+#include "haptic_core/geometry/solid_moments.h"
+
+namespace haptic {
+
+/// (in realtime) One of the two is a ball or a rod. The rest as for polyhedra, but for one shape within the other: S vanishes
+/// there, and n is the last normal, else the shortest way out. Of two rods one is taken as its stand-in (rod.h), which is a
+/// polyhedron.
+void roundContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
+                  ContactVolume& out, NormalRule rule, const InnerSides& inner) noexcept;
+
+/// Fills the contact, and what the workspace keeps of V.
+class RoundContact {
+ public:
+  RoundContact(NormalRule rule, PairCache& cache, ContactWorkspace& workspace, ContactVolume& out);
+
+ protected:
+  Vector3 lastOr(const Vector3& otherwise) const;
+  void setSeparated(const Vector3& direction_A, double gap);
+  /// Common points, but no volume that rounding resolves.
+  void setTouching(const Vector3& normal_A, const Vector3& point_A);
+  /// Round about `axis`, along which the patch of radius √r2 faces.
+  void setAxial(const Vector3& normal_A, const Vector3& axis_A, const Vector3& centroid_A, double volume, double across,
+                double r2, double depth);
+  /// Shapes that the workspace was not made for: a cube as deep as they are along `n` stands for V, so that the pair still
+  /// pushes apart.
+  void setCube(const Vector3& normal_A, const Vector3& middle_A, double depth);
+  /// From V's moments and the parts of the faces, both about o in Q; `covered`: area vector of what of them is no surface. Leaves
+  /// the depth to the caller. False: no volume.
+  bool setMoments(const SolidMoments& sums, const Vector3& o_Q, const Vector3& covered_Q, const Vector3& way_out_A);
+  /// What of a cover's outline lies between two heights in Q.
+  const LoadedVector<Vector3>& outlineBetween(const std::vector<Vector3>& outline_S, const Pose& X_QS, double low, double high);
+  /// Keeps the faces for those who draw V or look for its points.
+  void keep();
+
+  NormalRule rule_;
+  PairCache& cache_;
+  ContactWorkspace& w_;
+  RoundVolume& v_;
+  ContactVolume& out_;
+
+ private:
+  Vector3 normalOf(const Vector3& surface_A, double scale, const Vector3& otherwise);
+  void keepAbove(double side, double height);
+  void projectFaces(const Vector3& centroid, const Matrix3& R_QP);
+};
+
+}  // namespace haptic
