@@ -81,6 +81,7 @@ struct Run {
   double force_error = 0, force_error_inside = 0;  ///< relative, of all hands
   double force = 0;             ///< rms on the hands [N]
   double ringing = 0;
+  double given = 1;             ///< least share of a contact's stiffness that a hand was given
   bool finite = true;
 };
 
@@ -108,6 +109,7 @@ Run run(SceneDef scene, double seconds, int substeps, bool paced) {
       const HandReport& hand = rig.loop->report().hand[h];
       const Vector3 F = rig.twin[h]->stringWrench().force;
       ringing[h].look(F);
+      out.given = std::min(out.given, hand.stiffness_share);
       felt += F.squaredNorm();
       if (i < 1000) continue;
       wrong += (F - hand.F_asked_B.force).squaredNorm();

@@ -160,9 +160,9 @@ std::string HandCertificate::text() const {
   text << (holds() ? "PASS" : "MAY RING") << ", " << 1e-3 * stiffness << " N/mm when pressed with " << press << " N on " << against
        << "; at " << rate << " Hz the device bears " << 1e-3 * alone << ", held by a relaxed hand " << 1e-3 * held;
   if (!holds() && bearable > 0) {
-    text << ": give stiffness " << bearable << " N/m³ or less, a higher rate, or ~passivity act";
+    text << ": the loop weakens it to that; felt as it is with stiffness " << bearable << " N/m³ or less, or at a higher rate";
   } else if (!holds()) {
-    text << ": give the pointer a virtual coupling or a higher rate";
+    text << ": the loop weakens it to that; give the pointer a virtual coupling or a higher rate";
   }
   text << "\n";
   return text.str();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "haptic_core/base/error.h"
@@ -134,12 +135,22 @@ void Hand::couple(World& world, double h) noexcept {
   report_.X_WP = map_.X_WP();
   report_.clutched = map_.clutched();
   world.setPointerTarget(pointer_, map_.X_WP(), map_.V_WP());
+  world.setPointerBound(pointer_, bound());
+}
+
+/// What a relaxed hand bears over this wire at this rate, in the world; of a force that fades it feels a share.
+double Hand::bound() const noexcept {
+  if (settings_.passivity.mode == PassivityMode::kOff) return std::numeric_limits<double>::infinity();
+  return device_.stableStiffness() / (worldToGrip() * report_.fade);
 }
 
 void Hand::render(const World& world, double h) noexcept {
   const Wrench F_W = world.pointerWrench(pointer_);
   report_.in_contact = F_W.force.squaredNorm() + F_W.torque.squaredNorm() > 0;
   if (!report_.valid) report_.fade = 0;
+  const double stiffness = report_.in_contact ? world.pointerStiffness(pointer_) : 0;
+  report_.stiffness = stiffness * worldToGrip();
+  report_.stiffness_share = stiffness > 0 ? std::min(1.0, world.pointerBound(pointer_) / stiffness) : 1;
   report_.F_asked_B = passivity_.act(map_.toGrip(F_W) * (settings_.force_scale * report_.fade), moved_, h);
   device_.actuate(report_.F_asked_B, 0.0, h);
   passivity_.hold(device_.achievedWrench(), device_.toldTension());
@@ -183,7 +194,10 @@ void Hand::restore(const std::vector<double>& memory) {
   numbers.end();
 }
 
-void Hand::letGo(World& world) noexcept { world.setPointerTarget(pointer_, map_.X_WP(), Twist{}); }
+void Hand::letGo(World& world) noexcept {
+  world.setPointerTarget(pointer_, map_.X_WP(), Twist{});
+  world.setPointerBound(pointer_, std::numeric_limits<double>::infinity());
+}
 
 const DriveCommand& Hand::drive() const noexcept {
   return device_.drive();

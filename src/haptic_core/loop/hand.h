@@ -54,6 +54,8 @@ class Hand {
   void check(const HandSettings& settings) const;
   bool pressed(int button) const noexcept { return button >= 0 && ((buttons_ >> button) & 1u) != 0; }
   void followGrabButton(World& world) noexcept;
+  double worldToGrip() const noexcept { return settings_.workspace.scale * settings_.force_scale; }  ///< of a stiffness
+  double bound() const noexcept;
   template <class Numbers>
   void remember(Numbers& n);
 

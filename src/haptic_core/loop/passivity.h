@@ -26,7 +26,11 @@
 
 namespace haptic {
 
-enum class PassivityMode : unsigned char { kOff, kObserve, kAct };
+enum class PassivityMode : unsigned char {
+  kOff,      ///< the loop gives what the scene says, whatever a hand bears: for experiments
+  kObserve,  ///< energy is counted, and contacts stiffer than a hand bears are weakened (world/hand_bound.h)
+  kAct       ///< the controller acts as well
+};
 
 struct PassivitySettings {
   PassivityMode mode = PassivityMode::kObserve;

@@ -84,6 +84,7 @@ struct WorldCopy {
   StageTimes stages;                     ///< mean over the steps measured since `measures_stages` was set [s]
   std::vector<double> state;             ///< World::save(); room for the greatest at set-up
   WorldTuning tuning;
+  std::vector<double> bounds;            ///< World::pointerBound(), by pointer [N/m]; sized at set-up
 };
 
 /// Which device moves which pointer, and how the hand sees the world.
