@@ -6,7 +6,7 @@
 ///
 /// Force errors compare what the twin's strings did to the grip with what the loop asked for, rms over all ticks after the
 /// first second. A scene rings when the force above 50 Hz is more than a third of all of it in some second in which the hand
-/// feels anything (0.2 N).
+/// feels anything (0.2 N). `given` is the least share of its contact's stiffness that a hand was given (world/hand_bound.h).
 #include <time.h>
 
 #include <algorithm>
@@ -133,19 +133,20 @@ Run run(SceneDef scene, double seconds, int substeps, bool paced) {
 }
 
 void runScenes() {
-  int scenes = 0, missed = 0, rings = 0, stopped = 0;
+  int scenes = 0, missed = 0, rings = 0, stopped = 0, softened = 0;
   Run worst;
-  std::printf("%-18s %8s %8s %8s %7s %9s %9s %8s %8s\n", "scene", "p50 us", "p999 us", "worst", "missed", "energy", "force %",
-              "inside %", "ringing");
+  std::printf("%-18s %8s %8s %8s %7s %9s %9s %8s %8s %7s\n", "scene", "p50_us", "p999_us", "worst_us", "missed", "energy", "force_%",
+              "inside_%", "ringing", "given");
   for (const std::string& file : loadableScenes()) {
     const SceneDef scene = loadScene(file);
     const Run r = run(scene, 10, scene.world.settings.substeps, true);
-    std::printf("%-18s %8.1f %8.1f %8.1f %7d %9.2e %9.2f %8.2f %8.2f\n", scene.world.name.c_str(), r.p50_us, r.p999_us, r.worst_us,
-                r.missed, r.gain, 100 * r.force_error, 100 * r.force_error_inside, r.ringing);
+    std::printf("%-18s %8.1f %8.1f %8.1f %7d %9.2e %9.2f %8.2f %8.2f %7.2f\n", scene.world.name.c_str(), r.p50_us, r.p999_us,
+                r.worst_us, r.missed, r.gain, 100 * r.force_error, 100 * r.force_error_inside, r.ringing, r.given);
     std::fflush(stdout);
     ++scenes;
     missed += r.missed > 0;
     rings += r.ringing > kRingingShare;
+    softened += r.given < 1;
     stopped += !r.finite;
     worst.p999_us = std::max(worst.p999_us, r.p999_us);
     worst.gain = std::max(worst.gain, r.gain);
@@ -160,6 +161,7 @@ void runScenes() {
   figure("scenes.force_err_pct_max", 100 * worst.force_error, "%");
   figure("scenes.force_err_inside_pct_max", 100 * worst.force_error_inside, "%");
   figure("scenes.rings", rings, "1");
+  figure("scenes.softened", softened, "1");
 }
 
 void runBusy() {
