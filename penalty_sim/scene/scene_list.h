@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/contact_properties.h"
 #include "scene/robot_tree.h"
 
 namespace YAML {
@@ -36,6 +37,7 @@ struct SceneList {
   std::vector<std::pair<std::string, std::string>> filters;
   std::vector<std::pair<std::string, std::string>> settings;  ///< name and text, for setWorldSetting
   ContactMaterial default_material;
+  GivenSolid solid;
   std::string where_settings;
 };
 
