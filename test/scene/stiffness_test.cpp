@@ -66,7 +66,8 @@ TEST(Stiffness, AModulusIsOneOfAnUsualSolidAndAScenesMaterialIsForAllThatSayNoth
   };
   EXPECT_DOUBLE_EQ(given(load(cubeOnSlab(contact("young_modulus=\"3e8\""), "")), "cube"), k);
   EXPECT_DOUBLE_EQ(given(load(cubeOnSlab("<haptic:contact><haptic:young_modulus value=\"3e8\"/></haptic:contact>", "")), "cube"), k);
-  const SceneDef scene = load(cubeOnSlab("", contact("stiffness=\"7e7\""), 1, "<haptic:scene>" + contact("young_modulus=\"3e8\"") + "</haptic:scene>"));
+  const std::string of_all = "<haptic:scene>" + contact("young_modulus=\"3e8\"") + "</haptic:scene>";
+  const SceneDef scene = load(cubeOnSlab("", contact("stiffness=\"7e7\""), 1, of_all));
   EXPECT_DOUBLE_EQ(given(scene, "cube"), k);
   EXPECT_DOUBLE_EQ(given(scene, "slab"), 7e7);
   EXPECT_NE(sceneText(scene).find("the scene's material: E 3e+08 Pa"), std::string::npos) << sceneText(scene);
