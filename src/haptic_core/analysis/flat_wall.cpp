@@ -1,6 +1,7 @@
 #include "haptic_core/analysis/flat_wall.h"
 
 #include "haptic_core/geometry/contact_volume.h"
+#include "haptic_core/geometry/shape_distance.h"
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
@@ -15,9 +16,8 @@ FlatWall::FlatWall(const ConvexShape& shape, const Vector3& outward)
   workspace_.reserve(wall_, shape);
   X_WS_.R = Quaternion::FromTwoVectors(outward, -Vector3::UnitZ()).toRotationMatrix();
   X_WS_.p = -(X_WS_.R * shape.centre());
-  const ConvexShape::Box box = shape.aabb(X_WS_);
-  lowest_ = box.lower.z();
-  middle_ = 0.5 * (box.upper.z() - box.lower.z());
+  lowest_ = -supportHeight(shape, X_WS_, -Vector3::UnitZ());
+  middle_ = 0.5 * (supportHeight(shape, X_WS_, Vector3::UnitZ()) - lowest_);
 }
 
 double FlatWall::volume(double depth) { return depth > 0 ? contactAt(depth).volume : 0; }

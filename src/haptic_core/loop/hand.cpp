@@ -135,13 +135,13 @@ void Hand::couple(World& world, double h) noexcept {
   report_.X_WP = map_.X_WP();
   report_.clutched = map_.clutched();
   world.setPointerTarget(pointer_, map_.X_WP(), map_.V_WP());
-  world.setPointerBound(pointer_, bound());
 }
 
-/// What a relaxed hand bears over this wire at this rate, in the world; of a force that fades it feels a share.
-double Hand::bound() const noexcept {
-  if (settings_.passivity.mode == PassivityMode::kOff) return std::numeric_limits<double>::infinity();
-  return device_.stableStiffness() / (worldToGrip() * report_.fade);
+/// A relaxed hand over this wire at this rate; of a force that fades it feels a share.
+void Hand::bear(World& world) const noexcept {
+  const bool anything = settings_.passivity.mode == PassivityMode::kOff;
+  world.setPointerBound(pointer_, anything ? std::numeric_limits<double>::infinity()
+                                           : device_.stableStiffness() / (worldToGrip() * report_.fade));
 }
 
 void Hand::render(const World& world, double h) noexcept {
