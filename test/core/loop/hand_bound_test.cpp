@@ -189,6 +189,26 @@ TEST(HandBound, OtherContactsKeepTheirs) {
   EXPECT_EQ(pressed, 1);
 }
 
+// The bound is in no memory: a loop that goes on from one, in the middle of a weakened press, computes the same bits.
+TEST(HandBound, GoesOnFromAMemory) {
+  const WorldDef scene = overWall(makeSphere(kRadius), 1e11);
+  Presser first(scene, PassivityMode::kObserve), second(scene, PassivityMode::kObserve);
+  first.run(1000);
+  second.run(1);  // its device is asked to calibrate
+  std::vector<double> memory;
+  first.loop.hand(0).save(memory);
+  second.loop.hand(0).restore(memory);
+  second.spidar.restore(first.spidar.save());
+  second.world.restore(first.world.save());
+  for (int i = 0; i < 500; ++i) {
+    const DeviceSample sample = first.twin->exchange(first.loop.drive(0));
+    for (Presser* each : {&first, &second}) each->loop.tick(&sample, kPeriod);
+    ASSERT_EQ(first.world.hash(), second.world.hash()) << "tick " << i;
+    ASSERT_EQ(first.hand().F_asked_B.force, second.hand().F_asked_B.force) << "tick " << i;
+  }
+  EXPECT_LT(second.hand().stiffness_share, 0.5);
+}
+
 // A coupling stiffer than the hand bears rings in the air already; bounded it rests there and on a wall, light or heavy.
 TEST(HandBound, AVirtualCouplingYields) {
   for (const double mass : {0.05, 0.3, 1.0, 3.0}) {
