@@ -19,10 +19,11 @@ struct SceneOptions {
   /// Density [kg/m³] for moving links without <inertial>; 0: a robot without any is refused, single links get
   /// an estimate and a warning.
   double default_density = 0;
-  double step = 0;   ///< h [s] in place of the scene's; 0: the scene's. What a hand bears of unnamed surfaces follows from it
   std::string srdf;  ///< file whose <disable_collisions> pairs do not collide; empty: none
   std::vector<std::string> scene_folders;  ///< where scene names are looked up first
   bool add_pointer = true;                 ///< add a sphere for the hand when the scene names no pointer
+  /// h [s] in place of the scene's; 0: the scene's. What a hand bears of surfaces that say nothing follows from it.
+  double step = 0;
 };
 
 enum class VisualShape : unsigned char { kBox, kCylinder, kSphere, kMesh };

@@ -26,7 +26,7 @@ bool locateContact(const Model& model, const Seams& seams, int index, ActivePair
   if (pair.buried) out.law = model.recoveryLaw(out.law, a, b, out.volume);
   for (const int link : {A.link, B.link}) {
     if (!places.bound || places.held_by[link] < 0) continue;
-    boundLaw(places.bound[places.held_by[link]], pair.friction, places.X_WS[a].R, out.X_WP.R.col(2), out.volume.A0, out.law);
+    boundLaw(places.bound[places.held_by[link]], model.settings.step, pair.friction, places.X_WS[a].R, out.volume, out.law);
   }
   return true;
 }

@@ -7,6 +7,8 @@
 /// the last step left them, is weakened by s = K_max/K_i: k, k_t, b and b_t alike. A lone contact pushes with K_max V/A0, K_max
 /// times its mean thickness. The share s follows from where the bodies are now, not from time: what a spring takes on the
 /// way in it gives back on the way out, and no other. With two contacts at an angle λ_max of what is left is up to 1.21 K_max.
+/// Its dampers, normal and tangential, are held to 3 h K_max between them and its neighbours (`kMostDamping`): the loop's bound is
+/// on K and b together, and at 6 N a dissipation of 10 s/m is a damper of 60 N·s/m, seven times a hand's own.
 /// Other pairs keep their laws, and both bodies of a weakened pair feel the same force.
 /// Virtual coupling. Fast motion meets the coupling itself, whatever its link touches, because the link's mass stands still:
 /// a spring beyond K_max is weakened to it, its damper with it. That does not follow the contacts either: a coupling that
@@ -22,6 +24,7 @@
 namespace haptic {
 
 class Model;
+struct ContactVolume;
 struct FrictionMemory;
 struct HandWork;
 struct PairLaw;
@@ -36,9 +39,9 @@ struct HandBound {
 /// (in realtime) Before a part of a step: M of the pointers that have a bound; virtual couplings as they hold now.
 void boundHands(const Model& model, const State& state, const Placement& placement, HandWork& hands) noexcept;
 
-/// (in realtime) The law of a pointer's contact on `A0` [m²] along n, its memory that of the last step, shape A turned by R_WA.
-void boundLaw(const HandBound& bound, const FrictionMemory& before, const Matrix3& R_WA, const Vector3& n_W, double A0,
-              PairLaw& law) noexcept;
+/// (in realtime) The law of a pointer's contact, its memory that of the last step, shape A turned by R_WA; `period` [s].
+void boundLaw(const HandBound& bound, double period, const FrictionMemory& before, const Matrix3& R_WA,
+              const ContactVolume& contact, PairLaw& law) noexcept;
 
 /// (in realtime) K of pointer i, unweakened: of its contacts, or of its virtual coupling [N/m].
 double stiffnessMet(const Model& model, const State& state, const Placement& placement, const HandWork& hands,

@@ -7,6 +7,7 @@
 
 #include "../../scenes/touch.h"
 #include "haptic_core/analysis/hand_certificate.h"
+#include "haptic_core/geometry/contact_moments.h"
 #include "haptic_core/loop/hand.h"
 #include "haptic_core/loop/haptic_loop.h"
 #include "haptic_core/spidar/device_twin.h"
@@ -102,7 +103,13 @@ TEST(HandBound, AFlatFaceGivesWhatTheHandBears) {
 
 TEST(HandBound, WithinTheBoundTheBitsAreTheSame) {
   const HandCertificate ball = certifyHand(overWall(makeSphere(kRadius), 1e9), 0, {}, device(), kPress);
-  const WorldDef scene = overWall(makeSphere(kRadius), 0.5 * ball.bearable);
+  WorldDef scene = overWall(makeSphere(kRadius), 0.5 * ball.bearable);
+  for (ArticulationDef& body : scene.articulations) {  // dampers within the bound as well: 2 N of 2 s/m, and no friction's
+    ContactMaterial& material = body.links[0].collisions[0].material;
+    material.dissipation = 2;
+    material.mu_static = material.mu_dynamic = 0;
+    material.tangential_damping = 0;
+  }
   Presser free(scene, PassivityMode::kOff, kPress, 0.015, kRadius, 1.0);
   Presser bounded(scene, PassivityMode::kObserve, kPress, 0.015, kRadius, 1.0);
   for (int i = 0; i < 2500; ++i) {
@@ -114,20 +121,62 @@ TEST(HandBound, WithinTheBoundTheBitsAreTheSame) {
   EXPECT_GT(bounded.hand().F_asked_B.force.z(), 0.5 * kPress);
 }
 
+/// A patch 1 mm deep.
+ContactVolume patch(double A0, const Vector3& n) {
+  ContactVolume contact;
+  contact.X_AP.R = patchAxes(n);
+  contact.A0 = A0;
+  contact.volume = 1e-3 * A0;
+  return contact;
+}
+
+// Each damper on its own, in a contact whose spring is within the bound: at most 3 h K_max.
+TEST(HandBound, DampersAreHeldToo) {
+  HandBound bound;
+  bound.stiffness = 1000;
+  const double A0 = 1e-4, most = 3 * kPeriod * bound.stiffness;
+  for (const double times : {0.5, 5.0}) {
+    PairLaw law;
+    law.reduced_mass = 1;
+    ContactMaterial& m = law.material;
+    m.stiffness = m.tangential_stiffness = 500 / A0;
+    m.damping = times * most / A0;
+    m.dissipation = times * most / (m.stiffness * 1e-3 * A0);
+    boundLaw(bound, kPeriod, {}, Matrix3::Identity(), patch(A0, Vector3::UnitZ()), law);
+    EXPECT_EQ(m.stiffness, 500 / A0);
+    EXPECT_DOUBLE_EQ(m.damping * A0, std::min(times, 1.0) * most);
+    EXPECT_DOUBLE_EQ(m.dissipation * m.stiffness * 1e-3 * A0, std::min(times, 1.0) * most);
+    EXPECT_DOUBLE_EQ(m.tangential_damping * A0, most);  // critical for a kilogram: 45 N·s/m
+  }
+}
+
+// A firm press on a wall of the default's damping and friction, its stiffness within the bound.
+TEST(HandBound, AFirmPressOnADampedWallRests) {
+  WorldDef scene = overWall(makeSphere(kRadius), 5e7);
+  for (ArticulationDef& body : scene.articulations) body.links[0].collisions[0].material.dissipation = 10;
+  EXPECT_GT(Presser(scene, PassivityMode::kOff, 6).restlessness(), 30 * quantum());
+  EXPECT_LT(Presser(scene, PassivityMode::kObserve, 6).restlessness(), 10 * quantum());
+}
+
 // The law itself: continuous where the bound begins to hold, and K_max times the mean thickness beyond.
 TEST(HandBound, ALawIsWeakenedToTheBoundAndNotBeyond) {
   HandBound bound;
   bound.stiffness = 1000;
   const double A0 = 1e-4;
+  ContactVolume contact = patch(A0, Vector3::UnitZ());
   for (const double times : {0.5, 1 - 1e-12, 1 + 1e-12, 2.0, 1e6}) {
     PairLaw law;
     law.material.stiffness = times * bound.stiffness / A0;
-    law.material.tangential_stiffness = law.material.damping = 3 * law.material.stiffness;
+    law.material.tangential_stiffness = 3 * law.material.stiffness;
+    law.material.dissipation = 0;
     const double given = law.material.stiffness;
-    boundLaw(bound, {}, Matrix3::Identity(), Vector3::UnitZ(), A0, law);
+    law.material.damping = 1e-3 * given;
+    law.material.tangential_damping = 2e-3 * given;
+    boundLaw(bound, kPeriod, {}, Matrix3::Identity(), contact, law);
     EXPECT_NEAR(law.material.stiffness * A0, std::min(times, 1.0) * bound.stiffness, 1e-10 * bound.stiffness);
     EXPECT_DOUBLE_EQ(law.material.tangential_stiffness, 3 * law.material.stiffness);
-    EXPECT_DOUBLE_EQ(law.material.damping, 3 * law.material.stiffness);
+    EXPECT_DOUBLE_EQ(law.material.damping, 1e-3 * law.material.stiffness);
+    EXPECT_DOUBLE_EQ(law.material.tangential_damping, 2e-3 * law.material.stiffness);
     if (times < 1) { EXPECT_EQ(law.material.stiffness, given); }
   }
   // Two contacts share a direction, two others do not.
@@ -135,7 +184,9 @@ TEST(HandBound, ALawIsWeakenedToTheBoundAndNotBeyond) {
     bound.met_W = Vector3::UnitX() * Vector3::UnitX().transpose() * 1000;  // another contact's
     PairLaw law;
     law.material.stiffness = 1000 / A0;
-    boundLaw(bound, {}, Matrix3::Identity(), Vector3(std::cos(angle), std::sin(angle), 0), A0, law);
+    law.material.tangential_stiffness = law.material.tangential_damping = law.material.damping = law.material.dissipation = 0;
+    contact = patch(A0, Vector3(std::cos(angle), std::sin(angle), 0));
+    boundLaw(bound, kPeriod, {}, Matrix3::Identity(), contact, law);
     EXPECT_NEAR(law.material.stiffness * A0, angle == 0 ? 500 : 1000, 1e-9);
   }
 }
