@@ -14,7 +14,8 @@ namespace haptic {
 struct GivenSolid {
   std::string name;          ///< of contact/elastic_layer.h; empty: E was given
   double young_modulus = 0;  ///< [Pa]; 0: nothing was given
-  double poisson_ratio = 0;
+  double poisson_ratio = 0;  ///< ν [1]
+  /// Whether one was given.
   explicit operator bool() const { return young_modulus > 0; }
 };
 

@@ -33,7 +33,7 @@ struct FramePlace {
 
 /// A collision whose file says nothing of stiffness (stiffness_choice.h).
 struct SilentCollision {
-  int articulation = -1, link = -1;
+  int articulation = -1, link = -1;  ///< where it went
   std::size_t first = 0, count = 0;  ///< its pieces among the link's collisions
   std::size_t report = 0;            ///< of SceneDef::collisions
   double extent = 0;                 ///< least extent [m]

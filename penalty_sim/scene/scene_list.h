@@ -37,7 +37,7 @@ struct SceneList {
   std::vector<std::pair<std::string, std::string>> filters;
   std::vector<std::pair<std::string, std::string>> settings;  ///< name and text, for setWorldSetting
   ContactMaterial default_material;
-  GivenSolid solid;
+  GivenSolid solid;  ///< what all surfaces are made of that do not say it
   std::string where_settings;
 };
 

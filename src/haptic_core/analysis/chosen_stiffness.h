@@ -16,6 +16,7 @@ namespace haptic {
 inline constexpr double kSink = 0.01;  ///< share of the least extent: what an eye tells at arm's length on 10 cm
 inline constexpr double kSlowestWire = 4e-4;  ///< [s] of urdf/devices, G6X4's
 
+/// What a link needs to rest.
 struct RestingStiffness {
   double stiffness = 0;  ///< [N/m³]; 0: nothing rests
   double extent = 0;     ///< L [m]

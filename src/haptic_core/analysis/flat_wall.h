@@ -7,6 +7,7 @@
 
 namespace haptic {
 
+/// Presses one shape into its wall. At set-up: allocates.
 class FlatWall {
  public:
   /// `outward`: of the side that goes ahead, in the shape's frame. `shape` is the caller's, and outlives this.

@@ -17,14 +17,17 @@
 
 namespace haptic {
 
+/// What a body may be made of.
 struct Solid {
-  const char* name;
+  const char* name;      ///< in scene files
   double young_modulus;  ///< E [Pa]
   double poisson_ratio;  ///< ν [1]
-  const char* source;
+  const char* source;    ///< of the two numbers
 };
 
+/// Sources of several solids.
 inline constexpr char kGere[] = "Gere, Mechanics of Materials, 5th ed. 2001, app. H";
+/// Likewise.
 inline constexpr char kDowling[] = "Dowling, Mechanical Behavior of Materials, table 5.2";
 
 /// Middle values of the ranges that the sources give.
@@ -41,6 +44,7 @@ inline constexpr Solid kSolids[] = {
 /// ν where only E is given: metals have 0.27…0.33, and κ is 1.35 ± 0.1 there.
 inline constexpr double kUsualPoissonRatio = 0.3;
 
+/// Null: there is none of that name.
 inline const Solid* solidNamed(const std::string& name) {
   const auto found = std::find_if(std::begin(kSolids), std::end(kSolids), [&](const Solid& s) { return name == s.name; });
   return found == std::end(kSolids) ? nullptr : found;

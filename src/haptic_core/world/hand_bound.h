@@ -31,6 +31,7 @@ struct PairLaw;
 struct Placement;
 struct State;
 
+/// What the hand of a pointer bears, and what it met.
 struct HandBound {
   double stiffness = std::numeric_limits<double>::infinity();  ///< K_max [N/m]
   Matrix3 met_W = Matrix3::Zero();                             ///< M as the last step left it [N/m]

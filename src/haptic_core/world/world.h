@@ -59,7 +59,7 @@ class World {
   /// (in realtime) Stiffest contact [N/m] that pointer i's hand bears, from the next step on: stiffer ones are weakened
   /// (hand_bound.h). Infinite at first. Not part of the state: who moves the pointer says it before each step.
   void setPointerBound(int i, double stiffness) noexcept;
-  double pointerBound(int i) const noexcept;
+  double pointerBound(int i) const noexcept;          ///< as it was told [N/m]
   /// (in realtime) Stiffness [N/m] that the hand on pointer i would meet after the last step if nothing were weakened.
   double pointerStiffness(int i) const noexcept;
   /// (in realtime) Wrench of the world on pointer i in the last step, about the link frame's origin, in W.
