@@ -17,6 +17,9 @@ haptic_msgs::HandReport toHandReport(const HandReport& report, const std::string
   m.flags = report.device_flags;
   m.dissipated = report.dissipated;
   m.fade = report.fade;
+  m.stiffness = report.stiffness;
+  m.stiffness_share = report.stiffness_share;
+  m.softened = report.stiffness_share < 1;
   m.in_contact = report.in_contact;
   m.clutched = report.clutched;
   return m;

@@ -233,6 +233,8 @@ void Telemetry::diagnoseHands(diagnostic_updater::DiagnosticStatusWrapper& statu
     const HandReport& hand = last_tick_.hand[i];
     status.add(devices[i] + ": pose residual [m]", hand.pose_residual);
     status.add(devices[i] + ": energy at the port [J]", hand.port_energy);
+    status.add(devices[i] + ": contact stiffness at the grip [N/m]", hand.stiffness);
+    status.add(devices[i] + ": share of it that the hand bears [1]", hand.stiffness_share);
     for (const auto& entry : kFlagMeanings) {
       if (hand.device_flags & entry.flag) {
         status.mergeSummary(diagnostic_msgs::DiagnosticStatus::WARN, devices[i] + ": " + entry.meaning);

@@ -106,7 +106,7 @@ bool LiveReport::takeCopy(WorldCopy& copy) {
 void LiveReport::report(const WorldCopy& copy) {
   if (!estimator_) estimator_ = std::make_unique<ErrorEstimator>(definition_);
   const std::int64_t begin = steadyNow();
-  const ErrorEstimate estimate = estimator_->estimate(copy.state, copy.tuning);
+  const ErrorEstimate estimate = estimator_->estimate(copy.state, copy.tuning, copy.bounds);
   shadow_time_ = seconds(steadyNow() - begin);
   const auto m = boost::make_shared<haptic_msgs::LiveReport>(
       toLiveReport(copy, estimate, links_, definition_.settings));

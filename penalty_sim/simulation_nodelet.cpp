@@ -73,8 +73,8 @@ void SimulationNodelet::start() {
 std::unique_ptr<SimulationNodelet::Simulation> SimulationNodelet::read(const std::string& scene_name) const {
   SceneOptions options;
   options.default_density = parameters_.default_density;
+  if (parameters_.rate > 0) options.step = 1 / parameters_.rate;
   SceneDef scene = loadScene(scene_name, options);
-  if (parameters_.rate > 0) scene.world.settings.step = 1 / parameters_.rate;
   for (const std::string& warning : scene.warnings) NODELET_WARN_STREAM(warning);
   auto simulation = std::make_unique<Simulation>(scene, parameters_.default_density);
   NODELET_INFO_STREAM(sceneText(scene) << simulation->world.planText());

@@ -1,6 +1,6 @@
 #!/bin/sh
 #: bench [NAME]      measure the core, all of it or what NAME matches: for any x86-64 and for x86-64-v3; `python`: what a step
-#:                   costs from Python
+#:                   costs from Python; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md
 . "$(dirname "$0")/parts/start.sh"
 
 # What the sources are held to: sizes of functions, classes and of the core, files that an extension touches.
@@ -8,6 +8,14 @@ bench_structure() {
   with_progress 'bench structure' "$LOGS/bench-structure.log" python3 -B test/architecture/structure.py --list ||
     failed="$failed structure"
   keep_figures "$csv" "$LOGS/bench-structure.log" none
+}
+
+# The demo figures of all shipped scenes as one table in markdown.
+bench_scene_table() {
+  build=$1
+  python3 -B test/benchmark/scenes_table.py "$LOGS/bench-scenes-$build.log" "$(machine), $(commit), build $build" \
+    >"$FIGURES/scenes.md" || failed="$failed scenes_table"
+  echo "bench: figures of every scene in $FIGURES/scenes.md"
 }
 
 # 100 rounds of loading and unloading each nodelet of a running loop: no crash, no thread, no memory left behind.
@@ -68,4 +76,5 @@ for name in $chosen; do
 done
 case " $(echo "$chosen" | tr '\n' ' ')" in *' plan '*) bench_structure ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' loop '*) bench_reload ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' scenes '*) bench_scene_table "${builds##* }" ;; esac
 [ -z "$failed" ] || fail "failed:$failed"

@@ -48,6 +48,10 @@ void defineHand(py::module_& m) {
                              "rms of the length errors [m]")
       .def_property_readonly("port_energy", field(&HandReport::port_energy),
                              "absorbed at the port since the start [J]")
+      .def_property_readonly("stiffness", field(&HandReport::stiffness),
+                             "of what the pointer touches, at the grip, as the scene says [N/m]")
+      .def_property_readonly("stiffness_share", field(&HandReport::stiffness_share),
+                             "of it that the hand is given; below 1 where it could not bear all")
       .def_property_readonly("in_contact", field(&HandReport::in_contact), "the world pushes the pointer")
       .def_property_readonly("valid", field(&HandReport::valid), "calibrated, and the pose solved")
       .def_property_readonly("flags", field(&HandReport::device_flags),

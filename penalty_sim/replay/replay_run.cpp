@@ -45,6 +45,7 @@ std::string suffixOf(const std::string& path) {
 SceneDef loadRecordedScene(const RecordedSession& session) {
   SceneOptions options;
   options.default_density = session.default_density;
+  options.step = session.start.step;
   const bool unchanged = textOf(session.scene_file) == session.scene_text && !session.scene_text.empty();
   SceneDef scene;
   if (unchanged) {
@@ -57,7 +58,6 @@ SceneDef loadRecordedScene(const RecordedSession& session) {
       throw SetupError("recorded scene " + session.scene + " (" + session.scene_file + ")", error.what(), "");
     }
   }
-  scene.world.settings.step = session.start.step;
   if (fingerprint(scene.world) != session.fingerprint) {
     throw SetupError("scene " + session.scene, "is not the one that was recorded: a mesh, a model or the loader has changed",
                      "check out the version of the recording (" + session.program + ", " + session.scene_file + ")");

@@ -4,6 +4,8 @@
 #include <cstring>
 #include <sstream>
 
+#include "haptic_core/contact/elastic_layer.h"
+
 namespace haptic {
 namespace {
 
@@ -34,7 +36,7 @@ std::string knownProperties() {
   std::string list;
   for (const Property& property : kProperties)
     list += (list.empty() ? "" : ", ") + std::string(property.name);
-  return list;
+  return list + ", young_modulus, material";
 }
 
 /// <drake:x value="1"/>, <mu1>1</mu1> and <mu1 value="1"/> are all in use.
@@ -60,26 +62,76 @@ void setFriction(double mu_static, double mu_dynamic, ContactMaterial& material)
 
 }  // namespace
 
-void readContact(const XmlFile& file, const XmlElement& element, ContactMaterial& material) {
+GivenSolid givenSolid(const std::string& name, double young_modulus, const std::string& where) {
+  if (name.empty()) {
+    if (young_modulus > 0 && std::isfinite(young_modulus)) return {"", young_modulus, kUsualPoissonRatio};
+    std::ostringstream is;
+    is << "young_modulus [Pa] is " << young_modulus;
+    throw SetupError(where, is.str(), "give a finite number > 0");
+  }
+  if (const Solid* solid = solidNamed(name)) return {solid->name, solid->young_modulus, solid->poisson_ratio};
+  std::string known;
+  for (const Solid& solid : kSolids) known += (known.empty() ? "" : ", ") + std::string(solid.name);
+  throw SetupError(where, "material '" + name + "' is unknown", "known: " + known + "; or give young_modulus in Pa");
+}
+
+double stiffnessOf(const GivenSolid& solid, double extent, std::string& source) {
+  std::ostringstream text;
+  text << (solid.name.empty() ? "" : solid.name + ", ") << "E " << solid.young_modulus << " Pa · "
+       << confinement(solid.poisson_ratio) << " (ν " << solid.poisson_ratio << ") over the least extent, " << extent << " m";
+  if (const Solid* known = solidNamed(solid.name)) text << " [" << known->source << "]";
+  source = text.str();
+  return surfaceStiffness(solid.young_modulus, solid.poisson_ratio, extent);
+}
+
+void readContact(const XmlFile& file, const XmlElement& element, ContactMaterial& material, GivenSolid& solid) {
   const std::string where = file.at(element) + ": <" + element.Name() + ">";
-  for (const auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
-    const Property* property = propertyNamed(attribute->Name());
-    if (!property) {
-      throw SetupError(where, std::string("unknown attribute '") + attribute->Name() + "'",
-                       "known: " + knownProperties());
+  std::optional<double> modulus;
+  std::string name;
+  const auto take = [&](const std::string& key, const auto& number, const char* text) {
+    const Property* property = propertyNamed(key);
+    if (property) {
+      material.*property->value = number();
+    } else if (key == "young_modulus") {
+      modulus = number();
+    } else if (key == "material" && text && *text) {
+      name = text;
+    } else {
+      return false;
     }
-    material.*property->value = *readNumber(file, element, property->name);
+    return true;
+  };
+  const double before = material.stiffness;
+  material.stiffness = ContactMaterial::kUnset;
+  for (const auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
+    const auto number = [&] { return *readNumber(file, element, attribute->Name()); };
+    if (take(attribute->Name(), number, attribute->Value())) continue;
+    throw SetupError(where, std::string("unknown attribute '") + attribute->Name() + "'", "known: " + knownProperties());
   }
   for (const XmlElement* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
-    const char* name = child->Name();
-    const Property* property = propertyNamed(std::strncmp(name, "haptic:", 7) == 0 ? name + 7 : name);
-    if (!property) {
-      throw SetupError(file.at(*child) + ": <" + name + ">", "is unknown in <haptic:contact>",
-                       "known: " + knownProperties());
-    }
-    material.*property->value = *childValue(file, element, name);
+    const char* key = child->Name();
+    const auto number = [&] { return *childValue(file, element, key); };
+    const char* text = child->Attribute("value") ? child->Attribute("value") : child->GetText();
+    if (take(std::strncmp(key, "haptic:", 7) == 0 ? key + 7 : key, number, text)) continue;
+    throw SetupError(file.at(*child) + ": <" + key + ">", "is unknown in <haptic:contact>", "known: " + knownProperties());
   }
+  takeSolid(name, modulus, before, where, material, solid);
   check(material, where);
+}
+
+void takeSolid(const std::string& name, const std::optional<double>& modulus, double before, const std::string& where,
+               ContactMaterial& material, GivenSolid& solid) {
+  const bool stiffness = !std::isnan(material.stiffness);
+  if (stiffness + modulus.has_value() + !name.empty() > 1) {
+    throw SetupError(where, "says twice how stiff it is", "give one of stiffness, young_modulus and material");
+  }
+  if (modulus || !name.empty()) {
+    solid = givenSolid(name, modulus.value_or(0), where);
+  } else if (stiffness) {
+    solid = {};
+  } else {
+    material.stiffness = before;
+  }
 }
 
 ContactProperties::ContactProperties(const RobotFile& robot) : robot_(robot) {
@@ -93,8 +145,11 @@ ContactMaterial ContactProperties::of(const LinkXml& link, const XmlElement& col
                                       std::string& source, std::vector<std::string>& notes) {
   ContactMaterial material;
   if (const XmlElement* contact = collision.FirstChildElement("haptic:contact")) {
-    readContact(robot_.xml, *contact, material);
-    source = "haptic:contact, " + line(*contact);
+    GivenSolid solid;
+    readContact(robot_.xml, *contact, material, solid);
+    std::string reason;
+    if (solid) material.stiffness = stiffnessOf(solid, 2 * half_extent, reason);
+    source = "haptic:contact, " + line(*contact) + (reason.empty() ? "" : ": " + reason);
   } else if (!fromDrake(collision, half_extent, material, source, notes)) {
     fromBullet(link, material, source, notes);
     if (source.empty()) fromGazebo(link, material, source, notes);
@@ -182,12 +237,15 @@ void ContactProperties::noteOnce(const std::string& text, std::vector<std::strin
 
 std::string contactText(const ContactMaterial& material, const ContactMaterial& defaults) {
   const ContactMaterial effective = combine(material, material, defaults);
+  const bool chosen = std::isnan(defaults.stiffness) && (material.rest_stiffness > 0 || material.touch_stiffness > 0);
   std::ostringstream text;
   for (const Property& property : kProperties) {
     const double value = effective.*property.value;
     if (std::isnan(value)) continue;
     text << (text.tellp() > 0 ? ", " : "") << property.name << " " << value << (*property.unit ? " " : "")
-         << property.unit << (std::isnan(material.*property.value) ? " (default)" : "");
+         << property.unit;
+    if (!std::isnan(material.*property.value)) continue;
+    text << (chosen && property.value == &ContactMaterial::stiffness ? " (chosen)" : " (default)");
   }
   return text.str();
 }

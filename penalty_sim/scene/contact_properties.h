@@ -1,6 +1,7 @@
 /// Contact properties of a <collision>: <haptic:contact> first, then what other simulators wrote.
 #pragma once
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,11 +10,31 @@
 
 namespace haptic {
 
-/// Reads <haptic:contact> (attributes, or children of the same names with value="..."): stiffness [N/m³],
-/// damping [N·s/m³], dissipation [s/m], tangential_stiffness [N/m³], tangential_damping [N·s/m³], mu_static,
-/// mu_dynamic. Values in `material` that the element does not name stay. Throws SetupError for unknown names
-/// and values out of range (negative, NaN, μ > 10, μ > μ0).
-void readContact(const XmlFile& file, const XmlElement& element, ContactMaterial& material);
+/// What surfaces are made of, in place of a stiffness.
+struct GivenSolid {
+  std::string name;          ///< of contact/elastic_layer.h; empty: E was given
+  double young_modulus = 0;  ///< [Pa]; 0: nothing was given
+  double poisson_ratio = 0;  ///< ν [1]
+  /// Whether one was given.
+  explicit operator bool() const { return young_modulus > 0; }
+};
+
+/// By name, or of a modulus [Pa] where the name is empty. Throws SetupError: no such material, a modulus that is not > 0.
+GivenSolid givenSolid(const std::string& name, double young_modulus, const std::string& where);
+/// Stiffness [N/m³] of a surface of a body of that least extent [m]. `source`: how it came about, for listings.
+double stiffnessOf(const GivenSolid& solid, double extent, std::string& source);
+
+/// Of one <haptic:contact> or `material:`, after its numbers were read: at most one of stiffness, young_modulus [Pa] and a
+/// name; none of them leaves `solid` and the stiffness that was there `before`. Throws SetupError.
+void takeSolid(const std::string& name, const std::optional<double>& modulus, double before, const std::string& where,
+               ContactMaterial& material, GivenSolid& solid);
+
+/// Reads <haptic:contact> (attributes, or children of the same names with value="..."): stiffness [N/m³], or
+/// young_modulus [Pa], or material (a name); damping [N·s/m³], dissipation [s/m], tangential_stiffness [N/m³],
+/// tangential_damping [N·s/m³], mu_static, mu_dynamic. Values in `material` and `solid` that the element does not name stay;
+/// a stiffness and a solid replace one another. Throws SetupError for unknown names, values out of range (negative, NaN,
+/// μ > 10, μ > μ0) and more than one of stiffness, young_modulus and material.
+void readContact(const XmlFile& file, const XmlElement& element, ContactMaterial& material, GivenSolid& solid);
 
 /// The properties of collisions of one robot.
 class ContactProperties {

@@ -44,7 +44,7 @@ class TreeBuilder {
   void grow(int xml_link, int articulation);
   int addLink(int articulation, int parent, int xml_link, const JointDef& joint);
   void place(int xml_link, int articulation, int link, const Pose& X_LM);
-  void addCollisions(const LinkXml& link, CollisionReport& report, const Pose& X_LM, LinkDef& target);
+  void addCollisions(const LinkXml& link, CollisionReport& report, const Pose& X_LM, int articulation, int target);
   void finish(int articulation);
   void resolveMimics(ArticulationDef& articulation);
   const ArticulationDef& current(int articulation) const {
@@ -204,7 +204,7 @@ void TreeBuilder::place(int xml_link, int articulation, int link, const Pose& X_
     has_inertial_[link] = true;
   }
   CollisionReport report;
-  addCollisions(xml, report, X_LM, target);
+  addCollisions(xml, report, X_LM, articulation, link);
   for (VisualDef visual : readVisuals(*model, robot_, context_.scene.warnings)) {
     visual.articulation = articulation;
     visual.link = link;
@@ -214,8 +214,9 @@ void TreeBuilder::place(int xml_link, int articulation, int link, const Pose& X_
   }
 }
 
-void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, const Pose& X_LM,
-                                LinkDef& target) {
+void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, const Pose& X_LM, int articulation,
+                                int target_link) {
+  LinkDef& target = context_.scene.world.articulations[articulation].links[target_link];
   report.link = settings_.prefix + link.name;
   for (std::size_t c = 0; c < link.collisions.size(); ++c) {
     ++context_.scene.collisions_tried;
@@ -227,6 +228,10 @@ void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, co
         contact_.of(link, element, shape.half_extent, collision.material_source, context_.scene.notes);
     collision.X_LS = X_LM * readOrigin(robot_.xml, element);
     const char* given = element.Attribute("name");
+    if (std::isnan(collision.material.stiffness)) {
+      context_.silent.push_back({articulation, target_link, target.collisions.size(), shape.pieces.size(),
+                                 context_.scene.collisions.size(), 2 * shape.half_extent});
+    }
     const std::string name = report.link + "/" + (given && *given ? given : "collision" + std::to_string(c));
     for (std::size_t p = 0; p < shape.pieces.size(); ++p) {
       collision.name = name + (shape.pieces.size() > 1 ? "/" + std::to_string(p) : "");

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "scene/collision_shapes.h"
+#include "scene/contact_properties.h"
 #include "scene/robot_file.h"
 #include "scene/scene_file.h"
 
@@ -32,6 +33,14 @@ struct FramePlace {
   Pose X_LF;  ///< in that link's frame
 };
 
+/// A collision whose file says nothing of stiffness (stiffness_choice.h).
+struct SilentCollision {
+  int articulation = -1, link = -1;  ///< where it went
+  std::size_t first = 0, count = 0;  ///< its pieces among the link's collisions
+  std::size_t report = 0;            ///< of SceneDef::collisions
+  double extent = 0;                 ///< least extent [m]
+};
+
 /// A scene under construction, and what its parts need to know of each other.
 struct LoadContext {
   /// What has been loaded so far.
@@ -40,6 +49,8 @@ struct LoadContext {
   CollisionShapes shapes;
   std::map<std::string, FramePlace> frames;      ///< by name with prefix
   std::vector<std::vector<std::string>> places;  ///< per articulation and link: "file:line: link 'x'"
+  GivenSolid solid;                              ///< of surfaces that do not say it themselves
+  std::vector<SilentCollision> silent;
   std::vector<int> held;  ///< articulations whose joints hold their initial position
 };
 

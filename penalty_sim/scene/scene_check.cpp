@@ -64,8 +64,8 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    haptic::SceneDef scene = haptic::loadScene(name, options);
-    if (rate > 0) scene.world.settings.step = 1 / rate;
+    if (rate > 0) options.step = 1 / rate;
+    const haptic::SceneDef scene = haptic::loadScene(name, options);
     std::fputs(haptic::sceneText(scene).c_str(), stdout);
     const haptic::World world(scene.world);
     std::fputs(world.planText().c_str(), stdout);

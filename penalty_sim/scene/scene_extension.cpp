@@ -182,7 +182,7 @@ void setWorldSetting(const std::string& where, const std::string& name, const st
   if (!good) throw SetupError(where, name + " = '" + value + "'", "write " + known);
 }
 
-void readSceneTag(const RobotFile& robot, WorldSettings& settings) {
+void readSceneTag(const RobotFile& robot, WorldSettings& settings, GivenSolid& solid) {
   const XmlElement* tag = robot.xml.root()->FirstChildElement("haptic:scene");
   if (!tag) return;
   const std::string where = robot.xml.at(*tag) + ": <haptic:scene>";
@@ -194,7 +194,7 @@ void readSceneTag(const RobotFile& robot, WorldSettings& settings) {
     setWorldSetting(where, attribute->Name(), attribute->Value(), settings);
   }
   if (const XmlElement* contact = tag->FirstChildElement("haptic:contact")) {
-    readContact(robot.xml, *contact, settings.default_material);
+    readContact(robot.xml, *contact, settings.default_material, solid);
   }
 }
 

@@ -23,8 +23,8 @@ void checkExtensions(RobotFile& robot);
 void setWorldSetting(const std::string& where, const std::string& name, const std::string& value,
                      WorldSettings& settings);
 
-/// Reads <haptic:scene> into the world's settings.
-void readSceneTag(const RobotFile& robot, WorldSettings& settings);
+/// Reads <haptic:scene> into the world's settings, and what surfaces are made of that do not say it themselves.
+void readSceneTag(const RobotFile& robot, WorldSettings& settings, GivenSolid& solid);
 
 /// Reads pointers with their hands, filters and loops; names get `prefix`, poses are moved by `X_WM`. All
 /// links of the model are in `context.frames`.

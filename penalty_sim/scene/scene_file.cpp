@@ -12,6 +12,7 @@
 #include "scene/resource_path.h"
 #include "scene/scene_extension.h"
 #include "scene/scene_list.h"
+#include "scene/stiffness_choice.h"
 
 namespace haptic {
 namespace {
@@ -32,7 +33,7 @@ void readModels(SceneList& list, const SceneOptions& options, LoadContext& conte
     robots.push_back(readRobot(model.file));
     RobotFile& robot = *robots.back();
     checkExtensions(robot);
-    readSceneTag(robot, world.settings);
+    readSceneTag(robot, world.settings, context.solid);
     const std::size_t first = context.scene.world.articulations.size();
     addRobot(robot, model.settings, options, context);
     if (!model.motion.empty()) {
@@ -55,6 +56,12 @@ void applyList(const SceneList& list, LoadContext& context) {
         &ContactMaterial::tangential_stiffness, &ContactMaterial::tangential_damping,
         &ContactMaterial::mu_static, &ContactMaterial::mu_dynamic}) {
     if (!std::isnan(given.*value)) material.*value = given.*value;
+  }
+  if (list.solid) {
+    context.solid = list.solid;
+    material.stiffness = ContactMaterial::kUnset;
+  } else if (!std::isnan(given.stiffness)) {
+    context.solid = {};
   }
   for (const auto& [a, b] : list.filters) {
     const std::string where = context.scene.file + ": filters";
@@ -142,7 +149,9 @@ SceneDef loadScene(const std::string& file_or_name, const SceneOptions& options)
     throw SetupError(context.scene.file, "has no body", "hang at least one link on the world");
   }
   if (context.scene.world.pointers.empty() && options.add_pointer) addDefaultPointer(context);
+  if (options.step > 0) context.scene.world.settings.step = options.step;
   checkMassRatio(context);
+  chooseStiffness(context);
   filterInitialOverlaps(context);
   for (auto* lines : {&context.scene.notes, &context.scene.warnings}) {
     for (std::string& line : *lines) line = SetupError::oneLine(line);

@@ -23,6 +23,8 @@ struct SceneOptions {
   std::string srdf;  ///< file whose <disable_collisions> pairs do not collide; empty: none
   std::vector<std::string> scene_folders;  ///< where scene names are looked up first
   bool add_pointer = true;                 ///< add a sphere for the hand when the scene names no pointer
+  /// h [s] in place of the scene's; 0: the scene's. What a hand bears of surfaces that say nothing follows from it.
+  double step = 0;
 };
 
 /// What a visual's geometry is.

@@ -174,10 +174,10 @@ ListedDevice readDevice(const std::string& path, const YAML::Node& node) {
   return device;
 }
 
-void readMaterial(const std::string& path, const YAML::Node& node, ContactMaterial& material) {
+void readMaterial(const std::string& path, const YAML::Node& node, ContactMaterial& material, GivenSolid& solid) {
   const Keys keys(path, node, "material",
-                  {"stiffness", "damping", "dissipation", "tangential_stiffness", "tangential_damping",
-                   "mu_static", "mu_dynamic"});
+                  {"stiffness", "young_modulus", "material", "damping", "dissipation", "tangential_stiffness",
+                   "tangential_damping", "mu_static", "mu_dynamic"});
   material.stiffness = keys.number("stiffness", material.stiffness);
   material.damping = keys.number("damping", material.damping);
   material.dissipation = keys.number("dissipation", material.dissipation);
@@ -185,6 +185,9 @@ void readMaterial(const std::string& path, const YAML::Node& node, ContactMateri
   material.tangential_damping = keys.number("tangential_damping", material.tangential_damping);
   material.mu_static = keys.number("mu_static", material.mu_static);
   material.mu_dynamic = keys.number("mu_dynamic", material.mu_dynamic);
+  std::optional<double> modulus;
+  if (node["young_modulus"]) modulus = keys.number("young_modulus", 0);
+  takeSolid(keys.text("material"), modulus, ContactMaterial::kUnset, keys.where(), material, solid);
   check(material, keys.where());
 }
 
@@ -227,7 +230,7 @@ SceneList readList(const std::string& path, const YAML::Node& root) {
       list.settings.emplace_back(entry.first.IsScalar() ? entry.first.Scalar() : "?", value);
     }
   }
-  if (const YAML::Node material = keys["material"]) readMaterial(path, material, list.default_material);
+  if (const YAML::Node material = keys["material"]) readMaterial(path, material, list.default_material, list.solid);
   readFilters(keys, list);
   if (keys["srdf"]) {
     list.srdf = resolveResource(keys.text("srdf"), path);

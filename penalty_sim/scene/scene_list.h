@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/contact_properties.h"
 #include "scene/robot_tree.h"
 
 namespace YAML {
@@ -52,6 +53,7 @@ struct SceneList {
   std::vector<std::pair<std::string, std::string>> settings;  ///< name and text, for setWorldSetting
   /// For pairs where neither surface gives a value.
   ContactMaterial default_material;
+  GivenSolid solid;  ///< what all surfaces are made of that do not say it
   /// Line of the settings, for errors.
   std::string where_settings;
 };

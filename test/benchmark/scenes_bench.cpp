@@ -6,8 +6,9 @@
 ///
 /// Force errors compare what the twin's strings do to the grip with the wrench that they were last asked for, rms over all
 /// ticks after the first second: a tick's command reaches the motors in the next exchange. Beside it stands the same against
-/// the tick's own new command, which is the period's delay too. A scene rings when the force above 50 Hz is more than a third of all of it in some second in which the hand
-/// feels anything (0.2 N).
+/// the tick's own new command, which is the period's delay too. A scene rings when the force above 50 Hz is more than a third
+/// of all of it in some second in which the hand feels anything (0.2 N). `given` is the least share of its contact's stiffness
+/// that a hand was given (world/hand_bound.h).
 #include <time.h>
 
 #include <algorithm>
@@ -61,6 +62,7 @@ struct Run {
   double delayed_force_error = 0;                  ///< the same against the command of the tick itself
   double force = 0;             ///< rms on the hands [N]
   double ringing = 0;
+  double given = 1;             ///< least share of a contact's stiffness that a hand was given
   bool finite = true;
 };
 
@@ -91,6 +93,7 @@ Run run(SceneDef scene, double seconds, int substeps, bool paced) {
       const HandReport& hand = presented[h];
       const Vector3 F = rig.twin[h]->stringWrench().force;
       ringing[h].look(F);
+      out.given = std::min(out.given, hand.stiffness_share);
       felt += F.squaredNorm();
       if (i < 1000) continue;
       wrong += (F - hand.F_asked_B.force).squaredNorm();
@@ -118,19 +121,20 @@ Run run(SceneDef scene, double seconds, int substeps, bool paced) {
 }
 
 void runScenes() {
-  int scenes = 0, missed = 0, rings = 0, stopped = 0;
+  int scenes = 0, missed = 0, rings = 0, stopped = 0, softened = 0;
   Run worst;
-  std::printf("%-18s %8s %8s %8s %7s %9s %9s %8s %8s\n", "scene", "p50 us", "p999 us", "worst", "missed", "energy", "force %",
-              "inside %", "ringing");
+  std::printf("%-18s %8s %8s %8s %7s %9s %9s %8s %8s %7s\n", "scene", "p50_us", "p999_us", "worst_us", "missed", "energy", "force_%",
+              "inside_%", "ringing", "given");
   for (const std::string& file : loadableScenes()) {
     const SceneDef scene = loadScene(file);
     const Run r = run(scene, 10, scene.world.settings.substeps, true);
-    std::printf("%-18s %8.1f %8.1f %8.1f %7d %9.2e %9.2f %8.2f %8.2f\n", scene.world.name.c_str(), r.p50_us, r.p999_us, r.worst_us,
-                r.missed, r.gain, 100 * r.force_error, 100 * r.force_error_inside, r.ringing);
+    std::printf("%-18s %8.1f %8.1f %8.1f %7d %9.2e %9.2f %8.2f %8.2f %7.2f\n", scene.world.name.c_str(), r.p50_us, r.p999_us,
+                r.worst_us, r.missed, r.gain, 100 * r.force_error, 100 * r.force_error_inside, r.ringing, r.given);
     std::fflush(stdout);
     ++scenes;
     missed += r.missed > 0;
     rings += r.ringing > kRingingShare;
+    softened += r.given < 1;
     stopped += !r.finite;
     worst.p999_us = std::max(worst.p999_us, r.p999_us);
     worst.gain = std::max(worst.gain, r.gain);
@@ -149,6 +153,7 @@ void runScenes() {
   figure("scenes.delayed_force_err_pct_max", 100 * worst.delayed_force_error, "%");
   figure("scenes.force_err_inside_pct_max", 100 * worst.force_error_inside, "%");
   figure("scenes.rings", rings, "1");
+  figure("scenes.softened", softened, "1");
 }
 
 void runBusy() {

@@ -120,10 +120,14 @@ ErrorEstimator::ErrorEstimator(const WorldDef& def, int window_steps) {
 
 ErrorEstimator::~ErrorEstimator() = default;
 
-ErrorEstimate ErrorEstimator::estimate(const std::vector<double>& state, const WorldTuning& tuning) {
+ErrorEstimate ErrorEstimator::estimate(const std::vector<double>& state, const WorldTuning& tuning,
+                                       const std::vector<double>& bounds) {
   World &coarse = impl_->coarse, &fine = impl_->fine;
   Impl::put(coarse, state, tuning);
   Impl::put(fine, state, impl_->resolvedTuning(tuning));
+  for (World* shadow : {&coarse, &fine, impl_->chooser.get()}) {
+    for (std::size_t i = 0; shadow && i < bounds.size(); ++i) shadow->setPointerBound(static_cast<int>(i), bounds[i]);
+  }
   const std::vector<PointerState> hands = coarse.state().pointers;
   const double h = coarse.settings().step;
   ErrorEstimate e;

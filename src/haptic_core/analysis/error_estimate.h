@@ -50,8 +50,9 @@ class ErrorEstimator {
   explicit ErrorEstimator(const WorldDef& def, int window_steps = kWindowSteps);
   ~ErrorEstimator();
 
-  /// `state` is World::save() of a world of this definition with this tuning. Throws SetupError when it is not.
-  ErrorEstimate estimate(const std::vector<double>& state, const WorldTuning& tuning);
+  /// `state` is World::save() of a world of this definition with this tuning; `bounds` is what its hands bear
+  /// (World::pointerBound), by pointer; empty: anything. Throws SetupError when the state is of another world.
+  ErrorEstimate estimate(const std::vector<double>& state, const WorldTuning& tuning, const std::vector<double>& bounds = {});
 
  private:
   struct Impl;

@@ -6,10 +6,9 @@
 #include <sstream>
 #include <vector>
 
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/analysis/flat_wall.h"
+#include "haptic_core/geometry/convex_polyhedron.h"
 #include "haptic_core/geometry/rod.h"
-#include "haptic_core/geometry/shapes.h"
 #include "haptic_core/spidar/wall_bound.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/tuning.h"
@@ -19,47 +18,8 @@ namespace {
 
 constexpr int kMostSides = 32;  ///< of a shape's faces; a ball's are alike
 constexpr double kSoughtFoundations = 100;  ///< nobody makes a scene stiffer than that by a slider
+constexpr double kStiffestFoundation = 1e13;  ///< [N/m³] stiffer than steel of 10 cm: no hand tells the difference
 constexpr int kHalvings = 50;   ///< of an interval: to rounding
-
-/// One side of a shape against a flat wall that is larger than it.
-class FlatWall {
- public:
-  FlatWall(const ConvexShape& shape, const Vector3& outward)
-      : shape_(shape), wall_(makeBox(Vector3::Constant(8 * shape.boundingRadius()))) {
-    workspace_.reserve(wall_, shape);
-    X_WS_.R = Quaternion::FromTwoVectors(outward, -Vector3::UnitZ()).toRotationMatrix();
-    X_WS_.p = -(X_WS_.R * shape.centre());
-    const ConvexShape::Box box = shape.aabb(X_WS_);
-    lowest_ = box.lower.z();
-    middle_ = 0.5 * (box.upper.z() - box.lower.z());
-  }
-
-  /// K [N/m] where a foundation of `k` [N/m³] carries `force` [N]; a pointer sinks to its middle at most.
-  double stiffness(double k, double force) {
-    double low = 0, high = middle_;
-    for (int i = 0; i < kHalvings; ++i) {
-      const double depth = 0.5 * (low + high);
-      (k * contactAt(depth).volume < force ? low : high) = depth;
-    }
-    return k * contactAt(high).A0;
-  }
-
- private:
-  ContactVolume contactAt(double depth) {
-    Pose X = X_WS_;
-    X.p.z() += wall_.halfSize().z() - depth - lowest_;
-    ContactVolume volume;
-    PairCache cache;
-    contactVolume(wall_, shape_, X, cache, workspace_, volume);
-    return volume;
-  }
-
-  const ConvexShape& shape_;
-  const ConvexPolyhedron wall_;
-  ContactWorkspace workspace_;
-  Pose X_WS_;                          ///< the shape about the wall's middle, its side down
-  double lowest_ = 0, middle_ = 0;     ///< [m]
-};
 
 /// The stiffest pair of surfaces that the pointer can bring together.
 struct Partner {
@@ -122,9 +82,9 @@ class Press {
 };
 
 /// Stiffness of a virtual coupling [N/m]; 0: the pointer is at the grip itself.
-double couplingStiffness(const PointerDef& pointer, const ModelLink& link, double h) {
+double couplingStiffness(const PointerDef& pointer, double mass, double h) {
   if (pointer.coupling.mode == PointerCoupling::Mode::kDirect) return 0;
-  return resolved(pointer.coupling, {link.mass, link.least_inertia}, h, false).stiffness;
+  return resolved(pointer.coupling, {mass, 1}, h, false).stiffness;
 }
 
 }  // namespace
@@ -145,10 +105,22 @@ HandCertificate certifyHand(const WorldDef& def, int pointer, const HandMapping&
   if (partner.own < 0) return c;
   c.against = model.links[model.shapes[partner.other].link].name;
   c.foundation = partner.foundation;
-  Press pressing(*model.shapes[partner.own].shape, mapping, couplingStiffness(hand, model.links[link], period), press);
+  Press pressing(*model.shapes[partner.own].shape, mapping, couplingStiffness(hand, model.links[link].mass, period), press);
   c.stiffness = pressing.stiffness(c.foundation);
   c.bearable = pressing.foundationFor(c.held, kSoughtFoundations * c.foundation);
   return c;
+}
+
+double bearableFoundation(const WorldDef& def, int pointer, const HandMapping& mapping, double bound, double press) {
+  const PointerDef& hand = def.pointers.at(static_cast<std::size_t>(pointer));
+  const LinkDef& link = def.articulations[hand.articulation].links[hand.link];
+  const double coupling = couplingStiffness(hand, link.inertia.mass, def.settings.step);
+  double least = kStiffestFoundation;
+  for (const CollisionDef& collision : link.collisions) {
+    Press pressing(*collision.shape, mapping, coupling, press);
+    least = std::min(least, pressing.foundationFor(bound, least));
+  }
+  return least;
 }
 
 std::string HandCertificate::text() const {
@@ -162,9 +134,9 @@ std::string HandCertificate::text() const {
   text << (holds() ? "PASS" : "MAY RING") << ", " << 1e-3 * stiffness << " N/mm when pressed with " << press << " N on " << against
        << "; at " << rate << " Hz the device bears " << 1e-3 * alone << ", held by a relaxed hand " << 1e-3 * held;
   if (!holds() && bearable > 0) {
-    text << ": give stiffness " << bearable << " N/m³ or less, a higher rate, or ~passivity act";
+    text << ": the loop weakens it to that; felt as it is with stiffness " << bearable << " N/m³ or less, or at a higher rate";
   } else if (!holds()) {
-    text << ": give the pointer a virtual coupling or a higher rate";
+    text << ": the loop weakens it to that; give the pointer a virtual coupling or a higher rate";
   }
   text << "\n";
   return text.str();

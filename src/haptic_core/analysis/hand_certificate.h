@@ -38,4 +38,8 @@ struct HandCertificate {
 HandCertificate certifyHand(const WorldDef& def, int pointer, const HandMapping& mapping, const DeviceDef& device,
                             double press = 2);
 
+/// Largest k [N/m³] with which K ≤ `bound` [N/m] at the grip, whatever side of the pointer's shapes is pressed on a flat wall
+/// with `press` [N] at the grip; 0: none. At set-up.
+double bearableFoundation(const WorldDef& def, int pointer, const HandMapping& mapping, double bound, double press = 2);
+
 }  // namespace haptic

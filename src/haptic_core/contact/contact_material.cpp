@@ -18,6 +18,12 @@ double choose(double a, double b, double fallback, double last_resort, Mean mean
   return given(fallback) ? fallback : last_resort;
 }
 
+/// k where nobody gives one. fmin and fmax pass over what is not a number.
+double chosen(const ContactMaterial& a, const ContactMaterial& b) {
+  const double touch = std::fmin(a.touch_stiffness, b.touch_stiffness);
+  return given(touch) ? touch : std::fmax(DefaultMaterial::kStiffness, std::fmax(a.rest_stiffness, b.rest_stiffness));
+}
+
 double harmonic(double a, double b) { return 2 * a * b / (a + b); }
 double arithmetic(double a, double b) { return 0.5 * (a + b); }
 double geometric(double a, double b) { return std::sqrt(a * b); }
@@ -37,7 +43,7 @@ ContactMaterial combine(const ContactMaterial& a, const ContactMaterial& b, cons
     return choose(a.*field, b.*field, fallback.*field, last_resort, mean);
   };
   M pair;
-  pair.stiffness = pick(&M::stiffness, DefaultMaterial::kStiffness, harmonic);
+  pair.stiffness = pick(&M::stiffness, chosen(a, b), harmonic);
   pair.damping = pick(&M::damping, DefaultMaterial::kDamping, arithmetic);
   pair.dissipation = pick(&M::dissipation, DefaultMaterial::kDissipation, arithmetic);
   pair.tangential_stiffness =

@@ -16,11 +16,16 @@ struct ContactMaterial {
   double tangential_damping = kUnset;    ///< b_t [N·s/m³]; ≥ 0; unset: critical for the pair's reduced mass
   double mu_static = kUnset;             ///< μ0 ≥ μ; unset: μ
   double mu_dynamic = kUnset;            ///< μ ≥ 0; unset: μ0
+  // Chosen where nobody gives k: analysis/chosen_stiffness.h. They hold for pairs of which neither surface gives one.
+  double rest_stiffness = kUnset;        ///< least k with which the body rests as it should [N/m³]
+  double touch_stiffness = kUnset;       ///< k of what a hand touches with this surface [N/m³]
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.stiffness), visit(s.damping), visit(s.dissipation), visit(s.tangential_stiffness);
     visit(s.tangential_damping), visit(s.mu_static), visit(s.mu_dynamic);
+    if (s.rest_stiffness > 0) visit(s.rest_stiffness);  // what was not chosen is not there: fingerprints of scenes that give k
+    if (s.touch_stiffness > 0) visit(s.touch_stiffness);
   }
 };
 
@@ -37,6 +42,8 @@ struct DefaultMaterial {
 /// Material of a pair from its surfaces' and the world's default. Where both surfaces give a value:
 ///   k, k_t   harmonic mean 2ab/(a+b): two springs in series, scaled so that equal surfaces give their own value
 ///   b, b_t, c  arithmetic mean;   μ0, μ  geometric mean.
+/// Where neither gives k, nor the world's default: the touch's, else the larger of `DefaultMaterial`'s and what the bodies
+/// need to rest.
 /// Every field of the result is set but `tangential_damping`, which may stay unset (critical).
 ContactMaterial combine(const ContactMaterial& a, const ContactMaterial& b, const ContactMaterial& fallback);
 

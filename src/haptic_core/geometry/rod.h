@@ -10,18 +10,20 @@ namespace haptic {
 /// flat, of its ends. Throws SetupError unless both lengths [m] are positive and finite.
 class Rod : public ConvexShape {
  public:
-  enum class Ends : unsigned char { kFlat, kRound };  ///< a cylinder's, a capsule's
+  /// A cylinder's ends are flat, a capsule's round.
+  enum class Ends : unsigned char { kFlat, kRound };
 
+  /// Radius and length of the axis [m]; `name` is for messages.
   Rod(double radius, double length, Ends ends, const std::string& name = "rod");
 
-  double radius() const { return r_; }
+  double radius() const { return r_; }         ///< [m]
   double halfLength() const { return half_; }  ///< of the axis: without the round ends
-  bool isCapsule() const { return ends_ == Ends::kRound; }
+  bool isCapsule() const { return ends_ == Ends::kRound; }  ///< the ends are round
   double surface() const;                      ///< [m²]
   using ConvexShape::aabb;
   Box aabb(const Pose& X_WS) const override;
   Vector3 core(const Vector3& direction) const override;
-  double rounding() const override { return isCapsule() ? r_ : 0; }
+  double rounding() const override { return isCapsule() ? r_ : 0; }  ///< a capsule is all that is near its axis
   TriangleMesh triangles() const override { return stand_in_->triangles(); }
 
   /// A polyhedron of the same volume, for drawing and against another rod.

@@ -16,10 +16,13 @@ void roundContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, 
 /// Fills the contact, and what the workspace keeps of V.
 class RoundContact {
  public:
+  /// Fills `out` and the volume in `workspace`.
   RoundContact(NormalRule rule, PairCache& cache, ContactWorkspace& workspace, ContactVolume& out);
 
  protected:
+  /// The normal of the last contact, in A; where there was none, `otherwise`.
   Vector3 lastOr(const Vector3& otherwise) const;
+  /// No common points: `gap` [m] between them, along `direction_A`.
   void setSeparated(const Vector3& direction_A, double gap);
   /// Common points, but no volume that rounding resolves.
   void setTouching(const Vector3& normal_A, const Vector3& point_A);

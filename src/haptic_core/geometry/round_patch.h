@@ -26,10 +26,11 @@ struct RoundVolume {
   /// `from` over `sweep`. In Q, and in P.
   template <class Vector>
   struct CurveIn {
-    bool arc;
-    double from, sweep;
-    Vector middle, x, y, rise;
+    bool arc;                    ///< else a line
+    double from, sweep;          ///< of an arc: first angle, and angle swept [rad]
+    Vector middle, x, y, rise;   ///< see above [m]
 
+    /// The point at t [m], and its derivative by t.
     Vector at(double t, Vector& rate) const {
       if (!arc) return rate = x, middle + t * x;
       const double angle = from + t * sweep, cosine = std::cos(angle), sine = std::sin(angle);
@@ -41,8 +42,8 @@ struct RoundVolume {
       return middle + cosine * x + sine * y + share * rise;
     }
   };
-  using Curve = CurveIn<Vector2>;
-  using Rim = CurveIn<Vector3>;
+  using Curve = CurveIn<Vector2>;  ///< a piece of a share's outline, in P's x and y
+  using Rim = CurveIn<Vector3>;    ///< a piece of a face part's outline, in Q
   /// What of a face of the polyhedron bounds V.
   struct FacePart {
     Vector3 normal;        ///< outward, in Q
@@ -72,10 +73,10 @@ struct RoundVolume {
   Vector3 other_Q = Vector3::Zero();  ///< its centre
   bool axial = false;           ///< round about n through P's origin
 
-  LoadedVector<FacePart> parts;
+  LoadedVector<FacePart> parts; ///< what of the polyhedron bounds V
   LoadedVector<Rim> rims;       ///< of a rod's parts
   LoadedVector<ContactFace> near;    ///< the polyhedron's planes that reach a rod, in its frame
-  TubeCut tube;
+  TubeCut tube;                 ///< of a rod's cylinder
   LoadedVector<Curve> curves;   ///< scratch of RoundPatch
   LoadedVector<Share> shares;   ///< scratch of RoundPatch
   LoadedVector<Plane> planes;   ///< scratch of RoundPatch

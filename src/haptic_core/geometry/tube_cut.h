@@ -21,29 +21,32 @@ double arcRise(double from, double sweep, double t, double& rate) noexcept;
 
 /// A piece of a face's boundary: the line from p to q, or an arc on the tube from the angle `from` over `sweep`, of either sign.
 struct TubeCurve {
-  bool arc = false;
-  Vector3 p = Vector3::Zero(), q = Vector3::Zero();
-  double from = 0, sweep = 0;
+  bool arc = false;            ///< else a line
+  Vector3 p = Vector3::Zero(), q = Vector3::Zero();  ///< its ends [m]
+  double from = 0, sweep = 0;  ///< of an arc [rad]
 };
 
 /// A part of an arc that only rises or falls: angles from the face's apex, and heights [m].
 struct TubeArc {
-  double from, sweep, z0, z1;
+  double from, sweep;  ///< [rad]
+  double z0, z1;       ///< at its ends [m]
 };
 
+/// What of a face lies in the tube.
 struct TubeFace {
   Vector3 normal;         ///< outward
   double offset = 0;      ///< normal·x on it [m]
   int index = -1;         ///< of the plane that made it
   double apex = 0;        ///< angle in which it looks out across z
-  int first = 0, count = 0;
+  int first = 0, count = 0;  ///< its curves
   bool whole = false;     ///< all of the ellipse, one arc
 };
 
+/// See above. The tube's axis is z.
 class TubeCut {
  public:
-  void reserve(int faces, int half_edges);
-  void clear() noexcept { faces_.clear(), curves_.clear(); }
+  void reserve(int faces, int half_edges);  ///< set-up: room for solids of so many faces and half edges
+  void clear() noexcept { faces_.clear(), curves_.clear(); }  ///< nothing is cut
 
   /// (in realtime) Of all faces; false: the tube misses the solid.
   bool cut(const CutSolid& solid, double radius) noexcept;
@@ -51,9 +54,9 @@ class TubeCut {
   /// clockwise seen from outside. Uses room behind the curves.
   double areaWithin(const TubeFace& face, const LoadedVector<Vector3>& outline) noexcept;
 
-  const LoadedVector<TubeFace>& faces() const { return faces_; }
-  const LoadedVector<TubeCurve>& curves() const { return curves_; }
-  double radius() const { return radius_; }
+  const LoadedVector<TubeFace>& faces() const { return faces_; }    ///< those that the tube cuts
+  const LoadedVector<TubeCurve>& curves() const { return curves_; }  ///< of all faces
+  double radius() const { return radius_; }  ///< of the tube [m]
 
   Vector3 inside() const noexcept;  ///< a point of V
   PlaneMoments moments(const TubeFace& face, const Vector3& o) const noexcept;  ///< of its part

@@ -6,11 +6,11 @@
 
 namespace haptic {
 
-inline constexpr double kTurn = 2 * M_PI;
+inline constexpr double kTurn = 2 * M_PI;  ///< [rad]
 
 /// ∫ cᵏ dψ and ∫ cᵏ sin ψ dψ from 0 to ψ, c = 1 - cos ψ.
 struct TurnIntegrals {
-  double C[4], D[3];
+  double C[4], D[3];  ///< without the sine for k = 0…3, with it for k = 0…2
 
   /// `half` and `cosine`: sine and cosine of ψ/2.
   TurnIntegrals(double psi, double half, double cosine) {
@@ -42,6 +42,7 @@ struct TurnIntegrals {
 /// y = (b - R c) ê + R sin ψ t̂ + ζ ẑ from o, b = R - a, and y·N = b + a c.
 class SideSums {
  public:
+  /// Of the tube, from a point at the distance a of its axis [m].
   SideSums(double radius, double a) : R_(radius), a_(a), b_(radius - a) {}
 
   /// `turns`: whole turns that ψ has made, of whose half `half` and `cosine` are sine and cosine; `dz` weighs the point.
@@ -57,6 +58,7 @@ class SideSums {
     const double z[3] = {zeta, zeta * zeta / 2, zeta * zeta * zeta / 3};
     sum(turn(), turns, z);
   }
+  /// Adds volume and moments about o: `along` is ê, `across` is t̂, unit.
   void addTo(const Vector3& along, const Vector3& across, SolidMoments& out) const {
     const Vector3 up = Vector3::UnitZ();
     out.volume += R_ / 3 * v_[0];

@@ -10,9 +10,10 @@ namespace haptic {
 bool cutVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
                ContactWorkspace& workspace, bool& complete) noexcept;
 
-/// The same plane by plane: begins with a box, whose faces have the index -1, and cuts it; false when nothing is left. The rest is
-/// the workspace's `solid`. (in realtime)
+/// The same plane by plane: begins with a box, whose faces have the index -1. (in realtime)
 void startBox(const Vector3& lower, const Vector3& upper, ContactWorkspace& workspace) noexcept;
+/// Cuts it by a plane; false when nothing is left. The rest is the workspace's `solid`; `complete` is cleared when that was too
+/// small. (in realtime)
 bool cutSolid(const ContactFace& plane, ContactWorkspace& workspace, bool& complete) noexcept;
 
 }  // namespace haptic

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "haptic_core/base/error.h"
@@ -136,10 +137,20 @@ void Hand::couple(World& world, double h) noexcept {
   world.setPointerTarget(pointer_, map_.X_WP(), map_.V_WP());
 }
 
+/// A relaxed hand over this wire at this rate; of a force that fades it feels a share.
+void Hand::bear(World& world) const noexcept {
+  const bool anything = settings_.passivity.mode == PassivityMode::kOff;
+  world.setPointerBound(pointer_, anything ? std::numeric_limits<double>::infinity()
+                                           : device_.stableStiffness() / (worldToGrip() * report_.fade));
+}
+
 void Hand::render(const World& world, double h) noexcept {
   const Wrench F_W = world.pointerWrench(pointer_);
   report_.in_contact = F_W.force.squaredNorm() + F_W.torque.squaredNorm() > 0;
   if (!report_.valid) report_.fade = 0;
+  const double stiffness = report_.in_contact ? world.pointerStiffness(pointer_) : 0;
+  report_.stiffness = stiffness * worldToGrip();
+  report_.stiffness_share = stiffness > 0 ? std::min(1.0, world.pointerBound(pointer_) / stiffness) : 1;
   report_.F_asked_B = passivity_.act(map_.toGrip(F_W) * (settings_.force_scale * report_.fade), moved_, h);
   device_.actuate(report_.F_asked_B, 0.0, h);
   passivity_.hold(device_.achievedWrench(), device_.toldTension());
@@ -183,7 +194,10 @@ void Hand::restore(const std::vector<double>& memory) {
   numbers.end();
 }
 
-void Hand::letGo(World& world) noexcept { world.setPointerTarget(pointer_, map_.X_WP(), Twist{}); }
+void Hand::letGo(World& world) noexcept {
+  world.setPointerTarget(pointer_, map_.X_WP(), Twist{});
+  world.setPointerBound(pointer_, std::numeric_limits<double>::infinity());
+}
 
 const DriveCommand& Hand::drive() const noexcept {
   return device_.drive();

@@ -15,6 +15,8 @@ class Hand {
   void sense(const DeviceSample& sample, double h) noexcept;
   /// (in realtime) Grip → pointer target. Without a valid pose the pointer stands still.
   void couple(World& world, double h) noexcept;
+  /// (in realtime) Before any step of the world: how stiff what the pointer touches may be.
+  void bear(World& world) const noexcept;
   /// (in realtime) The pointer's wrench → fade → passivity → the device's limits, tensions and drive.
   void render(const World& world, double h) noexcept;
   /// (in realtime) In place of couple and render while the world is paused: minimum tension.
@@ -64,6 +66,7 @@ class Hand {
   void check(const HandSettings& settings) const;
   bool pressed(int button) const noexcept { return button >= 0 && ((buttons_ >> button) & 1u) != 0; }
   void followGrabButton(World& world) noexcept;
+  double worldToGrip() const noexcept { return settings_.workspace.scale * settings_.force_scale; }  ///< of a stiffness
   template <class Numbers>
   void remember(Numbers& n);
 

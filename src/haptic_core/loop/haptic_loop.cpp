@@ -44,7 +44,10 @@ void HapticLoop::take(const LoopCommand& command) {
     hands_[command.hand]->take(command);
   } else {
     std::array<int, kMaxHands> link{};
-    for (int i = 0; i < count_; ++i) link[i] = world_.pointerLink(hands_[i]->pointer());
+    for (int i = 0; i < count_; ++i) {
+      link[i] = world_.pointerLink(hands_[i]->pointer());
+      hands_[i]->bear(world_);  // the command may be a step
+    }
     apply(command, world_);
     for (int i = 0; i < count_; ++i) hands_[i]->followWorld(world_, link[i], command.is<RestoreWorld>());
   }
@@ -57,6 +60,7 @@ void HapticLoop::tick(const TickInput& input, double h) noexcept {
     for (int i = 0; i < count_; ++i) hands_[i]->rest(h);                 // poses go on, strings at minimum tension
   } else {
     for (int i = 0; i < count_; ++i) hands_[i]->couple(world_, h);       // grip pose → pointer target
+    for (int i = 0; i < count_; ++i) hands_[i]->bear(world_);            // no stiffer than the hand bears
     world_.step();                                                       // pairs → volumes → wrenches → motion
     for (int i = 0; i < count_; ++i) hands_[i]->render(world_, h);       // wrench → passivity → tensions
   }

@@ -25,6 +25,8 @@ struct HandReport {
   StringVector tension;            ///< [N]
   double pose_residual = 0;        ///< rms of the length errors [m]
   double port_energy = 0;          ///< absorbed at the port since the start [J]
+  double stiffness = 0;            ///< of what the pointer touches, at the grip, as the scene says [N/m]
+  double stiffness_share = 1;      ///< of it that the hand is given: below 1 where it could not bear all (world/hand_bound.h)
   double fade = 0;                 ///< 0…1, of soft start and overrun
   double dissipated = 0;           ///< by the passivity controller since the start [J]
   unsigned device_flags = 0;       ///< limits and faults: see Spidar

@@ -26,8 +26,12 @@
 
 namespace haptic {
 
-/// What the port does: nothing, observe the energy, or observe and act.
-enum class PassivityMode : unsigned char { kOff, kObserve, kAct };
+/// What the port does.
+enum class PassivityMode : unsigned char {
+  kOff,      ///< the loop gives what the scene says, whatever a hand bears: for experiments
+  kObserve,  ///< energy is counted, and contacts stiffer than a hand bears are weakened (world/hand_bound.h)
+  kAct       ///< the controller acts as well
+};
 
 /// What the observer and the controller at a hand's port do.
 struct PassivitySettings {

@@ -28,6 +28,7 @@ WorldCopy emptyCopy(const World& world) {
   WorldCopy copy;
   copy.state.resize(world.history().latest().packedCapacity());
   copy.tuning = world.tuning();
+  copy.bounds.resize(static_cast<std::size_t>(world.pointerCount()));
   return copy;
 }
 
@@ -197,6 +198,7 @@ void WorldPort::takeCopy(std::int64_t stamp_ns) noexcept {
                     stage_sum_.motion / n};
   world.history().latest().pack(copied_.state);
   copied_.tuning = world.tuning();
+  for (int i = 0; i < world.pointerCount(); ++i) copied_.bounds[static_cast<std::size_t>(i)] = world.pointerBound(i);
   copy.write(copied_);  // room for the greatest is there: the copy reuses the slot's storage
 }
 

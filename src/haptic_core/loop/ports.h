@@ -92,6 +92,7 @@ struct WorldCopy {
   std::vector<double> state;             ///< World::save(); room for the greatest at set-up
   /// That the state was reached with.
   WorldTuning tuning;
+  std::vector<double> bounds;            ///< World::pointerBound(), by pointer [N/m]; sized at set-up
 };
 
 /// Which device moves which pointer, and how the hand sees the world.

@@ -169,7 +169,7 @@ void implicitStep(const Model& model, const StepPart& part, State& state, Work& 
 void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   ImplicitStep& implicit = *work.implicit;
   work.islands.find(state, work.hands.held_by, true);
-  implicit.begin(state, work.hands.held_by, work.hands.moved, part.h);
+  implicit.begin(state, work.hands, part.h);
   aimCouplings(model, state, work);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];

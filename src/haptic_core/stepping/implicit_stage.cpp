@@ -59,13 +59,13 @@ ImplicitStage::ImplicitStage(const Model& model)
   first_shape_.push_back(static_cast<int>(model.shapes.size()));
 }
 
-void ImplicitStage::begin(State& state, const std::vector<int>& held_by, const std::vector<Twist>& moved, double h) noexcept {
+void ImplicitStage::begin(State& state, const HandWork& hands, double h) noexcept {
   state_ = &state;
-  contacts_.begin(state, {work_.data(), X_WS_.data(), held_by_.data()});
-  held_way_ = moved.data();
+  contacts_.begin(state, {work_.data(), X_WS_.data(), held_by_.data(), hands.bound.data()});
+  held_way_ = hands.moved.data();
   step_ = h;
   held_left_ = 0;
-  std::copy(held_by.begin(), held_by.end(), held_by_.begin());
+  std::copy(hands.held_by.begin(), hands.held_by.end(), held_by_.begin());
   std::copy(state.q.begin(), state.q.end(), q_.begin());
   for (std::size_t t = 0; t < model_.trees.size(); ++t) place(static_cast<int>(t), state.v);
   std::fill(moved_.begin(), moved_.end(), 0);

@@ -20,6 +20,7 @@
 #include "haptic_core/stepping/frozen_problem.h"
 #include "haptic_core/stepping/implicit_joints.h"
 #include "haptic_core/stepping/stage_contacts.h"
+#include "haptic_core/world/hands.h"
 #include "haptic_core/world/islands.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
@@ -41,9 +42,9 @@ class ImplicitStage {
  public:
   explicit ImplicitStage(const Model& model);  ///< set-up: room for the largest island
 
-  /// (in realtime) Before the islands of a step of length h [s]: all links at the state's q, v. `held_by[link] ≥ 0`: a hand
-  /// moves it, and has put it where the step ends; `moved`: by pointer, its motion over the step, kept by the caller.
-  void begin(State& state, const std::vector<int>& held_by, const std::vector<Twist>& moved, double h) noexcept;
+  /// (in realtime) Before the islands of a step of length h [s]: all links at the state's q, v. What hands hold has
+  /// been put where the step ends; `hands` stays the caller's.
+  void begin(State& state, const HandWork& hands, double h) noexcept;
   /// (in realtime) The trees that move and the pairs that may touch, until the next call. The arrays stay the caller's.
   void select(const Island& island) noexcept;
 

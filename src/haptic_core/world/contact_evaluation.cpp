@@ -24,6 +24,10 @@ bool locateContact(const Model& model, const Seams& seams, int index, ActivePair
   out.V_AB_P = (link_b.twistAt(out.X_WP.p) - link_a.twistAt(out.X_WP.p)).rotated(out.X_WP.R.transpose());
   out.law = model.law(a, b, places.held_by[A.link] >= 0, places.held_by[B.link] >= 0);
   if (pair.buried) out.law = model.recoveryLaw(out.law, a, b, out.volume);
+  for (const int link : {A.link, B.link}) {
+    if (!places.bound || places.held_by[link] < 0) continue;
+    boundLaw(places.bound[places.held_by[link]], model.settings.step, pair.friction, places.X_WS[a].R, out.volume, out.law);
+  }
   return true;
 }
 

@@ -8,6 +8,7 @@
 #include "haptic_core/contact/located_force.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/world/hand_bound.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/seams.h"
@@ -30,6 +31,7 @@ struct ContactPlaces {
   const LinkWork* link = nullptr;  ///< by world link: how they move
   const Pose* X_WS = nullptr;      ///< by shape: where they are
   const int* held_by = nullptr;  ///< pointer that prescribes the link's motion; -1: none
+  const HandBound* bound = nullptr;  ///< by pointer: what its hand bears; null: anything
 };
 
 /// (in realtime) Everything but the force. False: the shapes do not overlap; `out` then holds the status alone.

@@ -9,6 +9,8 @@ namespace haptic {
 
 HandWork::HandWork(const Model& model)
     : held_by(model.links.size(), -1),
+      own_coupling(model.pointers.size()),
+      bound(model.pointers.size()),
       coupling(model.pointers.size()),
       moved(model.pointers.size()),
       wrench(model.pointers.size()) {
@@ -21,8 +23,9 @@ void refreshHands(const Model& model, const State& state, HandWork& hands) noexc
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
     const int pointer = static_cast<int>(i), link = state.pointers[i].link;
     if (link < 0) continue;
-    hands.coupling[i] = resolved(model.tuning.coupling[i], model.loadOf(link), model.substep(),
-                                 link != model.pointerHome(pointer));
+    hands.own_coupling[i] = resolved(model.tuning.coupling[i], model.loadOf(link), model.substep(),
+                                     link != model.pointerHome(pointer));
+    hands.coupling[i] = hands.own_coupling[i];
     if (model.holds(pointer)) hands.held_by[link] = pointer;
   }
   hands.free_movers.clear();

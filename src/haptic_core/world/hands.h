@@ -5,6 +5,7 @@
 #pragma once
 #include <vector>
 
+#include "haptic_core/world/hand_bound.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/placement.h"
 #include "haptic_core/world/state.h"
@@ -16,11 +17,15 @@ namespace haptic {
 struct HandWork {
   // Follow from tuning and from which links are held: refreshed by `refreshHands`, at load, grab, tune and restore.
   std::vector<int> held_by;                   ///< by world link: pointer that prescribes its motion; -1: none
-  std::vector<PointerCoupling> coupling;      ///< by pointer, with nothing left to derive
+  std::vector<PointerCoupling> own_coupling;  ///< by pointer, with nothing left to derive
   std::vector<const ModelTree*> free_movers;  ///< free bodies that no hand holds
   std::vector<const ModelTree*> jointed_movers;  ///< other trees that move by themselves
 
+  /// By pointer. What the hand bears is told by who moves the pointer, before a step; the rest is of one step.
+  std::vector<HandBound> bound;
+
   // Of one step.
+  std::vector<PointerCoupling> coupling;  ///< by pointer: `own_coupling`, or less where the hand bears less
   std::vector<Twist> moved;     ///< by pointer: displacement of a held link in this part [rad], [m]
   std::vector<Wrench> wrench;   ///< by pointer: of the world on the hand, summed over the parts by their shares
 

@@ -6,7 +6,7 @@ namespace haptic {
 
 /// Sums over the parts. `F_BP_W` of an entry is an impulse [N·m·s, N·s] until the step ends.
 struct PartContacts {
-  LoadedVector<ContactReport> sums;
+  LoadedVector<ContactReport> sums;  ///< one entry per pair
   bool any = false;  ///< parts of this step are in
 };
 

@@ -97,6 +97,13 @@ void World::setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcep
   aim(impl_->state.pointers[i], X_WL, V_WL);
 }
 
+void World::setPointerBound(int i, double stiffness) noexcept { impl_->work.hands.bound[i].stiffness = stiffness; }
+double World::pointerBound(int i) const noexcept { return impl_->work.hands.bound[i].stiffness; }
+
+double World::pointerStiffness(int i) const noexcept {
+  return stiffnessMet(impl_->model, impl_->state, impl_->work.placement, impl_->work.hands, i);
+}
+
 bool World::canGrab(int pointer, int link) const noexcept {
   return haptic::canGrab(impl_->model, impl_->work.hands, pointer, link);
 }

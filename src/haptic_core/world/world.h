@@ -58,6 +58,12 @@ class World {
   int pointerLink(int i) const;            ///< world link index of pointer i; `grab` changes it
   /// (in realtime) Where the hand wants the pointer's link at the end of the next step, and how it moves there.
   void setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept;
+  /// (in realtime) Stiffest contact [N/m] that pointer i's hand bears, from the next step on: stiffer ones are weakened
+  /// (hand_bound.h). Infinite at first. Not part of the state: who moves the pointer says it before each step.
+  void setPointerBound(int i, double stiffness) noexcept;
+  double pointerBound(int i) const noexcept;          ///< as it was told [N/m]
+  /// (in realtime) Stiffness [N/m] that the hand on pointer i would meet after the last step if nothing were weakened.
+  double pointerStiffness(int i) const noexcept;
   /// (in realtime) Wrench of the world on pointer i in the last step, about the link frame's origin, in W.
   Wrench pointerWrench(int i) const noexcept;
   void grab(int pointer, int link);                   ///< makes another link the pointer from the next step on

@@ -1,0 +1,87 @@
+#include "haptic_core/world/hand_bound.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/world/hands.h"
+
+namespace haptic {
+namespace {
+
+/// A contact keeps this share of its law however little a hand bears: a force of nothing leaves a solve without a spring.
+constexpr double kLeastShare = 1e-6;
+
+Matrix3 metStiffness(const Model& model, const State& state, const Placement& placement, int link) noexcept {
+  Matrix3 met = Matrix3::Zero();
+  for (int i = 0; i < state.pair_count; ++i) {
+    const ActivePair& pair = state.pairs[i];
+    const int a = pair.shapeA(), b = pair.shapeB();
+    if (pair.friction.touching == 0 || (model.shapes[a].link != link && model.shapes[b].link != link)) continue;
+    const Vector3 n_W = placement.X_WS[a].R * pair.friction.normal_A;
+    met += model.law(a, b, false, false).material.stiffness * pair.friction.area * n_W * n_W.transpose();
+  }
+  return met;
+}
+
+double largest(const Matrix3& met) noexcept {
+  Eigen::SelfAdjointEigenSolver<Matrix3> solver;
+  return std::max(0.0, solver.computeDirect(met, Eigen::EigenvaluesOnly).eigenvalues()[2]);
+}
+
+/// K_max stands for a damping K_max (T/2 + τ) ≥ 1.5 h K_max of hand and device. A damper beyond twice that, of a contact or of
+/// a coupling, rings by itself through the loop's delay. Of 1080 stiff scenes (balls, boxes, needles; walls and cubes; 0.5 to
+/// 4 kHz; 1 and 6 N) 735 rang; with stiffness alone bounded 448, with the dampers as well 17, cubes that bounce
+/// undamped between floor and pointer. With 6 in place of 3 over 100 rang.
+constexpr double kMostDamping = 3;  ///< over K_max h [1]
+
+PointerCoupling weakened(PointerCoupling coupling, double bound, double h) noexcept {
+  const double share = std::max(kLeastShare, bound / coupling.stiffness);
+  if (!(share < 1)) return coupling;
+  coupling.stiffness *= share;
+  coupling.damping = std::min(share * coupling.damping, kMostDamping * bound * h);
+  return coupling;
+}
+
+}  // namespace
+
+void boundHands(const Model& model, const State& state, const Placement& placement, HandWork& hands) noexcept {
+  for (std::size_t i = 0; i < hands.bound.size(); ++i) {
+    HandBound& bound = hands.bound[i];
+    if (!model.holds(static_cast<int>(i))) {
+      hands.coupling[i] = weakened(hands.own_coupling[i], bound.stiffness, model.settings.step);
+    } else if (!std::isinf(bound.stiffness)) {
+      bound.met_W = metStiffness(model, state, placement, state.pointers[i].link);
+    }
+  }
+}
+
+void boundLaw(const HandBound& bound, double period, const FrictionMemory& before, const Matrix3& R_WA,
+              const ContactVolume& contact, PairLaw& law) noexcept {
+  if (std::isinf(bound.stiffness)) return;
+  ContactMaterial& m = law.material;
+  const Vector3 n_W = R_WA * contact.normal();
+  const double along = before.touching != 0 ? n_W.dot(R_WA * before.normal_A) : 0;
+  const double others = n_W.dot(bound.met_W * n_W) - m.stiffness * before.area * along * along;
+  const double own = m.stiffness * contact.A0, met = own + std::max(0.0, others);
+  if (met > bound.stiffness) {
+    const double share = std::max(kLeastShare, bound.stiffness / met);
+    m.stiffness *= share;
+    m.damping *= share;
+    m.tangential_stiffness *= share;
+    m.tangential_damping *= share;  // NaN, derived, follows the spring
+  }
+  const double most = kMostDamping * bound.stiffness * period * own / met;  // [N·s/m]
+  const double tangential = tangentialDamping(law, contact.A0);
+  if (tangential * contact.A0 > most) m.tangential_damping = most / contact.A0;
+  if (m.damping * contact.A0 > most) m.damping = most / contact.A0;
+  if (m.dissipation * m.stiffness * contact.volume > most) m.dissipation = most / (m.stiffness * contact.volume);
+}
+
+double stiffnessMet(const Model& model, const State& state, const Placement& placement, const HandWork& hands,
+                    int pointer) noexcept {
+  if (!model.holds(pointer)) return hands.own_coupling[pointer].stiffness;
+  return largest(metStiffness(model, state, placement, state.pointers[pointer].link));
+}
+
+}  // namespace haptic

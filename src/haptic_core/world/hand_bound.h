@@ -1,0 +1,51 @@
+/// How stiff the contacts of a hand's pointer may be, so that the loop around the hand does not ring.
+///
+/// Who moves the pointer says what its hand bears: K_max [N/m] in the world, from the loop's rate and delay
+/// (spidar/wall_bound.h). What the pointer's contacts oppose to it is K = λ_max(M), M = Σ k A0 n nᵀ.
+///
+/// Direct coupling. A contact in whose direction the hand meets K_i = k A0 + nᵀ M' n > K_max, M' of the other contacts as
+/// the last step left them, is weakened by s = K_max/K_i: k, k_t, b and b_t alike. A lone contact pushes with K_max V/A0, K_max
+/// times its mean thickness. The share s follows from where the bodies are now, not from time: what a spring takes on the
+/// way in it gives back on the way out, and no other. With two contacts at an angle λ_max of what is left is up to 1.21 K_max.
+/// Its dampers, normal and tangential, are held to 3 h K_max between them and its neighbours (`kMostDamping`): the loop's bound is
+/// on K and b together, and at 6 N a dissipation of 10 s/m is a damper of 60 N·s/m, seven times a hand's own.
+/// Other pairs keep their laws, and both bodies of a weakened pair feel the same force.
+/// Virtual coupling. Fast motion meets the coupling itself, whatever its link touches, because the link's mass stands still:
+/// a spring beyond K_max is weakened to it, its damper with it. That does not follow the contacts either: a coupling that
+/// were weak in touch alone would be given more than it gives back at each touch.
+///
+/// A pair within the bound is not touched: same bits. Turns are not bounded: a relaxed hand's rotational damping is not known.
+#pragma once
+#include <limits>
+
+#include "haptic_core/base/spatial.h"
+#include "haptic_core/world/definition.h"
+
+namespace haptic {
+
+class Model;
+struct ContactVolume;
+struct FrictionMemory;
+struct HandWork;
+struct PairLaw;
+struct Placement;
+struct State;
+
+/// What the hand of a pointer bears, and what it met.
+struct HandBound {
+  double stiffness = std::numeric_limits<double>::infinity();  ///< K_max [N/m]
+  Matrix3 met_W = Matrix3::Zero();                             ///< M as the last step left it [N/m]
+};
+
+/// (in realtime) Before a part of a step: M of the pointers that have a bound; virtual couplings as they hold now.
+void boundHands(const Model& model, const State& state, const Placement& placement, HandWork& hands) noexcept;
+
+/// (in realtime) The law of a pointer's contact, its memory that of the last step, shape A turned by R_WA; `period` [s].
+void boundLaw(const HandBound& bound, double period, const FrictionMemory& before, const Matrix3& R_WA,
+              const ContactVolume& contact, PairLaw& law) noexcept;
+
+/// (in realtime) K of pointer i, unweakened: of its contacts, or of its virtual coupling [N/m].
+double stiffnessMet(const Model& model, const State& state, const Placement& placement, const HandWork& hands,
+                    int pointer) noexcept;
+
+}  // namespace haptic

@@ -1,0 +1,283 @@
+// What a hand cannot bear is weakened in the loop: a stiff pointer rests, one within the bound keeps its bits.
+#include "haptic_core/world/hand_bound.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "../../scenes/touch.h"
+#include "haptic_core/analysis/hand_certificate.h"
+#include "haptic_core/geometry/contact_moments.h"
+#include "haptic_core/loop/hand.h"
+#include "haptic_core/loop/haptic_loop.h"
+#include "haptic_core/spidar/device_twin.h"
+#include "haptic_core/spidar/spidar.h"
+#include "haptic_core/spidar/wall_bound.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kPeriod = 1e-3, kPress = 2, kRadius = 0.005, kSide = 0.01;  // [s], [N], [m], [m]
+
+DeviceDef device() { return loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml"); }
+double bearable() {
+  return largestWallStiffness(device().grip_damping + kRelaxedHandDamping, 0, kPeriod, loopDelay(kPeriod, device().delay_s));
+}
+double quantum() { return std::fabs(device().strings[0].length_per_count); }
+
+WorldDef overWall(const ConvexPolyhedron& shape, double stiffness) {
+  return scenes::pointerOverWall(shape, 0.015, stiffness, kPeriod);
+}
+
+/// A relaxed hand, its goal `press` of force below the pointer's touch with the wall.
+struct Presser {
+  Presser(const WorldDef& def, PassivityMode mode, double press = kPress, double home = 0.015, double height = kRadius,
+          double slowly = 0)
+      : world(def) {
+    TwinSettings settings;
+    settings.period = kPeriod;
+    const Vector3 goal(0, 0, height - home - press / settings.hand_stiffness);
+    if (slowly > 0) settings.path.keys = {{1, Vector3::Zero(), Vector3::Zero(), 0}, {1 + slowly, goal, Vector3::Zero(), 0}};
+    twin = std::make_unique<DeviceTwin>(device(), settings);
+    HandSettings hand;
+    hand.workspace.X_WB.p = Vector3(0, 0, home);
+    hand.passivity.mode = mode;
+    loop.attach(spidar, 0, hand);
+    spidar.calibrateAtHome();
+    spidar.setForceEnabled(true);
+    HandTarget target;
+    target.active = slowly == 0;
+    target.pose.X_BG.p = goal;
+    twin->setHandTarget(target);
+  }
+  void run(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      const DeviceSample sample = twin->exchange(loop.drive(0));
+      loop.tick(&sample, kPeriod);
+    }
+  }
+  const HandReport& hand() const { return loop.report().hand[0]; }
+
+  /// Travel of the grip in the last quarter of two seconds [m].
+  double restlessness() {
+    double low = INFINITY, high = -INFINITY;
+    run(1500);
+    for (int i = 0; i < 500; ++i) {
+      run(1);
+      low = std::min(low, twin->pose().X_BG.p.z());
+      high = std::max(high, twin->pose().X_BG.p.z());
+    }
+    return high - low;
+  }
+
+  World world;
+  Spidar spidar{device()};
+  std::unique_ptr<DeviceTwin> twin;
+  HapticLoop loop{world};
+};
+
+// Without any damper in the contact. K of a ball grows with the root of k, that of a flat face with k.
+TEST(HandBound, WhatRangRests) {
+  const HandCertificate ball = certifyHand(overWall(makeSphere(kRadius), 1e9), 0, {}, device(), kPress);
+  for (const double times : {9.0, 100.0, 1e4}) {
+    const WorldDef scene = overWall(makeSphere(kRadius), times * ball.bearable);
+    EXPECT_GT(Presser(scene, PassivityMode::kOff).restlessness(), 100 * quantum()) << times;
+    Presser bounded(scene, PassivityMode::kObserve);
+    EXPECT_LT(bounded.restlessness(), 10 * quantum()) << times;
+    EXPECT_LT(bounded.hand().stiffness_share, 1) << times;
+    EXPECT_GT(bounded.hand().F_asked_B.force.z(), 0.5 * kPress) << times;
+  }
+}
+
+TEST(HandBound, AFlatFaceGivesWhatTheHandBears) {
+  const WorldDef scene = overWall(makeBox(Vector3::Constant(kSide)), 5e8);  // K = 5e4 N/m
+  Presser bounded(scene, PassivityMode::kObserve, kPress, 0.015, kSide / 2);
+  EXPECT_LT(bounded.restlessness(), 10 * quantum());
+  const HandReport& hand = bounded.hand();
+  const double K = 5e8 * kSide * kSide;
+  EXPECT_NEAR(hand.stiffness, K, 1e-2 * K);  // the grip's tilt: a wedge for a slab
+  EXPECT_NEAR(hand.stiffness_share, bearable() / K, 1e-2 * bearable() / K);
+  const double depth = kSide / 2 - 0.015 - hand.X_BG.p.z();
+  EXPECT_NEAR(hand.F_asked_B.force.z(), bearable() * depth, 0.02 * bearable() * depth);
+}
+
+TEST(HandBound, WithinTheBoundTheBitsAreTheSame) {
+  const HandCertificate ball = certifyHand(overWall(makeSphere(kRadius), 1e9), 0, {}, device(), kPress);
+  WorldDef scene = overWall(makeSphere(kRadius), 0.5 * ball.bearable);
+  for (ArticulationDef& body : scene.articulations) {  // dampers within the bound as well: 2 N of 2 s/m, and no friction's
+    ContactMaterial& material = body.links[0].collisions[0].material;
+    material.dissipation = 2;
+    material.mu_static = material.mu_dynamic = 0;
+    material.tangential_damping = 0;
+  }
+  Presser free(scene, PassivityMode::kOff, kPress, 0.015, kRadius, 1.0);
+  Presser bounded(scene, PassivityMode::kObserve, kPress, 0.015, kRadius, 1.0);
+  for (int i = 0; i < 2500; ++i) {
+    free.run(1);
+    bounded.run(1);
+    ASSERT_EQ(free.world.hash(), bounded.world.hash()) << "tick " << i;
+    ASSERT_EQ(bounded.hand().stiffness_share, 1) << "tick " << i;
+  }
+  EXPECT_GT(bounded.hand().F_asked_B.force.z(), 0.5 * kPress);
+}
+
+/// A patch 1 mm deep.
+ContactVolume patch(double A0, const Vector3& n) {
+  ContactVolume contact;
+  contact.X_AP.R = patchAxes(n);
+  contact.A0 = A0;
+  contact.volume = 1e-3 * A0;
+  return contact;
+}
+
+// Each damper on its own, in a contact whose spring is within the bound: at most 3 h K_max.
+TEST(HandBound, DampersAreHeldToo) {
+  HandBound bound;
+  bound.stiffness = 1000;
+  const double A0 = 1e-4, most = 3 * kPeriod * bound.stiffness;
+  for (const double times : {0.5, 5.0}) {
+    PairLaw law;
+    law.reduced_mass = 1;
+    ContactMaterial& m = law.material;
+    m.stiffness = m.tangential_stiffness = 500 / A0;
+    m.damping = times * most / A0;
+    m.dissipation = times * most / (m.stiffness * 1e-3 * A0);
+    boundLaw(bound, kPeriod, {}, Matrix3::Identity(), patch(A0, Vector3::UnitZ()), law);
+    EXPECT_EQ(m.stiffness, 500 / A0);
+    EXPECT_DOUBLE_EQ(m.damping * A0, std::min(times, 1.0) * most);
+    EXPECT_DOUBLE_EQ(m.dissipation * m.stiffness * 1e-3 * A0, std::min(times, 1.0) * most);
+    EXPECT_DOUBLE_EQ(m.tangential_damping * A0, most);  // critical for a kilogram: 45 N·s/m
+  }
+}
+
+// A firm press on a wall of the default's damping and friction, its stiffness within the bound.
+TEST(HandBound, AFirmPressOnADampedWallRests) {
+  WorldDef scene = overWall(makeSphere(kRadius), 5e7);
+  for (ArticulationDef& body : scene.articulations) body.links[0].collisions[0].material.dissipation = 10;
+  EXPECT_GT(Presser(scene, PassivityMode::kOff, 6).restlessness(), 30 * quantum());
+  EXPECT_LT(Presser(scene, PassivityMode::kObserve, 6).restlessness(), 10 * quantum());
+}
+
+// The law itself: continuous where the bound begins to hold, and K_max times the mean thickness beyond.
+TEST(HandBound, ALawIsWeakenedToTheBoundAndNotBeyond) {
+  HandBound bound;
+  bound.stiffness = 1000;
+  const double A0 = 1e-4;
+  ContactVolume contact = patch(A0, Vector3::UnitZ());
+  for (const double times : {0.5, 1 - 1e-12, 1 + 1e-12, 2.0, 1e6}) {
+    PairLaw law;
+    law.material.stiffness = times * bound.stiffness / A0;
+    law.material.tangential_stiffness = 3 * law.material.stiffness;
+    law.material.dissipation = 0;
+    const double given = law.material.stiffness;
+    law.material.damping = 1e-3 * given;
+    law.material.tangential_damping = 2e-3 * given;
+    boundLaw(bound, kPeriod, {}, Matrix3::Identity(), contact, law);
+    EXPECT_NEAR(law.material.stiffness * A0, std::min(times, 1.0) * bound.stiffness, 1e-10 * bound.stiffness);
+    EXPECT_DOUBLE_EQ(law.material.tangential_stiffness, 3 * law.material.stiffness);
+    EXPECT_DOUBLE_EQ(law.material.damping, 1e-3 * law.material.stiffness);
+    EXPECT_DOUBLE_EQ(law.material.tangential_damping, 2e-3 * law.material.stiffness);
+    if (times < 1) { EXPECT_EQ(law.material.stiffness, given); }
+  }
+  // Two contacts share a direction, two others do not.
+  for (const double angle : {0.0, M_PI / 2}) {
+    bound.met_W = Vector3::UnitX() * Vector3::UnitX().transpose() * 1000;  // another contact's
+    PairLaw law;
+    law.material.stiffness = 1000 / A0;
+    law.material.tangential_stiffness = law.material.tangential_damping = law.material.damping = law.material.dissipation = 0;
+    contact = patch(A0, Vector3(std::cos(angle), std::sin(angle), 0));
+    boundLaw(bound, kPeriod, {}, Matrix3::Identity(), contact, law);
+    EXPECT_NEAR(law.material.stiffness * A0, angle == 0 ? 500 : 1000, 1e-9);
+  }
+}
+
+// Work of a hand that presses a ball in and takes it out again: the bounded spring gives back what it took, whatever the
+// speed of the way in and out. Error: the trapezoidal rule's, of second order.
+TEST(HandBound, ABoundedSpringGivesBackWhatItTook) {
+  double last = 0;
+  for (const double step : {1e-3, 5e-4}) {
+    WorldDef def = overWall(makeSphere(kRadius), 1e10);
+    def.settings.step = step;
+    World world(def);
+    world.setPointerBound(0, 4000);
+    const int in = static_cast<int>(std::lround(0.1 / step)), out = 3 * in;
+    double most = 0;
+    for (int i = 0; i <= in + out; ++i) {
+      const double share = i <= in ? double(i) / in : 1 - double(i - in) / out, way = 0.0111 * share;
+      world.setPointerTarget(0, Pose(Vector3(0, 0, 0.015 - way)), Twist{});
+      world.step();
+      most = std::max(most, world.report().energy.external);
+    }
+    const double error = std::fabs(world.report().energy.external) / most;
+    EXPECT_LT(error, 0.02) << step;
+    if (last > 0) { EXPECT_LT(error, 0.35 * last); }
+    last = error;
+    EXPECT_GT(most, 0.25 * 0.5 * 4000 * 1e-3 * 1e-3);
+  }
+}
+
+// A pointer on a cube on a floor: between cube and floor the scene's stiffness stays.
+TEST(HandBound, OtherContactsKeepTheirs) {
+  WorldDef scene = overWall(makeBox(Vector3::Constant(kSide)), 1e9);
+  scene.articulations.push_back(scenes::springyBody("cube", makeBox(Vector3::Constant(0.02)), JointType::kFloating, {0, 0, 0.01}, 1e9));
+  for (ArticulationDef& body : scene.articulations) {
+    body.links[0].collisions[0].material.dissipation = 1;  // stiff bodies on stiff floors come to rest by their own damper
+    if (body.name == "pointer") body.X_WA.p.z() = 0.035;
+  }
+  Presser bounded(scene, PassivityMode::kObserve, kPress, 0.035, 0.02 + kSide / 2);
+  EXPECT_LT(bounded.restlessness(), 10 * quantum());
+  EXPECT_LT(bounded.hand().stiffness_share, 0.1);
+  int floor = 0, pressed = 0;
+  const double damper = 3 * 1.0 * quantum() / kPeriod;  // c ḋ, where a few counts change within a tick
+  for (int i = 0; i < bounded.world.contactCount(); ++i) {
+    const ContactReport& c = bounded.world.contact(i);
+    const bool by_hand = c.link_a == bounded.world.pointerLink(0) || c.link_b == bounded.world.pointerLink(0);
+    const double k = c.normal_force / c.volume;
+    EXPECT_NEAR(k, by_hand ? bearable() / c.area : 1e9, damper * k);
+    ++(by_hand ? pressed : floor);
+  }
+  EXPECT_EQ(floor, 1);
+  EXPECT_EQ(pressed, 1);
+}
+
+// The bound is in no memory: a loop that goes on from one, in the middle of a weakened press, computes the same bits.
+TEST(HandBound, GoesOnFromAMemory) {
+  const WorldDef scene = overWall(makeSphere(kRadius), 1e11);
+  Presser first(scene, PassivityMode::kObserve), second(scene, PassivityMode::kObserve);
+  first.run(1000);
+  second.run(1);  // its device is asked to calibrate
+  std::vector<double> memory;
+  first.loop.hand(0).save(memory);
+  second.loop.hand(0).restore(memory);
+  second.spidar.restore(first.spidar.save());
+  second.world.restore(first.world.save());
+  for (int i = 0; i < 500; ++i) {
+    const DeviceSample sample = first.twin->exchange(first.loop.drive(0));
+    for (Presser* each : {&first, &second}) each->loop.tick(&sample, kPeriod);
+    ASSERT_EQ(first.world.hash(), second.world.hash()) << "tick " << i;
+    ASSERT_EQ(first.hand().F_asked_B.force, second.hand().F_asked_B.force) << "tick " << i;
+  }
+  EXPECT_LT(second.hand().stiffness_share, 0.5);
+}
+
+// A coupling stiffer than the hand bears rings in the air already; bounded it rests there and on a wall, light or heavy.
+TEST(HandBound, AVirtualCouplingYields) {
+  for (const double mass : {0.05, 0.3, 1.0, 3.0}) {
+    WorldDef scene = overWall(makeBox(Vector3::Constant(kSide)), 1e8);
+    scene.settings.gravity.setZero();
+    for (ArticulationDef& body : scene.articulations) body.links[0].collisions[0].material.dissipation = 10;
+    LinkDef& link = scene.articulations[1].links[0];
+    link.inertia.mass = mass;
+    link.inertia.I_C = 1e-3 * mass * Matrix3::Identity();
+    scene.pointers[0].coupling.mode = PointerCoupling::Mode::kVirtual;
+    if (mass >= 1) { EXPECT_GT(Presser(scene, PassivityMode::kOff, kPress, 0.015, kSide / 2).restlessness(), 30 * quantum()); }
+    Presser bounded(scene, PassivityMode::kObserve, kPress, 0.015, kSide / 2);
+    EXPECT_LT(bounded.restlessness(), 10 * quantum()) << mass << " kg";
+    const double derived = mass * (0.236 / kPeriod) * (0.236 / kPeriod);
+    EXPECT_DOUBLE_EQ(bounded.hand().stiffness, derived);
+    EXPECT_NEAR(bounded.hand().stiffness_share, std::min(1.0, bearable() / derived), 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace haptic

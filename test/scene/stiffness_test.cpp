@@ -1,0 +1,109 @@
+// Stiffness from what a scene says of its surfaces: a material, a modulus, a number, or nothing.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "haptic_core/analysis/hand_certificate.h"
+#include "haptic_core/contact/elastic_layer.h"
+#include "haptic_core/world/world.h"
+#include "temporary_files.h"
+
+namespace haptic {
+namespace {
+
+/// A cube of 0.1 m on a slab of 0.2 m whose top is z = 0, 10 µm above it.
+std::string cubeOnSlab(const std::string& cube, const std::string& slab, double mass = 1, const std::string& scene = "") {
+  return robot(scene + "<link name=\"world\"/>" + boxLink("cube", mass, 0.1, cube) + boxLink("slab", 1, 0.2, slab) +
+               joint("f", "floating", "world", "cube", "", "0 0 0.05001") + joint("s", "fixed", "world", "slab", "", "0 0 -0.1"));
+}
+
+std::string contact(const std::string& inside) { return "<haptic:contact " + inside + "/>"; }
+
+SceneDef load(const std::string& urdf, bool pointer = false) {
+  SceneOptions options;
+  options.add_pointer = pointer;
+  return loadText(urdf, options);
+}
+
+double restDepth(const SceneDef& scene) {
+  World world(scene.world);
+  for (int i = 0; i < 3000; ++i) world.step();
+  EXPECT_LT(world.linkTwist(world.linkIndex("cube")).linear.norm(), 1e-6);
+  return 0.05 - world.linkPose(world.linkIndex("cube")).p.z();
+}
+
+TEST(Stiffness, ACubeSinksAsItsMaterialsAndItsWeightSay) {
+  for (const auto& [cube, slab] : {std::pair("skin", "skin"), {"rubber", "skin"}, {"rubber", "rubber"}, {"steel", "rubber"}}) {
+    const SceneDef scene = load(cubeOnSlab(contact("material=\"" + std::string(cube) + "\" dissipation=\"1000\""),
+                                           contact("dissipation=\"1000\" material=\"" + std::string(slab) + "\"")));
+    const Solid &A = *solidNamed(cube), &B = *solidNamed(slab);
+    const double compliance = 0.1 / (2 * confinement(A.poisson_ratio) * A.young_modulus) +
+                              0.2 / (2 * confinement(B.poisson_ratio) * B.young_modulus);
+    const double depth = 9.8 / 0.01 * compliance;
+    EXPECT_NEAR(restDepth(scene), depth, 1e-3 * depth) << cube << " on " << slab;
+  }
+}
+
+TEST(Stiffness, StiffMaterialsRestToo) {
+  for (const char* name : {"acrylic", "wood", "concrete", "aluminium", "steel"}) {
+    const std::string of = contact("material=\"" + std::string(name) + "\"");
+    const SceneDef scene = load(cubeOnSlab(of, of, 10));
+    World world(scene.world);
+    for (int i = 0; i < 2000; ++i) world.step();
+    EXPECT_TRUE(world.report().finite);
+    EXPECT_EQ(world.report().flags & kNotConverged, 0u) << name;
+    EXPECT_LT(world.linkTwist(world.linkIndex("cube")).linear.norm(), 1e-6) << name;
+    EXPECT_NEAR(world.linkPose(world.linkIndex("cube")).p.z(), 0.05, 1e-6) << name;
+  }
+}
+
+TEST(Stiffness, AModulusIsOneOfAnUsualSolidAndAScenesMaterialIsForAllThatSayNothing) {
+  const double k = surfaceStiffness(3e8, kUsualPoissonRatio, 0.1);
+  const auto given = [](const SceneDef& scene, const char* link) {
+    for (const CollisionReport& report : scene.collisions)
+      if (report.link == link) return report.material.stiffness;
+    return 0.0;
+  };
+  EXPECT_DOUBLE_EQ(given(load(cubeOnSlab(contact("young_modulus=\"3e8\""), "")), "cube"), k);
+  EXPECT_DOUBLE_EQ(given(load(cubeOnSlab("<haptic:contact><haptic:young_modulus value=\"3e8\"/></haptic:contact>", "")), "cube"), k);
+  const std::string of_all = "<haptic:scene>" + contact("young_modulus=\"3e8\"") + "</haptic:scene>";
+  const SceneDef scene = load(cubeOnSlab("", contact("stiffness=\"7e7\""), 1, of_all));
+  EXPECT_DOUBLE_EQ(given(scene, "cube"), k);
+  EXPECT_DOUBLE_EQ(given(scene, "slab"), 7e7);
+  EXPECT_NE(sceneText(scene).find("the scene's material: E 3e+08 Pa"), std::string::npos) << sceneText(scene);
+  const TemporaryFiles files;
+  files.write("cube.urdf", cubeOnSlab("", ""));
+  const SceneDef listed = loadScene(files.write("s.yaml", "material: {material: wood}\nmodels:\n  - {file: cube.urdf}\n"));
+  EXPECT_DOUBLE_EQ(given(listed, "cube"), surfaceStiffness(1.2e10, 0.30, 0.1));
+}
+
+TEST(Stiffness, BadInputGetsOneLine) {
+  const auto refused = [](const std::string& inside) { return refusal(cubeOnSlab(contact(inside), "")); };
+  for (const char* twice : {"stiffness=\"1e6\" young_modulus=\"1e9\"", "stiffness=\"1e6\" material=\"steel\"",
+                            "young_modulus=\"1e9\" material=\"steel\""}) {
+    EXPECT_NE(refused(twice).find("give one of stiffness, young_modulus and material"), std::string::npos) << refused(twice);
+  }
+  EXPECT_NE(refused("material=\"cheese\"").find("known: steel"), std::string::npos) << refused("material=\"cheese\"");
+  for (const char* bad : {"-1", "0", "inf", "nan"}) {
+    EXPECT_NE(refused("young_modulus=\"" + std::string(bad) + "\""), "") << bad;
+  }
+  EXPECT_NE(refused("young_modulus=\"-1\"").find("young_modulus [Pa] is -1"), std::string::npos);
+  EXPECT_EQ(refused("young_modulus=\"-1\"").find('\n'), std::string::npos);
+}
+
+// Nothing is said: bodies of any weight and size rest within a hundredth of their size, and a hand bears its pointer.
+TEST(Stiffness, WithoutAWordBodiesRestWithinTheirShareAndAHandBearsThem) {
+  const DeviceDef device = loadDevice(std::string(HAPTIC_SCENES) + "/../devices/spidar_g6x3r.yaml");
+  for (const double mass : {0.01, 1.0, 8.0, 400.0}) {
+    const SceneDef scene = load(cubeOnSlab("", "", mass), true);
+    const double depth = restDepth(load(cubeOnSlab("", "", mass)));
+    EXPECT_LT(depth, 1.001e-3) << mass << " kg";
+    EXPECT_GT(depth, mass < 1 ? 0 : 0.97e-3) << mass << " kg";  // no stiffer than asked, nor softer than the default
+    const HandCertificate c = certifyHand(scene.world, 0, {}, device);
+    EXPECT_TRUE(c.holds()) << mass << " kg: " << c.text();
+    EXPECT_NE(sceneText(scene).find("stiffness chosen"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace haptic
