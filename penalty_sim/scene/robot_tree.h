@@ -50,7 +50,7 @@ struct LoadContext {
   std::map<std::string, FramePlace> frames;      ///< by name with prefix
   std::vector<std::vector<std::string>> places;  ///< per articulation and link: "file:line: link 'x'"
   GivenSolid solid;                              ///< of surfaces that do not say it themselves
-  std::vector<SilentCollision> silent;
+  std::vector<SilentCollision> silent;           ///< whose stiffness is chosen once all is loaded
   std::vector<int> held;  ///< articulations whose joints hold their initial position
 };
 

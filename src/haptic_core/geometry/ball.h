@@ -16,7 +16,7 @@ class Ball : public ConvexShape {
   }
   TriangleMesh triangles() const override;  ///< 320 triangles, corners on the sphere
   Vector3 core(const Vector3&) const override { return Vector3::Zero(); }
-  double rounding() const override { return radius_; }
+  double rounding() const override { return radius_; }  ///< its core is a point
 };
 
 inline const Ball* ConvexShape::ball() const {

@@ -59,6 +59,7 @@ class BallCut {
   /// (in realtime) Cuts all faces with a sphere of `radius` [m] about `c`. The ball lies beyond a plane, and so outside: its face;
   /// else -1. A corner or edge that lies on the sphere within rounding counts as in or as out, in both faces alike.
   int cut(const ConvexPolyhedron& shape, const Vector3& c, double radius) noexcept;
+  /// The same of what planes have left of a solid.
   int cut(const CutSolid& solid, const Vector3& c, double radius) noexcept;
   /// (in realtime) Adds the circle of two spheres, or of one and a plane: a face that holds all of it.
   void addCircle(const Vector3& normal, double height, double radius) noexcept;

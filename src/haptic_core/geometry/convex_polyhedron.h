@@ -58,10 +58,10 @@ class ConvexPolyhedron : public ConvexShape {
 
   /// Corner i ≤ count of a face's loop, as a vertex and as a point, and the face's plane: as CutSolid has them.
   int key(int f, int i) const { return loop_[faces_[f].first + (i < faces_[f].count ? i : 0)]; }
-  const Vector3& corner(int f, int i) const { return vertices_[key(f, i)]; }
-  int cornerCount(int f) const { return faces_[f].count; }
-  const Face& plane(int f) const { return faces_[f]; }
-  int planeIndex(int f) const { return f; }
+  const Vector3& corner(int f, int i) const { return vertices_[key(f, i)]; }  ///< [m]
+  int cornerCount(int f) const { return faces_[f].count; }                    ///< of face f
+  const Face& plane(int f) const { return faces_[f]; }                        ///< of face f
+  int planeIndex(int f) const { return f; }                                   ///< f itself
 
   /// Neighbours of vertex v: neighbours()[neighbourBegin(v) … neighbourBegin(v + 1) - 1]; the half edge that
   /// leads there is outgoing()[same index].

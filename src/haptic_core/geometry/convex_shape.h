@@ -43,7 +43,7 @@ class ConvexShape {
   /// The shape is all that is within rounding() [m] of its core, whose farthest point along `direction` (not zero) this is.
   /// (in realtime)
   virtual Vector3 core(const Vector3& direction) const = 0;
-  virtual double rounding() const { return 0; }
+  virtual double rounding() const { return 0; }  ///< see `core`
 
  protected:
   /// What the shape is, so that queries need no dynamic cast.

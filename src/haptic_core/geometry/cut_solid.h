@@ -20,7 +20,7 @@ struct ContactFace {
 struct CutSolid {
   /// One of them.
   struct Face {
-    ContactFace face;
+    ContactFace face;  ///< its plane, and whose it is
     int first, count;  ///< its corners in `loop`, counter-clockwise seen from outside
   };
   LoadedVector<Vector3> points;  ///< corners [m]
