@@ -176,7 +176,8 @@ Scene rollingBall() {
   Scene s = still();
   s.name = "roll";
   s.title = "Ball that rolls down a slope";
-  s.parameters = "radius 50 mm, 0.1 kg, solid, slope 0.3 rad, mu 0.5; true ball; 42, 162, 642 vertices at 1, 2, 3 facets; peers: sphere, plane";
+  s.parameters =
+      "radius 50 mm, 0.1 kg, solid, slope 0.3 rad, mu 0.5; true ball; 42, 162, 642 vertices at 1, 2, 3 facets; peers: sphere, plane";
   s.reference = "rigid sphere: 5/7 g sin(slope)";
   s.seconds = 0.5;
   s.stiffness = 1e8;

@@ -17,7 +17,8 @@ struct Touch {
     if (!advance.second_order || memory.touching != 0) return touch;
     if (!(approach > 0) || contact.depth >= advance.time * approach) return touch;
     touch.since = contact.depth / approach;
-    if (jumpsAtTouch(law.pressure) && law.reduced_mass > 0) touch.decay = law.material.damping * contact.A0 * touch.since / law.reduced_mass;
+    const bool brakes = jumpsAtTouch(law.pressure) && law.reduced_mass > 0;
+    if (brakes) touch.decay = law.material.damping * contact.A0 * touch.since / law.reduced_mass;
     return touch;
   }
   double slowed() const { return std::exp(-decay); }
