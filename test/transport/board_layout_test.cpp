@@ -228,7 +228,9 @@ TEST(BoardLayout, NoLengthInALessonButTheCyclesIsAHeaderThatSpoilsABoard) {
         const bool in_use = command == BoardCommand::kCurrent || command == BoardCommand::kGetParam;
         EXPECT_TRUE(in_use || !spoilsBoards(taught, boards)) << model << " " << first << " " << c;
         EXPECT_GE(taught, true_bytes);
-        if (in_use || command == BoardCommand::kBoardInfo) EXPECT_EQ(taught, true_bytes);
+        if (in_use || command == BoardCommand::kBoardInfo) {
+          EXPECT_EQ(taught, true_bytes);
+        }
       }
     }
   }
