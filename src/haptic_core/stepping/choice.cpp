@@ -18,16 +18,25 @@ constexpr double kGrown = 1.1;
 
 bool isImplicit(const State& state, int tree) noexcept { return state.mode[tree] == TreeMode::kImplicit; }
 
+bool movesByItself(const Model& model, const Work& work, int shape) noexcept {
+  return work.hands.movesByItself(model.trees[model.treeOf(shape)]);
+}
+
+/// As StabilityMemory keeps it.
+double moversOf(const Model& model, const Work& work, const ActivePair& pair) noexcept {
+  return (movesByItself(model, work, pair.shapeA()) ? 1 : 0) + (movesByItself(model, work, pair.shapeB()) ? 2 : 0);
+}
+
 /// Shares of a contact for its two links.
 void measureShares(const Model& model, const ContactVolume& volume, const PatchTangent& tangent, const Pose& X_WP,
                    const Work& work, ActivePair& pair) noexcept {
   const int link[2] = {model.shapes[pair.shapeA()].link, model.shapes[pair.shapeB()].link};
-  const auto moves = [&](int l) { return work.hands.movesByItself(model.trees[model.links[l].articulation]); };
-  const bool both = moves(link[0]) && moves(link[1]);
+  const bool moves[2] = {movesByItself(model, work, pair.shapeA()), movesByItself(model, work, pair.shapeB())};
+  const bool both = moves[0] && moves[1];
   double mobility = 0;  // of both along the normal [1/kg]
   for (int s = 0; s < 2; ++s) {
     pair.stability.share[s] = 0;
-    if (!moves(link[s])) continue;
+    if (!moves[s]) continue;
     const ModelLink& l = model.links[link[s]];
     const LinkWork& place = work.placement.link[link[s]];
     const LinkModel& body = model.trees[l.articulation].model->link(l.local);
@@ -37,6 +46,7 @@ void measureShares(const Model& model, const ContactVolume& volume, const PatchT
   }
   const double h = model.substep(), damper = h * tangent.damping.m0 * mobility;
   pair.stability.swing = h * h * tangent.stiffness.m0 * mobility + 2 * damper / (1 + 0.5 * damper);
+  pair.stability.movers = moversOf(model, work, pair);
   pair.stability.area = volume.A0;
   pair.stability.volume = volume.volume;
 }
@@ -159,7 +169,7 @@ double couplingNumber(const Model& model, const State& state, const Work& work, 
 
 void noteStability(const Model& model, const ContactEvaluation& c, const State& state, Work& work, ActivePair& pair) noexcept {
   const StabilityMemory& known = pair.stability;
-  const bool old = ((state.step + pair.key) & kRenewMask) == 0;
+  const bool old = ((state.step + pair.key) & kRenewMask) == 0 || known.movers != moversOf(model, work, pair);
   if (old || c.volume.A0 > kGrown * known.area || c.volume.volume > kGrown * known.volume) {
     measureShares(model, c.volume, c.force.tangent, c.X_WP, work, pair);
   }
@@ -170,7 +180,9 @@ void noteStability(const Model& model, const ContactEvaluation& c, const State& 
   if (!(pair.stability.parts > 1)) return;
   work.choice.parts = std::max(work.choice.parts, pair.stability.parts);
   if (work.choice.cuts) return;
-  for (const int shape : {pair.shapeA(), pair.shapeB()}) work.choice.number[model.shapes[shape].link] += kStabilityBound;
+  for (const int shape : {pair.shapeA(), pair.shapeB()}) {
+    if (movesByItself(model, work, shape)) work.choice.number[model.shapes[shape].link] += kStabilityBound;
+  }
 }
 
 void measureStability(const Model& model, const ContactVolume& volume, const PatchTangent& tangent, const Pose& X_WP,

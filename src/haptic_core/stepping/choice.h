@@ -31,6 +31,7 @@ constexpr double kEnterImplicit = 0.9, kLeaveImplicit = 0.7;
 /// Radians of a swing in a contact that a step may take: from `kRough` on the substep is cut to parts of `kFine`. A bounce then
 /// keeps its speed to 1 %; finer costs in proportion.
 constexpr double kRough = 0.7, kFine = 0.25;
+constexpr int kMostParts = 8;  ///< √kStabilityBound/kFine: what swings faster is too stiff for parts
 /// Change of depth within a substep, of the depth, below which a contact rests [1].
 constexpr double kResting = 0.05;
 
@@ -48,6 +49,7 @@ struct ChoiceWork {
   Retreat retreat;             ///< for `takeBack`
   double parts = 1;            ///< that the attempt asks a substep to have
   bool cuts = false;           ///< all is explicit: parts are possible
+  bool decided = false;        ///< the attempt stands, whatever it finds
 
   explicit ChoiceWork(const Model& model);  ///< set-up: room for all links
 };

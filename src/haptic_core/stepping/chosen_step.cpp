@@ -11,9 +11,12 @@ namespace haptic::stepping {
 void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept {
   prime(model, part, state, work, report);
   keepForRetreat(state, report.step, work.choice.retreat);
+  int attempts = static_cast<int>(model.trees.size()) + kMostParts;  // each makes a tree implicit or asks for more parts
+  work.choice.decided = false;
   while (!velocityVerlet(model, part, state, work, report)) {
     takeBack(model, state, work, report.step);
     ++report.step.redone;
+    work.choice.decided = --attempts == 0;
     if (!anyImplicit(state)) part = shortened(model, part, model.substep() / work.choice.parts);
   }
   if (anyImplicit(state)) {

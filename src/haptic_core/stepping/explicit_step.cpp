@@ -64,16 +64,16 @@ bool evaluate(const Model& model, const StepPart& part, bool advances, State& st
   const bool chooses = model.settings.integrator == Integrator::kAutomatic;
   work.clock.end(report.step.stages.motion);
   findPairs(model, chooses && anyImplicit(state) ? part.h : 0, work.placement, state, work.search, report.step);
-  if (chooses && modesMeet(model, state, work)) {
+  if (chooses && !work.choice.decided && modesMeet(model, state, work)) {
     makeImplicit(model, false, state, work);
     return false;
   }
   evaluateContacts(model, {advances ? part.h : 0, true}, state, work, report);
-  if (chooses && anyTooStiff(work.choice, report.step)) {
+  if (chooses && anyTooStiff(work.choice, report.step) && !work.choice.decided) {
     makeImplicit(model, true, state, work);
     return false;
   }
-  if (chooses && advances && part.h * work.choice.parts > 1.001 * model.substep()) return false;
+  if (chooses && advances && !work.choice.decided && part.h * work.choice.parts > 1.001 * model.substep()) return false;
   pullCoupled(model, part, advances, state, work.hands, work.placement);
   return true;
 }
@@ -102,8 +102,12 @@ void prime(const Model& model, const StepPart& part, State& state, Work& work, R
     return work.hands.movesByItself(tree) && state.mode[model.indexOf(tree)] == TreeMode::kUnprimed;
   };
   if (std::none_of(model.trees.begin(), model.trees.end(), unprimed)) return;
-  do placeTrees(model, state, work.placement);
-  while (!evaluate(model, part, false, state, work, report));
+  int attempts = static_cast<int>(model.trees.size());  // each makes a tree implicit
+  work.choice.decided = false;
+  do {
+    placeTrees(model, state, work.placement);
+    work.choice.decided = attempts-- == 0;
+  } while (!evaluate(model, part, false, state, work, report));
   for (const ModelTree& tree : model.trees) {
     if (!unprimed(tree)) continue;
     keepPull(model, tree, state, work);

@@ -28,13 +28,14 @@ struct ReleaseMemory {
 struct StabilityMemory {
   double share[2] = {0, 0};     ///< of A's link, of B's
   double area = 0, volume = 0;  ///< of the patch then [m²], [m³]
+  double movers = 0;            ///< who of the two moved by itself then: 1: A, 2: B; a hand may take hold of one
   double swing = 0;             ///< (step × circular frequency)² of the swing along the normal, dampers counted likewise
   double rate = 0;              ///< speed along the normal at the last evaluation [m/s]
   double parts = 1;             ///< of a substep, for the motion in this contact to be resolved (stepping/choice.h)
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.share), visit(s.area), visit(s.volume), visit(s.swing), visit(s.rate), visit(s.parts);
+    visit(s.share), visit(s.area), visit(s.volume), visit(s.movers), visit(s.swing), visit(s.rate), visit(s.parts);
   }
 };
 
