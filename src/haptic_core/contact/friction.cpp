@@ -10,8 +10,9 @@ namespace {
 constexpr double kTorsionRadius = 2.0 / 3.0 * M_SQRT2;
 
 /// Turn of B on A from which an anchor is set anew [rad]: what it then leaves out of the way of a rolling patch is a twelfth
-/// of its square, 1e-9 of that way, and of the elastic slip half of the square. Larger, and a ball rolls on by that much.
-constexpr double kMostTurn = 1e-4;
+/// of its square, 1e-7 of that way, and of the elastic slip half of the square. At 1e-4 a ball rolls a hundred times more
+/// exactly, but what a hand rocks by as much is set anew at every turn, and wanders by a quarter of a millimetre.
+constexpr double kMostTurn = 1e-3;
 
 /// Force and torque of friction, or slip and twist.
 struct Planar {
