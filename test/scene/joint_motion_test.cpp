@@ -134,9 +134,19 @@ TEST(JointMotion, AQuadrupedLandsOnTheFloor) {
                   "models:\n  - {file: floor.urdf}\n  - {file: dog.urdf, base: floating, drive: hold, pose: "
                   "{xyz: [0, 0, 0.45], rpy: [0.1, 0.05, 0]}}\n"));
   for (const Integrator integrator :
-       {Integrator::kSymplecticEuler, Integrator::kVelocityVerlet, Integrator::kImplicitEuler}) {
+       {Integrator::kSymplecticEuler, Integrator::kVelocityVerlet, Integrator::kImplicitEuler, Integrator::kSdirk2,
+        Integrator::kAutomatic}) {
     WorldDef def = scene.world;
     def.settings.integrator = integrator;
+    const bool is_explicit = integrator == Integrator::kSymplecticEuler || integrator == Integrator::kVelocityVerlet;
+    // The foundation that is chosen for feet of 0.2 kg, 2e8 N/m³, is beyond explicit steps of 1 ms (h ω > 2 as they rock).
+    for (ArticulationDef& articulation : def.articulations) {
+      for (LinkDef& link : articulation.links) {
+        for (CollisionDef& collision : link.collisions) {
+          if (is_explicit) collision.material.rest_stiffness = ContactMaterial::kUnset;
+        }
+      }
+    }
     World world(def);
     const int trunk = world.linkIndex("trunk");
     double highest = 0;
