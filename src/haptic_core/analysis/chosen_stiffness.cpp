@@ -14,7 +14,7 @@
 namespace haptic {
 namespace {
 
-constexpr int kMostSides = 64;  ///< of a hull's, evenly chosen: round bodies have many that are alike
+constexpr int kMostHullSides = 64;  ///< of a hull's, evenly chosen: round bodies have many that are alike
 
 /// Corners of all shapes in the link's frame; of a round one those of a fine hull of it.
 std::vector<Vector3> cornersOf(const LinkDef& link) {
@@ -73,7 +73,7 @@ std::vector<Vector3> standingSides(const LinkDef& link) {
     if (standsOn(hull, face, link.inertia.p_LC)) sides.push_back(face.normal);
   }
   std::vector<Vector3> some;
-  const std::size_t stride = 1 + sides.size() / kMostSides;
+  const std::size_t stride = 1 + sides.size() / kMostHullSides;
   for (std::size_t i = 0; i < sides.size(); i += stride) some.push_back(sides[i]);
   return some;
 }

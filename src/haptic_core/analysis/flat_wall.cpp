@@ -5,11 +5,6 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
-
-constexpr int kHalvings = 50;  ///< of an interval: to rounding
-
-}  // namespace
 
 FlatWall::FlatWall(const ConvexShape& shape, const Vector3& outward)
     : shape_(shape), wall_(makeBox(Vector3::Constant(8 * shape.boundingRadius()))) {

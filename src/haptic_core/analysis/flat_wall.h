@@ -7,6 +7,8 @@
 
 namespace haptic {
 
+constexpr int kHalvings = 50;  ///< of an interval: to rounding
+
 /// Presses one shape into its wall. At set-up: allocates.
 class FlatWall {
  public:

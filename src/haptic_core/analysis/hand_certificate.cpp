@@ -19,7 +19,6 @@ namespace {
 constexpr int kMostSides = 32;  ///< of a shape's faces; a ball's are alike
 constexpr double kSoughtFoundations = 100;  ///< nobody makes a scene stiffer than that by a slider
 constexpr double kStiffestFoundation = 1e13;  ///< [N/m³] stiffer than steel of 10 cm: no hand tells the difference
-constexpr int kHalvings = 50;   ///< of an interval: to rounding
 
 /// The stiffest pair of surfaces that the pointer can bring together.
 struct Partner {

@@ -4,6 +4,17 @@
 
 namespace haptic {
 
+/// Quaternions lie in q as w, x, y, z.
+inline Quaternion loadQuaternion(const double* q) {
+  return Quaternion(q[0], q[1], q[2], q[3]);
+}
+inline void storeQuaternion(const Quaternion& r, double* q) {
+  q[0] = r.w();
+  q[1] = r.x();
+  q[2] = r.y();
+  q[3] = r.z();
+}
+
 /// Unit quaternion of the rotation vector `theta`. Below half an angle of 0.5 rad by the series of cos and
 /// sin(x)/x, whose next term (x²)⁹/18! is below 1e-20: no square root, no library call, same bits everywhere.
 inline Quaternion quaternionStep(const Vector3& theta) {

@@ -32,8 +32,6 @@ constexpr double kOfSize = 1e-4;
 /// Share of v that is left where no reference had little enough energy. Then nothing is left: what stands has
 /// none.
 constexpr double kSlower = 0.3;
-/// Share of the tolerance that a frozen patch may be wrong by, or a body may move, without another evaluation.
-constexpr double kStays = 0.5;
 
 }  // namespace
 

@@ -9,9 +9,6 @@
 namespace haptic {
 namespace {
 
-/// Share of the tolerance that a frozen patch may be wrong by without another evaluation.
-constexpr double kStays = 0.5;
-
 /// ∫ d² dA: exact for a face (extent = mean), 3 % above it for an edge (twice) and exact for a corner (three
 /// times).
 double estimatedSquares(const ContactVolume& volume) {

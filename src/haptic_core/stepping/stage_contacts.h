@@ -35,6 +35,9 @@ struct StageTolerance {
   double speed = 0, energy = 0;  ///< [m/s], [J]
 };
 
+/// Share of the tolerance that a frozen patch may be wrong by, or a body may move, without another evaluation.
+constexpr double kStays = 0.5;
+
 /// The contacts of one island during one implicit stage.
 class StageContacts {
  public:
