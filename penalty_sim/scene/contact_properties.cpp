@@ -4,6 +4,7 @@
 #include <cstring>
 #include <sstream>
 
+#include "haptic_core/base/parse_numbers.h"
 #include "haptic_core/contact/elastic_layer.h"
 
 namespace haptic {

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/parse_numbers.h"
 #include "scene/xml_file.h"
 
 namespace haptic {

@@ -5,6 +5,8 @@
 
 #include <cstring>
 
+#include "haptic_core/base/parse_numbers.h"
+
 namespace haptic {
 namespace {
 

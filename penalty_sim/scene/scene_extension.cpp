@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 
+#include "haptic_core/base/parse_numbers.h"
 #include "scene/contact_properties.h"
 #include "scene/pointer_reading.h"
 

@@ -1,10 +1,9 @@
 #include "scene/scene_list.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <cmath>
-#include <set>
 
+#include "haptic_core/base/parse_numbers.h"
+#include "haptic_core/base/yaml_map.h"
 #include "scene/contact_properties.h"
 #include "scene/pointer_reading.h"
 #include "scene/resource_path.h"
@@ -12,84 +11,14 @@
 namespace haptic {
 namespace {
 
-/// Reads keys of one mapping and refuses those nobody asked for.
-class Keys {
- public:
-  Keys(const std::string& path, const YAML::Node& node, const std::string& what,
-       const std::set<std::string>& known)
-      : path_(path), node_(node), what_(what) {
-    if (!node.IsMap()) throw SetupError(where(node), what + " is not a mapping", "write key: value lines");
-    std::string list;
-    for (const std::string& key : known) list += (list.empty() ? "" : ", ") + key;
-    for (const auto& entry : node) {
-      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
-      if (!known.count(key))
-        throw SetupError(where(entry.first), "unknown key '" + key + "' in " + what, "known: " + list);
-    }
-  }
-
-  std::string where(const YAML::Node& node) const {
-    return path_ + ":" + std::to_string(node.Mark().line + 1);
-  }
-  std::string where() const { return where(node_) + ": " + what_; }
-  YAML::Node operator[](const char* key) const { return node_[key]; }
-
-  std::string text(const char* key, const std::string& otherwise = "") const {
-    const YAML::Node value = node_[key];
-    if (!value) return otherwise;
-    if (!value.IsScalar())
-      throw SetupError(where(value), std::string(key) + " is not a single value", "write one word or number");
-    return value.Scalar();
-  }
-
-  std::vector<double> numbers(const char* key) const {
-    const YAML::Node value = node_[key];
-    std::string all;
-    if (value.IsScalar()) all = value.Scalar();
-    if (value.IsSequence()) {
-      for (const YAML::Node& item : value) all += (item.IsScalar() ? item.Scalar() : "?") + " ";
-    }
-    const auto parsed = parseNumbers(all);
-    bool finite = parsed && !parsed->empty();
-    if (finite) {
-      for (double number : *parsed) finite = finite && std::isfinite(number);
-    }
-    if (!finite)
-      throw SetupError(where(value), std::string(key) + " holds no finite numbers",
-                       "write a number, or [x, y, z]");
-    return *parsed;
-  }
-
-  double number(const char* key, double otherwise) const {
-    if (!node_[key]) return otherwise;
-    const auto all = numbers(key);
-    if (all.size() != 1)
-      throw SetupError(where(node_[key]), std::string(key) + " is not one number", "write one number");
-    return all[0];
-  }
-
-  Vector3 vector(const char* key) const {
-    if (!node_[key]) return Vector3::Zero();
-    const auto all = numbers(key);
-    if (all.size() != 3)
-      throw SetupError(where(node_[key]), std::string(key) + " is not three numbers", "write [x, y, z]");
-    return {all[0], all[1], all[2]};
-  }
-
- private:
-  std::string path_;
-  YAML::Node node_;
-  std::string what_;
-};
-
-Pose readPose(const Keys& parent, const std::string& path) {
+Pose readPose(const YamlMap& parent, const std::string& path) {
   const YAML::Node node = parent["pose"];
   if (!node) return {};
-  const Keys keys(path, node, "pose", {"xyz", "rpy"});
+  const YamlMap keys(path, node, "pose", {"xyz", "rpy"});
   return {rotationFromRpy(keys.vector("rpy")), keys.vector("xyz")};
 }
 
-int readRepeat(const Keys& keys) {
+int readRepeat(const YamlMap& keys) {
   const double repeat = keys.number("repeat", 1);
   if (repeat < 1 || repeat > 1000 || repeat != std::floor(repeat)) {
     throw SetupError(keys.where(), "repeat is no whole number of 1…1000", "write e.g. 6");
@@ -98,7 +27,7 @@ int readRepeat(const Keys& keys) {
 }
 
 ListedModel readModel(const std::string& path, const YAML::Node& node) {
-  const Keys keys(path, node, "model", {"file", "prefix", "pose", "base", "joints", "drive", "motion"});
+  const YamlMap keys(path, node, "model", {"file", "prefix", "pose", "base", "joints", "drive", "motion"});
   ListedModel model;
   model.where = keys.where();
   const std::string file = keys.text("file");
@@ -140,7 +69,7 @@ ListedModel readModel(const std::string& path, const YAML::Node& node) {
 }
 
 ListedDevice readDevice(const std::string& path, const YAML::Node& node) {
-  const Keys keys(path, node, "device",
+  const YamlMap keys(path, node, "device",
                   {"device", "pointer", "coupling", "stiffness", "damping", "rotational_stiffness",
                    "rotational_damping", "scale", "force_scale", "pose", "path", "repeat", "waypoints"});
   ListedDevice device;
@@ -165,7 +94,7 @@ ListedDevice readDevice(const std::string& path, const YAML::Node& node) {
     if (!points.IsSequence())
       throw SetupError(keys.where(points), "waypoints is not a list", "write - {time: 1, xyz: [0, 0, 0]}");
     for (const YAML::Node& point : points) {
-      const Keys entry(path, point, "waypoint", {"time", "xyz", "rotation", "opening"});
+      const YamlMap entry(path, point, "waypoint", {"time", "xyz", "rotation", "opening"});
       if (!entry["time"]) throw SetupError(entry.where(), "has no time", "give it in seconds");
       device.path.keys.push_back({entry.number("time", 0), entry.vector("xyz"), entry.vector("rotation"),
                                   entry.number("opening", 0)});
@@ -175,7 +104,7 @@ ListedDevice readDevice(const std::string& path, const YAML::Node& node) {
 }
 
 void readMaterial(const std::string& path, const YAML::Node& node, ContactMaterial& material, GivenSolid& solid) {
-  const Keys keys(path, node, "material",
+  const YamlMap keys(path, node, "material",
                   {"stiffness", "young_modulus", "material", "damping", "dissipation", "tangential_stiffness",
                    "tangential_damping", "mu_static", "mu_dynamic"});
   material.stiffness = keys.number("stiffness", material.stiffness);
@@ -191,7 +120,7 @@ void readMaterial(const std::string& path, const YAML::Node& node, ContactMateri
   check(material, keys.where());
 }
 
-void readFilters(const Keys& keys, SceneList& list) {
+void readFilters(const YamlMap& keys, SceneList& list) {
   const YAML::Node filters = keys["filters"];
   if (!filters) return;
   for (const YAML::Node& pair : filters) {
@@ -203,7 +132,7 @@ void readFilters(const Keys& keys, SceneList& list) {
 }
 
 SceneList readList(const std::string& path, const YAML::Node& root) {
-  const Keys keys(path, root, "scene",
+  const YamlMap keys(path, root, "scene",
                   {"name", "models", "devices", "settings", "material", "filters", "srdf"});
   SceneList list;
   list.name = keys.text("name");
@@ -243,16 +172,9 @@ SceneList readList(const std::string& path, const YAML::Node& root) {
 }  // namespace
 
 SceneList readSceneList(const std::string& path) {
-  try {
-    const YAML::Node root = YAML::LoadFile(path);
-    if (!root || root.IsNull()) throw SetupError(path, "is empty", "a scene list needs models");
-    return readList(path, root);
-  } catch (const YAML::BadFile&) {
-    throw SetupError(path, "cannot be read", "check the path and its permissions");
-  } catch (const YAML::Exception& error) {
-    throw SetupError(path + ":" + std::to_string(error.mark.line + 1), "malformed YAML (" + error.msg + ")",
-                     "mend this line");
-  }
+  const YAML::Node root = loadYaml(path);
+  if (!root || root.IsNull()) throw SetupError(path, "is empty", "a scene list needs models");
+  return readList(path, root);
 }
 
 }  // namespace haptic

@@ -42,10 +42,6 @@ class XmlFile {
   tinyxml2::XMLDocument document_;
 };
 
-/// Numbers separated by white space; nothing when the text is anything else. Infinite and NaN are returned as
-/// such.
-std::optional<std::vector<double>> parseNumbers(const std::string& text);
-
 /// One attribute as `count` finite numbers. Nothing when it is absent. Throws SetupError naming file, line,
 /// element and attribute when it is there and is not that.
 std::optional<std::vector<double>> readNumbers(const XmlFile& file, const XmlElement& element,

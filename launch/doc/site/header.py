@@ -12,7 +12,7 @@ DECLARATION = re.compile(r"^(\s*)((?:\w[\w:]*(?:<.*?>)?[&*]*\s+)+)(\w+\b(?!\s*\(
 VALUE_OF_ENUM = re.compile(r"^(\s*)(enum class (\w+)[^{]*\{[^}]*\}) (\w+(?: = [^;]*)?;)(.*)$")
 TAG = re.compile(r"(?<![`\\])<(?=/?[a-z_]+[ >=])")
 FIELDS = re.compile(r"\s*(static )?void (eachField\(Self&|remember\(Numbers&)")
-FIELD_WORDS = "/** Visits every field, in order: what is saved, compared and hashed (base/fields.h, base/memory_numbers.h). */ "
+FIELD_WORDS = "/** Visits every field, in order: what is saved, compared and hashed (base/fields.h). */ "
 OPENING, CLOSING = "([{<", ")]}>"
 
 

@@ -1,19 +1,15 @@
 /// One step of a tree with everything its joints do: damping, friction, limits, drives, mimic, rings.
 ///
 /// Symplectic Euler: v₁ = v + h v̇ with the forces here and now, q₁ = q ⊕ h v₁, where the joints' own forces
-/// are taken at v₁ (joint_law.h) and rings hold at q₁. The velocity solves
-///   (M + h·slope) v̇ = τ(offsets) − c + Σ Jᵀ F + Gᵀ λ,   G v₁ = −φ/h,
-/// with each joint on one piece of its graph, found by the search of joint_laws.h. A straight piece's slope joins M's
-/// diagonal in the articulated-body algorithm. Rings: Y = M̃⁻¹Gᵀ from the same factorisation, S = G Y by pivoted_cholesky.h
-/// (redundant rows, as in a planar ring, drop out), then up to five chord Newton steps put q₁ on φ = 0.
+/// are taken at v₁ and rings hold at q₁: the equations of joint_solver.h, over the inertia of the tree. A straight piece's slope
+/// joins M's diagonal in the articulated-body algorithm. Up to five chord Newton steps then put q₁ on φ = 0.
 ///
-/// Cost: passes × one articulated-body evaluation. No heap, no exception (in realtime) after construction.
+/// Cost: passes × one articulated-body evaluation, twice that with rings. No heap, no exception (in realtime) after
+/// construction.
 #pragma once
 #include <vector>
 
-#include "haptic_core/dynamics/joint_laws.h"
-#include "haptic_core/dynamics/pivoted_cholesky.h"
-#include "haptic_core/dynamics/ring.h"
+#include "haptic_core/dynamics/joint_solver.h"
 
 namespace haptic {
 
@@ -31,7 +27,7 @@ class TreeMotion {
   explicit TreeMotion(const Articulation& articulation, std::vector<RingDef> rings = {});
 
   /// Nothing but inertia, gravity and wrenches acts: stepRungeKutta and stepFreeBody may move it as well.
-  bool isPlain() const { return laws_.empty() && rings_.empty(); }
+  bool isPlain() const { return joints_.empty(); }
   /// Joint laws that are not simulated (friction, limits and drives of planar and spherical joints), one line
   /// each.
   const std::vector<std::string>& unsupported() const { return unsupported_; }
@@ -56,22 +52,14 @@ class TreeMotion {
   bool close(double* q, double* v, LinkWork* work) noexcept;
 
  private:
-  void holdPieces(const double* v, double h, double* v_dot) noexcept;
-  void solveOnce(const Vector3& gravity, double h, const double* v, LinkWork* work, double* v_dot) noexcept;
-  void factorRings(const LinkWork* work) noexcept;
   double correct(int steps, double* q, const double* v, LinkWork* work) noexcept;
-  double forceOf(const JointLaws::Law& law, const Vector3& gravity, const LinkWork* work, double v1) const noexcept;
 
   const Articulation& articulation_;
-  Rings rings_;
-  JointLaws laws_;
+  JointSolver joints_;
   std::vector<std::string> unsupported_;
   JointReport report_;
   // Of one step.
-  const double* tau_given_ = nullptr;
-  std::vector<double> tau_, law_tau_, diag_, v_dot_, v_end_, v_target_, drive_force_;
-  std::vector<double> G_, Y_, phi_, lambda_, response_;
-  PivotedCholesky S_;
+  std::vector<double> tau_, v_dot_, change_, v_end_, drive_force_, response_;
 };
 
 }  // namespace haptic

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/base/memory_numbers.h"
+#include "haptic_core/base/fields.h"
 #include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
@@ -173,25 +173,18 @@ void Hand::rest(double h) noexcept {
   report_.fade = 0;
 }
 
-/// What sense, couple, render or a hash read before they write it.
-template <class Numbers>
-void Hand::remember(Numbers& n) {
-  map_.remember(n);
-  passivity_.remember(n);
-  n(report_.X_BG), n(report_.X_WP), n(report_.fade), n(report_.port_energy), n(report_.in_contact), n(report_.clutched);
-  n(clutch_held_), n(rebase_), n(buttons_), n(last_buttons_), n(was_valid_);
-}
-
-void Hand::save(std::vector<double>& out) {
+void Hand::save(std::vector<double>& out) const {
   out.clear();
-  MemoryWriter numbers(out);
-  remember(numbers);
+  appendFields(*this, out);
 }
 
 void Hand::restore(const std::vector<double>& memory) {
-  MemoryReader numbers(memory, "a hand");
-  remember(numbers);
-  numbers.end();
+  if (memory.size() != countFields(*this)) {
+    throw SetupError("a hand", "its memory of " + std::to_string(memory.size()) + " numbers does not fit",
+                     "use a recording of this version");
+  }
+  const double* next = memory.data();
+  readFields(*this, next);
 }
 
 void Hand::letGo(World& world) noexcept {

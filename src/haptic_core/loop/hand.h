@@ -41,11 +41,19 @@ class Hand {
   /// Complete memory but for the settings, for recordings: `restore` of it makes this hand or another with the same
   /// settings go on bit for bit. Between two ticks; allocates unless `out` has room for kMemoryNumbers. `restore` throws
   /// SetupError when it does not fit.
-  void save(std::vector<double>& out);
+  void save(std::vector<double>& out) const;
   /// See `save`.
   void restore(const std::vector<double>& memory);
   /// Upper bound of what `save` appends.
   static constexpr std::size_t kMemoryNumbers = 256;
+  /// What sense, couple, render or a hash read before they write it, but for the settings.
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.map_), visit(s.passivity_);
+    visit(s.report_.X_BG), visit(s.report_.X_WP), visit(s.report_.fade), visit(s.report_.port_energy);
+    visit(s.report_.in_contact), visit(s.report_.clutched);
+    visit(s.clutch_held_), visit(s.rebase_), visit(s.buttons_), visit(s.last_buttons_), visit(s.was_valid_);
+  }
 
   /// Of the last tick.
   const HandReport& report() const noexcept { return report_; }
@@ -67,9 +75,6 @@ class Hand {
   bool pressed(int button) const noexcept { return button >= 0 && ((buttons_ >> button) & 1u) != 0; }
   void followGrabButton(World& world) noexcept;
   double worldToGrip() const noexcept { return settings_.workspace.scale * settings_.force_scale; }  ///< of a stiffness
-  template <class Numbers>
-  void remember(Numbers& n);
-
   Spidar& device_;
   int pointer_;
   HandSettings settings_;

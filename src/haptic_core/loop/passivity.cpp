@@ -26,10 +26,8 @@ void PassivityController::observe(const StringVector& length) noexcept {
     smooth_[i] = std::clamp(smooth_[i] + advance_[i], length[i] - 0.5 * quantum_[i], length[i] + 0.5 * quantum_[i]);
   }
   advance_ = smooth_ - smooth_before;
-  if (in_strings_.tension.size() == length.size()) {
-    counted_energy_ += in_strings_.tension.dot(length - counted_);
-    smooth_energy_ += in_strings_.tension.dot(advance_);
-  }
+  counted_energy_ += in_strings_.tension.dot(length - counted_);
+  smooth_energy_ += in_strings_.tension.dot(advance_);
   counted_ = length;
   energy_ = std::min(counted_energy_, smooth_energy_);
   before_ = in_strings_;

@@ -53,7 +53,10 @@ class PassivityController {
   /// `grip_mass` [kg]: of the grip alone; a hand that holds it only makes it heavier. `quantum` [m]: q, what one count is
   /// of each string's length.
   PassivityController(const PassivitySettings& settings, double grip_mass, const StringVector& quantum)
-      : settings_(settings), grip_mass_(grip_mass), quantum_(quantum) {}
+      : settings_(settings), grip_mass_(grip_mass), quantum_(quantum) {
+    start(StringVector::Zero(quantum.size()));
+    before_.tension = in_strings_.tension = next_.tension = counted_;
+  }
   void setSettings(const PassivitySettings& settings) { settings_ = settings; }  ///< between two ticks
 
   /// (in realtime) The strings' lengths at the first sample, or the first after some that told nothing [m].
@@ -68,11 +71,12 @@ class PassivityController {
   /// (in realtime) What the device will really give for it: the energy is counted with that.
   void hold(const Wrench& F_achieved_B, const StringVector& tension) noexcept;
 
-  template <class Numbers>
-  void remember(Numbers& n) {  // all but the settings
-    n(counted_), n(smooth_), n(advance_);
-    for (Held* held : {&before_, &in_strings_, &next_}) n(held->F_B), n(held->tension);
-    n(counted_energy_), n(smooth_energy_), n(energy_), n(lowest_), n(dissipated_), n(acting_);
+  /// All but the settings.
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.counted_), visit(s.smooth_), visit(s.advance_), visit(s.before_), visit(s.in_strings_), visit(s.next_);
+    visit(s.counted_energy_), visit(s.smooth_energy_), visit(s.energy_), visit(s.lowest_), visit(s.dissipated_);
+    visit(s.acting_);
   }
 
   double energy() const { return energy_; }          ///< E [J], absorbed since the start
@@ -94,6 +98,11 @@ class PassivityController {
   struct Held {
     Wrench F_B;
     StringVector tension;  ///< [N]
+
+    template <class Self, class Visit>
+    static void eachField(Self& s, Visit&& visit) {
+      visit(s.F_B), visit(s.tension);
+    }
   };
   Held before_;      ///< between the last two samples
   Held in_strings_;  ///< since the last sample

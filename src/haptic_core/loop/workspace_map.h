@@ -75,10 +75,11 @@ class WorkspaceMap {
   /// The world's wrench on the hand at the pointer's origin, in W, as one on the grip in B.
   Wrench toGrip(const Wrench& F_W) const { return F_W.rotated(settings_.X_WB.R.transpose()); }
 
-  template <class Numbers>
-  void remember(Numbers& n) {  // all but the settings
-    n(offset_W_), n(glide_offset_W_), n(R_GP_), n(glide_turn_), n(X_WP_), n(V_WP_);
-    n(glide_left_), n(glide_s_), n(rebase_), n(clutched_);
+  /// All but the settings.
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.offset_W_), visit(s.glide_offset_W_), visit(s.R_GP_), visit(s.glide_turn_), visit(s.X_WP_), visit(s.V_WP_);
+    visit(s.glide_left_), visit(s.glide_s_), visit(s.rebase_), visit(s.clutched_);
   }
 
   /// Pose of the pointer.

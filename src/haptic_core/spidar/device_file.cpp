@@ -1,11 +1,6 @@
-#include <yaml-cpp/yaml.h>
-
 #include <Eigen/SVD>
-#include <cmath>
-#include <fstream>
-#include <set>
 
-#include "haptic_core/base/error.h"
+#include "haptic_core/base/yaml_map.h"
 #include "haptic_core/spidar/device_check.h"
 #include "haptic_core/spidar/device_def.h"
 #include "haptic_core/spidar/string_kinematics.h"
@@ -22,80 +17,16 @@ constexpr double kClosestExits = 1e-3;
 // would be uncertain by 1000 times the encoder step.
 constexpr double kRankTolerance = 1e-3;
 
-/// One mapping of the file; remembers which keys it was asked for, so that a misspelt one is an error.
-class Section {
- public:
-  Section(const std::string& where, const YAML::Node& node) : where_(where), node_(node) {
-    if (!node_ || !node_.IsMap())
-      throw SetupError(where_, "is not a mapping of keys to values", "see urdf/devices/README.md");
-  }
-
-  bool has(const std::string& key) {
-    known_.insert(key);
-    return static_cast<bool>(node_[key]);
-  }
-
-  YAML::Node node(const std::string& key) {
-    known_.insert(key);
-    return node_[key];
-  }
-
-  std::string path(const std::string& key) const { return where_ + ": " + key; }
-
-  template <class T>
-  T required(const std::string& key, const char* meaning) {
-    if (!has(key)) throw SetupError(path(key), "is missing", std::string("add the ") + meaning);
-    try {
-      return node_[key].as<T>();
-    } catch (const YAML::Exception&) {
-      throw SetupError(path(key), "cannot be read", std::string("write the ") + meaning);
-    }
-  }
-
-  template <class T>
-  T optional(const std::string& key, const T& fallback, const char* meaning) {
-    return has(key) ? required<T>(key, meaning) : fallback;
-  }
-
-  double number(const std::string& key, double fallback, double least, const char* meaning) {
-    const double value = optional<double>(key, fallback, meaning);
-    if (!std::isfinite(value) || value < least)
-      throw SetupError(path(key), "is " + std::to_string(value),
-                       std::string("give the ") + meaning + ", at least " + std::to_string(least));
-    return value;
-  }
-
-  Vector3 vector(const std::string& key, const char* meaning) {
-    const auto values = required<std::vector<double>>(key, meaning);
-    if (values.size() != 3)
-      throw SetupError(path(key), "has " + std::to_string(values.size()) + " numbers",
-                       "give three: x, y, z in metres");
-    const Vector3 v(values[0], values[1], values[2]);
-    if (!v.allFinite()) throw SetupError(path(key), "is not finite", "give three numbers in metres");
-    return v;
-  }
-
-  void refuseUnknownKeys() const {
-    for (const auto& entry : node_) {
-      const std::string key = entry.first.as<std::string>();
-      if (!known_.count(key))
-        throw SetupError(path(key), "is no key of a device file",
-                         "remove it or correct its spelling (urdf/devices/README.md)");
-    }
-  }
-
- private:
-  std::string where_;
-  YAML::Node node_;
-  std::set<std::string> known_;
-};
+/// Of one string, or of all of them.
+const std::set<std::string> kDriveKeys = {"length_per_count", "volt_per_newton", "min_tension",
+                                          "max_tension",      "invert_count",    "invert_drive"};
 
 /// Rows turn the file's axes into REP-103. Makers' axes are x right, y up, z depth: z away from the user
 /// makes them left-handed (forward = z), z towards the user right-handed (forward = -z).
-Matrix3 axesToRep103(const std::string& axes, Handedness handedness, const Section& section) {
+Matrix3 axesToRep103(const std::string& axes, Handedness handedness, const YamlMap& map) {
   if (axes == "rep103") return Matrix3::Identity();
   if (axes != "makers")
-    throw SetupError(section.path("axes"), "is '" + axes + "'",
+    throw SetupError(map.where("axes"), "is '" + axes + "'",
                      "write makers (x right, y up, z depth) or rep103 (x forward, y left, z up)");
   const bool left = handedness == Handedness::kLeft || handedness == Handedness::kGuessedLeft;
   Matrix3 m;
@@ -103,52 +34,45 @@ Matrix3 axesToRep103(const std::string& axes, Handedness handedness, const Secti
   return m;
 }
 
-Handedness readHandedness(Section& section) {
-  const std::string word = section.required<std::string>(
-      "handedness", "handedness of the table's axes: right, left, guessed_right or guessed_left");
+Handedness readHandedness(const YamlMap& map) {
+  map.require("handedness", "handedness of the table's axes: right, left, guessed_right or guessed_left");
+  const std::string word = map.text("handedness");
   if (word == "right") return Handedness::kRight;
   if (word == "left") return Handedness::kLeft;
   if (word == "guessed_right") return Handedness::kGuessedRight;
   if (word == "guessed_left") return Handedness::kGuessedLeft;
-  throw SetupError(section.path("handedness"), "is '" + word + "'",
-                   "write right, left, guessed_right or guessed_left");
+  throw SetupError(map.where("handedness"), "is '" + word + "'", "write right, left, guessed_right or guessed_left");
 }
 
-StringDef readDrive(Section& section, const StringDef& fallback) {
+StringDef readDrive(const YamlMap& map, const StringDef& fallback) {
   StringDef s = fallback;
-  s.length_per_count =
-      section.optional<double>("length_per_count", s.length_per_count, "metres per encoder count");
-  s.volt_per_newton =
-      section.optional<double>("volt_per_newton", s.volt_per_newton, "drive voltage per newton of tension");
-  s.min_tension = section.optional<double>("min_tension", s.min_tension, "least tension [N]");
-  s.max_tension = section.optional<double>("max_tension", s.max_tension, "greatest tension [N]");
-  if (section.optional<bool>("invert_count", false, "true where the counter falls while the string pays out"))
-    s.length_per_count *= -1;
-  if (section.optional<bool>("invert_drive", false, "true where a negative voltage pulls"))
-    s.volt_per_newton *= -1;
+  s.length_per_count = map.number("length_per_count", s.length_per_count);
+  s.volt_per_newton = map.number("volt_per_newton", s.volt_per_newton);
+  s.min_tension = map.number("min_tension", s.min_tension);
+  s.max_tension = map.number("max_tension", s.max_tension);
+  if (map.flag("invert_count", false)) s.length_per_count *= -1;  // the counter falls while the string pays out
+  if (map.flag("invert_drive", false)) s.volt_per_newton *= -1;   // a negative voltage pulls
   return s;
 }
 
-StringDef readString(const std::string& where, const YAML::Node& node, const StringDef& defaults,
+StringDef readString(const std::string& path, const YAML::Node& node, int index, const StringDef& defaults,
                      const Matrix3& axes) {
-  Section section(where, node);
-  StringDef s = readDrive(section, defaults);
-  s.p_BE = axes * section.vector("exit", "string exit on the frame [m]");
-  s.p_GK = axes * section.vector("knot", "knot on the grip [m]");
-  if (section.has("knot_per_opening"))
-    s.dp_GK = axes * section.vector("knot_per_opening", "knot's travel per metre of opening");
-  section.refuseUnknownKeys();
-  if (!std::isfinite(s.length_per_count) || s.length_per_count == 0)
-    throw SetupError(section.path("length_per_count"), "is zero or not finite",
-                     "give metres per encoder count");
-  if (!std::isfinite(s.volt_per_newton) || s.volt_per_newton == 0)
-    throw SetupError(section.path("volt_per_newton"), "is zero or not finite", "give volts per newton");
+  std::set<std::string> known = kDriveKeys;
+  known.insert({"exit", "knot", "knot_per_opening"});
+  const YamlMap map(path, node, "strings[" + std::to_string(index) + "]", known);
+  StringDef s = readDrive(map, defaults);
+  map.require("exit", "string's exit on the frame [m]");
+  map.require("knot", "knot on the grip [m]");
+  s.p_BE = axes * map.vector("exit");
+  s.p_GK = axes * map.vector("knot");
+  s.dp_GK = axes * map.vector("knot_per_opening");
+  if (s.length_per_count == 0) throw SetupError(map.where("length_per_count"), "is zero", "give metres per encoder count");
+  if (s.volt_per_newton == 0) throw SetupError(map.where("volt_per_newton"), "is zero", "give volts per newton");
   if (!(s.min_tension > 0))
-    throw SetupError(section.path("min_tension"), "is not above zero",
+    throw SetupError(map.where("min_tension"), "is not above zero",
                      "a string needs a little tension to stay wound, e.g. 0.3");
-  if (!(s.max_tension > s.min_tension) || !std::isfinite(s.max_tension))
-    throw SetupError(section.path("max_tension"), "is not above min_tension",
-                     "give min_tension < max_tension in newtons");
+  if (!(s.max_tension > s.min_tension))
+    throw SetupError(map.where("max_tension"), "is not above min_tension", "give min_tension < max_tension in newtons");
   return s;
 }
 
@@ -182,71 +106,71 @@ void checkArrangement(const DeviceDef& def) {
                      "move exits or knots so that no motion leaves all lengths unchanged");
 }
 
-DeviceDef readDevice(const std::string& path, const YAML::Node& root) {
-  Section section(path, root);
-  DeviceDef def;
-  def.file = path;
-  def.name = section.required<std::string>("name", "device's name");
-  def.source = section.required<std::string>("source", "source of the table");
-  def.note = section.optional<std::string>("note", "", "remarks");
-  def.dof = section.required<int>("dof", "degrees of freedom: 3, 6 or 7");
-  if (def.dof != 3 && def.dof != 6 && def.dof != 7)
-    throw SetupError(section.path("dof"), "is " + std::to_string(def.dof), "write 3, 6 or 7");
-  def.handedness = readHandedness(section);
-  const Matrix3 axes = axesToRep103(section.optional<std::string>("axes", "rep103", "axes of the table"),
-                                    def.handedness, section);
-  def.lambda = section.number("lambda", def.lambda, 1e-9, "weight of the squared tension");
-  def.border_lambda = section.number("border_lambda", def.border_lambda, 0, "lambda where 1 N is missing");
-  def.max_rate_hz = section.number("max_rate", def.max_rate_hz, 1, "highest exchange rate [Hz]");
-  def.delay_s = section.number("delay", def.delay_s, 0, "delay of the wire [s]");
-  def.max_force = section.number("max_force", def.max_force, 1e-3, "clamp on the force [N]");
-  def.max_torque =
-      section.number("max_torque", def.max_torque, def.dof == 3 ? 0 : 1e-6, "clamp on the torque [N·m]");
-  if (section.has("grip")) {
-    Section grip(section.path("grip"), section.node("grip"));
-    def.grip_mass = grip.number("mass", def.grip_mass, 1e-4, "mass of the grip [kg]");
-    def.grip_radius = grip.number("radius", def.grip_radius, 1e-4, "radius of the grip [m]");
-    def.grip_damping = grip.number("damping", def.grip_damping, 0, "damping at the grip [N·s/m]");
-    grip.refuseUnknownKeys();
+std::vector<std::string> readBoards(const YamlMap& map) {
+  if (!map.has("boards")) return {};
+  try {
+    return map["boards"].as<std::vector<std::string>>();
+  } catch (const YAML::Exception&) {
+    throw SetupError(map.where("boards"), "is no list of words", "write the board models in channel order");
   }
-  def.transport = section.optional<std::string>("transport", def.transport,
-                                                "transport: twin, uart, usb_sh4 or usb_simple");
-  def.boards = section.optional<std::vector<std::string>>("boards", {}, "board models in channel order");
+}
 
-  Section defaults_section(section.path("string_defaults"), section.has("string_defaults")
-                                                                ? section.node("string_defaults")
-                                                                : YAML::Node(YAML::NodeType::Map));
-  const StringDef defaults = readDrive(defaults_section, StringDef{});
-  defaults_section.refuseUnknownKeys();
-  const YAML::Node strings = section.node("strings");
-  if (!strings || !strings.IsSequence())
-    throw SetupError(section.path("strings"), "is no list", "list one {exit, knot} per string");
+void readGrip(const std::string& path, const YAML::Node& node, DeviceDef& def) {
+  const YamlMap grip(path, node, "grip", {"mass", "radius", "damping"});
+  def.grip_mass = grip.number("mass", def.grip_mass, 1e-4);
+  def.grip_radius = grip.number("radius", def.grip_radius, 1e-4);
+  def.grip_damping = grip.number("damping", def.grip_damping, 0);
+}
+
+void readStrings(const std::string& path, const YamlMap& map, const Matrix3& axes, DeviceDef& def) {
+  StringDef defaults;
+  if (map.has("string_defaults")) {
+    defaults = readDrive(YamlMap(path, map["string_defaults"], "string_defaults", kDriveKeys), defaults);
+  }
+  map.require("strings", "strings: one {exit, knot} each");
+  const YAML::Node strings = map["strings"];
+  if (!strings.IsSequence()) throw SetupError(map.where("strings"), "is no list", "list one {exit, knot} per string");
   const int n = static_cast<int>(strings.size());
   if (n < def.dof || n > kMaxStrings)
-    throw SetupError(section.path("strings"), "lists " + std::to_string(n) + " strings",
+    throw SetupError(map.where("strings"), "lists " + std::to_string(n) + " strings",
                      "give " + std::to_string(def.dof) + " to " + std::to_string(kMaxStrings));
-  for (int i = 0; i < n; ++i)
-    def.strings.push_back(
-        readString(section.path("strings[" + std::to_string(i) + "]"), strings[i], defaults, axes));
-  section.refuseUnknownKeys();
+  for (int i = 0; i < n; ++i) def.strings.push_back(readString(path, strings[i], i, defaults, axes));
+}
+
+DeviceDef readDevice(const std::string& path, const YAML::Node& root) {
+  const YamlMap map(path, root, "device",
+                    {"name", "source", "note", "dof", "handedness", "axes", "lambda", "border_lambda", "max_rate", "delay",
+                     "max_force", "max_torque", "grip", "transport", "boards", "string_defaults", "strings"});
+  DeviceDef def;
+  def.file = path;
+  map.require("name", "device's name");
+  map.require("source", "source of the table");
+  map.require("dof", "degrees of freedom: 3, 6 or 7");
+  def.name = map.text("name");
+  def.source = map.text("source");
+  def.note = map.text("note");
+  const double dof = map.number("dof", 0);
+  if (dof != 3 && dof != 6 && dof != 7) throw SetupError(map.where("dof"), "is " + map.text("dof"), "write 3, 6 or 7");
+  def.dof = static_cast<int>(dof);
+  def.handedness = readHandedness(map);
+  const Matrix3 axes = axesToRep103(map.text("axes", "rep103"), def.handedness, map);
+  def.lambda = map.number("lambda", def.lambda, 1e-9);
+  def.border_lambda = map.number("border_lambda", def.border_lambda, 0);
+  def.max_rate_hz = map.number("max_rate", def.max_rate_hz, 1);
+  def.delay_s = map.number("delay", def.delay_s, 0);
+  def.max_force = map.number("max_force", def.max_force, 1e-3);
+  def.max_torque = map.number("max_torque", def.max_torque, def.dof == 3 ? 0 : 1e-6);
+  if (map.has("grip")) readGrip(path, map["grip"], def);
+  def.transport = map.text("transport", def.transport);
+  def.boards = readBoards(map);
+  readStrings(path, map, axes, def);
   return def;
 }
 
 }  // namespace
 
 DeviceDef loadDevice(const std::string& path) {
-  if (!std::ifstream(path))
-    throw SetupError(path, "cannot be opened",
-                     "give the path of a device file, e.g. urdf/devices/spidar_g6x3r.yaml");
-  YAML::Node root;
-  try {
-    root = YAML::LoadFile(path);
-  } catch (const YAML::Exception& e) {
-    throw SetupError(path,
-                     std::string("is no YAML (line ") + std::to_string(e.mark.line + 1) + ": " + e.msg + ")",
-                     "correct the file");
-  }
-  const DeviceDef def = readDevice(path, root);
+  const DeviceDef def = readDevice(path, loadYaml(path));
   checkArrangement(def);
   return def;
 }

@@ -121,6 +121,57 @@ double limitStep(std::array<double, kDof>& u, double largest_turn, double larges
   return norm / excess;
 }
 
+/// (AᵀA + damping) u = Aᵀ e of Levenberg and Marquardt. Good steps bring the damping back to zero: Gauss-Newton.
+template <int kDof>
+class DampedStep {
+ public:
+  /// A pose that is better: its equations.
+  void accept(const StringLinearisation<kDof>& line, int padded) noexcept {
+    damping_ = damping_ > kLeastDamping ? damping_ / kDampingFactor : 0;
+    for (int a = 0; a < kDof; ++a) {
+      gradient_[a] = dot(line.column[a].data(), line.error.data(), padded);
+      for (int b = 0; b <= a; ++b) gram_[a][b] = dot(line.column[a].data(), line.column[b].data(), padded);
+    }
+  }
+  /// A pose that is worse: shorter steps from the one before.
+  void refuse() noexcept { damping_ = std::max(kFirstDamping, damping_ * kDampingFactor); }
+  /// False: no damping is enough.
+  bool solve(std::array<double, kDof>& u) noexcept {
+    while (!factor() && damping_ < kGreatestDamping) refuse();
+    if (damping_ >= kGreatestDamping) return false;
+    u = gradient_;
+    cholesky_.solve(u);
+    return true;
+  }
+  bool nearlyFree() const { return damping_ <= kFirstDamping; }  ///< the last step was hardly shortened
+
+ private:
+  bool factor() noexcept {
+    typename SmallCholesky<kDof>::Rows damped = gram_;
+    for (int a = 0; a < kDof; ++a) damped[a][a] += damping_;
+    return cholesky_.factor(damped, kLeastDamping * kLeastDamping);
+  }
+
+  typename SmallCholesky<kDof>::Rows gram_;
+  std::array<double, kDof> gradient_;
+  SmallCholesky<kDof> cholesky_;
+  double damping_ = 0;
+};
+
+/// The lengths' errors after a last step u that is so small that its effect on them is linear.
+template <int kDof>
+void takeErrors(const StringLinearisation<kDof>& line, const std::array<double, kDof>& u, PoseSolution& out) {
+  const int strings = static_cast<int>(out.length_error.size());
+  double sum = 0;
+  for (int i = 0; i < strings; ++i) {
+    double e = line.error[i];
+    for (int a = 0; a < kDof; ++a) e -= line.column[a][i] * u[a];
+    out.length_error[i] = e;
+    sum += e * e;
+  }
+  out.residual = std::sqrt(sum / strings);
+}
+
 }  // namespace
 
 StringKinematics::StringKinematics(const DeviceDef& def)
@@ -153,15 +204,14 @@ PoseSolution StringKinematics::solve(const StringVector& measured, const GripPos
   for (int i = 0; i < strings_; ++i) target[i] = measured[i];
 
   StringLinearisation<kDof> line;
-  typename SmallCholesky<kDof>::Rows gram, damped;
-  std::array<double, kDof> gradient, u{};
-  SmallCholesky<kDof> cholesky;
+  DampedStep<kDof> damped;
+  std::array<double, kDof> u{};
   GripPose best = guess, candidate = guess;
   const double tolerance = settings.step_tolerance * curvature_length_;
   // Below this sum of squares two residuals differ by rounding only [m²].
   const double rounding =
       strings_ * std::pow(32 * std::numeric_limits<double>::epsilon() * curvature_length_, 2);
-  double best_cost = std::numeric_limits<double>::infinity(), damping = 0;
+  double best_cost = std::numeric_limits<double>::infinity();
 
   while (out.iterations < settings.max_iterations) {
     ++out.iterations;
@@ -170,28 +220,16 @@ PoseSolution StringKinematics::solve(const StringVector& measured, const GripPos
     if (cost <= best_cost * (1 + 1e-9) + rounding) {
       best = candidate;
       best_cost = cost;
-      damping = damping > kLeastDamping ? damping / kDampingFactor : 0;
-      for (int a = 0; a < kDof; ++a) {
-        gradient[a] = dot(line.column[a].data(), line.error.data(), padded_);
-        for (int b = 0; b <= a; ++b) gram[a][b] = dot(line.column[a].data(), line.column[b].data(), padded_);
-      }
+      damped.accept(line, padded_);
     } else if (!std::isfinite(cost) && !std::isfinite(best_cost)) {
       return out;
     } else {
-      damping = std::max(kFirstDamping, damping * kDampingFactor);
+      damped.refuse();
     }
-    damped = gram;
-    for (int a = 0; a < kDof; ++a) damped[a][a] += damping;
-    while (!cholesky.factor(damped, kLeastDamping * kLeastDamping) && damping < kGreatestDamping) {
-      damping = std::max(kFirstDamping, damping * kDampingFactor);
-      for (int a = 0; a < kDof; ++a) damped[a][a] = gram[a][a] + damping;
-    }
-    if (damping >= kGreatestDamping) break;
-    u = gradient;
-    cholesky.solve(u);
+    if (!damped.solve(u)) break;
     const double step = limitStep<kDof>(u, kLargestTurn * radius_, kLargestShift * curvature_length_);
     candidate = moved<kDof>(best, u, radius_);
-    if (step <= tolerance && damping <= kFirstDamping && best_cost == cost) {
+    if (step <= tolerance && damped.nearlyFree() && best_cost == cost) {
       out.status = PoseStatus::kConverged;
       break;
     }
@@ -200,19 +238,11 @@ PoseSolution StringKinematics::solve(const StringVector& measured, const GripPos
   if (!converged) {
     out.status = PoseStatus::kIterationLimit;
     line.evaluate(*this, best);
-    best_cost = line.compare(target, strings_, padded_);
+    line.compare(target, strings_, padded_);
     u.fill(0);
   }
   out.pose = converged ? candidate : best;
-  // The last step is so small that its effect on the lengths is linear.
-  double sum = 0;
-  for (int i = 0; i < strings_; ++i) {
-    double e = line.error[i];
-    for (int a = 0; a < kDof; ++a) e -= line.column[a][i] * u[a];
-    out.length_error[i] = e;
-    sum += e * e;
-  }
-  out.residual = std::sqrt(sum / strings_);
+  takeErrors<kDof>(line, u, out);
   return out;
 }
 

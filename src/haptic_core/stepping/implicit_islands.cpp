@@ -141,6 +141,7 @@ bool advance(const Model& model, const Island& island, double h, State& state, W
   report.fallbacks += solved.fell_back;
   report.parts = std::max(report.parts, solved.parts);
   if (!solved.converged) report.flags |= kNotConverged;
+  if (!solved.joints_converged) report.flags |= kJointsNotConverged;
   return true;
 }
 
@@ -181,7 +182,6 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
       lookForExplicit(model, island, !solved, state, work);
     }
   }
-  if (!implicit.joints().converged()) report.step.flags |= kJointsNotConverged;
   report.step.closure = std::max(report.step.closure, implicit.joints().closure(work.placement.link.data()));
   takeCouplings(model, part, state, work);
 }

@@ -329,7 +329,10 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
     integratePositions(*tree.model, state_->q.data() + tree.q, stage_.v.data() + tree.v, g);
     std::copy_n(stage_.v.begin() + tree.v, tree.model->nv(), state_->v.begin() + tree.v);
   }
-  if (stage_.hasJoints()) stage_.joints().closeAccount(*state_);
+  if (stage_.hasJoints()) {
+    stage_.joints().closeAccount(*state_);
+    report_.joints_converged &= stage_.joints().converged();
+  }
   const double w = two_stages ? 1 - kGamma : 0;  // of the first stage's power, which memory_base holds
   int next = 0;
   for (int i = 0; i < island.pair_count; ++i) {

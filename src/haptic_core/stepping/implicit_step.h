@@ -32,6 +32,7 @@ struct ImplicitReport {
   double residual = 0;     ///< speed that is left to change [m/s]
   double wrench_error = 0; ///< wrench that this leaves out of balance [N], moments over the body's size
   bool converged = true;   ///< the tolerance was reached in every part
+  bool joints_converged = true;  ///< every joint's force is on its graph, likewise
   bool fell_back = false;  ///< SDIRK2 was replaced by implicit Euler in a part of this step
   int parts = 0;           ///< solved one after the other: 1; more where friction changed inside, or after halving
 };

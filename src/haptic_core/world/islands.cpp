@@ -35,13 +35,6 @@ void Islands::find(const State& state, const std::vector<int>& held_by, bool imp
     const int ra = root(a), rb = root(b);
     parent_[std::max(ra, rb)] = std::min(ra, rb);  // the lowest tree is the root: islands come out in its order
   }
-  // The joints of all trees with laws are one problem (implicit_joints.h).
-  for (int t = 0, first = -1; t < trees; ++t) {
-    if (!model_.trees[t].has_laws || !moves(t)) continue;
-    if (first < 0) first = t;
-    const int ra = root(first), rb = root(t);
-    parent_[std::max(ra, rb)] = std::min(ra, rb);
-  }
   count_ = 0;
   std::fill(first_tree_.begin(), first_tree_.end(), 0);
   std::fill(first_pair_.begin(), first_pair_.end(), 0);

@@ -17,7 +17,7 @@ struct Island {
 
 /// Groups trees into islands that have to be solved together.
 /// Trees that do not move by themselves (static ones, those that a hand holds) join nobody and belong to no island;
-/// their pairs belong to the island of the other side. All trees whose joints have laws are one island.
+/// their pairs belong to the island of the other side.
 class Islands {
  public:
   explicit Islands(const Model& model);  ///< set-up: room for all trees and pairs

@@ -322,6 +322,43 @@ TEST(ImplicitJoints, FollowTheirOrderWhereNothingJumps) {
   }
 }
 
+/// Robots that nothing connects are problems of their own: to the last bit what each does alone.
+TEST(ImplicitJoints, RobotsThatDoNotMeetMoveAsEachAlone) {
+  for (const Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2}) {
+    TreeDef first = lawfulChain(), second = lawfulChain();
+    second.links[0].joint.position = 0.2;
+    second.links[1].joint.drive_stiffness = 50;
+    WorldDef def = worldOf(first, integrator);
+    def.articulations.push_back(articulationOf(second));
+    for (LinkDef& link : def.articulations[1].links) link.name += "_2", link.joint.name += "_2";
+    def.articulations[1].name += "_2";
+    World both(def), one(worldOf(first, integrator)), other(worldOf(second, integrator));
+    for (int i = 0; i < 500; ++i) {
+      both.step(), one.step(), other.step();
+      ASSERT_EQ(both.report().implicit_islands, 2);
+      const std::vector<double>&v = both.state().v, &v1 = one.state().v, &v2 = other.state().v;
+      ASSERT_TRUE(std::equal(v1.begin(), v1.end(), v.begin())) << i;
+      ASSERT_TRUE(std::equal(v2.begin(), v2.end(), v.begin() + v1.size())) << i;
+    }
+    for (int k = 0; k < 4; ++k) EXPECT_EQ(both.joint(4 + k).effort, other.joint(k).effort);
+  }
+}
+
+/// What one robot touches does not make another one implicit.
+TEST(ImplicitJoints, ARobotThatTouchesNothingStaysExplicit) {
+  WorldDef def = armAndBox(0.01, Integrator::kAutomatic);
+  def.settings.default_material.stiffness *= 1e6;
+  def.articulations[1].links[0].joint.drive_effort = 1;
+  TreeDef apart = lawfulChain();
+  def.articulations.push_back(articulationOf(apart));
+  def.articulations.back().name = "apart";
+  World world(def);
+  for (int i = 0; i < 20; ++i) world.step();
+  EXPECT_EQ(world.state().mode[0], TreeMode::kImplicit);
+  EXPECT_EQ(world.state().mode[1], TreeMode::kImplicit);
+  EXPECT_NE(world.state().mode[2], TreeMode::kImplicit);
+}
+
 TEST(ImplicitJoints, AnyGainAndAnyStepAreStable) {
   for (double stiffness : {1e2, 1e6, 1e12}) {
     TreeDef tree = test::chain(1);

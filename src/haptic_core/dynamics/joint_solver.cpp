@@ -1,0 +1,252 @@
+#include "haptic_core/dynamics/joint_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haptic {
+namespace {
+
+/// A joint moves by less than this within a time h where it counts as standing [rad] or [m]: rounding of a
+/// position. Wider, steps that hit a limit would pass for smooth; narrower, joints at rest on a limit would
+/// never.
+constexpr double kStanding = 1e-12;
+
+double dot(const double* a, const double* b, int n) {
+  double sum = 0;
+  for (int k = 0; k < n; ++k) sum += a[k] * b[k];
+  return sum;
+}
+
+}  // namespace
+
+void JointSolver::add(const Articulation& articulation, const std::vector<RingDef>& rings, const JointPlace& place) {
+  for (int i = 0; i < articulation.linkCount(); ++i) {
+    const LinkModel& model = articulation.link(i);
+    Law law;
+    law.joint = ownLaw(articulation.def().links[i].joint);
+    law.link = place.link + i;
+    law.command = place.command + i;
+    law.q = place.q + model.q;
+    law.v = place.v + model.v;
+    if (model.dof == 1 && hasLaw(law.joint)) laws_.push_back(law);
+    if (model.dof < 2 || model.floating || law.joint.damping <= 0) continue;
+    for (int k = 0; k < model.dof; ++k) damped_.push_back({law.v + k, 0, law.joint.damping});
+  }
+  const int nv = articulation.nv();
+  PlacedRings placed{Rings(articulation, rings), place, nv};
+  if (!placed.rings.empty()) {
+    placed.G = G_.size();
+    G_.resize(G_.size() + static_cast<std::size_t>(placed.rings.rows()) * nv);
+    rings_.push_back(placed);
+  }
+  for (auto* by_equation : {&gap_, &rate_, &mu_}) by_equation->resize(by_equation->size() + placed.rings.rows());
+  S_ = PivotedCholesky(static_cast<int>(gap_.size()));
+  present_.reserve(laws_.size()), present_damped_.reserve(damped_.size()), present_rings_.reserve(rings_.size());
+}
+
+void JointSolver::reserveRows(int most) {
+  for (auto* by_row : {&force_, &ring_force_, &diag_}) by_row->resize(most);
+  Y_.resize(gap_.size() * most);
+}
+
+/// The equations of present rings follow one another.
+void JointSolver::orderRings() noexcept {
+  equations_ = 0;
+  for (const std::ptrdiff_t i : present_rings_) {
+    rings_[i].first = equations_;
+    equations_ += rings_[i].rings.rows();
+  }
+}
+
+void JointSolver::start(const JointCommand* commands, const double* q, double h) noexcept {
+  h_ = h;
+  for (const std::ptrdiff_t i : present_) {
+    Law& law = laws_[i];
+    law.q_start = q[law.q];
+    law.force = 0;
+    buildForceGraph(law.joint, commands[law.command], law.q_start, h, law.graph);
+  }
+  std::fill(mu_.begin(), mu_.end(), 0.0);
+}
+
+void JointSolver::standAt(const double* v) noexcept {
+  for (const std::ptrdiff_t i : present_) laws_[i].piece = laws_[i].graph.at(v[laws_[i].v]);
+}
+
+void JointSolver::putWithinLimits(double* v) const noexcept {
+  for (const std::ptrdiff_t i : present_) {
+    const Law& law = laws_[i];
+    const ForcePiece &lowest = law.graph.pieces[0], &highest = law.graph.pieces[law.graph.count - 1];
+    v[law.v] = std::min(std::max(v[law.v], lowest.from), highest.to);
+  }
+}
+
+void JointSolver::settle(double* v) const noexcept {
+  for (const std::ptrdiff_t i : present_) {
+    if (laws_[i].now().vertical) v[laws_[i].v] = laws_[i].now().from;
+  }
+}
+
+double JointSolver::gapAt(const LinkWork* work, const double* q) noexcept {
+  for (const std::ptrdiff_t i : present_rings_) {
+    const PlacedRings& r = rings_[i];
+    r.rings.residual(work + r.place.link, q + r.place.q, &gap_[r.first]);
+  }
+  double largest = 0;
+  for (int e = 0; e < equations_; ++e) largest = std::max(largest, std::abs(gap_[e]));
+  return largest;
+}
+
+void JointSolver::lookAtRings(const LinkWork* work, const double* q, double share, const double* v) noexcept {
+  gapAt(work, q);
+  for (const std::ptrdiff_t i : present_rings_) {
+    rings_[i].rings.jacobian(work + rings_[i].place.link, G_.data() + rings_[i].G);
+  }
+  forEachEquation([&](int e, const double* G, const PlacedRings& r) {
+    rate_[e] = -share * gap_[e] / h_ - (v ? dot(G, v + r.place.v, r.nv) : 0);
+  });
+}
+
+JointSolver::Found JointSolver::solve(JointOperator& A, const double* v, double* u) noexcept {
+  const int most = kBlockPasses + kSinglePasses * static_cast<int>(present_.size());
+  for (passes_ = 1;; ++passes_) {
+    hold(v, u);
+    if (!A.factor(diag_.data())) return Found::kUnsolved;
+    A.solve(force_.data(), u);
+    closeRings(A, u);
+    readForces(A, v, u);
+    if (!move(passes_ <= kBlockPasses, v, u)) return Found::kAll;
+    if (passes_ > most) return Found::kCycled;
+  }
+}
+
+/// Forces, diagonal and prescribed changes of the pieces that the joints are on.
+void JointSolver::hold(const double* v, double* u) noexcept {
+  std::fill_n(force_.begin(), rows_, 0.0);
+  std::fill_n(diag_.begin(), rows_, 0.0);
+  for (const std::ptrdiff_t i : present_damped_) {
+    const Damped& d = damped_[i];
+    force_[d.row] = -d.damping * v[d.v];
+    diag_[d.row] = h_ * d.damping;
+  }
+  for (const std::ptrdiff_t i : present_) {
+    const Law& law = laws_[i];
+    const ForcePiece& piece = law.now();
+    if (piece.vertical) {
+      diag_[law.row] = std::numeric_limits<double>::infinity();
+      u[law.row] = piece.from - v[law.v];
+    } else {
+      force_[law.row] = piece.offset - piece.slope * v[law.v];
+      diag_[law.row] = h_ * piece.slope;
+    }
+  }
+}
+
+void JointSolver::factorRings(JointOperator& A) noexcept {
+  forEachEquation([&](int e, const double* G, const PlacedRings& r) {
+    std::fill_n(ring_force_.begin(), rows_, 0.0);
+    std::copy_n(G, r.nv, ring_force_.begin() + r.row);
+    A.respond(ring_force_.data(), &Y_[static_cast<std::size_t>(e) * rows_]);
+  });
+  forEachEquation([&](int e, const double* G, const PlacedRings& r) {
+    for (int c = 0; c < equations_; ++c) {
+      S_.matrix()[e * equations_ + c] = dot(G, &Y_[static_cast<std::size_t>(c) * rows_ + r.row], r.nv);
+    }
+  });
+  S_.factor(equations_);
+}
+
+/// u again, with the forces Gᵀ μ that give G u = rate.
+void JointSolver::closeRings(JointOperator& A, double* u) noexcept {
+  if (equations_ > 0) factorRings(A);
+  std::fill_n(ring_force_.begin(), rows_, 0.0);
+  if (equations_ == 0) return;
+  forEachEquation([&](int e, const double* G, const PlacedRings& r) { mu_[e] = (rate_[e] - dot(G, u + r.row, r.nv)) / h_; });
+  S_.solve(mu_.data());
+  forEachEquation([&](int e, const double* G, const PlacedRings& r) {
+    for (int k = 0; k < r.nv; ++k) ring_force_[r.row + k] += G[k] * mu_[e];
+  });
+  for (int i = 0; i < rows_; ++i) force_[i] += ring_force_[i];
+  A.solve(force_.data(), u);
+}
+
+void JointSolver::readForces(JointOperator& A, const double* v, const double* u) noexcept {
+  for (const std::ptrdiff_t i : present_) {
+    Law& law = laws_[i];
+    law.force = law.now().vertical ? A.required(law.link, law.row, u) - ring_force_[law.row]
+                                   : law.forceAt(v[law.v] + u[law.row]);
+  }
+}
+
+/// Moves joints that left their piece to the next one: all of them, or the last. False: all are where they belong.
+bool JointSolver::move(bool all, const double* v, const double* u) noexcept {
+  bool moved = false;
+  for (auto i = present_.rbegin(); i != present_.rend() && (all || !moved); ++i) {
+    Law& law = laws_[*i];
+    moved |= law.graph.follow(v[law.v] + u[law.row], law.force, law.piece);
+  }
+  return moved;
+}
+
+void JointSolver::closingWay(double* way) noexcept {
+  S_.solve(gap_.data());
+  std::fill_n(way, rows_, 0.0);
+  for (int e = 0; e < equations_; ++e) {
+    for (int i = 0; i < rows_; ++i) way[i] -= Y_[static_cast<std::size_t>(e) * rows_ + i] * gap_[e];
+  }
+}
+
+double JointSolver::closure(const LinkWork* work) const noexcept {
+  double largest = 0;
+  for (const PlacedRings& r : rings_) largest = std::max(largest, r.rings.closure(work + r.place.link));
+  return largest;
+}
+
+double JointSolver::slope(const double* v, const double* u) const noexcept {
+  double sum = 0;
+  for (const std::ptrdiff_t i : present_damped_) {
+    const Damped& d = damped_[i];
+    sum += h_ * d.damping * v[d.v] * u[d.v];
+  }
+  for (const std::ptrdiff_t i : present_) {
+    const Law& law = laws_[i];
+    const ForcePiece& piece = law.graph.pieces[law.graph.at(v[law.v])];
+    const double force = piece.vertical ? std::min(std::max(law.force, piece.low), piece.high)
+                                        : piece.offset - piece.slope * v[law.v];
+    sum -= h_ * force * u[law.v];
+  }
+  for (int e = 0; e < equations_; ++e) sum -= h_ * mu_[e] * rate_[e];
+  return sum;
+}
+
+bool JointSolver::isSmooth(const double* v0) const noexcept {
+  for (const std::ptrdiff_t i : present_) {
+    const Law& law = laws_[i];
+    const ForcePiece& piece = law.now();
+    const double start = v0[law.v];
+    const bool stood = std::abs(start) * h_ <= kStanding;
+    if (piece.vertical && !(stood && std::abs(piece.from) * h_ <= kStanding)) return false;
+    if (piece.vertical || law.joint.friction == 0) continue;
+    if (stood || (start > 0 ? piece.to <= 0 : piece.from >= 0)) return false;
+  }
+  return true;
+}
+
+void JointSolver::account(const JointCommand* commands, double share, const double* v0, const double* v1,
+                          double* drive_force, JointWork& sum) const noexcept {
+  for (const std::ptrdiff_t i : present_) {
+    const Law& law = laws_[i];
+    const double rate = v1[law.v], way = 0.5 * share * (v0[law.v] + rate);
+    const double drive = driveForce(law.joint, commands[law.command], law.q_start, h_, rate);
+    drive_force[law.link] = drive;
+    sum.damping += law.joint.damping * rate * way;
+    sum.drives += drive * way;
+    sum.friction -= (law.forceAt(rate) - drive + law.joint.damping * rate) * way;
+  }
+  for (const std::ptrdiff_t i : present_damped_) {
+    const Damped& d = damped_[i];
+    sum.damping += d.damping * v1[d.v] * 0.5 * share * (v0[d.v] + v1[d.v]);
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,178 @@
+/// What joints do by themselves (joint_law.h), rings and mimics, on top of any linear operator.
+///
+/// Over a time h velocities change by u with
+///   A u = h (f₀ + f + Gᵀ μ),   f_i on the graph of joint i at v_i + u_i,   G u = −(φ/h + G v),
+/// A and f₀ the operator's: the inertia of one articulation (tree_motion.h), or that of an island with its contacts
+/// (stepping/implicit_joints.h); φ the gaps of rings and mimics, φ' = G v.
+///
+/// Every joint stands on one piece of its graph. A straight piece adds h·slope to the diagonal and its offset to the forces, a
+/// vertical one (stuck, at a limit) prescribes u_i, and the force it takes is read off. Then S = G A⁻¹ Gᵀ gives μ
+/// (pivoted_cholesky.h: redundant rows, as in a planar ring, drop out). Joints that come out beyond their piece move to the
+/// neighbouring one and the solve is repeated: block pivoting, which ends at the unique solution in one to three passes as a
+/// rule; when it does not (a cycle), only the last such joint moves (Murty's rule, which cannot cycle on a positive definite
+/// operator). A joint that sticks does so to the last bit; a limit ends the step on the limit; a drive is as stiff as its
+/// gains say and stable for all of them.
+///
+/// Cost: one factorisation and one solve per pass; with rings one more solve, and a response per row.
+#pragma once
+#include <vector>
+
+#include "haptic_core/dynamics/joint_law.h"
+#include "haptic_core/dynamics/pivoted_cholesky.h"
+#include "haptic_core/dynamics/ring.h"
+
+namespace haptic {
+
+/// A symmetric positive definite A with its own forces f₀. Vectors are ordered by its rows.
+class JointOperator {
+ public:
+  /// (in realtime) Factors A + diag; `diag[i]` = infinity: u_i is prescribed. False: not positive definite.
+  virtual bool factor(const double* diag) noexcept = 0;
+  /// (in realtime) u with (A + diag) u = h (f₀ + force); prescribed u_i are given in `u`. [N·m] or [N], [rad/s] or [m/s].
+  virtual void solve(const double* force, double* u) noexcept = 0;
+  /// (in realtime) x = (A + diag)⁻¹ force, 0 where u is prescribed.
+  virtual void respond(const double* force, double* x) noexcept = 0;
+  /// (in realtime) (A u)_row/h − f₀_row for the u of the last `solve`: what all other forces together have to be at the
+  /// joint of `link` [N·m] or [N].
+  virtual double required(int link, int row, const double* u) noexcept = 0;
+
+ protected:
+  ~JointOperator() = default;
+};
+
+/// Work in a step or a part of it [J].
+struct JointWork {
+  double damping = 0;   ///< dissipated by joint damping
+  double friction = 0;  ///< dissipated by joint friction and limits
+  double drives = 0;    ///< work of drives on the joints
+};
+
+/// Where an articulation's links, commands, q and v begin in the caller's arrays.
+struct JointPlace {
+  int link = 0, command = 0, q = 0, v = 0;  ///< indices
+};
+
+/// Damping, friction, limits, drives, rings and mimics of one or several articulations.
+class JointSolver {
+ public:
+  /// Row of a degree that the operator does not have.
+  static constexpr int kAbsent = -1;
+
+  /// A joint of one degree. Indices are those of the caller's links, commands, q and v.
+  struct Law {
+    JointDef joint;                           ///< of a mimic's follower nothing but damping
+    int link = 0, command = 0, q = 0, v = 0;  ///< the caller's indices
+    int row = 0;                              ///< of the operator
+    double q_start = 0;                       ///< at the start of the step [rad] or [m]
+    ForceGraph graph;                         ///< of this step
+    int piece = 0;                            ///< index of the piece it stands on
+    double force = 0;                         ///< in the last solve [N·m] or [N]
+
+    const ForcePiece& now() const { return graph.pieces[piece]; }  ///< the piece it stands on
+    /// Of the law at v₁: the graph's, on a vertical piece that of the last solve.
+    double forceAt(double v1) const { return now().vertical ? force : now().offset - now().slope * v1; }
+  };
+
+  /// Set-up: one more articulation. It must outlive the solver. Throws SetupError as `Rings` does.
+  void add(const Articulation& articulation, const std::vector<RingDef>& rings, const JointPlace& place = {});
+  void reserveRows(int most);  ///< set-up, after the last `add`: room for operators of up to `most` rows
+  bool empty() const { return laws_.empty() && damped_.empty() && gap_.empty(); }  ///< no joint does anything by itself
+  bool hasRings() const { return !rings_.empty(); }  ///< or mimics
+
+  /// (in realtime) The rows of the operator: how many, and `rowOf(v)` of the caller's velocity v, kAbsent where the
+  /// operator does not have it. The rows of one articulation follow one another.
+  template <class RowOf>
+  void select(int rows, RowOf&& rowOf) noexcept {
+    rows_ = rows;
+    present_.clear(), present_damped_.clear(), present_rings_.clear();
+    for (Law& law : laws_) {
+      if ((law.row = rowOf(law.v)) != kAbsent) present_.push_back(&law - laws_.data());
+    }
+    for (Damped& d : damped_) {
+      if ((d.row = rowOf(d.v)) != kAbsent) present_damped_.push_back(&d - damped_.data());
+    }
+    for (PlacedRings& r : rings_) {
+      if ((r.row = rowOf(r.place.v)) != kAbsent) present_rings_.push_back(&r - rings_.data());
+    }
+    orderRings();
+  }
+
+  /// (in realtime) The graphs over a time h from q.
+  void start(const JointCommand* commands, const double* q, double h) noexcept;
+  void standAt(const double* v) noexcept;          ///< (in realtime) begins on the pieces around v
+  void putWithinLimits(double* v) const noexcept;  ///< (in realtime)
+  /// (in realtime) v of joints on a vertical piece, to the last bit: rounding in v + u would move a joint that sticks.
+  void settle(double* v) const noexcept;
+
+  /// (in realtime) Rings at these poses: of their gaps `share` is left to close. `v`: the velocities that u adds to, which
+  /// move the gaps as well; null where the poses are those of the step's end.
+  void lookAtRings(const LinkWork* work, const double* q, double share, const double* v) noexcept;
+
+  /// How the search ended: all joints on their pieces, the bound on passes reached, or a factorisation that failed.
+  enum class Found : unsigned char { kAll, kCycled, kUnsolved };
+  /// (in realtime) The change u of velocities, by row; `v` by the caller's velocity.
+  Found solve(JointOperator& A, const double* v, double* u) noexcept;
+  int passes() const { return passes_; }  ///< of the last `solve`
+
+  /// (in realtime) S of the rings' last poses on the factor that A has.
+  void factorRings(JointOperator& A) noexcept;
+  /// (in realtime) The gaps of rings and mimics at these poses [m, rad]; the largest.
+  double gapAt(const LinkWork* work, const double* q) noexcept;
+  /// (in realtime) The shortest way that closes the gaps of the last `gapAt`, in the inertia of the last `factorRings`, by
+  /// row.
+  void closingWay(double* way) noexcept;
+  double closure(const LinkWork* work) const noexcept;  ///< largest distance in a ring, absent ones included [m]
+
+  /// (in realtime) −h (f + Gᵀ μ)·u at a velocity on the way from v to v + u, all by the caller's velocity.
+  double slope(const double* v, const double* u) const noexcept;
+  /// (in realtime) Whether no joint hit a limit, stuck or came loose in a step that began with v0.
+  bool isSmooth(const double* v0) const noexcept;
+  /// (in realtime) Adds the work over a time `share` of the step at the mean of `v0` and `v1`, which with a constant force is
+  /// exactly the change of kinetic energy; `drive_force[law.link]` becomes the drive's force.
+  void account(const JointCommand* commands, double share, const double* v0, const double* v1, double* drive_force,
+               JointWork& sum) const noexcept;
+
+ private:
+  /// A degree of a joint of several; of these damping alone is simulated.
+  struct Damped {
+    int v = 0, row = 0;
+    double damping = 0;  ///< [N·m·s/rad] or [N·s/m]
+  };
+  /// Rings and mimics of one articulation.
+  struct PlacedRings {
+    Rings rings;
+    JointPlace place;
+    int nv;
+    int row = 0;        ///< first of the articulation's rows in the operator
+    int first = 0;      ///< of its equations
+    std::size_t G = 0;  ///< where its Jacobian begins: equations × nv
+  };
+  using Indices = std::vector<std::ptrdiff_t>;
+  /// Calls `visit(equation, row of G, rings)` for every present equation.
+  template <class Visit>
+  void forEachEquation(Visit&& visit) const noexcept {
+    for (const std::ptrdiff_t i : present_rings_) {
+      const PlacedRings& r = rings_[i];
+      for (int k = 0; k < r.rings.rows(); ++k) visit(r.first + k, G_.data() + r.G + k * r.nv, r);
+    }
+  }
+  void orderRings() noexcept;
+  void hold(const double* v, double* u) noexcept;
+  void closeRings(JointOperator& A, double* u) noexcept;
+  void readForces(JointOperator& A, const double* v, const double* u) noexcept;
+  bool move(bool all, const double* v, const double* u) noexcept;
+
+  std::vector<Law> laws_;
+  std::vector<Damped> damped_;
+  std::vector<PlacedRings> rings_;
+  Indices present_, present_damped_, present_rings_;  ///< in the operator
+  int rows_ = 0, equations_ = 0, passes_ = 0;
+  double h_ = 1;
+  // By row.
+  std::vector<double> force_, ring_force_, diag_;
+  // By equation of rings and mimics.
+  std::vector<double> gap_, rate_, mu_, G_, Y_;
+  PivotedCholesky S_;
+};
+
+}  // namespace haptic

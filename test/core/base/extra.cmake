@@ -1,0 +1,3 @@
+# The strict reader shows nodes of yaml-cpp.
+find_package(yaml-cpp REQUIRED)
+target_link_libraries(core_base_test yaml-cpp)
