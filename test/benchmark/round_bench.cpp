@@ -12,6 +12,7 @@
 #include "figure.h"
 #include "haptic_core/contact/located_force.h"
 #include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/rod.h"
 #include "haptic_core/geometry/shapes.h"
 #include "round_figures.h"
@@ -87,6 +88,9 @@ void measureSpeed() {
       on_box(box, ball, Vector3(0.01, 0.005, 0.099)), on_edge(box, ball, Vector3(0.085, 0.005, 0.085)),
       on_hull(hull, ball, Vector3(0.01, 0.005, 0.095)),
       hull_on_box(box, tessellated, Vector3(0.01, 0.005, 0.099));
+  const HalfSpace ground;
+  Pair on_plane(ground, ball, Vector3(0.1, 0.2, 0.049));
+  speeds("sphere_halfspace", on_plane, worst);
   speeds("sphere_floor", on_floor, worst);
   speeds("sphere_sphere", on_ball, worst);
   const double mine = speeds("sphere_box", on_box, worst);
@@ -98,11 +102,17 @@ void measureSpeed() {
   const ConvexPolyhedron table = makeBox(Vector3(0.4, 0.4, 0.1));
   Pair lies(floor, cylinder, Vector3(0.1, 0.2, 0.299), Vector3::UnitZ(), lying),
       stands(floor, cylinder, Vector3(0.1, 0.2, 0.299), Vector3::UnitZ()),
+      lies_on_plane(ground, cylinder, Vector3(0.1, 0.2, 0.049), Vector3::UnitZ(), lying),
+      stands_on_plane(ground, cylinder, Vector3(0.1, 0.2, 0.049), Vector3::UnitZ()),
+      capsule_on_plane(ground, capsule, Vector3(0.1, 0.2, 0.049), Vector3::UnitZ(), lying),
       on_table(table, capsule, Vector3(0.01, 0.005, 0.099), Vector3::UnitZ(), lying),
       over_edge(table, capsule, Vector3(0.2, 0.005, 0.099), Vector3::UnitZ(), lying),
       on_cylinder(cylinder, ball, Vector3(0.06, 0.078, 0.01)), on_capsule(capsule, ball, Vector3(0.06, 0.078, 0.01));
-  speeds("cylinder_halfspace", lies, worst);
-  speeds("cylinder_halfspace_standing", stands, worst);
+  speeds("cylinder_halfspace", lies_on_plane, worst);
+  speeds("cylinder_halfspace_standing", stands_on_plane, worst);
+  speeds("capsule_halfspace", capsule_on_plane, worst);
+  speeds("cylinder_floor", lies, worst);
+  speeds("cylinder_floor_standing", stands, worst);
   speeds("capsule_box", on_table, worst);
   speeds("capsule_box_edge", over_edge, worst);
   speeds("sphere_cylinder", on_cylinder, worst);
@@ -112,7 +122,7 @@ void measureSpeed() {
   const long before = allocationCount();
   for (int i = 0; i < 1000; ++i)
     on_floor.ours(i), on_ball.ours(i), on_box.ours(i), on_edge.ours(i), on_hull.ours(i), lies.ours(i), stands.ours(i), on_table.ours(i),
-        over_edge.ours(i), on_cylinder.ours(i), on_capsule.ours(i);
+        over_edge.ours(i), on_plane.ours(i), lies_on_plane.ours(i), capsule_on_plane.ours(i), on_cylinder.ours(i), on_capsule.ours(i);
   figure("allocations.round", static_cast<double>(allocationCount() - before), "");
 }
 

@@ -1,5 +1,5 @@
 // SimBenchmark's scenes of balls (Kang, Hwangbo, ETH Zürich 2018, leggedrobotics/SimBenchmark), g = 9.81.
-// True balls; peers have a plane under them, ours a box.
+// True balls over a half-space, peers' over a plane.
 #include "../scenes/balls.h"
 #include "benchmark_scenes.h"
 #include "own_measures.h"

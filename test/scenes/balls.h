@@ -8,11 +8,19 @@
 
 #include "blocks.h"
 #include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/half_space.h"
 #include "offsets.h"
 
 namespace haptic::scenes {
 
 constexpr double kBallGravity = 9.81, kBallRadius = 0.1;  ///< [m/s²], [m]
+
+/// All below the plane z = 0 of X_WG.
+inline ArticulationDef groundPlane(const Pose& X_WG = Pose()) {
+  ArticulationDef def = freeBody("ground", std::make_shared<HalfSpace>(), 1, Matrix3::Identity(), X_WG);
+  def.links[0].joint.type = JointType::kFixed;
+  return def;
+}
 
 inline ArticulationDef freeBall(const std::string& name, const std::shared_ptr<const ConvexShape>& shape, double mass,
                                 const Vector3& p) {
@@ -44,7 +52,7 @@ struct BallGrid {
     m.dissipation = dissipation;
     if (dissipation == 0) m.damping = 0;
     m.mu_static = m.mu_dynamic = mu;
-    def.articulations.push_back(floorBox(40, 1));
+    def.articulations.push_back(groundPlane());
     Offsets offsets;
     for (int i = 0; i < count(); ++i) {
       const double dx = jitter * offsets.next(), dy = jitter * offsets.next();
@@ -119,7 +127,7 @@ struct RollingBalls {
       body.links[0].collisions[0].material = m;
       def.articulations.push_back(std::move(body));
     };
-    put(floorBox(60, 1), ground);
+    put(groundPlane(), ground);
     const double pair = 2 * kGround / (1 + kGround) * k;
     const double sink = (kBox + kBalls * kBall) * kBallGravity / (pair * kBoxSize * kBoxSize);
     put(freeBox("box", Vector3(kBoxSize, kBoxSize, kHeight), kBox, Pose(Vector3(0, 0, 0.5 * kHeight - sink))), material);
