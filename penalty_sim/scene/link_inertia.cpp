@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <sstream>
 
-#include "haptic_core/geometry/convex_shape.h"
+#include "haptic_core/geometry/half_space.h"
 
 namespace haptic {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/shape_distance.h"
 #include "scene/scene_extension.h"
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <sstream>
 
+#include "haptic_core/geometry/half_space.h"
 #include "scene/contact_properties.h"
 #include "scene/joint_reading.h"
 #include "scene/link_inertia.h"

@@ -7,6 +7,7 @@
 #include "haptic_core/geometry/ball_rod_contact.h"
 #include "haptic_core/geometry/round_contact.h"
 #include "haptic_core/geometry/shape_distance.h"
+#include "haptic_core/geometry/tube_on_plane.h"
 #include "haptic_core/geometry/volume_cutting.h"
 
 namespace haptic {
@@ -34,6 +35,7 @@ class RodContact : public RoundContact {
   bool measure(int planes, const InnerFaces* covers);
   bool findPlanes(const ConvexPolyhedron& shape, bool is_a);
   bool cutBox(double low, double high, double from, double to);
+  bool addTubeOnPlane(const InnerFaces* covers);
   void addTube(const InnerFaces* covers);
   void addHalfBall(double end, const InnerFaces* covers);
   void addPiece(const SolidMoments& piece, const Vector3& o);
@@ -101,7 +103,7 @@ bool RodContact::measure(int planes, const InnerFaces* covers) {
     setCube(way_out_A, v_.X_AQ * Vector3(lowest + 0.5 * way_ * way_out_Q_), way_);
     return true;
   }
-  addTube(covers);
+  if (!addTubeOnPlane(covers)) addTube(covers);
   if (rod_->isCapsule()) {
     addHalfBall(-1, covers);
     addHalfBall(1, covers);
@@ -147,6 +149,39 @@ bool RodContact::cutBox(double low, double high, double from, double to) {
     if (height <= -reach) return false;
     if (height < reach && !cutSolid(plane, w_, complete_)) return false;
   }
+  return true;
+}
+
+/// Where one plane alone reaches the rod, none of it covered. False: it is not so, and nothing is added.
+bool RodContact::addTubeOnPlane(const InnerFaces* covers) {
+  if (v_.near.size() != 1 || (covers && covers->has(v_.near[0].index))) return false;
+  const ContactFace& plane = v_.near[0];
+  const double R = v_.radius;
+  TubeOnPlane tube;
+  if (!tube.find(R, rod_->halfLength(), plane.normal, plane.offset)) return false;
+  // φ from the direction in which the plane looks out, counter-clockwise seen from outside; the arcs end where they turn back.
+  const double side = tube.k.z(), from = M_PI - tube.theta0, to = from - tube.sweep;
+  const double z0 = tube.o.z() + side * tube.l0, z1 = tube.o.z() + side * tube.l1;
+  const Vector3 y = side * tube.f;
+  const auto point = [&](double phi, double z) -> Vector3 {
+    return R * (std::cos(phi) * tube.e + std::sin(phi) * y) + Vector3(0, 0, z);
+  };
+  const auto addArc = [&](double start, double sweep, double za, double zb) {
+    v_.rims.push_back({true, start, sweep, Vector3(0, 0, za), R * tube.e, R * y, Vector3(0, 0, zb - za)});
+  };
+  const auto addLine = [&](double phi, double z) {
+    const Vector3 p = point(phi, z), q = point(-phi, z);
+    v_.rims.push_back({false, 0, 1, p, q - p, Vector3::Zero(), Vector3::Zero()});
+  };
+  const int first = v_.rims.size();
+  addArc(side * to, side * tube.sweep, z1, z0);
+  if (tube.theta0 > 0) addLine(side * from, z0);
+  addArc(-side * from, side * tube.sweep, z0, z1);
+  if (tube.theta0 + tube.sweep < M_PI) addLine(-side * to, z1);
+  end_inside_[side < 0] = true;
+  end_inside_[side > 0] |= tube.whole_end;
+  addPart(plane.normal, plane.offset, plane.index, tube.face, tube.o, first);
+  addPiece(tube.solid, tube.o);
   return true;
 }
 

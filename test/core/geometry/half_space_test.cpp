@@ -88,6 +88,41 @@ TEST(HalfSpace, MeetsEveryShapeAsAWideBoxDoes) {
   }
 }
 
+/// Two boxes side by side, whose common wall cuts the rod, share what the half-space has: two planes cut there, where one does here.
+TEST(HalfSpace, HasOfARodWhatTwoBoxesHaveTogether) {
+  const HalfSpace ground;
+  const double size = 4;
+  const ConvexPolyhedron box = makeBox(Vector3::Constant(size));
+  const Pose boxes[] = {Pose(Vector3(-size / 2, 0, -size / 2)), Pose(Vector3(size / 2, 0, -size / 2))};
+  std::mt19937 random(17);
+  int cut = 0;
+  for (const auto ends : {Rod::Ends::kFlat, Rod::Ends::kRound}) {
+    const Rod rod(0.2, 0.5, ends);
+    for (int i = 0; i < 400; ++i) {
+      const Vector3 tilts[] = {{M_PI / 2, 0, 0}, {0, 0, 0}, {M_PI, 0, 0}, {M_PI / 2 + 1e-9, 0, 0}, {1e-7, 0, 0}};
+      const Matrix3 tilt = Eigen::AngleAxisd(tilts[i % 5].x(), Vector3(1, i % 3, 0).normalized()).toRotationMatrix();
+      Pose X = sunk(rod, i % 2 ? tilt : randomTurn(random), 0.3 * std::pow(10, -(i % 5)));
+      X.p.x() = 1e-3 * (i % 7);
+      const ContactVolume whole = contactOf(ground, rod, X);
+      ASSERT_EQ(whole.status, Status::kOverlap);
+      double volume = 0;
+      Vector3 first = Vector3::Zero();  // about the whole's centroid
+      for (const Pose& X_box : boxes) {
+        const ContactVolume part = contactOf(box, rod, X_box.inverse() * X);
+        if (part.status != Status::kOverlap) continue;
+        ++cut;
+        const Vector3 from = X_box * part.X_AP.p - whole.X_AP.p;
+        volume += part.volume;
+        first += part.volume * from;
+      }
+      const double rounding = 1e-12 + 40 * kEps * size / whole.depth, reach = 0.5;
+      EXPECT_NEAR(whole.volume, volume, rounding * volume) << i;
+      EXPECT_NEAR(first.norm(), 0, rounding * volume * reach) << i;
+    }
+  }
+  EXPECT_GT(cut, 1000);
+}
+
 TEST(HalfSpace, PushesUpHoweverDeepAShapeLies) {
   const HalfSpace ground;
   std::mt19937 random(5);
