@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/mesh_to_convex.h"
 #include "haptic_core/geometry/rod.h"
 #include "haptic_core/geometry/shapes.h"
@@ -23,13 +24,21 @@ constexpr int kSubdivision = 2;
 struct Refinement {
   int segments = kSegments, subdivision = kSubdivision;
   bool prism = false, faceted = false;  ///< segments, a subdivision is given
+  bool half_space = false;              ///< in place of the geometry
 };
 
 Refinement readRefinement(const XmlFile& file, const XmlElement& collision) {
   Refinement refinement;
   const XmlElement* shape = collision.FirstChildElement("haptic:shape");
   if (!shape) return refinement;
-  refuseUnknownAttributes(file, *shape, {"segments", "subdivision"});
+  refuseUnknownAttributes(file, *shape, {"segments", "subdivision", "type"});
+  if (const char* type = shape->Attribute("type")) {
+    if (std::string(type) != "half_space") {
+      throw SetupError(file.at(*shape) + ": <haptic:shape>", "type '" + std::string(type) + "' is unknown",
+                       "write type=\"half_space\", or none");
+    }
+    refinement.half_space = true;
+  }
   const double segments = readNumber(file, *shape, "segments").value_or(kSegments);
   const double subdivision = readNumber(file, *shape, "subdivision").value_or(kSubdivision);
   if (segments != std::floor(segments) || segments < 3 || segments > 256) {
@@ -104,6 +113,9 @@ ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, c
                      "give it a box, cylinder, sphere or mesh");
   const std::string kind = shape->Name();
   const Refinement refinement = readRefinement(file, collision);
+  if (kind == "mesh" && refinement.half_space) {
+    throw SetupError(where, "a half-space has a <mesh> for other tools", "give it a box, as thick as its elastic layer");
+  }
   if (kind == "mesh") return makeMesh(robot, where, *shape, warnings);
   ShapePieces made;
   std::ostringstream text;
@@ -156,6 +168,10 @@ ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, c
   }
   measure(made);
   made.text = text.str();
+  if (refinement.half_space) {
+    made.pieces = {std::make_shared<HalfSpace>(where)};
+    made.text = "half-space, all below z = 0 of the collision's frame (elsewhere: " + made.text + ")";
+  }
   return made;
 }
 

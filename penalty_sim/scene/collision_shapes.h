@@ -22,8 +22,9 @@ struct ShapePieces {
 class CollisionShapes {
  public:
   /// Box, cylinder, sphere, capsule, mesh. A sphere is a true ball, unless <haptic:shape subdivision=> beside
-  /// <geometry> asks for a polyhedron; cylinders and capsules are polyhedra, which segments= and subdivision=
-  /// refine. A mesh that cannot be decomposed is hulled with a warning. Throws SetupError: no geometry, an
+  /// <geometry> asks for a polyhedron; cylinders and capsules are polyhedra where segments= and subdivision= ask. With
+  /// type="half_space" all below z = 0 of the collision's frame collides, and the geometry is for other tools and for the
+  /// thickness of the elastic layer. A mesh that cannot be decomposed is hulled with a warning. Throws SetupError: no geometry, an
   /// unknown one, sizes not positive, a mesh not found, unreadable or flat.
   ShapePieces make(const RobotFile& robot, const LinkXml& link, const XmlElement& collision,
                    std::vector<std::string>& warnings);

@@ -5,6 +5,7 @@
 
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/shape_distance.h"
 #include "scene/scene_extension.h"
 
@@ -53,7 +54,9 @@ Vector3 highestPoint(const WorldDef& world, std::string& name) {
     for (std::size_t i = 0; i < articulation.links.size(); ++i) {
       for (const CollisionDef& collision : articulation.links[i].collisions) {
         const Pose X_WS = X_WL[i] * collision.X_LS;
-        const double height = supportHeight(*collision.shape, X_WS, Vector3::UnitZ());
+        // A slope without end is as high as its frame.
+        const bool endless = collision.shape->halfSpace() != nullptr;
+        const double height = endless ? X_WS.p.z() : supportHeight(*collision.shape, X_WS, Vector3::UnitZ());
         if (!(height > top)) continue;
         top = height;
         name = articulation.links[i].name;

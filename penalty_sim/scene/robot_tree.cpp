@@ -5,6 +5,7 @@
 #include <cstring>
 #include <sstream>
 
+#include "haptic_core/geometry/half_space.h"
 #include "scene/contact_properties.h"
 #include "scene/joint_reading.h"
 #include "scene/link_inertia.h"
@@ -45,6 +46,7 @@ class TreeBuilder {
   int addLink(int articulation, int parent, int xml_link, const JointDef& joint);
   void place(int xml_link, int articulation, int link, const Pose& X_LM);
   void addCollisions(const LinkXml& link, CollisionReport& report, const Pose& X_LM, int articulation, int target);
+  void refuseMotion(const std::string& where, const std::string& name, int articulation, int link) const;
   void finish(int articulation);
   void resolveMimics(ArticulationDef& articulation);
   const ArticulationDef& current(int articulation) const {
@@ -214,6 +216,16 @@ void TreeBuilder::place(int xml_link, int articulation, int link, const Pose& X_
   }
 }
 
+/// Throws where a half-space, which has no end, would move.
+void TreeBuilder::refuseMotion(const std::string& where, const std::string& name, int articulation, int link) const {
+  const std::vector<LinkDef>& links = context_.scene.world.articulations[articulation].links;
+  for (; link >= 0; link = links[link].parent) {
+    if (links[link].joint.type == JointType::kFixed) continue;
+    throw SetupError(where + ": link '" + name + "'", "it moves and has a half-space, which has no end",
+                     "put the half-space on a link that is fixed to the world, or give the link a box");
+  }
+}
+
 void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, const Pose& X_LM, int articulation,
                                 int target_link) {
   LinkDef& target = context_.scene.world.articulations[articulation].links[target_link];
@@ -223,6 +235,7 @@ void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, co
     const XmlElement& element = *link.collisions[c];
     refuseUnknownExtensions(robot_.xml, element, {"haptic:contact", "haptic:shape"});
     const ShapePieces shape = context_.shapes.make(robot_, link, element, context_.scene.warnings);
+    if (shape.pieces[0]->halfSpace()) refuseMotion(robot_.xml.at(element), link.name, articulation, target_link);
     CollisionDef collision;
     collision.material =
         contact_.of(link, element, shape.half_extent, collision.material_source, context_.scene.notes);

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/rod.h"
 
 #ifdef HAPTIC_HAVE_ODE
@@ -23,6 +24,7 @@ struct OdePair::Data {
       const double length = 2 * rod->halfLength();
       return rod->isCapsule() ? dCreateCapsule(nullptr, rod->radius(), length) : dCreateCylinder(nullptr, rod->radius(), length);
     }
+    if (shape.halfSpace()) return dCreatePlane(nullptr, 0, 0, 1, 0);
     if (!hull) return dCreateSphere(nullptr, shape.boundingRadius());
     if (hull->isBox())
       return dCreateBox(nullptr, 2 * hull->halfSize().x(), 2 * hull->halfSize().y(),

@@ -4,7 +4,7 @@
 
 namespace haptic::bench {
 
-/// ODE's geometries of two shapes, posed once.
+/// ODE's geometries of two shapes, posed once. A half-space is A.
 class OdePair {
  public:
   OdePair(const ConvexShape& A, const ConvexShape& B);

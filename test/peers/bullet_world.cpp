@@ -95,7 +95,7 @@ class BulletWorld : public PeerWorld {
   btCollisionShape* addShape(const PeerBody& b, const Pose& X_CL) {
     const auto& collisions = b.link->collisions;
     const auto place = [&](const CollisionDef& c) { return X_CL * turned(b, c); };
-    if (b.round && b.round->kind == PeerShape::Kind::kPlane) {
+    if (isPlane(b)) {
       const UpperFace face = upperFace(collisions.at(0));
       shapes_.push_back(std::make_unique<btStaticPlaneShape>(toBullet(face.n_L), face.n_L.dot(face.p_L)));
       return shapes_.back().get();

@@ -96,7 +96,7 @@ class OdeWorld : public PeerWorld {
       if (settings_.tuning == Tuning::kAccurate) dBodySetFiniteRotationMode(body, 1);
     }
     body_.push_back(body);
-    if (b.round && b.round->kind == PeerShape::Kind::kPlane) {
+    if (isPlane(b)) {
       const UpperFace face = upperFace(b.link->collisions.at(0));
       const Vector3 n = b.X_WL.R * face.n_L;
       dGeomSetData(dCreatePlane(space_, n.x(), n.y(), n.z(), n.dot(b.X_WL * face.p_L)),

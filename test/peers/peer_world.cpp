@@ -5,6 +5,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/rod.h"
 
 namespace haptic::peers {
@@ -67,13 +68,21 @@ std::optional<PeerShape> roundShape(const PeerBody& body, const ConvexShape& sha
   using Kind = PeerShape::Kind;
   if (body.round) return *body.round;
   if (shape.ball()) return PeerShape{-1, Kind::kSphere, shape.ball()->radius(), 0};
+  if (shape.halfSpace()) return PeerShape{-1, Kind::kPlane, 0, 0};
   if (const Rod* rod = shape.rod()) {
     return PeerShape{-1, rod->isCapsule() ? Kind::kCapsule : Kind::kCylinder, rod->radius(), 2 * rod->halfLength()};
   }
   return std::nullopt;
 }
 
+bool isPlane(const PeerBody& body) {
+  const auto& collisions = body.link->collisions;
+  if (body.round) return body.round->kind == PeerShape::Kind::kPlane;
+  return collisions.size() == 1 && collisions[0].shape->halfSpace();
+}
+
 UpperFace upperFace(const CollisionDef& collision) {
+  if (collision.shape->halfSpace()) return {collision.X_LS.p, collision.X_LS.R.col(2)};
   return {collision.X_LS * Vector3(0, 0, collision.shape->polyhedron()->halfSize().z()), collision.X_LS.R.col(2)};
 }
 

@@ -75,7 +75,10 @@ std::vector<PeerBody> peerBodies(const WorldDef& def, const PeerSettings& settin
 /// What is round of a shape: the body's own, in place of its polyhedra, or the shape itself; none: it has corners.
 std::optional<PeerShape> roundShape(const PeerBody& body, const ConvexShape& shape);
 
-/// Upper face of a box, as the plane it lies in: a point and the normal, in the link's frame.
+/// It is a plane to the peer: a half-space, or told so.
+bool isPlane(const PeerBody& body);
+
+/// Upper face of a box, or a half-space's surface, as a plane: a point and the normal, in the link's frame.
 struct UpperFace {
   Vector3 p_L, n_L;
 };

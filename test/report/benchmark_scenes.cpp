@@ -3,7 +3,9 @@
 #include "benchmark_scenes.h"
 
 #include "../scenes/blocks.h"
+#include "../scenes/offsets.h"
 #include "exact_motion.h"
+#include "haptic_core/geometry/rod.h"
 #include "own_measures.h"
 
 namespace haptic::report {
@@ -116,8 +118,10 @@ Scene kapla() {
   return s;
 }
 
-std::shared_ptr<const ConvexPolyhedron> capsule(double radius, double length, int facets) {
-  const ConvexPolyhedron sphere = makeSphere(radius, facets > 0 ? facets : 2, RoundFit::kEqualVolume);
+/// A true capsule, or its hull where facets are chosen.
+std::shared_ptr<const ConvexShape> capsule(double radius, double length, int facets) {
+  if (facets == 0) return std::make_shared<Rod>(radius, length, Rod::Ends::kRound);
+  const ConvexPolyhedron sphere = makeSphere(radius, facets, RoundFit::kEqualVolume);
   std::vector<Vector3> points;
   for (const Vector3& v : sphere.vertices()) {
     points.push_back(v + Vector3(0, 0, v.z() >= 0 ? 0.5 * length : -0.5 * length));
@@ -133,7 +137,7 @@ Scene capsules() {
   s.title = "Consistency (Erez, Tassa, Todorov): 27 capsules that meet, the state after 0.1 s";
   s.parameters =
       "R 0.05 m, 0.1 m between centres, 0.5 kg, 3 x 3 x 3 in turned orientations, fall at 2 m/s, mu 0.5; "
-      "peers: capsules, plane";
+      "all capsules; peers: plane";
   s.benchmark =
       "Erez, Tassa, Todorov: Simulation tools for model-based robotics, ICRA 2015: difference of the state "
       "after 0.1 s from "
@@ -158,16 +162,15 @@ Scene capsules() {
     m.mu_static = m.mu_dynamic = 0.5;
     def.articulations.push_back(scenes::floorBox());
     const auto shape = capsule(kRadius, kLength, choice.facets);
-    const double along = kMass * kRadius * kRadius * 0.45,
-                 across = kMass * 0.0035;  // of such a capsule, two digits
-    Offsets turn;
+    const Rod solid(kRadius, kLength, Rod::Ends::kRound);
+    const Matrix3 inertia = solid.massProperties(kMass / solid.volume()).I_com;
+    scenes::Offsets turn;
     for (int i = 0; i < 27; ++i) {
       const Matrix3 R = (Eigen::AngleAxisd(3 * turn.next(), Vector3::UnitZ()) *
                          Eigen::AngleAxisd(1.2 * turn.next(), Vector3::UnitX()))
                             .toRotationMatrix();
       const Vector3 p((i % 3 - 1) * 0.19, (i / 3 % 3 - 1) * 0.19, 0.11 + 0.19 * (i / 9));
-      def.articulations.push_back(scenes::freeBody("capsule" + std::to_string(i), shape, kMass,
-                                                   Vector3(across, across, along).asDiagonal(), Pose(R, p),
+      def.articulations.push_back(scenes::freeBody("capsule" + std::to_string(i), shape, kMass, inertia, Pose(R, p),
                                                    {Vector3::Zero(), Vector3(0, 0, -2)}));
     }
     return def;
@@ -219,7 +222,7 @@ Scene predictable(bool cylinder) {
     const Matrix3 inertia =
         cylinder ? Matrix3(Vector3(across, across, 0.5 * kMass * kRadius * kRadius).asDiagonal())
                  : scenes::boxInertia(size, kMass);
-    Offsets offsets;
+    scenes::Offsets offsets;
     for (int i = 0; i < kSide * kSide; ++i) {
       const double x = (cylinder ? 0.5 : 0.6) + 1e-3 * offsets.next(),
                    y = (cylinder ? 0 : 0.7) + 1e-3 * offsets.next();

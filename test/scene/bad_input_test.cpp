@@ -44,6 +44,15 @@ std::vector<BadCase> badCases() {
        "name=\"a\"/></robot>",
        {":2", "xacro"}},
       {"link without name", robot("<link/>"), {":3", "name"}},
+      {"half-space that moves",
+       robot(boxLink("base") + boxLink("arm", 1, 0.1, "<haptic:shape type=\"half_space\"/>") +
+             joint("j", "revolute", "base", "arm")),
+       {":4", "'arm'", "half-space", "fixed to the world"}},
+      {"unknown shape", robot(boxLink("a", 1, 0.1, "<haptic:shape type=\"plane\"/>")), {":3", "plane", "half_space"}},
+      {"half-space as a mesh",
+       robot("<link name=\"a\"><collision><geometry><mesh filename=\"a.stl\"/></geometry><haptic:shape "
+             "type=\"half_space\"/></collision></link>"),
+       {":3", "'a'", "half-space", "box"}},
       {"link twice", robot(boxLink("a") + boxLink("a")), {":4", "'a'", "twice", "line 3"}},
       {"joint twice",
        robot(boxLink("a") + boxLink("b") + boxLink("c") + joint("j", "fixed", "a", "b") +

@@ -320,5 +320,24 @@ TEST(Inertia, DefaultDensityOnlyWhenAsked) {
   EXPECT_NEAR(inertia.I_C(0, 0), 3 * (0.04 + 0.09) / 12, 1e-12);
 }
 
+/// Also far from where its box ends; a link fixed to it may have one too.
+TEST(Robot, HalfSpacesAreGroundWithoutEnd) {
+  const std::string plane = "<haptic:shape type=\"half_space\"/>";
+  const SceneDef scene = loadText(robot(boxLink("base", 1, 0.1, plane) + boxLink("wall", 1, 0.1, plane) + boxLink("cube") +
+                                        joint("fix", "fixed", "base", "wall", "", "0 0 -2") +
+                                        joint("free", "floating", "base", "cube", "", "30 0 0.06")));
+  int planes = 0;
+  for (const ArticulationDef& articulation : scene.world.articulations) {
+    for (const LinkDef& link : articulation.links) {
+      for (const CollisionDef& collision : link.collisions) planes += collision.shape->halfSpace() != nullptr;
+    }
+  }
+  EXPECT_EQ(planes, 2);
+  EXPECT_NE(scene.collisions[0].text.find("half-space"), std::string::npos);
+  World world(scene.world);
+  for (int i = 0; i < 1000; ++i) world.step();
+  EXPECT_NEAR(world.linkPose(world.linkIndex("cube")).p.z(), 0.05, 1e-3);
+}
+
 }  // namespace
 }  // namespace haptic

@@ -6,6 +6,7 @@
 
 #include "haptic_core/analysis/flat_wall.h"
 #include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/rod.h"
 #include "haptic_core/geometry/shape_distance.h"
 #include "haptic_core/geometry/shapes.h"
@@ -83,6 +84,9 @@ std::vector<Vector3> standingSides(const LinkDef& link) {
 RestingStiffness restingStiffness(const LinkDef& link, double weight) {
   RestingStiffness out;
   if (link.collisions.empty() || !(weight > 0)) return out;
+  for (const CollisionDef& collision : link.collisions) {
+    if (collision.shape->halfSpace()) return out;  // it lies on nothing
+  }
   out.extent = leastExtent(link);
   for (const Vector3& side : standingSides(link)) {
     const double volume = commonVolume(link, side, kSink * out.extent);

@@ -28,8 +28,11 @@ class BallContact : public RoundContact {
   /// The polyhedron is A, or B; `covers` are its own.
   void polyhedron(const ConvexPolyhedron& shape, bool is_a, double radius, const Pose& X_AB,
                   const InnerFaces* covers);
+  /// The half-space is A, or B.
+  void halfSpace(bool is_a, double radius, const Pose& X_AB);
 
  private:
+  Vector3 place(bool is_a, double radius, const Pose& X_AB);
   void onOnePlane(const CutFace& face);
   void onFaces(const NearestPoint& nearest, const Vector3& c, const InnerFaces* covers);
   void withoutRoom(const NearestPoint& nearest);
@@ -72,13 +75,34 @@ void BallContact::balls(double ra, double rb, const Vector3& p_AB) {
   }
 }
 
-void BallContact::polyhedron(const ConvexPolyhedron& shape, bool is_a, double radius, const Pose& X_AB,
-                             const InnerFaces* covers) {
-  // The ball's centre in the polyhedron's frame; Q has its axes.
-  const Vector3 c = is_a ? X_AB.p : Vector3(-(X_AB.R.transpose() * X_AB.p));
+/// Frames, with the other shape as A or B. Returns the ball's centre in that shape's frame, whose axes Q has.
+Vector3 BallContact::place(bool is_a, double radius, const Pose& X_AB) {
   v_.X_AQ = is_a ? Pose(Matrix3::Identity(), X_AB.p) : Pose(X_AB.R, Vector3::Zero());
   v_.sign = is_a ? 1 : -1;
   v_.radius = radius;
+  return is_a ? X_AB.p : Vector3(-(X_AB.R.transpose() * X_AB.p));
+}
+
+void BallContact::halfSpace(bool is_a, double radius, const Pose& X_AB) {
+  const double height = -place(is_a, radius, X_AB).z();  // of the plane over the centre
+  const Vector3 n = v_.sign * v_.X_AQ.R.col(2);
+  if (height <= -radius) return setSeparated(n, -height - radius);
+  // The normal is known, also where all of the ball lies below: as one that history gives.
+  rule_ = NormalRule::kHistory;
+  cache_.normal = n;
+  if (height >= radius) {
+    if (setMoments(ballMoments(radius), Vector3::Zero(), Vector3::Zero(), n)) out_.depth = 2 * radius;
+    return keep();
+  }
+  v_.cut.addCircle(Vector3::UnitZ(), height, radius);
+  if (v_.cut.faces().empty()) return setCube(n, v_.X_AQ * Vector3(0, 0, 0.5 * (height - radius)), radius + height);
+  onOnePlane(v_.cut.faces()[0]);
+  if (out_.status == Status::kOverlap) keep();
+}
+
+void BallContact::polyhedron(const ConvexPolyhedron& shape, bool is_a, double radius, const Pose& X_AB,
+                             const InnerFaces* covers) {
+  const Vector3 c = place(is_a, radius, X_AB);
   if (cache_.direction.squaredNorm() > 0) {
     const Vector3 up = v_.sign * (v_.X_AQ.R.transpose() * cache_.direction);
     int& hint = is_a ? cache_.vertex_a : cache_.vertex_b;
@@ -177,6 +201,11 @@ void BallContact::withoutRoom(const NearestPoint& nearest) {
   const Vector3 n = -v_.sign * (v_.X_AQ.R * nearest.direction);
   if (!(depth > 0)) return setSeparated(n, -depth);
   setCube(n, v_.X_AQ * Vector3((nearest.distance + 0.5 * depth) * nearest.direction), depth);
+}
+
+void ballOnHalfSpace(double radius, bool is_a, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
+                     ContactVolume& out, NormalRule rule) noexcept {
+  BallContact(rule, cache, workspace, out).halfSpace(is_a, radius, X_AB);
 }
 
 void ballContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache,

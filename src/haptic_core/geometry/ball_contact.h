@@ -26,4 +26,8 @@ namespace haptic {
 void ballContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
                  ContactVolume& out, NormalRule rule, const InnerSides& inner) noexcept;
 
+/// (in realtime) A ball and a half-space, which is A, or B: a cap, or all of the ball.
+void ballOnHalfSpace(double radius, bool is_a, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
+                     ContactVolume& out, NormalRule rule) noexcept;
+
 }  // namespace haptic

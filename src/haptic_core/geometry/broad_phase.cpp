@@ -35,13 +35,16 @@ BroadPhase::BroadPhase(int box_count, const std::vector<std::pair<int, int>>& ne
 
 int BroadPhase::widestAxis(const ConvexPolyhedron::Box* boxes) const noexcept {
   Vector3 sum = Vector3::Zero(), squares = Vector3::Zero();
+  int bounded = 0;
   for (int i = 0; i < count_; ++i) {
     const Vector3 middle = boxes[i].lower + boxes[i].upper;
+    if (!middle.allFinite()) continue;  // a half-space's
+    ++bounded;
     sum += middle;
     squares += middle.cwiseAbs2();
   }
   int axis = 0;
-  (squares - sum.cwiseAbs2() / count_).maxCoeff(&axis);
+  (squares - sum.cwiseAbs2() / std::max(1, bounded)).maxCoeff(&axis);
   return axis;
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "haptic_core/geometry/covered_area.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/moment_sums.h"
 
 namespace haptic {
@@ -26,7 +27,10 @@ Matrix3 patchAxes(const Vector3& n) {
   return R;
 }
 
-Vector3 shortestWayOut(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB) noexcept {
+Vector3 shortestWayOut(const ConvexShape& first, const ConvexShape& second, const Pose& X_AB) noexcept {
+  if (first.halfSpace()) return Vector3::UnitZ();
+  if (second.halfSpace()) return -X_AB.R.col(2);
+  const ConvexPolyhedron &A = *first.polyhedron(), &B = *second.polyhedron();
   double least = std::numeric_limits<double>::infinity();
   Vector3 best = Vector3::UnitZ();
   int va = 0, vb = 0;
@@ -229,7 +233,7 @@ class ContactIntegrator {
   const Vectors origin_;
 };
 
-bool integrateContact(ContactWorkspace& w, const ConvexPolyhedron& A, const ConvexPolyhedron& B,
+bool integrateContact(ContactWorkspace& w, const ConvexShape& A, const ConvexShape& B,
                       const Pose& X_AB, PairCache& cache, NormalRule rule, const InnerSides& inner,
                       ContactVolume& out) noexcept {
   if (w.edges().empty()) return false;

@@ -7,7 +7,7 @@ namespace haptic {
 
 /// (in realtime) Fills everything of `out` from the vertices, faces and edges in the workspace, and the
 /// cache's normal. False when the edges enclose no volume.
-bool integrateContact(ContactWorkspace& workspace, const ConvexPolyhedron& A, const ConvexPolyhedron& B,
+bool integrateContact(ContactWorkspace& workspace, const ConvexShape& A, const ConvexShape& B,
                       const Pose& X_AB, PairCache& cache, NormalRule rule, const InnerSides& inner,
                       ContactVolume& out) noexcept;
 
@@ -15,7 +15,7 @@ bool integrateContact(ContactWorkspace& workspace, const ConvexPolyhedron& A, co
 /// across the plane n.z = 0).
 Matrix3 patchAxes(const Vector3& n);
 
-/// Of all faces of A and B, the outward direction (from A to B) along which B has to move least to leave A.
-Vector3 shortestWayOut(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB) noexcept;
+/// Of all faces of two polyhedra, or of a half-space, the outward direction (from A to B) along which B has to move least to leave A.
+Vector3 shortestWayOut(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB) noexcept;
 
 }  // namespace haptic

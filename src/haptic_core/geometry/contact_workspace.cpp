@@ -1,4 +1,5 @@
 #include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/rod.h"
 
 #include <algorithm>
@@ -60,7 +61,9 @@ void ContactWorkspace::clear() noexcept {
 void ContactWorkspace::reserve(const ConvexShape& first, const ConvexShape& second) {
   if (!first.polyhedron() || !second.polyhedron()) {
     const bool with_rod = first.rod() || second.rod();
+    const bool with_plane = first.halfSpace() || second.halfSpace();
     for (const ConvexShape* shape : {&first, &second}) {
+      if (with_plane && shape->polyhedron()) reserveResult(shape->polyhedron()->faceCount() + 1);
       const ConvexPolyhedron* other = shape->rod() ? &shape->rod()->standIn() : shape->polyhedron();
       const int faces = other ? other->faceCount() : 0;
       round_.reserve(faces, other ? 2 * other->edgeCount() : 0);

@@ -1,4 +1,5 @@
-/// A convex solid that collides: a polyhedron (convex_polyhedron.h), a ball (ball.h), or a cylinder or capsule (rod.h).
+/// A convex solid that collides: a polyhedron (convex_polyhedron.h), a ball (ball.h), a cylinder or capsule (rod.h), or a
+/// half-space (half_space.h).
 #pragma once
 #include <string>
 
@@ -9,6 +10,7 @@ namespace haptic {
 
 class Ball;
 class ConvexPolyhedron;
+class HalfSpace;
 class Rod;
 
 /// What all shapes have in common. Immutable; all queries are const, without heap and safe from any number of threads.
@@ -25,6 +27,7 @@ class ConvexShape {
   const ConvexPolyhedron* polyhedron() const;
   const Ball* ball() const;  ///< null: it is no ball
   const Rod* rod() const;    ///< null: it is no cylinder or capsule
+  const HalfSpace* halfSpace() const;  ///< null: it is bounded
 
   const std::string& name() const { return name_; }          ///< for messages
   const Vector3& centre() const { return properties_.com; }  ///< centroid of the solid [m]
@@ -47,7 +50,7 @@ class ConvexShape {
 
  protected:
   /// What the shape is, so that queries need no dynamic cast.
-  enum class Kind : unsigned char { kPolyhedron, kBall, kRod };
+  enum class Kind : unsigned char { kPolyhedron, kBall, kRod, kHalfSpace };
   /// The derived class fills in the properties, radius and box below.
   ConvexShape(Kind kind, const std::string& name) : name_(name), kind_(kind) {}
   ConvexShape(const ConvexShape&) = default;  ///< for derived classes: a shape is not copied through its base

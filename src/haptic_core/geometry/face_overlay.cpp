@@ -1,20 +1,34 @@
 #include "haptic_core/geometry/face_overlay.h"
 
+#include "haptic_core/geometry/half_space.h"
+
 namespace haptic {
 namespace {
 
 /// Least cosine between a face's normal and the contact's: beyond it the faces beside count as much.
 constexpr double kNearlyParallel = 0.9;
 
-/// The face whose outward normal looks most along `direction`; -1: none nearly.
-int faceAlong(const ConvexPolyhedron& shape, const Vector3& direction) {
-  int found = -1;
+/// A polyhedron's face, or a half-space's surface, which has no corners.
+struct FlatSide {
+  const ConvexPolyhedron* shape = nullptr;  ///< null: a half-space
+  Vector3 normal = Vector3::UnitZ(), point = Vector3::Zero();  ///< outward; on it [m]
+  int first = 0, count = 0;                 ///< its corners
+
+  Vector3 corner(int i) const { return shape->vertices()[shape->loopVertex(first + i)]; }
+};
+
+/// The side whose outward normal looks most along `direction`; false: none nearly.
+bool sideAlong(const ConvexShape& shape, const Vector3& direction, FlatSide& side) {
   double most = kNearlyParallel;
-  for (int f = 0; f < shape.faceCount(); ++f) {
-    const double along = shape.faces()[f].normal.dot(direction);
-    if (along > most) most = along, found = f;
+  if (shape.halfSpace()) return direction.z() > most;
+  side.shape = shape.polyhedron();
+  for (const ConvexPolyhedron::Face& face : side.shape->faces()) {
+    const double along = face.normal.dot(direction);
+    if (along > most) most = along, side.normal = face.normal, side.first = face.first, side.count = face.count;
   }
-  return found;
+  if (side.count == 0) return false;
+  side.point = side.corner(0);
+  return true;
 }
 
 /// Height along P's z of a face's plane, which holds the point p [P's frame].
@@ -52,27 +66,25 @@ bool FaceOverlay::needsClipping(const LinearField& field, bool& nothing) const n
 
 bool FaceOverlay::find(const ConvexShape& first, const ConvexShape& second, const Pose& X_AB, const Pose& X_AP) noexcept {
   corners_ = 0;
-  if (!first.polyhedron() || !second.polyhedron()) return false;
-  const ConvexPolyhedron &A = *first.polyhedron(), &B = *second.polyhedron();
+  const auto isFlat = [](const ConvexShape& shape) { return shape.polyhedron() || shape.halfSpace(); };
+  if (!isFlat(first) || !isFlat(second)) return false;
   const Vector3 n = X_AP.R.col(2);
-  const int above = faceAlong(A, n), below = faceAlong(B, X_AB.R.transpose() * -n);
-  if (above < 0 || below < 0) return false;
-  const ConvexPolyhedron::Face &U = A.faces()[above], &L = B.faces()[below];
+  FlatSide U, L;
+  if (!sideAlong(first, n, U) || !sideAlong(second, X_AB.R.transpose() * -n, L)) return false;
   if (U.count + L.count > kMostCorners) return false;
   const Pose X_PA = X_AP.inverse(), X_PB = X_PA * X_AB;
-  // A's loop is counter-clockwise seen from B, which is from where P's z points.
+  // A's loop is counter-clockwise seen from B, which is from where P's z points; B's runs the other way.
   Polygon polygon;
-  for (int i = 0; i < U.count; ++i) {
-    const Vector3 p = X_PA * A.vertices()[A.loopVertex(U.first + i)];
-    polygon.x[i] = p.x(), polygon.y[i] = p.y();
+  const auto start = [&polygon](const Vector3& p) { polygon.x[polygon.corners] = p.x(), polygon.y[polygon.corners++] = p.y(); };
+  for (int i = 0; i < U.count; ++i) start(X_PA * U.corner(i));
+  if (!U.shape) {
+    for (int i = L.count - 1; i >= 0; --i) start(X_PB * L.corner(i));
   }
-  polygon.corners = U.count;
-  const LinearField upper = heightOf(X_PA.R * U.normal, X_PA * A.vertices()[A.loopVertex(U.first)]),
-                    lower = heightOf(X_PB.R * L.normal, X_PB * B.vertices()[B.loopVertex(L.first)]);
-  Vector3 to = X_PB * B.vertices()[B.loopVertex(L.first)];
-  for (int i = L.count - 1; i >= 0 && polygon.corners >= 3; --i) {  // B's loop runs the other way
+  const LinearField upper = heightOf(X_PA.R * U.normal, X_PA * U.point), lower = heightOf(X_PB.R * L.normal, X_PB * L.point);
+  Vector3 to = X_PB * L.point;
+  for (int i = L.count - 1; U.shape && i >= 0 && polygon.corners >= 3; --i) {
     const Vector3 from = to;
-    to = X_PB * B.vertices()[B.loopVertex(L.first + i)];
+    to = X_PB * L.corner(i);
     const double ux = to.x() - from.x(), uy = to.y() - from.y();
     clip({uy * from.x() - ux * from.y(), -uy, ux}, polygon);
   }

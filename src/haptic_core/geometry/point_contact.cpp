@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/rod.h"
 
 namespace haptic {
@@ -52,6 +53,7 @@ void concentrate(ContactWorkspace& workspace, double area, ContactVolume& contac
 }
 
 double pointArea(const ConvexShape& shape) {
+  if (shape.halfSpace()) return INFINITY;  // the other shape's counts
   if (shape.ball()) return 4 * M_PI / 6 * shape.ball()->radius() * shape.ball()->radius();
   if (shape.rod()) return shape.rod()->surface() / 6;
   const TriangleMesh mesh = shape.triangles();

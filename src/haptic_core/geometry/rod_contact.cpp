@@ -7,6 +7,7 @@
 #include "haptic_core/geometry/ball_rod_contact.h"
 #include "haptic_core/geometry/round_contact.h"
 #include "haptic_core/geometry/shape_distance.h"
+#include "haptic_core/geometry/tube_on_plane.h"
 #include "haptic_core/geometry/volume_cutting.h"
 
 namespace haptic {
@@ -25,10 +26,16 @@ class RodContact : public RoundContact {
 
   /// The polyhedron is A, or B; `covers` are its own.
   void polyhedron(const ConvexPolyhedron& shape, bool is_a, const Rod& rod, const Pose& X_AB, const InnerFaces* covers);
+  /// The half-space is A, or B.
+  void halfSpace(bool is_a, const Rod& rod, const Pose& X_AB);
 
  private:
+  void place(bool is_a, const Rod& rod, const Pose& X_AB);
+  bool reaches(const Vector3& normal, double offset, int index, Owner owner);
+  bool measure(int planes, const InnerFaces* covers);
   bool findPlanes(const ConvexPolyhedron& shape, bool is_a);
   bool cutBox(double low, double high, double from, double to);
+  bool addTubeOnPlane(const InnerFaces* covers);
   void addTube(const InnerFaces* covers);
   void addHalfBall(double end, const InnerFaces* covers);
   void addPiece(const SolidMoments& piece, const Vector3& o);
@@ -48,14 +55,29 @@ class RodContact : public RoundContact {
   bool complete_ = true;
 };
 
-void RodContact::polyhedron(const ConvexPolyhedron& shape, bool is_a, const Rod& rod, const Pose& X_AB,
-                            const InnerFaces* covers) {
+/// Frames, with the other shape as A or B.
+void RodContact::place(bool is_a, const Rod& rod, const Pose& X_AB) {
   rod_ = v_.rod = &rod;
   X_QS_ = is_a ? X_AB.inverse() : X_AB;
   v_.X_AQ = is_a ? X_AB : Pose();
   v_.sign = is_a ? 1 : -1;
   v_.radius = rod.radius();
   v_.rims.clear();
+  v_.near.clear();
+}
+
+void RodContact::halfSpace(bool is_a, const Rod& rod, const Pose& X_AB) {
+  place(is_a, rod, X_AB);
+  const Vector3 normal = X_QS_.R.col(2);
+  // The normal is known, also where all of the rod lies below: as one that history gives.
+  rule_ = NormalRule::kHistory;
+  cache_.normal = v_.sign * (v_.X_AQ.R * normal);
+  if (reaches(normal, normal.dot(X_QS_.p), 0, is_a ? Owner::kA : Owner::kB)) measure(1, nullptr);
+}
+
+void RodContact::polyhedron(const ConvexPolyhedron& shape, bool is_a, const Rod& rod, const Pose& X_AB,
+                            const InnerFaces* covers) {
+  place(is_a, rod, X_AB);
   if (cache_.direction.squaredNorm() > 0) {
     const Vector3 up = v_.sign * (v_.X_AQ.R.transpose() * cache_.direction), up_S = X_QS_.R.transpose() * up;
     int& hint = is_a ? cache_.vertex_a : cache_.vertex_b;
@@ -63,22 +85,7 @@ void RodContact::polyhedron(const ConvexPolyhedron& shape, bool is_a, const Rod&
     const double gap = up.dot(rod.core(-up) - X_QS_ * shape.vertices()[hint]) - rod.rounding();
     if (gap > 0) return setSeparated(cache_.direction, gap);
   }
-  if (!findPlanes(shape, is_a)) return;
-  const Vector3 way_out_A = v_.sign * (v_.X_AQ.R * way_out_Q_);
-  const Vector3 lowest = rod.core(-way_out_Q_) - rod.rounding() * way_out_Q_;
-  if (v_.near.capacity() < shape.faceCount() || w_.solid().faces.capacity() < shape.faceCount() + 6) {
-    return setCube(way_out_A, v_.X_AQ * Vector3(lowest + 0.5 * way_ * way_out_Q_), way_);
-  }
-  addTube(covers);
-  if (rod.isCapsule()) {
-    addHalfBall(-1, covers);
-    addHalfBall(1, covers);
-  }
-  if (!complete_) out_.flags |= ContactVolume::kCapacityExceeded;
-  if (setMoments(sums_, o_, covered_Q_, way_out_A)) {
-    out_.depth = extent(v_.X_AQ.R.transpose() * out_.normal());
-    return keep();
-  }
+  if (!findPlanes(shape, is_a) || measure(shape.faceCount(), covers)) return;
   // Nothing found: nearly always separated, which a direction must prove.
   ClosestPoints near;
   const Pose X_SQ = X_QS_.inverse();
@@ -88,21 +95,45 @@ void RodContact::polyhedron(const ConvexPolyhedron& shape, bool is_a, const Rod&
   out_.X_AP.p = v_.X_AQ * (X_QS_ * near.p_A);
 }
 
+/// V of what `near` leaves of the rod; there are so many planes. False: nothing was found.
+bool RodContact::measure(int planes, const InnerFaces* covers) {
+  const Vector3 way_out_A = v_.sign * (v_.X_AQ.R * way_out_Q_);
+  const Vector3 lowest = rod_->core(-way_out_Q_) - rod_->rounding() * way_out_Q_;
+  if (v_.near.capacity() < planes || w_.solid().faces.capacity() < planes + 6) {
+    setCube(way_out_A, v_.X_AQ * Vector3(lowest + 0.5 * way_ * way_out_Q_), way_);
+    return true;
+  }
+  if (!addTubeOnPlane(covers)) addTube(covers);
+  if (rod_->isCapsule()) {
+    addHalfBall(-1, covers);
+    addHalfBall(1, covers);
+  }
+  if (!complete_) out_.flags |= ContactVolume::kCapacityExceeded;
+  if (!setMoments(sums_, o_, covered_Q_, way_out_A)) return false;
+  out_.depth = extent(v_.X_AQ.R.transpose() * out_.normal());
+  keep();
+  return true;
+}
+
+/// Keeps a plane that reaches the rod, in its frame. False: the rod lies beyond, and they are separated.
+bool RodContact::reaches(const Vector3& normal, double offset, int index, Owner owner) {
+  const double reach = normal.dot(rod_->core(normal)) + rod_->rounding();
+  // The rod is symmetric about its centre: it goes as far the other way.
+  if (offset + reach <= 0) {
+    setSeparated(v_.sign * (v_.X_AQ.R * normal), -offset - reach);
+    return false;
+  }
+  if (offset + reach < way_) way_ = offset + reach, way_out_Q_ = normal;
+  if (reach > offset) v_.near.push_back({normal, offset, index, owner});
+  return true;
+}
+
 /// The polyhedron's planes that reach the rod, in its frame. False: one has it beyond, and they are separated.
 bool RodContact::findPlanes(const ConvexPolyhedron& shape, bool is_a) {
-  v_.near.clear();
-  way_ = INFINITY;
   for (int f = 0; f < shape.faceCount(); ++f) {
     const ConvexPolyhedron::Face& face = shape.faces()[f];
     const Vector3 normal = X_QS_.R * face.normal;
-    const double offset = face.offset + normal.dot(X_QS_.p), reach = normal.dot(rod_->core(normal)) + rod_->rounding();
-    // The rod is symmetric about its centre: it goes as far the other way.
-    if (offset + reach <= 0) {
-      setSeparated(v_.sign * (v_.X_AQ.R * normal), -offset - reach);
-      return false;
-    }
-    if (offset + reach < way_) way_ = offset + reach, way_out_Q_ = normal;
-    if (reach > offset) v_.near.push_back({normal, offset, f, is_a ? Owner::kA : Owner::kB});
+    if (!reaches(normal, face.offset + normal.dot(X_QS_.p), f, is_a ? Owner::kA : Owner::kB)) return false;
   }
   return true;
 }
@@ -118,6 +149,39 @@ bool RodContact::cutBox(double low, double high, double from, double to) {
     if (height <= -reach) return false;
     if (height < reach && !cutSolid(plane, w_, complete_)) return false;
   }
+  return true;
+}
+
+/// Where one plane alone reaches the rod, none of it covered. False: it is not so, and nothing is added.
+bool RodContact::addTubeOnPlane(const InnerFaces* covers) {
+  if (v_.near.size() != 1 || (covers && covers->has(v_.near[0].index))) return false;
+  const ContactFace& plane = v_.near[0];
+  const double R = v_.radius;
+  TubeOnPlane tube;
+  if (!tube.find(R, rod_->halfLength(), plane.normal, plane.offset)) return false;
+  // φ from the direction in which the plane looks out, counter-clockwise seen from outside; the arcs end where they turn back.
+  const double side = tube.k.z(), from = M_PI - tube.theta0, to = from - tube.sweep;
+  const double z0 = tube.o.z() + side * tube.l0, z1 = tube.o.z() + side * tube.l1;
+  const Vector3 y = side * tube.f;
+  const auto point = [&](double phi, double z) -> Vector3 {
+    return R * (std::cos(phi) * tube.e + std::sin(phi) * y) + Vector3(0, 0, z);
+  };
+  const auto addArc = [&](double start, double sweep, double za, double zb) {
+    v_.rims.push_back({true, start, sweep, Vector3(0, 0, za), R * tube.e, R * y, Vector3(0, 0, zb - za)});
+  };
+  const auto addLine = [&](double phi, double z) {
+    const Vector3 p = point(phi, z), q = point(-phi, z);
+    v_.rims.push_back({false, 0, 1, p, q - p, Vector3::Zero(), Vector3::Zero()});
+  };
+  const int first = v_.rims.size();
+  addArc(side * to, side * tube.sweep, z1, z0);
+  if (tube.theta0 > 0) addLine(side * from, z0);
+  addArc(-side * from, side * tube.sweep, z0, z1);
+  if (tube.theta0 + tube.sweep < M_PI) addLine(-side * to, z1);
+  end_inside_[side < 0] = true;
+  end_inside_[side > 0] |= tube.whole_end;
+  addPart(plane.normal, plane.offset, plane.index, tube.face, tube.o, first);
+  addPiece(tube.solid, tube.o);
   return true;
 }
 
@@ -258,6 +322,11 @@ double RodContact::extent(const Vector3& up) const {
     sum += enter <= leave || flat ? most : std::min(most, reach(way));
   }
   return sum;
+}
+
+void rodOnHalfSpace(const Rod& rod, bool is_a, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
+                    ContactVolume& out, NormalRule rule) noexcept {
+  RodContact(rule, cache, workspace, out).halfSpace(is_a, rod, X_AB);
 }
 
 void rodContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,

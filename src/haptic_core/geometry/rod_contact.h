@@ -19,4 +19,8 @@ namespace haptic {
 void rodContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
                 ContactVolume& out, NormalRule rule, const InnerSides& inner) noexcept;
 
+/// (in realtime) A rod and a half-space, which is A, or B.
+void rodOnHalfSpace(const Rod& rod, bool is_a, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
+                    ContactVolume& out, NormalRule rule) noexcept;
+
 }  // namespace haptic

@@ -5,6 +5,8 @@
 
 #include "haptic_core/geometry/ball_contact.h"
 #include "haptic_core/geometry/contact_moments.h"
+#include "haptic_core/geometry/half_space.h"
+#include "haptic_core/geometry/half_space_contact.h"
 #include "haptic_core/geometry/rod_contact.h"
 
 namespace haptic {
@@ -157,6 +159,7 @@ void RoundContact::keep() {
 
 void roundContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
                   ContactVolume& out, NormalRule rule, const InnerSides& inner) noexcept {
+  if (A.halfSpace() || B.halfSpace()) return halfSpaceContact(A, B, X_AB, cache, workspace, out, rule, inner);
   if (A.rod() || B.rod()) return rodContact(A, B, X_AB, cache, workspace, out, rule, inner);
   ballContact(A, B, X_AB, cache, workspace, out, rule, inner);
 }

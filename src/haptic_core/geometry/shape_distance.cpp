@@ -1,6 +1,9 @@
 #include "haptic_core/geometry/shape_distance.h"
 
+#include <cmath>
+
 #include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/nearest_point.h"
 #include "haptic_core/geometry/rod.h"
 
@@ -27,12 +30,31 @@ void closestWithRod(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB
   if (!result.separated) result.p_A = result.p_B = 0.5 * (result.p_A + result.p_B);
 }
 
+/// `shape` lies at X_HS in the half-space's frame. The half-space is A, or B.
+void closestWithHalfSpace(const ConvexShape& shape, const Pose& X_HS, bool is_a, const Pose& X_AH, ClosestPoints& result) {
+  const Vector3 down = -Vector3::UnitZ();
+  const Vector3 lowest = X_HS * shape.core(X_HS.R.transpose() * down) + shape.rounding() * down;
+  const Vector3 below(lowest.x(), lowest.y(), 0), up_A = X_AH.R.col(2);
+  result = ClosestPoints{};
+  result.separated = lowest.z() > 0;
+  result.distance = std::max(0.0, lowest.z());
+  result.direction = is_a ? up_A : Vector3(-up_A);
+  result.p_A = X_AH * (is_a ? below : lowest);
+  result.p_B = X_AH * (is_a ? lowest : below);
+  if (!result.separated) result.p_A = result.p_B = 0.5 * (result.p_A + result.p_B);
+}
+
+/// Sine of an angle to a half-space's normal that is rounding.
+constexpr double kUpright = 1e-12;
+
 }  // namespace
 
 void closestPoints(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Vector3& direction,
                    ClosestPoints& result) noexcept {
   if (A.polyhedron() && B.polyhedron())
     return closestPoints(*A.polyhedron(), *B.polyhedron(), X_AB, direction, result);
+  if (A.halfSpace()) return closestWithHalfSpace(B, X_AB, true, Pose(), result);
+  if (B.halfSpace()) return closestWithHalfSpace(A, X_AB.inverse(), false, X_AB, result);
   if (A.rod() || B.rod()) return closestWithRod(A, B, X_AB, direction, result);
   const double ra = A.ball() ? A.ball()->radius() : 0, rb = B.ball() ? B.ball()->radius() : 0;
   double between;
@@ -59,6 +81,7 @@ void closestPoints(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB,
 }
 
 double supportHeight(const ConvexShape& shape, const Pose& X_AS, const Vector3& direction) noexcept {
+  if (shape.halfSpace() && (direction - X_AS.R.col(2)).norm() > kUpright) return INFINITY;
   return direction.dot(X_AS * shape.core(X_AS.R.transpose() * direction)) + shape.rounding();
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/shape_distance.h"
 
 namespace haptic {
@@ -43,6 +44,7 @@ double timeOfImpact(const ConvexShape& A, const ShapeMotion& a, const ConvexShap
 }
 
 double leastWidth(const ConvexShape& shape) {
+  if (shape.halfSpace()) return INFINITY;
   const ConvexPolyhedron* hull = shape.polyhedron();
   if (!hull) return (shape.aabb().upper - shape.aabb().lower).minCoeff();  // round about an axis of its frame
   double least = 2 * shape.boundingRadius();

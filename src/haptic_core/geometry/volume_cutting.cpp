@@ -15,14 +15,14 @@ class VolumeCutter {
  public:
   explicit VolumeCutter(ContactWorkspace& workspace) : w_(workspace) {}
 
-  void start(const ConvexPolyhedron& A) {
+  void start(const ConvexPolyhedron& shape, const Pose& X_AS, Owner owner) {
     clear(w_.solid_);
-    for (const Vector3& v : A.vertices()) keep(w_.solid_.points.push_back(v));
-    for (int f = 0; f < A.faceCount(); ++f) {
-      const auto& face = A.faces()[f];
-      keep(w_.solid_.faces.push_back({{face.normal, face.offset, f, Owner::kA}, face.first, face.count}));
-      for (int h = face.first; h < face.first + face.count; ++h)
-        keep(w_.solid_.loop.push_back(A.loopVertex(h)));
+    for (const Vector3& v : shape.vertices()) keep(w_.solid_.points.push_back(X_AS * v));
+    for (int f = 0; f < shape.faceCount(); ++f) {
+      const auto& face = shape.faces()[f];
+      const Vector3 normal = X_AS.R * face.normal;
+      keep(w_.solid_.faces.push_back({{normal, face.offset + normal.dot(X_AS.p), f, owner}, face.first, face.count}));
+      for (int h = face.first; h < face.first + face.count; ++h) keep(w_.solid_.loop.push_back(shape.loopVertex(h)));
     }
   }
 
@@ -184,10 +184,20 @@ bool cutSolid(const ContactFace& plane, ContactWorkspace& workspace, bool& compl
   return left;
 }
 
+bool cutVolume(const ConvexPolyhedron& shape, const Pose& X_AS, Owner owner, const ContactFace& plane,
+               ContactWorkspace& workspace, bool& complete) noexcept {
+  VolumeCutter cutter(workspace);
+  cutter.start(shape, X_AS, owner);
+  if (!cutter.cut(plane)) return false;
+  cutter.finish();
+  complete = cutter.complete();
+  return true;
+}
+
 bool cutVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
                ContactWorkspace& workspace, bool& complete) noexcept {
   VolumeCutter cutter(workspace);
-  cutter.start(A);
+  cutter.start(A, Pose(), Owner::kA);
   for (int f = 0; f < B.faceCount(); ++f) {
     const auto& face = B.faces()[f];
     const Vector3 normal = X_AB.R * face.normal;

@@ -10,6 +10,10 @@ namespace haptic {
 bool cutVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
                ContactWorkspace& workspace, bool& complete) noexcept;
 
+/// The same of what one plane leaves of a shape that lies at X_AS; its faces belong to `owner`. (in realtime)
+bool cutVolume(const ConvexPolyhedron& shape, const Pose& X_AS, Owner owner, const ContactFace& plane,
+               ContactWorkspace& workspace, bool& complete) noexcept;
+
 /// The same plane by plane: begins with a box, whose faces have the index -1. (in realtime)
 void startBox(const Vector3& lower, const Vector3& upper, ContactWorkspace& workspace) noexcept;
 /// Cuts it by a plane; false when nothing is left. The rest is the workspace's `solid`; `complete` is cleared when that was too

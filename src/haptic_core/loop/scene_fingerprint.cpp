@@ -3,15 +3,18 @@
 #include "haptic_core/base/fields.h"
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/rod.h"
 #include "haptic_core/loop/session.h"
 
 namespace haptic {
 
-/// A shape by its corners and by how its faces are made of them; a ball by its radius, a rod by its lengths and ends.
+/// A shape by its corners and by how its faces are made of them; a ball by its radius, a half-space by its infinite one, a rod by its
+/// lengths and ends.
 template <class Visit>
 void eachNumber(const std::shared_ptr<const ConvexShape>& shape, Visit&& visit) {
   if (!shape) return;
+  if (shape->halfSpace()) return visit(shape->boundingRadius());
   if (shape->ball()) return visit(shape->ball()->radius());
   if (const Rod* rod = shape->rod()) {
     visit(rod->radius());

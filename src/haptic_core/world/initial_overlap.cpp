@@ -4,6 +4,7 @@
 #include <string>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/geometry/half_space.h"
 
 namespace haptic {
 namespace {
@@ -25,7 +26,7 @@ void refuseStaticOverlaps(const Model& model, Work& work) {
     for (int b = a + 1; b < n; ++b) {
       const ModelShape& B = model.shapes[b];
       if (model.links[B.link].moves || model.treeOf(a) == model.treeOf(b) ||
-          apart(work.placement.box[a], work.placement.box[b])) {
+          apart(work.placement.box[a], work.placement.box[b]) || A.shape->halfSpace() || B.shape->halfSpace()) {
         continue;
       }
       ContactVolume volume;

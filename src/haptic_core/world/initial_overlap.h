@@ -7,7 +7,7 @@
 namespace haptic {
 
 /// Bodies that never move and overlap by more than a tenth of the thinner one: nothing could push them apart, and one of
-/// them is not where it should be. Throws SetupError that names both.
+/// them is not where it should be; what stands in a half-space may. Throws SetupError that names both.
 void refuseStaticOverlaps(const Model& model, Work& work);
 
 /// Pairs that overlap deep are marked: they are pushed out slowly. Everything is placed already.

@@ -10,6 +10,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/rod.h"
 #include "haptic_core/geometry/internal_faces.h"
 #include "haptic_core/geometry/point_contact.h"
@@ -105,7 +106,7 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
   entry.mass = link.inertia.mass;
   entry.least_inertia = Eigen::SelfAdjointEigenSolver<Matrix3>(link.inertia.I_C).eigenvalues()[0];
   for (const CollisionDef& collision : link.collisions) {
-    if (!collision.shape) continue;
+    if (!collision.shape || collision.shape->halfSpace()) continue;  // which turns about no centre
     const Vector3 centre = collision.X_LS * collision.shape->centre() - link.inertia.p_LC;
     entry.size = std::max(entry.size, centre.norm() + collision.shape->boundingRadius());
   }
@@ -114,7 +115,11 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
   has_joints |= model.dof > 0 && !model.floating;
   for (const CollisionDef& collision : link.collisions) {
     const std::string where = world.name + ", link " + link.name;
-    if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a polyhedron, a ball or a rod");
+    if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a polyhedron, a ball, a rod or a half-space");
+    if (collision.shape->halfSpace() && entry.moves) {
+      throw SetupError(where, "it moves and has a half-space, which has no end",
+                       "put the half-space on a link that is fixed to the world, or give the link a box");
+    }
     check(collision.material, where);
     ModelShape shape;
     shape.owner = collision.shape;
@@ -260,12 +265,15 @@ void Model::limitMotions() {
 }
 
 void Model::reserve(ContactWorkspace& workspace) const {
-  // With the finest polyhedron, any rod (all have stand-ins alike) and any ball, every shape has seen its largest partners.
-  const ConvexShape *finest = nullptr, *rod = nullptr, *ball = nullptr;
+  // With the finest polyhedron, any rod (all have stand-ins alike), ball and half-space, every shape has seen its largest
+  // partners.
+  const ConvexShape *finest = nullptr, *rod = nullptr, *ball = nullptr, *ground = nullptr;
   const auto faces = [](const ConvexShape& shape) { return shape.polyhedron()->faceCount(); };
   for (const ModelShape& shape : shapes) {
     if (shape.shape->rod()) {
       rod = shape.shape;
+    } else if (shape.shape->halfSpace()) {
+      ground = shape.shape;
     } else if (!shape.shape->polyhedron()) {
       ball = shape.shape;
     } else if (!finest || faces(*shape.shape) > faces(*finest)) {
@@ -276,6 +284,7 @@ void Model::reserve(ContactWorkspace& workspace) const {
     if (finest) workspace.reserve(*shape.shape, *finest);
     if (rod) workspace.reserve(*shape.shape, *rod);
     if (ball) workspace.reserve(*shape.shape, *ball);
+    if (ground) workspace.reserve(*shape.shape, *ground);
   }
 }
 

@@ -111,7 +111,8 @@ TEST(RodContact, LyingOnAFaceIsASegmentTimesItsLength) {
       EXPECT_NEAR((one->volume.normal() - Vector3::UnitZ()).norm(), 0, 4 * kEps);
       EXPECT_NEAR(one->volume.depth, depth, 0.02 * depth);
       EXPECT_GE(one->volume.depth, depth - 10 * kEps);
-      EXPECT_NEAR(one->volume.X_AP.p.x(), 0.1, 1e-9);
+      // A turn by π/2 is rounded, by which one end is deeper than the other.
+      EXPECT_NEAR(one->volume.X_AP.p.x(), 0.1, 1e-9 + kEps * kLength * kLength / (8 * depth));
     }
   }
 }

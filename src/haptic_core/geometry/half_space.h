@@ -1,0 +1,25 @@
+/// A half-space: ground without an end and without a far side.
+#pragma once
+#include "haptic_core/geometry/convex_shape.h"
+
+namespace haptic {
+
+/// All points with z ≤ 0 in its frame; its surface looks along +z. It has no mass and no size, so it belongs on links that do
+/// not move. However deep something lies in it, the way out is up.
+class HalfSpace : public ConvexShape {
+ public:
+  explicit HalfSpace(const std::string& name = "half-space");  ///< `name` for messages
+
+  using ConvexShape::aabb;
+  /// Infinite, but for the side that it faces where that is an axis of W.
+  Box aabb(const Pose& X_WS) const override;
+  TriangleMesh triangles() const override;  ///< a square of 2 m about the frame's origin
+  /// Has none: farther than any point along all directions but +z (`supportHeight` knows).
+  Vector3 core(const Vector3&) const override { return Vector3::Zero(); }
+};
+
+inline const HalfSpace* ConvexShape::halfSpace() const {
+  return kind_ == Kind::kHalfSpace ? static_cast<const HalfSpace*>(this) : nullptr;
+}
+
+}  // namespace haptic
