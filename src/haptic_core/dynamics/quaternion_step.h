@@ -1,8 +1,19 @@
-/// Turning a unit quaternion by a rotation vector, for the inner loops.
+/// Quaternions among the numbers of q, and turning them by a rotation vector, for the inner loops.
 #pragma once
 #include "haptic_core/base/spatial.h"
 
 namespace haptic {
+
+/// The quaternion w, x, y, z at these places of q.
+inline Quaternion quaternionAt(const double* q) { return Quaternion(q[0], q[1], q[2], q[3]); }
+
+/// Puts it there.
+inline void storeQuaternion(const Quaternion& r, double* q) {
+  q[0] = r.w();
+  q[1] = r.x();
+  q[2] = r.y();
+  q[3] = r.z();
+}
 
 /// Unit quaternion of the rotation vector `theta`. Below half an angle of 0.5 rad by the series of cos and
 /// sin(x)/x, whose next term (x²)⁹/18! is below 1e-20: no square root, no library call, same bits everywhere.

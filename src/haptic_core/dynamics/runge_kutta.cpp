@@ -1,6 +1,7 @@
 #include "haptic_core/dynamics/runge_kutta.h"
 
 #include "haptic_core/dynamics/free_momentum.h"
+#include "haptic_core/dynamics/quaternion_step.h"
 
 namespace haptic {
 namespace {
@@ -9,17 +10,6 @@ namespace {
 constexpr int kStages = 5;
 constexpr double kA[kStages][kStages - 1] = {{}, {1. / 3}, {1. / 6, 1. / 6}, {1. / 8, 0, 3. / 8}, {1. / 2, 0, -3. / 2, 2}};
 constexpr double kB[kStages] = {1. / 6, 0, 0, 2. / 3, 1. / 6};
-
-Quaternion load(const double* p) {
-  return Quaternion(p[0], p[1], p[2], p[3]);
-}
-
-void store(const Quaternion& r, double* p) {
-  p[0] = r.w();
-  p[1] = r.x();
-  p[2] = r.y();
-  p[3] = r.z();
-}
 
 /// ½ (0, ω) r, for ω in the axes that r turns into.
 Quaternion derivative(const Vector3& omega, const Quaternion& r) {
@@ -36,7 +26,7 @@ void derivatives(const Articulation& articulation, const double* q, const double
     if (link.turns == 1) {
       qdot[turned] = omega[0];
     } else if (link.turns == 3) {
-      store(derivative(Vector3(omega[0], omega[1], omega[2]), load(q + turned)), qdot + turned);
+      storeQuaternion(derivative(Vector3(omega[0], omega[1], omega[2]), quaternionAt(q + turned)), qdot + turned);
     }
   }
 }
@@ -45,7 +35,7 @@ void renormalise(const Articulation& articulation, double* q) {
   for (int i = 0; i < articulation.linkCount(); ++i) {
     const LinkModel& link = articulation.link(i);
     double* const r = q + link.q + link.slides;
-    if (link.turns == 3) store(load(r).normalized(), r);
+    if (link.turns == 3) storeQuaternion(quaternionAt(r).normalized(), r);
   }
 }
 
