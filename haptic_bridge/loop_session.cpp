@@ -24,8 +24,8 @@ void checkPeriod(const std::string& what, double period, double rate) {
 
 }  // namespace
 
-LoopSession::LoopSession(const BridgeParameters& parameters, PortLease<WorldPort> world, std::string world_name)
-    : parameters_(parameters), world_(std::move(world)), world_name_(std::move(world_name)) {}
+LoopSession::LoopSession(const BridgeParameters& parameters, PortLease<WorldPort> world)
+    : parameters_(parameters), world_(std::move(world)) {}
 
 std::unique_ptr<LoopSession> LoopSession::open(const BridgeParameters& parameters, std::uint64_t first_tick,
                                                std::string& missing) {
@@ -41,7 +41,7 @@ std::unique_ptr<LoopSession> LoopSession::open(const BridgeParameters& parameter
   }
   auto world = PortTable::process().claim<WorldPort>(name, ClaimRank::kBridge, kHolder, &missing);
   if (!world) return nullptr;
-  std::unique_ptr<LoopSession> session(new LoopSession(parameters, std::move(world), name));
+  std::unique_ptr<LoopSession> session(new LoopSession(parameters, std::move(world)));
   checkPeriod("the world " + name, session->world_->world.settings().step, parameters.rate);
   if (!claimDevices(parameters, *session, missing)) return nullptr;
   session->connect(first_tick);

@@ -63,7 +63,6 @@ class LoopSession {
   std::shared_ptr<const WorldDef> definition() const { return world_->definition; }
   std::vector<std::string> pointerNames() const;
   std::vector<std::string> linkNames() const;
-  std::string worldName() const { return world_name_; }
   std::string sceneName() const { return world_->scene; }
 
  private:
@@ -74,7 +73,7 @@ class LoopSession {
     const DeviceTwin* twin = nullptr;                  ///< behind the lease; null: a real wire
     int origin = 0;                                    ///< its index in start()
   };
-  LoopSession(const BridgeParameters& parameters, PortLease<WorldPort> world, std::string world_name);
+  LoopSession(const BridgeParameters& parameters, PortLease<WorldPort> world);
   static bool claimDevices(const BridgeParameters& parameters, LoopSession& session, std::string& missing);
   void connect(std::uint64_t first_tick);
   void serveOwners() noexcept;
@@ -84,7 +83,6 @@ class LoopSession {
 
   BridgeParameters parameters_;
   PortLease<WorldPort> world_;
-  std::string world_name_;
   std::vector<Hand> hands_;
   std::unique_ptr<HapticLoop> loop_;
   SessionStart start_;

@@ -100,17 +100,31 @@ void measure(ShapePieces& shape) {
   shape.half_extent = 0.5 * (upper - lower).minCoeff();
 }
 
+/// What stands in the <geometry> of a <collision>.
+const XmlElement* shapeIn(const XmlElement& collision, const std::string& where) {
+  const XmlElement* geometry = collision.FirstChildElement("geometry");
+  const XmlElement* shape = geometry ? geometry->FirstChildElement() : nullptr;
+  if (!shape)
+    throw SetupError(where, "its <collision> has no shape in <geometry>",
+                     "give it a box, cylinder, sphere or mesh");
+  return shape;
+}
+
+Vector3 boxSize(const XmlFile& file, const XmlElement& box, const std::string& where) {
+  const auto size = readVector(file, box, "size");
+  if (!size) throw SetupError(where, "<box> has no size", "give size=\"x y z\" in metres");
+  if (size->minCoeff() <= 0)
+    throw SetupError(where, "<box> has a size that is not > 0", "write three sizes > 0 in metres");
+  return *size;
+}
+
 }  // namespace
 
 ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, const XmlElement& collision,
                                   std::vector<std::string>& warnings) {
   const XmlFile& file = robot.xml;
   const std::string where = file.at(collision) + ": link '" + link.name + "'";
-  const XmlElement* geometry = collision.FirstChildElement("geometry");
-  const XmlElement* shape = geometry ? geometry->FirstChildElement() : nullptr;
-  if (!shape)
-    throw SetupError(where, "its <collision> has no shape in <geometry>",
-                     "give it a box, cylinder, sphere or mesh");
+  const XmlElement* shape = shapeIn(collision, where);
   const std::string kind = shape->Name();
   const Refinement refinement = readRefinement(file, collision);
   if (kind == "mesh" && refinement.half_space) {
@@ -121,12 +135,9 @@ ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, c
   std::ostringstream text;
   TessellationReport report;
   if (kind == "box") {
-    const auto size = readVector(file, *shape, "size");
-    if (!size) throw SetupError(where, "<box> has no size", "give size=\"x y z\" in metres");
-    if (size->minCoeff() <= 0)
-      throw SetupError(where, "<box> has a size that is not > 0", "write three sizes > 0 in metres");
-    made.pieces.push_back(std::make_shared<ConvexPolyhedron>(makeBox(*size, where)));
-    text << "box " << size->x() << " × " << size->y() << " × " << size->z() << " m";
+    const Vector3 size = boxSize(file, *shape, where);
+    made.pieces.push_back(std::make_shared<ConvexPolyhedron>(makeBox(size, where)));
+    text << "box " << size.x() << " × " << size.y() << " × " << size.z() << " m";
   } else if (kind == "sphere") {
     const double radius = positive(file, *shape, "radius", where);
     text << "sphere r " << radius << " m";

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/dynamics/quaternion_step.h"
 
 namespace haptic {
 namespace {
@@ -133,11 +134,7 @@ void Articulation::initialState(double* q, double* v) const {
     }
     const Vector3 p_WC = X_W[i] * link.p_LO;
     for (int k = 0; k < 3; ++k) qi[k] = p_WC[k];
-    const Quaternion r = Quaternion(X_W[i].R).normalized();
-    qi[3] = r.w();
-    qi[4] = r.x();
-    qi[5] = r.y();
-    qi[6] = r.z();
+    storeQuaternion(Quaternion(X_W[i].R).normalized(), qi + 3);
     const Twist V = def_.V_WA.shifted(p_WC - def_.X_WA.p);
     Eigen::Map<Vector3>(v + link.v) = V.angular;
     Eigen::Map<Vector3>(v + link.v + 3) = V.linear;

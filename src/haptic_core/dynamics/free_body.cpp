@@ -38,7 +38,7 @@ Vector3 turn(const LinkModel& link, const Vector3& l0, double h) {
 }
 
 void rotate(const LinkModel& link, double h, double* q, double* v) {
-  Quaternion r(q[3], q[4], q[5], q[6]);
+  Quaternion r = quaternionAt(q + 3);
   Matrix3 R = r.toRotationMatrix();
   const Vector3 omega(v[0], v[1], v[2]);
   Vector3 l = link.I_O * (R.transpose() * omega);
@@ -59,10 +59,7 @@ void rotate(const LinkModel& link, double h, double* q, double* v) {
   const Vector3 miss = L - R * (link.I_O * (R.transpose() * omega_end));
   omega_end += R * (link.I_O_inverse * (R.transpose() * miss));
   for (int k = 0; k < 3; ++k) v[k] = omega_end[k];
-  q[3] = r.w();
-  q[4] = r.x();
-  q[5] = r.y();
-  q[6] = r.z();
+  storeQuaternion(r, q + 3);
 }
 
 }  // namespace

@@ -8,10 +8,11 @@ namespace {
 Eigen::Map<const Vector3> vec3(const double* p) {
   return Eigen::Map<const Vector3>(p);
 }
+
 /// Pose of a link on a joint that hangs on R_WP, p_WP; fills X_WL, p_WO, r, S, p_OC.
 void placeLink(const LinkModel& link, const double* q, const Matrix3& R_WP, const Vector3& p_WP, LinkWork& w) {
   if (link.floating) {
-    w.X_WL.R = loadQuaternion(q + 3).toRotationMatrix();
+    w.X_WL.R = quaternionAt(q + 3).toRotationMatrix();
     w.r = vec3(q);
     w.p_WO = p_WP + w.r;
     w.X_WL.p.noalias() = w.p_WO - w.X_WL.R * link.p_LO;
@@ -28,7 +29,7 @@ void placeLink(const LinkModel& link, const double* q, const Matrix3& R_WP, cons
     const Matrix3 R_PL = link.turn[0] + c * link.turn[1] + s * link.turn[2];
     w.X_WL.R.noalias() = R_WP * R_PL;
   } else if (link.turns == 3) {
-    w.X_WL.R.noalias() = R_WP * (link.R_PJ * loadQuaternion(q + link.slides).toRotationMatrix());
+    w.X_WL.R.noalias() = R_WP * (link.R_PJ * quaternionAt(q + link.slides).toRotationMatrix());
   } else {
     w.X_WL.R.noalias() = R_WP * link.R_PJ;
   }
@@ -72,7 +73,7 @@ void moveLink(const LinkModel& link, const double* v, const LinkWork* parent, Li
 
 /// placeLink and moveLink of a free body.
 void placeFree(const LinkModel& link, const double* q, const double* v, LinkWork& w) {
-  w.X_WL.R = loadQuaternion(q + 3).toRotationMatrix();
+  w.X_WL.R = quaternionAt(q + 3).toRotationMatrix();
   w.p_WO = w.r = vec3(q);
   w.X_WL.p = w.p_WO - w.X_WL.R * link.p_LO;
   w.p_OC.setZero();
@@ -118,7 +119,7 @@ void integratePositions(const Articulation& articulation, double* q, const doubl
     if (link.turns == 1) {
       *turned += h * v[link.v_turn];
     } else if (link.turns == 3) {
-      storeQuaternion(renormalised(quaternionStep(h * vec3(v + link.v_turn)) * loadQuaternion(turned)), turned);
+      storeQuaternion(renormalised(quaternionStep(h * vec3(v + link.v_turn)) * quaternionAt(turned)), turned);
     }
   }
 }

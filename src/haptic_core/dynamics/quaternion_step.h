@@ -1,13 +1,13 @@
-/// Turning a unit quaternion by a rotation vector, for the inner loops.
+/// Quaternions among the numbers of q, and turning them by a rotation vector, for the inner loops.
 #pragma once
 #include "haptic_core/base/spatial.h"
 
 namespace haptic {
 
-/// Quaternions lie in q as w, x, y, z.
-inline Quaternion loadQuaternion(const double* q) {
-  return Quaternion(q[0], q[1], q[2], q[3]);
-}
+/// The quaternion w, x, y, z at these places of q.
+inline Quaternion quaternionAt(const double* q) { return Quaternion(q[0], q[1], q[2], q[3]); }
+
+/// Puts it there.
 inline void storeQuaternion(const Quaternion& r, double* q) {
   q[0] = r.w();
   q[1] = r.x();

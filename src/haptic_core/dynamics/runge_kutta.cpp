@@ -1,6 +1,5 @@
 #include "haptic_core/dynamics/runge_kutta.h"
 
-
 #include "haptic_core/dynamics/free_momentum.h"
 #include "haptic_core/dynamics/quaternion_step.h"
 
@@ -27,7 +26,7 @@ void derivatives(const Articulation& articulation, const double* q, const double
     if (link.turns == 1) {
       qdot[turned] = omega[0];
     } else if (link.turns == 3) {
-      storeQuaternion(derivative(Vector3(omega[0], omega[1], omega[2]), loadQuaternion(q + turned)), qdot + turned);
+      storeQuaternion(derivative(Vector3(omega[0], omega[1], omega[2]), quaternionAt(q + turned)), qdot + turned);
     }
   }
 }
@@ -36,7 +35,7 @@ void renormalise(const Articulation& articulation, double* q) {
   for (int i = 0; i < articulation.linkCount(); ++i) {
     const LinkModel& link = articulation.link(i);
     double* const r = q + link.q + link.slides;
-    if (link.turns == 3) storeQuaternion(loadQuaternion(r).normalized(), r);
+    if (link.turns == 3) storeQuaternion(quaternionAt(r).normalized(), r);
   }
 }
 

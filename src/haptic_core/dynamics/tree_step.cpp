@@ -4,6 +4,7 @@
 
 #include "haptic_core/dynamics/articulated_body.h"
 #include "haptic_core/dynamics/free_body.h"
+#include "haptic_core/dynamics/quaternion_step.h"
 #include "haptic_core/dynamics/runge_kutta.h"
 
 namespace haptic {
@@ -109,7 +110,7 @@ const JointReport* startVerlet(const SteppedTree& tree, const Vector3& gravity, 
     kickFree(link, tree.work->X_WL.R, tree.pull, h / 2, tree.v);
     coastFree(tree, h);
     std::copy(tree.v, tree.v + 6, tree.half);
-    const Matrix3 R = Quaternion(tree.q[3], tree.q[4], tree.q[5], tree.q[6]).toRotationMatrix();
+    const Matrix3 R = quaternionAt(tree.q + 3).toRotationMatrix();
     kickFree(link, R, tree.pull, h / 2, tree.v);
   } else {
     kickJointed(tree, tree.pull, h / 2);

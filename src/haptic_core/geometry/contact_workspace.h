@@ -87,9 +87,8 @@ class ContactWorkspace {
 
   const LoadedVector<Vector3>& vertices() const { return vertices_; }  ///< in A's frame [m]
   const LoadedVector<ContactFace>& faces() const { return faces_; }    ///< of V
-  /// Those from seamBegin() on lie where the surfaces of A and B cross: `left` is A's face, `right` is B's.
+  /// Those where the surfaces of A and B cross come last: `left` is A's face, `right` is B's.
   const LoadedVector<ContactEdge>& edges() const { return edges_; }
-  int seamBegin() const { return seam_begin_; }  ///< index of the first edge on the seam
 
   /// (in realtime) A point inside each face, the mean of its vertices, in A's frame [m]; until V or the next use of
   /// the scratch memory changes it. Cost O(edges).
@@ -138,7 +137,6 @@ class ContactWorkspace {
   void projectVertices(const ContactVolume& contact) noexcept;
   void projectFaces(const ContactVolume& contact) noexcept;
   void groupEdges() noexcept;
-  bool liesBeside(int face, int other, bool above) const noexcept;
   void overlayFaces(int above, int below) noexcept;
   void clipPolygon(const Vector2& from, const Vector2& to) noexcept;
 
