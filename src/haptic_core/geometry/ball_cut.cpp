@@ -6,16 +6,12 @@
 
 #include "haptic_core/geometry/circular_segment.h"
 #include "haptic_core/geometry/contact_moments.h"
+#include "haptic_core/geometry/round_loop.h"
 
 namespace haptic {
 namespace {
 
 constexpr double kTurn = 2 * M_PI;
-/// Arcs shorter than this, or longer than 2π less this, may be the other of the two [rad]: rounding over the
-/// smallest circle.
-constexpr double kDoubt = 1e-2;
-/// Lines shorter than this share of the radius are rounding where corners coincide: they have no side.
-constexpr double kSpeck = 1e-11;
 
 double cross(const Vector2& a, const Vector2& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -56,6 +52,37 @@ bool innerPart(const Vector3& p, const Vector3& q, bool p_in, bool q_in, double 
   }
   return half > 0 && enter > 0 && leave < 1;
 }
+
+/// A face's plane across the sphere; its points in the face's axes, about the circle's centre.
+struct SphereSection {
+  using Point = Vector2;
+
+  const CutFace& face;
+  double radius;
+  Vector3 middle = face.height * face.normal;
+
+  Point at(const Vector3& x) const { return {face.x.dot(x - middle), face.y.dot(x - middle)}; }
+  bool holds(const Vector3& x) const { return x.squaredNorm() <= radius * radius; }
+  bool inner(const Vector3& a, const Vector3& b, bool a_in, bool b_in, double& enter, double& leave) const {
+    return innerPart(a, b, a_in, b_in, radius, enter, leave);
+  }
+  CutCurve line(const Point& p, const Point& q) const {
+    CutCurve line;
+    line.p = p;
+    line.q = q;
+    return line;
+  }
+  CutCurve arc(const Point& p, const Point& q) const {
+    CutCurve arc = line(p, q);
+    arc.arc = true;
+    arc.from = std::atan2(p.y(), p.x());
+    arc.sweep = std::atan2(cross(p, q), p.dot(q));
+    if (arc.sweep < 0) arc.sweep += kTurn;
+    return arc;
+  }
+  double turn(const Vector3& p, const Vector3& q) const { return face.normal.dot((q - p).cross(middle - p)); }
+  double length2(const Vector3& p, const Vector3& q) const { return (q - p).squaredNorm(); }
+};
 
 /// Whether all corners of a face lie beyond the plane that faces c through a point of the sphere, towards the
 /// first: most faces of a finely cut shape do.
@@ -121,95 +148,23 @@ void BallCut::reserve(int faces, int half_edges) {
 template <class Corner, class Key>
 void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept {
   face.first = curves_.size();
-  const double r2 = radius_ * radius_;
-  const Vector3 middle = face.height * face.normal;
-  const auto flat = [&](const Vector3& x) -> Vector2 {
-    return {face.x.dot(x - middle), face.y.dot(x - middle)};
-  };
-  bool crossed = false, entered = false, left = false;
-  Vector2 first_entry = Vector2::Zero(), exit = Vector2::Zero();
-  const auto arcTo = [&](const Vector2& to) {
-    CutCurve arc;
-    arc.arc = true;
-    arc.p = exit;
-    arc.q = to;
-    arc.from = std::atan2(exit.y(), exit.x());
-    arc.sweep = std::atan2(cross(exit, to), exit.dot(to));
-    if (arc.sweep < 0) arc.sweep += kTurn;
-    curves_.push_back(arc);
-    left = false;
-  };
-  Vector3 q = corner(0);
-  bool q_in = q.squaredNorm() <= r2;
-  for (int i = 0; i < count; ++i) {
-    const int next = i + 1 < count ? i + 1 : 0;
-    const Vector3 p = q;
-    const bool p_in = q_in;
-    q = corner(next);
-    q_in = q.squaredNorm() <= r2;
-    // The ends in one order for both of an edge's faces, so that both see the same cut.
-    double enter, leave;
-    const bool turned = key(i) > key(next);
-    const bool inside = turned ? innerPart(q, p, q_in, p_in, radius_, enter, leave)
-                               : innerPart(p, q, p_in, q_in, radius_, enter, leave);
-    if (!inside) continue;
-    if (turned) enter = 1 - enter, leave = 1 - leave, std::swap(enter, leave);
-    crossed = true;
-    const Vector2 from = flat(p_in ? p : Vector3(p + enter * (q - p))),
-                  to = flat(q_in ? q : Vector3(p + leave * (q - p)));
-    if (!p_in) {
-      if (left) {
-        arcTo(from);
-      } else if (!entered) {
-        first_entry = from;
-      }
-      entered = true;
-    }
-    CutCurve line;
-    line.p = from;
-    line.q = to;
-    curves_.push_back(line);
-    if (!q_in) {
-      exit = to;
-      left = true;
-    }
-  }
-  if (left && entered) arcTo(first_entry);
+  const SphereSection section{face, radius_};
+  RoundLoop loop(section, curves_);
+  const bool crossed = loop.cut(count, corner, key);
   face.count = curves_.size() - face.first;
-  // Whether the face goes around the circle's centre; rounding makes specks of edges where corners coincide, which have no side.
-  double twice = 0;
-  const auto holdsCentre = [&] {
-    bool holds = true;
-    for (int i = 0; i < count && holds; ++i) {
-      const Vector3 p = corner(i), q = corner(i + 1 < count ? i + 1 : 0);
-      const double turn = face.normal.dot((q - p).cross(middle - p));
-      holds = turn >= 0 || (q - p).squaredNorm() < kSpeck * kSpeck * r2;
-      twice += turn;
-    }
-    return holds && twice > 0;
-  };
+  double twice;
   if (crossed) {
-    if (doubtful(face)) closeArcs(face, holdsCentre());
+    if (hasDoubtfulArc(curves_, face.first, face.count)) closeArcs(face, loop.surroundsCentre(count, corner, twice));
     return;
   }
   // The circle lies within the face when that goes around it: a sliver does not.
-  face.whole = holdsCentre() && twice > M_PI * face.radius * face.radius;
-  if (face.whole) {
-    CutCurve circle;
-    circle.arc = true;
-    circle.sweep = kTurn;
-    circle.p = circle.q = Vector2(face.radius, 0);
-    curves_.push_back(circle);
-    face.count = 1;
-  }
-}
-
-/// Whether rounding may have made an arc of about a whole turn of one of about none, or the other way round.
-bool BallCut::doubtful(const CutFace& face) const noexcept {
-  for (int i = face.first; i < face.first + face.count; ++i) {
-    if (curves_[i].arc && (curves_[i].sweep < kDoubt || curves_[i].sweep > kTurn - kDoubt)) return true;
-  }
-  return false;
+  face.whole = loop.surroundsCentre(count, corner, twice) && twice > M_PI * face.radius * face.radius;
+  if (!face.whole) return;
+  CutCurve circle = section.line(Vector2(face.radius, 0), Vector2(face.radius, 0));
+  circle.arc = true;
+  circle.sweep = kTurn;
+  curves_.push_back(circle);
+  face.count = 1;
 }
 
 /// Seen from the circle's centre the boundary turns once about it, or not at all. An arc of about no length,

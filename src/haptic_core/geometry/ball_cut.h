@@ -80,7 +80,6 @@ class BallCut {
   int cutFaces(const Solid& solid, const Vector3& c, double radius) noexcept;
   template <class Corner, class Key>
   void cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept;
-  bool doubtful(const CutFace& face) const noexcept;
   void closeArcs(const CutFace& face, bool holds_centre) noexcept;
 
   double radius_ = 0;

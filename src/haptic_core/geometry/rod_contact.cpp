@@ -17,6 +17,8 @@ using Status = ContactVolume::Status;
 
 /// A box around a piece is this many radii wide: its sides touch nothing.
 constexpr double kRoom = 2;
+/// 1 - cosine of an angle that changes an extent by no more than rounding does.
+constexpr double kFlush = 1e-15;
 
 }  // namespace
 
@@ -110,7 +112,9 @@ bool RodContact::measure(int planes, const InnerFaces* covers) {
   }
   if (!complete_) out_.flags |= ContactVolume::kCapacityExceeded;
   if (!setMoments(sums_, o_, covered_Q_, way_out_A)) return false;
-  out_.depth = extent(v_.X_AQ.R.transpose() * out_.normal());
+  const Vector3 up = v_.X_AQ.R.transpose() * out_.normal();
+  const bool one_plane = v_.near.size() == 1 && std::abs(up.dot(v_.near[0].normal)) > 1 - kFlush;
+  out_.depth = one_plane ? std::min(way_, 2 * (rod_->core(up).dot(up) + rod_->rounding())) : extent(up);
   keep();
   return true;
 }

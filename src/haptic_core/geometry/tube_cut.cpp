@@ -5,15 +5,12 @@
 #include <cmath>
 
 #include "haptic_core/geometry/gauss_legendre.h"
+#include "haptic_core/geometry/round_loop.h"
 #include "haptic_core/geometry/tube_side_sums.h"
 
 namespace haptic {
 namespace {
 
-/// As for a ball's arcs (ball_cut.cpp).
-constexpr double kDoubt = 1e-2;
-/// Lines shorter than this share of the radius are rounding where corners coincide: they have no side.
-constexpr double kSpeck = 1e-11;
 /// Longest arcs for one rule of 16 points and of 8 [rad]: trigonometric polynomials of degree 5 to 1e-16.
 constexpr double kPart = 2.1, kShortPart = 0.5;
 /// Arcs that 4 points are enough for: all along the tube [rad].
@@ -40,6 +37,36 @@ bool innerPart(const Vector2& p, const Vector2& q, bool p_in, bool q_in, double 
   if (!q_in) leave = std::clamp(nearest + half, 0.0, 1.0);
   return p_in || q_in || enter < leave;
 }
+
+/// A face, seen along the tube's axis from above, or from below where it looks down.
+struct TubeSection {
+  using Point = Vector3;
+
+  double radius, side;
+
+  const Point& at(const Vector3& x) const { return x; }
+  bool holds(const Vector3& x) const { return x.head<2>().squaredNorm() <= radius * radius; }
+  bool inner(const Vector3& a, const Vector3& b, bool a_in, bool b_in, double& enter, double& leave) const {
+    return innerPart(a.head<2>(), b.head<2>(), a_in, b_in, radius, enter, leave);
+  }
+  TubeCurve line(const Point& p, const Point& q) const {
+    TubeCurve line;
+    line.p = p;
+    line.q = q;
+    return line;
+  }
+  TubeCurve arc(const Point& p, const Point& q) const {
+    TubeCurve arc = line(p, q);
+    arc.arc = true;
+    arc.from = std::atan2(p.y(), p.x());
+    double sweep = side * std::atan2(cross(p.head<2>(), q.head<2>()), p.head<2>().dot(q.head<2>()));
+    if (sweep < 0) sweep += kTurn;
+    arc.sweep = side * sweep;
+    return arc;
+  }
+  double turn(const Vector3& p, const Vector3& q) const { return side * cross(p.head<2>(), q.head<2>()); }
+  double length2(const Vector3& p, const Vector3& q) const { return (q - p).head<2>().squaredNorm(); }
+};
 
 /// A point of an arc, with what moves with its share t of the turn.
 struct ArcPoint {
@@ -96,80 +123,22 @@ void TubeCut::reserve(int faces, int half_edges) {
 template <class Corner, class Key>
 void TubeCut::cutLoop(int count, Corner corner, Key key, TubeFace& face) noexcept {
   face.first = curves_.size();
-  const double r2 = radius_ * radius_, side = face.normal.z() < 0 ? -1 : 1;
-  bool crossed = false, entered = false, left = false;
-  Vector3 first_entry = Vector3::Zero(), exit = Vector3::Zero();
-  const auto arcTo = [&](const Vector3& to) {
-    TubeCurve arc;
-    arc.arc = true;
-    arc.p = exit;
-    arc.q = to;
-    arc.from = std::atan2(exit.y(), exit.x());
-    const Vector2 p = exit.head<2>(), q = to.head<2>();
-    double sweep = side * std::atan2(cross(p, q), p.dot(q));
-    if (sweep < 0) sweep += kTurn;
-    arc.sweep = side * sweep;
-    curves_.push_back(arc);
-    left = false;
-  };
-  Vector3 q = corner(0);
-  bool q_in = q.head<2>().squaredNorm() <= r2;
-  for (int i = 0; i < count; ++i) {
-    const int next = i + 1 < count ? i + 1 : 0;
-    const Vector3 p = q;
-    const bool p_in = q_in;
-    q = corner(next);
-    q_in = q.head<2>().squaredNorm() <= r2;
-    // The ends in one order for both of an edge's faces, so that both see the same points.
-    double enter, leave;
-    const bool turned = key(i) > key(next);
-    const Vector3 &a = turned ? q : p, &b = turned ? p : q;
-    if (!innerPart(a.head<2>(), b.head<2>(), turned ? q_in : p_in, turned ? p_in : q_in, radius_, enter, leave)) continue;
-    Vector3 from = enter > 0 ? Vector3(a + enter * (b - a)) : a, to = leave < 1 ? Vector3(a + leave * (b - a)) : b;
-    if (turned) std::swap(from, to);
-    crossed = true;
-    if (!p_in) {
-      if (left) {
-        arcTo(from);
-      } else if (!entered) {
-        first_entry = from;
-      }
-      entered = true;
-    }
-    TubeCurve line;
-    line.p = from;
-    line.q = to;
-    curves_.push_back(line);
-    if (!q_in) {
-      exit = to;
-      left = true;
-    }
-  }
-  if (left && entered) arcTo(first_entry);
+  const TubeSection section{radius_, face.normal.z() < 0 ? -1.0 : 1.0};
+  RoundLoop loop(section, curves_);
+  const bool crossed = loop.cut(count, corner, key);
   face.count = curves_.size() - face.first;
-  // Whether the face goes around the axis; rounding makes specks of edges where corners coincide, which have no side.
-  double twice = 0;
-  const auto holdsCentre = [&] {
-    bool holds = true;
-    for (int i = 0; i < count && holds; ++i) {
-      const Vector2 p = corner(i).template head<2>(), q = corner(i + 1 < count ? i + 1 : 0).template head<2>();
-      const double turn = side * cross(p, q);
-      holds = turn >= 0 || (q - p).squaredNorm() < kSpeck * kSpeck * r2;
-      twice += turn;
-    }
-    return holds && twice > 0;
-  };
+  double twice;
   if (crossed) {
-    if (doubtful(face)) closeArcs(face, holdsCentre());
+    if (hasDoubtfulArc(curves_, face.first, face.count)) closeArcs(face, loop.surroundsCentre(count, corner, twice));
     return;
   }
   // The ellipse lies within the face when that goes around it: a sliver does not.
-  face.whole = face.normal.z() != 0 && holdsCentre() && twice > M_PI * r2;
+  face.whole = face.normal.z() != 0 && loop.surroundsCentre(count, corner, twice) && twice > M_PI * radius_ * radius_;
   if (!face.whole) return;
   TubeCurve ellipse;
   ellipse.arc = true;
   ellipse.from = face.apex;
-  ellipse.sweep = side * kTurn;
+  ellipse.sweep = section.side * kTurn;
   ellipse.p.head<2>() = radius_ * Vector2(std::cos(face.apex), std::sin(face.apex));
   ellipse.p.z() = (face.offset - radius_ * face.normal.head<2>().norm()) / face.normal.z();
   ellipse.q = ellipse.p;
@@ -177,21 +146,12 @@ void TubeCut::cutLoop(int count, Corner corner, Key key, TubeFace& face) noexcep
   face.count = 1;
 }
 
-/// Whether rounding may have made an arc of about a whole turn of one of about none, or the other way round.
-bool TubeCut::doubtful(const TubeFace& face) const noexcept {
-  for (int i = face.first; i < face.first + face.count; ++i) {
-    const double sweep = std::abs(curves_[i].sweep);
-    if (curves_[i].arc && (sweep < kDoubt || sweep > kTurn - kDoubt)) return true;
-  }
-  return false;
-}
-
 /// Seen along z from the axis the boundary turns once about it, or not at all: see BallCut::closeArcs. Where the solid is too
 /// short for all of the ellipse, no arc goes around.
 void TubeCut::closeArcs(const TubeFace& face, bool holds_centre) noexcept {
   const double side = face.normal.z() < 0 ? -1 : 1;
   const bool too_short =
-      2 * radius_ * face.normal.head<2>().norm() > (1 + kDoubt) * std::abs(face.normal.z()) * (high_ - low_);
+      2 * radius_ * face.normal.head<2>().norm() > (1 + kArcDoubt) * std::abs(face.normal.z()) * (high_ - low_);
   double total = 0;
   bool voted = false, left = true;
   for (int i = face.first; i < face.first + face.count; ++i) {
@@ -205,7 +165,7 @@ void TubeCut::closeArcs(const TubeFace& face, bool holds_centre) noexcept {
       left = left && turn >= 0;
       continue;
     }
-    if (too_short && std::abs(curve.sweep) > kTurn - kDoubt) curve.sweep -= side * kTurn;
+    if (too_short && std::abs(curve.sweep) > kTurn - kArcDoubt) curve.sweep -= side * kTurn;
     total += std::abs(curve.sweep);
   }
   if (too_short) return;

@@ -70,7 +70,6 @@ class TubeCut {
  private:
   template <class Corner, class Key>
   void cutLoop(int count, Corner corner, Key key, TubeFace& face) noexcept;
-  bool doubtful(const TubeFace& face) const noexcept;
   void closeArcs(const TubeFace& face, bool holds_centre) noexcept;
   double turningHeight(const TubeFace& face, const TubeCurve& curve, double alpha, int half_turns) const noexcept;
 

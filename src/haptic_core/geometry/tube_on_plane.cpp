@@ -5,7 +5,6 @@
 
 #include "haptic_core/geometry/circular_segment.h"
 #include "haptic_core/geometry/gauss_legendre.h"
-#include "haptic_core/geometry/tube_cut.h"
 
 namespace haptic {
 namespace {
@@ -54,10 +53,15 @@ bool TubeOnPlane::find(double R, double half, const Vector3& normal, double offs
     ee = L * m.m2, ek = 0.5 * L * e1, kk = L * L / 3 * volume, ff = L * m.across;
   }
   double area = 0, ae = 0, ak = 0, aee = 0, aek = 0, akk = 0, aff = 0;
+  // With η = (θ - θ0)/2 and H its end, cos θ0 - cos θ = 2 sin(θ0 + η) sin η: the share of w, and of ℓ, that has passed.
+  const double H = 0.5 * sweep, sine0 = std::sin(theta0), cosine0 = std::cos(theta0);
+  const double half_sine0 = std::sin(0.5 * theta0), half_cosine0 = std::cos(0.5 * theta0), all = std::sin(theta0 + H) * std::sin(H);
   const auto at = [&](double p, double weight) {
-    double rate;
-    const double share = arcRise(theta0, sweep, p, rate), theta = theta0 + p * sweep, sine = std::sin(0.5 * theta);
-    const double w = 2 * R * sine * sine, l = l0 - share * dl, chord = 2 * R * std::sin(theta), side = chord * chord / 12;
+    const double sine = std::sin(p * H), cosine = std::cos(p * H);
+    const double sine1 = sine0 * cosine + cosine0 * sine, cosine1 = cosine0 * cosine - sine0 * sine;  // of θ0 + η
+    const double half_sine = half_sine0 * cosine + half_cosine0 * sine, sine2 = sine1 * cosine + cosine1 * sine;  // of θ/2, θ
+    const double share = all != 0 ? sine1 * sine / all : p, rate = all != 0 ? H * sine2 / all : 1;
+    const double w = 2 * R * half_sine * half_sine, l = l0 - share * dl, chord = 2 * R * std::max(0.0, sine2), side = chord * chord / 12;
     const double on_plane = weight * rate * T * chord, under = weight * rate * dw * chord * l;
     area += on_plane;
     ae += on_plane * w, ak += on_plane * l;
