@@ -22,6 +22,7 @@ inline constexpr double kSpeck = 1e-11;
 template <class Section, class Curves>
 class RoundLoop {
  public:
+  /// Of one section; what is found goes behind what `curves` holds.
   RoundLoop(const Section& section, Curves& curves) : section_(section), curves_(curves) {}
 
   /// (in realtime) Adds the pieces in their order about the polygon. `key`: of a corner, the same in all polygons that share it.
