@@ -11,12 +11,6 @@
 namespace haptic {
 namespace {
 
-constexpr double kTurn = 2 * M_PI;
-
-double cross(const Vector2& a, const Vector2& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
 CutFace planeOf(const Vector3& normal, double height, double radius) {
   CutFace face;
   face.normal = normal;
@@ -30,7 +24,7 @@ CutFace planeOf(const Vector3& normal, double height, double radius) {
 
 /// An edge p → q against a sphere about the origin: what lies inside, as shares of its length. False: nothing
 /// does.
-bool innerPart(const Vector3& p, const Vector3& q, bool p_in, bool q_in, double radius, double& enter,
+bool innerOfSphere(const Vector3& p, const Vector3& q, bool p_in, bool q_in, double radius, double& enter,
                double& leave) {
   enter = 0;
   leave = 1;
@@ -64,7 +58,7 @@ struct SphereSection {
   Point at(const Vector3& x) const { return {face.x.dot(x - middle), face.y.dot(x - middle)}; }
   bool holds(const Vector3& x) const { return x.squaredNorm() <= radius * radius; }
   bool inner(const Vector3& a, const Vector3& b, bool a_in, bool b_in, double& enter, double& leave) const {
-    return innerPart(a, b, a_in, b_in, radius, enter, leave);
+    return innerOfSphere(a, b, a_in, b_in, radius, enter, leave);
   }
   CutCurve line(const Point& p, const Point& q) const {
     CutCurve line;
@@ -76,7 +70,7 @@ struct SphereSection {
     CutCurve arc = line(p, q);
     arc.arc = true;
     arc.from = std::atan2(p.y(), p.x());
-    arc.sweep = std::atan2(cross(p, q), p.dot(q));
+    arc.sweep = std::atan2(crossInPlane(p, q), p.dot(q));
     if (arc.sweep < 0) arc.sweep += kTurn;
     return arc;
   }
@@ -105,7 +99,7 @@ struct RegionSums {
   Matrix2 second = Matrix2::Zero();
 
   void addTriangle(const Vector2& p, const Vector2& q) {
-    const double a = 0.5 * cross(p, q);
+    const double a = 0.5 * crossInPlane(p, q);
     const Vector2 s = p + q;
     area += a;
     first += a / 3 * s;
@@ -176,7 +170,7 @@ void BallCut::closeArcs(const CutFace& face, bool holds_centre) noexcept {
   for (int i = face.first; i < face.first + face.count; ++i) {
     CutCurve& curve = curves_[i];
     if (!curve.arc) {
-      const double turn = cross(curve.p, curve.q);
+      const double turn = crossInPlane(curve.p, curve.q);
       total += std::atan2(turn, curve.p.dot(curve.q));
       if ((curve.q - curve.p).squaredNorm() < kSpeck * kSpeck * radius_ * radius_) continue;
       voted = true;

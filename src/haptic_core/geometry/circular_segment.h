@@ -4,6 +4,8 @@
 
 namespace haptic {
 
+inline constexpr double kTurn = 2 * M_PI;  ///< all round [rad]
+
 /// Integrals over a circular or spherical cap.
 /// With the half chord ρ(s) = √(s (2 - s)) at the distance s from the pole, J_k = ∫ sᵏ ρ ds from 0 to s = 1 - cos θ, each
 /// divided by s^(3/2): what is left is smooth where the cap vanishes, and no digits cancel there.

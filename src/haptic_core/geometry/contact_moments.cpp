@@ -11,10 +11,6 @@
 namespace haptic {
 namespace {
 
-/// |S| below this share of the seam's own area: S is a remainder of rounding (1e-16) or of opposite ends that
-/// cancel, and its direction means nothing. Larger, and normals better than 1e-9 rad are thrown away.
-constexpr double kVanishing = 1e-6;
-
 }  // namespace
 
 Matrix3 patchAxes(const Vector3& n) {

@@ -5,6 +5,10 @@
 
 namespace haptic {
 
+/// |S| below this share of the seam's own area: S is a remainder of rounding (1e-16) or of opposite ends that
+/// cancel, and its direction means nothing. Larger, and normals better than 1e-9 rad are thrown away.
+constexpr double kVanishing = 1e-6;
+
 /// (in realtime) Fills everything of `out` from the vertices, faces and edges in the workspace, and the
 /// cache's normal. False when the edges enclose no volume.
 bool integrateContact(ContactWorkspace& workspace, const ConvexShape& A, const ConvexShape& B,

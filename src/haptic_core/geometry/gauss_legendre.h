@@ -1,4 +1,4 @@
-/// Gauss's rules on [-1, 1], half of their symmetric nodes and weights: exact for polynomials of degree 15 and 31.
+/// Gauss's rules on [-1, 1], half of their symmetric nodes and weights: exact for polynomials of degree 7, 15 and 31.
 #pragma once
 #include <cmath>
 
@@ -9,6 +9,8 @@ struct GaussPoint {
   double at, weight;  ///< in [0, 1]; the weights of a rule add up to 1, half of its interval
 };
 
+/// Four nodes: exact up to degree 7.
+inline constexpr GaussPoint kGauss4[] = {{0.8611363115940526, 0.34785484513745385}, {0.33998104358485626, 0.6521451548625461}};
 /// Eight nodes: exact up to degree 15.
 inline constexpr GaussPoint kGauss8[] = {{0.9602898564975363, 0.10122853629037626},
                                          {0.7966664774136267, 0.22238103445337448},
@@ -20,6 +22,9 @@ inline constexpr GaussPoint kGauss16[] = {
     {0.8656312023878318, 0.09515851168249279},  {0.755404408355003, 0.12462897125553388},
     {0.6178762444026438, 0.14959598881657674},  {0.45801677765722737, 0.16915651939500254},
     {0.2816035507792589, 0.18260341504492358},  {0.09501250983763744, 0.1894506104550685}};
+
+/// Longest arcs for the rule of 16 points and for that of 8 [rad]: trigonometric polynomials of degree 5 to 1e-16.
+inline constexpr double kLongArc = 2.1, kShortArc = 0.5;
 
 /// ∫ from a to b: visits (place, weight).
 template <int kHalf, class Visit>

@@ -14,21 +14,21 @@ namespace {
 using Hull = std::shared_ptr<const ConvexPolyhedron>;
 using Triangle = std::array<Vector3, 3>;
 
-struct Plane {
+struct CutPlane {
   Vector3 normal;  ///< unit
   double offset;   ///< n·x of its points [m]
 };
 
 /// Points nearer to a plane than this share of the mesh's size lie on it: far above rounding, far below any
 /// feature.
-constexpr double kOnPlane = 1e-7;
+constexpr double kSamePlane = 1e-7;
 /// Two pieces become one when their common hull is larger than both by less than this share.
 constexpr double kJoinExcess = 1e-3;
 
 /// A part of the mesh between cuts.
 struct Part {
   std::vector<Triangle> surface;
-  std::vector<Plane> cuts;  ///< planes of its caps, outward
+  std::vector<CutPlane> cuts;  ///< planes of its caps, outward
   Hull hull;
   double depth = 0;  ///< of the deepest point of the surface below the hull, caps not counted [m]
   Triangle deepest;  ///< the triangle it is on
@@ -50,9 +50,9 @@ Hull hullOf(const std::vector<Triangle>& surface, const std::string& name) {
   }
 }
 
-bool isCap(const ConvexPolyhedron::Face& face, const std::vector<Plane>& cuts, double near) {
-  for (const Plane& cut : cuts) {
-    if (face.normal.dot(cut.normal) > 1 - kOnPlane && std::abs(face.offset - cut.offset) < near) return true;
+bool isCap(const ConvexPolyhedron::Face& face, const std::vector<CutPlane>& cuts, double near) {
+  for (const CutPlane& cut : cuts) {
+    if (face.normal.dot(cut.normal) > 1 - kSamePlane && std::abs(face.offset - cut.offset) < near) return true;
   }
   return false;
 }
@@ -83,7 +83,7 @@ void measure(Part& part, double near) {
 }
 
 /// The part of a triangle on the plane's inner side (n·x ≤ offset), as triangles.
-void clip(const Triangle& t, const Plane& plane, double near, std::vector<Triangle>& kept) {
+void clip(const Triangle& t, const CutPlane& plane, double near, std::vector<Triangle>& kept) {
   std::vector<Vector3> polygon;
   bool inside = false;
   for (int i = 0; i < 3; ++i) {
@@ -106,9 +106,9 @@ class Cutter {
   std::vector<Hull> run(const TriangleMesh& mesh, DecompositionReport& report);
 
  private:
-  std::vector<Plane> candidates(const Part& part) const;
+  std::vector<CutPlane> candidates(const Part& part) const;
   bool split(const Part& part, Part& below, Part& above) const;
-  bool cut(const Part& part, const Plane& plane, Part& below, Part& above) const;
+  bool cut(const Part& part, const CutPlane& plane, Part& below, Part& above) const;
   void join(std::vector<Hull>& hulls) const;
 
   const DecompositionSettings& settings_;
@@ -118,7 +118,7 @@ class Cutter {
 
 /// Planes through the deepest point, along the axes and along the surface there, and along its hollow's
 /// walls.
-std::vector<Plane> Cutter::candidates(const Part& part) const {
+std::vector<CutPlane> Cutter::candidates(const Part& part) const {
   std::vector<Vector3> normals = {Vector3::UnitX(), Vector3::UnitY(), Vector3::UnitZ()};
   const Triangle& t = part.deepest;
   const Vector3 n = (t[1] - t[0]).cross(t[2] - t[0]);
@@ -128,12 +128,12 @@ std::vector<Plane> Cutter::candidates(const Part& part) const {
     const Vector3 wall = edge.cross(n);
     if (wall.norm() > 0) normals.push_back(wall.normalized());
   }
-  std::vector<Plane> planes;
+  std::vector<CutPlane> planes;
   for (const Vector3& normal : normals) {
     for (const Vector3& p : {part.point, t[0], t[1], t[2]}) {
       const double offset = normal.dot(p);
-      const bool seen = std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
-        return std::abs(plane.normal.dot(normal)) > 1 - kOnPlane && std::abs(plane.offset - offset) < near_;
+      const bool seen = std::any_of(planes.begin(), planes.end(), [&](const CutPlane& plane) {
+        return std::abs(plane.normal.dot(normal)) > 1 - kSamePlane && std::abs(plane.offset - offset) < near_;
       });
       if (!seen) planes.push_back({normal, offset});
     }
@@ -141,8 +141,8 @@ std::vector<Plane> Cutter::candidates(const Part& part) const {
   return planes;
 }
 
-bool Cutter::cut(const Part& part, const Plane& plane, Part& below, Part& above) const {
-  const Plane opposite{-plane.normal, -plane.offset};
+bool Cutter::cut(const Part& part, const CutPlane& plane, Part& below, Part& above) const {
+  const CutPlane opposite{-plane.normal, -plane.offset};
   below.surface.clear();
   above.surface.clear();
   for (const Triangle& t : part.surface) {
@@ -162,7 +162,7 @@ bool Cutter::cut(const Part& part, const Plane& plane, Part& below, Part& above)
 bool Cutter::split(const Part& part, Part& below, Part& above) const {
   double least = std::numeric_limits<double>::infinity();
   Part low, high;
-  for (const Plane& plane : candidates(part)) {
+  for (const CutPlane& plane : candidates(part)) {
     if (!cut(part, plane, low, high)) continue;
     const double volume = low.hull->volume() + high.hull->volume();
     if (volume >= least) continue;
@@ -206,7 +206,7 @@ std::vector<Hull> Cutter::run(const TriangleMesh& mesh, DecompositionReport& rep
   }
   whole.hull = hullOf(whole.surface, name_);
   if (!whole.hull) throw SetupError(name_, "the mesh has no hull with volume", "give the body a thickness");
-  near_ = kOnPlane * (whole.hull->aabb().upper - whole.hull->aabb().lower).maxCoeff();
+  near_ = kSamePlane * (whole.hull->aabb().upper - whole.hull->aabb().lower).maxCoeff();
   measure(whole, near_);
   std::vector<Part> open = {whole}, done;
   while (!open.empty()) {

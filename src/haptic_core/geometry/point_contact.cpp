@@ -12,14 +12,14 @@ namespace haptic {
 namespace {
 
 /// Faces flatter than this against n do not bound the thickness along it.
-constexpr double kEdgeOn = 1e-9;
+constexpr double kAlongFace = 1e-9;
 
 /// Way from x along `n` to the nearest face of `owner` that looks that way.
 double wayOut(const ContactWorkspace& workspace, Owner owner, const Vector3& n, const Vector3& x) {
   double way = std::numeric_limits<double>::infinity();
   for (const ContactFace& face : workspace.faces()) {
     const double rise = face.normal.dot(n);
-    if (face.owner == owner && rise > kEdgeOn) way = std::min(way, (face.offset - face.normal.dot(x)) / rise);
+    if (face.owner == owner && rise > kAlongFace) way = std::min(way, (face.offset - face.normal.dot(x)) / rise);
   }
   return way;
 }

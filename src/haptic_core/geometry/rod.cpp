@@ -11,12 +11,6 @@ namespace {
 /// Sides of the polyhedron that stands in: its surface is within 0.5 % of the radius.
 constexpr int kSides = 32;
 
-void checkLength(double value, const char* what, const std::string& name) {
-  if (!(value > 0) || !std::isfinite(value)) {
-    throw SetupError(name, std::string(what) + " is " + std::to_string(value), "give a positive length in metres");
-  }
-}
-
 /// Rings of `kSides` corners; a capsule's ends have a ring every 90°/6 and a corner at the pole.
 ConvexPolyhedron standIn(double radius, double half, bool capsule, const std::string& name) {
   if (!capsule) return makeCylinder(radius, 2 * half, kSides, RoundFit::kEqualVolume, name);

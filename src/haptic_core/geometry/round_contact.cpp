@@ -14,9 +14,6 @@ namespace {
 
 using Status = ContactVolume::Status;
 
-/// |S| below this share of the faces' areas is a remainder, as in contact_moments.cpp.
-constexpr double kVanishing = 1e-6;
-
 }  // namespace
 
 RoundContact::RoundContact(NormalRule rule, PairCache& cache, ContactWorkspace& workspace, ContactVolume& out)

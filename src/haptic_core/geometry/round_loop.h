@@ -12,6 +12,9 @@ inline constexpr double kArcDoubt = 1e-2;
 /// Lines shorter than this share of the radius are rounding where corners coincide: they have no side.
 inline constexpr double kSpeck = 1e-11;
 
+/// a × b of two vectors in a plane.
+inline double crossInPlane(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
 /// Cuts one polygon. Its `Section` says what is round, and how the caller keeps the pieces:
 ///   Point, at(x)                           where a point of the polygon lies in the section
 ///   holds(x)                               x lies inside

@@ -12,7 +12,7 @@ namespace {
 /// Faces flatter than this against n have no share of the patch worth integrating.
 constexpr double kEdgeOn = 1e-9;
 /// Sine of an angle to n that is rounding.
-constexpr double kFlush = 1e-12;
+constexpr double kOnePlane = 1e-12;
 /// The patch stands for V while the samples find at least this share of it, and at most its inverse. Else V
 /// folds over (a ball more than half inside, a plate through a ball), and an ellipse of V's moments stands
 /// in.
@@ -233,7 +233,7 @@ bool RoundPatch::onOneFace(double& height) const noexcept {
     if (plane.normal != first.normal) return false;
   }
   height = std::abs(first.offset);
-  return first.normal.head<2>().norm() < kFlush;
+  return first.normal.head<2>().norm() < kOnePlane;
 }
 
 double RoundPatch::thicknessSquared() const noexcept {

@@ -12,12 +12,6 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-void checkLength(double value, const char* what, const std::string& name) {
-  if (!(value > 0) || !std::isfinite(value))
-    throw SetupError(name, std::string(what) + " is " + std::to_string(value),
-                     "give a positive length in metres");
-}
-
 using Triangles = std::vector<std::vector<int>>;
 
 /// One step of the subdivision: each triangle becomes four, new vertices are pushed out to the unit sphere.
@@ -39,6 +33,11 @@ void subdivide(std::vector<Vector3>& vertices, Triangles& triangles) {
 }
 
 }  // namespace
+
+void checkLength(double value, const char* what, const std::string& name) {
+  if (value > 0 && std::isfinite(value)) return;
+  throw SetupError(name, std::string(what) + " is " + std::to_string(value), "give a positive length in metres");
+}
 
 ConvexPolyhedron makeBox(const Vector3& size, const std::string& name) {
   for (int axis = 0; axis < 3; ++axis)

@@ -7,6 +7,9 @@
 
 namespace haptic {
 
+/// Throws a SetupError that names the shape and `what`, unless `value` is a positive length [m].
+void checkLength(double value, const char* what, const std::string& name);
+
 /// How a round shape becomes a polyhedron.
 enum class RoundFit : unsigned char {
   kInscribed,   ///< vertices on the true surface; the volume is too small by `volume_error`

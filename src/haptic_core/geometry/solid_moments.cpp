@@ -11,10 +11,6 @@ namespace {
 
 /// Points on a whole circle that is not round about u: an integrand periodic and smooth.
 constexpr int kCirclePoints = 32;
-/// Longest arcs for one rule of 16 points and of 8 [rad]: trigonometric polynomials of degree 5
-/// to 1e-16; the second near the pole only, for the antipode is a singular point of the integrands.
-constexpr double kPart = 2.1, kShortPart = 0.5;
-constexpr double kTurn = 2 * M_PI;
 /// A face's normal this close to ±u is u's rounding.
 constexpr double kSame = 1e-15;
 
@@ -126,11 +122,11 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
       }
       const double middle = arc.from + 0.5 * arc.sweep;
       const Vector3 n = h * face.normal + a * std::cos(middle) * face.x + a * std::sin(middle) * face.y;
-      if (arc.sweep < kShortPart && n.dot(u) > 0) {
+      if (arc.sweep < kShortArc && n.dot(u) > 0) {
         integrateArc(kGauss8, arc.from, arc.sweep, at);
         continue;
       }
-      const int parts = static_cast<int>(arc.sweep / kPart) + 1;
+      const int parts = static_cast<int>(arc.sweep / kLongArc) + 1;
       for (int p = 0; p < parts; ++p)
         integrateArc(kGauss16, arc.from + p * arc.sweep / parts, arc.sweep / parts, at);
     }

@@ -11,23 +11,16 @@
 namespace haptic {
 namespace {
 
-/// Longest arcs for one rule of 16 points and of 8 [rad]: trigonometric polynomials of degree 5 to 1e-16.
-constexpr double kPart = 2.1, kShortPart = 0.5;
 /// Arcs that 4 points are enough for: all along the tube [rad].
 constexpr double kStraight = 0.01;
-constexpr GaussPoint kGauss4[] = {{0.8611363115940526, 0.34785484513745385}, {0.33998104358485626, 0.6521451548625461}};
-
-double cross(const Vector2& a, const Vector2& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 /// p → q against a circle about the origin: what lies inside, as shares of its length. False: nothing does.
-bool innerPart(const Vector2& p, const Vector2& q, bool p_in, bool q_in, double radius, double& enter, double& leave) {
+bool innerOfCircle(const Vector2& p, const Vector2& q, bool p_in, bool q_in, double radius, double& enter, double& leave) {
   enter = 0;
   leave = 1;
   if (p_in && q_in) return true;
   const Vector2 d = q - p;
-  const double length2 = d.squaredNorm(), towards = -p.dot(d), apart = cross(p, d);
+  const double length2 = d.squaredNorm(), towards = -p.dot(d), apart = crossInPlane(p, d);
   if (!p_in && !q_in) {
     if (towards <= 0 || towards >= length2 || apart * apart >= radius * radius * length2) return false;
   }
@@ -47,7 +40,7 @@ struct TubeSection {
   const Point& at(const Vector3& x) const { return x; }
   bool holds(const Vector3& x) const { return x.head<2>().squaredNorm() <= radius * radius; }
   bool inner(const Vector3& a, const Vector3& b, bool a_in, bool b_in, double& enter, double& leave) const {
-    return innerPart(a.head<2>(), b.head<2>(), a_in, b_in, radius, enter, leave);
+    return innerOfCircle(a.head<2>(), b.head<2>(), a_in, b_in, radius, enter, leave);
   }
   TubeCurve line(const Point& p, const Point& q) const {
     TubeCurve line;
@@ -59,12 +52,12 @@ struct TubeSection {
     TubeCurve arc = line(p, q);
     arc.arc = true;
     arc.from = std::atan2(p.y(), p.x());
-    double sweep = side * std::atan2(cross(p.head<2>(), q.head<2>()), p.head<2>().dot(q.head<2>()));
+    double sweep = side * std::atan2(crossInPlane(p.head<2>(), q.head<2>()), p.head<2>().dot(q.head<2>()));
     if (sweep < 0) sweep += kTurn;
     arc.sweep = side * sweep;
     return arc;
   }
-  double turn(const Vector3& p, const Vector3& q) const { return side * cross(p.head<2>(), q.head<2>()); }
+  double turn(const Vector3& p, const Vector3& q) const { return side * crossInPlane(p.head<2>(), q.head<2>()); }
   double length2(const Vector3& p, const Vector3& q) const { return (q - p).head<2>().squaredNorm(); }
 };
 
@@ -91,8 +84,8 @@ void eachPoint(const TubeArc& arc, Visit&& visit) {
     visit(point);
   };
   if (std::abs(arc.sweep) < kStraight) return integrate(kGauss4, 0, 1, at);
-  if (std::abs(arc.sweep) < kShortPart) return integrate(kGauss8, 0, 1, at);
-  const int parts = static_cast<int>(std::abs(arc.sweep) / kPart) + 1;
+  if (std::abs(arc.sweep) < kShortArc) return integrate(kGauss8, 0, 1, at);
+  const int parts = static_cast<int>(std::abs(arc.sweep) / kLongArc) + 1;
   for (int i = 0; i < parts; ++i) {
     integrate(kGauss16, static_cast<double>(i) / parts, static_cast<double>(i + 1) / parts, at);
   }
@@ -158,7 +151,7 @@ void TubeCut::closeArcs(const TubeFace& face, bool holds_centre) noexcept {
     TubeCurve& curve = curves_[i];
     if (!curve.arc) {
       const Vector2 p = curve.p.head<2>(), q = curve.q.head<2>();
-      const double turn = side * cross(p, q);
+      const double turn = side * crossInPlane(p, q);
       total += std::atan2(turn, p.dot(q));
       if ((q - p).squaredNorm() < kSpeck * kSpeck * radius_ * radius_) continue;
       voted = true;

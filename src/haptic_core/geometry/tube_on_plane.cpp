@@ -11,7 +11,6 @@ namespace {
 
 /// Ranges of θ up to which 4 and 8 points integrate degree 5 to rounding [rad]; beyond, 16 do.
 constexpr double kFourPoints = 0.01, kEightPoints = 0.5;
-constexpr GaussPoint kGauss4[] = {{0.8611363115940526, 0.34785484513745385}, {0.33998104358485626, 0.6521451548625461}};
 
 /// ∫ over w: chord, chord w, chord w² and v², v across the chord.
 struct ChordSums {

@@ -2,11 +2,10 @@
 #pragma once
 #include <cmath>
 
+#include "haptic_core/geometry/circular_segment.h"
 #include "haptic_core/geometry/solid_moments.h"
 
 namespace haptic {
-
-inline constexpr double kTurn = 2 * M_PI;  ///< [rad]
 
 /// ∫ cᵏ dψ and ∫ cᵏ sin ψ dψ from 0 to ψ, c = 1 - cos ψ.
 struct TurnIntegrals {
