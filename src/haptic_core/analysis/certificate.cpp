@@ -432,7 +432,9 @@ std::string Certificate::text() const {
   std::ostringstream out;
   out.precision(3);
   out << "certificate: " << toString(verdict) << " at " << milliseconds(step)
-      << (settled ? "" : " (judged in motion: the scene does not come to rest)") << "\n";
+      << (settled ? "" : " (judged in motion: the scene does not come to rest)") << "\n"
+      << "  it holds for small motions about the contacts below; where patches grow, hit or slide in motion, the energy ledger "
+         "shows what a step gains\n";
   for (const IslandCertificate& island : islands) {
     out << "  island of " << island.links.size() << " (" << island.links.front()
         << (island.links.size() > 1 ? ", ...)" : ")") << ": " << toString(island.verdict);

@@ -159,119 +159,182 @@ double torsionArea(const ContactVolume& contact) noexcept {
   return std::max(0.0, contact.A2.trace() - contact.A1.squaredNorm() / contact.A0);
 }
 
+namespace {
+
+/// One evaluation: what it is given, and what its stages hand on.
+class Evaluation {
+ public:
+  Evaluation(const ContactVolume& contact, ContactWorkspace& workspace, const NormalPressure& normal, const PairLaw& law,
+             const FrictionMemory& memory, const Advance& advance)
+      : contact_(contact), workspace_(workspace), normal_(normal), law_(law), memory_(memory), advance_(advance),
+        R_PA_(contact.X_AP.R.transpose()), fresh_(memory.touching == 0), slid_(memory.sliding > 0),
+        solving_(advance.yielding != Yielding::kAtOnce) {
+    const double area = layerArea(contact);
+    layer_ = {area, law.torsion ? torsionArea(contact) : 0.0, law.material.tangential_stiffness, tangentialDamping(law, area)};
+    const double gyration2 = contact.volume > 0 ? contact.V2.trace() / contact.volume : layer_.J / layer_.A0;
+    torsion_radius_ = layer_.J > 0 ? kTorsionRadius * std::sqrt(std::max(0.0, gyration2)) : 0.0;
+  }
+
+  /// The slip that nothing has given way to, and what it makes: into `trial`, `renewed`.
+  void load(const Pose& X_AB, const Twist& V, FrictionForce& out);
+  /// The layer that a solve may evaluate at other rates: into `layer`, but for its offset.
+  void keepLayer(FrictionForce& out) const;
+  /// What the limit allows of the trial force: everything else.
+  void yield(FrictionForce& out);
+
+ private:
+  LimitEllipsoid limit(double mu) const { return {mu * normal_.force, mu * normal_.force * torsion_radius_}; }
+  bool isDragged() const { return slid_ && advance_.yielding == Yielding::kDragged; }
+  Planar standOff(double mu, const Planar& held, FrictionForce& out) const;
+  void bringBack(const Planar& held, FrictionForce& out);
+  void correctYield(const LimitEllipsoid& now, const Planar& held, FrictionForce& out) const;
+
+  const ContactVolume& contact_;
+  ContactWorkspace& workspace_;
+  const NormalPressure& normal_;
+  const PairLaw& law_;
+  const FrictionMemory& memory_;
+  const Advance& advance_;
+  const Matrix3 R_PA_;
+  const bool fresh_, slid_, solving_;
+  Layer layer_;
+  double torsion_radius_ = 0;
+  Planar rate_, old_rate_, before_, slip_;
+  Planar seen_;           ///< rate, by the damper
+  Planar trial_, force_;  ///< force before and after yielding
+  double stop_ = 1;       ///< share of the step after which the slip came to a stop
+  bool stops_ = false, slides_ = false;
+};
+
+void Evaluation::load(const Pose& X_AB, const Twist& V, FrictionForce& out) {
+  const bool torsion = law_.torsion;  // a law that does not resist a twist must not remember one
+  rate_ = {V.linear.head<2>(), torsion ? V.angular.z() : 0.0};
+  old_rate_ = fresh_ ? rate_ : Planar{(R_PA_ * memory_.rate_A).head<2>(), torsion ? memory_.spin : 0.0};
+  before_ = fresh_ ? Planar{} : Planar{(R_PA_ * memory_.slip_A).head<2>(), torsion ? memory_.twist : 0.0};
+  slip_ = before_ + rate_ * advance_.time;  // where nothing was, or nothing moves
+  out.renewed = fresh_ || (slid_ && solving_);
+  seen_ = rate_;
+  // What slides in a solve holds what slides, wherever it began: there the way is the rate's, which the solve is linear in.
+  if (!out.renewed && advance_.time > 0) {
+    const Displaced now = displacedFrom(memory_.anchor, X_AB, contact_.X_AP);
+    slip_ = {(R_PA_ * now.slip_A).head<2>(), torsion ? now.twist : 0.0};
+    out.renewed = now.turned;
+    if (advance_.mean_rate) seen_ = (slip_ - before_) * (1 / advance_.time);
+  }
+  // The slip came to a stop after the share `stop` of the step: only what came after loads the springs.
+  const double forward = old_rate_.dot(old_rate_), backward = -old_rate_.dot(rate_);
+  stops_ = slid_ && advance_.second_order && backward > 0;
+  stop_ = stops_ ? forward / (forward + backward) : 1.0;
+  if (stops_) slip_ = before_ + rate_ * (0.5 * (1 - stop_) * advance_.time);
+  out.trial.slip_A = contact_.X_AP.R.leftCols<2>() * slip_.force;
+  out.trial.twist = slip_.torque;
+  trial_ = layer_.force(slip_, seen_);
+}
+
+void Evaluation::keepLayer(FrictionForce& out) const {
+  if (!solving_) return;
+  FrictionLayer& l = out.layer;
+  l.area << layer_.A0, layer_.A0, layer_.J;
+  l.stiffness = layer_.k;
+  l.damping = layer_.b;
+  l.before << slip_.force - advance_.time * rate_.force, slip_.torque - advance_.time * rate_.torque;
+  l.rest << seen_.force - rate_.force, seen_.torque - rate_.torque;
+  l.radius = torsion_radius_;
+  l.mu = slid_ ? law_.material.mu_dynamic : law_.material.mu_static;
+  l.slid = slid_;
+  l.limited = slid_ || advance_.yielding != Yielding::kNever;
+  l.dragged = isDragged();
+}
+
+/// Where the area integral stands off the ellipsoid, for the direction of slip. Within a solve the direction is that of the
+/// step before, so that it does not turn over with the iterates. Where the pressure is clipped its field is not the pressure:
+/// the integral of what pulls there would be friction beyond μ N. `force_` becomes the integral.
+Planar Evaluation::standOff(double mu, const Planar& held, FrictionForce& out) const {
+  const Planar slipped = solving_ ? old_rate_ : layer_.slipFor(trial_ - held), on_ellipsoid = limit(mu).against(slipped);
+  Planar f = on_ellipsoid;
+  if (!(solving_ && normal_.clipped)) {
+    const SlidingIntegral s = slidingIntegral(workspace_, contact_, normal_.field, normal_.moments(contact_), slipped.force,
+                                              slipped.torque, normal_.radius);
+    f = Planar{-mu * s.force, law_.torsion ? -mu * s.torque : 0.0};
+  }
+  const Planar offset = f - on_ellipsoid, stand = out.layer.dragged ? f : offset;
+  out.layer.offset << stand.force / normal_.force, stand.torque / normal_.force;
+  return out.layer.dragged ? f : offset;
+}
+
+/// The trial force brought back to the limit, where it slides or may.
+void Evaluation::bringBack(const Planar& held, FrictionForce& out) {
+  const bool keeps = solving_ && !slid_;
+  const double mu = keeps ? law_.material.mu_static : law_.material.mu_dynamic;
+  const Planar stand = keeps ? Planar{} : standOff(mu, held, out);
+  if (isDragged()) {
+    force_ = stand;
+    slip_ = layer_.slipFor(force_);
+    out.load = 1;
+    out.compliant_area.setZero();
+    return;
+  }
+  const Returned returned = nearest(trial_ - stand, limit(mu), layer_);
+  if (!slid_ || returned.outside) {
+    force_ = stand + returned.force;
+    slip_ = layer_.slipFor(force_);
+    out.load = 1;
+    out.compliant_area = returned.compliant_area;
+    return;
+  }
+  slides_ = !solving_ && trial_.dot(rate_) < 0;
+  if (!slides_) out.event = stop_;
+}
+
+/// ∫f dt over a step that yields after the share α: f0 … limit, then sliding; the rule takes (f0 + f1) h/2.
+void Evaluation::correctYield(const LimitEllipsoid& now, const Planar& held, FrictionForce& out) const {
+  const double load1 = now.load(trial_);
+  const double alpha = std::clamp((1 - memory_.load) / std::max(load1 - memory_.load, 1e-300), 0.0, 1.0);
+  const Planar f0{(R_PA_ * memory_.force_A).head<2>(), memory_.torque};
+  const Planar missed = (f0 * (alpha - 1) + held * alpha + force_ * (1 - 2 * alpha)) * (0.5 * advance_.time);
+  out.event = alpha;
+  out.impulse = missed.force;
+  out.angular_impulse = missed.torque;
+}
+
+void Evaluation::yield(FrictionForce& out) {
+  const ContactMaterial& m = law_.material;
+  const LimitEllipsoid now = limit(slid_ ? m.mu_dynamic : m.mu_static);
+  out.load = now.load(trial_);
+  out.compliant_area.diagonal() << layer_.A0, layer_.A0, layer_.J;
+  // What the springs hold on the limit surface: what slid last, or the trial force brought back to it.
+  const Planar held = slid_ ? layer_.force(before_, {}) : trial_ * (1 / std::max(1.0, out.load));
+  slides_ = slid_ || (advance_.yielding != Yielding::kNever && out.load > 1);
+  force_ = trial_;
+  if (slides_) bringBack(held, out);
+  out.renewed = out.renewed || stops_ || slides_;
+  if (slides_ && !slid_ && !fresh_ && advance_.second_order && out.load >= 1) correctYield(now, held, out);
+  out.force = force_.force;
+  out.torque = force_.torque;
+  out.slip = slip_.force;
+  out.twist = slip_.torque;
+  out.sliding = slides_;
+}
+
+}  // namespace
+
 FrictionForce frictionForce(const ContactVolume& contact, const Pose& X_AB, ContactWorkspace& workspace,
                             const NormalPressure& normal, const Twist& V, const FrictionMemory& memory,
                             const PairLaw& law, const Advance& advance) noexcept {
   FrictionForce out;
   out.trial = {X_AB, contact.X_AP.p, Vector3::Zero(), 0};
   out.renewed = true;  // what holds nothing begins anew
-  const ContactMaterial& m = law.material;
-  const double N = normal.force;
-  if (contact.A0 <= 0 || m.mu_static <= 0) return out;
+  if (contact.A0 <= 0 || law.material.mu_static <= 0) return out;
   const bool solving = advance.yielding != Yielding::kAtOnce;
-  if (N <= 0 && !solving) return out;
-  const double area = layerArea(contact);
-  const Layer layer{area, law.torsion ? torsionArea(contact) : 0.0, m.tangential_stiffness, tangentialDamping(law, area)};
-  const Matrix3 R_PA = contact.X_AP.R.transpose();
-  const bool fresh = memory.touching == 0, slid = memory.sliding > 0;
-  const Planar rate{V.linear.head<2>(), law.torsion ? V.angular.z() : 0.0};
-  // A law that does not resist a twist must not remember one.
-  const Planar old_rate = fresh ? rate : Planar{(R_PA * memory.rate_A).head<2>(), law.torsion ? memory.spin : 0.0};
-  const Planar before = fresh ? Planar{} : Planar{(R_PA * memory.slip_A).head<2>(), law.torsion ? memory.twist : 0.0};
-  Planar slip = before + rate * advance.time;  // where nothing was, or nothing moves
-  bool renewed = fresh || (slid && solving);
-  Planar seen = rate;  // by the damper
-  // What slides in a solve holds what slides, wherever it began: there the way is the rate's, which the solve is linear in.
-  if (!renewed && advance.time > 0) {
-    const Displaced now = displacedFrom(memory.anchor, X_AB, contact.X_AP);
-    slip = {(R_PA * now.slip_A).head<2>(), law.torsion ? now.twist : 0.0};
-    renewed = now.turned;
-    if (advance.mean_rate) seen = (slip - before) * (1 / advance.time);
+  if (normal.force <= 0 && !solving) return out;
+  Evaluation evaluation(contact, workspace, normal, law, memory, advance);
+  evaluation.load(X_AB, V, out);
+  evaluation.keepLayer(out);
+  if (normal.force > 0) {
+    evaluation.yield(out);
+  } else {
+    out.renewed = true;
   }
-  // The slip came to a stop after the share `stop` of the step: only what came after loads the springs.
-  const double forward = old_rate.dot(old_rate), backward = -old_rate.dot(rate);
-  const bool stops = slid && advance.second_order && backward > 0;
-  const double stop = stops ? forward / (forward + backward) : 1.0;
-  if (stops) slip = before + rate * (0.5 * (1 - stop) * advance.time);
-  out.trial.slip_A = contact.X_AP.R.leftCols<2>() * slip.force;
-  out.trial.twist = slip.torque;
-  Planar trial = layer.force(slip, seen);
-
-  const double gyration2 = contact.volume > 0 ? contact.V2.trace() / contact.volume : layer.J / layer.A0;
-  const double torsion_radius = layer.J > 0 ? kTorsionRadius * std::sqrt(std::max(0.0, gyration2)) : 0.0;
-  if (solving) {
-    out.layer.area << layer.A0, layer.A0, layer.J;
-    out.layer.stiffness = layer.k;
-    out.layer.damping = layer.b;
-    out.layer.before << slip.force - advance.time * rate.force, slip.torque - advance.time * rate.torque;
-    out.layer.rest << seen.force - rate.force, seen.torque - rate.torque;
-    out.layer.radius = torsion_radius;
-    out.layer.mu = slid ? m.mu_dynamic : m.mu_static;
-    out.layer.slid = slid;
-    out.layer.limited = slid || advance.yielding != Yielding::kNever;
-    out.layer.dragged = slid && advance.yielding == Yielding::kDragged;
-    if (N <= 0) return out;
-  }
-  const auto limit = [&](double mu) { return LimitEllipsoid{mu * N, mu * N * torsion_radius}; };
-  const LimitEllipsoid now = limit(slid ? m.mu_dynamic : m.mu_static);
-  out.load = now.load(trial);
-  out.compliant_area.diagonal() << layer.A0, layer.A0, layer.J;
-  // What the springs hold on the limit surface: what slid last, or the trial force brought back to it.
-  const Planar held = slid ? layer.force(before, {}) : trial * (1 / std::max(1.0, out.load));
-  bool slides = slid || (advance.yielding != Yielding::kNever && out.load > 1);
-  Planar f = trial;
-  if (slides) {
-    const bool keeps = solving && !slid;
-    const double mu = keeps ? m.mu_static : m.mu_dynamic;
-    // Where the area integral stands off the ellipsoid. Within a solve the direction is that of the step before, so
-    // that it does not turn over with the iterates. Where the pressure is clipped its field is not the pressure: the
-    // integral of what pulls there would be friction beyond μ N.
-    Planar offset;
-    if (!keeps) {
-      const Planar slipped = solving ? old_rate : layer.slipFor(trial - held), on_ellipsoid = limit(mu).against(slipped);
-      f = on_ellipsoid;
-      if (!(solving && normal.clipped)) {
-        const SlidingIntegral s = slidingIntegral(workspace, contact, normal.field, normal.moments(contact),
-                                                  slipped.force, slipped.torque, normal.radius);
-        f = Planar{-mu * s.force, law.torsion ? -mu * s.torque : 0.0};
-      }
-      offset = f - on_ellipsoid;
-      const Planar stand = out.layer.dragged ? f : offset;
-      out.layer.offset << stand.force / N, stand.torque / N;
-    }
-    const bool dragged = slid && advance.yielding == Yielding::kDragged;
-    const Returned returned = dragged ? Returned{} : nearest(trial - offset, limit(mu), layer);
-    if (dragged) {
-      slip = layer.slipFor(f);
-      out.load = 1;
-      out.compliant_area.setZero();
-    } else if (!slid || returned.outside) {
-      f = offset + returned.force;
-      slip = layer.slipFor(f);
-      out.load = 1;
-      out.compliant_area = returned.compliant_area;
-    } else {
-      f = trial;
-      slides = !solving && trial.dot(rate) < 0;
-      if (!slides) out.event = stop;
-    }
-  }
-  out.renewed = renewed || stops || slides;
-  if (slides && !slid && !fresh && advance.second_order && out.load >= 1) {
-    // ∫f dt over a step that yields after the share α: f0 … limit, then sliding; the rule takes (f0 + f1) h/2.
-    const double load1 = now.load(trial);
-    const double alpha = std::clamp((1 - memory.load) / std::max(load1 - memory.load, 1e-300), 0.0, 1.0);
-    const Planar f0{(R_PA * memory.force_A).head<2>(), memory.torque};
-    const Planar missed = (f0 * (alpha - 1) + held * alpha + f * (1 - 2 * alpha)) * (0.5 * advance.time);
-    out.event = alpha;
-    out.impulse = missed.force;
-    out.angular_impulse = missed.torque;
-  }
-  out.force = f.force;
-  out.torque = f.torque;
-  out.slip = slip.force;
-  out.twist = slip.torque;
-  out.sliding = slides;
   return out;
 }
 

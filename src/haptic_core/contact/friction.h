@@ -41,8 +41,8 @@ struct ContactPower {
   }
 };
 
-/// Of the wrench F_BP_P of which `elastic` [N] along n is k Vol, at the twist of B relative to A at P, in P's axes.
-ContactPower contactPower(const Wrench& F_BP_P, double elastic, const Twist& V_AB_P) noexcept;
+/// Of the wrench F_BP_P of which `elastic` is the spring's, at the twist of B relative to A at P, in P's axes.
+ContactPower contactPower(const Wrench& F_BP_P, const Wrench& elastic, const Twist& V_AB_P) noexcept;
 
 /// Where two bodies stood, and what the layer between them held there.
 struct FrictionAnchor {

@@ -37,19 +37,20 @@ void correctTouch(const ContactVolume& contact, const NormalPressure& normal, co
   const double spring = since / (n + 1) - h / 2, damper = touch.mean() * since / n - h / 2;
   const double elastic = jumpsAtTouch(law) ? normal.elastic_force : normal.force;
   const double moments = jumpsAtTouch(law) ? damper : spring;
-  out.elastic_impulse = spring * normal.elastic_force;
-  out.impulse_P.force.z() = spring * elastic + damper * (normal.force - elastic);
-  out.impulse_P.torque.head<2>() = moments * Vector2(normal.first.y(), -normal.first.x());
+  out.elastic_impulse_P = out.elastic() * spring;
+  out.impulse_P += out.beyond_P * spring;
+  out.impulse_P.force.z() += spring * elastic + damper * (normal.force - elastic);
+  out.impulse_P.torque.head<2>() += moments * Vector2(normal.first.y(), -normal.first.x());
   out.event = 1 - since / h;
   out.has_impulse = true;
 }
 
 }  // namespace
 
-ContactPower contactPower(const Wrench& F, double elastic, const Twist& V) noexcept {
-  return {-elastic * V.linear.z(),
-          -((F.force.z() - elastic) * V.linear.z() + F.torque.head<2>().dot(V.angular.head<2>())),
-          -(F.force.head<2>().dot(V.linear.head<2>()) + F.torque.z() * V.angular.z())};
+ContactPower contactPower(const Wrench& F, const Wrench& elastic, const Twist& V) noexcept {
+  const Wrench rest = F - elastic;
+  return {-power(elastic, V), -(rest.force.z() * V.linear.z() + rest.torque.head<2>().dot(V.angular.head<2>())),
+          -(rest.force.head<2>().dot(V.linear.head<2>()) + rest.torque.z() * V.angular.z())};
 }
 
 Matrix6 PatchTangent::combined(double x, double y) const noexcept {
@@ -84,6 +85,9 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   out.incomplete = normal.dropped > 0;
   out.F_BP_P.force << friction.force, normal.force;
   out.F_BP_P.torque << normal.first.y(), -normal.first.x(), friction.torque;
+  out.gradient_P = beyondNormal(contact, workspace, law.pressure, normal);
+  out.beyond_P = out.gradient_P * shareBeyond(normal);
+  out.F_BP_P += out.beyond_P;
   out.sticking = !friction.sliding;
   out.event = friction.event;
   if (advance.second_order) {
@@ -117,7 +121,7 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   next.sliding = friction.sliding ? 1 : 0;
   next.touching = 1;
   next.began = 1 - memory.touching;
-  next.power = contactPower(out.F_BP_P, normal.elastic_force, V);
+  next.power = contactPower(out.F_BP_P, out.elastic(), V);
   next.energy = 0.5 * kt * (A0 * friction.slip.squaredNorm() + J * friction.twist * friction.twist);
   return out;
 }

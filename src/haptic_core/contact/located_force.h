@@ -27,6 +27,8 @@ struct LocatedForce {
   Wrench F_BP_P;              ///< on B at P, in P's axes
   double normal_force = 0;    ///< N [N]
   double elastic_force = 0;   ///< of it k Vol [N]
+  /// What a spring with a potential does beyond k Vol n: of F_BP_P, where the damper leaves some of it, and as the gradient.
+  Wrench beyond_P, gradient_P;
   FrictionMemory memory;      ///< at this evaluation; the caller decides whether it becomes state
   bool sticking = false;      ///< friction holds the patch: μ0 is its limit
   bool clipped = false;       ///< the damper would pull somewhere: the pressure is held at 0 there
@@ -34,8 +36,10 @@ struct LocatedForce {
   double event = 1;           ///< share of the step after which it touched, yielded or stuck; 1: none of them
   bool has_impulse = false;   ///< `impulse` is not zero
   Wrench impulse_P;           ///< what the trapezoidal rule over the step misses because of that [N·m·s, N·s]
-  double elastic_impulse = 0; ///< of it that of k Vol n [N·s]
+  Wrench elastic_impulse_P;   ///< of it that of the spring [N·m·s, N·s]
   PatchTangent tangent;       ///< what implicit steps and certificates linearise with
+  /// What the spring does: k Vol n, and beyond it what makes it a gradient.
+  Wrench elastic() const { return {gradient_P.torque, gradient_P.force + Vector3(0, 0, elastic_force)}; }
   FrictionLayer layer;        ///< of a solve: the law of friction while only the slip rate changes
   FrictionAnchor trial;       ///< see FrictionForce
   bool renewed = false;       ///< see FrictionForce

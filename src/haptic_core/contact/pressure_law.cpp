@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "haptic_core/geometry/contact_integrals.h"
+#include "haptic_core/geometry/contact_sheet.h"
+#include "haptic_core/geometry/thickness_gradient.h"
 
 namespace haptic {
 namespace {
@@ -15,6 +17,9 @@ constexpr double kUniform = 1e-6;
 /// A damper that pulls with less than this share of the mean elastic pressure is let pull: the patch is at rest, and
 /// what it would add is below the rounding of a depth of micrometres.
 constexpr double kNegligiblePull = 1e-9;
+
+/// Share of the elastic pressure below which a damper takes the tangential part of the spring away too.
+constexpr double kFading = 0.25;
 
 double patchReach(ContactWorkspace& workspace, const ContactVolume& contact) {
   if (workspace.round().filled) return RoundPatch(workspace.round(), contact).reach();
@@ -77,20 +82,6 @@ void addPiece(const LoadedVector<Vector2>& piece, Pressure pressure, NormalPress
   }
 }
 
-/// A face of V over the patch: z = height + slope·r. Faces steeper than this have no projection worth integrating:
-/// its width is below 1e-9 of the depth.
-constexpr double kSteep = 1e-9;
-struct Sheet {
-  double height;
-  Vector2 slope;
-  Sheet(const ContactFace& face, const Pose& X_AP) {
-    const Vector3 n = X_AP.R.transpose() * face.normal;
-    height = (face.offset - face.normal.dot(X_AP.p)) / n.z();
-    slope = -n.head<2>() / n.z();
-  }
-  double at(const Vector2& r) const { return height + slope.dot(r); }
-};
-
 /// ∫ max(0, k d + b ḋ) over a round patch: what is not clipped, and over samples what clipping adds.
 void clipRound(const ContactVolume& contact, RoundVolume& round, const Approach& a, double k, double b, NormalPressure& out) {
   PatchMoments area{contact.A0, contact.A1, contact.A2};
@@ -124,18 +115,18 @@ void overlay(const ContactVolume& contact, ContactWorkspace& workspace, const Ap
   // The faces of one side cover V's projection: a single one there contains all of the other side.
   int above_count = 0, below_count = 0;
   for (const ContactLoop& loop : workspace.loops()) {
-    above_count += rise(loop) >= kSteep;
-    below_count += rise(loop) <= -kSteep;
+    above_count += rise(loop) >= ContactSheet::kSteep;
+    below_count += rise(loop) <= -ContactSheet::kSteep;
   }
   const bool from_below = above_count == 1, crossed = above_count > 1 && below_count > 1;
   const int dropped = workspace.dropped();
   LoadedVector<Vector2>& piece = workspace.polygon();
   for (const ContactLoop& upper : workspace.loops()) {
-    if (rise(upper) < kSteep) continue;
-    const Sheet above(workspace.faces()[upper.face], contact.X_AP);
+    if (rise(upper) < ContactSheet::kSteep) continue;
+    const ContactSheet above(workspace.faces()[upper.face], contact.X_AP);
     for (const ContactLoop& lower : workspace.loops()) {
-      if (rise(lower) > -kSteep) continue;
-      const Sheet below(workspace.faces()[lower.face], contact.X_AP);
+      if (rise(lower) > -ContactSheet::kSteep) continue;
+      const ContactSheet below(workspace.faces()[lower.face], contact.X_AP);
       // Seen from above the lower loop runs clockwise: inside lies to the right of its edges.
       piece.clear();
       for (int i = 0; i < upper.count && !from_below; ++i) piece.push_back(point(upper, i));
@@ -175,6 +166,17 @@ void damperBeside(const ContactVolume& contact, ContactWorkspace& workspace, con
 }
 
 }  // namespace
+
+Wrench beyondNormal(const ContactVolume& contact, ContactWorkspace& workspace, PressureLaw law,
+                    const NormalPressure& pressure) noexcept {
+  if (!kindOf(law).potential) return {};
+  const Wrench along_n{Vector3::Zero(), Vector3(0, 0, contact.volume)};
+  return (thicknessGradient(workspace, contact) - along_n) * (pressure.elastic_force / contact.volume);
+}
+
+double shareBeyond(const NormalPressure& pressure) noexcept {
+  return std::clamp(pressure.force / (kFading * pressure.elastic_force), 0.0, 1.0);
+}
 
 NormalPressure normalPressure(const ContactVolume& contact, ContactWorkspace& workspace, const Twist& V,
                               PressureLaw law, const ContactMaterial& m) noexcept {

@@ -4,6 +4,8 @@
 ///     ḋ(r) = -(v_z + ω_x y - ω_y x).
 ///     damper beside the spring   p = max(0, k d + b ḋ)      jumps at touch
 ///     damper within it           p = k d max(0, 1 + c ḋ)    continuous at touch and at parting
+/// These pressures stand along n. k V n is no gradient where n turns with the bodies; a law with a `potential` adds what
+/// makes it one (`beyondNormal`).
 /// A law is one of the two and where its b or c comes from (kPressureKinds); `linear` (the seeds' law) and Hunt–Crossley
 /// are the two themselves.
 /// Where nothing is clipped, force and moments are sums over the moments of the volume. Where 1 + c ḋ changes sign
@@ -17,8 +19,9 @@
 
 namespace haptic {
 
-/// The laws that files can name: a linear damper beside the spring, or Hunt & Crossley's within it.
-enum class PressureLaw : unsigned char { kLinear, kHuntCrossley };
+/// The laws that files can name: a linear damper beside the spring, or Hunt & Crossley's within it; and the latter with a spring
+/// that has a potential.
+enum class PressureLaw : unsigned char { kLinear, kHuntCrossley, kPotential };
 
 /// A row of `kPressureKinds`: what is known of a law.
 struct PressureKind {
@@ -27,6 +30,8 @@ struct PressureKind {
   /// Where the damper stands: p = k d + b ḋ beside the spring, p = k d (1 + c ḋ) within it.
   enum class Damper : unsigned char { kBesideSpring, kWithinSpring } damper;
   double (*damping)(const ContactMaterial&);  ///< b [N·s/m³] beside the spring, c [s/m] within it; ≥ 0
+  /// The spring's wrench is the gradient of ½ k ∫ d² dA (thickness_gradient.h), not k V n alone.
+  bool potential = false;
 };
 
 /// All laws, in the order of `PressureLaw`.
@@ -35,6 +40,8 @@ inline constexpr PressureKind kPressureKinds[] = {
      [](const ContactMaterial& m) { return m.damping; }},
     {PressureLaw::kHuntCrossley, "hunt_crossley", PressureKind::Damper::kWithinSpring,
      [](const ContactMaterial& m) { return m.dissipation; }},
+    {PressureLaw::kPotential, "potential", PressureKind::Damper::kWithinSpring,
+     [](const ContactMaterial& m) { return m.dissipation; }, true},
 };
 
 /// The row of a law.
@@ -72,6 +79,14 @@ struct NormalPressure {
     return {force, first, contact.volume > 0 ? Matrix2(force / contact.volume * contact.V2) : Matrix2::Zero()};
   }
 };
+
+/// (in realtime) What a spring with a potential does beyond k V n, on B about P in P's axes; zero under the other laws.
+/// Cost: thicknessGradient.
+Wrench beyondNormal(const ContactVolume& contact, ContactWorkspace& workspace, PressureLaw law, const NormalPressure& pressure) noexcept;
+
+/// (in realtime) Share of it that the damper leaves [1]: all but where it takes most of the pressure away, none where it takes
+/// all. What no longer presses must not pull.
+double shareBeyond(const NormalPressure& pressure) noexcept;
 
 /// (in realtime) `V` is the twist of B relative to A at P in P's axes. `workspace` holds V of `contact`.
 NormalPressure normalPressure(const ContactVolume& contact, ContactWorkspace& workspace, const Twist& V,

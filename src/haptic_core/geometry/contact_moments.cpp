@@ -235,6 +235,7 @@ bool integrateContact(ContactWorkspace& w, const ConvexShape& A, const ConvexSha
   if (w.edges().empty()) return false;
   ContactIntegrator integrator(w);
   double scale = 0;
+  out.turns_with_b = -1;
   out.area_vector_A = integrator.seamAreaVector(scale);
   const CoveredArea covered_a = coveredArea(w, Owner::kA, inner.a, Pose()), covered_b = coveredArea(w, Owner::kB, inner.b, X_AB);
   Vector3 surface = out.area_vector_A;
@@ -243,23 +244,28 @@ bool integrateContact(ContactWorkspace& w, const ConvexShape& A, const ConvexSha
     const Vector3 seen = surface + (covered_b.area * covered_b.vector - covered_a.area * covered_a.vector) /
                                        (covered_a.area + covered_b.area);
     if (seen.norm() > kVanishing * scale) surface = seen;  // else nothing of V is surface
+    // What is left of a side without its covered faces is one face mostly, which holds n.
+    out.turns_with_b = covered_b.area / (covered_a.area + covered_b.area);
   }
   const double size = surface.norm();
   Vector3 n;
   const bool remembered = cache.normal.squaredNorm() > 0;
   if (rule == NormalRule::kHistory && remembered) {
     n = cache.normal;
+    out.turns_with_b = 0;
   } else if (size > kVanishing * scale) {
     n = surface / size;
   } else {
     n = remembered ? cache.normal : shortestWayOut(A, B, X_AB);
     out.flags |= ContactVolume::kNormalFromHistory;
+    out.turns_with_b = 0;
   }
   const Matrix3 R = patchAxes(n);
   MomentSums sums;
   integrator.integrate(R, sums, out.depth);
   cache.normal = cache.direction = n;
-  if (!(sums.volume > 0)) return false;
+  // An edge that touches may leave a volume of rounding without extent: forces divide by it.
+  if (!(sums.volume > 0) || !(out.depth > 0)) return false;
   const Vector3 centroid = sums.V1 / sums.volume;
   const MomentSums central = sums.about(centroid);
   out.X_AP = {R, integrator.origin() + R * centroid};

@@ -56,6 +56,8 @@ struct ContactVolume {
   double A0 = 0;                            ///< ∫ dA [m²]
   Vector2 A1 = Vector2::Zero();             ///< ∫ r dA [m³]
   Matrix2 A2 = Matrix2::Zero();             ///< ∫ r rᵀ dA [m⁴]
+  /// With which body n turns, where it is not S_A's direction: 0 with A, 1 with B; negative: n follows S_A.
+  double turns_with_b = -1;
   double depth = 0;                         ///< extent of V along n [m], an upper bound of d; separated: ≤ 0, minus a gap that is proven
 
   Vector3 normal() const { return X_AP.R.col(2); }  ///< n, in A's frame

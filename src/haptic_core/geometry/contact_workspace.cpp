@@ -128,6 +128,7 @@ void ContactWorkspace::reserveResult(int face_count) {
   leave_.reserve(faces);
   return_.reserve(faces);
   shadows_.reserve(faces + 3);
+  loads_.reserve(faces + 3);
   away_.reserve(found);
   shadow_edges_.reserve(4 * edges);
   polygon_.reserve(2 * edges);

@@ -52,6 +52,13 @@ struct FaceShadow {
   }
 };
 
+/// ∫ d dS and ∫ d p dS over a face of V, d the thickness there and p in P.
+struct FaceLoad {
+  Vector3 normal;                   ///< outward, in P's axes
+  double load = 0;                  ///< ∫ d dS [m³]
+  Vector3 first = Vector3::Zero();  ///< ∫ d p dS [m⁴]
+};
+
 /// Pairs up two things that share a key, in a table that needs no clearing between uses.
 class PairTable {
  public:
@@ -131,11 +138,13 @@ class ContactWorkspace {
   friend class ContactIntegrator;
   friend PartMoments momentsWhere(ContactWorkspace&, const ContactVolume&, const Vector2&, double) noexcept;
   friend double thicknessSquared(ContactWorkspace&, const ContactVolume&) noexcept;
+  friend class FaceLoads;
 
   void reserveSides(int vertices, int faces);
   void reserveResult(int face_count);
   void projectVertices(const ContactVolume& contact) noexcept;
   void projectFaces(const ContactVolume& contact) noexcept;
+  bool projectSides(const ContactVolume& contact) noexcept;
   void groupEdges() noexcept;
   void overlayFaces(int above, int below) noexcept;
   void clipPolygon(const Vector2& from, const Vector2& to) noexcept;
@@ -159,6 +168,8 @@ class ContactWorkspace {
   LoadedVector<Vector3> leave_, return_;  ///< per face, where a cut leaves its loop and returns
   LoadedVector<FaceShadow> shadows_;
   LoadedVector<Vector3> away_;  ///< per vertex: below U, above L, and U - L [m]
+  int largest_[2] = {-1, -1};   ///< of the faces above and below
+  LoadedVector<FaceLoad> loads_;
   LoadedVector<int> shadow_edges_;
   LoadedVector<Vector2> polygon_, clipped_;
   RoundVolume round_;

@@ -10,28 +10,13 @@
 #include <cmath>
 
 #include "haptic_core/geometry/contact_integrals.h"
+#include "haptic_core/geometry/contact_sheet.h"
 
 namespace haptic {
 namespace {
 
-/// Steeper faces than this (n·N) have no projection to speak of: their share of ∫ d² is this small, and the
-/// height above r loses as many digits.
-constexpr double kSteep = 1e-9;
-
 /// Slivers that cross count no more than this, relative to the whole: left out.
 constexpr double kNegligible = 1e-10;
-
-/// z = height + slope·r.
-struct Plane {
-  double height = 0;
-  Vector2 slope = Vector2::Zero();
-  double at(const Vector2& r) const { return height + slope.dot(r); }
-};
-
-Plane planeOf(const ContactFace& face, const Pose& X_AP) {
-  const Vector3 N = X_AP.R.transpose() * face.normal;
-  return {(face.offset - face.normal.dot(X_AP.p)) / N.z(), -N.head<2>() / N.z()};
-}
 
 /// A linear function by its values at the corners of a triangle.
 struct OnCorners {
@@ -53,7 +38,7 @@ void ContactWorkspace::projectFaces(const ContactVolume& contact) noexcept {
   for (const ContactFace& face : faces_) {
     const double rise = face.normal.dot(contact.normal());
     FaceShadow shadow;
-    shadow.side = std::abs(rise) < kSteep ? FaceShadow::kSteep : rise > 0 ? FaceShadow::kAbove : FaceShadow::kBelow;
+    shadow.side = std::abs(rise) < ContactSheet::kSteep ? FaceShadow::kSteep : rise > 0 ? FaceShadow::kAbove : FaceShadow::kBelow;
     shadows_.push_back(shadow);
   }
   for (const ContactEdge& e : edges_) {
@@ -69,6 +54,26 @@ void ContactWorkspace::projectFaces(const ContactVolume& contact) noexcept {
       shadow.high = shadow.high.cwiseMax(p.cwiseMax(q));
     }
   }
+}
+
+/// The same, the largest face above and below, and how far each vertex is from their planes. False: a side has no face.
+bool ContactWorkspace::projectSides(const ContactVolume& contact) noexcept {
+  projectFaces(contact);
+  largest_[0] = largest_[1] = -1;
+  for (int f = 0; f < shadows_.size(); ++f) {
+    const FaceShadow& shadow = shadows_[f];
+    if (shadow.side == FaceShadow::kSteep) continue;
+    int& most = largest_[shadow.side];
+    if (most < 0 || std::abs(shadow.area) > std::abs(shadows_[most].area)) most = f;
+  }
+  if (largest_[0] < 0 || largest_[1] < 0) return false;
+  const ContactSheet U(faces_[largest_[0]], contact.X_AP), L(faces_[largest_[1]], contact.X_AP);
+  away_.clear();
+  for (const Vector3& x : patch_points_) {
+    const double upper = U.at(x.head<2>()), lower = L.at(x.head<2>());
+    away_.push_back(Vector3(upper - x.z(), x.z() - lower, upper - lower));
+  }
+  return true;
 }
 
 /// Edges by face: those of f are shadow_edges_[first … first + count - 1].
@@ -112,21 +117,9 @@ void ContactWorkspace::overlayFaces(int above, int below) noexcept {
 
 double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexcept {
   if (w.round().filled) return RoundPatch(w.round(), contact).fit().thicknessSquared();
-  w.projectFaces(contact);
-  int largest[2] = {-1, -1};  // above, below
-  for (int f = 0; f < w.shadows_.size(); ++f) {
-    const FaceShadow& shadow = w.shadows_[f];
-    if (shadow.side == FaceShadow::kSteep) continue;
-    int& most = largest[shadow.side];
-    if (most < 0 || std::abs(shadow.area) > std::abs(w.shadows_[most].area)) most = f;
-  }
-  if (largest[0] < 0 || largest[1] < 0) return 0;
-  const Plane U = planeOf(w.faces_[largest[0]], contact.X_AP), L = planeOf(w.faces_[largest[1]], contact.X_AP);
-  w.away_.clear();
-  for (const Vector3& x : w.patch_points_) {
-    const double upper = U.at(x.head<2>()), lower = L.at(x.head<2>());
-    w.away_.push_back(Vector3(upper - x.z(), x.z() - lower, upper - lower));
-  }
+  if (!w.projectSides(contact)) return 0;
+  const int* largest = w.largest_;
+  const ContactSheet U(w.faces_[largest[0]], contact.X_AP), L(w.faces_[largest[1]], contact.X_AP);
   double sum = 0;
   bool minor[2] = {false, false};
   for (const ContactEdge& e : w.edges_) {
@@ -151,7 +144,7 @@ double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexc
   bool grouped = false;
   for (int u = 0; u < w.shadows_.size(); ++u) {
     if (w.shadows_[u].side != FaceShadow::kAbove || u == largest[0]) continue;
-    const Plane above = planeOf(w.faces_[u], contact.X_AP);
+    const ContactSheet above(w.faces_[u], contact.X_AP);
     for (int l = 0; l < w.shadows_.size(); ++l) {
       if (w.shadows_[l].side != FaceShadow::kBelow || l == largest[1] || !w.shadows_[u].meets(w.shadows_[l])) continue;
       const double most = 2 * w.shadows_[u].most * w.shadows_[l].most * w.shadows_[u].commonArea(w.shadows_[l]);
@@ -159,7 +152,7 @@ double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexc
       if (!grouped) w.groupEdges();
       grouped = true;
       w.overlayFaces(u, l);
-      const Plane below = planeOf(w.faces_[l], contact.X_AP);
+      const ContactSheet below(w.faces_[l], contact.X_AP);
       // Rounding of steep faces must not leave the range between their corners.
       const auto a = [&](const Vector2& r) { return std::clamp(U.at(r) - above.at(r), 0.0, w.shadows_[u].most); };
       const auto b = [&](const Vector2& r) { return std::clamp(below.at(r) - L.at(r), 0.0, w.shadows_[l].most); };

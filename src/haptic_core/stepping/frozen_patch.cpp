@@ -49,10 +49,11 @@ Pressing pressing(const ContactVolume& volume, const LocatedForce& force, const 
   // than the area.
   Pressing all{{std::max(volume.A0, volume.volume / volume.depth), volume.A1, volume.A2}, volume.volume};
   if (!force.clipped || !(force.normal_force > 0)) return all;
-  const Vector2 first(-force.F_BP_P.torque.y(), force.F_BP_P.torque.x()), slope(V[1], -V[0]);  // of ḋ
+  const Wrench along_n = force.F_BP_P - force.beyond_P;
+  const Vector2 first(-along_n.torque.y(), along_n.torque.x()), slope(V[1], -V[0]);  // of ḋ
   const PatchMoments &k = force.tangent.stiffness, &b = force.tangent.damping;
   Pressing part;
-  if (law.pressure == PressureLaw::kLinear) {
+  if (jumpsAtTouch(law.pressure)) {
     part.area = k * (1 / m.stiffness);
     part.volume =
         (force.normal_force - m.damping * (-V[5] * part.area.m0 + slope.dot(part.area.m1))) / m.stiffness;
@@ -73,9 +74,10 @@ void FrozenPatch::setLaw(const PairLaw& law, double g) noexcept {
   k_ = law.material.stiffness;
   c_ = law.material.dissipation;
   b_ = law.material.damping;
-  linear_ = law.pressure == PressureLaw::kLinear;
+  linear_ = jumpsAtTouch(law.pressure);
   torsion_ = law.torsion;
   constant_.setZero();
+  beyond_.setZero();
   scale_ = 1;
   large_constant_ = rough_ = false;
   faces_.clear();
@@ -125,7 +127,8 @@ void FrozenPatch::freeze(const ContactVolume& volume, double squares, const Loca
     }
   }
   setReach(V);
-  const Wrench& F = force.F_BP_P;
+  const Wrench F = force.F_BP_P - force.beyond_P;
+  beyond_ = force.beyond_P.vector();
   matchForce({force.normal_force, -F.torque.y(), F.torque.x()}, V);
 }
 
@@ -170,6 +173,7 @@ void FrozenPatch::freezeNear(const ContactVolume& near, double closer, const Pai
 }
 
 void FrozenPatch::part(const Vector6& V) noexcept {
+  beyond_.setZero();
   const LinearField v_n = approachField(V);
   // Where the faces would overlap still, they touch: no more than their gap is left everywhere.
   double deepest = 0;
@@ -282,6 +286,7 @@ void FrozenPatch::evaluate(const Vector6& V, double limit, Force& out) const noe
   const Vector3& f = friction.force;
   out.slides = friction.outside;
   out.F << out.first[2], -out.first[1], f[2], f[0], f[1], out.first[0];
+  out.F += beyond_;
 }
 
 Matrix6 FrozenPatch::tangent(const Vector6& V, double limit) const noexcept {
@@ -350,7 +355,7 @@ void FrozenPatch::carry(const Vector6& V, double limit, const Pose& X_AP, Locate
   m.torque = answer.force[2];
   m.load = answer.load;
   m.sliding = answer.outside ? 1 : 0;
-  m.power = contactPower(out.F_BP_P, out.elastic_force, {V.head<3>(), V.tail<3>()});
+  m.power = contactPower(out.F_BP_P, out.elastic(), {V.head<3>(), V.tail<3>()});
   m.energy = 0.5 * friction_.stiffness * answer.slip.cwiseProduct(friction_.area).dot(answer.slip);
 }
 

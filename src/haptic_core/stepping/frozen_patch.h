@@ -15,6 +15,7 @@
 ///     linear          w (k (D - g v_n) - b v_n)₊   while D > g v_n.
 /// Both fall with v_n: gradients of convex functions. What four points miss of the second moment of the thickness is made
 /// good by a common factor of the pressures and a common shift of the places: the force at the reference is exact.
+/// What a spring with a potential does beyond k Vol n stays as it is at the reference: exact there, and linear in the twist.
 /// Friction is a FrictionLayer, convex as well while the normal force in its limit stays. Where a patch opens or closes by
 /// more than its depth the four points are a caricature:
 /// implicit_stage.h freezes anew at the end that they predict.
@@ -76,7 +77,7 @@ class FrozenPatch {
   void dropConstant() noexcept;
   bool isRough() const { return rough_; }  ///< something was left out: another evaluation has to follow
 
-  void forget() noexcept { points_ = 0, faces_.clear(); }  ///< (in realtime) no force
+  void forget() noexcept { points_ = 0, faces_.clear(), beyond_.setZero(); }  ///< (in realtime) no force
   /// (in realtime) Whether this patch of the same pair lies elsewhere than `other`, not within its extent.
   bool isElsewhere(const FrozenPatch& other) const noexcept { return (place_ - other.place_).norm() > 1.5 * other.radius_; }
 
@@ -113,6 +114,7 @@ class FrozenPatch {
   double x_[4], y_[4];                   ///< the places [m]
   double depth_[kPoints], reach_[kPoints];  ///< d and D [m]
   Vector3 constant_ = Vector3::Zero();   ///< what is left of the exact force at the reference: N, ∫ x p, ∫ y p
+  Vector6 beyond_ = Vector6::Zero();     ///< what the spring does beyond k Vol n, as at the reference (LocatedForce)
   Vector3 place_ = Vector3::Zero();      ///< centroid in A's frame [m]
   double radius_ = 0;                    ///< of gyration of its area [m]
   bool large_constant_ = false, rough_ = false;  ///< constant_ is large; it was left out

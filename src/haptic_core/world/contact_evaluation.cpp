@@ -16,6 +16,9 @@ bool locateContact(const Model& model, const Seams& seams, int index, ActivePair
   out.X_AB = relativePose(places.X_WS[a], places.X_WS[b]);
   contactVolume(*A.shape, *B.shape, out.X_AB, pair.cache, workspace, out.volume, rule, inner);
   if (out.volume.status != ContactVolume::Status::kOverlap) return false;
+  if (rule != model.settings.normal_rule) {  // joined parts: n is that of the surface that goes on from piece to piece
+    out.volume.turns_with_b = A.surface.empty() ? 1 : B.surface.empty() ? 0 : 0.5;
+  }
   if (model.settings.contact_model == ContactModel::kPoint) {
     concentrate(workspace, std::min(A.point_area, B.point_area), out.volume);
   }

@@ -53,9 +53,9 @@ void noteContact(int pair, const ContactEvaluation& c, const FrictionMemory& bef
   contact.pair = pair;
   contact.X_WP = c.X_WP;
   contact.F_BP_P = c.force.F_BP_P;
-  contact.elastic_force = c.force.elastic_force;
+  contact.elastic_P = c.force.elastic();
   contact.J_BP_P = c.force.impulse_P;
-  contact.elastic_impulse = c.force.elastic_impulse;
+  contact.elastic_impulse_P = c.force.elastic_impulse_P;
   contact.sticking = c.force.sticking;
   contact.before = before;
   contacts.push_back(contact);
@@ -66,7 +66,7 @@ void bookEuler(const LedgerView& view, double h, const std::vector<double>& v_me
   setVelocities(view, state, v_mean);
   for (const BookedContact& contact : contacts) {
     const Twist V = relativeTwist(view, state, contact, h);
-    book(contact, contactPower(contact.F_BP_P, contact.elastic_force, V) * h, state);
+    book(contact, contactPower(contact.F_BP_P, contact.elastic_P, V) * h, state);
   }
 }
 
@@ -78,7 +78,7 @@ void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_h
     const Twist V_half = relativeTwist(view, state, contact, h);
     const Twist V_mean{0.5 * (V_half.angular + contact.V_AB_P.angular), 0.5 * (V_half.linear + contact.V_AB_P.linear)};
     const ContactPower second = contactPower(contact.F_BP_P * (h / 2) + contact.J_BP_P,
-                                             h / 2 * contact.elastic_force + contact.elastic_impulse, V_mean);
+                                             contact.elastic_P * (h / 2) + contact.elastic_impulse_P, V_mean);
     book(contact, contact.before.power * (h / 2) + contact.before.power_rate * (h * h / 8) + second, state);
   }
   setVelocities(view, state, state.v);
@@ -91,8 +91,8 @@ void notePowers(const LedgerView& view, double h, const std::vector<double>& v_a
   for (const BookedContact& contact : contacts) {
     const Twist gained = relativeTwist(view, state, contact, h) - contact.V_AB_P;
     FrictionMemory& memory = state.pairs[contact.pair].friction;
-    memory.power = contactPower(contact.F_BP_P, contact.elastic_force, contact.V_AB_P);
-    memory.power_rate = contactPower(contact.F_BP_P, contact.elastic_force, gained) * (2 / h);
+    memory.power = contactPower(contact.F_BP_P, contact.elastic_P, contact.V_AB_P);
+    memory.power_rate = contactPower(contact.F_BP_P, contact.elastic_P, gained) * (2 / h);
   }
   setVelocities(view, state, state.v);
 }

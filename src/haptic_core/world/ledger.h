@@ -25,7 +25,7 @@ struct BookedContact {
   Pose X_WP;                           ///< of the patch
   /// Force at the evaluation; impulse beside it.
   Wrench F_BP_P, J_BP_P;               ///< force, and the impulse that corrects it, see LocatedForce
-  double elastic_force = 0, elastic_impulse = 0;  ///< along n, by k Vol [N], [N·s]
+  Wrench elastic_P, elastic_impulse_P;  ///< of these the spring's
   bool sticking = false;                          ///< friction held it
   FrictionMemory before;               ///< at the last evaluation
   Twist V_AB_P;                        ///< at the end of the step

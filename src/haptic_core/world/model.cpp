@@ -88,6 +88,10 @@ void Model::checkSettings() const {
   if (s.substeps < 1) throw SetupError(name, "substeps is " + std::to_string(s.substeps), "give at least 1");
   const bool explicit_step =
       s.integrator == Integrator::kSymplecticEuler || s.integrator == Integrator::kVelocityVerlet;
+  if (s.contact_model == ContactModel::kPoint && kindOf(s.pressure_law).potential) {
+    throw SetupError(name, "the pressure law with a potential needs the contact volume; contact model point has none",
+                     "write contact_model volume or pressure_law hunt_crossley");
+  }
   if (s.contact_model == ContactModel::kPoint && !explicit_step) {
     throw SetupError(name, "contact model point goes with explicit steps only",
                      "choose symplectic_euler or velocity_verlet, or contact model volume");
@@ -316,7 +320,7 @@ PairLaw Model::recoveryLaw(const PairLaw& law, int a, int b, const ContactVolume
   const double width = std::min(shapes[a].width, shapes[b].width);
   const double c = 1 / std::sqrt(std::max(settings.gravity.norm(), kLeastGravity) * width);
   recovery.material.dissipation =
-      law.pressure == PressureLaw::kHuntCrossley ? std::max(law.material.dissipation, c) : c;
+      !jumpsAtTouch(law.pressure) ? std::max(law.material.dissipation, c) : c;
   recovery.pressure = PressureLaw::kHuntCrossley;
   const double share = std::min(1.0, buriedDepth(a, b, volume.A0) / volume.depth);
   recovery.material.stiffness *= share;
@@ -337,6 +341,10 @@ std::string Model::text() const {
   };
   stage(has_contacts, "contact", "nothing can touch");
   stage(has_friction && has_contacts, "friction and its memory", "every pair is frictionless");
+  const auto is_round = [](const ModelShape& shape) { return !shape.shape->polyhedron(); };
+  if (kindOf(settings.pressure_law).potential && std::any_of(shapes.begin(), shapes.end(), is_round)) {
+    stage(false, "potential of round shapes", "balls on flat faces and on balls have it; else they press with k V n");
+  }
   stage(has_joints, "articulated pass", "no joints: free and fixed bodies only");
   stage(commands > 0, "joint limits, damping, friction, drives, mimics, loops", "no joint has any");
   stage(!pointers.empty(), "pointer coupling", "no pointer");

@@ -44,7 +44,7 @@ TEST_F(LocatedForces, PowerIsWhatTheWrenchTakes) {
       V.linear[k] = 0.1 * normal(random);
     }
     const LocatedForce F = force(V, {}, {1e-3, false});
-    const ContactPower taken = contactPower(F.F_BP_P, F.elastic_force, V);
+    const ContactPower taken = contactPower(F.F_BP_P, F.elastic(), V);
     EXPECT_NEAR(taken.elastic + taken.damping + taken.friction, -power(F.F_BP_P, V), 1e-12 * load());
     EXPECT_NEAR(taken.elastic, -F.elastic_force * V.linear.z(), 1e-12 * load());
   }
