@@ -15,7 +15,7 @@ namespace haptic {
 namespace {
 
 /// Slivers of less than this share of V are left out.
-constexpr double kNegligible = 1e-13;
+constexpr double kSliver = 1e-13;
 /// Faces of A and B that meet at a smaller sine have an edge of V in common that rounding has placed.
 constexpr double kParallel = 1e-12;
 
@@ -128,7 +128,7 @@ void FaceLoads::crossSlivers() noexcept {
     for (int l = 0; l < w_.shadows_.size(); ++l) {
       if (w_.shadows_[l].side != FaceShadow::kBelow || l == lower() || !w_.shadows_[u].meets(w_.shadows_[l])) continue;
       const double area = w_.shadows_[u].commonArea(w_.shadows_[l]) / std::min(rise(u), rise(l));
-      if (std::max(w_.shadows_[u].most, w_.shadows_[l].most) * area <= kNegligible * contact_.volume) continue;
+      if (std::max(w_.shadows_[u].most, w_.shadows_[l].most) * area <= kSliver * contact_.volume) continue;
       if (!grouped) w_.groupEdges();
       grouped = true;
       addCrossing(u, l);
