@@ -154,7 +154,7 @@ double couplingNumber(const Model& model, const State& state, const Work& work, 
   const double h = model.substep();
   double sum = 0;
   for (std::size_t p = 0; p < state.pointers.size(); ++p) {
-    if (model.holds(static_cast<int>(p)) || state.pointers[p].link != link) continue;
+    if (model.holds(static_cast<int>(p)) || state.pointers[p].link != link || !state.pointers[p].targeted) continue;
     const PointerCoupling& c = work.hands.coupling[p];
     const ModelLink& l = model.links[link];
     const LinkWork& place = work.placement.link[link];
