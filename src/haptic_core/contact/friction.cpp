@@ -184,6 +184,13 @@ class Evaluation {
 
  private:
   LimitEllipsoid limit(double mu) const { return {mu * normal_.force, mu * normal_.force * torsion_radius_}; }
+  /// What the springs hold of a force after a step in which the dampers held the rest: -f = A (k s + b (s - s0)/h). All of it
+  /// in the springs would be energy that no way has put there. (A solve's FrictionLayer leaves all of it to the springs.)
+  Planar heldBy(const Planar& f) const {
+    if (solving_ || !(advance_.time > 0)) return layer_.slipFor(f);
+    const double viscous = layer_.b / (layer_.k * advance_.time);
+    return (layer_.slipFor(f) + before_ * viscous) * (1 / (1 + viscous));
+  }
   bool isDragged() const { return slid_ && advance_.yielding == Yielding::kDragged; }
   Planar standOff(double mu, const Planar& held, FrictionForce& out) const;
   void bringBack(const Planar& held, FrictionForce& out);
@@ -269,7 +276,7 @@ void Evaluation::bringBack(const Planar& held, FrictionForce& out) {
   const Planar stand = keeps ? Planar{} : standOff(mu, held, out);
   if (isDragged()) {
     force_ = stand;
-    slip_ = layer_.slipFor(force_);
+    slip_ = heldBy(force_);
     out.load = 1;
     out.compliant_area.setZero();
     return;
@@ -277,7 +284,7 @@ void Evaluation::bringBack(const Planar& held, FrictionForce& out) {
   const Returned returned = nearest(trial_ - stand, limit(mu), layer_);
   if (!slid_ || returned.outside) {
     force_ = stand + returned.force;
-    slip_ = layer_.slipFor(force_);
+    slip_ = heldBy(force_);
     out.load = 1;
     out.compliant_area = returned.compliant_area;
     return;
