@@ -12,7 +12,8 @@
 /// evenly, and they differ where edges and corners cross.
 ///
 /// U itself has a kink where a face of V stands along n: the one-sided derivatives differ by a moment of k d³ l/6 for a wall
-/// of width l. The mean of the two is taken there.
+/// of width l. The mean of the two is taken there. Walls of A and B that meet at less than 0.6 degrees count as nearly one: the turn
+/// of n then adds less, for the edge would run past them within a fraction of a step.
 #pragma once
 #include "haptic_core/geometry/contact_volume.h"
 #include "haptic_core/geometry/contact_workspace.h"

@@ -95,6 +95,27 @@ TEST(ThicknessGradient, OfFlatPatchesIsVolumeAlongNormal) {
   }
 }
 
+/// Two cubes of a stack, walls over walls but for a yaw: their edge moves by 1/yaw times what the cube moves.
+TEST(ThicknessGradient, OfAlignedWallsStaysFinite) {
+  const double size = 0.03, depth = 3e-5;
+  const ConvexPolyhedron cube = makeBox(Vector3::Constant(size));
+  ContactWorkspace workspace;
+  workspace.reserve(cube, cube);
+  for (double yaw = 1e-14; yaw < 1e-2; yaw *= 3) {
+    for (const double across : {0.0, 1e-12, 1e-9, 1e-6}) {
+      const Matrix3 R = (Eigen::AngleAxisd(0.2 * depth / size, Vector3::UnitY()) *
+                         Eigen::AngleAxisd(yaw, Vector3(1, 0.5, 1).normalized())).toRotationMatrix();
+      ContactVolume contact;
+      PairCache cache;
+      contactVolume(cube, cube, Pose(R, Vector3(across, 0.5 * across, size - depth)), cache, workspace, contact);
+      ASSERT_EQ(contact.status, ContactVolume::Status::kOverlap);
+      // Far below what presses: |m| l/(A d) is the tilt of the load, 0.2, times depth/size.
+      const Wrench F = thicknessGradient(workspace, contact);
+      EXPECT_LT(F.force.head<2>().norm(), 8 * 0.2 * depth / size / 1e-2 * contact.volume) << yaw << " " << across;
+    }
+  }
+}
+
 TEST(ThicknessGradient, HasItsPotentialWithTheNormalOfThePast) {
   std::mt19937 random(5);
   const ConvexPolyhedron a = makeBox(Vector3(0.1, 0.12, 0.14)), b = makeBox(Vector3(0.06, 0.1, 0.08));
