@@ -3,9 +3,10 @@
 #:      [--hardware | --port P | --emulate] [--default-density KG_PER_M3]
 #:                   close the loop between a device (a simulated one by default) and a scene; ends after
 #:                   N seconds (10 unless --rviz), with figures; --hardware and --port take the real device,
-#:                   --light is --rviz on a light ground; --emulate its motor boards on a pseudo-terminal (--device uart: those of SPIDAR-G6X5R)
+#:                   --light is --rviz on a light ground; --emulate: its motor boards on a pseudo-terminal, where its file
+#:                   names boards (--device uart: those of SPIDAR-G6X5R)
 . "$(dirname "$0")/parts/start.sh"
-TARGETS='haptic_bridge penalty_sim spidar_driver motor_guard spidar_board_emulator haptic_msgs_generate_messages haptic_bridge_gencfg'
+TARGETS='haptic_bridge penalty_sim spidar_driver haptic_msgs_generate_messages haptic_bridge_gencfg'
 
 read_options() {
   scene=touch_cube device=spidar_g6x3r rate=1000 seconds='' rviz=false ground=dark record='' density=0
@@ -37,6 +38,8 @@ read_options() {
 check_options() {
   scene_file=$(find_scene "$scene") || exit 1
   device_file=$(find_device "$device") || exit 1
+  [ "$emulate" = false ] || grep -q '^boards:' "$device_file" ||
+    fail "demo: --emulate: $device_file names no boards; take --device uart, or write its boards there"
   is_number "$rate" || fail "demo: --rate '$rate' is not a number of ticks per second"
   if [ -n "$seconds" ]; then is_number "$seconds" || fail "demo: --seconds '$seconds' is not a time in seconds"; fi
   if [ "$density" != 0 ]; then is_number "$density" || fail "demo: --default-density '$density' is not a density in kg/m3"; fi
@@ -82,6 +85,8 @@ check_options
 # shellcheck disable=SC2046 # one word per section
 setup run $([ "$rviz" = false ] || echo view) $([ "$rviz$wire$emulate$record" = falsetwinfalse ] || echo tools)
 [ "$rviz" = false ] || TARGETS="$TARGETS haptic_panel"
+[ "$wire" = twin ] && [ "$emulate" = false ] || TARGETS="$TARGETS motor_guard"
+[ "$emulate" = false ] || TARGETS="$TARGETS spidar_board_emulator"
 build_stack "$TARGETS"
 use_build
 lines=$FIGURES/demo.lines log=$LOGS/demo.log

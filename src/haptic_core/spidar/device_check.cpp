@@ -1,6 +1,5 @@
 #include "haptic_core/spidar/device_check.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
@@ -19,11 +18,6 @@ constexpr double kPoorSingular = 0.1;  // below, the pose is ten times less cert
 constexpr double kRubbing = 3e-3;      // strings nearer than this touch when the grip turns [m]
 constexpr double kPromisedShare = 0.97;
 constexpr double kHandSpeed = 1;  // of a grip that already moves with the wrong force when it comes [m/s]
-
-Eigen::VectorXd singularValues(const StringKinematics& kinematics, const GripPose& pose) {
-  const Eigen::MatrixXd A = kinematics.scaledStructure(pose);
-  return Eigen::JacobiSVD<Eigen::MatrixXd>(A).singularValues();
-}
 
 double probeForce(const DeviceDef& def) {
   return std::min(kProbeForce, kProbeShare * def.strings[0].max_tension);
@@ -127,7 +121,7 @@ void examineRegion(const DeviceDef& def, Probe& probe, DeviceReport& report) {
     probe.moveTo(x);
     if (!probe.presentsAllRound()) continue;
     ++feasible;
-    const Eigen::VectorXd values = singularValues(probe.kinematics(), x);
+    const Eigen::VectorXd values = probe.kinematics().singularValues(x);
     report.worst_singular_value = std::min(report.worst_singular_value, values[values.size() - 1]);
   }
   report.feasible_share = static_cast<double>(feasible) / (kGrid * kGrid * kGrid);
@@ -153,7 +147,7 @@ void examineHome(const DeviceDef& def, Probe& probe, DeviceReport& report) {
   const GripPose home;
   const int n = kinematics.strings();
   report.knot_radius = kinematics.knotRadius();
-  report.singular_values = singularValues(kinematics, home);
+  report.singular_values = kinematics.singularValues(home);
   report.worst_singular_value = report.singular_values[report.singular_values.size() - 1];
   probe.moveTo(home);
   report.presentable_force = probe.largest(false, 2 * def.strings[0].max_tension);

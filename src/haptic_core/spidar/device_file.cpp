@@ -1,4 +1,3 @@
-#include <Eigen/SVD>
 
 #include "haptic_core/base/yaml_map.h"
 #include "haptic_core/spidar/device_check.h"
@@ -95,8 +94,7 @@ void checkArrangement(const DeviceDef& def) {
     }
   }
   const StringKinematics kinematics(def);
-  const StructureMatrix structure = kinematics.scaledStructure(GripPose{});
-  const Eigen::VectorXd values = Eigen::JacobiSVD<Eigen::MatrixXd>(structure).singularValues();
+  const Eigen::VectorXd values = kinematics.singularValues(GripPose{});
   int rank = 0;
   for (int k = 0; k < values.size(); ++k) rank += values[k] > kRankTolerance * values[0];
   if (rank < def.dof)

@@ -1,5 +1,6 @@
 #include "haptic_core/spidar/string_kinematics.h"
 
+#include <Eigen/SVD>
 #include <cmath>
 #include <limits>
 
@@ -264,6 +265,11 @@ StringVector StringKinematics::lengths(const GripPose& pose) const noexcept {
   StringVector l(strings_);
   for (int i = 0; i < strings_; ++i) l[i] = line.length[i];
   return l;
+}
+
+Eigen::VectorXd StringKinematics::singularValues(const GripPose& pose) const {
+  const Eigen::MatrixXd A = scaledStructure(pose);
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(A).singularValues();
 }
 
 StructureMatrix StringKinematics::scaledStructure(const GripPose& pose) const noexcept {

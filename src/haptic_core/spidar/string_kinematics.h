@@ -67,6 +67,7 @@ class StringKinematics {
   StructureMatrix structure(const GripPose& pose) const noexcept;  ///< (in realtime) A
   StructureMatrix scaledStructure(
       const GripPose& pose) const noexcept;  ///< (in realtime) A W: torque columns over r
+  Eigen::VectorXd singularValues(const GripPose& pose) const;  ///< of the scaled structure, largest first
 
   /// (in realtime) The pose whose lengths fit `measured` [m] best, least squares.
   ///
