@@ -132,11 +132,13 @@ def model_of(case):
 
 def task_of(case, program, stamp, quick, scene):
     """The process of a case. Its key changes with the program and with the scene's file."""
+    reference = not quick and 0 < case.step < STEPS[0] / 1.5
+    budget = '0' if reference else '0.02' if quick else '0.25'  # nobody asks what a reference costs: it runs once
     command = [program, case.scene] + (['exact'] if case.method == 'exact' else
                                        [case.method, repr(case.step), repr(float(case.stiffness)), str(case.facets),
-                                        '--budget', '0.02' if quick else '0.25'])
+                                        '--budget', budget])
     content = file_stamp(case.scene) if os.path.isfile(case.scene) else ''
-    limit = QUICK_CPU_LIMIT if quick else REFERENCE_CPU_LIMIT if 0 < case.step < STEPS[0] / 1.5 else CPU_LIMIT
+    limit = QUICK_CPU_LIMIT if quick else REFERENCE_CPU_LIMIT if reference else CPU_LIMIT
     steps = scene.seconds / case.step if case.step else 1
     weight = steps * (0.2 + scene.bodies) * (20 if case.method == 'ode_exact' and scene.bodies > 8 else 1)
     return Task(key_of(stamp, content, *command[1:]), tuple(command), limit, weight)
