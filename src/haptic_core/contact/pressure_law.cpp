@@ -22,7 +22,10 @@ constexpr double kNegligiblePull = 1e-9;
 constexpr double kFading = 0.25;
 
 double patchReach(ContactWorkspace& workspace, const ContactVolume& contact) {
-  if (workspace.round().filled) return RoundPatch(workspace.round(), contact).reach();
+  if (workspace.round().filled) {
+    if (workspace.round().axial) return workspace.round().cut.faces()[0].radius;
+    return RoundPatch(workspace.round(), contact).reach();
+  }
   const Vector3 n = contact.X_AP.R.col(2), p = contact.X_AP.p;
   double reach2 = 0;
   for (const Vector3& vertex : workspace.vertices()) {

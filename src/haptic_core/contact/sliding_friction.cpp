@@ -171,7 +171,15 @@ SlidingIntegral byRule(ContactWorkspace& workspace, const ContactVolume& contact
   return out;
 }
 
-/// Over a round patch, on rays from the instant centre where that lies within it: along each the direction is constant.
+/// Instant centres nearer than this, in patch radii, need more points around a patch than rays from them.
+constexpr double kNearRound = 1.7;
+
+/// Points around a ring of `share` of the way to the instant centre: the direction of slip is a series in powers of it, of which
+/// this many leave 1e-12. Four more for the pressure, the arm and what is left.
+int anglesFor(double share) { return 4 + static_cast<int>(std::ceil(std::log(1e-12) / std::log(share))); }
+
+/// Over a round patch, on rays from the instant centre where that lies within it: along each the direction is constant. Where V is
+/// round about n and the centre well outside, on rings.
 SlidingIntegral overRound(const RoundPatch& patch, const PressureField& p, const Vector2& v, double w, double radius) {
   SlidingIntegral out;
   const auto add = [&](const Vector2& r, double weight, double d) {
@@ -182,7 +190,10 @@ SlidingIntegral overRound(const RoundPatch& patch, const PressureField& p, const
     out.force += traction;
     out.torque += r.x() * traction.y() - r.y() * traction.x();
   };
-  if (std::abs(w) * radius > v.norm()) {
+  const double share = std::abs(w) * radius / v.norm();
+  if (patch.isAxial() && share * kNearRound < 1) {
+    patch.eachOnRings(anglesFor(share), add);
+  } else if (share > 1) {
     patch.eachSampleAbout(turned(v) / w, add);
   } else {
     patch.eachSample(add);

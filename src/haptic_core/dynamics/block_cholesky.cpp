@@ -144,13 +144,14 @@ void BlockCholesky::order() noexcept {
     setBit(bits(edges_[e].a), edges_[e].b);
     setBit(bits(edges_[e].b), edges_[e].a);
   }
+  const int words = (nodes_ + 63) / 64;  // the rows are as long as the largest graph's
   std::fill(position_.begin(), position_.begin() + nodes_, -1);
   for (int step = 0; step < nodes_; ++step) {
     int best = -1, best_degree = 0;
     for (int node = 0; node < nodes_; ++node) {
       if (position_[node] >= 0) continue;
       int degree = 0;
-      for (int w = 0; w < words_; ++w) degree += __builtin_popcountll(bits(node)[w]);
+      for (int w = 0; w < words; ++w) degree += __builtin_popcountll(bits(node)[w]);
       if (best < 0 || degree < best_degree) {
         best = node;
         best_degree = degree;
@@ -161,7 +162,7 @@ void BlockCholesky::order() noexcept {
     const std::uint64_t* eliminated = bits(best);
     for (int node = 0; node < nodes_; ++node) {
       if (!hasBit(eliminated, node)) continue;
-      for (int w = 0; w < words_; ++w) bits(node)[w] |= eliminated[w];
+      for (int w = 0; w < words; ++w) bits(node)[w] |= eliminated[w];
       clearBit(bits(node), node);
       clearBit(bits(node), best);
     }

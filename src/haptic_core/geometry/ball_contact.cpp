@@ -65,7 +65,7 @@ void BallContact::balls(double ra, double rb, const Vector3& p_AB) {
   const double volume = a.volume + b.volume;
   if (!(volume > 0)) return setTouching(n, (ra - da) * n);
   v_.cut.addCircle(n, ra - da, ra);
-  v_.axial = normal == n;
+  v_.axial = normal == n && !v_.cut.faces().empty();
   setAxial(normal, n, (ra - da + (a.z - b.z) / volume) * n, volume, a.across + b.across, da * (2 * ra - da),
            depth);
   if (!v_.axial) {

@@ -106,16 +106,19 @@ void RoundPatch::addShare(const CutFace& face, const Matrix3& R, const Vector3& 
   v_.shares.push_back(share);
 }
 
+bool RoundPatch::resolves(double found) const noexcept {
+  return found > kFound * contact_.volume && kFound * found < contact_.volume;
+}
+
 /// Σ weight · d = Vol: what the rule misses of it is spread over the patch.
 RoundPatch& RoundPatch::fit() noexcept {
   double found = 0;
   if (v_.axial) {
-    double square;
-    found = v_.curves.empty() ? 0 : radial(0, v_.cut.faces()[0].radius, square);
+    eachRing([&](double, double area, double d) { found += area * d; });
   } else {
     eachSample([&](const Vector2&, double weight, double d) { found += weight * d; });
   }
-  if (found > kFound * contact_.volume && kFound * found < contact_.volume) {
+  if (resolves(found)) {
     scale_ = contact_.volume / found;
   } else {
     standIn();
@@ -213,18 +216,6 @@ double RoundPatch::thickness(const Vector2& r) const noexcept {
   return uniform_ > 0 ? uniform_ : scale_ * heightOver(r);
 }
 
-/// ∫ d and ∫ d² dA over a ring about P's origin, of what is not scaled.
-double RoundPatch::radial(double from, double to, double& square) const noexcept {
-  double sum = 0;
-  square = 0;
-  integrate(kGauss16, from, to, [&](double r, double weight) {
-    const double d = heightOver({r, 0}), ring = 2 * M_PI * r * weight;
-    sum += ring * d;
-    square += ring * d * d;
-  });
-  return sum;
-}
-
 /// Whether all of the polyhedron's surface in V is one plane across n; its height over V's centroid.
 bool RoundPatch::onOneFace(double& height) const noexcept {
   if (v_.planes.empty()) return false;
@@ -236,13 +227,19 @@ bool RoundPatch::onOneFace(double& height) const noexcept {
   return first.normal.head<2>().norm() < kOnePlane;
 }
 
-double RoundPatch::thicknessSquared() const noexcept {
-  double square = 0, height;
+double RoundPatch::thicknessSquared() noexcept {
+  double square = 0, found = 0, height;
   if (onOneFace(height)) return 2 * height * contact_.volume;
-  if (v_.axial && !(uniform_ > 0)) {
-    radial(0, v_.cut.faces()[0].radius, square);
-    return scale_ * scale_ * square;
+  if (v_.axial) {
+    eachRing([&](double, double area, double d) {
+      found += area * d;
+      square += area * d * d;
+    });
+    const double scale = contact_.volume / found;
+    if (resolves(found)) return scale * scale * square;
+    square = 0;
   }
+  fit();
   eachSample([&](const Vector2&, double weight, double d) { square += weight * d * d; });
   return square;
 }

@@ -5,10 +5,14 @@
 /// is not piecewise linear, so there is no closed form for all of these. The part of the polyhedron's surface in the round
 /// shape, seen along n, is cut into the shares of its faces; on each the thickness is smooth. A share is integrated on rays
 /// from a point inside it, by Gauss's rule over its boundary (8 points on a line and on each third of a turn) and along the
-/// rays (8). Relative error of ∫ d² and of friction: 1e-12 where a ball shallower than a fifth of its radius lies on one face,
-/// 1e-6 over edges and corners, 1e-2 where a cylinder's rim crosses a share; where a pressure is clipped inside the patch 1e-3
-/// of the clipped part, 1e-2 under a rod, continuous in the poses.
+/// rays (8). Where V is round about n, rings of constant thickness take the place of the rays. Relative error of ∫ d² and of
+/// friction: 1e-12 where a ball shallower than a fifth of its radius lies on one face, 1e-6 over edges and corners, 1e-2
+/// where a cylinder's rim crosses a share; where a pressure is clipped inside the patch 1e-3 of the clipped part, 1e-2 under
+/// a rod, continuous in the poses.
 #pragma once
+#include <algorithm>
+#include <cmath>
+
 #include "haptic_core/geometry/ball_cut.h"
 #include "haptic_core/geometry/gauss_legendre.h"
 #include "haptic_core/geometry/tube_cut.h"
@@ -100,7 +104,14 @@ class RoundPatch {
   /// The same on rays from one point for all: a direction that turns about it is then constant on each.
   template <class Visit>
   void eachSampleAbout(const Vector2& centre, Visit&& visit) const noexcept;
-  double thicknessSquared() const noexcept;           ///< ∫ d² dA [m⁴]
+  /// (in realtime) ∫ d² dA [m⁴]; needs no `fit`, and may do it.
+  double thicknessSquared() noexcept;
+  /// Whether V is round about n through P, after `fit`.
+  bool isAxial() const { return v_.axial && !(uniform_ > 0); }
+  /// Visits what `eachSample` does, where V is round, on rings of so many points, the thickness once a ring. What varies around
+  /// a ring like a trigonometric polynomial of less than `angles` is exact.
+  template <class Visit>
+  void eachOnRings(int angles, Visit&& visit) const noexcept;
 
  private:
   struct Sphere {
@@ -116,7 +127,9 @@ class RoundPatch {
   bool onOneFace(double& height) const noexcept;
   bool withinRod(const Vector2& r, double& low, double& high) const noexcept;
   double heightOver(const Vector2& r) const noexcept;
-  double radial(double from, double to, double& square) const noexcept;
+  bool resolves(double found) const noexcept;
+  template <class Visit>
+  void eachRing(Visit&& visit) const noexcept;
   template <class Visit>
   void alongRays(const RoundVolume::Curve& curve, const Vector2& centre, Visit&& visit) const noexcept;
 
@@ -152,6 +165,36 @@ void RoundPatch::eachSample(Visit&& visit) const noexcept {
   for (const RoundVolume::Share& share : v_.shares) {
     for (int i = share.first; i < share.first + share.count; ++i) alongRays(v_.curves[i], share.inside, visit);
   }
+}
+
+/// Visits (radius [m], area [m²], thickness [m], not scaled). By the square of the radius, in which a cap is smooth: the more
+/// so the shallower. With (a/R)² up to 0.09, 0.36 and 0.9 the rules leave 1e-13, 1e-15 and 1e-9.
+template <class Visit>
+void RoundPatch::eachRing(Visit&& visit) const noexcept {
+  const double a = v_.cut.faces()[0].radius, R = v_.other_radius > 0 ? std::min(v_.radius, v_.other_radius) : v_.radius;
+  const auto ring = [&](double square, double weight) {
+    const double r = std::sqrt(square);
+    visit(r, M_PI * weight, heightOver({r, 0}));
+  };
+  if (a * a <= 0.09 * R * R) {
+    integrate(kGauss4, 0, a * a, ring);
+  } else if (a * a <= 0.36 * R * R) {
+    integrate(kGauss8, 0, a * a, ring);
+  } else {
+    integrate(kGauss16, 0, a * a, ring);
+  }
+}
+
+template <class Visit>
+void RoundPatch::eachOnRings(int angles, Visit&& visit) const noexcept {
+  const double turn = 2 * M_PI / angles, cosine = std::cos(turn), sine = std::sin(turn);
+  eachRing([&](double radius, double area, double d) {
+    Vector2 r(radius, 0);
+    for (int i = 0; i < angles; ++i) {
+      visit(r, area / angles, scale_ * d);
+      r = Vector2(cosine * r.x() - sine * r.y(), sine * r.x() + cosine * r.y());
+    }
+  });
 }
 
 template <class Visit>

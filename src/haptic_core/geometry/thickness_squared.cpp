@@ -116,7 +116,7 @@ void ContactWorkspace::overlayFaces(int above, int below) noexcept {
 }
 
 double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexcept {
-  if (w.round().filled) return RoundPatch(w.round(), contact).fit().thicknessSquared();
+  if (w.round().filled) return RoundPatch(w.round(), contact).thicknessSquared();
   if (!w.projectSides(contact)) return 0;
   const int* largest = w.largest_;
   const ContactSheet U(w.faces_[largest[0]], contact.X_AP), L(w.faces_[largest[1]], contact.X_AP);

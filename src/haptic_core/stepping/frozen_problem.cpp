@@ -26,7 +26,9 @@ FrozenProblem::FrozenProblem(const Model& model)
               // The dense factor, but no more than 64 MB.
               std::min<std::size_t>(static_cast<std::size_t>(model.nv) * (model.nv + 1), std::size_t{8} << 20)) {
   node_of_tree_.assign(model.trees.size(), -1);
-  node_size_.resize(model.trees.size());
+  for (auto* x : {&parent_, &part_of_tree_, &row_of_tree_, &part_trees_, &node_size_}) x->resize(model.trees.size());
+  for (auto* x : {&first_tree_, &first_contact_}) x->resize(model.trees.size() + 1);
+  for (auto* x : {&remainder_, &energy_remainder_}) x->resize(model.trees.size());
   for (auto* x : {&v_reference_, &r_reference_, &smooth_, &residual_, &step_, &trial_, &rows_}) x->resize(model.nv);
   std::size_t largest = 1, offset = 0;
   bool jointed = false;
@@ -40,6 +42,7 @@ FrozenProblem::FrozenProblem(const Model& model)
   masses_.resize(offset);
   contacts.reserve(model.pair_capacity + kAside);
   edges_.reserve(contacts.capacity());
+  part_contacts_.resize(contacts.capacity());
   block_.resize(largest * largest);
   for (auto* J : {&jacobian_a_, &jacobian_b_, &weighted_}) J->resize(6 * largest);
   if (jointed) matrix_.reserveKept();
@@ -50,7 +53,6 @@ void FrozenProblem::select(const Island& island, LinkWork* work, ImplicitJoints*
   island_ = island;
   for (int n = 0; n < island.tree_count; ++n) {
     node_of_tree_[island.trees[n]] = n;
-    node_size_[n] = model_.trees[island.trees[n]].model->nv();
   }
   work_ = work;
   joints_ = joints;
@@ -95,10 +97,69 @@ double FrozenProblem::speedOf(int t, const double* velocity) const noexcept {
   return std::sqrt(largest2);
 }
 
-double FrozenProblem::speed(const double* velocity) const noexcept {
+double FrozenProblem::speed(const int* trees, int count, const double* velocity) const noexcept {
   double largest = 0;
-  for (int n = 0; n < island_.tree_count; ++n) largest = std::max(largest, speedOf(island_.trees[n], velocity));
+  for (int n = 0; n < count; ++n) largest = std::max(largest, speedOf(trees[n], velocity));
   return largest;
+}
+
+double FrozenProblem::speed(const double* velocity) const noexcept { return speed(island_.trees, island_.tree_count, velocity); }
+
+int FrozenProblem::root(int tree) noexcept {
+  while (parent_[tree] != tree) tree = parent_[tree] = parent_[parent_[tree]];
+  return tree;
+}
+
+/// Groups trees and contacts by part, both ascending within it. What joints do by themselves is solved for all trees at once.
+void FrozenProblem::findParts() noexcept {
+  const auto treeOf = [this](int link) { return model_.links[link].articulation; };
+  for (int n = 0; n < island_.tree_count; ++n) parent_[island_.trees[n]] = island_.trees[joints_ ? 0 : n];
+  for (const FrozenContact& c : contacts) {
+    if (nodeOf(c.link_a) < 0 || nodeOf(c.link_b) < 0) continue;
+    const int a = root(treeOf(c.link_a)), b = root(treeOf(c.link_b));
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+  part_count_ = 0;
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const int t = island_.trees[n], top = root(t);
+    if (top == t) {  // the lowest of its part
+      first_tree_[part_count_] = first_contact_[part_count_] = 0;
+      part_of_tree_[t] = part_count_++;
+    }
+    part_of_tree_[t] = part_of_tree_[top];
+    ++first_tree_[part_of_tree_[t]];
+  }
+  const auto partOf = [&](const FrozenContact& c) {
+    return part_of_tree_[treeOf(nodeOf(c.link_a) >= 0 ? c.link_a : c.link_b)];
+  };
+  for (const FrozenContact& c : contacts) ++first_contact_[partOf(c)];
+  // Counts become ends, and these, filled from the back, beginnings.
+  for (int p = 1; p < part_count_; ++p) {
+    first_tree_[p] += first_tree_[p - 1];
+    first_contact_[p] += first_contact_[p - 1];
+  }
+  first_tree_[part_count_] = island_.tree_count;
+  first_contact_[part_count_] = contacts.size();
+  for (int n = island_.tree_count; n-- > 0;) part_trees_[--first_tree_[part_of_tree_[island_.trees[n]]]] = island_.trees[n];
+  for (int i = contacts.size(); i-- > 0;) part_contacts_[--first_contact_[partOf(contacts[i])]] = i;
+}
+
+void FrozenProblem::select(int p) noexcept {
+  part_index_ = p;
+  part_ = {part_trees_.data() + first_tree_[p], part_contacts_.data() + first_contact_[p], first_tree_[p + 1] - first_tree_[p],
+           first_contact_[p + 1] - first_contact_[p]};
+  for (int n = 0; n < part_.tree_count; ++n) {
+    row_of_tree_[part_.trees[n]] = n;
+    node_size_[n] = treeAt(n).model->nv();
+  }
+}
+
+/// Those on links of the part.
+template <class Visit>
+void FrozenProblem::eachCoupling(Visit&& visit) const noexcept {
+  for (const FrozenCoupling& c : couplings) {
+    if (c.link >= 0 && part_of_tree_[model_.links[c.link].articulation] == part_index_) visit(c);
+  }
 }
 
 Twist FrozenProblem::linkTwist(int link, const Vector3& p_W, const double* u) const noexcept {
@@ -131,9 +192,9 @@ void FrozenProblem::addForce(int link, const Wrench& F_W, const Vector3& p_W, do
 
 /// r + M δ + Σ Jᵀ C J δ into `smooth_`.
 void FrozenProblem::smoothPart(const double* v) noexcept {
-  for (int n = 0; n < island_.tree_count; ++n) {
+  for (int n = 0; n < part_.tree_count; ++n) {
     const ModelTree& tree = treeAt(n);
-    const double* M = massMatrixOf(island_.trees[n]);
+    const double* M = massMatrixOf(part_.trees[n]);
     const int nv = node_size_[n];
     for (int i = tree.v; i < tree.v + nv; ++i) {
       trial_[i] = v[i] - v_reference_[i];
@@ -143,17 +204,15 @@ void FrozenProblem::smoothPart(const double* v) noexcept {
       for (int i = 0; i < nv; ++i) smooth_[tree.v + i] += M[i + j * nv] * trial_[tree.v + j];
     }
   }
-  for (const FrozenCoupling& c : couplings) {
-    if (c.link < 0) continue;
+  eachCoupling([&](const FrozenCoupling& c) {
     const Vector3& p = work_[c.link].X_WL.p;
     const Twist V = linkTwist(c.link, p, trial_.data());
     addForce(c.link, {c.turn * V.angular, c.way * V.linear}, p, smooth_.data());
-  }
+  });
 }
 
 void FrozenProblem::measureImbalance(double g) noexcept {
-  imbalance = 0;
-  for (int n = 0; n < island_.tree_count; ++n) {
+  for (int n = 0; n < part_.tree_count; ++n) {
     const ModelTree& tree = treeAt(n);
     const double size = model_.links[tree.link].size;
     for (int i = 0; i < node_size_[n]; ++i) {
@@ -163,56 +222,84 @@ void FrozenProblem::measureImbalance(double g) noexcept {
   }
 }
 
-bool FrozenProblem::minimise(double g, int most, double finest, double enough, const double* q, double* v) noexcept {
+bool FrozenProblem::minimise(double g, int most, double finest, double enough, const std::vector<char>& moved, const double* q,
+                             double* v) noexcept {
+  decrement = remainder = energy_remainder = imbalance = 0;
+  const int iterations_before = iterations, factorisations_before = factorisations;
+  int longest = 0, factored = 0;
+  bool solved = true;
+  findParts();
+  for (int p = 0; p < part_count_; ++p) {
+    select(p);
+    const int first = part_.trees[0];
+    if (std::any_of(part_.trees, part_.trees + part_.tree_count, [&](int t) { return moved[t] != 0; })) {
+      iterations = factorisations = 0;
+      remainder_[first] = energy_remainder_[first] = 0;
+      solved &= minimisePart(g, most, finest, enough, q, v);
+      longest = std::max(longest, iterations);
+      factored = std::max(factored, factorisations);
+    }
+    remainder = std::max(remainder, remainder_[first]);
+    energy_remainder += energy_remainder_[first];
+  }
+  iterations = iterations_before + longest;
+  factorisations = factorisations_before + factored;
+  return solved;
+}
+
+bool FrozenProblem::minimisePart(double g, int most, double finest, double enough, const double* q, double* v) noexcept {
   smoothPart(v);
-  for (FrozenContact& c : contacts) {
+  eachContact([&](FrozenContact& c) {
     c.V = c.V_reference + twistOf(c, trial_.data());  // trial_ holds δ
     c.patch.evaluate(c.V, c.limit, c.force);
-  }
+  });
   double changed = 0, open = 1;
   for (int i = 0; i < most; ++i) {
     if (i > 0) {
       smoothPart(v);
-      for (FrozenContact& c : contacts) {
+      eachContact([&](FrozenContact& c) {
         c.limit = c.force.normal;
         c.patch.evaluate(c.V, c.limit, c.force);
-      }
+      });
     }
-    for (int n = 0; n < island_.tree_count; ++n) {
+    for (int n = 0; n < part_.tree_count; ++n) {
       std::copy_n(smooth_.begin() + treeAt(n).v, node_size_[n], residual_.begin() + treeAt(n).v);
     }
-    for (const FrozenContact& c : contacts) {
+    eachContact([&](const FrozenContact& c) {
       const Wrench F_W = Wrench{c.force.F.head<3>(), c.force.F.tail<3>()}.rotated(c.X_WP.R) * -g;
       addForce(c.link_b, F_W, c.X_WP.p, residual_.data());
       addForce(c.link_a, -F_W, c.X_WP.p, residual_.data());
-    }
+    });
     if (i == 0) measureImbalance(g);
     if (!assemble() || !findDirection(q, v, open)) return false;
     ++iterations;
-    const double size = speed(step_.data());
-    if (i == 0) decrement = -dotStep(residual_);
+    const double size = speed(part_.trees, part_.tree_count, step_.data());
+    if (i == 0) decrement -= dotStep(residual_);
     // A full step is the motion under exactly these forces, linear in it.
-    for (FrozenContact& c : contacts) {
+    eachContact([&](FrozenContact& c) {
       c.step = twistOf(c, step_.data());
       c.F_done = c.force.F - c.G * c.step / g;
-    }
+    });
     double left = 0;
     const double alpha = size <= finest ? 1.0 : search(g, v, left);
-    for (int n = 0; n < island_.tree_count; ++n) {
+    for (int n = 0; n < part_.tree_count; ++n) {
       for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) v[k] += alpha * step_[k];
     }
     if (alpha == 1 && joints_) joints_->settle(v);
-    for (FrozenContact& c : contacts) {
+    eachContact([&](FrozenContact& c) {
       c.V += alpha * c.step;
       if (alpha < 1) c.F_done = c.force.F;  // nothing explains this motion; the passes are not at their end
-    }
+    });
     open *= 1 - alpha;
     changed += alpha * size;
     const double share = size <= finest ? 0 : alpha == 1 ? std::abs(left) : 1;
-    remainder = share * size;
-    energy_remainder = share * -dotStep(residual_);
+    remainder_[part_.trees[0]] = share * size;
+    energy_remainder_[part_.trees[0]] = share * -dotStep(residual_);
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
-    if (alpha == 1 && std::abs(left) <= kStraight && limitError(g) <= enough) break;
+    if (alpha != 1 || std::abs(left) > kStraight) continue;
+    double limit_error = 0;
+    eachContact([&](const FrozenContact& c) { limit_error = std::max(limit_error, limitError(c, g)); });
+    if (limit_error <= enough) break;
   }
   return true;
 }
@@ -220,13 +307,15 @@ bool FrozenProblem::minimise(double g, int most, double finest, double enough, c
 /// Speed that friction is wrong by because its limit is that of the last iterate [m/s].
 double FrozenProblem::limitError(double g) const noexcept {
   double most = 0;
-  for (const FrozenContact& c : contacts) {
-    if (!c.force.slides && c.force.normal >= c.limit) continue;
-    const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
-    const Vector3 f = c.patch.frictionAt(c.V, c.force.normal) - c.patch.frictionAt(c.V, c.limit);
-    most = std::max(most, g / mass * f.head<2>().norm());
-  }
+  for (const FrozenContact& c : contacts) most = std::max(most, limitError(c, g));
   return most;
+}
+
+double FrozenProblem::limitError(const FrozenContact& c, double g) const noexcept {
+  if (!c.force.slides && c.force.normal >= c.limit) return 0;
+  const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
+  const Vector3 f = c.patch.frictionAt(c.V, c.force.normal) - c.patch.frictionAt(c.V, c.limit);
+  return g / mass * f.head<2>().norm();
 }
 
 /// Newton's step p into step_, with what the joints do by themselves. `open`: share of the gaps of loops that is left.
@@ -234,32 +323,35 @@ bool FrozenProblem::findDirection(const double* q, const double* v, double open)
   ++factorisations;
   if (joints_) return joints_->solve(matrix_, work_, q, v, residual_.data(), open, step_.data());
   if (!matrix_.factor()) return false;
-  for (int n = 0, row = 0; n < island_.tree_count; ++n) {
+  for (int n = 0, row = 0; n < part_.tree_count; ++n) {
     const int first = treeAt(n).v;
     for (int i = 0; i < node_size_[n]; ++i) rows_[row++] = -residual_[first + i];
   }
   matrix_.solve(rows_.data());
-  for (int n = 0, row = 0; n < island_.tree_count; ++n) {
+  for (int n = 0, row = 0; n < part_.tree_count; ++n) {
     const int first = treeAt(n).v;
     for (int i = first; i < first + node_size_[n]; ++i) step_[i] = rows_[row++];
   }
   return true;
 }
 
-/// u·p over the island.
+/// u·p over the part.
 double FrozenProblem::dotStep(const std::vector<double>& u) const noexcept {
   double sum = 0;
-  for (int n = 0; n < island_.tree_count; ++n) {
+  for (int n = 0; n < part_.tree_count; ++n) {
     for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) sum += u[k] * step_[k];
   }
   return sum;
 }
 
-double FrozenProblem::massNorm2(const double* u) const noexcept {
+double FrozenProblem::massNorm2(const double* u) const noexcept { return massNorm2(island_.trees, island_.tree_count, u); }
+
+double FrozenProblem::massNorm2(const int* trees, int count, const double* u) const noexcept {
   double sum = 0;
-  for (int n = 0; n < island_.tree_count; ++n) {
-    const double *M = massMatrixOf(island_.trees[n]), *p = u + treeAt(n).v;
-    const int nv = node_size_[n];
+  for (int n = 0; n < count; ++n) {
+    const ModelTree& tree = model_.trees[trees[n]];
+    const double *M = massMatrixOf(trees[n]), *p = u + tree.v;
+    const int nv = tree.model->nv();
     for (int j = 0; j < nv; ++j) {
       for (int i = 0; i < nv; ++i) sum += p[i] * M[i + j * nv] * p[j];
     }
@@ -269,24 +361,23 @@ double FrozenProblem::massNorm2(const double* u) const noexcept {
 
 /// pᵀ (M + Σ Jᵀ C J) p.
 double FrozenProblem::curvature() const noexcept {
-  double sum = massNorm2(step_.data());
-  for (const FrozenCoupling& c : couplings) {
-    if (c.link < 0) continue;
+  double sum = massNorm2(part_.trees, part_.tree_count, step_.data());
+  eachCoupling([&](const FrozenCoupling& c) {
     const Twist V = linkTwist(c.link, work_[c.link].X_WL.p, step_.data());
     sum += c.turn * V.angular.squaredNorm() + c.way * V.linear.squaredNorm();
-  }
+  });
   return sum;
 }
 
 /// φ(α); leaves the contacts' forces of v + α p behind.
 double FrozenProblem::slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept {
   double phi = along + alpha * curvature;
-  for (FrozenContact& c : contacts) {
+  eachContact([&](FrozenContact& c) {
     c.patch.evaluate(c.V + alpha * c.step, c.limit, c.force);
     phi -= g * c.force.F.dot(c.step);
-  }
+  });
   if (!joints_) return phi;
-  for (int n = 0; n < island_.tree_count; ++n) {
+  for (int n = 0; n < part_.tree_count; ++n) {
     for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) trial_[k] = v[k] + alpha * step_[k];
   }
   if (alpha == 1) joints_->settle(trial_.data());
@@ -323,25 +414,24 @@ double FrozenProblem::search(double g, const double* v, double& left) noexcept {
 
 bool FrozenProblem::assemble() noexcept {
   edges_.clear();
-  for (const FrozenContact& c : contacts) {
-    const int a = nodeOf(c.link_a), b = nodeOf(c.link_b);
+  eachContact([&](const FrozenContact& c) {
+    const int a = rowOf(c.link_a), b = rowOf(c.link_b);
     if (a >= 0 && b >= 0 && a != b) edges_.push_back({a, b});
-  }
-  if (!matrix_.analyze(node_size_.data(), island_.tree_count, edges_.begin(), edges_.size())) return false;
-  for (int n = 0; n < island_.tree_count; ++n) matrix_.add(n, n, massMatrixOf(island_.trees[n]));
-  for (FrozenContact& c : contacts) assembleContact(c);
-  for (const FrozenCoupling& c : couplings) {
-    if (c.link < 0) continue;
+  });
+  if (!matrix_.analyze(node_size_.data(), part_.tree_count, edges_.begin(), edges_.size())) return false;
+  for (int n = 0; n < part_.tree_count; ++n) matrix_.add(n, n, massMatrixOf(part_.trees[n]));
+  eachContact([&](FrozenContact& c) { assembleContact(c); });
+  eachCoupling([&](const FrozenCoupling& c) {
     Matrix6 G = Matrix6::Zero();
     G.diagonal().head<3>().setConstant(c.turn);
     G.diagonal().tail<3>().setConstant(c.way);
     const Pose X_WP(work_[c.link].X_WL.p);
-    if (!isFree(c.link)) {
+    if (isFree(c.link)) {
+      addFree(-1, rowOf(c.link), X_WP, G, -1, c.link);
+    } else {
       assembleLinks(-1, c.link, X_WP, G);
-      continue;
     }
-    addFree(-1, nodeOf(c.link), X_WP, G, -1, c.link);
-  }
+  });
   return true;
 }
 
@@ -361,7 +451,7 @@ void FrozenProblem::treeJacobian(int link, const Pose& X_WP, double* J) noexcept
 }
 
 void FrozenProblem::assembleContact(FrozenContact& c) noexcept {
-  const int a = nodeOf(c.link_a), b = nodeOf(c.link_b);
+  const int a = rowOf(c.link_a), b = rowOf(c.link_b);
   c.G = c.patch.tangent(c.V, c.limit);
   if ((a >= 0 && !isFree(c.link_a)) || (b >= 0 && !isFree(c.link_b))) {
     assembleLinks(c.link_a, c.link_b, c.X_WP, c.G);
@@ -404,7 +494,7 @@ void FrozenProblem::assembleLinks(int link_a, int link_b, const Pose& X_WP, cons
   double* J[2] = {jacobian_a_.data(), jacobian_b_.data()};
   int node[2], size[2];
   for (int s = 0; s < 2; ++s) {
-    node[s] = link[s] >= 0 ? nodeOf(link[s]) : -1;
+    node[s] = link[s] >= 0 ? rowOf(link[s]) : -1;
     size[s] = node[s] >= 0 ? node_size_[node[s]] : 0;
     if (node[s] >= 0) treeJacobian(link[s], X_WP, J[s]);
   }

@@ -8,6 +8,9 @@
 /// of contacts (block_cholesky.h); then the root of φ(α) = R(v + α p)·p, which rises, on the frozen forces alone. No
 /// geometry is asked in here. The limit of friction follows the normal force from one Newton step to the next.
 ///
+/// An island joins what is near; what its patches do not join is a problem of its own (a part), with its own matrix, line
+/// searches and number of steps: what bounces somewhere in a pile costs the rest of it nothing.
+///
 /// Source: A. Castro, F. Permenter, X. Han, An unconstrained convex formulation of compliant contact, 2021 (arXiv
 /// 2110.10107). Different here: Coulomb's limit is that of the last iterate, so nothing that slides floats; the patches
 /// are refrozen (implicit_stage.h) instead of being taken from the start of the step.
@@ -56,14 +59,15 @@ class FrozenProblem {
   /// (in realtime) The reference of a tree: v_r, r, and M from its links as they stand.
   void freezeTree(int tree, const double* v, const double* residual) noexcept;
 
-  /// (in realtime) At most `most` Newton steps from v, until one is smaller than a fifth of what all have changed, or than
-  /// `finest` [m/s], or goes all the way to the minimum with friction's limits wrong by less than `enough` [m/s]. q: positions
-  /// at the reference. False: a matrix could not be factored.
-  bool minimise(double g, int most, double finest, double enough, const double* q, double* v) noexcept;
+  /// (in realtime) At most `most` Newton steps of each part from v, until one is smaller than a fifth of what all have changed, or
+  /// than `finest` [m/s], or goes all the way to the minimum with friction's limits wrong by less than `enough` [m/s]. q:
+  /// positions at the reference. Parts of which no tree has `moved` since the last call stay. False: a matrix could not be factored.
+  bool minimise(double g, int most, double finest, double enough, const std::vector<char>& moved, const double* q,
+                double* v) noexcept;
 
   LoadedVector<FrozenContact> contacts;    ///< of the island, filled by StageContacts
   std::vector<FrozenCoupling> couplings;   ///< of the island
-  int iterations = 0, factorisations = 0;  ///< since they were last set to 0
+  int iterations = 0, factorisations = 0;  ///< since they were last set to 0, of the part that took most in each pass
   double decrement = 0;                 ///< of the last minimise, -R·p at its start: twice what the convex function can fall [J]
   double remainder = 0;                 ///< about what another Newton step of the last minimise would be [m/s]
   double energy_remainder = 0;          ///< about what it would gain [J]
@@ -91,6 +95,23 @@ class FrozenProblem {
   const double* massMatrixOf(int tree) const { return masses_.data() + mass_offset_[tree]; }
 
  private:
+  /// What patches join: arrays as an Island's, contacts by index.
+  struct Part {
+    const int *trees = nullptr, *contacts = nullptr;
+    int tree_count = 0, contact_count = 0;
+  };
+  void findParts() noexcept;
+  int root(int tree) noexcept;
+  void select(int part) noexcept;
+  bool minimisePart(double g, int most, double finest, double enough, const double* q, double* v) noexcept;
+  template <class Visit>
+  void eachContact(Visit&& visit) noexcept {
+    for (int i = 0; i < part_.contact_count; ++i) visit(contacts[part_.contacts[i]]);
+  }
+  template <class Visit>
+  void eachCoupling(Visit&& visit) const noexcept;
+  double massNorm2(const int* trees, int count, const double* u) const noexcept;
+  double speed(const int* trees, int count, const double* velocity) const noexcept;
   bool isFree(int link) const { return model_.trees[model_.links[link].articulation].model->isFreeBody(); }
   void addForce(int link, const Wrench& F_W, const Vector3& p_W, double* rows) const noexcept;
   void smoothPart(const double* v) noexcept;
@@ -105,13 +126,22 @@ class FrozenProblem {
   double dotStep(const std::vector<double>& u) const noexcept;
   double curvature() const noexcept;
   double slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept;
-  const ModelTree& treeAt(int n) const { return model_.trees[island_.trees[n]]; }
+  double limitError(const FrozenContact& c, double g) const noexcept;
+  const ModelTree& treeAt(int n) const { return model_.trees[part_.trees[n]]; }
+  /// Row of blocks of a link's tree in the matrix of the part; -1: the island does not move it.
+  int rowOf(int link) const { return nodeOf(link) >= 0 ? row_of_tree_[model_.links[link].articulation] : -1; }
 
   const Model& model_;
   Island island_;
   LinkWork* work_ = nullptr;
   ImplicitJoints* joints_ = nullptr;    ///< null: no joint of the island does anything by itself
-  std::vector<int> node_of_tree_, node_size_;
+  std::vector<int> node_of_tree_;
+  Part part_;                           ///< that is being solved
+  int part_count_ = 0, part_index_ = 0;
+  std::vector<int> parent_, part_of_tree_, row_of_tree_;                         ///< by tree
+  std::vector<double> remainder_, energy_remainder_;                             ///< by the part's first tree, of its last solve
+  std::vector<int> part_trees_, part_contacts_, first_tree_, first_contact_;     ///< grouped by part; by part
+  std::vector<int> node_size_;                                                   ///< by tree of the part
   std::vector<double> v_reference_, r_reference_, smooth_, residual_, step_, trial_, rows_;
   std::vector<double> masses_;          ///< M by tree, one block after the other
   std::vector<std::size_t> mass_offset_;

@@ -140,7 +140,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     }
     const double fine = finest(g);
     const int steps = pass < kFirstPasses ? kStepsOfPass : kStepsOfLatePass;
-    if (!problem_.minimise(g, steps, fine, kStays * tolerance_.speed, q_.data(), v.data())) break;
+    if (!problem_.minimise(g, steps, fine, kStays * tolerance_.speed, moved_, q_.data(), v.data())) break;
     const double changed = change(before_);
     if (!std::isfinite(changed)) break;
     // A body of a micrometre falls through itself in what is nothing to one of a metre.

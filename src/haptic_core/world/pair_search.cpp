@@ -79,13 +79,14 @@ void findPairs(const Model& model, double h, Placement& placement, State& state,
   if (!model.listed_pairs.empty()) {
     for (const auto& [a, b] : model.listed_pairs) {
       const ConvexShape::Box &A = placement.box[a], &B = placement.box[b];
-      if ((A.lower.array() <= B.upper.array()).all() && (B.lower.array() <= A.upper.array()).all()) {
+      if ((A.lower.array() <= B.upper.array()).all() && (B.lower.array() <= A.upper.array()).all() && !placement.areApart(a, b)) {
         complete &= pairs.add(a, b);
       }
     }
   } else {
     complete &= search.boxes.update(placement.box.data());
     for (const BroadPhase::Pair& found : search.boxes.pairs()) {
+      if (placement.areApart(found.a, found.b)) continue;  // balls side by side across the axes; they would join islands
       if (model.settings.leave_out || model.mayCollide(found.a, found.b)) complete &= pairs.add(found.a, found.b);
     }
   }

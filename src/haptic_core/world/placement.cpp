@@ -10,6 +10,7 @@ void placeShape(const Model& model, int s, double margin, Placement& placement) 
   const ModelShape& shape = model.shapes[s];
   placement.X_WS[s] = placement.link[shape.link].X_WL * shape.X_LS;
   placement.box[s] = shape.shape->aabb(placement.X_WS[s]);
+  placement.sphere[s] = {placement.X_WS[s] * shape.shape->centre(), shape.shape->boundingRadius() + margin};
   if (!(margin > 0)) return;
   placement.box[s].lower.array() -= margin;
   placement.box[s].upper.array() += margin;

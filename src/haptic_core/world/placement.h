@@ -14,10 +14,22 @@ struct Placement {
   std::vector<LinkWork> link;                 ///< by world link index; wrenches on links are gathered here
   std::vector<Pose> X_WS;                     ///< by shape
   std::vector<ConvexShape::Box> box;     ///< by shape, in W
+  /// A sphere about a shape, in W.
+  struct Sphere {
+    Vector3 centre = Vector3::Zero();  ///< [m]
+    double radius = 0;                 ///< [m]
+  };
+  std::vector<Sphere> sphere;            ///< by shape; of a ball its surface
 
   /// Set-up; `placeAll` fills it.
   explicit Placement(const Model& model)
-      : link(model.links.size()), X_WS(model.shapes.size()), box(model.shapes.size()) {}
+      : link(model.links.size()), X_WS(model.shapes.size()), box(model.shapes.size()), sphere(model.shapes.size()) {}
+  /// The spheres about two shapes prove that they have no point in common.
+  bool areApart(int shape_a, int shape_b) const noexcept {
+    const Sphere &a = sphere[shape_a], &b = sphere[shape_b];
+    const double reach = a.radius + b.radius;
+    return (b.centre - a.centre).squaredNorm() > reach * reach;
+  }
 };
 
 /// (in realtime) Kinematics of one tree, for the state's q and v; clears the wrenches on its links.
@@ -28,7 +40,7 @@ inline void placeTree(const ModelTree& tree, const State& state, Placement& plac
 /// (in realtime) Kinematics of the trees that can have moved.
 void placeTrees(const Model& model, const State& state, Placement& placement) noexcept;
 
-/// (in realtime) Pose and box of a shape from its link; the box is widened by `margin` [m] on all sides.
+/// (in realtime) Pose, box and sphere of a shape from its link; these are widened by `margin` [m] on all sides.
 void placeShape(const Model& model, int shape, double margin, Placement& placement) noexcept;
 
 /// Everything once, what never moves included: at load and after a restore.

@@ -43,6 +43,22 @@ WorldDef ballOnFloor(Integrator integrator, double h, double slope, double mu, d
   return def;
 }
 
+/// Boxes of balls side by side across the axes overlap; the balls are 1.2 cm apart, and 20 µm is what a step may close.
+TEST(Ball, OnesApartAreNoPairThoughTheirBoxesOverlap) {
+  for (const double gap : {0.012, -1e-4}) {
+    WorldDef def;
+    def.settings.integrator = Integrator::kImplicitEuler;
+    const double side = (2 * kRadius + gap) * M_SQRT1_2;
+    for (const double at : {0.0, side}) {
+      def.articulations.push_back(scenes::freeBody("ball" + std::to_string(at), std::make_shared<Ball>(kRadius), kMass,
+                                                   0.4 * kMass * kRadius * kRadius * Matrix3::Identity(), Pose(Vector3(at, at, 0))));
+    }
+    World world(def);
+    world.step();
+    EXPECT_EQ(world.report().pairs, gap > 0 ? 0 : 1) << gap;
+  }
+}
+
 class Balls : public testing::TestWithParam<Integrator> {};
 
 /// Rolls with a = g sin α/(1 + I/(m r²)), r the arm of the patch, whatever turns it has made: a ball has no
