@@ -12,7 +12,8 @@ constexpr int kAside = 256;            ///< patches kept beside those of the pai
 constexpr int kMostSearch = 12;       ///< evaluations of the frozen forces on one line
 constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)| falls to this share of |φ(0)|
 /// A full step that leaves this share of its slope ends the pass: another one would move by as much, less than what the next
-/// pass changes. Unless the step has changed what limits friction.
+/// pass changes. Unless the step has changed what limits friction, or misses that share of a speed by the force on one body of
+/// several: the slope is the island's, and a heavy body's hides a light one's.
 constexpr double kStraight = 0.02;
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
@@ -212,7 +213,8 @@ bool FrozenProblem::minimise(double g, int most, double finest, double enough, c
     remainder = share * size;
     energy_remainder = share * -dotStep(residual_);
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
-    if (alpha == 1 && std::abs(left) <= kStraight && limitError(g) <= enough) break;
+    if (alpha < 1 || std::abs(left) > kStraight || limitError(g) > enough) continue;
+    if (island_.tree_count == 1 || missedSpeed(g) <= std::max(enough, kStraight * size)) break;
   }
   return true;
 }
@@ -225,6 +227,17 @@ double FrozenProblem::limitError(double g) const noexcept {
     const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
     const Vector3 f = c.patch.frictionAt(c.V, c.force.normal) - c.patch.frictionAt(c.V, c.limit);
     most = std::max(most, g / mass * f.head<2>().norm());
+  }
+  return most;
+}
+
+/// Speed that the forces at the end of a full Newton step give beyond those that the step took them for [m/s].
+double FrozenProblem::missedSpeed(double g) const noexcept {
+  double most = 0;
+  for (const FrozenContact& c : contacts) {
+    const Vector6 missed = c.force.F - c.F_done;
+    const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
+    most = std::max(most, g / mass * missed.tail<3>().norm());
   }
   return most;
 }

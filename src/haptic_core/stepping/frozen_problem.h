@@ -57,8 +57,8 @@ class FrozenProblem {
   void freezeTree(int tree, const double* v, const double* residual) noexcept;
 
   /// (in realtime) At most `most` Newton steps from v, until one is smaller than a fifth of what all have changed, or than
-  /// `finest` [m/s], or goes all the way to the minimum with friction's limits wrong by less than `enough` [m/s]. q: positions
-  /// at the reference. False: a matrix could not be factored.
+  /// `finest` [m/s], or goes all the way to the minimum, with friction's limits wrong by less than `enough` [m/s] and the force on
+  /// none of several bodies by a fiftieth of the step. q: positions at the reference. False: a matrix could not be factored.
   bool minimise(double g, int most, double finest, double enough, const double* q, double* v) noexcept;
 
   LoadedVector<FrozenContact> contacts;    ///< of the island, filled by StageContacts
@@ -100,6 +100,7 @@ class FrozenProblem {
   void assembleLinks(int link_a, int link_b, const Pose& X_WP, const Matrix6& G_P) noexcept;
   void addFree(int node_a, int node_b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept;
   void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;
+  double missedSpeed(double g) const noexcept;
   bool findDirection(const double* q, const double* v, double open) noexcept;
   double search(double g, const double* v, double& left) noexcept;
   double dotStep(const std::vector<double>& u) const noexcept;
