@@ -9,9 +9,9 @@ namespace {
 /// r_τ over the radius of gyration of the pressure: ⅔ R over R/√2 for uniform pressure on a disc of radius R.
 constexpr double kTorsionRadius = 2.0 / 3.0 * M_SQRT2;
 
-/// Turn of B on A from which an anchor is set anew [rad]: what it then leaves out of the way of a rolling patch is a twelfth
-/// of its square, 1e-7 of that way, and of the elastic slip half of the square. At 1e-4 a ball rolls a hundred times more
-/// exactly, but what a hand rocks by as much is set anew at every turn, and wanders by a quarter of a millimetre.
+/// Turn of B on A from which an anchor is set anew [rad]: what it then leaves out of the way of a patch over what is neither flat
+/// nor round is a share of its square. At 1e-4 what a hand rocks by as much is set anew at every turn, and wanders by a quarter of a
+/// millimetre.
 constexpr double kMostTurn = 1e-3;
 
 /// Force and torque of friction, or slip and twist.
@@ -95,16 +95,30 @@ struct Displaced {
   bool turned;  ///< by kMostTurn or more, about any axis
 };
 
-/// Of B's point at m, half way between the patch then and now. With E the motion since the anchor, of A's axes and points,
-/// (E m - E⁻¹ m)/2: the same seen from both ends, so that what rolls forth and back returns.
+/// Length of an arc over that of its chord, less 1, where the normal at its ends differs by `turned`: asin(σ)/σ - 1, σ = |turned|/2.
+double arcBeyondChord(const Vector3& turned) {
+  const double sine2 = 0.25 * turned.squaredNorm();
+  return sine2 * (1.0 / 6 + sine2 * (3.0 / 40));
+}
+
+/// The patch's way over A less its way over B, of which B slips on A: as it moves within a step or rolls over both. With E the
+/// motion since the anchor, of A's axes and points, the patch's chord on B is seen from half of E's rotation, so that what rolls
+/// forth and back returns; and arcs are as long as their chord and the normals at their ends make them: exact for what is flat or
+/// round. u = axis · sin of half the angle, w its cosine.
 Displaced displacedFrom(const FrictionAnchor& anchor, const Pose& X_AB, const Pose& X_AP) {
   const Matrix3 E = X_AB.R * anchor.X_AB.R.transpose();
-  const Vector3 turn = 0.5 * Vector3(E(2, 1) - E(1, 2), E(0, 2) - E(2, 0), E(1, 0) - E(0, 1));  // sin θ · axis
-  const Vector3 shift = X_AB.p - E * anchor.X_AB.p, middle = 0.5 * (anchor.point_A + X_AP.p);
-  const double sine2 = turn.squaredNorm();
-  const double stretch = sine2 < 1e-6 ? 1 + sine2 / 6 : std::atan2(std::sqrt(sine2), 0.5 * (E.trace() - 1)) / std::sqrt(sine2);
-  return {anchor.slip_A + turn.cross(middle) + 0.5 * (shift + E.transpose() * shift),
-          anchor.twist + stretch * turn.dot(X_AP.R.col(2)), sine2 >= kMostTurn * kMostTurn};
+  const Quaternion half(E);
+  const double sign = half.w() < 0 ? -1 : 1, w = sign * half.w();
+  const Vector3 u = sign * half.vec(), n = X_AP.R.col(2);
+  const Vector3 shift = X_AB.p - E * anchor.X_AB.p, way = X_AP.p - anchor.point_A;
+  const Vector3 chords = u.cross(X_AP.p + anchor.point_A - shift) + shift + u.cross(u.cross(shift - way)) / (1 + w);
+  const Vector3 slip = chords + arcBeyondChord(n - anchor.normal_A) * way - arcBeyondChord(n - E * anchor.normal_A) * (way - chords);
+  const double sine2 = u.squaredNorm();
+  const double stretch = sine2 < 1e-6 ? 2 + sine2 / 3 : 2 * std::atan2(std::sqrt(sine2), w) / std::sqrt(sine2);
+  // What was held then turns with n.
+  const Vector3& n0 = anchor.normal_A;
+  const Vector3 held = anchor.slip_A - n.dot(anchor.slip_A) / std::max(1.0, 1 + n.dot(n0)) * (n + n0);
+  return {held + slip, anchor.twist + stretch * u.dot(n), 4 * sine2 >= kMostTurn * kMostTurn};
 }
 
 }  // namespace
@@ -329,7 +343,7 @@ FrictionForce frictionForce(const ContactVolume& contact, const Pose& X_AB, Cont
                             const NormalPressure& normal, const Twist& V, const FrictionMemory& memory,
                             const PairLaw& law, const Advance& advance) noexcept {
   FrictionForce out;
-  out.trial = {X_AB, contact.X_AP.p, Vector3::Zero(), 0};
+  out.trial = {X_AB, contact.X_AP.p, contact.X_AP.R.col(2), Vector3::Zero(), 0};
   out.renewed = true;  // what holds nothing begins anew
   if (contact.A0 <= 0 || law.material.mu_static <= 0) return out;
   const bool solving = advance.yielding != Yielding::kAtOnce;

@@ -48,12 +48,13 @@ ContactPower contactPower(const Wrench& F_BP_P, const Wrench& elastic, const Twi
 struct FrictionAnchor {
   Pose X_AB;                         ///< of B's shape in A's
   Vector3 point_A = Vector3::Zero(); ///< the patch [m]
+  Vector3 normal_A = Vector3::Zero(); ///< n there, of A's axes
   Vector3 slip_A = Vector3::Zero();  ///< elastic displacement of B against A at the patch [m]
   double twist = 0;                  ///< elastic rotation of B against A about n [rad]
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.X_AB), visit(s.point_A), visit(s.slip_A), visit(s.twist);
+    visit(s.X_AB), visit(s.point_A), visit(s.normal_A), visit(s.slip_A), visit(s.twist);
   }
 };
 

@@ -109,7 +109,7 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   next.normal_A = R_AP.col(2);
   next.slip_A = R_AP.leftCols<2>() * friction.slip;
   next.anchor = memory.anchor;
-  if (friction.renewed) next.anchor = {X_AB, contact.X_AP.p, next.slip_A, friction.twist};
+  if (friction.renewed) next.anchor = {X_AB, contact.X_AP.p, next.normal_A, next.slip_A, friction.twist};
   next.rate_A = R_AP.leftCols<2>() * V.linear.head<2>();
   next.force_A = R_AP.leftCols<2>() * friction.force;
   next.twist = friction.twist;

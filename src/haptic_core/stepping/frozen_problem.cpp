@@ -12,7 +12,8 @@ constexpr int kAside = 256;            ///< patches kept beside those of the pai
 constexpr int kMostSearch = 12;       ///< evaluations of the frozen forces on one line
 constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)| falls to this share of |φ(0)|
 /// A full step that leaves this share of its slope ends the pass: another one would move by as much, less than what the next
-/// pass changes. Unless the step has changed what limits friction.
+/// pass changes. Unless the step has changed what limits friction, or misses that share of a speed by the force on one body of
+/// several: the slope is the part's, and a heavy body's hides a light one's.
 constexpr double kStraight = 0.02;
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
@@ -297,9 +298,12 @@ bool FrozenProblem::minimisePart(double g, int most, double finest, double enoug
     energy_remainder_[part_.trees[0]] = share * -dotStep(residual_);
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
     if (alpha != 1 || std::abs(left) > kStraight) continue;
-    double limit_error = 0;
-    eachContact([&](const FrozenContact& c) { limit_error = std::max(limit_error, limitError(c, g)); });
-    if (limit_error <= enough) break;
+    double limit_error = 0, missed = 0;
+    eachContact([&](const FrozenContact& c) {
+      limit_error = std::max(limit_error, limitError(c, g));
+      missed = std::max(missed, missedSpeed(c, g));
+    });
+    if (limit_error <= enough && (part_.tree_count == 1 || missed <= std::max(enough, kStraight * size))) break;
   }
   return true;
 }
@@ -316,6 +320,12 @@ double FrozenProblem::limitError(const FrozenContact& c, double g) const noexcep
   const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
   const Vector3 f = c.patch.frictionAt(c.V, c.force.normal) - c.patch.frictionAt(c.V, c.limit);
   return g / mass * f.head<2>().norm();
+}
+
+/// Speed that the force at the end of a full Newton step gives beyond what the step took it for [m/s].
+double FrozenProblem::missedSpeed(const FrozenContact& c, double g) const noexcept {
+  const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
+  return g / mass * (c.force.F - c.F_done).tail<3>().norm();
 }
 
 /// Newton's step p into step_, with what the joints do by themselves. `open`: share of the gaps of loops that is left.

@@ -60,8 +60,9 @@ class FrozenProblem {
   void freezeTree(int tree, const double* v, const double* residual) noexcept;
 
   /// (in realtime) At most `most` Newton steps of each part from v, until one is smaller than a fifth of what all have changed, or
-  /// than `finest` [m/s], or goes all the way to the minimum with friction's limits wrong by less than `enough` [m/s]. q:
-  /// positions at the reference. Parts of which no tree has `moved` since the last call stay. False: a matrix could not be factored.
+  /// than `finest` [m/s], or goes all the way to the minimum, with friction's limits wrong by less than `enough` [m/s] and the
+  /// force on none of several bodies by a fiftieth of the step. q: positions at the reference. Parts of which no tree has `moved`
+  /// since the last call stay. False: a matrix could not be factored.
   bool minimise(double g, int most, double finest, double enough, const std::vector<char>& moved, const double* q,
                 double* v) noexcept;
 
@@ -121,6 +122,7 @@ class FrozenProblem {
   void assembleLinks(int link_a, int link_b, const Pose& X_WP, const Matrix6& G_P) noexcept;
   void addFree(int node_a, int node_b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept;
   void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;
+  double missedSpeed(const FrozenContact& c, double g) const noexcept;
   bool findDirection(const double* q, const double* v, double open) noexcept;
   double search(double g, const double* v, double& left) noexcept;
   double dotStep(const std::vector<double>& u) const noexcept;

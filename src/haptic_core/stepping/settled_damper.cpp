@@ -102,7 +102,11 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
     D = c.force.tangent.combined(0, 1);
   }
   const Wrench before = pair.release.F_BP_W.rotated(c.X_WP.R.transpose());
-  const Vector6 delta = settledChange(W, D, 0.5 * advance.time, (c.force.F_BP_P - before).vector());
+  Vector6 gained = (c.force.F_BP_P - before).vector();
+  // Nothing damps what slides: all that its force gained would speed up a mass that is shared for the dampers' sake, several times,
+  // until friction sees the rate on its other side and gives energy. One contact alone has the whole mass, and settles.
+  if (parts > 1 && !c.force.sticking) gained.segment<3>(2).setZero();
+  const Vector6 delta = settledChange(W, D, 0.5 * advance.time, gained);
   c.force = forceAt({c.V_AB_P.angular + delta.head<3>(), c.V_AB_P.linear + delta.tail<3>()}, c.law, advance);
 }
 

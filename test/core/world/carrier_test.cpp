@@ -40,6 +40,23 @@ TEST_P(OnCarrier, ATurntableKeepsItsCubeInPlace) {
   EXPECT_LT((placeOnCarrier(world, cube) - first).head<2>().norm(), kDrift);
 }
 
+/// The faster it turns, the more the cube leans out and lifts its inner edge; until it slips it gives way by m a/(k_t A0) and by
+/// nothing else.
+TEST_P(OnCarrier, ATurntableThatSpinsUpKeepsWhatLeans) {
+  const CarriedCube cube;
+  World world(carried(Carrier::kTurntable, cube, settings()));
+  const auto beyondElastic = [&] {
+    const double omega = world.linkTwist(0).angular.z(), kt = DefaultMaterial::kTangentialRatio * cube.stiffness;
+    const Vector3 force = cube.mass * cube.radius * Vector3(-omega * omega, kSpinUp, 0);
+    return Vector3(placeOnCarrier(world, cube) + force / (kt * world.contact(0).area));
+  };
+  for (int i = 0; i < 1000; ++i) world.step();
+  const Vector3 first = beyondElastic();
+  while (world.time() < 23) world.step();  // 0.98 of the speed at which it slips
+  EXPECT_LT(world.contact(0).area, 0.9 * cube.size * cube.size);
+  EXPECT_LT((beyondElastic() - first).head<2>().norm(), kDrift);
+}
+
 TEST_P(OnCarrier, AShakenPlatformAndARampThatTiltsKeepTheirs) {
   for (const Carrier carrier : {Carrier::kPlatform, Carrier::kRamp}) {
     const CarriedCube cube;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../../scenes/blocks.h"
+#include "../../scenes/moving.h"
 
 namespace haptic {
 namespace {
@@ -79,6 +79,27 @@ TEST(WithoutTorsion, ASpinIsNeitherHeldNorRemembered) {
     }
     EXPECT_NEAR(world.linkTwist(1).angular.z(), 5, 1e-9);
   }
+}
+
+/// A table falls on its four legs, one floor lower, and rocks: friction at none of them knows what the others do, and takes energy all
+/// the same. E - E0 + D against the largest of what was exchanged so far.
+TEST(Ledger, ATableThatLandsGainsNothing) {
+  WorldSettings settings;
+  settings.integrator = Integrator::kVelocityVerlet;
+  World world(table(settings, 5e-5, 0));
+  world.step();
+  const EnergyLedger first = world.report().energy;
+  double gain = 0, exchanged = 0;
+  for (int i = 1; i < 1000; ++i) {
+    world.step();
+    const EnergyLedger& e = world.report().energy;
+    const double taken = std::max(0.0, e.damping + e.friction - first.damping - first.friction);
+    exchanged = std::max({exchanged, std::abs(e.kinetic - first.kinetic), std::abs(e.potential - first.potential),
+                          std::abs(e.elastic - first.elastic), std::abs(e.tangential - first.tangential), taken});
+    gain = std::max(gain, (e.total() - first.total() + taken) / exchanged);
+  }
+  constexpr double kMass = 8, kLegs = 4 * 4e5;  // [kg], [N/m]
+  EXPECT_LT(gain, settings.step * settings.step * kLegs / kMass / 10);  // (h ω)²/10: what a step of second order is off by
 }
 
 }  // namespace

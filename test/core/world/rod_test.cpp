@@ -61,7 +61,8 @@ TEST_P(Rods, CylindersRollDownASlope) {
   const double before = world.linkTwist(1).linear.x();
   for (int i = 0; i < 500; ++i) world.step();
   const double exact = kGravity * std::sin(slope) / (1 + 0.5 * kRadius * kRadius / (r * r));
-  const double tolerance = GetParam() == Integrator::kImplicitEuler ? 3e-4 : 2e-5;  // as for balls
+  // As for balls; what is stepped explicitly rolls by its arc.
+  const double tolerance = GetParam() == Integrator::kImplicitEuler ? 3e-4 : GetParam() == Integrator::kSdirk2 ? 2e-5 : 1e-9;
   EXPECT_NEAR((world.linkTwist(1).linear.x() - before) / (500 * h), exact, tolerance * exact);
   EXPECT_NEAR(world.linkTwist(1).linear.y(), 0, 1e-7);
   EXPECT_NEAR(world.linkTwist(1).angular.z(), 0, 1e-6);
