@@ -35,6 +35,49 @@ TEST(Runaway, AnImpactShorterThanTheStepIsRightOrFlagged) {
   }
 }
 
+/// A rod without any inertia about its own axis, which its hinge does not let it turn about, counts with what the hinge lets it
+/// do. (As if free it had no bound: the choice took it for infinitely light, and that for stable.)
+TEST(Runaway, ARodWithoutInertiaAboutItsAxisBouncesAsItsHingeLetsIt) {
+  for (const double stiffness : {1.6e4, 1.6e5, 4e5}) {
+    World world(rodAndCube(WorldSettings{}, stiffness));
+    int implicit = 0;
+    for (int i = 0; i < 30; ++i) {
+      world.step();
+      implicit += world.report().implicit_islands;
+    }
+    ASSERT_EQ(world.contactCount(), 0);
+    // Explicit in parts of a quarter of a radian: 1 % of the speed (stepping/choice.h).
+    EXPECT_NEAR(world.linkTwist(world.linkIndex("rod")).angular.norm(), kRodRate, 0.01 * kRodRate) << stiffness;
+    EXPECT_NEAR(world.linkTwist(world.linkIndex("cube")).linear.x(), kCubeSpeed, 0.02) << stiffness;
+    EXPECT_EQ(implicit, 0) << stiffness;
+  }
+}
+
+/// The same rod, on a second link whose first has all the inertia: nothing bounds how it moves alone, so it is stepped implicitly.
+TEST(Runaway, ALinkWithoutInertiaOnAMovingLinkIsSteppedImplicitly) {
+  WorldDef def = rodAndCube(WorldSettings{}, 1.6e5);
+  LinkDef& rod = def.articulations[0].links[0];
+  LinkDef carrier = rod, child = rod;
+  carrier.name = "carrier";
+  carrier.joint.name = "carrier_joint";
+  carrier.collisions.clear();
+  child.parent = 0;
+  child.joint.type = JointType::kFixed;
+  child.inertia = {};
+  def.articulations[0].links = {carrier, child};
+  World world(def);
+  double kinetic = 0, start = 0;
+  int implicit = 0;
+  for (int i = 0; i < 30; ++i) {
+    world.step();
+    if (i == 0) start = world.report().energy.kinetic;
+    kinetic = std::max(kinetic, world.report().energy.kinetic);
+    implicit += world.report().implicit_islands;
+  }
+  EXPECT_GT(implicit, 0);
+  EXPECT_LE(kinetic, start * (1 + 1e-9));
+}
+
 /// Ten cubes at forty times the certified stiffness: explicit steps throw them apart.
 TEST(Runaway, AWorldWhoseStepsMakeEnergyStopsAndSaysSo) {
   for (const bool ledger : {true, false}) {
