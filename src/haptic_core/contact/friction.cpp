@@ -128,9 +128,13 @@ FrictionLayer::Answer FrictionLayer::at(const Vector3& rate, double time, double
   if (!(N > 0) || !(area.x() > 0) || !(mu > 0)) return out;
   const Vector3 slip = before + time * rate, t = -area.cwiseProduct(stiffness * slip + damping * (rate + rest));
   const LimitEllipsoid limit{mu * N, mu * N * radius};
-  const auto held = [&] {  // what springs alone hold of the force
-    const Vector3 force = -out.force / stiffness;
-    return Vector3(force.x() / area.x(), force.y() / area.y(), area.z() > 0 ? force.z() / area.z() : 0.0);
+  // What is in the springs once the force is less than t: f = -L (k s + b ((s - before)/time + w)).
+  const auto held = [&] {
+    if (!(time > 0)) return before;
+    const double viscous = damping / time, stiff = 1 / (stiffness + viscous);
+    Vector3 held = viscous * before - damping * rest;
+    for (int i = 0; i < 3; ++i) held[i] = area[i] > 0 ? stiff * (held[i] - out.force[i] / area[i]) : 0.0;
+    return held;
   };
   out.load = limit.load({t.head<2>(), t.z()});
   if (dragged) {
@@ -199,9 +203,9 @@ class Evaluation {
  private:
   LimitEllipsoid limit(double mu) const { return {mu * normal_.force, mu * normal_.force * torsion_radius_}; }
   /// What the springs hold of a force after a step in which the dampers held the rest: -f = A (k s + b (s - s0)/h). All of it
-  /// in the springs would be energy that no way has put there. (A solve's FrictionLayer leaves all of it to the springs.)
+  /// in the springs would be energy that no way has put there. Without a step there is no way.
   Planar heldBy(const Planar& f) const {
-    if (solving_ || !(advance_.time > 0)) return layer_.slipFor(f);
+    if (!(advance_.time > 0)) return before_;
     const double viscous = layer_.b / (layer_.k * advance_.time);
     return (layer_.slipFor(f) + before_ * viscous) * (1 / (1 + viscous));
   }

@@ -58,6 +58,9 @@ struct FrictionAnchor {
   }
 };
 
+/// A touch at the end of a step has its impact in the next: `FrictionMemory::began` there.
+inline constexpr double kStillBegins = 0.5;
+
 /// What a pair remembers of its contact: state of the world. Vectors in A's axes, at the last evaluation.
 struct FrictionMemory {
   FrictionAnchor anchor;              ///< where slip is measured from
@@ -72,7 +75,7 @@ struct FrictionMemory {
   double area = 0, torsion = 0;       ///< A0 [m²], J [m⁴]
   double sliding = 0;                 ///< 1: slides, μ holds; 0: stuck, μ0 holds
   double touching = 0;                ///< 1: overlapped at the last evaluation
-  double began = 0;                   ///< 1: that was the first
+  double began = 0;                   ///< 1: that was the first; `kStillBegins`: of an implicit step, the second
   ContactPower power;                 ///< [W]
   ContactPower power_rate;            ///< of the same wrench while the bodies speed up [W/s]; explicit steps with a ledger
   double energy = 0;                  ///< in the tangential springs [J]

@@ -13,6 +13,10 @@ namespace {
 constexpr double kAxisTolerance = 1e-3;
 // Published inertias are rounded: a moment may fall below zero by this share of the trace.
 constexpr double kMomentTolerance = 1e-3;
+// What counts where a link has no mass or no moment about an axis, of the tree's mass and of its other moments. Less, and numbers
+// that bound how easily a link moves lose their digits; more, and one that is just slender (1:1e4) counts as harder to move [1].
+constexpr double kLeastShare = 1e-9;
+constexpr double kLeastReach = 1e-2;  // radius of gyration of a link that has mass and no extent at all [m]
 
 void checkInertia(const std::string& where, const LinkInertia& inertia) {
   if (!std::isfinite(inertia.mass) || !inertia.p_LC.allFinite() || !inertia.I_C.allFinite())
@@ -62,6 +66,39 @@ Articulation::Articulation(const TreeDef& def) : def_(def) {
     compileLink(i);
   }
   free_body_ = n == 1 && links_[0].floating;
+  double mass = 0;
+  for (const LinkModel& link : links_) mass += link.mass;
+  for (int i = 0; i < n; ++i) boundMobility(i, mass);
+}
+
+void Articulation::boundMobility(int i, double tree_mass) {
+  LinkModel& link = links_[i];
+  const double mass = std::max(link.mass, kLeastShare * tree_mass);
+  if (!(mass > 0)) return;  // nothing of the tree has any: no force moves it
+  const double turns_C = link.I_C.trace(), turns_O = link.I_O.trace();
+  const double scale = turns_C > 0 ? turns_C : turns_O > 0 ? turns_O : mass * kLeastReach * kLeastReach;
+  const Eigen::SelfAdjointEigenSolver<Matrix3> moments(link.I_C);
+  Matrix3 I_C = link.I_C;
+  if (!(moments.eigenvalues().minCoeff() > kLeastShare * scale)) {
+    const Vector3 least = moments.eigenvalues().cwiseMax(kLeastShare * scale);
+    I_C = moments.eigenvectors() * least.asDiagonal() * moments.eigenvectors().transpose();
+  }
+  link.mobility = 1 / mass;
+  link.turn_mobility = I_C.inverse();
+  link.rooted = link.parent < 0 && !link.floating && link.dof > 0;
+  if (!link.rooted) return;
+  const JointDef& joint = def_.links[i].joint;
+  for (int k = 0; k < link.dof; ++k) {
+    const Vector3 axis = axisOf(kindOf(joint.type), k, joint.axis.normalized());
+    if (k < link.slides) {
+      link.S_C.col(k) << Vector3::Zero(), axis;
+    } else {
+      link.S_C.col(k) << axis, axis.cross(link.p_OC);
+    }
+  }
+  const auto turns = link.S_C.topLeftCorner(3, link.dof), slides = link.S_C.bottomLeftCorner(3, link.dof);
+  const Eigen::MatrixXd inertia = turns.transpose() * I_C * turns + mass * slides.transpose() * slides;
+  link.joint_mobility.topLeftCorner(link.dof, link.dof) = inertia.inverse();
 }
 
 void Articulation::compileLink(int i) {

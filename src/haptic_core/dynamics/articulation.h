@@ -44,6 +44,12 @@ struct LinkModel {
   Matrix3 I_O = Matrix3::Zero();          ///< inertia about O, link axes [kg·m²]
   Matrix3 I_O_inverse = Matrix3::Zero();  ///< floating links only
   Matrix3 I_C = Matrix3::Zero();          ///< inertia about C, link axes [kg·m²]
+  // Bounds of how easily the link moves. What has no mass or no moment about an axis counts with the least that numbers bear.
+  double mobility = 0;                    ///< ∂v/∂f at C as if it were free [1/kg]
+  Matrix3 turn_mobility = Matrix3::Zero();  ///< ∂ω/∂τ as if it were free, link axes [1/(kg·m²)]
+  bool rooted = false;                    ///< its joint hangs on the world: it moves by that joint and not otherwise
+  Eigen::Matrix<double, 6, 3> S_C = Eigen::Matrix<double, 6, 3>::Zero();  ///< of a rooted one: axes as twists of C, link axes
+  Matrix3 joint_mobility = Matrix3::Zero();  ///< of a rooted one: (Sᵀ M S)⁻¹ of it alone, slides first
 };
 
 /// A tree of rigid bodies on joints: the constant model.
@@ -74,6 +80,7 @@ class Articulation {
 
  private:
   void compileLink(int i);
+  void boundMobility(int i, double tree_mass);
   TreeDef def_;
   std::vector<LinkModel> links_;
   std::vector<int> dof_link_, root_;

@@ -40,7 +40,7 @@ void measureShares(const Model& model, const ContactVolume& volume, const PatchT
     const ModelLink& l = model.links[link[s]];
     const LinkWork& place = work.placement.link[link[s]];
     const LinkModel& body = model.trees[l.articulation].model->link(l.local);
-    const Matrix6 W = freeMobility(body, place.X_WL.R, place.p_WC(), X_WP);
+    const Matrix6 W = ownMobility(body, place.X_WL.R, place.p_WC(), X_WP);
     pair.stability.share[s] = stabilityNumber(tangent, W, both, model.substep());
     mobility += W(5, 5);
   }
@@ -159,9 +159,9 @@ double couplingNumber(const Model& model, const State& state, const Work& work, 
     const ModelLink& l = model.links[link];
     const LinkWork& place = work.placement.link[link];
     const LinkModel& body = model.trees[l.articulation].model->link(l.local);
-    const double turn = body.I_C.inverse().trace();  // not below the largest eigenvalue
+    const double turn = body.turn_mobility.trace();  // not below the largest eigenvalue
     const double arm2 = (place.p_WC() - place.X_WL.p).squaredNorm();  // the spring is at L's origin
-    sum += (h * h * c.stiffness + 2 * h * c.damping) * (1 / body.mass + arm2 * turn) +
+    sum += (h * h * c.stiffness + 2 * h * c.damping) * (body.mobility + arm2 * turn) +
            (h * h * c.rotational_stiffness + 2 * h * c.rotational_damping) * turn;
   }
   return sum;

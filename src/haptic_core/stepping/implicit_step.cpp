@@ -345,6 +345,7 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
       const ImplicitContact& c = stage_.contacts()[next];
       impulse_[c.pair] += (two_stages ? first_[c.pair] * w + wrenchOf(c) * (1 - w) : wrenchOf(c)) * h;
       memory = c.force.memory;
+      if (before.began == 1) memory.began = kStillBegins;
       memory.elastic_energy = stage_.contacts()[next++].elastic;
     }
     const auto work = [&](double p1, double p2) { return h * (w * p1 + (1 - w) * p2); };

@@ -51,14 +51,14 @@ Vector6 settledChange(const Matrix6& W, const Matrix6& D, double s, const Vector
   return s * (W * r - WL * y);
 }
 
-/// Adds the mobility of a link at P in P's axes, as if it were free and its mass shared evenly among its contacts; nothing
+/// Adds the mobility of a link at P in P's axes, as if it were alone and its mass shared evenly among its contacts; nothing
 /// for one that does not move by itself.
 void addMobility(const Model& model, const Work& work, int link, const Pose& X_WP, Matrix6& W) noexcept {
   const ModelLink& l = model.links[link];
   if (!l.moves || work.hands.held_by[link] >= 0) return;
   const double parts = std::max(1, work.contacts.on_link[link]);
   const LinkWork& place = work.placement.link[link];
-  W += parts * freeMobility(model.trees[l.articulation].model->link(l.local), place.X_WL.R, place.p_WC(), X_WP);
+  W += parts * ownMobility(model.trees[l.articulation].model->link(l.local), place.X_WL.R, place.p_WC(), X_WP);
 }
 
 PairLaw weakened(const PairLaw& law, double share, double area) noexcept {

@@ -34,6 +34,9 @@ constexpr int kListedPairsPerShape = 8;
 
 /// A pair that starts deeper than this share of the thinner shape's width is not at rest under its weight.
 constexpr double kBuried = 0.01;
+/// Weights of all that moves that a depth has to carry before it counts as buried. It is pushed out with no more than that: with one,
+/// a body alone in the world would rest at any depth, and one that starts at rest would sink [1].
+constexpr double kCarries = 2;
 /// Speeds of recovery are those of falls; without gravity, of falls in a thousandth of the earth's [m/s²].
 constexpr double kLeastGravity = 0.01;
 
@@ -308,7 +311,7 @@ PairLaw Model::law(int a, int b, bool a_held, bool b_held) const {
 double Model::buriedDepth(int a, int b, double area) const {
   double weight = 0;
   for (const ModelLink& link : links) weight += link.moves ? link.mass * settings.gravity.norm() : 0;
-  const double carries = area > 0 ? weight / (law(a, b, false, false).material.stiffness * area) : 0;
+  const double carries = area > 0 ? kCarries * weight / (law(a, b, false, false).material.stiffness * area) : 0;
   return std::max(kBuried * std::min(shapes[a].width, shapes[b].width), carries);
 }
 

@@ -85,7 +85,7 @@ class Model {
   bool areNeighbours(int a, int b) const;
 
   /// Depth from which a pair that overlaps at the start counts as buried, and how it is then pushed out [m].
-  /// `area` [m²] of the patch: at a depth that carries all that moves nothing is buried.
+  /// `area` [m²] of the patch: at a depth that carries twice all that moves nothing is buried.
   double buriedDepth(int a, int b, double area) const;
   /// See `buriedDepth`.
   PairLaw recoveryLaw(const PairLaw& law, int a, int b, const ContactVolume& volume) const;

@@ -85,5 +85,29 @@ TEST_P(DeepAndFast, AHalfBuriedCubeIsPushedOutWithoutLaunch) {
   }
 }
 
+/// A plate on a floor so soft that its own weight presses it deeper than what counts as buried by its thickness alone: one that starts
+/// at its rest depth, one deeper, both rest there.
+TEST(Buried, APlateThatStartsDeepInASoftFloorComesToItsRestDepth) {
+  constexpr double kMass = 0.3, kStiffness = 1e6, kArea = 0.01, kHeight = 0.02;
+  const double rest = kMass * kGravity / (kStiffness * kArea);
+  for (const Integrator integrator : {Integrator::kVelocityVerlet, Integrator::kImplicitEuler, Integrator::kAutomatic}) {
+    for (const double start : {1.0, 1 + 1e-9, 1.5, 2.5, 5.0}) {
+      WorldDef def;
+      def.settings.integrator = integrator;
+      ContactMaterial& m = def.settings.default_material;
+      m.stiffness = kStiffness;
+      m.damping = 2 * std::sqrt(kStiffness * kMass / kArea);
+      def.settings.pressure_law = PressureLaw::kLinear;
+      def.articulations.push_back(floorBox());
+      def.articulations.push_back(freeBox("plate", Vector3(0.1, 0.1, kHeight), kMass, Pose(Vector3(0, 0, kHeight / 2 - start * rest))));
+      World world(def);
+      for (int i = 0; i < 3000; ++i) world.step();
+      const double depth = kHeight / 2 - world.linkPose(1).p.z();
+      // Critically damped at 183 rad/s: nothing is left of what it started with.
+      EXPECT_NEAR(depth, rest, 1e-9 * rest) << static_cast<int>(integrator) << " " << start;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace haptic

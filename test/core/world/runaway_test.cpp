@@ -35,6 +35,79 @@ TEST(Runaway, AnImpactShorterThanTheStepIsRightOrFlagged) {
   }
 }
 
+/// Two cubes that meet flat and elastic exchange their speeds, or the step says that it did not keep the energy: wherever in a step
+/// they touch, at its very end too, from where the blow comes in the next.
+TEST(Runaway, AnImpactIsRightOrFlaggedWhereverInAStepItFalls) {
+  for (const Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2, Integrator::kAutomatic}) {
+    for (const double k : {1e8, 1e9, 1e10}) {
+      for (int part = 0; part < 8; ++part) {
+        CubeParameters c;
+        WorldDef def;
+        def.settings.integrator = integrator;
+        def.settings.gravity = Vector3::Zero();
+        def.settings.default_material.stiffness = k;
+        def.settings.default_material.dissipation = 0;
+        def.settings.default_material.mu_static = 0;
+        const double gap = 0.1 + part * 0.125e-3;  // part 0: they touch after a hundred steps, to rounding
+        def.articulations.push_back(cube("a", c, Pose(Vector3(-c.size - gap, 0, 0)), {Vector3::Zero(), Vector3::UnitX()}));
+        def.articulations.push_back(cube("b", c, Pose()));
+        World world(def);
+        unsigned flags = 0;
+        for (int i = 0; i < 200; ++i) {
+          world.step();
+          flags |= world.report().flags;
+        }
+        ASSERT_EQ(world.contactCount(), 0);
+        EXPECT_TRUE(std::abs(world.linkTwist(1).linear.x() - 1) < 0.02 || (flags & kImpactUnresolved))
+            << static_cast<int>(integrator) << " " << k << " " << part << " " << world.linkTwist(1).linear.x();
+      }
+    }
+  }
+}
+
+/// A rod without any inertia about its own axis, which its hinge does not let it turn about, counts with what the hinge lets it
+/// do. (As if free it had no bound: the choice took it for infinitely light, and that for stable.)
+TEST(Runaway, ARodWithoutInertiaAboutItsAxisBouncesAsItsHingeLetsIt) {
+  for (const double stiffness : {1.6e4, 1.6e5, 4e5}) {
+    World world(rodAndCube(WorldSettings{}, stiffness));
+    int implicit = 0;
+    for (int i = 0; i < 30; ++i) {
+      world.step();
+      implicit += world.report().implicit_islands;
+    }
+    ASSERT_EQ(world.contactCount(), 0);
+    // Explicit in parts of a quarter of a radian: 1 % of the speed (stepping/choice.h).
+    EXPECT_NEAR(world.linkTwist(world.linkIndex("rod")).angular.norm(), kRodRate, 0.01 * kRodRate) << stiffness;
+    EXPECT_NEAR(world.linkTwist(world.linkIndex("cube")).linear.x(), kCubeSpeed, 0.02) << stiffness;
+    EXPECT_EQ(implicit, 0) << stiffness;
+  }
+}
+
+/// The same rod, on a second link whose first has all the inertia: nothing bounds how it moves alone, so it is stepped implicitly.
+TEST(Runaway, ALinkWithoutInertiaOnAMovingLinkIsSteppedImplicitly) {
+  WorldDef def = rodAndCube(WorldSettings{}, 1.6e5);
+  LinkDef& rod = def.articulations[0].links[0];
+  LinkDef carrier = rod, child = rod;
+  carrier.name = "carrier";
+  carrier.joint.name = "carrier_joint";
+  carrier.collisions.clear();
+  child.parent = 0;
+  child.joint.type = JointType::kFixed;
+  child.inertia = {};
+  def.articulations[0].links = {carrier, child};
+  World world(def);
+  double kinetic = 0, start = 0;
+  int implicit = 0;
+  for (int i = 0; i < 30; ++i) {
+    world.step();
+    if (i == 0) start = world.report().energy.kinetic;
+    kinetic = std::max(kinetic, world.report().energy.kinetic);
+    implicit += world.report().implicit_islands;
+  }
+  EXPECT_GT(implicit, 0);
+  EXPECT_LE(kinetic, start * (1 + 1e-9));
+}
+
 /// Ten cubes at forty times the certified stiffness: explicit steps throw them apart.
 TEST(Runaway, AWorldWhoseStepsMakeEnergyStopsAndSaysSo) {
   for (const bool ledger : {true, false}) {
