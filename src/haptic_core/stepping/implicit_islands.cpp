@@ -80,6 +80,16 @@ void takeContacts(const Model& model, double h, State& state, Work& work, Report
     if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(c.shape_a, c.shape_b, c.volume.A0));
     report.addContact(contact, c.force.clipped);
   }
+  work.implicit->eachParted([&](int index, const Pose& X_WP, const Wrench& mean) {
+    ContactReport contact = reportOf(model, state.pairs[index], ContactVolume{}, X_WP, LocatedForce{});
+    contact.F_BP_W = mean;
+    contact.normal_force = mean.force.dot(X_WP.R.col(2));
+    for (const int link : {contact.link_a, contact.link_b}) {
+      if (work.hands.held_by[link] < 0) continue;
+      work.placement.link[link].addWrench(link == contact.link_b ? mean : -mean, X_WP.p);
+    }
+    report.addContact(contact, false);
+  });
 }
 
 /// Highest stability number of the island's links, measured now.

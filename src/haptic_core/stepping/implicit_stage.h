@@ -77,6 +77,7 @@ class ImplicitStage {
   bool hasJoints() const { return has_joints_; }  ///< the island's joints do something by themselves
   /// As the last solve left them.
   const LoadedVector<ImplicitContact>& contacts() const { return contacts_.all(); }
+  const LoadedVector<Brush>& brushes() const { return contacts_.brushes(); }  ///< what pressed in the last solve beside them
   int iterations() const { return problem_.iterations; }          ///< Newton steps since `begin`
   int factorisations() const { return problem_.factorisations; }  ///< since `begin`
   int evaluations = 0;      ///< of contacts, since `begin`

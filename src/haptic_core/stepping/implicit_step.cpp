@@ -32,9 +32,6 @@ constexpr int kMostLocations = 12;
 /// Share of the step below which nothing is left of it.
 constexpr double kRest = 1e-9;
 
-/// Of B's contact on it, about W's origin, in W's axes.
-Wrench wrenchOf(const ImplicitContact& c) { return c.done_P.rotated(c.X_WP.R).shifted(-c.X_WP.p); }
-
 bool sticksAtAll(const FrictionMemory& m) { return m.touching != 0 && m.sliding == 0; }
 
 /// Power of two slips (translation and spin) in the metric of the friction layer, per its stiffness.
@@ -49,8 +46,8 @@ ImplicitStep::ImplicitStep(const Model& model) : model_(model), settings_(model.
   first_power_.resize(model.pointers.size());
   coupling_impulse_.resize(model.pointers.size());
   first_coupling_.resize(model.pointers.size());
-  impulse_.resize(model.pair_capacity);
-  first_.resize(model.pair_capacity);
+  for (auto* wrenches : {&impulse_, &first_, &done_}) wrenches->resize(model.pair_capacity);
+  place_.resize(model.pair_capacity);
   event_.resize(model.pair_capacity);
   violation_.resize(model.pair_capacity);
   acceleration_.resize(model.nv);
@@ -267,8 +264,9 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
     base.rate_A = s0.rate_A;
     base.spin = s0.spin;
     base.sliding = s0.sliding;
-    first_[c.pair] = wrenchOf(c);
   }
+  gatherDone();
+  for (int i = 0; i < island.pair_count; ++i) first_[island.pairs[i]] = done_[island.pairs[i]];
   for (std::size_t i = 0; i < stage_.couplings.size(); ++i) {
     first_power_[i] = stage_.couplings[i].power;
     first_coupling_[i] = stage_.couplings[i].F_W;
@@ -318,6 +316,18 @@ bool ImplicitStep::sameContacts() const noexcept {
   return true;
 }
 
+/// What the last stage did to each pair's B. Patches of the same pair add up.
+void ImplicitStep::gatherDone() noexcept {
+  const Island& island = stage_.island();
+  for (int i = 0; i < island.pair_count; ++i) done_[island.pairs[i]] = Wrench{};
+  const auto add = [this](int pair, const Pose& X_WP, const Wrench& done_P) {
+    done_[pair] += done_P.rotated(X_WP.R).shifted(-X_WP.p);
+    place_[pair] = X_WP;
+  };
+  for (const ImplicitContact& c : stage_.contacts()) add(c.pair, c.X_WP, c.done_P);
+  for (const Brush& b : stage_.brushes()) add(b.pair, b.X_WP, b.done_P);
+}
+
 /// Puts the solution into the state: v, q = q_b ⊕ g v, friction; and the work done over h into the ledger's sums. (The
 /// last Newton step was not evaluated: forces and friction are those of the evaluation before it.)
 void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
@@ -334,16 +344,18 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
     report_.joints_converged &= stage_.joints().converged();
   }
   const double w = two_stages ? 1 - kGamma : 0;  // of the first stage's power, which memory_base holds
+  gatherDone();
   int next = 0;
   for (int i = 0; i < island.pair_count; ++i) {
     FrictionMemory& memory = state_->pairs[island.pairs[i]].friction;
     const FrictionMemory before = memory;
     const FrictionMemory& first = stage_.memory_base[island.pairs[i]];
     const bool now = next < stage_.contacts().size() && stage_.contacts()[next].pair == island.pairs[i];
+    const Wrench& done = done_[island.pairs[i]];
+    impulse_[island.pairs[i]] += (two_stages ? first_[island.pairs[i]] * w + done * (1 - w) : done) * h;
     memory = FrictionMemory{};
     if (now) {
       const ImplicitContact& c = stage_.contacts()[next];
-      impulse_[c.pair] += (two_stages ? first_[c.pair] * w + wrenchOf(c) * (1 - w) : wrenchOf(c)) * h;
       memory = c.force.memory;
       if (before.began == 1) memory.began = kStillBegins;
       memory.elastic_energy = stage_.contacts()[next++].elastic;

@@ -54,6 +54,20 @@ class ImplicitStep {
   Wrench meanWrench(const ImplicitContact& contact) const noexcept {
     return (impulse_[contact.pair] * (1 / length_)).shifted(contact.X_WP.p);
   }
+  /// (in realtime) Visits (pair, X_WP, mean wrench as above) of the pairs of the last island that pressed and touch no more.
+  template <class Visit>
+  void eachParted(Visit&& visit) const noexcept {
+    const Island& island = stage_.island();
+    int next = 0;
+    for (int i = 0; i < island.pair_count; ++i) {
+      const int pair = island.pairs[i];
+      if (next < contacts().size() && contacts()[next].pair == pair) {
+        ++next;
+      } else if (!impulse_[pair].vector().isZero(0)) {
+        visit(pair, place_[pair], (impulse_[pair] * (1 / length_)).shifted(place_[pair].p));
+      }
+    }
+  }
   /// Mean wrench of a pointer's coupling on its link over the step, about the link's origin, in W's axes.
   Wrench meanCoupling(int pointer) const noexcept { return coupling_impulse_[pointer] * (1 / length_); }
   /// Work of a pointer's coupling on its link since `begin` [J].
@@ -79,6 +93,7 @@ class ImplicitStep {
   void setBase() noexcept;
   bool isSmooth() const noexcept;
   bool sameContacts() const noexcept;
+  void gatherDone() noexcept;
   void commit(double g, double h, bool two_stages) noexcept;
 
   const Model& model_;
@@ -91,7 +106,9 @@ class ImplicitStep {
   std::vector<double> event_, violation_;  ///< by pair
   std::vector<double> acceleration_, change_;
   std::vector<double> coupling_work_, first_power_;  ///< by pointer
-  std::vector<Wrench> impulse_, first_;              ///< by pair, about W's origin: of the step so far; of the first stage
+  /// By pair, about W's origin: impulse of the step so far; wrench of the first stage, and of the last.
+  std::vector<Wrench> impulse_, first_, done_;
+  std::vector<Pose> place_;                          ///< by pair: X_WP of the patch that pressed last
   std::vector<Wrench> coupling_impulse_, first_coupling_;  ///< by pointer, likewise, about the link's origin
 };
 

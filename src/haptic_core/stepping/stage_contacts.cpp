@@ -24,6 +24,7 @@ StageContacts::StageContacts(const Model& model, FrozenProblem& problem)
   near_.resize(model.pair_capacity);
   gap_.resize(model.pair_capacity);
   contacts_.reserve(problem.contacts.capacity());
+  brushes_.reserve(problem.contacts.capacity());
   model.reserve(workspace_);
 }
 
@@ -202,6 +203,7 @@ FrozenContact* StageContacts::nearContact(int index) noexcept {
   c.link_a = model_.shapes[pair.shapeA()].link;
   c.link_b = model_.shapes[pair.shapeB()].link;
   c.limit = 0;
+  c.F_done.setZero();
   return &c;
 }
 
@@ -253,6 +255,7 @@ void StageContacts::keepAside(int pair, const FrozenContact& c) noexcept {
 void StageContacts::leave(int slot) noexcept {
   contacts_[slot].touching = false;
   problem_.contacts[slot].patch.forget();
+  problem_.contacts[slot].F_done.setZero();
 }
 
 void StageContacts::part(int slot) noexcept {
@@ -260,16 +263,22 @@ void StageContacts::part(int slot) noexcept {
   contacts_[slot].touching = false;
   placeNear(c, c.X_WP);
   c.patch.part(c.V_reference);
+  c.F_done.setZero();
 }
 
 void StageContacts::finish(const double* u) noexcept {
+  brushes_.clear();
   for (int i = 0; i < contacts_.size(); ++i) {
     ImplicitContact& c = contacts_[i];
     const FrozenContact& frozen = problem_.contacts[i];
-    if (!c.touching) continue;
+    const Wrench done_P{frozen.F_done.head<3>(), frozen.F_done.tail<3>()};
+    if (!c.touching) {
+      if (!frozen.F_done.isZero(0)) brushes_.push_back({c.pair, frozen.X_WP, done_P});
+      continue;
+    }
     const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, u);
     frozen.patch.carry(V, frozen.limit, c.volume.X_AP, c.force, c.elastic);
-    c.done_P = {frozen.F_done.head<3>(), frozen.F_done.tail<3>()};
+    c.done_P = done_P;
   }
   order();
 }

@@ -30,6 +30,13 @@ struct ImplicitContact {
   bool touching = true;  ///< within a solve: still overlaps
 };
 
+/// What a patch did to its bodies within a solve that does not touch at its end: near, parted, or elsewhere on its pair.
+struct Brush {
+  int pair = 0;   ///< index in State::pairs
+  Pose X_WP;      ///< of the patch
+  Wrench done_P;  ///< on B at P, in P's axes
+};
+
 /// What the passes of a stage may leave out, as a speed [m/s] and as an energy [J].
 struct StageTolerance {
   double speed = 0, energy = 0;  ///< [m/s], [J]
@@ -63,6 +70,7 @@ class StageContacts {
 
   /// In step with the problem's contacts.
   const LoadedVector<ImplicitContact>& all() const { return contacts_; }
+  const LoadedVector<Brush>& brushes() const { return brushes_; }  ///< found by `finish`
   double springEnergy() const noexcept;        ///< of those that touch [J]
   bool isRough() const { return rough_; }      ///< a patch of the last evaluation has not the exact force
 
@@ -96,6 +104,7 @@ class StageContacts {
   int aside_ = 0;                    ///< patches that are no pair's own
   FrozenContact before_;             ///< within `evaluatePair`: what the pass before had
   LoadedVector<ImplicitContact> contacts_;  ///< parallel to the problem's
+  LoadedVector<Brush> brushes_;
   std::vector<int> slot_, near_;     ///< by pair: index in contacts_ of its patch, of what is near; or -1
   std::vector<double> gap_;          ///< by pair that does not touch: proven at its last evaluation [m]
   ContactWorkspace workspace_;

@@ -23,13 +23,14 @@ Momentum momentumOf(const World& world, const LinkDef& body, int link) {
 
 class Balance : public testing::TestWithParam<IntegratorKind> {};
 
-/// Two crosses that tumble, meet, part and meet again without gravity.
-TEST_P(Balance, OfTwoBodiesWithTheWrenchesReported) {
+/// Two crosses that tumble, meet, part and meet again without gravity, at a share of their speed: what brushes, parts or goes to
+/// another place within a step differs from run to run.
+void expectBalance(Integrator integrator, double share) {
   WorldSettings settings;
-  settings.integrator = GetParam().integrator;
-  const bool is_explicit =
-      settings.integrator == Integrator::kSymplecticEuler || settings.integrator == Integrator::kVelocityVerlet;
-  const WorldDef def = crosses(settings);
+  settings.integrator = integrator;
+  const bool is_explicit = integrator == Integrator::kSymplecticEuler || integrator == Integrator::kVelocityVerlet;
+  WorldDef def = crosses(settings);
+  def.articulations[0].V_WA.linear *= share;
   const LinkDef& body = def.articulations[0].links[0];
   World world(def);
   Momentum before = momentumOf(world, body, 1);
@@ -52,16 +53,21 @@ TEST_P(Balance, OfTwoBodiesWithTheWrenchesReported) {
     const Momentum now = momentumOf(world, body, 1);
     largest = std::max(largest, impulse.norm());
     // Rounding of a velocity that is a thousand times what a step changes.
-    ASSERT_LE((now.linear - before.linear - impulse).norm(), 1e-12 * std::max(largest, body.inertia.mass)) << "step " << step;
+    const double rounding = 1e-12 * std::max(largest, body.inertia.mass);
+    ASSERT_LE((now.linear - before.linear - impulse).norm(), rounding) << "step " << step << ", speed " << share;
     if (is_explicit) {
       // Explicit steps turn a body by its momentum: what turns it is the wrench, with the lever at the body's place before.
-      ASSERT_LE((now.angular - before.angular - turning).norm(), 1e-12 * std::max(largest, body.inertia.mass)) << "step " << step;
+      ASSERT_LE((now.angular - before.angular - turning).norm(), rounding) << "step " << step << ", speed " << share;
     }
     before = now;
   }
   EXPECT_GE(began, 1);
   EXPECT_GE(ended, 1);
   EXPECT_GT(largest, 0);
+}
+
+TEST_P(Balance, OfTwoBodiesWithTheWrenchesReported) {
+  for (int run = 0; run < 40; ++run) expectBalance(GetParam().integrator, 1 + 1e-3 * run);
 }
 
 INSTANTIATE_TEST_SUITE_P(Integrators, Balance, testing::ValuesIn(kIntegratorKinds),
