@@ -35,11 +35,20 @@ double largest(const Matrix3& met) noexcept {
 /// undamped between floor and pointer. With 6 in place of 3 over 100 rang.
 constexpr double kMostDamping = 3;  ///< over K_max h [1]
 
+/// What a relaxed hand damps of a turn over what it damps of a way (the twin's 0.01 N·m·s/rad and 8 N·s/m): what it bears has the
+/// same ratio. Ten times as much, and a kilogram on a wall rocks from corner to corner for ever [m²].
+constexpr double kTurnOfWay = 1.25e-3;
+
+void weaken(double& stiffness, double& damping, double bound, double h) noexcept {
+  const double share = std::max(kLeastShare, bound / stiffness);
+  if (!(share < 1)) return;
+  stiffness *= share;
+  damping = std::min(share * damping, kMostDamping * bound * h);
+}
+
 PointerCoupling weakened(PointerCoupling coupling, double bound, double h) noexcept {
-  const double share = std::max(kLeastShare, bound / coupling.stiffness);
-  if (!(share < 1)) return coupling;
-  coupling.stiffness *= share;
-  coupling.damping = std::min(share * coupling.damping, kMostDamping * bound * h);
+  weaken(coupling.stiffness, coupling.damping, bound, h);
+  weaken(coupling.rotational_stiffness, coupling.rotational_damping, kTurnOfWay * bound, h);
   return coupling;
 }
 

@@ -14,7 +14,8 @@
 /// a spring beyond K_max is weakened to it, its damper with it. That does not follow the contacts either: a coupling that
 /// were weak in touch alone would be given more than it gives back at each touch.
 ///
-/// A pair within the bound is not touched: same bits. Turns are not bounded: a relaxed hand's rotational damping is not known.
+/// A coupling's turns are bounded by K_max times 1.25e-3 m², as a relaxed hand damps them; those of contacts are not.
+/// A pair within the bound is not touched: same bits.
 #pragma once
 #include <limits>
 
