@@ -77,7 +77,8 @@ class FrozenPatch {
   void dropConstant() noexcept;
   bool isRough() const { return rough_; }  ///< something was left out: another evaluation has to follow
 
-  void forget() noexcept { points_ = 0, faces_.clear(), beyond_.setZero(); }  ///< (in realtime) no force
+  /// (in realtime) No force.
+  void forget() noexcept { points_ = 0, faces_.clear(), constant_.setZero(), beyond_.setZero(); }
   /// (in realtime) Whether this patch of the same pair lies elsewhere than `other`, not within its extent.
   bool isElsewhere(const FrozenPatch& other) const noexcept { return (place_ - other.place_).norm() > 1.5 * other.radius_; }
 

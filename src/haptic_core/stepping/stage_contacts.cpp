@@ -254,8 +254,10 @@ void StageContacts::keepAside(int pair, const FrozenContact& c) noexcept {
 /// The pair is in the problem elsewhere.
 void StageContacts::leave(int slot) noexcept {
   contacts_[slot].touching = false;
-  problem_.contacts[slot].patch.forget();
-  problem_.contacts[slot].F_done.setZero();
+  FrozenContact& c = problem_.contacts[slot];
+  c.patch.forget();
+  c.limit = 0;
+  c.F_done.setZero();
 }
 
 void StageContacts::part(int slot) noexcept {

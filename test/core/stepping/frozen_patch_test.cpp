@@ -145,6 +145,16 @@ TEST_P(FrozenPatchTest, WhatIsNearBarsTheWay) {
   EXPECT_NEAR(force.normal, law.material.stiffness * 0.01 * deep, 1e-9 * law.material.stiffness * 0.01 * closer);
 }
 
+/// What another patch stands in for has no force, whatever of its exact one the samples had left over.
+TEST_P(FrozenPatchTest, WhatIsForgottenPressesNothing) {
+  for (int i = 0; i < 100; ++i) {
+    Sample s;
+    if (!draw(0.3, s)) continue;
+    s.patch.forget();
+    EXPECT_TRUE(forceAt(s, s.V, 0).isZero(0)) << i;
+  }
+}
+
 /// A box that rocks from one edge of its face to the other: frozen at the first, faces have the exact force over the second.
 TEST_P(FrozenPatchTest, FacesFollowATurnFromEdgeToEdge) {
   const double tilt = 1e-6, depth = 2e-8;
