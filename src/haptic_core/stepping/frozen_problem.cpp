@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/dynamics/joint_space_inertia.h"
-
 namespace haptic {
 namespace {
 
@@ -17,44 +15,21 @@ constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)|
 constexpr double kStraight = 0.02;
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
-using JacobianMap = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>;
-
 }  // namespace
 
 FrozenProblem::FrozenProblem(const Model& model)
-    : model_(model),
-      matrix_(static_cast<int>(model.trees.size()), model.pair_capacity + kAside,
-              // The dense factor, but no more than 64 MB.
-              std::min<std::size_t>(static_cast<std::size_t>(model.nv) * (model.nv + 1), std::size_t{8} << 20)) {
+    : model_(model), parts_(model.trees.size(), model.pair_capacity + kAside), matrix_(model, model.pair_capacity + kAside) {
   node_of_tree_.assign(model.trees.size(), -1);
-  for (auto* x : {&parent_, &part_of_tree_, &row_of_tree_, &part_trees_, &node_size_}) x->resize(model.trees.size());
-  for (auto* x : {&first_tree_, &first_contact_}) x->resize(model.trees.size() + 1);
   for (auto* x : {&remainder_, &energy_remainder_}) x->resize(model.trees.size());
   for (auto* x : {&v_reference_, &r_reference_, &smooth_, &residual_, &step_, &trial_, &rows_}) x->resize(model.nv);
-  std::size_t largest = 1, offset = 0;
-  bool jointed = false;
-  for (const ModelTree& tree : model.trees) {
-    const std::size_t nv = static_cast<std::size_t>(tree.model->nv());
-    mass_offset_.push_back(offset);
-    offset += nv * nv;
-    largest = std::max(largest, nv);
-    jointed |= tree.has_laws;
-  }
-  masses_.resize(offset);
   contacts.reserve(model.pair_capacity + kAside);
-  edges_.reserve(contacts.capacity());
-  part_contacts_.resize(contacts.capacity());
-  block_.resize(largest * largest);
-  for (auto* J : {&jacobian_a_, &jacobian_b_, &weighted_}) J->resize(6 * largest);
-  if (jointed) matrix_.reserveKept();
+  joined_.resize(contacts.capacity());
 }
 
 void FrozenProblem::select(const Island& island, LinkWork* work, ImplicitJoints* joints) noexcept {
   for (int n = 0; n < island_.tree_count; ++n) node_of_tree_[island_.trees[n]] = -1;
   island_ = island;
-  for (int n = 0; n < island.tree_count; ++n) {
-    node_of_tree_[island.trees[n]] = n;
-  }
+  for (int n = 0; n < island.tree_count; ++n) node_of_tree_[island.trees[n]] = n;
   work_ = work;
   joints_ = joints;
   if (joints) joints->setNodes(node_of_tree_, island.tree_count);
@@ -71,17 +46,7 @@ void FrozenProblem::freezeTree(int t, const double* v, const double* residual) n
   const int nv = tree.model->nv();
   std::copy_n(v + tree.v, nv, v_reference_.begin() + tree.v);
   std::copy_n(residual + tree.v, nv, r_reference_.begin() + tree.v);
-  double* M = masses_.data() + mass_offset_[t];
-  if (!tree.model->isFreeBody()) {
-    massMatrix(*tree.model, work_ + tree.link, M);
-    return;
-  }
-  const LinkModel& body = tree.model->link(0);
-  const Matrix3& R_WL = work_[tree.link].X_WL.R;
-  Eigen::Map<Matrix6> block(M);
-  block.setZero();
-  block.topLeftCorner<3, 3>() = R_WL * body.I_O * R_WL.transpose();
-  block(3, 3) = block(4, 4) = block(5, 5) = body.mass;
+  matrix_.freeze(t, work_);
 }
 
 double FrozenProblem::speedOf(int t, const double* velocity) const noexcept {
@@ -98,68 +63,22 @@ double FrozenProblem::speedOf(int t, const double* velocity) const noexcept {
   return std::sqrt(largest2);
 }
 
-double FrozenProblem::speed(const int* trees, int count, const double* velocity) const noexcept {
+double FrozenProblem::speed(const double* velocity) const noexcept {
   double largest = 0;
-  for (int n = 0; n < count; ++n) largest = std::max(largest, speedOf(trees[n], velocity));
+  for (int n = 0; n < island_.tree_count; ++n) largest = std::max(largest, speedOf(island_.trees[n], velocity));
   return largest;
 }
 
-double FrozenProblem::speed(const double* velocity) const noexcept { return speed(island_.trees, island_.tree_count, velocity); }
-
-int FrozenProblem::root(int tree) noexcept {
-  while (parent_[tree] != tree) tree = parent_[tree] = parent_[parent_[tree]];
-  return tree;
-}
-
-/// Groups trees and contacts by part, both ascending within it. What joints do by themselves is solved for all trees at once.
-void FrozenProblem::findParts() noexcept {
-  const auto treeOf = [this](int link) { return model_.links[link].articulation; };
-  for (int n = 0; n < island_.tree_count; ++n) parent_[island_.trees[n]] = island_.trees[joints_ ? 0 : n];
-  for (const FrozenContact& c : contacts) {
-    if (nodeOf(c.link_a) < 0 || nodeOf(c.link_b) < 0) continue;
-    const int a = root(treeOf(c.link_a)), b = root(treeOf(c.link_b));
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-  part_count_ = 0;
-  for (int n = 0; n < island_.tree_count; ++n) {
-    const int t = island_.trees[n], top = root(t);
-    if (top == t) {  // the lowest of its part
-      first_tree_[part_count_] = first_contact_[part_count_] = 0;
-      part_of_tree_[t] = part_count_++;
-    }
-    part_of_tree_[t] = part_of_tree_[top];
-    ++first_tree_[part_of_tree_[t]];
-  }
-  const auto partOf = [&](const FrozenContact& c) {
-    return part_of_tree_[treeOf(nodeOf(c.link_a) >= 0 ? c.link_a : c.link_b)];
-  };
-  for (const FrozenContact& c : contacts) ++first_contact_[partOf(c)];
-  // Counts become ends, and these, filled from the back, beginnings.
-  for (int p = 1; p < part_count_; ++p) {
-    first_tree_[p] += first_tree_[p - 1];
-    first_contact_[p] += first_contact_[p - 1];
-  }
-  first_tree_[part_count_] = island_.tree_count;
-  first_contact_[part_count_] = contacts.size();
-  for (int n = island_.tree_count; n-- > 0;) part_trees_[--first_tree_[part_of_tree_[island_.trees[n]]]] = island_.trees[n];
-  for (int i = contacts.size(); i-- > 0;) part_contacts_[--first_contact_[partOf(contacts[i])]] = i;
-}
-
 void FrozenProblem::select(int p) noexcept {
-  part_index_ = p;
-  part_ = {part_trees_.data() + first_tree_[p], part_contacts_.data() + first_contact_[p], first_tree_[p + 1] - first_tree_[p],
-           first_contact_[p + 1] - first_contact_[p]};
-  for (int n = 0; n < part_.tree_count; ++n) {
-    row_of_tree_[part_.trees[n]] = n;
-    node_size_[n] = treeAt(n).model->nv();
-  }
+  part_ = parts_.part(p);
+  matrix_.select(part_, work_);
 }
 
 /// Those on links of the part.
 template <class Visit>
 void FrozenProblem::eachCoupling(Visit&& visit) const noexcept {
   for (const FrozenCoupling& c : couplings) {
-    if (c.link >= 0 && part_of_tree_[model_.links[c.link].articulation] == part_index_) visit(c);
+    if (c.link >= 0 && matrix_.rowOf(c.link) >= 0) visit(c);
   }
 }
 
@@ -195,8 +114,8 @@ void FrozenProblem::addForce(int link, const Wrench& F_W, const Vector3& p_W, do
 void FrozenProblem::smoothPart(const double* v) noexcept {
   for (int n = 0; n < part_.tree_count; ++n) {
     const ModelTree& tree = treeAt(n);
-    const double* M = massMatrixOf(part_.trees[n]);
-    const int nv = node_size_[n];
+    const double* M = matrix_.massOf(part_.trees[n]);
+    const int nv = matrix_.sizeAt(n);
     for (int i = tree.v; i < tree.v + nv; ++i) {
       trial_[i] = v[i] - v_reference_[i];
       smooth_[i] = r_reference_[i];
@@ -216,7 +135,7 @@ void FrozenProblem::measureImbalance(double g) noexcept {
   for (int n = 0; n < part_.tree_count; ++n) {
     const ModelTree& tree = treeAt(n);
     const double size = model_.links[tree.link].size;
-    for (int i = 0; i < node_size_[n]; ++i) {
+    for (int i = 0; i < matrix_.sizeAt(n); ++i) {
       const bool moment = !tree.model->isFreeBody() || i < 3;
       imbalance = std::max(imbalance, std::abs(residual_[tree.v + i]) / (g * (moment ? size : 1.0)));
     }
@@ -229,8 +148,12 @@ bool FrozenProblem::minimise(double g, int most, double finest, double enough, c
   const int iterations_before = iterations, factorisations_before = factorisations;
   int longest = 0, factored = 0;
   bool solved = true;
-  findParts();
-  for (int p = 0; p < part_count_; ++p) {
+  for (int i = 0; i < contacts.size(); ++i) {
+    const auto treeOf = [this](int link) { return nodeOf(link) >= 0 ? model_.links[link].articulation : -1; };
+    joined_[i] = {treeOf(contacts[i].link_a), treeOf(contacts[i].link_b)};
+  }
+  parts_.find(island_, joined_.data(), contacts.size(), joints_ != nullptr);  // what joints do is solved for all trees at once
+  for (int p = 0; p < parts_.count(); ++p) {
     select(p);
     const int first = part_.trees[0];
     if (std::any_of(part_.trees, part_.trees + part_.tree_count, [&](int t) { return moved[t] != 0; })) {
@@ -264,7 +187,7 @@ bool FrozenProblem::minimisePart(double g, int most, double finest, double enoug
       });
     }
     for (int n = 0; n < part_.tree_count; ++n) {
-      std::copy_n(smooth_.begin() + treeAt(n).v, node_size_[n], residual_.begin() + treeAt(n).v);
+      std::copy_n(smooth_.begin() + treeAt(n).v, matrix_.sizeAt(n), residual_.begin() + treeAt(n).v);
     }
     eachContact([&](const FrozenContact& c) {
       const Wrench F_W = Wrench{c.force.F.head<3>(), c.force.F.tail<3>()}.rotated(c.X_WP.R) * -g;
@@ -272,9 +195,10 @@ bool FrozenProblem::minimisePart(double g, int most, double finest, double enoug
       addForce(c.link_a, -F_W, c.X_WP.p, residual_.data());
     });
     if (i == 0) measureImbalance(g);
-    if (!assemble() || !findDirection(q, v, open)) return false;
+    if (!matrix_.assemble(part_, contacts, couplings) || !findDirection(q, v, open)) return false;
     ++iterations;
-    const double size = speed(part_.trees, part_.tree_count, step_.data());
+    double size = 0;
+    for (int n = 0; n < part_.tree_count; ++n) size = std::max(size, speedOf(part_.trees[n], step_.data()));
     if (i == 0) decrement -= dotStep(residual_);
     // A full step is the motion under exactly these forces, linear in it.
     eachContact([&](FrozenContact& c) {
@@ -284,7 +208,7 @@ bool FrozenProblem::minimisePart(double g, int most, double finest, double enoug
     double left = 0;
     const double alpha = size <= finest ? 1.0 : search(g, v, left);
     for (int n = 0; n < part_.tree_count; ++n) {
-      for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) v[k] += alpha * step_[k];
+      for (int k = treeAt(n).v; k < treeAt(n).v + matrix_.sizeAt(n); ++k) v[k] += alpha * step_[k];
     }
     if (alpha == 1 && joints_) joints_->settle(v);
     eachContact([&](FrozenContact& c) {
@@ -331,16 +255,16 @@ double FrozenProblem::missedSpeed(const FrozenContact& c, double g) const noexce
 /// Newton's step p into step_, with what the joints do by themselves. `open`: share of the gaps of loops that is left.
 bool FrozenProblem::findDirection(const double* q, const double* v, double open) noexcept {
   ++factorisations;
-  if (joints_) return joints_->solve(matrix_, work_, q, v, residual_.data(), open, step_.data());
-  if (!matrix_.factor()) return false;
+  if (joints_) return joints_->solve(matrix_.blocks(), work_, q, v, residual_.data(), open, step_.data());
+  if (!matrix_.blocks().factor()) return false;
   for (int n = 0, row = 0; n < part_.tree_count; ++n) {
     const int first = treeAt(n).v;
-    for (int i = 0; i < node_size_[n]; ++i) rows_[row++] = -residual_[first + i];
+    for (int i = 0; i < matrix_.sizeAt(n); ++i) rows_[row++] = -residual_[first + i];
   }
-  matrix_.solve(rows_.data());
+  matrix_.blocks().solve(rows_.data());
   for (int n = 0, row = 0; n < part_.tree_count; ++n) {
     const int first = treeAt(n).v;
-    for (int i = first; i < first + node_size_[n]; ++i) step_[i] = rows_[row++];
+    for (int i = first; i < first + matrix_.sizeAt(n); ++i) step_[i] = rows_[row++];
   }
   return true;
 }
@@ -349,29 +273,18 @@ bool FrozenProblem::findDirection(const double* q, const double* v, double open)
 double FrozenProblem::dotStep(const std::vector<double>& u) const noexcept {
   double sum = 0;
   for (int n = 0; n < part_.tree_count; ++n) {
-    for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) sum += u[k] * step_[k];
+    for (int k = treeAt(n).v; k < treeAt(n).v + matrix_.sizeAt(n); ++k) sum += u[k] * step_[k];
   }
   return sum;
 }
 
-double FrozenProblem::massNorm2(const double* u) const noexcept { return massNorm2(island_.trees, island_.tree_count, u); }
-
-double FrozenProblem::massNorm2(const int* trees, int count, const double* u) const noexcept {
-  double sum = 0;
-  for (int n = 0; n < count; ++n) {
-    const ModelTree& tree = model_.trees[trees[n]];
-    const double *M = massMatrixOf(trees[n]), *p = u + tree.v;
-    const int nv = tree.model->nv();
-    for (int j = 0; j < nv; ++j) {
-      for (int i = 0; i < nv; ++i) sum += p[i] * M[i + j * nv] * p[j];
-    }
-  }
-  return sum;
+double FrozenProblem::massNorm2(const double* u) const noexcept {
+  return matrix_.massNorm2(island_.trees, island_.tree_count, u);
 }
 
 /// pᵀ (M + Σ Jᵀ C J) p.
 double FrozenProblem::curvature() const noexcept {
-  double sum = massNorm2(part_.trees, part_.tree_count, step_.data());
+  double sum = matrix_.massNorm2(part_.trees, part_.tree_count, step_.data());
   eachCoupling([&](const FrozenCoupling& c) {
     const Twist V = linkTwist(c.link, work_[c.link].X_WL.p, step_.data());
     sum += c.turn * V.angular.squaredNorm() + c.way * V.linear.squaredNorm();
@@ -388,7 +301,7 @@ double FrozenProblem::slopeAt(double g, double alpha, double along, double curva
   });
   if (!joints_) return phi;
   for (int n = 0; n < part_.tree_count; ++n) {
-    for (int k = treeAt(n).v; k < treeAt(n).v + node_size_[n]; ++k) trial_[k] = v[k] + alpha * step_[k];
+    for (int k = treeAt(n).v; k < treeAt(n).v + matrix_.sizeAt(n); ++k) trial_[k] = v[k] + alpha * step_[k];
   }
   if (alpha == 1) joints_->settle(trial_.data());
   return phi + joints_->slope(trial_.data(), step_.data());
@@ -420,111 +333,6 @@ double FrozenProblem::search(double g, const double* v, double& left) noexcept {
     }
   }
   return alpha;
-}
-
-bool FrozenProblem::assemble() noexcept {
-  edges_.clear();
-  eachContact([&](const FrozenContact& c) {
-    const int a = rowOf(c.link_a), b = rowOf(c.link_b);
-    if (a >= 0 && b >= 0 && a != b) edges_.push_back({a, b});
-  });
-  if (!matrix_.analyze(node_size_.data(), part_.tree_count, edges_.begin(), edges_.size())) return false;
-  for (int n = 0; n < part_.tree_count; ++n) matrix_.add(n, n, massMatrixOf(part_.trees[n]));
-  eachContact([&](FrozenContact& c) { assembleContact(c); });
-  eachCoupling([&](const FrozenCoupling& c) {
-    Matrix6 G = Matrix6::Zero();
-    G.diagonal().head<3>().setConstant(c.turn);
-    G.diagonal().tail<3>().setConstant(c.way);
-    const Pose X_WP(work_[c.link].X_WL.p);
-    if (isFree(c.link)) {
-      addFree(-1, rowOf(c.link), X_WP, G, -1, c.link);
-    } else {
-      assembleLinks(-1, c.link, X_WP, G);
-    }
-  });
-  return true;
-}
-
-/// Rows: the twist at P in P's axes, angular first; columns: the degrees of the link's tree.
-void FrozenProblem::treeJacobian(int link, const Pose& X_WP, double* J) noexcept {
-  const ModelLink& entry = model_.links[link];
-  const ModelTree& tree = model_.trees[entry.articulation];
-  const int nv = tree.model->nv();
-  const Matrix3 R_PW = X_WP.R.transpose();
-  JacobianMap map(J, 6, nv);
-  map.setZero();
-  pointJacobian(*tree.model, work_ + tree.link, entry.local, X_WP.p, J, nv);
-  for (int c = 0; c < nv; ++c) {
-    map.col(c).head<3>() = Vector3(R_PW * Vector3(map.col(c).head<3>()));
-    map.col(c).tail<3>() = Vector3(R_PW * Vector3(map.col(c).tail<3>()));
-  }
-}
-
-void FrozenProblem::assembleContact(FrozenContact& c) noexcept {
-  const int a = rowOf(c.link_a), b = rowOf(c.link_b);
-  c.G = c.patch.tangent(c.V, c.limit);
-  if ((a >= 0 && !isFree(c.link_a)) || (b >= 0 && !isFree(c.link_b))) {
-    assembleLinks(c.link_a, c.link_b, c.X_WP, c.G);
-    return;
-  }
-  addFree(a, b, c.X_WP, c.G, c.link_a, c.link_b);
-}
-
-/// Jᵀ G J of free bodies, node -1 for none. With G in W's axes in blocks [A B; Bᵀ D], a body's lever r to P and X = [r]×,
-/// J = [1 0; -X 1], so that with Q = B + X D the block of two bodies i, j is
-///     J_iᵀ G J_j = [A - B X_j + X_i Q_jᵀ   Q_i; Q_jᵀ   D].
-void FrozenProblem::addFree(int a, int b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept {
-  const Matrix3& R = X_WP.R;
-  const Matrix3 A = R * G.topLeftCorner<3, 3>() * R.transpose(), B = R * G.topRightCorner<3, 3>() * R.transpose(),
-                D = R * G.bottomRightCorner<3, 3>() * R.transpose();
-  const int node[2] = {a, b}, link[2] = {link_a, link_b};
-  Matrix3 X[2], Q[2];
-  for (int s = 0; s < 2; ++s) {
-    if (node[s] < 0) continue;
-    X[s] = crossMatrix(X_WP.p - work_[link[s]].p_WO);
-    Q[s] = B + X[s] * D;
-  }
-  Matrix6 block;
-  for (int i = 0; i < 2; ++i) {
-    for (int j = i; j < 2; ++j) {
-      if (node[i] < 0 || node[j] < 0) continue;
-      block.topLeftCorner<3, 3>() = A - B * X[j] + X[i] * Q[j].transpose();
-      block.topRightCorner<3, 3>() = Q[i];
-      block.bottomLeftCorner<3, 3>() = Q[j].transpose();
-      block.bottomRightCorner<3, 3>() = D;
-      if (i != j) block = -block;
-      matrix_.add(node[i], node[j], block.data());
-    }
-  }
-}
-
-/// Jᵀ G J of a patch between two links, link A -1 for none; at least one of them is on joints.
-void FrozenProblem::assembleLinks(int link_a, int link_b, const Pose& X_WP, const Matrix6& G_P) noexcept {
-  const int link[2] = {link_a, link_b};
-  double* J[2] = {jacobian_a_.data(), jacobian_b_.data()};
-  int node[2], size[2];
-  for (int s = 0; s < 2; ++s) {
-    node[s] = link[s] >= 0 ? rowOf(link[s]) : -1;
-    size[s] = node[s] >= 0 ? node_size_[node[s]] : 0;
-    if (node[s] >= 0) treeJacobian(link[s], X_WP, J[s]);
-  }
-  if (node[0] >= 0 && node[0] == node[1]) {  // two links of one tree: J = J_b - J_a
-    for (int i = 0; i < 6 * size[0]; ++i) J[1][i] -= J[0][i];
-    node[0] = -1;
-  }
-  for (int s = 0; s < 2; ++s) {
-    if (node[s] < 0) continue;
-    JacobianMap Js(J[s], 6, size[s]), weighted(weighted_.data(), 6, size[s]);
-    weighted.noalias() = G_P.lazyProduct(Js);
-    for (int t = 0; t <= s; ++t) {
-      if (node[t] < 0) continue;
-      JacobianMap Jt(J[t], 6, size[t]);
-      Eigen::Map<Eigen::MatrixXd> block(block_.data(), size[t], size[s]);
-      block.noalias() = Jt.transpose().lazyProduct(weighted);
-      if (s != t) block = -block;
-      matrix_.add(node[t], node[s], block_.data());
-    }
-  }
 }
 
 }  // namespace haptic

@@ -18,36 +18,16 @@
 #include <limits>
 #include <vector>
 
-#include "haptic_core/dynamics/block_cholesky.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/loaded_vector.h"
-#include "haptic_core/stepping/frozen_patch.h"
+#include "haptic_core/stepping/frozen_contact.h"
+#include "haptic_core/stepping/frozen_matrix.h"
 #include "haptic_core/stepping/implicit_joints.h"
+#include "haptic_core/stepping/island_parts.h"
 #include "haptic_core/world/islands.h"
 #include "haptic_core/world/model.h"
 
 namespace haptic {
-
-/// A contact in the convex problem of an implicit stage.
-struct FrozenContact {
-  int link_a = 0, link_b = 0;          ///< world indices
-  Pose X_WP;                           ///< of the patch, at the reference
-  FrozenPatch patch;                   ///< its frozen force
-  double limit = 0;                    ///< normal force that bounds friction [N]
-  Vector6 V_reference = Vector6::Zero();  ///< of B over A at P, in P's axes
-  Vector6 V_frozen = Vector6::Zero();  ///< the same where the patch was frozen
-  Vector6 V = Vector6::Zero();         ///< the same at the present v
-  Vector6 step = Vector6::Zero();      ///< J p
-  FrozenPatch::Force force;            ///< at V
-  Matrix6 G = Matrix6::Zero();         ///< -g ∂F/∂V of the last Newton step
-  Vector6 F_done = Vector6::Zero();    ///< that the last Newton step balanced, of B at P, in P's axes [N·m, N]
-};
-
-/// A spring-damper on a link, about its frame's origin.
-struct FrozenCoupling {
-  int link = -1;                       ///< world index
-  double turn = 0, way = 0;            ///< C: g² of the springs and g of the dampers [N·m·s², N·s²/m]
-};
 
 /// The convex problem of one pass over one island, and its solver.
 class FrozenProblem {
@@ -92,17 +72,8 @@ class FrozenProblem {
   const std::vector<double>& reference() const { return v_reference_; }  ///< v_r, in the state's order
   /// Of the tree of a link; -1: the island does not move it.
   int nodeOf(int link) const { return node_of_tree_[model_.links[link].articulation]; }
-  /// M of a tree as it was frozen, nv × nv.
-  const double* massMatrixOf(int tree) const { return masses_.data() + mass_offset_[tree]; }
 
  private:
-  /// What patches join: arrays as an Island's, contacts by index.
-  struct Part {
-    const int *trees = nullptr, *contacts = nullptr;
-    int tree_count = 0, contact_count = 0;
-  };
-  void findParts() noexcept;
-  int root(int tree) noexcept;
   void select(int part) noexcept;
   bool minimisePart(double g, int most, double finest, double enough, const double* q, double* v) noexcept;
   template <class Visit>
@@ -111,17 +82,9 @@ class FrozenProblem {
   }
   template <class Visit>
   void eachCoupling(Visit&& visit) const noexcept;
-  double massNorm2(const int* trees, int count, const double* u) const noexcept;
-  double speed(const int* trees, int count, const double* velocity) const noexcept;
-  bool isFree(int link) const { return model_.trees[model_.links[link].articulation].model->isFreeBody(); }
   void addForce(int link, const Wrench& F_W, const Vector3& p_W, double* rows) const noexcept;
   void smoothPart(const double* v) noexcept;
   void measureImbalance(double g) noexcept;
-  bool assemble() noexcept;
-  void assembleContact(FrozenContact& c) noexcept;
-  void assembleLinks(int link_a, int link_b, const Pose& X_WP, const Matrix6& G_P) noexcept;
-  void addFree(int node_a, int node_b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept;
-  void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;
   double missedSpeed(const FrozenContact& c, double g) const noexcept;
   bool findDirection(const double* q, const double* v, double open) noexcept;
   double search(double g, const double* v, double& left) noexcept;
@@ -130,26 +93,18 @@ class FrozenProblem {
   double slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept;
   double limitError(const FrozenContact& c, double g) const noexcept;
   const ModelTree& treeAt(int n) const { return model_.trees[part_.trees[n]]; }
-  /// Row of blocks of a link's tree in the matrix of the part; -1: the island does not move it.
-  int rowOf(int link) const { return nodeOf(link) >= 0 ? row_of_tree_[model_.links[link].articulation] : -1; }
 
   const Model& model_;
   Island island_;
   LinkWork* work_ = nullptr;
   ImplicitJoints* joints_ = nullptr;    ///< null: no joint of the island does anything by itself
   std::vector<int> node_of_tree_;
-  Part part_;                           ///< that is being solved
-  int part_count_ = 0, part_index_ = 0;
-  std::vector<int> parent_, part_of_tree_, row_of_tree_;                         ///< by tree
-  std::vector<double> remainder_, energy_remainder_;                             ///< by the part's first tree, of its last solve
-  std::vector<int> part_trees_, part_contacts_, first_tree_, first_contact_;     ///< grouped by part; by part
-  std::vector<int> node_size_;                                                   ///< by tree of the part
+  IslandParts parts_;
+  IslandPart part_;                     ///< that is being solved
+  std::vector<TreePair> joined_;        ///< by contact
+  std::vector<double> remainder_, energy_remainder_;  ///< by the part's first tree, of its last solve
   std::vector<double> v_reference_, r_reference_, smooth_, residual_, step_, trial_, rows_;
-  std::vector<double> masses_;          ///< M by tree, one block after the other
-  std::vector<std::size_t> mass_offset_;
-  LoadedVector<BlockCholesky::Edge> edges_;
-  BlockCholesky matrix_;
-  std::vector<double> jacobian_a_, jacobian_b_, weighted_, block_;
+  FrozenMatrix matrix_;
 };
 
 }  // namespace haptic

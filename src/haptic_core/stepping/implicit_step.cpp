@@ -293,11 +293,8 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
 
 /// A stage whose contacts stay what they were at the start of the step. False as soon as they do not.
 bool ImplicitStep::solveSmooth(double g, double left) noexcept {
-  return stage_.solve(g, left, locates_ ? kMostPasses : kSmoothPasses, [this] { return sameContacts(); }) && isSmooth();
-}
-
-bool ImplicitStep::isSmooth() const noexcept {
-  return sameContacts() && (!stage_.hasJoints() || stage_.joints().isSmooth(state_->v.data()));
+  return stage_.solve(g, left, locates_ ? kMostPasses : kSmoothPasses, [this] { return sameContacts(); }) && sameContacts() &&
+         (!stage_.hasJoints() || stage_.joints().isSmooth(state_->v.data()));
 }
 
 /// Whether the contacts of the last evaluation are those of the step's start, and their patches about as large: an edge

@@ -91,7 +91,6 @@ class ImplicitStep {
   double violation(const ImplicitContact& contact) const noexcept;
   void changeModes(double least, double elapsed) noexcept;
   void setBase() noexcept;
-  bool isSmooth() const noexcept;
   bool sameContacts() const noexcept;
   void gatherDone() noexcept;
   void commit(double g, double h, bool two_stages) noexcept;

@@ -1,0 +1,29 @@
+/// What presses and pulls in the convex problem of an implicit stage (frozen_problem.h).
+#pragma once
+#include "haptic_core/base/spatial.h"
+#include "haptic_core/stepping/frozen_patch.h"
+
+namespace haptic {
+
+/// A contact in the convex problem of an implicit stage.
+struct FrozenContact {
+  int link_a = 0, link_b = 0;          ///< world indices
+  Pose X_WP;                           ///< of the patch, at the reference
+  FrozenPatch patch;                   ///< its frozen force
+  double limit = 0;                    ///< normal force that bounds friction [N]
+  Vector6 V_reference = Vector6::Zero();  ///< of B over A at P, in P's axes
+  Vector6 V_frozen = Vector6::Zero();  ///< the same where the patch was frozen
+  Vector6 V = Vector6::Zero();         ///< the same at the present v
+  Vector6 step = Vector6::Zero();      ///< J p
+  FrozenPatch::Force force;            ///< at V
+  Matrix6 G = Matrix6::Zero();         ///< -g ∂F/∂V of the last Newton step
+  Vector6 F_done = Vector6::Zero();    ///< that the last Newton step balanced, of B at P, in P's axes [N·m, N]
+};
+
+/// A spring-damper on a link, about its frame's origin.
+struct FrozenCoupling {
+  int link = -1;                       ///< world index
+  double turn = 0, way = 0;            ///< C: g² of the springs and g of the dampers [N·m·s², N·s²/m]
+};
+
+}  // namespace haptic

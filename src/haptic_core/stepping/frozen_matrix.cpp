@@ -1,0 +1,187 @@
+#include "haptic_core/stepping/frozen_matrix.h"
+
+#include <algorithm>
+
+#include "haptic_core/dynamics/joint_space_inertia.h"
+#include "haptic_core/dynamics/kinematics.h"
+
+namespace haptic {
+namespace {
+
+/// Of the dense factor, 64 MB [doubles].
+constexpr std::size_t kMostValues = std::size_t{8} << 20;
+
+using JacobianMap = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>;
+
+}  // namespace
+
+FrozenMatrix::FrozenMatrix(const Model& model, int contact_capacity)
+    : model_(model),
+      blocks_(static_cast<int>(model.trees.size()), contact_capacity,
+              std::min<std::size_t>(static_cast<std::size_t>(model.nv) * (model.nv + 1), kMostValues)) {
+  row_of_tree_.assign(model.trees.size(), -1);
+  for (auto* x : {&trees_, &size_}) x->reserve(model.trees.size());
+  std::size_t largest = 1, offset = 0;
+  bool jointed = false;
+  for (const ModelTree& tree : model.trees) {
+    const std::size_t nv = static_cast<std::size_t>(tree.model->nv());
+    mass_offset_.push_back(offset);
+    offset += nv * nv;
+    largest = std::max(largest, nv);
+    jointed |= tree.has_laws;
+  }
+  masses_.resize(offset);
+  edges_.reserve(contact_capacity);
+  block_.resize(largest * largest);
+  for (auto* J : {&jacobian_a_, &jacobian_b_, &weighted_}) J->resize(6 * largest);
+  if (jointed) blocks_.reserveKept();
+}
+
+void FrozenMatrix::freeze(int t, LinkWork* work) noexcept {
+  const ModelTree& tree = model_.trees[t];
+  double* M = masses_.data() + mass_offset_[t];
+  if (!tree.model->isFreeBody()) {
+    massMatrix(*tree.model, work + tree.link, M);
+    return;
+  }
+  const LinkModel& body = tree.model->link(0);
+  const Matrix3& R_WL = work[tree.link].X_WL.R;
+  Eigen::Map<Matrix6> block(M);
+  block.setZero();
+  block.topLeftCorner<3, 3>() = R_WL * body.I_O * R_WL.transpose();
+  block(3, 3) = block(4, 4) = block(5, 5) = body.mass;
+}
+
+double FrozenMatrix::massNorm2(const int* trees, int count, const double* u) const noexcept {
+  double sum = 0;
+  for (int n = 0; n < count; ++n) {
+    const ModelTree& tree = model_.trees[trees[n]];
+    const double *M = massOf(trees[n]), *p = u + tree.v;
+    const int nv = tree.model->nv();
+    for (int j = 0; j < nv; ++j) {
+      for (int i = 0; i < nv; ++i) sum += p[i] * M[i + j * nv] * p[j];
+    }
+  }
+  return sum;
+}
+
+void FrozenMatrix::select(const IslandPart& part, LinkWork* work) noexcept {
+  work_ = work;
+  for (const int tree : trees_) row_of_tree_[tree] = -1;
+  trees_.assign(part.trees, part.trees + part.tree_count);
+  size_.resize(part.tree_count);
+  for (int n = 0; n < part.tree_count; ++n) {
+    row_of_tree_[trees_[n]] = n;
+    size_[n] = model_.trees[trees_[n]].model->nv();
+  }
+}
+
+bool FrozenMatrix::assemble(const IslandPart& part, LoadedVector<FrozenContact>& contacts,
+                            const std::vector<FrozenCoupling>& couplings) noexcept {
+  edges_.clear();
+  for (int i = 0; i < part.contact_count; ++i) {
+    const FrozenContact& c = contacts[part.contacts[i]];
+    const int a = rowOf(c.link_a), b = rowOf(c.link_b);
+    if (a >= 0 && b >= 0 && a != b) edges_.push_back({a, b});
+  }
+  if (!blocks_.analyze(size_.data(), part.tree_count, edges_.begin(), edges_.size())) return false;
+  for (int n = 0; n < part.tree_count; ++n) blocks_.add(n, n, massOf(part.trees[n]));
+  for (int i = 0; i < part.contact_count; ++i) addContact(contacts[part.contacts[i]]);
+  for (const FrozenCoupling& c : couplings) {
+    if (c.link < 0 || rowOf(c.link) < 0) continue;
+    Matrix6 G = Matrix6::Zero();
+    G.diagonal().head<3>().setConstant(c.turn);
+    G.diagonal().tail<3>().setConstant(c.way);
+    const Pose X_WP(work_[c.link].X_WL.p);
+    if (isFree(c.link)) {
+      addFree(-1, rowOf(c.link), X_WP, G, -1, c.link);
+    } else {
+      addLinks(-1, c.link, X_WP, G);
+    }
+  }
+  return true;
+}
+
+/// Rows: the twist at P in P's axes, angular first; columns: the degrees of the link's tree.
+void FrozenMatrix::treeJacobian(int link, const Pose& X_WP, double* J) noexcept {
+  const ModelLink& entry = model_.links[link];
+  const ModelTree& tree = model_.trees[entry.articulation];
+  const int nv = tree.model->nv();
+  const Matrix3 R_PW = X_WP.R.transpose();
+  JacobianMap map(J, 6, nv);
+  map.setZero();
+  pointJacobian(*tree.model, work_ + tree.link, entry.local, X_WP.p, J, nv);
+  for (int c = 0; c < nv; ++c) {
+    map.col(c).head<3>() = Vector3(R_PW * Vector3(map.col(c).head<3>()));
+    map.col(c).tail<3>() = Vector3(R_PW * Vector3(map.col(c).tail<3>()));
+  }
+}
+
+void FrozenMatrix::addContact(FrozenContact& c) noexcept {
+  const int a = rowOf(c.link_a), b = rowOf(c.link_b);
+  c.G = c.patch.tangent(c.V, c.limit);
+  if ((a >= 0 && !isFree(c.link_a)) || (b >= 0 && !isFree(c.link_b))) {
+    addLinks(c.link_a, c.link_b, c.X_WP, c.G);
+    return;
+  }
+  addFree(a, b, c.X_WP, c.G, c.link_a, c.link_b);
+}
+
+/// Jᵀ G J of free bodies, node -1 for none. With G in W's axes in blocks [A B; Bᵀ D], a body's lever r to P and X = [r]×,
+/// J = [1 0; -X 1], so that with Q = B + X D the block of two bodies i, j is
+///     J_iᵀ G J_j = [A - B X_j + X_i Q_jᵀ   Q_i; Q_jᵀ   D].
+void FrozenMatrix::addFree(int a, int b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept {
+  const Matrix3& R = X_WP.R;
+  const Matrix3 A = R * G.topLeftCorner<3, 3>() * R.transpose(), B = R * G.topRightCorner<3, 3>() * R.transpose(),
+                D = R * G.bottomRightCorner<3, 3>() * R.transpose();
+  const int node[2] = {a, b}, link[2] = {link_a, link_b};
+  Matrix3 X[2], Q[2];
+  for (int s = 0; s < 2; ++s) {
+    if (node[s] < 0) continue;
+    X[s] = crossMatrix(X_WP.p - work_[link[s]].p_WO);
+    Q[s] = B + X[s] * D;
+  }
+  Matrix6 block;
+  for (int i = 0; i < 2; ++i) {
+    for (int j = i; j < 2; ++j) {
+      if (node[i] < 0 || node[j] < 0) continue;
+      block.topLeftCorner<3, 3>() = A - B * X[j] + X[i] * Q[j].transpose();
+      block.topRightCorner<3, 3>() = Q[i];
+      block.bottomLeftCorner<3, 3>() = Q[j].transpose();
+      block.bottomRightCorner<3, 3>() = D;
+      if (i != j) block = -block;
+      blocks_.add(node[i], node[j], block.data());
+    }
+  }
+}
+
+/// Jᵀ G J of a patch between two links, link A -1 for none; at least one of them is on joints.
+void FrozenMatrix::addLinks(int link_a, int link_b, const Pose& X_WP, const Matrix6& G_P) noexcept {
+  const int link[2] = {link_a, link_b};
+  double* J[2] = {jacobian_a_.data(), jacobian_b_.data()};
+  int node[2], size[2];
+  for (int s = 0; s < 2; ++s) {
+    node[s] = link[s] >= 0 ? rowOf(link[s]) : -1;
+    size[s] = node[s] >= 0 ? size_[node[s]] : 0;
+    if (node[s] >= 0) treeJacobian(link[s], X_WP, J[s]);
+  }
+  if (node[0] >= 0 && node[0] == node[1]) {  // two links of one tree: J = J_b - J_a
+    for (int i = 0; i < 6 * size[0]; ++i) J[1][i] -= J[0][i];
+    node[0] = -1;
+  }
+  for (int s = 0; s < 2; ++s) {
+    if (node[s] < 0) continue;
+    JacobianMap Js(J[s], 6, size[s]), weighted(weighted_.data(), 6, size[s]);
+    weighted.noalias() = G_P.lazyProduct(Js);
+    for (int t = 0; t <= s; ++t) {
+      if (node[t] < 0) continue;
+      JacobianMap Jt(J[t], 6, size[t]);
+      Eigen::Map<Eigen::MatrixXd> block(block_.data(), size[t], size[s]);
+      block.noalias() = Jt.transpose().lazyProduct(weighted);
+      if (s != t) block = -block;
+      blocks_.add(node[t], node[s], block_.data());
+    }
+  }
+}
+
+}  // namespace haptic

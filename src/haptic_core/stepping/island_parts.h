@@ -1,0 +1,40 @@
+/// The parts of an island: what the patches of a pass join. An island joins what is near.
+#pragma once
+#include <vector>
+
+#include "haptic_core/world/islands.h"
+
+namespace haptic {
+
+/// Trees and contacts of a part, both ascending; arrays of IslandParts.
+struct IslandPart {
+  const int *trees = nullptr, *contacts = nullptr;
+  int tree_count = 0, contact_count = 0;
+};
+
+/// Trees of a contact's two links; -1 for what the island does not move.
+struct TreePair {
+  int a = -1, b = -1;
+};
+
+/// Union by patches; every loop is bounded by trees and contacts.
+class IslandParts {
+ public:
+  IslandParts(std::size_t trees, std::size_t contacts);  ///< set-up: room for so many
+
+  /// (in realtime) Parts of an island by the trees of its contacts, at least one of which is the island's. `together`: all is one.
+  void find(const Island& island, const TreePair* contacts, int contact_count, bool together) noexcept;
+
+  int count() const { return count_; }                       ///< parts
+  IslandPart part(int p) const noexcept;                     ///< (in realtime) valid until the next `find`
+  int of(int tree) const { return part_of_tree_[tree]; }     ///< index of the part of a tree of the island
+
+ private:
+  int root(int tree) noexcept;
+
+  int count_ = 0;
+  std::vector<int> parent_, part_of_tree_;                                   ///< by tree
+  std::vector<int> trees_, contacts_, first_tree_, first_contact_;           ///< grouped by part; by part
+};
+
+}  // namespace haptic
