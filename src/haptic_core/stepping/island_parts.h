@@ -8,13 +8,13 @@ namespace haptic {
 
 /// Trees and contacts of a part, both ascending; arrays of IslandParts.
 struct IslandPart {
-  const int *trees = nullptr, *contacts = nullptr;
-  int tree_count = 0, contact_count = 0;
+  const int *trees = nullptr, *contacts = nullptr;  ///< world tree indices; indices into the contacts of the pass
+  int tree_count = 0, contact_count = 0;            ///< of these
 };
 
 /// Trees of a contact's two links; -1 for what the island does not move.
 struct TreePair {
-  int a = -1, b = -1;
+  int a = -1, b = -1;  ///< world tree indices
 };
 
 /// Union by patches; every loop is bounded by trees and contacts.
