@@ -39,6 +39,7 @@ struct Pair {
   Pose X[8];
   PairCache cache[8];
   ContactWorkspace workspace;
+  ContactMaterial material = combine({}, {}, ContactMaterial());
   double sum = 0;
 
   Pair(const ConvexShape& a, const ConvexShape& b, const Vector3& place, const Vector3& axis = Vector3(1, 2, 3),
@@ -55,7 +56,7 @@ struct Pair {
     contactVolume(A, B, X[i & 7], cache[i & 7], workspace, volume);
     if (volume.status != ContactVolume::Status::kOverlap) return;
     sum += normalPressure(volume, workspace, Twist{Vector3(0, 0.1, 0), Vector3(0, 0, -0.01)},
-                          PressureLaw::kHuntCrossley, ContactMaterial())
+                          PressureLaw::kHuntCrossley, material)
                .force;
   }
 };

@@ -21,9 +21,10 @@ constexpr int kMostEvaluations = 10, kKeepingEnergy = 3, kMostPasses = 7;
 constexpr int kSmoothPasses = 2;
 /// Touching pairs of an island in which the instants of friction are located.
 constexpr int kFewContacts = 4;
-/// An island below this speed, as a share of what gravity adds in a step, is at rest: both schemes do the same, and Euler's
-/// costs half.
-constexpr double kStill = 1e-4;
+/// An island below this speed, as a share of what gravity adds in a step, settles: Euler's costs half, and it damps the rocking
+/// that SDIRK2 and Hunt-Crossley leave for seconds. What falls, swings or turns back is as slow as that for a step or two, so
+/// the order stays 2.
+constexpr double kSettles = 1;
 /// Changes of friction inside one step; what they leave is done as implicit Euler.
 constexpr int kMostEvents = 6;
 /// An instant is located when the load is this close to the limit, or the slip this small against what it was.
@@ -71,7 +72,7 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, bool
   length_ = h;
   double left = h;
   locates_ = second_order && changesLimit();
-  if (second_order && !locates_ && stage_.speed(state_->v) <= kStill * h * settings_.gravity.norm()) second_order = false;
+  if (second_order && !locates_ && stage_.speed(state_->v) <= kSettles * h * settings_.gravity.norm()) second_order = false;
   for (int event = 0; second_order && event <= kMostEvents && left > 0; ++event) {
     elapsed_ = h - left;
     const double done = secondOrder(left);
