@@ -145,7 +145,7 @@ void countCouplings(const Model& model, const State& state, Work& work) noexcept
   work.choice.parts = 1;
   work.choice.cuts = !anyImplicit(state);
   for (const PointerState& pointer : state.pointers) {
-    if (isImplicit(state, model.links[pointer.link].articulation)) continue;
+    if (!pointer.targeted || isImplicit(state, model.links[pointer.link].articulation)) continue;
     work.choice.number[pointer.link] = couplingNumber(model, state, work, pointer.link);
   }
 }

@@ -58,7 +58,7 @@ void boundHands(const Model& model, const State& state, const Placement& placeme
   for (std::size_t i = 0; i < hands.bound.size(); ++i) {
     HandBound& bound = hands.bound[i];
     if (!model.holds(static_cast<int>(i))) {
-      hands.coupling[i] = weakened(hands.own_coupling[i], bound.stiffness, model.settings.step);
+      if (state.pointers[i].targeted) hands.coupling[i] = weakened(hands.own_coupling[i], bound.stiffness, model.settings.step);
     } else if (!std::isinf(bound.stiffness)) {
       bound.met_W = metStiffness(model, state, placement, state.pointers[i].link);
     }
