@@ -119,7 +119,8 @@ bool RodContact::measure(int planes, const InnerFaces* covers) {
   return true;
 }
 
-/// Keeps a plane that reaches the rod, in its frame. False: the rod lies beyond, and they are separated.
+/// Keeps a plane that reaches the rod, in its frame; first the one that leaves least of it, so that cuts begin with the deepest.
+/// False: the rod lies beyond, and they are separated.
 bool RodContact::reaches(const Vector3& normal, double offset, int index, Owner owner) {
   const double reach = normal.dot(rod_->core(normal)) + rod_->rounding();
   // The rod is symmetric about its centre: it goes as far the other way.
@@ -127,8 +128,11 @@ bool RodContact::reaches(const Vector3& normal, double offset, int index, Owner 
     setSeparated(v_.sign * (v_.X_AQ.R * normal), -offset - reach);
     return false;
   }
-  if (offset + reach < way_) way_ = offset + reach, way_out_Q_ = normal;
-  if (reach > offset) v_.near.push_back({normal, offset, index, owner});
+  const bool least = offset + reach < way_;
+  if (least) way_ = offset + reach, way_out_Q_ = normal;
+  if (reach > offset && v_.near.push_back({normal, offset, index, owner}) && least) {
+    std::swap(v_.near[0], v_.near[v_.near.size() - 1]);
+  }
   return true;
 }
 
@@ -146,12 +150,18 @@ bool RodContact::findPlanes(const ConvexPolyhedron& shape, bool is_a) {
 bool RodContact::cutBox(double low, double high, double from, double to) {
   const double R = v_.radius, middle = 0.5 * (from + to), half = 0.5 * (to - from);
   const bool tube = half > 0;
-  startBox(Vector3(-kRoom * R, -kRoom * R, low), Vector3(kRoom * R, kRoom * R, high), w_);
+  ConvexShape::Box left{Vector3(-kRoom * R, -kRoom * R, low), Vector3(kRoom * R, kRoom * R, high)};
+  startBox(left.lower, left.upper, w_);
   for (const ContactFace& plane : v_.near) {
+    const Vector3 outer = (plane.normal.array() > 0).select(left.upper, left.lower);
+    if (plane.normal.dot(outer) <= plane.offset) continue;
     const double across = tube ? plane.normal.head<2>().norm() : 1, along = half * std::abs(plane.normal.z());
     const double height = plane.offset - plane.normal.z() * middle, reach = R * across + along;
     if (height <= -reach) return false;
-    if (height < reach && !cutSolid(plane, w_, complete_)) return false;
+    if (height >= reach) continue;
+    if (!cutSolid(plane, w_, complete_)) return false;
+    left = {Vector3::Constant(INFINITY), Vector3::Constant(-INFINITY)};
+    for (const Vector3& x : w_.solid().points) left = {left.lower.cwiseMin(x), left.upper.cwiseMax(x)};
   }
   return true;
 }

@@ -24,6 +24,7 @@ RoundContact::RoundContact(NormalRule rule, PairCache& cache, ContactWorkspace& 
   v_.rod = nullptr;
   v_.other_radius = 0;
   v_.axial = false;
+  v_.sampled = NAN;
   out.status = Status::kSeparated;
   out.flags = 0;
 }

@@ -27,9 +27,12 @@ double setEllipse(RoundVolume& v, const Vector2& middle, const Matrix2& C) {
   v.curves.clear();
   v.shares.clear();
   v.curves.push_back({true, 0, 2 * M_PI, middle, a * along, v.sign * b * across, Vector2::Zero()});
-  v.shares.push_back({0, 1, middle});
+  v.shares.push_back({0, 1, middle, -1});
   return M_PI * a * b;
 }
+
+double heightOf(const RoundVolume::FacePart& part) { return part.offset; }
+double heightOf(const CutFace& face) { return face.height; }
 
 }  // namespace
 
@@ -60,23 +63,29 @@ RoundPatch::RoundPatch(RoundVolume& v, const ContactVolume& contact) noexcept : 
       setEllipse(v, middle, contact.A0 > 0 ? Matrix2(contact.A2 / contact.A0 - middle * middle.transpose()) : Matrix2(Matrix2::Zero()));
       return;
     }
-    for (const RoundVolume::FacePart& part : v.parts) {
-      const Vector3 normal = X_PQ.R * part.normal;
-      v.planes.push_back({normal, part.offset + normal.dot(X_PQ.p)});
-      if (v.sign * normal.z() > kEdgeOn) addShare(part, X_PQ.R, X_PQ.p);
-    }
+    addShares(v.parts, X_PQ, true);
     return;
   }
   if (v.other_radius > 0) other_ = sphereAt(X_PQ * v.other_Q, v.other_radius);
-  for (const CutFace& face : v.cut.faces()) {
-    const Vector3 normal = X_PQ.R * face.normal;
-    if (!(v.other_radius > 0)) v.planes.push_back({normal, face.height + normal.dot(X_PQ.p)});
-    if (v.sign * normal.z() > kEdgeOn) addShare(face, X_PQ.R, X_PQ.p);
+  addShares(v.cut.faces(), X_PQ, !(v.other_radius > 0));
+}
+
+/// Faces that look back first, then those that look on: over the share of one of these it alone bounds V on that side.
+template <class Faces>
+void RoundPatch::addShares(const Faces& faces, const Pose& X_PQ, bool planar) noexcept {
+  for (const bool on : {false, true}) {
+    for (const auto& face : faces) {
+      const Vector3 normal = X_PQ.R * face.normal;
+      if ((v_.sign * normal.z() > kEdgeOn) != on) continue;
+      if (planar) v_.planes.push_back({normal, heightOf(face) + normal.dot(X_PQ.p)});
+      if (on) addShare(face, X_PQ.R, X_PQ.p, planar ? v_.planes.size() - 1 : kAll);
+    }
+    if (!on) v_.planes_back = v_.planes.size();
   }
 }
 
-void RoundPatch::addShare(const RoundVolume::FacePart& part, const Matrix3& R, const Vector3& p) noexcept {
-  RoundVolume::Share share{v_.curves.size(), part.count, Vector2::Zero()};
+void RoundPatch::addShare(const RoundVolume::FacePart& part, const Matrix3& R, const Vector3& p, int plane) noexcept {
+  RoundVolume::Share share{v_.curves.size(), part.count, Vector2::Zero(), plane};
   const auto flat = [&](const Vector3& x) -> Vector2 { return (R * x).head<2>(); };
   for (int i = part.first; i < part.first + part.count; ++i) {
     const RoundVolume::Rim& rim = v_.rims[i];
@@ -88,10 +97,10 @@ void RoundPatch::addShare(const RoundVolume::FacePart& part, const Matrix3& R, c
   v_.shares.push_back(share);
 }
 
-void RoundPatch::addShare(const CutFace& face, const Matrix3& R, const Vector3& p) noexcept {
+void RoundPatch::addShare(const CutFace& face, const Matrix3& R, const Vector3& p, int plane) noexcept {
   const Vector2 middle = (R * (face.height * face.normal) + p).head<2>(), x = (R * face.x).head<2>(),
                 y = (R * face.y).head<2>();
-  RoundVolume::Share share{v_.curves.size(), face.count, middle};
+  RoundVolume::Share share{v_.curves.size(), face.count, middle, plane};
   if (!face.whole) share.inside.setZero();
   for (int i = 0; i < face.count; ++i) {
     const CutCurve& c = v_.cut.curves()[face.first + i];
@@ -112,14 +121,17 @@ bool RoundPatch::resolves(double found) const noexcept {
 
 /// Σ weight · d = Vol: what the rule misses of it is spread over the patch.
 RoundPatch& RoundPatch::fit() noexcept {
-  double found = 0;
-  if (v_.axial) {
-    eachRing([&](double, double area, double d) { found += area * d; });
-  } else {
-    eachSample([&](const Vector2&, double weight, double d) { found += weight * d; });
+  if (std::isnan(v_.sampled)) {
+    double found = 0;
+    if (v_.axial) {
+      eachRing([&](double, double area, double d) { found += area * d; });
+    } else {
+      eachSample([&](const Vector2&, double weight, double d) { found += weight * d; });
+    }
+    v_.sampled = found;
   }
-  if (resolves(found)) {
-    scale_ = contact_.volume / found;
+  if (resolves(v_.sampled)) {
+    scale_ = contact_.volume / v_.sampled;
   } else {
     standIn();
   }
@@ -186,8 +198,8 @@ bool RoundPatch::withinRod(const Vector2& r, double& low, double& high) const no
   return low < high;
 }
 
-/// Height of V over r, of what is not scaled.
-double RoundPatch::heightOver(const Vector2& r) const noexcept {
+/// Height of V over r, of what is not scaled; r lies in the share of that plane, or anywhere.
+double RoundPatch::heightOver(const Vector2& r, int share) const noexcept {
   double low = -INFINITY, high = INFINITY;
   const auto within = [&](const Sphere& s) {
     const double r2 = (r - s.middle).squaredNorm(), left = s.radius * s.radius - r2;
@@ -199,21 +211,28 @@ double RoundPatch::heightOver(const Vector2& r) const noexcept {
   };
   if (v_.rod ? !withinRod(r, low, high) : !within(ball_)) return 0;
   if (v_.other_radius > 0 && !within(other_)) return 0;
-  for (const RoundVolume::Plane& plane : v_.planes) {
+  const auto below = [&](const RoundVolume::Plane& plane) {
     const double room = plane.offset - plane.normal.head<2>().dot(r);
     if (plane.normal.z() > kEdgeOn) {
       high = std::min(high, room / plane.normal.z());
     } else if (plane.normal.z() < -kEdgeOn) {
       low = std::max(low, room / plane.normal.z());
-    } else if (room < 0) {
-      return 0;
+    } else {
+      return room >= 0;
     }
+    return true;
+  };
+  const int planes = share == kAll ? v_.planes.size() : v_.planes_back;
+  for (int i = 0; i < planes; ++i) {
+    if (!below(v_.planes[i])) return 0;
   }
+  if (share != kAll) below(v_.planes[share]);
   return std::max(0.0, high - low);
 }
 
-double RoundPatch::thickness(const Vector2& r) const noexcept {
-  return uniform_ > 0 ? uniform_ : scale_ * heightOver(r);
+/// Of V at r along n [m]; 0 outside.
+double RoundPatch::thickness(const Vector2& r, int share) const noexcept {
+  return uniform_ > 0 ? uniform_ : scale_ * heightOver(r, share);
 }
 
 /// Whether all of the polyhedron's surface in V is one plane across n; its height over V's centroid.

@@ -60,6 +60,7 @@ struct RoundVolume {
   struct Share {
     int first, count;      ///< its curves
     Vector2 inside;        ///< a point of it
+    int plane;             ///< that bounds V over all of it; -1: there is none
   };
   /// The plane of a face, in P.
   struct Plane {
@@ -83,7 +84,9 @@ struct RoundVolume {
   TubeCut tube;                 ///< of a rod's cylinder
   LoadedVector<Curve> curves;   ///< scratch of RoundPatch
   LoadedVector<Share> shares;   ///< scratch of RoundPatch
-  LoadedVector<Plane> planes;   ///< scratch of RoundPatch
+  LoadedVector<Plane> planes;   ///< scratch of RoundPatch: those that look back or across n, then one for each share
+  int planes_back = 0;          ///< scratch of RoundPatch: how many those are
+  double sampled = NAN;         ///< ∫ thickness by RoundPatch's samples, once they were taken [m³]
 
   void reserve(int faces, int half_edges);  ///< set-up: room for a polyhedron of so many faces and half edges
 };
@@ -97,7 +100,6 @@ class RoundPatch {
   RoundPatch& fit() noexcept;
 
   double reach() const noexcept;                      ///< largest |r| of the patch, within 2 % and not below it [m]
-  double thickness(const Vector2& r) const noexcept;  ///< of V at r along n [m]; 0 outside
   /// Visits (r, weight [m²], d [m]) with Σ weight · d = Vol.
   template <class Visit>
   void eachSample(Visit&& visit) const noexcept;
@@ -114,6 +116,7 @@ class RoundPatch {
   void eachOnRings(int angles, Visit&& visit) const noexcept;
 
  private:
+  static constexpr int kAll = -1;  ///< in place of a share's plane: all of them
   struct Sphere {
     Vector2 middle;
     double radius, lowest, highest;                   ///< in P [m]
@@ -121,17 +124,20 @@ class RoundPatch {
   static Sphere sphereAt(const Vector3& centre_P, double radius) {
     return {centre_P.head<2>(), radius, centre_P.z() - radius, centre_P.z() + radius};
   }
-  void addShare(const RoundVolume::FacePart& part, const Matrix3& R_PQ, const Vector3& p_PQ) noexcept;
-  void addShare(const CutFace& face, const Matrix3& R_PQ, const Vector3& p_PQ) noexcept;
+  template <class Faces>
+  void addShares(const Faces& faces, const Pose& X_PQ, bool planar) noexcept;
+  void addShare(const RoundVolume::FacePart& part, const Matrix3& R_PQ, const Vector3& p_PQ, int plane) noexcept;
+  void addShare(const CutFace& face, const Matrix3& R_PQ, const Vector3& p_PQ, int plane) noexcept;
   void standIn() noexcept;
   bool onOneFace(double& height) const noexcept;
   bool withinRod(const Vector2& r, double& low, double& high) const noexcept;
-  double heightOver(const Vector2& r) const noexcept;
+  double heightOver(const Vector2& r, int plane) const noexcept;
   bool resolves(double found) const noexcept;
   template <class Visit>
   void eachRing(Visit&& visit) const noexcept;
   template <class Visit>
-  void alongRays(const RoundVolume::Curve& curve, const Vector2& centre, Visit&& visit) const noexcept;
+  void alongRays(const RoundVolume::Curve& curve, const Vector2& centre, int plane, Visit&& visit) const noexcept;
+  double thickness(const Vector2& r, int plane) const noexcept;
 
   RoundVolume& v_;
   const ContactVolume& contact_;
@@ -141,13 +147,13 @@ class RoundPatch {
 };
 
 template <class Visit>
-void RoundPatch::alongRays(const RoundVolume::Curve& c, const Vector2& centre, Visit&& visit) const noexcept {
+void RoundPatch::alongRays(const RoundVolume::Curve& c, const Vector2& centre, int plane, Visit&& visit) const noexcept {
   const auto ray = [&](const Vector2& to, const Vector2& step, double weight) {
     const Vector2 a = to - centre;
     const double turn = v_.sign * weight * (a.x() * step.y() - a.y() * step.x());
     integrate(kGauss8, 0, 1, [&](double t, double w) {
       const Vector2 r = centre + t * a;
-      visit(r, turn * t * w, thickness(r));
+      visit(r, turn * t * w, thickness(r, plane));
     });
   };
   const int parts = c.arc ? static_cast<int>(std::abs(c.sweep) / 2.1) + 1 : 1;  // a third of a turn each
@@ -163,7 +169,7 @@ void RoundPatch::alongRays(const RoundVolume::Curve& c, const Vector2& centre, V
 template <class Visit>
 void RoundPatch::eachSample(Visit&& visit) const noexcept {
   for (const RoundVolume::Share& share : v_.shares) {
-    for (int i = share.first; i < share.first + share.count; ++i) alongRays(v_.curves[i], share.inside, visit);
+    for (int i = share.first; i < share.first + share.count; ++i) alongRays(v_.curves[i], share.inside, share.plane, visit);
   }
 }
 
@@ -174,7 +180,7 @@ void RoundPatch::eachRing(Visit&& visit) const noexcept {
   const double a = v_.cut.faces()[0].radius, R = v_.other_radius > 0 ? std::min(v_.radius, v_.other_radius) : v_.radius;
   const auto ring = [&](double square, double weight) {
     const double r = std::sqrt(square);
-    visit(r, M_PI * weight, heightOver({r, 0}));
+    visit(r, M_PI * weight, heightOver({r, 0}, kAll));
   };
   if (a * a <= 0.09 * R * R) {
     integrate(kGauss4, 0, a * a, ring);
@@ -199,7 +205,7 @@ void RoundPatch::eachOnRings(int angles, Visit&& visit) const noexcept {
 
 template <class Visit>
 void RoundPatch::eachSampleAbout(const Vector2& centre, Visit&& visit) const noexcept {
-  for (const RoundVolume::Curve& curve : v_.curves) alongRays(curve, centre, visit);
+  for (const RoundVolume::Curve& curve : v_.curves) alongRays(curve, centre, kAll, visit);
 }
 
 }  // namespace haptic
