@@ -13,6 +13,8 @@ namespace {
 /// Steps after which the number of a contact is taken again even though its patch has not grown: it may have moved to
 /// where the lever arm is longer. A power of two less one.
 constexpr std::uint64_t kRenewMask = 255;
+/// Touching pairs up to which a substep is cut into parts, each of which costs all of them again.
+constexpr int kMostCutPairs = 8;
 /// A patch that has grown by more than this is measured again.
 constexpr double kGrown = 1.1;
 
@@ -57,6 +59,13 @@ double partsOf(const ContactEvaluation& c, const StabilityMemory& known, double 
   return moves && known.swing > kRough * kRough ? std::ceil(std::sqrt(std::min(known.swing, kStabilityBound)) / kFine) : 1;
 }
 
+/// All is explicit, and little touches.
+bool mayCut(const State& state) noexcept {
+  int touching = 0;
+  for (int i = 0; i < state.pair_count; ++i) touching += state.pairs[i].friction.touching != 0;
+  return touching <= kMostCutPairs && !anyImplicit(state);
+}
+
 void addShares(const Model& model, const ActivePair& pair, std::vector<double>& number) noexcept {
   number[model.shapes[pair.shapeA()].link] += pair.stability.share[0];
   number[model.shapes[pair.shapeB()].link] += pair.stability.share[1];
@@ -76,7 +85,7 @@ bool anyImplicit(const State& state) noexcept {
 
 double longestPart(const Model& model, const State& state) noexcept {
   double parts = 1;
-  if (model.settings.integrator == Integrator::kAutomatic && !anyImplicit(state)) {
+  if (model.settings.integrator == Integrator::kAutomatic && mayCut(state)) {
     for (int i = 0; i < state.pair_count; ++i) parts = std::max(parts, state.pairs[i].stability.parts);
   }
   return parts > 1 ? model.substep() / parts : std::numeric_limits<double>::infinity();
@@ -143,7 +152,7 @@ bool anyTooStiff(ChoiceWork& choice, StepReport& report) noexcept {
 void countCouplings(const Model& model, const State& state, Work& work) noexcept {
   std::fill(work.choice.number.begin(), work.choice.number.end(), 0.0);
   work.choice.parts = 1;
-  work.choice.cuts = !anyImplicit(state);
+  work.choice.cuts = mayCut(state);
   for (const PointerState& pointer : state.pointers) {
     if (!pointer.targeted || isImplicit(state, model.links[pointer.link].articulation)) continue;
     work.choice.number[pointer.link] = couplingNumber(model, state, work, pointer.link);

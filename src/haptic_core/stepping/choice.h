@@ -8,8 +8,8 @@
 ///
 /// A contact that swings within few steps is stable and wrong: at three steps a bounce an explicit step may throw a body back
 /// faster than it came. So where a contact moves and swings in fewer than ten steps, the step is done again in equal parts,
-/// as long as all is explicit, even where the whole step would be unstable; beside something implicit its island becomes
-/// implicit, which loses speed instead of gaining.
+/// as long as all is explicit and at most eight pairs touch, even where the whole step would be unstable; else its island becomes
+/// implicit, which loses speed instead of gaining, at a bounded cost.
 #pragma once
 #include <vector>
 
@@ -48,7 +48,7 @@ struct ChoiceWork {
   std::vector<double> number;  ///< stability numbers by link, of the last evaluation
   Retreat retreat;             ///< for `takeBack`
   double parts = 1;            ///< that the attempt asks a substep to have
-  bool cuts = false;           ///< all is explicit: parts are possible
+  bool cuts = false;           ///< all is explicit and little touches: parts are possible
   bool decided = false;        ///< the attempt stands, whatever it finds
 
   explicit ChoiceWork(const Model& model);  ///< set-up: room for all links
