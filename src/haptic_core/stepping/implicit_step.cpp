@@ -22,9 +22,12 @@ constexpr int kSmoothPasses = 2;
 /// Touching pairs of an island in which the instants of friction are located.
 constexpr int kFewContacts = 4;
 /// An island below this speed, as a share of what gravity adds in a step, settles: Euler's costs half, and it damps the rocking
-/// that SDIRK2 and Hunt-Crossley leave for seconds. What falls, swings or turns back is as slow as that for a step or two, so
-/// the order stays 2.
-constexpr double kSettles = 1;
+/// that SDIRK2 and Hunt-Crossley leave for seconds. What falls, swings, slides off or turns back is as slow as that for a few
+/// steps, so the order stays 2. What only sticks can but rock.
+constexpr double kSettles = 1, kSettlesStuck = 5;
+/// An island that was not smooth n times in a row tries second order at every 2ⁿ-th step, n at most this: heaps that tumble
+/// never are, and each attempt costs half a step.
+constexpr int kMostRough = 3;
 /// Changes of friction inside one step; what they leave is done as implicit Euler.
 constexpr int kMostEvents = 6;
 /// An instant is located when the load is this close to the limit, or the slip this small against what it was.
@@ -38,6 +41,19 @@ bool sticksAtAll(const FrictionMemory& m) { return m.touching != 0 && m.sliding 
 /// Power of two slips (translation and spin) in the metric of the friction layer, per its stiffness.
 double product(const FrictionMemory& metric, const FrictionMemory& a, const FrictionMemory& b) {
   return metric.area * a.rate_A.dot(b.rate_A) + metric.torsion * a.spin * b.spin;
+}
+
+/// It will slip against the force that held it.
+void slide(FrictionMemory& memory) {
+  memory.sliding = 1;
+  memory.rate_A = memory.slip_A;
+  memory.spin = memory.twist;
+}
+
+int roughness(const Island& island, const State& state) {
+  int most = 0;
+  for (int n = 0; n < island.tree_count; ++n) most = std::max(most, state.rough[island.trees[n]]);
+  return most;
 }
 
 }  // namespace
@@ -71,8 +87,10 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, bool
   stage_.select(island);
   length_ = h;
   double left = h;
+  const int rough = roughness(island, *state_);
+  if (state_->step & ((1u << rough) - 1)) second_order = false;
   locates_ = second_order && changesLimit();
-  if (second_order && !locates_ && stage_.speed(state_->v) <= kSettles * h * settings_.gravity.norm()) second_order = false;
+  if (second_order && !locates_ && settles(h)) second_order = false;
   for (int event = 0; second_order && event <= kMostEvents && left > 0; ++event) {
     elapsed_ = h - left;
     const double done = secondOrder(left);
@@ -81,6 +99,9 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, bool
     if (left <= kRest * h) left = 0;
   }
   report_.fell_back = second_order && left > 0;
+  for (int n = 0; second_order && n < island.tree_count; ++n) {
+    state_->rough[island.trees[n]] = report_.fell_back ? std::min(rough + 1, kMostRough) : 0;
+  }
   if (left > 0) {
     const int used = locates_ ? 0 : stage_.evaluations - evaluations;
     euler(left, std::clamp(kMostEvaluations - kKeepingEnergy - used, 1, kMostPasses));
@@ -104,6 +125,17 @@ void ImplicitStep::setBase() noexcept {
   for (int i = 0; i < island.pair_count; ++i) {
     stage_.memory_base[island.pairs[i]] = state_->pairs[island.pairs[i]].friction;
   }
+}
+
+/// Slow enough to come to rest, see kSettles.
+bool ImplicitStep::settles(double h) const noexcept {
+  const Island& island = stage_.island();
+  bool stuck = true;
+  for (int i = 0; i < island.pair_count; ++i) {
+    const FrictionMemory& friction = state_->pairs[island.pairs[i]].friction;
+    stuck = stuck && (friction.touching == 0 || friction.sliding == 0);
+  }
+  return stage_.speed(state_->v) <= (stuck ? kSettlesStuck : kSettles) * h * settings_.gravity.norm();
 }
 
 /// Whether friction may jump between two limits, in an island small enough to look for the instants.
@@ -214,13 +246,6 @@ double ImplicitStep::locate(double h) noexcept {
   commit(kGamma * t, t, true);
   if (turns) changeModes(f - 10 * kLocated, elapsed_ + t);
   return t;
-}
-
-/// It will slip against the force that held it.
-void ImplicitStep::slide(FrictionMemory& memory) const noexcept {
-  memory.sliding = 1;
-  memory.rate_A = memory.slip_A;
-  memory.spin = memory.twist;
 }
 
 /// The contacts at their limit slide from now on, those that stopped stick.

@@ -5,7 +5,7 @@
 ///                   v_b = v0 + (1-γ) h a1, q_b = q0 ⊕ (1-γ) h v1, s_b = s0 + (1-γ)/γ (s1 - s0); of what sticks poses say
 ///                   how far s went, and only what yielded is drawn out.
 /// SDIRK2 multiplies the impulses of impacts by up to 2.4, so where the contact set changes, a patch grows or shrinks
-/// fast, or the acceleration jumps, the step is done as implicit Euler.
+/// fast, or the acceleration jumps, the step is done as implicit Euler, and where that happens again and again, so are the next.
 ///
 /// Friction. Within a solve a patch keeps its limit, which makes its force continuous: μ0 while stuck, μ while sliding.
 /// Implicit Euler changes the limit from one step to the next. SDIRK2 locates the instant in islands of few contacts with
@@ -80,12 +80,12 @@ class ImplicitStep {
 
  private:
   bool changesLimit() const noexcept;
+  bool settles(double h) const noexcept;
   void euler(double h, int passes) noexcept;
   bool solveSmooth(double g, double left) noexcept;
   double secondOrder(double h) noexcept;
   bool sdirk2(double h, double left) noexcept;
   double locate(double h) noexcept;
-  void slide(FrictionMemory& memory) const noexcept;
   double violationAtStart() const noexcept;
   double violation() const noexcept;
   double violation(const ImplicitContact& contact) const noexcept;

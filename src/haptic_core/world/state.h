@@ -121,6 +121,7 @@ struct State {
   /// joints have laws: Jᵀ F of contacts and hands; other trees: v̇ by contacts and hands.
   std::vector<double> pull;
   std::vector<TreeMode> mode;          ///< by tree
+  std::vector<int> rough;              ///< by tree: implicit steps in a row that were not smooth enough for second order, capped
   std::vector<JointCommand> commands;  ///< of the links of trees whose joints have laws
   std::vector<PointerState> pointers;  ///< by pointer
   EnergySums energy;                   ///< of the ledger
@@ -130,7 +131,7 @@ struct State {
   /// All but the pairs, whose number varies.
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.time), visit(s.step), visit(s.q), visit(s.v), visit(s.pull), visit(s.mode), visit(s.commands),
+    visit(s.time), visit(s.step), visit(s.q), visit(s.v), visit(s.pull), visit(s.mode), visit(s.rough), visit(s.commands),
         visit(s.pointers), visit(s.energy);
   }
 

@@ -57,6 +57,7 @@ State initialState(const Model& model, Work& work) {
   state.pairs.resize(model.pair_capacity);
   const bool implicit = work.implicit && model.settings.integrator != Integrator::kAutomatic;
   state.mode.assign(model.trees.size(), implicit ? TreeMode::kImplicit : TreeMode::kUnprimed);
+  state.rough.assign(model.trees.size(), 0);
   startJoints(model, state, work);
   placeAll(model, state, work.placement);
   state.pointers.resize(model.pointers.size());

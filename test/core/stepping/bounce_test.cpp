@@ -43,6 +43,29 @@ TEST(Bounce, RestsInOnePart) {
   EXPECT_LT(world.linkTwist(1).linear.norm(), 1e-9);
 }
 
+/// Parts cost every touching pair again: more than eight of them are stepped implicitly, once.
+TEST(Bounce, IsCutOnlyWhileLittleTouches) {
+  for (const int cubes : {8, 9}) {
+    WorldDef def = Bounce{PressureLaw::kLinear, 0.3, 0.1, 1e5}.make(0.01);
+    while (static_cast<int>(def.articulations.size()) <= cubes) {
+      def.articulations.push_back(def.articulations[1]);
+      def.articulations.back().X_WA.p.x() += 2 * kBounceEdge * static_cast<double>(def.articulations.size() - 2);
+    }
+    World world(def);
+    int cut = 0;
+    for (int i = 0; i < 200; ++i) {
+      const bool touching = world.report().contacts > 0;
+      world.step();
+      cut += touching && world.report().substeps > 1;
+    }
+    if (cubes == 8) {
+      EXPECT_GE(cut, 3);
+    } else {
+      EXPECT_EQ(cut, 0);
+    }
+  }
+}
+
 /// The wrench that is reported is the mean over the step, whatever parts it went in.
 TEST(Bounce, ReportsTheMeanOverItsParts) {
   const Bounce bounce{PressureLaw::kHuntCrossley, 0.3, 0.1, 2e5};
