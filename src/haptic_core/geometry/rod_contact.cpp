@@ -150,15 +150,18 @@ bool RodContact::findPlanes(const ConvexPolyhedron& shape, bool is_a) {
 bool RodContact::cutBox(double low, double high, double from, double to) {
   const double R = v_.radius, middle = 0.5 * (from + to), half = 0.5 * (to - from);
   const bool tube = half > 0;
+  const auto heightOver = [&](const ContactFace& plane) { return plane.offset - plane.normal.z() * middle; };
+  const auto reachOf = [&](const ContactFace& plane) {
+    return R * (tube ? plane.normal.head<2>().norm() : 1) + half * std::abs(plane.normal.z());
+  };
+  for (const ContactFace& plane : v_.near) {
+    if (heightOver(plane) <= -reachOf(plane)) return false;
+  }
   ConvexShape::Box left{Vector3(-kRoom * R, -kRoom * R, low), Vector3(kRoom * R, kRoom * R, high)};
   startBox(left.lower, left.upper, w_);
   for (const ContactFace& plane : v_.near) {
     const Vector3 outer = (plane.normal.array() > 0).select(left.upper, left.lower);
-    if (plane.normal.dot(outer) <= plane.offset) continue;
-    const double across = tube ? plane.normal.head<2>().norm() : 1, along = half * std::abs(plane.normal.z());
-    const double height = plane.offset - plane.normal.z() * middle, reach = R * across + along;
-    if (height <= -reach) return false;
-    if (height >= reach) continue;
+    if (plane.normal.dot(outer) <= plane.offset || heightOver(plane) >= reachOf(plane)) continue;
     if (!cutSolid(plane, w_, complete_)) return false;
     left = {Vector3::Constant(INFINITY), Vector3::Constant(-INFINITY)};
     for (const Vector3& x : w_.solid().points) left = {left.lower.cwiseMin(x), left.upper.cwiseMax(x)};
