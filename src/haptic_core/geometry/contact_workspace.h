@@ -145,6 +145,7 @@ class ContactWorkspace {
   void projectVertices(const ContactVolume& contact) noexcept;
   void projectFaces(const ContactVolume& contact) noexcept;
   bool projectSides(const ContactVolume& contact) noexcept;
+  bool thicknessIsLinear(const ContactVolume& contact, double& height, Vector2& slope) const noexcept;
   void groupEdges() noexcept;
   void overlayFaces(int above, int below) noexcept;
   void clipPolygon(const Vector2& from, const Vector2& to) noexcept;

@@ -5,7 +5,7 @@
 ///     ∫ d² = ∫ (U - z_below)² + ∫ [(z_above - L)² - (U - L)²] + 2 ∫ a b.
 /// The first integral is a sum over the faces below, the second one over those above but for U's own, where it vanishes.
 /// Both are sums over triangles as they come; only the last needs faces of both sides laid over one another, without the
-/// two largest. A box that lies on another has a few slivers there, or none.
+/// two largest. A box that lies on another has a few slivers there; where it has none, the patch's moments are enough.
 #include <algorithm>
 #include <cmath>
 
@@ -115,8 +115,30 @@ void ContactWorkspace::overlayFaces(int above, int below) noexcept {
   }
 }
 
+/// Where one face looks up and one down, d is linear over all of the patch. False: it is not so.
+bool ContactWorkspace::thicknessIsLinear(const ContactVolume& contact, double& height, Vector2& slope) const noexcept {
+  const ContactFace *above = nullptr, *below = nullptr;
+  for (const ContactFace& face : faces_) {
+    const double rise = face.normal.dot(contact.normal());
+    if (std::abs(rise) < ContactSheet::kSteep) continue;
+    const ContactFace*& only = rise > 0 ? above : below;
+    if (only) return false;
+    only = &face;
+  }
+  if (!above || !below) return false;
+  const ContactSheet U(*above, contact.X_AP), L(*below, contact.X_AP);
+  height = U.height - L.height;
+  slope = U.slope - L.slope;
+  return true;
+}
+
 double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexcept {
   if (w.round().filled) return RoundPatch(w.round(), contact).thicknessSquared();
+  double height;
+  Vector2 slope;
+  if (w.thicknessIsLinear(contact, height, slope)) {
+    return height * (height * contact.A0 + 2 * slope.dot(contact.A1)) + slope.dot(contact.A2 * slope);
+  }
   if (!w.projectSides(contact)) return 0;
   const int* largest = w.largest_;
   const ContactSheet U(w.faces_[largest[0]], contact.X_AP), L(w.faces_[largest[1]], contact.X_AP);

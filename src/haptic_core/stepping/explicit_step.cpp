@@ -134,7 +134,7 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
     finishVerlet(inPlace(model, tree, v_half, state, work), gravity, h, events, work.motion.scratch);
   });
   if (!model.settings.energy_ledger) return true;
-  lookAhead(model, h, state, work);
+  if (!work.contacts.booked.empty()) lookAhead(model, h, state, work);
   bookVerlet(work.ledgerView(model), h, work.motion.v_half, work.motion.v_ahead, work.contacts.booked, state);
   return true;
 }

@@ -72,6 +72,7 @@ void bookEuler(const LedgerView& view, double h, const std::vector<double>& v_me
 
 void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_half, const std::vector<double>& v_ahead,
                 BookedContacts& contacts, State& state) noexcept {
+  if (contacts.empty()) return setVelocities(view, state, state.v);
   notePowers(view, h, v_ahead, contacts, state);
   setVelocities(view, state, v_half);
   for (const BookedContact& contact : contacts) {
