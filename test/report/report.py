@@ -197,13 +197,13 @@ def main(argv):
         for result in results:
             print(f'{result.scene.name}: ' + advice.sentence(result, advice.metric_of(result, fixed.get(result.scene.name, ()))))
     if results:
-        print_figures(results, compared, peers, failed_shown)
+        print_figures(results, compared, peers, failed_shown, default)
     print(f'figure report.html_kb {os.path.getsize(page) / 1024:.0f} kB')
     print(f'figure report.seconds {time.time() - start:.1f} s')
     return 0
 
 
-def print_figures(results, compared, peers, failed_shown):
+def print_figures(results, compared, peers, failed_shown, default):
     def figure(name, value, unit):
         print(f'figure report.{name} {value} {unit}')
     figure('scenes', len(results), 'scenes')
@@ -214,6 +214,13 @@ def print_figures(results, compared, peers, failed_shown):
     figure('ok_runs_beyond_bound', sum(result.beyond_bound() for result in results), 'runs')
     figure('peer_settings', len(peers), 'settings')
     figure('peers_not_converging', sum(len(result.not_converging) for result in results), 'rows')
+    ours = [run for result in results for run in result.runs
+            if run.case.method == default and not run.case.facets and result.own_stiffness(run.case) and run.p50 > 0]
+    figure('default_unconverged', sum(run.unconverged > 0 for run in ours), 'runs')
+    # A step of a free body takes less than the interrupts of the system: p99.9 stands beside the worst.
+    for name in ('slowest', 'p999'):
+        figure('default_' + {'slowest': 'worst'}.get(name, name) + '_over_median_max',
+               f'{max((getattr(run, name) / run.p50 for run in ours), default=0):.1f}', '1')
     for index, by_name in enumerate(compared.values()):
         end = '_base' if index else ''
         for name, cells in by_name.items():
