@@ -115,7 +115,8 @@ void ContactWorkspace::overlayFaces(int above, int below) noexcept {
   }
 }
 
-/// Where one face looks up and one down, d is linear over all of the patch. False: it is not so.
+/// Where one face looks up and the other body's down, d is linear over all of the patch. False: it is not so. (Of what lies
+/// buried both are the same body's, and the patch's moments are those of no area.)
 bool ContactWorkspace::thicknessIsLinear(const ContactVolume& contact, double& height, Vector2& slope) const noexcept {
   const ContactFace *above = nullptr, *below = nullptr;
   for (const ContactFace& face : faces_) {
@@ -125,7 +126,7 @@ bool ContactWorkspace::thicknessIsLinear(const ContactVolume& contact, double& h
     if (only) return false;
     only = &face;
   }
-  if (!above || !below) return false;
+  if (!above || !below || above->owner == below->owner) return false;
   const ContactSheet U(*above, contact.X_AP), L(*below, contact.X_AP);
   height = U.height - L.height;
   slope = U.slope - L.slope;
