@@ -204,7 +204,7 @@ void ImplicitStage::setVelocity(const std::vector<double>& from, double share, d
   changed_ = 0;
 }
 
-void ImplicitStage::keepEnergy(double g) noexcept {
+double ImplicitStage::keepEnergy(double g) noexcept {
   const double most = startEnergy(), calm = calm_energy_;
   setVelocity(v, 1, g);
   evaluate(g);
@@ -216,7 +216,9 @@ void ImplicitStage::keepEnergy(double g) noexcept {
     setVelocity(calm_, 0, g);
     evaluate(g);
   }
+  const double lost = most - energy();
   finish(g);
+  return lost;
 }
 
 /// Largest speed by which v differs from `since`. Leaves v - v_r in `before_`.

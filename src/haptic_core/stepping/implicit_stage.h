@@ -62,8 +62,8 @@ class ImplicitStage {
   }
   /// (in realtime) After an implicit Euler stage from the state's q, v that did not converge: looks at the exact energy of
   /// v and, where it is above that of the start, goes back to the last reference that was not, or slows the island down
-  /// until it is not. At most kMostRetreats evaluations.
-  void keepEnergy(double g) noexcept;
+  /// until it is not. At most kMostRetreats evaluations. The energy that is then lost [J].
+  double keepEnergy(double g) noexcept;
 
   // The base of the stage, in the state's order; only what belongs to the island is read.
   std::vector<double> q_base, v_base, v;    ///< base positions and velocities; guess and result

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace haptic {
 namespace {
@@ -49,6 +50,10 @@ void slide(FrictionMemory& memory) {
   memory.rate_A = memory.slip_A;
   memory.spin = memory.twist;
 }
+
+double losses(const EnergySums& sums) { return sums.damping + sums.friction; }
+
+double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
 int roughness(const Island& island, const State& state) {
   int most = 0;
@@ -159,12 +164,17 @@ void ImplicitStep::euler(double h, int passes) noexcept {
   setBase();
   for (int i = 0; i < island.pair_count; ++i) stage_.yielding[island.pairs[i]] = Yielding::kKeepsLimit;
   report_.converged = stage_.solve(h, 0, passes);
-  if (!report_.converged) stage_.keepEnergy(h);
+  const double lost = report_.converged ? 0 : stage_.keepEnergy(h);
+  const double booked = losses(state_->energy), supplied = state_->energy.external + sum(coupling_work_);
   if (stage_.hasJoints()) {
     stage_.joints().startAccount();
     stage_.joints().account(stage_.v_base.data(), stage_.v.data(), h);  // force × mean velocity: the change of energy
   }
   commit(h, h, false);
+  if (report_.converged) return;
+  // Forces out of balance are not what slowed the bodies: of their power no more is a loss than was lost.
+  const double available = std::max(0.0, lost + state_->energy.external + sum(coupling_work_) - supplied);
+  state_->energy.damping -= std::max(0.0, losses(state_->energy) - booked - available);
 }
 
 /// SDIRK2 over h, or up to where friction changes; the time that was done, < 0 where the step is not smooth.
