@@ -92,6 +92,13 @@ bool liesBeyond(const Solid& shape, int f, const Vector3& c, double radius) {
   return true;
 }
 
+/// Whether all of the disc in which a plane cuts the ball lies beyond another plane, so that its face does not reach the ball.
+bool isCutOff(const Vector3& normal, double height, const Vector3& other, double other_height, double radius) {
+  const double cosine = normal.dot(other), disc2 = (radius - height) * (radius + height);
+  const double lowest = height * cosine - std::sqrt(disc2 * std::max(0.0, (1 - cosine) * (1 + cosine)));
+  return lowest > other_height + kSpeck * radius;
+}
+
 /// ∫ 1, r, r rᵀ over a plane region about its first point.
 struct RegionSums {
   double area = 0;
@@ -192,11 +199,20 @@ template <class Solid>
 int BallCut::cutFaces(const Solid& shape, const Vector3& c, double radius) noexcept {
   clear();
   radius_ = radius;
+  const auto heightOf = [&](int f) { return shape.plane(f).offset - shape.plane(f).normal.dot(c); };
+  int deepest = 0;
+  double least = INFINITY;
+  for (int f = 0; f < shape.faceCount(); ++f) {
+    const double height = heightOf(f);
+    if (height <= -radius) return f;
+    if (height < least) least = height, deepest = f;
+  }
   for (int f = 0; f < shape.faceCount(); ++f) {
     const auto& plane = shape.plane(f);
-    const double height = plane.offset - plane.normal.dot(c);
-    if (height <= -radius) return f;
-    if (height >= radius || liesBeyond(shape, f, c, radius)) continue;
+    const double height = heightOf(f);
+    if (height >= radius) continue;
+    if (f != deepest && isCutOff(plane.normal, height, shape.plane(deepest).normal, least, radius)) continue;
+    if (liesBeyond(shape, f, c, radius)) continue;
     CutFace face = planeOf(plane.normal, height, radius);
     face.index = shape.planeIndex(f);
     cutLoop(
