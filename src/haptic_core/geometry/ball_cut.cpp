@@ -92,11 +92,14 @@ bool liesBeyond(const Solid& shape, int f, const Vector3& c, double radius) {
   return true;
 }
 
-/// Whether all of the disc in which a plane cuts the ball lies beyond another plane, so that its face does not reach the ball.
+/// Nearer to a touch, as a share of the radius, rounding decides what meets, and neighbouring faces must decide alike.
+constexpr double kClear = 1e-6;
+
+/// Whether all of the disc in which a plane cuts the ball lies clearly beyond another plane: its face does not reach the ball.
 bool isCutOff(const Vector3& normal, double height, const Vector3& other, double other_height, double radius) {
   const double cosine = normal.dot(other), disc2 = (radius - height) * (radius + height);
   const double lowest = height * cosine - std::sqrt(disc2 * std::max(0.0, (1 - cosine) * (1 + cosine)));
-  return lowest > other_height + kSpeck * radius;
+  return lowest > other_height + kClear * radius;
 }
 
 /// ∫ 1, r, r rᵀ over a plane region about its first point.
