@@ -135,12 +135,13 @@ void ImplicitStep::setBase() noexcept {
 /// Slow enough to come to rest, see kSettles.
 bool ImplicitStep::settles(double h) const noexcept {
   const Island& island = stage_.island();
-  bool stuck = true;
+  bool touches = false, slides = false;
   for (int i = 0; i < island.pair_count; ++i) {
     const FrictionMemory& friction = state_->pairs[island.pairs[i]].friction;
-    stuck = stuck && (friction.touching == 0 || friction.sliding == 0);
+    touches |= friction.touching != 0;
+    slides |= friction.touching != 0 && friction.sliding != 0;
   }
-  return stage_.speed(state_->v) <= (stuck ? kSettlesStuck : kSettles) * h * settings_.gravity.norm();
+  return stage_.speed(state_->v) <= (touches && !slides ? kSettlesStuck : kSettles) * h * settings_.gravity.norm();
 }
 
 /// Whether friction may jump between two limits, in an island small enough to look for the instants.
