@@ -60,7 +60,8 @@ void moveHands(World& shadow, const std::vector<PointerState>& start, int k, dou
 struct ErrorEstimator::Impl {
   Impl(const WorldDef& def, int window_steps) : steps(window_steps), coarse(def), fine(halved(def)) {
     order = orderOf(coarse.model(), def.settings.integrator, def.pointers.size());
-    if (def.settings.integrator != Integrator::kAutomatic && def.settings.contact_model == ContactModel::kVolume) {
+    has_number = def.settings.contact_model == ContactModel::kVolume;
+    if (has_number && def.settings.integrator != Integrator::kAutomatic) {
       chooser = std::make_unique<World>(automatic(def));
     }
   }
@@ -111,6 +112,7 @@ struct ErrorEstimator::Impl {
   int steps, order;
   World coarse, fine;
   std::unique_ptr<World> chooser;  ///< null: the running world knows its own number, or there is none
+  bool has_number = false;         ///< the contact model has a stability number
 };
 
 ErrorEstimator::ErrorEstimator(const WorldDef& def, int window_steps) {
@@ -146,9 +148,8 @@ ErrorEstimate ErrorEstimator::estimate(const std::vector<double>& state, const W
       shadow->step();
     }
   }
-  const bool chooses = coarse.settings().integrator == Integrator::kAutomatic;
-  if (impl_->chooser || chooses) {
-    const StepReport& chosen = (chooses ? coarse : *impl_->chooser).report();
+  if (impl_->has_number) {
+    const StepReport& chosen = (impl_->chooser ? *impl_->chooser : coarse).report();
     e.stability = chosen.stability;
     e.beyond_bound = chosen.implicit_islands;
   }

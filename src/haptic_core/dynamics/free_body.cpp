@@ -37,9 +37,11 @@ Vector3 turn(const LinkModel& link, const Vector3& l0, double h) {
   return o1 + (o2 + (o3 + (o4 + o5)));
 }
 
-void rotate(const LinkModel& link, double h, double* q, double* v) {
+}  // namespace
+
+void turnFreeBody(const LinkModel& link, double h, Matrix3& R_WL, double* q, double* v) noexcept {
   Quaternion r = quaternionAt(q + 3);
-  Matrix3 R = r.toRotationMatrix();
+  Matrix3 R = R_WL;
   const Vector3 omega(v[0], v[1], v[2]);
   Vector3 l = link.I_O * (R.transpose() * omega);
   const Vector3 L = R * l;
@@ -60,12 +62,12 @@ void rotate(const LinkModel& link, double h, double* q, double* v) {
   omega_end += R * (link.I_O_inverse * (R.transpose() * miss));
   for (int k = 0; k < 3; ++k) v[k] = omega_end[k];
   storeQuaternion(r, q + 3);
+  R_WL = R;
 }
 
-}  // namespace
-
 void stepFreeBody(const LinkModel& link, const Vector3& gravity, double h, double* q, double* v) noexcept {
-  rotate(link, h, q, v);
+  Matrix3 R_WL = quaternionAt(q + 3).toRotationMatrix();
+  turnFreeBody(link, h, R_WL, q, v);
   for (int k = 0; k < 3; ++k) {
     q[k] += h * (v[3 + k] + 0.5 * h * gravity[k]);
     v[3 + k] += h * gravity[k];

@@ -19,4 +19,7 @@ namespace haptic {
 /// gravity; that is symplectic Euler (or velocity Verlet) with exact rotation (tree_step.h).
 void stepFreeBody(const LinkModel& link, const Vector3& gravity, double h, double* q, double* v) noexcept;
 
+/// (in realtime) Its rotation alone. `R_WL` is that of the quaternion in q, before and after.
+void turnFreeBody(const LinkModel& link, double h, Matrix3& R_WL, double* q, double* v) noexcept;
+
 }  // namespace haptic

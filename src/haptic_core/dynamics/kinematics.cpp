@@ -71,23 +71,13 @@ void moveLink(const LinkModel& link, const double* v, const LinkWork* parent, Li
   w.bias_linear = omega_P.cross(carried + 2 * slide);  // centripetal and Coriolis
 }
 
-/// placeLink and moveLink of a free body.
-void placeFree(const LinkModel& link, const double* q, const double* v, LinkWork& w) {
-  w.X_WL.R = quaternionAt(q + 3).toRotationMatrix();
-  w.p_WO = w.r = vec3(q);
-  w.X_WL.p = w.p_WO - w.X_WL.R * link.p_LO;
-  w.p_OC.setZero();
-  w.omega = vec3(v);
-  w.velocity = vec3(v + 3);
-  w.F_ext = Wrench{};
-}
-
 }  // namespace
 
 void forwardKinematics(const Articulation& articulation, const double* q, const double* v,
                        LinkWork* work) noexcept {
   if (articulation.isFreeBody()) {
-    placeFree(articulation.link(0), q, v, *work);
+    work->X_WL.R = quaternionAt(q + 3).toRotationMatrix();
+    placeTurned(articulation.link(0), q, v, *work);
     return;
   }
   const Matrix3 identity = Matrix3::Identity();

@@ -49,6 +49,16 @@ struct LinkWork {
 void forwardKinematics(const Articulation& articulation, const double* q, const double* v,
                        LinkWork* work) noexcept;
 
+/// The same of a free body whose X_WL.R is that of q already.
+inline void placeTurned(const LinkModel& link, const double* q, const double* v, LinkWork& work) noexcept {
+  work.p_WO = work.r = Vector3(q[0], q[1], q[2]);
+  work.X_WL.p = work.p_WO - work.X_WL.R * link.p_LO;
+  work.p_OC.setZero();
+  work.omega = Vector3(v[0], v[1], v[2]);
+  work.velocity = Vector3(v[3], v[4], v[5]);
+  work.F_ext = Wrench{};
+}
+
 /// Velocities and velocity-dependent accelerations alone, for the poses of the last forwardKinematics. Keeps
 /// the external wrenches.
 void forwardVelocities(const Articulation& articulation, const double* v, LinkWork* work) noexcept;

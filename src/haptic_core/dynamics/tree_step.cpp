@@ -4,7 +4,6 @@
 
 #include "haptic_core/dynamics/articulated_body.h"
 #include "haptic_core/dynamics/free_body.h"
-#include "haptic_core/dynamics/quaternion_step.h"
 #include "haptic_core/dynamics/runge_kutta.h"
 
 namespace haptic {
@@ -20,17 +19,19 @@ inline void readFree(const LinkModel& link, const Wrench& F, const Vector3& grav
 }
 
 inline void kickFree(const LinkModel& link, const Matrix3& R, const double* pull, double dt, double* v) {
-  const Vector3 torque_L = R.transpose() * Vector3(pull[0], pull[1], pull[2]);
-  const Vector3 alpha = R * (link.I_O_inverse * torque_L);
-  for (int k = 0; k < 3; ++k) {
-    v[k] += dt * alpha[k];
-    v[3 + k] += dt * pull[3 + k];
+  const Vector3 torque(pull[0], pull[1], pull[2]);
+  if ((torque.array() != 0).any()) {  // in flight there is none
+    const Vector3 torque_L = R.transpose() * torque;
+    const Vector3 alpha = R * (link.I_O_inverse * torque_L);
+    for (int k = 0; k < 3; ++k) v[k] += dt * alpha[k];
   }
+  for (int k = 3; k < 6; ++k) v[k] += dt * pull[k];
 }
 
-/// A free body turns and flies on without forces.
+/// A free body turns and flies on without forces; X_WL.R of its `work` goes with it.
 inline void coastFree(const SteppedTree& tree, double h) {
-  stepFreeBody(tree.model->link(0), Vector3::Zero(), h, tree.q, tree.v);
+  turnFreeBody(tree.model->link(0), h, tree.work->X_WL.R, tree.q, tree.v);
+  for (int k = 0; k < 3; ++k) tree.q[k] += h * tree.v[3 + k];
 }
 
 /// What the wrenches in `work` add to v̇ (gravity and inertia are the drift's).
@@ -104,21 +105,25 @@ const JointReport* stepEuler(const SteppedTree& tree, const Vector3& gravity, do
 }
 
 const JointReport* startVerlet(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept {
-  if (tree.motion) return &tree.motion->step(gravity, h, tree.commands, tree.q, tree.v, tree.work, tree.pull);
-  if (tree.model->isFreeBody()) {
+  const JointReport* joints = nullptr;
+  if (tree.motion) {
+    joints = &tree.motion->step(gravity, h, tree.commands, tree.q, tree.v, tree.work, tree.pull);
+  } else if (tree.model->isFreeBody()) {
     const LinkModel& link = tree.model->link(0);
     kickFree(link, tree.work->X_WL.R, tree.pull, h / 2, tree.v);
     coastFree(tree, h);
     std::copy(tree.v, tree.v + 6, tree.half);
-    const Matrix3 R = quaternionAt(tree.q + 3).toRotationMatrix();
-    kickFree(link, R, tree.pull, h / 2, tree.v);
+    kickFree(link, tree.work->X_WL.R, tree.pull, h / 2, tree.v);
+    placeTurned(link, tree.q, tree.v, *tree.work);
+    return nullptr;
   } else {
     kickJointed(tree, tree.pull, h / 2);
     coastJointed(tree, gravity, h, scratch);
     std::copy(tree.v, tree.v + tree.model->nv(), tree.half);
     kickJointed(tree, tree.pull, h / 2);
   }
-  return nullptr;
+  forwardKinematics(*tree.model, tree.q, tree.v, tree.work);
+  return joints;
 }
 
 void finishVerlet(const SteppedTree& tree, const Vector3& gravity, double h, const Wrench* kick,

@@ -2,8 +2,8 @@
 /// trees whose joints have laws. A free body takes its short way inside, with no look at joints.
 ///
 /// Symplectic Euler: `stepEuler` with the wrenches of (q, v) in `work`.
-/// Velocity Verlet: `startVerlet` with the pull of the last evaluation; forwardKinematics; the caller adds wrenches at
-/// the new q and the predicted v; `finishVerlet`. The first step of all needs `readPull` before it.
+/// Velocity Verlet: `startVerlet` with the pull of the last evaluation; the caller adds wrenches at the new q and the
+/// predicted v; `finishVerlet`. The first step of all needs `readPull` before it.
 /// Between the kicks a free body moves without forces, to fifth order (free_body.h), a tree under gravity, to fourth
 /// (runge_kutta.h): chains whip, and their Coriolis forces are no smaller than contact forces. Joints with laws move by
 /// TreeMotion's symplectic Euler in both schemes; under velocity Verlet with the pull of the step's start.
@@ -39,12 +39,12 @@ struct TreeStepScratch {
   std::vector<Wrench> wrenches;                ///< by link, all zero
 };
 
-/// (in realtime) The whole step from the wrenches in `work`, which it may overwrite. Leaves `pull` alone. Returns what
+/// (in realtime) The whole step from the kinematics and wrenches in `work`, which it may overwrite. Leaves `pull` alone. Returns what
 /// the joints did; null without `motion`.
 const JointReport* stepEuler(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept;
 
-/// (in realtime) Half a kick by `pull` and the drift: q is that of the step's end, v its prediction. Returns what the
-/// joints did; null without `motion`.
+/// (in realtime) Half a kick by `pull` and the drift: q is that of the step's end, v its prediction, `work` their
+/// kinematics, without wrenches. Returns what the joints did; null without `motion`.
 const JointReport* startVerlet(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept;
 
 /// (in realtime) The other half of the kick, from v½, by the wrenches in `work`; v and the velocities in `work` are those

@@ -11,14 +11,19 @@ bool isExplicit(const Model& model, const State& state, const ModelTree& tree) n
   return state.mode[model.indexOf(tree)] != TreeMode::kImplicit;
 }
 
-/// Calls `act` for every tree that explicit steps move: free bodies first.
+/// Kinematics of the trees that may have moved and that startVerlet does not move: in hands, or implicit.
+void placeOthers(const Model& model, const State& state, Work& work) noexcept {
+  for (const int t : model.updated_trees) {
+    const ModelTree& tree = model.trees[t];
+    if (!work.hands.movesByItself(tree) || !isExplicit(model, state, tree)) placeTree(tree, state, work.placement);
+  }
+}
+
+/// Calls `act` for every tree that explicit steps move.
 template <class Act>
 void forEachMover(const Model& model, const State& state, const HandWork& hands, Act&& act) noexcept {
   const bool mixed = model.settings.integrator == Integrator::kAutomatic;
-  for (const ModelTree* body : hands.free_movers) {
-    if (!mixed || isExplicit(model, state, *body)) act(*body);
-  }
-  for (const ModelTree* tree : hands.jointed_movers) {
+  for (const ModelTree* tree : hands.movers) {
     if (!mixed || isExplicit(model, state, *tree)) act(*tree);
   }
 }
@@ -99,7 +104,7 @@ void symplecticEuler(const Model& model, const StepPart& part, State& state, Wor
 
 void prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   const auto unprimed = [&](const ModelTree& tree) {
-    return work.hands.movesByItself(tree) && state.mode[model.indexOf(tree)] == TreeMode::kUnprimed;
+    return state.mode[model.indexOf(tree)] == TreeMode::kUnprimed && work.hands.movesByItself(tree);
   };
   if (std::none_of(model.trees.begin(), model.trees.end(), unprimed)) return;
   int attempts = static_cast<int>(model.trees.size());  // each makes a tree implicit
@@ -127,7 +132,7 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
     book(startVerlet(inPlace(model, tree, v_half, state, work), gravity, h, work.motion.scratch), state, report.step);
   });
   moveHeld(model, part, state, work.hands, work.placement);
-  placeTrees(model, state, work.placement);
+  placeOthers(model, state, work);
   if (!evaluate(model, part, true, state, work, report)) return false;
   forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
     const Wrench* events = work.contacts.has_kick ? work.contacts.kick.data() + tree.link : nullptr;

@@ -14,8 +14,7 @@ HandWork::HandWork(const Model& model)
       coupling(model.pointers.size()),
       moved(model.pointers.size()),
       wrench(model.pointers.size()) {
-  free_movers.reserve(model.trees.size());
-  jointed_movers.reserve(model.trees.size());
+  movers.reserve(model.trees.size());
 }
 
 void refreshHands(const Model& model, const State& state, HandWork& hands) noexcept {
@@ -28,11 +27,12 @@ void refreshHands(const Model& model, const State& state, HandWork& hands) noexc
     hands.coupling[i] = hands.own_coupling[i];
     if (model.holds(pointer)) hands.held_by[link] = pointer;
   }
-  hands.free_movers.clear();
-  hands.jointed_movers.clear();
+  hands.movers.clear();
+  hands.moving_mass = 0;
   for (const ModelTree& tree : model.trees) {
     if (!hands.movesByItself(tree)) continue;
-    (model.isFree(tree) ? hands.free_movers : hands.jointed_movers).push_back(&tree);
+    hands.movers.push_back(&tree);
+    for (int l = 0; l < tree.model->linkCount(); ++l) hands.moving_mass += model.links[tree.link + l].mass;
   }
 }
 

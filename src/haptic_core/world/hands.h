@@ -18,8 +18,8 @@ struct HandWork {
   // Follow from tuning and from which links are held: refreshed by `refreshHands`, at load, grab, tune and restore.
   std::vector<int> held_by;                   ///< by world link: pointer that prescribes its motion; -1: none
   std::vector<PointerCoupling> own_coupling;  ///< by pointer, with nothing left to derive
-  std::vector<const ModelTree*> free_movers;  ///< free bodies that no hand holds
-  std::vector<const ModelTree*> jointed_movers;  ///< other trees that move by themselves
+  std::vector<const ModelTree*> movers;       ///< trees that move by themselves
+  double moving_mass = 0;                     ///< of all of them [kg]
 
   /// By pointer. What the hand bears is told by who moves the pointer, before a step; the rest is of one step.
   std::vector<HandBound> bound;

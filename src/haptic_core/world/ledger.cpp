@@ -34,6 +34,19 @@ void setVelocities(const LedgerView& view, const State& state, const std::vector
   }
 }
 
+/// The power of each contact's springs and dampers, and its rate towards `v_ahead`; leaves that in the placement.
+void measurePowers(const LedgerView& view, double h, const std::vector<double>& v_ahead, BookedContacts& contacts,
+                   State& state) noexcept {
+  for (BookedContact& contact : contacts) contact.V_AB_P = relativeTwist(view, state, contact, h);
+  setVelocities(view, state, v_ahead);
+  for (const BookedContact& contact : contacts) {
+    const Twist gained = relativeTwist(view, state, contact, h) - contact.V_AB_P;
+    FrictionMemory& memory = state.pairs[contact.pair].friction;
+    memory.power = contactPower(contact.F_BP_P, contact.elastic_P, contact.V_AB_P);
+    memory.power_rate = contactPower(contact.F_BP_P, contact.elastic_P, gained) * (2 / h);
+  }
+}
+
 void book(const BookedContact& contact, const ContactPower& taken, State& state) noexcept {
   const FrictionMemory& now = state.pairs[contact.pair].friction;
   const double friction = taken.friction - (now.energy - contact.before.energy);
@@ -72,8 +85,8 @@ void bookEuler(const LedgerView& view, double h, const std::vector<double>& v_me
 
 void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_half, const std::vector<double>& v_ahead,
                 BookedContacts& contacts, State& state) noexcept {
-  if (contacts.empty()) return setVelocities(view, state, state.v);
-  notePowers(view, h, v_ahead, contacts, state);
+  if (contacts.empty()) return;
+  measurePowers(view, h, v_ahead, contacts, state);
   setVelocities(view, state, v_half);
   for (const BookedContact& contact : contacts) {
     const Twist V_half = relativeTwist(view, state, contact, h);
@@ -87,14 +100,7 @@ void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_h
 
 void notePowers(const LedgerView& view, double h, const std::vector<double>& v_ahead, BookedContacts& contacts,
                 State& state) noexcept {
-  for (BookedContact& contact : contacts) contact.V_AB_P = relativeTwist(view, state, contact, h);
-  setVelocities(view, state, v_ahead);
-  for (const BookedContact& contact : contacts) {
-    const Twist gained = relativeTwist(view, state, contact, h) - contact.V_AB_P;
-    FrictionMemory& memory = state.pairs[contact.pair].friction;
-    memory.power = contactPower(contact.F_BP_P, contact.elastic_P, contact.V_AB_P);
-    memory.power_rate = contactPower(contact.F_BP_P, contact.elastic_P, gained) * (2 / h);
-  }
+  measurePowers(view, h, v_ahead, contacts, state);
   setVelocities(view, state, state.v);
 }
 
@@ -106,14 +112,21 @@ void bookRelease(const FrictionMemory& last, double h, double tau, double order,
   sums.bookTurning(taken.elastic + last.elastic_energy, last, FrictionMemory{});
 }
 
-void closeLedger(const LedgerView& view, double unaccounted, State& state, EnergyLedger& energy) noexcept {
-  energy.kinetic = energy.potential = 0;
-  for (const ModelTree& tree : view.model.trees) {
-    if (!view.hands.movesByItself(tree)) continue;  // a held link's energy is the hand's
-    const LinkWork* link = view.placement.link.data() + tree.link;
-    energy.kinetic += kineticEnergy(*tree.model, link);
-    energy.potential += potentialEnergy(*tree.model, link, view.model.settings.gravity);
+MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, const Placement& placement) noexcept {
+  MechanicalEnergy sum;
+  for (const ModelTree& tree : model.trees) {
+    if (!hands.movesByItself(tree)) continue;  // a held link's energy is the hand's
+    const LinkWork* link = placement.link.data() + tree.link;
+    sum.kinetic += kineticEnergy(*tree.model, link);
+    sum.potential += potentialEnergy(*tree.model, link, model.settings.gravity);
   }
+  return sum;
+}
+
+void closeLedger(const LedgerView& view, double unaccounted, State& state, EnergyLedger& energy) noexcept {
+  const MechanicalEnergy now = mechanicalEnergy(view.model, view.hands, view.placement);
+  energy.kinetic = now.kinetic;
+  energy.potential = now.potential;
   energy.damping = state.energy.damping;
   energy.friction = state.energy.friction;
   energy.external = state.energy.external;

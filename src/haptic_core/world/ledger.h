@@ -48,8 +48,8 @@ void noteContact(int pair, const ContactEvaluation& contact, const FrictionMemor
 void bookEuler(const LedgerView& view, double h, const std::vector<double>& v_mean, const BookedContacts& contacts,
                State& state) noexcept;
 
-/// (in realtime) After a step of velocity Verlet. v_half: between the kicks; v_ahead: after the next half kick. Leaves in
-/// the memories what that half kick will do.
+/// (in realtime) After a step of velocity Verlet, the placement at its end. v_half: between the kicks; v_ahead: after the
+/// next half kick. Leaves in the memories what that half kick will do.
 void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_half, const std::vector<double>& v_ahead,
                 BookedContacts& contacts, State& state) noexcept;
 /// The last part of it alone: at the first step, where nothing was done before.
@@ -59,6 +59,13 @@ void notePowers(const LedgerView& view, double h, const std::vector<double>& v_a
 /// (in realtime) The rest of the energy of a contact that parted `tau` after the last evaluation, while its force fell like
 /// (tau - t)ⁿ, n = `order`: half a kick, and what corrects it (release.h). h = 0: nothing was kicked.
 void bookRelease(const FrictionMemory& last, double h, double tau, double order, EnergySums& sums) noexcept;
+
+/// Of what moves by itself [J].
+struct MechanicalEnergy {
+  double kinetic = 0, potential = 0;  ///< of motion; of gravity
+};
+/// (in realtime) As the placement has it.
+MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, const Placement& placement) noexcept;
 
 /// (in realtime) Energies now and sums so far; what the balance lost since the last step is the time step's. `unaccounted`:
 /// EnergySums::unaccounted before the step. Where the balance is taken anew, springs that were loaded before anybody looked

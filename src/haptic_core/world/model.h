@@ -108,7 +108,7 @@ class Model {
   /// What a virtual coupling would have to move there.
   CouplingLoad loadOf(int link) const { return {links[link].mass, links[link].least_inertia}; }
   /// Length of a substep [s].
-  double substep() const { return settings.step / settings.substeps; }
+  double substep() const { return substep_; }
 
   std::string text() const;         ///< for people: sizes, stages, what was left out and why
 
@@ -160,6 +160,7 @@ class Model {
   std::vector<std::uint64_t> excluded_;       ///< link pairs, sorted
   std::vector<std::uint64_t> neighbours_;     ///< shape pairs, sorted
   std::vector<int> first_link_;               ///< by articulation of the definition
+  double substep_ = settings.step / settings.substeps;
 };
 
 }  // namespace haptic

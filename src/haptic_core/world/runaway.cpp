@@ -15,30 +15,6 @@ constexpr double kMostMade = 1;
 /// Slower than this nothing has run away, whatever it started from [m/s].
 constexpr double kSlow = 1e-2;
 
-struct Mechanical {
-  double kinetic = 0, potential = 0;  ///< [J]
-};
-
-Mechanical mechanicalEnergy(const Model& model, const Work& work) noexcept {
-  Mechanical sum;
-  for (const ModelTree& tree : model.trees) {
-    if (!work.hands.movesByItself(tree)) continue;
-    const LinkWork* link = work.placement.link.data() + tree.link;
-    sum.kinetic += kineticEnergy(*tree.model, link);
-    sum.potential += potentialEnergy(*tree.model, link, model.settings.gravity);
-  }
-  return sum;
-}
-
-/// Of what moves by itself [kg].
-double movingMass(const Model& model, const Work& work) noexcept {
-  double sum = 0;
-  for (const ModelTree& tree : model.trees) {
-    for (int l = 0; work.hands.movesByItself(tree) && l < tree.model->linkCount(); ++l) sum += model.links[tree.link + l].mass;
-  }
-  return sum;
-}
-
 /// What hands could put in at once: the springs of couplings, and everything that moves thrown back at twice a hand's speed.
 double ofHands(const Model& model, const Work& work, const State& state, double mass) noexcept {
   double sum = 0;
@@ -86,7 +62,7 @@ void startSupply(const Model& model, Work& work, State& state) noexcept {
     if (!locateContact(model, contacts.seams, i, pair, places, contacts.workspace, c)) continue;
     springs += elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);
   }
-  const Mechanical now = mechanicalEnergy(model, work);
+  const MechanicalEnergy now = mechanicalEnergy(model, work.hands, work.placement);
   state.energy.supply = now.kinetic + springs;
   state.energy.highest = state.energy.lowest = now.potential;
   state.energy.balance = now.kinetic + now.potential + springs;
@@ -94,7 +70,7 @@ void startSupply(const Model& model, Work& work, State& state) noexcept {
 }
 
 void renewSupply(const Model& model, const Work& work, State& state) noexcept {
-  const Mechanical now = mechanicalEnergy(model, work);
+  const MechanicalEnergy now = mechanicalEnergy(model, work.hands, work.placement);
   state.energy.supply += now.kinetic + (state.energy.highest - state.energy.lowest);
   state.energy.highest = state.energy.lowest = now.potential;
   state.energy.balanced = false;
@@ -104,15 +80,16 @@ void checkRunaway(const Model& model, double h, double external, const Work& wor
   EnergySums& sums = state.energy;
   const bool ledger = model.settings.energy_ledger;
   const EnergyLedger& booked = report.step.energy;
-  const Mechanical now = ledger ? Mechanical{booked.kinetic, booked.potential} : mechanicalEnergy(model, work);
-  const double fall = h * model.settings.gravity.norm(), mass = movingMass(model, work);
+  const MechanicalEnergy now = ledger ? MechanicalEnergy{booked.kinetic, booked.potential}
+                                      : mechanicalEnergy(model, work.hands, work.placement);
+  const double mass = work.hands.moving_mass, fall2 = h * h * model.settings.gravity.squaredNorm();
   if (!ledger && !sums.balanced) {  // no less than what springs hold that were loaded before anybody looked
     for (const ContactReport& contact : report.contacts) sums.supply += std::abs(contact.normal_force) * contact.depth;
     sums.balanced = true;
   }
   sums.lowest = std::min(sums.lowest, now.potential);
   sums.supply += std::abs(sums.external - external);
-  const double supply = sums.supply + (sums.highest - sums.lowest) + mass * (2 * fall * fall + kSlow * kSlow) +
+  const double supply = sums.supply + (sums.highest - sums.lowest) + mass * (2 * fall2 + kSlow * kSlow) +
                         (state.pointers.empty() ? 0.0 : ofHands(model, work, state, mass));
   // What a hand presses together by more than it was booked to is no motion. A damper that gives is in no sum of losses.
   const double made = std::max(ledger ? std::min(-sums.unaccounted(), now.kinetic) : 0.0, now.kinetic - supply);

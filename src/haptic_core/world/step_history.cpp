@@ -16,7 +16,9 @@ StepHistory::StepHistory(int capacity, const State& state)
 
 void StepHistory::keep() noexcept {
   if (capacity_ == 0) return;
-  double* row = rows_.data() + count_++ % capacity_ * stride_;
+  double* row = rows_.data() + next_ * stride_;
+  ++count_;
+  if (++next_ == capacity_) next_ = 0;
   std::memcpy(row, &state_.step, sizeof(double));  // the integer's bits
   row[1] = state_.time;
   row = std::copy(state_.q.begin(), state_.q.end(), row + 2);

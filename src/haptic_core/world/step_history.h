@@ -25,7 +25,7 @@ class StepHistory {
   StepHistory(int capacity, const State& state);
 
   void keep() noexcept;  ///< (in realtime) the state as it is now; drops the oldest when full
-  void clear() noexcept { count_ = 0; }  ///< as if nothing had been kept
+  void clear() noexcept { count_ = next_ = 0; }  ///< as if nothing had been kept
   /// Records kept, up to the capacity.
   int size() const { return static_cast<int>(std::min<std::uint64_t>(count_, capacity_)); }
   Record record(int i) const;  ///< 0: the oldest kept, size() - 1: the last step
@@ -33,7 +33,7 @@ class StepHistory {
 
  private:
   const State& state_;
-  std::uint64_t capacity_, count_ = 0;
+  std::uint64_t capacity_, count_ = 0, next_ = 0;  ///< next_: count_ modulo the capacity
   std::size_t nq_, nv_, pointers_, stride_;
   std::vector<double> rows_;
 };
