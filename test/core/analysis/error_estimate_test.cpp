@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "../../scenes/blocks.h"
+#include "../../scenes/motions.h"
 #include "haptic_core/base/error.h"
 
 namespace haptic {
@@ -188,6 +189,15 @@ TEST(ErrorEstimate, RefusesAnotherWorldsState) {
   ErrorEstimator estimator(one);
   EXPECT_THROW(estimator.estimate(World(two).save(), World(one).tuning()), SetupError);
   EXPECT_THROW(ErrorEstimator(one, 0), SetupError);
+}
+
+TEST(ErrorEstimate, KnowsThatNothingIsStiffWhereNothingTouches) {
+  for (const Integrator integrator : {Integrator::kVelocityVerlet, Integrator::kAutomatic}) {
+    const WorldDef def = tumblingBody(settings(integrator, 1e-3));
+    const ErrorEstimate e = estimated(def, World(def).save(), 4);
+    EXPECT_EQ(e.stability, 0);
+    EXPECT_EQ(e.beyond_bound, 0);
+  }
 }
 
 }  // namespace

@@ -103,6 +103,25 @@ TEST(TreeStep, VerletIsOfSecondOrderAndEulerOfFirst) {
   }
 }
 
+TEST(TreeStep, StartVerletLeavesTheKinematicsOfWhereItEnds) {
+  for (const TreeDef& def : {body(false), body(true), chain(4, true)}) {
+    Sprung s(def);
+    s.evaluate();
+    readPull(s.view(), kGravity, s.scratch);
+    startVerlet(s.view(), kGravity, 1e-3, s.scratch);
+    const std::vector<LinkWork> left = s.work;
+    forwardKinematics(s.tree, s.q.data(), s.v.data(), s.work.data());
+    for (int i = 0; i < s.tree.linkCount(); ++i) {
+      EXPECT_EQ(left[i].X_WL.R, s.work[i].X_WL.R) << def.name;
+      EXPECT_EQ(left[i].X_WL.p, s.work[i].X_WL.p) << def.name;
+      EXPECT_EQ(left[i].p_WO, s.work[i].p_WO) << def.name;
+      EXPECT_EQ(left[i].omega, s.work[i].omega) << def.name;
+      EXPECT_EQ(left[i].velocity, s.work[i].velocity) << def.name;
+      EXPECT_EQ(left[i].F_ext.vector(), Vector6::Zero()) << def.name;
+    }
+  }
+}
+
 TEST(TreeStep, AKickGivesItsMomentum) {
   for (const TreeDef& def : {body(false), body(true), chain(4, true)}) {
     Sprung kicked(def), plain(def);

@@ -80,7 +80,7 @@ TEST_P(LeaveOut, FrictionlessWithAHand) {
 
 INSTANTIATE_TEST_SUITE_P(AllSteps, LeaveOut,
                          testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet,
-                                         Integrator::kImplicitEuler, Integrator::kSdirk2));
+                                         Integrator::kImplicitEuler, Integrator::kSdirk2, Integrator::kAutomatic));
 
 TEST(LeaveOut, IsTheSameAfterRestore) {
   WorldDef def = heap(settingsFor(Integrator::kVelocityVerlet), 6, 2);
