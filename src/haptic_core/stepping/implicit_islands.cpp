@@ -75,8 +75,7 @@ void takeContacts(const Model& model, double h, State& state, Work& work, Report
                    left = (A.twistAt(c.X_WP.p) - B.twistAt(c.X_WP.p)).linear.dot(c.X_WP.R.col(2));
       report.addImpact(left + h * contact.normal_force / mass, mass, h * model.settings.gravity.norm());
     }
-    report.step.energy.elastic += c.elastic;
-    report.step.energy.tangential += c.force.memory.energy;
+    report.addEnergy(pair.friction);
     if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(c.shape_a, c.shape_b, c.volume.A0));
     report.addContact(contact, c.force.clipped);
   }
@@ -134,12 +133,13 @@ void lookForExplicit(const Model& model, const Island& island, bool flew, State&
   }
 }
 
-/// False: nothing but gravity acted on the island, and no contact was looked at.
-bool advance(const Model& model, const Island& island, double h, State& state, Work& work, StepReport& report) noexcept {
+/// Null: nothing but gravity acted on the island, and no contact was looked at.
+const ImplicitReport* advance(const Model& model, const Island& island, double h, State& state, Work& work,
+                              StepReport& report) noexcept {
   if (fliesFreely(model, island, state)) {
     const ModelTree& tree = model.trees[island.trees[0]];
     stepFreeBody(tree.model->link(0), model.settings.gravity, h, state.q.data() + tree.q, state.v.data() + tree.v);
-    return false;
+    return nullptr;
   }
   const ImplicitReport& solved =
       work.implicit->advance(island, h, model.settings.integrator != Integrator::kImplicitEuler);
@@ -152,7 +152,7 @@ bool advance(const Model& model, const Island& island, double h, State& state, W
   report.parts = std::max(report.parts, solved.parts);
   if (!solved.converged) report.flags |= kNotConverged;
   if (!solved.joints_converged) report.flags |= kJointsNotConverged;
-  return true;
+  return &solved;
 }
 
 }  // namespace
@@ -179,19 +179,28 @@ void implicitStep(const Model& model, const StepPart& part, State& state, Work& 
 
 void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   ImplicitStep& implicit = *work.implicit;
+  const bool looks = model.settings.integrator == Integrator::kAutomatic && (state.step & kLookMask) == kLookMask;
+  const bool may_stand = model.settings.leave_out && part.h == model.settings.step;
+  bool begun = false;
   work.islands.find(state, work.hands.held_by, true);
-  implicit.begin(state, work.hands, part.h);
   aimCouplings(model, state, work);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
-    const bool solved = advance(model, island, part.h, state, work, report.step);
+    ++report.step.implicit_islands;
+    if (may_stand && work.standing.repeats(model, island, state, looks)) {
+      work.standing.repeat(island, state, report);
+      continue;
+    }
+    if (!begun) implicit.begin(state, work.hands, part.h);
+    begun = true;
+    const int first_contact = report.contacts.size();
+    const ImplicitReport* solved = advance(model, island, part.h, state, work, report.step);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
     if (solved) takeContacts(model, part.h, state, work, report);
-    ++report.step.implicit_islands;
-    if (model.settings.integrator == Integrator::kAutomatic && (state.step & kLookMask) == kLookMask) {
-      lookForExplicit(model, island, !solved, state, work);
-    }
+    if (looks) lookForExplicit(model, island, !solved, state, work);
+    if (may_stand && solved && solved->stands) work.standing.note(island, *solved, looks, first_contact, report);
   }
+  if (!begun) return;
   report.step.closure = std::max(report.step.closure, implicit.joints().closure(work.placement.link.data()));
   takeCouplings(model, part, state, work);
 }

@@ -86,12 +86,13 @@ class ImplicitStage {
 
   /// Largest speed of any tree of the island [m/s]; rotations count at the reach of the body.
   double speed(const std::vector<double>& velocity) const noexcept { return problem_.speed(velocity.data()); }
+  /// Speed below which a solve of length g goes on rounding [m/s]: of the speeds themselves, and of coordinates.
+  double finest(double g) const noexcept;
 
  private:
   void start(double g, double left) noexcept;
   void placeHeld() noexcept;
   bool iterate(double g, int most_passes) noexcept;
-  double finest(double g) const noexcept;
   double energyOf(int tree) const noexcept;
   double energy() const noexcept;
   double startEnergy() noexcept;

@@ -29,6 +29,9 @@ constexpr double kSettles = 1, kSettlesStuck = 5;
 /// An island that was not smooth n times in a row tries second order at every 2ⁿ-th step, n at most this: heaps that tumble
 /// never are, and each attempt costs half a step.
 constexpr int kMostRough = 3;
+/// Speeds below this many times what rounding of coordinates makes in a step are rounding: coordinates of several bodies add up.
+/// Larger: what creeps slower than that stands; smaller: heaps never come to rest, and cost as much as if they moved.
+constexpr double kOfRounding = 4;
 /// Changes of friction inside one step; what they leave is done as implicit Euler.
 constexpr int kMostEvents = 6;
 /// An instant is located when the load is this close to the limit, or the slip this small against what it was.
@@ -61,6 +64,31 @@ int roughness(const Island& island, const State& state) {
   return most;
 }
 
+/// Slow enough to come to rest, see kSettles.
+bool settles(const Island& island, const State& state, double speed, double gravity_speed) {
+  bool touches = false, slides = false;
+  for (int i = 0; i < island.pair_count; ++i) {
+    const FrictionMemory& friction = state.pairs[island.pairs[i]].friction;
+    touches |= friction.touching != 0;
+    slides |= friction.touching != 0 && friction.sliding != 0;
+  }
+  return speed <= (touches && !slides ? kSettlesStuck : kSettles) * gravity_speed;
+}
+
+/// Whether friction may jump between two limits, in an island small enough to look for the instants.
+bool changesLimit(const Model& model, const Island& island, const State& state) {
+  int touching = 0;
+  bool jumps = false;
+  for (int i = 0; i < island.pair_count; ++i) {
+    const ActivePair& pair = state.pairs[island.pairs[i]];
+    if (pair.friction.touching == 0) continue;
+    ++touching;
+    const ContactMaterial m = model.law(pair.shapeA(), pair.shapeB(), false, false).material;
+    jumps |= m.mu_static > m.mu_dynamic;
+  }
+  return jumps && touching <= kFewContacts;
+}
+
 }  // namespace
 
 ImplicitStep::ImplicitStep(const Model& model) : model_(model), settings_(model.settings), stage_(model) {
@@ -70,6 +98,7 @@ ImplicitStep::ImplicitStep(const Model& model) : model_(model), settings_(model.
   first_coupling_.resize(model.pointers.size());
   for (auto* wrenches : {&impulse_, &first_, &done_}) wrenches->resize(model.pair_capacity);
   place_.resize(model.pair_capacity);
+  cache_.resize(model.pair_capacity);
   event_.resize(model.pair_capacity);
   violation_.resize(model.pair_capacity);
   acceleration_.resize(model.nv);
@@ -94,8 +123,9 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, bool
   double left = h;
   const int rough = roughness(island, *state_);
   if (state_->step & ((1u << rough) - 1)) second_order = false;
-  locates_ = second_order && changesLimit();
-  if (second_order && !locates_ && settles(h)) second_order = false;
+  locates_ = second_order && changesLimit(model_, island, *state_);
+  const double gravity_speed = h * settings_.gravity.norm();
+  if (second_order && !locates_ && settles(island, *state_, stage_.speed(state_->v), gravity_speed)) second_order = false;
   for (int event = 0; second_order && event <= kMostEvents && left > 0; ++event) {
     elapsed_ = h - left;
     const double done = secondOrder(left);
@@ -132,39 +162,16 @@ void ImplicitStep::setBase() noexcept {
   }
 }
 
-/// Slow enough to come to rest, see kSettles.
-bool ImplicitStep::settles(double h) const noexcept {
-  const Island& island = stage_.island();
-  bool touches = false, slides = false;
-  for (int i = 0; i < island.pair_count; ++i) {
-    const FrictionMemory& friction = state_->pairs[island.pairs[i]].friction;
-    touches |= friction.touching != 0;
-    slides |= friction.touching != 0 && friction.sliding != 0;
-  }
-  return stage_.speed(state_->v) <= (touches && !slides ? kSettlesStuck : kSettles) * h * settings_.gravity.norm();
-}
-
-/// Whether friction may jump between two limits, in an island small enough to look for the instants.
-bool ImplicitStep::changesLimit() const noexcept {
-  const Island& island = stage_.island();
-  int touching = 0;
-  bool jumps = false;
-  for (int i = 0; i < island.pair_count; ++i) {
-    const ActivePair& pair = state_->pairs[island.pairs[i]];
-    if (pair.friction.touching == 0) continue;
-    ++touching;
-    const ContactMaterial m = model_.law(pair.shapeA(), pair.shapeB(), false, false).material;
-    jumps |= m.mu_static > m.mu_dynamic;
-  }
-  return jumps && touching <= kFewContacts;
-}
-
 /// Implicit Euler over the last h of the step.
 void ImplicitStep::euler(double h, int passes) noexcept {
   const Island& island = stage_.island();
   setBase();
-  for (int i = 0; i < island.pair_count; ++i) stage_.yielding[island.pairs[i]] = Yielding::kKeepsLimit;
+  for (int i = 0; i < island.pair_count; ++i) {
+    stage_.yielding[island.pairs[i]] = Yielding::kKeepsLimit;
+    cache_[island.pairs[i]] = state_->pairs[island.pairs[i]].cache;
+  }
   report_.converged = stage_.solve(h, 0, passes);
+  if (report_.converged && h == length_ && staysAtRest(h)) return stand(h);
   const double lost = report_.converged ? 0 : stage_.keepEnergy(h);
   const double booked = losses(state_->energy), supplied = state_->energy.external + sum(coupling_work_);
   if (stage_.hasJoints()) {
@@ -176,6 +183,36 @@ void ImplicitStep::euler(double h, int passes) noexcept {
   // Forces out of balance are not what slowed the bodies: of their power no more is a loss than was lost.
   const double available = std::max(0.0, lost + state_->energy.external + sum(coupling_work_) - supplied);
   state_->energy.damping -= std::max(0.0, losses(state_->energy) - booked - available);
+}
+
+/// Whether the island touches something, and its speeds before and after are those that rounding of its coordinates makes.
+bool ImplicitStep::staysAtRest(double h) const noexcept {
+  const double most = kOfRounding * stage_.finest(h);
+  if (stage_.contacts().empty() || stage_.hasJoints()) return false;
+  if (stage_.speed(stage_.v) > most || stage_.speed(stage_.v_base) > most || !sameContacts()) return false;
+  const Island& island = stage_.island();
+  return std::all_of(island.pairs, island.pairs + island.pair_count, [this](int i) {
+    return state_->pairs[i].friction.began == 0 && !state_->pairs[i].buried;
+  });
+}
+
+/// The state stays what it was, at rest.
+void ImplicitStep::stand(double h) noexcept {
+  const Island& island = stage_.island();
+  ++report_.parts;
+  report_.stands = true;
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model_.trees[island.trees[n]];
+    double* v = state_->v.data() + tree.v;
+    report_.stands &= std::all_of(v, v + tree.model->nv(), [](double x) { return x == 0 && !std::signbit(x); });
+    std::fill_n(v, tree.model->nv(), 0.0);
+  }
+  gatherDone();
+  for (int i = 0; i < island.pair_count; ++i) {
+    const int pair = island.pairs[i];
+    impulse_[pair] = done_[pair] * h;
+    state_->pairs[pair].cache = cache_[pair];
+  }
 }
 
 /// SDIRK2 over h, or up to where friction changes; the time that was done, < 0 where the step is not smooth.

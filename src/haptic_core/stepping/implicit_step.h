@@ -34,6 +34,7 @@ struct ImplicitReport {
   bool converged = true;   ///< the tolerance was reached in every part
   bool joints_converged = true;  ///< every joint's force is on its graph, likewise
   bool fell_back = false;  ///< SDIRK2 was replaced by implicit Euler in a part of this step
+  bool stands = false;     ///< it was at rest and stayed: q, v and the pairs are bit for bit what they were
   int parts = 0;           ///< solved one after the other: 1; more where friction changed inside, or after halving
 };
 
@@ -79,8 +80,6 @@ class ImplicitStep {
   const LoadedVector<ImplicitContact>& contacts() const { return stage_.contacts(); }
 
  private:
-  bool changesLimit() const noexcept;
-  bool settles(double h) const noexcept;
   void euler(double h, int passes) noexcept;
   bool solveSmooth(double g, double left) noexcept;
   double secondOrder(double h) noexcept;
@@ -92,6 +91,8 @@ class ImplicitStep {
   void changeModes(double least, double elapsed) noexcept;
   void setBase() noexcept;
   bool sameContacts() const noexcept;
+  bool staysAtRest(double h) const noexcept;
+  void stand(double h) noexcept;
   void gatherDone() noexcept;
   void commit(double g, double h, bool two_stages) noexcept;
 
@@ -108,6 +109,7 @@ class ImplicitStep {
   /// By pair, about W's origin: impulse of the step so far; wrench of the first stage, and of the last.
   std::vector<Wrench> impulse_, first_, done_;
   std::vector<Pose> place_;                          ///< by pair: X_WP of the patch that pressed last
+  std::vector<PairCache> cache_;                     ///< by pair: before the step
   std::vector<Wrench> coupling_impulse_, first_coupling_;  ///< by pointer, likewise, about the link's origin
 };
 

@@ -13,13 +13,15 @@ namespace haptic {
 namespace {
 
 /// Counters and sums of the last step go; energies and stage times stay where nobody renews them.
-void open(Work& work, StepReport& report) noexcept {
+void open(Work& work, Report& whole) noexcept {
+  StepReport& report = whole.step;
   report.flags = 0;
   report.iterations = report.evaluations = report.factorisations = report.parts = 0;
   report.implicit_islands = report.redone = report.fallbacks = report.substeps = 0;
   report.closure = report.residual = report.wrench_error = 0;
   std::fill(work.hands.wrench.begin(), work.hands.wrench.end(), Wrench{});
   work.parts.any = false;
+  work.standing.open(whole.contacts);
   work.clock.start(report.stages);
 }
 
@@ -80,7 +82,7 @@ void checkImpacts(double lost, StepReport& report) noexcept {
 
 void step(const Model& model, State& state, Work& work, Report& report) noexcept {
   if (!report.step.finite) return;
-  open(work, report.step);
+  open(work, report);
   followDrivePaths(model, state);                                    // what drives are asked for
   for (StepPart part = firstPart(model, state, work, report.step); part.h > 0;
        part = nextPart(model, part, state, work, report.step)) {     // shorter where something is fast

@@ -9,6 +9,7 @@
 #include "haptic_core/geometry/contact_workspace.h"
 #include "haptic_core/stepping/choice.h"
 #include "haptic_core/stepping/implicit_step.h"
+#include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/islands.h"
 #include "haptic_core/world/ledger.h"
@@ -53,6 +54,7 @@ struct Work {
   stepping::ChoiceWork choice;   ///< stepping/choice
   Islands islands;               ///< islands
   std::unique_ptr<ImplicitStep> implicit;  ///< stepping/implicit_islands; null: every step is explicit
+  stepping::StandingIslands standing;      ///< stepping/implicit_islands
   std::vector<std::unique_ptr<TreeMotion>> joints;  ///< by tree; null: joints without laws of their own
   StageClock clock;                                 ///< on only while stages are measured
 

@@ -111,6 +111,7 @@ bool World::canGrab(int pointer, int link) const noexcept {
 bool World::tryGrab(int pointer, int link) noexcept {
   if (!canGrab(pointer, link)) return false;
   haptic::grab(impl_->model, impl_->work.placement, pointer, link, impl_->state, impl_->work.hands);
+  impl_->work.standing.forget();
   stepping::forgetPull(impl_->state);
   renewSupply(impl_->model, impl_->work, impl_->state);
   return true;
@@ -130,6 +131,7 @@ void World::tune(const WorldTuning& tuning) {
   check(tuning, loads, model.substep());
   model.tune(tuning);
   refreshHands(model, impl_->state, impl_->work.hands);
+  impl_->work.standing.forget();
   for (int i = 0; i < pointerCount(); ++i) {
     if (!canGrab(i, pointerLink(i))) grab(i, pointerHome(i));
   }
@@ -151,6 +153,7 @@ void World::restore(const std::vector<double>& packed) {
   world.report.contacts.clear();
   world.history.clear();
   refreshHands(world.model, world.state, world.work.hands);
+  world.work.standing.forget();
   placeAll(world.model, world.state, world.work.placement);
 }
 

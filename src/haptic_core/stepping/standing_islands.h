@@ -1,0 +1,51 @@
+/// Islands that stand: the last step found them at rest and left them bit for bit as they were.
+///
+/// A step is a function of what it finds. Where it has found an island at rest, and changed nothing, the next one would find and
+/// change the same; so it is not computed, and what it would report is reported again, until something that moves comes near.
+/// This leaves work out, not motion: no threshold but that of the solve's rounding (ImplicitReport::stands) decides.
+#pragma once
+#include <vector>
+
+#include "haptic_core/geometry/loaded_vector.h"
+#include "haptic_core/world/islands.h"
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/report.h"
+#include "haptic_core/world/state.h"
+
+namespace haptic {
+struct ImplicitReport;
+}
+
+namespace haptic::stepping {
+
+/// What the last step reported of the islands that stand.
+class StandingIslands {
+ public:
+  explicit StandingIslands(const Model& model);  ///< set-up: room for all trees and contacts
+
+  /// (in realtime) Before a step: takes the last one's contacts; what is left in their place is of no use.
+  void open(LoadedVector<ContactReport>& contacts) noexcept;
+  /// (in realtime) State or model were changed by other than a step: nothing stands.
+  void forget() noexcept;
+
+  /// (in realtime) Whether the last step's report of an island is this one's: it stood, and everything else that its pairs know never
+  /// moves. `looks`: this step asks whether it may be stepped explicitly.
+  bool repeats(const Model& model, const Island& island, const State& state, bool looks) const noexcept;
+  /// (in realtime) Reports it again.
+  void repeat(const Island& island, const State& state, Report& report) noexcept;
+  /// (in realtime) After a step in which an island stood: its contacts are those of `report` from `first_contact` on.
+  void note(const Island& island, const ImplicitReport& solved, bool looked, int first_contact, const Report& report) noexcept;
+
+ private:
+  /// Of one island, by each of its trees.
+  struct Standing {
+    int trees = 0, pairs = 0;               ///< in it; 0: it does not stand
+    bool looked = false;                    ///< since it stands it was asked whether it may be stepped explicitly
+    int first_contact = 0, contacts = 0;    ///< in the step's report
+    double residual = 0, wrench_error = 0;  ///< of its last solve [m/s], [N]
+  };
+  std::vector<Standing> last_, now_;      ///< by tree
+  LoadedVector<ContactReport> contacts_;  ///< of the last step
+};
+
+}  // namespace haptic::stepping
