@@ -83,7 +83,7 @@ class BulletWorld : public PeerWorld {
     info.m_friction = std::sqrt(b.mu);  // a pair's friction is the product
     info.m_restitution = std::sqrt(settings_.restitution);  // likewise
     auto body = std::make_unique<btRigidBody>(info);
-    body->setActivationState(DISABLE_DEACTIVATION);
+    if (settings_.tuning != Tuning::kSleeps) body->setActivationState(DISABLE_DEACTIVATION);
     const Twist V = b.V_WL.shifted(b.X_WL.R * X_LC.p);
     body->setLinearVelocity(toBullet(V.linear));
     body->setAngularVelocity(toBullet(V.angular));

@@ -41,6 +41,7 @@ class OdeWorld : public PeerWorld {
       dWorldSetERP(world_, 0.8);
       dWorldSetCFM(world_, 1e-12);
     }
+    if (settings.tuning == Tuning::kSleeps) dWorldSetAutoDisableFlag(world_, 1);  // before the bodies, which take it over
     for (int i = 0; i < static_cast<int>(bodies_.size()); ++i) add(i);
   }
   ~OdeWorld() override {
@@ -147,7 +148,8 @@ class OdeWorld : public PeerWorld {
     auto& world = *static_cast<OdeWorld*>(self);
     const int i = static_cast<int>(reinterpret_cast<std::intptr_t>(dGeomGetData(a)));
     const int j = static_cast<int>(reinterpret_cast<std::intptr_t>(dGeomGetData(b)));
-    if (i == j || (!world.body_[i] && !world.body_[j])) return;
+    const auto moves = [&world](int k) { return world.body_[k] && dBodyIsEnabled(world.body_[k]); };
+    if (i == j || (!moves(i) && !moves(j))) return;
     constexpr int kMaxContacts = 16;  // a face contact of two boxes has 8
     dContact contact[kMaxContacts] = {};
     const int n = dCollide(a, b, kMaxContacts, &contact[0].geom, sizeof(dContact));

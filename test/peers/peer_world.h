@@ -15,8 +15,9 @@ namespace haptic::peers {
 
 enum class Peer { kOdeExact, kOdeQuick, kBullet, kMujocoEuler, kMujocoRk4 };
 
-/// What a peer's own manual advises: as it comes, for accuracy, for speed, or with another solver. See `peerTable`.
-enum class Tuning { kAsItComes, kAccurate, kFast, kDantzig };
+/// What a peer's own manual advises: as it comes, for accuracy, for speed, with another solver, or with what has become slow put
+/// to sleep. In the other tunings nothing sleeps. See `peerTable`.
+enum class Tuning { kAsItComes, kAccurate, kFast, kDantzig, kSleeps };
 
 /// A true shape of a peer in place of the polyhedra of one link: axis z of each shape's frame.
 struct PeerShape {

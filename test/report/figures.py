@@ -24,7 +24,8 @@ STYLES = {
     'ode_exact': ('#e69f00', '^'), 'ode_exact_firm': ('#e69f00', '>'), 'ode_quick20': ('#c08a10', '^'),
     'ode_quick10': ('#c08a10', 'v'), 'ode_quick100_firm': ('#c08a10', '>'), 'bullet10': ('#d55e00', 'P'),
     'bullet5': ('#d55e00', 'v'), 'bullet50': ('#b84a10', 'P'), 'bullet200_firm': ('#b84a10', '>'),
-    'bullet_dantzig': ('#e07848', '*'), 'mujoco_euler': ('#a08c10', 'X'), 'mujoco_rk4': ('#807010', 'X'),
+    'bullet_dantzig': ('#e07848', '*'), 'ode_quick20_sleeps': ('#c08a10', '<'), 'bullet10_sleeps': ('#d55e00', '<'),
+    'mujoco_euler': ('#a08c10', 'X'), 'mujoco_rk4': ('#807010', 'X'),
     'mujoco_firm': ('#a08c10', '>'), 'mujoco_fast': ('#a08c10', 'v'),
     'exact': (INK, None),
 }
