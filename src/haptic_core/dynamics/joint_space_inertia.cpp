@@ -67,6 +67,10 @@ void inverseDynamics(const Articulation& articulation, const Vector3& gravity, c
     if (link.floating) {
       w.alpha.setZero();
       w.acceleration = -gravity;
+      if (vdot) {  // its axes are W's
+        w.alpha = Eigen::Map<const Vector3>(vdot + link.v);
+        w.acceleration += Eigen::Map<const Vector3>(vdot + link.v + 3);
+      }
     } else if (link.parent < 0) {
       w.alpha = w.bias_angular;
       w.acceleration = w.bias_linear - gravity;
@@ -75,12 +79,11 @@ void inverseDynamics(const Articulation& articulation, const Vector3& gravity, c
       w.alpha = parent.alpha + w.bias_angular;
       w.acceleration = parent.acceleration + parent.alpha.cross(w.r) + w.bias_linear;
     }
-    if (vdot)
-      for (int k = 0; k < link.dof; ++k) {
-        const Twist S = axisTwist(link, w, k);
-        w.alpha += vdot[link.v + k] * S.angular;
-        w.acceleration += vdot[link.v + k] * S.linear;
-      }
+    for (int k = 0; vdot && !link.floating && k < link.dof; ++k) {
+      const Twist S = axisTwist(link, w, k);
+      w.alpha += vdot[link.v + k] * S.angular;
+      w.acceleration += vdot[link.v + k] * S.linear;
+    }
     const Matrix3& R = w.X_WL.R;
     const Vector3 momentum = R * (link.I_O * (R.transpose() * w.omega));
     w.p_torque = R * (link.I_O * (R.transpose() * w.alpha)) + link.mass * w.p_OC.cross(w.acceleration) +
@@ -91,8 +94,12 @@ void inverseDynamics(const Articulation& articulation, const Vector3& gravity, c
   for (int i = n - 1; i >= 0; --i) {
     const LinkModel& link = articulation.link(i);
     const LinkWork& w = work[i];
-    for (int k = 0; k < link.dof; ++k)
-      tau[link.v + k] = power({w.p_torque, w.p_force}, axisTwist(link, w, k));
+    if (link.floating) {
+      Eigen::Map<Vector3>(tau + link.v) = w.p_torque;
+      Eigen::Map<Vector3>(tau + link.v + 3) = w.p_force;
+      continue;
+    }
+    for (int k = 0; k < link.dof; ++k) tau[link.v + k] = power({w.p_torque, w.p_force}, axisTwist(link, w, k));
     if (link.parent < 0) continue;
     work[link.parent].p_torque += w.p_torque + w.r.cross(w.p_force);
     work[link.parent].p_force += w.p_force;

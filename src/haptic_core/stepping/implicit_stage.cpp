@@ -146,13 +146,14 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     // A body of a micrometre falls through itself in what is nothing to one of a metre.
     const double least = std::min(kFree * g * settings_.gravity.norm(), kOfSize * smallest / g);
     const double share = settings_.tolerance * (contacts_.all().empty() ? kContactFree : 1.0);
-    tolerance_.speed = std::max(fine, std::min(share * (least + change(v_base)), kOfSize * smallest / g));
+    const double of_step = change(v_base);
+    sinceReference();
+    tolerance_.speed = std::max(fine, std::min(share * (least + of_step), kOfSize * smallest / g));
     const double rate = pass > 0 ? changed / last : 1;
     error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
     wrench_error = problem_.imbalance * std::min(1.0, rate);
     // Where stiffness is high a small error of v is a large one of the energy. Twice what the pass could gain
-    // at its reference, -R·p, is known exactly; the end of the pass is nobody's reference yet.
-    change(v_base);  // into v_dot_
+    // at its reference, -R·p, is known exactly; the end of the pass is nobody's reference yet. v_dot_ holds v - v_b.
     tolerance_.energy = settings_.tolerance * (problem_.massNorm2(v_dot_.data()) + mass_ * least * least);
     const bool harmless = problem_.decrement <= tolerance_.energy;
     converged = !contacts_.isRough() && (changed <= fine || holds(g) || (error <= tolerance_.speed && harmless) ||
@@ -221,16 +222,21 @@ double ImplicitStage::keepEnergy(double g) noexcept {
   return lost;
 }
 
-/// Largest speed by which v differs from `since`. Leaves v - v_r in `before_`.
+/// Largest speed by which v differs from `since`; the difference is left in `v_dot_`.
 double ImplicitStage::change(const std::vector<double>& since) noexcept {
-  double largest = 0;
   for (int n = 0; n < island_.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island_.trees[n]];
     for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) v_dot_[i] = v[i] - since[i];
-    largest = std::max(largest, problem_.speedOf(island_.trees[n], v_dot_.data()));
+  }
+  return problem_.speed(v_dot_.data());
+}
+
+/// v - v_r into `before_`.
+void ImplicitStage::sinceReference() noexcept {
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const ModelTree& tree = model_.trees[island_.trees[n]];
     for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) before_[i] = v[i] - problem_.reference()[i];
   }
-  return largest;
 }
 
 double ImplicitStage::finest(double g) const noexcept {
@@ -312,7 +318,7 @@ void ImplicitStage::pull(ImplicitCoupling& coupling) noexcept {
 
 /// Carries contacts and couplings from the reference to v.
 void ImplicitStage::finish(double g) noexcept {
-  change(v_base);  // v - v_r into before_
+  sinceReference();
   contacts_.finish(before_.data());
   for (std::size_t i = 0; i < couplings.size(); ++i) {
     const FrozenCoupling& frozen = problem_.couplings[i];

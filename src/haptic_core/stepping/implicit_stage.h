@@ -98,6 +98,7 @@ class ImplicitStage {
   double startEnergy() noexcept;
   void setVelocity(const std::vector<double>& from, double share, double g) noexcept;
   double change(const std::vector<double>& since) noexcept;
+  void sinceReference() noexcept;
   double farthest() const noexcept;
   void evaluate(double g) noexcept;
   bool holds(double g) const noexcept;
