@@ -14,8 +14,8 @@ bool isAlone(const Model& model, const Island& island, const State& state) noexc
   for (int n = 0; n < island.tree_count; ++n) {
     if (model.trees[island.trees[n]].has_laws) return false;
   }
-  for (std::size_t p = 0; p < state.pointers.size(); ++p) {
-    if (has(model.links[state.pointers[p].link].articulation)) return false;
+  for (const PointerState& pointer : state.pointers) {
+    if (pointer.targeted && has(model.links[pointer.link].articulation)) return false;
   }
   for (int i = 0; i < island.pair_count; ++i) {
     const ActivePair& pair = state.pairs[island.pairs[i]];
