@@ -4,11 +4,9 @@
 #include <ros/console.h>
 #include <ros/this_node.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/loop/hand.h"
 
 namespace haptic {
 namespace {
@@ -70,17 +68,11 @@ void DeviceBases::receive(const Event& event, bool is_static) {
 bool DeviceBases::meetHands() {
   if (loop_.phase() != RealtimeThread::Phase::kTicking) return false;
   if (session_ == loop_.sessions() && bases_.size() == loop_.deviceNames().size()) return true;
-  std::vector<Base> bases;
   const unsigned session = loop_.sessions();
-  const bool ran = loop_.betweenTicks([&](LoopSession& ticking) {
-    const auto devices = ticking.deviceNames();
-    for (std::size_t i = 0; i < devices.size(); ++i) {
-      const int hand = static_cast<int>(i);
-      bases.push_back({devices[i], ticking.definedBase(hand), ticking.loop().hand(hand).settings().workspace.X_WB});
-    }
-  });
-  if (!ran) return false;
-  bases_ = bases;
+  LoopSession::View view;
+  if (!loop_.send(LoopSession::Look{&view})) return false;
+  bases_.clear();
+  for (const auto& hand : view.hands) bases_.push_back({hand.name, hand.defined.workspace.X_WB, hand.settings.workspace.X_WB});
   session_ = session;
   return true;
 }
@@ -115,14 +107,14 @@ Pose DeviceBases::wanted(const Base& base) {
 
 void DeviceBases::apply(Base& base, const Pose& X_WB) {
   try {
-    const bool ran = loop_.betweenTicks([&](LoopSession& session) {
-      const auto devices = session.deviceNames();
-      const auto found = std::find(devices.begin(), devices.end(), base.device);
-      if (found == devices.end()) return;
-      const int hand = static_cast<int>(found - devices.begin());
-      HandSettings settings = session.loop().hand(hand).settings();
-      settings.workspace.X_WB = X_WB;
-      session.take({ChangeHand{settings}, hand});
+    const bool ran = loop_.change([&](const LoopSession::View& view) {
+      std::vector<LoopCommand> commands;
+      for (std::size_t i = 0; i < view.hands.size(); ++i) {
+        if (view.hands[i].name != base.device) continue;
+        commands.push_back({ChangeHand{view.hands[i].settings}, static_cast<int>(i)});
+        std::get<ChangeHand>(commands.back().kind).settings.workspace.X_WB = X_WB;
+      }
+      return commands;
     });
     if (ran) base.X_WB = X_WB;
   } catch (const SetupError& error) {

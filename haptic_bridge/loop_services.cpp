@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/loop/hand.h"
 
 namespace haptic {
 
@@ -26,30 +25,24 @@ LoopServices::~LoopServices() {
 }
 
 bool LoopServices::onClutch(haptic_msgs::Clutch::Request& request, haptic_msgs::Clutch::Response& response) {
-  const auto devices = loop_.deviceNames();
-  const bool ran = loop_.betweenTicks([&](LoopSession& session) {
+  const bool ran = loop_.change([&](const LoopSession::View& view) {
     std::string known;
-    int matched = 0;
-    for (std::size_t i = 0; i < devices.size() && i < static_cast<std::size_t>(session.loop().handCount()); ++i) {
-      known += " " + devices[i];
-      if (!request.device.empty() && request.device != devices[i]) continue;
-      ++matched;
-      Hand& hand = session.loop().hand(static_cast<int>(i));
-      if (request.hold && hand.report().in_contact && !hand.report().clutched) {
-        response.message = "the pointer of " + devices[i] + " is in contact: move it free first";
-        return;
+    std::vector<LoopCommand> commands;
+    response.message.clear();
+    for (std::size_t i = 0; i < view.hands.size(); ++i) {
+      const LoopSession::View::Hand& hand = view.hands[i];
+      known += " " + hand.name;
+      if (!request.device.empty() && request.device != hand.name) continue;
+      commands.push_back({HoldClutch{request.hold != 0}, static_cast<int>(i)});
+      if (request.hold && hand.in_contact && !hand.clutched && response.message.empty()) {
+        response.message = "the pointer of " + hand.name + " is in contact: move it free first";
       }
     }
-    if (matched == 0) {
-      response.message = "no hand '" + request.device + "'; there are:" + known;
-      return;
-    }
-    for (std::size_t i = 0; i < devices.size() && i < static_cast<std::size_t>(session.loop().handCount()); ++i) {
-      if (request.device.empty() || request.device == devices[i]) session.take({HoldClutch{request.hold != 0}, static_cast<int>(i)});
-    }
-    response.success = true;
+    if (commands.empty()) response.message = "no hand '" + request.device + "'; there are:" + known;
+    return response.message.empty() ? commands : std::vector<LoopCommand>();
   });
   if (!ran) response.message = "the loop does not tick";
+  response.success = response.message.empty();
   return true;
 }
 
@@ -60,7 +53,7 @@ void LoopServices::onParameters(haptic_bridge::LoopConfig& config, std::uint32_t
     return;
   }
   try {
-    if (!loop_.betweenTicks([&](LoopSession& session) { apply(session, config); })) {
+    if (!apply(config)) {
       ROS_ERROR_STREAM_NAMED(name_, "parameters: the loop does not tick; nothing has changed");
       config = applied_;
     }
@@ -68,7 +61,7 @@ void LoopServices::onParameters(haptic_bridge::LoopConfig& config, std::uint32_t
     ROS_ERROR_STREAM_NAMED(name_, "parameters refused: " << error.what());
     // What came before the refused value may have been changed: put all of it back.
     config = applied_;
-    loop_.betweenTicks([&](LoopSession& session) { apply(session, applied_); });
+    apply(applied_);
   }
   applied_ = config;
 }
@@ -76,24 +69,28 @@ void LoopServices::onParameters(haptic_bridge::LoopConfig& config, std::uint32_t
 void LoopServices::reapply() {
   boost::recursive_mutex::scoped_lock lock(mutex_);
   try {
-    loop_.betweenTicks([&](LoopSession& session) { apply(session, applied_); });
+    apply(applied_);
   } catch (const SetupError& error) {
     ROS_ERROR_STREAM_NAMED(name_, "parameters do not fit the new scene: " << error.what());
   }
 }
 
-void LoopServices::apply(LoopSession& session, const haptic_bridge::LoopConfig& config) const {
+bool LoopServices::apply(const haptic_bridge::LoopConfig& config) {
+  return loop_.change([&](const LoopSession::View& view) { return commandsFor(config, view); });
+}
+
+std::vector<LoopCommand> LoopServices::commandsFor(const haptic_bridge::LoopConfig& config, const LoopSession::View& view) {
   for (const double value : {config.stiffness_scale, config.friction_scale, config.lambda_, config.limit_share,
                              config.force_scale, config.soft_start, config.coupling_stiffness, config.coupling_damping,
                              config.coupling_rotational_stiffness, config.coupling_rotational_damping}) {
     if (!std::isfinite(value)) throw SetupError("a parameter", "is not finite", "give a number");
   }
-  WorldTuning tuning = session.world().tuning();
+  std::vector<LoopCommand> commands;
+  WorldTuning tuning = view.tuning;
   tuning.stiffness_scale = config.stiffness_scale;
   tuning.friction_scale = config.friction_scale;
-  for (int i = 0; i < session.world().pointerCount(); ++i) {
-    PointerCoupling& coupling = tuning.coupling[i];
-    coupling = session.world().pointer(i).coupling;
+  tuning.coupling = view.defined;
+  for (PointerCoupling& coupling : tuning.coupling) {
     if (config.coupling == haptic_bridge::Loop_scene) continue;
     coupling.mode = config.coupling == haptic_bridge::Loop_virtual ? PointerCoupling::Mode::kVirtual : PointerCoupling::Mode::kDirect;
     coupling.stiffness = config.coupling_stiffness;
@@ -101,23 +98,22 @@ void LoopServices::apply(LoopSession& session, const haptic_bridge::LoopConfig& 
     coupling.rotational_stiffness = config.coupling_rotational_stiffness;
     coupling.rotational_damping = config.coupling_rotational_damping;
   }
-  if (tuning.numbers() != session.world().tuning().numbers()) session.take({TuneWorld{tuning}});
-  for (int i = 0; i < session.loop().handCount(); ++i) {
-    Hand& hand = session.loop().hand(i);
-    const DeviceDef& def = hand.device().def();
-    const Spidar::Tuning now = hand.device().tuning();
-    const double own_lambda = def.border_lambda > 0 ? def.border_lambda : def.lambda;
-    const Spidar::Tuning next{config.lambda_ > 0 ? config.lambda_ : own_lambda, config.limit_share * def.max_force,
-                              config.limit_share * def.max_torque};
+  if (tuning.numbers() != view.tuning.numbers()) commands.push_back({TuneWorld{tuning}});
+  for (std::size_t i = 0; i < view.hands.size(); ++i) {
+    const LoopSession::View::Hand& hand = view.hands[i];
+    const Spidar::Tuning &now = hand.tuning, &stated = hand.stated;
+    const TuneDevice next{config.lambda_ > 0 ? config.lambda_ : stated.lambda, config.limit_share * stated.max_force,
+                          config.limit_share * stated.max_torque};
     if (next.lambda != now.lambda || next.max_force != now.max_force || next.max_torque != now.max_torque) {
-      session.tuneDevice(i, next);
+      commands.push_back({next, static_cast<int>(i)});
     }
-    HandSettings settings = hand.settings();
-    settings.force_scale = config.force_scale * session.definedForceScale(i);
+    HandSettings settings = hand.settings;
+    settings.force_scale = config.force_scale * hand.defined.force_scale;
     settings.soft_start_s = config.soft_start;
     settings.passivity.mode = static_cast<PassivityMode>(config.passivity);
-    if (numbersOf(settings) != numbersOf(hand.settings())) session.take({ChangeHand{settings}, i});
+    if (numbersOf(settings) != numbersOf(hand.settings)) commands.push_back({ChangeHand{settings}, static_cast<int>(i)});
   }
+  return commands;
 }
 
 }  // namespace haptic

@@ -7,6 +7,7 @@
 
 #include <boost/thread/recursive_mutex.hpp>
 #include <string>
+#include <vector>
 
 #include "haptic_bridge/realtime_thread.h"
 
@@ -22,7 +23,8 @@ class LoopServices {
  private:
   bool onClutch(haptic_msgs::Clutch::Request& request, haptic_msgs::Clutch::Response& response);
   void onParameters(haptic_bridge::LoopConfig& config, std::uint32_t level);
-  void apply(LoopSession& session, const haptic_bridge::LoopConfig& config) const;
+  bool apply(const haptic_bridge::LoopConfig& config);
+  static std::vector<LoopCommand> commandsFor(const haptic_bridge::LoopConfig& config, const LoopSession::View& view);
 
   std::string name_;
   RealtimeThread& loop_;

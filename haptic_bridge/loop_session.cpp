@@ -92,11 +92,9 @@ void LoopSession::connect(std::uint64_t first_tick) {
     start_.hands.push_back({hand.name, device.def(), hand.placement.pointer, settings, memory, {}});
   }
   input_.tick = first_tick;
-  world_->sendCommandsTo([this](const LoopCommand& command) { take(command); });
 }
 
 LoopSession::~LoopSession() {
-  world_->sendCommandsTo({});
   for (Hand& hand : hands_) hand.lease->transport.zeroDrive();
 }
 
@@ -123,6 +121,7 @@ void LoopSession::note(const LoopCommand& command) {
 
 void LoopSession::take(const LoopCommand& command) {
   loop_->take(command);
+  if (isForHand(command) || command.is<TuneWorld>()) ++changes_;
   note(command);
 }
 
@@ -135,25 +134,39 @@ void LoopSession::dropRecalledDevices() {
   }
 }
 
-void LoopSession::remember(Memory& memory) {
-  haptic::remember(*loop_, input_.tick, memory.loop);
+void LoopSession::serve(Commands& commands) noexcept {
+  commands.drain([this](const Command& command) { carryOut(command); });
+  world_->serve([this](const LoopCommand& command) { take(command); });
+}
+
+void LoopSession::carryOut(const Command& command) {
+  if (const auto* remember = std::get_if<Remember>(&command)) copyTo(*remember->into);
+  if (const auto* look = std::get_if<Look>(&command)) copyTo(*look->into);
+  if (const auto* change = std::get_if<Change>(&command)) {
+    *change->outdated = change->seen->start != start_.first_tick || change->seen->changes != changes_;
+    for (std::size_t i = 0; i < change->tell.count && !*change->outdated; ++i) take(change->tell.first[i]);
+  }
+}
+
+void LoopSession::copyTo(Memory& memory) const {
+  remember(*loop_, input_.tick, memory.loop);
   for (std::size_t i = 0; i < hands_.size(); ++i) memory.origins[i] = hands_[i].origin;
   memory.events = noted_tick_ == input_.tick ? noted_ : 0;
 }
 
-void LoopSession::tuneDevice(int hand, const Spidar::Tuning& tuning) {
-  Spidar& device = hands_.at(hand).lease->device;
-  device.tune(tuning);
-  take({RestoreDevice{device.save()}, hand});
-}
-
-/// Work of the ports' owners, on a user's request. A world's says by commands what it changes; of a device what it left is
-/// kept as a whole.
-void LoopSession::serveOwners() noexcept {
-  world_->between_ticks.serve();
+void LoopSession::copyTo(View& view) const {
+  view.start = start_.first_tick;
+  view.changes = changes_;
+  view.tuning = world_->world.tuning();
+  view.defined.clear();
+  for (int i = 0; i < world_->world.pointerCount(); ++i) view.defined.push_back(world_->world.pointer(i).coupling);
+  view.hands.clear();
   for (std::size_t i = 0; i < hands_.size(); ++i) {
-    DevicePort& port = *hands_[i].lease;
-    if (port.between_ticks.serve()) take({RestoreDevice{port.device.save()}, static_cast<int>(i)});
+    const haptic::Hand& hand = loop_->hand(static_cast<int>(i));
+    const DeviceDef& def = hand.device().def();
+    view.hands.push_back({hands_[i].name, hand.settings(), hands_[i].placement.settings, hand.device().tuning(),
+                          {def.border_lambda > 0 ? def.border_lambda : def.lambda, def.max_force, def.max_torque},
+                          hand.report().in_contact, hand.report().clutched});
   }
 }
 
@@ -174,12 +187,10 @@ void LoopSession::tick(const PeriodicWake::Wake& wake, std::uint64_t index, doub
   input_.tick = index;
   input_.lost_periods = wake.lost_periods;
   input_.hands = static_cast<int>(hands_.size());
-  serveOwners();
   std::int64_t twin_ns = 0;
   exchange(sample.io_ns, twin_ns);
   for (int i = 0; i < input_.hands; ++i) {
-    const DeviceRequests requests = hands_[i].lease->device.takeRequests(input_.sample[i]);
-    if (requests.any()) take({AskDevice{requests}, i});
+    hands_[i].lease->serve(input_.sample[i], [&](const LoopCommand& command) { take({command.kind, i}); });
   }
 
   const std::int64_t before = steadyNow();
@@ -200,7 +211,7 @@ void LoopSession::tick(const PeriodicWake::Wake& wake, std::uint64_t index, doub
     observe(hands_[i], sample.hand[i]);
     hands_[i].lease->record(index, wake.start_ns, input_.sample[i]);
   }
-  world_->serveWatchers(wake.start_ns);
+  world_->noteTick(wake.start_ns);
   input_.tick = index + 1;  // events from now on are before that one
 }
 

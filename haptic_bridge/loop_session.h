@@ -35,7 +35,6 @@ class LoopSession {
 
   /// Between ticks: carries a command out and records it as it was told. Throws SetupError when it cannot be done.
   void take(const LoopCommand& command);
-  void tuneDevice(int hand, const Spidar::Tuning& tuning);  ///< likewise
 
   /// What there is now, between ticks: a recording can begin here. `origins` are the hands' indices in start().
   struct Memory {
@@ -43,7 +42,37 @@ class LoopSession {
     std::array<int, kMaxHands> origins{};
     int events = 0;                                    ///< that were noted before the next tick already
   };
-  void remember(Memory& memory);                       ///< does not allocate into a memory from roomFor
+
+  /// What the loop's settings are, and who its hands are: for who changes them by what they are.
+  struct View {
+    struct Hand {
+      std::string name;
+      HandSettings settings, defined;                  ///< as they are, and as the scene gives them
+      Spidar::Tuning tuning, stated;                   ///< as it is, and as the device's file says
+      bool in_contact = false, clutched = false;
+    };
+    std::vector<Hand> hands;
+    WorldTuning tuning;
+    std::vector<PointerCoupling> defined;              ///< per pointer, as the scene gives them
+    std::uint64_t start = 0, changes = 0;              ///< of which session, and after how many commands about these
+  };
+  /// Commands of the bridge's own threads. All storage is the sender's.
+  struct Remember {
+    Memory* into;                                      ///< not allocated into when it is from roomFor
+  };
+  struct Look {
+    View* into;                                        ///< allocates
+  };
+  struct Change {
+    Tell tell;
+    const View* seen;                                  ///< what the commands were made from
+    bool* outdated;                                    ///< true: it is another loop by now, nothing was done
+  };
+  using Command = std::variant<Remember, Look, Change>;
+  using Commands = CommandRing<Command>;
+  /// (in realtime: an atomic load each when nothing waits) Between ticks: carries out what the bridge's threads and the world's
+  /// owner have sent. Devices wait for their counts, see `tick`.
+  void serve(Commands& commands) noexcept;
 
   /// How it began, and where its scene came from: for recordings.
   const SessionStart& start() const { return start_; }
@@ -52,9 +81,6 @@ class LoopSession {
   using EventRing = RecordRing<LoopEvent>;
   void sendEventsTo(EventRing& ring) { events_ = &ring; }
 
-  HapticLoop& loop() { return *loop_; }
-  const Pose& definedBase(int hand) const { return hands_.at(hand).placement.settings.workspace.X_WB; }  ///< the scene's
-  double definedForceScale(int hand) const { return hands_.at(hand).placement.settings.force_scale; }  ///< the scene's
   World& world() { return world_->world; }
   const TickReport& report() const { return loop_->report(); }
   std::vector<std::string> deviceNames() const;
@@ -76,7 +102,9 @@ class LoopSession {
   LoopSession(const BridgeParameters& parameters, PortLease<WorldPort> world);
   static bool claimDevices(const BridgeParameters& parameters, LoopSession& session, std::string& missing);
   void connect(std::uint64_t first_tick);
-  void serveOwners() noexcept;
+  void carryOut(const Command& command);
+  void copyTo(Memory& memory) const;
+  void copyTo(View& view) const;
   void note(const LoopCommand& command);
   void exchange(std::int64_t& io_ns, std::int64_t& twin_ns) noexcept;
   void observe(Hand& hand, HandSample& sample) const noexcept;
@@ -87,6 +115,7 @@ class LoopSession {
   std::unique_ptr<HapticLoop> loop_;
   SessionStart start_;
   EventRing* events_ = nullptr;
+  std::uint64_t changes_ = 0;                          ///< commands so far about hands, devices or tuning
   std::uint64_t noted_tick_ = 0;                       ///< of the last event, and how many there were before that tick
   int noted_ = 0;
   TickInput input_;

@@ -96,8 +96,18 @@ bool RealtimeThread::waitForRecorder(LoopSession& session) {
   return true;
 }
 
-bool RealtimeThread::betweenTicks(const std::function<void(LoopSession&)>& work) {
-  return jobs_.call([&] { work(*session_); }, kPortPatience);
+bool RealtimeThread::send(const LoopSession::Command& command) { return commands_.send(command, kPortPatience, [] {}); }
+
+bool RealtimeThread::change(const std::function<std::vector<LoopCommand>(const LoopSession::View&)>& commandsFor) {
+  LoopSession::View view;
+  bool outdated = true;
+  while (outdated) {
+    if (!send(LoopSession::Look{&view})) return false;
+    const std::vector<LoopCommand> commands = commandsFor(view);
+    if (commands.empty()) return true;
+    if (!send(LoopSession::Change{{commands.data(), commands.size()}, &view, &outdated})) return false;
+  }
+  return true;
 }
 
 void RealtimeThread::tickUntilRecalled(LoopSession& session) {
@@ -108,7 +118,6 @@ void RealtimeThread::tickUntilRecalled(LoopSession& session) {
   const double h = wake.period();
   TickSample sample;
   RecordedTick record;
-  session_ = &session;
   ++sessions_;
   wake.start();
   while (!stop_.load(std::memory_order_relaxed) && !session.recalled() && (limit == 0 || ticks_ < limit)) {
@@ -116,7 +125,7 @@ void RealtimeThread::tickUntilRecalled(LoopSession& session) {
       session.dropRecalledDevices();
       nameHands(session);
     }
-    jobs_.serve();
+    session.serve(commands_);  // before the wait: what it takes is not missing in a tick
     session.tick(wake.wait(), ticks_, h, sample, record);
     samples_.push(sample);
     records_.push(record);

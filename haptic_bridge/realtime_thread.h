@@ -37,8 +37,11 @@ class RealtimeThread {
 
   unsigned sessions() const { return sessions_; }  ///< claims of the ports so far that came to ticking
 
-  /// Any other thread: has `work` done between two ticks. False: the loop does not tick. Rethrows.
-  bool betweenTicks(const std::function<void(LoopSession&)>& work);
+  /// Any other thread: has a command carried out between two ticks. False: the loop does not tick, and nothing was done. Throws
+  /// the SetupError that refused it.
+  bool send(const LoopSession::Command& command);
+  /// Likewise: `commandsFor` makes commands of what the loop is now, here; where another thread's come first, anew.
+  bool change(const std::function<std::vector<LoopCommand>(const LoopSession::View&)>& commandsFor);
 
   /// A start of the loop, for recordings: how it began, and its scene.
   struct Start {
@@ -71,8 +74,7 @@ class RealtimeThread {
   RecordRing<RecordedTick> records_;
   RecordRing<std::shared_ptr<const Start>> starts_;
   LoopSession::EventRing events_;
-  BetweenTicks jobs_;
-  LoopSession* session_ = nullptr;         ///< of the jobs; set while it ticks
+  LoopSession::Commands commands_;
   std::atomic<bool> may_tick_{false};
   LatestValue<TickReport> last_tick_;
   std::atomic<bool> stop_{false};

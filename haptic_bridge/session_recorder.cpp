@@ -42,7 +42,7 @@ void SessionRecorder::remember() {
   if (!start_ || parameters_.flight_folder.empty() || now < next_memory_ns_) return;
   if (loop_.phase() != RealtimeThread::Phase::kTicking) return;
   next_memory_ns_ = now + kMemoryPeriodNs;
-  if (!loop_.betweenTicks([this](LoopSession& session) { session.remember(memory_); })) return;
+  if (!loop_.send(LoopSession::Remember{&memory_})) return;
   RealtimeThread::Start start = *start_;
   start.session = startedAt(start_->session, memory_.loop, memory_.origins);
   start.world_hash = memory_.loop.world_hash;

@@ -23,9 +23,8 @@ JointCommand commandAt(const sensor_msgs::JointState& m, std::size_t i) {
 
 }  // namespace
 
-JointCommands::JointCommands(ros::NodeHandle& priv, WorldPort& port,
-                             std::function<bool(const std::function<void()>&)> between)
-    : port_(port), world_(port.world), between_(std::move(between)) {
+JointCommands::JointCommands(ros::NodeHandle& priv, WorldPort& port, PortOffer& offer)
+    : port_(port), world_(port.world), offer_(offer) {
   if (world_.jointCount() > 0) {
     subscriber_ =
         priv.subscribe("joint_command", 1, &JointCommands::receive, this, ros::TransportHints().tcpNoDelay());
@@ -60,11 +59,11 @@ void JointCommands::receive(const sensor_msgs::JointState::ConstPtr& message) {
     ROS_WARN_STREAM_THROTTLE(1.0, subscriber_.getTopic() << ": ignored: " << problem);
     return;
   }
-  std::vector<int> joints;
-  for (const std::string& name : message->name) joints.push_back(world_.jointIndex(name));
-  const bool taken = between_([&] {
-    for (std::size_t i = 0; i < joints.size(); ++i) port_.take({DriveJoint{joints[i], commandAt(*message, i)}});
-  });
+  std::vector<LoopCommand> commands;
+  for (std::size_t i = 0; i < message->name.size(); ++i) {
+    commands.push_back({DriveJoint{world_.jointIndex(message->name[i]), commandAt(*message, i)}});
+  }
+  const bool taken = offer_.send(port_, WorldPort::Change{{commands.data(), commands.size()}, nullptr});
   if (!taken) ROS_WARN_STREAM_THROTTLE(1.0, subscriber_.getTopic() << ": nobody steps the world; ignored");
 }
 

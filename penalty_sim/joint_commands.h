@@ -3,11 +3,11 @@
 #include <ros/node_handle.h>
 #include <sensor_msgs/JointState.h>
 
-#include <functional>
 #include <string>
 
 namespace haptic {
 
+class PortOffer;
 class World;
 class WorldPort;
 
@@ -18,9 +18,8 @@ class WorldPort;
 /// not exist or has no drive, lengths that differ, a number that is not finite.
 class JointCommands {
  public:
-  /// `between` runs work between two ticks of whoever steps the world; false: nobody took it.
-  JointCommands(ros::NodeHandle& priv, WorldPort& port,
-                std::function<bool(const std::function<void()>&)> between);
+  /// Port and offer must outlive it.
+  JointCommands(ros::NodeHandle& priv, WorldPort& port, PortOffer& offer);
 
  private:
   void receive(const sensor_msgs::JointState::ConstPtr& message);
@@ -28,7 +27,7 @@ class JointCommands {
 
   WorldPort& port_;
   World& world_;
-  std::function<bool(const std::function<void()>&)> between_;
+  PortOffer& offer_;
   ros::Subscriber subscriber_;
 };
 

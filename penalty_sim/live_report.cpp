@@ -19,8 +19,7 @@ constexpr double kPeriod = 0.5;        // [s]: people read no faster, and the lo
 constexpr double kShareOfCore = 0.05;  // of one core that the shadows may take: a large scene is reported less often
 constexpr double kLook = 0.1;          // how often it is asked whether somebody listens [s]
 constexpr double kTimed = 0.05;        // stages are timed over this long before each report [s]: 50 steps at 1 kHz
-constexpr double kPoll = 0.005;        // how often it is asked whether the copy is there [s]
-constexpr int kPolls = 40;             // a runner that has not ticked for 0.2 s is not there
+constexpr std::chrono::milliseconds kPatience{200};  // a runner that has not ticked for as long is not there
 
 double seconds(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
 
@@ -39,10 +38,13 @@ std::string textOf(const ErrorEstimate& e) {
 
 }  // namespace
 
-LiveReport::LiveReport(ros::NodeHandle& nh, const WorldDef& definition, const std::string& world_frame, WorldPort& port)
+LiveReport::LiveReport(ros::NodeHandle& nh, const WorldDef& definition, const std::string& world_frame, WorldPort& port,
+                       PortOffer& offer)
     : definition_(definition),
       world_frame_(world_frame),
       port_(port),
+      offer_(offer),
+      copy_(port.first_copy),
       publisher_(nh.advertise<haptic_msgs::LiveReport>("live_report", 2)) {
   for (int i = 0; i < port.world.linkCount(); ++i) links_.push_back(port.world.linkName(i));
   thread_ = std::thread([this] { run(); });
@@ -77,9 +79,8 @@ void LiveReport::run() {
       sleep(kLook);
       continue;
     }
-    WorldCopy copy;
     try {
-      if (takeCopy(copy)) report(copy);
+      if (takeCopy()) report(copy_);
     } catch (const SetupError& error) {
       ROS_ERROR_STREAM("live_report ends: " << error.what());
       return;
@@ -89,17 +90,13 @@ void LiveReport::run() {
 }
 
 /// A copy of the world as the runner left it, with the times of the steps before it. False: nobody runs the world.
-bool LiveReport::takeCopy(WorldCopy& copy) {
-  port_.copy.read(copy);  // one that came too late for the last report
-  port_.measures_stages = true;
+bool LiveReport::takeCopy() {
+  if (!offer_.send(port_, WorldPort::TimeStages{true}, kPatience)) return false;
   sleep(kTimed);
-  port_.wants_copy = true;
-  bool fresh = false;
-  for (int i = 0; i < kPolls && !fresh; ++i) {
-    sleep(kPoll);
-    fresh = port_.copy.read(copy);
-  }
-  port_.measures_stages = false;
+  const bool taken = offer_.send(port_, WorldPort::Copy{&copy_}, kPatience);
+  offer_.send(port_, WorldPort::TimeStages{false}, kPatience);
+  const bool fresh = taken && copy_.stamp_ns > seen_ns_;
+  if (fresh) seen_ns_ = copy_.stamp_ns;
   return fresh;
 }
 

@@ -17,11 +17,12 @@
 namespace haptic {
 
 /// Topic `live_report`, in a thread of its own, twice a second or as often as a twentieth of a core allows. It is made
-/// while somebody subscribes to it or `watch` is on; otherwise the loop pays for the test of two flags, and no shadow
-/// exists before the first time. The world is read through the port: whoever runs it hands over a copy between two ticks.
+/// while somebody subscribes to it or `watch` is on; otherwise the loop pays nothing, and no shadow exists before the first
+/// time. The world is read through the port: whoever runs it fills a copy between two ticks.
 class LiveReport {
  public:
-  LiveReport(ros::NodeHandle& nh, const WorldDef& definition, const std::string& world_frame, WorldPort& port);
+  LiveReport(ros::NodeHandle& nh, const WorldDef& definition, const std::string& world_frame, WorldPort& port,
+             PortOffer& offer);
   ~LiveReport();
 
   void watch(bool on) { watched_ = on; }  ///< somebody reads `text`
@@ -30,13 +31,16 @@ class LiveReport {
  private:
   void run();
   bool wanted() const { return watched_ || publisher_.getNumSubscribers() > 0; }
-  bool takeCopy(WorldCopy& copy);
+  bool takeCopy();
   void report(const WorldCopy& copy);
   void sleep(double seconds);
 
   WorldDef definition_;
   std::string world_frame_;
   WorldPort& port_;
+  PortOffer& offer_;
+  WorldCopy copy_;                        ///< with room for the greatest state
+  std::int64_t seen_ns_ = 0;              ///< stamp of the last report
   std::vector<std::string> links_;
   std::unique_ptr<ErrorEstimator> estimator_;
   std::uint64_t estimates_ = 0;

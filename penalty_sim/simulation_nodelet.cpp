@@ -83,10 +83,8 @@ std::unique_ptr<SimulationNodelet::Simulation> SimulationNodelet::read(const std
 
 void SimulationNodelet::offer() {
   offer_ = PortOffer(PortTable::process(), parameters_.name, simulation_->port, getName());
-  topics_ = std::make_unique<WorldTopics>(getNodeHandle(), parameters_, simulation_->scene, simulation_->port);
-  joint_commands_ = std::make_unique<JointCommands>(
-      getPrivateNodeHandle(), simulation_->port,
-      [this](const std::function<void()>& work) { return offer_.runBetweenTicks(work); });
+  topics_ = std::make_unique<WorldTopics>(getNodeHandle(), parameters_, simulation_->scene, simulation_->port, offer_);
+  joint_commands_ = std::make_unique<JointCommands>(getPrivateNodeHandle(), simulation_->port, offer_);
   if (parameters_.alone) thread_ = std::make_unique<WorldThread>(getNodeHandle(), parameters_, simulation_->port.hands);
 }
 
@@ -118,9 +116,9 @@ SimulationNodelet::~SimulationNodelet() {
 }
 
 template <class Response>
-bool SimulationNodelet::between(Response& response, const std::function<void()>& work) {
+bool SimulationNodelet::send(Response& response, const WorldPort::Command& command) {
   try {
-    response.success = offer_.runBetweenTicks(work);
+    response.success = offer_.send(simulation_->port, command);
     if (!response.success) response.message = offer_.holder() + " did not answer: nothing was done";
   } catch (const SetupError& error) {
     response.success = false;
@@ -129,16 +127,21 @@ bool SimulationNodelet::between(Response& response, const std::function<void()>&
   return true;
 }
 
+template <class Response>
+bool SimulationNodelet::tell(Response& response, const LoopCommand& command, std::uint64_t* hash) {
+  return send(response, WorldPort::Change{{&command}, hash});
+}
+
 bool SimulationNodelet::onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  return between(response, [this] { simulation_->port.take({RestoreWorld{simulation_->initial_state}}); });
+  return tell(response, {RestoreWorld{simulation_->initial_state}});
 }
 
 bool SimulationNodelet::onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
-  return between(response, [&] { simulation_->port.take({PauseWorld{request.data != 0}}); });
+  return tell(response, {PauseWorld{request.data != 0}});
 }
 
 bool SimulationNodelet::onStep(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
-  return between(response, [this] { simulation_->port.take({StepWorld{}}); });
+  return tell(response, {StepWorld{}});
 }
 
 /// The new scene is read and judged before the old one goes, so that what is refused changes nothing.
@@ -167,19 +170,17 @@ bool SimulationNodelet::onLoadScene(haptic_msgs::LoadScene::Request& request, ha
 }
 
 bool SimulationNodelet::onSave(haptic_msgs::StateFile::Request& request, haptic_msgs::StateFile::Response& response) {
-  std::vector<double> state;
-  between(response, [&] {
-    state = simulation_->world.save();
-    response.hash = simulation_->world.hash();
-  });
+  WorldCopy copy = simulation_->port.first_copy;
+  send(response, WorldPort::Copy{&copy});
   if (!response.success) return true;
+  response.hash = copy.hash;
   try {
     if (request.file.empty()) {
-      simulation_->saved_state = state;
+      simulation_->saved_state = copy.state;
     } else {
-      writeState(request.file, state, response.hash);
+      writeState(request.file, copy.state, copy.hash);
     }
-    response.message = std::to_string(state.size() * sizeof(double)) + " bytes";
+    response.message = std::to_string(copy.state.size() * sizeof(double)) + " bytes";
   } catch (const SetupError& error) {
     response.success = false;
     response.message = error.what();
@@ -189,13 +190,15 @@ bool SimulationNodelet::onSave(haptic_msgs::StateFile::Request& request, haptic_
 
 bool SimulationNodelet::onRestore(haptic_msgs::StateFile::Request& request,
                                   haptic_msgs::StateFile::Response& response) {
-  return between(response, [&] {
+  try {
     if (request.file.empty() && simulation_->saved_state.empty()) {
       throw SetupError("restore", "nothing was saved", "call ~save first, or name a file");
     }
-    simulation_->port.take({RestoreWorld{request.file.empty() ? simulation_->saved_state : readState(request.file)}});
-    response.hash = simulation_->world.hash();
-  });
+    return tell(response, {RestoreWorld{request.file.empty() ? simulation_->saved_state : readState(request.file)}}, &response.hash);
+  } catch (const SetupError& error) {
+    response.message = error.what();
+  }
+  return true;
 }
 
 bool SimulationNodelet::onGrab(haptic_msgs::Grab::Request& request, haptic_msgs::Grab::Response& response) {
@@ -220,7 +223,7 @@ bool SimulationNodelet::onGrab(haptic_msgs::Grab::Request& request, haptic_msgs:
     for (int i = 0; i < world.linkCount(); ++i) response.message += " " + world.linkName(i);
     return true;
   }
-  return between(response, [&] { simulation_->port.take({GrabLink{hand->pointer, index}}); });
+  return tell(response, {GrabLink{hand->pointer, index}});
 }
 
 }  // namespace haptic

@@ -7,7 +7,6 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,9 +39,12 @@ class SimulationNodelet : public nodelet::Nodelet {
   void offer();
   bool withdraw();
   void advertise();
-  /// Runs `work` between two ticks and turns what goes wrong into a service's answer.
+  /// Sends the world's runner a command and turns what goes wrong into a service's answer.
   template <class Response>
-  bool between(Response& response, const std::function<void()>& work);
+  bool send(Response& response, const WorldPort::Command& command);
+  /// The same for one that changes the world; `hash`: of the world after it.
+  template <class Response>
+  bool tell(Response& response, const LoopCommand& command, std::uint64_t* hash = nullptr);
 
   bool onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   bool onPause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);

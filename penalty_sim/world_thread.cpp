@@ -50,13 +50,13 @@ void WorldThread::runWorld(PortLease<WorldPort>& lease) {
   wake.start();
   for (long tick = 0; !stop_ && !lease.recalled(); ++tick) {
     const PeriodicWake::Wake now = wake.wait();
-    port.between_ticks.serve();
+    port.serve();
     if (!port.paused()) {
       for (const auto& input : inputs_) input->follow(port.world, now.start_ns);
       port.world.step();
     }
     if (tick % wrench_every == 0) publishWrenches(port.world);
-    port.serveWatchers(now.start_ns);
+    port.noteTick(now.start_ns);
   }
 }
 

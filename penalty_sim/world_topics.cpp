@@ -39,9 +39,10 @@ bool allFixedAbove(const ArticulationDef& articulation, int link) {
 }  // namespace
 
 WorldTopics::WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parameters, const SceneDef& scene,
-                         WorldPort& port)
+                         WorldPort& port, PortOffer& offer)
     : parameters_(parameters),
       port_(port),
+      offer_(offer),
       fixed_(port.world.linkCount(), false),
       step_(port.world.settings().step),
       contacts_(nh.advertise<haptic_msgs::Contacts>("contacts", 2)),
@@ -49,7 +50,7 @@ WorldTopics::WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parame
       joint_states_(nh.advertise<sensor_msgs::JointState>("joint_states", 2)),
       model_(nh.advertise<haptic_msgs::ScenePlan>("scene_plan", 1, true)),
       markers_(nh, scene, parameters.world_frame),
-      live_(nh, scene.world, parameters.world_frame, port) {
+      live_(nh, scene.world, parameters.world_frame, port, offer) {
   for (int i = 0; i < port.world.linkCount(); ++i) links_.push_back(port.world.linkName(i));
   for (int i = 0; i < port.world.jointCount(); ++i) joints_.push_back(port.world.jointName(i));
   publishStatic(scene);
@@ -68,15 +69,13 @@ WorldTopics::~WorldTopics() {
 void WorldTopics::publishStatic(const SceneDef& scene) {
   std::vector<geometry_msgs::TransformStamped> frames;
   const ros::Time now = ros::Time::now();
-  WorldSnapshot start;
-  port_.snapshot.read(start);
   for (const ArticulationDef& articulation : scene.world.articulations) {
     for (std::size_t l = 0; l < articulation.links.size(); ++l) {
       const LinkDef& link = articulation.links[l];
       const int index = port_.world.linkIndex(link.name);
       if (index >= 0 && allFixedAbove(articulation, static_cast<int>(l))) {
         fixed_[index] = true;
-        frames.push_back(transform(parameters_.world_frame, link.name, start.pose[index], now));
+        frames.push_back(transform(parameters_.world_frame, link.name, port_.first_snapshot.pose[index], now));
       }
       for (const MergedLink& merged : link.merged) {
         frames.push_back(transform(link.name, merged.name, merged.X_LM, now));
@@ -125,20 +124,23 @@ void WorldTopics::publishCertificate() {
 }
 
 void WorldTopics::run() {
+  WorldSnapshot snapshot = port_.first_snapshot;
+  auto next = std::chrono::steady_clock::now();
   for (int since_frame = 0; !stop_;) {
     const bool wants_joints = !joints_.empty() && joint_states_.getNumSubscribers() > 0;
     const double rate = wants_joints ? std::max(parameters_.joint_rate, parameters_.frame_rate) : parameters_.frame_rate;
-    WorldSnapshot snapshot;
-    if (port_.snapshot.read(snapshot) && snapshot.stamp_ns > 0) {
+    const std::int64_t seen_ns = snapshot.stamp_ns;
+    if (offer_.send(port_, WorldPort::Look{&snapshot}) && snapshot.stamp_ns > seen_ns) {
       if (wants_joints) publishJoints(snapshot);
       if (++since_frame >= std::lround(rate / parameters_.frame_rate)) {
         publish(snapshot);
         since_frame = 0;
       }
     }
-    port_.wants_snapshot = true;
     live_.watch(markers_.wanted());
-    std::this_thread::sleep_for(std::chrono::duration<double>(1 / rate));
+    // Not after the runner's answer: it takes up to a tick.
+    next = std::max(next + std::chrono::nanoseconds(std::llround(1e9 / rate)), std::chrono::steady_clock::now());
+    std::this_thread::sleep_until(next);
   }
 }
 

@@ -22,7 +22,8 @@ namespace haptic {
 /// is published once: tf refuses a stamp twice, so a world that stands still is silent.
 class WorldTopics {
  public:
-  WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parameters, const SceneDef& scene, WorldPort& port);
+  WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parameters, const SceneDef& scene, WorldPort& port,
+              PortOffer& offer);
   ~WorldTopics();
 
  private:
@@ -36,6 +37,7 @@ class WorldTopics {
 
   SimulationParameters parameters_;
   WorldPort& port_;
+  PortOffer& offer_;
   std::vector<std::string> links_, joints_;
   std::vector<bool> fixed_;  ///< per link: its frame is static
   double step_;

@@ -2,6 +2,8 @@
 
 #include <thread>
 
+#include "haptic_core/base/error.h"
+
 namespace haptic {
 namespace {
 
@@ -11,24 +13,33 @@ constexpr std::chrono::milliseconds kPatience{1000}, kPoll{1};
 
 }  // namespace
 
-DeviceAnswer askDevice(Spidar& device, PortOffer& offer, const std::function<void(Spidar&)>& request) {
+DeviceAnswer askDevice(DevicePort& port, PortOffer& offer, const DeviceRequests& requests) {
   DeviceAnswer answer;
   if (offer.holder().empty()) {
     answer.message = "nothing was done: nobody runs the device; start a bridge, or set ~alone";
     return answer;
   }
-  request(device);
+  const LoopCommand command{AskDevice{requests}};
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
-  while (device.requestsPending() && std::chrono::steady_clock::now() < deadline)
-    std::this_thread::sleep_for(kPoll);
-  const bool withdrawn = device.withdrawRequests();
-  // Served between two ticks: the tick that took the request up is over by then.
-  const bool read = offer.runBetweenTicks([&] { answer.after = recordOf(device, 0, 0, {}); });
-  const std::string state =
-      !read ? "the device does not tick"
-            : toString(answer.after.state) + (": " + standing(answer.after, device.def().name));
-  answer.done = read && !withdrawn;
-  answer.message = withdrawn ? "nothing was done, no fresh counts came within a second; " + state : state;
+  std::string refusal = "the device does not tick";
+  bool again = true;
+  while (!answer.done && again) {
+    again = std::chrono::steady_clock::now() < deadline;
+    try {
+      answer.done = offer.send(port, Tell{&command}, kPatience);
+      again = false;
+    } catch (const SetupError& error) {
+      refusal = error.what();
+      std::this_thread::sleep_for(kPoll);
+    }
+  }
+  // Carried out in a later tick: the one that did what was asked is over by then.
+  const bool read = offer.send(port, DevicePort::Copy{&answer.after}, kPatience);
+  const std::string state = !read ? "the device does not tick"
+                                  : toString(answer.after.record.state) +
+                                        (": " + standing(answer.after.record, port.device.def().name));
+  answer.message = answer.done ? state : "nothing was done, " + refusal + "; " + state;
+  answer.done = answer.done && read;
   return answer;
 }
 

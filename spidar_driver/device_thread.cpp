@@ -36,8 +36,8 @@ void DeviceThread::runDevice(PortLease<DevicePort>& lease) {
   wake.start();
   for (std::uint64_t tick = 0; !stop_ && !lease.recalled(); ++tick) {
     const PeriodicWake::Wake now = wake.wait();
-    port.between_ticks.serve();
     const DeviceSample sample = port.transport.exchange(port.device.drive());
+    port.serve(sample, [&](const LoopCommand& command) { apply(command, port.device); });
     port.device.sense(sample, wake.period());
     const WrenchInput::Command command = input_.latest();
     const double age = 1e-9 * static_cast<double>(now.start_ns - command.received_ns);

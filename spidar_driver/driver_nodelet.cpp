@@ -63,7 +63,7 @@ void DriverNodelet::start() {
       parameters_.twin && parameters_.hand == DriverParameters::Hand::kScript && parameters_.script == "scene";
 
   offer_ = PortOffer(PortTable::process(), parameters_.name, device_->port, getName());
-  calibration_ = std::make_unique<GripCalibration>(priv, parameters_, def, device_->spidar, offer_, *gate_);
+  calibration_ = std::make_unique<GripCalibration>(priv, parameters_, def, device_->port, offer_, *gate_);
   input_ = std::make_unique<WrenchInput>(nh, parameters_.name + "_base", def.dof == 7, *gate_, [this] { return whyNoCommand(); });
   topics_ = std::make_unique<DeviceTopics>(
       nh, parameters_, device_->port, [this](haptic_msgs::DeviceState& state, bool well) { completeState(state, well); },
@@ -118,8 +118,8 @@ bool DriverNodelet::onRecover(TriggerEvent& event) {
   std_srvs::Trigger::Response& response = event.getResponse();
   response.message = gate_->refuseCaller(event.getCallerName());
   if (!response.message.empty()) return true;
-  const DeviceAnswer answer = askDevice(device_->spidar, offer_, [](Spidar& device) { device.recover(); });
-  response.success = answer.done && answer.after.state != DeviceState::kFault;
+  const DeviceAnswer answer = askDevice(device_->port, offer_, {false, true, -1, {}});
+  response.success = answer.done && answer.after.record.state != DeviceState::kFault;
   response.message = answer.message;
   return true;
 }
@@ -130,12 +130,13 @@ bool DriverNodelet::onEnableForce(ros::ServiceEvent<std_srvs::SetBool::Request, 
   // Whoever asks for less force is heard, from wherever.
   if (on) response.message = gate_->refuseCaller(event.getCallerName());
   if (!response.message.empty()) return true;
-  const DeviceAnswer answer = askDevice(device_->spidar, offer_, [on](Spidar& device) { device.setForceEnabled(on); });
-  const bool presents = answer.after.state == DeviceState::kEnabled || answer.after.state == DeviceState::kReduced;
+  const DeviceAnswer answer = askDevice(device_->port, offer_, {false, false, on ? 1 : 0, {}});
+  const DeviceState state = answer.after.record.state;
+  const bool presents = state == DeviceState::kEnabled || state == DeviceState::kReduced;
   response.success = answer.done && presents == on;
   response.message = answer.message;
   // What could not be switched on now must not come on later, when the pose is found or the fault is gone.
-  if (on && answer.done && !presents) askDevice(device_->spidar, offer_, [](Spidar& device) { device.setForceEnabled(false); });
+  if (on && answer.done && !presents) askDevice(device_->port, offer_, {false, false, 0, {}});
   return true;
 }
 

@@ -32,12 +32,6 @@ std::string millimetres(double metres) {
   return text;
 }
 
-std::vector<Vector3> exits(const DeviceDef& def) {
-  std::vector<Vector3> p_BE;
-  for (const StringDef& string : def.strings) p_BE.push_back(string.p_BE);
-  return p_BE;
-}
-
 }  // namespace
 
 DeviceDef withSavedCalibration(const DriverParameters& parameters, const DeviceDef& def, StringVector& zero_length) {
@@ -50,8 +44,8 @@ DeviceDef withSavedCalibration(const DriverParameters& parameters, const DeviceD
 }
 
 GripCalibration::GripCalibration(ros::NodeHandle& priv, const DriverParameters& parameters, const DeviceDef& def,
-                                 Spidar& device, PortOffer& offer, const CommandGate& gate)
-    : parameters_(parameters), def_(def), device_(device), offer_(offer), gate_(gate) {
+                                 DevicePort& port, PortOffer& offer, const CommandGate& gate)
+    : parameters_(parameters), def_(def), port_(port), offer_(offer), gate_(gate) {
   calibrate_ = priv.advertiseService("calibrate", &GripCalibration::onCalibrate, this);
   calibrate_wave_ = priv.advertiseService("calibrate_wave", &GripCalibration::onWave, this);
 }
@@ -72,16 +66,11 @@ bool GripCalibration::onCalibrate(TriggerEvent& event) {
   std_srvs::Trigger::Response& response = event.getResponse();
   response.message = whyNotNow(event.getCallerName());
   if (!response.message.empty()) return true;
-  Calibration calibration;
-  const DeviceAnswer answer = askDevice(device_, offer_, [this](Spidar& device) { device.calibrateAt(parameters_.jig_pose); });
-  response.success = answer.done && answer.after.calibrated;
+  const DeviceAnswer answer = askDevice(port_, offer_, {true, false, -1, parameters_.jig_pose});
+  response.success = answer.done && answer.after.record.calibrated;
   response.message = (response.success ? "calibrated; " : "") + answer.message;
   if (!response.success) return true;
-  offer_.runBetweenTicks([&] {
-    calibration.p_BE = exits(device_.def());
-    calibration.zero_length = device_.zeroLengths();
-    calibration.residual = device_.solution().residual;
-  });
+  Calibration calibration = answer.after.calibration;
   calibration.samples = 1;
   try {
     keep(calibration);
@@ -99,16 +88,13 @@ bool GripCalibration::onWave(TriggerEvent& event) {
     response.message = def_.name + " has no redundant string: only ~calibrate is possible";
     return true;
   }
-  bool calibrated = false;
-  const bool served = offer_.runBetweenTicks([&] {
-    calibrated = device_.calibrated();
-    start_zero_ = device_.zeroLengths();
-  });
-  if (!served || !calibrated || offer_.holder().empty()) {
+  DeviceCopy now;
+  if (!offer_.send(port_, DevicePort::Copy{&now}) || !now.record.calibrated || offer_.holder().empty()) {
     response.message = "hold the grip at home and call ~calibrate first: the wave refines that";
     return true;
   }
   if (solver_.joinable()) solver_.join();
+  start_zero_ = now.calibration.zero_length;
   wanted_samples_ = static_cast<std::size_t>(parameters_.wave_seconds * 1e9 / kSamplePeriodNs);
   samples_.clear();
   samples_.reserve(wanted_samples_);
@@ -142,9 +128,8 @@ void GripCalibration::solveWave() {
   try {
     Calibration calibration = calibrateFromWave(def_, start_zero_, samples_);
     if (!calibration.converged) throw SetupError("the wave", "did not converge", "wave more slowly, and turn the grip");
-    const bool adopted =
-        offer_.runBetweenTicks([&] { device_.adopt(calibration, device_.solution().pose); });
-    if (!adopted) throw SetupError("the wave", "was solved, but nobody took it up", "call ~calibrate_wave again");
+    const LoopCommand adopt{adoptionOf(calibration)};
+    if (!offer_.send(port_, Tell{&adopt})) throw SetupError("the wave", "was solved, but nobody took it up", "call ~calibrate_wave again");
     keep(calibration);
     setNote("calibrated from a wave of " + std::to_string(calibration.samples) + " samples: residual " +
             millimetres(calibration.residual) + ", exits to " + millimetres(calibration.exit_sigma));

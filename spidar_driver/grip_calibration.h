@@ -24,8 +24,8 @@ namespace haptic {
 
 class GripCalibration {
  public:
-  /// Device, offer and gate must outlive it. `def` is the device as its file gives it.
-  GripCalibration(ros::NodeHandle& priv, const DriverParameters& parameters, const DeviceDef& def, Spidar& device,
+  /// Port, offer and gate must outlive it. `def` is the device as its file gives it.
+  GripCalibration(ros::NodeHandle& priv, const DriverParameters& parameters, const DeviceDef& def, DevicePort& port,
                   PortOffer& offer, const CommandGate& gate);
   ~GripCalibration();
 
@@ -44,7 +44,7 @@ class GripCalibration {
 
   DriverParameters parameters_;
   DeviceDef def_;
-  Spidar& device_;
+  DevicePort& port_;
   PortOffer& offer_;
   const CommandGate& gate_;
   enum class Wave : int { kIdle, kRecording, kSolving };

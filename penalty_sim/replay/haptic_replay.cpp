@@ -49,7 +49,9 @@ class Shown {
  public:
   Shown(ReplayRun& run, double step, double speed)
       : port_(run.world(), run.scene().world.name, {}, 16 + 8 * run.world().linkCount()),
-        topics_(nh_, parameters(), run.scene(), port_),
+        offer_(PortTable::process(), kName, port_, kName),
+        lease_(PortTable::process().claim<WorldPort>(kName, ClaimRank::kBridge, kName)),
+        topics_(nh_, parameters(), run.scene(), port_, offer_),
         period_ns_(static_cast<std::int64_t>(1e9 * step / speed)),
         next_ns_(steadyNow()) {}
 
@@ -57,10 +59,12 @@ class Shown {
     next_ns_ += period_ns_;
     const std::int64_t ahead = next_ns_ - steadyNow();
     if (ahead > kNap) std::this_thread::sleep_for(std::chrono::nanoseconds(ahead));
-    port_.serveWatchers(steadyNow());
+    port_.noteTick(steadyNow());
+    port_.serve([](const LoopCommand&) {});  // what changes the world is in the recording
   }
 
  private:
+  static constexpr char kName[] = "replay";
   static constexpr std::int64_t kNap = 5000000;  // sleeping less than 5 ms at a time is not worth its jitter [ns]
   static SimulationParameters parameters() {
     SimulationParameters p;
@@ -69,6 +73,8 @@ class Shown {
   }
   ros::NodeHandle nh_;
   WorldPort port_;
+  PortOffer offer_;
+  PortLease<WorldPort> lease_;
   WorldTopics topics_;
   std::int64_t period_ns_, next_ns_;
 };

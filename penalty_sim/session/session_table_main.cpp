@@ -65,7 +65,9 @@ constexpr const char* kCommandNames[] = {"restore the world",
                                          "clutch",
                                          "grab",
                                          "drive a joint",
-                                         "one step"};
+                                         "one step",
+                                         "adopt a calibration",
+                                         "tune the device"};
 static_assert(std::size(kCommandNames) == std::variant_size_v<LoopCommand::Kind>);
 
 void writeInfo(const std::string& path, const RecordedSession& session, const ReplayRun& run,

@@ -139,6 +139,7 @@ void runForCounting(const std::string& extra, int ticks) {
   Rig rig(sceneNamed("touch_cube", 1000), {});
   RecordRing<KeptTick> ring(4096);
   WorldPort port(rig.world, "touch_cube", {}, 64);
+  WorldSnapshot snapshot = port.first_snapshot;
   KeptTick kept, drained;
   for (int i = 0; i < ticks; ++i) {
     rig.exchange();
@@ -153,7 +154,9 @@ void runForCounting(const std::string& extra, int ticks) {
         }
       }
     }
-    if (extra == "rviz" && i % 33 == 0) port.takeSnapshot(i);
+    if (extra == "rviz" && i % 33 == 0) {
+      port.commands.send(WorldPort::Look{&snapshot}, std::chrono::milliseconds(0), [&port] { port.serve(); });
+    }
   }
 }
 

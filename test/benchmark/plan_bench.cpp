@@ -254,7 +254,7 @@ void idleFeatures() {
 }
 
 /// What the thread that steps the world does for topics in each tick: `step_report`, `contacts`, `markers` and tf are made
-/// from snapshots in a thread of their own, which asks for one only when it wants it.
+/// from snapshots in a thread of their own, which sends a command only when it wants one.
 void unsubscribedTopics() {
   WorldDef def = scenes::stack(5, scenes::CubeParameters{}, WorldSettings{});
   World world(def);
@@ -263,17 +263,14 @@ void unsubscribedTopics() {
   const auto tick = [&](bool topics) {
     return singleStepped([&] {
       world.step();
-      port.between_ticks.serve();
-      if (topics && port.wants_snapshot.exchange(false)) port.takeSnapshot(0);
+      port.serve([](const LoopCommand&) {});  // whoever may send: services above all
+      if (topics) port.noteTick(0);
     });
   };
-  port.wants_snapshot = false;
   tick(true);
   const long with = tick(true), without = tick(false);
-  port.wants_snapshot = true;
-  std::printf("topics in a tick: %ld instructions of %ld while nobody asks, %ld when a snapshot is taken\n", with - without,
-              with, tick(true) - without);
-  // An atomic exchange, its test, and the lambda's flag: a check. More would be work.
+  std::printf("topics in a tick: %ld instructions of %ld while nobody asks\n", with - without, with);
+  // The tick's stamp, the test whether stages are timed, the call, and the lambda's flag: a check. More would be work.
   constexpr long kCheck = 8;
   figure("plan.unsubscribed_topic_check", double(with - without), "instructions");
   figure("plan.unsubscribed_topic_instructions", with < 0 ? std::nan("") : double(std::max(0L, with - without - kCheck)),

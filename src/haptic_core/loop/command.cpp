@@ -4,6 +4,7 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/fields.h"
+#include "haptic_core/spidar/spidar.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic {
@@ -22,7 +23,7 @@ T recordFrom(const std::vector<double>& numbers, const char* what) {
   return record;
 }
 
-/// What a recording's numbers say. The first three have no fixed length: what they restore judges it.
+/// What a recording's numbers say. The first four have no fixed length: what they restore judges it.
 template <class T>
 LoopCommand::Kind kindFrom(const std::vector<double>& numbers) {
   T kind;
@@ -30,6 +31,8 @@ LoopCommand::Kind kindFrom(const std::vector<double>& numbers) {
     kind.state = numbers;
   } else if constexpr (std::is_same_v<T, RestoreDevice>) {
     kind.memory = numbers;
+  } else if constexpr (std::is_same_v<T, AdoptCalibration>) {
+    kind.strings = numbers;
   } else if constexpr (std::is_same_v<T, TuneWorld>) {
     kind.tuning = WorldTuning::fromNumbers(numbers);
   } else {
@@ -60,6 +63,38 @@ void apply(const LoopCommand& command, World& world) {
   }
   if (const auto* drive = std::get_if<DriveJoint>(&command.kind)) world.setJointCommand(drive->joint, drive->command);
   if (command.is<StepWorld>()) world.step();
+}
+
+void apply(const LoopCommand& command, Spidar& device) {
+  if (const auto* restore = std::get_if<RestoreDevice>(&command.kind)) device.restore(restore->memory);
+  if (const auto* asking = std::get_if<AskDevice>(&command.kind)) device.ask(asking->requests);
+  if (const auto* tune = std::get_if<TuneDevice>(&command.kind)) device.tune({tune->lambda, tune->max_force, tune->max_torque});
+  if (const auto* adopt = std::get_if<AdoptCalibration>(&command.kind)) {
+    const std::size_t n = device.def().strings.size();
+    if (adopt->strings.size() != 4 * n) {
+      throw SetupError(device.def().name, "gets a calibration of " + std::to_string(adopt->strings.size()) + " numbers instead of " +
+                                              std::to_string(4 * n), "calibrate this device");
+    }
+    Calibration calibration;
+    calibration.zero_length.resize(static_cast<Eigen::Index>(n));
+    for (std::size_t i = 0; i < n; ++i) {
+      const double* string = adopt->strings.data() + 4 * i;
+      calibration.p_BE.emplace_back(string[0], string[1], string[2]);
+      calibration.zero_length[static_cast<Eigen::Index>(i)] = string[3];
+    }
+    device.adopt(calibration, device.solution().pose);
+  }
+}
+
+AdoptCalibration adoptionOf(const Calibration& calibration) {
+  AdoptCalibration adopt;
+  for (std::size_t i = 0; i < calibration.p_BE.size(); ++i) {
+    for (const double number : {calibration.p_BE[i].x(), calibration.p_BE[i].y(), calibration.p_BE[i].z(),
+                                calibration.zero_length[static_cast<Eigen::Index>(i)]}) {
+      adopt.strings.push_back(number);
+    }
+  }
+  return adopt;
 }
 
 std::vector<double> numbersOf(const LoopCommand& command) {

@@ -1,9 +1,10 @@
 /// Everything that changes a running loop beside its samples, as data.
 ///
-/// Other threads tell commands between two ticks (`PortOffer::runBetweenTicks`, the bridge's `RealtimeThread`).
-/// `HapticLoop::take` carries them out, while running and in a replay alike, and a recording keeps each as it was told,
-/// with the tick that it came before.
+/// Other threads send them through rings (base/command_ring.h): owners through `PortOffer::send`, the bridge's own through its
+/// `RealtimeThread`. The runner drains the rings between two ticks; `HapticLoop::take` carries out, while running and in a
+/// replay alike, and a recording keeps each command as it was told, with the tick that it came before.
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <variant>
 #include <vector>
@@ -15,6 +16,8 @@
 
 namespace haptic {
 
+struct Calibration;
+class Spidar;
 class World;
 
 /// Command: the world goes back to a saved state.
@@ -38,7 +41,7 @@ struct TuneWorld {
 };
 /// Command: a device goes back to saved memory.
 struct RestoreDevice {
-  std::vector<double> memory;  ///< Spidar::save(): what tuning or a calibration from a file made of it
+  std::vector<double> memory;  ///< Spidar::save()
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
@@ -121,11 +124,31 @@ struct StepWorld {
   static void eachField(Self&, Visit&&) {}
 };
 
+/// Command: a device takes up a calibration; its pose is then sought from where it was.
+struct AdoptCalibration {
+  std::vector<double> strings;  ///< per string: exit in B, and length at count 0 [m]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.strings);
+  }
+};
+/// Command: new limits and λ of a device, within its file's.
+struct TuneDevice {
+  double lambda = 0;                     ///< see Spidar::Tuning [1]
+  double max_force = 0, max_torque = 0;  ///< [N], [N·m]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.lambda), visit(s.max_force), visit(s.max_torque);
+  }
+};
+
 /// A change of a running loop as data, and which hand it is for.
 struct LoopCommand {
   /// Recordings number the kinds in this order (haptic_msgs/LoopEvent): new ones go to the end.
   using Kind = std::variant<RestoreWorld, TuneWorld, RestoreDevice, ChangeHand, DropHand, AskDevice, PauseWorld, HoldClutch,
-                            GrabLink, DriveJoint, StepWorld>;
+                            GrabLink, DriveJoint, StepWorld, AdoptCalibration, TuneDevice>;
   /// What to do, with its data.
   Kind kind;
   int hand = 0;  ///< which; 0 for the world
@@ -148,11 +171,24 @@ struct LoopEvent {
 /// Of one hand, and not of the world.
 inline bool isForHand(const LoopCommand& command) {
   return command.is<RestoreDevice>() || command.is<ChangeHand>() || command.is<DropHand>() || command.is<AskDevice>() ||
-         command.is<HoldClutch>();
+         command.is<HoldClutch>() || command.is<AdoptCalibration>() || command.is<TuneDevice>();
 }
 
 /// Between two ticks: what the command means to a world without hands. Throws SetupError when it cannot be done.
 void apply(const LoopCommand& command, World& world);
+/// Between two ticks: what the command means to a device. Throws SetupError when it cannot be done.
+void apply(const LoopCommand& command, Spidar& device);
+
+AdoptCalibration adoptionOf(const Calibration& calibration);  ///< the command to take it up
+
+/// Commands on their way to a runner: they stay the sender's, and are carried out in order, before one tick. The first that is
+/// refused ends it; those before it stand.
+struct Tell {
+  /// The first of `count`.
+  const LoopCommand* first = nullptr;
+  /// How many.
+  std::size_t count = 1;
+};
 
 /// For recordings: the numbers of a command beside its kind and hand, and back.
 std::vector<double> numbersOf(const LoopCommand& command);

@@ -63,9 +63,8 @@ void Hand::setSettings(const HandSettings& settings) {
 }
 
 void Hand::take(const LoopCommand& command) {
-  if (const auto* restore = std::get_if<RestoreDevice>(&command.kind)) device_.restore(restore->memory);
+  apply(command, device_);
   if (const auto* change = std::get_if<ChangeHand>(&command.kind)) setSettings(change->settings);
-  if (const auto* asking = std::get_if<AskDevice>(&command.kind)) ask(asking->requests);
   if (const auto* clutch = std::get_if<HoldClutch>(&command.kind)) clutch_held_ = clutch->held;
 }
 
@@ -77,8 +76,7 @@ void Hand::followWorld(const World& world, int link_before, bool jumped) noexcep
 }
 
 void Hand::sense(const DeviceSample& sample, double h) noexcept {
-  device_.sense(sample, h, asked_);
-  asked_ = DeviceRequests{};
+  device_.sense(sample, h);
   last_buttons_ = buttons_;
   buttons_ = sample.buttons;
   const Pose X_last = report_.X_BG;

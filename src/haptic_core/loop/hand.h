@@ -31,8 +31,6 @@ class Hand {
   /// A command changed the world, whose pointer was `link_before`: when that moved the pointer, the map takes up the
   /// difference and the force fades in anew.
   void followWorld(const World& world, int link_before, bool jumped) noexcept;
-  /// (in realtime) Followed by the next `sense`.
-  void ask(const DeviceRequests& requests) noexcept { asked_ = requests; }
   /// Throws SetupError; the pointer keeps its place, and glides after a base that moved.
   void setSettings(const HandSettings& settings);
   /// Between two ticks: the pointer stands from now on.
@@ -81,7 +79,6 @@ class Hand {
   WorkspaceMap map_;
   PassivityController passivity_;
   HandReport report_;
-  DeviceRequests asked_;                           ///< for the next `sense`
   bool clutch_held_ = false;                       ///< by command
   Rebase rebase_ = Rebase::kGlide;                 ///< due at the next `couple`: the pointer starts where the scene has it
   std::uint32_t buttons_ = 0, last_buttons_ = 0;   ///< of this tick and the one before

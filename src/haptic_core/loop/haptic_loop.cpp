@@ -72,10 +72,7 @@ void HapticLoop::tick(const TickInput& input, double h) noexcept {
 void HapticLoop::tick(const DeviceSample* samples, double h) noexcept {
   TickInput input;
   input.hands = count_;
-  for (int i = 0; i < count_; ++i) {
-    input.sample[i] = samples[i];
-    hands_[i]->ask(hands_[i]->device().takeRequests(samples[i]));
-  }
+  for (int i = 0; i < count_; ++i) input.sample[i] = samples[i];
   tick(input, h);
 }
 

@@ -64,7 +64,7 @@ class HapticLoop {
   /// (in realtime) One tick of `h` [s], no I/O, from its complete input: one sample per attached hand, in order.
   void tick(const TickInput& input, double h) noexcept;
 
-  /// (in realtime) The same for samples alone, with what other threads asked of the devices since the last tick.
+  /// (in realtime) The same for samples alone.
   void tick(const DeviceSample* samples, double h) noexcept;
 
   /// (in realtime) `periods` ticks were lost: simulated time has waited, the force fades and comes back softly.

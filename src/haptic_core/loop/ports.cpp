@@ -11,10 +11,6 @@
 namespace haptic {
 namespace {
 
-/// How often a caller looks whether the runner has done its work. The runner signals by an atomic alone, because
-/// waking a waiting thread would be a system call in its loop.
-constexpr std::chrono::microseconds kPoll{500};
-
 WorldSnapshot emptySnapshot(const World& world, int contact_capacity) {
   WorldSnapshot snapshot;
   snapshot.pose.resize(world.linkCount());
@@ -35,44 +31,6 @@ WorldCopy emptyCopy(const World& world) {
 const char* kindName(PortKind kind) { return kind == PortKind::kDevice ? "device" : "world"; }
 
 }  // namespace
-
-bool BetweenTicks::serve() noexcept {
-  if (state_.load(std::memory_order_acquire) != kWaiting) return false;
-  int waiting = kWaiting;
-  if (!state_.compare_exchange_strong(waiting, kRunning, std::memory_order_acq_rel)) return false;
-  try {
-    work_();
-  } catch (...) {
-    failure_ = std::current_exception();
-  }
-  state_.store(kDone, std::memory_order_release);
-  return true;
-}
-
-bool BetweenTicks::call(const std::function<void()>& work, std::chrono::milliseconds patience,
-                        const std::function<void()>& idle) {
-  std::lock_guard<std::mutex> caller(callers_);
-  const auto deadline = std::chrono::steady_clock::now() + patience;
-  work_ = work;
-  failure_ = nullptr;
-  state_.store(kWaiting, std::memory_order_release);
-  while (state_.load(std::memory_order_acquire) != kDone) {
-    if (idle) idle();
-    if (state_.load(std::memory_order_acquire) == kDone) break;
-    int waiting = kWaiting;
-    if (std::chrono::steady_clock::now() > deadline &&
-        state_.compare_exchange_strong(waiting, kIdle, std::memory_order_acq_rel)) {
-      return false;
-    }
-    std::this_thread::sleep_for(kPoll);
-  }
-  state_.store(kIdle, std::memory_order_release);
-  work_ = nullptr;  // what it captured belongs to the caller's library
-  const std::exception_ptr failure = failure_;
-  failure_ = nullptr;
-  if (failure) std::rethrow_exception(failure);
-  return true;
-}
 
 /// One line of the table. `mutex` guards everything but `recall`, which the runner reads in its loop.
 class PortSlot {
@@ -123,11 +81,9 @@ class PortSlot {
     return changed.wait_for(lock, patience, [&] { return !held; });
   }
 
-  bool runBetweenTicks(const std::function<void()>& work, std::chrono::milliseconds patience) {
-    return port->between_ticks.call(work, patience, [this] {
-      std::lock_guard<std::mutex> lock(mutex);  // keeps claimants out while the work runs here
-      if (!held) port->between_ticks.serve();
-    });
+  void serveUnheld() {
+    std::lock_guard<std::mutex> lock(mutex);  // keeps claimants out meanwhile
+    if (!held) port->serve();
   }
 
   const PortKind kind;
@@ -146,74 +102,85 @@ void DevicePort::record(std::uint64_t tick, std::int64_t stamp_ns, const DeviceS
   records.push(recordOf(device, tick, stamp_ns, sample));
 }
 
-WorldPort::WorldPort(World& world_in, std::string scene_name, std::vector<HandPlacement> placements,
-                     int contact_capacity)
+/// No tick would follow what is asked here, and a later one must not.
+void DevicePort::serve() noexcept {
+  drain([this](const LoopCommand& command) {
+    if (command.is<AskDevice>()) throw SetupError(device.def().name, "nobody runs the device", "start a bridge, or set ~alone");
+    apply(command, device);
+  });
+}
+
+void DevicePort::requireCounts(const LoopCommand& command, const DeviceSample& sample) const {
+  const auto* ask = std::get_if<AskDevice>(&command.kind);
+  if (!ask || !ask->requests.calibrate || sample.status == LinkStatus::kOk) return;
+  throw SetupError(device.def().name, "no fresh counts came of every board", "ask again");
+}
+
+void DevicePort::copyTo(DeviceCopy& copy) const {
+  copy.record = recordOf(device, 0, 0, {});
+  copy.calibration.p_BE.clear();
+  for (const StringDef& string : device.def().strings) copy.calibration.p_BE.push_back(string.p_BE);
+  copy.calibration.zero_length = device.zeroLengths();
+  copy.calibration.residual = device.solution().residual;
+}
+
+WorldPort::WorldPort(World& world_in, std::string scene_name, std::vector<HandPlacement> placements, int contact_capacity)
     : world(world_in),
       scene(std::move(scene_name)),
       hands(std::move(placements)),
-      snapshot(emptySnapshot(world_in, contact_capacity)),
-      copy(emptyCopy(world_in)),
-      filled_(emptySnapshot(world_in, contact_capacity)),
-      copied_(emptyCopy(world_in)) {
-  takeSnapshot(0);
+      first_snapshot(emptySnapshot(world_in, contact_capacity)),
+      first_copy(emptyCopy(world_in)) {
+  copyTo(first_snapshot);
 }
 
-void WorldPort::take(const LoopCommand& command) {
-  if (command.is<StepWorld>() && !paused_) throw SetupError("step", "the world is not paused", "pause it first");
-  if (loop_) {
-    loop_(command);
-  } else {
-    apply(command, world);
-  }
-  if (const auto* pause = std::get_if<PauseWorld>(&command.kind)) paused_ = pause->on;
+void WorldPort::serve() noexcept {
+  serve([this](const LoopCommand& command) { apply(command, world); });
 }
 
-void WorldPort::serveWatchers(std::int64_t stamp_ns) noexcept {
-  timeStages();
-  if (wants_snapshot.load(std::memory_order_relaxed) && wants_snapshot.exchange(false)) takeSnapshot(stamp_ns);
-  if (wants_copy.load(std::memory_order_relaxed) && wants_copy.exchange(false)) takeCopy(stamp_ns);
-}
-
-void WorldPort::timeStages() noexcept {
-  const bool asked = measures_stages.load(std::memory_order_relaxed);
-  if (asked != timing_) {
-    timing_ = asked;
-    world.measureStages(asked);
+void WorldPort::answer(const Command& command) noexcept {
+  if (const auto* look = std::get_if<Look>(&command)) copyTo(*look->into);
+  if (const auto* copy = std::get_if<Copy>(&command)) copyTo(*copy->into);
+  if (const auto* time = std::get_if<TimeStages>(&command)) {
+    timing_ = time->on;
+    world.measureStages(timing_);
     stage_sum_ = {0, 0, 0, 0, 0};
     steps_timed_ = 0;
-  } else if (timing_) {
-    const StageTimes& times = world.report().stages;
-    stage_sum_ = {stage_sum_.search + times.search, stage_sum_.detection + times.detection, stage_sum_.volume + times.volume,
-                  stage_sum_.force + times.force, stage_sum_.motion + times.motion};
-    ++steps_timed_;
   }
 }
 
-void WorldPort::takeCopy(std::int64_t stamp_ns) noexcept {
+void WorldPort::noteTick(std::int64_t stamp_ns) noexcept {
+  stamp_ns_ = stamp_ns;
+  if (!timing_) return;
+  const StageTimes& times = world.report().stages;
+  stage_sum_ = {stage_sum_.search + times.search, stage_sum_.detection + times.detection, stage_sum_.volume + times.volume,
+                stage_sum_.force + times.force, stage_sum_.motion + times.motion};
+  ++steps_timed_;
+}
+
+void WorldPort::copyTo(WorldCopy& copy) const noexcept {
   const double n = steps_timed_;  // 0/0: NaN, not measured
-  copied_.stamp_ns = stamp_ns;
-  copied_.time = world.time();
-  copied_.report = world.report();
-  copied_.stages = {stage_sum_.search / n, stage_sum_.detection / n, stage_sum_.volume / n, stage_sum_.force / n,
-                    stage_sum_.motion / n};
-  world.history().latest().pack(copied_.state);
-  copied_.tuning = world.tuning();
-  for (int i = 0; i < world.pointerCount(); ++i) copied_.bounds[static_cast<std::size_t>(i)] = world.pointerBound(i);
-  copy.write(copied_);  // room for the greatest is there: the copy reuses the slot's storage
+  copy.stamp_ns = stamp_ns_;
+  copy.time = world.time();
+  copy.report = world.report();
+  copy.stages = {stage_sum_.search / n, stage_sum_.detection / n, stage_sum_.volume / n, stage_sum_.force / n,
+                 stage_sum_.motion / n};
+  world.history().latest().pack(copy.state);
+  copy.hash = world.hash();
+  copy.tuning = world.tuning();
+  for (int i = 0; i < world.pointerCount(); ++i) copy.bounds[static_cast<std::size_t>(i)] = world.pointerBound(i);
 }
 
-void WorldPort::takeSnapshot(std::int64_t stamp_ns) noexcept {
-  filled_.stamp_ns = stamp_ns;
-  filled_.time = world.time();
-  filled_.report = world.report();
-  for (std::size_t i = 0; i < filled_.pose.size(); ++i) filled_.pose[i] = world.linkPose(static_cast<int>(i));
-  for (std::size_t i = 0; i < filled_.joint.size(); ++i) filled_.joint[i] = world.joint(static_cast<int>(i));
-  for (std::size_t i = 0; i < filled_.pointer_wrench.size(); ++i) {
-    filled_.pointer_wrench[i] = world.pointerWrench(static_cast<int>(i));
+void WorldPort::copyTo(WorldSnapshot& snapshot) const noexcept {
+  snapshot.stamp_ns = stamp_ns_;
+  snapshot.time = world.time();
+  snapshot.report = world.report();
+  for (std::size_t i = 0; i < snapshot.pose.size(); ++i) snapshot.pose[i] = world.linkPose(static_cast<int>(i));
+  for (std::size_t i = 0; i < snapshot.joint.size(); ++i) snapshot.joint[i] = world.joint(static_cast<int>(i));
+  for (std::size_t i = 0; i < snapshot.pointer_wrench.size(); ++i) {
+    snapshot.pointer_wrench[i] = world.pointerWrench(static_cast<int>(i));
   }
-  filled_.contacts = std::min<int>(world.contactCount(), static_cast<int>(filled_.contact.size()));
-  for (int i = 0; i < filled_.contacts; ++i) filled_.contact[i] = world.contact(i);
-  snapshot.write(filled_);  // equal sizes: the copy reuses the slot's storage
+  snapshot.contacts = std::min<int>(world.contactCount(), static_cast<int>(snapshot.contact.size()));
+  for (int i = 0; i < snapshot.contacts; ++i) snapshot.contact[i] = world.contact(i);
 }
 
 bool portRecalled(const PortSlot& slot) noexcept { return slot.recall.load(std::memory_order_acquire); }
@@ -297,8 +264,6 @@ bool PortOffer::heldBy(ClaimRank rank) const {
   return slot_->held && slot_->rank == rank;
 }
 
-bool PortOffer::runBetweenTicks(const std::function<void()>& work, std::chrono::milliseconds patience) {
-  return slot_ && slot_->runBetweenTicks(work, patience);
-}
+void PortOffer::serveUnheld() { slot_->serveUnheld(); }
 
 }  // namespace haptic

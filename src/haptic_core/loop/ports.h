@@ -3,52 +3,41 @@
 /// An owner *offers* a port under a name; a runner *claims* it and drives it by direct call. A claim is a lease:
 /// to unload, the owner asks for it back (`PortOffer::withdraw`) and waits, bounded, until the runner has let go.
 /// A shared_ptr would keep the object but not the code of an unloaded library.
+/// What an owner wants of a port while a runner has it, it sends as a command through the port's ring (PortOffer::send).
 /// A runner of higher rank asks a lower one to make room: the bridge takes a device from the driver's own thread.
 #pragma once
 #include <atomic>
 #include <chrono>
 #include <cstdint>
-#include <exception>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <variant>
 #include <vector>
 
-#include "haptic_core/base/latest_value.h"
+#include "haptic_core/base/command_ring.h"
 #include "haptic_core/base/record_ring.h"
 #include "haptic_core/loop/haptic_loop.h"
+#include "haptic_core/spidar/calibration.h"
 #include "haptic_core/spidar/device_record.h"
 #include "haptic_core/spidar/hand_path.h"
 
 namespace haptic {
 
-/// Work of another thread that must not overlap a tick: the runner does it between two ticks. It may allocate:
-/// it happens on a user's request (reset, calibrate), never by itself.
-class BetweenTicks {
- public:
-  /// (in realtime: one atomic load when nothing waits) Called by the runner between two ticks. True: it did something.
-  bool serve() noexcept;
-
-  /// Any other thread: has `work` done and waits. `idle` is called while it waits, for who may serve in the runner's
-  /// place when there is none. False: nobody took it in time, nothing was done. Rethrows what `work` throws.
-  bool call(const std::function<void()>& work, std::chrono::milliseconds patience,
-            const std::function<void()>& idle = nullptr);
-
- private:
-  enum State : int { kIdle, kWaiting, kRunning, kDone };
-  std::mutex callers_;                   ///< one caller at a time; the runner never takes it
-  std::function<void()> work_;
-  std::exception_ptr failure_;
-  std::atomic<int> state_{kIdle};
-};
-
-/// What every port has.
+/// What every port has, beside a type Command and a ring of them, `commands`.
 class Port {
  public:
   virtual ~Port() = default;
-  /// How other threads have work done between two ticks.
-  BetweenTicks between_ticks;
+  /// Carries out what waits, where nobody runs the port.
+  virtual void serve() noexcept = 0;
+};
+
+/// A device between two ticks, copied for other threads.
+struct DeviceCopy {
+  /// Of its last tick.
+  DeviceRecord record;
+  /// As it is now: exits, lengths at count 0, residual of the pose.
+  Calibration calibration;
 };
 
 /// A device on offer. Everything is the owner's; the runner of the lease alone calls `device` and `transport`.
@@ -60,12 +49,44 @@ class DevicePort : public Port {
   /// (in realtime) Tells the owner what this tick did; the runner calls it after `actuate`.
   void record(std::uint64_t tick, std::int64_t stamp_ns, const DeviceSample& sample) noexcept;
 
+  /// Command: a copy of the device into the sender's storage. Allocates where that has no room.
+  struct Copy {
+    DeviceCopy* into;  ///< the sender's
+  };
+  /// What other threads may send.
+  using Command = std::variant<Tell, Copy>;
+  /// (in realtime: one atomic load when nothing waits) The runner's, between an exchange and `sense`: gives `take` what was asked
+  /// at set-up and what was told since. A calibration is refused where this tick has no fresh counts of every board.
+  template <class Take>
+  void serve(const DeviceSample& sample, Take&& take) noexcept {
+    const DeviceRequests at_start = device.takeRequests(sample);
+    if (at_start.any()) take(LoopCommand{AskDevice{at_start}});
+    drain([&](const LoopCommand& command) {
+      requireCounts(command, sample);
+      take(command);
+    });
+  }
+  void serve() noexcept override;
+
   /// The owner's.
   Spidar& device;
   /// The owner's: exchanges with the device.
   Transport& transport;
-  std::atomic<bool> follows_script{false};  ///< a twin whose hand the scene may script (set by the owner)
+  bool follows_script = false;           ///< a twin whose hand the scene may script; set by the owner before it offers the port
   RecordRing<DeviceRecord> records;      ///< runner → owner, for topics
+  CommandRing<Command> commands;         ///< owner → runner
+
+ private:
+  template <class Take>
+  void drain(Take&& take) noexcept {
+    commands.drain([&](const Command& command) {
+      if (const auto* copy = std::get_if<Copy>(&command)) copyTo(*copy->into);
+      const auto* tell = std::get_if<Tell>(&command);
+      for (std::size_t i = 0; tell && i < tell->count; ++i) take(tell->first[i]);
+    });
+  }
+  void requireCounts(const LoopCommand& command, const DeviceSample& sample) const;
+  void copyTo(DeviceCopy& copy) const;
 };
 
 /// What can be seen of a world between two ticks, copied for drawing.
@@ -88,8 +109,10 @@ struct WorldCopy {
   double time = 0;                       ///< simulated [s]
   /// Of the last step.
   StepReport report;
-  StageTimes stages;                     ///< mean over the steps measured since `measures_stages` was set [s]
+  StageTimes stages;                     ///< mean over the steps since WorldPort::TimeStages [s]; NaN: none
   std::vector<double> state;             ///< World::save(); room for the greatest at set-up
+  /// World::hash() of it.
+  std::uint64_t hash = 0;
   /// That the state was reached with.
   WorldTuning tuning;
   std::vector<double> bounds;            ///< World::pointerBound(), by pointer [N/m]; sized at set-up
@@ -118,17 +141,42 @@ class WorldPort : public Port {
  public:
   /// Set-up: the world must outlive the port; snapshots hold up to `contact_capacity` contacts.
   WorldPort(World& world_in, std::string scene_name, std::vector<HandPlacement> placements, int contact_capacity);
-  /// Between two ticks (PortOffer::runBetweenTicks): carries a command out, through the loop of the runner when it has one.
-  /// Throws SetupError when it cannot be done.
-  void take(const LoopCommand& command);
-  /// The runner's: commands go there until it gives an empty one.
-  void sendCommandsTo(std::function<void(const LoopCommand&)> loop) { loop_ = std::move(loop); }
+  /// Command: commands to the world, and what they made of it.
+  struct Change {
+    Tell tell;                               ///< to be taken in order
+    std::uint64_t* hash;                     ///< of the sender: gets World::hash() after the last one; null: not wanted
+  };
+  /// Command: a copy for drawing into the sender's storage, which comes from `first_snapshot`.
+  struct Look {
+    WorldSnapshot* into;                     ///< the sender's
+  };
+  /// Command: a complete copy into the sender's storage, which comes from `first_copy`.
+  struct Copy {
+    WorldCopy* into;                         ///< the sender's
+  };
+  /// Command: steps are timed stage by stage from now on, or no longer.
+  struct TimeStages {
+    bool on;                                 ///< false: no longer
+  };
+  /// What other threads may send.
+  using Command = std::variant<Change, Look, Copy, TimeStages>;
+  /// (in realtime: one atomic load when nothing waits) The runner's, between two ticks: gives `take` what was told of the world,
+  /// and does the rest itself. Copies do not allocate.
+  template <class Take>
+  void serve(Take&& take) noexcept {
+    commands.drain([&](const Command& command) {
+      if (const auto* change = std::get_if<Change>(&command)) {
+        for (std::size_t i = 0; i < change->tell.count; ++i) takeBy(take, change->tell.first[i]);
+        if (change->hash) *change->hash = world.hash();
+      } else {
+        answer(command);
+      }
+    });
+  }
+  void serve() noexcept override;
+  /// (in realtime) The runner's, at the end of each tick, which began at `stamp_ns`.
+  void noteTick(std::int64_t stamp_ns) noexcept;
   bool paused() const noexcept { return paused_; }  ///< the runner keeps the device alive, but does not step
-
-  /// (in realtime) Hands over what was asked for: the runner calls it at the end of each tick.
-  void serveWatchers(std::int64_t stamp_ns) noexcept;
-  /// (in realtime) Copies the world into `snapshot`.
-  void takeSnapshot(std::int64_t stamp_ns) noexcept;
 
   /// The owner's; the runner of the lease steps it.
   World& world;
@@ -138,22 +186,25 @@ class WorldPort : public Port {
   const std::vector<HandPlacement> hands;
   SceneSource source;                        ///< set by the owner before it offers the port
   std::shared_ptr<const WorldDef> definition;  ///< likewise: for who judges the scene; empty: not known
-  std::atomic<bool> wants_snapshot{false};   ///< set by the owner when somebody looks; cleared by the runner
-  LatestValue<WorldSnapshot> snapshot;       ///< runner → owner
-  std::atomic<bool> wants_copy{false};       ///< as `wants_snapshot`, for `copy`
-  std::atomic<bool> measures_stages{false};  ///< while set, steps are timed stage by stage
-  LatestValue<WorldCopy> copy;               ///< runner → owner
+  WorldSnapshot first_snapshot;              ///< at set-up, with stamp 0; constant
+  WorldCopy first_copy;                      ///< likewise
+  CommandRing<Command> commands;             ///< owner → runner
 
  private:
-  void timeStages() noexcept;
-  void takeCopy(std::int64_t stamp_ns) noexcept;
+  template <class Take>
+  void takeBy(Take&& take, const LoopCommand& command) {
+    if (command.is<StepWorld>() && !paused_) throw SetupError("step", "the world is not paused", "pause it first");
+    take(command);
+    if (const auto* pause = std::get_if<PauseWorld>(&command.kind)) paused_ = pause->on;
+  }
+  void answer(const Command& command) noexcept;
+  void copyTo(WorldSnapshot& snapshot) const noexcept;
+  void copyTo(WorldCopy& copy) const noexcept;
 
-  std::function<void(const LoopCommand&)> loop_;
+  std::int64_t stamp_ns_ = 0;                ///< of the last tick
   bool paused_ = false;                      ///< as told; changes between two ticks only
-  WorldSnapshot filled_;
-  WorldCopy copied_;
   bool timing_ = false;
-  StageTimes stage_sum_;                     ///< since `timing_` became true [s]
+  StageTimes stage_sum_;                     ///< of the steps since TimeStages [s]
   int steps_timed_ = 0;
 };
 
@@ -275,11 +326,16 @@ class PortOffer {
   std::string holder() const;            ///< name of the runner; empty: nobody
   /// The present runner has this rank.
   bool heldBy(ClaimRank rank) const;
-  /// Runs `work` where it cannot overlap a tick: between two of the runner's, or here when nobody holds the
-  /// port. False: no runner took it in time, nothing was done. Rethrows what `work` throws.
-  bool runBetweenTicks(const std::function<void()>& work, std::chrono::milliseconds patience = kPortPatience);
+  /// Has a command to the offered `port` carried out where it cannot overlap a tick: between two of the runner's, or here when
+  /// nobody holds the port. False: no runner took it in time, nothing was done and nothing will be. Throws the SetupError that
+  /// refused it.
+  template <class T>
+  bool send(T& port, const typename T::Command& command, std::chrono::milliseconds patience = kPortPatience) {
+    return slot_ && port.commands.send(command, patience, [this] { serveUnheld(); });
+  }
 
  private:
+  void serveUnheld();
   PortTable* table_ = nullptr;
   std::shared_ptr<PortSlot> slot_;
 };

@@ -64,9 +64,12 @@ Spidar::Spidar(const DeviceDef& def, const SpidarSettings& settings)
   distribution_.solve(Wrench{});
 }
 
-void Spidar::calibrateAt(const GripPose& jig) noexcept {
-  jig_.write(jig);
-  calibrate_request_ = true;
+void Spidar::ask(const DeviceRequests& requests) noexcept {
+  requests_.recover = requests_.recover || requests.recover;
+  if (requests.enable >= 0) requests_.enable = requests.enable;
+  if (!requests.calibrate) return;
+  requests_.calibrate = true;
+  requests_.jig = requests.jig;
 }
 
 void Spidar::restoreCalibration(const StringVector& zero_length, const GripPose& guess) noexcept {
@@ -98,21 +101,12 @@ void Spidar::startAt(const GripPose& pose) noexcept {
   if (state_ == DeviceState::kUncalibrated) state_ = DeviceState::kReady;
 }
 
-bool Spidar::requestsPending() const noexcept { return recover_request_ || calibrate_request_ || enable_request_ >= 0; }
-
-bool Spidar::withdrawRequests() noexcept {
-  const bool recover = recover_request_.exchange(false), calibrate = calibrate_request_.exchange(false);
-  return enable_request_.exchange(-1) >= 0 || recover || calibrate;
-}
-
 DeviceRequests Spidar::takeRequests(const DeviceSample& sample) noexcept {
-  DeviceRequests requests;
-  requests.recover = recover_request_.exchange(false);
-  requests.enable = enable_request_.exchange(-1);
-  if (sample.status == LinkStatus::kOk) {
-    requests.calibrate = calibrate_request_.exchange(false);
-    if (requests.calibrate) jig_.read(requests.jig);
-  }
+  DeviceRequests requests = requests_;
+  requests.calibrate = requests_.calibrate && sample.status == LinkStatus::kOk;
+  requests_.calibrate = requests_.calibrate && !requests.calibrate;
+  requests_.recover = false;
+  requests_.enable = -1;
   return requests;
 }
 
@@ -233,11 +227,11 @@ StringVerdict Spidar::checkResidual(const PoseSolution& solved, const GripPose& 
   return verdict;
 }
 
-void Spidar::sense(const DeviceSample& sample, double h, const DeviceRequests& requests) noexcept {
+void Spidar::sense(const DeviceSample& sample, double h) noexcept {
   flags_ = 0;
   pose_is_new_ = false;
   buttons_ = sample.buttons;
-  follow(requests, sample);
+  follow(takeRequests(sample), sample);
   since_counts_ += h;
   since_pose_ += h;
   if (sample.status == LinkStatus::kRestarted) loseLengths(kCounterRestarted);

@@ -4,11 +4,8 @@
 /// ramp, slew → tension distribution → clamp and rate limit per string → volts). Both are real-time; no step is skipped
 /// by any state, so the drive is defined for whatever comes in. The invariant that ties force to counts: freshness.h.
 #pragma once
-#include <atomic>
-
 #include <vector>
 
-#include "haptic_core/base/latest_value.h"
 #include "haptic_core/spidar/calibration.h"
 #include "haptic_core/spidar/device_requests.h"
 #include "haptic_core/spidar/freshness.h"
@@ -81,27 +78,24 @@ class Spidar {
   /// Uncalibrated, with the force off.
   explicit Spidar(const DeviceDef& def, const SpidarSettings& settings = {});
 
-  /// (in realtime) Takes the counts of one exchange; h [s] is the time since the last one.
-  void sense(const DeviceSample& sample, double h) noexcept { sense(sample, h, takeRequests(sample)); }
-  /// (in realtime) The same with the requests given: what a replay calls.
-  void sense(const DeviceSample& sample, double h, const DeviceRequests& requests) noexcept;
-  /// (in realtime) Takes what was asked since the last call. A calibration waits for a fresh sample.
-  DeviceRequests takeRequests(const DeviceSample& sample) noexcept;
+  /// (in realtime) Takes the counts of one exchange, and follows what was asked; h [s] is the time since the last one.
+  void sense(const DeviceSample& sample, double h) noexcept;
   /// (in realtime) Takes the wrench on the hand at G's origin in B, the grasp force along the opening [N] and
   /// the age of that command [s]; makes the drive for the next exchange.
   void actuate(const Wrench& F_G_B, double grasp_force, double h, double command_age = 0) noexcept;
   const DriveCommand& drive() const noexcept { return drive_; }  ///< made by the last `actuate`; zero before
 
-  // Requests from any thread; taken up by the next `sense`.
+  // Set-up, or between two ticks: requests that the next `sense` follows, beside what was asked before. A calibration waits for
+  // fresh counts of every board. Other threads send an AskDevice (loop/command.h).
+  void ask(const DeviceRequests& requests) noexcept;  ///< (in realtime)
   void calibrateAtHome() noexcept { calibrateAt(GripPose{}); }  ///< the grip is held at B's origin, unrotated
-  void calibrateAt(const GripPose& jig) noexcept;  ///< a jig holds the grip there; one thread may call
+  void calibrateAt(const GripPose& jig) noexcept { ask({true, false, -1, jig}); }  ///< a jig holds the grip there
   /// From the next tick on; true begins with a ramp.
-  void setForceEnabled(bool enabled) noexcept { enable_request_ = enabled ? 1 : 0; }
+  void setForceEnabled(bool enabled) noexcept { ask({false, false, enabled ? 1 : 0, {}}); }
   /// Leaves kFault and kReduced when the cause is gone, with the force off: `setForceEnabled` switches it on.
-  void recover() noexcept { recover_request_ = true; }
-  /// Takes back what was asked and has not been taken up. True: there was something.
-  bool withdrawRequests() noexcept;
-  bool requestsPending() const noexcept;  ///< something was asked and is not taken up yet
+  void recover() noexcept { ask({false, true, -1, {}}); }
+  /// (in realtime) Takes back what the next `sense` would follow on this sample: for recordings, which `ask` it again by name.
+  DeviceRequests takeRequests(const DeviceSample& sample) noexcept;
 
   /// Set-up, or between two ticks: the exits of a calibration replace the file's, and its lengths at count 0 become
   /// the device's; the pose starts at `guess`. Allocates. Throws SetupError when it is one for another device.
@@ -197,9 +191,7 @@ class Spidar {
   StringHealth health_;
   Freshness freshness_;
   StillCounters still_;
-  std::atomic<bool> calibrate_request_{false}, recover_request_{false};
-  std::atomic<int> enable_request_{-1};
-  LatestValue<GripPose> jig_;
+  DeviceRequests requests_;  ///< not in the memory: a recording has them when they are followed
 
   double max_force_ = 0, max_torque_ = 0;  ///< clamps on the wrench [N], [N·m]
   DeviceState state_ = DeviceState::kUncalibrated;

@@ -1,20 +1,35 @@
-// The port table under threads: leases, recall, withdrawal, work between ticks.
+// The port table under threads: leases, recall, withdrawal, commands between ticks.
 #include "haptic_core/loop/ports.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <chrono>
-#include <stdexcept>
+#include <cmath>
 #include <thread>
 
 #include "../../scenes/touch.h"
 #include "haptic_core/base/error.h"
+#include "haptic_core/spidar/device_twin.h"
 
 namespace haptic {
 
 /// A port whose payload only its runner may touch; not atomic, so that a data race is one for the sanitizer.
 struct CounterPort : Port {
+  /// Adds to the ticks, in a plain write: a race, or a lost addition, if a tick ran meanwhile.
+  struct Add {
+    long ticks = 0;
+    std::thread::id* ran_on = nullptr;
+  };
+  using Command = Add;
+  void serve() noexcept override {
+    commands.drain([this](const Add& add) {
+      if (add.ticks < 0) throw SetupError("a counter", "counts no " + std::to_string(add.ticks), "give more");
+      ticks += add.ticks;
+      if (add.ran_on) *add.ran_on = std::this_thread::get_id();
+    });
+  }
+  CommandRing<Command> commands;
   long ticks = 0;
   bool alive = true;
 };
@@ -30,7 +45,7 @@ using std::chrono::milliseconds;
 /// Ticks the port as a real-time thread does, until it is recalled.
 void runUntilRecalled(PortLease<CounterPort>& lease, std::atomic<bool>& started) {
   while (!lease.recalled()) {
-    lease->between_ticks.serve();
+    lease->serve();
     ASSERT_TRUE(lease->alive);
     ++lease->ticks;
     started = true;
@@ -130,16 +145,16 @@ TEST(Ports, ClaimGivesUpOnARunnerThatHangs) {
   EXPECT_FALSE(own.recalled());  // nobody waits any more
 }
 
-TEST(Ports, WorkRunsHereWithoutARunner) {
+TEST(Ports, CommandsAreCarriedOutHereWithoutARunner) {
   PortTable table;
   CounterPort port;
   PortOffer offer(table, "spidar", port, "driver");
   std::thread::id ran_on;
-  EXPECT_TRUE(offer.runBetweenTicks([&] { ran_on = std::this_thread::get_id(); }));
+  EXPECT_TRUE(offer.send(port, {1, &ran_on}));
   EXPECT_EQ(ran_on, std::this_thread::get_id());
 }
 
-TEST(Ports, WorkNeverOverlapsATick) {
+TEST(Ports, CommandsNeverOverlapATick) {
   PortTable table;
   CounterPort port;
   PortOffer offer(table, "spidar", port, "driver");
@@ -150,60 +165,183 @@ TEST(Ports, WorkNeverOverlapsATick) {
     runUntilRecalled(lease, started);
   });
   while (!started) std::this_thread::yield();
-  long done = 0;
-  for (int i = 0; i < 200; ++i) {
-    EXPECT_TRUE(offer.runBetweenTicks([&] {
-      port.ticks += 1000000;  // a plain write: a race, or a lost addition, if a tick ran now
-      ++done;
-    }));
-  }
-  EXPECT_THROW(offer.runBetweenTicks([] { throw std::runtime_error("refused"); }), std::runtime_error);
+  std::thread::id ran_on;
+  for (int i = 0; i < 200; ++i) EXPECT_TRUE(offer.send(port, {1000000, &ran_on}));
+  EXPECT_EQ(ran_on, runner.get_id());
+  EXPECT_THROW(offer.send(port, {-1}), SetupError);
   ASSERT_TRUE(offer.withdraw());
+  EXPECT_FALSE(offer.send(port, {1000000}));
   runner.join();
-  EXPECT_EQ(done, 200);
   EXPECT_GE(port.ticks, 200 * 1000000L);
 }
 
-TEST(Ports, WorkIsDroppedWhenTheRunnerHangs) {
+TEST(Ports, CommandsAreWithdrawnWhenTheRunnerHangs) {
   PortTable table;
   CounterPort port;
   PortOffer offer(table, "spidar", port, "driver");
   auto lease = table.claim<CounterPort>("spidar", ClaimRank::kBridge, "bridge");
-  bool ran = false;
-  EXPECT_FALSE(offer.runBetweenTicks([&] { ran = true; }, milliseconds(20)));
-  lease->between_ticks.serve();
-  EXPECT_FALSE(ran);
+  EXPECT_FALSE(offer.send(port, {1}, milliseconds(20)));
+  lease->serve();
+  EXPECT_EQ(port.ticks, 0) << "what was answered with no must not happen later";
 }
 
-TEST(Ports, AWorldTakesCommandsItselfUntilALoopRunsIt) {
-  World world(scenes::pointerOverWall(makeBox({0.02, 0.02, 0.02}), 0.02, 1e6, 1e-3));
-  WorldPort port(world, "wall", {}, 4);
+/// The world's port with an offer, and a runner's lease on demand.
+struct OfferedWorld {
+  World world{scenes::pointerOverWall(makeBox({0.02, 0.02, 0.02}), 0.02, 1e6, 1e-3)};
+  WorldPort port{world, "wall", {}, 4};
+  PortTable table;
+  PortOffer offer{table, "world", port, "simulation"};
+
+  bool tell(const LoopCommand& command) { return offer.send(port, WorldPort::Change{{&command}}); }
+};
+
+TEST(Ports, AWorldThatNobodyRunsTakesCommandsItself) {
+  OfferedWorld w;
+  World& world = w.world;
   const std::vector<double> start = world.save();
   for (int i = 0; i < 10; ++i) world.step();
   ASSERT_NE(world.save(), start);
   const std::vector<double> end = world.save();
-  EXPECT_THROW(port.take({StepWorld{}}), SetupError) << "a world that runs is not stepped by hand";
+  EXPECT_THROW(w.tell({StepWorld{}}), SetupError) << "a world that runs is not stepped by hand";
   EXPECT_EQ(world.save(), end);
-  port.take({PauseWorld{true}});
-  port.take({RestoreWorld{start}});
-  for (int i = 0; i < 10; ++i) port.take({StepWorld{}});
+  std::uint64_t hash = 0;
+  const std::vector<LoopCommand> steps(10, LoopCommand{StepWorld{}});
+  EXPECT_TRUE(w.tell({PauseWorld{true}}));
+  EXPECT_TRUE(w.tell({RestoreWorld{start}}));
+  EXPECT_TRUE(w.offer.send(w.port, WorldPort::Change{{steps.data(), steps.size()}, &hash}));
   EXPECT_EQ(world.save(), end) << "step by step the same";
-  port.take({PauseWorld{false}});
-  port.take({RestoreWorld{start}});
+  EXPECT_EQ(hash, world.hash());
+  EXPECT_TRUE(w.tell({PauseWorld{false}}));
+  EXPECT_TRUE(w.tell({RestoreWorld{start}}));
   EXPECT_EQ(world.save(), start);
-  EXPECT_THROW(port.take({GrabLink{3, 0}}), SetupError);
+  EXPECT_THROW(w.tell({GrabLink{3, 0}}), SetupError);
+}
 
-  std::vector<std::size_t> told;
-  port.sendCommandsTo([&](const LoopCommand& command) { told.push_back(command.kind.index()); });
-  for (int i = 0; i < 10; ++i) world.step();
-  port.take({RestoreWorld{start}});
-  EXPECT_NE(world.save(), start) << "the loop did nothing, and nobody else may";
-  port.take({PauseWorld{true}});
-  EXPECT_EQ(told, (std::vector<std::size_t>{LoopCommand{RestoreWorld{}}.kind.index(), LoopCommand{PauseWorld{}}.kind.index()}));
-  EXPECT_TRUE(port.paused());
-  port.sendCommandsTo([](const LoopCommand&) { throw SetupError("a loop", "refuses", "ask later"); });
-  EXPECT_THROW(port.take({PauseWorld{false}}), SetupError);
-  EXPECT_TRUE(port.paused()) << "what was refused has not happened";
+TEST(Ports, AWorldThatIsRunLeavesCommandsToItsRunner) {
+  OfferedWorld w;
+  auto lease = w.table.claim<WorldPort>("world", ClaimRank::kBridge, "bridge");
+  ASSERT_TRUE(lease);
+  const std::vector<double> start = w.world.save();
+  for (int i = 0; i < 10; ++i) w.world.step();
+  const auto told = [&](const LoopCommand& command, auto&& take) {
+    std::atomic<bool> ended{false};
+    std::thread runner([&] {
+      while (!ended) lease->serve(take);
+    });
+    bool refused = false;
+    try {
+      EXPECT_TRUE(w.tell(command));
+    } catch (const SetupError&) {
+      refused = true;
+    }
+    ended = true;
+    runner.join();
+    return !refused;
+  };
+  std::vector<std::size_t> seen;
+  const auto keep = [&](const LoopCommand& command) { seen.push_back(command.kind.index()); };
+  EXPECT_TRUE(told({RestoreWorld{start}}, keep));
+  EXPECT_NE(w.world.save(), start) << "the runner did nothing, and nobody else may";
+  EXPECT_TRUE(told({PauseWorld{true}}, keep));
+  EXPECT_EQ(seen, (std::vector<std::size_t>{LoopCommand{RestoreWorld{}}.kind.index(), LoopCommand{PauseWorld{}}.kind.index()}));
+  EXPECT_TRUE(lease->paused());
+  EXPECT_FALSE(told({PauseWorld{false}}, [](const LoopCommand&) { throw SetupError("a loop", "refuses", "ask later"); }));
+  EXPECT_TRUE(lease->paused()) << "what was refused has not happened";
+}
+
+TEST(Ports, AWorldIsCopiedWithTheStampOfItsLastTick) {
+  OfferedWorld w;
+  WorldSnapshot snapshot = w.port.first_snapshot;
+  WorldCopy copy = w.port.first_copy;
+  EXPECT_TRUE(w.offer.send(w.port, WorldPort::Copy{&copy}));
+  EXPECT_EQ(copy.stamp_ns, 0) << "no tick yet";
+  EXPECT_TRUE(std::isnan(copy.stages.total())) << "nobody asked for times";
+  EXPECT_TRUE(w.offer.send(w.port, WorldPort::TimeStages{true}));
+  for (int i = 1; i <= 10; ++i) {
+    w.world.step();
+    w.port.noteTick(i);
+  }
+  EXPECT_TRUE(w.offer.send(w.port, WorldPort::Copy{&copy}));
+  EXPECT_TRUE(w.offer.send(w.port, WorldPort::Look{&snapshot}));
+  EXPECT_EQ(copy.stamp_ns, 10);
+  EXPECT_EQ(snapshot.stamp_ns, 10);
+  EXPECT_EQ(copy.state, w.world.save());
+  EXPECT_EQ(copy.hash, w.world.hash());
+  EXPECT_GT(copy.stages.total(), 0);
+  EXPECT_EQ(snapshot.pose[1].p, w.world.linkPose(1).p);
+}
+
+/// A device on a twin, on offer.
+struct OfferedDevice {
+  Spidar spidar{loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml")};
+  DeviceTwin twin{spidar.def(), TwinSettings{}};
+  DevicePort port{spidar, twin, 16};
+  PortTable table;
+  PortOffer offer{table, "spidar", port, "driver"};
+  DeviceCopy copy;
+  std::vector<LoopCommand> taken;   ///< by the runner
+
+  /// Has a command answered by a runner whose exchanges end like this: by the first tick that drains it.
+  bool told(const DeviceRequests& requests, LinkStatus status) {
+    const LoopCommand command{AskDevice{requests}};
+    auto lease = table.claim<DevicePort>("spidar", ClaimRank::kBridge, "bridge");
+    std::atomic<bool> ended{false};
+    std::thread runner([&] {
+      while (!ended) tick(*lease, status);
+    });
+    bool refused = false;
+    try {
+      EXPECT_TRUE(offer.send(port, Tell{&command}));
+      EXPECT_TRUE(offer.send(port, DevicePort::Copy{&copy}));
+    } catch (const SetupError&) {
+      refused = true;
+    }
+    ended = true;
+    runner.join();
+    return !refused;
+  }
+  void tick(DevicePort& held, LinkStatus status) {
+    DeviceSample sample = held.transport.exchange(held.device.drive());
+    sample.status = status;
+    held.serve(sample, [&](const LoopCommand& command) {
+      taken.push_back(command);
+      apply(command, held.device);
+    });
+    held.device.sense(sample, 1e-3);
+    held.device.actuate(Wrench{}, 0, 1e-3);
+  }
+};
+
+TEST(Ports, WhatIsAskedOfADeviceIsDoneInTheTickThatTakesIt) {
+  OfferedDevice d;
+  DeviceRequests calibrate;
+  calibrate.calibrate = true;
+  EXPECT_FALSE(d.told(calibrate, LinkStatus::kStale)) << "without fresh counts there is nothing to calibrate with";
+  EXPECT_FALSE(d.spidar.calibrated());
+  d.tick(d.port, LinkStatus::kOk);
+  EXPECT_FALSE(d.spidar.calibrated()) << "what was refused must not happen later";
+  EXPECT_TRUE(d.told(calibrate, LinkStatus::kOk));
+  EXPECT_TRUE(d.copy.record.calibrated) << "the copy is of after the tick that took the command";
+  EXPECT_EQ(d.copy.calibration.zero_length, d.spidar.zeroLengths());
+  EXPECT_EQ(d.taken.size(), 1u);
+}
+
+TEST(Ports, WhatWasAskedAtSetUpIsToldToTheFirstTickThatCan) {
+  OfferedDevice d;
+  d.spidar.calibrateAtHome();
+  d.spidar.setForceEnabled(true);
+  DeviceRequests off;
+  off.enable = 0;
+  const LoopCommand command{AskDevice{off}};
+  EXPECT_THROW(d.offer.send(d.port, Tell{&command}), SetupError) << "nobody runs the device";
+  d.tick(d.port, LinkStatus::kStale);
+  ASSERT_EQ(d.taken.size(), 1u);
+  EXPECT_EQ(std::get<AskDevice>(d.taken[0].kind).requests.enable, 1);
+  EXPECT_FALSE(std::get<AskDevice>(d.taken[0].kind).requests.calibrate);
+  d.tick(d.port, LinkStatus::kOk);
+  ASSERT_EQ(d.taken.size(), 2u);
+  EXPECT_TRUE(std::get<AskDevice>(d.taken[1].kind).requests.calibrate);
+  EXPECT_TRUE(d.spidar.calibrated());
 }
 
 TEST(Ports, ManyRoundsOfOfferClaimWithdraw) {

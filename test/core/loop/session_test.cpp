@@ -152,8 +152,15 @@ Recording record() {
   Spidar::Tuning limits = live.device[0]->tuning();
   limits.max_force *= 0.5;
   limits.lambda *= 200;  // large enough to be felt inside of what the strings can present
-  live.device[0]->tune(limits);
-  live.tell({RestoreDevice{live.device[0]->save()}, 0});
+  live.tell({TuneDevice{limits.lambda, limits.max_force, limits.max_torque}, 0});
+  Calibration moved;
+  for (const StringDef& string : live.def.strings) moved.p_BE.push_back(string.p_BE + Vector3(1e-3, 0, 0));
+  moved.zero_length = live.device[1]->zeroLengths();
+  live.tell({adoptionOf(moved), 1});
+  live.run(50);
+  std::vector<double> memory = live.device[0]->save();
+  memory[1] *= 0.1;  // λ
+  live.tell({RestoreDevice{memory}, 0});
   HandSettings settings = live.loop.hand(1).settings();
   settings.workspace.scale = 0.5;
   live.tell({ChangeHand{settings}, 1});
@@ -297,6 +304,8 @@ TEST(Session, RefusesWhatDoesNotFit) {
   SessionReplay good(scene(), recording.start);
   EXPECT_THROW(good.apply({ChangeHand{}, 5}), SetupError);
   EXPECT_THROW(good.apply({GrabLink{7, 0}}), SetupError);
+  EXPECT_THROW(good.apply({AdoptCalibration{{1, 2, 3}}, 0}), SetupError);
+  EXPECT_THROW(good.apply({TuneDevice{}, 0}), SetupError);
   EXPECT_THROW(commandFrom(LoopCommand{ChangeHand{}}.kind.index(), 0, {1, 2}), SetupError);
   EXPECT_THROW(commandFrom(200, 0, {}), SetupError);
 }
