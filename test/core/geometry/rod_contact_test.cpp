@@ -424,6 +424,31 @@ TEST(BallRodContact, OnACapsulesEndIsTwoBalls) {
 }
 
 /// Round shapes against one another: one is its stand-in, and either may come first.
+/// The rule for a ball on the tube alone against the ranges' rule: that takes over where the tube ends inside V, here so near its
+/// end that what lies beyond is nothing.
+TEST(BallRodContact, OnTheTubeIsTheSumOfItsRanges) {
+  const double R = 0.3;
+  for (const double r : {0.02, 0.5, 3.0}) {
+    const Ball ball(r);
+    for (const double share : {1e-4, 1e-2, 0.1, 0.3, 0.6}) {
+      const double D = R + r - share * std::min(R, r), reach = std::sqrt((r - D + R) * (r + D - R)), length = 2 * reach;
+      const Rod longer(R, 4 * length, Rod::Ends::kFlat), shorter(R, length * (1 - 1e-4), Rod::Ends::kFlat);
+      const Contact one = contactOf(longer, ball, Pose(Vector3(0.6 * D, 0.8 * D, 0.3 * length)));
+      const Contact two = contactOf(shorter, ball, Pose(Vector3(0.6 * D, 0.8 * D, 0)));
+      ASSERT_EQ(one.volume.status, Status::kOverlap);
+      // Beyond its ends the lens would go on like the power 3/2: a share of 1e-4^(5/2) and its like.
+      const double V = two.volume.volume, left = 1e-8;
+      EXPECT_NEAR(one.volume.volume, V, left * V) << r << " " << share;
+      EXPECT_NEAR((one.volume.V2 - two.volume.V2).norm(), 0, left * two.volume.V2.norm()) << r << " " << share;
+      const Vector3 between = one.volume.X_AP.p - two.volume.X_AP.p - Vector3(0, 0, 0.3 * length);
+      EXPECT_NEAR(between.norm(), 0, left * reach) << r << " " << share;
+      // The arcs like 1/2, of which 1e-4^(3/2) is left.
+      EXPECT_NEAR(one.volume.A0, two.volume.A0, 1e-5 * two.volume.A0) << r << " " << share;
+      EXPECT_NEAR((one.volume.A2 - two.volume.A2).norm(), 0, 1e-5 * two.volume.A2.norm()) << r << " " << share;
+    }
+  }
+}
+
 TEST(RodContact, AgainstRoundShapesTakesOneAsAPolyhedron) {
   const Rod capsule(0.1, 0.4, Rod::Ends::kRound), cylinder(0.12, 0.3, Rod::Ends::kFlat);
   const Ball ball(0.15);
