@@ -11,9 +11,6 @@
 namespace haptic {
 namespace {
 
-/// Arcs that 4 points are enough for: all along the tube [rad].
-constexpr double kStraight = 0.01;
-
 /// p → q against a circle about the origin: what lies inside, as shares of its length. False: nothing does.
 bool innerOfCircle(const Vector2& p, const Vector2& q, bool p_in, bool q_in, double radius, double& enter, double& leave) {
   enter = 0;
@@ -83,7 +80,6 @@ void eachPoint(const TubeArc& arc, Visit&& visit) {
     }
     visit(point);
   };
-  if (std::abs(arc.sweep) < kStraight) return integrate(kGauss4, 0, 1, at);
   if (std::abs(arc.sweep) < kShortArc) return integrate(kGauss8, 0, 1, at);
   const int parts = static_cast<int>(std::abs(arc.sweep) / kLongArc) + 1;
   for (int i = 0; i < parts; ++i) {

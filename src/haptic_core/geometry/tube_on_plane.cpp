@@ -9,8 +9,9 @@
 namespace haptic {
 namespace {
 
-/// Ranges of θ up to which 4 and 8 points integrate degree 5 to rounding [rad]; beyond, 16 do.
-constexpr double kFourPoints = 0.01, kEightPoints = 0.5;
+/// Range of θ up to which 8 points integrate degree 5 to rounding [rad]; beyond, 16 do. Four would not: however short the range, a
+/// wedge's second moment along the axis goes with the eighth power of θ.
+constexpr double kEightPoints = 0.5;
 
 /// ∫ over w: chord, chord w, chord w² and v², v across the chord.
 struct ChordSums {
@@ -69,7 +70,7 @@ bool TubeOnPlane::find(double R, double half, const Vector3& normal, double offs
     e1 += under * w, k1 += 0.5 * under * l;
     ee += under * w * w, ek += 0.5 * under * w * l, kk += under * l * l / 3, ff += under * side;
   };
-  sweep < kFourPoints ? integrate(kGauss4, 0, 1, at) : sweep < kEightPoints ? integrate(kGauss8, 0, 1, at) : integrate(kGauss16, 0, 1, at);
+  sweep < kEightPoints ? integrate(kGauss8, 0, 1, at) : integrate(kGauss16, 0, 1, at);
   const auto square = [&](double xx, double xz, double zz, double yy) -> Matrix3 {
     return xx * e * e.transpose() + xz * (e * k.transpose() + k * e.transpose()) + zz * k * k.transpose() + yy * f * f.transpose();
   };
