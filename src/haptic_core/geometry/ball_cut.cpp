@@ -248,6 +248,41 @@ void BallCut::addCircle(const Vector3& normal, double height, double radius) noe
   faces_.push_back(face);
 }
 
+/// What of a face's disc lies beyond the chord at `low` along the face's x.
+void BallCut::addSegment(const CutFace& face, double low, double half_chord) noexcept {
+  const Vector2 p(low, -half_chord), q(low, half_chord);
+  const double half = std::atan2(half_chord, low);
+  faces_.push_back(face);
+  CutFace& added = faces_[faces_.size() - 1];
+  added.first = curves_.size();
+  added.count = 2;
+  curves_.push_back({true, -half, 2 * half, p, q});
+  curves_.push_back({false, 0, 0, q, p});
+}
+
+bool BallCut::cutHalf(const Vector3& k, const Vector3& normal, double height, int index, double radius) noexcept {
+  clear();
+  radius_ = radius;
+  const double c = normal.dot(k), s = (normal - c * k).norm(), beyond = radius * s - height, below = radius * s + height;
+  // The half ball's point farthest below the plane is the pole, or one of its rim.
+  if (height <= -radius || (c > 0 && below <= 0)) return false;
+  if (beyond <= 0 || below <= 0) {
+    if (below > 0) addCircle(-k, 0, radius);  // all of the flat side
+    if (height < radius && (below <= 0 || c > 0)) {
+      addCircle(normal, height, radius);
+      faces_[faces_.size() - 1].index = index;
+    }
+    return true;
+  }
+  // The planes meet in a chord; each face is a disc's segment that looks out across it.
+  const double half_chord = std::sqrt(beyond * below) / s;
+  const Vector3 side = normal.cross(k) / s, rise = side.cross(normal), fall = side.cross(k);
+  const double disc = std::sqrt((radius - height) * (radius + height));
+  addSegment({index, normal, height, disc, rise, normal.cross(rise)}, -height * c / s, half_chord);
+  addSegment({-1, -k, 0, radius, fall, fall.cross(k)}, -height / s, half_chord);
+  return true;
+}
+
 template <class Outline>
 double BallCut::areaWithin(const CutFace& face, const Outline& outline, const Vector3& c) noexcept {
   CutFace part = face;

@@ -61,6 +61,9 @@ class BallCut {
   int cut(const ConvexPolyhedron& shape, const Vector3& c, double radius) noexcept;
   /// The same of what planes have left of a solid.
   int cut(const CutSolid& solid, const Vector3& c, double radius) noexcept;
+  /// (in realtime) The half of a ball about the origin on the side of k, which is unit, cut by a plane at `height`: what is left of
+  /// its flat side, whose index is -1, and what of the plane lies in it. False: the half ball lies beyond the plane.
+  bool cutHalf(const Vector3& k, const Vector3& normal, double height, int index, double radius) noexcept;
   /// (in realtime) Adds the circle of two spheres, or of one and a plane: a face that holds all of it.
   void addCircle(const Vector3& normal, double height, double radius) noexcept;
 
@@ -81,6 +84,7 @@ class BallCut {
   template <class Corner, class Key>
   void cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept;
   void closeArcs(const CutFace& face, bool holds_centre) noexcept;
+  void addSegment(const CutFace& face, double low, double half_chord) noexcept;
 
   double radius_ = 0;
   LoadedVector<CutFace> faces_;

@@ -37,8 +37,10 @@ class RodContact : public RoundContact {
   bool measure(int planes, const InnerFaces* covers);
   bool findPlanes(const ConvexPolyhedron& shape, bool is_a);
   bool cutBox(double low, double high, double from, double to);
-  bool addTubeOnPlane(const InnerFaces* covers);
+  bool onOnePlane(const InnerFaces* covers) const;
+  bool addTubeOnPlane();
   void addTube(const InnerFaces* covers);
+  bool cutHalfBall(const Vector3& k, const ContactFace& plane, double height, NearestPoint& nearest);
   void addHalfBall(double end, const InnerFaces* covers);
   void addPiece(const SolidMoments& piece, const Vector3& o);
   void addPart(const Vector3& normal, double offset, int index, const PlaneMoments& moments, const Vector3& o, int first_rim);
@@ -105,7 +107,7 @@ bool RodContact::measure(int planes, const InnerFaces* covers) {
     setCube(way_out_A, v_.X_AQ * Vector3(lowest + 0.5 * way_ * way_out_Q_), way_);
     return true;
   }
-  if (!addTubeOnPlane(covers)) addTube(covers);
+  if (!onOnePlane(covers) || !addTubeOnPlane()) addTube(covers);
   if (rod_->isCapsule()) {
     addHalfBall(-1, covers);
     addHalfBall(1, covers);
@@ -169,9 +171,13 @@ bool RodContact::cutBox(double low, double high, double from, double to) {
   return true;
 }
 
-/// Where one plane alone reaches the rod, none of it covered. False: it is not so, and nothing is added.
-bool RodContact::addTubeOnPlane(const InnerFaces* covers) {
-  if (v_.near.size() != 1 || (covers && covers->has(v_.near[0].index))) return false;
+/// One plane alone reaches the rod, none of it covered.
+bool RodContact::onOnePlane(const InnerFaces* covers) const {
+  return v_.near.size() == 1 && !(covers && covers->has(v_.near[0].index));
+}
+
+/// Where one plane alone reaches the rod. False: it does not cross the tube, and nothing is added.
+bool RodContact::addTubeOnPlane() {
   const ContactFace& plane = v_.near[0];
   const double R = v_.radius;
   TubeOnPlane tube;
@@ -243,14 +249,41 @@ void RodContact::addTube(const InnerFaces* covers) {
   }
 }
 
+/// A half ball on the side of k against one plane at `height` over its centre: cut, and the point nearest to that centre of what lies
+/// below. False: nothing is left.
+bool RodContact::cutHalfBall(const Vector3& k, const ContactFace& plane, double height, NearestPoint& nearest) {
+  if (!v_.cut.cutHalf(k, plane.normal, height, plane.index, v_.radius)) return false;
+  const double c = plane.normal.dot(k);
+  if (height >= 0) {
+    nearest.distance = 0;
+    nearest.direction = k;
+  } else if (c <= 0) {
+    nearest.distance = -height;
+    nearest.direction = -plane.normal;
+  } else {
+    // On the line in which the plane meets the flat side.
+    const Vector3 across = plane.normal - c * k;
+    const double s = across.norm();
+    nearest.distance = -height / s;
+    nearest.direction = across / -s;
+  }
+  return true;
+}
+
 /// `end`: 1 or -1.
 void RodContact::addHalfBall(double end, const InnerFaces* covers) {
   const double R = v_.radius, middle = end * rod_->halfLength(), tip = middle + end * kRoom * R;
   const double low = std::min(middle, tip), high = std::max(middle, tip);
   const Vector3 c(0, 0, middle);
-  if (!cutBox(low, high, middle, middle) || v_.cut.cut(w_.solid(), c, R) >= 0) return;
-  const NearestPoint nearest = nearestPoint(w_.solid(), kRoom * R, c);
-  if (nearest.distance >= R) return;
+  NearestPoint nearest;
+  if (onOnePlane(covers)) {
+    const ContactFace& plane = v_.near[0];
+    if (!cutHalfBall(end * Vector3::UnitZ(), plane, plane.offset - plane.normal.dot(c), nearest)) return;
+  } else {
+    if (!cutBox(low, high, middle, middle) || v_.cut.cut(w_.solid(), c, R) >= 0) return;
+    nearest = nearestPoint(w_.solid(), kRoom * R, c);
+    if (nearest.distance >= R) return;
+  }
   const Vector3 from_c = nearest.distance * nearest.direction, o = c + from_c;
   SolidMoments piece;
   for (const CutFace& face : v_.cut.faces()) {

@@ -83,6 +83,7 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
       const double c = a * cosine, s = a * sine;
       sums.add(h * face.normal + c * face.x + s * face.y, weight * (c * face.y - s * face.x));
     };
+    if (face.height == 0 && std::abs(face.normal.dot(u)) < kSame) continue;  // along a meridian nothing turns about u
     const double side = face.normal.dot(u) > 0 ? 1 : -1, polar = (radius - side * face.height) / radius;
     const bool about_pole = (face.normal - side * u).norm() < kSame;
     if (face.whole && about_pole) {
@@ -104,7 +105,7 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
       // radius where a circle just meets the edge. The boundary has to be closed.
       const auto bridge = [&](const Vector2& end, double sense) {
         const double distance = end.norm();
-        if (!(distance > 0)) return;
+        if (!(std::abs(distance - face.radius) > kSame * radius)) return;
         const Vector2 step = sense * (1 - face.radius / distance) / radius * end;
         sums.add(face.at(end) / radius, step.x() * face.x + step.y() * face.y);
       };

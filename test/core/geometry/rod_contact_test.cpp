@@ -449,6 +449,38 @@ TEST(BallRodContact, OnTheTubeIsTheSumOfItsRanges) {
   }
 }
 
+/// Half balls on one plane against those that are cut out of a box: a hull with one more face, which crosses the rod above V.
+TEST(RodContact, OnOnePlaneIsAsCutOutOfABox) {
+  // A ramp: level on top at z = 0, and at its side leaning so that it passes through the rod above.
+  const ConvexPolyhedron floor = makeBox(Vector3(40, 40, 10));
+  std::vector<Vector3> points;
+  for (const double y : {-20.0, 20.0}) points.insert(points.end(), {{0.8, y, 5}, {-20, y, 5}, {-20, y, -5}, {20, y, -5}});
+  const ConvexPolyhedron ramp = ConvexPolyhedron::hull(points);
+  const Rod capsule(0.5, 1.2, Rod::Ends::kRound);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> u(-1, 1);
+  int compared = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double lean = i % 4 == 0 ? 0 : i % 4 == 1 ? std::pow(10, -16 * std::abs(u(random))) : 1.5 * u(random);
+    const Matrix3 R = turn(M_PI / 2 + lean, Vector3::UnitX()) * turn(u(random), Vector3::UnitZ());
+    const double depth = 0.5 * std::pow(10, -6 * std::abs(u(random))), lowest = 0.5 + 0.6 * std::abs(R(2, 2));
+    const Pose X(R, Vector3(-0.6, 0, 5 + lowest - depth));
+    const Contact one = contactOf(floor, capsule, X), two = contactOf(ramp, capsule, X);
+    ASSERT_EQ(one.volume.status, Status::kOverlap) << i;
+    if (two.volume.status != Status::kOverlap || two.volume.area_vector_A.normalized().z() < 1 - 1e-12) continue;  // over the edge
+    ++compared;
+    const double rounding = 20 * kEps * (6 / depth);  // of the coordinates, over the depth
+    const ContactVolume &a = one.volume, &b = two.volume;
+    EXPECT_NEAR(a.volume, b.volume, rounding * b.volume) << i;
+    EXPECT_NEAR((a.X_AP.p - b.X_AP.p).norm(), 0, rounding) << i;
+    EXPECT_NEAR((a.V2 - b.V2).norm(), 0, rounding * b.V2.norm()) << i;
+    EXPECT_NEAR(a.A0, b.A0, rounding * b.A0) << i;
+    EXPECT_NEAR((a.A2 - b.A2).norm(), 0, rounding * b.A2.norm()) << i;
+    EXPECT_NEAR(a.depth, b.depth, 0.03 * b.depth) << i;  // that over two planes may be larger
+  }
+  EXPECT_GT(compared, 500);
+}
+
 TEST(RodContact, AgainstRoundShapesTakesOneAsAPolyhedron) {
   const Rod capsule(0.1, 0.4, Rod::Ends::kRound), cylinder(0.12, 0.3, Rod::Ends::kFlat);
   const Ball ball(0.15);
