@@ -1,6 +1,7 @@
 #include "haptic_core/geometry/solid_moments.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "haptic_core/geometry/circular_segment.h"
@@ -9,8 +10,17 @@
 namespace haptic {
 namespace {
 
-/// Points on a whole circle that is not round about u: an integrand periodic and smooth.
-constexpr int kCirclePoints = 32;
+/// Points on a whole circle that is not round about u at least and at most: so many integrate the polynomials, and so many the worst.
+constexpr int kLeastPoints = 8, kMostPoints = 64;
+/// -2 ln of what is left of an integral.
+constexpr double kCircleDigits = 74;
+/// How many points a whole circle needs. The integrand is periodic, and singular at -u: with α of the circle and γ from its middle
+/// to -u the error falls like qᴺ, q = tan(α/2)/tan(γ/2) or its inverse.
+int circlePoints(double height, double cosine) {
+  const double q2 = (1 - height) * (1 - cosine) / ((1 + height) * (1 + cosine));
+  return static_cast<int>(std::min<double>(kMostPoints, kLeastPoints + kCircleDigits / std::abs(std::log(q2))));
+}
+
 /// A face's normal this close to ±u is u's rounding.
 constexpr double kSame = 1e-15;
 
@@ -92,9 +102,10 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
       continue;
     }
     if (face.whole) {
-      for (int i = 0; i < kCirclePoints; ++i) {
-        const double angle = i * 2 * M_PI / kCirclePoints;
-        at(std::cos(angle), std::sin(angle), 2 * M_PI / kCirclePoints);
+      const int points = circlePoints(h, face.normal.dot(u));
+      for (int i = 0; i < points; ++i) {
+        const double angle = i * kTurn / points;
+        at(std::cos(angle), std::sin(angle), kTurn / points);
       }
       continue;
     }

@@ -132,6 +132,21 @@ TEST(BallContact, WithEdgesAndCornersMatchesTheOracle) {
   }
 }
 
+/// Two planes whose circles all but touch, the centre inside: the ball less two caps. The point of the sphere from which the sums look
+/// away is then as near to the other circle as it can be.
+TEST(BallContact, CutByTwoPlanesAroundItsCentreIsTheBallLessTheirCaps) {
+  const double R = 0.5, whole = 4 * M_PI / 3 * R * R * R;
+  const ConvexPolyhedron box = makeBox(Vector3(2, 2, 2));
+  for (int i = 1; i < 40; ++i) {
+    const double angle = i * M_PI / 160, other = (M_PI / 2 - angle) * (1 - 1e-6);  // of the circles, seen from the centre
+    const Vector3 c(1 - R * std::cos(angle), 1 - R * std::cos(other), 0.1);
+    const auto cap = [&](double height) { return M_PI * (R - height) * (R - height) * (2 * R + height) / 3; };
+    const double V = whole - cap(1 - c.x()) - cap(1 - c.y());
+    // 16 roundings of the sums, and of the planes' places over R.
+    EXPECT_NEAR(contactOf(box, Ball(R), Pose(c)).volume.volume, V, (16 + 2 / R) * kEps * whole) << i;
+  }
+}
+
 TEST(BallContact, WithItsCentreOnACornerAnEdgeOrAFaceIsAnEighthAQuarterOrAHalf) {
   const double R = 0.1, V = 4 * M_PI / 3 * R * R * R;
   const ConvexPolyhedron box = makeBox(Vector3(1, 1, 1));
