@@ -35,16 +35,20 @@ StandingIslands::StandingIslands(const Model& model) : last_(model.trees.size())
 void StandingIslands::open(LoadedVector<ContactReport>& contacts) noexcept {
   std::swap(contacts_, contacts);
   std::swap(last_, now_);
-  std::fill(now_.begin(), now_.end(), Standing{});
+  std::swap(any_last_, any_);
+  forget();
 }
 
-void StandingIslands::forget() noexcept { std::fill(now_.begin(), now_.end(), Standing{}); }
+void StandingIslands::forget() noexcept {
+  if (any_) std::fill(now_.begin(), now_.end(), Standing{});
+  any_ = false;
+}
 
 bool StandingIslands::repeats(const Model& model, const Island& island, const State& state, bool looks) const noexcept {
   const auto stood = [&](int tree) {
     return last_[tree].trees == island.tree_count && last_[tree].pairs == island.pair_count && (last_[tree].looked || !looks);
   };
-  return std::all_of(island.trees, island.trees + island.tree_count, stood) && isAlone(model, island, state);
+  return any_last_ && std::all_of(island.trees, island.trees + island.tree_count, stood) && isAlone(model, island, state);
 }
 
 void StandingIslands::repeat(const Island& island, const State& state, Report& report) noexcept {
@@ -55,7 +59,7 @@ void StandingIslands::repeat(const Island& island, const State& state, Report& r
   report.step.residual = std::max(report.step.residual, standing.residual);
   report.step.wrench_error = std::max(report.step.wrench_error, standing.wrench_error);
   standing.first_contact = first_contact;
-  for (int n = 0; n < island.tree_count; ++n) now_[island.trees[n]] = standing;
+  keep(island, standing);
 }
 
 void StandingIslands::note(const Island& island, const ImplicitReport& solved, bool looked, int first_contact,
@@ -68,6 +72,11 @@ void StandingIslands::note(const Island& island, const ImplicitReport& solved, b
   standing.contacts = report.contacts.size() - first_contact;
   standing.residual = solved.residual;
   standing.wrench_error = solved.wrench_error;
+  keep(island, standing);
+}
+
+void StandingIslands::keep(const Island& island, const Standing& standing) noexcept {
+  any_ = true;
   for (int n = 0; n < island.tree_count; ++n) now_[island.trees[n]] = standing;
 }
 

@@ -44,7 +44,10 @@ class StandingIslands {
     int first_contact = 0, contacts = 0;    ///< in the step's report
     double residual = 0, wrench_error = 0;  ///< of its last solve [m/s], [N]
   };
+  void keep(const Island& island, const Standing& standing) noexcept;
+
   std::vector<Standing> last_, now_;      ///< by tree
+  bool any_last_ = false, any_ = false;   ///< something stands in them
   LoadedVector<ContactReport> contacts_;  ///< of the last step
 };
 

@@ -21,7 +21,7 @@ void open(Work& work, Report& whole) noexcept {
   report.closure = report.residual = report.wrench_error = 0;
   std::fill(work.hands.wrench.begin(), work.hands.wrench.end(), Wrench{});
   work.parts.any = false;
-  work.standing.open(whole.contacts);
+  if (work.implicit) work.standing.open(whole.contacts);
   work.clock.start(report.stages);
 }
 
