@@ -190,7 +190,10 @@ double ImplicitStage::startEnergy() noexcept {
     place(island_.trees[n], v_base);
     sum += energyOf(island_.trees[n]);
   }
-  for (int i = 0; i < island_.pair_count; ++i) sum += memory_base[island_.pairs[i]].elastic_energy;
+  for (int i = 0; i < island_.pair_count; ++i) {
+    const FrictionMemory& memory = memory_base[island_.pairs[i]];
+    sum += memory.elastic_energy + memory.energy;
+  }
   return sum;
 }
 

@@ -46,7 +46,7 @@ void StageContacts::clear(const FrictionMemory* memory, const Yielding* yielding
 
 double StageContacts::springEnergy() const noexcept {
   double sum = 0;
-  for (const ImplicitContact& c : contacts_) sum += c.touching ? c.elastic : 0.0;
+  for (const ImplicitContact& c : contacts_) sum += c.touching ? c.elastic + c.force.memory.energy : 0.0;
   return sum;
 }
 
