@@ -40,6 +40,10 @@ struct LimitEllipsoid {
     const double torsion = T > 0 ? f.torque / T : 0.0;
     return std::sqrt(f.force.squaredNorm() / (F * F) + torsion * torsion);
   }
+  /// The larger of force and torque, as a share of its axis.
+  double largestShare(const Planar& f) const {
+    return std::max(f.force.norm() / F, T > 0 ? std::abs(f.torque) / T : 0.0);
+  }
   /// Friction on a patch that slips by `slip`: the point of the surface whose normal is -slip.
   Planar against(const Planar& slip) const {
     const double size = std::sqrt(F * F * slip.force.squaredNorm() + T * T * slip.torque * slip.torque);
@@ -202,6 +206,10 @@ class Evaluation {
 
  private:
   LimitEllipsoid limit(double mu) const { return {mu * normal_.force, mu * normal_.force * torsion_radius_}; }
+  /// What no pressure of this force and radius of gyration exceeds.
+  LimitEllipsoid mostOfPressure(double mu) const {
+    return {mu * normal_.force, mu * normal_.force * torsion_radius_ / kTorsionRadius};
+  }
   /// What the springs hold of a force after a step in which the dampers held the rest: -f = A (k s + b (s - s0)/h). All of it
   /// in the springs would be energy that no way has put there. Without a step there is no way.
   Planar heldBy(const Planar& f) const {
@@ -272,8 +280,9 @@ void Evaluation::keepLayer(FrictionForce& out) const {
 }
 
 /// Where the area integral stands off the ellipsoid, for the direction of slip. Within a solve the direction is that of the
-/// step before, so that it does not turn over with the iterates. Where the pressure is clipped its field is not the pressure:
-/// the integral of what pulls there would be friction beyond μ N. `force_` becomes the integral.
+/// step before, so that it does not turn over with the iterates. Where the pressure is clipped its field is not the pressure: the
+/// integral of what pulls there would be friction beyond μ N, up to thousands of times where a strong damper turns. It counts as
+/// far as a pressure could give it, |f| ≤ μ N and |τ| ≤ μ N r of gyration, and in a solve not at all.
 Planar Evaluation::standOff(double mu, const Planar& held, FrictionForce& out) const {
   const Planar slipped = solving_ ? old_rate_ : layer_.slipFor(trial_ - held), on_ellipsoid = limit(mu).against(slipped);
   Planar f = on_ellipsoid;
@@ -281,6 +290,7 @@ Planar Evaluation::standOff(double mu, const Planar& held, FrictionForce& out) c
     const SlidingIntegral s = slidingIntegral(workspace_, contact_, normal_.field, normal_.moments(contact_), slipped.force,
                                               slipped.torque, normal_.radius);
     f = Planar{-mu * s.force, law_.torsion ? -mu * s.torque : 0.0};
+    if (normal_.clipped) f = f * (1 / std::max(1.0, mostOfPressure(mu).largestShare(f)));
   }
   const Planar offset = f - on_ellipsoid, stand = out.layer.dragged ? f : offset;
   out.layer.offset << stand.force / normal_.force, stand.torque / normal_.force;
