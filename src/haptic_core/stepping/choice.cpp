@@ -153,7 +153,8 @@ void countCouplings(const Model& model, const State& state, Work& work) noexcept
   std::fill(work.choice.number.begin(), work.choice.number.end(), 0.0);
   work.choice.parts = 1;
   work.choice.cuts = mayCut(state);
-  for (const PointerState& pointer : state.pointers) {
+  for (const int i : work.hands.acting) {
+    const PointerState& pointer = state.pointers[i];
     if (!pointer.targeted || isImplicit(state, model.links[pointer.link].articulation)) continue;
     work.choice.number[pointer.link] = couplingNumber(model, state, work, pointer.link);
   }

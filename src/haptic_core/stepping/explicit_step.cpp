@@ -103,20 +103,19 @@ void symplecticEuler(const Model& model, const StepPart& part, State& state, Wor
 }
 
 void prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
-  const auto unprimed = [&](const ModelTree& tree) {
-    return state.mode[model.indexOf(tree)] == TreeMode::kUnprimed && work.hands.movesByItself(tree);
-  };
-  if (std::none_of(model.trees.begin(), model.trees.end(), unprimed)) return;
+  const auto unprimed = [&](const ModelTree* tree) { return state.mode[model.indexOf(*tree)] == TreeMode::kUnprimed; };
+  const std::vector<const ModelTree*>& movers = work.hands.movers;
+  if (std::none_of(movers.begin(), movers.end(), unprimed)) return;
   int attempts = static_cast<int>(model.trees.size());  // each makes a tree implicit
   work.choice.decided = false;
   do {
     placeTrees(model, state, work.placement);
     work.choice.decided = attempts-- == 0;
   } while (!evaluate(model, part, false, state, work, report));
-  for (const ModelTree& tree : model.trees) {
+  for (const ModelTree* tree : movers) {
     if (!unprimed(tree)) continue;
-    keepPull(model, tree, state, work);
-    state.mode[model.indexOf(tree)] = TreeMode::kPrimed;
+    keepPull(model, *tree, state, work);
+    state.mode[model.indexOf(*tree)] = TreeMode::kPrimed;
   }
   if (!model.settings.energy_ledger) return;
   expectHeld(model, part.h, state, work.placement, work.hands);

@@ -55,10 +55,10 @@ PointerCoupling weakened(PointerCoupling coupling, double bound, double h) noexc
 }  // namespace
 
 void boundHands(const Model& model, const State& state, const Placement& placement, HandWork& hands) noexcept {
-  for (std::size_t i = 0; i < hands.bound.size(); ++i) {
+  for (const int i : hands.acting) {
     HandBound& bound = hands.bound[i];
-    if (!model.holds(static_cast<int>(i))) {
-      if (state.pointers[i].targeted) hands.coupling[i] = weakened(hands.own_coupling[i], bound.stiffness, model.settings.step);
+    if (!model.holds(i)) {
+      hands.coupling[i] = weakened(hands.own_coupling[i], bound.stiffness, model.settings.step);
     } else if (!std::isinf(bound.stiffness)) {
       bound.met_W = metStiffness(model, state, placement, state.pointers[i].link);
     }

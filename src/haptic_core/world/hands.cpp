@@ -15,6 +15,7 @@ HandWork::HandWork(const Model& model)
       moved(model.pointers.size()),
       wrench(model.pointers.size()) {
   movers.reserve(model.trees.size());
+  acting.reserve(model.pointers.size());
 }
 
 void refreshHands(const Model& model, const State& state, HandWork& hands) noexcept {
@@ -68,6 +69,16 @@ void grab(const Model& model, const Placement& placement, int pointer, int link,
   refreshHands(model, state, hands);
 }
 
+void findActing(const Model& model, State& state, HandWork& hands) noexcept {
+  hands.acting.clear();
+  for (int i = 0; i < static_cast<int>(state.pointers.size()); ++i) {
+    PointerState& pointer = state.pointers[i];
+    const bool acts = pointer.targeted || model.holds(i);
+    (acts ? hands.wrench[i] : pointer.F_W) = Wrench{};
+    if (acts) hands.acting.push_back(i);
+  }
+}
+
 void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept {
   if (!X_WL.p.allFinite() || !X_WL.R.allFinite() || !V_WL.angular.allFinite() || !V_WL.linear.allFinite()) return;
   pointer.p_WL = X_WL.p;
@@ -77,10 +88,10 @@ void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept {
 }
 
 void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept {
-  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
+  for (const int i : hands.acting) {
     const PointerState& pointer = state.pointers[i];
     hands.moved[i] = {};
-    if (!model.holds(static_cast<int>(i)) || !pointer.targeted) continue;
+    if (!model.holds(i) || !pointer.targeted) continue;
     const Vector3 p_before = placement.link[pointer.link].X_WL.p;
     const ModelTree& tree = model.trees[model.links[pointer.link].articulation];
     double* q = state.q.data() + tree.q;
@@ -120,12 +131,9 @@ Wrench couplingForce(const PointerCoupling& c, const Vector3& p_WT, const Quater
 
 void pullCoupled(const Model& model, const StepPart& part, bool advances, State& state, HandWork& hands,
                  Placement& placement) noexcept {
-  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
+  for (const int i : hands.acting) {
     const PointerState& pointer = state.pointers[i];
-    if (!pointer.targeted || model.holds(static_cast<int>(i)) ||
-        state.mode[model.links[pointer.link].articulation] == TreeMode::kImplicit) {
-      continue;
-    }
+    if (model.holds(i) || state.mode[model.links[pointer.link].articulation] == TreeMode::kImplicit) continue;
     LinkWork& link = placement.link[pointer.link];
     const Wrench F_W = couplingForce(hands.coupling[i], pointer.p_WL, pointer.q_WL, pointer.V_WL, link);
     link.addWrench(F_W, link.X_WL.p);
@@ -137,8 +145,8 @@ void pullCoupled(const Model& model, const StepPart& part, bool advances, State&
 
 void collectHeld(const Model& model, const StepPart& part, State& state, HandWork& hands,
                  const Placement& placement) noexcept {
-  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
-    if (!model.holds(static_cast<int>(i))) continue;
+  for (const int i : hands.acting) {
+    if (!model.holds(i)) continue;
     PointerState& pointer = state.pointers[i];
     const LinkWork& link = placement.link[pointer.link];
     const Wrench F_W = link.F_ext.shifted(link.X_WL.p - link.p_WO);
@@ -149,7 +157,7 @@ void collectHeld(const Model& model, const StepPart& part, State& state, HandWor
 }
 
 void reportToHands(const Model& model, bool finite, const HandWork& hands, State& state) noexcept {
-  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
+  for (const int i : hands.acting) {
     state.pointers[i].F_W = finite ? hands.wrench[i] * (1.0 / model.settings.substeps) : Wrench{};
   }
 }

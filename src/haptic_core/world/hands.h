@@ -25,6 +25,7 @@ struct HandWork {
   std::vector<HandBound> bound;
 
   // Of one step.
+  std::vector<int> acting;      ///< pointers that hold a link, or pull at one because they have a target; ascending
   std::vector<PointerCoupling> coupling;  ///< by pointer: `own_coupling`, or less where the hand bears less
   std::vector<Twist> moved;     ///< by pointer: displacement of a held link in this part [rad], [m]
   std::vector<Wrench> wrench;   ///< by pointer: of the world on the hand, summed over the parts by their shares
@@ -45,6 +46,9 @@ bool canGrab(const Model& model, const HandWork& hands, int pointer, int link) n
 void grab(const Model& model, const Placement& placement, int pointer, int link, State& state, HandWork& hands) noexcept;
 /// Throws SetupError that says why the link cannot be grabbed; nothing where it can.
 void checkGrab(const Model& model, const HandWork& hands, int pointer, int link);
+
+/// (in realtime) Before a step: which pointers act in it. The others' hands feel nothing.
+void findActing(const Model& model, State& state, HandWork& hands) noexcept;
 
 /// (in realtime) Where the hand wants the link at the end of the next step. Numbers that are not finite are ignored.
 void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept;

@@ -27,10 +27,9 @@ Twist relativeTwist(const LedgerView& view, const State& state, const BookedCont
 
 /// Of the trees that explicit steps kick.
 void setVelocities(const LedgerView& view, const State& state, const std::vector<double>& v) noexcept {
-  for (const ModelTree& tree : view.model.trees) {
-    const bool kicked = view.hands.movesByItself(tree) && !tree.has_laws &&
-                        state.mode[view.model.indexOf(tree)] != TreeMode::kImplicit;
-    if (kicked) forwardVelocities(*tree.model, v.data() + tree.v, view.placement.link.data() + tree.link);
+  for (const ModelTree* tree : view.hands.movers) {
+    if (tree->has_laws || state.mode[view.model.indexOf(*tree)] == TreeMode::kImplicit) continue;
+    forwardVelocities(*tree->model, v.data() + tree->v, view.placement.link.data() + tree->link);
   }
 }
 
@@ -114,11 +113,10 @@ void bookRelease(const FrictionMemory& last, double h, double tau, double order,
 
 MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, const Placement& placement) noexcept {
   MechanicalEnergy sum;
-  for (const ModelTree& tree : model.trees) {
-    if (!hands.movesByItself(tree)) continue;  // a held link's energy is the hand's
-    const LinkWork* link = placement.link.data() + tree.link;
-    sum.kinetic += kineticEnergy(*tree.model, link);
-    sum.potential += potentialEnergy(*tree.model, link, model.settings.gravity);
+  for (const ModelTree* tree : hands.movers) {  // a held link's energy is the hand's
+    const LinkWork* link = placement.link.data() + tree->link;
+    sum.kinetic += kineticEnergy(*tree->model, link);
+    sum.potential += potentialEnergy(*tree->model, link, model.settings.gravity);
   }
   return sum;
 }

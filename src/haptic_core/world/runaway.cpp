@@ -90,7 +90,7 @@ void checkRunaway(const Model& model, double h, double external, const Work& wor
   sums.lowest = std::min(sums.lowest, now.potential);
   sums.supply += std::abs(sums.external - external);
   const double supply = sums.supply + (sums.highest - sums.lowest) + mass * (2 * fall2 + kSlow * kSlow) +
-                        (state.pointers.empty() ? 0.0 : ofHands(model, work, state, mass));
+                        (work.hands.acting.empty() ? 0.0 : ofHands(model, work, state, mass));
   // What a hand presses together by more than it was booked to is no motion. A damper that gives is in no sum of losses.
   const double made = std::max(ledger ? std::min(-sums.unaccounted(), now.kinetic) : 0.0, now.kinetic - supply);
   if (made > kMostMade * supply) stop(model, work, report.step);

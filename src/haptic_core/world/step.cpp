@@ -1,6 +1,6 @@
 #include "haptic_core/world/step.h"
 
-#include <algorithm>
+#include <cmath>
 
 #include "haptic_core/stepping/chosen_step.h"
 #include "haptic_core/stepping/explicit_step.h"
@@ -19,7 +19,6 @@ void open(Work& work, Report& whole) noexcept {
   report.iterations = report.evaluations = report.factorisations = report.parts = 0;
   report.implicit_islands = report.redone = report.fallbacks = report.substeps = 0;
   report.closure = report.residual = report.wrench_error = 0;
-  std::fill(work.hands.wrench.begin(), work.hands.wrench.end(), Wrench{});
   work.parts.any = false;
   if (work.implicit) work.standing.open(whole.contacts);
   work.clock.start(report.stages);
@@ -83,6 +82,7 @@ void checkImpacts(double lost, StepReport& report) noexcept {
 void step(const Model& model, State& state, Work& work, Report& report) noexcept {
   if (!report.step.finite) return;
   open(work, report);
+  findActing(model, state, work.hands);
   followDrivePaths(model, state);                                    // what drives are asked for
   for (StepPart part = firstPart(model, state, work, report.step); part.h > 0;
        part = nextPart(model, part, state, work, report.step)) {     // shorter where something is fast

@@ -69,7 +69,7 @@ bool Sweep::anyFast() const noexcept {
     const double speed2 = (link.velocity + fall).squaredNorm() + limit.lever2 * link.omega.squaredNorm();
     if (2 * left2 * speed2 > limit.way2) return true;  // (a + b)² ≤ 2 (a² + b²)
   }
-  for (int i = 0; i < static_cast<int>(state_.pointers.size()); ++i) {
+  for (const int i : hands_.acting) {
     const PointerState& pointer = state_.pointers[i];
     if (!model_.holds(i) || !pointer.targeted) continue;
     const int l = pointer.link;
