@@ -29,6 +29,16 @@ double margin(const Model& model, const State& state, const Placement& placement
   return 2 * h * (work.velocity.norm() + work.omega.norm() * link.size + h * model.settings.gravity.norm());
 }
 
+/// Whether two boxes are apart along an axis, tried first along the one that told them apart last: most pairs that are, stay so.
+bool boxesApart(const ConvexShape::Box& A, const ConvexShape::Box& B, std::uint8_t& axis) noexcept {
+  const auto apart = [&](int i) { return !(A.lower[i] <= B.upper[i] && B.lower[i] <= A.upper[i]); };
+  if (apart(axis)) return true;
+  for (std::uint8_t i = 0; i < 3; ++i) {
+    if (apart(i)) return axis = i, true;
+  }
+  return false;
+}
+
 /// Fills the state's pairs in the order of their keys. A pair that touched stays for once where its boxes are apart again: how
 /// it parted is still to be told.
 class PairList {
@@ -68,7 +78,8 @@ class PairList {
 
 }  // namespace
 
-SearchWork::SearchWork(const Model& model) : boxes(makeBroadPhase(model)), previous(model.pair_capacity) {}
+SearchWork::SearchWork(const Model& model)
+    : boxes(makeBroadPhase(model)), apart_along(model.listed_pairs.size()), previous(model.pair_capacity) {}
 
 void findPairs(const Model& model, double h, Placement& placement, State& state, SearchWork& search,
                StepReport& report) noexcept {
@@ -77,9 +88,9 @@ void findPairs(const Model& model, double h, Placement& placement, State& state,
   PairList pairs(state, search);
   bool complete = true;
   if (!model.listed_pairs.empty()) {
-    for (const auto& [a, b] : model.listed_pairs) {
-      const ConvexShape::Box &A = placement.box[a], &B = placement.box[b];
-      if ((A.lower.array() <= B.upper.array()).all() && (B.lower.array() <= A.upper.array()).all() && !placement.areApart(a, b)) {
+    for (std::size_t i = 0; i < model.listed_pairs.size(); ++i) {
+      const auto& [a, b] = model.listed_pairs[i];
+      if (!boxesApart(placement.box[a], placement.box[b], search.apart_along[i]) && !placement.areApart(a, b)) {
         complete &= pairs.add(a, b);
       }
     }

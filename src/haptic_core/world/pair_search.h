@@ -1,5 +1,6 @@
 /// Which shapes may touch: boxes, sorted out by a sweep or compared one by one.
 #pragma once
+#include <cstdint>
 #include <vector>
 
 #include "haptic_core/geometry/broad_phase.h"
@@ -13,6 +14,7 @@ namespace haptic {
 /// Scratch of the search for pairs.
 struct SearchWork {
   BroadPhase boxes;                   ///< keeps the order of the boxes from call to call
+  std::vector<std::uint8_t> apart_along;  ///< the axis that last told a listed pair's boxes apart; changes no result
   std::vector<ActivePair> previous;   ///< pairs of the last search
 
   explicit SearchWork(const Model& model);  ///< set-up: room for all shapes
