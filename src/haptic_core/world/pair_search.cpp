@@ -29,12 +29,15 @@ double margin(const Model& model, const State& state, const Placement& placement
   return 2 * h * (work.velocity.norm() + work.omega.norm() * link.size + h * model.settings.gravity.norm());
 }
 
-/// Whether two boxes are apart along an axis, tried first along the one that told them apart last: most pairs that are, stay so.
-bool boxesApart(const ConvexShape::Box& A, const ConvexShape::Box& B, std::uint8_t& axis) noexcept {
-  const auto apart = [&](int i) { return !(A.lower[i] <= B.upper[i] && B.lower[i] <= A.upper[i]); };
-  if (apart(axis)) return true;
-  for (std::uint8_t i = 0; i < 3; ++i) {
-    if (apart(i)) return axis = i, true;
+/// Bounds of a box as numbers in a row: its three lower ones, then its three upper ones.
+constexpr int kBounds = 6;
+static_assert(sizeof(ConvexShape::Box) == kBounds * sizeof(double));
+
+/// Whether two boxes are apart, and if so by which bounds. Overlap needs all comparisons to hold: what is not a number does not.
+bool areApart(const ConvexShape::Box* boxes, int a, int b, BoundsApart& by) noexcept {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(boxes[a].lower[axis] <= boxes[b].upper[axis])) return by = {kBounds * a + axis, kBounds * b + 3 + axis}, true;
+    if (!(boxes[b].lower[axis] <= boxes[a].upper[axis])) return by = {kBounds * b + axis, kBounds * a + 3 + axis}, true;
   }
   return false;
 }
@@ -79,7 +82,7 @@ class PairList {
 }  // namespace
 
 SearchWork::SearchWork(const Model& model)
-    : boxes(makeBroadPhase(model)), apart_along(model.listed_pairs.size()), previous(model.pair_capacity) {}
+    : boxes(makeBroadPhase(model)), apart_by(model.listed_pairs.size()), previous(model.pair_capacity) {}
 
 void findPairs(const Model& model, double h, Placement& placement, State& state, SearchWork& search,
                StepReport& report) noexcept {
@@ -88,11 +91,13 @@ void findPairs(const Model& model, double h, Placement& placement, State& state,
   PairList pairs(state, search);
   bool complete = true;
   if (!model.listed_pairs.empty()) {
-    for (std::size_t i = 0; i < model.listed_pairs.size(); ++i) {
-      const auto& [a, b] = model.listed_pairs[i];
-      if (!boxesApart(placement.box[a], placement.box[b], search.apart_along[i]) && !placement.areApart(a, b)) {
-        complete &= pairs.add(a, b);
-      }
+    const ConvexShape::Box* boxes = placement.box.data();
+    const double* bounds = boxes->lower.data();
+    for (std::size_t i = 0, n = search.apart_by.size(); i < n; ++i) {
+      BoundsApart& by = search.apart_by[i];
+      if (bounds[by.lower] > bounds[by.upper]) continue;
+      const auto [a, b] = model.listed_pairs[i];
+      if (!areApart(boxes, a, b, by) && !placement.areApart(a, b)) complete &= pairs.add(a, b);
     }
   } else {
     complete &= search.boxes.update(placement.box.data());

@@ -1,6 +1,5 @@
 /// Which shapes may touch: boxes, sorted out by a sweep or compared one by one.
 #pragma once
-#include <cstdint>
 #include <vector>
 
 #include "haptic_core/geometry/broad_phase.h"
@@ -11,10 +10,15 @@
 
 namespace haptic {
 
+/// A lower bound of one box above an upper one of another, as indices into the bounds of all boxes, six a box: equal ones, never.
+struct BoundsApart {
+  int lower = 0, upper = 0;
+};
+
 /// Scratch of the search for pairs.
 struct SearchWork {
   BroadPhase boxes;                   ///< keeps the order of the boxes from call to call
-  std::vector<std::uint8_t> apart_along;  ///< the axis that last told a listed pair's boxes apart; changes no result
+  std::vector<BoundsApart> apart_by;  ///< what last told the boxes of a listed pair apart; tried first, it changes no result
   std::vector<ActivePair> previous;   ///< pairs of the last search
 
   explicit SearchWork(const Model& model);  ///< set-up: room for all shapes
