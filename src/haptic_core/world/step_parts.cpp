@@ -86,10 +86,9 @@ double Sweep::safePart() noexcept {
     report_.flags |= kTooFast;
     return left_;
   }
-  for (std::size_t s = 0; s < model_.shapes.size(); ++s) {
-    const ConvexShape& shape = *model_.shapes[s].shape;
-    const ShapeMotion motion = motionOf(static_cast<int>(s), true);
-    placement_.box[s] = shape.aabb(motion.X_WS);
+  for (const int s : model_.updated_shapes) {
+    const ShapeMotion motion = motionOf(s, true);
+    placement_.box[s] = model_.shapes[s].shape->aabb(motion.X_WS);
     if (!model_.links[model_.shapes[s].link].moves) continue;
     const Vector3 way = left_ * motion.V_W.linear;
     const double turn = std::min(2.0, left_ * motion.V_W.angular.norm()) * motion.reach;
