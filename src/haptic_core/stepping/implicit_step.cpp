@@ -418,7 +418,8 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
   gatherDone();
   int next = 0;
   for (int i = 0; i < island.pair_count; ++i) {
-    FrictionMemory& memory = state_->pairs[island.pairs[i]].friction;
+    ActivePair& pair = state_->pairs[island.pairs[i]];
+    FrictionMemory& memory = pair.friction;
     const FrictionMemory before = memory;
     const FrictionMemory& first = stage_.memory_base[island.pairs[i]];
     const bool now = next < stage_.contacts().size() && stage_.contacts()[next].pair == island.pairs[i];
@@ -432,11 +433,10 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
       memory.elastic_energy = stage_.contacts()[next++].elastic;
     }
     const auto work = [&](double p1, double p2) { return h * (w * p1 + (1 - w) * p2); };
-    state_->energy.damping += work(first.power.damping, memory.power.damping);
+    const double beyond = work(first.power.elastic, memory.power.elastic) + before.elastic_energy - memory.elastic_energy;
+    state_->energy.bookPressure(work(first.power.damping, memory.power.damping), beyond, before, memory, pair.buried);
     const double friction = work(first.power.friction, memory.power.friction) + before.energy - memory.energy;
     (memory.sliding != 0 ? state_->energy.friction : state_->energy.damping) += now || before.touching != 0 ? friction : 0;
-    state_->energy.bookTurning(
-        work(first.power.elastic, memory.power.elastic) + before.elastic_energy - memory.elastic_energy, before, memory);
   }
   for (std::size_t p = 0; p < stage_.couplings.size(); ++p) {
     const int link = stage_.couplings[p].link;

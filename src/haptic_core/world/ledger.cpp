@@ -47,11 +47,12 @@ void measurePowers(const LedgerView& view, double h, const std::vector<double>& 
 }
 
 void book(const BookedContact& contact, const ContactPower& taken, State& state) noexcept {
-  const FrictionMemory& now = state.pairs[contact.pair].friction;
+  const ActivePair& pair = state.pairs[contact.pair];
+  const FrictionMemory& now = pair.friction;
   const double friction = taken.friction - (now.energy - contact.before.energy);
-  state.energy.damping += taken.damping + (contact.sticking ? friction : 0.0);
   state.energy.friction += contact.sticking ? 0.0 : friction;
-  state.energy.bookTurning(taken.elastic - (now.elastic_energy - contact.before.elastic_energy), contact.before, now);
+  const double beyond = taken.elastic - (now.elastic_energy - contact.before.elastic_energy);
+  state.energy.bookPressure(taken.damping + (contact.sticking ? friction : 0.0), beyond, contact.before, now, pair.buried);
 }
 
 }  // namespace

@@ -94,6 +94,16 @@ struct EnergySums {
   double highest = 0, lowest = 0;  ///< potential energy from which falls are counted, and down to which they went
   bool balanced = false;   ///< false: bodies changed hands or values changed, the next step takes the balance anew
 
+  /// (in realtime) What a contact's dampers took from its bodies, and what its springs took beyond what they gained [J]. The pressure that
+  /// pushes out a `buried` pair follows no potential: what its springs gave up and its bodies did not get is lost.
+  void bookPressure(double damped, double beyond, const FrictionMemory& before, const FrictionMemory& now, bool buried) noexcept {
+    if (!buried) {
+      damping += damped;
+      bookTurning(beyond, before, now);
+    } else {
+      (damped + beyond > 0 ? damping : turning) += damped + beyond;
+    }
+  }
   /// (in realtime) What a contact took from its bodies beyond what its springs gained [J].
   void bookTurning(double energy, const FrictionMemory& before, const FrictionMemory& now) noexcept {
     constexpr double kStands = 1e-6;  // [rad]: what that turn could do is this share of the energy exchanged
