@@ -137,18 +137,20 @@ bool isLost(const BodyState& b) {
   return !(b.X_WL.p.norm() < kFar && b.V_WL.linear.norm() < kFar && b.V_WL.angular.allFinite());
 }
 
-/// Share of a scene's size: lifting its bodies by that much is the least energy that a gain is compared with.
-constexpr double kLeastLift = 1e-6;
+/// Share of a scene's size and of the energy of motion at the start: lifting the bodies by the one and speeding them up by the other is
+/// the least energy that a gain is compared with.
+constexpr double kLeastShare = 1e-6;
 
-/// What the ledger gained without a source. `least`: what counts as exchanged at least, for at rest nothing is but rounding.
+/// What the ledger gained without a source. `least_lift`: what counts as exchanged at least, beside a share of the energy of motion, for
+/// at rest and in flight nothing is but rounding.
 struct LedgerWatch {
-  explicit LedgerWatch(double least) : exchanged(least) {}
+  explicit LedgerWatch(double least_lift) : exchanged(least_lift) {}
   EnergyLedger first;
   double gained = 0, exchanged = 0;
   bool begun = false;
   void see(const World& world) {
     const EnergyLedger& e = world.report().energy;
-    if (!begun) first = e, begun = true;
+    if (!begun) first = e, exchanged += kLeastShare * e.kinetic, begun = true;
     const double lost = e.damping + e.friction - first.damping - first.friction, work = e.external - first.external;
     gained = std::max(gained, e.total() - first.total() - work + lost);
     exchanged = std::max({exchanged, std::abs(e.kinetic - first.kinetic), std::abs(e.potential - first.potential),
@@ -208,7 +210,7 @@ class Runner {
     const Sample first = sampleOf(*simulator, 0, inertia, def.settings.gravity);
     double weight = 0;
     for (const LinkInertia& body : inertia) weight += body.mass * def.settings.gravity.norm();
-    LedgerWatch ledger(kLeastLift * weight * scene_.size);
+    LedgerWatch ledger(kLeastShare * weight * scene_.size);
     const double clock = clockCost();
     std::vector<double> times;
     times.reserve(static_cast<std::size_t>(per_sample_) * scene_.samples);

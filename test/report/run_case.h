@@ -23,7 +23,7 @@ struct RunResult {
   long iterations = 0, unconverged = 0;             ///< of the implicit solve, over the run
   int iterations_worst = 0, evaluations_worst = 0;  ///< of any step
   /// Ours: energy that the ledger gained without a source over the largest energy exchanged, or over what lifts the bodies by
-  /// a millionth of the scene's size where less is exchanged.
+  /// a millionth of the scene's size and speeds them up by a millionth of their energy where less is exchanged.
   double energy_gain = std::numeric_limits<double>::quiet_NaN();
   std::vector<std::pair<std::string, double>> measures;  ///< of the scene's own
   std::vector<Sample> samples;
