@@ -12,7 +12,8 @@ namespace haptic {
 
 /// A lower bound of one box above an upper one of another, as indices into the bounds of all boxes, six a box: equal ones, never.
 struct BoundsApart {
-  int lower = 0, upper = 0;
+  int lower = 0;  ///< index of the bound that lies above the other
+  int upper = 0;  ///< index of the bound that lies below it
 };
 
 /// Scratch of the search for pairs.
