@@ -77,6 +77,8 @@ ChoiceWork::ChoiceWork(const Model& model) : number(model.links.size()) {
   retreat.q.resize(model.nq);
   retreat.v.resize(model.nv);
   retreat.pull.resize(model.nv);
+  retreat.mode.resize(model.trees.size());
+  retreat.wrench.resize(model.pointers.size());
 }
 
 bool anyImplicit(const State& state) noexcept {
@@ -91,10 +93,11 @@ double longestPart(const Model& model, const State& state) noexcept {
   return parts > 1 ? model.substep() / parts : std::numeric_limits<double>::infinity();
 }
 
-void keepForRetreat(const State& state, const StepReport& report, Retreat& retreat) noexcept {
+void keepForRetreat(const State& state, const HandWork& hands, const StepReport& report, Retreat& retreat) noexcept {
   std::copy(state.q.begin(), state.q.end(), retreat.q.begin());
   std::copy(state.v.begin(), state.v.end(), retreat.v.begin());
   std::copy(state.pull.begin(), state.pull.end(), retreat.pull.begin());
+  retreat.wrench = hands.wrench;
   retreat.energy = state.energy;
   retreat.pair_count = state.pair_count;
   retreat.flags = report.flags;
@@ -109,6 +112,7 @@ void takeBack(const Model& model, State& state, Work& work, StepReport& report) 
   std::swap(work.search.previous, state.pairs);  // the search has swapped them once
   state.pair_count = retreat.pair_count;
   report.flags = retreat.flags;
+  report.impact = 0;
   placeTrees(model, state, work.placement);
 }
 

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "haptic_core/world/contact_evaluation.h"
+#include "haptic_core/world/hands.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
@@ -35,9 +36,11 @@ constexpr int kMostParts = 8;  ///< √kStabilityBound/kFine: what swings faster
 /// Change of depth within a substep, of the depth, below which a contact rests [1].
 constexpr double kResting = 0.05;
 
-/// The state before an explicit attempt; the pairs before it are those of the last search.
+/// The state before an attempt; the pairs before it are those of the last search.
 struct Retreat {
   std::vector<double> q, v, pull;  ///< of the state, see State
+  std::vector<TreeMode> mode;      ///< before its implicit islands
+  std::vector<Wrench> wrench;      ///< on the hands
   EnergySums energy;               ///< of the ledger
   int pair_count = 0;              ///< of the state
   unsigned flags = 0;              ///< of the report
@@ -58,9 +61,9 @@ bool anyImplicit(const State& state) noexcept;  ///< a tree is stepped implicitl
 /// Longest part of a substep that the contacts ask for which touch at the start of a step [s].
 double longestPart(const Model& model, const State& state) noexcept;
 
-/// (in realtime) Before an explicit attempt.
-void keepForRetreat(const State& state, const StepReport& report, Retreat& retreat) noexcept;
-/// Undoes an explicit attempt; everything is placed again.
+/// (in realtime) Before an attempt.
+void keepForRetreat(const State& state, const HandWork& hands, const StepReport& report, Retreat& retreat) noexcept;
+/// Undoes an attempt, but for modes and wrenches on hands; everything is placed again.
 void takeBack(const Model& model, State& state, Work& work, StepReport& report) noexcept;
 
 /// Bodies that move, one stepped explicitly and the other implicitly, must not meet inside a step.

@@ -7,11 +7,16 @@
 #include "haptic_core/stepping/implicit_islands.h"
 
 namespace haptic::stepping {
+namespace {
 
-void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept {
-  prime(model, part, state, work, report);
-  keepForRetreat(state, report.step, work.choice.retreat);
-  int attempts = static_cast<int>(model.trees.size()) + kMostParts;  // each makes a tree implicit or asks for more parts
+/// Length from which on a part whose implicit islands did not converge is done again in halves [s]. A step may work as long as the time
+/// that it stands for: a loop at 1 kHz and faster keeps the bound of one attempt, one of 10 ms has time for eight parts.
+/// Shorter: ticks at 1 kHz may take twice as long; longer: heaps at 3 ms are left unconverged.
+constexpr double kWorthHalving = 2e-3;
+
+/// Explicit attempts until one stands: each that does not makes a tree implicit or asks for more parts.
+void explicitPart(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept {
+  int attempts = static_cast<int>(model.trees.size()) + kMostParts;
   work.choice.decided = false;
   while (!velocityVerlet(model, part, state, work, report)) {
     takeBack(model, state, work, report.step);
@@ -19,9 +24,42 @@ void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Re
     work.choice.decided = --attempts == 0;
     if (!anyImplicit(state)) part = shortened(model, part, model.substep() / work.choice.parts);
   }
-  if (anyImplicit(state)) {
-    stepImplicitIslands(model, part, state, work, report);
-    part.longest = std::numeric_limits<double>::infinity();  // parts are for what is explicit
+}
+
+/// False: some island did not converge.
+bool implicitPart(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+  constexpr unsigned kFailed = kNotConverged | kJointsNotConverged;
+  const unsigned before = report.step.flags & kFailed;
+  report.step.flags &= ~kFailed;
+  stepImplicitIslands(model, part, state, work, report);
+  const bool converged = (report.step.flags & kFailed) == 0;
+  report.step.flags |= before;
+  return converged;
+}
+
+}  // namespace
+
+void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept {
+  prime(model, part, state, work, report);
+  Retreat& retreat = work.choice.retreat;
+  keepForRetreat(state, work.hands, report.step, retreat);
+  explicitPart(model, part, state, work, report);
+  double longest = std::numeric_limits<double>::infinity();  // parts of explicit steps are not for implicit ones
+  while (anyImplicit(state)) {
+    const int islands = report.step.implicit_islands;
+    retreat.mode = state.mode;  // an island of the attempt may have become explicit
+    const bool converged = implicitPart(model, part, state, work, report);
+    part.longest = longest;
+    if (converged || part.h < kWorthHalving) break;
+    longest = 0.5 * part.h;
+    takeBack(model, state, work, report.step);
+    state.mode = retreat.mode;
+    work.hands.wrench = retreat.wrench;
+    work.standing.forget();
+    report.step.implicit_islands = islands;
+    ++report.step.redone;
+    part = shortened(model, part, longest);
+    explicitPart(model, part, state, work, report);
   }
   collectHeld(model, part, state, work.hands, work.placement);
   report.step.pairs = state.pair_count;

@@ -68,6 +68,24 @@ TEST(BoundedStep, AHeapSettlesAtSecondOrderToo) {
   }
 }
 
+/// Passes of a step of 10 ms that do not contract do so in halves and quarters of it; it has the time for them.
+TEST(BoundedStep, LongStepsThatDoNotConvergeAreHalved) {
+  for (double h : {3e-3, 1e-2}) {
+    const HeapParameters p;
+    const WorldDef def = scenes::heap(p, settings(Integrator::kAutomatic, h));
+    SCOPED_TRACE(testing::Message() << "step " << h);
+    const double most = withRoom(startEnergy(def));
+    World world(def);
+    for (int i = 0; i * h < 2; ++i) {
+      world.step();
+      const StepReport& r = world.report();
+      ASSERT_EQ(r.flags & kNotConverged, 0u) << "step " << i;
+      ASSERT_LE(r.evaluations, 10) << "step " << i;
+      ASSERT_LE(r.energy.total(), most) << "step " << i;
+    }
+  }
+}
+
 /// At 1e12 N/m³ steps are left unfinished; their work is bounded all the same, and nothing runs away: what a fold between
 /// two passes hides is less than the heap has to give.
 TEST(BoundedStep, TheStiffestHeapIsBoundedToo) {
