@@ -58,6 +58,9 @@ struct ChoiceWork {
 };
 
 bool anyImplicit(const State& state) noexcept;  ///< a tree is stepped implicitly
+/// At every 16th step islands are asked for the other mode: implicit ones whether they may be explicit, explicit ones whether they stand.
+/// Fewer: what was hit stays implicit longer; more: the questions cost more than they save.
+inline bool looksAround(const State& state) noexcept { return (state.step & 15) == 15; }
 /// Longest part of a substep that the contacts ask for which touch at the start of a step [s].
 double longestPart(const Model& model, const State& state) noexcept;
 

@@ -5,6 +5,7 @@
 #include "haptic_core/stepping/choice.h"
 #include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/stepping/implicit_islands.h"
+#include "haptic_core/stepping/standing_islands.h"
 
 namespace haptic::stepping {
 namespace {
@@ -60,6 +61,9 @@ void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Re
     ++report.step.redone;
     part = shortened(model, part, longest);
     explicitPart(model, part, state, work, report);
+  }
+  if (looksAround(state) && part.h == model.settings.step) {
+    settleExplicit(model, part.h, work.placement, work.islands, work.hands, state);
   }
   collectHeld(model, part, state, work.hands, work.placement);
   report.step.pairs = state.pair_count;

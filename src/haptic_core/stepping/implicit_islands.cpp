@@ -10,9 +10,6 @@
 namespace haptic::stepping {
 namespace {
 
-/// Steps between two looks whether an implicit island may go back to explicit steps: a power of two less one.
-constexpr std::uint64_t kLookMask = 15;
-
 /// Contacts of an island as its solve left them.
 struct Contacts {
   const ImplicitContact *first, *last;
@@ -179,7 +176,7 @@ void implicitStep(const Model& model, const StepPart& part, State& state, Work& 
 
 void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   ImplicitStep& implicit = *work.implicit;
-  const bool looks = model.settings.integrator == Integrator::kAutomatic && (state.step & kLookMask) == kLookMask;
+  const bool looks = model.settings.integrator == Integrator::kAutomatic && looksAround(state);
   const bool may_stand = model.settings.leave_out && part.h == model.settings.step;
   bool begun = false;
   work.islands.find(state, work.hands.held_by, true);
@@ -187,7 +184,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
     ++report.step.implicit_islands;
-    if (may_stand && work.standing.repeats(model, island, state, looks)) {
+    if (may_stand && work.standing.repeats(model, island, state)) {
       work.standing.repeat(island, state, report);
       continue;
     }
@@ -197,8 +194,9 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     const ImplicitReport* solved = advance(model, island, part.h, state, work, report.step);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
     if (solved) takeContacts(model, part.h, state, work, report);
-    if (looks) lookForExplicit(model, island, !solved, state, work);
-    if (may_stand && solved && solved->stands) work.standing.note(island, *solved, looks, first_contact, report);
+    const bool stands = solved && solved->stands;  // it costs nothing as it is
+    if (looks && !stands) lookForExplicit(model, island, !solved, state, work);
+    if (may_stand && stands) work.standing.note(island, *solved, first_contact, report);
   }
   if (!begun) return;
   report.step.closure = std::max(report.step.closure, implicit.joints().closure(work.placement.link.data()));

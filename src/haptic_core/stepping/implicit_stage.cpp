@@ -5,15 +5,12 @@
 #include <limits>
 
 #include "haptic_core/dynamics/joint_space_inertia.h"
+#include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/hands.h"
 
 namespace haptic {
 namespace {
 
-/// No solve goes on below this share of the speeds of the step, plus what rounding of coordinates amounts to:
-/// kRounding of the distance from W's origin, per step. Smaller iterates on rounding.
-constexpr double kFinest = 1e-13;
-constexpr double kRounding = 4 * 2.2e-16;
 /// Changes that shrink no more, but are this small already, are rounding in a stiff contact.
 constexpr double kStagnation = 1e-9;
 /// Newton steps of a pass: first passes contract by 5–20 each, so that more of them beat longer ones. What has not settled
@@ -243,7 +240,7 @@ void ImplicitStage::sinceReference() noexcept {
 }
 
 double ImplicitStage::finest(double g) const noexcept {
-  return kFinest * (problem_.speed(v.data()) + settings_.gravity.norm() * g) + kRounding * farthest() / g;
+  return stepping::roundingSpeed(problem_.speed(v.data()) + settings_.gravity.norm() * g, farthest(), g);
 }
 
 /// Largest distance of a moving body's parts from W's origin [m].

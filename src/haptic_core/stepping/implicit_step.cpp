@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "haptic_core/stepping/standing_islands.h"
+
 namespace haptic {
 namespace {
 
@@ -29,9 +31,6 @@ constexpr double kSettles = 1, kSettlesStuck = 5;
 /// An island that was not smooth n times in a row tries second order at every 2ⁿ-th step, n at most this: heaps that tumble
 /// never are, and each attempt costs half a step.
 constexpr int kMostRough = 3;
-/// Speeds below this many times what rounding of coordinates makes in a step are rounding: coordinates of several bodies add up.
-/// Larger: what creeps slower than that stands; smaller: heaps never come to rest, and cost as much as if they moved.
-constexpr double kOfRounding = 4;
 /// Changes of friction inside one step; what they leave is done as implicit Euler.
 constexpr int kMostEvents = 6;
 /// An instant is located when the load is this close to the limit, or the slip this small against what it was.
@@ -187,7 +186,7 @@ void ImplicitStep::euler(double h, int passes) noexcept {
 
 /// Whether the island touches something, and its speeds before and after are those that rounding of its coordinates makes.
 bool ImplicitStep::staysAtRest(double h) const noexcept {
-  const double most = kOfRounding * stage_.finest(h);
+  const double most = stepping::kOfRounding * stage_.finest(h);
   if (stage_.contacts().empty() || stage_.hasJoints()) return false;
   if (stage_.speed(stage_.v) > most || stage_.speed(stage_.v_base) > most || !sameContacts()) return false;
   const Island& island = stage_.island();

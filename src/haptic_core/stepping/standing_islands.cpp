@@ -8,8 +8,24 @@
 namespace haptic::stepping {
 namespace {
 
-/// No hand pulls at it, no joint has a law of its own, and what its pairs know beside it never moves.
-bool isAlone(const Model& model, const Island& island, const State& state) noexcept {
+/// It touches something, and its bodies, all of them free, are as slow as rounding makes them.
+bool rests(const Model& model, const Island& island, double h, const State& state, const Placement& placement) noexcept {
+  const auto touches = [&state](int pair) { return state.pairs[pair].friction.touching != 0; };
+  if (!std::any_of(island.pairs, island.pairs + island.pair_count, touches)) return false;
+  return std::all_of(island.trees, island.trees + island.tree_count, [&](int t) {
+    const ModelTree& tree = model.trees[t];
+    if (!tree.model->isFreeBody()) return false;
+    const LinkWork& link = placement.link[tree.link];
+    const double size = model.links[tree.link].size;
+    const double most = kOfRounding * roundingSpeed(h * model.settings.gravity.norm(), link.p_WO.norm() + size, h);
+    const Eigen::Map<const Vector3> turn(state.v.data() + tree.v), way(state.v.data() + tree.v + 3);
+    return way.squaredNorm() + size * size * turn.squaredNorm() <= most * most;
+  });
+}
+
+}  // namespace
+
+bool standsAlone(const Model& model, const Island& island, const State& state) noexcept {
   const auto has = [&island](int tree) { return std::binary_search(island.trees, island.trees + island.tree_count, tree); };
   for (int n = 0; n < island.tree_count; ++n) {
     if (model.trees[island.trees[n]].has_laws) return false;
@@ -26,7 +42,16 @@ bool isAlone(const Model& model, const Island& island, const State& state) noexc
   return true;
 }
 
-}  // namespace
+void settleExplicit(const Model& model, double h, const Placement& placement, Islands& islands, const HandWork& hands,
+                    State& state) noexcept {
+  islands.find(state, hands.held_by, false);
+  for (int i = 0; i < islands.count(); ++i) {
+    const Island island = islands[i];
+    if (state.mode[island.trees[0]] == TreeMode::kImplicit || !rests(model, island, h, state, placement)) continue;
+    if (!standsAlone(model, island, state)) continue;
+    for (int n = 0; n < island.tree_count; ++n) state.mode[island.trees[n]] = TreeMode::kImplicit;
+  }
+}
 
 StandingIslands::StandingIslands(const Model& model) : last_(model.trees.size()), now_(model.trees.size()) {
   contacts_.reserve(model.pair_capacity);
@@ -44,11 +69,11 @@ void StandingIslands::forget() noexcept {
   any_ = false;
 }
 
-bool StandingIslands::repeats(const Model& model, const Island& island, const State& state, bool looks) const noexcept {
+bool StandingIslands::repeats(const Model& model, const Island& island, const State& state) const noexcept {
   const auto stood = [&](int tree) {
-    return last_[tree].trees == island.tree_count && last_[tree].pairs == island.pair_count && (last_[tree].looked || !looks);
+    return last_[tree].trees == island.tree_count && last_[tree].pairs == island.pair_count;
   };
-  return any_last_ && std::all_of(island.trees, island.trees + island.tree_count, stood) && isAlone(model, island, state);
+  return any_last_ && std::all_of(island.trees, island.trees + island.tree_count, stood) && standsAlone(model, island, state);
 }
 
 void StandingIslands::repeat(const Island& island, const State& state, Report& report) noexcept {
@@ -62,12 +87,11 @@ void StandingIslands::repeat(const Island& island, const State& state, Report& r
   keep(island, standing);
 }
 
-void StandingIslands::note(const Island& island, const ImplicitReport& solved, bool looked, int first_contact,
+void StandingIslands::note(const Island& island, const ImplicitReport& solved, int first_contact,
                            const Report& report) noexcept {
   Standing standing;
   standing.trees = island.tree_count;
   standing.pairs = island.pair_count;
-  standing.looked = looked || last_[island.trees[0]].looked;
   standing.first_contact = first_contact;
   standing.contacts = report.contacts.size() - first_contact;
   standing.residual = solved.residual;
