@@ -134,18 +134,19 @@ void evaluateContacts(const Model& model, const Advance& advance, State& state, 
   contacts.booked.clear();
   contacts.has_kick = false;
   work.clock.end(report.step.stages.search);
-  countContacts(model, state, contacts.on_link);
-  if (contacts.seams.any()) {
-    contacts.seams.find(state.pairs.data(), nullptr, state.pair_count, work.placement.X_WS.data(), contacts.workspace);
-  }
   if (chooses) countCouplings(model, state, work);
-  for (int i = 0; i < state.pair_count; ++i) {
-    const ActivePair& pair = state.pairs[i];
-    if (work.implicit && (isImplicit(model, state, work.hands, pair.shapeA()) ||
-                          isImplicit(model, state, work.hands, pair.shapeB()))) {
-      continue;
+  const auto isSolved = [&](const ActivePair& pair) {  // by an implicit island
+    return work.implicit && (isImplicit(model, state, work.hands, pair.shapeA()) ||
+                             isImplicit(model, state, work.hands, pair.shapeB()));
+  };
+  if (!std::all_of(state.pairs.begin(), state.pairs.begin() + state.pair_count, isSolved)) {
+    countContacts(model, state, contacts.on_link);
+    if (contacts.seams.any()) {
+      contacts.seams.find(state.pairs.data(), nullptr, state.pair_count, work.placement.X_WS.data(), contacts.workspace);
     }
-    evaluatePair(model, i, advance, state, work, report);
+    for (int i = 0; i < state.pair_count; ++i) {
+      if (!isSolved(state.pairs[i])) evaluatePair(model, i, advance, state, work, report);
+    }
   }
   report.step.pairs = state.pair_count;
   report.step.contacts = report.contacts.size();
