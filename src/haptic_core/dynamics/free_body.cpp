@@ -13,17 +13,16 @@ constexpr double kLargestTurn = 0.3;
 // A body faster than this many parts per step is beyond simulation; it is stepped with coarser parts [1].
 constexpr double kMostParts = 1000;
 
-/// Rotation vector in body axes that the body turns by in h: Ω(h) of the header, by powers of t/h.
-Vector3 turn(const LinkModel& link, const Vector3& l0, double h) {
-  Vector3 l[5], w[5];
-  l[0] = l0;
-  w[0].noalias() = h * (link.I_O_inverse * l[0]);
-  for (int k = 0; k < 4; ++k) {
-    Vector3 sum = l[0].cross(w[k]);
-    for (int j = 1; j <= k; ++j) sum += l[j].cross(w[k - j]);
-    l[k + 1] = 1. / (k + 1) * sum;
-    w[k + 1].noalias() = h * (link.I_O_inverse * l[k + 1]);
-  }
+/// Rotation vector in body axes that the body turns by in h: Ω(h) of the header, by powers of t/h. l and w first by their
+/// derivatives, a_k = k! l_k and b_k = k! w_k: one sum and one product each, nothing in between.
+Vector3 turn(const LinkModel& link, const Vector3& a0, double h) {
+  const Matrix3 I = h * link.I_O_inverse;
+  const Vector3 b0 = I * a0;
+  const Vector3 a1 = a0.cross(b0), b1 = I * a1;
+  const Vector3 a2 = a1.cross(b0) + a0.cross(b1), b2 = I * a2;
+  const Vector3 a3 = (2 * a1.cross(b1) + a2.cross(b0)) + a0.cross(b2), b3 = I * a3;
+  const Vector3 a4 = (3 * (a1.cross(b2) + a2.cross(b1)) + a3.cross(b0)) + a0.cross(b3), b4 = I * a4;
+  const Vector3 w[5] = {b0, b1, 1. / 2 * b2, 1. / 6 * b3, 1. / 24 * b4};
   const Vector3& o1 = w[0];
   const Vector3 o2 = 1. / 2 * w[1];
   const Vector3 c2 = o1.cross(o2);  // coefficient of t² of Ω × w, and so on

@@ -20,22 +20,12 @@ inline void storeQuaternion(const Quaternion& r, double* q) {
 inline Quaternion quaternionStep(const Vector3& theta) {
   const double x2 = 0.25 * theta.squaredNorm();
   if (x2 > 0.25) return rotationFromVector(theta);
-  const double c =
-      1 -
-      x2 * (1.0 / 2) *
-          (1 -
-           x2 * (1.0 / 12) *
-               (1 - x2 * (1.0 / 30) *
-                        (1 - x2 * (1.0 / 56) *
-                                 (1 - x2 * (1.0 / 90) * (1 - x2 * (1.0 / 132) * (1 - x2 * (1.0 / 182)))))));
-  const double s =
-      1 -
-      x2 * (1.0 / 6) *
-          (1 -
-           x2 * (1.0 / 20) *
-               (1 - x2 * (1.0 / 42) *
-                        (1 - x2 * (1.0 / 72) *
-                                 (1 - x2 * (1.0 / 110) * (1 - x2 * (1.0 / 156) * (1 - x2 * (1.0 / 210)))))));
+  // By pairs of terms: half as long a chain of operations as by Horner's rule.
+  const double x4 = x2 * x2, x8 = x4 * x4;
+  const double c = 1 - x2 * (((1.0 / 2 - x2 * (1.0 / 24)) + x4 * (1.0 / 720 - x2 * (1.0 / 40320))) +
+                             x8 * ((1.0 / 3628800 - x2 * (1.0 / 479001600)) + x4 * (1.0 / 87178291200)));
+  const double s = 1 - x2 * (((1.0 / 6 - x2 * (1.0 / 120)) + x4 * (1.0 / 5040 - x2 * (1.0 / 362880))) +
+                             x8 * ((1.0 / 39916800 - x2 * (1.0 / 6227020800)) + x4 * (1.0 / 1307674368000)));
   const Vector3 v = 0.5 * s * theta;
   return Quaternion(c, v.x(), v.y(), v.z());
 }
