@@ -54,6 +54,26 @@ void subtractOuter(const double* a, const double* b, int ld, double* c, int ldc,
   }
 }
 
+/// x ← L⁻¹ x, of the lower triangle.
+template <int N>
+void solveLower(const double* l, int ldl, double* x, int n_run) noexcept {
+  const int n = N > 0 ? N : n_run;
+  for (int j = 0; j < n; ++j) {
+    x[j] /= l[j + j * ldl];
+    for (int i = j + 1; i < n; ++i) x[i] -= l[i + j * ldl] * x[j];
+  }
+}
+
+/// x ← L⁻ᵀ x.
+template <int N>
+void solveUpper(const double* l, int ldl, double* x, int n_run) noexcept {
+  const int n = N > 0 ? N : n_run;
+  for (int j = n - 1; j >= 0; --j) {
+    for (int i = j + 1; i < n; ++i) x[j] -= l[i + j * ldl] * x[i];
+    x[j] /= l[j + j * ldl];
+  }
+}
+
 /// y ← y − L x, L of rows × n.
 template <int N>
 void subtractProduct(const double* l, int ld, const double* x, double* y, int rows_run, int n_run) noexcept {
@@ -279,10 +299,7 @@ void BlockCholesky::solve(double* x) noexcept {
     const double* l = values_.data() + column.start;
     const int ld = column.height, n = column.size;
     double* own = x + offset_[node_at_[p]];
-    for (int j = 0; j < n; ++j) {
-      own[j] /= l[j + j * ld];
-      for (int i = j + 1; i < n; ++i) own[i] -= l[i + j * ld] * own[j];
-    }
+    (n == 6 ? solveLower<6> : solveLower<0>)(l, ld, own, n);
     for (int s = column.first; s < column.first + column.count; ++s) {
       const int node = node_at_[structure_[s]], rows = size_[node];
       const auto subtract = n == 6 && rows == 6 ? subtractProduct<6> : subtractProduct<0>;
@@ -299,10 +316,7 @@ void BlockCholesky::solve(double* x) noexcept {
       const auto subtract = n == 6 && rows == 6 ? subtractTransposed<6> : subtractTransposed<0>;
       subtract(l + row_offset_[s], ld, x + offset_[node], own, rows, n);
     }
-    for (int j = n - 1; j >= 0; --j) {
-      for (int i = j + 1; i < n; ++i) own[j] -= l[i + j * ld] * own[i];
-      own[j] /= l[j + j * ld];
-    }
+    (n == 6 ? solveUpper<6> : solveUpper<0>)(l, ld, own, n);
   }
 }
 

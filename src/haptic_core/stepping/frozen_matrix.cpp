@@ -58,6 +58,11 @@ double FrozenMatrix::massNorm2(const int* trees, int count, const double* u) con
     const ModelTree& tree = model_.trees[trees[n]];
     const double *M = massOf(trees[n]), *p = u + tree.v;
     const int nv = tree.model->nv();
+    if (nv == 6) {
+      const Eigen::Map<const Vector6> x(p);
+      sum += x.dot(Eigen::Map<const Matrix6>(M) * x);
+      continue;
+    }
     for (int j = 0; j < nv; ++j) {
       for (int i = 0; i < nv; ++i) sum += p[i] * M[i + j * nv] * p[j];
     }
@@ -119,7 +124,7 @@ void FrozenMatrix::treeJacobian(int link, const Pose& X_WP, double* J) noexcept 
 
 void FrozenMatrix::addContact(FrozenContact& c) noexcept {
   const int a = rowOf(c.link_a), b = rowOf(c.link_b);
-  c.G = c.patch.tangent(c.V, c.limit);
+  c.G = c.patch.tangent(c.V, c.force);
   if ((a >= 0 && !isFree(c.link_a)) || (b >= 0 && !isFree(c.link_b))) {
     addLinks(c.link_a, c.link_b, c.X_WP, c.G);
     return;

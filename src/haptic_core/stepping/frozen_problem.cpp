@@ -120,6 +120,10 @@ void FrozenProblem::smoothPart(const double* v) noexcept {
       trial_[i] = v[i] - v_reference_[i];
       smooth_[i] = r_reference_[i];
     }
+    if (nv == 6) {
+      Eigen::Map<Vector6>(smooth_.data() + tree.v) += Eigen::Map<const Matrix6>(M) * Eigen::Map<const Vector6>(trial_.data() + tree.v);
+      continue;
+    }
     for (int j = 0; j < nv; ++j) {
       for (int i = 0; i < nv; ++i) smooth_[tree.v + i] += M[i + j * nv] * trial_[tree.v + j];
     }
@@ -240,9 +244,9 @@ double FrozenProblem::limitError(double g) const noexcept {
 }
 
 double FrozenProblem::limitError(const FrozenContact& c, double g) const noexcept {
-  if (!c.force.slides && c.force.normal >= c.limit) return 0;
+  if (!c.force.friction.outside && c.force.normal >= c.limit) return 0;
   const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
-  const Vector3 f = c.patch.frictionAt(c.V, c.force.normal) - c.patch.frictionAt(c.V, c.limit);
+  const Vector3 f = c.patch.frictionAt(c.V, c.force.normal) - c.force.friction.force;
   return g / mass * f.head<2>().norm();
 }
 

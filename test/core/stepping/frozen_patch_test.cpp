@@ -91,7 +91,9 @@ TEST_P(FrozenPatchTest, ItsTangentIsItsDerivativeAndPositive) {
     Sample s;
     if (!draw(1e-3, s)) continue;
     const double limit = 1e3 * s.size;  // sticks: no kink nearby
-    const Matrix6 G = s.patch.tangent(s.V, limit);
+    FrozenPatch::Force force;
+    s.patch.evaluate(s.V, limit, force);
+    const Matrix6 G = s.patch.tangent(s.V, force);
     Matrix6 numeric;
     for (int c = 0; c < 6; ++c) {
       const Vector6 d = step * Vector6::Unit(c);
