@@ -154,6 +154,32 @@ const LoadedVector<Vector3>& ContactWorkspace::faceCentres() noexcept {
   return leave_;
 }
 
+void ContactWorkspace::buildLoopsOf(int face) noexcept {
+  loops_.clear();
+  loop_vertices_.clear();
+  next_edge_.clear();  // the face's half edges that are in no loop yet: 2e runs along edge e, 2e + 1 against it
+  for (int e = 0; e < edges_.size(); ++e) {
+    if (edges_[e].left == face) next_edge_.push_back(2 * e);
+    if (edges_[e].right == face) next_edge_.push_back(2 * e + 1);
+  }
+  const auto start = [this](int h) { return h & 1 ? edges_[h / 2].to : edges_[h / 2].from; };
+  const auto end = [this](int h) { return h & 1 ? edges_[h / 2].from : edges_[h / 2].to; };
+  while (!next_edge_.empty()) {
+    ContactLoop loop{face, loop_vertices_.size(), 0};
+    int next = 0;
+    do {
+      const int h = next_edge_[next];
+      loop_vertices_.push_back(start(h));
+      next_edge_[next] = next_edge_[next_edge_.size() - 1];
+      next_edge_.resize(next_edge_.size() - 1);
+      next = 0;
+      while (next < next_edge_.size() && start(next_edge_[next]) != end(h)) ++next;
+    } while (next < next_edge_.size());
+    loop.count = loop_vertices_.size() - loop.first;
+    if (loop.count >= 3) loops_.push_back(loop);
+  }
+}
+
 void ContactWorkspace::buildLoops() noexcept {
   loops_.clear();
   loop_vertices_.clear();

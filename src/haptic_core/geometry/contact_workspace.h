@@ -39,8 +39,8 @@ struct FaceShadow {
   int anchor = -1;           ///< one of its vertices
   double area = 0;           ///< of the projection [m²], negative below
   double most = 0;           ///< largest distance along n from the plane of its side's largest face [m]
-  Vector2 longest = Vector2::Zero();  ///< its longest edge [m]
   int first = 0, count = 0;           ///< its edges, where they are grouped
+  Vector2 longest = Vector2::Zero();  ///< its longest edge [m]; it and the box where shadows are bounded
   Vector2 low = Vector2::Constant(INFINITY), high = Vector2::Constant(-INFINITY);  ///< box in P [m]
   /// The boxes overlap.
   bool meets(const FaceShadow& o) const { return (low.array() <= o.high.array()).all() && (o.low.array() <= high.array()).all(); }
@@ -110,6 +110,8 @@ class ContactWorkspace {
 
   /// (in realtime) Chains the edges into one polygon per face; for drawing. Cost O(edges).
   void buildLoops() noexcept;
+  /// (in realtime) Those of one face alone. Cost O(edges), and the square of the face's.
+  void buildLoopsOf(int face) noexcept;
 
   /// (in realtime) What volume_cutting.h has left of a solid.
   const CutSolid& solid() const { return solid_; }
@@ -119,7 +121,7 @@ class ContactWorkspace {
   const RoundVolume& round() const { return round_; }  ///< see above
   /// (in realtime) See covered_area.h, which calls it.
   CoveredArea coveredArea(Owner owner, const InnerFaces& inner, const Pose& X_AS) noexcept;
-  const LoadedVector<ContactLoop>& loops() const { return loops_; }  ///< one per face, after `buildLoops`
+  const LoadedVector<ContactLoop>& loops() const { return loops_; }  ///< one per face, after `buildLoops` or `buildLoopsOf`
   /// Vertices of V, loop after loop.
   const LoadedVector<int>& loopVertices() const { return loop_vertices_; }
 
@@ -144,6 +146,7 @@ class ContactWorkspace {
   void reserveResult(int face_count);
   void projectVertices(const ContactVolume& contact) noexcept;
   void projectFaces(const ContactVolume& contact) noexcept;
+  void boundShadows() noexcept;
   bool projectSides(const ContactVolume& contact) noexcept;
   bool thicknessIsLinear(const ContactVolume& contact, double& height, Vector2& slope) const noexcept;
   void groupEdges() noexcept;

@@ -42,16 +42,15 @@ bool misses(const LoadedVector<Vector3>& points, const InnerFaces::Cover& cover,
 
 CoveredArea ContactWorkspace::coveredArea(Owner owner, const InnerFaces& inner, const Pose& X_AS) noexcept {
   CoveredArea covered;
-  bool have_loops = false;
   for (int f = 0; f < faces_.size(); ++f) {
     const ContactFace& face = faces_[f];
     if (face.owner != owner || !inner.has(face.index)) continue;
+    bool have_loops = false;
     for (const InnerFaces::Cover& cover : inner.covers) {
       if (cover.face != face.index || misses(vertices_, cover, face.normal, X_AS)) continue;
-      if (!have_loops) buildLoops();
+      if (!have_loops) buildLoopsOf(f);
       have_loops = true;
       for (const ContactLoop& loop : loops_) {
-        if (loop.face != f) continue;
         outline_.clear();
         for (int i = 0; i < loop.count; ++i) outline_.push_back(vertices_[loop_vertices_[loop.first + i]]);
         for (std::size_t k = 0; k < cover.outline.size() && outline_.size() >= 3; ++k) {

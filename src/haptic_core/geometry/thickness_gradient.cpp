@@ -124,6 +124,7 @@ void FaceLoads::addCrossing(int above, int below) noexcept {
 }
 
 void FaceLoads::crossSlivers() noexcept {
+  w_.boundShadows();
   bool grouped = false;
   for (int u = 0; u < w_.shadows_.size(); ++u) {
     if (w_.shadows_[u].side != FaceShadow::kAbove || u == upper()) continue;

@@ -31,7 +31,7 @@ double productOver(double area, const OnCorners& f, const OnCorners& g) {
 
 }  // namespace
 
-/// Which faces look up and down along n, how large they are from there, and the largest two.
+/// Which faces look up and down along n, and how large they are from there.
 void ContactWorkspace::projectFaces(const ContactVolume& contact) noexcept {
   projectVertices(contact);
   shadows_.clear();
@@ -49,6 +49,16 @@ void ContactWorkspace::projectFaces(const ContactVolume& contact) noexcept {
       const Vector2 o = patch_points_[shadow.anchor].head<2>(), op = p - o, oq = q - o;
       const double twice = op.x() * oq.y() - op.y() * oq.x();
       shadow.area += f == e.left ? 0.5 * twice : -0.5 * twice;
+    }
+  }
+}
+
+/// Boxes of the faces' projections, and their longest edges: for those that may lie over one another.
+void ContactWorkspace::boundShadows() noexcept {
+  for (const ContactEdge& e : edges_) {
+    const Vector2 p = patch_points_[e.from].head<2>(), q = patch_points_[e.to].head<2>();
+    for (const int f : {e.left, e.right}) {
+      FaceShadow& shadow = shadows_[f];
       if ((q - p).squaredNorm() > shadow.longest.squaredNorm()) shadow.longest = q - p;
       shadow.low = shadow.low.cwiseMin(p.cwiseMin(q));
       shadow.high = shadow.high.cwiseMax(p.cwiseMax(q));
@@ -164,6 +174,7 @@ double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexc
     }
   }
   if (!minor[0] || !minor[1]) return sum;
+  w.boundShadows();
   bool grouped = false;
   for (int u = 0; u < w.shadows_.size(); ++u) {
     if (w.shadows_[u].side != FaceShadow::kAbove || u == largest[0]) continue;
