@@ -221,7 +221,7 @@ class FailedMeansFailed(unittest.TestCase):
         outputs = {exact: subprocess.run([program, 'rest', 'exact'], capture_output=True, text=True, check=True).stdout}
         for case, speed, unconverged in ((cls.launched, 4.0, 0), (cls.still, 0.0, 0), (cls.loose, 0.0, 3)):
             lines = [f'status ok\nreason \ntime_reached 1\nsteps 1000\ncpu_s 1e-3\nstep_p50_s 1e-6\nstep_p99_s 1e-6\nstep_p999_s 1e-6\n'
-                     f'step_max_s 1e-6\nallocations 0\niterations 0\niterations_worst 0\nevaluations_worst 0\nunconverged {unconverged}\n'
+                     f'step_max_s 1e-6\nstep_touching_p50_s 1e-6\nallocations 0\niterations 0\niterations_worst 0\nevaluations_worst 0\nunconverged {unconverged}\n'
                      'energy_gain 0']
             for i in range(1, 21):
                 t = i / 20

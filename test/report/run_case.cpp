@@ -182,8 +182,14 @@ double clockCost() {
 /// Times of the steps of one repetition.
 struct StepTimes {
   double sum = 0, p50 = 0, p99 = 0, p999 = 0, most = 0;  ///< [s]
-  explicit StepTimes(std::vector<double> times) {
+  double touching_p50 = 0;                               ///< of the steps that computed a contact [s]
+  StepTimes(std::vector<double> times, const std::vector<bool>& touching) {
     for (const double t : times) sum += t;
+    std::vector<double> busy;
+    for (std::size_t i = 1; i < times.size(); ++i) {
+      if (touching[i]) busy.push_back(times[i]);
+    }
+    if (!busy.empty()) touching_p50 = median(std::move(busy));
     if (times.size() > 1) times.erase(times.begin());  // the first fills caches
     std::sort(times.begin(), times.end());
     p50 = quantile(times, 0.5);
@@ -221,14 +227,16 @@ class Runner {
         simulator->step();
         times.push_back(std::max(0.0, cpuSeconds() - before - clock));
         out.allocations += bench::allocationCount() - allocated;
-        if (const World* world = simulator->world()) look(*world, ledger, out);
+        const World* world = simulator->world();
+        if (world) look(*world, ledger, out);
+        touching_.push_back(world && computedContact(*world));
         ++out.steps;
       }
       take(*simulator, s, inertia, def.settings.gravity, out);
     }
     if (simulator->world()) out.energy_gain = ledger.relative();
     if (out.status == "ok") measure(first, out);
-    return StepTimes(std::move(times));
+    return StepTimes(std::move(times), touching_);
   }
 
   /// The same run again without anything else, the time of each step read.
@@ -242,7 +250,7 @@ class Runner {
       simulator->step();
       time = std::max(0.0, cpuSeconds() - before - clock);
     }
-    return StepTimes(std::move(times));
+    return StepTimes(std::move(times), touching_);
   }
 
   /// The same run again, read once: CPU time of all steps [s].
@@ -256,6 +264,11 @@ class Runner {
   }
 
  private:
+  /// Implicit islands that stand report their contacts without a look at them.
+  static bool computedContact(const World& world) {
+    const StepReport& r = world.report();
+    return r.contacts > 0 && (r.evaluations > 0 || r.implicit_islands == 0);
+  }
   static void look(const World& world, LedgerWatch& ledger, RunResult& out) {
     const StepReport& r = world.report();
     ledger.see(world);
@@ -307,6 +320,7 @@ class Runner {
   const Method& method_;
   long per_sample_;
   double h_;
+  std::vector<bool> touching_;  ///< by step
 };
 
 /// Repeats the run: five times while that takes less than `kPatience`, then until the budget, each as a whole; three times
@@ -332,6 +346,7 @@ void timeRun(Runner& runner, const StepTimes& first, double budget_s, RunResult&
   out.step_p99 = middle(&StepTimes::p99);
   out.step_p999 = middle(&StepTimes::p999);
   out.step_max = middle(&StepTimes::most);
+  out.step_touching_p50 = middle(&StepTimes::touching_p50);
 }
 
 }  // namespace

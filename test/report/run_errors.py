@@ -28,10 +28,11 @@ METRICS = {
 }
 
 Run = collections.namedtuple(
-    'Run', 'case role status reason cpu cpu_low cpu_high p50 p99 p999 slowest steps allocations unconverged iterations '
+    'Run', 'case role status reason cpu cpu_low cpu_high p50 p99 p999 slowest touching steps allocations unconverged iterations '
            'iterations_worst evaluations_worst gain measures trajectory')
 Run.__doc__ = '''A finished case. Status: ok, diverged, refused, failed. `cpu`: median CPU time per simulated second [s], with the least
-and the largest repetition. Step times: CPU time [s]. `gain`: energy that the ledger gained over the largest exchanged.
+and the largest repetition. Step times: CPU time [s]; `touching`: median of ours over steps that
+computed a contact. `gain`: energy that the ledger gained over the largest exchanged.
 `measures`: {metric: error} of the scene's own. `trajectory`: None unless it ran.'''
 
 Trajectory = collections.namedtuple('Trajectory', 'time energy momentum angular_momentum hands pose twist')
@@ -53,7 +54,7 @@ def parse_samples(lines):
 
 def parse_run(case, result, role='run'):
     """The run that a task's result tells of."""
-    nothing = (math.nan,) * 7 + (0, 0, 0, 0, 0, 0, math.nan, {}, None)
+    nothing = (math.nan,) * 8 + (0, 0, 0, 0, 0, 0, math.nan, {}, None)
     if result['failure']:
         return Run(case, role, 'failed', result['failure'], *nothing)
     lines = result['output'].splitlines()
@@ -70,7 +71,7 @@ def parse_run(case, result, role='run'):
         return Run(case, role, 'refused', words['reason'], *nothing)
     simulated = float(words['time_reached'])
     cpu = sorted(float(t) / simulated for t in words['cpu_s'].split()) if simulated > 0 else [math.nan]
-    times = [float(words[f'step_{name}_s']) for name in ('p50', 'p99', 'p999', 'max')]
+    times = [float(words[f'step_{name}_s']) for name in ('p50', 'p99', 'p999', 'max', 'touching_p50')]
     counts = [int(words[name]) for name in ('steps', 'allocations', 'unconverged', 'iterations', 'iterations_worst',
                                             'evaluations_worst')]
     measures = {key.removeprefix('measure_'): float(value) for key, value in words.items() if key.startswith('measure_')}
