@@ -83,12 +83,16 @@ void TreeStepScratch::fit(const Articulation& articulation) {
 }
 
 const JointReport* stepEuler(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept {
-  if (tree.motion) return &tree.motion->step(gravity, h, tree.commands, tree.q, tree.v, tree.work);
   const int nv = tree.model->nv();
   if (tree.half) std::copy(tree.v, tree.v + nv, tree.half);
   const auto takeMean = [&] {
     for (int i = 0; tree.half && i < nv; ++i) tree.half[i] = 0.5 * (tree.half[i] + tree.v[i]);
   };
+  if (tree.motion) {
+    const JointReport& joints = tree.motion->step(gravity, h, tree.commands, tree.q, tree.v, tree.work);
+    takeMean();
+    return &joints;
+  }
   if (tree.model->isFreeBody()) {
     double pull[6];
     readFree(tree.model->link(0), tree.work->F_ext, gravity, pull);
@@ -107,7 +111,10 @@ const JointReport* stepEuler(const SteppedTree& tree, const Vector3& gravity, do
 const JointReport* startVerlet(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept {
   const JointReport* joints = nullptr;
   if (tree.motion) {
+    const int nv = tree.model->nv();
+    std::copy(tree.v, tree.v + nv, tree.half);
     joints = &tree.motion->step(gravity, h, tree.commands, tree.q, tree.v, tree.work, tree.pull);
+    for (int i = 0; i < nv; ++i) tree.half[i] = 0.5 * (tree.half[i] + tree.v[i]);
   } else if (tree.model->isFreeBody()) {
     const LinkModel& link = tree.model->link(0);
     kickFree(link, tree.work->X_WL.R, tree.pull, h / 2, tree.v);

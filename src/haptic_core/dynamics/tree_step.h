@@ -26,8 +26,8 @@ struct SteppedTree {
   /// [nv] What contacts and hands do, from one evaluation to the next step. Free body: torque about C [N·m], then
   /// acceleration of C, gravity's included [m/s²]. Tree: v̇. With `motion`: generalised forces.
   double* pull = nullptr;
-  /// [nv] Not with `motion`. startVerlet leaves v½ here for finishVerlet; stepEuler the mean velocity over the kick, for
-  /// who keeps a ledger (null there: not wanted).
+  /// [nv] startVerlet leaves v½ here for finishVerlet, with `motion` the mean velocity over the step; so does stepEuler, for who
+  /// keeps a ledger (null there: not wanted).
   double* half = nullptr;
   LinkWork* work = nullptr;                ///< by link
 };

@@ -26,22 +26,21 @@ void addKick(int link_a, int link_b, const Wrench& J_W, const Vector3& p_W, cons
 
 /// The bodies parted inside the step, τ after its start, while the force fell like (τ - t)ⁿ: its impulse was
 /// F τ/(n + 1), where the trapezoidal rule has taken F h/2.
-void release(const Model& model, const ActivePair& pair, const Advance& advance, State& state, Work& work,
-             Report& report) noexcept {
-  const bool second_order = advance.second_order;
-  const double h = second_order ? advance.time : 0, tau = second_order ? std::min(pair.release.leave, h) : 0;
-  const double order = second_order ? pair.release.order : 1;
-  if (model.settings.energy_ledger) bookRelease(pair.friction, h, tau, order, state.energy);
-  if (!second_order) return;
+void release(const Model& model, int index, const Advance& advance, State& state, Work& work, Report& report) noexcept {
+  const ActivePair& pair = state.pairs[index];
+  const double h = advance.second_order ? advance.time : 0;
+  if (model.settings.energy_ledger && !(h > 0)) bookRelease(pair.friction, state.energy);
+  if (!advance.second_order) return;
+  const double tau = std::min(pair.release.leave, h), order = pair.release.order, correction = tau / (order + 1) - h / 2;
   ContactReport ended;
   ended.shape_a = pair.shapeA();
   ended.shape_b = pair.shapeB();
   ended.link_a = model.shapes[ended.shape_a].link;
   ended.link_b = model.shapes[ended.shape_b].link;
-  addKick(ended.link_a, ended.link_b, pair.release.F_BP_W * (tau / (order + 1) - h / 2), pair.release.p_WP, work.placement,
-          work.contacts);
+  addKick(ended.link_a, ended.link_b, pair.release.F_BP_W * correction, pair.release.X_WP.p, work.placement, work.contacts);
   if (!(h > 0)) return;
-  ended.X_WP = Pose(patchAxes(work.placement.X_WS[ended.shape_a].R * pair.friction.normal_A), pair.release.p_WP);
+  if (model.settings.energy_ledger) noteRelease(index, pair, correction, work.contacts.booked);
+  ended.X_WP = Pose(patchAxes(work.placement.X_WS[ended.shape_a].R * pair.friction.normal_A), pair.release.X_WP.p);
   ended.F_BP_W = pair.release.F_BP_W * (tau / (order + 1) / h);
   ended.normal_force = ended.F_BP_W.force.dot(ended.X_WP.R.col(2));
   ended.event = tau / h;
@@ -52,7 +51,7 @@ void release(const Model& model, const ActivePair& pair, const Advance& advance,
 /// the wrench that does the same over the whole step.
 void reportMean(const ReleaseMemory& before, bool touched, const LocatedForce& force, double h, ContactReport& contact) noexcept {
   Wrench mean = contact.F_BP_W * 0.5;
-  if (touched) mean += before.F_BP_W.shifted(contact.X_WP.p - before.p_WP) * 0.5;
+  if (touched) mean += before.F_BP_W.shifted(contact.X_WP.p - before.X_WP.p) * 0.5;
   if (force.has_impulse) mean += force.impulse_P.rotated(contact.X_WP.R) * (1 / h);
   contact.F_BP_W = mean;
   contact.normal_force = mean.force.dot(contact.X_WP.R.col(2));
@@ -82,7 +81,7 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   const bool overlap = locateContact(model, contacts.seams, index, pair, places, contacts.workspace, c);
   work.clock.end(overlap ? times.volume : times.detection);
   if (!overlap) {
-    if (pair.friction.touching != 0) release(model, pair, advance, state, work, report);
+    if (pair.friction.touching != 0) release(model, index, advance, state, work, report);
     pair.friction = {};
     pair.stability = {};
     pair.buried = false;
@@ -99,14 +98,14 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   const bool touched = pair.friction.touching != 0;
   if (model.settings.energy_ledger) {
     const double elastic = elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);
-    noteContact(index, c, pair.friction, elastic, memory, contacts.booked, report.step.energy);
+    noteContact(index, pair, c, elastic, memory, contacts.booked, report.step.energy);
   }
   pair.friction = memory;
   if (model.settings.integrator == Integrator::kAutomatic) noteStability(model, c, state, work, pair);
   ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
   if (advance.second_order) {
     if (advance.time > 0) reportMean(pair.release, touched, c.force, advance.time, contact);
-    pair.release = releaseOf(c.volume, c.V_AB_P, c.X_WP.p, F_BP_W);
+    pair.release = releaseOf(c.volume, c.V_AB_P, c.X_WP, c.force);
   }
   if (memory.began != 0) {
     report.addImpact(-c.V_AB_P.linear.z(), c.law.reduced_mass, advance.time * model.settings.gravity.norm());
@@ -117,10 +116,11 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
 
 }  // namespace
 
-ReleaseMemory releaseOf(const ContactVolume& volume, const Twist& V_AB_P, const Vector3& p_WP, const Wrench& F_BP_W) noexcept {
+ReleaseMemory releaseOf(const ContactVolume& volume, const Twist& V_AB_P, const Pose& X_WP, const LocatedForce& force) noexcept {
   ReleaseMemory release;
-  release.p_WP = p_WP;
-  release.F_BP_W = F_BP_W;
+  release.X_WP = X_WP;
+  release.F_BP_W = force.F_BP_P.rotated(X_WP.R);
+  release.elastic_W = force.elastic().rotated(X_WP.R);
   release.leave = V_AB_P.linear.z() > 0 ? volume.depth / V_AB_P.linear.z() : std::numeric_limits<double>::infinity();
   release.order = std::clamp(volume.A0 * volume.depth / volume.volume, 1.0, 3.0);
   return release;

@@ -10,7 +10,7 @@ namespace haptic::stepping {
 /// (in realtime) Of all pairs of which neither body is stepped implicitly. Velocity Verlet: second order; see Advance.
 void evaluateContacts(const Model& model, const Advance& advance, State& state, Work& work, Report& report) noexcept;
 
-/// What a contact would need to know if it parted in the next step.
-ReleaseMemory releaseOf(const ContactVolume& volume, const Twist& V_AB_P, const Vector3& p_WP, const Wrench& F_BP_W) noexcept;
+/// What the next step needs to know of a contact.
+ReleaseMemory releaseOf(const ContactVolume& volume, const Twist& V_AB_P, const Pose& X_WP, const LocatedForce& force) noexcept;
 
 }  // namespace haptic::stepping

@@ -117,10 +117,12 @@ void prime(const Model& model, const StepPart& part, State& state, Work& work, R
     keepPull(model, *tree, state, work);
     state.mode[model.indexOf(*tree)] = TreeMode::kPrimed;
   }
-  if (!model.settings.energy_ledger) return;
-  expectHeld(model, part.h, state, work.placement, work.hands);
-  lookAhead(model, part.h, state, work);
-  notePowers(work.ledgerView(model), part.h, work.motion.v_ahead, work.contacts.booked, state);
+  if (model.settings.energy_ledger) noteNextKick(model, part.h, state, work);
+}
+
+void noteNextKick(const Model& model, double h, State& state, Work& work) noexcept {
+  lookAhead(model, h, state, work);
+  notePowers(work.ledgerView(model), h, work.motion.v_ahead, work.contacts.booked, state);
 }
 
 bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {

@@ -32,6 +32,9 @@ void prime(const Model& model, const StepPart& part, State& state, Work& work, R
 /// (in realtime) What contacts and hands do to a tree now is kept in the state for the next step of velocity Verlet.
 void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept;
 
+/// (in realtime) What the booked contacts take in the next half kick of h/2, for the ledger; see notePowers.
+void noteNextKick(const Model& model, double h, State& state, Work& work) noexcept;
+
 /// What pulled at the end of the last step holds no longer.
 void forgetPull(State& state) noexcept;
 

@@ -106,8 +106,22 @@ double stabilityOf(const Model& model, const Island& island, const Contacts& con
   return most;
 }
 
+/// What these contacts take in the first half kick of explicit steps.
+void foreseeKick(const Model& model, const Contacts& contacts, double h, State& state, Work& work) noexcept {
+  work.contacts.booked.clear();
+  for (const ImplicitContact& c : contacts) {
+    BookedContact booked;
+    booked.pair = c.pair;
+    booked.X_WP = c.X_WP;
+    booked.F_BP_P = c.force.F_BP_P;
+    booked.elastic_P = c.force.elastic();
+    work.contacts.booked.push_back(booked);
+  }
+  noteNextKick(model, h, state, work);
+}
+
 /// Back to explicit steps where the numbers are low enough, with what those need to know of the last step.
-void lookForExplicit(const Model& model, const Island& island, bool flew, State& state, Work& work) noexcept {
+void lookForExplicit(const Model& model, const Island& island, double h, bool flew, State& state, Work& work) noexcept {
   const LoadedVector<ImplicitContact>& solved = work.implicit->contacts();
   const Contacts contacts{solved.begin(), flew ? solved.begin() : solved.end()};
   if (!(stabilityOf(model, island, contacts, state, work) < kLeaveImplicit * kStabilityBound)) return;
@@ -115,8 +129,7 @@ void lookForExplicit(const Model& model, const Island& island, bool flew, State&
   for (const ImplicitContact& c : contacts) {
     const LinkWork &A = placement.link[model.shapes[c.shape_a].link], &B = placement.link[model.shapes[c.shape_b].link];
     const Twist V_W = B.twistAt(c.X_WP.p) - A.twistAt(c.X_WP.p);
-    state.pairs[c.pair].release = releaseOf(c.volume, V_W.rotated(c.X_WP.R.transpose()), c.X_WP.p,
-                                            c.force.F_BP_P.rotated(c.X_WP.R));
+    state.pairs[c.pair].release = releaseOf(c.volume, V_W.rotated(c.X_WP.R.transpose()), c.X_WP, c.force);
   }
   for (const ImplicitCoupling& coupling : work.implicit->couplings()) {
     if (flew || coupling.link < 0) continue;
@@ -128,6 +141,7 @@ void lookForExplicit(const Model& model, const Island& island, bool flew, State&
     keepPull(model, model.trees[island.trees[n]], state, work);
     state.mode[island.trees[n]] = TreeMode::kPrimed;
   }
+  if (model.settings.energy_ledger && contacts.begin() != contacts.end()) foreseeKick(model, contacts, h, state, work);
 }
 
 /// Null: nothing but gravity acted on the island, and no contact was looked at.
@@ -195,7 +209,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
     if (solved) takeContacts(model, part.h, state, work, report);
     const bool stands = solved && solved->stands;  // it costs nothing as it is
-    if (looks && !stands) lookForExplicit(model, island, !solved, state, work);
+    if (looks && !stands) lookForExplicit(model, island, part.h, !solved, state, work);
     if (may_stand && stands) work.standing.note(island, *solved, first_contact, report);
   }
   if (!begun) return;

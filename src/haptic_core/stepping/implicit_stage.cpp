@@ -319,7 +319,7 @@ void ImplicitStage::pull(ImplicitCoupling& coupling) noexcept {
 /// Carries contacts and couplings from the reference to v.
 void ImplicitStage::finish(double g) noexcept {
   sinceReference();
-  contacts_.finish(before_.data());
+  contacts_.finish(before_.data(), held_way_, step_);
   for (std::size_t i = 0; i < couplings.size(); ++i) {
     const FrozenCoupling& frozen = problem_.couplings[i];
     if (frozen.link < 0) continue;

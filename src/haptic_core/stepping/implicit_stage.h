@@ -78,6 +78,7 @@ class ImplicitStage {
   /// As the last solve left them.
   const LoadedVector<ImplicitContact>& contacts() const { return contacts_.all(); }
   const LoadedVector<Brush>& brushes() const { return contacts_.brushes(); }  ///< what pressed in the last solve beside them
+  double handsPower() const { return contacts_.handsPower(); }  ///< what hands that lead a link put into all of these [W]
   int iterations() const { return problem_.iterations; }          ///< Newton steps since `begin`
   int factorisations() const { return problem_.factorisations; }  ///< since `begin`
   int evaluations = 0;      ///< of contacts, since `begin`

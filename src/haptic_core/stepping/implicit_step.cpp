@@ -195,10 +195,11 @@ bool ImplicitStep::staysAtRest(double h) const noexcept {
   });
 }
 
-/// The state stays what it was, at rest.
+/// The state stays what it was, at rest. What hands that press it from both sides supply is in its springs at its next motion.
 void ImplicitStep::stand(double h) noexcept {
   const Island& island = stage_.island();
   ++report_.parts;
+  if (settings_.energy_ledger) state_->energy.external += h * stage_.handsPower();
   report_.stands = true;
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island.trees[n]];
@@ -338,6 +339,7 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
     base.spin = s0.spin;
     base.sliding = s0.sliding;
   }
+  first_hands_power_ = stage_.handsPower();
   gatherDone();
   for (int i = 0; i < island.pair_count; ++i) first_[island.pairs[i]] = done_[island.pairs[i]];
   for (std::size_t i = 0; i < stage_.couplings.size(); ++i) {
@@ -415,6 +417,7 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
   }
   const double w = two_stages ? 1 - kGamma : 0;  // of the first stage's power, which memory_base holds
   gatherDone();
+  if (settings_.energy_ledger) state_->energy.external += h * (w * first_hands_power_ + (1 - w) * stage_.handsPower());
   int next = 0;
   for (int i = 0; i < island.pair_count; ++i) {
     ActivePair& pair = state_->pairs[island.pairs[i]];

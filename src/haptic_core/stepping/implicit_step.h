@@ -106,6 +106,7 @@ class ImplicitStep {
   std::vector<double> event_, violation_;  ///< by pair
   std::vector<double> acceleration_, change_;
   std::vector<double> coupling_work_, first_power_;  ///< by pointer
+  double first_hands_power_ = 0;  ///< of the first stage [W]
   /// By pair, about W's origin: impulse of the step so far; wrench of the first stage, and of the last.
   std::vector<Wrench> impulse_, first_, done_;
   std::vector<Pose> place_;                          ///< by pair: X_WP of the patch that pressed last

@@ -268,18 +268,39 @@ void StageContacts::part(int slot) noexcept {
   c.F_done.setZero();
 }
 
-void StageContacts::finish(const double* u) noexcept {
+/// Of B relative to A at the patch, in its axes, by what hands hold alone: `share` of their way; null: as they were placed.
+Twist StageContacts::ofHands(const FrozenContact& c, const Twist* held_way, double share) const noexcept {
+  const auto twistOf = [&](int link) {
+    const LinkWork& held = places_.link[link];
+    const int pointer = places_.held_by[link];
+    if (pointer < 0) return Twist{};
+    if (!held_way) return held.twistAt(c.X_WP.p);
+    const Twist way = held_way[pointer].shifted(c.X_WP.p - held.X_WL.p);
+    return Twist{share * way.angular, share * way.linear};
+  };
+  return (twistOf(c.link_b) - twistOf(c.link_a)).rotated(c.X_WP.R.transpose());
+}
+
+void StageContacts::finish(const double* u, const Twist* held_way, double step) noexcept {
   brushes_.clear();
+  hands_power_ = 0;
   for (int i = 0; i < contacts_.size(); ++i) {
     ImplicitContact& c = contacts_[i];
     const FrozenContact& frozen = problem_.contacts[i];
     const Wrench done_P{frozen.F_done.head<3>(), frozen.F_done.tail<3>()};
+    const bool held = places_.held_by[frozen.link_a] >= 0 || places_.held_by[frozen.link_b] >= 0;
+    const Twist V_hands = held ? ofHands(frozen, held_way, 1 / step) : Twist{};
+    hands_power_ -= power(done_P, V_hands);
     if (!c.touching) {
       if (!frozen.F_done.isZero(0)) brushes_.push_back({c.pair, frozen.X_WP, done_P});
       continue;
     }
     const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, u);
     frozen.patch.carry(V, frozen.limit, c.volume.X_AP, c.force, c.elastic);
+    if (held) {
+      const Twist V_mean = Twist{V.head<3>(), V.tail<3>()} - ofHands(frozen, nullptr, 1) + V_hands;
+      c.force.memory.power = contactPower(c.force.F_BP_P, c.force.elastic(), V_mean);
+    }
     c.done_P = done_P;
   }
   order();

@@ -65,13 +65,15 @@ class StageContacts {
   /// patches stay valid and no gap closes.
   bool hold(const StageTolerance& tolerance, const double* u) const noexcept;
   /// (in realtime) Carries the contacts to a velocity that differs by u from the reference, and leaves those that touch, in
-  /// the order of their pairs.
-  void finish(const double* u) noexcept;
+  /// the order of their pairs. Their power is at the mean velocities of what hands hold: `held_way`, by pointer, over a step of
+  /// length `step` [rad, m, s].
+  void finish(const double* u, const Twist* held_way, double step) noexcept;
 
   /// In step with the problem's contacts.
   const LoadedVector<ImplicitContact>& all() const { return contacts_; }
   const LoadedVector<Brush>& brushes() const { return brushes_; }  ///< found by `finish`
   double springEnergy() const noexcept;        ///< of those that touch [J]
+  double handsPower() const { return hands_power_; }  ///< what hands put into all that pressed, found by `finish` [W]
   bool isRough() const { return rough_; }      ///< a patch of the last evaluation has not the exact force
 
  private:
@@ -79,6 +81,7 @@ class StageContacts {
   bool staysValid(int slot, const StageTolerance& tolerance) const noexcept;
   FrozenContact* nearContact(int pair) noexcept;
   void placeNear(FrozenContact& contact, const Pose& X_WP) const noexcept;
+  Twist ofHands(const FrozenContact& contact, const Twist* held_way, double share) const noexcept;
   PairLaw lawOf(const FrozenContact& contact, const ActivePair& pair) const noexcept;
   bool lookAtFaces(int pair, const Pose& X_AB, const Vector3& n) noexcept;
   void lookAhead(int pair, const Pose& X_AB, const Vector3& n) noexcept;
@@ -101,6 +104,7 @@ class StageContacts {
   double g_ = 0;                     ///< length of the stage [s]
   double reach_ = 0;                 ///< gap that may close within the pass: way of the last one [m]
   bool rough_ = false;
+  double hands_power_ = 0;
   int aside_ = 0;                    ///< patches that are no pair's own
   FrozenContact before_;             ///< within `evaluatePair`: what the pass before had
   LoadedVector<ImplicitContact> contacts_;  ///< parallel to the problem's

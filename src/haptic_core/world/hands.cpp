@@ -101,7 +101,6 @@ void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& 
     const Vector3 p_WL = p_before + part.progress * (pointer.p_WL - p_before);
     const Vector3 p_LC = tree.model->link(0).p_LO;
     hands.moved[i] = {vectorFromRotation(to * from.conjugate()), p_WL - p_before};
-    state.energy.external -= 0.5 * power(pointer.F_last_W, hands.moved[i]);
     const Vector3 p_WC = p_WL + to * p_LC;
     const Vector3 v_WC = pointer.V_WL.linear + pointer.V_WL.angular.cross(to * p_LC);
     const double pose[7] = {p_WC.x(), p_WC.y(), p_WC.z(), to.w(), to.x(), to.y(), to.z()};
@@ -109,15 +108,6 @@ void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& 
     std::copy_n(pointer.V_WL.angular.data(), 3, v);
     std::copy_n(v_WC.data(), 3, v + 3);
     placeTree(tree, state, placement);
-  }
-}
-
-void expectHeld(const Model& model, double h, const State& state, const Placement& placement, HandWork& hands) noexcept {
-  for (std::size_t i = 0; i < state.pointers.size(); ++i) {
-    hands.moved[i] = {};
-    if (!model.holds(static_cast<int>(i))) continue;
-    const Twist V = placement.link[state.pointers[i].link].twistAtOrigin();
-    hands.moved[i] = {h * V.angular, h * V.linear};
   }
 }
 
@@ -138,7 +128,7 @@ void pullCoupled(const Model& model, const StepPart& part, bool advances, State&
     const Wrench F_W = couplingForce(hands.coupling[i], pointer.p_WL, pointer.q_WL, pointer.V_WL, link);
     link.addWrench(F_W, link.X_WL.p);
     if (!advances) continue;
-    state.energy.external += part.h * power(F_W, link.twistAtOrigin());
+    if (hands.held_by[pointer.link] < 0) state.energy.external += part.h * power(F_W, link.twistAtOrigin());
     hands.wrench[i] += -(F_W * part.share);
   }
 }
@@ -147,11 +137,9 @@ void collectHeld(const Model& model, const StepPart& part, State& state, HandWor
                  const Placement& placement) noexcept {
   for (const int i : hands.acting) {
     if (!model.holds(i)) continue;
-    PointerState& pointer = state.pointers[i];
-    const LinkWork& link = placement.link[pointer.link];
+    const LinkWork& link = placement.link[state.pointers[i].link];
     const Wrench F_W = link.F_ext.shifted(link.X_WL.p - link.p_WO);
-    state.energy.external -= 0.5 * power(F_W, hands.moved[i]);
-    pointer.F_last_W = F_W;
+    if (!model.settings.energy_ledger) state.energy.external -= power(F_W, hands.moved[i]);
     hands.wrench[i] += F_W * part.share;
   }
 }

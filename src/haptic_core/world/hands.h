@@ -53,10 +53,7 @@ void findActing(const Model& model, State& state, HandWork& hands) noexcept;
 /// (in realtime) Where the hand wants the link at the end of the next step. Numbers that are not finite are ignored.
 void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept;
 
-/// (in realtime) Before a first step, whose motion is not known yet: what hands hold goes on as it goes.
-void expectHeld(const Model& model, double h, const State& state, const Placement& placement, HandWork& hands) noexcept;
-/// (in realtime) Held links go the part's share of the way to their targets. Half of the work by the trapezoidal rule;
-/// `collectHeld` adds the other half.
+/// (in realtime) Held links go the part's share of the way to their targets.
 void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept;
 
 /// (in realtime) Wrench of a virtual coupling on its link, about the origin of the link's frame, in W; T: the target.
@@ -64,11 +61,13 @@ Wrench couplingForce(const PointerCoupling& coupling, const Vector3& p_WT, const
                      const LinkWork& link) noexcept;
 
 /// (in realtime) Virtual couplings of explicitly stepped trees pull at their links. With `advances` false, the force of the
-/// moment alone: nothing is booked, nothing goes to the hand.
+/// moment alone: nothing is booked, nothing goes to the hand. Of a link that another hand holds nothing is booked either: its
+/// energy is that hand's.
 void pullCoupled(const Model& model, const StepPart& part, bool advances, State& state, HandWork& hands,
                  Placement& placement) noexcept;
 
-/// (in realtime) What touches a held link goes to its hand.
+/// (in realtime) What touches a held link goes to its hand. What the hand supplies each contact books (ledger.h); without a ledger
+/// it is estimated here, for what was pushed not to be taken for a runaway.
 void collectHeld(const Model& model, const StepPart& part, State& state, HandWork& hands,
                  const Placement& placement) noexcept;
 

@@ -5,45 +5,114 @@
 namespace haptic {
 namespace {
 
-/// Twist at `p_W`; of a link in a hand the mean over the time h.
-Twist twistForWork(const LedgerView& view, int link, const Vector3& p_W, double h) noexcept {
-  const int pointer = view.hands.held_by[link];
-  const LinkWork& place = view.placement.link[link];
-  if (pointer < 0) return place.twistAt(p_W);
-  Twist moved = view.hands.moved[pointer].shifted(p_W - place.X_WL.p);
-  if (!(h > 0)) return Twist{};
-  moved.angular /= h;
-  moved.linear /= h;
-  return moved;
+/// Who moves a link, and so by which velocities a contact takes from it.
+enum class Mover : unsigned char { kHand, kKicks, kLaws };
+
+Mover moverOf(const LedgerView& view, int link) noexcept {
+  if (view.hands.held_by[link] >= 0) return Mover::kHand;
+  return view.model.trees[view.model.links[link].articulation].has_laws ? Mover::kLaws : Mover::kKicks;
 }
 
-/// Of B relative to A at P, in P's axes, at the velocities in the placement.
-Twist relativeTwist(const LedgerView& view, const State& state, const BookedContact& contact, double h) noexcept {
-  const ActivePair& pair = state.pairs[contact.pair];
+bool involves(const LedgerView& view, Mover mover, const ActivePair& pair) noexcept {
+  return moverOf(view, view.model.shapes[pair.shapeA()].link) == mover ||
+         moverOf(view, view.model.shapes[pair.shapeB()].link) == mover;
+}
+
+/// What `of` says of the pair's links that `mover` moves, B's less A's, in P's axes.
+template <class Of>
+Twist relative(const LedgerView& view, Mover mover, const ActivePair& pair, const Pose& X_WP,
+               Of&& of) noexcept {
   const int a = view.model.shapes[pair.shapeA()].link, b = view.model.shapes[pair.shapeB()].link;
-  return (twistForWork(view, b, contact.X_WP.p, h) - twistForWork(view, a, contact.X_WP.p, h))
-      .rotated(contact.X_WP.R.transpose());
+  Twist V_W;
+  if (moverOf(view, b) == mover) V_W = of(b);
+  if (moverOf(view, a) == mover) V_W = V_W - of(a);
+  return V_W.rotated(X_WP.R.transpose());
 }
 
-/// Of the trees that explicit steps kick.
+/// Of B relative to A at P, in P's axes, by `mover` alone, at the velocities in the placement.
+Twist twistBy(const LedgerView& view, Mover mover, const ActivePair& pair, const Pose& X_WP) noexcept {
+  return relative(view, mover, pair, X_WP,
+                  [&](int link) { return view.placement.link[link].twistAt(X_WP.p); });
+}
+
+/// How hands moved B relative to A at P in this part, in P's axes [rad], [m]. `share`: of that motion that is
+/// over at P.
+Twist movedByHands(const LedgerView& view, const ActivePair& pair, const Pose& X_WP, double share) noexcept {
+  return relative(view, Mover::kHand, pair, X_WP, [&](int link) {
+    const Twist& moved = view.hands.moved[view.hands.held_by[link]];
+    return moved.shifted(X_WP.p - (view.placement.link[link].X_WL.p - (1 - share) * moved.linear));
+  });
+}
+
+/// Of the trees that explicit steps move.
 void setVelocities(const LedgerView& view, const State& state, const std::vector<double>& v) noexcept {
   for (const ModelTree* tree : view.hands.movers) {
-    if (tree->has_laws || state.mode[view.model.indexOf(*tree)] == TreeMode::kImplicit) continue;
+    if (state.mode[view.model.indexOf(*tree)] == TreeMode::kImplicit) continue;
     forwardVelocities(*tree->model, v.data() + tree->v, view.placement.link.data() + tree->link);
   }
 }
 
-/// The power of each contact's springs and dampers, and its rate towards `v_ahead`; leaves that in the placement.
-void measurePowers(const LedgerView& view, double h, const std::vector<double>& v_ahead, BookedContacts& contacts,
-                   State& state) noexcept {
-  for (BookedContact& contact : contacts) contact.V_AB_P = relativeTwist(view, state, contact, h);
+/// The power of each contact's springs and dampers on what kicks move, and its rate towards `v_ahead`; leaves
+/// that in the placement.
+void measurePowers(const LedgerView& view, double h, const std::vector<double>& v_ahead,
+                   BookedContacts& contacts, State& state) noexcept {
+  for (BookedContact& contact : contacts) {
+    contact.V_AB_P = twistBy(view, Mover::kKicks, state.pairs[contact.pair], contact.X_WP);
+  }
   setVelocities(view, state, v_ahead);
   for (const BookedContact& contact : contacts) {
-    const Twist gained = relativeTwist(view, state, contact, h) - contact.V_AB_P;
-    FrictionMemory& memory = state.pairs[contact.pair].friction;
-    memory.power = contactPower(contact.F_BP_P, contact.elastic_P, contact.V_AB_P);
-    memory.power_rate = contactPower(contact.F_BP_P, contact.elastic_P, gained) * (2 / h);
+    if (contact.parted) continue;
+    ActivePair& pair = state.pairs[contact.pair];
+    const Twist gained = twistBy(view, Mover::kKicks, pair, contact.X_WP) - contact.V_AB_P;
+    pair.friction.power = contactPower(contact.F_BP_P, contact.elastic_P, contact.V_AB_P);
+    pair.friction.power_rate = contactPower(contact.F_BP_P, contact.elastic_P, gained) * (2 / h);
   }
+}
+
+/// What the impulses of a contact took from kicked bodies: half a kick by the last force, half of one and
+/// events by the new.
+ContactPower fromKicks(const LedgerView& view, double h, const BookedContact& contact,
+                       const State& state) noexcept {
+  const Twist V = twistBy(view, Mover::kKicks, state.pairs[contact.pair], contact.X_WP) + contact.V_AB_P;
+  const ContactPower second = contactPower(contact.F_BP_P * (h / 2) + contact.J_BP_P,
+                                           contact.elastic_P * (h / 2) + contact.elastic_impulse_P, V);
+  return contact.before.power * (h / 2) + contact.before.power_rate * (h * h / 8) + second * 0.5;
+}
+
+/// What the force of the last evaluation takes at a twist, in P's axes, or along a way.
+ContactPower byLast(const ReleaseMemory& last, const Twist& V_AB_P) noexcept {
+  const Matrix3 R_PW = last.X_WP.R.transpose();
+  return contactPower(last.F_BP_W.rotated(R_PW), last.elastic_W.rotated(R_PW), V_AB_P);
+}
+
+/// What they took from joints with laws, which the last force has pulled at over the whole step. Events pull
+/// in the next one: they are booked at the velocities of this.
+ContactPower fromLaws(const LedgerView& view, double h, const BookedContact& contact,
+                      const State& state) noexcept {
+  const ActivePair& pair = state.pairs[contact.pair];
+  const Twist V = twistBy(view, Mover::kLaws, pair, contact.X_WP);
+  const ContactPower events = contactPower(contact.J_BP_P, contact.elastic_impulse_P, V);
+  if (contact.before.touching == 0) return events;
+  return byLast(contact.last, twistBy(view, Mover::kLaws, pair, contact.last.X_WP)) * h + events;
+}
+
+/// What the mean wrench of the step took from hands along their way: by the trapezoidal rule, and what events
+/// change.
+ContactPower fromHands(const LedgerView& view, double h, const BookedContact& contact,
+                       const State& state) noexcept {
+  const ActivePair& pair = state.pairs[contact.pair];
+  const Wrench F_P = contact.F_BP_P * 0.5 + contact.J_BP_P * (1 / h);
+  const Wrench elastic_P = contact.elastic_P * 0.5 + contact.elastic_impulse_P * (1 / h);
+  const Twist moved = movedByHands(view, pair, contact.X_WP, contact.parted ? 0 : 1);
+  const ContactPower now = contactPower(F_P, elastic_P, moved);
+  if (contact.before.touching == 0) return now;
+  return byLast(contact.last, movedByHands(view, pair, contact.last.X_WP, 0)) * 0.5 + now;
+}
+
+/// Adds what the contact took from hands, which is what these supplied.
+void supply(const ContactPower& from_hands, ContactPower& taken, EnergySums& sums) noexcept {
+  sums.external += from_hands.elastic + from_hands.damping + from_hands.friction;
+  taken = taken + from_hands;
 }
 
 void book(const BookedContact& contact, const ContactPower& taken, State& state) noexcept {
@@ -52,67 +121,88 @@ void book(const BookedContact& contact, const ContactPower& taken, State& state)
   const double friction = taken.friction - (now.energy - contact.before.energy);
   state.energy.friction += contact.sticking ? 0.0 : friction;
   const double beyond = taken.elastic - (now.elastic_energy - contact.before.elastic_energy);
-  state.energy.bookPressure(taken.damping + (contact.sticking ? friction : 0.0), beyond, contact.before, now, pair.buried);
+  state.energy.bookPressure(taken.damping + (contact.sticking ? friction : 0.0), beyond, contact.before, now,
+                            pair.buried);
 }
 
 }  // namespace
 
-void noteContact(int pair, const ContactEvaluation& c, const FrictionMemory& before, double elastic_energy,
+void noteContact(int index, const ActivePair& pair, const ContactEvaluation& c, double elastic_energy,
                  FrictionMemory& now, BookedContacts& contacts, EnergyLedger& energy) noexcept {
   now.elastic_energy = elastic_energy;
   energy.elastic += now.elastic_energy;
   energy.tangential += now.energy;
   BookedContact contact;
-  contact.pair = pair;
+  contact.pair = index;
   contact.X_WP = c.X_WP;
   contact.F_BP_P = c.force.F_BP_P;
   contact.elastic_P = c.force.elastic();
   contact.J_BP_P = c.force.impulse_P;
   contact.elastic_impulse_P = c.force.elastic_impulse_P;
   contact.sticking = c.force.sticking;
-  contact.before = before;
+  contact.before = pair.friction;
+  contact.last = pair.release;
   contacts.push_back(contact);
 }
 
-void bookEuler(const LedgerView& view, double h, const std::vector<double>& v_mean, const BookedContacts& contacts,
-               State& state) noexcept {
+void noteRelease(int index, const ActivePair& pair, double time, BookedContacts& contacts) noexcept {
+  const Matrix3 R_PW = pair.release.X_WP.R.transpose();
+  BookedContact contact;
+  contact.pair = index;
+  contact.X_WP = pair.release.X_WP;
+  contact.J_BP_P = pair.release.F_BP_W.rotated(R_PW) * time;
+  contact.elastic_impulse_P = pair.release.elastic_W.rotated(R_PW) * time;
+  contact.sticking = pair.friction.sliding == 0;
+  contact.parted = true;
+  contact.before = pair.friction;
+  contact.last = pair.release;
+  contacts.push_back(contact);
+}
+
+void bookEuler(const LedgerView& view, double h, const std::vector<double>& v_mean,
+               const BookedContacts& contacts, State& state) noexcept {
   setVelocities(view, state, v_mean);
   for (const BookedContact& contact : contacts) {
-    const Twist V = relativeTwist(view, state, contact, h);
-    book(contact, contactPower(contact.F_BP_P, contact.elastic_P, V) * h, state);
+    const ActivePair& pair = state.pairs[contact.pair];
+    const Twist V =
+        twistBy(view, Mover::kKicks, pair, contact.X_WP) + twistBy(view, Mover::kLaws, pair, contact.X_WP);
+    ContactPower taken = contactPower(contact.F_BP_P, contact.elastic_P, V) * h;
+    if (involves(view, Mover::kHand, pair)) {
+      const Twist moved = movedByHands(view, pair, contact.X_WP, 1);
+      supply(contactPower(contact.F_BP_P, contact.elastic_P, moved), taken, state.energy);
+    }
+    book(contact, taken, state);
   }
 }
 
-void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_half, const std::vector<double>& v_ahead,
-                BookedContacts& contacts, State& state) noexcept {
+void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_half,
+                const std::vector<double>& v_ahead, BookedContacts& contacts, State& state) noexcept {
   if (contacts.empty()) return;
   measurePowers(view, h, v_ahead, contacts, state);
   setVelocities(view, state, v_half);
   for (const BookedContact& contact : contacts) {
-    const Twist V_half = relativeTwist(view, state, contact, h);
-    const Twist V_mean{0.5 * (V_half.angular + contact.V_AB_P.angular), 0.5 * (V_half.linear + contact.V_AB_P.linear)};
-    const ContactPower second = contactPower(contact.F_BP_P * (h / 2) + contact.J_BP_P,
-                                             contact.elastic_P * (h / 2) + contact.elastic_impulse_P, V_mean);
-    book(contact, contact.before.power * (h / 2) + contact.before.power_rate * (h * h / 8) + second, state);
+    const ActivePair& pair = state.pairs[contact.pair];
+    ContactPower taken = fromKicks(view, h, contact, state);
+    if (involves(view, Mover::kLaws, pair)) taken = taken + fromLaws(view, h, contact, state);
+    if (involves(view, Mover::kHand, pair)) supply(fromHands(view, h, contact, state), taken, state.energy);
+    book(contact, taken, state);
   }
   setVelocities(view, state, state.v);
 }
 
-void notePowers(const LedgerView& view, double h, const std::vector<double>& v_ahead, BookedContacts& contacts,
-                State& state) noexcept {
+void notePowers(const LedgerView& view, double h, const std::vector<double>& v_ahead,
+                BookedContacts& contacts, State& state) noexcept {
   measurePowers(view, h, v_ahead, contacts, state);
   setVelocities(view, state, state.v);
 }
 
-void bookRelease(const FrictionMemory& last, double h, double tau, double order, EnergySums& sums) noexcept {
-  const ContactPower taken = last.power * (tau / (order + 1)) +
-                             last.power_rate * (h * h / 8 + (tau / (order + 1) - h / 2) * h / 2);
-  sums.damping += taken.damping + (last.sliding != 0 ? 0.0 : taken.friction + last.energy);
-  sums.friction += last.sliding != 0 ? taken.friction + last.energy : 0.0;
-  sums.bookTurning(taken.elastic + last.elastic_energy, last, FrictionMemory{});
+void bookRelease(const FrictionMemory& last, EnergySums& sums) noexcept {
+  (last.sliding != 0 ? sums.friction : sums.damping) += last.energy;
+  sums.bookTurning(last.elastic_energy, last, FrictionMemory{});
 }
 
-MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, const Placement& placement) noexcept {
+MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands,
+                                  const Placement& placement) noexcept {
   MechanicalEnergy sum;
   for (const ModelTree* tree : hands.movers) {  // a held link's energy is the hand's
     const LinkWork* link = placement.link.data() + tree->link;

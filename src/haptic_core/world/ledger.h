@@ -4,8 +4,15 @@
 /// What a contact takes from its bodies is the work of its impulses: impulse times the mean of the velocities before and
 /// after, which is what the bodies lose, to rounding, however much one step stops them. Velocity Verlet kicks twice
 /// between two evaluations: with the last force (its work is known from that evaluation's power and the power's rate) and
-/// with the new one. What the bodies lost to the springs and what the springs did not gain is dissipated; for the normal
-/// springs the difference is named `turning`, for k Vol n has no potential while n turns.
+/// with the new one. Trees whose joints have laws are pulled at by the last force alone, over the whole step. What the bodies
+/// lost to the springs and what the springs did not gain is dissipated; for the normal springs the difference is named
+/// `turning`, for k Vol n has no potential while n turns.
+///
+/// A hand that prescribes the motion of a link supplies what the contacts of this link take from it: their mean wrench over the
+/// step, as they report it, times the way that the link was led. Each contact books this once, as taken from the hand and as
+/// supplied by it: a supply that is summed up apart, with the force of another instant, would be energy from nothing. Velocity
+/// Verlet's mean is the trapezoidal rule, which also springs follow, to the third power of the way; with symplectic and implicit
+/// Euler a hand supplies no less than springs gain.
 #pragma once
 #include <vector>
 
@@ -21,14 +28,16 @@ namespace haptic {
 
 /// An explicit contact until its work is booked.
 struct BookedContact {
-  int pair = -1;                       ///< index in the state's pairs
-  Pose X_WP;                           ///< of the patch
+  int pair = -1;  ///< index in the state's pairs
+  Pose X_WP;      ///< of the patch
   /// Force at the evaluation; impulse beside it.
-  Wrench F_BP_P, J_BP_P;               ///< force, and the impulse that corrects it, see LocatedForce
+  Wrench F_BP_P, J_BP_P;                ///< force, and the impulse that corrects it, see LocatedForce
   Wrench elastic_P, elastic_impulse_P;  ///< of these the spring's
-  bool sticking = false;                          ///< friction held it
-  FrictionMemory before;               ///< at the last evaluation
-  Twist V_AB_P;                        ///< at the end of the step
+  bool sticking = false;                ///< friction held it
+  bool parted = false;                  ///< it ended within the step: no force, and the patch is the last one
+  FrictionMemory before;                ///< at the last evaluation
+  ReleaseMemory last;                   ///< likewise
+  Twist V_AB_P;                         ///< at the end of the step, of what kicks move
 };
 using BookedContacts = LoadedVector<BookedContact>;  ///< explicit contacts of one step
 
@@ -40,25 +49,26 @@ struct LedgerView {
 };
 
 /// (in realtime) The energy in a contact's springs enters its new memory and the report; its work is booked when the
-/// velocities at the end are known.
-void noteContact(int pair, const ContactEvaluation& contact, const FrictionMemory& before, double elastic_energy,
+/// velocities at the end are known. `pair`: the state's at `index`, as the last evaluation left it.
+void noteContact(int index, const ActivePair& pair, const ContactEvaluation& contact, double elastic_energy,
                  FrictionMemory& now, BookedContacts& contacts, EnergyLedger& energy) noexcept;
+/// (in realtime) A contact that parted inside a step of velocity Verlet: its last force times `time` corrects the kick [s].
+void noteRelease(int index, const ActivePair& pair, double time, BookedContacts& contacts) noexcept;
 
-/// (in realtime) After a step of symplectic Euler; `v_mean`: over the kick. Leaves `v_mean` in the placement.
+/// (in realtime) After a step of symplectic Euler; `v_mean`: over the step. Leaves `v_mean` in the placement.
 void bookEuler(const LedgerView& view, double h, const std::vector<double>& v_mean, const BookedContacts& contacts,
                State& state) noexcept;
 
-/// (in realtime) After a step of velocity Verlet, the placement at its end. v_half: between the kicks; v_ahead: after the
-/// next half kick. Leaves in the memories what that half kick will do.
+/// (in realtime) After a step of velocity Verlet, the placement at its end. v_half: between the kicks, of joints with laws the
+/// mean over the step; v_ahead: after the next half kick. Leaves in the memories what that half kick will do.
 void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_half, const std::vector<double>& v_ahead,
                 BookedContacts& contacts, State& state) noexcept;
 /// The last part of it alone: at the first step, where nothing was done before.
 void notePowers(const LedgerView& view, double h, const std::vector<double>& v_ahead, BookedContacts& contacts,
                 State& state) noexcept;
 
-/// (in realtime) The rest of the energy of a contact that parted `tau` after the last evaluation, while its force fell like
-/// (tau - t)ⁿ, n = `order`: half a kick, and what corrects it (release.h). h = 0: nothing was kicked.
-void bookRelease(const FrictionMemory& last, double h, double tau, double order, EnergySums& sums) noexcept;
+/// (in realtime) The energy of a contact that parted, where no kick is to be corrected.
+void bookRelease(const FrictionMemory& last, EnergySums& sums) noexcept;
 
 /// Of what moves by itself [J].
 struct MechanicalEnergy {

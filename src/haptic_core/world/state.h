@@ -11,16 +11,16 @@
 
 namespace haptic {
 
-/// What a contact would need to know if it parted in the next step.
+/// What the next step needs to know of a contact: where it pulled, how hard, and when it would part.
 struct ReleaseMemory {
-  Vector3 p_WP = Vector3::Zero();  ///< patch [m]
-  Wrench F_BP_W;                   ///< on B about P
+  Pose X_WP;                       ///< of the patch
+  Wrench F_BP_W, elastic_W;        ///< on B about P; of that the normal spring's
   double leave = 0;                ///< time to depth 0 at the present rate [s]; infinite: approaching
   double order = 1;                ///< n of F ~ (time to depth 0)ⁿ
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.p_WP), visit(s.F_BP_W), visit(s.leave), visit(s.order);
+    visit(s.X_WP), visit(s.F_BP_W), visit(s.elastic_W), visit(s.leave), visit(s.order);
   }
 };
 
@@ -73,14 +73,13 @@ struct PointerState {
   Vector3 p_WL = Vector3::Zero();             ///< target [m]
   Quaternion q_WL = Quaternion::Identity();   ///< target
   Twist V_WL;                                 ///< of the target
-  Wrench F_W;       ///< on the hand, about L's origin, mean over a step
-  Wrench F_last_W;  ///< the same in the last part of the step
-  int link = -1;    ///< world link index
+  Wrench F_W;     ///< on the hand, about L's origin, mean over a step
+  int link = -1;  ///< world link index
   bool targeted = false;  ///< a target has come
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.p_WL), visit(s.q_WL), visit(s.V_WL), visit(s.F_W), visit(s.F_last_W), visit(s.link), visit(s.targeted);
+    visit(s.p_WL), visit(s.q_WL), visit(s.V_WL), visit(s.F_W), visit(s.link), visit(s.targeted);
   }
 };
 
