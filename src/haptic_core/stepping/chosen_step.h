@@ -1,4 +1,5 @@
-/// A step of the automatic choice (choice.h): everything explicitly first, what is stiff again implicitly.
+/// A step of the automatic choice (choice.h): everything explicitly first, what is stiff again implicitly, and where that does not
+/// converge and the step is long, in halves.
 #pragma once
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
