@@ -1,4 +1,5 @@
-/// What a scene that comes with a hand promises: a relaxed hand on a G6X3R bears its contacts at 1 kHz.
+/// What a scene that comes with a hand promises: a relaxed hand on a G6X3R bears its contacts at 1 kHz, and its scripted path
+/// stays where the strings can be taut without pulling the grip.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -6,6 +7,7 @@
 #include <sstream>
 
 #include "haptic_core/analysis/hand_certificate.h"
+#include "haptic_core/spidar/tension_distribution.h"
 #include "scene/scene_file.h"
 
 namespace haptic {
@@ -31,6 +33,30 @@ TEST(ShippedScenes, HandsBearTheirContacts) {
     }
   }
   EXPECT_GE(scenes, 12);
+}
+
+// Strings only pull: beyond that region no tensions above the least balance one another, whatever the scene asks for. That
+// region of a G6X3R is lopsided: 25 mm to the sides go with 15 mm to the right, not with 15 mm to the left.
+TEST(ShippedScenes, PathsStayWhereTheStringsBalance) {
+  constexpr double kFelt = 0.05;  // [N]
+  const DeviceDef device = loadDevice(std::string(HAPTIC_SCENES) + "/../devices/spidar_g6x3r.yaml");
+  const StringKinematics kinematics(device);
+  TensionDistribution tensions(device, kinematics);
+  int paths = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(HAPTIC_SCENES)) {
+    if (entry.path().extension() != ".urdf") continue;
+    for (const HandDef& hand : loadScene(entry.path().string()).hands) {
+      ++paths;
+      double most = 0, when = 0;
+      for (double time = 0; time < std::min(10.0, hand.path.duration()); time += 0.01) {
+        tensions.setStructure(kinematics.scaledStructure(hand.path.at(time)));
+        const double pull = tensions.present(Wrench{}).F_G_B.force.norm();
+        if (pull > most) most = pull, when = time;
+      }
+      EXPECT_LT(most, kFelt) << entry.path().filename() << " at " << when << " s";
+    }
+  }
+  EXPECT_GE(paths, 25);
 }
 
 }  // namespace
