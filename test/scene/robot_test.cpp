@@ -209,6 +209,29 @@ TEST(Pointer, StartsAboveTheSurfaceOfATurnedShape) {
   EXPECT_NEAR(body.X_WA.p.z() - 0.005 - 0.05, 0.005, 1e-12);
 }
 
+/// A box of 0.2 m turns about a horizontal axis through its middle: its upper side passes at 0.1 m times its speed.
+TEST(Pointer, TheScriptedHandWaitsAboveWhatSpins) {
+  const auto lowest = [](const std::string& joint, double speed, const std::string& offset) {
+    const SceneDef scene = loadText(
+        "<robot name=\"r\" xmlns:haptic=\"https://haptic/urdf\"><link name=\"world\"/><link name=\"box\">" + inertial(1, "0 0 0") +
+        "<collision><geometry><box size=\"0.2 0.2 0.2\"/></geometry></collision></link><joint name=\"j\" type=\"" + joint +
+        "\"><origin xyz=\"" + offset + "\" rpy=\"0 0 0.3\"/><parent link=\"world\"/><child link=\"box\"/><axis xyz=\"0 1 0\"/>" +
+        "<haptic:joint " + (joint == "floating" ? "angular=\"0 " + std::to_string(speed) + " 0\"" :
+                                                  "velocity=\"" + std::to_string(speed) + "\"") + "/></joint></robot>");
+    double z = 0;
+    for (const HandKey& key : scene.hands.at(0).path.keys) z = std::min(z, key.p_BG.z());
+    return z;
+  };
+  for (const char* joint : {"floating", "continuous"}) {
+    for (const char* offset : {"0 0 0", "3 2 1"}) {
+      EXPECT_LT(lowest(joint, 9.9, offset), -0.005) << joint;
+      EXPECT_EQ(lowest(joint, 10.1, offset), 0) << joint;
+    }
+  }
+  EXPECT_LT(lowest("prismatic", 0.9, "3 2 1"), -0.005);
+  EXPECT_EQ(lowest("prismatic", 1.1, "3 2 1"), 0);
+}
+
 TEST(Filters, OverlapInsideOneRobotIsFilteredAndNamed) {
   const std::string near = "0.04 0 0";
   const SceneDef scene = loadText(
