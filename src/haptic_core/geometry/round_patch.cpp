@@ -257,6 +257,16 @@ double RoundPatch::thicknessSquared() noexcept {
     const double scale = contact_.volume / found;
     if (resolves(found)) return scale * scale * square;
     square = 0;
+  } else if (std::isnan(v_.sampled)) {  // what `fit` samples is all that it takes: each height costs a look at every plane
+    found = 0;
+    eachSample([&](const Vector2&, double weight, double d) {
+      found += weight * d;
+      square += weight * d * d;
+    });
+    v_.sampled = found;
+    fit();
+    if (!(uniform_ > 0)) return scale_ * scale_ * square;
+    square = 0;
   }
   fit();
   eachSample([&](const Vector2&, double weight, double d) { square += weight * d * d; });

@@ -102,10 +102,13 @@ void ContactWorkspace::groupEdges() noexcept {
   }
 }
 
-/// Leaves in `polygon_` what lies left of from → to.
+/// Leaves in `polygon_` what lies left of from → to: most often all of it, which is then not copied.
 void ContactWorkspace::clipPolygon(const Vector2& from, const Vector2& to) noexcept {
   const Vector2 along = to - from;
-  keepAbove([&](const Vector2& r) { return along.x() * (r.y() - from.y()) - along.y() * (r.x() - from.x()); });
+  const auto height = [&](const Vector2& r) { return along.x() * (r.y() - from.y()) - along.y() * (r.x() - from.x()); };
+  for (const Vector2& corner : polygon_) {
+    if (!(height(corner) >= 0)) return keepAbove(height);
+  }
 }
 
 /// The common part of the projections of two faces into `polygon_`, counter-clockwise.

@@ -8,6 +8,7 @@
 
 #include "ball_oracle.h"
 #include "haptic_core/geometry/contact_integrals.h"
+#include "haptic_core/geometry/round_patch.h"
 #include "haptic_core/geometry/shape_distance.h"
 #include "haptic_core/geometry/shapes.h"
 
@@ -276,6 +277,28 @@ TEST(RoundPatch, IntegratesTheLens) {
     EXPECT_NEAR(half.V1.x(), exact, 5e-3 * exact);
     EXPECT_EQ(momentsWhere(c.workspace, c.volume, Vector2(1, 0), 1).volume, c.volume.volume);
   }
+}
+
+// Over edges and corners ∫ d² takes the samples that the scale of d is found with: whoever asks first.
+TEST(RoundPatch, SquareIsTheSameBeforeAndAfterItsSamples) {
+  std::mt19937 random(5);
+  const ConvexPolyhedron box = makeBox(Vector3(1, 1.2, 0.8)), pebble = stone(40, 0.7, 6);
+  int sampled = 0, standing_in = 0;
+  for (int i = 0; i < 400; ++i) {
+    const ConvexShape& other = i % 2 == 0 ? box : pebble;
+    const Pose X = randomPose(random, 0.9);
+    Contact first = contactOf(other, Ball(0.3), X), later = contactOf(other, Ball(0.3), X);
+    if (first.volume.status != Status::kOverlap) continue;
+    const double square = thicknessSquared(first.workspace, first.volume);
+    RoundPatch(later.workspace.round(), later.volume).fit();
+    EXPECT_NEAR(square, thicknessSquared(later.workspace, later.volume), 1000 * kEps * square);  // so many samples
+    if (std::isnan(first.workspace.round().sampled)) continue;
+    EXPECT_EQ(first.workspace.round().sampled, later.workspace.round().sampled);
+    const double found = first.workspace.round().sampled / first.volume.volume;
+    ++(found > 0.5 && found < 2 ? sampled : standing_in);
+  }
+  EXPECT_GT(sampled, 40);
+  EXPECT_GT(standing_in, 5);
 }
 
 TEST(ShapeDistance, OfBallsIsExact) {
