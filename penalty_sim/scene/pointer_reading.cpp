@@ -8,6 +8,7 @@
 #include "haptic_core/geometry/half_space.h"
 #include "haptic_core/geometry/shape_distance.h"
 #include "scene/scene_extension.h"
+#include "scene/surface_motion.h"
 
 namespace haptic {
 namespace {
@@ -20,9 +21,6 @@ constexpr double kPress =
     0.006;  ///< [m] that the scripted hand goes beyond the surface: 3 N at a hand's 500 N/m
 constexpr double kSlide = 0.008;  ///< [m] to either side; stays on a fingertip
 constexpr double kMass = 0.05;    ///< [kg], of a finger; only a virtual coupling feels it
-/// Speed of a surface at the start from which the scripted hand leaves it alone [m/s]. A rim that hits the sphere this fast
-/// sinks 1 mm a tick into what a relaxed hand bears, 4.6 N/mm: twice as much force as a device raises in that time.
-constexpr double kTooFastToTouch = 1;
 /// A minute of pressing and sliding, longer than any demo asks for.
 constexpr int kRepeat = 10;
 
@@ -47,27 +45,11 @@ HandPath repeated(const HandPath& path, int times) {
   return all;
 }
 
-/// Speed at the start of the point of a link that is at p_W [m/s].
-double speedAt(const ArticulationDef& articulation, int link, const Vector3& p_W) {
-  const std::vector<Pose> X_WL = initialPoses(articulation);
-  Vector3 v = Vector3::Zero();
-  for (int l = link; l >= 0; l = articulation.links[l].parent) {
-    const JointDef& joint = articulation.links[l].joint;
-    const Vector3 axis = X_WL[l].R * joint.axis.normalized();  // the joint's own motion leaves it where it is
-    if (joint.type == JointType::kRevolute) v += joint.velocity * axis.cross(p_W - X_WL[l].p);
-    if (joint.type == JointType::kPrismatic) v += joint.velocity * axis;
-    if (joint.type == JointType::kFloating) {
-      v += articulation.V_WA.linear + articulation.V_WA.angular.cross(p_W - articulation.X_WA.p);
-    }
-  }
-  return v.norm();
-}
-
 /// Where the stand-in goes.
 struct Highest {
   Vector3 point = Vector3::Zero();  ///< in W
-  std::string link;                 ///< empty: there are no shapes
-  double speed = 0;                 ///< of the link's point there, at the start [m/s]
+  std::string name;                 ///< of its link; empty: there are no shapes
+  int articulation = -1, link = -1;
 };
 
 /// The highest point of all shapes: the middle of the vertices within 1 mm below the top of the highest one.
@@ -85,7 +67,9 @@ Highest highestPoint(const WorldDef& world) {
         const double height = endless ? X_WS.p.z() : supportHeight(*collision.shape, X_WS, Vector3::UnitZ());
         if (!(height > top)) continue;
         top = height;
-        highest.link = articulation.links[i].name;
+        highest.name = articulation.links[i].name;
+        highest.articulation = static_cast<int>(&articulation - world.articulations.data());
+        highest.link = static_cast<int>(i);
         Vector3 sum = Vector3::Zero();
         int count = 0;
         const ConvexPolyhedron* hull = collision.shape->polyhedron();
@@ -97,7 +81,6 @@ Highest highestPoint(const WorldDef& world) {
         }
         highest.point = count > 0 ? Vector3(sum / count) : X_WS * collision.shape->centre();
         highest.point.z() = height;
-        highest.speed = speedAt(articulation, static_cast<int>(i), highest.point);
       }
     }
   }
@@ -199,7 +182,8 @@ void readPointer(const RobotFile& robot, const XmlElement& tag, const ModelSetti
 
 void addDefaultPointer(LoadContext& context) {
   const Highest highest = highestPoint(context.scene.world);
-  const bool rests = highest.speed > kTooFastToTouch;
+  const bool waits = highest.articulation >= 0 &&
+                     !staysPut(context.scene.world, highest.articulation, highest.link, highest.point);
   const std::string name = context.frames.count("pointer") ? "haptic_pointer" : "pointer";
   ArticulationDef articulation;
   articulation.name = name;
@@ -231,12 +215,12 @@ void addDefaultPointer(LoadContext& context) {
   settings.where = context.scene.file;
   settings.frame = context.frames[name];
   settings.path.keys = pressAndSlide();
-  if (rests) settings.path.keys.resize(1);
+  if (waits) settings.path.keys.resize(1);
   settings.repeat = kRepeat;
   addPointer(settings, context);
   context.scene.notes.push_back("the scene names no pointer: a sphere of 10 mm starts 5 mm above " +
-                                (highest.link.empty() ? "the origin" : "'" + highest.link + "'") + ", the highest surface" +
-                                (rests ? ", and the scripted hand waits there: it moves too fast to be touched" : ""));
+                                (highest.name.empty() ? "the origin" : "'" + highest.name + "'") + ", the highest surface" +
+                                (waits ? ", and the scripted hand waits there: it does not stay to be touched" : ""));
 }
 
 }  // namespace haptic

@@ -209,27 +209,43 @@ TEST(Pointer, StartsAboveTheSurfaceOfATurnedShape) {
   EXPECT_NEAR(body.X_WA.p.z() - 0.005 - 0.05, 0.005, 1e-12);
 }
 
-/// A box of 0.2 m turns about a horizontal axis through its middle: its upper side passes at 0.1 m times its speed.
+/// Lowest way of the scripted hand [m] over a box of 0.2 m that hangs on the world by a joint; 0: it waits.
+double lowestOver(const std::string& joint, const std::string& axis, const std::string& motion, const std::string& more = "",
+                  const std::string& offset = "3 2 1") {
+  const SceneDef scene = loadText(
+      "<robot name=\"r\" xmlns:haptic=\"https://haptic/urdf\"><link name=\"world\"/><link name=\"box\">" + inertial(1, "0 0 0") +
+      "<collision><geometry><box size=\"0.2 0.2 0.2\"/></geometry></collision></link>" + more + "<joint name=\"j\" type=\"" + joint +
+      "\"><origin xyz=\"" + offset + "\" rpy=\"0 0 0.3\"/><parent link=\"world\"/><child link=\"box\"/><axis xyz=\"" + axis +
+      "\"/><limit lower=\"-9\" upper=\"9\" effort=\"0\" velocity=\"100\"/>" + motion + "</joint></robot>");
+  double z = 0;
+  for (const HandKey& key : scene.hands.at(0).path.keys) z = std::min(z, key.p_BG.z());
+  return z;
+}
+
+/// The upper side of a box that turns about a horizontal axis through its middle passes at 0.1 m times its speed.
 TEST(Pointer, TheScriptedHandWaitsAboveWhatSpins) {
-  const auto lowest = [](const std::string& joint, double speed, const std::string& offset) {
-    const SceneDef scene = loadText(
-        "<robot name=\"r\" xmlns:haptic=\"https://haptic/urdf\"><link name=\"world\"/><link name=\"box\">" + inertial(1, "0 0 0") +
-        "<collision><geometry><box size=\"0.2 0.2 0.2\"/></geometry></collision></link><joint name=\"j\" type=\"" + joint +
-        "\"><origin xyz=\"" + offset + "\" rpy=\"0 0 0.3\"/><parent link=\"world\"/><child link=\"box\"/><axis xyz=\"0 1 0\"/>" +
-        "<haptic:joint " + (joint == "floating" ? "angular=\"0 " + std::to_string(speed) + " 0\"" :
-                                                  "velocity=\"" + std::to_string(speed) + "\"") + "/></joint></robot>");
-    double z = 0;
-    for (const HandKey& key : scene.hands.at(0).path.keys) z = std::min(z, key.p_BG.z());
-    return z;
+  const auto turning = [](const std::string& what, double speed) {
+    return "<haptic:joint " + what + (what == "angular=" ? "\"0 " + std::to_string(speed) + " 0\"" : "\"" + std::to_string(speed) + "\"") + "/>";
   };
-  for (const char* joint : {"floating", "continuous"}) {
-    for (const char* offset : {"0 0 0", "3 2 1"}) {
-      EXPECT_LT(lowest(joint, 9.9, offset), -0.005) << joint;
-      EXPECT_EQ(lowest(joint, 10.1, offset), 0) << joint;
-    }
-  }
-  EXPECT_LT(lowest("prismatic", 0.9, "3 2 1"), -0.005);
-  EXPECT_EQ(lowest("prismatic", 1.1, "3 2 1"), 0);
+  // The floor that carries it is 0.5 mm below.
+  const std::string floor = "<link name=\"floor\"><collision><geometry><box size=\"9 9 0.1\"/></geometry></collision></link>"
+                            "<joint name=\"f\" type=\"fixed\"><origin xyz=\"0 0 0.8495\"/><parent link=\"world\"/><child link=\"floor\"/></joint>";
+  EXPECT_LT(lowestOver("floating", "0 1 0", turning("angular=", 9.9), floor), -0.005);
+  EXPECT_EQ(lowestOver("floating", "0 1 0", turning("angular=", 10.1), floor), 0);
+  EXPECT_LT(lowestOver("continuous", "0 1 0", turning("velocity=", 9.9), floor), -0.005);
+  EXPECT_EQ(lowestOver("continuous", "0 1 0", turning("velocity=", 10.1), floor), 0);
+  EXPECT_LT(lowestOver("prismatic", "1 0 0", turning("velocity=", 0.9), floor), -0.005);
+  EXPECT_EQ(lowestOver("prismatic", "1 0 0", turning("velocity=", 1.1), floor), 0);
+}
+
+/// With nothing under it: a free box falls 49 mm in 0.1 s, one on a rail does where the rail is steep, one on a hinge stays.
+TEST(Pointer, TheScriptedHandWaitsWhereTheSurfaceLeaves) {
+  EXPECT_EQ(lowestOver("floating", "0 1 0", ""), 0);
+  EXPECT_EQ(lowestOver("prismatic", "0 0 1", ""), 0);
+  EXPECT_LT(lowestOver("prismatic", "1 0 0", ""), -0.005);
+  EXPECT_LT(lowestOver("continuous", "0 1 0", ""), -0.005);
+  EXPECT_EQ(lowestOver("continuous", "0 1 0", "<haptic:joint velocity=\"0.6\"/>"), 0);  // 6 mm
+  EXPECT_LT(lowestOver("continuous", "0 1 0", "<haptic:joint velocity=\"0.4\"/>"), -0.005);
 }
 
 TEST(Filters, OverlapInsideOneRobotIsFilteredAndNamed) {
