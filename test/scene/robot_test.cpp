@@ -210,12 +210,11 @@ TEST(Pointer, StartsAboveTheSurfaceOfATurnedShape) {
 }
 
 /// Lowest way of the scripted hand [m] over a box of 0.2 m that hangs on the world by a joint; 0: it waits.
-double lowestOver(const std::string& joint, const std::string& axis, const std::string& motion, const std::string& more = "",
-                  const std::string& offset = "3 2 1") {
+double lowestOver(const std::string& joint, const std::string& axis, const std::string& motion, const std::string& more = "") {
   const SceneDef scene = loadText(
       "<robot name=\"r\" xmlns:haptic=\"https://haptic/urdf\"><link name=\"world\"/><link name=\"box\">" + inertial(1, "0 0 0") +
       "<collision><geometry><box size=\"0.2 0.2 0.2\"/></geometry></collision></link>" + more + "<joint name=\"j\" type=\"" + joint +
-      "\"><origin xyz=\"" + offset + "\" rpy=\"0 0 0.3\"/><parent link=\"world\"/><child link=\"box\"/><axis xyz=\"" + axis +
+      "\"><origin xyz=\"3 2 1\" rpy=\"0 0 0.3\"/><parent link=\"world\"/><child link=\"box\"/><axis xyz=\"" + axis +
       "\"/><limit lower=\"-9\" upper=\"9\" effort=\"0\" velocity=\"100\"/>" + motion + "</joint></robot>");
   double z = 0;
   for (const HandKey& key : scene.hands.at(0).path.keys) z = std::min(z, key.p_BG.z());
@@ -224,18 +223,16 @@ double lowestOver(const std::string& joint, const std::string& axis, const std::
 
 /// The upper side of a box that turns about a horizontal axis through its middle passes at 0.1 m times its speed.
 TEST(Pointer, TheScriptedHandWaitsAboveWhatSpins) {
-  const auto turning = [](const std::string& what, double speed) {
-    return "<haptic:joint " + what + (what == "angular=" ? "\"0 " + std::to_string(speed) + " 0\"" : "\"" + std::to_string(speed) + "\"") + "/>";
-  };
   // The floor that carries it is 0.5 mm below.
-  const std::string floor = "<link name=\"floor\"><collision><geometry><box size=\"9 9 0.1\"/></geometry></collision></link>"
-                            "<joint name=\"f\" type=\"fixed\"><origin xyz=\"0 0 0.8495\"/><parent link=\"world\"/><child link=\"floor\"/></joint>";
-  EXPECT_LT(lowestOver("floating", "0 1 0", turning("angular=", 9.9), floor), -0.005);
-  EXPECT_EQ(lowestOver("floating", "0 1 0", turning("angular=", 10.1), floor), 0);
-  EXPECT_LT(lowestOver("continuous", "0 1 0", turning("velocity=", 9.9), floor), -0.005);
-  EXPECT_EQ(lowestOver("continuous", "0 1 0", turning("velocity=", 10.1), floor), 0);
-  EXPECT_LT(lowestOver("prismatic", "1 0 0", turning("velocity=", 0.9), floor), -0.005);
-  EXPECT_EQ(lowestOver("prismatic", "1 0 0", turning("velocity=", 1.1), floor), 0);
+  const std::string floor =
+      "<link name=\"floor\"><collision><geometry><box size=\"9 9 0.1\"/></geometry></collision></link><joint name=\"f\" "
+      "type=\"fixed\"><origin xyz=\"0 0 0.8495\"/><parent link=\"world\"/><child link=\"floor\"/></joint>";
+  EXPECT_LT(lowestOver("floating", "0 1 0", "<haptic:joint angular=\"0 9.9 0\"/>", floor), -0.005);
+  EXPECT_EQ(lowestOver("floating", "0 1 0", "<haptic:joint angular=\"0 10.1 0\"/>", floor), 0);
+  EXPECT_LT(lowestOver("continuous", "0 1 0", "<haptic:joint velocity=\"9.9\"/>", floor), -0.005);
+  EXPECT_EQ(lowestOver("continuous", "0 1 0", "<haptic:joint velocity=\"10.1\"/>", floor), 0);
+  EXPECT_LT(lowestOver("prismatic", "1 0 0", "<haptic:joint velocity=\"0.9\"/>", floor), -0.005);
+  EXPECT_EQ(lowestOver("prismatic", "1 0 0", "<haptic:joint velocity=\"1.1\"/>", floor), 0);
 }
 
 /// With nothing under it: a free box falls 49 mm in 0.1 s, one on a rail does where the rail is steep, one on a hinge stays.
