@@ -321,6 +321,9 @@ double FrozenProblem::search(double g, const double* v, double& left) noexcept {
   left = phi_0 < 0 ? phi / phi_0 : 1;
   // With loops that do not close yet φ may start upwards: closing them comes first.
   if (!(phi_0 < 0) || phi <= kSufficient * -phi_0) return alpha;
+  // Each guess takes half of the other end's weight, so that the next one lies on its far side: that ends well within the interval,
+  // where a search that closes in on the root (base/bracket) ends on either rim of what is sufficient. With that one a cube that
+  // slides at 1e12 N/m³ stuck for a step.
   double low = 0, phi_low = phi_0, high = 1, phi_high = phi;
   for (int i = 0; i < kMostSearch && std::abs(phi) > kSufficient * -phi_0; ++i) {
     const double secant = low + (high - low) * phi_low / (phi_low - phi_high);
@@ -329,7 +332,7 @@ double FrozenProblem::search(double g, const double* v, double& left) noexcept {
     if (phi < 0) {
       low = alpha;
       phi_low = phi;
-      phi_high *= 0.5;  // Illinois
+      phi_high *= 0.5;
     } else {
       high = alpha;
       phi_high = phi;

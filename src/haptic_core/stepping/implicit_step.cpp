@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "haptic_core/base/bracket.h"
 #include "haptic_core/stepping/standing_islands.h"
 
 namespace haptic {
@@ -262,7 +263,7 @@ double ImplicitStep::violationAtStart() const noexcept {
 
 /// Solves up to the first change of friction in (0, h], commits, and changes the modes. < 0: not smooth.
 double ImplicitStep::locate(double h) noexcept {
-  double low = 0, f_low = violationAtStart();
+  const double low = 0, f_low = violationAtStart();
   if (f_low >= -kLocated) {  // at once
     for (const ImplicitContact& c : stage_.contacts()) {
       FrictionMemory& memory = state_->pairs[c.pair].friction;
@@ -273,22 +274,14 @@ double ImplicitStep::locate(double h) noexcept {
     return 0;
   }
   if (!sdirk2(h, 0)) return -1;  // what stops is dragged on
-  double t = h, high = h, f = violation(), f_high = f;
+  double t = h, f = violation();
   const bool turns = f > 0;
+  Bracket bracket(low, f_low, h, f);
   for (int i = 0; turns && i < kMostLocations && std::abs(f) > kLocated; ++i) {
-    // Illinois: where one end stays twice, its value counts half.
-    t = low + (high - low) * f_low / (f_low - f_high);
+    t = bracket.guess();
     if (!sdirk2(t, h - t)) return -1;
     f = violation();
-    if (f > 0) {
-      high = t;
-      f_high = f;
-      f_low *= 0.5;
-    } else {
-      low = t;
-      f_low = f;
-      f_high *= 0.5;
-    }
+    bracket.take(t, f);
   }
   for (const ImplicitContact& c : stage_.contacts()) violation_[c.pair] = violation(c);
   commit(kGamma * t, t, true);
