@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "haptic_core/base/transposed_product.h"
 #include "haptic_core/dynamics/joint_space_inertia.h"
 #include "haptic_core/dynamics/kinematics.h"
 
@@ -176,14 +177,13 @@ void FrozenMatrix::addLinks(int link_a, int link_b, const Pose& X_WP, const Matr
   }
   for (int s = 0; s < 2; ++s) {
     if (node[s] < 0) continue;
-    JacobianMap Js(J[s], 6, size[s]), weighted(weighted_.data(), 6, size[s]);
-    weighted.noalias() = G_P.lazyProduct(Js);
+    transposedProduct(G_P.data(), 6, J[s], size[s], weighted_.data());  // G is stored by columns: Gᵀ by rows
     for (int t = 0; t <= s; ++t) {
       if (node[t] < 0) continue;
-      JacobianMap Jt(J[t], 6, size[t]);
-      Eigen::Map<Eigen::MatrixXd> block(block_.data(), size[t], size[s]);
-      block.noalias() = Jt.transpose().lazyProduct(weighted);
-      if (s != t) block = -block;
+      transposedProduct(weighted_.data(), size[s], J[t], size[t], block_.data());  // by rows: the block by columns
+      if (s != t) {
+        for (int i = 0; i < size[s] * size[t]; ++i) block_[i] = -block_[i];
+      }
       blocks_.add(node[t], node[s], block_.data());
     }
   }

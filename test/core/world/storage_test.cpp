@@ -1,0 +1,142 @@
+// Same input, same bits, wherever the heap puts a world's storage. Oracle: a second world at other addresses.
+// The heap aligns to 16 bytes; packets of x86-64-v3 want 32, those of x86-64-v4 64, and only there can
+// addresses matter. So this file replaces the whole program's operator new: it puts blocks where a test wants
+// them.
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <vector>
+
+#include "../../scenes/blocks.h"
+#include "../dynamics/chain.h"
+#include "haptic_core/world/world.h"
+
+namespace {
+
+constexpr std::size_t kLargestPacket = 64;  // [bytes]
+thread_local std::size_t heap_offset = 0;   // of this thread's blocks behind a multiple of that [bytes]
+
+void* offsetBlock(std::size_t size) noexcept {
+  void* whole = std::malloc(size + 3 * kLargestPacket);
+  if (!whole) return nullptr;
+  const std::uintptr_t start = reinterpret_cast<std::uintptr_t>(whole) / kLargestPacket * kLargestPacket;
+  char* block = reinterpret_cast<char*>(start + 2 * kLargestPacket + heap_offset);
+  std::memcpy(block - sizeof whole, &whole, sizeof whole);
+  return block;
+}
+
+void freeBlock(void* block) noexcept {
+  if (!block) return;
+  void* whole;
+  std::memcpy(&whole, static_cast<char*>(block) - sizeof whole, sizeof whole);
+  std::free(whole);
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  if (void* block = offsetBlock(size)) return block;
+  throw std::bad_alloc();
+}
+void* operator new[](std::size_t size) {
+  return operator new(size);
+}
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return offsetBlock(size);
+}
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
+  return offsetBlock(size);
+}
+void operator delete(void* block) noexcept {
+  freeBlock(block);
+}
+void operator delete[](void* block) noexcept {
+  freeBlock(block);
+}
+void operator delete(void* block, std::size_t) noexcept {
+  freeBlock(block);
+}
+void operator delete[](void* block, std::size_t) noexcept {
+  freeBlock(block);
+}
+void operator delete(void* block, const std::nothrow_t&) noexcept {
+  freeBlock(block);
+}
+void operator delete[](void* block, const std::nothrow_t&) noexcept {
+  freeBlock(block);
+}
+
+namespace haptic {
+namespace {
+
+/// A chain with shapes, hung up at `X_WA`.
+ArticulationDef arm(int links, const Pose& X_WA) {
+  const TreeDef tree = test::chain(links);
+  ArticulationDef def;
+  def.name = tree.name;
+  def.X_WA = X_WA;
+  for (const BodyDef& body : tree.links) {
+    LinkDef link;
+    static_cast<BodyDef&>(link) = body;
+    link.joint.damping = 1e-3;
+    CollisionDef collision;
+    collision.name = body.name;
+    collision.shape = scenes::box(Vector3(0.9 * test::kChainLength, test::kChainWidth, test::kChainWidth));
+    collision.X_LS = Pose(body.inertia.p_LC);
+    link.collisions.push_back(collision);
+    def.links.push_back(link);
+  }
+  return def;
+}
+
+/// Two arms of odd numbers of joints, which fall across one another and on the floor, and a cube on top.
+WorldDef fallingArms(Integrator integrator) {
+  scenes::CubeParameters c;
+  c.size = 0.06;
+  c.stiffness = 1e7;
+  WorldDef def;
+  def.name = "arms";
+  def.settings.integrator = integrator;
+  def.settings.default_material = c.material();
+  def.articulations.push_back(scenes::floorBox());
+  def.articulations.push_back(arm(5, Pose(Vector3(0, 0, 0.03))));
+  const Matrix3 quarter = Eigen::AngleAxisd(M_PI / 2, Vector3::UnitZ()).toRotationMatrix();
+  def.articulations.push_back(arm(7, Pose(quarter, Vector3(0.25, -0.25, 0.06))));
+  def.articulations.push_back(scenes::cube("cube", c, Pose(Vector3(0.25, 0.02, 0.12))));
+  return def;
+}
+
+class Storage : public testing::TestWithParam<Integrator> {
+ protected:
+  void TearDown() override { heap_offset = 0; }
+};
+INSTANTIATE_TEST_SUITE_P(All, Storage,
+                         testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet,
+                                         Integrator::kImplicitEuler, Integrator::kSdirk2,
+                                         Integrator::kAutomatic));
+
+TEST_P(Storage, AWorldsBitsDoNotDependOnItsAddresses) {
+  const WorldDef def = fallingArms(GetParam());
+  std::vector<std::unique_ptr<World>> worlds;
+  for (heap_offset = 0; heap_offset < kLargestPacket; heap_offset += 16) {
+    const std::vector<double> block(7);
+    ASSERT_EQ(reinterpret_cast<std::uintptr_t>(block.data()) % kLargestPacket, heap_offset);
+    worlds.push_back(std::make_unique<World>(def));
+  }
+  int touching = 0;
+  for (int i = 0; i < 400; ++i) {
+    for (auto& world : worlds) {
+      world->step();
+      ASSERT_EQ(world->hash(), worlds[0]->hash()) << "step " << i;
+    }
+    touching = std::max(touching, worlds[0]->contactCount());
+  }
+  EXPECT_GE(touching, 6);  // arms with arms, with the floor and with the cube
+}
+
+}  // namespace
+}  // namespace haptic
