@@ -119,8 +119,8 @@ void print(const RunResult& r, std::size_t most) {
               r.time_reached, r.steps, r.setup_s);
   std::printf("cpu_s");
   for (const double t : r.cpu_s) std::printf(" %.9g", t);
-  std::printf("\nstep_p50_s %.9g\nstep_p99_s %.9g\nstep_p999_s %.9g\nstep_max_s %.9g\nstep_touching_p50_s %.9g\nallocations %ld\niterations %ld\n"
-              "iterations_worst %d\nevaluations_worst %d\nunconverged %ld\nenergy_gain %.9g\n",
+  std::printf("\nstep_p50_s %.9g\nstep_p99_s %.9g\nstep_p999_s %.9g\nstep_max_s %.9g\nstep_touching_p50_s %.9g\n"
+              "allocations %ld\niterations %ld\niterations_worst %d\nevaluations_worst %d\nunconverged %ld\nenergy_gain %.9g\n",
               r.step_p50, r.step_p99, r.step_p999, r.step_max, r.step_touching_p50, r.allocations, r.iterations, r.iterations_worst,
               r.evaluations_worst, r.unconverged, r.energy_gain);
   for (const auto& [name, value] : r.measures) std::printf("measure_%s %.17g\n", name.c_str(), value);
