@@ -208,8 +208,9 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     const ImplicitReport* solved = advance(model, island, part.h, state, work, report.step);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
     if (solved) takeContacts(model, part.h, state, work, report);
-    const bool stands = solved && solved->stands;  // it costs nothing as it is
-    if (looks && !stands) lookForExplicit(model, island, part.h, !solved, state, work);
+    const bool stands = solved && solved->stands;
+    const bool left_out = stands && standsAlone(model, island, state);  // it costs nothing as it is
+    if (looks && !left_out) lookForExplicit(model, island, part.h, !solved, state, work);
     if (may_stand && stands) work.standing.note(island, *solved, first_contact, report);
   }
   if (!begun) return;
