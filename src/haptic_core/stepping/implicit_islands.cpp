@@ -23,7 +23,8 @@ bool fliesFreely(const Model& model, const Island& island, const State& state) n
   const ModelTree& tree = model.trees[island.trees[0]];
   if (!model.isFree(tree)) return false;
   for (std::size_t p = 0; p < state.pointers.size(); ++p) {
-    if (!model.holds(static_cast<int>(p)) && state.pointers[p].link == tree.link) return false;
+    const PointerState& pointer = state.pointers[p];
+    if (!model.holds(static_cast<int>(p)) && pointer.targeted && pointer.link == tree.link) return false;
   }
   return true;
 }
