@@ -195,7 +195,6 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
   const bool may_stand = model.settings.leave_out && part.h == model.settings.step;
   bool begun = false;
   work.islands.find(state, work.hands.held_by, true);
-  aimCouplings(model, state, work);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
     ++report.step.implicit_islands;
@@ -203,7 +202,10 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
       work.standing.repeat(island, state, report);
       continue;
     }
-    if (!begun) implicit.begin(state, work.hands, part.h);
+    if (!begun) {
+      aimCouplings(model, state, work);
+      implicit.begin(state, work.hands, part.h);
+    }
     begun = true;
     const int first_contact = report.contacts.size();
     const ImplicitReport* solved = advance(model, island, part.h, state, work, report.step);
