@@ -90,7 +90,7 @@ void FrozenPatch::layOut(const ContactVolume& volume, const PatchMoments& moment
   const double area = moments.m0, depth = thickness / area;
   const Vector2 mean = moments.m1 / area, lean_to = V1 / thickness - mean;
   const Axes axes(moments.m2 / area - mean * mean.transpose());
-  layers_ = 1;
+  points_ = 4;
   weight_ = 0.25 * area;
   for (int j = 0; j < 2; ++j) {
     const double root = std::sqrt(axes.value[j]),
@@ -101,7 +101,7 @@ void FrozenPatch::layOut(const ContactVolume& volume, const PatchMoments& moment
       const int i = 2 * j + s;
       x_[i] = r.x();
       y_[i] = r.y();
-      depth_[0][i] = depth * std::max(kLeastDepth, 1 + sign * lean);
+      depth_[i] = depth * std::max(kLeastDepth, 1 + sign * lean);
     }
   }
   place_ = volume.X_AP.p + volume.X_AP.R.leftCols<2>() * mean;
@@ -114,14 +114,17 @@ void FrozenPatch::freeze(const ContactVolume& volume, double squares, const Loca
   friction_ = force.layer;
   const Pressing part = pressing(volume, force, law, V);
   layOut(volume, part.area, part.volume, part.V1);
-  const double linear = weight_ * depth_[0].square().sum();  // ∫ d² dA of the four
+  double linear = 0;  // ∫ d² dA of the four
+  for (int i = 0; i < 4; ++i) linear += weight_ * depth_[i] * depth_[i];
   const double split2 = squares * part.volume / volume.volume / linear - 1;
   if (split2 > kLeastSplit * kLeastSplit) {
-    layers_ = 2;
+    points_ = 8;
     weight_ *= 0.5;
     const double split = std::min(kMostSplit, std::sqrt(split2));
-    depth_[1] = depth_[0] * (1 - split);
-    depth_[0] *= 1 + split;
+    for (int i = 0; i < 4; ++i) {
+      depth_[i + 4] = depth_[i] * (1 - split);
+      depth_[i] *= 1 + split;
+    }
   }
   setReach(V);
   const Wrench F = force.F_BP_P - force.beyond_P;
@@ -141,7 +144,7 @@ void FrozenPatch::matchForce(const Vector3& exact, const Vector6& V) noexcept {
     Vector2 shift = exact.tail<2>() / exact[0] - first.tail<2>() / first[0];
     if (shift.norm() > radius_) shift *= radius_ / shift.norm();
     if (faces_.empty()) {
-      x_ += shift.x(), y_ += shift.y();
+      for (int i = 0; i < 4; ++i) x_[i] += shift.x(), y_[i] += shift.y();
     } else {
       faces_.shift(shift.x(), shift.y());
     }
@@ -163,8 +166,10 @@ void FrozenPatch::freezeNear(const ContactVolume& near, double closer, const Pai
   setLaw(law, g);
   friction_ = FrictionLayer{};
   layOut(near, {std::max(near.A0, near.volume / near.depth), near.A1, near.A2}, near.volume, Vector2::Zero());
-  const Points depth = depth_[0] - closer;
-  reach_[0] = (depth < 0).select(depth + g * approachOf(V), -std::numeric_limits<double>::infinity());
+  for (int i = 0; i < 4; ++i) {
+    const double depth = depth_[i] - closer;
+    reach_[i] = depth < 0 ? depth + g * approachOf(V, i) : -std::numeric_limits<double>::infinity();
+  }
 }
 
 void FrozenPatch::part(const Vector6& V) noexcept {
@@ -176,7 +181,7 @@ void FrozenPatch::part(const Vector6& V) noexcept {
     deepest = std::max(deepest, faces_reach_.at(faces_.x(i), faces_.y(i)) - g_ * v_n.at(faces_.x(i), faces_.y(i)));
   }
   faces_reach_.c -= deepest;
-  for (int l = 0; l < layers_; ++l) reach_[l] = reach_[l].min(g_ * approachOf(V));
+  for (int i = 0; i < points_; ++i) reach_[i] = std::min(reach_[i], g_ * approachOf(V, i));
   constant_.setZero();
 }
 
@@ -197,20 +202,6 @@ double FrozenPatch::press(double v_n, double reach, double& slope) const noexcep
   return k_ * open * factor;
 }
 
-FrozenPatch::Points FrozenPatch::press(const Points& v_n, const Points& reach, Points& slope) const noexcept {
-  const Points open = reach - g_ * v_n;
-  if (linear_) {
-    const Points p = k_ * open - b_ * v_n;
-    const auto presses = open > 0 && p > 0;
-    slope = presses.select(Points::Constant(g_ * (k_ * g_ + b_)), 0.0);
-    return presses.select(p, 0.0);
-  }
-  const Points factor = 1 - c_ * v_n;
-  const auto presses = open > 0 && factor > 0;
-  slope = presses.select(g_ * k_ * (g_ * factor + c_ * open), 0.0);
-  return presses.select(k_ * open * factor, 0.0);
-}
-
 LinearField FrozenPatch::openField(const Vector6& V) const noexcept {
   const LinearField v_n = approachField(V);
   return {faces_reach_.c - g_ * v_n.c, faces_reach_.cx - g_ * v_n.cx, faces_reach_.cy - g_ * v_n.cy};
@@ -224,9 +215,13 @@ LinearField FrozenPatch::pressureField(const Vector6& V) const noexcept {
   return {k_ * open.c - b_ * v_n.c, k_ * open.cx - b_ * v_n.cx, k_ * open.cy - b_ * v_n.cy};
 }
 
-/// Visits (x, y, weight [m²], v_n, D) of the faces that stand for the points.
+/// Visits (x, y, weight [m²], v_n, D).
 template <class Visit>
-void FrozenPatch::eachOfFaces(const Vector6& V, Visit&& visit) const noexcept {
+void FrozenPatch::eachPressing(const Vector6& V, Visit&& visit) const noexcept {
+  if (faces_.empty()) {
+    for (int i = 0; i < points_; ++i) visit(x_[i & 3], y_[i & 3], scale_ * weight_, approachOf(V, i), reach_[i]);
+    return;
+  }
   const LinearField v_n = approachField(V);
   faces_.integrate(openField(V), pressureField(V), [&](double x, double y, double weight) {
     visit(x, y, scale_ * weight, v_n.at(x, y), faces_reach_.at(x, y));
@@ -235,14 +230,7 @@ void FrozenPatch::eachOfFaces(const Vector6& V, Visit&& visit) const noexcept {
 
 void FrozenPatch::sum(const Vector6& V, Vector3& first) const noexcept {
   first = constant_;
-  if (faces_.empty()) {
-    const Points v_n = approachOf(V);
-    Points p = Points::Zero(), slope;
-    for (int l = 0; l < layers_; ++l) p += press(v_n, reach_[l], slope);
-    first += scale_ * weight_ * Vector3(p.sum(), (p * x_).sum(), (p * y_).sum());
-    return;
-  }
-  eachOfFaces(V, [&](double x, double y, double weight, double v_n, double reach) {
+  eachPressing(V, [&](double x, double y, double weight, double v_n, double reach) {
     double slope;
     const double p = weight * press(v_n, reach, slope);
     first += p * Vector3(1, x, y);
@@ -250,7 +238,7 @@ void FrozenPatch::sum(const Vector6& V, Vector3& first) const noexcept {
 }
 
 void FrozenPatch::setReach(const Vector6& V) noexcept {
-  for (int l = 0; l < layers_; ++l) reach_[l] = depth_[l] + g_ * approachOf(V);
+  for (int i = 0; i < points_; ++i) reach_[i] = depth_[i] + g_ * approachOf(V, i);
   const LinearField v_n = approachField(V), &d = faces_.thickness();
   faces_reach_ = {d.c + g_ * v_n.c, d.cx + g_ * v_n.cx, d.cy + g_ * v_n.cy};
 }
@@ -275,7 +263,7 @@ bool FrozenPatch::spread(const FaceOverlay& faces, const Vector6& V) noexcept {
 void FrozenPatch::freezeNear(const FaceOverlay& faces, const PairLaw& law, const Vector6& V, double g) noexcept {
   setLaw(law, g);
   friction_ = FrictionLayer{};
-  layers_ = 0;
+  points_ = 0;
   faces_ = faces;
   setReach(V);
 }
@@ -283,7 +271,7 @@ void FrozenPatch::freezeNear(const FaceOverlay& faces, const PairLaw& law, const
 double FrozenPatch::missedDepth(const Vector6& V, double mean_depth) const noexcept {
   double most = 0;
   if (faces_.empty()) {
-    most = approachOf(V).abs().maxCoeff();
+    for (int i = 0; i < 4; ++i) most = std::max(most, std::abs(approachOf(V, i)));
     return g_ * most * g_ * most / mean_depth;
   }
   const LinearField v_n = approachField(V);
@@ -302,27 +290,14 @@ void FrozenPatch::evaluate(const Vector6& V, double limit, Force& out) const noe
 
 Matrix6 FrozenPatch::tangent(const Vector6& V, const Force& force) const noexcept {
   PatchMoments w;
-  if (faces_.empty()) {
-    const Points v_n = approachOf(V);
-    Points slopes = Points::Zero(), slope;
-    for (int l = 0; l < layers_; ++l) press(v_n, reach_[l], slope), slopes += slope;
-    slopes *= scale_ * weight_;
-    const Points sx = slopes * x_, sy = slopes * y_;
-    w.m0 = slopes.sum();
-    w.m1 << sx.sum(), sy.sum();
-    w.m2(0, 0) = (sx * x_).sum();
-    w.m2(0, 1) = w.m2(1, 0) = (sx * y_).sum();
-    w.m2(1, 1) = (sy * y_).sum();
-  } else {
-    eachOfFaces(V, [&](double x, double y, double weight, double v_n, double reach) {
-      double slope;
-      press(v_n, reach, slope);
-      const Vector2 r(x, y);
-      w.m0 += weight * slope;
-      w.m1 += weight * slope * r;
-      w.m2 += weight * slope * (r * r.transpose());
-    });
-  }
+  eachPressing(V, [&](double x, double y, double weight, double v_n, double reach) {
+    double slope;
+    press(v_n, reach, slope);
+    const Vector2 r(x, y);
+    w.m0 += weight * slope;
+    w.m1 += weight * slope * r;
+    w.m2 += weight * slope * (r * r.transpose());
+  });
   PatchTangent t;
   t.damping = w;
   t.compliant_area = force.friction.compliant_area;
@@ -344,10 +319,9 @@ Vector2 FrozenPatch::springsOver(const LinearField& d) const noexcept {
 Vector2 FrozenPatch::springsGained(const Vector6& V) const noexcept {
   if (!faces_.empty()) return springsOver(openField(V)) - springsOver(faces_.thickness());
   Vector2 sum(0, 0);
-  const Points v_n = approachOf(V);
-  for (int l = 0; l < layers_; ++l) {
-    const Points d = (reach_[l] - g_ * v_n).max(0.0);
-    sum += Vector2((d - depth_[l]).sum(), 0.5 * (d.square() - depth_[l].square()).sum());
+  for (int i = 0; i < points_; ++i) {
+    const double d = std::max(0.0, reach_[i] - g_ * approachOf(V, i));
+    sum += Vector2(d - depth_[i], 0.5 * (d * d - depth_[i] * depth_[i]));
   }
   return scale_ * k_ * weight_ * sum;
 }

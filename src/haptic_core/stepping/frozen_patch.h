@@ -78,23 +78,23 @@ class FrozenPatch {
   bool isRough() const { return rough_; }  ///< something was left out: another evaluation has to follow
 
   /// (in realtime) No force.
-  void forget() noexcept { layers_ = 0, faces_.clear(), constant_.setZero(), beyond_.setZero(); }
+  void forget() noexcept { points_ = 0, faces_.clear(), constant_.setZero(), beyond_.setZero(); }
   /// (in realtime) Whether this patch of the same pair lies elsewhere than `other`, not within its extent.
   bool isElsewhere(const FrozenPatch& other) const noexcept { return (place_ - other.place_).norm() > 1.5 * other.radius_; }
 
   /// (in realtime) Depth that the frozen geometry misses after a motion of twist V over the stage [m], to its order.
   double missedDepth(const Vector6& V, double mean_depth) const noexcept;
-  double stiffness() const noexcept { return k_ * scale_ * (faces_.empty() ? weight_ * 4 * layers_ : faces_.area()); }  ///< along n [N/m]
+  double stiffness() const noexcept { return k_ * scale_ * (faces_.empty() ? weight_ * points_ : faces_.area()); }  ///< along n [N/m]
   double extent() const noexcept { return 2 * radius_; }  ///< about half the width of the patch [m]
 
  private:
-  using Points = Eigen::Array4d;  ///< of the four places
-  Points approachOf(const Vector6& V) const noexcept { return V[5] + V[0] * y_ - V[1] * x_; }  // v_n, positive while parting
+  double approachOf(const Vector6& V, int i) const noexcept {  // v_n, positive while parting
+    return V[5] + V[0] * y_[i & 3] - V[1] * x_[i & 3];
+  }
   Vector3 slipRate(const Vector6& V) const noexcept {
     return {V[3], V[4], torsion_ ? V[2] : 0.0};
   }
   double press(double v_n, double reach, double& slope) const noexcept;
-  Points press(const Points& v_n, const Points& reach, Points& slope) const noexcept;
   void layOut(const ContactVolume& volume, const PatchMoments& area, double thickness, const Vector2& V1) noexcept;
   void setLaw(const PairLaw& law, double g) noexcept;
   void sum(const Vector6& V, Vector3& first) const noexcept;
@@ -102,7 +102,7 @@ class FrozenPatch {
   LinearField openField(const Vector6& V) const noexcept;
   LinearField pressureField(const Vector6& V) const noexcept;
   template <class Visit>
-  void eachOfFaces(const Vector6& V, Visit&& visit) const noexcept;
+  void eachPressing(const Vector6& V, Visit&& visit) const noexcept;
   void setReach(const Vector6& V) noexcept;
   void matchForce(const Vector3& exact, const Vector6& V) noexcept;
   Vector2 springsOver(const LinearField& thickness) const noexcept;
@@ -110,9 +110,10 @@ class FrozenPatch {
 
   double g_ = 0, k_ = 0, c_ = 0, b_ = 0, weight_ = 0;
   bool linear_ = false, torsion_ = true;
-  int layers_ = 1;                       ///< of four points each; 2 where s counts, 0: none
-  Points x_ = Points::Zero(), y_ = Points::Zero();  ///< the places [m]
-  Points depth_[2], reach_[2];           ///< d and D [m]
+  static constexpr int kPoints = 8;
+  int points_ = 4;                       ///< 4, or 8 where s counts; point i and i + 4 stand at one place
+  double x_[4], y_[4];                   ///< the places [m]
+  double depth_[kPoints], reach_[kPoints];  ///< d and D [m]
   Vector3 constant_ = Vector3::Zero();   ///< what is left of the exact force at the reference: N, ∫ x p, ∫ y p
   Vector6 beyond_ = Vector6::Zero();     ///< what the spring does beyond k Vol n, as at the reference (LocatedForce)
   Vector3 place_ = Vector3::Zero();      ///< centroid in A's frame [m]
