@@ -67,6 +67,11 @@ void StandingIslands::open(LoadedVector<ContactReport>& contacts) noexcept {
 void StandingIslands::forget() noexcept {
   if (any_) std::fill(now_.begin(), now_.end(), Standing{});
   any_ = false;
+  repeated_ = 0;
+}
+
+bool StandingIslands::all(const HandWork& hands) const noexcept {
+  return repeated_ > 0 && repeated_ == hands.movers.size() && hands.acting.empty();
 }
 
 bool StandingIslands::repeats(const Model& model, const Island& island, const State& state) const noexcept {
@@ -84,6 +89,7 @@ void StandingIslands::repeat(const Island& island, const State& state, Report& r
   report.step.residual = std::max(report.step.residual, standing.residual);
   report.step.wrench_error = std::max(report.step.wrench_error, standing.wrench_error);
   standing.first_contact = first_contact;
+  repeated_ += island.tree_count;
   keep(island, standing);
 }
 

@@ -50,6 +50,8 @@ class StandingIslands {
   /// (in realtime) State or model were changed by other than a step: nothing stands.
   void forget() noexcept;
 
+  /// (in realtime) Whether the last step reported every tree that moves by itself again, and no hand acts: this one would as well.
+  bool all(const HandWork& hands) const noexcept;
   /// (in realtime) Whether the last step's report of an island is this one's: it stood, and everything else that its pairs know never
   /// moves.
   bool repeats(const Model& model, const Island& island, const State& state) const noexcept;
@@ -69,6 +71,7 @@ class StandingIslands {
 
   std::vector<Standing> last_, now_;      ///< by tree
   bool any_last_ = false, any_ = false;   ///< something stands in them
+  std::size_t repeated_ = 0;              ///< trees whose report of the last step was the one before
   LoadedVector<ContactReport> contacts_;  ///< of the last step
 };
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "haptic_core/base/lanes.h"
 #include "haptic_core/stepping/chosen_step.h"
 #include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/stepping/implicit_islands.h"
@@ -21,7 +22,6 @@ void open(Work& work, Report& whole) noexcept {
   report.closure = report.residual = report.wrench_error = 0;
   work.parts.any = false;
   if (work.implicit) work.standing.open(whole.contacts);
-  work.clock.start(report.stages);
 }
 
 /// hands → placement → pairs → contacts → motion, in the order that the integrator needs.
@@ -47,13 +47,13 @@ void advance(const Model& model, StepPart& part, State& state, Work& work, Repor
 
 /// 0, or NaN: infinity does not survive in it either, 0·∞ = NaN.
 double zeroOrNan(const double* x, int count) noexcept {
-  double sum[4] = {0, 0, 0, 0};
+  Lanes four = lanes(0);
   int i = 0;
-  for (; i + 4 <= count; i += 4) {
-    for (int k = 0; k < 4; ++k) sum[k] += 0 * x[i + k];
-  }
-  for (; i < count; ++i) sum[0] += 0 * x[i];
-  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  for (; i + 4 <= count; i += 4) four += lanes(0) * loadLanes(x + i);
+  double rest = 0;
+#pragma GCC unroll 1
+  for (; i < count; ++i) rest += 0 * x[i];
+  return sum(four) + rest;
 }
 
 /// A world with a number that is none stops, and says which link had it first.
@@ -77,12 +77,8 @@ void checkImpacts(double lost, StepReport& report) noexcept {
   if (report.impact > 0 && std::abs(lost) > kKeptInImpacts * report.impact) report.flags |= kImpactUnresolved;
 }
 
-}  // namespace
-
-void step(const Model& model, State& state, Work& work, Report& report) noexcept {
-  if (!report.step.finite) return;
+void move(const Model& model, State& state, Work& work, Report& report) noexcept {
   open(work, report);
-  findActing(model, state, work.hands);
   followDrivePaths(model, state);                                    // what drives are asked for
   for (StepPart part = firstPart(model, state, work, report.step); part.h > 0;
        part = nextPart(model, part, state, work, report.step)) {     // shorter where something is fast
@@ -98,6 +94,16 @@ void step(const Model& model, State& state, Work& work, Report& report) noexcept
   }
   reportParts(model.settings.step, work.parts, report);              // mean wrenches over the step
   reportToHands(model, report.step.finite, work.hands, state);
+}
+
+}  // namespace
+
+void step(const Model& model, State& state, Work& work, Report& report) noexcept {
+  if (!report.step.finite) return;
+  work.clock.start(report.step.stages);
+  findActing(model, state, work.hands);
+  // Where everything stands and no hand acts, the last step's report is this one's as it is.
+  if (!work.standing.all(work.hands)) move(model, state, work, report);
   work.clock.end(report.step.stages.motion);
   report.step.step = ++state.step;
   state.time = static_cast<double>(state.step) * model.settings.step;

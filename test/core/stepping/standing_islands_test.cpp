@@ -127,6 +127,23 @@ TEST_P(Standing, AHandWakesWhatItTouches) {
   EXPECT_TRUE(allStand(twins.standing));
 }
 
+TEST_P(Standing, AHandThatComesLaterWakesWhatItPulls) {
+  WorldDef def = stack(2, stiffCube(), settingsFor(GetParam()));
+  PointerDef hand;
+  hand.articulation = 2;
+  hand.link = 0;
+  hand.coupling.mode = PointerCoupling::Mode::kVirtual;
+  def.pointers.push_back(hand);
+  Twins twins(def);
+  ASSERT_NO_FATAL_FAILURE(twins.run(300));
+  ASSERT_TRUE(allStand(twins.standing)) << "a hand without a target does not act";
+  const Pose start = twins.standing.linkPose(2);
+  ASSERT_NO_FATAL_FAILURE(twins.run(300, [&](World& world) {
+    world.setPointerTarget(0, Pose(start.R, start.p + Vector3(0, 0, 0.02)), Twist{});
+  }));
+  EXPECT_GT(twins.standing.linkPose(2).p.z(), start.p.z() + 1e-3);
+}
+
 TEST_P(Standing, NothingStandsOnWhatWasChanged) {
   Twins twins(stack(3, stiffCube(), settingsFor(GetParam())));
   ASSERT_NO_FATAL_FAILURE(twins.run(500));
