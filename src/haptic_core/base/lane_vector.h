@@ -38,42 +38,50 @@ inline Lanes pick(const Lanes& a, const Lanes& b, const Lanes& c) {
 
 #endif
 
+/// Its numbers.
 inline Lanes laneVector(double x, double y, double z) { return Lanes{x, y, z, 0}; }
+/// a × b.
 inline Lanes cross(const Lanes& a, const Lanes& b) { return yzx(a) * zxy(b) - zxy(a) * yzx(b); }
+/// a·b, x and y first.
 inline double dot(const Lanes& a, const Lanes& b) {
   const Lanes p = a * b;
   return (p[0] + p[1]) + p[2];
 }
+/// Three doubles to any address.
 inline void storeVector(const Lanes& v, double* to) {
   for (int k = 0; k < 3; ++k) to[k] = v[k];
 }
 
 /// A matrix by its columns.
 struct LaneMatrix {
-  LaneMatrix(const Lanes& x, const Lanes& y, const Lanes& z) : column{x, y, z} {}
+  LaneMatrix(const Lanes& x, const Lanes& y, const Lanes& z) : column{x, y, z} {}  ///< of its columns
+  /// The same numbers.
   explicit LaneMatrix(const Matrix3& m)
       : column{loadLanes(m.data()), loadLanes(m.data() + 3), laneVector(m(0, 2), m(1, 2), m(2, 2))} {}
 
+  /// M v.
   Lanes operator*(const Lanes& v) const {
     return (column[0] * spread<0>(v) + column[1] * spread<1>(v)) + column[2] * spread<2>(v);
   }
 
-  Lanes column[3];
+  Lanes column[3];  ///< x, y, z
 };
 
+/// s M; all lanes of s are alike.
 inline LaneMatrix operator*(const Lanes& s, const LaneMatrix& m) { return {s * m.column[0], s * m.column[1], s * m.column[2]}; }
 
 /// A rotation and its inverse.
 struct LaneRotation {
-  LaneMatrix there, back;
+  LaneMatrix there, back;  ///< R, Rᵀ
 };
 
 /// w + x i + y j + z k, u = (x, y, z).
 struct LaneQuaternion {
-  double w;
-  Lanes u;
+  double w;  ///< its real part
+  Lanes u;   ///< the others
 };
 
+/// Hamilton's product.
 inline LaneQuaternion operator*(const LaneQuaternion& a, const LaneQuaternion& b) {
   return {a.w * b.w - dot(a.u, b.u), (lanes(a.w) * b.u + lanes(b.w) * a.u) + cross(a.u, b.u)};
 }

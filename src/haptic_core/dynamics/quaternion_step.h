@@ -21,7 +21,7 @@ inline void storeQuaternion(const Quaternion& r, double* q) {
 /// cos x and sin(x)/x of half an angle x [rad], by its square. Below 0.5 rad by their series, whose next term (x²)⁹/18! is
 /// below 1e-20: no square root, no library call, same bits everywhere.
 struct HalfTurn {
-  explicit HalfTurn(double x2) {
+  explicit HalfTurn(double x2) {  ///< of x² [rad²]
     if (x2 > 0.25) {
       const double x = std::sqrt(x2);
       cosine = std::cos(x);
@@ -35,7 +35,7 @@ struct HalfTurn {
     sine_over_x = 1 - x2 * (((1.0 / 6 - x2 * (1.0 / 120)) + x4 * (1.0 / 5040 - x2 * (1.0 / 362880))) +
                             x8 * ((1.0 / 39916800 - x2 * (1.0 / 6227020800)) + x4 * (1.0 / 1307674368000)));
   }
-  double cosine, sine_over_x;
+  double cosine, sine_over_x;  ///< cos x, sin(x)/x
 };
 
 /// Unit quaternion of the rotation vector `theta` [rad].
@@ -44,6 +44,7 @@ inline Quaternion quaternionStep(const Vector3& theta) {
   const Vector3 v = 0.5 * half.sine_over_x * theta;
   return Quaternion(half.cosine, v.x(), v.y(), v.z());
 }
+/// The same.
 inline LaneQuaternion quaternionStep(const Lanes& theta) {
   const HalfTurn half(0.25 * dot(theta, theta));
   return {half.cosine, lanes(0.5 * half.sine_over_x) * theta};
@@ -54,6 +55,7 @@ inline LaneQuaternion quaternionStep(const Lanes& theta) {
 inline Quaternion renormalised(const Quaternion& r) {
   return Quaternion(r.coeffs() * (1.5 - 0.5 * r.squaredNorm()));
 }
+/// The same.
 inline LaneQuaternion renormalised(const LaneQuaternion& r) {
   const double factor = 1.5 - 0.5 * (r.w * r.w + dot(r.u, r.u));
   return {factor * r.w, lanes(factor) * r.u};

@@ -23,8 +23,9 @@ struct PartMoments {
 PartMoments momentsWhere(ContactWorkspace& workspace, const ContactVolume& contact, const Vector2& a,
                          double b) noexcept;
 
-/// ∫ d² dA [m⁴]: twice the elastic energy of the foundation, divided by k. Cost: one pass over V's edges where one side of
-/// V is a single face, and a polygon for each two of the other faces that lie above one another (thickness_squared.cpp).
+/// ∫ d² dA [m⁴]: twice the elastic energy of the foundation, divided by k. Cost: a look at V's faces where one side of V is a
+/// single face; else one pass over its edges, and a polygon for each two of the other faces that lie above one another
+/// (thickness_squared.cpp).
 double thicknessSquared(ContactWorkspace& workspace, const ContactVolume& contact) noexcept;
 
 }  // namespace haptic

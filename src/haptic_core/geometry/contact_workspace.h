@@ -148,7 +148,7 @@ class ContactWorkspace {
   void projectFaces(const ContactVolume& contact) noexcept;
   void boundShadows() noexcept;
   bool projectSides(const ContactVolume& contact) noexcept;
-  bool thicknessIsLinear(const ContactVolume& contact, double& height, Vector2& slope) const noexcept;
+  double squaresBelowOneFace(const ContactVolume& contact) const noexcept;
   void groupEdges() noexcept;
   void overlayFaces(int above, int below) noexcept;
   void clipPolygon(const Vector2& from, const Vector2& to) noexcept;

@@ -1,11 +1,15 @@
-/// ∫ d² dA with one face on each side taken for the whole side.
+/// ∫ d² dA.
 ///
-/// d = z_above - z_below over the projection of V, both piecewise linear. Let U and L be the planes of the largest faces
-/// above and below, a = U - z_above and b = z_below - L what the other faces take away: d = (U - L) - a - b, so that
+/// Where one side is a single face, of plane U: ∫ d² = 2 ∫ (U - z) dV = 2 V (U - z) at V's centroid, U being linear. So it is
+/// for all that lies or stands on a face larger than itself, but for slivers where it is tilted by a microradian.
+///
+/// Else one face on each side is taken for the whole side. d = z_above - z_below over the projection of V, both piecewise
+/// linear. Let U and L be the planes of the largest faces above and below, a = U - z_above and b = z_below - L what the other
+/// faces take away: d = (U - L) - a - b, so that
 ///     ∫ d² = ∫ (U - z_below)² + ∫ [(z_above - L)² - (U - L)²] + 2 ∫ a b.
 /// The first integral is a sum over the faces below, the second one over those above but for U's own, where it vanishes.
 /// Both are sums over triangles as they come; only the last needs faces of both sides laid over one another, without the
-/// two largest. A box that lies on another has a few slivers there; where it has none, the patch's moments are enough.
+/// two largest. A box that lies on another, across its edge, has a few slivers there.
 #include <algorithm>
 #include <cmath>
 
@@ -15,8 +19,8 @@
 namespace haptic {
 namespace {
 
-/// Slivers that cross count no more than this, relative to the whole: left out.
-constexpr double kNegligible = 1e-10;
+/// Slivers that count no more than this, relative to the whole, are left out: less than elastic energies of contacts need.
+constexpr double kNegligible = 1e-9;
 
 /// A linear function by its values at the corners of a triangle.
 struct OnCorners {
@@ -128,31 +132,38 @@ void ContactWorkspace::overlayFaces(int above, int below) noexcept {
   }
 }
 
-/// Where one face looks up and the other body's down, d is linear over all of the patch. False: it is not so. (Of what lies
-/// buried both are the same body's, and the patch's moments are those of no area.)
-bool ContactWorkspace::thicknessIsLinear(const ContactVolume& contact, double& height, Vector2& slope) const noexcept {
-  const ContactFace *above = nullptr, *below = nullptr;
+/// ∫ d² dA where one face stands for a whole side of V; 0: on both sides others count. Faces that rise by less than kSteepest and
+/// cast a shadow s besides take 2 ∫ a d ≤ ½ depth² s from it, since a + d is no more than the depth; s is no more than their rise
+/// times the depth times V's width.
+double ContactWorkspace::squaresBelowOneFace(const ContactVolume& contact) const noexcept {
+  constexpr double kSteepest = 0.1;
+  const Vector3 n = contact.normal();
+  const ContactFace* main[2] = {nullptr, nullptr};
+  double highest[2] = {0, 0}, rises[2] = {0, 0};
   for (const ContactFace& face : faces_) {
-    const double rise = face.normal.dot(contact.normal());
-    if (std::abs(rise) < ContactSheet::kSteep) continue;
-    const ContactFace*& only = rise > 0 ? above : below;
-    if (only) return false;
-    only = &face;
+    const double rise = face.normal.dot(n), steep = std::abs(rise);
+    const int side = rise > 0 ? 0 : 1;
+    rises[side] += steep;
+    if (steep <= highest[side]) continue;
+    highest[side] = steep;
+    main[side] = &face;
   }
-  if (!above || !below || above->owner == below->owner) return false;
-  const ContactSheet U(*above, contact.X_AP), L(*below, contact.X_AP);
-  height = U.height - L.height;
-  slope = U.slope - L.slope;
-  return true;
+  double reach2 = 0;
+  for (const Vector3& x : vertices_) reach2 = std::max(reach2, (x - contact.X_AP.p).squaredNorm());
+  for (const int side : {0, 1}) {
+    const double others = rises[side] - highest[side];
+    if (!main[side] || !(others < kSteepest) || highest[side] < kSteepest) continue;
+    const double level = std::abs(ContactSheet(*main[side], contact.X_AP).height), squares = 2 * contact.volume * level;
+    const double shadow = others * 1.01 * contact.depth * 2 * std::sqrt(reach2);
+    if (0.5 * contact.depth * contact.depth * shadow <= kNegligible * squares) return squares;
+  }
+  return 0;
 }
 
 double thicknessSquared(ContactWorkspace& w, const ContactVolume& contact) noexcept {
   if (w.round().filled) return RoundPatch(w.round(), contact).thicknessSquared();
-  double height;
-  Vector2 slope;
-  if (w.thicknessIsLinear(contact, height, slope)) {
-    return height * (height * contact.A0 + 2 * slope.dot(contact.A1)) + slope.dot(contact.A2 * slope);
-  }
+  const double below_one_face = w.squaresBelowOneFace(contact);
+  if (below_one_face > 0) return below_one_face;
   if (!w.projectSides(contact)) return 0;
   const int* largest = w.largest_;
   const ContactSheet U(w.faces_[largest[0]], contact.X_AP), L(w.faces_[largest[1]], contact.X_AP);

@@ -11,16 +11,15 @@ bool locateContact(const Model& model, const Seams& seams, int index, ActivePair
                    ContactWorkspace& workspace, ContactEvaluation& out) noexcept {
   const int a = pair.shapeA(), b = pair.shapeB();
   const ModelShape &A = model.shapes[a], &B = model.shapes[b];
-  const NormalRule rule = seams.ruleFor(index, model.settings.normal_rule, places.X_WS[a], pair.cache);
-  const InnerSides inner = rule == NormalRule::kAreaVector ? model.inner(a, b) : InnerSides{};
   out.X_AB = relativePose(places.X_WS[a], places.X_WS[b]);
-  contactVolume(*A.shape, *B.shape, out.X_AB, pair.cache, workspace, out.volume, rule, inner);
+  out.workspace = &workspace;
+  const bool flush = seams.locate(index, pair, places.X_WS[a], out.X_AB, out.workspace, out.volume);
   if (out.volume.status != ContactVolume::Status::kOverlap) return false;
-  if (rule != model.settings.normal_rule) {  // joined parts: n is that of the surface that goes on from piece to piece
+  if (flush) {  // joined parts: n is that of the surface that goes on from piece to piece
     out.volume.turns_with_b = A.surface.empty() ? 1 : B.surface.empty() ? 0 : 0.5;
   }
   if (model.settings.contact_model == ContactModel::kPoint) {
-    concentrate(workspace, std::min(A.point_area, B.point_area), out.volume);
+    concentrate(*out.workspace, std::min(A.point_area, B.point_area), out.volume);
   }
   out.X_WP = places.X_WS[a] * out.volume.X_AP;
   const LinkWork &link_a = places.link[A.link], &link_b = places.link[B.link];
@@ -38,7 +37,7 @@ bool evaluateContact(const Model& model, const Seams& seams, int index, ActivePa
                      const FrictionMemory& memory, const Advance& advance, ContactWorkspace& workspace,
                      ContactEvaluation& out) noexcept {
   if (!locateContact(model, seams, index, pair, places, workspace, out)) return false;
-  out.force = locatedForce(out.volume, out.X_AB, workspace, out.V_AB_P, memory, out.law, advance);
+  out.force = locatedForce(out.volume, out.X_AB, *out.workspace, out.V_AB_P, memory, out.law, advance);
   return true;
 }
 

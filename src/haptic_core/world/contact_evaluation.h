@@ -24,6 +24,7 @@ struct ContactEvaluation {
   Twist V_AB_P;        ///< of B relative to A at P, in P's axes
   PairLaw law;         ///< as it holds now, recovery and hands taken into account
   LocatedForce force;  ///< on B at P, in P's axes
+  ContactWorkspace* workspace = nullptr;  ///< holds V until the next contact is evaluated
 };
 
 /// Where the shapes are and how their links move. Arrays by world index, the caller's.
@@ -35,7 +36,8 @@ struct ContactPlaces {
 };
 
 /// (in realtime) Everything but the force. False: the shapes do not overlap; `out` then holds the status alone.
-/// `seams` knows the pair by its `index` in the state; the pair's cache advances. `workspace` keeps V.
+/// `seams` knows the pair by its `index` in the state; the pair's cache advances. `out.workspace` holds V: `workspace`,
+/// or one of `seams`.
 bool locateContact(const Model& model, const Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
                    ContactWorkspace& workspace, ContactEvaluation& out) noexcept;
 

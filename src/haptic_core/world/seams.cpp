@@ -2,7 +2,24 @@
 
 #include <algorithm>
 
+#include "haptic_core/geometry/contact_moments.h"
+
 namespace haptic {
+namespace {
+
+/// Volumes on seams that are kept until they are asked for: a body in an inner corner has three; further ones are computed twice.
+constexpr int kKept = 64;
+
+/// The moments of a V that is there already, about the pair's last normal. False: there are none.
+bool turnTo(const ConvexShape& A, const ConvexShape& B, ActivePair& pair, ContactWorkspace& workspace, const Pose& X_AB,
+            ContactVolume& out) noexcept {
+  out.flags &= ContactVolume::kCapacityExceeded;
+  return integrateContact(workspace, A, B, X_AB, pair.cache, NormalRule::kHistory, {}, out);
+}
+
+bool same(const Pose& a, const Pose& b) { return a.R == b.R && a.p == b.p; }
+
+}  // namespace
 
 Seams::Seams(const Model& model) : model_(model) {
   for (const ModelShape& shape : model.shapes) any_ = any_ || !shape.surface.empty();
@@ -10,6 +27,11 @@ Seams::Seams(const Model& model) : model_(model) {
   parts_.reserve(model.pair_capacity);
   found_.assign(model.pair_capacity, 0);
   normal_W_.resize(model.pair_capacity);
+  kept_.resize(model.pair_capacity);
+  for (int i = 0; i < kKept; ++i) {
+    workspaces_.push_back(std::make_unique<ContactWorkspace>());
+    model.reserve(*workspaces_.back());
+  }
 }
 
 /// Its link, or all that never moves.
@@ -40,19 +62,27 @@ bool Seams::joined(const Part& x, const Part& y) const noexcept {
 void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_WS,
                         ContactWorkspace& workspace) noexcept {
   parts_.clear();
+  std::size_t used = 0;
   for (int n = 0; n < count; ++n) {
     const int i = which ? which[n] : n;
     found_[i] = 0;
+    kept_[i].workspace = nullptr;
     const int a = pairs[i].shapeA(), b = pairs[i].shapeB();
     if (model_.shapes[a].surface.empty() && model_.shapes[b].surface.empty()) continue;
-    ContactVolume volume;
-    contactVolume(*model_.shapes[a].shape, *model_.shapes[b].shape, relativePose(X_WS[a], X_WS[b]),
-                  pairs[i].cache, workspace, volume, NormalRule::kAreaVector, model_.inner(a, b));
+    ContactWorkspace* const own = used < workspaces_.size() ? workspaces_[used].get() : nullptr;
+    Kept& kept = kept_[i];
+    ContactVolume& volume = kept.volume;
+    kept.X_AB = relativePose(X_WS[a], X_WS[b]);
+    kept.workspace = own;
+    contactVolume(*model_.shapes[a].shape, *model_.shapes[b].shape, kept.X_AB, pairs[i].cache, own ? *own : workspace, volume,
+                  NormalRule::kAreaVector, model_.inner(a, b));
+    used += volume.status == ContactVolume::Status::kOverlap;
     if (volume.status != ContactVolume::Status::kOverlap || !(volume.flags & ContactVolume::kOnSeam))
       continue;
     const bool swapped = bodyOf(a) > bodyOf(b);
     const double sign = swapped ? -1 : 1;
-    const std::uint64_t of_a = surfacesOf(a, Owner::kA, workspace), of_b = surfacesOf(b, Owner::kB, workspace);
+    const std::uint64_t of_a = surfacesOf(a, Owner::kA, own ? *own : workspace),
+                        of_b = surfacesOf(b, Owner::kB, own ? *own : workspace);
     parts_.push_back({i, swapped ? b : a, swapped ? a : b, parts_.size(), sign,
                       sign * (X_WS[a].R * volume.area_vector_A), swapped ? of_b : of_a, swapped ? of_a : of_b});
   }
@@ -81,6 +111,25 @@ void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_W
     found_[part.pair] = 1;
     normal_W_[part.pair] = part.sign / size * sum;
   }
+}
+
+bool Seams::locate(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace*& workspace,
+                   ContactVolume& out) const noexcept {
+  const int a = pair.shapeA(), b = pair.shapeB();
+  const NormalRule by_world = model_.settings.normal_rule;
+  const bool flush = any_ && found_[i] && by_world == NormalRule::kAreaVector;
+  const NormalRule rule = flush ? NormalRule::kHistory : by_world;
+  if (flush) pair.cache.normal = X_WA.R.transpose() * normal_W_[i];
+  const ConvexShape &A = *model_.shapes[a].shape, &B = *model_.shapes[b].shape;
+  if (any_ && by_world == NormalRule::kAreaVector && kept_[i].workspace && same(kept_[i].X_AB, X_AB)) {
+    out = kept_[i].volume;
+    const bool known = !flush || (A.polyhedron() && B.polyhedron() && turnTo(A, B, pair, *kept_[i].workspace, X_AB, out));
+    if (known) workspace = kept_[i].workspace;
+    if (known) return flush;
+  }
+  const InnerSides inner = rule == NormalRule::kAreaVector ? model_.inner(a, b) : InnerSides{};
+  contactVolume(A, B, X_AB, pair.cache, *workspace, out, rule, inner);
+  return flush;
 }
 
 }  // namespace haptic

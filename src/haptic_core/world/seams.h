@@ -1,6 +1,7 @@
 /// One normal for the contact of two bodies that is spread over several of their convex pieces.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "haptic_core/geometry/contact_workspace.h"
@@ -30,18 +31,21 @@ class Seams {
 
   /// (in realtime) Computes the contact volume of each pair that may lie on a flush seam, and their common
   /// normals: of pairs[which[0 … count)], or of the first `count` when `which` is null. The pairs' caches advance.
-  /// Cost: one contact volume per such pair.
+  /// Cost: one contact volume per such pair; kept for `locate`, where it is not computed again.
   void find(ActivePair* pairs, const int* which, int count, const Pose* X_WS, ContactWorkspace& workspace) noexcept;
 
-  /// Prepares the pair's cache and says by which rule its contact volume takes its normal: the common one,
-  /// when pair i is a part, through the cache; else by `rule`.
-  NormalRule ruleFor(int i, NormalRule rule, const Pose& X_WA, PairCache& cache) const noexcept {
-    if (!any_ || !found_[i] || rule != NormalRule::kAreaVector) return rule;
-    cache.normal = X_WA.R.transpose() * normal_W_[i];
-    return NormalRule::kHistory;
-  }
+  /// (in realtime) The contact volume of pair i at X_AB, by the world's rule, or with the common normal when the pair is a part of
+  /// a flush contact: then true. `workspace` is the caller's; after the call it is the one that holds V.
+  bool locate(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace*& workspace,
+              ContactVolume& out) const noexcept;
 
  private:
+  /// What `find` computed of a pair, by the area vector.
+  struct Kept {
+    Pose X_AB;
+    ContactVolume volume;
+    ContactWorkspace* workspace = nullptr;  ///< that holds V; null: nothing is kept
+  };
   /// From body to body in one order for all parts, whichever of a pair's shapes comes first.
   struct Part {
     int pair, shape_a, shape_b, cluster;
@@ -57,6 +61,8 @@ class Seams {
   bool any_ = false;
   LoadedVector<Part> parts_;
   std::vector<char> found_;
+  std::vector<Kept> kept_;  ///< by pair
+  std::vector<std::unique_ptr<ContactWorkspace>> workspaces_;
   std::vector<Vector3> normal_W_;
 };
 
