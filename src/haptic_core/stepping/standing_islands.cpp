@@ -66,12 +66,12 @@ void StandingIslands::open(LoadedVector<ContactReport>& contacts) noexcept {
 
 void StandingIslands::forget() noexcept {
   if (any_) std::fill(now_.begin(), now_.end(), Standing{});
-  any_ = false;
+  any_ = all_ = false;
   repeated_ = 0;
 }
 
-bool StandingIslands::all(const HandWork& hands) const noexcept {
-  return repeated_ > 0 && repeated_ == hands.movers.size() && hands.acting.empty();
+void StandingIslands::close(const HandWork& hands) noexcept {
+  all_ = repeated_ > 0 && repeated_ == hands.movers.size() && hands.acting.empty();
 }
 
 bool StandingIslands::repeats(const Model& model, const Island& island, const State& state) const noexcept {

@@ -50,8 +50,11 @@ class StandingIslands {
   /// (in realtime) State or model were changed by other than a step: nothing stands.
   void forget() noexcept;
 
-  /// (in realtime) Whether the last step reported every tree that moves by itself again, and no hand acts: this one would as well.
-  bool all(const HandWork& hands) const noexcept;
+  /// (in realtime) After a step: whether it reported every tree that moves by itself again, and no hand acts. The next one would as
+  /// well, until somebody asks for something.
+  void close(const HandWork& hands) noexcept;
+  bool all() const { return all_; }      ///< so it is
+  void wake() noexcept { all_ = false; }  ///< (in realtime) a hand has a target
   /// (in realtime) Whether the last step's report of an island is this one's: it stood, and everything else that its pairs know never
   /// moves.
   bool repeats(const Model& model, const Island& island, const State& state) const noexcept;
@@ -71,6 +74,7 @@ class StandingIslands {
 
   std::vector<Standing> last_, now_;      ///< by tree
   bool any_last_ = false, any_ = false;   ///< something stands in them
+  bool all_ = false;
   std::size_t repeated_ = 0;              ///< trees whose report of the last step was the one before
   LoadedVector<ContactReport> contacts_;  ///< of the last step
 };

@@ -79,6 +79,7 @@ void checkImpacts(double lost, StepReport& report) noexcept {
 
 void move(const Model& model, State& state, Work& work, Report& report) noexcept {
   open(work, report);
+  findActing(model, state, work.hands);
   followDrivePaths(model, state);                                    // what drives are asked for
   for (StepPart part = firstPart(model, state, work, report.step); part.h > 0;
        part = nextPart(model, part, state, work, report.step)) {     // shorter where something is fast
@@ -94,6 +95,7 @@ void move(const Model& model, State& state, Work& work, Report& report) noexcept
   }
   reportParts(model.settings.step, work.parts, report);              // mean wrenches over the step
   reportToHands(model, report.step.finite, work.hands, state);
+  work.standing.close(work.hands);
 }
 
 }  // namespace
@@ -101,9 +103,7 @@ void move(const Model& model, State& state, Work& work, Report& report) noexcept
 void step(const Model& model, State& state, Work& work, Report& report) noexcept {
   if (!report.step.finite) return;
   work.clock.start(report.step.stages);
-  findActing(model, state, work.hands);
-  // Where everything stands and no hand acts, the last step's report is this one's as it is.
-  if (!work.standing.all(work.hands)) move(model, state, work, report);
+  if (!work.standing.all()) move(model, state, work, report);  // else the last step's report is this one's as it is
   work.clock.end(report.step.stages.motion);
   report.step.step = ++state.step;
   state.time = static_cast<double>(state.step) * model.settings.step;

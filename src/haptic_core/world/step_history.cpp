@@ -14,13 +14,27 @@ StepHistory::StepHistory(int capacity, const State& state)
       stride_(2 + nq_ + nv_ + 6 * pointers_),
       rows_(capacity_ * stride_) {}
 
-void StepHistory::keep() noexcept {
-  if (capacity_ == 0) return;
+/// A new row, with the step and the time.
+double* StepHistory::begin() noexcept {
   double* row = rows_.data() + next_ * stride_;
   ++count_;
   if (++next_ == capacity_) next_ = 0;
   std::memcpy(row, &state_.step, sizeof(double));  // the integer's bits
   row[1] = state_.time;
+  return row;
+}
+
+void StepHistory::repeat() noexcept {
+  if (capacity_ == 0) return;
+  if (count_ == 0) return keep();
+  const double* last = rows_.data() + (next_ == 0 ? capacity_ - 1 : next_ - 1) * stride_;
+  double* row = begin();
+  if (row != last) std::memcpy(row + 2, last + 2, (stride_ - 2) * sizeof(double));
+}
+
+void StepHistory::keep() noexcept {
+  if (capacity_ == 0) return;
+  double* row = begin();
   row = std::copy(state_.q.begin(), state_.q.end(), row + 2);
   row = std::copy(state_.v.begin(), state_.v.end(), row);
   for (const PointerState& pointer : state_.pointers) {

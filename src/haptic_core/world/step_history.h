@@ -24,7 +24,8 @@ class StepHistory {
   /// Room for `capacity` steps. Memory: capacity × (nq + nv + 6 pointers + 2) doubles.
   StepHistory(int capacity, const State& state);
 
-  void keep() noexcept;  ///< (in realtime) the state as it is now; drops the oldest when full
+  void keep() noexcept;    ///< (in realtime) the state as it is now; drops the oldest when full
+  void repeat() noexcept;  ///< (in realtime) the same where step and time are all that changed
   void clear() noexcept { count_ = next_ = 0; }  ///< as if nothing had been kept
   /// Records kept, up to the capacity.
   int size() const { return static_cast<int>(std::min<std::uint64_t>(count_, capacity_)); }
@@ -32,6 +33,7 @@ class StepHistory {
   const State& latest() const { return state_; }  ///< between two steps: complete, contact memory included
 
  private:
+  double* begin() noexcept;
   const State& state_;
   std::uint64_t capacity_, count_ = 0, next_ = 0;  ///< next_: count_ modulo the capacity
   std::size_t nq_, nv_, pointers_, stride_;

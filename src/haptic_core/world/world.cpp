@@ -37,9 +37,10 @@ World::World(const WorldDef& def) : impl_(std::make_unique<Impl>(def)) {}
 World::~World() = default;
 
 void World::step() noexcept {
-  const bool runs = impl_->report.step.finite;
+  const bool runs = impl_->report.step.finite, repeats = impl_->work.standing.all();
   haptic::step(impl_->model, impl_->state, impl_->work, impl_->report);
-  if (runs && impl_->report.step.finite) impl_->history.keep();
+  if (!runs || !impl_->report.step.finite) return;
+  repeats ? impl_->history.repeat() : impl_->history.keep();
 }
 
 void World::measureStages(bool on) noexcept {
@@ -95,6 +96,7 @@ Wrench World::pointerWrench(int i) const noexcept { return impl_->state.pointers
 
 void World::setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept {
   aim(impl_->state.pointers[i], X_WL, V_WL);
+  impl_->work.standing.wake();
 }
 
 void World::setPointerBound(int i, double stiffness) noexcept { impl_->work.hands.bound[i].stiffness = stiffness; }
