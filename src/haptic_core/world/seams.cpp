@@ -7,8 +7,9 @@
 namespace haptic {
 namespace {
 
-/// Volumes on seams that are kept until they are asked for: a body in an inner corner has three; further ones are computed twice.
-constexpr int kKept = 64;
+/// Volumes on seams that are kept until they are asked for: a body in an inner corner has three. Further ones are computed twice;
+/// each has a workspace, of a megabyte where stones of many faces lie in a bin.
+constexpr int kKept = 8;
 
 /// The moments of a V that is there already, about the pair's last normal. False: there are none.
 bool turnTo(const ConvexShape& A, const ConvexShape& B, ActivePair& pair, ContactWorkspace& workspace, const Pose& X_AB,
