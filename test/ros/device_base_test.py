@@ -77,19 +77,21 @@ class DeviceBase(unittest.TestCase):
         time.sleep(GLIDE)
         self.assertLess(distance(self.where("spidar_base"), moved), 1e-9)
         self.assertLess(distance(self.where("pointer"), self.where("spidar_grip")), 2e-3)
-        after = statistics.wait(1)
+        heard = list(statistics.messages)
 
         path = [(t.header.stamp.to_sec(), vector(t)) for m in moving.messages for t in m.transforms
                 if t.child_frame_id == "pointer"]
         steps = [(t1 - t0, distance(a, b)) for (t0, a), (t1, b) in zip(path, path[1:])]
         fastest = 15 / 8 * distance(MOVE, (0, 0, 0)) / GLIDE  # of a glide with minimum jerk [m/s]
         self.assertTrue(all(d <= fastest * (dt + FRAME) for dt, d in steps), f"a jump of {max(d for _, d in steps)} m")
-        if after.missed_ticks == before.missed_ticks:
-            self.assertTrue(all(m.hands[0].fade >= before.hands[0].fade for m in statistics.messages), "the force goes on")
+        for m in heard:  # each by its own counters: a tick that the machine loses fades the force, and rightly
+            if (m.missed_ticks, m.dropped_records) == (before.missed_ticks, before.dropped_records):
+                self.assertGreaterEqual(m.hands[0].fade, before.hands[0].fade,
+                                        f"the force goes on: flags {m.hands[0].flags:#x}, latest {m.lateness_us_max} us")
 
-        heard = self.heard_by_a_newcomer()["spidar_base"]
-        self.assertEqual(len(heard), 1, "one publisher of a frame")
-        self.assertLess(distance(heard[0], moved), 1e-9)
+        places = self.heard_by_a_newcomer()["spidar_base"]
+        self.assertEqual(len(places), 1, "one publisher of a frame")
+        self.assertLess(distance(places[0], moved), 1e-9)
 
         # On a cart that is pushed about, by way of another frame.
         for i in range(30):
