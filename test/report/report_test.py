@@ -265,13 +265,16 @@ class WholeReport(unittest.TestCase):
         # Interrupted after some runs, then resumed: the same report as an undisturbed one.
         first = subprocess.Popen(cls.command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         runs = os.path.join(cls.folder.name, 'out', 'runs')
+        def finished():  # files: a run is being written beside them
+            return [name for name in os.listdir(runs) if name.endswith('.json')] if os.path.isdir(runs) else []
+
         deadline = time.time() + 120
-        while first.poll() is None and time.time() < deadline and (not os.path.isdir(runs) or len(os.listdir(runs)) < 5):
+        while first.poll() is None and time.time() < deadline and len(finished()) < 5:
             time.sleep(0.05)
         first.send_signal(signal.SIGINT)
         cls.interrupted = first.communicate()[1]
         cls.interrupted_code = first.returncode
-        cls.early = {name: os.stat(os.path.join(runs, name)).st_mtime_ns for name in os.listdir(runs) if name.endswith('.json')}
+        cls.early = {name: os.stat(os.path.join(runs, name)).st_mtime_ns for name in finished()}
         done = subprocess.run(cls.command, capture_output=True, text=True, check=False)
         cls.output, cls.errors, cls.code = done.stdout, done.stderr, done.returncode
         cls.late = {name: os.stat(os.path.join(runs, name)).st_mtime_ns for name in os.listdir(runs)}
