@@ -47,6 +47,18 @@ int* PairTable::find(int a, int b) noexcept {
   return nullptr;
 }
 
+void ContactWorkspace::reserve(KeptVolume& kept) const {
+  kept.vertices = vertices_, kept.faces = faces_, kept.edges = edges_, kept.round = round_;
+}
+
+void ContactWorkspace::exchange(KeptVolume& kept) noexcept {
+  vertices_.swap(kept.vertices);
+  faces_.swap(kept.faces);
+  edges_.swap(kept.edges);
+  std::swap(seam_begin_, kept.seam_begin);
+  if (round_.filled || kept.round.filled) std::swap(round_, kept.round);
+}
+
 void ContactWorkspace::clear() noexcept {
   vertices_.clear();
   faces_.clear();

@@ -77,6 +77,15 @@ class PairTable {
   std::uint32_t epoch_ = 1;
 };
 
+/// What is left of a contact while its workspace serves others: V alone.
+struct KeptVolume {
+  LoadedVector<Vector3> vertices;   ///< in A's frame [m]
+  LoadedVector<ContactFace> faces;  ///< of V
+  LoadedVector<ContactEdge> edges;  ///< those from `seam_begin` where the surfaces of A and B cross
+  int seam_begin = 0;               ///< see above
+  RoundVolume round;                ///< instead, where one of the shapes is round
+};
+
 /// Memory for one contact at a time, with the volume V that the last call left in it.
 /// One per thread. Filled by `contactVolume`; the accessors describe the last call's V while its status was
 /// kOverlap.
@@ -88,6 +97,11 @@ class ContactWorkspace {
   void reserve(int face_count);
   /// True when any contact between A and B fits.
   bool fits(const ConvexPolyhedron& A, const ConvexPolyhedron& B) const;
+
+  /// Makes `kept` as large as the workspace is for V. Not in a tick.
+  void reserve(KeptVolume& kept) const;
+  /// (in realtime) V goes to `kept`, which was reserved as the workspace was, and what was there comes. O(1).
+  void exchange(KeptVolume& kept) noexcept;
 
   /// (in realtime) Forgets the last V: no vertices, faces and edges.
   void clear() noexcept;

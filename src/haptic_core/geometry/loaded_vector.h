@@ -1,5 +1,6 @@
 /// A vector for ticks: sized at load, never growing.
 #pragma once
+#include <utility>
 #include <vector>
 
 namespace haptic {
@@ -23,6 +24,12 @@ class LoadedVector {
     if (size_ == capacity_) return false;
     data_[size_++] = value;
     return true;
+  }
+  /// (in realtime) Exchanges the storage too. O(1).
+  void swap(LoadedVector& other) noexcept {
+    data_.swap(other.data_);
+    std::swap(size_, other.size_);
+    std::swap(capacity_, other.capacity_);
   }
   void clear() noexcept { size_ = 0; }                            ///< keeps the storage
   int size() const noexcept { return size_; }                     ///< elements

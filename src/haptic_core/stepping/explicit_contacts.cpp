@@ -97,7 +97,7 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   FrictionMemory memory = c.force.memory;
   const bool touched = pair.friction.touching != 0;
   if (model.settings.energy_ledger) {
-    const double elastic = elasticEnergy(model, c.volume, c.law.material.stiffness, *c.workspace);
+    const double elastic = elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);
     noteContact(index, pair, c, elastic, memory, contacts.booked, report.step.energy);
   }
   pair.friction = memory;

@@ -74,7 +74,7 @@ PairLaw weakened(const PairLaw& law, double share, double area) noexcept {
 void settleForce(const Model& model, const ActivePair& pair, const Advance& advance, Work& work, ContactEvaluation& c,
                  unsigned& flags) noexcept {
   const auto forceAt = [&](const Twist& V, const PairLaw& law, const Advance& how) {
-    return locatedForce(c.volume, c.X_AB, *c.workspace, V, pair.friction, law, how);
+    return locatedForce(c.volume, c.X_AB, work.contacts.workspace, V, pair.friction, law, how);
   };
   c.force = forceAt(c.V_AB_P, c.law, advance);
   const bool second_order = advance.second_order;

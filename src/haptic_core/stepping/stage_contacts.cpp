@@ -138,7 +138,7 @@ void StageContacts::evaluatePair(int index) noexcept {
   contact.force = found.force;
   // Half of what a contact costs: without the ledger an estimate does, from the volume and its extent.
   const double k = found.law.material.stiffness;
-  contact.elastic = settings_.energy_ledger ? elasticEnergy(model_, found.volume, k, *found.workspace)
+  contact.elastic = settings_.energy_ledger ? elasticEnergy(model_, found.volume, k, workspace_)
                                             : 0.5 * k * estimatedSquares(found.volume);
   if (known) before_ = frozen;
   frozen.link_a = model_.shapes[shape_a].link;

@@ -7,19 +7,18 @@
 
 namespace haptic {
 
-bool locateContact(const Model& model, const Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
+bool locateContact(const Model& model, Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
                    ContactWorkspace& workspace, ContactEvaluation& out) noexcept {
   const int a = pair.shapeA(), b = pair.shapeB();
   const ModelShape &A = model.shapes[a], &B = model.shapes[b];
   out.X_AB = relativePose(places.X_WS[a], places.X_WS[b]);
-  out.workspace = &workspace;
-  const bool flush = seams.locate(index, pair, places.X_WS[a], out.X_AB, out.workspace, out.volume);
+  const bool flush = seams.locate(index, pair, places.X_WS[a], out.X_AB, workspace, out.volume);
   if (out.volume.status != ContactVolume::Status::kOverlap) return false;
   if (flush) {  // joined parts: n is that of the surface that goes on from piece to piece
     out.volume.turns_with_b = A.surface.empty() ? 1 : B.surface.empty() ? 0 : 0.5;
   }
   if (model.settings.contact_model == ContactModel::kPoint) {
-    concentrate(*out.workspace, std::min(A.point_area, B.point_area), out.volume);
+    concentrate(workspace, std::min(A.point_area, B.point_area), out.volume);
   }
   out.X_WP = places.X_WS[a] * out.volume.X_AP;
   const LinkWork &link_a = places.link[A.link], &link_b = places.link[B.link];
@@ -33,11 +32,11 @@ bool locateContact(const Model& model, const Seams& seams, int index, ActivePair
   return true;
 }
 
-bool evaluateContact(const Model& model, const Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
+bool evaluateContact(const Model& model, Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
                      const FrictionMemory& memory, const Advance& advance, ContactWorkspace& workspace,
                      ContactEvaluation& out) noexcept {
   if (!locateContact(model, seams, index, pair, places, workspace, out)) return false;
-  out.force = locatedForce(out.volume, out.X_AB, *out.workspace, out.V_AB_P, memory, out.law, advance);
+  out.force = locatedForce(out.volume, out.X_AB, workspace, out.V_AB_P, memory, out.law, advance);
   return true;
 }
 

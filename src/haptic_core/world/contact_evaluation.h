@@ -24,7 +24,6 @@ struct ContactEvaluation {
   Twist V_AB_P;        ///< of B relative to A at P, in P's axes
   PairLaw law;         ///< as it holds now, recovery and hands taken into account
   LocatedForce force;  ///< on B at P, in P's axes
-  ContactWorkspace* workspace = nullptr;  ///< holds V until the next contact is evaluated
 };
 
 /// Where the shapes are and how their links move. Arrays by world index, the caller's.
@@ -36,13 +35,12 @@ struct ContactPlaces {
 };
 
 /// (in realtime) Everything but the force. False: the shapes do not overlap; `out` then holds the status alone.
-/// `seams` knows the pair by its `index` in the state; the pair's cache advances. `out.workspace` holds V: `workspace`,
-/// or one of `seams`.
-bool locateContact(const Model& model, const Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
+/// `seams` knows the pair by its `index` in the state; the pair's cache advances. `workspace` holds V.
+bool locateContact(const Model& model, Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
                    ContactWorkspace& workspace, ContactEvaluation& out) noexcept;
 
 /// (in realtime) The whole: a contact's force with the friction memory `memory`, advanced by `advance`.
-bool evaluateContact(const Model& model, const Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
+bool evaluateContact(const Model& model, Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
                      const FrictionMemory& memory, const Advance& advance, ContactWorkspace& workspace,
                      ContactEvaluation& out) noexcept;
 

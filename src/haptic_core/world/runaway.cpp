@@ -60,7 +60,7 @@ void startSupply(const Model& model, Work& work, State& state) noexcept {
     ActivePair pair = state.pairs[i];  // what a look leaves in its cache is not the world's
     ContactEvaluation c;
     if (!locateContact(model, contacts.seams, i, pair, places, contacts.workspace, c)) continue;
-    springs += elasticEnergy(model, c.volume, c.law.material.stiffness, *c.workspace);
+    springs += elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);
   }
   const MechanicalEnergy now = mechanicalEnergy(model, work.hands, work.placement);
   state.energy.supply = now.kinetic + springs;

@@ -7,9 +7,9 @@
 namespace haptic {
 namespace {
 
-/// Volumes on seams that are kept until they are asked for: a body in an inner corner has three. Further ones are computed twice;
-/// each has a workspace, of a megabyte where stones of many faces lie in a bin.
-constexpr int kKept = 8;
+/// Volumes on seams that are kept until they are asked for: those of five boxes in inner corners. Further ones are computed twice;
+/// each takes most of a megabyte where a ball may meet stones of many faces.
+constexpr int kKept = 16;
 
 /// The moments of a V that is there already, about the pair's last normal. False: there are none.
 bool turnTo(const ConvexShape& A, const ConvexShape& B, ActivePair& pair, ContactWorkspace& workspace, const Pose& X_AB,
@@ -29,10 +29,10 @@ Seams::Seams(const Model& model) : model_(model) {
   found_.assign(model.pair_capacity, 0);
   normal_W_.resize(model.pair_capacity);
   kept_.resize(model.pair_capacity);
-  for (int i = 0; i < kKept; ++i) {
-    workspaces_.push_back(std::make_unique<ContactWorkspace>());
-    model.reserve(*workspaces_.back());
-  }
+  volumes_.resize(std::min(kKept, model.pair_capacity));
+  ContactWorkspace largest;
+  model.reserve(largest);
+  for (KeptVolume& V : volumes_) largest.reserve(V);
 }
 
 /// Its link, or all that never moves.
@@ -67,23 +67,28 @@ void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_W
   for (int n = 0; n < count; ++n) {
     const int i = which ? which[n] : n;
     found_[i] = 0;
-    kept_[i].workspace = nullptr;
+    kept_[i].known = false;
     const int a = pairs[i].shapeA(), b = pairs[i].shapeB();
     if (model_.shapes[a].surface.empty() && model_.shapes[b].surface.empty()) continue;
-    ContactWorkspace* const own = used < workspaces_.size() ? workspaces_[used].get() : nullptr;
     Kept& kept = kept_[i];
     ContactVolume& volume = kept.volume;
     kept.X_AB = relativePose(X_WS[a], X_WS[b]);
-    kept.workspace = own;
-    contactVolume(*model_.shapes[a].shape, *model_.shapes[b].shape, kept.X_AB, pairs[i].cache, own ? *own : workspace, volume,
+    contactVolume(*model_.shapes[a].shape, *model_.shapes[b].shape, kept.X_AB, pairs[i].cache, workspace, volume,
                   NormalRule::kAreaVector, model_.inner(a, b));
-    used += volume.status == ContactVolume::Status::kOverlap;
-    if (volume.status != ContactVolume::Status::kOverlap || !(volume.flags & ContactVolume::kOnSeam))
-      continue;
+    kept.V = nullptr;
+    kept.known = volume.status != ContactVolume::Status::kOverlap;
+    if (kept.known) continue;
+    const bool on_seam = volume.flags & ContactVolume::kOnSeam;
+    const std::uint64_t of_a = on_seam ? surfacesOf(a, Owner::kA, workspace) : 0,
+                        of_b = on_seam ? surfacesOf(b, Owner::kB, workspace) : 0;
+    kept.known = used < volumes_.size();
+    if (kept.known) {
+      kept.V = &volumes_[used++];
+      workspace.exchange(*kept.V);
+    }
+    if (!on_seam) continue;
     const bool swapped = bodyOf(a) > bodyOf(b);
     const double sign = swapped ? -1 : 1;
-    const std::uint64_t of_a = surfacesOf(a, Owner::kA, own ? *own : workspace),
-                        of_b = surfacesOf(b, Owner::kB, own ? *own : workspace);
     parts_.push_back({i, swapped ? b : a, swapped ? a : b, parts_.size(), sign,
                       sign * (X_WS[a].R * volume.area_vector_A), swapped ? of_b : of_a, swapped ? of_a : of_b});
   }
@@ -114,22 +119,22 @@ void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_W
   }
 }
 
-bool Seams::locate(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace*& workspace,
-                   ContactVolume& out) const noexcept {
+bool Seams::locate(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace& workspace,
+                   ContactVolume& out) noexcept {
   const int a = pair.shapeA(), b = pair.shapeB();
   const NormalRule by_world = model_.settings.normal_rule;
   const bool flush = any_ && found_[i] && by_world == NormalRule::kAreaVector;
   const NormalRule rule = flush ? NormalRule::kHistory : by_world;
   if (flush) pair.cache.normal = X_WA.R.transpose() * normal_W_[i];
   const ConvexShape &A = *model_.shapes[a].shape, &B = *model_.shapes[b].shape;
-  if (any_ && by_world == NormalRule::kAreaVector && kept_[i].workspace && same(kept_[i].X_AB, X_AB)) {
+  if (any_ && by_world == NormalRule::kAreaVector && kept_[i].known && same(kept_[i].X_AB, X_AB)) {
+    kept_[i].known = false;
     out = kept_[i].volume;
-    const bool known = !flush || (A.polyhedron() && B.polyhedron() && turnTo(A, B, pair, *kept_[i].workspace, X_AB, out));
-    if (known) workspace = kept_[i].workspace;
-    if (known) return flush;
+    if (kept_[i].V) workspace.exchange(*kept_[i].V);
+    if (!flush || (A.polyhedron() && B.polyhedron() && turnTo(A, B, pair, workspace, X_AB, out))) return flush;
   }
   const InnerSides inner = rule == NormalRule::kAreaVector ? model_.inner(a, b) : InnerSides{};
-  contactVolume(A, B, X_AB, pair.cache, *workspace, out, rule, inner);
+  contactVolume(A, B, X_AB, pair.cache, workspace, out, rule, inner);
   return flush;
 }
 

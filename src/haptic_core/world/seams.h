@@ -1,7 +1,6 @@
 /// One normal for the contact of two bodies that is spread over several of their convex pieces.
 #pragma once
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "haptic_core/geometry/contact_workspace.h"
@@ -35,16 +34,16 @@ class Seams {
   void find(ActivePair* pairs, const int* which, int count, const Pose* X_WS, ContactWorkspace& workspace) noexcept;
 
   /// (in realtime) The contact volume of pair i at X_AB, by the world's rule, or with the common normal when the pair is a part of
-  /// a flush contact: then true. `workspace` is the caller's; after the call it is the one that holds V.
-  bool locate(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace*& workspace,
-              ContactVolume& out) const noexcept;
+  /// a flush contact: then true. `workspace` holds V after it; what was kept of the pair is gone.
+  bool locate(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace& workspace, ContactVolume& out) noexcept;
 
  private:
   /// What `find` computed of a pair, by the area vector.
   struct Kept {
-    Pose X_AB;
-    ContactVolume volume;
-    ContactWorkspace* workspace = nullptr;  ///< that holds V; null: nothing is kept
+    Pose X_AB;                ///< where it was
+    ContactVolume volume;     ///< all but V
+    bool known = false;       ///< false: nothing is kept
+    KeptVolume* V = nullptr;  ///< null: they do not overlap
   };
   /// From body to body in one order for all parts, whichever of a pair's shapes comes first.
   struct Part {
@@ -62,7 +61,7 @@ class Seams {
   LoadedVector<Part> parts_;
   std::vector<char> found_;
   std::vector<Kept> kept_;  ///< by pair
-  std::vector<std::unique_ptr<ContactWorkspace>> workspaces_;
+  std::vector<KeptVolume> volumes_;
   std::vector<Vector3> normal_W_;
 };
 

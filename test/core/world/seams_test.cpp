@@ -97,5 +97,36 @@ TEST(Seams, AStepsRiserPushesAlongItsOwnNormal) {
   EXPECT_EQ(world.contactCount(), 2);
 }
 
+/// Twelve cubes slide over one seam: more volumes on it than are kept (seams.cpp). Each moves as the first does.
+TEST(Seams, ManyBodiesOnASeamMoveAsOneDoes) {
+  WorldDef def;
+  def.settings.integrator = Integrator::kAutomatic;
+  CubeParameters c;
+  c.mass = kMass;
+  c.mu_static = c.mu_dynamic = 0.2;
+  def.settings.default_material = c.material();
+  def.articulations.push_back(staticBox("before", Vector3(1, 16, 0.1), Pose(Vector3(-0.5, 0, -0.05))));
+  def.articulations.push_back(staticBox("after", Vector3(1, 16, 0.1), Pose(Vector3(0.5, 0, -0.05))));
+  constexpr int kCubes = 12;
+  const auto place = [](int i) { return 0.5 * (i - kCubes / 2); };  // along the seam [m]
+  for (int i = 0; i < kCubes; ++i) {
+    def.articulations.push_back(cube("cube" + std::to_string(i), c, Pose(Vector3(-0.1, place(i), 0.05)),
+                                     Twist{Vector3::Zero(), Vector3(0.9, 0, 0)}));
+  }
+  World world(def);
+  for (int n = 0; n < 500; ++n) {
+    world.step();
+    ASSERT_FALSE(world.report().flags & kContactsIncomplete);
+    const Pose first = world.linkPose(world.linkIndex("cube0"));
+    for (int i = 1; i < kCubes; ++i) {
+      const Pose each = world.linkPose(world.linkIndex("cube" + std::to_string(i)));
+      // Places along the seam are rounded to 4e-16 m; friction over 500 steps does not magnify that.
+      ASSERT_LT((each.p - first.p - Vector3(0, place(i) - place(0), 0)).norm(), 1e-12) << i << " " << n;
+      ASSERT_LT((each.R - first.R).norm(), 1e-11) << i << " " << n;
+    }
+  }
+  EXPECT_GT(world.linkPose(world.linkIndex("cube0")).p.x(), 0.05);  // it has crossed
+}
+
 }  // namespace
 }  // namespace haptic
