@@ -49,7 +49,8 @@ struct ContactVolume {
 
   Status status = Status::kSeparated;       ///< of the last computation
   unsigned flags = 0;                       ///< of Flag
-  Pose X_AP;                                ///< patch frame in A; n = X_AP.R.col(2), centroid = X_AP.p
+  Pose X_AP;                                ///< patch frame in A; n = X_AP.R.col(2), centroid = X_AC().p
+  double rise = 0;                          ///< of P over the centroid [m]; 0 but for parts of a flush contact (seams.h)
   Vector3 area_vector_A = Vector3::Zero();  ///< S_A [m²]
   double volume = 0;                        ///< ∫ d dA [m³]
   Matrix2 V2 = Matrix2::Zero();             ///< ∫ r rᵀ d dA [m⁵]; ∫ r d dA = 0 by the choice of P
@@ -60,7 +61,8 @@ struct ContactVolume {
   double turns_with_b = -1;
   double depth = 0;                         ///< extent of V along n [m], an upper bound of d; separated: ≤ 0, minus a gap that is proven
 
-  Vector3 normal() const { return X_AP.R.col(2); }  ///< n, in A's frame
+  Vector3 normal() const { return X_AP.R.col(2); }                   ///< n, in A's frame
+  Pose X_AC() const { return {X_AP.R, X_AP.p - rise * normal()}; }  ///< P moved to the centroid
 };
 
 /// What a pair remembers from one step to the next. Trivially copyable, and STATE: save and restore it with

@@ -48,7 +48,7 @@ void RoundVolume::reserve(int faces, int half_edges) {
 }
 
 RoundPatch::RoundPatch(RoundVolume& v, const ContactVolume& contact) noexcept : v_(v), contact_(contact) {
-  const Pose X_PQ = contact.X_AP.inverse() * v.X_AQ;
+  const Pose X_PQ = contact.X_AC().inverse() * v.X_AQ;
   ball_ = sphereAt(X_PQ.p, v.radius);
   v.curves.clear();
   v.shares.clear();

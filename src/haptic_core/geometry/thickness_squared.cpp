@@ -136,6 +136,7 @@ void ContactWorkspace::overlayFaces(int above, int below) noexcept {
 /// cast a shadow s besides take 2 ∫ a d ≤ ½ depth² s from it, since a + d is no more than the depth; s is no more than their rise
 /// times the depth times V's width.
 double ContactWorkspace::squaresBelowOneFace(const ContactVolume& contact) const noexcept {
+  // [1] Smaller: boxes that lie askew by a few degrees are overlaid face by face. Larger: 1.01 below no longer bounds 1/cos.
   constexpr double kSteepest = 0.1;
   const Vector3 n = contact.normal();
   const ContactFace* main[2] = {nullptr, nullptr};
@@ -153,7 +154,7 @@ double ContactWorkspace::squaresBelowOneFace(const ContactVolume& contact) const
   for (const int side : {0, 1}) {
     const double others = rises[side] - highest[side];
     if (!main[side] || !(others < kSteepest) || highest[side] < kSteepest) continue;
-    const double level = std::abs(ContactSheet(*main[side], contact.X_AP).height), squares = 2 * contact.volume * level;
+    const double level = std::abs(ContactSheet(*main[side], contact.X_AC()).height), squares = 2 * contact.volume * level;
     const double shadow = others * 1.01 * contact.depth * 2 * std::sqrt(reach2);
     if (0.5 * contact.depth * contact.depth * shadow <= kNegligible * squares) return squares;
   }

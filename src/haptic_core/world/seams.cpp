@@ -28,6 +28,7 @@ Seams::Seams(const Model& model) : model_(model) {
   parts_.reserve(model.pair_capacity);
   found_.assign(model.pair_capacity, 0);
   normal_W_.resize(model.pair_capacity);
+  centroid_W_.resize(model.pair_capacity);
   kept_.resize(model.pair_capacity);
   volumes_.resize(std::min(kKept, model.pair_capacity));
   ContactWorkspace largest;
@@ -89,8 +90,8 @@ void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_W
     if (!on_seam) continue;
     const bool swapped = bodyOf(a) > bodyOf(b);
     const double sign = swapped ? -1 : 1;
-    parts_.push_back({i, swapped ? b : a, swapped ? a : b, parts_.size(), sign,
-                      sign * (X_WS[a].R * volume.area_vector_A), swapped ? of_b : of_a, swapped ? of_a : of_b});
+    parts_.push_back({i, swapped ? b : a, swapped ? a : b, parts_.size(), sign, sign * (X_WS[a].R * volume.area_vector_A),
+                      volume.volume * (X_WS[a] * volume.X_AP.p), volume.volume, swapped ? of_b : of_a, swapped ? of_a : of_b});
   }
   // Clusters by merging: few parts, found in the order of the pairs.
   for (int i = 0; i < parts_.size(); ++i)
@@ -101,14 +102,16 @@ void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_W
         if (parts_[k].cluster == from) parts_[k].cluster = to;
     }
   for (const Part& part : parts_) {
-    Vector3 sum = Vector3::Zero();
-    double scale = 0;
+    Vector3 sum = Vector3::Zero(), moment = Vector3::Zero();
+    double scale = 0, volume = 0;
     int joined = 0;
     for (const Part& other : parts_) {
       if (other.cluster != part.cluster) continue;
       ++joined;
       sum += other.S_W;
       scale += other.S_W.norm();
+      moment += other.moment_W;
+      volume += other.volume;
     }
     const double size = sum.norm();
     if (joined == 1) continue;  // it has a surface of its own
@@ -116,11 +119,21 @@ void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_W
     if (!(size > 1e-6 * scale)) continue;
     found_[part.pair] = 1;
     normal_W_[part.pair] = part.sign / size * sum;
+    centroid_W_[part.pair] = moment / volume;
   }
 }
 
 bool Seams::locate(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace& workspace,
                    ContactVolume& out) noexcept {
+  const bool flush = locatePart(i, pair, X_WA, X_AB, workspace, out);
+  out.rise = flush ? out.normal().dot(X_WA.inverse() * centroid_W_[i] - out.X_AP.p) : 0;
+  out.X_AP.p += out.rise * out.normal();
+  return flush;
+}
+
+/// `locate`, with P at the part's own centroid.
+bool Seams::locatePart(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace& workspace,
+                       ContactVolume& out) noexcept {
   const int a = pair.shapeA(), b = pair.shapeB();
   const NormalRule by_world = model_.settings.normal_rule;
   const bool flush = any_ && found_[i] && by_world == NormalRule::kAreaVector;

@@ -17,7 +17,9 @@ namespace haptic {
 ///                     surface, without the internal face (contact_volume.h, InnerSides).
 ///   flush             no edge at all (two floor tiles): the parts are one contact. In the sum over them internal faces
 ///                     cancel, Σ S_A is the area vector of the whole, and all get the normal of their sum; else a body
-///                     sliding over the seam would be braked by an edge that is not there.
+///                     sliding over the seam would be braked by an edge that is not there. All have P in the plane through the
+///                     centroid of the whole: there is one friction, not one per part at a depth of its own, whose difference
+///                     would turn what rolls over the seam.
 ///
 /// Which it is was decided from geometry at load: parts are flush when a surface that continues from piece to piece
 /// (internal_faces.h) bounds them both.
@@ -38,6 +40,8 @@ class Seams {
   bool locate(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace& workspace, ContactVolume& out) noexcept;
 
  private:
+  bool locatePart(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace& workspace,
+                  ContactVolume& out) noexcept;
   /// What `find` computed of a pair, by the area vector.
   struct Kept {
     Pose X_AB;                ///< where it was
@@ -49,7 +53,8 @@ class Seams {
   struct Part {
     int pair, shape_a, shape_b, cluster;
     double sign;  ///< -1: the pair has them the other way round
-    Vector3 S_W;
+    Vector3 S_W, moment_W;        ///< S_A; and V times its centroid [m⁴]
+    double volume;                ///< V [m³]
     std::uint64_t surfaces_a, surfaces_b;  ///< bit n: flat surface n (modulo 64) of that side bounds it
   };
   std::uint64_t surfacesOf(int shape, Owner owner, const ContactWorkspace& workspace) const noexcept;
@@ -62,7 +67,7 @@ class Seams {
   std::vector<char> found_;
   std::vector<Kept> kept_;  ///< by pair
   std::vector<KeptVolume> volumes_;
-  std::vector<Vector3> normal_W_;
+  std::vector<Vector3> normal_W_, centroid_W_;  ///< of the whole contact, by pair, where one was found
 };
 
 }  // namespace haptic

@@ -276,6 +276,10 @@ TEST(RoundPatch, IntegratesTheLens) {
     const double exact = cap.integral([](double r, double d) { return r * d / M_PI; });
     EXPECT_NEAR(half.V1.x(), exact, 5e-3 * exact);
     EXPECT_EQ(momentsWhere(c.workspace, c.volume, Vector2(1, 0), 1).volume, c.volume.volume);
+    const double square = thicknessSquared(c.workspace, c.volume);
+    c.volume.rise = -0.7 * cap.depth;  // in a plane of its own, as on a seam
+    c.volume.X_AP.p += c.volume.rise * c.volume.normal();
+    EXPECT_NEAR(thicknessSquared(c.workspace, c.volume), square, 1e-12 * square);
   }
 }
 

@@ -152,6 +152,11 @@ TEST(ThicknessSquared, AgreesWithAllFacesLaidOverOneAnother) {
     const double expected = overlaid(workspace, contact);
     // kNegligible for each of at most a few crossings of slivers; steep faces cost the oracle digits.
     EXPECT_NEAR(thicknessSquared(workspace, contact), expected, 1e-8 * expected) << i;
+    const PartMoments half = momentsWhere(workspace, contact, Vector2(1, 0), 0);
+    contact.rise = 0.7 * contact.depth;  // in a plane of its own, as on a seam
+    contact.X_AP.p += contact.rise * contact.normal();
+    EXPECT_NEAR(momentsWhere(workspace, contact, Vector2(1, 0), 0).V1.x(), half.V1.x(), 1e-9 * half.V1.norm() + 1e-20) << i;
+    EXPECT_NEAR(thicknessSquared(workspace, contact), expected, 1e-8 * expected) << i;
   }
   EXPECT_GT(overlaps, 1000);
 }

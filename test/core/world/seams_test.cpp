@@ -2,9 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "../../scenes/inner_corner.h"
+#include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/contact_volume.h"
+#include "haptic_core/geometry/rod.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic {
@@ -126,6 +130,39 @@ TEST(Seams, ManyBodiesOnASeamMoveAsOneDoes) {
     }
   }
   EXPECT_GT(world.linkPose(world.linkIndex("cube0")).p.x(), 0.05);  // it has crossed
+}
+
+/// What rolls onto a seam of two tiles comes to rest as on an undivided floor. The parts of its patch lie at different depths; if
+/// each had its friction there, what braked it would stay in them as a couple of opposite forces, and make it creep for half a
+/// minute.
+TEST(Seams, WhatRollsOntoOneStands) {
+  const Matrix3 lying = Eigen::AngleAxisd(M_PI / 2, Vector3::UnitX()).toRotationMatrix(),
+                oblique = Eigen::AngleAxisd(0.3, Vector3::UnitZ()) * lying;
+  const std::shared_ptr<const ConvexShape> ball = std::make_shared<Ball>(0.05),
+                                           rod = std::make_shared<Rod>(0.05, 0.3, Rod::Ends::kFlat);
+  const auto rolled = [](const std::shared_ptr<const ConvexShape>& shape, const Pose& X, Integrator integrator, int tiles) {
+    WorldDef def;
+    def.settings.integrator = integrator;
+    CubeParameters c;
+    c.mass = kMass;
+    def.settings.default_material = c.material();
+    for (int i = 0; i < tiles; ++i) {
+      def.articulations.push_back(staticBox("tile" + std::to_string(i), Vector3(2.0 / tiles, 2, 0.1),
+                                            Pose(Vector3((2 * i + 1.0) / tiles - 1, 0, -0.05))));
+    }
+    def.articulations.push_back(freeBody("roller", shape, kMass, shape->massProperties(kMass / shape->volume()).I_com,
+                                         X, Twist{Vector3(0, 1, 0), Vector3(0.05, 0, 0)}));
+    World world(def);
+    for (int n = 0; n < 6000; ++n) world.step();
+    EXPECT_EQ(world.contactCount(), tiles);  // of two: it has stopped over the seam
+    return world.linkTwist(world.linkIndex("roller")).linear.norm();
+  };
+  for (const Integrator integrator : {Integrator::kVelocityVerlet, Integrator::kAutomatic}) {
+    for (const auto& [shape, X] : {std::pair(ball, Pose(Vector3(-0.005, 0, 0.05))), std::pair(rod, Pose(lying, Vector3(-0.03, 0, 0.05))),
+                                   std::pair(rod, Pose(oblique, Vector3(-0.03, 0, 0.05)))}) {
+      EXPECT_LT(rolled(shape, X, integrator, 2), 3 * rolled(shape, X, integrator, 1) + 1e-12) << static_cast<int>(integrator);
+    }
+  }
 }
 
 }  // namespace
