@@ -1,6 +1,6 @@
 /// From a contact volume and the relative motion of its bodies to the wrench between them.
 ///
-/// Everything in the patch frame P of the contact volume: origin at V's centroid, z = n (from A into B), on B.
+/// Everything in the patch frame P of the contact volume: origin at V's centroid or `rise` over it, z = n (from A into B), on B.
 /// Pressure: pressure_law.h. Friction: friction.h. Both are integrals over the patch; the wrench about P is
 ///     force (f, N),   torque (∫y p, -∫x p, τ).
 #pragma once

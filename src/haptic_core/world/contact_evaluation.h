@@ -20,7 +20,7 @@ namespace haptic {
 struct ContactEvaluation {
   ContactVolume volume;  ///< of A and B, in A's frame
   Pose X_AB;           ///< of B's shape in A's
-  Pose X_WP;           ///< patch: origin at V's centroid, z = n from A to B
+  Pose X_WP;           ///< patch: origin at V's centroid, over seams in the whole's plane (seams.h), z = n from A to B
   Twist V_AB_P;        ///< of B relative to A at P, in P's axes
   PairLaw law;         ///< as it holds now, recovery and hands taken into account
   LocatedForce force;  ///< on B at P, in P's axes
