@@ -1,6 +1,7 @@
 #!/bin/sh
 #: bench [NAME]      measure the core, all of it or what NAME matches: for any x86-64 and for x86-64-v3; `python`: what a step
-#:                   costs from Python; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md
+#:                   costs from Python; `fuzz`: a search for contacts that go wrong; `build`: what builds and tests of a
+#:                   fresh checkout cost; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md
 . "$(dirname "$0")/parts/start.sh"
 
 # What the sources are held to: sizes of functions, classes and of the core, files that an extension touches.
@@ -38,13 +39,42 @@ bench_python() {
   show_and_keep bench-python python3 -B "$ROOT/test/python/overhead.py"
 }
 
+# Coverage-guided, for five minutes. An input that goes wrong is left in build/fuzz.
+bench_fuzz() {
+  setup run fuzz
+  with_progress 'bench fuzz' "$LOGS/bench-fuzz.log" test/fuzz/run.sh "$BUILD/fuzz" 300 || failed=fuzz
+  rm -f "$FIGURES/bench-fuzz.csv"
+  awk '
+    /^stat::number_of_executed_units:/ { print "figure fuzz.executions", $2, "1" }
+    / cov: / { for (i = 1; i < NF; ++i) if ($i == "cov:") edges = $(i + 1) }
+    /^SUMMARY: / { ++violations }
+    END { print "figure fuzz.edges", edges + 0, "1"; print "figure fuzz.violations", violations + 0, "1" }' \
+    "$LOGS/bench-fuzz.log" >"$LOGS/bench-fuzz.figures"
+  keep_figures bench-fuzz "$LOGS/bench-fuzz.figures" '-O2 -g -fsanitize=fuzzer,address,undefined'
+  [ -z "$failed" ] || fail "bench fuzz: failed; see $LOGS/bench-fuzz.log"
+}
+
+# What builds and tests of a fresh checkout cost. It takes an hour, and wants a machine that does nothing else.
+bench_build() {
+  # shellcheck disable=SC2046 # one word per section
+  setup $(package_sections)
+  with_progress 'bench build' "$LOGS/bench-build.log" test/build/build_bench.sh "$BUILD/bench-build" || failed=build
+  rm -f "$FIGURES/bench-build.csv"
+  keep_figures bench-build "$LOGS/bench-build.log" '-O3 -DNDEBUG -ffp-contract=off'
+  [ -z "$failed" ] || fail "bench build: failed; see $LOGS/bench-build.log"
+}
+
 [ $# -le 1 ] || fail "bench takes at most one name"
-filter=${1:-}
-if [ "$filter" = python ]; then bench_python; exit; fi
+filter=${1:-} failed=''
+case $filter in
+  python) bench_python; exit ;;
+  build) bench_build; exit ;;
+  fuzz) bench_fuzz; exit ;;
+esac
 names=$(for file in test/benchmark/*_bench.cpp; do basename "$file" _bench.cpp; done)
 # NAME takes NAME_* with it: parts of one benchmark that are programs of their own.
 chosen=$(echo "$names" | grep -x -e "$filter" -e "${filter}_.*" || echo "$names" | grep -F -e "$filter")
-[ -n "$chosen" ] || fail "no benchmark matches '$filter'; there are: $(echo "$names" | tr '\n' ' ')python"
+[ -n "$chosen" ] || fail "no benchmark matches '$filter'; there are: $(echo "$names" | tr '\n' ' ')build fuzz python"
 setup run bench
 forget_other_workspaces
 targets=$(echo "$chosen" | sed 's/^/bench_/' | tr '\n' ' ')

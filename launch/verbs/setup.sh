@@ -1,7 +1,7 @@
 #!/bin/sh
 #: setup [SECTION...]
 #:                   install the Debian packages of packages.apt: all, or those of the sections run, pages, view,
-#:                   python, test, bench, report, package, docs (each verb installs its own when needed)
+#:                   python, test, bench, fuzz, report, package, docs (each verb installs its own when needed)
 . "$(dirname "$0")/parts/start.sh"
 known=$(package_sections)
 for section; do

@@ -1,8 +1,8 @@
 #!/bin/sh
 # Each way to build this project that the README names, once, from a clean copy of the sources:
 #   build_tools.sh FOLDER [core|cmake|colcon|isolated|install|consumer]...   (default: all of them)
-# Tests and benchmarks are left out, and nothing is optimised: the ordinary build does both. Most sources compile alike in
-# all of them, once where there is a ccache: debug symbols would tell one folder from another, and are left out.
+# Tests and benchmarks are left out, and nothing is optimised: the ordinary build does both. The core compiles alike in all of
+# them, once where there is a ccache: each has its build folder as deep below the copy, and no debug symbols, which name it.
 export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd -P)
@@ -13,7 +13,7 @@ shift
 [ $# -gt 0 ] || set -- core cmake colcon isolated install consumer
 unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH
 if command -v ccache >/dev/null; then
-  export CMAKE_C_COMPILER_LAUNCHER=ccache CMAKE_CXX_COMPILER_LAUNCHER=ccache
+  export CMAKE_C_COMPILER_LAUNCHER=ccache CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_BASEDIR="$work" CCACHE_NOHASHDIR=1
 fi
 
 # A clean copy: nothing that another build left in the tree may help this one.
@@ -35,8 +35,8 @@ expect() {  # WHERE: a shell that sources WHERE/setup.sh finds every package
 
 # Users without catkin: an installed core, found by find_package in a project of five lines.
 build_consumer() {
-  cmake -S src -B b/alone -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_INSTALL_PREFIX="$copy/b/prefix"
-  ninja -C b/alone install
+  build core
+  ninja -C b/alone/haptic_core install
   mkdir -p b/user
   cat >b/user/CMakeLists.txt <<'TEXT'
 cmake_minimum_required(VERSION 3.16)
@@ -60,9 +60,9 @@ TEXT
 build() {
   case $1 in
     core)
-      cmake -S src -B b/core -G Ninja -DCMAKE_BUILD_TYPE=None
-      ninja -C b/core
-      ! grep -q catkin b/core/CMakeCache.txt ;;  # the core alone must not know of ROS
+      cmake -S src -B b/alone/haptic_core -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_INSTALL_PREFIX="$copy/b/prefix"
+      ninja -C b/alone/haptic_core
+      ! grep -q catkin b/alone/haptic_core/CMakeCache.txt ;;  # the core alone must not know of ROS
     cmake)
       cmake -S . -B b/cmake -G Ninja -DCMAKE_BUILD_TYPE=None -DCATKIN_ENABLE_TESTING=OFF
       ninja -C b/cmake

@@ -5,7 +5,9 @@ forget_other_workspaces() {
   unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH ROSLISP_PACKAGE_DIRECTORIES PYTHONPATH PYTHONHOME LD_LIBRARY_PATH
   unset ROS_MASTER_URI ROS_IP ROS_HOSTNAME
   if command -v ccache >/dev/null; then
+    # Paths below the repository count as relative: another checkout of it finds the same.
     export CMAKE_C_COMPILER_LAUNCHER=ccache CMAKE_CXX_COMPILER_LAUNCHER=ccache
+    export CCACHE_BASEDIR="${CCACHE_BASEDIR:-$ROOT}" CCACHE_NOHASHDIR=1
   fi
 }
 
