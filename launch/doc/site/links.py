@@ -12,6 +12,8 @@ import shutil
 import sys
 import urllib.parse
 
+from page import page_name
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 SKIPPED = {".git", "build", "log", "install"}
 LINK = re.compile(r"\[[^\]\[]*\]\(([^)\s]+)\)")
@@ -73,10 +75,10 @@ def dead_in_site(folder):
                     yield f"{os.path.relpath(path, folder)}: {target}: no such place"
 
 
-def page_name(markdown):
+def html_page(markdown):
     """Of a Markdown file of the repository in the site."""
     place = os.path.relpath(markdown, ROOT)
-    return "index.html" if place == "README.md" else "md_" + place[:-3].replace(os.sep, "_") + ".html"
+    return "index.html" if place == "README.md" else page_name(place) + ".html"
 
 
 def header_page(source):
@@ -86,7 +88,7 @@ def header_page(source):
 
 def complete(folder):
     """Pages keep the links of the repository: what they name there, such as a table or a source, comes into the site."""
-    sources = {page_name(path): path for path in files(ROOT, ".md")}
+    sources = {html_page(path): path for path in files(ROOT, ".md")}
     for page in files(folder, ".html"):
         beside = os.path.dirname(sources.get(os.path.basename(page), os.path.join(ROOT, "README.md")))
 
@@ -98,7 +100,7 @@ def complete(folder):
             source = os.path.normpath(os.path.join(beside, file))
             if not source.startswith(ROOT + os.sep) or not os.path.exists(source):
                 return match.group(0)
-            here = page_name(source) if source.endswith(".md") else os.path.relpath(source, ROOT)
+            here = html_page(source) if source.endswith(".md") else os.path.relpath(source, ROOT)
             if os.path.exists(os.path.join(folder, header_page(source))):
                 here = header_page(source)
             there = os.path.join(folder, here)

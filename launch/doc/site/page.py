@@ -6,9 +6,19 @@ first page of the repository leads everywhere, and is no parent.
 """
 import os
 import re
+import subprocess
 import sys
 
 LINK = re.compile(r"\[([^\]]*)\]\((?!doc/)([\w/]+)\.md\)")
+
+
+def page_name(place):
+    """Doxygen's name of the page of a Markdown file: since 1.9.8 (Debian 13) by its rules for file names, before (Debian 12) simpler."""
+    version = subprocess.run(["doxygen", "--version"], stdout=subprocess.PIPE, text=True, check=True).stdout
+    name = os.path.splitext(place)[0]
+    if [int(number) for number in re.findall(r"\d+", version)[:3]] < [1, 9, 8]:
+        return "md_" + name.replace(os.sep, "_")
+    return "md_" + name.replace("_", "__").replace(os.sep, "_2")
 
 
 def as_doxygen_reads(path, text):
@@ -17,7 +27,7 @@ def as_doxygen_reads(path, text):
         return text
 
     def subpage(match):
-        page = "md_" + os.path.join(folder, match.group(2)).replace(os.sep, "_")
+        page = page_name(os.path.join(folder, match.group(2)))
         return f'\\subpage {page} "{match.group(1)}"'
     return LINK.sub(subpage, text)
 

@@ -1,0 +1,65 @@
+# A bare Debian in a folder, to try this project where nothing is installed yet. Sourced by scripts that define `say`; needs root and
+# the package debootstrap.
+#
+# The script runs in name spaces of its own: its mounts are not seen outside, and the kernel ends its processes and takes its mounts
+# away with it, whatever ends it.
+
+# Calls the script again inside. Exit code 77: this machine, such as a container in CI, does not permit it.
+in_own_namespaces() {  # ARGUMENTS of the script
+  [ -z "${HAPTIC_BARE_INSIDE:-}" ] || return 0
+  [ "$(id -u)" = 0 ] || { say 'needs root, for a chroot'; exit 1; }
+  command -v debootstrap >/dev/null || { say 'debootstrap is not installed: ./run setup test'; exit 1; }
+  unshare --mount --pid --fork true 2>/dev/null || { say 'this container may not mount; skipped'; exit 77; }
+  HAPTIC_BARE_INSIDE=1 setpriv --pdeathsig KILL unshare --mount --pid --fork --kill-child "$0" "$@" &
+  trap 'kill -KILL "$!"' INT TERM HUP
+  wait "$!" && exit
+  exit "$?"
+}
+
+# Where apt of this machine has Debian from. LABEL: Debian or Debian-Security.
+debian_site() {
+  # shellcheck disable=SC2016 # a field of apt's
+  apt-get indextargets --format '$(REPO_URI)' 'Identifier: Packages' 'Origin: Debian' "Label: $1" | head -n 1
+}
+
+# A whole system or none: one that was interrupted is made again.
+make_bare() {  # FOLDER RELEASE LOG
+  [ ! -e "$1" ] || return 0
+  mirror=$(debian_site Debian) security=$(debian_site Debian-Security)
+  [ -n "$mirror" ] || { say 'apt here knows no mirror of Debian: apt-get update'; exit 1; }
+  say "a bare $2 in $1, from $mirror"
+  rm -rf "$1.part"
+  mkdir -p "$(dirname "$1")" "$(dirname "$3")"
+  debootstrap --variant=minbase "$2" "$1.part" "$mirror" >"$3" 2>&1 || { tail -n 20 "$3" >&2; say "debootstrap failed; see $3"; exit 1; }
+  {
+    echo "deb $mirror $2 main"
+    echo "deb $mirror $2-updates main"
+    [ -z "$security" ] || echo "deb $security $2-security main"
+  } >"$1.part/etc/apt/sources.list"
+  apt-config dump Acquire::http >"$1.part/etc/apt/apt.conf.d/10proxy"
+  cp -L /etc/apt/trusted.gpg.d/* "$1.part/etc/apt/trusted.gpg.d" 2>/dev/null || true  # keys of a mirror that has its own
+  cp -L /etc/resolv.conf "$1.part/etc/resolv.conf"
+  printf '127.0.0.1 localhost %s\n::1 localhost\n' "$(hostname)" >"$1.part/etc/hosts"
+  mv "$1.part" "$1"
+}
+
+# What programs find on every machine. The folder itself is mounted as well: `ip netns` changes how the root is shared.
+mount_bare() {  # FOLDER
+  mount --bind "$1" "$1"
+  mount -t proc proc "$1/proc"
+  mount -t sysfs -o ro sysfs "$1/sys"
+  mount -t devpts -o newinstance,ptmxmode=0666 devpts "$1/dev/pts"
+  mkdir -p "$1/dev/shm"
+  mount -t tmpfs tmpfs "$1/dev/shm"
+}
+
+# network: that of this machine. alone: loopback only, and every port free.
+enter() {  # network|alone FOLDER COMMAND...
+  reach=$1 folder=$2
+  shift 2
+  set -- chroot "$folder" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root TERM="${TERM:-dumb}" \
+    DEBIAN_FRONTEND=noninteractive "$@"
+  # shellcheck disable=SC2016 # expanded by the inner shell
+  [ "$reach" = network ] || set -- unshare --net sh -c 'ip link set lo up && exec "$@"' sh "$@"
+  "$@"
+}
