@@ -19,7 +19,7 @@ test_sanitized() {  # KIND [REGEX]
   if [ "$kind" = thread ]; then only=${2:-'core_(base|loop)'}; fi
   targets=$(for room in test/core/*/; do echo "core_$(basename "$room")"; done | grep -E -e "$only" | sed 's/$/_test/' | tr '\n' ' ')
   [ -n "$targets" ] || fail "test: --sanitize: no room of the core matches '$only'; there are: $(cd test/core && echo */ | tr -d /)"
-  configure_and_build "sanitize-$kind" "$ROOT/src" "$folder" "$targets" -DHAPTIC_CORE_TESTS=ON \
+  configure_and_build "sanitize-$kind" "$ROOT/src" "$folder" "$targets" -DHAPTIC_CORE_TESTS=ON -DHAPTIC_X86_64_V3=OFF \
     -DCMAKE_CXX_FLAGS="-fsanitize=$kind -fno-sanitize-recover=all -fno-omit-frame-pointer -g1" \
     -DCMAKE_CXX_FLAGS_RELEASE='-O1 -DNDEBUG'
   TSAN_OPTIONS=halt_on_error=1 ctest --test-dir "$folder" --no-tests=error --output-on-failure -j "$(nproc)" ${only:+-R "$only"}

@@ -34,6 +34,11 @@ users() {
   demo_s=$cpu_s all_s=$cpu_s
   echo "figure build.demo_cpu_s $demo_s s"
   objects >"$work/first"
+  # For the progress line: how long each object took beside the others, scaled to the CPU seconds of all.
+  awk -v cpu="$demo_s" '
+    $4 ~ /\.o$/ { name = $4; sub(/.*CMakeFiles\//, "", name); sub(/\.dir\/(Unity\/)?/, "/", name); took[name] = $2 - $1; sum += $2 - $1 }
+    END { for (name in took) if (took[name] * cpu / sum >= 1) printf "%.0f %s\n", took[name] * cpu / sum, name }' \
+    build/.ninja_log | sort -rn >"$work/build_seconds.txt"
   for verb in 'check touch_cube' 'check spidar_g6x3r' build 'demo --emulate --device uart --seconds 3' 'test ^links$'; do
     # shellcheck disable=SC2086 # a verb and its arguments
     cpu_of ./run $verb

@@ -6,7 +6,7 @@ import subprocess
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-PROGRESS = re.compile(r"[\w -]+: \d+ s(:|$)")  # what is shown while something lasts; not an error
+PROGRESS = re.compile(r"[\w -]+: \d+ s(:|,|$)")  # what is shown while something lasts; not an error
 RUN = os.path.join(ROOT, "run")
 
 

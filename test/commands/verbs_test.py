@@ -2,8 +2,11 @@
 """What all verbs of ./run share: --help, --version, sections of packages.apt, completion."""
 import os
 import re
+import shutil
 import subprocess
+import tempfile
 import unittest
+from random import Random
 
 from run_verb import ROOT, RUN
 
@@ -69,6 +72,45 @@ class Verbs(unittest.TestCase):
         self.assertIn("--record", complete("demo", "--r"))
         self.assertIn("spidar_g6x3r", complete("check", "spidar_g"))
         self.assertEqual(complete("setup", "vi"), ["view"])
+
+    def progress(self, script, *words):
+        return ask("sh", "-uc", f"ROOT={ROOT} BUILD= CALLER=; . $ROOT/launch/verbs/parts/progress.sh; {script}", "sh", *words)
+
+    def test_time_left_is_right_within_a_third(self):
+        """Builds of known length, on machines slower and faster than that of the table, whose objects take more or less."""
+        with open(os.path.join(VERBS, "parts", "build_seconds.txt"), encoding="utf-8") as file:
+            table = [line.split() for line in file if not line.startswith("#")]
+        random, cores = Random(1), os.cpu_count()
+        for factor in (0.5, 1, 3):
+            objects = [(name, factor * random.uniform(0.6, 1.4) * float(s)) for s, name in table]
+            random.shuffle(objects)
+            with tempfile.TemporaryDirectory() as folder:
+                plan, log = (os.path.join(folder, name) for name in ("build.plan", "build.log"))
+                lines = [f"[{i + 1}/{len(objects)}] Building CXX object a/CMakeFiles/{'.dir/'.join(name.split('/', 1))}\n"
+                         for i, (name, _) in enumerate(objects)]
+                with open(plan, "w", encoding="utf-8") as file:
+                    file.writelines(lines)
+                free, ends = [0.0] * cores, []  # each core takes the next object when it is free
+                for _, seconds in objects:
+                    free[0] += seconds
+                    ends.append(free[0])
+                    free.sort()
+                for share in (0.25, 0.5, 0.75):
+                    now = share * max(ends)
+                    with open(log, "w", encoding="utf-8") as file:
+                        file.writelines(line for line, end in zip(lines, ends) if end <= now)
+                    left = float(self.progress('seconds_left "$@"', plan, log, str(now)).stdout)
+                    self.assertAlmostEqual(left / (max(ends) - now), 1, delta=1 / 3, msg=f"factor {factor}, share {share}")
+
+    def test_progress_names_the_source_that_is_waited_for(self):
+        with tempfile.TemporaryDirectory() as folder:
+            compiler = shutil.copy("/bin/sh", os.path.join(folder, "cc1plus"))
+            unity = "src/CMakeFiles/haptic_core.dir/Unity/unity_world_0_cxx.cxx"
+            with subprocess.Popen([compiler, "-c", "read wait; exit", unity], stdin=subprocess.PIPE, start_new_session=True) as first, \
+                    subprocess.Popen([compiler, "-c", "read wait; exit", "x/late.cpp"], stdin=subprocess.PIPE) as other:
+                self.assertEqual(self.progress('compiled_longest "$1"', str(first.pid)).stdout, "haptic_core/unity_world_0\n")
+                first.stdin.close()
+                other.stdin.close()
 
 
 if __name__ == "__main__":

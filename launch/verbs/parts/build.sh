@@ -17,10 +17,11 @@ configure_and_build() {  # TITLE SOURCE BUILD_FOLDER TARGETS [CMAKE_OPTIONS]
   shift 4
   # shellcheck disable=SC2016 # expanded by the inner shell
   with_progress_or_log "$title" "$LOGS/$title.log" sh -c '
-    source=$1 folder=$2 targets=$3
-    shift 3
+    source=$1 folder=$2 targets=$3 plan=$4
+    shift 4
     [ -f "$folder/build.ninja" ] || cmake -S "$source" -B "$folder" -G Ninja "$@" || exit 1
-    exec ninja -C "$folder" $targets' sh "$source" "$folder" "$targets" "$@"
+    ninja -C "$folder" -n $targets >"$plan"
+    exec ninja -C "$folder" $targets' sh "$source" "$folder" "$targets" "$LOGS/$title.plan" "$@"
 }
 
 # The stack in build/. Tests are configured from the first call on that asks for them: they need more packages.

@@ -26,12 +26,57 @@ trap stop_children EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM HUP
 
+# The source that has been compiled for the longest in a session, as TARGET/FILE; nothing when none is.
+compiled_longest() {  # SESSION
+  oldest='' since=''
+  for stat in /proc/[0-9]*/stat; do
+    { read -r line <"$stat"; } 2>/dev/null || continue
+    case $line in *'(cc1plus) '* | *'(cc1) '*) ;; *) continue ;; esac
+    pid=${line%% *} rest=${line##*) }
+    # shellcheck disable=SC2086 # fields 3 and on of proc(5): the session is field 6, the start field 22
+    set -- "$1" $rest
+    [ "$5" = "$1" ] || continue
+    if [ -z "$since" ] || [ "${21}" -lt "$since" ]; then oldest=$pid since=${21}; fi
+  done
+  [ -n "$oldest" ] && tr '\0' '\n' 2>/dev/null <"/proc/$oldest/cmdline" | grep -m 1 -E '^[^-].*\.(c|cc|cpp|cxx)$' |
+    sed "s|^$ROOT/||; s|^\.\./||; s|.*CMakeFiles/\([^/]*\)\.dir/\(Unity/\)*|\1/|; s|_cxx\.cxx\$||"
+}
+
+# Seconds until a build that has a plan (the lines of `ninja -n`) has done it, by how long each object takes; nothing without
+# a plan. Before anything is done the machine counts as that of build_seconds.txt.
+seconds_left() {  # PLAN LOG ELAPSED
+  [ -s "$1" ] || return 0
+  awk -v elapsed="$3" -v cores="$(nproc)" '
+    function weight(line) {
+      if (line !~ /\.o$/) return 0.2
+      sub(/.* /, "", line)
+      sub(/.*CMakeFiles\//, "", line)
+      sub(/\.dir\/(Unity\/)?/, "/", line)
+      sub(/_v3\//, "/", line)
+      return line in seconds ? seconds[line] : 5
+    }
+    FILENAME ~ /build_seconds/ { if (!/^#/) seconds[$2] = $1; next }
+    !/^\[[0-9]+\/[0-9]+\] / { next }
+    FILENAME == plan { total += weight($0); next }
+    { done += weight($0) }
+    # 30 CPU seconds of the reference machine hold the pace at the start.
+    END { pace = (done + 30) / (elapsed + 30 / cores); left = (total - done) / pace; printf "%d", (left > 0 ? left : 0) }
+  ' plan="$1" "$ROOT/launch/verbs/parts/build_seconds.txt" "$1" "$2"
+}
+
+progress_line() {  # TITLE LOG SESSION ELAPSED: how long it lasts, how long it will, what it waits for
+  left=$(seconds_left "${2%.log}.plan" "$2" "$4") at=$(compiled_longest "$3")
+  [ -n "$at" ] && at="compiles $at" || at=$(tail -n 1 "$2" | tr -d '\r')
+  printf '%s: %d s%s: %.90s' "$1" "$4" "${left:+, about $left s left}" "$at"
+}
+
 # Shell functions share their variables: what a verb sets before it builds (scene, device, rate, seconds, record) must not
 # be assigned here. Runs a command with its output in a log; says every two seconds how long it has lasted and where it is.
 with_progress() {  # TITLE LOG COMMAND...
   title=$1 log=$2
   shift 2
   mkdir -p "$(dirname "$log")"
+  rm -f "${log%.log}.plan"
   setsid "$@" >"$log" 2>&1 </dev/null &
   job=$!
   CHILDREN="$CHILDREN $job"
@@ -42,9 +87,9 @@ with_progress() {  # TITLE LOG COMMAND...
     if [ "$elapsed" -ge $((shown + 2)) ]; then
       shown=$elapsed
       if [ -t 2 ]; then
-        printf '\r\033[K%s: %d s: %.90s' "$title" "$elapsed" "$(tail -n 1 "$log" | tr -d '\r')" >&2
+        printf '\r\033[K%s' "$(progress_line "$title" "$log" "$job" "$elapsed")" >&2
       elif [ $((elapsed % 30)) -lt 2 ]; then
-        printf '%s: %d s: %.90s\n' "$title" "$elapsed" "$(tail -n 1 "$log" | tr -d '\r')" >&2
+        printf '%s\n' "$(progress_line "$title" "$log" "$job" "$elapsed")" >&2
       fi
     fi
   done
