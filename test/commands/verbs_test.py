@@ -89,7 +89,7 @@ class Verbs(unittest.TestCase):
                 lines = [f"[{i + 1}/{len(objects)}] Building CXX object a/CMakeFiles/{'.dir/'.join(name.split('/', 1))}\n"
                          for i, (name, _) in enumerate(objects)]
                 with open(plan, "w", encoding="utf-8") as file:
-                    file.writelines(lines)
+                    file.writelines(line.split()[-1] + "\n" for line in lines)
                 free, ends = [0.0] * cores, []  # each core takes the next object when it is free
                 for _, seconds in objects:
                     free[0] += seconds

@@ -20,7 +20,11 @@ configure_and_build() {  # TITLE SOURCE BUILD_FOLDER TARGETS [CMAKE_OPTIONS]
     source=$1 folder=$2 targets=$3 plan=$4
     shift 4
     [ -f "$folder/build.ninja" ] || cmake -S "$source" -B "$folder" -G Ninja "$@" || exit 1
-    ninja -C "$folder" -n $targets >"$plan"
+    # For the progress line: the objects that are not there. (A dry run ends where the globs would be looked at.)
+    (cd "$folder" && ninja -t inputs $targets | grep "\\.o$" | while read -r object; do
+      [ -f "$object" ] || echo "$object"
+    done) >"$plan.new"
+    mv "$plan.new" "$plan"
     exec ninja -C "$folder" $targets' sh "$source" "$folder" "$targets" "$LOGS/$title.plan" "$@"
 }
 

@@ -42,8 +42,8 @@ compiled_longest() {  # SESSION
     sed "s|^$ROOT/||; s|^\.\./||; s|.*CMakeFiles/\([^/]*\)\.dir/\(Unity/\)*|\1/|; s|_cxx\.cxx\$||"
 }
 
-# Seconds until a build that has a plan (the lines of `ninja -n`) has done it, by how long each object takes; nothing without
-# a plan. Before anything is done the machine counts as that of build_seconds.txt.
+# Seconds until a build has made the objects of its plan, by how long each takes; nothing without a plan. Before anything is
+# done the machine counts as that of build_seconds.txt.
 seconds_left() {  # PLAN LOG ELAPSED
   [ -s "$1" ] || return 0
   awk -v elapsed="$3" -v cores="$(nproc)" '
@@ -56,11 +56,15 @@ seconds_left() {  # PLAN LOG ELAPSED
       return line in seconds ? seconds[line] : 5
     }
     FILENAME ~ /build_seconds/ { if (!/^#/) seconds[$2] = $1; next }
+    FILENAME == plan { total += weight($0); ++objects; next }
     !/^\[[0-9]+\/[0-9]+\] / { next }
-    FILENAME == plan { total += weight($0); next }
-    { done += weight($0) }
+    { done += weight($0); split($1, count, /[^0-9]+/); steps = count[3] }
     # 30 CPU seconds of the reference machine hold the pace at the start.
-    END { pace = (done + 30) / (elapsed + 30 / cores); left = (total - done) / pace; printf "%d", (left > 0 ? left : 0) }
+    END {
+      if (steps > objects) total += 0.2 * (steps - objects)  # generated files, links
+      left = (total - done) * (elapsed + 30 / cores) / (done + 30)
+      if (left > 0) printf "%d", left
+    }
   ' plan="$1" "$ROOT/launch/verbs/parts/build_seconds.txt" "$1" "$2"
 }
 

@@ -9,7 +9,7 @@
 #include "haptic_core/world/world.h"
 
 namespace haptic {
-namespace {
+namespace certificate_test {
 
 using scenes::CubeParameters;
 
@@ -140,5 +140,5 @@ TEST(Certificate, KnowsThatASoftStackBuckles) {
   EXPECT_EQ(growth(6.5e4), 0);
 }
 
-}  // namespace
+}  // namespace certificate_test
 }  // namespace haptic

@@ -12,7 +12,7 @@
 #include "haptic_core/geometry/ball.h"
 
 namespace haptic {
-namespace {
+namespace chosen_stiffness_test {
 
 constexpr double kWeight = 20;  // [N]
 
@@ -117,5 +117,5 @@ TEST(ChosenStiffness, AHandBearsWhatItTouches) {
   EXPECT_GE(devices, 20);
 }
 
-}  // namespace
+}  // namespace chosen_stiffness_test
 }  // namespace haptic

@@ -8,7 +8,7 @@
 #include "haptic_core/base/error.h"
 
 namespace haptic {
-namespace {
+namespace error_estimate_test {
 
 using namespace scenes;
 
@@ -200,5 +200,5 @@ TEST(ErrorEstimate, KnowsThatNothingIsStiffWhereNothingTouches) {
   }
 }
 
-}  // namespace
+}  // namespace error_estimate_test
 }  // namespace haptic

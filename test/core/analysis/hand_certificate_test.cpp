@@ -13,7 +13,7 @@
 #include "haptic_core/spidar/wall_bound.h"
 
 namespace haptic {
-namespace {
+namespace hand_certificate_test {
 
 constexpr double kPeriod = 1e-3, kPress = 2, kRadius = 0.005, kSide = 0.01;  // [s], [N], [m], [m]
 
@@ -126,5 +126,5 @@ TEST(HandCertificate, TheLoopRestsBelowTheBoundAndRingsFarBeyond) {
   EXPECT_GT(restlessness(9 * c.bearable), 100 * quantum);  // K grows with the root of k
 }
 
-}  // namespace
+}  // namespace hand_certificate_test
 }  // namespace haptic

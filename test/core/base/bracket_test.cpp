@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace haptic {
-namespace {
+namespace bracket_test {
 
 /// Evaluations until |f| is below `enough`; the root in x.
 template <class F>
@@ -59,5 +59,5 @@ TEST(Bracket, KeepsAwayFromTheEndsByItsMargin) {
   EXPECT_EQ(bracket.guess(0.1), 0.1);
 }
 
-}  // namespace
+}  // namespace bracket_test
 }  // namespace haptic

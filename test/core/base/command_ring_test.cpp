@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace haptic {
-namespace {
+namespace command_ring_test {
 
 using std::chrono::milliseconds;
 constexpr milliseconds kLong{20000};
@@ -156,5 +156,5 @@ TEST(CommandRing, TheAnswerIsTrueWhenPatienceEndsMeanwhile) {
   EXPECT_EQ(taken, done);
 }
 
-}  // namespace
+}  // namespace command_ring_test
 }  // namespace haptic

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace haptic {
-namespace {
+namespace fields_test {
 
 enum class Mode : unsigned char { kFirst, kSecond };
 
@@ -88,5 +88,5 @@ TEST(Fields, EveryNumberReachesTheHash) {
   }
 }
 
-}  // namespace
+}  // namespace fields_test
 }  // namespace haptic

@@ -6,7 +6,7 @@
 #include <random>
 
 namespace haptic {
-namespace {
+namespace lane_vector_test {
 
 constexpr double kEps = 2.2e-16;
 
@@ -49,5 +49,5 @@ TEST(LaneVector, TurnsAsEigensQuaternionsDo) {
   }
 }
 
-}  // namespace
+}  // namespace lane_vector_test
 }  // namespace haptic

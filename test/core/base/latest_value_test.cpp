@@ -8,7 +8,7 @@
 #include <thread>
 
 namespace haptic {
-namespace {
+namespace latest_value_test {
 
 /// Larger than a cache line, all numbers equal: a torn copy would show two of them.
 using Wide = std::array<std::uint64_t, 24>;
@@ -63,5 +63,5 @@ TEST(LatestValue, BetweenThreadsIsNeverTornAndNeverOlder) {
   writer.join();
 }
 
-}  // namespace
+}  // namespace latest_value_test
 }  // namespace haptic

@@ -8,7 +8,7 @@
 #include <thread>
 
 namespace haptic {
-namespace {
+namespace record_ring_test {
 
 TEST(RecordRing, HoldsItsCapacityAndCountsWhatItDrops) {
   RecordRing<int> ring(3);
@@ -69,5 +69,5 @@ TEST(RecordRing, BetweenThreadsLosesNothingUncounted) {
   EXPECT_EQ(taken + ring.dropped(), kRecords);
 }
 
-}  // namespace
+}  // namespace record_ring_test
 }  // namespace haptic

@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace haptic {
-namespace {
+namespace transposed_product_test {
 
 constexpr int kPlaces = 8;  // doubles of the largest packet, of x86-64-v4
 
@@ -41,5 +41,5 @@ TEST(TransposedProduct, SumsInItsOrderAtEveryAddress) {
   }
 }
 
-}  // namespace
+}  // namespace transposed_product_test
 }  // namespace haptic

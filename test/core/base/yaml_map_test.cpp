@@ -6,7 +6,7 @@
 #include <limits>
 
 namespace haptic {
-namespace {
+namespace yaml_map_test {
 
 const char kText[] = "mass: 2\nturn: [1, 2.5, -3]\nword: steel\nlight: true\nsteep: .inf\nlist: [a, b]\ntext: 1 2 3\n";
 const std::set<std::string> kKnown = {"mass", "turn", "word", "light", "steep", "list", "text", "absent"};
@@ -58,5 +58,5 @@ TEST(YamlMap, ComplainsWithFileLineAndKey) {
   }
 }
 
-}  // namespace
+}  // namespace yaml_map_test
 }  // namespace haptic

@@ -9,7 +9,7 @@
 #include "haptic_core/contact/contact_material.h"
 
 namespace haptic {
-namespace {
+namespace elastic_layer_test {
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
@@ -72,5 +72,5 @@ TEST(ElasticLayer, ChosenStiffnessHoldsWhereNobodyGivesOne) {
   EXPECT_EQ(combine(heavy, pointer, world).stiffness, 6e5);
 }
 
-}  // namespace
+}  // namespace elastic_layer_test
 }  // namespace haptic

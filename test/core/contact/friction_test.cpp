@@ -4,7 +4,7 @@
 #include "flush_cube.h"
 
 namespace haptic::test {
-namespace {
+namespace friction_test {
 
 // 20 roundings of numbers of the size of the load; the volume's area and depth carry the pose's rounding, eps 0.15/1e-4.
 constexpr double kRounding = 1e-11;
@@ -127,5 +127,5 @@ TEST_F(Friction, WithoutTorsionThePatchDoesNotResistSpinning) {
   EXPECT_EQ(F.F_BP_P.torque.z(), 0);
 }
 
-}  // namespace
+}  // namespace friction_test
 }  // namespace haptic::test

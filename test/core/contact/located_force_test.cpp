@@ -6,7 +6,7 @@
 #include "flush_cube.h"
 
 namespace haptic::test {
-namespace {
+namespace located_force_test {
 
 class LocatedForces : public FlushCube {};
 
@@ -105,5 +105,5 @@ TEST_F(LocatedForces, ADamperThatBeganInsideTheStepHasSlowedTheBody) {
   EXPECT_NEAR(F.F_BP_P.force.z() * h / 2 + F.impulse_P.force.z(), impulse, 1e-10 * impulse);
 }
 
-}  // namespace
+}  // namespace located_force_test
 }  // namespace haptic::test

@@ -8,7 +8,7 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
+namespace overlay_test {
 
 /// p = k d - b ω y over a disc, positive below the line y0 = k d/(b ω): ∫ b ω (y0 - y) over that part.
 TEST(Overlay, HasRoomForAllCornersOfRoundFaces) {
@@ -40,5 +40,5 @@ TEST(Overlay, HasRoomForAllCornersOfRoundFaces) {
   }
 }
 
-}  // namespace
+}  // namespace overlay_test
 }  // namespace haptic

@@ -6,7 +6,7 @@
 #include "haptic_core/contact/pressure_law.h"
 
 namespace haptic {
-namespace {
+namespace sliding_friction_test {
 
 using namespace scenes;
 
@@ -122,5 +122,5 @@ TEST_F(TiltedPatch, PressureNeverPullsAndItsIntegralIsExact) {
   }
 }
 
-}  // namespace
+}  // namespace sliding_friction_test
 }  // namespace haptic

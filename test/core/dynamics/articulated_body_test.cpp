@@ -11,7 +11,7 @@
 #include "random_tree.h"
 
 namespace haptic::test {
-namespace {
+namespace articulated_body_test {
 
 using Dense = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 const Vector3 kGravity(0.3, -0.2, -9.8);
@@ -193,5 +193,5 @@ TEST(Articulation, RefusesWhatIsNotABody) {
   EXPECT_NE(refused(bad).find("joint4"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace articulated_body_test
 }  // namespace haptic::test

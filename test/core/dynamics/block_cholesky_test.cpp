@@ -8,7 +8,7 @@
 #include <random>
 
 namespace haptic {
-namespace {
+namespace block_cholesky_test {
 
 struct Problem {
   std::vector<int> sizes, offsets{0};
@@ -153,5 +153,5 @@ TEST(BlockCholesky, PrescribedUnknownsAreMetAndTheRestSolvesAroundThem) {
   }
 }
 
-}  // namespace
+}  // namespace block_cholesky_test
 }  // namespace haptic

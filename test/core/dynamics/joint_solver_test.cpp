@@ -12,7 +12,7 @@
 #include "random_tree.h"
 
 namespace haptic::test {
-namespace {
+namespace joint_solver_test {
 
 const Vector3 kGravity(0, 0, -9.8);
 
@@ -128,5 +128,5 @@ TEST(JointSolver, ClosesRingsAlikeOverARecursionAndOverAMatrix) {
   expectSameMotion(def, fourBarRing(), {0.8, -0.81, 0.79}, {1, -1, 0.5}, 1e-4);  // a gap, and one that grows
 }
 
-}  // namespace
+}  // namespace joint_solver_test
 }  // namespace haptic::test

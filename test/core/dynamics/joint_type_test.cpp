@@ -7,7 +7,7 @@
 #include "random_tree.h"
 
 namespace haptic::test {
-namespace {
+namespace joint_type_test {
 
 TEST(JointKinds, StandInTheOrderOfTheirValuesUnderOneNameEach) {
   for (std::size_t i = 0; i < std::size(kJointKinds); ++i) {
@@ -82,5 +82,5 @@ TEST(JointKinds, ScalarPoseIsWhereKinematicsPutsTheLink) {
   }
 }
 
-}  // namespace
+}  // namespace joint_type_test
 }  // namespace haptic::test

@@ -12,7 +12,7 @@
 #include "random_tree.h"
 
 namespace haptic::test {
-namespace {
+namespace runge_kutta_test {
 
 struct Motion {
   explicit Motion(const TreeDef& def)
@@ -167,5 +167,5 @@ TEST(RungeKutta, FloatingTreesKeepTheirMomentumUnderGravity) {
   }
 }
 
-}  // namespace
+}  // namespace runge_kutta_test
 }  // namespace haptic::test

@@ -13,7 +13,7 @@
 #include "random_tree.h"
 
 namespace haptic::test {
-namespace {
+namespace tree_motion_test {
 
 const Vector3 kGravity(0, 0, -9.8);
 
@@ -288,5 +288,5 @@ TEST(TreeMotion, RefusesRingsThatAreNotThere) {
   EXPECT_THROW(TreeMotion(tree, {ring}), SetupError);
 }
 
-}  // namespace
+}  // namespace tree_motion_test
 }  // namespace haptic::test

@@ -9,7 +9,7 @@
 #include "random_tree.h"
 
 namespace haptic::test {
-namespace {
+namespace tree_step_test {
 
 const Vector3 kGravity(0.3, -0.2, -9.8);
 
@@ -186,5 +186,5 @@ TEST(TreeStep, JointsWithLawsReportWhatTheyDid) {
   EXPECT_LT(distance(s.q, pulled.q), 1e-15);
 }
 
-}  // namespace
+}  // namespace tree_step_test
 }  // namespace haptic::test

@@ -13,7 +13,7 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
+namespace ball_contact_test {
 
 using Status = ContactVolume::Status;
 constexpr double kEps = std::numeric_limits<double>::epsilon();
@@ -324,5 +324,5 @@ TEST(ShapeDistance, OfBallsIsExact) {
   EXPECT_FALSE(near.separated);
 }
 
-}  // namespace
+}  // namespace ball_contact_test
 }  // namespace haptic

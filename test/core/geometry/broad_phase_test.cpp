@@ -7,7 +7,7 @@
 #include "haptic_core/base/error.h"
 
 namespace haptic {
-namespace {
+namespace broad_phase_test {
 
 using Box = ConvexPolyhedron::Box;
 
@@ -57,5 +57,5 @@ TEST(BroadPhase, RefusesAPairOfNoBox) {
   EXPECT_THROW(BroadPhase(2, {{0, 2}}), SetupError);
 }
 
-}  // namespace
+}  // namespace broad_phase_test
 }  // namespace haptic

@@ -10,7 +10,7 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
+namespace contact_integrals_test {
 
 /// Contact of a sphere-like body in a box, in a general pose.
 struct ContactIntegrals : testing::Test {
@@ -171,5 +171,5 @@ TEST(ThicknessSquared, OfBoxesIsVolumeTimesDepth) {
   EXPECT_NEAR(thicknessSquared(workspace, contact), 1e-2 * 1e-8, 1e-2 * 1e-8 * 1e-11);
 }
 
-}  // namespace
+}  // namespace contact_integrals_test
 }  // namespace haptic

@@ -11,7 +11,7 @@
 #include "hard_cases.h"
 
 namespace haptic {
-namespace {
+namespace contact_properties_test {
 
 using Status = ContactVolume::Status;
 
@@ -204,5 +204,5 @@ TEST_F(ContactProperties, HoldForAnyBytes) {
   }
 }
 
-}  // namespace
+}  // namespace contact_properties_test
 }  // namespace haptic

@@ -9,7 +9,7 @@
 #include "hard_cases.h"
 
 namespace haptic {
-namespace {
+namespace contact_volume_test {
 
 ContactVolume contact(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB) {
   ContactWorkspace workspace;
@@ -250,5 +250,5 @@ TEST(ContactVolume, PushesAndSaysSoWithoutRoom) {
   EXPECT_GT(v.normal().z(), 0.9);
 }
 
-}  // namespace
+}  // namespace contact_volume_test
 }  // namespace haptic

@@ -11,7 +11,7 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
+namespace convex_polyhedron_test {
 
 using Loops = std::vector<std::vector<int>>;
 
@@ -180,5 +180,5 @@ TEST(ConvexPolyhedron, AdjacencyIsConsistent) {
   }
 }
 
-}  // namespace
+}  // namespace convex_polyhedron_test
 }  // namespace haptic

@@ -9,7 +9,7 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
+namespace gjk_test {
 
 struct Gjk : testing::Test {
   Vector3 direction() { return Vector3(normal(random), normal(random), normal(random)).normalized(); }
@@ -115,5 +115,5 @@ TEST_F(Gjk, GivesACommonPointOfBodiesThatIntersect) {
   }
 }
 
-}  // namespace
+}  // namespace gjk_test
 }  // namespace haptic

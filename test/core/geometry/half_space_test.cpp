@@ -15,7 +15,7 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
+namespace half_space_test {
 
 using Status = ContactVolume::Status;
 constexpr double kEps = std::numeric_limits<double>::epsilon();
@@ -179,5 +179,5 @@ TEST(HalfSpace, HasABoxThatEndsWhereItIsLevel) {
   EXPECT_EQ(supportHeight(ground, Pose(Vector3(1, 2, 3)), Vector3::UnitX()), INFINITY);
 }
 
-}  // namespace
+}  // namespace half_space_test
 }  // namespace haptic

@@ -7,7 +7,7 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
+namespace internal_faces_test {
 
 /// Faces of a box: 2·axis + (looks along + ? 1 : 0).
 std::vector<int> internalOf(const InnerFaces& inner) {
@@ -71,5 +71,5 @@ TEST(InternalFaces, MarkTheContactsThatTheyBound) {
   }
 }
 
-}  // namespace
+}  // namespace internal_faces_test
 }  // namespace haptic

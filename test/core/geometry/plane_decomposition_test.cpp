@@ -11,7 +11,7 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
+namespace plane_decomposition_test {
 
 /// A prism of height `height` over a polygon (counter-clockwise), its caps cut into fans from `centres`.
 TriangleMesh prism(const std::vector<Vector2>& outline, const std::vector<std::array<int, 3>>& cap,
@@ -130,5 +130,5 @@ TEST(MeshToConvex, HullsDecomposesOrRefuses) {
   EXPECT_NEAR(report.hull_distance, 0.006 * 0.05, 3e-5);  // resolved to 2 % of the tolerance
 }
 
-}  // namespace
+}  // namespace plane_decomposition_test
 }  // namespace haptic

@@ -13,7 +13,7 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
+namespace rod_contact_test {
 
 using Status = ContactVolume::Status;
 constexpr double kEps = std::numeric_limits<double>::epsilon();
@@ -497,5 +497,5 @@ TEST(RodContact, AgainstRoundShapesTakesOneAsAPolyhedron) {
   }
 }
 
-}  // namespace
+}  // namespace rod_contact_test
 }  // namespace haptic

@@ -8,7 +8,7 @@
 #include "haptic_core/base/error.h"
 
 namespace haptic {
-namespace {
+namespace shapes_test {
 
 TEST(Shapes, BoxHasTheMassPropertiesOfABox) {
   const Vector3 s(0.1, 0.2, 0.3);
@@ -57,5 +57,5 @@ TEST(Shapes, RefuseSizesThatAreNone) {
   EXPECT_THROW(makeSphere(1, 7), SetupError);
 }
 
-}  // namespace
+}  // namespace shapes_test
 }  // namespace haptic

@@ -9,7 +9,7 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
+namespace thickness_gradient_test {
 
 struct Pair {
   const ConvexPolyhedron &A, &B;
@@ -153,5 +153,5 @@ TEST(ThicknessGradient, DoesNoWorkAroundAClosedWay) {
   EXPECT_GT(std::abs(plain), 1e-3 * forth);
 }
 
-}  // namespace
+}  // namespace thickness_gradient_test
 }  // namespace haptic

@@ -10,7 +10,7 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
+namespace time_of_impact_test {
 
 ShapeMotion motion(const Pose& X_WS, const Twist& V_W, double reach) { return {X_WS, X_WS.p, V_W, reach}; }
 
@@ -76,5 +76,5 @@ TEST(LeastWidth, IsTheThinnestSideOfABox) {
   EXPECT_NEAR(leastWidth(makeBox(Vector3(0.3, 0.001, 5))), 0.001, 1e-15);
 }
 
-}  // namespace
+}  // namespace time_of_impact_test
 }  // namespace haptic

@@ -15,7 +15,7 @@
 #include "haptic_core/spidar/wall_bound.h"
 
 namespace haptic {
-namespace {
+namespace hand_bound_test {
 
 constexpr double kPeriod = 1e-3, kPress = 2, kRadius = 0.005, kSide = 0.01;  // [s], [N], [m], [m]
 
@@ -279,5 +279,5 @@ TEST(HandBound, AVirtualCouplingYields) {
   }
 }
 
-}  // namespace
+}  // namespace hand_bound_test
 }  // namespace haptic

@@ -10,7 +10,7 @@
 #include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
-namespace {
+namespace haptic_loop_test {
 
 constexpr double kPeriod = 1e-3;  // [s]
 
@@ -134,5 +134,5 @@ TEST(HapticLoop, RefusesAPointerThatTheSceneDoesNotHave) {
   EXPECT_THROW(bench.loop.attach(bench.device, 7, {}), SetupError);
 }
 
-}  // namespace
+}  // namespace haptic_loop_test
 }  // namespace haptic

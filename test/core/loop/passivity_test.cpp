@@ -7,7 +7,7 @@
 #include <cmath>
 
 namespace haptic {
-namespace {
+namespace passivity_test {
 
 constexpr double kPeriod = 1e-3;      // [s]
 constexpr double kStiffness = 2000;   // [N/m]
@@ -131,5 +131,5 @@ TEST(PassivityController, LeavesAPassivePortAlone) {
   EXPECT_GT(port.energy(), 0);
 }
 
-}  // namespace
+}  // namespace passivity_test
 }  // namespace haptic

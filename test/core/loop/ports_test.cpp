@@ -38,7 +38,7 @@ struct PortTraits<CounterPort> {
   static constexpr PortKind kKind = PortKind::kDevice;
 };
 
-namespace {
+namespace ports_test {
 
 using std::chrono::milliseconds;
 
@@ -369,5 +369,5 @@ TEST(Ports, ManyRoundsOfOfferClaimWithdraw) {
   EXPECT_GE(leases, 300);
 }
 
-}  // namespace
+}  // namespace ports_test
 }  // namespace haptic

@@ -12,7 +12,7 @@
 #include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
-namespace {
+namespace session_test {
 
 constexpr double kPeriod = 1e-3;  // [s]
 // Before this tick the world's state is noted without having changed: restoring what is there must change nothing.
@@ -328,5 +328,5 @@ TEST(Session, FingerprintTellsScenesApart) {
   }
 }
 
-}  // namespace
+}  // namespace session_test
 }  // namespace haptic

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace haptic {
-namespace {
+namespace workspace_map_test {
 
 Pose turned(double angle, const Vector3& axis, const Vector3& p) {
   return Pose(Matrix3(Eigen::AngleAxisd(angle, axis.normalized())), p);
@@ -56,5 +56,5 @@ TEST(WorkspaceMap, ClutchHoldsThePointerAndReleasesWithoutAJump) {
   EXPECT_LT((map.X_WP().p - held.p - kSettings.X_WB.R * Vector3(0, 0, 0.003)).norm(), 1e-15);
 }
 
-}  // namespace
+}  // namespace workspace_map_test
 }  // namespace haptic

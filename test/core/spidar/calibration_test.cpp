@@ -11,7 +11,7 @@
 #include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
-namespace {
+namespace calibration_test {
 
 DeviceDef device(const std::string& name) {
   return loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/" + name + ".yaml");
@@ -163,5 +163,5 @@ TEST(Calibration, ByAJigStartsFromItsPose) {
   EXPECT_LT((spidar.pose().p - moved.X_BG.p).norm(), 33e-6);
 }
 
-}  // namespace
+}  // namespace calibration_test
 }  // namespace haptic

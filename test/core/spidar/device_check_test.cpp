@@ -5,7 +5,7 @@
 #include <cmath>
 
 namespace haptic {
-namespace {
+namespace device_check_test {
 
 DeviceDef device(const std::string& name) {
   return loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/" + name + ".yaml");
@@ -81,5 +81,5 @@ TEST(DeviceCheck, SegmentDistanceInClosedForm) {
   EXPECT_NEAR(segmentDistance(o, x, 2 * x + y, 3 * x + 4 * y), std::sqrt(2.0), 1e-12);  // end to end
 }
 
-}  // namespace
+}  // namespace device_check_test
 }  // namespace haptic

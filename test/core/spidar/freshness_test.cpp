@@ -10,7 +10,7 @@
 #include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
-namespace {
+namespace freshness_test {
 
 constexpr double kStep = 1e-3, kLimit = 0.02;
 
@@ -186,5 +186,5 @@ TEST(StillCounters, EndTheForceOnceItChanges) {
   EXPECT_TRUE(rig.device.causeFlags() & kCountersStill);
   EXPECT_FALSE(rig.device.calibrated());
 }
-}  // namespace
+}  // namespace freshness_test
 }  // namespace haptic

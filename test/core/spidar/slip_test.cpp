@@ -12,7 +12,7 @@
 #include "haptic_core/spidar/device_twin.h"
 
 namespace haptic {
-namespace {
+namespace slip_test {
 
 constexpr double kStep = 1e-3;
 constexpr double kSlips[] = {0.5e-3, -2e-3, 5e-3, -20e-3};  // [m]
@@ -226,5 +226,5 @@ TEST(CountScreen, ACounterThatRunsWildIsNamed) {
   EXPECT_EQ(rig.device.suspectString(), 5);
 }
 
-}  // namespace
+}  // namespace slip_test
 }  // namespace haptic

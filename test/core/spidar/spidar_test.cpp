@@ -7,7 +7,7 @@
 #include "haptic_core/spidar/device_twin.h"
 
 namespace haptic {
-namespace {
+namespace spidar_test {
 
 constexpr double kStep = 1e-3;
 
@@ -144,5 +144,5 @@ TEST(DeviceTwin, AnswersBeforeItExecutes) {
   EXPECT_EQ(twin.latchedPose().X_BG.p.norm(), 0);
 }
 
-}  // namespace
+}  // namespace spidar_test
 }  // namespace haptic

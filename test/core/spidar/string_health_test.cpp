@@ -8,7 +8,7 @@
 #include "haptic_core/spidar/device_twin.h"
 
 namespace haptic {
-namespace {
+namespace string_health_test {
 
 constexpr double kStep = 1e-3;
 
@@ -180,5 +180,5 @@ TEST(StringHealth, AnExchangeTooFastForTheWireIsRefusedOnHardware) {
   EXPECT_EQ(device.state(), DeviceState::kFault);
 }
 
-}  // namespace
+}  // namespace string_health_test
 }  // namespace haptic

@@ -10,7 +10,7 @@
 #include "haptic_core/base/error.h"
 
 namespace haptic {
-namespace {
+namespace string_kinematics_test {
 
 std::string deviceFile(const std::string& name) {
   return std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/" + name + ".yaml";
@@ -203,5 +203,5 @@ TEST(DeviceFile, NamesAFileThatIsNotThere) {
   }
 }
 
-}  // namespace
+}  // namespace string_kinematics_test
 }  // namespace haptic

@@ -7,7 +7,7 @@
 #include <random>
 
 namespace haptic {
-namespace {
+namespace tension_distribution_test {
 
 DeviceDef device(const std::string& name) {
   return loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/" + name + ".yaml");
@@ -193,5 +193,5 @@ TEST(TensionDistribution, IgnoresWhatIsNotFinite) {
   EXPECT_EQ(distribution.solve(F).status, TensionStatus::kSolved);
 }
 
-}  // namespace
+}  // namespace tension_distribution_test
 }  // namespace haptic

@@ -6,7 +6,7 @@
 #include <Eigen/Eigenvalues>
 
 namespace haptic {
-namespace {
+namespace wall_bound_test {
 
 /// Mass m with damping B on a spring K whose force is held over T and one period old: x'' = -(B/m) x' - (K/m) x_{n-1}.
 /// Largest eigenvalue of the map from one sample to the next.
@@ -35,5 +35,5 @@ TEST(WallBound, WallDampingAndDelayTakeTheirShare) {
   EXPECT_EQ(largestWallStiffness(0.1, 0.5, 1e-3, 0), 0);
 }
 
-}  // namespace
+}  // namespace wall_bound_test
 }  // namespace haptic

@@ -4,7 +4,7 @@
 #include "../../scenes/bounce.h"
 
 namespace haptic {
-namespace {
+namespace bounce_test {
 
 using namespace scenes;
 
@@ -85,5 +85,5 @@ TEST(Bounce, ReportsTheMeanOverItsParts) {
   EXPECT_GE(parts, 4);
 }
 
-}  // namespace
+}  // namespace bounce_test
 }  // namespace haptic

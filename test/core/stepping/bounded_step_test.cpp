@@ -6,7 +6,7 @@
 #include "../../scenes/heap.h"
 
 namespace haptic {
-namespace {
+namespace bounded_step_test {
 
 using scenes::HeapParameters;
 
@@ -183,5 +183,5 @@ TEST(BoundedStep, TheToleranceIsAShareOfTheChange) {
   EXPECT_NEAR(normal, reference, 0.5 * WorldSettings{}.tolerance * change);
 }
 
-}  // namespace
+}  // namespace bounded_step_test
 }  // namespace haptic

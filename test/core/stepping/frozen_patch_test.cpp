@@ -11,7 +11,7 @@
 #include "haptic_core/geometry/shapes.h"
 
 namespace haptic {
-namespace {
+namespace frozen_patch_test {
 
 constexpr double kStep = 1e-3;
 
@@ -205,5 +205,5 @@ TEST_P(FrozenPatchTest, FacesFollowATurnFromEdgeToEdge) {
   EXPECT_LT(first.X_AP.p.x() * second.X_AP.p.x(), 0) << "the patch did not change sides";
 }
 
-}  // namespace
+}  // namespace frozen_patch_test
 }  // namespace haptic

@@ -7,7 +7,7 @@
 #include "../../scenes/blocks.h"
 
 namespace haptic {
-namespace {
+namespace standing_islands_test {
 
 using namespace scenes;
 
@@ -183,5 +183,5 @@ TEST(StandingByChoice, SoftBodiesStandToo) {
 INSTANTIATE_TEST_SUITE_P(ImplicitSteps, Standing,
                          testing::Values(Integrator::kImplicitEuler, Integrator::kSdirk2, Integrator::kAutomatic));
 
-}  // namespace
+}  // namespace standing_islands_test
 }  // namespace haptic

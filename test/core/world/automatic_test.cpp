@@ -8,7 +8,7 @@
 #include "haptic_core/world/world.h"
 
 namespace haptic {
-namespace {
+namespace automatic_test {
 
 using namespace scenes;
 
@@ -183,5 +183,5 @@ TEST(Islands, AreTheConnectedPartsOfTheContactGraph) {
   }
 }
 
-}  // namespace
+}  // namespace automatic_test
 }  // namespace haptic

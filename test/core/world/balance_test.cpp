@@ -5,7 +5,7 @@
 #include "haptic_core/world/integrator.h"
 
 namespace haptic {
-namespace {
+namespace balance_test {
 
 using namespace scenes;
 
@@ -73,5 +73,5 @@ TEST_P(Balance, OfTwoBodiesWithTheWrenchesReported) {
 INSTANTIATE_TEST_SUITE_P(Integrators, Balance, testing::ValuesIn(kIntegratorKinds),
                          [](const auto& info) { return std::string(info.param.name); });
 
-}  // namespace
+}  // namespace balance_test
 }  // namespace haptic

@@ -7,7 +7,7 @@
 #include "../../scenes/blocks.h"
 
 namespace haptic {
-namespace {
+namespace ball_test {
 
 using scenes::kGravity;
 
@@ -163,5 +163,5 @@ TEST(Ball, HangsInAnOpening) {
   EXPECT_LT(world.linkTwist(1).linear.norm(), 1e-3);
 }
 
-}  // namespace
+}  // namespace ball_test
 }  // namespace haptic

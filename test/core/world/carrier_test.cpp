@@ -4,7 +4,7 @@
 #include "../../scenes/carriers.h"
 
 namespace haptic {
-namespace {
+namespace carrier_test {
 
 using namespace scenes;
 
@@ -74,5 +74,5 @@ INSTANTIATE_TEST_SUITE_P(Integrators, OnCarrier,
                          ::testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet, Integrator::kImplicitEuler,
                                            Integrator::kSdirk2, Integrator::kAutomatic));
 
-}  // namespace
+}  // namespace carrier_test
 }  // namespace haptic

@@ -6,7 +6,7 @@
 #include "../../scenes/blocks.h"
 
 namespace haptic {
-namespace {
+namespace compound_test {
 
 using namespace scenes;
 
@@ -77,5 +77,5 @@ TEST(Compound, CountsEachContactOnce) {
   }
 }
 
-}  // namespace
+}  // namespace compound_test
 }  // namespace haptic

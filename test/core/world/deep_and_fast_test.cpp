@@ -5,7 +5,7 @@
 #include "haptic_core/world/world.h"
 
 namespace haptic {
-namespace {
+namespace deep_and_fast_test {
 
 using namespace scenes;
 
@@ -132,5 +132,5 @@ TEST(Buried, APlateThatStartsDeepInASoftFloorComesToItsRestDepth) {
   }
 }
 
-}  // namespace
+}  // namespace deep_and_fast_test
 }  // namespace haptic

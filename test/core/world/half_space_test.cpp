@@ -9,7 +9,7 @@
 #include "haptic_core/geometry/rod.h"
 
 namespace haptic {
-namespace {
+namespace half_space_test {
 
 using scenes::kGravity;
 
@@ -114,5 +114,5 @@ TEST(HalfSpaceWorld, CarriesManyBodies) {
   }
 }
 
-}  // namespace
+}  // namespace half_space_test
 }  // namespace haptic

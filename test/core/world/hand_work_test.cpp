@@ -7,7 +7,7 @@
 #include "../../scenes/blocks.h"
 
 namespace haptic {
-namespace {
+namespace hand_work_test {
 
 using namespace scenes;
 
@@ -162,5 +162,5 @@ INSTANTIATE_TEST_SUITE_P(Integrators, HandWork,
                                          Integrator::kImplicitEuler, Integrator::kSdirk2,
                                          Integrator::kAutomatic));
 
-}  // namespace
+}  // namespace hand_work_test
 }  // namespace haptic

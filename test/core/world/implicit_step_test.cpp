@@ -8,7 +8,7 @@
 #include "haptic_core/world/world.h"
 
 namespace haptic {
-namespace {
+namespace implicit_step_test {
 
 using scenes::CubeParameters;
 
@@ -236,5 +236,5 @@ TEST_P(ImplicitStepTest, ReportedWrenchesAreImpulsesOverTheStep) {
   EXPECT_GE(converged, 0.6 * 0.3 / settings_.step);
 }
 
-}  // namespace
+}  // namespace implicit_step_test
 }  // namespace haptic

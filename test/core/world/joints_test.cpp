@@ -17,7 +17,7 @@
 #include "haptic_core/world/world.h"
 
 namespace haptic {
-namespace {
+namespace joints_test {
 
 ArticulationDef articulationOf(const TreeDef& tree) {
   ArticulationDef def;
@@ -491,5 +491,5 @@ TEST(Joints, LoopsThatCannotBeAreRefused) {
   EXPECT_NE(refused(open).find("do not close"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace joints_test
 }  // namespace haptic

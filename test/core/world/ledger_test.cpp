@@ -7,7 +7,7 @@
 #include "../../scenes/moving.h"
 
 namespace haptic {
-namespace {
+namespace ledger_test {
 
 using namespace scenes;
 
@@ -135,5 +135,5 @@ TEST(Ledger, ATableThatLandsGainsNothing) {
   EXPECT_LT(gain, settings.step * settings.step * kLegs / kMass / 10);  // (h ω)²/10: what a step of second order is off by
 }
 
-}  // namespace
+}  // namespace ledger_test
 }  // namespace haptic

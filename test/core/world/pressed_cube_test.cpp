@@ -6,7 +6,7 @@
 #include "../../scenes/blocks.h"
 
 namespace haptic {
-namespace {
+namespace pressed_cube_test {
 
 using namespace scenes;
 
@@ -80,5 +80,5 @@ TEST_P(PressedCube, IsNeitherLaunchedNorGivenEnergy) {
   EXPECT_LT(gain, (second_order ? std::pow(h * omega, 2) / 4 : h * omega / 2) * exchanged);
 }
 
-}  // namespace
+}  // namespace pressed_cube_test
 }  // namespace haptic

@@ -8,7 +8,7 @@
 #include "haptic_core/geometry/ball.h"
 
 namespace haptic {
-namespace {
+namespace rod_test {
 
 using scenes::kGravity;
 
@@ -146,5 +146,5 @@ TEST(Rod, RoundThingsRestOnOneAnother) {
   EXPECT_NEAR(world.linkTwist(3).linear.norm(), 0, 0.02);
 }
 
-}  // namespace
+}  // namespace rod_test
 }  // namespace haptic

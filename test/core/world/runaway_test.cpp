@@ -7,7 +7,7 @@
 #include "../../scenes/moving.h"
 
 namespace haptic {
-namespace {
+namespace runaway_test {
 
 using namespace scenes;
 
@@ -201,5 +201,5 @@ TEST(Runaway, TheLedgerNamesWhatTheStepsTookFromABounce) {
   }
 }
 
-}  // namespace
+}  // namespace runaway_test
 }  // namespace haptic

@@ -5,7 +5,7 @@
 #include "../dynamics/free_rotation_reference.h"
 
 namespace haptic {
-namespace {
+namespace scenes_test {
 
 using namespace scenes;
 
@@ -189,5 +189,5 @@ TEST(Scenes, TumblerRocksWithItsPeriod) {
   EXPECT_NEAR((crossings[4] - crossings[0]) / 2, expected, 0.03 * expected);
 }
 
-}  // namespace
+}  // namespace scenes_test
 }  // namespace haptic

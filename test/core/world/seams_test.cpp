@@ -12,7 +12,7 @@
 #include "haptic_core/world/world.h"
 
 namespace haptic {
-namespace {
+namespace seams_test {
 
 using namespace scenes;
 
@@ -165,5 +165,5 @@ TEST(Seams, WhatRollsOntoOneStands) {
   }
 }
 
-}  // namespace
+}  // namespace seams_test
 }  // namespace haptic

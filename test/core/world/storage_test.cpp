@@ -71,7 +71,7 @@ void operator delete[](void* block, const std::nothrow_t&) noexcept {
 }
 
 namespace haptic {
-namespace {
+namespace storage_test {
 
 /// A chain with shapes, hung up at `X_WA`.
 ArticulationDef arm(int links, const Pose& X_WA) {
@@ -138,5 +138,5 @@ TEST_P(Storage, AWorldsBitsDoNotDependOnItsAddresses) {
   EXPECT_GE(touching, 6);  // arms with arms, with the floor and with the cube
 }
 
-}  // namespace
+}  // namespace storage_test
 }  // namespace haptic

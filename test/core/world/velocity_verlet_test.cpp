@@ -5,7 +5,7 @@
 #include "haptic_core/base/error.h"
 
 namespace haptic {
-namespace {
+namespace velocity_verlet_test {
 
 using namespace scenes;
 
@@ -77,5 +77,5 @@ TEST(VelocityVerlet, RefusesSettingsByNameAndValue) {
   }
 }
 
-}  // namespace
+}  // namespace velocity_verlet_test
 }  // namespace haptic

@@ -10,7 +10,7 @@
 #include "haptic_core/world/step_history.h"
 
 namespace haptic {
-namespace {
+namespace world_faults_test {
 
 using namespace scenes;
 
@@ -142,5 +142,5 @@ TEST(WorldFaults, HistoryStartsAnewAfterRestore) {
   EXPECT_EQ(world.history().record(0).step, 1u);
 }
 
-}  // namespace
+}  // namespace world_faults_test
 }  // namespace haptic

@@ -6,7 +6,7 @@
 #include "haptic_core/base/error.h"
 
 namespace haptic {
-namespace {
+namespace world_test {
 
 using namespace scenes;
 
@@ -77,5 +77,5 @@ TEST(World, AHeldBodyFeelsAFixedOneWithEveryIntegrator) {
   }
 }
 
-}  // namespace
+}  // namespace world_test
 }  // namespace haptic
