@@ -46,7 +46,7 @@ void DriverNodelet::start() {
   ros::NodeHandle& priv = getPrivateNodeHandle();
   parameters_ = readParameters(nh, priv);
   StringVector zero_length;
-  gate_ = std::make_unique<CommandGate>(parameters_.allowed_addresses);
+  ProcessDoor& door = ProcessDoor::ofProcess();
   const DeviceDef def = withSavedCalibration(parameters_, loadDevice(parameters_.device_file), zero_length);
   SpidarSettings settings;
   settings.command_age_limit_s = parameters_.command_age_limit;
@@ -63,8 +63,8 @@ void DriverNodelet::start() {
       parameters_.twin && parameters_.hand == DriverParameters::Hand::kScript && parameters_.script == "scene";
 
   offer_ = PortOffer(PortTable::process(), parameters_.name, device_->port, getName());
-  calibration_ = std::make_unique<GripCalibration>(priv, parameters_, def, device_->port, offer_, *gate_);
-  input_ = std::make_unique<WrenchInput>(nh, parameters_.name + "_base", def.dof == 7, *gate_, [this] { return whyNoCommand(); });
+  calibration_ = std::make_unique<GripCalibration>(priv, parameters_, def, device_->port, offer_);
+  input_ = std::make_unique<WrenchInput>(nh, parameters_.name + "_base", def.dof == 7, [this] { return whyNoCommand(); });
   topics_ = std::make_unique<DeviceTopics>(
       nh, parameters_, device_->port, [this](haptic_msgs::DeviceState& state, bool well) { completeState(state, well); },
       [this](const DeviceRecord& record) { calibration_->see(record); });
@@ -75,6 +75,7 @@ void DriverNodelet::start() {
     });
   }
   recover_ = priv.advertiseService("recover", &DriverNodelet::onRecover, this);
+  door.openToAll(priv.resolveName("enable_force"));  // whoever asks for less force is heard
   enable_force_ = priv.advertiseService("enable_force", &DriverNodelet::onEnableForce, this);
   if (parameters_.alone) {
     thread_ = std::make_unique<DeviceThread>(parameters_.name, parameters_.rate, parameters_.realtime, *input_);
@@ -114,10 +115,7 @@ void DriverNodelet::completeState(haptic_msgs::DeviceState& state, bool well) co
   state.claimed = offer_.heldBy(ClaimRank::kBridge);
 }
 
-bool DriverNodelet::onRecover(TriggerEvent& event) {
-  std_srvs::Trigger::Response& response = event.getResponse();
-  response.message = gate_->refuseCaller(event.getCallerName());
-  if (!response.message.empty()) return true;
+bool DriverNodelet::onRecover(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
   const DeviceAnswer answer = askDevice(device_->port, offer_, {false, true, -1, {}});
   response.success = answer.done && answer.after.record.state != DeviceState::kFault;
   response.message = answer.message;
@@ -127,8 +125,7 @@ bool DriverNodelet::onRecover(TriggerEvent& event) {
 bool DriverNodelet::onEnableForce(ros::ServiceEvent<std_srvs::SetBool::Request, std_srvs::SetBool::Response>& event) {
   const bool on = event.getRequest().data;
   std_srvs::SetBool::Response& response = event.getResponse();
-  // Whoever asks for less force is heard, from wherever.
-  if (on) response.message = gate_->refuseCaller(event.getCallerName());
+  if (on) response.message = ProcessDoor::ofProcess().refuse(event.getConnectionHeader());
   if (!response.message.empty()) return true;
   const DeviceAnswer answer = askDevice(device_->port, offer_, {false, false, on ? 1 : 0, {}});
   const DeviceState state = answer.after.record.state;

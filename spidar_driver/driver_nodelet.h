@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "spidar_driver/command_gate.h"
+#include "spidar_driver/authority/process_door.h"
 #include "spidar_driver/device_thread.h"
 #include "spidar_driver/device_topics.h"
 #include "spidar_driver/grip_calibration.h"
@@ -33,11 +33,10 @@ class DriverNodelet : public nodelet::Nodelet {
   std::unique_ptr<Transport> openWire(DeviceDef def) const;
   std::string whyNoCommand() const;
   void completeState(haptic_msgs::DeviceState& state, bool well) const;
-  bool onRecover(TriggerEvent& event);
+  bool onRecover(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onEnableForce(ros::ServiceEvent<std_srvs::SetBool::Request, std_srvs::SetBool::Response>& event);
 
   DriverParameters parameters_;
-  std::unique_ptr<CommandGate> gate_;
   std::unique_ptr<Device> device_;
   PortOffer offer_;
   std::unique_ptr<GripCalibration> calibration_;

@@ -1,12 +1,15 @@
 #include "spidar_driver/driver_parameters.h"
 
 #include <haptic_msgs/parameter_reader.h>
+#include <ros/console.h>
 #include <ros/names.h>
 #include <ros/package.h>
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+
+#include "spidar_driver/authority/commanders.h"
 
 namespace haptic {
 namespace {
@@ -26,11 +29,11 @@ GripPose readJigPose(const ros::NodeHandle& priv) {
   return {Pose(R, Vector3(v[0], v[1], v[2])), 0};
 }
 
-std::vector<std::string> readAddresses(const ros::NodeHandle& priv) {
-  std::vector<std::string> addresses;
-  if (priv.hasParam("allowed_addresses") && !priv.getParam("allowed_addresses", addresses))
-    throw SetupError(priv.resolveName("allowed_addresses"), "is no list of texts", "give numeric addresses, as ['192.168.1.20']");
-  return addresses;
+/// The parameter server is open to everyone who reaches it, so it gives nobody permission.
+void refuseAddresses(const ros::NodeHandle& priv) {
+  if (!priv.hasParam("allowed_addresses")) return;
+  ROS_WARN_STREAM(priv.resolveName("allowed_addresses") << " is not heard: write the addresses into " << Commanders::kFile
+                                                        << ", one a line");
 }
 
 /// A path as it is; a name among the descriptions that are installed.
@@ -74,7 +77,7 @@ DriverParameters readParameters(const ros::NodeHandle& ns, const ros::NodeHandle
   p.label_row = read.whole("label_row", 0, 0, 9, "(rows above the frame)");
   p.world_frame = read.text("world_frame", "world");
   p.place_base = read.flag("place_base", false);
-  p.allowed_addresses = readAddresses(priv);
+  refuseAddresses(priv);
   p.realtime = read.realtime(60);
   return p;
 }

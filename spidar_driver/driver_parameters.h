@@ -3,7 +3,6 @@
 #include <ros/node_handle.h>
 
 #include <string>
-#include <vector>
 
 #include "haptic_core/loop/realtime.h"
 #include "haptic_core/spidar/string_kinematics.h"
@@ -33,7 +32,6 @@ struct DriverParameters {
   int label_row = 0;           ///< ~label_row: of the markers' text above the frame, where devices overlap
   std::string world_frame;     ///< ~world_frame: parent of the base in tf when ~place_base is set
   bool place_base = false;     ///< ~place_base: publish world -> base as identity (no simulation does it)
-  std::vector<std::string> allowed_addresses;  ///< ~allowed_addresses: other machines that may move motors; default: none
   RealtimeSettings realtime;   ///< ~priority, ~cpu, ~lock_memory: of the own thread
 };
 

@@ -44,8 +44,8 @@ DeviceDef withSavedCalibration(const DriverParameters& parameters, const DeviceD
 }
 
 GripCalibration::GripCalibration(ros::NodeHandle& priv, const DriverParameters& parameters, const DeviceDef& def,
-                                 DevicePort& port, PortOffer& offer, const CommandGate& gate)
-    : parameters_(parameters), def_(def), port_(port), offer_(offer), gate_(gate) {
+                                 DevicePort& port, PortOffer& offer)
+    : parameters_(parameters), def_(def), port_(port), offer_(offer) {
   calibrate_ = priv.advertiseService("calibrate", &GripCalibration::onCalibrate, this);
   calibrate_wave_ = priv.advertiseService("calibrate_wave", &GripCalibration::onWave, this);
 }
@@ -56,15 +56,13 @@ GripCalibration::~GripCalibration() {
   if (solver_.joinable()) solver_.join();
 }
 
-/// Empty: the caller may calibrate, and nothing is under way.
-std::string GripCalibration::whyNotNow(const std::string& caller) const {
-  if (wave_ != Wave::kIdle) return "a wave is being recorded or solved: wait for it";
-  return gate_.refuseCaller(caller);
+/// Empty: nothing is under way.
+std::string GripCalibration::whyNotNow() const {
+  return wave_ != Wave::kIdle ? "a wave is being recorded or solved: wait for it" : "";
 }
 
-bool GripCalibration::onCalibrate(TriggerEvent& event) {
-  std_srvs::Trigger::Response& response = event.getResponse();
-  response.message = whyNotNow(event.getCallerName());
+bool GripCalibration::onCalibrate(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  response.message = whyNotNow();
   if (!response.message.empty()) return true;
   const DeviceAnswer answer = askDevice(port_, offer_, {true, false, -1, parameters_.jig_pose});
   response.success = answer.done && answer.after.record.calibrated;
@@ -80,9 +78,8 @@ bool GripCalibration::onCalibrate(TriggerEvent& event) {
   return true;
 }
 
-bool GripCalibration::onWave(TriggerEvent& event) {
-  std_srvs::Trigger::Response& response = event.getResponse();
-  response.message = whyNotNow(event.getCallerName());
+bool GripCalibration::onWave(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  response.message = whyNotNow();
   if (!response.message.empty()) return true;
   if (static_cast<int>(def_.strings.size()) <= def_.dof) {
     response.message = def_.name + " has no redundant string: only ~calibrate is possible";

@@ -17,16 +17,15 @@
 #include <vector>
 
 #include "haptic_core/loop/ports.h"
-#include "spidar_driver/command_gate.h"
 #include "spidar_driver/driver_parameters.h"
 
 namespace haptic {
 
 class GripCalibration {
  public:
-  /// Port, offer and gate must outlive it. `def` is the device as its file gives it.
+  /// Port and offer must outlive it. `def` is the device as its file gives it.
   GripCalibration(ros::NodeHandle& priv, const DriverParameters& parameters, const DeviceDef& def, DevicePort& port,
-                  PortOffer& offer, const CommandGate& gate);
+                  PortOffer& offer);
   ~GripCalibration();
 
   /// Collects samples of a wave; called for every record by one thread.
@@ -35,9 +34,9 @@ class GripCalibration {
   std::string note() const;
 
  private:
-  bool onCalibrate(TriggerEvent& event);
-  bool onWave(TriggerEvent& event);
-  std::string whyNotNow(const std::string& caller) const;
+  bool onCalibrate(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool onWave(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  std::string whyNotNow() const;
   void solveWave();
   void keep(Calibration calibration);
   void setNote(const std::string& note);
@@ -46,7 +45,6 @@ class GripCalibration {
   DeviceDef def_;
   DevicePort& port_;
   PortOffer& offer_;
-  const CommandGate& gate_;
   enum class Wave : int { kIdle, kRecording, kSolving };
   std::atomic<Wave> wave_{Wave::kIdle};
   std::vector<CalibrationSample> samples_;  ///< written while recording, read while solving

@@ -9,13 +9,15 @@
 
 namespace haptic {
 
-WrenchInput::WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, bool takes_grasp, CommandGate& origin,
-                         Gate gate)
-    : base_frame_(base_frame), origin_(origin), gate_(std::move(gate)), listener_(buffer_, nh) {
-  const auto soon = ros::TransportHints().tcpNoDelay();
+WrenchInput::WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, bool takes_grasp, Gate gate)
+    : base_frame_(base_frame),
+      wrench_topic_(nh.resolveName("wrench_command")),
+      grasp_topic_(nh.resolveName("grasp_command")),
+      gate_(std::move(gate)),
+      listener_(buffer_, nh) {
   taken_ = nh.advertise<geometry_msgs::WrenchStamped>("recorded/wrench_command", 10);
-  wrench_command_ = nh.subscribe("wrench_command", 1, &WrenchInput::receive, this, soon);
-  if (takes_grasp) grasp_command_ = nh.subscribe("grasp_command", 1, &WrenchInput::receiveGrasp, this, soon);
+  wrench_command_ = subscribeJudged(nh, "wrench_command", 1, &WrenchInput::receive, this);
+  if (takes_grasp) grasp_command_ = subscribeJudged(nh, "grasp_command", 1, &WrenchInput::receiveGrasp, this);
 }
 
 bool WrenchInput::rotationToBase(const std::string& frame, Matrix3& R_BF, std::string& why) const {
@@ -36,16 +38,15 @@ bool WrenchInput::rotationToBase(const std::string& frame, Matrix3& R_BF, std::s
   return true;
 }
 
-void WrenchInput::refuse(const ros::Subscriber& topic, const std::string& why) {
+void WrenchInput::refuse(const std::string& topic, const std::string& why) {
   ++refused_;
-  ROS_WARN_STREAM_THROTTLE(1.0, topic.getTopic() << " refused: " << why);
+  ROS_WARN_STREAM_THROTTLE(1.0, topic << " refused: " << why);
 }
 
 void WrenchInput::receiveGrasp(const std_msgs::Float64::ConstPtr& message) {
   std::string why = gate_();
-  if (why.empty()) why = origin_.refuseTopic(grasp_command_.getTopic());
   if (why.empty() && !std::isfinite(message->data)) why = "it is not finite";
-  if (!why.empty()) return refuse(grasp_command_, why);
+  if (!why.empty()) return refuse(grasp_topic_, why);
   grasp_slot_.write({message->data, steadyNow()});
 }
 
@@ -53,9 +54,8 @@ void WrenchInput::receive(const geometry_msgs::WrenchStamped::ConstPtr& message)
   std::string why = gate_();
   Matrix3 R_BF;
   const Wrench F_G_F = fromWrench(message->wrench);
-  if (why.empty()) why = origin_.refuseTopic(wrench_command_.getTopic());
   if (why.empty() && !F_G_F.allFinite()) why = "a component is not finite";
-  if (!why.empty() || !rotationToBase(message->header.frame_id, R_BF, why)) return refuse(wrench_command_, why);
+  if (!why.empty() || !rotationToBase(message->header.frame_id, R_BF, why)) return refuse(wrench_topic_, why);
   slot_.write({F_G_F.rotated(R_BF), steadyNow(), true});
   if (taken_.getNumSubscribers() > 0) taken_.publish(message);
 }

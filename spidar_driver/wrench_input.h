@@ -9,11 +9,12 @@
 
 #include <atomic>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "haptic_core/base/latest_value.h"
 #include "haptic_core/base/spatial.h"
-#include "spidar_driver/command_gate.h"
+#include "spidar_driver/authority/judged_subscription.h"
 
 namespace haptic {
 
@@ -34,8 +35,7 @@ class WrenchInput {
   using Gate = std::function<std::string()>;
 
   /// `takes_grasp`: the device has a 7th degree of freedom.
-  /// `origin` says whose commands count; it must outlive this.
-  WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, bool takes_grasp, CommandGate& origin, Gate gate);
+  WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, bool takes_grasp, Gate gate);
 
   const Command& latest() {      ///< (in realtime) for the device's thread alone
     slot_.read(command_);
@@ -51,10 +51,9 @@ class WrenchInput {
   void receive(const geometry_msgs::WrenchStamped::ConstPtr& message);
   void receiveGrasp(const std_msgs::Float64::ConstPtr& message);
   bool rotationToBase(const std::string& frame, Matrix3& R_BF, std::string& why) const;
-  void refuse(const ros::Subscriber& topic, const std::string& why);
+  void refuse(const std::string& topic, const std::string& why);
 
-  std::string base_frame_;
-  CommandGate& origin_;
+  std::string base_frame_, wrench_topic_, grasp_topic_;
   Gate gate_;
   tf2_ros::Buffer buffer_;
   tf2_ros::TransformListener listener_;
@@ -64,7 +63,7 @@ class WrenchInput {
   Grasp grasp_;
   std::atomic<std::uint32_t> refused_{0};
   ros::Publisher taken_;  ///< recorded/wrench_command: what was accepted; a bag of it reaches no motor when played
-  ros::Subscriber wrench_command_, grasp_command_;  // last: no message may arrive before the rest exists, or after it is gone
+  std::unique_ptr<JudgedSubscription> wrench_command_, grasp_command_;  // last: no message may arrive before the rest exists, or after it is gone
 };
 
 }  // namespace haptic

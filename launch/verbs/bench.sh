@@ -32,6 +32,21 @@ bench_reload() {
   [ ! -f "$lines" ] || keep_figures "$csv" "$lines" '-O3 -DNDEBUG -ffp-contract=off'
 }
 
+# What strangers on the network get through: nodes, masters and hosts of their own.
+bench_strangers() {
+  lines=$LOGS/strangers.lines
+  rm -f "$lines"
+  # shellcheck disable=SC2046 # one word per section
+  setup $(package_sections)
+  build_stack all
+  use_build
+  for each in strangers; do
+    with_progress "bench $each" "$LOGS/bench-$each.log" env HAPTIC_STRANGERS=334 HAPTIC_FIGURES="$lines" \
+      python3 -B "$ROOT/test/commands/${each}_test.py" -v || failed="$failed $each"
+  done
+  [ ! -f "$lines" ] || keep_figures "$csv" "$lines" '-O3 -DNDEBUG -ffp-contract=off'
+}
+
 # What a step costs from Python beyond the step itself.
 bench_python() {
   setup run python
@@ -106,5 +121,6 @@ for name in $chosen; do
 done
 case " $(echo "$chosen" | tr '\n' ' ')" in *' plan '*) bench_structure ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' loop '*) bench_reload ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_strangers ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' scenes '*) bench_scene_table "${builds##* }" ;; esac
 [ -z "$failed" ] || fail "failed:$failed"
