@@ -6,7 +6,7 @@
 #:                   --light is --rviz on a light ground; --emulate: its motor boards on a pseudo-terminal, where its file
 #:                   names boards (--device uart: those of SPIDAR-G6X5R)
 . "$(dirname "$0")/parts/start.sh"
-TARGETS='haptic_bridge penalty_sim spidar_driver haptic_msgs_generate_messages haptic_bridge_gencfg'
+TARGETS='haptic_bridge penalty_sim spidar_driver haptic_msgs_generate_messages_cpp haptic_msgs_generate_messages_py haptic_bridge_gencfg'
 
 read_options() {
   scene=touch_cube device=spidar_g6x3r rate=1000 seconds='' rviz=false ground=dark record='' density=0

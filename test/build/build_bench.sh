@@ -54,7 +54,8 @@ ci() {
   began=$(date +%s)
   .ci/run >"$work/ci.log" 2>&1 || { tail -n 60 "$work/ci.log"; echo "build_bench: .ci/run failed; see $work/ci.log" >&2; exit 1; }
   echo "figure ci.wall_s_quiet $(($(date +%s) - began)) s"
-  sed -n 's/^ci: test: \([0-9]*\) s$/figure test.wall_s_quiet \1 s/p; /^figure test\./p; /^ci: /p; /^build_tools: /p' "$work/ci.log"
+  awk '/^ci: test: / { print "figure test.wall_s_quiet", $3, "s" }
+    /^(figure test\.|ci: |build_tools: )/' "$work/ci.log"
 }
 
 for part; do

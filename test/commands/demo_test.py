@@ -58,7 +58,7 @@ class Demo(unittest.TestCase):
         call = Call("demo", "--seconds", "600", interrupt_after=6)
         self.assertNotEqual(call.code, 0)
         self.assertEqual(call.left, [])
-        self.assertLess(call.seconds, 12, "roslaunch asks its nodes to stop, and stops them itself after 5 s")
+        self.assertLess(call.seconds, 60, "roslaunch stops its nodes itself after 5 s; a busy machine may take longer, a hang has no end")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import rospy
 import rostest
 from topic_probe import NODELET, load_nodelet, program
 
-LIMIT = 5.0  # [s]
+LIMIT = 30.0  # [s] it takes 1 s; a machine that does something else may take long, one that hangs never ends
 
 
 def fatal_lines(output):
@@ -29,7 +29,7 @@ class BadInput(unittest.TestCase):
     def run_node(self, package, *parameters):
         begin = time.monotonic()
         done = subprocess.run([program(package, package + "_node"), "__name:=bad"] + [f"_{p}" for p in parameters],
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=20, check=False)
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60, check=False)
         self.assertLess(time.monotonic() - begin, LIMIT, done.stdout)
         for parameter in parameters:
             key = parameter.split(":=")[0]
@@ -77,7 +77,7 @@ class BadInput(unittest.TestCase):
                                    stderr=subprocess.STDOUT, text=True)
         loader = load_nodelet("haptic_bridge/BridgeNodelet", "/bridge", "/empty_manager", seconds=1)
         try:
-            output = manager.communicate(timeout=20)[0]
+            output = manager.communicate(timeout=60)[0]
         finally:
             manager.kill()
             loader.kill()

@@ -6,7 +6,7 @@
 #include "temporary_files.h"
 
 namespace haptic {
-namespace {
+namespace bad_input_test {
 
 struct BadCase {
   const char* name;
@@ -285,5 +285,5 @@ TEST(BadInput, SceneLists) {
   }
 }
 
-}  // namespace
+}  // namespace bad_input_test
 }  // namespace haptic

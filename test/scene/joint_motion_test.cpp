@@ -7,7 +7,7 @@
 #include "temporary_files.h"
 
 namespace haptic {
-namespace {
+namespace joint_motion_test {
 
 std::string twoJointArm() {
   const std::string limits = "<limit lower=\"-2\" upper=\"2\" effort=\"80\" velocity=\"5\"/>";
@@ -174,5 +174,5 @@ TEST(JointMotion, MistakesAreNamedWithTheirLine) {
   EXPECT_NE(Arm("time,elbow\n").refusal().find("no row"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace joint_motion_test
 }  // namespace haptic

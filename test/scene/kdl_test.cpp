@@ -13,7 +13,7 @@
 #include "temporary_files.h"
 
 namespace haptic {
-namespace {
+namespace kdl_test {
 
 namespace fs = std::filesystem;
 
@@ -134,5 +134,5 @@ TEST(Kdl, PublishedRobots) {
   if (tried == 0) GTEST_SKIP() << "no robots below " << folder << "; set HAPTIC_ROBOTS";
 }
 
-}  // namespace
+}  // namespace kdl_test
 }  // namespace haptic

@@ -9,7 +9,7 @@
 #include "temporary_files.h"
 
 namespace haptic {
-namespace {
+namespace published_robots_test {
 
 const char kRevolute[] =
     "<axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"20\" velocity=\"5\"/><dynamics "
@@ -209,5 +209,5 @@ TEST(Scenes, AllLoad) {
   EXPECT_GE(scenes, 25);
 }
 
-}  // namespace
+}  // namespace published_robots_test
 }  // namespace haptic

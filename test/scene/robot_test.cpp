@@ -9,7 +9,7 @@
 #include "temporary_files.h"
 
 namespace haptic {
-namespace {
+namespace robot_test {
 
 const SceneOptions kNoPointer = {0, "", {}, false};
 
@@ -376,5 +376,5 @@ TEST(Robot, HalfSpacesAreGroundWithoutEnd) {
   EXPECT_NEAR(world.linkPose(world.linkIndex("cube")).p.z(), 0.05, 1e-3);
 }
 
-}  // namespace
+}  // namespace robot_test
 }  // namespace haptic

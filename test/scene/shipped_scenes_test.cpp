@@ -11,7 +11,7 @@
 #include "scene/scene_file.h"
 
 namespace haptic {
-namespace {
+namespace shipped_scenes_test {
 
 std::string textOf(const std::filesystem::path& file) {
   std::ostringstream text;
@@ -59,5 +59,5 @@ TEST(ShippedScenes, PathsStayWhereTheStringsBalance) {
   EXPECT_GE(paths, 25);
 }
 
-}  // namespace
+}  // namespace shipped_scenes_test
 }  // namespace haptic

@@ -9,7 +9,7 @@
 #include "temporary_files.h"
 
 namespace haptic {
-namespace {
+namespace stiffness_test {
 
 /// A cube of 0.1 m on a slab of 0.2 m whose top is z = 0, 10 µm above it.
 std::string cubeOnSlab(const std::string& cube, const std::string& slab, double mass = 1, const std::string& scene = "") {
@@ -105,5 +105,5 @@ TEST(Stiffness, WithoutAWordBodiesRestWithinTheirShareAndAHandBearsThem) {
   }
 }
 
-}  // namespace
+}  // namespace stiffness_test
 }  // namespace haptic

@@ -9,7 +9,7 @@
 #include "spidar_driver/transport/reply_stream.h"
 
 namespace haptic {
-namespace {
+namespace belonging_test {
 
 /// Shafts that turn at a constant speed: a count is an instant of the line's clock.
 class TurningPlant : public MotorPlant {
@@ -258,5 +258,5 @@ TEST(Belonging, CountsOfAllBoardsBelongToOneInstant) {
     if (k > 3 && s.status == LinkStatus::kOk) { ASSERT_LE(std::fabs(d.stampError(s)), kCount + kFifo) << k; }
   }
 }
-}  // namespace
+}  // namespace belonging_test
 }  // namespace haptic

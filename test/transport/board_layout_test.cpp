@@ -9,7 +9,7 @@
 #include "spidar_driver/transport/board_protocol.h"
 
 namespace haptic {
-namespace {
+namespace board_layout_test {
 
 struct LengthRow {
   const char* models[2];
@@ -236,5 +236,5 @@ TEST(BoardLayout, NoLengthInALessonButTheCyclesIsAHeaderThatSpoilsABoard) {
   }
 }
 
-}  // namespace
+}  // namespace board_layout_test
 }  // namespace haptic

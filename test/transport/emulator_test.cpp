@@ -7,7 +7,7 @@
 #include "spidar_driver/emulator/fault_script.h"
 
 namespace haptic {
-namespace {
+namespace emulator_test {
 
 constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max() - 1;
 
@@ -209,5 +209,5 @@ TEST(Emulator, OrdersAreCarriedOutOrExplained) {
   EXPECT_THROW(parseTimedFault("soon"), SetupError);
 }
 
-}  // namespace
+}  // namespace emulator_test
 }  // namespace haptic

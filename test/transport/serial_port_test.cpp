@@ -16,7 +16,7 @@
 #include "spidar_driver/transport/open_transport.h"
 
 namespace haptic {
-namespace {
+namespace serial_port_test {
 
 template <class Action>
 std::string messageOf(Action&& action) {
@@ -193,5 +193,5 @@ TEST(DriveGuard, AProcessThatStandsStillLeavesNoCurrent) {
   EXPECT_EQ(s.status, LinkStatus::kOk);
 }
 
-}  // namespace
+}  // namespace serial_port_test
 }  // namespace haptic

@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace haptic {
-namespace {
+namespace tick_timing_test {
 
 TickTiming evenRun(double rate_hz, double round_trip_us, long ticks = 1000) {
   TickTiming t;
@@ -55,5 +55,5 @@ TEST(TickTiming, AdviceNamesWhatCanBeChanged) {
   EXPECT_EQ(advice(setup, {late}).size(), 1u);
 }
 
-}  // namespace
+}  // namespace tick_timing_test
 }  // namespace haptic

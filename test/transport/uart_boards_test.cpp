@@ -11,7 +11,7 @@
 #include "emulated_device.h"
 
 namespace haptic {
-namespace {
+namespace uart_boards_test {
 
 DriveCommand pull(const DeviceDef& device, double newtons) {
   DriveCommand command;
@@ -436,5 +436,5 @@ TEST(UartBoards, ZeroReachesBoardsWhateverTheirTablesSay) {
         EXPECT_TRUE(e.bus.allCurrentsZero()) << id << ' ' << current << ' ' << all;
       }
 }
-}  // namespace
+}  // namespace uart_boards_test
 }  // namespace haptic

@@ -8,7 +8,7 @@
 #include "emulated_device.h"
 
 namespace haptic {
-namespace {
+namespace usb_amplifier_test {
 
 TEST(UsbPackets, Sh4LayoutByteForByte) {
   const Sh4Packet out = encodeSh4({1, -1, 0.01, 100, -100, 0, std::nan(""), 2});
@@ -128,5 +128,5 @@ TEST(UsbAmplifier, SetUpSaysWhatIsWrong) {
   EXPECT_THROW(UsbAmplifier(plainDevice({}, 8), UsbModel::kSh4, 1000, std::move(silent)), SetupError);
 }
 
-}  // namespace
+}  // namespace usb_amplifier_test
 }  // namespace haptic
