@@ -63,7 +63,8 @@ class WrenchInput {
   Grasp grasp_;
   std::atomic<std::uint32_t> refused_{0};
   ros::Publisher taken_;  ///< recorded/wrench_command: what was accepted; a bag of it reaches no motor when played
-  std::unique_ptr<JudgedSubscription> wrench_command_, grasp_command_;  // last: no message may arrive before the rest exists, or after it is gone
+  // Last: no message may arrive before the rest exists, or after it is gone.
+  std::unique_ptr<JudgedSubscription> wrench_command_, grasp_command_;
 };
 
 }  // namespace haptic

@@ -33,7 +33,8 @@ std::string readGuarded(const std::string& path, bool must_exist) {
   const ssize_t size = guarded ? ::read(file, text.data(), text.size()) : 0;
   ::close(file);
   if (!guarded) {
-    throw SetupError(path, "others than root and this user may write it", "chown root and chmod go-w a plain file: it says who may move motors");
+    throw SetupError(path, "others than root and this user may write it",
+                     "chown root and chmod go-w a plain file: it says who may move motors");
   }
   if (size < 0 || static_cast<std::size_t>(size) > kLongestFile) throw SetupError(path, "is too long", "one address a line");
   text.resize(static_cast<std::size_t>(size));
