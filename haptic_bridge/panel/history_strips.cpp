@@ -25,8 +25,8 @@ HistoryStrips::HistoryStrips(QWidget* parent) : QGroupBox("The last 10 s", paren
   energy_ = add("Energy", "mJ", 0.01);
   error_ = add("Error", "", 0.01);
   statistics_ = nh_.subscribe<haptic_msgs::TickStatistics>(
-      "/tick_statistics", 10, [this](const haptic_msgs::TickStatistics::ConstPtr& m) { show(*m); });
-  live_ = nh_.subscribe<haptic_msgs::LiveReport>("/live_report", 5,
+      "tick_statistics", 10, [this](const haptic_msgs::TickStatistics::ConstPtr& m) { show(*m); });
+  live_ = nh_.subscribe<haptic_msgs::LiveReport>("live_report", 5,
                                                  [this](const haptic_msgs::LiveReport::ConstPtr& m) { show(*m); });
 }
 

@@ -44,26 +44,26 @@ SceneBox::SceneBox(ServiceCalls& calls, QWidget* parent)
   const auto pause = [this](bool on) {
     std_srvs::SetBool request;
     request.request.data = on;
-    calls_.ask(on ? "pause" : "go on", "/simulation/pause", request);
+    calls_.ask(on ? "pause" : "go on", "simulation/pause", request);
   };
   grid->addWidget(button("Pause", "The world stands; strings rest at minimum tension", [pause] { pause(true); }), 0, 0);
   grid->addWidget(button("Go on", "The world goes on; the force fades in", [pause] { pause(false); }), 0, 1);
   grid->addWidget(button("Step", "One step of the paused world",
-                         [this] { calls_.ask("step", "/simulation/step", std_srvs::Trigger()); }), 0, 2);
+                         [this] { calls_.ask("step", "simulation/step", std_srvs::Trigger()); }), 0, 2);
   grid->addWidget(button("Reset", "The scene as it was loaded",
-                         [this] { calls_.ask("reset", "/simulation/reset", std_srvs::Trigger()); }), 0, 3);
+                         [this] { calls_.ask("reset", "simulation/reset", std_srvs::Trigger()); }), 0, 3);
   grid->addWidget(scenes_, 1, 0, 1, 3);
   grid->addWidget(button("Load", "This scene in place of the running one", [this] {
     haptic_msgs::LoadScene request;
     request.request.scene = scenes_->currentText().toStdString();
-    calls_.ask("load", "/simulation/load_scene", request);
+    calls_.ask("load", "simulation/load_scene", request);
   }), 1, 3);
   grid->addWidget(hands_, 2, 0);
   grid->addWidget(links_, 2, 1);
   grid->addWidget(button("Grab", "This body becomes the hand's pointer", [this] { grab(links_->currentText().toStdString()); }), 2, 2);
   grid->addWidget(button("Release", "The pointer is again the one that the scene names", [this] { grab(""); }), 2, 3);
   subscriber_ = nh_.subscribe<haptic_msgs::ScenePlan>(
-      "/scene_plan", 2, [this](const haptic_msgs::ScenePlan::ConstPtr& plan) { show(*plan); });
+      "scene_plan", 2, [this](const haptic_msgs::ScenePlan::ConstPtr& plan) { show(*plan); });
 }
 
 QPushButton* SceneBox::button(const char* text, const char* help, std::function<void()> press) {
@@ -93,7 +93,7 @@ void SceneBox::grab(const std::string& link) {
   haptic_msgs::Grab request;
   request.request.device = hands_->currentText().toStdString();
   request.request.link = link;
-  calls_.ask(link.empty() ? "release" : "grab " + link, "/simulation/grab", request);
+  calls_.ask(link.empty() ? "release" : "grab " + link, "simulation/grab", request);
 }
 
 }  // namespace haptic

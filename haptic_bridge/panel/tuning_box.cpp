@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr char kSet[] = "/bridge/set_parameters";
+constexpr char kSet[] = "bridge/set_parameters";
 constexpr int kCouplingScene = 0, kCouplingVirtual = 2;  // of cfg/Loop.cfg
 constexpr double kAlike = 1e-9;                          // relative: what was set came back
 
@@ -77,9 +77,9 @@ TuningBox::TuningBox(ServiceCalls& calls, QWidget* parent) : QGroupBox("Feel (gr
   limit_->markSafe(1, "the clamp of the device's file; never exceeded");
   friction_->markSafe(3, "friction takes energy: no value of this range is unstable");
   parameters_ = nh_.subscribe<dynamic_reconfigure::Config>(
-      "/bridge/parameter_updates", 2, [this](const dynamic_reconfigure::Config::ConstPtr& m) { show(*m); });
+      "bridge/parameter_updates", 2, [this](const dynamic_reconfigure::Config::ConstPtr& m) { show(*m); });
   limits_ = nh_.subscribe<haptic_msgs::HandLimits>(
-      "/hand_limits", 2, [this](const haptic_msgs::HandLimits::ConstPtr& m) { show(*m); });
+      "hand_limits", 2, [this](const haptic_msgs::HandLimits::ConstPtr& m) { show(*m); });
 }
 
 TuningSlider* TuningBox::add(const char* parameter, const char* title, const SliderScale& scale,

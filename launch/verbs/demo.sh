@@ -52,12 +52,37 @@ check_options() {
   record=$(absolute "$record")
   [ -d "$(dirname "$record")" ] || fail "demo: --record '$record': no such folder"
   case $record in *.bag) ;; *) record=$record.bag ;; esac
+  [ ! -d "$record" ] || fail "demo: --record '$record' is a folder"
+  # root may write where a disk is read-only, or so the permissions say: only writing tells.
+  (: >"$record.$$") 2>/dev/null || fail "demo: --record '$record' cannot be written: give a folder that is writable"
+  rm -f "$record.$$"
+}
+
+# A folder of this run alone, so that two runs in one checkout do not meet. What failed stays there for a week.
+begin_run() {
+  mkdir -p "$BUILD/run" "$FIGURES" "$LOGS"
+  find "$BUILD/run" -mindepth 1 -maxdepth 1 -mtime +7 -exec rm -rf {} +
+  run=$(mktemp -d "$BUILD/run/demo-XXXXXX") || fail "demo: no folder can be made in $BUILD/run"
+  lines=$run/figures log=$run/log
+  touch "$run/begin"
+}
+
+# Says what a run has written once it has looked at it.
+tell_results() {
+  if [ -n "$record" ]; then
+    bag_problem=$(python3 -B launch/verbs/parts/look_at_bag.py "$record" "$run/begin" \
+      "$(awk '$2 == "demo.ticks" { print $3 }' "$lines")" 2>&1) ||
+      fail "demo: $(echo "$bag_problem" | tail -n 1)"
+    echo "demo: recorded $record"
+  fi
+  (FIGURES=$run && keep_figures demo "$lines" '-O3 -DNDEBUG -ffp-contract=off') || exit 1
+  mv -f "$run/demo.csv" "$FIGURES/demo.csv" && mv -f "$log" "$LOGS/demo.log" || fail "demo: $FIGURES cannot be written"
+  rm -rf "$run"
 }
 
 # The device's motor boards on a pseudo-terminal, with its twin behind them; the grip is at home until the first drive.
 start_emulator() {
-  link=$BUILD/emulated_boards output=$LOGS/emulator.log
-  mkdir -p "$LOGS"
+  link=$run/emulated_boards output=$run/emulator.log
   setsid "$BUILD/devel/lib/spidar_driver/spidar_board_emulator" --device "$device_file" --link "$link" \
     --hand touch_cube >"$output" 2>&1 </dev/null &
   CHILDREN="$CHILDREN $!"
@@ -89,9 +114,7 @@ setup run $([ "$rviz" = false ] || echo view) $([ "$rviz$wire$emulate$record" = 
 [ "$emulate" = false ] || TARGETS="$TARGETS spidar_board_emulator"
 build_stack "$TARGETS"
 use_build
-lines=$FIGURES/demo.lines log=$LOGS/demo.log
-mkdir -p "$FIGURES"
-rm -f "$lines" "$FIGURES/demo.csv"
+begin_run
 [ "$emulate" = false ] || start_emulator
 [ "$wire" = file ] || at_home=true
 master=$(free_port)
@@ -104,8 +127,9 @@ with_progress demo "$log" roslaunch -p "$master" --disable-title --skip-log-chec
   rviz:="$rviz" ground:="$ground" record:="$record" figures:="$lines" default_density:="$density"
 code=$?
 if [ "$code" != 0 ] || ! [ -s "$lines" ]; then
-  reason=$(sed -n 's/\x1b\[[0-9;]*m//g; s/^\[ *FATAL\] *\(\[[^]]*\]\)*:* *//p' "$log" | head -n 1)
+  first_told() { sed -n "s/\x1b\[[0-9;]*m//g; s/^\[ *$1\] *\(\[[^]]*\]\)*:* *//p" "$log" | head -n 1; }
+  reason=$(first_told FATAL)
+  [ -n "$reason" ] || [ -z "$record" ] || reason=$(first_told ERROR)  # rosbag's: it ends where it cannot record
   fail "demo: ${reason:-stopped before its figures were written; see $log}"
 fi
-[ -z "$record" ] || echo "demo: recorded $record"
-keep_figures demo "$lines" '-O3 -DNDEBUG -ffp-contract=off'
+tell_results
