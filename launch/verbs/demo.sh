@@ -83,9 +83,10 @@ tell_results() {
 # The device's motor boards on a pseudo-terminal, with its twin behind them; the grip is at home until the first drive.
 start_emulator() {
   link=$run/emulated_boards output=$run/emulator.log
+  start_keeper
   setsid "$BUILD/devel/lib/spidar_driver/spidar_board_emulator" --device "$device_file" --link "$link" \
-    --hand touch_cube >"$output" 2>&1 </dev/null &
-  CHILDREN="$CHILDREN $!"
+    --hand touch_cube >"$output" 2>&1 </dev/null 9>&- &
+  keep "$!"
   waited=0  # tenths of a second
   while ! grep -q '^port ' "$output"; do
     kill -0 "$!" 2>/dev/null || fail "demo: $(tail -n 1 "$output")"

@@ -1,29 +1,62 @@
 # Children of a verb, what is shown while they work, and how a verb fails. Sourced; needs ROOT, BUILD, CALLER.
 CHILDREN=''  # process groups that this verb started and that must not outlive it
+KEEPER=''    # process that ends them if this one is killed
 
 fail() {  # MESSAGE: one line that says what is wrong and what to do
   echo "run: $*" >&2
   exit 1
 }
 
-# Each child leads a process group of its own (setsid), so that nothing it started outlives it.
-stop_children() {
-  trap '' INT TERM HUP  # a second signal must not interrupt this
-  for pid in $CHILDREN; do kill -INT "-$pid" 2>/dev/null; done
-  for pid in $CHILDREN; do
-    waited=0  # quarters of a second
-    while kill -0 "-$pid" 2>/dev/null && [ "$waited" -lt 40 ]; do
-      [ "$waited" = 32 ] && kill -TERM "-$pid" 2>/dev/null
-      sleep 0.25
-      waited=$((waited + 1))
+# Each child leads a process group of its own (setsid). A shell that is killed runs no trap, so a process of its own, the keeper,
+# reads from a pipe that only this shell holds open, and ends the groups that it was told of when the pipe closes: INT, TERM after
+# 8 s, KILL after 10 s. What they have started in sessions of their own (roslaunch: every node) is asked to end at the same time.
+start_keeper() {
+  [ -z "$KEEPER" ] || return 0
+  keeper_pipe=$(mktemp -d) && mkfifo "$keeper_pipe/alive" || fail "no room for a pipe in ${TMPDIR:-/tmp}"
+  # shellcheck disable=SC2016 # expanded by the keeper
+  setsid sh -c '
+    members() {  # PROCESS: it and all that it has started
+      for child in $(cat /proc/"$1"/task/*/children 2>/dev/null); do members "$child"; done
+      echo "$1"
+    }
+    groups=""
+    while read -r word group; do
+      case $word in
+        add) groups="$groups $group" ;;
+        drop) kept=""; for each in $groups; do [ "$each" = "$group" ] || kept="$kept $each"; done; groups=$kept ;;
+      esac
     done
-    kill -KILL "-$pid" 2>/dev/null
-    wait "$pid" 2>/dev/null
-  done
-  CHILDREN=''
+    all=$(for group in $groups; do members "$group"; done)
+    signal=INT waited=0  # quarters of a second
+    while [ -n "$all" ] && [ "$waited" -le 40 ]; do
+      left=""
+      for each in $all; do  # an entry without a program has ended and waits for its parent
+        [ -e /proc/"$each"/exe ] && kill "-$signal" "$each" 2>/dev/null && left="$left $each"
+      done
+      all=$left waited=$((waited + 1)) signal=0
+      [ "$waited" != 32 ] || signal=TERM
+      [ "$waited" != 40 ] || signal=KILL
+      [ -z "$all" ] || sleep 0.25
+    done
+    for group in $groups; do kill -KILL "-$group" 2>/dev/null; done' keeper <"$keeper_pipe/alive" >/dev/null 2>&1 &
+  KEEPER=$!
+  exec 9>"$keeper_pipe/alive"
+  rm -r "$keeper_pipe"
+}
+keep() { CHILDREN="$CHILDREN $1" && echo "add $1" >&9; }  # GROUP
+unkeep() { CHILDREN=${CHILDREN% "$1"} && echo "drop $1" >&9; }  # the GROUP that was kept last
+
+stop_children() {
+  trap '' INT TERM HUP QUIT  # a second signal must not interrupt this
+  [ -n "$KEEPER" ] || return 0
+  exec 9>&-
+  # shellcheck disable=SC2086 # one word per process
+  wait "$KEEPER" $CHILDREN 2>/dev/null
+  KEEPER='' CHILDREN=''
 }
 trap stop_children EXIT
 trap 'exit 130' INT
+trap 'exit 131' QUIT
 trap 'exit 143' TERM HUP
 
 # The source that has been compiled for the longest in a session, as TARGET/FILE; nothing when none is.
@@ -81,9 +114,10 @@ with_progress() {  # TITLE LOG COMMAND...
   shift 2
   mkdir -p "$(dirname "$log")"
   rm -f "${log%.log}.plan"
-  setsid "$@" >"$log" 2>&1 </dev/null &
+  start_keeper
+  setsid "$@" >"$log" 2>&1 </dev/null 9>&- &
   job=$!
-  CHILDREN="$CHILDREN $job"
+  keep "$job"
   started=$(date +%s) shown=0
   while kill -0 "$job" 2>/dev/null; do
     sleep 0.2
@@ -99,7 +133,7 @@ with_progress() {  # TITLE LOG COMMAND...
   done
   wait "$job"
   code=$?
-  CHILDREN=${CHILDREN% "$job"}
+  unkeep "$job"
   [ -t 2 ] && [ "$shown" -gt 0 ] && printf '\r\033[K' >&2
   [ "$shown" -gt 0 ] && echo "$title: $(($(date +%s) - started)) s" >&2
   return "$code"
