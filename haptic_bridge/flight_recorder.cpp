@@ -6,6 +6,7 @@
 #include <haptic_msgs/conversions.h>
 #include <rosbag/bag.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <ctime>
@@ -113,7 +114,10 @@ std::string FlightRecorder::write() const {
   std::tm local{};
   localtime_r(&now, &local);
   std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", &local);
-  const std::string path = parameters_.flight_folder + "/flight-" + stamp + ".bag";
+  std::string path = parameters_.flight_folder + "/flight-" + stamp + ".bag";
+  for (int i = 2; access(path.c_str(), F_OK) == 0; ++i) {  // two loops may fail in one second
+    path = parameters_.flight_folder + "/flight-" + stamp + "-" + std::to_string(i) + ".bag";
+  }
   if (!makeFolder(parameters_.flight_folder)) return fault_ + "; " + parameters_.flight_folder + " cannot be made: not kept";
   try {
     rosbag::Bag bag(path, rosbag::bagmode::Write);
@@ -151,6 +155,7 @@ std::string FlightRecorder::write() const {
     what.status[0].message = fault_ + ", at tick " + std::to_string(fault_tick_);
     bag.write("diagnostics", what.header.stamp, what);
     bag.close();
+    rosbag::Bag(path, rosbag::bagmode::Read);  // closing does not say that the disk is full: the index at the end does
   } catch (const rosbag::BagException& error) {
     return fault_ + "; the last seconds could not be written to " + path + ": " + error.what();
   }

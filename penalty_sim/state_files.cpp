@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/whole_file.h"
 
 namespace haptic {
 namespace {
@@ -21,11 +22,9 @@ struct Header {
 void writeState(const std::string& file, const std::vector<double>& state, std::uint64_t hash) {
   Header header{{}, hash, state.size()};
   std::memcpy(header.magic, kMagic, sizeof(kMagic));
-  std::ofstream out(file, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(&header), sizeof(header));
-  out.write(reinterpret_cast<const char*>(state.data()), static_cast<std::streamsize>(state.size() * sizeof(double)));
-  out.close();
-  if (!out) throw SetupError(file, "cannot be written", "give a path in a folder that exists and is writable");
+  std::string bytes(reinterpret_cast<const char*>(&header), sizeof(header));
+  bytes.append(reinterpret_cast<const char*>(state.data()), state.size() * sizeof(double));
+  writeWholeFile(file, bytes);
 }
 
 std::vector<double> readState(const std::string& file) {

@@ -14,7 +14,11 @@ std::string countText(const std::vector<double>& numbers) { return "has " + std:
 
 YAML::Node loadYaml(const std::string& path) {
   try {
-    return YAML::LoadFile(path);
+    const std::vector<YAML::Node> documents = YAML::LoadAllFromFile(path);
+    if (documents.size() > 1) {
+      throw SetupError(path + ":" + std::to_string(documents[1].Mark().line + 1), "begins a second document", "keep one, without ---");
+    }
+    return documents.empty() ? YAML::Node() : documents.front();
   } catch (const YAML::BadFile&) {
     throw SetupError(path, "cannot be read", "check the path and its permissions");
   } catch (const YAML::Exception& error) {
@@ -29,8 +33,10 @@ YamlMap::YamlMap(const std::string& path, const YAML::Node& node, const std::str
   if (!node.IsMap()) throw SetupError(where(node), what + " is not a mapping", "write key: value lines");
   std::string list;
   for (const std::string& key : known) list += (list.empty() ? "" : ", ") + key;
+  std::set<std::string> met;
   for (const auto& entry : node) {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
+    if (!met.insert(key).second) throw SetupError(where(entry.first), "key '" + key + "' stands twice in " + what, "keep one of them");
     if (!known.count(key)) throw SetupError(where(entry.first), "unknown key '" + key + "' in " + what, "known: " + list);
   }
 }
@@ -75,22 +81,30 @@ std::vector<double> YamlMap::numbers(const char* key) const {
   return *parsed;
 }
 
-double YamlMap::number(const char* key, double otherwise, double least) const {
+double YamlMap::number(const char* key, double otherwise, double least, double most) const {
   if (!has(key)) return otherwise;
   const std::vector<double> all = numbers(key);
   if (all.size() != 1) throw SetupError(where(key), countText(all), "write one number");
-  if (!(all[0] >= least)) {
+  if (!(all[0] >= least && all[0] <= most)) {
     std::ostringstream bound;
-    bound << "give at least " << least;
+    bound << "give " << (std::isinf(most) ? "at least " : "") << least;
+    if (!std::isinf(most)) bound << " to " << most;
     throw SetupError(where(key), "is " + text(key), bound.str());
   }
   return all[0];
 }
 
-Vector3 YamlMap::vector(const char* key) const {
+Vector3 YamlMap::vector(const char* key, double most) const {
   if (!has(key)) return Vector3::Zero();
   const std::vector<double> all = numbers(key);
   if (all.size() != 3) throw SetupError(where(key), countText(all), "write three: [x, y, z]");
+  for (const double number : all) {
+    if (std::fabs(number) <= most) continue;
+    std::ostringstream is, bound;
+    is << "holds " << number;
+    bound << "give numbers of a size up to " << most;
+    throw SetupError(where(key), is.str(), bound.str());
+  }
   return {all[0], all[1], all[2]};
 }
 

@@ -1,4 +1,4 @@
-/// One mapping of a YAML file, read strictly: a key that nobody knows is an error, and every message names file and line.
+/// Reads one YAML mapping strictly: an unknown key and a key written twice are errors, and every message names file and line.
 #pragma once
 #include <yaml-cpp/yaml.h>
 
@@ -12,13 +12,14 @@
 
 namespace haptic {
 
-/// The file's only document. Throws SetupError: it cannot be opened, or is no YAML.
+/// The file's only document. Throws SetupError: it cannot be opened, is no YAML, or holds a second document.
 YAML::Node loadYaml(const std::string& path);
 
 /// Reads keys of one mapping. Set-up; all of it throws SetupError.
 class YamlMap {
  public:
-  /// `what` names the mapping in messages. Refuses what is no mapping, and keys that are not in `known`.
+  /// `what` names the mapping in messages. Refuses what is no mapping, keys that are not in `known`, and
+  /// keys that stand twice.
   YamlMap(const std::string& path, const YAML::Node& node, const std::string& what, const std::set<std::string>& known);
 
   /// "path:line" of a part of the file.
@@ -35,10 +36,11 @@ class YamlMap {
   bool flag(const char* key, bool otherwise) const;
   /// Finite numbers, as a list or in one text.
   std::vector<double> numbers(const char* key) const;
-  /// One of them, not below `least`.
-  double number(const char* key, double otherwise, double least = -std::numeric_limits<double>::infinity()) const;
-  /// Three of them; zero where there are none.
-  Vector3 vector(const char* key) const;
+  /// One of them, from `least` to `most`.
+  double number(const char* key, double otherwise, double least = -std::numeric_limits<double>::infinity(),
+                double most = std::numeric_limits<double>::infinity()) const;
+  /// Three of them, each of a size up to `most`; zero where there are none.
+  Vector3 vector(const char* key, double most = std::numeric_limits<double>::infinity()) const;
   /// Refuses a mapping without the key; `meaning` tells what to write.
   void require(const char* key, const std::string& meaning) const;
 

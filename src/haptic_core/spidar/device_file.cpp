@@ -1,3 +1,4 @@
+#include <cmath>
 
 #include "haptic_core/base/yaml_map.h"
 #include "haptic_core/spidar/device_check.h"
@@ -15,6 +16,18 @@ constexpr double kClosestExits = 1e-3;
 // Singular values of the scaled structure matrix below this share of the largest count as zero: the pose
 // would be uncertain by 1000 times the encoder step.
 constexpr double kRankTolerance = 1e-3;
+
+// Bounds of numbers: far beyond every device that a person can hold, far within what squares and products of them bear in
+// double precision. A number outside is a slip of unit or of the pen.
+constexpr double kFarthest = 100;                           // of an exit or a knot from its origin [m]
+constexpr double kFinestCount = 1e-9, kCoarsestCount = 0.1;  // string per encoder count [m]
+constexpr double kLeastVolt = 1e-6, kMostVolt = 1e3;        // drive per tension [V/N]
+constexpr double kLeastTension = 1e-3;                      // [N] below it a string lies slack on its reel
+constexpr double kMostTension = 1e4;                        // [N]; a force likewise
+constexpr double kMostTorque = 1e3;                         // [N·m]
+constexpr double kMostWeight = 1e3;                         // λ [1]: at 1 the tensions count as much as the wrench
+constexpr double kMostRate = 1e6;                           // of a wire [Hz]
+constexpr double kMostDelay = 1;                            // [s]
 
 /// Of one string, or of all of them.
 const std::set<std::string> kDriveKeys = {"length_per_count", "volt_per_newton", "min_tension",
@@ -45,10 +58,10 @@ Handedness readHandedness(const YamlMap& map) {
 
 StringDef readDrive(const YamlMap& map, const StringDef& fallback) {
   StringDef s = fallback;
-  s.length_per_count = map.number("length_per_count", s.length_per_count);
-  s.volt_per_newton = map.number("volt_per_newton", s.volt_per_newton);
-  s.min_tension = map.number("min_tension", s.min_tension);
-  s.max_tension = map.number("max_tension", s.max_tension);
+  s.length_per_count = map.number("length_per_count", s.length_per_count, -kCoarsestCount, kCoarsestCount);
+  s.volt_per_newton = map.number("volt_per_newton", s.volt_per_newton, -kMostVolt, kMostVolt);
+  s.min_tension = map.number("min_tension", s.min_tension, 0, kMostTension);
+  s.max_tension = map.number("max_tension", s.max_tension, 0, kMostTension);
   if (map.flag("invert_count", false)) s.length_per_count *= -1;  // the counter falls while the string pays out
   if (map.flag("invert_drive", false)) s.volt_per_newton *= -1;   // a negative voltage pulls
   return s;
@@ -62,13 +75,15 @@ StringDef readString(const std::string& path, const YAML::Node& node, int index,
   StringDef s = readDrive(map, defaults);
   map.require("exit", "string's exit on the frame [m]");
   map.require("knot", "knot on the grip [m]");
-  s.p_BE = axes * map.vector("exit");
-  s.p_GK = axes * map.vector("knot");
-  s.dp_GK = axes * map.vector("knot_per_opening");
-  if (s.length_per_count == 0) throw SetupError(map.where("length_per_count"), "is zero", "give metres per encoder count");
-  if (s.volt_per_newton == 0) throw SetupError(map.where("volt_per_newton"), "is zero", "give volts per newton");
-  if (!(s.min_tension > 0))
-    throw SetupError(map.where("min_tension"), "is not above zero",
+  s.p_BE = axes * map.vector("exit", kFarthest);
+  s.p_GK = axes * map.vector("knot", kFarthest);
+  s.dp_GK = axes * map.vector("knot_per_opening", kFarthest);
+  if (std::fabs(s.length_per_count) < kFinestCount)
+    throw SetupError(map.where("length_per_count"), "is zero, or next to it", "give metres per encoder count");
+  if (std::fabs(s.volt_per_newton) < kLeastVolt)
+    throw SetupError(map.where("volt_per_newton"), "is zero, or next to it", "give volts per newton");
+  if (!(s.min_tension >= kLeastTension))
+    throw SetupError(map.where("min_tension"), "is zero, or next to it",
                      "a string needs a little tension to stay wound, e.g. 0.3");
   if (!(s.max_tension > s.min_tension))
     throw SetupError(map.where("max_tension"), "is not above min_tension", "give min_tension < max_tension in newtons");
@@ -115,9 +130,9 @@ std::vector<std::string> readBoards(const YamlMap& map) {
 
 void readGrip(const std::string& path, const YAML::Node& node, DeviceDef& def) {
   const YamlMap grip(path, node, "grip", {"mass", "radius", "damping"});
-  def.grip_mass = grip.number("mass", def.grip_mass, 1e-4);
-  def.grip_radius = grip.number("radius", def.grip_radius, 1e-4);
-  def.grip_damping = grip.number("damping", def.grip_damping, 0);
+  def.grip_mass = grip.number("mass", def.grip_mass, 1e-4, 100);
+  def.grip_radius = grip.number("radius", def.grip_radius, 1e-4, 10);
+  def.grip_damping = grip.number("damping", def.grip_damping, 0, 1e4);
 }
 
 void readStrings(const std::string& path, const YamlMap& map, const Matrix3& axes, DeviceDef& def) {
@@ -152,12 +167,12 @@ DeviceDef readDevice(const std::string& path, const YAML::Node& root) {
   def.dof = static_cast<int>(dof);
   def.handedness = readHandedness(map);
   const Matrix3 axes = axesToRep103(map.text("axes", "rep103"), def.handedness, map);
-  def.lambda = map.number("lambda", def.lambda, 1e-9);
-  def.border_lambda = map.number("border_lambda", def.border_lambda, 0);
-  def.max_rate_hz = map.number("max_rate", def.max_rate_hz, 1);
-  def.delay_s = map.number("delay", def.delay_s, 0);
-  def.max_force = map.number("max_force", def.max_force, 1e-3);
-  def.max_torque = map.number("max_torque", def.max_torque, def.dof == 3 ? 0 : 1e-6);
+  def.lambda = map.number("lambda", def.lambda, 1e-9, kMostWeight);
+  def.border_lambda = map.number("border_lambda", def.border_lambda, 0, kMostWeight);
+  def.max_rate_hz = map.number("max_rate", def.max_rate_hz, 1, kMostRate);
+  def.delay_s = map.number("delay", def.delay_s, 0, kMostDelay);
+  def.max_force = map.number("max_force", def.max_force, 1e-3, kMostTension);
+  def.max_torque = map.number("max_torque", def.max_torque, def.dof == 3 ? 0 : 1e-6, kMostTorque);
   if (map.has("grip")) readGrip(path, map["grip"], def);
   def.transport = map.text("transport", def.transport);
   def.boards = readBoards(map);

@@ -177,6 +177,43 @@ TEST_F(BadDevice, IsRefusedWithOneLine) {
   EXPECT_NE(complaint("name:", "name: [").find("YAML"), std::string::npos);
 }
 
+/// Every kind of number, written as 1e300 and as 1e-300: refused with its key, or of no consequence (a length or a time of zero).
+TEST_F(BadDevice, NumbersOfNoDeviceAreRefusedWithTheirKey) {
+  const struct {
+    std::string key, value;
+    bool zero_is_well;
+  } numbers[] = {{"\nlambda", "0.02", false},
+                 {"border_lambda", "0.0035", true},
+                 {"max_force", "10", false},
+                 {"max_torque", "0.3", false},
+                 {"max_rate", "4000", false},
+                 {"delay", "0.00025", true},
+                 {"length_per_count", "1.66555e-05", false},
+                 {"volt_per_newton", "0.365296803653", false},
+                 {"min_tension", "0.3", false},
+                 {"max_tension", "20", false},
+                 {"mass", "0.05", false},
+                 {"radius", "0.0225", false}};
+  for (const auto& number : numbers) {
+    const std::string key = number.key[0] == '\n' ? number.key.substr(1) : number.key;
+    for (const char* huge : {"1e300", "-1e300"}) {
+      EXPECT_NE(complaint(number.key + ": " + number.value, number.key + ": " + huge).find(key), std::string::npos) << key << " " << huge;
+    }
+    const std::string tiny = complaint(number.key + ": " + number.value, number.key + ": 1e-300");
+    EXPECT_TRUE(number.zero_is_well || tiny.find(key) != std::string::npos) << key << ": " << tiny;
+  }
+  EXPECT_NE(complaint("exit: [0, -0.076, 0.0848528]", "exit: [0, -1e300, 0.0848528]").find("exit"), std::string::npos);
+}
+
+TEST_F(BadDevice, WithAKeyTwiceOrTwoDocumentsIsRefusedWithItsLine) {
+  EXPECT_NE(complaint("\ndof: 6", "\ndof: 6\ndof: 6").find("'dof' stands twice"), std::string::npos);
+  EXPECT_NE(complaint("exit: [0, -0.076, 0.0848528]", "exit: [0, -0.076, 0.0848528], exit: [0, 0, 1]").find("stands twice"),
+            std::string::npos);
+  const std::string message = complaint("\ndof: 6", "\n---\ndof: 6");
+  EXPECT_NE(message.find("second document"), std::string::npos) << message;
+  EXPECT_NE(message.find(".yaml:"), std::string::npos) << message;
+}
+
 TEST_F(BadDevice, ThatCannotHoldAPoseIsNamedByItsRank) {
   // With the knots of strings 2, 3, 6 and 7 in the centre, nothing resists a turn about the line of the
   // others.
