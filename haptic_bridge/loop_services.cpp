@@ -1,27 +1,25 @@
 #include "haptic_bridge/loop_services.h"
 
-#include <ros/console.h>
-
-#include <cmath>
-
-#include "haptic_core/base/error.h"
-
 namespace haptic {
+namespace {
+
+haptic_bridge::LoopConfig startOf(const BridgeParameters& parameters) {
+  haptic_bridge::LoopConfig config = haptic_bridge::LoopConfig::__getDefault__();
+  config.soft_start = parameters.soft_start;
+  config.passivity = static_cast<int>(parameters.passivity);
+  return config;
+}
+
+}  // namespace
 
 LoopServices::LoopServices(ros::NodeHandle& priv, const std::string& name, const BridgeParameters& parameters,
                            RealtimeThread& loop)
-    : name_(name), loop_(loop), server_(mutex_, priv) {
-  applied_ = haptic_bridge::LoopConfig::__getDefault__();
-  applied_.soft_start = parameters.soft_start;
-  applied_.passivity = static_cast<int>(parameters.passivity);
-  server_.updateConfig(applied_);
-  server_.setCallback([this](haptic_bridge::LoopConfig& config, std::uint32_t level) { onParameters(config, level); });
+    : loop_(loop), parameters_(priv, name, startOf(parameters), [this](const auto& config) { return apply(config); }) {
   clutch_ = priv.advertiseService("clutch", &LoopServices::onClutch, this);
 }
 
 LoopServices::~LoopServices() {
   clutch_.shutdown();
-  server_.clearCallback();
 }
 
 bool LoopServices::onClutch(haptic_msgs::Clutch::Request& request, haptic_msgs::Clutch::Response& response) {
@@ -46,45 +44,11 @@ bool LoopServices::onClutch(haptic_msgs::Clutch::Request& request, haptic_msgs::
   return true;
 }
 
-void LoopServices::onParameters(haptic_bridge::LoopConfig& config, std::uint32_t) {
-  if (!started_) {  // the server tells its start values; those of the parameter server hold
-    started_ = true;
-    config = applied_;
-    return;
-  }
-  try {
-    if (!apply(config)) {
-      ROS_ERROR_STREAM_NAMED(name_, "parameters: the loop does not tick; nothing has changed");
-      config = applied_;
-    }
-  } catch (const SetupError& error) {
-    ROS_ERROR_STREAM_NAMED(name_, "parameters refused: " << error.what());
-    // What came before the refused value may have been changed: put all of it back.
-    config = applied_;
-    apply(applied_);
-  }
-  applied_ = config;
-}
-
-void LoopServices::reapply() {
-  boost::recursive_mutex::scoped_lock lock(mutex_);
-  try {
-    apply(applied_);
-  } catch (const SetupError& error) {
-    ROS_ERROR_STREAM_NAMED(name_, "parameters do not fit the new scene: " << error.what());
-  }
-}
-
 bool LoopServices::apply(const haptic_bridge::LoopConfig& config) {
   return loop_.change([&](const LoopSession::View& view) { return commandsFor(config, view); });
 }
 
 std::vector<LoopCommand> LoopServices::commandsFor(const haptic_bridge::LoopConfig& config, const LoopSession::View& view) {
-  for (const double value : {config.stiffness_scale, config.friction_scale, config.lambda_, config.limit_share,
-                             config.force_scale, config.soft_start, config.coupling_stiffness, config.coupling_damping,
-                             config.coupling_rotational_stiffness, config.coupling_rotational_damping}) {
-    if (!std::isfinite(value)) throw SetupError("a parameter", "is not finite", "give a number");
-  }
   std::vector<LoopCommand> commands;
   WorldTuning tuning = view.tuning;
   tuning.stiffness_scale = config.stiffness_scale;

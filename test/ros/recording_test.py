@@ -17,6 +17,7 @@ import rospy
 import rostest
 from haptic_msgs.msg import TickStatistics
 from haptic_msgs.srv import Clutch, Grab
+from rosgraph_msgs.msg import Log
 from std_srvs.srv import SetBool, Trigger
 from topic_probe import Probe, load_stack, replay, unload_stack, wait_until
 
@@ -81,7 +82,12 @@ class Recording(unittest.TestCase):
         cls.coupled = client.update_configuration({"coupling": 2})
         some_ticks()
         cls.refused = client.update_configuration({"coupling_stiffness": 1e5})
-        cls.bounded = client.update_configuration({"friction_scale": 1e9})
+        rosout = Probe("/rosout", Log)
+        cls.bounded = [client.update_configuration({name: value}) for name, value in (
+            ("friction_scale", 1e9), ("stiffness_scale", 1e308), ("stiffness_scale", 1e-308), ("passivity", 3),
+            ("force_scale", float("nan")))]
+        rosout.wait(5, accept=lambda m: "parameters refused" in m.msg)
+        cls.said = [m.msg for m in rosout.messages if "parameters refused" in m.msg]
         client.close()
         some_ticks()
 
@@ -98,7 +104,12 @@ class Recording(unittest.TestCase):
         self.assertEqual(self.changed["passivity"], 2)
         self.assertEqual(self.coupled["coupling"], 2)
         self.assertEqual(self.refused["coupling_stiffness"], -1, "the pointer and step cannot bear 1e5 N/m")
-        self.assertEqual(self.bounded["friction_scale"], 3, "bounds are kept")
+        for bounded in self.bounded:
+            for name, value in (("friction_scale", 0.8), ("stiffness_scale", 0.5), ("passivity", 2), ("force_scale", 0.9)):
+                self.assertEqual(bounded[name], value, "a value out of bounds changes nothing")
+        for words in (("friction_scale", "is 1e+09", "give 0 to 3"), ("stiffness_scale", "is 1e+308", "0.01 to 10"),
+                      ("stiffness_scale", "is 1e-308"), ("passivity", "is 3", "0 to 2"), ("force_scale", "is nan")):
+            self.assertTrue(any(all(word in line for word in words) for line in self.said), (words, self.said))
 
     def test_replay(self):
         with rosbag.Bag(self.bag) as bag:
