@@ -123,7 +123,7 @@ ErrorEstimator::ErrorEstimator(const WorldDef& def, int window_steps) {
 ErrorEstimator::~ErrorEstimator() = default;
 
 ErrorEstimate ErrorEstimator::estimate(const std::vector<double>& state, const WorldTuning& tuning,
-                                       const std::vector<double>& bounds) {
+                                       const std::vector<PointerBound>& bounds) {
   World &coarse = impl_->coarse, &fine = impl_->fine;
   Impl::put(coarse, state, tuning);
   Impl::put(fine, state, impl_->resolvedTuning(tuning));

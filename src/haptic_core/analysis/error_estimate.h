@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "haptic_core/world/definition.h"
+#include "haptic_core/world/hand_bound.h"
 #include "haptic_core/world/tuning.h"
 
 namespace haptic {
@@ -52,7 +53,7 @@ class ErrorEstimator {
 
   /// `state` is World::save() of a world of this definition with this tuning; `bounds` is what its hands bear
   /// (World::pointerBound), by pointer; empty: anything. Throws SetupError when the state is of another world.
-  ErrorEstimate estimate(const std::vector<double>& state, const WorldTuning& tuning, const std::vector<double>& bounds = {});
+  ErrorEstimate estimate(const std::vector<double>& state, const WorldTuning& tuning, const std::vector<PointerBound>& bounds = {});
 
  private:
   struct Impl;

@@ -1,8 +1,11 @@
 #include "haptic_core/analysis/flat_wall.h"
 
+#include <algorithm>
+
 #include "haptic_core/geometry/contact_volume.h"
 #include "haptic_core/geometry/shape_distance.h"
 #include "haptic_core/geometry/shapes.h"
+#include "haptic_core/world/held_proxy.h"
 
 namespace haptic {
 
@@ -24,6 +27,12 @@ double FlatWall::stiffness(double k, double force) {
     (k * contactAt(depth).volume < force ? low : high) = depth;
   }
   return k * contactAt(high).A0;
+}
+
+double FlatWall::carried(double k, double bound) {
+  const double height = 2 * middle_;
+  const ContactVolume sunk = contactAt(mostSunk(bound, k, shape_.volume(), height) * height);
+  return k * sunk.volume * std::min(1.0, bound / (k * sunk.A0));
 }
 
 ContactVolume FlatWall::contactAt(double depth) {

@@ -18,6 +18,8 @@ class FlatWall {
   double volume(double depth);                   ///< V [m³] at a depth [m]
   /// K [N/m] = k A0 where a foundation of `k` [N/m³] carries `force` [N]; a shape sinks to its middle at most.
   double stiffness(double k, double force);
+  /// Force [N] at which a link that a hand holds stays behind it (world/held_proxy.h), where the hand bears `bound` [N/m].
+  double carried(double k, double bound);
 
  private:
   ContactVolume contactAt(double depth);

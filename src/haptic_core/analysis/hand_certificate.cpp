@@ -63,6 +63,13 @@ class Press {
     return most * mapping_.scale * mapping_.force_scale;
   }
 
+  /// Most force at the grip of the weakest side, where the hand bears `bound` [N/m] at the grip [N].
+  double carried(double k, double bound) {
+    double least = INFINITY;
+    for (const auto& side : sides_) least = std::min(least, side->carried(k, bound / (mapping_.scale * mapping_.force_scale)));
+    return least * mapping_.force_scale;
+  }
+
   /// The k [N/m³] below `k` at which K is `bound`; 0: none.
   double foundationFor(double bound, double k) {
     double low = 1e-8 * k, high = k;
@@ -104,8 +111,11 @@ HandCertificate certifyHand(const WorldDef& def, int pointer, const HandMapping&
   if (partner.own < 0) return c;
   c.against = model.links[model.shapes[partner.other].link].name;
   c.foundation = partner.foundation;
-  Press pressing(*model.shapes[partner.own].shape, mapping, couplingStiffness(hand, model.links[link].mass, period), press);
+  const double coupling = couplingStiffness(hand, model.links[link].mass, period);
+  Press pressing(*model.shapes[partner.own].shape, mapping, coupling, press);
   c.stiffness = pressing.stiffness(c.foundation);
+  c.most = device.max_force;
+  c.carries = coupling > 0 ? c.most : std::min(c.most, pressing.carried(c.foundation, c.held));
   c.bearable = pressing.foundationFor(c.held, kSoughtFoundations * c.foundation);
   return c;
 }
@@ -130,13 +140,14 @@ std::string HandCertificate::text() const {
     text << "touches nothing\n";
     return text.str();
   }
-  text << (holds() ? "PASS" : "MAY RING") << ", " << 1e-3 * stiffness << " N/mm when pressed with " << press << " N on " << against
+  text << (holds() ? "PASS" : "WEAKENED") << ", " << 1e-3 * stiffness << " N/mm when pressed with " << press << " N on " << against
        << "; at " << rate << " Hz the device bears " << 1e-3 * alone << ", held by a relaxed hand " << 1e-3 * held;
   if (!holds() && bearable > 0) {
     text << ": the loop weakens it to that; felt as it is with stiffness " << bearable << " N/m³ or less, or at a higher rate";
   } else if (!holds()) {
     text << ": the loop weakens it to that; give the pointer a virtual coupling or a higher rate";
   }
+  if (carries < most) text << "; carries " << carries << " N of the device's " << most << ", then the tool stays behind the hand";
   text << "\n";
   return text.str();
 }

@@ -2,7 +2,7 @@
 ///
 /// A foundation has no one stiffness. Pressed with F on a flat wall a pointer sinks until k V(δ) = F and then meets
 /// K = k A0(δ): k A for a flat face whatever F, 2 √(π R k F) for a ball of radius R. The bound on K is that of
-/// wall_bound.h; friction's springs and the contact's damper are not in it.
+/// wall_bound.h; friction's springs and the contact's damper are not in it. Whether the loop itself rings, loop/hand_trial.h tries.
 #pragma once
 #include <string>
 
@@ -25,10 +25,12 @@ struct HandCertificate {
   double stiffness = 0;          ///< K at the grip, of its stiffest side on a flat wall [N/m]
   double alone = 0;              ///< bound on K for the device, nobody holding it [N/m]
   double held = 0;               ///< and with a relaxed hand [N/m]
+  double carries = 0;            ///< most force that its weakest side can bring to the hand: beyond it stays behind [N]
+  double most = 0;               ///< the device's greatest force [N]
   double bearable = 0;           ///< largest k [N/m³] with K ≤ `held`, up to 100 foundations; 0: none
   double rate = 0;               ///< [Hz]
 
-  /// A relaxed hand bears the contact, or there is none.
+  /// A relaxed hand bears the contact as the scene says, or there is none; else the loop weakens it.
   bool holds() const { return against.empty() || stiffness <= held; }
   std::string text() const;      ///< one line
 };

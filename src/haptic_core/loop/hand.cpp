@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <sstream>
 
 #include "haptic_core/base/error.h"
@@ -135,11 +134,26 @@ void Hand::couple(World& world, double h) noexcept {
   world.setPointerTarget(pointer_, map_.X_WP(), map_.V_WP());
 }
 
-/// A relaxed hand over this wire at this rate; of a force that fades it feels a share.
+/// A relaxed hand over this wire at this rate, and the device's limits; of a force that fades the hand feels a share.
 void Hand::bear(World& world) const noexcept {
-  const bool anything = settings_.passivity.mode == PassivityMode::kOff;
-  world.setPointerBound(pointer_, anything ? std::numeric_limits<double>::infinity()
-                                           : device_.stableStiffness() / (worldToGrip() * report_.fade));
+  PointerBound bound;
+  const double share = settings_.force_scale * report_.fade;
+  if (!feelsAnything() && share > 0) {
+    const Spidar::Tuning limits = device_.tuning();
+    bound.stiffness = device_.stableStiffness() / (worldToGrip() * report_.fade);
+    if (limits.max_force > 0) bound.force = limits.max_force / share;  // else the hand feels nothing, wherever the link is
+    if (limits.max_torque > 0) bound.torque = limits.max_torque / share;
+  }
+  world.setPointerBound(pointer_, bound);
+}
+
+/// What dampers and friction add within a step is not in the link's bound: the direction stays, the size does not pass the limit.
+Wrench Hand::within(const Wrench& F_B) const noexcept {
+  if (feelsAnything()) return F_B;
+  const Spidar::Tuning limits = device_.tuning();
+  const auto share = [](const Vector3& v, double most) { return v.norm() > most ? most / v.norm() : 1.0; };
+  const double torque = limits.max_torque > 0 ? share(F_B.torque, limits.max_torque) : 1;  // a point grip ignores it, and says so
+  return {F_B.torque * torque, F_B.force * share(F_B.force, limits.max_force)};
 }
 
 void Hand::render(const World& world, double h) noexcept {
@@ -148,8 +162,8 @@ void Hand::render(const World& world, double h) noexcept {
   if (!report_.valid) report_.fade = 0;
   const double stiffness = report_.in_contact ? world.pointerStiffness(pointer_) : 0;
   report_.stiffness = stiffness * worldToGrip();
-  report_.stiffness_share = stiffness > 0 ? std::min(1.0, world.pointerBound(pointer_) / stiffness) : 1;
-  report_.F_asked_B = passivity_.act(map_.toGrip(F_W) * (settings_.force_scale * report_.fade), moved_, h);
+  report_.stiffness_share = stiffness > 0 ? std::min(1.0, world.pointerBound(pointer_).stiffness / stiffness) : 1;
+  report_.F_asked_B = within(passivity_.act(within(map_.toGrip(F_W) * (settings_.force_scale * report_.fade)), moved_, h));
   device_.actuate(report_.F_asked_B, 0.0, h);
   passivity_.hold(device_.achievedWrench(), device_.toldTension());
   report_.F_achieved_B = device_.achievedWrench();
@@ -187,7 +201,7 @@ void Hand::restore(const std::vector<double>& memory) {
 
 void Hand::letGo(World& world) noexcept {
   world.setPointerTarget(pointer_, map_.X_WP(), Twist{});
-  world.setPointerBound(pointer_, std::numeric_limits<double>::infinity());
+  world.setPointerBound(pointer_, PointerBound{});
 }
 
 const DriveCommand& Hand::drive() const noexcept {

@@ -15,7 +15,7 @@ class Hand {
   void sense(const DeviceSample& sample, double h) noexcept;
   /// (in realtime) Grip → pointer target. Without a valid pose the pointer stands still.
   void couple(World& world, double h) noexcept;
-  /// (in realtime) Before any step of the world: how stiff what the pointer touches may be.
+  /// (in realtime) Before any step of the world: how stiff contacts of the pointer may be, and how hard it may press.
   void bear(World& world) const noexcept;
   /// (in realtime) The pointer's wrench → fade → passivity → the device's limits, tensions and drive.
   void render(const World& world, double h) noexcept;
@@ -72,6 +72,9 @@ class Hand {
   void check(const HandSettings& settings) const;
   bool pressed(int button) const noexcept { return button >= 0 && ((buttons_ >> button) & 1u) != 0; }
   void followGrabButton(World& world) noexcept;
+  /// The passivity controller is off: no bound of the hand, no limit but the device's own.
+  bool feelsAnything() const noexcept { return settings_.passivity.mode == PassivityMode::kOff; }
+  Wrench within(const Wrench& F_B) const noexcept;
   double worldToGrip() const noexcept { return settings_.workspace.scale * settings_.force_scale; }  ///< of a stiffness
   Spidar& device_;
   int pointer_;

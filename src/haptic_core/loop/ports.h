@@ -115,7 +115,7 @@ struct WorldCopy {
   std::uint64_t hash = 0;
   /// That the state was reached with.
   WorldTuning tuning;
-  std::vector<double> bounds;            ///< World::pointerBound(), by pointer [N/m]; sized at set-up
+  std::vector<PointerBound> bounds;      ///< World::pointerBound(), by pointer; sized at set-up
 };
 
 /// Which device moves which pointer, and how the hand sees the world.

@@ -82,7 +82,8 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
   Matrix6 D = c.force.tangent.combined(0, 1);
   const int link_a = model.shapes[pair.shapeA()].link, link_b = model.shapes[pair.shapeB()].link;
   const int parts = std::max({1, work.contacts.on_link[link_a], work.contacts.on_link[link_b]});
-  const double stiffest = std::max({D(5, 5), D(3, 3), D(4, 4), D(0, 0) / c.volume.A0, D(1, 1) / c.volume.A0});
+  const double area = layerArea(c.volume);
+  const double stiffest = std::max({D(5, 5), D(3, 3), D(4, 4), D(0, 0) / area, D(1, 1) / area});
   if (parts * advance.time * stiffest < kStrongDamper * c.law.reduced_mass) return;
   Matrix6 W = Matrix6::Zero();
   addMobility(model, work, link_a, c.X_WP, W);

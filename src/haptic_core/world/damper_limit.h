@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "haptic_core/base/spatial.h"
 
@@ -15,10 +16,11 @@ namespace haptic {
 constexpr double kDamperLimit = 1.7;
 
 /// Largest eigenvalue of W D from above, by at most 12 %: the sixteenth root of the trace of its sixteenth
-/// power.
+/// power. Infinite where W or D are not finite: no damper then.
 inline double dampingRate(const Matrix6& W, const Matrix6& D) noexcept {
   Matrix6 P = W * D;
   const double scale = P.diagonal().cwiseAbs().maxCoeff();  // trace ≤ 6 scale: no overflow below
+  if (!std::isfinite(scale)) return std::numeric_limits<double>::infinity();  // what is unknown is not stable
   if (!(scale > 0)) return 0;
   P /= scale;
   for (int i = 0; i < 3; ++i) P = (P * P).eval();

@@ -46,9 +46,20 @@ void weaken(double& stiffness, double& damping, double bound, double h) noexcept
   damping = std::min(share * damping, kMostDamping * bound * h);
 }
 
-PointerCoupling weakened(PointerCoupling coupling, double bound, double h) noexcept {
-  weaken(coupling.stiffness, coupling.damping, bound, h);
-  weaken(coupling.rotational_stiffness, coupling.rotational_damping, kTurnOfWay * bound, h);
+/// Scales spring and damper so that what they give now stays within `most`.
+void saturate(double& stiffness, double& damping, double given, double most) noexcept {
+  if (!(given > most)) return;
+  stiffness *= most / given;
+  damping *= most / given;
+}
+
+PointerCoupling weakened(PointerCoupling coupling, const HandBound& bound, const PointerState& pointer, const LinkWork& link,
+                         double h) noexcept {
+  weaken(coupling.stiffness, coupling.damping, bound.stiffness, h);
+  weaken(coupling.rotational_stiffness, coupling.rotational_damping, kTurnOfWay * bound.stiffness, h);
+  const Wrench F_W = couplingForce(coupling, pointer.p_WL, pointer.q_WL, pointer.V_WL, link);
+  saturate(coupling.stiffness, coupling.damping, F_W.force.norm(), bound.force);
+  saturate(coupling.rotational_stiffness, coupling.rotational_damping, F_W.torque.norm(), bound.torque);
   return coupling;
 }
 
@@ -58,7 +69,9 @@ void boundHands(const Model& model, const State& state, const Placement& placeme
   for (const int i : hands.acting) {
     HandBound& bound = hands.bound[i];
     if (!model.holds(i)) {
-      hands.coupling[i] = weakened(hands.own_coupling[i], bound.stiffness, model.settings.step);
+      const PointerState& pointer = state.pointers[i];
+      hands.coupling[i] =
+          weakened(hands.own_coupling[i], bound, pointer, placement.link[pointer.link], model.settings.step);
     } else if (!std::isinf(bound.stiffness)) {
       bound.met_W = metStiffness(model, state, placement, state.pointers[i].link);
     }
@@ -80,10 +93,11 @@ void boundLaw(const HandBound& bound, double period, const FrictionMemory& befor
     m.tangential_stiffness *= share;
     m.tangential_damping *= share;  // NaN, derived, follows the spring
   }
-  const double most = kMostDamping * bound.stiffness * period * own / met;  // [N·s/m]
-  const double tangential = tangentialDamping(law, contact.A0);
-  if (tangential * contact.A0 > most) m.tangential_damping = most / contact.A0;
-  if (m.damping * contact.A0 > most) m.damping = most / contact.A0;
+  const double area = layerArea(contact), layer = m.stiffness * area;
+  const double share = area > contact.A0 ? layer / (layer + std::max(0.0, others)) : own / met;
+  const double most = kMostDamping * bound.stiffness * period * share;  // [N·s/m]
+  if (tangentialDamping(law, area) * area > most) m.tangential_damping = most / area;
+  if (m.damping * area > most) m.damping = most / area;
   if (m.dissipation * m.stiffness * contact.volume > most) m.dissipation = most / (m.stiffness * contact.volume);
 }
 

@@ -14,6 +14,12 @@
 /// a spring beyond K_max is weakened to it, its damper with it. That does not follow the contacts either: a coupling that
 /// were weak in touch alone would be given more than it gives back at each touch.
 ///
+/// Beyond the hand's greatest force F a virtual coupling gives F, and beyond its greatest torque that: both of its parts are
+/// weakened by F / |F_c|, the same for turns. A held link stays behind its hand instead (held_proxy.h).
+///
+/// Where a tool is wholly inside or through a body, A0 is 0. A damper acts on the layer's area then (friction.h, layerArea),
+/// and has the share of a contact of that area.
+///
 /// A coupling's turns are bounded by K_max times 1.25e-3 m², as a relaxed hand damps them; those of contacts are not.
 /// A pair within the bound is not touched: same bits.
 #pragma once
@@ -32,13 +38,19 @@ struct PairLaw;
 struct Placement;
 struct State;
 
-/// What the hand of a pointer bears, and what it met.
-struct HandBound {
+/// Most that a pointer may oppose to its hand, in the world's measures. Not part of the state: who moves the pointer tells it.
+struct PointerBound {
   double stiffness = std::numeric_limits<double>::infinity();  ///< K_max [N/m]
+  double force = std::numeric_limits<double>::infinity();      ///< [N]: beyond it the link stays behind its hand
+  double torque = std::numeric_limits<double>::infinity();     ///< [N·m], about the link frame's origin: likewise
+};
+
+/// The bound of a pointer's hand, and the stiffness that it met.
+struct HandBound : PointerBound {
   Matrix3 met_W = Matrix3::Zero();                             ///< M as the last step left it [N/m]
 };
 
-/// (in realtime) Before a part of a step: M of the pointers that have a bound; virtual couplings as they hold now.
+/// (in realtime) Before each substep and each piece of one: M of the pointers that have a bound; virtual couplings as they hold.
 void boundHands(const Model& model, const State& state, const Placement& placement, HandWork& hands) noexcept;
 
 /// (in realtime) The law of a pointer's contact, its memory that of the last step, shape A turned by R_WA; `period` [s].

@@ -12,8 +12,10 @@ HandWork::HandWork(const Model& model)
       own_coupling(model.pointers.size()),
       bound(model.pointers.size()),
       coupling(model.pointers.size()),
+      goal(model.pointers.size()),
       moved(model.pointers.size()),
-      wrench(model.pointers.size()) {
+      wrench(model.pointers.size()),
+      proxy(model) {
   movers.reserve(model.trees.size());
   acting.reserve(model.pointers.size());
 }
@@ -92,20 +94,21 @@ void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& 
     const PointerState& pointer = state.pointers[i];
     hands.moved[i] = {};
     if (!model.holds(i) || !pointer.targeted) continue;
+    const HeldGoal& goal = hands.goal[i];
     const Vector3 p_before = placement.link[pointer.link].X_WL.p;
     const ModelTree& tree = model.trees[model.links[pointer.link].articulation];
     double* q = state.q.data() + tree.q;
     double* v = state.v.data() + tree.v;
     const Quaternion from(q[3], q[4], q[5], q[6]);
-    const Quaternion to = from.slerp(part.progress, pointer.q_WL).normalized();
-    const Vector3 p_WL = p_before + part.progress * (pointer.p_WL - p_before);
+    const Quaternion to = from.slerp(part.progress, goal.q_WL).normalized();
+    const Vector3 p_WL = p_before + part.progress * (goal.p_WL - p_before);
     const Vector3 p_LC = tree.model->link(0).p_LO;
     hands.moved[i] = {vectorFromRotation(to * from.conjugate()), p_WL - p_before};
     const Vector3 p_WC = p_WL + to * p_LC;
-    const Vector3 v_WC = pointer.V_WL.linear + pointer.V_WL.angular.cross(to * p_LC);
+    const Vector3 v_WC = goal.V_WL.linear + goal.V_WL.angular.cross(to * p_LC);
     const double pose[7] = {p_WC.x(), p_WC.y(), p_WC.z(), to.w(), to.x(), to.y(), to.z()};
     std::copy_n(pose, 7, q);
-    std::copy_n(pointer.V_WL.angular.data(), 3, v);
+    std::copy_n(goal.V_WL.angular.data(), 3, v);
     std::copy_n(v_WC.data(), 3, v + 3);
     placeTree(tree, state, placement);
   }

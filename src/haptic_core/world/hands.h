@@ -6,12 +6,20 @@
 #include <vector>
 
 #include "haptic_core/world/hand_bound.h"
+#include "haptic_core/world/held_proxy.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/placement.h"
 #include "haptic_core/world/state.h"
 #include "haptic_core/world/step_parts.h"
 
 namespace haptic {
+
+/// Where a held link shall be at the end of the step, and how it moves there.
+struct HeldGoal {
+  Vector3 p_WL = Vector3::Zero();            ///< [m]
+  Quaternion q_WL = Quaternion::Identity();  ///< orientation
+  Twist V_WL;                                ///< at L's origin, in W
+};
 
 /// Scratch of the hands in a step.
 struct HandWork {
@@ -27,8 +35,11 @@ struct HandWork {
   // Of one step.
   std::vector<int> acting;      ///< pointers that hold a link, or pull at one because they have a target; ascending
   std::vector<PointerCoupling> coupling;  ///< by pointer: `own_coupling`, or less where the hand bears less
+  std::vector<HeldGoal> goal;   ///< by pointer: where a held link goes, the target or less far (held_proxy.h)
   std::vector<Twist> moved;     ///< by pointer: displacement of a held link in this part [rad], [m]
   std::vector<Wrench> wrench;   ///< by pointer: of the world on the hand, summed over the parts by their shares
+
+  ProxyWork proxy;              ///< of `aimHeld`
 
   explicit HandWork(const Model& model);  ///< set-up: room for all pointers and links
   /// It has degrees of freedom, and no hand holds it.
@@ -53,7 +64,7 @@ void findActing(const Model& model, State& state, HandWork& hands) noexcept;
 /// (in realtime) Where the hand wants the link at the end of the next step. Numbers that are not finite are ignored.
 void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept;
 
-/// (in realtime) Held links go the part's share of the way to their targets.
+/// (in realtime) Held links go the part's share of the way to their goals.
 void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept;
 
 /// (in realtime) Wrench of a virtual coupling on its link, about the origin of the link's frame, in W; T: the target.

@@ -82,10 +82,9 @@ void move(const Model& model, State& state, Work& work, Report& report) noexcept
   findActing(model, state, work.hands);
   followDrivePaths(model, state);                                    // what drives are asked for
   for (StepPart part = firstPart(model, state, work, report.step); part.h > 0;
-       part = nextPart(model, part, state, work, report.step)) {     // shorter where something is fast
+       part = nextPart(model, part, state, work, report.step)) {     // no more than hands bear; shorter where something is fast
     const double external = state.energy.external, unaccounted = state.energy.unaccounted();
     report.step.impact = 0;
-    boundHands(model, state, work.placement, work.hands);            // no stiffer than hands bear
     advance(model, part, state, work, report);                       // hands → pairs → contacts → motion
     if (model.settings.energy_ledger) closeLedger(work.ledgerView(model), unaccounted, state, report.step.energy);
     checkImpacts(state.energy.unaccounted() - unaccounted, report.step);

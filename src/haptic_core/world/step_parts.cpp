@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "haptic_core/geometry/time_of_impact.h"
+#include "haptic_core/world/hand_bound.h"
+#include "haptic_core/world/held_proxy.h"
 #include "haptic_core/world/work.h"
 
 namespace haptic {
@@ -46,10 +48,10 @@ ShapeMotion Sweep::motionOf(int s, bool falls) const noexcept {
   motion.p_W = link.p_WC();
   motion.reach = model_.links[l].size;
   if (hands_.held_by[l] >= 0) {
-    const PointerState& pointer = state_.pointers[hands_.held_by[l]];
-    if (!pointer.targeted) return motion;
-    const Quaternion turn = pointer.q_WL * Quaternion(link.X_WL.R).conjugate();
-    motion.V_W = Twist{vectorFromRotation(turn), pointer.p_WL - link.X_WL.p};
+    if (!state_.pointers[hands_.held_by[l]].targeted) return motion;
+    const HeldGoal& goal = hands_.goal[hands_.held_by[l]];
+    const Quaternion turn = goal.q_WL * Quaternion(link.X_WL.R).conjugate();
+    motion.V_W = Twist{vectorFromRotation(turn), goal.p_WL - link.X_WL.p};
     motion.V_W = motion.V_W.shifted(motion.p_W - link.X_WL.p);
     motion.V_W.angular /= left_;
     motion.V_W.linear /= left_;
@@ -74,7 +76,7 @@ bool Sweep::anyFast() const noexcept {
     if (!model_.holds(i) || !pointer.targeted) continue;
     const int l = pointer.link;
     const double way = kShareOfWidth * model_.least_width[l];
-    if ((pointer.p_WL - placement_.link[l].X_WL.p).squaredNorm() > way * way) return true;
+    if ((hands_.goal[i].p_WL - placement_.link[l].X_WL.p).squaredNorm() > way * way) return true;
   }
   return false;
 }
@@ -153,6 +155,8 @@ StepPart beginning(const Model& model, int substep, double h, double left, doubl
 
 StepPart cut(const Model& model, int substep, double left, double longest, const State& state, Work& work,
              StepReport& report) noexcept {
+  boundHands(model, state, work.placement, work.hands);
+  aimHeld(model, state, left + model.substep() * (model.settings.substeps - 1 - substep), work);
   const StepPart part = beginning(model, substep, left, left, longest);
   const double safe = Sweep(model, left, state, work, report).safePart();
   return safe < part.h ? beginning(model, substep, safe, left, longest) : part;

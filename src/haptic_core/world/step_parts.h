@@ -5,6 +5,9 @@
 /// from there on goes by quarters of the width until the contact has taken the speed. What is slow, or meets nothing,
 /// costs a comparison of its speed.
 ///
+/// Each is preceded by what the hands bear and how far the links that they hold may go (hand_bound.h, held_proxy.h): the sweep is
+/// along that way.
+///
 /// Where the choice of steps finds a contact that swings within few steps (stepping/choice.h), the substep goes in equal parts
 /// too.
 #pragma once

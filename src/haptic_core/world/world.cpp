@@ -99,8 +99,10 @@ void World::setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcep
   impl_->work.standing.wake();
 }
 
-void World::setPointerBound(int i, double stiffness) noexcept { impl_->work.hands.bound[i].stiffness = stiffness; }
-double World::pointerBound(int i) const noexcept { return impl_->work.hands.bound[i].stiffness; }
+void World::setPointerBound(int i, const PointerBound& bound) noexcept {
+  static_cast<PointerBound&>(impl_->work.hands.bound[i]) = bound;
+}
+const PointerBound& World::pointerBound(int i) const noexcept { return impl_->work.hands.bound[i]; }
 
 double World::pointerStiffness(int i) const noexcept {
   return stiffnessMet(impl_->model, impl_->state, impl_->work.placement, impl_->work.hands, i);

@@ -8,6 +8,7 @@
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/dynamics/joint_law.h"
 #include "haptic_core/world/definition.h"
+#include "haptic_core/world/hand_bound.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/tuning.h"
 
@@ -58,10 +59,11 @@ class World {
   int pointerLink(int i) const;            ///< world link index of pointer i; `grab` changes it
   /// (in realtime) Where the hand wants the pointer's link at the end of the next step, and how it moves there.
   void setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept;
-  /// (in realtime) Stiffest contact [N/m] that pointer i's hand bears, from the next step on: stiffer ones are weakened
-  /// (hand_bound.h). Infinite at first. Not part of the state: who moves the pointer says it before each step.
-  void setPointerBound(int i, double stiffness) noexcept;
-  double pointerBound(int i) const noexcept;          ///< as it was told [N/m]
+  /// (in realtime) What pointer i's hand bears, from the next step on: stiffer contacts are weakened (hand_bound.h), and the
+  /// link stays behind its target where it would press harder (held_proxy.h). Infinite at first. Not part of the state: who
+  /// moves the pointer says it before each step.
+  void setPointerBound(int i, const PointerBound& bound) noexcept;
+  const PointerBound& pointerBound(int i) const noexcept;  ///< as it was told
   /// (in realtime) Stiffness [N/m] that the hand on pointer i would meet after the last step if nothing were weakened.
   double pointerStiffness(int i) const noexcept;
   /// (in realtime) Wrench of the world on pointer i in the last step, about the link frame's origin, in W.

@@ -130,6 +130,31 @@ ContactVolume patch(double A0, const Vector3& n) {
   return contact;
 }
 
+// Wholly inside A0 is 0: the dampers keep their bound, on the layer's area, and no number of the law is none.
+TEST(HandBound, DampersAreHeldWhereTheAreaVanishes) {
+  HandBound bound;
+  bound.stiffness = 1000;
+  const double most = 3 * kPeriod * bound.stiffness;
+  ContactVolume swallowed = patch(0, Vector3::UnitZ());
+  swallowed.volume = 5e-7;
+  swallowed.depth = 0.01;
+  for (const double others : {0.0, 500.0}) {  // [N/m] that the hand meets elsewhere
+    bound.met_W = others * Matrix3::Identity();
+    PairLaw law;
+    law.reduced_mass = 1;
+    ContactMaterial& m = law.material;
+    m.stiffness = m.tangential_stiffness = 1e7;
+    m.damping = 1e7;
+    m.dissipation = 10;
+    boundLaw(bound, kPeriod, {}, Matrix3::Identity(), swallowed, law);
+    const double area = layerArea(swallowed), own = 1e7 * area, share = own / (own + others);
+    EXPECT_EQ(m.stiffness, 1e7);
+    EXPECT_DOUBLE_EQ(m.dissipation * m.stiffness * swallowed.volume, share * most);
+    EXPECT_DOUBLE_EQ(m.damping * area, share * most);
+    EXPECT_DOUBLE_EQ(tangentialDamping(law, area) * area, share * most);
+  }
+}
+
 // Each damper on its own, in a contact whose spring is within the bound: at most 3 h K_max.
 TEST(HandBound, DampersAreHeldToo) {
   HandBound bound;
@@ -199,7 +224,7 @@ TEST(HandBound, ABoundedSpringGivesBackWhatItTook) {
     WorldDef def = overWall(makeSphere(kRadius), 1e10);
     def.settings.step = step;
     World world(def);
-    world.setPointerBound(0, 4000);
+    world.setPointerBound(0, {4000});
     const int in = static_cast<int>(std::lround(0.1 / step)), out = 3 * in;
     double most = 0;
     for (int i = 0; i <= in + out; ++i) {

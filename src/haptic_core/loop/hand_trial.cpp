@@ -1,0 +1,211 @@
+#include "haptic_core/loop/hand_trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "haptic_core/geometry/shape_distance.h"
+#include "haptic_core/loop/hand.h"
+#include "haptic_core/loop/haptic_loop.h"
+#include "haptic_core/spidar/device_twin.h"
+#include "haptic_core/spidar/spidar.h"
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/world.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kStart = 0.6, kRest = 0.3, kEnd = 0.1;  ///< before the way, at its end and after it [s]; the start fades in
+constexpr double kLeastJerkPeak = 1.875;                 ///< peak over mean speed of a motion of least jerk [1]
+constexpr double kImpactSpeed = 0.1, kImpactTime = 0.02; ///< [m/s], [s]
+constexpr double kTurnWindow = 0.05;                     ///< [s]
+constexpr int kMostTurns = 5;
+
+/// Counts the turns of a signal that are larger than kQuietJump.
+class Turns {
+ public:
+  /// True: more than kMostTurns within kTurnWindow.
+  bool add(double time, double value) {
+    if (rising_ ? value > extreme_ : value < extreme_) extreme_ = value;
+    if (std::fabs(value - extreme_) > kQuietJump) {
+      rising_ = !rising_;
+      extreme_ = value;
+      turned_.push_back(time);
+    }
+    while (!turned_.empty() && turned_.front() < time - kTurnWindow) turned_.pop_front();
+    return static_cast<int>(turned_.size()) > kMostTurns;
+  }
+  void restart(double value) {
+    turned_.clear();
+    extreme_ = value;
+  }
+
+ private:
+  std::deque<double> turned_;
+  double extreme_ = 0;
+  bool rising_ = true;
+};
+
+/// Reach of the pointer's shapes from the link's origin, as the grip has it [m].
+double reachOf(const WorldDef& def, int pointer, double scale) {
+  const PointerDef& hand = def.pointers.at(static_cast<std::size_t>(pointer));
+  double reach = 0;
+  for (const CollisionDef& c : def.articulations[hand.articulation].links[hand.link].collisions) {
+    reach = std::max(reach, (c.X_LS * c.shape->centre()).norm() + c.shape->boundingRadius());
+  }
+  return reach / scale;
+}
+
+class Trial {
+ public:
+  Trial(const WorldDef& def, int pointer, const HandSettings& settings, const DeviceDef& device, const TrialWay& way)
+      : period_(def.settings.step), way_(way), world_(def), spidar_(device), twin_(device, twinSettings(period_, way)),
+        reach_(reachOf(def, pointer, settings.workspace.scale)) {
+    loop_.attach(spidar_, pointer, settings);
+    spidar_.calibrateAtHome();
+    spidar_.setForceEnabled(true);
+  }
+
+  TrialResult run() {
+    const double out = kStart + wayTime(way_), back = out + kRest, home = back + wayTime(way_);
+    const int ticks = static_cast<int>((home + kEnd) / period_);
+    for (int i = 0; i < ticks; ++i) {
+      const double time = i * period_;
+      if (way_.jig) twin_.place(pathOf(way_).at(time));
+      const DeviceSample sample = twin_.exchange(loop_.drive(0));
+      loop_.tick(&sample, period_);
+      judge(time, time > out + kImpactTime && time < back);
+    }
+    result_.finite = world_.report().finite;
+    return result_;
+  }
+
+ private:
+  static double wayTime(const TrialWay& way) { return std::max(0.02, kLeastJerkPeak * way.depth / way.speed); }
+  static HandPath pathOf(const TrialWay& way) {
+    const double T = wayTime(way);
+    const Vector3 far = way.depth * way.direction, zero = Vector3::Zero();
+    HandPath path;
+    path.keys = {{kStart, zero, zero, 0}, {kStart + T, far, way.turn, 0}, {kStart + T + kRest, far, way.turn, 0},
+                 {kStart + 2 * T + kRest, zero, zero, 0}};
+    return path;
+  }
+  static TwinSettings twinSettings(double period, const TrialWay& way) {
+    TwinSettings settings;
+    settings.period = period;
+    settings.path = pathOf(way);
+    return settings;
+  }
+
+  void judge(double time, bool rests) {
+    const HandReport& now = loop_.report().hand[0];
+    TrialResult& r = result_;
+    r.stiffness = spidar_.stableStiffness();
+    ++r.ticks;
+    r.touching += now.in_contact;
+    r.strongest = std::max(r.strongest, now.F_asked_B.force.norm());
+    r.over_limit += now.F_asked_B.force.norm() > (1 + 1e-9) * spidar_.def().max_force;
+    if (now.in_contact && !last_.in_contact && now.V_BG.linear.norm() > kImpactSpeed) impact_until_ = time + kImpactTime;
+    const bool impact = time < impact_until_;
+    r.impacts += impact;
+    if (r.ticks > 1 && !impact && last_.valid) {
+      const double way = (now.X_BG.p - last_.X_BG.p).norm();
+      const double turn = vectorFromRotation(Quaternion(Matrix3(now.X_BG.R * last_.X_BG.R.transpose()))).norm();
+      const double allowed = r.stiffness * way;
+      r.jump = std::max(r.jump, (now.F_asked_B.force - last_.F_asked_B.force).norm() - allowed);
+      r.tension_jump = std::max(r.tension_jump, (now.F_achieved_B.force - last_.F_achieved_B.force).norm() - allowed);
+      r.torque_jump = std::max(r.torque_jump, (now.F_asked_B.torque - last_.F_asked_B.torque).norm() -
+                                                  r.stiffness * reach_ * (way + reach_ * turn));
+    }
+    for (int i = 0; i < 3; ++i) {
+      const double F = now.F_asked_B.force[i];
+      if (!rests || impact) {
+        turns_[i].restart(F);
+      } else if (turns_[i].add(time, F)) {
+        r.rings = true;
+      }
+    }
+    last_ = now;
+  }
+
+  double period_;
+  TrialWay way_;
+  World world_;
+  Spidar spidar_;
+  DeviceTwin twin_;
+  HapticLoop loop_{world_};
+  double reach_, impact_until_ = -1;
+  HandReport last_;
+  Turns turns_[3];
+  TrialResult result_;
+};
+
+}  // namespace
+
+double workspaceEnd(const DeviceDef& device, const Vector3& direction) {
+  Vector3 half = Vector3::Zero();
+  for (const StringDef& string : device.strings) half = half.cwiseMax(string.p_BE.cwiseAbs());
+  double end = INFINITY;
+  for (int i = 0; i < 3; ++i) {
+    if (direction[i] != 0 && half[i] > 0) end = std::min(end, half[i] / std::fabs(direction[i]));
+  }
+  return 0.8 * end;
+}
+
+std::vector<TrialWay> pressingWays(const WorldDef& def, int pointer, const HandSettings& settings, const DeviceDef& device) {
+  const Model model(def);
+  const World world(def);
+  const int link = world.pointerLink(pointer), count = static_cast<int>(model.shapes.size());
+  const auto pose = [&](int s) { return world.linkPose(model.shapes[s].link) * model.shapes[s].X_LS; };
+  double least = INFINITY;
+  Vector3 direction_W = Vector3::Zero();
+  for (int a = 0; a < count; ++a) {
+    for (int b = a + 1; b < count; ++b) {
+      const bool is_a = model.shapes[a].link == link;
+      if (is_a == (model.shapes[b].link == link) || !model.mayCollide(a, b)) continue;
+      ClosestPoints near;
+      const ModelShape &A = model.shapes[a], &B = model.shapes[b];
+      const Vector3 between = pose(b).p - pose(a).p;
+      const Vector3 guess_A = between.norm() > 0 ? Vector3(pose(a).R.transpose() * between.normalized()) : Vector3::UnitZ();
+      closestPoints(*A.shape, *B.shape, relativePose(pose(a), pose(b)), guess_A, near);
+      if (near.distance >= least) continue;
+      least = near.distance;
+      direction_W = pose(a).R * near.direction * (is_a ? 1 : -1);
+    }
+  }
+  std::vector<TrialWay> ways;
+  if (!(direction_W.norm() > 0)) return ways;
+  for (const double speed : {0.05, 0.3}) {
+    for (const bool jig : {true, false}) {
+      TrialWay way;
+      way.direction = settings.workspace.X_WB.R.transpose() * direction_W.normalized();
+      way.depth = workspaceEnd(device, way.direction);
+      way.speed = speed;
+      way.jig = jig;
+      ways.push_back(way);
+    }
+  }
+  return ways;
+}
+
+TrialResult pressHand(const WorldDef& def, int pointer, const HandSettings& settings, const DeviceDef& device) {
+  TrialResult worst;
+  for (const TrialWay& way : pressingWays(def, pointer, settings, device)) {
+    const TrialResult r = tryHand(def, pointer, settings, device, way);
+    worst.jump = std::max(worst.jump, r.jump);
+    worst.torque_jump = std::max(worst.torque_jump, r.torque_jump);
+    worst.tension_jump = std::max(worst.tension_jump, r.tension_jump);
+    worst.strongest = std::max(worst.strongest, r.strongest);
+    worst.stiffness = r.stiffness;
+    worst.ticks += r.ticks, worst.touching += r.touching, worst.impacts += r.impacts, worst.over_limit += r.over_limit;
+    worst.rings = worst.rings || r.rings;
+    worst.finite = worst.finite && r.finite;
+  }
+  return worst;
+}
+
+TrialResult tryHand(const WorldDef& def, int pointer, const HandSettings& settings, const DeviceDef& device, const TrialWay& way) {
+  return Trial(def, pointer, settings, device, way).run();
+}
+
+}  // namespace haptic

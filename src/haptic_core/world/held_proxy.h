@@ -1,0 +1,68 @@
+/// How far a held link follows its hand: a proxy, so that no tool is swallowed and no force passes the hand's bound.
+///
+/// Direct coupling ties the link to the hand's target rigidly. That ends where the link would
+///   - sink through what it presses on. h: extent of the contact volume along its normal n; H: the lesser extent of the two
+///     shapes along n (of parts of a body, kOnSeam, extent and depth of all of the link's shapes). The area
+///     vector vanishes where h = H at the latest: a tool wholly inside, bars that cross, a ball through a plate. There n is the
+///     last one (contact_volume.h), the force has no stiffness, and the link would come out at the other side. So h ≤ η H.
+///     η = 0.9: a ball carries 0.972 k Vol, a box flat on a wall 0.9 k Vol. η = 0.5 where the hand's stiffness bound weakens the
+///     contact (hand_bound.h): its force K_max Vol/A0 has a slope of at most K_max only while A0 grows, up to the middle.
+///   - press harder than the bound of its hand: |Σ N n| ≤ F, |Σ r × N n| ≤ T, N the pressure's force, r from the link's origin.
+/// Beyond that the link stays behind and the hand goes on. With δ the link's motion [rad, m] and δ* the whole way to the target,
+///     minimise (δ - δ*)ᵀ M (δ - δ*) over J_i δ ≤ c_i,   M = diag(ρ² 1, 1),
+/// a row per touching contact (how much deeper it may go) and two for force and torque, linear in the stiffness k A0 and, on the
+/// way in, the damper over the time left. It is the god object of Zilles & Salisbury (1995), six-dimensional as by Ortega, Redon
+/// and Coquillart (2007), with compliant surfaces: the force is that of the contact where the link is, so it stays while the hand
+/// goes deeper, falls on the way back from the depth at which it was reached, and rubs, for the link follows along the surface.
+/// Along a row the force is a function of the link's pose alone and that is the point nearest to the target: where the contact's
+/// stiffness is at most K, the force changes by at most K times the hand's way.
+/// ρ is ten times the link's reach: it keeps the hand's orientation unless two contacts hold it against one another.
+/// What dampers and friction add within one substep, before the next rows know it, Hand bounds (loop/hand.cpp).
+///
+/// Where no row is active the goal is the target, bit for bit. Nothing is remembered but the link's pose: rows are made of
+/// the contacts where the bodies are.
+/// Cost: once more the geometry of each contact that touches a held link; 20 sweeps over the rows where one is active.
+#pragma once
+#include <vector>
+
+#include "haptic_core/geometry/loaded_vector.h"
+#include "haptic_core/world/state.h"
+
+namespace haptic {
+
+class Model;
+struct Work;
+
+/// Largest share of the lesser extent that a held link sinks into what it presses on, unweakened and weakened [1]. Above 0.95 the
+/// area of a ball's contact changes by more than its size within a tick of 0.1 mm.
+inline constexpr double kMostSunk = 0.9, kMostSunkWeakened = 0.5;
+
+/// η of a contact of foundation k [N/m³] where a solid of `volume` [m³] has the extent H [m] along n, `bound` K_max [N/m].
+double mostSunk(double bound, double k, double volume, double H) noexcept;
+
+/// One bound on the motion of a held link: J δ ≤ room.
+struct ProxyRow {
+  Vector6 J = Vector6::Zero();  ///< of the link's twist at L's origin, in W
+  double room = 0;              ///< [m], or [N], [N·m] for the rows of force and torque
+  double multiplier = 0;        ///< ≥ 0 once solved
+};
+
+/// Scratch of `aimHeld`.
+struct ProxyWork {
+  static constexpr int kMostRows = 34;     ///< contacts beyond 32 do not stop a link: others do
+  std::vector<ActivePair> pairs;           ///< copies of those that touch held links, at their own index
+  std::vector<int> touching;               ///< their indices
+  std::vector<Pose> X_WS;                  ///< by shape, of those pairs
+  LoadedVector<ProxyRow> rows;             ///< of one link
+
+  explicit ProxyWork(const Model& model);  ///< set-up: room for all of them
+};
+
+/// The motion within the rows that is nearest to `wanted`, in the metric diag(ρ² 1, 1); false: it is `wanted` itself.
+/// (in realtime) 20 sweeps of projected Gauss-Seidel over the multipliers.
+bool nearestMotion(LoadedVector<ProxyRow>& rows, double rho, const Vector6& wanted, Vector6& motion) noexcept;
+
+/// (in realtime) Goals of the held links for the `left` seconds to the end of the step, into `work.hands.goal`.
+void aimHeld(const Model& model, const State& state, double left, Work& work) noexcept;
+
+}  // namespace haptic

@@ -1,0 +1,179 @@
+// A held link follows its hand as far as it presses and sinks within bounds: closed forms of a ball, and the projection's optimality.
+#include "haptic_core/world/held_proxy.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "../../scenes/touch.h"
+#include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/half_space.h"
+
+namespace haptic {
+namespace held_proxy_test {
+
+constexpr double kRadius = 0.005, kStiffness = 1e7, kPeriod = 1e-3, kMu = 0.5;  // [m], [N/m³], [s]
+constexpr double kBound = 4571;  // [N/m]: above k times any section of the ball, so nothing is weakened
+
+/// Held over the plane z = 0, which bounds a half-space or a box of 0.1 m.
+WorldDef overGround(std::shared_ptr<const ConvexShape> tool, bool half_space) {
+  WorldDef world = scenes::pointerOverWall(makeBox(Vector3::Constant(0.01)), 0.02, kStiffness, kPeriod);
+  world.articulations[1].links[0].collisions[0].shape = std::move(tool);
+  if (half_space) {
+    world.articulations[0].X_WA = Pose();
+    world.articulations[0].links[0].collisions[0].shape = std::make_shared<HalfSpace>();
+  }
+  world.settings.default_material.mu_static = world.settings.default_material.mu_dynamic = kMu;
+  world.settings.default_material.tangential_damping = 0;  // the hands here start and stop at once
+  return world;
+}
+
+/// A hand whose goal goes from place to place in steps of 0.05 mm.
+struct Hand {
+  Hand(std::shared_ptr<const ConvexShape> tool, bool half_space, double force = INFINITY)
+      : world(overGround(std::move(tool), half_space)), at(0, 0, 0.02) {
+    bound.stiffness = kBound;
+    bound.force = force;
+  }
+  void goTo(const Vector3& goal) {
+    const int steps = std::max(1, static_cast<int>(std::ceil((goal - at).norm() / 5e-5)));
+    const Vector3 way = (goal - at) / steps;
+    for (int i = 0; i < steps; ++i) {
+      const Vector3 before = world.pointerWrench(0).force;
+      step(at + way, way / kPeriod);
+      const Vector3 change = world.pointerWrench(0).force - before;
+      jump = std::max(jump, change.norm() - kBound * way.norm());
+      most = std::max(most, world.pointerWrench(0).force.norm());
+    }
+  }
+  void rest() {
+    for (int i = 0; i < 50; ++i) step(at, Vector3::Zero());
+  }
+  void step(const Vector3& goal, const Vector3& velocity) {
+    at = goal;
+    world.setPointerBound(0, bound);
+    world.setPointerTarget(0, Pose(at), {Vector3::Zero(), velocity});
+    world.step();
+  }
+  Vector3 force() const { return world.pointerWrench(0).force; }
+
+  World world;
+  PointerBound bound;
+  Vector3 at;
+  double jump = -INFINITY, most = 0;
+};
+
+double capVolume(double depth) { return M_PI * depth * depth * (kRadius - depth / 3); }
+
+class HeldProxy : public testing::TestWithParam<bool> {};
+
+// k V(h) as far as h = 0.9 · 2R, the force of that depth from there on, and the same on the way back.
+TEST_P(HeldProxy, ABallPressesByItsCapAndIsNeverSwallowed) {
+  Hand hand(std::make_shared<Ball>(kRadius), GetParam());
+  const auto expected = [&](double depth) { return kStiffness * capVolume(std::min(std::max(depth, 0.0), kMostSunk * 2 * kRadius)); };
+  const double depths[] = {0.001, 0.004, 0.008, 0.0089, 0.0095, 0.02, 0.12, 0.02, 0.0095, 0.0089, 0.004, 0.001, -0.001};
+  for (const double depth : depths) {
+    hand.goTo(Vector3(0, 0, kRadius - depth));
+    hand.rest();
+    // Rounding of V, and of the way into the bound: 1e-9 of the ball's diameter, times k A0.
+    EXPECT_NEAR(hand.force().z(), expected(depth), 1e-8 * expected(0.12)) << depth;
+    EXPECT_NEAR(hand.force().head<2>().norm(), 0, 1e-8 * expected(0.12)) << depth;
+  }
+  EXPECT_LE(hand.jump, 1e-3 * expected(0.12));
+}
+
+// At the hand's greatest force the ball stays and rubs: the friction of the plateau is μ F, all of it as large as F.
+TEST_P(HeldProxy, AtTheHandsLimitItStaysAndRubs) {
+  constexpr double F = 2;
+  Hand hand(std::make_shared<Ball>(kRadius), GetParam(), F);
+  hand.goTo(Vector3(0, 0, -0.02));
+  hand.rest();
+  EXPECT_NEAR(hand.force().z(), F, 1e-6 * F);
+  const double depth = kRadius - hand.world.linkPose(hand.world.pointerLink(0)).p.z();
+  EXPECT_NEAR(kStiffness * capVolume(depth), F, 1e-6 * F);
+  hand.goTo(Vector3(0.02, 0, -0.02));
+  EXPECT_NEAR(hand.force().z(), F, 1e-6 * F);
+  EXPECT_NEAR(hand.force().x(), -kMu * F, 1e-6 * F);
+  EXPECT_NEAR(hand.world.linkPose(hand.world.pointerLink(0)).p.x(), 0.02, 1e-4);  // the layer's share of the way, and no more
+  EXPECT_LE(hand.most, std::sqrt(1 + kMu * kMu) * F * (1 + 1e-3));
+  hand.goTo(Vector3(0.02, 0, kRadius + 0.001));
+  EXPECT_EQ(hand.force().norm(), 0);
+  EXPECT_LE(hand.jump, 1e-2 * F);
+}
+
+// A box on its face has no section that warns: V is swallowed from one moment to the next.
+TEST_P(HeldProxy, ABoxStopsBeforeItIsInside) {
+  constexpr double side = 0.008;
+  Hand hand(scenes::box(Vector3::Constant(side)), GetParam());
+  const double most = kStiffness * side * side * side * kMostSunk;
+  for (const double z : {0.0, -0.03, -0.2, -0.03, 0.0, 0.01}) {
+    hand.goTo(Vector3(0, 0, z));
+    hand.rest();
+    const double depth = std::clamp(side / 2 - z, 0.0, kMostSunk * side);
+    EXPECT_NEAR(hand.force().z(), kStiffness * side * side * depth, 1e-8 * most) << z;
+  }
+  EXPECT_LE(hand.jump, 1e-3 * most);
+}
+
+INSTANTIATE_TEST_SUITE_P(BoxAndHalfSpace, HeldProxy, testing::Bool());
+
+// Bars that cross: through one another at most by 0.9 of the thinner one, and out again where they came in.
+TEST(HeldProxyOf, ABarDoesNotPassThroughABar) {
+  WorldDef world = overGround(scenes::box(Vector3(0.1, 0.01, 0.01)), false);
+  world.articulations[0] = scenes::springyBody("wall", makeBox({0.006, 0.2, 0.006}), JointType::kFixed, {0, 0, -0.003}, kStiffness);
+  World held(world);
+  double height = 0.02, last = 0, deepest = 0;
+  for (int i = 0; i < 2400; ++i) {
+    height += i < 1200 ? -5e-5 : 5e-5;
+    held.setPointerTarget(0, Pose(Vector3(0, 0, height)), {});
+    held.step();
+    const double F = held.pointerWrench(0).force.z();
+    ASSERT_GE(F, 0);
+    ASSERT_LE(std::fabs(F - last), 1.01 * kStiffness * 0.006 * 0.01 * 5e-5) << i;  // k A0 times the way
+    last = F;
+    deepest = std::max(deepest, F);
+  }
+  EXPECT_NEAR(deepest, kMostSunk * kStiffness * 0.006 * 0.006 * 0.01, 1e-6);
+  EXPECT_EQ(last, 0);
+}
+
+// Karush-Kuhn-Tucker: feasible, multipliers ≥ 0 and of active rows alone, and M (δ - δ*) = -Σ λ J.
+TEST(HeldProxyOf, TheMotionIsTheNearestOne) {
+  std::mt19937 random(5);
+  const auto number = [&] { return random() / 2147483648.0 - 1; };
+  constexpr double rho = 0.3;
+  int active = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    LoadedVector<ProxyRow> rows;
+    rows.reserve(3);
+    for (int i = 0; i < 1 + trial % 3; ++i) {
+      ProxyRow row;
+      for (int k = 0; k < 6; ++k) row.J[k] = number();
+      row.J.head<3>() *= 0.1;
+      row.room = 0.5 * (number() + 1);
+      rows.push_back(row);
+    }
+    Vector6 wanted, motion;
+    for (int k = 0; k < 6; ++k) wanted[k] = number();
+    if (!nearestMotion(rows, rho, wanted, motion)) {
+      for (const ProxyRow& row : rows) EXPECT_LE(row.J.dot(wanted), row.room);
+      continue;
+    }
+    Vector6 pull = motion - wanted;
+    pull.head<3>() *= rho * rho;
+    for (const ProxyRow& row : rows) {
+      const double slack = row.room - row.J.dot(motion);
+      EXPECT_GE(slack, -1e-3) << trial;  // 20 sweeps over three rows at random angles
+      EXPECT_GE(row.multiplier, 0);
+      EXPECT_NEAR(row.multiplier * slack, 0, 1e-3) << trial;
+      pull += row.multiplier * row.J;
+      active += row.multiplier > 0;
+    }
+    EXPECT_LE(pull.norm(), 1e-12);
+  }
+  EXPECT_GT(active, 100);
+}
+
+}  // namespace held_proxy_test
+}  // namespace haptic
