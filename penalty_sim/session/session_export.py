@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Writes a recording of `./run demo --record` as columns, one row per tick, for analysis with other programs. SI units."""
 import argparse
+import io
 import os
 import sys
 
@@ -36,8 +37,10 @@ def write_npz(path, session):
         arrays['contacts.' + head] = np.array([spell[head] for spell in session.spells])
     for name, values in session.statistics.items():
         arrays['statistics.' + name] = values
+    archive = io.BytesIO()  # zipfile cannot end an archive on a full disk, and complains once more when it is deleted
+    np.savez_compressed(archive, **arrays)
     with open(path, 'wb') as file:
-        np.savez_compressed(file, **arrays)
+        file.write(archive.getbuffer())
 
 
 def main():

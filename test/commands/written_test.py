@@ -113,7 +113,7 @@ class Written(unittest.TestCase):
         self.honest(Call("export", bag, "--csv", "--npz", "--output", os.path.join(place, "c d")), True)
         with open(os.path.join(place, "c d.csv"), encoding="utf-8") as table:
             self.assertEqual(sum(1 for _ in csv.reader(table)), SECONDS * RATE + 1)
-        full = self.small("64k")
+        full = self.small("16k")
         for verb in (("export", bag, "--csv", "--output"), ("export", bag, "--npz", "--output"), ("report", bag, "--output")):
             self.honest(Call(*verb, os.path.join(full, "x")), False, "cannot be written")
             for file in os.listdir(full):
