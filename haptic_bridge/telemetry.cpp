@@ -40,7 +40,8 @@ const struct {
     {kAnswersLost, "answers of the boards are lost"}, {kDelayTooLong, "the wire is too slow for force"},
     {kCounterRestarted, "a board started anew"}, {kEncoderJump, "an encoder jumped"},
     {kStringCorrected, "an encoder slipped and was corrected"}, {kCountRefused, "a count was refused"},
-    {kResidualHigh, "the string lengths contradict each other"}};
+    {kResidualHigh, "the string lengths contradict each other"}, {kUnguarded, "no motor guard watches"},
+    {kStopped, "somebody said STOP"}, {kReleased, "the dead-man switch is not held"}};
 
 }  // namespace
 

@@ -30,6 +30,7 @@ void addWire(DiagnosticStatus& status, const LinkReport& wire) {
   add(status, "times the port was opened again", wire.reconnects);
   add(status, "foreign bytes", wire.foreign_bytes);
   add(status, "times the loop stood still", wire.stalls);
+  add(status, "times the guard ended or stood still", wire.unguarded);
   add(status, "times the guard turned the motors off", wire.guard_stalls);
 }
 

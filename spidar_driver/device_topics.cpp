@@ -81,8 +81,8 @@ void DeviceTopics::run() {
 
 void DeviceTopics::handle(const DeviceRecord& record) {
   see_(record);
-  if (record.sample.status != LinkStatus::kOk) ++lost_exchanges_;
-  constexpr unsigned kTold = kLinkLost | kDelayTooLong | kAnswersLost;
+  if (!bringsCounts(record.sample.status)) ++lost_exchanges_;
+  constexpr unsigned kTold = kUnguarded | kStopped | kReleased | kLinkLost | kDelayTooLong | kAnswersLost;
   const bool changed = record.state != last_.state || (record.flags & kTold) != (last_.flags & kTold);
   last_ = record;
   if (changed) publishState(record);
@@ -168,6 +168,7 @@ void DeviceTopics::publishState(const DeviceRecord& record) {
   m->header.frame_id = base_frame_;
   m->header.stamp = ros::Time::now();
   m->lost_exchanges = lost_exchanges_;
+  m->dead_man = !port_.dead_man.used ? m->NO_SWITCH : record.held ? m->SWITCH_HELD : m->SWITCH_RELEASED;
   complete_(*m, advice(record, def_.name).empty());
   publishConst(state_, m);
 }

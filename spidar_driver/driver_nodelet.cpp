@@ -62,7 +62,12 @@ void DriverNodelet::start() {
   device_->port.follows_script =
       parameters_.twin && parameters_.hand == DriverParameters::Hand::kScript && parameters_.script == "scene";
 
+  if (parameters_.dead_man.kind == DeadManParameters::Switch::kGrip && def.transport == "uart" && !parameters_.twin)
+    throw SetupError(priv.resolveName("dead_man"), "is 'grip', and motor boards have no buttons on the grip",
+                     "take a pedal or joystick: 'joy'");
+  dead_man_ = std::make_unique<DeadManSwitch>(nh, parameters_.dead_man, device_->port);
   offer_ = PortOffer(PortTable::process(), parameters_.name, device_->port, getName());
+  stop_ = std::make_unique<EmergencyStop>(priv, parameters_.name, device_->port, offer_);
   calibration_ = std::make_unique<GripCalibration>(priv, parameters_, def, device_->port, offer_);
   input_ = std::make_unique<WrenchInput>(nh, parameters_.name + "_base", def.dof == 7, [this] { return whyNoCommand(); });
   topics_ = std::make_unique<DeviceTopics>(
@@ -77,18 +82,24 @@ void DriverNodelet::start() {
   recover_ = priv.advertiseService("recover", &DriverNodelet::onRecover, this);
   door.openToAll(priv.resolveName("enable_force"));  // whoever asks for less force is heard
   enable_force_ = priv.advertiseService("enable_force", &DriverNodelet::onEnableForce, this);
+  master_ = std::make_unique<MasterWatch>();
+  if (parameters_.end_with_parent) parent_ = std::make_unique<ParentWatch>([this] { stopAtParentsEnd(); });
   if (parameters_.alone) {
     thread_ = std::make_unique<DeviceThread>(parameters_.name, parameters_.rate, parameters_.realtime, *input_);
   }
 }
 
 DriverNodelet::~DriverNodelet() {
+  parent_.reset();
+  master_.reset();
+  dead_man_.reset();
   recover_.shutdown();
   enable_force_.shutdown();
   hand_.reset();
   thread_.reset();
   input_.reset();
   topics_.reset();
+  stop_.reset();
   calibration_.reset();  // and with it the last user of the offer
   const bool free = offer_.withdraw();
   if (!device_) return;
@@ -112,7 +123,14 @@ void DriverNodelet::completeState(haptic_msgs::DeviceState& state, bool well) co
   if (well && !note.empty()) state.message = note;
   state.max_rate = device_->transport->maxRateHz();
   if (const auto* wire = dynamic_cast<const LinkReporter*>(device_->transport.get())) state.wire = wire->trouble();
+  state.stop_socket = stop_ ? stop_->socket() : "";
   state.claimed = offer_.heldBy(ClaimRank::kBridge);
+}
+
+/// Current off before anything else; what follows may take seconds.
+void DriverNodelet::stopAtParentsEnd() {
+  const LoopCommand command{StopDevice{}};
+  offer_.send(device_->port, Tell{&command}, std::chrono::milliseconds(100));
 }
 
 bool DriverNodelet::onRecover(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
@@ -132,8 +150,10 @@ bool DriverNodelet::onEnableForce(ros::ServiceEvent<std_srvs::SetBool::Request, 
   const bool presents = state == DeviceState::kEnabled || state == DeviceState::kReduced;
   response.success = answer.done && presents == on;
   response.message = answer.message;
+  const bool waits_for_hand = answer.done && state == DeviceState::kReady && !answer.after.record.held;
+  response.success = response.success || (on && waits_for_hand);
   // What could not be switched on now must not come on later, when the pose is found or the fault is gone.
-  if (on && answer.done && !presents) askDevice(device_->port, offer_, {false, false, 0, {}});
+  if (on && answer.done && !presents && !waits_for_hand) askDevice(device_->port, offer_, {false, false, 0, {}});
   return true;
 }
 

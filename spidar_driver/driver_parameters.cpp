@@ -36,6 +36,16 @@ void refuseAddresses(const ros::NodeHandle& priv) {
                                                         << ", one a line");
 }
 
+DeadManParameters readDeadMan(const ParameterReader& read) {
+  using Switch = DeadManParameters::Switch;
+  DeadManParameters p;
+  const std::string word = read.word("dead_man", "none", {"none", "joy", "grip"});
+  p.kind = word == "joy" ? Switch::kJoy : word == "grip" ? Switch::kGrip : Switch::kNone;
+  p.button = read.whole("dead_man_button", 0, 0, 31, "(index of the button)");
+  p.age_limit = read.number("dead_man_age_limit", 0.2, 0.05, 1, "s");
+  return p;
+}
+
 /// A path as it is; a name among the descriptions that are installed.
 std::string findDevice(const std::string& given) {
   if (given.find('/') != std::string::npos || exists(given)) return given;
@@ -78,6 +88,8 @@ DriverParameters readParameters(const ros::NodeHandle& ns, const ros::NodeHandle
   p.world_frame = read.text("world_frame", "world");
   p.place_base = read.flag("place_base", false);
   refuseAddresses(priv);
+  p.dead_man = readDeadMan(read);
+  p.end_with_parent = read.flag("end_with_parent", false);
   p.realtime = read.realtime(60);
   return p;
 }

@@ -6,6 +6,7 @@
 
 #include "haptic_core/loop/realtime.h"
 #include "haptic_core/spidar/string_kinematics.h"
+#include "spidar_driver/dead_man_switch.h"
 
 namespace haptic {
 
@@ -32,6 +33,8 @@ struct DriverParameters {
   int label_row = 0;           ///< ~label_row: of the markers' text above the frame, where devices overlap
   std::string world_frame;     ///< ~world_frame: parent of the base in tf when ~place_base is set
   bool place_base = false;     ///< ~place_base: publish world -> base as identity (no simulation does it)
+  DeadManParameters dead_man;  ///< ~dead_man (none, joy, grip), ~dead_man_button, ~dead_man_age_limit [s]: a hand on a switch
+  bool end_with_parent = false;  ///< ~end_with_parent: the process ends with the one that started it, and takes its siblings along
   RealtimeSettings realtime;   ///< ~priority, ~cpu, ~lock_memory: of the own thread
 };
 

@@ -108,7 +108,7 @@ bool GripCalibration::onWave(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
 
 void GripCalibration::see(const DeviceRecord& record) {
   if (wave_ != Wave::kRecording) return;
-  const bool usable = record.pose_valid && record.sample.status == LinkStatus::kOk;
+  const bool usable = record.pose_valid && bringsCounts(record.sample.status);
   if (!usable || record.stamp_ns < next_sample_ns_) return;
   next_sample_ns_ = record.stamp_ns + kSamplePeriodNs;
   CalibrationSample sample;

@@ -8,9 +8,12 @@
 #include <QPushButton>
 #include <QVBoxLayout>
 
+#include "haptic_core/loop/stop_channel.h"
+
 namespace haptic {
 namespace {
 
+constexpr std::chrono::milliseconds kStopPatience{300};  // a device that ticks answers within two ticks
 constexpr double kSilence = 3;  // DeviceState comes at 1 Hz: this long without it, the state is not known [s]
 
 const struct {
@@ -64,7 +67,11 @@ void DeviceCard::addButtons() {
   };
   addButton(*grid, 1, 0, "Clutch", "The pointer stands while the grip moves on", [clutch] { clutch(true); });
   addButton(*grid, 1, 1, "Follow", "The pointer follows the grip again", [clutch] { clutch(false); });
-  addButton(*grid, 1, 2, "Force off", "Of this device alone", [this] { stop(); });
+  addButton(*grid, 1, 2, "Force off", "Of this device alone: its strings keep their least tension", [this, driver] {
+    std_srvs::SetBool off;
+    off.request.data = false;
+    calls_.ask(name_ + ": force off", driver + "enable_force", off);
+  });
   static_cast<QVBoxLayout*>(layout())->addLayout(grid);
 }
 
@@ -78,21 +85,25 @@ void DeviceCard::addButton(QGridLayout& grid, int row, int column, const char* t
   grid.addWidget(button, row, column);
 }
 
+/// On the driver's machine without the master, which may be gone or slow; else by the service, whose address it knows.
 void DeviceCard::stop() {
-  std_srvs::SetBool off;
-  off.request.data = false;
-  const std::string service = "/" + name_ + "/driver/enable_force";
-  calls_.call<std_srvs::SetBool>(
-      service, off,
-      [this](bool reached, const std_srvs::SetBool::Response& response) {
-        if (reached && response.success) return calls_.tell(name_ + ": force off. " + response.message, true);
-        calls_.tell("STOP DID NOT REACH " + name_ + ": cut the power of its motors. " + response.message, false);
-      },
-      ServiceCalls::Lane::kStop);
+  const std::string socket = stop_socket_, service = "/" + name_ + "/driver/stop";
+  calls_.start(ServiceCalls::Lane::kStop, [this, socket, service] {
+    const std::vector<Stopped> here = sayStop({socket}, kStopPatience);
+    std_srvs::Trigger call;
+    const bool off = !here.empty() && here[0].answer.off;
+    const bool reached = off || (ros::service::call(service, call) && call.response.success);
+    const std::string said = off ? here[0].answer.message : call.response.message;
+    QMetaObject::invokeMethod(&calls_, [this, reached, said] {
+      if (reached) return calls_.tell(said, true);
+      calls_.tell("STOP DID NOT REACH " + name_ + ": cut the power of its motors. " + said, false);
+    });
+  });
 }
 
 void DeviceCard::show(const haptic_msgs::DeviceState& state) {
   heard_ = ros::WallTime::now();
+  stop_socket_ = state.stop_socket;
   const bool known = state.state < sizeof kStates / sizeof kStates[0];
   showState(known ? kStates[state.state].word : "UNKNOWN", known ? kStates[state.state].colour : "#616161", state.message);
 }

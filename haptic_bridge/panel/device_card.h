@@ -18,7 +18,7 @@ class DeviceCard : public QGroupBox {
   DeviceCard(const std::string& name, ServiceCalls& calls, QWidget* parent);
 
   const std::string& name() const { return name_; }
-  /// Force off, at once. `tell` hears whether it came to pass.
+  /// Motors off, at once. `tell` hears whether it came to pass.
   void stop();
   /// Without news for a while the state is no longer known.
   void age();
@@ -29,7 +29,7 @@ class DeviceCard : public QGroupBox {
   void show(const haptic_msgs::DeviceState& state);
   void showState(const std::string& word, const std::string& colour, const std::string& advice);
 
-  std::string name_;
+  std::string name_, stop_socket_;
   ServiceCalls& calls_;
   QLabel *state_, *advice_;
   ros::WallTime heard_;

@@ -47,6 +47,17 @@ bench_strangers() {
   [ ! -f "$lines" ] || keep_figures "$csv" "$lines" '-O3 -DNDEBUG -ffp-contract=off'
 }
 
+# STOP without a master, and what a run leaves when its parent is killed: processes of the whole stack.
+bench_processes() {
+  setup run test
+  build_stack 'haptic_bridge penalty_sim spidar_driver spidar_driver_node spidar_stop spidar_board_emulator motor_guard
+    haptic_msgs_generate_messages haptic_bridge_gencfg'
+  use_build
+  with_progress 'bench processes' "$LOGS/bench-processes.log" python3 -B "$ROOT/test/benchmark/processes.py" ||
+    failed="$failed processes"
+  keep_figures "$csv" "$LOGS/bench-processes.log" '-O3 -DNDEBUG -ffp-contract=off'
+}
+
 # What a step costs from Python beyond the step itself.
 bench_python() {
   setup run python
@@ -122,5 +133,6 @@ done
 case " $(echo "$chosen" | tr '\n' ' ')" in *' plan '*) bench_structure ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' loop '*) bench_reload ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_strangers ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_processes ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' scenes '*) bench_scene_table "${builds##* }" ;; esac
 [ -z "$failed" ] || fail "failed:$failed"

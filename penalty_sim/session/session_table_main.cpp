@@ -67,7 +67,9 @@ constexpr const char* kCommandNames[] = {"restore the world",
                                          "drive a joint",
                                          "one step",
                                          "adopt a calibration",
-                                         "tune the device"};
+                                         "tune the device",
+                                         "STOP",
+                                         "hold the dead-man switch"};
 static_assert(std::size(kCommandNames) == std::variant_size_v<LoopCommand::Kind>);
 
 void writeInfo(const std::string& path, const RecordedSession& session, const ReplayRun& run,

@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -24,6 +25,9 @@ constexpr char kName[] = "motor_guard";
 constexpr int kStartPatienceMs =
     5000;  // a busy machine may take long to start a process; the motors are off meanwhile
 constexpr int kEndPatienceMs = 1000;
+constexpr auto kBlindNs = static_cast<std::int64_t>(1e9 * DriveGuard::kBlindSeconds);
+// Counted of the time between two exchanges at most [ns]: a driver that stood still itself has not seen the guard stand still.
+constexpr std::int64_t kSeenNs = 20000000;
 // At low rates the heartbeat itself is slow: a stall is this many periods. 1.6 of the lowest rate's 10 ms
 // stay below 20 ms.
 constexpr double kStallPeriods = 1.6;
@@ -57,19 +61,21 @@ std::string findProgram() {
   fail("its program is not there: looked for " + folder + "spidar_driver/" + kName);
 }
 
+constexpr int kGuardFiles = 4;
+
 /// Moves the descriptors that the guard needs to fixed places and closes everything else.
-void keepOnly(const int (&wanted)[4]) {
-  constexpr int first = kGuardPort, past = kGuardDone + 1;
-  int copies[4];
-  for (int i = 0; i < 4; ++i) copies[i] = ::fcntl(wanted[i], F_DUPFD, past);
-  for (int i = 0; i < 4; ++i) ::dup2(copies[i], first + i);
+void keepOnly(const int (&wanted)[kGuardFiles]) {
+  constexpr int first = kGuardWords, past = first + kGuardFiles;
+  int copies[kGuardFiles];
+  for (int i = 0; i < kGuardFiles; ++i) copies[i] = ::fcntl(wanted[i], F_DUPFD, past);
+  for (int i = 0; i < kGuardFiles; ++i) ::dup2(copies[i], first + i);  // one that is not open stays closed
   ::close_range(0, first - 1, 0);
   ::close_range(past, ~0U, 0);
 }
 
 /// In a fresh child; async-signal-safe calls only. The second fork leaves the guard without a parent to be
 /// found by.
-[[noreturn]] void becomeGuard(const char* program, const int (&descriptors)[4]) {
+[[noreturn]] void becomeGuard(const char* program, const int (&descriptors)[kGuardFiles]) {
   ::setsid();
   if (const pid_t grandchild = ::fork(); grandchild != 0) ::_exit(grandchild < 0 ? 1 : 0);
   if (::chdir("/") != 0) {
@@ -82,14 +88,15 @@ void keepOnly(const int (&wanted)[4]) {
   char* const environment[] = {nullptr};
   ::execve(program, arguments, environment);
   const char error = static_cast<char>(errno);
-  if (::write(kGuardDone, &error, 1) < 0) ::_exit(1);
+  if (::write(kGuardLife, &error, 1) < 0) ::_exit(1);
   ::_exit(1);
 }
 
 }  // namespace
 
 DriveGuard::DriveGuard(int descriptor, const std::vector<std::uint8_t>& zero_drive,
-                       const std::vector<std::uint8_t>& zero_any, double rate_hz) {
+                       const std::vector<std::uint8_t>& zero_any, double rate_hz)
+    : port_(descriptor) {
   if (zero_drive.size() + zero_any.size() > kMaxZeroDrive)
     fail("the boards need " + std::to_string(zero_drive.size() + zero_any.size()) + " bytes to be turned off");
   try {
@@ -104,7 +111,7 @@ DriveGuard::DriveGuard(int descriptor, const std::vector<std::uint8_t>& zero_dri
     memory_->zero_drive_bytes = static_cast<std::uint32_t>(zero_drive.size());
     memory_->zero_any_bytes = static_cast<std::uint32_t>(zero_drive.size() + zero_any.size());
     std::copy(zero_any.begin(), zero_any.end(), std::copy(zero_drive.begin(), zero_drive.end(), memory_->zero_drive));
-    start(descriptor);
+    start();
     waitUntilReady();
   } catch (...) {
     release();
@@ -112,26 +119,19 @@ DriveGuard::DriveGuard(int descriptor, const std::vector<std::uint8_t>& zero_dri
   }
 }
 
-void DriveGuard::start(int descriptor) {
-  int life[2], done[2];
-  if (::pipe2(life, O_CLOEXEC) != 0) fail("no pipe", errno);
+void DriveGuard::start() {
+  int life[2];
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, life) != 0) fail("no pair of sockets", errno);
   life_ = life[1];
-  if (::pipe2(done, O_CLOEXEC) != 0) {
-    const int error = errno;
-    ::close(life[0]);
-    fail("no pipe", error);
-  }
-  done_ = done[0];
   const std::string program = [&] {
     try {
       return findProgram();
     } catch (...) {
       ::close(life[0]);
-      ::close(done[1]);
       throw;
     }
   }();
-  const int descriptors[4] = {descriptor, life[0], memory_descriptor_, done[1]};
+  const int descriptors[kGuardFiles] = {STDERR_FILENO, port_, life[0], memory_descriptor_};
   // Blocked over the fork, so that no handler of the driver's runs in the child. The guard keeps them
   // blocked.
   sigset_t all, before;
@@ -142,19 +142,30 @@ void DriveGuard::start(int descriptor) {
   const int error = errno;
   ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   ::close(life[0]);
-  ::close(done[1]);
   if (child < 0) fail("no process", error);
   while (::waitpid(child, nullptr, 0) < 0 && errno == EINTR) {
   }
 }
 
 void DriveGuard::waitUntilReady() {
-  pollfd done{done_, POLLIN, 0};
+  pollfd life{life_, POLLIN, 0};
   char said = kGuardReady;
-  const int ready = ::poll(&done, 1, kStartPatienceMs);
+  const int ready = ::poll(&life, 1, kStartPatienceMs);
   if (ready <= 0) fail("it did not start within " + std::to_string(kStartPatienceMs / 1000) + " s");
-  if (::read(done_, &said, 1) != 1) fail("it ended while it started");
+  if (::read(life_, &said, 1) != 1) fail("it ended while it started");
   if (said != kGuardReady) fail("it did not start", static_cast<unsigned char>(said));
+}
+
+bool DriveGuard::watches(std::int64_t now_ns) noexcept {
+  pollfd life{life_, 0, 0};  // only the hang-up counts
+  ended_ = ended_ || ::poll(&life, 1, 0) > 0;
+  if (ended_) return false;
+  const std::uint64_t looks = memory_->looks.load(std::memory_order_relaxed);
+  const std::int64_t seen_ns = asked_ns_ == 0 ? 0 : std::min(now_ns - asked_ns_, kSeenNs);
+  asked_ns_ = now_ns;
+  blind_ns_ = looks == looks_ ? blind_ns_ + seen_ns : 0;
+  looks_ = looks;
+  return blind_ns_ < kBlindNs;
 }
 
 DriveGuard::~DriveGuard() {
@@ -162,12 +173,12 @@ DriveGuard::~DriveGuard() {
 }
 
 void DriveGuard::release() noexcept {
-  if (life_ >= 0) ::close(life_);
-  if (done_ >= 0) {
-    pollfd done{done_, 0, 0};  // only the hang-up counts
-    while (::poll(&done, 1, kEndPatienceMs) < 0 && errno == EINTR) {
+  if (life_ >= 0) {
+    ::shutdown(life_, SHUT_WR);  // the guard sees the end of this driver, and this one waits for the guard's
+    pollfd life{life_, 0, 0};    // only the hang-up counts
+    while (::poll(&life, 1, kEndPatienceMs) < 0 && errno == EINTR) {
     }
-    ::close(done_);
+    ::close(life_);
   }
   if (memory_) ::munmap(memory_, sizeof(GuardMemory));
   if (memory_descriptor_ >= 0) ::close(memory_descriptor_);

@@ -14,6 +14,8 @@ constexpr int kPollMs = 20;  // how often the thread looks for a lost line
 
 LineRecovery::~LineRecovery() {
   stop();
+  delete guard_.load();
+  delete dead_guard_.load();
   delete lost_.load();
   delete opened_.load();
 }
@@ -25,9 +27,12 @@ std::unique_ptr<Connection> LineRecovery::connect(std::unique_ptr<ByteLink> link
   if (!connection->link->write(zero_drive.data(), zero_drive.size()))
     throw SetupError(where_, "the port does not take bytes", "check the adapter");
   if (auto* port = dynamic_cast<SerialPort*>(connection->link.get()); port && settings_.guard)
-    connection->guard =
-        std::make_unique<DriveGuard>(port->descriptor(), zero_drive, zeroForAnyTable(), settings_.rate_hz);
+    connection->guard = makeGuard(port->descriptor(), zero_drive);
   return connection;
+}
+
+std::unique_ptr<DriveGuard> LineRecovery::makeGuard(int descriptor, const std::vector<std::uint8_t>& zero_drive) const {
+  return std::make_unique<DriveGuard>(descriptor, zero_drive, zeroForAnyTable(), settings_.rate_hz);
 }
 
 void LineRecovery::start(const std::vector<FoundBoard>& boards, const std::vector<std::uint8_t>& zero_drive) {
@@ -62,20 +67,38 @@ bool LineRecovery::reopen() {
   }
 }
 
+bool LineRecovery::guardAnew(int descriptor) {
+  try {
+    guard_.store(makeGuard(descriptor, zero_drive_).release(), std::memory_order_release);
+    story_.say("");
+    return true;
+  } catch (const std::exception& error) {
+    story_.say(error.what());
+    return false;
+  }
+}
+
 void LineRecovery::run() {
   std::unique_lock<std::mutex> lock(stop_mutex_);
   const auto stopped = [this] { return stop_; };
   bool lost = false;
   while (!stop_signal_.wait_for(lock, std::chrono::milliseconds(kPollMs), stopped)) {
     if (Connection* dead = lost_.exchange(nullptr, std::memory_order_acquire)) {
+      // With the line goes the guard that was asked for it: only this thread closes lines and makes guards.
+      unguarded_.store(kGuarded, std::memory_order_relaxed);
+      delete guard_.exchange(nullptr, std::memory_order_acquire);
       delete dead;
       lost = true;
     }
-    if (!lost) continue;
+    delete dead_guard_.exchange(nullptr, std::memory_order_acquire);
+    const int unguarded = lost ? kGuarded : unguarded_.exchange(kGuarded, std::memory_order_acquire);
+    if (!lost && unguarded == kGuarded) continue;
     lock.unlock();
-    lost = !reopen();
+    const bool done = lost ? reopen() : guardAnew(unguarded);
     lock.lock();
-    if (lost) stop_signal_.wait_for(lock, std::chrono::duration<double>(settings_.reopen_s), stopped);
+    lost = lost && !done;
+    if (!done && !lost) unguarded_.store(unguarded, std::memory_order_relaxed);
+    if (!done) stop_signal_.wait_for(lock, std::chrono::duration<double>(settings_.reopen_s), stopped);
   }
 }
 

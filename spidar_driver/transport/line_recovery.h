@@ -45,6 +45,12 @@ class LineRecovery {
              const std::vector<std::uint8_t>& zero_drive);  ///< set-up: the thread
   void stop();
 
+  /// (in realtime) Asks for another guard of the line with this descriptor; the motors stay off meanwhile.
+  void wantGuard(int descriptor) noexcept { unguarded_.store(descriptor, std::memory_order_release); }
+  /// (in realtime) It, once it watches; nullptr: not yet.
+  DriveGuard* takeGuard() noexcept { return guard_.exchange(nullptr, std::memory_order_acquire); }
+  /// (in realtime) A guard that is no longer needed, to be freed. One at a time: it comes back from `takeGuard` first.
+  void bury(DriveGuard* dead) noexcept { dead_guard_.store(dead, std::memory_order_release); }
   /// (in realtime) A line that was opened again; nullptr: none.
   Connection* takeOpened() noexcept { return opened_.exchange(nullptr, std::memory_order_acquire); }
   /// (in realtime) A line that is gone, to be freed and replaced.
@@ -55,6 +61,8 @@ class LineRecovery {
  private:
   void run();
   bool reopen();
+  std::unique_ptr<DriveGuard> makeGuard(int descriptor, const std::vector<std::uint8_t>& zero_drive) const;
+  bool guardAnew(int descriptor);
 
   const DeviceDef& device_;
   const UartSettings settings_;
@@ -64,6 +72,9 @@ class LineRecovery {
   std::vector<FoundBoard> boards_;
   std::vector<std::uint8_t> zero_drive_;
   std::atomic<Connection*> lost_{nullptr}, opened_{nullptr};
+  static constexpr int kGuarded = -1;
+  std::atomic<int> unguarded_{kGuarded};  ///< descriptor of a line whose guard has ended
+  std::atomic<DriveGuard*> guard_{nullptr}, dead_guard_{nullptr};
   std::mutex stop_mutex_;
   std::condition_variable stop_signal_;
   bool stop_ = false;

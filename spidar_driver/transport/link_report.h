@@ -20,6 +20,7 @@ struct LinkReport {
   std::uint64_t clamped = 0;         ///< drive values outside the string's tension range
   std::uint64_t stalls = 0;          ///< times the loop stood still for longer than a board may be silent, with current on
   std::uint64_t retaught = 0;        ///< times the boards were brought back into step
+  std::uint64_t unguarded = 0;       ///< times the guard ended or stood still, and the driver turned the motors off
   std::uint64_t guard_stalls = 0;    ///< times the loop stood still and the guard turned the motors off
   std::uint32_t silent_boards = 0;   ///< bit per board id that does not answer now
   std::uint32_t delay_us = 0;        ///< of the wire beyond its bytes' own time, there and back, as measured last [µs]

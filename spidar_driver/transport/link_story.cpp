@@ -24,6 +24,7 @@ LinkReport LinkStory::report() const noexcept {
   r.bad_commands = read(kBadCommands);
   r.clamped = read(kClamped);
   r.stalls = read(kStalls);
+  r.unguarded = read(kUnguarded);
   r.guard_stalls = guard_stalls_.load(std::memory_order_relaxed);
   r.silent_boards = silent_boards_.load(std::memory_order_relaxed);
   r.delay_us = delay_us_.load(std::memory_order_relaxed);

@@ -40,6 +40,7 @@ class LinkStory {
     kBadCommands,
     kClamped,
     kStalls,
+    kUnguarded,
     kCounters
   };
 

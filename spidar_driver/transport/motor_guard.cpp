@@ -4,6 +4,7 @@
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
@@ -62,6 +63,12 @@ void pauseMs(int ms) {
   ::poll(nullptr, 0, ms);
 }
 
+/// For who reads the driver's log: it may be a crash that nobody else tells of. Never waits for a reader.
+void say(const char* text) {
+  pollfd words{kGuardWords, POLLOUT, 0};
+  if (::poll(&words, 1, 0) > 0 && (words.revents & POLLOUT) && ::write(kGuardWords, text, std::strlen(text)) < 0) return;
+}
+
 /// Best effort: a guard without these rights still works, only less promptly on a busy machine.
 void becomePrompt() {
   sched_param priority{};
@@ -75,9 +82,12 @@ void becomePrompt() {
   std::int64_t changed = now(), next_zero = 0;
   int sent = 0;  // in this stall
   for (;;) {
-    pollfd life{kGuardLife, 0, 0};
-    if (::poll(&life, 1, kPollMs) > 0) {  // the driver has ended, in whatever way
+    memory.looks.fetch_add(1, std::memory_order_relaxed);
+    pollfd life{kGuardLife, POLLIN, 0};  // the driver sends nothing: readable is the end of it, in whatever way
+    if (::poll(&life, 1, kPollMs) > 0) {
+      const bool armed = memory.armed.load(std::memory_order_relaxed);
       for (int i = 0; i < kRepeats && sendZero(memory, memory.zero_any_bytes); ++i) pauseMs(kRepeatMs);
+      if (armed) say("motor_guard: the driver ended with its motors on; they are off now\n");
       ::_exit(0);
     }
     const std::int64_t instant = now();
@@ -115,6 +125,6 @@ int main(int argc, char** argv) {
   }
   ::close(kGuardMemory);
   becomePrompt();
-  if (::write(kGuardDone, &kGuardReady, 1) != 1) return 1;
+  if (::send(kGuardLife, &kGuardReady, 1, MSG_NOSIGNAL) != 1) return 1;
   watch(*static_cast<GuardMemory*>(memory));
 }

@@ -67,6 +67,7 @@ DeviceSample UartBoards::exchange(const DriveCommand& command) noexcept {
   if (!connection_) return sample();
   ByteLink& link = *connection_->link;
   noteStall(link.now());
+  checkGuard(link.now());
   Line line = Line::kFine;
   if (restarting_) {
     line = stepRestart(cycle_->wait_ns);
@@ -87,6 +88,7 @@ void UartBoards::adoptConnection() noexcept {
   if (!fresh) return;
   connection_.reset(fresh);  // empty since disconnect: nothing is freed here
   story_.count(LinkStory::kReconnects);
+  guarded_ = true, guard_wanted_ = false;
   restart(Cause::kOpened);
 }
 
@@ -102,6 +104,25 @@ void UartBoards::noteStall(std::int64_t now_ns) noexcept {
   story_.count(LinkStory::kStalls);
   story_.setStall(now_ns - sent_ns_);
   story_.setCause(Cause::kStalled);
+}
+
+/// Two that watch each other: without a guard no current, until another one watches.
+void UartBoards::checkGuard(std::int64_t now_ns) noexcept {
+  if (!connection_->guard) return;
+  if (guard_wanted_)
+    if (DriveGuard* fresh = recovery_.takeGuard()) {
+      fresh->follow(*connection_->guard);
+      recovery_.bury(connection_->guard.release());
+      connection_->guard.reset(fresh);
+      guard_wanted_ = false;
+    }
+  const bool before = guarded_;
+  guarded_ = connection_->guard->watches(now_ns);
+  if (guarded_ || guard_wanted_) return;
+  if (before) story_.count(LinkStory::kUnguarded);
+  if (!connection_->guard->ended()) return;  // it stands still, and may go on
+  guard_wanted_ = true;
+  recovery_.wantGuard(connection_->guard->port());
 }
 
 /// The boards are not, or may not be, in step: no current, and no command until they are.
@@ -175,7 +196,7 @@ UartBoards::Line UartBoards::sendCycle(const DriveCommand& command, bool taught)
   if (!finite) story_.count(LinkStory::kBadCommands);
   // What is sent now acts until the next exchange.
   const BoardCycle::Drive drive =
-      cycle_->encode(command, finite && !answers_->expired(sent_ns_ + cycle_->period_ns));
+      cycle_->encode(command, finite && guarded_ && !answers_->expired(sent_ns_ + cycle_->period_ns));
   armed_ = drive.armed;
   if (drive.clamped) story_.count(LinkStory::kClamped);
   if (drive.pulls) last_pull_ns_ = sent_ns_;
@@ -222,11 +243,12 @@ DeviceSample UartBoards::sample() noexcept {
     s.status = LinkStatus::kRestarted;
   else if (restarting_)
     s.status = LinkStatus::kSilent;
-  else if (answers_->allFresh())
+  else if (answers_->allFresh()) {
     answers_->takeFresh();
-  else
+    if (!guarded_) s.status = LinkStatus::kUnguarded;
+  } else
     s.status = LinkStatus::kStale;
-  if (s.status != LinkStatus::kOk) story_.count(LinkStory::kStale);
+  if (!bringsCounts(s.status)) story_.count(LinkStory::kStale);
   return s;
 }
 

@@ -62,6 +62,7 @@ class UartBoards : public Transport, public LinkReporter {
   void adoptConnection() noexcept;
   void disconnect() noexcept;
   void noteStall(std::int64_t now_ns) noexcept;
+  void checkGuard(std::int64_t now_ns) noexcept;
   void restart(Cause cause) noexcept;
   void endProbation(std::int64_t now_ns) noexcept;
   Line stepRestart(std::int64_t patience_ns) noexcept;
@@ -83,6 +84,8 @@ class UartBoards : public Transport, public LinkReporter {
   std::unique_ptr<Connection> connection_;
   BusRestart restart_;
   bool restarting_ = false, armed_ = false;
+  bool guarded_ = true;    ///< somebody would turn the motors off if this process ended
+  bool guard_wanted_ = false;  ///< another guard has been asked for
   bool may_hold_ = false;  ///< currents were on when the restart began
   std::int64_t sent_ns_ = 0, wire_free_ns_ = 0, last_lesson_ns_ = 0;
   std::int64_t ready_ns_ = 0;  ///< since when the boards are in step

@@ -38,7 +38,8 @@ class Verbs(unittest.TestCase):
         with open(os.path.join(ROOT, "CITATION.cff"), encoding="utf-8") as file:
             self.assertIn(f"version: {version}\n", file.read())
         programs = {"penalty_sim": ["scene_check", "haptic_replay", "session_table", "penalty_sim_node"],
-                    "spidar_driver": ["spidar_driver_node", "device_check", "spidar_latency", "spidar_board_emulator", "motor_guard"]}
+                    "spidar_driver": ["spidar_driver_node", "device_check", "spidar_latency", "spidar_board_emulator", "spidar_stop",
+                                      "motor_guard"]}
         for package, program in ((package, program) for package, names in programs.items() for program in names):
             said = ask(os.path.join(ROOT, "build", "devel", "lib", package, program), "--version")
             self.assertTrue(said.stdout.startswith(f"{program}, haptic_core {version}, "), said.stdout + said.stderr)

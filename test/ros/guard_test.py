@@ -68,6 +68,7 @@ class Guard(unittest.TestCase):
             self.driver.wait(10)
         wait_until("the guard ends with its driver", lambda: not set(guards()) - set(self.before))
         self.boards.close()
+        rospy.delete_param("/spidar/driver")  # of this test, not of the next
 
     def start(self, *parameters):
         """A driver in a group of its own, and its guard."""
@@ -105,6 +106,26 @@ class Guard(unittest.TestCase):
                 self.driver.wait(10)
                 wait_until(f"no current after a kill by {how}", lambda: self.boards.drive() == "off")
                 wait_until("the guard ends", lambda guard=guard: guard not in guards())
+
+    def test_a_driver_without_its_guard_leaves_no_current(self):
+        for how in (signal.SIGKILL, signal.SIGSTOP):
+            guard = self.start("_calibrate_at_start:=true", "_enable_force_at_start:=true")
+            self.wait_for_current()
+            os.kill(guard, how)
+            lost = self.state.wait(1, accept=lambda m: m.state == DeviceState.FAULT and "guard" in m.message)
+            self.assertFalse(lost.force_enabled)
+            wait_until("no current without a guard", lambda: self.boards.drive() == "off")
+            if how == signal.SIGSTOP:
+                os.kill(guard, signal.SIGCONT)
+            wait_until("a guard again", lambda: len(set(guards()) - set(self.before)) == 1)
+            time.sleep(0.5)
+            self.assertEqual(self.boards.drive(), "off", "a new guard is no reason to pull")
+            enable = rospy.ServiceProxy("/spidar/driver/enable_force", SetBool)
+            wait_until("force again", lambda: self.recover().success and enable(True).success, 20)
+            self.driver.kill()
+            self.driver.wait(10)
+            wait_until("no current without a driver", lambda: self.boards.drive() == "off")
+            wait_until("the guard ends", lambda: not set(guards()) - set(self.before))
 
     def test_a_driver_that_stands_still_leaves_no_current(self):
         self.start()

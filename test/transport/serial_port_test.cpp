@@ -4,11 +4,13 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 
 #include "emulated_device.h"
@@ -191,6 +193,96 @@ TEST(DriveGuard, AProcessThatStandsStillLeavesNoCurrent) {
     if (k >= 20 && s.status == LinkStatus::kOk) break;
   }
   EXPECT_EQ(s.status, LinkStatus::kOk);
+}
+
+/// Guards that this process has started: its own descriptors' peers have no names, so by the port that they hold open.
+std::vector<pid_t> guardsOf(const std::string& port) {
+  std::vector<pid_t> found;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    std::string name;
+    std::getline(std::ifstream(entry.path() / "comm"), name);
+    std::error_code none;
+    if (name == "motor_guard" && std::filesystem::read_symlink(entry.path() / "fd/3", none) == port)
+      found.push_back(std::stoi(entry.path().filename()));
+  }
+  return found;
+}
+
+/// A driver with current on, and its guard.
+struct GuardedDriver {
+  GuardedDriver() {
+    settings.port = board.line.path();
+    settings.reply_wait_s = 0.2;  // whatever else the machine does
+    transport = openTransport(plainDevice({"B5M"}, 8), settings);
+    reaches(LinkStatus::kOk);
+  }
+  /// Drives until an exchange has this status, with current in the boards or without as it asks.
+  bool reaches(LinkStatus status) {
+    for (int k = 0; k < 20000; ++k) {
+      last = transport->exchange(halfVolt());
+      if (last.status == status && board.currentsZero() == (status != LinkStatus::kOk)) return true;
+      ::usleep(500);
+    }
+    return false;
+  }
+  pid_t guard() const { return guardsOf(board.line.path()).at(0); }
+  PtyBoard board;
+  TransportSettings settings;
+  std::unique_ptr<Transport> transport;
+  DeviceSample last;
+};
+
+TEST(DriveGuard, ADriverWithoutItsGuardHasNoCurrentUntilAnotherOneWatches) {
+  GuardedDriver d;
+  ASSERT_EQ(d.last.status, LinkStatus::kOk);
+  const auto* wire = dynamic_cast<LinkReporter*>(d.transport.get());
+  for (unsigned round = 1; round <= 3; ++round) {
+    const pid_t guard = d.guard();
+    ::kill(guard, SIGKILL);
+    EXPECT_TRUE(d.reaches(LinkStatus::kUnguarded)) << round;
+    EXPECT_TRUE(d.reaches(LinkStatus::kOk)) << round;
+    EXPECT_NE(d.guard(), guard);
+    EXPECT_EQ(guardsOf(d.board.line.path()).size(), 1u);
+    EXPECT_EQ(wire->linkReport().unguarded, round);
+  }
+  d.transport.reset();
+  EXPECT_TRUE(d.board.becomesZero());
+}
+
+TEST(DriveGuard, AGuardThatStandsStillGuardsNobody) {
+  GuardedDriver d;
+  ASSERT_EQ(d.last.status, LinkStatus::kOk);
+  const pid_t guard = d.guard();
+  ::kill(guard, SIGSTOP);
+  EXPECT_TRUE(d.reaches(LinkStatus::kUnguarded));
+  ::kill(guard, SIGCONT);
+  EXPECT_TRUE(d.reaches(LinkStatus::kOk));
+  EXPECT_EQ(d.guard(), guard) << "it goes on";
+}
+
+/// One of them is killed, then the other, before the boards have lost their current on behalf of the first.
+TEST(DriveGuard, GuardThenDriverAndDriverThenGuardLeaveNoCurrent) {
+  for (const bool guard_first : {true, false}) {
+    PtyBoard board;
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a test that fails leaves nothing behind
+      TransportSettings settings;
+      settings.port = board.line.path();
+      settings.reply_wait_s = 0.2;
+      auto transport = openTransport(plainDevice({"B5M"}, 8), settings);
+      for (;;) transport->exchange(halfVolt());
+    }
+    for (int k = 0; k < 2000 && board.currentsZero(); ++k) ::usleep(1000);
+    ASSERT_FALSE(board.currentsZero());
+    const pid_t guard = guardsOf(board.line.path()).at(0);
+    ::kill(guard_first ? guard : child, SIGKILL);
+    EXPECT_TRUE(board.becomesZero()) << guard_first;
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    for (const pid_t other : guardsOf(board.line.path())) ::kill(other, SIGKILL);
+    EXPECT_TRUE(board.becomesZero()) << guard_first;
+  }
 }
 
 }  // namespace serial_port_test

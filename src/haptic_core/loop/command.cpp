@@ -68,6 +68,8 @@ void apply(const LoopCommand& command, World& world) {
 void apply(const LoopCommand& command, Spidar& device) {
   if (const auto* restore = std::get_if<RestoreDevice>(&command.kind)) device.restore(restore->memory);
   if (const auto* asking = std::get_if<AskDevice>(&command.kind)) device.ask(asking->requests);
+  if (command.is<StopDevice>()) device.stop();
+  if (const auto* hold = std::get_if<HoldSwitch>(&command.kind)) device.hold(hold->held);
   if (const auto* tune = std::get_if<TuneDevice>(&command.kind)) device.tune({tune->lambda, tune->max_force, tune->max_torque});
   if (const auto* adopt = std::get_if<AdoptCalibration>(&command.kind)) {
     const std::size_t n = device.def().strings.size();

@@ -144,11 +144,27 @@ struct TuneDevice {
   }
 };
 
+/// Command: zero current at once, until the device is told to recover.
+struct StopDevice {
+  template <class Self, class Visit>
+  static void eachField(Self&, Visit&&) {}
+};
+/// Command: a device's dead-man switch was taken or let go.
+struct HoldSwitch {
+  /// False: no force.
+  bool held = true;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.held);
+  }
+};
+
 /// A change of a running loop as data, and which hand it is for.
 struct LoopCommand {
   /// Recordings number the kinds in this order (haptic_msgs/LoopEvent): new ones go to the end.
   using Kind = std::variant<RestoreWorld, TuneWorld, RestoreDevice, ChangeHand, DropHand, AskDevice, PauseWorld, HoldClutch,
-                            GrabLink, DriveJoint, StepWorld, AdoptCalibration, TuneDevice>;
+                            GrabLink, DriveJoint, StepWorld, AdoptCalibration, TuneDevice, StopDevice, HoldSwitch>;
   /// What to do, with its data.
   Kind kind;
   int hand = 0;  ///< which; 0 for the world
@@ -171,7 +187,8 @@ struct LoopEvent {
 /// Of one hand, and not of the world.
 inline bool isForHand(const LoopCommand& command) {
   return command.is<RestoreDevice>() || command.is<ChangeHand>() || command.is<DropHand>() || command.is<AskDevice>() ||
-         command.is<HoldClutch>() || command.is<AdoptCalibration>() || command.is<TuneDevice>();
+         command.is<HoldClutch>() || command.is<AdoptCalibration>() || command.is<TuneDevice>() || command.is<StopDevice>() ||
+         command.is<HoldSwitch>();
 }
 
 /// Between two ticks: what the command means to a world without hands. Throws SetupError when it cannot be done.

@@ -112,7 +112,10 @@ void DevicePort::serve() noexcept {
 
 void DevicePort::requireCounts(const LoopCommand& command, const DeviceSample& sample) const {
   const auto* ask = std::get_if<AskDevice>(&command.kind);
-  if (!ask || !ask->requests.calibrate || sample.status == LinkStatus::kOk) return;
+  if (!ask || !ask->requests.calibrate) return;
+  if (device.stopped())
+    throw SetupError(device.def().name, "the motors are off since STOP and the strings may be slack", "call recover first");
+  if (bringsCounts(sample.status)) return;
   throw SetupError(device.def().name, "no fresh counts came of every board", "ask again");
 }
 

@@ -18,6 +18,7 @@
 #include "haptic_core/base/command_ring.h"
 #include "haptic_core/base/record_ring.h"
 #include "haptic_core/loop/haptic_loop.h"
+#include "haptic_core/loop/realtime.h"
 #include "haptic_core/spidar/calibration.h"
 #include "haptic_core/spidar/device_record.h"
 #include "haptic_core/spidar/hand_path.h"
@@ -38,6 +39,19 @@ struct DeviceCopy {
   DeviceRecord record;
   /// As it is now: exits, lengths at count 0, residual of the pose.
   Calibration calibration;
+};
+
+/// What keeps the force of a device on: a hand on a switch. Without one, nothing is asked for.
+struct DeadMan {
+  bool used = false;                      ///< set by the owner before it offers the port
+  int button = -1;                        ///< bit of the grip's buttons that must be pressed; -1: `held_until_ns` counts
+  std::atomic<std::int64_t> held_until_ns{0};  ///< steady clock [ns]; a level that another thread sets
+
+  /// (in realtime) The switch is held now.
+  bool held(const DeviceSample& sample) const noexcept {
+    if (button >= 0) return (sample.buttons >> button & 1u) != 0;
+    return steadyNow() < held_until_ns.load(std::memory_order_relaxed);
+  }
 };
 
 /// A device on offer. Everything is the owner's; the runner of the lease alone calls `device` and `transport`.
@@ -61,6 +75,7 @@ class DevicePort : public Port {
   void serve(const DeviceSample& sample, Take&& take) noexcept {
     const DeviceRequests at_start = device.takeRequests(sample);
     if (at_start.any()) take(LoopCommand{AskDevice{at_start}});
+    if (dead_man.used && dead_man.held(sample) != device.held()) take(LoopCommand{HoldSwitch{!device.held()}});
     drain([&](const LoopCommand& command) {
       requireCounts(command, sample);
       take(command);
@@ -72,6 +87,7 @@ class DevicePort : public Port {
   Spidar& device;
   /// The owner's: exchanges with the device.
   Transport& transport;
+  DeadMan dead_man;                      ///< the owner's
   bool follows_script = false;           ///< a twin whose hand the scene may script; set by the owner before it offers the port
   RecordRing<DeviceRecord> records;      ///< runner → owner, for topics
   CommandRing<Command> commands;         ///< owner → runner

@@ -44,6 +44,9 @@ std::string causeAdvice(const DeviceRecord& record) {
     const std::string known = record.calibrated ? "call recover, then enable_force" : kLengths;
     return "the boards were silent and answer again, the current stays zero: check plug and power, " + known;
   }
+  if (record.cause & kUnguarded)
+    return "the motor guard had ended or stood still, a new one watches, the current stays zero: find what stopped it, "
+           "call recover, then enable_force";
   if (record.cause & kAnswersLost) return std::string(fault ? "no force" : "little force") +
                                           ", because too many answers of the boards were lost: check cable, power and ground, "
                                           "call recover, then enable_force";
@@ -82,6 +85,7 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
   r.pose_residual = device.solution().residual;
   r.state = device.state();
   r.calibrated = device.calibrated();
+  r.held = device.held();
   r.pose_valid = device.poseValid();
   r.pose_new = device.poseIsNew();
   r.latched_ns = device.poseStamp() != 0 ? device.poseStamp() : stamp_ns;
@@ -101,6 +105,9 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
 std::string advice(const DeviceRecord& record, const std::string& device_name) {
   if (record.flags & kLinkLost)
     return "the boards do not answer, the current is zero: check plug and power; when they are back, call recover";
+  if (record.flags & kUnguarded)
+    return "the motor guard has ended or stands still, the current is zero: nobody would turn the motors off if the driver died; "
+           "when a new guard watches, call recover, then enable_force";
   if (const std::string text = causeAdvice(record); !text.empty()) return text;
   if (record.flags & kDelayTooLong) {
     char text[200];
@@ -114,9 +121,12 @@ std::string advice(const DeviceRecord& record, const std::string& device_name) {
                   100 * record.lost_share);
     return text;
   }
+  if (record.flags & kStopped)
+    return "somebody said STOP, the motors are off: call recover for tensioned strings, or enable_force for force";
   if (record.state == DeviceState::kUncalibrated)
     return "the pose is not known and the force is off: hold the grip at the home pose and call calibrate";
   if (!record.calibrated) return std::string("the strings' lengths are not known: ") + kAgain;
+  if (!record.held) return "the dead-man switch is not held, the force is off: hold it, and enable_force if it is off, for force";
   if (record.flags & kStringCorrected) {
     char text[200];
     std::snprintf(text, sizeof text, "the encoder of string %d slipped by %.1f mm and was corrected: tighten it, and calibrate "

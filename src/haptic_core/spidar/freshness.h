@@ -30,12 +30,12 @@ class Freshness {
   /// (in realtime) One exchange, h [s] after the last. `plausible`: no count moved as no string can.
   void take(const DeviceSample& sample, bool plausible, double h) noexcept {
     const double arrived = 1e-6 * sample.age_us;
-    age_ = sample.status == LinkStatus::kOk && plausible ? arrived : std::max(age_ + h, arrived);
+    age_ = bringsCounts(sample.status) && plausible ? arrived : std::max(age_ + h, arrived);
     const double lost = std::min(1.0, static_cast<double>(sample.lost));
     lost_ += std::min(1.0, h / settings_.lost_time_s) * (lost - lost_);
     if (known_)
       delay_ += std::min(1.0, h / settings_.delay_time_s) * (age_ - delay_);
-    else if (sample.status == LinkStatus::kOk)
+    else if (bringsCounts(sample.status))
       delay_ = arrived, known_ = true;
   }
 

@@ -103,7 +103,7 @@ void Spidar::startAt(const GripPose& pose) noexcept {
 
 DeviceRequests Spidar::takeRequests(const DeviceSample& sample) noexcept {
   DeviceRequests requests = requests_;
-  requests.calibrate = requests_.calibrate && sample.status == LinkStatus::kOk;
+  requests.calibrate = requests_.calibrate && bringsCounts(sample.status);
   requests_.calibrate = requests_.calibrate && !requests.calibrate;
   requests_.recover = false;
   requests_.enable = -1;
@@ -127,10 +127,19 @@ void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) 
     startAt(requests.jig);
   }
   if (requests.enable >= 0) enabled_ = requests.enable == 1;
-  if (!enabled_ && (state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced)) {
+  if (requests.recover || requests.enable == 1) stopped_ = false;
+  if (stopped_) flags_ |= kStopped;
+  if (!held_) flags_ |= kReleased;
+  if ((!enabled_ || !held_) && presents()) {
     state_ = DeviceState::kReady;
     cause_ = 0;
   }
+}
+
+void Spidar::stop() noexcept {
+  enabled_ = false;
+  stopped_ = true;
+  requests_ = {};  // what was asked before must not act later
 }
 
 void Spidar::enterFault(bool zero_current) noexcept {
@@ -179,12 +188,13 @@ bool Spidar::takeLengths(const DeviceSample& sample, double elapsed) noexcept {
 /// The invariant: see freshness.h.
 void Spidar::checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept {
   freshness_.take(sample, plausible, h);
-  if (sample.status != LinkStatus::kOk) flags_ |= kSampleStale;
+  if (!bringsCounts(sample.status)) flags_ |= kSampleStale;
   if (freshness_.lossy()) flags_ |= kAnswersLost;
   const bool in_time = freshness_.carriesForce(h);
   const bool silent = sample.status == LinkStatus::kSilent || sample.status == LinkStatus::kDisconnected;
-  if (silent || (!in_time && sample.status != LinkStatus::kOk)) flags_ |= kLinkLost;
-  if (silent || !in_time || freshness_.failing())
+  if (silent || (!in_time && !bringsCounts(sample.status))) flags_ |= kLinkLost;
+  if (sample.status == LinkStatus::kUnguarded) flags_ |= kUnguarded;
+  if (silent || !in_time || freshness_.failing() || (flags_ & kUnguarded))
     enterFault(true);
   else if (freshness_.lossy())
     reduce();
@@ -235,7 +245,7 @@ void Spidar::sense(const DeviceSample& sample, double h) noexcept {
   since_counts_ += h;
   since_pose_ += h;
   if (sample.status == LinkStatus::kRestarted) loseLengths(kCounterRestarted);
-  bool plausible = sample.status == LinkStatus::kOk;
+  bool plausible = bringsCounts(sample.status);
   if (plausible) {
     if (freshness_.gap(pose_stamp_ns_, sample.stamp_ns)) {  // the loop stood still: the way back into force is a ramp
       flags_ |= kSampleStale;
@@ -250,7 +260,7 @@ void Spidar::sense(const DeviceSample& sample, double h) noexcept {
   }
   checkFreshness(sample, plausible, h);
   checkWire(h);
-  if (enabled_ && state_ == DeviceState::kReady && !(flags_ & kDelayTooLong) && freshness_.carriesForce(h)) {
+  if (enabled_ && held_ && state_ == DeviceState::kReady && !(flags_ & kDelayTooLong) && freshness_.carriesForce(h)) {
     state_ = DeviceState::kEnabled;
     ramp_ = 0;
   }
@@ -319,7 +329,7 @@ void Spidar::actuate(const Wrench& F_G_B, double grasp_force, double h, double c
   if (presents() && report.error > kPresentableShare * size + 0.1) flags_ |= kNotPresentable;
   if (report.at_max) flags_ |= kTensionAtMax;
   heat_share_ = health_.heat(report.tension, h);
-  writeDrive(zero_current_, h);
+  writeDrive(zero_current_ || stopped_, h);
 }
 
 void Spidar::writeDrive(bool zero_current, double h) noexcept {

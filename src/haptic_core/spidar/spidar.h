@@ -52,6 +52,9 @@ enum DeviceFlag : unsigned {
   kCounterRestarted = 1u << 19, ///< a board started anew or a counter jumped: calibrate
   kStringCorrected = 1u << 20,  ///< an encoder slipped since the last calibration and was corrected
   kCountRefused = 1u << 21,     ///< a count that no string can have made was replaced, or the pose of before kept
+  kUnguarded = 1u << 22,        ///< no second process could turn the motors off: zero current
+  kStopped = 1u << 23,          ///< somebody said STOP: zero current until `recover` or until the force is enabled
+  kReleased = 1u << 24,         ///< the dead-man switch is not held: minimum tension
 };
 
 /// Settings of a device that its file does not state.
@@ -94,6 +97,11 @@ class Spidar {
   void setForceEnabled(bool enabled) noexcept { ask({false, false, enabled ? 1 : 0, {}}); }
   /// Leaves kFault and kReduced when the cause is gone, with the force off: `setForceEnabled` switches it on.
   void recover() noexcept { ask({false, true, -1, {}}); }
+  /// (in realtime) STOP: the force is off and the current zero from the next exchange on, until somebody asks for `recover` or for
+  /// force. Between two ticks.
+  void stop() noexcept;
+  /// (in realtime) The dead-man switch; force is on only while it is held. Held until something else is told. Between two ticks.
+  void hold(bool held) noexcept { held_ = held; }
   /// (in realtime) Takes back what the next `sense` would follow on this sample: for recordings, which `ask` it again by name.
   DeviceRequests takeRequests(const DeviceSample& sample) noexcept;
 
@@ -116,9 +124,10 @@ class Spidar {
   /// the exits that a calibration may have moved, λ and the active set of the tensions.
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.max_force_), visit(s.max_torque_), visit(s.state_), visit(s.calibrated_), visit(s.zero_current_), visit(s.enabled_);
-    visit(s.opening_rate_), visit(s.ramp_), visit(s.heat_share_), visit(s.since_counts_), visit(s.since_pose_);
-    visit(s.pose_stamp_ns_), visit(s.cause_);  // the stamp is whole up to 2^53 ns, 104 days
+    visit(s.max_force_), visit(s.max_torque_), visit(s.state_), visit(s.calibrated_), visit(s.zero_current_),
+    visit(s.enabled_), visit(s.held_), visit(s.stopped_), visit(s.opening_rate_), visit(s.ramp_);
+    // The stamp is whole up to 2^53 ns, 104 days.
+    visit(s.heat_share_), visit(s.since_counts_), visit(s.since_pose_), visit(s.pose_stamp_ns_), visit(s.cause_);
     visit(s.zero_length_), visit(s.length_), visit(s.told_), visit(s.solution_), visit(s.twist_), visit(s.asked_);
     visit(s.health_), visit(s.freshness_), visit(s.still_);
   }
@@ -135,6 +144,8 @@ class Spidar {
   // Results of the last tick; the same thread as `sense`.
   DeviceState state() const noexcept { return state_; }     ///< after the last tick
   bool calibrated() const noexcept { return calibrated_; }  ///< the strings' lengths are known
+  bool stopped() const noexcept { return stopped_; }        ///< since a `stop`: the strings may be slack
+  bool held() const noexcept { return held_; }              ///< the dead-man switch is, or there is none
   bool poseValid() const noexcept { return calibrated_ && freshness_.fresh(); }  ///< the pose means something now
   std::int64_t poseStamp() const noexcept { return pose_stamp_ns_; }  ///< of the counts that the pose comes from
   bool poseIsNew() const noexcept { return pose_is_new_; }            ///< it was made in this tick
@@ -195,7 +206,7 @@ class Spidar {
 
   double max_force_ = 0, max_torque_ = 0;  ///< clamps on the wrench [N], [N·m]
   DeviceState state_ = DeviceState::kUncalibrated;
-  bool calibrated_ = false, zero_current_ = false, enabled_ = false, pose_is_new_ = false;
+  bool calibrated_ = false, zero_current_ = false, enabled_ = false, held_ = true, stopped_ = false, pose_is_new_ = false;
   std::int64_t pose_stamp_ns_ = 0;
   StringVector zero_length_;  ///< length at count 0 [m]
   StringVector length_;

@@ -19,7 +19,11 @@ enum class LinkStatus : std::uint8_t {
   kSilent,        ///< a board is silent, or being taught anew: currents are zero
   kDisconnected,  ///< the line is gone
   kRestarted,     ///< a counter started anew: what was known of the strings' lengths is lost
+  kUnguarded,     ///< new counts, but no second process could turn the motors off if this one ended: currents are zero
 };
+
+/// New counts of every board came.
+inline bool bringsCounts(LinkStatus status) { return status == LinkStatus::kOk || status == LinkStatus::kUnguarded; }
 
 /// What one exchange brought. `counts` are unwrapped; boards answer before they execute, so they belong to the
 /// instant `stamp_ns` and the tensions of the command before.

@@ -344,6 +344,45 @@ TEST(Ports, WhatWasAskedAtSetUpIsToldToTheFirstTickThatCan) {
   EXPECT_TRUE(d.spidar.calibrated());
 }
 
+TEST(Ports, ADeadManSwitchIsToldOfWhenItChanges) {
+  OfferedDevice d;
+  d.port.dead_man.used = true;
+  const auto told = [&] {
+    d.taken.clear();
+    d.tick(d.port, LinkStatus::kOk);
+    return d.taken.empty() ? -1 : static_cast<int>(std::get<HoldSwitch>(d.taken.at(0).kind).held);
+  };
+  EXPECT_EQ(told(), 0) << "never held is not held";
+  EXPECT_EQ(told(), -1);
+  d.port.dead_man.held_until_ns = steadyNow() + 3600000000000;
+  EXPECT_EQ(told(), 1);
+  EXPECT_EQ(told(), -1);
+  d.port.dead_man.held_until_ns = steadyNow() - 1;
+  EXPECT_EQ(told(), 0) << "an old word is none";
+  d.port.dead_man.button = 3;
+  DeviceSample sample;
+  sample.buttons = 1u << 3;
+  EXPECT_TRUE(d.port.dead_man.held(sample));
+  sample.buttons = ~(1u << 3);
+  EXPECT_FALSE(d.port.dead_man.held(sample));
+}
+
+TEST(Ports, StopReachesADeviceThatNobodyRuns) {
+  OfferedDevice d;
+  const LoopCommand stop{StopDevice{}};
+  EXPECT_TRUE(d.offer.send(d.port, Tell{&stop}));
+  d.tick(d.port, LinkStatus::kOk);
+  EXPECT_TRUE(d.spidar.stopped());
+  EXPECT_EQ(d.spidar.drive().voltage[0], 0);
+  DeviceRequests calibrate;
+  calibrate.calibrate = true;
+  EXPECT_FALSE(d.told(calibrate, LinkStatus::kOk)) << "slack strings are no lengths";
+  DeviceRequests recover;
+  recover.recover = true;
+  EXPECT_TRUE(d.told(recover, LinkStatus::kOk));
+  EXPECT_TRUE(d.told(calibrate, LinkStatus::kOk));
+}
+
 TEST(Ports, ManyRoundsOfOfferClaimWithdraw) {
   PortTable table;
   std::atomic<bool> stop{false};

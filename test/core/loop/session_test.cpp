@@ -122,7 +122,7 @@ struct Live {
   }
 };
 
-/// Everything once: calibration, enable, overruns, pause, clutch, tuning, grab by button and by hand, reset, loss.
+/// Everything once: calibration, enable, overruns, pause, clutch, tuning, grab by button and by hand, reset, loss, switch, STOP.
 Recording record() {
   Live live;
   live.device[0]->calibrateAtHome();
@@ -181,6 +181,14 @@ Recording record() {
   live.twin.erase(live.twin.begin());
   live.origin[0] = 1;
   live.run(200);
+  live.tell({HoldSwitch{false}, 0});
+  live.run(20);
+  live.tell({HoldSwitch{true}, 0});
+  live.run(50);
+  live.tell({StopDevice{}, 0});
+  live.run(20);
+  live.device[0]->setForceEnabled(true);
+  live.run(50);
   return live.recording;
 }
 

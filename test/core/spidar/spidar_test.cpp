@@ -132,6 +132,84 @@ TEST(Spidar, ALostLinkGivesZeroCurrentUntilRecovered) {
   EXPECT_NE(rig.device.drive().voltage[0], 0);
 }
 
+TEST(Spidar, WithoutAGuardThereIsAPoseAndNoCurrentUntilRecovered) {
+  Rig rig(TwinSettings{}, true);
+  Wrench F;
+  F.force.x() = 3;
+  rig.run(1000, F);
+  ASSERT_EQ(rig.device.state(), DeviceState::kEnabled);
+  for (int k = 0; k < 50; ++k) {
+    DeviceSample alone = rig.twin.exchange(rig.device.drive());
+    alone.status = LinkStatus::kUnguarded;
+    rig.device.sense(alone, kStep);
+    rig.device.actuate(F, 0, kStep);
+    EXPECT_EQ(rig.device.state(), DeviceState::kFault);
+    EXPECT_TRUE(rig.device.poseIsNew()) << k;
+    for (double volt : rig.device.drive().voltage) EXPECT_EQ(volt, 0);
+  }
+  rig.run(10, F);
+  EXPECT_EQ(rig.device.state(), DeviceState::kFault) << "a new guard is no reason to pull";
+  for (double volt : rig.device.drive().voltage) EXPECT_EQ(volt, 0);
+  rig.device.recover();
+  rig.tick();
+  EXPECT_EQ(rig.device.state(), DeviceState::kReady);
+}
+
+TEST(Spidar, StopIsZeroCurrentInTheSameTickUntilSomebodyAsks) {
+  Rig rig(TwinSettings{}, true);
+  Wrench F;
+  F.force.x() = 3;
+  rig.run(1000, F);
+  ASSERT_GT(rig.device.drive().voltage[0], 0);
+  rig.device.stop();
+  for (int k = 0; k < 20; ++k) {
+    rig.tick(F);
+    EXPECT_EQ(rig.device.state(), DeviceState::kReady);
+    EXPECT_TRUE(rig.device.flags() & kStopped);
+    for (double volt : rig.device.drive().voltage) EXPECT_EQ(volt, 0) << k;
+  }
+  const std::vector<double> memory = rig.device.save();
+  Spidar other(rig.device.def());
+  other.restore(memory);
+  EXPECT_TRUE(other.stopped()) << "a replay from here on must know it";
+  rig.device.recover();
+  rig.tick(F);
+  EXPECT_EQ(rig.device.state(), DeviceState::kReady);
+  EXPECT_GT(rig.device.drive().voltage[0], 0) << "tension, without force";
+  rig.device.stop();
+  rig.tick(F);
+  rig.device.setForceEnabled(true);
+  rig.run(20, F);
+  EXPECT_EQ(rig.device.state(), DeviceState::kEnabled);
+  EXPECT_LT(rig.device.askedWrench().force.x(), 0.2) << "the way back into force is a ramp";
+}
+
+TEST(Spidar, ForceIsOnOnlyWhileTheSwitchIsHeld) {
+  Rig rig(TwinSettings{}, true);
+  Wrench F;
+  F.force.x() = 3;
+  rig.run(1000, F);
+  EXPECT_NEAR(rig.device.askedWrench().force.x(), 3, 1e-9);
+  rig.device.hold(false);
+  rig.tick(F);
+  EXPECT_EQ(rig.device.state(), DeviceState::kReady);
+  EXPECT_EQ(rig.device.askedWrench().force.norm(), 0);
+  rig.device.setForceEnabled(true);
+  rig.run(200, F);
+  EXPECT_EQ(rig.device.askedWrench().force.norm(), 0) << "not by enabling either";
+  EXPECT_TRUE(rig.device.flags() & kReleased);
+  const std::vector<double> memory = rig.device.save();
+  Spidar other(rig.device.def());
+  other.restore(memory);
+  EXPECT_FALSE(other.held()) << "a replay from here on must know it";
+  rig.device.hold(true);
+  rig.run(20, F);
+  EXPECT_EQ(rig.device.state(), DeviceState::kEnabled);
+  EXPECT_LT(rig.device.askedWrench().force.x(), 0.2) << "the way back into force is a ramp";
+  rig.run(1000, F);
+  EXPECT_NEAR(rig.device.askedWrench().force.x(), 3, 1e-9);
+}
+
 TEST(DeviceTwin, AnswersBeforeItExecutes) {
   TwinSettings settings;
   settings.hand = false;

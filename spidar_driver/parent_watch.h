@@ -1,0 +1,33 @@
+/// Ends this process when the one that started it has ended, by whatever signal.
+#pragma once
+#include <functional>
+#include <thread>
+#include <vector>
+
+namespace haptic {
+
+/// roslaunch ends its nodes when it is asked to end; killed, it leaves them running, with force on. A descriptor of the parent
+/// process tells its end at once and for certain; PR_SET_PDEATHSIG would tell the end of the thread that forked.
+/// What else the parent started (its master, recorders, viewers) is asked to end too.
+class ParentWatch {
+ public:
+  /// `ended` is called in a thread of its own once the parent has ended: it takes the current away. Then the process is asked to
+  /// end, and ends within kPatienceSeconds whatever hangs.
+  explicit ParentWatch(std::function<void()> ended);
+  ~ParentWatch();
+
+  static constexpr unsigned kPatienceSeconds = 3;  ///< for recordings to be closed
+
+ private:
+  void run();
+  void noteSiblings();
+
+  std::function<void()> ended_;
+  int parent_ = -1, quit_ = -1;  ///< a pidfd and an eventfd
+  long parent_id_ = 0;
+  std::vector<int> siblings_;    ///< pidfds: a number of a process that has ended may be another's by now
+  std::vector<long> sibling_ids_;
+  std::thread thread_;
+};
+
+}  // namespace haptic
