@@ -10,6 +10,7 @@ fail() {  # MESSAGE: one line that says what is wrong and what to do
 # Each child leads a process group of its own (setsid). A shell that is killed runs no trap, so a process of its own, the keeper,
 # reads from a pipe that only this shell holds open, and ends the groups that it was told of when the pipe closes: INT, TERM after
 # 8 s, KILL after 10 s. What they have started in sessions of their own (roslaunch: every node) is asked to end at the same time.
+# When the shell is gone, a leader whose children have all ended is not waited for: roslaunch takes another second.
 start_keeper() {
   [ -z "$KEEPER" ] || return 0
   keeper_pipe=$(mktemp -d) && mkfifo "$keeper_pipe/alive" || fail "no room for a pipe in ${TMPDIR:-/tmp}"
@@ -19,24 +20,28 @@ start_keeper() {
       for child in $(cat /proc/"$1"/task/*/children 2>/dev/null); do members "$child"; done
       echo "$1"
     }
-    groups=""
+    groups="" waits=""
     while read -r word group; do
       case $word in
         add) groups="$groups $group" ;;
+        end) waits=yes ;;  # the shell lives and waits for its children
         drop) kept=""; for each in $groups; do [ "$each" = "$group" ] || kept="$kept $each"; done; groups=$kept ;;
       esac
     done
     all=$(for group in $groups; do members "$group"; done)
-    signal=INT waited=0  # quarters of a second
-    while [ -n "$all" ] && [ "$waited" -le 40 ]; do
+    signal=INT waited=0  # tenths of a second
+    while [ -n "$all" ] && [ "$waited" -le 100 ]; do
       left=""
       for each in $all; do  # an entry without a program has ended and waits for its parent
         [ -e /proc/"$each"/exe ] && kill "-$signal" "$each" 2>/dev/null && left="$left $each"
       done
       all=$left waited=$((waited + 1)) signal=0
-      [ "$waited" != 32 ] || signal=TERM
-      [ "$waited" != 40 ] || signal=KILL
-      [ -z "$all" ] || sleep 0.25
+      [ "$waited" != 80 ] || signal=TERM
+      [ "$waited" != 100 ] || signal=KILL
+      [ -z "$all" ] || sleep 0.1
+      [ -n "$waits" ] || for group in $groups; do
+        [ -n "$(cat /proc/"$group"/task/*/children 2>/dev/null)" ] || kill -KILL "$group" 2>/dev/null
+      done
     done
     for group in $groups; do kill -KILL "-$group" 2>/dev/null; done' keeper <"$keeper_pipe/alive" >/dev/null 2>&1 &
   KEEPER=$!
@@ -49,6 +54,7 @@ unkeep() { CHILDREN=${CHILDREN% "$1"} && echo "drop $1" >&9; }  # the GROUP that
 stop_children() {
   trap '' INT TERM HUP QUIT  # a second signal must not interrupt this
   [ -n "$KEEPER" ] || return 0
+  echo end >&9
   exec 9>&-
   # shellcheck disable=SC2086 # one word per process
   wait "$KEEPER" $CHILDREN 2>/dev/null
