@@ -1,8 +1,11 @@
 // Driver and motor guard watch each other: one is killed, the other, both one after the other in either order, the driver's group
 // and its session. The boards say when the last current became zero; the time counts from the first signal.
+// The gap between two kills counts from the end of the first process, which on a busy machine comes later than its signal.
 // Two kills within kAtOnceMs are one: neither has had time to see the other's end. They are counted under their own name, since
 // the boards hold their last current for ever (`check` says so of each device).
 #include <dirent.h>
+#include <poll.h>
+#include <sys/syscall.h>
 
 #include <cstdlib>
 #include <cstring>
@@ -81,6 +84,13 @@ void killWhom(Whom whom, pid_t driver, pid_t guard) {
   }
 }
 
+void waitForEnd(pid_t process) {
+  const int descriptor = static_cast<int>(::syscall(SYS_pidfd_open, process, 0));
+  pollfd end{descriptor, POLLIN, 0};
+  if (descriptor >= 0) ::poll(&end, 1, static_cast<int>(kPatienceNs / 1000000));
+  ::close(descriptor);
+}
+
 /// Milliseconds from the first signal to no current; -1: the current stayed on.
 double zeroTime(Boards& boards, const Kind& kind, int wait_us) {
   const pid_t driver = startDriver(boards), guard = guardOf(boards.line.path());
@@ -89,6 +99,8 @@ double zeroTime(Boards& boards, const Kind& kind, int wait_us) {
   boards.thread.with([&] { boards.plant.first_off_ns = 0; });
   const std::int64_t sent = now();
   killWhom(kind.first, driver, guard);
+  const bool guard_first = kind.first == Whom::kGuard || kind.first == Whom::kGuardsGroup;
+  if (kind.gap_ms > kAtOnceMs) waitForEnd(guard_first ? guard : driver);
   if (kind.gap_ms > 0) ::usleep(static_cast<useconds_t>(1000 * kind.gap_ms));
   if (kind.gap_ms != kNever) killWhom(kind.second, driver, guard);
   std::int64_t off = 0;
