@@ -29,6 +29,7 @@ class Recording(unittest.TestCase):
         cls.folder = tempfile.mkdtemp()
         cls.bag = os.path.join(cls.folder, "session.bag")
         recorder = subprocess.Popen(["rosbag", "record", "-O", cls.bag, "-e", ".*recorded/.*"])
+        cls.addClassCleanup(lambda: recorder.poll() is None and recorder.send_signal(signal.SIGINT))
         stack = load_stack(bridge={"record": True})
         cls.use_everything()
         unload_stack(stack)
@@ -81,13 +82,21 @@ class Recording(unittest.TestCase):
         some_ticks()
         cls.coupled = client.update_configuration({"coupling": 2})
         some_ticks()
-        cls.refused = client.update_configuration({"coupling_stiffness": 1e5})
         rosout = Probe("/rosout", Log)
+
+        def refuses(message):
+            return "parameters refused" in message.msg
+
+        def refused_and_heard():  # a line said before the probe is connected is lost
+            cls.refused = client.update_configuration({"coupling_stiffness": 1e5})
+            return any(map(refuses, rosout.messages))
+
+        wait_until("a refusal is said", refused_and_heard)
         cls.bounded = [client.update_configuration({name: value}) for name, value in (
             ("friction_scale", 1e9), ("stiffness_scale", 1e308), ("stiffness_scale", 1e-308), ("passivity", 3),
             ("force_scale", float("nan")))]
-        rosout.wait(5, accept=lambda m: "parameters refused" in m.msg)
-        cls.said = [m.msg for m in rosout.messages if "parameters refused" in m.msg]
+        rosout.wait(5, accept=lambda m: refuses(m) and ("_scale" in m.msg or "passivity" in m.msg))
+        cls.said = [m.msg for m in rosout.messages if refuses(m)]
         client.close()
         some_ticks()
 
