@@ -57,7 +57,7 @@ void BoardAnswers::begin(std::int64_t now_ns, std::int64_t delay_ns) noexcept {
     b.jumped = 0;
   }
   canary_ = Canary{};
-  canary_.sent_ns = state_ns_ = now_ns;
+  canary_.sent_ns = state_ns_ = plain_ns_ = now_ns;
   delay_ns_ = fastest_ns_ = delay_ns;
   trouble_ = Cause::kNone;
   story_.setDelay(delay_ns_);
@@ -304,7 +304,7 @@ bool BoardAnswers::markDue(std::int64_t sent_ns, std::int64_t idle_ns) noexcept 
   if (ledger_.marked() && (ledger_.overtaken() || sent_ns - ledger_.markSent() > silent_ns_)) dropMark();
   if (ledger_.marked()) return false;
   const std::int64_t since = sent_ns - last_mark_ns_;
-  if (since >= kMarkEveryNs || (stateDue(sent_ns) && since >= kMarkPauseNs)) return true;
+  if (sent_ns - plain_ns_ >= kMarkEveryNs || stateDue(sent_ns)) return since >= kMarkPauseNs;
   const bool doubtful = ledger_.owed() > 0 || expired(sent_ns);
   return doubtful && idle_ns >= mark_wire_ns_ && since >= std::max(cycle_.period_ns, kMarkPauseNs);
 }
@@ -329,12 +329,13 @@ bool BoardAnswers::hasRoom(const std::vector<std::uint8_t>& mark) const noexcept
 /// The next mark's bytes, where the period has room for them: ALL when it is due, GET_PARAM where the board answers it, else
 /// BOARD_INFO.
 const std::vector<std::uint8_t>& BoardAnswers::chooseMark(std::int64_t now_ns) noexcept {
-  if (stateDue(now_ns)) {
+  if (stateDue(now_ns) && now_ns - plain_ns_ < kMarkEveryNs) {
     if (!board_[next_state_].obedience.doubtful()) next_state_ = (next_state_ + 1) % cycle_.boardCount();
     state_ns_ = now_ns;
     mark_ = Mark::kState;
     return cycle_.stateMark(next_state_);
   }
+  plain_ns_ = now_ns;
   next_mark_ = (next_mark_ + 1) % cycle_.boardCount();
   const BoardMemory& state = board_[next_mark_].memory;
   const std::vector<std::uint8_t>& memory = cycle_.memoryMark(next_mark_, state.next());

@@ -144,7 +144,8 @@ class BoardAnswers {
   int next_mark_ = 0;
   Mark mark_ = Mark::kInfo;      ///< on its way
   int mark_param_ = -1;          ///< parameter that it asks for, of kMemory
-  std::int64_t info_ns_ = 0, state_ns_ = 0, resumed_ns_ = 0;  ///< BOARD_INFO asked last, ALL asked last; see `resume`
+  /// BOARD_INFO asked last, ALL, any mark but ALL; see `resume`.
+  std::int64_t info_ns_ = 0, state_ns_ = 0, plain_ns_ = 0, resumed_ns_ = 0;
   int next_state_ = 0;
   Canary canary_;
   int mark_reply_bytes_ = kInfoBytes;

@@ -147,6 +147,7 @@ void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) 
     refusal_ = 0;
   }
   if (requests.enable >= 0) enabled_ = requests.enable == 1;
+  if (requests.enable == 0) interrupted_ = false;
   if (!enabled_ && presents()) state_ = DeviceState::kReady;
 }
 
@@ -169,9 +170,9 @@ void Spidar::enterFault(const CauseRow& row, bool zero_current) noexcept {
 void Spidar::obey(const CauseRow& row) noexcept {
   const bool latched = state_ == DeviceState::kFault || state_ == DeviceState::kReduced;
   // What was left by `recover` is entered again while its cause is there; a pause lasts as long as its own.
-  const bool interrupted = paused_ && enabled_ && state_ == DeviceState::kReady;
-  const Consequence what = presents() || recovered_ || interrupted ? row.presenting : row.idle;
+  const Consequence what = presents() || recovered_ || interrupted_ ? row.presenting : row.idle;
   paused_ = what == Consequence::kPause;
+  interrupted_ = paused_ && (interrupted_ || presents());
   switch (what) {
     case Consequence::kSay:
       break;

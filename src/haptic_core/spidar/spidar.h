@@ -96,7 +96,7 @@ class Spidar {
     visit(s.max_force_), visit(s.max_torque_), visit(s.state_), visit(s.calibrated_), visit(s.zero_current_), visit(s.enabled_);
     visit(s.opening_rate_), visit(s.ramp_), visit(s.heat_share_), visit(s.since_counts_), visit(s.since_pose_);
     visit(s.pose_stamp_ns_), visit(s.cause_), visit(s.cause_flags_);  // the stamp is whole up to 2^53 ns, 104 days
-    visit(s.late_s_), visit(s.still_strings_), visit(s.refusal_), visit(s.doubted_), visit(s.counts_stamp_ns_);
+    visit(s.late_s_), visit(s.still_strings_), visit(s.refusal_), visit(s.doubted_), visit(s.interrupted_), visit(s.counts_stamp_ns_);
     visit(s.zero_length_), visit(s.length_), visit(s.told_), visit(s.solution_), visit(s.twist_), visit(s.asked_);
     visit(s.health_), visit(s.freshness_), visit(s.still_), visit(s.clock_);
   }
@@ -201,7 +201,8 @@ class Spidar {
   DeviceCause cause_ = DeviceCause::kNone;
   double late_s_ = 0, refusal_ = 0; ///< refusal_: for so long a second request to calibrate is meant [s]
   std::uint32_t still_strings_ = 0;
-  bool doubted_ = false;                     ///< there was a fault since the last calibration
+  bool doubted_ = false;      ///< there was a fault since the last calibration
+  bool interrupted_ = false;  ///< force was on when the pause began
   bool paused_ = false, recovered_ = false;  ///< of this tick: no current; `recover` left kFault or kReduced
 };
 
