@@ -59,8 +59,9 @@ std::string causeText(const DeviceRecord& record) {
       return happened;
     case DeviceCause::kUnplugged:
     case DeviceCause::kBoardSilent:
-      return happened + (record.link_lost ? ", the current is zero: check plug and power; when it is back, "
-                                          : " and answers again, the current stays zero: check plug and power, ") + again(record);
+      if (record.link_lost)
+        return "the boards do not answer (" + happened + "), the current is zero: check plug and power; when they are back, " + again(record);
+      return happened + " and answers again, the current stays zero: check plug and power, " + again(record);
     case DeviceCause::kPowerLost:
     case DeviceCause::kBoardRestarted:
       return happened + ": check its supply, then " + kLengths;
