@@ -6,8 +6,9 @@
 /// Motion so far: a grip that decelerates evenly through rest stays within one step s for T only when its deceleration is
 ///   below 8 s / T²; it has then moved at no more than 8 s (τ + T/2) / T² on average over the last τ. One that was three times
 ///   faster and shows nothing for T has not stopped: its counters have.
-/// The other counters: those that moved and miss kMissing steps while others go on. Three at once are a board's (one or two may
-///   turn round); the lengths must contradict each other besides (device_diagnosis.cpp).
+/// The other counters: those that miss kMissing steps of what their rate and its change foretold, while others go on. Strings that
+///   turn round foretell that they stop. Three at once are a board's; the lengths must contradict each other besides
+///   (device_diagnosis.cpp).
 /// At a constant force a grip that lay still all the time says nothing, and nothing is put into the hand to find out.
 #pragma once
 #include <algorithm>
@@ -41,20 +42,26 @@ class StillCounters {
   void take(const std::array<std::int64_t, kMaxStrings>& counts, double h) noexcept {
     if (!known_) {
       std::copy(counts.begin(), counts.end(), counts_);
-      std::fill(rate_, rate_ + kMaxStrings, 0.0), std::fill(missing_, missing_ + kMaxStrings, 0.0);
+      for (int i = 0; i < kMaxStrings; ++i) rate_[i] = slow_rate_[i] = missing_[i] = since_[i] = 0;
       known_ = true, still_ = 0;
       return;
     }
-    const double keep = elementary::exp(-h / kMean);
+    const double keep = elementary::exp(-h / kMean), keep_slow = elementary::exp(-h / kSlowMean);
     bool moved = false;
     for (int i = 0; i < strings_; ++i) moved = moved || counts[static_cast<std::size_t>(i)] != counts_[i];
     still_ = moved ? 0 : still_ + h;
     moving_ = 0;
     for (int i = 0; i < strings_; ++i) {
       const double change = static_cast<double>(counts[static_cast<std::size_t>(i)] - counts_[i]);
-      missing_[i] = change != 0 ? 0 : missing_[i] + std::fabs(rate_[i]) * h;
-      // A string's rate waits while it shows nothing: that is the rate it had.
-      if (change != 0 || missing_[i] < 1) rate_[i] = keep * rate_[i] + (1 - keep) * change / h;
+      since_[i] = change != 0 ? 0 : since_[i] + h;
+      // The rates wait while a string shows nothing: they are those that it had.
+      const double change_of_rate = (rate_[i] - slow_rate_[i]) / (kSlowMean - kMean);
+      const double now = std::fabs(rate_[i]) + (rate_[i] < 0 ? -1 : 1) * change_of_rate * since_[i];
+      missing_[i] = change != 0 ? 0 : missing_[i] + std::max(0.0, now) * h;
+      if (change != 0 || missing_[i] < 1) {
+        rate_[i] = keep * rate_[i] + (1 - keep) * change / h;
+        slow_rate_[i] = keep_slow * slow_rate_[i] + (1 - keep_slow) * change / h;
+      }
       moving_ += change != 0;
       counts_[i] = counts[static_cast<std::size_t>(i)];
     }
@@ -81,19 +88,20 @@ class StillCounters {
     int still = 0;
     for (int i = 0; i < strings_; ++i)
       if (missing_[i] >= kMissing) mask |= 1u << i, ++still;
-    return still >= kOfABoard && moving_ > 0 ? mask : 0;
+    return still >= kOfABoard && moving_ > 1 ? mask : 0;
   }
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.known_), visit(s.force_known_), visit(s.counts_), visit(s.low_), visit(s.high_), visit(s.under_force_), visit(s.still_);
-    visit(s.moving_), visit(s.rate_), visit(s.missing_);
+    visit(s.moving_), visit(s.rate_), visit(s.slow_rate_), visit(s.missing_), visit(s.since_);
   }
 
  private:
   static constexpr double kForceChange = 1;  ///< [N]; less, and a firm grip moves by less than a few counts
   static constexpr double kTime = 0.05;      ///< [s] since that change; a grip of 0.1 kg in a hand moves within 20 ms
   static constexpr double kMean = 0.005;     ///< τ [s], over which the rates are taken: five counts at 17 mm/s
+  static constexpr double kSlowMean = 0.015; ///< [s]; the difference of the two tells how the rate changes
   static constexpr double kRest = 0.015;     ///< T [s]; longer: slower motions tell as well, later
   static constexpr double kMissing = 3;      ///< [counts]; a string at 0.1 m/s misses them within a tick
   static constexpr int kOfABoard = 3;        ///< motors of the smallest board
@@ -106,7 +114,8 @@ class StillCounters {
   double under_force_ = 0;                                  ///< since it changed by so much [s]
   double still_ = 0;                                        ///< since any count changed [s]
   int moving_ = 0;                                          ///< strings whose count just changed
-  double rate_[kMaxStrings] = {}, missing_[kMaxStrings] = {};  ///< [counts/s], [counts]
+  double rate_[kMaxStrings] = {}, slow_rate_[kMaxStrings] = {};  ///< [counts/s]
+  double missing_[kMaxStrings] = {}, since_[kMaxStrings] = {};   ///< [counts], [s] since it last changed
 };
 
 }  // namespace haptic

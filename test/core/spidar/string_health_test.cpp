@@ -66,9 +66,10 @@ TEST_P(Fault, LeadsToADefinedStateInTime) {
     ASSERT_EQ(rig.device.state(), DeviceState::kEnabled);
     rig.twin.inject({GetParam().kind, string, GetParam().size});
     EXPECT_LE(rig.ticksToReaction(GetParam().ticks + 1), GetParam().ticks) << string;
-    rig.run(20);  // of silence the first answers lost reduce the force, 20 ms of it end it
+    rig.run(20);  // of silence the first answers lost reduce the force, 20 ms of it end it: an interruption, so far
     EXPECT_EQ(rig.device.state(), GetParam().state) << string;
     EXPECT_NE(advice(recordOf(rig.device, 0, 0, {}), rig.device.def().name), "");
+    if (GetParam().kind == TwinFaultKind::kSilence) { EXPECT_EQ(rig.device.toldTension().norm(), 0) << string; }
     if (GetParam().state == DeviceState::kReduced) {
       rig.run(100);
       EXPECT_LE(rig.device.askedWrench().force.norm(), rig.device.settings().reduced_force);
@@ -81,7 +82,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Fault,
                                            Case{TwinFaultKind::kStuck, 0, 300, DeviceState::kReduced},
                                            Case{TwinFaultKind::kBreak, 5, 4, DeviceState::kFault},
                                            Case{TwinFaultKind::kJump, 0.1, 2, DeviceState::kFault},
-                                           Case{TwinFaultKind::kSilence, 0, 22, DeviceState::kFault}));
+                                           Case{TwinFaultKind::kSilence, 0, 22, DeviceState::kReady}));
 
 TEST(StringHealth, AnUndisturbedWaveRaisesNoAlarm) {
   WavedRig rig;
