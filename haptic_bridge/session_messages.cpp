@@ -99,7 +99,7 @@ bool addTick(const RecordedTick& tick, const std::vector<int>& strings, haptic_m
     m.age_us.push_back(sample.age_us);
     m.lost.push_back(sample.lost);
     m.buttons.push_back(sample.buttons);
-    m.link_status.push_back(static_cast<std::uint8_t>(sample.status));
+    m.link_status.push_back(linkByte(sample));
   }
   m.lost_periods.push_back(static_cast<std::uint32_t>(input.lost_periods));
   m.world_hash.push_back(tick.hash.world);

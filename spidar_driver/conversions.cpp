@@ -18,9 +18,10 @@ haptic_msgs::DeviceState toState(const DeviceRecord& record, const DeviceDef& de
       m.state = m.REDUCED;
       break;
     case DeviceState::kFault:
-      m.state = (record.flags & kLinkLost) ? m.DISCONNECTED : m.FAULT;
+      m.state = m.FAULT;
       break;
   }
+  if (record.link_lost) m.state = m.DISCONNECTED;
   m.message = standing(record, def.name);
   m.model = def.name;
   m.handedness = static_cast<std::uint8_t>(def.handedness);

@@ -83,7 +83,8 @@ void DeviceTopics::handle(const DeviceRecord& record) {
   see_(record);
   if (!bringsCounts(record.sample.status)) ++lost_exchanges_;
   constexpr unsigned kTold = kUnguarded | kStopped | kReleased | kLinkLost | kDelayTooLong | kAnswersLost;
-  const bool changed = record.state != last_.state || (record.flags & kTold) != (last_.flags & kTold);
+  const bool changed = record.state != last_.state || record.cause != last_.cause ||
+                       record.link_lost != last_.link_lost || (record.flags & kTold) != (last_.flags & kTold);
   last_ = record;
   if (changed) publishState(record);
   if (record.sample.buttons != last_buttons_) publishJoy(record);

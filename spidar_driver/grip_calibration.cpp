@@ -65,7 +65,7 @@ bool GripCalibration::onCalibrate(std_srvs::Trigger::Request&, std_srvs::Trigger
   response.message = whyNotNow();
   if (!response.message.empty()) return true;
   const DeviceAnswer answer = askDevice(port_, offer_, {true, false, -1, parameters_.jig_pose});
-  response.success = answer.done && answer.after.record.calibrated;
+  response.success = answer.done && answer.after.record.calibrated && !(answer.after.record.flags & kCalibrationRefused);
   response.message = (response.success ? "calibrated; " : "") + answer.message;
   if (!response.success) return true;
   Calibration calibration = answer.after.calibration;

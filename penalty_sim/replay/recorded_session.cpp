@@ -125,7 +125,7 @@ void addRun(const std::string& bag, const haptic_msgs::TickRecord& m, const std:
       sample.age_us = m.age_us[at];
       sample.lost = m.lost[at];
       sample.buttons = m.buttons[at];
-      sample.status = static_cast<LinkStatus>(m.link_status[at]);
+      takeLinkByte(m.link_status[at], sample);
     }
     session.ticks.push_back(input);
     session.periods += 1 + m.lost_periods[t];

@@ -10,12 +10,12 @@ import tempfile
 import numpy as np
 import yaml
 
-# haptic_core/spidar/spidar.h, DeviceState and DeviceFlag, in the order of their values and bits.
+# haptic_core/spidar/spidar.h, DeviceState, and device_diagnosis.h, DeviceFlag, in the order of their values and bits.
 STATES = ('UNCALIBRATED', 'READY', 'ENABLED', 'REDUCED', 'FAULT', 'DISCONNECTED')
 FLAGS = ('CommandNotFinite', 'ForceClamped', 'TorqueClamped', 'SlewLimited', 'NotPresentable', 'TensionAtMax', 'Faded',
          'CommandStale', 'TorqueIgnored', 'PoseNotConverged', 'SampleStale', 'LinkLost', 'EncoderJump', 'ResidualHigh',
          'OverRate', 'MotorHot', 'AnswersLost', 'DelayTooLong', 'CountersStill', 'CounterRestarted', 'StringCorrected',
-         'CountRefused', 'Unguarded', 'Stopped', 'Released')
+         'CountRefused', 'LoopLate', 'CountersFrozen', 'SomeCountersStill', 'CalibrationRefused', 'Unguarded', 'Stopped', 'Released')
 FLAG_WORDS = {
     'CommandNotFinite': 'a wrench was not finite', 'ForceClamped': 'force over its limit', 'TorqueClamped': 'torque over its limit',
     'SlewLimited': 'the wrench rose too fast', 'NotPresentable': 'the strings cannot present the wrench',
@@ -26,11 +26,13 @@ FLAG_WORDS = {
     'MotorHot': 'a motor is hot', 'AnswersLost': 'answers of the boards are lost', 'DelayTooLong': 'the wire is too slow',
     'CountersStill': 'no counter moves', 'CounterRestarted': 'a board started anew',
     'StringCorrected': 'a slipped encoder was corrected', 'CountRefused': 'a count was refused',
+    'LoopLate': 'this machine was late', 'CountersFrozen': 'the counters of a moving grip stopped',
+    'SomeCountersStill': 'some counters stand still', 'CalibrationRefused': 'a calibration was refused',
     'Unguarded': 'no guard of the motors', 'Stopped': 'STOP', 'Released': 'the dead-man switch was not held'}
 # The others are limits: they act in a session in which nothing is wrong.
 FAULTS = {'CommandNotFinite', 'CommandStale', 'PoseNotConverged', 'LinkLost', 'EncoderJump', 'ResidualHigh', 'MotorHot', 'AnswersLost',
-          'DelayTooLong', 'CountersStill', 'CounterRestarted', 'StringCorrected', 'CountRefused', 'Unguarded',
-          'Stopped'}
+          'DelayTooLong', 'CountersStill', 'CounterRestarted', 'StringCorrected', 'CountRefused', 'LoopLate', 'CountersFrozen',
+          'Unguarded', 'Stopped'}
 STATISTICS = ('tick_us_p50', 'tick_us_p99', 'tick_us_max', 'lateness_us_p50', 'lateness_us_p99', 'lateness_us_max')
 
 

@@ -43,6 +43,7 @@ void EmulatedBoard::setPower(bool on) {
   filled_ = length_ = skip_ = 0;
   mode_ = static_cast<std::uint8_t>(BoardMode::kCurrent);
   if (!on) return;
+  held_mode_ = 0;
   resetTable();
   resetPosition();
   asked_param_ = 0;
@@ -172,7 +173,7 @@ void EmulatedBoard::execute() {
     }
     case BoardCommand::kCurrent: {
       CurrentCommand p;
-      if (!decoded(p)) break;
+      if (!decoded(p) || held_mode_ > 0) break;
       mode_ = static_cast<std::uint8_t>(BoardMode::kCurrent);
       setCurrents(p.current);
       break;

@@ -40,6 +40,8 @@ class EmulatedBoard {
     return false;
   }
   void setObeys(bool obeys) { obeys_ = obeys; }  ///< false: it answers, and its currents stay what they are
+  /// It went into that mode (BoardMode) and stays in it, whatever it is told; 0: no more.
+  void holdMode(int mode) { held_mode_ = mode, mode_ = static_cast<std::uint8_t>(mode > 0 ? mode : static_cast<int>(BoardMode::kCurrent)); }
   void setStuck(bool stuck);                     ///< its counters stand still
 
   int id() const { return id_; }
@@ -76,6 +78,7 @@ class EmulatedBoard {
   MotorPlant& plant_;
   bool powered_ = true, obeys_ = true, stuck_ = false;
   MotorWords stuck_at_{};
+  int held_mode_ = 0;
   std::array<std::array<std::uint8_t, kBoardCommands>, kMaxBoards> table_{};
   std::array<std::uint8_t, 256> packet_{};
   int length_ = 0, filled_ = 0, skip_ = 0;

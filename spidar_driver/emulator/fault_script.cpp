@@ -13,7 +13,7 @@ const char* const kOrderHelp =
     "                 rate_insert P (of each byte); with board_ in front: on the way to the boards\n"
     "orders, answers: delay N MS, lose N, double N, swap N; latency MS, drift MS_PER_S, burst MS (0: none)\n"
     "orders, boards:  kill ID, revive ID, reset ID (brown-out), forget ID (and its counters at 0), stuck ID, moving ID,\n"
-    "                 deaf ID, table ID COMMAND LENGTH, disobey ID, obey ID\n"
+    "                 deaf ID, table ID COMMAND LENGTH, disobey ID, obey ID, mode ID MODE (0: free)\n"
     "orders, strings: slack S METRES, slip S COUNTS, jump S COUNTS, freeze S, snap S, mend S\n"
     "orders, others:  unplug, plug, hand NAME, drive (says whether a motor has current), quit\n";
 
@@ -68,6 +68,7 @@ bool boardFault(const Order& o, EmulatedBoard& board) {
   if (o.verb == "reset" || o.verb == "forget") return board.reset(o.verb == "forget"), true;
   if (o.verb == "stuck" || o.verb == "moving") return board.setStuck(o.verb == "stuck"), true;
   if (o.verb == "disobey" || o.verb == "obey") return board.setObeys(o.verb == "obey"), true;
+  if (o.verb == "mode") return board.holdMode(static_cast<int>(o.b)), true;
   if (o.verb == "deaf") return board.spoilTable(board.id(), BoardCommand::kCurrent, kDeafLength), true;
   if (o.verb != "table" || o.b < 1 || o.b >= kBoardCommands) return false;
   return board.spoilTable(board.id(), static_cast<BoardCommand>(static_cast<int>(o.b)), static_cast<int>(o.c)), true;
@@ -75,7 +76,7 @@ bool boardFault(const Order& o, EmulatedBoard& board) {
 
 std::string boardOrder(const Order& o, const std::string& text, BoardBusEmulator& bus) {
   static const char* const verbs[] = {"kill",  "revive",  "reset", "forget", "stuck",
-                                      "moving", "disobey", "obey",  "deaf",   "table"};
+                                      "moving", "disobey", "obey",  "deaf",   "table", "mode"};
   if (std::find(std::begin(verbs), std::end(verbs), o.verb) == std::end(verbs)) return "'" + text + "': unknown order";
   EmulatedBoard* board = bus.board(o.i());
   if (!board) return "'" + text + "': no board has this id";

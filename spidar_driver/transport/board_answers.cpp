@@ -17,6 +17,14 @@ constexpr std::int64_t kMarkSpareNs =
 constexpr std::int64_t kMarkEveryNs = 16000000;  // the ledger is settled so often at least; 0.8 % of the wire
 constexpr std::int64_t kMarkPauseNs = 2500000;   // after a mark's answer: a doubled one has come by then
 constexpr double kLossWindow = 50;               // questions over which a board's losses are averaged
+// Each board is examined, and asked for its mode and currents, once in such a time: a spoilt table or a wrong mode is seen within
+// it and one exchange more. A round of canaries is one per pair of boards.
+constexpr std::int64_t kExamineNs = 30000000;
+constexpr std::int64_t kSettleNs = 500000;       // a canary's answer comes within so much and the wire's delay
+constexpr int kCanaries = 2;                     // answered in a row; a disturbed byte may bring about one
+constexpr int kTurn = 1024;                      // counts: a board that starts anew keeps the fraction of a turn
+constexpr int kOffLine = 40;                     // [counts]; so exactly, with the motion of three readings
+constexpr std::int64_t kTogetherNs = 6000000;    // counters that jump within so long jump together
 constexpr double kLossLimit = 0.2;  // of them lost: the board is out of step, or its table is spoilt
 
 }  // namespace
@@ -33,7 +41,7 @@ BoardAnswers::BoardAnswers(const DeviceDef& device, const UartSettings& settings
   }
   for (const FoundBoard& b : cycle_.boards())
     for (const BoardCommand command :
-         {BoardCommand::kGetParam, BoardCommand::kCurrent, BoardCommand::kBoardInfo})
+         {BoardCommand::kGetParam, BoardCommand::kCurrent, BoardCommand::kBoardInfo, BoardCommand::kAll})
       stream_.know(headerByte(command, b.id), replyBytes(*b.shape, command));
 }
 
@@ -45,7 +53,11 @@ void BoardAnswers::begin(std::int64_t now_ns, std::int64_t delay_ns) noexcept {
     b.lost = 0;
     b.fresh = false;  // what came in the exchange that ended in a restart is old by now
     b.memory.begin();
+    b.obedience.begin();
+    b.jumped = 0;
   }
+  canary_ = Canary{};
+  canary_.sent_ns = state_ns_ = plain_ns_ = now_ns;
   delay_ns_ = fastest_ns_ = delay_ns;
   trouble_ = Cause::kNone;
   story_.setDelay(delay_ns_);
@@ -75,7 +87,7 @@ bool BoardAnswers::drain(ByteLink& link, std::uint64_t exchange) noexcept {
   int got = 1;
   for (int i = 0; i < kDrainReads && got > 0; ++i) got = hear(link, exchange, 0);
   if (got < 0) return false;
-  if (got > 0) trouble_ = Cause::kFlood;
+  if (got > 0) trouble_ = Cause::kNoise;
   if (stream_.pending() > 0 && link.now() - heard_ns_ > kSplitNs) stream_.abandon();
   const std::uint64_t foreign = stream_.foreign();
   story_.count(LinkStory::kForeign, foreign - foreign_seen_);
@@ -90,7 +102,8 @@ bool BoardAnswers::collect(ByteLink& link, std::uint64_t exchange, std::int64_t 
   const std::int64_t due = ledger_.markSent() + BusRestart::questionTime(cycle_.byte_ns, mark_reply_bytes_) +
                            delay_ns_ + kMarkSpareNs;
   const bool own = ownAnswers();
-  const std::int64_t mark_deadline = own ? std::min(due, deadline) : due <= deadline ? due : 0;
+  const bool timed = mark_ != Mark::kState;  // the answer to ALL may come while the tick computes
+  const std::int64_t mark_deadline = !timed ? 0 : own ? std::min(due, deadline) : due <= deadline ? due : 0;
   const auto answered = [&] { return own ? ledger_.owed() == 0 : allFresh(); };
   const auto done = [&] { return answered() && (!ledger_.marked() || link.now() >= mark_deadline); };
   for (int i = 0; i < kCollectReads; ++i) {
@@ -121,7 +134,7 @@ void BoardAnswers::takeAnswer(int board, const std::uint8_t* bytes, int size,
   const AnswerLedger::Credit question = ledger_.answer(board);
   if (!question.owed) return story_.count(LinkStory::kDoubled);
   if (question.exchange != exchange) story_.count(LinkStory::kLate);
-  const std::int64_t stamp = question.sent_ns + cycle_.offsetNs(board) + kReplyDelayNs;
+  const std::int64_t stamp = question.sent_ns + cycle_.offsetNs(board, question.last) + kReplyDelayNs;
   if (!takePositions(board, bytes, size, stamp)) return;
   board_[board].exchange = question.exchange;
   board_[board].stamp_ns = stamp;
@@ -138,9 +151,9 @@ bool BoardAnswers::takePositions(int board, const std::uint8_t* bytes, int size,
   const int strings = static_cast<int>(device_.strings.size()), first = cycle_.firstChannel(board);
   for (int m = 0; m < found.shape->motors && first + m < strings; ++m) {
     const auto result = counter_[first + m].accept(packet.position[m], stamp_ns);
-    believed = believed && result == CountUnwrapper::Result::kAccepted;
+    believed = believed && result != CountUnwrapper::Result::kRefused;
     if (result == CountUnwrapper::Result::kRefused) story_.count(LinkStory::kRefused);
-    if (result != CountUnwrapper::Result::kRestarted) continue;
+    if (result != CountUnwrapper::Result::kJumped || !startedAnew(board, m, stamp_ns)) continue;
     story_.count(LinkStory::kRestarts);
     counters_restarted_ = true;
     suspect(Cause::kRestarted, board);  // a board that lost power lost its length table as well
@@ -148,25 +161,118 @@ bool BoardAnswers::takePositions(int board, const std::uint8_t* bytes, int size,
   return believed;
 }
 
-void BoardAnswers::takeMark(int board, const std::uint8_t* bytes, int size) noexcept {
-  InfoReply info;
-  ParamReply param;
+/// The counter of a motor jumped: with others of its board, or by whole turns?
+bool BoardAnswers::startedAnew(int board, int motor, std::int64_t stamp_ns) noexcept {
+  BoardState& b = board_[board];
+  if (stamp_ns - b.jumped_ns > kTogetherNs) b.jumped = 0;
+  b.jumped |= 1u << motor;
+  b.jumped_ns = stamp_ns;
+  const bool together = (b.jumped & (b.jumped - 1)) != 0;
+  const CountUnwrapper& counter = counter_[cycle_.firstChannel(board) + motor];
+  const int turns = static_cast<int>(std::lround(static_cast<double>(counter.jump()) / kTurn));
+  const bool whole_turns = turns != 0 && std::abs(counter.jump() - turns * kTurn) <= kOffLine;
+  return together || whole_turns;
+}
+
+/// Which pairs of boards a round of canaries has: the one that is examined and the one that would answer, for every board may take
+/// any board's CURRENT for shorter than it is.
+int BoardAnswers::canaryPairs() const noexcept {
+  return cycle_.boardCount() * cycle_.boardCount();
+}
+
+/// The one on its way is over: its answer would be here by now.
+void BoardAnswers::settleCanary(std::int64_t now_ns) noexcept {
+  if (canary_.last < 0 || canary_.complete_ns == 0 || now_ns - canary_.complete_ns < kSettleNs + delay_ns_) return;
+  canary_.last = -1;
+  if (canary_.hit) return;
+  canary_.answered = 0;
+  ++canary_.clean;
+}
+
+bool BoardAnswers::examined(std::int64_t now_ns) noexcept {
+  settleCanary(now_ns);
+  if (!canary_.hurry) canary_.hurry = true, canary_.clean = 0;
+  return canary_.clean >= canaryPairs();
+}
+
+std::pair<int, int> BoardAnswers::dueCanary(std::int64_t now_ns) noexcept {
+  settleCanary(now_ns);
+  const bool soon = canary_.answered > 0 || canary_.hurry;
+  const bool info = (ledger_.marked() && mark_ == Mark::kInfo) || now_ns - info_ns_ < kMarkPauseNs;
+  if (canary_.last >= 0 || info || expired(now_ns)) return {-1, -1};
+  if (!soon && now_ns - canary_.sent_ns < kExamineNs / canaryPairs()) return {-1, -1};
+  if (canary_.answered == 0) canary_.next = (canary_.next + 1) % canaryPairs();
+  const int last = canary_.next / cycle_.boardCount(), asked = canary_.next % cycle_.boardCount();
+  if (cycle_.takesCanary(last)) return {last, asked};
+  ++canary_.clean;
+  canary_.sent_ns = now_ns;
+  return {-1, -1};
+}
+
+void BoardAnswers::askCanary(int last, int asked, std::int64_t sent_ns, std::uint64_t exchange) noexcept {
+  canary_.last = last;
+  canary_.asked = asked;
+  canary_.hit = false;
+  canary_.sent_ns = sent_ns;
+  canary_.complete_ns = 0;
+  tellBoards(sent_ns);
+  askPlain(sent_ns, exchange, last);
+}
+
+/// BOARD_INFO was answered that nobody asked for: a board found it where no header should have been.
+bool BoardAnswers::takeCanaryAnswer(int board) noexcept {
+  if (canary_.last < 0 || canary_.complete_ns == 0 || canary_.asked != board || canary_.hit) return false;
+  canary_.hit = true;
+  canary_.clean = 0;
+  if (++canary_.answered >= kCanaries) suspect(Cause::kTableSpoilt, board);
+  return true;
+}
+
+void BoardAnswers::tellBoards(std::int64_t now_ns) noexcept {
+  const int strings = static_cast<int>(device_.strings.size());
+  for (int b = 0; b < cycle_.boardCount(); ++b)
+    for (int m = 0; m < cycle_.boards()[b].shape->currents && cycle_.firstChannel(b) + m < strings; ++m)
+      board_[b].obedience.tell(m, cycle_.digit(cycle_.firstChannel(b) + m), now_ns);
+}
+
+void BoardAnswers::takeState(int board, const std::uint8_t* bytes, int size) noexcept {
   const FoundBoard& found = cycle_.boards()[board];
-  const bool memory = bytes[0] == headerByte(BoardCommand::kGetParam, found.id);
-  if (memory ? !decodePacket(*found.shape, found.id, bytes, static_cast<std::size_t>(size), param)
-             : !decodeInfo(bytes, size, found.id, info))
+  AllReply reply;
+  if (!decodePacket(*found.shape, found.id, bytes, static_cast<std::size_t>(size), reply)) return;
+  const int motors = std::min(found.shape->motors, static_cast<int>(device_.strings.size()) - cycle_.firstChannel(board));
+  const BoardObedience::Verdict verdict = board_[board].obedience.take(*found.shape, motors, reply);
+  if (verdict == BoardObedience::Verdict::kWrongMode) suspect(Cause::kWrongMode, board);
+  if (verdict == BoardObedience::Verdict::kCurrentsIgnored) suspect(Cause::kCurrentsIgnored, board);
+}
+
+void BoardAnswers::takeMark(int board, const std::uint8_t* bytes, int size) noexcept {
+  const FoundBoard& found = cycle_.boards()[board];
+  const Mark kind = bytes[0] == headerByte(BoardCommand::kGetParam, found.id) ? Mark::kMemory
+                    : bytes[0] == headerByte(BoardCommand::kAll, found.id)    ? Mark::kState
+                                                                              : Mark::kInfo;
+  InfoReply info;
+  if (kind == Mark::kInfo && !decodeInfo(bytes, size, found.id, info)) return;
+  if (!ledger_.marked() || ledger_.markBoard() != board || kind != mark_) {
+    if (kind != Mark::kInfo || !takeCanaryAnswer(board)) story_.count(LinkStory::kDoubled);
     return;
-  if (!ledger_.marked() || ledger_.markBoard() != board || memory != (mark_param_ >= 0))
-    return story_.count(LinkStory::kDoubled);
-  if (memory) {
-    const BoardMemory::Verdict verdict = board_[board].memory.take(mark_param_, param.type);
-    const bool power_lost = verdict == BoardMemory::Verdict::kPowerLost;
-    counters_restarted_ = counters_restarted_ || power_lost;  // whether its counters went on nobody can know
-    if (verdict != BoardMemory::Verdict::kFine)
-      suspect(power_lost ? Cause::kPowerLost : Cause::kDisobeys, board);
   }
-  if (!memory && info.model != static_cast<int>(found.shape->model)) suspect(Cause::kOtherBoard, board);
-  measureDelay();
+  switch (kind) {
+    case Mark::kMemory: {
+      ParamReply param;
+      if (!decodePacket(*found.shape, found.id, bytes, static_cast<std::size_t>(size), param)) return;
+      const BoardMemory::Verdict verdict = board_[board].memory.take(mark_param_, param.type);
+      const bool power_lost = verdict == BoardMemory::Verdict::kPowerLost;
+      counters_restarted_ = counters_restarted_ || power_lost;  // whether its counters went on nobody can know
+      if (verdict != BoardMemory::Verdict::kFine) suspect(power_lost ? Cause::kPowerLost : Cause::kTableSpoilt, board);
+      break;
+    }
+    case Mark::kState:
+      takeState(board, bytes, size);
+      break;
+    case Mark::kInfo:
+      if (info.model != static_cast<int>(found.shape->model)) suspect(Cause::kOtherBoard, board);
+  }
+  if (kind != Mark::kState) measureDelay();
   settleLosses();
 }
 
@@ -190,7 +296,7 @@ void BoardAnswers::settleLosses() noexcept {
     story_.count(LinkStory::kLost, static_cast<std::uint64_t>(lost));
     lost_ = std::max(lost_, lost);
     board_[b].lost += std::min(1.0, cycles / kLossWindow) * (lost / cycles - board_[b].lost);
-    if (board_[b].lost > kLossLimit) suspect(Cause::kLossy, b);
+    if (board_[b].lost > kLossLimit) suspect(Cause::kAnswersLost, b);
   }
 }
 
@@ -198,7 +304,7 @@ bool BoardAnswers::markDue(std::int64_t sent_ns, std::int64_t idle_ns) noexcept 
   if (ledger_.marked() && (ledger_.overtaken() || sent_ns - ledger_.markSent() > silent_ns_)) dropMark();
   if (ledger_.marked()) return false;
   const std::int64_t since = sent_ns - last_mark_ns_;
-  if (since >= kMarkEveryNs) return true;
+  if (sent_ns - plain_ns_ >= kMarkEveryNs || stateDue(sent_ns)) return since >= kMarkPauseNs;
   const bool doubtful = ledger_.owed() > 0 || expired(sent_ns);
   return doubtful && idle_ns >= mark_wire_ns_ && since >= std::max(cycle_.period_ns, kMarkPauseNs);
 }
@@ -207,22 +313,35 @@ const std::vector<std::uint8_t>* BoardAnswers::ask(std::int64_t sent_ns, std::ui
                                                    std::int64_t idle_ns) noexcept {
   const bool marks = markDue(sent_ns, idle_ns);
   askPlain(sent_ns, exchange);
+  tellBoards(sent_ns);
   if (!marks) return nullptr;
-  const std::vector<std::uint8_t>& mark = chooseMark();
-  ledger_.mark(next_mark_, sent_ns + cycle_.cycle_ns);
+  const std::vector<std::uint8_t>& mark = chooseMark(sent_ns);
+  ledger_.mark(mark_ == Mark::kState ? next_state_ : next_mark_, sent_ns + cycle_.cycle_ns);
+  if (mark_ == Mark::kInfo) info_ns_ = sent_ns;
   last_mark_ns_ = sent_ns;
   return &mark;
 }
 
-/// The next mark's bytes: GET_PARAM where the board answers it and the period has room, else BOARD_INFO.
-const std::vector<std::uint8_t>& BoardAnswers::chooseMark() noexcept {
+bool BoardAnswers::hasRoom(const std::vector<std::uint8_t>& mark) const noexcept {
+  return cycle_.slot_ns + static_cast<std::int64_t>(mark.size()) * cycle_.byte_ns < cycle_.period_ns;
+}
+
+/// The next mark's bytes, where the period has room for them: ALL when it is due, GET_PARAM where the board answers it, else
+/// BOARD_INFO.
+const std::vector<std::uint8_t>& BoardAnswers::chooseMark(std::int64_t now_ns) noexcept {
+  if (stateDue(now_ns) && now_ns - plain_ns_ < kMarkEveryNs) {
+    if (!board_[next_state_].obedience.doubtful()) next_state_ = (next_state_ + 1) % cycle_.boardCount();
+    state_ns_ = now_ns;
+    mark_ = Mark::kState;
+    return cycle_.stateMark(next_state_);
+  }
+  plain_ns_ = now_ns;
   next_mark_ = (next_mark_ + 1) % cycle_.boardCount();
   const BoardMemory& state = board_[next_mark_].memory;
   const std::vector<std::uint8_t>& memory = cycle_.memoryMark(next_mark_, state.next());
-  const bool room =
-      cycle_.slot_ns + static_cast<std::int64_t>(memory.size()) * cycle_.byte_ns < cycle_.period_ns;
-  const bool asks_memory = room && state.answers();
+  const bool asks_memory = hasRoom(memory) && state.answers();
   const std::vector<std::uint8_t>& mark = asks_memory ? memory : cycle_.infoMark(next_mark_);
+  mark_ = asks_memory ? Mark::kMemory : Mark::kInfo;
   mark_param_ = asks_memory ? memory[1] : -1;
   mark_reply_bytes_ =
       asks_memory ? replyBytes(*cycle_.boards()[next_mark_].shape, BoardCommand::kGetParam) : kInfoBytes;
@@ -230,9 +349,16 @@ const std::vector<std::uint8_t>& BoardAnswers::chooseMark() noexcept {
   return mark;
 }
 
+bool BoardAnswers::stateDue(std::int64_t now_ns) const noexcept {
+  const int next = (next_state_ + 1) % cycle_.boardCount();
+  const bool again = board_[next_state_].obedience.doubtful();
+  return now_ns - state_ns_ >= (again ? kMarkPauseNs : kExamineNs / cycle_.boardCount()) && hasRoom(cycle_.stateMark(next)) &&
+         !expired(now_ns);
+}
+
 /// The mark's answer will not come; what its board took in is not known.
 void BoardAnswers::dropMark() noexcept {
-  if (mark_param_ >= 0) board_[ledger_.markBoard()].memory.lose();
+  if (mark_ == Mark::kMemory) board_[ledger_.markBoard()].memory.lose();
   ledger_.dropMark();
 }
 
@@ -252,7 +378,8 @@ std::uint32_t BoardAnswers::mute(std::int64_t now_ns, std::int64_t last_pull_ns)
   for (int b = 0; b < cycle_.boardCount(); ++b) {
     const AnswerLedger::Credit question = ledger_.oldest(b);
     if (!question.owed) continue;
-    const std::int64_t since = std::max({board_[b].stamp_ns, ready_ns_, question.sent_ns - cycle_.period_ns});
+    const std::int64_t since =
+        std::max({board_[b].stamp_ns, ready_ns_, resumed_ns_, question.sent_ns - cycle_.period_ns});
     const bool may_pull = last_pull_ns > 0 && board_[b].stamp_ns - cycle_.period_ns <= last_pull_ns;
     if (now_ns - since <
         static_cast<std::int64_t>(1e9 * (may_pull ? settings_.zero_after_s : settings_.silent_after_s)))

@@ -3,7 +3,12 @@
 ///
 /// An answer is stamped with the instant its question went over the wire, however late it comes: a slow wire
 /// shows as age. Marks (answer_ledger.h) measure the wire's delay and tell which answers are lost; those of
-/// GET_PARAM tell besides whether a board takes in what it is told (board_memory.h).
+/// GET_PARAM tell besides whether a board takes in what it is told (board_memory.h), those of ALL in which mode it is and, of
+/// boards that measure them, whether its currents are those that it was told (board_obedience.h). A canary (board_cycle.h) that
+/// is answered twice tells that a board cuts its packets short.
+///
+/// Counters that jump together, or by whole turns, say that their board started anew; one that jumps alone is followed,
+/// and what it means for its string is the device's business (count_screen.h).
 #pragma once
 #include <array>
 #include <utility>
@@ -11,6 +16,7 @@
 #include "haptic_core/spidar/transport.h"
 #include "spidar_driver/transport/answer_ledger.h"
 #include "spidar_driver/transport/board_cycle.h"
+#include "spidar_driver/transport/board_obedience.h"
 #include "spidar_driver/transport/byte_link.h"
 #include "spidar_driver/transport/count_unwrapper.h"
 #include "spidar_driver/transport/link_story.h"
@@ -20,7 +26,7 @@ namespace haptic {
 
 class BoardAnswers {
  public:
-  using Cause = LinkStory::Cause;
+  using Cause = WireFinding;
   /// Set-up. All must outlive this.
   BoardAnswers(const DeviceDef& device, const UartSettings& settings, const BoardCycle& cycle,
                LinkStory& story);
@@ -32,9 +38,20 @@ class BoardAnswers {
   /// `idle_ns`. Returns the mark that must follow it; nullptr: none is due.
   const std::vector<std::uint8_t>* ask(std::int64_t sent_ns, std::uint64_t exchange,
                                        std::int64_t idle_ns) noexcept;
+  /// (in realtime) Which board the next cycle examines, and which one would answer if it were spoilt; nothing is due: -1, -1.
+  std::pair<int, int> dueCanary(std::int64_t now_ns) noexcept;
+  void askCanary(int last, int asked, std::int64_t sent_ns, std::uint64_t exchange) noexcept;  ///< (in realtime) it goes out
+  void completeCanary(std::int64_t now_ns) noexcept { canary_.complete_ns = now_ns; }  ///< (in realtime) with its last bytes
+  /// (in realtime) A lesson is wanted: every board is examined at once. True when none answered: it may be taught, and what did not
+  /// obey is not hidden by it.
+  bool examined(std::int64_t now_ns) noexcept;
+  void taught() noexcept { canary_.hurry = false; }  ///< (in realtime) a lesson goes out
+  /// (in realtime) This program did not run until now: patience with the boards begins anew.
+  void resume(std::int64_t now_ns) noexcept { resumed_ns_ = now_ns; }
   /// (in realtime) Zero currents, or a cycle behind a lesson: no mark.
-  void askPlain(std::int64_t sent_ns, std::uint64_t exchange) noexcept {
-    if (!ledger_.ask(sent_ns, exchange)) trouble_ = Cause::kSilent;
+  /// `last`: the board whose command came last, out of its turn; -1: none.
+  void askPlain(std::int64_t sent_ns, std::uint64_t exchange, int last = -1) noexcept {
+    if (!ledger_.ask(sent_ns, exchange, last)) trouble_ = Cause::kSilent;
   }
   /// The lesson may be sent: no board is inside of a packet, as far as answers tell.
   bool mayTeach() const noexcept { return !(ownAnswers() && ledger_.owed() > 0); }
@@ -73,17 +90,38 @@ class BoardAnswers {
     bool fresh = false;          ///< new since the last sample that had new counts of all
     double lost = 0;             ///< share of the last questions without an answer
     BoardMemory memory;          ///< whether it takes in what it is told
+    BoardObedience obedience;    ///< whether it does what it is told
+    std::uint32_t jumped = 0;    ///< bit per motor whose counter jumped lately
+    std::int64_t jumped_ns = 0;  ///< when
+  };
+  /// Which kind of question is on its way as a mark.
+  enum class Mark : unsigned char { kInfo, kMemory, kState };
+  struct Canary {
+    int last = -1, asked = -1;  ///< indices of the boards of the one on its way; -1: none is
+    int next = 0;               ///< of the pairs
+    int clean = 0;              ///< in a row without an answer
+    int answered = 0;           ///< in a row, of the same pair
+    bool hit = false, hurry = false;
+    std::int64_t sent_ns = 0, complete_ns = 0;
   };
 
   int hear(ByteLink& link, std::uint64_t exchange, std::int64_t deadline_ns) noexcept;
   void takeReply(const std::uint8_t* bytes, int size, std::uint64_t exchange) noexcept;
   void takeAnswer(int board, const std::uint8_t* bytes, int size, std::uint64_t exchange) noexcept;
+  bool startedAnew(int board, int motor, std::int64_t stamp_ns) noexcept;
+  void takeState(int board, const std::uint8_t* bytes, int size) noexcept;
+  bool takeCanaryAnswer(int board) noexcept;
+  int canaryPairs() const noexcept;
+  void tellBoards(std::int64_t now_ns) noexcept;
+  void settleCanary(std::int64_t now_ns) noexcept;
+  bool hasRoom(const std::vector<std::uint8_t>& mark) const noexcept;
   bool takePositions(int board, const std::uint8_t* bytes, int size, std::int64_t stamp_ns) noexcept;
   void takeMark(int board, const std::uint8_t* bytes, int size) noexcept;
   void measureDelay() noexcept;
   void settleLosses() noexcept;
   bool markDue(std::int64_t sent_ns, std::int64_t idle_ns) noexcept;
-  const std::vector<std::uint8_t>& chooseMark() noexcept;
+  const std::vector<std::uint8_t>& chooseMark(std::int64_t now_ns) noexcept;
+  bool stateDue(std::int64_t now_ns) const noexcept;
   void dropMark() noexcept;
   bool ownAnswers() const noexcept { return fastest_ns_ + cycle_.cycle_ns + mark_wire_ns_ <= cycle_.wait_ns; }
   void suspect(Cause cause, int board) noexcept;
@@ -104,7 +142,12 @@ class BoardAnswers {
   std::uint64_t foreign_seen_ = 0;
   int lost_ = 0;  ///< answers that this exchange proved lost, of the board that lost most
   int next_mark_ = 0;
-  int mark_param_ = -1;  ///< parameter that the mark on its way asks for; -1: it is BOARD_INFO
+  Mark mark_ = Mark::kInfo;      ///< on its way
+  int mark_param_ = -1;          ///< parameter that it asks for, of kMemory
+  /// BOARD_INFO asked last, ALL, any mark but ALL; see `resume`.
+  std::int64_t info_ns_ = 0, state_ns_ = 0, plain_ns_ = 0, resumed_ns_ = 0;
+  int next_state_ = 0;
+  Canary canary_;
   int mark_reply_bytes_ = kInfoBytes;
   Cause trouble_ = Cause::kNone;
   bool waited_ = false;  ///< the last read waited: what it brought came just now

@@ -120,6 +120,20 @@ BusScan scanBus(ByteLink& link) {
   return scan;
 }
 
+bool movesBoards(int byte, const std::vector<FoundBoard>& boards) {
+  for (const FoundBoard& b : boards)
+    for (const BoardCommand c : {BoardCommand::kAll, BoardCommand::kDirect, BoardCommand::kInterpolate, BoardCommand::kForceControl})
+      if (byte == headerByte(c, b.id)) return true;
+  return spoilsBoards(byte, boards);
+}
+
+std::vector<std::uint8_t> stateQuestion(const FoundBoard& board) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(commandBytes(*board.shape, BoardCommand::kAll) +
+                                                           paddingBytes(*board.shape, BoardCommand::kAll)), 0);
+  bytes[0] = headerByte(BoardCommand::kAll, board.id);
+  return bytes;
+}
+
 bool spoilsBoards(int byte, const std::vector<FoundBoard>& boards) {
   for (const FoundBoard& b : boards)
     for (const BoardCommand c : {BoardCommand::kSetCommandLength, BoardCommand::kSetParam, BoardCommand::kResetSensor})

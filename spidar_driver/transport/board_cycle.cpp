@@ -17,14 +17,28 @@ constexpr double kWaitShare = 0.8;         // of the period; the rest is left to
 // A board that is out of step takes the end of a lesson for another one and is spoilt by it: zeros go ahead.
 constexpr int kLessonLead = 90;
 
+constexpr int kFifoBytes = 6;       // a board looks at its FIFO when it is ¾ full
+constexpr int kRestBytes = 2;       // of the last motor
+constexpr int kFirstNoHeader = 0x60;
+constexpr int kNothing = 16;  // digits; a string that is paid out with 0.1 N for 0.3 ms does not move
+
 /// The nearest current whose low byte is none of them: one digit less for each board on the bus at most, 0.01
 /// N each; more where less would be below `least`.
 int harmlessDigit(int digit, int least, const std::vector<FoundBoard>& boards) {
   const int away = digit > 0 ? 1 : -1;
   int smaller = digit, greater = digit;
-  for (int i = 0; i < kMaxBoards && spoilsBoards(smaller & 0xFF, boards); ++i) smaller -= away;
-  for (int i = 0; i < kMaxBoards && spoilsBoards(greater & 0xFF, boards); ++i) greater += away;
+  for (int i = 0; i < kMaxBoards && movesBoards(smaller & 0xFF, boards); ++i) smaller -= away;
+  for (int i = 0; i < kMaxBoards && movesBoards(greater & 0xFF, boards); ++i) greater += away;
   return std::abs(smaller) >= std::abs(least) ? smaller : greater;
+}
+
+/// The nearest digit whose low byte `fits`, within half of a byte's range; of the other sign only if it is next to nothing.
+template <class Fits>
+int nearestDigit(int digit, Fits&& fits) {
+  for (int off = 0; off <= 128; ++off)
+    for (const int d : {digit > 0 ? digit - off : digit + off, digit > 0 ? digit + off : digit - off})
+      if (((d > 0) == (digit > 0) || std::abs(d) <= kNothing) && fits(d & 0xFF)) return d;
+  return digit;
 }
 
 }  // namespace
@@ -54,18 +68,22 @@ BoardCycle::BoardCycle(const DeviceDef& device, const UartSettings& settings,
 
 void BoardCycle::layOut() {
   int channel = 0;
-  std::size_t longest_mark = 0;
+  std::size_t longest_mark = 0, longest = 0;
   for (int b = 0; b < boardCount(); ++b) {
     const BoardShape& shape = *boards_[b].shape;
     cycle_offset_[b] = static_cast<int>(cycle_bytes_);
+    slot_bytes_[b] = commandBytes(shape, BoardCommand::kCurrent) + paddingBytes(shape, BoardCommand::kCurrent);
     first_channel_[b] = channel;
     channel = std::min(channel + shape.motors, static_cast<int>(device_.strings.size()));
-    cycle_bytes_ += commandBytes(shape, BoardCommand::kCurrent) + paddingBytes(shape, BoardCommand::kCurrent);
+    cycle_bytes_ += static_cast<std::size_t>(slot_bytes_[b]);
+    state_mark_[b] = stateQuestion(boards_[b]);
     info_mark_[b] = infoQuestion(boards_[b].id, 0);
     for (int k = 0; k < 2; ++k) memory_mark_[b][k] = paramQuestion(boards_[b], BoardMemory::kParams[k]);
     longest_mark = std::max({longest_mark, info_mark_[b].size(), memory_mark_[b][0].size()});
+    longest = std::max({longest, longest_mark, state_mark_[b].size()});
   }
-  cycle_.assign(cycle_bytes_ + longest_mark, 0);
+  cycle_.assign(cycle_bytes_ + longest, 0);
+  rest_ = infoQuestion(0, kRestBytes - 1);
   encode(DriveCommand{}, false);
   zero_.assign(kZeroLead, 0);
   zero_.insert(zero_.end(), cycle_.begin(), cycle_.begin() + static_cast<std::ptrdiff_t>(cycle_bytes_));
@@ -79,28 +97,70 @@ int BoardCycle::boardOf(int id) const noexcept {
   return -1;
 }
 
-BoardCycle::Drive BoardCycle::encode(const DriveCommand& command, bool usable) noexcept {
+int BoardCycle::offset(int board, int last) const noexcept {
+  if (last < 0 || board < last) return cycle_offset_[board];
+  if (board > last) return cycle_offset_[board] - slot_bytes_[last];
+  return static_cast<int>(cycle_bytes_) - slot_bytes_[last];
+}
+
+bool BoardCycle::takesCanary(int board) const noexcept {
+  return commandBytes(*boards_[board].shape, BoardCommand::kCurrent) - kRestBytes >= kFifoBytes;
+}
+
+CurrentCommand BoardCycle::packetOf(int board, const DriveCommand& command, Drive& drive) noexcept {
+  const BoardShape& shape = *boards_[board].shape;
   const int strings = static_cast<int>(device_.strings.size());
+  CurrentCommand packet;
+  for (int m = 0; m < shape.motors && first_channel_[board] + m < strings; ++m) {
+    const int channel = first_channel_[board] + m;
+    bool clamped = false;
+    const StringDef& string = device_.strings[channel];
+    const int digit = driveDigit(shape, allowedVoltage(string, command.voltage[channel], clamped));
+    const int least = driveDigit(shape, string.min_tension * string.volt_per_newton);
+    const bool weak = std::abs(digit) < std::abs(least);
+    packet.current[m] = static_cast<std::int16_t>(harmlessDigit(digit, weak ? 0 : least, boards_));
+    digit_[static_cast<std::size_t>(channel)] = packet.current[m];
+    drive.clamped = drive.clamped || clamped;
+    drive.pulls = drive.pulls || std::abs(digit) > std::abs(least);
+    drive.armed = drive.armed || packet.current[m] != 0;
+  }
+  return packet;
+}
+
+/// The last motor's low byte asks, no other one is a header.
+void BoardCycle::placeCanary(int board, int asked, CurrentCommand& packet) noexcept {
+  const int motors = boards_[board].shape->motors;
+  const auto silent = [](int low) { return low == 0 || low >= kFirstNoHeader; };
+  const int header = headerByte(BoardCommand::kBoardInfo, boards_[asked].id);
+  for (int m = 0; m + 1 < motors; ++m)
+    packet.current[m] = static_cast<std::int16_t>(nearestDigit(packet.current[m], silent));
+  std::int16_t& last = packet.current[motors - 1];
+  last = static_cast<std::int16_t>(nearestDigit(last, [header](int low) { return low == header; }));
+  rest_[0] = static_cast<std::uint8_t>(last & 0xFF);
+  rest_[1] = static_cast<std::uint8_t>(last >> 8 & 0xFF);
+}
+
+BoardCycle::Drive BoardCycle::encode(const DriveCommand& command, bool usable, int canary, int asked) noexcept {
   Drive drive;
+  canary_ = canary;
+  digit_.fill(0);
   for (int b = 0; b < boardCount(); ++b) {
     const BoardShape& shape = *boards_[b].shape;
     CurrentCommand packet;
-    for (int m = 0; m < shape.motors && usable && first_channel_[b] + m < strings; ++m) {
-      const int channel = first_channel_[b] + m;
-      bool clamped = false;
-      const StringDef& string = device_.strings[channel];
-      const int digit = driveDigit(shape, allowedVoltage(string, command.voltage[channel], clamped));
-      const int least = driveDigit(shape, string.min_tension * string.volt_per_newton);
-      const bool weak = std::abs(digit) < std::abs(least);
-      packet.current[m] = static_cast<std::int16_t>(harmlessDigit(digit, weak ? 0 : least, boards_));
-      drive.clamped = drive.clamped || clamped;
-      drive.pulls = drive.pulls || std::abs(digit) > std::abs(least);
-      drive.armed = drive.armed || packet.current[m] != 0;
-    }
-    encodePacket(shape, boards_[b].id, packet, cycle_.data() + cycle_offset_[b],
-                 cycle_bytes_ - cycle_offset_[b]);
+    if (usable) packet = packetOf(b, command, drive);
+    if (b == canary) placeCanary(b, asked, packet);
+    const std::size_t at = static_cast<std::size_t>(offset(b, canary));
+    std::fill_n(cycle_.begin() + static_cast<std::ptrdiff_t>(at), slot_bytes_[b], std::uint8_t{0});
+    encodePacket(shape, boards_[b].id, packet, cycle_.data() + at, cycle_bytes_ - at);
+    if (b == canary)
+      canary_bytes_ = at + static_cast<std::size_t>(commandBytes(shape, BoardCommand::kCurrent) - kRestBytes);
   }
   return drive;
+}
+
+const std::vector<std::uint8_t>& BoardCycle::rest(bool sound) noexcept {
+  if (!sound) rest_[0] = rest_[1] = 0;
+  return rest_;
 }
 
 std::size_t BoardCycle::append(const std::vector<std::uint8_t>& mark) noexcept {

@@ -10,11 +10,12 @@ namespace haptic {
 /// a greatest torque over its own inertia: a reading is taken when it lies where the last velocity leads, within what the
 /// greatest acceleration can have changed since. One that does not is refused. When the next fits the old line again, it
 /// was a disturbed byte. When kConfirm in a row agree with each other instead, the counter moved: either the string was
-/// jerked, then some motion within that acceleration leads from the old line to the new one, or the counter itself
-/// jumped or started anew (board reset), and the string's length is lost.
+/// jerked, then some motion within that acceleration leads from the old line to the new one, or the counter itself jumped: an
+/// encoder slipped, or the board started anew. It is followed either way; which of them it was others judge, who see more
+/// than one counter (BoardAnswers, CountScreen).
 class CountUnwrapper {
  public:
-  enum class Result : unsigned char { kAccepted, kRefused, kRestarted };
+  enum class Result : unsigned char { kAccepted, kRefused, kJumped };
 
   struct Limits {
     double speed = 1e6;         ///< fastest believable change [counts/s]
@@ -51,12 +52,14 @@ class CountUnwrapper {
     suspect_stamp_ = stamp_ns;
     if (refused_ < kConfirm) return Result::kRefused;
     const bool jerked = wasJerked(step, dt);
+    jump_ = static_cast<int>(std::lround(step - expected(dt)));
     take(count_ + step, reading, stamp_ns, 0);
-    speed_ = jerked ? suspect_speed_ : 0;
-    return jerked ? Result::kAccepted : Result::kRestarted;
+    speed_ = std::fabs(suspect_speed_) <= limits_.speed ? suspect_speed_ : 0;
+    return jerked ? Result::kAccepted : Result::kJumped;
   }
 
   std::int64_t count() const { return count_; }
+  int jump() const { return jump_; }              ///< of the last kJumped, off the line [counts]
   /// (in realtime) What the counter was at an instant between its last two readings, on the line between them; the last
   /// reading elsewhere. Boards are read one after the other: 0.2 ms apart, a string at 1 m/s has moved 0.2 mm.
   std::int64_t countAt(std::int64_t at_ns) const noexcept {
@@ -119,7 +122,7 @@ class CountUnwrapper {
   double speed_ = 0, suspect_speed_ = 0;  ///< [counts/s]
   std::int64_t count_ = 0, last_stamp_ = 0, suspect_stamp_ = 0;
   std::int16_t last_ = 0, suspect_ = 0;
-  int refused_ = 0;
+  int refused_ = 0, jump_ = 0;
   bool started_ = false;
 };
 

@@ -37,8 +37,8 @@ std::string LinkStory::trouble() const {
     std::lock_guard<std::mutex> lock(said_mutex_);
     if (!said_.empty()) return said_;
   }
-  const std::string now = std::to_string(trouble_board_.load()),
-                    then = "board " + std::to_string(cause_board_.load());
+  const int board = trouble_board_.load();
+  const std::string now = std::to_string(board);
   switch (static_cast<BusRestart::Trouble>(trouble_.load())) {
     case BusRestart::Trouble::kNone:
       break;
@@ -49,33 +49,13 @@ std::string LinkStory::trouble() const {
     case BusRestart::Trouble::kNoisy:
       return "bytes come that nobody asked for: check cable, ground and baud rate";
     case BusRestart::Trouble::kForgets:
-      return "board " + now +
-             " loses step again as soon as it is taught: switch its power off and on, then check its cable";
+      return whatHappened(DeviceCause::kForgets, board, 0) + ": switch its power off and on, then check its cable";
   }
-  const std::string again = std::string("; the boards were taught anew") + (proven_.load() ? " and obey" : "");
-  switch (static_cast<Cause>(cause_.load())) {
-    case Cause::kNone:
-    case Cause::kOpened:
-      return {};
-    case Cause::kSilent:
-      return then + " was silent" + again;
-    case Cause::kLossy:
-      return then + " lost one command in five" + again;
-    case Cause::kRestarted:
-      return then + " started anew or its counter jumped: its lengths are lost, calibrate" + again;
-    case Cause::kOtherBoard:
-      return then + " answered as another model" + again;
-    case Cause::kPowerLost:
-      return then + " had lost its power: check its supply, calibrate" + again;
-    case Cause::kDisobeys:
-      return then + " answered and did not obey" + again;
-    case Cause::kStalled:
-      return "the loop stood still for " + std::to_string(stall_ms_.load()) +
-             " ms, this machine was busy or the driver was stopped: spidar_latency says what to change";
-    case Cause::kFlood:
-      return "bytes came without end" + again;
-  }
-  return {};
+  const WireFinding cause = this->cause();
+  if (cause == WireFinding::kNone) return {};
+  const std::string happened = whatHappened(causeOf(cause), cause_board_.load(), 1e-3 * stall_ms_.load());
+  if (cause == WireFinding::kStalled) return happened;
+  return happened + "; the boards were taught anew" + (proven_.load() ? " and obey" : "");
 }
 
 }  // namespace haptic

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <string>
 
+#include "haptic_core/spidar/device_diagnosis.h"
 #include "spidar_driver/transport/bus_restart.h"
 #include "spidar_driver/transport/link_report.h"
 
@@ -12,19 +13,6 @@ namespace haptic {
 
 class LinkStory {
  public:
-  /// Why the boards are being brought back into step.
-  enum class Cause : int {
-    kNone,
-    kOpened,
-    kSilent,
-    kLossy,
-    kRestarted,
-    kOtherBoard,
-    kFlood,
-    kPowerLost,
-    kDisobeys,
-    kStalled  ///< no board's fault: the loop stood still
-  };
   enum Counter {
     kCycles,
     kStale,
@@ -65,7 +53,9 @@ class LinkStory {
   }
   /// All boards answer, and those that can show that they take in what they are told have shown it.
   void setProven(bool proven) noexcept { proven_.store(proven, std::memory_order_relaxed); }
-  void setCause(Cause cause) noexcept { cause_.store(static_cast<int>(cause), std::memory_order_relaxed); }
+  /// Why the boards are being brought back into step.
+  void setCause(WireFinding cause) noexcept { cause_.store(static_cast<int>(cause), std::memory_order_relaxed); }
+  WireFinding cause() const noexcept { return static_cast<WireFinding>(cause_.load(std::memory_order_relaxed)); }
   void blame(int id) noexcept {
     cause_board_.store(id, std::memory_order_relaxed);
   }  ///< the board that the cause is about

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "haptic_core/base/error.h"
 #include "spidar_driver/transport/drive_limits.h"
@@ -18,6 +19,7 @@ constexpr std::int64_t kLessonEveryNs = 250000000;
 constexpr std::int64_t kProbationNs = 1000000000;
 constexpr int kRelapses = 3;
 constexpr std::int64_t kRestNs = 1000000000;
+constexpr std::int64_t kCanaryNs = 6000000;  // half of what the guard waits for: nobody else has written to the line
 constexpr int kOpeningSteps = 3000;  // of at most 1 ms each
 constexpr std::int64_t kOpeningStepNs = 1000000;
 
@@ -50,7 +52,7 @@ UartBoards::~UartBoards() {
 /// Set-up: waits until the boards are in step. The scan has heard all of them: one that is late now is asked
 /// again.
 void UartBoards::awaitBoards() {
-  restart(Cause::kOpened);
+  restart(Cause::kNone);
   for (int i = 0; i < kOpeningSteps && restarting_ && restart_.trouble() != BusRestart::Trouble::kOtherBoard;
        ++i)
     if (stepRestart(kOpeningStepNs) == Line::kGone)
@@ -89,7 +91,7 @@ void UartBoards::adoptConnection() noexcept {
   connection_.reset(fresh);  // empty since disconnect: nothing is freed here
   story_.count(LinkStory::kReconnects);
   guarded_ = true, guard_wanted_ = false;
-  restart(Cause::kOpened);
+  restart(Cause::kNone);
 }
 
 void UartBoards::disconnect() noexcept {
@@ -100,9 +102,12 @@ void UartBoards::disconnect() noexcept {
 /// The loop itself stood still with current on: no board is to blame for what is old then.
 void UartBoards::noteStall(std::int64_t now_ns) noexcept {
   const auto longest = static_cast<std::int64_t>(1e9 * settings_.zero_after_s) + cycle_->period_ns;
-  if (!armed_ || now_ns - sent_ns_ < longest) return;
+  const std::int64_t before = std::exchange(last_exchange_ns_, now_ns);
+  if (before == 0 || now_ns - before < longest) return;
+  answers_->resume(now_ns);
+  if (!armed_) return;
   story_.count(LinkStory::kStalls);
-  story_.setStall(now_ns - sent_ns_);
+  story_.setStall(now_ns - before);
   story_.setCause(Cause::kStalled);
 }
 
@@ -128,10 +133,12 @@ void UartBoards::checkGuard(std::int64_t now_ns) noexcept {
 /// The boards are not, or may not be, in step: no current, and no command until they are.
 void UartBoards::restart(Cause cause) noexcept {
   restarting_ = true;
+  restart_cause_ = cause;
+  canary_open_ = false;  // the zeros that go out complete it
   const std::int64_t now = connection_->link->now();
-  const bool lapse = cause == Cause::kLossy || cause == Cause::kSilent || cause == Cause::kDisobeys;
+  const bool lapse = cause == Cause::kAnswersLost || cause == Cause::kSilent || cause == Cause::kTableSpoilt;
   relapses_ = lapse && now - ready_ns_ < kProbationNs ? relapses_ + 1 : 0;
-  if (cause != Cause::kOpened) story_.setCause(cause);
+  if (cause != Cause::kNone) story_.setCause(cause);
   may_hold_ = armed_;
   zeroDrive();
   if (relapses_ < kRelapses)
@@ -181,8 +188,11 @@ UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
   sent_ns_ = connection_->link->now();
   // Lengths are bytes like headers: a board that may be inside of a packet must not wake in the middle of a
   // lesson.
-  const bool teaches = sent_ns_ - last_lesson_ns_ >= kLessonEveryNs && answers_->mayTeach();
+  if (completeCanary() == Line::kGone) return Line::kGone;
+  const bool teaches = sent_ns_ - last_lesson_ns_ >= kLessonEveryNs && answers_->mayTeach() &&
+                       (!armed_ || answers_->examined(sent_ns_));
   if (teaches) {
+    answers_->taught();
     const std::vector<std::uint8_t>& lesson = cycle_->lesson();
     last_lesson_ns_ = sent_ns_;
     if (!connection_->link->write(lesson.data(), lesson.size())) return Line::kGone;
@@ -191,18 +201,35 @@ UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
   return sendCycle(command, teaches);
 }
 
+/// The bytes that the last exchange's canary left out; zeros when the guard may have ended it meanwhile.
+UartBoards::Line UartBoards::completeCanary() noexcept {
+  if (!canary_open_) return Line::kFine;
+  canary_open_ = false;
+  const bool sound = sent_ns_ - canary_sent_ns_ < kCanaryNs;
+  const std::vector<std::uint8_t>& rest = cycle_->rest(sound);
+  if (!connection_->link->write(rest.data(), rest.size())) return Line::kGone;
+  answers_->completeCanary(sent_ns_);
+  sent_ns_ += static_cast<std::int64_t>(rest.size()) * cycle_->byte_ns;
+  return Line::kFine;
+}
+
 UartBoards::Line UartBoards::sendCycle(const DriveCommand& command, bool taught) noexcept {
   const bool finite = finiteDrive(device_, command);
   if (!finite) story_.count(LinkStory::kBadCommands);
   // What is sent now acts until the next exchange.
-  const BoardCycle::Drive drive =
-      cycle_->encode(command, finite && guarded_ && !answers_->expired(sent_ns_ + cycle_->period_ns));
+  const bool usable = finite && guarded_ && !answers_->expired(sent_ns_ + cycle_->period_ns);
+  const auto [last, asked] = armed_ && usable && !taught ? answers_->dueCanary(sent_ns_) : std::pair<int, int>(-1, -1);
+  const BoardCycle::Drive drive = cycle_->encode(command, usable, last, asked);
   armed_ = drive.armed;
   if (drive.clamped) story_.count(LinkStory::kClamped);
   if (drive.pulls) last_pull_ns_ = sent_ns_;
   if (connection_->guard && armed_) connection_->guard->arm();  // before the motors have the current
   std::size_t bytes = cycle_->size();
-  if (taught)
+  canary_open_ = last >= 0;
+  if (canary_open_) canary_sent_ns_ = sent_ns_;
+  if (canary_open_)
+    answers_->askCanary(last, asked, sent_ns_, exchanges_);
+  else if (taught)
     answers_->askPlain(sent_ns_, exchanges_);
   else if (const std::vector<std::uint8_t>* mark =
                answers_->ask(sent_ns_, exchanges_, sent_ns_ - wire_free_ns_))
@@ -231,8 +258,28 @@ void UartBoards::judge() noexcept {
   restart(cause);
 }
 
+/// Why the boards are out of step, or keep being so.
+WireFinding UartBoards::finding() const noexcept {
+  if (!restarting_) return WireFinding::kNone;
+  switch (restart_.trouble()) {
+    case BusRestart::Trouble::kNone:
+      break;
+    case BusRestart::Trouble::kSilentBoard:
+      return WireFinding::kSilent;
+    case BusRestart::Trouble::kOtherBoard:
+      return WireFinding::kOtherBoard;
+    case BusRestart::Trouble::kNoisy:
+      return WireFinding::kNoise;
+    case BusRestart::Trouble::kForgets:
+      return WireFinding::kForgets;
+  }
+  return restart_cause_;
+}
+
 DeviceSample UartBoards::sample() noexcept {
   DeviceSample s;
+  s.finding = finding();
+  s.board = static_cast<std::int8_t>(restart_.trouble() == BusRestart::Trouble::kNone ? story_.blamed() : restart_.troubleBoard());
   answers_->read(s, exchanges_);
   const std::int64_t age_ns =
       connection_ ? connection_->link->now() - s.stamp_ns : s.age_ticks * cycle_->period_ns;
@@ -254,6 +301,7 @@ DeviceSample UartBoards::sample() noexcept {
 
 void UartBoards::zeroDrive() noexcept {
   if (!connection_) return;
+  canary_open_ = false;  // the zeros complete it
   const std::vector<std::uint8_t>& zero = cycle_->zero();
   const std::int64_t start = std::max(connection_->link->now(), wire_free_ns_);
   connection_->link->write(zero.data(), zero.size());

@@ -54,7 +54,7 @@ class UartBoards : public Transport, public LinkReporter {
   double cycleSeconds() const { return static_cast<double>(cycle_->cycle_ns) * 1e-9; }
 
  private:
-  using Cause = LinkStory::Cause;
+  using Cause = WireFinding;
   /// Whether the line goes on after a step of the exchange.
   enum class Line : unsigned char { kFine, kGone };
 
@@ -69,6 +69,8 @@ class UartBoards : public Transport, public LinkReporter {
   void waitForWire() noexcept;
   Line send(const DriveCommand& command) noexcept;
   Line sendCycle(const DriveCommand& command, bool taught) noexcept;
+  Line completeCanary() noexcept;
+  WireFinding finding() const noexcept;
   void judge() noexcept;
   DeviceSample sample() noexcept;
 
@@ -86,6 +88,9 @@ class UartBoards : public Transport, public LinkReporter {
   bool restarting_ = false, armed_ = false;
   bool guarded_ = true;    ///< somebody would turn the motors off if this process ended
   bool guard_wanted_ = false;  ///< another guard has been asked for
+  std::int64_t last_exchange_ns_ = 0, canary_sent_ns_ = 0;
+  Cause restart_cause_ = Cause::kNone;
+  bool canary_open_ = false;  ///< the last bytes of a canary are still to go out
   bool may_hold_ = false;  ///< currents were on when the restart began
   std::int64_t sent_ns_ = 0, wire_free_ns_ = 0, last_lesson_ns_ = 0;
   std::int64_t ready_ns_ = 0;  ///< since when the boards are in step

@@ -84,8 +84,8 @@ UsbPipe::Result UsbAmplifier::transfer(const UsbVoltages& voltage, DeviceSample&
 }
 
 UsbPipe::Result UsbAmplifier::transferSh4(const UsbVoltages& voltage, DeviceSample& sample) noexcept {
-  restarted_ = false;
   believed_ = true;
+  int jumps = 0;
   const Sh4Packet out = encodeSh4(voltage);
   Sh4Packet in;
   UsbPipe::Result result = pipe_->send(out.data(), static_cast<int>(out.size()));
@@ -97,9 +97,10 @@ UsbPipe::Result UsbAmplifier::transferSh4(const UsbVoltages& voltage, DeviceSamp
     const auto taken = counter_[i].accept(static_cast<std::int16_t>(reply.counter[i]), sample.stamp_ns);
     if (taken == CountUnwrapper::Result::kRefused) refused_.fetch_add(1, std::memory_order_relaxed);
     believed_ = believed_ && taken != CountUnwrapper::Result::kRefused;
-    restarted_ = restarted_ || taken == CountUnwrapper::Result::kRestarted;
+    jumps += taken == CountUnwrapper::Result::kJumped;
     sample.counts[i] = -counter_[i].count();
   }
+  restarted_ = jumps > 1;  // one counter alone: its encoder slipped
   sample.buttons = buttonsOfPio(reply.pio);
   return result;
 }

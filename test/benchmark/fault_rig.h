@@ -30,6 +30,8 @@ class FaultRig {
 
   void tick();  ///< 1 ms: exchange, sense, actuate
   void run(int ticks);
+  /// This program stands still [s]: hand and boards go on, and the ticks that were due are lost.
+  void stall(double seconds) { start_ns_ += static_cast<std::int64_t>(1e9 * seconds); }
   void setHand(const HandPath& path) { plant.setHand(path); }
   /// Hand at home, calibrate, recover, enable. True when the device is enabled and its pose is right to 1 mm.
   bool bringUp();

@@ -65,8 +65,10 @@ class Arithmetic(unittest.TestCase):
             np.testing.assert_allclose(vectors[:, 0], angles, rtol=1e-12)
 
     def test_names_are_those_of_the_header(self):
-        with open(os.path.join(ROOT, "src", "haptic_core", "spidar", "spidar.h"), encoding="utf-8") as file:
-            header = file.read()
+        header = ""
+        for name in ("spidar.h", "device_diagnosis.h"):
+            with open(os.path.join(ROOT, "src", "haptic_core", "spidar", name), encoding="utf-8") as file:
+                header += file.read()
         flags = re.findall(r"^  k(\w+) = 1u << (\d+)", header, re.M)
         self.assertEqual([name for name, bit in sorted(flags, key=lambda f: int(f[1]))], list(session_data.FLAGS))
         self.assertEqual([int(bit) for _, bit in flags], list(range(len(flags))))

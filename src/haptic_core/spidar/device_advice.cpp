@@ -36,33 +36,76 @@ std::string stringAdvice(const DeviceRecord& record) {
          "; wind it, " + kAgain;
 }
 
-/// What led to FAULT or REDUCED; empty in the other states.
-std::string causeAdvice(const DeviceRecord& record) {
-  const bool fault = record.state == DeviceState::kFault;
-  if (!fault && record.state != DeviceState::kReduced) return "";
-  if (record.cause & kLinkLost) {
-    const std::string known = record.calibrated ? "call recover, then enable_force" : kLengths;
-    return "the boards were silent and answer again, the current stays zero: check plug and power, " + known;
+/// A number with its unit's digits: "8.1".
+std::string number(const char* format, double a, double b = 0) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, a, b);
+  return text;
+}
+
+/// What to do once the cause is gone; `calibrated`: the strings' lengths are still known.
+std::string again(const DeviceRecord& record) {
+  return record.calibrated ? "call recover, then enable_force" : kLengths;
+}
+
+/// The cause with its numbers, and the remedy.
+std::string causeText(const DeviceRecord& record) {
+  const std::string happened = whatHappened(record.cause, record.board, record.late);
+  switch (record.cause) {
+    case DeviceCause::kNone:
+    case DeviceCause::kCauses:
+      return "";
+    case DeviceCause::kLoopLate:
+      return happened;
+    case DeviceCause::kUnplugged:
+    case DeviceCause::kBoardSilent:
+      if (record.link_lost)
+        return "the boards do not answer (" + happened + "), the current is zero: check plug and power; when they are back, " +
+               again(record);
+      return happened + " and answers again, the current stays zero: check plug and power, " + again(record);
+    case DeviceCause::kPowerLost:
+    case DeviceCause::kBoardRestarted:
+      return happened + ": check its supply, then " + kLengths;
+    case DeviceCause::kOtherBoard:
+      return happened + ": restart the driver";
+    case DeviceCause::kTableSpoilt:
+    case DeviceCause::kWrongMode:
+    case DeviceCause::kCurrentsIgnored:
+      return happened + ": check cable and ground, if it comes again switch its power off and on; " + again(record);
+    case DeviceCause::kForgets:
+      return happened + ": switch its power off and on, then check its cable; " + again(record);
+    case DeviceCause::kNoise:
+      return happened + ": check cable, ground and baud rate; " + again(record);
+    case DeviceCause::kAnswersLost:
+      return happened + number(" (%.0f %%)", 100 * record.lost_share) + ": check cable, power and ground, " + again(record);
+    case DeviceCause::kWireSlow:
+      return number("the wire's delay of %.1f ms leaves walls of at most %.2f N/mm stable", 1e3 * record.delay,
+                    1e-3 * record.stable_stiffness) +
+             (record.state == DeviceState::kReduced ? "" : ", force is refused") + ": set the adapter's latency timer to 1 ms, " +
+             again(record);
+    case DeviceCause::kCounterJumped:
+      if (record.suspect_string < 0) return happened + ": check cables and encoders, " + kAgain;
+      return "the counter of string " + std::to_string(record.suspect_string) + " jumped: check its encoder and cable, " + kAgain;
+    case DeviceCause::kBoardRepeats:
+      return "the counters of strings " + listOf(record.still_strings) + " stand still while the others move: their board repeats "
+             "its counts, check its supply and cable, then " + kLengths;
+    case DeviceCause::kCountersStill:
+      return happened + "; " + kLengths;
+    case DeviceCause::kCountersFrozen:
+      return happened + "; " + again(record);
+    case DeviceCause::kStringWrong:
+    case DeviceCause::kStringDoubtful:
+      return stringAdvice(record);
+    case DeviceCause::kUnguarded:
+      return happened +
+             ((record.flags & kUnguarded)
+                  ? ", the current is zero: nobody would turn the motors off if the driver died; when a new guard watches, "
+                  : "; a new one watches, the current stays zero: find what stopped it, ") +
+             again(record);
+    case DeviceCause::kOverRate:
+      return happened + ": lower the rate, then call recover";
   }
-  if (record.cause & kUnguarded)
-    return "the motor guard had ended or stood still, a new one watches, the current stays zero: find what stopped it, "
-           "call recover, then enable_force";
-  if (record.cause & kAnswersLost) return std::string(fault ? "no force" : "little force") +
-                                          ", because too many answers of the boards were lost: check cable, power and ground, "
-                                          "call recover, then enable_force";
-  if (record.cause & kDelayTooLong)
-    return "the wire had become too slow for force: set the adapter's latency timer to 1 ms, call recover, then enable_force";
-  if (record.cause & kCounterRestarted)
-    return std::string("a board has lost its power, its counters tell no lengths: check its supply, then ") + kLengths;
-  if (record.cause & kCountersStill)
-    return std::string("no counter moves although the force does: a board repeats its counts, or the grip is clamped; ") + kLengths;
-  if (record.cause & kEncoderJump || !record.calibrated) {
-    if (record.suspect_string < 0) return std::string("a counter jumped: check cables and encoders, ") + kAgain;
-    return "the counter of string " + std::to_string(record.suspect_string) + " jumped: check its encoder and cable, " + kAgain;
-  }
-  if (record.cause & kOverRate) return "the exchange ran faster than the wire carries: lower the rate, then call recover";
-  const std::string text = stringAdvice(record);
-  return fault ? text : "little force, because " + text;
+  return "";
 }
 
 }  // namespace
@@ -98,29 +141,20 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
   r.suspect_error = device.health().suspectError();
   r.hottest_motor = device.health().hottestMotor();
   r.flags = device.flags();
-  r.cause = device.causeFlags();
+  r.cause = device.cause();
+  r.board = sample.board;
+  r.late = device.lateBy();
+  r.link_lost = device.linkLost();
+  r.still_strings = device.stillStrings();
   return r;
 }
 
 std::string advice(const DeviceRecord& record, const std::string& device_name) {
-  if (record.flags & kLinkLost)
-    return "the boards do not answer, the current is zero: check plug and power; when they are back, call recover";
-  if (record.flags & kUnguarded)
-    return "the motor guard has ended or stands still, the current is zero: nobody would turn the motors off if the driver died; "
-           "when a new guard watches, call recover, then enable_force";
-  if (const std::string text = causeAdvice(record); !text.empty()) return text;
-  if (record.flags & kDelayTooLong) {
-    char text[200];
-    std::snprintf(text, sizeof text, "the wire's delay of %.1f ms leaves walls of at most %.2f N/mm stable, force is refused: "
-                  "set the adapter's latency timer to 1 ms", 1e3 * record.delay, 1e-3 * record.stable_stiffness);
-    return text;
-  }
-  if (record.flags & kAnswersLost) {
-    char text[160];
-    std::snprintf(text, sizeof text, "%.0f %% of the boards' answers are lost: check cable, power and ground, then call recover",
-                  100 * record.lost_share);
-    return text;
-  }
+  if (record.flags & kCalibrationRefused)
+    return "not calibrated: the grip is far from the pose that was named; hold it there and call calibrate, or call it again within "
+           "10 s if the pose shown is wrong";
+  if (const std::string text = causeText(record); !text.empty())
+    return record.state == DeviceState::kReduced ? "little force, because " + text : text;
   if (record.flags & kStopped)
     return "somebody said STOP, the motors are off: call recover for tensioned strings, or enable_force for force";
   if (record.state == DeviceState::kUncalibrated)

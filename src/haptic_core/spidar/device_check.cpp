@@ -245,6 +245,22 @@ std::string wallText(const DeviceDef& def) {
   return text + "  (Colgate & Schenkel: damping over half a period plus delay; the passivity controller adds damping up to its own)\n";
 }
 
+/// What the wire tells of what the motors do with their currents, and what nobody can see.
+std::string obedienceText(const DeviceDef& def) {
+  if (def.transport == "usb_sh4" || def.transport == "usb_simple")
+    return "obedience: not seen on this hardware: the amplifier echoes its drive and reports no currents; a motor that does not pull is "
+           "seen only when its string hangs loose\n";
+  if (def.transport != "uart") return "";
+  bool senses = !def.boards.empty();
+  for (const std::string& model : def.boards) senses = senses && model.substr(0, 2) == "B3";
+  std::string text =
+      "obedience: each board is examined every 30 ms for commands that it cuts short (28 bytes of the wire, one string off by at most "
+      "128 digits for 0.3 ms) and asked for its mode (up to 90 bytes, 450 us, at rates that have room for it)";
+  if (senses) return text + " and its measured currents: one that ignores them is seen within 0.2 s\n";
+  return text + "\n  not seen on this hardware: a board that answers, is in its mode and ignores its currents, for it does not report them "
+                "(until the strings' lengths or a counter that stands still under a changing force tell)\n";
+}
+
 /// Which counters must rise and fall when the grip is moved a centimetre along each axis.
 std::string firstMotionTest(const DeviceDef& def) {
   const StringKinematics kinematics(def);
@@ -325,6 +341,7 @@ std::string checkDevice(const DeviceDef& def) {
   text += "a fault puts at most " + number(1e3 * faultEnergy(def), 0) + " mJ into the hand: " + number(def.max_force, 1) +
           " N, rising at " + number(limits.force_slew, 0) + " N/s, for the " + number(1e3 * limits.freshness.limit_s, 0) +
           " ms for which counts may be old\n";
+  text += obedienceText(def);
   text += firstMotionTest(def);
   for (const std::string& problem : r.problems) text += "problem: " + problem + "\n";
   if (r.problems.empty()) text += "no problem found\n";

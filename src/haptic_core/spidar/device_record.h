@@ -34,10 +34,14 @@ struct DeviceRecord {
   double stable_stiffness = 0;  ///< largest wall that is stable in a relaxed hand with that delay [N/m]
   int suspect_string = -1;    ///< the one that disagrees most; -1: none
   std::uint32_t suspects = 0;  ///< bit per string that may be the one
+  std::uint32_t still_strings = 0;  ///< bit per string that stands still, of cause kBoardRepeats
   double suspect_error = 0;   ///< measured minus true length of it [m]
   int hottest_motor = 0;      ///< index of the string
   unsigned flags = 0;  ///< see DeviceFlag
-  unsigned cause = 0;  ///< the flags that led to FAULT or REDUCED
+  DeviceCause cause = DeviceCause::kNone;  ///< of FAULT or REDUCED; else why force is off or what is said of this tick
+  int board = -1;             ///< id of the board that the wire blamed last; -1: none, or none is known
+  double late = 0;            ///< of cause kLoopLate [s]
+  bool link_lost = false;     ///< nothing answers on the wire, or has not for long enough
 };
 
 /// (in realtime) What `device` did in the tick that just ended; the thread that ticks it calls it.

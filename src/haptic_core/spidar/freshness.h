@@ -33,10 +33,9 @@ class Freshness {
     age_ = bringsCounts(sample.status) && plausible ? arrived : std::max(age_ + h, arrived);
     const double lost = std::min(1.0, static_cast<double>(sample.lost));
     lost_ += std::min(1.0, h / settings_.lost_time_s) * (lost - lost_);
-    if (known_)
-      delay_ += std::min(1.0, h / settings_.delay_time_s) * (age_ - delay_);
-    else if (bringsCounts(sample.status))
-      delay_ = arrived, known_ = true;
+    if (!bringsCounts(sample.status)) return;  // silence is no delay
+    delay_ = known_ ? delay_ + std::min(1.0, h / settings_.delay_time_s) * (arrived - delay_) : arrived;
+    known_ = true;
   }
 
   /// Between two latches of counts there was more than the limit: whatever acted meanwhile acted on old ones.
@@ -47,7 +46,8 @@ class Freshness {
 
   bool fresh() const noexcept { return age_ <= settings_.limit_s; }  ///< a pose of these counts may be shown
   /// What is computed now leaves h later, and its successor 2h later, with half a period for the wire.
-  bool carriesForce(double h) const noexcept { return age_ + kReach * h <= settings_.limit_s; }
+  bool carriesForce(double h) const noexcept { return carriesForce(age_, h); }
+  bool carriesForce(double age, double h) const noexcept { return age + kReach * h <= settings_.limit_s; }  ///< counts of that age [s]
   bool lossy() const noexcept { return lost_ > settings_.lost_reduce; }   ///< only a small force is allowed
   bool failing() const noexcept { return lost_ > settings_.lost_fault; }  ///< no force is allowed
   double age() const noexcept { return age_; }        ///< of the oldest board's counts [s]

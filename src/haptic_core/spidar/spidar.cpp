@@ -10,6 +10,11 @@ namespace {
 
 // More than this share of the wrench lost to the tensions' bounds is worth a flag; λ alone loses up to 3 %.
 constexpr double kPresentableShare = 0.05;
+// Where a calibration's pose lies farther from a sound one than this, the grip is not where the user says: a hand that holds it
+// at home is off by a few millimetres. Who asks again within kMeant means it.
+constexpr double kFarFromJig = 0.01, kTurnedFromJig = 0.35;  // [m], [rad]
+constexpr double kMeant = 10;                                // [s]
+constexpr double kRestForce = 0.1;  // [N]; tensions that cannot be balanced better leave the hand alone instead
 
 /// `v` shortened to length `limit`; true when it was longer.
 bool clampNorm(Vector3& v, double limit) {
@@ -53,6 +58,7 @@ Spidar::Spidar(const DeviceDef& def, const SpidarSettings& settings)
       distribution_(def, kinematics_),
       health_(def, settings.health),
       freshness_(settings.freshness),
+      still_(def),
       max_force_(def.max_force),
       max_torque_(def.max_torque) {
   const int n = kinematics_.strings();
@@ -97,6 +103,7 @@ void Spidar::startAt(const GripPose& pose) noexcept {
   health_.forget();
   still_.forget();
   calibrated_ = true;
+  doubted_ = false;
   ramp_ = 0;  // the pose is another one: so may the wrench be
   if (state_ == DeviceState::kUncalibrated) state_ = DeviceState::kReady;
 }
@@ -110,55 +117,91 @@ DeviceRequests Spidar::takeRequests(const DeviceSample& sample) noexcept {
   return requests;
 }
 
+/// A sound pose that lies far from the jig's says that the grip is not there.
+bool Spidar::mayCalibrate(const GripPose& jig) const noexcept {
+  const bool sound = poseValid() && !doubted_ && state_ != DeviceState::kFault && state_ != DeviceState::kReduced &&
+                     !health_.contradicted() && health_.corrections() == 0;
+  if (!sound || refusal_ > 0) return true;
+  const double turned = def_.dof == 3 ? 0 : vectorFromRotation(Quaternion(jig.X_BG.R * pose().R.transpose())).norm();
+  return (pose().p - jig.X_BG.p).norm() <= kFarFromJig && turned <= kTurnedFromJig;
+}
+
 void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) noexcept {
-  if (requests.recover && (state_ == DeviceState::kFault || state_ == DeviceState::kReduced)) {
+  const bool may_calibrate = mayCalibrate(requests.jig);
+  recovered_ = requests.recover && (state_ == DeviceState::kFault || state_ == DeviceState::kReduced);
+  if (recovered_) {
     state_ = calibrated_ ? DeviceState::kReady : DeviceState::kUncalibrated;
     zero_current_ = false;
     ramp_ = 0;
-    cause_ = 0;
     enabled_ = false;  // who recovers says that the cause is gone, not that a hand is ready for force
     health_.forget();
+    still_.forget();
     freshness_.forgetLosses();
   }
-  if (requests.calibrate) {
+  if (requests.calibrate && !may_calibrate) refusal_ = kMeant;
+  if (requests.calibrate && may_calibrate) {
     const StringVector length = kinematics_.lengths(requests.jig);
     for (int i = 0; i < kinematics_.strings(); ++i)
       zero_length_[i] = length[i] - static_cast<double>(sample.counts[i]) * def_.strings[i].length_per_count;
     startAt(requests.jig);
+    refusal_ = 0;
   }
   if (requests.enable >= 0) enabled_ = requests.enable == 1;
+  if (requests.enable == 0) interrupted_ = false;
   if (requests.recover || requests.enable == 1) stopped_ = false;
   if (stopped_) flags_ |= kStopped;
   if (!held_) flags_ |= kReleased;
-  if ((!enabled_ || !held_) && presents()) {
-    state_ = DeviceState::kReady;
-    cause_ = 0;
-  }
+  if ((!enabled_ || !held_) && presents()) state_ = DeviceState::kReady;
 }
 
 void Spidar::stop() noexcept {
-  enabled_ = false;
+  enabled_ = interrupted_ = false;
   stopped_ = true;
   requests_ = {};  // what was asked before must not act later
 }
 
-void Spidar::enterFault(bool zero_current) noexcept {
-  if (state_ != DeviceState::kFault) cause_ = flags_;
+void Spidar::name(const CauseRow& row) noexcept {
+  cause_ = row.cause;
+  cause_flags_ = flags_;
+  late_s_ = clock_.lateBy();
+}
+
+void Spidar::enterFault(const CauseRow& row, bool zero_current) noexcept {
+  const bool lost = row.loses_lengths && calibrated_;
+  if (state_ != DeviceState::kFault || lost) name(row);
   state_ = DeviceState::kFault;
   zero_current_ = zero_current_ || zero_current;
+  doubted_ = true;
+  if (row.loses_lengths) calibrated_ = false;
 }
 
-void Spidar::reduce() noexcept {
-  if (state_ != DeviceState::kEnabled) return;
-  state_ = DeviceState::kReduced;
-  cause_ = flags_;
-}
-
-/// The counters no longer tell the strings' lengths.
-void Spidar::loseLengths(unsigned flag) noexcept {
-  flags_ |= flag;
-  calibrated_ = false;
-  enterFault(false);
+/// Does with the force what the table says.
+void Spidar::obey(const CauseRow& row) noexcept {
+  const bool latched = state_ == DeviceState::kFault || state_ == DeviceState::kReduced;
+  // What was left by `recover` is entered again while its cause is there; a pause lasts as long as its own.
+  const Consequence what = presents() || recovered_ || interrupted_ ? row.presenting : row.idle;
+  paused_ = what == Consequence::kPause;
+  interrupted_ = paused_ && (interrupted_ || presents());
+  switch (what) {
+    case Consequence::kSay:
+      break;
+    case Consequence::kPause:
+      enabled_ = enabled_ && state_ != DeviceState::kReduced;  // only a sound device comes back by itself
+      if (presents()) state_ = DeviceState::kReady;
+      ramp_ = 0;
+      break;
+    case Consequence::kReduce:
+      if (state_ != DeviceState::kEnabled) break;
+      state_ = DeviceState::kReduced;
+      name(row);
+      return;
+    case Consequence::kRest:
+    case Consequence::kStop:
+      return enterFault(row, what == Consequence::kStop);
+  }
+  if (latched && state_ != DeviceState::kReady) return;  // its cause stands
+  name(row);
+  cause_flags_ = 0;
 }
 
 /// Counts → lengths. False: they make no pose.
@@ -181,7 +224,8 @@ bool Spidar::takeLengths(const DeviceSample& sample, double elapsed) noexcept {
     case CountScreen::Verdict::kLost:
       break;
   }
-  loseLengths(kEncoderJump);
+  flags_ |= kEncoderJump;
+  signs_ |= kCountersLost;
   return false;
 }
 
@@ -189,30 +233,29 @@ bool Spidar::takeLengths(const DeviceSample& sample, double elapsed) noexcept {
 void Spidar::checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept {
   freshness_.take(sample, plausible, h);
   if (!bringsCounts(sample.status)) flags_ |= kSampleStale;
-  if (freshness_.lossy()) flags_ |= kAnswersLost;
-  const bool in_time = freshness_.carriesForce(h);
   const bool silent = sample.status == LinkStatus::kSilent || sample.status == LinkStatus::kDisconnected;
-  if (silent || (!in_time && !bringsCounts(sample.status))) flags_ |= kLinkLost;
+  const bool answered = bringsCounts(sample.status) && freshness_.carriesForce(1e-6 * sample.age_us, h);
+  clock_.take(sample, silent || (!answered && !freshness_.carriesForce(h)), h);
+  if (answered && calibrated_ && !freshness_.carriesForce(h)) signs_ |= kCountsRefusedLong;
+  if (clock_.linkLost()) flags_ |= kLinkLost;
+  if (clock_.late() && !clock_.silenceIsTheirs()) flags_ |= kLoopLate;
+  if (clock_.silenceLasts()) signs_ |= kSilenceLasts;
+  if (freshness_.lossy()) flags_ |= kAnswersLost;
+  if (freshness_.failing()) signs_ |= kAnswersFailing;
   if (sample.status == LinkStatus::kUnguarded) flags_ |= kUnguarded;
-  if (silent || !in_time || freshness_.failing() || (flags_ & kUnguarded))
-    enterFault(true);
-  else if (freshness_.lossy())
-    reduce();
 }
 
-/// A slow wire: force only where a wall worth the name is stable. Once it is on, a fifth of slack keeps it.
-/// A rate above the wire's, and a delay that leaves no stable wall.
+/// A rate above the wire's, and a delay that leaves no stable wall: once force is on, a fifth of slack keeps little of it.
 void Spidar::checkWire(double h) noexcept {
   // A thousandth of jitter is no other rate.
   if (h * def_.max_rate_hz <= 0.999) {
     flags_ |= kOverRate;
-    if (settings_.refuse_over_rate) enterFault(false);
+    if (settings_.refuse_over_rate) signs_ |= kRateRefused;
   }
   stable_stiffness_ = freshness_.stableStiffness(def_.grip_damping, def_.delay_s, h);
   const double share = stable_stiffness_ / freshness_.leastStiffness();
-  if (share >= 1) return;
-  flags_ |= kDelayTooLong;
-  if (presents() && share < 0.8) enterFault(false);
+  if (share < 1) flags_ |= kDelayTooLong;
+  if (share < 0.8) signs_ |= kForceRefused;
 }
 
 void Spidar::updatePose(const PoseSolution& solved, double h) noexcept {
@@ -228,39 +271,63 @@ void Spidar::updatePose(const PoseSolution& solved, double h) noexcept {
   solution_ = solved;
 }
 
-StringVerdict Spidar::checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept {
+/// False: no pose can be trusted.
+bool Spidar::checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept {
   const StringVerdict verdict = health_.judge(solved, length_, kinematics_, last, h);
-  if (verdict == StringVerdict::kTrue) return verdict;
-  flags_ |= kResidualHigh;
-  if (verdict == StringVerdict::kBroken || (verdict == StringVerdict::kNamed && presents())) enterFault(false);
-  reduce();
-  return verdict;
+  if (verdict != StringVerdict::kTrue) flags_ |= kResidualHigh;
+  if (verdict == StringVerdict::kNamed) signs_ |= kStringNamed;
+  if (verdict == StringVerdict::kBroken) signs_ |= kLengthsBroken;
+  return verdict != StringVerdict::kBroken;
+}
+
+/// Time [s] since `last_ns`, by the stamps of the counts where there are any: ticks may come late.
+double Spidar::elapsedSince(std::int64_t last_ns, const DeviceSample& sample, double since, double h) const noexcept {
+  if (last_ns <= 0 || sample.stamp_ns <= 0) return since;
+  return std::max(0.25 * h, 1e-9 * static_cast<double>(sample.stamp_ns - last_ns));
+}
+
+void Spidar::watchCounters(const DeviceSample& sample, double elapsed) noexcept {
+  still_.take(sample.counts, elapsed);
+  if (!presents()) still_.forgetForce();
+  if (presents() && still_.stuckUnder(achievedWrench().force, elapsed)) flags_ |= kCountersStill;
+  if (still_.frozen()) flags_ |= kCountersFrozen;
+  if (const std::uint32_t some = still_.someStill()) {
+    flags_ |= kSomeCountersStill;
+    if (state_ != DeviceState::kFault) still_strings_ = some;
+  }
 }
 
 void Spidar::sense(const DeviceSample& sample, double h) noexcept {
   flags_ = 0;
+  signs_ = 0;
   pose_is_new_ = false;
   buttons_ = sample.buttons;
+  refusal_ = std::max(0.0, refusal_ - h);
   follow(takeRequests(sample), sample);
+  if (refusal_ > 0) flags_ |= kCalibrationRefused;
   since_counts_ += h;
   since_pose_ += h;
-  if (sample.status == LinkStatus::kRestarted) loseLengths(kCounterRestarted);
+  if (sample.status == LinkStatus::kRestarted) flags_ |= kCounterRestarted;
   bool plausible = bringsCounts(sample.status);
   if (plausible) {
-    if (freshness_.gap(pose_stamp_ns_, sample.stamp_ns)) {  // the loop stood still: the way back into force is a ramp
+    const double elapsed = elapsedSince(counts_stamp_ns_, sample, since_counts_, h);
+    if (freshness_.gap(pose_stamp_ns_, sample.stamp_ns)) {  // the way back into force is a ramp
       flags_ |= kSampleStale;
       ramp_ = 0;
       told_.setZero();
+      health_.forgetMotion();
+      still_.forget();
     }
-    plausible = !calibrated_ || (takeLengths(sample, since_counts_) && takePose(sample, since_counts_));
-    if (!presents()) still_.forget();
-    if (presents() && still_.take(sample.counts, achievedWrench().force, since_counts_)) loseLengths(kCountersStill);
+    watchCounters(sample, elapsed);
+    plausible = !calibrated_ || (takeLengths(sample, elapsed) && takePose(sample, elapsed));
     plausible = plausible && !(flags_ & kCountRefused);  // a pose without one string is a pose, but not a fresh count of it
     since_counts_ = 0;
+    counts_stamp_ns_ = sample.stamp_ns;
   }
   checkFreshness(sample, plausible, h);
   checkWire(h);
-  if (enabled_ && held_ && state_ == DeviceState::kReady && !(flags_ & kDelayTooLong) && freshness_.carriesForce(h)) {
+  obey(diagnose(flags_ | signs_, sample.status, sample.finding));
+  if (enabled_ && held_ && state_ == DeviceState::kReady && !paused_ && !(flags_ & kDelayTooLong) && freshness_.carriesForce(h)) {
     state_ = DeviceState::kEnabled;
     ramp_ = 0;
   }
@@ -272,12 +339,12 @@ bool Spidar::takePose(const DeviceSample& sample, double elapsed) noexcept {
   if (health_.corrections() > 0) flags_ |= kStringCorrected;
   const GripPose last = solution_.pose;
   const PoseSolution solved = kinematics_.solvePose(length_, last);
-  if (checkResidual(solved, last, elapsed) == StringVerdict::kBroken) return false;
+  if (!checkResidual(solved, last, elapsed)) return false;
   if (solved.status != PoseStatus::kConverged) {
     flags_ |= kPoseNotConverged;
     return false;
   }
-  updatePose(solved, since_pose_);
+  updatePose(solved, elapsedSince(pose_stamp_ns_, sample, since_pose_, elapsed));
   since_pose_ = 0;
   pose_is_new_ = true;
   pose_stamp_ns_ = sample.stamp_ns;
@@ -329,7 +396,13 @@ void Spidar::actuate(const Wrench& F_G_B, double grasp_force, double h, double c
   if (presents() && report.error > kPresentableShare * size + 0.1) flags_ |= kNotPresentable;
   if (report.at_max) flags_ |= kTensionAtMax;
   heat_share_ = health_.heat(report.tension, h);
-  writeDrive(zero_current_ || stopped_, h);
+  writeDrive(stopped_ || (paused_ && clock_.lostNow()) || (state_ == DeviceState::kFault && (zero_current_ || !restsSafely())), h);
+}
+
+/// In a fault: least tensions that leave the hand alone. They do so only at a pose that is known.
+bool Spidar::restsSafely() const noexcept {
+  const Wrench& F = distribution_.report().F_G_B;
+  return poseValid() && F.force.norm() <= kRestForce && F.torque.norm() <= kRestForce * kinematics_.knotRadius();
 }
 
 void Spidar::writeDrive(bool zero_current, double h) noexcept {

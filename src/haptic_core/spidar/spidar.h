@@ -3,12 +3,15 @@
 /// Per tick: `sense` (freshness → counts → lengths → pose → twist, health), then `actuate` (NaN gate, clamps, age, fade,
 /// ramp, slew → tension distribution → clamp and rate limit per string → volts). Both are real-time; no step is skipped
 /// by any state, so the drive is defined for whatever comes in. The invariant that ties force to counts: freshness.h.
+/// `sense` only gathers evidence; what is wrong, and what becomes of the force, is read from one table: device_diagnosis.h.
 #pragma once
 #include <vector>
 
 #include "haptic_core/spidar/calibration.h"
+#include "haptic_core/spidar/device_diagnosis.h"
 #include "haptic_core/spidar/device_requests.h"
 #include "haptic_core/spidar/freshness.h"
+#include "haptic_core/spidar/loop_clock.h"
 #include "haptic_core/spidar/still_counters.h"
 #include "haptic_core/spidar/string_health.h"
 #include "haptic_core/spidar/string_kinematics.h"
@@ -23,39 +26,10 @@ enum class DeviceState : unsigned char {
   kReady,         ///< pose valid, minimum tension
   kEnabled,       ///< presents the wrench
   kReduced,       ///< a string is doubtful: presents at most `reduced_force`
-  kFault,         ///< zero current (link lost) or minimum tension, until `recover`
+  kFault,         ///< no force until `recover`: balanced least tensions where the pose is sound, else zero current
 };
 
 const char* toString(DeviceState state);  ///< the state in words
-
-/// What a flag of `Spidar::flags` says. Bits of one tick.
-enum DeviceFlag : unsigned {
-  kCommandNotFinite = 1u << 0,  ///< NaN or infinity in the wrench: taken as zero
-  kForceClamped = 1u << 1,      ///< over max_force
-  kTorqueClamped = 1u << 2,     ///< over max_torque
-  kSlewLimited = 1u << 3,       ///< the wrench rose faster than the slew limit
-  kNotPresentable = 1u << 4,    ///< the tensions' bounds keep more than 5 % of the wrench away
-  kTensionAtMax = 1u << 5,      ///< a string pulls at its greatest tension
-  kFaded = 1u << 6,             ///< ramp, overrun or command age weakens the wrench
-  kCommandStale = 1u << 7,      ///< no fresh wrench within the age limit
-  kTorqueIgnored = 1u << 8,     ///< a point grip was asked for torque
-  kPoseNotConverged = 1u << 9,  ///< the pose of the tick before is kept
-  kSampleStale = 1u << 10,      ///< no new counts of every board in this tick
-  kLinkLost = 1u << 11,         ///< silent, disconnected or counts too old: zero current
-  kEncoderJump = 1u << 12,      ///< a counter jumped: corrected (kStringCorrected), or the lengths are lost
-  kResidualHigh = 1u << 13,     ///< lengths contradict each other: slack, slip or break
-  kOverRate = 1u << 14,         ///< ticks shorter than the wire's least period
-  kMotorHot = 1u << 15,         ///< heat model: the wrench is faded
-  kAnswersLost = 1u << 16,      ///< more answers are lost than a sound wire loses: reduced, then no force
-  kDelayTooLong = 1u << 17,     ///< the wire's delay leaves no stable wall worth the name: force is refused
-  kCountersStill = 1u << 18,    ///< no counter moves although the force does: stuck, or the grip is clamped; calibrate
-  kCounterRestarted = 1u << 19, ///< a board started anew or a counter jumped: calibrate
-  kStringCorrected = 1u << 20,  ///< an encoder slipped since the last calibration and was corrected
-  kCountRefused = 1u << 21,     ///< a count that no string can have made was replaced, or the pose of before kept
-  kUnguarded = 1u << 22,        ///< no second process could turn the motors off: zero current
-  kStopped = 1u << 23,          ///< somebody said STOP: zero current until `recover` or until the force is enabled
-  kReleased = 1u << 24,         ///< the dead-man switch is not held: minimum tension
-};
 
 /// Settings of a device that its file does not state.
 struct SpidarSettings {
@@ -124,12 +98,13 @@ class Spidar {
   /// the exits that a calibration may have moved, λ and the active set of the tensions.
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.max_force_), visit(s.max_torque_), visit(s.state_), visit(s.calibrated_), visit(s.zero_current_),
-    visit(s.enabled_), visit(s.held_), visit(s.stopped_), visit(s.opening_rate_), visit(s.ramp_);
-    // The stamp is whole up to 2^53 ns, 104 days.
-    visit(s.heat_share_), visit(s.since_counts_), visit(s.since_pose_), visit(s.pose_stamp_ns_), visit(s.cause_);
+    visit(s.max_force_), visit(s.max_torque_), visit(s.state_), visit(s.calibrated_), visit(s.zero_current_), visit(s.enabled_);
+    visit(s.held_), visit(s.stopped_);
+    visit(s.opening_rate_), visit(s.ramp_), visit(s.heat_share_), visit(s.since_counts_), visit(s.since_pose_);
+    visit(s.pose_stamp_ns_), visit(s.cause_), visit(s.cause_flags_);  // the stamp is whole up to 2^53 ns, 104 days
+    visit(s.late_s_), visit(s.still_strings_), visit(s.refusal_), visit(s.doubted_), visit(s.interrupted_), visit(s.counts_stamp_ns_);
     visit(s.zero_length_), visit(s.length_), visit(s.told_), visit(s.solution_), visit(s.twist_), visit(s.asked_);
-    visit(s.health_), visit(s.freshness_), visit(s.still_);
+    visit(s.health_), visit(s.freshness_), visit(s.still_), visit(s.clock_);
   }
 
   /// Limits and λ that may change while running, within the device file's own. Between two ticks.
@@ -168,7 +143,13 @@ class Spidar {
   const StringVector& toldTension() const noexcept { return told_; }  ///< what the motors are told, in the next exchange [N]
   unsigned flags() const noexcept { return flags_; }                  ///< DeviceFlag bits of the last tick
   /// The flags of the tick that led to kFault or kReduced; 0 in the other states.
-  unsigned causeFlags() const noexcept { return cause_; }
+  unsigned causeFlags() const noexcept { return cause_flags_; }
+  /// Why it is in kFault or kReduced; in the other states why force is off or what is said of this tick.
+  DeviceCause cause() const noexcept { return cause_; }
+  double lateBy() const noexcept { return late_s_; }  ///< of cause kLoopLate [s]
+  /// Bit per string that stood still while others moved, of cause kBoardRepeats.
+  std::uint32_t stillStrings() const noexcept { return still_strings_; }
+  bool linkLost() const noexcept { return clock_.linkLost(); }  ///< nothing answers on the wire, or has not for long enough
   unsigned buttons() const noexcept { return buttons_; }  ///< bit per grip button, of the last sample
   const StringHealth& health() const noexcept { return health_; }  ///< of strings and motors
   int suspectString() const noexcept { return health_.suspect(); }  ///< the one that disagrees most; -1: none
@@ -180,18 +161,22 @@ class Spidar {
 
  private:
   void follow(const DeviceRequests& requests, const DeviceSample& sample) noexcept;
+  bool mayCalibrate(const GripPose& jig) const noexcept;
   void placeExits(const double* numbers);
   void startAt(const GripPose& pose) noexcept;
+  double elapsedSince(std::int64_t last_ns, const DeviceSample& sample, double since, double h) const noexcept;
   bool takeLengths(const DeviceSample& sample, double elapsed) noexcept;
   bool takePose(const DeviceSample& sample, double elapsed) noexcept;
+  void watchCounters(const DeviceSample& sample, double elapsed) noexcept;
   void checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept;
   void checkWire(double h) noexcept;
-  void loseLengths(unsigned flag) noexcept;
+  void obey(const CauseRow& row) noexcept;
+  void enterFault(const CauseRow& row, bool zero_current) noexcept;
+  void name(const CauseRow& row) noexcept;
   bool presents() const noexcept { return state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced; }
   void updatePose(const PoseSolution& solved, double h) noexcept;
-  StringVerdict checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept;
-  void enterFault(bool zero_current) noexcept;
-  void reduce() noexcept;
+  bool checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept;
+  bool restsSafely() const noexcept;
   Wrench limited(Wrench F_G_B, double h, double command_age) noexcept;
   void writeDrive(bool zero_current, double h) noexcept;
 
@@ -202,12 +187,13 @@ class Spidar {
   StringHealth health_;
   Freshness freshness_;
   StillCounters still_;
+  LoopClock clock_;
   DeviceRequests requests_;  ///< not in the memory: a recording has them when they are followed
 
   double max_force_ = 0, max_torque_ = 0;  ///< clamps on the wrench [N], [N·m]
   DeviceState state_ = DeviceState::kUncalibrated;
   bool calibrated_ = false, zero_current_ = false, enabled_ = false, held_ = true, stopped_ = false, pose_is_new_ = false;
-  std::int64_t pose_stamp_ns_ = 0;
+  std::int64_t pose_stamp_ns_ = 0, counts_stamp_ns_ = 0;
   StringVector zero_length_;  ///< length at count 0 [m]
   StringVector length_;
   PoseSolution solution_;
@@ -218,7 +204,14 @@ class Spidar {
   Wrench asked_;
   StringVector told_;  ///< tensions of drive_ [N]; zero without current
   DriveCommand drive_;
-  unsigned flags_ = 0, cause_ = 0, buttons_ = 0;
+  unsigned flags_ = 0, cause_flags_ = 0, buttons_ = 0;
+  std::uint64_t signs_ = 0;         ///< evidence of this tick beside the flags
+  DeviceCause cause_ = DeviceCause::kNone;
+  double late_s_ = 0, refusal_ = 0; ///< refusal_: for so long a second request to calibrate is meant [s]
+  std::uint32_t still_strings_ = 0;
+  bool doubted_ = false;      ///< there was a fault since the last calibration
+  bool interrupted_ = false;  ///< force was on when the pause began
+  bool paused_ = false, recovered_ = false;  ///< of this tick: no current; `recover` left kFault or kReduced
 };
 
 }  // namespace haptic

@@ -1,51 +1,122 @@
-/// Do the counters stand still although the force on the hand changes?
+/// Do counters stand still that ought to move? Three kinds of other evidence say so.
 ///
-/// A board that repeats its last counts looks like a grip at rest. But a hand gives way: 1 N moves a relaxed one (500 N/m) by
-/// 2 mm and the firmest (5 N/mm) by 0.2 mm, seven counts. Counters that show none of it for 50 ms are stuck, or the grip is
-/// clamped; either way the pose is not what the force acts on. At a constant force nothing is said: nothing is put into the hand.
+/// A board that repeats its last counts looks like a grip at rest.
+/// Force: a hand gives way, 1 N moves a relaxed one (500 N/m) by 2 mm and the firmest (5 N/mm) by 0.2 mm, seven counts.
+///   Counters that show none of it for 50 ms are stuck, or the grip is clamped.
+/// Motion so far: a grip that decelerates evenly through rest stays within one step s for T only when its deceleration is
+///   below 8 s / T²; it has then moved at no more than 8 s (τ + T/2) / T² on average over the last τ. One that was three times
+///   faster and shows nothing for T has not stopped: its counters have.
+/// The other counters: those that miss kMissing steps of what their rate and its change foretold, while others go on. Strings that
+///   turn round foretell that they stop. Three at once are a board's; the lengths must contradict each other besides
+///   (device_diagnosis.cpp).
+/// At a constant force a grip that lay still all the time says nothing, and nothing is put into the hand to find out.
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/spidar/device_def.h"
 
 namespace haptic {
 
-/// Notices counters that stand still although the force on the hand changes.
+/// Notices counters that stand still although something says that they should not.
 class StillCounters {
  public:
-  void forget() noexcept { *this = StillCounters(); }  ///< (in realtime)
-
-  /// (in realtime) New counts, h [s] after the last, and the force [N] that has acted meanwhile. True: they are stuck.
-  bool take(const std::array<std::int64_t, kMaxStrings>& counts, const Vector3& force, double h) noexcept {
-    if (!known_ || !std::equal(counts.begin(), counts.end(), counts_)) {
-      std::copy(counts.begin(), counts.end(), counts_);
-      known_ = true;
-      low_ = high_ = force;
-      still_ = 0;
-      return false;
+  /// Set-up: the strings and the steps of their counters.
+  explicit StillCounters(const DeviceDef& def) : strings_(static_cast<int>(def.strings.size())) {
+    for (int i = 0; i < strings_; ++i) {
+      step_[i] = std::fabs(def.strings[static_cast<std::size_t>(i)].length_per_count);
+      coarsest_ = std::max(coarsest_, step_[i]);
     }
+  }
+
+  void forget() noexcept {  ///< (in realtime) another pose, or a gap
+    known_ = false;
+    forgetForce();
+  }
+  void forgetForce() noexcept { under_force_ = 0, force_known_ = false; }  ///< (in realtime) no force acts
+
+  /// (in realtime) New counts, h [s] after the last.
+  void take(const std::array<std::int64_t, kMaxStrings>& counts, double h) noexcept {
+    if (!known_) {
+      std::copy(counts.begin(), counts.end(), counts_);
+      for (int i = 0; i < kMaxStrings; ++i) rate_[i] = slow_rate_[i] = missing_[i] = since_[i] = 0;
+      known_ = true, still_ = 0;
+      return;
+    }
+    const double keep = elementary::exp(-h / kMean), keep_slow = elementary::exp(-h / kSlowMean);
+    bool moved = false;
+    for (int i = 0; i < strings_; ++i) moved = moved || counts[static_cast<std::size_t>(i)] != counts_[i];
+    still_ = moved ? 0 : still_ + h;
+    moving_ = 0;
+    for (int i = 0; i < strings_; ++i) {
+      const double change = static_cast<double>(counts[static_cast<std::size_t>(i)] - counts_[i]);
+      since_[i] = change != 0 ? 0 : since_[i] + h;
+      // The rates wait while a string shows nothing: they are those that it had.
+      const double change_of_rate = (rate_[i] - slow_rate_[i]) / (kSlowMean - kMean);
+      const double now = std::fabs(rate_[i]) + (rate_[i] < 0 ? -1 : 1) * change_of_rate * since_[i];
+      missing_[i] = change != 0 ? 0 : missing_[i] + std::max(0.0, now) * h;
+      if (change != 0 || missing_[i] < 1) {
+        rate_[i] = keep * rate_[i] + (1 - keep) * change / h;
+        slow_rate_[i] = keep_slow * slow_rate_[i] + (1 - keep_slow) * change / h;
+      }
+      moving_ += change != 0;
+      counts_[i] = counts[static_cast<std::size_t>(i)];
+    }
+    if (moved) force_known_ = false, under_force_ = 0;
+  }
+  /// (in realtime) And the force [N] that has acted meanwhile. True: it changed, and no counter did.
+  bool stuckUnder(const Vector3& force, double h) noexcept {
+    if (!force_known_) low_ = high_ = force, force_known_ = true;
     low_ = low_.cwiseMin(force);
     high_ = high_.cwiseMax(force);
-    still_ = (high_ - low_).norm() >= kForceChange ? still_ + h : 0;
-    return still_ >= kTime;
+    under_force_ = (high_ - low_).norm() >= kForceChange ? under_force_ + h : 0;
+    return under_force_ >= kTime;
+  }
+  /// All of them, of a grip that was moving.
+  bool frozen() const noexcept {
+    if (still_ < kRest) return false;
+    double fastest = 0;
+    for (int i = 0; i < strings_; ++i) fastest = std::max(fastest, std::fabs(rate_[i]) * step_[i]);
+    return fastest > 3 * 8 * coarsest_ * (kMean + kRest / 2) / (kRest * kRest);
+  }
+  /// Bit per string that was moving and stands still while others go on; 0 unless they are as many as a board has.
+  std::uint32_t someStill() const noexcept {
+    std::uint32_t mask = 0;
+    int still = 0;
+    for (int i = 0; i < strings_; ++i)
+      if (missing_[i] >= kMissing) mask |= 1u << i, ++still;
+    return still >= kOfABoard && moving_ > 1 ? mask : 0;
   }
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.known_), visit(s.counts_), visit(s.low_), visit(s.high_), visit(s.still_);
+    visit(s.known_), visit(s.force_known_), visit(s.counts_), visit(s.low_), visit(s.high_), visit(s.under_force_), visit(s.still_);
+    visit(s.moving_), visit(s.rate_), visit(s.slow_rate_), visit(s.missing_), visit(s.since_);
   }
 
  private:
   static constexpr double kForceChange = 1;  ///< [N]; less, and a firm grip moves by less than a few counts
   static constexpr double kTime = 0.05;      ///< [s] since that change; a grip of 0.1 kg in a hand moves within 20 ms
+  static constexpr double kMean = 0.005;     ///< τ [s], over which the rates are taken: five counts at 17 mm/s
+  static constexpr double kSlowMean = 0.015; ///< [s]; the difference of the two tells how the rate changes
+  static constexpr double kRest = 0.015;     ///< T [s]; longer: slower motions tell as well, later
+  static constexpr double kMissing = 3;      ///< [counts]; a string at 0.1 m/s misses them within a tick
+  static constexpr int kOfABoard = 3;        ///< motors of the smallest board
 
+  int strings_;
+  double step_[kMaxStrings] = {}, coarsest_ = 0;  ///< [m]
   std::int64_t counts_[kMaxStrings] = {};
-  bool known_ = false;
+  bool known_ = false, force_known_ = false;
   Vector3 low_ = Vector3::Zero(), high_ = Vector3::Zero();  ///< of the force since the counts last changed [N]
-  double still_ = 0;                                        ///< since it changed by so much [s]
+  double under_force_ = 0;                                  ///< since it changed by so much [s]
+  double still_ = 0;                                        ///< since any count changed [s]
+  int moving_ = 0;                                          ///< strings whose count just changed
+  double rate_[kMaxStrings] = {}, slow_rate_[kMaxStrings] = {};  ///< [counts/s]
+  double missing_[kMaxStrings] = {}, since_[kMaxStrings] = {};   ///< [counts], [s] since it last changed
 };
 
 }  // namespace haptic

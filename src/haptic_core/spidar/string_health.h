@@ -51,6 +51,7 @@ class StringHealth {
   StringHealth(const DeviceDef& def, const HealthSettings& settings);  ///< for a device of this arrangement
 
   void forget() noexcept;  ///< (in realtime) after a calibration or a recovery
+  void forgetMotion() noexcept { screen_.forget(); }  ///< (in realtime) after a gap: the next lengths do not follow the last
 
   /// (in realtime) Judges the lengths [m] of one reading, `elapsed` [s] after the last, and replaces what
   /// cannot be; `pose` is the last one. A slip that was corrected is in `slip`: the length at count 0 must

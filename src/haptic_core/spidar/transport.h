@@ -25,6 +25,22 @@ enum class LinkStatus : std::uint8_t {
 /// New counts of every board came.
 inline bool bringsCounts(LinkStatus status) { return status == LinkStatus::kOk || status == LinkStatus::kUnguarded; }
 
+/// What a wire has found out about its boards, from the tick that finds it until they are in step again.
+enum class WireFinding : std::uint8_t {
+  kNone,
+  kStalled,          ///< no board's fault: this program stood still
+  kSilent,           ///< a board does not answer
+  kRestarted,        ///< its counters started anew
+  kPowerLost,        ///< it lost its power
+  kOtherBoard,       ///< another model answers
+  kTableSpoilt,      ///< it cuts its packets short
+  kWrongMode,        ///< it is not in the mode in which it follows currents
+  kCurrentsIgnored,  ///< the currents that it measures are not those that it was told
+  kForgets,          ///< it keeps nothing that it is taught
+  kAnswersLost,      ///< it loses one command in five
+  kNoise,            ///< bytes come without end
+};
+
 /// What one exchange brought. `counts` are unwrapped; boards answer before they execute, so they belong to the
 /// instant `stamp_ns` and the tensions of the command before.
 struct DeviceSample {
@@ -35,7 +51,19 @@ struct DeviceSample {
   std::uint16_t lost = 0;         ///< exchanges that, as this one found, stay without an answer of some board
   std::uint32_t buttons = 0;      ///< bit per grip button
   LinkStatus status = LinkStatus::kOk;  ///< of all boards together
+  WireFinding finding = WireFinding::kNone;  ///< why the boards are being brought into step, or what was found in this exchange
+  std::int8_t board = -1;         ///< id of the board that the finding is about; for sentences alone, not recorded
 };
+
+/// Status and finding of a sample in one byte, as recordings keep them; those of before have no finding.
+inline std::uint8_t linkByte(const DeviceSample& sample) noexcept {
+  return static_cast<std::uint8_t>(static_cast<unsigned>(sample.status) | static_cast<unsigned>(sample.finding) << 4);
+}
+/// Status and finding out of such a byte.
+inline void takeLinkByte(std::uint8_t byte, DeviceSample& sample) noexcept {
+  sample.status = static_cast<LinkStatus>(byte & 0xF);
+  sample.finding = static_cast<WireFinding>(byte >> 4);
+}
 
 /// The wire of a device: drive commands out, encoder counts in.
 /// Implemented by the twin (core), the UART boards and the USB amplifiers (spidar_driver).

@@ -178,6 +178,7 @@ TEST(StillCounters, EndTheForceOnceItChanges) {
   };
   for (int k = 0; k < 1000; ++k) push(rig.good(), k / 50 % 2 ? 1 : 3);
   ASSERT_EQ(rig.device.state(), DeviceState::kEnabled);
+  for (int k = 0; k < 300; ++k) push(rig.good(), 1);  // at rest: a grip that stops while it moves tells by that alone
   DeviceSample stuck = rig.good();
   for (int k = 0; k < 1000; ++k) push(stuck, 1);
   EXPECT_EQ(rig.device.state(), DeviceState::kEnabled);  // nothing says that it is no hand at rest
