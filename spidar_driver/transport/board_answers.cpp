@@ -284,7 +284,7 @@ void BoardAnswers::measureDelay() noexcept {
   delay_ns_ = waited_ ? delay_ns_ + (delay - delay_ns_) / 4 : std::clamp(delay_ns_, least, delay);
   fastest_ns_ = std::min(least, fastest_ns_ + (least - fastest_ns_) / 4);
   story_.setDelay(delay_ns_);
-  last_mark_ns_ = heard_ns_;
+  last_mark_ns_ = plain_ns_ = heard_ns_;
 }
 
 void BoardAnswers::settleLosses() noexcept {

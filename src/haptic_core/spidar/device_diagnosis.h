@@ -38,7 +38,7 @@ enum DeviceFlag : unsigned {
   kCountRefused = 1u << 21,     ///< a count that no string can have made was replaced, or the pose of before kept
   kLoopLate = 1u << 22,         ///< this program stood still: no part of the device is to blame for what is old
   kCountersFrozen = 1u << 23,   ///< all counters of a moving grip stopped within a tick
-  kSomeCountersStill = 1u << 24, ///< as many counters as a board has stand still while the others move
+  kSomeCountersStill = 1u << 24, ///< no counter of a board moves while those of others do
   kCalibrationRefused = 1u << 25, ///< the grip was far from where the last calibration was asked for; said for 10 s
   kUnguarded = 1u << 26,        ///< no second process could turn the motors off: zero current
   kStopped = 1u << 27,          ///< somebody said STOP: zero current until `recover` or until the force is enabled

@@ -291,7 +291,7 @@ void Spidar::watchCounters(const DeviceSample& sample, double elapsed) noexcept 
   if (!presents()) still_.forgetForce();
   if (presents() && still_.stuckUnder(achievedWrench().force, elapsed)) flags_ |= kCountersStill;
   if (still_.frozen()) flags_ |= kCountersFrozen;
-  if (const std::uint32_t some = still_.someStill()) {
+  if (const std::uint32_t some = still_.boardStill()) {
     flags_ |= kSomeCountersStill;
     if (state_ != DeviceState::kFault) still_strings_ = some;
   }

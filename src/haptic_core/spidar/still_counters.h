@@ -6,15 +6,16 @@
 /// Motion so far: a grip that decelerates evenly through rest stays within one step s for T only when its deceleration is
 ///   below 8 s / T²; it has then moved at no more than 8 s (τ + T/2) / T² on average over the last τ. One that was three times
 ///   faster and shows nothing for T has not stopped: its counters have.
-/// The other counters: those that miss kMissing steps of what their rate and its change foretold, while others go on. Strings that
-///   turn round foretell that they stop. Three at once are a board's; the lengths must contradict each other besides
-///   (device_diagnosis.cpp).
+/// The other boards' counters: no counter of a board changes, and two of them miss kMissing steps of what their rate and its change
+///   foretold, while others go on. The lengths must contradict each other besides (device_diagnosis.cpp). A string that is
+///   stuck alone has neighbours on its board that move; strings that turn round foretell that they stop.
 /// At a constant force a grip that lay still all the time says nothing, and nothing is put into the hand to find out.
 #pragma once
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <string>
 
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/base/spatial.h"
@@ -30,6 +31,13 @@ class StillCounters {
     for (int i = 0; i < strings_; ++i) {
       step_[i] = std::fabs(def.strings[static_cast<std::size_t>(i)].length_per_count);
       coarsest_ = std::max(coarsest_, step_[i]);
+    }
+    // Strings follow each other in the order of the boards (DeviceDef::boards); B5M has eight motors, those with force sensors three.
+    int first = 0;
+    for (std::size_t b = 0; b < def.boards.size() && first < strings_; ++b) {
+      const std::string& model = def.boards[b];
+      first += model == "B5M" ? 8 : !model.empty() && model.back() == 'F' ? 3 : 4;
+      end_[boards_++] = std::min(first, strings_);
     }
   }
 
@@ -83,13 +91,14 @@ class StillCounters {
     for (int i = 0; i < strings_; ++i) fastest = std::max(fastest, std::fabs(rate_[i]) * step_[i]);
     return fastest > 3 * 8 * coarsest_ * (kMean + kRest / 2) / (kRest * kRest);
   }
-  /// Bit per string that was moving and stands still while others go on; 0 unless they are as many as a board has.
-  std::uint32_t someStill() const noexcept {
-    std::uint32_t mask = 0;
-    int still = 0;
-    for (int i = 0; i < strings_; ++i)
-      if (missing_[i] >= kMissing) mask |= 1u << i, ++still;
-    return still >= kOfABoard && moving_ > 1 ? mask : 0;
+  /// Bit per string of a board that repeats its counts while others go on; 0: none.
+  std::uint32_t boardStill() const noexcept {
+    for (int b = 0, first = 0; b < boards_; first = end_[b++]) {
+      int still = 0, missing = 0;
+      for (int i = first; i < end_[b]; ++i) still += since_[i] >= kBoardRest, missing += missing_[i] >= kMissing;
+      if (still == end_[b] - first && missing > 1 && moving_ > 0) return ((1u << (end_[b] - first)) - 1) << first;
+    }
+    return 0;
   }
 
   template <class Self, class Visit>
@@ -105,9 +114,10 @@ class StillCounters {
   static constexpr double kSlowMean = 0.015; ///< [s]; the difference of the two tells how the rate changes
   static constexpr double kRest = 0.015;     ///< T [s]; longer: slower motions tell as well, later
   static constexpr double kMissing = 3;      ///< [counts]; a string at 0.1 m/s misses them within a tick
-  static constexpr int kOfABoard = 3;        ///< motors of the smallest board
+  static constexpr double kBoardRest = 0.0025;  ///< [s]; three readings at 1 kHz
 
-  int strings_;
+  int strings_, boards_ = 0;
+  int end_[kMaxStrings] = {};  ///< of each board's strings
   double step_[kMaxStrings] = {}, coarsest_ = 0;  ///< [m]
   std::int64_t counts_[kMaxStrings] = {};
   bool known_ = false, force_known_ = false;
