@@ -36,8 +36,7 @@ DeviceAnswer askDevice(DevicePort& port, PortOffer& offer, const DeviceRequests&
   // Carried out in a later tick: the one that did what was asked is over by then.
   const bool read = offer.send(port, DevicePort::Copy{&answer.after}, kPatience);
   const std::string state = !read ? "the device does not tick"
-                                  : toString(answer.after.record.state) +
-                                        (": " + standing(answer.after.record, port.device.def().name));
+                                  : stateName(answer.after.record) + (": " + standing(answer.after.record, port.device.def().name));
   answer.message = answer.done ? state : "nothing was done, " + refusal + "; " + state;
   answer.done = answer.done && read;
   return answer;

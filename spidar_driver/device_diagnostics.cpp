@@ -46,7 +46,7 @@ void DeviceDiagnostics::publish(const DeviceRecord& record, const std::string& m
   DiagnosticStatus& status = array.status[0];
   status.name = name_ + ": device";
   status.hardware_id = name_;
-  status.message = std::string(toString(record.state)) + ": " + message;
+  status.message = std::string(stateName(record)) + ": " + message;
   status.level = record.state == DeviceState::kFault ? DiagnosticStatus::ERROR : well ? DiagnosticStatus::OK : DiagnosticStatus::WARN;
   add(status, "age of the counts on arrival, mean [s]", record.delay);
   add(status, "age of the counts [s]", record.counts_age);

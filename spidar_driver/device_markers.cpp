@@ -127,7 +127,7 @@ void DeviceMarkers::addForces(visualization_msgs::MarkerArray& array, const Devi
   char line[128];
   const Wrench &given = record.F_achieved_B, &asked = record.F_asked_B;
   std::snprintf(line, sizeof(line), "%s %s   %.2f N of %.2f N asked,  %.1f mNm of %.1f mNm", name_.c_str(),
-                toString(record.state), given.force.norm(), asked.force.norm(), 1e3 * given.torque.norm(), 1e3 * asked.torque.norm());
+                stateName(record), given.force.norm(), asked.force.norm(), 1e3 * given.torque.norm(), 1e3 * asked.torque.norm());
   text.text = line;
   // Above the frame, where it covers nothing.
   double top = 0;

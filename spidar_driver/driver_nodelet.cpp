@@ -135,7 +135,7 @@ void DriverNodelet::stopAtParentsEnd() {
 
 bool DriverNodelet::onRecover(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
   const DeviceAnswer answer = askDevice(device_->port, offer_, {false, true, -1, {}});
-  response.success = answer.done && answer.after.record.state != DeviceState::kFault;
+  response.success = answer.done && answer.after.record.state != DeviceState::kFault && !answer.after.record.link_lost;
   response.message = answer.message;
   return true;
 }

@@ -22,14 +22,16 @@ from topic_probe import Probe, program, wait_until
 ROUNDS = int(os.environ.get("HAPTIC_GUARD_ROUNDS", "1"))
 
 
-def guards():
-    """Processes that watch motors."""
+def guards(port):
+    """Processes that watch the motors at a port; other drivers of this machine have theirs."""
     found = []
     for entry in filter(str.isdigit, os.listdir("/proc")):
         try:
             with open(f"/proc/{entry}/cmdline", "rb") as line:
-                if line.read() == b"motor_guard\0":
-                    found.append(int(entry))
+                if line.read() != b"motor_guard\0":
+                    continue
+            if any(os.readlink(f"/proc/{entry}/fd/{fd}") == port for fd in os.listdir(f"/proc/{entry}/fd")):
+                found.append(int(entry))
         except OSError:
             pass  # it ended between the two lines
     return found
@@ -57,7 +59,6 @@ class Guard(unittest.TestCase):
 
     def setUp(self):
         self.boards = EmulatedBoards("spidar_g6x5r")
-        self.before = guards()
         self.driver, self.state = None, Probe("/spidar/state", DeviceState)
 
     def tearDown(self):
@@ -66,7 +67,7 @@ class Guard(unittest.TestCase):
             self.driver.send_signal(signal.SIGCONT)
             self.driver.send_signal(signal.SIGINT)
             self.driver.wait(10)
-        wait_until("the guard ends with its driver", lambda: not set(guards()) - set(self.before))
+        wait_until("the guard ends with its driver", lambda: not self.guards())
         self.boards.close()
         rospy.delete_param("/spidar/driver")  # of this test, not of the next
 
@@ -77,8 +78,11 @@ class Guard(unittest.TestCase):
                    "_transport:=file", f"_port:={self.boards.port}", "_rate:=500", *parameters]
         self.driver = subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.state.wait(1, timeout=30)
-        wait_until("a guard", lambda: len(set(guards()) - set(self.before)) == 1)
-        return (set(guards()) - set(self.before)).pop()
+        wait_until("a guard", lambda: len(self.guards()) == 1)
+        return self.guards()[0]
+
+    def guards(self):
+        return guards(os.path.realpath(self.boards.port))
 
     def recover(self):
         return rospy.ServiceProxy("/spidar/driver/recover", Trigger)()
@@ -105,7 +109,7 @@ class Guard(unittest.TestCase):
                 kill(self.driver.pid, guard)
                 self.driver.wait(10)
                 wait_until(f"no current after a kill by {how}", lambda: self.boards.drive() == "off")
-                wait_until("the guard ends", lambda guard=guard: guard not in guards())
+                wait_until("the guard ends", lambda guard=guard: guard not in self.guards())
 
     def test_a_driver_without_its_guard_leaves_no_current(self):
         for how in (signal.SIGKILL, signal.SIGSTOP):
@@ -117,7 +121,7 @@ class Guard(unittest.TestCase):
             wait_until("no current without a guard", lambda: self.boards.drive() == "off")
             if how == signal.SIGSTOP:
                 os.kill(guard, signal.SIGCONT)
-            wait_until("a guard again", lambda: len(set(guards()) - set(self.before)) == 1)
+            wait_until("a guard again", lambda: len(self.guards()) == 1)
             time.sleep(0.5)
             self.assertEqual(self.boards.drive(), "off", "a new guard is no reason to pull")
             enable = rospy.ServiceProxy("/spidar/driver/enable_force", SetBool)
@@ -125,7 +129,7 @@ class Guard(unittest.TestCase):
             self.driver.kill()
             self.driver.wait(10)
             wait_until("no current without a driver", lambda: self.boards.drive() == "off")
-            wait_until("the guard ends", lambda: not set(guards()) - set(self.before))
+            wait_until("the guard ends", lambda: not self.guards())
 
     def test_a_driver_that_stands_still_leaves_no_current(self):
         self.start()

@@ -113,7 +113,9 @@ TEST(UartBoards, HighestRateIsThatOfTheWire) {
     for (int k = 0; k < n; ++k) ASSERT_EQ(e.driver->exchange({}).age_ticks, 0u);
     const double rate = n / (1e-9 * static_cast<double>(e.line.now_ns - start));
     EXPECT_LE(rate, limit * (1 + 1.0 / n));
-    EXPECT_GE(rate, 0.97 * limit);  // the repeated lesson takes 90 µs per board of every 1000 cycles
+    // Beside the cycles: a question of the memory in 16 ms, with its answer at most 90 bytes (0.45 ms), the state of all boards in
+    // 30 ms (0.28 ms), a lesson in 250 ms (0.3 ms): 3.9 %.
+    EXPECT_GE(rate, limit / 1.039);
     EXPECT_EQ(e.bus.collisions(), 0u);
     settings.rate_hz = 1.01 * limit;
     EXPECT_NE(messageOf(c.boards, device, settings).find("carries at most"), std::string::npos);

@@ -69,6 +69,7 @@ void Hand::take(const LoopCommand& command) {
 
 void Hand::followWorld(const World& world, int link_before, bool jumped) noexcept {
   const int link = world.pointerLink(pointer_);
+  if (jumped) pressing_ = -1;
   if (jumped || link != link_before) {
     rebase_ = jumped || link == world.pointerHome(pointer_) ? Rebase::kGlide : Rebase::kKeep;
   }
@@ -94,16 +95,10 @@ void Hand::sense(const DeviceSample& sample, double h) noexcept {
   was_valid_ = report_.valid;
 }
 
-/// Grabs the free body that presses most on the pointer; pressed again, takes the scene's own pointer back.
-void Hand::followGrabButton(World& world) noexcept {
-  const std::uint32_t edge = buttons_ & ~last_buttons_;
-  if (settings_.grab_button < 0 || !((edge >> settings_.grab_button) & 1u)) return;
-  const int own = world.pointerHome(pointer_), held = world.pointerLink(pointer_);
-  if (held != own) {
-    if (world.tryGrab(pointer_, own)) rebase_ = Rebase::kGlide;
-    return;
-  }
-  int touched = -1;
+/// The free body that presses most on the pointer; -1: none. Only a step knows it: a world that was restored has no contacts yet.
+int Hand::pressing(const World& world) const noexcept {
+  const int held = world.pointerLink(pointer_);
+  int pressing = -1;
   double most = 0;
   for (int i = 0; i < world.contactCount(); ++i) {
     const ContactReport& contact = world.contact(i);
@@ -111,9 +106,21 @@ void Hand::followGrabButton(World& world) noexcept {
     const int other = contact.link_a == held ? contact.link_b : contact.link_a;
     if (contact.normal_force <= most || !world.canGrab(pointer_, other)) continue;
     most = contact.normal_force;
-    touched = other;
+    pressing = other;
   }
-  if (touched >= 0 && world.tryGrab(pointer_, touched)) rebase_ = Rebase::kKeep;
+  return pressing;
+}
+
+/// Grabs the body that pressed most in the last step; pressed again, takes the scene's own pointer back.
+void Hand::followGrabButton(World& world) noexcept {
+  const std::uint32_t edge = buttons_ & ~last_buttons_;
+  if (settings_.grab_button < 0 || !((edge >> settings_.grab_button) & 1u)) return;
+  const int own = world.pointerHome(pointer_);
+  if (world.pointerLink(pointer_) != own) {
+    if (world.tryGrab(pointer_, own)) rebase_ = Rebase::kGlide;
+  } else if (pressing_ >= 0 && world.tryGrab(pointer_, pressing_)) {
+    rebase_ = Rebase::kKeep;
+  }
 }
 
 void Hand::couple(World& world, double h) noexcept {
@@ -159,6 +166,7 @@ Wrench Hand::within(const Wrench& F_B) const noexcept {
 void Hand::render(const World& world, double h) noexcept {
   const Wrench F_W = world.pointerWrench(pointer_);
   report_.in_contact = F_W.force.squaredNorm() + F_W.torque.squaredNorm() > 0;
+  pressing_ = settings_.grab_button < 0 ? -1 : pressing(world);
   if (!report_.valid) report_.fade = 0;
   const double stiffness = report_.in_contact ? world.pointerStiffness(pointer_) : 0;
   report_.stiffness = stiffness * worldToGrip();

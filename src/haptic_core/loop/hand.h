@@ -51,6 +51,7 @@ class Hand {
     visit(s.report_.X_BG), visit(s.report_.X_WP), visit(s.report_.fade), visit(s.report_.port_energy);
     visit(s.report_.in_contact), visit(s.report_.clutched);
     visit(s.clutch_held_), visit(s.rebase_), visit(s.buttons_), visit(s.last_buttons_), visit(s.was_valid_);
+    visit(s.pressing_);
   }
 
   /// Of the last tick.
@@ -71,6 +72,7 @@ class Hand {
  private:
   void check(const HandSettings& settings) const;
   bool pressed(int button) const noexcept { return button >= 0 && ((buttons_ >> button) & 1u) != 0; }
+  int pressing(const World& world) const noexcept;
   void followGrabButton(World& world) noexcept;
   /// The passivity controller is off: no bound of the hand, no limit but the device's own.
   bool feelsAnything() const noexcept { return settings_.passivity.mode == PassivityMode::kOff; }
@@ -85,6 +87,7 @@ class Hand {
   bool clutch_held_ = false;                       ///< by command
   Rebase rebase_ = Rebase::kGlide;                 ///< due at the next `couple`: the pointer starts where the scene has it
   std::uint32_t buttons_ = 0, last_buttons_ = 0;   ///< of this tick and the one before
+  int pressing_ = -1;                              ///< link that the grab button would grab, as the last step left it; -1: none
   bool was_valid_ = false;
   Twist moved_;                                    ///< mean velocity since the last sample, not filtered, in B
 };

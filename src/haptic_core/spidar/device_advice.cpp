@@ -180,6 +180,8 @@ std::string advice(const DeviceRecord& record, const std::string& device_name) {
   return "";
 }
 
+const char* stateName(const DeviceRecord& record) { return record.link_lost ? "DISCONNECTED" : toString(record.state); }
+
 std::string standing(const DeviceRecord& record, const std::string& device_name) {
   const std::string text = advice(record, device_name);
   if (!text.empty()) return text;

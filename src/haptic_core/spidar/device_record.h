@@ -48,6 +48,8 @@ struct DeviceRecord {
 DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t stamp_ns,
                       const DeviceSample& sample) noexcept;
 
+/// The state as users see it: DISCONNECTED while nothing answers, whatever the device will be then.
+const char* stateName(const DeviceRecord& record);
 /// What is wrong and what to do, one sentence each; empty when all is well. Allocates: not for a tick.
 std::string advice(const DeviceRecord& record, const std::string& device_name);
 /// What every state is and what to do now: `advice`, or that of a device that is well. Never empty.

@@ -170,7 +170,7 @@ Recording record() {
   live.tell({GrabLink{0, live.world.linkIndex("block")}});
   live.run(100);
   live.tell({RestoreWorld{saved}});
-  live.run(300);
+  live.run(440);  // to where the pointer touches the block again
   live.run(20, 0, 1);  // the grab button: whatever the pointer touches, if it does
   live.run(100);
   settings.workspace.X_WB.p += Vector3(1e-3, 0, 2e-3);  // the base was moved: the pointer glides after it
