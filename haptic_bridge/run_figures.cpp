@@ -17,16 +17,25 @@ constexpr double kStatedAngle = 0.5;   // [rad]
 // The full-presentation area: with this λ a wrench that the bounds admit is met to λ·|t|, some 1e-6 N.
 constexpr double kExactLambda = 1e-7, kExactError = 1e-4;  // [1], [N]
 
-std::string line(const char* name, double value, const char* unit) {
-  char text[96];
-  std::snprintf(text, sizeof(text), "figure demo.%s %.6g %s\n", name, value, unit);
-  return text;
-}
+/// Lines `figure demo.NAME VALUE UNIT`. A figure that the run did not measure has no line; its name is kept.
+struct FigureLines {
+  std::string text, unmeasured;
 
-std::string line(const char* name, std::uint64_t value) {
-  return std::string("figure demo.") + name + " " + std::to_string(value) + " 1\n";
-}
+  void add(const std::string& name, double value, const char* unit) {
+    if (std::isnan(value)) {
+      unmeasured += " demo." + name;
+      return;
+    }
+    char number[32];
+    std::snprintf(number, sizeof(number), "%.6g", value);
+    text += "figure demo." + name + " " + number + " " + unit + "\n";
+  }
+  void add(const char* name, std::uint64_t value) {
+    text += std::string("figure demo.") + name + " " + std::to_string(value) + " 1\n";
+  }
+};
 
+/// Ratio of two root mean squares [%]; NaN where nothing was asked.
 double percent(double part2, double whole2) { return whole2 > 0 ? 100 * std::sqrt(part2 / whole2) : std::nan(""); }
 
 }  // namespace
@@ -96,7 +105,8 @@ void RunFigures::addPoseError(const HandSample& hand) {
 void RunFigures::addHand(const HandSample& hand, Exact* exact, bool settled, Asked& asked) {
   contact_force_ = std::max(contact_force_, hand.pointer_force);
   if (hand.over_clamp) ++clamps_exceeded_;
-  if (hand.simulated && hand.calibrated) addPoseError(hand);  // of hardware nobody knows the truth
+  simulated_ = simulated_ || hand.simulated;
+  if (hand.simulated && hand.calibrated) addPoseError(hand);
   if (hand.strings_known && settled && asked.known) {
     all_.add(hand.F_strings_B, asked.F_B);
     if (asked.presentable) inside_.add(hand.F_strings_B, asked.F_B);
@@ -115,11 +125,8 @@ void RunFigures::WrenchError::add(const Wrench& done, const Wrench& asked) {
   torque2 += asked.torque.squaredNorm();
 }
 
-/// `force_error` + name + `_pct` and the same of the torque.
-std::string RunFigures::WrenchError::text(const std::string& name) const {
-  return line(("force_error" + name + "_pct").c_str(), percent(force_error2, force2), "%") +
-         line(("torque_error" + name + "_pct").c_str(), percent(torque_error2, torque2), "%");
-}
+double RunFigures::WrenchError::force() const { return percent(force_error2, force2); }
+double RunFigures::WrenchError::torque() const { return percent(torque_error2, torque2); }
 
 /// gain = max over t of [E(t) - E(0) - W_hand(t) + D(t)]⁺ over the largest energy exchanged so far.
 void RunFigures::addEnergy(const EnergyLedger& e) {
@@ -139,25 +146,30 @@ void RunFigures::addEnergy(const EnergyLedger& e) {
 }
 
 std::string RunFigures::text() {
-  std::string text;
-  text += line("ticks", ticks_);
-  text += line("missed_ticks", missed_);
-  text += line("tick_us_p50", percentile(times_.tick, 0.5), "us");
-  text += line("tick_us_p99", percentile(times_.tick, 0.99), "us");
-  text += line("tick_us_max", percentile(times_.tick, 1), "us");
-  text += line("io_us_p50", percentile(times_.io, 0.5), "us");
-  text += line("lateness_us_p50", percentile(times_.lateness, 0.5), "us");
-  text += line("lateness_us_p99", percentile(times_.lateness, 0.99), "us");
-  text += line("pose_error_um_max", 1e6 * position_error_, "um");
-  text += line("pose_error_mrad_max", 1e3 * rotation_error_, "mrad");
-  text += all_.text("") + inside_.text("_inside");
-  text += line("inside_pct", all_.ticks > 0 ? 100.0 * static_cast<double>(inside_.ticks) / static_cast<double>(all_.ticks)
-                                            : std::nan(""), "%");
-  text += line("contact_force_n_max", contact_force_, "N");
-  text += line("clamps_exceeded", clamps_exceeded_);
-  text += line("energy_gain_rel", gain_, "1");
-  text += line("nodelets_same_process", nodelets_together_ ? 1 : 0);
-  return text;
+  FigureLines lines;
+  lines.add("ticks", ticks_);
+  lines.add("missed_ticks", missed_);
+  lines.add("tick_us_p50", percentile(times_.tick, 0.5), "us");
+  lines.add("tick_us_p99", percentile(times_.tick, 0.99), "us");
+  lines.add("tick_us_max", percentile(times_.tick, 1), "us");
+  lines.add("io_us_p50", percentile(times_.io, 0.5), "us");
+  lines.add("lateness_us_p50", percentile(times_.lateness, 0.5), "us");
+  lines.add("lateness_us_p99", percentile(times_.lateness, 0.99), "us");
+  lines.add("pose_error_um_max", 1e6 * position_error_, "um");
+  lines.add("pose_error_mrad_max", 1e3 * rotation_error_, "mrad");
+  lines.add("force_error_pct", all_.force(), "%");
+  lines.add("torque_error_pct", all_.torque(), "%");
+  lines.add("force_error_inside_pct", inside_.force(), "%");
+  lines.add("torque_error_inside_pct", inside_.torque(), "%");
+  lines.add("inside_pct", 100.0 * static_cast<double>(inside_.ticks) / static_cast<double>(all_.ticks), "%");
+  lines.add("contact_force_n_max", contact_force_, "N");
+  lines.add("clamps_exceeded", clamps_exceeded_);
+  lines.add("energy_gain_rel", gain_, "1");
+  lines.add("nodelets_same_process", nodelets_together_ ? 1 : 0);
+  if (lines.unmeasured.empty()) return lines.text;
+  return lines.text + "not measured:" + lines.unmeasured + ": " +
+         (simulated_ ? "they begin with a force or torque after the first second, and near the centre\n"
+                     : "a real device does not tell its true pose and tensions\n");
 }
 
 }  // namespace haptic

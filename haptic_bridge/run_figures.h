@@ -33,7 +33,7 @@ class RunFigures {
   void setDevices(const std::vector<DeviceDef>& devices);
   void setNodeletsTogether(bool together) { nodelets_together_ = together; }
 
-  /// Lines `figure demo.NAME VALUE UNIT`.
+  /// Lines `figure demo.NAME VALUE UNIT`; last, where there are some, `not measured: NAME... : REASON`.
   std::string text();
 
   std::uint64_t ticks() const { return ticks_; }
@@ -53,7 +53,7 @@ class RunFigures {
     double force_error2 = 0, force2 = 0, torque_error2 = 0, torque2 = 0;
     std::uint64_t ticks = 0;
     void add(const Wrench& done, const Wrench& asked);
-    std::string text(const std::string& name) const;
+    double force() const, torque() const;  ///< [%]; NaN where none was asked
   };
   /// The wrench asked in the last tick, which the strings carry out during this one.
   struct Asked {
@@ -75,6 +75,7 @@ class RunFigures {
   bool energy_known_ = false;
   double first_energy_ = 0, first_potential_ = 0, exchanged_ = 0, gain_ = 0;
   bool nodelets_together_ = false;
+  bool simulated_ = false;  ///< a device told its truth
 };
 
 }  // namespace haptic

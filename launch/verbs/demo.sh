@@ -76,6 +76,7 @@ tell_results() {
     echo "demo: recorded $record"
   fi
   (FIGURES=$run && keep_figures demo "$lines" '-O3 -DNDEBUG -ffp-contract=off') || exit 1
+  grep '^not measured' "$lines"
   mv -f "$run/demo.csv" "$FIGURES/demo.csv" && mv -f "$log" "$LOGS/demo.log" || fail "demo: $FIGURES cannot be written"
   rm -rf "$run"
 }

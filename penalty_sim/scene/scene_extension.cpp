@@ -73,8 +73,8 @@ void readLoop(const RobotFile& robot, const XmlElement& tag, const std::string& 
   loop.name = prefix + (tag.Attribute("name") ? tag.Attribute("name")
                                               : "loop" + std::to_string(context.scene.world.loops.size()));
   if (tag.Attribute("type")) loop.type = loopType(tag.Attribute("type"), where);
-  const FramePlace& a = findFrame(context, prefix + readName(robot.xml, tag, "link1"), where);
-  const FramePlace& b = findFrame(context, prefix + readName(robot.xml, tag, "link2"), where);
+  const FramePlace a = findFrame(context, prefix + readName(robot.xml, tag, "link1"), where);
+  const FramePlace b = findFrame(context, prefix + readName(robot.xml, tag, "link2"), where);
   if (a.articulation == b.articulation && a.link == b.link) {
     throw SetupError(where, "link1 and link2 are one rigid body",
                      "name two links that move against each other");
@@ -208,7 +208,7 @@ void readRelations(const RobotFile& robot, const ModelSettings& settings, LoadCo
   }
 }
 
-const FramePlace& findFrame(const LoadContext& context, const std::string& name, const std::string& where) {
+FramePlace findFrame(const LoadContext& context, const std::string& name, const std::string& where) {
   const auto found = context.frames.find(name);
   if (found == context.frames.end())
     throw SetupError(where, "link '" + name + "' does not exist", "define it or mend the name");

@@ -31,7 +31,7 @@ void readSceneTag(const RobotFile& robot, WorldSettings& settings, GivenSolid& s
 void readRelations(const RobotFile& robot, const ModelSettings& settings, LoadContext& context);
 
 /// The place of link `name`. Throws SetupError when there is none.
-const FramePlace& findFrame(const LoadContext& context, const std::string& name, const std::string& where);
+FramePlace findFrame(const LoadContext& context, const std::string& name, const std::string& where);
 
 /// No collision between two links; a link with itself is left out.
 void addFilter(const FramePlace& a, const FramePlace& b, WorldDef& world);

@@ -1,5 +1,7 @@
 #include "spidar_driver/latency/tick_timing.h"
 
+#include <sched.h>
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -18,6 +20,22 @@ std::string firstLine(const std::string& path) {
   std::string line;
   std::getline(file, line);
   return line;
+}
+
+int lastCpu() {
+  cpu_set_t set;
+  if (::sched_getaffinity(0, sizeof set, &set) != 0) return 0;
+  int cpu = CPU_SETSIZE - 1;
+  while (cpu > 0 && !CPU_ISSET(cpu, &set)) --cpu;
+  return cpu;
+}
+
+/// How to leave the loop a processor of its own, by the number that it has on this machine.
+std::string cpuAdvice(int last_cpu) {
+  if (last_cpu == 0) return "ticks start late on the only processor open to this program: stop what else runs there";
+  const std::string cpu = std::to_string(last_cpu);
+  return "ticks start late: stop what else runs, or keep a processor for the loop (boot with isolcpus=" + cpu + " nohz_full=" + cpu +
+         ", set the bridge's parameter ~cpu to " + cpu + ", measure with taskset -c " + cpu + ")";
 }
 
 }  // namespace
@@ -54,6 +72,7 @@ TimingSetup examineMachine(const std::string& port) {
   TimingSetup setup;
   setup.realtime_kernel = firstLine("/sys/kernel/realtime") == "1";
   setup.isolated_cpus = !firstLine("/sys/devices/system/cpu/isolated").empty();
+  setup.last_cpu = lastCpu();
   setup.powersave = firstLine("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor") == "powersave";
   setup.latency_timer_ms = port.empty() ? -1 : latencyTimerMs(port);
   return setup;
@@ -78,10 +97,7 @@ std::vector<std::string> advice(const TimingSetup& setup, const std::vector<Tick
     lines.push_back(
         "memory is not locked: add '@dialout - memlock unlimited' to /etc/security/limits.d/haptic.conf");
   if (setup.powersave) lines.push_back("the processor saves power: cpupower frequency-set -g performance");
-  if (late && !setup.isolated_cpus)
-    lines.push_back(
-        "ticks start late: keep a core free for the loop (kernel option isolcpus=3 nohz_full=3) and stop "
-        "what else runs");
+  if (late && !setup.isolated_cpus) lines.push_back(cpuAdvice(setup.last_cpu));
   if (late && !setup.realtime_kernel)
     lines.push_back(
         "ticks start late: a PREEMPT_RT kernel (Debian: linux-image-rt-amd64) bounds the lateness");

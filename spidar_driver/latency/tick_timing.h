@@ -31,6 +31,7 @@ struct TimingSetup {
   bool memory_locked = false;
   bool realtime_kernel = false;  ///< PREEMPT_RT
   bool isolated_cpus = false;
+  int last_cpu = 0;           ///< the highest that this process may run on; 0: the only one
   bool powersave = false;     ///< frequency governor
   int latency_timer_ms = -1;  ///< of the USB adapter; -1: none
 };

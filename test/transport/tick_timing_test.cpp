@@ -2,8 +2,10 @@
 #include "spidar_driver/latency/tick_timing.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 
 #include <cmath>
+#include <string>
 
 namespace haptic {
 namespace tick_timing_test {
@@ -53,6 +55,33 @@ TEST(TickTiming, AdviceNamesWhatCanBeChanged) {
   EXPECT_EQ(advice(setup, {late}).size(), 4u);  // priority, memory, isolation, kernel
   setup.realtime_priority = setup.memory_locked = setup.realtime_kernel = setup.isolated_cpus = true;
   EXPECT_EQ(advice(setup, {late}).size(), 1u);
+}
+
+TEST(TickTiming, AdviceNamesAProcessorThatThereIs) {
+  cpu_set_t mine, one;
+  ASSERT_EQ(sched_getaffinity(0, sizeof mine, &mine), 0);
+  int last = -1;
+  for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu)
+    if (CPU_ISSET(cpu, &mine)) last = cpu;
+  EXPECT_EQ(examineMachine("").last_cpu, last);
+  int first = 0;
+  while (!CPU_ISSET(first, &mine)) ++first;
+  CPU_ZERO(&one);
+  CPU_SET(first, &one);
+  ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+  EXPECT_EQ(examineMachine("").last_cpu, first);
+  ASSERT_EQ(sched_setaffinity(0, sizeof mine, &mine), 0);
+
+  TickTiming late = evenRun(1000, 900);
+  late.lateness_us.assign(1000, 5000);
+  TimingSetup setup;
+  setup.realtime_priority = setup.memory_locked = setup.realtime_kernel = true;
+  for (const int cpu : {1, 5, 127}) {
+    setup.last_cpu = cpu;
+    EXPECT_NE(advice(setup, {late}).at(0).find("isolcpus=" + std::to_string(cpu) + " "), std::string::npos);
+  }
+  setup.last_cpu = 0;  // the kernel cannot run on none
+  EXPECT_EQ(advice(setup, {late}).at(0).find("isolcpus"), std::string::npos);
 }
 
 }  // namespace tick_timing_test

@@ -5,11 +5,14 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <sstream>
 
 #include "haptic_core/base/error.h"
 
@@ -28,16 +31,28 @@ std::string firstLine(const char* path) {
   return line;
 }
 
+/// Whether `cpu` is in a list of the kernel's, such as "1,4-7".
+bool listed(const std::string& list, int cpu) {
+  std::istringstream parts(list);
+  for (std::string part; std::getline(parts, part, ',');) {
+    int first = -1, last = -1;
+    const int numbers = std::sscanf(part.c_str(), "%d-%d", &first, &last);
+    if (numbers > 0 && cpu >= first && cpu <= (numbers == 2 ? last : first)) return true;
+  }
+  return false;
+}
+
 /// Settings of the machine that cost lateness; reading them needs no rights.
-void checkMachine(const RealtimeSettings& settings, std::vector<std::string>& advice) {
+void checkMachine(const RealtimeSettings& settings, RealtimeReport& report) {
+  std::vector<std::string>& advice = report.advice;
   const std::string governor = firstLine("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
   if (!governor.empty() && governor != "performance") {
     advice.push_back("the CPU governor is '" + governor + "': cpupower frequency-set -g performance");
   }
   const std::string preempt = firstLine("/sys/kernel/realtime");
   if (preempt != "1") advice.push_back("the kernel is not PREEMPT_RT: lateness has no bound (package linux-image-rt-amd64)");
-  const std::string isolated = firstLine("/sys/devices/system/cpu/isolated");
-  if (settings.cpu >= 0 && isolated.empty()) {
+  // Of one processor nothing can be kept free.
+  if (report.pinned && ::sysconf(_SC_NPROCESSORS_ONLN) > 1 && !listed(firstLine("/sys/devices/system/cpu/isolated"), settings.cpu)) {
     advice.push_back("core " + std::to_string(settings.cpu) + " is shared: boot with isolcpus=" +
                      std::to_string(settings.cpu));
   }
@@ -103,7 +118,7 @@ RealtimeReport enterRealtime(const RealtimeSettings& settings) {
     report.pinned = pthread_setaffinity_np(pthread_self(), sizeof(set), &set) == 0;
     if (!report.pinned) report.advice.push_back("there is no core " + std::to_string(settings.cpu) + " to stay on");
   }
-  checkMachine(settings, report.advice);
+  checkMachine(settings, report);
   return report;
 }
 

@@ -216,7 +216,7 @@ void findProblems(const DeviceDef& def, DeviceReport& report) {
     add("no more strings than degrees of freedom: they can only hold a grip that gravity or a spring pulls, "
         "and no slip can be noticed");
   if (def.handedness == Handedness::kGuessedLeft || def.handedness == Handedness::kGuessedRight)
-    add("handedness is guessed: do the first-motion test, then write left or right");
+    report.to_do.push_back("handedness is guessed: do the first-motion test, then write left or right");
 }
 
 std::string vectorText(const Vector3& v, double scale, int digits) {
@@ -343,6 +343,7 @@ std::string checkDevice(const DeviceDef& def) {
           " ms for which counts may be old\n";
   text += obedienceText(def);
   text += firstMotionTest(def);
+  for (const std::string& line : r.to_do) text += "to do: " + line + "\n";
   for (const std::string& problem : r.problems) text += "problem: " + problem + "\n";
   if (r.problems.empty()) text += "no problem found\n";
   return text;

@@ -28,6 +28,7 @@ struct DeviceReport {
   Vector3 turn_resolution = Vector3::Zero();  ///< about x y z [rad]
   double closest_strings = 0;                 ///< least distance of two strings of different knots [m]
   std::vector<std::string> problems;          ///< one line each: what is wrong and what to do
+  std::vector<std::string> to_do;             ///< one line each: what only the device on the desk can tell
 };
 
 /// Set-up: about 0.1 s.
