@@ -48,7 +48,7 @@ struct Hand {
     }
   }
   void rest() {
-    for (int i = 0; i < 50; ++i) step(at, Vector3::Zero());
+    for (int i = 0; i < 100; ++i) step(at, Vector3::Zero());
   }
   void step(const Vector3& goal, const Vector3& velocity) {
     at = goal;
