@@ -1,7 +1,8 @@
 #!/bin/sh
 #: check SCENE [--device D] [--rate HZ] [--default-density KG_PER_M3] [--srdf FILE] [--strict]
 #:                   load a scene or robot and print what it becomes: links, shapes, contact values, plan, whether
-#:                   its step is stable and whether a hand on device D (spidar_g6x3r) can hold what it touches
+#:                   its step is stable and whether a hand on device D (spidar_g6x3r) can hold what it touches; fails
+#:                   where the hand would ring at any depth up to the workspace's end
 #: check DEVICE      what an arrangement of strings can do, what is wrong with it, its first-motion test
 . "$(dirname "$0")/parts/start.sh"
 [ $# -ge 1 ] || fail "check needs the name of a scene or device, or the path of its file"

@@ -1,4 +1,5 @@
 /// `scene_check FILE|NAME`: loads a scene, compiles its world, prints what became of it and whether hands can bear it.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -9,6 +10,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/analysis/hand_certificate.h"
 #include "haptic_core/analysis/certificate.h"
+#include "haptic_core/loop/hand_trial.h"
 #include "haptic_core/world/world.h"
 #include "haptic_core/base/program_version.h"
 #include "scene/scene_file.h"
@@ -18,7 +20,7 @@ namespace {
 constexpr char kUsage[] =
     "usage: scene_check [--default-density KG_PER_M3] [--srdf FILE] [--scenes FOLDER] [--device FILE] [--rate HZ]\n"
     "                   SCENE|FILE\n"
-    "exit code: 0 loaded, 1 loaded with warnings and --strict, 2 refused or wrong usage\n";
+    "exit code: 0 loaded, 1 loaded with warnings and --strict or a hand that rings, 2 refused or wrong usage\n";
 
 /// Reads a value > 0; false, after a line that says so: it is none.
 bool readPositive(const char* option, const char* text, const char* unit, double& value) {
@@ -27,6 +29,19 @@ bool readPositive(const char* option, const char* text, const char* unit, double
   if (*end == '\0' && value > 0 && std::isfinite(value)) return true;
   std::fprintf(stderr, "scene_check: %s '%s' is not a number > 0 in %s\n", option, text, unit);
   return false;
+}
+
+/// Presses a hand's pointer to the workspace's end through the whole loop and prints how that went; false: it rings.
+bool passes(const haptic::SceneDef& scene, const haptic::HandDef& hand, const haptic::DeviceDef& device) {
+  haptic::HandSettings settings;
+  settings.workspace = hand.workspace;
+  settings.force_scale = hand.force_scale;
+  const haptic::TrialResult worst = haptic::pressHand(scene.world, hand.pointer, settings, device);
+  std::printf("hand of %s pressed to the workspace's end: %s, at most %.3g N; between ticks the force changes by %.0f N/m times the "
+              "way and %.2g N\n",
+              hand.device.c_str(), worst.steady() ? "PASS" : worst.rings ? "RINGS" : "NOT FINITE", worst.strongest,
+              worst.stiffness, std::max(0.0, worst.jump));
+  return worst.steady();
 }
 
 }  // namespace
@@ -71,16 +86,18 @@ int main(int argc, char** argv) {
     std::fputs(world.planText().c_str(), stdout);
     const haptic::Certificate certificate = haptic::certify(scene.world);
     std::fputs(certificate.text().c_str(), stdout);
+    bool good = true;
     if (!device_file.empty()) {
       const haptic::DeviceDef device = haptic::loadDevice(device_file);
       for (const haptic::HandDef& hand : scene.hands) {
         const haptic::HandMapping mapping{hand.workspace.scale, hand.force_scale};
         std::fputs(haptic::certifyHand(scene.world, hand.pointer, mapping, device).text().c_str(), stdout);
+        good = passes(scene, hand, device) && good;
       }
     }
     std::printf("figure check.collisions_lost %d 1\nfigure check.warnings %zu 1\n",
                 scene.collisions_tried - scene.collisions_loaded, scene.warnings.size());
-    return strict && !scene.warnings.empty() ? 1 : 0;
+    return !good || (strict && !scene.warnings.empty()) ? 1 : 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "scene_check: %s\n", error.what());
     return 2;
