@@ -46,20 +46,9 @@ void weaken(double& stiffness, double& damping, double bound, double h) noexcept
   damping = std::min(share * damping, kMostDamping * bound * h);
 }
 
-/// Scales spring and damper so that what they give now stays within `most`.
-void saturate(double& stiffness, double& damping, double given, double most) noexcept {
-  if (!(given > most)) return;
-  stiffness *= most / given;
-  damping *= most / given;
-}
-
-PointerCoupling weakened(PointerCoupling coupling, const HandBound& bound, const PointerState& pointer, const LinkWork& link,
-                         double h) noexcept {
-  weaken(coupling.stiffness, coupling.damping, bound.stiffness, h);
-  weaken(coupling.rotational_stiffness, coupling.rotational_damping, kTurnOfWay * bound.stiffness, h);
-  const Wrench F_W = couplingForce(coupling, pointer.p_WL, pointer.q_WL, pointer.V_WL, link);
-  saturate(coupling.stiffness, coupling.damping, F_W.force.norm(), bound.force);
-  saturate(coupling.rotational_stiffness, coupling.rotational_damping, F_W.torque.norm(), bound.torque);
+PointerCoupling weakened(PointerCoupling coupling, double bound, double h) noexcept {
+  weaken(coupling.stiffness, coupling.damping, bound, h);
+  weaken(coupling.rotational_stiffness, coupling.rotational_damping, kTurnOfWay * bound, h);
   return coupling;
 }
 
@@ -69,9 +58,7 @@ void boundHands(const Model& model, const State& state, const Placement& placeme
   for (const int i : hands.acting) {
     HandBound& bound = hands.bound[i];
     if (!model.holds(i)) {
-      const PointerState& pointer = state.pointers[i];
-      hands.coupling[i] =
-          weakened(hands.own_coupling[i], bound, pointer, placement.link[pointer.link], model.settings.step);
+      hands.coupling[i] = weakened(hands.own_coupling[i], bound.stiffness, model.settings.step);
     } else if (!std::isinf(bound.stiffness)) {
       bound.met_W = metStiffness(model, state, placement, state.pointers[i].link);
     }

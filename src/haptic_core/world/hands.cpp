@@ -68,6 +68,7 @@ void grab(const Model& model, const Placement& placement, int pointer, int link,
   hand.p_WL = X_WL.p;
   hand.q_WL = Quaternion(X_WL.R);
   hand.targeted = false;
+  hand.turn_withheld = hand.way_withheld = Vector3::Zero();
   refreshHands(model, state, hands);
 }
 
@@ -128,7 +129,8 @@ void pullCoupled(const Model& model, const StepPart& part, bool advances, State&
     const PointerState& pointer = state.pointers[i];
     if (model.holds(i) || state.mode[model.links[pointer.link].articulation] == TreeMode::kImplicit) continue;
     LinkWork& link = placement.link[pointer.link];
-    const Wrench F_W = couplingForce(hands.coupling[i], pointer.p_WL, pointer.q_WL, pointer.V_WL, link);
+    const HeldGoal& goal = hands.goal[i];
+    const Wrench F_W = couplingForce(hands.coupling[i], goal.p_WL, goal.q_WL, goal.V_WL, link);
     link.addWrench(F_W, link.X_WL.p);
     if (!advances) continue;
     if (hands.held_by[pointer.link] < 0) state.energy.external += part.h * power(F_W, link.twistAtOrigin());
@@ -149,7 +151,11 @@ void collectHeld(const Model& model, const StepPart& part, State& state, HandWor
 
 void reportToHands(const Model& model, bool finite, const HandWork& hands, State& state) noexcept {
   for (const int i : hands.acting) {
-    state.pointers[i].F_W = finite ? hands.wrench[i] * (1.0 / model.settings.substeps) : Wrench{};
+    PointerState& pointer = state.pointers[i];
+    pointer.F_W = finite ? hands.wrench[i] * (1.0 / model.settings.substeps) : Wrench{};
+    if (!pointer.targeted) continue;
+    pointer.turn_withheld = hands.goal[i].turn_withheld;
+    pointer.way_withheld = hands.goal[i].way_withheld;
   }
 }
 

@@ -19,6 +19,7 @@ struct HeldGoal {
   Vector3 p_WL = Vector3::Zero();            ///< [m]
   Quaternion q_WL = Quaternion::Identity();  ///< orientation
   Twist V_WL;                                ///< at L's origin, in W
+  Vector3 turn_withheld = Vector3::Zero(), way_withheld = Vector3::Zero();  ///< of the way to the target [rad], [m]
 };
 
 /// Scratch of the hands in a step.

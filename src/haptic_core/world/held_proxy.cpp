@@ -14,6 +14,9 @@ constexpr int kSweeps = 20;
 /// Share of the room that a link may use up in a step [1]: at a bound it slows down over some steps, and its damper's force with it. All
 /// of it at once, and a ball at 0.3 m/s lost 3 N in a tick.
 constexpr double kApproach = 0.3;
+/// Rate at which the force may rise while a link that stayed behind catches up with a hand at rest [N/s]: 0.1 N in a tick of 1 kHz,
+/// a third of the least that is felt as a stroke. A tool that comes free 30 mm behind its hand follows within two seconds.
+constexpr double kRise = 100;
 constexpr double kRhoPerReach = 10;  ///< ρ over the link's reach [1]: less, and a tool turns under the hand before it stays behind
 /// Stiffness bound over k times the largest section from which a contact counts as unweakened; above 1, η falls by then [1].
 constexpr double kUnweakened = 1.1;
@@ -26,7 +29,14 @@ double extent(const ConvexShape& shape, const Pose& X_WS, const Vector3& n_W) no
   return supportHeight(shape, X_WS, n_W) + supportHeight(shape, X_WS, -n_W);
 }
 
-/// A contact of a held link, as the rows need it.
+/// Scales spring and damper so that what they give now stays within `most`.
+void saturate(double& stiffness, double& damping, double given, double most) noexcept {
+  if (!(given > most)) return;
+  stiffness *= most / given;
+  damping *= most / given;
+}
+
+/// A contact of a pointer's link, as the rows need it.
 struct HeldContact {
   Vector6 J;              ///< its depth over the link's motion
   Vector3 push, arm;      ///< unit force on the link, in W; its point from L's origin [m]
@@ -34,6 +44,20 @@ struct HeldContact {
   double stiffness = 0;   ///< k A0 [N/m]
   double damping = 0;     ///< of the pressure [N·s/m]
   double receding = 0;    ///< depth that the other body's motion takes away in the time left [m], ≤ 0
+  double most = 0;        ///< force where the link is sunk as deep as it may be [N]
+};
+
+/// How deep a contact is along its normal, and what sinks there: the lesser of the two shapes.
+struct Depth {
+  double now = 0;             ///< h [m]
+  double extent = INFINITY;   ///< H [m]
+  double solid = 0;           ///< its volume [m³]
+  double share = 0;           ///< η
+  double room() const noexcept { return share * extent - now; }
+  /// Of the force over the depth, from now to where the solid is wholly inside [N/m]. A patch that has just touched has no area yet.
+  double secant(double k, double force) const noexcept {
+    return extent > now ? std::max(0.0, k * solid - force) / (extent - now) : 0.0;
+  }
 };
 
 class Aim {
@@ -46,8 +70,14 @@ class Aim {
 
  private:
   bool held(int link) const noexcept { return work_.hands.held_by[link] >= 0; }
+  bool pointed(int link) const noexcept;
   void addContact(int index, int pointer) noexcept;
-  double room(const ContactEvaluation& c, const ActivePair& pair, int shape, double K_max) const noexcept;
+  void addPullRows(int pointer) noexcept;
+  void pull(int pointer) noexcept;
+  double rhoOf(int link) const noexcept;
+  double steadyWay(int pointer) const noexcept;
+  bool follow(int pointer, double rho, Vector6& motion) noexcept;
+  Depth depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape, double K_max) const noexcept;
   void addForceRows(const PointerBound& bound) noexcept;
   void addRow(const Vector6& J, double room) noexcept;
 
@@ -60,14 +90,19 @@ class Aim {
   int count_ = 0;
 };
 
-/// The pairs that touch held links, copied: looking at them advances their caches, which are state.
+bool Aim::pointed(int link) const noexcept {
+  const std::vector<int>& acting = work_.hands.acting;
+  return std::any_of(acting.begin(), acting.end(), [&](int i) { return state_.pointers[i].link == link; });
+}
+
+/// The pairs that touch pointers' links, copied: looking at them advances their caches, which are state.
 void Aim::gather() noexcept {
   proxy_.touching.clear();
   for (int i = 0; i < state_.pair_count; ++i) {
     const ActivePair& pair = state_.pairs[i];
     if (pair.friction.touching == 0) continue;
     const int shapes[2] = {pair.shapeA(), pair.shapeB()};
-    if (!held(model_.shapes[shapes[0]].link) && !held(model_.shapes[shapes[1]].link)) continue;
+    if (!pointed(model_.shapes[shapes[0]].link) && !pointed(model_.shapes[shapes[1]].link)) continue;
     proxy_.pairs[i] = pair;
     proxy_.touching.push_back(i);
     for (const int s : shapes) proxy_.X_WS[s] = work_.placement.link[model_.shapes[s].link].X_WL * model_.shapes[s].X_LS;
@@ -81,34 +116,42 @@ void Aim::gather() noexcept {
 void Aim::addRow(const Vector6& J, double room) noexcept {
   const int row = proxy_.rows.size();
   proxy_.rows.resize(row + 1);
-  proxy_.rows[row] = {J, room > 0 ? kApproach * room : room, 0};
+  proxy_.rows[row] = {J, room, 0};
 }
 
-/// How much deeper the contact may go [m].
-double Aim::room(const ContactEvaluation& c, const ActivePair& pair, int shape, double K_max) const noexcept {
+/// Share of a room that is used up in a step: at a bound a link slows down over some steps.
+double inOneStep(double room) noexcept { return room > 0 ? kApproach * room : room; }
+
+/// How deep the contact is, and may become.
+Depth Aim::depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape, double K_max) const noexcept {
   const Vector3 n_W = c.X_WP.R.col(2);
   const double k = model_.law(pair.shapeA(), pair.shapeB(), false, false).material.stiffness;
-  double depth = c.volume.depth, least = INFINITY, share = kMostSunkWeakened;
+  Depth depth;
+  depth.now = c.volume.depth;
+  depth.share = kMostSunkWeakened;
   for (const int s : {pair.shapeA(), pair.shapeB()}) {
     const ConvexShape& solid = *model_.shapes[s].shape;
-    const double H = extent(solid, proxy_.X_WS[s], n_W);
-    least = std::min(least, H);
-    if (!solid.halfSpace()) share = std::max(share, mostSunk(K_max, k, solid.volume(), H));
+    if (solid.halfSpace()) continue;
+    const double H = extent(solid, proxy_.X_WS[s], n_W), share = mostSunk(K_max, k, solid.volume(), H);
+    depth.share = std::max(depth.share, share);
+    if (H < depth.extent) depth.extent = H, depth.solid = solid.volume();
   }
   if (c.volume.flags & ContactVolume::kOnSeam) {  // the link as a whole: its foremost shape is as much deeper as it lies ahead
     const int link = model_.shapes[shape].link;
     const Vector3 in_W = pair.shapeA() == shape ? n_W : Vector3(-n_W);
     double front = -INFINITY, back = -INFINITY;
+    depth.solid = 0;
     for (std::size_t s = 0; s < model_.shapes.size(); ++s) {
       if (model_.shapes[s].link != link) continue;
       const Pose X_WS = work_.placement.link[link].X_WL * model_.shapes[s].X_LS;
       front = std::max(front, supportHeight(*model_.shapes[s].shape, X_WS, in_W));
       back = std::max(back, supportHeight(*model_.shapes[s].shape, X_WS, -in_W));
+      depth.solid += model_.shapes[s].shape->volume();
     }
-    depth += front - supportHeight(*model_.shapes[shape].shape, proxy_.X_WS[shape], in_W);
-    least = front + back;
+    depth.now += front - supportHeight(*model_.shapes[shape].shape, proxy_.X_WS[shape], in_W);
+    depth.extent = front + back;
   }
-  return share * least - depth;
+  return depth;
 }
 
 void Aim::addContact(int index, int pointer) noexcept {
@@ -133,8 +176,9 @@ void Aim::addContact(int index, int pointer) noexcept {
                                                  : kindOf(c.law.pressure).damping(m) * contact.force;
   const double speed = held(other) ? 0.0 : in_W.dot(work_.placement.link[other].twistAt(c.X_WP.p).linear);
   contact.receding = -std::max(0.0, speed) * left_;
-  const double room = this->room(c, pair, is_a ? pair.shapeA() : pair.shapeB(), work_.hands.bound[pointer].stiffness);
-  addRow(contact.J, (held(other) ? 0.5 : 1.0) * (room - contact.receding));
+  const Depth depth = depthOf(c, pair, is_a ? pair.shapeA() : pair.shapeB(), work_.hands.bound[pointer].stiffness);
+  contact.most = contact.force + depth.room() * std::max(contact.stiffness, depth.secant(m.stiffness, contact.force));
+  if (model_.holds(pointer)) addRow(contact.J, inOneStep((held(other) ? 0.5 : 1.0) * (depth.room() - contact.receding)));
 }
 
 void Aim::addForceRows(const PointerBound& bound) noexcept {
@@ -155,7 +199,7 @@ void Aim::addForceRows(const PointerBound& bound) noexcept {
       J += share * slope * c.J;
       room -= share * slope * c.receding;
     }
-    addRow(J, room);
+    addRow(J, inOneStep(room));
   };
   add(force, bound.force, [](const HeldContact& c) { return c.push; });
   add(torque, bound.torque, [](const HeldContact& c) { return Vector3(c.arm.cross(c.push)); });
@@ -164,7 +208,7 @@ void Aim::addForceRows(const PointerBound& bound) noexcept {
 void Aim::aim(int pointer) noexcept {
   const PointerState& target = state_.pointers[pointer];
   HeldGoal& goal = work_.hands.goal[pointer];
-  goal = {target.p_WL, target.q_WL, target.V_WL};
+  goal = {target.p_WL, target.q_WL, target.V_WL, Vector3::Zero(), Vector3::Zero()};
   proxy_.rows.clear();
   count_ = 0;
   for (const int index : proxy_.touching) {
@@ -172,20 +216,102 @@ void Aim::aim(int pointer) noexcept {
     const int a = model_.shapes[pair.shapeA()].link, b = model_.shapes[pair.shapeB()].link;
     if (a == target.link || b == target.link) addContact(index, pointer);
   }
-  if (count_ == 0) return;
-  addForceRows(work_.hands.bound[pointer]);
-  const LinkWork& link = work_.placement.link[target.link];
-  const Quaternion q_WL(link.X_WL.R);
-  const double rho = kRhoPerReach * (model_.links[target.link].size + (link.p_WC() - link.X_WL.p).norm());
-  Vector6 wanted, motion;
-  wanted << vectorFromRotation(target.q_WL * q_WL.conjugate()), target.p_WL - link.X_WL.p;
-  if (!nearestMotion(proxy_.rows, rho, wanted, motion)) return;
-  goal.p_WL = link.X_WL.p + motion.tail<3>();
-  goal.q_WL = (rotationFromVector(motion.head<3>()) * q_WL).normalized();
+  if (!model_.holds(pointer)) return pull(pointer);
+  if (count_ > 0) addForceRows(work_.hands.bound[pointer]);
+  const double rho = rhoOf(target.link);
+  Vector6 motion;
+  if (!follow(pointer, rho, motion)) return;
   // The velocity of a link that stays behind: as near to the hand's as the rows allow over the time left.
   for (int i = 0; i < proxy_.rows.size(); ++i) proxy_.rows[i].room = std::max(0.0, proxy_.rows[i].room) / left_;
   Vector6 velocity;
   if (nearestMotion(proxy_.rows, rho, target.V_WL.vector(), velocity)) goal.V_WL = {velocity.head<3>(), velocity.tail<3>()};
+}
+
+/// A row per contact: the spring gives no more along it than all contacts together carry beside the link's weight.
+void Aim::addPullRows(int pointer) noexcept {
+  const int link = state_.pointers[pointer].link;
+  const double k_c = work_.hands.coupling[pointer].stiffness;
+  if (!(k_c > 0)) return;
+  const bool free = model_.trees[model_.links[link].articulation].model->isFreeBody();
+  const Vector3 weight = free ? Vector3(model_.links[link].mass * model_.settings.gravity) : Vector3(Vector3::Zero());
+  for (int i = 0; i < count_; ++i) {
+    double carried = weight.dot(contacts_[i].push);
+    for (int j = 0; j < count_; ++j) {
+      const double along = contacts_[i].push.dot(contacts_[j].push);
+      carried += along * (along > 0 ? contacts_[j].most : contacts_[j].force);
+    }
+    addRow(contacts_[i].J, carried / k_c);
+  }
+}
+
+/// Way of a spring's goal in a step beyond which the hand would feel a stroke [m]: the hand's own, and what raises the force by kRise.
+/// A held link has no such memory: it is felt where it touches, not how far its hand is.
+double Aim::steadyWay(int pointer) const noexcept {
+  if (model_.holds(pointer)) return INFINITY;
+  const PointerState& target = state_.pointers[pointer];
+  const double rho = rhoOf(target.link);
+  const double speed = std::sqrt(rho * rho * target.V_WL.angular.squaredNorm() + target.V_WL.linear.squaredNorm());
+  return model_.settings.step * (speed + kRise / work_.hands.coupling[pointer].stiffness);
+}
+
+/// The goal: of the way to the target, as much as rows and the last step allow. A spring's force rises with the hand's own way and by
+/// kRise beside it, however far its link has stayed behind and whatever lets it go, and falls at most twice as fast. False: the goal
+/// is the target itself.
+bool Aim::follow(int pointer, double rho, Vector6& motion) noexcept {
+  const PointerState& target = state_.pointers[pointer];
+  HeldGoal& goal = work_.hands.goal[pointer];
+  const LinkWork& link = work_.placement.link[target.link];
+  const Quaternion q_WL(link.X_WL.R);
+  Vector6 wanted, withheld;
+  wanted << vectorFromRotation(target.q_WL * q_WL.conjugate()), target.p_WL - link.X_WL.p;
+  withheld << target.turn_withheld, target.way_withheld;
+  const auto size = [&](const Vector6& way) { return std::sqrt(rho * rho * way.head<3>().squaredNorm() + way.tail<3>().squaredNorm()); };
+  const double steady = steadyWay(pointer), behind = size(withheld);
+  withheld *= steady < behind ? 1 - steady / behind : 0.0;
+  wanted -= withheld;
+  const bool stays = nearestMotion(proxy_.rows, rho, wanted, motion);
+  if (!stays) motion = wanted;
+  const double more = size(wanted - motion);
+  if (more > 2 * steady) motion = wanted + 2 * steady / more * (motion - wanted);
+  withheld += wanted - motion;
+  goal.turn_withheld = withheld.head<3>();
+  goal.way_withheld = withheld.tail<3>();
+  if (!stays && withheld.isZero(0)) return false;
+  goal.p_WL = link.X_WL.p + motion.tail<3>();
+  goal.q_WL = (rotationFromVector(motion.head<3>()) * q_WL).normalized();
+  return true;
+}
+
+/// A virtual coupling pulls from a place where its spring gives no more than the contacts of its link carry, and with the force that
+/// its hand bears at most.
+void Aim::pull(int pointer) noexcept {
+  const PointerState& target = state_.pointers[pointer];
+  HeldGoal& goal = work_.hands.goal[pointer];
+  PointerCoupling& coupling = work_.hands.coupling[pointer];
+  const LinkWork& link = work_.placement.link[target.link];
+  const double rho = rhoOf(target.link);
+  addPullRows(pointer);
+  Vector6 motion;
+  follow(pointer, rho, motion);
+  // Its damper likewise: the pulling place goes no faster from the link than the spring's room lasts.
+  for (int i = 0; i < proxy_.rows.size(); ++i) {
+    ProxyRow& row = proxy_.rows[i];
+    row.room = inOneStep(std::max(0.0, row.room - row.J.dot(motion))) / left_;
+  }
+  const Twist V_WL = link.twistAtOrigin();
+  Vector6 faster;
+  if (nearestMotion(proxy_.rows, rho, target.V_WL.vector() - V_WL.vector(), faster)) {
+    goal.V_WL = Twist{V_WL.angular + faster.head<3>(), V_WL.linear + faster.tail<3>()};
+  }
+  const Wrench F_W = couplingForce(coupling, goal.p_WL, goal.q_WL, goal.V_WL, link);
+  const PointerBound& bound = work_.hands.bound[pointer];
+  saturate(coupling.stiffness, coupling.damping, F_W.force.norm(), bound.force);
+  saturate(coupling.rotational_stiffness, coupling.rotational_damping, F_W.torque.norm(), bound.torque);
+}
+
+double Aim::rhoOf(int l) const noexcept {
+  const LinkWork& link = work_.placement.link[l];
+  return kRhoPerReach * (model_.links[l].size + (link.p_WC() - link.X_WL.p).norm());
 }
 
 }  // namespace
@@ -230,7 +356,7 @@ bool nearestMotion(LoadedVector<ProxyRow>& rows, double rho, const Vector6& want
 
 void aimHeld(const Model& model, const State& state, double left, Work& work) noexcept {
   const HandWork& hands = work.hands;
-  const auto follows = [&](int i) { return model.holds(i) && state.pointers[i].targeted; };
+  const auto follows = [&](int i) { return state.pointers[i].targeted; };
   if (std::none_of(hands.acting.begin(), hands.acting.end(), follows)) return;
   Aim aim(model, state, left, work);
   aim.gather();

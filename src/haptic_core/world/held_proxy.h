@@ -1,4 +1,4 @@
-/// How far a held link follows its hand: a proxy, so that no tool is swallowed and no force passes the hand's bound.
+/// How far a pointer's link follows its hand: a proxy, so that no tool is swallowed and no force passes the hand's bound.
 ///
 /// Direct coupling ties the link to the hand's target rigidly. That ends where the link would
 ///   - sink through what it presses on. h: extent of the contact volume along its normal n; H: the lesser extent of the two
@@ -19,9 +19,17 @@
 /// ρ is ten times the link's reach: it keeps the hand's orientation unless two contacts hold it against one another.
 /// What dampers and friction add within one substep, before the next rows know it, Hand bounds (loop/hand.cpp).
 ///
-/// Where no row is active the goal is the target, bit for bit. Nothing is remembered but the link's pose: rows are made of
+/// A virtual coupling pulls its link from the goal. There a row per contact says that the spring gives no more along it than all
+/// contacts give at η H, beside the link's weight: k_c J_i δ ≤ Σ_j (n_i·n_j) F_j(η H) - m g·n_i, and its damper likewise, with
+/// F(η H) = F + (η H - h) max(k A0, (k Vol - F)/(H - h)), Vol the lesser shape's: exact where h = η H. A spring that gave more would
+/// draw the tool through, and let go of 10 N in the tick in which it comes out.
+///
+/// The rest of a spring's way, which its link stayed behind by, is remembered (PointerState). A row that goes at once, as the tool
+/// comes free or something else begins to carry it, lets go of that rest as fast as the hand moves and the force may rise beside it.
+///
+/// Where no row is active and nothing was withheld the goal is the target, bit for bit. Nothing else is remembered: rows are made of
 /// the contacts where the bodies are.
-/// Cost: once more the geometry of each contact that touches a held link; 20 sweeps over the rows where one is active.
+/// Cost: once more the geometry of each contact that touches a pointer's link; 20 sweeps over the rows where one is active.
 #pragma once
 #include <vector>
 
@@ -62,7 +70,7 @@ struct ProxyWork {
 /// (in realtime) 20 sweeps of projected Gauss-Seidel over the multipliers.
 bool nearestMotion(LoadedVector<ProxyRow>& rows, double rho, const Vector6& wanted, Vector6& motion) noexcept;
 
-/// (in realtime) Goals of the held links for the `left` seconds to the end of the step, into `work.hands.goal`.
+/// (in realtime) Goals of the pointers' links for the `left` seconds to the end of the step, into `work.hands.goal`.
 void aimHeld(const Model& model, const State& state, double left, Work& work) noexcept;
 
 }  // namespace haptic

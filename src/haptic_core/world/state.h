@@ -76,10 +76,13 @@ struct PointerState {
   Wrench F_W;     ///< on the hand, about L's origin, mean over a step
   int link = -1;  ///< world link index
   bool targeted = false;  ///< a target has come
+  /// Of the way to the target, what a coupling's spring did without in the last step [rad], [m], in W; held_proxy.h.
+  Vector3 turn_withheld = Vector3::Zero(), way_withheld = Vector3::Zero();
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.p_WL), visit(s.q_WL), visit(s.V_WL), visit(s.F_W), visit(s.link), visit(s.targeted);
+    visit(s.turn_withheld), visit(s.way_withheld);
   }
 };
 
