@@ -32,7 +32,8 @@ WorldDef overGround(std::shared_ptr<const ConvexShape> tool, bool half_space) {
 /// A hand whose goal goes from place to place in steps of 0.05 mm.
 struct Hand {
   Hand(std::shared_ptr<const ConvexShape> tool, bool half_space, double force = INFINITY)
-      : world(overGround(std::move(tool), half_space)), at(0, 0, 0.02) {
+      : Hand(overGround(std::move(tool), half_space), force) {}
+  explicit Hand(const WorldDef& def, double force = INFINITY) : world(def), at(0, 0, 0.02) {
     bound.stiffness = kBound;
     bound.force = force;
   }
@@ -81,6 +82,28 @@ TEST_P(HeldProxy, ABallPressesByItsCapAndIsNeverSwallowed) {
     EXPECT_NEAR(hand.force().head<2>().norm(), 0, 1e-8 * expected(0.12)) << depth;
   }
   EXPECT_LE(hand.jump, 1e-3 * expected(0.12));
+}
+
+// A spring that gives more than the ground carries beside the tool's weight draws no tool through: at rest it gives just that, and it
+// lets go on the way back where it took hold.
+TEST_P(HeldProxy, ASpringPressesNoHarderThanTheGroundCarries) {
+  WorldDef def = overGround(std::make_shared<Ball>(kRadius), GetParam());
+  def.pointers[0].coupling.mode = PointerCoupling::Mode::kVirtual;
+  const double weight = def.articulations[1].links[0].inertia.mass * def.settings.gravity.norm();
+  const double carried = kStiffness * capVolume(kMostSunk * 2 * kRadius) - weight;
+  ASSERT_GT(carried, 2);
+  Hand hand(def);
+  for (const double z : {-0.03, -0.12, -0.03}) {
+    hand.goTo(Vector3(0, 0, z));
+    for (int i = 0; i < 20; ++i) hand.rest();
+    EXPECT_NEAR(hand.force().z(), carried, 1e-3 * carried) << z;
+    EXPECT_GT(hand.world.linkPose(hand.world.pointerLink(0)).p.z(), -kRadius) << z;
+  }
+  hand.goTo(Vector3(0, 0, 0.03));
+  for (int i = 0; i < 10; ++i) hand.rest();
+  EXPECT_NEAR(hand.force().z(), -weight, 1e-3 * carried);
+  // The hands here start and stop at once, and the damper is 3 K h (hand_bound.cpp): 3 K h v, of which K h v is the way's.
+  EXPECT_LE(hand.jump, 2.01 * kBound * 5e-5);
 }
 
 // At the hand's greatest force the ball stays and rubs: the friction of the plateau is μ F, all of it as large as F.
