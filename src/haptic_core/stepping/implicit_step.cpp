@@ -214,6 +214,20 @@ void ImplicitStep::stand(double h) noexcept {
     impulse_[pair] = done_[pair] * h;
     state_->pairs[pair].cache = cache_[pair];
   }
+  pushHands(h, 0);
+}
+
+/// What the island's couplings did over h goes to their hands: `first` is the first stage's share.
+void ImplicitStep::pushHands(double h, double first) noexcept {
+  const Island& island = stage_.island();
+  for (std::size_t p = 0; p < stage_.couplings.size(); ++p) {
+    const int link = stage_.couplings[p].link;
+    const int tree = link >= 0 ? model_.links[link].articulation : -1;
+    if (tree < 0 || !std::binary_search(island.trees, island.trees + island.tree_count, tree)) continue;
+    const Wrench& F_W = stage_.couplings[p].F_W;
+    coupling_impulse_[p] += (first > 0 ? first_coupling_[p] * first + F_W * (1 - first) : F_W) * h;
+    coupling_work_[p] += h * (first * first_power_[p] + (1 - first) * stage_.couplings[p].power);
+  }
 }
 
 /// SDIRK2 over h, or up to where friction changes; the time that was done, < 0 where the step is not smooth.
@@ -433,14 +447,7 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
     const double friction = work(first.power.friction, memory.power.friction) + before.energy - memory.energy;
     (memory.sliding != 0 ? state_->energy.friction : state_->energy.damping) += now || before.touching != 0 ? friction : 0;
   }
-  for (std::size_t p = 0; p < stage_.couplings.size(); ++p) {
-    const int link = stage_.couplings[p].link;
-    const int tree = link >= 0 ? model_.links[link].articulation : -1;
-    if (tree < 0 || !std::binary_search(island.trees, island.trees + island.tree_count, tree)) continue;
-    const Wrench& F_W = stage_.couplings[p].F_W;
-    coupling_impulse_[p] += (two_stages ? first_coupling_[p] * w + F_W * (1 - w) : F_W) * h;
-    coupling_work_[p] += h * (w * first_power_[p] + (1 - w) * stage_.couplings[p].power);
-  }
+  pushHands(h, w);
 }
 
 }  // namespace haptic

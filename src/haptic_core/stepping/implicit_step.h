@@ -93,6 +93,7 @@ class ImplicitStep {
   bool sameContacts() const noexcept;
   bool staysAtRest(double h) const noexcept;
   void stand(double h) noexcept;
+  void pushHands(double h, double first) noexcept;
   void gatherDone() noexcept;
   void commit(double g, double h, bool two_stages) noexcept;
 

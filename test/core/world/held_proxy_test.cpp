@@ -106,6 +106,23 @@ TEST_P(HeldProxy, ASpringPressesNoHarderThanTheGroundCarries) {
   EXPECT_LE(hand.jump, 2.01 * kBound * 5e-5);
 }
 
+// A world that came to rest bit for bit goes on to press: a hand that stands still feels the same force in every tick.
+TEST_P(HeldProxy, AHandAtRestFeelsItsToolInEveryTick) {
+  WorldDef def = overGround(scenes::box(Vector3::Constant(0.01)), GetParam());
+  def.pointers[0].coupling.mode = PointerCoupling::Mode::kVirtual;
+  def.settings.integrator = Integrator::kImplicitEuler;
+  def.settings.default_material.stiffness = 8e8;
+  Hand hand(def, 5);
+  hand.goTo(Vector3(0, 0, 0));
+  for (int i = 0; i < 50; ++i) hand.rest();
+  const double pressed = hand.force().z();
+  ASSERT_GT(pressed, 1);
+  for (int i = 0; i < 500; ++i) {
+    hand.step(hand.at, Vector3::Zero());
+    ASSERT_NEAR(hand.force().z(), pressed, 1e-6 * pressed) << i;
+  }
+}
+
 // At the hand's greatest force the ball stays and rubs: the friction of the plateau is μ F, all of it as large as F.
 TEST_P(HeldProxy, AtTheHandsLimitItStaysAndRubs) {
   constexpr double F = 2;
