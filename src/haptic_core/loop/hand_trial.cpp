@@ -20,6 +20,8 @@ constexpr double kLeastJerkPeak = 1.875;                 ///< peak over mean spe
 constexpr double kImpactSpeed = 0.1, kImpactTime = 0.02; ///< [m/s], [s]
 constexpr double kTurnWindow = 0.05;                     ///< [s]
 constexpr int kMostTurns = 5;
+/// Of a jig [m], [Hz]: a grip that does not move by a count while the force changes is taken for a board that repeats its counts.
+constexpr double kTremor = 5e-5, kTremorRate = 10;
 
 /// Counts the turns of a signal that are larger than kQuietJump.
 class Turns {
@@ -46,6 +48,11 @@ class Turns {
   bool rising_ = true;
 };
 
+GripPose trembling(GripPose pose, double time) {
+  pose.X_BG.p += kTremor * std::sin(2 * M_PI * kTremorRate * time) * Vector3(1, 1, 1) / std::sqrt(3.0);
+  return pose;
+}
+
 /// Reach of the pointer's shapes from the link's origin, as the grip has it [m].
 double reachOf(const WorldDef& def, int pointer, double scale) {
   const PointerDef& hand = def.pointers.at(static_cast<std::size_t>(pointer));
@@ -71,7 +78,7 @@ class Trial {
     const int ticks = static_cast<int>((home + kEnd) / period_);
     for (int i = 0; i < ticks; ++i) {
       const double time = i * period_;
-      if (way_.jig) twin_.place(pathOf(way_).at(time));
+      if (way_.jig) twin_.place(trembling(pathOf(way_).at(time), time));
       const DeviceSample sample = twin_.exchange(loop_.drive(0));
       loop_.tick(&sample, period_);
       judge(time, time > out + kImpactTime && time < back);

@@ -23,7 +23,7 @@ struct TrialWay {
   double depth = 0.01;                    ///< [m] of the grip
   double speed = 0.05;                    ///< greatest, of a motion of least jerk [m/s]
   Vector3 turn = Vector3::Zero();         ///< rotation vector of the grip at the way's end [rad]
-  bool jig = true;                        ///< the grip is held rigidly; false: by a relaxed hand
+  bool jig = true;                        ///< the grip is held rigidly, but for a tremor of 0.05 mm; false: by a relaxed hand
 };
 
 /// Measures of a trial. The first three are ≤ 0.3 N, N·m in proportion, where nothing strikes the hand.
