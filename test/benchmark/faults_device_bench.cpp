@@ -78,7 +78,9 @@ void obedience() {
           if (length >= commandBytes(s.rig.bus.board(row)->shape(), BoardCommand::kCurrent)) continue;  // it cuts nothing
           if (!s.prepare()) { ++skipped; continue; }
           board.spoilTable(row, BoardCommand::kCurrent, length);
-          table = std::max(table, static_cast<double>(s.unseen()));
+          const int unseen = s.unseen();
+          if (unseen > 50) std::printf("%s: board %d cuts CURRENT of board %d to %d bytes: %d ms\n", name, id, row, length, unseen);
+          table = std::max(table, static_cast<double>(unseen));
           ++tables;
         }
       if (s.prepare()) {
@@ -127,6 +129,8 @@ void frozen() {
       for (int id = 1; id <= boards; ++id) s.rig.bus.board(id)->setStuck(false);
       if (way < 5e-3) continue;
       ++trials;
+      if (!seen || seen > 100)
+        std::printf("%s: boards %x repeat their counts: %d ms, %.1f mm in 100 ms\n", name, mask, seen, 1e3 * way);
       unseen = std::max(unseen, seen ? static_cast<double>(seen) : kPatience);
     }
   }
