@@ -66,7 +66,7 @@ double reachOf(const WorldDef& def, int pointer, double scale) {
 class Trial {
  public:
   Trial(const WorldDef& def, int pointer, const HandSettings& settings, const DeviceDef& device, const TrialWay& way)
-      : period_(def.settings.step), way_(way), world_(def), spidar_(device), twin_(device, twinSettings(period_, way)),
+      : period_(def.settings.step), pointer_(pointer), way_(way), world_(def), spidar_(device), twin_(device, twinSettings(period_, way)),
         reach_(reachOf(def, pointer, settings.workspace.scale)) {
     loop_.attach(spidar_, pointer, settings);
     spidar_.calibrateAtHome();
@@ -104,6 +104,14 @@ class Trial {
     return settings;
   }
 
+  /// Contacts of the tool: one more is a first touch, of whatever was hit.
+  int touches() const {
+    int count = 0;
+    const int tool = world_.pointerLink(pointer_);
+    for (int i = 0; i < world_.contactCount(); ++i) count += world_.contact(i).link_a == tool || world_.contact(i).link_b == tool;
+    return count;
+  }
+
   void judge(double time, bool rests) {
     const HandReport& now = loop_.report().hand[0];
     TrialResult& r = result_;
@@ -112,7 +120,9 @@ class Trial {
     r.touching += now.in_contact;
     r.strongest = std::max(r.strongest, now.F_asked_B.force.norm());
     r.over_limit += now.F_asked_B.force.norm() > (1 + 1e-9) * spidar_.def().max_force;
-    if (now.in_contact && !last_.in_contact && now.V_BG.linear.norm() > kImpactSpeed) impact_until_ = time + kImpactTime;
+    const int touched = touches();
+    if (touched > last_touched_ && now.V_BG.linear.norm() > kImpactSpeed) impact_until_ = time + kImpactTime;
+    last_touched_ = touched;
     const bool impact = time < impact_until_;
     r.impacts += impact;
     if (r.ticks > 1 && !impact && last_.valid) {
@@ -136,6 +146,7 @@ class Trial {
   }
 
   double period_;
+  int pointer_, last_touched_ = 0;
   TrialWay way_;
   World world_;
   Spidar spidar_;
