@@ -27,7 +27,7 @@ std::vector<Vector3> cornersOf(const LinkDef& link) {
       continue;
     }
     const Rod* rod = collision.shape->rod();
-    const ConvexPolyhedron& hull = rod ? rod->standIn() : *collision.shape->polyhedron();
+    const ConvexPolyhedron& hull = rod ? rod->hull() : *collision.shape->polyhedron();
     for (const Vector3& v : hull.vertices()) corners.push_back(collision.X_LS * v);
   }
   return corners;

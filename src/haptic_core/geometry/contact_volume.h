@@ -59,7 +59,9 @@ struct ContactVolume {
   Matrix2 A2 = Matrix2::Zero();             ///< ∫ r rᵀ dA [m⁴]
   /// With which body n turns, where it is not S_A's direction: 0 with A, 1 with B; negative: n follows S_A.
   double turns_with_b = -1;
-  double depth = 0;                         ///< extent of V along n [m], an upper bound of d; separated: ≤ 0, minus a gap that is proven
+  /// Extent of V along n [m], an upper bound of d; of two rods no more than they overlap along the normals of their sides and ends;
+  /// separated: ≤ 0, minus a gap that is proven.
+  double depth = 0;
 
   Vector3 normal() const { return X_AP.R.col(2); }                   ///< n, in A's frame
   Pose X_AC() const { return {X_AP.R, X_AP.p - rise * normal()}; }  ///< P moved to the centroid

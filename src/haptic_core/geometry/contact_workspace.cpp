@@ -74,9 +74,10 @@ void ContactWorkspace::reserve(const ConvexShape& first, const ConvexShape& seco
   if (!first.polyhedron() || !second.polyhedron()) {
     const bool with_rod = first.rod() || second.rod();
     const bool with_plane = first.halfSpace() || second.halfSpace();
+    if (first.rod() && second.rod()) round_.reserveRods();
     for (const ConvexShape* shape : {&first, &second}) {
       if (with_plane && shape->polyhedron()) reserveResult(shape->polyhedron()->faceCount() + 1);
-      const ConvexPolyhedron* other = shape->rod() ? &shape->rod()->standIn() : shape->polyhedron();
+      const ConvexPolyhedron* other = shape->polyhedron();
       const int faces = other ? other->faceCount() : 0;
       round_.reserve(faces, other ? 2 * other->edgeCount() : 0);
       faces_.reserve(faces + 3);

@@ -8,11 +8,11 @@
 namespace haptic {
 namespace {
 
-/// Sides of the polyhedron that stands in: its surface is within 0.5 % of the radius.
+/// Sides of the polyhedron that is drawn: its surface is within 0.5 % of the radius.
 constexpr int kSides = 32;
 
 /// Rings of `kSides` corners; a capsule's ends have a ring every 90°/6 and a corner at the pole.
-ConvexPolyhedron standIn(double radius, double half, bool capsule, const std::string& name) {
+ConvexPolyhedron hullOf(double radius, double half, bool capsule, const std::string& name) {
   if (!capsule) return makeCylinder(radius, 2 * half, kSides, RoundFit::kEqualVolume, name);
   constexpr int kRings = kSides / 8;
   std::vector<Vector3> points;
@@ -52,7 +52,7 @@ Rod::Rod(double radius, double length, Ends ends, const std::string& name)
   const double top = half_ + rounding();
   radius_ = isCapsule() ? top : std::hypot(radius, half_);
   aabb_ = {Vector3(-radius, -radius, -top), Vector3(radius, radius, top)};
-  stand_in_ = std::make_shared<const ConvexPolyhedron>(haptic::standIn(radius, half_, isCapsule(), name));
+  hull_ = std::make_shared<const ConvexPolyhedron>(hullOf(radius, half_, isCapsule(), name));
 }
 
 double Rod::surface() const {

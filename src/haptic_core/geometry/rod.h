@@ -24,15 +24,15 @@ class Rod : public ConvexShape {
   Box aabb(const Pose& X_WS) const override;
   Vector3 core(const Vector3& direction) const override;
   double rounding() const override { return isCapsule() ? r_ : 0; }  ///< a capsule is all that is near its axis
-  TriangleMesh triangles() const override { return stand_in_->triangles(); }
+  TriangleMesh triangles() const override { return hull_->triangles(); }
 
-  /// A polyhedron of the same volume, for drawing and against another rod.
-  const ConvexPolyhedron& standIn() const { return *stand_in_; }
+  /// A polyhedron of the same volume, for drawing and where faces are counted; contacts do not use it.
+  const ConvexPolyhedron& hull() const { return *hull_; }
 
  private:
   double r_, half_;
   Ends ends_;
-  std::shared_ptr<const ConvexPolyhedron> stand_in_;
+  std::shared_ptr<const ConvexPolyhedron> hull_;
 };
 
 inline const Rod* ConvexShape::rod() const {

@@ -5,6 +5,7 @@
 
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/ball_rod_contact.h"
+#include "haptic_core/geometry/rod_rod_contact.h"
 #include "haptic_core/geometry/round_contact.h"
 #include "haptic_core/geometry/shape_distance.h"
 #include "haptic_core/geometry/tube_on_plane.h"
@@ -383,12 +384,12 @@ void rodContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, Pa
                 ContactVolume& out, NormalRule rule, const InnerSides& inner) noexcept {
   if (A.ball()) return ballRodContact(A.ball()->radius(), *B.rod(), false, X_AB, cache, workspace, out, rule);
   if (B.ball()) return ballRodContact(B.ball()->radius(), *A.rod(), true, X_AB, cache, workspace, out, rule);
-  const ConvexShape *a = &A, *b = A.rod() && B.rod() ? &B.rod()->standIn() : &B;
+  if (A.rod() && B.rod()) return rodRodContact(*A.rod(), *B.rod(), X_AB, cache, workspace, out, rule);
   RodContact contact(rule, cache, workspace, out);
-  if (b->rod()) {
-    contact.polyhedron(*a->polyhedron(), true, *b->rod(), X_AB, inner.a);
+  if (B.rod()) {
+    contact.polyhedron(*A.polyhedron(), true, *B.rod(), X_AB, inner.a);
   } else {
-    contact.polyhedron(*b->polyhedron(), false, *a->rod(), X_AB, inner.b);
+    contact.polyhedron(*B.polyhedron(), false, *A.rod(), X_AB, inner.b);
   }
 }
 

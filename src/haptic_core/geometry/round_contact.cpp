@@ -21,7 +21,7 @@ RoundContact::RoundContact(NormalRule rule, PairCache& cache, ContactWorkspace& 
   workspace.clear();
   v_.cut.clear();
   v_.parts.clear();
-  v_.rod = nullptr;
+  v_.rod = v_.second.rod = nullptr;
   v_.other_radius = 0;
   v_.axial = false;
   v_.sampled = NAN;

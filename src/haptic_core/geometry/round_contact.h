@@ -8,8 +8,7 @@
 namespace haptic {
 
 /// (in realtime) One of the two is a ball, a rod or a half-space (half_space_contact.h). The rest as for polyhedra, but for one
-/// shape within the other: S vanishes there, and n is the last normal, else the shortest way out. Of two rods one is taken as its
-/// stand-in (rod.h), which is a polyhedron.
+/// shape within the other: S vanishes there, and n is the last normal, else the shortest way out.
 void roundContact(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
                   ContactVolume& out, NormalRule rule, const InnerSides& inner) noexcept;
 

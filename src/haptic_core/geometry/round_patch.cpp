@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/rod.h"
+#include "haptic_core/geometry/rod_section.h"
 
 namespace haptic {
 namespace {
@@ -17,6 +18,13 @@ constexpr double kOnePlane = 1e-12;
 /// folds over (a ball more than half inside, a plate through a ball), and an ellipse of V's moments stands
 /// in.
 constexpr double kFound = 0.5;
+/// Heights in which two rods' sections give points of the outline, in a piece that is not too short for more than its ends.
+constexpr int kSections = 6;
+constexpr double kShortPiece = 1e-3;  ///< share of all heights
+/// Lines that make up the outline of two rods' patch.
+constexpr int kDirections = 32;
+/// An outline is no more than this beyond the hull of points on it, a twelfth of a turn apart: 1/cos 15°.
+constexpr double kBeyondHull = 1.036;
 
 /// The outline becomes an ellipse with second moments C about its middle, for a unit of its area, which is returned.
 double setEllipse(RoundVolume& v, const Vector2& middle, const Matrix2& C) {
@@ -47,6 +55,15 @@ void RoundVolume::reserve(int faces, int half_edges) {
   planes.reserve(3 * (faces + 2));
 }
 
+void RoundVolume::reserveRods() {
+  constexpr int kMostSections = 12 * kSections;  // no pair was seen to have as many long pieces
+  outline.reserve(kMostSections * RodSection::kUsualPoints);
+  hull.reserve(outline.capacity() + 1);
+  curves.reserve(kDirections);
+  parts.reserve(3);
+  shares.reserve(1);
+}
+
 RoundPatch::RoundPatch(RoundVolume& v, const ContactVolume& contact) noexcept : v_(v), contact_(contact) {
   const Pose X_PQ = contact.X_AC().inverse() * v.X_AQ;
   ball_ = sphereAt(X_PQ.p, v.radius);
@@ -54,8 +71,14 @@ RoundPatch::RoundPatch(RoundVolume& v, const ContactVolume& contact) noexcept : 
   v.shares.clear();
   v.planes.clear();
   if (v.rod) {
-    rod_centre_ = X_PQ.p;
-    rod_axis_ = X_PQ.R.col(2);
+    rod_ = {v.rod, X_PQ.p, X_PQ.R.col(2)};
+    if (v.second.rod) {
+      const Pose X_PR = X_PQ * v.second.X_QR;
+      second_ = {v.second.rod, X_PR.p, X_PR.R.col(2)};
+      if (!v.second.outlined) findOutline(X_PQ);
+      addOutline();
+      return;
+    }
     if (v.other_radius > 0) {
       // A ball on a rod: nearly an ellipse.
       other_ = sphereAt(X_PQ * v.other_Q, v.other_radius);
@@ -68,6 +91,102 @@ RoundPatch::RoundPatch(RoundVolume& v, const ContactVolume& contact) noexcept : 
   }
   if (v.other_radius > 0) other_ = sphereAt(X_PQ * v.other_Q, v.other_radius);
   addShares(v.cut.faces(), X_PQ, !(v.other_radius > 0));
+}
+
+/// The hull of points of two rods' sections.
+void RoundPatch::findOutline(const Pose& X_PQ) noexcept {
+  const RodPair& pair = v_.second.pair;
+  const RodBreaks& breaks = v_.second.breaks;
+  LoadedVector<Vector2>&points = v_.outline, &hull = v_.hull;
+  points.clear();
+  const double range = breaks.over[breaks.count - 1] - breaks.over[0];
+  RodSection section(pair, pair.centre);
+  const Matrix3 R_PE = X_PQ.R * pair.R_QE;
+  const auto addSection = [&](double over) {
+    const RodHeight x = pair.heightAt(over);
+    if (!section.find(x)) return;
+    for (int i = 0; i < section.pointCount(); ++i) {
+      const Vector2& p = section.points()[i];
+      points.push_back((R_PE * Vector3(p.x(), p.y(), pair.z(x)) + X_PQ.p).head<2>());
+    }
+  };
+  for (int i = 0; i + 1 < breaks.count; ++i) {
+    const double from = breaks.over[i], length = breaks.over[i + 1] - from;
+    const int parts = length > kShortPiece * range ? kSections : 1;
+    for (int k = i > 0; k <= parts; ++k) {
+      const double s = static_cast<double>(k) / parts;
+      addSection(from + length * s * s * (3 - 2 * s));  // near both ends of the range half widths go like roots
+    }
+  }
+  std::sort(points.begin(), points.end(), [](const Vector2& a, const Vector2& b) {
+    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
+  });
+  // Andrew's monotone chain: below from left to right, above back.
+  hull.clear();
+  const auto addChain = [&](int i, int first) {
+    const auto turnsRight = [&](const Vector2& a, const Vector2& b) {
+      return (b.x() - a.x()) * (points[i].y() - a.y()) <= (b.y() - a.y()) * (points[i].x() - a.x());
+    };
+    while (hull.size() >= first + 2 && turnsRight(hull[hull.size() - 2], hull[hull.size() - 1])) hull.resize(hull.size() - 1);
+    hull.push_back(points[i]);
+  };
+  for (int i = 0; i < points.size(); ++i) addChain(i, 0);
+  const int above = hull.size() - 1;
+  for (int i = points.size() - 1; i-- > 0;) addChain(i, above);
+  v_.second.reach = 0;
+  for (const Vector2& p : hull) v_.second.reach = std::max(v_.second.reach, kBeyondHull * p.norm());
+  v_.second.outlined = true;
+  sampleHull();
+}
+
+/// Points of the hull in directions that are even where its second moments are those of a disc: which points of sections are its
+/// corners is rounding on straight lines and must not matter.
+void RoundPatch::sampleHull() noexcept {
+  LoadedVector<Vector2>&outline = v_.outline, &hull = v_.hull;
+  outline.clear();
+  double area = 0, xx = 0, xy = 0, yy = 0;
+  Vector2 first = Vector2::Zero();
+  const auto corner = [&](int i) -> Vector2 { return hull[i] - hull[0]; };
+  for (int i = 1; i + 1 < hull.size(); ++i) {
+    const Vector2 p = corner(i), q = corner(i + 1), s = p + q;
+    const double turn = p.x() * q.y() - p.y() * q.x();
+    area += turn / 2, first += turn / 6 * s;
+    xx += turn / 24 * (p.x() * p.x() + q.x() * q.x() + s.x() * s.x());
+    xy += turn / 24 * (p.x() * p.y() + q.x() * q.y() + s.x() * s.y());
+    yy += turn / 24 * (p.y() * p.y() + q.y() * q.y() + s.y() * s.y());
+  }
+  if (!(area > 0)) return hull.clear();
+  const Vector2 mean = first / area, middle = hull[0] + mean;
+  xx = xx / area - mean.x() * mean.x(), xy = xy / area - mean.x() * mean.y(), yy = yy / area - mean.y() * mean.y();
+  if (!(xx > 0)) return hull.clear();
+  // The lower triangle of the moments' Cholesky factor turns even directions into these.
+  const double a = std::sqrt(xx), b = xy / a, c = std::sqrt(std::max(0.0, yy - b * b));
+  const elementary::SineCosine step = elementary::sinCos(2 * M_PI / kDirections);
+  const auto ahead = [&](const Vector2& d, int i) { return d.x() * (hull[i].y() - middle.y()) - d.y() * (hull[i].x() - middle.x()); };
+  Vector2 even(1, 0);
+  const int edges = hull.size() - 1;
+  int edge = 0;
+  for (int k = 0; k < kDirections; ++k) {
+    const Vector2 d(a * even.x(), b * even.x() + c * even.y());
+    for (int tries = 0; tries < edges && !(ahead(d, edge) <= 0 && ahead(d, edge + 1) > 0); ++tries) edge = edge + 1 < edges ? edge + 1 : 0;
+    const double behind = ahead(d, edge), before = ahead(d, edge + 1), share = before > behind ? -behind / (before - behind) : 0;
+    outline.push_back(hull[edge] + std::clamp(share, 0.0, 1.0) * (hull[edge + 1] - hull[edge]));
+    even = Vector2(step.cosine * even.x() - step.sine * even.y(), step.sine * even.x() + step.cosine * even.y());
+  }
+  hull.clear();
+  for (const Vector2& p : outline) hull.push_back(p);
+  hull.push_back(outline[0]);
+}
+
+void RoundPatch::addOutline() noexcept {
+  const LoadedVector<Vector2>& hull = v_.hull;
+  RoundVolume::Share share{0, 0, Vector2::Zero(), kAll};
+  for (int i = 0; i + 1 < hull.size(); ++i) {
+    if (!v_.curves.push_back({false, 0, 1, hull[i], hull[i + 1] - hull[i], Vector2::Zero(), Vector2::Zero()})) break;
+  }
+  share.count = v_.curves.size();
+  for (int i = 0; i < share.count; ++i) share.inside += hull[i] / share.count;
+  v_.shares.push_back(share);
 }
 
 /// Faces that look back first, then those that look on: over the share of one of these it alone bounds V on that side.
@@ -149,6 +268,7 @@ double RoundPatch::reach() const noexcept {
   for (const RoundVolume::Curve& c : v_.curves) {
     if (!c.arc) {
       reach = std::max({reach, c.middle.norm(), (c.middle + c.x).norm()});
+      if (v_.second.rod) return v_.second.reach;
     } else if (v_.axial) {
       reach = c.x.norm();
     } else {
@@ -164,10 +284,10 @@ double RoundPatch::reach() const noexcept {
 
 /// Where the line over r runs in the rod; false: nowhere. Lower and higher end of what it has in common with the tube between the
 /// ends' planes, and with balls about them.
-bool RoundPatch::withinRod(const Vector2& r, double& low, double& high) const noexcept {
-  const double u = rod_axis_.z(), half = v_.rod->halfLength(), R = v_.radius;
-  const Vector3 y(r.x() - rod_centre_.x(), r.y() - rod_centre_.y(), -rod_centre_.z());  // from the centre, at z = 0
-  const double along = rod_axis_.dot(y);
+bool RoundPatch::RodInP::within(const Vector2& r, double& low, double& high) const noexcept {
+  const double u = axis.z(), half = rod->halfLength(), R = rod->radius();
+  const Vector3 y(r.x() - centre.x(), r.y() - centre.y(), -centre.z());  // from the centre, at z = 0
+  const double along = axis.dot(y);
   low = INFINITY, high = -INFINITY;
   // a z² + 2 b z + c = 0, by its root of larger size and their product: no digits cancel near z = 0, where V is.
   const auto roots = [](double a, double b, double c, double& z0, double& z1) {
@@ -178,7 +298,7 @@ bool RoundPatch::withinRod(const Vector2& r, double& low, double& high) const no
     z1 = std::max(q / a, c / q);
     return true;
   };
-  const Vector3 across = y - along * rod_axis_;
+  const Vector3 across = y - along * axis;
   const double c = (across.norm() - R) * (across.norm() + R);
   double z0 = -INFINITY, z1 = INFINITY, a = (1 - u) * (1 + u);
   bool in = a > 1e-24 ? roots(a, -u * along + y.z(), c, z0, z1) : c < 0;
@@ -191,8 +311,8 @@ bool RoundPatch::withinRod(const Vector2& r, double& low, double& high) const no
     in = std::abs(along) <= half;
   }
   if (in) low = z0, high = z1;
-  for (int end = -1; end <= 1 && v_.rod->isCapsule(); end += 2) {
-    const Vector3 from = y - end * half * rod_axis_;
+  for (int end = -1; end <= 1 && rod->isCapsule(); end += 2) {
+    const Vector3 from = y - end * half * axis;
     if (roots(1, from.z(), (from.norm() - R) * (from.norm() + R), z0, z1)) low = std::min(low, z0), high = std::max(high, z1);
   }
   return low < high;
@@ -209,7 +329,11 @@ double RoundPatch::heightOver(const Vector2& r, int share) const noexcept {
     high = std::min(high, s.highest - rise);
     return true;
   };
-  if (v_.rod ? !withinRod(r, low, high) : !within(ball_)) return 0;
+  if (v_.rod ? !rod_.within(r, low, high) : !within(ball_)) return 0;
+  if (v_.second.rod) {
+    double from, to;
+    return second_.within(r, from, to) ? std::max(0.0, std::min(high, to) - std::max(low, from)) : 0;
+  }
   if (v_.other_radius > 0 && !within(other_)) return 0;
   const auto below = [&](const RoundVolume::Plane& plane) {
     const double room = plane.offset - plane.normal.head<2>().dot(r);

@@ -5,25 +5,26 @@
 /// is not piecewise linear, so there is no closed form for all of these. The part of the polyhedron's surface in the round
 /// shape, seen along n, is cut into the shares of its faces; on each the thickness is smooth. A share is integrated on rays
 /// from a point inside it, by Gauss's rule over its boundary (8 points on a line and on each third of a turn) and along the
-/// rays (8). Where V is round about n, rings of constant thickness take the place of the rays. Relative error of ∫ d² and of
-/// friction: 1e-12 where a ball shallower than a fifth of its radius lies on one face, 1e-6 over edges and corners, 1e-2
-/// where a cylinder's rim crosses a share; where a pressure is clipped inside the patch 1e-3 of the clipped part, 1e-2 under
-/// a rod, continuous in the poses.
+/// rays (8). Where V is round about n, rings of constant thickness take the place of the rays. Of two rods the outline is the hull of
+/// points on the outlines of their sections (rod_section.h), cut off to 32 lines, with a ray to each and 4 points on it. Relative error of
+/// ∫ d² and of friction: 1e-12 where a ball shallower than a fifth of its radius lies on one face, 1e-6 over edges and corners,
+/// 4e-3 of two rods, 1e-2 where a cylinder's rim crosses a share; where a pressure is clipped inside the patch 1e-3 of the clipped
+/// part, 1e-2 under a rod, continuous in the poses.
 #pragma once
 #include <algorithm>
 #include <cmath>
 
 #include "haptic_core/geometry/ball_cut.h"
 #include "haptic_core/geometry/gauss_legendre.h"
+#include "haptic_core/geometry/rod_breaks.h"
 #include "haptic_core/geometry/tube_cut.h"
 
 namespace haptic {
 
 struct ContactVolume;
 struct PartMoments;
-class Rod;
 
-/// V = round shape ∩ polyhedron or ball ∩ ball as the last call of `contactVolume` left it in the workspace. Frame Q: a ball's
+/// V = round shape ∩ polyhedron, ball or rod as the last call of `contactVolume` left it in the workspace. Frame Q: a ball's
 /// centre, and the axes in which it was cut; a rod's own frame.
 struct RoundVolume {
   /// At t from 0 to 1: a line, middle + x t; or an arc, middle + x cos φ + y sin φ + rise (share that `arcRise` gives), φ from
@@ -68,6 +69,16 @@ struct RoundVolume {
     double offset;         ///< about P's origin [m]
   };
 
+  /// The second of two rods, and where their sections were taken.
+  struct SecondRod {
+    const Rod* rod = nullptr;    ///< null: there is none
+    Pose X_QR;                   ///< of its frame
+    RodPair pair = {};           ///< the two rods
+    RodBreaks breaks = {};       ///< heights between which their sections were taken
+    bool outlined = false;       ///< `hull` holds the outline
+    double reach = 0;            ///< of the patch, see RoundPatch::reach [m]
+  };
+
   bool filled = false;          ///< false: the workspace holds a polyhedron
   BallCut cut;                  ///< what the polyhedron's faces and the ball have in common
   Pose X_AQ;                    ///< of frame Q in A
@@ -78,10 +89,13 @@ struct RoundVolume {
   Vector3 other_Q = Vector3::Zero();  ///< its centre
   bool axial = false;           ///< round about n through P's origin
 
+  SecondRod second;             ///< where two rods meet
+
   LoadedVector<FacePart> parts; ///< what of the polyhedron bounds V
   LoadedVector<Rim> rims;       ///< of a rod's parts
   LoadedVector<ContactFace> near;    ///< the polyhedron's planes that reach a rod, in its frame
   TubeCut tube;                 ///< of a rod's cylinder
+  LoadedVector<Vector2> outline, hull;  ///< points of two rods' sections; the patch's outline, counter-clockwise and closed, in P [m]
   LoadedVector<Curve> curves;   ///< scratch of RoundPatch
   LoadedVector<Share> shares;   ///< scratch of RoundPatch
   LoadedVector<Plane> planes;   ///< scratch of RoundPatch: those that look back or across n, then one for each share
@@ -89,6 +103,7 @@ struct RoundVolume {
   double sampled = NAN;         ///< ∫ thickness by RoundPatch's samples, once they were taken [m³]
 
   void reserve(int faces, int half_edges);  ///< set-up: room for a polyhedron of so many faces and half edges
+  void reserveRods();                       ///< set-up: room for two rods
 };
 
 /// Of `contact`, whose V is `volume`. (in realtime)
@@ -130,7 +145,9 @@ class RoundPatch {
   void addShare(const CutFace& face, const Matrix3& R_PQ, const Vector3& p_PQ, int plane) noexcept;
   void standIn() noexcept;
   bool onOneFace(double& height) const noexcept;
-  bool withinRod(const Vector2& r, double& low, double& high) const noexcept;
+  void findOutline(const Pose& X_PQ) noexcept;
+  void sampleHull() noexcept;
+  void addOutline() noexcept;
   double heightOver(const Vector2& r, int plane) const noexcept;
   bool resolves(double found) const noexcept;
   template <class Visit>
@@ -142,7 +159,13 @@ class RoundPatch {
   RoundVolume& v_;
   const ContactVolume& contact_;
   Sphere ball_, other_;
-  Vector3 rod_centre_, rod_axis_;   ///< in P
+  /// A rod in P.
+  struct RodInP {
+    const Rod* rod;
+    Vector3 centre, axis;
+    bool within(const Vector2& r, double& low, double& high) const noexcept;
+  };
+  RodInP rod_, second_;
   double scale_ = 1, uniform_ = 0;  ///< of the thickness; in place of it, unless 0
 };
 
@@ -151,11 +174,13 @@ void RoundPatch::alongRays(const RoundVolume::Curve& c, const Vector2& centre, i
   const auto ray = [&](const Vector2& to, const Vector2& step, double weight) {
     const Vector2 a = to - centre;
     const double turn = v_.sign * weight * (a.x() * step.y() - a.y() * step.x());
-    integrate(kGauss8, 0, 1, [&](double t, double w) {
+    const auto at = [&](double t, double w) {
       const Vector2 r = centre + t * a;
       visit(r, turn * t * w, thickness(r, plane));
-    });
+    };
+    v_.second.rod ? integrate(kGauss4, 0, 1, at) : integrate(kGauss8, 0, 1, at);
   };
+  if (v_.second.rod && !c.arc) return ray(c.middle + 0.5 * c.x, c.x, 1);
   const int parts = c.arc ? static_cast<int>(std::abs(c.sweep) / 2.1) + 1 : 1;  // a third of a turn each
   for (int i = 0; i < parts; ++i) {
     integrate(kGauss8, static_cast<double>(i) / parts, (i + 1.0) / parts, [&](double t, double w) {

@@ -275,7 +275,7 @@ void Model::limitMotions() {
 }
 
 void Model::reserve(ContactWorkspace& workspace) const {
-  // With the finest polyhedron, any rod (all have stand-ins alike), ball and half-space, every shape has seen its largest
+  // With the finest polyhedron, any rod, ball and half-space, every shape has seen its largest
   // partners.
   const ConvexShape *finest = nullptr, *rod = nullptr, *ball = nullptr, *ground = nullptr;
   const auto faces = [](const ConvexShape& shape) { return shape.polyhedron()->faceCount(); };

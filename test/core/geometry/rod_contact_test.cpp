@@ -75,8 +75,8 @@ const double kRadius = 0.3, kLength = 0.8;
 TEST(Rod, HasTheMassOfItsSolid) {
   for (const auto ends : {Rod::Ends::kFlat, Rod::Ends::kRound}) {
     const Rod rod(kRadius, kLength, ends);
-    const MassProperties exact = massProperties(rod.standIn().triangles(), 1), ours = rod.massProperties(1);
-    EXPECT_NEAR(ours.mass, exact.mass, 1e-12);  // the stand-in has the same volume
+    const MassProperties exact = massProperties(rod.hull().triangles(), 1), ours = rod.massProperties(1);
+    EXPECT_NEAR(ours.mass, exact.mass, 1e-12);  // the drawn hull has the same volume
     EXPECT_NEAR((ours.I_com - exact.I_com).norm(), 0, 0.01 * exact.I_com.norm());
     const Pose X(turn(0.7, Vector3(1, 2, 3)), Vector3(1, 2, 3));
     for (int axis = 0; axis < 3; ++axis) {

@@ -1,0 +1,97 @@
+#include "haptic_core/geometry/rod_rod_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/geometry/rod_integral.h"
+#include "haptic_core/geometry/round_contact.h"
+#include "haptic_core/geometry/shape_distance.h"
+
+namespace haptic {
+
+class RodRodContact : public RoundContact {
+ public:
+  RodRodContact(const Rod& A, const Rod& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
+                ContactVolume& out, NormalRule rule)
+      : RoundContact(rule, cache, workspace, out), a_(A), b_(B), X_AB_(X_AB) {}
+
+  void find();
+
+ private:
+  double overlapAlong(const Vector3& n) const;
+  Vector3 wayOut(const RodPair& pair) const;
+  void decideWithoutVolume(const Vector3& way_out);
+  double thickness(const RodPair& pair) const;
+
+  const Rod &a_, &b_;
+  const Pose& X_AB_;
+};
+
+/// How far B has to move along unit n, in A's frame, to leave A [m]; negative: a gap.
+double RodRodContact::overlapAlong(const Vector3& n) const {
+  const Vector3 n_B = X_AB_.R.transpose() * n;
+  return n.dot(a_.core(n) - X_AB_.p) - n_B.dot(b_.core(-n_B)) + a_.rounding() + b_.rounding();
+}
+
+/// Of the normals of sides and ends the shortest.
+Vector3 RodRodContact::wayOut(const RodPair& pair) const {
+  Vector3 best = pair.R_QE.col(2);
+  double least = INFINITY;
+  for (const Vector3& way : {Vector3(pair.R_QE.col(2)), Vector3(pair.R_QE.col(1)), Vector3(Vector3::UnitZ()),
+                             Vector3(X_AB_.R.col(2))}) {
+    for (const double sign : {1.0, -1.0}) {
+      const double overlap = overlapAlong(sign * way);
+      if (overlap < least) least = overlap, best = sign * way;
+    }
+  }
+  return best;
+}
+
+/// Thickness of V along n: no more than the shapes overlap along another direction m, over m·n. Where an end
+/// overhangs, n leans over the end, and the side's normal bounds the thickness.
+double RodRodContact::thickness(const RodPair& pair) const {
+  const Vector3 n = out_.normal();
+  double least = overlapAlong(n);
+  for (const Vector3& way : {Vector3(pair.R_QE.col(2)), Vector3(Vector3::UnitZ()), Vector3(X_AB_.R.col(2))}) {
+    const double along = way.dot(n);
+    if (along != 0) least = std::min(least, overlapAlong(std::copysign(1, along) * way) / std::abs(along));
+  }
+  return least;
+}
+
+void RodRodContact::decideWithoutVolume(const Vector3& way_out) {
+  ClosestPoints near;
+  closestPoints(a_, b_, X_AB_, way_out, near);
+  if (near.separated) return setSeparated(near.direction, near.distance);
+  setTouching(lastOr(way_out), 0.5 * (near.p_A + near.p_B));
+  out_.flags |= ContactVolume::kNormalFromHistory;
+}
+
+void RodRodContact::find() {
+  if (cache_.direction.squaredNorm() > 0) {
+    const double overlap = overlapAlong(cache_.direction);
+    if (overlap < 0) return setSeparated(Vector3(cache_.direction), -overlap);
+  }
+  RodPair pair;
+  const bool near = pair.place(a_, b_, X_AB_);
+  const Vector3 way_out = wayOut(pair);
+  if (!near) return decideWithoutVolume(way_out);
+  const RodIntegral integral(pair);
+  if (!(integral.solid.volume > 0)) return decideWithoutVolume(way_out);
+  v_.X_AQ = Pose();
+  v_.sign = 1;
+  v_.rod = &a_;
+  v_.radius = a_.radius();
+  v_.second = {&b_, X_AB_, pair, integral.breaks, false, 0};
+  for (int i = 0; i < 3; ++i) v_.parts.push_back({Vector3::Unit(i), -1, 0, integral.surface[i], 0, 0});
+  if (!setMoments(integral.solid, integral.origin, Vector3::Zero(), way_out)) return;
+  v_.filled = true;
+  out_.depth = thickness(pair);
+}
+
+void rodRodContact(const Rod& A, const Rod& B, const Pose& X_AB, PairCache& cache,
+                   ContactWorkspace& workspace, ContactVolume& out, NormalRule rule) noexcept {
+  RodRodContact(A, B, X_AB, cache, workspace, out, rule).find();
+}
+
+}  // namespace haptic

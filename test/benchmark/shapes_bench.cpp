@@ -1,0 +1,22 @@
+// Pairs of shapes: rods against an integration in more bits, what they cost beside boxes, and how logs stand
+// and roll.
+#include <cstdlib>
+#include <cstring>
+
+#include "shapes_figures.h"
+
+int main(int count, char** arguments) {
+  using namespace haptic::bench;
+  if (count == 4 && std::strcmp(arguments[1], "--count") == 0) {
+    countRodPass(arguments[2], std::atoi(arguments[3]));
+    return 0;
+  }
+  const auto wanted = [&](const char* group) {
+    return count < 2 || std::strstr(group, arguments[1]) != nullptr;
+  };
+  if (wanted("cost")) measureRodCost();
+  if (wanted("jumps")) measureRodJumps(20000);
+  if (wanted("overhang")) measureOverhang();
+  if (wanted("logs")) measureLogs();
+  if (wanted("accuracy")) measureRodAccuracy(count > 2 ? std::atoi(arguments[2]) : 100000);
+}
