@@ -58,7 +58,7 @@ double motionOf(const WorldDef& def, double seconds, double enough) {
 
 double leastFriction(int rows) {
   constexpr double kMoved = 1e-3, kSeconds = 5;
-  double falls = 0.2, stands = 0.35;
+  double falls = 0.2, stands = 0.5;
   if (motionOf(pile(rows, stands), kSeconds, kMoved) >= kMoved) return std::nan("");
   while (stands - falls > 2e-4) {
     const double mu = 0.5 * (falls + stands);

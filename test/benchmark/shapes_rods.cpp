@@ -59,11 +59,10 @@ struct Found {
   ContactVolume volume;
   ContactWorkspace workspace;
 
-  explicit Found(const RodPose& pair) {
-    const Rod A = pair.rod(0), B = pair.rod(1);
+  Found(const Rod& A, const Rod& B, const Pose& X_AB) {
     workspace.reserve(A, B);
     PairCache cache;
-    contactVolume(A, B, pair.X_AB, cache, workspace, volume);
+    contactVolume(A, B, X_AB, cache, workspace, volume);
   }
   bool overlap() const { return volume.status == Status::kOverlap; }
 };
@@ -85,7 +84,7 @@ Vector3 rounded(const oracle::Vec<T>& v) {
 }
 
 template <class T>
-Errors errorsOf(const RodPose& pair, const Found& found) {
+Errors errorsOf(const RodPose& pair, const Rod& rod_A, const Rod& rod_B, const Found& found) {
   using Oracle = oracle::RodOracle<T>;
   const typename Oracle::Rod A{T(pair.radius[0]), T(pair.length[0]) / 2, pair.round[0]},
       B{T(pair.radius[1]), T(pair.length[1]) / 2, pair.round[1]};
@@ -106,7 +105,7 @@ Errors errorsOf(const RodPose& pair, const Found& found) {
   const Vector3 S = rounded(oracle.areaVector()), c = rounded(oracle.centroid()), n = v.normal();
   // ∫ r × n dA about A's origin: the volume's rate as B turns about it.
   RodPair planes;
-  planes.place(pair.rod(0), pair.rod(1), pair.X_AB);
+  planes.place(rod_A, rod_B, pair.X_AB);
   const RodIntegral integral(planes);
   const auto first = [&](int i) {
     return Vector3(integral.surface[i].first + integral.surface[i].area * integral.origin);
@@ -152,8 +151,9 @@ void measureKind(RodKinds kinds, unsigned seed, int count, const std::string& na
   int measured = 0;
   for (int i = 0; i < count; ++i) {
     const RodPose pair = poses.next();
-    const Found found(pair);
-    const Errors e = errorsOf<long double>(pair, found);
+    const Rod A = pair.rod(0), B = pair.rod(1);
+    const Found found(A, B, pair.X_AB);
+    const Errors e = errorsOf<long double>(pair, A, B, found);
     if (std::isnan(e.volume)) continue;
     ++measured;
     if (!found.overlap()) ++false_empty;
@@ -167,7 +167,9 @@ void measureKind(RodKinds kinds, unsigned seed, int count, const std::string& na
   double largest = 0;
   for (int i = 0; i < judged; ++i) {
     if (i > 0 && rows[i].error < largest) break;
-    const Errors e = errorsOf<__float128>(rows[i].pair, Found(rows[i].pair));
+    const RodPose& pair = rows[i].pair;
+    const Rod A = pair.rod(0), B = pair.rod(1);
+    const Errors e = errorsOf<__float128>(pair, A, B, Found(A, B, pair.X_AB));
     if (e.worst() > largest) largest = e.worst(), worst = e;
   }
   figure("rod_rod." + name + "_err_c" + suffixOf(count), largest, "");
@@ -207,13 +209,14 @@ void measureRodJumps(int moves) {
                                : 0.4 * pair.length[0] * u(random);
     const Vector3 at = Vector3(pair.radius[0] + pair.radius[1] - pair.depth, 0, along) + 3 * step * noise();
     const Vector3 move = step * noise(), turn = 1e-9 * noise();
+    const Rod A = pair.rod(0), B = pair.rod(1);
     Vector3 force[3], torque[3];
     bool good = true;
     double share = 1;
     for (int k = -1; k <= 1; ++k) {
       pair.X_AB = {Eigen::AngleAxisd(k * turn.norm(), turn.normalized()).toRotationMatrix() * R,
                    at + k * move};
-      const Found found(pair);
+      const Found found(A, B, pair.X_AB);
       good = good && found.overlap();
       if (!good) break;
       const ContactVolume& v = found.volume;

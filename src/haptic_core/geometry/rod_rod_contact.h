@@ -2,8 +2,8 @@
 ///
 /// Nothing jumps where the axes become parallel, nor where an end enters. One exception is the model's own:
 /// two cylinders of equal radii, aligned end on end, have a volume whose gradient across has no value there.
-/// Cost: 7400 instructions where sides cross; with an end in the contact some 10 000 for each piece between
-/// breaks, of capsules 30 000.
+/// Cost: 7400 instructions where sides cross, cylinders with an end in the contact 40 000 to 90 000, capsules 70 000
+/// to 250 000, and up to 800 000 where they are nearly parallel, since their outline changes at many heights.
 #pragma once
 #include "haptic_core/geometry/contact_volume.h"
 #include "haptic_core/geometry/rod.h"
