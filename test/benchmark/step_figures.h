@@ -1,0 +1,19 @@
+/// Parts of `./run bench step`; each prints figures of its own.
+#pragma once
+#include "haptic_core/world/world.h"
+
+namespace haptic::bench {
+
+/// Settings at 1 kHz.
+inline WorldSettings stepSettings(Integrator integrator = Integrator::kAutomatic, double h = 1e-3) {
+  WorldSettings settings;
+  settings.step = h;
+  settings.integrator = integrator;
+  return settings;
+}
+
+void runMotions(const char* filter);  ///< step.*: time and error beside the dated values; `filter` may be null
+void runBits();                       ///< index.bits_differ, scale.bits_differ
+void runCases();                      ///< turntable.*, marble.*, rod_impact.*, bounce.*
+
+}  // namespace haptic::bench
