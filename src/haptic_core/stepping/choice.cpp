@@ -10,13 +10,11 @@
 namespace haptic::stepping {
 namespace {
 
-/// Steps after which the number of a contact is taken again even though its patch has not grown: it may have moved to
-/// where the lever arm is longer. A power of two less one.
-constexpr std::uint64_t kRenewMask = 255;
 /// Touching pairs up to which a substep is cut into parts, each of which costs all of them again.
 constexpr int kMostCutPairs = 8;
-/// A patch that has grown by more than this is measured again.
-constexpr double kGrown = 1.1;
+/// A patch whose area, volume or lever arm has grown or shrunk by more than these factors is measured again: numbers may be twice too
+/// high, and little too low.
+constexpr double kGrown = 1.1, kShrunk = 0.5;
 
 bool isImplicit(const State& state, int tree) noexcept { return state.mode[tree] == TreeMode::kImplicit; }
 
@@ -26,7 +24,26 @@ bool movesByItself(const Model& model, const Work& work, int shape) noexcept {
 
 /// As StabilityMemory keeps it.
 double moversOf(const Model& model, const Work& work, const ActivePair& pair) noexcept {
-  return (movesByItself(model, work, pair.shapeA()) ? 1 : 0) + (movesByItself(model, work, pair.shapeB()) ? 2 : 0);
+  return (movesByItself(model, work, pair.shapeA()) ? 1 : 0) + (movesByItself(model, work, pair.shapeB()) ? 2 : 0) +
+         (pair.friction.sliding != 0 ? 4 : 0);
+}
+
+/// Largest distance of a patch from the centre of mass of a link that moves [m].
+double leverOf(const Model& model, const Pose& X_WP, const Work& work, const ActivePair& pair) noexcept {
+  double longest = 0;
+  for (const int shape : {pair.shapeA(), pair.shapeB()}) {
+    if (!movesByItself(model, work, shape)) continue;
+    longest = std::max(longest, (work.placement.link[model.shapes[shape].link].p_WC() - X_WP.p).norm());
+  }
+  return longest;
+}
+
+/// Whether the shares of a contact are those of another patch.
+bool isOutdated(const Model& model, const ContactVolume& volume, const Pose& X_WP, const Work& work, const ActivePair& pair) noexcept {
+  const StabilityMemory& known = pair.stability;
+  const auto differs = [](double now, double then) { return now > kGrown * then || now < kShrunk * then; };
+  return known.movers != moversOf(model, work, pair) || differs(volume.A0, known.area) || differs(volume.volume, known.volume) ||
+         differs(leverOf(model, X_WP, work, pair), known.lever);
 }
 
 /// Shares of a contact for its two links.
@@ -51,6 +68,7 @@ void measureShares(const Model& model, const ContactVolume& volume, const PatchT
   pair.stability.movers = moversOf(model, work, pair);
   pair.stability.area = volume.A0;
   pair.stability.volume = volume.volume;
+  pair.stability.lever = leverOf(model, X_WP, work, pair);
 }
 
 /// Parts of a substep in which this contact is resolved.
@@ -76,7 +94,8 @@ void addShares(const Model& model, const ActivePair& pair, std::vector<double>& 
 ChoiceWork::ChoiceWork(const Model& model) : number(model.links.size()) {
   retreat.q.resize(model.nq);
   retreat.v.resize(model.nv);
-  retreat.pull.resize(model.nv);
+  for (auto* x : {&retreat.pull, &retreat.a_end, &retreat.a_mean, &retreat.v_mean}) x->resize(model.nv);
+  retreat.last_step.resize(model.trees.size());
   retreat.mode.resize(model.trees.size());
   retreat.wrench.resize(model.pointers.size());
 }
@@ -97,6 +116,13 @@ void keepForRetreat(const State& state, const HandWork& hands, const StepReport&
   std::copy(state.q.begin(), state.q.end(), retreat.q.begin());
   std::copy(state.v.begin(), state.v.end(), retreat.v.begin());
   std::copy(state.pull.begin(), state.pull.end(), retreat.pull.begin());
+  std::copy(state.last_step.begin(), state.last_step.end(), retreat.last_step.begin());
+  retreat.remembers = anyImplicit(state);
+  if (retreat.remembers) {
+    std::copy(state.a_end.begin(), state.a_end.end(), retreat.a_end.begin());
+    std::copy(state.a_mean.begin(), state.a_mean.end(), retreat.a_mean.begin());
+    std::copy(state.v_mean.begin(), state.v_mean.end(), retreat.v_mean.begin());
+  }
   retreat.wrench = hands.wrench;
   retreat.energy = state.energy;
   retreat.pair_count = state.pair_count;
@@ -108,6 +134,12 @@ void takeBack(const Model& model, State& state, Work& work, StepReport& report) 
   std::copy(retreat.q.begin(), retreat.q.end(), state.q.begin());
   std::copy(retreat.v.begin(), retreat.v.end(), state.v.begin());
   std::copy(retreat.pull.begin(), retreat.pull.end(), state.pull.begin());
+  std::copy(retreat.last_step.begin(), retreat.last_step.end(), state.last_step.begin());
+  if (retreat.remembers) {
+    std::copy(retreat.a_end.begin(), retreat.a_end.end(), state.a_end.begin());
+    std::copy(retreat.a_mean.begin(), retreat.a_mean.end(), state.a_mean.begin());
+    std::copy(retreat.v_mean.begin(), retreat.v_mean.end(), state.v_mean.begin());
+  }
   state.energy = retreat.energy;
   std::swap(work.search.previous, state.pairs);  // the search has swapped them once
   state.pair_count = retreat.pair_count;
@@ -181,13 +213,8 @@ double couplingNumber(const Model& model, const State& state, const Work& work, 
   return sum;
 }
 
-void noteStability(const Model& model, const ContactEvaluation& c, const State& state, Work& work, ActivePair& pair) noexcept {
-  const StabilityMemory& known = pair.stability;
-  const bool old = ((state.step + pair.key) & kRenewMask) == 0 || known.movers != moversOf(model, work, pair);
-  if (old || c.volume.A0 > kGrown * known.area || c.volume.volume > kGrown * known.volume) {
-    measureShares(model, c.volume, c.force.tangent, c.X_WP, work, pair);
-  }
-  addShares(model, pair, work.choice.number);
+void noteStability(const Model& model, const ContactEvaluation& c, Work& work, ActivePair& pair) noexcept {
+  addStability(model, c.volume, c.force.tangent, c.X_WP, work, pair);
   const double last_rate = pair.stability.rate;
   pair.stability.rate = std::abs(c.V_AB_P.linear.z());
   pair.stability.parts = partsOf(c, pair.stability, last_rate, model.substep());
@@ -199,9 +226,9 @@ void noteStability(const Model& model, const ContactEvaluation& c, const State& 
   }
 }
 
-void measureStability(const Model& model, const ContactVolume& volume, const PatchTangent& tangent, const Pose& X_WP,
-                      Work& work, ActivePair& pair) noexcept {
-  measureShares(model, volume, tangent, X_WP, work, pair);
+void addStability(const Model& model, const ContactVolume& volume, const PatchTangent& tangent, const Pose& X_WP, Work& work,
+                  ActivePair& pair) noexcept {
+  if (isOutdated(model, volume, X_WP, work, pair)) measureShares(model, volume, tangent, X_WP, work, pair);
   addShares(model, pair, work.choice.number);
 }
 

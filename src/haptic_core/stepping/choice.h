@@ -3,8 +3,8 @@
 /// An island is stepped by velocity Verlet while no link of it comes near the bound of stability (stability_number.h),
 /// implicitly otherwise. The numbers are those of the contacts that the explicit step itself has found at its end: where
 /// one is too high, because something stiff was hit or grew, the step has not happened; it is taken back and done again
-/// with that island implicit. An implicit island is looked at every 16 steps and goes back when its numbers have become
-/// low. So the choice depends on the state alone; modes and numbers are part of it.
+/// with that island implicit. An implicit island goes back when its numbers have been low for some steps in a row.
+/// So the choice depends on the state alone; modes and numbers are part of it.
 ///
 /// A contact that swings within few steps is stable and wrong: at three steps a bounce an explicit step may throw a body back
 /// faster than it came. So where a contact moves and swings in fewer than ten steps, the step is done again in equal parts,
@@ -38,10 +38,11 @@ constexpr double kResting = 0.05;
 
 /// The state before an attempt; the pairs before it are those of the last search.
 struct Retreat {
-  std::vector<double> q, v, pull;  ///< of the state, see State
+  std::vector<double> q, v, pull, a_end, a_mean, v_mean, last_step;  ///< of the state, see State
   std::vector<TreeMode> mode;      ///< before its implicit islands
   std::vector<Wrench> wrench;      ///< on the hands
   EnergySums energy;               ///< of the ledger
+  bool remembers = false;          ///< the last step's accelerations and means were kept: a tree is implicit
   int pair_count = 0;              ///< of the state
   unsigned flags = 0;              ///< of the report
 };
@@ -58,9 +59,9 @@ struct ChoiceWork {
 };
 
 bool anyImplicit(const State& state) noexcept;  ///< a tree is stepped implicitly
-/// At every 16th step islands are asked for the other mode: implicit ones whether they may be explicit, explicit ones whether they stand.
-/// Fewer: what was hit stays implicit longer; more: the questions cost more than they save.
-inline bool looksAround(const State& state) noexcept { return (state.step & 15) == 15; }
+/// Steps in a row with low numbers after which an implicit island becomes explicit. Fewer: what bounces is taken back at every touch;
+/// more: what was hit stays implicit longer.
+constexpr int kDwell = 8;
 /// Longest part of a substep that the contacts ask for which touch at the start of a step [s].
 double longestPart(const Model& model, const State& state) noexcept;
 
@@ -80,11 +81,10 @@ bool anyTooStiff(ChoiceWork& choice, StepReport& report) noexcept;
 void countCouplings(const Model& model, const State& state, Work& work) noexcept;
 /// Share of the virtual couplings that pull at a link, as if it were free.
 double couplingNumber(const Model& model, const State& state, const Work& work, int link) noexcept;
-/// Adds a contact's shares to the numbers of its links; measured again where the patch has grown, or from time to time.
-void noteStability(const Model& model, const ContactEvaluation& contact, const State& state, Work& work,
-                   ActivePair& pair) noexcept;
-/// The same, measured now.
-void measureStability(const Model& model, const ContactVolume& volume, const PatchTangent& tangent, const Pose& X_WP,
-                      Work& work, ActivePair& pair) noexcept;
+/// Adds a contact's shares to the numbers of its links; measured again where the patch has grown, shrunk or moved.
+void noteStability(const Model& model, const ContactEvaluation& contact, Work& work, ActivePair& pair) noexcept;
+/// The same, without what says how the contact swings.
+void addStability(const Model& model, const ContactVolume& volume, const PatchTangent& tangent, const Pose& X_WP, Work& work,
+                  ActivePair& pair) noexcept;
 
 }  // namespace haptic::stepping

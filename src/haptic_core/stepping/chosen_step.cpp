@@ -62,9 +62,7 @@ void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Re
     part = shortened(model, part, longest);
     explicitPart(model, part, state, work, report);
   }
-  if (looksAround(state) && part.h == model.settings.step) {
-    settleExplicit(model, part.h, work.placement, work.islands, work.hands, state);
-  }
+  if (part.h == model.settings.step) settleExplicit(model, part.h, work.placement, work.islands, work.hands, state);
   collectHeld(model, part, state, work.hands, work.placement);
   report.step.pairs = state.pair_count;
   report.step.contacts = report.contacts.size();

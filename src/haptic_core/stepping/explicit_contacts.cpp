@@ -101,7 +101,7 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
     noteContact(index, pair, c, elastic, memory, contacts.booked, report.step.energy);
   }
   pair.friction = memory;
-  if (model.settings.integrator == Integrator::kAutomatic) noteStability(model, c, state, work, pair);
+  if (model.settings.integrator == Integrator::kAutomatic) noteStability(model, c, work, pair);
   ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
   if (advance.second_order) {
     if (advance.time > 0) reportMean(pair.release, touched, c.force, advance.time, contact);

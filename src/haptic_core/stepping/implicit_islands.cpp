@@ -10,6 +10,12 @@
 namespace haptic::stepping {
 namespace {
 
+ImplicitOrder orderOf(Integrator integrator) noexcept {
+  return integrator == Integrator::kImplicitEuler ? ImplicitOrder::kFirst
+         : integrator == Integrator::kSdirk2      ? ImplicitOrder::kSecond
+                                                  : ImplicitOrder::kSecondMultistep;
+}
+
 /// Contacts of an island as its solve left them.
 struct Contacts {
   const ImplicitContact *first, *last;
@@ -52,6 +58,14 @@ void takeCouplings(const Model& model, const StepPart& part, State& state, Work&
   }
 }
 
+/// A contact that began: its bodies approached at the speed that its impulse took from them.
+void noteImpact(const Model& model, const ContactReport& contact, double h, const Work& work, Report& report) noexcept {
+  const LinkWork &A = work.placement.link[contact.link_a], &B = work.placement.link[contact.link_b];
+  const double mass = model.law(contact.shape_a, contact.shape_b, false, false).reduced_mass,
+               left = (A.twistAt(contact.X_WP.p) - B.twistAt(contact.X_WP.p)).linear.dot(contact.X_WP.R.col(2));
+  report.addImpact(left + h * contact.normal_force / mass, mass, h * model.settings.gravity.norm());
+}
+
 /// What the island's contacts do to its links (and to those that hands hold), and what is reported of them.
 void takeContacts(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
   for (const ImplicitContact& c : work.implicit->contacts()) {
@@ -67,12 +81,7 @@ void takeContacts(const Model& model, double h, State& state, Work& work, Report
     }
     contact.F_BP_W = mean;
     contact.normal_force = mean.force.dot(c.X_WP.R.col(2));
-    if (pair.friction.began != 0) {
-      const LinkWork &A = work.placement.link[contact.link_a], &B = work.placement.link[contact.link_b];
-      const double mass = model.law(c.shape_a, c.shape_b, false, false).reduced_mass,
-                   left = (A.twistAt(c.X_WP.p) - B.twistAt(c.X_WP.p)).linear.dot(c.X_WP.R.col(2));
-      report.addImpact(left + h * contact.normal_force / mass, mass, h * model.settings.gravity.norm());
-    }
+    if (pair.friction.began != 0) noteImpact(model, contact, h, work, report);
     report.addEnergy(pair.friction);
     if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(c.shape_a, c.shape_b, c.volume.A0));
     report.addContact(contact, c.force.clipped);
@@ -81,6 +90,7 @@ void takeContacts(const Model& model, double h, State& state, Work& work, Report
     ContactReport contact = reportOf(model, state.pairs[index], ContactVolume{}, X_WP, LocatedForce{});
     contact.F_BP_W = mean;
     contact.normal_force = mean.force.dot(X_WP.R.col(2));
+    if (state.pairs[index].friction.began != 0) noteImpact(model, contact, h, work, report);
     for (const int link : {contact.link_a, contact.link_b}) {
       if (work.hands.held_by[link] < 0) continue;
       work.placement.link[link].addWrench(link == contact.link_b ? mean : -mean, X_WP.p);
@@ -89,7 +99,7 @@ void takeContacts(const Model& model, double h, State& state, Work& work, Report
   });
 }
 
-/// Highest stability number of the island's links, measured now.
+/// Highest stability number of the island's links.
 double stabilityOf(const Model& model, const Island& island, const Contacts& contacts, State& state, Work& work) noexcept {
   std::vector<double>& number = work.choice.number;
   const auto forEachLink = [&](auto&& visit) {
@@ -100,7 +110,7 @@ double stabilityOf(const Model& model, const Island& island, const Contacts& con
   };
   forEachLink([&](int link) { number[link] = couplingNumber(model, state, work, link); });
   for (const ImplicitContact& c : contacts) {
-    measureStability(model, c.volume, c.force.tangent, c.X_WP, work, state.pairs[c.pair]);
+    addStability(model, c.volume, c.force.tangent, c.X_WP, work, state.pairs[c.pair]);
   }
   double most = 0;
   forEachLink([&](int link) { most = std::max(most, number[link]); });
@@ -121,11 +131,15 @@ void foreseeKick(const Model& model, const Contacts& contacts, double h, State& 
   noteNextKick(model, h, state, work);
 }
 
-/// Back to explicit steps where the numbers are low enough, with what those need to know of the last step.
+/// Back to explicit steps where the numbers have been low for long enough, with what those need to know of the last step.
 void lookForExplicit(const Model& model, const Island& island, double h, bool flew, State& state, Work& work) noexcept {
   const LoadedVector<ImplicitContact>& solved = work.implicit->contacts();
   const Contacts contacts{solved.begin(), flew ? solved.begin() : solved.end()};
-  if (!(stabilityOf(model, island, contacts, state, work) < kLeaveImplicit * kStabilityBound)) return;
+  const bool low = stabilityOf(model, island, contacts, state, work) < kLeaveImplicit * kStabilityBound;
+  int steps = kDwell;
+  for (int n = 0; n < island.tree_count; ++n) steps = std::min(steps, state.low[island.trees[n]] + 1);
+  for (int n = 0; n < island.tree_count; ++n) state.low[island.trees[n]] = low ? steps : 0;
+  if (!low || steps < kDwell) return;
   Placement& placement = work.placement;
   for (const ImplicitContact& c : contacts) {
     const LinkWork &A = placement.link[model.shapes[c.shape_a].link], &B = placement.link[model.shapes[c.shape_b].link];
@@ -141,6 +155,8 @@ void lookForExplicit(const Model& model, const Island& island, double h, bool fl
   for (int n = 0; n < island.tree_count; ++n) {
     keepPull(model, model.trees[island.trees[n]], state, work);
     state.mode[island.trees[n]] = TreeMode::kPrimed;
+    state.low[island.trees[n]] = 0;
+    state.last_step[island.trees[n]] = 0;
   }
   if (model.settings.energy_ledger && contacts.begin() != contacts.end()) foreseeKick(model, contacts, h, state, work);
 }
@@ -151,10 +167,11 @@ const ImplicitReport* advance(const Model& model, const Island& island, double h
   if (fliesFreely(model, island, state)) {
     const ModelTree& tree = model.trees[island.trees[0]];
     stepFreeBody(tree.model->link(0), model.settings.gravity, h, state.q.data() + tree.q, state.v.data() + tree.v);
+    state.last_step[island.trees[0]] = 0;
     return nullptr;
   }
   const ImplicitReport& solved =
-      work.implicit->advance(island, h, model.settings.integrator != Integrator::kImplicitEuler);
+      work.implicit->advance(island, h, orderOf(model.settings.integrator));
   report.iterations = std::max(report.iterations, solved.iterations);
   report.evaluations = std::max(report.evaluations, solved.evaluations);
   report.factorisations = std::max(report.factorisations, solved.factorisations);
@@ -162,6 +179,7 @@ const ImplicitReport* advance(const Model& model, const Island& island, double h
   report.residual = std::max(report.residual, solved.residual);
   report.fallbacks += solved.fell_back;
   report.parts = std::max(report.parts, solved.parts);
+  report.budget_used = std::max(report.budget_used, solved.budget_used);
   if (!solved.converged) report.flags |= kNotConverged;
   if (!solved.joints_converged) report.flags |= kJointsNotConverged;
   return &solved;
@@ -191,7 +209,7 @@ void implicitStep(const Model& model, const StepPart& part, State& state, Work& 
 
 void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   ImplicitStep& implicit = *work.implicit;
-  const bool looks = model.settings.integrator == Integrator::kAutomatic && looksAround(state);
+  const bool looks = model.settings.integrator == Integrator::kAutomatic;
   const bool may_stand = model.settings.leave_out && part.h == model.settings.step;
   bool begun = false;
   work.islands.find(state, work.hands.held_by, true);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "haptic_core/base/bracket.h"
@@ -13,14 +14,19 @@ namespace {
 constexpr double kGamma = 1 - M_SQRT1_2;  ///< of SDIRK2
 constexpr double kNext = (1 - kGamma) / kGamma;
 
-/// The acceleration jumps when it changes within a step by more than this share of the speed (and of h g).
-constexpr double kJump = 0.5;
-/// A patch that grows or shrinks by more than this factor within a step is not smooth.
-constexpr double kGrowth = 2;
-/// Evaluations of the exact geometry in a step: what implicit Euler has left of them after an attempt at second order, less
-/// three to keep the energy of a step that did not converge. Events are located in islands of few contacts; what that
-/// takes comes on top.
-constexpr int kMostEvaluations = 10, kKeepingEnergy = 3, kMostPasses = 7;
+/// Error of position that a step may make, over the way that its change of speed and gravity move a body in it.
+constexpr double kAccuracy = 0.03;
+/// Error of position over s² times the change of acceleration: from the last step's end to this one's; between two stages.
+constexpr double kErrorBdf2 = 2.0 / 9, kErrorSdirk2 = 0.0404;
+/// The budget: evaluations of a pair in a step, and bounds of those of its island; three keep the energy of a step that did not
+/// converge, three are implicit Euler's at least. Instants of friction come on top.
+constexpr int kPairEvaluations = 128, kLeastEvaluations = 10, kMostEvaluations = 64, kKeepingEnergy = 3, kEulerPasses = 3,
+              kMostPasses = 7;
+/// Sub-steps are no shorter than a step over this; attempts of a step at them, instants of friction included.
+constexpr int kMostParts = 8, kMostAttempts = 24;
+/// Halving goes on while the error falls by this factor at least: to a quarter where the motion is resolved.
+constexpr double kHelps = 0.4;
+constexpr double kNone = std::numeric_limits<double>::infinity();  ///< contacts change, or a stage did not converge
 /// Passes of a stage of SDIRK2: what is smooth converges in two.
 constexpr int kSmoothPasses = 2;
 /// Touching pairs of an island in which the instants of friction are located.
@@ -29,11 +35,12 @@ constexpr int kFewContacts = 4;
 /// that SDIRK2 and Hunt-Crossley leave for seconds. What falls, swings, slides off or turns back is as slow as that for a few
 /// steps, so the order stays 2. What only sticks can but rock.
 constexpr double kSettles = 1, kSettlesStuck = 5;
-/// An island that was not smooth n times in a row tries second order at every 2ⁿ-th step, n at most this: heaps that tumble
-/// never are, and each attempt costs half a step.
-constexpr int kMostRough = 3;
-/// Changes of friction inside one step; what they leave is done as implicit Euler.
-constexpr int kMostEvents = 6;
+/// A patch that grows or shrinks by more than this factor within an attempt is not smooth: second order there makes energy.
+constexpr double kGrowth = 2;
+/// Way in a step below which a joint stands (dynamics/joint_solver.cpp) [m]: of second order it would bounce between limit and rounding.
+constexpr double kStands = 1e-12;
+/// BDF2 takes up from a step of at least 1/kMostRatio of its own length: it is stable up to 1 + √2 for steps of any sequence.
+constexpr double kMostRatio = 2;
 /// An instant is located when the load is this close to the limit, or the slip this small against what it was.
 constexpr double kLocated = 1e-8;
 constexpr int kMostLocations = 12;
@@ -47,7 +54,6 @@ double product(const FrictionMemory& metric, const FrictionMemory& a, const Fric
   return metric.area * a.rate_A.dot(b.rate_A) + metric.torsion * a.spin * b.spin;
 }
 
-/// It will slip against the force that held it.
 void slide(FrictionMemory& memory) {
   memory.sliding = 1;
   memory.rate_A = memory.slip_A;
@@ -58,21 +64,15 @@ double losses(const EnergySums& sums) { return sums.damping + sums.friction; }
 
 double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-int roughness(const Island& island, const State& state) {
-  int most = 0;
-  for (int n = 0; n < island.tree_count; ++n) most = std::max(most, state.rough[island.trees[n]]);
-  return most;
-}
-
-/// Slow enough to come to rest, see kSettles.
-bool settles(const Island& island, const State& state, double speed, double gravity_speed) {
+/// Slow enough to come to rest, see kSettles. `slow`: what gravity adds in a step, or joints that stand make [m/s].
+bool settles(const Island& island, const State& state, double speed, double slow) {
   bool touches = false, slides = false;
   for (int i = 0; i < island.pair_count; ++i) {
     const FrictionMemory& friction = state.pairs[island.pairs[i]].friction;
     touches |= friction.touching != 0;
     slides |= friction.touching != 0 && friction.sliding != 0;
   }
-  return speed <= (touches && !slides ? kSettlesStuck : kSettles) * gravity_speed;
+  return speed <= (touches && !slides ? kSettlesStuck : kSettles) * slow;
 }
 
 /// Whether friction may jump between two limits, in an island small enough to look for the instants.
@@ -89,6 +89,13 @@ bool changesLimit(const Model& model, const Island& island, const State& state) 
   return jumps && touching <= kFewContacts;
 }
 
+/// Evaluations of the island's geometry in a step.
+int budgetOf(const Island& island, const State& state) {
+  int touching = 0;
+  for (int i = 0; i < island.pair_count; ++i) touching += state.pairs[island.pairs[i]].friction.touching != 0;
+  return std::clamp(kPairEvaluations / std::max(1, touching), kLeastEvaluations, kMostEvaluations);
+}
+
 }  // namespace
 
 ImplicitStep::ImplicitStep(const Model& model) : model_(model), settings_(model.settings), stage_(model) {
@@ -98,11 +105,13 @@ ImplicitStep::ImplicitStep(const Model& model) : model_(model), settings_(model.
   first_coupling_.resize(model.pointers.size());
   for (auto* wrenches : {&impulse_, &first_, &done_}) wrenches->resize(model.pair_capacity);
   place_.resize(model.pair_capacity);
+  hands_power_.resize(model.pair_capacity);
   cache_.resize(model.pair_capacity);
   event_.resize(model.pair_capacity);
   violation_.resize(model.pair_capacity);
   acceleration_.resize(model.nv);
   change_.resize(model.nv);
+  kick_.resize(model.nv);
 }
 
 void ImplicitStep::begin(State& state, const HandWork& hands, double h) noexcept {
@@ -114,39 +123,52 @@ void ImplicitStep::begin(State& state, const HandWork& hands, double h) noexcept
   std::fill(coupling_impulse_.begin(), coupling_impulse_.end(), Wrench{});
 }
 
-const ImplicitReport& ImplicitStep::advance(const Island& island, double h, bool second_order) noexcept {
-  const int iterations = stage_.iterations(), evaluations = stage_.evaluations;
-  const int factorisations = stage_.factorisations();
+const ImplicitReport& ImplicitStep::advance(const Island& island, double h, ImplicitOrder order) noexcept {
+  const int iterations = stage_.iterations(), factorisations = stage_.factorisations();
   report_ = ImplicitReport{};
   stage_.select(island);
-  length_ = h;
-  double left = h;
-  const int rough = roughness(island, *state_);
-  if (state_->step & ((1u << rough) - 1)) second_order = false;
-  locates_ = second_order && changesLimit(model_, island, *state_);
-  const double gravity_speed = h * settings_.gravity.norm();
-  if (second_order && !locates_ && settles(island, *state_, stage_.speed(state_->v), gravity_speed)) second_order = false;
-  for (int event = 0; second_order && event <= kMostEvents && left > 0; ++event) {
-    elapsed_ = h - left;
-    const double done = secondOrder(left);
-    if (done < 0) break;
-    left -= done;
-    if (left <= kRest * h) left = 0;
-  }
-  report_.fell_back = second_order && left > 0;
-  for (int n = 0; second_order && n < island.tree_count; ++n) {
-    state_->rough[island.trees[n]] = report_.fell_back ? std::min(rough + 1, kMostRough) : 0;
-  }
-  if (left > 0) {
-    const int used = locates_ ? 0 : stage_.evaluations - evaluations;
-    euler(left, std::clamp(kMostEvaluations - kKeepingEnergy - used, 1, kMostPasses));
-  }
+  length_ = left_ = h;
+  order_ = order;
+  evaluations_before_ = stage_.evaluations;
+  budget_ = budgetOf(island, *state_);
+  locates_ = order != ImplicitOrder::kFirst && changesLimit(model_, island, *state_);
+  const double slow = std::max(h * settings_.gravity.norm(), kStands / h);
+  const bool second_order =
+      order != ImplicitOrder::kFirst && (locates_ || !settles(island, *state_, stage_.speed(state_->v), slow));
+  if (second_order) subSteps();
+  report_.fell_back = second_order && left_ > 0;
+  if (left_ > 0) euler(left_, std::max(1, budget_ - kKeepingEnergy - (locates_ ? 0 : used())));
   report_.iterations = stage_.iterations() - iterations;
-  report_.evaluations = stage_.evaluations - evaluations;
+  report_.evaluations = used();
+  report_.budget_used = locates_ ? 0 : static_cast<double>(used()) / budget_;
   report_.factorisations = stage_.factorisations() - factorisations;
   report_.residual = stage_.error;
   report_.wrench_error = stage_.wrench_error;
   return report_;
+}
+
+/// Goes on by second order while error and budget allow.
+void ImplicitStep::subSteps() noexcept {
+  double s = length_, error = kNone;
+  for (int attempt = 0; attempt < kMostAttempts && left_ > 0; ++attempt) {
+    s = std::min(s, left_);
+    const double done = secondOrder(s);
+    if (done >= 0) {
+      left_ -= done;
+      if (left_ <= kRest * length_) left_ = 0;
+      error = kNone;
+      continue;
+    }
+    // Impacts (`kNone`) are implicit Euler's, and so is what halving does not help.
+    if (!(error_ < kHelps * error) || s <= 1.001 * length_ / kMostParts) break;
+    error = error_;
+    s *= 0.5;
+  }
+}
+
+/// Whether an attempt of so many evaluations, over and over with steps of length s to the end, leaves implicit Euler its own.
+bool ImplicitStep::affords(double evaluations, double s) const noexcept {
+  return used() + evaluations * left_ / s <= budget_ - kKeepingEnergy - kEulerPasses;
 }
 
 void ImplicitStep::setBase() noexcept {
@@ -178,7 +200,8 @@ void ImplicitStep::euler(double h, int passes) noexcept {
     stage_.joints().startAccount();
     stage_.joints().account(stage_.v_base.data(), stage_.v.data(), h);  // force × mean velocity: the change of energy
   }
-  commit(h, h, false);
+  accelerations(h);
+  commit(h, h, Mean::kOfEnd, report_.converged && sameContacts() && !errs(kErrorBdf2, h));
   if (report_.converged) return;
   // Forces out of balance are not what slowed the bodies: of their power no more is a loss than was lost.
   const double available = std::max(0.0, lost + state_->energy.external + sum(coupling_work_) - supplied);
@@ -206,7 +229,8 @@ void ImplicitStep::stand(double h) noexcept {
     const ModelTree& tree = model_.trees[island.trees[n]];
     double* v = state_->v.data() + tree.v;
     report_.stands &= std::all_of(v, v + tree.model->nv(), [](double x) { return x == 0 && !std::signbit(x); });
-    std::fill_n(v, tree.model->nv(), 0.0);
+    for (double* x : {v, &state_->a_end[tree.v], &state_->a_mean[tree.v], &state_->v_mean[tree.v]}) std::fill_n(x, tree.model->nv(), 0.0);
+    state_->last_step[island.trees[n]] = h;
   }
   gatherDone();
   for (int i = 0; i < island.pair_count; ++i) {
@@ -214,30 +238,37 @@ void ImplicitStep::stand(double h) noexcept {
     impulse_[pair] = done_[pair] * h;
     state_->pairs[pair].cache = cache_[pair];
   }
-  pushHands(h, 0);
+  pushHands(h, 0, false);
 }
 
-/// What the island's couplings did over h goes to their hands: `first` is the first stage's share.
-void ImplicitStep::pushHands(double h, double first) noexcept {
+/// What the island's couplings did over h goes to their hands. `w`: weight of their power in the first stage, or at the start.
+void ImplicitStep::pushHands(double h, double w, bool two_stages) noexcept {
   const Island& island = stage_.island();
   for (std::size_t p = 0; p < stage_.couplings.size(); ++p) {
     const int link = stage_.couplings[p].link;
     const int tree = link >= 0 ? model_.links[link].articulation : -1;
     if (tree < 0 || !std::binary_search(island.trees, island.trees + island.tree_count, tree)) continue;
     const Wrench& F_W = stage_.couplings[p].F_W;
-    coupling_impulse_[p] += (first > 0 ? first_coupling_[p] * first + F_W * (1 - first) : F_W) * h;
-    coupling_work_[p] += h * (first * first_power_[p] + (1 - first) * stage_.couplings[p].power);
+    double& power = state_->pointers[p].power;
+    coupling_impulse_[p] += (two_stages ? first_coupling_[p] * w + F_W * (1 - w) : F_W) * h;
+    coupling_work_[p] += h * (w * (two_stages ? first_power_[p] : power) + (1 - w) * stage_.couplings[p].power);
+    power = stage_.couplings[p].power;
   }
 }
 
-/// SDIRK2 over h, or up to where friction changes; the time that was done, < 0 where the step is not smooth.
-double ImplicitStep::secondOrder(double h) noexcept {
-  const Island& island = stage_.island();
-  for (int i = 0; i < island.pair_count; ++i) {
-    const FrictionMemory& memory = state_->pairs[island.pairs[i]].friction;
-    stage_.yielding[island.pairs[i]] = locates_ && sticksAtAll(memory) ? Yielding::kNever : Yielding::kKeepsLimit;
+/// BDF2 or SDIRK2 over s, or up to where friction changes; the time that was done, < 0 where neither is good enough.
+double ImplicitStep::secondOrder(double s) noexcept {
+  const double last = lastStep();
+  if (order_ == ImplicitOrder::kSecondMultistep && last > 0 && s <= kMostRatio * last && affords(kSmoothPasses, s)) {
+    const Smooth found = bdf2(s, last);
+    if (found == Smooth::kYes) return s;
+    error_ *= kErrorSdirk2 / kErrorBdf2;  // that of SDIRK2, foreseen
+    if (found == Smooth::kNo && error_ > 1) return -1;
   }
-  if (!sdirk2(h, 0)) return -1;
+  error_ = kNone;
+  if (!affords(2 * kSmoothPasses, s)) return -1;
+  setModes();
+  if (!sdirk2(s, left_ - s)) return -1;
   bool changes = false;
   for (const ImplicitContact& c : stage_.contacts()) {
     if (!locates_) break;
@@ -246,9 +277,103 @@ double ImplicitStep::secondOrder(double h) noexcept {
     if (stops) mode = Yielding::kDragged;
     changes |= stops || violation(c) > 0;
   }
-  if (changes) return locate(h);
-  commit(kGamma * h, h, true);
-  return h;
+  if (changes) return locate(s);
+  if (errs(kErrorSdirk2, s)) return -1;
+  commit(kGamma * s, s, Mean::kOfStages, true);
+  return s;
+}
+
+/// BDF2 over s; nothing is committed where the error is too large, or friction changes in it.
+ImplicitStep::Smooth ImplicitStep::bdf2(double s, double last) noexcept {
+  const Island& island = stage_.island();
+  const double w = s / last, g = (1 + w) / (1 + 2 * w) * s, rest = s - g;
+  setModes();
+  setBase();
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model_.trees[island.trees[n]];
+    integratePositions(*tree.model, stage_.q_base.data() + tree.q, state_->v_mean.data() + tree.v, rest);
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) {
+      stage_.v_base[i] += rest * state_->a_mean[i];
+      stage_.v[i] = stage_.v_base[i] + g * state_->a_end[i];
+    }
+  }
+  error_ = kNone;
+  if (!solveSmooth(g, left_ - s)) return Smooth::kNo;
+  for (const ImplicitContact& c : stage_.contacts()) {
+    if (!locates_) break;
+    const bool stops = stage_.yielding[c.pair] == Yielding::kKeepsLimit && c.force.memory.sliding == 0;
+    if (stops || violation(c) > 0) return Smooth::kFrictionChanges;
+  }
+  accelerations(g);
+  if (errs(kErrorBdf2, s)) return Smooth::kNo;
+  if (stage_.hasJoints()) {
+    stage_.joints().startAccount();
+    stage_.joints().account(state_->v.data(), stage_.v.data(), s);
+  }
+  commit(g, s, Mean::kOfEnds, true);
+  return Smooth::kYes;
+}
+
+void ImplicitStep::setModes() noexcept {
+  const Island& island = stage_.island();
+  for (int i = 0; i < island.pair_count; ++i) {
+    const FrictionMemory& memory = state_->pairs[island.pairs[i]].friction;
+    stage_.yielding[island.pairs[i]] = locates_ && sticksAtAll(memory) ? Yielding::kNever : Yielding::kKeepsLimit;
+  }
+}
+
+/// Of the island; 0: there is none, or trees differ; negative: something jumped in it.
+double ImplicitStep::lastStep() const noexcept {
+  const Island& island = stage_.island();
+  const double first = state_->last_step[island.trees[0]];
+  double least = first;
+  bool same = true;
+  for (int n = 1; n < island.tree_count; ++n) {
+    const double last = state_->last_step[island.trees[n]];
+    same &= last == first;
+    least = std::min(least, last);
+  }
+  return same || least < 0 ? least : 0;
+}
+
+/// Into `change_`: acceleration over a solve of length g less that at the end of the last step.
+void ImplicitStep::accelerations(double g) noexcept {
+  const Island& island = stage_.island();
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model_.trees[island.trees[n]];
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) {
+      change_[i] = (stage_.v[i] - stage_.v_base[i]) / g - state_->a_end[i];
+    }
+  }
+}
+
+/// Whether `share` s² |change_|, the error of position over s, is more than it may be. Leaves the ratio of the two in `error_`.
+bool ImplicitStep::errs(double share, double s) noexcept {
+  const Island& island = stage_.island();
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model_.trees[island.trees[n]];
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) kick_[i] = stage_.v[i] - state_->v[i];
+  }
+  const double may = kAccuracy * (stage_.speed(kick_) * length_ / s + length_ * settings_.gravity.norm());
+  const double error = share * s * stage_.speed(change_);
+  error_ = error > 0 ? error / may : 0;
+  return error > may;
+}
+
+void ImplicitStep::remember(double g, double h, Mean mean, bool smooth) noexcept {
+  const Island& island = stage_.island();
+  const double share = g / h;  // of the step at the velocity of its end
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model_.trees[island.trees[n]];
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) {
+      double before = state_->v_mean[i];  // velocity at which the rest went
+      if (mean == Mean::kOfStages) before = stage_.v_base[i] + (2 * g - h) * acceleration_[i];
+      state_->a_end[i] = (stage_.v[i] - stage_.v_base[i]) / g;
+      state_->a_mean[i] = (stage_.v[i] - state_->v[i]) / h;
+      state_->v_mean[i] = mean == Mean::kOfEnd ? stage_.v[i] : share * stage_.v[i] + (1 - share) * before;
+    }
+    state_->last_step[island.trees[n]] = smooth ? h : -h;
+  }
 }
 
 /// How far a contact is beyond what its mode allows: the load over the static limit, or the slip that has turned
@@ -275,36 +400,43 @@ double ImplicitStep::violationAtStart() const noexcept {
   return most;
 }
 
-/// Solves up to the first change of friction in (0, h], commits, and changes the modes. < 0: not smooth.
-double ImplicitStep::locate(double h) noexcept {
+/// Solves up to the first change of friction in (0, s], commits, and changes the modes. < 0: not smooth.
+double ImplicitStep::locate(double s) noexcept {
   const double low = 0, f_low = violationAtStart();
   if (f_low >= -kLocated) {  // at once
     for (const ImplicitContact& c : stage_.contacts()) {
       FrictionMemory& memory = state_->pairs[c.pair].friction;
       if (stage_.yielding[c.pair] != Yielding::kNever || memory.load < 1 - kLocated) continue;
       slide(memory);
-      event_[c.pair] = elapsed_ / length_;
+      event_[c.pair] = 1 - left_ / length_;
     }
+    forget();
     return 0;
   }
-  if (!sdirk2(h, 0)) return -1;  // what stops is dragged on
-  double t = h, f = violation();
+  if (!sdirk2(s, left_ - s)) return -1;  // what stops is dragged on
+  double t = s, f = violation();
   const bool turns = f > 0;
-  Bracket bracket(low, f_low, h, f);
+  Bracket bracket(low, f_low, s, f);
   for (int i = 0; turns && i < kMostLocations && std::abs(f) > kLocated; ++i) {
     t = bracket.guess();
-    if (!sdirk2(t, h - t)) return -1;
+    if (!sdirk2(t, left_ - t)) return -1;
     f = violation();
     bracket.take(t, f);
   }
+  if (errs(kErrorSdirk2, t)) return -1;
   for (const ImplicitContact& c : stage_.contacts()) violation_[c.pair] = violation(c);
-  commit(kGamma * t, t, true);
-  if (turns) changeModes(f - 10 * kLocated, elapsed_ + t);
+  commit(kGamma * t, t, Mean::kOfStages, true);
+  if (turns) changeModes(f - 10 * kLocated, length_ - left_ + t);
   return t;
+}
+
+void ImplicitStep::forget() noexcept {
+  for (int n = 0; n < stage_.island().tree_count; ++n) state_->last_step[stage_.island().trees[n]] = 0;
 }
 
 /// The contacts at their limit slide from now on, those that stopped stick.
 void ImplicitStep::changeModes(double least, double elapsed) noexcept {
+  forget();
   for (const ImplicitContact& c : stage_.contacts()) {
     FrictionMemory& memory = state_->pairs[c.pair].friction;
     const Yielding mode = stage_.yielding[c.pair];
@@ -320,7 +452,7 @@ void ImplicitStep::changeModes(double least, double elapsed) noexcept {
   }
 }
 
-/// Solves both stages; false where the step is not smooth or does not converge. Nothing is committed.
+/// Solves both stages, their change of acceleration in `change_`; false: contacts change, or one does not converge.
 bool ImplicitStep::sdirk2(double h, double left) noexcept {
   const Island& island = stage_.island();
   const double g = kGamma * h, rest = (1 - kGamma) * h;
@@ -370,7 +502,7 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
       change_[i] = (stage_.v[i] - stage_.v_base[i]) / g - acceleration_[i];
     }
   }
-  return h * stage_.speed(change_) <= kJump * (stage_.speed(stage_.v) + h * settings_.gravity.norm());
+  return true;
 }
 
 /// A stage whose contacts stay what they were at the start of the step. False as soon as they do not.
@@ -398,20 +530,26 @@ bool ImplicitStep::sameContacts() const noexcept {
 /// What the last stage did to each pair's B. Patches of the same pair add up.
 void ImplicitStep::gatherDone() noexcept {
   const Island& island = stage_.island();
-  for (int i = 0; i < island.pair_count; ++i) done_[island.pairs[i]] = Wrench{};
-  const auto add = [this](int pair, const Pose& X_WP, const Wrench& done_P) {
-    done_[pair] += done_P.rotated(X_WP.R).shifted(-X_WP.p);
-    place_[pair] = X_WP;
+  for (int i = 0; i < island.pair_count; ++i) {
+    done_[island.pairs[i]] = Wrench{};
+    hands_power_[island.pairs[i]] = 0;
+  }
+  const auto add = [this](const auto& pressed) {
+    done_[pressed.pair] += pressed.done_P.rotated(pressed.X_WP.R).shifted(-pressed.X_WP.p);
+    hands_power_[pressed.pair] += pressed.hands_power;
+    place_[pressed.pair] = pressed.X_WP;
   };
-  for (const ImplicitContact& c : stage_.contacts()) add(c.pair, c.X_WP, c.done_P);
-  for (const Brush& b : stage_.brushes()) add(b.pair, b.X_WP, b.done_P);
+  for (const ImplicitContact& c : stage_.contacts()) add(c);
+  for (const Brush& b : stage_.brushes()) add(b);
 }
 
 /// Puts the solution into the state: v, q = q_b ⊕ g v, friction; and the work done over h into the ledger's sums. (The
 /// last Newton step was not evaluated: forces and friction are those of the evaluation before it.)
-void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
+void ImplicitStep::commit(double g, double h, Mean mean, bool smooth) noexcept {
   const Island& island = stage_.island();
-  ++report_.parts;
+  const bool two_stages = mean == Mean::kOfStages;
+  const bool first_part = report_.parts++ == 0;
+  remember(g, h, mean, smooth);
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island.trees[n]];
     std::copy_n(stage_.q_base.begin() + tree.q, tree.model->nq(), state_->q.begin() + tree.q);
@@ -422,9 +560,16 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
     stage_.joints().closeAccount(*state_);
     report_.joints_converged &= stage_.joints().converged();
   }
-  const double w = two_stages ? 1 - kGamma : 0;  // of the first stage's power, which memory_base holds
+  // Power is that of the end, and with this weight of the first stage, or of the start: memory_base holds either.
+  const double w = two_stages ? 1 - kGamma : mean == Mean::kOfEnds ? 0.5 : 0;
   gatherDone();
-  if (settings_.energy_ledger) state_->energy.external += h * (w * first_hands_power_ + (1 - w) * stage_.handsPower());
+  double hands_before = two_stages ? first_hands_power_ : 0;
+  for (int i = 0; i < island.pair_count; ++i) {
+    ActivePair& pair = state_->pairs[island.pairs[i]];
+    if (!two_stages) hands_before += pair.hands_power;
+    pair.hands_power = hands_power_[island.pairs[i]];
+  }
+  if (settings_.energy_ledger) state_->energy.external += h * (w * hands_before + (1 - w) * stage_.handsPower());
   int next = 0;
   for (int i = 0; i < island.pair_count; ++i) {
     ActivePair& pair = state_->pairs[island.pairs[i]];
@@ -438,16 +583,17 @@ void ImplicitStep::commit(double g, double h, bool two_stages) noexcept {
     if (now) {
       const ImplicitContact& c = stage_.contacts()[next];
       memory = c.force.memory;
-      if (before.began == 1) memory.began = kStillBegins;
       memory.elastic_energy = stage_.contacts()[next++].elastic;
     }
+    // What begins in a part of a step has its impact up to the end of the next step, even if it parts before.
+    memory.began = std::max(memory.began, !first_part ? before.began : before.began == 1 ? kStillBegins : 0.0);
     const auto work = [&](double p1, double p2) { return h * (w * p1 + (1 - w) * p2); };
     const double beyond = work(first.power.elastic, memory.power.elastic) + before.elastic_energy - memory.elastic_energy;
     state_->energy.bookPressure(work(first.power.damping, memory.power.damping), beyond, before, memory, pair.buried);
     const double friction = work(first.power.friction, memory.power.friction) + before.energy - memory.energy;
     (memory.sliding != 0 ? state_->energy.friction : state_->energy.damping) += now || before.touching != 0 ? friction : 0;
   }
-  pushHands(h, w);
+  pushHands(h, w, two_stages);
 }
 
 }  // namespace haptic

@@ -4,17 +4,26 @@
 ///   SDIRK2          two stages, g = γ h, γ = 1 - 1/√2 (Alexander 1977: second order, L-stable, stiffly accurate):
 ///                   v_b = v0 + (1-γ) h a1, q_b = q0 ⊕ (1-γ) h v1, s_b = s0 + (1-γ)/γ (s1 - s0); of what sticks poses say
 ///                   how far s went, and only what yielded is drawn out.
-/// SDIRK2 multiplies the impulses of impacts by up to 2.4, so where the contact set changes, a patch grows or shrinks
-/// fast, or the acceleration jumps, the step is done as implicit Euler, and where that happens again and again, so are the next.
+///   BDF2            one stage, g = h (1 + w)/(1 + 2 w) with w = h over the last step (Hairer, Nørsett, Wanner, Solving ODEs I, III.5:
+///                   second order, stable for w ≤ 1 + √2 in any sequence): v_b = v0 + (h - g) ā, q_b = q0 ⊕ (h - g) v̄, with the means
+///                   of the last step, which the state keeps. It halves the solves of what goes on smoothly. The first step after an
+///                   event (a contact begins or ends, friction changes its mode, a hand lets go, an explicit step) has none to go on
+///                   from.
+/// An attempt at second order counts when its error of position is at most `kAccuracy` of the way that the change of speed and
+/// gravity move a body in the step; BDF2's is 2/9 h² |a1 - a0|, a0 at the end of the last step, SDIRK2's .04 h² of the change
+/// between its stages. One that does not is tried again by halves, down to h/8, while the error falls and the budget lasts. Second
+/// order multiplies the impulses of impacts by up to 2.4, so where the contact set changes or a patch grows or shrinks fast, and
+/// where all attempts fail, the rest of the step is done as implicit Euler. BDF2 goes on from steps that were smooth.
 ///
 /// Friction. Within a solve a patch keeps its limit, which makes its force continuous: μ0 while stuck, μ while sliding.
-/// Implicit Euler changes the limit from one step to the next. SDIRK2 locates the instant in islands of few contacts with
+/// Implicit Euler changes the limit from one step to the next. Second order locates the instant in islands of few contacts with
 /// μ0 > μ (elsewhere it does as Euler): where a stuck patch would
-/// have to hold more than μ0 N, or the slip of a sliding one comes to a stop, the step is solved again up to there
+/// have to hold more than μ0 N, or the slip of a sliding one comes to a stop, the step is solved again up to there by SDIRK2
 /// (regula falsi on its length), the patch changes its mode, and the rest of the step follows.
 ///
-/// Bounds. At most ten evaluations of the exact geometry (with events: 24 solves of two stages for each of at most seven) and
-/// four factorisations for each pass. A step that has not converged by then is reported with the wrench that it leaves out
+/// Bounds. The budget of an island in a step is 128 evaluations of the exact geometry of a pair over the pairs that touch, but 10 at
+/// least and 64 at most, shared by all attempts (instants of friction come on top: 24 solves of two stages for each of at most 24),
+/// and four factorisations for each pass. A step that has not converged by then is reported with the wrench that it leaves out
 /// of balance; as implicit Euler it then has no more energy than it started with. A fold hidden in an accepted step
 /// escapes that (seen at 1e12 N/m³).
 #pragma once
@@ -23,6 +32,13 @@
 #include "haptic_core/stepping/implicit_stage.h"
 
 namespace haptic {
+
+/// Which implicit schemes an island may take.
+enum class ImplicitOrder : unsigned char {
+  kFirst,           ///< implicit Euler
+  kSecond,          ///< SDIRK2 where it is smooth
+  kSecondMultistep  ///< BDF2 in its place where the last step was smooth as well: half the solves
+};
 
 /// Work and convergence of the implicit step of one island.
 struct ImplicitReport {
@@ -35,6 +51,7 @@ struct ImplicitReport {
   bool joints_converged = true;  ///< every joint's force is on its graph, likewise
   bool fell_back = false;  ///< SDIRK2 was replaced by implicit Euler in a part of this step
   bool stands = false;     ///< it was at rest and stayed: q, v and the pairs are bit for bit what they were
+  double budget_used = 0;  ///< evaluations over those it may take
   int parts = 0;           ///< solved one after the other: 1; more where friction changed inside, or after halving
 };
 
@@ -47,7 +64,7 @@ class ImplicitStep {
   void begin(State& state, const HandWork& hands, double h) noexcept;
 
   /// (in realtime) Advances q, v and friction of an island by h [s], and the ledger's sums in the state.
-  const ImplicitReport& advance(const Island& island, double h, bool second_order) noexcept;
+  const ImplicitReport& advance(const Island& island, double h, ImplicitOrder order) noexcept;
 
   /// By pointer; the caller sets their targets before `advance`.
   std::vector<ImplicitCoupling>& couplings() { return stage_.couplings; }
@@ -80,22 +97,35 @@ class ImplicitStep {
   const LoadedVector<ImplicitContact>& contacts() const { return stage_.contacts(); }
 
  private:
+  /// What the forces of a step are the mean of.
+  enum class Mean { kOfEnd, kOfEnds, kOfStages };
+  enum class Smooth { kYes, kNo, kFrictionChanges };
+  double lastStep() const noexcept;
   void euler(double h, int passes) noexcept;
+  void subSteps() noexcept;
+  bool affords(double evaluations, double s) const noexcept;
+  int used() const noexcept { return stage_.evaluations - evaluations_before_; }
+  Smooth bdf2(double s, double last) noexcept;
+  void accelerations(double g) noexcept;
+  bool errs(double share, double s) noexcept;
+  void remember(double g, double h, Mean mean, bool smooth) noexcept;
+  void setModes() noexcept;
   bool solveSmooth(double g, double left) noexcept;
-  double secondOrder(double h) noexcept;
+  double secondOrder(double s) noexcept;
   bool sdirk2(double h, double left) noexcept;
-  double locate(double h) noexcept;
+  double locate(double s) noexcept;
   double violationAtStart() const noexcept;
   double violation() const noexcept;
   double violation(const ImplicitContact& contact) const noexcept;
+  void forget() noexcept;
   void changeModes(double least, double elapsed) noexcept;
   void setBase() noexcept;
   bool sameContacts() const noexcept;
   bool staysAtRest(double h) const noexcept;
   void stand(double h) noexcept;
-  void pushHands(double h, double first) noexcept;
+  void pushHands(double h, double w, bool two_stages) noexcept;
   void gatherDone() noexcept;
-  void commit(double g, double h, bool two_stages) noexcept;
+  void commit(double g, double h, Mean mean, bool smooth) noexcept;
 
   const Model& model_;
   const WorldSettings& settings_;
@@ -103,13 +133,17 @@ class ImplicitStep {
   ImplicitStage stage_;
   ImplicitReport report_;
   bool locates_ = false;                   ///< instants of friction inside the step
-  double length_ = 0, elapsed_ = 0;  ///< of the step, and what of it is done [s]
+  ImplicitOrder order_ = ImplicitOrder::kFirst;
+  double length_ = 0, left_ = 0;           ///< of the step, and what of it is not done yet [s]
+  double error_ = 0;                       ///< of the last attempt, over what it may be
+  int budget_ = 0, evaluations_before_ = 0;
   std::vector<double> event_, violation_;  ///< by pair
-  std::vector<double> acceleration_, change_;
+  std::vector<double> acceleration_, change_, kick_;
   std::vector<double> coupling_work_, first_power_;  ///< by pointer
   double first_hands_power_ = 0;  ///< of the first stage [W]
   /// By pair, about W's origin: impulse of the step so far; wrench of the first stage, and of the last.
   std::vector<Wrench> impulse_, first_, done_;
+  std::vector<double> hands_power_;                  ///< by pair: of the last stage [W]
   std::vector<Pose> place_;                          ///< by pair: X_WP of the patch that pressed last
   std::vector<PairCache> cache_;                     ///< by pair: before the step
   std::vector<Wrench> coupling_impulse_, first_coupling_;  ///< by pointer, likewise, about the link's origin

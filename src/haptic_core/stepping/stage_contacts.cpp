@@ -290,9 +290,10 @@ void StageContacts::finish(const double* u, const Twist* held_way, double step) 
     const Wrench done_P{frozen.F_done.head<3>(), frozen.F_done.tail<3>()};
     const bool held = places_.held_by[frozen.link_a] >= 0 || places_.held_by[frozen.link_b] >= 0;
     const Twist V_hands = held ? ofHands(frozen, held_way, 1 / step) : Twist{};
-    hands_power_ -= power(done_P, V_hands);
+    c.hands_power = -power(done_P, V_hands);
+    hands_power_ += c.hands_power;
     if (!c.touching) {
-      if (!frozen.F_done.isZero(0)) brushes_.push_back({c.pair, frozen.X_WP, done_P});
+      if (!frozen.F_done.isZero(0)) brushes_.push_back({c.pair, frozen.X_WP, done_P, c.hands_power});
       continue;
     }
     const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, u);

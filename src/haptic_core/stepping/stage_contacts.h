@@ -27,6 +27,7 @@ struct ImplicitContact {
   LocatedForce force;            ///< at the stage's end
   Wrench done_P;         ///< what the stage moved the bodies by, on B at P, in P's axes: `force` up to the solve's tolerance
   double elastic = 0;    ///< ½ k ∫d² dA [J]; exact with the ledger
+  double hands_power = 0;  ///< what hands that lead a link put into it [W]
   bool touching = true;  ///< within a solve: still overlaps
 };
 
@@ -35,6 +36,7 @@ struct Brush {
   int pair = 0;   ///< index in State::pairs
   Pose X_WP;      ///< of the patch
   Wrench done_P;  ///< on B at P, in P's axes
+  double hands_power = 0;  ///< what hands that lead a link put into it [W]
 };
 
 /// What the passes of a stage may leave out, as a speed [m/s] and as an energy [J].

@@ -8,19 +8,22 @@
 namespace haptic::stepping {
 namespace {
 
-/// It touches something, and its bodies, all of them free, are as slow as rounding makes them.
+/// A free body as slow as rounding makes it.
+bool rests(const Model& model, const ModelTree& tree, double h, const State& state, const Placement& placement) noexcept {
+  if (!tree.model->isFreeBody()) return false;
+  const LinkWork& link = placement.link[tree.link];
+  const double size = model.links[tree.link].size;
+  const double most = kOfRounding * roundingSpeed(h * model.settings.gravity.norm(), link.p_WO.norm() + size, h);
+  const Eigen::Map<const Vector3> turn(state.v.data() + tree.v), way(state.v.data() + tree.v + 3);
+  return way.squaredNorm() + size * size * turn.squaredNorm() <= most * most;
+}
+
+/// It touches something, and all of its bodies rest.
 bool rests(const Model& model, const Island& island, double h, const State& state, const Placement& placement) noexcept {
   const auto touches = [&state](int pair) { return state.pairs[pair].friction.touching != 0; };
   if (!std::any_of(island.pairs, island.pairs + island.pair_count, touches)) return false;
-  return std::all_of(island.trees, island.trees + island.tree_count, [&](int t) {
-    const ModelTree& tree = model.trees[t];
-    if (!tree.model->isFreeBody()) return false;
-    const LinkWork& link = placement.link[tree.link];
-    const double size = model.links[tree.link].size;
-    const double most = kOfRounding * roundingSpeed(h * model.settings.gravity.norm(), link.p_WO.norm() + size, h);
-    const Eigen::Map<const Vector3> turn(state.v.data() + tree.v), way(state.v.data() + tree.v + 3);
-    return way.squaredNorm() + size * size * turn.squaredNorm() <= most * most;
-  });
+  return std::all_of(island.trees, island.trees + island.tree_count,
+                     [&](int t) { return rests(model, model.trees[t], h, state, placement); });
 }
 
 }  // namespace
@@ -44,6 +47,11 @@ bool standsAlone(const Model& model, const Island& island, const State& state) n
 
 void settleExplicit(const Model& model, double h, const Placement& placement, Islands& islands, const HandWork& hands,
                     State& state) noexcept {
+  bool any = false;  // most steps have none, and need no islands
+  for (std::size_t t = 0; t < model.trees.size() && !any; ++t) {
+    any = state.mode[t] != TreeMode::kImplicit && rests(model, model.trees[t], h, state, placement);
+  }
+  if (!any) return;
   islands.find(state, hands.held_by, false);
   for (int i = 0; i < islands.count(); ++i) {
     const Island island = islands[i];

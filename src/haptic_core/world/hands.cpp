@@ -111,6 +111,7 @@ void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& 
     std::copy_n(pose, 7, q);
     std::copy_n(goal.V_WL.angular.data(), 3, v);
     std::copy_n(v_WC.data(), 3, v + 3);
+    state.last_step[model.links[pointer.link].articulation] = 0;  // once let go it begins anew
     placeTree(tree, state, placement);
   }
 }

@@ -81,6 +81,7 @@ struct StepReport {
   int culprit = -1;                       ///< world link index; -1: none
   unsigned flags = 0;                     ///< StepFlag bits
   StageTimes stages;                      ///< filled while `World::measureStages` is on
+  double budget_used = 0;                 ///< evaluations of an implicit island over those it may take, the largest share
 };
 
 /// All that a step says: public, and read by nothing in the step.

@@ -28,14 +28,15 @@ struct ReleaseMemory {
 struct StabilityMemory {
   double share[2] = {0, 0};     ///< of A's link, of B's
   double area = 0, volume = 0;  ///< of the patch then [m²], [m³]
-  double movers = 0;            ///< who of the two moved by itself then: 1: A, 2: B; a hand may take hold of one
+  double lever = 0;             ///< its largest distance from a mover's centre of mass then [m]
+  double movers = 0;            ///< who of the two moved by itself then: 1: A, 2: B; a hand may take hold of one; + 4: it slid
   double swing = 0;             ///< (step × circular frequency)² of the swing along the normal, dampers counted likewise
   double rate = 0;              ///< speed along the normal at the last evaluation [m/s]
   double parts = 1;             ///< of a substep, for the motion in this contact to be resolved (stepping/choice.h)
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.share), visit(s.area), visit(s.volume), visit(s.movers), visit(s.swing), visit(s.rate), visit(s.parts);
+    visit(s.share), visit(s.area), visit(s.volume), visit(s.lever), visit(s.movers), visit(s.swing), visit(s.rate), visit(s.parts);
   }
 };
 
@@ -53,6 +54,7 @@ struct ActivePair {
   FrictionMemory friction;    ///< of the patch
   ReleaseMemory release;      ///< for the instant at which it parts
   StabilityMemory stability;  ///< for the choice of steps
+  double hands_power = 0;  ///< of the hands that lead one of them, at the end of the last implicit step [W]
   bool buried = false;  ///< overlapped deep at the start; pushed out slowly until it is shallow
 
   /// Shapes a < b.
@@ -64,7 +66,7 @@ struct ActivePair {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.key), visit(s.cache), visit(s.friction), visit(s.release), visit(s.stability), visit(s.buried);
+    visit(s.key), visit(s.cache), visit(s.friction), visit(s.release), visit(s.stability), visit(s.hands_power), visit(s.buried);
   }
 };
 
@@ -74,6 +76,7 @@ struct PointerState {
   Quaternion q_WL = Quaternion::Identity();   ///< target
   Twist V_WL;                                 ///< of the target
   Wrench F_W;     ///< on the hand, about L's origin, mean over a step
+  double power = 0;  ///< of its coupling on the link, at the end of the last implicit step [W]
   int link = -1;  ///< world link index
   bool targeted = false;  ///< a target has come
   /// Of the way to the target, what a coupling's spring did without in the last step [rad], [m], in W; held_proxy.h.
@@ -81,7 +84,7 @@ struct PointerState {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.p_WL), visit(s.q_WL), visit(s.V_WL), visit(s.F_W), visit(s.link), visit(s.targeted);
+    visit(s.p_WL), visit(s.q_WL), visit(s.V_WL), visit(s.F_W), visit(s.power), visit(s.link), visit(s.targeted);
     visit(s.turn_withheld), visit(s.way_withheld);
   }
 };
@@ -133,7 +136,11 @@ struct State {
   /// joints have laws: Jᵀ F of contacts and hands; other trees: v̇ by contacts and hands.
   std::vector<double> pull;
   std::vector<TreeMode> mode;          ///< by tree
-  std::vector<int> rough;              ///< by tree: implicit steps in a row that were not smooth enough for second order, capped
+  /// What BDF2 takes up from the last implicit step (stepping/implicit_step.h): acceleration at its end; means over it.
+  std::vector<double> a_end, a_mean, v_mean;
+  /// By tree: length of that step [s]; 0: there was none; negative: contacts or forces jumped in it.
+  std::vector<double> last_step;
+  std::vector<int> low;                ///< by tree: implicit steps in a row that could have been explicit (stepping/choice.h)
   std::vector<JointCommand> commands;  ///< of the links of trees whose joints have laws
   std::vector<PointerState> pointers;  ///< by pointer
   EnergySums energy;                   ///< of the ledger
@@ -143,8 +150,8 @@ struct State {
   /// All but the pairs, whose number varies.
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.time), visit(s.step), visit(s.q), visit(s.v), visit(s.pull), visit(s.mode), visit(s.rough), visit(s.commands),
-        visit(s.pointers), visit(s.energy);
+    visit(s.time), visit(s.step), visit(s.q), visit(s.v), visit(s.pull), visit(s.mode), visit(s.a_end),
+        visit(s.a_mean), visit(s.v_mean), visit(s.last_step), visit(s.low), visit(s.commands), visit(s.pointers), visit(s.energy);
   }
 
   std::uint64_t hash() const;        ///< over all of it

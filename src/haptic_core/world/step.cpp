@@ -19,7 +19,7 @@ void open(Work& work, Report& whole) noexcept {
   report.flags = 0;
   report.iterations = report.evaluations = report.factorisations = report.parts = 0;
   report.implicit_islands = report.redone = report.fallbacks = report.substeps = 0;
-  report.closure = report.residual = report.wrench_error = 0;
+  report.closure = report.residual = report.wrench_error = report.budget_used = 0;
   work.parts.any = false;
   if (work.implicit) work.standing.open(whole.contacts);
 }

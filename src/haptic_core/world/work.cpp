@@ -58,7 +58,9 @@ State initialState(const Model& model, Work& work) {
   state.pairs.resize(model.pair_capacity);
   const bool implicit = work.implicit && model.settings.integrator != Integrator::kAutomatic;
   state.mode.assign(model.trees.size(), implicit ? TreeMode::kImplicit : TreeMode::kUnprimed);
-  state.rough.assign(model.trees.size(), 0);
+  for (auto* history : {&state.a_end, &state.a_mean, &state.v_mean}) history->assign(model.nv, 0);
+  state.last_step.assign(model.trees.size(), 0);
+  state.low.assign(model.trees.size(), 0);
   startJoints(model, state, work);
   placeAll(model, state, work.placement);
   state.pointers.resize(model.pointers.size());
