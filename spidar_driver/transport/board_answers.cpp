@@ -153,7 +153,7 @@ bool BoardAnswers::takePositions(int board, const std::uint8_t* bytes, int size,
     const auto result = counter_[first + m].accept(packet.position[m], stamp_ns);
     believed = believed && result != CountUnwrapper::Result::kRefused;
     if (result == CountUnwrapper::Result::kRefused) story_.count(LinkStory::kRefused);
-    if (result != CountUnwrapper::Result::kJumped || !startedAnew(board, m, stamp_ns)) continue;
+    if (result != CountUnwrapper::Result::kJumped || !startedAnew(board, m, packet, stamp_ns)) continue;
     story_.count(LinkStory::kRestarts);
     counters_restarted_ = true;
     suspect(Cause::kRestarted, board);  // a board that lost power lost its length table as well
@@ -161,8 +161,9 @@ bool BoardAnswers::takePositions(int board, const std::uint8_t* bytes, int size,
   return believed;
 }
 
-/// The counter of a motor jumped: with others of its board, or by whole turns?
-bool BoardAnswers::startedAnew(int board, int motor, std::int64_t stamp_ns) noexcept {
+/// The counter of a motor jumped: with others of its board, or by whole turns? After a start all of a board's counters are within a
+/// turn of zero: one that jumped alone, by a turn or so, is a string's that slipped or hangs.
+bool BoardAnswers::startedAnew(int board, int motor, const CurrentReply& packet, std::int64_t stamp_ns) noexcept {
   BoardState& b = board_[board];
   if (stamp_ns - b.jumped_ns > kTogetherNs) b.jumped = 0;
   b.jumped |= 1u << motor;
@@ -171,7 +172,10 @@ bool BoardAnswers::startedAnew(int board, int motor, std::int64_t stamp_ns) noex
   const CountUnwrapper& counter = counter_[cycle_.firstChannel(board) + motor];
   const int turns = static_cast<int>(std::lround(static_cast<double>(counter.jump()) / kTurn));
   const bool whole_turns = turns != 0 && std::abs(counter.jump() - turns * kTurn) <= kOffLine;
-  return together || whole_turns;
+  const int motors = cycle_.boards()[board].shape->motors;
+  const bool at_start = std::all_of(packet.position.begin(), packet.position.begin() + motors,
+                                    [](int position) { return std::abs(position) <= kTurn + kOffLine; });
+  return at_start && (together || whole_turns);
 }
 
 /// Which pairs of boards a round of canaries has: the one that is examined and the one that would answer, for every board may take

@@ -108,7 +108,7 @@ class BoardAnswers {
   int hear(ByteLink& link, std::uint64_t exchange, std::int64_t deadline_ns) noexcept;
   void takeReply(const std::uint8_t* bytes, int size, std::uint64_t exchange) noexcept;
   void takeAnswer(int board, const std::uint8_t* bytes, int size, std::uint64_t exchange) noexcept;
-  bool startedAnew(int board, int motor, std::int64_t stamp_ns) noexcept;
+  bool startedAnew(int board, int motor, const CurrentReply& packet, std::int64_t stamp_ns) noexcept;
   void takeState(int board, const std::uint8_t* bytes, int size) noexcept;
   bool takeCanaryAnswer(int board) noexcept;
   int canaryPairs() const noexcept;
