@@ -156,7 +156,10 @@ void BallContact::onFaces(const NearestPoint& nearest, const Vector3& c, const I
   else if (nearest.distance == 0)
     sums = ballMoments(v_.radius);
   const Vector3 way_out_A = -v_.sign * (v_.X_AQ.R * nearest.direction);
-  if (setMoments(sums, o, coveredArea(covers, c), way_out_A)) out_.depth = extent(v_.X_AQ.R.transpose() * out_.normal());
+  if (!setMoments(sums, o, coveredArea(covers, c), way_out_A)) return;
+  out_.depth = extent(v_.X_AQ.R.transpose() * out_.normal());
+  const Vector3 support = supportNormal();
+  if (!support.isZero(0)) out_.depth = std::min(out_.depth, extent(support));
 }
 
 /// V's extent along `up`: to the sphere's pole, or where that is cut off to the faces' outlines.

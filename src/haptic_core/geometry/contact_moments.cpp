@@ -9,10 +9,6 @@
 #include "haptic_core/geometry/moment_sums.h"
 
 namespace haptic {
-namespace {
-
-}  // namespace
-
 Matrix3 patchAxes(const Vector3& n) {
   const double sign = n.z() < 0 ? -1.0 : 1.0;
   const double a = -1 / (sign + n.z()), b = n.x() * n.y() * a;
@@ -160,6 +156,32 @@ class ContactIntegrator {
     return 0.5 * total.total();
   }
 
+  /// The depth where n is no normal of a face; `along_n` is V's extent along n. The supporting face holds the largest share of the
+  /// patch: of A0 = n·S. If an edge of it crosses the patch, n leans by the depth over the patch's width, and the extent along n is
+  /// up to twice that along the face's normal.
+  double supportedDepth(const Vector3& n, double along_n) const {
+    LoadedVector<FaceShadow>& shadows = w_.shadows_;
+    shadows.resize(w_.faces_.size());
+    for (int f = 0; f < shadows.size(); ++f) {
+      if (w_.faces_[f].normal.cross(n).squaredNorm() < kFlush * kFlush) return along_n;
+      shadows[f].area = 0;
+    }
+    for (int i = 0; i < end_; ++i) {
+      const ContactEdge& e = edges_[i];
+      const double twice = n.dot((w_.vertices_[e.from] - o_).cross(w_.vertices_[e.to] - o_));
+      shadows[e.left].area += twice, shadows[e.right].area -= twice;
+    }
+    const auto smaller = [](const FaceShadow& a, const FaceShadow& b) { return std::abs(a.area) < std::abs(b.area); };
+    const int support = std::max_element(shadows.begin(), shadows.end(), smaller) - shadows.begin();
+    const Vector3& normal = w_.faces_[support].normal;
+    double low = 0, high = 0;  // o is a vertex
+    for (const Vector3& vertex : w_.vertices_) {
+      const double height = normal.dot(vertex - o_);
+      low = std::min(low, height), high = std::max(high, height);
+    }
+    return std::min(along_n, high - low);
+  }
+
   /// Moments about o in the axes R = R_AP, and V's extent along the last of them.
   void integrate(const Matrix3& R, MomentSums& moments, double& depth) const {
     turnAll(R);
@@ -263,6 +285,7 @@ bool integrateContact(ContactWorkspace& w, const ConvexShape& A, const ConvexSha
   const Matrix3 R = patchAxes(n);
   MomentSums sums;
   integrator.integrate(R, sums, out.depth);
+  out.depth = integrator.supportedDepth(n, out.depth);
   cache.normal = cache.direction = n;
   // An edge that touches may leave a volume of rounding without extent: forces divide by it.
   if (!(sums.volume > 0) || !(out.depth > 0)) return false;

@@ -9,6 +9,9 @@ namespace haptic {
 /// cancel, and its direction means nothing. Larger, and normals better than 1e-9 rad are thrown away.
 constexpr double kVanishing = 1e-6;
 
+/// Sine of the angle between n and a face's normal that is rounding of n.
+constexpr double kFlush = 1e-12;
+
 /// (in realtime) Fills everything of `out` from the vertices, faces and edges in the workspace, and the
 /// cache's normal. False when the edges enclose no volume.
 bool integrateContact(ContactWorkspace& workspace, const ConvexShape& A, const ConvexShape& B,

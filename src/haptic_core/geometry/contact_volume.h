@@ -59,8 +59,9 @@ struct ContactVolume {
   Matrix2 A2 = Matrix2::Zero();             ///< ∫ r rᵀ dA [m⁴]
   /// With which body n turns, where it is not S_A's direction: 0 with A, 1 with B; negative: n follows S_A.
   double turns_with_b = -1;
-  /// Extent of V along n [m], an upper bound of d; of two rods no more than they overlap along the normals of their sides and ends;
-  /// separated: ≤ 0, minus a gap that is proven.
+  /// V's extent along the normal of the supporting face, the one with the largest share of the patch, or along n if that is less [m].
+  /// Of two rods the overlap of both along that normal or n, where a side's normal is normal to both axes. On curved surfaces up to
+  /// a few percent more. Separated: ≤ 0, minus a gap that is proven.
   double depth = 0;
 
   Vector3 normal() const { return X_AP.R.col(2); }                   ///< n, in A's frame

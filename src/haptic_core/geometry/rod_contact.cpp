@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/ball_rod_contact.h"
 #include "haptic_core/geometry/rod_rod_contact.h"
@@ -19,7 +20,7 @@ using Status = ContactVolume::Status;
 /// A box around a piece is this many radii wide: its sides touch nothing.
 constexpr double kRoom = 2;
 /// 1 - cosine of an angle that changes an extent by no more than rounding does.
-constexpr double kFlush = 1e-15;
+constexpr double kSame = 1e-15;
 
 }  // namespace
 
@@ -116,8 +117,10 @@ bool RodContact::measure(int planes, const InnerFaces* covers) {
   if (!complete_) out_.flags |= ContactVolume::kCapacityExceeded;
   if (!setMoments(sums_, o_, covered_Q_, way_out_A)) return false;
   const Vector3 up = v_.X_AQ.R.transpose() * out_.normal();
-  const bool one_plane = v_.near.size() == 1 && std::abs(up.dot(v_.near[0].normal)) > 1 - kFlush;
+  const bool one_plane = v_.near.size() == 1 && std::abs(up.dot(v_.near[0].normal)) > 1 - kSame;
   out_.depth = one_plane ? std::min(way_, 2 * (rod_->core(up).dot(up) + rod_->rounding())) : extent(up);
+  const Vector3 support = supportNormal();
+  if (!one_plane && !support.isZero(0)) out_.depth = std::min(out_.depth, extent(support));
   keep();
   return true;
 }
@@ -336,19 +339,20 @@ void RodContact::cover(const Vector3& normal, double area) {
   out_.flags |= ContactVolume::kOnSeam;
 }
 
-/// Height of the polyhedron's part of V along `way`, which may be a percent too large on arcs.
+/// Height of the polyhedron's part of V along `way`. Along an arc it is a constant and a cosine and a sine of the angle, which are
+/// greatest at their ends or where both point.
 double RodContact::reach(const Vector3& way) const {
   double reach = -INFINITY;
   for (const RoundVolume::Rim& rim : v_.rims) {
-    const int parts = rim.arc ? static_cast<int>(std::abs(rim.sweep) / 0.3) + 1 : 1;
-    double swing = 0;  // of a cosine between two points
-    if (rim.arc) {
-      const double fall = std::cos(rim.from) - std::cos(rim.from + rim.sweep);
-      const double cosine = way.dot(rim.x) - (fall != 0 ? way.dot(rim.rise) / fall : 0);
-      swing = (1 - std::cos(0.5 * rim.sweep / parts)) * std::hypot(cosine, way.dot(rim.y));
-    }
     Vector3 rate;
-    for (int i = 0; i <= parts; ++i) reach = std::max(reach, way.dot(rim.at(static_cast<double>(i) / parts, rate)) + swing);
+    for (const double end : {0.0, 1.0}) reach = std::max(reach, way.dot(rim.at(end, rate)));
+    if (!rim.arc) continue;
+    const elementary::SineCosine from = elementary::sinCos(rim.from), to = elementary::sinCos(rim.from + rim.sweep);
+    const double fall = from.cosine - to.cosine, slope = fall != 0 ? way.dot(rim.rise) / fall : 0;
+    const double x = way.dot(rim.x) - slope, y = way.dot(rim.y), side = std::copysign(1, rim.sweep);
+    double past = elementary::atan2(side * (from.cosine * y - from.sine * x), from.cosine * x + from.sine * y);
+    if (past < 0) past += 2 * M_PI;
+    if (past < std::abs(rim.sweep)) reach = std::max(reach, way.dot(rim.middle) + slope * from.cosine + elementary::hypot(x, y));
   }
   return reach;
 }

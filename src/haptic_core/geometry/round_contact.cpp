@@ -118,6 +118,26 @@ void RoundContact::projectFaces(const Vector3& centroid, const Matrix3& R_QP) {
   out_.A2 = (R_QP.transpose() * second * R_QP).topLeftCorner<2, 2>();
 }
 
+Vector3 RoundContact::supportNormal() const {
+  const Vector3 up = v_.X_AQ.R.transpose() * out_.normal();
+  Vector3 support = Vector3::Zero();
+  double largest = 0;
+  for (const RoundVolume::FacePart& part : v_.parts) {
+    if (part.normal.cross(up).squaredNorm() < kFlush * kFlush) return Vector3::Zero();
+    double area = 0;  // a capsule has up to three parts on one face
+    for (const RoundVolume::FacePart& other : v_.parts) area += other.index == part.index ? other.moments.area : 0;
+    const double share = std::abs(area * part.normal.dot(up));
+    if (share > largest) largest = share, support = part.normal;
+  }
+  if (v_.rod && !v_.rod->isCapsule()) {
+    // A cylinder's side has no area along its axis.
+    const double end = (v_.X_AQ.R.transpose() * out_.area_vector_A).z() * up.z();
+    const bool flush = up.head<2>().squaredNorm() < kFlush * kFlush;
+    if (std::abs(end) > largest) support = Vector3(0, 0, flush ? 0 : 1);
+  }
+  return support;
+}
+
 Vector3 RoundContact::normalOf(const Vector3& surface_A, double scale, const Vector3& otherwise) {
   if (rule_ == NormalRule::kHistory && cache_.normal.squaredNorm() > 0) return cache_.normal;
   const double size = surface_A.norm();

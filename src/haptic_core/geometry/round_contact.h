@@ -34,6 +34,9 @@ class RoundContact {
   /// From V's moments and the parts of the faces, both about o in Q; `covered`: area vector of what of them is no surface. Leaves
   /// the depth to the caller. False: no volume.
   bool setMoments(const SolidMoments& sums, const Vector3& o_Q, const Vector3& covered_Q, const Vector3& way_out_A);
+  /// The normal, in Q, of the face of the other shape that supports V, or of this cylinder's end: the one with the largest share of
+  /// the patch. Zero if n is that normal, or if the cylinder's side has the largest share. After `setMoments`.
+  Vector3 supportNormal() const;
   /// What of a cover's outline lies between two heights in Q.
   const LoadedVector<Vector3>& outlineBetween(const std::vector<Vector3>& outline_S, const Pose& X_QS, double low, double high);
   /// Keeps the faces for those who draw V or look for its points.

@@ -5,8 +5,10 @@
 
 #include "contact_fuzz.h"
 #include "dual_volume.h"
+#include "haptic_core/geometry/ball.h"
 #include "haptic_core/geometry/contact_volume.h"
 #include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/rod.h"
 #include "haptic_core/geometry/shapes.h"
 #include "hard_cases.h"
 
@@ -50,6 +52,45 @@ struct ContactProperties : testing::Test {
   std::vector<ConvexPolyhedron> shapes;
   ContactWorkspace workspace;
 };
+
+/// A box, a hull, a cylinder and a capsule, level, overhang the edge of a table in any pose: the depth is the one below the table's top.
+TEST(OverhangDepth, IsMeasuredFromTheSupportingFace) {
+  std::mt19937 random(12);
+  std::normal_distribution<double> normal;
+  const ConvexPolyhedron table = makeBox(Vector3(1, 1, 0.2)), cube = makeBox(Vector3(0.1, 0.1, 0.1)), prism = makeCylinder(0.05, 0.1, 12);
+  const Rod puck(0.05, 0.1, Rod::Ends::kFlat), lying(0.05, 0.1, Rod::Ends::kFlat), capsule(0.05, 0.1, Rod::Ends::kRound);
+  const Ball ball(0.05);
+  const Matrix3 level = Eigen::AngleAxisd(M_PI / 2, Vector3::UnitY()).toRotationMatrix();
+  struct Case {
+    const ConvexShape* shape;
+    Matrix3 R;
+    double most;  // the shape's middle may lie so far beyond the edge
+  };
+  for (const Case& c : {Case{&cube, Matrix3::Identity(), 0.01}, Case{&prism, Matrix3::Identity(), 0.01},
+                        Case{&puck, Matrix3::Identity(), 0.01}, Case{&lying, level, 0.01}, Case{&capsule, level, 0.01},
+                        Case{&ball, Matrix3::Identity(), 0}}) {
+    for (const double depth : {1e-6, 1e-4, 1e-2}) {
+      for (const double over : {-0.004, 0.0, 0.01}) {
+        if (over > c.most) continue;
+        const Pose X_TS(c.R, Vector3(0.5 + over, 0.1, 0.15 - depth));
+        const Pose X_WT(Quaternion(normal(random), normal(random), normal(random), normal(random)).normalized(), Vector3(0.2, -0.1, 0.3));
+        for (const bool table_first : {true, false}) {
+          ContactWorkspace workspace;
+          workspace.reserve(table, *c.shape);
+          PairCache cache;
+          ContactVolume v;
+          const Pose X_WS = X_WT * X_TS;
+          if (table_first)
+            contactVolume(table, *c.shape, relativePose(X_WT, X_WS), cache, workspace, v);
+          else
+            contactVolume(*c.shape, table, relativePose(X_WS, X_WT), cache, workspace, v);
+          ASSERT_EQ(v.status, Status::kOverlap);
+          EXPECT_NEAR(v.depth, depth, 2 * kPosition) << depth << " " << over << " " << c.shape->name();
+        }
+      }
+    }
+  }
+}
 
 TEST_F(ContactProperties, VolumeIsThatOfTheSeedsDualTransform) {
   int compared = 0;
