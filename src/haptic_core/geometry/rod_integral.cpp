@@ -55,6 +55,22 @@ struct Node {
   }
 };
 
+/// Gauss's nodes in θ, the same for all pairs: where they lie, as shares of the heights, and dx/dθ times their weights.
+template <int kHalf>
+struct AllHeights {
+  double over[2 * kHalf], under[2 * kHalf], weight[2 * kHalf];
+
+  explicit AllHeights(const GaussPoint (&rule)[kHalf], double from, double to) {
+    int i = 0;
+    integrate(rule, from, to, [&](double theta, double w) {
+      const Node node(1, theta);
+      over[i] = node.x.over, under[i] = node.x.under, weight[i++] = w * node.weight;
+    });
+  }
+};
+const AllHeights<4> kShallowRule(kGauss8, 0, M_PI / 2);
+const AllHeights<8> kDeepRule(kGauss16, 0, M_PI / 2), kLowerRule(kGauss16, 0, M_PI / 4), kUpperRule(kGauss16, M_PI / 4, M_PI / 2);
+
 /// ∫ from a to b by so many nodes.
 template <class Visit>
 void integrateBy(int nodes, double a, double b, Visit&& visit) {
@@ -152,22 +168,22 @@ bool Integrator::crossing() {
   if (std::abs(along_B) + (most[1] * p.cosine + most[0]) * p.inverse_sine > p.half[1]) return false;
   // ∫ (1, z, z², a², b²) of the area a b and of A's side b z / a.
   double f[5] = {0, 0, 0, 0, 0}, g[5] = {0, 0, 0, 0, 0};
-  const auto addNode = [&](double theta, double w) {
-    const Node node(p.width, theta);
-    const double a2 = p.square(0, node.x), b2 = p.square(1, node.x), ab = std::sqrt(a2 * b2), z = p.z(node.x),
-                 u = z - middle_;
-    const double weight = w * node.weight, area = weight * ab, flank = area / a2 * z;
-    f[0] += area, f[1] += area * u, f[2] += area * u * u, f[3] += area * a2, f[4] += area * b2;
-    g[0] += flank, g[1] += flank * u, g[2] += flank * u * u, g[3] += flank * a2, g[4] += flank * b2;
+  const auto addNodes = [&](const auto& rule) {
+    for (std::size_t i = 0; i < std::size(rule.over); ++i) {
+      const RodHeight x{p.width * rule.over[i], p.width * rule.under[i]};
+      const double a2 = p.square(0, x), b2 = p.square(1, x), ab = std::sqrt(a2 * b2), z = p.z(x), u = z - middle_;
+      const double area = p.width * rule.weight[i] * ab, flank = area / a2 * z;
+      f[0] += area, f[1] += area * u, f[2] += area * u * u, f[3] += area * a2, f[4] += area * b2;
+      g[0] += flank, g[1] += flank * u, g[2] += flank * u * u, g[3] += flank * a2, g[4] += flank * b2;
+    }
   };
   // The other rod's top or bottom within the range's width of an end: its root, too, is near.
   if (beyond_ < p.width) {
-    haptic::integrate(kGauss16, 0, M_PI / 4, addNode);
-    haptic::integrate(kGauss16, M_PI / 4, M_PI / 2, addNode);
+    addNodes(kLowerRule), addNodes(kUpperRule);
   } else if (beyond_ < kShallow * p.width) {
-    haptic::integrate(kGauss16, 0, M_PI / 2, addNode);
+    addNodes(kDeepRule);
   } else {
-    haptic::integrate(kGauss8, 0, M_PI / 2, addNode);
+    addNodes(kShallowRule);
   }
   o_ = Vector2(along_A, 0);
   out_.breaks.over[0] = 0, out_.breaks.over[1] = p.width, out_.breaks.count = 2;

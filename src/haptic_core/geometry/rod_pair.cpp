@@ -44,6 +44,23 @@ bool RodPair::place(const Rod& A, const Rod& B, const Pose& X_AB) noexcept {
   return width > 0;
 }
 
+RodPair::Direction RodPair::direction(int i) const noexcept {
+  // How far a rod reaches along a direction at an angle to its axis.
+  const auto reach = [this](int rod, double cos, double sin) { return half[rod] * cos + radius[rod] * (round[rod] ? 1 : sin); };
+  const auto towards = [](const Vector3& n, double sum, double along) {
+    return Direction{std::copysign(1, along) * n, sum - std::abs(along)};
+  };
+  switch (i) {
+    case 0: return towards(Vector3::UnitZ(), radius[0] + radius[1], distance);
+    case 1: return towards(Vector3::UnitY(), reach(0, 0, 1) + reach(1, sine, cosine), centre.y());
+    case 2: return towards(Vector3::UnitX(), reach(0, 1, 0) + reach(1, cosine, sine), centre.x());
+    default: {
+      const Vector3 axis(cosine, sine, 0);
+      return towards(axis, reach(0, cosine, sine) + reach(1, 1, 0), axis.head<2>().dot(centre));
+    }
+  }
+}
+
 double RodPair::axisDistance() const noexcept {
   const double along_B = -centre.y() * inverse_sine, along_A = centre.x() + along_B * cosine;
   if (std::abs(along_B) <= half[1] && std::abs(along_A) <= half[0]) return 0;

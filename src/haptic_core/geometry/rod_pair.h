@@ -54,6 +54,14 @@ struct RodPair {
   RodHeight heightAt(double over) const { return {over, width - over}; }
   /// z over A's axis [m].
   double z(const RodHeight& x) const { return low + x.over; }
+  /// A direction along which B can leave A.
+  struct Direction {
+    Vector3 n_E;     ///< unit, on the side on which B lies
+    double overlap;  ///< way along it until they are apart [m]; negative: a gap
+  };
+  static constexpr int kDirections = 4;  ///< that `direction` knows
+  /// The normals of: both sides, A's side alone, A's ends, B's ends.
+  Direction direction(int i) const noexcept;
   /// Distance of the two axes, as pieces of line, in E's x and y [m]; 0 where they cross.
   double axisDistance() const noexcept;
 };

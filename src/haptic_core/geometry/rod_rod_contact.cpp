@@ -21,7 +21,7 @@ class RodRodContact : public RoundContact {
   double overlapAlong(const Vector3& n) const;
   Vector3 wayOut(const RodPair& pair) const;
   void decideWithoutVolume(const Vector3& way_out);
-  double thickness(const RodPair& pair) const;
+  double depth(const RodPair& pair) const;
 
   const Rod &a_, &b_;
   const Pose& X_AB_;
@@ -33,30 +33,27 @@ double RodRodContact::overlapAlong(const Vector3& n) const {
   return n.dot(a_.core(n) - X_AB_.p) - n_B.dot(b_.core(-n_B)) + a_.rounding() + b_.rounding();
 }
 
-/// Of the normals of sides and ends the shortest.
+/// The shortest of the normals of sides and ends.
 Vector3 RodRodContact::wayOut(const RodPair& pair) const {
-  Vector3 best = pair.R_QE.col(2);
+  Vector3 best = Vector3::UnitZ();
   double least = INFINITY;
-  for (const Vector3& way : {Vector3(pair.R_QE.col(2)), Vector3(pair.R_QE.col(1)), Vector3(Vector3::UnitZ()),
-                             Vector3(X_AB_.R.col(2))}) {
-    for (const double sign : {1.0, -1.0}) {
-      const double overlap = overlapAlong(sign * way);
-      if (overlap < least) least = overlap, best = sign * way;
-    }
+  for (int i = 0; i < RodPair::kDirections; ++i) {
+    const RodPair::Direction way = pair.direction(i);
+    if (way.overlap < least) least = way.overlap, best = pair.R_QE * way.n_E;
   }
   return best;
 }
 
-/// Thickness of V along n: no more than the shapes overlap along another direction m, over m·n. Where an end
-/// overhangs, n leans over the end, and the side's normal bounds the thickness.
-double RodRodContact::thickness(const RodPair& pair) const {
-  const Vector3 n = out_.normal();
-  double least = overlapAlong(n);
-  for (const Vector3& way : {Vector3(pair.R_QE.col(2)), Vector3(Vector3::UnitZ()), Vector3(X_AB_.R.col(2))}) {
-    const double along = way.dot(n);
-    if (along != 0) least = std::min(least, overlapAlong(std::copysign(1, along) * way) / std::abs(along));
+/// Overlap along n, or along the nearest of the normals of sides and ends if that is less. Where an end overhangs, n leans over it.
+double RodRodContact::depth(const RodPair& pair) const {
+  const Vector3 n = out_.normal(), n_E = pair.R_QE.transpose() * n;
+  double nearest = 0, along_normal = INFINITY;
+  for (int i = 0; i < RodPair::kDirections; ++i) {
+    const RodPair::Direction way = pair.direction(i);
+    const double cosine = std::abs(way.n_E.dot(n_E));
+    if (cosine > nearest) nearest = cosine, along_normal = way.overlap;
   }
-  return least;
+  return std::min(overlapAlong(n), along_normal);
 }
 
 void RodRodContact::decideWithoutVolume(const Vector3& way_out) {
@@ -86,7 +83,7 @@ void RodRodContact::find() {
   for (int i = 0; i < 3; ++i) v_.parts.push_back({Vector3::Unit(i), -1, 0, integral.surface[i], 0, 0});
   if (!setMoments(integral.solid, integral.origin, Vector3::Zero(), way_out)) return;
   v_.filled = true;
-  out_.depth = thickness(pair);
+  out_.depth = depth(pair);
 }
 
 void rodRodContact(const Rod& A, const Rod& B, const Pose& X_AB, PairCache& cache,
