@@ -11,6 +11,13 @@ bench_structure() {
   keep_figures "$csv" "$LOGS/bench-structure.log" none
 }
 
+# Which sources ask a shape for its kind.
+bench_kinds() {
+  with_progress 'bench kinds' "$LOGS/bench-kinds.log" python3 -B test/architecture/shape_kinds_test.py --figures ||
+    failed="$failed kinds"
+  keep_figures "$csv" "$LOGS/bench-kinds.log" none
+}
+
 # The demo figures of all shipped scenes as one table in markdown.
 bench_scene_table() {
   build=$1
@@ -131,6 +138,7 @@ for name in $chosen; do
   done
 done
 case " $(echo "$chosen" | tr '\n' ' ')" in *' plan '*) bench_structure ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' shapes '*) bench_kinds ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' loop '*) bench_reload ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_strangers ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_processes ;; esac

@@ -4,11 +4,11 @@
 #include <filesystem>
 #include <sstream>
 
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/half_space.h"
-#include "haptic_core/geometry/mesh_to_convex.h"
-#include "haptic_core/geometry/rod.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/hulls/mesh_to_convex.h"
+#include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/shapes/half_space.h"
+#include "haptic_core/geometry/shapes/rod.h"
+#include "haptic_core/geometry/shapes/shapes.h"
 #include "scene/mesh_file.h"
 #include "scene/resource_path.h"
 

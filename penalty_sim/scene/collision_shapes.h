@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_core/geometry/convex_shape.h"
+#include "haptic_core/geometry/shapes/convex_shape.h"
 #include "scene/robot_file.h"
 
 namespace haptic {

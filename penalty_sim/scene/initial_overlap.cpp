@@ -6,7 +6,7 @@
 #include <sstream>
 #include <tuple>
 
-#include "haptic_core/geometry/shape_distance.h"
+#include "haptic_core/geometry/pairs/shape_distance.h"
 
 namespace haptic {
 namespace {
@@ -76,10 +76,9 @@ double overlapAlong(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB
   return supportHeight(A, Pose(), n) + supportHeight(B, X_AB, -n);
 }
 
-double leastOverlapAlongFaces(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB) {
+double leastOverlapAlongSides(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB) {
   double least = INFINITY;
-  if (!A.polyhedron()) return least;
-  for (const auto& face : A.polyhedron()->faces()) least = std::min(least, overlapAlong(A, B, X_AB, face.normal));
+  for (const Vector3& n : A.sides()) least = std::min(least, overlapAlong(A, B, X_AB, n));
   return least;
 }
 
@@ -92,8 +91,8 @@ double overlapDepth(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB
   ClosestPoints closest;
   closestPoints(A, B, X_AB, between.norm() > 0 ? between : Vector3(Vector3::UnitX()), closest);
   if (closest.separated) return 0;
-  double depth = std::min(leastOverlapAlongFaces(A, B, X_AB), leastOverlapAlongFaces(B, A, X_AB.inverse()));
-  if (!A.polyhedron() || !B.polyhedron()) depth = std::min(depth, overlapAlong(A, B, X_AB, closest.direction));
+  double depth = std::min(leastOverlapAlongSides(A, B, X_AB), leastOverlapAlongSides(B, A, X_AB.inverse()));
+  if (!A.flat() || !B.flat()) depth = std::min(depth, overlapAlong(A, B, X_AB, closest.direction));
   return std::max(0.0, depth);
 }
 

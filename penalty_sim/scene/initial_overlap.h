@@ -1,6 +1,6 @@
 /// Links that overlap before anything moves.
 #pragma once
-#include "haptic_core/geometry/convex_shape.h"
+#include "haptic_core/geometry/shapes/convex_shape.h"
 #include "scene/robot_tree.h"
 
 namespace haptic {

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <sstream>
 
-#include "haptic_core/geometry/half_space.h"
+#include "haptic_core/geometry/shapes/half_space.h"
 
 namespace haptic {
 namespace {
@@ -54,7 +54,7 @@ void merge(const LinkInertia& added, const Pose& X_LM, LinkInertia& inertia) {
 LinkInertia inertiaOfShapes(const std::vector<CollisionDef>& collisions, double density) {
   LinkInertia sum;
   for (const CollisionDef& collision : collisions) {
-    if (collision.shape->halfSpace()) continue;
+    if (!collision.shape->bounded()) continue;
     const MassProperties shape = collision.shape->massProperties(density);
     merge({shape.mass, shape.com, shape.I_com}, collision.X_LS, sum);
   }

@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "haptic_core/geometry/mass_properties.h"
+#include "haptic_core/geometry/shapes/mass_properties.h"
 
 namespace haptic {
 

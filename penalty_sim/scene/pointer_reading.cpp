@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/convex_polyhedron.h"
-#include "haptic_core/geometry/half_space.h"
-#include "haptic_core/geometry/shape_distance.h"
+#include "haptic_core/geometry/pairs/shape_distance.h"
+#include "haptic_core/geometry/shapes/ball.h"
 #include "scene/scene_extension.h"
 #include "scene/surface_motion.h"
 
@@ -63,7 +61,7 @@ Highest highestPoint(const WorldDef& world) {
       for (const CollisionDef& collision : articulation.links[i].collisions) {
         const Pose X_WS = X_WL[i] * collision.X_LS;
         // A slope without end is as high as its frame.
-        const bool endless = collision.shape->halfSpace() != nullptr;
+        const bool endless = !collision.shape->bounded();
         const double height = endless ? X_WS.p.z() : supportHeight(*collision.shape, X_WS, Vector3::UnitZ());
         if (!(height > top)) continue;
         top = height;
@@ -72,8 +70,8 @@ Highest highestPoint(const WorldDef& world) {
         highest.link = static_cast<int>(i);
         Vector3 sum = Vector3::Zero();
         int count = 0;
-        const ConvexPolyhedron* hull = collision.shape->polyhedron();
-        for (const Vector3& v : hull ? hull->vertices() : std::vector<Vector3>()) {
+        const std::vector<Vector3> corners = collision.shape->flat() ? collision.shape->corners() : std::vector<Vector3>();
+        for (const Vector3& v : corners) {
           const Vector3 p_W = X_WS * v;
           if (p_W.z() < height - kBand) continue;
           sum += p_W;

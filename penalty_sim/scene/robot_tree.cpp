@@ -5,7 +5,7 @@
 #include <cstring>
 #include <sstream>
 
-#include "haptic_core/geometry/half_space.h"
+#include "haptic_core/geometry/shapes/half_space.h"
 #include "scene/contact_properties.h"
 #include "scene/joint_reading.h"
 #include "scene/link_inertia.h"
@@ -235,7 +235,7 @@ void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, co
     const XmlElement& element = *link.collisions[c];
     refuseUnknownExtensions(robot_.xml, element, {"haptic:contact", "haptic:shape"});
     const ShapePieces shape = context_.shapes.make(robot_, link, element, context_.scene.warnings);
-    if (shape.pieces[0]->halfSpace()) refuseMotion(robot_.xml.at(element), link.name, articulation, target_link);
+    if (!shape.pieces[0]->bounded()) refuseMotion(robot_.xml.at(element), link.name, articulation, target_link);
     CollisionDef collision;
     collision.material =
         contact_.of(link, element, shape.half_extent, collision.material_source, context_.scene.notes);

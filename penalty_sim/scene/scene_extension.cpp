@@ -169,15 +169,11 @@ void setWorldSetting(const std::string& where, const std::string& name, const st
     std::map<std::string, PressureLaw> kinds;
     for (const PressureKind& kind : kPressureKinds) kinds[kind.name] = kind.law;
     good = choose(value, kinds, settings.pressure_law, known);
-  } else if (name == "normal_rule") {
-    good = choose<NormalRule>(value,
-                              {{"area_vector", NormalRule::kAreaVector}, {"history", NormalRule::kHistory}},
-                              settings.normal_rule, known);
   } else if (name == "energy_ledger") {
     good = choose<bool>(value, {{"true", true}, {"false", false}}, settings.energy_ledger, known);
   } else {
     throw SetupError(where, "unknown setting '" + name + "'",
-                     "known: step, substeps, gravity, integrator, contact_model, pressure_law, normal_rule, "
+                     "known: step, substeps, gravity, integrator, contact_model, pressure_law, "
                      "energy_ledger");
   }
   if (!good) throw SetupError(where, name + " = '" + value + "'", "write " + known);

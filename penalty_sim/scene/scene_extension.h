@@ -19,7 +19,7 @@ void refuseUnknownExtensions(const XmlFile& file, const XmlElement& element,
 void checkExtensions(RobotFile& robot);
 
 /// Sets one entry of the world's settings from text: step, substeps, gravity, integrator, contact_model,
-/// pressure_law, normal_rule, energy_ledger. Throws SetupError for unknown names and bad values.
+/// pressure_law, energy_ledger. Throws SetupError for unknown names and bad values.
 void setWorldSetting(const std::string& where, const std::string& name, const std::string& value,
                      WorldSettings& settings);
 

@@ -5,14 +5,14 @@
 // Callgrind's instruction counts of the same cases stand beside the times.
 #include <cstring>
 
-#include "contact_figures.h"
 #include "ccd_oracle.h"
+#include "contact_figures.h"
 #include "contact_peers.h"
 #include "dual_volume.h"
 #include "figure.h"
-#include "haptic_core/geometry/broad_phase.h"
-#include "haptic_core/geometry/contact_workspace.h"
-#include "haptic_core/geometry/gjk.h"
+#include "haptic_core/geometry/search/broad_phase.h"
+#include "haptic_core/geometry/search/gjk.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 #include "instruction_count.h"
 
 namespace haptic::bench {

@@ -2,7 +2,7 @@
 #pragma once
 #include <memory>
 
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
 
 namespace haptic::bench {
 

@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
 
 namespace haptic::bench {
 

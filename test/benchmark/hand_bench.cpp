@@ -9,9 +9,9 @@
 #include "../scenes/touch.h"
 #include "figure.h"
 #include "haptic_core/base/error.h"
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/half_space.h"
-#include "haptic_core/geometry/rod.h"
+#include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/shapes/half_space.h"
+#include "haptic_core/geometry/shapes/rod.h"
 #include "haptic_core/loop/hand_trial.h"
 #include "haptic_core/spidar/wall_bound.h"
 

@@ -9,7 +9,7 @@
 
 #include "../scenes/gear_path.h"
 #include "figure.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
 #include "haptic_core/loop/hand.h"
 #include "loop_rig.h"
 

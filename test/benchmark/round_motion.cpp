@@ -5,7 +5,7 @@
 
 #include "../scenes/balls.h"
 #include "figure.h"
-#include "haptic_core/geometry/rod.h"
+#include "haptic_core/geometry/shapes/rod.h"
 #include "round_figures.h"
 
 namespace haptic::bench {

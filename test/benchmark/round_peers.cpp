@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "haptic_core/geometry/convex_polyhedron.h"
-#include "haptic_core/geometry/half_space.h"
-#include "haptic_core/geometry/rod.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/half_space.h"
+#include "haptic_core/geometry/shapes/rod.h"
 
 #ifdef HAPTIC_HAVE_ODE
 #include <ode/ode.h>

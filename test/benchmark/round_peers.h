@@ -1,6 +1,6 @@
 /// What others do for a ball against the same shape, for the benchmark of round things.
 #pragma once
-#include "haptic_core/geometry/convex_shape.h"
+#include "haptic_core/geometry/shapes/convex_shape.h"
 
 namespace haptic::bench {
 

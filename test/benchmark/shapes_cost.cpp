@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "figure.h"
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/contact_workspace.h"
-#include "haptic_core/geometry/rod.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/rod.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 #include "instruction_count.h"
 #include "shapes_figures.h"
 

@@ -6,8 +6,8 @@
 
 #include "../scenes/blocks.h"
 #include "figure.h"
-#include "haptic_core/geometry/rod.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/rod.h"
+#include "haptic_core/geometry/shapes/shapes.h"
 #include "haptic_core/world/world.h"
 #include "shapes_figures.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "haptic_core/geometry/rod.h"
+#include "haptic_core/geometry/shapes/rod.h"
 
 namespace haptic::bench {
 

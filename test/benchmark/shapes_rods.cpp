@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "figure.h"
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/contact_workspace.h"
-#include "haptic_core/geometry/rod_integral.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
+#include "haptic_core/geometry/volume/rod_integral.h"
 #include "shapes_figures.h"
 #include "shapes_pairs.h"
 
@@ -148,7 +148,7 @@ void measureKind(RodKinds kinds, unsigned seed, int count, const std::string& na
   };
   std::vector<Row> rows;
   RodPoses poses(kinds, seed);
-  int measured = 0;
+  int measured = 0, aligned = 0, uncertain = 0;
   for (int i = 0; i < count; ++i) {
     const RodPose pair = poses.next();
     const Rod A = pair.rod(0), B = pair.rod(1);
@@ -157,7 +157,11 @@ void measureKind(RodKinds kinds, unsigned seed, int count, const std::string& na
     if (std::isnan(e.volume)) continue;
     ++measured;
     if (!found.overlap()) ++false_empty;
-    if (!alignedEnds(pair)) rows.push_back({e.worst(), pair});
+    uncertain += !e.certain;
+    if (alignedEnds(pair))
+      ++aligned;
+    else
+      rows.push_back({e.worst(), pair});
   }
   // 64 bits choose the worst; 113 bits judge them.
   const int judged = std::min<int>(rows.size(), 100);
@@ -174,6 +178,8 @@ void measureKind(RodKinds kinds, unsigned seed, int count, const std::string& na
   }
   figure("rod_rod." + name + "_err_c" + suffixOf(count), largest, "");
   figure("rod_rod." + name + "_pairs", measured, "");
+  figure("rod_rod." + name + "_aligned_pairs", aligned, "");      // left out of the error
+  figure("rod_rod." + name + "_uncertain_pairs", uncertain, "");  // the oracle gave up an interval; in the error
   std::printf("worst: volume %.1e gradient %.1e torque %.1e centroid %.1e second %.1e of the area %.1e\n",
               worst.volume, worst.area, worst.torque, worst.first, worst.second, worst.seen);
 }

@@ -10,7 +10,7 @@
 #include "../scenes/motions.h"
 #include "../scenes/shipped_scenes.h"
 #include "figure.h"
-#include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/shapes/ball.h"
 #include "haptic_core/world/state.h"
 #include "step_figures.h"
 

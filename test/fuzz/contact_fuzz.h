@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/contact_workspace.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 
 namespace haptic::fuzz {
 

@@ -7,7 +7,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "peer_world.h"
 
 namespace haptic::peers {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "peer_world.h"
 
 namespace haptic::peers {

@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/convex_polyhedron.h"
-#include "haptic_core/geometry/half_space.h"
-#include "haptic_core/geometry/rod.h"
+#include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/half_space.h"
+#include "haptic_core/geometry/shapes/rod.h"
 
 namespace haptic::peers {
 

@@ -5,7 +5,7 @@
 #include "../scenes/blocks.h"
 #include "../scenes/offsets.h"
 #include "exact_motion.h"
-#include "haptic_core/geometry/rod.h"
+#include "haptic_core/geometry/shapes/rod.h"
 #include "own_measures.h"
 
 namespace haptic::report {

@@ -7,7 +7,7 @@
 
 #include "../scenes/shipped_scenes.h"
 #include "haptic_core/base/error.h"
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/world/world.h"
 #include "report_scene.h"
 #include "scene/scene_file.h"

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/shapes/shapes.h"
 #include "haptic_core/world/definition.h"
 #include "peer_world.h"
 

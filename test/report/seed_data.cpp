@@ -12,7 +12,7 @@
 
 #include "../scenes/gear_path.h"
 #include "haptic_core/base/error.h"
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/spidar/device_def.h"
 #include "haptic_core/spidar/tension_distribution.h"
 #include "haptic_core/world/world.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/world/world.h"
 #include "temporary_files.h"
 

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "haptic_core/geometry/convex_polyhedron.h"
-#include "haptic_core/geometry/half_space.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/half_space.h"
 #include "haptic_core/world/world.h"
 #include "temporary_files.h"
 

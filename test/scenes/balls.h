@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "blocks.h"
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/half_space.h"
+#include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/shapes/half_space.h"
 #include "offsets.h"
 
 namespace haptic::scenes {

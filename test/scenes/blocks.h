@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "haptic_core/geometry/convex_polyhedron.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/shapes.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic::scenes {

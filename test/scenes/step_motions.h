@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "blocks.h"
-#include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/shapes/ball.h"
 #include "motions.h"
 #include "moving.h"
 

@@ -5,11 +5,8 @@
 #include <vector>
 
 #include "haptic_core/analysis/flat_wall.h"
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/half_space.h"
-#include "haptic_core/geometry/rod.h"
-#include "haptic_core/geometry/shape_distance.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/pairs/shape_distance.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/spidar/wall_bound.h"
 
 namespace haptic {
@@ -21,14 +18,7 @@ constexpr int kMostHullSides = 64;  ///< of a hull's, evenly chosen: round bodie
 std::vector<Vector3> cornersOf(const LinkDef& link) {
   std::vector<Vector3> corners;
   for (const CollisionDef& collision : link.collisions) {
-    if (const Ball* ball = collision.shape->ball()) {
-      const ConvexPolyhedron fine = makeSphere(ball->radius(), 1);
-      for (const Vector3& v : fine.vertices()) corners.push_back(collision.X_LS * (collision.shape->centre() + v));
-      continue;
-    }
-    const Rod* rod = collision.shape->rod();
-    const ConvexPolyhedron& hull = rod ? rod->hull() : *collision.shape->polyhedron();
-    for (const Vector3& v : hull.vertices()) corners.push_back(collision.X_LS * v);
+    for (const Vector3& v : collision.shape->corners()) corners.push_back(collision.X_LS * v);
   }
   return corners;
 }
@@ -67,7 +57,7 @@ double commonVolume(const LinkDef& link, const Vector3& outward, double sink) {
 
 /// Sides on which the link can stand, outward normals; those of a lone ball are alike.
 std::vector<Vector3> standingSides(const LinkDef& link) {
-  if (link.collisions.size() == 1 && link.collisions[0].shape->ball()) return {-Vector3::UnitZ()};
+  if (link.collisions.size() == 1 && link.collisions[0].shape->sides().size() == 1) return {-Vector3::UnitZ()};
   std::vector<Vector3> sides;
   const ConvexPolyhedron hull = ConvexPolyhedron::hull(cornersOf(link), link.name);
   for (const ConvexPolyhedron::Face& face : hull.faces()) {
@@ -85,7 +75,7 @@ RestingStiffness restingStiffness(const LinkDef& link, double weight) {
   RestingStiffness out;
   if (link.collisions.empty() || !(weight > 0)) return out;
   for (const CollisionDef& collision : link.collisions) {
-    if (collision.shape->halfSpace()) return out;  // it lies on nothing
+    if (!collision.shape->bounded()) return out;  // it lies on nothing
   }
   out.extent = leastExtent(link);
   for (const Vector3& side : standingSides(link)) {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/shape_distance.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/pairs/shape_distance.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
 #include "haptic_core/world/held_proxy.h"
 
 namespace haptic {

@@ -2,8 +2,8 @@
 #pragma once
 #include <memory>
 
-#include "haptic_core/geometry/contact_workspace.h"
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 
 namespace haptic {
 

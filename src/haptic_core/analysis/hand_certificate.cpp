@@ -7,8 +7,6 @@
 #include <vector>
 
 #include "haptic_core/analysis/flat_wall.h"
-#include "haptic_core/geometry/convex_polyhedron.h"
-#include "haptic_core/geometry/rod.h"
 #include "haptic_core/spidar/wall_bound.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/tuning.h"
@@ -45,14 +43,9 @@ class Press {
  public:
   Press(const ConvexShape& shape, const HandMapping& mapping, double coupling, double force)
       : mapping_(mapping), coupling_(coupling), force_(force / mapping.force_scale) {
-    const ConvexPolyhedron* hull = shape.polyhedron();
-    if (!hull) {  // a ball is alike from all sides, a rod from all around its axis
-      sides_.push_back(std::make_unique<FlatWall>(shape, Vector3::UnitZ()));
-      if (shape.rod()) sides_.push_back(std::make_unique<FlatWall>(shape, Vector3::UnitX()));
-      return;
-    }
-    const int faces = hull->faceCount(), stride = 1 + (faces - 1) / kMostSides;
-    for (int f = 0; f < faces; f += stride) sides_.push_back(std::make_unique<FlatWall>(shape, hull->faces()[f].normal));
+    const std::vector<Vector3> sides = shape.sides();
+    const std::size_t stride = 1 + (sides.size() - 1) / kMostSides;
+    for (std::size_t i = 0; i < sides.size(); i += stride) sides_.push_back(std::make_unique<FlatWall>(shape, sides[i]));
   }
 
   /// K at the grip of the stiffest side [N/m].

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/geometry/contact_integrals.h"
-#include "haptic_core/geometry/contact_sheet.h"
-#include "haptic_core/geometry/thickness_gradient.h"
+#include "haptic_core/geometry/volume/contact_integrals.h"
+#include "haptic_core/geometry/volume/contact_sheet.h"
+#include "haptic_core/geometry/volume/thickness_gradient.h"
 
 namespace haptic {
 namespace {

@@ -14,8 +14,8 @@
 #pragma once
 #include "haptic_core/contact/contact_material.h"
 #include "haptic_core/contact/sliding_friction.h"
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 
 namespace haptic {
 

@@ -14,8 +14,8 @@
 /// the closed form, 50 ns by the rule; the series 10 ns.
 #pragma once
 #include "haptic_core/base/spatial.h"
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 
 namespace haptic {
 

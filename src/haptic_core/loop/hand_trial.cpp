@@ -4,7 +4,7 @@
 #include <cmath>
 #include <deque>
 
-#include "haptic_core/geometry/shape_distance.h"
+#include "haptic_core/geometry/pairs/shape_distance.h"
 #include "haptic_core/loop/hand.h"
 #include "haptic_core/loop/haptic_loop.h"
 #include "haptic_core/spidar/device_twin.h"

@@ -1,28 +1,22 @@
 #include <memory>
 
 #include "haptic_core/base/fields.h"
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/convex_polyhedron.h"
-#include "haptic_core/geometry/half_space.h"
-#include "haptic_core/geometry/rod.h"
+#include "haptic_core/geometry/shapes/convex_shape.h"
 #include "haptic_core/loop/session.h"
 
 namespace haptic {
 
-/// A shape by its corners and by how its faces are made of them; a ball by its radius, a half-space by its infinite one, a rod by its
-/// lengths and ends.
+/// The numbers of a shape go to `visit`.
 template <class Visit>
 void eachNumber(const std::shared_ptr<const ConvexShape>& shape, Visit&& visit) {
-  if (!shape) return;
-  if (shape->halfSpace()) return visit(shape->boundingRadius());
-  if (shape->ball()) return visit(shape->ball()->radius());
-  if (const Rod* rod = shape->rod()) {
-    visit(rod->radius());
-    visit(rod->halfLength());
-    return visit(rod->rounding());
-  }
-  eachNumber(shape->polyhedron()->vertices(), visit);
-  for (const ConvexPolyhedron::Face& face : shape->polyhedron()->faces()) visit(face.count);
+  struct Forward : NumberVisitor {
+    explicit Forward(Visit& to) : to_(to) {}
+    void visit(double value) override { to_(value); }
+    void visit(int value) override { to_(value); }
+    Visit& to_;
+  };
+  Forward forward(visit);
+  if (shape) shape->eachNumber(forward);
 }
 
 std::uint64_t fingerprint(const WorldDef& def) {

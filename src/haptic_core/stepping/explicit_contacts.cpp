@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "haptic_core/geometry/contact_moments.h"
+#include "haptic_core/geometry/volume/contact_moments.h"
 #include "haptic_core/stepping/settled_damper.h"
 
 namespace haptic::stepping {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "haptic_core/dynamics/block_cholesky.h"
-#include "haptic_core/geometry/loaded_vector.h"
+#include "haptic_core/geometry/volume/loaded_vector.h"
 #include "haptic_core/stepping/frozen_contact.h"
 #include "haptic_core/stepping/island_parts.h"
 #include "haptic_core/world/model.h"

@@ -31,7 +31,7 @@
 #include <cmath>
 
 #include "haptic_core/contact/located_force.h"
-#include "haptic_core/geometry/face_overlay.h"
+#include "haptic_core/geometry/pairs/face_overlay.h"
 
 namespace haptic {
 

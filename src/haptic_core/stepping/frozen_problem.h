@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "haptic_core/dynamics/kinematics.h"
-#include "haptic_core/geometry/loaded_vector.h"
+#include "haptic_core/geometry/volume/loaded_vector.h"
 #include "haptic_core/stepping/frozen_contact.h"
 #include "haptic_core/stepping/frozen_matrix.h"
 #include "haptic_core/stepping/implicit_joints.h"

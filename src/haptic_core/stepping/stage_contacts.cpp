@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/geometry/contact_moments.h"
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
+#include "haptic_core/geometry/volume/contact_moments.h"
 
 namespace haptic {
 namespace {
@@ -233,7 +233,7 @@ void StageContacts::lookAhead(int index, const Pose& X_AB, const Vector3& n) noe
   PairCache cache = pair.cache;
   ContactVolume near;
   contactVolume(*model_.shapes[shape_a].shape, *model_.shapes[shape_b].shape, Pose(X_AB.R, X_AB.p - reach_ * n),
-                cache, workspace_, near, settings_.normal_rule);
+                cache, workspace_, near);
   if (near.status != ContactVolume::Status::kOverlap) return;
   FrozenContact* c = nearContact(index);
   if (!c) return;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "haptic_core/contact/located_force.h"
-#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 #include "haptic_core/stepping/frozen_problem.h"
 #include "haptic_core/world/contact_evaluation.h"
 #include "haptic_core/world/islands.h"

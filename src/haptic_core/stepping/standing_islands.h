@@ -9,7 +9,7 @@
 #pragma once
 #include <vector>
 
-#include "haptic_core/geometry/loaded_vector.h"
+#include "haptic_core/geometry/volume/loaded_vector.h"
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/islands.h"
 #include "haptic_core/world/model.h"

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "haptic_core/geometry/contact_integrals.h"
-#include "haptic_core/geometry/point_contact.h"
+#include "haptic_core/geometry/volume/contact_integrals.h"
+#include "haptic_core/geometry/volume/point_contact.h"
 
 namespace haptic {
 

@@ -7,7 +7,7 @@
 #pragma once
 #include "haptic_core/contact/located_force.h"
 #include "haptic_core/dynamics/kinematics.h"
-#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 #include "haptic_core/world/hand_bound.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "haptic_core/base/spatial.h"
-#include "haptic_core/contact/friction.h"
 #include "haptic_core/contact/contact_material.h"
+#include "haptic_core/contact/friction.h"
 #include "haptic_core/dynamics/articulation_def.h"
 #include "haptic_core/dynamics/ring.h"
-#include "haptic_core/geometry/contact_volume.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
 #include "haptic_core/world/integrator.h"
 
 namespace haptic {
@@ -134,7 +134,7 @@ struct PointerDef {
 /// How a contact is found.
 enum class ContactModel : unsigned char {
   kVolume,  ///< pressure integrated over the contact volume
-  kPoint    ///< a spring at the most penetrating point (geometry/point_contact.h); explicit steps only
+  kPoint    ///< a spring at the most penetrating point (geometry/volume/point_contact.h); explicit steps only
 };
 
 /// Step, gravity and methods of a world.
@@ -145,7 +145,6 @@ struct WorldSettings {
   Integrator integrator = Integrator::kAutomatic;  ///< how it advances; kAutomatic chooses island by island
   ContactModel contact_model = ContactModel::kVolume;  ///< kPoint is for comparisons
   PressureLaw pressure_law = PressureLaw::kHuntCrossley;  ///< which damper the normal pressure has
-  NormalRule normal_rule = NormalRule::kAreaVector;  ///< where normals come from
   bool torsional_friction = true;           ///< false: patches resist sliding, not spinning (an ideal pivot)
   /// Where an implicit solve ends, as a share of the step's own error (implicit_stage.h). 0: at rounding, for references.
   double tolerance = 1e-2;
@@ -158,7 +157,7 @@ struct WorldSettings {
   static void eachField(Self& s, Visit&& visit) {
     // Neither what is kept nor what is left out changes a bit.
     visit(s.step), visit(s.substeps), visit(s.gravity), visit(s.integrator), visit(s.contact_model);
-    visit(s.pressure_law), visit(s.normal_rule), visit(s.torsional_friction), visit(s.energy_ledger);
+    visit(s.pressure_law), visit(s.torsional_friction), visit(s.energy_ledger);
     visit(s.default_material), visit(s.tolerance);
   }
 };

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/geometry/shape_distance.h"
+#include "haptic_core/geometry/pairs/shape_distance.h"
 #include "haptic_core/world/contact_evaluation.h"
 #include "haptic_core/world/work.h"
 
@@ -25,7 +25,7 @@ constexpr double kConeSection = 3;
 
 /// The extent of a shape along a unit vector of W [m]; infinite for a half-space.
 double extent(const ConvexShape& shape, const Pose& X_WS, const Vector3& n_W) noexcept {
-  if (shape.halfSpace()) return INFINITY;
+  if (!shape.bounded()) return INFINITY;
   return supportHeight(shape, X_WS, n_W) + supportHeight(shape, X_WS, -n_W);
 }
 
@@ -131,7 +131,7 @@ Depth Aim::depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape
   depth.share = kMostSunkWeakened;
   for (const int s : {pair.shapeA(), pair.shapeB()}) {
     const ConvexShape& solid = *model_.shapes[s].shape;
-    if (solid.halfSpace()) continue;
+    if (!solid.bounded()) continue;
     const double H = extent(solid, proxy_.X_WS[s], n_W), share = mostSunk(K_max, k, solid.volume(), H);
     depth.share = std::max(depth.share, share);
     if (H < depth.extent) depth.extent = H, depth.solid = solid.volume();

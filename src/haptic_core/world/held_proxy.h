@@ -33,7 +33,7 @@
 #pragma once
 #include <vector>
 
-#include "haptic_core/geometry/loaded_vector.h"
+#include "haptic_core/geometry/volume/loaded_vector.h"
 #include "haptic_core/world/state.h"
 
 namespace haptic {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/geometry/half_space.h"
+#include "haptic_core/geometry/shapes/half_space.h"
 
 namespace haptic {
 namespace {
@@ -26,7 +26,7 @@ void refuseStaticOverlaps(const Model& model, Work& work) {
     for (int b = a + 1; b < n; ++b) {
       const ModelShape& B = model.shapes[b];
       if (model.links[B.link].moves || model.treeOf(a) == model.treeOf(b) ||
-          apart(work.placement.box[a], work.placement.box[b]) || A.shape->halfSpace() || B.shape->halfSpace()) {
+          apart(work.placement.box[a], work.placement.box[b]) || !A.shape->bounded() || !B.shape->bounded()) {
         continue;
       }
       ContactVolume volume;
@@ -53,8 +53,7 @@ void findBuried(const Model& model, State& state, Work& work) {
     ContactVolume volume;
     PairCache cache;
     contactVolume(*model.shapes[a].shape, *model.shapes[b].shape,
-                  relativePose(work.placement.X_WS[a], work.placement.X_WS[b]), cache, work.contacts.workspace, volume,
-                  model.settings.normal_rule);
+                  relativePose(work.placement.X_WS[a], work.placement.X_WS[b]), cache, work.contacts.workspace, volume);
     pair.buried = volume.status == ContactVolume::Status::kOverlap && volume.depth > model.buriedDepth(a, b, volume.A0);
   }
 }

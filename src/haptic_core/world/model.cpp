@@ -9,12 +9,8 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/dynamics/kinematics.h"
-#include "haptic_core/geometry/convex_polyhedron.h"
-#include "haptic_core/geometry/half_space.h"
-#include "haptic_core/geometry/rod.h"
-#include "haptic_core/geometry/internal_faces.h"
-#include "haptic_core/geometry/point_contact.h"
-#include "haptic_core/geometry/time_of_impact.h"
+#include "haptic_core/geometry/pairs/internal_faces.h"
+#include "haptic_core/geometry/volume/point_contact.h"
 #include "haptic_core/world/step_parts.h"
 
 namespace haptic {
@@ -113,7 +109,7 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
   entry.mass = link.inertia.mass;
   entry.least_inertia = Eigen::SelfAdjointEigenSolver<Matrix3>(link.inertia.I_C).eigenvalues()[0];
   for (const CollisionDef& collision : link.collisions) {
-    if (!collision.shape || collision.shape->halfSpace()) continue;  // which turns about no centre
+    if (!collision.shape || !collision.shape->bounded()) continue;  // which turns about no centre
     const Vector3 centre = collision.X_LS * collision.shape->centre() - link.inertia.p_LC;
     entry.size = std::max(entry.size, centre.norm() + collision.shape->boundingRadius());
   }
@@ -123,7 +119,7 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
   for (const CollisionDef& collision : link.collisions) {
     const std::string where = world.name + ", link " + link.name;
     if (!collision.shape) throw SetupError(where, "a collision has no shape", "give it a polyhedron, a ball, a rod or a half-space");
-    if (collision.shape->halfSpace() && entry.moves) {
+    if (!collision.shape->bounded() && entry.moves) {
       throw SetupError(where, "it moves and has a half-space, which has no end",
                        "put the half-space on a link that is fixed to the world, or give the link a box");
     }
@@ -134,7 +130,7 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
     shape.link = static_cast<int>(links.size());
     shape.X_LS = collision.X_LS;
     shape.point_area = pointArea(*collision.shape);
-    shape.width = leastWidth(*collision.shape);
+    shape.width = collision.shape->leastWidth();
     shape.name = collision.name.empty() ? link.name : collision.name;
     const auto found = std::find_if(materials_.begin(), materials_.end(),
                                     [&](const ContactMaterial& m) { return sameMaterial(m, collision.material); });
@@ -275,27 +271,9 @@ void Model::limitMotions() {
 }
 
 void Model::reserve(ContactWorkspace& workspace) const {
-  // With the finest polyhedron, any rod, ball and half-space, every shape has seen its largest
-  // partners.
-  const ConvexShape *finest = nullptr, *rod = nullptr, *ball = nullptr, *ground = nullptr;
-  const auto faces = [](const ConvexShape& shape) { return shape.polyhedron()->faceCount(); };
-  for (const ModelShape& shape : shapes) {
-    if (shape.shape->rod()) {
-      rod = shape.shape;
-    } else if (shape.shape->halfSpace()) {
-      ground = shape.shape;
-    } else if (!shape.shape->polyhedron()) {
-      ball = shape.shape;
-    } else if (!finest || faces(*shape.shape) > faces(*finest)) {
-      finest = shape.shape;
-    }
-  }
-  for (const ModelShape& shape : shapes) {
-    if (finest) workspace.reserve(*shape.shape, *finest);
-    if (rod) workspace.reserve(*shape.shape, *rod);
-    if (ball) workspace.reserve(*shape.shape, *ball);
-    if (ground) workspace.reserve(*shape.shape, *ground);
-  }
+  std::vector<const ConvexShape*> all;
+  for (const ModelShape& shape : shapes) all.push_back(shape.shape);
+  workspace.reserve(all);
 }
 
 PairLaw Model::law(int a, int b, bool a_held, bool b_held) const {
@@ -347,7 +325,7 @@ std::string Model::text() const {
   };
   stage(has_contacts, "contact", "nothing can touch");
   stage(has_friction && has_contacts, "friction and its memory", "every pair is frictionless");
-  const auto is_round = [](const ModelShape& shape) { return !shape.shape->polyhedron(); };
+  const auto is_round = [](const ModelShape& shape) { return !shape.shape->flat(); };
   if (kindOf(settings.pressure_law).potential && std::any_of(shapes.begin(), shapes.end(), is_round)) {
     stage(false, "potential of round shapes", "balls on flat faces and on balls have it; else they press with k V n");
   }

@@ -9,7 +9,7 @@
 #include "haptic_core/contact/friction.h"
 #include "haptic_core/dynamics/articulation.h"
 #include "haptic_core/dynamics/ring.h"
-#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 #include "haptic_core/world/definition.h"
 #include "haptic_core/world/drive_paths.h"
 #include "haptic_core/world/tuning.h"

@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "haptic_core/geometry/broad_phase.h"
+#include "haptic_core/geometry/search/broad_phase.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/placement.h"
 #include "haptic_core/world/report.h"

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "haptic_core/dynamics/kinematics.h"
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
 

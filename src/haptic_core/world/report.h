@@ -4,8 +4,8 @@
 
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/contact/friction.h"
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/loaded_vector.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
+#include "haptic_core/geometry/volume/loaded_vector.h"
 #include "haptic_core/world/stage_clock.h"
 
 namespace haptic {

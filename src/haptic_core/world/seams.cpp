@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "haptic_core/geometry/contact_moments.h"
+#include "haptic_core/geometry/volume/contact_moments.h"
 
 namespace haptic {
 namespace {
@@ -11,11 +11,11 @@ namespace {
 /// each takes most of a megabyte where a ball may meet stones of many faces.
 constexpr int kKept = 16;
 
-/// The moments of a V that is there already, about the pair's last normal. False: there are none.
-bool turnTo(const ConvexShape& A, const ConvexShape& B, ActivePair& pair, ContactWorkspace& workspace, const Pose& X_AB,
-            ContactVolume& out) noexcept {
+/// The moments of a polyhedron V that is there already, about the normal of the request. False: there are none.
+bool turnTo(const ContactRequest& request, ActivePair& pair, ContactWorkspace& workspace, const Pose& X_AB, ContactVolume& out) noexcept {
+  if (workspace.round().filled) return false;
   out.flags &= ContactVolume::kCapacityExceeded;
-  return integrateContact(workspace, A, B, X_AB, pair.cache, NormalRule::kHistory, {}, out);
+  return integrateContact(workspace, nullptr, nullptr, X_AB, pair.cache, request, out);
 }
 
 bool same(const Pose& a, const Pose& b) { return a.R == b.R && a.p == b.p; }
@@ -75,7 +75,7 @@ void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_W
     ContactVolume& volume = kept.volume;
     kept.X_AB = relativePose(X_WS[a], X_WS[b]);
     contactVolume(*model_.shapes[a].shape, *model_.shapes[b].shape, kept.X_AB, pairs[i].cache, workspace, volume,
-                  NormalRule::kAreaVector, model_.inner(a, b));
+                  {NormalRule::kAreaVector, model_.inner(a, b), Vector3::Zero()});
     kept.V = nullptr;
     kept.known = volume.status != ContactVolume::Status::kOverlap;
     if (kept.known) continue;
@@ -135,19 +135,20 @@ bool Seams::locate(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, 
 bool Seams::locatePart(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace& workspace,
                        ContactVolume& out) noexcept {
   const int a = pair.shapeA(), b = pair.shapeB();
-  const NormalRule by_world = model_.settings.normal_rule;
-  const bool flush = any_ && found_[i] && by_world == NormalRule::kAreaVector;
-  const NormalRule rule = flush ? NormalRule::kHistory : by_world;
-  if (flush) pair.cache.normal = X_WA.R.transpose() * normal_W_[i];
+  const bool flush = any_ && found_[i];
+  ContactRequest request;
+  if (flush)
+    request.normal = X_WA.R.transpose() * normal_W_[i];
+  else
+    request.inner = model_.inner(a, b);
   const ConvexShape &A = *model_.shapes[a].shape, &B = *model_.shapes[b].shape;
-  if (any_ && by_world == NormalRule::kAreaVector && kept_[i].known && same(kept_[i].X_AB, X_AB)) {
+  if (any_ && kept_[i].known && same(kept_[i].X_AB, X_AB)) {
     kept_[i].known = false;
     out = kept_[i].volume;
     if (kept_[i].V) workspace.exchange(*kept_[i].V);
-    if (!flush || (A.polyhedron() && B.polyhedron() && turnTo(A, B, pair, workspace, X_AB, out))) return flush;
+    if (!flush || turnTo(request, pair, workspace, X_AB, out)) return flush;
   }
-  const InnerSides inner = rule == NormalRule::kAreaVector ? model_.inner(a, b) : InnerSides{};
-  contactVolume(A, B, X_AB, pair.cache, workspace, out, rule, inner);
+  contactVolume(A, B, X_AB, pair.cache, workspace, out, request);
   return flush;
 }
 

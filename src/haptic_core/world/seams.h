@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
 

@@ -7,7 +7,7 @@
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/contact/friction.h"
 #include "haptic_core/dynamics/joint_law.h"
-#include "haptic_core/geometry/contact_volume.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
 
 namespace haptic {
 

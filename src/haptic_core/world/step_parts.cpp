@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/geometry/time_of_impact.h"
+#include "haptic_core/geometry/pairs/time_of_impact.h"
 #include "haptic_core/world/hand_bound.h"
 #include "haptic_core/world/held_proxy.h"
 #include "haptic_core/world/work.h"

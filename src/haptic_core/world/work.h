@@ -6,7 +6,7 @@
 
 #include "haptic_core/dynamics/tree_motion.h"
 #include "haptic_core/dynamics/tree_step.h"
-#include "haptic_core/geometry/contact_workspace.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 #include "haptic_core/stepping/choice.h"
 #include "haptic_core/stepping/implicit_step.h"
 #include "haptic_core/stepping/standing_islands.h"

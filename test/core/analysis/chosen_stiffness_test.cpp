@@ -9,7 +9,7 @@
 #include <set>
 
 #include "../../scenes/touch.h"
-#include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/shapes/ball.h"
 
 namespace haptic {
 namespace chosen_stiffness_test {

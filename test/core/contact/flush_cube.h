@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "haptic_core/contact/located_force.h"
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
 
 namespace haptic::test {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "haptic_core/contact/located_force.h"
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
 
 namespace haptic {
 namespace overlay_test {

@@ -1,4 +1,4 @@
-#include "haptic_core/geometry/ball_contact.h"
+#include "haptic_core/geometry/pairs/ball_contact.h"
 
 #include <gtest/gtest.h>
 
@@ -7,47 +7,21 @@
 #include <random>
 
 #include "ball_oracle.h"
-#include "haptic_core/geometry/contact_integrals.h"
-#include "haptic_core/geometry/round_patch.h"
-#include "haptic_core/geometry/shape_distance.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/pairs/shape_distance.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_integrals.h"
+#include "haptic_core/geometry/volume/round_patch.h"
+#include "random_pairs.h"
 
 namespace haptic {
 namespace ball_contact_test {
 
+using random_pairs::Contact;
+using random_pairs::contactOf;
+using random_pairs::randomPose;
+using random_pairs::stone;
 using Status = ContactVolume::Status;
 constexpr double kEps = std::numeric_limits<double>::epsilon();
-
-struct Contact {
-  ContactVolume volume;
-  ContactWorkspace workspace;
-};
-
-Contact contactOf(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB) {
-  Contact c;
-  c.workspace.reserve(A, B);
-  PairCache cache;
-  contactVolume(A, B, X_AB, cache, c.workspace, c.volume);
-  return c;
-}
-
-Pose randomPose(std::mt19937& random, double reach) {
-  std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> place(-reach, reach);
-  const Quaternion q =
-      Quaternion(normal(random), normal(random), normal(random), normal(random)).normalized();
-  return {q.toRotationMatrix(), Vector3(place(random), place(random), place(random))};
-}
-
-ConvexPolyhedron stone(int corners, double size, int seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  std::vector<Vector3> points;
-  for (int i = 0; i < corners; ++i) {
-    points.push_back(size * Vector3(normal(random), normal(random), normal(random)).normalized());
-  }
-  return ConvexPolyhedron::hull(points);
-}
 
 TEST(BallContact, OnAFaceIsASphericalCap) {
   const double R = 0.3;

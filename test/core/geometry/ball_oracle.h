@@ -9,7 +9,7 @@
 
 #include <array>
 
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
 
 namespace haptic::oracle {
 

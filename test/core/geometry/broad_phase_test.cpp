@@ -1,4 +1,4 @@
-#include "haptic_core/geometry/broad_phase.h"
+#include "haptic_core/geometry/search/broad_phase.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptic_core/geometry/contact_integrals.h"
+#include "haptic_core/geometry/volume/contact_integrals.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
 
 namespace haptic {
 namespace contact_integrals_test {

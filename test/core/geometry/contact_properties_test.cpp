@@ -5,11 +5,11 @@
 
 #include "contact_fuzz.h"
 #include "dual_volume.h"
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/contact_workspace.h"
-#include "haptic_core/geometry/rod.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/shapes/rod.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 #include "hard_cases.h"
 
 namespace haptic {

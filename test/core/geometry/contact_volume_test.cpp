@@ -1,11 +1,11 @@
-#include "haptic_core/geometry/contact_volume.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "haptic_core/geometry/contact_workspace.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 #include "hard_cases.h"
 
 namespace haptic {
@@ -225,11 +225,11 @@ TEST(ContactVolume, KeepsTheSeparatedNormalByTheHistoryRule) {
   workspace.reserve(box, box);
   PairCache cache;
   ContactVolume v;
-  contactVolume(box, box, Pose(Vector3(0, 0, 0.11)), cache, workspace, v, NormalRule::kHistory);
+  contactVolume(box, box, Pose(Vector3(0, 0, 0.11)), cache, workspace, v, {NormalRule::kHistory, {}, Vector3::Zero()});
   ASSERT_EQ(v.status, Status::kSeparated);
   // Pushed sideways until the area vector lies flat: the separated normal stays.
   const Pose X(Vector3(0.095, 0, 0.09));
-  contactVolume(box, box, X, cache, workspace, v, NormalRule::kHistory);
+  contactVolume(box, box, X, cache, workspace, v, {NormalRule::kHistory, {}, Vector3::Zero()});
   ASSERT_EQ(v.status, Status::kOverlap);
   EXPECT_NEAR((v.normal() - Vector3::UnitZ()).norm(), 0, 1e-12);
   PairCache fresh;

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "haptic_core/geometry/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
 
 extern "C" {
 #include <libqhull_r/qhull_ra.h>

@@ -1,4 +1,4 @@
-#include "haptic_core/geometry/gjk.h"
+#include "haptic_core/geometry/search/gjk.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "ccd_oracle.h"
 #include "exact_volume.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
 
 namespace haptic {
 namespace gjk_test {

@@ -1,4 +1,4 @@
-#include "haptic_core/geometry/half_space.h"
+#include "haptic_core/geometry/shapes/half_space.h"
 
 #include <gtest/gtest.h>
 
@@ -7,15 +7,19 @@
 #include <memory>
 #include <random>
 
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/contact_workspace.h"
-#include "haptic_core/geometry/rod.h"
-#include "haptic_core/geometry/shape_distance.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/pairs/shape_distance.h"
+#include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/shapes/rod.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
+#include "random_pairs.h"
 
 namespace haptic {
 namespace half_space_test {
+
+using random_pairs::randomTurn;
+using random_pairs::stone;
 
 using Status = ContactVolume::Status;
 constexpr double kEps = std::numeric_limits<double>::epsilon();
@@ -34,18 +38,9 @@ ContactVolume contactOf(const ConvexShape& A, const ConvexShape& B, const Pose& 
 }
 
 std::vector<std::shared_ptr<const ConvexShape>> shapes() {
-  std::mt19937 random(3);
-  std::normal_distribution<double> normal;
-  std::vector<Vector3> points;
-  for (int i = 0; i < 40; ++i) points.push_back(0.3 * Vector3(normal(random), normal(random), normal(random)).normalized());
   return {std::make_shared<ConvexPolyhedron>(makeBox(Vector3(0.4, 0.3, 0.5))),
-          std::make_shared<ConvexPolyhedron>(ConvexPolyhedron::hull(points)), std::make_shared<Ball>(0.3),
+          std::make_shared<ConvexPolyhedron>(stone(40, 0.3, 3)), std::make_shared<Ball>(0.3),
           std::make_shared<Rod>(0.2, 0.5, Rod::Ends::kFlat), std::make_shared<Rod>(0.2, 0.5, Rod::Ends::kRound)};
-}
-
-Matrix3 randomTurn(std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  return Quaternion(normal(random), normal(random), normal(random), normal(random)).normalized().toRotationMatrix();
 }
 
 /// Lowest point at a depth, over (0.1, -0.2).

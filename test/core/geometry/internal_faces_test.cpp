@@ -1,10 +1,10 @@
-#include "haptic_core/geometry/internal_faces.h"
+#include "haptic_core/geometry/pairs/internal_faces.h"
 
 #include <gtest/gtest.h>
 
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/contact_workspace.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
+#include "haptic_core/geometry/volume/contact_workspace.h"
 
 namespace haptic {
 namespace internal_faces_test {
@@ -60,12 +60,12 @@ TEST(InternalFaces, MarkTheContactsThatTheyBound) {
     };
     constexpr NormalRule kRule = NormalRule::kAreaVector;
     EXPECT_EQ(at_joint,
-              marked([&](auto& c, auto& v) { contactVolume(tile, probe, X, c, workspace, v, kRule, of_a); }));
+              marked([&](auto& c, auto& v) { contactVolume(tile, probe, X, c, workspace, v, {kRule, of_a, Vector3::Zero()}); }));
     EXPECT_EQ(at_joint, marked([&](auto& c, auto& v) {
-                contactVolume(probe, tile, X.inverse(), c, workspace, v, kRule, of_b);
+                contactVolume(probe, tile, X.inverse(), c, workspace, v, {kRule, of_b, Vector3::Zero()});
               }));
     EXPECT_EQ(at_joint, marked([&](auto& c, auto& v) {
-                contactVolumeByCutting(tile, probe, X, c, workspace, v, kRule, of_a);
+                contactVolumeByCutting(tile, probe, X, c, workspace, v, {kRule, of_a, Vector3::Zero()});
               }));
     EXPECT_FALSE(marked([&](auto& c, auto& v) { contactVolume(tile, probe, X, c, workspace, v); }));
   }

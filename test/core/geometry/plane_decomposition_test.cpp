@@ -1,5 +1,5 @@
 /// Convex pieces of concave meshes: they cover the solid and, for shapes made of boxes, nothing else.
-#include "haptic_core/geometry/plane_decomposition.h"
+#include "haptic_core/geometry/hulls/plane_decomposition.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <random>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/geometry/mesh_to_convex.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/hulls/mesh_to_convex.h"
+#include "haptic_core/geometry/shapes/shapes.h"
 
 namespace haptic {
 namespace plane_decomposition_test {

@@ -1,4 +1,4 @@
-#include "haptic_core/geometry/rod_rod_contact.h"
+#include "haptic_core/geometry/pairs/rod_rod_contact.h"
 
 #include <gtest/gtest.h>
 
@@ -7,32 +7,22 @@
 #include <random>
 
 #include "../../benchmark/shapes_pairs.h"
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/contact_integrals.h"
-#include "haptic_core/geometry/rod_integral.h"
+#include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/volume/contact_integrals.h"
+#include "haptic_core/geometry/volume/rod_integral.h"
+#include "random_pairs.h"
 #include "rod_oracle.h"
 
 namespace haptic {
 namespace rod_rod_contact_test {
 
+using random_pairs::Contact;
+using random_pairs::contactOf;
 using Status = ContactVolume::Status;
 using bench::RodKinds;
 using bench::RodPose;
 using bench::RodPoses;
 constexpr double kEps = std::numeric_limits<double>::epsilon();
-
-struct Contact {
-  ContactVolume volume;
-  ContactWorkspace workspace;
-};
-
-Contact contactOf(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB) {
-  Contact c;
-  c.workspace.reserve(A, B);
-  PairCache cache;
-  contactVolume(A, B, X_AB, cache, c.workspace, c.volume);
-  return c;
-}
 
 Matrix3 turn(double angle, const Vector3& axis) {
   return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();

@@ -1,4 +1,4 @@
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
-#include "haptic_core/geometry/thickness_gradient.h"
+#include "haptic_core/geometry/volume/thickness_gradient.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "haptic_core/geometry/contact_integrals.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_integrals.h"
 
 namespace haptic {
 namespace thickness_gradient_test {
@@ -20,7 +20,7 @@ struct Pair {
     workspace.reserve(A, B);
     PairCache cache = from;
     ContactVolume contact;
-    contactVolume(A, B, X_AB, cache, workspace, contact, rule);
+    contactVolume(A, B, X_AB, cache, workspace, contact, {rule, {}, Vector3::Zero()});
     return contact.status == ContactVolume::Status::kOverlap ? 0.5 * thicknessSquared(workspace, contact) : 0.0;
   }
 };
@@ -31,7 +31,7 @@ double errorOf(const Pair& pair, const Pose& X_AB, double size, double step, con
   workspace.reserve(pair.A, pair.B);
   PairCache cache = from;
   ContactVolume contact;
-  contactVolume(pair.A, pair.B, X_AB, cache, workspace, contact, pair.rule);
+  contactVolume(pair.A, pair.B, X_AB, cache, workspace, contact, {pair.rule, {}, Vector3::Zero()});
   if (contact.status != ContactVolume::Status::kOverlap) return 0;
   const Wrench F_P = thicknessGradient(workspace, contact);
   const Wrench F = F_P.rotated(contact.X_AP.R);  // about P, in A's axes

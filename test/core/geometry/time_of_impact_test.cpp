@@ -1,13 +1,13 @@
 // Oracles: closed forms of a point and a corner on a plane, and brute force over small steps.
-#include "haptic_core/geometry/time_of_impact.h"
+#include "haptic_core/geometry/pairs/time_of_impact.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "haptic_core/geometry/gjk.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/search/gjk.h"
+#include "haptic_core/geometry/shapes/shapes.h"
 
 namespace haptic {
 namespace time_of_impact_test {
@@ -73,7 +73,7 @@ TEST(TimeOfImpact, IsNeverLate) {
 }
 
 TEST(LeastWidth, IsTheThinnestSideOfABox) {
-  EXPECT_NEAR(leastWidth(makeBox(Vector3(0.3, 0.001, 5))), 0.001, 1e-15);
+  EXPECT_NEAR(makeBox(Vector3(0.3, 0.001, 5)).leastWidth(), 0.001, 1e-15);
 }
 
 }  // namespace time_of_impact_test

@@ -7,7 +7,7 @@
 
 #include "../../scenes/touch.h"
 #include "haptic_core/analysis/hand_certificate.h"
-#include "haptic_core/geometry/contact_moments.h"
+#include "haptic_core/geometry/volume/contact_moments.h"
 #include "haptic_core/loop/hand.h"
 #include "haptic_core/loop/haptic_loop.h"
 #include "haptic_core/spidar/device_twin.h"

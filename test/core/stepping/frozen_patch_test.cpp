@@ -7,8 +7,8 @@
 #include <Eigen/Eigenvalues>
 #include <random>
 
-#include "haptic_core/geometry/contact_integrals.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+#include "haptic_core/geometry/volume/contact_integrals.h"
 
 namespace haptic {
 namespace frozen_patch_test {

@@ -1,4 +1,4 @@
-#include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/shapes/ball.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptic_core/geometry/half_space.h"
+#include "haptic_core/geometry/shapes/half_space.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "../../scenes/balls.h"
 #include "haptic_core/base/error.h"
-#include "haptic_core/geometry/rod.h"
+#include "haptic_core/geometry/shapes/rod.h"
 
 namespace haptic {
 namespace half_space_test {

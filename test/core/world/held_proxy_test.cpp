@@ -7,8 +7,8 @@
 #include <random>
 
 #include "../../scenes/touch.h"
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/half_space.h"
+#include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/shapes/half_space.h"
 
 namespace haptic {
 namespace held_proxy_test {

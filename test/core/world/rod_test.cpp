@@ -1,11 +1,11 @@
-#include "haptic_core/geometry/rod.h"
+#include "haptic_core/geometry/shapes/rod.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "../../scenes/blocks.h"
-#include "haptic_core/geometry/ball.h"
+#include "haptic_core/geometry/shapes/ball.h"
 
 namespace haptic {
 namespace rod_test {

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "../../scenes/inner_corner.h"
-#include "haptic_core/geometry/ball.h"
-#include "haptic_core/geometry/contact_volume.h"
-#include "haptic_core/geometry/rod.h"
+#include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/shapes/rod.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic {

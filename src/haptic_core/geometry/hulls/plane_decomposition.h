@@ -1,0 +1,37 @@
+/// A concave mesh as convex pieces, by cutting it with planes.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
+#include "haptic_core/geometry/shapes/mass_properties.h"
+
+namespace haptic {
+
+/// How near the pieces have to come, and how many there may be.
+struct DecompositionSettings {
+  double tolerance = 1e-3;  ///< a piece whose hull is nowhere farther from the mesh is not cut again [m]
+  int max_pieces = 32;      ///< cutting ends here, the worst piece having been cut first
+};
+
+/// How near the pieces of a decomposition came to their mesh.
+struct DecompositionReport {
+  double distance = 0;  ///< largest distance of a piece's hull from the mesh [m]; above the tolerance when
+                        ///< max_pieces ended the cutting
+};
+
+/// Cuts the part whose hull is farthest from the surface by the plane that leaves the least volume in the
+/// hulls of both sides, until all are within the tolerance; then joins neighbours whose common hull adds
+/// nothing. A side is the hull of the surface on it and of the cut, so every point of the solid lies in a
+/// piece. The mesh may be open; the result then stands for the hull of what is there. Deterministic. Cost:
+/// about 24 hulls of the part per cut. Throws SetupError when not even the first hull exists.
+///
+/// Two libraries were measured first (Debian's bullet-extras 3.24) on a hollow bracket of 33 cm³: HACD
+/// clusters the surface, and up to 12 of 73 clusters were flat sheets without volume, with nothing behind
+/// them; ConvexDecomposition gave back the whole hull, 96 cm³.
+std::vector<std::shared_ptr<const ConvexPolyhedron>> cutIntoConvexPieces(
+    const TriangleMesh& mesh, const DecompositionSettings& settings, const std::string& name,
+    DecompositionReport& report);
+
+}  // namespace haptic

@@ -1,0 +1,35 @@
+/// Where the convex pieces of one body touch one another: parts of their faces that are no surface of the body.
+#pragma once
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
+#include "haptic_core/geometry/volume/contact_volume.h"
+
+namespace haptic {
+
+/// A convex piece of a body, in the body's frame. A round one has no faces.
+struct PlacedPiece {
+  const ConvexShape* shape;  ///< the caller's
+  Pose X_BS;                 ///< where it lies in the body
+};
+
+/// Which faces the convex pieces of one body hide from the outside.
+struct InternalFaces {
+  std::vector<InnerFaces> inner;                ///< by piece: what its neighbours cover
+  /// By piece and face: faces of neighbouring pieces that continue one another, without a bend, have one number; −1: no
+  /// neighbour continues it. Empty: of no face.
+  std::vector<std::vector<int>> surface;
+  std::vector<std::pair<int, int>> neighbours;  ///< pieces that share area, first < second, ascending
+};
+
+/// Faces of different pieces that lie against one another, within kJoint of the pieces' size, on more than
+/// kShared of the smaller face's area. Cost O(face pairs whose pieces touch); at load.
+InternalFaces internalFaces(const std::vector<PlacedPiece>& pieces);
+
+/// Gap or overlap that still counts as lying against, or in one plane, relative to the larger piece; and the tilt [rad].
+constexpr double kJoint = 1e-6;
+constexpr double kShared = 1e-6;  ///< share of the smaller face's area from which two faces count as touching
+
+}  // namespace haptic

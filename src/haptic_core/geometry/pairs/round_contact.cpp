@@ -1,0 +1,175 @@
+#include "haptic_core/geometry/pairs/round_contact.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/geometry/volume/contact_moments.h"
+
+namespace haptic {
+namespace {
+
+using Status = ContactVolume::Status;
+
+}  // namespace
+
+RoundContact::RoundContact(const ContactRequest& request, PairCache& cache, ContactWorkspace& workspace, ContactVolume& out)
+    : request_(request), given_(request.normal), cache_(cache), w_(workspace), v_(workspace.round_), out_(out) {
+  if (request.rule == NormalRule::kHistory && !(given_.squaredNorm() > 0)) given_ = cache.normal;
+  workspace.clear();
+  v_.cut.clear();
+  v_.parts.clear();
+  v_.rod = v_.second.rod = nullptr;
+  v_.other_radius = 0;
+  v_.axial = false;
+  v_.sampled = NAN;
+  out.status = Status::kSeparated;
+  out.flags = 0;
+}
+
+Vector3 RoundContact::lastOr(const Vector3& otherwise) const {
+  return cache_.normal.squaredNorm() > 0 ? cache_.normal : otherwise;
+}
+
+void RoundContact::setSeparated(const Vector3& direction_A, double gap) {
+  out_.status = Status::kSeparated;
+  out_.flags = 0;
+  out_.depth = std::min(0.0, -gap);
+  cache_.direction = direction_A;
+  if (request_.rule == NormalRule::kHistory) cache_.normal = direction_A;
+}
+
+void RoundContact::setTouching(const Vector3& normal_A, const Vector3& point_A) {
+  const unsigned flags = out_.flags;
+  out_ = ContactVolume{};
+  out_.flags = flags;
+  out_.status = Status::kTouching;
+  out_.X_AP = {patchAxes(normal_A), point_A};
+  cache_.normal = cache_.direction = normal_A;
+}
+
+void RoundContact::setAxial(const Vector3& normal_A, const Vector3& axis_A, const Vector3& centroid_A, double volume,
+                            double across, double r2, double depth) {
+  const double area = M_PI * r2, seen = area * normal_A.dot(axis_A);
+  out_.status = Status::kOverlap;
+  out_.X_AP = {patchAxes(normal_A), centroid_A};
+  out_.area_vector_A = area * axis_A;
+  out_.volume = volume;
+  out_.V2 = across * Matrix2::Identity();
+  out_.A0 = seen;
+  out_.A1.setZero();
+  out_.A2 = 0.25 * seen * r2 * Matrix2::Identity();
+  out_.depth = depth;
+  cache_.normal = cache_.direction = normal_A;
+}
+
+void RoundContact::setCube(const Vector3& normal_A, const Vector3& middle_A, double depth) {
+  out_.flags |= ContactVolume::kCapacityExceeded;
+  const double volume = depth * depth * depth, r2 = depth * depth / M_PI;
+  setAxial(normal_A, normal_A, middle_A, volume, volume * r2 / 4, r2, depth);
+}
+
+bool RoundContact::setMoments(const SolidMoments& sums, const Vector3& o, const Vector3& covered_Q,
+                              const Vector3& way_out_A) {
+  if (!(sums.volume > 0)) {
+    setTouching(way_out_A, v_.X_AQ * o);
+    return false;
+  }
+  Vector3 area_Q = Vector3::Zero();
+  double scale = 0;
+  for (const RoundVolume::FacePart& part : v_.parts) {
+    area_Q += part.moments.area * part.normal;
+    scale += part.moments.area;
+  }
+  scale = std::max(scale, std::cbrt(sums.volume * sums.volume));  // parts of a curved surface may cancel
+  const Vector3 seen_Q = area_Q - covered_Q;
+  out_.area_vector_A = v_.sign * (v_.X_AQ.R * area_Q);
+  // Where nothing of the faces is surface, the whole of them stands in.
+  const bool seen = seen_Q.norm() > kVanishing * scale;
+  const Vector3 n = normalOf(seen ? Vector3(v_.sign * (v_.X_AQ.R * seen_Q)) : out_.area_vector_A, scale, way_out_A);
+  const Vector3 centroid = sums.first / sums.volume;  // from o
+  const Matrix3 R_AP = patchAxes(n), R_QP = v_.X_AQ.R.transpose() * R_AP;
+  out_.status = Status::kOverlap;
+  out_.X_AP = {R_AP, v_.X_AQ * (o + centroid)};
+  out_.volume = sums.volume;
+  const Matrix3 about_centroid = sums.second - sums.volume * centroid * centroid.transpose();
+  out_.V2 = (R_QP.transpose() * about_centroid * R_QP).topLeftCorner<2, 2>();
+  projectFaces(centroid, R_QP);
+  cache_.normal = cache_.direction = n;
+  return true;
+}
+
+/// A0, A1 and A2: the faces' parts seen along n, from the centroid.
+void RoundContact::projectFaces(const Vector3& centroid, const Matrix3& R_QP) {
+  double area = 0;
+  Vector3 first = Vector3::Zero();
+  Matrix3 second = Matrix3::Zero();
+  for (const RoundVolume::FacePart& part : v_.parts) {
+    const double rise = v_.sign * part.normal.dot(R_QP.col(2));
+    const PlaneMoments about_centroid = part.moments.shifted(-centroid);
+    area += rise * about_centroid.area;
+    first += rise * about_centroid.first;
+    second += rise * about_centroid.second;
+  }
+  out_.A0 = area;
+  out_.A1 = (R_QP.transpose() * first).head<2>();
+  out_.A2 = (R_QP.transpose() * second * R_QP).topLeftCorner<2, 2>();
+}
+
+Vector3 RoundContact::supportNormal() const {
+  const Vector3 up = v_.X_AQ.R.transpose() * out_.normal();
+  Vector3 support = Vector3::Zero();
+  double largest = 0;
+  for (const RoundVolume::FacePart& part : v_.parts) {
+    if (part.normal.cross(up).squaredNorm() < kFlush * kFlush) return Vector3::Zero();
+    double area = 0;  // a capsule has up to three parts on one face
+    for (const RoundVolume::FacePart& other : v_.parts) area += other.index == part.index ? other.moments.area : 0;
+    const double share = std::abs(area * part.normal.dot(up));
+    if (share > largest) largest = share, support = part.normal;
+  }
+  if (v_.rod && !v_.rod->isCapsule()) {
+    // A cylinder's side has no area along its axis.
+    const double end = (v_.X_AQ.R.transpose() * out_.area_vector_A).z() * up.z();
+    const bool flush = up.head<2>().squaredNorm() < kFlush * kFlush;
+    if (std::abs(end) > largest) support = Vector3(0, 0, flush ? 0 : 1);
+  }
+  return support;
+}
+
+Vector3 RoundContact::normalOf(const Vector3& surface_A, double scale, const Vector3& otherwise) {
+  if (given_.squaredNorm() > 0) return given_;
+  const double size = surface_A.norm();
+  if (size > kVanishing * scale) return surface_A / size;
+  out_.flags |= ContactVolume::kNormalFromHistory;
+  return lastOr(otherwise);
+}
+
+void RoundContact::keepAbove(double side, double height) {
+  LoadedVector<Vector3>& kept = w_.cut_outline_;
+  kept.clear();
+  for (int i = 0; i < w_.outline_.size(); ++i) {
+    const Vector3 &from = w_.outline_[i], &to = w_.outline_[i + 1 < w_.outline_.size() ? i + 1 : 0];
+    const double h_from = side * (from.z() - height), h_to = side * (to.z() - height);
+    if (h_from >= 0) kept.push_back(from);
+    if ((h_from >= 0) != (h_to >= 0)) kept.push_back(from + h_from / (h_from - h_to) * (to - from));
+  }
+  std::swap(w_.outline_, kept);
+}
+
+const LoadedVector<Vector3>& RoundContact::outlineBetween(const std::vector<Vector3>& outline_S, const Pose& X_QS, double low,
+                                                          double high) {
+  w_.outline_.clear();
+  for (const Vector3& x : outline_S) w_.outline_.push_back(X_QS * x);
+  keepAbove(1, low);
+  keepAbove(-1, high);
+  return w_.outline_;
+}
+
+void RoundContact::keep() {
+  v_.filled = true;
+  for (const RoundVolume::FacePart& part : v_.parts) {
+    const Vector3 normal = v_.X_AQ.R * part.normal;
+    w_.faces_.push_back({normal, part.offset + normal.dot(v_.X_AQ.p), part.index, v_.sign > 0 ? Owner::kA : Owner::kB});
+  }
+}
+
+}  // namespace haptic

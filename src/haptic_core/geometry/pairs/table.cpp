@@ -1,0 +1,95 @@
+#include "haptic_core/geometry/pairs/table.h"
+
+#include "haptic_core/geometry/pairs/ball_contact.h"
+#include "haptic_core/geometry/pairs/ball_rod_contact.h"
+#include "haptic_core/geometry/pairs/half_space_contact.h"
+#include "haptic_core/geometry/pairs/rod_contact.h"
+#include "haptic_core/geometry/pairs/rod_rod_contact.h"
+#include "haptic_core/geometry/pairs/shape_distance.h"
+
+namespace haptic {
+namespace {
+
+using Shape = const ConvexShape&;
+using Room = ContactWorkspace&;
+
+void polyhedraContact(const ShapePair& pair, const ContactRequest& request, PairCache& cache, ContactWorkspace& workspace,
+                      ContactVolume& out) noexcept {
+  contactVolume(*pair.A().polyhedron(), *pair.B().polyhedron(), pair.X_AB, cache, workspace, out, request);
+}
+
+/// Neither of two half-spaces moves: they never touch.
+void halfSpacesContact(const ShapePair&, const ContactRequest&, PairCache&, ContactWorkspace& workspace, ContactVolume& out) noexcept {
+  workspace.clear();
+  out = ContactVolume{};
+}
+
+constexpr PairEntry kNone{nullptr, nullptr, nullptr};
+constexpr PairEntry kTable[kShapeKinds][kShapeKinds] = {
+    // half-space with half-space, polyhedron, ball, rod
+    {{halfSpacesContact, halfSpaceDistance, [](Shape, Shape, Room) {}},
+     {halfSpacePolyhedronContact, halfSpaceDistance, [](Shape, Shape b, Room w) { w.reserveCut(b, 1); }},
+     {halfSpaceBallContact, halfSpaceDistance, [](Shape a, Shape, Room w) { w.reserveRound(a); }},
+     {halfSpaceRodContact, halfSpaceDistance, [](Shape a, Shape, Room w) { w.reserveRod(a); }}},
+    // polyhedron
+    {kNone,
+     {polyhedraContact, polyhedraDistance, [](Shape a, Shape b, Room w) { w.reserve(*a.polyhedron(), *b.polyhedron()); }},
+     {polyhedronBallContact, polyhedronBallDistance, [](Shape a, Shape, Room w) { w.reserveRound(a); }},
+     {polyhedronRodContact, coresDistance, [](Shape a, Shape, Room w) { w.reserveRod(a); }}},
+    // ball
+    {kNone, kNone,
+     {ballsContact, ballsDistance, [](Shape a, Shape, Room w) { w.reserveRound(a); }},
+     {ballRodContact, coresDistance, [](Shape a, Shape, Room w) { w.reserveRod(a); }}},
+    // rod
+    {kNone, kNone, kNone,
+     {rodRodContact, coresDistance, [](Shape a, Shape, Room w) { w.reserveRod(a), w.round().reserveRods(); }}}};
+
+/// The pair in the table's order, while X_AB lives.
+ShapePair ordered(Shape A, Shape B, const Pose& X_AB) {
+  const bool turned = A.kind() > B.kind();
+  return {turned ? B : A, turned ? A : B, turned, X_AB};
+}
+
+const PairEntry& entryOf(const ShapePair& pair) {
+  return pairEntry(pair.first.kind(), pair.second.kind());
+}
+
+}  // namespace
+
+const PairEntry& pairEntry(ShapeKind first, ShapeKind second) noexcept {
+  return kTable[static_cast<int>(first)][static_cast<int>(second)];
+}
+
+void contactVolume(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, PairCache& cache, ContactWorkspace& workspace,
+                   ContactVolume& out, const ContactRequest& request) noexcept {
+  const ShapePair pair = ordered(A, B, X_AB);
+  entryOf(pair).contact(pair, request, cache, workspace, out);
+}
+
+void closestPoints(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Vector3& direction,
+                   ClosestPoints& result) noexcept {
+  const ShapePair pair = ordered(A, B, X_AB);
+  entryOf(pair).distance(pair, direction, result);
+}
+
+void ContactWorkspace::reserve(const ConvexShape& A, const ConvexShape& B) {
+  const bool turned = A.kind() > B.kind();
+  const ConvexShape &first = turned ? B : A, &second = turned ? A : B;
+  pairEntry(first.kind(), second.kind()).room(first, second, *this);
+}
+
+void ContactWorkspace::reserve(const std::vector<const ConvexShape*>& shapes) {
+  // With the shape of most faces of each kind every shape has met its largest partners.
+  const ConvexShape* finest[kShapeKinds] = {};
+  for (const ConvexShape* shape : shapes) {
+    const ConvexShape*& best = finest[static_cast<int>(shape->kind())];
+    if (!best || shape->faceCount() > best->faceCount()) best = shape;
+  }
+  for (const ConvexShape* shape : shapes) {
+    for (const ConvexShape* partner : finest) {
+      if (partner) reserve(*shape, *partner);
+    }
+  }
+}
+
+}  // namespace haptic

@@ -1,0 +1,84 @@
+#include "haptic_core/geometry/shapes/rod.h"
+
+#include <cmath>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/geometry/shapes/shapes.h"
+
+namespace haptic {
+namespace {
+
+/// Sides of the polyhedron that is drawn: its surface is within 0.5 % of the radius.
+constexpr int kSides = 32;
+
+/// Rings of `kSides` corners; a capsule's ends have a ring every 90°/6 and a corner at the pole.
+ConvexPolyhedron hullOf(double radius, double half, bool capsule, const std::string& name) {
+  if (!capsule) return makeCylinder(radius, 2 * half, kSides, RoundFit::kEqualVolume, name);
+  constexpr int kRings = kSides / 8;
+  std::vector<Vector3> points;
+  for (const double end : {-1.0, 1.0}) {
+    for (int ring = 0; ring < kRings; ++ring) {
+      const double angle = ring * M_PI / 2 / kRings;
+      for (int i = 0; i < kSides; ++i) {
+        const double turn = 2 * M_PI * i / kSides;
+        points.emplace_back(radius * std::cos(angle) * std::cos(turn), radius * std::cos(angle) * std::sin(turn),
+                            end * (half + radius * std::sin(angle)));
+      }
+    }
+    points.emplace_back(0, 0, end * (half + radius));
+  }
+  const double volume = M_PI * radius * radius * (2 * half + 4.0 / 3 * radius);
+  const double grow = std::cbrt(volume / ConvexPolyhedron::hull(points, name).volume());
+  for (Vector3& p : points) p *= grow;
+  return ConvexPolyhedron::hull(points, name);
+}
+
+}  // namespace
+
+Rod::Rod(double radius, double length, Ends ends, const std::string& name)
+    : ConvexShape(ShapeKind::kRod, name), r_(radius), half_(0.5 * length), ends_(ends) {
+  checkLength(radius, "radius", name);
+  checkLength(length, "length", name);
+  const double r2 = radius * radius, tube = M_PI * r2 * length, ball = isCapsule() ? 4 * M_PI / 3 * r2 * radius : 0;
+  const double volume = tube + ball;
+  if (!(tube > 0) || !std::isfinite(volume)) {
+    throw SetupError(name, "the volume of radius " + std::to_string(radius) + " m is no number", "give coordinates in metres");
+  }
+  // A half ball's centre of mass is 3/8 R beyond the axis' end, about which it has 2/5 R² a diameter.
+  const double about_axis = 0.5 * tube * r2 + 0.4 * ball * r2;
+  const double across = tube * (r2 / 4 + length * length / 12) +
+                        ball * (0.4 * r2 + half_ * half_ + 0.75 * radius * half_);
+  properties_ = {volume, volume, Vector3::Zero(), Vector3(across, across, about_axis).asDiagonal()};
+  const double top = half_ + rounding();
+  radius_ = isCapsule() ? top : std::hypot(radius, half_);
+  aabb_ = {Vector3(-radius, -radius, -top), Vector3(radius, radius, top)};
+  hull_ = std::make_shared<const ConvexPolyhedron>(hullOf(radius, half_, isCapsule(), name));
+}
+
+void Rod::eachNumber(NumberVisitor& visitor) const {
+  visitor.visit(r_), visitor.visit(half_), visitor.visit(rounding());
+}
+
+double Rod::surface() const {
+  return 2 * M_PI * r_ * (2 * half_ + (isCapsule() ? 2 * r_ : r_));
+}
+
+ConvexShape::Box Rod::aabb(const Pose& X_WS) const {
+  const Vector3 axis = X_WS.R.col(2);
+  Vector3 reach;
+  for (int i = 0; i < 3; ++i) {
+    reach[i] = half_ * std::abs(axis[i]) + r_ * (isCapsule() ? 1 : std::sqrt(std::max(0.0, 1 - axis[i] * axis[i])));
+  }
+  return {X_WS.p - reach, X_WS.p + reach};
+}
+
+Vector3 Rod::core(const Vector3& direction) const {
+  Vector3 point(0, 0, direction.z() >= 0 ? half_ : -half_);
+  if (!isCapsule()) {
+    const double across = direction.head<2>().norm();
+    if (across > 0) point.head<2>() = r_ / across * direction.head<2>();
+  }
+  return point;
+}
+
+}  // namespace haptic

@@ -1,0 +1,286 @@
+#include "haptic_core/geometry/volume/rod_integral.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/base/elementary.h"
+#include "haptic_core/geometry/volume/gauss_legendre.h"
+#include "haptic_core/geometry/volume/rod_section.h"
+
+namespace haptic {
+namespace {
+
+/// Axes at a smaller angle [sine] cross so far out that their parallelograms are not worth a rule of their
+/// own.
+constexpr double kCrossing = 1e-3;
+/// Shares of the heights in which the rods meet beyond which a piece has 16 and 8 sections; below it has 4. With so many fewer a
+/// capsule's piece errs by 1e-5 and 1e-2 of itself.
+constexpr double kLong = 2e-3, kTiny = 1e-7;
+/// A piece of round ends that is longer than this share of the lesser radius has 24 sections: singularities beyond V are near it.
+constexpr double kDeep = 0.3;
+/// Heights so many times narrower than the way to the next root have sections that are nearly polynomials of
+/// sin θ and cos θ.
+constexpr double kShallow = 20;
+/// A piece shorter than this share of its neighbour is too near an end of it for one rule.
+constexpr double kShort = 0.05;
+/// A break nearer than this share of a piece is its end: the difference is the power 3/2.
+constexpr double kMerged = 1e-6;
+/// Lengths of the gap over which the map of both roots goes.
+constexpr double kSpread = 400;
+/// Wider pieces of cylinders [rad] take 16 sections: moments are trigonometric polynomials of degree 10 or less, or nearly. Others take 8,
+/// since moments may be of degree 8 within the piece, however narrow it is.
+constexpr double kWide = 0.45;
+/// Sum of half axes of the ellipse without a singularity, beyond which less than 16 sections will do.
+constexpr double kFar = 5.6;
+
+/// Gauss's rule of 24 nodes: exact up to degree 47.
+constexpr GaussPoint kGauss24[] = {
+    {0.9951872199970213, 0.0123412297999872},  {0.9747285559713095, 0.028531388628933663}, {0.9382745520027328, 0.04427743881741981},
+    {0.8864155270044011, 0.05929858491543678}, {0.820001985973903, 0.0733464814110803},    {0.7401241915785544, 0.08619016153195327},
+    {0.6480936519369755, 0.09761865210411388}, {0.5454214713888396, 0.10744427011596563},  {0.4337935076260451, 0.1155056680537256},
+    {0.3150426796961634, 0.12167047292780339}, {0.1911188674736163, 0.1258374563468283},   {0.06405689286260563, 0.12793819534675216}};
+
+/// A node of a rule over the heights: x = w sin² θ, θ from 0 to π/2.
+struct Node {
+  RodHeight x;
+  double weight;  ///< dx/dθ [m]
+
+  Node(double width, double theta) {
+    const elementary::SineCosine a = elementary::sinCos(theta);
+    x = {width * a.sine * a.sine, width * a.cosine * a.cosine};
+    weight = 2 * width * a.sine * a.cosine;
+  }
+  static double at(double width, double over) {
+    return elementary::atan2(std::sqrt(over), std::sqrt(std::max(0.0, width - over)));
+  }
+};
+
+/// Gauss's nodes in θ, the same for all pairs: where they lie, as shares of the heights, and dx/dθ times their weights.
+template <int kHalf>
+struct AllHeights {
+  double over[2 * kHalf], under[2 * kHalf], weight[2 * kHalf];
+
+  explicit AllHeights(const GaussPoint (&rule)[kHalf], double from, double to) {
+    int i = 0;
+    integrate(rule, from, to, [&](double theta, double w) {
+      const Node node(1, theta);
+      over[i] = node.x.over, under[i] = node.x.under, weight[i++] = w * node.weight;
+    });
+  }
+};
+const AllHeights<4> kShallowRule(kGauss8, 0, M_PI / 2);
+const AllHeights<8> kDeepRule(kGauss16, 0, M_PI / 2), kLowerRule(kGauss16, 0, M_PI / 4), kUpperRule(kGauss16, M_PI / 4, M_PI / 2);
+
+/// ∫ from a to b by so many nodes.
+template <class Visit>
+void integrateBy(int nodes, double a, double b, Visit&& visit) {
+  if (nodes == 24) return integrate(kGauss24, a, b, visit);
+  if (nodes == 16) return integrate(kGauss16, a, b, visit);
+  nodes == 8 ? integrate(kGauss8, a, b, visit) : integrate(kGauss4, a, b, visit);
+}
+
+/// Sums over heights of a section's moments, z over the middle of the range.
+struct Sums {
+  PlaneSums plain;                  ///< ∫ 1, x, y, xx, xy, yy
+  double z[3] = {0, 0, 0}, zz = 0;  ///< ∫ z (1, x, y), ∫ z²
+
+  void add(double weight, double height, const PlaneSums& m) {
+    const double wz = weight * height;
+    plain.add(weight, m);
+    for (int i = 0; i < 3; ++i) z[i] += wz * m.v[i];
+    zz += wz * height * m.v[0];
+  }
+  void turnTo(const Matrix3& R, double& zeroth, Vector3& first, Matrix3& second) const {
+    const double* m = plain.v;
+    Matrix3 square;
+    square << m[3], m[4], z[1], m[4], m[5], z[2], z[1], z[2], zz;
+    zeroth = m[0];
+    first = R * Vector3(m[1], m[2], z[0]);
+    second = R * square * R.transpose();
+  }
+};
+
+class Integrator {
+ public:
+  Integrator(const RodPair& pair, RodIntegral& out)
+      : pair_(pair),
+        out_(out),
+        middle_(pair.low + 0.5 * pair.width),
+        beyond_(std::min(pair.above[0] + pair.above[1], pair.below[0] + pair.below[1])),
+        root_above_(pair.above[0] + pair.above[1] < pair.below[0] + pair.below[1]) {}
+
+  void integrate() {
+    if (!crossing()) pieces();
+    finish();
+  }
+
+ private:
+  bool crossing();
+  void pieces();
+  int nodesFor(double from, double to) const;
+  void addRounded(int piece, const double* angle, double share);
+  void addNode(double theta, double weight);
+  void addSection(const RodSection& section, const RodHeight& x, double weight) {
+    const double z = pair_.z(x);
+    solid_.add(weight, z - middle_, section.area());
+    surface_[0].add(weight, z - middle_, section.alongX());
+    surface_[1].add(weight, z - middle_, section.alongY());
+    surface_[2].add(weight * z / section.halfWidth(), z - middle_, section.curved());
+  }
+  void finish() {
+    out_.origin = pair_.R_QE * Vector3(o_.x(), o_.y(), middle_);
+    solid_.turnTo(pair_.R_QE, out_.solid.volume, out_.solid.first, out_.solid.second);
+    PlaneMoments along[3];
+    for (int i = 0; i < 3; ++i)
+      surface_[i].turnTo(pair_.R_QE, along[i].area, along[i].first, along[i].second);
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        const double share = pair_.R_QE(i, j);
+        out_.surface[i].area += share * along[j].area;
+        out_.surface[i].first += share * along[j].first;
+        out_.surface[i].second += share * along[j].second;
+      }
+    }
+  }
+
+  const RodPair& pair_;
+  RodIntegral& out_;
+  double middle_;        ///< z about which heights are summed [m]: within V, since V may be much smaller than the range
+  const double beyond_;  ///< distance of the next root of a half width from the range [m]
+  const bool root_above_;  ///< over it, not below
+  Vector2 o_ = Vector2::Zero();
+  Sums solid_, surface_[3];
+};
+
+/// With a, b the half widths: y = η, x = x0 + η cot − ξ / sin, |η| ≤ a, |ξ| ≤ b. False: an end may lie in V,
+/// or the angle is small.
+bool Integrator::crossing() {
+  const RodPair& p = pair_;
+  if (p.sine < kCrossing) return false;
+  double most[2];
+  const double axis[2] = {0, p.distance};
+  for (int i = 0; i < 2; ++i) {
+    const double z = std::clamp(axis[i], p.low, p.low + p.width) - axis[i];
+    most[i] = std::sqrt(std::max(0.0, (p.radius[i] - z) * (p.radius[i] + z)));
+  }
+  const double along_B = -p.centre.y() * p.inverse_sine, along_A = p.centre.x() + along_B * p.cosine;
+  if (std::abs(along_A) + (most[0] * p.cosine + most[1]) * p.inverse_sine > p.half[0]) return false;
+  if (std::abs(along_B) + (most[1] * p.cosine + most[0]) * p.inverse_sine > p.half[1]) return false;
+  // ∫ (1, z, z², a², b²) of the area a b and of A's side b z / a.
+  double f[5] = {0, 0, 0, 0, 0}, g[5] = {0, 0, 0, 0, 0};
+  const auto addNodes = [&](const auto& rule) {
+    for (std::size_t i = 0; i < std::size(rule.over); ++i) {
+      const RodHeight x{p.width * rule.over[i], p.width * rule.under[i]};
+      const double a2 = p.square(0, x), b2 = p.square(1, x), ab = std::sqrt(a2 * b2), z = p.z(x), u = z - middle_;
+      const double area = p.width * rule.weight[i] * ab, flank = area / a2 * z;
+      f[0] += area, f[1] += area * u, f[2] += area * u * u, f[3] += area * a2, f[4] += area * b2;
+      g[0] += flank, g[1] += flank * u, g[2] += flank * u * u, g[3] += flank * a2, g[4] += flank * b2;
+    }
+  };
+  // The other rod's top or bottom within the range's width of an end: its root, too, is near.
+  if (beyond_ < p.width) {
+    addNodes(kLowerRule), addNodes(kUpperRule);
+  } else if (beyond_ < kShallow * p.width) {
+    addNodes(kDeepRule);
+  } else {
+    addNodes(kShallowRule);
+  }
+  o_ = Vector2(along_A, 0);
+  out_.breaks.over[0] = 0, out_.breaks.over[1] = p.width, out_.breaks.count = 2;
+  const double c = 4 * p.inverse_sine, cot = p.cosine * p.inverse_sine,
+               square = p.inverse_sine * p.inverse_sine;
+  solid_.plain = {
+      {c * f[0], 0, 0, c * (cot * cot * f[3] + square * f[4]) / 3, c * cot * f[3] / 3, c * f[3] / 3}};
+  solid_.z[0] = c * f[1], solid_.zz = c * f[2];
+  surface_[2].plain = {
+      {c * g[0], 0, 0, c * (cot * cot * g[3] + square * g[4] / 3), c * cot * g[3], c * g[3]}};
+  surface_[2].z[0] = c * g[1], surface_[2].zz = c * g[2];
+  // Across, A's two sides differ by what is odd in y.
+  surface_[1].plain.v[1] = c * cot * f[0], surface_[1].plain.v[2] = c * f[0];
+  surface_[1].z[1] = c * cot * f[1], surface_[1].z[2] = c * f[1];
+  return true;
+}
+
+/// About a point of the longest piece in which the rods meet.
+void Integrator::pieces() {
+  RodBreaks& breaks = out_.breaks;
+  breaks.find(pair_);
+  bool meets[RodBreaks::kMost + 1];
+  double angle[RodBreaks::kMost + 2], longest = 0, range = 0;
+  for (int i = 0; i < breaks.count; ++i) angle[i] = Node::at(pair_.width, breaks.over[i]);
+  for (int i = 0; i + 1 < breaks.count; ++i) {
+    const double from = breaks.over[i], length = breaks.over[i + 1] - from;
+    RodSection probe(pair_, Vector2::Zero());
+    meets[i] = probe.find(pair_.heightAt(from + 0.5 * length));
+    if (!meets[i]) continue;
+    range += length;
+    if (length <= longest) continue;
+    longest = length;
+    middle_ = pair_.low + from + 0.5 * length;
+    o_.setZero();
+    for (int k = 0; k < probe.pointCount(); ++k) o_ += probe.points()[k] / probe.pointCount();
+  }
+  const bool rounded = pair_.round[0] || pair_.round[1];
+  for (int i = 0; i + 1 < breaks.count; ++i) {
+    if (!meets[i]) continue;
+    const double from = angle[i], to = angle[i + 1], share = (breaks.over[i + 1] - breaks.over[i]) / range;
+    if (rounded) {
+      addRounded(i, angle, share);
+    } else {
+      const auto add = [&](double theta, double weight) { addNode(theta, weight); };
+      integrateBy(share > kTiny ? nodesFor(from, to) : 4, from, to, add);
+    }
+  }
+}
+
+/// A root of the half widths lies at the angle i σ from that of the lower or upper end, sinh² σ = its distance over the heights. Gauss's
+/// rule of n nodes errs by ρ⁻²ⁿ if no singularity lies within the ellipse of sum ρ of half axes about the interval.
+int Integrator::nodesFor(double from, double to) const {
+  const double length = to - from, sigma = elementary::asinh(std::sqrt(beyond_ / pair_.width)), way = root_above_ ? M_PI / 2 - to : from;
+  const double d = std::sqrt(way * way + sigma * sigma) / length, rho = 1 + 2 * d + 2 * std::sqrt(d * (1 + d));
+  return length > kWide || rho < kFar ? 16 : 8;
+}
+
+/// θ = from + length sin² φ: where a lens begins, its moments have the power 3/2 of the height. A break just beyond an end is as near a
+/// singularity, and so is its own image at −θ, since half widths are odd in θ: there θ = from + gap sinh² u first, in which the roots
+/// of both vanish.
+void Integrator::addRounded(int i, const double* angle, double share) {
+  const double from = angle[i], length = angle[i + 1] - from;
+  const double height = out_.breaks.over[i + 1] - out_.breaks.over[i];
+  const int nodes = height > kDeep * std::min(pair_.radius[0], pair_.radius[1]) ? 24 : share > kLong ? 16 : share > kTiny ? 8 : 4;
+  double inside[2] = {0, 0};  // φ at which the middle begins, from either end
+  for (const int side : {0, 1}) {
+    const double end = angle[i + side], way = side ? -1 : 1;
+    double gap = 0;
+    for (int k = i + side; k >= 0 && k < out_.breaks.count && std::abs(angle[k] - end) < kShort * length; k += side ? 1 : -1)
+      gap = std::abs(angle[k] - end);
+    const double mirrored = 2 * (side ? M_PI / 2 - end : end);
+    if (mirrored < kShort * length) gap = std::max(gap, mirrored);
+    if (!(gap > kMerged * length)) continue;
+    const double part = std::min(kSpread * gap, 0.25 * length);
+    inside[side] = elementary::asin(std::sqrt(part / length));
+    integrateBy(nodes, 0, elementary::asinh(std::sqrt(part / gap)), [&](double u, double weight) {
+      const double grown = elementary::exp(u), sine = 0.5 * (grown - 1 / grown), cosine = 0.5 * (grown + 1 / grown);
+      addNode(end + way * gap * sine * sine, 2 * weight * gap * sine * cosine);
+    });
+  }
+  integrateBy(nodes, inside[0], M_PI / 2 - inside[1], [&](double phi, double weight) {
+    const elementary::SineCosine a = elementary::sinCos(phi);
+    addNode(from + length * a.sine * a.sine, 2 * weight * length * a.sine * a.cosine);
+  });
+}
+
+/// A section at the angle θ.
+void Integrator::addNode(double theta, double weight) {
+  const Node node(pair_.width, theta);
+  RodSection section(pair_, o_);
+  if (section.find(node.x)) addSection(section, node.x, weight * node.weight);
+}
+
+}  // namespace
+
+RodIntegral::RodIntegral(const RodPair& pair) noexcept {
+  Integrator(pair, *this).integrate();
+}
+
+}  // namespace haptic

@@ -1,0 +1,29 @@
+/// Volume, moments and surface of what two rods have in common: sections along both axes, integrated over
+/// their height.
+///
+/// Two rods that cross with no end in the contact have parallelograms in common, whose moments are products
+/// of the two half widths: one rule over all heights. Else Gauss's rule on each piece between breaks
+/// (rod_breaks.h). Heights go as w sin² θ, so that the half widths, √ of products of linear functions of the
+/// height, have no roots at the ends of the range, for no piece. Where round ends take part a lens may begin
+/// with the power 3/2 of the height: θ is spread at both ends of a piece.
+///
+/// Error, relative, times depth over radius: cylinders 2e-11, of round ends 1e-9 in all but some of a thousand poses, and the
+/// pose's rounding, ε. Where the axes nearly meet (depth beyond the thinner rod's radius) fewer digits.
+#pragma once
+#include "haptic_core/geometry/volume/rod_breaks.h"
+#include "haptic_core/geometry/volume/solid_moments.h"
+
+namespace haptic {
+
+/// In A's frame, moments about `origin`.
+struct RodIntegral {
+  Vector3 origin = Vector3::Zero();  ///< a point of V [m]
+  SolidMoments solid;       ///< of V
+  PlaneMoments surface[3];  ///< of A's surface in B, weighed with its normal's components
+  RodBreaks breaks;         ///< pieces that were integrated, and empty ones
+
+  /// (in realtime)
+  explicit RodIntegral(const RodPair& pair) noexcept;
+};
+
+}  // namespace haptic
