@@ -103,7 +103,7 @@ double polished(double t, const Quadratic& a, const Quadratic& b, double m, doub
 
 class BreakFinder {
  public:
-  BreakFinder(const RodPair& pair, RodBreaks& out) : pair_(pair), out_(out) {
+  BreakFinder(const RodPair& pair, RodBreaks& out) : pair_(pair), out_(out), end_(pair.width) {
     other_[0] = pair.centre;
     other_[1] = -turned(1, pair.centre);
   }
@@ -120,10 +120,10 @@ class BreakFinder {
     const double shortest = kShortest * span_;
     int kept = 1;
     for (int i = 1; i < out_.count; ++i) {
-      if (out_.over[i] - out_.over[kept - 1] > shortest && from_ + span_ - out_.over[i] > shortest)
+      if (out_.over[i] - out_.over[kept - 1] > shortest && end_ - out_.over[i] > shortest)
         out_.over[kept++] = out_.over[i];
     }
-    out_.over[kept++] = from_ + span_;
+    out_.over[kept++] = end_;
     out_.count = kept;
   }
 
@@ -150,7 +150,10 @@ class BreakFinder {
       const double rate = width_[0].slope(t) * b + width_[1].slope(t) * a;
       (rate > 0 ? low : high) = rate > 0 ? std::max(low, t) : std::min(high, t);
     }
-    if (low < high) scale(low * span_, (high - low) * span_);
+    if (!(low < high)) return;
+    scale(low * span_, (high - low) * span_);
+    // Else the end stays the highest plane exactly: half widths go like the root of the way to it.
+    if (high < 1) end_ = from_ + span_;
   }
 
   /// Where |D ± h_rod| is the other's half width: (D² + h² − g²)² = 4 D² h², the difference of the squares
@@ -282,6 +285,7 @@ class BreakFinder {
   RodBreaks& out_;
   Vector2 other_[2];  ///< the other rod's centre in a rod's frame
   double from_ = 0, span_ = 0;
+  double end_;  ///< of V, over the lowest plane
   Quadratic width_[2];  ///< squared half widths at from + t span
 };
 
