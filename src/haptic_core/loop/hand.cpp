@@ -7,6 +7,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/fields.h"
 #include "haptic_core/spidar/spidar.h"
+#include "haptic_core/spidar/wall_bound.h"
 
 namespace haptic {
 namespace {
@@ -149,7 +150,9 @@ void Hand::bear(World& world) const noexcept {
     const Spidar::Tuning limits = device_.tuning();
     bound.stiffness = device_.stableStiffness() / (worldToGrip() * report_.fade);
     if (limits.max_force > 0) bound.force = limits.max_force / share;  // else the hand feels nothing, wherever the link is
-    if (limits.max_torque > 0) bound.torque = limits.max_torque / share;
+    if (limits.max_torque > 0) bound.torque = limits.max_torque * settings_.workspace.scale / share;
+    const double turn = settings_.workspace.scale * settings_.workspace.scale * kRelaxedHandTurnDamping / kRelaxedHandDamping;
+    bound.turn_of_way = device_.def().dof > 3 ? turn : INFINITY;  // a point grip turns nothing, and feels no torque
   }
   world.setPointerBound(pointer_, bound);
 }

@@ -14,6 +14,8 @@ namespace haptic {
 
 /// What a relaxed hand adds to the device's own damping [N·s/m]; the twin's hand has it.
 inline constexpr double kRelaxedHandDamping = 8;
+/// And of a turn [N·m·s/rad]; likewise.
+inline constexpr double kRelaxedHandTurnDamping = 0.01;
 
 /// Largest K [N/m] for B, b [N·s/m], T and τ [s]; 0: none, the device has no damping to spare.
 inline double largestWallStiffness(double device_damping, double wall_damping, double period, double delay) {

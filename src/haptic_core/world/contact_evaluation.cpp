@@ -27,7 +27,8 @@ bool locateContact(const Model& model, Seams& seams, int index, ActivePair& pair
   if (pair.buried) out.law = model.recoveryLaw(out.law, a, b, out.volume);
   for (const int link : {A.link, B.link}) {
     if (!places.bound || places.held_by[link] < 0) continue;
-    boundLaw(places.bound[places.held_by[link]], model.settings.step, pair.friction, places.X_WS[a].R, out.volume, out.law);
+    const Vector3 arm_W = out.X_WP.p - places.link[link].X_WL.p;
+    boundLaw(places.bound[places.held_by[link]], model.settings.step, pair.friction, places.X_WS[a].R, arm_W, out.volume, out.law);
   }
   return true;
 }

@@ -29,26 +29,15 @@ double largest(const Matrix3& met) noexcept {
   return std::max(0.0, solver.computeDirect(met, Eigen::EigenvaluesOnly).eigenvalues()[2]);
 }
 
-/// K_max stands for a damping K_max (T/2 + τ) ≥ 1.5 h K_max of hand and device. A damper beyond twice that, of a contact or of
-/// a coupling, rings by itself through the loop's delay. Of 1080 stiff scenes (balls, boxes, needles; walls and cubes; 0.5 to
-/// 4 kHz; 1 and 6 N) 735 rang; with stiffness alone bounded 448, with the dampers as well 17, cubes that bounce
-/// undamped between floor and pointer. With 6 in place of 3 over 100 rang.
-constexpr double kMostDamping = 3;  ///< over K_max h [1]
-
-/// What a relaxed hand damps of a turn over what it damps of a way (the twin's 0.01 N·m·s/rad and 8 N·s/m): what it bears has the
-/// same ratio. Ten times as much, and a kilogram on a wall rocks from corner to corner for ever [m²].
-constexpr double kTurnOfWay = 1.25e-3;
-
 void weaken(double& stiffness, double& damping, double bound, double h) noexcept {
-  const double share = std::max(kLeastShare, bound / stiffness);
-  if (!(share < 1)) return;
+  const double share = std::min(1.0, std::max(kLeastShare, bound / stiffness));
   stiffness *= share;
   damping = std::min(share * damping, kMostDamping * bound * h);
 }
 
-PointerCoupling weakened(PointerCoupling coupling, double bound, double h) noexcept {
-  weaken(coupling.stiffness, coupling.damping, bound, h);
-  weaken(coupling.rotational_stiffness, coupling.rotational_damping, kTurnOfWay * bound, h);
+PointerCoupling weakened(PointerCoupling coupling, const PointerBound& bound, double h) noexcept {
+  weaken(coupling.stiffness, coupling.damping, bound.stiffness, h);
+  weaken(coupling.rotational_stiffness, coupling.rotational_damping, bound.turn_of_way * bound.stiffness, h);
   return coupling;
 }
 
@@ -58,21 +47,23 @@ void boundHands(const Model& model, const State& state, const Placement& placeme
   for (const int i : hands.acting) {
     HandBound& bound = hands.bound[i];
     if (!model.holds(i)) {
-      hands.coupling[i] = weakened(hands.own_coupling[i], bound.stiffness, model.settings.step);
+      hands.coupling[i] = weakened(hands.own_coupling[i], bound, model.settings.step);
     } else if (!std::isinf(bound.stiffness)) {
       bound.met_W = metStiffness(model, state, placement, state.pointers[i].link);
     }
   }
 }
 
-void boundLaw(const HandBound& bound, double period, const FrictionMemory& before, const Matrix3& R_WA,
+void boundLaw(const HandBound& bound, double period, const FrictionMemory& before, const Matrix3& R_WA, const Vector3& arm_W,
               const ContactVolume& contact, PairLaw& law) noexcept {
   if (std::isinf(bound.stiffness)) return;
   ContactMaterial& m = law.material;
   const Vector3 n_W = R_WA * contact.normal();
   const double along = before.touching != 0 ? n_W.dot(R_WA * before.normal_A) : 0;
   const double others = n_W.dot(bound.met_W * n_W) - m.stiffness * before.area * along * along;
-  const double own = m.stiffness * contact.A0, met = own + std::max(0.0, others);
+  // A push beside the origin turns the hand as well, and is as much stiffer to it.
+  const double own = m.stiffness * contact.A0 * (1 + arm_W.cross(n_W).squaredNorm() / bound.turn_of_way);
+  const double met = own + std::max(0.0, others);
   if (met > bound.stiffness) {
     const double share = std::max(kLeastShare, bound.stiffness / met);
     m.stiffness *= share;
@@ -80,10 +71,15 @@ void boundLaw(const HandBound& bound, double period, const FrictionMemory& befor
     m.tangential_stiffness *= share;
     m.tangential_damping *= share;  // NaN, derived, follows the spring
   }
-  const double area = layerArea(contact), layer = m.stiffness * area;
+  const double area = layerArea(contact), layer = m.stiffness * area, lever = 1 + arm_W.squaredNorm() / bound.turn_of_way;
+  if (m.tangential_stiffness * area * lever > bound.stiffness) {
+    const double share = std::max(kLeastShare, bound.stiffness / (m.tangential_stiffness * area * lever));
+    m.tangential_stiffness *= share;
+    m.tangential_damping *= share;
+  }
   const double share = area > contact.A0 ? layer / (layer + std::max(0.0, others)) : own / met;
   const double most = kMostDamping * bound.stiffness * period * share;  // [N·s/m]
-  if (tangentialDamping(law, area) * area > most) m.tangential_damping = most / area;
+  if (tangentialDamping(law, area) * area * lever > most) m.tangential_damping = most / (area * lever);
   if (m.damping * area > most) m.damping = most / area;
   if (m.dissipation * m.stiffness * contact.volume > most) m.dissipation = most / (m.stiffness * contact.volume);
 }

@@ -7,12 +7,15 @@
 /// the last step left them, is weakened by s = K_max/K_i: k, k_t, b and b_t alike. A lone contact pushes with K_max V/A0, K_max
 /// times its mean thickness. The share s follows from where the bodies are now, not from time: what a spring takes on the
 /// way in it gives back on the way out, and no other. With two contacts at an angle λ_max of what is left is up to 1.21 K_max.
-/// Its dampers, normal and tangential, are held to 3 h K_max between them and its neighbours (`kMostDamping`): the loop's bound is
+/// A push beside the link's origin, at the arm r from it, turns the hand as well: what it opposes to both is k A0 (1 + |r × n|²/ρ²),
+/// ρ² the hand's damping of a turn over that of a way, and of friction's spring k_t A (1 + r²/ρ²).
+/// Its dampers, normal and tangential, are held to h K_max between them and its neighbours (`kMostDamping`): the loop's bound is
 /// on K and b together, and at 6 N a dissipation of 10 s/m is a damper of 60 N·s/m, seven times a hand's own.
 /// Other pairs keep their laws, and both bodies of a weakened pair feel the same force.
 /// Virtual coupling. Fast motion meets the coupling itself, whatever its link touches, because the link's mass stands still:
-/// a spring beyond K_max is weakened to it, its damper with it. That does not follow the contacts either: a coupling that
-/// were weak in touch alone would be given more than it gives back at each touch.
+/// a spring beyond K_max is weakened to it, its damper with it and to h K_max in any case; its turns are held to ρ² times that.
+/// It does not follow the contacts either: a coupling that were weak in touch alone would be given more than it gives back at each
+/// touch.
 ///
 /// Beyond the hand's greatest force F a virtual coupling gives F, and beyond its greatest torque that: both of its parts are
 /// weakened by F / |F_c|, the same for turns. A held link stays behind its hand instead (held_proxy.h).
@@ -20,7 +23,6 @@
 /// Where a tool is wholly inside or through a body, A0 is 0. A damper acts on the layer's area then (friction.h, layerArea),
 /// and has the share of a contact of that area.
 ///
-/// A coupling's turns are bounded by K_max times 1.25e-3 m², as a relaxed hand damps them; those of contacts are not.
 /// A pair within the bound is not touched: same bits.
 #pragma once
 #include <limits>
@@ -38,11 +40,18 @@ struct PairLaw;
 struct Placement;
 struct State;
 
+/// Largest damper over K_max h [1]. A hand that takes as much as a damper K_max τ bears spring and damper, felt τ late, where
+///     K sin(ωτ)/(ωτ) + b (ωσ sin(ωτ) - cos(ωτ)) / (τ (1 + (ωσ)²)) ≤ K_max,
+/// σ the time constant of the filter of the velocity. For K = K_max that holds at every ω if b ≤ 0.67 K τ, whatever σ; and τ, half a
+/// period of the hold and one of the exchange, is at least 1.5 h. With 3 a ball held against a wall hummed at 80 Hz by newtons.
+inline constexpr double kMostDamping = 1;
+
 /// Most that a pointer may oppose to its hand, in the world's measures. Not part of the state: who moves the pointer tells it.
 struct PointerBound {
   double stiffness = std::numeric_limits<double>::infinity();  ///< K_max [N/m]
   double force = std::numeric_limits<double>::infinity();      ///< [N]: beyond it the link stays behind its hand
   double torque = std::numeric_limits<double>::infinity();     ///< [N·m], about the link frame's origin: likewise
+  double turn_of_way = 1.25e-3;  ///< ρ² [m²]: damping of a turn over that of a way, of hand and device; infinite: it does not turn
 };
 
 /// The bound of a pointer's hand, and the stiffness that it met.
@@ -53,8 +62,9 @@ struct HandBound : PointerBound {
 /// (in realtime) Before each substep and each piece of one: M of the pointers that have a bound; virtual couplings as they hold.
 void boundHands(const Model& model, const State& state, const Placement& placement, HandWork& hands) noexcept;
 
-/// (in realtime) The law of a pointer's contact, its memory that of the last step, shape A turned by R_WA; `period` [s].
-void boundLaw(const HandBound& bound, double period, const FrictionMemory& before, const Matrix3& R_WA,
+/// (in realtime) The law of a pointer's contact, its memory that of the last step, shape A turned by R_WA, P at `arm_W` [m] from the
+/// link's origin; `period` [s].
+void boundLaw(const HandBound& bound, double period, const FrictionMemory& before, const Matrix3& R_WA, const Vector3& arm_W,
               const ContactVolume& contact, PairLaw& law) noexcept;
 
 /// (in realtime) K of pointer i, unweakened: of its contacts, or of its virtual coupling [N/m].

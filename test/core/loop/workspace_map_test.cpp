@@ -35,7 +35,7 @@ TEST(WorkspaceMap, TwistIsTheDerivativeOfThePose) {
 
 TEST(WorkspaceMap, PowerDiffersByTheScaleOnly) {
   WorkspaceMap map(kSettings);
-  const Twist V{Vector3::Zero(), Vector3(0.1, 0.2, -0.3)};
+  const Twist V{Vector3(0.3, -0.1, 0.5), Vector3(0.1, 0.2, -0.3)};
   map.update(turned(0.4, {1, 0, 1}, {0.02, 0.01, -0.01}), V, false);
   const Wrench F_W{Vector3(0.1, 0.2, 0.3), Vector3(1, -2, 3)};
   EXPECT_NEAR(power(F_W, map.V_WP()), kSettings.scale * power(map.toGrip(F_W), V), 1e-14);

@@ -102,8 +102,8 @@ TEST_P(HeldProxy, ASpringPressesNoHarderThanTheGroundCarries) {
   hand.goTo(Vector3(0, 0, 0.03));
   for (int i = 0; i < 10; ++i) hand.rest();
   EXPECT_NEAR(hand.force().z(), -weight, 1e-3 * carried);
-  // The hands here start and stop at once, and the damper is 3 K h (hand_bound.cpp): 3 K h v, of which K h v is the way's.
-  EXPECT_LE(hand.jump, 2.01 * kBound * 5e-5);
+  // The hands here start and stop at once, and the damper with them: K h v of it.
+  EXPECT_LE(hand.jump, kMostDamping * kBound * 5e-5);
 }
 
 // A world that came to rest bit for bit goes on to press: a hand that stands still feels the same force in every tick.
