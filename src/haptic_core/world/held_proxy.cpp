@@ -17,6 +17,9 @@ constexpr double kApproach = 0.3;
 /// Rate at which the force may rise while a link that stayed behind catches up with a hand at rest [N/s]: 0.1 N in a tick of 1 kHz,
 /// a third of the least that is felt as a stroke. A tool that comes free 30 mm behind its hand follows within two seconds.
 constexpr double kRise = 100;
+/// Share of what a link is too deep by that it comes out in a step [1]: within 50 steps. Its bound moves when another piece begins to
+/// touch and the depth is the whole body's: at once, and the link was thrown out, sank again and hummed.
+constexpr double kOut = 0.02;
 constexpr double kRhoPerReach = 10;  ///< ρ over the link's reach [1]: less, and a tool turns under the hand before it stays behind
 /// Stiffness bound over k times the largest section from which a contact counts as unweakened; above 1, η falls by then [1].
 constexpr double kUnweakened = 1.1;
@@ -121,13 +124,18 @@ void Aim::addRow(const Vector6& J, double room) noexcept {
 
 /// Share of a room that is used up in a step: at a bound a link slows down over some steps.
 double inOneStep(double room) noexcept { return room > 0 ? kApproach * room : room; }
+/// Of a depth's room; a link that is deeper comes out by kOut of it.
+double deeperInOneStep(double room) noexcept { return (room > 0 ? kApproach : kOut) * room; }
 
 /// How deep the contact is, and may become.
 Depth Aim::depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape, double K_max) const noexcept {
   const Vector3 n_W = c.X_WP.R.col(2);
   const double k = model_.law(pair.shapeA(), pair.shapeB(), false, false).material.stiffness;
+  const ModelShape &A = model_.shapes[pair.shapeA()], &B = model_.shapes[pair.shapeB()];
+  const Pose &X_WA = proxy_.X_WS[pair.shapeA()], &X_WB = proxy_.X_WS[pair.shapeB()];
+  const bool bounded = A.shape->bounded() && B.shape->bounded();
   Depth depth;
-  depth.now = c.volume.depth;
+  depth.now = bounded ? supportHeight(*A.shape, X_WA, n_W) + supportHeight(*B.shape, X_WB, -n_W) : c.volume.depth;
   depth.share = kMostSunkWeakened;
   for (const int s : {pair.shapeA(), pair.shapeB()}) {
     const ConvexShape& solid = *model_.shapes[s].shape;
@@ -178,7 +186,7 @@ void Aim::addContact(int index, int pointer) noexcept {
   contact.receding = -std::max(0.0, speed) * left_;
   const Depth depth = depthOf(c, pair, is_a ? pair.shapeA() : pair.shapeB(), work_.hands.bound[pointer].stiffness);
   contact.most = contact.force + depth.room() * std::max(contact.stiffness, depth.secant(m.stiffness, contact.force));
-  if (model_.holds(pointer)) addRow(contact.J, inOneStep((held(other) ? 0.5 : 1.0) * (depth.room() - contact.receding)));
+  if (model_.holds(pointer)) addRow(contact.J, deeperInOneStep((held(other) ? 0.5 : 1.0) * (depth.room() - contact.receding)));
 }
 
 void Aim::addForceRows(const PointerBound& bound) noexcept {
@@ -247,7 +255,7 @@ void Aim::addPullRows(int pointer) noexcept {
 /// Way of a spring's goal in a step beyond which the hand would feel a stroke [m]: the hand's own, and what raises the force by kRise.
 /// A held link has no such memory: it is felt where it touches, not how far its hand is.
 double Aim::steadyWay(int pointer) const noexcept {
-  if (model_.holds(pointer)) return INFINITY;
+  if (model_.holds(pointer) ) return INFINITY;
   const PointerState& target = state_.pointers[pointer];
   const double rho = rhoOf(target.link);
   const double speed = std::sqrt(rho * rho * target.V_WL.angular.squaredNorm() + target.V_WL.linear.squaredNorm());
