@@ -92,7 +92,8 @@ void checkRunaway(const Model& model, double h, double external, const Work& wor
   const double supply = sums.supply + (sums.highest - sums.lowest) + mass * (2 * fall2 + kSlow * kSlow) +
                         (work.hands.acting.empty() ? 0.0 : ofHands(model, work, state, mass));
   // What a hand presses together by more than it was booked to is no motion. A damper that gives is in no sum of losses.
-  const double made = std::max(ledger ? std::min(-sums.unaccounted(), now.kinetic) : 0.0, now.kinetic - supply);
+  // What k Vol n gives where n turns is the model's, not the steps': it counts once bodies move by it.
+  const double made = std::max(ledger ? std::min(-(sums.still + sums.lost), now.kinetic) : 0.0, now.kinetic - supply);
   if (made > kMostMade * supply) stop(model, work, report.step);
 }
 
