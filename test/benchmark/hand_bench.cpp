@@ -177,13 +177,13 @@ constexpr int kJudgedOfAll = 4;  ///< every fourth press is judged by `check` to
 void measurePresses(int presses, int first) {
   TrialResult worst;
   int judged = 0, warned_and_quiet = 0, passed_and_rang = 0;
-  long ticks = 0, touching = 0, impacts = 0, over = 0;
+  long ticks = 0, touching = 0, impacts = 0, over = 0, led = 0;
   int rings = 0, jumps = 0, infinite = 0, refused = 0;
   for (int i = first; i < first + presses; ++i) {
     try {
       const Press p = Chooser(static_cast<unsigned>(i)).press();
       const TrialResult r = tryHand(p.world, 0, p.settings, p.device, p.way);
-      ticks += r.ticks, touching += r.touching, impacts += r.impacts, over += r.over_limit;
+      ticks += r.ticks, touching += r.touching, impacts += r.impacts, over += r.over_limit, led += r.led;
       rings += r.rings, infinite += !r.finite;
       worst.jump = std::max(worst.jump, r.jump);
       worst.torque_jump = std::max(worst.torque_jump, r.torque_jump);
@@ -213,6 +213,7 @@ void measurePresses(int presses, int first) {
   figure("hand.check_warns_and_is_quiet_pct", 100.0 * warned_and_quiet / std::max(1, judged), "%");
   figure("hand.asked_over_limit", static_cast<double>(over), "1");
   figure("hand.impact_ticks_pct", 100.0 * static_cast<double>(impacts) / static_cast<double>(std::max(1l, touching)), "%");
+  figure("hand.led_ticks_pct", 100.0 * static_cast<double>(led) / static_cast<double>(std::max(1l, touching)), "%");
   figure("hand.presses_that_jump", jumps, "1");
   const DeviceDef device = loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml");
   figure("hand.k_max_n_per_m",

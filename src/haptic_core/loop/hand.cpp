@@ -6,8 +6,10 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/fields.h"
+#include "haptic_core/loop/force_slew.h"
 #include "haptic_core/spidar/spidar.h"
 #include "haptic_core/spidar/wall_bound.h"
+#include "haptic_core/world/model.h"
 
 namespace haptic {
 namespace {
@@ -166,6 +168,21 @@ Wrench Hand::within(const Wrench& F_B) const noexcept {
   return {F_B.torque * torque, F_B.force * share(F_B.force, limits.max_force)};
 }
 
+/// From the last tick's force to this one's, no faster than the hand's own way and a bounded rate change it. A force that is faded out
+/// ends at once.
+Wrench Hand::led(const World& world, const Wrench& F_B, double h) noexcept {
+  report_.slewed = false;
+  if (feelsAnything() || report_.fade == 0) return F_B;
+  const Model& model = world.model();
+  const ModelLink& link = model.links[static_cast<std::size_t>(world.pointerLink(pointer_))];
+  const LinkModel& body = model.trees[static_cast<std::size_t>(link.articulation)].model->link(link.local);
+  const double reach = link.size + (body.p_LO + body.p_OC).norm();  // from the link's origin
+  const ForceSlew slew{device_.stableStiffness(), reach / settings_.workspace.scale};
+  const Wrench F = slew.led(F_B, world_B_, report_.F_asked_B, moved_, h);
+  report_.slewed = F.force != F_B.force || F.torque != F_B.torque;
+  return F;
+}
+
 void Hand::render(const World& world, double h) noexcept {
   const Wrench F_W = world.pointerWrench(pointer_);
   report_.in_contact = F_W.force.squaredNorm() + F_W.torque.squaredNorm() > 0;
@@ -174,7 +191,9 @@ void Hand::render(const World& world, double h) noexcept {
   const double stiffness = report_.in_contact ? world.pointerStiffness(pointer_) : 0;
   report_.stiffness = stiffness * worldToGrip();
   report_.stiffness_share = stiffness > 0 ? std::min(1.0, world.pointerBound(pointer_).stiffness / stiffness) : 1;
-  report_.F_asked_B = within(passivity_.act(within(map_.toGrip(F_W) * (settings_.force_scale * report_.fade)), moved_, h));
+  const Wrench world_B = within(map_.toGrip(F_W) * (settings_.force_scale * report_.fade));
+  report_.F_asked_B = within(passivity_.act(led(world, world_B, h), moved_, h));
+  world_B_ = world_B;
   device_.actuate(report_.F_asked_B, 0.0, h);
   passivity_.hold(device_.achievedWrench(), device_.toldTension());
   report_.F_achieved_B = device_.achievedWrench();
@@ -189,7 +208,7 @@ void Hand::render(const World& world, double h) noexcept {
 void Hand::rest(double h) noexcept {
   device_.actuate(Wrench{}, 0.0, h);
   passivity_.hold(device_.achievedWrench(), device_.toldTension());
-  report_.F_asked_B = Wrench{};
+  report_.F_asked_B = world_B_ = Wrench{};
   report_.F_achieved_B = device_.achievedWrench();
   report_.tension = device_.tension().tension;
   report_.device_flags = device_.flags();

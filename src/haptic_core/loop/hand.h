@@ -17,13 +17,16 @@ class Hand {
   void couple(World& world, double h) noexcept;
   /// (in realtime) Before any step of the world: how stiff contacts of the pointer may be, and how hard it may press.
   void bear(World& world) const noexcept;
-  /// (in realtime) The pointer's wrench → fade → passivity → the device's limits, tensions and drive.
+  /// (in realtime) The pointer's wrench → fade → the port's law (force_slew.h) → passivity → the device's limits, tensions, drive.
   void render(const World& world, double h) noexcept;
   /// (in realtime) In place of couple and render while the world is paused: minimum tension.
   void rest(double h) noexcept;
 
   /// (in realtime) `periods` ticks were lost: the force drops to 1/(1 + periods) and fades in again.
-  void noteOverrun(int periods) noexcept { report_.fade /= 1 + periods; }
+  void noteOverrun(int periods) noexcept {
+    report_.fade /= 1 + periods;
+    report_.F_asked_B = report_.F_asked_B * (1.0 / (1 + periods));
+  }
 
   // Between two ticks.
   /// Carries out what is for this hand; throws SetupError.
@@ -49,9 +52,9 @@ class Hand {
   static void eachField(Self& s, Visit&& visit) {
     visit(s.map_), visit(s.passivity_);
     visit(s.report_.X_BG), visit(s.report_.X_WP), visit(s.report_.fade), visit(s.report_.port_energy);
-    visit(s.report_.in_contact), visit(s.report_.clutched);
+    visit(s.report_.in_contact), visit(s.report_.clutched), visit(s.report_.F_asked_B);
     visit(s.clutch_held_), visit(s.rebase_), visit(s.buttons_), visit(s.last_buttons_), visit(s.was_valid_);
-    visit(s.pressing_);
+    visit(s.pressing_), visit(s.world_B_);
   }
 
   /// Of the last tick.
@@ -77,6 +80,7 @@ class Hand {
   /// The passivity controller is off: no bound of the hand, no limit but the device's own.
   bool feelsAnything() const noexcept { return settings_.passivity.mode == PassivityMode::kOff; }
   Wrench within(const Wrench& F_B) const noexcept;
+  Wrench led(const World& world, const Wrench& F_B, double h) noexcept;
   double worldToGrip() const noexcept { return settings_.workspace.scale * settings_.force_scale; }  ///< of a stiffness
   Spidar& device_;
   int pointer_;
@@ -89,6 +93,7 @@ class Hand {
   std::uint32_t buttons_ = 0, last_buttons_ = 0;   ///< of this tick and the one before
   int pressing_ = -1;                              ///< link that the grab button would grab, as the last step left it; -1: none
   bool was_valid_ = false;
+  Wrench world_B_;                                 ///< the world's on the hand in the last tick, faded and within its limits
   Twist moved_;                                    ///< mean velocity since the last sample, not filtered, in B
 };
 

@@ -118,6 +118,7 @@ class Trial {
     r.stiffness = spidar_.stableStiffness();
     ++r.ticks;
     r.touching += now.in_contact;
+    r.led += now.slewed;
     r.strongest = std::max(r.strongest, now.F_asked_B.force.norm());
     r.over_limit += now.F_asked_B.force.norm() > (1 + 1e-9) * spidar_.def().max_force;
     const int touched = touches();

@@ -35,6 +35,7 @@ struct TrialResult {
   double stiffness = 0;      ///< K_max [N/m]
   int ticks = 0, touching = 0, impacts = 0;  ///< ticks; with contact; of those after impacts
   int over_limit = 0;        ///< ticks with |F| above the device's stated limit
+  int led = 0;               ///< in which the world's force changed faster than the hand's may (force_slew.h)
   bool rings = false;        ///< while the target rested
   bool finite = true;        ///< the world stayed so
 

@@ -34,6 +34,7 @@ struct HandReport {
   bool in_contact = false;         ///< the world pushes the pointer
   bool clutched = false;           ///< the pointer stands while the grip moves
   bool passivity_acts = false;     ///< the controller's damper is in F_asked_B
+  bool slewed = false;             ///< the world's force changes faster than F_asked_B may (force_slew.h)
 };
 
 /// What one tick of the loop came to.
