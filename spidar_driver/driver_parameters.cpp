@@ -24,9 +24,7 @@ GripPose readJigPose(const ros::NodeHandle& priv) {
   if (!read || !std::all_of(v.begin(), v.end(), [](double x) { return std::fabs(x) < 10; })) {
     throw SetupError(priv.resolveName("jig_pose"), "is no pose", "give [x, y, z, roll, pitch, yaw] in m and rad");
   }
-  const Matrix3 R = (Eigen::AngleAxisd(v[5], Vector3::UnitZ()) * Eigen::AngleAxisd(v[4], Vector3::UnitY()) *
-                     Eigen::AngleAxisd(v[3], Vector3::UnitX())).toRotationMatrix();
-  return {Pose(R, Vector3(v[0], v[1], v[2])), 0};
+  return {Pose(rotationFromRpy(Vector3(v[3], v[4], v[5])), Vector3(v[0], v[1], v[2])), 0};
 }
 
 /// The parameter server is open to everyone who reaches it, so it gives nobody permission.

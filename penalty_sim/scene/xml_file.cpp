@@ -102,12 +102,6 @@ std::optional<Vector3> readVector(const XmlFile& file, const XmlElement& element
                  : std::nullopt;
 }
 
-Matrix3 rotationFromRpy(const Vector3& rpy) {
-  return (Eigen::AngleAxisd(rpy.z(), Vector3::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vector3::UnitY()) *
-          Eigen::AngleAxisd(rpy.x(), Vector3::UnitX()))
-      .toRotationMatrix();
-}
-
 Pose readPose(const XmlFile& file, const XmlElement& element, const char* xyz, const char* rpy) {
   const Vector3 p = readVector(file, element, xyz).value_or(Vector3::Zero());
   return {rotationFromRpy(readVector(file, element, rpy).value_or(Vector3::Zero())), p};

@@ -56,8 +56,6 @@ Pose readPose(const XmlFile& file, const XmlElement& element, const char* xyz = 
               const char* rpy = "rpy");
 /// The pose of a child `<origin>`; without one the identity.
 Pose readOrigin(const XmlFile& file, const XmlElement& parent);
-/// URDF's fixed axes: roll about x first, then pitch about y, then yaw about z [rad].
-Matrix3 rotationFromRpy(const Vector3& rpy);
 
 /// A non-empty attribute. Throws SetupError when it is absent or empty.
 std::string readName(const XmlFile& file, const XmlElement& element, const char* attribute);

@@ -66,12 +66,13 @@ struct BallGrid {
 
 /// Sum of the squared overlaps of true balls with one another and with the ground [m²].
 inline double squaredOverlaps(const std::vector<Vector3>& centres) {
+  const auto square = [](double x) { return x * x; };
   double sum = 0;
   for (std::size_t i = 0; i < centres.size(); ++i) {
-    sum += std::pow(std::max(0.0, kBallRadius - centres[i].z()), 2);
+    sum += square(std::max(0.0, kBallRadius - centres[i].z()));
     for (std::size_t j = 0; j < i; ++j) {
       const double distance = (centres[i] - centres[j]).norm();
-      if (distance < 2 * kBallRadius) sum += std::pow(2 * kBallRadius - distance, 2);
+      if (distance < 2 * kBallRadius) sum += square(2 * kBallRadius - distance);
     }
   }
   return sum;
@@ -100,7 +101,7 @@ struct RollingBalls {
   /// The exact motion of the box (-1) or a ball, rigid.
   Pose poseAt(double t, int body) const {
     if (body < 0) return Pose(Vector3(0.5 * boxAcceleration() * t * t * direction + Vector3(0, 0, 0.5 * kHeight)));
-    return {Matrix3(Eigen::AngleAxisd(0.5 * spin() * t * t, axis())),
+    return {rotationAbout(axis(), 0.5 * spin() * t * t),
             place(body) + 0.5 * ballForce() / kBall * t * t * direction};
   }
   Twist twistAt(double t, int body) const {

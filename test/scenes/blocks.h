@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/geometry/shapes/shapes.h"
 #include "haptic_core/world/world.h"
@@ -111,7 +112,7 @@ inline WorldDef stack(int n, const CubeParameters& c, const WorldSettings& setti
   double top = 0;
   for (int i = 0; i < n; ++i) {
     top -= (n - i) * c.restDepth();
-    const Vector3 aside(jitter * std::sin(1.7 * i), jitter * std::cos(2.3 * i), 0);
+    const Vector3 aside(jitter * elementary::sin(1.7 * i), jitter * elementary::cos(2.3 * i), 0);
     def.articulations.push_back(
         cube("cube" + std::to_string(i), c, Pose(Vector3(aside + Vector3(0, 0, top + c.size / 2)))));
     top += c.size;

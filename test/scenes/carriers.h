@@ -45,7 +45,7 @@ inline WorldDef carried(Carrier carrier, const CarriedCube& c, const WorldSettin
   } else {
     const double omega = 2 * M_PI / periodOf(carrier);
     // Peaks at 0.7 of the limit: of the acceleration, or of the tangent of the angle.
-    const double most = carrier == Carrier::kPlatform ? 0.7 * c.mu * kGravity / (omega * omega) : std::atan(0.7 * c.mu);
+    const double most = carrier == Carrier::kPlatform ? 0.7 * c.mu * kGravity / (omega * omega) : elementary::atan2(0.7 * c.mu, 1);
     joint.drive = JointDef::Drive::kPosition;
     joint.drive_stiffness = kMass * omega * omega;
     joint.velocity = most * omega;

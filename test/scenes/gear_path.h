@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/world/world.h"
 
@@ -43,7 +44,7 @@ inline std::vector<std::vector<Vector2>> sections(const WorldDef& world) {
     Vector2 middle = Vector2::Zero();
     for (const Vector2& p : points) middle += p / static_cast<double>(points.size());
     std::sort(points.begin(), points.end(), [&](const Vector2& a, const Vector2& b) {
-      return std::atan2(a.y() - middle.y(), a.x() - middle.x()) < std::atan2(b.y() - middle.y(), b.x() - middle.x());
+      return elementary::atan2(a.y() - middle.y(), a.x() - middle.x()) < elementary::atan2(b.y() - middle.y(), b.x() - middle.x());
     });
     all.push_back(points);
   }
@@ -66,7 +67,7 @@ inline std::vector<Vector2> goals(const std::vector<std::vector<Vector2>>& gear,
   std::vector<Vector2> out;
   for (int i = 0; i <= kParts; ++i) {
     const double angle = from + (to - from) * i / kParts;
-    const Vector2 along(std::cos(angle), std::sin(angle));
+    const Vector2 along(elementary::cos(angle), elementary::sin(angle));
     Vector2 goal = (kDrawnRadius - inward) * along;
     if (lead == Lead::kTraced) {
       // The rigid path from outside: the largest radius without clearance. Its normal by differences of the clearance.

@@ -35,11 +35,10 @@ inline WorldDef heap(const HeapParameters& p, const WorldSettings& settings) {
     const int layer = i / (side * side), row = i / side % side, column = i % side;
     const Vector3 place((column - 0.5 * (side - 1)) * kPitch, (row - 0.5 * (side - 1)) * kPitch, 0.05 + layer * kLayer);
     const double* turn = kHeapTurns[i];
-    const Quaternion q = Eigen::AngleAxisd(turn[2], Vector3::UnitZ()) * Eigen::AngleAxisd(turn[1], Vector3::UnitY()) *
-                         Eigen::AngleAxisd(turn[0], Vector3::UnitX());
+    const Matrix3 R = rotationFromRpy(Vector3(turn[0], turn[1], turn[2]));
     const double mass = i % 2 == 0 ? 0.1 : 0.1 * p.mass_ratio;
     def.articulations.push_back(freeBody("c" + std::to_string(i), shape, mass,
-                                         boxInertia(Vector3::Constant(kSize), mass), Pose(q, place)));
+                                         boxInertia(Vector3::Constant(kSize), mass), Pose(R, place)));
   }
   return def;
 }

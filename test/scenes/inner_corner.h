@@ -32,8 +32,8 @@ struct CornerParameters {
   double gap = 0;                   ///< between floor and wall [m]
   bool one_body = false, cube_first = false;
 
-  double wallForce() const { return mass * kGravity * std::sin(tilt); }
-  double floorForce() const { return mass * kGravity * std::cos(tilt); }
+  double wallForce() const { return mass * kGravity * elementary::sin(tilt); }
+  double floorForce() const { return mass * kGravity * elementary::cos(tilt); }
 };
 
 inline WorldDef innerCorner(const CornerParameters& p, const WorldSettings& settings) {
@@ -44,7 +44,7 @@ inline WorldDef innerCorner(const CornerParameters& p, const WorldSettings& sett
   WorldDef def;
   def.name = "corner";
   def.settings = settings;
-  def.settings.gravity = p.R * (kGravity * Vector3(std::sin(p.tilt), 0, -std::cos(p.tilt)));
+  def.settings.gravity = p.R * (kGravity * Vector3(elementary::sin(p.tilt), 0, -elementary::cos(p.tilt)));
   def.settings.default_material = c.material();
   const double per_depth = p.stiffness * c.area();
   const Pose turn(p.R, Vector3::Zero());

@@ -6,7 +6,7 @@
 
 namespace haptic::scenes {
 
-inline Matrix3 rotationY(double angle) { return Eigen::AngleAxisd(angle, Vector3::UnitY()).toRotationMatrix(); }
+inline Matrix3 rotationY(double angle) { return rotationAbout(Vector3::UnitY(), angle); }
 
 /// Cube of 2 m and 1 kg, tilted by 0.1 rad about an edge that lies in the floor just as deep as it carries the pivot
 /// force of the rigid motion's start. It falls back on its face: link 1.
@@ -26,7 +26,7 @@ inline WorldDef tiltedCube(const WorldSettings& settings, double k = 4e4, double
   def.settings.default_material.mu_static = def.settings.default_material.mu_dynamic = 10;  // it must not slip
   def.articulations.push_back(floorBox(12, 1));
   // k × (triangle under the floor) × length = pivot force.
-  const double depth = std::sqrt(2 * kPivotForce / (k * kSize * (1 / std::tan(kTilt) + std::tan(kTilt))));
+  const double depth = std::sqrt(2 * kPivotForce * elementary::sin(kTilt) * elementary::cos(kTilt) / (k * kSize));
   const Matrix3 R = rotationY(-kTilt);  // lifts +x
   const Vector3 edge = R * Vector3(-kSize / 2, 0, -kSize / 2);
   const Pose X_WL(R, Vector3(0, 0, -depth) - edge);
@@ -35,7 +35,7 @@ inline WorldDef tiltedCube(const WorldSettings& settings, double k = 4e4, double
 }
 
 /// Rotation of the tilted cube about -y [rad].
-inline double tiltOf(const Pose& X_WL) { return std::atan2(X_WL.R(2, 0), X_WL.R(0, 0)); }
+inline double tiltOf(const Pose& X_WL) { return elementary::atan2(X_WL.R(2, 0), X_WL.R(0, 0)); }
 
 /// Block of 2 kg on a floor (μ0 0.265, μ 0.160), pulled through 400 N/m by a hand that moves at 0.0642 m/s along x.
 struct StickSlip {
@@ -80,20 +80,20 @@ struct StickSlip {
     if (t <= onset) return {0, 0};
     const double w = std::sqrt(kSpring / kMass), drop = (mu_static - kDynamic) * kMass * kGravity;
     // Slip: u = spring stretch - μ m g/k obeys ü = -w² u with u(0) = drop/k, u̇(0) = V; ends when u̇ = V again.
-    const double u0 = drop / kSpring, phase = std::atan2(kSpeed / w, u0);
+    const double u0 = drop / kSpring, phase = elementary::atan2(kSpeed / w, u0);
     const double slip = (M_PI + 2 * phase) / w;
     const double stick = 2 * u0 / kSpeed, period = slip + stick;
     const double cycles = std::floor((t - onset) / period), s = t - onset - cycles * period;
     const double advance = kSpeed * period;
     if (s >= slip) return {(cycles + 1) * advance, 0};
-    const double u = u0 * std::cos(w * s) + kSpeed / w * std::sin(w * s);
-    const double u_dot = -u0 * w * std::sin(w * s) + kSpeed * std::cos(w * s);
+    const double u = u0 * elementary::cos(w * s) + kSpeed / w * elementary::sin(w * s);
+    const double u_dot = -u0 * w * elementary::sin(w * s) + kSpeed * elementary::cos(w * s);
     return {cycles * advance + kSpeed * s + u0 - u, kSpeed - u_dot};
   }
   static double position(double t) { return motion(t).position; }
   static double period() {
     const double w = std::sqrt(kSpring / kMass), u0 = (kStatic - kDynamic) * kMass * kGravity / kSpring;
-    return (M_PI + 2 * std::atan2(kSpeed / w, u0)) / w + 2 * u0 / kSpeed;
+    return (M_PI + 2 * elementary::atan2(kSpeed / w, u0)) / w + 2 * u0 / kSpeed;
   }
 };
 
@@ -109,7 +109,7 @@ struct Top {
     std::vector<Vector3> points = {Vector3(0, 0, -kArm)};
     for (int i = 0; i < facets; ++i) {
       const double a = 2 * M_PI * i / facets;
-      points.emplace_back(kRadius * std::cos(a), kRadius * std::sin(a), kHeight - kArm);
+      points.emplace_back(kRadius * elementary::cos(a), kRadius * elementary::sin(a), kHeight - kArm);
     }
     auto shape = std::make_shared<ConvexPolyhedron>(ConvexPolyhedron::hull(points));
     const Matrix3 R = rotationY(kTilt);
@@ -121,7 +121,7 @@ struct Top {
     if (mu > 0) V.linear = V.angular.cross(kArm * axis);
     // The apex sinks until the cone's tip carries the weight: k (π/3) (r/h)² d³ = m g, tilted a little more.
     const double slope = kRadius / kHeight;
-    const double depth = std::cbrt(kMass * kGravity / (k * M_PI / 3 * slope * slope));
+    const double depth = elementary::cbrt(kMass * kGravity / (k * M_PI / 3 * slope * slope));
     WorldDef def;
     def.name = "top";
     def.settings = settings;
@@ -137,8 +137,8 @@ struct Top {
                                          Pose(R, Vector3(0, 0, p.z())), V));
     return def;
   }
-  static double azimuth(const Pose& X_WL) { return std::atan2(X_WL.R(1, 2), X_WL.R(0, 2)); }
-  static double tilt(const Pose& X_WL) { return std::atan2(X_WL.R.col(2).head<2>().norm(), X_WL.R(2, 2)); }
+  static double azimuth(const Pose& X_WL) { return elementary::atan2(X_WL.R(1, 2), X_WL.R(0, 2)); }
+  static double tilt(const Pose& X_WL) { return elementary::atan2(X_WL.R.col(2).head<2>().norm(), X_WL.R(2, 2)); }
 };
 
 /// Free rotation near the unstable axis: link 0.
@@ -177,7 +177,7 @@ struct Slope {
   static void step(World& world, const CubeParameters& c, double tangent, double rate) {
     Twist V;
     V.angular.y() = rate / (1 + tangent * tangent);
-    const Pose X = slab(c, std::atan(tangent));
+    const Pose X = slab(c, elementary::atan2(tangent, 1));
     V.linear = V.angular.cross(X.p - Vector3(0, 0, c.size / 2));
     world.setPointerTarget(0, X, V);
     world.step();

@@ -7,7 +7,7 @@
 namespace haptic::scenes {
 
 inline Matrix3 turnXZ(double x, double z) {
-  return (Eigen::AngleAxisd(x, Vector3::UnitX()) * Eigen::AngleAxisd(z, Vector3::UnitZ())).toRotationMatrix();
+  return rotationAbout(Vector3::UnitX(), x) * rotationAbout(Vector3::UnitZ(), z);
 }
 
 /// Three bars of 10 × 1 × 1 cm and 0.1 kg through one centre.
@@ -81,11 +81,11 @@ inline WorldDef dominoes(const WorldSettings& settings, double share) {
   m.stiffness = 1e7;
   m.mu_static = m.mu_dynamic = 0.3;
   def.articulations.push_back(floorBox());
-  const double angle = share * std::atan(kThick / kHeight);
+  const double angle = share * elementary::atan2(kThick, kHeight);
   for (int i = 0; i < 12; ++i) {
     Pose X(Vector3(i * kPitch, 0, kHeight / 2));
     if (i == 0) {  // about its lower front edge
-      X.R = Eigen::AngleAxisd(angle, Vector3::UnitY()).toRotationMatrix();
+      X.R = rotationAbout(Vector3::UnitY(), angle);
       X.p = Vector3(kThick / 2, 0, 0) + X.R * Vector3(-kThick / 2, 0, kHeight / 2);
     }
     def.articulations.push_back(freeBox("stone" + std::to_string(i), Vector3(kThick, kWidth, kHeight), kMass, X));
@@ -98,7 +98,7 @@ inline WorldDef hexagon(WorldSettings settings, double stiffness, double speed) 
   constexpr double kRadius = 0.05, kLength = 0.1, kMass = 0.3, kSlope = 12 * M_PI / 180;
   WorldDef def;
   def.name = "hexagon";
-  settings.gravity = kGravity * Vector3(std::sin(kSlope), 0, -std::cos(kSlope));
+  settings.gravity = kGravity * Vector3(elementary::sin(kSlope), 0, -elementary::cos(kSlope));
   def.settings = settings;
   ContactMaterial& m = def.settings.default_material;
   m.stiffness = stiffness;

@@ -4,8 +4,7 @@
 /// origin; V_AB_C the twist of B relative to A, expressed in C; F_BC_W the wrench on body B at point C,
 /// expressed in W. SI units throughout. Angular parts come first.
 #pragma once
-#include <Eigen/Core>
-#include <Eigen/Geometry>
+#include "haptic_core/base/eigen.h"
 
 namespace haptic {
 
@@ -85,20 +84,15 @@ inline Matrix3 crossMatrix(const Vector3& a) {
 }
 
 /// Unit quaternion of the rotation vector `theta` [rad]; exact to rounding also for theta → 0.
-inline Quaternion rotationFromVector(const Vector3& theta) {
-  const double half = 0.5 * theta.norm();
-  // sin(x)/x loses nothing above 1e-4; below, its series to x² is exact to 1e-18.
-  const double s = half > 1e-4 ? std::sin(half) / half : 1.0 - half * half / 6.0;
-  const Vector3 v = 0.5 * s * theta;
-  return Quaternion(std::cos(half), v.x(), v.y(), v.z());
-}
+Quaternion rotationFromVector(const Vector3& theta) noexcept;
 
 /// Rotation vector [rad], |theta| ≤ π, of a unit quaternion.
-inline Vector3 vectorFromRotation(const Quaternion& q) {
-  const double sign = q.w() < 0 ? -1.0 : 1.0;
-  const double n = q.vec().norm();
-  const double factor = n > 1e-12 ? 2.0 * std::atan2(n, sign * q.w()) / n : 2.0;
-  return sign * factor * q.vec();
-}
+Vector3 vectorFromRotation(const Quaternion& q) noexcept;
+
+/// Rotation by `angle` [rad] about the unit vector `axis`.
+Matrix3 rotationAbout(const Vector3& axis, double angle) noexcept;
+
+/// Rotation by roll, pitch and yaw [rad], as URDF has them: about the fixed axes x, y and z, in this order.
+Matrix3 rotationFromRpy(const Vector3& rpy) noexcept;
 
 }  // namespace haptic

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
+
 namespace haptic {
 namespace {
 
@@ -118,7 +120,7 @@ Displaced displacedFrom(const FrictionAnchor& anchor, const Pose& X_AB, const Po
   const Vector3 chords = u.cross(X_AP.p + anchor.point_A - shift) + shift + u.cross(u.cross(shift - way)) / (1 + w);
   const Vector3 slip = chords + arcBeyondChord(n - anchor.normal_A) * way - arcBeyondChord(n - E * anchor.normal_A) * (way - chords);
   const double sine2 = u.squaredNorm();
-  const double stretch = sine2 < 1e-6 ? 2 + sine2 / 3 : 2 * std::atan2(std::sqrt(sine2), w) / std::sqrt(sine2);
+  const double stretch = sine2 < 1e-6 ? 2 + sine2 / 3 : 2 * elementary::atan2(std::sqrt(sine2), w) / std::sqrt(sine2);
   // What was held then turns with n.
   const Vector3& n0 = anchor.normal_A;
   const Vector3 held = anchor.slip_A - n.dot(anchor.slip_A) / std::max(1.0, 1 + n.dot(n0)) * (n + n0);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
+
 namespace haptic {
 namespace {
 
@@ -21,9 +23,9 @@ struct Touch {
     if (brakes) touch.decay = law.material.damping * contact.A0 * touch.since / law.reduced_mass;
     return touch;
   }
-  double slowed() const { return std::exp(-decay); }
+  double slowed() const { return elementary::exp(-decay); }
   /// Mean of the damper's force over the time since, by the force at its end.
-  double mean() const { return decay > 0 ? std::expm1(decay) / decay : 1.0; }
+  double mean() const { return decay > 0 ? elementary::expm1(decay) / decay : 1.0; }
 };
 
 /// A contact that began inside the step, after the share α. Its force grows like (t - t_touch)ⁿ with n = 1 on a

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/base/lanes.h"
 
 namespace haptic {
@@ -56,7 +57,8 @@ struct EdgeIntegrals {
     const double R0 = std::sqrt(e2 + u0 * u0), R1 = std::sqrt(e2 + u1 * u1);
     const double cubes = (R1 * R1 * R1 - R0 * R0 * R0) / 3;
     const double product = u1 * R1 - u0 * R0;
-    I[0] = std::asinh(u1 / e) - std::asinh(u0 / e);
+    // asinh(u1/e) - asinh(u0/e) as one, without their cancellation.
+    I[0] = elementary::asinh(u0 * u1 > 0 ? (u1 - u0) * (u1 + u0) / (u1 * R0 + u0 * R1) : (u1 * R0 - u0 * R1) / e2);
     I[1] = R1 - R0;
     I[2] = 0.5 * (product - e2 * I[0]);
     I[3] = cubes - e2 * I[1];
@@ -176,7 +178,7 @@ constexpr double kNearRound = 1.7;
 
 /// Points around a ring of `share` of the way to the instant centre: the direction of slip is a series in powers of it, of which
 /// this many leave 1e-12. Four more for the pressure, the arm and what is left.
-int anglesFor(double share) { return 4 + static_cast<int>(std::ceil(std::log(1e-12) / std::log(share))); }
+int anglesFor(double share) { return 4 + static_cast<int>(std::ceil(elementary::log(1e-12) / elementary::log(share))); }
 
 /// Over a round patch, on rays from the instant centre where that lies within it: along each the direction is constant. Where V is
 /// round about n and the centre well outside, on rings.

@@ -83,7 +83,7 @@ inline Vector3 axisOf(const JointKind& kind, int k, const Vector3& a) {
 inline Pose scalarPose(const JointKind& kind, const Vector3& axis, double q) {
   Pose X_JL;
   if (kind.slides) X_JL.p = q * axisOf(kind, 0, axis);
-  if (kind.turns) X_JL.R = Eigen::AngleAxisd(q, axisOf(kind, 0, axis)).toRotationMatrix();
+  if (kind.turns) X_JL.R = rotationAbout(axisOf(kind, 0, axis), q);
   return X_JL;
 }
 

@@ -1,5 +1,6 @@
 #include "haptic_core/dynamics/kinematics.h"
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/dynamics/quaternion_step.h"
 
 namespace haptic {
@@ -25,7 +26,7 @@ void placeLink(const LinkModel& link, const double* q, const Matrix3& R_WP, cons
     w.S.noalias() = R_WP * link.axes_P;
   }
   if (link.turns == 1) {
-    const double s = std::sin(q[link.slides]), c = std::cos(q[link.slides]);
+    const auto [s, c] = elementary::sinCos(q[link.slides]);
     const Matrix3 R_PL = link.turn[0] + c * link.turn[1] + s * link.turn[2];
     w.X_WL.R.noalias() = R_WP * R_PL;
   } else if (link.turns == 3) {

@@ -2,6 +2,7 @@
 #pragma once
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/base/lane_vector.h"
 #include "haptic_core/base/spatial.h"
 
@@ -24,8 +25,9 @@ struct HalfTurn {
   explicit HalfTurn(double x2) {  ///< of x² [rad²]
     if (x2 > 0.25) {
       const double x = std::sqrt(x2);
-      cosine = std::cos(x);
-      sine_over_x = std::sin(x) / x;
+      const elementary::SineCosine of_x = elementary::sinCos(x);
+      cosine = of_x.cosine;
+      sine_over_x = of_x.sine / x;
       return;
     }
     // By pairs of terms: half as long a chain of operations as by Horner's rule.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <deque>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/pairs/shape_distance.h"
 #include "haptic_core/loop/hand.h"
 #include "haptic_core/loop/haptic_loop.h"
@@ -49,7 +50,7 @@ class Turns {
 };
 
 GripPose trembling(GripPose pose, double time) {
-  pose.X_BG.p += kTremor * std::sin(2 * M_PI * kTremorRate * time) * Vector3(1, 1, 1) / std::sqrt(3.0);
+  pose.X_BG.p += kTremor * elementary::sin(2 * M_PI * kTremorRate * time) * Vector3(1, 1, 1) / std::sqrt(3.0);
   return pose;
 }
 

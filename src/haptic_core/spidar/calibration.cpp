@@ -36,7 +36,7 @@ struct WaveProblem {
         def(d),
         zero_length(zero),
         weight(strings) {
-    for (int i = 0; i < strings; ++i) weight[i] = 12 / std::pow(d.strings[i].length_per_count, 2);
+    for (int i = 0; i < strings; ++i) weight[i] = 12 / (d.strings[i].length_per_count * d.strings[i].length_per_count);
   }
 
   StringVector measured(const CalibrationSample& sample) const {
@@ -61,7 +61,7 @@ struct WaveProblem {
 
   VectorXd priorPrecision() const {
     VectorXd precision(kPerString * strings);
-    const double exit = 1 / std::pow(settings.exit_sigma, 2), length = 1 / std::pow(settings.length_sigma, 2);
+    const double exit = 1 / (settings.exit_sigma * settings.exit_sigma), length = 1 / (settings.length_sigma * settings.length_sigma);
     for (int i = 0; i < strings; ++i) precision.segment<4>(kPerString * i) << exit, exit, exit, length;
     return precision;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/spidar/spidar.h"
 #include "haptic_core/spidar/tension_distribution.h"
 #include "haptic_core/spidar/wall_bound.h"
@@ -34,7 +35,7 @@ class Probe {
   void moveTo(const GripPose& pose) { distribution_.setStructure(kinematics_.scaledStructure(pose)); }
 
   bool presents(const Wrench& F) {
-    const double size = std::hypot(F.force.norm(), F.torque.norm() / kinematics_.knotRadius());
+    const double size = elementary::hypot(F.force.norm(), F.torque.norm() / kinematics_.knotRadius());
     return distribution_.solve(F).error <= kLostShare * size;
   }
 

@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Core>
-
 #include "haptic_core/base/spatial.h"
 
 namespace haptic {

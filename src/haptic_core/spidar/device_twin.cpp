@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/base/error.h"
 
 namespace haptic {
@@ -94,7 +95,7 @@ void DeviceTwin::substep(double h) noexcept {
     const double wanted =
         pulls(i) ? std::max(0.0, command_.voltage[i] / def_.strings[i].volt_per_newton) : 0.0;
     const double lag = settings_.motor_time_constant;
-    tension_[i] = lag > 0 ? tension_[i] + (wanted - tension_[i]) * (1 - std::exp(-h / lag)) : wanted;
+    tension_[i] = lag > 0 ? tension_[i] + (wanted - tension_[i]) * (1 - elementary::exp(-h / lag)) : wanted;
   }
   const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxDof, 1> f = A.transpose() * tension_;
   Wrench strings;

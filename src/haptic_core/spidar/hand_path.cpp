@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/base/error.h"
 
 namespace haptic {
@@ -35,7 +36,7 @@ std::vector<HandKey> wave() {
   std::vector<HandKey> keys;
   for (int i = 0; i <= 400; ++i) {
     const double t = 0.05 * i, envelope = std::min(1.0, std::min(t, 20 - t));
-    const auto sine = [&](double hz) { return envelope * std::sin(2 * M_PI * hz * t); };
+    const auto sine = [&](double hz) { return envelope * elementary::sin(2 * M_PI * hz * t); };
     keys.push_back({t, 0.03 * Vector3(sine(0.31), sine(0.43), sine(0.23)),
                     0.4 * Vector3(sine(0.37), sine(0.29), sine(0.53)), 0.005 * sine(0.47)});
   }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
+
 namespace haptic {
 namespace {
 
@@ -35,7 +37,7 @@ void SlipDiagnosis::add(const StringVector& length, const StringKinematics& kine
   if (time_ == 0)
     for (int j = 0; j < strings_; ++j) belief_[j].pose = start;
   time_ += elapsed;
-  const double keep = std::exp(-elapsed / settings_.memory_s);
+  const double keep = elementary::exp(-elapsed / settings_.memory_s);
   const bool counts = time_ > kSettling_s;
   if (counts) evidence_ = keep * evidence_ + (1 - keep);
   for (int j = 0; j < strings_; ++j) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/base/error.h"
 
 namespace haptic {
@@ -264,7 +265,7 @@ void Spidar::updatePose(const PoseSolution& solved, double h) noexcept {
   const Matrix3 turn = X1.R * X0.R.transpose();
   const Vector3 theta =
       0.5 * Vector3(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0), turn(1, 0) - turn(0, 1));
-  const double gain = 1 - std::exp(-2 * M_PI * settings_.velocity_cutoff_hz * h);
+  const double gain = 1 - elementary::exp(-2 * M_PI * settings_.velocity_cutoff_hz * h);
   twist_.angular += gain * (theta / h - twist_.angular);
   twist_.linear += gain * ((X1.p - X0.p) / h - twist_.linear);
   opening_rate_ += gain * ((solved.pose.opening - solution_.pose.opening) / h - opening_rate_);
@@ -391,8 +392,7 @@ void Spidar::actuate(const Wrench& F_G_B, double grasp_force, double h, double c
     grasp = ramp_ * std::min(def_.max_force, std::max(-def_.max_force, grasp_force));
   if (calibrated_) distribution_.setStructure(kinematics_.scaledStructure(solution_.pose));
   const TensionReport& report = distribution_.present(asked_, grasp);
-  const double size =
-      std::sqrt(asked_.force.squaredNorm() + std::pow(asked_.torque.norm() / kinematics_.knotRadius(), 2));
+  const double size = elementary::hypot(asked_.force.norm(), asked_.torque.norm() / kinematics_.knotRadius());
   if (presents() && report.error > kPresentableShare * size + 0.1) flags_ |= kNotPresentable;
   if (report.at_max) flags_ |= kTensionAtMax;
   heat_share_ = health_.heat(report.tension, h);

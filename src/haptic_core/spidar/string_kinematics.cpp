@@ -210,8 +210,8 @@ PoseSolution StringKinematics::solve(const StringVector& measured, const GripPos
   GripPose best = guess, candidate = guess;
   const double tolerance = settings.step_tolerance * curvature_length_;
   // Below this sum of squares two residuals differ by rounding only [m²].
-  const double rounding =
-      strings_ * std::pow(32 * std::numeric_limits<double>::epsilon() * curvature_length_, 2);
+  const double last_bits = 32 * std::numeric_limits<double>::epsilon() * curvature_length_;
+  const double rounding = strings_ * (last_bits * last_bits);
   double best_cost = std::numeric_limits<double>::infinity();
 
   while (out.iterations < settings.max_iterations) {

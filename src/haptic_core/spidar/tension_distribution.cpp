@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/spidar/tension_solver.h"
 
 namespace haptic {
@@ -110,10 +111,10 @@ const TensionReport& TensionDistribution::present(const Wrench& F_G_B, double gr
   // ln(c|y|^⅘/λ) falls with ln λ, by less than one per one, as |y| grows: secants for its slope, within those bounds.
   double slope = 1;
   for (int i = 0; i < kLambdaSteps; ++i) {
-    const double gap = std::log(ratio), step = gap / slope;
-    lambda *= std::exp(step);
+    const double gap = elementary::log(ratio), step = gap / slope;
+    lambda *= elementary::exp(step);
     ratio = lambdaFor(solveWith(lambda)) / lambda;
-    const double left = std::log(ratio);
+    const double left = elementary::log(ratio);
     if (std::fabs(left) <= kLambdaTolerance) break;
     slope = std::min(1.0, std::max(kLeastSlope, (gap - left) / step));
   }
@@ -121,7 +122,7 @@ const TensionReport& TensionDistribution::present(const Wrench& F_G_B, double gr
 }
 
 double TensionDistribution::lambdaFor(double missing) const noexcept {
-  return border_lambda_ * std::pow(missing, kBorderPower);
+  return border_lambda_ * elementary::exp(kBorderPower * elementary::log(missing));
 }
 
 /// False: not finite, and taken as zero.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "haptic_core/base/elementary.h"
+
 namespace haptic {
 namespace {
 
@@ -27,8 +29,9 @@ struct Axes {
     const double radius = std::sqrt(half * half + off * off);
     value[0] = std::max(0.0, mean + radius);
     value[1] = std::max(0.0, mean - radius);
-    const double angle = radius > 0 ? 0.5 * std::atan2(off, half) : 0.0;
-    axis[0] << std::cos(angle), std::sin(angle);
+    const double angle = radius > 0 ? 0.5 * elementary::atan2(off, half) : 0.0;
+    const auto [sine, cosine] = elementary::sinCos(angle);
+    axis[0] << cosine, sine;
     axis[1] << -axis[0].y(), axis[0].x();
   }
 };

@@ -24,7 +24,9 @@ inline double dampingRate(const Matrix6& W, const Matrix6& D) noexcept {
   if (!(scale > 0)) return 0;
   P /= scale;
   for (int i = 0; i < 3; ++i) P = (P * P).eval();
-  return scale * std::pow(std::max(0.0, P.cwiseProduct(P.transpose()).sum()), 1.0 / 16);
+  double root = std::max(0.0, P.cwiseProduct(P.transpose()).sum());
+  for (int i = 0; i < 4; ++i) root = std::sqrt(root);
+  return scale * root;
 }
 
 /// Factor on the damper D [N·m·s/rad … N·s/m] in a step h, with W the mobility of the contact, each body's

@@ -1,9 +1,9 @@
 #include "haptic_core/world/hand_bound.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/world/hands.h"
 
 namespace haptic {
@@ -24,9 +24,14 @@ Matrix3 metStiffness(const Model& model, const State& state, const Placement& pl
   return met;
 }
 
+/// The largest eigenvalue m + 2 p cos φ, with m the mean, 6 p² = |A - m 1|² and 2 p³ cos 3φ = det(A - m 1) (O. K. Smith, 1961).
 double largest(const Matrix3& met) noexcept {
-  Eigen::SelfAdjointEigenSolver<Matrix3> solver;
-  return std::max(0.0, solver.computeDirect(met, Eigen::EigenvaluesOnly).eigenvalues()[2]);
+  const double mean = met.trace() / 3;
+  const Matrix3 rest = met - mean * Matrix3::Identity();
+  const double p = std::sqrt(rest.squaredNorm() / 6);
+  if (!(p > 0)) return std::max(0.0, mean);
+  const double cosine = std::clamp(0.5 * (rest / p).determinant(), -1.0, 1.0);
+  return std::max(0.0, mean + 2 * p * elementary::cos(elementary::acos(cosine) / 3));
 }
 
 void weaken(double& stiffness, double& damping, double bound, double h) noexcept {

@@ -101,10 +101,11 @@ void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& 
     double* q = state.q.data() + tree.q;
     double* v = state.v.data() + tree.v;
     const Quaternion from(q[3], q[4], q[5], q[6]);
-    const Quaternion to = from.slerp(part.progress, goal.q_WL).normalized();
+    const Vector3 turn = part.progress * vectorFromRotation(goal.q_WL * from.conjugate());
+    const Quaternion to = (rotationFromVector(turn) * from).normalized();
     const Vector3 p_WL = p_before + part.progress * (goal.p_WL - p_before);
     const Vector3 p_LC = tree.model->link(0).p_LO;
-    hands.moved[i] = {vectorFromRotation(to * from.conjugate()), p_WL - p_before};
+    hands.moved[i] = {turn, p_WL - p_before};
     const Vector3 p_WC = p_WL + to * p_LC;
     const Vector3 v_WC = goal.V_WL.linear + goal.V_WL.angular.cross(to * p_LC);
     const double pose[7] = {p_WC.x(), p_WC.y(), p_WC.z(), to.w(), to.x(), to.y(), to.z()};

@@ -28,7 +28,7 @@ double ofHands(const Model& model, const Work& work, const State& state, double 
     sum += 2 * mass * speed * speed;
     if (model.holds(static_cast<int>(i))) continue;
     const PointerCoupling& c = work.hands.coupling[i];
-    const double turn = Eigen::AngleAxisd(pointer.q_WL * Quaternion(link.X_WL.R).conjugate()).angle();
+    const double turn = vectorFromRotation(pointer.q_WL * Quaternion(link.X_WL.R).conjugate()).norm();
     sum += 0.5 * c.stiffness * (pointer.p_WL - link.X_WL.p).squaredNorm() + 0.5 * c.rotational_stiffness * turn * turn;
   }
   return sum;

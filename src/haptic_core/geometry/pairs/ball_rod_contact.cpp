@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/pairs/round_contact.h"
 #include "haptic_core/geometry/volume/circular_segment.h"
 #include "haptic_core/geometry/volume/gauss_legendre.h"
@@ -21,7 +22,7 @@ struct LensMoments {
   /// The part of a disc within `depth` of its point at `apex`; `side` leads from there to its middle.
   void addSegment(double radius, double depth, double apex, double side) {
     const double s = depth / radius, scale = s * std::sqrt(s), r2 = radius * radius;
-    const SegmentIntegrals j(s, s < SegmentIntegrals::kSeries ? 0 : 2 * std::asin(std::sqrt(std::min(1.0, 0.5 * s))));
+    const SegmentIntegrals j(s, s < SegmentIntegrals::kSeries ? 0 : 2 * elementary::asin(std::sqrt(std::min(1.0, 0.5 * s))));
     const double m0 = 2 * r2 * scale * j.j0, m1 = 2 * r2 * radius * scale * j.j1, m2 = 2 * r2 * r2 * scale * j.j2;
     area += m0, x += apex * m0 + side * m1, xx += apex * apex * m0 + 2 * side * apex * m1 + m2;
     yy += 2.0 / 3 * r2 * r2 * scale * (2 * j.j1 - j.j2);
@@ -52,7 +53,7 @@ struct Slice {
     }
     const double mine = std::clamp(depth * (r - R + D) / (2 * D), 0.0, 2 * R),
                  other = std::clamp(depth * (R - r + D) / (2 * D), 0.0, 2 * r);
-    half_arc = 2 * std::asin(std::sqrt(std::min(1.0, mine / (2 * R))));
+    half_arc = 2 * elementary::asin(std::sqrt(std::min(1.0, mine / (2 * R))));
     lens.addSegment(R, mine, R - from, -1);
     lens.addSegment(r, other, D - r - from, 1);
   }
@@ -147,12 +148,13 @@ bool BallRodContact::integrateWaist(double half) {
   if (c_ + H > half || c_ - H < -half) return false;
   const double pole = r_ / H, across = std::sqrt(rest) / H;
   const double ellipse = std::min(pole + std::sqrt(std::max(0.0, pole * pole - 1)), across + std::sqrt(across * across + 1));
-  const double pairs = 0.5 * kWaistDigits / std::log(ellipse) + 1;
+  const double pairs = 0.5 * kWaistDigits / elementary::log(ellipse) + 1;
   if (!(pairs <= kMostPairs)) return false;
   const int n = static_cast<int>(pairs) + 1;
   for (int i = 0; i < n; ++i) {
-    const double angle = (i + 0.5) * M_PI / (2 * n), u = H * std::cos(angle);
-    addSlice(R_, 0, u, 0, u * u, M_PI / n * H * std::sin(angle));  // with -u
+    const auto [sine, cosine] = elementary::sinCos((i + 0.5) * M_PI / (2 * n));
+    const double u = H * cosine;
+    addSlice(R_, 0, u, 0, u * u, M_PI / n * H * sine);  // with -u
   }
   return true;
 }
@@ -214,7 +216,8 @@ void BallRodContact::addSlice(double R, double rise, double u, double z, double 
 
 /// The rod's outline in the ball, R (cos φ, sin φ), |φ| ≤ half_arc; its normal times the area is (R cos φ, R sin φ, `rise`) dφ dz.
 void BallRodContact::addSurface(double R, double rise, const Slice& slice, double z, double z2, double weight) {
-  const double f = slice.half_arc, s = std::sin(f), c = std::cos(f);
+  const double f = slice.half_arc;
+  const auto [s, c] = elementary::sinCos(f);
   // ∫ 1, cos, cos², cos³ and sin², cos sin² over the arc, by which the rest goes.
   const double i0 = 2 * f, i1 = 2 * s, i2 = f + s * c, i3 = 2 * (s - s * s * s / 3), j2 = f - s * c, j12 = 2 * s * s * s / 3;
   const double a = R, b = -o_.x();  // x = a cos φ + b, y = a sin φ

@@ -185,7 +185,8 @@ bool RodContact::addTubeOnPlane() {
   const double z0 = tube.o.z() + side * tube.l0, z1 = tube.o.z() + side * tube.l1;
   const Vector3 y = side * tube.f;
   const auto point = [&](double phi, double z) -> Vector3 {
-    return R * (std::cos(phi) * tube.e + std::sin(phi) * y) + Vector3(0, 0, z);
+    const auto [sine, cosine] = elementary::sinCos(phi);
+    return R * (cosine * tube.e + sine * y) + Vector3(0, 0, z);
   };
   const auto addArc = [&](double start, double sweep, double za, double zb) {
     v_.rims.push_back({true, start, sweep, Vector3(0, 0, za), R * tube.e, R * y, Vector3(0, 0, zb - za)});
@@ -226,7 +227,8 @@ void RodContact::addTube(const InnerFaces* covers) {
         v_.rims.push_back({false, 0, 1, curve.p, curve.q - curve.p, Vector3::Zero(), Vector3::Zero()});
         continue;
       }
-      const Vector3 x = v_.radius * Vector3(std::cos(face.apex), std::sin(face.apex), 0), y(-x.y(), x.x(), 0);
+      const auto [sine, cosine] = elementary::sinCos(face.apex);
+      const Vector3 x = v_.radius * Vector3(cosine, sine, 0), y(-x.y(), x.x(), 0);
       tube.eachPart(face, curve, [&](const TubeArc& arc) {
         v_.rims.push_back({true, arc.from, arc.sweep, Vector3(0, 0, arc.z0), x, y, Vector3(0, 0, arc.z1 - arc.z0)});
       });

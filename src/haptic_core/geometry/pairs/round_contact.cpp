@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/volume/contact_moments.h"
 
 namespace haptic {
@@ -80,7 +81,7 @@ bool RoundContact::setMoments(const SolidMoments& sums, const Vector3& o, const 
     area_Q += part.moments.area * part.normal;
     scale += part.moments.area;
   }
-  scale = std::max(scale, std::cbrt(sums.volume * sums.volume));  // parts of a curved surface may cancel
+  scale = std::max(scale, elementary::cbrt(sums.volume * sums.volume));  // parts of a curved surface may cancel
   const Vector3 seen_Q = area_Q - covered_Q;
   out_.area_vector_A = v_.sign * (v_.X_AQ.R * area_Q);
   // Where nothing of the faces is surface, the whole of them stands in.

@@ -1,6 +1,5 @@
 #include "haptic_core/geometry/search/nearest_point.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>

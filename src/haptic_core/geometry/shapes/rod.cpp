@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/geometry/shapes/shapes.h"
 
@@ -18,17 +19,16 @@ ConvexPolyhedron hullOf(double radius, double half, bool capsule, const std::str
   std::vector<Vector3> points;
   for (const double end : {-1.0, 1.0}) {
     for (int ring = 0; ring < kRings; ++ring) {
-      const double angle = ring * M_PI / 2 / kRings;
+      const elementary::SineCosine up = elementary::sinCos(ring * M_PI / 2 / kRings);
       for (int i = 0; i < kSides; ++i) {
-        const double turn = 2 * M_PI * i / kSides;
-        points.emplace_back(radius * std::cos(angle) * std::cos(turn), radius * std::cos(angle) * std::sin(turn),
-                            end * (half + radius * std::sin(angle)));
+        const auto [sine, cosine] = elementary::sinCos(2 * M_PI * i / kSides);
+        points.emplace_back(radius * up.cosine * cosine, radius * up.cosine * sine, end * (half + radius * up.sine));
       }
     }
     points.emplace_back(0, 0, end * (half + radius));
   }
   const double volume = M_PI * radius * radius * (2 * half + 4.0 / 3 * radius);
-  const double grow = std::cbrt(volume / ConvexPolyhedron::hull(points, name).volume());
+  const double grow = elementary::cbrt(volume / ConvexPolyhedron::hull(points, name).volume());
   for (Vector3& p : points) p *= grow;
   return ConvexPolyhedron::hull(points, name);
 }
@@ -50,7 +50,7 @@ Rod::Rod(double radius, double length, Ends ends, const std::string& name)
                         ball * (0.4 * r2 + half_ * half_ + 0.75 * radius * half_);
   properties_ = {volume, volume, Vector3::Zero(), Vector3(across, across, about_axis).asDiagonal()};
   const double top = half_ + rounding();
-  radius_ = isCapsule() ? top : std::hypot(radius, half_);
+  radius_ = isCapsule() ? top : elementary::hypot(radius, half_);
   aabb_ = {Vector3(-radius, -radius, -top), Vector3(radius, radius, top)};
   hull_ = std::make_shared<const ConvexPolyhedron>(hullOf(radius, half_, isCapsule(), name));
 }

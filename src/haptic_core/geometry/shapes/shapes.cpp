@@ -5,6 +5,7 @@
 #include <map>
 #include <vector>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/base/error.h"
 
 namespace haptic {
@@ -59,12 +60,13 @@ ConvexPolyhedron makeCylinder(double radius, double length, int segments, RoundF
   if (segments < 3 || segments > 10000)
     throw SetupError(name, std::to_string(segments) + " segments", "give 3 to 10000");
   const double angle = 2 * kPi / segments;
-  const double share = std::sin(angle) / angle;  // inscribed polygon's area over the circle's
+  const double share = elementary::sin(angle) / angle;  // inscribed polygon's area over the circle's
   const double r = fit == RoundFit::kEqualVolume ? radius / std::sqrt(share) : radius;
   std::vector<Vector3> vertices;
   std::vector<std::vector<int>> faces(2);
   for (int i = 0; i < segments; ++i) {
-    const Vector3 rim(r * std::cos(i * angle), r * std::sin(i * angle), 0.5 * length);
+    const auto [sine, cosine] = elementary::sinCos(i * angle);
+    const Vector3 rim(r * cosine, r * sine, 0.5 * length);
     vertices.push_back(Vector3(rim.x(), rim.y(), -rim.z()));
     vertices.push_back(rim);
     const int next = (i + 1) % segments;
@@ -74,7 +76,7 @@ ConvexPolyhedron makeCylinder(double radius, double length, int segments, RoundF
   }
   if (report) {
     report->volume_error = 1 - share * (r * r) / (radius * radius);
-    report->surface_error = std::max(r - radius, radius - r * std::cos(angle / 2));
+    report->surface_error = std::max(r - radius, radius - r * elementary::cos(angle / 2));
   }
   return ConvexPolyhedron(std::move(vertices), faces, name);
 }
@@ -94,12 +96,12 @@ ConvexPolyhedron makeSphere(double radius, int subdivision, RoundFit fit, const 
   for (int i = 0; i < subdivision; ++i) subdivide(vertices, triangles);
   const ConvexPolyhedron unit(vertices, triangles, name);
   const double share = unit.volume() / (4 * kPi / 3);
-  const double r = fit == RoundFit::kEqualVolume ? radius / std::cbrt(share) : radius;
+  const double r = fit == RoundFit::kEqualVolume ? radius / elementary::cbrt(share) : radius;
   for (Vector3& v : vertices) v *= r;
   if (report) {
     double inner = r;
     for (const auto& face : unit.faces()) inner = std::min(inner, r * face.offset);
-    report->volume_error = 1 - share * std::pow(r / radius, 3);
+    report->volume_error = 1 - share * (r * r * r) / (radius * radius * radius);
     report->surface_error = std::max(r - radius, radius - inner);
   }
   return ConvexPolyhedron(std::move(vertices), triangles, name);

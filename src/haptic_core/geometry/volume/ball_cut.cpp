@@ -1,9 +1,9 @@
 #include "haptic_core/geometry/volume/ball_cut.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/volume/circular_segment.h"
 #include "haptic_core/geometry/volume/contact_moments.h"
 #include "haptic_core/geometry/volume/round_loop.h"
@@ -69,8 +69,8 @@ struct SphereSection {
   CutCurve arc(const Point& p, const Point& q) const {
     CutCurve arc = line(p, q);
     arc.arc = true;
-    arc.from = std::atan2(p.y(), p.x());
-    arc.sweep = std::atan2(crossInPlane(p, q), p.dot(q));
+    arc.from = elementary::atan2(p.y(), p.x());
+    arc.sweep = elementary::atan2(crossInPlane(p, q), p.dot(q));
     if (arc.sweep < 0) arc.sweep += kTurn;
     return arc;
   }
@@ -119,7 +119,7 @@ struct RegionSums {
   /// Between an arc and its chord. `apex`: the arc's middle, `out` the unit vector to it from the circle's
   /// centre.
   void addSegment(const Vector2& apex, const Vector2& out, double radius, double half_sweep) {
-    const double sine = std::sin(0.5 * half_sweep), s = 2 * sine * sine;
+    const double sine = elementary::sin(0.5 * half_sweep), s = 2 * sine * sine;
     const SegmentIntegrals j(s, half_sweep);
     const double scale = s * std::sqrt(s), r2 = radius * radius;
     const double m0 = 2 * r2 * scale * j.j0, m1 = 2 * r2 * radius * scale * j.j1,
@@ -138,7 +138,7 @@ struct RegionSums {
 double CutCurve::reach(const Vector2& slope, double radius) const noexcept {
   const double ends = std::max(slope.dot(p), slope.dot(q));
   if (!arc) return ends;
-  double turn = std::atan2(slope.y(), slope.x()) - from;
+  double turn = elementary::atan2(slope.y(), slope.x()) - from;
   turn -= kTurn * std::floor(turn / kTurn);
   return turn <= sweep ? radius * slope.norm() : ends;
 }
@@ -181,7 +181,7 @@ void BallCut::closeArcs(const CutFace& face, bool holds_centre) noexcept {
     CutCurve& curve = curves_[i];
     if (!curve.arc) {
       const double turn = crossInPlane(curve.p, curve.q);
-      total += std::atan2(turn, curve.p.dot(curve.q));
+      total += elementary::atan2(turn, curve.p.dot(curve.q));
       if ((curve.q - curve.p).squaredNorm() < kSpeck * kSpeck * radius_ * radius_) continue;
       voted = true;
       left = left && turn >= 0;
@@ -251,7 +251,7 @@ void BallCut::addCircle(const Vector3& normal, double height, double radius) noe
 /// What of a face's disc lies beyond the chord at `low` along the face's x.
 void BallCut::addSegment(const CutFace& face, double low, double half_chord) noexcept {
   const Vector2 p(low, -half_chord), q(low, half_chord);
-  const double half = std::atan2(half_chord, low);
+  const double half = elementary::atan2(half_chord, low);
   faces_.push_back(face);
   CutFace& added = faces_[faces_.size() - 1];
   added.first = curves_.size();
@@ -311,7 +311,8 @@ PlaneMoments BallCut::moments(const CutFace& face, const Vector3& o) const noexc
       sums.addTriangle(curve.p - origin, curve.q - origin);
       if (!curve.arc || !(curve.sweep > 0)) continue;
       const double middle = curve.from + 0.5 * curve.sweep;
-      const Vector2 out(std::cos(middle), std::sin(middle));
+      const auto [sine, cosine] = elementary::sinCos(middle);
+      const Vector2 out(cosine, sine);
       sums.addSegment(face.radius * out - origin, out, face.radius, 0.5 * curve.sweep);
     }
   }

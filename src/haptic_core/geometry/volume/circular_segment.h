@@ -2,6 +2,8 @@
 #pragma once
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
+
 namespace haptic {
 
 inline constexpr double kTurn = 2 * M_PI;  ///< all round [rad]
@@ -30,11 +32,12 @@ struct SegmentIntegrals {
       j2 *= M_SQRT2 * s * s;
       return;
     }
-    const double sine = std::sin(theta), cosine = std::cos(theta), scale = 1 / (s * std::sqrt(s));
+    const auto [sine, cosine] = elementary::sinCos(theta);
+    const double scale = 1 / (s * std::sqrt(s));
     const double a = 0.5 * (theta - sine * cosine), b = sine * sine * sine / 3;
     j0 = a * scale;
     j1 = (a - b) * scale;
-    j2 = (a - 2 * b + 0.125 * (theta - 0.25 * std::sin(4 * theta))) * scale;
+    j2 = (a - 2 * b + 0.125 * (theta - 0.25 * elementary::sin(4 * theta))) * scale;
   }
 
   static constexpr double kShort = 0.01;    ///< below it seven terms of the series are enough

@@ -1,6 +1,5 @@
 #include "haptic_core/geometry/volume/contact_integrals.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 

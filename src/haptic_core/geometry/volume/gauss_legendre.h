@@ -2,6 +2,8 @@
 #pragma once
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
+
 namespace haptic {
 
 /// Two nodes of a Gauss rule, at ±`at`, with the same weight.
@@ -39,9 +41,11 @@ inline void integrate(const GaussPoint (&rule)[kHalf], double a, double b, Visit
 /// ∫ over the arc from angle `from` over `sweep`: visits (cosine, sine, weight). Two points share one sine and cosine.
 template <int kHalf, class Visit>
 inline void integrateArc(const GaussPoint (&rule)[kHalf], double from, double sweep, Visit&& visit) {
-  const double half = 0.5 * sweep, c = std::cos(from + half), s = std::sin(from + half);
+  const double half = 0.5 * sweep;
+  const auto [s, c] = elementary::sinCos(from + half);
   for (const GaussPoint& g : rule) {
-    const double cosine = std::cos(half * g.at), sine = std::sin(half * g.at), weight = half * g.weight;
+    const auto [sine, cosine] = elementary::sinCos(half * g.at);
+    const double weight = half * g.weight;
     visit(c * cosine + s * sine, s * cosine - c * sine, weight);
     visit(c * cosine - s * sine, s * cosine + c * sine, weight);
   }

@@ -28,10 +28,11 @@ constexpr double kBeyondHull = 1.036;
 
 /// The outline becomes an ellipse with second moments C about its middle, for a unit of its area, which is returned.
 double setEllipse(RoundVolume& v, const Vector2& middle, const Matrix2& C) {
-  const double mean = 0.5 * (C(0, 0) + C(1, 1)), half = 0.5 * (C(0, 0) - C(1, 1)), root = std::hypot(half, C(0, 1));
-  const double angle = root > 0 ? 0.5 * std::atan2(C(0, 1), half) : 0;
+  const double mean = 0.5 * (C(0, 0) + C(1, 1)), half = 0.5 * (C(0, 0) - C(1, 1)), root = elementary::hypot(half, C(0, 1));
+  const double angle = root > 0 ? 0.5 * elementary::atan2(C(0, 1), half) : 0;
   const double a = 2 * std::sqrt(std::max(0.0, mean + root)), b = 2 * std::sqrt(std::max(0.0, mean - root));
-  const Vector2 along(std::cos(angle), std::sin(angle)), across(-along.y(), along.x());
+  const auto [sine, cosine] = elementary::sinCos(angle);
+  const Vector2 along(cosine, sine), across(-along.y(), along.x());
   v.curves.clear();
   v.shares.clear();
   v.curves.push_back({true, 0, 2 * M_PI, middle, a * along, v.sign * b * across, Vector2::Zero()});

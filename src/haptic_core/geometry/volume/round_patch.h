@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/volume/ball_cut.h"
 #include "haptic_core/geometry/volume/gauss_legendre.h"
 #include "haptic_core/geometry/volume/rod_breaks.h"
@@ -38,7 +39,7 @@ struct RoundVolume {
     /// The point at t [m], and its derivative by t.
     Vector at(double t, Vector& rate) const {
       if (!arc) return rate = x, middle + t * x;
-      const double angle = from + t * sweep, cosine = std::cos(angle), sine = std::sin(angle);
+      const auto [sine, cosine] = elementary::sinCos(from + t * sweep);
       rate = sweep * (cosine * y - sine * x);
       if (rise.isZero(0)) return middle + cosine * x + sine * y;
       double speed;
@@ -218,12 +219,12 @@ void RoundPatch::eachRing(Visit&& visit) const noexcept {
 
 template <class Visit>
 void RoundPatch::eachOnRings(int angles, Visit&& visit) const noexcept {
-  const double turn = 2 * M_PI / angles, cosine = std::cos(turn), sine = std::sin(turn);
+  const elementary::SineCosine turn = elementary::sinCos(2 * M_PI / angles);
   eachRing([&](double radius, double area, double d) {
     Vector2 r(radius, 0);
     for (int i = 0; i < angles; ++i) {
       visit(r, area / angles, scale_ * d);
-      r = Vector2(cosine * r.x() - sine * r.y(), sine * r.x() + cosine * r.y());
+      r = Vector2(turn.cosine * r.x() - turn.sine * r.y(), turn.sine * r.x() + turn.cosine * r.y());
     }
   });
 }

@@ -1,9 +1,9 @@
 #include "haptic_core/geometry/volume/solid_moments.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/volume/circular_segment.h"
 #include "haptic_core/geometry/volume/gauss_legendre.h"
 
@@ -18,7 +18,7 @@ constexpr double kCircleDigits = 74;
 /// to -u the error falls like qᴺ, q = tan(α/2)/tan(γ/2) or its inverse.
 int circlePoints(double height, double cosine) {
   const double q2 = (1 - height) * (1 - cosine) / ((1 + height) * (1 + cosine));
-  return static_cast<int>(std::min<double>(kMostPoints, kLeastPoints + kCircleDigits / std::abs(std::log(q2))));
+  return static_cast<int>(std::min<double>(kMostPoints, kLeastPoints + kCircleDigits / std::abs(elementary::log(q2))));
 }
 
 /// A face's normal this close to ±u is u's rounding.
@@ -40,7 +40,7 @@ class SphereSums {
     const double s = cosine > -0.5 ? rho2 / (1 + cosine) : 1 - cosine,
                  left = cosine > -0.5 ? 1 + cosine : rho2 / s;
     const double turn = u_.dot(across.cross(step)) / left, root = turn / std::sqrt(left);
-    const SegmentIntegrals j(s, s < SegmentIntegrals::kSeries ? 0 : std::atan2(std::sqrt(rho2), cosine));
+    const SegmentIntegrals j(s, s < SegmentIntegrals::kSeries ? 0 : elementary::atan2(std::sqrt(rho2), cosine));
     const double b = b_, k = kappa_;
     volume_ += turn * (b + 0.5 * k * s);
     along_ += turn * (b * b - s * (0.5 * b * b + k * s / 3));
@@ -54,7 +54,7 @@ class SphereSums {
   /// point's part across u, and of its square, over the angle.
   void addParallel(double s, double sense, double sweep, const Vector3& first, const Matrix3& second) {
     const double turn = sense * s, b = b_, k = kappa_;
-    const SegmentIntegrals j(s, s < SegmentIntegrals::kSeries ? 0 : std::acos(1 - s));
+    const SegmentIntegrals j(s, s < SegmentIntegrals::kSeries ? 0 : elementary::acos(1 - s));
     const double root = turn / std::sqrt(2 - s);
     volume_ += turn * sweep * (b + 0.5 * k * s);
     along_ += turn * sweep * (b * b - s * (0.5 * b * b + k * s / 3));
@@ -104,8 +104,8 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
     if (face.whole) {
       const int points = circlePoints(h, face.normal.dot(u));
       for (int i = 0; i < points; ++i) {
-        const double angle = i * kTurn / points;
-        at(std::cos(angle), std::sin(angle), kTurn / points);
+        const auto [sine, cosine] = elementary::sinCos(i * kTurn / points);
+        at(cosine, sine, kTurn / points);
       }
       continue;
     }
@@ -123,8 +123,9 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
       bridge(arc.p, -1);
       bridge(arc.q, 1);
       if (about_pole) {
-        const double s0 = std::sin(arc.from), c0 = std::cos(arc.from), s1 = std::sin(arc.from + arc.sweep),
-                     c1 = std::cos(arc.from + arc.sweep), cross = 0.5 * (s1 * s1 - s0 * s0), swing = s1 * c1 - s0 * c0;
+        const auto [s0, c0] = elementary::sinCos(arc.from);
+        const auto [s1, c1] = elementary::sinCos(arc.from + arc.sweep);
+        const double cross = 0.5 * (s1 * s1 - s0 * s0), swing = s1 * c1 - s0 * c0;
         const Vector3 first = a * ((s1 - s0) * face.x + (c0 - c1) * face.y);
         const Matrix3 second = a * a * (0.5 * (arc.sweep + swing) * face.x * face.x.transpose() +
                                         0.5 * (arc.sweep - swing) * face.y * face.y.transpose() +
@@ -132,8 +133,8 @@ void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, Sol
         sums.addParallel(polar, side, arc.sweep, first, second);
         continue;
       }
-      const double middle = arc.from + 0.5 * arc.sweep;
-      const Vector3 n = h * face.normal + a * std::cos(middle) * face.x + a * std::sin(middle) * face.y;
+      const auto [sine, cosine] = elementary::sinCos(arc.from + 0.5 * arc.sweep);
+      const Vector3 n = h * face.normal + a * cosine * face.x + a * sine * face.y;
       if (arc.sweep < kShortArc && n.dot(u) > 0) {
         integrateArc(kGauss8, arc.from, arc.sweep, at);
         continue;

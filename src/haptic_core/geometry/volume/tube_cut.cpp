@@ -1,9 +1,9 @@
 #include "haptic_core/geometry/volume/tube_cut.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/volume/gauss_legendre.h"
 #include "haptic_core/geometry/volume/round_loop.h"
 #include "haptic_core/geometry/volume/tube_side_sums.h"
@@ -48,8 +48,8 @@ struct TubeSection {
   TubeCurve arc(const Point& p, const Point& q) const {
     TubeCurve arc = line(p, q);
     arc.arc = true;
-    arc.from = std::atan2(p.y(), p.x());
-    double sweep = side * std::atan2(crossInPlane(p.head<2>(), q.head<2>()), p.head<2>().dot(q.head<2>()));
+    arc.from = elementary::atan2(p.y(), p.x());
+    double sweep = side * elementary::atan2(crossInPlane(p.head<2>(), q.head<2>()), p.head<2>().dot(q.head<2>()));
     if (sweep < 0) sweep += kTurn;
     arc.sweep = side * sweep;
     return arc;
@@ -69,10 +69,13 @@ struct ArcPoint {
 /// Visits points of the arc; one sine and cosine each.
 template <class Visit>
 void eachPoint(const TubeArc& arc, Visit&& visit) {
-  const double half = 0.5 * arc.sweep, sine = std::sin(arc.from), cosine = std::cos(arc.from);
-  const double whole = std::sin(arc.from + half) * std::sin(half);
+  const double half = 0.5 * arc.sweep;
+  const elementary::SineCosine start = elementary::sinCos(arc.from);
+  const double sine = start.sine, cosine = start.cosine;
+  const double whole = elementary::sin(arc.from + half) * elementary::sin(half);
   const auto at = [&](double t, double weight) {
-    const double s = std::sin(t * half), c = std::cos(t * half), s2 = 2 * s * c, c2 = 1 - 2 * s * s;
+    const auto [s, c] = elementary::sinCos(t * half);
+    const double s2 = 2 * s * c, c2 = 1 - 2 * s * s;
     ArcPoint point{s, c, cosine * c2 - sine * s2, sine * c2 + cosine * s2, t, 1, t, weight};
     if (whole != 0) {
       point.rise = (sine * c + cosine * s) * s / whole;
@@ -95,13 +98,13 @@ double wrapped(double angle) {
 
 double arcRise(double from, double sweep, double t, double& rate) noexcept {
   // cos φ₀ - cos φ = 2 sin((φ + φ₀)/2) sin((φ - φ₀)/2).
-  const double half = 0.5 * sweep, whole = std::sin(from + half) * std::sin(half);
+  const double half = 0.5 * sweep, whole = elementary::sin(from + half) * elementary::sin(half);
   if (whole == 0) {
     rate = 1;
     return t;
   }
-  rate = half * std::sin(from + 2 * t * half) / whole;
-  return std::sin(from + t * half) * std::sin(t * half) / whole;
+  rate = half * elementary::sin(from + 2 * t * half) / whole;
+  return elementary::sin(from + t * half) * elementary::sin(t * half) / whole;
 }
 
 void TubeCut::reserve(int faces, int half_edges) {
@@ -128,7 +131,8 @@ void TubeCut::cutLoop(int count, Corner corner, Key key, TubeFace& face) noexcep
   ellipse.arc = true;
   ellipse.from = face.apex;
   ellipse.sweep = section.side * kTurn;
-  ellipse.p.head<2>() = radius_ * Vector2(std::cos(face.apex), std::sin(face.apex));
+  const auto [sine, cosine] = elementary::sinCos(face.apex);
+  ellipse.p.head<2>() = radius_ * Vector2(cosine, sine);
   ellipse.p.z() = (face.offset - radius_ * face.normal.head<2>().norm()) / face.normal.z();
   ellipse.q = ellipse.p;
   curves_.push_back(ellipse);
@@ -148,7 +152,7 @@ void TubeCut::closeArcs(const TubeFace& face, bool holds_centre) noexcept {
     if (!curve.arc) {
       const Vector2 p = curve.p.head<2>(), q = curve.q.head<2>();
       const double turn = side * crossInPlane(p, q);
-      total += std::atan2(turn, p.dot(q));
+      total += elementary::atan2(turn, p.dot(q));
       if ((q - p).squaredNorm() < kSpeck * kSpeck * radius_ * radius_) continue;
       voted = true;
       left = left && turn >= 0;
@@ -186,7 +190,7 @@ bool TubeCut::cut(const CutSolid& solid, double radius) noexcept {
     face.normal = plane.normal;
     face.offset = plane.offset;
     face.index = plane.index;
-    face.apex = std::atan2(plane.normal.y(), plane.normal.x());
+    face.apex = elementary::atan2(plane.normal.y(), plane.normal.x());
     cutLoop(
         solid.cornerCount(f), [&](int i) -> const Vector3& { return solid.corner(f, i); }, [&](int i) { return solid.key(f, i); },
         face);
@@ -206,7 +210,7 @@ double TubeCut::areaWithin(const TubeFace& face, const LoadedVector<Vector3>& ou
 /// Height at which an ellipse turns back, at `half_turns` π from its apex: by the plane, from either end.
 double TubeCut::turningHeight(const TubeFace& face, const TubeCurve& curve, double alpha, int half_turns) const noexcept {
   const auto fall = [&](double angle) {  // of the cosine
-    const double half = 0.5 * angle, sine = std::sin(half), cosine = std::cos(half);
+    const auto [sine, cosine] = elementary::sinCos(0.5 * angle);
     return half_turns % 2 == 0 ? -2 * sine * sine : 2 * cosine * cosine;
   };
   const double middle = 0.5 * (curve.p.z() + curve.q.z());
@@ -232,7 +236,8 @@ Vector3 TubeCut::inside() const noexcept {
 PlaneMoments TubeCut::moments(const TubeFace& face, const Vector3& o) const noexcept {
   PlaneMoments out;
   Vector3 g = curves_[face.first].p;
-  const double cosine = std::cos(face.apex), sine = std::sin(face.apex);
+  const elementary::SineCosine apex = elementary::sinCos(face.apex);
+  const double sine = apex.sine, cosine = apex.cosine;
   if (face.whole) {
     g = Vector3(0, 0, face.offset / face.normal.z());
     const Vector3 x(radius_ * cosine, radius_ * sine, -radius_ * face.normal.head<2>().norm() / face.normal.z()),
@@ -267,7 +272,7 @@ PlaneMoments TubeCut::moments(const TubeFace& face, const Vector3& o) const noex
 }
 
 void TubeCut::addSide(const Vector3& o, SolidMoments& out) const noexcept {
-  const double a = o.head<2>().norm(), zero = std::atan2(o.y(), o.x());
+  const double a = o.head<2>().norm(), zero = elementary::atan2(o.y(), o.x());
   SideSums sums(radius_, a);
   for (const TubeFace& face : faces_) {
     for (int i = face.first; i < face.first + face.count; ++i) {
@@ -275,17 +280,17 @@ void TubeCut::addSide(const Vector3& o, SolidMoments& out) const noexcept {
       if (!curve.arc) continue;
       // ψ at the ends in (-π, π] by the points themselves, so that the next face's arc agrees; whole turns apart.
       const double start = wrapped(curve.from - zero);
-      const double end = wrapped((face.whole ? curve.from : std::atan2(curve.q.y(), curve.q.x())) - zero);
+      const double end = wrapped((face.whole ? curve.from : elementary::atan2(curve.q.y(), curve.q.x())) - zero);
       sums.addTurns(std::round((start + curve.sweep - end) / kTurn), curve.q.z() - o.z());
       if (face.normal.head<2>().squaredNorm() == 0) continue;  // all at one height
       double along = start;
       eachPart(face, curve, [&](const TubeArc& arc) {
         const double rise = arc.z1 - arc.z0;
         if (rise != 0) {
-          const double sine = std::sin(0.5 * along), cosine = std::cos(0.5 * along);
+          const elementary::SineCosine first = elementary::sinCos(0.5 * along);
           eachPoint(arc, [&](const ArcPoint& at) {
-            const double half_sine = sine * at.half_cosine + cosine * at.half_sine,
-                         half_cosine = cosine * at.half_cosine - sine * at.half_sine;
+            const double half_sine = first.sine * at.half_cosine + first.cosine * at.half_sine,
+                         half_cosine = first.cosine * at.half_cosine - first.sine * at.half_sine;
             const double psi = along + at.t * arc.sweep;
             sums.add(psi, half_sine, half_cosine, std::floor((psi + M_PI) / kTurn), arc.z0 + at.rise * rise - o.z(),
                      at.weight * at.rate * rise);
@@ -295,7 +300,7 @@ void TubeCut::addSide(const Vector3& o, SolidMoments& out) const noexcept {
       });
     }
   }
-  const double cosine = std::cos(zero), sine = std::sin(zero);
+  const auto [sine, cosine] = elementary::sinCos(zero);
   sums.addTo(Vector3(cosine, sine, 0), Vector3(-sine, cosine, 0), out);
 }
 

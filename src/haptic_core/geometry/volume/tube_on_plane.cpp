@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/volume/circular_segment.h"
 #include "haptic_core/geometry/volume/gauss_legendre.h"
 
@@ -19,12 +20,12 @@ struct ChordSums {
 };
 
 ChordSums segmentOf(double R, double theta) {
-  const double sine = std::sin(0.5 * theta), s = 2 * sine * sine, scale = 2 * R * R * s * std::sqrt(s);
+  const double sine = elementary::sin(0.5 * theta), s = 2 * sine * sine, scale = 2 * R * R * s * std::sqrt(s);
   const SegmentIntegrals j(s, theta);
   return {scale * j.j0, scale * R * j.j1, scale * R * R * j.j2, scale * R * R / 3 * (2 * j.j1 - j.j2)};
 }
 
-double angleAt(double w, double R) { return 2 * std::asin(std::sqrt(std::min(1.0, w / (2 * R)))); }
+double angleAt(double w, double R) { return 2 * elementary::asin(std::sqrt(std::min(1.0, w / (2 * R)))); }
 
 }  // namespace
 
@@ -39,12 +40,12 @@ bool TubeOnPlane::find(double R, double half, const Vector3& normal, double offs
   const double w0 = D > c * L ? (D - c * L) / s : 0, w1 = D < s * 2 * R ? D / s : 2 * R;
   l0 = D < c * L ? D / c : L;
   l1 = D > s * 2 * R ? (D - s * 2 * R) / c : 0;
-  const double dl = s >= c ? l0 - l1 : (w1 - w0) * s / c, dw = s >= c ? dl * c / s : w1 - w0, T = std::hypot(dl, dw);
+  const double dl = s >= c ? l0 - l1 : (w1 - w0) * s / c, dw = s >= c ? dl * c / s : w1 - w0, T = elementary::hypot(dl, dw);
   whole_end = l0 == L;
   theta0 = angleAt(w0, R);
   const double theta1 = angleAt(w1, R), middle = 0.5 * (theta0 + theta1);
   const bool inside = w0 > 0 && w1 < 2 * R;
-  sweep = inside ? 2 * std::asin(std::min(1.0, dw / (2 * R * std::sin(middle)))) : theta1 - theta0;
+  sweep = inside ? 2 * elementary::asin(std::min(1.0, dw / (2 * R * elementary::sin(middle)))) : theta1 - theta0;
   double volume = 0, e1 = 0, k1 = 0, ee = 0, ek = 0, kk = 0, ff = 0;
   if (w0 > 0) {
     const ChordSums m = segmentOf(R, theta0);
@@ -54,12 +55,13 @@ bool TubeOnPlane::find(double R, double half, const Vector3& normal, double offs
   }
   double area = 0, ae = 0, ak = 0, aee = 0, aek = 0, akk = 0, aff = 0;
   // With η = (θ - θ0)/2 and H its end, cos θ0 - cos θ = 2 sin(θ0 + η) sin η: the share of w, and of ℓ, that has passed.
-  const double H = 0.5 * sweep, sine0 = std::sin(theta0), cosine0 = std::cos(theta0);
-  const double half_sine0 = std::sin(0.5 * theta0), half_cosine0 = std::cos(0.5 * theta0), all = std::sin(theta0 + H) * std::sin(H);
+  const double H = 0.5 * sweep;
+  const elementary::SineCosine whole0 = elementary::sinCos(theta0), half0 = elementary::sinCos(0.5 * theta0);
+  const double all = elementary::sin(theta0 + H) * elementary::sin(H);
   const auto at = [&](double p, double weight) {
-    const double sine = std::sin(p * H), cosine = std::cos(p * H);
-    const double sine1 = sine0 * cosine + cosine0 * sine, cosine1 = cosine0 * cosine - sine0 * sine;  // of θ0 + η
-    const double half_sine = half_sine0 * cosine + half_cosine0 * sine, sine2 = sine1 * cosine + cosine1 * sine;  // of θ/2, θ
+    const auto [sine, cosine] = elementary::sinCos(p * H);
+    const double sine1 = whole0.sine * cosine + whole0.cosine * sine, cosine1 = whole0.cosine * cosine - whole0.sine * sine;  // of θ0 + η
+    const double half_sine = half0.sine * cosine + half0.cosine * sine, sine2 = sine1 * cosine + cosine1 * sine;  // of θ/2, θ
     const double share = all != 0 ? sine1 * sine / all : p, rate = all != 0 ? H * sine2 / all : 1;
     const double w = 2 * R * half_sine * half_sine, l = l0 - share * dl, chord = 2 * R * std::max(0.0, sine2), side = chord * chord / 12;
     const double on_plane = weight * rate * T * chord, under = weight * rate * dw * chord * l;
