@@ -2,14 +2,32 @@
 // paths. Two builds compute the same bits when the same lines come out (`diff`). S takes the place of the scene's own
 // integrator: euler, verlet, implicit, sdirk2 or automatic.
 #include <cinttypes>
+#include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <map>
 
 #include "../scenes/shipped_scenes.h"
+#include "haptic_core/base/build_info.h"
+
+/// Bits of the C library's own functions, which differ between the variants that it chooses from by processor.
+std::uint64_t bitsOfCLibrary() {
+  std::uint64_t bits = 0;
+  for (int i = 1; i < 20000; ++i) {
+    const volatile double x = 1e-3 * i;
+    for (const double y : {std::sin(x), std::cos(x), std::exp(x), std::log(x), std::atan2(x, 0.7)}) {
+      std::uint64_t word;
+      std::memcpy(&word, &y, sizeof word);
+      bits = bits * 31 + word;
+    }
+  }
+  return bits;
+}
 
 int main(int argc, char** argv) {
   using haptic::Integrator;
+  std::fprintf(stderr, "%s; C library %016" PRIx64 "\n", haptic::buildFlags().c_str(), bitsOfCLibrary());
   const std::map<std::string, Integrator> schemes = {{"euler", Integrator::kSymplecticEuler},
                                                      {"verlet", Integrator::kVelocityVerlet},
                                                      {"implicit", Integrator::kImplicitEuler},
