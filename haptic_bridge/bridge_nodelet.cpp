@@ -2,12 +2,14 @@
 
 #include <pluginlib/class_list_macros.hpp>
 
+#include "haptic_core/base/build_info.h"
 #include "haptic_core/base/error.h"
 
 namespace haptic {
 
 void BridgeNodelet::onInit() {
   try {
+    NODELET_INFO_STREAM("core: " << programVersion() << ", " << buildFlags());
     const BridgeParameters parameters = readBridgeParameters(getPrivateNodeHandle());
     loop_ = std::make_unique<RealtimeThread>(parameters);
     telemetry_ = std::make_unique<Telemetry>(getNodeHandle(), getPrivateNodeHandle(), getName(), parameters, *loop_);

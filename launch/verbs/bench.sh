@@ -1,7 +1,7 @@
 #!/bin/sh
-#: bench [NAME]      measure the core, all of it or what NAME matches: for any x86-64 and for x86-64-v3; `python`: what a step
-#:                   costs from Python; `fuzz`: a search for contacts that go wrong; `build`: what builds and tests of a
-#:                   fresh checkout cost; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md
+#: bench [NAME]      measure the core, all of it or what NAME matches; `python`: what a step costs from Python; `fuzz`: a search for
+#:                   contacts that go wrong; `build`: what builds and tests of a fresh checkout cost; `dispatch`: bits and times of
+#:                   the two libraries; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md
 . "$(dirname "$0")/parts/start.sh"
 
 # What the sources are held to: sizes of functions, classes and of the core, files that an extension touches.
@@ -20,8 +20,7 @@ bench_kinds() {
 
 # The demo figures of all shipped scenes as one table in markdown.
 bench_scene_table() {
-  build=$1
-  python3 -B test/benchmark/scenes_table.py "$LOGS/bench-scenes-$build.log" "$(machine), $(commit), build $build" \
+  python3 -B test/benchmark/scenes_table.py "$LOGS/bench-scenes.log" "$(machine), $(commit)" \
     >"$FIGURES/scenes.md" || failed="$failed scenes_table"
   echo "bench: figures of every scene in $FIGURES/scenes.md"
 }
@@ -63,6 +62,27 @@ bench_processes() {
   with_progress 'bench processes' "$LOGS/bench-processes.log" python3 -B "$ROOT/test/benchmark/processes.py" ||
     failed="$failed processes"
   keep_figures "$csv" "$LOGS/bench-processes.log" '-O3 -DNDEBUG -ffp-contract=off'
+}
+
+# Bits and times of the two libraries, and of the last release that had one library per build. Its sources come from git.
+DISPATCH_BEFORE=46c564e
+bench_dispatch() {
+  before=$BUILD/dispatch/before
+  if [ ! -d "$before" ]; then
+    mkdir -p "$BUILD/dispatch"
+    git -c safe.directory='*' worktree prune
+    git -c safe.directory='*' worktree add --force --detach "$before" "$DISPATCH_BEFORE" >"$LOGS/dispatch-before.log" 2>&1 ||
+      fail "bench dispatch needs commit $DISPATCH_BEFORE to compare with: fetch the whole history (git fetch --unshallow)"
+  fi
+  configure_and_build dispatch-before "$before/src" "$BUILD/dispatch/before-v3" haptic_core -DHAPTIC_MARCH=x86-64-v3
+  configure_and_build bench "$ROOT/src" "$BUILD/bench" 'scene_hashes bench_dispatch' -DHAPTIC_CORE_BENCHMARKS=ON
+  bag=$BUILD/dispatch/touch_cube.bag
+  rm -f "$bag"
+  "$ROOT/run" demo --scene touch_cube --seconds 3 --record "$bag" >"$LOGS/dispatch-demo.log" 2>&1 ||
+    fail "the recording for bench dispatch failed; see $LOGS/dispatch-demo.log"
+  build_stack haptic_replay
+  with_progress 'bench dispatch' "$LOGS/bench-dispatch.log" python3 -B test/benchmark/dispatch.py --build "$BUILD/bench" \
+    --stack "$BUILD" --before "$before" --before-build "$BUILD/dispatch/before-v3" --bag "$bag" || failed="$failed dispatch"
 }
 
 # What a step costs from Python beyond the step itself.
@@ -111,36 +131,22 @@ chosen=$(echo "$names" | grep -x -e "$filter" -e "${filter}_.*" || echo "$names"
 setup run bench
 forget_other_workspaces
 targets=$(echo "$chosen" | sed 's/^/bench_/' | tr '\n' ' ')
-builds='base v3'
-if ! has_x86_64_v3; then
-  echo 'bench: this machine has no AVX2: only the build for any x86-64 is measured, under the plain names' >&2
-  builds=base
-fi
-for build in $builds; do
-  march='' && [ "$build" = v3 ] && march=x86-64-v3
-  configure_and_build "bench-$build" "$ROOT/src" "$BUILD/bench-$build" "$targets" \
-    -DHAPTIC_CORE_BENCHMARKS=ON -DHAPTIC_MARCH="$march"
-done
+configure_and_build bench "$ROOT/src" "$BUILD/bench" "$targets" -DHAPTIC_CORE_BENCHMARKS=ON
 csv=bench${filter:+-$filter} failed=''
 rm -f "$FIGURES/$csv.csv"
 for name in $chosen; do
-  for build in $builds; do
-    suffix=_base && { [ "$build" = v3 ] || [ "$builds" = base ]; } && suffix=''
-    with_progress "bench $name ($build)" "$LOGS/bench-$name-$build.log" env HAPTIC_FIGURE_SUFFIX=$suffix \
-      "$(find "$BUILD/bench-$build" -name "bench_$name" -type f)" || failed="$failed $name"
-  done
+  [ "$name" = dispatch ] || with_progress "bench $name" "$LOGS/bench-$name.log" \
+    "$(find "$BUILD/bench" -name "bench_$name" -type f)" || failed="$failed $name"
 done
+case " $(echo "$chosen" | tr '\n' ' ')" in *' dispatch '*) bench_dispatch ;; esac
 echo "bench: tables and notes in $LOGS/bench-*.log, figures in $FIGURES/$csv.csv"
 for name in $chosen; do
-  for build in $builds; do
-    march='' && [ "$build" = v3 ] && march=' -march=x86-64-v3'
-    keep_figures "$csv" "$LOGS/bench-$name-$build.log" "-O3 -DNDEBUG -ffp-contract=off$march"
-  done
+  keep_figures "$csv" "$LOGS/bench-$name.log" '-O3 -DNDEBUG -ffp-contract=off'
 done
 case " $(echo "$chosen" | tr '\n' ' ')" in *' plan '*) bench_structure ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' shapes '*) bench_kinds ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' loop '*) bench_reload ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_strangers ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_processes ;; esac
-case " $(echo "$chosen" | tr '\n' ' ')" in *' scenes '*) bench_scene_table "${builds##* }" ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' scenes '*) bench_scene_table ;; esac
 [ -z "$failed" ] || fail "failed:$failed"

@@ -134,4 +134,5 @@ if [ "$code" != 0 ] || ! [ -s "$lines" ]; then
   [ -n "$reason" ] || [ -z "$record" ] || reason=$(first_told ERROR)  # rosbag's: it ends where it cannot record
   fail "demo: ${reason:-stopped before its figures were written; see $log}"
 fi
+echo "demo: core library $(sed -n 's/.*core: .*, library \([^,]*\),.*/\1/p' "$log" | head -n 1)"
 tell_results

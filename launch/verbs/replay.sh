@@ -1,15 +1,15 @@
 #!/bin/sh
-#: replay BAG [--rviz] [--any-build]
+#: replay BAG [--rviz]
 #:                   run a session that --record has kept once more and compare it bit for bit: headless and as
-#:                   fast as it goes, or at its own pace in rviz
+#:                   fast as it goes, or at its own pace in rviz. A recording of an earlier release is replayed too: it
+#:                   says that its last bits are those of another build
 . "$(dirname "$0")/parts/start.sh"
 [ $# -ge 1 ] || fail "replay needs the path of a bag that ./run demo --record has written"
-bag='' rviz=false any_build=''
+bag='' rviz=false
 for word; do
   case $word in
     --rviz) rviz=true ;;
-    --any-build) any_build=--any-build ;;
-    -*) fail "replay: unknown option '$word'; there are --rviz --any-build" ;;
+    -*) fail "replay: unknown option '$word'; there is --rviz" ;;
     *) [ -z "$bag" ] || fail "replay takes one bag"
       bag=$(absolute "$word") ;;
   esac
@@ -20,8 +20,7 @@ if [ "$rviz" = false ]; then
   setup run
   build_stack haptic_replay
   use_build
-  # shellcheck disable=SC2086 # no option is no word
-  show_and_keep replay "$BUILD/devel/lib/penalty_sim/haptic_replay" "$bag" $any_build
+  show_and_keep replay "$BUILD/devel/lib/penalty_sim/haptic_replay" "$bag"
 else
   [ -n "${DISPLAY:-}" ] || fail "replay: --rviz needs a display; set DISPLAY, or use xvfb-run ./run replay BAG --rviz"
   setup run view
@@ -30,6 +29,6 @@ else
   port=$(free_port)
   export ROS_MASTER_URI="http://127.0.0.1:$port"
   with_progress replay "$LOGS/replay.log" roslaunch -p "$port" --disable-title --skip-log-check --no-summary \
-    haptic_bringup replay.launch bag:="$bag" options:="$any_build"
+    haptic_bringup replay.launch bag:="$bag"
   keep_figures replay "$LOGS/replay.log" '-O3 -DNDEBUG -ffp-contract=off'
 fi

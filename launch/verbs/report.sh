@@ -18,20 +18,11 @@ done
 case " $* " in *' --only stability '*) csv=report-stability ;; *) csv=report ;; esac
 setup run bench report
 forget_other_workspaces
-# Our programs for this processor and, beside them, for any x86-64: the peers are Debian's, which are built for any.
-build=base flags='-O3 -DNDEBUG -ffp-contract=off'
-if has_x86_64_v3; then build=v3 flags="$flags -march=x86-64-v3"; fi
-for each in base $build; do
-  march='' && [ "$each" = v3 ] && march=x86-64-v3
-  targets=report_programs && [ "$each" != "$build" ] && targets=report_run
-  [ "$each" = "${done:-}" ] || configure_and_build "bench-$each" "$ROOT/src" "$BUILD/bench-$each" "$targets" \
-    -DHAPTIC_CORE_BENCHMARKS=ON -DHAPTIC_MARCH="$march"
-  done=$each
-done
+flags='-O3 -DNDEBUG -ffp-contract=off'
+configure_and_build bench "$ROOT/src" "$BUILD/bench" report_programs -DHAPTIC_CORE_BENCHMARKS=ON
 mkdir -p "$FIGURES"
 rm -f "$FIGURES/$csv.csv"
-(cd "$CALLER" && exec python3 -B "$ROOT/test/report/report.py" --programs "$BUILD/bench-$build" \
-  --base-programs "$BUILD/bench-base" \
+(cd "$CALLER" && exec python3 -B "$ROOT/test/report/report.py" --programs "$BUILD/bench" \
   --output "$BUILD/report" --flags "$flags" "$@") >"$LOGS/$csv.log"
 code=$?
 grep -v '^figure ' "$LOGS/$csv.log"

@@ -20,20 +20,10 @@ bool endsWith(const std::string& text, const std::string& end) {
 
 void refuse(const std::string& bag, const std::string& what, const std::string& remedy) { throw SetupError(bag, what, remedy); }
 
-void checkVersion(const std::string& bag, const haptic_msgs::SessionInfo& info, const BagOptions& options) {
-  if (info.version != info.VERSION) {
-    refuse(bag, "was recorded in format " + std::to_string(info.version) + ", this program reads " +
-                    std::to_string(info.VERSION), "replay it with " + info.program);
-  }
-  if (options.any_build) return;
-  if (info.program != programVersion()) {
-    refuse(bag, "was recorded by " + info.program + ", this is " + programVersion(),
-           "use that version, or --any-build to compare all the same");
-  }
-  if (info.build != buildFlags()) {
-    refuse(bag, "was recorded by the build '" + info.build + "', this is '" + buildFlags() + "'",
-           "use that build, or --any-build to compare all the same");
-  }
+void checkFormat(const std::string& bag, const haptic_msgs::SessionInfo& info) {
+  if (info.version == info.VERSION) return;
+  refuse(bag, "was recorded in format " + std::to_string(info.version) + ", this program reads " + std::to_string(info.VERSION),
+         "replay it with " + info.program);
 }
 
 RecordedSession begin(const std::string& bag, const haptic_msgs::SessionInfo& info) {
@@ -47,6 +37,7 @@ RecordedSession begin(const std::string& bag, const haptic_msgs::SessionInfo& in
   s.default_density = info.default_density;
   s.program = info.program;
   s.build = info.build;
+  s.same_bits = sameBits(info.program, info.build);
   s.links = info.links;
   s.device_texts = info.device_texts;
   s.start.first_tick = info.first_tick;
@@ -174,7 +165,7 @@ Messages readMessages(const std::string& path) {
 
 }  // namespace
 
-std::vector<RecordedSession> readSessions(const std::string& bag, const BagOptions& options) {
+std::vector<RecordedSession> readSessions(const std::string& bag) {
   Messages messages = readMessages(bag);
   // Messages of different topics may have crossed on their way into the bag; ticks tell the order.
   const auto by_first_tick = [](const auto& a, const auto& b) { return a->first_tick < b->first_tick; };
@@ -185,7 +176,7 @@ std::vector<RecordedSession> readSessions(const std::string& bag, const BagOptio
   auto run = messages.runs.begin();
   auto event = messages.events.begin();
   for (std::size_t i = 0; i < messages.sessions.size(); ++i) {
-    checkVersion(bag, *messages.sessions[i], options);
+    checkFormat(bag, *messages.sessions[i]);
     const std::uint64_t end = i + 1 < messages.sessions.size() ? messages.sessions[i + 1]->first_tick : UINT64_MAX;
     RecordedSession session = begin(bag, *messages.sessions[i]);
     std::vector<std::uint32_t> channels = channelsOf(session.start);

@@ -13,6 +13,7 @@ struct RecordedSession {
   std::uint64_t fingerprint = 0, world_hash = 0;
   double rate = 1000, default_density = 0;
   std::string program, build;
+  bool same_bits = true;             ///< false: recorded by a version or build that computes other last bits
   std::vector<std::string> links;
   SessionStart start;                ///< without the devices' definitions: those are in `device_texts`
   std::vector<std::string> device_texts;
@@ -27,12 +28,8 @@ struct RecordedSession {
   std::vector<ClockNote> clock;      ///< one per message
 };
 
-struct BagOptions {
-  bool any_build = false;            ///< read recordings of another build as well: last bits may differ
-};
-
 /// Reads topics recorded/session, recorded/events, recorded/ticks below any namespace. Throws SetupError, one line:
-/// no bag, truncated, no recording in it, another version or build, ticks missing.
-std::vector<RecordedSession> readSessions(const std::string& bag, const BagOptions& options = {});
+/// no bag, truncated, no recording in it, another format, ticks missing.
+std::vector<RecordedSession> readSessions(const std::string& bag);
 
 }  // namespace haptic

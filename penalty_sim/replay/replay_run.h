@@ -18,7 +18,8 @@ struct ReplayReport {
 
 class ReplayRun {
  public:
-  /// Loads scene and devices as they were recorded. Throws SetupError when they are not the same any more.
+  /// Loads scene and devices as they were recorded. Throws SetupError when they are not the same any more; a session of another
+  /// build is taken as it is, for its scene has other last bits from the start.
   explicit ReplayRun(const RecordedSession& session);
 
   /// Runs it all; `after_tick` is called after each tick with its index.

@@ -108,7 +108,7 @@ int main(int argc, char** argv) {
   if (toldVersion(argc, argv, "session_table")) return 0;
   if (argc != 3) throw SetupError("session_table", "wants a bag and a folder", kUsage);
   // Another build may differ in last bits: the column `same_bits` and `mismatches` tell.
-  const std::vector<RecordedSession> sessions = readSessions(argv[1], {true});
+  const std::vector<RecordedSession> sessions = readSessions(argv[1]);
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     const std::string base = std::string(argv[2]) + "/session_" + std::to_string(i + 1);
     ReplayRun run(sessions[i]);

@@ -4,17 +4,13 @@
 #include <cmath>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
 namespace haptic::bench {
 
-/// Prints one figure. `./run bench` measures two builds and sets HAPTIC_FIGURE_SUFFIX to `_base` for the one
-/// that runs on any x86-64.
-inline void figure(const std::string& name, double value, const char* unit) {
-  const char* suffix = std::getenv("HAPTIC_FIGURE_SUFFIX");
-  std::printf("figure %s%s %.10g %s\n", name.c_str(), suffix ? suffix : "", value, unit);
+inline void figure(const std::string& name, double value, const char* unit) {  ///< prints one figure
+  std::printf("figure %s %.10g %s\n", name.c_str(), value, unit);
   std::fflush(stdout);
 }
 

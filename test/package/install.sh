@@ -1,5 +1,7 @@
 #!/bin/sh
-# Installs the packages of `./run package` in a bare Debian of this release and runs them there: test/package/install.sh
+# Installs the packages of `./run package` in a bare Debian of this release and runs them there:
+#   test/package/install.sh [EARLIER_PACKAGES]
+# With a folder of an earlier release's packages it installs those first and the new ones over them, as dpkg upgrades.
 # Needs root, debootstrap and a Debian mirror; about three minutes. Ends with `figure package.install_ok 1`.
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd -P)
@@ -7,6 +9,7 @@ say() { echo "package: $*" >&2; }
 ls "$root"/build/packages/*.deb >/dev/null 2>&1 || { say 'no packages in build/packages: ./run package'; exit 1; }
 # shellcheck disable=SC1091 # with the other scripts that make bare systems
 . "$root/test/build/bare.sh"
+earlier=${1:+$(cd "$1" && pwd -P)}
 in_own_namespaces "$@"
 bare=$root/build/debian/package log=$root/build/log/package-install.log
 trap 'umount --recursive --lazy "$bare" 2>/dev/null; rm -rf --one-file-system "$bare"' EXIT
@@ -18,8 +21,16 @@ mkdir "$bare/debs" && cp "$root"/build/packages/*.deb "$bare/debs"
 rm -f "$bare"/debs/haptic-panel_*.deb  # rviz and Qt: who only runs the loop goes without
 say 'installs'
 enter network "$bare" apt-get update >>"$log" 2>&1
+if [ -n "$earlier" ]; then
+  mkdir "$bare/earlier" && cp "$earlier"/*.deb "$bare/earlier" && rm -f "$bare"/earlier/haptic-panel_*.deb
+  enter network "$bare" sh -c 'apt-get install -y --no-install-recommends /earlier/*.deb && dpkg -i /debs/*.deb' >>"$log" 2>&1
+fi
 enter network "$bare" sh -c 'apt-get install -y --no-install-recommends /debs/*.deb' >>"$log" 2>&1
 say 'runs'
+# Both libraries, found as the processor asks.
+enter alone "$bare" sh -c 'ldconfig -p' | grep -q 'x86-64-v3.*/glibc-hwcaps/x86-64-v3/libhaptic_core.so'
+enter alone "$bare" env GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2_Usable /usr/lib/spidar_driver/device_check --version | grep -q 'library baseline'
+enter alone "$bare" /usr/lib/spidar_driver/device_check --version | grep -q "library $(grep -qw avx2 /proc/cpuinfo && echo x86-64-v3 || echo baseline)"
 enter alone "$bare" timeout 120 roslaunch --skip-log-check haptic_bringup demo.launch rviz:=false seconds:=2 figures:=/figures >>"$log" 2>&1 && grep -q "^figure demo.ticks 2000 " "$bare/figures" ||
   { tail -n 20 "$log" >&2; exit 1; }
 enter alone "$bare" python3 -c 'import haptic; haptic.World("touch_cube").step()'

@@ -10,13 +10,13 @@ from run_errors import METRICS, error_over_time, errors_against, judged, parse_r
 
 class SceneResult:
     """Runs and errors of one scene. `total` and `numerical`: lists of (run, {metric: error}); numerical ones also carry the
-    convergence of their reference per metric. `base`: total errors of what ran again in the build for any processor."""
+    convergence of their reference per metric."""
 
     def __init__(self, scene, quick, peers):
         self.scene, self.quick = scene, quick
         self.cases = cases_of(scene, quick, peers)
         self.references = references_of(scene, self.cases, quick)
-        self.runs, self.total, self.numerical, self.base, self.not_converging = [], [], [], [], []
+        self.runs, self.total, self.numerical, self.not_converging = [], [], [], []
         self.orders, self.pictures = {}, []
         self.exact, self.converged, self.reference_notes = None, {}, []
 
@@ -74,12 +74,6 @@ class SceneResult:
                 count += bool(np.max(away) > self.scene.size)
         return count
 
-    def take_base(self, results):
-        """Runs of the build for any processor and of the peers beside them: {case: result}."""
-        for case, result in results.items():
-            run, total, _ = self.entry(case, result)
-            self.base.append((run, total or {}))
-
     def find_not_converging(self, peers):
         """Settings of peers whose error does not fall with their step: the sanity test of each row. Less than a tenth of an
         order, above rounding, over the steps that did not fail; one step alone shows nothing."""
@@ -114,10 +108,10 @@ class SceneResult:
                 return metric
         return 'position'
 
-    def points(self, base=False):
-        """(scene, metric) -> [Point]. `base`: of what ran again with the build for any processor."""
+    def points(self):
+        """(scene, metric) -> [Point]."""
         out = {}
-        for run, errors in self.base if base else self.total:
+        for run, errors in self.total:
             for metric, error in errors.items():
                 out.setdefault((self.scene.name, metric), []).append(
                     pareto.Point(run.cpu, error, is_peer(run.case.method), self.own_stiffness(run.case), run))

@@ -43,31 +43,29 @@ def _short(value):
 
 
 def keep_cells(compared, folder):
-    """`compared`: {build: {comparison: cells}}."""
+    """`compared`: {comparison: cells}."""
     with open(os.path.join(folder, 'cells.csv'), 'w', newline='') as file:
         writer = csv.writer(file, lineterminator='\n')
-        writer.writerow(['build', 'ours_of', 'scene', 'metric', 'error', 'verdict', 'ours_cpu_s_per_s', 'ours', 'ours_step_s', 'ours_k',
+        writer.writerow(['ours_of', 'scene', 'metric', 'error', 'verdict', 'ours_cpu_s_per_s', 'ours', 'ours_step_s', 'ours_k',
                          'peer_cpu_s_per_s', 'peer', 'peer_step_s'])
-        for build, by_name in compared.items():
-            for name, cells in by_name.items():
-                for cell in cells:
-                    ours, theirs = (run.case if run else None for run in (cell.our_run, cell.their_run))
-                    writer.writerow([build, name, cell.scene, cell.metric, f'1e{cell.decade}',
-                                     pareto.verdict(cell) + (', rounding' if cell.rounding else ''), f'{cell.ours:.4g}',
-                                     ours.method if ours else '', f'{ours.step:.4g}' if ours else '',
-                                     f'{ours.stiffness:.4g}' if ours else '', f'{cell.theirs:.4g}', theirs.method if theirs else '',
-                                     f'{theirs.step:.4g}' if theirs else ''])
+        for name, cells in compared.items():
+            for cell in cells:
+                ours, theirs = (run.case if run else None for run in (cell.our_run, cell.their_run))
+                writer.writerow([name, cell.scene, cell.metric, f'1e{cell.decade}',
+                                 pareto.verdict(cell) + (', rounding' if cell.rounding else ''), f'{cell.ours:.4g}',
+                                 ours.method if ours else '', f'{ours.step:.4g}' if ours else '',
+                                 f'{ours.stiffness:.4g}' if ours else '', f'{cell.theirs:.4g}', theirs.method if theirs else '',
+                                 f'{theirs.step:.4g}' if theirs else ''])
 
 
 def keep_counts(compared, folder):
     with open(os.path.join(folder, 'counts.csv'), 'w', newline='') as file:
         writer = csv.writer(file, lineterminator='\n')
         columns = ('cells', 'contested', 'won', 'level', 'lost', 'only ours', 'only theirs', 'rounding')
-        writer.writerow(['build', 'ours_of', *(name.replace(' ', '_') for name in columns)])
-        for build, by_name in compared.items():
-            for name, cells in by_name.items():
-                counts = pareto.counts(cells)
-                writer.writerow([build, name, *(counts[column] for column in columns)])
+        writer.writerow(['ours_of', *(name.replace(' ', '_') for name in columns)])
+        for name, cells in compared.items():
+            counts = pareto.counts(cells)
+            writer.writerow([name, *(counts[column] for column in columns)])
 
 
 def keep(output, folder, compared, wanted):

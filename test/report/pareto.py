@@ -83,17 +83,6 @@ def comparisons(default):
             'all': (lambda p: True, 'all our methods at all stiffnesses')}
 
 
-def near_front(points, default):
-    """Cases that may be the cheapest of a cell in a build at most twice as slow: within a factor of two of the cheapest of
-    ours in every comparison, and of the peers, who run again beside them: times of another hour do not compare."""
-    cases = set()
-    for takes, _ in comparisons(default).values():
-        for cell in reached_cells(points, takes):
-            cases |= {p.run.case for p in points[(cell.scene, cell.metric)] if (p.peer or takes(p)) and
-                      p.error <= limit_of(cell.decade) and p.cpu <= 2 * (cell.theirs if p.peer else cell.ours)}
-    return cases
-
-
 def front(points):
     """The points (cpu, error, ...) that no other point beats in both: by rising cost."""
     result = []

@@ -27,7 +27,7 @@ import seed_section
 import stability
 from analysis import SceneResult
 from programs import ROOT
-from report_plan import QUICK_MOST_BODIES, QUICK_PEERS, default_method, describe, describe_peers, task_of
+from report_plan import QUICK_MOST_BODIES, QUICK_PEERS, default_method, describe, describe_peers
 from task_pool import Kept, run_tasks, stamp_of
 
 # Scene files that a quick report adds to the built-in scenes; a full one takes every file of urdf/scenes.
@@ -40,8 +40,7 @@ def arguments(argv):
     parser.add_argument('--quick', action='store_true', help='fewer steps and repetitions, under three minutes')
     parser.add_argument('--only', choices=['stability', 'scenes'], help='a part of the report')
     parser.add_argument('--scheduler', metavar='ADDRESS', help='spread the runs over the Dask cluster there')
-    parser.add_argument('--programs', default=os.path.join(ROOT, 'build', 'bench-v3'), help='build folder of the programs')
-    parser.add_argument('--base-programs', metavar='FOLDER', help='the same, built for any processor: their counts stand beside')
+    parser.add_argument('--programs', default=os.path.join(ROOT, 'build', 'bench'), help='build folder of the programs')
     parser.add_argument('--output', default=os.path.join(ROOT, 'build', 'report'), help='folder of page, CSV and runs')
     parser.add_argument('--keep', metavar='FOLDER', help='copy CSV and pictures there, small enough for a repository')
     parser.add_argument('--flags', default='', help='compiler flags, for the CSV')
@@ -95,32 +94,13 @@ def run_scenes(scenes, peers, options, run_program):
     return results
 
 
-def run_base(results, default, options):
-    """Ours again in the build for any processor, and the peers beside: only what may be the cheapest of a cell there."""
-    run_program = programs.find(options.base_programs, 'report_run') if options.base_programs else None
-    if not run_program:
-        return False
-    stamp = stamp_of(run_program)
-    planned = []
+def compare(results, default):
+    """{comparison: cells}; empty without cells."""
+    points = {}
     for result in results:
-        cases = pareto.near_front(result.points(), default)
-        planned += [(result, case, task_of(case, run_program, stamp, options.quick, result.scene)) for case in sorted(cases)]
-    kept = Kept(os.path.join(options.output, 'runs'))
-    done = run_tasks([task for _, _, task in planned], kept, 'report, any processor', options.scheduler, options.workers)
-    for result in results:
-        result.take_base({case: done[task.key] for owner, case, task in planned if owner is result})
-    return True
-
-
-def compare(results, default, builds):
-    """{build: {comparison: cells}}."""
-    compared = {}
-    for build in builds:
-        points = {}
-        for result in results:
-            points.update(result.points(base=build == 'any x86-64' and len(builds) > 1))
-        compared[build] = {name: pareto.reached_cells(points, takes) for name, (takes, _) in pareto.comparisons(default).items()}
-    return compared if any(cells for by_name in compared.values() for cells in by_name.values()) else {}
+        points.update(result.points())
+    compared = {name: pareto.reached_cells(points, takes) for name, (takes, _) in pareto.comparisons(default).items()}
+    return compared if any(compared.values()) else {}
 
 
 def draw(job):
@@ -169,10 +149,7 @@ def main(argv):
         if options.quick:
             peers = [peer for peer in peers if peer['name'] in QUICK_PEERS]
         results = run_scenes(scenes, [peer['name'] for peer in peers], options, run_program)
-        is_v3 = 'v3' in options.flags
-        builds = (['x86-64-v3'] if is_v3 else ['any x86-64']) + \
-            (['any x86-64'] if run_base(results, default, options) and is_v3 else [])
-        compared = compare(results, default, builds)
+        compared = compare(results, default)
         for scene, metric, _, _ in pareto.read_cells():
             fixed.setdefault(scene, []).append(metric)
         with concurrent.futures.ProcessPoolExecutor(options.workers) as pool:
@@ -208,7 +185,7 @@ def print_figures(results, compared, peers, failed_shown, default):
         print(f'figure report.{name} {value} {unit}')
     figure('scenes', len(results), 'scenes')
     figure('public_benchmarks', sum(bool(result.scene.benchmark) for result in results), 'scenes')
-    figure('runs', sum(len(result.runs) + len(result.base) for result in results), 'runs')
+    figure('runs', sum(len(result.runs) for result in results), 'runs')
     figure('failed_runs_shown', failed_shown, 'runs')
     figure('failed_runs', sum(len(result.failed()) for result in results), 'runs')
     figure('ok_runs_beyond_bound', sum(result.beyond_bound() for result in results), 'runs')
@@ -224,17 +201,16 @@ def print_figures(results, compared, peers, failed_shown, default):
     touching = [run for run in ours if run.touching > 0]
     figure('default_worst_over_touching_median_max', f'{max((run.slowest / run.touching for run in touching), default=0):.1f}', '1')
     figure('default_p999_over_touching_median_max', f'{max((run.p999 / run.touching for run in touching), default=0):.1f}', '1')
-    for index, by_name in enumerate(compared.values()):
-        end = '_base' if index else ''
-        for name, cells in by_name.items():
-            c = pareto.counts(cells)
-            figure(f'cells_{name}_won{end}', c['won'], 'cells')
-            figure(f'cells_{name}_lost{end}', c['lost'], 'cells')
-            figure(f'cells_{name}_contested{end}', c['contested'], 'cells')
-            figure(f'cells_{name}_only_ours{end}', c['only ours'], 'cells')
-            figure(f'cells_{name}_only_theirs{end}', c['only theirs'], 'cells')
-        figure(f'cells_contested{end}', pareto.counts(by_name['all'])['contested'], 'cells')
-        figure(f'cells_rounding{end}', pareto.counts(by_name['all'])['rounding'], 'cells')
+    for name, cells in compared.items():
+        c = pareto.counts(cells)
+        figure(f'cells_{name}_won', c['won'], 'cells')
+        figure(f'cells_{name}_lost', c['lost'], 'cells')
+        figure(f'cells_{name}_contested', c['contested'], 'cells')
+        figure(f'cells_{name}_only_ours', c['only ours'], 'cells')
+        figure(f'cells_{name}_only_theirs', c['only theirs'], 'cells')
+    if compared:
+        figure('cells_contested', pareto.counts(compared['all'])['contested'], 'cells')
+        figure('cells_rounding', pareto.counts(compared['all'])['rounding'], 'cells')
 
 
 if __name__ == '__main__':

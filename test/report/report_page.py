@@ -136,17 +136,16 @@ def scene_section(result, fixed, cells):
 
 
 def counts_section(compared, default):
-    """The counts side by side. `compared`: {build: {comparison: cells}}."""
+    """The counts side by side. `compared`: {comparison: cells}."""
     names = {name: words for name, (_, words) in pareto.comparisons(default).items()}
     rows = []
-    for build, by_name in compared.items():
-        for name, cells in by_name.items():
-            c = pareto.counts(cells)
-            rows.append([names[name], build] + [Cell(str(c[key]), c[key]) for key in ('cells', 'contested', *VERDICTS, 'rounding')])
+    for name, cells in compared.items():
+        c = pareto.counts(cells)
+        rows.append([names[name]] + [Cell(str(c[key]), c[key]) for key in ('cells', 'contested', *VERDICTS, 'rounding')])
     return ('<p>A cell is scene × metric × decade of total error (test/report/pareto_cells.csv), reached with the least CPU time. It is '
             'won by 5 % or more against all settings of all peers; closer ones are level. What only one side reaches is counted apart, '
             f'and so are errors below {pareto.ROUNDING:g} relative, which are rounding.</p>' +
-            table(['ours', 'build', 'cells', 'contested', *VERDICTS, 'rounding, apart'], rows))
+            table(['ours', 'cells', 'contested', *VERDICTS, 'rounding, apart'], rows))
 
 
 def failure_section(results):
@@ -201,7 +200,7 @@ def _answer(results, compared, default, fixed):
             for result in results]
     out = ''
     if compared:
-        c = pareto.counts(next(iter(compared.values()))['default'])
+        c = pareto.counts(compared['default'])
         out += (f'<p class=lead>Our default ({text(default)}, the scene\'s own stiffness) against all settings of all peers: of '
                 f'{c["contested"]} contested cells ours wins {c["won"]}, the peers {c["lost"]}, {c["level"]} are level; {c["only ours"]} '
                 f'more only ours reaches, {c["only theirs"]} only a peer.</p>')
@@ -257,7 +256,7 @@ def write(path, results, refused, compared, sections, where, options, peers, def
             overview += f'<p class=note>Skipped: {text(method)}: {text(reason)}</p>'
         add('Scenes', 'scenes', details(f'{len(results)} scenes', overview) if len(results) > 6 else overview)
         add('The field\'s own benchmarks', 'benchmarks', benchmark_section(results))
-        cells = next(iter(compared.values()))['all'] if compared else []
+        cells = compared['all'] if compared else []
         parts.append(section('Error against run time', 'work', ''.join(
             scene_section(result, fixed.get(result.scene.name, ()), cells) for result in results)))
         contents += [('scene-' + result.scene.name, result.scene.title) for result in results]
@@ -267,7 +266,7 @@ def write(path, results, refused, compared, sections, where, options, peers, def
     cards = [(len(results), 'scenes'), (sum(len(result.runs) for result in results), 'runs'), (failed, 'failed runs, shown')] if results \
         else []
     if compared:
-        c = pareto.counts(next(iter(compared.values()))['default'])
+        c = pareto.counts(compared['default'])
         cards.insert(0, (f'{c["won"]} of {c["contested"]}', 'contested cells that our default wins'))
     kind = 'quick, ' if options.quick else ''
     lead = (f'<p class=note>{kind}{text(where["date"])}; {text(where["machine"])}, load average {text(where["load"])}; commit '

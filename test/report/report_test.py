@@ -78,15 +78,6 @@ class Arithmetic(unittest.TestCase):
         self.assertEqual([takes(point(*each)) for each in (('volume-euler', True), ('volume-euler', False), ('volume-verlet', True))],
                          [True, False, False])
 
-    def test_what_may_win_in_a_slower_build_runs_again_with_its_peers(self):
-        def point(method, cpu, peer):
-            run = run_errors.Run(Case('rest', method, 1e-3, 0, 0), *[None] * (len(run_errors.Run._fields) - 1))
-            return pareto.Point(cpu, 1e-4, peer, True, run)
-        points = {('rest', 'position'): [point('volume-euler', 1.0, False), point('volume-verlet', 1.9, False), point('bullet10', 0.3, True),
-                                         point('volume-implicit', 2.1, False), point('ode_exact', 0.7, True)]}
-        self.assertEqual({case.method for case in pareto.near_front(points, 'volume-euler')},
-                         {'volume-euler', 'volume-verlet', 'bullet10'})
-
     def test_list_of_cells_names_metrics_that_exist(self):
         cells = pareto.read_cells()
         self.assertEqual(len(cells), len(set(cells)))

@@ -49,8 +49,14 @@ use_build() {
   export ROS_IP=127.0.0.1 ROS_HOME="$BUILD/ros"
 }
 
-has_x86_64_v3() {
-  for flag in avx2 fma bmi1 bmi2 f16c movbe; do
-    grep -qw -m 1 "$flag" /proc/cpuinfo || return 1
+# Which of the core's two libraries the loader takes here; nothing while neither is built.
+chosen_library() {
+  for user in "$BUILD"/devel/lib/libspidar_driver.so "$BUILD"/devel/lib/libpenalty_sim_scene.so; do
+    [ -f "$user" ] || continue
+    case $(ldd "$user" 2>/dev/null | grep libhaptic_core) in
+      */glibc-hwcaps/x86-64-v3/*) echo 'x86-64-v3' ;;
+      *) echo 'baseline, for any processor' ;;
+    esac
+    return
   done
 }

@@ -1,32 +1,37 @@
 #include "haptic_core/base/build_info.h"
 
 namespace haptic {
+namespace {
+
+/// One arithmetic for all processors: a new name whenever a change of the build (not of the algorithms) gives other bits.
+constexpr char kArithmetic[] = "bits one-build-1";
+
+}  // namespace
 
 std::string programVersion() { return std::string("haptic_core ") + HAPTIC_CORE_VERSION; }
 
+std::string libraryLevel() {
+#ifdef __AVX2__
+  return "x86-64-v3";
+#else
+  return "baseline";
+#endif
+}
+
 std::string buildFlags() {
-  std::string text = "c++ " __VERSION__;
-#if defined(__AVX512F__)
-  text += ", avx512";
-#elif defined(__AVX2__)
-  text += ", avx2";
-#elif defined(__AVX__)
-  text += ", avx";
-#elif defined(__x86_64__)
-  text += ", x86-64";
-#endif
-#ifdef __FMA__
-  text += ", fma";
-#endif
+  std::string text = "c++ " __VERSION__ ", library " + libraryLevel();
 #ifdef NDEBUG
   text += ", release";
 #else
   text += ", debug";
 #endif
-#ifdef __FAST_MATH__
-  text += ", fast-math";
-#endif
-  return text;
+  return text + ", " + kArithmetic;
+}
+
+bool sameBits(const std::string& program, const std::string& flags) {
+  const std::string arithmetic = std::string(", ") + kArithmetic;
+  return program == programVersion() && flags.size() > arithmetic.size() &&
+         flags.compare(flags.size() - arithmetic.size(), arithmetic.size(), arithmetic) == 0;
 }
 
 }  // namespace haptic

@@ -1,5 +1,7 @@
 /// Four doubles side by side: one AVX register where the build has AVX, two of 16 bytes elsewhere, through the
-/// compilers' vector extension. The operations are the same either way and so are the bits of the results.
+/// compilers' vector extension. The operations are the same either way, and so are the bits of the results and the layout:
+/// structs that hold lanes cross the border between a library for AVX and a program for any processor. Functions that are not inline
+/// take no lanes as arguments: their names would differ.
 #pragma once
 #include <cstdint>
 #include <cstring>
@@ -50,14 +52,14 @@ inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lane
 using LanePair = double __attribute__((vector_size(16)));
 using MaskPair = std::int64_t __attribute__((vector_size(16)));
 
-struct LaneMask {
+struct alignas(32) LaneMask {
   MaskPair lower, upper;
 
   LaneMask operator&(const LaneMask& o) const { return {lower & o.lower, upper & o.upper}; }
   LaneMask operator|(const LaneMask& o) const { return {lower | o.lower, upper | o.upper}; }
 };
 
-struct Lanes {
+struct alignas(32) Lanes {
   LanePair lower, upper;
 
   Lanes() = default;
