@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "blocks.h"
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/shapes/ball.h"
 #include "motions.h"
 #include "moving.h"
@@ -30,8 +31,8 @@ constexpr double kHandPeriod = 0.4;  ///< of the hands that push and press [s]
 inline void swingHand(World& world, const Vector3& from, const Vector3& way) {
   const double w = 2 * M_PI / kHandPeriod, phase = w * (world.time() + world.settings().step);
   Twist V;
-  V.linear = 0.5 * w * std::sin(phase) * way;
-  world.setPointerTarget(0, Pose(from + 0.5 * (1 - std::cos(phase)) * way), V);
+  V.linear = 0.5 * w * elementary::sin(phase) * way;
+  world.setPointerTarget(0, Pose(from + 0.5 * (1 - elementary::cos(phase)) * way), V);
 }
 
 /// A cube of 0.1 m that slides at 1 m/s over the floor and spins [rad/s].
