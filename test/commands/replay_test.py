@@ -41,6 +41,16 @@ class Replay(unittest.TestCase):
     def tearDownClass(cls):
         shutil.rmtree(cls.folder)
 
+    @staticmethod
+    def session(**values):
+        """A change of a recording's session message."""
+        def change(topic, message):
+            if topic.endswith("recorded/session"):
+                for key, value in values.items():
+                    setattr(message, key, value)
+            return message
+        return change
+
     def altered(self, change, scene="touch_cube"):
         target = os.path.join(self.folder, "altered.bag")
         rewrite(self.bags[scene], target, change)
@@ -84,31 +94,35 @@ class Replay(unittest.TestCase):
         self.assertGreater(call.figures()["replay.mismatches"], 0)
         self.assertIn("first difference: tick 700, link pointer", call.out)
 
+    def test_another_build_is_replayed_and_judged_by_no_bit(self):
+        def another_hash(topic, message):
+            message = self.session(build="c++ 4.8", scene_fingerprint=1, world_hash=1)(topic, message)
+            if topic.endswith("recorded/ticks"):
+                message.world_hash = [1] * len(message.world_hash)
+            return message
+
+        for change in (self.session(program="haptic_core 0.0.1"), self.session(build="c++ 4.8"), another_hash):
+            call = Call("replay", self.altered(change))
+            self.assertEqual(call.code, 0, call.errors)
+            self.assertRegex(call.out, r"recorded by .*(haptic_core 0\.0\.1|c\+\+ 4\.8).* another build's")
+            self.assertEqual(call.figures()["replay.steps"], 1000 * SECONDS)
+        self.assertGreater(call.figures()["replay.mismatches"], 0)
+
     def test_bad_bags(self):
         def without(end):
             return lambda topic, message: None if topic.endswith(end) else message
-
-        def session(**values):
-            def change(topic, message):
-                if topic.endswith("recorded/session"):
-                    for key, value in values.items():
-                        setattr(message, key, value)
-                return message
-            return change
 
         def gap(topic, message):
             return None if topic.endswith("recorded/ticks") and 300 <= message.first_tick < 400 else message
 
         self.refuse(self.altered(without("recorded/ticks")), "no encoder counts")
         self.refuse(self.altered(without("recorded/session")), "no encoder counts")
-        self.refuse(self.altered(session(version=99)), "format 99")
-        self.refuse(self.altered(session(program="haptic_core 0.0.1")), "haptic_core 0.0.1")
-        self.refuse(self.altered(session(build="c++ 4.8")), "c++ 4.8")
-        self.refuse(self.altered(session(scene_text="<robot name='other'><link name='world'/></robot>")), "touch_cube")
+        self.refuse(self.altered(self.session(version=99)), "format 99")
+        self.refuse(self.altered(self.session(scene_text="<robot name='other'><link name='world'/></robot>")), "touch_cube")
         self.refuse(self.altered(gap), "missing")
         with rosbag.Bag(self.bags["door"]) as bag:
             other = next(m for t, m, _ in bag.read_messages() if t.endswith("recorded/session"))
-        self.refuse(self.altered(session(scene_file=other.scene_file, scene_text=other.scene_text)), "not the one")
+        self.refuse(self.altered(self.session(scene_file=other.scene_file, scene_text=other.scene_text)), "not the one")
 
     def test_files_that_are_no_complete_bag(self):
         size = os.path.getsize(self.bags["touch_cube"])

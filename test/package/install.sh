@@ -29,7 +29,7 @@ enter network "$bare" sh -c 'apt-get install -y --no-install-recommends /debs/*.
 say 'runs'
 # Both libraries, found as the processor asks.
 enter alone "$bare" sh -c 'ldconfig -p' | grep -q 'x86-64-v3.*/glibc-hwcaps/x86-64-v3/libhaptic_core.so'
-enter alone "$bare" env GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2_Usable /usr/lib/spidar_driver/device_check --version | grep -q 'library baseline'
+enter alone "$bare" env GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2 /usr/lib/spidar_driver/device_check --version | grep -q 'library baseline'
 enter alone "$bare" /usr/lib/spidar_driver/device_check --version | grep -q "library $(grep -qw avx2 /proc/cpuinfo && echo x86-64-v3 || echo baseline)"
 enter alone "$bare" timeout 120 roslaunch --skip-log-check haptic_bringup demo.launch rviz:=false seconds:=2 figures:=/figures >>"$log" 2>&1 && grep -q "^figure demo.ticks 2000 " "$bare/figures" ||
   { tail -n 20 "$log" >&2; exit 1; }
