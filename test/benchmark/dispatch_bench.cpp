@@ -13,7 +13,11 @@
 #include "../scenes/motions.h"
 #include "contact_scenes.h"
 #include "haptic_core/base/build_info.h"
+#if __has_include("haptic_core/geometry/volume/contact_workspace.h")
+#include "haptic_core/geometry/volume/contact_workspace.h"
+#else  // of the release that it is compared with
 #include "haptic_core/geometry/contact_workspace.h"
+#endif
 #include "instruction_count.h"
 
 namespace haptic::bench {

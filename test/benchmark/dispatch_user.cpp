@@ -8,7 +8,7 @@
 #include <string>
 
 #include "haptic_core/base/build_info.h"
-#include "haptic_core/geometry/shapes.h"
+#include "haptic_core/geometry/shapes/shapes.h"
 #include "haptic_core/world/world.h"
 
 namespace {
