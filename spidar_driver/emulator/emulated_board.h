@@ -33,6 +33,7 @@ class EmulatedBoard {
   void spoilTable(int id, BoardCommand command, int length) {
     table_[id & 7][static_cast<int>(command)] = static_cast<std::uint8_t>(length);
   }
+  int tableLength(int id, BoardCommand command) const { return table_[id & 7][static_cast<int>(command)]; }  ///< [bytes]
   /// False: its table cuts everything short that could turn its motors off or teach it better.
   bool reachable() const {
     for (const BoardCommand c : {BoardCommand::kCurrent, BoardCommand::kAll, BoardCommand::kSetCommandLength})

@@ -48,8 +48,13 @@ struct Session {
   }
   /// Ticks until the device is not enabled; kPatience: never.
   int unseen() {
+    return unseen([] { return true; });
+  }
+  /// Likewise, and no more than the fault lasts.
+  template <class Lasts>
+  int unseen(Lasts&& lasts) {
     for (int k = 1; k <= kPatience; ++k)
-      if (move(); !rig.enabled()) return k;
+      if (move(); !rig.enabled() || !lasts()) return k;
     return kPatience;
   }
   Vector3 grip() const { return rig.plant.twin().pose().X_BG.p; }
@@ -65,7 +70,7 @@ struct Session {
 
 void obedience() {
   double table = 0, mode = 0, current = 0;
-  int tables = 0, skipped = 0;
+  int tables = 0, skipped = 0, healed = 0, healed_after = 0;
   for (const char* name : kDevices) {
     Session s(name, 1);
     const int boards = static_cast<int>(s.rig.bus.boards().size());
@@ -78,7 +83,11 @@ void obedience() {
           if (length >= commandBytes(s.rig.bus.board(row)->shape(), BoardCommand::kCurrent)) continue;  // it cuts nothing
           if (!s.prepare()) { ++skipped; continue; }
           board.spoilTable(row, BoardCommand::kCurrent, length);
-          const int unseen = s.unseen();
+          const int unseen = s.unseen([&] { return board.tableLength(row, BoardCommand::kCurrent) == length; });
+          if (s.rig.enabled() && unseen < kPatience) {  // a lesson went out, by itself, and taught the board right again
+            ++healed;
+            healed_after = std::max(healed_after, unseen);
+          }
           if (unseen > 50) std::printf("%s: board %d cuts CURRENT of board %d to %d bytes: %d ms\n", name, id, row, length, unseen);
           table = std::max(table, static_cast<double>(unseen));
           ++tables;
@@ -101,6 +110,8 @@ void obedience() {
     current = std::max(current, current_here);
   }
   figure("obey.tables", tables, "1");
+  figure("obey.tables_healed", healed, "1");
+  figure("obey.healed_after_ms_max", healed_after, "ms");
   figure("obey.skipped", skipped, "1");
   figure("obey.mode_unseen_ms_max", mode, "ms");
   figure("obey.table_unseen_ms_max", std::max(table, mode), "ms");
