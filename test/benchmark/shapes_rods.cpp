@@ -186,9 +186,9 @@ void measureKind(RodKinds kinds, unsigned seed, int count, const std::string& na
 
 }  // namespace
 
-/// From a pose at which an end, or the axes' being parallel, is passed within 1e-9 radii: the second
-/// difference of k V n and of its moment about A's origin, over the force; k = 1. What is left of a smooth
-/// wrench is (1e-9 radii / depth)², below 1e-10.
+/// From a pose at which an end, or the axes' being parallel, is passed within 1e-9 radii: the second difference of k V n and of its
+/// moment about A's origin, over the force; k = 1. All points of the contact move by 1e-9 radii or less, so that B, which turns about
+/// its centre, turns by that over its reach. A smooth wrench leaves some (1e-9 radii / depth)², 2e-10 at the least depth.
 void measureRodJumps(int moves) {
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> u(-1, 1);
@@ -207,14 +207,15 @@ void measureRodJumps(int moves) {
     // Side on side, nearly parallel or at an angle, B's end over A's end or over its side: all within some
     // steps.
     const double angle = i % 3 == 0 ? 0 : 1.5 * u(random);
-    const Vector3 turning = 3e-9 * noise();
+    const double lever = pair.length[0] + pair.radius[0], least_turn = step / (0.5 * pair.length[1] + pair.radius[1]);
+    const Vector3 turning = 3 * least_turn * noise();
     const Matrix3 R =
         (Eigen::AngleAxisd(turning.norm(), turning.normalized()) * Eigen::AngleAxisd(angle, Vector3::UnitX()))
             .toRotationMatrix();
     const double along = i % 2 ? 0.5 * (pair.length[0] - (i % 4 == 1 ? 1 : -1) * pair.length[1])
                                : 0.4 * pair.length[0] * u(random);
     const Vector3 at = Vector3(pair.radius[0] + pair.radius[1] - pair.depth, 0, along) + 3 * step * noise();
-    const Vector3 move = step * noise(), turn = 1e-9 * noise();
+    const Vector3 move = step * noise(), turn = least_turn * noise();
     const Rod A = pair.rod(0), B = pair.rod(1);
     Vector3 force[3], torque[3];
     bool good = true;
@@ -232,7 +233,7 @@ void measureRodJumps(int moves) {
     }
     if (!good || share < 1e-3) continue;
     ++moved;
-    const double size = force[1].norm(), lever = pair.length[0] + pair.radius[0];
+    const double size = force[1].norm();
     const double change = std::max((force[0] - 2 * force[1] + force[2]).norm() / size,
                                    (torque[0] - 2 * torque[1] + torque[2]).norm() / (size * lever));
     jump = std::max(jump, change);

@@ -13,8 +13,8 @@ namespace {
 /// Axes at a smaller angle [sine] cross so far out that their parallelograms are not worth a rule of their
 /// own.
 constexpr double kCrossing = 1e-3;
-/// Shares of the heights in which the rods meet beyond which a piece has 16 and 8 sections; below it has 4. With so many fewer a
-/// capsule's piece errs by 1e-5 and 1e-2 of itself.
+/// Shares of the angles in which the rods meet beyond which a piece has 16 and 8 sections; below it has 4. With so many fewer a
+/// capsule's piece errs by 1e-5 and 1e-2 of itself. Of angles, not of heights: near a rod's top its surface goes like their root.
 constexpr double kLong = 2e-3, kTiny = 1e-7;
 /// A piece of round ends that is longer than this share of the lesser radius has 24 sections: singularities beyond V are near it.
 constexpr double kDeep = 0.3;
@@ -213,7 +213,7 @@ void Integrator::pieces() {
     RodSection probe(pair_, Vector2::Zero());
     meets[i] = probe.find(pair_.heightAt(from + 0.5 * length));
     if (!meets[i]) continue;
-    range += length;
+    range += angle[i + 1] - angle[i];
     if (length <= longest) continue;
     longest = length;
     middle_ = pair_.low + from + 0.5 * length;
@@ -223,7 +223,7 @@ void Integrator::pieces() {
   const bool rounded = pair_.round[0] || pair_.round[1];
   for (int i = 0; i + 1 < breaks.count; ++i) {
     if (!meets[i]) continue;
-    const double from = angle[i], to = angle[i + 1], share = (breaks.over[i + 1] - breaks.over[i]) / range;
+    const double from = angle[i], to = angle[i + 1], share = (to - from) / range;
     if (rounded) {
       addRounded(i, angle, share);
     } else {
