@@ -95,12 +95,15 @@ seconds_left() {  # PLAN LOG ELAPSED
       return line in seconds ? seconds[line] : 5
     }
     FILENAME ~ /build_seconds/ { if (!/^#/) seconds[$2] = $1; next }
-    FILENAME == plan { total += weight($0); ++objects; next }
+    FILENAME == plan { w = weight($0); total += w; squares += w * w; ++objects; next }
     !/^\[[0-9]+\/[0-9]+\] / { next }
     { done += weight($0); split($1, count, /[^0-9]+/); steps = count[3] }
-    # 30 CPU seconds of the reference machine hold the pace at the start.
+    # 30 CPU seconds of the reference machine hold the pace at the start. Each core is half through its object, which is more often a
+    # long one: squares / total on average.
     END {
       if (steps > objects) total += 0.2 * (steps - objects)  # generated files, links
+      begun = 0.5 * cores * squares / total
+      if (done + begun < total) done += begun
       left = (total - done) * (elapsed + 30 / cores) / (done + 30)
       if (left > 0) printf "%d", left
     }
