@@ -6,6 +6,7 @@
 #include <rviz/visualization_frame.h>
 #include <rviz/visualization_manager.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -31,6 +32,7 @@ Display::Display() {
   if (pipe(number) != 0) throw std::runtime_error("no pipe");
   pid_ = fork();
   if (pid_ == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // a test that aborts runs no destructor, and its output stays open for as long as this lives
     close(number[0]);
     const std::string fd = std::to_string(number[1]), size = std::to_string(kWidth) + "x" + std::to_string(kHeight) + "x24";
     execlp("Xvfb", "Xvfb", "-displayfd", fd.c_str(), "-screen", "0", size.c_str(), "+extension", "GLX", "-nolisten", "tcp",

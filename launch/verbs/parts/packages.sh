@@ -3,7 +3,13 @@
 package_sections() { sed -n 's/^## \([a-z]*\): .*/\1/p' packages.apt; }
 section_purpose() { sed -n "s/^## $1: //p" packages.apt; }  # SECTION
 section_packages() {  # SECTION: one word per package
-  awk -v section="$1" '/^## /{ here = $2 == section ":" } !/^#/ && here' packages.apt
+  # shellcheck disable=SC1091 # of the system
+  release=$(. /etc/os-release 2>/dev/null && echo "${VERSION_CODENAME:-}")
+  awk -v section="$1" -v release="$release" '
+    /^## / { here = $2 == section ":" }
+    /^#/ || !here { next }
+    $1 ~ /:$/ { if ($1 != release ":") next; $1 = "" }
+    { print }' packages.apt
 }
 
 missing_packages() {  # PACKAGE...
