@@ -197,7 +197,7 @@ TEST_F(Panel, StripsDraw) {
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  const Display display;
+  const VirtualDisplay display;
   QApplication application(argc, argv);
   ros::init(argc, argv, "panel_test", ros::init_options::NoSigintHandler);
   if (argc < 2) return std::fputs("usage: panel_test CONFIGURATION.rviz\n", stderr), 2;

@@ -27,7 +27,7 @@ constexpr int kWidth = 1440, kHeight = 1000;   // [pixels]
 
 }  // namespace
 
-Display::Display() {
+VirtualDisplay::VirtualDisplay() {
   int number[2];
   if (pipe(number) != 0) throw std::runtime_error("no pipe");
   pid_ = fork();
@@ -49,7 +49,7 @@ Display::Display() {
   setenv("QT_X11_NO_MITSHM", "1", 1);
 }
 
-Display::~Display() {
+VirtualDisplay::~VirtualDisplay() {
   kill(pid_, SIGTERM);
   waitpid(pid_, nullptr, 0);
 }

@@ -11,10 +11,10 @@ class VisualizationFrame;
 }
 
 /// An X server without a screen (Xvfb), for as long as it lives.
-class Display {
+class VirtualDisplay {
  public:
-  Display();
-  ~Display();
+  VirtualDisplay();
+  ~VirtualDisplay();
 
  private:
   int pid_ = -1;
