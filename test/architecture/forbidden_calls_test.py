@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Equal bits on every processor: nothing that can enter a hash calls what a C library or a compiler computes its own way.
+"""Equal bits on every processor: arithmetic that can enter a hash calls no function of the C library or the compiler.
 
 Allowed are + - * /, sqrt, fabs, floor, ceil, round, remainder, fmod, copysign, ldexp: their results are exact or correctly
 rounded everywhere. Everything else is in haptic_core/base/elementary.h."""
@@ -8,7 +8,7 @@ import re
 import unittest
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-# What computes a state, or what a state begins with.
+# Sources that compute a state or its start.
 FOLDERS = ["src/haptic_core", "penalty_sim/scene", "penalty_sim/replay", "penalty_sim/python", "haptic_bridge", "spidar_driver",
            "test/scenes"]
 # No number of these reaches a world or a loop.

@@ -6,9 +6,9 @@
 /// A wall within its own bound (world/hand_bound.h) changes no faster by the hand's way: the law leaves it as it is. The rest that
 /// changes a contact's force is the world's own: a cube slips from under the tool, a face takes over from an edge, the tool comes free.
 /// It takes a tick in the world and is a stroke on the hand. A step is made of two parts:
-///     the world's own change since the last tick, at most K |Δx|; then, of the rest, what is left of K |Δx|, and ρ h.
+///     the world's own change since the last tick, at most K |Δx|; then, of the rest, the unused part of K |Δx|, and ρ h.
 /// The first turns in the tick in which the world's force turns: a law that only ran after the force came late where it turned, and a
-/// light tool in the air swung by 9 N. The second makes good what was held back, as a spring of K would: no more than F²/2K [J] goes
+/// light tool in the air swung by 9 N. The second makes the held-back force good, as a spring of K would: no more than F²/2K [J] goes
 /// to a hand that yields, 11 mJ of 10 N.
 /// Source: the energy-bounding algorithm of Kim and Ryu (IJRR 29(6), 2010) bounds the force's change over the grip's way by what
 /// the device's damping takes. Deviation: K is the loop's own bound; ρ lets a force come and go under a hand that rests.

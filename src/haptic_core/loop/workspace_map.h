@@ -73,7 +73,7 @@ class WorkspaceMap {
   }
 
   /// The world's wrench on the hand at the pointer's origin, in W, as one on the grip in B. A lever is scaled as a way is, else a push
-  /// and a turn would not give back what they took: power at the grip is the world's over the scale.
+  /// and a turn would not return the work that they took: power at the grip is the world's over the scale.
   Wrench toGrip(const Wrench& F_W) const {
     const Wrench F_B = F_W.rotated(settings_.X_WB.R.transpose());
     return {F_B.torque / settings_.scale, F_B.force};

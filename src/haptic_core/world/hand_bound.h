@@ -7,7 +7,7 @@
 /// the last step left them, is weakened by s = K_max/K_i: k, k_t, b and b_t alike. A lone contact pushes with K_max V/A0, K_max
 /// times its mean thickness. The share s follows from where the bodies are now, not from time: what a spring takes on the
 /// way in it gives back on the way out, and no other. With two contacts at an angle λ_max of what is left is up to 1.21 K_max.
-/// A push beside the link's origin, at the arm r from it, turns the hand as well: what it opposes to both is k A0 (1 + |r × n|²/ρ²),
+/// A push beside the link's origin, at the arm r from it, turns the hand as well: its stiffness against both is k A0 (1 + |r × n|²/ρ²),
 /// ρ² the hand's damping of a turn over that of a way, and of friction's spring k_t A (1 + r²/ρ²).
 /// Its dampers, normal and tangential, are held to h K_max between them and its neighbours (`kMostDamping`): the loop's bound is
 /// on K and b together, and at 6 N a dissipation of 10 s/m is a damper of 60 N·s/m, seven times a hand's own.

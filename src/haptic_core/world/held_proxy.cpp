@@ -17,7 +17,7 @@ constexpr double kApproach = 0.3;
 /// Rate at which the force may rise while a link that stayed behind catches up with a hand at rest [N/s]: 0.1 N in a tick of 1 kHz,
 /// a third of the least that is felt as a stroke. A tool that comes free 30 mm behind its hand follows within two seconds.
 constexpr double kRise = 100;
-/// Share of what a link is too deep by that it comes out in a step [1]: within 50 steps. Its bound moves when another piece begins to
+/// Share of its excess depth by which a link comes out in a step [1]: within 50 steps. Its bound moves when another piece begins to
 /// touch and the depth is the whole body's: at once, and the link was thrown out, sank again and hummed.
 constexpr double kOut = 0.02;
 constexpr double kRhoPerReach = 10;  ///< ρ over the link's reach [1]: less, and a tool turns under the hand before it stays behind
@@ -255,7 +255,7 @@ void Aim::addPullRows(int pointer) noexcept {
 /// Way of a spring's goal in a step beyond which the hand would feel a stroke [m]: the hand's own, and what raises the force by kRise.
 /// A held link has no such memory: it is felt where it touches, not how far its hand is.
 double Aim::steadyWay(int pointer) const noexcept {
-  if (model_.holds(pointer) ) return INFINITY;
+  if (model_.holds(pointer)) return INFINITY;
   const PointerState& target = state_.pointers[pointer];
   const double rho = rhoOf(target.link);
   const double speed = std::sqrt(rho * rho * target.V_WL.angular.squaredNorm() + target.V_WL.linear.squaredNorm());

@@ -1,7 +1,7 @@
 /// How far a pointer's link follows its hand: a proxy, so that no tool is swallowed and no force passes the hand's bound.
 ///
 /// Direct coupling ties the link to the hand's target rigidly. That ends where the link would
-///   - sink through what it presses on. h: what the two shapes overlap along the contact's normal n; H: the lesser extent of the
+///   - sink through what it presses on. h: the overlap of the two shapes along the contact's normal n; H: the lesser extent of the
 ///     two along n (of parts of a body, kOnSeam, extent and depth of all of the link's shapes). The area
 ///     vector vanishes where h = H at the latest: a tool wholly inside, bars that cross, a ball through a plate. There n is the
 ///     last one (contact_volume.h), the force has no stiffness, and the link would come out at the other side. So h ≤ η H.
