@@ -138,7 +138,7 @@ void Hand::couple(World& world, double h) noexcept {
     rebase_ = Rebase::kNone;
   }
   const bool held = clutch_held_ || pressed(settings_.clutch_button);
-  map_.update(report_.X_BG, report_.V_BG, held && (map_.clutched() || !report_.in_contact), h);
+  map_.update(device_.steadyPose(), report_.V_BG, held && (map_.clutched() || !report_.in_contact), h);
   report_.X_WP = map_.X_WP();
   report_.clutched = map_.clutched();
   world.setPointerTarget(pointer_, map_.X_WP(), map_.V_WP());

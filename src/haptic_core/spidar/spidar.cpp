@@ -60,6 +60,7 @@ Spidar::Spidar(const DeviceDef& def, const SpidarSettings& settings)
       health_(def, settings.health),
       freshness_(settings.freshness),
       still_(def),
+      steady_lengths_(def),
       max_force_(def.max_force),
       max_torque_(def.max_torque) {
   const int n = kinematics_.strings();
@@ -99,6 +100,8 @@ void Spidar::startAt(const GripPose& pose) noexcept {
   solution_ = PoseSolution{};
   solution_.pose = pose;
   solution_.length_error = StringVector::Zero(kinematics_.strings());
+  steady_ = pose;
+  steady_lengths_.forget();
   twist_ = Twist{};
   opening_rate_ = 0;
   health_.forget();
@@ -259,8 +262,8 @@ void Spidar::checkWire(double h) noexcept {
   if (share < 0.8) signs_ |= kForceRefused;
 }
 
-void Spidar::updatePose(const PoseSolution& solved, double h) noexcept {
-  const Pose &X0 = solution_.pose.X_BG, &X1 = solved.pose.X_BG;
+void Spidar::updatePose(const PoseSolution& solved, const GripPose& steady, double h) noexcept {
+  const Pose &X0 = steady_.X_BG, &X1 = steady.X_BG;
   // Angle of R1 R0ᵀ from its skew part: exact to θ³/6, and θ < 0.1 rad per tick.
   const Matrix3 turn = X1.R * X0.R.transpose();
   const Vector3 theta =
@@ -268,8 +271,9 @@ void Spidar::updatePose(const PoseSolution& solved, double h) noexcept {
   const double gain = 1 - elementary::exp(-2 * M_PI * settings_.velocity_cutoff_hz * h);
   twist_.angular += gain * (theta / h - twist_.angular);
   twist_.linear += gain * ((X1.p - X0.p) / h - twist_.linear);
-  opening_rate_ += gain * ((solved.pose.opening - solution_.pose.opening) / h - opening_rate_);
+  opening_rate_ += gain * ((steady.opening - steady_.opening) / h - opening_rate_);
   solution_ = solved;
+  steady_ = steady;
 }
 
 /// False: no pose can be trusted.
@@ -345,7 +349,9 @@ bool Spidar::takePose(const DeviceSample& sample, double elapsed) noexcept {
     flags_ |= kPoseNotConverged;
     return false;
   }
-  updatePose(solved, elapsedSince(pose_stamp_ns_, sample, since_pose_, elapsed));
+  const double since_pose = elapsedSince(pose_stamp_ns_, sample, since_pose_, elapsed);
+  const StringVector steady = steady_lengths_.read(length_, since_pose);
+  updatePose(solved, steady == length_ ? solved.pose : kinematics_.solvePose(steady, solved.pose).pose, since_pose);
   since_pose_ = 0;
   pose_is_new_ = true;
   pose_stamp_ns_ = sample.stamp_ns;

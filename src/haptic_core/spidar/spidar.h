@@ -12,6 +12,7 @@
 #include "haptic_core/spidar/device_requests.h"
 #include "haptic_core/spidar/freshness.h"
 #include "haptic_core/spidar/loop_clock.h"
+#include "haptic_core/spidar/steady_lengths.h"
 #include "haptic_core/spidar/still_counters.h"
 #include "haptic_core/spidar/string_health.h"
 #include "haptic_core/spidar/string_kinematics.h"
@@ -104,7 +105,7 @@ class Spidar {
     visit(s.pose_stamp_ns_), visit(s.cause_), visit(s.cause_flags_);  // the stamp is whole up to 2^53 ns, 104 days
     visit(s.late_s_), visit(s.still_strings_), visit(s.refusal_), visit(s.doubted_), visit(s.interrupted_), visit(s.counts_stamp_ns_);
     visit(s.zero_length_), visit(s.length_), visit(s.told_), visit(s.solution_), visit(s.twist_), visit(s.asked_);
-    visit(s.health_), visit(s.freshness_), visit(s.still_), visit(s.clock_);
+    visit(s.health_), visit(s.freshness_), visit(s.still_), visit(s.clock_), visit(s.steady_lengths_), visit(s.steady_);
   }
 
   /// Limits and λ that may change while running, within the device file's own. Between two ticks.
@@ -129,7 +130,9 @@ class Spidar {
   double stableStiffness() const noexcept { return stable_stiffness_; }
   /// Of the grip in the device's base; means something while poseValid().
   const Pose& pose() const noexcept { return solution_.pose.X_BG; }
-  const Twist& twist() const noexcept { return twist_; }  ///< V_BG: filtered, at G's origin, in B
+  /// The same from steady lengths (steady_lengths.h), for what is stiff against a count.
+  const Pose& steadyPose() const noexcept { return steady_.X_BG; }
+  const Twist& twist() const noexcept { return twist_; }  ///< V_BG of the steady pose: filtered, at G's origin, in B
   double opening() const noexcept { return solution_.pose.opening; }   ///< of a 7-DOF grip [m]
   double openingRate() const noexcept { return opening_rate_; }        ///< low-passed as the twist is [m/s]
   const PoseSolution& solution() const noexcept { return solution_; }  ///< with the strings' length errors
@@ -174,7 +177,7 @@ class Spidar {
   void enterFault(const CauseRow& row, bool zero_current) noexcept;
   void name(const CauseRow& row) noexcept;
   bool presents() const noexcept { return state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced; }
-  void updatePose(const PoseSolution& solved, double h) noexcept;
+  void updatePose(const PoseSolution& solved, const GripPose& steady, double h) noexcept;
   bool checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept;
   bool restsSafely() const noexcept;
   Wrench limited(Wrench F_G_B, double h, double command_age) noexcept;
@@ -187,6 +190,7 @@ class Spidar {
   StringHealth health_;
   Freshness freshness_;
   StillCounters still_;
+  SteadyLengths steady_lengths_;
   LoopClock clock_;
   DeviceRequests requests_;  ///< not in the memory: a recording has them when they are followed
 
@@ -197,6 +201,7 @@ class Spidar {
   StringVector zero_length_;  ///< length at count 0 [m]
   StringVector length_;
   PoseSolution solution_;
+  GripPose steady_;
   Twist twist_;
   double opening_rate_ = 0, ramp_ = 0, heat_share_ = 1;
   double stable_stiffness_ = 0;

@@ -56,14 +56,15 @@ TEST(HapticLoop, AWallPushesBackAsItsStiffnessSays) {
   bench.twin->setHandTarget(target);
   bench.run(2000);
   const HandReport& hand = bench.loop.report().hand[0];
-  const double depth = -(hand.X_BG.p.z() + 0.01);
+  // The wall is told the steady reading of the counts; theirs is the pose that is reported.
+  const double depth = 0.01 - hand.X_WP.p.z(), count = std::fabs(bench.def.strings[0].length_per_count);
+  EXPECT_NEAR(hand.X_WP.p.z() - 0.02, hand.X_BG.p.z(), count);
   ASSERT_GT(depth, 1e-4);
   EXPECT_NEAR(hand.F_asked_B.force.z(), 2000 * depth, 0.01 * 2000 * depth);  // tilt of the grip: cos(0.1) = 0.5 %
   // What the strings give is what was asked, within λ's share and 5 %.
   EXPECT_NEAR(hand.F_achieved_B.force.z(), hand.F_asked_B.force.z(), 0.05 * hand.F_asked_B.force.z());
   // Balance on the grip: the hand's spring holds what the strings push, on the mean of the counts that the wall is told in, and the
   // grip rests within one of them.
-  const double count = std::fabs(bench.def.strings[0].length_per_count);
   double unbalanced = 0, low = INFINITY, high = -INFINITY;
   constexpr int kTicks = 400;
   for (int i = 0; i < kTicks; ++i) {
