@@ -80,7 +80,8 @@ Vectors gather(const double* a, const double* b, const double* c, const double* 
 struct VolumeSums {
   Lanes volume = lanes(0), x = volume, y = volume, z = volume, xx = volume, xy = volume, yy = volume;
 
-  void add(const Vectors& p, const Vectors& q, const Vectors& l, const Vectors& r) {
+  /// Returns twice the projected areas of (o, p, q).
+  Lanes add(const Vectors& p, const Vectors& q, const Vectors& l, const Vectors& r) {
     const Lanes pxqy = p.x * q.y, pyqx = p.y * q.x, half = lanes(0.5);
     const Vectors w{p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, pxqy - pyqx}, s = p + q;
     const Lanes left = dot(l, w), right = -dot(r, w), u = left + right;
@@ -92,6 +93,7 @@ struct VolumeSums {
     xx += a.x * l.x + b.x * r.x + (c.x * s.x + u * (s.x * s.x - p.x * q.x));
     yy += a.y * l.y + b.y * r.y + (c.y * s.y + u * (s.y * s.y - p.y * q.y));
     xy += a.x * l.y + b.x * r.y + (half * (c.x * s.y + c.y * s.x) + u * (s.x * s.y - half * (pxqy + pyqx)));
+    return w.z;
   }
 };
 
@@ -161,18 +163,20 @@ class ContactIntegrator {
     VolumeSums v;
     AreaSums a;
     Lanes low = lanes(0), high = low;  // o is a vertex; each other one begins or ends an edge
-    const auto add = [&](const FourEdges& e, Vectors& p, Vectors& q) __attribute__((always_inline)) {
+    const auto add = [&](int i, int end, Vectors& p, Vectors& q) __attribute__((always_inline)) {
+      const FourEdges e(edges_, i, end);
       p = turned(w_.turned_, e[0].from, e[1].from, e[2].from, e[3].from);
       q = turned(w_.turned_, e[0].to, e[1].to, e[2].to, e[3].to);
       low = minimum(low, minimum(p.z, q.z));
       high = maximum(high, maximum(p.z, q.z));
-      v.add(p, q, turned(w_.feet_, e[0].left, e[1].left, e[2].left, e[3].left),
-            turned(w_.feet_, e[0].right, e[1].right, e[2].right, e[3].right));
+      const Lanes areas = v.add(p, q, turned(w_.feet_, e[0].left, e[1].left, e[2].left, e[3].left),
+                                turned(w_.feet_, e[0].right, e[1].right, e[2].right, e[3].right));
+      storeLanes(areas, w_.edge_areas_.begin() + i);
     };
     Vectors p, q;
-    for (int i = 0; i < seam_; i += 4) add(FourEdges(edges_, i, seam_), p, q);
+    for (int i = 0; i < seam_; i += 4) add(i, seam_, p, q);
     for (int i = seam_; i < end_; i += 4) {
-      add(FourEdges(edges_, i, end_), p, q);
+      add(i, end_, p, q);
       a.add(p.x, p.y, q.x, q.y);
     }
     depth = largest(high) + largest(-low);
@@ -190,32 +194,30 @@ class ContactIntegrator {
   /// holds the largest share of the patch: of A0 = n·S. If an edge of it crosses the patch, n leans by the depth over the patch's
   /// width, and the extent along n is up to twice that along the face's normal. After `integrate`.
   double supportedDepth(const Matrix3& R, double along_n) const {
-    LoadedVector<FaceShadow>& shadows = w_.shadows_;
-    shadows.resize(w_.faces_.size());
-    for (int f = 0; f < shadows.size(); ++f) {
-      const Vector3& normal = w_.faces_[f].normal;
-      const double cosine = std::abs(normal.dot(R.col(2)));
-      if (cosine > kNearlyFlush && normal.cross(R.col(2)).squaredNorm() < kFlush * kFlush) return along_n;
-      shadows[f].area = 0;
+    const int faces = w_.faces_.size();
+    w_.face_areas_.resize(faces);
+    double* const areas = w_.face_areas_.begin();
+    for (int f = 0; f < faces; ++f) {
+      if (std::abs(w_.feet_[f][3]) > kNearlyFlush && w_.faces_[f].normal.cross(R.col(2)).squaredNorm() < kFlush * kFlush) return along_n;
+      areas[f] = 0;
     }
     for (int i = 0; i < end_; ++i) {
       const ContactEdge& e = edges_[i];
-      const Lanes &p = w_.turned_[e.from], &q = w_.turned_[e.to];
-      const double twice = p[0] * q[1] - p[1] * q[0];
-      shadows[e.left].area += twice, shadows[e.right].area -= twice;
+      areas[e.left] += w_.edge_areas_[i], areas[e.right] -= w_.edge_areas_[i];
     }
     int support = 0;
-    for (int f = 1; f < shadows.size(); ++f) {
-      if (std::abs(shadows[f].area) > std::abs(shadows[support].area)) support = f;
+    for (int f = 1; f < faces; ++f) {
+      if (std::abs(areas[f]) > std::abs(areas[support])) support = f;
     }
-    const Vector3 normal_P = R.transpose() * w_.faces_[support].normal;
-    double low = 0, high = 0;  // o is a vertex
-    for (int i = 0; i < w_.vertices_.size(); ++i) {
-      const Lanes& p = w_.turned_[i];
-      const double height = normal_P.x() * p[0] + normal_P.y() * p[1] + normal_P.z() * p[2];
-      low = std::min(low, height), high = std::max(high, height);
+    const Vectors normal_P = spread(R.transpose() * w_.faces_[support].normal);
+    Lanes low = lanes(0), high = low;  // o is a vertex
+    const int last = w_.vertices_.size() - 1;
+    for (int i = 0; i <= last; i += 4) {
+      const Lanes heights =
+          dot(normal_P, turned(w_.turned_, i, std::min(i + 1, last), std::min(i + 2, last), std::min(i + 3, last)));
+      low = minimum(low, heights), high = maximum(high, heights);
     }
-    return std::min(along_n, high - low);
+    return std::min(along_n, largest(high) + largest(-low));
   }
 
  private:
@@ -230,12 +232,11 @@ class ContactIntegrator {
   /// behind the last one is worked on too, and never used.
   void turnAll(const Matrix3& R) const {
     const Vectors axes[3] = {spread(R.col(0)), spread(R.col(1)), spread(R.col(2))};
-    const auto turnTo = [&](const Vectors& v, Lanes* to) {
-      const Lanes x = dot(v, axes[0]), y = dot(v, axes[1]), z = dot(v, axes[2]);
-      transpose(x, y, z, z, to[0], to[1], to[2], to[3]);
+    const auto turnTo = [&](const Vectors& v, const Lanes& fourth, Lanes* to) {
+      transpose(dot(v, axes[0]), dot(v, axes[1]), dot(v, axes[2]), fourth, to[0], to[1], to[2], to[3]);
     };
     for (int i = 0; i < w_.vertices_.size(); i += 4) {
-      turnTo(gather(vertex(i), vertex(i + 1), vertex(i + 2), vertex(i + 3)) - origin_, w_.turned_.begin() + i);
+      turnTo(gather(vertex(i), vertex(i + 1), vertex(i + 2), vertex(i + 3)) - origin_, lanes(0), w_.turned_.begin() + i);
     }
     const auto plane = [this](int f) { return loadLanes(w_.faces_[f].normal.data()); };  // the offset lies behind
     for (int f = 0; f < w_.faces_.size(); f += 4) {
@@ -243,7 +244,7 @@ class ContactIntegrator {
       Lanes offset;
       transpose(plane(f), plane(f + 1), plane(f + 2), plane(f + 3), n.x, n.y, n.z, offset);
       const Lanes height = offset - dot(n, origin_);
-      turnTo({height * n.x, height * n.y, height * n.z}, w_.feet_.begin() + f);
+      turnTo({height * n.x, height * n.y, height * n.z}, dot(n, axes[2]), w_.feet_.begin() + f);
     }
   }
 

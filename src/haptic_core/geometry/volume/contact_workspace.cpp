@@ -123,6 +123,8 @@ void ContactWorkspace::reserveResult(int face_count) {
   turned_.reserve(found + 3);
   seams_.reserve(edges);
   feet_.reserve(faces + 3);
+  edge_areas_.reserve(2 * edges + 3);
+  face_areas_.reserve(faces);
   faces_.reserve(faces + 3);
   edges_.reserve(2 * edges);
   loops_.reserve(faces);

@@ -183,7 +183,8 @@ class ContactWorkspace {
   LoadedVector<Vector3> outline_, cut_outline_;  ///< a face's polygon within a cover's outline
   LoadedVector<Seam> seams_;
   LoadedVector<Lanes> turned_;  ///< vertices from one of them, in P's axes
-  LoadedVector<Lanes> feet_;    ///< the points of the faces' planes nearest to that vertex, likewise
+  LoadedVector<Lanes> feet_;    ///< the points of the faces' planes nearest to that vertex, likewise, and their normals' share along n
+  LoadedVector<double> edge_areas_, face_areas_;  ///< twice, projected: of the triangle (that vertex, edge), and of a face
   CutSolid solid_, cut_;
   LoadedVector<double> height_;
   LoadedVector<int> moved_to_, cap_next_;
