@@ -12,7 +12,7 @@ from run_verb import ROOT, Call
 
 SECONDS = 1
 RATE = 1000
-NAMES = ["Mein Ordner/x.bag", "it's \"quoted\"/a'b.bag", "Übung €/größe 触覚.bag", "$(arg scene)/$HOME `x` ; # &.bag", "-O/--x.bag"]
+NAMES = ["Mein Ordner's \"quoted\" Übung €/größe 触覚 a'b $(arg scene) $HOME `x` ; # &.bag", "-O/--x.bag"]
 
 
 class Small:
@@ -86,24 +86,22 @@ class Written(unittest.TestCase):
         self.honest(self.record(os.path.join(self.folder, "is.bag")), False, "is a folder")
 
     def test_a_bag_that_is_removed_meanwhile(self):
-        for earlier in (False, True):
-            path = os.path.join(self.folder, "gone.bag")
-            if earlier:
-                with open(path, "w", encoding="utf-8") as bag:
-                    bag.write("of an earlier run")
-            stop = threading.Event()
+        path = os.path.join(self.folder, "gone.bag")
+        with open(path, "w", encoding="utf-8") as bag:
+            bag.write("of an earlier run")  # which must not be taken for this one's
+        stop = threading.Event()
 
-            def remove(path=path, stop=stop):
-                while not stop.wait(0.02):
-                    if os.path.exists(path + ".active"):
-                        os.remove(path + ".active")
+        def remove():
+            while not stop.wait(0.02):
+                if os.path.exists(path + ".active"):
+                    os.remove(path + ".active")
 
-            remover = threading.Thread(target=remove)
-            remover.start()
-            call = self.record(path)
-            stop.set()
-            remover.join()
-            self.honest(call, False, "gone.bag")
+        remover = threading.Thread(target=remove)
+        remover.start()
+        call = self.record(path)
+        stop.set()
+        remover.join()
+        self.honest(call, False, "gone.bag")
 
     def test_columns_and_pages(self):
         bag = os.path.join(self.folder, "a b.bag")
@@ -125,7 +123,7 @@ class Written(unittest.TestCase):
         def run(seconds):
             calls[seconds] = Call("demo", "--seconds", str(seconds))
 
-        threads = [threading.Thread(target=run, args=(seconds,)) for seconds in (2, 3)]
+        threads = [threading.Thread(target=run, args=(seconds,)) for seconds in (1, 2)]
         for thread in threads:
             thread.start()
         for thread in threads:

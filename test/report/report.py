@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """`./run report`: error against run time of every method and peer on every scene, stability, what scenes leave out.
 
-Plans the runs, executes what is not kept from before on all cores or over a Dask cluster, compares with the references, runs
-what may win a cell again with the build for any processor, and writes one HTML page, a CSV, and the plots. Ends with `figure` lines.
+Plans the runs, executes those that are not kept from before on all cores or over a Dask cluster, compares with the references, and
+writes one HTML page, a CSV, and the plots. Ends with `figure` lines.
 """
 import argparse
 import concurrent.futures
