@@ -135,9 +135,11 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, Impl
   const double slow = std::max(h * settings_.gravity.norm(), kStands / h);
   const bool second_order =
       order != ImplicitOrder::kFirst && (locates_ || !settles(island, *state_, stage_.speed(state_->v), slow));
-  if (second_order) subSteps();
-  report_.fell_back = second_order && left_ > 0;
-  if (left_ > 0) euler(left_, std::max(1, budget_ - kKeepingEnergy - (locates_ ? 0 : used())));
+  const auto passes = [this] { return std::max(1, budget_ - kKeepingEnergy - (locates_ ? 0 : used())); };
+  const bool jumps_on = second_order && lastStep() < 0 && euler(h, passes(), true);
+  if (second_order && !jumps_on) subSteps();
+  report_.fell_back = jumps_on || (second_order && left_ > 0);
+  if (!jumps_on && left_ > 0) euler(left_, passes(), false);
   report_.iterations = stage_.iterations() - iterations;
   report_.evaluations = used();
   report_.budget_used = locates_ ? 0 : static_cast<double>(used()) / budget_;
@@ -184,16 +186,23 @@ void ImplicitStep::setBase() noexcept {
   }
 }
 
-/// Implicit Euler over the last h of the step.
-void ImplicitStep::euler(double h, int passes) noexcept {
+/// Implicit Euler over the last h of the step. `if_jumps`: contacts jumped in the last step, and in a heap they mostly go on to; where
+/// the first evaluation finds those of the start none the less, nothing is done, and the answer is no: second order is worth a try.
+bool ImplicitStep::euler(double h, int passes, bool if_jumps) noexcept {
   const Island& island = stage_.island();
   setBase();
   for (int i = 0; i < island.pair_count; ++i) {
     stage_.yielding[island.pairs[i]] = Yielding::kKeepsLimit;
     cache_[island.pairs[i]] = state_->pairs[island.pairs[i]].cache;
   }
-  report_.converged = stage_.solve(h, 0, passes);
-  if (report_.converged && h == length_ && staysAtRest(h)) return stand(h);
+  bool smooth = false;
+  const bool converged = stage_.solve(h, 0, passes, [&] { return !(smooth = if_jumps && sameContacts()); });
+  if (smooth) return false;
+  report_.converged = converged;
+  if (report_.converged && h == length_ && staysAtRest(h)) {
+    stand(h);
+    return true;
+  }
   const double lost = report_.converged ? 0 : stage_.keepEnergy(h);
   const double booked = losses(state_->energy), supplied = state_->energy.external + sum(coupling_work_);
   if (stage_.hasJoints()) {
@@ -201,11 +210,12 @@ void ImplicitStep::euler(double h, int passes) noexcept {
     stage_.joints().account(stage_.v_base.data(), stage_.v.data(), h);  // force × mean velocity: the change of energy
   }
   accelerations(h);
-  commit(h, h, Mean::kOfEnd, report_.converged && sameContacts() && !errs(kErrorBdf2, h));
-  if (report_.converged) return;
+  commit(h, h, Mean::kOfEnd, !report_.converged || !sameContacts() ? -h : errs(kErrorBdf2, h) ? 0 : h);
+  if (report_.converged) return true;
   // Forces out of balance are not what slowed the bodies: of their power no more is a loss than was lost.
   const double available = std::max(0.0, lost + state_->energy.external + sum(coupling_work_) - supplied);
   state_->energy.damping -= std::max(0.0, losses(state_->energy) - booked - available);
+  return true;
 }
 
 /// Whether the island touches something, and its speeds before and after are those that rounding of its coordinates makes.
@@ -279,7 +289,7 @@ double ImplicitStep::secondOrder(double s) noexcept {
   }
   if (changes) return locate(s);
   if (errs(kErrorSdirk2, s)) return -1;
-  commit(kGamma * s, s, Mean::kOfStages, true);
+  commit(kGamma * s, s, Mean::kOfStages, s);
   return s;
 }
 
@@ -310,7 +320,7 @@ ImplicitStep::Smooth ImplicitStep::bdf2(double s, double last) noexcept {
     stage_.joints().startAccount();
     stage_.joints().account(state_->v.data(), stage_.v.data(), s);
   }
-  commit(g, s, Mean::kOfEnds, true);
+  commit(g, s, Mean::kOfEnds, s);
   return Smooth::kYes;
 }
 
@@ -360,7 +370,8 @@ bool ImplicitStep::errs(double share, double s) noexcept {
   return error > may;
 }
 
-void ImplicitStep::remember(double g, double h, Mean mean, bool smooth) noexcept {
+/// `taken_up`: as `State::last_step`.
+void ImplicitStep::remember(double g, double h, Mean mean, double taken_up) noexcept {
   const Island& island = stage_.island();
   const double share = g / h;  // of the step at the velocity of its end
   for (int n = 0; n < island.tree_count; ++n) {
@@ -372,7 +383,7 @@ void ImplicitStep::remember(double g, double h, Mean mean, bool smooth) noexcept
       state_->a_mean[i] = (stage_.v[i] - state_->v[i]) / h;
       state_->v_mean[i] = mean == Mean::kOfEnd ? stage_.v[i] : share * stage_.v[i] + (1 - share) * before;
     }
-    state_->last_step[island.trees[n]] = smooth ? h : -h;
+    state_->last_step[island.trees[n]] = taken_up;
   }
 }
 
@@ -425,7 +436,7 @@ double ImplicitStep::locate(double s) noexcept {
   }
   if (errs(kErrorSdirk2, t)) return -1;
   for (const ImplicitContact& c : stage_.contacts()) violation_[c.pair] = violation(c);
-  commit(kGamma * t, t, Mean::kOfStages, true);
+  commit(kGamma * t, t, Mean::kOfStages, t);
   if (turns) changeModes(f - 10 * kLocated, length_ - left_ + t);
   return t;
 }
@@ -545,11 +556,11 @@ void ImplicitStep::gatherDone() noexcept {
 
 /// Puts the solution into the state: v, q = q_b ⊕ g v, friction; and the work done over h into the ledger's sums. (The
 /// last Newton step was not evaluated: forces and friction are those of the evaluation before it.)
-void ImplicitStep::commit(double g, double h, Mean mean, bool smooth) noexcept {
+void ImplicitStep::commit(double g, double h, Mean mean, double taken_up) noexcept {
   const Island& island = stage_.island();
   const bool two_stages = mean == Mean::kOfStages;
   const bool first_part = report_.parts++ == 0;
-  remember(g, h, mean, smooth);
+  remember(g, h, mean, taken_up);
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island.trees[n]];
     std::copy_n(stage_.q_base.begin() + tree.q, tree.model->nq(), state_->q.begin() + tree.q);

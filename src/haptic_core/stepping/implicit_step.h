@@ -13,7 +13,8 @@
 /// gravity move a body in the step; BDF2's is 2/9 h² |a1 - a0|, a0 at the end of the last step, SDIRK2's .04 h² of the change
 /// between its stages. One that does not is tried again by halves, down to h/8, while the error falls and the budget lasts. Second
 /// order multiplies the impulses of impacts by up to 2.4, so where the contact set changes or a patch grows or shrinks fast, and
-/// where all attempts fail, the rest of the step is done as implicit Euler. BDF2 goes on from steps that were smooth.
+/// where all attempts fail, the rest of the step is done as implicit Euler. After such a step Euler comes first, and gives way where
+/// its first evaluation finds the contacts of the start: in a heap they mostly go on to change. BDF2 goes on from steps that were smooth.
 ///
 /// Friction. Within a solve a patch keeps its limit, which makes its force continuous: μ0 while stuck, μ while sliding.
 /// Implicit Euler changes the limit from one step to the next. Second order locates the instant in islands of few contacts with
@@ -101,14 +102,14 @@ class ImplicitStep {
   enum class Mean { kOfEnd, kOfEnds, kOfStages };
   enum class Smooth { kYes, kNo, kFrictionChanges };
   double lastStep() const noexcept;
-  void euler(double h, int passes) noexcept;
+  bool euler(double h, int passes, bool if_jumps) noexcept;
   void subSteps() noexcept;
   bool affords(double evaluations, double s) const noexcept;
   int used() const noexcept { return stage_.evaluations - evaluations_before_; }
   Smooth bdf2(double s, double last) noexcept;
   void accelerations(double g) noexcept;
   bool errs(double share, double s) noexcept;
-  void remember(double g, double h, Mean mean, bool smooth) noexcept;
+  void remember(double g, double h, Mean mean, double taken_up) noexcept;
   void setModes() noexcept;
   bool solveSmooth(double g, double left) noexcept;
   double secondOrder(double s) noexcept;
@@ -125,7 +126,7 @@ class ImplicitStep {
   void stand(double h) noexcept;
   void pushHands(double h, double w, bool two_stages) noexcept;
   void gatherDone() noexcept;
-  void commit(double g, double h, Mean mean, bool smooth) noexcept;
+  void commit(double g, double h, Mean mean, double taken_up) noexcept;
 
   const Model& model_;
   const WorldSettings& settings_;

@@ -138,7 +138,7 @@ struct State {
   std::vector<TreeMode> mode;          ///< by tree
   /// What BDF2 takes up from the last implicit step (stepping/implicit_step.h): acceleration at its end; means over it.
   std::vector<double> a_end, a_mean, v_mean;
-  /// By tree: length of that step [s]; 0: there was none; negative: contacts or forces jumped in it.
+  /// By tree: length of that step [s]; 0: there is none to go on from; negative: contacts jumped in it.
   std::vector<double> last_step;
   std::vector<int> low;                ///< by tree: implicit steps in a row that could have been explicit (stepping/choice.h)
   std::vector<JointCommand> commands;  ///< of the links of trees whose joints have laws
