@@ -5,7 +5,6 @@
 #include <limits>
 #include <numeric>
 
-#include "haptic_core/base/bracket.h"
 #include "haptic_core/stepping/standing_islands.h"
 
 namespace haptic {
@@ -41,24 +40,10 @@ constexpr double kGrowth = 2;
 constexpr double kStands = 1e-12;
 /// BDF2 takes up from a step of at least 1/kMostRatio of its own length: it is stable up to 1 + √2 for steps of any sequence.
 constexpr double kMostRatio = 2;
-/// An instant is located when the load is this close to the limit, or the slip this small against what it was.
-constexpr double kLocated = 1e-8;
-constexpr int kMostLocations = 12;
 /// Share of the step below which nothing is left of it.
 constexpr double kRest = 1e-9;
 
 bool sticksAtAll(const FrictionMemory& m) { return m.touching != 0 && m.sliding == 0; }
-
-/// Power of two slips (translation and spin) in the metric of the friction layer, per its stiffness.
-double product(const FrictionMemory& metric, const FrictionMemory& a, const FrictionMemory& b) {
-  return metric.area * a.rate_A.dot(b.rate_A) + metric.torsion * a.spin * b.spin;
-}
-
-void slide(FrictionMemory& memory) {
-  memory.sliding = 1;
-  memory.rate_A = memory.slip_A;
-  memory.spin = memory.twist;
-}
 
 double losses(const EnergySums& sums) { return sums.damping + sums.friction; }
 
@@ -288,9 +273,14 @@ double ImplicitStep::secondOrder(double s) noexcept {
     changes |= stops || violation(c) > 0;
   }
   if (changes) return locate(s);
-  if (errs(kErrorSdirk2, s)) return -1;
+  return keepSdirk2(s) ? s : -1;
+}
+
+/// Commits what `sdirk2` solved over s, unless it errs too much.
+bool ImplicitStep::keepSdirk2(double s) noexcept {
+  if (errs(kErrorSdirk2, s)) return false;
   commit(kGamma * s, s, Mean::kOfStages, s);
-  return s;
+  return true;
 }
 
 /// BDF2 over s; nothing is committed where the error is too large, or friction changes in it.
@@ -384,82 +374,6 @@ void ImplicitStep::remember(double g, double h, Mean mean, double taken_up) noex
       state_->v_mean[i] = mean == Mean::kOfEnd ? stage_.v[i] : share * stage_.v[i] + (1 - share) * before;
     }
     state_->last_step[island.trees[n]] = taken_up;
-  }
-}
-
-/// How far a contact is beyond what its mode allows: the load over the static limit, or the slip that has turned
-/// around, both relative; negative before. Contacts that slide on have none.
-double ImplicitStep::violation(const ImplicitContact& c) const noexcept {
-  if (stage_.yielding[c.pair] == Yielding::kNever) return c.force.memory.load - 1;
-  if (stage_.yielding[c.pair] != Yielding::kDragged) return -1;
-  const FrictionMemory& start = state_->pairs[c.pair].friction;
-  const double size = product(start, start, start);
-  return size > 0 ? -product(start, start, c.force.memory) / size : 0;
-}
-
-double ImplicitStep::violation() const noexcept {
-  double most = -1;
-  for (const ImplicitContact& c : stage_.contacts()) most = std::max(most, violation(c));
-  return most;
-}
-
-double ImplicitStep::violationAtStart() const noexcept {
-  double most = -1;
-  for (const ImplicitContact& c : stage_.contacts()) {
-    if (stage_.yielding[c.pair] == Yielding::kNever) most = std::max(most, state_->pairs[c.pair].friction.load - 1);
-  }
-  return most;
-}
-
-/// Solves up to the first change of friction in (0, s], commits, and changes the modes. < 0: not smooth.
-double ImplicitStep::locate(double s) noexcept {
-  const double low = 0, f_low = violationAtStart();
-  if (f_low >= -kLocated) {  // at once
-    for (const ImplicitContact& c : stage_.contacts()) {
-      FrictionMemory& memory = state_->pairs[c.pair].friction;
-      if (stage_.yielding[c.pair] != Yielding::kNever || memory.load < 1 - kLocated) continue;
-      slide(memory);
-      event_[c.pair] = 1 - left_ / length_;
-    }
-    forget();
-    return 0;
-  }
-  if (!sdirk2(s, left_ - s)) return -1;  // what stops is dragged on
-  double t = s, f = violation();
-  const bool turns = f > 0;
-  Bracket bracket(low, f_low, s, f);
-  for (int i = 0; turns && i < kMostLocations && std::abs(f) > kLocated; ++i) {
-    t = bracket.guess();
-    if (!sdirk2(t, left_ - t)) return -1;
-    f = violation();
-    bracket.take(t, f);
-  }
-  if (errs(kErrorSdirk2, t)) return -1;
-  for (const ImplicitContact& c : stage_.contacts()) violation_[c.pair] = violation(c);
-  commit(kGamma * t, t, Mean::kOfStages, t);
-  if (turns) changeModes(f - 10 * kLocated, length_ - left_ + t);
-  return t;
-}
-
-void ImplicitStep::forget() noexcept {
-  for (int n = 0; n < stage_.island().tree_count; ++n) state_->last_step[stage_.island().trees[n]] = 0;
-}
-
-/// The contacts at their limit slide from now on, those that stopped stick.
-void ImplicitStep::changeModes(double least, double elapsed) noexcept {
-  forget();
-  for (const ImplicitContact& c : stage_.contacts()) {
-    FrictionMemory& memory = state_->pairs[c.pair].friction;
-    const Yielding mode = stage_.yielding[c.pair];
-    if (mode == Yielding::kKeepsLimit || violation_[c.pair] < least) continue;
-    event_[c.pair] = elapsed / length_;
-    if (mode == Yielding::kNever) {
-      slide(memory);
-    } else {
-      memory.sliding = 0;
-      const PairLaw law = model_.law(c.shape_a, c.shape_b, false, false);
-      memory.load = law.material.mu_dynamic / law.material.mu_static;
-    }
   }
 }
 

@@ -114,6 +114,7 @@ class ImplicitStep {
   bool solveSmooth(double g, double left) noexcept;
   double secondOrder(double s) noexcept;
   bool sdirk2(double h, double left) noexcept;
+  bool keepSdirk2(double s) noexcept;
   double locate(double s) noexcept;
   double violationAtStart() const noexcept;
   double violation() const noexcept;
