@@ -69,19 +69,20 @@ void boundLaw(const HandBound& bound, double period, const FrictionMemory& befor
   // A push beside the origin turns the hand as well, and is as much stiffer to it.
   const double own = m.stiffness * contact.A0 * (1 + arm_W.cross(n_W).squaredNorm() / bound.turn_of_way);
   const double met = own + std::max(0.0, others);
+  const double area = layerArea(contact), lever = 1 + arm_W.squaredNorm() / bound.turn_of_way;
+  // Friction's springs add up whatever the normals: each neighbour's is taken as stiff against k A0 as this one's.
+  const double neighbours = std::max(0.0, bound.met_W.trace() - (before.touching != 0 ? m.stiffness * before.area : 0.0));
+  const double rubbed = m.tangential_stiffness * area * lever + m.tangential_stiffness / m.stiffness * neighbours;
+  double rub_share = rubbed > bound.stiffness ? std::max(kLeastShare, bound.stiffness / rubbed) : 1.0;
   if (met > bound.stiffness) {
     const double share = std::max(kLeastShare, bound.stiffness / met);
     m.stiffness *= share;
     m.damping *= share;
-    m.tangential_stiffness *= share;
-    m.tangential_damping *= share;  // NaN, derived, follows the spring
+    rub_share = std::min(rub_share, share);
   }
-  const double area = layerArea(contact), layer = m.stiffness * area, lever = 1 + arm_W.squaredNorm() / bound.turn_of_way;
-  if (m.tangential_stiffness * area * lever > bound.stiffness) {
-    const double share = std::max(kLeastShare, bound.stiffness / (m.tangential_stiffness * area * lever));
-    m.tangential_stiffness *= share;
-    m.tangential_damping *= share;
-  }
+  m.tangential_stiffness *= rub_share;
+  m.tangential_damping *= rub_share;  // NaN, derived, follows the spring
+  const double layer = m.stiffness * area;
   const double share = area > contact.A0 ? layer / (layer + std::max(0.0, others)) : own / met;
   const double most = kMostDamping * bound.stiffness * period * share;  // [N·s/m]
   if (tangentialDamping(law, area) * area * lever > most) m.tangential_damping = most / (area * lever);

@@ -8,7 +8,7 @@
 /// times its mean thickness. The share s follows from where the bodies are now, not from time: what a spring takes on the
 /// way in it gives back on the way out, and no other. With two contacts at an angle λ_max of what is left is up to 1.21 K_max.
 /// A push beside the link's origin, at the arm r from it, turns the hand as well: its stiffness against both is k A0 (1 + |r × n|²/ρ²),
-/// ρ² the hand's damping of a turn over that of a way, and of friction's spring k_t A (1 + r²/ρ²).
+/// ρ² the hand's damping of a turn over that of a way, and of friction's springs Σ k_t A (1 + r²/ρ²): in a corner two of them add up.
 /// Its dampers, normal and tangential, are held to h K_max between them and its neighbours (`kMostDamping`): the loop's bound is
 /// on K and b together, and at 6 N a dissipation of 10 s/m is a damper of 60 N·s/m, seven times a hand's own.
 /// Other pairs keep their laws, and both bodies of a weakened pair feel the same force.

@@ -263,6 +263,31 @@ TEST(HandBound, ALawIsWeakenedToTheBoundAndNotBeyond) {
   }
 }
 
+// A ball that sticks to two walls of a corner: along the edge both rub, and the hand meets K_max at most.
+TEST(HandBound, FrictionsInACornerAreBoundedTogether) {
+  WorldDef def = overWall(makeSphere(kRadius), 1e9);
+  def.settings.default_material.mu_static = def.settings.default_material.mu_dynamic = 1;
+  def.articulations.push_back(scenes::springyBody("side", makeBox({1, 0.1, 1}), JointType::kFixed, {0, -0.05, 0.5}, 1e9));
+  World world(def);
+  constexpr double kBound = 4000, kDeep = 1e-3, kAside = 1e-5;  // [N/m], [m], [m]
+  world.setPointerBound(0, {kBound});
+  const auto hold = [&](double x, double y, double z, int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      world.setPointerTarget(0, Pose(Vector3(x, y, z)), Twist{});
+      world.step();
+    }
+    return world.pointerWrench(0).force;
+  };
+  for (int i = 0; i <= 100; ++i) hold(0, kRadius + kDeep * (1 - i / 50.0), kRadius + kDeep * (1 - i / 50.0), 1);
+  const Vector3 before = hold(0, kRadius - kDeep, kRadius - kDeep, 100);
+  const Vector3 after = hold(kAside, kRadius - kDeep, kRadius - kDeep, 100);
+  EXPECT_GT(before.z(), 0.5 * kBound * kDeep / 2);  // it touches both
+  EXPECT_GT(before.y(), 0.5 * kBound * kDeep / 2);
+  const double stiffness = (before.x() - after.x()) / kAside;
+  EXPECT_LE(stiffness, kBound * (1 + 1e-3));  // the areas of the step before, and the ball's facets
+  EXPECT_GT(stiffness, 0.9 * kBound);
+}
+
 // Work of a hand that presses a ball in and takes it out again: the bounded spring gives back what it took, whatever the
 // speed of the way in and out. Error: the trapezoidal rule's, of second order.
 TEST(HandBound, ABoundedSpringGivesBackWhatItTook) {
