@@ -122,6 +122,25 @@ TEST(BallContact, CutByTwoPlanesAroundItsCentreIsTheBallLessTheirCaps) {
   }
 }
 
+/// The sphere through a corner, within rounding, has the volume of spheres a little smaller and larger; so have all that follow it.
+TEST(BallContact, ThroughACornerIsBetweenItsNeighbours) {
+  std::mt19937 random(9);
+  const double R = 0.2;
+  for (const ConvexPolyhedron& shape : {makeBox(Vector3(0.5, 0.4, 0.3)), stone(30, 0.4, 5), stone(4, 0.3, 6)}) {
+    for (int i = 0; i < 300; ++i) {
+      const Vector3 way = random_pairs::randomDirection(random);
+      const Vector3 c = shape.vertices()[random() % shape.vertexCount()] - R * way;
+      const auto volume = [&](double radius) {
+        const Contact found = contactOf(shape, Ball(radius), Pose(c));
+        return found.volume.status == Status::kOverlap ? found.volume.volume : 0;
+      };
+      const double slack = 1e-13 * R * R * R;
+      EXPECT_GE(volume(R), volume(R * (1 - 1e-9)) - slack) << i;
+      EXPECT_LE(volume(R), volume(R * (1 + 1e-9)) + slack) << i;
+    }
+  }
+}
+
 TEST(BallContact, WithItsCentreOnACornerAnEdgeOrAFaceIsAnEighthAQuarterOrAHalf) {
   const double R = 0.1, V = 4 * M_PI / 3 * R * R * R;
   const ConvexPolyhedron box = makeBox(Vector3(1, 1, 1));

@@ -5,6 +5,7 @@
 
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/pairs/round_contact.h"
+#include "haptic_core/geometry/shapes/ball.h"
 #include "haptic_core/geometry/volume/circular_segment.h"
 #include "haptic_core/geometry/volume/gauss_legendre.h"
 

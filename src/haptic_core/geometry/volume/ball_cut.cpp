@@ -39,12 +39,10 @@ bool innerOfSphere(const Vector3& p, const Vector3& q, bool p_in, bool q_in, dou
   const double half = std::sqrt(std::max(0.0, (radius - distance) * (radius + distance) / length2));
   if (!p_in) enter = std::min(1.0, nearest - half);
   if (!q_in) leave = std::max(0.0, nearest + half);
-  if (p_in || q_in) {
-    enter = std::max(0.0, enter);
-    leave = std::min(1.0, leave);
-    return true;
-  }
-  return half > 0 && enter > 0 && leave < 1;
+  // Of an end that lies on the sphere within rounding, the root may lie beyond it by as much.
+  enter = std::max(0.0, enter);
+  leave = std::min(1.0, leave);
+  return p_in || q_in || half > 0;
 }
 
 /// A face's plane across the sphere; its points in the face's axes, about the circle's centre.
