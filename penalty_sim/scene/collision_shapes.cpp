@@ -6,6 +6,8 @@
 
 #include "haptic_core/geometry/hulls/mesh_to_convex.h"
 #include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/shapes/cone.h"
+#include "haptic_core/geometry/shapes/ellipsoid.h"
 #include "haptic_core/geometry/shapes/half_space.h"
 #include "haptic_core/geometry/shapes/rod.h"
 #include "haptic_core/geometry/shapes/shapes.h"
@@ -24,21 +26,36 @@ constexpr int kSubdivision = 2;
 struct Refinement {
   int segments = kSegments, subdivision = kSubdivision;
   bool prism = false, faceted = false;  ///< segments, a subdivision is given
-  bool half_space = false;              ///< in place of the geometry
+  std::string type;                     ///< of what collides in place of the geometry; empty: the geometry
 };
+
+/// Types of <haptic:shape>, and the attributes that each has.
+const std::map<std::string, std::vector<const char*>> kTypes = {
+    {"half_space", {}}, {"ellipsoid", {"radii"}}, {"cone", {"radius", "top_radius", "length"}}};
+
+void refuseAttributesOfOthers(const XmlFile& file, const XmlElement& shape, const std::string& type) {
+  for (const auto& [name, attributes] : kTypes) {
+    for (const char* attribute : attributes) {
+      if (name == type || !shape.Attribute(attribute)) continue;
+      throw SetupError(file.at(shape) + ": <haptic:shape>", std::string("has ") + attribute + " but is no " + name,
+                       "write type=\"" + name + "\", or leave " + attribute + " out");
+    }
+  }
+}
 
 Refinement readRefinement(const XmlFile& file, const XmlElement& collision) {
   Refinement refinement;
   const XmlElement* shape = collision.FirstChildElement("haptic:shape");
   if (!shape) return refinement;
-  refuseUnknownAttributes(file, *shape, {"segments", "subdivision", "type"});
+  refuseUnknownAttributes(file, *shape, {"segments", "subdivision", "type", "radii", "radius", "top_radius", "length"});
   if (const char* type = shape->Attribute("type")) {
-    if (std::string(type) != "half_space") {
+    if (kTypes.count(type) == 0) {
       throw SetupError(file.at(*shape) + ": <haptic:shape>", "type '" + std::string(type) + "' is unknown",
-                       "write type=\"half_space\", or none");
+                       "write type=\"half_space\", \"ellipsoid\", \"cone\", or none");
     }
-    refinement.half_space = true;
+    refinement.type = type;
   }
+  refuseAttributesOfOthers(file, *shape, refinement.type);
   const double segments = readNumber(file, *shape, "segments").value_or(kSegments);
   const double subdivision = readNumber(file, *shape, "subdivision").value_or(kSubdivision);
   if (segments != std::floor(segments) || segments < 3 || segments > 256) {
@@ -100,6 +117,33 @@ void measure(ShapePieces& shape) {
   shape.half_extent = 0.5 * (upper - lower).minCoeff();
 }
 
+/// Half-space, ellipsoid or cone of <haptic:shape>; `made` holds the geometry beside it.
+void takeType(const XmlFile& file, const XmlElement& shape, const std::string& type, const std::string& where, ShapePieces& made) {
+  const std::string elsewhere = " (elsewhere: " + made.text + ")";
+  std::ostringstream text;
+  if (type == "half_space") {
+    made.pieces = {std::make_shared<HalfSpace>(where)};
+    made.text = "half-space, all below z = 0 of the collision's frame" + elsewhere;
+    return;
+  }
+  if (type == "ellipsoid") {
+    const auto radii = readVector(file, shape, "radii");
+    if (!radii) throw SetupError(where, "<haptic:shape> of an ellipsoid has no radii", "give radii=\"x y z\" in metres");
+    made.pieces = {std::make_shared<Ellipsoid>(*radii, where)};
+    text << "ellipsoid r " << radii->x() << " × " << radii->y() << " × " << radii->z() << " m, exact on planes and polyhedra, elsewhere";
+  } else {
+    const double radius = positive(file, shape, "radius", where), length = positive(file, shape, "length", where);
+    const double top = readNumber(file, shape, "top_radius").value_or(0);
+    made.pieces = {std::make_shared<Cone>(radius, top, length, where)};
+    text << "cone r " << radius << " to " << top << " l " << length << " m, in contacts";
+  }
+  const ConvexShape& made_shape = *made.pieces[0];
+  text << " a polyhedron of " << made_shape.tessellation()->vertexCount() << " vertices, surface within "
+       << made_shape.tessellationError() * 1e3 << " mm";
+  made.text = text.str() + elsewhere;
+  measure(made);
+}
+
 /// What stands in the <geometry> of a <collision>.
 const XmlElement* shapeIn(const XmlElement& collision, const std::string& where) {
   const XmlElement* geometry = collision.FirstChildElement("geometry");
@@ -127,14 +171,16 @@ ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, c
   const XmlElement* shape = shapeIn(collision, where);
   const std::string kind = shape->Name();
   const Refinement refinement = readRefinement(file, collision);
-  if (kind == "mesh" && refinement.half_space) {
+  if (kind == "mesh" && refinement.type == "half_space") {
     throw SetupError(where, "a half-space has a <mesh> for other tools", "give it a box, as thick as its elastic layer");
   }
-  if (kind == "mesh") return makeMesh(robot, where, *shape, warnings);
+  if (kind == "mesh" && refinement.type.empty()) return makeMesh(robot, where, *shape, warnings);
   ShapePieces made;
   std::ostringstream text;
   TessellationReport report;
-  if (kind == "box") {
+  if (kind == "mesh") {
+    text << "mesh";
+  } else if (kind == "box") {
     const Vector3 size = boxSize(file, *shape, where);
     made.pieces.push_back(std::make_shared<ConvexPolyhedron>(makeBox(size, where)));
     text << "box " << size.x() << " × " << size.y() << " × " << size.z() << " m";
@@ -179,10 +225,7 @@ ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, c
   }
   measure(made);
   made.text = text.str();
-  if (refinement.half_space) {
-    made.pieces = {std::make_shared<HalfSpace>(where)};
-    made.text = "half-space, all below z = 0 of the collision's frame (elsewhere: " + made.text + ")";
-  }
+  if (!refinement.type.empty()) takeType(file, *collision.FirstChildElement("haptic:shape"), refinement.type, where, made);
   return made;
 }
 

@@ -24,7 +24,8 @@ class CollisionShapes {
   /// Box, cylinder, sphere, capsule, mesh. A sphere is a true ball, unless <haptic:shape subdivision=> beside
   /// <geometry> asks for a polyhedron; cylinders and capsules are polyhedra where segments= and subdivision= ask. With
   /// type="half_space" all below z = 0 of the collision's frame collides, and the geometry is for other tools and for the
-  /// thickness of the elastic layer. A mesh that cannot be decomposed is hulled with a warning. Throws SetupError: no geometry, an
+  /// thickness of the elastic layer; with type="ellipsoid" or "cone" that collides, and the
+  /// geometry is for other tools. A mesh that cannot be decomposed is hulled with a warning. Throws SetupError: no geometry, an
   /// unknown one, sizes not positive, a mesh not found, unreadable or flat.
   ShapePieces make(const RobotFile& robot, const LinkXml& link, const XmlElement& collision,
                    std::vector<std::string>& warnings);

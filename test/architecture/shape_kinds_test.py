@@ -15,8 +15,8 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 SOURCES = ("src", "penalty_sim", "haptic_bridge", "spidar_driver")
 # Rooms that may ask.
 OWN = tuple(os.path.join("src", "haptic_core", "geometry", room) + os.sep for room in ("shapes", "pairs"))
-ASKS = re.compile(r"(?:\.|->)\s*(?:kind|polyhedron|ball|rod|halfSpace)\s*\(\s*\)"
-                  r"|\bShapeKind\b|dynamic_(?:pointer_)?cast<\s*const\s+(?:haptic::)?(?:Ball|Rod|ConvexPolyhedron|HalfSpace)\b")
+ASKS = re.compile(r"(?:\.|->)\s*(?:kind|polyhedron|ball|rod|halfSpace|ellipsoid)\s*\(\s*\)"
+                  r"|\bShapeKind\b|dynamic_(?:pointer_)?cast<\s*const\s+(?:haptic::)?(?:Ball|Rod|ConvexPolyhedron|HalfSpace|Ellipsoid|Cone|SupportShape)\b")
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.S)
 # Rooms of geometry -> rooms that they may include besides themselves.
 ROOMS = {
@@ -75,6 +75,7 @@ class ShapeKinds(unittest.TestCase):
             "src/haptic_core/geometry/volume/d.cpp": '#include "haptic_core/geometry/pairs/table.h"\n',
             "src/haptic_core/geometry/e.cpp": "\n",
             "penalty_sim/f.h": "switch (shape.kind()) {}\n",
+            "penalty_sim/g.h": "shape.ellipsoid();\n",
         }
         with tempfile.TemporaryDirectory() as root:
             for name, text in texts.items():
@@ -82,7 +83,7 @@ class ShapeKinds(unittest.TestCase):
                 with open(os.path.join(root, name), "w", encoding="utf-8") as out:
                     out.write(text)
             self.assertEqual(list(asking(root, SOURCES)),
-                             ["src/haptic_core/world/a.cpp:2: ->ball()", "penalty_sim/f.h:1: .kind()"])
+                             ["src/haptic_core/world/a.cpp:2: ->ball()", "penalty_sim/f.h:1: .kind()", "penalty_sim/g.h:1: .ellipsoid()"])
             self.assertEqual(len(list(wrong_arrows(root))), 2)
 
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "../scenes/blocks.h"
+#include "../scenes/spinning_ellipsoid.h"
 #include "figure.h"
 #include "haptic_core/geometry/shapes/rod.h"
 #include "haptic_core/geometry/shapes/shapes.h"
@@ -135,6 +136,10 @@ void measureLogs() {
       "um");
   figure("logs.stands_mu", leastFriction(2), "");
   figure("logs.ten_stands_mu", leastFriction(4), "");
+}
+
+void measureEllipsoid() {
+  figure("ellipsoid.energy_err_rel", scenes::SpinningEllipsoid().energyError(1e-4, 5), "");
 }
 
 void measureOverhang() {

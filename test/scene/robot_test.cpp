@@ -376,5 +376,25 @@ TEST(Robot, HalfSpacesAreGroundWithoutEnd) {
   EXPECT_NEAR(world.linkPose(world.linkIndex("cube")).p.z(), 0.05, 1e-3);
 }
 
+/// An ellipsoid and a cone in place of the box beside them: mass, what `check` says, and how high they come to rest.
+TEST(Robot, EllipsoidsAndConesCollideInPlaceOfTheGeometry) {
+  const std::string egg = "<haptic:shape type=\"ellipsoid\" radii=\"0.06 0.05 0.03\"/>";
+  const std::string cone = "<haptic:shape type=\"cone\" radius=\"0.05\" top_radius=\"0.02\" length=\"0.08\"/>";
+  const SceneDef scene = loadText(robot(boxLink("base", 1, 0.1, "<haptic:shape type=\"half_space\"/>") + boxLink("egg", 1, 0.1, egg) +
+                                        boxLink("cone", 1, 0.1, cone) +
+                                        joint("e", "floating", "base", "egg", "", "0 0 0.035") +
+                                        joint("c", "floating", "base", "cone", "", "1 0 0.045")));
+  ASSERT_EQ(scene.collisions.size(), 3u);
+  std::string said;
+  for (const auto& collision : scene.collisions) said += collision.text + "\n";
+  EXPECT_NE(said.find("ellipsoid r 0.06 × 0.05 × 0.03 m, exact on planes and polyhedra"), std::string::npos) << said;
+  EXPECT_NE(said.find("cone r 0.05 to 0.02 l 0.08 m, in contacts a polyhedron of 128 vertices, surface within 0."), std::string::npos)
+      << said;
+  World world(scene.world);
+  for (int i = 0; i < 1000; ++i) world.step();
+  EXPECT_NEAR(world.linkPose(world.linkIndex("egg")).p.z(), 0.03, 1e-3);
+  EXPECT_NEAR(world.linkPose(world.linkIndex("cone")).p.z(), 0.04, 1e-3);
+}
+
 }  // namespace robot_test
 }  // namespace haptic

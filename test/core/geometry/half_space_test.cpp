@@ -9,6 +9,7 @@
 
 #include "haptic_core/geometry/pairs/shape_distance.h"
 #include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/shapes/ellipsoid.h"
 #include "haptic_core/geometry/shapes/rod.h"
 #include "haptic_core/geometry/shapes/shapes.h"
 #include "haptic_core/geometry/volume/contact_volume.h"
@@ -40,7 +41,8 @@ ContactVolume contactOf(const ConvexShape& A, const ConvexShape& B, const Pose& 
 std::vector<std::shared_ptr<const ConvexShape>> shapes() {
   return {std::make_shared<ConvexPolyhedron>(makeBox(Vector3(0.4, 0.3, 0.5))),
           std::make_shared<ConvexPolyhedron>(stone(40, 0.3, 3)), std::make_shared<Ball>(0.3),
-          std::make_shared<Rod>(0.2, 0.5, Rod::Ends::kFlat), std::make_shared<Rod>(0.2, 0.5, Rod::Ends::kRound)};
+          std::make_shared<Rod>(0.2, 0.5, Rod::Ends::kFlat), std::make_shared<Rod>(0.2, 0.5, Rod::Ends::kRound),
+          std::make_shared<Ellipsoid>(Vector3(0.3, 0.2, 0.1))};
 }
 
 /// Lowest point at a depth, over (0.1, -0.2).

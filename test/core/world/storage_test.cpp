@@ -4,23 +4,31 @@
 // them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <new>
+#include <string>
 #include <vector>
 
 #include "../../scenes/blocks.h"
 #include "../dynamics/chain.h"
+#include "haptic_core/geometry/shapes/ball.h"
+#include "haptic_core/geometry/shapes/cone.h"
+#include "haptic_core/geometry/shapes/ellipsoid.h"
+#include "haptic_core/geometry/shapes/rod.h"
 #include "haptic_core/world/world.h"
 
 namespace {
 
 constexpr std::size_t kLargestPacket = 64;  // [bytes]
 thread_local std::size_t heap_offset = 0;   // of this thread's blocks behind a multiple of that [bytes]
+thread_local long blocks_taken = 0;         // by this thread
 
 void* offsetBlock(std::size_t size) noexcept {
+  ++blocks_taken;
   void* whole = std::malloc(size + 3 * kLargestPacket);
   if (!whole) return nullptr;
   const std::uintptr_t start = reinterpret_cast<std::uintptr_t>(whole) / kLargestPacket * kLargestPacket;
@@ -136,6 +144,45 @@ TEST_P(Storage, AWorldsBitsDoNotDependOnItsAddresses) {
     touching = std::max(touching, worlds[0]->contactCount());
   }
   EXPECT_GE(touching, 6);  // arms with arms, with the floor and with the cube
+}
+
+/// Shapes of every kind in one bowl: no step takes a block from the heap, whichever pairs meet.
+TEST(HeapOfSteps, IsLeftAloneWhicheverKindsOfShapesMeet) {
+  WorldDef def;
+  def.settings.step = 1e-3;
+  def.settings.gravity = Vector3(0, 0, -scenes::kGravity);
+  def.settings.default_material.stiffness = 1e7;
+  def.articulations.push_back(scenes::floorBox());
+  for (const double side : {-0.17, 0.17}) {
+    const std::string end = side < 0 ? "0" : "1";
+    def.articulations.push_back(scenes::staticBox("x" + end, Vector3(0.1, 0.44, 0.3), Pose(Vector3(side, 0, 0.15))));
+    def.articulations.push_back(scenes::staticBox("y" + end, Vector3(0.24, 0.1, 0.3), Pose(Vector3(0, side, 0.15))));
+  }
+  const std::shared_ptr<const ConvexShape> shapes[] = {std::make_shared<Ellipsoid>(Vector3(0.05, 0.04, 0.03)),
+                                                       std::make_shared<Cone>(0.04, 0.02, 0.06),
+                                                       std::make_shared<Ball>(0.04),
+                                                       std::make_shared<Rod>(0.03, 0.06, Rod::Ends::kRound),
+                                                       scenes::box(Vector3(0.06, 0.05, 0.04))};
+  for (int i = 0; i < 15; ++i) {
+    const auto& shape = shapes[i % 5];
+    const MassProperties solid = shape->massProperties(500);
+    ArticulationDef body = scenes::freeBody("body" + std::to_string(i), shape, solid.mass, solid.I_com,
+                                            Pose(Vector3(0.05 * (i % 2), 0.04 * (i % 3 - 1), 0.06 + 0.09 * i)));
+    body.links[0].inertia.p_LC = solid.com;
+    def.articulations.push_back(body);
+  }
+  World world(def);
+  int contacts = 0;
+  world.step();
+  const long before = blocks_taken;
+  for (int i = 0; i < 700; ++i) {
+    world.step();
+    contacts = std::max(contacts, world.report().contacts);
+  }
+  EXPECT_EQ(blocks_taken, before);
+  EXPECT_GT(contacts, 20);
+  const auto counted = std::make_unique<int>(1);
+  EXPECT_EQ(blocks_taken, before + 1) << *counted;  // it counts
 }
 
 }  // namespace storage_test

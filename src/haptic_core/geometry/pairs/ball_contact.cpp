@@ -11,13 +11,6 @@ namespace {
 
 using Status = ContactVolume::Status;
 
-SolidMoments ballMoments(double radius) {
-  SolidMoments m;
-  m.volume = 4 * M_PI / 3 * radius * radius * radius;
-  m.second = 0.2 * m.volume * radius * radius * Matrix3::Identity();
-  return m;
-}
-
 }  // namespace
 
 class BallContact : public RoundContact {
@@ -36,7 +29,6 @@ class BallContact : public RoundContact {
   void onOnePlane(const CutFace& face);
   void onFaces(const NearestPoint& nearest, const Vector3& c, const InnerFaces* covers);
   void withoutRoom(const NearestPoint& nearest);
-  double extent(const Vector3& up) const;
 };
 
 void BallContact::balls(double ra, double rb, const Vector3& p_AB) {
@@ -53,7 +45,7 @@ void BallContact::balls(double ra, double rb, const Vector3& p_AB) {
   if (distance <= std::abs(ra - rb)) {
     const double r = std::min(ra, rb);
     if (!(distance > 0)) out_.flags |= ContactVolume::kNormalFromHistory;
-    const SolidMoments ball = ballMoments(r);
+    const SolidMoments ball = SolidMoments::ofBall(r);
     setAxial(normal, n, rb <= ra ? p_AB : Vector3(Vector3::Zero()), ball.volume, ball.second(0, 0), 0, 2 * r);
     return;
   }
@@ -88,7 +80,7 @@ void BallContact::halfSpace(bool is_a, double radius, const Pose& X_AB) {
   if (height <= -radius) return setSeparated(n, -height - radius);
   given_ = n;  // also where all of the ball lies below
   if (height >= radius) {
-    if (setMoments(ballMoments(radius), Vector3::Zero(), Vector3::Zero(), n)) out_.depth = 2 * radius;
+    if (setMoments(SolidMoments::ofBall(radius), Vector3::Zero(), Vector3::Zero(), n)) out_.depth = 2 * radius;
     return keep();
   }
   v_.cut.addCircle(Vector3::UnitZ(), height, radius);
@@ -151,35 +143,15 @@ void BallContact::onFaces(const NearestPoint& nearest, const Vector3& c, const I
   if (!v_.cut.faces().empty())
     addSphericalPart(v_.cut, nearest.direction, nearest.distance, sums);
   else if (nearest.distance == 0)
-    sums = ballMoments(v_.radius);
+    sums = SolidMoments::ofBall(v_.radius);
   const Vector3 way_out_A = -v_.sign * (v_.X_AQ.R * nearest.direction);
   const Vector3 covered = coveredArea(v_.cut.faces(), covers, [&](const CutFace& face, const std::vector<Vector3>& outline) {
     return v_.cut.areaWithin(face, outline, c);
   });
   if (!setMoments(sums, o, covered, way_out_A)) return;
-  out_.depth = extent(v_.X_AQ.R.transpose() * out_.normal());
+  out_.depth = v_.cut.extent(v_.X_AQ.R.transpose() * out_.normal());
   const Vector3 support = supportNormal();
-  if (!support.isZero(0)) out_.depth = std::min(out_.depth, extent(support));
-}
-
-/// V's extent along `up`: to the sphere's pole, or where that is cut off to the faces' outlines.
-double BallContact::extent(const Vector3& up) const {
-  double sum = 0;
-  for (const Vector3& way : {up, Vector3(-up)}) {
-    const Vector3 pole = v_.radius * way;
-    double reach = -v_.radius;
-    bool pole_inside = true;
-    for (const CutFace& face : v_.cut.faces()) {
-      pole_inside &= face.normal.dot(pole) <= face.height;
-      const Vector2 slope(face.x.dot(way), face.y.dot(way));
-      const double middle = face.height * face.normal.dot(way);
-      for (int i = face.first; i < face.first + face.count; ++i) {
-        reach = std::max(reach, middle + v_.cut.curves()[i].reach(slope, face.radius));
-      }
-    }
-    sum += pole_inside ? v_.radius : std::min(v_.radius, reach);
-  }
-  return sum;
+  if (!support.isZero(0)) out_.depth = std::min(out_.depth, v_.cut.extent(support));
 }
 
 void BallContact::withoutRoom(const NearestPoint& nearest) {

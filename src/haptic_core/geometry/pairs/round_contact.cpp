@@ -21,7 +21,7 @@ RoundContact::RoundContact(const ContactRequest& request, PairCache& cache, Cont
   v_.parts.clear();
   v_.rod = v_.second.rod = nullptr;
   v_.other_radius = 0;
-  v_.axial = false;
+  v_.axial = v_.oval = false;
   v_.sampled = NAN;
   out.status = Status::kSeparated;
   out.flags = 0;

@@ -1,4 +1,4 @@
-/// The contact volume of pairs with a round shape: what balls (ball_contact.h) and rods (rod_contact.h) have in common.
+/// The contact volume of pairs with a round shape: what balls (ball_contact.h), ellipsoids and rods (rod_contact.h) have in common.
 #pragma once
 #include "haptic_core/geometry/search/nearest_point.h"
 #include "haptic_core/geometry/volume/contact_volume.h"
@@ -51,6 +51,9 @@ class RoundContact {
     }
     return sum;
   }
+  /// Room in the workspace for the other shape in other coordinates, and for an outline.
+  CutSolid& scratchSolid() { return w_.solid_; }
+  LoadedVector<Vector3>& scratchOutline() { return w_.outline_; }  ///< see above
   /// Keeps the faces for those who draw V or look for its points.
   void keep();
 

@@ -2,10 +2,12 @@
 
 #include "haptic_core/geometry/pairs/ball_contact.h"
 #include "haptic_core/geometry/pairs/ball_rod_contact.h"
+#include "haptic_core/geometry/pairs/ellipsoid_contact.h"
 #include "haptic_core/geometry/pairs/half_space_contact.h"
 #include "haptic_core/geometry/pairs/rod_contact.h"
 #include "haptic_core/geometry/pairs/rod_rod_contact.h"
 #include "haptic_core/geometry/pairs/shape_distance.h"
+#include "haptic_core/geometry/pairs/stand_in.h"
 
 namespace haptic {
 namespace {
@@ -25,24 +27,35 @@ void halfSpacesContact(const ShapePair&, const ContactRequest&, PairCache&, Cont
 }
 
 constexpr PairEntry kNone{nullptr, nullptr, nullptr};
+constexpr PairEntry kStandIn{standInContact, coresDistance, standInRoom};
 constexpr PairEntry kTable[kShapeKinds][kShapeKinds] = {
-    // half-space with half-space, polyhedron, ball, rod
+    // half-space with half-space, polyhedron, ball, rod, ellipsoid, any other with a support function
     {{halfSpacesContact, halfSpaceDistance, [](Shape, Shape, Room) {}},
      {halfSpacePolyhedronContact, halfSpaceDistance, [](Shape, Shape b, Room w) { w.reserveCut(b, 1); }},
      {halfSpaceBallContact, halfSpaceDistance, [](Shape a, Shape, Room w) { w.reserveRound(a); }},
-     {halfSpaceRodContact, halfSpaceDistance, [](Shape a, Shape, Room w) { w.reserveRod(a); }}},
+     {halfSpaceRodContact, halfSpaceDistance, [](Shape a, Shape, Room w) { w.reserveRod(a); }},
+     {halfSpaceEllipsoidContact, halfSpaceDistance, [](Shape a, Shape, Room w) { w.reserveRound(a); }},
+     {standInContact, halfSpaceDistance, standInRoom}},
     // polyhedron
     {kNone,
      {polyhedraContact, polyhedraDistance, [](Shape a, Shape b, Room w) { w.reserve(*a.polyhedron(), *b.polyhedron()); }},
      {polyhedronBallContact, polyhedronBallDistance, [](Shape a, Shape, Room w) { w.reserveRound(a); }},
-     {polyhedronRodContact, coresDistance, [](Shape a, Shape, Room w) { w.reserveRod(a); }}},
+     {polyhedronRodContact, coresDistance, [](Shape a, Shape, Room w) { w.reserveRod(a); }},
+     {polyhedronEllipsoidContact, coresDistance, [](Shape a, Shape, Room w) { w.reserveCut(a, 0); }},
+     kStandIn},
     // ball
     {kNone, kNone,
      {ballsContact, ballsDistance, [](Shape a, Shape, Room w) { w.reserveRound(a); }},
-     {ballRodContact, coresDistance, [](Shape a, Shape, Room w) { w.reserveRod(a); }}},
+     {ballRodContact, coresDistance, [](Shape a, Shape, Room w) { w.reserveRod(a); }},
+     kStandIn, kStandIn},
     // rod
     {kNone, kNone, kNone,
-     {rodRodContact, coresDistance, [](Shape a, Shape, Room w) { w.reserveRod(a), w.round().reserveRods(); }}}};
+     {rodRodContact, coresDistance, [](Shape a, Shape, Room w) { w.reserveRod(a), w.round().reserveRods(); }},
+     kStandIn, kStandIn},
+    // ellipsoid
+    {kNone, kNone, kNone, kNone, kStandIn, kStandIn},
+    // any other
+    {kNone, kNone, kNone, kNone, kNone, kStandIn}};
 
 /// The pair in the table's order, while X_AB lives.
 ShapePair ordered(Shape A, Shape B, const Pose& X_AB) {

@@ -1,5 +1,5 @@
-/// A convex solid that collides: a polyhedron (convex_polyhedron.h), a ball (ball.h), a cylinder or capsule (rod.h), or a
-/// half-space (half_space.h).
+/// A convex solid that collides: a polyhedron (convex_polyhedron.h), a ball (ball.h), a cylinder or capsule (rod.h), an ellipsoid
+/// (ellipsoid.h), a half-space (half_space.h), or any other that has a support function (support_shape.h), such as a cone (cone.h).
 #pragma once
 #include <cmath>
 #include <string>
@@ -12,12 +12,13 @@ namespace haptic {
 
 class Ball;
 class ConvexPolyhedron;
+class Ellipsoid;
 class HalfSpace;
 class Rod;
 
 /// Kinds of shapes, in the order of the table of pairs (table.h).
-enum class ShapeKind : unsigned char { kHalfSpace, kPolyhedron, kBall, kRod };
-inline constexpr int kShapeKinds = 4;  ///< so many
+enum class ShapeKind : unsigned char { kHalfSpace, kPolyhedron, kBall, kRod, kEllipsoid, kSupport };
+inline constexpr int kShapeKinds = 6;  ///< so many
 
 /// Takes the numbers that make up a shape, one after the other.
 class NumberVisitor {
@@ -43,6 +44,7 @@ class ConvexShape {
   const Ball* ball() const;  ///< null: it is no ball
   const Rod* rod() const;    ///< null: it is no cylinder or capsule
   const HalfSpace* halfSpace() const;  ///< null: it is bounded
+  const Ellipsoid* ellipsoid() const;  ///< null: it is no ellipsoid
 
   const std::string& name() const { return name_; }          ///< for messages
   const Vector3& centre() const { return properties_.com; }  ///< centroid of the solid [m]
@@ -62,8 +64,8 @@ class ConvexShape {
   virtual bool flat() const = 0;                             ///< all of its surface consists of planar faces
   virtual double surface() const = 0;                        ///< area [m²]; infinite without end
   virtual double leastWidth() const = 0;                     ///< [m]; of a polyhedron over the normals of its faces
-  virtual int faceCount() const { return 0; }                ///< of a polyhedron
-  virtual int edgeCount() const { return 0; }                ///< of a polyhedron
+  virtual int faceCount() const { return 0; }                ///< of a polyhedron, or of the tessellation
+  virtual int edgeCount() const { return 0; }                ///< likewise
   /// Outward unit normals of which every other side is like one: of a polyhedron its faces', of a rod an end's and the side's.
   virtual std::vector<Vector3> sides() const = 0;
   virtual std::vector<Vector3> corners() const = 0;          ///< [m]; of a round shape those of a hull of it; without end none
@@ -72,6 +74,10 @@ class ConvexShape {
   /// (in realtime)
   virtual Vector3 core(const Vector3& direction) const = 0;
   virtual double rounding() const { return 0; }  ///< see `core`
+  /// The polyhedron that stands in for the shape in pairs that have no row of their own in the table of pairs, made once at set-up;
+  /// null: none of its pairs needs one.
+  virtual const ConvexPolyhedron* tessellation() const { return nullptr; }
+  virtual double tessellationError() const { return 0; }  ///< largest distance between the shape's surface and that one's [m]
 
  protected:
   /// The derived class fills in the properties, radius and box below.

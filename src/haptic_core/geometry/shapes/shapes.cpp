@@ -107,4 +107,17 @@ ConvexPolyhedron makeSphere(double radius, int subdivision, RoundFit fit, const 
   return ConvexPolyhedron(std::move(vertices), triangles, name);
 }
 
+double tessellationError(const ConvexShape& shape, const ConvexPolyhedron& hull) {
+  static const ConvexPolyhedron directions = makeSphere(1, 4);
+  double error = 0;
+  int vertex = 0;
+  const auto compare = [&](const Vector3& n) {
+    vertex = hull.support(n, vertex);
+    error = std::max(error, std::abs(n.dot(shape.core(n) - hull.vertices()[vertex]) + shape.rounding()));
+  };
+  for (const Vector3& n : directions.vertices()) compare(n);
+  for (const ConvexPolyhedron::Face& face : hull.faces()) compare(face.normal);
+  return error;
+}
+
 }  // namespace haptic

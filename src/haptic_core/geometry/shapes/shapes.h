@@ -37,4 +37,8 @@ ConvexPolyhedron makeCylinder(double radius, double length, int segments = 32,
 ConvexPolyhedron makeSphere(double radius, int subdivision = 2, RoundFit fit = RoundFit::kInscribed,
                             const std::string& name = "sphere", TessellationReport* report = nullptr);
 
+/// Largest distance between a shape's surface and that of `hull`, which stands in for it [m]: of their supports along 2562 directions
+/// spread over the sphere and along the hull's normals, where a hull whose corners lie on the surface is farthest from it.
+double tessellationError(const ConvexShape& shape, const ConvexPolyhedron& hull);
+
 }  // namespace haptic

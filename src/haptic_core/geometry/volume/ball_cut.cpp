@@ -281,6 +281,25 @@ bool BallCut::cutHalf(const Vector3& k, const Vector3& normal, double height, in
   return true;
 }
 
+double BallCut::extent(const Vector3& up) const noexcept {
+  double sum = 0;
+  for (const Vector3& way : {up, Vector3(-up)}) {
+    const Vector3 pole = radius_ * way;
+    double reach = -radius_;
+    bool pole_inside = true;
+    for (const CutFace& face : faces_) {
+      pole_inside &= face.normal.dot(pole) <= face.height;
+      const Vector2 slope(face.x.dot(way), face.y.dot(way));
+      const double middle = face.height * face.normal.dot(way);
+      for (int i = face.first; i < face.first + face.count; ++i) {
+        reach = std::max(reach, middle + curves_[i].reach(slope, face.radius));
+      }
+    }
+    sum += pole_inside ? radius_ : std::min(radius_, reach);
+  }
+  return sum;
+}
+
 template <class Outline>
 double BallCut::areaWithin(const CutFace& face, const Outline& outline, const Vector3& c) noexcept {
   CutFace part = face;

@@ -73,6 +73,8 @@ class BallCut {
 
   /// (in realtime) Of a face's part, about the point o. Closed forms; a sliver keeps its digits.
   PlaneMoments moments(const CutFace& face, const Vector3& o) const noexcept;
+  /// (in realtime) Extent of V along `up`: to the sphere's pole, or where that is cut off to the faces' outlines [m].
+  double extent(const Vector3& up) const noexcept;
   /// (in realtime) Area of what a convex polygon in the face's plane has in common with the ball about `c` [m²]. `outline`:
   /// in the polyhedron's frame, counter-clockwise. Uses room behind the curves.
   template <class Outline>

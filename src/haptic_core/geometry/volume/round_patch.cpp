@@ -87,11 +87,38 @@ RoundPatch::RoundPatch(RoundVolume& v, const ContactVolume& contact) noexcept : 
       setEllipse(v, middle, contact.A0 > 0 ? Matrix2(contact.A2 / contact.A0 - middle * middle.transpose()) : Matrix2(Matrix2::Zero()));
       return;
     }
-    addShares(v.parts, X_PQ, true);
+    addShares(v.parts, intoP(X_PQ), true);
     return;
   }
   if (v.other_radius > 0) other_ = sphereAt(X_PQ * v.other_Q, v.other_radius);
-  addShares(v.cut.faces(), X_PQ, !(v.other_radius > 0));
+  if (v.oval)
+    addOval(X_PQ);
+  else
+    addShares(v.cut.faces(), intoP(X_PQ), !(v.other_radius > 0));
+}
+
+void RoundPatch::addOval(const Pose& X_PQ) noexcept {
+  const Vector3 shrink = v_.stretch.cwiseInverse();
+  const Matrix3 R_yP = shrink.asDiagonal() * X_PQ.R.transpose();
+  const double size = R_yP.col(2).norm();
+  const Vector3 way = R_yP.col(2) / size;
+  oval_.slope = -(R_yP.leftCols<2>().transpose() * way) / size;
+  oval_.across = R_yP.leftCols<2>() - way * (way.transpose() * R_yP.leftCols<2>());
+  oval_.middle = X_PQ.p.head<2>();
+  oval_.radius = v_.radius;
+  oval_.thin = 1 / size;
+  oval_.lowest = X_PQ.p.z() - v_.radius / size;
+  oval_.highest = X_PQ.p.z() + v_.radius / size;
+  addShares(v_.cut.faces(), {X_PQ.R * v_.stretch.asDiagonal(), X_PQ.p, X_PQ.R * shrink.asDiagonal()}, true);
+}
+
+bool RoundPatch::OvalInP::within(const Vector2& r, double& low, double& high) const noexcept {
+  const double r2 = (across * (r - middle)).squaredNorm(), left = radius * radius - r2;
+  if (left <= 0) return false;
+  const double rise = thin * r2 / (radius + std::sqrt(left)), shift = slope.dot(r - middle);
+  low = lowest + shift + rise;
+  high = highest + shift - rise;
+  return true;
 }
 
 /// The hull of points of two rods' sections.
@@ -192,13 +219,15 @@ void RoundPatch::addOutline() noexcept {
 
 /// Faces that look back first, then those that look on: over the share of one of these it alone bounds V on that side.
 template <class Faces>
-void RoundPatch::addShares(const Faces& faces, const Pose& X_PQ, bool planar) noexcept {
+void RoundPatch::addShares(const Faces& faces, const IntoP& map, bool planar) noexcept {
   for (const bool on : {false, true}) {
     for (const auto& face : faces) {
-      const Vector3 normal = X_PQ.R * face.normal;
+      const Vector3 level = map.level * face.normal;
+      const double size = v_.oval ? level.norm() : 1;
+      const Vector3 normal = level / size;
       if ((v_.sign * normal.z() > kEdgeOn) != on) continue;
-      if (planar) v_.planes.push_back({normal, heightOf(face) + normal.dot(X_PQ.p)});
-      if (on) addShare(face, X_PQ.R, X_PQ.p, planar ? v_.planes.size() - 1 : kAll);
+      if (planar) v_.planes.push_back({normal, heightOf(face) / size + normal.dot(map.p)});
+      if (on) addShare(face, map.turn, map.p, planar ? v_.planes.size() - 1 : kAll);
     }
     if (!on) v_.planes_back = v_.planes.size();
   }
@@ -330,7 +359,7 @@ double RoundPatch::heightOver(const Vector2& r, int share) const noexcept {
     high = std::min(high, s.highest - rise);
     return true;
   };
-  if (v_.rod ? !rod_.within(r, low, high) : !within(ball_)) return 0;
+  if (v_.rod ? !rod_.within(r, low, high) : v_.oval ? !oval_.within(r, low, high) : !within(ball_)) return 0;
   if (v_.second.rod) {
     double from, to;
     return second_.within(r, from, to) ? std::max(0.0, std::min(high, to) - std::max(low, from)) : 0;

@@ -25,8 +25,8 @@ namespace haptic {
 struct ContactVolume;
 struct PartMoments;
 
-/// V = round shape ∩ polyhedron, ball or rod as the last call of `contactVolume` left it in the workspace. Frame Q: a ball's
-/// centre, and the axes in which it was cut; a rod's own frame.
+/// V = round shape ∩ polyhedron, ball, ellipsoid or rod as the last call of `contactVolume` left it in the workspace. Frame Q: a ball's
+/// centre, and the axes in which it was cut; a rod's or ellipsoid's own frame.
 struct RoundVolume {
   /// At t from 0 to 1: a line, middle + x t; or an arc, middle + x cos φ + y sin φ + rise (share that `arcRise` gives), φ from
   /// `from` over `sweep`. In Q, and in P.
@@ -84,7 +84,9 @@ struct RoundVolume {
   BallCut cut;                  ///< what the polyhedron's faces and the ball have in common
   Pose X_AQ;                    ///< of frame Q in A
   double sign = 1;              ///< -1: the polyhedron is B
-  double radius = 0;            ///< of the ball or rod [m]
+  double radius = 0;            ///< of the ball or rod, or of the ball that an ellipsoid is in y [m]
+  bool oval = false;            ///< an ellipsoid, which was cut as a ball in the coordinates y: x = stretch y along each axis of Q
+  Vector3 stretch = Vector3::Ones();  ///< see above
   const Rod* rod = nullptr;     ///< null: a ball
   double other_radius = 0;      ///< of a second ball; 0: there are planes instead [m]
   Vector3 other_Q = Vector3::Zero();  ///< its centre
@@ -140,12 +142,20 @@ class RoundPatch {
   static Sphere sphereAt(const Vector3& centre_P, double radius) {
     return {centre_P.head<2>(), radius, centre_P.z() - radius, centre_P.z() + radius};
   }
+  /// What the faces' coordinates are in P: that of a point is turn x + p, and the normal of a plane goes along level n.
+  struct IntoP {
+    Matrix3 turn;
+    Vector3 p;
+    Matrix3 level;
+  };
+  static IntoP intoP(const Pose& X_PQ) { return {X_PQ.R, X_PQ.p, X_PQ.R}; }
   template <class Faces>
-  void addShares(const Faces& faces, const Pose& X_PQ, bool planar) noexcept;
+  void addShares(const Faces& faces, const IntoP& map, bool planar) noexcept;
   void addShare(const RoundVolume::FacePart& part, const Matrix3& R_PQ, const Vector3& p_PQ, int plane) noexcept;
   void addShare(const CutFace& face, const Matrix3& R_PQ, const Vector3& p_PQ, int plane) noexcept;
   void standIn() noexcept;
   bool onOneFace(double& height) const noexcept;
+  void addOval(const Pose& X_PQ) noexcept;
   void findOutline(const Pose& X_PQ) noexcept;
   void sampleHull() noexcept;
   void addOutline() noexcept;
@@ -167,6 +177,14 @@ class RoundPatch {
     bool within(const Vector2& r, double& low, double& high) const noexcept;
   };
   RodInP rod_, second_;
+  /// An ellipsoid in P. Over r it begins at lowest + slope (r - middle) + thin |across (r - middle)|²/…, as a ball does in y.
+  struct OvalInP {
+    Eigen::Matrix<double, 3, 2> across;  ///< y across the line over r
+    Vector2 middle, slope;
+    double radius, thin, lowest, highest;  ///< radius of the ball; lengths along z over those in y; in P [m]
+    bool within(const Vector2& r, double& low, double& high) const noexcept;
+  };
+  OvalInP oval_;
   double scale_ = 1, uniform_ = 0;  ///< of the thickness; in place of it, unless 0
 };
 

@@ -10,6 +10,13 @@ struct SolidMoments {
   Vector3 first = Vector3::Zero();     ///< [m⁴]
   Matrix3 second = Matrix3::Zero();    ///< [m⁵]
 
+  /// A ball's, about its centre.
+  static SolidMoments ofBall(double radius) {
+    SolidMoments m;
+    m.volume = 4 * M_PI / 3 * radius * radius * radius;
+    m.second = 0.2 * m.volume * radius * radius * Matrix3::Identity();
+    return m;
+  }
   /// The cone from o over a part of a plane at `height` over o.
   void addCone(const PlaneMoments& base, double height) {
     volume += height / 3 * base.area;
