@@ -35,7 +35,7 @@ Matrix6 ownMobility(const LinkModel& link, const Matrix3& R_WL, const Vector3& p
   W.topLeftCorner<3, 3>() = inverse;
   W.topRightCorner<3, 3>() = inverse * arm;  // torque of a force at P about C: arm × f
   W.bottomLeftCorner<3, 3>() = -arm * inverse;
-  W.bottomRightCorner<3, 3>() = -arm * inverse * arm;
+  W.bottomRightCorner<3, 3>() = W.bottomLeftCorner<3, 3>() * arm;
   W.bottomRightCorner<3, 3>().diagonal().array() += link.mobility;
   return W;
 }
