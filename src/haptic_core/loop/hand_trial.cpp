@@ -75,28 +75,44 @@ class Trial {
   }
 
   TrialResult run() {
-    const double out = kStart + wayTime(way_), back = out + kRest, home = back + wayTime(way_);
-    const int ticks = static_cast<int>((home + kEnd) / period_);
+    const HandPath path = pathOf(way_);
+    const int ticks = static_cast<int>((path.keys.back().time + kEnd) / period_);
     for (int i = 0; i < ticks; ++i) {
       const double time = i * period_;
-      if (way_.jig) twin_.place(trembling(pathOf(way_).at(time), time));
+      if (way_.jig) twin_.place(trembling(path.at(time), time));
       const DeviceSample sample = twin_.exchange(loop_.drive(0));
       loop_.tick(&sample, period_);
-      judge(time, time > out + kImpactTime && time < back);
+      judge(time, rests(path, time));
     }
     result_.finite = world_.report().finite;
     return result_;
   }
 
  private:
-  static double wayTime(const TrialWay& way) { return std::max(0.02, kLeastJerkPeak * way.depth / way.speed); }
+  /// Two keys a rest: its begin and its end.
   static HandPath pathOf(const TrialWay& way) {
-    const double T = wayTime(way);
-    const Vector3 far = way.depth * way.direction, zero = Vector3::Zero();
     HandPath path;
-    path.keys = {{kStart, zero, zero, 0}, {kStart + T, far, way.turn, 0}, {kStart + T + kRest, far, way.turn, 0},
-                 {kStart + 2 * T + kRest, zero, zero, 0}};
+    double time = kStart, at = 0;
+    const auto go = [&](double to) {
+      time += std::max(0.02, kLeastJerkPeak * std::fabs(to - at) * way.depth / way.speed);
+      at = to;
+      path.keys.push_back({time, at * way.depth * way.direction, at * way.turn, 0});
+    };
+    path.keys = {{kStart, Vector3::Zero(), Vector3::Zero(), 0}};
+    for (const double rest : way.rests) {
+      go(rest);
+      time += kRest;
+      path.keys.push_back({time, at * way.depth * way.direction, at * way.turn, 0});
+    }
+    go(0);
     return path;
+  }
+  /// Whether the target rests, and an impact at its arrival is over.
+  static bool rests(const HandPath& path, double time) {
+    for (std::size_t i = 1; i + 1 < path.keys.size(); i += 2) {
+      if (time > path.keys[i].time + kImpactTime && time < path.keys[i + 1].time) return true;
+    }
+    return false;
   }
   static TwinSettings twinSettings(double period, const TrialWay& way) {
     TwinSettings settings;
@@ -201,6 +217,7 @@ std::vector<TrialWay> pressingWays(const WorldDef& def, int pointer, const HandS
       way.direction = settings.workspace.X_WB.R.transpose() * direction_W.normalized();
       way.depth = workspaceEnd(device, way.direction);
       way.speed = speed;
+      way.rests = {0.1, 0.25, 1};
       way.jig = jig;
       ways.push_back(way);
     }

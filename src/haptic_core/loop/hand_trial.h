@@ -17,12 +17,13 @@
 
 namespace haptic {
 
-/// One way of the grip: out along `direction`, a rest, and back.
+/// One way of the grip: out along `direction`, with rests, and back.
 struct TrialWay {
   Vector3 direction = -Vector3::UnitZ();  ///< unit, in the device's base
   double depth = 0.01;                    ///< [m] of the grip
   double speed = 0.05;                    ///< greatest, of a motion of least jerk [m/s]
   Vector3 turn = Vector3::Zero();         ///< rotation vector of the grip at the way's end [rad]
+  std::vector<double> rests = {1};        ///< where it rests for 0.3 s on the way out, of the depth; the last is the way's end
   bool jig = true;                        ///< the grip is held rigidly, but for a tremor of 0.05 mm; false: by a relaxed hand
 };
 
@@ -48,8 +49,9 @@ inline constexpr double kQuietJump = 0.3;
 /// The farthest way of the grip along a unit direction of B: 80 % of the way to the box of the device's exits [m].
 double workspaceEnd(const DeviceDef& device, const Vector3& direction);
 
-/// Ways that press the pointer as it starts on what is nearest to it, to the workspace's end: slowly and fast, by a jig and by a
-/// relaxed hand. Empty: it can touch nothing.
+/// Ways that press the pointer as it starts on what is nearest to it, to the workspace's end with rests on the way, since a loop may
+/// ring where the tool touches lightly and be quiet where the force has reached its limit: slowly and fast, by a jig and by a relaxed
+/// hand. Empty: it can touch nothing.
 std::vector<TrialWay> pressingWays(const WorldDef& def, int pointer, const HandSettings& settings, const DeviceDef& device);
 
 /// The worst of all of them: a scene's verdict. Costs some seconds.
