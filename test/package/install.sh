@@ -36,7 +36,9 @@ enter alone "$bare" timeout 120 roslaunch --skip-log-check haptic_bringup demo.l
 enter alone "$bare" python3 -c 'import haptic; haptic.World("touch_cube").step()'
 enter alone "$bare" sh -c 'test -f /usr/lib/udev/rules.d/60-spidar.rules && test -f /usr/lib/systemd/user/haptics.service && test -x /usr/lib/spidar_driver/motor_guard'
 enter network "$bare" sh -c 'apt-get remove -y haptic-core' >>"$log" 2>&1
-if enter alone "$bare" dpkg -s haptic-bridge >/dev/null 2>&1; then
+# dpkg goes on to know a package that has been removed and not purged.
+# shellcheck disable=SC2016 # dpkg's field
+if [ "$(enter alone "$bare" dpkg-query -W -f '${db:Status-Status}' haptic-bridge 2>/dev/null)" = installed ]; then
   say 'haptic-core went, and haptic-bridge, which needs it, stayed'
   exit 1
 fi
