@@ -124,7 +124,7 @@ void ContactWorkspace::reserveResult(int face_count) {
   seams_.reserve(edges);
   feet_.reserve(faces + 3);
   edge_areas_.reserve(2 * edges + 3);
-  face_areas_.reserve(faces);
+  face_areas_.reserve(faces + 3);
   faces_.reserve(faces + 3);
   edges_.reserve(2 * edges);
   loops_.reserve(faces);
