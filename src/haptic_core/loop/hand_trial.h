@@ -49,7 +49,7 @@ inline constexpr double kQuietJump = 0.3;
 /// The farthest way of the grip along a unit direction of B: 80 % of the way to the box of the device's exits [m].
 double workspaceEnd(const DeviceDef& device, const Vector3& direction);
 
-/// Ways that press the pointer as it starts on what is nearest to it, to the workspace's end with rests on the way, since a loop may
+/// Ways that press the pointer as it starts on its nearest neighbour, to the workspace's end with rests on the way, since a loop may
 /// ring where the tool touches lightly and be quiet where the force has reached its limit: slowly and fast, by a jig and by a relaxed
 /// hand. Empty: it can touch nothing.
 std::vector<TrialWay> pressingWays(const WorldDef& def, int pointer, const HandSettings& settings, const DeviceDef& device);

@@ -130,7 +130,7 @@ class Spidar {
   double stableStiffness() const noexcept { return stable_stiffness_; }
   /// Of the grip in the device's base; means something while poseValid().
   const Pose& pose() const noexcept { return solution_.pose.X_BG; }
-  /// The same from steady lengths (steady_lengths.h), for what is stiff against a count.
+  /// The same from steady lengths (steady_lengths.h), for walls and springs that are stiff against a count.
   const Pose& steadyPose() const noexcept { return steady_.X_BG; }
   const Twist& twist() const noexcept { return twist_; }  ///< V_BG of the steady pose: filtered, at G's origin, in B
   double opening() const noexcept { return solution_.pose.opening; }   ///< of a 7-DOF grip [m]

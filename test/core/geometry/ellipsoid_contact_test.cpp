@@ -56,7 +56,7 @@ TEST(Ellipsoid, HasMassAndBoundsOfAnEllipsoid) {
   const MassProperties m = shape.massProperties(1000);
   const double V = 4 * M_PI / 3 * kRadii.prod();
   EXPECT_NEAR(m.mass, 1000 * V, 1e-12 * m.mass);
-  // Of equal volume, which takes the error of second order: what the tessellation's inertia is off falls by sixteen each time.
+  // Of equal volume, which takes the error of second order: the error of the tessellation's inertia falls by sixteen each time.
   double before = 0;
   for (const int subdivision : {2, 3, 4}) {
     const double off = (faceted(kRadii, subdivision).massProperties(1000).I_com - m.I_com).norm() / m.I_com.norm();

@@ -142,7 +142,7 @@ class RoundPatch {
   static Sphere sphereAt(const Vector3& centre_P, double radius) {
     return {centre_P.head<2>(), radius, centre_P.z() - radius, centre_P.z() + radius};
   }
-  /// What the faces' coordinates are in P: that of a point is turn x + p, and the normal of a plane goes along level n.
+  /// The faces' coordinates in P: a point is at turn x + p, and the normal of a plane goes along level n.
   struct IntoP {
     Matrix3 turn;
     Vector3 p;
