@@ -10,16 +10,16 @@ constexpr std::uint32_t kTicksPerMessage = 64;
 /// The flight recorder's recordings begin where the loop's memory was copied: as often as makes its five seconds six.
 constexpr std::int64_t kMemoryPeriodNs = 1000000000;
 /// Messages that may wait for a slow recorder: 30 s of 60 per second.
-constexpr int kQueue = 2000;
+constexpr int kRecordQueue = 2000;
 
 }  // namespace
 
 SessionRecorder::SessionRecorder(ros::NodeHandle& nh, const BridgeParameters& parameters, RealtimeThread& loop)
     : parameters_(parameters), loop_(loop), flight_(parameters) {
   if (!parameters.record) return;
-  session_ = nh.advertise<haptic_msgs::SessionInfo>("recorded/session", kQueue, true);
-  ticks_ = nh.advertise<haptic_msgs::TickRecord>("recorded/ticks", kQueue);
-  events_ = nh.advertise<haptic_msgs::LoopEvent>("recorded/events", kQueue);
+  session_ = nh.advertise<haptic_msgs::SessionInfo>("recorded/session", kRecordQueue, true);
+  ticks_ = nh.advertise<haptic_msgs::TickRecord>("recorded/ticks", kRecordQueue);
+  events_ = nh.advertise<haptic_msgs::LoopEvent>("recorded/events", kRecordQueue);
 }
 
 void SessionRecorder::begin(const RealtimeThread::Start& start) {

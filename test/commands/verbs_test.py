@@ -109,10 +109,10 @@ class Verbs(unittest.TestCase):
     def test_progress_names_the_source_that_is_waited_for(self):
         with tempfile.TemporaryDirectory() as folder:
             compiler = shutil.copy("/bin/sh", os.path.join(folder, "cc1plus"))
-            unity = "src/CMakeFiles/haptic_core.dir/Unity/unity_world_0_cxx.cxx"
+            unity = "src/CMakeFiles/haptic_core.dir/Unity/unity_world_cxx.cxx"
             with subprocess.Popen([compiler, "-c", "read wait; exit", unity], stdin=subprocess.PIPE, start_new_session=True) as first, \
                     subprocess.Popen([compiler, "-c", "read wait; exit", "x/late.cpp"], stdin=subprocess.PIPE) as other:
-                self.assertEqual(self.progress('compiled_longest "$1"', str(first.pid)).stdout, "haptic_core/unity_world_0\n")
+                self.assertEqual(self.progress('compiled_longest "$1"', str(first.pid)).stdout, "haptic_core/unity_world\n")
                 first.stdin.close()
                 other.stdin.close()
 

@@ -28,16 +28,24 @@ configure_and_build() {  # TITLE SOURCE BUILD_FOLDER TARGETS [CMAKE_OPTIONS]
     exec ninja -C "$folder" $targets' sh "$source" "$folder" "$targets" "$LOGS/$title.plan" "$@"
 }
 
-# The stack in build/. Tests are configured from the first call on that asks for them: they need more packages.
+# What the configured stack says of an option; nothing before the first configuration.
+configured() { sed -n "s/^$1:[A-Z]*=//p" "$BUILD/CMakeCache.txt" 2>/dev/null; }  # OPTION
+
+# Does the loader of this machine take the core's library for x86-64-v3, unless it is told otherwise (GLIBC_TUNABLES)?
+v3_is_taken() {
+  case ${GLIBC_TUNABLES:-} in *hwcaps*) return 1 ;; esac
+  /lib64/ld-linux-x86-64.so.2 --help 2>/dev/null | grep -q '^ *x86-64-v3 (supported, searched)'
+}
+
+# The stack in build/. Tests are configured from the first call on that asks for them: they need more packages. The core's
+# library for any processor is compiled from the first call on that asks for all of the stack, or where the loader would take it.
 build_stack() {  # TARGETS [CATKIN_ENABLE_TESTING]
   forget_other_workspaces
-  if [ "${2:-}" = ON ]; then
-    testing=ON
-    grep -qs '^CATKIN_ENABLE_TESTING:[A-Z]*=\(ON\|1\)$' "$BUILD/CMakeCache.txt" || rm -f "$BUILD/build.ninja"
-  else
-    testing=$(sed -n 's/^CATKIN_ENABLE_TESTING:[A-Z]*=//p' "$BUILD/CMakeCache.txt" 2>/dev/null)
-  fi
-  configure_and_build build "$ROOT" "$BUILD" "$1" -DCATKIN_ENABLE_TESTING="${testing:-OFF}"
+  testing=${2:-$(configured CATKIN_ENABLE_TESTING)} v3=$(configured HAPTIC_X86_64_V3)
+  case $1 in all*) v3=ON ;; *) v3=${v3:-ONLY} ;; esac
+  [ "$v3" != ONLY ] || v3_is_taken || v3=ON
+  [ "${testing:=OFF} $v3" = "$(configured CATKIN_ENABLE_TESTING) $(configured HAPTIC_X86_64_V3)" ] || rm -f "$BUILD/build.ninja"
+  configure_and_build build "$ROOT" "$BUILD" "$1" -DCATKIN_ENABLE_TESTING="$testing" -DHAPTIC_X86_64_V3="$v3"
 }
 
 # What a user's shell does after the build: packages, libraries and python modules of build/devel are found.

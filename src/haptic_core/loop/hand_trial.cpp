@@ -16,7 +16,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kStart = 0.6, kRest = 0.3, kEnd = 0.1;  ///< before the way, at its end and after it [s]; the start fades in
+constexpr double kStart = 0.6, kRest = 0.3, kAfter = 0.1;  ///< before the way, at its end and after it [s]; the start fades in
 constexpr double kLeastJerkPeak = 1.875;                 ///< peak over mean speed of a motion of least jerk [1]
 constexpr double kImpactSpeed = 0.1, kImpactTime = 0.02; ///< [m/s], [s]
 constexpr double kTurnWindow = 0.05;                     ///< [s]
@@ -76,7 +76,7 @@ class Trial {
 
   TrialResult run() {
     const HandPath path = pathOf(way_);
-    const int ticks = static_cast<int>((path.keys.back().time + kEnd) / period_);
+    const int ticks = static_cast<int>((path.keys.back().time + kAfter) / period_);
     for (int i = 0; i < ticks; ++i) {
       const double time = i * period_;
       if (way_.jig) twin_.place(trembling(path.at(time), time));
