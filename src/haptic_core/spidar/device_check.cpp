@@ -15,7 +15,7 @@ constexpr double kUnlimited = 1e-6;    // λ that costs nothing: what the bounds
 constexpr double kLostShare = 0.02;    // of a wrench, beyond which it counts as not presentable
 constexpr double kProbeForce = 1.0;    // [N] all round: the least a user would call force feedback
 constexpr double kProbeShare = 0.1;    // of the greatest tension, where that is less
-constexpr double kPoorSingular = 0.1;  // below, the pose is ten times less certain than the lengths
+constexpr double kPoorSingular = 0.1;  // below, the pose is ten times less certain than the lengths: not of the workspace
 constexpr double kRubbing = 3e-3;      // strings nearer than this touch when the grip turns [m]
 constexpr double kPromisedShare = 0.97;
 constexpr double kHandSpeed = 1;  // of a grip that already moves with the wrong force when it comes [m/s]
@@ -32,7 +32,15 @@ class Probe {
 
   const StringKinematics& kinematics() const { return kinematics_; }
 
-  void moveTo(const GripPose& pose) { distribution_.setStructure(kinematics_.scaledStructure(pose)); }
+  void moveTo(const GripPose& pose) {
+    distribution_.setStructure(kinematics_.scaledStructure(pose));
+    const Eigen::VectorXd values = kinematics_.singularValues(pose);
+    least_singular_ = values[values.size() - 1];
+  }
+
+  /// Of the scaled structure matrix at the pose [1].
+  double leastSingular() const { return least_singular_; }
+  bool determinesPose() const { return least_singular_ >= kPoorSingular; }
 
   bool presents(const Wrench& F) {
     const double size = elementary::hypot(F.force.norm(), F.torque.norm() / kinematics_.knotRadius());
@@ -78,9 +86,10 @@ class Probe {
   double force_;
   StringKinematics kinematics_;
   TensionDistribution distribution_;
+  double least_singular_ = 0;
 };
 
-/// How far along `direction` (a shift in metres or a turn in radians) 1 N stays presentable all round.
+/// How far along `direction` (a shift in metres or a turn in radians) 1 N stays presentable all round and the lengths determine the pose.
 double reach(Probe& probe, const Vector3& direction, bool turn, double limit) {
   constexpr int kSteps = 60;
   double last = 0;
@@ -92,7 +101,7 @@ double reach(Probe& probe, const Vector3& direction, bool turn, double limit) {
     else
       x.X_BG.p = distance * direction;
     probe.moveTo(x);
-    if (!probe.presentsAllRound()) break;
+    if (!probe.determinesPose() || !probe.presentsAllRound()) break;
     last = distance;
   }
   return last;
@@ -113,7 +122,7 @@ void examineRegion(const DeviceDef& def, Probe& probe, DeviceReport& report) {
     report.turn_min[axis] = -reach(probe, -Vector3::Unit(axis), true, 0.5 * M_PI);
   }
   constexpr int kGrid = 9;
-  int feasible = 0;
+  int feasible = 0, uncertain = 0;
   for (int code = 0; code < kGrid * kGrid * kGrid; ++code) {
     const Vector3 share((code % kGrid + 0.5) / kGrid, (code / kGrid % kGrid + 0.5) / kGrid,
                         (code / (kGrid * kGrid) + 0.5) / kGrid);
@@ -121,11 +130,11 @@ void examineRegion(const DeviceDef& def, Probe& probe, DeviceReport& report) {
     x.X_BG.p = low + share.cwiseProduct(high - low);
     probe.moveTo(x);
     if (!probe.presentsAllRound()) continue;
-    ++feasible;
-    const Eigen::VectorXd values = probe.kinematics().singularValues(x);
-    report.worst_singular_value = std::min(report.worst_singular_value, values[values.size() - 1]);
+    ++(probe.determinesPose() ? feasible : uncertain);
+    report.worst_singular_value = std::min(report.worst_singular_value, probe.leastSingular());
   }
   report.feasible_share = static_cast<double>(feasible) / (kGrid * kGrid * kGrid);
+  report.uncertain_share = static_cast<double>(uncertain) / (kGrid * kGrid * kGrid);
 }
 
 /// Share of a wrench on each axis that the file's own λ lets through, worst of both signs.
@@ -204,9 +213,9 @@ void findProblems(const DeviceDef& def, DeviceReport& report) {
   if (surrounded && def.dof >= 6 && report.presentable_torque < def.max_torque)
     add("max_torque " + number(def.max_torque, 3) + " N·m is more than the " +
         number(report.presentable_torque, 3) + " N·m that every direction allows at home; lower it");
-  if (report.worst_singular_value < kPoorSingular)
-    add("the pose is poorly determined in a part of the region (smallest singular value " +
-        number(report.worst_singular_value, 3) + "); move knots apart or exits");
+  if (const double least = report.singular_values[report.singular_values.size() - 1]; least < kPoorSingular)
+    add("the lengths hardly determine the pose at home (smallest singular value " + number(least, 3) +
+        "); move knots apart or exits");
   if (surrounded && std::min(report.force_share, report.torque_share) < kPromisedShare)
     add(lambdaText(def) + " presents only " + number(100 * report.force_share, 1) +
         " % of a force and " + number(100 * report.torque_share, 1) + " % of a torque; lower it");
@@ -324,7 +333,11 @@ std::string checkDevice(const DeviceDef& def) {
   text += "workspace [mm], " + number(probeForce(def), 1) +
           " N presentable all round: " + rangeText(r.reach_min, r.reach_max, 1e3, 0) + "\n";
   if (def.dof >= 6) text += "turns [rad], likewise: " + rangeText(r.turn_min, r.turn_max, 1, 2) + "\n";
-  text += "wrench-feasible region: " + number(100 * r.feasible_share, 0) + " % of the box of the exits\n";
+  text += "wrench-feasible region: " + number(100 * r.feasible_share, 0) + " % of the box of the exits";
+  if (r.uncertain_share > 0)
+    text += ", and " + number(100 * r.uncertain_share, 1) + " % where the pose is more than " + number(1 / kPoorSingular, 0) +
+            " times less certain than the lengths";
+  text += "\n";
   text += "presentable at home in every direction: " + number(r.presentable_force, 1) + " N";
   if (def.dof >= 6) text += ", " + number(r.presentable_torque, 3) + " N·m";
   text += "; with " + lambdaText(def) + ": " + number(100 * r.force_share, 1) +

@@ -13,12 +13,13 @@ namespace haptic {
 struct DeviceReport {
   double knot_radius = 0;           ///< r of W [m]
   Eigen::VectorXd singular_values;  ///< of the scaled structure matrix, falling [1]
-  double worst_singular_value = 0;  ///< over the feasible region, identity orientation [1]
+  double worst_singular_value = 0;  ///< wherever a force is presentable all round, identity orientation [1]
   /// Of the grip's origin [m].
-  Vector3 reach_min, reach_max;     ///< along each axis, as far as a force is presentable all round [m]
+  Vector3 reach_min, reach_max;     ///< along each axis, as far as a force is presentable all round and the lengths determine the pose [m]
   /// Of the grip [rad].
   Vector3 turn_min, turn_max;       ///< about each axis, likewise [rad]; zero for a point grip
-  double feasible_share = 0;        ///< of the frame's box where a force all round is presentable [1]
+  double feasible_share = 0;        ///< of the frame's box where a force all round is presentable, the pose determined [1]
+  double uncertain_share = 0;       ///< likewise, the pose poorly determined: singular value below .1 [1]
   double presentable_force = 0;     ///< largest, worst of 26 directions [N]
   double presentable_torque = 0;    ///< likewise [N·m]
   double force_share = 0,  ///< presented of 5 N (or the clamp) with the file's λ [1]

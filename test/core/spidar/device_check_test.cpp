@@ -71,6 +71,25 @@ TEST(DeviceCheck, NamesWhatIsWrong) {
   EXPECT_TRUE(mentions(examineDevice(def), "no more strings"));
 }
 
+// Every device has poses that its lengths hardly determine, as far out as its exits allow; they are no part of the workspace, and
+// no fault of the device. A home like them is one: all knots on one line leave the turn about it free.
+TEST(DeviceCheck, WorkspaceEndsWhereTheLengthsHardlyDetermineThePose) {
+  DeviceDef def = device("spidar_g6x5r");
+  const DeviceReport report = examineDevice(def);
+  EXPECT_FALSE(mentions(report, "determine"));
+  EXPECT_GT(report.uncertain_share, 0);
+  EXPECT_LT(report.worst_singular_value, 0.1);
+  const StringKinematics kinematics(def);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double end : {report.reach_min[axis], report.reach_max[axis]}) {
+      GripPose x;
+      x.X_BG.p[axis] = end;
+      EXPECT_GE(kinematics.singularValues(x).minCoeff(), 0.1) << axis << " " << end;
+    }
+  for (StringDef& s : def.strings) s.p_GK.tail<2>().setZero();
+  EXPECT_TRUE(mentions(examineDevice(def), "determine"));
+}
+
 TEST(DeviceCheck, TextHasTheFirstMotionTest) {
   const std::string text = checkDevice(device("spidar_g6x3r"));
   // Forward, away from exit 1 (which lies forward) ... its string shortens, and its counter is not inverted.
