@@ -50,5 +50,8 @@ foreach(component ${components})
   set(CPACK_DEBIAN_${COMPONENT}_PACKAGE_NAME ${name})
   set(CPACK_DEBIAN_${COMPONENT}_PACKAGE_DEPENDS "${needs}")
   set(CPACK_COMPONENT_${COMPONENT}_DESCRIPTION "${says_${component}}")
+  configure_file(${CMAKE_SOURCE_DIR}/launch/packaging/prerm.in ${CMAKE_BINARY_DIR}/packaging/${name}/prerm @ONLY
+    FILE_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+  set(CPACK_DEBIAN_${COMPONENT}_PACKAGE_CONTROL_EXTRA ${CMAKE_BINARY_DIR}/packaging/${name}/prerm)
 endforeach()
 include(CPack)

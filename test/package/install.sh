@@ -42,4 +42,9 @@ if [ "$(enter alone "$bare" dpkg-query -W -f '${db:Status-Status}' haptic-bridge
   say 'haptic-core went, and haptic-bridge, which needs it, stayed'
   exit 1
 fi
+# All that needs haptic-core went: of the Python that `import haptic` has compiled nothing stays.
+if left=$(find "$bare/usr/lib/python3/dist-packages" -path '*haptic/*' | head -n 1) && [ -n "$left" ]; then
+  say "haptic-python went and left ${left#"$bare"}"
+  exit 1
+fi
 echo 'figure package.install_ok 1 1'
