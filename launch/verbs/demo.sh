@@ -1,5 +1,5 @@
 #!/bin/sh
-#: demo [--scene S] [--device D] [--rate HZ] [--seconds N] [--rviz] [--light] [--record BAG]
+#: demo [--scene S] [--device D] [--rate HZ] [--seconds N] [--rviz] [--light] [--record FILE.bag|FILE.mcap]
 #:      [--hardware | --port P | --emulate] [--default-density KG_PER_M3]
 #:                   close the loop between a device (a simulated one by default) and a scene; ends after
 #:                   N seconds (10 unless --rviz), with figures; --hardware and --port take the real device,
@@ -10,7 +10,7 @@ TARGETS='haptic_bridge penalty_sim spidar_driver haptic_msgs_generate_messages_c
 
 read_options() {
   scene=touch_cube device=spidar_g6x3r rate=1000 seconds='' rviz=false ground=dark record='' density=0
-  wire=twin port='' emulate=false at_home=false
+  wire=twin port='' emulate=false at_home=false layout=''
   while [ $# -gt 0 ]; do
     case $1 in
       --rviz) rviz=true && shift && continue ;;
@@ -51,7 +51,7 @@ check_options() {
   [ -n "$record" ] || return 0
   record=$(absolute "$record")
   [ -d "$(dirname "$record")" ] || fail "demo: --record '$record': no such folder"
-  case $record in *.bag) ;; *) record=$record.bag ;; esac
+  case $record in *.bag | *.mcap) ;; *) record=$record.bag ;; esac
   [ ! -d "$record" ] || fail "demo: --record '$record' is a folder"
   # root may write where a disk is read-only, or so the permissions say: only writing tells.
   (: >"$record.$$") 2>/dev/null || fail "demo: --record '$record' cannot be written: give a folder that is writable"
@@ -70,10 +70,11 @@ begin_run() {
 # Says what a run has written once it has looked at it.
 tell_results() {
   if [ -n "$record" ]; then
-    bag_problem=$(python3 -B launch/verbs/parts/look_at_bag.py "$record" "$run/begin" \
+    bag_problem=$(python3 -B launch/verbs/parts/look_at_recording.py "$record" "$run/begin" \
       "$(awk '$2 == "demo.ticks" { print $3 }' "$lines")" 2>&1) ||
       fail "demo: $(echo "$bag_problem" | tail -n 1)"
-    echo "demo: recorded $record"
+    case $record in *.mcap) layout=$(python3 -B penalty_sim/session/mcap_layout.py "$record") || fail "demo: the layout beside $record cannot be written" ;; esac
+    echo "demo: recorded $record${layout:+; a layout for Lichtblick and Foxglove: $layout}"
   fi
   (FIGURES=$run && keep_figures demo "$lines" '-O3 -DNDEBUG -ffp-contract=off') || exit 1
   grep '^not measured' "$lines"

@@ -1,6 +1,7 @@
 #!/bin/sh
-#: export BAG [--csv] [--npz] [--output PREFIX]
-#:                   a recording as columns for your own analysis, one row per tick
+#: export BAG [--csv] [--npz] [--mcap] [--output PREFIX]
+#:                   a recording as columns for your own analysis, one row per tick; --mcap: all its messages for Foxglove, Lichtblick
+#:                   and PlotJuggler, with BAG.layout.json, which opens on the right panels in the first two
 . "$(dirname "$0")/parts/start.sh"
 [ $# -ge 1 ] || fail "export needs the path of a bag that ./run demo --record has written"
 setup run pages

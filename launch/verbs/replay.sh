@@ -16,6 +16,14 @@ for word; do
 done
 [ -n "$bag" ] || fail "replay needs the path of a bag"
 [ -f "$bag" ] || fail "replay: '$bag': no such file"
+if is_mcap "$bag"; then  # the replay reads bags
+  setup run tools
+  copy=$(mktemp -d) || fail "replay: no folder can be made in ${TMPDIR:-/tmp}"
+  trap 'stop_children; rm -rf "$copy"' EXIT
+  problem=$(python3 -B "$ROOT/penalty_sim/session/mcap_bag.py" "$bag" "$copy/$(basename "$bag").bag" 2>&1) ||
+    fail "replay: $(echo "$problem" | tail -n 1)"
+  bag=$copy/$(basename "$bag").bag
+fi
 if [ "$rviz" = false ]; then
   setup run
   build_stack haptic_replay

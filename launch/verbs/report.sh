@@ -3,11 +3,11 @@
 #:                   error against run time of every method and peer, what to choose, stability, what scenes leave out: one
 #:                   HTML page and a CSV below build/report. SCENE is a name or any URDF; resumes what was interrupted
 #: report BAG [--output FILE]
-#:                   a recording as one HTML page: poses, forces, tensions, contacts, energy, tick times, faults, with zoom
+#:                   a recording, bag or MCAP, as one HTML page: poses, forces, tensions, contacts, energy, tick times, faults, with zoom
 . "$(dirname "$0")/parts/start.sh"
 for word; do
   case $word in -*) continue ;; esac
-  is_bag "$word" || continue
+  is_recording "$word" || continue
   setup run pages
   build_stack 'haptic_msgs_generate_messages_py session_table'
   use_build

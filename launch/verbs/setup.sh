@@ -1,6 +1,6 @@
 #!/bin/sh
 #: setup [SECTION...]
-#:                   install the Debian packages of packages.apt: all, or those of the sections run, pages, view,
+#:                   install the Debian packages of packages.apt: all, or those of the sections run, pages, npm, view,
 #:                   python, test, bench, fuzz, report, package, docs (each verb installs its own when needed)
 . "$(dirname "$0")/parts/start.sh"
 known=$(package_sections)

@@ -10,6 +10,8 @@ import tempfile
 import numpy as np
 import yaml
 
+import mcap_file
+
 # haptic_core/spidar/spidar.h, DeviceState, and device_diagnosis.h, DeviceFlag, in the order of their values and bits.
 STATES = ('UNCALIBRATED', 'READY', 'ENABLED', 'REDUCED', 'FAULT', 'DISCONNECTED')
 FLAGS = ('CommandNotFinite', 'ForceClamped', 'TorqueClamped', 'SlewLimited', 'NotPresentable', 'TensionAtMax', 'Faded',
@@ -82,19 +84,32 @@ def flag_spells(session, hand):
 
 
 def read(bag, program):
-    """The sessions of a bag, in order. Raises Refused with one line."""
+    """The sessions of a bag or MCAP file, in order. Raises Refused with one line."""
     if not os.path.exists(bag):
         raise Refused(f'{bag}: no such file; give a bag that ./run demo --record has written')
     if os.path.isdir(bag):
         raise Refused(f'{bag}: is a folder; give a bag that ./run demo --record has written')
     with tempfile.TemporaryDirectory(prefix='haptic_session_') as folder:
+        if mcap_file.is_mcap(bag):
+            bag = bag_of(bag, folder)
         done = subprocess.run([program, bag, folder], capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise Refused(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f'{bag}: session_table crashed')
         bases = sorted(name[:-5] for name in os.listdir(folder) if name.endswith('.yaml'))
         sessions = [Session(os.path.join(folder, base)) for base in sorted(bases, key=lambda name: int(name.split('_')[1]))]
-    add_topics(bag, sessions)
+        add_topics(bag, sessions)
     return sessions
+
+
+def bag_of(recording, folder):
+    """A bag in `folder` of what is read of an MCAP file."""
+    import mcap_bag
+    bag = os.path.join(folder, os.path.basename(recording) + '.bag')
+    try:
+        mcap_bag.to_bag(recording, bag)
+    except (mcap_file.Damaged, OSError) as error:
+        raise Refused(str(error)) from error
+    return bag
 
 
 def session_time(session, at):

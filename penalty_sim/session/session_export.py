@@ -1,12 +1,15 @@
 #!/usr/bin/python3
-"""Writes a recording of `./run demo --record` as columns, one row per tick, for analysis with other programs. SI units."""
+"""Writes a recording of `./run demo --record` as columns, one row per tick, or as MCAP, for other programs. SI units."""
 import argparse
 import io
 import os
 import sys
 
 import numpy as np
+import rosbag
 
+import mcap_bag
+import mcap_layout
 import session_data
 
 TEXT_DIGITS = 9  # of a number in CSV: far below what is measured; .npz keeps every bit
@@ -43,24 +46,48 @@ def write_npz(path, session):
         file.write(archive.getbuffer())
 
 
+def write_mcap(options, prefix):
+    """All messages of the bag, and a layout; the paths."""
+    path = prefix + '.mcap'
+    if mcap_bag.mcap_file.is_mcap(options.bag):
+        sys.exit(f'export: {options.bag} is an MCAP file already')
+    if not os.path.isfile(options.bag):
+        sys.exit(f'export: {options.bag}: no such file; give a bag that ./run demo --record has written')
+    try:
+        count = mcap_bag.to_mcap(options.bag, path)
+        layout = mcap_layout.write_beside(path)
+    except rosbag.ROSBagUnindexedException:
+        sys.exit(f'export: {options.bag}: is truncated: it has no index: mend it by: rosbag reindex {options.bag}')
+    except rosbag.ROSBagException as error:
+        sys.exit(f'export: {options.bag}: cannot be read as a bag: {error}')
+    except OSError as error:
+        sys.exit(f'export: {error.filename or path}: cannot be written: {error.strerror}; give another place by --output')
+    print(f'figure mcap.messages {count} 1')
+    return [path, layout]
+
+
 def main():
     parser = argparse.ArgumentParser(prog='./run export', description=__doc__)
     parser.add_argument('bag', metavar='BAG', help='a bag that ./run demo --record has written')
-    parser.add_argument('--csv', action='store_true', help='BAG.csv and BAG.contacts.csv (unless --npz alone is given)')
+    parser.add_argument('--csv', action='store_true', help='BAG.csv and BAG.contacts.csv (also when nothing else is asked for)')
     parser.add_argument('--npz', action='store_true', help='BAG.npz, for numpy.load')
+    parser.add_argument('--mcap', action='store_true', help='BAG.mcap, all messages, and BAG.layout.json')
     parser.add_argument('--output', metavar='PREFIX', help='path and name of the files without ending; BAG without .bag unless given')
     parser.add_argument('--program', required=True, help=argparse.SUPPRESS)
     options = parser.parse_args()
     prefix = options.output or os.path.splitext(options.bag)[0]
+    written = write_mcap(options, prefix) if options.mcap else []
+    if options.mcap and not (options.csv or options.npz):
+        print('export: ' + ', '.join(os.path.abspath(path) for path in written))
+        return
     try:
         sessions = session_data.read(options.bag, options.program)
     except session_data.Refused as refusal:
         sys.exit(f'export: {refusal}')
-    written = []
     try:
         for number, session in enumerate(sessions):
             base = prefix if len(sessions) == 1 else f'{prefix}_{number + 1}'
-            if options.csv or not options.npz:
+            if options.csv or not (options.npz or options.mcap):
                 write_csv(base + '.csv', session)
                 write_contacts(base + '.contacts.csv', session)
                 written += [base + '.csv', base + '.contacts.csv']

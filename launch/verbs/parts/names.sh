@@ -40,13 +40,14 @@ is_device() {  # NAME_OR_PATH
   esac
 }
 
-# A recording: by its ending, or by how the file begins.
-is_bag() {  # PATH
+# A recording, a bag or an MCAP file: by its ending, or by how the file begins.
+is_recording() {  # PATH
   case $1 in
-    *.bag) return 0 ;;
-    *) [ -f "$(absolute "$1")" ] && [ "$(head -c 7 "$(absolute "$1")" | tr -d '\0')" = '#ROSBAG' ] ;;
+    *.bag | *.mcap) return 0 ;;
+    *) [ -f "$(absolute "$1")" ] && case $(head -c 7 "$(absolute "$1")" | tr -d '\0') in '#ROSBAG' | ?MCAP0?) true ;; *) false ;; esac ;;
   esac
 }
+is_mcap() { [ -f "$1" ] && [ "$(head -c 6 "$1" | tail -c 5 | tr -d '\0')" = MCAP0 ]; }  # PATH
 
 free_port() {
   python3 -c 'import socket

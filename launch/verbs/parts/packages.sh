@@ -12,8 +12,9 @@ section_packages() {  # SECTION: one word per package
     { print }' packages.apt
 }
 
-missing_packages() {  # PACKAGE...
-  dpkg-query -W -f='${Package} ${db:Status-Status}\n' "$@" 2>/dev/null | awk '$2 == "installed" { print $1 }' >"$BUILD/.installed"
+missing_packages() {  # PACKAGE...: those that neither are installed nor are part of one that is (another nodejs brings npm along)
+  dpkg-query -W -f='${db:Status-Status} ${Package} ${Provides}\n' 2>/dev/null |
+    awk '$1 == "installed" { gsub(/\([^)]*\)|,/, " "); for (i = 2; i <= NF; ++i) print $i }' >"$BUILD/.installed"
   for package; do grep -qx -- "$package" "$BUILD/.installed" || printf '%s ' "$package"; done
 }
 
