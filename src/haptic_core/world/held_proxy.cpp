@@ -10,7 +10,13 @@
 namespace haptic {
 namespace {
 
-constexpr int kSweeps = 20;
+/// Weight of a row over the inverse of its mobility [1]: rows are kept to 1e-8 of the way held back, a nanometre of 0.1 m, and in the
+/// second pass to the square of that; 6×6 systems are solved to as much.
+constexpr double kRowWeight = 1e8;
+/// Newton steps; a handful of contacts takes two to four.
+constexpr int kRounds = 30;
+/// Motions that differ by less, over the way wanted, are the same [1].
+constexpr double kSettled = 1e-9;
 /// Share of the room that a link may use up in a step [1]: at a bound it slows down over some steps, and its damper's force with it. All
 /// of it at once, and a ball at 0.3 m/s lost 3 N in a tick.
 constexpr double kApproach = 0.3;
@@ -32,11 +38,37 @@ double extent(const ConvexShape& shape, const Pose& X_WS, const Vector3& n_W) no
   return supportHeight(shape, X_WS, n_W) + supportHeight(shape, X_WS, -n_W);
 }
 
+/// M = diag(ρ² 1, 1).
+Matrix6 inertiaOf(double rho) noexcept {
+  Matrix6 M = Matrix6::Identity();
+  M.topLeftCorner<3, 3>() *= rho * rho;
+  return M;
+}
+
 /// Scales spring and damper so that what they give now stays within `most`.
 void saturate(double& stiffness, double& damping, double given, double most) noexcept {
   if (!(given > most)) return;
   stiffness *= most / given;
   damping *= most / given;
+}
+
+/// Share of `step` after which ½ |δ - δ*|²_M + ½ Σ w max(0, J δ - c)² is least along it: its slope, -`pull` at first, grows by
+/// `metric` and, of the rows that are over there, w (J·step)² per share. Walks from row to row that begins or ends to count.
+double leastAlong(LoadedVector<ProxyRow>& rows, double pull, double metric, const Vector6& step) noexcept {
+  double share = 0;
+  for (ProxyRow& row : rows) row.along = row.J.dot(step);
+  for (int i = 0; i <= rows.size(); ++i) {
+    double grows = metric, next = INFINITY;
+    for (const ProxyRow& row : rows) {
+      const double turn = -row.over / row.along;  // where it begins to count, or ends
+      if (row.along > 0 ? turn <= share : turn > share) grows += row.weight * row.along * row.along;
+      if (turn > share) next = std::min(next, turn);
+    }
+    if (!(pull > (next - share) * grows)) return share + pull / grows;
+    pull -= (next - share) * grows;
+    share = next;
+  }
+  return share;
 }
 
 /// A contact of a pointer's link, as the rows need it.
@@ -48,6 +80,13 @@ struct HeldContact {
   double damping = 0;     ///< of the pressure [N·s/m]
   double receding = 0;    ///< depth that the other body's motion takes away in the time left [m], ≤ 0
   double most = 0;        ///< force where the link is sunk as deep as it may be [N]
+};
+
+/// Force or torque of all contacts on a link, linear in its motion: |now + J δ| ≤ most.
+struct Load {
+  Vector3 now = Vector3::Zero();                                    ///< [N] or [N·m]
+  Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
+  double most = 0, pull = 0;                                        ///< pull: multiplier of its plane
 };
 
 /// How deep a contact is along its normal, and what sinks there: the lesser of the two shapes.
@@ -81,7 +120,8 @@ class Aim {
   double steadyWay(int pointer) const noexcept;
   bool follow(int pointer, double rho, Vector6& motion) noexcept;
   Depth depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape, double K_max) const noexcept;
-  void addForceRows(const PointerBound& bound) noexcept;
+  void addLoads(const PointerBound& bound) noexcept;
+  bool nearest(double rho, const Vector6& wanted, Vector6& motion) noexcept;
   void addRow(const Vector6& J, double room) noexcept;
 
   const Model& model_;
@@ -90,7 +130,8 @@ class Aim {
   Work& work_;
   ProxyWork& proxy_;
   HeldContact contacts_[ProxyWork::kMostRows - 2];
-  int count_ = 0;
+  Load loads_[2];
+  int count_ = 0, load_count_ = 0;
 };
 
 bool Aim::pointed(int link) const noexcept {
@@ -133,9 +174,11 @@ Depth Aim::depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape
   const double k = model_.law(pair.shapeA(), pair.shapeB(), false, false).material.stiffness;
   const ModelShape &A = model_.shapes[pair.shapeA()], &B = model_.shapes[pair.shapeB()];
   const Pose &X_WA = proxy_.X_WS[pair.shapeA()], &X_WB = proxy_.X_WS[pair.shapeB()];
-  const bool bounded = A.shape->bounded() && B.shape->bounded();
+  const bool on_seam = c.volume.flags & ContactVolume::kOnSeam;
+  // The whole's normal need not separate the two: along it they overlap by more than they are deep.
+  const bool projected = A.shape->bounded() && B.shape->bounded() && !on_seam;
   Depth depth;
-  depth.now = bounded ? supportHeight(*A.shape, X_WA, n_W) + supportHeight(*B.shape, X_WB, -n_W) : c.volume.depth;
+  depth.now = projected ? supportHeight(*A.shape, X_WA, n_W) + supportHeight(*B.shape, X_WB, -n_W) : c.volume.depth;
   depth.share = kMostSunkWeakened;
   for (const int s : {pair.shapeA(), pair.shapeB()}) {
     const ConvexShape& solid = *model_.shapes[s].shape;
@@ -144,7 +187,7 @@ Depth Aim::depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape
     depth.share = std::max(depth.share, share);
     if (H < depth.extent) depth.extent = H, depth.solid = solid.volume();
   }
-  if (c.volume.flags & ContactVolume::kOnSeam) {  // the link as a whole: its foremost shape is as much deeper as it lies ahead
+  if (on_seam) {  // the link as a whole: its foremost shape is as much deeper as it lies ahead
     const int link = model_.shapes[shape].link;
     const Vector3 in_W = pair.shapeA() == shape ? n_W : Vector3(-n_W);
     double front = -INFINITY, back = -INFINITY;
@@ -189,28 +232,56 @@ void Aim::addContact(int index, int pointer) noexcept {
   if (model_.holds(pointer)) addRow(contact.J, deeperInOneStep((held(other) ? 0.5 : 1.0) * (depth.room() - contact.receding)));
 }
 
-void Aim::addForceRows(const PointerBound& bound) noexcept {
-  if (std::isinf(bound.force) && std::isinf(bound.torque)) return;
-  Vector3 force = Vector3::Zero(), torque = Vector3::Zero();
-  for (int i = 0; i < count_; ++i) {
-    force += contacts_[i].force * contacts_[i].push;
-    torque += contacts_[i].force * contacts_[i].arm.cross(contacts_[i].push);
-  }
-  const auto add = [&](const Vector3& now, double most, auto&& part) {
-    const double size = now.norm();
-    if (!(size > 0) || std::isinf(most)) return;
-    Vector6 J = Vector6::Zero();
-    double room = most - size;
+/// Of force and torque of the contacts together.
+void Aim::addLoads(const PointerBound& bound) noexcept {
+  const auto add = [&](double most, auto&& part) {
+    if (std::isinf(most)) return;
+    Load load;
+    for (int i = 0; i < count_; ++i) load.now += contacts_[i].force * part(contacts_[i]);
+    const bool rises = load.now.norm() < most;
     for (int i = 0; i < count_; ++i) {
       const HeldContact& c = contacts_[i];
-      const double share = now.dot(part(c)) / size, slope = c.stiffness + (room > 0 ? c.damping / left_ : 0.0);
-      J += share * slope * c.J;
-      room -= share * slope * c.receding;
+      const double slope = c.stiffness + (rises ? c.damping / left_ : 0.0);
+      load.now += slope * c.receding * part(c);
+      load.J += slope * part(c) * c.J.transpose();
     }
-    addRow(J, inOneStep(room));
+    const double size = load.now.norm();
+    load.most = size + inOneStep(most - size);
+    loads_[load_count_++] = load;
   };
-  add(force, bound.force, [](const HeldContact& c) { return c.push; });
-  add(torque, bound.torque, [](const HeldContact& c) { return Vector3(c.arm.cross(c.push)); });
+  add(bound.force, [](const HeldContact& c) { return c.push; });
+  add(bound.torque, [](const HeldContact& c) { return Vector3(c.arm.cross(c.push)); });
+}
+
+/// The nearest motion within rows and loads. |F + J δ| ≤ F_most is a ball: a plane in its place, and a link between two walls went
+/// along it past them, hummed by 1 mm. So Newton's method on the Lagrangian: each round the planes that touch the balls where the last
+/// one ended, and the balls' curvature times the pull of their planes.
+bool Aim::nearest(double rho, const Vector6& wanted, Vector6& motion) noexcept {
+  const Matrix6 inertia = inertiaOf(rho);
+  const int flat = proxy_.rows.size();
+  bool stays = false;
+  motion.setZero();
+  for (int round = 0; round < (load_count_ > 0 ? kRounds : 1); ++round) {
+    const Vector6 before = motion;
+    Matrix6 metric = inertia;
+    Vector6 goal = inertia * wanted;
+    proxy_.rows.resize(flat);
+    for (int i = 0; i < load_count_; ++i) {
+      Load& load = loads_[i];
+      const Vector3 F = load.now + load.J * motion;
+      const double size = F.norm();
+      if (!(size > 0)) continue;
+      const Vector6 along = load.J.transpose() * F / size;
+      addRow(along, load.most - size + along.dot(motion));
+      const Matrix6 bend = load.pull / size * (load.J.transpose() * load.J - along * along.transpose());
+      metric += bend;
+      goal += bend * motion;
+    }
+    stays = nearestMotion(proxy_.rows, metric, load_count_ > 0 ? Vector6(metric.llt().solve(goal)) : wanted, motion);
+    for (int i = flat; i < proxy_.rows.size(); ++i) loads_[i - flat].pull = proxy_.rows[i].pull();
+    if ((motion - before).norm() <= kSettled * wanted.norm()) break;
+  }
+  return stays;
 }
 
 void Aim::aim(int pointer) noexcept {
@@ -218,21 +289,21 @@ void Aim::aim(int pointer) noexcept {
   HeldGoal& goal = work_.hands.goal[pointer];
   goal = {target.p_WL, target.q_WL, target.V_WL, Vector3::Zero(), Vector3::Zero()};
   proxy_.rows.clear();
-  count_ = 0;
+  count_ = load_count_ = 0;
   for (const int index : proxy_.touching) {
     const ActivePair& pair = proxy_.pairs[index];
     const int a = model_.shapes[pair.shapeA()].link, b = model_.shapes[pair.shapeB()].link;
     if (a == target.link || b == target.link) addContact(index, pointer);
   }
   if (!model_.holds(pointer)) return pull(pointer);
-  if (count_ > 0) addForceRows(work_.hands.bound[pointer]);
+  if (count_ > 0) addLoads(work_.hands.bound[pointer]);
   const double rho = rhoOf(target.link);
   Vector6 motion;
   if (!follow(pointer, rho, motion)) return;
   // The velocity of a link that stays behind: as near to the hand's as the rows allow over the time left.
   for (int i = 0; i < proxy_.rows.size(); ++i) proxy_.rows[i].room = std::max(0.0, proxy_.rows[i].room) / left_;
   Vector6 velocity;
-  if (nearestMotion(proxy_.rows, rho, target.V_WL.vector(), velocity)) goal.V_WL = {velocity.head<3>(), velocity.tail<3>()};
+  if (nearestMotion(proxy_.rows, inertiaOf(rho), target.V_WL.vector(), velocity)) goal.V_WL = {velocity.head<3>(), velocity.tail<3>()};
 }
 
 /// A row per contact: the spring gives no more along it than all contacts together carry beside the link's weight.
@@ -248,7 +319,9 @@ void Aim::addPullRows(int pointer) noexcept {
       const double along = contacts_[i].push.dot(contacts_[j].push);
       carried += along * (along > 0 ? contacts_[j].most : contacts_[j].force);
     }
-    addRow(contacts_[i].J, carried / k_c);
+    Vector6 J;  // the turn has a spring of its own
+    J << Vector3::Zero(), -contacts_[i].push;
+    addRow(J, carried / k_c);
   }
 }
 
@@ -277,7 +350,7 @@ bool Aim::follow(int pointer, double rho, Vector6& motion) noexcept {
   const double steady = steadyWay(pointer), behind = size(withheld);
   withheld *= steady < behind ? 1 - steady / behind : 0.0;
   wanted -= withheld;
-  const bool stays = nearestMotion(proxy_.rows, rho, wanted, motion);
+  const bool stays = nearest(rho, wanted, motion);
   if (!stays) motion = wanted;
   const double more = size(wanted - motion);
   if (more > 2 * steady) motion = wanted + 2 * steady / more * (motion - wanted);
@@ -308,7 +381,7 @@ void Aim::pull(int pointer) noexcept {
   }
   const Twist V_WL = link.twistAtOrigin();
   Vector6 faster;
-  if (nearestMotion(proxy_.rows, rho, target.V_WL.vector() - V_WL.vector(), faster)) {
+  if (nearestMotion(proxy_.rows, inertiaOf(rho), target.V_WL.vector() - V_WL.vector(), faster)) {
     goal.V_WL = Twist{V_WL.angular + faster.head<3>(), V_WL.linear + faster.tail<3>()};
   }
   const Wrench F_W = couplingForce(coupling, goal.p_WL, goal.q_WL, goal.V_WL, link);
@@ -334,32 +407,41 @@ double mostSunk(double bound, double k, double volume, double H) noexcept {
   return kMostSunkWeakened + (kMostSunk - kMostSunkWeakened) * unweakened;
 }
 
-bool nearestMotion(LoadedVector<ProxyRow>& rows, double rho, const Vector6& wanted, Vector6& motion) noexcept {
-  bool any = false;
-  for (int i = 0; i < rows.size(); ++i) {
-    rows[i].multiplier = 0;
-    any = any || rows[i].J.dot(wanted) > rows[i].room;
+bool nearestMotion(LoadedVector<ProxyRow>& rows, const Matrix6& metric, const Vector6& wanted, Vector6& motion) noexcept {
+  const Eigen::LLT<Matrix6> yields(metric);
+  double give[ProxyWork::kMostRows] = {};
+  bool beyond = false;
+  for (ProxyRow& row : rows) {
+    const double mobility = row.J.dot(yields.solve(row.J));
+    row.weight = mobility > 0 ? kRowWeight / mobility : 0.0;  // 0: no motion of the link changes it
+    row.over = row.J.dot(wanted) - row.room;
+    beyond = beyond || (row.weight > 0 && row.over > 0);
   }
-  if (!any) return false;
-  const double turn = 1 / (rho * rho);
-  const auto yields = [&](const Vector6& J) {
-    Vector6 y = J;
-    y.head<3>() *= turn;
-    return y;
-  };
   motion = wanted;
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    for (int i = 0; i < rows.size(); ++i) {
-      ProxyRow& row = rows[i];
-      const Vector6 y = yields(row.J);
-      const double mobility = row.J.dot(y);
-      if (!(mobility > 0)) continue;  // nothing that the link does changes it
-      const double next = std::max(0.0, row.multiplier + (row.J.dot(motion) - row.room) / mobility);
-      motion -= (next - row.multiplier) * y;
-      row.multiplier = next;
+  // Twice: what the springs of the rows give way by at first is then added to them.
+  for (int pass = 0; beyond && pass < 2; ++pass) {
+    for (int i = 0; i < rows.size(); ++i) rows[i].over += give[i] = pass > 0 ? std::max(0.0, rows[i].over) : 0.0;
+    bool settled = false;
+    for (int round = 0; !settled && round < kRounds; ++round) {
+      Matrix6 A = metric;
+      Vector6 pull = metric * (wanted - motion);
+      for (const ProxyRow& row : rows) {
+        if (!(row.over > 0)) continue;
+        A += row.weight * row.J * row.J.transpose();
+        pull -= row.weight * row.over * row.J;
+      }
+      const Vector6 step = A.llt().solve(pull);
+      const double share = leastAlong(rows, step.dot(pull), step.dot(metric * step), step);
+      motion += share * step;
+      settled = true;
+      for (int i = 0; i < rows.size(); ++i) {
+        const bool was_over = rows[i].over > 0;
+        rows[i].over = rows[i].J.dot(motion) - rows[i].room + give[i];
+        settled = settled && was_over == (rows[i].over > 0);
+      }
     }
   }
-  return true;
+  return beyond;
 }
 
 void aimHeld(const Model& model, const State& state, double left, Work& work) noexcept {

@@ -2,7 +2,7 @@
 ///
 /// Direct coupling ties the link to the hand's target rigidly. That ends where the link would
 ///   - sink through what it presses on. h: the overlap of the two shapes along the contact's normal n; H: the lesser extent of the
-///     two along n (of parts of a body, kOnSeam, extent and depth of all of the link's shapes). The area
+///     two along n (of parts of a body, kOnSeam, extent and depth of all of the link's shapes; h is V's depth there). The area
 ///     vector vanishes where h = H at the latest: a tool wholly inside, bars that cross, a ball through a plate. There n is the
 ///     last one (contact_volume.h), the force has no stiffness, and the link would come out at the other side. So h ≤ η H.
 ///     η = 0.9: a ball carries 0.972 k Vol, a box flat on a wall 0.9 k Vol. η = 0.5 where the hand's stiffness bound weakens the
@@ -10,17 +10,17 @@
 ///   - press harder than the bound of its hand: |Σ N n| ≤ F, |Σ r × N n| ≤ T, N the pressure's force, r from the link's origin.
 /// Beyond that the link stays behind and the hand goes on. With δ the link's motion [rad, m] and δ* the whole way to the target,
 ///     minimise (δ - δ*)ᵀ M (δ - δ*) over J_i δ ≤ c_i,   M = diag(ρ² 1, 1),
-/// a row per touching contact (how much deeper it may go) and two for force and torque, linear in the stiffness k A0 and, on the
-/// way in, the damper over the time left. It is the god object of Zilles & Salisbury (1995), six-dimensional as by Ortega, Redon
-/// and Coquillart (2007), with compliant surfaces: the force is that of the contact where the link is, so it stays while the hand
-/// goes deeper, falls on the way back from the depth at which it was reached, and rubs, for the link follows along the surface.
-/// Along a row the force is a function of the link's pose alone and that is the point nearest to the target: where the contact's
-/// stiffness is at most K, the force changes by at most K times the hand's way.
+/// a row per touching contact (how much deeper it may go), and |F + J δ| ≤ F, |T + J δ| ≤ T, linear in the stiffness k A0 and, on the
+/// way in, the damper over the time left; these two are balls, met by Newton's method on the Lagrangian. It is the god object of
+/// Zilles & Salisbury (1995), six-dimensional as by Ortega, Redon and Coquillart (2007), with compliant surfaces: the force is that of
+/// the contact where the link is, so it stays while the hand goes deeper, falls on the way back from the depth at which it was reached,
+/// and rubs, for the link follows along the surface. Along a row the force is a function of the link's pose alone and that is the point
+/// nearest to the target: where the contact's stiffness is at most K, the force changes by at most K times the hand's way.
 /// ρ is ten times the link's reach: it keeps the hand's orientation unless two contacts hold it against one another.
 /// What dampers and friction add within one substep, before the next rows know it, Hand bounds (loop/hand.cpp).
 ///
 /// A virtual coupling pulls its link from the goal. There a row per contact says that the spring gives no more along it than all
-/// contacts give at η H, beside the link's weight: k_c J_i δ ≤ Σ_j (n_i·n_j) F_j(η H) - m g·n_i, and its damper likewise, with
+/// contacts give at η H, beside the link's weight: k_c n_i·δ ≤ Σ_j (n_i·n_j) F_j(η H) - m g·n_i, and its damper likewise, with
 /// F(η H) = F + (η H - h) max(k A0, (k Vol - F)/(H - h)), Vol the lesser shape's: exact where h = η H. A spring that gave more would
 /// draw the tool through, and let go of 10 N in the tick in which it comes out.
 ///
@@ -29,7 +29,7 @@
 ///
 /// Where no row is active and nothing was withheld the goal is the target, bit for bit. Nothing else is remembered: rows are made of
 /// the contacts where the bodies are.
-/// Cost: once more the geometry of each contact that touches a pointer's link; 20 sweeps over the rows where one is active.
+/// Cost: once more the geometry of each contact that touches a pointer's link; where a row is active a few 6×6 systems.
 #pragma once
 #include <vector>
 
@@ -52,7 +52,8 @@ double mostSunk(double bound, double k, double volume, double H) noexcept;
 struct ProxyRow {
   Vector6 J = Vector6::Zero();  ///< of the link's twist at L's origin, in W
   double room = 0;              ///< [m], or [N], [N·m] for the rows of force and torque
-  double multiplier = 0;        ///< ≥ 0 once solved
+  double weight = 0, over = 0, along = 0;  ///< of `nearestMotion`; `over` is J δ - room at the end
+  double pull() const noexcept { return over > 0 ? weight * over : 0.0; }  ///< multiplier, once solved
 };
 
 /// Scratch of `aimHeld`.
@@ -66,9 +67,10 @@ struct ProxyWork {
   explicit ProxyWork(const Model& model);  ///< set-up: room for all of them
 };
 
-/// The motion within the rows that is nearest to `wanted`, in the metric diag(ρ² 1, 1); false: it is `wanted` itself.
-/// (in realtime) 20 sweeps of projected Gauss-Seidel over the multipliers.
-bool nearestMotion(LoadedVector<ProxyRow>& rows, double rho, const Vector6& wanted, Vector6& motion) noexcept;
+/// (in realtime) The motion within at most kMostRows rows that is nearest to `wanted`; false: it is `wanted` itself. Exact: Newton's method
+/// with the exact step along each direction, rows as springs 1e8 times as stiff as the metric, then once more with what they gave way by.
+/// Rows that exclude one another share what is missing.
+bool nearestMotion(LoadedVector<ProxyRow>& rows, const Matrix6& metric, const Vector6& wanted, Vector6& motion) noexcept;
 
 /// (in realtime) Goals of the pointers' links for the `left` seconds to the end of the step, into `work.hands.goal`.
 void aimHeld(const Model& model, const State& state, double left, Work& work) noexcept;

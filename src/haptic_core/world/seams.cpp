@@ -126,6 +126,7 @@ void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_W
 bool Seams::locate(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace& workspace,
                    ContactVolume& out) noexcept {
   const bool flush = locatePart(i, pair, X_WA, X_AB, workspace, out);
+  if (flush) out.flags |= ContactVolume::kOnSeam;  // computed for a given normal, it does not know
   out.rise = flush ? out.normal().dot(X_WA.inverse() * centroid_W_[i] - out.X_AP.p) : 0;
   out.X_AP.p += out.rise * out.normal();
   return flush;

@@ -132,6 +132,25 @@ TEST(Seams, ManyBodiesOnASeamMoveAsOneDoes) {
   EXPECT_GT(world.linkPose(world.linkIndex("cube0")).p.x(), 0.05);  // it has crossed
 }
 
+/// Of a contact in two parts each says that pieces meet there, also where the body has moved since the parts were found.
+TEST(Seams, PartsOfOneContactSayThatTheyLieOnASeam) {
+  WorldDef def;
+  CubeParameters c;
+  c.mass = kMass;
+  def.settings.default_material = c.material();
+  def.articulations.push_back(staticBox("before", Vector3(1, 1, 0.1), Pose(Vector3(-0.5, 0, -0.05))));
+  def.articulations.push_back(staticBox("after", Vector3(1, 1, 0.1), Pose(Vector3(0.5, 0, -0.05))));
+  def.articulations.push_back(cube("cube", c, Pose(Vector3(-0.06, 0, 0.05)), Twist{Vector3::Zero(), Vector3(0.9, 0, 0)}));
+  int parts = 0;
+  World world(def);
+  for (int n = 0; n < 60; ++n) {
+    world.step();
+    if (world.contactCount() != 2) continue;
+    for (int i = 0; i < 2; ++i, ++parts) ASSERT_TRUE(world.contact(i).flags & ContactVolume::kOnSeam) << n;
+  }
+  EXPECT_GT(parts, 40);
+}
+
 /// What rolls onto a seam of two tiles comes to rest as on an undivided floor. The parts of its patch lie at different depths; if
 /// each had its friction there, what braked it would stay in them as a couple of opposite forces, and make it creep for half a
 /// minute.
