@@ -150,7 +150,9 @@ void Hand::bear(World& world) const noexcept {
   const double share = settings_.force_scale * report_.fade;
   if (!feelsAnything() && share > 0) {
     const Spidar::Tuning limits = device_.tuning();
-    bound.stiffness = device_.stableStiffness() / (worldToGrip() * report_.fade);
+    const double K = device_.stableStiffness();
+    bound.stiffness = K / (worldToGrip() * report_.fade);
+    if (K > 0) bound.lag = (device_.def().grip_damping + kRelaxedHandDamping) / K;
     if (limits.max_force > 0) bound.force = limits.max_force / share;  // else the hand feels nothing, wherever the link is
     if (limits.max_torque > 0) bound.torque = limits.max_torque * settings_.workspace.scale / share;
     const double turn = settings_.workspace.scale * settings_.workspace.scale * kRelaxedHandTurnDamping / kRelaxedHandDamping;

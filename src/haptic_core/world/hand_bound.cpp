@@ -34,15 +34,19 @@ double largest(const Matrix3& met) noexcept {
   return std::max(0.0, mean + 2 * p * elementary::cos(elementary::acos(cosine) / 3));
 }
 
-void weaken(double& stiffness, double& damping, double bound, double h) noexcept {
+/// Largest damper over K_max [s].
+double mostDamping(const PointerBound& bound, double h) noexcept { return kMostDamping * std::max(bound.lag, kLeastLag * h); }
+
+void weaken(double& stiffness, double& damping, double bound, double most_damping) noexcept {
   const double share = std::min(1.0, std::max(kLeastShare, bound / stiffness));
   stiffness *= share;
-  damping = std::min(share * damping, kMostDamping * bound * h);
+  damping = std::min(share * damping, most_damping * bound);
 }
 
 PointerCoupling weakened(PointerCoupling coupling, const PointerBound& bound, double h) noexcept {
-  weaken(coupling.stiffness, coupling.damping, bound.stiffness, h);
-  weaken(coupling.rotational_stiffness, coupling.rotational_damping, bound.turn_of_way * bound.stiffness, h);
+  const double most_damping = mostDamping(bound, h);
+  weaken(coupling.stiffness, coupling.damping, bound.stiffness, most_damping);
+  weaken(coupling.rotational_stiffness, coupling.rotational_damping, bound.turn_of_way * bound.stiffness, most_damping);
   return coupling;
 }
 
@@ -84,7 +88,7 @@ void boundLaw(const HandBound& bound, double period, const FrictionMemory& befor
   m.tangential_damping *= rub_share;  // NaN, derived, follows the spring
   const double layer = m.stiffness * area;
   const double share = area > contact.A0 ? layer / (layer + std::max(0.0, others)) : own / met;
-  const double most = kMostDamping * bound.stiffness * period * share;  // [N·s/m]
+  const double most = mostDamping(bound, period) * bound.stiffness * share;  // [N·s/m]
   if (tangentialDamping(law, area) * area * lever > most) m.tangential_damping = most / (area * lever);
   if (m.damping * area > most) m.damping = most / area;
   if (m.dissipation * m.stiffness * contact.volume > most) m.dissipation = most / (m.stiffness * contact.volume);

@@ -9,11 +9,11 @@
 /// way in it gives back on the way out, and no other. With two contacts at an angle λ_max of what is left is up to 1.21 K_max.
 /// A push beside the link's origin, at the arm r from it, turns the hand as well: its stiffness against both is k A0 (1 + |r × n|²/ρ²),
 /// ρ² the hand's damping of a turn over that of a way, and of friction's springs Σ k_t A (1 + r²/ρ²): in a corner two of them add up.
-/// Its dampers, normal and tangential, are held to h K_max between them and its neighbours (`kMostDamping`): the loop's bound is
+/// Its dampers, normal and tangential, are held to ⅔ τ K_max between them and its neighbours (`kMostDamping`): the loop's bound is
 /// on K and b together, and at 6 N a dissipation of 10 s/m is a damper of 60 N·s/m, seven times a hand's own.
 /// Other pairs keep their laws, and both bodies of a weakened pair feel the same force.
 /// Virtual coupling. Fast motion meets the coupling itself, whatever its link touches, because the link's mass stands still:
-/// a spring beyond K_max is weakened to it, its damper with it and to h K_max in any case; its turns are held to ρ² times that.
+/// a spring beyond K_max is weakened to it, its damper with it and to ⅔ τ K_max in any case; its turns are held to ρ² times that.
 /// It does not follow the contacts either: a coupling that were weak in touch alone would be given more than it gives back at each
 /// touch.
 ///
@@ -40,17 +40,20 @@ struct PairLaw;
 struct Placement;
 struct State;
 
-/// Largest damper over K_max h [1]. A hand that takes as much as a damper K_max τ bears spring and damper, felt τ late, where
+/// Largest damper over K_max τ [1]. A hand that takes as much as a damper K_max τ bears spring and damper, felt τ late, where
 ///     K sin(ωτ)/(ωτ) + b (ωσ sin(ωτ) - cos(ωτ)) / (τ (1 + (ωσ)²)) ≤ K_max,
-/// σ the time constant of the filter of the velocity. For K = K_max that holds at every ω if b ≤ 0.67 K τ, whatever σ; and τ, half a
-/// period of the hold and one of the exchange, is at least 1.5 h. With 3 a ball held against a wall hummed at 80 Hz by newtons.
-inline constexpr double kMostDamping = 1;
+/// σ the time constant of the filter of the velocity. For K = K_max that holds at every ω if b ≤ 0.67 K τ, whatever σ. With three times
+/// as much a ball held against a wall hummed at 80 Hz by newtons; with less the grip swings on K_max, where it has no other damper.
+inline constexpr double kMostDamping = 2.0 / 3;
+/// Least τ in steps [1]: half a period of the hold and one of the exchange.
+inline constexpr double kLeastLag = 1.5;
 
 /// Most that a pointer may oppose to its hand, in the world's measures. Not part of the state: who moves the pointer tells it.
 struct PointerBound {
   double stiffness = std::numeric_limits<double>::infinity();  ///< K_max [N/m]
   double force = std::numeric_limits<double>::infinity();      ///< [N]: beyond it the link stays behind its hand
   double torque = std::numeric_limits<double>::infinity();     ///< [N·m], about the link frame's origin: likewise
+  double lag = 0;                ///< τ of the loop [s]; less than kLeastLag steps counts as those
   double turn_of_way = 1.25e-3;  ///< ρ² [m²]: damping of a turn over that of a way, of hand and device; infinite: it does not turn
 };
 
