@@ -16,7 +16,8 @@ _haptic_run() {
     words="$(sed -n 's/^#: //p' "$root/launch/verbs/$verb.sh" 2>/dev/null | grep -o -e '--[a-z-]*' | sort -u) --help"
   else
     case $verb in
-      check) words="$(_haptic_names urdf/scenes) $(_haptic_names urdf/devices)" ;;
+      check) words="$(_haptic_names urdf/scenes) $(_haptic_names urdf/devices) $(_haptic_names urdf/experiments)" ;;
+      experiment) words=$(_haptic_names urdf/experiments) ;;
       report) words=$(_haptic_names urdf/scenes) ;;
       bench) words="$(find "$root/test/benchmark" -name '*_bench.cpp' -printf '%f\n' 2>/dev/null | sed 's/_bench\.cpp$//') python" ;;
       setup) words=$(sed -n 's/^## \([a-z]*\): .*/\1/p' "$root/packages.apt" 2>/dev/null) ;;
@@ -24,7 +25,7 @@ _haptic_run() {
   fi
   unset -f _haptic_names
   local files=no  # where a path may stand
-  case $verb in check | demo | export | replay | report) [[ $COMP_CWORD = 1 || $word == -* ]] || files=yes ;; esac
+  case $verb in analyse | check | demo | experiment | export | replay | report) [[ $COMP_CWORD = 1 || $word == -* ]] || files=yes ;; esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word"; [ "$files" = no ] || compgen -f -- "$word")
 }
 complete -o filenames -F _haptic_run run ./run

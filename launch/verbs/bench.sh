@@ -1,7 +1,8 @@
 #!/bin/sh
 #: bench [NAME]      measure the core, all of it or what NAME matches; `python`: what a step costs from Python; `fuzz`: a search for
 #:                   contacts that go wrong; `build`: what builds and tests of a fresh checkout cost; `dispatch`: bits and times of
-#:                   the two libraries; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md
+#:                   the two libraries; `experiment`: studies on the twin, two hours; `scenes` also writes the table of all shipped
+#:                   scenes, build/figures/scenes.md
 . "$(dirname "$0")/parts/start.sh"
 
 # What the sources are held to: sizes of functions, classes and of the core, files that an extension touches.
@@ -92,6 +93,19 @@ bench_python() {
   show_and_keep bench-python python3 -B "$ROOT/test/python/overhead.py"
 }
 
+# Studies: fits, simulated subjects, sessions at their own pace on the twin, kills. It takes two hours.
+bench_experiment() {
+  setup run pages python experiment
+  build_stack 'haptic_bridge penalty_sim spidar_driver spidar_stop motor_guard session_table haptic_python
+    haptic_msgs_generate_messages_cpp haptic_msgs_generate_messages_py haptic_bridge_gencfg'
+  use_build
+  with_progress 'bench experiment' "$LOGS/bench-experiment.log" python3 -B test/benchmark/experiment.py \
+    --program "$BUILD/devel/lib/penalty_sim/session_table" || failed=experiment
+  rm -f "$FIGURES/bench-experiment.csv"
+  keep_figures bench-experiment "$LOGS/bench-experiment.log" '-O3 -DNDEBUG -ffp-contract=off'
+  [ -z "$failed" ] || fail "bench experiment: failed; see $LOGS/bench-experiment.log"
+}
+
 # Coverage-guided, for five minutes. An input that goes wrong is left in build/fuzz.
 bench_fuzz() {
   setup run fuzz
@@ -123,11 +137,12 @@ case $filter in
   python) bench_python; exit ;;
   build) bench_build; exit ;;
   fuzz) bench_fuzz; exit ;;
+  experiment) bench_experiment; exit ;;
 esac
 names=$(for file in test/benchmark/*_bench.cpp; do basename "$file" _bench.cpp; done)
 # NAME takes NAME_* with it: parts of one benchmark that are programs of their own.
 chosen=$(echo "$names" | grep -x -e "$filter" -e "${filter}_.*" || echo "$names" | grep -F -e "$filter")
-[ -n "$chosen" ] || fail "no benchmark matches '$filter'; there are: $(echo "$names" | tr '\n' ' ')build fuzz python"
+[ -n "$chosen" ] || fail "no benchmark matches '$filter'; there are: $(echo "$names" | tr '\n' ' ')build experiment fuzz python"
 setup run bench
 forget_other_workspaces
 targets=$(echo "$chosen" | sed 's/^/bench_/' | tr '\n' ' ')

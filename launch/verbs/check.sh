@@ -3,10 +3,33 @@
 #:                   load a scene or robot and print what it becomes: links, shapes, contact values, plan, whether
 #:                   its step is stable and whether a hand on device D (spidar_g6x3r) can hold what it touches; fails
 #:                   where the hand would ring at any depth up to the workspace's end
+#: check STUDY [--subject ID] [--session N] [--seed N] [--order] [--device D]
+#:                   a study's trials, time and order, and what the hand will get of each of its conditions
 #: check DEVICE      what an arrangement of strings can do, what is wrong with it, its first-motion test
 . "$(dirname "$0")/parts/start.sh"
-[ $# -ge 1 ] || fail "check needs the name of a scene or device, or the path of its file"
-if is_device "$1"; then
+[ $# -ge 1 ] || fail "check needs the name of a scene, device or study, or the path of its file"
+
+# A study's device is the one that its file names, unless another is given. Sets device_file; the other words are left in order.
+check_study() {
+  study_file=$(find_study "$1") || exit 1
+  shift
+  device=$(study_device "$study_file") before=''
+  for word; do
+    shift
+    if [ "$before" = --device ]; then device=$word; elif [ "$word" != --device ]; then set -- "$@" "$word"; fi
+    before=$word
+  done
+  device_file=$(find_device "$device") || exit 1
+  setup run pages python experiment
+  build_stack 'scene_check haptic_python haptic_msgs_generate_messages_py'
+  use_build
+  show_and_keep check python3 -B "$ROOT/haptic_bridge/experiment/check_study.py" --device "$device_file" \
+    --program "$BUILD/devel/lib/penalty_sim/scene_check" "$study_file" "$@"
+}
+
+if is_study "$1"; then
+  check_study "$@"
+elif is_device "$1"; then
   [ $# = 1 ] || fail "check of a device takes no options"
   device_file=$(find_device "$1") || exit 1
   setup run

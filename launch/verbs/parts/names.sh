@@ -31,6 +31,7 @@ find_description() {  # KIND NAME FOLDER SUFFIX...
 }
 find_scene() { find_description scene "$1" urdf/scenes yaml urdf; }  # NAME_OR_PATH
 find_device() { find_description device "$1" urdf/devices yaml; }    # NAME_OR_PATH
+find_study() { find_description study "$1" urdf/experiments yaml; }  # NAME_OR_PATH
 
 is_device() {  # NAME_OR_PATH
   case $1 in
@@ -38,6 +39,29 @@ is_device() {  # NAME_OR_PATH
     */* | *.yaml) grep -qs '^strings:' "$(absolute "$1")" ;;
     *) ! (find_scene "$1") >/dev/null 2>&1 && (find_device "$1") >/dev/null 2>&1 ;;
   esac
+}
+
+study_device() {  # FILE: the name of its device
+  named=$(sed -n 's/^device: *\([^ #]*\).*/\1/p' "$1" | head -n 1)
+  echo "${named:-spidar_g6x3r}"
+}
+
+is_study() {  # NAME_OR_PATH
+  case $1 in
+    */* | *.yaml) grep -qs '^study:' "$(absolute "$1")" ;;
+    *) [ -f "urdf/experiments/$1.yaml" ] ;;
+  esac
+}
+
+# A study's session: its folder sub-ID/ses-N.
+is_session() { [ -f "$(absolute "$1")/session.json" ]; }  # PATH
+
+# The recording of one trial.
+trial_bag() {  # SESSION NUMBER
+  case $2 in '' | *[!0-9]*) fail "--trial '$2' is no number of a trial" ;; esac
+  bag=$(absolute "$1")/trials/trial-$(printf %03d "${2#"${2%%[!0]*}"}").bag
+  [ -f "$bag" ] || fail "$1 has no recording of trial $2: it was interrupted, or there is no such trial"
+  echo "$bag"
 }
 
 # A recording, a bag or an MCAP file: by its ending, or by how the file begins.

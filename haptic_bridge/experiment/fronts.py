@@ -1,0 +1,113 @@
+"""Where a subject is asked and an experimenter steers: a terminal, or windows (windows.py). All speak in events: (kind, value) with
+kinds answer, pause, skip, repeat, abort, stop and note."""
+import queue
+import select
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import wave
+
+WORDS = {'p': 'pause', 's': 'skip', 'r': 'repeat', 'q': 'abort', 'x': 'stop'}
+
+
+class Front:
+    """Shows nothing: for simulated subjects."""
+
+    def __init__(self):
+        self.events = queue.Queue()
+
+    def show(self, text, detail=''):
+        """To the subject."""
+
+    def progress(self, done, total, now, after):
+        """To the experimenter: trials done of how many, this condition, and the next."""
+
+    def tell(self, line):
+        """To the experimenter: one line that matters."""
+        print(f'experiment: {line}', file=sys.stderr, flush=True)
+
+    def ask(self, question, answers):
+        """Shows the question; the answer comes as an event."""
+
+    def tone(self):
+        """At each start of an interval."""
+
+    def questionnaire(self, questions):
+        """Answers by name; nothing is asked of a simulated subject."""
+        return {}
+
+    def run(self, work):
+        """Runs the session and returns its exit code."""
+        return work()
+
+
+class Tone:
+    """A short tone through the system's player, if there is one."""
+
+    def __init__(self):
+        self.player = next((found for found in map(shutil.which, ('pw-play', 'paplay', 'aplay')) if found), None)
+        self.file = None
+        if self.player:
+            self.file = tempfile.NamedTemporaryFile(suffix='.wav')  # pylint: disable=consider-using-with
+            with wave.open(self.file.name, 'wb') as sound:
+                sound.setparams((1, 2, 8000, 0, 'NONE', ''))
+                # 500 Hz for 0.1 s: a square wave of eight samples up and eight down, quiet.
+                sound.writeframes((b'\x00\x08' * 8 + b'\x00\xf8' * 8) * 50)
+
+    def play(self):
+        if self.player:
+            subprocess.Popen([self.player, self.file.name], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                             stdin=subprocess.DEVNULL, start_new_session=True)
+
+
+class TerminalFront(Front):
+    """One line a thing, answers from the keyboard: 1, 2, a number, or a letter of WORDS."""
+
+    def __init__(self):
+        super().__init__()
+        self.sound, self.open = Tone(), True
+        threading.Thread(target=self._read, daemon=True).start()
+        print('keys, each with Enter: 1 or 2 or a number answers; p pause and go on, s skip, r repeat, x STOP, q end, n TEXT a note')
+
+    def _read(self):
+        while self.open:
+            if not select.select([sys.stdin], [], [], 0.2)[0]:
+                continue
+            line = sys.stdin.readline()
+            if not line:
+                return
+            word = line.strip()
+            if word.startswith('n '):
+                self.events.put(('note', word[2:]))
+            elif word in WORDS:
+                self.events.put((WORDS[word], ''))
+            elif word:
+                self.events.put(('answer', word))
+
+    def show(self, text, detail=''):
+        print(text + (f'  ({detail})' if detail else ''), flush=True)
+
+    def progress(self, done, total, now, after):
+        print(f'[{done + 1} of {total}] {now}', file=sys.stderr, flush=True)
+
+    def ask(self, question, answers):
+        choices = ', '.join(f'{i + 1}: {a}' for i, a in enumerate(answers)) or 'a number'
+        self.show(f'{question} ({choices})')
+
+    def tone(self):
+        self.sound.play()
+
+    def questionnaire(self, questions):
+        answers = {}
+        for question in questions:
+            print(question['text'] + (f" ({', '.join(question['choices'])})" if question['choices'] else ''), flush=True)
+            answers[question['name']] = self.events.get()[1]
+        return answers
+
+    def run(self, work):
+        try:
+            return work()
+        finally:
+            self.open = False

@@ -1,0 +1,209 @@
+"""Two windows: the subject's, full screen, with text and the answers' keys; the experimenter's, with progress, buttons and notes. The
+session runs in a thread of its own; what it says comes here as signals, what is pressed goes there as events."""
+import os
+import signal
+import threading
+
+from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QFont
+from PyQt5.QtWidgets import (QApplication, QDialog, QFormLayout, QGridLayout, QComboBox, QLabel, QLineEdit, QPlainTextEdit, QProgressBar,
+                             QPushButton, QVBoxLayout, QWidget)
+
+from fronts import Front, Tone
+
+SUBJECT_POINTS, EXPERIMENTER_WIDTH = 28, 460
+SPACE, STOP_HEIGHT, BUTTON_HEIGHT = 8, 44, 36       # [pixels]
+BUTTONS_AT = 2 * SPACE + STOP_HEIGHT + BUTTON_HEIGHT // 2  # height of the buttons' middle in the experimenter's window
+BUTTONS = (('Pause', 'pause'), ('Repeat', 'repeat'), ('Skip', 'skip'), ('End', 'abort'))
+
+
+class Said(QObject):
+    """What the session's thread says, delivered in the windows' thread."""
+    text = pyqtSignal(str, str)
+    question = pyqtSignal(str, list)
+    progress = pyqtSignal(int, int, str, str)
+    line = pyqtSignal(str)
+    ended = pyqtSignal(int)
+
+
+class SubjectWindow(QWidget):
+    """Text in the middle; the question waits for a key: 1, 2, or a number and Enter."""
+
+    def __init__(self, events):
+        super().__init__()
+        self.events, self.answers, self.asking, self.typed = events, [], False, ''
+        self.setWindowTitle('study')
+        self.setStyleSheet('background:#111;color:#eee')
+        self.text, self.detail = QLabel(), QLabel()
+        for label, points in ((self.text, SUBJECT_POINTS), (self.detail, SUBJECT_POINTS // 2)):
+            label.setAlignment(Qt.AlignCenter)
+            label.setWordWrap(True)
+            label.setFont(QFont('Sans', points))
+        layout = QVBoxLayout(self)
+        layout.addStretch()
+        layout.addWidget(self.text)
+        layout.addWidget(self.detail)
+        layout.addStretch()
+
+    def show_text(self, text, detail):
+        self.asking = False
+        self.text.setText(text)
+        self.detail.setText(detail)
+
+    def ask(self, question, answers):
+        self.answers, self.asking, self.typed = answers, True, ''
+        self.text.setText(question)
+        self.detail.setText('     '.join(f'{i + 1}: {answer}' for i, answer in enumerate(answers)) or 'type a number, then Enter')
+
+    def keyPressEvent(self, event):  # noqa: N802 (Qt's name)
+        if event.key() == Qt.Key_Escape:
+            self.events.put(('stop', ''))
+        elif self.asking and self.answers and event.text() in ('1', '2'):
+            self.asking = False
+            self.events.put(('answer', event.text()))
+        elif self.asking and not self.answers:
+            self.type_number(event)
+
+    def type_number(self, event):
+        if event.key() in (Qt.Key_Return, Qt.Key_Enter):
+            if self.typed:
+                self.asking = False
+                self.events.put(('answer', self.typed))
+            return
+        if event.key() == Qt.Key_Backspace:
+            self.typed = self.typed[:-1]
+        elif event.text() and event.text() in '0123456789.':
+            self.typed += event.text()
+        self.detail.setText(self.typed or 'type a number, then Enter')
+
+
+class ExperimenterWindow(QWidget):
+    def __init__(self, events):
+        super().__init__()
+        self.events = events
+        self.setWindowTitle('experimenter')
+        self.setMinimumWidth(EXPERIMENTER_WIDTH)
+        self.bar, self.now, self.after, self.lines, self.note = QProgressBar(), QLabel('starting'), QLabel(), QPlainTextEdit(), QLineEdit()
+        self.lines.setReadOnly(True)
+        self.note.setPlaceholderText('a note for this trial, then Enter')
+        self.note.returnPressed.connect(self.take_note)
+        stop = QPushButton('STOP (Esc)')
+        stop.setStyleSheet('background:#b00;color:white;font-weight:bold;padding:10px')
+        stop.clicked.connect(lambda: events.put(('stop', '')))
+        stop.setFixedHeight(STOP_HEIGHT)
+        layout = QGridLayout(self)
+        layout.setContentsMargins(SPACE, SPACE, SPACE, SPACE)
+        layout.setSpacing(SPACE)
+        layout.addWidget(stop, 0, 0, 1, 4)
+        layout.addWidget(self.bar, 2, 0, 1, 4)
+        layout.addWidget(self.now, 3, 0, 1, 4)
+        layout.addWidget(self.after, 4, 0, 1, 4)
+        for column, (text, kind) in enumerate(BUTTONS):
+            button = QPushButton(text)
+            button.setFocusPolicy(Qt.NoFocus)
+            button.setFixedHeight(BUTTON_HEIGHT)
+            button.clicked.connect(lambda _, kind=kind: events.put((kind, '')))
+            layout.addWidget(button, 1, column)
+        layout.addWidget(self.note, 5, 0, 1, 4)
+        layout.addWidget(self.lines, 6, 0, 1, 4)
+
+    def take_note(self):
+        if self.note.text().strip():
+            self.events.put(('note', self.note.text().strip()))
+            self.lines.appendPlainText(f'note: {self.note.text().strip()}')
+            self.note.clear()
+
+    def show_progress(self, done, total, now, after):
+        self.bar.setRange(0, total)
+        self.bar.setValue(done)
+        self.bar.setFormat(f'%v of {total}')
+        self.now.setText(f'now: {now}')
+        self.after.setText(f'next: {after}' if after else '')
+
+    def keyPressEvent(self, event):  # noqa: N802 (Qt's name)
+        if event.key() == Qt.Key_Escape:
+            self.events.put(('stop', ''))
+
+    def closeEvent(self, event):  # noqa: N802 (Qt's name)
+        self.events.put(('abort', ''))
+        event.accept()
+
+
+class Questionnaire(QDialog):
+    """The study's own questions; closing it leaves them empty."""
+
+    def __init__(self, questions):
+        super().__init__()
+        self.setWindowTitle('questionnaire')
+        self.fields, layout = {}, QFormLayout(self)
+        for question in questions:
+            field = QComboBox() if question['choices'] else QLineEdit()
+            if question['choices']:
+                field.addItems([''] + question['choices'])
+            self.fields[question['name']] = field
+            layout.addRow(question['text'], field)
+        done = QPushButton('Done')
+        done.clicked.connect(self.accept)
+        layout.addRow(done)
+
+    def answers(self):
+        return {name: field.currentText() if isinstance(field, QComboBox) else field.text() for name, field in self.fields.items()}
+
+
+class WindowFront(Front):
+    def __init__(self):
+        super().__init__()
+        self.application = QApplication.instance() or QApplication(['experiment'])
+        self.sound, self.said, self.code = Tone(), Said(), 0
+        self.subject, self.experimenter = SubjectWindow(self.events), ExperimenterWindow(self.events)
+        self.said.text.connect(self.subject.show_text)
+        self.said.question.connect(self.subject.ask)
+        self.said.progress.connect(self.experimenter.show_progress)
+        self.said.line.connect(self.experimenter.lines.appendPlainText)
+        self.said.ended.connect(self.end)
+
+    def show(self, text, detail=''):
+        self.said.text.emit(text, detail)
+
+    def ask(self, question, answers):
+        self.said.question.emit(question, list(answers))
+
+    def progress(self, done, total, now, after):
+        self.said.progress.emit(done, total, now, after)
+
+    def tell(self, line):
+        super().tell(line)
+        self.said.line.emit(line)
+
+    def tone(self):
+        self.sound.play()
+
+    def questionnaire(self, questions):
+        dialog = Questionnaire(questions)
+        dialog.exec_()
+        return dialog.answers()
+
+    def run(self, work):
+        """The session in a thread, the windows in this one. On a second screen the subject's window fills that."""
+        screens = self.application.screens()
+        self.subject.setGeometry(screens[-1].geometry())
+        if os.environ.get('HAPTIC_STUDY_FULL_SCREEN', 'yes') == 'yes' and len(screens) > 1:
+            self.subject.showFullScreen()
+        else:
+            self.subject.showMaximized()
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, lambda *_: self.events.put(('abort', '')))
+        heed = QTimer()  # Python hears a signal only while it runs
+        heed.timeout.connect(lambda: None)
+        heed.start(200)
+        self.experimenter.show()
+        self.experimenter.raise_()
+        thread = threading.Thread(target=lambda: self.said.ended.emit(work()))
+        thread.start()
+        self.application.exec_()
+        thread.join()
+        return self.code
+
+    def end(self, code):
+        self.code = code
+        self.application.quit()

@@ -1,0 +1,326 @@
+#!/usr/bin/python3
+"""Figures of studies (`./run bench experiment`): orders, fits and simulated subjects of known JND, sessions on the twin with kills, what
+was presented against an independent evaluation, switches of conditions in touch, markers, replays of all trials of the four studies."""
+import argparse
+import glob
+import os
+import random
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+STUDIES = os.path.join(ROOT, 'urdf', 'experiments')
+EXPERIMENT = os.path.join(ROOT, 'haptic_bridge', 'experiment')
+sys.path[:0] = [EXPERIMENT, os.path.join(ROOT, 'penalty_sim', 'session')]
+
+import numpy as np  # noqa: E402
+
+import power  # noqa: E402
+import results  # noqa: E402
+import session_data  # noqa: E402
+import session_folder  # noqa: E402
+import study as study_file  # noqa: E402
+from event_markers import CODES, EventMarkers  # noqa: E402
+from simulated_subject import JND_PER_WEBER, Percept  # noqa: E402
+from trial_order import Generator, Order  # noqa: E402
+
+NAMES = ('stiffness', 'friction', 'weight', 'update_rate')
+PERCEPTS, SUBJECTS, KILLS, MARKERS = 2000, 20, 200, 2000
+DEVICE = os.path.join(ROOT, 'urdf', 'devices', 'spidar_g6x3r.yaml')
+KILL_STUDY = """study: 1
+title: Short trials to be killed in
+instructions: Press.
+scene: pad
+target: [pad, pointer]
+task: two_interval
+question: Stiffer?
+standard: {stiffness: 1e7}
+factors: {stiffness: [0.8e7, 1.25e7]}
+repetitions: 500
+phases: {home_seconds: 0.05, explore_seconds: 0.5, pause_seconds: 0}
+presented: {measure: stiffness}
+simulated_hand: {gap_mm: 8, press_mm: 5, period_s: 0.5, weber: 0.1}
+"""
+
+
+def figure(name, value, unit):
+    print(f'figure experiment.{name} {value:.6g} {unit}', flush=True)
+
+
+def shipped(name):
+    return study_file.read(os.path.join(STUDIES, name + '.yaml'))
+
+
+def orders(_):
+    """The order in another process, and from any prefix of the answers, is the same."""
+    program = ('import sys; sys.path.insert(0, sys.argv[1]); import study, trial_order; s = study.read(sys.argv[2]); '
+               'o = trial_order.Order(s, sys.argv[3], 1, int(sys.argv[4])); a = []\n'
+               'while (t := o.next(a)) is not None: print(t.index, t.condition, t.comparison, t.track); '
+               'a.append((t.index * 7 + 3) % 4 != 0)')
+    same = True
+    for name in NAMES:
+        for subject, seed in (('s01', 1), ('s02', 1), ('s01', 2)):
+            call = [sys.executable, '-B', '-c', program, EXPERIMENT, os.path.join(STUDIES, name + '.yaml'), subject, str(seed)]
+            first, second = (subprocess.run(call, capture_output=True, text=True, check=True).stdout.splitlines() for _ in range(2))
+            study, n = shipped(name), len(first)
+            for k in range(0, n, max(1, n // 20)):
+                trial = Order(study, subject, 1, seed).next([(i * 7 + 3) % 4 != 0 for i in range(k)])
+                same &= f'{trial.index} {trial.condition} {trial.comparison} {trial.track}' == first[k]
+            same &= first == second and n > 0
+    figure('order_reproduced', int(same), '1')
+
+
+def fits(options):
+    """Percepts of known JND through the friction study with 280 trials that count."""
+    study = shipped('friction')
+    study.repetitions, study.practice, study.catch_every = 20, 0, 0
+    found, covered, none, weber = [], 0, 0, 0.15
+    true = JND_PER_WEBER * weber
+    for number in range(options.percepts):
+        percept = Percept(weber, study.lapse, np.random.default_rng(Generator('percept', number).bits()))
+        rows = power.counted(study, power.session_rows(study, f's{number + 1}', power.nominal_felt(study), percept))
+        fit, _ = results.fit_rows(study, rows, seed=number)
+        if fit is None:
+            none += 1
+            continue
+        found.append(fit.jnd)
+        covered += fit.jnd_interval[0] <= true <= fit.jnd_interval[1]
+    error = 100 * (np.array(found) / true - 1)
+    print(f'{options.percepts} percepts of JND {true:.4f}, 280 trials each: mean {error.mean():+.2f} % (s.e. '
+          f'{error.std(ddof=1) / np.sqrt(len(error)):.2f}), median {np.median(error):+.2f} %, {none} without a fit')
+    figure('jnd_bias_pct', abs(error.mean()), '%')
+    figure('interval_coverage_pct', 100 * covered / options.percepts, '%')
+
+
+def subjects(options):
+    """Whole sessions of the stiffness study by simulated subjects on the twin, in this process: the percept takes what the strings gave."""
+    from loop_rig import LoopRig
+    study, inside = shipped('stiffness'), 0
+    weber = study.hand['weber']
+    with tempfile.TemporaryDirectory() as folder:
+        for number in range(options.subjects):
+            motor, percept = (np.random.default_rng(Generator(word, number).bits()) for word in ('motor', 'percept'))
+            felt = power.twin_felt(study, LoopRig(DEVICE), folder, motor)
+            rows = power.counted(study, power.session_rows(study, f's{number + 1}', felt, Percept(weber, study.lapse, percept)))
+            fit, _ = results.fit_rows(study, rows, seed=number)
+            hit = fit is not None and fit.jnd_interval[0] <= JND_PER_WEBER * weber <= fit.jnd_interval[1]
+            inside += hit
+            found = f'JND {fit.jnd:.4f} ({fit.jnd_interval[0]:.4f} to {fit.jnd_interval[1]:.4f})' if fit else 'no fit'
+            print(f's{number + 1}: {len(rows)} trials, {found}', flush=True)
+    figure('subjects_within', inside, f'of_{options.subjects}')
+
+
+def call(options, study, subject, output, *more):
+    return [sys.executable, '-B', os.path.join(EXPERIMENT, 'experiment.py'), '--program', options.program, study, '--device', DEVICE,
+            '--subject', subject, '--simulate', '1', '--output', output, *more]
+
+
+def kills(options):
+    """kill -9 at random instants from the start on. A trial is complete once its last byte came over the marker line."""
+    choose, lost, torn, complete = random.Random(options.seed), 0, 0, 0
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, 'killed.yaml')
+        with open(path, 'w', encoding='utf-8') as file:
+            file.write(KILL_STUDY)
+        session = os.path.join(folder, 'killed', 'sub-s01', 'ses-1')
+        line, terminal = os.openpty()
+        for number in range(options.kills):
+            with open(os.path.join(folder, 'log'), 'ab') as log:
+                words = call(options, path, 's01', folder, '--marker-port', os.ttyname(terminal))
+                process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+            # One kill of twelve falls into the start of the stack, the others into trials and the writing between them.
+            bytes_wanted = choose.randrange(0, 12)
+            patience = time.monotonic() + 60
+            while bytes_wanted > 0 and time.monotonic() < patience and process.poll() is None:
+                if select.select([line], [], [], 0.2)[0]:
+                    got = os.read(line, 4096)
+                    complete += got.count(bytes([CODES['trial_end']]))
+                    bytes_wanted -= len(got)
+            time.sleep(1.5 * choose.random())
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+            while select.select([line], [], [], 0.1)[0]:
+                complete += os.read(line, 4096).count(bytes([CODES['trial_end']]))
+            rows = session_folder.rows_of(os.path.join(session, 'trials.csv'))[0]
+            ok = [r for r in rows if r['status'] == 'ok']
+            lost = max(lost, complete - len(ok))
+            if number % 20 == 19:
+                print(f'{number + 1} kills: {complete} complete trials, {len(ok)} rows, {len(rows) - len(ok)} interrupted', flush=True)
+        seen = set()
+        for row in ok:
+            bag = os.path.join(session, row['recording'])
+            try:
+                sound = sum(int(s.info['mismatches']) for s in session_data.read(bag, options.program)) == 0
+            except session_data.Refused:
+                sound = False
+            torn += not sound or row['trial'] in seen or row['order'] in {r['order'] for r in ok if r is not row}
+            seen.add(row['trial'])
+    print(f'{options.kills} kills: {complete} trials were complete, {len(ok)} are whole rows with recordings, {torn} torn or twice')
+    figure('kills', options.kills, '1')
+    figure('trials_completed', complete, '1')
+    figure('trials_lost', lost + torn, '1')
+
+
+def markers(_):
+    """From the call to the byte at the other end of a line, read by another process."""
+    line, terminal = os.openpty()
+    out, back = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))  # a trigger box has a processor of its own
+        except PermissionError:
+            pass
+        times = []
+        while len(times) < MARKERS:
+            count = len(os.read(line, 16))
+            times += [time.monotonic_ns()] * count
+        os.write(back, np.array(times[:MARKERS], dtype=np.int64).tobytes())
+        os._exit(0)
+    sender, sent = EventMarkers(os.ttyname(terminal)), []
+    for _ in range(MARKERS):
+        time.sleep(0.002)
+        sent.append(time.monotonic_ns())
+        sender.send('answer', 1)
+    data = b''
+    while len(data) < 8 * MARKERS:
+        data += os.read(out, 8 * MARKERS)
+    os.waitpid(child, 0)
+    latency = (np.frombuffer(data, dtype=np.int64) - np.array(sent)) * 1e-6
+    print(f'{MARKERS} markers: median {np.median(latency):.4f} ms, largest {latency.max():.3f} ms')
+    figure('marker_latency_ms_p99', float(np.quantile(latency, 0.99)), 'ms')
+
+
+def string_force(table, hand, exits, knots):
+    """Sum of the tensions along the strings at the recorded poses: neither the loop's structure matrix nor its wrench is used."""
+    n = len(table)
+    p = np.stack([table[f'{hand}.position_{a}'] for a in 'xyz'], axis=1)
+    x, y, z, w = (np.array(table[f'{hand}.orientation_{a}']) for a in 'xyzw')
+    R = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), 2 * (x * y + z * w), 1 - 2 * (x * x + z * z),
+                  2 * (y * z - x * w), 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1).reshape(n, 3, 3)
+    force = np.zeros((n, 3))
+    for s, (exit_s, knot) in enumerate(zip(exits, knots)):
+        along = exit_s - (p + R @ knot)
+        force += (np.array(table[f'{hand}.tension_{s}']) / np.linalg.norm(along, axis=1))[:, None] * along
+    return p, force
+
+
+def independent(measure, table, exits, knots, gap=8e-3):
+    """Another estimator than presented.py's: medians of ratios where the tip moves slowly (stiffness) or fast (friction)."""
+    hand = 'spidar'
+    p, force = string_force(table, hand, exits, knots)
+    v = np.gradient(p, np.array(table['time']), axis=0)
+    v = np.stack([np.convolve(v[:, i], np.ones(21) / 21, 'same') for i in range(3)], axis=1)
+    faded = np.array(table[f'{hand}.fade']) >= 1
+    if measure == 'stiffness':
+        depth = -gap - p[:, 2]
+        rows = faded & (depth > 1e-3) & (np.abs(v[:, 2]) < 2e-3)
+        return float(np.median(force[rows, 2] / depth[rows])) if rows.sum() > 20 else np.nan
+    rows = faded & (np.abs(v[:, 0]) > 0.03) & (force[:, 2] > 0.3)
+    return float(np.median(np.abs(force[rows, 0]) / force[rows, 2])) if rows.sum() > 20 else np.nan
+
+
+def switch_jump(sessions):
+    """Largest change of the force from tick to tick from 0.3 s before a change of conditions until the force has faded in."""
+    worst = 0.0
+    for before, after in zip(sessions, sessions[1:]):
+        rows = [np.stack([s.table[f'spidar.achieved_force_{a}'] for a in 'xyz'], axis=1) for s in (before, after)]
+        near = np.concatenate([rows[0][-round(0.3 * before.info['rate']):], rows[1][:round(0.6 * after.info['rate'])]])
+        worst = max(worst, float(np.linalg.norm(np.diff(near, axis=0), axis=1).max()))
+    return worst
+
+
+def sessions(options):
+    """One session of each shipped study on the stack, at its own pace."""
+    import haptic
+    device = haptic.Device(DEVICE)
+    exits, knots = np.array(device.exits), np.array(device.knots)
+    mismatches = trials = missed = 0
+    worst_error, worst_jump = 0.0, 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        for name in options.studies:
+            subprocess.run(call(options, os.path.join(STUDIES, name + '.yaml'), 's01', folder), stdin=subprocess.DEVNULL, check=True)
+            path = glob.glob(os.path.join(folder, name, 'sub-s01', 'ses-1'))[0]
+            info, rows = session_folder.read(path)
+            missed += info['compute_missed']
+            worst_here = 0.0
+            for row in rows:
+                if not row['recording']:
+                    continue
+                trials += 1
+                recorded = session_data.read(os.path.join(path, row['recording']), options.program)
+                mismatches += sum(int(s.info['mismatches']) for s in recorded)
+                worst_jump = max(worst_jump, switch_jump(recorded))
+                if name not in ('stiffness', 'friction'):
+                    continue
+                for i, s in enumerate(recorded, 1):
+                    said, oracle = results.number(row[f'presented_{i}']), independent(name, s.table, exits, knots)
+                    if np.isfinite(said) and np.isfinite(oracle):
+                        worst_here = max(worst_here, 100 * abs(said / oracle - 1))
+            worst_error = max(worst_error, worst_here)
+            print(f"{name}: {len(rows)} rows, {sum(r['status'] == 'ok' for r in rows)} ok, tenths of a second with a slow tick "
+                  f"{info['compute_missed']}, presented against independent {worst_here:.3f} %", flush=True)
+    figure('replayed_trials', trials, '1')
+    figure('replay_mismatches', mismatches, '1')
+    figure('compute_missed', missed, '1')
+    figure('presented_err_pct', worst_error, '%')
+    figure('switch_home_force_jump_n', worst_jump, 'N')
+
+
+def switches(options):
+    """Conditions change while the hand presses: the force is faded out first."""
+    import condition_scene
+    from simulated_subject import SimulatedHand
+    from stack_rig import HAND_PERIOD, StackRig
+    study = shipped('stiffness')
+    worst = 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        rig = StackRig(DEVICE, 'twin', os.path.join(folder, 'log'), options.program, simulated=True)
+        scenes = [condition_scene.write(study, {'stiffness': k}, folder) for k in (1e7, 2e7)]
+        rig.load(scenes[0], 1000.0)
+        hand = SimulatedHand({'gap': 8e-3, 'press': 8e-3, 'period': 4.0}, 'stiffness', np.random.default_rng(1))
+        for i in range(8):
+            rig.recorder.forget()
+            rig.load(scenes[i % 2], 1000.0)
+            begin = time.monotonic()
+            while time.monotonic() - begin < 2.0:  # half of a cycle: pressed most
+                rig.lead(hand.position(time.monotonic() - begin))
+                time.sleep(HAND_PERIOD)
+            pressed = rig.force()
+            rig.load(scenes[(i + 1) % 2], 1000.0)
+            time.sleep(0.8)
+            bag = os.path.join(folder, f'{i}.bag')
+            rig.recorder.write(bag)
+            jump = switch_jump(session_data.read(bag, options.program))
+            print(f'switch while the hand felt {pressed:.2f} N: largest change in a tick {jump:.4f} N', flush=True)
+            worst = max(worst, jump)
+        rig.close()
+    figure('switch_force_jump_n', worst, 'N')
+
+
+PARTS = {'orders': orders, 'fits': fits, 'subjects': subjects, 'markers': markers, 'switches': switches, 'sessions': sessions,
+         'kills': kills}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--program', required=True, help='session_table')
+    parser.add_argument('--only', choices=PARTS)
+    parser.add_argument('--percepts', type=int, default=PERCEPTS)
+    parser.add_argument('--subjects', type=int, default=SUBJECTS)
+    parser.add_argument('--kills', type=int, default=KILLS)
+    parser.add_argument('--seed', type=int, default=1)
+    parser.add_argument('--studies', nargs='+', default=NAMES, choices=NAMES)
+    options = parser.parse_args()
+    for name, part in PARTS.items():
+        if options.only in (None, name):
+            print(f'## {name}', flush=True)
+            part(options)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,233 @@
+#!/usr/bin/python3
+"""Results of studies: fits against scipy and known truths, presented stimuli against closed forms, sessions on disk."""
+import json
+import math
+import os
+import resource
+import signal
+import sys
+import tempfile
+import unittest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path[:0] = [os.path.join(ROOT, 'haptic_bridge', 'experiment'), os.path.join(ROOT, 'penalty_sim', 'session'),
+                os.path.join(ROOT, 'build', 'devel', 'lib', 'python3', 'dist-packages')]
+import numpy as np  # noqa: E402
+import power  # noqa: E402
+import presented  # noqa: E402
+import psychometric  # noqa: E402
+import results  # noqa: E402
+import session_folder  # noqa: E402
+import study as study_file  # noqa: E402
+from event_markers import CODES, EventMarkers  # noqa: E402
+from simulated_subject import JND_PER_WEBER, Percept  # noqa: E402
+from strict_yaml import Refused  # noqa: E402
+
+FRICTION = os.path.join(ROOT, 'urdf', 'experiments', 'friction.yaml')
+
+
+class Fits(unittest.TestCase):
+    def test_many_at_once_are_those_of_scipy_one_by_one(self):
+        random = np.random.default_rng(1)
+        x, n = np.linspace(-1, 1, 7), np.full(7, 40.0)
+        for shape in ('normal', 'logistic'):
+            for gamma, lapse in ((0.01, 0.01), (0.5, 0.02)):
+                k = random.binomial(40, psychometric.probability(x, 0.1, 0.4, gamma, lapse, shape), size=(4, 7)).astype(float)
+                mu, sigma = psychometric.fit_many(x, n, k, gamma, lapse, shape)
+                for row in range(4):
+                    one = psychometric.fit_one(x, n, k[row], gamma, lapse, shape)
+                    # Both stop when the likelihood stands to 1e-9: sqrt(1e-9 / curvature of some 100) is 3e-6; tenfold room.
+                    np.testing.assert_allclose((mu[row], sigma[row]), one, atol=3e-5)
+
+    def test_known_points(self):
+        """With all that was drawn exactly at the function, the fit is the function."""
+        x, n = np.linspace(-2, 2, 9), np.full(9, 1e6)
+        k = n * psychometric.probability(x, 0.3, 0.7, 0.0, 0.0)
+        mu, sigma = psychometric.fit_many(x, n, k, 0.0, 0.0)
+        np.testing.assert_allclose((mu[0], sigma[0]), (0.3, 0.7), atol=1e-6)
+        quartile = psychometric.QUARTILE['normal']
+        self.assertAlmostEqual(float(psychometric.probability(0.3 + quartile * 0.7, 0.3, 0.7, 0, 0)), 0.75, delta=1e-12)
+
+    def test_interval_covers_and_bias_is_small(self):
+        random, x, n, true = np.random.default_rng(2), np.linspace(-0.3, 0.3, 7), np.full(7, 40.0), 0.1 * psychometric.QUARTILE['normal']
+        fits = [psychometric.fit(x, n, random.binomial(40, psychometric.probability(x, 0, 0.1, 0.01, 0.01)), 0.01, 0.01, draws=200, seed=i)
+                for i in range(80)]
+        covered = sum(f.jnd_interval[0] <= true <= f.jnd_interval[1] for f in fits)
+        self.assertGreaterEqual(covered, 69)  # of 80 at 95 %: P(fewer) = 0.001
+        error = np.array([f.jnd / true - 1 for f in fits])
+        self.assertLess(abs(error.mean()), 3.3 * error.std(ddof=1) / math.sqrt(80) + 0.005)
+        self.assertGreater(min(f.deviance_p for f in fits), 0)
+
+    def test_no_slope_is_no_fit(self):
+        self.assertIsNone(psychometric.fit([0.0, 1.0], [5, 5], [5, 5]))
+        self.assertIsNone(psychometric.fit([0.0], [5], [2]))
+
+    def test_a_percept_of_known_noise_is_found_again(self):
+        """The whole way from order to JND, without a loop: constant stimuli and a staircase."""
+        for name, weber in (('friction', 0.15), ('stiffness', 0.1)):
+            study = study_file.read(os.path.join(ROOT, 'urdf', 'experiments', name + '.yaml'))
+            found = []
+            for number in range(20):
+                percept = Percept(weber, study.lapse, np.random.default_rng(number))
+                rows = power.session_rows(study, f's{number + 1}', power.nominal_felt(study), percept)
+                x, y = results.judged(study, power.counted(study, rows))
+                mu, sigma = psychometric.fit_many(*psychometric.grouped(x, y), study.lapse / 2, study.lapse / 2)
+                found.append(float(sigma[0]) * psychometric.QUARTILE['normal'])
+                self.assertLess(abs(float(mu[0])), 4 * weber)
+            mean, error = np.mean(found), np.std(found, ddof=1) / math.sqrt(20)
+            # The likelihood's sigma is up to 6 % small at so few trials.
+            self.assertLess(abs(mean / (JND_PER_WEBER * weber) - 1), 3.3 * error / mean + 0.06, name)
+
+
+class Presented(unittest.TestCase):
+    def samples(self, position, force, contact=None):
+        n = len(position)
+        return presented.Samples(np.arange(n) * 1e-3, position, force, np.ones(n, bool) if contact is None else contact,
+                                 np.zeros(n, np.uint32), np.ones(n))
+
+    def test_stiffness_of_a_damped_pad_in_any_direction(self):
+        t = np.arange(2000) * 1e-3
+        depth, speed = 2e-3 * (1 - np.cos(6 * t)), 12e-3 * np.sin(6 * t)
+        normal = np.array([0.6, 0, 0.8])
+        # Hunt and Crossley: F = K d (1 + a d'); differences over 20 ms of a motion at 6 rad/s are 6e-4 small, times a d' of 0.12.
+        force = 1500 * depth * (1 + 10 * speed)
+        found = presented.stiffness(self.samples(np.array([0.3, 0, 1]) - depth[:, None] * normal, force[:, None] * normal))
+        self.assertAlmostEqual(found.value / 1500, 1, delta=3e-4)
+        self.assertLess(abs(found.value - 1500), 5 * found.error + 0.5)
+
+    def test_friction_is_read_where_the_tip_slides(self):
+        t = np.arange(2000) * 1e-3
+        x, v = 0.01 * np.sin(6 * t), 0.06 * np.cos(6 * t)
+        n = 1 + 0.3 * np.sin(2 * t)
+        # Before it slides the tip is held by less than mu: a spring of 2 mm after each turn.
+        position = np.stack([x, 0 * x, 0 * x], axis=1)
+        strained = np.clip(presented.way_since_turn(self.samples(position, position), np.stack([v, 0 * v, 0 * v], axis=1)) / 1.9e-3, 0, 1)
+        force = np.stack([-np.sign(v) * 0.4 * n * strained, 0 * n, n], axis=1)
+        found = presented.friction(self.samples(position, force), (0, 0, 1))
+        self.assertAlmostEqual(found.value, 0.4, delta=1e-12)
+        naive = np.abs(force[:, 0]).sum() / n.sum()
+        self.assertGreater(abs(naive - 0.4), 0.01, 'the turns would show')
+
+    def test_mass_takes_the_acceleration_off(self):
+        t = np.arange(3000) * 1e-3
+        height, acceleration = 0.01 * (1 - np.cos(2 * t)), 0.04 * np.cos(2 * t)
+        force = np.stack([0 * t, 0 * t, -0.2 * (9.8 + acceleration)], axis=1)
+        found = presented.mass(self.samples(np.stack([0 * t, 0 * t, height], axis=1), force), 9.8)
+        self.assertAlmostEqual(found.value, 0.2, delta=0.2 * 1e-5)  # differences over 20 ms: (2 · 0.01)² / 6 of 0.04 m/s², over g: 3e-7
+
+    def test_no_touch_is_no_number(self):
+        free = self.samples(np.zeros((100, 3)), np.zeros((100, 3)), np.zeros(100, bool))
+        for measure in ('stiffness', 'friction', 'mass'):
+            self.assertTrue(math.isnan(presented.presented(measure, free, {}).value), measure)
+
+
+class Twin(unittest.TestCase):
+    def test_the_shipped_conditions_are_presented(self):
+        """On the whole twin, without a clock: what the strings give is what the conditions say."""
+        import loop_rig
+        import preview
+        # Cable forces are solved to 0.1 %, and one press of 2 mm with a tremor of 0.1 mm tells a slope to 0.5 %.
+        for name, most in (('stiffness', 0.01), ('friction', 0.001), ('weight', 0.01)):
+            study = study_file.read(os.path.join(ROOT, 'urdf', 'experiments', name + '.yaml'))
+            with tempfile.TemporaryDirectory() as folder:
+                previews = preview.Previews(study, loop_rig.LoopRig(study.device), folder)
+                for condition in [study.standard, {**study.standard, **study.conditions[-1]}]:
+                    look = previews.of(condition)
+                    self.assertAlmostEqual(look.presented.value / look.nominal, 1, delta=most, msg=f'{name} {condition}')
+                    self.assertEqual((look.clamps, look.share), ([], 1.0))
+
+
+class Folders(unittest.TestCase):
+    def setUp(self):
+        self.root = tempfile.TemporaryDirectory()
+        self.addCleanup(self.root.cleanup)
+        self.study = study_file.read(FRICTION)
+
+    def folder(self, **options):
+        words = {'subject': 's01', 'session': 1, 'seed': None, **options}
+        made = session_folder.SessionFolder(self.root.name, words.get('study', self.study), words['subject'], words['session'],
+                                            words['seed'], {})
+        self.addCleanup(made.lock.close)
+        return made
+
+    def close(self, folder):
+        folder.lock.close()
+
+    def test_rows_are_read_back(self):
+        folder = self.folder()
+        folder.append({'trial': 1, 'order': 0, 'status': 'ok', 'correct': 1, 'note': 'a, "b"\nc', 'level': 0.1})
+        self.close(folder)
+        again = self.folder()
+        self.assertEqual((again.answers(), again.next_trial(), again.rows[0]['note']), ([True], 2, 'a, "b" c'))
+        with open(os.path.join(again.path, 'trials.json'), encoding='utf-8') as file:
+            self.assertEqual(list(json.load(file)), list(session_folder.COLUMNS))
+
+    def test_a_torn_row_is_the_interrupted_trial(self):
+        folder = self.folder()
+        folder.append({'trial': 1, 'order': 0, 'status': 'ok', 'correct': 1})
+        folder.running({'trial': 2, 'order': 1})
+        with open(folder.table, 'ab') as table:
+            table.write(b'2,0.1,3')
+        self.close(folder)
+        again = self.folder()
+        self.assertEqual([(r['trial'], r['status']) for r in again.rows], [('1', 'ok'), ('2', 'interrupted')])
+        self.assertEqual((len(again.answers()), again.next_trial()), (1, 3))
+        self.close(again)
+        self.assertEqual(len(self.folder().rows), 2, 'once is enough')
+
+    def test_what_does_not_fit_is_refused_in_one_line(self):
+        folder = self.folder(seed=3)
+        with self.assertRaisesRegex(Refused, 'another program runs this session'):
+            self.folder()
+        self.close(folder)
+        with self.assertRaisesRegex(Refused, 'seed 3, not 4'):
+            self.folder(seed=4)
+        other = study_file.read(FRICTION)
+        other.text += '# changed\n'
+        with self.assertRaisesRegex(Refused, 'another text'):
+            self.folder(study=other)
+        with self.assertRaisesRegex(Refused, 'pseudonym'):
+            self.folder(subject='Ann Lee')
+        folder = self.folder()
+        folder.finish(True)
+        self.close(folder)
+        with self.assertRaisesRegex(Refused, 'is complete'):
+            self.folder()
+
+    def test_a_full_disk_loses_nothing(self):
+        folder = self.folder()
+        folder.append({'trial': 1, 'order': 0, 'status': 'ok', 'correct': 1})
+        size = os.path.getsize(folder.table)
+        before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN), resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size + 7, before[1][1]))
+        try:
+            with self.assertRaises(Refused) as caught:
+                folder.append({'trial': 2, 'order': 1, 'status': 'ok', 'correct': 1})
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before[1])
+            signal.signal(signal.SIGXFSZ, before[0])
+        self.assertNotIn('\n', str(caught.exception))
+        self.assertEqual(os.path.getsize(folder.table), size)
+        folder.append({'trial': 2, 'order': 1, 'status': 'ok', 'correct': 0})
+        self.assertEqual(folder.answers(), [True, False])
+
+
+class Markers(unittest.TestCase):
+    def test_a_byte_on_the_line_and_a_message(self):
+        line, terminal = os.openpty()
+        said = []
+        markers = EventMarkers(os.ttyname(terminal), lambda *words: said.append(words[1:]))
+        for event in CODES:
+            self.assertEqual(markers.send(event, 3), '')
+        self.assertEqual(list(os.read(line, 100)), list(CODES.values()))
+        self.assertEqual(said, [(code, event, 3) for event, code in CODES.items()])
+        os.close(line)
+        os.close(terminal)
+
+    def test_no_line_is_refused(self):
+        with self.assertRaisesRegex(Refused, 'marker-port'):
+            EventMarkers('/dev/null')
+
+
+if __name__ == '__main__':
+    unittest.main()

@@ -1,0 +1,123 @@
+#!/usr/bin/python3
+"""The subject's and the experimenter's window, on a display of their own, by real keys and clicks: answers, a note, STOP, a pause, the end."""
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path[:0] = [os.path.join(ROOT, 'test', 'commands'), os.path.join(ROOT, 'haptic_bridge', 'experiment')]
+import session_folder  # noqa: E402
+from run_verb import RUN  # noqa: E402
+from windows import BUTTONS_AT  # noqa: E402
+
+STUDY = """study: 1
+title: Two pads
+instructions: Wait.
+scene: pad
+target: [pad, pointer]
+task: two_interval
+question: Which pad was stiffer?
+standard: {stiffness: 1e7}
+factors: {stiffness: [0.5e7, 2e7]}
+repetitions: 3
+order: fixed
+phases: {home_seconds: 0.05, explore_seconds: 0.2, respond_seconds: 60, pause_seconds: 0}
+"""
+LIMIT = 120  # [s] for each event: it takes a second or two on an idle machine
+
+
+class Windows(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        number, out = os.pipe()
+        self.server = subprocess.Popen(['Xvfb', '-displayfd', str(out), '-screen', '0', '1280x800x24', '-nolisten', 'tcp'],
+                                       pass_fds=[out], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(out)
+        with os.fdopen(number) as told:
+            self.display = ':' + told.readline().strip()
+        self.addCleanup(self.end, self.server)
+        self.session = os.path.join(self.folder.name, 'pads', 'sub-s01', 'ses-1')
+        study = os.path.join(self.folder.name, 'pads.yaml')
+        with open(study, 'w', encoding='utf-8') as file:
+            file.write(STUDY)
+        self.log = open(os.path.join(self.folder.name, 'log'), 'w+', encoding='utf-8')
+        self.addCleanup(self.log.close)
+        self.run = subprocess.Popen([RUN, 'experiment', study, '--subject', 's01', '--windows', '--output', self.folder.name],
+                                    env={**os.environ, 'DISPLAY': self.display}, stdin=subprocess.DEVNULL, stdout=self.log, stderr=self.log)
+        self.addCleanup(self.end, self.run)
+
+    @staticmethod
+    def end(process):
+        if process.poll() is None:
+            process.send_signal(signal.SIGTERM)
+            process.wait(30)
+
+    def x(self, *words):
+        done = subprocess.run(['xdotool', *words], env={**os.environ, 'DISPLAY': self.display}, capture_output=True, text=True, check=False)
+        return done.stdout.split()
+
+    def until(self, ready, what):
+        end = time.monotonic() + LIMIT
+        while time.monotonic() < end:
+            found = ready()
+            if found:
+                return found
+            self.assertIsNone(self.run.poll(), f'{what}: it has ended: {self.said()}')
+            time.sleep(0.1)
+        return self.fail(f'{what} did not come: {self.said()}')
+
+    def said(self):
+        self.log.seek(0)
+        return self.log.read()[-2000:]
+
+    def rows(self):
+        return session_folder.rows_of(os.path.join(self.session, 'trials.csv'))[0]
+
+    def key(self, window, *keys):
+        self.x('windowfocus', '--sync', window)
+        self.x('key', '--window', window, *keys)
+
+    def click(self, window, x, y):
+        self.x('mousemove', '--window', window, str(x), str(y), 'click', '1')
+
+    def answer(self, window, key, number):
+        """Presses the key until the row is there: before the question it does nothing."""
+        def pressed():
+            self.key(window, key)
+            return len(self.rows()) >= number
+        self.until(pressed, f'row {number}')
+
+    def test_a_session_by_keys_and_clicks(self):
+        subject = self.until(lambda: self.x('search', '--name', '^study$'), 'the subject\'s window')[0]
+        experimenter = self.until(lambda: self.x('search', '--name', '^experimenter$'), 'the experimenter\'s window')[0]
+        self.x('windowmove', experimenter, '760', '420')
+        self.answer(subject, '2', 1)
+        self.answer(subject, '1', 2)
+        first, second = self.rows()[:2]
+        self.assertEqual([r['response'] for r in (first, second)], ['second', 'first'])
+        self.assertGreater(float(first['response_time']), 0)
+        # Each row is right where it names the comparison's interval and that is stiffer, or the other one and it is softer.
+        for row in (first, second):
+            greater = (row['response'] == 'second') == (row['comparison'] == '2')
+            self.assertEqual(row['correct'], str(int(greater == (float(row['level']) > 1e7))))
+        self.key(subject, 'Escape')
+        self.until(lambda: len(self.rows()) >= 3, 'the row of the trial that STOP ended')
+        self.assertEqual(self.rows()[2]['status'], 'stopped')
+        geometry = dict(re.findall(r'(WIDTH|HEIGHT)=(\d+)', '\n'.join(self.x('getwindowgeometry', '--shell', experimenter))))
+        width = int(geometry['WIDTH'])
+        self.click(experimenter, width // 8, BUTTONS_AT)
+        self.answer(subject, '1', 4)
+        self.assertEqual(self.rows()[3]['order'], self.rows()[2]['order'], 'the trial that was stopped comes again')
+        self.click(experimenter, 7 * width // 8, BUTTONS_AT)
+        self.assertEqual(self.run.wait(LIMIT), 3, self.said())
+        self.assertIn('the same command goes on', self.said())
+
+
+if __name__ == '__main__':
+    unittest.main()
