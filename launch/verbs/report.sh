@@ -3,12 +3,13 @@
 #:                   error against run time of every method and peer, what to choose, stability, what scenes leave out: one
 #:                   HTML page and a CSV below build/report. SCENE is a name or any URDF; resumes what was interrupted
 #: report BAG [--output FILE]
-#:                   a recording, bag or MCAP, as one HTML page: poses, forces, tensions, contacts, energy, tick times, faults, with zoom
+#:                   a recording, bag or MCAP, as one HTML page: the scene in 3-D, poses, forces, tensions, contacts, energy, tick times, faults, with zoom
 . "$(dirname "$0")/parts/start.sh"
 for word; do
   case $word in -*) continue ;; esac
   is_recording "$word" || continue
   setup run pages
+  command -v npm >/dev/null || (setup npm) || echo 'report: npm is not here, so the page gets no 3-D view' >&2
   build_stack 'haptic_msgs_generate_messages_py session_table'
   use_build
   show_and_keep report-session python3 -B "$ROOT/penalty_sim/session/session_report.py" \

@@ -50,7 +50,8 @@ def to_bag(source, target):
             header = {'topic': topic, 'type': kind, 'md5sum': about.get('md5sum', ''), 'message_definition': definition,
                       'callerid': about.get('callerid', ''), 'latching': about.get('latching', '0')}
             stamp = genpy.Time(at // 1_000_000_000, at % 1_000_000_000)
-            bag.write(topic, (kind, data, header['md5sum'], AsItIs(header['md5sum'], definition)), stamp, raw=True, connection_header=header)
+            as_it_is = AsItIs(header['md5sum'], definition)
+            bag.write(topic, (kind, data, header['md5sum'], as_it_is), stamp, raw=True, connection_header=header)
             count += 1
     return count
 

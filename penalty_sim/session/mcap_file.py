@@ -161,8 +161,8 @@ def _chunk(body, path):
     compression, at = _text(body, 28)
     packed = body[at + 8:at + 8 + struct.unpack_from('<Q', body, at)[0]]
     if compression not in ('', 'lz4'):
-        raise Damaged(f"{path}: compressed by '{compression}'; this program reads lz4 and uncompressed chunks: rewrite it by `mcap compress "
-                      "--compression lz4`")
+        raise Damaged(f"{path}: compressed by '{compression}'; this program reads lz4 and uncompressed chunks: rewrite it by "
+                      "`mcap compress --compression lz4`")
     try:
         raw = lz4.frame.decompress(packed) if compression else packed
     except RuntimeError as error:

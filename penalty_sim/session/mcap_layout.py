@@ -32,16 +32,18 @@ def layout(devices):
     several = len(devices) > 1
 
     def of(topic, field, axes='xyz'):
-        return [((device.strip('/') + ' ' if several else '') + axis, f'{device}/{topic}.{field}.{axis}') for device in devices for axis in axes]
+        return [((device.strip('/') + ' ' if several else '') + axis, f'{device}/{topic}.{field}.{axis}')
+                for device in devices for axis in axes]
 
     panels = {
         '3D!scene': view,
         'Plot!force': plot('Force on the hand [N]', of('wrench', 'wrench.force')),
         'Plot!pose': plot('Position of the grip [m]', of('pose', 'pose.position')),
-        'Plot!ticks': plot('Time of a tick [µs]', [(name, '/tick_statistics.' + name) for name in ('tick_us_p50', 'tick_us_p99', 'lateness_us_p99')]),
+        'Plot!ticks': plot('Time of a tick [µs]', [(name, '/tick_statistics.' + name)
+                                                   for name in ('tick_us_p50', 'tick_us_p99', 'lateness_us_p99')]),
         'Plot!error': plot('Error of the step [m]', [('position', '/live_report.position_error')]),
-        'StateTransitions!state': {'paths': [{'value': device + '/state.state', 'label': device.strip('/'), 'timestampMethod': 'receiveTime'}
-                                             for device in devices], 'isSynced': True},
+        'StateTransitions!state': {'isSynced': True, 'paths': [
+            {'value': device + '/state.state', 'label': device.strip('/'), 'timestampMethod': 'receiveTime'} for device in devices]},
         'RawMessages!contacts': {'topicPath': '/contacts', 'diffEnabled': False, 'diffMethod': 'custom', 'showFullMessageForDiff': False},
     }
 
@@ -50,7 +52,8 @@ def layout(devices):
 
     right = split('column', 'Plot!force', split('column', 'Plot!pose', split('column', 'Plot!ticks', 'Plot!error', 50), 33), 25)
     left = split('column', '3D!scene', split('row', 'StateTransitions!state', 'RawMessages!contacts', 60), 70)
-    return {'configById': panels, 'globalVariables': {}, 'userNodes': {}, 'playbackConfig': {'speed': 1}, 'layout': split('row', left, right, 58)}
+    return {'configById': panels, 'globalVariables': {}, 'userNodes': {}, 'playbackConfig': {'speed': 1},
+            'layout': split('row', left, right, 58)}
 
 
 def write_beside(path):

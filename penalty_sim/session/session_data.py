@@ -42,9 +42,32 @@ class Refused(Exception):
     """One line for the user."""
 
 
+PATCH = np.dtype([('tick', '<f4'), ('a', '<f4'), ('b', '<f4'), ('at', '<f4', 3), ('normal', '<f4', 3), ('force', '<f4', 3), ('area', '<f4'),
+                  ('normal_force', '<f4'), ('sticking', '<f4')])  # session_view.h, kPatchNumbers
+
+
+class View:
+    """What session_view.h writes: `about` (visuals, links, devices, bases), `meshes` (vertices [m], triangles), `patches`."""
+
+    def __init__(self, base):
+        with open(base + '.view.yaml', encoding='utf-8') as file:
+            self.about = yaml.load(file, getattr(yaml, 'CSafeLoader', yaml.SafeLoader))
+        with open(base + '.meshes.bin', 'rb') as file:
+            raw = file.read()
+        self.meshes, at = [], 0
+        for vertices, triangles in self.about['meshes']:
+            points = np.frombuffer(raw, '<f4', 3 * vertices, at).reshape(-1, 3)
+            at += points.nbytes
+            corners = np.frombuffer(raw, '<u4', 3 * triangles, at).reshape(-1, 3)
+            at += corners.nbytes
+            self.meshes.append((points, corners))
+        self.patches = np.fromfile(base + '.patches.bin', PATCH)
+
+
 class Session:
     """`table`: structured array, a row per tick. `spells`: dicts of contacts. `info`: of the recording.
-    `statistics`: dict of arrays by time. `messages`: (time, device, state, text) of every change."""
+    `statistics`: dict of arrays by time. `messages`: (time, device, state, text) of every change. `view`: what a picture
+    needs, if it was asked for."""
 
     def __init__(self, base):
         self.table = np.load(base + '.npy', mmap_mode='r')  # outlives the file
@@ -55,6 +78,7 @@ class Session:
                             for key, value in row.items()} for row in csv.DictReader(file)]
         self.statistics = {'time': np.empty(0), **{name: np.empty(0) for name in STATISTICS}}
         self.messages = []
+        self.view = View(base) if os.path.exists(base + '.view.yaml') else None
 
     @property
     def start(self):
@@ -83,8 +107,8 @@ def flag_spells(session, hand):
             for bit, name in enumerate(FLAGS) if ((values >> bit) & 1).any()}
 
 
-def read(bag, program):
-    """The sessions of a bag or MCAP file, in order. Raises Refused with one line."""
+def read(bag, program, with_view=False):
+    """The sessions of a bag or MCAP file, in order, `with_view` for pictures. Raises Refused with one line."""
     if not os.path.exists(bag):
         raise Refused(f'{bag}: no such file; give a bag that ./run demo --record has written')
     if os.path.isdir(bag):
@@ -92,10 +116,10 @@ def read(bag, program):
     with tempfile.TemporaryDirectory(prefix='haptic_session_') as folder:
         if mcap_file.is_mcap(bag):
             bag = bag_of(bag, folder)
-        done = subprocess.run([program, bag, folder], capture_output=True, text=True, check=False)
+        done = subprocess.run([program, bag, folder] + ['--view'] * with_view, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise Refused(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f'{bag}: session_table crashed')
-        bases = sorted(name[:-5] for name in os.listdir(folder) if name.endswith('.yaml'))
+        bases = [name[:-4] for name in os.listdir(folder) if name.endswith('.npy')]
         sessions = [Session(os.path.join(folder, base)) for base in sorted(bases, key=lambda name: int(name.split('_')[1]))]
         add_topics(bag, sessions)
     return sessions

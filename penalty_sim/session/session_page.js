@@ -1,4 +1,3 @@
-'use strict';
 // Light or dark as the system has it, until the button is used.
 const root = document.documentElement, darkSystem = matchMedia('(prefers-color-scheme: dark)');
 const redraws = [], panes = [];
@@ -94,7 +93,9 @@ class Pane {
     this.visible = false;
   }
   place(figure, label) {
-    this.canvas = element('canvas', figure);
+    const pane = element('div', figure, {className: 'pane'});
+    this.canvas = element('canvas', pane);
+    this.nowLine = element('i', pane, {className: 'now'});
     this.canvas.style.height = this.height + 'px';
     this.canvas.setAttribute('role', 'img');
     this.canvas.setAttribute('aria-label', label);
@@ -112,6 +113,12 @@ class Pane {
     g.font = '11px system-ui, sans-serif';
     this.width = width - LEFT - RIGHT;
     return g;
+  }
+  // The line of the time that the picture shows; beside the canvas, so that playing redraws no curve.
+  moveNow() {
+    const {now, t0, t1} = this.session, style = this.nowLine.style;
+    style.display = now >= t0 && now <= t1 ? '' : 'none';
+    style.left = `calc(${LEFT}px + (100% - ${LEFT + RIGHT}px) * ${(now - t0) / (t1 - t0)})`;
   }
   x(t) { const {t0, t1} = this.session; return LEFT + this.width * (t - t0) / (t1 - t0); }
   timeAt(clientX) {
@@ -194,8 +201,11 @@ class Plot extends Pane {
     for (const trace of shown) this.drawTrace(g, trace, y);
     g.restore();
     this.marks(g, 4, HEIGHT);
-    const {cursor} = this.session;
-    for (const trace of this.traces) trace.output.value = cursor === null ? '' : shownNumber(trace.value(cursor));
+    this.tellValues();
+  }
+  tellValues() {
+    const time = this.session.cursor ?? this.session.now;
+    for (const trace of this.traces) trace.output.value = shownNumber(trace.value(time));
   }
   valueAxis(g, low, high, height) {
     const linear = this.about.log ? null : ticksOf(low, high, 5), isZero = tick => linear && Math.abs(tick) < 1e-12 * (high - low);
@@ -306,28 +316,41 @@ class Lanes extends Pane {
 
 class Session {
   constructor(section) {
+    this.section = section;
     this.plots = section.querySelector('.plots');
     this.panes = [];
     this.cursor = this.drag = null;
-    const [about, blob] = section.querySelectorAll('script');
+    const [about, blob, view] = section.querySelectorAll('script');
     this.data = JSON.parse(about.textContent);
     this.t0 = 0;
     this.t1 = this.duration = this.data.duration;
+    this.now = 0;
+    this.series = null;
+    this.timeline = new Timeline(this, view?.textContent);
     this.build(blob.textContent);
   }
   async build(blob) {
     this.toolbar();
     let series;
     try {
-      series = unpack(await inflate(blob), this.data);
+      series = this.series = unpack(await inflate(blob), this.data);
     } catch (error) {
       element('p', this.plots, {textContent: `The plots cannot be drawn: ${error.message}. A browser of 2023 or later can.`});
       return;
     }
     this.lanes();
     for (const panel of this.data.panels) if (panel.traces.length) new Plot(this, panel, this.data, series);
+    this.timeline.go(this.now);  // the strings have colours now
     this.draw();
   }
+  // Of a series at a time; NaN while it is not unpacked.
+  valueAt(index, time) {
+    if (!this.series) return NaN;
+    const {low, high} = this.series[index], i = Math.min(low.length - 1, Math.floor(time / this.data.period + 1e-6));
+    return low[i] + (high[i] - low[i]) / 2;
+  }
+  moveNow() { this.panes.forEach(pane => pane.moveNow()); }
+  tellValues() { this.panes.forEach(pane => { if (pane.visible && pane.traces) pane.tellValues(); }); }
   lanes() {
     const of = group => this.data.lanes.filter(lane => lane.group === group), contacts = of('contact'), limits = of('limit');
     const kinds = new Set(this.data.lanes.flatMap(lane => lane.spells.map(spell => spell[2])));
@@ -340,6 +363,7 @@ class Session {
   }
   toolbar() {
     const bar = element('div', this.plots, {className: 'toolbar'});
+    bar.append(this.timeline.bar);
     const button = (label, title, act) => element('button', bar, {type: 'button', textContent: label, title}).addEventListener('click', act);
     button('all', 'whole session (0)', () => this.view(0, this.duration));
     button('+', 'zoom in (+)', () => this.zoom(0.5));
@@ -347,7 +371,7 @@ class Session {
     button('◀', 'earlier (←)', () => this.move(-0.5));
     button('▶', 'later (→)', () => this.move(0.5));
     this.output = element('output', bar);
-    element('small', bar, {textContent: 'Drag over a plot to zoom in, double click for all; a click on a name hides it.'});
+    element('small', bar, {textContent: 'Click a plot to go there, drag over it to zoom in, double click for all; a click on a name hides it.'});
     addEventListener('keydown', event => {
       if (event.ctrlKey || event.metaKey || event.altKey || bar.getBoundingClientRect().top > innerHeight) return;
       const act = {'+': () => this.zoom(0.5), '=': () => this.zoom(0.5), '-': () => this.zoom(2), '0': () => this.view(0, this.duration),
@@ -373,6 +397,7 @@ class Session {
       const drag = this.drag && [...this.drag].sort((a, b) => a - b);
       this.drag = null;
       if (drag && drag[1] - drag[0] > 0.005 * (this.t1 - this.t0)) this.view(...drag);
+      else if (drag) { this.timeline.play(false); this.timeline.go(drag[0]); }
       this.draw();
     });
     canvas.addEventListener('pointercancel', () => { this.drag = null; this.draw(); });
@@ -400,6 +425,7 @@ class Session {
       const at = this.cursor === null ? '' : `, at ${this.cursor.toFixed(3)} s`;
       this.output.value = `${this.t0.toFixed(3)} to ${this.t1.toFixed(3)} s${at}`;
       this.panes.forEach(pane => pane.draw());
+      this.moveNow();
     });
   }
 }

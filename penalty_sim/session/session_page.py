@@ -6,6 +6,7 @@ import os
 import numpy as np
 
 import session_data
+import view_data
 from session_series import Packed
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -26,6 +27,7 @@ class Panels:
         self.session, self.table = session, session.table
         self.packed = Packed(len(self.table), per_bin)
         self.panels = []
+        self.drawn = {}  # by hand: indices of the series that the 3-D view draws
 
     def panel(self, title, unit, note='', span=0.0, zero=False, log=False):
         """`span`: least height of the axis, so that noise does not look like a signal; `zero`: it shows 0; `log`: of decades."""
@@ -36,14 +38,15 @@ class Panels:
         if np.isfinite(values).any():
             self.panels[-1]['traces'].append({'name': name, 'series': self.packed.add(values), 'style': style, 'dash': dash,
                                               'shown': shown})
+            return self.packed.last
+        return None
 
     def sparse(self, name, times, values, style, dash=0):
         self.panels[-1]['traces'].append({'name': name, 'style': style, 'dash': dash, 'shown': True,
                                           'x': [round(float(x), 4) for x in times], 'y': [float(f'{y:.5g}') for y in values]})
 
     def vector(self, label, name, factor, dash=0):
-        for style, axis in enumerate(AXES):
-            self.trace(f'{label}{axis}', factor * self.table[f'{name}_{axis}'], style, dash)
+        return [self.trace(f'{label}{axis}', factor * self.table[f'{name}_{axis}'], style, dash) for style, axis in enumerate(AXES)]
 
 
 def rotation_vectors(table, name):
@@ -68,12 +71,14 @@ def add_hand(panels, hand, several):
     for quantity, unit, factor, span in (('force', 'N', 1.0, 0.1), ('torque', 'mN·m', 1e3, 1.0)):
         panels.panel(f'{prefix}{quantity} on the hand', unit, 'dashed: asked by the loop; solid: what the strings give', span=span,
                      zero=True)
-        panels.vector('asked ', f'{hand}.asked_{quantity}', factor, dash=1)
-        panels.vector('given ', f'{hand}.achieved_{quantity}', factor)
+        asked = panels.vector('asked ', f'{hand}.asked_{quantity}', factor, dash=1)
+        given = panels.vector('given ', f'{hand}.achieved_{quantity}', factor)
+        if quantity == 'force':
+            panels.drawn[hand] = {'asked': asked, 'force': given}
     panels.panel(prefix + 'tensions', 'N', span=0.1, zero=True)
     strings = sum(name.startswith(hand + '.tension_') for name in table.dtype.names)
-    for string in range(strings):
-        panels.trace(f'string {string}', table[f'{hand}.tension_{string}'], string % 6, string // 6)
+    panels.drawn[hand]['tension'] = [panels.trace(f'string {string}', table[f'{hand}.tension_{string}'], string % 6, string // 6)
+                                     for string in range(strings)]
     panels.panel(prefix + 'normal force on the pointer', 'N', 'sum over its contacts, in the world', span=0.1, zero=True)
     panels.trace('force', table[hand + '.contact_force'], 0)
     panels.panel(prefix + 'depth of the pointer’s contacts', 'mm', span=0.01, zero=True)
@@ -208,7 +213,8 @@ def provenance(session, bag):
             f'computed again from the encoder counts of the recording. {check}</p>')
 
 
-def section(session, bag, number, per_bin):
+def section(session, bag, number, per_bin, packed_view, no_view):
+    """`packed_view`: of view_data.pack, None: the page has no picture and says `no_view`."""
     duration = len(session.table) / session.info['rate']
     panels = Panels(session, per_bin)
     for hand in session.hands():
@@ -216,7 +222,9 @@ def section(session, bag, number, per_bin):
     add_world(panels)
     strips, left_out = lanes(session, duration)
     data = {'duration': duration, 'period': per_bin / session.info['rate'], 'points': panels.packed.points, 'bin': per_bin,
-            'ranges': panels.packed.ranges, 'panels': panels.panels, 'lanes': strips,
+            'ranges': panels.packed.ranges, 'panels': panels.panels, 'lanes': strips, 'tick': 1 / session.info['rate'],
+            'missed': [round(float(at), 4) for at in session.table['time'][session.table['lost_periods'] > 0][:LANE_SPELLS]],
+            'view': packed_view and {**packed_view[0], 'drawn': [panels.drawn[hand] for hand in session.hands()]}, 'noView': no_view,
             'events': [[round(float(at), 4), name] for at, name, _ in session.info['events']]}
     note = f'<p class="note">{left_out} more pairs of links touched; the table has them.</p>' if left_out else ''
     about = json.dumps(data, separators=(',', ':')).replace('</', '<\\/')
@@ -225,7 +233,8 @@ def section(session, bag, number, per_bin):
             f'</div><div class="plots"></div>{note}{details("Contacts of each pair of links", contact_table(session), True)}'
             f'{details("Limits and faults", fault_table(session), True)}{details("What devices said", messages)}'
             f'<script type="application/json">{about}</script>'
-            f'<script type="text/plain">{panels.packed.text()}</script></section>')
+            f'<script type="text/plain">{panels.packed.text()}</script>'
+            + (f'<script type="text/plain">{packed_view[1]}</script>' if packed_view else '') + '</section>')
 
 
 def read_here(name):
@@ -233,13 +242,15 @@ def read_here(name):
         return file.read()
 
 
-def document(sessions, bag, per_bin=1):
-    """The page; each point of its plots is a bin of `per_bin` ticks."""
+def document(sessions, bag, per_bin=1, views=(), program='', no_view=''):
+    """The page; each point of its plots is a bin of `per_bin` ticks. `views`: view_data.pack of each session; `program`: of view_program;
+    `no_view`: why there is none."""
     title = 'Session: ' + ', '.join(dict.fromkeys(session.info['scene'] for session in sessions))
-    parts = [section(session, bag, number, per_bin) for number, session in enumerate(sessions)]
+    parts = [section(session, bag, number, per_bin, views[number] if views else None, no_view) for number, session in enumerate(sessions)]
     several = [f'<h2>Part {number + 1} of {len(parts)}</h2>{part}' if len(parts) > 1 else part for number, part in enumerate(parts)]
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, '
             f'initial-scale=1"><title>{text(title)}</title><style>{read_here("session_page.css")}</style></head><body>'
             f'<button id="theme" type="button">light / dark</button><h1>{text(title)}</h1><noscript><p>The plots are drawn by a '
             f'script in this file; the tables below are not.</p></noscript>{"".join(several)}'
-            f'<script>{read_here("session_page.js")}</script></body></html>\n')
+            + (f'<script type="text/plain" id="view3d">{program}</script>' if program else '') +
+            f'<script>{read_here("session_time.js")}{read_here("session_page.js")}</script></body></html>\n')

@@ -33,6 +33,11 @@ class Packed:
             hole = np.isnan(bins).all(axis=1)
             self._add_plane(np.where(hole, np.nan, np.min(np.where(np.isnan(bins), np.inf, bins), axis=1)), least, step)
             self._add_plane(np.where(hole, np.nan, np.max(np.where(np.isnan(bins), -np.inf, bins), axis=1)), least, step)
+        return self.last
+
+    @property
+    def last(self):
+        """Index of the series that was added last."""
         return len(self.ranges) - 1
 
     def _add_plane(self, values, least, step):

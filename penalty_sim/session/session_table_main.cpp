@@ -1,5 +1,5 @@
 // Writes the sessions of a bag into a folder: NAME.npy, a row per tick; NAME.contacts.csv; NAME.yaml, what it
-// is.
+// is; and with --view what a picture needs (session_view.h).
 // `./run report BAG` and `./run export BAG` read them.
 #include <yaml-cpp/yaml.h>
 
@@ -9,11 +9,12 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/program_version.h"
 #include "session/session_table.h"
+#include "session/session_view.h"
 
 namespace haptic {
 namespace {
 
-constexpr char kUsage[] = "usage: session_table BAG FOLDER";
+constexpr char kUsage[] = "usage: session_table BAG FOLDER [--view]";
 
 std::ofstream opened(const std::string& path) {
   std::ofstream file(path, std::ios::binary);
@@ -104,23 +105,42 @@ void writeInfo(const std::string& path, const RecordedSession& session, const Re
   closed(file, path);
 }
 
+void writeView(const std::string& base, const SessionView& view) {
+  std::string meshes;
+  std::ofstream about = opened(base + ".view.yaml");
+  about << view.text(meshes) << '\n';
+  closed(about, base + ".view.yaml");
+  std::ofstream file = opened(base + ".meshes.bin");
+  file << meshes;
+  closed(file, base + ".meshes.bin");
+}
+
 int main(int argc, char** argv) {
   if (toldVersion(argc, argv, "session_table")) return 0;
-  if (argc != 3) throw SetupError("session_table", "wants a bag and a folder", kUsage);
+  const bool viewed = argc == 4 && std::string(argv[3]) == "--view";
+  if (argc != 3 && !viewed) throw SetupError("session_table", "wants a bag and a folder", kUsage);
   // Another build may differ in last bits: the column `same_bits` and `mismatches` tell.
   const std::vector<RecordedSession> sessions = readSessions(argv[1]);
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     const std::string base = std::string(argv[2]) + "/session_" + std::to_string(i + 1);
     ReplayRun run(sessions[i]);
     SessionTable table(sessions[i], run);
-    std::ofstream rows = opened(base + ".npy");
+    SessionView view(sessions[i], run);
+    std::ofstream rows = opened(base + ".npy"), patches;
+    if (viewed) patches = opened(base + ".patches.bin");
     rows << npyHeader(table.columns(), sessions[i].ticks.size());
     const ReplayReport report = run.run([&](std::uint64_t) {
       table.addTick();
       rows.write(reinterpret_cast<const char*>(table.row().data()),
                  static_cast<std::streamsize>(table.row().size() * sizeof(double)));
+      if (!viewed) return;
+      view.addTick();
+      const std::vector<float> numbers = view.takePatches();
+      patches.write(reinterpret_cast<const char*>(numbers.data()),
+                    static_cast<std::streamsize>(numbers.size() * sizeof(float)));
     });
     closed(rows, base + ".npy");
+    if (viewed) closed(patches, base + ".patches.bin"), writeView(base, view);
     table.finish();
     writeSpells(base + ".contacts.csv", table, run.world());
     writeInfo(base + ".yaml", sessions[i], run, report);

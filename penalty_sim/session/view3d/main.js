@@ -1,0 +1,191 @@
+// The 3-D view of a session: bodies, patches and devices at a time, seen by one of three cameras. Drawn when something has changed.
+import * as THREE from 'three';
+import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
+import {ContactPatches, makeBodies} from './bodies.js';
+import {Device} from './device.js';
+import {unpackView} from './stream.js';
+
+export {pressureColour} from './bodies.js';
+export {tensionColour} from './device.js';
+
+const FIELD = 40;                 // of view, vertical [°]
+const MUCH_LARGER = 2.5;          // than the devices: seen whole it would leave them small
+const MARGIN = 1.04;              // around everything
+const FOLLOW = 0.12;              // share of the way that a following camera catches up in a frame
+const CLOSE = {grip: 0.45, contact: 0.3};  // distance of a camera that follows, times the device's size
+const MOST_PIXELS = 2;            // per CSS pixel
+const SLOW = 40, LEAST_PIXELS = 0.6;  // frames that come less often [ms] are drawn with fewer pixels, down to so many per CSS pixel
+const SMOOTHING = 0.1, SETTLE = 10;   // of the time between frames; frames after a change of pixels that do not count
+const TURN = Math.PI / 24;        // of the camera, by a key [rad]
+const axis = new THREE.Vector3(1, 0, 0);
+const look = new THREE.Vector3(0.62, -0.72, 0.42).normalize();  // from what is seen towards the camera: no edge of a frame stands before the grip
+
+export class View {
+  // `bytes`: what view_data.py packed. Throws where there is no WebGL.
+  constructor(canvas, data, bytes) {
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, powerPreference: 'low-power'});
+    this.data = data;
+    this.canvas = canvas;
+    this.scene = new THREE.Scene();
+    this.light = new THREE.HemisphereLight(0xffffff, 0x8a8f99, 2.2);
+    this.light.position.set(0, 0, 1);
+    this.sun = new THREE.DirectionalLight(0xffffff, 1.6);
+    this.sun.position.set(0.4, -0.6, 1);
+    this.scene.add(this.light, this.sun);
+    const {tracks, openings, patches, meshes} = unpackView(bytes, data);
+    this.tracks = tracks;
+    this.links = makeBodies(this.scene, data, meshes);
+    this.devices = data.devices.map((_, hand) => new Device(this.scene, data, hand, tracks, openings));
+    this.size = Math.max(...this.devices.map(device => device.size));
+    this.patches = new ContactPatches(this.scene, patches, 0.0022 * this.size);
+    this.camera = new THREE.PerspectiveCamera(FIELD, 1, 0.002, 50);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => { this.dirty = true; });
+    canvas.addEventListener('webglcontextrestored', () => { this.dirty = true; });
+    this.target = new THREE.Vector3();
+    this.pixels = Math.min(devicePixelRatio || 1, MOST_PIXELS);
+    this.frames = 0;
+    this.pace = {between: 0, settle: SETTLE};
+    this.dirty = true;
+    this.values = () => NaN;
+  }
+
+  show(time, values = this.values) {
+    this.time = time;
+    this.values = values;
+    const at = Math.max(0, Math.min(this.data.frames - 1, time / this.data.period + 1e-6)), frame = Math.floor(at);
+    const share = at - frame < 1e-4 ? 0 : at - frame;
+    this.data.links.forEach((link, index) => {
+      if (link.track !== null) this.tracks[link.track].read(frame, share, this.links[index].position, this.links[index].quaternion);
+    });
+    for (const device of this.devices) device.show(time, frame, share, values);
+    this.patches.show(time);
+    this.dirty = true;
+  }
+
+  theme(dark) {
+    this.renderer.setClearColor(dark ? 0x1d242b : 0xf3f5f7);
+    for (const device of this.devices) device.line.color.set(dark ? 0x8a97a3 : 0x77828c);
+    this.dirty = true;
+  }
+
+  // all, grip or contact.
+  look(name) {
+    this.follows = name;
+    const way = this.camera.position.clone().sub(this.controls.target);
+    if (way.lengthSq() < 1e-12) way.copy(look);
+    if (name === 'all') {
+      this.fit();
+    } else if (this.whereTo(this.target)) {
+      this.controls.target.copy(this.target);
+      this.camera.position.copy(this.target).addScaledVector(way.normalize(), CLOSE[name] * this.size * (this.devices[0].group.scale.x || 1));
+    }
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  // What a following camera looks at.
+  whereTo(point) {
+    const {strongest} = this.patches;
+    if (this.follows === 'contact' && strongest) { point.copy(strongest.position); return true; }
+    const hand = this.devices.find(device => device.grip.visible);
+    if (!hand || this.follows === 'contact' && this.held) return false;
+    hand.gripInWorld(point);
+    return true;
+  }
+
+  // Corners of devices and bodies; of a body much larger than the devices those of what lies near them.
+  corners() {
+    const devices = new THREE.Box3(), box = new THREE.Box3(), points = [];
+    const add = ({min, max}) => {
+      for (let corner = 0; corner < 8; ++corner) points.push(new THREE.Vector3(corner & 1 ? max.x : min.x, corner & 2 ? max.y : min.y, corner & 4 ? max.z : min.z));
+    };
+    this.scene.updateMatrixWorld(true);
+    for (const device of this.devices) devices.expandByObject(device.frame);
+    const length = devices.getSize(new THREE.Vector3()).length(), near = devices.clone().expandByScalar(0.1 * length);
+    add(devices);
+    for (const link of this.links) {
+      for (const mesh of link.children) {
+        box.setFromObject(mesh);
+        if (box.getSize(new THREE.Vector3()).length() > MUCH_LARGER * length) box.intersect(near);
+        if (!box.isEmpty()) add(box);
+      }
+    }
+    return points;
+  }
+
+  // All corners just fit into the picture: the focus moves until left and right, above and below are as full.
+  fit() {
+    const points = this.corners(), focus = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
+    const right = new THREE.Vector3().crossVectors(this.camera.up, look).normalize(), above = new THREE.Vector3().crossVectors(look, right);
+    const tangent = Math.tan(FIELD * Math.PI / 360);
+    const slopes = {right: tangent * this.camera.aspect, above: tangent};
+    let distance = 0;
+    for (let round = 0; round < 20; ++round) {
+      const seen = points.map(point => { const way = point.clone().sub(focus); return [way.dot(right), way.dot(above), way.dot(look)]; });
+      distance = Math.max(...seen.map(([x, y, z]) => z + Math.max(Math.abs(x) / slopes.right, Math.abs(y) / slopes.above)));
+      const middle = axis => { const shares = seen.map(way => way[axis] / (distance - way[2])); return (Math.max(...shares) + Math.min(...shares)) / 2; };
+      focus.addScaledVector(right, distance * middle(0)).addScaledVector(above, distance * middle(1));
+    }
+    this.controls.target.copy(focus);
+    this.camera.position.copy(focus).addScaledVector(look, MARGIN * distance);
+  }
+
+  zoom(factor) {
+    this.camera.position.sub(this.controls.target).multiplyScalar(factor).add(this.controls.target);
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  // By steps of TURN about the target: to the right, upwards.
+  turn(right, above) {
+    const way = this.camera.position.clone().sub(this.controls.target), seen = new THREE.Spherical().setFromVector3(way.applyAxisAngle(axis, -Math.PI / 2));
+    seen.theta += right * TURN;
+    seen.phi -= above * TURN;
+    way.setFromSpherical(seen.makeSafe()).applyAxisAngle(axis, Math.PI / 2);
+    this.camera.position.copy(this.controls.target).add(way);
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  resize() {
+    const {clientWidth: width, clientHeight: height} = this.canvas;
+    if (!width || !height) return;
+    this.renderer.setPixelRatio(this.pixels);
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    if (this.follows === 'all' && !this.frames) this.look('all');
+    this.dirty = true;
+  }
+
+  // Draws if something has changed; true if it did.
+  draw() {
+    if (this.follows && this.follows !== 'all' && this.whereTo(this.target)) {
+      const step = this.target.sub(this.controls.target).multiplyScalar(FOLLOW);
+      if (step.length() > 1e-5) {
+        this.controls.target.add(step);
+        this.camera.position.add(step);
+        this.dirty = true;
+      }
+    }
+    this.controls.update();
+    if (!this.dirty) return false;
+    this.dirty = false;
+    this.renderer.render(this.scene, this.camera);
+    ++this.frames;
+    return true;
+  }
+
+  // Told the time between two frames while it plays [ms]: a processor that draws in place of a graphics card gets fewer pixels.
+  keepPace(between) {
+    const {pace} = this;
+    if (pace.settle > 0) { --pace.settle; pace.between = 0; return; }
+    pace.between = pace.between ? pace.between + SMOOTHING * (between - pace.between) : between;
+    if (pace.between < SLOW || this.pixels <= LEAST_PIXELS) return;
+    this.pixels = Math.max(LEAST_PIXELS, this.pixels / 1.3);
+    pace.settle = SETTLE;
+    this.resize();
+  }
+}
