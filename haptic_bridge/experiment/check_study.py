@@ -21,7 +21,6 @@ from trial_order import Order  # noqa: E402
 SHOWN_TRIALS = 12
 SWITCH_SECONDS = 1.5      # to load a condition and fade the force in
 ANSWER_SECONDS = 2.0      # a subject takes, about
-BOARD_RATE = 1000         # of boards on a UART [Hz]
 
 
 def trial_seconds(study):
@@ -53,10 +52,15 @@ def conditions_of(study):
     return out
 
 
-def device_line(study, device):
+def most_rate(device):
+    """What the wire of a device's file carries [Hz]."""
     with open(device, encoding='utf-8') as file:
         known = yaml.safe_load(file)
-    most = BOARD_RATE if 'boards' in known else float(known.get('max_rate', math.inf))
+    return float(known.get('max_rate', math.inf))
+
+
+def device_line(study, device):
+    most = most_rate(device)
     beyond = [f'{rate:g}' for rate in study.rates() if rate > most]
     return (f"device {os.path.basename(device)}: carries {most:g} Hz" +
             (f"; cannot run {', '.join(beyond)} Hz: on the real device those conditions are refused, the twin runs them" if beyond else ''))

@@ -43,6 +43,15 @@ def provenance(options, study, device, certificates):
             'rate': study.rate, 'certificates': certificates}
 
 
+def refuse_rates(study, device):
+    """A real device carries no more than its wire does."""
+    from check_study import most_rate
+    beyond = [f'{rate:g}' for rate in study.rates() if rate > most_rate(device)]
+    if beyond:
+        raise Refused(f"{study.path}: {', '.join(beyond)} Hz are beyond the {most_rate(device):g} Hz that {os.path.basename(device)} carries; "
+                      'leave those levels out of a copy, or run it on the twin')
+
+
 def session_front(options):
     from fronts import Front, TerminalFront
     if options.windows:
@@ -71,6 +80,8 @@ def run(options):
     from stack_rig import StackRig
     study = study_file.read(options.study)
     device = os.path.abspath(options.device)
+    if options.hardware or options.port:
+        refuse_rates(study, device)
     with tempfile.TemporaryDirectory(prefix='haptic_study_') as scenes:
         previews = Previews(study, LoopRig(device), scenes)
         folder = SessionFolder(os.path.join(options.output or '.', study.name), study, options.subject, options.session, options.seed,

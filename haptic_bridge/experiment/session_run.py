@@ -7,6 +7,7 @@ import time
 import numpy as np
 
 import condition_scene
+import session_data
 from presented import presented
 from session_folder import ACCEPTED
 from simulated_subject import Percept, SimulatedHand
@@ -18,6 +19,8 @@ SETTLED = 0.1          # beyond it [s]
 HOME_PATIENCE = 5.0    # a simulated hand is home long before [s]
 LIFTED = 0.2           # without touch for so long: lifted off [s]
 LEAST_TOUCH = 0.05     # [N]
+MOST_RESIDUAL = 2e-3   # rms of the string lengths' errors: beyond it the pose is not good enough for a study [m]
+MOTOR_HOT = 1 << session_data.FLAGS.index('MotorHot')
 MOST_REPEATS = 3       # of a trial outside the tolerance: a stimulus that the device cannot present is kept and marked then
 
 
@@ -112,6 +115,7 @@ class SessionRun:
     def felt(self, trial, random):
         """Columns of a trial that came to its end."""
         study, windows = self.study, []
+        self.cool()
         if trial.block != self.block:
             self.check_device(trial)
         recorder_fresh = True
@@ -123,6 +127,7 @@ class SessionRun:
             self.rig.load(scene, condition.get('rate', study.rate))
             recorder_fresh = False
             self.wait_home(max(study.phases.home_seconds, SOFT_START + SETTLED))
+            self.rig.whole_force()
             self.front.tone()
             self.front.show(f'{("First", "Second")[number]} interval' if len(trial.intervals) == 2 else 'Go')
             self.mark(f'interval_{number + 1}')
@@ -141,7 +146,7 @@ class SessionRun:
         if self.simulate is not None:
             percept = Percept(study.hand.get('weber', 0.1), study.hand.get('lapse', 0.0), random)
             self.mark('question')
-            answer = (percept.answer(study, felt), 0.0)
+            answer = (percept.answer(study, felt, self.nominal(study.standard)), 0.0)
             self.mark('answer')
         self.judge(trial, answer, row)
         self.feedback(row)
@@ -311,11 +316,27 @@ class SessionRun:
 
     def check_device(self, trial):
         """Before each block: the device gives force, its strings agree, its motors are not hot."""
-        if self.rig.launch is not None and self.rig.state is not None:
+        state = self.rig.state
+        if self.rig.launch is not None and state is not None:
             self.rig.check()
-            if self.rig.state.pose_residual > 2e-3:
-                raise TrialEnded('stopped', f'the strings contradict each other by {1e3 * self.rig.state.pose_residual:.1f} mm: calibrate')
+            if state.pose_residual > MOST_RESIDUAL or state.suspect_string >= 0:
+                raise TrialEnded('stopped', f'the strings contradict each other by {1e3 * state.pose_residual:.1f} mm: calibrate')
+            self.folder.info.setdefault('device_checks', []).append(
+                {'block': trial.block, 'seconds': self.seconds(), 'model': state.model, 'transport': state.transport, 'state': state.message,
+                 'pose_residual_m': state.pose_residual, 'wire_delay_s': state.wire_delay, 'stable_stiffness_n_per_m': state.stable_stiffness})
+            self.folder.save_info()
         self.block = trial.block
+
+    def cool(self):
+        """While a motor is hot, nothing is felt."""
+        told = False
+        while self.rig.state is not None and self.rig.state.flags & MOTOR_HOT:
+            if not told:
+                self.front.show('A pause: the device is warm.')
+                self.front.tell('a motor is hot; the next trial waits')
+                self.notes.append('waited for a hot motor')
+                told = True
+            self.wait(1.0)
 
     def recover(self):
         """After STOP or a fault: with a hand, the experimenter says when."""

@@ -57,8 +57,9 @@ class Percept:
     def magnitude(self, felt):
         return felt * math.exp(self.weber * self.random.normal())
 
-    def answer(self, study, felt):
-        """One of the study's answers, or a number as text. `felt`: magnitude of each interval; NaN is guessed."""
+    def answer(self, study, felt, reference=float('nan')):
+        """One of the study's answers, or a number as text. `felt`: magnitude of each interval; NaN is guessed. `reference`: the standard's
+        magnitude, which a task of one interval is judged by."""
         if study.task == 'exploration':
             return ''
         if study.task == 'magnitude':
@@ -68,5 +69,4 @@ class Percept:
         seen = [self.magnitude(f) for f in felt]
         if study.task == 'two_interval':
             return study.answers[0 if seen[0] > seen[1] else 1]
-        standard = study.standard.get(study.parameter, 0) * (1 if study.parameter in ('mass', 'friction') else 1e-4)
-        return study.answers[1 if seen[0] > standard else 0]
+        return study.answers[1 if seen[0] > reference else 0]

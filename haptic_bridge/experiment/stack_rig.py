@@ -27,8 +27,9 @@ from trial_recorder import TrialRecorder
 DEVICE = 'spidar'          # of demo.launch
 START_PATIENCE = 40.0      # [s] for the stack to start
 HAND_PERIOD = 0.01         # the simulated hand is led so often [s]
-FADE_STEP = 0.03           # of the force at most, per change of the scale [N]; below what a tick may change by, 0.05 N
-FADE_STEPS = 400
+FADE_STEP = 0.03           # of the force, per change of the scale [N]; below what a tick may change by, 0.05 N
+FADE_STEPS = 600           # 18 N
+LOOK_PERIOD = 0.012        # the force is told every 10 ms [s]
 TOUCH = 0.05               # a force below it does not count as touch [N]
 DEATH_SIGNAL = 1           # PR_SET_PDEATHSIG of prctl(2)
 
@@ -61,7 +62,7 @@ class StackRig:
         self.rate = 0
         self.pose = self.wrench = self.state = None
         self.statistics, self.compute_missed, self.presses = [], 0, []
-        self.lock = threading.Lock()
+        self.lock, self.faded = threading.Lock(), False
         self.on_answer = lambda word: None
         master = free_port()
         os.environ['ROS_MASTER_URI'] = f'http://127.0.0.1:{master}'
@@ -147,7 +148,7 @@ class StackRig:
         self._wait(lambda: self.recorder.wait_start(1) if self.recorder.count() else False, 'the loop did not start')
         rospy.wait_for_service('/simulation/load_scene', START_PATIENCE)
         self.client = Client('/bridge', timeout=START_PATIENCE)
-        self.rate = rate
+        self.rate, self.faded = rate, False
         self._wait(lambda: self.state is not None and self.wrench is not None, 'the device said nothing')
         if self.wire == 'twin':
             self._wait(lambda: self.state.state == DeviceState.ENABLED, 'the force did not come on')
@@ -186,26 +187,38 @@ class StackRig:
             self.start(scene, rate)
             return
         self.check()
-        self.fade(0)
+        if self.force() > TOUCH:
+            self.fade_out()
         before = self.recorder.count()
         answer = rospy.ServiceProxy('/simulation/load_scene', LoadScene)(scene)
         if not answer.success:
             raise Refused(answer.message)
         if not self.recorder.wait_start(before + 1):
             raise Refused(f'{scene}: the loop did not go on after it was loaded; see {self.log}')
-        self.fade(1)
 
     def force(self):
         return float(np.linalg.norm(self.wrench)) if self.wrench is not None else 0.0
 
-    def fade(self, target):
-        """Scale of the force to 0 or 1, in steps that a hand does not feel. Nothing to do while nothing is touched."""
-        scale = self.client.get_configuration(timeout=START_PATIENCE)['force_scale']
-        if target == scale or (target == 0 and self.force() < TOUCH):
+    def fade_out(self):
+        """Scale of the force to 0 in steps that a hand does not feel; a hand that presses gives way meanwhile, so each step is a share of
+        the force that is there. It stays there until `whole_force`."""
+        scale, self.faded = 1.0, True
+        for _ in range(FADE_STEPS):
+            force = self.force()
+            if force <= FADE_STEP:
+                break
+            scale *= 1 - FADE_STEP / force
+            self.client.update_configuration({'force_scale': scale})
+            time.sleep(LOOK_PERIOD)  # until the force is told anew
+        self.client.update_configuration({'force_scale': 0.0})
+
+    def whole_force(self):
+        """The force back, once the hand touches nothing: then nothing changes with it."""
+        if not self.faded:
             return
-        steps = int(np.clip(np.ceil(max(self.force(), 1.0 if target else TOUCH) / FADE_STEP), 1, FADE_STEPS))
-        for i in range(1, steps + 1):
-            self.client.update_configuration({'force_scale': scale + (target - scale) * i / steps})
+        self._wait(lambda: self.statistics and not self.statistics[-1][1], 'the hand did not leave what it touched')
+        self.client.update_configuration({'force_scale': 1.0})
+        self.faded = False
 
     def stop(self):
         """STOP by the device's socket: no master is needed."""

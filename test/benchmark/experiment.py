@@ -225,13 +225,19 @@ def independent(measure, table, exits, knots, gap=8e-3):
 
 
 def switch_jump(sessions):
-    """Largest change of the force from tick to tick from 0.3 s before a change of conditions until the force has faded in."""
-    worst = 0.0
+    """Largest change of the force in a tick while conditions change: (from the first change of the force's scale, or 0.1 s before, until
+    0.6 s after the new condition began; ticks left out, for at one that follows a lost tick the loop halves the force by itself)."""
+    worst, lost = 0.0, 0
     for before, after in zip(sessions, sessions[1:]):
         rows = [np.stack([s.table[f'spidar.achieved_force_{a}'] for a in 'xyz'], axis=1) for s in (before, after)]
-        near = np.concatenate([rows[0][-round(0.3 * before.info['rate']):], rows[1][:round(0.6 * after.info['rate'])]])
-        worst = max(worst, float(np.linalg.norm(np.diff(near, axis=0), axis=1).max()))
-    return worst
+        scaled = [at for at, what, _ in before.info['events'] if what == 'change a hand']
+        begin = round(min([before.table['time'][-1] - 0.1] + scaled) * before.info['rate'])
+        near = np.concatenate([rows[0][begin:], rows[1][:round(0.6 * after.info['rate'])]])
+        late = np.concatenate([before.table['lost_periods'][begin:], after.table['lost_periods'][:round(0.6 * after.info['rate'])]]) > 0
+        change = np.linalg.norm(np.diff(near, axis=0), axis=1)
+        lost += int(late[1:].sum())
+        worst = max(worst, float(change[~late[1:]].max()))
+    return worst, lost
 
 
 def sessions(options):
@@ -254,7 +260,7 @@ def sessions(options):
                 trials += 1
                 recorded = session_data.read(os.path.join(path, row['recording']), options.program)
                 mismatches += sum(int(s.info['mismatches']) for s in recorded)
-                worst_jump = max(worst_jump, switch_jump(recorded))
+                worst_jump = max(worst_jump, switch_jump(recorded)[0])
                 if name not in ('stiffness', 'friction'):
                     continue
                 for i, s in enumerate(recorded, 1):
@@ -277,7 +283,7 @@ def switches(options):
     from simulated_subject import SimulatedHand
     from stack_rig import HAND_PERIOD, StackRig
     study = shipped('stiffness')
-    worst = 0.0
+    worst, left_out = 0.0, 0
     with tempfile.TemporaryDirectory() as folder:
         rig = StackRig(DEVICE, 'twin', os.path.join(folder, 'log'), options.program, simulated=True)
         scenes = [condition_scene.write(study, {'stiffness': k}, folder) for k in (1e7, 2e7)]
@@ -292,13 +298,19 @@ def switches(options):
                 time.sleep(HAND_PERIOD)
             pressed = rig.force()
             rig.load(scenes[(i + 1) % 2], 1000.0)
-            time.sleep(0.8)
+            while rig.distance_home() > 2e-3:
+                rig.lead((0, 0, 0))
+                time.sleep(HAND_PERIOD)
+            rig.whole_force()
+            time.sleep(0.2)
             bag = os.path.join(folder, f'{i}.bag')
             rig.recorder.write(bag)
-            jump = switch_jump(session_data.read(bag, options.program))
-            print(f'switch while the hand felt {pressed:.2f} N: largest change in a tick {jump:.4f} N', flush=True)
+            jump, late = switch_jump(session_data.read(bag, options.program))
+            print(f'switch while the hand felt {pressed:.2f} N: largest change in a tick {jump:.4f} N, {late} ticks after lost ones left out', flush=True)
+            left_out += late
             worst = max(worst, jump)
         rig.close()
+    figure('switch_ticks_after_lost', left_out, '1')
     figure('switch_force_jump_n', worst, 'N')
 
 

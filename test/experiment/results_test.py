@@ -79,6 +79,55 @@ class Fits(unittest.TestCase):
             self.assertLess(abs(mean / (JND_PER_WEBER * weber) - 1), 3.3 * error / mean + 0.06, name)
 
 
+class Tasks(unittest.TestCase):
+    """Each kind of task from its file to its results."""
+    HEAD = 'study: 1\ntitle: A\ninstructions: B\nscene: pad\ntarget: [pad, pointer]\nquestion: Q\nstandard: {stiffness: 1e7}\n'
+
+    def rows(self, text, weber=0.1):
+        with tempfile.NamedTemporaryFile('w', suffix='.yaml') as file:
+            file.write(self.HEAD + text)
+            file.flush()
+            study = study_file.read(file.name)
+        percept = Percept(weber, 0.0, np.random.default_rng(1))
+        answer = percept.answer
+        percept.answer = lambda study, felt: answer(study, felt, study.standard['stiffness'])
+        return study, power.session_rows(study, 's01', power.nominal_felt(study), percept)
+
+    def test_two_answers_to_one_interval(self):
+        for task, words in (('yes_no', ['no', 'yes']), ('two_alternative', ['soft', 'stiff'])):
+            study, rows = self.rows(f'task: {task}\nanswers: [{", ".join(words)}]\nfactors: {{stiffness: [0.7e7, 0.85e7, 1.2e7, 1.4e7]}}\n'
+                                    'repetitions: 100\n')
+            self.assertEqual({r['response'] for r in rows}, set(words))
+            x, y = results.judged(study, power.counted(study, rows))
+            mu, sigma = psychometric.fit_many(*psychometric.grouped(x, y), study.lapse / 2, study.lapse / 2)
+            # 400 trials leave log sigma to 8 % and mu to 0.1 sigma; three of them, and the 2 % of lapses that the fit takes for granted.
+            self.assertAlmostEqual(math.log(sigma[0] / 0.1), 0, delta=0.3)
+            self.assertLess(abs(mu[0]), 0.03)
+            for row in rows:
+                greater = float(row['level']) > 1e7
+                self.assertEqual(row['correct'], str(int((row['response'] == words[1]) == greater)))
+
+    def test_magnitudes_are_proportional(self):
+        study, rows = self.rows('task: magnitude\nfactors: {stiffness: [1e7, 2e7]}\nrepetitions: 50\n')
+        found = results.magnitudes(study, [{**r, 'condition': r['level']} for r in power.counted(study, rows)])
+        one, two = (found[repr(v)] for v in (1e7, 2e7))
+        self.assertAlmostEqual(math.log(two[1] / one[1]), math.log(2), delta=3.3 * math.hypot(one[2], two[2]) + 0.01)  # answers of 3 digits
+        self.assertEqual((one[0], two[0]), (50, 50))
+
+    def test_exploration_asks_nothing(self):
+        study, rows = self.rows('task: exploration\nfactors: {stiffness: [1e7, 2e7]}\nrepetitions: 3\n')
+        self.assertEqual({(r['response'], r['correct']) for r in rows}, {('', '')})
+        self.assertEqual(len(power.counted(study, rows)), 6)
+
+    def test_catch_trials_are_seen_apart(self):
+        study = study_file.read(FRICTION)
+        rows = power.session_rows(study, 's01', power.nominal_felt(study), Percept(0.05, 0.0, np.random.default_rng(1)))
+        catch = [r for r in rows if r['trial_type'] == 'catch']
+        self.assertEqual(len(catch), len([r for r in rows if r['trial_type'] == 'main']) // study.catch_every)
+        self.assertEqual({r['correct'] for r in catch}, {'1'})
+        self.assertEqual(sum(r in power.counted(study, rows) for r in catch), 0)
+
+
 class Presented(unittest.TestCase):
     def samples(self, position, force, contact=None):
         n = len(position)
