@@ -194,7 +194,8 @@ class StackRig:
         if not answer.success:
             raise Refused(answer.message)
         if not self.recorder.wait_start(before + 1):
-            raise Refused(f'{scene}: the loop did not go on after it was loaded; see {self.log}')
+            self.stop_stack()
+            raise TrialEnded('interrupted', 'the loop did not go on after a condition was loaded: it is started anew')
 
     def force(self):
         return float(np.linalg.norm(self.wrench)) if self.wrench is not None else 0.0

@@ -11,7 +11,7 @@ from haptic_msgs.msg import LoopEvent, SessionInfo, TickRecord
 from session_folder import sync_folder, why
 from strict_yaml import Refused
 
-PATIENCE = 10.0  # [s] for the recording of a load, and for the ticks that are on their way
+PATIENCE = 20.0  # [s] for the recording of a load, and for the ticks that are on their way
 
 
 def after_header(buffer):

@@ -101,6 +101,12 @@ class Orders(unittest.TestCase):
         self.assertEqual(set(counts), set(range(7)))
         self.assertLess(chi2, 22.5)  # 6 degrees of freedom, p = 0.001
 
+    def test_all_arrangements_come_equally_often(self):
+        generator = trial_order.Generator('shuffled')
+        counts = collections.Counter(tuple(generator.shuffled('abcd')) for _ in range(24000))
+        self.assertEqual(len(counts), 24)
+        self.assertLess(sum((n - 1000) ** 2 / 1000 for n in counts.values()), 49.7)  # 23 degrees of freedom, p = 0.001
+
     def test_order_is_a_function_of_study_subject_session_and_seed(self):
         study = read(GOOD)
         names = lambda *words: [(t.name(study), t.comparison) for t in trial_order.Order(study, *words).plan]  # noqa: E731
@@ -157,9 +163,12 @@ class Staircases(unittest.TestCase):
     def test_interleaved_tracks_go_on_from_their_answers_alone(self):
         study = read(STAIRCASE.replace('reversals: 400, discard: 20', 'reversals: 6, discard: 2').replace('tracks: 1', 'tracks: 2'))
         order, choose, answers, seen = trial_order.Order(study, 's01'), random.Random(3), [], []
+        own = {t: trial_order.Staircase(study.staircase) for t in (1, 2)}
         while (trial := order.next(answers)) is not None:
+            self.assertEqual(trial.level, own[trial.track].level, 'each track hears the answers to its own trials')
             seen.append((trial.track, round(trial.level, 12), trial.comparison))
             answers.append(choose.random() < 0.75)
+            own[trial.track].answer(answers[-1])
         self.assertEqual({t for t, _, _ in seen}, {1, 2})
         again = trial_order.Order(study, 's01')
         for n in (0, 3, len(answers) // 2, len(answers) - 1):  # as after a kill
