@@ -48,8 +48,8 @@ def refuse_rates(study, device):
     from check_study import most_rate
     beyond = [f'{rate:g}' for rate in study.rates() if rate > most_rate(device)]
     if beyond:
-        raise Refused(f"{study.path}: {', '.join(beyond)} Hz are beyond the {most_rate(device):g} Hz that {os.path.basename(device)} carries; "
-                      'leave those levels out of a copy, or run it on the twin')
+        raise Refused(f"{study.path}: {', '.join(beyond)} Hz are beyond the {most_rate(device):g} Hz that {os.path.basename(device)} "
+                      'carries; leave those levels out of a copy, or run it on the twin')
 
 
 def session_front(options):
@@ -95,6 +95,9 @@ def run(options):
             folder.save_info()
         rig = StackRig(device, 'file' if options.hardware or options.port else 'twin', os.path.join(folder.path, 'stack.log'),
                        options.program, rviz=options.rviz, port=options.port, simulated=options.simulate is not None)
+        if options.simulate is None:
+            print(f"experiment: in other shells: . build/devel/setup.sh; export ROS_MASTER_URI={os.environ['ROS_MASTER_URI']}",
+                  file=sys.stderr)
         markers = EventMarkers(options.marker_port, rig.publish_marker)
         session = SessionRun(study, order, folder, rig, front, markers, previews.nominal, options.simulate, clamp_bits())
 

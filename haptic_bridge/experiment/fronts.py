@@ -1,5 +1,5 @@
 """Where a subject is asked and an experimenter steers: a terminal, or windows (windows.py). All speak in events: (kind, value) with
-kinds answer, pause, skip, repeat, abort, stop and note."""
+kinds answer, pause, skip, repeat, abort, stop, calibrate and note."""
 import queue
 import select
 import shutil
@@ -9,7 +9,7 @@ import tempfile
 import threading
 import wave
 
-WORDS = {'p': 'pause', 's': 'skip', 'r': 'repeat', 'q': 'abort', 'x': 'stop'}
+WORDS = {'p': 'pause', 's': 'skip', 'r': 'repeat', 'q': 'abort', 'x': 'stop', 'c': 'calibrate'}
 
 
 class Front:
@@ -69,7 +69,8 @@ class TerminalFront(Front):
         super().__init__()
         self.sound, self.open = Tone(), True
         threading.Thread(target=self._read, daemon=True).start()
-        print('keys, each with Enter: 1 or 2 or a number answers; p pause and go on, s skip, r repeat, x STOP, q end, n TEXT a note')
+        print('keys, each with Enter: 1 or 2 or a number answers; p pause and go on, s skip, r repeat, x STOP, c calibrate, q end, '
+              'n TEXT a note')
 
     def _read(self):
         while self.open:

@@ -12,6 +12,7 @@ from presented import presented
 from session_folder import ACCEPTED
 from simulated_subject import Percept, SimulatedHand
 from stack_rig import HAND_PERIOD, TrialEnded
+from strict_yaml import Refused
 from trial_order import Generator
 
 SOFT_START = 0.5       # ~soft_start of the bridge: the force is whole so long after a load [s]
@@ -21,6 +22,7 @@ LIFTED = 0.2           # without touch for so long: lifted off [s]
 LEAST_TOUCH = 0.05     # [N]
 MOST_RESIDUAL = 2e-3   # rms of the string lengths' errors: beyond it the pose is not good enough for a study [m]
 MOTOR_HOT = 1 << session_data.FLAGS.index('MotorHot')
+RECOVERIES = 30        # that a simulated subject tries, one a second
 MOST_REPEATS = 3       # of a trial outside the tolerance: a stimulus that the device cannot present is kept and marked then
 
 
@@ -212,6 +214,8 @@ class SessionRun:
                 self.paused()
             elif kind == 'stop':
                 self.rig.stop()
+            elif kind == 'calibrate':
+                self.front.tell(self.rig.calibrate())
             elif kind == 'abort':
                 raise Aborted()
             elif kind == 'skip':
@@ -230,6 +234,8 @@ class SessionRun:
                 raise Aborted()
             if kind == 'stop':
                 self.rig.stop()
+            if kind == 'calibrate':
+                self.front.tell(self.rig.calibrate())
             if kind == 'note':
                 self.notes.append(value)
             if kind == 'pause':
@@ -322,8 +328,9 @@ class SessionRun:
             if state.pose_residual > MOST_RESIDUAL or state.suspect_string >= 0:
                 raise TrialEnded('stopped', f'the strings contradict each other by {1e3 * state.pose_residual:.1f} mm: calibrate')
             self.folder.info.setdefault('device_checks', []).append(
-                {'block': trial.block, 'seconds': self.seconds(), 'model': state.model, 'transport': state.transport, 'state': state.message,
-                 'pose_residual_m': state.pose_residual, 'wire_delay_s': state.wire_delay, 'stable_stiffness_n_per_m': state.stable_stiffness})
+                {'block': trial.block, 'seconds': self.seconds(), 'model': state.model, 'transport': state.transport,
+                 'state': state.message, 'pose_residual_m': state.pose_residual, 'wire_delay_s': state.wire_delay,
+                 'stable_stiffness_n_per_m': state.stable_stiffness})
             self.folder.save_info()
         self.block = trial.block
 
@@ -341,20 +348,25 @@ class SessionRun:
     def recover(self):
         """After STOP or a fault: with a hand, the experimenter says when."""
         if self.simulate is None:
-            self.front.tell('pause to go on when the device is ready')
+            self.front.tell('press pause to go on when the device is ready; calibrate with the grip held at home where it says so')
             while True:
                 kind, _ = self.front.events.get()
                 if kind == 'abort':
                     raise Aborted()
+                if kind == 'calibrate':
+                    self.front.tell(self.rig.calibrate())
                 if kind == 'pause':
                     break
-        for _ in range(100):
-            refused = self.rig.recover()
+        refused = self.rig.recover()
+        for _ in range(RECOVERIES if self.simulate is not None else 0):
             if not refused:
-                return
-            self.front.tell(f'no force yet: {refused}')
+                break
             time.sleep(1)
-        raise Aborted()
+            refused = self.rig.recover()
+        if refused and self.simulate is not None:
+            raise Refused(f'the device gives no force: {refused}')
+        if refused:  # the next trial says so, and waits here again
+            self.front.tell(f'no force yet: {refused}')
 
 
 class Skipped(Exception):

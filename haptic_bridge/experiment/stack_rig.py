@@ -231,6 +231,13 @@ class StackRig:
         except (OSError, AttributeError):
             subprocess.run(['spidar_stop'], check=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
+    def calibrate(self):
+        """The grip is held at home now; what the device says to it."""
+        try:
+            return rospy.ServiceProxy(f'/{DEVICE}/driver/calibrate', Trigger)().message
+        except rospy.ServiceException as error:
+            return str(error)
+
     def recover(self):
         """Force on again, where that is possible; says why not."""
         if self.launch is None or self.launch.poll() is not None:

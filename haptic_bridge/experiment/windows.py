@@ -14,7 +14,7 @@ from fronts import Front, Tone
 SUBJECT_POINTS, EXPERIMENTER_WIDTH = 28, 460
 SPACE, STOP_HEIGHT, BUTTON_HEIGHT = 8, 44, 36       # [pixels]
 BUTTONS_AT = 2 * SPACE + STOP_HEIGHT + BUTTON_HEIGHT // 2  # height of the buttons' middle in the experimenter's window
-BUTTONS = (('Pause', 'pause'), ('Repeat', 'repeat'), ('Skip', 'skip'), ('End', 'abort'))
+BUTTONS = (('Pause', 'pause'), ('Repeat', 'repeat'), ('Skip', 'skip'), ('Calibrate', 'calibrate'), ('End', 'abort'))
 
 
 class Said(QObject):
@@ -94,18 +94,18 @@ class ExperimenterWindow(QWidget):
         layout = QGridLayout(self)
         layout.setContentsMargins(SPACE, SPACE, SPACE, SPACE)
         layout.setSpacing(SPACE)
-        layout.addWidget(stop, 0, 0, 1, 4)
-        layout.addWidget(self.bar, 2, 0, 1, 4)
-        layout.addWidget(self.now, 3, 0, 1, 4)
-        layout.addWidget(self.after, 4, 0, 1, 4)
+        layout.addWidget(stop, 0, 0, 1, len(BUTTONS))
+        layout.addWidget(self.bar, 2, 0, 1, len(BUTTONS))
+        layout.addWidget(self.now, 3, 0, 1, len(BUTTONS))
+        layout.addWidget(self.after, 4, 0, 1, len(BUTTONS))
         for column, (text, kind) in enumerate(BUTTONS):
             button = QPushButton(text)
             button.setFocusPolicy(Qt.NoFocus)
             button.setFixedHeight(BUTTON_HEIGHT)
             button.clicked.connect(lambda _, kind=kind: events.put((kind, '')))
             layout.addWidget(button, 1, column)
-        layout.addWidget(self.note, 5, 0, 1, 4)
-        layout.addWidget(self.lines, 6, 0, 1, 4)
+        layout.addWidget(self.note, 5, 0, 1, len(BUTTONS))
+        layout.addWidget(self.lines, 6, 0, 1, len(BUTTONS))
 
     def take_note(self):
         if self.note.text().strip():

@@ -306,7 +306,8 @@ def switches(options):
             bag = os.path.join(folder, f'{i}.bag')
             rig.recorder.write(bag)
             jump, late = switch_jump(session_data.read(bag, options.program))
-            print(f'switch while the hand felt {pressed:.2f} N: largest change in a tick {jump:.4f} N, {late} ticks after lost ones left out', flush=True)
+            print(f'switch while the hand felt {pressed:.2f} N: largest change in a tick {jump:.4f} N, {late} ticks after lost ones left '
+                  'out', flush=True)
             left_out += late
             worst = max(worst, jump)
         rig.close()

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The subject's and the experimenter's window, on a display of their own, by real keys and clicks: answers, a note, STOP, a pause, the end."""
+"""The subject's and the experimenter's window, on a display of their own, by real keys and clicks: answers, STOP, a pause, the end."""
 import os
 import re
 import signal
@@ -111,10 +111,10 @@ class Windows(unittest.TestCase):
         self.assertEqual(self.rows()[2]['status'], 'stopped')
         geometry = dict(re.findall(r'(WIDTH|HEIGHT)=(\d+)', '\n'.join(self.x('getwindowgeometry', '--shell', experimenter))))
         width = int(geometry['WIDTH'])
-        self.click(experimenter, width // 8, BUTTONS_AT)
+        self.click(experimenter, width // 10, BUTTONS_AT)
         self.answer(subject, '1', 4)
         self.assertEqual(self.rows()[3]['order'], self.rows()[2]['order'], 'the trial that was stopped comes again')
-        self.click(experimenter, 7 * width // 8, BUTTONS_AT)
+        self.click(experimenter, 9 * width // 10, BUTTONS_AT)
         self.assertEqual(self.run.wait(LIMIT), 3, self.said())
         self.assertIn('the same command goes on', self.said())
 
