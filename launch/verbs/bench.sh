@@ -1,8 +1,8 @@
 #!/bin/sh
-#: bench [NAME]      measure the core, all of it or what NAME matches; `python`: what a step costs from Python; `fuzz`: a search for
-#:                   contacts that go wrong; `build`: what builds and tests of a fresh checkout cost; `dispatch`: bits and times of
-#:                   the two libraries; `experiment`: studies on the twin, two hours; `scenes` also writes the table of all shipped
-#:                   scenes, build/figures/scenes.md
+#: bench [NAME]      measure the core, all of it or what NAME matches; `anywhere`: pages in 3-D, MCAP, the gallery, an hour; `build`:
+#:                   what builds and tests of a fresh checkout cost; `dispatch`: bits and times of the two libraries;
+#:                   `experiment`: studies on the twin, two hours; `fuzz`: a search for contacts that go wrong; `python`: what a
+#:                   step costs from Python; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md
 . "$(dirname "$0")/parts/start.sh"
 
 # What the sources are held to: sizes of functions, classes and of the core, files that an extension touches.
@@ -121,6 +121,27 @@ bench_fuzz() {
   [ -z "$failed" ] || fail "bench fuzz: failed; see $LOGS/bench-fuzz.log"
 }
 
+# Sessions seen anywhere: the page in 3-D, an hour as MCAP, the gallery. It takes an hour and five minutes. Recording costs the loop what
+# `bench loop` counts, whoever keeps the messages: the recorder is a process of its own.
+bench_anywhere() {
+  # shellcheck disable=SC2046 # one word per section
+  setup $(package_sections)
+  build_stack all
+  use_build
+  configure_and_build bench "$ROOT/src" "$BUILD/bench" bench_loop -DHAPTIC_CORE_BENCHMARKS=ON
+  rm -f "$FIGURES/bench-anywhere.csv"
+  for each in page3d gallery mcap; do
+    with_progress "bench anywhere $each" "$LOGS/bench-anywhere-$each.log" python3 -B "$ROOT/test/benchmark/anywhere.py" "$each" ||
+      failed="$failed $each"
+    keep_figures bench-anywhere "$LOGS/bench-anywhere-$each.log" '-O3 -DNDEBUG -ffp-contract=off'
+  done
+  with_progress 'bench anywhere cost' "$LOGS/bench-anywhere-cost.log" "$(find "$BUILD/bench" -name bench_loop -type f)" costs ||
+    failed="$failed cost"
+  sed -n 's/^figure record.loop_cost_pct /figure mcap.cost_pct /p' "$LOGS/bench-anywhere-cost.log" >"$LOGS/bench-anywhere-cost.figures"
+  keep_figures bench-anywhere "$LOGS/bench-anywhere-cost.figures" '-O3 -DNDEBUG -ffp-contract=off'
+  [ -z "$failed" ] || fail "bench anywhere: failed:$failed; see $LOGS/bench-anywhere-*.log"
+}
+
 # What builds and tests of a fresh checkout cost. It takes an hour, and wants a machine that does nothing else.
 bench_build() {
   # shellcheck disable=SC2046 # one word per section
@@ -135,6 +156,7 @@ bench_build() {
 filter=${1:-} failed=''
 case $filter in
   python) bench_python; exit ;;
+  anywhere) bench_anywhere; exit ;;
   build) bench_build; exit ;;
   fuzz) bench_fuzz; exit ;;
   experiment) bench_experiment; exit ;;
@@ -142,7 +164,7 @@ esac
 names=$(for file in test/benchmark/*_bench.cpp; do basename "$file" _bench.cpp; done)
 # NAME takes NAME_* with it: parts of one benchmark that are programs of their own.
 chosen=$(echo "$names" | grep -x -e "$filter" -e "${filter}_.*" || echo "$names" | grep -F -e "$filter")
-[ -n "$chosen" ] || fail "no benchmark matches '$filter'; there are: $(echo "$names" | tr '\n' ' ')build experiment fuzz python"
+[ -n "$chosen" ] || fail "no benchmark matches '$filter'; there are: $(echo "$names" | tr '\n' ' ')anywhere build experiment fuzz python"
 setup run bench
 forget_other_workspaces
 targets=$(echo "$chosen" | sed 's/^/bench_/' | tr '\n' ' ')

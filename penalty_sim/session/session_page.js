@@ -331,6 +331,7 @@ class Session {
   }
   async build(blob) {
     this.toolbar();
+    await this.timeline.opened;  // the first picture comes before the curves
     let series;
     try {
       series = this.series = unpack(await inflate(blob), this.data);

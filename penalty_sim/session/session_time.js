@@ -23,8 +23,8 @@ class Timeline {
     this.build(box);
     addEventListener('keydown', event => this.key(event));
     redraws.push(() => { if (this.view) { this.view.theme(root.dataset.theme === 'dark'); this.wake(); } });
-    if (session.data.view) this.openView(blob).catch(error => this.noView(error.message));
-    else if (session.data.noView) this.noView(session.data.noView);
+    this.opened = session.data.view ? this.openView(blob).catch(error => this.noView(error.message)) : null;
+    if (session.data.noView) this.noView(session.data.noView);
   }
 
   findJumps(data) {

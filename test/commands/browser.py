@@ -19,7 +19,8 @@ class Browser:
         self.size, self.scale, self.touch = (width, height), scale, touch
         self.arguments = ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-background-networking", "--no-first-run",
                           "--disable-extensions", "--disable-component-update", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-                          "--hide-scrollbars", f"--window-size={width},{height}", *arguments]
+                          "--hide-scrollbars", "--disable-renderer-backgrounding", "--disable-backgrounding-occluded-windows",
+                          "--disable-background-timer-throttling", f"--window-size={width},{height}", *arguments]
         self.requests, self.errors, self._number = [], [], 0
 
     def __enter__(self):

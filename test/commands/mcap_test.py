@@ -80,6 +80,9 @@ class Format(unittest.TestCase):
         at = self.bytes.index(b"lz4") + 100
         with self.assertRaisesRegex(mcap_file.Damaged, "damaged"):
             self.read(self.bytes[:at] + bytes([self.bytes[at] ^ 255]) + self.bytes[at + 1:])
+        at = self.bytes.index(b"lz4") - 8  # the sum stands before the name of the compression
+        with self.assertRaisesRegex(mcap_file.Damaged, "sum over a chunk"):
+            self.read(self.bytes[:at] + bytes([self.bytes[at] ^ 255]) + self.bytes[at + 1:])
         with self.assertRaisesRegex(mcap_file.Damaged, "no MCAP"):
             self.read(b"something else")
 

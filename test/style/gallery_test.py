@@ -1,16 +1,34 @@
 #!/usr/bin/python3
-"""Each scene that has a hand has a picture, small enough, and a line in the gallery; and nothing else has."""
+"""Each scene that has a hand has a picture, moving ones are of scenes, small enough, with a row."""
 import os
 import re
+import struct
 import sys
 import unittest
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "launch", "doc"))
 
+import make_gallery
 import take_pictures
 
 LARGEST = 150 * 1024  # [bytes]
+LARGEST_MOVING, ALL_MOVING = 600_000, 12_000_000  # [bytes]
+LEAST_FRAMES = 50     # fewer do not look like motion
+
+
+def frames_of(path):
+    """Frames of an animated WebP: its chunks ANMF. Raises ValueError for anything else."""
+    with open(path, "rb") as file:
+        raw = file.read()
+    if raw[:4] != b"RIFF" or raw[8:12] != b"WEBP" or len(raw) != 8 + struct.unpack_from("<I", raw, 4)[0]:
+        raise ValueError(f"{path} is no whole WebP")
+    at, count = 12, 0
+    while at < len(raw):
+        kind, size = struct.unpack_from("<4sI", raw, at)
+        count += kind == b"ANMF"
+        at += 8 + size + size % 2
+    return count
 
 
 class Gallery(unittest.TestCase):
@@ -24,6 +42,25 @@ class Gallery(unittest.TestCase):
         self.assertEqual(sorted(rows), sorted(scenes), "one line per scene in launch/doc/pictures/README.md")
         for name in pictures:
             self.assertLessEqual(os.path.getsize(os.path.join(take_pictures.PICTURES, name + ".png")), LARGEST, name)
+
+    def test_moving_pictures_are_of_scenes_and_have_a_row(self):
+        scenes = make_gallery.scenes()
+        self.assertEqual(sorted(make_gallery.SHOWS), scenes, "one sentence per scene in launch/doc/make_gallery.py")
+        with open(os.path.join(make_gallery.GALLERY, "README.md"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertEqual(page, make_gallery.readme(), "run launch/doc/make_gallery.py SCENE, which writes the page")
+        pictures = sorted(name[:-5] for name in os.listdir(make_gallery.GALLERY) if name.endswith(".webp"))
+        rows = re.findall(r"^\| `(\w+)` \| \S.*\. `\./run demo --scene \1 --rviz` !\[\1\]\(\1\.webp\) \|$", page, re.MULTILINE)
+        self.assertEqual(sorted(rows), pictures)
+        self.assertLessEqual(set(pictures), set(scenes))
+        self.assertIn("touch_cube", pictures)
+        sizes = []
+        for name in pictures:
+            path = os.path.join(make_gallery.GALLERY, name + ".webp")
+            sizes.append(os.path.getsize(path))
+            self.assertLessEqual(sizes[-1], LARGEST_MOVING, name)
+            self.assertGreaterEqual(frames_of(path), LEAST_FRAMES, name)
+        self.assertLessEqual(sum(sizes), ALL_MOVING)
 
 
 if __name__ == "__main__":
