@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 SLIDES = 3e-3        # tangential speed above which a contact moves for certain [m/s]
-STRAINED = 2e-3      # way after a turn until a tip slides: mu F_n over its tangential stiffness is below 1 mm in all that a hand feels [m]
+STRAINED = 4e-3      # way after a turn until a tip slides: twice mu F_n over a tangential stiffness of 1000 N/m, for mu F_n up to 2 N [m]
 LEAST_FORCE = 0.2    # below it, friction's ratio is of two small numbers [N]
 LIFTED = 1.5e-3      # above the first touch a tray hangs on the hand alone [m]
 VELOCITY_SPAN = 0.01  # half of the span that velocities are differences over [s]

@@ -25,7 +25,7 @@ from strict_yaml import Refused
 from trial_recorder import TrialRecorder
 
 DEVICE = 'spidar'          # of demo.launch
-START_PATIENCE = 40.0      # [s] for the stack to start
+START_PATIENCE = 120.0     # [s] for the stack to start
 HAND_PERIOD = 0.01         # the simulated hand is led so often [s]
 FADE_STEP = 0.03           # of the force, per change of the scale [N]; below what a tick may change by, 0.05 N
 FADE_STEPS = 600           # 18 N
