@@ -46,13 +46,13 @@ def page3d(folder):
             page.open(html)
             page.wait("performance.getEntriesByName('first frame').length > 0")
             firsts.append(page.run("performance.getEntriesByName('first frame')[0].startTime"))
-            page.wait("window.sessions[0].series !== null")
+            page.wait("!!window.sessions?.[0]?.series")
             outside |= {url for url in page.requests if not url.startswith(("file:///", "data:"))}
     print(f"first frame after {', '.join(f'{ms:.0f}' for ms in sorted(firsts))} ms")
     figure("page3d.first_frame_ms", sorted(firsts)[LOADS // 2], "ms")
     with Browser(WIDTH, HEIGHT) as page:
         page.open(html)
-        page.wait("window.sessions[0].series !== null && performance.getEntriesByName('first frame').length > 0")
+        page.wait("performance.getEntriesByName('first frame').length > 0 && window.sessions[0].series !== null")
         page.run(f"{VIEW}.go(0.5); {VIEW}.play(true)")
         page.wait("window.sessions[0].now > 2")  # the pixels that this machine manages have settled
         began, used, frames = time.monotonic(), page.processor_seconds(), page.run(f"{VIEW}.view.frames")
