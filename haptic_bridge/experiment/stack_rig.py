@@ -27,8 +27,8 @@ from trial_recorder import TrialRecorder
 DEVICE = 'spidar'          # of demo.launch
 START_PATIENCE = 120.0     # [s] for the stack to start
 HAND_PERIOD = 0.01         # the simulated hand is led so often [s]
-FADE_STEP = 0.03           # of the force, per change of the scale [N]; below what a tick may change by, 0.05 N
-FADE_STEPS = 600           # 18 N
+FADE_STEP = 0.02           # of the force, per change of the scale [N]; below what a tick may change by, 0.05 N
+FADE_STEPS = 900           # 18 N
 LOOK_PERIOD = 0.012        # the force is told every 10 ms [s]
 TOUCH = 0.05               # a force below it does not count as touch [N]
 DEATH_SIGNAL = 1           # PR_SET_PDEATHSIG of prctl(2)

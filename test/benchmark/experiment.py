@@ -30,6 +30,7 @@ from trial_order import Generator, Order  # noqa: E402
 
 NAMES = ('stiffness', 'friction', 'weight', 'update_rate')
 PERCEPTS, SUBJECTS, KILLS, MARKERS = 2000, 20, 200, 2000
+AFTER_LOST = 0.1   # [s]
 DEVICE = os.path.join(ROOT, 'urdf', 'devices', 'spidar_g6x3r.yaml')
 KILL_STUDY = """study: 1
 title: Short trials to be killed in
@@ -225,8 +226,9 @@ def independent(measure, table, exits, knots, gap=8e-3):
 
 
 def switch_jump(sessions):
-    """Largest change of the force in a tick while conditions change: (from the first change of the force's scale, or 0.1 s before, until
-    0.6 s after the new condition began; ticks left out, for at one that follows a lost tick the loop halves the force by itself)."""
+    """(Largest change of the force in a tick while conditions change, ticks left out): from the first change of the force's scale, or 0.1 s
+    before, until 0.6 s after the new condition began. At a lost tick the loop halves the force by itself and the hand recoils: the
+    AFTER_LOST seconds from it on are left out, and counted."""
     worst, lost = 0.0, 0
     for before, after in zip(sessions, sessions[1:]):
         rows = [np.stack([s.table[f'spidar.achieved_force_{a}'] for a in 'xyz'], axis=1) for s in (before, after)]
@@ -234,9 +236,10 @@ def switch_jump(sessions):
         begin = round(min([before.table['time'][-1] - 0.1] + scaled) * before.info['rate'])
         near = np.concatenate([rows[0][begin:], rows[1][:round(0.6 * after.info['rate'])]])
         late = np.concatenate([before.table['lost_periods'][begin:], after.table['lost_periods'][:round(0.6 * after.info['rate'])]]) > 0
+        late = np.convolve(late, np.ones(round(AFTER_LOST * before.info['rate'])))[:len(late)] > 0
         change = np.linalg.norm(np.diff(near, axis=0), axis=1)
         lost += int(late[1:].sum())
-        worst = max(worst, float(change[~late[1:]].max()))
+        worst = max(worst, float(change[~late[1:]].max(initial=0)))
     return worst, lost
 
 
