@@ -84,6 +84,7 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   out.normal_force = normal.force;
   out.elastic_force = normal.elastic_force;
   out.clipped = normal.clipped;
+  out.pressed = normal.pressed;
   out.incomplete = normal.dropped > 0;
   out.F_BP_P.force << friction.force, normal.force;
   out.F_BP_P.torque << normal.first.y(), -normal.first.x(), friction.torque;

@@ -32,6 +32,7 @@ struct LocatedForce {
   FrictionMemory memory;      ///< at this evaluation; the caller decides whether it becomes state
   bool sticking = false;      ///< friction holds the patch: μ0 is its limit
   bool clipped = false;       ///< the damper would pull somewhere: the pressure is held at 0 there
+  PressedVolume pressed;      ///< of a clipped patch
   bool incomplete = false;    ///< faces laid over one another had no room for all of their corners
   double event = 1;           ///< share of the step after which it touched, yielded or stuck; 1: none of them
   bool has_impulse = false;   ///< `impulse` is not zero

@@ -36,11 +36,32 @@ double patchReach(ContactWorkspace& workspace, const ContactVolume& contact) {
   return std::sqrt(std::max(0.0, reach2));
 }
 
-/// Approach rate ḋ = rate + slope·r.
+/// Approach rate ḋ = rate + slope·r, without what only spins a body of revolution.
 struct Approach {
   double rate;
   Vector2 slope;
 };
+
+/// Read back from the force and its derivatives.
+PressedVolume pressedVolume(const NormalPressure& p, const Approach& a, PressureLaw law, double k, double damping) {
+  if (!p.clipped || !(p.force > 0)) return {};
+  if (!jumpsAtTouch(law)) return {p.damping.m0 / (k * damping), p.damping.m1 / (k * damping)};
+  const PatchMoments area = p.stiffness * (1 / k);
+  return {(p.force - damping * (a.rate * area.m0 + a.slope.dot(area.m1))) / k,
+          (p.first - damping * (a.rate * area.m1 + area.m2 * a.slope)) / k};
+}
+
+/// What a damper does is felt by the motions that it answers: its moments, and the tangent in their rates.
+void feelCompressing(const CompressingRate& compressing, NormalPressure& out) {
+  if (compressing.all) return;
+  const Matrix2& T = compressing.slope;
+  const Vector2& l = compressing.lever;
+  out.first = T * out.first + (out.force - out.elastic_force) * l;
+  PatchMoments& w = out.damping;
+  const Vector2 first = T * w.m1;
+  w.m2 = T * w.m2 * T + first * l.transpose() + l * first.transpose() + w.m0 * l * l.transpose();
+  w.m1 = first + w.m0 * l;
+}
 
 /// p = k d (φ + g·r) where positive, φ = 1 + c ḋ(0) and g = c ∇ḋ.
 void damperWithin(const ContactVolume& contact, ContactWorkspace& workspace, const Approach& a, double k, double c,
@@ -183,7 +204,9 @@ double shareBeyond(const NormalPressure& pressure) noexcept {
 
 NormalPressure normalPressure(const ContactVolume& contact, ContactWorkspace& workspace, const Twist& V,
                               PressureLaw law, const ContactMaterial& m) noexcept {
-  const Approach a{-V.linear.z(), Vector2(V.angular.y(), -V.angular.x())};
+  const Vector2 slope(V.angular.y(), -V.angular.x());
+  Approach a{-V.linear.z(), slope};
+  if (!contact.compressing.all) a = {contact.compressing.lever.dot(slope) - V.linear.z(), contact.compressing.slope * slope};
   NormalPressure out;
   out.radius = patchReach(workspace, contact);
   if (jumpsAtTouch(law)) {
@@ -192,6 +215,8 @@ NormalPressure normalPressure(const ContactVolume& contact, ContactWorkspace& wo
     damperWithin(contact, workspace, a, m.stiffness, kindOf(law).damping(m), out);
   }
   out.elastic_force = m.stiffness * contact.volume;
+  out.pressed = pressedVolume(out, a, law, m.stiffness, kindOf(law).damping(m));
+  feelCompressing(contact.compressing, out);
   return out;
 }
 

@@ -1,7 +1,9 @@
 /// Normal pressure over a patch, never negative, and its exact integrals.
 ///
 /// With r = (x, y) in the patch frame, thickness d(r), and V the twist of B relative to A at P, the approach rate is
-///     ḋ(r) = -(v_z + ω_x y - ω_y x).
+///     ḋ(r) = -(v_z + ω_x y - ω_y x),
+/// less what does not compress (CompressingRate): a ball or a cylinder that rolls moves its patch along its surface. Its damper has no
+/// moment about such an axis, so what is left is dissipative.
 ///     damper beside the spring   p = max(0, k d + b ḋ)      jumps at touch
 ///     damper within it           p = k d max(0, 1 + c ḋ)    continuous at touch and at parting
 /// These pressures stand along n. k V n is no gradient where n turns with the bodies; a law with a `potential` adds what
@@ -63,6 +65,12 @@ struct PatchMoments {
   PatchMoments operator+(const PatchMoments& o) const { return {m0 + o.m0, m1 + o.m1, m2 + o.m2}; }
 };
 
+/// V where the pressure is not held at 0.
+struct PressedVolume {
+  double volume = 0;                ///< ∫ d dA [m³]
+  Vector2 first = Vector2::Zero();  ///< ∫ r d dA [m⁴]
+};
+
 /// Normal pressure over a patch, and its integrals.
 struct NormalPressure {
   double force = 0;                    ///< ∫ p dA [N]
@@ -72,6 +80,7 @@ struct NormalPressure {
   PressureField field;                 ///< p before clipping, for the friction integral
   int dropped = 0;                     ///< corners of the overlay for which there was no room
   bool clipped = false;                ///< somewhere in the patch p is held at 0
+  PressedVolume pressed;               ///< of a clipped patch
   PatchMoments stiffness, damping;     ///< of ∂p/∂d (its factor 1 + c ḋ taken at its mean) and of ∂p/∂ḋ
 
   /// Moments for the friction series: the second is the elastic one, scaled to the force.

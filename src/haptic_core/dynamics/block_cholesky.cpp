@@ -42,10 +42,21 @@ void solvePanel(const double* l, int ldl, double* x, int ldx, int rows, int n_ru
 }
 
 /// C ← C − A Bᵀ with A ra×n, B rb×n.
-template <int R, int N>
-void subtractOuter(const double* a, const double* b, int ld, double* c, int ldc, int ra_run, int rb_run,
-                   int n_run) noexcept {
-  const int ra = R > 0 ? R : ra_run, rb = R > 0 ? R : rb_run, n = N > 0 ? N : n_run;
+template <int N>
+void subtractOuter(const double* a, const double* b, int ld, double* c, int ldc, int ra, int rb, int n) noexcept {
+  if constexpr (N > 0) {
+    // Half the time of the loops below: the compiler cannot know that C is not a part of A, a column of its own is none.
+    for (int j = 0; j < N; ++j) {
+      double column[N];
+      for (int i = 0; i < N; ++i) column[i] = c[i + j * ldc];
+      for (int k = 0; k < N; ++k) {
+        const double f = b[j + k * ld];
+        for (int i = 0; i < N; ++i) column[i] -= a[i + k * ld] * f;
+      }
+      for (int i = 0; i < N; ++i) c[i + j * ldc] = column[i];
+    }
+    return;
+  }
   for (int j = 0; j < rb; ++j) {
     for (int k = 0; k < n; ++k) {
       const double f = b[j + k * ld];
@@ -285,7 +296,7 @@ bool BlockCholesky::factor() noexcept {
       for (int t = s; t < column.first + column.count; ++t) {
         const int ra = columns_[structure_[t]].size;
         double* c = blockAt(structure_[t], structure_[s]);
-        const auto subtract = six && ra == 6 && target.size == 6 ? subtractOuter<6, 6> : subtractOuter<0, 0>;
+        const auto subtract = six && ra == 6 && target.size == 6 ? subtractOuter<6> : subtractOuter<0>;
         subtract(base + row_offset_[t], base + row_offset_[s], ld, c, target.height, ra, target.size, n);
       }
     }

@@ -36,39 +36,23 @@ struct Axes {
   }
 };
 
-/// The part of a patch that presses: its area's moments, volume, and ∫ r d.
+/// The part of a patch that presses: its area's moments, volume, and ∫ r d. All of it where nothing is clipped, or nothing presses.
 struct Pressing {
   PatchMoments area;
-  double volume;
-  Vector2 V1 = Vector2::Zero();
-};
+  PressedVolume volume;
 
-/// Where the pressure is clipped inside the patch, the part is read back from the exact force and its
-/// derivatives. All of the patch where nothing is clipped, or nothing presses.
-Pressing pressing(const ContactVolume& volume, const LocatedForce& force, const PairLaw& law,
-                  const Vector6& V) {
-  const ContactMaterial& m = law.material;
-  // Where the surface folds over, A0 counts parts of it negative; the volume over its extent is never more
-  // than the area.
-  Pressing all{{std::max(volume.A0, volume.volume / volume.depth), volume.A1, volume.A2}, volume.volume};
-  if (!force.clipped || !(force.normal_force > 0)) return all;
-  const Wrench along_n = force.F_BP_P - force.beyond_P;
-  const Vector2 first(-along_n.torque.y(), along_n.torque.x()), slope(V[1], -V[0]);  // of ḋ
-  const PatchMoments &k = force.tangent.stiffness, &b = force.tangent.damping;
-  Pressing part;
-  if (jumpsAtTouch(law.pressure)) {
-    part.area = k * (1 / m.stiffness);
-    part.volume =
-        (force.normal_force - m.damping * (-V[5] * part.area.m0 + slope.dot(part.area.m1))) / m.stiffness;
-    part.V1 = (first - m.damping * (-V[5] * part.area.m1 + part.area.m2 * slope)) / m.stiffness;
-  } else {
-    part.volume = b.m0 / (m.stiffness * m.dissipation);
-    part.V1 = b.m1 / (m.stiffness * m.dissipation);
-    part.area =
-        k * (1 / (m.stiffness * std::max(kLeastPressing, force.normal_force / (m.stiffness * part.volume))));
+  Pressing(const ContactVolume& V, const LocatedForce& force, const PairLaw& law)
+      // Where the surface folds over, A0 counts parts of it negative; the volume over its extent is never more than the area.
+      : area{std::max(V.A0, V.volume / V.depth), V.A1, V.A2}, volume{V.volume, Vector2::Zero()} {
+    if (!force.clipped || !(force.pressed.volume > 0)) return;
+    const double k = law.material.stiffness;
+    const double factor = jumpsAtTouch(law.pressure) ? 1 : std::max(kLeastPressing, force.normal_force / (k * force.pressed.volume));
+    const PatchMoments part = force.tangent.stiffness * (1 / (k * factor));
+    if (!(part.m0 > 0)) return;
+    area = part;
+    volume = force.pressed;
   }
-  return part.volume > 0 && part.area.m0 > 0 ? part : all;
-}
+};
 
 }  // namespace
 
@@ -100,7 +84,7 @@ void FrozenPatch::layOut(const ContactVolume& volume, const PatchMoments& moment
                  lean = root > 0 ? M_SQRT2 * lean_to.dot(axes.axis[j]) / root : 0.0;
     for (int s = 0; s < 2; ++s) {
       const double sign = s == 0 ? 1 : -1;
-      const Vector2 r = mean + sign * M_SQRT2 * root * axes.axis[j];
+      const Vector2 r = volume.compressing.felt(mean + sign * M_SQRT2 * root * axes.axis[j]);
       const int i = 2 * j + s;
       x_[i] = r.x();
       y_[i] = r.y();
@@ -115,11 +99,11 @@ void FrozenPatch::freeze(const ContactVolume& volume, double squares, const Loca
                          const PairLaw& law, const Vector6& V, double g) noexcept {
   setLaw(law, g);
   friction_ = force.layer;
-  const Pressing part = pressing(volume, force, law, V);
-  layOut(volume, part.area, part.volume, part.V1);
+  const Pressing part(volume, force, law);
+  layOut(volume, part.area, part.volume.volume, part.volume.first);
   double linear = 0;  // ∫ d² dA of the four
   for (int i = 0; i < 4; ++i) linear += weight_ * depth_[i] * depth_[i];
-  const double split2 = squares * part.volume / volume.volume / linear - 1;
+  const double split2 = squares * part.volume.volume / volume.volume / linear - 1;
   if (split2 > kLeastSplit * kLeastSplit) {
     points_ = 8;
     weight_ *= 0.5;

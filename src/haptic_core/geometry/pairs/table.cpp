@@ -67,6 +67,34 @@ const PairEntry& entryOf(const ShapePair& pair) {
   return pairEntry(pair.first.kind(), pair.second.kind());
 }
 
+/// What a shape's movingTurns leave of the approach rate over a patch: see CompressingRate.
+CompressingRate compressingRate(Shape shape, const Matrix3& R_SP, const Vector3& p_SP) {
+  if (!shape.spins()) return {};
+  const Eigen::Matrix<double, 3, 2> tangents = R_SP.leftCols<2>();
+  const Matrix2 turns = tangents.transpose() * shape.movingTurns() * tangents;
+  const Vector3 lever = p_SP.cross(R_SP.col(2));
+  const Vector2 spins = tangents.transpose() * (lever - shape.movingTurns() * lever);
+  // The slope of a turn (ω_x, ω_y) is (ω_y, -ω_x).
+  CompressingRate out;
+  out.all = false;
+  out.slope << turns(1, 1), -turns(0, 1), -turns(0, 1), turns(0, 0);
+  out.lever << spins.y(), -spins.x();
+  return out;
+}
+
+/// Of two bodies the spins of both are taken away, one after the other, in the mean of both orders: for parallel axes those about
+/// one, for crossed ones all in the plane of both, continuous between.
+CompressingRate compressingRate(Shape A, Shape B, const Pose& X_AB, const Pose& X_AP) {
+  const CompressingRate a = compressingRate(A, X_AP.R, X_AP.p),
+                        b = compressingRate(B, X_AB.R.transpose() * X_AP.R, X_AB.R.transpose() * (X_AP.p - X_AB.p));
+  CompressingRate out;
+  out.all = false;
+  const Matrix2 product = a.slope * b.slope;
+  out.slope = 0.5 * (product + product.transpose());
+  out.lever = 0.5 * (a.lever + b.lever + a.slope * b.lever + b.slope * a.lever);
+  return out;
+}
+
 }  // namespace
 
 const PairEntry& pairEntry(ShapeKind first, ShapeKind second) noexcept {
@@ -77,6 +105,7 @@ void contactVolume(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB,
                    ContactVolume& out, const ContactRequest& request) noexcept {
   const ShapePair pair = ordered(A, B, X_AB);
   entryOf(pair).contact(pair, request, cache, workspace, out);
+  out.compressing = A.spins() || B.spins() ? compressingRate(A, B, X_AB, out.X_AP) : CompressingRate{};
 }
 
 void closestPoints(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Vector3& direction,

@@ -48,6 +48,7 @@ Rod::Rod(double radius, double length, Ends ends, const std::string& name)
   const double about_axis = 0.5 * tube * r2 + 0.4 * ball * r2;
   const double across = tube * (r2 / 4 + length * length / 12) +
                         ball * (0.4 * r2 + half_ * half_ + 0.75 * radius * half_);
+  moving_turns_ = turnsAcrossZ();
   properties_ = {volume, volume, Vector3::Zero(), Vector3(across, across, about_axis).asDiagonal()};
   const double top = half_ + rounding();
   radius_ = isCapsule() ? top : elementary::hypot(radius, half_);

@@ -29,6 +29,16 @@ enum class NormalRule : unsigned char {
   kHistory      ///< n as it was when the pair was last separated, turning with A (the seeds' rule)
 };
 
+/// The part of an approach rate ḋ(r) = ρ + s·r over a patch that compresses: all of it, less what only spins a body of revolution about
+/// its axis (ConvexShape::movingTurns), as rolling does. It is ρ + lever·s + (slope s)·r.
+struct CompressingRate {
+  Matrix2 slope = Matrix2::Identity();  ///< symmetric [1]
+  Vector2 lever = Vector2::Zero();      ///< from P to the axis, along the patch, as far as its spins are left out [m]
+  bool all = true;                      ///< neither body has such an axis: slope is 1, lever 0
+  /// Where a place of the patch feels, and is felt by, the turns that compress [m].
+  Vector2 felt(const Vector2& r) const { return slope * r + lever; }
+};
+
 /// The volume of intersection of two convex shapes, with the moments that a contact force needs.
 struct ContactVolume {
   /// Which of the fields below are filled.
@@ -54,6 +64,7 @@ struct ContactVolume {
   Vector3 area_vector_A = Vector3::Zero();  ///< S_A [m²]
   double volume = 0;                        ///< ∫ d dA [m³]
   Matrix2 V2 = Matrix2::Zero();             ///< ∫ r rᵀ d dA [m⁵]; ∫ r d dA = 0 by the choice of P
+  CompressingRate compressing;              ///< of the rate at which the surfaces approach
   double A0 = 0;                            ///< ∫ dA [m²]
   Vector2 A1 = Vector2::Zero();             ///< ∫ r dA [m³]
   Matrix2 A2 = Matrix2::Zero();             ///< ∫ r rᵀ dA [m⁴]
