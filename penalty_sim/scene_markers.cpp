@@ -68,6 +68,8 @@ int shapeType(VisualShape shape) {
       return Marker::SPHERE;
     case VisualShape::kMesh:
       return Marker::MESH_RESOURCE;
+    case VisualShape::kTriangles:
+      return Marker::TRIANGLE_LIST;
   }
   return Marker::CUBE;
 }
@@ -96,6 +98,7 @@ void SceneMarkers::addBodies(visualization_msgs::MarkerArray& array) const {
     m.type = shapeType(v.shape);
     m.pose = toPose(v.X_LV);
     m.scale = toVector(v.size);
+    for (const Vector3& corner : v.corners) m.points.push_back(toPoint(corner));
     m.color = colour(v.colour[0], v.colour[1], v.colour[2], std::min<double>(kBodyAlpha, v.colour[3]));
     if (v.shape == VisualShape::kMesh) {
       m.mesh_resource = v.mesh_uri;

@@ -1,9 +1,12 @@
 #include "scene/collision_shapes.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <sstream>
 
+#include "haptic_core/geometry/hulls/ground.h"
 #include "haptic_core/geometry/hulls/mesh_to_convex.h"
 #include "haptic_core/geometry/shapes/ball.h"
 #include "haptic_core/geometry/shapes/cone.h"
@@ -11,6 +14,7 @@
 #include "haptic_core/geometry/shapes/half_space.h"
 #include "haptic_core/geometry/shapes/rod.h"
 #include "haptic_core/geometry/shapes/shapes.h"
+#include "scene/height_file.h"
 #include "scene/mesh_file.h"
 #include "scene/resource_path.h"
 
@@ -31,14 +35,31 @@ struct Refinement {
 
 /// Types of <haptic:shape>, and the attributes that each has.
 const std::map<std::string, std::vector<const char*>> kTypes = {
-    {"half_space", {}}, {"ellipsoid", {"radii"}}, {"cone", {"radius", "top_radius", "length"}}};
+    {"half_space", {}},
+    {"ellipsoid", {"radii"}},
+    {"cone", {"radius", "top_radius", "length"}},
+    {"height_field", {"file", "heights", "size", "thickness"}},
+    {"ground", {"thickness"}}};
+
+/// Names of types that have the attribute, as they are written.
+std::string typesWith(const std::string& attribute) {
+  std::string names;
+  for (const auto& [name, attributes] : kTypes) {
+    for (const char* each : attributes) {
+      if (each == attribute) names += (names.empty() ? "type=\"" : "\" or \"") + name;
+    }
+  }
+  return names + "\"";
+}
 
 void refuseAttributesOfOthers(const XmlFile& file, const XmlElement& shape, const std::string& type) {
+  const auto own = kTypes.find(type);
   for (const auto& [name, attributes] : kTypes) {
-    for (const char* attribute : attributes) {
-      if (name == type || !shape.Attribute(attribute)) continue;
-      throw SetupError(file.at(shape) + ": <haptic:shape>", std::string("has ") + attribute + " but is no " + name,
-                       "write type=\"" + name + "\", or leave " + attribute + " out");
+    for (const std::string attribute : attributes) {
+      const bool has = own != kTypes.end() && std::find(own->second.begin(), own->second.end(), attribute) != own->second.end();
+      if (has || !shape.Attribute(attribute.c_str())) continue;
+      throw SetupError(file.at(shape) + ": <haptic:shape>", "has " + attribute + " but is no " + name,
+                       "write " + typesWith(attribute) + ", or leave " + attribute + " out");
     }
   }
 }
@@ -47,11 +68,12 @@ Refinement readRefinement(const XmlFile& file, const XmlElement& collision) {
   Refinement refinement;
   const XmlElement* shape = collision.FirstChildElement("haptic:shape");
   if (!shape) return refinement;
-  refuseUnknownAttributes(file, *shape, {"segments", "subdivision", "type", "radii", "radius", "top_radius", "length"});
+  refuseUnknownAttributes(file, *shape, {"segments", "subdivision", "type", "radii", "radius", "top_radius", "length", "file", "heights",
+                                         "size", "thickness"});
   if (const char* type = shape->Attribute("type")) {
     if (kTypes.count(type) == 0) {
       throw SetupError(file.at(*shape) + ": <haptic:shape>", "type '" + std::string(type) + "' is unknown",
-                       "write type=\"half_space\", \"ellipsoid\", \"cone\", or none");
+                       "write type=\"half_space\", \"ellipsoid\", \"cone\", \"height_field\", \"ground\", or none");
     }
     refinement.type = type;
   }
@@ -124,6 +146,7 @@ void takeType(const XmlFile& file, const XmlElement& shape, const std::string& t
   if (type == "half_space") {
     made.pieces = {std::make_shared<HalfSpace>(where)};
     made.text = "half-space, all below z = 0 of the collision's frame" + elsewhere;
+    made.fixed_only = "a half-space, which has no end";
     return;
   }
   if (type == "ellipsoid") {
@@ -142,6 +165,45 @@ void takeType(const XmlFile& file, const XmlElement& shape, const std::string& t
        << made_shape.tessellationError() * 1e3 << " mm";
   made.text = text.str() + elsewhere;
   measure(made);
+}
+
+std::string meshPath(const RobotFile& robot, const std::string& where, const XmlElement& mesh) {
+  const char* uri = mesh.Attribute("filename");
+  if (!uri || !*uri) throw SetupError(where, "<mesh> has no filename", "give filename=\"package://...\"");
+  const std::string path = resolveResource(uri, robot.xml.path());
+  if (path.empty()) {
+    throw SetupError(where, std::string("mesh ") + uri + " is not found",
+                     "set ROS_PACKAGE_PATH, or put the package beside the file or above it");
+  }
+  return path;
+}
+
+Vector3 meshScale(const RobotFile& robot, const std::string& where, const XmlElement& mesh) {
+  const Vector3 scale = readVector(robot.xml, mesh, "scale").value_or(Vector3::Ones());
+  if (scale.cwiseAbs().minCoeff() <= 0)
+    throw SetupError(where, "<mesh> has a scale of 0", "write three factors ≠ 0");
+  return scale;
+}
+
+/// The surface of <haptic:shape type="height_field">.
+HeightGrid heightsOf(const RobotFile& robot, const std::string& where, const XmlElement& shape) {
+  const char *uri = shape.Attribute("file"), *text = shape.Attribute("heights");
+  if (!uri == !text) throw SetupError(where, "a height field has a file or heights, one of them", "give file=\"hills.txt\"");
+  HeightGrid grid;
+  if (text) {
+    grid = parseHeights(text, where);
+  } else {
+    const std::string path = resolveResource(uri, robot.xml.path());
+    if (path.empty()) {
+      throw SetupError(where, std::string("height file ") + uri + " is not found",
+                       "set ROS_PACKAGE_PATH, or put the file beside this one");
+    }
+    grid = readHeights(path);
+  }
+  const auto size = readNumbers(robot.xml, shape, "size", 2);
+  if (!size) throw SetupError(where, "<haptic:shape> of a height field has no size", "give size=\"x y\" in metres");
+  grid.size = Vector2((*size)[0], (*size)[1]);
+  return grid;
 }
 
 /// What stands in the <geometry> of a <collision>.
@@ -173,6 +235,9 @@ ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, c
   const Refinement refinement = readRefinement(file, collision);
   if (kind == "mesh" && refinement.type == "half_space") {
     throw SetupError(where, "a half-space has a <mesh> for other tools", "give it a box, as thick as its elastic layer");
+  }
+  if (refinement.type == "height_field" || refinement.type == "ground") {
+    return makeGround(robot, where, *collision.FirstChildElement("haptic:shape"), *shape);
   }
   if (kind == "mesh" && refinement.type.empty()) return makeMesh(robot, where, *shape, warnings);
   ShapePieces made;
@@ -229,18 +294,42 @@ ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, c
   return made;
 }
 
+ShapePieces CollisionShapes::makeGround(const RobotFile& robot, const std::string& where, const XmlElement& shape,
+                                        const XmlElement& geometry) {
+  const bool is_mesh = std::strcmp(shape.Attribute("type"), "ground") == 0;
+  if (is_mesh && std::strcmp(geometry.Name(), "mesh") != 0) {
+    throw SetupError(where, std::string("ground has a <") + geometry.Name() + ">, no <mesh>",
+                     "give it the mesh of its surface, or write type=\"height_field\"");
+  }
+  const auto thickness = readNumber(robot.xml, shape, "thickness");
+  if (!thickness) {
+    throw SetupError(where, "<haptic:shape> of ground has no thickness", "give in metres how deep it goes below its lowest point");
+  }
+  ShapePieces made;
+  std::ostringstream text;
+  if (is_mesh) {
+    const std::string path = meshPath(robot, where, geometry);
+    made.picture = readMesh(path, meshScale(robot, where, geometry), where);
+    text << "ground under mesh " << std::filesystem::path(path).filename().string();
+  } else {
+    const HeightGrid grid = heightsOf(robot, where, shape);
+    made.picture = surfaceOf(grid, where);
+    text << "height field " << grid.columns << " × " << grid.rows << " over " << grid.size.x() << " × " << grid.size.y() << " m";
+  }
+  GroundReport report;
+  made.pieces = groundPieces(made.picture, *thickness, where, report);
+  text << ", " << report.triangles << " triangles from " << report.lowest << " to " << report.highest << " m as " << report.pieces
+       << " convex pieces down to " << report.base << " m, exact";
+  made.text = text.str();
+  made.fixed_only = "ground";
+  measure(made);
+  return made;
+}
+
 ShapePieces CollisionShapes::makeMesh(const RobotFile& robot, const std::string& where,
                                       const XmlElement& mesh, std::vector<std::string>& warnings) {
-  const char* uri = mesh.Attribute("filename");
-  if (!uri || !*uri) throw SetupError(where, "<mesh> has no filename", "give filename=\"package://...\"");
-  const std::string path = resolveResource(uri, robot.xml.path());
-  if (path.empty()) {
-    throw SetupError(where, std::string("mesh ") + uri + " is not found",
-                     "set ROS_PACKAGE_PATH, or put the package beside the file or above it");
-  }
-  const Vector3 scale = readVector(robot.xml, mesh, "scale").value_or(Vector3::Ones());
-  if (scale.cwiseAbs().minCoeff() <= 0)
-    throw SetupError(where, "<mesh> has a scale of 0", "write three factors ≠ 0");
+  const std::string path = meshPath(robot, where, mesh);
+  const Vector3 scale = meshScale(robot, where, mesh);
   std::ostringstream key;
   key.precision(17);
   key << path << " " << scale.transpose();

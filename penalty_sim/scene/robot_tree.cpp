@@ -46,7 +46,8 @@ class TreeBuilder {
   int addLink(int articulation, int parent, int xml_link, const JointDef& joint);
   void place(int xml_link, int articulation, int link, const Pose& X_LM);
   void addCollisions(const LinkXml& link, CollisionReport& report, const Pose& X_LM, int articulation, int target);
-  void refuseMotion(const std::string& where, const std::string& name, int articulation, int link) const;
+  void refuseMotion(const std::string& where, const std::string& name, const std::string& shape, int articulation, int link) const;
+  void addPicture(const LinkXml& link, const ShapePieces& shape, const CollisionDef& collision, int articulation, int target_link);
   void finish(int articulation);
   void resolveMimics(ArticulationDef& articulation);
   const ArticulationDef& current(int articulation) const {
@@ -216,13 +217,14 @@ void TreeBuilder::place(int xml_link, int articulation, int link, const Pose& X_
   }
 }
 
-/// Throws where a half-space, which has no end, would move.
-void TreeBuilder::refuseMotion(const std::string& where, const std::string& name, int articulation, int link) const {
+/// Throws where a shape that cannot move would.
+void TreeBuilder::refuseMotion(const std::string& where, const std::string& name, const std::string& shape, int articulation,
+                               int link) const {
   const std::vector<LinkDef>& links = context_.scene.world.articulations[articulation].links;
   for (; link >= 0; link = links[link].parent) {
     if (links[link].joint.type == JointType::kFixed) continue;
-    throw SetupError(where + ": link '" + name + "'", "it moves and has a half-space, which has no end",
-                     "put the half-space on a link that is fixed to the world, or give the link a box");
+    throw SetupError(where + ": link '" + name + "'", "it moves and has " + shape,
+                     "put that on a link that is fixed to the world, or give the link a box");
   }
 }
 
@@ -235,7 +237,7 @@ void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, co
     const XmlElement& element = *link.collisions[c];
     refuseUnknownExtensions(robot_.xml, element, {"haptic:contact", "haptic:shape"});
     const ShapePieces shape = context_.shapes.make(robot_, link, element, context_.scene.warnings);
-    if (!shape.pieces[0]->bounded()) refuseMotion(robot_.xml.at(element), link.name, articulation, target_link);
+    if (!shape.fixed_only.empty()) refuseMotion(robot_.xml.at(element), link.name, shape.fixed_only, articulation, target_link);
     CollisionDef collision;
     collision.material =
         contact_.of(link, element, shape.half_extent, collision.material_source, context_.scene.notes);
@@ -251,12 +253,30 @@ void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, co
       collision.shape = shape.pieces[p];
       target.collisions.push_back(collision);
     }
+    addPicture(link, shape, collision, articulation, target_link);
     ++context_.scene.collisions_loaded;
     report.text = shape.text;
     report.material = collision.material;
     report.material_source = collision.material_source;
     context_.scene.collisions.push_back(report);
   }
+}
+
+/// Ground is drawn as it collides, unless the file says otherwise.
+void TreeBuilder::addPicture(const LinkXml& link, const ShapePieces& shape, const CollisionDef& collision, int articulation,
+                             int target_link) {
+  if (shape.picture.triangles.empty() || link.element->FirstChildElement("visual")) return;
+  VisualDef visual;
+  visual.articulation = articulation;
+  visual.link = target_link;
+  visual.name = settings_.prefix + link.name;
+  visual.shape = VisualShape::kTriangles;
+  visual.X_LV = collision.X_LS;
+  visual.colour = {0.55f, 0.6f, 0.5f, 1.0f};
+  for (const auto& triangle : shape.picture.triangles) {
+    for (const int corner : triangle) visual.corners.push_back(shape.picture.vertices[corner]);
+  }
+  context_.scene.visuals.push_back(visual);
 }
 
 void TreeBuilder::finish(int index) {

@@ -28,7 +28,7 @@ struct SceneOptions {
 };
 
 /// What a visual's geometry is.
-enum class VisualShape : unsigned char { kBox, kCylinder, kSphere, kMesh };
+enum class VisualShape : unsigned char { kBox, kCylinder, kSphere, kMesh, kTriangles };
 
 /// What rviz draws for a link.
 struct VisualDef {
@@ -39,6 +39,7 @@ struct VisualDef {
   VisualShape shape = VisualShape::kBox;
   Vector3 size = Vector3::Ones();  ///< [m] full size in x, y, z (round shapes: diameters); a mesh's scale [1]
   std::string mesh_uri;            ///< file:// of a mesh
+  std::vector<Vector3> corners;    ///< of triangles, three each [m], in the visual's frame
   Pose X_LV;                       ///< in the link's frame
   std::array<float, 4> colour{0.7f, 0.7f, 0.7f, 1.0f};  ///< r, g, b, a
   bool own_colours = false;  ///< a mesh without <material>: the file's colours hold

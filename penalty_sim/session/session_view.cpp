@@ -44,6 +44,7 @@ const char* nameOf(VisualShape shape) {
     case VisualShape::kSphere:
       return "sphere";
     case VisualShape::kMesh:
+    case VisualShape::kTriangles:
       return "mesh";
   }
   return "box";
@@ -56,6 +57,7 @@ class Meshes {
 
   /// Index of a visual's mesh; −1: it cannot be read, which changes the picture only.
   int indexOf(const VisualDef& visual) {
+    if (visual.shape == VisualShape::kTriangles) return indexOf(visual.corners);
     const auto key = visual.mesh_uri + " " + std::to_string(visual.size.x()) + " " +
                      std::to_string(visual.size.y()) + " " + std::to_string(visual.size.z());
     const auto [known, is_new] = index_.try_emplace(key, static_cast<int>(sizes_.size()));
@@ -70,6 +72,13 @@ class Meshes {
   const std::vector<std::pair<std::size_t, std::size_t>>& sizes() const { return sizes_; }
 
  private:
+  /// Of triangles that the scene has itself, three corners each.
+  int indexOf(const std::vector<Vector3>& corners) {
+    TriangleMesh mesh{corners, {}};
+    for (int i = 0; i + 2 < static_cast<int>(corners.size()); i += 3) mesh.triangles.push_back({i, i + 1, i + 2});
+    add(mesh);
+    return static_cast<int>(sizes_.size()) - 1;
+  }
   void add(const TriangleMesh& mesh) {
     std::vector<float> vertices;
     for (const Vector3& v : mesh.vertices)
@@ -156,8 +165,9 @@ std::string SessionView::text(std::string& mesh_bytes) const {
   out << YAML::EndSeq << YAML::Key << "visuals" << YAML::Value << YAML::BeginSeq;
   Meshes meshes(mesh_bytes);
   for (const VisualDef& visual : run_.scene().visuals) {
-    const int mesh = visual.shape == VisualShape::kMesh ? meshes.indexOf(visual) : -1;
-    if (visual.shape == VisualShape::kMesh && mesh < 0) continue;
+    const bool is_mesh = visual.shape == VisualShape::kMesh || visual.shape == VisualShape::kTriangles;
+    const int mesh = is_mesh ? meshes.indexOf(visual) : -1;
+    if (is_mesh && mesh < 0) continue;
     out << YAML::BeginMap << YAML::Key << "link" << YAML::Value << world.model().link(visual.articulation, visual.link) << YAML::Key
         << "shape" << YAML::Value << nameOf(visual.shape) << YAML::Key << "mesh" << YAML::Value << mesh;
     put(out, "size", visual.size);

@@ -1,5 +1,6 @@
 # The oracle of the unit tests, in long double and in quadruple precision.
 target_include_directories(bench_shapes PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/../core/geometry)
 target_sources(bench_shapes PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/shapes_rods.cpp ${CMAKE_CURRENT_SOURCE_DIR}/shapes_cost.cpp
-  ${CMAKE_CURRENT_SOURCE_DIR}/shapes_motion.cpp)
+  ${CMAKE_CURRENT_SOURCE_DIR}/shapes_motion.cpp
+  ${CMAKE_CURRENT_SOURCE_DIR}/shapes_terrain.cpp)
 target_link_libraries(bench_shapes quadmath)

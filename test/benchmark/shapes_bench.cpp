@@ -1,5 +1,5 @@
 // Pairs of shapes: rods against an integration in more bits, what they cost beside boxes, how logs stand and roll,
-// and the energy of an ellipsoid that spins.
+// the energy of an ellipsoid that spins, and the inner edges of ground.
 #include <cstdlib>
 #include <cstring>
 
@@ -17,6 +17,7 @@ int main(int count, char** arguments) {
   if (wanted("cost")) measureRodCost();
   if (wanted("jumps")) measureRodJumps(20000);
   if (wanted("overhang")) measureOverhang();
+  if (wanted("terrain")) measureTerrain();
   if (wanted("ellipsoid")) measureEllipsoid();
   if (wanted("logs")) measureLogs();
   if (wanted("accuracy")) measureRodAccuracy(count > 2 ? std::atoi(arguments[2]) : 100000);

@@ -10,6 +10,7 @@ void measureRodCost();               ///< instructions of rods' contacts over th
 void countRodPass(const char* name, int passes);
 void measureLogs();      ///< logs.*, roll_over.*
 void measureOverhang();  ///< overhang.depth_err_rel
+void measureTerrain();   ///< terrain.*
 void measureEllipsoid();  ///< ellipsoid.energy_err_rel
 
 }  // namespace haptic::bench

@@ -26,6 +26,10 @@ std::string twoLinks(const std::string& joint_inside, const std::string& type = 
   return robot(boxLink("base") + boxLink("arm") + joint("j", type, "base", "arm", joint_inside));
 }
 
+std::string ground(const std::string& attributes) {
+  return "<haptic:shape type=\"height_field\" " + attributes + "/>";
+}
+
 const char kLimit[] = "<limit lower=\"-1\" upper=\"1\" effort=\"10\" velocity=\"1\"/>";
 
 std::vector<BadCase> badCases() {
@@ -63,6 +67,35 @@ std::vector<BadCase> badCases() {
        robot("<link name=\"a\"><collision><geometry><mesh filename=\"a.stl\"/></geometry><haptic:shape "
              "type=\"half_space\"/></collision></link>"),
        {":3", "'a'", "half-space", "box"}},
+      {"ground that moves",
+       robot(boxLink("base") + boxLink("arm", 1, 0.1, ground("heights=\"0 0;0 0\" size=\"1 1\" thickness=\"1\"")) +
+             joint("j", "revolute", "base", "arm")),
+       {":4", "'arm'", "ground", "fixed to the world"}},
+      {"ground without thickness", robot(boxLink("a", 1, 0.1, ground("heights=\"0 0;0 0\" size=\"1 1\""))), {":3", "'a'", "thickness"}},
+      {"ground of no thickness",
+       robot(boxLink("a", 1, 0.1, ground("heights=\"0 0;0 0\" size=\"1 1\" thickness=\"0\""))),
+       {":3", "'a'", "thickness"}},
+      {"ground without size", robot(boxLink("a", 1, 0.1, ground("heights=\"0 0;0 0\" thickness=\"1\""))), {":3", "'a'", "size"}},
+      {"ground of no size",
+       robot(boxLink("a", 1, 0.1, ground("heights=\"0 0;0 0\" size=\"1 -1\" thickness=\"1\""))),
+       {":3", "'a'", "size", "> 0"}},
+      {"one row of heights",
+       robot(boxLink("a", 1, 0.1, ground("heights=\"0 0\" size=\"1 1\" thickness=\"1\""))),
+       {":3", "'a'", "1 × 2", "at least 2 × 2"}},
+      {"ragged heights",
+       robot(boxLink("a", 1, 0.1, ground("heights=\"0 0; 0 0 0\" size=\"1 1\" thickness=\"1\""))),
+       {":3", "row 2", "3 heights", "has 2"}},
+      {"heights that are no numbers",
+       robot(boxLink("a", 1, 0.1, ground("heights=\"0 0; 0 nan\" size=\"1 1\" thickness=\"1\""))),
+       {":3", "row 2", "nan"}},
+      {"no heights", robot(boxLink("a", 1, 0.1, ground("size=\"1 1\" thickness=\"1\""))), {":3", "'a'", "file"}},
+      {"heights in a file that is not there",
+       robot(boxLink("a", 1, 0.1, ground("file=\"no.txt\" size=\"1 1\" thickness=\"1\""))),
+       {":3", "'a'", "no.txt", "not found"}},
+      {"thickness of a cone",
+       robot(boxLink("a", 1, 0.1, "<haptic:shape type=\"cone\" radius=\"1\" length=\"1\" thickness=\"1\"/>")),
+       {":3", "thickness", "ground"}},
+      {"ground of a box", robot(boxLink("a", 1, 0.1, "<haptic:shape type=\"ground\" thickness=\"1\"/>")), {":3", "'a'", "<box>", "<mesh>"}},
       {"link twice", robot(boxLink("a") + boxLink("a")), {":4", "'a'", "twice", "line 3"}},
       {"joint twice",
        robot(boxLink("a") + boxLink("b") + boxLink("c") + joint("j", "fixed", "a", "b") +

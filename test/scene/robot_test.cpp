@@ -396,5 +396,57 @@ TEST(Robot, EllipsoidsAndConesCollideInPlaceOfTheGeometry) {
   EXPECT_NEAR(world.linkPose(world.linkIndex("cone")).p.z(), 0.04, 1e-3);
 }
 
+/// A height field from a file, and the surface of an open mesh: what `check` says, what rviz draws, and how high a cube rests.
+TEST(Robot, HeightFieldsAndMeshesAreGround) {
+  const TemporaryFiles files;
+  files.write("steps.txt", "# two levels\n0.1, 0.1, 0.1\n\n0.1 0.1 0.1\r\n0 0 0\n0 0 0\n");
+  files.write("slab.obj", "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n");
+  const std::string field = "<haptic:shape type=\"height_field\" file=\"steps.txt\" size=\"2 3\" thickness=\"0.2\"/>";
+  const std::string slab =
+      "<link name=\"slab\"><collision><geometry><mesh filename=\"slab.obj\"/></geometry><haptic:shape type=\"ground\" "
+      "thickness=\"0.5\"/></collision></link>\n";
+  const SceneDef scene = loadScene(files.write(
+      "robot.urdf", robot(boxLink("base", 1, 0.1, field) + slab + boxLink("upper") + boxLink("lower") + boxLink("third") +
+                          joint("s", "fixed", "base", "slab", "", "5 0 1") + joint("u", "floating", "base", "upper", "", "0.3 1.2 0.16") +
+                          joint("l", "floating", "base", "lower", "", "0.3 -1.2 0.06") +
+                          joint("t", "floating", "base", "third", "", "5.3 0.2 1.06"))));
+  const std::string said = scene.collisions[0].text;
+  EXPECT_NE(said.find("height field 3 × 4 over 2 × 3 m, 12 triangles from 0 to 0.1 m as 3 convex pieces down to -0.2 m"), std::string::npos)
+      << said;
+  EXPECT_NE(scene.collisions[1].text.find("ground under mesh slab.obj, 2 triangles from 0 to 0 m as 1 convex pieces down to -0.5 m"),
+            std::string::npos)
+      << scene.collisions[1].text;
+  std::size_t corners = 0;
+  for (const VisualDef& visual : scene.visuals) corners += visual.shape == VisualShape::kTriangles ? visual.corners.size() : 0;
+  EXPECT_EQ(corners, 3u * (12 + 2));
+  World world(scene.world);
+  for (int i = 0; i < 1000; ++i) world.step();
+  EXPECT_NEAR(world.linkPose(world.linkIndex("upper")).p.z(), 0.15, 1e-3);
+  EXPECT_NEAR(world.linkPose(world.linkIndex("lower")).p.z(), 0.05, 1e-3);
+  EXPECT_NEAR(world.linkPose(world.linkIndex("third")).p.z(), 1.05, 1e-3);
+}
+
+/// Bad files of heights are refused with their line.
+TEST(Robot, BadHeightFilesNameTheirLine) {
+  const TemporaryFiles files;
+  const std::string text = robot(
+      boxLink("base", 1, 0.1, "<haptic:shape type=\"height_field\" file=\"h.txt\" size=\"1 1\" thickness=\"1\"/>"));
+  const struct {
+    const char *heights, *word, *other;
+  } cases[] = {{"0 0\n# no row\n0 0 0\n", "h.txt:3", "3 heights"}, {"0 0\n0 inf\n", "h.txt:2", "inf"}, {"0 0\n0,,0\n", "h.txt:2", "''"},
+               {"# nothing\n", "h.txt", "no heights"},         {"0\n0\n", "robot.urdf:3", "2 × 1"}, {"a b\n", "h.txt:1", "a b"}};
+  for (const auto& bad : cases) {
+    files.write("h.txt", bad.heights);
+    std::string message;
+    try {
+      loadScene(files.write("robot.urdf", text));
+    } catch (const SetupError& error) {
+      message = error.what();
+    }
+    EXPECT_NE(message.find(bad.word), std::string::npos) << message;
+    EXPECT_NE(message.find(bad.other), std::string::npos) << message;
+  }
+}
+
 }  // namespace robot_test
 }  // namespace haptic

@@ -27,12 +27,12 @@ struct Partner {
 Partner stiffestPartner(const Model& model, int link) {
   Partner best;
   const int count = static_cast<int>(model.shapes.size());
-  for (int a = 0; a < count; ++a) {
-    for (int b = a + 1; b < count; ++b) {
-      const bool a_held = model.shapes[a].link == link;
-      if (a_held == (model.shapes[b].link == link) || !model.mayCollide(a, b)) continue;
-      const double k = model.law(a, b, a_held, !a_held).material.stiffness;
-      if (k > best.foundation) best = {a_held ? a : b, a_held ? b : a, k};
+  for (int own = 0; own < count; ++own) {
+    for (int other = 0; model.shapes[own].link == link && other < count; ++other) {
+      const int a = std::min(own, other), b = std::max(own, other);
+      if (model.shapes[other].link == link || !model.mayCollide(a, b)) continue;
+      const double k = model.law(a, b, a == own, b == own).material.stiffness;
+      if (k > best.foundation) best = {own, other, k};
     }
   }
   return best;

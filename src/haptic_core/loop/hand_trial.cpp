@@ -195,10 +195,11 @@ std::vector<TrialWay> pressingWays(const WorldDef& def, int pointer, const HandS
   const auto pose = [&](int s) { return world.linkPose(model.shapes[s].link) * model.shapes[s].X_LS; };
   double least = INFINITY;
   Vector3 direction_W = Vector3::Zero();
-  for (int a = 0; a < count; ++a) {
-    for (int b = a + 1; b < count; ++b) {
-      const bool is_a = model.shapes[a].link == link;
-      if (is_a == (model.shapes[b].link == link) || !model.mayCollide(a, b)) continue;
+  for (int own = 0; own < count; ++own) {
+    for (int other = 0; model.shapes[own].link == link && other < count; ++other) {
+      const int a = std::min(own, other), b = std::max(own, other);
+      const bool is_a = a == own;
+      if (model.shapes[other].link == link || !model.mayCollide(a, b)) continue;
       ClosestPoints near;
       const ModelShape &A = model.shapes[a], &B = model.shapes[b];
       const Vector3 between = pose(b).p - pose(a).p;

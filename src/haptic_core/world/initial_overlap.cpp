@@ -12,34 +12,33 @@ namespace {
 /// Static bodies may be sunk into one another by this share of the thinner one's width [1]: floors are often modelled so.
 constexpr double kStaticOverlap = 0.1;
 
-bool apart(const ConvexShape::Box& a, const ConvexShape::Box& b) {
-  return (a.upper.array() < b.lower.array()).any() || (b.upper.array() < a.lower.array()).any();
+/// Throws where shapes a < b, which never move, lie deep in one another.
+void refuseOverlap(const Model& model, int a, int b, Work& work) {
+  const ModelShape &A = model.shapes[a], &B = model.shapes[b];
+  if (model.treeOf(a) == model.treeOf(b) || !A.shape->bounded() || !B.shape->bounded()) return;
+  ContactVolume volume;
+  PairCache cache;
+  contactVolume(*A.shape, *B.shape, relativePose(work.placement.X_WS[a], work.placement.X_WS[b]), cache,
+                work.contacts.workspace, volume);
+  const double allowed = kStaticOverlap * std::min(A.width, B.width);
+  if (volume.status != ContactVolume::Status::kOverlap || volume.depth <= allowed) return;
+  throw SetupError(model.links[A.link].name,
+                   "and " + model.links[B.link].name + " are fixed and overlap by " + std::to_string(1e3 * volume.depth) +
+                       " mm: nothing could push them apart",
+                   "move one of them, or make them one body");
 }
 
 }  // namespace
 
 void refuseStaticOverlaps(const Model& model, Work& work) {
-  const int n = static_cast<int>(model.shapes.size());
-  for (int a = 0; a < n; ++a) {
-    const ModelShape& A = model.shapes[a];
-    if (model.links[A.link].moves) continue;
-    for (int b = a + 1; b < n; ++b) {
-      const ModelShape& B = model.shapes[b];
-      if (model.links[B.link].moves || model.treeOf(a) == model.treeOf(b) ||
-          apart(work.placement.box[a], work.placement.box[b]) || !A.shape->bounded() || !B.shape->bounded()) {
-        continue;
-      }
-      ContactVolume volume;
-      PairCache cache;
-      contactVolume(*A.shape, *B.shape, relativePose(work.placement.X_WS[a], work.placement.X_WS[b]), cache,
-                    work.contacts.workspace, volume);
-      const double allowed = kStaticOverlap * std::min(A.width, B.width);
-      if (volume.status != ContactVolume::Status::kOverlap || volume.depth <= allowed) continue;
-      throw SetupError(model.links[A.link].name,
-                       "and " + model.links[B.link].name + " are fixed and overlap by " +
-                           std::to_string(1e3 * volume.depth) + " mm: nothing could push them apart",
-                       "move one of them, or make them one body");
-    }
+  std::vector<int> near;
+  for (const int a : model.fixed_shapes) {
+    near.clear();
+    model.fixed_boxes.eachOverlap(work.placement.box[a], [&](int fixed) {
+      if (model.fixed_shapes[fixed] > a) near.push_back(model.fixed_shapes[fixed]);
+    });
+    std::sort(near.begin(), near.end());
+    for (const int b : near) refuseOverlap(model, a, b, work);
   }
 }
 

@@ -20,13 +20,17 @@ std::uint64_t pairKey(int a, int b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
 }
 
-/// Pairs of boxes that may overlap at once. Beyond about 32 neighbours per shape a scene is a pile of shapes
+/// Pairs of boxes that may overlap at once, of shapes that move. Beyond about 32 neighbours per shape a scene is a pile of shapes
 /// inside one another; what does not fit is flagged and dropped, nearest keys first kept.
 constexpr int kNeighboursPerShape = 32;
+/// So many shapes that never move are counted one by one as neighbours; of more, so many as lie near one another, at most
+/// kMostFixedNeighbours: a body that lies on more pieces of ground is computed with the first of them, and flagged.
+constexpr int kFewFixed = 64, kMostFixedNeighbours = 1024;
 
 /// Up to this many possible pairs per shape, testing each of them costs fewer instructions than sorting the boxes and
-/// ordering what the sweep finds (10 a pair against about 100 a box). Beyond, the list would grow like N².
-constexpr int kListedPairsPerShape = 8;
+/// ordering what the sweep finds (10 a pair against about 100 a box). Beyond, the list would grow like N²; and beyond kMostListed a
+/// tree of what never moves costs less.
+constexpr int kListedPairsPerShape = 8, kMostListed = 2048;
 
 /// A pair that starts deeper than this share of the thinner shape's width is not at rest under its weight.
 constexpr double kBuried = 0.01;
@@ -60,6 +64,7 @@ Model::Model(const WorldDef& def) : name(def.name), settings(def.settings), poin
   checkPointers(def);
   drive_paths = drivePaths(def, *this);
   for (const PointerDef& pointer : pointers) tuning.coupling.push_back(pointer.coupling);
+  sortShapes();
   findInternalFaces();
   countPairs();
   chooseVisits();
@@ -189,23 +194,37 @@ bool Model::mayCollide(int a, int b) const {
   return !std::binary_search(excluded_.begin(), excluded_.end(), pairKey(la, lb));
 }
 
-/// Pieces of one link touch one another, and so do bodies that never move: a floor of several boxes is one body.
-void Model::findInternalFaces() {
-  std::vector<std::vector<int>> groups(links.size() + 1);  // the last: all that never moves
+void Model::sortShapes() {
   std::vector<LinkWork> work(links.size());
   for (const ModelTree& tree : trees) {
     forwardKinematics(*tree.model, q_start.data() + tree.q, v_start.data() + tree.v, work.data() + tree.link);
   }
-  const auto fixed = [this](const ModelShape& s) { return !links[s.link].moves; };
-  for (std::size_t s = 0; s < shapes.size(); ++s) {
-    groups[fixed(shapes[s]) ? links.size() : shapes[s].link].push_back(static_cast<int>(s));
+  std::vector<ConvexShape::Box> boxes;
+  for (int s = 0; s < static_cast<int>(shapes.size()); ++s) {
+    const ModelShape& shape = shapes[s];
+    if (links[shape.link].moves) {
+      moving_shapes.push_back(s);
+      continue;
+    }
+    fixed_shapes.push_back(s);
+    X_WF_.push_back(work[shape.link].X_WL * shape.X_LS);
+    boxes.push_back(shape.shape->aabb(X_WF_.back()));
   }
+  fixed_boxes = BoxTree(boxes);
+}
+
+/// Pieces of one link touch one another, and so do bodies that never move: a floor of several boxes is one body.
+void Model::findInternalFaces() {
+  std::vector<std::vector<int>> groups(links.size());
+  for (const int s : moving_shapes) groups[shapes[s].link].push_back(s);
+  groups.push_back(fixed_shapes);
   for (const std::vector<int>& group : groups) {
     if (group.size() < 2) continue;
+    const bool fixed = &group == &groups.back();
     std::vector<PlacedPiece> pieces;
-    for (int s : group) {
-      const ModelShape& shape = shapes[s];
-      pieces.push_back({shape.shape, fixed(shape) ? work[shape.link].X_WL * shape.X_LS : shape.X_LS});
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      const ModelShape& shape = shapes[group[i]];
+      pieces.push_back({shape.shape, fixed ? X_WF_[i] : shape.X_LS});
     }
     InternalFaces internal = internalFaces(pieces);
     for (std::size_t i = 0; i < group.size(); ++i) {
@@ -223,11 +242,38 @@ bool Model::areNeighbours(int a, int b) const {
 
 void Model::countPairs() {
   const int n = static_cast<int>(shapes.size());
-  for (int a = 0; a < n; ++a) {
-    for (int b = a + 1; b < n; ++b) possible_pairs += mayCollide(a, b);
+  for (const int a : moving_shapes) {
+    for (int b = 0; b < n; ++b) {
+      const bool counted = links[shapes[b].link].moves && b <= a;
+      if (!counted && mayCollide(std::min(a, b), std::max(a, b))) ++possible_pairs;
+    }
   }
   has_contacts = possible_pairs > 0;
-  pair_capacity = static_cast<int>(std::min<long>(possible_pairs, 64L + static_cast<long>(n) * kNeighboursPerShape));
+  const long neighbours = kNeighboursPerShape * static_cast<long>(moving_shapes.size()) + fixedNeighbours();
+  pair_capacity = static_cast<int>(std::min<long>(possible_pairs, 64L + neighbours));
+}
+
+/// Most pairs of boxes that all shapes that move can have with what never moves: of each those within twice its radius of one.
+int Model::fixedNeighbours() const {
+  const int fixed = static_cast<int>(fixed_shapes.size());
+  long sum = 0;
+  std::vector<std::pair<double, int>> known;  // by radius: a heap's bodies are alike
+  for (const int s : moving_shapes) {
+    const double reach = 2 * shapes[s].shape->boundingRadius();
+    const auto found = std::find_if(known.begin(), known.end(), [&](const auto& entry) { return entry.first == reach; });
+    int most = std::min(fixed, kFewFixed);
+    if (found != known.end()) most = found->second;
+    for (int f = 0; found == known.end() && fixed > kFewFixed && most < kMostFixedNeighbours && f < fixed; ++f) {
+      const Vector3 middle = X_WF_[f] * shapes[fixed_shapes[f]].shape->centre();
+      if (!middle.allFinite()) continue;
+      int near = kFewFixed;
+      fixed_boxes.eachOverlap({middle.array() - reach, middle.array() + reach}, [&near](int) { ++near; });
+      most = std::min(std::max(most, near), kMostFixedNeighbours);
+    }
+    if (found == known.end()) known.emplace_back(reach, most);
+    sum += most;
+  }
+  return static_cast<int>(std::min<long>(sum, std::numeric_limits<int>::max() / 2));
 }
 
 void Model::chooseVisits() {
@@ -243,7 +289,7 @@ void Model::chooseVisits() {
   // What nothing touches and no hand pulls is never too stiff.
   const bool choice = settings.integrator == Integrator::kAutomatic;
   if (choice && !all && !has_contacts && pointers.empty()) settings.integrator = Integrator::kVelocityVerlet;
-  if (all || possible_pairs > static_cast<long>(kListedPairsPerShape) * n) return;
+  if (all || possible_pairs > std::min<long>(static_cast<long>(kListedPairsPerShape) * n, kMostListed)) return;
   for (int a = 0; a < n; ++a) {
     for (int b = a + 1; b < n; ++b) {
       if (mayCollide(a, b)) listed_pairs.emplace_back(a, b);
@@ -254,9 +300,9 @@ void Model::chooseVisits() {
 void Model::limitMotions() {
   least_width.assign(links.size(), std::numeric_limits<double>::infinity());
   const int n = static_cast<int>(shapes.size());
-  for (int a = 0; a < n; ++a) {
-    for (int b = a + 1; b < n; ++b) {
-      if (!mayCollide(a, b)) continue;
+  for (const int a : moving_shapes) {
+    for (int b = 0; b < n; ++b) {
+      if (!mayCollide(std::min(a, b), std::max(a, b))) continue;
       const double width = std::min(shapes[a].width, shapes[b].width);
       for (int s : {a, b}) least_width[shapes[s].link] = std::min(least_width[shapes[s].link], width);
     }

@@ -9,6 +9,7 @@
 #include "haptic_core/contact/friction.h"
 #include "haptic_core/dynamics/articulation.h"
 #include "haptic_core/dynamics/ring.h"
+#include "haptic_core/geometry/search/box_tree.h"
 #include "haptic_core/geometry/volume/contact_workspace.h"
 #include "haptic_core/world/definition.h"
 #include "haptic_core/world/drive_paths.h"
@@ -135,6 +136,9 @@ class Model {
   // What a step visits. In the general pipeline (`WorldSettings::leave_out` false) everything; else what can change.
   std::vector<int> updated_trees;   ///< kinematics is computed every step: all but the fixed ones
   std::vector<int> updated_shapes;  ///< pose and box are computed every step: on links that move
+  /// Shapes on links that move, and all others, ascending; and a tree of the latter's boxes, numbered as in `fixed_shapes`.
+  std::vector<int> moving_shapes, fixed_shapes;
+  BoxTree fixed_boxes;              ///< see above; in W
   bool searches_pairs = true;       ///< false: nothing can ever touch
   /// A few pairs are tested box against box, in the order of their keys, without sorting anything; empty: sweep.
   std::vector<std::pair<int, int>> listed_pairs;
@@ -148,8 +152,10 @@ class Model {
   void checkPointers(const WorldDef& def) const;
   void addMaterials(const WorldDef& def);
   void addFilters(const WorldDef& def);
+  void sortShapes();
   void findInternalFaces();
   void countPairs();
+  int fixedNeighbours() const;
   void chooseVisits();
   void limitMotions();
   void checkSettings() const;
@@ -160,6 +166,7 @@ class Model {
   std::vector<std::uint64_t> excluded_;       ///< link pairs, sorted
   std::vector<std::uint64_t> neighbours_;     ///< shape pairs, sorted
   std::vector<int> first_link_;               ///< by articulation of the definition
+  std::vector<Pose> X_WF_;                    ///< of `fixed_shapes`
   double substep_ = settings.step / settings.substeps;
 };
 

@@ -1,22 +1,25 @@
 #include "haptic_core/world/pair_search.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
 namespace haptic {
 namespace {
 
-/// The sweep knows which pairs to leave out; in the general step it finds them all, and findPairs drops them.
+/// The sweep knows which pairs to leave out, and has the boxes that move; in the general step it finds all pairs of all boxes, and
+/// findPairs drops them.
 BroadPhase makeBroadPhase(const Model& model) {
-  const int n = static_cast<int>(model.shapes.size());
-  const bool leave_out = model.settings.leave_out;
+  if (!model.settings.leave_out) return BroadPhase(static_cast<int>(model.shapes.size()), {});
+  const std::vector<int>& moving = model.moving_shapes;
+  const int n = static_cast<int>(moving.size());
   std::vector<std::pair<int, int>> never;
-  for (int a = 0; leave_out && a < n; ++a) {
+  for (int a = 0; a < n; ++a) {
     for (int b = a + 1; b < n; ++b) {
-      if (!model.mayCollide(a, b)) never.emplace_back(a, b);
+      if (!model.mayCollide(moving[a], moving[b])) never.emplace_back(a, b);
     }
   }
-  return BroadPhase(n, never, leave_out ? model.pair_capacity : 0);
+  return BroadPhase(n, never, model.pair_capacity);
 }
 
 /// How far an implicitly stepped shape may come in h [m]: twice the way at today's speed and gravity. What a collision
@@ -82,7 +85,27 @@ class PairList {
 }  // namespace
 
 SearchWork::SearchWork(const Model& model)
-    : boxes(makeBroadPhase(model)), apart_by(model.listed_pairs.size()), previous(model.pair_capacity) {}
+    : boxes(makeBroadPhase(model)), apart_by(model.listed_pairs.size()), previous(model.pair_capacity) {
+  if (!model.settings.leave_out) return;
+  moving.resize(model.moving_shapes.size());
+  with_fixed.reserve(model.pair_capacity);
+}
+
+bool sweepBoxes(const Model& model, const Placement& placement, SearchWork& search) noexcept {
+  if (!model.settings.leave_out) return search.boxes.update(placement.box.data());
+  search.with_fixed.clear();
+  bool complete = true;
+  for (std::size_t i = 0; i < search.moving.size(); ++i) {
+    const int s = model.moving_shapes[i];
+    search.moving[i] = placement.box[s];
+    model.fixed_boxes.eachOverlap(placement.box[s], [&](int fixed) {
+      const int f = model.fixed_shapes[fixed], a = std::min(s, f), b = std::max(s, f);
+      if (model.mayCollide(a, b)) complete &= search.with_fixed.push_back(ActivePair::keyOf(a, b));
+    });
+  }
+  std::sort(search.with_fixed.begin(), search.with_fixed.end());
+  return search.boxes.update(search.moving.data()) && complete;
+}
 
 void findPairs(const Model& model, double h, Placement& placement, State& state, SearchWork& search,
                StepReport& report) noexcept {
@@ -100,11 +123,10 @@ void findPairs(const Model& model, double h, Placement& placement, State& state,
       if (!areApart(boxes, a, b, by) && !placement.areApart(a, b)) complete &= pairs.add(a, b);
     }
   } else {
-    complete &= search.boxes.update(placement.box.data());
-    for (const BroadPhase::Pair& found : search.boxes.pairs()) {
-      if (placement.areApart(found.a, found.b)) continue;  // balls side by side across the axes; they would join islands
-      if (model.settings.leave_out || model.mayCollide(found.a, found.b)) complete &= pairs.add(found.a, found.b);
-    }
+    complete &= sweepBoxes(model, placement, search);
+    eachOverlap(model, search, [&](int a, int b) {
+      if (!placement.areApart(a, b)) complete &= pairs.add(a, b);  // balls side by side across the axes; they would join islands
+    });
   }
   complete &= pairs.finish();
   if (!complete) report.flags |= kPairsDropped;

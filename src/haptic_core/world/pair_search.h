@@ -1,5 +1,7 @@
-/// Which shapes may touch: boxes, sorted out by a sweep or compared one by one.
+/// Which shapes may touch: boxes that move, sorted out by a sweep, each with the boxes that never move, by a tree; or few pairs, one by
+/// one. However much ground there is where nothing lies, it costs nothing.
 #pragma once
+#include <limits>
 #include <vector>
 
 #include "haptic_core/geometry/search/broad_phase.h"
@@ -18,12 +20,35 @@ struct BoundsApart {
 
 /// Scratch of the search for pairs.
 struct SearchWork {
-  BroadPhase boxes;                   ///< keeps the order of the boxes from call to call
+  BroadPhase boxes;                   ///< of what moves; keeps the order of the boxes from call to call
+  std::vector<ConvexShape::Box> moving;    ///< boxes of the model's `moving_shapes`, for the sweep
+  LoadedVector<std::uint64_t> with_fixed;  ///< keys of the pairs that the tree finds
   std::vector<BoundsApart> apart_by;  ///< what last told the boxes of a listed pair apart; tried first, it changes no result
   std::vector<ActivePair> previous;   ///< pairs of the last search
 
   explicit SearchWork(const Model& model);  ///< set-up: room for all shapes
 };
+
+/// (in realtime) Finds the pairs of the placement's boxes that overlap, for `eachOverlap`. False: there was no room for some.
+bool sweepBoxes(const Model& model, const Placement& placement, SearchWork& search) noexcept;
+
+/// (in realtime) visit(a, b) for the pairs a < b that `sweepBoxes` found and that may collide, in the order of their keys.
+template <class Visit>
+void eachOverlap(const Model& model, const SearchWork& search, Visit&& visit) noexcept {
+  const bool all = !model.settings.leave_out;
+  const std::uint64_t* fixed = search.with_fixed.begin();
+  const auto visitFixed = [&](std::uint64_t below) {
+    for (; fixed != search.with_fixed.end() && *fixed < below; ++fixed) {
+      visit(static_cast<int>(*fixed >> 32), static_cast<int>(*fixed & 0xffffffffu));
+    }
+  };
+  for (const BroadPhase::Pair& found : search.boxes.pairs()) {
+    const int a = all ? found.a : model.moving_shapes[found.a], b = all ? found.b : model.moving_shapes[found.b];
+    visitFixed(ActivePair::keyOf(a, b));
+    if (!all || model.mayCollide(a, b)) visit(a, b);
+  }
+  visitFixed(std::numeric_limits<std::uint64_t>::max());
+}
 
 /// (in realtime) Poses and boxes of the shapes, then the pairs whose boxes overlap, in the order of their keys; what a
 /// pair remembers comes along from the last search. With h > 0 boxes of implicitly stepped trees, which have yet to move,

@@ -19,7 +19,7 @@ class Sweep {
  public:
   Sweep(const Model& model, double left, const State& state, Work& work, StepReport& report)
       : model_(model), left_(left), state_(state), placement_(work.placement), hands_(work.hands),
-        boxes_(work.search.boxes), report_(report) {}
+        search_(work.search), report_(report) {}
 
   /// How much of the time left may pass before contacts have to be looked at again [s].
   double safePart() noexcept;
@@ -34,7 +34,7 @@ class Sweep {
   const State& state_;
   Placement& placement_;
   const HandWork& hands_;
-  BroadPhase& boxes_;
+  SearchWork& search_;
   StepReport& report_;
 };
 
@@ -97,11 +97,9 @@ double Sweep::safePart() noexcept {
     placement_.box[s].lower = (placement_.box[s].lower + way.cwiseMin(0.0)).array() - turn;
     placement_.box[s].upper = (placement_.box[s].upper + way.cwiseMax(0.0)).array() + turn;
   }
-  if (!boxes_.update(placement_.box.data())) report_.flags |= kPairsDropped;
+  if (!sweepBoxes(model_, placement_, search_)) report_.flags |= kPairsDropped;
   double part = left_;
-  for (const BroadPhase::Pair& pair : boxes_.pairs()) {
-    if (model_.mayCollide(pair.a, pair.b)) part = std::min(part, safePart(pair.a, pair.b));
-  }
+  eachOverlap(model_, search_, [&](int a, int b) { part = std::min(part, safePart(a, b)); });
   for (int i = 0; i < state_.pair_count; ++i) {
     if (state_.pairs[i].friction.touching == 0) continue;
     for (int s : {state_.pairs[i].shapeA(), state_.pairs[i].shapeB()}) {

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+
+#include "haptic_core/geometry/search/box_tree.h"
 
 namespace haptic {
 namespace {
@@ -31,9 +34,23 @@ struct Placed {
   }
 };
 
-bool touching(const Placed& a, const Placed& b, double gap) {
-  return (a.box.lower.array() - gap <= b.box.upper.array()).all() &&
-         (b.box.lower.array() - gap <= a.box.upper.array()).all();
+ConvexPolyhedron::Box widened(const ConvexPolyhedron::Box& box, double by) {
+  return {box.lower.array() - by, box.upper.array() + by};
+}
+
+/// For each piece those after it whose boxes come within kJoint of the larger one's size, ascending.
+std::vector<std::vector<int>> touching(const std::vector<Placed>& placed) {
+  std::vector<ConvexPolyhedron::Box> boxes;
+  for (const Placed& piece : placed) boxes.push_back(widened(piece.box, kJoint * piece.size));
+  const BoxTree tree(boxes);
+  std::vector<std::vector<int>> near(placed.size());
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    tree.eachOverlap(boxes[i], [&](int j) {
+      if (j > static_cast<int>(i)) near[i].push_back(j);
+    });
+    std::sort(near[i].begin(), near[i].end());
+  }
+  return near;
 }
 
 double areaOf(const Polygon& polygon, const Vector3& n) {
@@ -59,6 +76,17 @@ Polygon within(Polygon polygon, const Polygon& other, const Vector3& n) {
   return polygon;
 }
 
+/// Without corners that lie within `gap` of the one before: clipping along an edge leaves some at roundings of one another, and the
+/// direction of an edge between them is none.
+Polygon withoutDoubles(const Polygon& polygon, double gap) {
+  Polygon out;
+  for (const Vector3& p : polygon) {
+    if (out.empty() || (p - out.back()).norm() > gap) out.push_back(p);
+  }
+  while (out.size() > 1 && (out.back() - out.front()).norm() <= gap) out.pop_back();
+  return out;
+}
+
 /// A part of a piece's face that a neighbour covers; `polygon` lies in the body's frame.
 void addCover(const PlacedPiece& piece, std::size_t faces, std::size_t face, Polygon polygon, InnerFaces& inner) {
   inner.bits.resize((faces + 63) / 64, 0);
@@ -76,7 +104,7 @@ bool coverShared(const Placed& a, const Placed& b, double gap, const PlacedPiece
       if ((a.normals[f] + b.normals[g]).norm() > kJoint || std::abs(a.offsets[f] + b.offsets[g]) > gap)
         continue;
       const double smaller = std::min(areaOf(a.loops[f], a.normals[f]), areaOf(b.loops[g], b.normals[g]));
-      Polygon shared = within(a.loops[f], b.loops[g], b.normals[g]);
+      Polygon shared = withoutDoubles(within(a.loops[f], b.loops[g], b.normals[g]), gap);
       if (areaOf(shared, a.normals[f]) <= kShared * smaller) continue;
       addCover(piece_a, a.loops.size(), f, shared, inner_a);
       std::reverse(shared.begin(), shared.end());
@@ -86,43 +114,93 @@ bool coverShared(const Placed& a, const Placed& b, double gap, const PlacedPiece
   return any;
 }
 
-/// Gives faces of two neighbours that lie in one plane and look the same way one number.
-void joinSurfaces(const Placed& a, const Placed& b, double gap, int& count, std::vector<std::vector<int>>& surface, int i,
-                  int j) {
-  for (std::size_t f = 0; f < a.loops.size(); ++f)
-    for (std::size_t g = 0; g < b.loops.size(); ++g) {
-      if ((a.normals[f] - b.normals[g]).norm() > kJoint || std::abs(a.offsets[f] - b.offsets[g]) > gap) continue;
-      surface[i].resize(a.loops.size(), -1);
-      surface[j].resize(b.loops.size(), -1);
-      int &x = surface[i][f], &y = surface[j][g];
-      if (x < 0) x = count++;
-      const int from = y, to = x;
-      y = to;
-      if (from < 0 || from == to) continue;
-      for (std::vector<int>& faces : surface)
-        for (int& number : faces) number = number == from ? to : number;
+/// Faces of all pieces in one row, and which of them continue one another.
+class Surfaces {
+ public:
+  explicit Surfaces(const std::vector<Placed>& placed) : first_{0} {
+    for (const Placed& piece : placed) first_.push_back(first_.back() + static_cast<int>(piece.loops.size()));
+    root_.resize(first_.back());
+    std::iota(root_.begin(), root_.end(), 0);
+    goes_on_.resize(first_.back(), 0);
+  }
+  /// Joins faces of two neighbours that lie in one plane and look the same way.
+  void join(const std::vector<Placed>& placed, double gap, int i, int j) {
+    const Placed &a = placed[i], &b = placed[j];
+    for (std::size_t f = 0; f < a.loops.size(); ++f)
+      for (std::size_t g = 0; g < b.loops.size(); ++g) {
+        if ((a.normals[f] - b.normals[g]).norm() > kJoint || std::abs(a.offsets[f] - b.offsets[g]) > gap) continue;
+        const int x = first_[i] + static_cast<int>(f), y = first_[j] + static_cast<int>(g);
+        goes_on_[x] = goes_on_[y] = 1;
+        root_[rootOf(y)] = rootOf(x);
+      }
+  }
+  std::vector<std::vector<int>> numbers(const std::vector<std::pair<int, int>>& neighbours);
+
+ private:
+  int rootOf(int face) {
+    while (root_[face] != face) face = root_[face] = root_[root_[face]];
+    return face;
+  }
+  std::vector<int> first_, root_;
+  std::vector<char> goes_on_;  ///< a neighbour continues it
+};
+
+/// The least number that no surface has that a piece with this one meets, on itself or on a neighbour.
+std::vector<std::vector<int>> Surfaces::numbers(const std::vector<std::pair<int, int>>& neighbours) {
+  const int pieces = static_cast<int>(first_.size()) - 1;
+  std::vector<std::vector<int>> meets(pieces), surface(pieces), pieces_of(root_.size());
+  for (const auto& [i, j] : neighbours) meets[i].push_back(j), meets[j].push_back(i);
+  for (int i = 0; i < pieces; ++i) {
+    for (int face = first_[i]; face < first_[i + 1]; ++face) {
+      if (!goes_on_[face]) continue;
+      surface[i].resize(first_[i + 1] - first_[i], -1);
+      pieces_of[rootOf(face)].push_back(i);
     }
+  }
+  std::vector<int> number(root_.size(), -1), taken_by;
+  const auto take = [&](int piece, int root) {
+    for (int face = first_[piece]; face < first_[piece + 1]; ++face) {
+      const int taken = goes_on_[face] ? number[rootOf(face)] : -1;
+      if (taken < 0) continue;
+      if (taken >= static_cast<int>(taken_by.size())) taken_by.resize(taken + 1, -1);
+      taken_by[taken] = root;
+    }
+  };
+  for (int root = 0; root < static_cast<int>(root_.size()); ++root) {
+    if (pieces_of[root].empty()) continue;
+    for (const int piece : pieces_of[root]) {
+      take(piece, root);
+      for (const int other : meets[piece]) take(other, root);
+    }
+    int& own = number[root];
+    for (own = 0; own < static_cast<int>(taken_by.size()) && taken_by[own] == root;) ++own;
+  }
+  for (int i = 0; i < pieces; ++i) {
+    for (int face = first_[i]; face < first_[i + 1]; ++face) {
+      if (goes_on_[face]) surface[i][face - first_[i]] = number[rootOf(face)];
+    }
+  }
+  return surface;
 }
 
 }  // namespace
 
 InternalFaces internalFaces(const std::vector<PlacedPiece>& pieces) {
   std::vector<Placed> placed;
+  placed.reserve(pieces.size());
   for (const PlacedPiece& piece : pieces) placed.emplace_back(piece);
   InternalFaces out;
   out.inner.resize(pieces.size());
-  out.surface.resize(pieces.size());
-  int surfaces = 0;
+  Surfaces surfaces(placed);
+  const std::vector<std::vector<int>> near = touching(placed);
   for (std::size_t i = 0; i < placed.size(); ++i)
-    for (std::size_t j = i + 1; j < placed.size(); ++j) {
+    for (const int j : near[i]) {
       const double gap = kJoint * std::max(placed[i].size, placed[j].size);
-      if (!touching(placed[i], placed[j], gap) ||
-          !coverShared(placed[i], placed[j], gap, pieces[i], pieces[j], out.inner[i], out.inner[j]))
-        continue;
-      const int a = static_cast<int>(i), b = static_cast<int>(j);
-      joinSurfaces(placed[i], placed[j], gap, surfaces, out.surface, a, b);
-      out.neighbours.emplace_back(a, b);
+      if (!coverShared(placed[i], placed[j], gap, pieces[i], pieces[j], out.inner[i], out.inner[j])) continue;
+      surfaces.join(placed, gap, static_cast<int>(i), j);
+      out.neighbours.emplace_back(static_cast<int>(i), j);
     }
+  out.surface = surfaces.numbers(out.neighbours);
   return out;
 }
 

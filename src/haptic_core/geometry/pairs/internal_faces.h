@@ -19,13 +19,15 @@ struct PlacedPiece {
 struct InternalFaces {
   std::vector<InnerFaces> inner;                ///< by piece: what its neighbours cover
   /// By piece and face: faces of neighbouring pieces that continue one another, without a bend, have one number; −1: no
-  /// neighbour continues it. Empty: of no face.
+  /// neighbour continues it. Empty: of no face. Other surfaces of a piece and of its neighbours have other numbers, from 0 on; one
+  /// farther away may have the same.
   std::vector<std::vector<int>> surface;
   std::vector<std::pair<int, int>> neighbours;  ///< pieces that share area, first < second, ascending
 };
 
 /// Faces of different pieces that lie against one another, within kJoint of the pieces' size, on more than
-/// kShared of the smaller face's area. Cost O(face pairs whose pieces touch); at load.
+/// kShared of the smaller face's area. Cost O(n log n) pieces, and all face pairs of those
+/// that touch; at load.
 InternalFaces internalFaces(const std::vector<PlacedPiece>& pieces);
 
 /// Gap or overlap that still counts as lying against, or in one plane, relative to the larger piece; and the tilt [rad].

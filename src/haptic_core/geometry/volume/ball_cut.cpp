@@ -178,11 +178,11 @@ void BallCut::closeArcs(const CutFace& face, bool holds_centre) noexcept {
   for (int i = face.first; i < face.first + face.count; ++i) {
     CutCurve& curve = curves_[i];
     if (!curve.arc) {
-      const double turn = crossInPlane(curve.p, curve.q);
-      total += elementary::atan2(turn, curve.p.dot(curve.q));
+      const double angle = elementary::atan2(crossInPlane(curve.p, curve.q), curve.p.dot(curve.q));
+      total += angle;
       if ((curve.q - curve.p).squaredNorm() < kSpeck * kSpeck * radius_ * radius_) continue;
       voted = true;
-      left = left && turn >= 0;
+      left = left && angle >= 0;  // a cross product of -0 is half a turn to the right
       continue;
     }
     total += curve.sweep;

@@ -151,11 +151,11 @@ void TubeCut::closeArcs(const TubeFace& face, bool holds_centre) noexcept {
     TubeCurve& curve = curves_[i];
     if (!curve.arc) {
       const Vector2 p = curve.p.head<2>(), q = curve.q.head<2>();
-      const double turn = side * crossInPlane(p, q);
-      total += elementary::atan2(turn, p.dot(q));
+      const double angle = elementary::atan2(side * crossInPlane(p, q), p.dot(q));
+      total += angle;
       if ((q - p).squaredNorm() < kSpeck * kSpeck * radius_ * radius_) continue;
       voted = true;
-      left = left && turn >= 0;
+      left = left && angle >= 0;  // as in BallCut::closeArcs
       continue;
     }
     if (too_short && std::abs(curve.sweep) > kTurn - kArcDoubt) curve.sweep -= side * kTurn;
