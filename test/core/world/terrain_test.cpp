@@ -109,30 +109,51 @@ TEST(Terrain, ASlopeIsAnInclinedPlane) {
   EXPECT_NEAR(slid.x() - start.x(), speed * t + 0.5 * a * t * t, 5e-4);
 }
 
-/// A ball in a bowl of triangles comes to rest where it is lowest, and its contacts carry its weight.
+/// A bowl of triangles with a ball of .5 kg and 5 cm in it.
+WorldDef bowl(Integrator integrator, const Vector3& start) {
+  WorldDef def;
+  CubeParameters c;
+  c.mass = 0.5;
+  def.settings.default_material = c.material();
+  def.settings.gravity = Vector3(0, 0, -kGravity);
+  def.settings.integrator = integrator;
+  def.articulations.push_back(staticPieces("bowl", groundOf(heightGrid(9, 0.9, [](double x, double y) { return x * x + y * y; }))));
+  const auto ball = std::make_shared<Ball>(0.05);
+  def.articulations.push_back(freeBody("ball", ball, 0.5, ball->massProperties(0.5 / ball->volume()).I_com, Pose(start)));
+  return def;
+}
+
+/// A ball that falls on the level cell in a bowl's middle comes to rest there, and its contacts carry its weight.
 TEST(Terrain, ABallComesToRestInABowl) {
   for (const Integrator integrator : {Integrator::kVelocityVerlet, Integrator::kAutomatic}) {
-    WorldDef def;
-    CubeParameters c;
-    c.mass = 0.5;
-    def.settings.default_material = c.material();
-    def.settings.gravity = Vector3(0, 0, -kGravity);
-    def.settings.integrator = integrator;
-    def.articulations.push_back(staticPieces("bowl", groundOf(heightGrid(9, 0.9, [](double x, double y) { return x * x + y * y; }))));
-    const auto ball = std::make_shared<Ball>(0.05);
-    def.articulations.push_back(freeBody("ball", ball, 0.5, ball->massProperties(0.5 / ball->volume()).I_com,
-                                         Pose(Vector3(0.11, 0.06, 0.08))));
-    World world(def);
+    World world(bowl(integrator, Vector3(0.02, -0.01, 0.08)));
     for (int i = 0; i < 8000; ++i) {
       world.step();
       ASSERT_FALSE(world.report().flags & (kPairsDropped | kContactsIncomplete));
     }
-    const Vector3 p = world.linkPose(1).p;
-    EXPECT_LT(p.head<2>().norm(), 0.08);  // in the middle cell, which is level
     EXPECT_LT(world.linkTwist(1).linear.norm(), 1e-4);
     Vector3 force = Vector3::Zero();
     for (int i = 0; i < world.contactCount(); ++i) force += (world.contact(i).link_b == 1 ? 1 : -1) * world.contact(i).F_BP_W.force;
     EXPECT_NEAR((force - Vector3(0, 0, 0.5 * kGravity)).norm(), 0, 0.01);
+  }
+}
+
+/// Beside the middle it rolls from side to side over edges and corners of the triangles, and none of them gives it energy.
+TEST(Terrain, ABallRollsInABowlAndGainsNothing) {
+  for (const Integrator integrator : {Integrator::kVelocityVerlet, Integrator::kAutomatic}) {
+    World world(bowl(integrator, Vector3(0.11, 0.06, 0.08)));
+    const auto height = [&] {  // energy over m g [m]; I = 2/5 m r²
+      const Twist V = world.linkTwist(1);
+      return world.linkPose(1).p.z() + (0.5 * V.linear.squaredNorm() + 0.2 * 0.05 * 0.05 * V.angular.squaredNorm()) / kGravity;
+    };
+    const double start = height();
+    double widest = 0;
+    for (int i = 0; i < 8000; ++i) {
+      world.step();
+      ASSERT_LT(height(), start + 1e-9);  // it begins in free fall
+      if (i > 4000) widest = std::max(widest, world.linkPose(1).p.head<2>().norm());
+    }
+    EXPECT_GT(widest, 0.03);  // it still rolls
   }
 }
 
