@@ -53,6 +53,7 @@ SHOWS = {
     "stack15": "Fifteen stacked cubes, each at the depth that carries those above it.",
     "stick_slip": "A spring draws a block over the floor: it sticks and slips in turn.",
     "table_block": "The table and block of `panda_touch` alone, under the hand.",
+    "terrain": "A ball, a puck and a cube on a height field: the ball rolls into a valley, the puck slides down.",
     "tilt": "A tilted cube of 2 m falls from its edge onto its face.",
     "top": "A cone spins on its apex and precesses.",
 }
