@@ -112,7 +112,7 @@ def session_figures(session):
 
 
 def presented_table(sessions):
-    """What was presented against nominal, by condition."""
+    """Presented stimuli against nominal ones, by condition."""
     found = {}
     for session in sessions:
         for row in session.used:
@@ -122,7 +122,7 @@ def presented_table(sessions):
                     found.setdefault(f'{nominal:.4g}', []).append(100 * (value / nominal - 1))
     lines = [f'<tr><td>{level}</td><td>{len(e)}</td><td>{np.mean(e):+.2f}</td><td>{np.max(np.abs(e)):.2f}</td></tr>'
              for level, e in sorted(found.items(), key=lambda kv: float(kv[0]))]
-    return ('<h2>What was presented</h2><table><tr><th>nominal</th><th>n</th><th>mean error [%]</th><th>largest [%]</th></tr>' +
+    return ('<h2>Presented stimuli</h2><table><tr><th>nominal</th><th>n</th><th>mean error [%]</th><th>largest [%]</th></tr>' +
             ''.join(lines) + '</table>') if lines else ''
 
 

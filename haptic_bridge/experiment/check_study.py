@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What a study becomes: trials, time, the order for a subject and seed, and what the hand will get of every condition."""
+"""Trials of a study, their time, their order for a subject and seed, and the hand's forces in every condition."""
 import argparse
 import math
 import os
@@ -53,7 +53,7 @@ def conditions_of(study):
 
 
 def most_rate(device):
-    """What the wire of a device's file carries [Hz]."""
+    """Highest rate that the wire of a device's file carries [Hz]."""
     with open(device, encoding='utf-8') as file:
         known = yaml.safe_load(file)
     return float(known.get('max_rate', math.inf))

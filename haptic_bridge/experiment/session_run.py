@@ -156,7 +156,7 @@ class SessionRun:
         return row
 
     def measured(self, trial, samples, row):
-        """What was presented, into `row`; the magnitudes that a percept takes."""
+        """Presented stimuli into `row`; the magnitudes that a percept takes."""
         study, felt, within = self.study, [], []
         for number, (condition, part) in enumerate(zip(trial.intervals, samples), 1):
             estimate, nominal = presented(study.measure, part, condition), self.nominal(condition)

@@ -23,6 +23,13 @@ class AsItIs:
         self._md5sum, self._full_text = md5sum, text
 
 
+def unreadable(source, error):
+    """One line for a rosbag.ROSBagException: why the bag cannot be read, and what to do."""
+    if isinstance(error, rosbag.ROSBagUnindexedException):
+        return f'{source}: is truncated: it has no index: mend it by: rosbag reindex {source}'
+    return f'{source}: cannot be read as a bag: {error}'
+
+
 def to_mcap(source, target):
     """Writes all of a bag; the number of messages."""
     count = 0
@@ -62,10 +69,8 @@ def main():
         (to_mcap if target.endswith('.mcap') else to_bag)(source, target)
     except mcap_file.Damaged as error:
         sys.exit(str(error))
-    except rosbag.ROSBagUnindexedException:
-        sys.exit(f'{source}: is truncated: it has no index: mend it by: rosbag reindex {source}')
     except rosbag.ROSBagException as error:
-        sys.exit(f'{source}: cannot be read as a bag: {error}')
+        sys.exit(unreadable(source, error))
     except OSError as error:
         sys.exit(f'{error.filename or target}: {error.strerror}')
 

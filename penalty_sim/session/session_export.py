@@ -56,10 +56,8 @@ def write_mcap(options, prefix):
     try:
         count = mcap_bag.to_mcap(options.bag, path)
         layout = mcap_layout.write_beside(path)
-    except rosbag.ROSBagUnindexedException:
-        sys.exit(f'export: {options.bag}: is truncated: it has no index: mend it by: rosbag reindex {options.bag}')
     except rosbag.ROSBagException as error:
-        sys.exit(f'export: {options.bag}: cannot be read as a bag: {error}')
+        sys.exit(f'export: {mcap_bag.unreadable(options.bag, error)}')
     except OSError as error:
         sys.exit(f'export: {error.filename or path}: cannot be written: {error.strerror}; give another place by --output')
     print(f'figure mcap.messages {count} 1')
