@@ -12,7 +12,7 @@ visualization_msgs::InteractiveMarkerControl control(const char* name, const Vec
   c.name = name;
   c.interaction_mode = static_cast<std::uint8_t>(mode);
   // rviz takes the control's x axis as the one to move along or turn about.
-  const Quaternion q = Quaternion::FromTwoVectors(Vector3::UnitX(), axis);
+  const Quaternion q = shortestTurn(Vector3::UnitX(), axis);
   c.orientation = toQuaternion(q.toRotationMatrix());
   return c;
 }

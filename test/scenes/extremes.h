@@ -95,7 +95,7 @@ inline std::vector<ExtremeCase> extremeCases(const WorldSettings& settings) {
   ExtremeCase corner = one("cube on its corner", cubeOf(0.1, 0.1, 1e5), settings, 0);
   corner.def.articulations[1].X_WA.R =
       rotationAbout(Vector3(1, 0.3, 0).normalized(), 1e-3) *
-      Quaternion::FromTwoVectors(Vector3(1, 1, 1).normalized(), Vector3::UnitZ()).toRotationMatrix();
+      shortestTurn(Vector3(1, 1, 1).normalized(), Vector3::UnitZ()).toRotationMatrix();
   corner.def.articulations[1].X_WA.p.z() = std::sqrt(3.0) / 2 * 0.1;
   cases.push_back(corner);
 

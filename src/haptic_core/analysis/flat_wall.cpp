@@ -12,7 +12,7 @@ namespace haptic {
 FlatWall::FlatWall(const ConvexShape& shape, const Vector3& outward)
     : shape_(shape), wall_(makeBox(Vector3::Constant(8 * shape.boundingRadius()))) {
   workspace_.reserve(wall_, shape);
-  X_WS_.R = Quaternion::FromTwoVectors(outward, -Vector3::UnitZ()).toRotationMatrix();
+  X_WS_.R = shortestTurn(outward, -Vector3::UnitZ()).toRotationMatrix();
   X_WS_.p = -(X_WS_.R * shape.centre());
   lowest_ = -supportHeight(shape, X_WS_, -Vector3::UnitZ());
   middle_ = 0.5 * (supportHeight(shape, X_WS_, Vector3::UnitZ()) - lowest_);

@@ -27,6 +27,15 @@ Matrix3 rotationAbout(const Vector3& axis, double angle) noexcept {
   return cosine * Matrix3::Identity() + sine * crossMatrix(axis) + (1 - cosine) * axis * axis.transpose();
 }
 
+Quaternion shortestTurn(const Vector3& a, const Vector3& b) noexcept {
+  // Half of the angle θ: |a + b| = 2 cos(θ/2), |a - b| = 2 sin(θ/2), and each sum is exact where it is small.
+  constexpr double kOpposite = 1e-15;  // |a + b| of rounding alone: it has no direction
+  const Vector3 sum = a + b, difference = a - b;
+  const double length = sum.norm();
+  const Vector3 v = length > kOpposite ? Vector3(difference.cross(sum) / (2 * length)) : a.unitOrthogonal();
+  return Quaternion(0.5 * length, v.x(), v.y(), v.z()).normalized();
+}
+
 Matrix3 rotationFromRpy(const Vector3& rpy) noexcept {
   const auto [sx, cx] = elementary::sinCos(rpy.x());
   const auto [sy, cy] = elementary::sinCos(rpy.y());

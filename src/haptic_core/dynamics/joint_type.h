@@ -58,9 +58,6 @@ constexpr bool hasAxis(const JointKind& kind) { return kind.axes[0] == 'a' || ki
 /// One degree of freedom: what has limits, a drive, friction.
 constexpr bool isScalar(JointType type) { return degreesOf(kindOf(type)) == 1; }
 
-/// Turns z the shortest way onto the unit vector a. Not inline: Eigen's takes three seconds of every file that sees it.
-Quaternion turnFromZ(const Vector3& a);
-
 /// Axis k in the joint frame, for the joint's own axis `a` of unit length.
 inline Vector3 axisOf(const JointKind& kind, int k, const Vector3& a) {
   switch (kind.axes[k]) {
@@ -71,9 +68,9 @@ inline Vector3 axisOf(const JointKind& kind, int k, const Vector3& a) {
     case 'z':
       return Vector3::UnitZ();
     case 'u':  // x and y, turned with z the shortest way onto the axis
-      return turnFromZ(a) * Vector3::UnitX();
+      return shortestTurn(Vector3::UnitZ(), a) * Vector3::UnitX();
     case 'w':
-      return turnFromZ(a) * Vector3::UnitY();
+      return shortestTurn(Vector3::UnitZ(), a) * Vector3::UnitY();
     default:
       return a;
   }

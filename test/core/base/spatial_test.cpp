@@ -28,6 +28,21 @@ TEST(Spatial, RotationsAreThoseOfTheirAngles) {
   EXPECT_GT(most, 0);
 }
 
+/// On its way, shortest, and of unit length; also for vectors that are nearly the same and nearly opposite.
+TEST(Spatial, TheShortestTurnIsOntoTheVectorAndAboutAnAxisAcrossBoth) {
+  const Vector3 a = Vector3(0.3, -0.8, 0.5).normalized(), across = Vector3(0.8, 0.3, 0).normalized();
+  for (double angle : {0.0, 1e-12, 1e-7, 0.4, 1.5707963267948966, 3.0, 3.14159264, 3.14159265358, 3.141592653589793}) {
+    const Vector3 b = (rotationAbout(across, angle) * a).normalized();
+    const Quaternion q = shortestTurn(a, b);
+    EXPECT_LT((q * a - b).norm(), 8 * kEps) << angle;
+    EXPECT_LT(std::abs(q.norm() - 1), 2 * kEps) << angle;
+    EXPECT_LT(std::abs(q.vec().dot(a + b)), 4 * kEps) << angle;
+    EXPECT_LT(std::abs(2 * std::atan2(q.vec().norm(), q.w()) - angle), 8 * kEps) << angle;
+  }
+  EXPECT_LT((shortestTurn(a, -a) * a + a).norm(), 8 * kEps);
+  EXPECT_EQ(shortestTurn(a, a).coeffs(), Quaternion::Identity().coeffs());
+}
+
 TEST(Spatial, NoTurnIsNoTurn) {
   EXPECT_EQ(rotationFromRpy(Vector3::Zero()), Matrix3::Identity());
   EXPECT_EQ(rotationAbout(Vector3::UnitX(), 0), Matrix3::Identity());

@@ -73,7 +73,7 @@ class HardCases {
           visit({&a, &b, Pose(edge, Vector3(0, 0, top(a, Matrix3::Identity()) - bottom(b, edge) - sink)),
                  "edge on face"});
           const Matrix3 corner =
-              Quaternion::FromTwoVectors(Vector3::Ones(), -Vector3::UnitZ()).toRotationMatrix();
+              shortestTurn(Vector3::Ones().normalized(), -Vector3::UnitZ()).toRotationMatrix();
           visit({&a, &b, Pose(corner, Vector3(0, 0, top(a, Matrix3::Identity()) - bottom(b, corner) - sink)),
                  "vertex on face"});
         }
