@@ -271,6 +271,14 @@ std::string obedienceText(const DeviceDef& def) {
                 "(until the strings' lengths or a counter that stands still under a changing force tell)\n";
 }
 
+/// What is seen of counters that freeze, all of them at once: their lengths agree for ever.
+std::string frozenText(const DeviceDef& def) {
+  using Still = StillCounters;
+  return "counts that freeze on every string: seen within " + number(1e3 * Still::kRest, 0) + " ms after a string was faster than " +
+         number(1e3 * Still(def).tellingSpeed(), 0) + " mm/s, else " + number(1e3 * Still::kTime, 0) + " ms after the force changed by " +
+         number(Still::kForceChange, 0) + " N; not seen on this hardware: those of a slower hand in no contact\n";
+}
+
 /// Which counters must rise and fall when the grip is moved a centimetre along each axis.
 std::string firstMotionTest(const DeviceDef& def) {
   const StringKinematics kinematics(def);
@@ -355,7 +363,7 @@ std::string checkDevice(const DeviceDef& def) {
   text += "a fault puts at most " + number(1e3 * faultEnergy(def), 0) + " mJ into the hand: " + number(def.max_force, 1) +
           " N, rising at " + number(limits.force_slew, 0) + " N/s, for the " + number(1e3 * limits.freshness.limit_s, 0) +
           " ms for which counts may be old\n";
-  text += obedienceText(def);
+  text += obedienceText(def) + frozenText(def);
   text += firstMotionTest(def);
   for (const std::string& line : r.to_do) text += "to do: " + line + "\n";
   for (const std::string& problem : r.problems) text += "problem: " + problem + "\n";

@@ -26,6 +26,10 @@ namespace haptic {
 /// Notices counters that stand still although something says that they should not.
 class StillCounters {
  public:
+  static constexpr double kForceChange = 1;  ///< [N]; less, and a firm grip moves by less than a few counts
+  static constexpr double kTime = 0.05;      ///< [s] since that change; a grip of 0.1 kg in a hand moves within 20 ms
+  static constexpr double kRest = 0.015;     ///< T [s]; longer: slower motions tell as well, later
+
   /// Set-up: the strings and the steps of their counters.
   explicit StillCounters(const DeviceDef& def) : strings_(static_cast<int>(def.strings.size())) {
     for (int i = 0; i < strings_; ++i) {
@@ -89,8 +93,10 @@ class StillCounters {
     if (still_ < kRest) return false;
     double fastest = 0;
     for (int i = 0; i < strings_; ++i) fastest = std::max(fastest, std::fabs(rate_[i]) * step_[i]);
-    return fastest > 3 * 8 * coarsest_ * (kMean + kRest / 2) / (kRest * kRest);
+    return fastest > tellingSpeed();
   }
+  /// A string that was slower than this [m/s] may have stopped as it stands still: only force tells then.
+  double tellingSpeed() const noexcept { return 3 * 8 * coarsest_ * (kMean + kRest / 2) / (kRest * kRest); }
   /// Bit per string of a board that repeats its counts while others go on; 0: none.
   std::uint32_t boardStill() const noexcept {
     for (int b = 0, first = 0; b < boards_; first = end_[b++]) {
@@ -108,11 +114,8 @@ class StillCounters {
   }
 
  private:
-  static constexpr double kForceChange = 1;  ///< [N]; less, and a firm grip moves by less than a few counts
-  static constexpr double kTime = 0.05;      ///< [s] since that change; a grip of 0.1 kg in a hand moves within 20 ms
   static constexpr double kMean = 0.005;     ///< τ [s], over which the rates are taken: five counts at 17 mm/s
   static constexpr double kSlowMean = 0.015; ///< [s]; the difference of the two tells how the rate changes
-  static constexpr double kRest = 0.015;     ///< T [s]; longer: slower motions tell as well, later
   static constexpr double kMissing = 3;      ///< [counts]; a string at 0.1 m/s misses them within a tick
   static constexpr double kBoardRest = 0.0025;  ///< [s]; three readings at 1 kHz
 

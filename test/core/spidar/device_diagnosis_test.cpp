@@ -284,6 +284,30 @@ TEST(Diagnosis, FrozenCountersAreSeen) {
     }
 }
 
+/// What `check DEVICE` says of counts that freeze is what is seen: above that speed within that time, below it nothing.
+TEST(Diagnosis, FrozenCountsAreSeenAboveTheSpeedThatCheckNames) {
+  constexpr double kTick = 1e-4;  // finer than a count at these speeds
+  for (const char* name : {"spidar_g6x3r", "spidar_g6x5r"}) {
+    const DeviceDef def = load(name);
+    for (const double share : {0.7, 1.3}) {
+      StillCounters still(def);
+      std::array<std::int64_t, kMaxStrings> counts{};
+      const double rate = share * still.tellingSpeed() / std::fabs(def.strings[0].length_per_count);  // [counts/s]
+      int k = 0;
+      for (; k < 3000; ++k) {
+        counts[0] = static_cast<std::int64_t>(rate * kTick * k);
+        still.take(counts, kTick);
+        ASSERT_FALSE(still.frozen()) << name << ' ' << share << ' ' << k;
+      }
+      int seen = 0;
+      for (; k < 6000 && !still.frozen(); ++k, ++seen) still.take(counts, kTick);
+      const double within = 1.1 * StillCounters::kRest;
+      if (share > 1) EXPECT_LE(seen * kTick, within) << name;
+      if (share < 1) EXPECT_EQ(k, 6000) << name << ": a slower one may have stopped";
+    }
+  }
+}
+
 /// A hand that rests, reverses, and stops as hands do is no board that repeats its counts.
 TEST(Diagnosis, AGripThatStopsIsNotFrozen) {
   for (const char* path : {"wave", "touch_cube", "rest"}) {
