@@ -10,6 +10,8 @@ namespace {
 
 // Ten ticks of the slowest rate. A loop that takes nothing for so long has lost its current to the motor guard by then.
 constexpr std::chrono::milliseconds kStopPatience{100};
+// A line that is being brought into step takes 0.2 s until its boards answer.
+constexpr std::chrono::milliseconds kAnswerPatience{500};
 
 }  // namespace
 
@@ -26,12 +28,22 @@ EmergencyStop::EmergencyStop(ros::NodeHandle& priv, const std::string& device, D
 
 StopAnswer EmergencyStop::stop() {
   const LoopCommand command{StopDevice{}};
-  DeviceCopy after;
-  // The copy is made after the exchange that follows the command: with it the boards were told zero.
-  const bool done = offer_.send(port_, Tell{&command}, kStopPatience) && offer_.send(port_, DevicePort::Copy{&after}, kStopPatience);
-  if (!done) return {false, device_ + ": its loop stands still: cut the power of its motors"};
+  if (!offer_.send(port_, Tell{&command}, kStopPatience)) return {false, device_ + ": its loop stands still: cut the power of its motors"};
+  if (!answered())
+    return {false, device_ + ": the motors are told to be off, but not every board has answered: cut the power of its motors"};
   ROS_WARN_STREAM(device_ << ": STOP, the motors are off");
   return {true, device_ + ": STOP, the motors are off; recover gives tension, enable_force gives force"};
+}
+
+/// Every board has answered a drive without current. Without a runner there is none to answer: who ran it last told zero.
+bool EmergencyStop::answered() {
+  const auto deadline = std::chrono::steady_clock::now() + kAnswerPatience;
+  DeviceCopy now;
+  while (std::chrono::steady_clock::now() < deadline) {
+    if (!offer_.send(port_, DevicePort::Copy{&now}, kStopPatience)) return false;
+    if (now.record.currentless || offer_.holder().empty()) return true;
+  }
+  return false;
 }
 
 bool EmergencyStop::onStop(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {

@@ -11,7 +11,8 @@
 
 namespace haptic {
 
-/// Whoever says STOP is heard, from wherever: it only takes current away. The answer says so after an exchange without current.
+/// Whoever says STOP is heard, from wherever: it only takes current away. The answer says so once every
+/// board has answered a drive without current.
 class EmergencyStop {
  public:
   EmergencyStop(ros::NodeHandle& priv, const std::string& device, DevicePort& port, PortOffer& offer);
@@ -21,6 +22,7 @@ class EmergencyStop {
 
  private:
   StopAnswer stop();
+  bool answered();
   bool onStop(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
   std::string device_;

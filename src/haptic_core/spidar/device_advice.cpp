@@ -129,6 +129,7 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
   r.state = device.state();
   r.calibrated = device.calibrated();
   r.held = device.held();
+  r.currentless = device.currentless();
   r.pose_valid = device.poseValid();
   r.pose_new = device.poseIsNew();
   r.latched_ns = device.poseStamp() != 0 ? device.poseStamp() : stamp_ns;

@@ -26,6 +26,7 @@ struct DeviceRecord {
   DeviceState state = DeviceState::kUncalibrated;  ///< after the tick
   bool calibrated = false;                         ///< the strings' lengths are known
   bool held = true;           ///< the dead-man switch is, or there is none
+  bool currentless = false;   ///< every board has answered a drive without current, and all since were such
   bool pose_valid = false;    ///< calibrated, and the counts are not older than the limit
   bool pose_new = false;      ///< made in this tick
   double delay = 0;           ///< mean age of the counts: the wire's part of the loop's delay [s]

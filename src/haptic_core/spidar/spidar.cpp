@@ -307,6 +307,8 @@ void Spidar::sense(const DeviceSample& sample, double h) noexcept {
   signs_ = 0;
   pose_is_new_ = false;
   buttons_ = sample.buttons;
+  // The exchange of this sample sent the last drive; its counts answer the drive of age_ticks before.
+  currentless_ = zero_drives_ > 0 && (currentless_ || (bringsCounts(sample.status) && zero_drives_ > sample.age_ticks));
   refusal_ = std::max(0.0, refusal_ - h);
   follow(takeRequests(sample), sample);
   if (refusal_ > 0) flags_ |= kCalibrationRefused;
@@ -414,6 +416,7 @@ bool Spidar::restsSafely() const noexcept {
 void Spidar::writeDrive(bool zero_current, double h) noexcept {
   const StringVector& tension = distribution_.report().tension;
   drive_ = DriveCommand{};
+  zero_drives_ = zero_current ? zero_drives_ + 1 : 0;
   if (zero_current) told_.setZero();
   for (int i = 0; i < kinematics_.strings() && !zero_current; ++i) {
     const StringDef& s = def_.strings[i];

@@ -122,6 +122,8 @@ class Spidar {
   bool calibrated() const noexcept { return calibrated_; }  ///< the strings' lengths are known
   bool stopped() const noexcept { return stopped_; }        ///< since a `stop`: the strings may be slack
   bool held() const noexcept { return held_; }              ///< the dead-man switch is, or there is none
+  /// Every board has answered a drive without current, and all since were such. Not in the memory: a restored device asks anew.
+  bool currentless() const noexcept { return currentless_; }
   bool poseValid() const noexcept { return calibrated_ && freshness_.fresh(); }  ///< the pose means something now
   std::int64_t poseStamp() const noexcept { return pose_stamp_ns_; }  ///< of the counts that the pose comes from
   bool poseIsNew() const noexcept { return pose_is_new_; }            ///< it was made in this tick
@@ -214,6 +216,8 @@ class Spidar {
   DeviceCause cause_ = DeviceCause::kNone;
   double late_s_ = 0, refusal_ = 0; ///< refusal_: for so long a second request to calibrate is meant [s]
   std::uint32_t still_strings_ = 0;
+  std::uint64_t zero_drives_ = 0;  ///< so many drives without current were made in a row
+  bool currentless_ = false;
   bool doubted_ = false;      ///< there was a fault since the last calibration
   bool interrupted_ = false;  ///< force was on when the pause began
   bool paused_ = false, recovered_ = false;  ///< of this tick: no current; `recover` left kFault or kReduced

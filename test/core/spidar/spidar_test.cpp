@@ -184,6 +184,30 @@ TEST(Spidar, StopIsZeroCurrentInTheSameTickUntilSomebodyAsks) {
   EXPECT_LT(rig.device.askedWrench().force.x(), 0.2) << "the way back into force is a ramp";
 }
 
+TEST(Spidar, IsWithoutCurrentOnceTheBoardsHaveAnsweredADriveWithoutIt) {
+  Rig rig(TwinSettings{}, true);
+  rig.run(1000);
+  const auto tick = [&rig](LinkStatus status, std::uint32_t age_ticks) {
+    DeviceSample sample = rig.twin.exchange(rig.device.drive());
+    sample.status = status;
+    sample.age_ticks = age_ticks;
+    rig.device.sense(sample, kStep);
+    rig.device.actuate(Wrench{}, 0, kStep);
+    return rig.device.currentless();
+  };
+  EXPECT_FALSE(tick(LinkStatus::kOk, 0));
+  rig.device.stop();
+  EXPECT_FALSE(tick(LinkStatus::kOk, 0)) << "this exchange sent the drive from before";
+  EXPECT_FALSE(tick(LinkStatus::kOk, 1)) << "sent, and the counts answer the exchange before";
+  EXPECT_FALSE(tick(LinkStatus::kSilent, 0)) << "nothing answers";
+  EXPECT_FALSE(tick(LinkStatus::kOk, 3));
+  EXPECT_TRUE(tick(LinkStatus::kOk, 3));
+  EXPECT_TRUE(tick(LinkStatus::kSilent, 0)) << "the boards keep their last command";
+  rig.device.recover();
+  EXPECT_TRUE(tick(LinkStatus::kOk, 0)) << "as this exchange ended";
+  EXPECT_FALSE(tick(LinkStatus::kOk, 0));
+}
+
 TEST(Spidar, ForceIsOnOnlyWhileTheSwitchIsHeld) {
   Rig rig(TwinSettings{}, true);
   Wrench F;
