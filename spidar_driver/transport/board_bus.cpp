@@ -11,12 +11,11 @@ namespace {
 
 constexpr int kProbePadding = 26;                // reply of 7 bytes − 1 + 20, as in a cycle
 constexpr int kLessonPadding = 5;                // fills the FIFO behind a command without reply
-constexpr int kTries = 2;
-constexpr std::int64_t kMs = 1000000;
+constexpr int kScanTries = 2;
 constexpr std::int64_t kPaceNs = 2 * kMs;        // between probes: one takes 1.4 ms of the wire
 constexpr std::int64_t kSlowestNs = 50 * kMs;    // an adapter that delivers in bursts of 16 ms, twice and some
-constexpr std::int64_t kQuietNs = 25 * kMs;      // longer than a burst: nothing is on its way any more
-constexpr std::int64_t kPatienceNs = 300 * kMs;  // for a line that does not fall silent
+constexpr std::int64_t kScanQuietNs = 25 * kMs;  // longer than a burst: nothing is on its way any more
+constexpr std::int64_t kScanPatienceNs = 300 * kMs;  // for a line that does not fall silent
 
 bool plausible(const InfoReply& info) {
   const int channels = info.motors + info.currents + info.forces;
@@ -57,9 +56,9 @@ bool decodeInfo(const std::uint8_t* bytes, int size, int id, InfoReply& info) {
 
 void drainLink(ByteLink& link) {
   std::array<std::uint8_t, 256> in;
-  const std::int64_t end = link.now() + kPatienceNs;
+  const std::int64_t end = link.now() + kScanPatienceNs;
   for (int reads = 0; reads < 1000 && link.now() < end; ++reads)
-    if (link.read(in.data(), in.size(), link.now() + kQuietNs) <= 0) return;
+    if (link.read(in.data(), in.size(), link.now() + kScanQuietNs) <= 0) return;
 }
 
 namespace {
@@ -96,7 +95,7 @@ BusScan scanBus(ByteLink& link) {
       foreign += static_cast<std::size_t>(size);
     }
   };
-  for (int i = 0; i < kTries; ++i) {
+  for (int i = 0; i < kScanTries; ++i) {
     for (int id = 0; id < kMaxBoards; ++id) {
       if (answered[id]) continue;
       const std::vector<std::uint8_t> question = infoQuestion(id, kResyncZeros);

@@ -17,7 +17,6 @@ constexpr double kWaitShare = 0.8;         // of the period; the rest is left to
 // A board that is out of step takes the end of a lesson for another one and is spoilt by it: zeros go ahead.
 constexpr int kLessonLead = 90;
 
-constexpr int kFifoBytes = 6;       // a board looks at its FIFO when it is ¾ full
 constexpr int kRestBytes = 2;       // of the last motor
 constexpr int kFirstNoHeader = 0x60;
 constexpr int kNothing = 16;  // digits; a string that is paid out with 0.1 N for 0.3 ms does not move

@@ -12,6 +12,8 @@
 
 namespace haptic {
 
+constexpr int kFifoBytes = 6;  ///< a board looks at its FIFO when it is ¾ full
+
 using MotorWords = std::array<std::int16_t, kMaxBoardMotors>;
 using ForceWords = std::array<std::int16_t, kMaxBoardForces>;
 using JacobianWords = std::array<std::int16_t, kMaxBoardForces * kMaxBoardMotors>;  ///< row per force sensor

@@ -5,7 +5,6 @@
 namespace haptic {
 namespace {
 
-constexpr std::int64_t kMs = 1000000;
 constexpr std::int64_t kQuietNs = 20 * kMs;      // longer than the slowest adapter's burst of 16 ms
 constexpr std::int64_t kPatienceNs = 200 * kMs;  // for silence; then the line is noisy
 constexpr std::int64_t kAnswerNs = 40 * kMs;     // for an answer: two bursts
@@ -13,7 +12,6 @@ constexpr int kTries = 2;
 constexpr int kProofTries = 4;  // a byte may be disturbed here as well
 constexpr int kProofAnswers = 2;
 constexpr std::int64_t kBoardDelayNs = 25000;  // of the firmware, from header to reply
-constexpr int kFifoBytes = 6;                  // a board looks at its FIFO when it is ¾ full
 
 /// CURRENT with a few digits on the last motor, less than its least tension, then with none.
 std::vector<std::uint8_t> proofOf(const FoundBoard& board) {

@@ -5,6 +5,8 @@
 
 namespace haptic {
 
+constexpr std::int64_t kMs = 1000000;  ///< [ns]
+
 /// Both calls are bounded in time and never throw. After a failure the link stays dead; a new one is opened.
 class ByteLink {
  public:

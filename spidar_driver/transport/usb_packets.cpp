@@ -6,7 +6,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kDigitPerVolt = 415;            // D/A of both amplifiers
+constexpr double kAmplifierDigitPerVolt = 415;            // D/A of both amplifiers
 constexpr double kVoltPerAdDigit = 24.0 / 4096;  // A/D of the SH4: 12 bits over 24 V
 
 void putDigits(std::uint8_t* at, const UsbVoltages& voltage) {
@@ -33,7 +33,7 @@ SimplePacket order(std::uint8_t a, std::uint8_t b, std::uint8_t c) {
 
 std::int16_t usbDigit(double voltage) {
   if (std::isnan(voltage)) return 0;
-  return static_cast<std::int16_t>(std::clamp(voltage * kDigitPerVolt, -32768.0, 32767.0));
+  return static_cast<std::int16_t>(std::clamp(voltage * kAmplifierDigitPerVolt, -32768.0, 32767.0));
 }
 
 Sh4Packet encodeSh4(const UsbVoltages& voltage) {
