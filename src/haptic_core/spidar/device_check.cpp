@@ -271,7 +271,7 @@ std::string obedienceText(const DeviceDef& def) {
                 "(until the strings' lengths or a counter that stands still under a changing force tell)\n";
 }
 
-/// What is seen of counters that freeze, all of them at once: their lengths agree for ever.
+/// When a fault of all counters at once is seen: lengths that freeze together agree for ever.
 std::string frozenText(const DeviceDef& def) {
   using Still = StillCounters;
   return "counts that freeze on every string: seen within " + number(1e3 * Still::kRest, 0) + " ms after a string was faster than " +

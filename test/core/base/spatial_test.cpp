@@ -30,7 +30,7 @@ TEST(Spatial, RotationsAreThoseOfTheirAngles) {
 
 /// On its way, shortest, and of unit length; also for vectors that are nearly the same and nearly opposite.
 TEST(Spatial, TheShortestTurnIsOntoTheVectorAndAboutAnAxisAcrossBoth) {
-  const Vector3 a = Vector3(0.3, -0.8, 0.5).normalized(), across = Vector3(0.8, 0.3, 0).normalized();
+  const Vector3 a = Vector3(0.3, -0.8, 0.5).normalized(), across = a.cross(Vector3(0.2, 0.5, 0.9)).normalized();
   for (double angle : {0.0, 1e-12, 1e-7, 0.4, 1.5707963267948966, 3.0, 3.14159264, 3.14159265358, 3.141592653589793}) {
     const Vector3 b = (rotationAbout(across, angle) * a).normalized();
     const Quaternion q = shortestTurn(a, b);

@@ -284,7 +284,7 @@ TEST(Diagnosis, FrozenCountersAreSeen) {
     }
 }
 
-/// What `check DEVICE` says of counts that freeze is what is seen: above that speed within that time, below it nothing.
+/// `check DEVICE` names a speed: counts that freeze after a faster motion are seen within the time it names, after a slower one never.
 TEST(Diagnosis, FrozenCountsAreSeenAboveTheSpeedThatCheckNames) {
   constexpr double kTick = 1e-4;  // finer than a count at these speeds
   for (const char* name : {"spidar_g6x3r", "spidar_g6x5r"}) {
