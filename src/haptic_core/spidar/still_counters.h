@@ -55,11 +55,13 @@ class StillCounters {
   void take(const std::array<std::int64_t, kMaxStrings>& counts, double h) noexcept {
     if (!known_) {
       std::copy(counts.begin(), counts.end(), counts_);
-      for (int i = 0; i < kMaxStrings; ++i) rate_[i] = slow_rate_[i] = missing_[i] = since_[i] = 0;
+      for (int i = 0; i < kMaxStrings; ++i) rate_[i] = slow_rate_[i] = missing_[i] = since_[i] = waited_[i] = 0;
       known_ = true, still_ = 0;
       return;
     }
-    const double keep = elementary::exp(-h / kMean), keep_slow = elementary::exp(-h / kSlowMean);
+    const auto average = [](double& rate, double now, double over, double mean) {
+      rate = now + elementary::exp(-over / mean) * (rate - now);
+    };
     bool moved = false;
     for (int i = 0; i < strings_; ++i) moved = moved || counts[static_cast<std::size_t>(i)] != counts_[i];
     still_ = moved ? 0 : still_ + h;
@@ -67,13 +69,15 @@ class StillCounters {
     for (int i = 0; i < strings_; ++i) {
       const double change = static_cast<double>(counts[static_cast<std::size_t>(i)] - counts_[i]);
       since_[i] = change != 0 ? 0 : since_[i] + h;
-      // The rates wait while a string shows nothing: they are those that it had.
+      // The rates wait while a string shows nothing: they are those that it had. Once it steps again the wait was slow, and counts.
       const double change_of_rate = (rate_[i] - slow_rate_[i]) / (kSlowMean - kMean);
       const double now = std::fabs(rate_[i]) + (rate_[i] < 0 ? -1 : 1) * change_of_rate * since_[i];
       missing_[i] = change != 0 ? 0 : missing_[i] + std::max(0.0, now) * h;
+      waited_[i] += h;
       if (change != 0 || missing_[i] < 1) {
-        rate_[i] = keep * rate_[i] + (1 - keep) * change / h;
-        slow_rate_[i] = keep_slow * slow_rate_[i] + (1 - keep_slow) * change / h;
+        average(rate_[i], change / waited_[i], waited_[i], kMean);
+        average(slow_rate_[i], change / waited_[i], waited_[i], kSlowMean);
+        waited_[i] = 0;
       }
       moving_ += change != 0;
       counts_[i] = counts[static_cast<std::size_t>(i)];
@@ -88,11 +92,13 @@ class StillCounters {
     under_force_ = (high_ - low_).norm() >= kForceChange ? under_force_ + h : 0;
     return under_force_ >= kTime;
   }
-  /// All of them, of a grip that was moving.
+  /// All of them, of a grip that was moving. A string that had stopped before the others says nothing of how they stopped.
   bool frozen() const noexcept {
     if (still_ < kRest) return false;
     double fastest = 0;
-    for (int i = 0; i < strings_; ++i) fastest = std::max(fastest, std::fabs(rate_[i]) * step_[i]);
+    for (int i = 0; i < strings_; ++i) {
+      if (since_[i] - still_ < kMean) fastest = std::max(fastest, std::fabs(rate_[i]) * step_[i]);
+    }
     return fastest > tellingSpeed();
   }
   /// A string that was slower than this [m/s] may have stopped as it stands still: only force tells then.
@@ -110,7 +116,7 @@ class StillCounters {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.known_), visit(s.force_known_), visit(s.counts_), visit(s.low_), visit(s.high_), visit(s.under_force_), visit(s.still_);
-    visit(s.moving_), visit(s.rate_), visit(s.slow_rate_), visit(s.missing_), visit(s.since_);
+    visit(s.moving_), visit(s.rate_), visit(s.slow_rate_), visit(s.missing_), visit(s.since_), visit(s.waited_);
   }
 
  private:
@@ -130,6 +136,7 @@ class StillCounters {
   int moving_ = 0;                                          ///< strings whose count just changed
   double rate_[kMaxStrings] = {}, slow_rate_[kMaxStrings] = {};  ///< [counts/s]
   double missing_[kMaxStrings] = {}, since_[kMaxStrings] = {};   ///< [counts], [s] since it last changed
+  double waited_[kMaxStrings] = {};                              ///< that its rates do not count yet [s]
 };
 
 }  // namespace haptic

@@ -117,7 +117,6 @@ class Aim {
   void addPullRows(int pointer) noexcept;
   void pull(int pointer) noexcept;
   double rhoOf(int link) const noexcept;
-  double steadyWay(int pointer) const noexcept;
   bool follow(int pointer, double rho, Vector6& motion) noexcept;
   Depth depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape, double K_max) const noexcept;
   void addLoads(const PointerBound& bound) noexcept;
@@ -325,19 +324,11 @@ void Aim::addPullRows(int pointer) noexcept {
   }
 }
 
-/// Way of a spring's goal in a step beyond which the hand would feel a stroke [m]: the hand's own, and what raises the force by kRise.
-/// A held link has no such memory: it is felt where it touches, not how far its hand is.
-double Aim::steadyWay(int pointer) const noexcept {
-  if (model_.holds(pointer)) return INFINITY;
-  const PointerState& target = state_.pointers[pointer];
-  const double rho = rhoOf(target.link);
-  const double speed = std::sqrt(rho * rho * target.V_WL.angular.squaredNorm() + target.V_WL.linear.squaredNorm());
-  return model_.settings.step * (speed + kRise / work_.hands.coupling[pointer].stiffness);
-}
-
-/// The goal: of the way to the target, as much as rows and the last step allow. A spring's force rises with the hand's own way and by
-/// kRise beside it, however far its link has stayed behind and whatever lets it go, and falls at most twice as fast. False: the goal
-/// is the target itself.
+/// The goal: of the way to the target, as much as rows and the last step allow. False: it is the target itself.
+/// What a spring's link is behind by is remembered, and comes back so fast that the force rises by kRise. Where rows hold the link the
+/// hand's own way uses it up as well: as the hand comes back the goal stays. Elsewhere it must not, or a hand that swings beside a tool
+/// far behind is driven by its own swing. The force falls at most twice as fast as both together. A held link has no such memory: it is
+/// felt where it touches, not how far its hand is.
 bool Aim::follow(int pointer, double rho, Vector6& motion) noexcept {
   const PointerState& target = state_.pointers[pointer];
   HeldGoal& goal = work_.hands.goal[pointer];
@@ -347,13 +338,16 @@ bool Aim::follow(int pointer, double rho, Vector6& motion) noexcept {
   wanted << vectorFromRotation(target.q_WL * q_WL.conjugate()), target.p_WL - link.X_WL.p;
   withheld << target.turn_withheld, target.way_withheld;
   const auto size = [&](const Vector6& way) { return std::sqrt(rho * rho * way.head<3>().squaredNorm() + way.tail<3>().squaredNorm()); };
-  const double steady = steadyWay(pointer), behind = size(withheld);
-  withheld *= steady < behind ? 1 - steady / behind : 0.0;
+  const auto holds = [&](const ProxyRow& row) { return row.J.dot(wanted) > row.room; };
+  const double calm = model_.holds(pointer) ? INFINITY : model_.settings.step * kRise / work_.hands.coupling[pointer].stiffness;
+  const double hand = model_.settings.step * size(target.V_WL.vector()), behind = size(withheld);
+  const double back = calm + (std::any_of(proxy_.rows.begin(), proxy_.rows.end(), holds) ? hand : 0.0);
+  withheld *= back < behind ? 1 - back / behind : 0.0;
   wanted -= withheld;
   const bool stays = nearest(rho, wanted, motion);
   if (!stays) motion = wanted;
   const double more = size(wanted - motion);
-  if (more > 2 * steady) motion = wanted + 2 * steady / more * (motion - wanted);
+  if (more > 2 * (calm + hand)) motion = wanted + 2 * (calm + hand) / more * (motion - wanted);
   withheld += wanted - motion;
   goal.turn_withheld = withheld.head<3>();
   goal.way_withheld = withheld.tail<3>();

@@ -24,8 +24,9 @@
 /// F(η H) = F + (η H - h) max(k A0, (k Vol - F)/(H - h)), Vol the lesser shape's: exact where h = η H. A spring that gave more would
 /// draw the tool through, and let go of 10 N in the tick in which it comes out.
 ///
-/// The rest of a spring's way, which its link stayed behind by, is remembered (PointerState). A row that goes at once, as the tool
-/// comes free or something else begins to carry it, lets go of that rest as fast as the hand moves and the force may rise beside it.
+/// The rest of a spring's way, which its link stayed behind by, is remembered (PointerState). As the hand comes back it is used up by the
+/// hand's way; once no row holds the link, since the tool came free or something else begins to carry it, it is let go of as fast as the
+/// force may rise under a hand at rest.
 ///
 /// Where no row is active and nothing was withheld the goal is the target, bit for bit. Nothing else is remembered: rows are made of
 /// the contacts where the bodies are.

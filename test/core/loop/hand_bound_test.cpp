@@ -368,7 +368,7 @@ TEST(HandBound, AVirtualCouplingYields) {
     link.inertia.mass = mass;
     link.inertia.I_C = 1e-3 * mass * Matrix3::Identity();
     scene.pointers[0].coupling.mode = PointerCoupling::Mode::kVirtual;
-    if (mass >= 1) { EXPECT_GT(Presser(scene, PassivityMode::kOff, kPress, 0.015, kSide / 2).restlessness(), 30 * quantum()); }
+    if (mass >= 1) { EXPECT_GT(Presser(scene, PassivityMode::kOff, kPress, 0.015, kSide / 2).restlessness(), 20 * quantum()); }
     Presser bounded(scene, PassivityMode::kObserve, kPress, 0.015, kSide / 2);
     EXPECT_LT(bounded.restlessness(), 10 * quantum()) << mass << " kg";
     const double derived = mass * (0.236 / kPeriod) * (0.236 / kPeriod);

@@ -308,6 +308,26 @@ TEST(Diagnosis, FrozenCountsAreSeenAboveTheSpeedThatCheckNames) {
   }
 }
 
+/// A string tells how the grip stopped only if it went until then, and as fast as it went last: the others go on at a count in 4 ms, as in
+/// the hand of somebody who comes to rest.
+TEST(Diagnosis, AStringThatSlowedDownBeforeTheOthersIsNotFrozen) {
+  const DeviceDef def = load("spidar_g6x4");
+  for (const int ticks_a_count : {0, 4}) {  // of the fast string, afterwards; 0: it stops at once
+    StillCounters still(def);
+    std::array<std::int64_t, kMaxStrings> counts{};
+    const double fast = 2 * still.tellingSpeed() / std::fabs(def.strings[0].length_per_count) * 1e-3;  // [counts/tick]
+    double way = 0;
+    for (int k = 0; k < 300; ++k) {
+      if (k < 100) way += fast;
+      if (k < 200 && k % 4 == 0) ++counts[1];
+      if (k >= 100 && k < 200 && ticks_a_count > 0 && k % ticks_a_count == 0) way += 1;
+      counts[0] = static_cast<std::int64_t>(way);
+      still.take(counts, 1e-3);
+      ASSERT_FALSE(still.frozen()) << ticks_a_count << ' ' << k;
+    }
+  }
+}
+
 /// A hand that rests, reverses, and stops as hands do is no board that repeats its counts.
 TEST(Diagnosis, AGripThatStopsIsNotFrozen) {
   for (const char* path : {"wave", "touch_cube", "rest"}) {

@@ -199,6 +199,32 @@ Matrix6 metric(double rho) {
   return M;
 }
 
+// A tool that its hand left behind comes after it in its own time, the same whether the hand rests or swings meanwhile: with a release as
+// fast as the hand goes a swing of 55 Hz drove itself. The hand swings across the way that its tool is behind.
+TEST(HeldProxyOf, ASwingDoesNotCallTheToolBack) {
+  WorldDef def = overGround(std::make_shared<Ball>(kRadius), false);
+  def.articulations[0].links[0].collisions[0].shape = scenes::box(Vector3::Constant(0.1));
+  def.pointers[0].coupling.mode = PointerCoupling::Mode::kVirtual;
+  constexpr double kSwing = 5e-4;  // [m]
+  constexpr int kTicks = 18;       // of a swing
+  const auto placeAfter = [&](double swing) {
+    Hand hand(def, 10);
+    hand.goTo(Vector3(0, 0, -0.12));
+    hand.rest();
+    hand.goTo(Vector3(0.07, 0, -0.12));  // over the edge of the box, at 0.05 m
+    for (int i = 0; i <= 2 * kTicks; ++i) {
+      const double phase = 2 * M_PI * i / kTicks;
+      const double speed = swing * M_PI / (kTicks * kPeriod) * std::sin(phase);
+      hand.step(Vector3(0.07 + 0.5 * swing * (1 - std::cos(phase)), 0, -0.12), Vector3(speed, 0, 0));
+    }
+    return hand.world.linkPose(hand.world.pointerLink(0)).p;
+  };
+  const Vector3 rested = placeAfter(0), swung = placeAfter(kSwing);
+  ASSERT_GT(rested.z(), -0.12 + 0.05);
+  // Of 0.05 m and more it is behind, the swing's square over that is the way of the swing along it; its whole way is 4 times kSwing.
+  EXPECT_NEAR(swung.z(), rested.z(), 4 * kSwing * kSwing / 0.05);
+}
+
 // Karush-Kuhn-Tucker: feasible, pulls ≥ 0 and of active rows alone, and M (δ - δ*) = -Σ λ J. Rows that are a few degrees from
 // parallel, with a goal far beyond them, are those of a tool between floor and wall.
 TEST(HeldProxyOf, TheMotionIsTheNearestOne) {
