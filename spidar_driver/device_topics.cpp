@@ -20,6 +20,10 @@ bool due(std::int64_t now, double rate, std::int64_t& next) {
   return true;
 }
 
+/// Messages that may wait for a subscriber that is kept from its core: 1 s at 1 kHz. With 10 a recorder on a busy machine lost some
+/// thousands an hour.
+constexpr int kQueue = 1000;
+
 template <class Message>
 void publishConst(const ros::Publisher& publisher, const boost::shared_ptr<Message>& message) {
   publisher.publish(boost::shared_ptr<const Message>(message));  // const: subscribers in this process share it
@@ -36,11 +40,11 @@ DeviceTopics::DeviceTopics(ros::NodeHandle& nh, const DriverParameters& paramete
       see_(std::move(see)),
       base_frame_(parameters.name + "_base"),
       grip_frame_(parameters.name + "_grip"),
-      pose_(nh.advertise<geometry_msgs::PoseStamped>("pose", 10)),
-      twist_(nh.advertise<geometry_msgs::TwistStamped>("twist", 10)),
-      wrench_(nh.advertise<geometry_msgs::WrenchStamped>("wrench", 10)),
-      joint_states_(nh.advertise<sensor_msgs::JointState>("joint_states", 10)),
-      joy_(nh.advertise<sensor_msgs::Joy>("joy", 10)),
+      pose_(nh.advertise<geometry_msgs::PoseStamped>("pose", kQueue)),
+      twist_(nh.advertise<geometry_msgs::TwistStamped>("twist", kQueue)),
+      wrench_(nh.advertise<geometry_msgs::WrenchStamped>("wrench", kQueue)),
+      joint_states_(nh.advertise<sensor_msgs::JointState>("joint_states", kQueue)),
+      joy_(nh.advertise<sensor_msgs::Joy>("joy", kQueue)),
       state_(nh.advertise<haptic_msgs::DeviceState>("state", 1, true)),
       diagnostics_(nh, parameters.name, port.transport),
       markers_(nh, port.device.def(), base_frame_, parameters.name, parameters.label_row) {

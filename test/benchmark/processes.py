@@ -91,19 +91,21 @@ def left_by(words, how):
         environment.update(HAPTIC_TEST_CALL=mark, HAPTIC_STOP_FOLDER=folder, ROS_IP="127.0.0.1")
         parent = subprocess.Popen(words, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                                   stderr=subprocess.DEVNULL, start_new_session=True)
-        wait_until("a device that listens", lambda: os.listdir(folder), PATIENCE)
-        time.sleep(3)  # the loop runs by then
-        parent.send_signal(how)
-        parent.wait(PATIENCE)
-        time.sleep(1)
-        left = descendants("HAPTIC_TEST_CALL=" + mark)
-        for pid in left:
-            try:
-                with open(f"/proc/{pid}/cmdline", encoding="utf-8") as line:
-                    print(f"# left by {how.name}: {line.read().replace(chr(0), ' ')[:120]}")
-                os.kill(pid, signal.SIGKILL)
-            except OSError:
-                pass  # it has ended since
+        try:
+            wait_until("a device that listens", lambda: os.listdir(folder), PATIENCE)
+            time.sleep(3)  # the loop runs by then
+            parent.send_signal(how)
+            parent.wait(PATIENCE)
+            time.sleep(1)
+        finally:
+            left = descendants("HAPTIC_TEST_CALL=" + mark)
+            for pid in left:
+                try:
+                    with open(f"/proc/{pid}/cmdline", encoding="utf-8") as line:
+                        print(f"# left by {how.name}: {line.read().replace(chr(0), ' ')[:120]}")
+                    os.kill(pid, signal.SIGKILL)
+                except OSError:
+                    pass  # it has ended since
         return len(left)
 
 
