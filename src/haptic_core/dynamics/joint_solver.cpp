@@ -6,6 +6,14 @@
 namespace haptic {
 namespace {
 
+/// ε of the rings' forces [1] (damped_cholesky.h). A row that the tree hardly moves is a spring of 1/(2 ε D h²) over a step h, implicit in
+/// its gap, explicit in its direction. Smaller, and a straight chain between two points pulls with more than a step resolves: its n links
+/// of length L are stable at gravity for ε > 48 n² h⁴/L³ or so, 8e-7 for four of 0.1 m. Larger, and it is longer by more than 1 µm.
+constexpr double kRingDamping = 1e-5;
+/// ε of the way that closes gaps [1]: only rows that the tree moves well are put back, in steps that leave ε² of their gap. The gap of
+/// the others is what their spring pulls with.
+constexpr double kClosingDamping = 0.1;
+
 /// A joint moves by less than this within a time h where it counts as standing [rad] or [m]: rounding of a
 /// position. Wider, steps that hit a limit would pass for smooth; narrower, joints at rest on a limit would
 /// never.
@@ -40,7 +48,7 @@ void JointSolver::add(const Articulation& articulation, const std::vector<RingDe
     rings_.push_back(placed);
   }
   for (auto* by_equation : {&gap_, &rate_, &mu_}) by_equation->resize(by_equation->size() + placed.rings.rows());
-  S_ = PivotedCholesky(static_cast<int>(gap_.size()));
+  S_ = DampedCholesky(static_cast<int>(gap_.size()));
   present_.reserve(laws_.size()), present_damped_.reserve(damped_.size()), present_rings_.reserve(rings_.size());
 }
 
@@ -152,8 +160,10 @@ void JointSolver::factorRings(JointOperator& A) noexcept {
     for (int c = 0; c < equations_; ++c) {
       S_.matrix()[e * equations_ + c] = dot(G, &Y_[static_cast<std::size_t>(c) * rows_ + r.row], r.nv);
     }
+    S_.scale()[e] = S_.matrix()[e * equations_ + e];
   });
-  S_.factor(equations_);
+  for (const std::ptrdiff_t i : present_rings_) rings_[i].rings.shareScale(S_.scale() + rings_[i].first);
+  S_.factor(equations_, kRingDamping);
 }
 
 /// u again, with the forces Gᵀ μ that give G u = rate.
@@ -189,6 +199,7 @@ bool JointSolver::move(bool all, const double* v, const double* u) noexcept {
 }
 
 void JointSolver::closingWay(double* way) noexcept {
+  S_.factor(equations_, kClosingDamping);
   S_.solve(gap_.data());
   std::fill_n(way, rows_, 0.0);
   for (int e = 0; e < equations_; ++e) {

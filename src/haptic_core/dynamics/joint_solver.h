@@ -7,7 +7,7 @@
 ///
 /// Every joint stands on one piece of its graph. A straight piece adds h·slope to the diagonal and its offset to the forces, a
 /// vertical one (stuck, at a limit) prescribes u_i, and the force it takes is read off. Then S = G A⁻¹ Gᵀ gives μ
-/// (pivoted_cholesky.h: redundant rows, as in a planar ring, drop out). Joints that come out beyond their piece move to the
+/// (damped_cholesky.h: of redundant rows, as in a planar ring, the least forces). Joints that come out beyond their piece move to the
 /// neighbouring one and the solve is repeated: block pivoting, which ends at the unique solution in one to three passes as a
 /// rule; when it does not (a cycle), only the last such joint moves (Murty's rule, which cannot cycle on a positive definite
 /// operator). A joint that sticks does so to the last bit; a limit ends the step on the limit; a drive is as stiff as its
@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "haptic_core/dynamics/joint_law.h"
-#include "haptic_core/dynamics/pivoted_cholesky.h"
+#include "haptic_core/dynamics/damped_cholesky.h"
 #include "haptic_core/dynamics/ring.h"
 
 namespace haptic {
@@ -172,7 +172,7 @@ class JointSolver {
   std::vector<double> force_, ring_force_, diag_;
   // By equation of rings and mimics.
   std::vector<double> gap_, rate_, mu_, G_, Y_;
-  PivotedCholesky S_;
+  DampedCholesky S_;
 };
 
 }  // namespace haptic

@@ -1,5 +1,7 @@
 #include "haptic_core/dynamics/ring.h"
 
+#include <algorithm>
+
 #include "haptic_core/base/error.h"
 
 namespace haptic {
@@ -88,6 +90,16 @@ void Rings::jacobian(const LinkWork* work, double* G) const noexcept {
     row[articulation_.link(i).v] = 1;
     row[articulation_.link(joint.mimic_joint).v] = -joint.mimic_multiplier;
     row += nv;
+  }
+}
+
+void Rings::shareScale(double* of_equation) const noexcept {
+  for (const RingDef& ring : rings_) {
+    for (const int count : {3, rowsOf(ring.type) - 3}) {
+      if (count == 0) continue;
+      std::fill_n(of_equation, count, *std::max_element(of_equation, of_equation + count));
+      of_equation += count;
+    }
   }
 }
 

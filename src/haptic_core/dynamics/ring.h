@@ -31,6 +31,8 @@ class Rings {
   void residual(const LinkWork* work, const double* q, double* phi) const noexcept;
   /// (in realtime) G, rows() × nv row-major, at the poses in `work`.
   void jacobian(const LinkWork* work, double* G) const noexcept;
+  /// (in realtime) A number for each equation: of those that are of one kind, the three lengths or the turns of a ring, the largest.
+  void shareScale(double* of_equation) const noexcept;
   /// Largest distance between the origins of a ring's frames [m].
   double closure(const LinkWork* work) const noexcept;
 
