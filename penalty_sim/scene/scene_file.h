@@ -43,6 +43,12 @@ struct VisualDef {
   Pose X_LV;                       ///< in the link's frame
   std::array<float, 4> colour{0.7f, 0.7f, 0.7f, 1.0f};  ///< r, g, b, a
   bool own_colours = false;  ///< a mesh without <material>: the file's colours hold
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.articulation), visit(s.link), visit(s.name), visit(s.shape), visit(s.size), visit(s.mesh_uri), visit(s.corners);
+    visit(s.X_LV), visit(s.colour), visit(s.own_colours);
+  }
 };
 
 /// A device of the scene and the pointer it moves.
@@ -53,6 +59,11 @@ struct HandDef {
       workspace;           ///< the grip's home is the pointer's initial pose unless the scene says otherwise
   double force_scale = 1;  ///< hand newtons per world newton
   HandPath path;           ///< of the scripted hand that moves a simulated device; never empty
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.device), visit(s.pointer), visit(s.workspace), visit(s.force_scale), visit(s.path);
+  }
 };
 
 /// How one URDF collision became polyhedra, for listings.
@@ -79,6 +90,12 @@ struct SceneDef {
   int joints = 0;                     ///< joint elements in the files, fixed ones included
   std::vector<std::string> notes;     ///< what a user should know
   std::vector<std::string> warnings;  ///< what a user should mend
+
+  /// What runs and what is drawn; what the loader had to say of the file stays behind.
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.world), visit(s.visuals), visit(s.hands);
+  }
 };
 
 /// Loads a .urdf/.xml or .yaml/.yml file, or a scene by its name (looked up in `scene_folders`, then in

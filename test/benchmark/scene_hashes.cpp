@@ -48,7 +48,7 @@ int main(int argc, char** argv) {
     try {
       haptic::World world(scene.def.world);
       for (long i = 0; i < steps; ++i) {
-        haptic::scenes::followPaths(scene.def, world);
+        haptic::followPaths(scene.def, world);
         world.step();
       }
       std::printf("%-24s %016" PRIx64 "\n", scene.name.c_str(), world.hash());

@@ -17,7 +17,7 @@ namespace {
 
 /// Pose and twist of a pointer whose hand follows its scripted path.
 BodyState onPath(const HandDef& hand, double t) {
-  const WorkspaceMap map = scenes::mapOnPath(hand, t);
+  const WorkspaceMap map = mapOnPath(hand, t);
   return {map.X_WP(), map.V_WP()};
 }
 

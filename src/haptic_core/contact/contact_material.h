@@ -23,9 +23,7 @@ struct ContactMaterial {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.stiffness), visit(s.damping), visit(s.dissipation), visit(s.tangential_stiffness);
-    visit(s.tangential_damping), visit(s.mu_static), visit(s.mu_dynamic);
-    if (s.rest_stiffness > 0) visit(s.rest_stiffness);  // what was not chosen is not there: fingerprints of scenes that give k
-    if (s.touch_stiffness > 0) visit(s.touch_stiffness);
+    visit(s.tangential_damping), visit(s.mu_static), visit(s.mu_dynamic), visit(s.rest_stiffness), visit(s.touch_stiffness);
   }
 };
 

@@ -174,6 +174,11 @@ struct LoopCommand {
   bool is() const {
     return std::holds_alternative<T>(kind);
   }
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.kind), visit(s.hand);
+  }
 };
 
 /// A command with the tick that it was carried out before.
@@ -182,6 +187,11 @@ struct LoopEvent {
   std::uint64_t tick = 0;
   /// As it was told.
   LoopCommand command;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.tick), visit(s.command);
+  }
 };
 
 /// Of one hand, and not of the world.

@@ -27,6 +27,11 @@ struct SessionStart {
     HandSettings settings;
     std::vector<double> memory;      ///< Spidar::save()
     std::vector<double> loop_memory; ///< Hand::save(); empty: the hand is new
+
+    template <class Self, class Visit>
+    static void eachField(Self& s, Visit&& visit) {
+      visit(s.device), visit(s.def), visit(s.pointer), visit(s.settings), visit(s.memory), visit(s.loop_memory);
+    }
   };
   /// Of the recording.
   std::uint64_t first_tick = 0;
@@ -37,6 +42,11 @@ struct SessionStart {
   bool paused = false;
   /// In the order of the loop's.
   std::vector<HandStart> hands;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.first_tick), visit(s.step), visit(s.world_state), visit(s.world_tuning), visit(s.paused), visit(s.hands);
+  }
 };
 
 /// The loop between two ticks, complete: a session can start there.

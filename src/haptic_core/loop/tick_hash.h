@@ -18,6 +18,13 @@ struct TickHash {
   /// Of the links' states, then of the hands'.
   std::array<std::uint32_t, kMaxParts> part{};
 
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.world), visit(s.parts);
+    for (int i = 0; i < s.parts && i < kMaxParts; ++i) visit(s.part[i]);  // the others are not in use
+  }
+
   /// Bit for bit.
   bool operator==(const TickHash& other) const noexcept;
 };

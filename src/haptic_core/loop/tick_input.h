@@ -18,6 +18,12 @@ struct TickInput {
   /// Valid entries of `sample`.
   int hands = 0;
   std::array<DeviceSample, kMaxHands> sample;  ///< per hand
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.tick), visit(s.lost_periods), visit(s.hands);
+    for (int i = 0; i < s.hands && i < kMaxHands; ++i) visit(s.sample[i]);  // the others are not valid
+  }
 };
 
 }  // namespace haptic

@@ -29,6 +29,12 @@ struct StringDef {
   double volt_per_newton = 0;        ///< [V/N]; its sign makes the drive pull
   double min_tension = 0;            ///< [N], keeps the string wound; > 0
   double max_tension = 0;            ///< [N]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.p_BE), visit(s.p_GK), visit(s.dp_GK), visit(s.length_per_count), visit(s.volt_per_newton);
+    visit(s.min_tension), visit(s.max_tension);
+  }
 };
 
 /// Of the axes that a file's table was given in: stated by the source, or guessed until a first-motion test.
@@ -52,6 +58,13 @@ struct DeviceDef {
   std::string transport = "twin";    ///< twin, uart, usb_sh4, usb_simple
   std::vector<std::string> boards;   ///< models that the transport must find, in channel order
   std::string note;                  ///< what the source leaves open
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.name), visit(s.file), visit(s.source), visit(s.dof), visit(s.handedness), visit(s.strings), visit(s.lambda);
+    visit(s.border_lambda), visit(s.max_rate_hz), visit(s.delay_s), visit(s.max_force), visit(s.max_torque), visit(s.grip_mass);
+    visit(s.grip_radius), visit(s.grip_damping), visit(s.transport), visit(s.boards), visit(s.note);
+  }
 };
 
 /// Reads a description (YAML; format in urdf/devices/README.md). Throws SetupError that names file, key, remedy.

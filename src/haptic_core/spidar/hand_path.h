@@ -13,6 +13,11 @@ struct HandKey {
   Vector3 p_BG;      ///< [m]
   Vector3 rotation;  ///< rotation vector of R_BG [rad]
   double opening;    ///< [m]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.time), visit(s.p_BG), visit(s.rotation), visit(s.opening);
+  }
 };
 
 /// A scripted motion of the hand: keyframes, smoothly joined.
@@ -22,6 +27,11 @@ struct HandPath {
   std::vector<HandKey> keys;                ///< by rising time
   GripPose at(double time) const noexcept;  ///< (in realtime)
   double duration() const { return keys.empty() ? 0 : keys.back().time; }  ///< until the last key [s]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.keys);
+  }
 };
 
 /// `rest`, `press` (down onto a cube below and left), `touch_cube` (press, slide along, push; repeats every

@@ -53,6 +53,12 @@ struct DeviceSample {
   LinkStatus status = LinkStatus::kOk;  ///< of all boards together
   WireFinding finding = WireFinding::kNone;  ///< why the boards are being brought into step, or what was found in this exchange
   std::int8_t board = -1;         ///< id of the board that the finding is about; for sentences alone, not recorded
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.counts), visit(s.stamp_ns), visit(s.age_ticks), visit(s.age_us), visit(s.lost), visit(s.buttons), visit(s.status);
+    visit(s.finding), visit(s.board);
+  }
 };
 
 /// Status and finding of a sample in one byte, as recordings keep them; those of before have no finding.

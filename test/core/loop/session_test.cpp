@@ -325,6 +325,7 @@ TEST(Session, FingerprintTellsScenesApart) {
       [](WorldDef& w) { w.settings.integrator = Integrator::kImplicitEuler; },
       [](WorldDef& w) { w.articulations[1].links[0].inertia.mass *= 1 + 1e-15; },
       [](WorldDef& w) { w.articulations[1].links[0].collisions[0].material.stiffness *= 2; },
+      [](WorldDef& w) { w.articulations[1].links[0].collisions[0].material.rest_stiffness = 1e6; },
       [](WorldDef& w) { w.articulations[1].X_WA.p.z() += 1e-12; },
       [](WorldDef& w) { w.pointers.pop_back(); },
       [](WorldDef& w) { w.joint_paths.push_back({"path", {}, {0.0, 1.0}, {}}); },
@@ -334,6 +335,17 @@ TEST(Session, FingerprintTellsScenesApart) {
     change(other);
     EXPECT_NE(fingerprint(other), same);
   }
+}
+
+/// Recordings of before there were chosen stiffnesses have the fingerprints of scenes that give k.
+TEST(Session, FingerprintLeavesOutStiffnessesThatNobodyChose) {
+  WorldDef other = scene();
+  ContactMaterial& material = other.articulations[1].links[0].collisions[0].material;
+  ASSERT_FALSE(material.rest_stiffness > 0);
+  material.rest_stiffness = 0, material.touch_stiffness = -1;  // other bits that say the same: not chosen
+  EXPECT_EQ(fingerprint(other), fingerprint(scene()));
+  material.touch_stiffness = 1e6;
+  EXPECT_NE(fingerprint(other), fingerprint(scene()));
 }
 
 }  // namespace session_test
