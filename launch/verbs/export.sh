@@ -1,8 +1,8 @@
 #!/bin/sh
-#: export BAG | SESSION [--csv] [--npz] [--mcap] [--output PREFIX]
+#: export BAG | SESSION [--csv] [--npz] [--mcap] [--session] [--output PREFIX]
 #:                   a recording as columns for your own analysis, one row per tick; --mcap: all its messages for Foxglove, Lichtblick
-#:                   and PlotJuggler, with BAG.layout.json, which opens on the right panels in the first two. SESSION: every trial of a
-#:                   study's session
+#:                   and PlotJuggler, with BAG.layout.json, which opens on the right panels in the first two; --session: BAG.session,
+#:                   which touch.html (./run docs) replays in a browser, bit for bit. SESSION: every trial of a study's session
 . "$(dirname "$0")/parts/start.sh"
 [ $# -ge 1 ] || fail "export needs the path of a bag that ./run demo --record has written"
 setup run pages

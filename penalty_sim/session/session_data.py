@@ -2,8 +2,10 @@
 
 `read(bag)` runs the program `session_table`, which replays the bag, and adds statistics of ticks and messages of devices.
 """
+import contextlib
 import csv
 import os
+import re
 import subprocess
 import tempfile
 
@@ -107,8 +109,10 @@ def flag_spells(session, hand):
             for bit, name in enumerate(FLAGS) if ((values >> bit) & 1).any()}
 
 
-def read(bag, program, with_view=False):
-    """The sessions of a bag or MCAP file, in order, `with_view` for pictures. Raises Refused with one line."""
+@contextlib.contextmanager
+def replayed(recording, program, *options):
+    """(a folder with what session_table writes of a bag or MCAP file, the bag). Raises Refused with one line."""
+    bag = recording
     if not os.path.exists(bag):
         raise Refused(f'{bag}: no such file; give a bag that ./run demo --record has written')
     if os.path.isdir(bag):
@@ -116,13 +120,34 @@ def read(bag, program, with_view=False):
     with tempfile.TemporaryDirectory(prefix='haptic_session_') as folder:
         if mcap_file.is_mcap(bag):
             bag = bag_of(bag, folder)
-        done = subprocess.run([program, bag, folder] + ['--view'] * with_view, capture_output=True, text=True, check=False)
+        done = subprocess.run([program, bag, folder, *options], capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise Refused(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f'{bag}: session_table crashed')
-        bases = [name[:-4] for name in os.listdir(folder) if name.endswith('.npy')]
-        sessions = [Session(os.path.join(folder, base)) for base in sorted(bases, key=lambda name: int(name.split('_')[1]))]
+        yield folder, bag
+
+
+def in_order(folder, ending):
+    """Paths of the sessions' files session_N with this ending."""
+    names = (name for name in os.listdir(folder) if name.endswith(ending))
+    return [os.path.join(folder, name) for name in sorted(names, key=lambda name: int(re.match(r'session_(\d+)', name).group(1)))]
+
+
+def read(recording, program, with_view=False):
+    """The sessions of a bag or MCAP file, in order, `with_view` for pictures. Raises Refused with one line."""
+    with replayed(recording, program, *['--view'] * with_view) as (folder, bag):
+        sessions = [Session(path[:-len('.npy')]) for path in in_order(folder, '.npy')]
         add_topics(bag, sessions)
     return sessions
+
+
+def packed(recording, program):
+    """The sessions as bytes that a browser replays. Raises Refused with one line."""
+    with replayed(recording, program, '--packed') as (folder, _):
+        files = []
+        for path in in_order(folder, '.session'):
+            with open(path, 'rb') as file:
+                files.append(file.read())
+    return files
 
 
 def bag_of(recording, folder):

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Writes a recording of `./run demo --record` as columns, one row per tick, or as MCAP, for other programs. SI units."""
 import argparse
+import gzip
 import io
 import os
 import sys
@@ -64,18 +65,36 @@ def write_mcap(options, prefix):
     return [path, layout]
 
 
+def write_packed(options, prefix):
+    """A file per session for the page on which scenes are touched; the paths."""
+    written = []
+    try:
+        packed = session_data.packed(options.bag, options.program)
+        for number, raw in enumerate(packed):
+            written.append(f'{prefix}{"" if len(packed) == 1 else f"_{number + 1}"}.session')
+            with open(written[-1], 'wb') as file:
+                file.write(gzip.compress(raw))
+    except session_data.Refused as refusal:
+        sys.exit(f'export: {refusal}')
+    except OSError as error:
+        sys.exit(f'export: {error.filename or prefix}: cannot be written: {error.strerror}; give another place by --output')
+    return written
+
+
 def main():
     parser = argparse.ArgumentParser(prog='./run export', description=__doc__)
     parser.add_argument('bag', metavar='BAG', help='a bag that ./run demo --record has written')
     parser.add_argument('--csv', action='store_true', help='BAG.csv and BAG.contacts.csv (also when nothing else is asked for)')
     parser.add_argument('--npz', action='store_true', help='BAG.npz, for numpy.load')
     parser.add_argument('--mcap', action='store_true', help='BAG.mcap, all messages, and BAG.layout.json')
+    parser.add_argument('--session', action='store_true', help='BAG.session, which the page touch.html replays in a browser')
     parser.add_argument('--output', metavar='PREFIX', help='path and name of the files without ending; BAG without .bag unless given')
     parser.add_argument('--program', required=True, help=argparse.SUPPRESS)
     options = parser.parse_args()
     prefix = options.output or os.path.splitext(options.bag)[0]
     written = write_mcap(options, prefix) if options.mcap else []
-    if options.mcap and not (options.csv or options.npz):
+    written += write_packed(options, prefix) if options.session else []
+    if written and not (options.csv or options.npz):
         print('export: ' + ', '.join(os.path.abspath(path) for path in written))
         return
     try:
@@ -85,7 +104,7 @@ def main():
     try:
         for number, session in enumerate(sessions):
             base = prefix if len(sessions) == 1 else f'{prefix}_{number + 1}'
-            if options.csv or not (options.npz or options.mcap):
+            if options.csv or not options.npz:
                 write_csv(base + '.csv', session)
                 write_contacts(base + '.contacts.csv', session)
                 written += [base + '.csv', base + '.contacts.csv']

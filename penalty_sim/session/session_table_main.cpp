@@ -1,5 +1,6 @@
 // Writes the sessions of a bag into a folder: NAME.npy, a row per tick; NAME.contacts.csv; NAME.yaml, what it
-// is; and with --view what a picture needs (session_view.h).
+// is; and with --view what a picture needs (session_view.h). With --packed instead of all these NAME.session, which a browser replays
+// (scene/packed_scene.h).
 // `./run report BAG` and `./run export BAG` read them.
 #include <yaml-cpp/yaml.h>
 
@@ -8,13 +9,14 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/program_version.h"
+#include "scene/packed_scene.h"
 #include "session/session_table.h"
 #include "session/session_view.h"
 
 namespace haptic {
 namespace {
 
-constexpr char kUsage[] = "usage: session_table BAG FOLDER [--view]";
+constexpr char kUsage[] = "usage: session_table BAG FOLDER [--view | --packed]";
 
 std::ofstream opened(const std::string& path) {
   std::ofstream file(path, std::ios::binary);
@@ -115,14 +117,32 @@ void writeView(const std::string& base, const SessionView& view) {
   closed(file, base + ".meshes.bin");
 }
 
+/// Scene, start, counts, commands and hashes, without anything that would have to be read from other files.
+void writePacked(const std::string& path, const RecordedSession& session) {
+  const ReplayRun run(session);
+  const PackedScene scene{0, run.scene(), {}, "Recorded by " + session.program + "."};
+  PackedSession packed{scene, session.start, session.events, session.ticks, session.hashes};
+  for (std::size_t i = 0; i < packed.start.hands.size(); ++i) packed.start.hands[i].def = run.devices()[i];
+  if (!run.devices().empty()) packed.scene.device = run.devices()[0];
+  drawWithoutFiles(packed.scene.scene);
+  std::ofstream file = opened(path);
+  file << packSession(packed);
+  closed(file, path);
+}
+
 int main(int argc, char** argv) {
   if (toldVersion(argc, argv, "session_table")) return 0;
-  const bool viewed = argc == 4 && std::string(argv[3]) == "--view";
-  if (argc != 3 && !viewed) throw SetupError("session_table", "wants a bag and a folder", kUsage);
+  const std::string option = argc == 4 ? argv[3] : "";
+  const bool viewed = option == "--view", packed = option == "--packed";
+  if (argc != 3 && !viewed && !packed) throw SetupError("session_table", "wants a bag and a folder", kUsage);
   // Another build may differ in last bits: the column `same_bits` and `mismatches` tell.
   const std::vector<RecordedSession> sessions = readSessions(argv[1]);
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     const std::string base = std::string(argv[2]) + "/session_" + std::to_string(i + 1);
+    if (packed) {
+      writePacked(base + ".session", sessions[i]);
+      continue;
+    }
     ReplayRun run(sessions[i]);
     SessionTable table(sessions[i], run);
     SessionView view(sessions[i], run);

@@ -1,9 +1,11 @@
 #!/usr/bin/python3
 """./run report BAG and ./run export BAG: columns against the topics of the same bag, the page as a reader sees it, bad bags."""
+import gzip
 import json
 import os
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -93,7 +95,7 @@ class Recorded(unittest.TestCase):
                 break
         cls.page = Call("report", cls.bag)
         assert cls.page.code == 0, cls.page.errors
-        cls.export = Call("export", cls.bag, "--csv", "--npz")
+        cls.export = Call("export", cls.bag, "--csv", "--npz", "--session")
         assert cls.export.code == 0, cls.export.errors
         cls.columns = np.load(os.path.join(cls.folder, "session.npz"))
 
@@ -149,6 +151,13 @@ class Recorded(unittest.TestCase):
         self.assertEqual(len(table), SECONDS * RATE)
         for name in table.dtype.names:
             np.testing.assert_allclose(table[name], self.columns[name], rtol=1e-8, atol=1e-300, err_msg=name)
+
+    def test_a_file_for_the_browser_holds_every_tick(self):
+        with gzip.open(os.path.join(self.folder, "session.session")) as file:
+            raw = file.read()
+        self.assertTrue(raw.startswith(b"haptic session, packed: "))
+        for tick in (SECONDS * RATE // 2, SECONDS * RATE - 1):
+            self.assertIn(struct.pack("<Q", tick), raw)
 
     def test_the_page_is_small_and_asks_for_nothing(self):
         with open(os.path.join(self.folder, "session.html"), encoding="utf-8") as file:
