@@ -1,15 +1,17 @@
 #!/bin/sh
 #: docs              the documentation as a site, with search, below build/docs/html: README, concepts, tutorials, messages, Python and
-#:                   C++; ends with how many symbols have no word (docs.undocumented) and how many links lead nowhere
+#:                   C++, and touch.html, on which scenes are touched; ends with how many symbols have no word (docs.undocumented) and
+#:                   how many links lead nowhere
 . "$(dirname "$0")/parts/start.sh"
 [ $# = 0 ] || fail "docs takes no arguments"
-setup run python docs
-build_stack haptic_python
+setup run python docs npm wasm
+build_stack 'haptic_python pack_scenes'
 use_build
 kept=$LOGS/docs.figures site=$ROOT/launch/doc/site
 rm -rf "$BUILD/docs" && mkdir -p "$BUILD/docs" "$LOGS"
 python3 -B "$site/collect.py" "$BUILD/docs/pages" >"$kept" || fail "docs: the pages of messages and Python could not be made; see $kept"
 with_progress_or_log docs "$LOGS/docs.log" doxygen "$site/Doxyfile"
+touch_page "$BUILD/docs/html/touch.html" index.html || echo 'docs: the page touch.html was left out' >&2
 python3 -B "$site/links.py" --complete "$BUILD/docs/html"
 python3 -B "$site/links.py" "$BUILD/docs/html" >>"$kept"
 code=$?

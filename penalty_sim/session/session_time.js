@@ -76,7 +76,7 @@ class Timeline {
     const [program, bytes] = await Promise.all([viewProgram(), inflate(blob)]);
     this.canvas.hidden = false;
     try {
-      this.view = new program.View(this.canvas, this.session.data.view, bytes);
+      this.view = new program.View(this.canvas, this.session.data.view, program.unpackView(bytes, this.session.data.view));
     } catch (error) {
       this.canvas.hidden = true;
       throw /webgl/i.test(error.message) ? new Error('This browser has no WebGL: the curves go on without the 3-D view.') : error;

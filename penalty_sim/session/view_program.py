@@ -10,15 +10,15 @@ import npm_modules
 TEXT = 'The 3-D view is left out: '
 
 
-def bundle():
-    """JavaScript that defines View3D. Raises npm_modules.Unavailable."""
-    names = sorted(os.path.basename(path) for path in glob.glob(os.path.join(npm_modules.VIEW, '*.js')))
-    kept = os.path.join(npm_modules.KEPT, f'view3d-{npm_modules.digest("package-lock.json", *names)}.js')
+def bundle(entry=os.path.join(npm_modules.VIEW, 'main.js'), name='View3D'):
+    """JavaScript that defines `name`, of the module `entry`, those beside it and view3d. Raises npm_modules.Unavailable."""
+    sources = sorted({path for folder in (npm_modules.VIEW, os.path.dirname(entry)) for path in glob.glob(os.path.join(folder, '*.*js'))})
+    kept = os.path.join(npm_modules.KEPT, f'{name}-{npm_modules.digest("package-lock.json", *sources)}.js')
     if not os.path.exists(kept):
         modules = os.path.join(npm_modules.modules(), 'node_modules')
         fresh = f'{kept}.{os.getpid()}'
-        done = subprocess.run([os.path.join(modules, 'esbuild', 'bin', 'esbuild'), 'main.js', '--bundle', '--minify', '--format=iife',
-                               '--global-name=View3D', '--legal-comments=inline', '--log-level=warning', f'--outfile={fresh}'],
+        done = subprocess.run([os.path.join(modules, 'esbuild', 'bin', 'esbuild'), os.path.abspath(entry), '--bundle', '--minify', '--format=iife',
+                               f'--global-name={name}', '--legal-comments=inline', '--log-level=warning', f'--outfile={fresh}'],
                               cwd=npm_modules.VIEW, env={**os.environ, 'NODE_PATH': modules}, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise npm_modules.Unavailable(f'esbuild failed: {done.stderr.strip()[:300]}')

@@ -2,13 +2,15 @@
 """A page as Doxygen has to read it: `launch/doc/site/page.py FILE` prints it.
 
 What a README.md links to below its own folder, and not below `doc`, stands below it in the tree of pages, in that order. The
-first page of the repository leads everywhere, and is no parent.
+first page of the repository leads everywhere, and is no parent. A comment <!-- site: ... --> is text of the site alone.
 """
 import os
 import re
 import subprocess
 import sys
 
+SITE_ALONE = re.compile(r"<!-- site: (.*?) -->")  # what only the site has, such as a link to a page that is made with it
+LINKED_PICTURE = re.compile(r"\[!\[([^\]]*)\]\(([^)\s]+)\)\]\(([^)\s]+)\)")  # which Doxygen shows as text where it is a WebP
 LINK = re.compile(r"\[([^\]]*)\]\((?!doc/)([\w/]+)\.md\)")
 
 
@@ -22,6 +24,8 @@ def page_name(place):
 
 
 def as_doxygen_reads(path, text):
+    text = SITE_ALONE.sub(r"\1", text)
+    text = LINKED_PICTURE.sub(r'<a href="\3"><img src="\2" alt="\1"/></a>', text)
     folder = os.path.dirname(os.path.relpath(path))
     if not folder or os.path.basename(path) != "README.md":
         return text

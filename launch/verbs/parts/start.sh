@@ -9,7 +9,7 @@ ROOT=$(pwd -P)
 BUILD=$ROOT/build
 LOGS=$BUILD/log
 FIGURES=$BUILD/figures
-for part in progress packages build figures names; do
+for part in progress packages build figures names wasm; do
   # shellcheck disable=SC1090 # parts of this folder
   . "$ROOT/launch/verbs/parts/$part.sh"
 done

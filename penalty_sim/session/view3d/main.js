@@ -3,10 +3,10 @@ import * as THREE from 'three';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {ContactPatches, makeBodies} from './bodies.js';
 import {Device} from './device.js';
-import {unpackView} from './stream.js';
 
 export {pressureColour} from './bodies.js';
 export {tensionColour} from './device.js';
+export {unpackView} from './stream.js';
 
 const FIELD = 40;                 // of view, vertical [°]
 const MUCH_LARGER = 2.5;          // than the devices: seen whole it would leave them small
@@ -21,8 +21,8 @@ const axis = new THREE.Vector3(1, 0, 0);
 const look = new THREE.Vector3(0.62, -0.72, 0.42).normalize();  // from what is seen towards the camera: no edge of a frame stands before the grip
 
 export class View {
-  // `bytes`: what view_data.py packed. Throws where there is no WebGL.
-  constructor(canvas, data, bytes) {
+  // The last is what unpackView gives, or what answers as that does: a recording, or a world that runs now. Throws where there is no WebGL.
+  constructor(canvas, data, {tracks, openings, patches, meshes}) {
     this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, powerPreference: 'low-power'});
     this.data = data;
     this.canvas = canvas;
@@ -32,7 +32,6 @@ export class View {
     this.sun = new THREE.DirectionalLight(0xffffff, 1.6);
     this.sun.position.set(0.4, -0.6, 1);
     this.scene.add(this.light, this.sun);
-    const {tracks, openings, patches, meshes} = unpackView(bytes, data);
     this.tracks = tracks;
     this.links = makeBodies(this.scene, data, meshes);
     this.devices = data.devices.map((_, hand) => new Device(this.scene, data, hand, tracks, openings));
@@ -176,6 +175,13 @@ export class View {
     this.renderer.render(this.scene, this.camera);
     ++this.frames;
     return true;
+  }
+
+  // Another view may take its place.
+  close() {
+    this.controls.dispose();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
   }
 
   // Told the time between two frames while it plays [ms]: a processor that draws in place of a graphics card gets fewer pixels.
