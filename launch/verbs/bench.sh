@@ -1,6 +1,7 @@
 #!/bin/sh
-#: bench [NAME]      measure the core, all of it or what NAME matches; `anywhere`: pages in 3-D, MCAP, the gallery, an hour; `build`:
-#:                   what builds and tests of a fresh checkout cost; `dispatch`: bits and times of the two libraries;
+#: bench [NAME]      measure the core, all of it or what NAME matches; `anywhere`: pages in 3-D, MCAP, the gallery, a page to touch scenes,
+#:                   an hour; `build`: what builds and tests of a fresh checkout cost; `dispatch`: bits and times of the two
+#:                   libraries;
 #:                   `experiment`: studies on the twin, two hours; `fuzz`: a search for contacts that go wrong; `python`: what a
 #:                   step costs from Python; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md
 . "$(dirname "$0")/parts/start.sh"
@@ -126,11 +127,13 @@ bench_fuzz() {
 bench_anywhere() {
   # shellcheck disable=SC2046 # one word per section
   setup $(package_sections)
-  build_stack all
+  build_stack 'all pack_scenes'
   use_build
-  configure_and_build bench "$ROOT/src" "$BUILD/bench" bench_loop -DHAPTIC_CORE_BENCHMARKS=ON
+  configure_and_build bench "$ROOT/src" "$BUILD/bench" 'bench_loop scene_hashes' -DHAPTIC_CORE_BENCHMARKS=ON
   rm -f "$FIGURES/bench-anywhere.csv"
-  for each in page3d gallery mcap; do
+  touch_page "$BUILD/wasm/touch.html" >"$LOGS/bench-anywhere-touch.log" || failed="$failed touch"
+  keep_figures bench-anywhere "$LOGS/bench-anywhere-touch.log" '-O3 -DNDEBUG -ffp-contract=off'
+  for each in wasm page3d gallery mcap; do
     with_progress "bench anywhere $each" "$LOGS/bench-anywhere-$each.log" python3 -B "$ROOT/test/benchmark/anywhere.py" "$each" ||
       failed="$failed $each"
     keep_figures bench-anywhere "$LOGS/bench-anywhere-$each.log" '-O3 -DNDEBUG -ffp-contract=off'

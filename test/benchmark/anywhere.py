@@ -1,9 +1,12 @@
-"""Sessions seen anywhere: the page in 3-D, MCAP files, the gallery. `./run bench anywhere`.
+"""Sessions seen anywhere: the page in 3-D, MCAP files, the gallery, scenes touched in a browser. `./run bench anywhere`.
 
-    anywhere.py page3d | mcap [FILE.mcap] | gallery
+    anywhere.py page3d | mcap [FILE.mcap] | gallery | wasm
+
+`wasm` wants what touch_page of launch/verbs/parts/wasm.sh leaves below build/wasm, pack_scenes and scene_hashes.
 
 `mcap` records an hour unless it is given the recording of one. Figures as lines `figure NAME VALUE UNIT`.
 """
+import glob
 import json
 import os
 import subprocess
@@ -19,6 +22,9 @@ MINUTE, HOUR = 60, 3600       # [s]
 PLAYED = 5                    # of the session, while frames are counted [s]
 LOADS = 5                     # of the page; the median counts
 VIEW = "window.sessions[0].timeline"
+REPLAYED = 10                 # of a session that a browser replays [s]
+STEPS, ROUNDS = 1000, 5       # of each scene whose hashes are compared; of touch_cube for its step's time
+BASELINE = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2"}  # the loader takes the library for any processor
 
 
 def figure(name, value, unit):
@@ -94,12 +100,76 @@ def gallery():
     figure("gallery.kb", sum(sizes) / 1000, "kB")
 
 
+def native_hashes(program, environment):
+    """Name and hash of each scene, read from its own file."""
+    done = subprocess.run([program, str(STEPS)], capture_output=True, text=True, check=True, env={**os.environ, **environment})
+    return {os.path.splitext(name)[0]: value for name, value in (line.split(None, 1) for line in done.stdout.splitlines())}
+
+
+def runs(*command, environment=()):
+    """Name -> (hash, median step in µs), as pack_scenes --run and wasm_runs.mjs print them."""
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, **dict(environment)})
+    if done.returncode != 0:
+        sys.exit(f"anywhere: {command[0]}: {(done.stderr.strip().splitlines() or ['failed'])[-1]}")
+    return {name: (value, float(time_us)) for name, value, time_us in (line.split() for line in done.stdout.splitlines())}
+
+
+def wasm(folder):
+    """The bits of every packed scene, a step's time against the native one, and the page until it can be touched."""
+    from browser import Browser
+    build = os.path.join(ROOT, "build")
+    scenes = {name[:-len(".scene")]: os.path.join(build, "wasm", "scenes", name)
+              for name in sorted(os.listdir(os.path.join(build, "wasm", "scenes")))}
+    hashes = glob.glob(os.path.join(build, "bench", "**", "scene_hashes"), recursive=True)[0]
+    in_browser = ["node", os.path.join(ROOT, "test", "benchmark", "wasm_runs.mjs"), os.path.join(build, "wasm"), str(STEPS)]
+    told = [native_hashes(hashes, BASELINE), native_hashes(hashes, {}),
+            {name: value for name, (value, _) in runs(*in_browser, *scenes.values()).items()}]
+    differ = [name for name in sorted(set().union(*told)) if len({each.get(name) for each in told}) > 1]
+    print(f"{len(told[-1])} scenes, {STEPS} steps: native for any processor, native for this one, WebAssembly; different: {differ or 'none'}")
+    figure("wasm.bits_differ", len(differ), "1")
+    ratios = []
+    for _ in range(ROUNDS):
+        native = runs(os.path.join(build, "devel", "lib", "penalty_sim", "pack_scenes"), "--run", scenes["touch_cube"], str(10 * STEPS), environment=BASELINE)
+        ratios.append(runs(*in_browser[:-1], str(10 * STEPS), scenes["touch_cube"])["touch_cube"][1] / native["touch_cube"][1])
+    print(f"a step of touch_cube, {native['touch_cube'][1]:.2f} µs natively, over native: {', '.join(f'{ratio:.2f}' for ratio in sorted(ratios))}")
+    figure("wasm.step_ratio", sorted(ratios)[ROUNDS // 2], "1")
+    html = os.path.join(build, "wasm", "touch.html")
+    firsts, outside = [], set()
+    for _ in range(LOADS):
+        with Browser(WIDTH, HEIGHT) as page:
+            page.open(html)
+            page.wait("performance.getEntriesByName('first frame').length > 0")
+            firsts.append(page.run("performance.getEntriesByName('first frame')[0].startTime"))
+            page.drag((450, 380), (450, 420), (450, 480), (450, 540))
+            page.wait("Math.hypot(...touchPage.live.report(0).force) > 1")  # what is led into the cube is held back
+            outside |= {url for url in page.requests if not url.startswith(("file:///", "data:", "blob:"))}
+            if page.errors or outside:
+                sys.exit(f"anywhere: the page: {(page.errors + sorted(outside))[0]}")
+    print(f"first picture of a running scene after {', '.join(f'{ms:.0f}' for ms in sorted(firsts))} ms")
+    figure("wasm.ready_ms", sorted(firsts)[LOADS // 2], "ms")
+    bag = os.path.join(folder, "short.bag")
+    run("demo", "--scene", "touch_cube", "--seconds", str(REPLAYED), "--record", bag)
+    run("export", bag, "--session")
+    with Browser(WIDTH, HEIGHT) as page:
+        page.open(html)
+        page.wait("performance.getEntriesByName('first frame').length > 0")
+        page.choose("session", os.path.join(folder, "short.session"))
+        page.wait("touchPage.replays && touchPage.about !== null")
+        ticks, done, compared, same = page.wait("(p => p.done === p.ticks && [p.ticks, p.done, p.compared, p.same])(touchPage.program.progress())")
+    print(f"a session of {ticks} ticks in the browser: {done} replayed, {compared} compared, {same} the same")
+    if compared < 1000 * REPLAYED / 2:
+        sys.exit("anywhere: the session was not compared")
+    figure("wasm.replay_mismatches", compared - same, "1")
+
+
 def main():
     with tempfile.TemporaryDirectory(prefix="haptic_anywhere_") as folder:
         if sys.argv[1] == "page3d":
             page3d(folder)
         elif sys.argv[1] == "mcap":
             mcap(folder, *sys.argv[2:])
+        elif sys.argv[1] == "wasm":
+            wasm(folder)
         else:
             gallery()
 

@@ -116,6 +116,11 @@ class Browser:
         self.call("Input.dispatchKeyEvent", type="keyDown", key=key, modifiers=modifiers, **text)
         self.call("Input.dispatchKeyEvent", type="keyUp", key=key, modifiers=modifiers)
 
+    def choose(self, identity, path):
+        """A file, in an input of that id."""
+        found = self.call("Runtime.evaluate", expression=f"document.getElementById('{identity}')")["result"]["objectId"]
+        self.call("DOM.setFileInputFiles", files=[path], objectId=found)
+
     def drag(self, *points):
         for index, (x, y) in enumerate(points):
             kind = "mousePressed" if index == 0 else "mouseMoved"
