@@ -1,30 +1,24 @@
 #include "haptic_core/stepping/island_parts.h"
 
-#include <algorithm>
-
 namespace haptic {
 
-IslandParts::IslandParts(std::size_t trees, std::size_t contacts) {
-  for (auto* x : {&parent_, &part_of_tree_, &trees_}) x->resize(trees);
+IslandParts::IslandParts(std::size_t trees, std::size_t contacts) : joined_(trees) {
+  for (auto* x : {&part_of_tree_, &trees_}) x->resize(trees);
   for (auto* x : {&first_tree_, &first_contact_}) x->resize(trees + 1);
   contacts_.resize(contacts);
 }
 
-int IslandParts::root(int tree) noexcept {
-  while (parent_[tree] != tree) tree = parent_[tree] = parent_[parent_[tree]];
-  return tree;
-}
-
 void IslandParts::find(const Island& island, const TreePair* contacts, int contact_count, bool together) noexcept {
-  for (int n = 0; n < island.tree_count; ++n) parent_[island.trees[n]] = island.trees[together ? 0 : n];
+  for (int n = 0; n < island.tree_count; ++n) {
+    joined_.separate(island.trees[n]);
+    if (together) joined_.merge(island.trees[0], island.trees[n]);
+  }
   for (int i = 0; i < contact_count; ++i) {
-    if (contacts[i].a < 0 || contacts[i].b < 0) continue;
-    const int a = root(contacts[i].a), b = root(contacts[i].b);
-    parent_[std::max(a, b)] = std::min(a, b);
+    if (contacts[i].a >= 0 && contacts[i].b >= 0) joined_.merge(contacts[i].a, contacts[i].b);
   }
   count_ = 0;
   for (int n = 0; n < island.tree_count; ++n) {
-    const int t = island.trees[n], top = root(t);
+    const int t = island.trees[n], top = joined_.root(t);
     if (top == t) {  // the lowest of its part
       first_tree_[count_] = first_contact_[count_] = 0;
       part_of_tree_[t] = count_++;

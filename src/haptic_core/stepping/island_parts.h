@@ -2,6 +2,7 @@
 #pragma once
 #include <vector>
 
+#include "haptic_core/base/disjoint_sets.h"
 #include "haptic_core/world/islands.h"
 
 namespace haptic {
@@ -30,10 +31,9 @@ class IslandParts {
   int of(int tree) const { return part_of_tree_[tree]; }     ///< index of the part of a tree of the island
 
  private:
-  int root(int tree) noexcept;
-
   int count_ = 0;
-  std::vector<int> parent_, part_of_tree_;                                   ///< by tree
+  DisjointSets joined_;                                                      ///< of trees
+  std::vector<int> part_of_tree_;                                            ///< by tree
   std::vector<int> trees_, contacts_, first_tree_, first_contact_;           ///< grouped by part; by part
 };
 

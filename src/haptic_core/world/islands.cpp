@@ -1,13 +1,11 @@
 #include "haptic_core/world/islands.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace haptic {
 
-Islands::Islands(const Model& model) : model_(model) {
+Islands::Islands(const Model& model) : model_(model), joined_(model.trees.size()) {
   const std::size_t trees = model.trees.size(), pairs = static_cast<std::size_t>(model.pair_capacity);
-  parent_.resize(trees);
   island_.resize(trees, -1);
   trees_.resize(trees);
   pairs_.resize(pairs);
@@ -16,14 +14,9 @@ Islands::Islands(const Model& model) : model_(model) {
   first_pair_.resize(trees + 1);
 }
 
-int Islands::root(int tree) noexcept {
-  while (parent_[tree] != tree) tree = parent_[tree] = parent_[parent_[tree]];
-  return tree;
-}
-
 void Islands::find(const State& state, const std::vector<int>& held_by, bool implicit_only) noexcept {
   const int trees = static_cast<int>(model_.trees.size());
-  std::iota(parent_.begin(), parent_.end(), 0);
+  joined_.separate();
   const auto treeOf = [this](int shape) { return model_.links[model_.shapes[shape].link].articulation; };
   const auto moves = [&](int t) {
     return !model_.trees[t].model->isStatic() && held_by[model_.trees[t].link] < 0 &&
@@ -31,15 +24,14 @@ void Islands::find(const State& state, const std::vector<int>& held_by, bool imp
   };
   for (int i = 0; i < state.pair_count; ++i) {
     const int a = treeOf(state.pairs[i].shapeA()), b = treeOf(state.pairs[i].shapeB());
-    if (!moves(a) || !moves(b)) continue;
-    const int ra = root(a), rb = root(b);
-    parent_[std::max(ra, rb)] = std::min(ra, rb);  // the lowest tree is the root: islands come out in its order
+    if (moves(a) && moves(b)) joined_.merge(a, b);
   }
   count_ = 0;
   std::fill(first_tree_.begin(), first_tree_.end(), 0);
   std::fill(first_pair_.begin(), first_pair_.end(), 0);
   for (int t = 0; t < trees; ++t) {
-    island_[t] = !moves(t) ? -1 : root(t) == t ? count_++ : island_[root(t)];
+    const int root = joined_.root(t);  // the lowest tree: islands come out in its order
+    island_[t] = !moves(t) ? -1 : root == t ? count_++ : island_[root];
     if (island_[t] >= 0) ++first_tree_[island_[t] + 1];
   }
   for (int i = 0; i < state.pair_count; ++i) {

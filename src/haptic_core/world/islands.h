@@ -2,6 +2,7 @@
 #pragma once
 #include <vector>
 
+#include "haptic_core/base/disjoint_sets.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
 
@@ -34,11 +35,10 @@ class Islands {
   int of(int tree) const { return island_[tree]; }  ///< -1: does not move by itself
 
  private:
-  int root(int tree) noexcept;
-
   const Model& model_;
   int count_ = 0;
-  std::vector<int> parent_, island_;  ///< by tree
+  DisjointSets joined_;      ///< of trees
+  std::vector<int> island_;  ///< by tree
   std::vector<int> trees_, pairs_, first_tree_, first_pair_, pair_island_;
 };
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <unordered_map>
 
+#include "haptic_core/base/disjoint_sets.h"
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/base/error.h"
 
@@ -46,8 +46,7 @@ class Surface {
   Surface(const TriangleMesh& mesh, const std::string& name) : points_(mesh.vertices), name_(name) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) add(mesh.triangles[t], static_cast<int>(t));
     if (loops_.empty()) throw SetupError(name_, "no triangle looks up", "give a surface that is seen from above, z up");
-    root_.resize(loops_.size());
-    std::iota(root_.begin(), root_.end(), 0);
+    joined_ = DisjointSets(loops_.size());
     triangles_ = static_cast<int>(loops_.size());
   }
   int triangles() const { return triangles_; }
@@ -58,14 +57,14 @@ class Surface {
     for (bool any = true; any;) {
       any = false;
       std::fill(taken.begin(), taken.end(), 0);
-      for (int p = 0; p < static_cast<int>(loops_.size()); ++p) any = (rootOf(p) == p && !taken[p] && joinOne(p, taken)) || any;
+      for (int p = 0; p < static_cast<int>(loops_.size()); ++p) any = (joined_.root(p) == p && !taken[p] && joinOne(p, taken)) || any;
     }
   }
   /// Loops without corners that lie on a line between their neighbours.
-  std::vector<Loop> polygons() const {
+  std::vector<Loop> polygons() {
     std::vector<Loop> out;
     for (std::size_t p = 0; p < loops_.size(); ++p) {
-      if (root_[p] == static_cast<int>(p)) out.push_back(cornersOf(loops_[p]));
+      if (joined_.root(static_cast<int>(p)) == static_cast<int>(p)) out.push_back(cornersOf(loops_[p]));
     }
     return out;
   }
@@ -88,14 +87,10 @@ class Surface {
   }
   static std::string triangle(int number) { return "triangle " + std::to_string(number); }
 
-  int rootOf(int p) {
-    while (root_[p] != p) p = root_[p] = root_[root_[p]];
-    return p;
-  }
   /// The polygon beyond an edge; −1: none.
   int beyond(int from, int to) {
     const auto found = polygon_at_.find(edgeKey(to, from));
-    return found == polygon_at_.end() ? -1 : rootOf(found->second);
+    return found == polygon_at_.end() ? -1 : joined_.root(found->second);
   }
   double tolerance(const Loop& loop) const {
     double size = 0;
@@ -168,7 +163,7 @@ class Surface {
     const bool one_loop = edges == next.size() && next[outline.back()] == outline[0] &&
                           std::find(outline.begin() + 1, outline.end(), outline[0]) == outline.end();
     if (!one_loop || !isConvex(outline)) return;
-    for (const int p : members) root_[p] = seed;
+    for (const int p : members) joined_.mergeInto(seed, p);
     loops_[seed] = outline;
   }
 
@@ -189,7 +184,7 @@ class Surface {
     for (const auto& entry : order) {
       Loop common;
       if (!unite(loop, loops_[entry.second], common) || !isConvex(common)) continue;
-      root_[entry.second] = p;
+      joined_.mergeInto(p, entry.second);
       loops_[p] = common;
       taken[p] = taken[entry.second] = 1;
       return true;
@@ -224,7 +219,7 @@ class Surface {
   std::string name_;
   std::vector<Loop> loops_;        ///< counter-clockwise seen from above; of roots valid
   std::vector<Vector3> normals_;   ///< of the triangles
-  std::vector<int> root_;
+  DisjointSets joined_;            ///< of triangles; loops are those of roots
   std::unordered_map<std::uint64_t, int> polygon_at_;  ///< by directed edge the triangle on its left
   int triangles_ = 0;
 };

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "haptic_core/base/disjoint_sets.h"
 #include "haptic_core/geometry/search/box_tree.h"
 
 namespace haptic {
@@ -119,8 +119,7 @@ class Surfaces {
  public:
   explicit Surfaces(const std::vector<Placed>& placed) : first_{0} {
     for (const Placed& piece : placed) first_.push_back(first_.back() + static_cast<int>(piece.loops.size()));
-    root_.resize(first_.back());
-    std::iota(root_.begin(), root_.end(), 0);
+    joined_ = DisjointSets(first_.back());
     goes_on_.resize(first_.back(), 0);
   }
   /// Joins faces of two neighbours that lie in one plane and look the same way.
@@ -131,42 +130,39 @@ class Surfaces {
         if ((a.normals[f] - b.normals[g]).norm() > kJoint || std::abs(a.offsets[f] - b.offsets[g]) > gap) continue;
         const int x = first_[i] + static_cast<int>(f), y = first_[j] + static_cast<int>(g);
         goes_on_[x] = goes_on_[y] = 1;
-        root_[rootOf(y)] = rootOf(x);
+        joined_.mergeInto(x, y);
       }
   }
   std::vector<std::vector<int>> numbers(const std::vector<std::pair<int, int>>& neighbours);
 
  private:
-  int rootOf(int face) {
-    while (root_[face] != face) face = root_[face] = root_[root_[face]];
-    return face;
-  }
-  std::vector<int> first_, root_;
+  std::vector<int> first_;     ///< by piece, with the end of the last
+  DisjointSets joined_;        ///< of faces
   std::vector<char> goes_on_;  ///< a neighbour continues it
 };
 
 /// The least number that no surface has that a piece with this one meets, on itself or on a neighbour.
 std::vector<std::vector<int>> Surfaces::numbers(const std::vector<std::pair<int, int>>& neighbours) {
-  const int pieces = static_cast<int>(first_.size()) - 1;
-  std::vector<std::vector<int>> meets(pieces), surface(pieces), pieces_of(root_.size());
+  const int pieces = static_cast<int>(first_.size()) - 1, faces = first_.back();
+  std::vector<std::vector<int>> meets(pieces), surface(pieces), pieces_of(faces);
   for (const auto& [i, j] : neighbours) meets[i].push_back(j), meets[j].push_back(i);
   for (int i = 0; i < pieces; ++i) {
     for (int face = first_[i]; face < first_[i + 1]; ++face) {
       if (!goes_on_[face]) continue;
       surface[i].resize(first_[i + 1] - first_[i], -1);
-      pieces_of[rootOf(face)].push_back(i);
+      pieces_of[joined_.root(face)].push_back(i);
     }
   }
-  std::vector<int> number(root_.size(), -1), taken_by;
+  std::vector<int> number(faces, -1), taken_by;
   const auto take = [&](int piece, int root) {
     for (int face = first_[piece]; face < first_[piece + 1]; ++face) {
-      const int taken = goes_on_[face] ? number[rootOf(face)] : -1;
+      const int taken = goes_on_[face] ? number[joined_.root(face)] : -1;
       if (taken < 0) continue;
       if (taken >= static_cast<int>(taken_by.size())) taken_by.resize(taken + 1, -1);
       taken_by[taken] = root;
     }
   };
-  for (int root = 0; root < static_cast<int>(root_.size()); ++root) {
+  for (int root = 0; root < faces; ++root) {
     if (pieces_of[root].empty()) continue;
     for (const int piece : pieces_of[root]) {
       take(piece, root);
@@ -177,7 +173,7 @@ std::vector<std::vector<int>> Surfaces::numbers(const std::vector<std::pair<int,
   }
   for (int i = 0; i < pieces; ++i) {
     for (int face = first_[i]; face < first_[i + 1]; ++face) {
-      if (goes_on_[face]) surface[i][face - first_[i]] = number[rootOf(face)];
+      if (goes_on_[face]) surface[i][face - first_[i]] = number[joined_.root(face)];
     }
   }
   return surface;
