@@ -222,7 +222,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     }
     if (!begun) {
       aimCouplings(model, state, work);
-      implicit.begin(state, work.hands, part.h);
+      implicit.begin(state, work.hands, work.contacts.seams, part.h);
     }
     begun = true;
     const int first_contact = report.contacts.size();

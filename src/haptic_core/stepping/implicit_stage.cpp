@@ -54,9 +54,9 @@ ImplicitStage::ImplicitStage(const Model& model)
   first_shape_.push_back(static_cast<int>(model.shapes.size()));
 }
 
-void ImplicitStage::begin(State& state, const HandWork& hands, double h) noexcept {
+void ImplicitStage::begin(State& state, const HandWork& hands, Seams& seams, double h) noexcept {
   state_ = &state;
-  contacts_.begin(state, {work_.data(), X_WS_.data(), held_by_.data(), hands.bound.data()});
+  contacts_.begin(state, {work_.data(), X_WS_.data(), held_by_.data(), hands.bound.data()}, seams);
   held_way_ = hands.moved.data();
   step_ = h;
   held_left_ = 0;

@@ -43,8 +43,8 @@ class ImplicitStage {
   explicit ImplicitStage(const Model& model);  ///< set-up: room for the largest island
 
   /// (in realtime) Before the islands of a step of length h [s]: all links at the state's q, v. What hands hold has
-  /// been put where the step ends; `hands` stays the caller's.
-  void begin(State& state, const HandWork& hands, double h) noexcept;
+  /// been put where the step ends; `hands` and `seams` stay the caller's.
+  void begin(State& state, const HandWork& hands, Seams& seams, double h) noexcept;
   /// (in realtime) The trees that move and the pairs that may touch, until the next call. The arrays stay the caller's.
   void select(const Island& island) noexcept;
 

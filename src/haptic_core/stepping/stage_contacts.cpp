@@ -19,7 +19,7 @@ double estimatedSquares(const ContactVolume& volume) {
 }  // namespace
 
 StageContacts::StageContacts(const Model& model, FrozenProblem& problem)
-    : model_(model), settings_(model.settings), problem_(problem), seams_(model) {
+    : model_(model), settings_(model.settings), problem_(problem) {
   slot_.resize(model.pair_capacity);
   near_.resize(model.pair_capacity);
   gap_.resize(model.pair_capacity);
@@ -53,7 +53,7 @@ double StageContacts::springEnergy() const noexcept {
 void StageContacts::evaluate(const std::vector<char>& moved, const StageTolerance& tolerance, double changed) noexcept {
   rough_ = false;
   reach_ = g_ * changed;
-  if (seams_.any()) seams_.find(state_->pairs.data(), island_.pairs, island_.pair_count, places_.X_WS, workspace_);
+  if (seams_->any()) seams_->find(state_->pairs.data(), island_.pairs, island_.pair_count, places_.X_WS, workspace_);
   const int aside = contacts_.size();
   for (int i = 0; i < island_.pair_count; ++i) {
     const ActivePair& pair = state_->pairs[island_.pairs[i]];
@@ -115,7 +115,7 @@ void StageContacts::evaluatePair(int index) noexcept {
   advance.mean_rate = settings_.integrator == Integrator::kImplicitEuler;  // SDIRK2's rates, its stand-in's too, are the end's
   ContactEvaluation found;
   int& slot = slot_[index];
-  if (!evaluateContact(model_, seams_, index, pair, places_, memory_[index], advance, workspace_, found)) {
+  if (!evaluateContact(model_, *seams_, index, pair, places_, memory_[index], advance, workspace_, found)) {
     gap_[index] = -found.volume.depth;
     if (reach_ > 0 && lookAtFaces(index, X_AB, pair.cache.direction)) {
       if (slot >= 0) leave(slot);

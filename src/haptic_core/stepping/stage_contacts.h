@@ -53,8 +53,11 @@ class StageContacts {
   /// `problem.contacts` is filled by this, in step with `all()`.
   StageContacts(const Model& model, FrozenProblem& problem);
 
-  /// (in realtime) The step's pairs, and the links and shapes as the stage places them; all stay the caller's.
-  void begin(State& state, const ContactPlaces& places) noexcept { state_ = &state, places_ = places; }
+  /// (in realtime) The step's pairs, the links and shapes as the stage places them, and the world's seams, of which a stage needs
+  /// nothing that was there before; all stay the caller's.
+  void begin(State& state, const ContactPlaces& places, Seams& seams) noexcept {
+    state_ = &state, places_ = places, seams_ = &seams;
+  }
   /// (in realtime) The pairs that may touch in the next stages.
   void select(const Island& island) noexcept;
   /// (in realtime) No patch is known. `memory`, `yielding`: by pair, at the base of a stage of length g [s].
@@ -100,6 +103,7 @@ class StageContacts {
   FrozenProblem& problem_;
   State* state_ = nullptr;
   ContactPlaces places_;
+  Seams* seams_ = nullptr;
   Island island_;
   const FrictionMemory* memory_ = nullptr;
   const Yielding* yielding_ = nullptr;
@@ -114,7 +118,6 @@ class StageContacts {
   std::vector<int> slot_, near_;     ///< by pair: index in contacts_ of its patch, of what is near; or -1
   std::vector<double> gap_;          ///< by pair that does not touch: proven at its last evaluation [m]
   ContactWorkspace workspace_;
-  Seams seams_;
 };
 
 }  // namespace haptic

@@ -24,7 +24,7 @@ namespace haptic {
 /// Explicitly stepped contacts (stepping/explicit_contacts.h).
 struct ContactWork {
   ContactWorkspace workspace;    ///< for one contact at a time
-  Seams seams;                   ///< for normals of joined pieces
+  Seams seams;                   ///< for normals of joined pieces, in explicit and implicit steps
   std::vector<int> on_link;      ///< by world link: contacts that touched at the last evaluation
   std::vector<Wrench> kick;      ///< by world link, about O: impulses of events inside the step [N·m·s, N·s]
   bool has_kick = false;         ///< else `kick` holds nothing of this step
