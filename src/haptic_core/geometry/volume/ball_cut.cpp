@@ -6,7 +6,6 @@
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/volume/circular_segment.h"
 #include "haptic_core/geometry/volume/contact_moments.h"
-#include "haptic_core/geometry/volume/round_loop.h"
 
 namespace haptic {
 namespace {
@@ -50,7 +49,7 @@ struct SphereSection {
   using Point = Vector2;
 
   const CutFace& face;
-  double radius;
+  double radius, side = 1;
   Vector3 middle = face.height * face.normal;
 
   Point at(const Vector3& x) const { return {face.x.dot(x - middle), face.y.dot(x - middle)}; }
@@ -58,20 +57,7 @@ struct SphereSection {
   bool inner(const Vector3& a, const Vector3& b, bool a_in, bool b_in, double& enter, double& leave) const {
     return innerOfSphere(a, b, a_in, b_in, radius, enter, leave);
   }
-  CutCurve line(const Point& p, const Point& q) const {
-    CutCurve line;
-    line.p = p;
-    line.q = q;
-    return line;
-  }
-  CutCurve arc(const Point& p, const Point& q) const {
-    CutCurve arc = line(p, q);
-    arc.arc = true;
-    arc.from = elementary::atan2(p.y(), p.x());
-    arc.sweep = elementary::atan2(crossInPlane(p, q), p.dot(q));
-    if (arc.sweep < 0) arc.sweep += kTurn;
-    return arc;
-  }
+  const Vector2& flat(const Point& p) const { return p; }
   double turn(const Vector3& p, const Vector3& q) const { return face.normal.dot((q - p).cross(middle - p)); }
   double length2(const Vector3& p, const Vector3& q) const { return (q - p).squaredNorm(); }
 };
@@ -131,15 +117,16 @@ struct RegionSums {
   }
 };
 
-}  // namespace
-
-double CutCurve::reach(const Vector2& slope, double radius) const noexcept {
-  const double ends = std::max(slope.dot(p), slope.dot(q));
-  if (!arc) return ends;
-  double turn = elementary::atan2(slope.y(), slope.x()) - from;
+/// Largest slope · r along a curve; `radius` of the arc.
+double reachOf(const CutCurve& curve, const Vector2& slope, double radius) {
+  const double ends = std::max(slope.dot(curve.p), slope.dot(curve.q));
+  if (!curve.arc) return ends;
+  double turn = elementary::atan2(slope.y(), slope.x()) - curve.from;
   turn -= kTurn * std::floor(turn / kTurn);
-  return turn <= sweep ? radius * slope.norm() : ends;
+  return turn <= curve.sweep ? radius * slope.norm() : ends;
 }
+
+}  // namespace
 
 void BallCut::reserve(int faces, int half_edges) {
   faces_.reserve(faces + 1);
@@ -162,10 +149,7 @@ void BallCut::cutLoop(int count, Corner corner, Key key, CutFace& face) noexcept
   // The circle lies within the face when that goes around it: a sliver does not.
   face.whole = loop.surroundsCentre(count, corner, twice) && twice > M_PI * face.radius * face.radius;
   if (!face.whole) return;
-  CutCurve circle = section.line(Vector2(face.radius, 0), Vector2(face.radius, 0));
-  circle.arc = true;
-  circle.sweep = kTurn;
-  curves_.push_back(circle);
+  curves_.push_back({true, 0, kTurn, Vector2(face.radius, 0), Vector2(face.radius, 0)});
   face.count = 1;
 }
 
@@ -238,11 +222,7 @@ void BallCut::addCircle(const Vector3& normal, double height, double radius) noe
   face.first = curves_.size();
   face.count = 1;
   face.whole = true;
-  CutCurve circle;
-  circle.arc = true;
-  circle.sweep = kTurn;
-  circle.p = circle.q = Vector2(face.radius, 0);
-  curves_.push_back(circle);
+  curves_.push_back({true, 0, kTurn, Vector2(face.radius, 0), Vector2(face.radius, 0)});
   faces_.push_back(face);
 }
 
@@ -292,7 +272,7 @@ double BallCut::extent(const Vector3& up) const noexcept {
       const Vector2 slope(face.x.dot(way), face.y.dot(way));
       const double middle = face.height * face.normal.dot(way);
       for (int i = face.first; i < face.first + face.count; ++i) {
-        reach = std::max(reach, middle + curves_[i].reach(slope, face.radius));
+        reach = std::max(reach, middle + reachOf(curves_[i], slope, face.radius));
       }
     }
     sum += pole_inside ? radius_ : std::min(radius_, reach);

@@ -7,6 +7,7 @@
 #include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/geometry/volume/cut_solid.h"
 #include "haptic_core/geometry/volume/loaded_vector.h"
+#include "haptic_core/geometry/volume/round_loop.h"
 
 namespace haptic {
 
@@ -23,15 +24,8 @@ struct PlaneMoments {
   }
 };
 
-/// A piece of the boundary of such a part, in the face's axes about the circle's centre: the line from p to q, or the arc
-/// from the angle `from` over `sweep`, counter-clockwise seen from outside.
-struct CutCurve {
-  bool arc = false;  ///< an arc; else a line
-  double from = 0, sweep = 0;  ///< of an arc: first angle, and angle swept, counter-clockwise [rad]
-  Vector2 p = Vector2::Zero(), q = Vector2::Zero();  ///< of a line: its ends [m]
-  /// Largest slope · r along it; `radius` of the arc.
-  double reach(const Vector2& slope, double radius) const noexcept;
-};
+/// A piece of the boundary of such a part, in the face's axes about the circle's centre, counter-clockwise seen from outside.
+using CutCurve = RoundCurve<Vector2>;
 
 /// The part of a face that lies in the ball.
 struct CutFace {

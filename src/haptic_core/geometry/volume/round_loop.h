@@ -3,9 +3,19 @@
 #include <cmath>
 #include <utility>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/base/spatial.h"
+#include "haptic_core/geometry/volume/circular_segment.h"
 
 namespace haptic {
+
+/// A piece of the boundary of a polygon in something round: the line from p to q, or the arc from the angle `from` over `sweep`.
+template <class Point>
+struct RoundCurve {
+  bool arc = false;            ///< an arc; else a line
+  double from = 0, sweep = 0;  ///< of an arc: first angle, and angle swept, of either sign [rad]
+  Point p = Point::Zero(), q = Point::Zero();  ///< its ends [m]
+};
 
 /// Arcs shorter than this, or longer than 2π less this, may be the other of the two [rad]: rounding over the smallest circle.
 inline constexpr double kArcDoubt = 1e-2;
@@ -17,9 +27,10 @@ inline double crossInPlane(const Vector2& a, const Vector2& b) { return a.x() * 
 
 /// Cuts one polygon. Its `Section` says what is round, and how the caller keeps the pieces:
 ///   Point, at(x)                           where a point of the polygon lies in the section
+///   flat(point)                            seen along the axis, from the centre, in a plane
+///   side                                   1, or -1: that view is from inside, and arcs turn clockwise
 ///   holds(x)                               x lies inside
 ///   inner(a, b, a_in, b_in, enter, leave)  what of the edge a → b lies inside, as shares of its length; false: nothing
-///   line(p, q), arc(p, q)                  pieces between two such points
 ///   turn(p, q), length2(p, q)              twice the area with the centre, seen from outside; squared length in the section
 ///   radius
 template <class Section, class Curves>
@@ -50,7 +61,7 @@ class RoundLoop {
       addEdge(section_.at(from), section_.at(to), p_in, q_in);
       crossed = true;
     }
-    if (left_ && entered_) curves_.push_back(section_.arc(exit_, first_entry_));
+    if (left_ && entered_) curves_.push_back(arc(exit_, first_entry_));
     return crossed;
   }
 
@@ -72,17 +83,25 @@ class RoundLoop {
  private:
   using Point = typename Section::Point;
 
+  /// Counter-clockwise seen from outside.
+  RoundCurve<Point> arc(const Point& p, const Point& q) const noexcept {
+    const Vector2 from = section_.flat(p), to = section_.flat(q);
+    double sweep = section_.side * elementary::atan2(crossInPlane(from, to), from.dot(to));
+    if (sweep < 0) sweep += kTurn;
+    return {true, elementary::atan2(from.y(), from.x()), section_.side * sweep, p, q};
+  }
+
   void addEdge(const Point& from, const Point& to, bool p_in, bool q_in) noexcept {
     if (!p_in) {
       if (left_) {
-        curves_.push_back(section_.arc(exit_, from));
+        curves_.push_back(arc(exit_, from));
         left_ = false;
       } else if (!entered_) {
         first_entry_ = from;
       }
       entered_ = true;
     }
-    curves_.push_back(section_.line(from, to));
+    curves_.push_back({false, 0, 0, from, to});
     if (!q_in) exit_ = to, left_ = true;
   }
 

@@ -5,7 +5,6 @@
 
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/volume/gauss_legendre.h"
-#include "haptic_core/geometry/volume/round_loop.h"
 #include "haptic_core/geometry/volume/tube_side_sums.h"
 
 namespace haptic {
@@ -39,21 +38,7 @@ struct TubeSection {
   bool inner(const Vector3& a, const Vector3& b, bool a_in, bool b_in, double& enter, double& leave) const {
     return innerOfCircle(a.head<2>(), b.head<2>(), a_in, b_in, radius, enter, leave);
   }
-  TubeCurve line(const Point& p, const Point& q) const {
-    TubeCurve line;
-    line.p = p;
-    line.q = q;
-    return line;
-  }
-  TubeCurve arc(const Point& p, const Point& q) const {
-    TubeCurve arc = line(p, q);
-    arc.arc = true;
-    arc.from = elementary::atan2(p.y(), p.x());
-    double sweep = side * elementary::atan2(crossInPlane(p.head<2>(), q.head<2>()), p.head<2>().dot(q.head<2>()));
-    if (sweep < 0) sweep += kTurn;
-    arc.sweep = side * sweep;
-    return arc;
-  }
+  Vector2 flat(const Point& p) const { return p.head<2>(); }
   double turn(const Vector3& p, const Vector3& q) const { return side * crossInPlane(p.head<2>(), q.head<2>()); }
   double length2(const Vector3& p, const Vector3& q) const { return (q - p).head<2>().squaredNorm(); }
 };

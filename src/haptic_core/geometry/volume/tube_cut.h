@@ -19,12 +19,8 @@ namespace haptic {
 /// multiple of π; and its derivative by t.
 double arcRise(double from, double sweep, double t, double& rate) noexcept;
 
-/// A piece of a face's boundary: the line from p to q, or an arc on the tube from the angle `from` over `sweep`, of either sign.
-struct TubeCurve {
-  bool arc = false;            ///< else a line
-  Vector3 p = Vector3::Zero(), q = Vector3::Zero();  ///< its ends [m]
-  double from = 0, sweep = 0;  ///< of an arc [rad]
-};
+/// A piece of a face's boundary; an arc lies on the tube, its angles are about z.
+using TubeCurve = RoundCurve<Vector3>;
 
 /// A part of an arc that only rises or falls: angles from the face's apex, and heights [m].
 struct TubeArc {
