@@ -39,6 +39,18 @@ inline Pose randomPose(std::mt19937& random, double reach) {
   return {R, Vector3(place(random), place(random), place(random))};
 }
 
+/// How far S is from being the gradient of V, over |S|: moving B by δ changes V by -S·δ.
+inline double gradientError(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB) {
+  constexpr double kStep = 1e-6;  // [m]
+  const Contact c = contactOf(A, B, X_AB);
+  Vector3 error;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto volumeAt = [&](double s) { return contactOf(A, B, Pose(X_AB.R, X_AB.p + s * Vector3::Unit(axis))).volume.volume; };
+    error[axis] = (volumeAt(kStep) - volumeAt(-kStep)) / (2 * kStep) + c.volume.area_vector_A[axis];
+  }
+  return error.norm() / c.volume.area_vector_A.norm();
+}
+
 /// The hull of so many points of a sphere of radius `size` [m].
 inline ConvexPolyhedron stone(int corners, double size, int seed) {
   std::mt19937 random(seed);

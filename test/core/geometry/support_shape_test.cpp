@@ -25,6 +25,7 @@ namespace support_shape_test {
 
 using random_pairs::Contact;
 using random_pairs::contactOf;
+using random_pairs::gradientError;
 using random_pairs::randomDirection;
 using random_pairs::randomTurn;
 using Status = ContactVolume::Status;
@@ -173,14 +174,8 @@ TEST_F(AnySupport, HasTheAreaVectorAsGradient) {
     for (int i = 0; i < 5; ++i) {
       Vector3 way;
       const Pose X = place(A, B, 0.05, way);
-      const Contact c = contactOf(A, B, X);
-      ASSERT_EQ(c.volume.status, Status::kOverlap);
-      const double step = 1e-6;
-      for (int axis = 0; axis < 3; ++axis) {
-        const auto volumeAt = [&](double s) { return contactOf(A, B, Pose(X.R, X.p + s * Vector3::Unit(axis))).volume.volume; };
-        const double slope = (volumeAt(step) - volumeAt(-step)) / (2 * step);
-        EXPECT_NEAR(slope, -c.volume.area_vector_A[axis], 1e-4 * c.volume.area_vector_A.norm()) << i;
-      }
+      ASSERT_EQ(contactOf(A, B, X).volume.status, Status::kOverlap);
+      EXPECT_LT(gradientError(A, B, X), 1e-4) << i;
     }
   });
 }
