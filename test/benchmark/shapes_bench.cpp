@@ -20,5 +20,6 @@ int main(int count, char** arguments) {
   if (wanted("terrain")) measureTerrain();
   if (wanted("ellipsoid")) measureEllipsoid();
   if (wanted("logs")) measureLogs();
-  if (wanted("accuracy")) measureRodAccuracy(count > 2 ? std::atoi(arguments[2]) : 100000);
+  const bool one_kind = count > 1 && std::strncmp(arguments[1], "accuracy_", 9) == 0;
+  if (one_kind || wanted("accuracy")) measureRodAccuracy(one_kind ? arguments[1] : nullptr, count > 2 ? std::atoi(arguments[2]) : 0);
 }

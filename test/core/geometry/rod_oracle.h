@@ -4,11 +4,11 @@
 /// It shares with rod_integral.cpp that the planes lie along both axes, and nothing else: each outline is cut
 /// at angles and places of its own, every piece is judged by its middle, arcs are Gauss sums, and it knows no
 /// polynomial for the heights at which the outline changes. It finds them by bisection of its kind: which
-/// lines and arcs take part. What no scan saw, adaptive Gauss rules do.
+/// lines and arcs take part. Between two such heights moments begin and end like powers of √x; a map that stands still at both ends
+/// makes them smooth. What no scan saw, adaptive Gauss rules do.
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <vector>
 
 namespace haptic::oracle {
@@ -91,9 +91,9 @@ class RodOracle {
   };
 
   /// B's axis and centre in A's frame, whose z is A's axis. `hint`: a point where V may be, near which the
-  /// scan is finer.
-  RodOracle(const Rod& A, const Rod& B, Vec<T> axis, const Vec<T>& p, const Vec<T>& hint)
-      : rule_(16), arcs_(20) {
+  /// scan is finer. `tolerance`: of the moments, relative.
+  RodOracle(const Rod& A, const Rod& B, Vec<T> axis, const Vec<T>& p, const Vec<T>& hint, T tolerance = T(1e-14))
+      : tolerance_(tolerance) {
     rod_[0] = A, rod_[1] = B;
     if (axis.z < 0) axis = axis.times(-1);
     const T s = root(axis.x * axis.x + axis.y * axis.y), d = root(p.x * p.x + p.y * p.y);
@@ -170,8 +170,16 @@ class RodOracle {
     return u <= (s.round ? T(0) : room * s.h) ? size(v) <= h : s.round && u * u + v * v <= h * h;
   }
 
-  /// At angle θ of the range's sine: z = low + (high − low) sin² θ.
-  Section at(T theta) {
+  /// Places at which an outline is cut, in order.
+  struct Cuts {
+    T at[14];
+    int count = 0;
+    void put(T x) { at[count++] = x; }
+    void sort() { std::sort(at, at + count); }
+  };
+
+  /// At angle θ of the range's sine: z = low + (high − low) sin² θ. Its sums, or its kind alone.
+  Section at(T theta, bool sums = true) {
     ++sections_;
     const T s = sine(theta), c = cosine(theta), w = high_ - low_, x = w * s * s, xb = w * c * c, z = low_ + x;
     Section out;
@@ -184,11 +192,11 @@ class RodOracle {
     }
     for (int me = 0; me < 2; ++me) {
       for (int sign = -1; sign <= 1; sign += 2) {
-        line(o, me, sign, true, z, out);
+        line(o, me, sign, true, z, sums, out);
         if (o[me].round)
-          halfCircle(o, me, sign, z, out);
+          halfCircle(o, me, sign, z, sums, out);
         else
-          line(o, me, sign, false, z, out);
+          line(o, me, sign, false, z, sums, out);
       }
     }
     return out;
@@ -208,15 +216,16 @@ class RodOracle {
     }
   }
 
-  void line(const Outline* o, int me, int sign, bool is_side, T z, Section& out) const {
+  void line(const Outline* o, int me, int sign, bool is_side, T z, bool sums, Section& out) const {
     const Outline &X = o[me], &Y = o[1 - me];
     const P t = is_side ? X.u : P{-X.u.y, X.u.x},
             n = is_side ? P{-sign * X.u.y, sign * X.u.x} : P{sign * X.u.x, sign * X.u.y};
     const T off = is_side ? X.h : X.half, half = is_side ? X.half : X.h;
     const P base{X.c.x + off * n.x, X.c.y + off * n.y};
-    std::vector<T> cut{-half, half};
+    Cuts cut;
+    cut.put(-half), cut.put(half);
     const auto put = [&](T x) {
-      if (size(x) < half) cut.push_back(x);
+      if (size(x) < half) cut.put(x);
     };
     const T dx = base.x - Y.c.x, dy = base.y - Y.c.y, ku = dx * Y.u.x + dy * Y.u.y,
             kv = dy * Y.u.x - dx * Y.u.y;
@@ -229,12 +238,12 @@ class RodOracle {
               square = (Y.h - away) * (Y.h + away);
       if (square > 0) put(middle - root(square)), put(middle + root(square));
     }
-    std::sort(cut.begin(), cut.end());
-    for (std::size_t i = 0; i + 1 < cut.size(); ++i) {
-      const T l = cut[i + 1] - cut[i], middle = (cut[i] + cut[i + 1]) / 2;
+    cut.sort();
+    static const T at = root(T(3) / 5) / 2;
+    for (int i = 0; i + 1 < cut.count; ++i) {
+      const T l = cut.at[i + 1] - cut.at[i], middle = (cut.at[i] + cut.at[i + 1]) / 2;
       if (!(l > 0) || !inside(Y, {base.x + middle * t.x, base.y + middle * t.y})) continue;
-      const T at = root(T(3) / 5) / 2;
-      for (int k = -1; k <= 1; ++k) {  // exact up to degree 5
+      for (int k = -1; k <= 1 && sums; ++k) {  // exact up to degree 5
         const T s = middle + k * at * l;
         addPoint(me, {base.x + s * t.x, base.y + s * t.y}, n, l * (k ? T(5) : T(8)) / 18,
                  is_side && me == 0 ? (z - h_[0]) / X.h : T(0), z, out);
@@ -243,11 +252,12 @@ class RodOracle {
     }
   }
 
-  void halfCircle(const Outline* o, int me, int sign, T z, Section& out) const {
+  void halfCircle(const Outline* o, int me, int sign, T z, bool sums, Section& out) const {
     const Outline &X = o[me], &Y = o[1 - me];
     const P a{sign * X.u.x, sign * X.u.y}, b{-a.y, a.x}, e{X.c.x + X.half * a.x, X.c.y + X.half * a.y};
-    const T pi = 4 * arcTangent(T(1), T(1));
-    std::vector<T> cut{-pi / 2, pi / 2};
+    static const T pi = 4 * arcTangent(T(1), T(1));
+    Cuts cut;
+    cut.put(-pi / 2), cut.put(pi / 2);
     const auto put = [&](T cx, T cy, T level) {  // cx cos φ + cy sin φ = level
       const T length = root(cx * cx + cy * cy);
       if (!(size(level) < length)) return;
@@ -256,7 +266,7 @@ class RodOracle {
         T phi = middle + k * off;
         if (phi > pi) phi -= 2 * pi;
         if (phi < -pi) phi += 2 * pi;
-        if (size(phi) < pi / 2) cut.push_back(phi);
+        if (size(phi) < pi / 2) cut.put(phi);
       }
     };
     const T dx = e.x - Y.c.x, dy = e.y - Y.c.y, ku = dx * Y.u.x + dy * Y.u.y, kv = dy * Y.u.x - dx * Y.u.y;
@@ -271,40 +281,56 @@ class RodOracle {
       const T k = ku - f * Y.half, level = ((Y.h - X.h) * (Y.h + X.h) - k * k - kv * kv) / (2 * X.h);
       put(k * au + kv * av, k * bu + kv * bv, level);
     }
-    std::sort(cut.begin(), cut.end());
-    for (std::size_t i = 0; i + 1 < cut.size(); ++i) {
-      const T sweep = cut[i + 1] - cut[i], middle = (cut[i] + cut[i + 1]) / 2, c = cosine(middle),
-              s = sine(middle);
+    cut.sort();
+    for (int i = 0; i + 1 < cut.count; ++i) {
+      const T half = (cut.at[i + 1] - cut.at[i]) / 2, middle = (cut.at[i] + cut.at[i + 1]) / 2;
+      if (!(half > 0)) continue;
+      const T c = cosine(middle), s = sine(middle);
       const auto at_angle = [&](T cosine_of, T sine_of) {
         return P{e.x + X.h * (cosine_of * a.x + sine_of * b.x), e.y + X.h * (cosine_of * a.y + sine_of * b.y)};
       };
-      if (!(sweep > 0) || !inside(Y, at_angle(c, s))) continue;
+      if (!inside(Y, at_angle(c, s))) continue;
       // Where outlines only just touch, rounding may hide the crossings: then the piece's ends are far outside.
-      if (!inside(Y, at_angle(cosine(cut[i]), sine(cut[i])), T(1e-6))) continue;
-      if (!inside(Y, at_angle(cosine(cut[i + 1]), sine(cut[i + 1])), T(1e-6))) continue;
-      for (std::size_t k = 0; k < arcs_.at.size(); ++k) {
-        const T phi = cut[i] + sweep * arcs_.at[k], cp = cosine(phi), sp = sine(phi);
-        const P n{cp * a.x + sp * b.x, cp * a.y + sp * b.y};
-        addPoint(me, {e.x + X.h * n.x, e.y + X.h * n.y}, n, X.h * sweep * arcs_.weight[k],
-                 me == 0 ? (z - h_[0]) / X.h : T(0), z, out);
-      }
+      if (!inside(Y, at_angle(cosine(cut.at[i]), sine(cut.at[i])), T(1e-6))) continue;
+      if (!inside(Y, at_angle(cosine(cut.at[i + 1]), sine(cut.at[i + 1])), T(1e-6))) continue;
       out.kind += 1u << (16 + 4 * me + 2 * (sign > 0));
+      if (!sums) continue;
+      // Of degree 5 in sine and cosine: 8 points for a quarter of a radian, and 20 for half a turn, err by 1e-20.
+      static const Rule<T> kShort(8), kLong(20);
+      const Rule<T>& arcs = half < T(1) / 8 ? kShort : kLong;
+      const std::size_t points = arcs.at.size();
+      for (std::size_t k = 0; k < points / 2; ++k) {  // two points share one sine and cosine
+        const T angle = half * (2 * arcs.at[k] - 1), ck = cosine(angle), sk = sine(angle);
+        for (int way = -1; way <= 1; way += 2) {
+          const T cp = c * ck - way * s * sk, sp = s * ck + way * c * sk;
+          const P n{cp * a.x + sp * b.x, cp * a.y + sp * b.y};
+          addPoint(me, {e.x + X.h * n.x, e.y + X.h * n.y}, n, X.h * 2 * half * arcs.weight[k],
+                   me == 0 ? (z - h_[0]) / X.h : T(0), z, out);
+        }
+      }
     }
   }
 
-  Sums<T> gauss(T from, T to) {
+  /// A piece between two changes of kind, in θ; t from 0 to 1 goes over it as θ = from + (to − from) t² (3 − 2t).
+  struct Piece {
+    T from, to;
+  };
+
+  Sums<T> gauss(const Piece& piece, T from, T to) {
+    static const Rule<T> kRule(16);
     Sums<T> q;
-    const T w = high_ - low_;
-    for (std::size_t k = 0; k < rule_.at.size(); ++k) {
-      const T theta = from + (to - from) * rule_.at[k];
-      q.add((to - from) * rule_.weight[k] * 2 * w * sine(theta) * cosine(theta), at(theta).sums);
+    const T w = high_ - low_, length = piece.to - piece.from;
+    for (std::size_t k = 0; k < kRule.at.size(); ++k) {
+      const T t = from + (to - from) * kRule.at[k], theta = piece.from + length * t * t * (3 - 2 * t);
+      const T rate = length * 6 * t * (1 - t) * 2 * w * sine(theta) * cosine(theta);
+      q.add((to - from) * kRule.weight[k] * rate, at(theta).sums);
     }
     return q;
   }
 
-  void refine(T from, T to, const Sums<T>& whole, int depth) {
+  void refine(const Piece& piece, T from, T to, const Sums<T>& whole, int depth) {
     const T middle = (from + to) / 2;
-    const Sums<T> a = gauss(from, middle), b = gauss(middle, to);
+    const Sums<T> a = gauss(piece, from, middle), b = gauss(piece, middle, to);
     bool fine = depth >= kDeepest;
     gave_up_ = gave_up_ || fine;
     if (!fine) {
@@ -317,7 +343,7 @@ class RodOracle {
       total_.add(1, a), total_.add(1, b);
       return;
     }
-    refine(from, middle, a, depth + 1), refine(middle, to, b, depth + 1);
+    refine(piece, from, middle, a, depth + 1), refine(piece, middle, to, b, depth + 1);
   }
 
   void split(T from, unsigned kind_from, T to, unsigned kind_to, int depth, std::vector<T>& at_change) {
@@ -327,7 +353,7 @@ class RodOracle {
       at_change.push_back(middle);
       return;
     }
-    const unsigned kind = at(middle).kind;
+    const unsigned kind = at(middle, false).kind;
     split(from, kind_from, middle, kind, depth + 1, at_change);
     split(middle, kind, to, kind_to, depth + 1, at_change);
   }
@@ -347,35 +373,39 @@ class RodOracle {
     std::sort(scan.begin(), scan.end());
     std::vector<T> change;
     T last = quarter * T(1e-9);
-    unsigned kind = at(last).kind;
+    unsigned kind = at(last, false).kind;
     scan.push_back(quarter * (1 - T(1e-9)));
     for (const T next : scan) {
-      const unsigned now = at(next).kind;
+      const unsigned now = at(next, false).kind;
       split(last, kind, next, now, 0, change);
       last = next, kind = now;
     }
     change.insert(change.begin(), T(0)), change.push_back(quarter);
     // About the middle of the first piece that holds anything.
-    std::vector<std::pair<T, T>> pieces;
+    std::vector<Piece> pieces;
     for (std::size_t i = 0; i + 1 < change.size(); ++i) {
-      if (at((change[i] + change[i + 1]) / 2).kind) pieces.push_back({change[i], change[i + 1]});
+      if (at((change[i] + change[i + 1]) / 2, false).kind) pieces.push_back({change[i], change[i + 1]});
     }
     if (pieces.empty()) return;
-    for (int pass = 0; pass < 2; ++pass) {
+    std::vector<Sums<T>> whole(pieces.size());
+    const auto measure = [&] {
       T first[4] = {0, 0, 0, 0};
-      for (const auto& piece : pieces) {
-        const Sums<T> q = gauss(piece.first, piece.second);
-        for (int i = 0; i < 4; ++i) first[i] += q.v[0][i];
+      for (std::size_t i = 0; i < pieces.size(); ++i) {
+        whole[i] = gauss(pieces[i], 0, 1);
+        for (int k = 0; k < 4; ++k) first[k] += whole[i].v[0][k];
       }
-      o_ = {o_.x + first[1] / first[0], o_.y + first[2] / first[0]}, zo_ += first[3] / first[0];
+      return Vec<T>{first[1] / first[0], first[2] / first[0], first[3] / first[0]};
+    };
+    for (int pass = 0; pass < 2; ++pass) {
+      const Vec<T> mean = measure();
+      o_ = {o_.x + mean.x, o_.y + mean.y}, zo_ += mean.z;
     }
-    std::vector<Sums<T>> whole;
-    for (const auto& piece : pieces) {
-      whole.push_back(gauss(piece.first, piece.second));
+    measure();
+    for (const Sums<T>& each : whole) {
       for (int k = 0; k < 4; ++k)
-        for (int i = 0; i < 10; ++i) scale_.v[k ? 1 : 0][i] += size(whole.back().v[k][i]);
+        for (int i = 0; i < 10; ++i) scale_.v[k ? 1 : 0][i] += size(each.v[k][i]);
     }
-    for (std::size_t i = 0; i < pieces.size(); ++i) refine(pieces[i].first, pieces[i].second, whole[i], 0);
+    for (std::size_t i = 0; i < pieces.size(); ++i) refine(pieces[i], 0, 1, whole[i], 0);
   }
 
   static constexpr int kScan = 200;                 ///< even steps
@@ -383,7 +413,6 @@ class RodOracle {
   static constexpr int kDeepest = 40;               ///< divisions of an interval
   static constexpr int kBits = 60;                  ///< divisions onto a change of kind
   Rod rod_[2];
-  Rule<T> rule_, arcs_;
   Vec<T> n_, t_;
   P u_[2], c_[2];
   T h_[2], low_, high_;
@@ -392,7 +421,7 @@ class RodOracle {
   Sums<T> total_, scale_;
   int sections_ = 0;
   bool gave_up_ = false;
-  T tolerance_ = T(1e-14);
+  T tolerance_;
 };
 
 }  // namespace haptic::oracle
