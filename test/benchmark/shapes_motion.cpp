@@ -57,9 +57,11 @@ double motionOf(const WorldDef& def, double seconds, double enough) {
   return most;
 }
 
+/// Rows of logs that lie side by side part, and each outer log stands for tan 15°. But where three rows or more press, a log in the
+/// middle bears on its neighbours askew: with N, F at the six contacts of three rows in balance, one of them needs F/N ≥ 0.434.
 double leastFriction(int rows) {
   constexpr double kMoved = 1e-3, kSeconds = 5;
-  double falls = 0.2, stands = 0.5;
+  double falls = 0.2, stands = 1;
   if (motionOf(pile(rows, stands), kSeconds, kMoved) >= kMoved) return std::nan("");
   while (stands - falls > 2e-4) {
     const double mu = 0.5 * (falls + stands);
