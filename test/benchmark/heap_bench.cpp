@@ -6,16 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <ctime>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "../peers/peer_world.h"
 #include "../scenes/heap.h"
 #include "figure.h"
-#include "haptic_core/world/world.h"
+#include "heap_runs.h"
 
 namespace haptic::bench {
 namespace {
@@ -23,131 +21,7 @@ namespace {
 using scenes::HeapParameters;
 using peers::Peer;
 
-constexpr int kFirstCube = 5;       ///< link index: floor and walls come before
-constexpr double kActive = 1e-3;    ///< speed above which something moves [m/s]
 constexpr double kRestTime = 4;     ///< after which a heap lies [s]
-constexpr int kChunk = 20;          ///< steps of one world before the next has its turn
-
-double cpuSeconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-struct Times {
-  std::vector<double> all, active;  ///< [µs]
-  double mean() const {
-    double sum = 0;
-    for (double t : all) sum += t;
-    return sum / static_cast<double>(all.size());
-  }
-  double worst() const { return *std::max_element(all.begin(), all.end()); }
-  double quantile(double share) const {
-    std::vector<double> sorted = all;
-    std::sort(sorted.begin(), sorted.end());
-    return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
-  }
-};
-
-/// Sums and extremes over the steps of one of our worlds.
-struct Tally {
-  double iterations = 0, worst_iterations = 0, evaluations = 0, worst_evaluations = 0, worst_factorisations = 0;
-  int steps = 0, unconverged = 0;
-  double wrench_error = 0;            ///< [N]
-  double gain = 0, exchanged = 0;     ///< [J]
-  double depth = 0;                   ///< [m]
-};
-
-class Runner {
- public:
-  virtual ~Runner() = default;
-  Times times;
-  std::string name;
-  void run(int steps) {
-    for (int i = 0; i < steps; ++i) {
-      const double start = cpuSeconds();
-      step();
-      const double us = 1e6 * (cpuSeconds() - start);
-      if (done_++ == 0) continue;
-      times.all.push_back(us);
-      if (fastest() > kActive) times.active.push_back(us);
-      look();
-    }
-  }
-  virtual double fastest() const = 0;  ///< of all cubes [m/s]
-
- protected:
-  virtual void step() = 0;
-  virtual void look() {}
-
- private:
-  int done_ = 0;
-};
-
-class Ours : public Runner {
- public:
-  Ours(const HeapParameters& heap, Integrator integrator, double h, const std::string& label) : count_(heap.count) {
-    WorldSettings settings;
-    settings.integrator = integrator;
-    settings.step = h;
-    world_ = std::make_unique<World>(scenes::heap(heap, settings));
-    name = label;
-  }
-  double fastest() const override {
-    double speed = 0;
-    for (int i = 0; i < count_; ++i) speed = std::max(speed, world_->linkTwist(kFirstCube + i).linear.norm());
-    return speed;
-  }
-  Tally tally;
-
- protected:
-  void step() override { world_->step(); }
-  void look() override {
-    const StepReport& r = world_->report();
-    const EnergyLedger& e = r.energy;
-    if (tally.steps++ == 0) first_ = e;
-    tally.iterations += r.iterations;
-    tally.worst_iterations = std::max<double>(tally.worst_iterations, r.iterations);
-    tally.evaluations += r.evaluations;
-    tally.worst_evaluations = std::max<double>(tally.worst_evaluations, r.evaluations);
-    tally.worst_factorisations = std::max<double>(tally.worst_factorisations, r.factorisations);
-    if (r.flags & kNotConverged) {
-      ++tally.unconverged;
-      tally.wrench_error = std::max(tally.wrench_error, r.wrench_error);
-    }
-    const double lost = e.damping + e.friction - first_.damping - first_.friction;
-    tally.exchanged = std::max({tally.exchanged, std::abs(e.kinetic - first_.kinetic), std::abs(lost),
-                                std::abs(e.potential - first_.potential), std::abs(e.elastic - first_.elastic),
-                                std::abs(e.tangential - first_.tangential)});
-    tally.gain = std::max(tally.gain, e.total() - first_.total() + lost);
-    for (int i = 0; i < world_->contactCount(); ++i) tally.depth = std::max(tally.depth, world_->contact(i).depth);
-  }
-
- private:
-  int count_;
-  std::unique_ptr<World> world_;
-  EnergyLedger first_;
-};
-
-class Theirs : public Runner {
- public:
-  Theirs(const HeapParameters& heap, const peers::PeerSettings& settings) : count_(heap.count) {
-    world_ = peers::makePeer(scenes::heap(heap, {}), settings);
-    name = peers::name(settings);
-  }
-  double fastest() const override {
-    double speed = 0;
-    for (int i = 0; i < count_; ++i) speed = std::max(speed, world_->linkTwist(kFirstCube + i).linear.norm());
-    return speed;
-  }
-
- protected:
-  void step() override { world_->step(); }
-
- private:
-  int count_;
-  std::unique_ptr<peers::PeerWorld> world_;
-};
 
 struct Method {
   const char* name;
@@ -186,7 +60,10 @@ std::map<std::string, double> measure(const Group& g, Overall& overall) {
     for (const Method& m : kMethods) {
       HeapParameters heap = g.heap;
       heap.stiffness = k;
-      auto one = std::make_unique<Ours>(heap, m.integrator, g.step, g.name + "." + label + "." + m.name);
+      WorldSettings of_method;
+      of_method.integrator = m.integrator;
+      of_method.step = g.step;
+      auto one = std::make_unique<Ours>(scenes::heap(heap, of_method), g.name + "." + label + "." + m.name);
       ours.push_back(one.get());
       runners.push_back(std::move(one));
     }
@@ -199,13 +76,11 @@ std::map<std::string, double> measure(const Group& g, Overall& overall) {
     if (kind == Peer::kMujocoEuler && !g.mujoco) continue;
     settings.peer = kind;
     settings.iterations = iterations;
-    runners.push_back(std::make_unique<Theirs>(g.heap, settings));
+    runners.push_back(std::make_unique<Theirs>(scenes::heap(g.heap, {}), settings));
     peer[runners.back()->name] = runners.back().get();
   }
   const int steps = static_cast<int>(std::lround(g.seconds / g.step));
-  for (int done = 0; done < steps; done += kChunk) {
-    for (auto& r : runners) r->run(std::min(kChunk, steps - done));
-  }
+  takeTurns(runners, steps);
   for (const auto& [name, r] : peer) printTimes(g.name + "." + name, r->times);
   const Times& bullet = peer.at("bullet50")->times;
   std::map<std::string, double> means;

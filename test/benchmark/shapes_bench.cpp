@@ -1,5 +1,5 @@
 // Pairs of shapes: rods against an integration in more bits, what they cost beside boxes, how logs stand and roll,
-// the energy of an ellipsoid that spins, and the inner edges of ground.
+// the energy of an ellipsoid that spins, the inner edges of ground, and heaps of round bodies beside peers.
 #include <cstdlib>
 #include <cstring>
 
@@ -20,6 +20,7 @@ int main(int count, char** arguments) {
   if (wanted("terrain")) measureTerrain();
   if (wanted("ellipsoid")) measureEllipsoid();
   if (wanted("logs")) measureLogs();
+  if (wanted("heaps")) measureHeaps();
   const bool one_kind = count > 1 && std::strncmp(arguments[1], "accuracy_", 9) == 0;
   if (one_kind || wanted("accuracy")) measureRodAccuracy(one_kind ? arguments[1] : nullptr, count > 2 ? std::atoi(arguments[2]) : 0);
 }
