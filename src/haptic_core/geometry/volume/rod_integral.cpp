@@ -91,13 +91,17 @@ struct Sums {
     for (int i = 0; i < 3; ++i) z[i] += wz * m.v[i];
     zz += wz * height * m.v[0];
   }
-  void turnTo(const Matrix3& R, double& zeroth, Vector3& first, Matrix3& second) const {
-    const double* m = plain.v;
-    Matrix3 square;
-    square << m[3], m[4], z[1], m[4], m[5], z[2], z[1], z[2], zz;
+  /// In A's frame. R_QE = (0 c s; 0 -s c; 1 0 0), so that of its products only these are left.
+  void turnTo(const Matrix3& R_QE, double& zeroth, Vector3& first, Matrix3& second) const {
+    const double c = R_QE(0, 1), s = R_QE(0, 2), *m = plain.v;
+    const Vector3 x(m[3], m[4], z[1]), y(m[4], m[5], z[2]), height(z[1], z[2], zz);
+    const Vector3 across[2] = {c * y + s * height, c * height - s * y};
     zeroth = m[0];
-    first = R * Vector3(m[1], m[2], z[0]);
-    second = R * square * R.transpose();
+    first << c * m[2] + s * z[0], c * z[0] - s * m[2], m[1];
+    for (int i = 0; i < 3; ++i) {
+      const Vector3& row = i < 2 ? across[i] : x;
+      second.row(i) << c * row.y() + s * row.z(), c * row.z() - s * row.y(), row.x();
+    }
   }
 };
 
@@ -137,6 +141,7 @@ class Integrator {
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         const double share = pair_.R_QE(i, j);
+        if (share == 0) continue;  // four of nine at least
         out_.surface[i].area += share * along[j].area;
         out_.surface[i].first += share * along[j].first;
         out_.surface[i].second += share * along[j].second;
