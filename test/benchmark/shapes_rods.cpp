@@ -152,6 +152,7 @@ void measureKind(RodKinds kinds, unsigned seed, int count, const std::string& na
   struct Row {
     double error;
     RodPose pair;
+    int index;  ///< in the sequence of poses
   };
   std::vector<Row> rows;
   RodPoses poses(kinds, seed);
@@ -168,25 +169,26 @@ void measureKind(RodKinds kinds, unsigned seed, int count, const std::string& na
     if (alignedEnds(pair))
       ++aligned;
     else
-      rows.push_back({e.worst(), pair});
+      rows.push_back({e.worst(), pair, i});
   }
   const int judged = std::min<int>(rows.size(), 100);
   std::partial_sort(rows.begin(), rows.begin() + judged, rows.end(),
                     [](const Row& a, const Row& b) { return !(a.error <= b.error); });
   Errors worst;
   double largest = 0;
+  int where = -1;
   for (int i = 0; i < judged; ++i) {
     if (i > 0 && rows[i].error < largest) break;
     const RodPose& pair = rows[i].pair;
     const Rod A = pair.rod(0), B = pair.rod(1);
     const Errors e = errorsOf<__float128>(pair, A, B, Found(A, B, pair.X_AB), kFinest);
-    if (e.worst() > largest) largest = e.worst(), worst = e;
+    if (e.worst() > largest) largest = e.worst(), worst = e, where = rows[i].index;
   }
   figure("rod_rod." + name + "_err_c" + suffixOf(count), largest, "");
   figure("rod_rod." + name + "_pairs", measured, "");
   figure("rod_rod." + name + "_aligned_pairs", aligned, "");      // left out of the error
   figure("rod_rod." + name + "_uncertain_pairs", uncertain, "");  // the oracle gave up an interval; in the error
-  std::printf("worst: volume %.1e gradient %.1e torque %.1e centroid %.1e second %.1e of the area %.1e\n",
+  std::printf("worst: pair %d: volume %.1e gradient %.1e torque %.1e centroid %.1e second %.1e of the area %.1e\n", where,
               worst.volume, worst.area, worst.torque, worst.first, worst.second, worst.seen);
 }
 
