@@ -91,8 +91,10 @@ class RodOracle {
   };
 
   /// B's axis and centre in A's frame, whose z is A's axis. `hint`: a point where V may be, near which the
-  /// scan is finer. `tolerance`: of the moments, relative.
-  RodOracle(const Rod& A, const Rod& B, Vec<T> axis, const Vec<T>& p, const Vec<T>& hint, T tolerance = T(1e-14))
+  /// scan is finer. `tolerance`: of the moments, relative. `heights` over the lowest plane are looked at besides: what changes and
+  /// changes back between two steps of the scan, and between two nodes of every rule, is seen by nothing else.
+  RodOracle(const Rod& A, const Rod& B, Vec<T> axis, const Vec<T>& p, const Vec<T>& hint, T tolerance = T(1e-14),
+            const std::vector<T>& heights = {})
       : tolerance_(tolerance) {
     rod_[0] = A, rod_[1] = B;
     if (axis.z < 0) axis = axis.times(-1);
@@ -105,7 +107,7 @@ class RodOracle {
     c_[0] = {0, 0}, c_[1] = {p.z, t_.dot(p)};
     h_[0] = 0, h_[1] = n_.dot(p);
     low_ = std::max(-A.radius, h_[1] - B.radius), high_ = std::min(A.radius, h_[1] + B.radius);
-    if (low_ < high_) integrate(n_.dot(hint));
+    if (low_ < high_) integrate(n_.dot(hint), heights);
   }
 
   T volume() const { return total_.v[0][0]; }
@@ -358,7 +360,7 @@ class RodOracle {
     split(middle, kind, to, kind_to, depth + 1, at_change);
   }
 
-  void integrate(T hint) {
+  void integrate(T hint, const std::vector<T>& heights) {
     const T quarter = 2 * arcTangent(T(1), T(1)), w = high_ - low_;
     zo_ = (low_ + high_) / 2;
     // Even steps, and steps that double on both sides of the hint.
@@ -369,6 +371,9 @@ class RodOracle {
       for (const T z : {hint - step, hint + step}) {
         if (z > low_ && z < high_) scan.push_back(arcTangent(root(z - low_), root(high_ - z)));
       }
+    }
+    for (const T x : heights) {
+      if (x > 0 && x < w) scan.push_back(arcTangent(root(x), root(w - x)));
     }
     std::sort(scan.begin(), scan.end());
     std::vector<T> change;
