@@ -83,14 +83,20 @@ def stop_time():
             device.close()
 
 
+def heed_signals():
+    for each in SIGNALS[:-1]:
+        signal.signal(each, signal.SIG_DFL)
+
+
 def left_by(words, how):
     """Processes of a run that are left a second after its parent has ended by this signal."""
     mark = f"{os.getpid()}-{time.monotonic_ns()}"
     with tempfile.TemporaryDirectory() as folder:
         environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "ROS_MASTER_URI")}
         environment.update(HAPTIC_TEST_CALL=mark, HAPTIC_STOP_FOLDER=folder, ROS_IP="127.0.0.1")
+        # A shell that runs this in the background has it ignore SIGINT and SIGQUIT, and a shell below cannot undo that.
         parent = subprocess.Popen(words, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                  stderr=subprocess.DEVNULL, start_new_session=True)
+                                  stderr=subprocess.DEVNULL, start_new_session=True, preexec_fn=heed_signals)
         try:
             wait_until("a device that listens", lambda: os.listdir(folder), PATIENCE)
             time.sleep(3)  # the loop runs by then
