@@ -19,7 +19,7 @@ SceneDef alone_scene;
 std::string bytes, text;
 std::vector<double> numbers, drawn;
 
-/// Empty, or what is wrong with what `act` was to do.
+/// Empty, or the error that stopped `act`, in a line.
 template <class Act>
 const char* refused(Act act) {
   text.clear();

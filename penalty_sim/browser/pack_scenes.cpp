@@ -25,7 +25,7 @@
 namespace haptic {
 namespace {
 
-/// What is known of a scene before anybody touches it, in one or two sentences.
+/// Certificate of a scene before anybody touches it, in one or two sentences.
 std::string aboutScene(const SceneDef& scene, const DeviceDef& device) {
   std::ostringstream out;
   const Certificate certificate = certify(scene.world);

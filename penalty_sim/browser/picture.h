@@ -1,4 +1,4 @@
-/// What a page draws of a scene and its loop, as JSON once and as numbers for each picture.
+/// Picture of a scene and its loop for a page: JSON once, and numbers for each frame.
 #pragma once
 #include <string>
 #include <vector>
@@ -16,11 +16,11 @@ struct DrawnHand {
   DeviceDef device;            ///< its strings and grip
 };
 
-/// What does not change, as JSON: links, visuals without their corners, hands with their devices, the layout of `Picture`. The names
+/// The fixed parts, as JSON: links, visuals without their corners, hands with their devices, the layout of `Picture`. The names
 /// of the fields are those of a session's page (penalty_sim/session/view_data.py).
 std::string pictureText(const SceneDef& scene, const World& world, const std::vector<DrawnHand>& hands, const std::string& about);
 
-/// What is drawn, as numbers: `kHead` of the whole, then per link a pose (x, y, z, then quaternion x, y, z, w), per hand `kPerHand` and
+/// The drawn state as numbers: `kHead` of the whole, then per link a pose (x, y, z, then quaternion x, y, z, w), per hand `kPerHand` and
 /// a tension per string, then per patch `kPatchNumbers`. A hand that the loop has lost stands at its base's origin.
 struct Picture {
   static constexpr int kHead = 12;          ///< time, links, hands, patches, contacts, stability, implicit islands, finite, flags, energies

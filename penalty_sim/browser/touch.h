@@ -30,7 +30,7 @@ class Touch {
   Vector3 aimed(int hand) const;  ///< where it is led, or the grip, in W [m]
   bool led(int hand) const;       ///< since `aim`, until `letGo`
 
-  /// Stiffness of all contacts and friction, as factors of what the scene says. Throws SetupError outside of WorldTuning's bounds.
+  /// Stiffness of all contacts and friction, as factors of the scene's own. Throws SetupError outside of WorldTuning's bounds.
   void tune(double stiffness, double friction);
 
   /// Error of the step over the next ErrorEstimator::kWindowSteps, as the world stands (analysis/error_estimate.h). Costs 50 steps.
