@@ -12,22 +12,6 @@
 namespace haptic {
 namespace {
 
-/// Triangles are drawn from their corners; everything else by its name in view3d/bodies.js.
-const char* nameOf(VisualShape shape) {
-  switch (shape) {
-    case VisualShape::kBox:
-      return "box";
-    case VisualShape::kCylinder:
-      return "cylinder";
-    case VisualShape::kSphere:
-      return "sphere";
-    case VisualShape::kMesh:
-    case VisualShape::kTriangles:
-      return "mesh";
-  }
-  return "box";
-}
-
 /// Text within quotes of JSON.
 std::string quoted(const std::string& text) {
   std::string out = "\"";

@@ -30,6 +30,12 @@ struct SceneOptions {
 /// What a visual's geometry is.
 enum class VisualShape : unsigned char { kBox, kCylinder, kSphere, kMesh, kTriangles };
 
+/// Name by which session/view3d draws it. Files of meshes and triangles are both drawn from their corners.
+constexpr const char* nameOf(VisualShape shape) {
+  constexpr const char* kNames[] = {"box", "cylinder", "sphere", "mesh", "mesh"};
+  return kNames[static_cast<int>(shape)];
+}
+
 /// What rviz draws for a link.
 struct VisualDef {
   /// Indices in `world`.

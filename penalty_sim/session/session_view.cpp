@@ -35,21 +35,6 @@ void put(YAML::Emitter& out, const char* key, const Pose& X) {
   out << q.x() << q.y() << q.z() << q.w() << YAML::EndSeq;
 }
 
-const char* nameOf(VisualShape shape) {
-  switch (shape) {
-    case VisualShape::kBox:
-      return "box";
-    case VisualShape::kCylinder:
-      return "cylinder";
-    case VisualShape::kSphere:
-      return "sphere";
-    case VisualShape::kMesh:
-    case VisualShape::kTriangles:
-      return "mesh";
-  }
-  return "box";
-}
-
 /// Meshes of a scene, each once.
 class Meshes {
  public:
