@@ -68,42 +68,65 @@ struct PackedWay<std::shared_ptr<T>> {
   static constexpr PackedAs value = PackedAs::kShared;  ///< an index, and the first time what it stands for
 };
 
+/// The way through a field of any kind, the same for whoever writes and whoever reads. A `Stream` derives from this and says what to do with
+///     number(field)   a number
+///     length(list)    the length of a list: reading gives the list that length
+///     choice(field)   which alternative a variant holds: reading makes it hold that one
+///     share(pointer)  what several fields may point to
+template <class Stream>
+class FieldWay {
+ public:
+  /// Takes a field; `T` is const where it is written.
+  template <class T>
+  void operator()(T&& field) {
+    constexpr PackedAs way = PackedWay<std::remove_cv_t<std::remove_reference_t<T>>>::value;
+    auto& stream = static_cast<Stream&>(*this);
+    if constexpr (way == PackedAs::kNumber) {
+      stream.number(field);
+    } else if constexpr (way == PackedAs::kList) {
+      stream.length(field);
+      for (auto& element : field) stream(element);
+    } else if constexpr (way == PackedAs::kElements) {
+      for (auto& element : field) stream(element);
+    } else if constexpr (way == PackedAs::kPair) {
+      stream(field.first), stream(field.second);
+    } else if constexpr (way == PackedAs::kChoice) {
+      stream.choice(field);
+      std::visit(stream, field);
+    } else if constexpr (way == PackedAs::kRecord) {
+      std::remove_reference_t<T>::eachField(field, stream);
+    } else if constexpr (way == PackedAs::kShared) {
+      stream.share(field);
+    } else {
+      eachNumber(field, stream);
+    }
+  }
+};
+
 /// Appends fields to bytes.
-class FieldWriter {
+class FieldWriter : public FieldWay<FieldWriter> {
  public:
   explicit FieldWriter(std::string& bytes) : bytes_(bytes) {}  ///< the caller's, which must outlive the writer
 
-  /// Appends a field of any kind.
-  template <class T>
-  void operator()(const T& field) {
-    constexpr PackedAs way = PackedWay<T>::value;
-    if constexpr (way == PackedAs::kNumber) {
-      bytes_.append(reinterpret_cast<const char*>(&field), sizeof field);
-    } else if constexpr (way == PackedAs::kList) {
-      (*this)(static_cast<std::uint32_t>(field.size()));
-      for (const auto& element : field) (*this)(element);
-    } else if constexpr (way == PackedAs::kElements) {
-      for (const auto& element : field) (*this)(element);
-    } else if constexpr (way == PackedAs::kPair) {
-      (*this)(field.first), (*this)(field.second);
-    } else if constexpr (way == PackedAs::kChoice) {
-      (*this)(static_cast<std::uint32_t>(field.index()));
-      std::visit(*this, field);
-    } else if constexpr (way == PackedAs::kRecord) {
-      T::eachField(field, *this);
-    } else if constexpr (way == PackedAs::kShared) {
-      share(field);
-    } else {
-      eachNumber(field, *this);
-    }
-  }
-
  private:
+  friend FieldWay<FieldWriter>;
+  template <class T>
+  void number(const T& field) {
+    bytes_.append(reinterpret_cast<const char*>(&field), sizeof field);
+  }
+  template <class List>
+  void length(const List& field) {
+    number(static_cast<std::uint32_t>(field.size()));
+  }
+  template <class Variant>
+  void choice(const Variant& field) {
+    number(static_cast<std::uint32_t>(field.index()));
+  }
   template <class T>
   void share(const std::shared_ptr<T>& field) {
     std::uint32_t index = 0;
     while (index < shared_.size() && shared_[index] != field.get()) ++index;
-    (*this)(index);
+    number(index);
     if (index < shared_.size()) return;
     shared_.push_back(field.get());
     pack(*this, *field);
@@ -114,60 +137,44 @@ class FieldWriter {
 };
 
 /// Reads fields in the order in which they were written. Throws SetupError where the bytes end before the fields do.
-class FieldReader {
+class FieldReader : public FieldWay<FieldReader> {
  public:
   /// `where` is for messages; `bytes` are the caller's and must outlive the reader.
   FieldReader(const std::string& bytes, std::string where) : bytes_(bytes), where_(std::move(where)) {}
-
-  /// Reads a field of any kind.
-  template <class T>
-  void operator()(T& field) {
-    constexpr PackedAs way = PackedWay<T>::value;
-    if constexpr (way == PackedAs::kNumber) {
-      std::memcpy(&field, take(sizeof field), sizeof field);
-    } else if constexpr (way == PackedAs::kList) {
-      std::uint32_t count = 0;
-      (*this)(count);
-      if (count > bytes_.size() - next_) cut();  // an element has at least a byte
-      field.resize(count);
-      for (auto& element : field) (*this)(element);
-    } else if constexpr (way == PackedAs::kElements) {
-      for (auto& element : field) (*this)(element);
-    } else if constexpr (way == PackedAs::kPair) {
-      (*this)(field.first), (*this)(field.second);
-    } else if constexpr (way == PackedAs::kChoice) {
-      std::uint32_t index = 0;
-      (*this)(index);
-      choose(field, index, std::make_index_sequence<std::variant_size_v<T>>());
-      std::visit(*this, field);
-    } else if constexpr (way == PackedAs::kRecord) {
-      T::eachField(field, *this);
-    } else if constexpr (way == PackedAs::kShared) {
-      share(field);
-    } else {
-      eachNumber(field, *this);
-    }
-  }
 
   bool atEnd() const { return next_ == bytes_.size(); }  ///< every byte was read
   /// Throws the SetupError of bytes that end too early.
   [[noreturn]] void cut() const { throw SetupError(where_, "ends too early, or was altered", "write it again"); }
 
  private:
-  const char* take(std::size_t count) {
-    if (count > bytes_.size() - next_) cut();
-    next_ += count;
-    return bytes_.data() + next_ - count;
+  friend FieldWay<FieldReader>;
+  template <class T>
+  void number(T& field) {
+    std::memcpy(&field, take(sizeof field), sizeof field);
   }
-  /// `field` holds its alternative `index`, with default values.
+  std::uint32_t count() {
+    std::uint32_t value = 0;
+    number(value);
+    return value;
+  }
+  template <class List>
+  void length(List& field) {
+    const std::uint32_t elements = count();
+    if (elements > bytes_.size() - next_) cut();  // an element has at least a byte
+    field.resize(elements);
+  }
+  /// `field` holds that alternative, with default values.
+  template <class... Types>
+  void choice(std::variant<Types...>& field) {
+    choose(field, count(), std::index_sequence_for<Types...>());
+  }
   template <class T, std::size_t... kIndex>
   void choose(T& field, std::uint32_t index, std::index_sequence<kIndex...>) const {
     if (!((index == kIndex ? (field.template emplace<kIndex>(), true) : false) || ...)) cut();
   }
   template <class T>
   void share(std::shared_ptr<T>& field) {
-    std::uint32_t index = 0;
-    (*this)(index);
+    const std::uint32_t index = count();
     if (index > shared_.size()) cut();
     if (index == shared_.size()) {
       shared_.emplace_back();
@@ -176,6 +183,11 @@ class FieldReader {
       shared_[index] = std::const_pointer_cast<std::remove_const_t<T>>(made);
     }
     field = std::static_pointer_cast<T>(shared_[index]);
+  }
+  const char* take(std::size_t bytes) {
+    if (bytes > bytes_.size() - next_) cut();
+    next_ += bytes;
+    return bytes_.data() + next_ - bytes;
   }
 
   const std::string& bytes_;
