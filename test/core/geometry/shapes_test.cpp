@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/geometry/shapes/rod.h"
 
 namespace haptic {
 namespace shapes_test {
@@ -19,6 +20,21 @@ TEST(Shapes, BoxHasTheMassPropertiesOfABox) {
   const Vector3 squares = s.cwiseAbs2();
   const Matrix3 expected = (mass / 12 * (Vector3::Constant(squares.sum()) - squares)).asDiagonal();
   EXPECT_NEAR((m.I_com - expected).norm(), 0, 1e-14 * expected.norm());
+}
+
+/// The net is written down (rod.cpp); the hull of its corners is a second way to the same polyhedron, and the capsule's volume is its own.
+TEST(Shapes, ACapsulesPolyhedronIsTheHullOfItsCorners) {
+  for (const double length : {1e-4, 0.1, 3.0}) {
+    const Rod capsule(0.05, length, Rod::Ends::kRound);
+    const ConvexPolyhedron& net = capsule.hull();
+    const ConvexPolyhedron hull = ConvexPolyhedron::hull(net.vertices());
+    EXPECT_EQ(net.faceCount(), hull.faceCount()) << length;
+    EXPECT_EQ(net.edgeCount(), hull.edgeCount()) << length;
+    EXPECT_EQ(net.vertices().size(), hull.vertices().size()) << length;
+    EXPECT_NEAR(net.volume(), hull.volume(), 1e-14 * hull.volume()) << length;
+    EXPECT_NEAR(net.surface(), hull.surface(), 1e-13 * hull.surface()) << length;
+    EXPECT_NEAR(net.volume(), capsule.volume(), 1e-13 * capsule.volume()) << length;
+  }
 }
 
 TEST(Shapes, TessellationsStateTheirVolumeError) {

@@ -12,25 +12,48 @@ namespace {
 /// Sides of the polyhedron that is drawn: its surface is within 0.5 % of the radius.
 constexpr int kSides = 32;
 
-/// Rings of `kSides` corners; a capsule's ends have a ring every 90°/6 and a corner at the pole.
+/// A capsule's corners and faces. Each end, the lower one first: rings of `kSides` corners every 90°/`kRings` from the tube on, then the pole.
+class CapsuleNet {
+ public:
+  CapsuleNet(double radius, double half) {
+    for (const double end : {-1.0, 1.0}) {
+      for (int ring = 0; ring < kRings; ++ring) {
+        const elementary::SineCosine up = elementary::sinCos(ring * M_PI / 2 / kRings);
+        for (int i = 0; i < kSides; ++i) {
+          const auto [sine, cosine] = elementary::sinCos(2 * M_PI * i / kSides);
+          corners.emplace_back(radius * up.cosine * cosine, radius * up.cosine * sine, end * (half + radius * up.sine));
+        }
+      }
+      corners.emplace_back(0, 0, end * (half + radius));
+    }
+    for (int i = 0; i < kSides; ++i) {
+      const int next = (i + 1) % kSides;
+      faces.push_back({at(0, 0, i), at(0, 0, next), at(1, 0, next), at(1, 0, i)});
+      for (int ring = 0; ring + 1 < kRings; ++ring) {
+        faces.push_back({at(1, ring, i), at(1, ring, next), at(1, ring + 1, next), at(1, ring + 1, i)});
+        faces.push_back({at(0, ring + 1, i), at(0, ring + 1, next), at(0, ring, next), at(0, ring, i)});
+      }
+      faces.push_back({at(1, kRings - 1, i), at(1, kRings - 1, next), at(1, kRings, 0)});
+      faces.push_back({at(0, kRings - 1, next), at(0, kRings - 1, i), at(0, kRings, 0)});
+    }
+  }
+
+  std::vector<Vector3> corners;
+  std::vector<std::vector<int>> faces;  ///< counter-clockwise from outside
+
+ private:
+  static constexpr int kRings = kSides / 8;
+  static int at(int end, int ring, int i) { return end * (kRings * kSides + 1) + ring * kSides + i; }
+};
+
+/// A polyhedron of the rod's volume.
 ConvexPolyhedron hullOf(double radius, double half, bool capsule, const std::string& name) {
   if (!capsule) return makeCylinder(radius, 2 * half, kSides, RoundFit::kEqualVolume, name);
-  constexpr int kRings = kSides / 8;
-  std::vector<Vector3> points;
-  for (const double end : {-1.0, 1.0}) {
-    for (int ring = 0; ring < kRings; ++ring) {
-      const elementary::SineCosine up = elementary::sinCos(ring * M_PI / 2 / kRings);
-      for (int i = 0; i < kSides; ++i) {
-        const auto [sine, cosine] = elementary::sinCos(2 * M_PI * i / kSides);
-        points.emplace_back(radius * up.cosine * cosine, radius * up.cosine * sine, end * (half + radius * up.sine));
-      }
-    }
-    points.emplace_back(0, 0, end * (half + radius));
-  }
+  CapsuleNet net(radius, half);
   const double volume = M_PI * radius * radius * (2 * half + 4.0 / 3 * radius);
-  const double grow = elementary::cbrt(volume / ConvexPolyhedron::hull(points, name).volume());
-  for (Vector3& p : points) p *= grow;
-  return ConvexPolyhedron::hull(points, name);
+  const double grow = elementary::cbrt(volume / ConvexPolyhedron(net.corners, net.faces, name).volume());
+  for (Vector3& p : net.corners) p *= grow;
+  return ConvexPolyhedron(net.corners, net.faces, name);
 }
 
 }  // namespace
