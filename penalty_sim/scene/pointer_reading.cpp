@@ -85,6 +85,16 @@ Highest highestPoint(const WorldDef& world) {
   return highest;
 }
 
+/// Upper end of the sphere that a link's shapes fill when it turns about its centre of mass [m].
+double topWhenTurned(const ArticulationDef& articulation, int index) {
+  const LinkDef& link = articulation.links[static_cast<std::size_t>(index)];
+  const Pose X_WL = initialPoses(articulation)[static_cast<std::size_t>(index)];
+  double radius = 0;
+  for (const CollisionDef& collision : link.collisions)
+    radius = std::max(radius, (collision.X_LS * collision.shape->centre() - link.inertia.p_LC).norm() + collision.shape->boundingRadius());
+  return (X_WL * link.inertia.p_LC).z() + radius;
+}
+
 void checkPath(const HandPath& path, const std::string& where) {
   for (std::size_t i = 1; i < path.keys.size(); ++i) {
     if (!(path.keys[i].time > path.keys[i - 1].time)) {
@@ -179,9 +189,10 @@ void readPointer(const RobotFile& robot, const XmlElement& tag, const ModelSetti
 }
 
 void addDefaultPointer(LoadContext& context) {
-  const Highest highest = highestPoint(context.scene.world);
+  Highest highest = highestPoint(context.scene.world);
   const bool waits = highest.articulation >= 0 &&
                      !staysPut(context.scene.world, highest.articulation, highest.link, highest.point);
+  if (waits) highest.point.z() = topWhenTurned(context.scene.world.articulations[static_cast<std::size_t>(highest.articulation)], highest.link);
   const std::string name = context.frames.count("pointer") ? "haptic_pointer" : "pointer";
   ArticulationDef articulation;
   articulation.name = name;
@@ -216,9 +227,10 @@ void addDefaultPointer(LoadContext& context) {
   if (waits) settings.path.keys.resize(1);
   settings.repeat = kRepeat;
   addPointer(settings, context);
-  context.scene.notes.push_back("the scene names no pointer: a sphere of 10 mm starts 5 mm above " +
-                                (highest.name.empty() ? "the origin" : "'" + highest.name + "'") + ", the highest surface" +
-                                (waits ? ", and the scripted hand waits there: it does not stay to be touched" : ""));
+  const std::string start = highest.name.empty() ? "starts 5 mm above the origin" : "starts 5 mm above '" + highest.name + "', the highest surface";
+  context.scene.notes.push_back("the scene names no pointer: a sphere of 10 mm " +
+                                (waits ? "waits above all that '" + highest.name + "' reaches when it turns: its surface does not stay to be touched"
+                                       : start));
 }
 
 }  // namespace haptic

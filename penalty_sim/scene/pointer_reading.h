@@ -35,7 +35,8 @@ void addPointer(const PointerSettings& settings, LoadContext& context);
 PointerCoupling::Mode couplingMode(const std::string& name, const std::string& where);
 
 /// Adds a sphere of 10 mm as pointer, clear of all collisions, above the highest surface, and a path that
-/// presses there and slides. For scenes that name no pointer.
+/// presses there and slides. Where that surface does not stay the path waits, above all that its link reaches
+/// by turning about its centre of mass. For scenes that name no pointer.
 void addDefaultPointer(LoadContext& context);
 
 }  // namespace haptic
