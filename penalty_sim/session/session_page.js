@@ -17,7 +17,8 @@ const shownNumber = value => value === null || Number.isNaN(value) ? '–' : Mat
   ? value.toExponential(2) : value.toPrecision(4).replace('-', '−');
 
 async function inflate(base64) {
-  const packed = Uint8Array.from(atob(base64), c => c.charCodeAt(0));
+  const text = atob(base64), packed = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; ++i) packed[i] = text.charCodeAt(i);  // Uint8Array.from takes five times as long
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate'));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }

@@ -4,7 +4,7 @@ const SPEEDS = [[0.25, '¼ ×'], [0.5, '½ ×'], [1, '1 ×'], [2, '2 ×'], [4, '
 const JUMPS = [['contact', 'c', 'a touch begins'], ['slip', 's', 'a contact begins to slip'], ['fault', 'f', 'a fault begins'], ['missed tick', 'm', 'ticks were lost']];
 const CAMERAS = [['all', '1', 'everything'], ['grip', '2', 'follow the grip'], ['contact', '3', 'follow the strongest contact']];
 const SLIDER = 10000;    // steps of the time slider
-const VALUES_MS = 200;   // while it plays, numbers of the curves change this often
+const TELL_MS = 100;     // while it plays, the slider and all numbers change this often
 
 // The program of the 3-D view, once for all sessions of a page; null where it was not built in.
 let view3d = null;
@@ -139,15 +139,16 @@ class Timeline {
     const {session} = this;
     session.now = Math.max(0, Math.min(session.duration - this.period, time));
     this.view?.show(session.now, index => session.valueAt(index, session.now));
-    this.slider.value = SLIDER * session.now / session.duration;
     if (this.isPlaying && (session.now > session.t1 || session.now < session.t0)) session.view(session.now, session.now + session.t1 - session.t0);
-    session.moveNow();
-    if (!this.isPlaying) session.tellValues();
-    this.tell();
+    if (!this.isPlaying) this.tell();
     this.wake();
   }
 
+  // Everything but the picture: changed at every frame, the page around it would cost a slow browser more than the picture.
   tell() {
+    this.slider.value = SLIDER * this.now / this.session.duration;
+    this.session.moveNow();
+    this.session.tellValues();
     const tick = Math.round(this.now / this.period), patches = this.view ? `, ${this.view.patches.count} patches` : '';
     this.output.value = `${this.now.toFixed(3)} s, tick ${tick}${patches}`;
   }
@@ -199,7 +200,7 @@ class Timeline {
         if (this.last !== null) this.view?.keepPace(at - this.last);
         this.last = at;
         this.go(this.now + way);
-        if (at - this.told > VALUES_MS) { this.told = at; this.session.tellValues(); }
+        if (at - this.told > TELL_MS) { this.told = at; this.tell(); }
         if (this.now >= end) this.play(false);
       }
       const drew = this.view && this.box.getBoundingClientRect().bottom > 0 && this.view.draw();

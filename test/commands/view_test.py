@@ -216,6 +216,29 @@ class Page(unittest.TestCase):
         page.key("ArrowLeft")
         page.wait(f"Math.hypot(...{camera}.map((x, i) => x - {before}[i])) > 0.01")
 
+    def test_the_camera_of_all_sees_what_moves_at_all_times(self):
+        """The session's own poses through the camera's matrices: a chain that swings far below where it and the device begin."""
+        bag, html = (os.path.join(self.folder, "chain." + end) for end in ("bag", "html"))
+        for words in (("demo", "--scene", "chain", "--seconds", str(SECONDS), "--record", bag), ("report", bag)):
+            call = Call(*words)
+            self.assertEqual(call.code, 0, call.errors)
+        table = session_data.read(bag, PROGRAM)[0].table
+        columns = lambda name, axes: np.stack([table[f"{name}_{axis}"] for axis in axes], axis=1)[::25]  # noqa: E731
+        points = [columns("spidar.position", "xyz")]
+        for link in range(1, 11):
+            position, turn = columns(f"body.link{link}.position", "xyz"), columns(f"body.link{link}.orientation", "xyzw")
+            points += [position + view_data.rotated(turn, np.tile((x, y, z), (len(turn), 1))) for x in (0, 0.1) for y in (-0.01, 0.01) for z in (-0.01, 0.01)]
+        page = self.open(path=html)
+        page.wait("performance.getEntriesByName('first frame').length > 0")
+        base = page.run(f"{VIEW}.view.devices[0].about && {VIEW}.view.data.bases[0].pose.slice(0, 3)")
+        points[0] = points[0] + base  # this device stands as the world does
+        view, projection = (np.array(page.run(f"{VIEW}.view.camera.{name}.elements")).reshape(4, 4).T for name in ("matrixWorldInverse", "projectionMatrix"))
+        seen = np.concatenate(points) @ (projection @ view)[:, :3].T + (projection @ view)[:, 3]
+        self.assertTrue((seen[:, 3] > 0).all())
+        shares = np.abs(seen[:, :3] / seen[:, 3:])
+        self.assertLessEqual(shares.max(), 1, "of half the picture's width, height and depth")
+        self.assertGreater(shares[:, :2].max(), 0.7, "the camera stands no farther away than it must")
+
     def test_pixels_of_both_themes(self):
         page = self.open()
         light = self.pixels(page, (243, 245, 247), 12)

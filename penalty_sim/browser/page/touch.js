@@ -19,7 +19,11 @@ const root = document.documentElement, by = id => document.getElementById(id);
 const dark = matchMedia('(prefers-color-scheme: dark)');
 
 const inflated = async (stream, format) => new Uint8Array(await new Response(stream.pipeThrough(new DecompressionStream(format))).arrayBuffer());
-const block = id => inflated(new Blob([Uint8Array.from(atob(by(id).textContent.trim()), c => c.charCodeAt(0))]).stream(), 'deflate');
+function block(id) {
+  const text = atob(by(id).textContent.trim()), bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);  // Uint8Array.from takes five times as long
+  return inflated(new Blob([bytes]).stream(), 'deflate');
+}
 
 // Two digits that count, but none beyond `places` after the point: a smaller number is told as smaller than the last of them.
 function shown(value, places = 2) {

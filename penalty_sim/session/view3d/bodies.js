@@ -3,7 +3,8 @@ import * as THREE from 'three';
 
 const FULL_PRESSURE = 2e4;       // drawn red [Pa], as in rviz: 1 N on 0.5 cm²
 const METRES_PER_NEWTON = 0.015, LONGEST = 0.3, LEAST_FORCE = 0.02;  // of an arrow, as in rviz [m/N], [m], [N]
-const LEAST_RING = 0.0025;       // radius of a ring that can still be seen [m]
+const LEAST_RING = 0.004;        // radius of a ring that can still be seen [m]
+const RING = [1.03, 1.16];       // inner and outer radius of a ring, of its patch's: it covers little of a body
 const MOST = 64;                 // patches at once
 export const FORCE_COLOUR = [0.9, 0.2, 0.2];
 
@@ -113,9 +114,9 @@ export class ContactPatches {
   constructor(scene, patches, width) {
     this.patches = patches;
     const flat = {over: true, lit: false, side: THREE.DoubleSide};
-    this.discs = new Copies(scene, new THREE.CircleGeometry(1, 36), MOST, {...flat, opacity: 0.8, order: 1});
-    this.closed = new Copies(scene, new THREE.RingGeometry(1.05, 1.3, 40), MOST, {...flat, order: 2});
-    this.dashed = new Copies(scene, dashedRing(1.05, 1.3), MOST, {...flat, order: 2});
+    this.discs = new Copies(scene, new THREE.CircleGeometry(1, 36), MOST, {...flat, opacity: 0.5, order: 1});
+    this.closed = new Copies(scene, new THREE.RingGeometry(...RING, 40), MOST, {...flat, order: 2});
+    this.dashed = new Copies(scene, dashedRing(...RING), MOST, {...flat, order: 2});
     this.arrows = new Arrows(scene, MOST, width);
     this.strongest = null;
   }

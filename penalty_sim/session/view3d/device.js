@@ -2,11 +2,15 @@
 // grip is where the pointer should be.
 import * as THREE from 'three';
 import {Arrows, Copies, FORCE_COLOUR, setPose} from './bodies.js';
+import {cornersOf} from './framing.js';
 
 const FULL_TENSION = 5;  // drawn red [N], as in rviz: the usual range of a hand
 export const tensionColour = share => share < 0.5 ? [0.3 + 1.3 * share, 0.65 + 0.3 * share, 1 - 1.4 * share]
   : [0.95, 1.5 - 1.4 * share, 0.55 - 0.5 * share];
 const ASKED_COLOUR = [0.55, 0.6, 0.7], up = new THREE.Vector3(0, 0, 1), still = new THREE.Quaternion();
+
+const poseOf = ({pose: [x, y, z, ...turn], scale}) =>
+  new THREE.Matrix4().compose(new THREE.Vector3(x, y, z), new THREE.Quaternion(...turn), new THREE.Vector3().setScalar(scale));
 
 export class Device {
   constructor(scene, data, hand, tracks, openings) {
@@ -36,9 +40,23 @@ export class Device {
     this.group.add(this.grip);
     this.arrows = new Arrows(this.group, 2, 1.2 * width);
   }
+  baseAt(time) { return this.bases.findLast(each => each.at <= time + 1e-9) ?? this.bases[0]; }
+  // Corners of the frame wherever its base stands in the session, into `points`.
+  addFrame(points) {
+    for (const base of this.bases) cornersOf(this.box, points, poseOf(base));
+  }
+  // Corners of the grip's box, in the world.
+  gripCorners(frame, time) {
+    const grip = new THREE.Box3(), half = new THREE.Vector3().setScalar(this.about.radius), base = this.baseAt(time);
+    if (!base || this.track === null || !this.track.valid(frame)) return [];
+    this.track.read(frame, 0, grip.max, new THREE.Quaternion());
+    grip.min.copy(grip.max).sub(half);
+    grip.max.add(half);
+    return cornersOf(grip, [], poseOf(base));
+  }
   // `values(series)`: of the curves at that time.
   show(time, frame, share, values) {
-    const base = this.bases.findLast(each => each.at <= time + 1e-9) ?? this.bases[0];
+    const base = this.baseAt(time);
     if (base) { setPose(this.group, base.pose); this.group.scale.setScalar(base.scale); }
     const parts = [this.strings, this.ends, this.arrows], there = this.track !== null && this.track.valid(frame);
     parts.forEach(part => part.clear());

@@ -3,16 +3,17 @@ import * as THREE from 'three';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {ContactPatches, makeBodies} from './bodies.js';
 import {Device} from './device.js';
+import {bounds, fit} from './framing.js';
 
 export {pressureColour} from './bodies.js';
 export {tensionColour} from './device.js';
 export {unpackView} from './stream.js';
 
 const FIELD = 40;                 // of view, vertical [°]
-const MUCH_LARGER = 2.5;          // than the devices: seen whole it would leave them small
-const MARGIN = 1.04;              // around everything
+const NEAREST = 0.002, FARTHEST = 50;  // that is drawn, of the distance from which everything is seen
 const FOLLOW = 0.12;              // share of the way that a following camera catches up in a frame
 const CLOSE = {grip: 0.45, contact: 0.3};  // distance of a camera that follows, times the device's size
+const PATCHES = 5;                // least distance to a patch, of its radius
 const MOST_PIXELS = 2;            // per CSS pixel
 const SLOW = 40, LEAST_PIXELS = 0.6;  // frames that come less often [ms] are drawn with fewer pixels, down to so many per CSS pixel
 const SMOOTHING = 0.1, SETTLE = 10;   // of the time between frames; frames after a change of pixels that do not count
@@ -20,10 +21,19 @@ const TURN = Math.PI / 24;        // of the camera, by a key [rad]
 const axis = new THREE.Vector3(1, 0, 0);
 const look = new THREE.Vector3(0.62, -0.72, 0.42).normalize();  // from what is seen towards the camera: no edge of a frame stands before the grip
 
+// Does a processor draw in place of a graphics card? Only a context knows, and a browser that names no renderer is taken for a fast one.
+function drawsOnProcessor() {
+  const probe = document.createElement('canvas').getContext('webgl2'), about = probe?.getExtension('WEBGL_debug_renderer_info');
+  const name = about ? probe.getParameter(about.UNMASKED_RENDERER_WEBGL) : '';
+  probe?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|basic render|software/i.test(name);
+}
+
 export class View {
   // The last is what unpackView gives, or what answers as that does: a recording, or a world that runs now. Throws where there is no WebGL.
   constructor(canvas, data, {tracks, openings, patches, meshes}) {
-    this.renderer = new THREE.WebGLRenderer({canvas, antialias: true, powerPreference: 'low-power'});
+    // Smoothed edges take a processor longer than the rest of the picture.
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: !drawsOnProcessor(), powerPreference: 'low-power'});
     this.data = data;
     this.canvas = canvas;
     this.scene = new THREE.Scene();
@@ -37,7 +47,7 @@ export class View {
     this.devices = data.devices.map((_, hand) => new Device(this.scene, data, hand, tracks, openings));
     this.size = Math.max(...this.devices.map(device => device.size));
     this.patches = new ContactPatches(this.scene, patches, 0.0022 * this.size);
-    this.camera = new THREE.PerspectiveCamera(FIELD, 1, 0.002, 50);
+    this.camera = new THREE.PerspectiveCamera(FIELD, 1);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => { this.dirty = true; });
@@ -72,16 +82,25 @@ export class View {
   // all, grip or contact.
   look(name) {
     this.follows = name;
-    const way = this.camera.position.clone().sub(this.controls.target);
-    if (way.lengthSq() < 1e-12) way.copy(look);
+    const whole = this.framed(this.bounds().all), way = this.camera.position.clone().sub(this.controls.target);
+    this.camera.near = NEAREST * whole.distance;
+    this.camera.far = FARTHEST * whole.distance;
+    this.camera.updateProjectionMatrix();
     if (name === 'all') {
-      this.fit();
+      this.place(whole);
     } else if (this.whereTo(this.target)) {
+      if (way.lengthSq() < 1e-12) way.copy(look);
       this.controls.target.copy(this.target);
-      this.camera.position.copy(this.target).addScaledVector(way.normalize(), CLOSE[name] * this.size * (this.devices[0].group.scale.x || 1));
+      this.camera.position.copy(this.target).addScaledVector(way.normalize(), this.closeTo(name));
     }
     this.controls.update();
     this.dirty = true;
+  }
+
+  // Distance of a following camera: a share of the device's size, more where a patch would not be seen whole.
+  closeTo(name) {
+    const {strongest} = this.patches, device = CLOSE[name] * this.size * (this.devices[0].group.scale.x || 1);
+    return name === 'contact' && strongest ? Math.max(device, PATCHES * strongest.radius) : device;
   }
 
   // What a following camera looks at.
@@ -94,41 +113,15 @@ export class View {
     return true;
   }
 
-  // Corners of devices and bodies; of a body much larger than the devices those of what lies near them.
-  corners() {
-    const devices = new THREE.Box3(), box = new THREE.Box3(), points = [];
-    const add = ({min, max}) => {
-      for (let corner = 0; corner < 8; ++corner) points.push(new THREE.Vector3(corner & 1 ? max.x : min.x, corner & 2 ? max.y : min.y, corner & 4 ? max.z : min.z));
-    };
-    this.scene.updateMatrixWorld(true);
-    for (const device of this.devices) devices.expandByObject(device.frame);
-    const length = devices.getSize(new THREE.Vector3()).length(), near = devices.clone().expandByScalar(0.1 * length);
-    add(devices);
-    for (const link of this.links) {
-      for (const mesh of link.children) {
-        box.setFromObject(mesh);
-        if (box.getSize(new THREE.Vector3()).length() > MUCH_LARGER * length) box.intersect(near);
-        if (!box.isEmpty()) add(box);
-      }
-    }
-    return points;
-  }
+  // Corners of what moves and of everything, at all times of the session.
+  bounds() { return bounds(this); }
 
-  // All corners just fit into the picture: the focus moves until left and right, above and below are as full.
-  fit() {
-    const points = this.corners(), focus = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
-    const right = new THREE.Vector3().crossVectors(this.camera.up, look).normalize(), above = new THREE.Vector3().crossVectors(look, right);
-    const tangent = Math.tan(FIELD * Math.PI / 360);
-    const slopes = {right: tangent * this.camera.aspect, above: tangent};
-    let distance = 0;
-    for (let round = 0; round < 20; ++round) {
-      const seen = points.map(point => { const way = point.clone().sub(focus); return [way.dot(right), way.dot(above), way.dot(look)]; });
-      distance = Math.max(...seen.map(([x, y, z]) => z + Math.max(Math.abs(x) / slopes.right, Math.abs(y) / slopes.above)));
-      const middle = axis => { const shares = seen.map(way => way[axis] / (distance - way[2])); return (Math.max(...shares) + Math.min(...shares)) / 2; };
-      focus.addScaledVector(right, distance * middle(0)).addScaledVector(above, distance * middle(1));
-    }
+  // {focus, distance} from which all `points` are seen.
+  framed(points) { return fit(points, look, this.camera.up, Math.tan(FIELD * Math.PI / 360), this.camera.aspect); }
+
+  place({focus, distance}) {
     this.controls.target.copy(focus);
-    this.camera.position.copy(focus).addScaledVector(look, MARGIN * distance);
+    this.camera.position.copy(focus).addScaledVector(look, distance);
   }
 
   zoom(factor) {
