@@ -6,6 +6,7 @@
 
 `mcap` records an hour unless it is given the recording of one. Figures as lines `figure NAME VALUE UNIT`.
 """
+import contextlib
 import glob
 import json
 import os
@@ -38,38 +39,54 @@ def run(*words):
     return {line.split()[1]: float(line.split()[2]) for line in done.stdout.splitlines() if line.startswith("figure ")}
 
 
-def page3d(folder):
-    """A minute of touch_cube at 1280 x 800 in headless Chromium, which draws on the processor."""
+@contextlib.contextmanager
+def opened(html, ready="true"):
+    """A page in headless Chromium, which draws on the processor, once it has drawn its first frame and `ready` holds. Its `first_frame` [ms];
+    at the end its `outside`: addresses that it asked for outside of itself."""
     from browser import Browser
+    with Browser(WIDTH, HEIGHT) as page:
+        page.open(html)
+        page.wait(f"performance.getEntriesByName('first frame').length > 0 && {ready}")
+        page.first_frame, page.outside = page.run("performance.getEntriesByName('first frame')[0].startTime"), set()
+        yield page
+        page.outside |= {url for url in page.requests if not url.startswith(("file:///", "data:", "blob:"))}
+
+
+def played(page):
+    """(CPU ms of all processes of the browser, frames, s) of PLAYED seconds."""
+    page.run(f"{VIEW}.go(0.5); {VIEW}.play(true)")
+    page.wait("window.sessions[0].now > 2")  # the pixels that this machine manages have settled
+    began, used, frames = time.monotonic(), page.processor_seconds(), page.run(f"{VIEW}.view.frames")
+    time.sleep(PLAYED)
+    count = page.run(f"{VIEW}.view.frames") - frames
+    used, lasted = page.processor_seconds() - used, time.monotonic() - began
+    page.run(f"{VIEW}.play(false)")
+    return 1000 * used, max(count, 1), lasted
+
+
+def page3d(folder):
+    """A minute of touch_cube at 1280 x 800."""
     bag, html = os.path.join(folder, "minute.bag"), os.path.join(folder, "minute.html")
     run("demo", "--scene", "touch_cube", "--seconds", str(MINUTE), "--record", bag)
     said = run("report", bag)
     figure("page3d.kb_per_minute", os.path.getsize(html) / 1000, "kB")
     figure("page3d.pose_error_um", said["session.pose_error_um"], "um")
-    firsts, outside = [], set()
+    firsts, outside, ready = [], set(), "window.sessions[0].series !== null"
     for _ in range(LOADS):
-        with Browser(WIDTH, HEIGHT) as page:
-            page.open(html)
-            page.wait("performance.getEntriesByName('first frame').length > 0")
-            firsts.append(page.run("performance.getEntriesByName('first frame')[0].startTime"))
-            page.wait("!!window.sessions?.[0]?.series")
-            outside |= {url for url in page.requests if not url.startswith(("file:///", "data:"))}
+        with opened(html, ready) as page:
+            firsts.append(page.first_frame)
+        outside |= page.outside
     print(f"first frame after {', '.join(f'{ms:.0f}' for ms in sorted(firsts))} ms")
     figure("page3d.first_frame_ms", sorted(firsts)[LOADS // 2], "ms")
-    with Browser(WIDTH, HEIGHT) as page:
-        page.open(html)
-        page.wait("performance.getEntriesByName('first frame').length > 0 && window.sessions[0].series !== null")
-        page.run(f"{VIEW}.go(0.5); {VIEW}.play(true)")
-        page.wait("window.sessions[0].now > 2")  # the pixels that this machine manages have settled
-        began, used, frames = time.monotonic(), page.processor_seconds(), page.run(f"{VIEW}.view.frames")
-        time.sleep(PLAYED)
-        count = page.run(f"{VIEW}.view.frames") - frames
-        used, lasted = page.processor_seconds() - used, time.monotonic() - began
+    with opened(html, ready) as page:
+        used, count, lasted = played(page)
         pixels = page.run(f"[{VIEW}.canvas.width, {VIEW}.canvas.height]")
-        page.run(f"{VIEW}.play(false)")
-        outside |= {url for url in page.requests if not url.startswith(("file:///", "data:"))}
-    print(f"played {lasted:.1f} s in {count} frames of {pixels[0]} x {pixels[1]} pixels; CPU time is that of all processes of the browser")
-    figure("page3d.cpu_ms_per_frame", 1000 * used / max(count, 1), "ms")
+        page.run(f"{VIEW}.view.scene.visible = false")
+        empty, empty_count, _ = played(page)
+    outside |= page.outside
+    print(f"played {lasted:.1f} s in {count} frames of {pixels[0]} x {pixels[1]} pixels; CPU time is that of all processes of the browser, and "
+          f"{empty / empty_count:.1f} ms a frame when nothing is in the picture")
+    figure("page3d.cpu_ms_per_frame", used / count, "ms")
     figure("page3d.asks_outside", len(outside), "1")
 
 
@@ -116,7 +133,6 @@ def runs(*command, environment=()):
 
 def wasm(folder):
     """The bits of every packed scene, a step's time against the native one, and the page until it can be touched."""
-    from browser import Browser
     build = os.path.join(ROOT, "build")
     scenes = {name[:-len(".scene")]: os.path.join(build, "wasm", "scenes", name)
               for name in sorted(os.listdir(os.path.join(build, "wasm", "scenes")))}
@@ -134,25 +150,20 @@ def wasm(folder):
     print(f"a step of touch_cube, {native['touch_cube'][1]:.2f} µs natively, over native: {', '.join(f'{ratio:.2f}' for ratio in sorted(ratios))}")
     figure("wasm.step_ratio", sorted(ratios)[ROUNDS // 2], "1")
     html = os.path.join(build, "wasm", "touch.html")
-    firsts, outside = [], set()
+    firsts = []
     for _ in range(LOADS):
-        with Browser(WIDTH, HEIGHT) as page:
-            page.open(html)
-            page.wait("performance.getEntriesByName('first frame').length > 0")
-            firsts.append(page.run("performance.getEntriesByName('first frame')[0].startTime"))
+        with opened(html) as page:
+            firsts.append(page.first_frame)
             page.drag((450, 380), (450, 420), (450, 480), (450, 540))
             page.wait("Math.hypot(...touchPage.live.report(0).force) > 1")  # what is led into the cube is held back
-            outside |= {url for url in page.requests if not url.startswith(("file:///", "data:", "blob:"))}
-            if page.errors or outside:
-                sys.exit(f"anywhere: the page: {(page.errors + sorted(outside))[0]}")
+        if page.errors or page.outside:
+            sys.exit(f"anywhere: the page: {(page.errors + sorted(page.outside))[0]}")
     print(f"first picture of a running scene after {', '.join(f'{ms:.0f}' for ms in sorted(firsts))} ms")
     figure("wasm.ready_ms", sorted(firsts)[LOADS // 2], "ms")
     bag = os.path.join(folder, "short.bag")
     run("demo", "--scene", "touch_cube", "--seconds", str(REPLAYED), "--record", bag)
     run("export", bag, "--session")
-    with Browser(WIDTH, HEIGHT) as page:
-        page.open(html)
-        page.wait("performance.getEntriesByName('first frame').length > 0")
+    with opened(html) as page:
         page.choose("session", os.path.join(folder, "short.session"))
         page.wait("touchPage.replays && touchPage.about !== null")
         ticks, done, compared, same = page.wait("(p => p.done === p.ticks && [p.ticks, p.done, p.compared, p.same])(touchPage.program.progress())")
