@@ -202,8 +202,8 @@ class Recorded(unittest.TestCase):
             self.assertLessEqual(seen["width"], 0, "the page must not scroll sideways")
 
     def refuse(self, *words, bag):
-        for verb in ("report", "export"):
-            call = Call(verb, bag)
+        for verb, *options in (("report",), ("export",), ("export", "--session")):
+            call = Call(verb, bag, *options)
             self.assertNotEqual(call.code, 0, call.out)
             self.assertEqual(len(call.errors), 1, call.errors)
             for word in words:
@@ -213,6 +213,8 @@ class Recorded(unittest.TestCase):
     def test_bad_bags_get_one_line(self):
         path = os.path.join(self.folder, "bad.bag")
         self.refuse("none.bag", "no such file", bag=os.path.join(self.folder, "none.bag"))
+        self.refuse(self.folder, "folder", bag=self.folder)
+        self.refuse("session.session", "bag", bag=os.path.join(self.folder, "session.session"))
         with open(path, "w", encoding="utf-8") as file:
             file.write("no bag")
         self.refuse("bad.bag", bag=path)
