@@ -7,7 +7,8 @@ import {Lead} from './lead.js';
 import {Live} from './live.js';
 import {Program} from './program.mjs';
 
-const BUDGET_MS = 11;      // of a picture's 16 that ticks may take; what is left over is not caught up: simulated time goes slower
+const BUDGET = 0.7;        // share of the time since the last picture that ticks may take; what is left over is not caught up: simulated time
+                           // goes slower. A fixed time would slow it down wherever pictures take longer than 16 ms to draw
 const MOST_MS = 50;        // between two pictures; more was a pause, and is not caught up either
 const TOGETHER = 4;        // ticks between two looks at the clock
 const ESTIMATE_MS = 500;   // between two estimates of the step's error
@@ -182,7 +183,7 @@ class Page {
     const step = 1000 * this.about.step, begin = performance.now();
     this.pending += passed;
     let done = 0;
-    while (this.pending >= step && performance.now() - begin < BUDGET_MS) {
+    while (this.pending >= step && performance.now() - begin < BUDGET * passed) {
       const count = Math.min(TOGETHER, Math.floor(this.pending / step));
       this.program.ticks(count);
       this.pending -= count * step;
