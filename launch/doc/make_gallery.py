@@ -15,9 +15,9 @@ import tempfile
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 GALLERY = os.path.join(ROOT, "launch", "doc", "gallery")
 WIDTH, HEIGHT = 480, 320        # [pixels]
+FINER = 2                       # pixels are drawn for each that is kept: smooth edges, which a browser without a graphics card does not draw
 SECONDS, RATE = 8, 10           # of a picture [s], [1/s]
-CLOSER = 0.72                   # the camera stands at this share of the distance from which all is seen, half way between that and the hand
-BEGIN = 0.3                     # of the session that is not shown: the loop starts [s]
+CLOSER = 0.6                    # the camera stands at this share of the distance from which all is seen, or as far as what moves needs
 LARGEST = 380_000               # of a picture [bytes]: all scenes together stay below 12 MB
 QUALITIES = (65, 50, 35, 20, 10)
 VIEW = "window.sessions[0].timeline"
@@ -43,17 +43,17 @@ SHOWS = {
     "free_body": "A free body spins about its middle axis without gravity, and flips.",
     "gear": "A small ball is led along the teeth of a gear.",
     "gimbal_top": "The hand presses on the rim of a spinning disc in gimbals, which yields sideways.",
-    "grasped_block": "The free block of `allegro_grasp` alone, under the hand.",
+    "grasped_block": "The free block and the ball of `allegro_grasp` without the hand that holds them: they fall.",
     "panda_touch": "The Panda as published holds its pose; the hand pushes a block under its gripper.",
     "pyramid15": "Fifteen cubes in a pyramid: it stands.",
-    "ramp": "A cube on a slope just below the static limit: it stays.",
+    "ramp": "A cube on a slope, at nine tenths of the limit of friction: it stays.",
     "resting": "A cube at rest, sunk in by 98 µm, as the formula says.",
     "seam": "A cube slides over the joint of two floor boxes, which is not felt.",
     "spinning_box": "A box slides and spins: its spin takes away from the friction that slows it.",
     "stack15": "Fifteen stacked cubes, each at the depth that carries those above it.",
     "stick_slip": "A spring draws a block over the floor: it sticks and slips in turn.",
-    "table_block": "The table and block of `panda_touch` alone, under the hand.",
-    "terrain": "A ball, a puck and a cube on a height field: the ball rolls into a valley, the puck slides down.",
+    "table_block": "The table, the block and the ball of `panda_touch`, at rest without the robot.",
+    "terrain": "A ball, a puck and a cube on a height field: the ball rolls to and fro in a valley without loss.",
     "tilt": "A tilted cube of 2 m falls from its edge onto its face.",
     "top": "A cone spins on its apex and precesses.",
 }
@@ -90,16 +90,14 @@ def run(*words):
 
 
 def frames(page, count):
-    """PNG images of the view, evenly through the session."""
+    """PNG images of the view, evenly through the session. Ends of strings may leave the picture, and nothing that moves."""
     page.run(f"""(() => {{ const {{view, canvas}} = {VIEW}; canvas.style.cssText = 'position: fixed; inset: 0; z-index: 9; border-radius: 0; '
-      + 'width: {WIDTH}px; height: {HEIGHT}px'; view.resize(); {VIEW}.look('all');
-      const {{camera, controls, devices}} = view, hands = devices.filter(device => device.grip.visible), middle = controls.target.clone().set(0, 0, 0);
-      for (const hand of hands) middle.addScaledVector(hand.gripInWorld(view.target), 1 / hands.length);
-      if (hands.length) {{ const way = camera.position.clone().sub(controls.target).multiplyScalar({CLOSER});
-        controls.target.lerp(middle, 0.5); camera.position.copy(controls.target).add(way); }} }})()""")
+      + 'width: {WIDTH}px; height: {HEIGHT}px'; view.pixels = {FINER}; view.resize(); {VIEW}.look('all');
+      const {{moving, all}} = view.bounds(), close = view.framed(moving), far = view.framed(all);
+      view.place({{focus: close.focus, distance: Math.max(close.distance, {CLOSER} * far.distance)}}); }})()""")
     for number in range(count):
         yield page.run(f"""(() => {{ const {{view, canvas}} = {VIEW};
-          {VIEW}.go({BEGIN} + {number} / {RATE}); view.dirty = true; view.draw(); return canvas.toDataURL('image/png'); }})()""")
+          {VIEW}.go({number} / {RATE}); view.dirty = true; view.draw(); return canvas.toDataURL('image/png'); }})()""")
 
 
 def picture(images):
@@ -121,7 +119,8 @@ def make(name, folder):
     with Browser(WIDTH, HEIGHT) as page:
         page.open(html)
         page.wait("performance.getEntriesByName('first frame').length > 0 && window.sessions[0].series !== null")
-        shots = [Image.open(io.BytesIO(b64decode(url.split(",")[1]))).convert("RGB") for url in frames(page, SECONDS * RATE)]
+        shots = [Image.open(io.BytesIO(b64decode(url.split(",")[1]))).convert("RGB").resize((WIDTH, HEIGHT), Image.BOX)
+                 for url in frames(page, SECONDS * RATE)]
     content, quality = picture(shots)
     path = os.path.join(GALLERY, name + ".webp")
     with open(path, "wb") as file:

@@ -192,7 +192,8 @@ void addDefaultPointer(LoadContext& context) {
   Highest highest = highestPoint(context.scene.world);
   const bool waits = highest.articulation >= 0 &&
                      !staysPut(context.scene.world, highest.articulation, highest.link, highest.point);
-  if (waits) highest.point.z() = topWhenTurned(context.scene.world.articulations[static_cast<std::size_t>(highest.articulation)], highest.link);
+  if (waits) highest.point.z() = topWhenTurned(context.scene.world.articulations[static_cast<std::size_t>(highest.articulation)],
+                                               highest.link);
   const std::string name = context.frames.count("pointer") ? "haptic_pointer" : "pointer";
   ArticulationDef articulation;
   articulation.name = name;
@@ -227,10 +228,9 @@ void addDefaultPointer(LoadContext& context) {
   if (waits) settings.path.keys.resize(1);
   settings.repeat = kRepeat;
   addPointer(settings, context);
-  const std::string start = highest.name.empty() ? "starts 5 mm above the origin" : "starts 5 mm above '" + highest.name + "', the highest surface";
-  context.scene.notes.push_back("the scene names no pointer: a sphere of 10 mm " +
-                                (waits ? "waits above all that '" + highest.name + "' reaches when it turns: its surface does not stay to be touched"
-                                       : start));
+  const std::string above = highest.name.empty() ? "the origin" : "'" + highest.name + "', the highest surface";
+  const std::string clear = "waits above all that '" + highest.name + "' reaches when it turns: its surface does not stay to be touched";
+  context.scene.notes.push_back("the scene names no pointer: a sphere of 10 mm " + (waits ? clear : "starts 5 mm above " + above));
 }
 
 }  // namespace haptic

@@ -68,7 +68,7 @@ struct PackedWay<std::shared_ptr<T>> {
   static constexpr PackedAs value = PackedAs::kShared;  ///< an index, and the first time what it stands for
 };
 
-/// The way through a field of any kind, the same for whoever writes and whoever reads. A `Stream` derives from this and says what to do with
+/// The way through a field of any kind, the same for writing and for reading. A `Stream` derives from this and says what to do with
 ///     number(field)   a number
 ///     length(list)    the length of a list: reading gives the list that length
 ///     choice(field)   which alternative a variant holds: reading makes it hold that one

@@ -12,7 +12,8 @@ namespace {
 /// Sides of the polyhedron that is drawn: its surface is within 0.5 % of the radius.
 constexpr int kSides = 32;
 
-/// A capsule's corners and faces. Each end, the lower one first: rings of `kSides` corners every 90°/`kRings` from the tube on, then the pole.
+/// A capsule's corners and faces. Each end, the lower one first: rings of `kSides` corners every 90°/`kRings` from the tube on, then its
+/// pole.
 class CapsuleNet {
  public:
   CapsuleNet(double radius, double half) {
