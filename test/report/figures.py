@@ -1,4 +1,5 @@
 """Plots of the report, as SVG that follows the page's light or dark colours, and as PNG."""
+import html
 import io
 import math
 import os
@@ -58,11 +59,18 @@ def save(figure, folder, name):
     figure.savefig(os.path.join(folder, name + '.png'), dpi=110, facecolor='white')
     buffer = io.StringIO()
     figure.savefig(buffer, format='svg', transparent=True, metadata={'Date': None})
+    alt = '; '.join(filter(None, (alt_of(axes) for axes in figure.axes)))
     plt.close(figure)
     svg = buffer.getvalue()
     with open(os.path.join(folder, name + '.svg'), 'w') as file:
         file.write(svg)
-    return for_page(svg, name)
+    return for_page(svg, name, alt)
+
+
+def alt_of(axes):
+    """What a plot shows, for those who do not see it: its title, and its axes with their units."""
+    named = [f'{way} {label}' for way, label in (('up', axes.get_ylabel()), ('to the right', axes.get_xlabel())) if label]
+    return ': '.join(filter(None, (axes.get_title(), ', '.join(named))))
 
 
 def _style_once(match):
@@ -73,11 +81,11 @@ def _style_once(match):
     return f'<g{match.group(1)} style="{styles.pop()}">' + re.sub(r' style="[^"]*"', '', match.group(2)) + '</g>'
 
 
-def for_page(svg, name):
+def for_page(svg, name, alt=''):
     """The <svg> element alone, with the page's colours, fluid in width."""
     svg = svg[svg.index('<svg'):]
     svg = re.sub(r'<metadata>.*?</metadata>', '', svg, flags=re.S)
-    svg = re.sub(r'width="[\d.]+pt" height="[\d.]+pt"', 'role="img"', svg, count=1)
+    svg = re.sub(r'width="[\d.]+pt" height="[\d.]+pt"', f'role="img" aria-label="{html.escape(alt)}"', svg, count=1)
     svg = svg.replace(INK, 'currentColor').replace(FAINT, 'var(--faint)')
     svg = re.sub(r'(?<![>\d.])(\d+\.\d)\d+', r'\1', svg)  # tenths of a point are enough; labels keep their digits
     svg = re.sub(r'>\s+<', '><', svg)
@@ -141,10 +149,11 @@ def work_precision(scene, runs, metric, folder, own_stiffness, cost=cpu_of, name
         if line:
             handle, = axes.plot([p[0] for p in line], [p[1] for p in line], dash, color=colour, lw=1.6, drawstyle='steps-post')
             seen['front of ' + label] = handle
-            axes.annotate(label, line[-1], xytext=(7, -3), textcoords='offset points', color=colour, fontsize=10, weight='bold')
+            axes.annotate(label, line[-1], xytext=(7, 6), textcoords='offset points', color=colour, fontsize=10, weight='bold')
     failures(axes, [run for run, _ in runs if run.status != 'ok'], cost)
     axes.set_xlabel('CPU time per simulated second [s]' if cost is cpu_of else 'CPU time of the worst step [µs]')
-    axes.set_title(f'{scene.name}: {kind} {metric.replace("_", " ")} error [{METRICS[metric][0]}]', pad=14)
+    axes.set_ylabel(f'{metric.replace("_", " ")} error [{METRICS[metric][0]}]')
+    axes.set_title(f'{scene.name}: {kind} error', pad=14)
     label_ticks(axes)
     if seen:
         figure.legend(seen.values(), seen.keys(), loc='lower center', ncol=5, bbox_to_anchor=(0.5, 0), fontsize=8)
@@ -191,9 +200,10 @@ def numerical(scene, runs, metric, folder):
         if worst > 0:
             left.axhline(worst, color=colour, lw=0.6, ls=':')
     left.set_xlabel('step [ms]')
-    left.set_title(f'numerical {metric} error [{METRICS[metric][0]}]; dotted: convergence of the reference')
+    left.set_ylabel(f'numerical {metric.replace("_", " ")} error [{METRICS[metric][0]}]')
+    left.set_title('over the step; dotted: convergence of the reference')
     right.set_xlabel('CPU time per simulated second [s]')
-    right.set_title(f'the same against cost [{METRICS[metric][0]}]')
+    right.set_title('the same over cost')
     label_ticks(left)
     label_ticks(right)
     handles, labels = left.get_legend_handles_labels()

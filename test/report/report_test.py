@@ -236,6 +236,7 @@ class FailedMeansFailed(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             svg = figures.work_precision(self.result.scene, self.result.total, 'position', folder, self.result.own_stiffness)
             self.assertIn('2 failed', svg)
+            self.assertIn('role="img" aria-label="rest: total error: up position error [m], to the right CPU time per simulated second [s]"', svg)
             rows = page.later_table(['status'], [[run.status] for run in self.result.runs],
                                     [i for i, run in enumerate(self.result.runs) if run.status != 'ok'])
             self.assertEqual(page.shown_failures(rows), 2)
