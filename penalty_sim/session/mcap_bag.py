@@ -30,10 +30,18 @@ def unreadable(source, error):
     return f'{source}: cannot be read as a bag: {error}'
 
 
+def opened(source):
+    """A bag to read. Raises rosbag.ROSBagException for every file that is none: rosbag takes the first line of any file for text."""
+    try:
+        return rosbag.Bag(source)
+    except UnicodeDecodeError as error:
+        raise rosbag.ROSBagException('it does not begin as a bag does') from error
+
+
 def to_mcap(source, target):
     """Writes all of a bag; the number of messages."""
     count = 0
-    with rosbag.Bag(source) as bag, open(target, 'wb') as file:
+    with opened(source) as bag, open(target, 'wb') as file:
         writer, channels = mcap_file.Writer(file, 'haptics mcap_bag'), {}
         for topic, (kind, data, md5sum, _, _), at, header in bag.read_messages(raw=True, return_connection_header=True):
             header = {key: value.decode() if isinstance(value, bytes) else value for key, value in header.items()}

@@ -109,14 +109,19 @@ def flag_spells(session, hand):
             for bit, name in enumerate(FLAGS) if ((values >> bit) & 1).any()}
 
 
+def check_is_file(recording):
+    """Raises Refused with one line where there is no file of this name."""
+    if not os.path.exists(recording):
+        raise Refused(f'{recording}: no such file; give a bag that ./run demo --record has written')
+    if os.path.isdir(recording):
+        raise Refused(f'{recording}: is a folder; give a bag that ./run demo --record has written')
+
+
 @contextlib.contextmanager
 def replayed(recording, program, *options):
     """(a folder with what session_table writes of a bag or MCAP file, the bag). Raises Refused with one line."""
     bag = recording
-    if not os.path.exists(bag):
-        raise Refused(f'{bag}: no such file; give a bag that ./run demo --record has written')
-    if os.path.isdir(bag):
-        raise Refused(f'{bag}: is a folder; give a bag that ./run demo --record has written')
+    check_is_file(bag)
     with tempfile.TemporaryDirectory(prefix='haptic_session_') as folder:
         if mcap_file.is_mcap(bag):
             bag = bag_of(bag, folder)

@@ -50,13 +50,14 @@ def write_npz(path, session):
 def write_mcap(options, prefix):
     """All messages of the bag, and a layout; the paths."""
     path = prefix + '.mcap'
-    if mcap_bag.mcap_file.is_mcap(options.bag):
-        sys.exit(f'export: {options.bag} is an MCAP file already')
-    if not os.path.isfile(options.bag):
-        sys.exit(f'export: {options.bag}: no such file; give a bag that ./run demo --record has written')
     try:
+        session_data.check_is_file(options.bag)
+        if mcap_bag.mcap_file.is_mcap(options.bag):
+            raise session_data.Refused(f'{options.bag} is an MCAP file already')
         count = mcap_bag.to_mcap(options.bag, path)
         layout = mcap_layout.write_beside(path)
+    except session_data.Refused as refusal:
+        sys.exit(f'export: {refusal}')
     except rosbag.ROSBagException as error:
         sys.exit(f'export: {mcap_bag.unreadable(options.bag, error)}')
     except OSError as error:
