@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Takes the picture of the page on which scenes are touched, launch/doc/touch/page.png: the mouse leads the hand into the cube's floor.
+"""Takes the picture of the page on which scenes are touched, launch/doc/touch/page.png: the hand presses on the cube.
 
     launch/doc/take_touch_picture.py [PAGE]        (default: build/docs/html/touch.html, which ./run docs makes)
 """
@@ -12,8 +12,8 @@ PICTURE = os.path.join(ROOT, "launch", "doc", "touch", "page.png")
 WIDTH, HEIGHT = 1100, 700   # of the window [pixels]
 FINER = 2                   # pixels are drawn for each that is kept: smooth edges, which a browser without a graphics card does not draw
 COLOURS = 192               # of the palette, as take_pictures.py has it
-LEAD = (0.02, 0.0, -0.1)    # of the hand, from home to a point under the floor [m]
-PRESSED = 3                 # force on the hand at which the picture is taken [N]
+LEAD = (0, 0, -0.022)      # of the hand, from home into the cube below it [m]
+PRESSED = 2                 # force on the hand at which the picture is taken [N]
 
 
 def main():
