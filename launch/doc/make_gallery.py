@@ -15,6 +15,7 @@ import tempfile
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 GALLERY = os.path.join(ROOT, "launch", "doc", "gallery")
 WIDTH, HEIGHT = 480, 320        # [pixels]
+NEARLY = 0.75                   # where what moves needs more than this share of it, all is shown
 FINER = 2                       # pixels are drawn for each that is kept: smooth edges, which a browser without a graphics card does not draw
 SECONDS, RATE = 8, 10           # of a picture [s], [1/s]
 CLOSER = 0.6                    # the camera stands at this share of the distance from which all is seen, or as far as what moves needs
@@ -59,7 +60,7 @@ SHOWS = {
 }
 HEAD = """# Gallery: scenes, moving
 
-Each picture is eight to ten seconds of a real session, in real time, as the 3-D view of its page shows it (`./run report BAG`). The wire
+Each picture is eight seconds of a real session, in real time, as the 3-D view of its page shows it (`./run report BAG`). The wire
 frame is a SPIDAR-G6X3R with its strings, light blue at rest, yellow to red when tense; the yellow ball is the grip. Red arrows are forces, 15 mm per
 newton. Rings are contacts, blue to red by pressure: a closed one sticks, a dashed one slips. Where a scene names no hand, a ball is added
 that the simulated hand moves.
@@ -94,7 +95,8 @@ def frames(page, count):
     page.run(f"""(() => {{ const {{view, canvas}} = {VIEW}; canvas.style.cssText = 'position: fixed; inset: 0; z-index: 9; border-radius: 0; '
       + 'width: {WIDTH}px; height: {HEIGHT}px'; view.pixels = {FINER}; view.resize(); {VIEW}.look('all');
       const {{moving, all}} = view.bounds(), close = view.framed(moving), far = view.framed(all);
-      view.place({{focus: close.focus, distance: Math.max(close.distance, {CLOSER} * far.distance)}}); }})()""")
+      view.place(close.distance > {NEARLY} * far.distance ? far : {{focus: close.focus, distance: Math.max(close.distance, {CLOSER} * far.distance)}});
+    }})()""")
     for number in range(count):
         yield page.run(f"""(() => {{ const {{view, canvas}} = {VIEW};
           {VIEW}.go({number} / {RATE}); view.dirty = true; view.draw(); return canvas.toDataURL('image/png'); }})()""")
