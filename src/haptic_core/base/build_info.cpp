@@ -3,8 +3,8 @@
 namespace haptic {
 namespace {
 
-/// One arithmetic for all processors: a new name whenever a change of the build (not of the algorithms) gives other bits.
-constexpr char kArithmetic[] = "bits one-build-1";
+/// One arithmetic for all processors: a new name whenever a change of the build or of the hash (not of the algorithms) gives other bits.
+constexpr char kArithmetic[] = "bits one-build-2";
 
 }  // namespace
 

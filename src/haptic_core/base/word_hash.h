@@ -5,19 +5,19 @@
 
 namespace haptic {
 
-/// FNV-1a's offset basis: where every hash begins.
-inline constexpr std::uint64_t kHashStart = 0xcbf29ce484222325ull;
+inline constexpr std::uint64_t kHashStart = 0xcbf29ce484222325ull;  ///< where every hash begins: FNV-1a's offset basis
 
-/// (in realtime) FNV-1a in words of 8 bytes instead of bytes, with the upper half folded down after each product so
-/// that every bit of a double reaches the low bits. 1 ns per word; no secret, no defence against an adversary.
-/// `bytes` must be a multiple of 8.
+/// (in realtime) A rotation, a sum modulo 2 and a product for each word of 8 bytes: three instructions. All three steps can be undone, so
+/// words that differ in one place never have the same hash. The product carries a difference upwards, the rotation brings it down to the
+/// low bits of the next word's. 1.3 ns per word; no secret, no defence against an adversary. `bytes` must be a multiple of 8.
 inline std::uint64_t hashWords(std::uint64_t hash, const void* data, std::size_t bytes) noexcept {
+  constexpr int kTurn = 29;                                 // bits: no divisor of 64, so that no bit soon returns to where it was
+  constexpr std::uint64_t kFactor = 0x9e3779b97f4a7c15ull;  // 2⁶⁴ over the golden ratio, odd: half of its bits are set
   const auto* next = static_cast<const unsigned char*>(data);
   for (std::size_t i = 0; i < bytes; i += sizeof(std::uint64_t)) {
     std::uint64_t word;
     std::memcpy(&word, next + i, sizeof word);
-    hash = (hash ^ word) * 0x100000001b3ull;
-    hash ^= hash >> 32;
+    hash = ((hash << kTurn | hash >> (64 - kTurn)) ^ word) * kFactor;
   }
   return hash;
 }
