@@ -9,7 +9,7 @@ import {Program} from './program.mjs';
 
 const BUDGET = 0.7;        // share of the time since the last picture that ticks may take; what is left over is not caught up: simulated time
                            // goes slower. A fixed time would slow it down wherever pictures take longer than 16 ms to draw
-const MOST_MS = 50;        // between two pictures; more was a pause, and is not caught up either
+const MOST_MS = 100;       // between two pictures; more was a pause, and is not caught up either
 const TOGETHER = 4;        // ticks between two looks at the clock
 const ESTIMATE_MS = 500;   // between two estimates of the step's error
 const TELL_MS = 100;       // between two changes of the numbers
