@@ -29,6 +29,10 @@ geometry_msgs::TransformStamped transform(const std::string& parent, const std::
   return m;
 }
 
+/// Messages that may wait for a subscriber that is kept from its core, as of the device's topics (spidar_driver/device_topics.cpp): 1 s at
+/// 1 kHz. With 2 a recorder on a busy machine lost some twenty an hour.
+constexpr int kQueue = 1000;
+
 bool allFixedAbove(const ArticulationDef& articulation, int link) {
   for (int i = link; i >= 0; i = articulation.links[i].parent) {
     if (articulation.links[i].joint.type != JointType::kFixed) return false;
@@ -45,9 +49,9 @@ WorldTopics::WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parame
       offer_(offer),
       fixed_(port.world.linkCount(), false),
       step_(port.world.settings().step),
-      contacts_(nh.advertise<haptic_msgs::Contacts>("contacts", 2)),
-      step_report_(nh.advertise<haptic_msgs::StepReport>("step_report", 2)),
-      joint_states_(nh.advertise<sensor_msgs::JointState>("joint_states", 2)),
+      contacts_(nh.advertise<haptic_msgs::Contacts>("contacts", kQueue)),
+      step_report_(nh.advertise<haptic_msgs::StepReport>("step_report", kQueue)),
+      joint_states_(nh.advertise<sensor_msgs::JointState>("joint_states", kQueue)),
       model_(nh.advertise<haptic_msgs::ScenePlan>("scene_plan", 1, true)),
       markers_(nh, scene, parameters.world_frame),
       live_(nh, scene.world, parameters.world_frame, port, offer) {
