@@ -2,9 +2,9 @@
 
 #include <pluginlib/class_list_macros.hpp>
 
-#include <fstream>
-#include <iterator>
+#include <cstring>
 #include <set>
+#include <sstream>
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/loop/session.h"
@@ -16,10 +16,8 @@ namespace {
 /// Contacts that a snapshot can show: pairs of neighbours in a heap; what lies beyond is simulated, not drawn.
 int contactCapacity(const World& world) { return 16 + 8 * world.linkCount(); }
 
-std::string textOf(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
+/// Before the name of a parameter that holds a URDF.
+constexpr char kParameterScene[] = "param:";
 
 std::vector<HandPlacement> placements(const SceneDef& scene) {
   std::vector<HandPlacement> hands;
@@ -50,7 +48,7 @@ SimulationNodelet::Simulation::Simulation(const SceneDef& scene_def, double defa
       world(scene.world),
       port(world, scene.world.name, placements(scene), contactCapacity(world)),
       initial_state(world.save()) {
-  port.source = {scene.file, textOf(scene.file), default_density, fingerprint(scene.world)};
+  port.source = {scene.file, scene.text, default_density, fingerprint(scene.world)};
   port.definition = std::make_shared<const WorldDef>(scene.world);
 }
 
@@ -73,9 +71,22 @@ void SimulationNodelet::start() {
 std::unique_ptr<SimulationNodelet::Simulation> SimulationNodelet::read(const std::string& scene_name) const {
   SceneOptions options;
   options.default_density = parameters_.default_density;
+  options.missing = missingMeshesNamed(parameters_.missing_meshes);
+  std::istringstream words(parameters_.xacro);
+  for (std::string word; words >> word;) options.xacro.push_back(word);
+  options.progress = [this](const std::string& line) { NODELET_INFO_STREAM(line); };
   if (parameters_.rate > 0) options.step = 1 / parameters_.rate;
+  if (scene_name.rfind(kParameterScene, 0) == 0) {
+    std::string text;
+    if (!getNodeHandle().getParam(scene_name.substr(std::strlen(kParameterScene)), text)) {
+      throw SetupError(scene_name, "there is no such parameter, or it is no text", "load the robot's launch file first: rosparam list");
+    }
+    options.text = text;
+  }
   SceneDef scene = loadScene(scene_name, options);
-  for (const std::string& warning : scene.warnings) NODELET_WARN_STREAM(warning);
+  for (const auto* lines : {&scene.replaced, &scene.warnings}) {
+    for (const std::string& line : *lines) NODELET_WARN_STREAM(line);
+  }
   auto simulation = std::make_unique<Simulation>(scene, parameters_.default_density);
   NODELET_INFO_STREAM(sceneText(scene) << simulation->world.planText());
   return simulation;

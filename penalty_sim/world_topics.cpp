@@ -110,7 +110,8 @@ void WorldTopics::publishPlan(const SceneDef& scene) {
   }
   for (int i = 0; i < port_.world.pointerCount(); ++i) m->pointers.push_back(links_[port_.world.pointerLink(i)]);
   m->known_scenes = knownScenes();
-  m->warnings = scene.warnings;
+  m->warnings = scene.replaced;
+  m->warnings.insert(m->warnings.end(), scene.warnings.begin(), scene.warnings.end());
   m->text = sceneText(scene) + port_.world.planText();
   plan_message_ = *m;
   publishConst(model_, m);

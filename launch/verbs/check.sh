@@ -1,5 +1,6 @@
 #!/bin/sh
 #: check SCENE [--device D] [--rate HZ] [--default-density KG_PER_M3] [--srdf FILE] [--strict]
+#:       [--missing-meshes box|skip|stop] [--xacro NAME:=VALUE]...
 #:                   load a scene or robot and print what it becomes: links, shapes, contact values, plan, whether
 #:                   its step is stable and whether a hand on device D (spidar_g6x3r) can hold what it touches; fails
 #:                   where the hand would ring at any depth up to the workspace's end

@@ -1,6 +1,7 @@
 #!/bin/sh
 #: demo [--scene S] [--device D] [--rate HZ] [--seconds N] [--rviz] [--light] [--record FILE.bag|FILE.mcap]
-#:      [--hardware | --port P | --emulate] [--default-density KG_PER_M3]
+#:      [--hardware | --port P | --emulate] [--default-density KG_PER_M3] [--missing-meshes box|skip|stop]
+#:      [--xacro NAME:=VALUE]...
 #:                   close the loop between a device (a simulated one by default) and a scene; ends after
 #:                   N seconds (10 unless --rviz), with figures; --hardware and --port take the real device,
 #:                   --light is --rviz on a light ground; --emulate: its motor boards on a pseudo-terminal, where its file
@@ -9,7 +10,7 @@
 TARGETS='haptic_bridge penalty_sim spidar_driver haptic_msgs_generate_messages_cpp haptic_msgs_generate_messages_py haptic_bridge_gencfg'
 
 read_options() {
-  scene=touch_cube device=spidar_g6x3r rate=1000 seconds='' rviz=false ground=dark record='' density=0
+  scene=touch_cube device=spidar_g6x3r rate=1000 seconds='' rviz=false ground=dark record='' density=0 missing=stop xacro=''
   wire=twin port='' emulate=false at_home=false layout=''
   while [ $# -gt 0 ]; do
     case $1 in
@@ -17,9 +18,9 @@ read_options() {
       --light) rviz=true ground=light && shift && continue ;;
       --hardware) wire=file && shift && continue ;;
       --emulate) emulate=true && shift && continue ;;
-      --scene | --device | --rate | --seconds | --record | --port | --default-density)
+      --scene | --device | --rate | --seconds | --record | --port | --default-density | --missing-meshes | --xacro)
         [ $# -ge 2 ] || fail "demo: $1 needs a value" ;;
-      *) fail "demo: unknown option '$1'; there are --scene --device --rate --seconds --rviz --light --record --hardware --port --emulate --default-density" ;;
+      *) fail "demo: unknown option '$1'; there are --scene --device --rate --seconds --rviz --light --record --hardware --port --emulate --default-density --missing-meshes --xacro" ;;
     esac
     case $1 in
       --scene) scene=$2 ;;
@@ -29,6 +30,8 @@ read_options() {
       --record) record=$2 ;;
       --port) port=$2 wire=file ;;
       --default-density) density=$2 ;;
+      --missing-meshes) missing=$2 ;;
+      --xacro) xacro="$xacro${xacro:+ }$2" ;;
     esac
     shift 2
   done
@@ -41,6 +44,7 @@ check_options() {
   [ "$emulate" = false ] || grep -q '^boards:' "$device_file" ||
     fail "demo: --emulate: $device_file names no boards; take --device uart, or write its boards there"
   is_number "$rate" || fail "demo: --rate '$rate' is not a number of ticks per second"
+  case $missing in box | skip | stop) ;; *) fail "demo: --missing-meshes '$missing' is none of box, skip, stop" ;; esac
   if [ -n "$seconds" ]; then is_number "$seconds" || fail "demo: --seconds '$seconds' is not a time in seconds"; fi
   if [ "$density" != 0 ]; then is_number "$density" || fail "demo: --default-density '$density' is not a density in kg/m3"; fi
   if [ "$rviz" = true ]; then
@@ -127,7 +131,8 @@ export ROS_MASTER_URI="http://127.0.0.1:$master"
 with_progress demo "$log" roslaunch -p "$master" --disable-title --skip-log-check --no-summary \
   --sigint-timeout=5 --sigterm-timeout=1 haptic_bringup "$(launch_file_for "$scene_file")" scene:="$scene_file" \
   device:="$device_file" transport:="$wire" port:="$port" at_home:="$at_home" rate:="$rate" seconds:="${seconds:-0}" \
-  rviz:="$rviz" ground:="$ground" record:="$record" figures:="$lines" default_density:="$density"
+  rviz:="$rviz" ground:="$ground" record:="$record" figures:="$lines" default_density:="$density" \
+  missing_meshes:="$missing" xacro:="$xacro"
 code=$?
 if [ "$code" != 0 ] || ! [ -s "$lines" ]; then
   first_told() { sed -n "s/\x1b\[[0-9;]*m//g; s/^\[ *$1\] *\(\[[^]]*\]\)*:* *//p" "$log" | head -n 1; }

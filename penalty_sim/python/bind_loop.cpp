@@ -119,7 +119,7 @@ void bindLoop(py::module_& m) {
              if (!(rate >= 10 && rate <= 1e5))
                throw SetupError("rate " + std::to_string(rate), "is no rate of ticks",
                                 "give 10 to 100000 Hz");
-             return std::make_shared<TwinLoop>(sceneFrom(scene), device, rate, at_home);
+             return std::make_shared<TwinLoop>(sceneFrom(scene, true), device, rate, at_home);
            }),
            py::arg("scene") = "touch_cube", py::arg("device") = "spidar_g6x3r", py::arg("rate") = 1000.0,
            py::arg("at_home") = true, "`at_home`: calibrate and switch the force on in the first tick.")

@@ -23,9 +23,9 @@ void setIntegrator(SceneDef& scene, const std::string& name) {
   throw SetupError("integrator '" + name + "'", "is unknown", "use one of: " + known);
 }
 
-SceneDef load(const std::string& file_or_name, double default_density) {
-  SceneOptions options;
-  options.default_density = default_density;
+SceneDef load(const std::string& file_or_name, SceneOptions options, const std::string& missing, bool add_pointer) {
+  options.missing = missingMeshesNamed(missing);
+  options.add_pointer = add_pointer;
   return loadScene(file_or_name, options);
 }
 
@@ -62,24 +62,33 @@ void defineCertificate(py::module_& m) {
 
 }  // namespace
 
-SceneDef sceneFrom(const py::object& scene_or_name) {
+SceneDef sceneFrom(const py::object& scene_or_name, bool add_pointer) {
   if (py::isinstance<SceneDef>(scene_or_name)) return scene_or_name.cast<SceneDef>();
-  return load(py::str(scene_or_name), 0);  // a path of pathlib as well
+  return load(py::str(scene_or_name), {}, "stop", add_pointer);  // a path of pathlib as well
 }
 
 void bindScene(py::module_& m) {
   py::class_<SceneDef>(
       m, "Scene",
       "A scene or robot as its file gives it. What is set here holds for worlds made of it afterwards.")
-      .def(py::init([](const py::object& file, double density) { return load(py::str(file), density); }),
-           py::arg("file_or_name"), py::arg("default_density") = 0.0,
-           "Loads a URDF, a YAML list, or a scene by its name. `default_density` [kg/m³]: of moving links "
-           "without inertia.")
+      .def(py::init([](const py::object& file, double density, const std::string& missing, const std::vector<std::string>& xacro,
+                       bool add_pointer) {
+             SceneOptions options;
+             options.default_density = density;
+             options.xacro = xacro;
+             return load(py::str(file), options, missing, add_pointer);
+           }),
+           py::arg("file_or_name"), py::arg("default_density") = 0.0, py::arg("missing_meshes") = "stop",
+           py::arg("xacro") = std::vector<std::string>(), py::arg("add_pointer") = false,
+           "Loads a URDF, an xacro file, a YAML list, or a scene by its name. `default_density` [kg/m³]: of moving links "
+           "without inertia. `missing_meshes`: of collisions, \"stop\", \"box\" or \"skip\". `xacro`: arguments, \"name:=value\". "
+           "`add_pointer`: a ball of 10 mm for the hand of a Loop, where the scene names none.")
       .def_readonly("file", &SceneDef::file, "absolute path")
       .def_property_readonly(
           "name", [](const SceneDef& s) { return s.world.name; }, "of the robot or list")
       .def_readonly("notes", &SceneDef::notes, "what a user should know, one line each")
       .def_readonly("warnings", &SceneDef::warnings, "what a user should mend, one line each")
+      .def_readonly("replaced", &SceneDef::replaced, "parts that could not be as the files have them, and what stands in their place")
       .def_property_readonly(
           "devices",
           [](const SceneDef& s) {

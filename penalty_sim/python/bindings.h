@@ -92,7 +92,7 @@ struct TwinLoop {
 /// Path of a device file: a path, or a name below haptic_description/devices. Throws SetupError.
 std::string findDevice(const std::string& file_or_name);
 /// A Scene, or what `loadScene` takes.
-SceneDef sceneFrom(const py::object& scene_or_name);
+SceneDef sceneFrom(const py::object& scene_or_name, bool add_pointer = false);
 
 void bindScene(py::module_& m);
 void bindWorld(py::module_& m);

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <exception>
 #include <fstream>
 #include <iterator>
 
@@ -42,10 +43,11 @@ std::string suffixOf(const std::string& path) {
 }
 
 /// From its own place while its text is the recorded one, so that meshes beside it are found; else from the text.
-SceneDef loadRecordedScene(const RecordedSession& session) {
+SceneDef loadRecordedScene(const RecordedSession& session, MissingMeshes missing) {
   SceneOptions options;
   options.default_density = session.default_density;
   options.step = session.start.step;
+  options.missing = missing;
   const bool unchanged = textOf(session.scene_file) == session.scene_text && !session.scene_text.empty();
   SceneDef scene;
   if (unchanged) {
@@ -63,6 +65,19 @@ SceneDef loadRecordedScene(const RecordedSession& session) {
                      "check out the version of the recording (" + session.program + ", " + session.scene_file + ")");
   }
   return scene;
+}
+
+/// A recording does not say what its loader did about missing meshes; the fingerprint tells.
+SceneDef loadRecordedScene(const RecordedSession& session) {
+  std::exception_ptr first;
+  for (const MissingMeshesName& row : kMissingMeshes) {
+    try {
+      return loadRecordedScene(session, row.choice);
+    } catch (const SetupError&) {
+      if (!first) first = std::current_exception();
+    }
+  }
+  std::rethrow_exception(first);
 }
 
 std::vector<DeviceDef> recordedDevices(const RecordedSession& session) {

@@ -7,7 +7,6 @@
 #include <sstream>
 
 #include "haptic_core/geometry/hulls/ground.h"
-#include "haptic_core/geometry/hulls/mesh_to_convex.h"
 #include "haptic_core/geometry/shapes/ball.h"
 #include "haptic_core/geometry/shapes/cone.h"
 #include "haptic_core/geometry/shapes/ellipsoid.h"
@@ -30,6 +29,7 @@ constexpr int kSubdivision = 2;
 struct Refinement {
   int segments = kSegments, subdivision = kSubdivision;
   bool prism = false, faceted = false;  ///< segments, a subdivision is given
+  double surface_error = 0;             ///< of a mesh [m]; 0: as usual
   std::string type;                     ///< of what collides in place of the geometry; empty: the geometry
 };
 
@@ -69,7 +69,7 @@ Refinement readRefinement(const XmlFile& file, const XmlElement& collision) {
   const XmlElement* shape = collision.FirstChildElement("haptic:shape");
   if (!shape) return refinement;
   refuseUnknownAttributes(file, *shape, {"segments", "subdivision", "type", "radii", "radius", "top_radius", "length", "file", "heights",
-                                         "size", "thickness"});
+                                         "size", "thickness", "surface_error"});
   if (const char* type = shape->Attribute("type")) {
     if (kTypes.count(type) == 0) {
       throw SetupError(file.at(*shape) + ": <haptic:shape>", "type '" + std::string(type) + "' is unknown",
@@ -87,6 +87,10 @@ Refinement readRefinement(const XmlFile& file, const XmlElement& collision) {
   if (subdivision != std::floor(subdivision) || subdivision < 0 || subdivision > 5) {
     throw SetupError(file.at(*shape) + ": <haptic:shape>", "subdivision is no whole number of 0…5",
                      "write e.g. 3");
+  }
+  if (const auto error = readNumber(file, *shape, "surface_error")) {
+    if (!(*error > 0)) throw SetupError(file.at(*shape) + ": <haptic:shape>", "surface_error is not > 0", "write metres, e.g. 0.001");
+    refinement.surface_error = *error;
   }
   refinement.segments = static_cast<int>(segments);
   refinement.subdivision = static_cast<int>(subdivision);
@@ -130,15 +134,6 @@ ConvexPolyhedron makeCapsule(double radius, double length, int subdivision, cons
   return ConvexPolyhedron::hull(points, name);
 }
 
-void measure(ShapePieces& shape) {
-  Vector3 lower = Vector3::Constant(INFINITY), upper = -lower;
-  for (const Shape& piece : shape.pieces) {
-    lower = lower.cwiseMin(piece->aabb().lower);
-    upper = upper.cwiseMax(piece->aabb().upper);
-  }
-  shape.half_extent = 0.5 * (upper - lower).minCoeff();
-}
-
 /// Half-space, ellipsoid or cone of <haptic:shape>; `made` holds the geometry beside it.
 void takeType(const XmlFile& file, const XmlElement& shape, const std::string& type, const std::string& where, ShapePieces& made) {
   const std::string elsewhere = " (elsewhere: " + made.text + ")";
@@ -165,24 +160,6 @@ void takeType(const XmlFile& file, const XmlElement& shape, const std::string& t
        << made_shape.tessellationError() * 1e3 << " mm";
   made.text = text.str() + elsewhere;
   measure(made);
-}
-
-std::string meshPath(const RobotFile& robot, const std::string& where, const XmlElement& mesh) {
-  const char* uri = mesh.Attribute("filename");
-  if (!uri || !*uri) throw SetupError(where, "<mesh> has no filename", "give filename=\"package://...\"");
-  const std::string path = resolveResource(uri, robot.xml.path());
-  if (path.empty()) {
-    throw SetupError(where, std::string("mesh ") + uri + " is not found",
-                     "set ROS_PACKAGE_PATH, or put the package beside the file or above it");
-  }
-  return path;
-}
-
-Vector3 meshScale(const RobotFile& robot, const std::string& where, const XmlElement& mesh) {
-  const Vector3 scale = readVector(robot.xml, mesh, "scale").value_or(Vector3::Ones());
-  if (scale.cwiseAbs().minCoeff() <= 0)
-    throw SetupError(where, "<mesh> has a scale of 0", "write three factors ≠ 0");
-  return scale;
 }
 
 /// The surface of <haptic:shape type="height_field">.
@@ -226,8 +203,7 @@ Vector3 boxSize(const XmlFile& file, const XmlElement& box, const std::string& w
 
 }  // namespace
 
-ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, const XmlElement& collision,
-                                  std::vector<std::string>& warnings) {
+ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, const XmlElement& collision) {
   const XmlFile& file = robot.xml;
   const std::string where = file.at(collision) + ": link '" + link.name + "'";
   const XmlElement* shape = shapeIn(collision, where);
@@ -239,7 +215,7 @@ ShapePieces CollisionShapes::make(const RobotFile& robot, const LinkXml& link, c
   if (refinement.type == "height_field" || refinement.type == "ground") {
     return makeGround(robot, where, *collision.FirstChildElement("haptic:shape"), *shape);
   }
-  if (kind == "mesh" && refinement.type.empty()) return makeMesh(robot, where, *shape, warnings);
+  if (kind == "mesh" && refinement.type.empty()) return meshes_.make(robot, link, where, collision, refinement.surface_error);
   ShapePieces made;
   std::ostringstream text;
   TessellationReport report;
@@ -309,6 +285,10 @@ ShapePieces CollisionShapes::makeGround(const RobotFile& robot, const std::strin
   std::ostringstream text;
   if (is_mesh) {
     const std::string path = meshPath(robot, where, geometry);
+    if (path.empty()) {
+      throw SetupError(where, std::string("mesh ") + geometry.Attribute("filename") + " is not found",
+                       "set ROS_PACKAGE_PATH, or put the package beside the file or above it");
+    }
     made.picture = readMesh(path, meshScale(robot, where, geometry), where);
     text << "ground under mesh " << std::filesystem::path(path).filename().string();
   } else {
@@ -323,44 +303,6 @@ ShapePieces CollisionShapes::makeGround(const RobotFile& robot, const std::strin
   made.text = text.str();
   made.fixed_only = "ground";
   measure(made);
-  return made;
-}
-
-ShapePieces CollisionShapes::makeMesh(const RobotFile& robot, const std::string& where,
-                                      const XmlElement& mesh, std::vector<std::string>& warnings) {
-  const std::string path = meshPath(robot, where, mesh);
-  const Vector3 scale = meshScale(robot, where, mesh);
-  std::ostringstream key;
-  key.precision(17);
-  key << path << " " << scale.transpose();
-  const auto known = meshes_.find(key.str());
-  if (known != meshes_.end()) return known->second;
-  ConvexSettings settings;
-  settings.name = where + ": mesh " + path;
-  ConvexReport report;
-  ShapePieces made;
-  const TriangleMesh triangles = readMesh(path, scale, where);
-  std::vector<Polyhedron> pieces;
-  try {
-    pieces = convexPieces(triangles, settings, report);
-  } catch (const SetupError& refused) {
-    // Published meshes have holes and stray faces that no decomposition takes; a hull is safe to touch.
-    pieces = {std::make_shared<ConvexPolyhedron>(ConvexPolyhedron::hull(triangles.vertices, settings.name))};
-    warnings.push_back(std::string(refused.what()) + "; its hull is used");
-  }
-  int vertices = 0;
-  for (const Polyhedron& piece : pieces) vertices += piece->vertexCount();
-  made.pieces.assign(pieces.begin(), pieces.end());
-  std::ostringstream text;
-  text << "mesh " << std::filesystem::path(path).filename().string() << ": ";
-  if (report.decomposed)
-    text << report.pieces << " convex pieces";
-  else
-    text << "hull";
-  text << ", " << report.hull_distance * 1e3 << " mm from the mesh at most, " << vertices << " vertices";
-  made.text = text.str();
-  measure(made);
-  meshes_.emplace(key.str(), made);
   return made;
 }
 

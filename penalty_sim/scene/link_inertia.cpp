@@ -1,9 +1,11 @@
 #include "scene/link_inertia.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 #include <sstream>
 
-#include "haptic_core/geometry/shapes/half_space.h"
+#include "scene/excited_inertia.h"
 
 namespace haptic {
 namespace {
@@ -15,9 +17,8 @@ Matrix3 pointInertia(double mass, const Vector3& r) {
 
 /// Density of solid plastic or of a machine with its hollows; only the estimate for single links uses it.
 constexpr double kEstimateDensity = 1000;
-/// An intermediate link without shape and inertia (one axis of a ball joint) gets this share of the mean link
-/// mass, as a ball of this radius: small beside its neighbours, large enough that nothing divides by almost
-/// zero.
+/// A link without shape and inertia that some motion of a joint moves alone gets this share of the mean link mass, as a ball of this
+/// radius: small beside its neighbours, large enough that nothing divides by almost zero.
 constexpr double kEstimateMassShare = 0.01, kEstimateRadius = 0.02;
 
 }  // namespace
@@ -61,57 +62,119 @@ LinkInertia inertiaOfShapes(const std::vector<CollisionDef>& collisions, double 
   return sum;
 }
 
-void checkInertia(const LinkInertia& inertia, const std::string& where, std::vector<std::string>& warnings) {
+namespace {
+
+/// Masses of one tree that a joint's law feels beside its heaviest link; what is lighter is rounding (1e-16) to the eighth digit.
+constexpr double kLeastMassShare = 1e-8;
+
+Vector3 momentsOf(const Matrix3& I) { return Eigen::SelfAdjointEigenSolver<Matrix3>(I, Eigen::EigenvaluesOnly).eigenvalues(); }
+
+/// The core bears moments that rounding made negative (dynamics/articulation.cpp).
+bool isPositive(const Matrix3& I) { return momentsOf(I)[0] >= -1e-3 * std::abs(I.trace()); }
+
+/// Replaces inertias of one tree, and says each.
+class InertiaMender {
+ public:
+  InertiaMender(ArticulationDef& tree, const std::vector<std::string>& places, double density, LoadReport& said)
+      : tree_(tree), places_(places), density_(density > 0 ? density : kEstimateDensity), said_(said) {}
+
+  /// From the shapes where a file has no <inertial>.
+  void fill(std::size_t i) {
+    LinkDef& link = tree_.links[i];
+    link.inertia = inertiaOfShapes(link.collisions, density_);
+    if (!(link.inertia.mass > 0)) return;  // no shape: it weighs nothing, as URDF says
+    std::ostringstream text;
+    text << places_[i] << ": has no <inertial>: " << link.inertia.mass << " kg taken from its shapes at " << density_
+         << " kg/m³; give it one";
+    said_.warnings.push_back(text.str());
+  }
+
+  /// Gives link i an inertia that every motion meets: its mass spread over its shapes, or, of a link without mass, what `fill` gives.
+  void replace(std::size_t i, const std::string& why) {
+    LinkDef& link = tree_.links[i];
+    const double mass = link.inertia.mass;
+    const LinkInertia solid = inertiaOfShapes(link.collisions, density_);
+    std::ostringstream text;
+    text << places_[i] << ": " << why << ": ";
+    if (solid.mass > 0) {
+      const double share = mass > 0 ? mass / solid.mass : 1;
+      link.inertia = {share * solid.mass, mass > 0 ? link.inertia.p_LC : solid.p_LC, share * solid.I_C};
+      text << (mass > 0 ? "that of its shapes with " : "") << link.inertia.mass << " kg" << (mass > 0 ? "" : " taken from its shapes")
+           << ", moments " << momentsOf(link.inertia.I_C).transpose() << " kg m², in its place";
+    } else {
+      const double given = mass > 0 ? mass : kEstimateMassShare * meanMass();
+      link.inertia = {given, link.inertia.p_LC, 0.4 * given * kEstimateRadius * kEstimateRadius * Matrix3::Identity()};
+      text << "a ball of 20 mm and " << given << " kg in its place";
+    }
+    text << "; correct <inertial>, for a solid box ixx = m (y² + z²)/12";
+    said_.replaced.push_back(text.str());
+  }
+
+  double meanMass() const {
+    double mass = 0;
+    int known = 0;
+    for (const LinkDef& link : tree_.links) {
+      if (link.inertia.mass > 0) mass += link.inertia.mass, ++known;
+    }
+    return known > 0 ? mass / known : 1;
+  }
+
+ private:
+  ArticulationDef& tree_;
+  const std::vector<std::string>& places_;
+  double density_;
+  LoadReport& said_;
+};
+
+bool fixedToWorld(const LinkDef& link) { return link.parent < 0 && link.joint.type == JointType::kFixed; }
+
+void warnOfTriangle(const LinkDef& link, const std::string& place, std::vector<std::string>& warnings) {
+  const Vector3 moments = momentsOf(link.inertia.I_C);
+  // Between the two others nothing is amiss where none is given: <inertia ixx="1"/> of a link that only slides.
+  if (!(moments[0] > 0) || moments[0] + moments[1] >= moments[2] * (1 - 1e-6)) return;
   std::ostringstream text;
-  if (!(inertia.mass > 0)) {
-    text << "its mass is " << inertia.mass << " kg, and it moves";
-    throw SetupError(where, text.str(), "give it a mass > 0, or a fixed joint");
-  }
-  const Vector3 moments =
-      Eigen::SelfAdjointEigenSolver<Matrix3>(inertia.I_C, Eigen::EigenvaluesOnly).eigenvalues();
-  // Rounding of the six numbers in the file, relative to the largest moment.
-  constexpr double kRounding = 1e-9;
-  if (!(moments[0] > kRounding * moments[2])) {
-    text << "its inertia is not positive definite (principal moments " << moments.transpose() << " kg m²)";
-    throw SetupError(where, text.str(), "correct ixx…izz; for a solid box ixx = m (y² + z²)/12");
-  }
-  if (moments[0] + moments[1] < moments[2] * (1 - 1e-6)) {
-    text << where << ": principal moments " << moments.transpose()
-         << " kg m² violate the triangle inequality: no body has them; taken as given, correct them";
-    warnings.push_back(text.str());
-  }
+  text << place << ": principal moments " << moments.transpose()
+       << " kg m² violate the triangle inequality: no body has them; taken as given, correct them";
+  warnings.push_back(text.str());
 }
 
-void fillMissingInertias(ArticulationDef& articulation, const std::vector<std::string>& places,
-                         const std::vector<bool>& given, double density, std::vector<std::string>& warnings) {
-  double mass = 0;
-  int known = 0;
-  for (std::size_t i = 0; i < articulation.links.size(); ++i) {
-    if (!given[i] || articulation.links[i].inertia.mass <= 0) continue;
-    mass += articulation.links[i].inertia.mass;
-    ++known;
-  }
-  for (std::size_t i = 0; i < articulation.links.size(); ++i) {
-    LinkDef& link = articulation.links[i];
-    if (given[i] || link.joint.type == JointType::kFixed) continue;
-    if (density <= 0 && known == 0) {
-      throw SetupError(places[i],
-                       "has no <inertial>, nor has any other moving link of '" + articulation.name + "'",
+}  // namespace
+
+void completeInertias(ArticulationDef& tree, const std::vector<std::string>& places, const std::vector<bool>& given, double density,
+                      LoadReport& said) {
+  InertiaMender mender(tree, places, density, said);
+  const bool none = std::none_of(tree.links.begin(), tree.links.end(), [](const LinkDef& link) { return link.inertia.mass > 0; });
+  double heaviest = 0;
+  for (std::size_t i = 0; i < tree.links.size(); ++i) {
+    LinkDef& link = tree.links[i];
+    if (fixedToWorld(link)) {
+      if (!isPositive(link.inertia.I_C)) link.inertia.I_C.setZero();  // nothing turns it
+      continue;
+    }
+    if (!given[i] && density <= 0 && none) {
+      throw SetupError(places[i], "has no <inertial>, nor has any other moving link of '" + tree.name + "'",
                        "add <inertial>, or load with --default-density 1000 (kg/m³)");
     }
-    link.inertia = inertiaOfShapes(link.collisions, density > 0 ? density : kEstimateDensity);
-    std::ostringstream text;
-    text << places[i] << ": has no <inertial>: ";
-    if (link.inertia.mass > 0) {
-      text << link.inertia.mass << " kg taken from its shapes at "
-           << (density > 0 ? density : kEstimateDensity) << " kg/m³";
-    } else {
-      const double m = known > 0 ? kEstimateMassShare * mass / known : kEstimateMassShare;
-      link.inertia = {m, Vector3::Zero(), 0.4 * m * kEstimateRadius * kEstimateRadius * Matrix3::Identity()};
-      text << "it has no shape either and gets " << m << " kg, a ball of 20 mm";
-    }
-    text << "; give it one";
-    warnings.push_back(text.str());
+    if (!given[i]) mender.fill(i);
+    heaviest = std::max(heaviest, link.inertia.mass);
+  }
+  for (std::size_t i = 0; i < tree.links.size(); ++i) {
+    LinkDef& link = tree.links[i];
+    if (fixedToWorld(link)) continue;
+    if (link.inertia.mass < kLeastMassShare * heaviest && tree.links.size() > 1) link.inertia.mass = 0;
+    if (isPositive(link.inertia.I_C)) continue;
+    std::ostringstream why;
+    why << "its inertia is not positive definite (principal moments " << momentsOf(link.inertia.I_C).transpose() << " kg m²)";
+    mender.replace(i, why.str());
+  }
+  for (int i = linkWithoutInertia(tree); i >= 0; i = linkWithoutInertia(tree)) {
+    std::ostringstream why;
+    why << "joint '" << tree.links[i].joint.name << "' can move what has no inertia (" << tree.links[i].inertia.mass
+        << " kg, principal moments " << momentsOf(tree.links[i].inertia.I_C).transpose() << " kg m²)";
+    mender.replace(i, why.str());
+  }
+  for (std::size_t i = 0; i < tree.links.size(); ++i) {
+    if (!fixedToWorld(tree.links[i])) warnOfTriangle(tree.links[i], places[i], said.warnings);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptic_core/world/definition.h"
+#include "scene/load_report.h"
 #include "scene/robot_file.h"
 
 namespace haptic {
@@ -19,15 +20,13 @@ void merge(const LinkInertia& added, const Pose& X_LM, LinkInertia& inertia);
 /// shapes.
 LinkInertia inertiaOfShapes(const std::vector<CollisionDef>& collisions, double density);
 
-/// Throws SetupError unless the mass is > 0 and the inertia positive definite; a violated triangle inequality
-/// (no mass distribution has it, but published robots do, and it can be computed with) is a warning.
-void checkInertia(const LinkInertia& inertia, const std::string& where, std::vector<std::string>& warnings);
-
-/// Gives every moving link of `articulation` that has no inertia one: from its shapes at `density` (> 0), or,
-/// where others of the same robot have one (density 0), an estimate that disturbs little. A robot that has
-/// none at all is refused without density. `places` holds "file:line: link" per link, `given` whether the
-/// file has an <inertial> there.
-void fillMissingInertias(ArticulationDef& articulation, const std::vector<std::string>& places,
-                         const std::vector<bool>& given, double density, std::vector<std::string>& warnings);
+/// Makes the inertias of a tree such that every motion of its joints meets some, and nothing else: a link that has none, or one that is
+/// singular, stays as it is where the joints cannot tell (excited_inertia.h). Where they can, its mass is spread over its shapes; without
+/// shapes it is a ball of 20 mm. A link without <inertial> has the mass of its shapes at `density` (1000 kg/m³ for 0), without shapes
+/// none. Negative moments are always replaced. Each replacement is said. A moment larger than the sum of the others (no mass distribution
+/// has it, but published robots do, and it can be computed with) is a warning. `places` holds "file:line: link" per link, `given` whether
+/// the file has an <inertial> there. Throws SetupError: no moving link of the tree has an inertia, and `density` is 0.
+void completeInertias(ArticulationDef& tree, const std::vector<std::string>& places, const std::vector<bool>& given, double density,
+                      LoadReport& said);
 
 }  // namespace haptic

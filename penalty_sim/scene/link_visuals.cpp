@@ -1,5 +1,7 @@
 #include "scene/link_visuals.h"
 
+#include <algorithm>
+
 #include "scene/resource_path.h"
 
 namespace haptic {
@@ -11,8 +13,7 @@ Pose poseOf(const urdf::Pose& pose) {
           Vector3(pose.position.x, pose.position.y, pose.position.z)};
 }
 
-bool readShape(const urdf::Geometry& geometry, const RobotFile& robot, const std::string& link,
-               VisualDef& visual, std::vector<std::string>& warnings) {
+bool readShape(const urdf::Geometry& geometry, const RobotFile& robot, VisualDef& visual, std::vector<std::string>& missing) {
   if (geometry.type == urdf::Geometry::BOX) {
     const auto& box = static_cast<const urdf::Box&>(geometry);
     visual.shape = VisualShape::kBox;
@@ -28,8 +29,7 @@ bool readShape(const urdf::Geometry& geometry, const RobotFile& robot, const std
     const auto& mesh = static_cast<const urdf::Mesh&>(geometry);
     const std::string path = resolveResource(mesh.filename, robot.xml.path());
     if (path.empty()) {
-      warnings.push_back(robot.xml.path() + ": link '" + link + "': visual mesh " + mesh.filename +
-                         " is not found and not drawn; set ROS_PACKAGE_PATH");
+      if (std::find(missing.begin(), missing.end(), mesh.filename) == missing.end()) missing.push_back(mesh.filename);
       return false;
     }
     visual.shape = VisualShape::kMesh;
@@ -42,12 +42,12 @@ bool readShape(const urdf::Geometry& geometry, const RobotFile& robot, const std
 }  // namespace
 
 std::vector<VisualDef> readVisuals(const urdf::Link& link, const RobotFile& robot,
-                                   std::vector<std::string>& warnings) {
+                                   std::vector<std::string>& missing) {
   std::vector<VisualDef> visuals;
   for (const urdf::VisualSharedPtr& given : link.visual_array) {
     if (!given || !given->geometry) continue;
     VisualDef visual;
-    if (!readShape(*given->geometry, robot, link.name, visual, warnings)) continue;
+    if (!readShape(*given->geometry, robot, visual, missing)) continue;
     visual.X_LV = poseOf(given->origin);
     if (given->material) {
       const urdf::Color& c = given->material->color;

@@ -8,9 +8,8 @@
 
 namespace haptic {
 
-/// The visuals of one URDF link, X_LV in that link's frame. A mesh that is not found is left out with a
-/// warning: it changes the picture, not the physics.
-std::vector<VisualDef> readVisuals(const urdf::Link& link, const RobotFile& robot,
-                                   std::vector<std::string>& warnings);
+/// The visuals of one URDF link, X_LV in that link's frame. A mesh that is not found is left out, and its name added to `missing`
+/// once: it changes the picture, not the physics.
+std::vector<VisualDef> readVisuals(const urdf::Link& link, const RobotFile& robot, std::vector<std::string>& missing);
 
 }  // namespace haptic

@@ -1,5 +1,6 @@
 #include "scene/resource_path.h"
 
+#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -32,7 +33,11 @@ std::vector<fs::path> packagePath() {
 bool packageXmlSays(const fs::path& folder, const std::string& name) {
   std::ifstream stream(folder / "package.xml");
   const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  return text.find("<name>" + name + "</name>") != std::string::npos;
+  const std::size_t begin = text.find("<name>");
+  if (begin == std::string::npos) return false;
+  std::istringstream inside(text.substr(begin + 6, text.find("</name>", begin) - begin - 6));
+  std::string word;
+  return inside >> word && word == name;  // without the blanks around it
 }
 
 /// The folder of package `name` below one entry of ROS_PACKAGE_PATH: itself, a child or a grandchild.
@@ -86,9 +91,22 @@ std::vector<fs::path> sceneFolders(const std::vector<std::string>& given) {
   return folders;
 }
 
-}  // namespace
+/// %20 and its like as the bytes they stand for.
+std::string decoded(const std::string& uri) {
+  std::string text;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    if (uri[i] == '%' && i + 2 < uri.size() && std::isxdigit(static_cast<unsigned char>(uri[i + 1])) &&
+        std::isxdigit(static_cast<unsigned char>(uri[i + 2]))) {
+      text += static_cast<char>(std::stoi(uri.substr(i + 1, 2), nullptr, 16));
+      i += 2;
+    } else {
+      text += uri[i];
+    }
+  }
+  return text;
+}
 
-std::string resolveResource(const std::string& uri, const std::string& from_file) {
+std::string resolveWritten(const std::string& uri, const std::string& from_file) {
   std::error_code code;
   const fs::path file = fs::absolute(from_file, code);
   for (const std::string scheme : {"package://", "model://"}) {
@@ -102,6 +120,14 @@ std::string resolveResource(const std::string& uri, const std::string& from_file
   fs::path path = uri.rfind("file://", 0) == 0 ? uri.substr(7) : uri;
   if (path.is_relative()) path = file.parent_path() / path;
   return isFile(path) ? path.lexically_normal().string() : std::string();
+}
+
+}  // namespace
+
+std::string resolveResource(const std::string& uri, const std::string& from_file) {
+  const std::string as_written = resolveWritten(uri, from_file);
+  if (!as_written.empty() || uri.find('%') == std::string::npos) return as_written;
+  return resolveWritten(decoded(uri), from_file);
 }
 
 std::vector<std::string> knownScenes(const std::vector<std::string>& folders) {

@@ -7,7 +7,8 @@ namespace haptic {
 
 /// Absolute path of `uri` as written in `from_file`. package://NAME/REST is looked up in the folders of
 /// ROS_PACKAGE_PATH (NAME or */NAME below them, or a folder whose package.xml says NAME), then beside the
-/// file, in every folder above it and in /usr/share. Relative names are relative to the file. Empty when nothing is found.
+/// file, in every folder above it and in /usr/share. Relative names are relative to the file. `%20`
+/// and its like stand for a byte where no file is called as written. Empty when nothing is found.
 std::string resolveResource(const std::string& uri, const std::string& from_file);
 
 /// Absolute path of the scene `file_or_name`. Throws SetupError that lists the scenes it knows.

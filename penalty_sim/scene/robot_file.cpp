@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "haptic_core/base/parse_numbers.h"
+#include "scene/xacro_run.h"
 
 namespace haptic {
 namespace {
@@ -124,13 +125,17 @@ void checkTree(RobotFile& robot) {
   }
 }
 
-const XmlElement* firstXacro(const XmlElement* element) {
-  for (; element; element = element->NextSiblingElement()) {
-    if (std::strncmp(element->Name(), "xacro:", 6) == 0) return element;
-    if (const XmlElement* inner = firstXacro(element->FirstChildElement())) return inner;
-  }
-  return nullptr;
-}
+/// Descriptions of robots in other words, by their root element.
+constexpr struct {
+  const char *name, *format, *remedy;
+} kOtherFormats[] = {
+    {"sdf", "SDF of Gazebo, not a <robot>",
+     "load the URDF or xacro that it was made of; for a model that has none, write its links and joints as URDF"},
+    {"mujoco", "MJCF of MuJoCo, not a <robot>",
+     "load the URDF that it was made of; MuJoCo reads URDF and does not write it, so most models name their origin in their README"},
+    {"mujocoinclude", "a part of an MJCF of MuJoCo, not a <robot>", "load the URDF that it was made of"},
+    {"COLLADA", "a mesh, not a <robot>", "name it in the <mesh> of a URDF"},
+    {"launch", "a launch file, not a <robot>", "load the URDF or xacro that it names"}};
 
 /// A visual that urdfdom cannot read would make it drop the whole robot.
 bool visualIsReadable(const XmlElement& visual) {
@@ -215,17 +220,18 @@ int RobotFile::jointIndex(const std::string& joint) const {
   return -1;
 }
 
-std::unique_ptr<RobotFile> readRobot(const std::string& path) {
-  auto robot = std::make_unique<RobotFile>(path);
+std::unique_ptr<RobotFile> readRobot(const std::string& path, const SceneOptions& options) {
+  auto robot = std::make_unique<RobotFile>(path, options.text ? *options.text : readTextFile(path));
+  if (isXacro(robot->xml)) robot = std::make_unique<RobotFile>(path + " (expanded)", expandXacro(path, robot->xml, options));
   const XmlElement* root = robot->xml.root();
+  if (!robot->xml.warning().empty()) robot->warnings.push_back(robot->xml.warning());
+  for (const auto& [name, format, remedy] : kOtherFormats) {
+    if (std::strcmp(root->Name(), name) == 0) throw SetupError(robot->xml.at(*root), std::string("<") + name + "> is " + format, remedy);
+  }
   if (std::strcmp(root->Name(), "robot") != 0) {
     throw SetupError(robot->xml.at(*root),
                      std::string("the root element is <") + root->Name() + ">, not <robot>",
                      "give a URDF file");
-  }
-  if (const XmlElement* xacro = firstXacro(root)) {
-    throw SetupError(robot->xml.at(*xacro), std::string("<") + xacro->Name() + "> is xacro, not URDF",
-                     "expand the file with xacro first");
   }
   robot->name = readName(robot->xml, *root, "name");
   readLinks(*robot);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/scene_options.h"
 #include "scene/xml_file.h"
 
 namespace haptic {
@@ -37,8 +38,8 @@ struct JointXml {
 
 /// A checked robot: one root, no loop, no name twice, every joint's data finite and sensible.
 struct RobotFile {
-  /// Opens the file; `readRobot` fills in the rest.
-  explicit RobotFile(const std::string& path) : xml(path) {}
+  /// Parses `text`, which `path` stands for; `readRobot` fills in the rest.
+  RobotFile(const std::string& path, const std::string& text) : xml(path, text) {}
 
   /// The parsed file.
   XmlFile xml;
@@ -65,8 +66,9 @@ struct RobotFile {
   int jointIndex(const std::string& joint) const;
 };
 
-/// Reads and checks `path`. Throws SetupError naming file, line, link or joint.
-std::unique_ptr<RobotFile> readRobot(const std::string& path);
+/// Reads and checks `path`, or SceneOptions::text in its place; xacro goes through the program of this name (xacro_run.h). Throws
+/// SetupError naming file, line, link or joint.
+std::unique_ptr<RobotFile> readRobot(const std::string& path, const SceneOptions& options);
 
 /// Checks every joint's axis, limits, dynamics and mimic, and fills in what URDF makes optional but urdfdom
 /// demands. Throws SetupError; what can be mended is mended with a warning.

@@ -208,7 +208,7 @@ void TreeBuilder::place(int xml_link, int articulation, int link, const Pose& X_
   }
   CollisionReport report;
   addCollisions(xml, report, X_LM, articulation, link);
-  for (VisualDef visual : readVisuals(*model, robot_, context_.scene.warnings)) {
+  for (VisualDef visual : readVisuals(*model, robot_, context_.missing_pictures)) {
     visual.articulation = articulation;
     visual.link = link;
     visual.name = name;
@@ -236,7 +236,11 @@ void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, co
     ++context_.scene.collisions_tried;
     const XmlElement& element = *link.collisions[c];
     refuseUnknownExtensions(robot_.xml, element, {"haptic:contact", "haptic:shape"});
-    const ShapePieces shape = context_.shapes.make(robot_, link, element, context_.scene.warnings);
+    const ShapePieces shape = context_.shapes.make(robot_, link, element);
+    const std::string where = robot_.xml.at(element) + ": link '" + link.name + "'";
+    if (!shape.replaced.empty()) context_.scene.replaced.push_back(where + ": " + shape.replaced);
+    if (!shape.coarse.empty()) context_.scene.warnings.push_back(where + ": " + shape.coarse);
+    if (shape.pieces.empty()) continue;
     if (!shape.fixed_only.empty()) refuseMotion(robot_.xml.at(element), link.name, shape.fixed_only, articulation, target_link);
     CollisionDef collision;
     collision.material =
@@ -262,34 +266,38 @@ void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, co
   }
 }
 
-/// Ground is drawn as it collides, unless the file says otherwise.
+/// Ground is drawn as it collides, unless the file says otherwise; what stands in for a part of the file always is.
 void TreeBuilder::addPicture(const LinkXml& link, const ShapePieces& shape, const CollisionDef& collision, int articulation,
                              int target_link) {
-  if (shape.picture.triangles.empty() || link.element->FirstChildElement("visual")) return;
-  VisualDef visual;
-  visual.articulation = articulation;
-  visual.link = target_link;
-  visual.name = settings_.prefix + link.name;
-  visual.shape = VisualShape::kTriangles;
-  visual.X_LV = collision.X_LS;
-  visual.colour = {0.55f, 0.6f, 0.5f, 1.0f};
-  for (const auto& triangle : shape.picture.triangles) {
-    for (const int corner : triangle) visual.corners.push_back(shape.picture.vertices[corner]);
+  std::vector<TriangleMesh> drawn;
+  if (!shape.replaced.empty()) {
+    for (const auto& piece : shape.pieces) drawn.push_back(piece->triangles());
+  } else if (!shape.picture.triangles.empty() && !link.element->FirstChildElement("visual")) {
+    drawn.push_back(shape.picture);
   }
-  context_.scene.visuals.push_back(visual);
+  for (const TriangleMesh& mesh : drawn) {
+    VisualDef visual;
+    visual.articulation = articulation;
+    visual.link = target_link;
+    visual.name = settings_.prefix + link.name;
+    visual.shape = VisualShape::kTriangles;
+    visual.X_LV = collision.X_LS;
+    visual.colour = {0.55f, 0.6f, 0.5f, 1.0f};
+    if (!shape.replaced.empty()) visual.colour = kReplacedColour;
+    for (const auto& triangle : mesh.triangles) {
+      for (const int corner : triangle) visual.corners.push_back(mesh.vertices[corner]);
+    }
+    context_.scene.visuals.push_back(visual);
+  }
 }
 
 void TreeBuilder::finish(int index) {
   ArticulationDef& articulation = context_.scene.world.articulations[index];
   resolveMimics(articulation);
-  fillMissingInertias(articulation, context_.places[index], has_inertial_, options_.default_density,
-                      context_.scene.warnings);
+  completeInertias(articulation, context_.places[index], has_inertial_, options_.default_density, context_.scene);
   for (std::size_t i = 0; i < articulation.links.size(); ++i) {
-    const LinkDef& link = articulation.links[i];
-    if (link.joint.type != JointType::kFixed)
-      checkInertia(link.inertia, context_.places[index][i], context_.scene.warnings);
-    if (link.parent >= 0)
-      context_.scene.world.filters.push_back({index, link.parent, index, static_cast<int>(i)});
+    if (articulation.links[i].parent >= 0)
+      context_.scene.world.filters.push_back({index, articulation.links[i].parent, index, static_cast<int>(i)});
   }
   const bool hold = settings_.drive == ModelSettings::Drive::kHold ||
                     (settings_.drive == ModelSettings::Drive::kAsFile && isPublishedRobot());

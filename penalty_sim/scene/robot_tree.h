@@ -43,6 +43,9 @@ struct SilentCollision {
 
 /// A scene under construction, and what its parts need to know of each other.
 struct LoadContext {
+  /// `options` outlives this.
+  explicit LoadContext(const SceneOptions& options) : shapes(options) {}
+
   /// What has been loaded so far.
   SceneDef scene;
   /// Shared by all models.
@@ -51,6 +54,7 @@ struct LoadContext {
   std::vector<std::vector<std::string>> places;  ///< per articulation and link: "file:line: link 'x'"
   GivenSolid solid;                              ///< of surfaces that do not say it themselves
   std::vector<SilentCollision> silent;           ///< whose stiffness is chosen once all is loaded
+  std::vector<std::string> missing_pictures;     ///< files of visuals, each once
   std::vector<int> held;  ///< articulations whose joints hold their initial position
 };
 

@@ -19,7 +19,7 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: scene_check [--default-density KG_PER_M3] [--srdf FILE] [--scenes FOLDER] [--device FILE] [--rate HZ]\n"
-    "                   SCENE|FILE\n"
+    "                   [--missing-meshes box|skip|stop] [--xacro NAME:=VALUE]... SCENE|FILE\n"
     "exit code: 0 loaded, 1 loaded with warnings and --strict or a hand that rings, 2 refused or wrong usage\n";
 
 /// Reads a value > 0; false, after a line that says so: it is none.
@@ -49,7 +49,7 @@ bool passes(const haptic::SceneDef& scene, const haptic::HandDef& hand, const ha
 int main(int argc, char** argv) {
   if (haptic::toldVersion(argc, argv, "scene_check")) return 0;
   haptic::SceneOptions options;
-  std::string name, device_file;
+  std::string name, device_file, missing = "stop";
   double rate = 0;
   bool strict = false;
   for (int i = 1; i < argc; ++i) {
@@ -65,6 +65,10 @@ int main(int argc, char** argv) {
       device_file = argv[++i];
     } else if (argument == "--srdf" && has_value) {
       options.srdf = argv[++i];
+    } else if (argument == "--missing-meshes" && has_value) {
+      missing = argv[++i];
+    } else if (argument == "--xacro" && has_value) {
+      options.xacro.push_back(argv[++i]);
     } else if (argument == "--scenes" && has_value) {
       options.scene_folders.push_back(argv[++i]);
     } else if (name.empty() && argument.rfind("--", 0) != 0) {
@@ -80,6 +84,8 @@ int main(int argc, char** argv) {
   }
   try {
     if (rate > 0) options.step = 1 / rate;
+    options.missing = haptic::missingMeshesNamed(missing);
+    options.progress = [](const std::string& line) { std::fprintf(stderr, "scene_check: %s\n", line.c_str()); };
     const haptic::SceneDef scene = haptic::loadScene(name, options);
     std::fputs(haptic::sceneText(scene).c_str(), stdout);
     const haptic::World world(scene.world);
@@ -95,9 +101,9 @@ int main(int argc, char** argv) {
         good = passes(scene, hand, device) && good;
       }
     }
-    std::printf("figure check.collisions_lost %d 1\nfigure check.warnings %zu 1\n",
-                scene.collisions_tried - scene.collisions_loaded, scene.warnings.size());
-    return !good || (strict && !scene.warnings.empty()) ? 1 : 0;
+    std::printf("figure check.collisions_lost %d 1\nfigure check.replaced %zu 1\nfigure check.warnings %zu 1\n",
+                scene.collisions_tried - scene.collisions_loaded, scene.replaced.size(), scene.warnings.size());
+    return !good || (strict && scene.warnings.size() + scene.replaced.size() > 0) ? 1 : 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "scene_check: %s\n", error.what());
     return 2;

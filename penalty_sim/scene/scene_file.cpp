@@ -17,8 +17,8 @@
 namespace haptic {
 namespace {
 
-/// Heaviest to lightest moving link: beyond the warning the contact's time scales lie far apart; beyond the
-/// error a link has no weight to the last digit of the other's forces (rounding 1e-16, sixteen digits).
+/// Heaviest to lightest body or tree: beyond the warning the contact's time scales lie far apart; beyond the
+/// error a body has no weight to the last digit of the other's forces (rounding 1e-16, sixteen digits).
 constexpr double kWarnMassRatio = 1e5, kMaxMassRatio = 1e8;
 
 bool isList(const std::string& file) {
@@ -30,7 +30,7 @@ void readModels(SceneList& list, const SceneOptions& options, LoadContext& conte
   WorldDef& world = context.scene.world;
   std::vector<std::unique_ptr<RobotFile>> robots;
   for (const ListedModel& model : list.models) {
-    robots.push_back(readRobot(model.file));
+    robots.push_back(readRobot(model.file, options));
     RobotFile& robot = *robots.back();
     checkExtensions(robot);
     readSceneTag(robot, world.settings, context.solid);
@@ -42,6 +42,7 @@ void readModels(SceneList& list, const SceneOptions& options, LoadContext& conte
     }
     if (list.name.empty()) list.name = robot.name;
   }
+  if (context.scene.text.empty()) context.scene.text = robots[0]->xml.text();
   for (std::size_t i = 0; i < robots.size(); ++i) readRelations(*robots[i], list.models[i].settings, context);
 }
 
@@ -102,17 +103,22 @@ void readSrdf(const std::string& path, LoadContext& context) {
                                 std::to_string(unknown) + " pairs name links that the scene does not have");
 }
 
+/// Of all moving links of a body or tree [kg]: what hangs together carries its light links (excited_inertia.h).
+double movingMass(const ArticulationDef& tree) {
+  double mass = 0;
+  for (const LinkDef& link : tree.links) mass += link.joint.type != JointType::kFixed ? link.inertia.mass : 0;
+  return mass;
+}
+
 void checkMassRatio(LoadContext& context) {
   double heaviest = 0, lightest = INFINITY;
   std::string heavy, light;
   const WorldDef& world = context.scene.world;
   for (std::size_t a = 0; a < world.articulations.size(); ++a) {
-    for (std::size_t i = 0; i < world.articulations[a].links.size(); ++i) {
-      const LinkDef& link = world.articulations[a].links[i];
-      if (link.joint.type == JointType::kFixed) continue;
-      if (link.inertia.mass > heaviest) heaviest = link.inertia.mass, heavy = link.name;
-      if (link.inertia.mass < lightest) lightest = link.inertia.mass, light = context.places[a][i];
-    }
+    const double mass = movingMass(world.articulations[a]);
+    if (!(mass > 0)) continue;
+    if (mass > heaviest) heaviest = mass, heavy = world.articulations[a].name;
+    if (mass < lightest) lightest = mass, light = context.places[a][0];
   }
   if (!(lightest < INFINITY) || heaviest <= kWarnMassRatio * lightest) return;
   std::ostringstream text;
@@ -123,20 +129,30 @@ void checkMassRatio(LoadContext& context) {
                                    ": their contact needs a small step or an implicit integrator");
 }
 
+void warnOfPictures(LoadContext& context) {
+  if (context.missing_pictures.empty()) return;
+  std::string list;
+  for (const std::string& file : context.missing_pictures) list += (list.empty() ? "" : ", ") + file;
+  context.scene.warnings.push_back(context.scene.file + ": " + std::to_string(context.missing_pictures.size()) +
+                                   " meshes of visuals are not found and not drawn: " + list + "; set ROS_PACKAGE_PATH");
+}
+
 }  // namespace
 
 SceneDef loadScene(const std::string& file_or_name, const SceneOptions& options) {
-  LoadContext context;
-  context.scene.file = findScene(file_or_name, options.scene_folders);
+  LoadContext context(options);
+  context.scene.file = options.text ? file_or_name : findScene(file_or_name, options.scene_folders);
   if (options.default_density < 0 || !std::isfinite(options.default_density)) {
     throw SetupError("default density", "is not ≥ 0", "write a density in kg/m³, e.g. 1000");
   }
   SceneList list;
-  if (isList(context.scene.file))
-    list = readSceneList(context.scene.file);
+  if (!options.text && isList(context.scene.file))
+    list = readSceneList(context.scene.file), context.scene.text = readTextFile(context.scene.file);
   else
     list.models.push_back({context.scene.file, context.scene.file, "", ModelSettings()});
   readModels(list, options, context);
+  context.shapes.meshes().refuseMissing(context.missing_pictures);
+  warnOfPictures(context);
   applyList(list, context);
   for (int held : context.held) {  // once the scene's gravity is known
     holdJoints(context.scene.world.articulations[held], context.scene.world.settings.gravity, context.scene.notes);
@@ -153,7 +169,7 @@ SceneDef loadScene(const std::string& file_or_name, const SceneOptions& options)
   checkMassRatio(context);
   chooseStiffness(context);
   filterInitialOverlaps(context);
-  for (auto* lines : {&context.scene.notes, &context.scene.warnings}) {
+  for (auto* lines : {&context.scene.notes, &context.scene.warnings, &context.scene.replaced}) {
     for (std::string& line : *lines) line = SetupError::oneLine(line);
   }
   return std::move(context.scene);

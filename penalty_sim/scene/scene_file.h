@@ -3,7 +3,7 @@
 /// No ROS node, no master: everything here is plain C++ that the simulation node, `scene_check`, tests and
 /// benchmarks share. Loading allocates, reads files and throws SetupError: one line that names file, line,
 /// link or joint, and what to do. Nothing is dropped in silence: what is replaced, guessed or ignored stands
-/// in `warnings`.
+/// in `warnings` or `replaced`.
 #pragma once
 #include <array>
 #include <string>
@@ -12,20 +12,10 @@
 #include "haptic_core/loop/workspace_map.h"
 #include "haptic_core/spidar/hand_path.h"
 #include "haptic_core/world/definition.h"
+#include "scene/load_report.h"
+#include "scene/scene_options.h"
 
 namespace haptic {
-
-/// Choices of whoever loads a scene.
-struct SceneOptions {
-  /// Density [kg/m³] for moving links without <inertial>; 0: a robot without any is refused, single links get
-  /// an estimate and a warning.
-  double default_density = 0;
-  std::string srdf;  ///< file whose <disable_collisions> pairs do not collide; empty: none
-  std::vector<std::string> scene_folders;  ///< where scene names are looked up first
-  bool add_pointer = true;                 ///< add a sphere for the hand when the scene names no pointer
-  /// h [s] in place of the scene's; 0: the scene's. What a hand bears of surfaces that say nothing follows from it.
-  double step = 0;
-};
 
 /// What a visual's geometry is.
 enum class VisualShape : unsigned char { kBox, kCylinder, kSphere, kMesh, kTriangles };
@@ -35,6 +25,9 @@ constexpr const char* nameOf(VisualShape shape) {
   constexpr const char* kNames[] = {"box", "cylinder", "sphere", "mesh", "mesh"};
   return kNames[static_cast<int>(shape)];
 }
+
+/// Of what stands in for a shape that could not be as the file has it: no robot is painted so.
+inline constexpr std::array<float, 4> kReplacedColour{0.9f, 0.1f, 0.75f, 1.0f};
 
 /// What rviz draws for a link.
 struct VisualDef {
@@ -81,8 +74,9 @@ struct CollisionReport {
 };
 
 /// A loaded scene: its world, hands, visuals, and what the loader had to say.
-struct SceneDef {
-  std::string file;  ///< absolute path
+struct SceneDef : LoadReport {
+  std::string file;  ///< absolute path, or the name that was given with SceneOptions::text
+  std::string text;  ///< that was read: of the file, of xacro, or SceneOptions::text
   /// For World.
   WorldDef world;
   /// Of all links.
@@ -94,8 +88,6 @@ struct SceneDef {
   int collisions_tried = 0;           ///< <collision> elements in the files
   int collisions_loaded = 0;          ///< those that became shapes
   int joints = 0;                     ///< joint elements in the files, fixed ones included
-  std::vector<std::string> notes;     ///< what a user should know
-  std::vector<std::string> warnings;  ///< what a user should mend
 
   /// What runs and what is drawn; what the loader had to say of the file stays behind.
   template <class Self, class Visit>

@@ -65,6 +65,7 @@ std::string sceneText(const SceneDef& scene) {
         << " coupling), base at " << hand.workspace.X_WB.p.transpose() << " m, scale " << hand.workspace.scale
         << "\n";
   }
+  for (const std::string& part : scene.replaced) out << "  replaced: " << part << "\n";
   for (const std::string& note : scene.notes) out << "  note: " << note << "\n";
   for (const std::string& warning : scene.warnings) out << "  warning: " << warning << "\n";
   return out.str();

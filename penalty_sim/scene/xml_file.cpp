@@ -47,7 +47,7 @@ std::string reason(const tinyxml2::XMLDocument& document) {
 
 }  // namespace
 
-XmlFile::XmlFile(const std::string& path) : path_(path) {
+std::string readTextFile(const std::string& path) {
   std::error_code code;
   const auto status = std::filesystem::status(path, code);
   if (!std::filesystem::exists(status)) throw SetupError(path, "file not found", "check the path");
@@ -55,20 +55,41 @@ XmlFile::XmlFile(const std::string& path) : path_(path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw SetupError(path, "cannot be read", "check its permissions");
   const auto size = std::filesystem::file_size(path, code);
-  if (!code && size > static_cast<std::uintmax_t>(kMaxBytes)) {
+  if (!code && size > static_cast<std::uintmax_t>(XmlFile::kMaxBytes)) {
     throw SetupError(path, "is larger than 64 MB", "this is no robot description");
   }
-  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (text.find_first_not_of(kSpace) == std::string::npos) {
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+XmlFile::XmlFile(const std::string& path) : XmlFile(path, readTextFile(path)) {}
+
+XmlFile::XmlFile(const std::string& path, const std::string& text) : path_(path), text_(text) {
+  takeStrayBytes();
+  if (text_.find_first_not_of(kSpace) == std::string::npos) {
     throw SetupError(path, "is empty", "a scene needs a <robot> element");
   }
-  if (text.find('\0') != std::string::npos) throw SetupError(path, "is a binary file", "expected XML text");
-  if (document_.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) {
+  if (document_.Parse(text_.c_str(), text_.size()) != tinyxml2::XML_SUCCESS) {
     throw SetupError(path + ":" + std::to_string(document_.ErrorLineNum()),
                      "malformed XML (" + reason(document_) + ")", "mend the XML near this line");
   }
   if (!document_.RootElement())
     throw SetupError(path, "has no XML element", "a scene needs a <robot> element");
+}
+
+/// Zero bytes, which exporters in C leave at the end of a text or of a string, become blanks where the rest is XML.
+void XmlFile::takeStrayBytes() {
+  const std::size_t first = text_.find('\0');
+  if (first == std::string::npos) return;
+  if (text_.compare(0, 2, "\xff\xfe") == 0 || text_.compare(0, 2, "\xfe\xff") == 0)
+    throw SetupError(path_, "is UTF-16", "save it as UTF-8");
+  const std::size_t begin = text_.compare(0, 3, "\xef\xbb\xbf") == 0 ? 3 : 0;
+  const std::size_t word = text_.find_first_not_of(kSpace, begin);
+  if (word == std::string::npos || text_[word] != '<') throw SetupError(path_, "is a binary file", "expected XML text");
+  const auto lines = std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(first), '\n');
+  const auto zeros = std::count(text_.begin(), text_.end(), '\0');
+  std::replace(text_.begin(), text_.end(), '\0', ' ');
+  warning_ = path_ + ":" + std::to_string(lines + 1) + ": has " + std::to_string(zeros) + " NUL byte" + (zeros > 1 ? "s, the first" : "") +
+             " in this line, read as blanks; take them out";
 }
 
 std::optional<std::vector<double>> readNumbers(const XmlFile& file, const XmlElement& element,

@@ -20,6 +20,8 @@ class XmlFile {
   /// Reads and parses `path`. Throws SetupError: not found, not a file, larger than kMaxBytes, empty,
   /// malformed (with the line).
   explicit XmlFile(const std::string& path);
+  /// Parses `text`, which `path` stands for in messages. Throws SetupError: empty, no text, malformed (with the line).
+  XmlFile(const std::string& path, const std::string& text);
 
   /// As it was opened.
   const std::string& path() const { return path_; }
@@ -29,6 +31,10 @@ class XmlFile {
   const XmlElement* root() const { return document_.RootElement(); }
   /// For what this class does not offer.
   tinyxml2::XMLDocument& document() { return document_; }
+  /// What was parsed.
+  const std::string& text() const { return text_; }
+  /// Of bytes that no XML has, and that were read as blanks; empty: there are none.
+  const std::string& warning() const { return warning_; }
   /// "path:line" of an element.
   std::string at(const XmlElement& element) const {
     return path_ + ":" + std::to_string(element.GetLineNum());
@@ -38,9 +44,14 @@ class XmlFile {
   static constexpr long kMaxBytes = 64l << 20;
 
  private:
-  std::string path_;
+  void takeStrayBytes();
+
+  std::string path_, text_, warning_;
   tinyxml2::XMLDocument document_;
 };
+
+/// A whole text file. Throws SetupError: not found, not a file, not readable, larger than XmlFile::kMaxBytes.
+std::string readTextFile(const std::string& path);
 
 /// One attribute as `count` finite numbers. Nothing when it is absent. Throws SetupError naming file, line,
 /// element and attribute when it is there and is not that.

@@ -14,7 +14,7 @@ find_description() {  # KIND NAME FOLDER SUFFIX...
   kind=$1 name=$2 folder=$3
   shift 3
   case $name in
-    */* | *.urdf | *.yaml)
+    */* | *.urdf | *.xacro | *.yaml)
       [ -f "$(absolute "$name")" ] || fail "$kind '$name': no such file"
       absolute "$name"
       return ;;

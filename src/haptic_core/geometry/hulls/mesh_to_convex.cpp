@@ -50,6 +50,7 @@ std::vector<std::shared_ptr<const ConvexPolyhedron>> decomposed(const TriangleMe
                                                                 double tolerance, ConvexReport& report) {
   DecompositionSettings cutting;
   cutting.tolerance = tolerance;
+  cutting.max_pieces = settings.max_pieces;
   DecompositionReport cut;
   const auto pieces = cutIntoConvexPieces(mesh, cutting, settings.name, cut);
   report.decomposed = true;

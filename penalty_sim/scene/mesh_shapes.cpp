@@ -1,0 +1,190 @@
+#include "scene/mesh_shapes.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+#include "haptic_core/geometry/hulls/mesh_to_convex.h"
+#include "scene/link_inertia.h"
+#include "scene/mesh_file.h"
+#include "scene/resource_path.h"
+#include "scene/sound_shape.h"
+
+namespace haptic {
+namespace {
+
+using Solid = std::shared_ptr<const ConvexPolyhedron>;
+
+/// Pieces at most, by default and where a scene asks for a surface error: contact costs grow with the pieces in touch.
+constexpr int kPieces = 32, kFinePieces = 256;
+
+std::string inMillimetres(double metres) {
+  std::ostringstream text;
+  text.precision(3);
+  text << 1e3 * metres << " mm";
+  return text.str();
+}
+
+/// A solid box of the link's mass with the link's moments has these sides: along each principal axis a² = 6 (I' + I'' − I) / m.
+/// Empty: the link has no mass or no moments.
+std::vector<Vector3> boxOfInertia(const LinkInertia& inertia) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3> principal(inertia.I_C);
+  const Vector3 moments = principal.eigenvalues();
+  if (!(inertia.mass > 0) || !(moments[2] > 0)) return {};
+  std::vector<Vector3> corners;
+  for (int i = 0; i < 8; ++i) {
+    Vector3 corner;
+    for (int k = 0; k < 3; ++k) {
+      const double squared = 6 * (moments.sum() - 2 * moments[k]) / inertia.mass;
+      corner[k] = (i >> k & 1 ? 0.5 : -0.5) * std::max(kSlabThickness, std::sqrt(std::max(0.0, squared)));
+    }
+    corners.push_back(inertia.p_LC + principal.eigenvectors() * corner);
+  }
+  return corners;
+}
+
+/// Pieces of a mesh that bounds a volume, or what stands for one that does not.
+void cut(const TriangleMesh& mesh, const ConvexSettings& settings, ShapePieces& made, ConvexReport& report, std::string& said) {
+  std::vector<Solid> pieces;
+  std::string reason = "is flat";
+  if (!isFlat(mesh.vertices)) {
+    try {
+      pieces = convexPieces(mesh, settings, report);
+    } catch (const SetupError& refused) {
+      reason = "is refused (" + std::string(refused.what()).substr(settings.name.size() + 2) + ")";
+    }
+  }
+  std::ostringstream text;
+  if (pieces.empty()) {
+    const SoundShape sound = soundShapeOf(mesh.vertices, settings.name);
+    pieces = {sound.solid};
+    text << sound.text;
+    said = reason + ": " + sound.text + " in its place";
+  } else {
+    text << (report.decomposed ? std::to_string(report.pieces) + " convex pieces" : "hull") << ", " << inMillimetres(report.hull_distance)
+         << " from the mesh at most";
+  }
+  int vertices = 0;
+  for (const Solid& piece : pieces) vertices += piece->vertexCount();
+  text << ", " << vertices << " vertices";
+  made.pieces.assign(pieces.begin(), pieces.end());
+  made.text = text.str();
+}
+
+}  // namespace
+
+void measure(ShapePieces& shape) {
+  Vector3 lower = Vector3::Constant(INFINITY), upper = -lower;
+  for (const auto& piece : shape.pieces) {
+    lower = lower.cwiseMin(piece->aabb().lower);
+    upper = upper.cwiseMax(piece->aabb().upper);
+  }
+  shape.half_extent = 0.5 * (upper - lower).minCoeff();
+}
+
+MissingMeshes missingMeshesNamed(const std::string& name) {
+  std::string known;
+  for (const MissingMeshesName& row : kMissingMeshes) {
+    if (name == row.name) return row.choice;
+    known += std::string(known.empty() ? "" : ", ") + row.name;
+  }
+  throw SetupError("missing meshes", "'" + name + "' is unknown", "write one of " + known);
+}
+
+std::string meshPath(const RobotFile& robot, const std::string& where, const XmlElement& mesh) {
+  const char* uri = mesh.Attribute("filename");
+  if (!uri || !*uri) throw SetupError(where, "<mesh> has no filename", "give filename=\"package://...\"");
+  return resolveResource(uri, robot.xml.path());
+}
+
+Vector3 meshScale(const RobotFile& robot, const std::string& where, const XmlElement& mesh) {
+  const Vector3 scale = readVector(robot.xml, mesh, "scale").value_or(Vector3::Ones());
+  if (scale.cwiseAbs().minCoeff() <= 0)
+    throw SetupError(where, "<mesh> has a scale of 0", "write three factors ≠ 0");
+  return scale;
+}
+
+ShapePieces MeshShapes::make(const RobotFile& robot, const LinkXml& link, const std::string& where, const XmlElement& collision,
+                             double surface_error) {
+  const XmlElement& mesh = *collision.FirstChildElement("geometry")->FirstChildElement();
+  const std::string path = meshPath(robot, where, mesh);
+  const Vector3 scale = meshScale(robot, where, mesh);
+  if (path.empty()) {
+    missing_.push_back(mesh.Attribute("filename") + (" (" + where + ")"));
+    return standIn(robot, link, collision, "mesh " + std::string(mesh.Attribute("filename")) + " is not found");
+  }
+  std::ostringstream key;
+  key.precision(17);
+  key << path << " " << scale.transpose() << " " << surface_error;
+  const auto known = made_.find(key.str());
+  if (known != made_.end()) return known->second;
+  TriangleMesh triangles;
+  int dropped = 0;
+  try {
+    triangles = readMesh(path, scale, where, &dropped);
+  } catch (const SetupError& unreadable) {
+    missing_.push_back(unreadable.what());
+    return standIn(robot, link, collision, std::string(unreadable.what()).substr(where.size() + 2));
+  }
+  ConvexSettings settings;
+  settings.name = where + ": mesh " + path;
+  settings.max_pieces = kPieces;
+  if (surface_error > 0) {
+    settings.absolute_tolerance = surface_error;
+    settings.relative_tolerance = 0;
+    settings.max_pieces = kFinePieces;
+  }
+  ConvexReport report;
+  ShapePieces made;
+  cut(triangles, settings, made, report, made.replaced);
+  const std::string name = "mesh " + std::filesystem::path(path).filename().string();
+  if (dropped > 0) {
+    made.replaced = std::to_string(dropped) + " of its triangles have a corner that is not finite and are left out" +
+                    (made.replaced.empty() ? "" : ", the rest " + made.replaced);
+  }
+  if (!made.replaced.empty()) made.replaced = name + ": " + made.replaced;
+  made.text = name + ": " + made.text;
+  measure(made);
+  const double asked = surface_error > 0 ? surface_error : std::max(1e-3, 0.01 * report.size);
+  if (report.hull_distance > asked) {
+    made.coarse = "the surface of " + name + " is felt up to " + inMillimetres(report.hull_distance) + " from where it is, " +
+                  inMillimetres(asked) + " was asked; " +
+                  (surface_error > 0 ? "cut it into convex meshes"
+                                     : "ask for less by <haptic:shape surface_error=\"0.001\"/> beside <geometry>");
+  }
+  made_.emplace(key.str(), made);
+  return made;
+}
+
+ShapePieces MeshShapes::standIn(const RobotFile& robot, const LinkXml& link, const XmlElement& collision, const std::string& reason) const {
+  ShapePieces made;
+  const std::vector<Vector3> corners_L = boxOfInertia(readInertia(*robot.model->getLink(link.name)));
+  if (options_.missing != MissingMeshes::kBox || corners_L.empty()) {
+    made.replaced = reason + ": it is left out" + (options_.missing == MissingMeshes::kBox ? ", for its link has no inertia of a box" : "");
+    return made;
+  }
+  const Pose X_SL = readOrigin(robot.xml, collision).inverse();
+  std::vector<Vector3> corners_S;
+  for (const Vector3& corner : corners_L) corners_S.push_back(X_SL * corner);
+  const SoundShape box = soundShapeOf(corners_S, robot.at(link));
+  made.pieces = {box.solid};
+  made.text = "a box with the moments of its link, for its mesh";
+  made.replaced = reason + ": a box with the mass and the moments of its link in its place";
+  measure(made);
+  return made;
+}
+
+void MeshShapes::refuseMissing(const std::vector<std::string>& pictures) const {
+  if (options_.missing != MissingMeshes::kStop || missing_.empty()) return;
+  std::string list;
+  for (const std::string& file : missing_) list += (list.empty() ? "" : ", ") + file;
+  std::ostringstream where;
+  where << missing_.size() << (missing_.size() == 1 ? " mesh is" : " meshes are") << " not found or unreadable";
+  if (!pictures.empty()) list += ", and " + std::to_string(pictures.size()) + " of visuals";
+  throw SetupError(where.str(), list,
+                   "set ROS_PACKAGE_PATH, put the packages beside the file or above it, or load with --missing-meshes box or skip");
+}
+
+}  // namespace haptic
