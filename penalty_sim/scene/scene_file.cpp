@@ -167,8 +167,8 @@ SceneDef loadScene(const std::string& file_or_name, const SceneOptions& options)
   if (context.scene.world.pointers.empty() && options.add_pointer) addDefaultPointer(context);
   if (options.step > 0) context.scene.world.settings.step = options.step;
   checkMassRatio(context);
-  chooseStiffness(context);
   filterInitialOverlaps(context);
+  chooseStiffness(context);  // of those that collide
   for (auto* lines : {&context.scene.notes, &context.scene.warnings, &context.scene.replaced}) {
     for (std::string& line : *lines) line = SetupError::oneLine(line);
   }

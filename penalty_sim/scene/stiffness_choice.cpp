@@ -1,13 +1,26 @@
 #include "scene/stiffness_choice.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <sstream>
 
 #include "haptic_core/analysis/chosen_stiffness.h"
+#include "haptic_core/analysis/resting_depths.h"
+#include "scene/weight_above.h"
 
 namespace haptic {
 namespace {
+
+constexpr double kStiffest = 1e12;  // [N/m³], steel 0.2 m thick: beyond it a double's rounding of a metre carries 100 N on 1 m²
+// k above what the weight asks for, and share of the bound above which a settled depth is too deep: friction, which remembers how the
+// bodies came to rest, moves shares of loads by 2 % between the long steps here and those of the scene.
+constexpr double kMargin = 1.03, kAllowed = 0.972;
+constexpr double kBeyond = 1.1;     // k is raised so much more than the depth asks for: patches and shares change with it
+constexpr int kRounds = 4;          // of settling and raising; what stands on flat sides needs one
+// Steps of 10 ms. 2 s settle what leans and falls over; a heap gets less, for its steps cost more than in proportion to its bodies:
+// 100 bodies about 2 s of computing, 1000 half a minute.
+constexpr int kMostSteps = 200, kFewestSteps = 20, kLinkSteps = 4000, kFewLinks = 30;
 
 /// Sets a value, and where it comes from, of every collision of the link that gives no stiffness. False: none is in a file.
 bool give(LoadContext& context, int articulation, int link, double ContactMaterial::*field, double value,
@@ -51,18 +64,154 @@ void chooseTouch(const HandDef& hand, LoadContext& context) {
   context.scene.notes.push_back("contact of the added pointer: stiffness " + reason.str());  // it is in no listing
 }
 
-void chooseRest(int articulation, int link, LoadContext& context) {
-  const WorldDef& world = context.scene.world;
-  const ArticulationDef& tree = world.articulations[articulation];
-  const double weight = carriedWeight(tree, link, world.settings.gravity.norm());
-  const RestingStiffness rest = restingStiffness(tree.links[link], weight);
+/// k that the bodies' own weights ask for, of whatever stands below and above at the start: where the settling begins.
+void chooseRest(const LinkDef& link, const LinkLoad& load, int articulation, int index, LoadContext& context) {
+  const RestingStiffness rest = restingStiffness(link, load.weight, load.thinnest);
   if (!(rest.stiffness > 0)) return;
-  const double k = std::fmax(rest.stiffness, DefaultMaterial::kStiffness);
+  const double k = std::fmin(kStiffest, std::fmax(kMargin * rest.stiffness, DefaultMaterial::kStiffness));
   std::ostringstream reason;
   reason.precision(3);
   reason << "rests at most " << 100 * kSink << " % of its least extent deep, " << 1e3 * kSink * rest.extent << " mm, with "
-         << rest.stiffness << " N/m³ under " << weight << " N" << (k > rest.stiffness ? "; the default is stiffer" : "");
-  give(context, articulation, link, &ContactMaterial::rest_stiffness, k, reason.str());
+         << kMargin * rest.stiffness << " N/m³ under " << load.weight << " N";
+  if (k > kMargin * rest.stiffness) reason << "; the default is stiffer";
+  give(context, articulation, index, &ContactMaterial::rest_stiffness, k, reason.str());
+}
+
+/// What the scene says of each collision of the world, in the world's order.
+struct PlacedCollision {
+  int articulation, link;
+  CollisionDef* def;
+  const SilentCollision* silent;  ///< null: it gives a stiffness, or it is no surface of a file
+};
+
+std::vector<PlacedCollision> placedCollisions(LoadContext& context) {
+  std::vector<PlacedCollision> placed;
+  std::map<const CollisionDef*, const SilentCollision*> silent;
+  auto& trees = context.scene.world.articulations;
+  for (const SilentCollision& each : context.silent) {
+    std::vector<CollisionDef>& all = trees[each.articulation].links[each.link].collisions;
+    for (std::size_t i = 0; i < each.count; ++i) silent[&all[each.first + i]] = &each;
+  }
+  for (std::size_t a = 0; a < trees.size(); ++a) {
+    for (std::size_t l = 0; l < trees[a].links.size(); ++l) {
+      for (CollisionDef& collision : trees[a].links[l].collisions) {
+        const auto found = silent.find(&collision);
+        placed.push_back({static_cast<int>(a), static_cast<int>(l), &collision, found == silent.end() ? nullptr : found->second});
+      }
+    }
+  }
+  return placed;
+}
+
+std::vector<std::vector<std::vector<double>>> extentsOf(const WorldDef& world, const std::vector<PlacedCollision>& placed) {
+  std::vector<std::vector<std::vector<double>>> extents(world.articulations.size());
+  for (std::size_t a = 0; a < extents.size(); ++a) extents[a].resize(world.articulations[a].links.size());
+  for (const PlacedCollision& each : placed) {
+    extents[each.articulation][each.link].push_back(each.silent ? each.silent->extent : INFINITY);
+  }
+  return extents;
+}
+
+/// A pair that rests on a stiffness that nobody gave, and the depth that it should not pass.
+struct ChosenRest {
+  const PlacedCollision *a, *b;
+  double depth, bound, force;
+};
+
+std::vector<ChosenRest> chosenRests(const RestingDepths& rest, const std::vector<PlacedCollision>& placed) {
+  std::vector<ChosenRest> chosen;
+  for (const RestingContact& contact : rest.contacts) {
+    const PlacedCollision &a = placed[contact.shape_a], &b = placed[contact.shape_b];
+    const double touch = std::fmin(a.def->material.touch_stiffness, b.def->material.touch_stiffness);
+    if (!a.silent || !b.silent || touch > 0) continue;
+    chosen.push_back({&a, &b, contact.depth, kSink * std::fmin(a.silent->extent, b.silent->extent), contact.force});
+  }
+  return chosen;
+}
+
+double& restOf(const PlacedCollision& collision) { return collision.def->material.rest_stiffness; }
+
+/// The pieces of one collision are one surface: all get k, and the listing says why.
+void stiffen(const PlacedCollision& collision, double k, const ChosenRest& rest, LoadContext& context) {
+  const SilentCollision& silent = *collision.silent;
+  std::vector<CollisionDef>& all = context.scene.world.articulations[silent.articulation].links[silent.link].collisions;
+  for (std::size_t i = 0; i < silent.count; ++i) all[silent.first + i].material.rest_stiffness = k;
+  std::ostringstream text;
+  text.precision(3);
+  text << "; stiffened to " << k << " N/m³ by what the scene comes to rest with: " << rest.force << " N, " << 1e3 * rest.depth << " mm";
+  CollisionReport& report = context.scene.collisions[silent.report];
+  report.material.rest_stiffness = k;
+  const std::size_t before = report.material_source.find("; stiffened to ");
+  report.material_source = report.material_source.substr(0, before) + text.str();
+}
+
+/// Raises k where the settled scene is deeper than it should be; false: nowhere. Depths on flat sides go as k⁻¹, on a corner as k^(−1/3):
+/// what the first did not cure gets the cube.
+bool stiffenTooDeep(const std::vector<ChosenRest>& rests, bool cubed, LoadContext& context) {
+  bool changed = false;
+  for (const ChosenRest& rest : rests) {
+    if (!(rest.depth > kAllowed * rest.bound)) continue;
+    const double present = std::fmax(DefaultMaterial::kStiffness, std::fmax(restOf(*rest.a), restOf(*rest.b)));
+    const double share = rest.depth / rest.bound, factor = cubed ? share * share * share : share;
+    const double k = std::fmin(kStiffest, kBeyond * present * factor);
+    if (!(k > present)) continue;
+    // The one that is smaller has the fewer contacts with others, which get stiffer as well.
+    stiffen(rest.a->silent->extent < rest.b->silent->extent ? *rest.a : *rest.b, k, rest, context);
+    changed = true;
+  }
+  return changed;
+}
+
+std::string depthText(const ChosenRest& rest) {
+  std::ostringstream text;
+  text.precision(3);
+  text << "'" << rest.a->def->name << "' and '" << rest.b->def->name << "', " << 1e3 * rest.depth << " mm under " << rest.force << " N, "
+       << 100 * kSink * rest.depth / rest.bound << " % of the least extent";
+  return text.str();
+}
+
+void tellDepths(std::vector<ChosenRest> rests, bool settled, LoadContext& context) {
+  if (rests.empty()) return;
+  std::sort(rests.begin(), rests.end(), [](const ChosenRest& a, const ChosenRest& b) { return a.depth / a.bound > b.depth / b.bound; });
+  context.scene.notes.push_back("at rest with the stiffnesses chosen: " + std::to_string(rests.size()) +
+                                " contacts, the deepest for its size " + depthText(rests[0]) + (settled ? "" : " (other bodies move on)"));
+  const auto deep = std::count_if(rests.begin(), rests.end(), [](const ChosenRest& rest) { return rest.depth > rest.bound; });
+  if (deep == 0) return;
+  const PlacedCollision& first = *rests[0].a;
+  std::ostringstream text;
+  text << context.places[first.articulation][first.link] << ": " << depthText(rests[0]) << " and not 1 %, with a stiffness of "
+       << std::fmax(restOf(*rests[0].a), restOf(*rests[0].b)) << " N/m³, 1e12 at most";
+  if (deep > 1) text << ", as " << deep - 1 << " other contact" << (deep > 2 ? "s" : "");
+  text << ": give them stiffness, or thicker shapes";
+  context.scene.warnings.push_back(text.str());
+}
+
+bool mayRest(const LoadContext& context) {
+  for (const SilentCollision& silent : context.silent) {
+    const ArticulationDef& tree = context.scene.world.articulations[silent.articulation];
+    if (tree.links[silent.link].collisions[silent.first].material.rest_stiffness > 0) return true;
+  }
+  return false;
+}
+
+int movingLinks(const WorldDef& world) {
+  int moving = 0;
+  for (const ArticulationDef& tree : world.articulations) {
+    for (const LinkDef& link : tree.links) moving += link.joint.type != JointType::kFixed;
+  }
+  return moving;
+}
+
+void settleRest(const std::vector<PlacedCollision>& placed, LoadContext& context) {
+  const int moving = std::max(1, movingLinks(context.scene.world)), steps = std::clamp(kLinkSteps / moving, kFewestSteps, kMostSteps);
+  RestingDepths rest = restingDepths(context.scene.world, steps);
+  std::vector<ChosenRest> chosen = chosenRests(rest, placed);
+  const int rounds = moving > kFewLinks ? 1 : kRounds;
+  for (int round = 0; round < rounds && stiffenTooDeep(chosen, round > 0, context); ++round) {
+    rest = restingDepths(context.scene.world, steps);
+    chosen = chosenRests(rest, placed);
+  }
+  tellDepths(chosen, rest.settled, context);
 }
 
 }  // namespace
@@ -77,13 +226,20 @@ void chooseStiffness(LoadContext& context) {
     held[{pointer.articulation, pointer.link}] = true;
     chooseTouch(hand, context);
   }
+  const std::vector<PlacedCollision> placed = placedCollisions(context);
+  const auto loads = loadsOf(scene.world, extentsOf(scene.world, placed));
   for (int a = 0; a < static_cast<int>(scene.world.articulations.size()); ++a) {
     const ArticulationDef& tree = scene.world.articulations[a];
     for (int l = 0; l < static_cast<int>(tree.links.size()); ++l) {
       bool silent = false;
       for (const CollisionDef& collision : tree.links[l].collisions) silent |= std::isnan(collision.material.stiffness);
-      if (silent && !held.count({a, l})) chooseRest(a, l, context);
+      if (silent && !held.count({a, l})) chooseRest(tree.links[l], loads[a][l], a, l, context);
     }
+  }
+  if (!mayRest(context)) return;
+  try {
+    settleRest(placed, context);
+  } catch (const SetupError&) {  // whoever makes a World of the scene is told
   }
 }
 

@@ -17,7 +17,8 @@ constexpr double kHullPrecision = (1.8 + 1) * 16 / (1 << 23);
 
 std::string meshLink(const std::string& file, const std::string& name = "a", const std::string& beside = "") {
   return "<link name=\"" + name + "\"><inertial><origin xyz=\"0.1 0 0\" rpy=\"0 0 0.5\"/><mass value=\"2\"/><inertia ixx=\"0.01\" "
-         "iyy=\"0.02\" izz=\"0.025\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial><collision><origin xyz=\"0 0 0.2\" rpy=\"0.3 0 0\"/><geometry><mesh filename=\"" + file +
+         "iyy=\"0.02\" izz=\"0.025\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>"
+         "<collision><origin xyz=\"0 0 0.2\" rpy=\"0.3 0 0\"/><geometry><mesh filename=\"" + file +
          "\"/></geometry>" + beside + "</collision></link>\n";
 }
 

@@ -105,5 +105,72 @@ TEST(Stiffness, WithoutAWordBodiesRestWithinTheirShareAndAHandBearsThem) {
   }
 }
 
+/// Deepest contact of a scene that has run for a while, and the speed that is left.
+double deepest(const SceneDef& scene, int steps = 3000) {
+  World world(scene.world);
+  for (int i = 0; i < steps; ++i) world.step();
+  double depth = 0;
+  for (int i = 0; i < world.contactCount(); ++i) depth = std::max(depth, world.contact(i).depth);
+  return depth;
+}
+
+std::string onWorld(const std::string& name, const std::string& type, const std::string& xyz) {
+  return joint("on_" + name, type, "world", name, "", xyz);
+}
+
+std::string solid(const std::string& name, double mass, const std::string& geometry, double size) {
+  const std::string I = std::to_string(mass * size * size / 6);
+  return "<link name=\"" + name + "\"><inertial><mass value=\"" + std::to_string(mass) + "\"/><inertia ixx=\"" + I + "\" iyy=\"" + I +
+         "\" izz=\"" + I + "\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial><collision><geometry>" + geometry +
+         "</geometry></collision></link>\n";
+}
+
+bool tooDeep(const SceneDef& scene) { return mentions(scene.warnings, "of the least extent"); }
+
+// 1 kg under anything: k (m + M) g / A is the depth in closed form, 1 % of 0.1 m is the bound.
+TEST(Stiffness, WhatLiesBelowCarriesWhatLiesAbove) {
+  for (const double top : {10.0, 60.0, 100.0, 1000.0, 10000.0}) {
+    const SceneDef scene = load(robot("<link name=\"world\"/>" + boxLink("floor", 1, 2) + boxLink("low", 1) + boxLink("top", top) +
+                                      onWorld("floor", "fixed", "0 0 -1") + onWorld("low", "floating", "0 0 0.05") +
+                                      onWorld("top", "floating", "0 0 0.15")));
+    const double depth = deepest(scene);
+    EXPECT_LE(depth, 1e-3) << top;
+    EXPECT_GT(depth, 0.97e-3) << top;  // no stiffer than asked
+    EXPECT_FALSE(tooDeep(scene)) << sceneText(scene);
+    EXPECT_TRUE(mentions(scene.notes, "at rest with the stiffnesses chosen: 2 contacts")) << sceneText(scene);
+  }
+}
+
+// A can on a plate of 0.1 mm: 1 % of the plate, not of the can.
+TEST(Stiffness, AThinPlateCarriesACan) {
+  const std::string plate = "<link name=\"plate\"><collision><geometry><box size=\"0.3 0.3 0.0001\"/></geometry></collision></link>\n";
+  const std::string can = solid("can", 0.35, "<cylinder radius=\"0.033\" length=\"0.1\"/>", 0.07);
+  const SceneDef scene = load(robot("<link name=\"world\"/>" + plate + can +
+                                    onWorld("plate", "fixed", "0 0 -0.00005") + onWorld("can", "floating", "0 0 0.05")));
+  EXPECT_LE(deepest(scene), 1e-6);
+  World world(scene.world);
+  for (int i = 0; i < 3000; ++i) world.step();
+  EXPECT_NEAR(world.linkPose(world.linkIndex("can")).p.z(), 0.05, 1e-6);
+}
+
+// A plank on two blocks with all the load over one of them, which carries it all, on one of its edges at that.
+TEST(Stiffness, ALoadOffTheCentreIsCarriedByTheSettledScene) {
+  const SceneDef scene = load(robot("<link name=\"world\"/>" + boxLink("floor", 1, 2) + boxLink("left", 1) + boxLink("right", 1) +
+                                    solid("plank", 1, "<box size=\"0.5 0.1 0.02\"/>", 0.3) + boxLink("load", 200, 0.1) +
+                                    onWorld("floor", "fixed", "0 0 -1") + onWorld("left", "floating", "-0.2 0 0.05") +
+                                    onWorld("right", "floating", "0.2 0 0.05") + onWorld("plank", "floating", "0 0 0.11") +
+                                    onWorld("load", "floating", "0.17 0 0.17")));
+  EXPECT_LE(deepest(scene), 1e-3);
+  EXPECT_FALSE(tooDeep(scene)) << sceneText(scene);
+}
+
+TEST(Stiffness, WhatNoStiffnessCarriesIsAWarningWithTheDepth) {
+  const std::string plate = "<link name=\"plate\"><collision><geometry><box size=\"0.3 0.3 0.00001\"/></geometry></collision></link>\n";
+  const SceneDef scene = load(robot("<link name=\"world\"/>" + plate + solid("anvil", 5000, "<box size=\"0.1 0.1 0.1\"/>", 0.1) +
+                                    onWorld("plate", "fixed", "0 0 -0.000005") + onWorld("anvil", "floating", "0 0 0.05")));
+  // 49 kN on 0.01 m² at 1e12 N/m³: 4.9 µm of 10 µm.
+  EXPECT_TRUE(mentions(scene.warnings, "0.0049 mm under 4.9e+04 N, 49 % of the least extent")) << sceneText(scene);
+}
+
 }  // namespace stiffness_test
 }  // namespace haptic

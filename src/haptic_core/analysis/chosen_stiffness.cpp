@@ -71,13 +71,13 @@ std::vector<Vector3> standingSides(const LinkDef& link) {
 
 }  // namespace
 
-RestingStiffness restingStiffness(const LinkDef& link, double weight) {
+RestingStiffness restingStiffness(const LinkDef& link, double weight, double thinnest) {
   RestingStiffness out;
   if (link.collisions.empty() || !(weight > 0)) return out;
   for (const CollisionDef& collision : link.collisions) {
     if (!collision.shape->bounded()) return out;  // it lies on nothing
   }
-  out.extent = leastExtent(link);
+  out.extent = std::min(leastExtent(link), thinnest);
   for (const Vector3& side : standingSides(link)) {
     const double volume = commonVolume(link, side, kSink * out.extent);
     if (volume > 0) out.stiffness = std::max(out.stiffness, weight / volume);

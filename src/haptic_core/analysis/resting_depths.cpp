@@ -1,0 +1,69 @@
+#include "haptic_core/analysis/resting_depths.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/world.h"
+
+namespace haptic {
+namespace {
+
+constexpr double kAtRest = 1e-3;  // [m/s] or [rad/s]: in a step of 10 ms 10 µm, below any depth that is asked for of a body of 1 mm
+
+constexpr int kFirstLook = 20;  // [steps]: what starts at depth 0 is slow at first where it sinks by micrometres
+
+double fastest(const World& world) {
+  double speed = 0;
+  for (const double v : world.state().v) speed = std::max(speed, std::abs(v));
+  return speed;
+}
+
+double speedOf(const World& world, int link) {
+  const Twist V = world.linkTwist(link);
+  return std::max(V.linear.cwiseAbs().maxCoeff(), V.angular.cwiseAbs().maxCoeff());
+}
+
+/// The model's shapes are by link, and its links by tree: where the definition has each.
+std::vector<int> definitionOrder(const WorldDef& def, const Model& model) {
+  std::vector<std::vector<int>> of_link(model.links.size());
+  for (std::size_t s = 0; s < model.shapes.size(); ++s) of_link[model.shapes[s].link].push_back(static_cast<int>(s));
+  std::vector<int> index_of(model.shapes.size(), -1);
+  int next = 0;
+  for (int a = 0; a < static_cast<int>(def.articulations.size()); ++a) {
+    for (int l = 0; l < static_cast<int>(def.articulations[a].links.size()); ++l) {
+      for (const int shape : of_link[model.link(a, l)]) index_of[shape] = next++;
+    }
+  }
+  return index_of;
+}
+
+}  // namespace
+
+RestingDepths restingDepths(const WorldDef& def, int steps) {
+  WorldDef quiet = def;
+  quiet.settings.integrator = Integrator::kImplicitEuler;
+  quiet.settings.contact_model = ContactModel::kVolume;
+  quiet.settings.substeps = 1;
+  quiet.settings.step = kSettleStep;
+  quiet.settings.energy_ledger = false;
+  quiet.settings.history_steps = 0;
+  World world(quiet);
+  RestingDepths out;
+  for (int i = 0; i < steps && !out.settled; ++i) {
+    world.step();
+    if (!world.report().finite) break;
+    const bool converged = (world.report().flags & kNotConverged) == 0;
+    out.settled = i >= kFirstLook && converged && fastest(world) < kAtRest;
+  }
+  const std::vector<int> index_of = definitionOrder(def, world.model());
+  for (int i = 0; i < world.contactCount(); ++i) {
+    const ContactReport& c = world.contact(i);
+    if (speedOf(world, c.link_a) > kAtRest || speedOf(world, c.link_b) > kAtRest) continue;
+    out.contacts.push_back({index_of[c.shape_a], index_of[c.shape_b], c.depth, c.normal_force});
+  }
+  return out;
+}
+
+}  // namespace haptic

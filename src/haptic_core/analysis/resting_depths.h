@@ -1,0 +1,31 @@
+/// How deep bodies rest in one another, from the scene's own statics.
+///
+/// A copy of the world settles by implicit steps that are long beside every mode of it: what is left is equilibrium, with the shares that
+/// bodies carry of what stands on them, off centre or on one edge, and with the efforts of drives. Hands are at rest.
+#pragma once
+#include <vector>
+
+#include "haptic_core/world/definition.h"
+
+namespace haptic {
+
+/// One pair of collisions in touch.
+struct RestingContact {
+  int shape_a = -1, shape_b = -1;  ///< index among all collisions of the definition, in its order
+  double depth = 0;                ///< [m]
+  double force = 0;                ///< along the normal [N]
+};
+
+/// A settled scene.
+struct RestingDepths {
+  bool settled = false;  ///< nothing moves any more, and the last step converged
+  std::vector<RestingContact> contacts;  ///< of the last step, between bodies that do not move (any more)
+};
+
+/// Lets a copy of `def` settle for at most `steps` steps of kSettleStep; it ends when nothing moves. Throws SetupError where World does.
+/// Cost: that of the steps.
+RestingDepths restingDepths(const WorldDef& def, int steps);
+
+inline constexpr double kSettleStep = 1e-2;  ///< [s]: a mode of 30 Hz and more is damped within one or two
+
+}  // namespace haptic
