@@ -1,9 +1,10 @@
 #!/bin/sh
-#: check SCENE [--device D] [--rate HZ] [--default-density KG_PER_M3] [--srdf FILE] [--strict]
+#: check SCENE [--all] [--json] [--device D] [--rate HZ] [--default-density KG_PER_M3] [--srdf FILE] [--strict]
 #:       [--missing-meshes box|skip|stop] [--xacro NAME:=VALUE]...
-#:                   load a scene or robot and print what it becomes: links, shapes, contact values, plan, whether
-#:                   its step is stable and whether a hand on device D (spidar_g6x3r) can hold what it touches; fails
-#:                   where the hand would ring at any depth up to the workspace's end
+#:                   load a scene or robot and say the verdict, what was replaced or chosen, what a hand on device D
+#:                   (spidar_g6x3r) feels and carries, which drives cannot hold the start pose, what overlaps there, and
+#:                   what it becomes, equal things once; --all: also each link and collision, the plan, every contact of the
+#:                   certificate; --json: for a program. Fails where the hand would ring at any depth up to the workspace's end
 #: check STUDY [--subject ID] [--session N] [--seed N] [--order] [--device D]
 #:                   a study's trials, time and order, and what the hand will get of each of its conditions
 #: check DEVICE      what an arrangement of strings can do, what is wrong with it, its first-motion test
@@ -74,6 +75,9 @@ else
   setup run
   build_stack scene_check
   use_build
+  for word; do  # for a program: the object alone, without figures to keep
+    [ "$word" != --json ] || { cd "$CALLER" && exec "$BUILD/devel/lib/penalty_sim/scene_check" --device "$device_file" "$@" "$scene_file"; }
+  done
   show_and_keep check "$BUILD/devel/lib/penalty_sim/scene_check" --device "$device_file" "$@" "$scene_file"
   draw_and_exit "$?" scene "$(basename "${scene_file%.*}")"
 fi

@@ -114,6 +114,7 @@ void filterInitialOverlaps(LoadContext& context) {
       double depth, share;
       deepest(a, b, depth, share);
       const bool same_robot = a.articulation == b.articulation;
+      if (depth > kTouches) context.scene.start_contacts.push_back({a.def->name, b.def->name, depth, same_robot});
       if (depth <= 0 || (!same_robot && share < kDeepShare)) continue;
       std::ostringstream text;
       text << "'" << a.def->name << "' and '" << b.def->name << "' overlap by " << depth * 1e3

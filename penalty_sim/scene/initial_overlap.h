@@ -5,6 +5,8 @@
 
 namespace haptic {
 
+inline constexpr double kTouches = 1e-6;  ///< [m]: what is not as deep is the rounding of a pose, or a resting contact
+
 /// An upper bound of how far B must move to leave A [m]: the least overlap along a face normal of either, with a ball
 /// along the way to its centre; 0 when a direction proves them apart. Exact but for edge against edge.
 double overlapDepth(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB);

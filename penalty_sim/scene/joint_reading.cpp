@@ -90,6 +90,17 @@ Load loadBeyond(const ArticulationDef& articulation, const std::vector<Pose>& X_
   return load;
 }
 
+/// What gravity asks of joint i's drive at the initial pose [N·m] or [N].
+double weightOn(const ArticulationDef& articulation, const std::vector<Pose>& X_WL, std::size_t i, const Vector3& gravity) {
+  double weight = loadBeyond(articulation, X_WL, i, gravity).weight;
+  for (std::size_t f = 0; f < articulation.links.size(); ++f) {  // its followers' weight comes back through it
+    const JointDef& follower = articulation.links[f].joint;
+    if (follower.mimic_joint != static_cast<int>(i)) continue;
+    weight += follower.mimic_multiplier * loadBeyond(articulation, X_WL, f, gravity).weight;
+  }
+  return weight;
+}
+
 bool hasMotor(const JointDef& joint) {
   return isScalar(joint.type) && std::isfinite(joint.max_effort) && joint.max_effort > 0 && joint.mimic_joint < 0;
 }
@@ -175,12 +186,7 @@ void holdJoints(ArticulationDef& articulation, const Vector3& gravity, std::vect
     ++joints;
     if (!hasMotor(joint) || joint.drive != JointDef::Drive::kNone) continue;
     joint.drive = JointDef::Drive::kPosition;
-    double weight = loadBeyond(articulation, X_WL, i, gravity).weight;
-    for (std::size_t f = 0; f < articulation.links.size(); ++f) {  // its followers' weight comes back through it
-      const JointDef& follower = articulation.links[f].joint;
-      if (follower.mimic_joint != static_cast<int>(i)) continue;
-      weight += follower.mimic_multiplier * loadBeyond(articulation, X_WL, f, gravity).weight;
-    }
+    const double weight = weightOn(articulation, X_WL, i, gravity);
     joint.drive_effort = std::clamp(-weight, -joint.max_effort, joint.max_effort);
     ++held;
   }
@@ -191,6 +197,17 @@ void holdJoints(ArticulationDef& articulation, const Vector3& gravity, std::vect
        << " Hz, critically damped, gravity compensated there, within the effort limits); drive: free in a scene list lets "
           "them go";
   notes.push_back(text.str());
+}
+
+std::vector<HoldingEffort> holdingEfforts(const ArticulationDef& articulation, const Vector3& gravity) {
+  const std::vector<Pose> X_WL = initialPoses(articulation);
+  std::vector<HoldingEffort> efforts;
+  for (std::size_t i = 0; i < articulation.links.size(); ++i) {
+    const JointDef& joint = articulation.links[i].joint;
+    if (!hasMotor(joint) || joint.drive != JointDef::Drive::kPosition) continue;
+    efforts.push_back({joint.name, std::abs(weightOn(articulation, X_WL, i, gravity)), joint.max_effort, kindOf(joint.type).turns > 0});
+  }
+  return efforts;
 }
 
 }  // namespace haptic

@@ -28,4 +28,15 @@ void giveGains(ArticulationDef& articulation);
 /// there: they stand up to gravity and give way to a hand.
 void holdJoints(ArticulationDef& articulation, const Vector3& gravity, std::vector<std::string>& notes);
 
+/// What a drive that follows positions has to give at the start.
+struct HoldingEffort {
+  std::string joint;         ///< its name
+  double asked = 0;          ///< size of what gravity asks for, followers included; what the ground carries is not taken off [N·m] or [N]
+  double limit = 0;          ///< effort [N·m] or [N]
+  bool turns = false;        ///< N·m
+};
+
+/// Of all drives of a tree that follow positions and have a finite limit, at the initial pose.
+std::vector<HoldingEffort> holdingEfforts(const ArticulationDef& articulation, const Vector3& gravity);
+
 }  // namespace haptic

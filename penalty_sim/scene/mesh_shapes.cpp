@@ -23,7 +23,7 @@ constexpr int kPieces = 32, kFinePieces = 256;
 std::string inMillimetres(double metres) {
   std::ostringstream text;
   text.precision(3);
-  text << 1e3 * metres << " mm";
+  text << (metres < 1e-9 ? 0 : 1e3 * metres) << " mm";  // rounding
   return text.str();
 }
 

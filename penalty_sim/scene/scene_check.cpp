@@ -6,6 +6,7 @@
 #include <cstring>
 #include <exception>
 #include <string>
+#include <vector>
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/analysis/hand_certificate.h"
@@ -13,13 +14,14 @@
 #include "haptic_core/loop/hand_trial.h"
 #include "haptic_core/world/world.h"
 #include "haptic_core/base/program_version.h"
+#include "scene/check_report.h"
 #include "scene/scene_file.h"
 
 namespace {
 
 constexpr char kUsage[] =
     "usage: scene_check [--default-density KG_PER_M3] [--srdf FILE] [--scenes FOLDER] [--device FILE] [--rate HZ]\n"
-    "                   [--missing-meshes box|skip|stop] [--xacro NAME:=VALUE]... SCENE|FILE\n"
+    "                   [--missing-meshes box|skip|stop] [--xacro NAME:=VALUE]... [--all] [--json] SCENE|FILE\n"
     "exit code: 0 loaded, 1 loaded with warnings and --strict or a hand that rings, 2 refused or wrong usage\n";
 
 /// Reads a value > 0; false, after a line that says so: it is none.
@@ -31,17 +33,26 @@ bool readPositive(const char* option, const char* text, const char* unit, double
   return false;
 }
 
-/// Presses a hand's pointer to the workspace's end through the whole loop and prints how that went; false: it rings.
-bool passes(const haptic::SceneDef& scene, const haptic::HandDef& hand, const haptic::DeviceDef& device) {
+/// Presses a hand's pointer to the workspace's end through the whole loop and tells how that went; false: it rings.
+bool passes(const haptic::SceneDef& scene, const haptic::HandDef& hand, const haptic::DeviceDef& device,
+            std::vector<std::string>& told) {
   haptic::HandSettings settings;
   settings.workspace = hand.workspace;
   settings.force_scale = hand.force_scale;
   const haptic::TrialResult worst = haptic::pressHand(scene.world, hand.pointer, settings, device);
-  std::printf("hand of %s pressed to the workspace's end: %s, at most %.3g N; between ticks the force changes by %.0f N/m times the "
-              "way and %.2g N\n",
-              hand.device.c_str(), worst.steady() ? "PASS" : worst.rings ? "RINGS" : "NOT FINITE", worst.strongest,
-              worst.stiffness, std::max(0.0, worst.jump));
+  char line[240];
+  std::snprintf(line, sizeof line,
+                "hand of %s pressed to the workspace's end: %s, at most %.3g N; between ticks the force changes by %.0f N/m times the "
+                "way and %.2g N",
+                hand.device.substr(0, 60).c_str(), worst.steady() ? "PASS" : worst.rings ? "RINGS" : "NOT FINITE", worst.strongest,
+                worst.stiffness, std::max(0.0, worst.jump));
+  told.push_back(line);
   return worst.steady();
+}
+
+std::string lineOf(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  return text;
 }
 
 }  // namespace
@@ -51,12 +62,16 @@ int main(int argc, char** argv) {
   haptic::SceneOptions options;
   std::string name, device_file, missing = "stop";
   double rate = 0;
-  bool strict = false;
+  bool strict = false, all = false, json = false;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     const bool has_value = i + 1 < argc;
     if (argument == "--strict") {
       strict = true;
+    } else if (argument == "--all") {
+      all = true;
+    } else if (argument == "--json") {
+      json = true;
     } else if (argument == "--default-density" && has_value) {
       if (!readPositive("--default-density", argv[++i], "kg/m³", options.default_density)) return 2;
     } else if (argument == "--rate" && has_value) {
@@ -87,23 +102,30 @@ int main(int argc, char** argv) {
     options.missing = haptic::missingMeshesNamed(missing);
     options.progress = [](const std::string& line) { std::fprintf(stderr, "scene_check: %s\n", line.c_str()); };
     const haptic::SceneDef scene = haptic::loadScene(name, options);
-    std::fputs(haptic::sceneText(scene).c_str(), stdout);
     const haptic::World world(scene.world);
-    std::fputs(world.planText().c_str(), stdout);
     const haptic::Certificate certificate = haptic::certify(scene.world);
-    std::fputs(certificate.text().c_str(), stdout);
+    haptic::CheckReport report = haptic::checkReport(scene, certificate);
     bool good = true;
     if (!device_file.empty()) {
       const haptic::DeviceDef device = haptic::loadDevice(device_file);
       for (const haptic::HandDef& hand : scene.hands) {
         const haptic::HandMapping mapping{hand.workspace.scale, hand.force_scale};
-        std::fputs(haptic::certifyHand(scene.world, hand.pointer, mapping, device).text().c_str(), stdout);
-        good = passes(scene, hand, device) && good;
+        report.hands.push_back(lineOf(haptic::certifyHand(scene.world, hand.pointer, mapping, device).text()));
+        good = passes(scene, hand, device, report.hands) && good;
       }
     }
+    haptic::judge(scene, certificate, !good, report);
+    if (json) {
+      std::fputs(haptic::checkJson(report).c_str(), stdout);
+    } else {
+      std::fputs(haptic::checkText(report).c_str(), stdout);
+      if (all) std::fputs((haptic::sceneText(scene) + world.planText() + certificate.text()).c_str(), stdout);
+    }
+    const int code = !good || (strict && scene.warnings.size() + scene.replaced.size() > 0) ? 1 : 0;
+    if (json) return code;
     std::printf("figure check.collisions_lost %d 1\nfigure check.replaced %zu 1\nfigure check.warnings %zu 1\n",
                 scene.collisions_tried - scene.collisions_loaded, scene.replaced.size(), scene.warnings.size());
-    return !good || (strict && scene.warnings.size() + scene.replaced.size() > 0) ? 1 : 0;
+    return code;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "scene_check: %s\n", error.what());
     return 2;

@@ -73,6 +73,13 @@ struct CollisionReport {
   std::string material_source;  ///< element and line, or "default"
 };
 
+/// Two links that overlap before anything moves.
+struct StartContact {
+  std::string a, b;       ///< links
+  double depth = 0;       ///< [m]
+  bool filtered = false;  ///< they do not collide
+};
+
 /// A loaded scene: its world, hands, visuals, and what the loader had to say.
 struct SceneDef : LoadReport {
   std::string file;  ///< absolute path, or the name that was given with SceneOptions::text
@@ -85,6 +92,8 @@ struct SceneDef : LoadReport {
   std::vector<HandDef> hands;
   /// One per collision element that became shapes.
   std::vector<CollisionReport> collisions;
+  /// Deeper than kTouches, in the order of links.
+  std::vector<StartContact> start_contacts;
   int collisions_tried = 0;           ///< <collision> elements in the files
   int collisions_loaded = 0;          ///< those that became shapes
   int joints = 0;                     ///< joint elements in the files, fixed ones included

@@ -156,14 +156,14 @@ def certificates(program, root, options):
     """Certificate text of each scene file, from scene_check."""
     stamp = stamp_of(program)
     files = sorted(glob.glob(os.path.join(root, 'urdf', 'scenes', '*.urdf')))
-    tasks = {file: Task(key_of(stamp, file_stamp(file), 'certificate', file), (program, file), 6 * CPU_LIMIT, 1.0)
+    tasks = {file: Task(key_of(stamp, file_stamp(file), 'certificate', file), (program, '--all', file), 6 * CPU_LIMIT, 1.0)
              for file in files}
     results = run_tasks(list(tasks.values()), Kept(os.path.join(options.output, 'runs')), 'certificates', options.scheduler,
                         options.workers)
     rows = ''
     for file, task in tasks.items():
         result = results[task.key]
-        output = result['failure'] or result['output'][max(result['output'].find('certificate'), 0):]
+        output = result['failure'] or result['output'][max(result['output'].rfind('certificate'), 0):]
         rows += details(os.path.basename(file), f'<pre>{text(output)}</pre>')
     return rows
 
