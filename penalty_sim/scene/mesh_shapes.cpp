@@ -2,12 +2,15 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <sstream>
+#include <utility>
 
 #include "haptic_core/geometry/hulls/mesh_to_convex.h"
 #include "scene/link_inertia.h"
+#include "scene/mesh_cache.h"
 #include "scene/mesh_file.h"
 #include "scene/resource_path.h"
 #include "scene/sound_shape.h"
@@ -45,13 +48,47 @@ std::vector<Vector3> boxOfInertia(const LinkInertia& inertia) {
   return corners;
 }
 
+/// What takes its time says so, a line a second.
+class Progress {
+ public:
+  Progress(const std::function<void(const std::string&)>& tell, const std::string& what) : tell_(tell), what_(what) {}
+
+  bool isSlow() const { return Clock::now() - start_ > std::chrono::milliseconds(100); }
+  void at(int pieces, double distance) {
+    const auto now = Clock::now();
+    if (!tell_ || now - told_ < std::chrono::seconds(1)) return;
+    told_ = now;
+    tell_("cutting " + what_ + " into convex pieces: " + std::to_string(pieces) + ", " + inMillimetres(distance) + " from it so far");
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const std::function<void(const std::string&)>& tell_;
+  std::string what_;
+  Clock::time_point start_ = Clock::now(), told_ = start_;
+};
+
+/// From the cache, or cut and kept there when that took its time. Throws SetupError as convexPieces does.
+CutMesh cutOrKept(const TriangleMesh& mesh, ConvexSettings settings, const std::function<void(const std::string&)>& tell) {
+  const std::string path = cachePath(mesh, settings);
+  if (auto kept = readCut(path, settings.name)) return *kept;
+  Progress progress(tell, settings.name);
+  settings.progress = [&progress](int pieces, double distance) { progress.at(pieces, distance); };
+  CutMesh cut;
+  cut.pieces = convexPieces(mesh, settings, cut.report);
+  if (progress.isSlow()) keepCut(path, cut);
+  return cut;
+}
+
 /// Pieces of a mesh that bounds a volume, or what stands for one that does not.
-void cut(const TriangleMesh& mesh, const ConvexSettings& settings, ShapePieces& made, ConvexReport& report, std::string& said) {
+void cut(const TriangleMesh& mesh, const ConvexSettings& settings, const std::function<void(const std::string&)>& tell, ShapePieces& made,
+         ConvexReport& report, std::string& said) {
   std::vector<Solid> pieces;
   std::string reason = "is flat";
   if (!isFlat(mesh.vertices)) {
     try {
-      pieces = convexPieces(mesh, settings, report);
+      CutMesh done = cutOrKept(mesh, settings, tell);
+      pieces = std::move(done.pieces), report = done.report;
     } catch (const SetupError& refused) {
       reason = "is refused (" + std::string(refused.what()).substr(settings.name.size() + 2) + ")";
     }
@@ -138,7 +175,7 @@ ShapePieces MeshShapes::make(const RobotFile& robot, const LinkXml& link, const 
   }
   ConvexReport report;
   ShapePieces made;
-  cut(triangles, settings, made, report, made.replaced);
+  cut(triangles, settings, options_.progress, made, report, made.replaced);
   const std::string name = "mesh " + std::filesystem::path(path).filename().string();
   if (dropped > 0) {
     made.replaced = std::to_string(dropped) + " of its triangles have a corner that is not finite and are left out" +
@@ -150,7 +187,7 @@ ShapePieces MeshShapes::make(const RobotFile& robot, const LinkXml& link, const 
   const double asked = surface_error > 0 ? surface_error : std::max(1e-3, 0.01 * report.size);
   if (report.hull_distance > asked) {
     made.coarse = "the surface of " + name + " is felt up to " + inMillimetres(report.hull_distance) + " from where it is, " +
-                  inMillimetres(asked) + " was asked; " +
+                  inMillimetres(asked) + " was asked" + (report.unfinished ? " (cutting took too much work)" : "") + "; " +
                   (surface_error > 0 ? "cut it into convex meshes"
                                      : "ask for less by <haptic:shape surface_error=\"0.001\"/> beside <geometry>");
   }

@@ -5,8 +5,12 @@
 #include <cstring>
 #include <random>
 
+#include "haptic_core/base/word_hash.h"
+#include "haptic_core/geometry/hulls/plane_decomposition.h"
 #include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/world/world.h"
+#include "scene/mesh_cache.h"
+#include "scene/xml_file.h"
 #include "temporary_files.h"
 
 namespace haptic {
@@ -155,6 +159,85 @@ TEST(DegenerateMesh, MissingFilesStopTogetherOrGetABoxOrAreLeftOut) {
   const Matrix3 R = rotationFromRpy(Vector3(0, 0, 0.5)), I = R * Vector3(0.01, 0.02, 0.025).asDiagonal() * R.transpose();
   EXPECT_NEAR((box.X_LS.R * solid.I_com * box.X_LS.R.transpose() - I).norm(), 0, 1e-14);
   EXPECT_THROW(missingMeshesNamed("ball"), SetupError);
+}
+
+/// An L, which is cut.
+TriangleMesh ell() {
+  TriangleMesh mesh;
+  const double at[6][2] = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};
+  for (const double z : {0.0, 1.0}) {
+    for (const auto& p : at) mesh.vertices.push_back(Vector3(p[0], p[1], z));
+  }
+  mesh.triangles = {{0, 2, 1}, {0, 3, 2}, {0, 4, 3}, {0, 5, 4}, {6, 7, 8}, {6, 8, 9}, {6, 9, 10}, {6, 10, 11}};
+  for (int i = 0; i < 6; ++i) {
+    const int j = (i + 1) % 6;
+    mesh.triangles.push_back({i, j, j + 6});
+    mesh.triangles.push_back({i, j + 6, i + 6});
+  }
+  return mesh;
+}
+
+std::uint64_t bitsOf(const CutMesh& cut) {
+  std::uint64_t hash = kHashStart;
+  for (const auto& piece : cut.pieces) {
+    for (const Vector3& v : piece->vertices()) hash = hashWords(hash, v.data(), sizeof v);
+    for (const auto& face : piece->faces()) hash = hashWords(hash, face.normal.data(), sizeof face.normal);
+  }
+  return hash;
+}
+
+/// What the cache gives back has the bits of what was cut; another mesh, another tolerance, damage: nothing.
+TEST(MeshCache, KeepsBitsByContentAndNothingDamaged) {
+  const TemporaryFiles files;
+  const char* before = std::getenv("XDG_CACHE_HOME");
+  const std::string kept = before ? before : "";
+  setenv("XDG_CACHE_HOME", files.folder().c_str(), 1);
+  TriangleMesh mesh = ell();
+  ConvexSettings settings;
+  CutMesh cut;
+  cut.pieces = convexPieces(mesh, settings, cut.report);
+  ASSERT_EQ(cut.report.pieces, 2);
+  const std::string path = cachePath(mesh, settings);
+  EXPECT_FALSE(readCut(path, "a"));
+  keepCut(path, cut);
+  const auto again = readCut(path, "a");
+  ASSERT_TRUE(again);
+  EXPECT_EQ(bitsOf(*again), bitsOf(cut));
+  EXPECT_EQ(again->report.hull_distance, cut.report.hull_distance);
+  EXPECT_EQ(again->pieces[0]->name(), "a");
+  mesh.vertices[3].x() += 1e-15;
+  EXPECT_NE(cachePath(mesh, settings), path);
+  settings.absolute_tolerance *= 2;
+  EXPECT_NE(cachePath(ell(), settings), path);
+  std::string bytes = readTextFile(path);
+  bytes[bytes.size() / 2] ^= 1;
+  std::ofstream(path, std::ios::binary) << bytes;
+  EXPECT_FALSE(readCut(path, "a"));
+  std::ofstream(path, std::ios::binary) << bytes.substr(0, 40);
+  EXPECT_FALSE(readCut(path, "a"));
+  if (before) {
+    setenv("XDG_CACHE_HOME", kept.c_str(), 1);
+  } else {
+    unsetenv("XDG_CACHE_HOME");
+  }
+}
+
+/// A bound on the work ends the cutting, says so, and leaves pieces that hold the whole mesh.
+TEST(MeshCache, WorkIsBoundedAndSaid) {
+  const TriangleMesh mesh = ell();
+  DecompositionSettings settings;
+  settings.most_work = 0;
+  int told = 0;
+  settings.progress = [&told](int, double) { ++told; };
+  DecompositionReport report;
+  const auto pieces = cutIntoConvexPieces(mesh, settings, "ell", report);
+  EXPECT_EQ(pieces.size(), 2u);  // one cut, then it looks
+  EXPECT_GT(told, 1);
+  settings.most_work = -1;
+  DecompositionReport none;
+  EXPECT_EQ(cutIntoConvexPieces(mesh, settings, "ell", none).size(), 1u);
+  EXPECT_TRUE(none.unfinished);
+  EXPECT_FALSE(report.unfinished);
 }
 
 std::string stl(const std::vector<std::array<float, 9>>& triangles) {

@@ -10,20 +10,24 @@
 namespace haptic {
 namespace {
 
-/// Distance of a point inside the hull from the hull's surface.
-double depthBelow(const ConvexPolyhedron& hull, const Vector3& p) {
+/// Distance of a point inside the hull from the hull's surface, or a number ≤ `found`.
+double depthBelow(const ConvexPolyhedron& hull, const Vector3& p, double found) {
   double depth = std::numeric_limits<double>::infinity();
-  for (const auto& face : hull.faces()) depth = std::min(depth, face.offset - face.normal.dot(p));
+  for (const auto& face : hull.faces()) {
+    depth = std::min(depth, face.offset - face.normal.dot(p));
+    if (depth <= found) break;
+  }
   return depth;
 }
 
 /// No point of the triangle lies deeper: below the one face whose plane is nearest to all three corners. Zero
-/// for a triangle in a face of the hull, so that those are never split.
-double deepestPossible(const ConvexPolyhedron& hull, const Vector3& a, const Vector3& b, const Vector3& c) {
+/// for a triangle in a face of the hull, so that those are never split. Or a number ≤ `enough`.
+double deepestPossible(const ConvexPolyhedron& hull, const Vector3& a, const Vector3& b, const Vector3& c, double enough) {
   double bound = std::numeric_limits<double>::infinity();
   for (const auto& face : hull.faces()) {
     const double lowest = std::min({face.normal.dot(a), face.normal.dot(b), face.normal.dot(c)});
     bound = std::min(bound, face.offset - lowest);
+    if (bound <= enough) break;
   }
   return bound;
 }
@@ -33,8 +37,8 @@ double deepestPossible(const ConvexPolyhedron& hull, const Vector3& a, const Vec
 /// split.
 double deepest(const ConvexPolyhedron& hull, const Vector3& a, const Vector3& b, const Vector3& c,
                double found, double resolution) {
-  found = std::max(found, depthBelow(hull, (a + b + c) / 3));
-  if (deepestPossible(hull, a, b, c) <= found + resolution) return found;
+  found = std::max(found, depthBelow(hull, (a + b + c) / 3, found));
+  if (deepestPossible(hull, a, b, c, found + resolution) <= found + resolution) return found;
   // Split across the longest side: slivers get shorter, too.
   const double ab = (a - b).squaredNorm(), bc = (b - c).squaredNorm(), ca = (c - a).squaredNorm();
   const Vector3& p = ab >= bc && ab >= ca ? a : bc >= ca ? b : c;
@@ -51,10 +55,12 @@ std::vector<std::shared_ptr<const ConvexPolyhedron>> decomposed(const TriangleMe
   DecompositionSettings cutting;
   cutting.tolerance = tolerance;
   cutting.max_pieces = settings.max_pieces;
+  cutting.progress = settings.progress;
   DecompositionReport cut;
   const auto pieces = cutIntoConvexPieces(mesh, cutting, settings.name, cut);
   report.decomposed = true;
   report.hull_distance = cut.distance;
+  report.unfinished = cut.unfinished;
   report.pieces = static_cast<int>(pieces.size());
   for (const auto& piece : pieces) report.pieces_volume += piece->volume();
   return pieces;
@@ -72,9 +78,11 @@ std::vector<std::shared_ptr<const ConvexPolyhedron>> convexPieces(const Triangle
   report.size = (hull->aabb().upper - hull->aabb().lower).maxCoeff();
   report.mesh_volume = firstOpenEdge(mesh)[0] < 0 ? massProperties(mesh, 1.0).volume : std::nan("");
   const double tolerance = std::max(settings.relative_tolerance * report.size, settings.absolute_tolerance);
-  for (const auto& t : mesh.triangles)
+  for (const auto& t : mesh.triangles) {
+    if (settings.decompose && report.hull_distance > tolerance) break;  // the pieces have a distance of their own
     report.hull_distance = deepest(*hull, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]],
                                    report.hull_distance, 0.02 * tolerance);
+  }
   if (report.hull_distance > tolerance) {
     if (!settings.decompose)
       throw SetupError(

@@ -1,5 +1,6 @@
 /// A triangle mesh as convex pieces: one hull where the mesh is nearly convex.
 #pragma once
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@ struct ConvexSettings {
   double absolute_tolerance = 0.5e-3;  ///< the same [m]; the larger of both counts
   int max_pieces = 32;                 ///< of a decomposition
   bool decompose = true;               ///< split what is farther from its hull; false: refuse it
+  std::function<void(int pieces, double distance)> progress;  ///< of a decomposition, after each cut; empty: nobody is told
   std::string name = "mesh";           ///< for messages: file or link
 };
 
@@ -26,6 +28,7 @@ struct ConvexReport {
   double mesh_volume = 0;    ///< of the mesh as given; NaN when it is not closed [m³]
   double pieces_volume = 0;  ///< sum over the pieces [m³]
   int pieces = 0;            ///< number of convex pieces
+  bool unfinished = false;   ///< a bound on the work ended the cutting before the tolerance was met
   bool decomposed = false;   ///< false: one hull stands for the mesh
 };
 

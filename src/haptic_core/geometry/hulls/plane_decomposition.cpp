@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "haptic_core/base/error.h"
 
@@ -24,6 +26,8 @@ struct CutPlane {
 constexpr double kSamePlane = 1e-7;
 /// Two pieces become one when their common hull is larger than both by less than this share.
 constexpr double kJoinExcess = 1e-3;
+/// Triangles on which planes are compared: hulls of more of them differ in volume by less than the planes do.
+constexpr std::size_t kCompared = 2000;
 
 /// A part of the mesh between cuts.
 struct Part {
@@ -107,13 +111,14 @@ class Cutter {
 
  private:
   std::vector<CutPlane> candidates(const Part& part) const;
-  bool split(const Part& part, Part& below, Part& above) const;
-  bool cut(const Part& part, const CutPlane& plane, Part& below, Part& above) const;
+  bool split(const Part& part, Part& below, Part& above);
+  bool cut(const Part& part, const CutPlane& plane, Part& below, Part& above);
   void join(std::vector<Hull>& hulls) const;
 
   const DecompositionSettings& settings_;
   const std::string& name_;
   double near_ = 0;
+  double work_ = 0;  ///< triangles that were hulled
 };
 
 /// Planes through the deepest point, along the axes and along the surface there, and along its hollow's
@@ -141,7 +146,20 @@ std::vector<CutPlane> Cutter::candidates(const Part& part) const {
   return planes;
 }
 
-bool Cutter::cut(const Part& part, const CutPlane& plane, Part& below, Part& above) const {
+/// One triangle out of each so many of a part that at most kCompared are left; not always the same one, for meshes have rows.
+Part thinned(const Part& part) {
+  Part some;
+  some.cuts = part.cuts;
+  const std::size_t stride = 1 + (part.surface.size() - 1) / kCompared;
+  std::uint32_t random = 1;
+  for (std::size_t i = 0; i < part.surface.size(); i += stride) {
+    random = 1664525u * random + 1013904223u;
+    some.surface.push_back(part.surface[std::min(i + (random >> 16) % stride, part.surface.size() - 1)]);
+  }
+  return some;
+}
+
+bool Cutter::cut(const Part& part, const CutPlane& plane, Part& below, Part& above) {
   const CutPlane opposite{-plane.normal, -plane.offset};
   below.surface.clear();
   above.surface.clear();
@@ -150,6 +168,7 @@ bool Cutter::cut(const Part& part, const CutPlane& plane, Part& below, Part& abo
     clip(t, opposite, near_, above.surface);
   }
   if (below.surface.empty() || above.surface.empty()) return false;
+  work_ += static_cast<double>(below.surface.size() + above.surface.size());
   below.hull = hullOf(below.surface, name_);
   above.hull = hullOf(above.surface, name_);
   if (!below.hull || !above.hull) return false;
@@ -159,26 +178,35 @@ bool Cutter::cut(const Part& part, const CutPlane& plane, Part& below, Part& abo
   return true;
 }
 
-bool Cutter::split(const Part& part, Part& below, Part& above) const {
-  double least = std::numeric_limits<double>::infinity();
-  Part low, high;
+bool Cutter::split(const Part& part, Part& below, Part& above) {
+  const Part compared = thinned(part);
+  std::vector<std::pair<double, CutPlane>> planes;
   for (const CutPlane& plane : candidates(part)) {
-    if (!cut(part, plane, low, high)) continue;
-    const double volume = low.hull->volume() + high.hull->volume();
-    if (volume >= least) continue;
-    least = volume;
-    std::swap(below, low);
-    std::swap(above, high);
+    Part low, high;
+    if (cut(compared, plane, low, high)) planes.emplace_back(low.hull->volume() + high.hull->volume(), plane);
   }
-  if (!std::isfinite(least)) return false;
-  measure(below, near_);
-  measure(above, near_);
-  return true;
+  std::stable_sort(planes.begin(), planes.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (const auto& [volume, plane] : planes) {
+    if (!cut(part, plane, below, above)) continue;  // a side of all its triangles is flat
+    measure(below, near_);
+    measure(above, near_);
+    return true;
+  }
+  return false;
+}
+
+/// Whether the boxes of two hulls have a gap: what lies in it would be added by a common hull.
+bool apart(const ConvexPolyhedron& a, const ConvexPolyhedron& b, double near) {
+  return ((a.aabb().lower - b.aabb().upper).array() > near).any() || ((b.aabb().lower - a.aabb().upper).array() > near).any();
 }
 
 void Cutter::join(std::vector<Hull>& hulls) const {
   for (std::size_t i = 0; i < hulls.size(); ++i) {
     for (std::size_t j = i + 1; j < hulls.size();) {
+      if (apart(*hulls[i], *hulls[j], near_)) {
+        ++j;
+        continue;
+      }
       std::vector<Vector3> points = hulls[i]->vertices();
       points.insert(points.end(), hulls[j]->vertices().begin(), hulls[j]->vertices().end());
       const double volume = hulls[i]->volume() + hulls[j]->volume();
@@ -212,7 +240,10 @@ std::vector<Hull> Cutter::run(const TriangleMesh& mesh, DecompositionReport& rep
   while (!open.empty()) {
     const auto worst = std::max_element(open.begin(), open.end(),
                                         [](const Part& a, const Part& b) { return a.depth < b.depth; });
-    const bool full = static_cast<int>(open.size() + done.size()) >= settings_.max_pieces;
+    const bool spent = work_ > settings_.most_work;
+    const bool full = static_cast<int>(open.size() + done.size()) >= settings_.max_pieces || spent;
+    report.unfinished = report.unfinished || (spent && worst->depth > settings_.tolerance);
+    if (settings_.progress) settings_.progress(static_cast<int>(open.size() + done.size()), worst->depth);
     Part below, above;
     if (worst->depth <= settings_.tolerance || full || !split(*worst, below, above)) {
       done.push_back(std::move(*worst));
