@@ -3,7 +3,8 @@
 #:                   an hour; `build`: what builds and tests of a fresh checkout cost; `dispatch`: bits and times of the two
 #:                   libraries;
 #:                   `experiment`: studies on the twin, two hours; `fuzz`: a search for contacts that go wrong; `python`: what a
-#:                   step costs from Python; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md
+#:                   step costs from Python; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md, and `robots`
+#:                   that of the robots below ../shared and the folder HAPTIC_ROBOTS, build/figures/robots.md
 . "$(dirname "$0")/parts/start.sh"
 
 # What the sources are held to: sizes of functions, classes and of the core, files that an extension touches.
@@ -25,6 +26,13 @@ bench_scene_table() {
   python3 -B test/benchmark/scenes_table.py "$LOGS/bench-scenes.log" "$(machine), $(commit)" \
     >"$FIGURES/scenes.md" || failed="$failed scenes_table"
   echo "bench: figures of every scene in $FIGURES/scenes.md"
+}
+
+# Every robot that was tried, as one table in markdown.
+bench_robots_table() {
+  python3 -B test/benchmark/robots_table.py "$LOGS/bench-robots.log" "$(machine), $(commit)" \
+    >"$FIGURES/robots.md" || failed="$failed robots_table"
+  echo "bench: every robot that was tried in $FIGURES/robots.md"
 }
 
 # 100 rounds of loading and unloading each nodelet of a running loop: no crash, no thread, no memory left behind.
@@ -189,4 +197,5 @@ case " $(echo "$chosen" | tr '\n' ' ')" in *' loop '*) bench_reload ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_strangers ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_processes ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' scenes '*) bench_scene_table ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' robots '*) bench_robots_table ;; esac
 [ -z "$failed" ] || fail "failed:$failed"

@@ -17,7 +17,8 @@ constexpr double kStiffest = 1e12;  // [N/m³], steel 0.2 m thick: beyond it a d
 // bodies came to rest, moves shares of loads by 2 % between the long steps here and those of the scene.
 constexpr double kMargin = 1.03, kAllowed = 0.972;
 constexpr double kBeyond = 1.1;     // k is raised so much more than the depth asks for: patches and shares change with it
-constexpr int kRounds = 4;          // of settling and raising; what stands on flat sides needs one
+constexpr int kRounds = 6;          // of settling and raising; what stands on flat sides needs one, what falls over some
+constexpr double kFallSeconds = 4;  // until what falls over lies
 // Steps of 10 ms. 2 s settle what leans and falls over; a heap gets less, for its steps cost more than in proportion to its bodies:
 // 100 bodies about 2 s of computing, 1000 half a minute.
 constexpr int kMostSteps = 200, kFewestSteps = 20, kLinkSteps = 4000, kFewLinks = 30;
@@ -203,15 +204,21 @@ int movingLinks(const WorldDef& world) {
 }
 
 void settleRest(const std::vector<PlacedCollision>& placed, LoadContext& context) {
-  const int moving = std::max(1, movingLinks(context.scene.world)), steps = std::clamp(kLinkSteps / moving, kFewestSteps, kMostSteps);
-  RestingDepths rest = restingDepths(context.scene.world, steps);
-  std::vector<ChosenRest> chosen = chosenRests(rest, placed);
-  const int rounds = moving > kFewLinks ? 1 : kRounds;
-  for (int round = 0; round < rounds && stiffenTooDeep(chosen, round > 0, context); ++round) {
-    rest = restingDepths(context.scene.world, steps);
-    chosen = chosenRests(rest, placed);
-  }
-  tellDepths(chosen, rest.settled, context);
+  const WorldDef& world = context.scene.world;
+  const int moving = std::max(1, movingLinks(world)), steps = std::clamp(kLinkSteps / moving, kFewestSteps, kMostSteps);
+  std::vector<ChosenRest> chosen;
+  bool settled = false;
+  const auto raiseWhile = [&](int rounds, bool cubed, const auto& settle) {
+    for (int round = 0;; ++round) {
+      const RestingDepths rest = settle();
+      chosen = chosenRests(rest, placed), settled = rest.settled;
+      if (round == rounds || !stiffenTooDeep(chosen, cubed || round > 0, context)) return;
+    }
+  };
+  raiseWhile(moving > kFewLinks ? 1 : kRounds, false, [&] { return restingDepths(world, steps); });
+  // What leans may fall over by the scene's own steps only, and lies as these lay it.
+  if (moving <= kFewLinks) raiseWhile(kRounds, true, [&] { return restingDepthsAsRun(world, kFallSeconds); });
+  tellDepths(chosen, settled, context);
 }
 
 }  // namespace

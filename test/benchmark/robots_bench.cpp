@@ -1,7 +1,10 @@
-/// Published robots: loaded whole, and the cost of a step of Panda and Allegro in touch with a block.
+/// Robots and scenes as users have them, and the cost of a step of Panda and Allegro in touch with a block.
 #include "articulated_robots.h"
+#include "robots_files.h"
 
 int main() {
+  haptic::bench::measureRobotFiles();
+  haptic::bench::measureChosenStiffness();
   haptic::bench::measureRobots();
   return 0;
 }

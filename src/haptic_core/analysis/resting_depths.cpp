@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kAtRest = 1e-3;  // [m/s] or [rad/s]: in a step of 10 ms 10 µm, below any depth that is asked for of a body of 1 mm
 
-constexpr int kFirstLook = 20;  // [steps]: what starts at depth 0 is slow at first where it sinks by micrometres
+constexpr double kSlow = 2e-2;     // likewise: a body that still rocks or rolls out so slowly presses as one at rest
+constexpr double kFirstLook = 0.2;  // [s]: what starts at depth 0 is slow at first where it sinks by micrometres
 
 double fastest(const World& world) {
   double speed = 0;
@@ -39,6 +40,25 @@ std::vector<int> definitionOrder(const WorldDef& def, const Model& model) {
   return index_of;
 }
 
+RestingDepths settle(const WorldDef& def, int steps) {
+  const int first_look = std::max(1, static_cast<int>(kFirstLook / def.settings.step));
+  World world(def);
+  RestingDepths out;
+  for (int i = 0; i < steps && !out.settled; ++i) {
+    world.step();
+    if (!world.report().finite) break;
+    const bool looks = i >= first_look && i % std::max(1, first_look / 20) == 0;
+    out.settled = looks && (world.report().flags & kNotConverged) == 0 && fastest(world) < kAtRest;
+  }
+  const std::vector<int> index_of = definitionOrder(def, world.model());
+  for (int i = 0; i < world.contactCount(); ++i) {
+    const ContactReport& c = world.contact(i);
+    if (speedOf(world, c.link_a) > kSlow || speedOf(world, c.link_b) > kSlow) continue;
+    out.contacts.push_back({index_of[c.shape_a], index_of[c.shape_b], c.depth, c.normal_force});
+  }
+  return out;
+}
+
 }  // namespace
 
 RestingDepths restingDepths(const WorldDef& def, int steps) {
@@ -49,21 +69,13 @@ RestingDepths restingDepths(const WorldDef& def, int steps) {
   quiet.settings.step = kSettleStep;
   quiet.settings.energy_ledger = false;
   quiet.settings.history_steps = 0;
-  World world(quiet);
-  RestingDepths out;
-  for (int i = 0; i < steps && !out.settled; ++i) {
-    world.step();
-    if (!world.report().finite) break;
-    const bool converged = (world.report().flags & kNotConverged) == 0;
-    out.settled = i >= kFirstLook && converged && fastest(world) < kAtRest;
-  }
-  const std::vector<int> index_of = definitionOrder(def, world.model());
-  for (int i = 0; i < world.contactCount(); ++i) {
-    const ContactReport& c = world.contact(i);
-    if (speedOf(world, c.link_a) > kAtRest || speedOf(world, c.link_b) > kAtRest) continue;
-    out.contacts.push_back({index_of[c.shape_a], index_of[c.shape_b], c.depth, c.normal_force});
-  }
-  return out;
+  return settle(quiet, steps);
+}
+
+RestingDepths restingDepthsAsRun(const WorldDef& def, double seconds) {
+  WorldDef copy = def;
+  copy.settings.history_steps = 0;
+  return settle(copy, static_cast<int>(std::lround(seconds / def.settings.step)));
 }
 
 }  // namespace haptic

@@ -19,12 +19,15 @@ struct RestingContact {
 /// A settled scene.
 struct RestingDepths {
   bool settled = false;  ///< nothing moves any more, and the last step converged
-  std::vector<RestingContact> contacts;  ///< of the last step, between bodies that do not move (any more)
+  std::vector<RestingContact> contacts;  ///< of the last step, between bodies that hardly move (2 cm/s, 0.02 rad/s)
 };
 
 /// Lets a copy of `def` settle for at most `steps` steps of kSettleStep; it ends when nothing moves. Throws SetupError where World does.
 /// Cost: that of the steps.
 RestingDepths restingDepths(const WorldDef& def, int steps);
+
+/// The same by the scene's own steps, for `seconds` at most: where a body falls over, these tell on which side it will lie.
+RestingDepths restingDepthsAsRun(const WorldDef& def, double seconds);
 
 inline constexpr double kSettleStep = 1e-2;  ///< [s]: a mode of 30 Hz and more is damped within one or two
 
