@@ -144,7 +144,8 @@ std::string stack(std::mt19937& random) {
   const auto size = [&] { return std::pow(10, uniform(-1.5, -0.6)); };
   std::ostringstream text;
   text << "<robot name=\"stack\"><link name=\"world\"/><link name=\"floor\"><collision><geometry><box size=\"4 4 0.2\"/></geometry>"
-          "</collision></link><joint name=\"f\" type=\"fixed\"><origin xyz=\"0 0 -0.1\"/><parent link=\"world\"/><child link=\"floor\"/></joint>\n";
+          "</collision></link>"
+          "<joint name=\"f\" type=\"fixed\"><origin xyz=\"0 0 -0.1\"/><parent link=\"world\"/><child link=\"floor\"/></joint>\n";
   const int bodies = 2 + static_cast<int>(random() % 5);
   double top = 0, x = 0, y = 0, width = 1;
   for (int i = 0; i < bodies; ++i) {
