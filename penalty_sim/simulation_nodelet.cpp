@@ -73,7 +73,11 @@ std::unique_ptr<SimulationNodelet::Simulation> SimulationNodelet::read(const std
   options.default_density = parameters_.default_density;
   options.missing = missingMeshesNamed(parameters_.missing_meshes);
   std::istringstream words(parameters_.xacro);
-  for (std::string word; words >> word;) options.xacro.push_back(word);
+  for (std::string word; words >> word;) {  // roslaunch takes no := within an argument
+    const std::size_t equals = word.find('=');
+    if (equals != std::string::npos && equals > 0 && word[equals - 1] != ':') word.insert(equals, ":");
+    options.xacro.push_back(word);
+  }
   options.progress = [this](const std::string& line) { NODELET_INFO_STREAM(line); };
   if (parameters_.rate > 0) options.step = 1 / parameters_.rate;
   if (scene_name.rfind(kParameterScene, 0) == 0) {

@@ -19,7 +19,7 @@ struct SimulationParameters {
   double pose_age_limit = 0.1;    ///< ~pose_age_limit [s]: alone: a pointer stands still when its pose is older
   double wrench_rate = 500;       ///< ~wrench_rate [Hz]: alone: of `DEVICE/wrench_command`
   std::string missing_meshes;     ///< ~missing_meshes: what becomes of collisions whose mesh is not there: stop, box, skip
-  std::string xacro;              ///< ~xacro: arguments of xacro files, "name:=value name:=value"
+  std::string xacro;              ///< ~xacro: arguments of xacro files, "name=value name=value"
   double default_density = 0;     ///< ~default_density [kg/m³] of moving links without <inertial>; 0: refuse them
   RealtimeSettings realtime;      ///< ~priority, ~cpu, ~lock_memory: of the own thread
 };

@@ -31,7 +31,7 @@ read_options() {
       --port) port=$2 wire=file ;;
       --default-density) density=$2 ;;
       --missing-meshes) missing=$2 ;;
-      --xacro) xacro="$xacro${xacro:+ }$2" ;;
+      --xacro) xacro="$xacro${xacro:+ }$(printf %s "$2" | sed 's/:=/=/')" ;;  # roslaunch takes no := within an argument
     esac
     shift 2
   done
