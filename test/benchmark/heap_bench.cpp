@@ -2,7 +2,7 @@
 ///
 /// CPU time of the stepping thread, every step timed, the first left out; the ledger is on. Peers have plain boxes with
 /// margins of 1 mm, and the same step. An argument runs only the groups whose name contains it: heap1, heap10, heap100,
-/// heap300, heap_ratio, heap_4ms.
+/// heap300, heap_ratio, heap_4ms; kinds (or kinds10, kinds100, kinds300) are heaps of every kind of body by the default method.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -13,6 +13,7 @@
 
 #include "../scenes/heap.h"
 #include "figure.h"
+#include "heap_kinds.h"
 #include "heap_runs.h"
 
 namespace haptic::bench {
@@ -138,6 +139,49 @@ std::map<std::string, double> measure(const Group& g, Overall& overall) {
   return means;
 }
 
+/// Slope of log mean over log N, the least squares of all N; of one stiffness.
+double timeExponent(const std::map<int, double>& mean_us) {
+  double x = 0, y = 0, xx = 0, xy = 0;
+  const double n = static_cast<double>(mean_us.size());
+  for (const auto& [count, us] : mean_us) {
+    const double lx = std::log(count), ly = std::log(us);
+    x += lx / n, y += ly / n, xx += lx * lx / n, xy += lx * ly / n;
+  }
+  return (xy - x * y) / (xx - x * x);
+}
+
+/// Every kind with 10 and 100 bodies, cubes also with 300.
+void measureKinds(const char* filter) {
+  using scenes::HeapKind;
+  KindFigures others, all;
+  std::map<std::string, std::map<int, double>> cubes_us;  // by stiffness, by count
+  for (const int count : {10, 100, 300}) {
+    if (filter && ("kinds" + std::to_string(count)).find(filter) == std::string::npos) continue;
+    for (const HeapKind kind : {HeapKind::kCubes, HeapKind::kHulls, HeapKind::kRods, HeapKind::kPlates, HeapKind::kMixed,
+                                HeapKind::kRatio, HeapKind::kRound, HeapKind::kTubes}) {
+      if (count == 300 && kind != HeapKind::kCubes) continue;
+      const KindFigures one = measureHeapOf(kind, count);
+      all.add(one);
+      if (kind == HeapKind::kCubes) {
+        for (const auto& [label, us] : one.mean_us) cubes_us[label][count] = us;
+      } else if (kind != HeapKind::kRound && kind != HeapKind::kTubes) {
+        others.add(one);
+      }
+    }
+  }
+  if (all.mean == 0) return;
+  figure("heap.kinds.mean_vs_bullet50", others.mean, "1");
+  figure("heap.worst_vs_bullet50_worst", all.worst, "1");
+  figure("heap.unconverged_share", all.unconverged_share, "1");
+  figure("heap.unconverged_wrench_over_weight", all.wrench_share, "1");
+  figure("heap.budget_used_max", all.budget_used, "1");
+  double exponent = 0;
+  for (const auto& [label, us] : cubes_us) {
+    if (us.size() == 3) exponent = std::max(exponent, timeExponent(us));
+  }
+  if (exponent > 0) figure("heap.time_exponent", exponent, "1");
+}
+
 int run(const char* filter) {
   std::vector<Group> groups;
   for (int n : {1, 10, 100, 300}) {
@@ -156,6 +200,7 @@ int run(const char* filter) {
   coarse.name = "heap_4ms";
   coarse.step = 4e-3;
   groups.push_back(coarse);
+  measureKinds(filter);
   Overall overall;
   std::map<std::string, std::map<std::string, double>> means;
   for (const Group& g : groups) {
@@ -168,13 +213,9 @@ int run(const char* filter) {
   figure("heap.energy_gain_rel", overall.gain_rel, "1");
   figure("heap.rest_v", overall.rest_v, "m/s");
   if (means.count("heap10") && means.count("heap300")) {
-    double worst = 0;
     for (const auto& [cell, small] : means["heap10"]) {
-      const double exponent = std::log(means["heap300"].at(cell) / small) / std::log(30.0);
-      figure("heap." + cell + ".time_exponent", exponent, "1");
-      worst = std::max(worst, exponent);
+      figure("heap." + cell + ".time_exponent", std::log(means["heap300"].at(cell) / small) / std::log(30.0), "1");
     }
-    figure("heap.time_exponent", worst, "1");
   }
   return 0;
 }

@@ -40,7 +40,8 @@ struct Times {
 
 /// Sums and extremes over the steps of one of our worlds.
 struct Tally {
-  double iterations = 0, worst_iterations = 0, evaluations = 0, worst_evaluations = 0, worst_factorisations = 0;
+  double iterations = 0, worst_iterations = 0, evaluations = 0, worst_evaluations = 0, factorisations = 0,
+         worst_factorisations = 0, budget_used = 0;
   int steps = 0, touching = 0, unconverged = 0;  ///< steps: all, with contacts, and those that did not converge
   double wrench_error = 0;                       ///< [N]
   double gain = 0, exchanged = 0;                ///< [J]
@@ -105,6 +106,8 @@ class Ours : public Runner {
     tally.worst_iterations = std::max<double>(tally.worst_iterations, r.iterations);
     tally.evaluations += r.evaluations;
     tally.worst_evaluations = std::max<double>(tally.worst_evaluations, r.evaluations);
+    tally.factorisations += r.factorisations;
+    tally.budget_used = std::max(tally.budget_used, r.budget_used);
     tally.worst_factorisations = std::max<double>(tally.worst_factorisations, r.factorisations);
     if (r.flags & kNotConverged) {
       ++tally.unconverged;

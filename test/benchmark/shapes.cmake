@@ -3,7 +3,7 @@ target_include_directories(bench_shapes PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/../c
 target_sources(bench_shapes PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/shapes_rods.cpp ${CMAKE_CURRENT_SOURCE_DIR}/shapes_cost.cpp
   ${CMAKE_CURRENT_SOURCE_DIR}/shapes_motion.cpp
   ${CMAKE_CURRENT_SOURCE_DIR}/shapes_terrain.cpp
-  ${CMAKE_CURRENT_SOURCE_DIR}/shapes_heaps.cpp)
+  ${CMAKE_CURRENT_SOURCE_DIR}/heap_kinds.cpp)
 # Peers on the same heaps in the same run.
 if(NOT TARGET haptic_peers)
   add_subdirectory(${CMAKE_CURRENT_LIST_DIR}/../peers ${CMAKE_CURRENT_BINARY_DIR}/peers)

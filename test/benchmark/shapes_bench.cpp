@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "heap_kinds.h"
 #include "shapes_figures.h"
 
 int main(int count, char** arguments) {
@@ -20,7 +21,10 @@ int main(int count, char** arguments) {
   if (wanted("terrain")) measureTerrain();
   if (wanted("ellipsoid")) measureEllipsoid();
   if (wanted("logs")) measureLogs();
-  if (wanted("heaps")) measureHeaps();
+  for (const scenes::HeapKind kind : {scenes::HeapKind::kTubes, scenes::HeapKind::kRound}) {
+    if (!wanted("heaps")) break;
+    for (const int count : {10, 100}) measureHeapOf(kind, count);
+  }
   const bool one_kind = count > 1 && std::strncmp(arguments[1], "accuracy_", 9) == 0;
   if (one_kind || wanted("accuracy")) measureRodAccuracy(one_kind ? arguments[1] : nullptr, count > 2 ? std::atoi(arguments[2]) : 0);
 }

@@ -13,7 +13,6 @@ void countRodPass(const char* name, int passes);
 void measureLogs();      ///< logs.*, roll_over.*
 void measureOverhang();  ///< overhang.depth_err_rel
 void measureTerrain();   ///< terrain.*
-void measureHeaps();     ///< heapN.tubes.*, heapN.round.*
 void measureEllipsoid();  ///< ellipsoid.energy_err_rel
 
 }  // namespace haptic::bench

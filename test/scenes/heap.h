@@ -1,5 +1,8 @@
-/// Heaps: N ≤ 300 bodies of 0.1 kg in random orientations, over a bin of five boxes that touch: cubes of 5 cm, or round bodies.
+/// Heaps: N ≤ 300 bodies in random orientations, over a bin of five boxes that touch.
 #pragma once
+#include <cstdint>
+#include <random>
+
 #include "blocks.h"
 #include "haptic_core/geometry/shapes/ball.h"
 #include "haptic_core/geometry/shapes/rod.h"
@@ -56,34 +59,98 @@ inline WorldDef heap(const HeapParameters& p, const WorldSettings& settings) {
   return def;
 }
 
-/// `tubes`: cylinders of radius 2 cm and length 5 cm. `round`: a ball of radius 2.5 cm, a capsule of radius 1.5 cm whose centres are
-/// 4 cm apart, a cylinder of radius 2 cm and length 4 cm, in turn. All homogeneous, of 0.1 kg.
-enum class RoundHeap { kTubes, kRound };
+/// Bodies of a heap, 0.1 kg each unless said, homogeneous.
+enum class HeapKind {
+  kCubes,   ///< edges of 5 cm
+  kHulls,   ///< of 8, 20 and 60 points on a sphere of 3 cm, in turn
+  kRods,    ///< boxes 120 × 12 × 12 mm
+  kPlates,  ///< boxes 100 × 80 × 6 mm
+  kMixed,   ///< boxes with edges uniform in 1…10 cm, 800 kg/m³
+  kRatio,   ///< cubes of 5 cm, masses log-uniform in 1 g…1 kg
+  kRound,   ///< ball r 2.5 cm, capsule r 1.5 cm with 4 cm between its centres, cylinder r 2 cm × 4 cm, in turn
+  kTubes    ///< cylinders r 2 cm × 5 cm
+};
+
+/// Uniform numbers, the same on every system.
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : random_(seed) {}
+  double uniform(double low, double high) { return low + (high - low) * std::ldexp(static_cast<double>(random_() >> 11), -53); }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+/// Hull of so many points on a sphere of radius r [m], the i-th of the golden spiral moved by up to a tenth of its spacing.
+inline std::shared_ptr<const ConvexPolyhedron> sphereHull(int points, double r, Dice& dice) {
+  constexpr double kGoldenAngle = 2.399963229728653;  // π (3 - √5)
+  std::vector<Vector3> vertices;
+  for (int i = 0; i < points; ++i) {
+    const double z = 1 - (2 * i + 0.5 + dice.uniform(0, 1)) / points, across = std::sqrt(std::max(0.0, 1 - z * z)),
+                 turn = kGoldenAngle * i + dice.uniform(-0.1, 0.1);
+    vertices.push_back(r * Vector3(across * elementary::cos(turn), across * elementary::sin(turn), z));
+  }
+  return std::make_shared<ConvexPolyhedron>(ConvexPolyhedron::hull(vertices));
+}
+
+/// The bodies of a kind in turn, and the masses: the i-th has the i-th of each, from the start again after the last [kg].
+struct HeapBodies {
+  std::vector<std::shared_ptr<const ConvexShape>> shapes;
+  std::vector<double> masses = {0.1};
+};
+
+inline HeapBodies heapBodies(HeapKind kind, int count) {
+  HeapBodies bodies;
+  Dice dice(20260727);
+  switch (kind) {
+    case HeapKind::kCubes: bodies.shapes = {box(Vector3::Constant(0.05))}; break;
+    case HeapKind::kHulls:
+      for (const int points : {8, 20, 60}) bodies.shapes.push_back(sphereHull(points, 0.03, dice));
+      break;
+    case HeapKind::kRods: bodies.shapes = {box(Vector3(0.12, 0.012, 0.012))}; break;
+    case HeapKind::kPlates: bodies.shapes = {box(Vector3(0.1, 0.08, 0.006))}; break;
+    case HeapKind::kMixed:
+      bodies.masses.clear();
+      for (int i = 0; i < count; ++i) {
+        const double x = dice.uniform(0.01, 0.1), y = dice.uniform(0.01, 0.1), z = dice.uniform(0.01, 0.1);
+        bodies.shapes.push_back(box(Vector3(x, y, z)));
+        bodies.masses.push_back(800 * x * y * z);
+      }
+      break;
+    case HeapKind::kRatio:
+      bodies.shapes = {box(Vector3::Constant(0.05))};
+      bodies.masses.clear();
+      for (int i = 0; i < count; ++i) bodies.masses.push_back(elementary::exp(dice.uniform(elementary::log(1e-3), 0)));
+      break;
+    case HeapKind::kRound:
+      bodies.shapes = {std::make_shared<Ball>(0.025), std::make_shared<Rod>(0.015, 0.04, Rod::Ends::kRound),
+                       std::make_shared<Rod>(0.02, 0.04, Rod::Ends::kFlat)};
+      break;
+    case HeapKind::kTubes: bodies.shapes = {std::make_shared<Rod>(0.02, 0.05, Rod::Ends::kFlat)}; break;
+  }
+  return bodies;
+}
 
 /// The default material, but for friction and stiffness k [N/m³]; the default step and method.
-inline WorldDef roundHeap(RoundHeap kind, int count, double stiffness) {
-  constexpr double kPitch = 0.085, kLayer = 0.09, kLowest = 0.08, kMass = 0.1;
+inline WorldDef heapOf(HeapKind kind, int count, double stiffness) {
+  const bool wide = kind == HeapKind::kRods || kind == HeapKind::kPlates || kind == HeapKind::kMixed;
+  const double pitch = wide ? 0.13 : 0.085, layer = wide ? 0.13 : 0.09;
+  constexpr double kLowest = 0.08;
   WorldDef def;
-  def.name = (kind == RoundHeap::kTubes ? "tubes" : "round") + std::to_string(count);
+  def.name = "heap of " + std::to_string(count);
   def.settings.step = 1e-3;
   ContactMaterial& m = def.settings.default_material;
   m.stiffness = stiffness;
   m.mu_static = 0.5;
   m.mu_dynamic = 0.4;
   const int side = std::max(2, static_cast<int>(std::lround(elementary::cbrt(0.5 * count))));
-  addBin(side * kPitch + 0.02, def);
-  std::vector<std::shared_ptr<const ConvexShape>> shapes;
-  if (kind == RoundHeap::kTubes) {
-    shapes = {std::make_shared<Rod>(0.02, 0.05, Rod::Ends::kFlat)};
-  } else {
-    shapes = {std::make_shared<Ball>(0.025), std::make_shared<Rod>(0.015, 0.04, Rod::Ends::kRound),
-              std::make_shared<Rod>(0.02, 0.04, Rod::Ends::kFlat)};
-  }
+  addBin(side * pitch + 0.02, def);
+  const HeapBodies bodies = heapBodies(kind, count);
   for (int i = 0; i < count; ++i) {
-    const auto& shape = shapes[i % shapes.size()];
-    const double density = kMass / shape->massProperties(1).mass;
-    def.articulations.push_back(freeBody("b" + std::to_string(i), shape, kMass, shape->massProperties(density).I_com,
-                                         heapPose(i, side, kPitch, kLowest, kLayer)));
+    const auto& shape = bodies.shapes[i % bodies.shapes.size()];
+    const double mass = bodies.masses[i % bodies.masses.size()], density = mass / shape->massProperties(1).mass;
+    def.articulations.push_back(freeBody("b" + std::to_string(i), shape, mass, shape->massProperties(density).I_com,
+                                         heapPose(i, side, pitch, kLowest, layer)));
   }
   return def;
 }

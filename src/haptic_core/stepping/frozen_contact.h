@@ -16,6 +16,7 @@ struct FrozenContact {
   Vector6 V = Vector6::Zero();         ///< the same at the present v
   Vector6 step = Vector6::Zero();      ///< J p
   FrozenPatch::Force force;            ///< at V
+  Vector3 slid = Vector3::Zero();      ///< friction at the last Newton step where it slid (x, y, about n); 0: it stuck [N, N·m]
   Matrix6 G = Matrix6::Zero();         ///< -g ∂F/∂V of the last Newton step
   Vector6 F_done = Vector6::Zero();    ///< that the last Newton step balanced, of B at P, in P's axes [N·m, N]
 };

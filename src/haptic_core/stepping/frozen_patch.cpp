@@ -270,6 +270,18 @@ void FrozenPatch::evaluate(const Vector6& V, double limit, Force& out) const noe
   sum(V, out.first);
   out.normal = std::max(0.0, out.first[0]);
   out.friction = friction_.at(slipRate(V), g_, limit);
+  setForce(out);
+}
+
+void FrozenPatch::stick(const Vector6& V, double limit, Force& out) const noexcept {
+  FrictionLayer stuck = friction_;
+  stuck.limited = stuck.dragged = false;
+  out.friction = stuck.at(slipRate(V), g_, limit);
+  setForce(out);
+}
+
+/// Of the pressure's sums and of friction.
+void FrozenPatch::setForce(Force& out) const noexcept {
   const Vector3& f = out.friction.force;
   out.F << out.first[2], -out.first[1], f[2], f[0], f[1], out.first[0];
   out.F += beyond_;

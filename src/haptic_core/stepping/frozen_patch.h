@@ -63,6 +63,8 @@ class FrozenPatch {
   };
   /// (in realtime) The force at a twist; friction's limit is that of the normal force `limit` [N].
   void evaluate(const Vector6& V, double limit, Force& out) const noexcept;
+  /// (in realtime) Friction as if it stuck, whatever it has to hold: in place of that in `out`, of `evaluate` there.
+  void stick(const Vector6& V, double limit, Force& out) const noexcept;
   /// (in realtime) Of it (x and y of the force, torque along n) with another limit [N, N·m].
   Vector3 frictionAt(const Vector6& V, double limit) const noexcept { return friction_.at(slipRate(V), g_, limit).force; }
   /// (in realtime) -g ∂F/∂V, symmetric and positive semidefinite [N·s·m … N·s/m]. `force`: of `evaluate` there.
@@ -101,6 +103,7 @@ class FrozenPatch {
   LinearField approachField(const Vector6& V) const noexcept { return {V[5], -V[1], V[0]}; }
   LinearField openField(const Vector6& V) const noexcept;
   LinearField pressureField(const Vector6& V) const noexcept;
+  void setForce(Force& out) const noexcept;
   template <class Visit>
   void eachPressing(const Vector6& V, Visit&& visit) const noexcept;
   void setReach(const Vector6& V) noexcept;

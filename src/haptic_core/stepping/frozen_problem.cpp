@@ -188,8 +188,14 @@ bool FrozenProblem::minimisePart(double g, int most, double finest, double enoug
       eachContact([&](FrozenContact& c) {
         c.limit = c.force.normal;
         c.patch.evaluate(c.V, c.limit, c.force);
+        const bool turned_over = c.force.friction.outside && c.slid.head<2>().dot(c.force.friction.force.head<2>()) < 0;
+        if (turned_over) c.patch.stick(c.V, c.limit, c.force);
       });
     }
+    eachContact([](FrozenContact& c) {
+      const FrictionLayer::Answer& friction = c.force.friction;
+      c.slid = friction.outside ? friction.force : Vector3(Vector3::Zero());
+    });
     for (int n = 0; n < part_.tree_count; ++n) {
       std::copy_n(smooth_.begin() + treeAt(n).v, matrix_.sizeAt(n), residual_.begin() + treeAt(n).v);
     }
