@@ -15,5 +15,6 @@ inline WorldSettings stepSettings(Integrator integrator = Integrator::kAutomatic
 void runMotions(const char* filter);  ///< step.*: time and error beside the dated values; `filter` may be null
 void runBits();                       ///< index.bits_differ, scale.bits_differ
 void runCases();                      ///< turntable.*, marble.*, rod_impact.*, bounce.*
+void runPloughs(const char* filter);  ///< plough.*: a hand through heaps; `filter` may be null
 
 }  // namespace haptic::bench
