@@ -41,6 +41,7 @@ haptic_msgs::StepReport toStepReport(const WorldSnapshot& snapshot, const std::v
   m.contacts = static_cast<std::uint32_t>(r.contacts);
   m.iterations = static_cast<std::uint32_t>(r.iterations);
   m.residual = r.residual;
+  m.position_error = r.position_error;
   m.finite = r.finite;
   m.culprit = nameOf(r.culprit, links);
   m.flags = r.flags;

@@ -119,6 +119,8 @@ void defineReports(py::module_& m) {
       .def_readonly("iterations", &StepReport::iterations, "of the implicit solve; 0: explicit")
       .def_readonly("residual", &StepReport::residual,
                     "largest speed that an implicit solve left to change [m/s]")
+      .def_readonly("position_error", &StepReport::position_error,
+                    "that the step adds, by its own estimate: of the island that errs most [m]")
       .def_readonly("substeps", &StepReport::substeps,
                     "of this step: more where something fast came near something thin")
       .def_readonly("finite", &StepReport::finite, "False: a number was lost and the world stopped")
@@ -227,6 +229,15 @@ void defineCommands(WorldClass& world) {
           },
           py::arg("index"),
           "Wrench of the world on a pointer in the last step, about its link's origin, in W: torque, force.")
+      .def(
+          "pointer_force_error",
+          [](SeenWorld& w, int i) {
+            if (i < 0 || i >= w.world().pointerCount())
+              throw SetupError("pointer " + std::to_string(i), "is not in this world",
+                               "it has " + std::to_string(w.world().pointerCount()));
+            return w.world().pointerForceError(i);
+          },
+          py::arg("index"), "What the last step says of the error of that force [N].")
       .def(
           "tune",
           [](SeenWorld& w, double stiffness, double friction) {

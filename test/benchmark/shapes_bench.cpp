@@ -8,6 +8,7 @@
 
 int main(int count, char** arguments) {
   using namespace haptic::bench;
+  using haptic::scenes::HeapKind;
   if (count == 4 && std::strcmp(arguments[1], "--count") == 0) {
     countRodPass(arguments[2], std::atoi(arguments[3]));
     return 0;
@@ -21,7 +22,7 @@ int main(int count, char** arguments) {
   if (wanted("terrain")) measureTerrain();
   if (wanted("ellipsoid")) measureEllipsoid();
   if (wanted("logs")) measureLogs();
-  for (const scenes::HeapKind kind : {scenes::HeapKind::kTubes, scenes::HeapKind::kRound}) {
+  for (const HeapKind kind : {HeapKind::kTubes, HeapKind::kRound}) {
     if (!wanted("heaps")) break;
     for (const int count : {10, 100}) measureHeapOf(kind, count);
   }

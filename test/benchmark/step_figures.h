@@ -15,6 +15,7 @@ inline WorldSettings stepSettings(Integrator integrator = Integrator::kAutomatic
 void runMotions(const char* filter);  ///< step.*: time and error beside the dated values; `filter` may be null
 void runBits();                       ///< index.bits_differ, scale.bits_differ
 void runCases();                      ///< turntable.*, marble.*, rod_impact.*, bounce.*
+void runAccuracy();                   ///< accuracy.*, hand.force_error_est.*: errors that steps foresee, beside the true ones
 void runPloughs(const char* filter);  ///< plough.*: a hand through heaps; `filter` may be null
 
 }  // namespace haptic::bench

@@ -141,6 +141,7 @@ void takeBack(const Model& model, State& state, Work& work, StepReport& report) 
     std::copy(retreat.v_mean.begin(), retreat.v_mean.end(), state.v_mean.begin());
   }
   state.energy = retreat.energy;
+  work.choice.position_error = 0;
   std::swap(work.search.previous, state.pairs);  // the search has swapped them once
   state.pair_count = retreat.pair_count;
   report.flags = retreat.flags;

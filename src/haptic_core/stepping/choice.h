@@ -51,6 +51,7 @@ struct Retreat {
 struct ChoiceWork {
   std::vector<double> number;  ///< stability numbers by link, of the last evaluation
   Retreat retreat;             ///< for `takeBack`
+  double position_error = 0;   ///< of the part, of the island that errs most, as its attempt foresees [m]
   double parts = 1;            ///< that the attempt asks a substep to have
   bool cuts = false;           ///< all is explicit and little touches: parts are possible
   bool decided = false;        ///< the attempt stands, whatever it finds

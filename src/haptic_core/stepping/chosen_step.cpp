@@ -42,6 +42,7 @@ bool implicitPart(const Model& model, const StepPart& part, State& state, Work& 
 
 void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept {
   prime(model, part, state, work, report);
+  work.choice.position_error = 0;
   Retreat& retreat = work.choice.retreat;
   keepForRetreat(state, work.hands, report.step, retreat);
   explicitPart(model, part, state, work, report);
@@ -64,6 +65,7 @@ void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Re
   }
   if (part.h == model.settings.step) settleExplicit(model, part.h, work.placement, work.islands, work.hands, state);
   collectHeld(model, part, state, work.hands, work.placement);
+  report.step.position_error += work.choice.position_error;
   report.step.pairs = state.pair_count;
   report.step.contacts = report.contacts.size();
 }

@@ -1,6 +1,7 @@
 #include "haptic_core/stepping/explicit_step.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "haptic_core/stepping/explicit_contacts.h"
 
@@ -49,6 +50,20 @@ void book(const JointReport* joints, State& state, StepReport& report) noexcept 
   state.energy.external += joints->drives;
   report.closure = std::max(report.closure, joints->closure);
   if (!joints->converged) report.flags |= kJointsNotConverged;
+}
+
+/// What a tree's step foresees of its error of position [m]: h²/6 |a₁ - a₀| = h/3 |v₁ - 2 v½ + v₀| of velocity Verlet; of joints with
+/// laws h/2 |v₁ - v₀|.
+double positionError(const Model& model, const ModelTree& tree, double h, const State& state, const Work& work) noexcept {
+  const double size = model.links[tree.link].size;
+  const std::vector<double>&v_0 = work.choice.retreat.v, &v_half = work.motion.v_half;
+  double turn2 = 0, way2 = 0;
+  for (int i = 0; i < tree.model->nv(); ++i) {
+    const int k = tree.v + i;
+    const double bent = tree.has_laws ? 0.5 * (state.v[k] - v_0[k]) : (state.v[k] - 2 * v_half[k] + v_0[k]) / 3;
+    (tree.model->isFreeBody() && i >= 3 ? way2 : turn2) += bent * bent;
+  }
+  return h * std::sqrt(way2 + size * size * turn2);
 }
 
 /// The velocities after the next half kick.
@@ -138,6 +153,10 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
   forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
     const Wrench* events = work.contacts.has_kick ? work.contacts.kick.data() + tree.link : nullptr;
     finishVerlet(inPlace(model, tree, v_half, state, work), gravity, h, events, work.motion.scratch);
+    if (model.settings.integrator == Integrator::kAutomatic) {
+      double& most = work.choice.position_error;
+      most = std::max(most, positionError(model, tree, h, state, work));
+    }
   });
   if (!model.settings.energy_ledger) return true;
   if (!work.contacts.booked.empty()) lookAhead(model, h, state, work);

@@ -49,7 +49,7 @@ double ImplicitStep::violationAtStart() const noexcept {
   return most;
 }
 
-/// Solves up to the first change of friction in (0, s], commits, and changes the modes. < 0: not smooth.
+/// Solves up to the first change of friction in (0, s], commits, and changes the modes. < 0: not smooth, or the budget is used up.
 double ImplicitStep::locate(double s) noexcept {
   const double low = 0, f_low = violationAtStart();
   if (f_low >= -kLocated) {  // at once
@@ -62,13 +62,15 @@ double ImplicitStep::locate(double s) noexcept {
     forget();
     return 0;
   }
+  const int before = used();
   if (!sdirk2(s, left_ - s)) return -1;  // what stops is dragged on
+  const int solve = used() - before;
   double t = s, f = violation();
   const bool turns = f > 0;
   Bracket bracket(low, f_low, s, f);
   for (int i = 0; turns && i < kMostLocations && std::abs(f) > kLocated; ++i) {
     t = bracket.guess();
-    if (!sdirk2(t, left_ - t)) return -1;
+    if (!affords(solve, left_) || !sdirk2(t, left_ - t)) return -1;
     f = violation();
     bracket.take(t, f);
   }

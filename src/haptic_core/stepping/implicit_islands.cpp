@@ -180,6 +180,7 @@ const ImplicitReport* advance(const Model& model, const Island& island, double h
   report.fallbacks += solved.fell_back;
   report.parts = std::max(report.parts, solved.parts);
   report.budget_used = std::max(report.budget_used, solved.budget_used);
+  work.choice.position_error = std::max(work.choice.position_error, solved.position_error);
   if (!solved.converged) report.flags |= kNotConverged;
   if (!solved.joints_converged) report.flags |= kJointsNotConverged;
   return &solved;
@@ -188,6 +189,7 @@ const ImplicitReport* advance(const Model& model, const Island& island, double h
 }  // namespace
 
 void implicitStep(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+  work.choice.position_error = 0;
   moveHeld(model, part, state, work.hands, work.placement);
   work.clock.end(report.step.stages.motion);
   findPairs(model, part.h, work.placement, state, work.search, report.step);
@@ -203,6 +205,7 @@ void implicitStep(const Model& model, const StepPart& part, State& state, Work& 
   stepImplicitIslands(model, part, state, work, report);
   work.clock.end(report.step.stages.force);
   collectHeld(model, part, state, work.hands, work.placement);
+  report.step.position_error += work.choice.position_error;
   report.step.pairs = state.pair_count;
   report.step.contacts = report.contacts.size();
 }

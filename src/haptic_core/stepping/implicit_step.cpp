@@ -13,12 +13,10 @@ namespace {
 constexpr double kGamma = 1 - M_SQRT1_2;  ///< of SDIRK2
 constexpr double kNext = (1 - kGamma) / kGamma;
 
-/// Error of position that a step may make, over the way that its change of speed and gravity move a body in it.
-constexpr double kAccuracy = 0.03;
 /// Error of position over s² times the change of acceleration: from the last step's end to this one's; between two stages.
 constexpr double kErrorBdf2 = 2.0 / 9, kErrorSdirk2 = 0.0404;
 /// The budget: evaluations of a pair in a step, and bounds of those of its island; three keep the energy of a step that did not
-/// converge, three are implicit Euler's at least. Instants of friction come on top.
+/// converge, three are implicit Euler's at least.
 constexpr int kPairEvaluations = 128, kLeastEvaluations = 10, kMostEvaluations = 64, kKeepingEnergy = 3, kEulerPasses = 3,
               kMostPasses = 7;
 /// Sub-steps are no shorter than a step over this; attempts of a step at them, instants of friction included.
@@ -120,14 +118,14 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, Impl
   const double slow = std::max(h * settings_.gravity.norm(), kStands / h);
   const bool second_order =
       order != ImplicitOrder::kFirst && (locates_ || !settles(island, *state_, stage_.speed(state_->v), slow));
-  const auto passes = [this] { return std::max(1, budget_ - kKeepingEnergy - (locates_ ? 0 : used())); };
+  const auto passes = [this] { return std::max(1, budget_ - kKeepingEnergy - used()); };
   const bool jumps_on = second_order && lastStep() < 0 && euler(h, passes(), true);
   if (second_order && !jumps_on) subSteps();
   report_.fell_back = jumps_on || (second_order && left_ > 0);
   if (!jumps_on && left_ > 0) euler(left_, passes(), false);
   report_.iterations = stage_.iterations() - iterations;
   report_.evaluations = used();
-  report_.budget_used = locates_ ? 0 : static_cast<double>(used()) / budget_;
+  report_.budget_used = static_cast<double>(used()) / budget_;
   report_.factorisations = stage_.factorisations() - factorisations;
   report_.residual = stage_.error;
   report_.wrench_error = stage_.wrench_error;
@@ -347,16 +345,22 @@ void ImplicitStep::accelerations(double g) noexcept {
   }
 }
 
-/// Whether `share` s² |change_|, the error of position over s, is more than it may be. Leaves the ratio of the two in `error_`.
-bool ImplicitStep::errs(double share, double s) noexcept {
+/// Largest change of speed of a tree since the state [m/s].
+double ImplicitStep::speedGained() noexcept {
   const Island& island = stage_.island();
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island.trees[n]];
     for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) kick_[i] = stage_.v[i] - state_->v[i];
   }
-  const double may = kAccuracy * (stage_.speed(kick_) * length_ / s + length_ * settings_.gravity.norm());
+  return stage_.speed(kick_);
+}
+
+/// Whether `share` s² |change_|, the error of position over s, is more than it may be. Leaves the ratio of the two in `error_`.
+bool ImplicitStep::errs(double share, double s) noexcept {
+  const double may = settings_.accuracy * (speedGained() * length_ / s + length_ * settings_.gravity.norm());
   const double error = share * s * stage_.speed(change_);
   error_ = error > 0 ? error / may : 0;
+  position_error_ = s * error;
   return error > may;
 }
 
@@ -474,6 +478,8 @@ void ImplicitStep::commit(double g, double h, Mean mean, double taken_up) noexce
   const Island& island = stage_.island();
   const bool two_stages = mean == Mean::kOfStages;
   const bool first_part = report_.parts++ == 0;
+  // Implicit Euler's error is that of a speed that was not there yet; and what a solve left open counts in full.
+  report_.position_error += mean == Mean::kOfEnd ? h * (0.5 * speedGained() + (report_.converged ? 0 : stage_.error)) : position_error_;
   remember(g, h, mean, taken_up);
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island.trees[n]];

@@ -9,8 +9,8 @@
 ///                   of the last step, which the state keeps. It halves the solves of what goes on smoothly. The first step after an
 ///                   event (a contact begins or ends, friction changes its mode, a hand lets go, an explicit step) has none to go on
 ///                   from.
-/// An attempt at second order counts when its error of position is at most `kAccuracy` of the way that the change of speed and
-/// gravity move a body in the step; BDF2's is 2/9 h² |a1 - a0|, a0 at the end of the last step, SDIRK2's .04 h² of the change
+/// An attempt at second order counts when its error of position is at most `WorldSettings::accuracy` of the way that the change of
+/// speed and gravity move a body in the step; BDF2's is 2/9 h² |a1 - a0|, a0 at the end of the last step, SDIRK2's .04 h² of the change
 /// between its stages. One that does not is tried again by halves, down to h/8, while the error falls and the budget lasts. Second
 /// order multiplies the impulses of impacts by up to 2.4, so where the contact set changes or a patch grows or shrinks fast, and
 /// where all attempts fail, the rest of the step is done as implicit Euler. After such a step Euler comes first, and gives way where
@@ -23,10 +23,9 @@
 /// (regula falsi on its length), the patch changes its mode, and the rest of the step follows.
 ///
 /// Bounds. The budget of an island in a step is 128 evaluations of the exact geometry of a pair over the pairs that touch, but 10 at
-/// least and 64 at most, shared by all attempts (instants of friction come on top: 24 solves of two stages for each of at most 24),
-/// and four factorisations for each pass. A step that has not converged by then is reported with the wrench that it leaves out
-/// of balance; as implicit Euler it then has no more energy than it started with. A fold hidden in an accepted step
-/// escapes that (seen at 1e12 N/m³).
+/// least and 64 at most, shared by all attempts and instants of friction, and seven factorisations for each pass. A step that has not
+/// converged by then is reported with the wrench that it leaves out of balance; as implicit Euler it then has no more energy than it
+/// started with. A fold hidden in an accepted step escapes that (seen at 1e12 N/m³).
 #pragma once
 #include <vector>
 
@@ -52,6 +51,7 @@ struct ImplicitReport {
   bool joints_converged = true;  ///< every joint's force is on its graph, likewise
   bool fell_back = false;  ///< SDIRK2 was replaced by implicit Euler in a part of this step
   bool stands = false;     ///< it was at rest and stayed: q, v and the pairs are bit for bit what they were
+  double position_error = 0;  ///< that the accepted attempts foresee of themselves, summed over them [m]
   double budget_used = 0;  ///< evaluations over those it may take
   int parts = 0;           ///< solved one after the other: 1; more where friction changed inside, or after halving
 };
@@ -108,6 +108,7 @@ class ImplicitStep {
   int used() const noexcept { return stage_.evaluations - evaluations_before_; }
   Smooth bdf2(double s, double last) noexcept;
   void accelerations(double g) noexcept;
+  double speedGained() noexcept;
   bool errs(double share, double s) noexcept;
   void remember(double g, double h, Mean mean, double taken_up) noexcept;
   void setModes() noexcept;
@@ -138,6 +139,7 @@ class ImplicitStep {
   ImplicitOrder order_ = ImplicitOrder::kFirst;
   double length_ = 0, left_ = 0;           ///< of the step, and what of it is not done yet [s]
   double error_ = 0;                       ///< of the last attempt, over what it may be
+  double position_error_ = 0;              ///< of the last attempt [m]
   int budget_ = 0, evaluations_before_ = 0;
   std::vector<double> event_, violation_;  ///< by pair
   std::vector<double> acceleration_, change_, kick_;

@@ -148,6 +148,9 @@ struct WorldSettings {
   bool torsional_friction = true;           ///< false: patches resist sliding, not spinning (an ideal pivot)
   /// Where an implicit solve ends, as a share of the step's own error (implicit_stage.h). 0: at rounding, for references.
   double tolerance = 1e-2;
+  /// Error of position that a step may add, over the way that gravity and its change of speed move a body in it [1]; 0 < accuracy ≤ 1.
+  /// Smaller: more second order and sub-steps, as far as the budget of a step lasts (stepping/implicit_step.h).
+  double accuracy = 0.03;
   bool energy_ledger = true;                ///< false: no energies are computed or reported, which costs less
   int history_steps = 1000;                 ///< last steps kept to look back on (world/step_history.h); 0…100000
   bool leave_out = true;                    ///< false: the general pipeline, for comparison; bit-identical
@@ -158,7 +161,7 @@ struct WorldSettings {
     // Neither what is kept nor what is left out changes a bit.
     visit(s.step), visit(s.substeps), visit(s.gravity), visit(s.integrator), visit(s.contact_model);
     visit(s.pressure_law), visit(s.torsional_friction), visit(s.energy_ledger);
-    visit(s.default_material), visit(s.tolerance);
+    visit(s.default_material), visit(s.tolerance), visit(s.accuracy);
   }
 };
 

@@ -14,6 +14,7 @@ HandWork::HandWork(const Model& model)
       coupling(model.pointers.size()),
       goal(model.pointers.size()),
       moved(model.pointers.size()),
+      force_error(model.pointers.size()),
       wrench(model.pointers.size()),
       proxy(model) {
   movers.reserve(model.trees.size());
@@ -151,10 +152,13 @@ void collectHeld(const Model& model, const StepPart& part, State& state, HandWor
   }
 }
 
-void reportToHands(const Model& model, bool finite, const HandWork& hands, State& state) noexcept {
+void reportToHands(const Model& model, const StepReport& report, HandWork& hands, State& state) noexcept {
   for (const int i : hands.acting) {
     PointerState& pointer = state.pointers[i];
-    pointer.F_W = finite ? hands.wrench[i] * (1.0 / model.settings.substeps) : Wrench{};
+    const Vector3 before = pointer.F_W.force;
+    pointer.F_W = report.finite ? hands.wrench[i] * (1.0 / model.settings.substeps) : Wrench{};
+    // The mean of a force that goes from one value to another, taken at one of its ends; and what a solve left out of balance.
+    hands.force_error[i] = 0.5 * (pointer.F_W.force - before).norm() + report.wrench_error;
     if (!pointer.targeted) continue;
     pointer.turn_withheld = hands.goal[i].turn_withheld;
     pointer.way_withheld = hands.goal[i].way_withheld;

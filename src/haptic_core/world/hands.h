@@ -38,6 +38,8 @@ struct HandWork {
   std::vector<PointerCoupling> coupling;  ///< by pointer: `own_coupling`, or less where the hand bears less
   std::vector<HeldGoal> goal;   ///< by pointer: where a held link goes, the target or less far (held_proxy.h)
   std::vector<Twist> moved;     ///< by pointer: displacement of a held link in this part [rad], [m]
+  /// By pointer: what the step says of the error of the force that its hand gets, as a mean over the step [N].
+  std::vector<double> force_error;
   std::vector<Wrench> wrench;   ///< by pointer: of the world on the hand, summed over the parts by their shares
 
   ProxyWork proxy;              ///< of `aimHeld`
@@ -84,6 +86,6 @@ void collectHeld(const Model& model, const StepPart& part, State& state, HandWor
                  const Placement& placement) noexcept;
 
 /// (in realtime) The mean wrench over the step on each hand; zero when the world has stopped.
-void reportToHands(const Model& model, bool finite, const HandWork& hands, State& state) noexcept;
+void reportToHands(const Model& model, const StepReport& report, HandWork& hands, State& state) noexcept;
 
 }  // namespace haptic

@@ -90,6 +90,9 @@ void Model::checkSettings() const {
     throw SetupError(name, "history_steps is " + std::to_string(s.history_steps), "give 0 to 100000");
   }
   if (s.substeps < 1) throw SetupError(name, "substeps is " + std::to_string(s.substeps), "give at least 1");
+  if (!(s.accuracy > 0 && s.accuracy <= 1)) {
+    throw SetupError(name, "accuracy is " + number(s.accuracy), "give a share > 0 and <= 1 of the way that forces move a body in a step");
+  }
   const bool explicit_step =
       s.integrator == Integrator::kSymplecticEuler || s.integrator == Integrator::kVelocityVerlet;
   if (s.contact_model == ContactModel::kPoint && kindOf(s.pressure_law).potential) {

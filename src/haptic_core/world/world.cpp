@@ -94,6 +94,8 @@ int World::pointerLink(int i) const { return impl_->state.pointers[i].link; }
 int World::pointerHome(int i) const { return impl_->model.pointerHome(i); }
 Wrench World::pointerWrench(int i) const noexcept { return impl_->state.pointers[i].F_W; }
 
+double World::pointerForceError(int i) const noexcept { return impl_->work.hands.force_error[i]; }
+
 void World::setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept {
   aim(impl_->state.pointers[i], X_WL, V_WL);
   impl_->work.standing.wake();

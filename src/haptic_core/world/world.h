@@ -68,6 +68,9 @@ class World {
   double pointerStiffness(int i) const noexcept;
   /// (in realtime) Wrench of the world on pointer i in the last step, about the link frame's origin, in W.
   Wrench pointerWrench(int i) const noexcept;
+  /// (in realtime) What the last step says of the error of that force, by its own change within the step [N]. See `ErrorEstimator` for
+  /// one that steps anew.
+  double pointerForceError(int i) const noexcept;
   void grab(int pointer, int link);                   ///< makes another link the pointer from the next step on
   int pointerHome(int i) const;                       ///< link that the scene gives pointer i
   bool canGrab(int pointer, int link) const noexcept; ///< (in realtime) a link that moves freely, not held by another
