@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace haptic {
 namespace {
@@ -126,13 +127,28 @@ constexpr double kPrescribed = 1e40;
 
 void setBit(std::uint64_t* bits, int i) { bits[i >> 6] |= std::uint64_t{1} << (i & 63); }
 void clearBit(std::uint64_t* bits, int i) { bits[i >> 6] &= ~(std::uint64_t{1} << (i & 63)); }
-bool hasBit(const std::uint64_t* bits, int i) { return bits[i >> 6] >> (i & 63) & 1; }
+
+constexpr int kEliminated = std::numeric_limits<int>::max();
+
+int countBits(const std::uint64_t* bits, int words) {
+  int count = 0;
+  for (int w = 0; w < words; ++w) count += __builtin_popcountll(bits[w]);
+  return count;
+}
+
+/// Visits the bits that are set, in ascending order.
+template <class Visit>
+void eachBit(const std::uint64_t* bits, int words, Visit&& visit) {
+  for (int w = 0; w < words; ++w) {
+    for (std::uint64_t left = bits[w]; left != 0; left &= left - 1) visit(64 * w + __builtin_ctzll(left));
+  }
+}
 
 }  // namespace
 
 BlockCholesky::BlockCholesky(int max_nodes, int max_edges, std::size_t max_values)
     : max_nodes_(max_nodes), words_((max_nodes + 63) / 64), edges_(max_edges), size_(max_nodes),
-      offset_(max_nodes + 1), position_(max_nodes), node_at_(max_nodes),
+      offset_(max_nodes + 1), position_(max_nodes), node_at_(max_nodes), degree_(max_nodes),
       adjacency_(static_cast<std::size_t>(max_nodes) * words_), columns_(max_nodes), values_(max_values) {
   // A stored block has at least one value, so the structure cannot outgrow the values.
   const std::size_t dense = static_cast<std::size_t>(max_nodes) * (max_nodes + 1) / 2;
@@ -176,42 +192,32 @@ void BlockCholesky::order() noexcept {
     setBit(bits(edges_[e].b), edges_[e].a);
   }
   const int words = (nodes_ + 63) / 64;  // the rows are as long as the largest graph's
-  std::fill(position_.begin(), position_.begin() + nodes_, -1);
+  for (int node = 0; node < nodes_; ++node) degree_[node] = countBits(bits(node), words);
   for (int step = 0; step < nodes_; ++step) {
-    int best = -1, best_degree = 0;
-    for (int node = 0; node < nodes_; ++node) {
-      if (position_[node] >= 0) continue;
-      int degree = 0;
-      for (int w = 0; w < words; ++w) degree += __builtin_popcountll(bits(node)[w]);
-      if (best < 0 || degree < best_degree) {
-        best = node;
-        best_degree = degree;
-      }
-    }
+    const int best = static_cast<int>(std::min_element(degree_.begin(), degree_.begin() + nodes_) - degree_.begin());
     position_[best] = step;
     node_at_[step] = best;
+    degree_[best] = kEliminated;
     const std::uint64_t* eliminated = bits(best);
-    for (int node = 0; node < nodes_; ++node) {
-      if (!hasBit(eliminated, node)) continue;
+    eachBit(eliminated, words, [&](int node) {
       for (int w = 0; w < words; ++w) bits(node)[w] |= eliminated[w];
       clearBit(bits(node), node);
       clearBit(bits(node), best);
-    }
+      degree_[node] = countBits(bits(node), words);
+    });
   }
 }
 
 bool BlockCholesky::layOut() noexcept {
+  const int words = (nodes_ + 63) / 64;
   std::size_t start = 0, entries = 0;
   for (int p = 0; p < nodes_; ++p) {
     const int node = node_at_[p];
     Column& column = columns_[p];
     column = {size_[node], static_cast<int>(entries), 0, size_[node], start};
-    for (int other = 0; other < nodes_; ++other) {
-      if (!hasBit(bits(node), other)) continue;
-      if (entries == structure_.size()) return false;
-      structure_[entries++] = position_[other];
-      ++column.count;
-    }
+    column.count = countBits(bits(node), words);
+    if (entries + column.count > structure_.size()) return false;
+    eachBit(bits(node), words, [&](int other) { structure_[entries++] = position_[other]; });
     std::sort(structure_.begin() + column.first, structure_.begin() + column.first + column.count);
     for (int s = column.first; s < column.first + column.count; ++s) {
       row_offset_[s] = column.height;

@@ -75,6 +75,7 @@ class BlockCholesky {
   bool analyzed_ = false;
   std::vector<Edge> edges_;
   std::vector<int> size_, offset_, position_, node_at_;  // by node, by node, node → position, position → node
+  std::vector<int> degree_;                              // within `order`, by node: neighbours left; kEliminated
   std::vector<std::uint64_t> adjacency_;                 // a bit row per node; after `order` its fill
   std::vector<Column> columns_;                          // by position
   std::vector<int> structure_, row_offset_;              // positions below a diagonal block; their panel rows

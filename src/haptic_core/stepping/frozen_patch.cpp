@@ -269,6 +269,10 @@ double FrozenPatch::missedDepth(const Vector6& V, double mean_depth) const noexc
 void FrozenPatch::evaluate(const Vector6& V, double limit, Force& out) const noexcept {
   sum(V, out.first);
   out.normal = std::max(0.0, out.first[0]);
+  limitFriction(V, limit, out);
+}
+
+void FrozenPatch::limitFriction(const Vector6& V, double limit, Force& out) const noexcept {
   out.friction = friction_.at(slipRate(V), g_, limit);
   setForce(out);
 }

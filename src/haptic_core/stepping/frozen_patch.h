@@ -63,6 +63,8 @@ class FrozenPatch {
   };
   /// (in realtime) The force at a twist; friction's limit is that of the normal force `limit` [N].
   void evaluate(const Vector6& V, double limit, Force& out) const noexcept;
+  /// (in realtime) The same where `out` is of `evaluate` at V with another limit.
+  void limitFriction(const Vector6& V, double limit, Force& out) const noexcept;
   /// (in realtime) Friction as if it stuck, whatever it has to hold: in place of that in `out`, of `evaluate` there.
   void stick(const Vector6& V, double limit, Force& out) const noexcept;
   /// (in realtime) Of it (x and y of the force, torque along n) with another limit [N, N·m].

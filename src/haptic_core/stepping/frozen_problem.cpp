@@ -187,7 +187,7 @@ bool FrozenProblem::minimisePart(double g, int most, double finest, double enoug
       smoothPart(v);
       eachContact([&](FrozenContact& c) {
         c.limit = c.force.normal;
-        c.patch.evaluate(c.V, c.limit, c.force);
+        c.patch.limitFriction(c.V, c.limit, c.force);  // the search has left the pressures of this V
         const bool turned_over = c.force.friction.outside && c.slid.head<2>().dot(c.force.friction.force.head<2>()) < 0;
         if (turned_over) c.patch.stick(c.V, c.limit, c.force);
       });

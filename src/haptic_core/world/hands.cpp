@@ -4,6 +4,7 @@
 #include <string>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/world/report.h"
 
 namespace haptic {
 
