@@ -72,6 +72,7 @@ else
   done
   [ "$before" != --device ] || fail "check: --device wants the name of a device or the path of its file"
   device_file=$(find_device "$device") || exit 1
+  [ -z "$picture" ] || set -- --all "$@"  # the picture has a bar for each island
   setup run
   build_stack scene_check
   use_build

@@ -55,8 +55,7 @@ class BadInput(unittest.TestCase):
             "empty": ("", []),
             "malformed": ("<robot name='a'><link", []),
             "not_a_robot": ("<sdf/>", []),
-            "zero_mass": (scene(LINK.format("body", 0, 1e-3, BOX)), ["body"]),
-            "negative_inertia": (scene(LINK.format("body", 1, -1e-3, BOX)), ["body"]),
+            "negative_mass": (scene(LINK.format("body", -1, 1e-3, BOX)), ["body"]),
             "mesh_not_found": (scene(LINK.format("body", 1, 1e-3, '<mesh filename="no_such.stl"/>')), ["no_such.stl"]),
         }
         with tempfile.TemporaryDirectory() as folder:
