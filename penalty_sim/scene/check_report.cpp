@@ -39,11 +39,12 @@ void countParts(const SceneDef& scene, CheckReport& report) {
       shapes += static_cast<int>(link.collisions.size());
     }
   }
+  const Vector3& g = scene.world.settings.gravity;
   std::ostringstream text;
   text << counted(scene.world.articulations.size(), "body or tree") << ", " << moving << " moving links, " << scene.joints
        << " joints in the files; " << scene.collisions_loaded << " of " << scene.collisions_tried << " collisions as " << shapes
        << " convex shapes, " << scene.world.filters.size() << " filtered pairs; step " << 1e3 * scene.world.settings.step
-       << " ms, gravity " << scene.world.settings.gravity.transpose() << " m/s²";
+       << " ms, gravity " << g.x() << " " << g.y() << " " << g.z() << " m/s²";
   std::string line = text.str();
   const std::size_t plural = line.find("body or trees");
   if (plural != std::string::npos) line.replace(plural, 13, "bodies and trees");

@@ -156,7 +156,7 @@ void measureKinds(const char* filter) {
   KindFigures others, all;
   std::map<std::string, std::map<int, double>> cubes_us;  // by stiffness, by count
   for (const int count : {10, 100, 300}) {
-    if (filter && ("kinds" + std::to_string(count)).find(filter) == std::string::npos) continue;
+    if (filter && filter != "kinds" + std::to_string(count) && std::strcmp(filter, "kinds") != 0) continue;
     for (const HeapKind kind : {HeapKind::kCubes, HeapKind::kHulls, HeapKind::kRods, HeapKind::kPlates, HeapKind::kMixed,
                                 HeapKind::kRatio, HeapKind::kRound, HeapKind::kTubes}) {
       if (count == 300 && kind != HeapKind::kCubes) continue;

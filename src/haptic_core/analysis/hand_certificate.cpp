@@ -134,7 +134,7 @@ std::string HandCertificate::text() const {
     return text.str();
   }
   text << (holds() ? "PASS" : "WEAKENED") << ", " << 1e-3 * stiffness << " N/mm when pressed with " << press << " N on " << against
-       << "; at " << rate << " Hz the device bears " << 1e-3 * alone << ", held by a relaxed hand " << 1e-3 * held;
+       << "; at " << std::lround(rate) << " Hz the device bears " << 1e-3 * alone << ", held by a relaxed hand " << 1e-3 * held;
   if (!holds() && bearable > 0) {
     text << ": the loop weakens it to that; felt as it is with stiffness " << bearable << " N/m³ or less, or at a higher rate";
   } else if (!holds()) {

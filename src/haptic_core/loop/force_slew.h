@@ -1,7 +1,7 @@
 /// How fast the wrench on a hand may change: the law of the port between two ticks.
 ///
-/// With x, θ the measured grip, K the largest wall that the loop bears (spidar/wall_bound.h), r the reach of the pointer's link as
-/// the grip has it,
+/// With ρ `kForceRate`, x, θ the measured grip, K the largest wall that the loop bears (spidar/wall_bound.h), r the reach of the
+/// pointer's link as the grip has it,
 ///     |F_n - F_(n-1)| ≤ K |x_n - x_(n-1)| + ρ h,      |T_n - T_(n-1)| ≤ r (K |x_n - x_(n-1)| + K r |θ_n - θ_(n-1)| + ρ h).
 /// A wall within its own bound (world/hand_bound.h) changes no faster by the hand's way: the law leaves it as it is. The rest that
 /// changes a contact's force is the world's own: a cube slips from under the tool, a face takes over from an edge, the tool comes free.
@@ -14,11 +14,9 @@
 /// the device's damping takes. Deviation: K is the loop's own bound; ρ lets a force come and go under a hand that rests.
 #pragma once
 #include "haptic_core/base/spatial.h"
+#include "haptic_core/world/hand_bound.h"
 
 namespace haptic {
-
-/// ρ [N/s]: 0.1 N in a tick of 1 kHz, a third of the least that is felt as a stroke. A stroke of 10 N takes 0.1 s on a grip at rest.
-inline constexpr double kForceRate = 100;
 
 /// What bounds a wrench's change.
 struct ForceSlew {

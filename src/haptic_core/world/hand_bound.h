@@ -47,6 +47,9 @@ struct State;
 inline constexpr double kMostDamping = 2.0 / 3;
 /// Least τ in steps [1]: half a period of the hold and one of the exchange.
 inline constexpr double kLeastLag = 1.5;
+/// Rate at which the force on a hand at rest may change [N/s]: 0.1 N in a tick of 1 kHz, a third of the least that is felt as a stroke. A
+/// stroke of 10 N takes 0.1 s; a tool that comes free 30 mm behind its hand follows within two seconds.
+inline constexpr double kForceRate = 100;
 
 /// Most that a pointer may oppose to its hand, in the world's measures. Not part of the state: who moves the pointer tells it.
 struct PointerBound {

@@ -20,9 +20,6 @@ constexpr double kSettled = 1e-9;
 /// Share of the room that a link may use up in a step [1]: at a bound it slows down over some steps, and its damper's force with it. All
 /// of it at once, and a ball at 0.3 m/s lost 3 N in a tick.
 constexpr double kApproach = 0.3;
-/// Rate at which the force may rise while a link that stayed behind catches up with a hand at rest [N/s]: 0.1 N in a tick of 1 kHz,
-/// a third of the least that is felt as a stroke. A tool that comes free 30 mm behind its hand follows within two seconds.
-constexpr double kRise = 100;
 /// Share of its excess depth by which a link comes out in a step [1]: within 50 steps. Its bound moves when another piece begins to
 /// touch and the depth is the whole body's: at once, and the link was thrown out, sank again and hummed.
 constexpr double kOut = 0.02;
@@ -325,7 +322,7 @@ void Aim::addPullRows(int pointer) noexcept {
 }
 
 /// The goal: of the way to the target, as much as rows and the last step allow. False: it is the target itself.
-/// What a spring's link is behind by is remembered, and comes back so fast that the force rises by kRise. Where rows hold the link the
+/// What a spring's link is behind by is remembered, and comes back so fast that the force rises by kForceRate. Where rows hold the link the
 /// hand's own way uses it up as well: as the hand comes back the goal stays. Elsewhere it must not, or a hand that swings beside a tool
 /// far behind is driven by its own swing. The force falls at most twice as fast as both together. A held link has no such memory: it is
 /// felt where it touches, not how far its hand is.
@@ -339,7 +336,7 @@ bool Aim::follow(int pointer, double rho, Vector6& motion) noexcept {
   withheld << target.turn_withheld, target.way_withheld;
   const auto size = [&](const Vector6& way) { return std::sqrt(rho * rho * way.head<3>().squaredNorm() + way.tail<3>().squaredNorm()); };
   const auto holds = [&](const ProxyRow& row) { return row.J.dot(wanted) > row.room; };
-  const double calm = model_.holds(pointer) ? INFINITY : model_.settings.step * kRise / work_.hands.coupling[pointer].stiffness;
+  const double calm = model_.holds(pointer) ? INFINITY : model_.settings.step * kForceRate / work_.hands.coupling[pointer].stiffness;
   const double hand = model_.settings.step * size(target.V_WL.vector()), behind = size(withheld);
   const double back = calm + (std::any_of(proxy_.rows.begin(), proxy_.rows.end(), holds) ? hand : 0.0);
   withheld *= back < behind ? 1 - back / behind : 0.0;
