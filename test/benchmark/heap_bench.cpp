@@ -207,6 +207,7 @@ int run(const char* filter) {
     if (filter && g.name.find(filter) == std::string::npos) continue;
     means[g.name] = measure(g, overall);
   }
+  if (means.empty()) return 0;
   figure("heap.unconverged", overall.unconverged, "1");
   figure("heap.evaluations_worst", overall.evaluations, "1");
   figure("heap.factorisations_worst", overall.factorisations, "1");
