@@ -87,7 +87,10 @@ WorldDef scaled(WorldDef def, double s) {
     m.dissipation /= s;
   };
   def.settings.gravity *= s;
-  scaleMaterial(def.settings.default_material);
+  ContactMaterial& usual = def.settings.default_material;  // what nothing says has a unit as well
+  if (!(usual.stiffness > 0)) usual.stiffness = DefaultMaterial::kStiffness;
+  if (!(usual.dissipation >= 0)) usual.dissipation = DefaultMaterial::kDissipation;
+  scaleMaterial(usual);
   for (ArticulationDef& articulation : def.articulations) {
     articulation.X_WA.p *= s;
     articulation.V_WA.linear *= s;
