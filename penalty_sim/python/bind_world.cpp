@@ -129,6 +129,12 @@ void defineReports(py::module_& m) {
 
 using WorldClass = py::class_<SeenWorld>;
 
+/// Throws SetupError when the world has no pointer i.
+void checkPointer(SeenWorld& w, int i) {
+  const int count = w.world().pointerCount();
+  if (i < 0 || i >= count) throw SetupError("pointer " + std::to_string(i), "is not in this world", "it has " + std::to_string(count));
+}
+
 /// Positions and velocities, whole and by link.
 void defineMotion(WorldClass& world) {
   world
@@ -212,9 +218,7 @@ void defineCommands(WorldClass& world) {
       .def(
           "aim_pointer",
           [](SeenWorld& w, int i, const Matrix4& X_WL, const Vector6& V_WL) {
-            if (i < 0 || i >= w.world().pointerCount())
-              throw SetupError("pointer " + std::to_string(i), "is not in this world",
-                               "it has " + std::to_string(w.world().pointerCount()));
+            checkPointer(w, i);
             w.world().setPointerTarget(i, poseOf(X_WL), {V_WL.head<3>(), V_WL.tail<3>()});
           },
           py::arg("index"), py::arg("X_WL"), py::arg("V_WL") = Vector6(Vector6::Zero()),
@@ -222,9 +226,7 @@ void defineCommands(WorldClass& world) {
       .def(
           "pointer_wrench",
           [](SeenWorld& w, int i) {
-            if (i < 0 || i >= w.world().pointerCount())
-              throw SetupError("pointer " + std::to_string(i), "is not in this world",
-                               "it has " + std::to_string(w.world().pointerCount()));
+            checkPointer(w, i);
             return w.world().pointerWrench(i).vector();
           },
           py::arg("index"),
@@ -232,9 +234,7 @@ void defineCommands(WorldClass& world) {
       .def(
           "pointer_force_error",
           [](SeenWorld& w, int i) {
-            if (i < 0 || i >= w.world().pointerCount())
-              throw SetupError("pointer " + std::to_string(i), "is not in this world",
-                               "it has " + std::to_string(w.world().pointerCount()));
+            checkPointer(w, i);
             return w.world().pointerForceError(i);
           },
           py::arg("index"), "What the last step says of the error of that force [N].")

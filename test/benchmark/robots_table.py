@@ -3,6 +3,8 @@
 import os
 import sys
 
+import table_of_log
+
 COLUMNS = ("robot", "licence", "joints", "collisions", "load, s", "cached, s", "surface off unsaid, mm", "against KDL", "step, µs", "replaced")
 EXPLANATION = """Every file below `shared/example-robot-data`, `shared/cases` and the folder `HAPTIC_ROBOTS`, as `./run bench robots` loads it
 (links without inertia at 1000 kg/m³, missing meshes as boxes). Cached: loaded once more, meshes from the cache. Against KDL: link poses,
@@ -53,18 +55,5 @@ def markdown(found, where=""):
     return "\n".join(lines + ([""] + ["- " + os.path.relpath(part, common) if part.startswith("/") else "- " + part for part in parts])) + "\n"
 
 
-def main(arguments):
-    if not 1 <= len(arguments) <= 2:
-        print(__doc__, file=sys.stderr)
-        return 2
-    try:
-        with open(arguments[0], encoding="utf-8") as log:
-            print(markdown(rows(log), *arguments[1:]), end="")
-    except (OSError, ValueError) as error:
-        print(f"robots_table: {arguments[0]}: {error}", file=sys.stderr)
-        return 1
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(table_of_log.run("robots_table", __doc__, rows, markdown, sys.argv[1:]))

@@ -2,6 +2,8 @@
 """scenes_table.py LOG [WHERE]: the table that `bench_scenes` printed, in markdown. WHERE says where it was measured."""
 import sys
 
+import table_of_log
+
 # Column of the log, heading here.
 COLUMNS = (("scene", "scene"), ("force_%", "force error, %"), ("inside_%", "of what can be presented, %"),
            ("energy", "energy gained"), ("worst_us", "worst tick, µs"), ("p999_us", "99.9 %, µs"), ("missed", "missed"),
@@ -38,18 +40,5 @@ def markdown(found, where=""):
     return "\n".join([EXPLANATION] + ([f"Measured on {where}."] if where else []) + ["", head, rule] + lines) + "\n"
 
 
-def main(arguments):
-    if not 1 <= len(arguments) <= 2:
-        print(__doc__, file=sys.stderr)
-        return 2
-    try:
-        with open(arguments[0], encoding="utf-8") as log:
-            print(markdown(rows(log), *arguments[1:]), end="")
-    except (OSError, ValueError) as error:
-        print(f"scenes_table: {arguments[0]}: {error}", file=sys.stderr)
-        return 1
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(table_of_log.run("scenes_table", __doc__, rows, markdown, sys.argv[1:]))
