@@ -55,59 +55,70 @@ std::string lineOf(std::string text) {
   return text;
 }
 
+/// The words of the command line beside the loader's options.
+struct Words {
+  std::string name, device_file, missing = "stop";
+  double rate = 0;  ///< [Hz]; 0: the scene's own
+  bool strict = false, all = false, json = false;
+};
+
+/// False, and said: a word is wrong, or no scene is named.
+bool read(int argc, char** argv, haptic::SceneOptions& options, Words& words) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const bool has_value = i + 1 < argc;
+    if (argument == "--strict") {
+      words.strict = true;
+    } else if (argument == "--all") {
+      words.all = true;
+    } else if (argument == "--json") {
+      words.json = true;
+    } else if (argument == "--default-density" && has_value) {
+      if (!readPositive("--default-density", argv[++i], "kg/m³", options.default_density)) return false;
+    } else if (argument == "--rate" && has_value) {
+      if (!readPositive("--rate", argv[++i], "Hz", words.rate)) return false;
+    } else if (argument == "--device" && has_value) {
+      words.device_file = argv[++i];
+    } else if (argument == "--srdf" && has_value) {
+      options.srdf = argv[++i];
+    } else if (argument == "--missing-meshes" && has_value) {
+      words.missing = argv[++i];
+    } else if (argument == "--xacro" && has_value) {
+      options.xacro.push_back(argv[++i]);
+    } else if (argument == "--scenes" && has_value) {
+      options.scene_folders.push_back(argv[++i]);
+    } else if (words.name.empty() && argument.rfind("--", 0) != 0) {
+      words.name = argument;
+    } else {
+      std::fprintf(stderr, "scene_check: unexpected '%s'\n%s", argument.c_str(), kUsage);
+      return false;
+    }
+  }
+  if (words.name.empty()) {
+    std::fputs(kUsage, stderr);
+    return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (haptic::toldVersion(argc, argv, "scene_check")) return 0;
   haptic::SceneOptions options;
-  std::string name, device_file, missing = "stop";
-  double rate = 0;
-  bool strict = false, all = false, json = false;
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    const bool has_value = i + 1 < argc;
-    if (argument == "--strict") {
-      strict = true;
-    } else if (argument == "--all") {
-      all = true;
-    } else if (argument == "--json") {
-      json = true;
-    } else if (argument == "--default-density" && has_value) {
-      if (!readPositive("--default-density", argv[++i], "kg/m³", options.default_density)) return 2;
-    } else if (argument == "--rate" && has_value) {
-      if (!readPositive("--rate", argv[++i], "Hz", rate)) return 2;
-    } else if (argument == "--device" && has_value) {
-      device_file = argv[++i];
-    } else if (argument == "--srdf" && has_value) {
-      options.srdf = argv[++i];
-    } else if (argument == "--missing-meshes" && has_value) {
-      missing = argv[++i];
-    } else if (argument == "--xacro" && has_value) {
-      options.xacro.push_back(argv[++i]);
-    } else if (argument == "--scenes" && has_value) {
-      options.scene_folders.push_back(argv[++i]);
-    } else if (name.empty() && argument.rfind("--", 0) != 0) {
-      name = argument;
-    } else {
-      std::fprintf(stderr, "scene_check: unexpected '%s'\n%s", argument.c_str(), kUsage);
-      return 2;
-    }
-  }
-  if (name.empty()) {
-    std::fputs(kUsage, stderr);
-    return 2;
-  }
+  Words words;
+  if (!read(argc, argv, options, words)) return 2;
   try {
-    if (rate > 0) options.step = 1 / rate;
-    options.missing = haptic::missingMeshesNamed(missing);
+    if (words.rate > 0) options.step = 1 / words.rate;
+    options.missing = haptic::missingMeshesNamed(words.missing);
     options.progress = [](const std::string& line) { std::fprintf(stderr, "scene_check: %s\n", line.c_str()); };
-    const haptic::SceneDef scene = haptic::loadScene(name, options);
+    const haptic::SceneDef scene = haptic::loadScene(words.name, options);
     const haptic::World world(scene.world);
     const haptic::Certificate certificate = haptic::certify(scene.world);
     haptic::CheckReport report = haptic::checkReport(scene, certificate);
     bool good = true;
-    if (!device_file.empty()) {
-      const haptic::DeviceDef device = haptic::loadDevice(device_file);
+    if (!words.device_file.empty()) {
+      const haptic::DeviceDef device = haptic::loadDevice(words.device_file);
       for (const haptic::HandDef& hand : scene.hands) {
         const haptic::HandMapping mapping{hand.workspace.scale, hand.force_scale};
         report.hands.push_back(lineOf(haptic::certifyHand(scene.world, hand.pointer, mapping, device).text()));
@@ -115,14 +126,14 @@ int main(int argc, char** argv) {
       }
     }
     haptic::judge(scene, certificate, !good, report);
-    if (json) {
+    if (words.json) {
       std::fputs(haptic::checkJson(report).c_str(), stdout);
     } else {
       std::fputs(haptic::checkText(report).c_str(), stdout);
-      if (all) std::fputs((haptic::sceneText(scene) + world.planText() + certificate.text()).c_str(), stdout);
+      if (words.all) std::fputs((haptic::sceneText(scene) + world.planText() + certificate.text()).c_str(), stdout);
     }
-    const int code = !good || (strict && scene.warnings.size() + scene.replaced.size() > 0) ? 1 : 0;
-    if (json) return code;
+    const int code = !good || (words.strict && scene.warnings.size() + scene.replaced.size() > 0) ? 1 : 0;
+    if (words.json) return code;
     std::printf("figure check.collisions_lost %d 1\nfigure check.replaced %zu 1\nfigure check.warnings %zu 1\n",
                 scene.collisions_tried - scene.collisions_loaded, scene.replaced.size(), scene.warnings.size());
     return code;
