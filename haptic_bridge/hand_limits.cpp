@@ -49,7 +49,7 @@ void HandLimits::publish(const RealtimeThread::Felt& felt) {
     const DeviceDef& device = felt.devices[i];
     HandCertificate certificate;
     try {
-      const HandMapping mapping{hand.settings.workspace.scale, hand.settings.force_scale};
+      const HandMapping mapping{hand.settings.workspace.scale, hand.settings.force_scale, hand.settings.delay.total()};
       certificate = certifyHand(*felt.definition, hand.pointer, mapping, device);
     } catch (const std::exception& error) {
       ROS_WARN_STREAM("hand_limits: none for " << hand.device << ": " << error.what());

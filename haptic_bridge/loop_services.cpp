@@ -74,6 +74,7 @@ std::vector<LoopCommand> LoopServices::commandsFor(const haptic_bridge::LoopConf
     HandSettings settings = hand.settings;
     settings.force_scale = config.force_scale * hand.defined.force_scale;
     settings.soft_start_s = config.soft_start;
+    settings.silent = config.silent;
     settings.passivity.mode = static_cast<PassivityMode>(config.passivity);
     if (numbersOf(settings) != numbersOf(hand.settings)) commands.push_back({ChangeHand{settings}, static_cast<int>(i)});
   }

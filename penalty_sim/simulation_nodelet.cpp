@@ -27,6 +27,7 @@ std::vector<HandPlacement> placements(const SceneDef& scene) {
     placement.pointer = hand.pointer;
     placement.settings.workspace = hand.workspace;
     placement.settings.force_scale = hand.force_scale;
+    placement.settings.delay = hand.delay;
     placement.path = hand.path;
     hands.push_back(placement);
   }

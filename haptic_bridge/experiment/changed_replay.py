@@ -17,7 +17,7 @@ import session_folder  # noqa: E402
 import study as study_file  # noqa: E402
 from strict_yaml import Refused  # noqa: E402
 
-CHANGEABLE = sorted(k for k, v in study_file.PROPERTIES.items() if v[1] is not None and k != 'rate')
+CHANGEABLE = sorted(k for k, v in study_file.PROPERTIES.items() if v[1] is not None and k != 'rate' and k not in study_file.DELAYS)
 
 
 def change_of(word):

@@ -7,10 +7,12 @@ import xml.etree.ElementTree as xml
 
 from strict_yaml import Refused
 
+HERE = os.path.dirname(os.path.abspath(__file__))
 SPACE = 'https://haptic/urdf'
 CONTACT = {'stiffness': 'stiffness', 'young_modulus': 'young_modulus', 'damping': 'damping', 'dissipation': 'dissipation'}
 FRICTION = ('mu_static', 'mu_dynamic')
 HOW_STIFF = ('stiffness', 'young_modulus', 'material')  # a contact says one of them
+OF_POINTER = {'coupling': 'coupling', 'coupling_stiffness': 'stiffness', 'pose_delay': 'pose_delay', 'force_delay': 'force_delay'}
 OF_LINKS = set(CONTACT) | {'friction', 'mass', 'shown', 'seen_offset'}
 xml.register_namespace('haptic', SPACE)
 
@@ -86,11 +88,11 @@ def change(path, root, target, name, value):
                 change_contact(link, name, value)
     elif name == 'gravity':
         scene_tag(root).set('gravity', f'0 0 {number(-value)}')
-    elif name in ('coupling', 'coupling_stiffness'):
+    elif name in OF_POINTER:
         pointer = root.find(tag('pointer'))
         if pointer is None:
-            raise Refused(f'{path}: names no haptic:pointer, whose coupling could change')
-        pointer.set('stiffness' if name == 'coupling_stiffness' else 'coupling', str(value) if name == 'coupling' else number(value))
+            raise Refused(f'{path}: names no haptic:pointer, whose {name} could change')
+        pointer.set(OF_POINTER[name], value if isinstance(value, str) else number(value))
 
 
 def scene_tag(root):

@@ -42,7 +42,7 @@ def twin_felt(study, rig, folder, random):
         for condition in trial.intervals:
             rig.load(write(study, condition, folder), condition.get('rate', study.rate))
             samples = rig.explore(SimulatedHand(study.hand, study.measure, random), study.phases.explore_seconds)
-            out.append(presented(study.measure, samples, condition).value)
+            out.append(presented(study.measure, samples, condition, study.added_delay(condition)).value)
         return out
     return felt
 

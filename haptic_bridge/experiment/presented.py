@@ -2,13 +2,13 @@
 contact values are not used.
 
 stiffness  Along the mean force n, with x the grip's way against n: F_n = K x + c0 + c1 x' + c2 x x' by least squares over contact. The
-           terms in x' take the damping, K is what is left at rest [N/m].
+           terms in x' take the damping, K is what is left at rest [N/m]. Where the loop adds a delay, x is that of so long ago.
 friction   Sum of |F_t| over sum of F_n, over ticks that slide: a tip sticks until its tangential spring is strained, so the first
            millimetres after each turn do not count.
 mass       Mean force against gravity over a lifted spell, over g plus the spell's mean acceleration [kg].
 
 Errors are those of a jackknife over ten consecutive pieces, because neighbouring ticks are not independent."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,6 +58,15 @@ def jackknifed(count, estimate):
     pieces = np.array_split(np.arange(count), PIECES)
     left = np.array([estimate(np.concatenate(pieces[:i] + pieces[i + 1:])) for i in range(PIECES)])
     return Estimate(whole, float(np.sqrt((PIECES - 1) / PIECES * np.sum((left - left.mean()) ** 2))))
+
+
+def delayed(samples, delay):
+    """With the positions of `delay` s before: what the world answered to."""
+    if not delay:
+        return samples
+    then = samples.time - delay
+    position = np.stack([np.interp(then, samples.time, samples.position[:, axis]) for axis in range(3)], axis=1)
+    return replace(samples, position=position)
 
 
 def stiffness(samples):
@@ -128,8 +137,9 @@ def mass(samples, gravity):
     return Estimate(value, float(spread) if len(values) > 1 else float('nan'))
 
 
-def presented(measure, samples, condition, normal=(0, 0, 1)):
-    """The Estimate of `measure`; NaN where the hand did not do what shows it."""
+def presented(measure, samples, condition, delay=0.0, normal=(0, 0, 1)):
+    """The Estimate of `measure`; NaN where the hand did not do what shows it. `delay`: that the loop adds between pose and force [s]."""
+    samples = delayed(samples, delay)
     if measure == 'none' or len(samples) < 20:
         return Estimate()
     if measure == 'stiffness':

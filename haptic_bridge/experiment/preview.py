@@ -56,6 +56,7 @@ class Previews:
         flags = int(np.bitwise_or.reduce(samples.flags[samples.contact])) if samples.contact.any() else 0
         nominal = {'stiffness': self.rig.nominal, 'friction': condition.get('friction', math.nan),
                    'mass': condition.get('mass', math.nan)}.get(study.measure, math.nan)
-        return Preview(nominal, presented(study.measure, samples, condition), self.rig.nominal,
+        return Preview(nominal, presented(study.measure, samples, condition, study.added_delay(condition)),
+                       self.rig.nominal,
                        float(np.linalg.norm(samples.force, axis=1).max()), float(samples.share[samples.contact].min(initial=1)),
                        [name for name in CLAMPS if flags >> session_data.FLAGS.index(name) & 1])

@@ -48,6 +48,8 @@ COLUMNS = {
     'clamped_share': (NUMBER, '1', 'of the ticks in touch in which a limit of the device acted'),
     'softened_share': (NUMBER, '1', 'of the looks in touch in which the contact was weakened to what a relaxed hand bears'),
     'delay_ms': (NUMBER, 'ms', 'mean age of the counts when the loop took them, and half a tick'),
+    'added_delay_1_ms': (NUMBER, 'ms', 'that the condition of the first interval adds to pose and force together, in whole ticks'),
+    'added_delay_2_ms': (NUMBER, 'ms', 'the second interval, likewise'),
     'missed_ticks': (NUMBER, '1', 'ticks that were lost because the machine was late'),
     'replay_mismatches': (NUMBER, '1', 'ticks that a replay of the recording did not reproduce bit for bit'),
     'recording': (TEXT, '', 'bag of the trial below the session'),

@@ -1,4 +1,5 @@
 """Runs one session, trial by trial: home, intervals, question, row on disk."""
+import dataclasses
 import math
 import os
 import queue
@@ -7,16 +8,17 @@ import time
 import numpy as np
 
 import condition_scene
+import force_check
 import session_data
 from presented import presented
 from session_folder import ACCEPTED
 from simulated_subject import Percept, SimulatedHand
-from stack_rig import HAND_PERIOD, TrialEnded
+from stack_rig import HAND_PERIOD, SOFT_START, TrialEnded
 from strict_yaml import Refused
 from trial_order import Generator
 
-SOFT_START = 0.5       # ~soft_start of the bridge: the force is whole so long after a load [s]
 SETTLED = 0.1          # beyond it [s]
+HOME_CHECK = 0.1       # the grip rests at home for so long before it is pushed [s]
 HOME_PATIENCE = 5.0    # a simulated hand is home long before [s]
 LIFTED = 0.2           # without touch for so long: lifted off [s]
 LEAST_TOUCH = 0.05     # [N]
@@ -159,7 +161,9 @@ class SessionRun:
         """Presented stimuli into `row`; the magnitudes that a percept takes."""
         study, felt, within = self.study, [], []
         for number, (condition, part) in enumerate(zip(trial.intervals, samples), 1):
-            estimate, nominal = presented(study.measure, part, condition), self.nominal(condition)
+            added = study.added_delay(condition)
+            estimate, nominal = presented(study.measure, part, condition, added), self.nominal(condition)
+            row[f'added_delay_{number}_ms'] = 1e3 * added
             row[f'nominal_{number}'], row[f'presented_{number}'] = nominal, estimate.value
             row[f'presented_{number}_error'] = estimate.error
             felt.append(estimate.value)
@@ -321,18 +325,43 @@ class SessionRun:
     # The device.
 
     def check_device(self, trial):
-        """Before each block: the device gives force, its strings agree, its motors are not hot."""
-        state = self.rig.state
-        if self.rig.launch is not None and state is not None:
-            self.rig.check()
+        """Before each block: the strings agree, and the grip gives way to a push (force_check.py)."""
+        study, rig = self.study, self.rig
+        pushes = []
+        if study.force_check > 0:
+            if rig.recorder:
+                rig.recorder.forget()
+            self.front.show('The device is checked: hold the grip loosely in the middle.')
+            pushes = force_check.check(rig, study.force_check, trial.intervals[0].get('rate', study.rate),
+                                       os.path.join(self.folder.path, 'scenes'), self.rest, lambda: self.wait_home(HOME_CHECK))
+        if rig.launch is not None and rig.state is not None:
+            rig.check()
+            state = rig.state
             if state.pose_residual > MOST_RESIDUAL or state.suspect_string >= 0:
                 raise TrialEnded('stopped', f'the strings contradict each other by {1e3 * state.pose_residual:.1f} mm: calibrate')
+            refused, warned = force_check.judged(pushes)
             self.folder.info.setdefault('device_checks', []).append(
                 {'block': trial.block, 'seconds': self.seconds(), 'model': state.model, 'transport': state.transport,
                  'state': state.message, 'pose_residual_m': state.pose_residual, 'wire_delay_s': state.wire_delay,
-                 'stable_stiffness_n_per_m': state.stable_stiffness})
+                 'stable_stiffness_n_per_m': state.stable_stiffness, 'force_check': refused or warned or ('passed' if pushes else 'none'),
+                 'pushes': [dataclasses.asdict(push) for push in pushes]})
             self.folder.save_info()
+            if refused:
+                raise TrialEnded('stopped', f'the force check failed: {refused}')
+            if warned:
+                self.front.tell(f'force check: {warned}')
+                self.notes.append(f'force check: {warned}')
         self.block = trial.block
+
+    def rest(self, seconds):
+        """Time passes; a simulated hand stays at home."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.take_events()
+            self.rig.check()
+            if self.simulate is not None:
+                self.rig.lead((0, 0, 0))
+            time.sleep(min(HAND_PERIOD, max(0.0, end - time.monotonic())))
 
     def cool(self):
         """While a motor is hot, nothing is felt."""

@@ -27,9 +27,9 @@ from trial_recorder import TrialRecorder
 DEVICE = 'spidar'          # of demo.launch
 START_PATIENCE = 120.0     # [s] for the stack to start
 HAND_PERIOD = 0.01         # the simulated hand is led so often [s]
-FADE_STEP = 0.02           # of the force, per change of the scale [N]; below what a tick may change by, 0.05 N
-FADE_STEPS = 900           # 18 N
-LOOK_PERIOD = 0.012        # the force is told every 10 ms [s]
+SOFT_START = 0.5           # ~soft_start of the bridge: the force is whole so long after it was let in [s]
+FADE_PATIENCE = 10.0       # the loop fades by 10 N/s, in 0.5 s at least (loop/hand_settings.h) [s]
+LOOK_PERIOD = 0.02         # at what is told every 10 or 100 ms [s]
 TOUCH = 0.05               # a force below it does not count as touch [N]
 DEATH_SIGNAL = 1           # PR_SET_PDEATHSIG of prctl(2)
 
@@ -61,7 +61,7 @@ class StackRig:
         self.launch = self.recorder = self.client = None
         self.rate = 0
         self.pose = self.wrench = self.state = None
-        self.statistics, self.compute_missed, self.presses = [], 0, []
+        self.statistics, self.compute_missed, self.presses, self.fade = [], 0, [], 0.0
         self.lock, self.faded = threading.Lock(), False
         self.on_answer = lambda word: None
         master = free_port()
@@ -125,6 +125,7 @@ class StackRig:
             self.compute_missed += message.tick_us_max > 1e6 / message.rate
             if message.hands:
                 hand = message.hands[0]
+                self.fade = hand.fade
                 self.statistics.append((message.header.stamp.to_sec(), hand.in_contact, hand.stiffness_share))
 
     def _on_joy(self, message):
@@ -201,25 +202,25 @@ class StackRig:
         return float(np.linalg.norm(self.wrench)) if self.wrench is not None else 0.0
 
     def fade_out(self):
-        """Scale of the force to 0 in steps that a hand does not feel; a hand that presses gives way meanwhile, so each step is a share of
-        the force that is there. It stays there until `whole_force`."""
-        scale, self.faded = 1.0, True
-        for _ in range(FADE_STEPS):
-            force = self.force()
-            if force <= FADE_STEP:
-                break
-            scale *= 1 - FADE_STEP / force
-            self.client.update_configuration({'force_scale': scale})
-            time.sleep(LOOK_PERIOD)  # until the force is told anew
-        self.client.update_configuration({'force_scale': 0.0})
+        """The loop fades the force out, in steps of a tick that a hand does not feel. It stays out, whatever is loaded, until `fade_in`."""
+        self.faded = True
+        self.client.update_configuration({'silent': True})
+        end = time.monotonic() + FADE_PATIENCE
+        while self.fade > 0 and time.monotonic() < end:
+            time.sleep(LOOK_PERIOD)
+
+    def fade_in(self):
+        """The soft start begins."""
+        self.client.update_configuration({'silent': False})
+        self.faded = False
 
     def whole_force(self):
         """The force back, once the hand touches nothing: then nothing changes with it."""
         if not self.faded:
             return
         self._wait(lambda: self.statistics and not self.statistics[-1][1], 'the hand did not leave what it touched')
-        self.client.update_configuration({'force_scale': 1.0})
-        self.faded = False
+        self.fade_in()
+        time.sleep(SOFT_START)
 
     def stop(self):
         """STOP by the device's socket: no master is needed."""

@@ -11,9 +11,10 @@ PROPERTIES = {
     'scene': ('', None, None),
     'stiffness': ('N/m^3', 1e3, 1e13), 'young_modulus': ('Pa', 1e2, 1e13), 'friction': ('1', 0, 3), 'damping': ('N s/m^3', 0, 1e9),
     'dissipation': ('s/m', 0, 1e3), 'mass': ('kg', 1e-4, 100), 'gravity': ('m/s^2', 0, 100), 'coupling': ('', None, None),
-    'coupling_stiffness': ('N/m', 1, 1e5), 'rate': ('Hz', 100, 10000), 'shown': ('', None, None), 'seen_offset': ('m', -0.1, 0.1)}
+    'coupling_stiffness': ('N/m', 1, 1e5), 'pose_delay': ('s', 0, 0.2), 'force_delay': ('s', 0, 0.2), 'rate': ('Hz', 100, 10000), 'shown': ('', None, None), 'seen_offset': ('m', -0.1, 0.1)}
 WORDS = {'coupling': ('direct', 'virtual'), 'shown': ('true', 'false')}
 TASKS = ('two_interval', 'two_alternative', 'yes_no', 'magnitude', 'exploration')
+DELAYS = ('pose_delay', 'force_delay')  # of the grip's pose to the pointer, of the force back; in whole ticks of the loop
 MEASURES = ('stiffness', 'friction', 'mass', 'none')
 NAME = r'[A-Za-z0-9_]+'
 
@@ -79,6 +80,7 @@ class Study:
     repeat_outside: bool = False
     hand: dict = field(default_factory=dict)
     lapse: float = 0.02
+    force_check: float = 0.8
 
     @property
     def digest(self):
@@ -86,6 +88,11 @@ class Study:
 
     def intervals(self):
         return 2 if self.task == 'two_interval' else 1
+
+    def added_delay(self, condition):
+        """That the loop adds to its wire's [s]: whole ticks."""
+        rate = condition.get('rate', self.rate)
+        return sum(round(condition.get(name, 0.0) * rate) for name in DELAYS) / rate
 
     def rates(self):
         return sorted({c.get('rate', self.rate) for c in self.conditions + [self.standard]})
@@ -272,6 +279,7 @@ def read_rest(root, study):
                       'weber': hand.number('weber', 0.1, 0, 10), 'lapse': hand.number('lapse', 0.0, 0, 0.5)}
         hand.finish()
     study.lapse = root.number('lapse', 0.02, 0, 0.2)
+    study.force_check = root.number('force_check_n', 0.8, 0, 2)
 
 
 def check(root, study):
@@ -286,7 +294,7 @@ def check(root, study):
         root.fail('order', 'is a Latin square, and a staircase chooses its levels; leave order out')
     changed = set(study.standard) | {k for c in study.conditions for k in c}
     if changed & {'stiffness', 'young_modulus', 'friction', 'damping', 'dissipation', 'mass', 'shown', 'seen_offset'} and not study.target:
-        root.fail('scene', f'is changed in {", ".join(sorted(changed - {"rate", "gravity", "name"}))}, but of which links? '
+        root.fail('scene', f'is changed in {", ".join(sorted(changed - {"rate", "gravity", "name", *DELAYS}))}, but of which links? '
                   'Write target: [LINK]')
     if study.task == 'two_interval' and len(study.rates()) > 1:
         root.fail('task', 'compares two intervals of one loop: rate cannot differ between them')

@@ -10,6 +10,7 @@ HandSettings settingsOf(const HandDef& hand) {
   HandSettings settings;
   settings.workspace = hand.workspace;
   settings.force_scale = hand.force_scale;
+  settings.delay = hand.delay;
   return settings;
 }
 

@@ -95,6 +95,7 @@ TwinLoop::TwinLoop(const SceneDef& scene_def, const std::string& device, double 
     HandSettings settings;
     settings.workspace = hand.workspace;
     settings.force_scale = hand.force_scale;
+    settings.delay = hand.delay;
     loop.attach(*devices.back(), hand.pointer, settings);
     if (!at_home) continue;
     devices.back()->calibrateAtHome();

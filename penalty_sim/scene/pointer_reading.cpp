@@ -133,6 +133,9 @@ void addPointer(const PointerSettings& settings, LoadContext& context) {
     if (!(scale > 0) || !std::isfinite(scale))
       throw SetupError(where, "a scale is not > 0", "write a finite scale > 0");
   }
+  for (const double delay : {settings.delay.pose, settings.delay.force}) {
+    if (!(delay >= 0 && delay <= kMostAddedDelay)) throw SetupError(where, "a delay is not within 0 to 0.2 s", "write seconds, e.g. 0.02");
+  }
   const PointerCoupling& c = settings.coupling;
   for (const double value : {c.stiffness, c.damping, c.rotational_stiffness, c.rotational_damping}) {
     if (value != PointerCoupling::kDerived && (!(value >= 0) || !std::isfinite(value)))
@@ -145,6 +148,7 @@ void addPointer(const PointerSettings& settings, LoadContext& context) {
   hand.workspace.scale = settings.scale;
   hand.workspace.X_WB = settings.X_WB ? *settings.X_WB : initialPoses(articulation)[frame.link];
   hand.force_scale = settings.force_scale;
+  hand.delay = settings.delay;
   hand.path = repeated(settings.path.keys.empty() ? handPath("touch_cube") : settings.path, settings.repeat);
   context.scene.hands.push_back(hand);
   world.pointers.push_back({settings.device, frame.articulation, frame.link, settings.coupling});
@@ -156,12 +160,14 @@ void readPointer(const RobotFile& robot, const XmlElement& tag, const ModelSetti
   const XmlFile& file = robot.xml;
   settings.where = file.at(tag) + ": <haptic:pointer>";
   refuseUnknownAttributes(file, tag,
-                          {"link", "device", "scale", "force_scale", "coupling", "stiffness", "damping",
+                          {"link", "device", "scale", "force_scale", "pose_delay", "force_delay", "coupling", "stiffness", "damping",
                            "rotational_stiffness", "rotational_damping", "xyz", "rpy", "path", "repeat"});
   settings.frame = findFrame(context, model.prefix + readName(file, tag, "link"), settings.where);
   if (tag.Attribute("device")) settings.device = readName(file, tag, "device");
   settings.scale = readNumber(file, tag, "scale").value_or(1);
   settings.force_scale = readNumber(file, tag, "force_scale").value_or(1);
+  settings.delay.pose = readNumber(file, tag, "pose_delay").value_or(0);
+  settings.delay.force = readNumber(file, tag, "force_delay").value_or(0);
   if (tag.Attribute("coupling"))
     settings.coupling.mode = couplingMode(tag.Attribute("coupling"), settings.where);
   PointerCoupling& c = settings.coupling;

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "haptic_core/loop/delay_line.h"
 #include "scene/robot_tree.h"
 
 namespace haptic {
@@ -22,6 +23,7 @@ struct PointerSettings {
   PointerCoupling coupling;
   /// World metres per grip metre, and hand newtons per world newton.
   double scale = 1, force_scale = 1;
+  AddedDelay delay;  ///< of the loop, beside the wire's
   std::optional<Pose> X_WB;  ///< device base; nothing: the grip's home is the pointer's initial pose
   /// Of the scripted hand, in the device's base.
   HandPath path;

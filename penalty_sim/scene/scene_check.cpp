@@ -39,6 +39,7 @@ bool passes(const haptic::SceneDef& scene, const haptic::HandDef& hand, const ha
   haptic::HandSettings settings;
   settings.workspace = hand.workspace;
   settings.force_scale = hand.force_scale;
+  settings.delay = hand.delay;
   const haptic::TrialResult worst = haptic::pressHand(scene.world, hand.pointer, settings, device);
   char line[240];
   std::snprintf(line, sizeof line,
@@ -120,7 +121,7 @@ int main(int argc, char** argv) {
     if (!words.device_file.empty()) {
       const haptic::DeviceDef device = haptic::loadDevice(words.device_file);
       for (const haptic::HandDef& hand : scene.hands) {
-        const haptic::HandMapping mapping{hand.workspace.scale, hand.force_scale};
+        const haptic::HandMapping mapping{hand.workspace.scale, hand.force_scale, hand.delay.total()};
         report.hands.push_back(lineOf(haptic::certifyHand(scene.world, hand.pointer, mapping, device).text()));
         good = passes(scene, hand, device, report.hands) && good;
       }

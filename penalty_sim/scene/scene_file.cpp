@@ -76,6 +76,7 @@ void applyList(const SceneList& list, LoadContext& context) {
     settings.coupling = device.coupling;
     settings.scale = device.scale;
     settings.force_scale = device.force_scale;
+    settings.delay = device.delay;
     if (device.has_pose) settings.X_WB = device.X_WB;
     settings.path = device.path;
     settings.repeat = device.repeat;

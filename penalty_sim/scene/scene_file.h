@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "haptic_core/loop/delay_line.h"
 #include "haptic_core/loop/workspace_map.h"
 #include "haptic_core/spidar/hand_path.h"
 #include "haptic_core/world/definition.h"
@@ -57,11 +58,12 @@ struct HandDef {
   WorkspaceSettings
       workspace;           ///< the grip's home is the pointer's initial pose unless the scene says otherwise
   double force_scale = 1;  ///< hand newtons per world newton
+  AddedDelay delay;        ///< of the loop, beside the wire's
   HandPath path;           ///< of the scripted hand that moves a simulated device; never empty
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.device), visit(s.pointer), visit(s.workspace), visit(s.force_scale), visit(s.path);
+    visit(s.device), visit(s.pointer), visit(s.workspace), visit(s.force_scale), visit(s.delay), visit(s.path);
   }
 };
 

@@ -71,7 +71,7 @@ ListedModel readModel(const std::string& path, const YAML::Node& node) {
 ListedDevice readDevice(const std::string& path, const YAML::Node& node) {
   const YamlMap keys(path, node, "device",
                   {"device", "pointer", "coupling", "stiffness", "damping", "rotational_stiffness",
-                   "rotational_damping", "scale", "force_scale", "pose", "path", "repeat", "waypoints"});
+                   "rotational_damping", "scale", "force_scale", "pose_delay", "force_delay", "pose", "path", "repeat", "waypoints"});
   ListedDevice device;
   device.where = keys.where();
   device.device = keys.text("device", "spidar");
@@ -86,6 +86,7 @@ ListedDevice readDevice(const std::string& path, const YAML::Node& node) {
   device.coupling.rotational_damping = keys.number("rotational_damping", device.coupling.rotational_damping);
   device.scale = keys.number("scale", 1);
   device.force_scale = keys.number("force_scale", 1);
+  device.delay = {keys.number("pose_delay", 0), keys.number("force_delay", 0)};
   device.has_pose = static_cast<bool>(keys["pose"]);
   device.X_WB = readPose(keys, path);
   device.repeat = readRepeat(keys);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "haptic_core/loop/delay_line.h"
 #include "scene/contact_properties.h"
 #include "scene/robot_tree.h"
 
@@ -30,6 +31,7 @@ struct ListedDevice {
   PointerCoupling coupling;
   /// World metres per grip metre, and hand newtons per world newton.
   double scale = 1, force_scale = 1;
+  AddedDelay delay;  ///< of the loop, beside the wire's
   /// X_WB was given.
   bool has_pose = false;
   /// Device base in the world; read only with `has_pose`.

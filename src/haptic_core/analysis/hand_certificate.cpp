@@ -93,12 +93,14 @@ HandCertificate certifyHand(const WorldDef& def, int pointer, const HandMapping&
   const Model model(def);
   const PointerDef& hand = def.pointers.at(static_cast<std::size_t>(pointer));
   const int link = model.link(hand.articulation, hand.link);
-  const double period = def.settings.step, delay = loopDelay(period, device.delay_s);
+  const double period = def.settings.step, wire = loopDelay(period, device.delay_s), delay = wire + mapping.delay;
   HandCertificate c;
   c.pointer = model.links[link].name;
   c.press = press;
   c.rate = 1 / period;
   c.alone = largestWallStiffness(device.grip_damping, 0, period, delay);
+  c.delay = mapping.delay;
+  c.held_without = largestWallStiffness(device.grip_damping + kRelaxedHandDamping, 0, period, wire);
   c.held = largestWallStiffness(device.grip_damping + kRelaxedHandDamping, 0, period, delay);
   const Partner partner = stiffestPartner(model, link);
   if (partner.own < 0) return c;
@@ -135,6 +137,7 @@ std::string HandCertificate::text() const {
   }
   text << (holds() ? "PASS" : "WEAKENED") << ", " << 1e-3 * stiffness << " N/mm when pressed with " << press << " N on " << against
        << "; at " << std::lround(rate) << " Hz the device bears " << 1e-3 * alone << ", held by a relaxed hand " << 1e-3 * held;
+  if (delay > 0) text << " (" << 1e-3 * held_without << " without the " << 1e3 * delay << " ms of added delay)";
   if (!holds() && bearable > 0) {
     text << ": the loop weakens it to that; felt as it is with stiffness " << bearable << " N/m³ or less, or at a higher rate";
   } else if (!holds()) {

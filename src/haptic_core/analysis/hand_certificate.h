@@ -15,6 +15,7 @@ namespace haptic {
 struct HandMapping {
   double scale = 1;        ///< world metres per grip metre
   double force_scale = 1;  ///< grip newtons per world newton
+  double delay = 0;        ///< added on purpose, of pose and force together [s]
 };
 
 /// Whether a hand can bear what its pointer touches: stiffness against its bounds.
@@ -29,6 +30,8 @@ struct HandCertificate {
   double most = 0;               ///< the device's greatest force [N]
   double bearable = 0;           ///< largest k [N/m³] with K ≤ `held`, up to 100 foundations; 0: none
   double rate = 0;               ///< [Hz]
+  double delay = 0;              ///< added on purpose [s]
+  double held_without = 0;       ///< `held` without that [N/m]
 
   /// A relaxed hand bears the contact as the scene says, or there is none; else the loop weakens it.
   bool holds() const { return against.empty() || stiffness <= held; }

@@ -10,10 +10,16 @@
 namespace haptic {
 namespace {
 
+constexpr std::size_t kLaterSettings = 3;  // numbers of HandSettings::delay and ::silent, at the end of the settings
+
+/// `later` numbers stand at the record's end that recordings of before do not have: there they keep their defaults.
 template <class T>
-T recordFrom(const std::vector<double>& numbers, const char* what) {
+T recordFrom(const std::vector<double>& told, const char* what, std::size_t later = 0) {
   T record;
-  const std::size_t size = countFields(record);
+  std::vector<double> numbers = told, defaults;
+  appendFields(record, defaults);
+  const std::size_t size = defaults.size();
+  if (numbers.size() + later == size) numbers.insert(numbers.end(), defaults.end() - static_cast<std::ptrdiff_t>(later), defaults.end());
   if (numbers.size() != size) {
     throw SetupError(what, "has " + std::to_string(numbers.size()) + " numbers instead of " + std::to_string(size),
                      "use a recording of this version");
@@ -36,7 +42,7 @@ LoopCommand::Kind kindFrom(const std::vector<double>& numbers) {
   } else if constexpr (std::is_same_v<T, TuneWorld>) {
     kind.tuning = WorldTuning::fromNumbers(numbers);
   } else {
-    kind = recordFrom<T>(numbers, "a command");
+    kind = recordFrom<T>(numbers, "a command", std::is_same_v<T, ChangeHand> ? kLaterSettings : 0);
   }
   return kind;
 }
@@ -112,7 +118,7 @@ std::vector<double> numbersOf(const HandSettings& settings) {
 }
 
 HandSettings handSettingsFrom(const std::vector<double>& numbers) {
-  return recordFrom<HandSettings>(numbers, "settings of a hand");
+  return recordFrom<HandSettings>(numbers, "settings of a hand", kLaterSettings);
 }
 
 LoopCommand commandFrom(std::size_t kind, int hand, const std::vector<double>& numbers) {

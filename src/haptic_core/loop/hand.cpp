@@ -24,12 +24,14 @@ StringVector quantumOf(const DeviceDef& def) {
 
 }  // namespace
 
-Hand::Hand(Spidar& device, int pointer, const HandSettings& settings)
+Hand::Hand(Spidar& device, int pointer, const HandSettings& settings, double h)
     : device_(device),
       pointer_(pointer),
       settings_(settings),
       map_(settings.workspace),
-      passivity_(settings.passivity, device.def().grip_mass, quantumOf(device.def())) {
+      passivity_(settings.passivity, device.def().grip_mass, quantumOf(device.def())),
+      seen_line_(ticksOf(settings.delay.pose, h)),
+      pushed_line_(ticksOf(settings.delay.force, h)) {
   check(settings);
 }
 
@@ -49,6 +51,9 @@ void Hand::check(const HandSettings& settings) const {
   require(within(settings.passivity.radius, 1e-4, 10), "passivity radius", settings.passivity.radius, "give 1e-4 to 10 m");
   require(within(settings.passivity.max_damping, 0, 1e4), "passivity damping", settings.passivity.max_damping,
           "give 0 to 1e4 N·s/m");
+  for (const double delay : {settings.delay.pose, settings.delay.force}) {
+    require(within(delay, 0, kMostAddedDelay), "an added delay", delay, "give 0 to 0.2 s");
+  }
   for (const int button : {settings.clutch_button, settings.grab_button}) {
     require(button >= -1 && button < 32, "a button", button, "give 0 to 31, or -1 for none");
   }
@@ -56,6 +61,9 @@ void Hand::check(const HandSettings& settings) const {
 
 void Hand::setSettings(const HandSettings& settings) {
   check(settings);
+  if (!(settings.delay == settings_.delay)) {
+    throw SetupError(device_.def().name, "its added delay cannot change while it runs", "load a scene that has it");
+  }
   const WorkspaceSettings &now = settings_.workspace, &next = settings.workspace;
   const bool stands_elsewhere = now.X_WB.p != next.X_WB.p || now.X_WB.R != next.X_WB.R;
   if (now.scale != next.scale || stands_elsewhere) map_.setSettings(next);
@@ -95,6 +103,10 @@ void Hand::sense(const DeviceSample& sample, double h) noexcept {
     passivity_.observe(report_.length);
     moved_ = {vectorFromRotation(Quaternion(report_.X_BG.R * X_last.R.transpose())) / h, (report_.X_BG.p - X_last.p) / h};
   }
+  // Without a pose there was nothing to be late: the line begins with the first one.
+  const Seen now{device_.steadyPose(), report_.V_BG, moved_};
+  if (report_.valid && !was_valid_) seen_line_.fill(now);
+  seen_ = report_.valid ? seen_line_.through(now) : Seen{};
   was_valid_ = report_.valid;
 }
 
@@ -134,14 +146,26 @@ void Hand::couple(World& world, double h) noexcept {
   }
   if (rebase_ != Rebase::kNone) {
     report_.fade = 0;
+    pushed_line_.fill({});  // of another state of the world
     map_.rebase(world.linkPose(world.pointerLink(pointer_)), rebase_, settings_.soft_start_s);
     rebase_ = Rebase::kNone;
   }
   const bool held = clutch_held_ || pressed(settings_.clutch_button);
-  map_.update(device_.steadyPose(), report_.V_BG, held && (map_.clutched() || !report_.in_contact), h);
+  map_.update(seen_.X_BG, seen_.V_BG, held && (map_.clutched() || !report_.in_contact), h);
   report_.X_WP = map_.X_WP();
   report_.clutched = map_.clutched();
   world.setPointerTarget(pointer_, map_.X_WP(), map_.V_WP());
+}
+
+double Hand::stableStiffness() const noexcept {
+  return withAddedDelay(device_.stableStiffness(), device_.def().grip_damping + kRelaxedHandDamping, settings_.delay.total());
+}
+
+std::size_t Hand::mostMemory(const HandSettings& settings, double h) {
+  constexpr std::size_t kWithoutDelay = 256;  // of numbers; what there is of eachField without lines, and room
+  const DelayLine<Seen> seen(ticksOf(settings.delay.pose, h));
+  const DelayLine<Pushed> pushed(ticksOf(settings.delay.force, h));
+  return kWithoutDelay + countFields(seen) + countFields(pushed);
 }
 
 /// A relaxed hand over this wire at this rate, and the device's limits; of a force that fades the hand feels a share.
@@ -150,7 +174,7 @@ void Hand::bear(World& world) const noexcept {
   const double share = settings_.force_scale * report_.fade;
   if (!feelsAnything() && share > 0) {
     const Spidar::Tuning limits = device_.tuning();
-    const double K = device_.stableStiffness();
+    const double K = stableStiffness();
     bound.stiffness = K / (worldToGrip() * report_.fade);
     if (K > 0) bound.lag = (device_.def().grip_damping + kRelaxedHandDamping) / K;
     if (limits.max_force > 0) bound.force = limits.max_force / share;  // else the hand feels nothing, wherever the link is
@@ -171,16 +195,16 @@ Wrench Hand::within(const Wrench& F_B) const noexcept {
 }
 
 /// From the last tick's force to this one's, no faster than the hand's own way and a bounded rate change it. A force that is faded out
-/// ends at once.
-Wrench Hand::led(const World& world, const Wrench& F_B, double h) noexcept {
+/// ends at once. With an added delay the way is that which the world answered to.
+Wrench Hand::led(const World& world, const Wrench& F_B, const Twist& moved, double h) noexcept {
   report_.slewed = false;
   if (feelsAnything() || report_.fade == 0) return F_B;
   const Model& model = world.model();
   const ModelLink& link = model.links[static_cast<std::size_t>(world.pointerLink(pointer_))];
   const LinkModel& body = model.trees[static_cast<std::size_t>(link.articulation)].model->link(link.local);
   const double reach = link.size + (body.p_LO + body.p_OC).norm();  // from the link's origin
-  const ForceSlew slew{device_.stableStiffness(), reach / settings_.workspace.scale};
-  const Wrench F = slew.led(F_B, world_B_, report_.F_asked_B, moved_, h);
+  const ForceSlew slew{stableStiffness(), reach / settings_.workspace.scale};
+  const Wrench F = slew.led(F_B, world_B_, report_.F_asked_B, moved, h);
   report_.slewed = F.force != F_B.force || F.torque != F_B.torque;
   return F;
 }
@@ -193,8 +217,9 @@ void Hand::render(const World& world, double h) noexcept {
   const double stiffness = report_.in_contact ? world.pointerStiffness(pointer_) : 0;
   report_.stiffness = stiffness * worldToGrip();
   report_.stiffness_share = stiffness > 0 ? std::min(1.0, world.pointerBound(pointer_).stiffness / stiffness) : 1;
-  const Wrench world_B = within(map_.toGrip(F_W) * (settings_.force_scale * report_.fade));
-  report_.F_asked_B = within(passivity_.act(led(world, world_B, h), moved_, h));
+  const Pushed pushed = pushed_line_.through({F_W, seen_.moved});
+  const Wrench world_B = within(map_.toGrip(pushed.F_W) * (settings_.force_scale * report_.fade));
+  report_.F_asked_B = within(passivity_.act(led(world, world_B, pushed.moved, h), moved_, h));
   world_B_ = world_B;
   device_.actuate(report_.F_asked_B, 0.0, h);
   passivity_.hold(device_.achievedWrench(), device_.toldTension());
@@ -204,10 +229,20 @@ void Hand::render(const World& world, double h) noexcept {
   report_.dissipated = passivity_.dissipated();
   report_.passivity_acts = passivity_.acting();
   report_.device_flags = device_.flags();
-  report_.fade = std::min(1.0, report_.fade + (settings_.soft_start_s > 0 ? h / settings_.soft_start_s : 1.0));
+  report_.fade = nextFade(h);
+}
+
+/// In by the soft start; out likewise, and no faster than the force that is there may change.
+double Hand::nextFade(double h) const noexcept {
+  const double part = settings_.soft_start_s > 0 ? h / settings_.soft_start_s : 1.0;
+  if (!settings_.silent) return std::min(1.0, report_.fade + part);
+  const double force = world_B_.force.norm(), step = kFadeRate * h;
+  const double slowest = force > step ? report_.fade * step / force : 1.0;
+  return std::max(0.0, report_.fade - std::min(part, slowest));
 }
 
 void Hand::rest(double h) noexcept {
+  pushed_line_.through({});
   device_.actuate(Wrench{}, 0.0, h);
   passivity_.hold(device_.achievedWrench(), device_.toldTension());
   report_.F_asked_B = world_B_ = Wrench{};

@@ -9,7 +9,8 @@ namespace haptic {
 /// One hand of a HapticLoop: a device on its pointer.
 class Hand {
  public:
-  Hand(Spidar& device, int pointer, const HandSettings& settings);  ///< throws SetupError
+  /// For ticks of `h` [s]. Allocates the lines of an added delay. Throws SetupError.
+  Hand(Spidar& device, int pointer, const HandSettings& settings, double h);
 
   /// (in realtime) Counts → pose; the port's energy is observed on the displacement since the last sample.
   void sense(const DeviceSample& sample, double h) noexcept;
@@ -40,13 +41,13 @@ class Hand {
   void letGo(World& world) noexcept;
 
   /// Complete memory but for the settings, for recordings: `restore` of it makes this hand or another with the same
-  /// settings go on bit for bit. Between two ticks; allocates unless `out` has room for kMemoryNumbers. `restore` throws
+  /// settings go on bit for bit. Between two ticks; allocates unless `out` has room for `mostMemory`. `restore` throws
   /// SetupError when it does not fit.
   void save(std::vector<double>& out) const;
   /// See `save`.
   void restore(const std::vector<double>& memory);
-  /// Upper bound of what `save` appends.
-  static constexpr std::size_t kMemoryNumbers = 256;
+  /// Upper bound of what `save` appends, for ticks of `h` [s].
+  static std::size_t mostMemory(const HandSettings& settings, double h);
   /// What sense, couple, render or a hash read before they write it, but for the settings.
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
@@ -54,7 +55,7 @@ class Hand {
     visit(s.report_.X_BG), visit(s.report_.X_WP), visit(s.report_.fade), visit(s.report_.port_energy);
     visit(s.report_.in_contact), visit(s.report_.clutched), visit(s.report_.F_asked_B);
     visit(s.clutch_held_), visit(s.rebase_), visit(s.buttons_), visit(s.last_buttons_), visit(s.was_valid_);
-    visit(s.pressing_), visit(s.world_B_);
+    visit(s.pressing_), visit(s.world_B_), visit(s.seen_line_), visit(s.pushed_line_);
   }
 
   /// Of the last tick.
@@ -65,6 +66,8 @@ class Hand {
   const PassivityController& passivity() const noexcept { return passivity_; }
   /// Constant between two commands.
   const HandSettings& settings() const noexcept { return settings_; }
+  /// Largest wall [N/m] that a relaxed hand bears over this wire and the added delay.
+  double stableStiffness() const noexcept;
   /// The caller's.
   Spidar& device() noexcept { return device_; }
   /// The caller's.
@@ -73,6 +76,27 @@ class Hand {
   int pointer() const noexcept { return pointer_; }
 
  private:
+  /// The grip as the pointer follows it: an added delay of the pose ago.
+  struct Seen {
+    Pose X_BG;    ///< steady
+    Twist V_BG;   ///< filtered, at G's origin, in B
+    Twist moved;  ///< mean velocity since the sample before, not filtered, in B
+
+    template <class Self, class Visit>
+    static void eachField(Self& s, Visit&& visit) {
+      visit(s.X_BG), visit(s.V_BG), visit(s.moved);
+    }
+  };
+  /// What the world answered to it.
+  struct Pushed {
+    Wrench F_W;   ///< on the hand at the pointer's origin, in W
+    Twist moved;  ///< of the grip, as the world saw it
+
+    template <class Self, class Visit>
+    static void eachField(Self& s, Visit&& visit) {
+      visit(s.F_W), visit(s.moved);
+    }
+  };
   void check(const HandSettings& settings) const;
   bool pressed(int button) const noexcept { return button >= 0 && ((buttons_ >> button) & 1u) != 0; }
   int pressing(const World& world) const noexcept;
@@ -80,7 +104,8 @@ class Hand {
   /// The passivity controller is off: no bound of the hand, no limit but the device's own.
   bool feelsAnything() const noexcept { return settings_.passivity.mode == PassivityMode::kOff; }
   Wrench within(const Wrench& F_B) const noexcept;
-  Wrench led(const World& world, const Wrench& F_B, double h) noexcept;
+  double nextFade(double h) const noexcept;
+  Wrench led(const World& world, const Wrench& F_B, const Twist& moved, double h) noexcept;
   double worldToGrip() const noexcept { return settings_.workspace.scale * settings_.force_scale; }  ///< of a stiffness
   Spidar& device_;
   int pointer_;
@@ -88,6 +113,9 @@ class Hand {
   WorkspaceMap map_;
   PassivityController passivity_;
   HandReport report_;
+  DelayLine<Seen> seen_line_;
+  DelayLine<Pushed> pushed_line_;
+  Seen seen_;                                      ///< of this tick
   bool clutch_held_ = false;                       ///< by command
   Rebase rebase_ = Rebase::kGlide;                 ///< due at the next `couple`: the pointer starts where the scene has it
   std::uint32_t buttons_ = 0, last_buttons_ = 0;   ///< of this tick and the one before

@@ -1,9 +1,14 @@
 /// How one device's grip moves its pointer and feels it.
 #pragma once
+#include "haptic_core/loop/delay_line.h"
 #include "haptic_core/loop/passivity.h"
 #include "haptic_core/loop/workspace_map.h"
 
 namespace haptic {
+
+/// Rate at which the force on a hand at rest fades out [N/s]: 0.01 N in a tick of 1 kHz. With what a count changes a wall of 2000 N/m by it
+/// stays below the 0.05 N that nobody feels as a step; 10 N are gone after a second.
+inline constexpr double kFadeRate = 10;
 
 /// How one grip moves its pointer and feels it.
 struct HandSettings {
@@ -16,11 +21,13 @@ struct HandSettings {
                                    ///< enable, load, reset and overrun [s]
   int clutch_button = -1;          ///< grip button that holds the pointer while pressed; -1: none
   int grab_button = -1;            ///< grip button that grabs the free body in touch, and lets it go; -1: none
+  AddedDelay delay;                ///< beside the wire's; constant while the hand is attached
+  bool silent = false;             ///< the force fades out, no faster than kFadeRate, and stays out
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.workspace), visit(s.force_scale), visit(s.passivity), visit(s.soft_start_s), visit(s.clutch_button),
-        visit(s.grab_button);
+        visit(s.grab_button), visit(s.delay), visit(s.silent);
   }
 };
 

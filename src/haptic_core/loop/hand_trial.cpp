@@ -132,7 +132,7 @@ class Trial {
   void judge(double time, bool rests) {
     const HandReport& now = loop_.report().hand[0];
     TrialResult& r = result_;
-    r.stiffness = spidar_.stableStiffness();
+    r.stiffness = loop_.hand(0).stableStiffness();
     ++r.ticks;
     r.touching += now.in_contact;
     r.led += now.slewed;

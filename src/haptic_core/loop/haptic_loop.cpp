@@ -20,7 +20,7 @@ int HapticLoop::attach(Spidar& device, int pointer, const HandSettings& settings
                          std::to_string(world_.pointerCount()) + ")",
                      "name one by <haptic:pointer link=... device=...>");
   }
-  hands_[count_] = std::make_unique<Hand>(device, pointer, settings);
+  hands_[count_] = std::make_unique<Hand>(device, pointer, settings, world_.settings().step);
   report_.hands = count_ + 1;
   return count_++;
 }

@@ -15,7 +15,7 @@ LoopMemory roomFor(const SessionStart& start, std::size_t world_numbers) {
   memory.world_tuning = WorldTuning::fromNumbers(start.world_tuning);
   for (std::size_t i = 0; i < start.hands.size(); ++i) {
     memory.hand[i].device.reserve(start.hands[i].memory.size());
-    memory.hand[i].loop.reserve(Hand::kMemoryNumbers);
+    memory.hand[i].loop.reserve(Hand::mostMemory(start.hands[i].settings, start.step));
   }
   return memory;
 }

@@ -22,6 +22,12 @@ inline double largestWallStiffness(double device_damping, double wall_damping, d
   return std::max(0.0, (device_damping - std::fabs(wall_damping)) / (period / 2 + delay));
 }
 
+/// The largest K [N/m] of a loop that bears `stiffness` [N/m] by damping B [N·s/m], when its delay grows by `added` [s]: B/K is T/2 + τ,
+/// so 1/K' = 1/K + added/B.
+inline double withAddedDelay(double stiffness, double damping, double added) {
+  return damping > 0 ? stiffness / (1 + stiffness * added / damping) : 0;
+}
+
 /// τ of this loop: an exchange answers before it executes, so counts reach the strings one period later, plus the
 /// wire's own delay [s].
 inline double loopDelay(double period, double wire_delay) { return period + wire_delay; }

@@ -126,6 +126,45 @@ TEST(HapticLoop, ABaseThatMovesTakesThePointerAlongWithoutAJump) {
   EXPECT_NEAR((last.p - expected).norm(), 0, 1e-12);
 }
 
+// A rigid rest of the grip, so that the force follows the fade alone: kFadeRate to the last newton, then nothing, then the soft start.
+TEST(HapticLoop, ASilentHandIsLedOutOfItsForce) {
+  Bench bench;
+  bench.run(1000);
+  GripPose pressed;  // comes to 2 mm into 2000 N/m, as fast as a hand
+  const auto run = [&](int ticks) {
+    double jump = 0, last = bench.loop.report().hand[0].F_asked_B.force.norm();
+    for (int i = 0; i < ticks; ++i) {
+      pressed.X_BG.p.z() = std::max(-0.012, pressed.X_BG.p.z() - 6e-5);
+      pressed.X_BG.p.x() = 1e-4 * std::sin(0.06 * i);  // along the wall: counters that stand still under force are a fault
+      bench.twin->place(pressed);
+      bench.run(1);
+      const double now = bench.loop.report().hand[0].F_asked_B.force.norm();
+      jump = std::max(jump, std::fabs(now - last)), last = now;
+    }
+    return jump;
+  };
+  run(300);
+  const double whole = bench.loop.report().hand[0].F_asked_B.force.norm();
+  ASSERT_NEAR(whole, 4, 0.2);
+  HandSettings settings = bench.loop.hand(0).settings();
+  settings.soft_start_s = 0.2;
+  settings.silent = true;
+  bench.loop.take({ChangeHand{settings}});
+  const double count = 2000 * std::fabs(bench.def.strings[0].length_per_count);  // [N] that the pose may change the force by meanwhile
+  const int out = static_cast<int>(whole / (kFadeRate * kPeriod));
+  EXPECT_LE(run(out / 2), kFadeRate * kPeriod + count);
+  EXPECT_NEAR(bench.loop.report().hand[0].F_asked_B.force.norm(), whole / 2, 0.02 * whole + count);
+  run(out / 2 + 20);
+  EXPECT_EQ(bench.loop.report().hand[0].F_asked_B.force.norm(), 0);
+  bench.loop.take({RestoreWorld{bench.world.save()}});
+  run(300);
+  EXPECT_EQ(bench.loop.report().hand[0].F_asked_B.force.norm(), 0) << "whatever is loaded";
+  settings.silent = false;
+  bench.loop.take({ChangeHand{settings}});
+  run(210);
+  EXPECT_NEAR(bench.loop.report().hand[0].F_asked_B.force.norm(), whole, 0.02 * whole + count);
+}
+
 TEST(HapticLoop, AnOverrunFadesTheForceAndItComesBack) {
   Bench bench;
   bench.run(1000);

@@ -230,7 +230,9 @@ TEST(Session, BeginsInTheMiddle) {
     const Difference difference = replay(recording, later.start, later.event);
     EXPECT_EQ(difference.ticks, 0) << "from tick " << later.start.first_tick << " on: first at " << difference.first << ", "
                                    << difference.part;
-    for (const SessionStart::HandStart& hand : later.start.hands) EXPECT_LE(hand.loop_memory.size(), Hand::kMemoryNumbers);
+    for (const SessionStart::HandStart& hand : later.start.hands) {
+      EXPECT_LE(hand.loop_memory.size(), Hand::mostMemory(hand.settings, kPeriod));
+    }
   }
 }
 
