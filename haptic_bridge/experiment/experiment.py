@@ -26,7 +26,7 @@ def arguments():
     parser.add_argument('--hardware', action='store_true', help='the real device')
     parser.add_argument('--port', metavar='P', default='', help='serial port of its boards; implies --hardware')
     parser.add_argument('--windows', action='store_true', help='a window for the subject and one for the experimenter')
-    parser.add_argument('--rviz', action='store_true', help='show the scene to the subject')
+    parser.add_argument('--rviz', action='store_true', help='show the scene to the subject, on a screen of its own where there is one; implies --windows')
     parser.add_argument('--marker-port', metavar='P', default='', help='serial line that gets a byte for each event')
     parser.add_argument('--simulate', metavar='N', type=int, help='a simulated subject, the N-th')
     parser.add_argument('--power', action='store_true', help='how many trials are needed: simulated subjects, no loop')
@@ -54,7 +54,7 @@ def refuse_rates(study, device):
 
 def session_front(options):
     from fronts import Front, TerminalFront
-    if options.windows:
+    if options.windows or options.rviz:
         from windows import WindowFront
         return WindowFront()
     return Front() if options.simulate is not None else TerminalFront()
@@ -94,7 +94,10 @@ def run(options):
             folder.info['answers'] = front.questionnaire(study.questionnaire)
             folder.save_info()
         rig = StackRig(device, 'file' if options.hardware or options.port else 'twin', os.path.join(folder.path, 'stack.log'),
-                       options.program, rviz=options.rviz, port=options.port, simulated=options.simulate is not None)
+                       options.program, port=options.port, simulated=options.simulate is not None)
+        if options.rviz:
+            from scene_view import SceneView
+            front.scene = SceneView(os.path.join(folder.path, 'view.log'))
         if options.simulate is None:
             print(f"experiment: in other shells: . build/devel/setup.sh; export ROS_MASTER_URI={os.environ['ROS_MASTER_URI']}",
                   file=sys.stderr)

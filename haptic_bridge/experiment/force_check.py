@@ -1,11 +1,9 @@
-"""A short first-motion and force check, before a block: the device pushes the grip softly along four directions, one after the other, and
-the grip must give way to each of them.
+"""A short first-motion and force check, before a block: the device pushes the grip softly along its three axes, both ways, one after the
+other, and the grip must give way to each push.
 
-The directions are those of a tetrahedron's corners: every string pulls in one of them at least, and a string that hangs on the wrong motor,
-a motor without power or a sign that is wrong turns or stops one of the motions. The force is the weight of a body of 0.1 kg on the grip
-(urdf/experiments/scenes/force_check.urdf), faded in and out by the loop. A hand that holds on is stiff and not wrong: a small way is a
-warning, a way against the push or none at all is refused. Takes 2 s a direction."""
-import math
+Strings only pull: those that turn the wrong way, hang on the wrong motor or have no power leave one of the six ways without force. The
+force is the weight of a body of 0.1 kg on the grip (urdf/experiments/scenes/force_check.urdf), faded in and out by the loop. A hand that
+holds on is stiff and not wrong: a small way is a warning, a way against or across the push or none at all is refused. Takes 2 s a way."""
 import os
 import time
 from dataclasses import dataclass
@@ -17,7 +15,7 @@ from stack_rig import SOFT_START
 
 SCENE = os.path.join(os.path.dirname(os.path.dirname(condition_scene.HERE)), 'urdf', 'experiments', 'scenes', 'force_check.urdf')
 MASS = 0.1             # of that scene's body [kg]
-PUSHES = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) / math.sqrt(3)
+PUSHES = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
 LOOK = 0.15            # for so long a place and a force are averaged [s]
 SETTLE = 0.3           # a relaxed hand of 500 N/m and 8 N s/m swings no more then [s]
 AGAINST = 5e-4         # a hand that trembles moves less by itself [m]
@@ -38,11 +36,11 @@ class Push:
 
 def judged(pushes):
     """(why the device is refused or '', what is warned of or '')."""
-    against = [p for p in pushes if p.along < -AGAINST or (p.across > 2 * p.along and p.across > 2 * AGAINST)]
+    against = [p for p in pushes if p.along < -AGAINST or (p.across > p.along and p.across > AGAINST)]
     still = [p for p in pushes if abs(p.along) < LEAST_WAY]
     weak = [p for p in pushes if abs(p.given / p.asked - 1) > FORCE_ERROR]
     firm = [p for p in pushes if p.along < p.asked / FIRM]
-    name = lambda p: '(' + ', '.join(f'{v:+.1f}' for v in p.direction) + ')'  # noqa: E731
+    name = lambda p: '(' + ', '.join(f'{v:g}' for v in p.direction) + ')'  # noqa: E731
     if against:
         p = against[0]
         return (f'pushed with {p.asked:.1f} N along {name(p)} the grip moved {1e3 * p.along:+.1f} mm along it and {1e3 * p.across:.1f} mm '

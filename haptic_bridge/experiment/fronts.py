@@ -1,5 +1,6 @@
 """Where a subject is asked and an experimenter steers: a terminal, or windows (windows.py). All speak in events: (kind, value) with
 kinds answer, pause, skip, repeat, abort, stop, calibrate and note."""
+import os
 import queue
 import select
 import shutil
@@ -73,19 +74,24 @@ class TerminalFront(Front):
               'n TEXT a note')
 
     def _read(self):
+        rest = b''
         while self.open:
-            if not select.select([sys.stdin], [], [], 0.2)[0]:
+            if not select.select([0], [], [], 0.2)[0]:
                 continue
-            line = sys.stdin.readline()
-            if not line:
+            read = os.read(0, 4096)  # readline would keep a second line where select does not see it
+            if not read:
                 return
-            word = line.strip()
-            if word.startswith('n '):
-                self.events.put(('note', word[2:]))
-            elif word in WORDS:
-                self.events.put((WORDS[word], ''))
-            elif word:
-                self.events.put(('answer', word))
+            *lines, rest = (rest + read).split(b'\n')
+            for line in lines:
+                self._heed(line.decode('utf-8', 'replace').strip())
+
+    def _heed(self, word):
+        if word.startswith('n '):
+            self.events.put(('note', word[2:]))
+        elif word in WORDS:
+            self.events.put((WORDS[word], ''))
+        elif word:
+            self.events.put(('answer', word))
 
     def show(self, text, detail=''):
         print(text + (f'  ({detail})' if detail else ''), flush=True)

@@ -327,31 +327,39 @@ class SessionRun:
     def check_device(self, trial):
         """Before each block: the strings agree, and the grip gives way to a push (force_check.py)."""
         study, rig = self.study, self.rig
+        rate, scenes = trial.intervals[0].get('rate', study.rate), os.path.join(self.folder.path, 'scenes')
         pushes = []
+        self.prepare(condition_scene.write(study, trial.intervals[0], scenes), rate)
         if study.force_check > 0:
             if rig.recorder:
                 rig.recorder.forget()
             self.front.show('The device is checked: hold the grip loosely in the middle.')
-            pushes = force_check.check(rig, study.force_check, trial.intervals[0].get('rate', study.rate),
-                                       os.path.join(self.folder.path, 'scenes'), self.rest, lambda: self.wait_home(HOME_CHECK))
-        if rig.launch is not None and rig.state is not None:
-            rig.check()
-            state = rig.state
-            if state.pose_residual > MOST_RESIDUAL or state.suspect_string >= 0:
-                raise TrialEnded('stopped', f'the strings contradict each other by {1e3 * state.pose_residual:.1f} mm: calibrate')
-            refused, warned = force_check.judged(pushes)
-            self.folder.info.setdefault('device_checks', []).append(
-                {'block': trial.block, 'seconds': self.seconds(), 'model': state.model, 'transport': state.transport,
-                 'state': state.message, 'pose_residual_m': state.pose_residual, 'wire_delay_s': state.wire_delay,
-                 'stable_stiffness_n_per_m': state.stable_stiffness, 'force_check': refused or warned or ('passed' if pushes else 'none'),
-                 'pushes': [dataclasses.asdict(push) for push in pushes]})
-            self.folder.save_info()
-            if refused:
-                raise TrialEnded('stopped', f'the force check failed: {refused}')
-            if warned:
-                self.front.tell(f'force check: {warned}')
-                self.notes.append(f'force check: {warned}')
+            pushes = force_check.check(rig, study.force_check, rate, scenes, self.rest, lambda: self.wait_home(HOME_CHECK))
+        rig.check()
+        state = rig.state
+        if state.pose_residual > MOST_RESIDUAL or state.suspect_string >= 0:
+            raise TrialEnded('stopped', f'the strings contradict each other by {1e3 * state.pose_residual:.1f} mm: calibrate')
+        refused, warned = force_check.judged(pushes)
+        self.folder.info.setdefault('device_checks', []).append(
+            {'block': trial.block, 'seconds': self.seconds(), 'model': state.model, 'transport': state.transport,
+             'state': state.message, 'pose_residual_m': state.pose_residual, 'wire_delay_s': state.wire_delay,
+             'stable_stiffness_n_per_m': state.stable_stiffness, 'force_check': refused or warned or ('passed' if pushes else 'none'),
+             'pushes': [dataclasses.asdict(push) for push in pushes]})
+        self.folder.save_info()
+        if refused:
+            raise TrialEnded('stopped', f'the force check failed: {refused}')
+        if warned:
+            self.front.tell(f'force check: {warned}')
+            self.notes.append(f'force check: {warned}')
         self.block = trial.block
+
+    def prepare(self, scene, rate):
+        """The loop runs and the force is on: a device that was just plugged in is calibrated first, and no trial is spent on it."""
+        if self.rig.launch is None or self.rig.rate != rate:
+            self.rig.load(scene, rate)
+        while not self.rig.gives_force():
+            self.front.tell(f'no force yet: {self.rig.state.message}')
+            self.recover()
 
     def rest(self, seconds):
         """Time passes; a simulated hand stays at home."""
@@ -375,27 +383,32 @@ class SessionRun:
             self.wait(1.0)
 
     def recover(self):
-        """After STOP or a fault: with a hand, the experimenter says when."""
-        if self.simulate is None:
-            self.front.tell('press pause to go on when the device is ready; calibrate with the grip held at home where it says so')
-            while True:
-                kind, _ = self.front.events.get()
-                if kind == 'abort':
-                    raise Aborted()
-                if kind == 'calibrate':
-                    self.front.tell(self.rig.calibrate())
-                if kind == 'pause':
-                    break
-        refused = self.rig.recover()
-        for _ in range(RECOVERIES if self.simulate is not None else 0):
-            if not refused:
-                break
-            time.sleep(1)
+        """After STOP or a fault, until the force is on again. With a hand the experimenter says when to try."""
+        tries = RECOVERIES
+        while True:
+            if self.simulate is None:
+                self.until_ready()
             refused = self.rig.recover()
-        if refused and self.simulate is not None:
-            raise Refused(f'the device gives no force: {refused}')
-        if refused:  # the next trial says so, and waits here again
+            if not refused:
+                return
             self.front.tell(f'no force yet: {refused}')
+            tries -= 1
+            if self.simulate is not None:
+                if not tries:
+                    raise Refused(f'the device gives no force: {refused}')
+                time.sleep(1)
+
+    def until_ready(self):
+        """The experimenter says that the device is."""
+        self.front.tell('press pause to go on when the device is ready; calibrate with the grip held at home where it says so')
+        while True:
+            kind, _ = self.front.events.get()
+            if kind == 'abort':
+                raise Aborted()
+            if kind == 'calibrate':
+                self.front.tell(self.rig.calibrate())
+            if kind == 'pause':
+                return
 
 
 class Skipped(Exception):

@@ -54,9 +54,9 @@ def free_port():
 
 
 class StackRig:
-    def __init__(self, device, wire, log, program, rviz=False, port='', simulated=False):
+    def __init__(self, device, wire, log, program, port='', simulated=False):
         """`wire`: twin or file. `program`: session_table."""
-        self.device, self.wire, self.log, self.program, self.rviz, self.port = device, wire, log, program, rviz, port
+        self.device, self.wire, self.log, self.program, self.port = device, wire, log, program, port
         self.simulated = simulated
         self.launch = self.recorder = self.client = None
         self.rate = 0
@@ -143,16 +143,16 @@ class StackRig:
         self.state = self.pose = None
         self.recorder = TrialRecorder()
         arguments = {'scene': scene, 'device': self.device, 'transport': self.wire, 'rate': repr(float(rate)), 'port': self.port,
-                     'hand': 'marker' if self.simulated or self.wire == 'twin' else 'script', 'rviz': str(self.rviz).lower()}
+                     'hand': 'marker' if self.simulated or self.wire == 'twin' else 'script', 'rviz': 'false'}
         self.launch = self._start(['roslaunch', '--disable-title', '--skip-log-check', '--no-summary', 'haptic_bringup',
                                    'experiment.launch'] + [f'{name}:={value}' for name, value in arguments.items()])
         self._wait(lambda: self.recorder.wait_start(1) if self.recorder.count() else False, 'the loop did not start')
         rospy.wait_for_service('/simulation/load_scene', START_PATIENCE)
         self.client = Client('/bridge', timeout=START_PATIENCE)
         self.rate, self.faded = rate, False
-        self._wait(lambda: self.state is not None and self.wrench is not None, 'the device said nothing')
+        self._wait(lambda: self.state is not None, 'the device said nothing')  # of pose and wrench nothing before it is calibrated
         if self.wire == 'twin':
-            self._wait(lambda: self.state.state == DeviceState.ENABLED, 'the force did not come on')
+            self._wait(lambda: self.gives_force() and self.wrench is not None, 'the force did not come on')
 
     def stop_stack(self):
         for process in (self.launch,):
@@ -173,12 +173,15 @@ class StackRig:
             self.master.terminate()
             self.master.wait()
 
+    def gives_force(self):
+        return self.state is not None and self.state.state == DeviceState.ENABLED
+
     def check(self):
         """Raises TrialEnded when the device gives no force any more."""
         if self.launch is None or self.launch.poll() is not None:
             raise TrialEnded('interrupted', 'the stack ended')
         state = self.state
-        if state is None or state.state == DeviceState.ENABLED:
+        if state is None or self.gives_force():
             return
         raise TrialEnded('unplugged' if state.state == DeviceState.DISCONNECTED else 'stopped', state.message)
 

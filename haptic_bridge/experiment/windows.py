@@ -1,5 +1,5 @@
-"""Two windows: the subject's, full screen, with text and the answers' keys; the experimenter's, with progress, buttons and notes. The
-session runs in a thread of its own; what it says comes here as signals, what is pressed goes there as events."""
+"""Two windows: the subject's, full screen, with text and the answers' keys; the experimenter's, with progress, buttons and notes. Where the
+scene is shown (scene_view.py) it fills the subject's screen, and the text is a strip at its lower end that stays above it. The session runs in a thread of its own; what it says comes here as signals, what is pressed goes there as events."""
 import os
 import signal
 import threading
@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import (QApplication, QDialog, QFormLayout, QGridLayout, QC
 from fronts import Front, Tone
 
 SUBJECT_POINTS, EXPERIMENTER_WIDTH = 28, 460
+STRIP_SHARE = 0.22   # of the subject's screen that the text takes, below the scene [1]
 SPACE, STOP_HEIGHT, BUTTON_HEIGHT = 8, 44, 36       # [pixels]
 BUTTONS_AT = 2 * SPACE + STOP_HEIGHT + BUTTON_HEIGHT // 2  # height of the buttons' middle in the experimenter's window
 BUTTONS = (('Pause', 'pause'), ('Repeat', 'repeat'), ('Skip', 'skip'), ('Calibrate', 'calibrate'), ('End', 'abort'))
@@ -153,6 +154,7 @@ class Questionnaire(QDialog):
 class WindowFront(Front):
     def __init__(self):
         super().__init__()
+        self.scene = None  # a SceneView, set before `run`: the subject sees the scene
         self.application = QApplication.instance() or QApplication(['experiment'])
         self.sound, self.said, self.code = Tone(), Said(), 0
         self.subject, self.experimenter = SubjectWindow(self.events), ExperimenterWindow(self.events)
@@ -186,15 +188,18 @@ class WindowFront(Front):
     def run(self, work):
         """The session in a thread, the windows in this one. On a second screen the subject's window fills that."""
         screens = self.application.screens()
-        self.subject.setGeometry(screens[-1].geometry())
-        if os.environ.get('HAPTIC_STUDY_FULL_SCREEN', 'yes') == 'yes' and len(screens) > 1:
-            self.subject.showFullScreen()
+        if self.scene:
+            self.show_scene(screens)
         else:
-            self.subject.showMaximized()
+            self.subject.setGeometry(screens[-1].geometry())
+            if os.environ.get('HAPTIC_STUDY_FULL_SCREEN', 'yes') == 'yes' and len(screens) > 1:
+                self.subject.showFullScreen()
+            else:
+                self.subject.showMaximized()
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: self.events.put(('abort', '')))
         heed = QTimer()  # Python hears a signal only while it runs
-        heed.timeout.connect(lambda: None)
+        heed.timeout.connect(self.keep_keys)
         heed.start(200)
         self.experimenter.show()
         self.experimenter.raise_()
@@ -202,7 +207,33 @@ class WindowFront(Front):
         thread.start()
         self.application.exec_()
         thread.join()
+        if self.scene:
+            self.scene.close()
         return self.code
+
+    def show_scene(self, screens):
+        """On a second screen the scene has that; on a single one the experimenter's window stands above it, at the right."""
+        there = screens[-1].geometry()
+        beside = EXPERIMENTER_WIDTH if len(screens) == 1 else 0
+        strip = round(STRIP_SHARE * there.height())
+        self.scene.start(there.x(), there.y(), there.width(), there.height())
+        self.subject.setWindowFlags(Qt.Window | Qt.FramelessWindowHint | Qt.WindowStaysOnTopHint)
+        self.subject.setGeometry(there.x(), there.y() + there.height() - strip, there.width() - beside, strip)
+        self.subject.show()
+        if beside:
+            self.experimenter.setWindowFlags(Qt.Window | Qt.WindowStaysOnTopHint)
+            self.experimenter.setGeometry(there.x() + there.width() - beside, there.y(), beside, there.height())
+
+    def keep_keys(self):
+        """The text stays above the scene, which comes later and takes no keys: where neither of these two has them, the subject's gets
+        them back."""
+        if not self.scene:
+            return
+        self.subject.raise_()
+        if len(self.application.screens()) == 1:
+            self.experimenter.raise_()
+        if self.application.activeWindow() is None:
+            self.subject.activateWindow()
 
     def end(self, code):
         self.code = code

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""The subject's and the experimenter's window, on a display of their own, by real keys and clicks: answers, STOP, a pause, the end."""
+"""The subject's and the experimenter's window, on a display of their own, by real keys and clicks: answers, STOP, a pause, the end; and the scene
+that fills the subject's screen."""
 import os
 import re
 import signal
@@ -11,6 +12,7 @@ import unittest
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path[:0] = [os.path.join(ROOT, 'test', 'commands'), os.path.join(ROOT, 'haptic_bridge', 'experiment')]
+import numpy as np  # noqa: E402
 import session_folder  # noqa: E402
 from run_verb import RUN  # noqa: E402
 from windows import BUTTONS_AT  # noqa: E402
@@ -28,6 +30,7 @@ repetitions: 3
 order: fixed
 phases: {home_seconds: 0.05, explore_seconds: 0.2, respond_seconds: 60, pause_seconds: 0}
 """
+WIDTH, HEIGHT = 1280, 800  # of the screen [pixels]
 LIMIT = 120  # [s] for each event: it takes a second or two on an idle machine
 
 
@@ -36,7 +39,7 @@ class Windows(unittest.TestCase):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
         number, out = os.pipe()
-        self.server = subprocess.Popen(['Xvfb', '-displayfd', str(out), '-screen', '0', '1280x800x24', '-nolisten', 'tcp'],
+        self.server = subprocess.Popen(['Xvfb', '-displayfd', str(out), '-screen', '0', f'{WIDTH}x{HEIGHT}x24', '-nolisten', 'tcp'],
                                        pass_fds=[out], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(out)
         with os.fdopen(number) as told:
@@ -48,8 +51,11 @@ class Windows(unittest.TestCase):
             file.write(STUDY)
         self.log = open(os.path.join(self.folder.name, 'log'), 'w+', encoding='utf-8')
         self.addCleanup(self.log.close)
-        self.run = subprocess.Popen([RUN, 'experiment', study, '--subject', 's01', '--windows', '--output', self.folder.name],
-                                    env={**os.environ, 'DISPLAY': self.display}, stdin=subprocess.DEVNULL, stdout=self.log, stderr=self.log)
+        self.words = [RUN, 'experiment', study, '--subject', 's01', '--output', self.folder.name]
+
+    def begin(self, *words):
+        self.run = subprocess.Popen(self.words + list(words), stdin=subprocess.DEVNULL, stdout=self.log, stderr=self.log,
+                                    env={**os.environ, 'DISPLAY': self.display, 'LIBGL_ALWAYS_SOFTWARE': '1', 'QT_X11_NO_MITSHM': '1'})
         self.addCleanup(self.end, self.run)
 
     @staticmethod
@@ -93,7 +99,51 @@ class Windows(unittest.TestCase):
             return len(self.rows()) >= number
         self.until(pressed, f'row {number}')
 
+    def picture(self):
+        """Of the whole screen, height x width x 3."""
+        done = subprocess.run(['import', '-window', 'root', '-depth', '8', 'rgb:-'], env={**os.environ, 'DISPLAY': self.display},
+                              stdout=subprocess.PIPE, check=True)
+        return np.frombuffer(done.stdout, np.uint8).reshape(HEIGHT, WIDTH, 3).astype(int)
+
+    def geometry(self, window):
+        found = re.findall(r'(X|Y|WIDTH|HEIGHT)=(-?\d+)', '\n'.join(self.x('getwindowgeometry', '--shell', window)))
+        return {name: int(value) for name, value in found}
+
+    def test_the_scene_fills_the_subjects_screen_below_its_text(self):
+        self.begin('--rviz')
+        subject = self.until(lambda: self.x('search', '--name', '^study$'), 'the subject\'s window')[0]
+        experimenter = self.until(lambda: self.x('search', '--name', '^experimenter$'), 'the experimenter\'s window')[0]
+        view = self.until(lambda: self.x('search', '--onlyvisible', '--name', 'study.rviz'), 'the scene\'s window')[0]
+        self.until(lambda: self.geometry(view) == {'X': 0, 'Y': 0, 'WIDTH': WIDTH, 'HEIGHT': HEIGHT}, 'a scene on the whole screen')
+        strip, beside = self.geometry(subject), self.geometry(experimenter)
+        self.assertEqual((strip['X'], strip['Y'] + strip['HEIGHT']), (0, HEIGHT))
+        self.assertLess(strip['HEIGHT'], HEIGHT // 3)
+        self.assertLessEqual(strip['X'] + strip['WIDTH'], beside['X'], 'no window of the two hides the other')
+        orange = lambda shot: ((shot[..., 0] > 2 * shot[..., 2] + 40) & (shot[..., 0] > shot[..., 1] + 30))[:strip['Y']].sum()  # noqa: E731
+        text = lambda shot: (shot[strip['Y']:, :strip['WIDTH']].min(axis=2) > 200).sum()  # noqa: E731
+        self.until(lambda: orange(self.picture()) > 200, 'the tip above the pad')
+        self.until(lambda: text(self.picture()) > 200, 'the text above the scene')
+        grey = self.picture()[:strip['Y'], :beside['X']]
+        self.assertEqual((grey.min(axis=2) > 200).sum(), 0, 'no menu, tool or number is beside the scene')
+        # A click into the scene takes no key from the subject; the keys go where the display sends them.
+        def answered():
+            self.x('mousemove', '300', '200', 'click', '1')
+            self.x('key', '2')
+            return self.rows()
+        self.until(answered, 'the first row')
+        self.assertEqual((self.rows()[0]['status'], self.rows()[0]['response']), ('ok', 'second'))
+        self.click(experimenter, 9 * beside['WIDTH'] // 10, BUTTONS_AT)
+        self.assertEqual(self.run.wait(LIMIT), 3, self.said())
+        self.until_gone('study.rviz')
+
+    def until_gone(self, name):
+        end = time.monotonic() + LIMIT
+        while self.x('search', '--name', name) and time.monotonic() < end:
+            time.sleep(0.1)
+        self.assertEqual(self.x('search', '--name', name), [])
+
     def test_a_session_by_keys_and_clicks(self):
+        self.begin('--windows')
         subject = self.until(lambda: self.x('search', '--name', '^study$'), 'the subject\'s window')[0]
         experimenter = self.until(lambda: self.x('search', '--name', '^experimenter$'), 'the experimenter\'s window')[0]
         self.x('windowmove', experimenter, '760', '420')
