@@ -40,4 +40,5 @@ class LoopRig:
         if stiffness:
             self.nominal = float(np.median(stiffness))
         rows = np.array(self.rows, dtype=float)
-        return Samples(rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7] > 0, rows[:, 8].astype(np.uint32), rows[:, 9])
+        return Samples(rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7] > 0, rows[:, 8].astype(np.uint32), rows[:, 9],
+                       np.ones(len(rows)))  # no tick is lost here

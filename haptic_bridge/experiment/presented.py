@@ -7,6 +7,9 @@ friction   Sum of |F_t| over sum of F_n, over ticks that slide: a tip sticks unt
            millimetres after each turn do not count.
 mass       Mean force against gravity over a lifted spell, over g plus the spell's mean acceleration [kg].
 
+While the force fades (a tick was lost, a hand was let in) it is no function of the grip's way: such ticks do not count here, and a row
+says their share.
+
 Errors are those of a jackknife over ten consecutive pieces, because neighbouring ticks are not independent."""
 from dataclasses import dataclass, replace
 
@@ -30,6 +33,7 @@ class Samples:
     contact: np.ndarray    # bool
     flags: np.ndarray      # DeviceFlag bits
     share: np.ndarray      # of the contact's stiffness that the hand is given [1]
+    fade: np.ndarray       # of the force, by soft start and lost ticks: 1 is whole [1]
 
     def __len__(self):
         return len(self.time)
@@ -60,6 +64,15 @@ def jackknifed(count, estimate):
     return Estimate(whole, float(np.sqrt((PIECES - 1) / PIECES * np.sum((left - left.mean()) ** 2))))
 
 
+def whole(samples):
+    return samples.fade >= 1
+
+
+def faded_share(samples):
+    """Of the ticks in touch, those whose force was faded [1]."""
+    return float((~whole(samples))[samples.contact].mean()) if samples.contact.any() else 0.0
+
+
 def delayed(samples, delay):
     """With the positions of `delay` s before: what the world answered to."""
     if not delay:
@@ -70,7 +83,7 @@ def delayed(samples, delay):
 
 
 def stiffness(samples):
-    touching = samples.contact & (np.linalg.norm(samples.force, axis=1) > 0.02)
+    touching = samples.contact & whole(samples) & (np.linalg.norm(samples.force, axis=1) > 0.02)
     if touching.sum() < 20:
         return Estimate()
     force = samples.force[touching]
@@ -103,7 +116,7 @@ def friction(samples, normal):
     v = velocity(samples)
     v_t = v - (v @ normal)[:, None] * normal
     sliding = (np.linalg.norm(v_t, axis=1) > SLIDES) & (way_since_turn(samples, v_t) > STRAINED)
-    rows = np.flatnonzero(samples.contact & sliding & (along > LEAST_FORCE))
+    rows = np.flatnonzero(samples.contact & whole(samples) & sliding & (along > LEAST_FORCE))
     if len(rows) < 20:
         return Estimate()
     return jackknifed(len(rows), lambda part: float(across[rows[part]].sum() / along[rows[part]].sum()))
@@ -119,7 +132,7 @@ def mass(samples, gravity):
     if len(touched) < 20:
         return Estimate()
     height = samples.position[:, 2]
-    lifted = samples.contact & (height > height[touched[0]] + LIFTED)
+    lifted = samples.contact & whole(samples) & (height > height[touched[0]] + LIFTED)
     # The hand's force on the tray is the opposite of the tray's on the hand.
     load, v = -samples.force[:, 2], velocity(samples)[:, 2]
     values, weights = [], []

@@ -10,7 +10,7 @@ import numpy as np
 import condition_scene
 import force_check
 import session_data
-from presented import presented
+from presented import faded_share, presented
 from session_folder import ACCEPTED
 from simulated_subject import Percept, SimulatedHand
 from stack_rig import HAND_PERIOD, SOFT_START, TrialEnded
@@ -168,7 +168,8 @@ class SessionRun:
             row[f'presented_{number}_error'] = estimate.error
             felt.append(estimate.value)
             if math.isfinite(nominal):
-                within.append(math.isfinite(estimate.value) and abs(estimate.value / nominal - 1) <= study.tolerance / 100)
+                within.append(math.isfinite(estimate.value) and abs(estimate.value / nominal - 1) <= study.tolerance / 100 and
+                              faded_share(part) <= study.tolerance / 100)
         force = np.concatenate([np.linalg.norm(part.force, axis=1) for part in samples])
         touch = np.concatenate([part.contact for part in samples])
         row['peak_force'] = float(force.max(initial=0))
@@ -178,6 +179,7 @@ class SessionRun:
         flags = np.concatenate([part.flags for part in samples])
         share = np.concatenate([part.share for part in samples])
         row['clamped_share'] = float(((flags & self.clamp_bits) != 0)[touch].mean()) if touch.any() else 0.0
+        row['faded_share'] = max(map(faded_share, samples))
         row['softened_share'] = float((share[touch] < 1 - 1e-9).mean()) if touch.any() else 0.0
         if study.tolerance > 0 and within:
             row['within_tolerance'] = int(all(within))

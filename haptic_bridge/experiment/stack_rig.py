@@ -294,5 +294,5 @@ class StackRig:
             time_s = np.array(table['time'][inside])
             share = np.interp(np.array(table['unix_time'][inside]), near[:, 0], near[:, 2]) if len(near) else np.ones(len(time_s))
             out.append(Samples(time_s, three('position'), three('achieved_force'), column('in_contact') > 0,
-                               np.nan_to_num(column('flags')).astype(np.uint32), share))
+                               np.nan_to_num(column('flags')).astype(np.uint32), share, column('fade')))
         return out, mismatches, lost

@@ -1,5 +1,6 @@
 """A study as its file states it: what is felt, how it is asked, how often, in which order. urdf/experiments/README.md has the keys."""
 import hashlib
+import math
 import os
 from dataclasses import dataclass, field
 
@@ -92,7 +93,7 @@ class Study:
     def added_delay(self, condition):
         """That the loop adds to its wire's [s]: whole ticks."""
         rate = condition.get('rate', self.rate)
-        return sum(round(condition.get(name, 0.0) * rate) for name in DELAYS) / rate
+        return sum(math.floor(condition.get(name, 0.0) * rate + 0.5) for name in DELAYS) / rate  # halves up, as std::lround
 
     def rates(self):
         return sorted({c.get('rate', self.rate) for c in self.conditions + [self.standard]})

@@ -2,7 +2,7 @@
 #: bench [NAME]      measure the core, all of it or what NAME matches; `anywhere`: pages in 3-D, MCAP, the gallery, a page to touch scenes,
 #:                   an hour; `build`: what builds and tests of a fresh checkout cost; `dispatch`: bits and times of the two
 #:                   libraries;
-#:                   `experiment`: studies on the twin, two hours; `fuzz`: a search for contacts that go wrong; `python`: what a
+#:                   `experiment`: studies on the twin, 45 minutes; `fuzz`: a search for contacts that go wrong; `python`: what a
 #:                   step costs from Python; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md, and `robots`
 #:                   that of the robots below ../shared and the folder HAPTIC_ROBOTS, build/figures/robots.md
 . "$(dirname "$0")/parts/start.sh"

@@ -38,7 +38,8 @@ std::string aboutScene(const SceneDef& scene, const DeviceDef& device) {
     out << "any length: at rest nothing touches.";
   }
   for (const HandDef& hand : scene.hands) {
-    const HandCertificate held = certifyHand(scene.world, hand.pointer, {hand.workspace.scale, hand.force_scale, hand.delay.total()}, device);
+    const HandMapping mapping{hand.workspace.scale, hand.force_scale, hand.delay.total()};
+    const HandCertificate held = certifyHand(scene.world, hand.pointer, mapping, device);
     if (held.against.empty()) continue;
     out << " A relaxed hand holds up to " << std::round(held.held) << " N/m; " << held.pointer << " on " << held.against << " meets "
         << std::round(held.stiffness) << " N/m at " << held.press << " N.";

@@ -11,6 +11,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 STUDIES = os.path.join(ROOT, 'urdf', 'experiments')
@@ -30,6 +32,8 @@ from trial_order import Generator, Order  # noqa: E402
 
 NAMES = ('stiffness', 'friction', 'weight', 'update_rate')
 PERCEPTS, SUBJECTS, KILLS, MARKERS = 2000, 20, 200, 2000
+LANES = 4            # sessions beside each other that are killed; each start of a stack is two seconds of a processor
+KILL_PATIENCE = 60   # for the bytes of a session on a busy machine [s]
 AFTER_LOST = 0.1   # [s]
 DEVICE = os.path.join(ROOT, 'urdf', 'devices', 'spidar_g6x3r.yaml')
 KILL_STUDY = """study: 1
@@ -43,6 +47,7 @@ standard: {stiffness: 1e7}
 factors: {stiffness: [0.8e7, 1.25e7]}
 repetitions: 500
 phases: {home_seconds: 0.05, explore_seconds: 0.5, pause_seconds: 0}
+force_check_n: 0
 presented: {measure: stiffness}
 simulated_hand: {gap_mm: 8, press_mm: 5, period_s: 0.5, weber: 0.1}
 """
@@ -120,48 +125,86 @@ def call(options, study, subject, output, *more):
             '--subject', subject, '--simulate', '1', '--output', output, *more]
 
 
+class KilledSession:
+    """A session of its own that is killed again and again, at random instants from its start on. A trial is complete once its last byte
+    came over the marker line: from then on its row must be on disk."""
+
+    def __init__(self, options, folder, study, number):
+        self.options, self.folder, self.study, self.subject = options, folder, study, f's{number:02d}'
+        self.choose = random.Random(f'{options.seed} {number}')
+        self.path = os.path.join(folder, 'killed', f'sub-{self.subject}', 'ses-1')
+        self.line, self.terminal = os.openpty()
+        self.kills = self.complete = self.lost = 0
+
+    def heard(self, patience):
+        """Bytes that come within `patience` [s]; b'': none."""
+        got = os.read(self.line, 4096) if select.select([self.line], [], [], patience)[0] else b''
+        self.complete += got.count(bytes([CODES['trial_end']]))
+        return got
+
+    def rows(self):
+        return session_folder.rows_of(os.path.join(self.path, 'trials.csv'))[0]
+
+    def ended(self):
+        """Rows of trials that ended, however: STOP of a machine that was late is a row as well."""
+        return [r for r in self.rows() if r['status'] != 'interrupted']
+
+    def kill(self):
+        with open(os.path.join(self.folder, 'log'), 'ab') as log:
+            words = call(self.options, self.study, self.subject, self.folder, '--marker-port', os.ttyname(self.terminal))
+            process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+        # One kill of twelve falls into the start of the stack, the others into trials and the writing between them.
+        bytes_wanted = self.choose.randrange(0, 12)
+        patience = time.monotonic() + KILL_PATIENCE
+        while bytes_wanted > 0 and time.monotonic() < patience and process.poll() is None:
+            bytes_wanted -= len(self.heard(0.2))
+        time.sleep(1.5 * self.choose.random())
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        while self.heard(0.1):
+            pass
+        self.kills += 1
+        self.lost = max(self.lost, self.complete - len(self.ended()))
+
+    def run(self, count):
+        for number in range(count):
+            self.kill()
+            if number % 10 == 9:
+                print(f'{self.subject}, {number + 1} kills: {self.complete} complete trials, {len(self.ended())} rows, '
+                      f'{len(self.rows()) - len(self.ended())} interrupted', flush=True)
+        return self
+
+    def torn(self):
+        """Rows that stand twice, or whose recording does not run again bit for bit."""
+        count, trials, orders = 0, set(), set()
+        for row in self.ended():
+            ok = row['status'] == 'ok'
+            try:
+                sound = not ok or all(int(s.info['mismatches']) == 0 for s in
+                                      session_data.read(os.path.join(self.path, row['recording']), self.options.program))
+            except session_data.Refused:
+                sound = False
+            count += not sound or row['trial'] in trials or (ok and row['order'] in orders)
+            trials.add(row['trial'])
+            orders |= {row['order']} if ok else set()
+        return count
+
+
 def kills(options):
-    """kill -9 at random instants from the start on. A trial is complete once its last byte came over the marker line."""
-    choose, lost, torn, complete = random.Random(options.seed), 0, 0, 0
+    """Several sessions beside each other: each waits most of its time."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, 'killed.yaml')
         with open(path, 'w', encoding='utf-8') as file:
             file.write(KILL_STUDY)
-        session = os.path.join(folder, 'killed', 'sub-s01', 'ses-1')
-        line, terminal = os.openpty()
-        for number in range(options.kills):
-            with open(os.path.join(folder, 'log'), 'ab') as log:
-                words = call(options, path, 's01', folder, '--marker-port', os.ttyname(terminal))
-                process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
-            # One kill of twelve falls into the start of the stack, the others into trials and the writing between them.
-            bytes_wanted = choose.randrange(0, 12)
-            patience = time.monotonic() + 60
-            while bytes_wanted > 0 and time.monotonic() < patience and process.poll() is None:
-                if select.select([line], [], [], 0.2)[0]:
-                    got = os.read(line, 4096)
-                    complete += got.count(bytes([CODES['trial_end']]))
-                    bytes_wanted -= len(got)
-            time.sleep(1.5 * choose.random())
-            process.send_signal(signal.SIGKILL)
-            process.wait()
-            while select.select([line], [], [], 0.1)[0]:
-                complete += os.read(line, 4096).count(bytes([CODES['trial_end']]))
-            rows = session_folder.rows_of(os.path.join(session, 'trials.csv'))[0]
-            ok = [r for r in rows if r['status'] == 'ok']
-            lost = max(lost, complete - len(ok))
-            if number % 20 == 19:
-                print(f'{number + 1} kills: {complete} complete trials, {len(ok)} rows, {len(rows) - len(ok)} interrupted', flush=True)
-        seen = set()
-        for row in ok:
-            bag = os.path.join(session, row['recording'])
-            try:
-                sound = sum(int(s.info['mismatches']) for s in session_data.read(bag, options.program)) == 0
-            except session_data.Refused:
-                sound = False
-            torn += not sound or row['trial'] in seen or row['order'] in {r['order'] for r in ok if r is not row}
-            seen.add(row['trial'])
-    print(f'{options.kills} kills: {complete} trials were complete, {len(ok)} are whole rows with recordings, {torn} torn or twice')
-    figure('kills', options.kills, '1')
+        shares = [len(range(lane, options.kills, options.lanes)) for lane in range(options.lanes)]
+        lanes = [KilledSession(options, folder, path, number + 1) for number in range(options.lanes)]
+        with ThreadPoolExecutor(options.lanes) as pool:
+            lanes = list(pool.map(KilledSession.run, lanes, shares))
+            torn = sum(pool.map(KilledSession.torn, lanes))
+        complete, rows = sum(lane.complete for lane in lanes), sum(len(lane.ended()) for lane in lanes)
+        killed, lost = sum(lane.kills for lane in lanes), sum(lane.lost for lane in lanes)
+    print(f'{killed} kills of {options.lanes} sessions: {complete} trials were complete, {rows} are whole rows, {torn} torn or twice')
+    figure('kills', killed, '1')
     figure('trials_completed', complete, '1')
     figure('trials_lost', lost + torn, '1')
 
@@ -226,14 +269,15 @@ def independent(measure, table, exits, knots, gap=8e-3):
 
 
 def switch_jump(sessions):
-    """(Largest change of the force in a tick while conditions change, ticks left out): from the first change of the force's scale, or 0.1 s
-    before, until 0.6 s after the new condition began. At a lost tick the loop halves the force by itself and the hand recoils: the
+    """(Largest change of the force in a tick while conditions change, ticks left out): from the tick in which a fade to silence began, or
+    0.1 s before, until 0.6 s after the new condition began. At a lost tick the loop halves the force by itself and the hand recoils: the
     AFTER_LOST seconds from it on are left out, and counted."""
     worst, lost = 0.0, 0
     for before, after in zip(sessions, sessions[1:]):
         rows = [np.stack([s.table[f'spidar.achieved_force_{a}'] for a in 'xyz'], axis=1) for s in (before, after)]
-        scaled = [at for at, what, _ in before.info['events'] if what == 'change a hand']
-        begin = round(min([before.table['time'][-1] - 0.1] + scaled) * before.info['rate'])
+        changed = [at for at, what, _ in before.info['events'] if what == 'change a hand']
+        silent = changed[-1:] if before.table['spidar.fade'][-1] < 1 else []  # the hand may have been let in before
+        begin = max(0, round(min([before.table['time'][-1] - 0.1] + silent) * before.info['rate']))
         near = np.concatenate([rows[0][begin:], rows[1][:round(0.6 * after.info['rate'])]])
         late = np.concatenate([before.table['lost_periods'][begin:], after.table['lost_periods'][:round(0.6 * after.info['rate'])]]) > 0
         late = np.convolve(late, np.ones(round(AFTER_LOST * before.info['rate'])))[:len(late)] > 0
@@ -243,41 +287,62 @@ def switch_jump(sessions):
     return worst, lost
 
 
-def sessions(options):
-    """One session of each shipped study on the stack, at its own pace."""
+@dataclass
+class Ran:
+    """What a session of a shipped study came to."""
+    trials: int = 0
+    mismatches: int = 0
+    missed: int = 0
+    error: float = 0.0   # largest, of presented against independent [%]
+    jump: float = 0.0    # [N]
+    lost: int = 0        # ticks left out of that
+    unjudged: int = 0    # intervals of which one of the two says nothing
+
+
+def session(options, folder, name):
+    """One session of a shipped study on the stack, at its own pace."""
     import haptic
     device = haptic.Device(DEVICE)
     exits, knots = np.array(device.exits), np.array(device.knots)
-    mismatches = trials = missed = 0
-    worst_error, worst_jump = 0.0, 0.0
-    with tempfile.TemporaryDirectory() as folder:
-        for name in options.studies:
-            subprocess.run(call(options, os.path.join(STUDIES, name + '.yaml'), 's01', folder), stdin=subprocess.DEVNULL, check=True)
-            path = glob.glob(os.path.join(folder, name, 'sub-s01', 'ses-1'))[0]
-            info, rows = session_folder.read(path)
-            missed += info['compute_missed']
-            worst_here = 0.0
-            for row in rows:
-                if not row['recording']:
-                    continue
-                trials += 1
-                recorded = session_data.read(os.path.join(path, row['recording']), options.program)
-                mismatches += sum(int(s.info['mismatches']) for s in recorded)
-                worst_jump = max(worst_jump, switch_jump(recorded)[0])
-                if name not in ('stiffness', 'friction'):
-                    continue
-                for i, s in enumerate(recorded, 1):
-                    said, oracle = results.number(row[f'presented_{i}']), independent(name, s.table, exits, knots)
-                    if np.isfinite(said) and np.isfinite(oracle):
-                        worst_here = max(worst_here, 100 * abs(said / oracle - 1))
-            worst_error = max(worst_error, worst_here)
-            print(f"{name}: {len(rows)} rows, {sum(r['status'] == 'ok' for r in rows)} ok, tenths of a second with a slow tick "
-                  f"{info['compute_missed']}, presented against independent {worst_here:.3f} %", flush=True)
-    figure('replayed_trials', trials, '1')
-    figure('replay_mismatches', mismatches, '1')
-    figure('compute_missed', missed, '1')
-    figure('presented_err_pct', worst_error, '%')
-    figure('switch_home_force_jump_n', worst_jump, 'N')
+    with open(os.path.join(folder, name + '.log'), 'w+', encoding='utf-8') as log:
+        code = subprocess.run(call(options, os.path.join(STUDIES, name + '.yaml'), 's01', folder), stdin=subprocess.DEVNULL, stdout=log,
+                              stderr=log, check=False).returncode
+        log.seek(0)
+        if code:
+            raise SystemExit(f'{name}: the session ended with {code}: {log.read()[-2000:]}')
+    path = glob.glob(os.path.join(folder, name, 'sub-s01', 'ses-1'))[0]
+    info, rows = session_folder.read(path)
+    ran = Ran(missed=info['compute_missed'])
+    for row in rows:
+        if not row['recording']:
+            continue
+        ran.trials += 1
+        recorded = session_data.read(os.path.join(path, row['recording']), options.program)
+        ran.mismatches += sum(int(s.info['mismatches']) for s in recorded)
+        jump, lost = switch_jump(recorded)
+        ran.jump, ran.lost = max(ran.jump, jump), ran.lost + lost
+        if name not in ('stiffness', 'friction'):
+            continue
+        for i, s in enumerate(recorded, 1):
+            said, oracle = results.number(row[f'presented_{i}']), independent(name, s.table, exits, knots)
+            if np.isfinite(said) and np.isfinite(oracle):
+                ran.error = max(ran.error, 100 * abs(said / oracle - 1))
+            else:
+                ran.unjudged += 1
+    print(f"{name}: {len(rows)} rows, {sum(r['status'] == 'ok' for r in rows)} ok, tenths of a second with a slow tick {ran.missed}, "
+          f'presented against independent {ran.error:.3f} %, {ran.unjudged} intervals without, ticks after lost ones {ran.lost}', flush=True)
+    return ran
+
+
+def sessions(options):
+    """One session of each shipped study, beside each other: each has a loop, a master and a folder of its own, and waits most of the time."""
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(len(options.studies)) as pool:
+        ran = list(pool.map(lambda name: session(options, folder, name), options.studies))
+    figure('replayed_trials', sum(r.trials for r in ran), '1')
+    figure('replay_mismatches', sum(r.mismatches for r in ran), '1')
+    figure('compute_missed', sum(r.missed for r in ran), '1')
+    figure('presented_err_pct', max(r.error for r in ran), '%')
+    figure('switch_home_force_jump_n', max(r.jump for r in ran), 'N')
 
 
 def switches(options):
@@ -329,13 +394,16 @@ def main():
     parser.add_argument('--percepts', type=int, default=PERCEPTS)
     parser.add_argument('--subjects', type=int, default=SUBJECTS)
     parser.add_argument('--kills', type=int, default=KILLS)
+    parser.add_argument('--lanes', type=int, default=LANES)
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--studies', nargs='+', default=NAMES, choices=NAMES)
     options = parser.parse_args()
     for name, part in PARTS.items():
         if options.only in (None, name):
             print(f'## {name}', flush=True)
+            begin = time.monotonic()
             part(options)
+            print(f'{name} took {time.monotonic() - begin:.0f} s', flush=True)
 
 
 if __name__ == '__main__':

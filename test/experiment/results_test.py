@@ -8,11 +8,13 @@ import signal
 import sys
 import tempfile
 import unittest
+from dataclasses import replace
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path[:0] = [os.path.join(ROOT, 'haptic_bridge', 'experiment'), os.path.join(ROOT, 'penalty_sim', 'session'),
                 os.path.join(ROOT, 'build', 'devel', 'lib', 'python3', 'dist-packages')]
 import numpy as np  # noqa: E402
+import force_check  # noqa: E402
 import power  # noqa: E402
 import presented  # noqa: E402
 import psychometric  # noqa: E402
@@ -132,7 +134,7 @@ class Presented(unittest.TestCase):
     def samples(self, position, force, contact=None):
         n = len(position)
         return presented.Samples(np.arange(n) * 1e-3, position, force, np.ones(n, bool) if contact is None else contact,
-                                 np.zeros(n, np.uint32), np.ones(n))
+                                 np.zeros(n, np.uint32), np.ones(n), np.ones(n))
 
     def test_stiffness_of_a_damped_pad_in_any_direction(self):
         t = np.arange(2000) * 1e-3
@@ -143,6 +145,23 @@ class Presented(unittest.TestCase):
         found = presented.stiffness(self.samples(np.array([0.3, 0, 1]) - depth[:, None] * normal, force[:, None] * normal))
         self.assertAlmostEqual(found.value / 1500, 1, delta=3e-4)
         self.assertLess(abs(found.value - 1500), 5 * found.error + 0.5)
+
+    def test_an_added_delay_and_faded_ticks_leave_the_slope(self):
+        t = np.arange(2000) * 1e-3
+        way = lambda t: 2e-3 * (1 - np.cos(6 * t))  # noqa: E731
+        position = np.stack([0 * t, 0 * t, -way(t)], axis=1)
+        force = np.stack([0 * t, 0 * t, 1500 * way(t - 0.02)], axis=1)
+        late = self.samples(position, force)
+        # Between rows 1 ms apart a motion at 6 rad/s is straight to (6e-3)^2 / 8 = 5e-6.
+        self.assertAlmostEqual(presented.presented('stiffness', late, {}, delay=0.02).value / 1500, 1, delta=1e-3)
+        # Without, the terms in x' take the lag to first order: a phase of 0.12 rad leaves its square.
+        self.assertGreater(abs(presented.presented('stiffness', late, {}).value / 1500 - 1), 3e-3)
+        # After a lost tick the force comes back over half a second.
+        fade = np.where((t > 0.7) & (t < 1.2), 0.25 + 1.5 * (t - 0.7), 1.0)
+        faded = replace(self.samples(position, 1500 * (fade * way(t))[:, None] * [0, 0, 1]), fade=fade)
+        self.assertAlmostEqual(presented.stiffness(faded).value / 1500, 1, delta=1e-3)
+        self.assertGreater(abs(presented.stiffness(replace(faded, fade=np.ones(2000))).value / 1500 - 1), 0.02, 'they would show')
+        self.assertAlmostEqual(presented.faded_share(faded), 0.25, delta=2e-3)
 
     def test_friction_is_read_where_the_tip_slides(self):
         t = np.arange(2000) * 1e-3
@@ -184,6 +203,45 @@ class Twin(unittest.TestCase):
                     look = previews.of(condition)
                     self.assertAlmostEqual(look.presented.value / look.nominal, 1, delta=most, msg=f'{name} {condition}')
                     self.assertEqual((look.clamps, look.share), ([], 1.0))
+
+
+class ForceCheck(unittest.TestCase):
+    """The push of a device before a block: what is refused, and the way of a simulated hand."""
+    @staticmethod
+    def pushes(stiffness=500.0, give=lambda push: push, turn=lambda way: way):
+        """Of a hand of that stiffness [N/m] on a device that gives `give` of each push and moves the grip by `turn` of its way."""
+        out = []
+        for push in force_check.PUSHES.astype(float):
+            way = turn(0.8 * give(push) / stiffness)
+            along = float(way @ push)
+            out.append(force_check.Push(list(push), 0.8, float(0.8 * give(push) @ push), along, float(np.linalg.norm(way - along * push))))
+        return out
+
+    def test_what_is_refused_and_what_is_warned_of(self):
+        self.assertEqual(force_check.judged(self.pushes()), ('', ''))
+        for name, pushes, refused, part in (
+                ('mirrored', self.pushes(turn=lambda way: way * [1, -1, 1]), True, '-1.6 mm along'),
+                ('axes exchanged', self.pushes(turn=lambda way: way[[1, 0, 2]]), True, 'across'),
+                ('two strings pull nothing', self.pushes(turn=lambda way: np.array([min(way[0], 0), way[1], way[2]])), True, 'did not move'),
+                ('no power', self.pushes(turn=lambda way: 0 * way), True, 'did not move'),
+                ('weak', self.pushes(give=lambda push: 0.8 * push), False, 'the strings give 0.64 N'),
+                ('a firm hand', self.pushes(stiffness=4000.0), False, 'more loosely')):
+            said = force_check.judged(pushes)
+            self.assertEqual((said[0] != '', said[1] != ''), (refused, not refused), name)
+            self.assertIn(part, said[0] + said[1], name)
+            self.assertNotIn('\n', said[0] + said[1])
+
+    def test_a_relaxed_hand_gives_way_as_its_spring_says(self):
+        import haptic
+        with tempfile.TemporaryDirectory() as folder:
+            for push, scene in zip(force_check.PUSHES, force_check.scenes(0.8, 1000, folder)):
+                loop = haptic.Loop(scene, 'spidar_g6x3r', 1000)
+                loop.hands[0].move_to(np.eye(4))
+                loop.tick(3000)
+                hand = loop.hands[0]
+                # 500 N/m, the twin's hand; of the force lambda keeps 1 %, and a count is 17 um of a string.
+                np.testing.assert_allclose(hand.truth[:3, 3], 0.8 / 500 * push, atol=0.01 * 0.8 / 500 + 17e-6)
+                np.testing.assert_allclose(hand.achieved[3:], 0.8 * push, atol=0.01)
 
 
 class Folders(unittest.TestCase):

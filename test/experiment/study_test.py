@@ -88,6 +88,25 @@ class Reading(unittest.TestCase):
                 self.assertNotIn('\n', str(refusal))
 
 
+class AddedDelays(unittest.TestCase):
+    TEXT = GOOD.replace('{stiffness: 1e7}', '{stiffness: 1e7, force_delay: 0.0}').replace(
+        'stiffness: [0.8e7, 1e7, 1.3e7]', 'force_delay: [0.0, 0.0054, 0.02]')
+
+    def test_a_delay_is_in_whole_ticks_and_in_the_scene(self):
+        study = read(self.TEXT)
+        self.assertEqual([round(1e3 * study.added_delay(c), 9) for c in study.conditions], [0, 5, 20])
+        self.assertEqual(study.added_delay({'pose_delay': 0.01, 'force_delay': 0.02, 'rate': 250.0}), 8 / 250)
+        with open(study.scene, encoding='utf-8') as file:
+            root = xml.fromstring(condition_scene.changed_text(study.scene, file.read(), study.target, study.conditions[2]))
+        pointer = root.find(condition_scene.tag('pointer'))
+        self.assertEqual((float(pointer.get('force_delay')), pointer.get('pose_delay')), (0.02, None))
+
+    def test_bounds(self):
+        with self.assertRaises(Refused) as caught:
+            read(self.TEXT.replace('0.02]', '0.3]'))
+        self.assertIn('0 to 0.2', str(caught.exception))
+
+
 class Orders(unittest.TestCase):
     def test_random_numbers_are_splitmix64(self):
         generator = trial_order.Generator('x')

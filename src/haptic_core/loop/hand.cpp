@@ -218,7 +218,9 @@ void Hand::render(const World& world, double h) noexcept {
   report_.stiffness = stiffness * worldToGrip();
   report_.stiffness_share = stiffness > 0 ? std::min(1.0, world.pointerBound(pointer_).stiffness / stiffness) : 1;
   const Pushed pushed = pushed_line_.through({F_W, seen_.moved});
-  const Wrench world_B = within(map_.toGrip(pushed.F_W) * (settings_.force_scale * report_.fade));
+  const Wrench whole_B = map_.toGrip(pushed.F_W);
+  const Wrench world_B = settings_.silent ? fadedOut(whole_B * settings_.force_scale, h) :
+                                            within(whole_B * (settings_.force_scale * report_.fade));
   report_.F_asked_B = within(passivity_.act(led(world, world_B, pushed.moved, h), moved_, h));
   world_B_ = world_B;
   device_.actuate(report_.F_asked_B, 0.0, h);
@@ -229,16 +231,21 @@ void Hand::render(const World& world, double h) noexcept {
   report_.dissipated = passivity_.dissipated();
   report_.passivity_acts = passivity_.acting();
   report_.device_flags = device_.flags();
-  report_.fade = nextFade(h);
+  if (!settings_.silent) report_.fade = std::min(1.0, report_.fade + (settings_.soft_start_s > 0 ? h / settings_.soft_start_s : 1.0));
 }
 
-/// In by the soft start; out likewise, and no faster than the force that is there may change.
-double Hand::nextFade(double h) const noexcept {
-  const double part = settings_.soft_start_s > 0 ? h / settings_.soft_start_s : 1.0;
-  if (!settings_.silent) return std::min(1.0, report_.fade + part);
-  const double force = world_B_.force.norm(), step = kFadeRate * h;
-  const double slowest = force > step ? report_.fade * step / force : 1.0;
-  return std::max(0.0, report_.fade - std::min(part, slowest));
+/// The last tick's wrench, smaller: its size falls by kFadeRate, up to kFadeRate times kLeavingFade where the world's own is less. Neither
+/// direction nor size is the world's: a hand that presses sinks in as the force goes, and counts make its speed uneven, which a contact's
+/// damper and friction answer by 0.1 N a tick.
+Wrench Hand::fadedOut(const Wrench& whole_B, double h) noexcept {
+  const double force = world_B_.force.norm(), step = kFadeRate * h, whole = whole_B.force.norm();
+  const double size = std::max(0.0, std::min(force - step, std::max(whole, force - kLeavingFade * step)));
+  if (size == 0 || report_.fade == 0) {  // also where the pose was lost, or the world is another
+    report_.fade = 0;
+    return {};
+  }
+  report_.fade = whole > size ? size / whole : 1;
+  return world_B_ * (size / force);
 }
 
 void Hand::rest(double h) noexcept {

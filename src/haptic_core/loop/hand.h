@@ -104,7 +104,7 @@ class Hand {
   /// The passivity controller is off: no bound of the hand, no limit but the device's own.
   bool feelsAnything() const noexcept { return settings_.passivity.mode == PassivityMode::kOff; }
   Wrench within(const Wrench& F_B) const noexcept;
-  double nextFade(double h) const noexcept;
+  Wrench fadedOut(const Wrench& whole_B, double h) noexcept;
   Wrench led(const World& world, const Wrench& F_B, const Twist& moved, double h) noexcept;
   double worldToGrip() const noexcept { return settings_.workspace.scale * settings_.force_scale; }  ///< of a stiffness
   Spidar& device_;
