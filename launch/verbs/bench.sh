@@ -102,7 +102,7 @@ bench_python() {
   show_and_keep bench-python python3 -B "$ROOT/test/python/overhead.py"
 }
 
-# Studies: fits, simulated subjects, sessions at their own pace on the twin, kills. It takes two hours.
+# Studies: fits, simulated subjects, sessions at their own pace on the twin, kills. It takes three quarters of an hour.
 bench_experiment() {
   setup run pages python experiment
   build_stack 'haptic_bridge penalty_sim spidar_driver spidar_stop motor_guard session_table haptic_python
