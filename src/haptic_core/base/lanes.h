@@ -129,6 +129,17 @@ inline void transpose(const Lanes& a, const Lanes& b, const Lanes& c, const Lane
 
 inline Lanes lanes(double x) { return Lanes{x, x, x, x}; }  ///< x in all lanes
 
+/// √x, lane by lane, rounded correctly.
+inline Lanes squareRoot(const Lanes& x) {
+#if defined(__AVX__)
+  return (Lanes)_mm256_sqrt_pd((__m256d)x);
+#elif defined(__SSE2__)
+  return {(LanePair)_mm_sqrt_pd((__m128d)x.lower), (LanePair)_mm_sqrt_pd((__m128d)x.upper)};
+#else
+  return {__builtin_sqrt(x[0]), __builtin_sqrt(x[1]), __builtin_sqrt(x[2]), __builtin_sqrt(x[3])};
+#endif
+}
+
 /// Four doubles from any address.
 inline Lanes loadLanes(const double* from) {
   Lanes v;

@@ -103,8 +103,6 @@ constexpr RulePoints kTriangleRule[2] = {{{0.225, kInnerWeight, kInnerWeight, kI
                                           {kOuter, 1 - 2 * kOuter, kOuter, kThird},
                                           {kOuter, kOuter, 1 - 2 * kOuter, kThird}}};
 
-Lanes squareRoot(const Lanes& x) { return Lanes{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])}; }
-
 /// The slip's traction by the rule, four points at a time.
 struct RuleSums {
   Lanes vx, vy, w;

@@ -5,7 +5,7 @@
 
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/volume/gauss_legendre.h"
-#include "haptic_core/geometry/volume/rod_section.h"
+#include "haptic_core/geometry/volume/section_moments.h"
 
 namespace haptic {
 namespace {
@@ -13,9 +13,10 @@ namespace {
 /// Axes at a smaller angle [sine] cross so far out that their parallelograms are not worth a rule of their
 /// own.
 constexpr double kCrossing = 1e-3;
-/// Shares of the angles in which the rods meet beyond which a piece has 16 and 8 sections; below it has 4. With so many fewer a
-/// capsule's piece errs by 1e-5 and 1e-2 of itself. Of angles, not of heights: near a rod's top its surface goes like their root.
-constexpr double kLong = 2e-3, kTiny = 1e-7;
+/// Shares of the angles in which the rods meet beyond which a piece of round ends has 16, 12 and 8 sections, and beyond the first and the
+/// last 12 and 8 near an end; else 4. With 8 and 4 a capsule's piece errs by 1e-5 and 1e-2 of itself, with 12 in pieces of up to 0.05 the
+/// sum by 3e-8. Of angles, not of heights: near a rod's top its surface goes like their root.
+constexpr double kUsual = 0.015, kLong = 2e-3, kTiny = 1e-7;
 /// A piece of round ends that is higher than this share of the lesser radius has 24 sections, and one higher than kHighest twice 24:
 /// singularities beyond V are near it. With 16 up to 0.3 radii the area vector was off by 2e-9 of itself, with 24 in all by 4e-9.
 constexpr double kDeep = 0.1, kHighest = 0.5;
@@ -27,7 +28,12 @@ constexpr double kShort = 0.05;
 /// A break nearer than this share of a piece is its end: the difference is the power 3/2.
 constexpr double kMerged = 1e-6;
 /// Lengths of the gap over which the map of both roots goes.
-constexpr double kSpread = 400;
+constexpr double kSpread = 200;
+/// A quarter of the piece lies below this t: its middle has half of it at least.
+constexpr double kInner = 1.0 / 3;
+/// In t² (3 − 2 t) − κ t² (1 − t)² (1 − 2 t) it leaves at both ends the curve of sin² π t/2: 3 − κ = π²/4. With κ = 0 singularities beyond
+/// V come a tenth nearer, and the largest error doubles.
+constexpr double kFlat = 3 - M_PI * M_PI / 4;
 /// Wider pieces of cylinders [rad] take 16 sections: moments are trigonometric polynomials of degree 10 or less, or nearly. Others take 8,
 /// since moments may be of degree 8 within the piece, however narrow it is; they err by 1.4e-9 of V's second moments at 0.43, with the
 /// power 16 of the width.
@@ -42,20 +48,10 @@ constexpr GaussPoint kGauss24[] = {
     {0.6480936519369755, 0.09761865210411388}, {0.5454214713888396, 0.10744427011596563},  {0.4337935076260451, 0.1155056680537256},
     {0.3150426796961634, 0.12167047292780339}, {0.1911188674736163, 0.1258374563468283},   {0.06405689286260563, 0.12793819534675216}};
 
-/// A node of a rule over the heights: x = w sin² θ, θ from 0 to π/2.
-struct Node {
-  RodHeight x;
-  double weight;  ///< dx/dθ [m]
-
-  Node(double width, double theta) {
-    const elementary::SineCosine a = elementary::sinCos(theta);
-    x = {width * a.sine * a.sine, width * a.cosine * a.cosine};
-    weight = 2 * width * a.sine * a.cosine;
-  }
-  static double at(double width, double over) {
-    return elementary::atan2(std::sqrt(over), std::sqrt(std::max(0.0, width - over)));
-  }
-};
+/// The angle θ of a height: x = w sin² θ, θ from 0 to π/2.
+double angleOf(double width, double over) {
+  return elementary::atan2(std::sqrt(over), std::sqrt(std::max(0.0, width - over)));
+}
 
 /// Gauss's nodes in θ, the same for all pairs: where they lie, as shares of the heights, and dx/dθ times their weights.
 template <int kHalf>
@@ -65,36 +61,46 @@ struct AllHeights {
   explicit AllHeights(const GaussPoint (&rule)[kHalf], double from, double to) {
     int i = 0;
     integrate(rule, from, to, [&](double theta, double w) {
-      const Node node(1, theta);
-      over[i] = node.x.over, under[i] = node.x.under, weight[i++] = w * node.weight;
+      const elementary::SineCosine angle = elementary::sinCos(theta);
+      over[i] = angle.sine * angle.sine, under[i] = angle.cosine * angle.cosine, weight[i++] = 2 * w * angle.sine * angle.cosine;
     });
   }
 };
 const AllHeights<4> kShallowRule(kGauss8, 0, M_PI / 2);
 const AllHeights<8> kDeepRule(kGauss16, 0, M_PI / 2), kLowerRule(kGauss16, 0, M_PI / 4), kUpperRule(kGauss16, M_PI / 4, M_PI / 2);
 
-/// ∫ from a to b by so many nodes.
+/// Gauss's rule of 12 nodes: exact up to degree 23.
+constexpr GaussPoint kGauss12[] = {{0.9815606342467192, 0.04717533638651183}, {0.9041172563704749, 0.10693932599531843},
+                                   {0.7699026741943047, 0.16007832854334622}, {0.5873179542866175, 0.20316742672306592},
+                                   {0.3678314989981802, 0.2334925365383548},  {0.1252334085114689, 0.24914704581340277}};
+
+/// ∫ from a to b, four nodes at once: visits (places, weights).
+template <int kHalf, class Visit>
+void integrateInLanes(const GaussPoint (&rule)[kHalf], double a, double b, Visit&& visit) {
+  const Lanes middle = lanes(0.5 * (a + b)), half = lanes(0.5 * (b - a));
+  for (int i = 0; i < kHalf; i += 2) {
+    const GaussPoint &g = rule[i], &k = rule[i + 1];
+    visit(middle + half * Lanes{-g.at, g.at, -k.at, k.at}, half * Lanes{g.weight, g.weight, k.weight, k.weight});
+  }
+}
+
+/// By so many nodes.
 template <class Visit>
-void integrateBy(int nodes, double a, double b, Visit&& visit) {
-  if (nodes == 24) return integrate(kGauss24, a, b, visit);
-  if (nodes == 16) return integrate(kGauss16, a, b, visit);
-  nodes == 8 ? integrate(kGauss8, a, b, visit) : integrate(kGauss4, a, b, visit);
+void integrateInLanes(int nodes, double a, double b, Visit&& visit) {
+  if (nodes == 24) return integrateInLanes(kGauss24, a, b, visit);
+  if (nodes == 16) return integrateInLanes(kGauss16, a, b, visit);
+  if (nodes == 12) return integrateInLanes(kGauss12, a, b, visit);
+  nodes == 8 ? integrateInLanes(kGauss8, a, b, visit) : integrateInLanes(kGauss4, a, b, visit);
 }
 
 /// Sums over heights of a section's moments, z over the middle of the range.
 struct Sums {
-  PlaneSums plain;                  ///< ∫ 1, x, y, xx, xy, yy
-  double z[3] = {0, 0, 0}, zz = 0;  ///< ∫ z (1, x, y), ∫ z²
+  double plain[6] = {0, 0, 0, 0, 0, 0};  ///< ∫ 1, x, y, xx, xy, yy
+  double z[3] = {0, 0, 0}, zz = 0;       ///< ∫ z (1, x, y), ∫ z²
 
-  void add(double weight, double height, const PlaneSums& m) {
-    const double wz = weight * height;
-    plain.add(weight, m);
-    for (int i = 0; i < 3; ++i) z[i] += wz * m.v[i];
-    zz += wz * height * m.v[0];
-  }
   /// In A's frame. R_QE = (0 c s; 0 -s c; 1 0 0), so that of its products only these are left.
   void turnTo(const Matrix3& R_QE, double& zeroth, Vector3& first, Matrix3& second) const {
-    const double c = R_QE(0, 1), s = R_QE(0, 2), *m = plain.v;
+    const double c = R_QE(0, 1), s = R_QE(0, 2), *m = plain;
     const Vector3 x(m[3], m[4], z[1]), y(m[4], m[5], z[2]), height(z[1], z[2], zz);
     const Vector3 across[2] = {c * y + s * height, c * height - s * y};
     zeroth = m[0];
@@ -103,6 +109,31 @@ struct Sums {
       const Vector3& row = i < 2 ? across[i] : x;
       second.row(i) << c * row.y() + s * row.z(), c * row.z() - s * row.y(), row.x();
     }
+  }
+};
+
+/// The same in lanes, over heights four at once.
+struct LaneSums {
+  PlaneSums plain;
+  Lanes z[3], zz;
+
+  LaneSums() {
+    plain.clear();
+    for (Lanes& x : z) x = lanes(0);
+    zz = lanes(0);
+  }
+  void add(const Lanes& weight, const Lanes& height, const PlaneSums& m) {
+    const Lanes wz = weight * height;
+    plain.add(weight, m);
+    for (int i = 0; i < 3; ++i) z[i] += wz * m.v[i];
+    zz += wz * height * m.v[0];
+  }
+  Sums total() const {
+    Sums out;
+    for (int i = 0; i < 6; ++i) out.plain[i] = sum(plain.v[i]);
+    for (int i = 0; i < 3; ++i) out.z[i] = sum(z[i]);
+    out.zz = sum(zz);
+    return out;
   }
 };
 
@@ -124,15 +155,6 @@ class Integrator {
   bool crossing();
   void pieces();
   int nodesFor(double from, double to) const;
-  void addRounded(int piece, const double* angle, double share);
-  void addNode(double theta, double weight);
-  void addSection(const RodSection& section, const RodHeight& x, double weight) {
-    const double z = pair_.z(x);
-    solid_.add(weight, z - middle_, section.area());
-    surface_[0].add(weight, z - middle_, section.alongX());
-    surface_[1].add(weight, z - middle_, section.alongY());
-    surface_[2].add(weight * z / section.halfWidth(), z - middle_, section.curved());
-  }
   void finish() {
     out_.origin = pair_.R_QE * Vector3(o_.x(), o_.y(), middle_);
     solid_.turnTo(pair_.R_QE, out_.solid.volume, out_.solid.first, out_.solid.second);
@@ -157,6 +179,29 @@ class Integrator {
   const bool root_above_;  ///< over it, not below
   Vector2 o_ = Vector2::Zero();
   Sums solid_, surface_[3];
+};
+
+/// Sums over the heights between breaks, about a point of V.
+class PieceIntegrator {
+ public:
+  PieceIntegrator(const RodPair& pair, const RodBreaks& breaks, const Vector2& origin, double middle)
+      : pair_(pair), breaks_(breaks), middle_(lanes(middle)), section_(pair, origin) {}
+
+  /// Evenly in θ.
+  void add(const RodOutline& outline, double from, double to, int nodes) {
+    integrateInLanes(nodes, from, to, [&](const Lanes& theta, const Lanes& weight) { addSections(outline, theta, weight); });
+  }
+  void addRounded(const RodOutline& outline, int piece, const double* angle, double share);
+
+  LaneSums solid, surface[3];
+
+ private:
+  void addSections(const RodOutline& outline, const Lanes& theta, const Lanes& weight);
+
+  const RodPair& pair_;
+  const RodBreaks& breaks_;
+  const Lanes middle_;
+  SectionMoments section_;
 };
 
 /// With a, b the half widths: y = η, x = x0 + η cot − ξ / sin, |η| ≤ a, |ξ| ≤ b. False: an end may lie in V,
@@ -196,48 +241,51 @@ bool Integrator::crossing() {
   out_.breaks.over[0] = 0, out_.breaks.over[1] = p.width, out_.breaks.count = 2;
   const double c = 4 * p.inverse_sine, cot = p.cosine * p.inverse_sine,
                square = p.inverse_sine * p.inverse_sine;
-  solid_.plain = {
-      {c * f[0], 0, 0, c * (cot * cot * f[3] + square * f[4]) / 3, c * cot * f[3] / 3, c * f[3] / 3}};
+  solid_ = {{c * f[0], 0, 0, c * (cot * cot * f[3] + square * f[4]) / 3, c * cot * f[3] / 3, c * f[3] / 3}, {0, 0, 0}, 0};
   solid_.z[0] = c * f[1], solid_.zz = c * f[2];
-  surface_[2].plain = {
-      {c * g[0], 0, 0, c * (cot * cot * g[3] + square * g[4] / 3), c * cot * g[3], c * g[3]}};
+  surface_[2] = {{c * g[0], 0, 0, c * (cot * cot * g[3] + square * g[4] / 3), c * cot * g[3], c * g[3]}, {0, 0, 0}, 0};
   surface_[2].z[0] = c * g[1], surface_[2].zz = c * g[2];
   // Across, A's two sides differ by what is odd in y.
-  surface_[1].plain.v[1] = c * cot * f[0], surface_[1].plain.v[2] = c * f[0];
+  surface_[1].plain[1] = c * cot * f[0], surface_[1].plain[2] = c * f[0];
   surface_[1].z[1] = c * cot * f[1], surface_[1].z[2] = c * f[1];
   return true;
 }
 
-/// About a point of the longest piece in which the rods meet.
+/// About a point of the longest piece in which the rods meet. Each piece has the outline of its middle.
 void Integrator::pieces() {
   RodBreaks& breaks = out_.breaks;
   breaks.find(pair_);
-  bool meets[RodBreaks::kMost + 1];
+  RodOutline outline[RodBreaks::kMost + 1];
+  RodSection section(pair_);
   double angle[RodBreaks::kMost + 2], longest = 0, range = 0;
-  for (int i = 0; i < breaks.count; ++i) angle[i] = Node::at(pair_.width, breaks.over[i]);
+  for (int i = 0; i < breaks.count; ++i) angle[i] = angleOf(pair_.width, breaks.over[i]);
   for (int i = 0; i + 1 < breaks.count; ++i) {
     const double from = breaks.over[i], length = breaks.over[i + 1] - from;
-    RodSection probe(pair_, Vector2::Zero());
-    meets[i] = probe.find(pair_.heightAt(from + 0.5 * length));
-    if (!meets[i]) continue;
+    if (!section.find(pair_.heightAt(from + 0.5 * length))) continue;
+    outline[i] = section.outline();
     range += angle[i + 1] - angle[i];
     if (length <= longest) continue;
     longest = length;
     middle_ = pair_.low + from + 0.5 * length;
     o_.setZero();
-    for (int k = 0; k < probe.pointCount(); ++k) o_ += probe.points()[k] / probe.pointCount();
+    for (int k = 0; k < section.pointCount(); ++k) o_ += section.points()[k] / section.pointCount();
   }
   const bool rounded = pair_.round[0] || pair_.round[1];
+  PieceIntegrator integrator(pair_, breaks, o_, middle_);
   for (int i = 0; i + 1 < breaks.count; ++i) {
-    if (!meets[i]) continue;
+    if (outline[i].count == 0) continue;
     const double from = angle[i], to = angle[i + 1], share = (to - from) / range;
     if (rounded) {
-      addRounded(i, angle, share);
+      integrator.addRounded(outline[i], i, angle, share);
     } else {
-      const auto add = [&](double theta, double weight) { addNode(theta, weight); };
-      integrateBy(share > kTiny ? nodesFor(from, to) : 4, from, to, add);
+      integrator.add(outline[i], from, to, share > kTiny ? nodesFor(from, to) : 4);
     }
   }
+  solid_ = integrator.solid.total();
+  for (int i = 0; i < 6; ++i) solid_.plain[i] *= kConeShare[i];
+  for (int i = 0; i < 3; ++i) solid_.z[i] *= kConeShare[i];
+  solid_.zz *= kConeShare[0];
+  for (int i = 0; i < 3; ++i) surface_[i] = integrator.surface[i].total();
 }
 
 /// A root of the half widths lies at the angle i σ from that of the lower or upper end, sinh² σ = its distance over the heights. Gauss's
@@ -248,45 +296,58 @@ int Integrator::nodesFor(double from, double to) const {
   return length > kWide || rho < kFar ? 16 : 8;
 }
 
-/// θ = from + length sin² φ: where a lens begins, its moments have the power 3/2 of the height. A break just beyond an end is as near a
-/// singularity, and so is its own image at −θ, since half widths are odd in θ: there θ = from + gap sinh² u first, in which the roots
-/// of both vanish.
-void Integrator::addRounded(int i, const double* angle, double share) {
+/// θ = from + length t² (3 − 2 t …), flat at both ends: where a lens begins, its moments have the power 3/2 of the height. A break just
+/// beyond an end is as near a singularity, and so is its own image at −θ, since half widths are odd in θ: there θ = from + gap sinh² u
+/// first, in which the roots of both vanish.
+void PieceIntegrator::addRounded(const RodOutline& outline, int i, const double* angle, double share) {
   const double from = angle[i], length = angle[i + 1] - from;
-  const double height = out_.breaks.over[i + 1] - out_.breaks.over[i];
+  const double height = breaks_.over[i + 1] - breaks_.over[i];
   const double lesser = std::min(pair_.radius[0], pair_.radius[1]);
-  const int nodes = height > kDeep * lesser ? 24 : share > kLong ? 16 : share > kTiny ? 8 : 4;
-  double inside[2] = {0, 0};  // φ at which the middle begins, from either end
+  const bool deep = height > kDeep * lesser;
+  const int nodes = deep ? 24 : share > kUsual ? 16 : share > kLong ? 12 : share > kTiny ? 8 : 4;
+  const int graded = deep ? 24 : share > kUsual ? 12 : share > kTiny ? 8 : 4;
+  double inside[2] = {0, 0};  // t at which the middle begins, from either end
   for (const int side : {0, 1}) {
     const double end = angle[i + side], way = side ? -1 : 1;
     double gap = 0;
-    for (int k = i + side; k >= 0 && k < out_.breaks.count && std::abs(angle[k] - end) < kShort * length; k += side ? 1 : -1)
+    for (int k = i + side; k >= 0 && k < breaks_.count && std::abs(angle[k] - end) < kShort * length; k += side ? 1 : -1)
       gap = std::abs(angle[k] - end);
     const double mirrored = 2 * (side ? M_PI / 2 - end : end);
     if (mirrored < kShort * length) gap = std::max(gap, mirrored);
     if (!(gap > kMerged * length)) continue;
-    const double part = std::min(kSpread * gap, 0.25 * length);
-    inside[side] = elementary::asin(std::sqrt(part / length));
-    integrateBy(nodes, 0, elementary::asinh(std::sqrt(part / gap)), [&](double u, double weight) {
-      const double grown = elementary::exp(u), sine = 0.5 * (grown - 1 / grown), cosine = 0.5 * (grown + 1 / grown);
-      addNode(end + way * gap * sine * sine, 2 * weight * gap * sine * cosine);
+    const double t = std::min(std::sqrt(kSpread / (3 - kFlat) * gap / length), kInner), w = t * (1 - t);
+    const double part = length * (t * t * (3 - 2 * t) - kFlat * w * w * (1 - 2 * t));
+    inside[side] = t;
+    integrateInLanes(graded, 0, elementary::asinh(std::sqrt(part / gap)), [&](const Lanes& u, const Lanes& weight) {
+      const auto [sine, cosine] = hyperbolicSineCosine(u);
+      const Lanes rise = lanes(gap) * sine;
+      addSections(outline, lanes(end) + lanes(way) * rise * sine, lanes(2) * weight * rise * cosine);
     });
   }
-  const double first = inside[0], last = M_PI / 2 - inside[1];
+  const double first = inside[0], last = 1 - inside[1];
   const int halves = height > kHighest * lesser ? 2 : 1;
   for (int k = 0; k < halves; ++k) {
-    integrateBy(nodes, first + (last - first) * k / halves, first + (last - first) * (k + 1) / halves, [&](double phi, double weight) {
-      const elementary::SineCosine a = elementary::sinCos(phi);
-      addNode(from + length * a.sine * a.sine, 2 * weight * length * a.sine * a.cosine);
-    });
+    integrateInLanes(nodes, first + (last - first) * k / halves, first + (last - first) * (k + 1) / halves,
+                     [&](const Lanes& t, const Lanes& weight) {
+                       const Lanes w = t * (lanes(1) - t);
+                       const Lanes gone = t * t * (lanes(3) - lanes(2) * t) - lanes(kFlat) * w * w * (lanes(1) - lanes(2) * t);
+                       const Lanes rate = w * (lanes(6 - 2 * kFlat) + lanes(10 * kFlat) * w);
+                       addSections(outline, lanes(from) + lanes(length) * gone, lanes(length) * weight * rate);
+                     });
   }
 }
 
-/// A section at the angle θ.
-void Integrator::addNode(double theta, double weight) {
-  const Node node(pair_.width, theta);
-  RodSection section(pair_, o_);
-  if (section.find(node.x)) addSection(section, node.x, weight * node.weight);
+/// Sections at the angles θ.
+void PieceIntegrator::addSections(const RodOutline& outline, const Lanes& theta, const Lanes& weight) {
+  const auto [sine, cosine] = quarterSineCosine(theta);
+  const Lanes over = lanes(pair_.width) * sine, under = lanes(pair_.width) * cosine;
+  const RodHeights x{over * sine, under * cosine};
+  section_.find(outline, x);
+  const Lanes w = lanes(2) * weight * over * cosine, z = lanes(pair_.low) + x.over, height = z - middle_;
+  solid.add(w, height, section_.outline);
+  surface[0].add(w, height, section_.along_x);
+  surface[1].add(w, height, section_.along_y);
+  surface[2].add(w * z / section_.width[0], height, section_.curved);
 }
 
 }  // namespace

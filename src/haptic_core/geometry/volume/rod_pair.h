@@ -43,6 +43,15 @@ struct RodPair {
   }
   /// Of the lower and the upper of two sides or ends.
   static double sign(int i) { return i & 1 ? 1 : -1; }
+  /// Whether a rod's section is bounded by a straight line there: lines 0 and 1 are its sides, 2 and 3 its ends.
+  bool isLine(int rod, int line) const { return line < 2 || !round[rod]; }
+  /// Middle of an end of the other rod, in this rod's frame [m].
+  Vector2 endSeenFrom(int rod, int end) const {
+    const Vector2 along(sign(end) * half[1 - rod], 0);
+    return rod == 0 ? Vector2(centre + turned(0, along)) : turned(1, along - centre);
+  }
+  /// From the middle of an end of A to that of an end of B, in E [m].
+  Vector2 betweenEnds(int of_A, int of_B) const { return endSeenFrom(0, of_B) - Vector2(sign(of_A) * half[0], 0); }
   /// Squared half width of a rod in a plane [m²].
   double square(int rod, const RodHeight& x) const { return (x.under + above[rod]) * (x.over + below[rod]); }
   /// Squared half width of A less that of B [m²]; linear in the height.

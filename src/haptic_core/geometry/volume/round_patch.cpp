@@ -128,7 +128,7 @@ void RoundPatch::findOutline(const Pose& X_PQ) noexcept {
   LoadedVector<Vector2>&points = v_.outline, &hull = v_.hull;
   points.clear();
   const double range = breaks.over[breaks.count - 1] - breaks.over[0];
-  RodSection section(pair, pair.centre);
+  RodSection section(pair);
   const Matrix3 R_PE = X_PQ.R * pair.R_QE;
   const auto addSection = [&](double over) {
     const RodHeight x = pair.heightAt(over);
