@@ -13,10 +13,10 @@ namespace {
 /// Axes at a smaller angle [sine] cross so far out that their parallelograms are not worth a rule of their
 /// own.
 constexpr double kCrossing = 1e-3;
-/// Shares of the angles in which the rods meet beyond which a piece of round ends has 16, 12 and 8 sections, and beyond the first and the
-/// last 12 and 8 near an end; else 4. With 8 and 4 a capsule's piece errs by 1e-5 and 1e-2 of itself, with 12 in pieces of up to 0.05 the
-/// sum by 3e-8. Of angles, not of heights: near a rod's top its surface goes like their root.
-constexpr double kUsual = 0.015, kLong = 2e-3, kTiny = 1e-7;
+/// Shares of the angles in which the rods meet beyond which a piece of round ends has 16 and 8 sections; below it has 4. With so many
+/// fewer a capsule's piece errs by 1e-5 and 1e-2 of itself; with 12 the area vector is off by 3e-7. Of angles, not of heights: near a
+/// rod's top its surface goes like their root.
+constexpr double kLong = 2e-3, kTiny = 1e-7;
 /// A piece of round ends that is higher than this share of the lesser radius has 24 sections, and one higher than kHighest twice 24:
 /// singularities beyond V are near it. With 16 up to 0.3 radii the area vector was off by 2e-9 of itself, with 24 in all by 4e-9.
 constexpr double kDeep = 0.1, kHighest = 0.5;
@@ -268,7 +268,8 @@ void Integrator::pieces() {
     longest = length;
     middle_ = pair_.low + from + 0.5 * length;
     o_.setZero();
-    for (int k = 0; k < section.pointCount(); ++k) o_ += section.points()[k] / section.pointCount();
+    for (int k = 0; k < section.pointCount(); ++k) o_ += section.points()[k];
+    o_ /= section.pointCount();
   }
   const bool rounded = pair_.round[0] || pair_.round[1];
   PieceIntegrator integrator(pair_, breaks, o_, middle_);
@@ -303,9 +304,7 @@ void PieceIntegrator::addRounded(const RodOutline& outline, int i, const double*
   const double from = angle[i], length = angle[i + 1] - from;
   const double height = breaks_.over[i + 1] - breaks_.over[i];
   const double lesser = std::min(pair_.radius[0], pair_.radius[1]);
-  const bool deep = height > kDeep * lesser;
-  const int nodes = deep ? 24 : share > kUsual ? 16 : share > kLong ? 12 : share > kTiny ? 8 : 4;
-  const int graded = deep ? 24 : share > kUsual ? 12 : share > kTiny ? 8 : 4;
+  const int nodes = height > kDeep * lesser ? 24 : share > kLong ? 16 : share > kTiny ? 8 : 4;
   double inside[2] = {0, 0};  // t at which the middle begins, from either end
   for (const int side : {0, 1}) {
     const double end = angle[i + side], way = side ? -1 : 1;
@@ -317,6 +316,7 @@ void PieceIntegrator::addRounded(const RodOutline& outline, int i, const double*
     if (!(gap > kMerged * length)) continue;
     const double t = std::min(std::sqrt(kSpread / (3 - kFlat) * gap / length), kInner), w = t * (1 - t);
     const double part = length * (t * t * (3 - 2 * t) - kFlat * w * w * (1 - 2 * t));
+    const int graded = nodes == 16 && t < kInner ? 12 : nodes;  // the rest of the piece is far from an end that is short
     inside[side] = t;
     integrateInLanes(graded, 0, elementary::asinh(std::sqrt(part / gap)), [&](const Lanes& u, const Lanes& weight) {
       const auto [sine, cosine] = hyperbolicSineCosine(u);

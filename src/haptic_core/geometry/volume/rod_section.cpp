@@ -68,11 +68,17 @@ void RodSection::crossLines() noexcept {
     const double y = sign(i) * width_[0] - cy, x = sign(i) * pair_.half[0] - cx;
     for (int j = 0; j < 2; ++j) {
       const double v = sign(j) * width_[1], u = sign(j) * pair_.half[1];
-      const double dx = (y * c - v) * pair_.inverse_sine, ex = (u - y * s) * pair_.inverse_cosine;
-      const double dy = (v + x * s) * pair_.inverse_cosine, ey = (u - x * c) * pair_.inverse_sine;
+      const double dx = (y * c - v) * pair_.inverse_sine;
       cross_[i][j] = {cx + dx, dx * c + y * s};
-      cross_[i][2 + j] = {cx + ex, y * c - ex * s};
+      if (!pair_.round[1]) {
+        const double ex = (u - y * s) * pair_.inverse_cosine;
+        cross_[i][2 + j] = {cx + ex, y * c - ex * s};
+      }
+      if (pair_.round[0]) continue;
+      const double dy = (v + x * s) * pair_.inverse_cosine;
       cross_[2 + i][j] = {cy + dy, x * c + dy * s};
+      if (pair_.round[1]) continue;
+      const double ey = (u - x * c) * pair_.inverse_sine;
       cross_[2 + i][2 + j] = {cy + ey, ey * c - x * s};
     }
   }
