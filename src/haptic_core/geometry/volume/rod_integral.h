@@ -3,7 +3,8 @@
 ///
 /// Two rods that cross with no end in the contact have parallelograms in common, whose moments are products
 /// of the two half widths: one rule over all heights. Else Gauss's rule on each piece between breaks
-/// (rod_breaks.h). Heights go as w sin² θ, so that the half widths, √ of products of linear functions of the
+/// (rod_breaks.h), of which all heights have one outline (rod_section.h), so that four of them go side by side
+/// (section_moments.h). Heights go as w sin² θ, so that the half widths, √ of products of linear functions of the
 /// height, have no roots at the ends of the range, for no piece. Where round ends take part a lens may begin
 /// with the power 3/2 of the height: θ is spread at both ends of a piece.
 ///
