@@ -70,6 +70,28 @@ struct LaneMatrix {
 /// s M; all lanes of s are alike.
 inline LaneMatrix operator*(const Lanes& s, const LaneMatrix& m) { return {s * m.column[0], s * m.column[1], s * m.column[2]}; }
 
+/// A B.
+inline LaneMatrix operator*(const LaneMatrix& a, const LaneMatrix& b) { return {a * b.column[0], a * b.column[1], a * b.column[2]}; }
+inline LaneMatrix operator+(const LaneMatrix& a, const LaneMatrix& b) {
+  return {a.column[0] + b.column[0], a.column[1] + b.column[1], a.column[2] + b.column[2]};
+}
+inline LaneMatrix operator-(const LaneMatrix& a, const LaneMatrix& b) {
+  return {a.column[0] - b.column[0], a.column[1] - b.column[1], a.column[2] - b.column[2]};
+}
+/// Mᵀ.
+inline LaneMatrix transposed(const LaneMatrix& m) {
+  LaneMatrix t = m;
+  transpose(m.column[0], m.column[1], m.column[2], lanes(0), t.column[0], t.column[1], t.column[2]);
+  return t;
+}
+/// [r]× M.
+inline LaneMatrix cross(const Lanes& r, const LaneMatrix& m) { return {cross(r, m.column[0]), cross(r, m.column[1]), cross(r, m.column[2])}; }
+/// M [r]×.
+inline LaneMatrix cross(const LaneMatrix& m, const Lanes& r) {
+  const Lanes x = spread<0>(r), y = spread<1>(r), z = spread<2>(r);
+  return {z * m.column[1] - y * m.column[2], x * m.column[2] - z * m.column[0], y * m.column[0] - x * m.column[1]};
+}
+
 /// A rotation and its inverse.
 struct LaneRotation {
   LaneMatrix there, back;  ///< R, Rᵀ

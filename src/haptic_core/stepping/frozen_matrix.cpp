@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "haptic_core/base/lane_vector.h"
 #include "haptic_core/base/transposed_product.h"
 #include "haptic_core/dynamics/joint_space_inertia.h"
 #include "haptic_core/dynamics/kinematics.h"
@@ -137,26 +138,33 @@ void FrozenMatrix::addContact(FrozenContact& c) noexcept {
 /// J = [1 0; -X 1], so that with Q = B + X D the block of two bodies i, j is
 ///     J_iᵀ G J_j = [A - B X_j + X_i Q_jᵀ   Q_i; Q_jᵀ   D].
 void FrozenMatrix::addFree(int a, int b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept {
-  const Matrix3& R = X_WP.R;
-  const Matrix3 A = R * G.topLeftCorner<3, 3>() * R.transpose(), B = R * G.topRightCorner<3, 3>() * R.transpose(),
-                D = R * G.bottomRightCorner<3, 3>() * R.transpose();
+  const LaneMatrix R(X_WP.R), back = transposed(R);
+  const auto inW = [&](int row, int column) { return R * LaneMatrix(Matrix3(G.block<3, 3>(row, column))) * back; };
+  const LaneMatrix A = inW(0, 0), B = inW(0, 3), D = inW(3, 3);
   const int node[2] = {a, b}, link[2] = {link_a, link_b};
-  Matrix3 X[2], Q[2];
+  Lanes r[2] = {lanes(0), lanes(0)};
+  LaneMatrix Q[2] = {B, B};
   for (int s = 0; s < 2; ++s) {
     if (node[s] < 0) continue;
-    X[s] = crossMatrix(X_WP.p - work_[link[s]].p_WO);
-    Q[s] = B + X[s] * D;
+    const Vector3 lever = X_WP.p - work_[link[s]].p_WO;
+    r[s] = laneVector(lever.x(), lever.y(), lever.z());
+    Q[s] = B + cross(r[s], D);
   }
-  Matrix6 block;
+  double block[36 + 1];  // a fourth lane is written beyond each three, and then over
   for (int i = 0; i < 2; ++i) {
     for (int j = i; j < 2; ++j) {
       if (node[i] < 0 || node[j] < 0) continue;
-      block.topLeftCorner<3, 3>() = A - B * X[j] + X[i] * Q[j].transpose();
-      block.topRightCorner<3, 3>() = Q[i];
-      block.bottomLeftCorner<3, 3>() = Q[j].transpose();
-      block.bottomRightCorner<3, 3>() = D;
-      if (i != j) block = -block;
-      blocks_.add(node[i], node[j], block.data());
+      const LaneMatrix Q_j = transposed(Q[j]), turning = A - cross(B, r[j]) + cross(r[i], Q_j);
+      const Lanes sign = lanes(i == j ? 1 : -1);
+      for (int k = 0; k < 3; ++k) {
+        storeLanes(sign * turning.column[k], block + 6 * k);
+        storeLanes(sign * Q_j.column[k], block + 6 * k + 3);
+      }
+      for (int k = 0; k < 3; ++k) {
+        storeLanes(sign * Q[i].column[k], block + 18 + 6 * k);
+        storeLanes(sign * D.column[k], block + 18 + 6 * k + 3);
+      }
+      blocks_.add(node[i], node[j], block);
     }
   }
 }
