@@ -12,8 +12,6 @@ namespace {
 
 /// Faces flatter than this against n have no share of the patch worth integrating.
 constexpr double kEdgeOn = 1e-9;
-/// Sine of an angle to n that is rounding.
-constexpr double kOnePlane = 1e-12;
 /// The patch stands for V while the samples find at least this share of it, and at most its inverse. Else V
 /// folds over (a ball more than half inside, a plate through a ball), and an ellipse of V's moments stands
 /// in.
@@ -389,20 +387,39 @@ double RoundPatch::thickness(const Vector2& r, int share) const noexcept {
   return uniform_ > 0 ? uniform_ : scale_ * heightOver(r, share);
 }
 
-/// Whether all of the polyhedron's surface in V is one plane across n; its height over V's centroid.
-bool RoundPatch::onOneFace(double& height) const noexcept {
-  if (v_.planes.empty()) return false;
-  const RoundVolume::Plane& first = v_.planes[0];
-  for (const RoundVolume::Plane& plane : v_.planes) {
-    if (plane.normal != first.normal) return false;
+/// Height along n of a plane over r [m].
+double RoundPatch::levelOf(const RoundVolume::Plane& plane, const Vector2& r) const noexcept {
+  return (plane.offset - plane.normal.head<2>().dot(r)) / plane.normal.z();
+}
+
+/// Over V's centroid, which is P's origin, twice V's moment about one plane has a closed form; other planes bound V over shares of
+/// their own, where what they lie off the first one is counted too much.
+double RoundPatch::squaresBelow(const RoundVolume::Plane& main) const noexcept {
+  double square = 2 * std::abs(levelOf(main, Vector2::Zero())) * contact_.volume;
+  for (const RoundVolume::Share& share : v_.shares) {
+    const RoundVolume::Plane& plane = v_.planes[share.plane];
+    if (plane.normal == main.normal) continue;
+    eachSampleOf(share, [&](const Vector2& r, double weight, double d) {
+      square -= 2 * weight * d * std::abs(levelOf(plane, r) - levelOf(main, r));
+    });
   }
-  height = std::abs(first.offset);
-  return first.normal.head<2>().norm() < kOnePlane;
+  return square;
+}
+
+/// Of the planes that bound V on the polyhedron's side, the one that is most nearly across n; null: V is bound otherwise.
+const RoundVolume::Plane* RoundPatch::mainPlane() const noexcept {
+  const RoundVolume::Plane* main = nullptr;
+  for (const RoundVolume::Share& share : v_.shares) {
+    if (share.plane < 0) return nullptr;
+    const RoundVolume::Plane& plane = v_.planes[share.plane];
+    if (!main || std::abs(plane.normal.z()) > std::abs(main->normal.z())) main = &plane;
+  }
+  return main;
 }
 
 double RoundPatch::thicknessSquared() noexcept {
-  double square = 0, found = 0, height;
-  if (onOneFace(height)) return 2 * height * contact_.volume;
+  if (const RoundVolume::Plane* main = mainPlane()) return squaresBelow(*main);
+  double square = 0, found = 0;
   if (v_.axial) {
     eachRing([&](double, double area, double d) {
       found += area * d;
@@ -410,16 +427,6 @@ double RoundPatch::thicknessSquared() noexcept {
     });
     const double scale = contact_.volume / found;
     if (resolves(found)) return scale * scale * square;
-    square = 0;
-  } else if (std::isnan(v_.sampled)) {  // what `fit` samples is all that it takes: each height costs a look at every plane
-    found = 0;
-    eachSample([&](const Vector2&, double weight, double d) {
-      found += weight * d;
-      square += weight * d * d;
-    });
-    v_.sampled = found;
-    fit();
-    if (!(uniform_ > 0)) return scale_ * scale_ * square;
     square = 0;
   }
   fit();

@@ -1,10 +1,10 @@
 /// The patch of a contact with a round shape, for what its moments do not tell: pressure that is clipped, friction that
 /// turns, ∫d².
 ///
-/// Where V lies on one face along whose normal n points, ∫ d² dA is twice V's moment about the face. Else: the thickness of V
-/// is not piecewise linear, so there is no closed form for all of these. The part of the polyhedron's surface in the round
-/// shape, seen along n, is cut into the shares of its faces; on each the thickness is smooth. A share is integrated on rays
-/// from a point inside it, by Gauss's rule over its boundary (8 points on a line and on each third of a turn) and along the
+/// ∫ d² dA over faces is twice V's moment about the plane of one of them, less what the others' shares lie off it, which takes samples
+/// of these shares alone. The thickness of V is not piecewise linear, so there is no closed form for the rest. The part of the
+/// polyhedron's surface in the round shape, seen along n, is cut into the shares of its faces; on each the thickness is smooth. A
+/// share is integrated on rays from a point inside it, by Gauss's rule over its boundary (8 points on a line and on each third of a turn) and along the
 /// rays (8). Where V is round about n, rings of constant thickness take the place of the rays. Of two rods the outline is the hull of
 /// points on the outlines of their sections (rod_section.h), cut off to 32 lines, with a ray to each and 4 points on it. Relative error of
 /// ∫ d² and of friction: 1e-12 where a ball shallower than a fifth of its radius lies on one face, 1e-6 over edges and corners,
@@ -124,7 +124,7 @@ class RoundPatch {
   /// The same on rays from one point for all: a direction that turns about it is then constant on each.
   template <class Visit>
   void eachSampleAbout(const Vector2& centre, Visit&& visit) const noexcept;
-  /// (in realtime) ∫ d² dA [m⁴]; needs no `fit`, and may do it.
+  /// (in realtime) ∫ d² dA [m⁴]; needs no `fit`, and may do it between two round shapes.
   double thicknessSquared() noexcept;
   /// Whether V is round about n through P, after `fit`.
   bool isAxial() const { return v_.axial && !(uniform_ > 0); }
@@ -154,7 +154,11 @@ class RoundPatch {
   void addShare(const RoundVolume::FacePart& part, const Matrix3& R_PQ, const Vector3& p_PQ, int plane) noexcept;
   void addShare(const CutFace& face, const Matrix3& R_PQ, const Vector3& p_PQ, int plane) noexcept;
   void standIn() noexcept;
-  bool onOneFace(double& height) const noexcept;
+  double levelOf(const RoundVolume::Plane& plane, const Vector2& r) const noexcept;
+  const RoundVolume::Plane* mainPlane() const noexcept;
+  double squaresBelow(const RoundVolume::Plane& main) const noexcept;
+  template <class Visit>
+  void eachSampleOf(const RoundVolume::Share& share, Visit&& visit) const noexcept;
   void addOval(const Pose& X_PQ) noexcept;
   void findOutline(const Pose& X_PQ) noexcept;
   void sampleHull() noexcept;
@@ -211,10 +215,13 @@ void RoundPatch::alongRays(const RoundVolume::Curve& c, const Vector2& centre, i
 }
 
 template <class Visit>
+void RoundPatch::eachSampleOf(const RoundVolume::Share& share, Visit&& visit) const noexcept {
+  for (int i = share.first; i < share.first + share.count; ++i) alongRays(v_.curves[i], share.inside, share.plane, visit);
+}
+
+template <class Visit>
 void RoundPatch::eachSample(Visit&& visit) const noexcept {
-  for (const RoundVolume::Share& share : v_.shares) {
-    for (int i = share.first; i < share.first + share.count; ++i) alongRays(v_.curves[i], share.inside, share.plane, visit);
-  }
+  for (const RoundVolume::Share& share : v_.shares) eachSampleOf(share, visit);
 }
 
 /// Visits (radius [m], area [m²], thickness [m], not scaled). By the square of the radius, in which a cap is smooth: the more
