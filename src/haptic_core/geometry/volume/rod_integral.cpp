@@ -316,9 +316,8 @@ void PieceIntegrator::addRounded(const RodOutline& outline, int i, const double*
     if (!(gap > kMerged * length)) continue;
     const double t = std::min(std::sqrt(kSpread / (3 - kFlat) * gap / length), kInner), w = t * (1 - t);
     const double part = length * (t * t * (3 - 2 * t) - kFlat * w * w * (1 - 2 * t));
-    const int graded = nodes == 16 && t < kInner ? 12 : nodes;  // the rest of the piece is far from an end that is short
     inside[side] = t;
-    integrateInLanes(graded, 0, elementary::asinh(std::sqrt(part / gap)), [&](const Lanes& u, const Lanes& weight) {
+    integrateInLanes(nodes, 0, elementary::asinh(std::sqrt(part / gap)), [&](const Lanes& u, const Lanes& weight) {
       const auto [sine, cosine] = hyperbolicSineCosine(u);
       const Lanes rise = lanes(gap) * sine;
       addSections(outline, lanes(end) + lanes(way) * rise * sine, lanes(2) * weight * rise * cosine);
