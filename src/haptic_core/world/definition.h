@@ -13,6 +13,7 @@
 #include "haptic_core/dynamics/ring.h"
 #include "haptic_core/geometry/volume/contact_volume.h"
 #include "haptic_core/world/integrator.h"
+#include "haptic_core/world/sensor_def.h"
 
 namespace haptic {
 
@@ -185,6 +186,7 @@ struct WorldDef {
   std::vector<JointPathDef> joint_paths;       ///< of drives, over time
   std::vector<PointerDef> pointers;            ///< links that hands move
   std::vector<CollisionFilter> filters;        ///< pairs that shall not collide
+  std::vector<SensorDef> sensors;              ///< they move nothing, and are in no field
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {

@@ -191,6 +191,17 @@ void Model::addFilters(const WorldDef& def) {
   excluded_.erase(std::unique(excluded_.begin(), excluded_.end()), excluded_.end());
 }
 
+bool Model::hasLink(int articulation, int local) const {
+  const int count = static_cast<int>(first_link_.size());
+  if (articulation < 0 || articulation >= count || local < 0) return false;
+  const ModelTree& tree = trees[links[first_link_[articulation]].articulation];
+  int end = tree.link + tree.model->linkCount();  // or where the next articulation of a joined tree begins
+  for (const int first : first_link_) {
+    if (first > first_link_[articulation]) end = std::min(end, first);
+  }
+  return first_link_[articulation] + local < end;
+}
+
 bool Model::mayCollide(int a, int b) const {
   const int la = shapes[a].link, lb = shapes[b].link;
   if (la == lb || !(links[la].moves || links[lb].moves)) return false;

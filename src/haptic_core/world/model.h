@@ -96,6 +96,8 @@ class Model {
 
   /// World link of a link of the definition.
   int link(int articulation, int local) const { return first_link_[articulation] + local; }
+  /// Whether the definition has that link.
+  bool hasLink(int articulation, int local) const;
 
   int treeOf(int shape) const { return links[shapes[shape].link].articulation; }  ///< index in `trees`
   /// Of one of `trees`.

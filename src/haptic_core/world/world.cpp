@@ -5,6 +5,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/world/runaway.h"
+#include "haptic_core/world/sensors.h"
 #include "haptic_core/world/step.h"
 #include "haptic_core/world/step_history.h"
 
@@ -22,7 +23,8 @@ int indexOfName(const std::string& name, int count, const std::string& (World::*
 
 struct World::Impl {
   explicit Impl(const WorldDef& def)
-      : model(def), work(model), state(initialState(model, work)), history(model.settings.history_steps, state) {
+      : model(def), work(model), state(initialState(model, work)), history(model.settings.history_steps, state),
+        sensors(model, def.sensors) {
     report.contacts.reserve(model.pair_capacity);
   }
 
@@ -31,6 +33,7 @@ struct World::Impl {
   State state;
   Report report;
   StepHistory history;
+  Sensors sensors;
 };
 
 World::World(const WorldDef& def) : impl_(std::make_unique<Impl>(def)) {}
@@ -38,8 +41,11 @@ World::~World() = default;
 
 void World::step() noexcept {
   const bool runs = impl_->report.step.finite, repeats = impl_->work.standing.all();
+  const bool measures = runs && !impl_->sensors.empty();
+  if (measures) impl_->sensors.begin(impl_->model, impl_->state, impl_->work.placement);
   haptic::step(impl_->model, impl_->state, impl_->work, impl_->report);
   if (!runs || !impl_->report.step.finite) return;
+  if (measures) impl_->sensors.finish(impl_->model, impl_->state, impl_->work.placement, impl_->report);
   repeats ? impl_->history.repeat() : impl_->history.keep();
 }
 
@@ -148,6 +154,17 @@ void World::tune(const WorldTuning& tuning) {
 int World::contactCount() const { return impl_->report.contacts.size(); }
 const ContactReport& World::contact(int i) const { return impl_->report.contacts[i]; }
 
+int World::sensorCount() const { return static_cast<int>(impl_->sensors.defs().size()); }
+const SensorDef& World::sensor(int i) const { return impl_->sensors.defs()[static_cast<std::size_t>(i)]; }
+const SensorReading& World::sensorReading(int i) const { return impl_->sensors.readings()[static_cast<std::size_t>(i)]; }
+
+int World::sensorIndex(const std::string& name) const {
+  for (int i = 0; i < sensorCount(); ++i) {
+    if (sensor(i).name == name) return i;
+  }
+  return -1;
+}
+
 std::uint64_t World::hash() const { return impl_->state.hash(); }
 std::vector<double> World::save() const { return impl_->state.pack(); }
 
@@ -158,13 +175,14 @@ void World::restore(const std::vector<double>& packed) {
   world.report.step.step = world.state.step;
   world.report.contacts.clear();
   world.history.clear();
+  world.sensors.clear();
   refreshHands(world.model, world.state, world.work.hands);
   world.work.standing.forget();
   placeAll(world.model, world.state, world.work.placement);
 }
 
 std::string World::planText() const {
-  std::string text = impl_->model.text();
+  std::string text = impl_->model.text() + impl_->sensors.text();
   for (const auto& motion : impl_->work.joints) {
     if (!motion) continue;
     for (const std::string& line : motion->unsupported()) text += "  not simulated: " + line + "\n";

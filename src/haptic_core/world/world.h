@@ -10,6 +10,7 @@
 #include "haptic_core/world/definition.h"
 #include "haptic_core/world/hand_bound.h"
 #include "haptic_core/world/report.h"
+#include "haptic_core/world/sensor_def.h"
 #include "haptic_core/world/tuning.h"
 
 namespace haptic {
@@ -81,6 +82,11 @@ class World {
 
   int contactCount() const;                   ///< of the last step
   const ContactReport& contact(int i) const;  ///< i < contactCount()
+
+  int sensorCount() const;                    ///< of the definition
+  const SensorDef& sensor(int i) const;       ///< of the definition
+  int sensorIndex(const std::string& name) const;      ///< -1 when there is none
+  const SensorReading& sensorReading(int i) const;     ///< the last sample; not part of the state, a restore takes it away
 
   /// The last settings().history_steps steps that were finite, newest last; also after the world has stopped.
   const StepHistory& history() const;
