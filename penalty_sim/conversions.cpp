@@ -9,7 +9,7 @@ std::string nameOf(int link, const std::vector<std::string>& links) {
 
 }  // namespace
 
-haptic_msgs::Contacts toContacts(const WorldSnapshot& snapshot, const std::vector<std::string>& links) {
+haptic_msgs::Contacts toContacts(const WorldSnapshot& snapshot, const std::vector<std::string>& links, PatchOutline& outline) {
   haptic_msgs::Contacts m;
   m.step = snapshot.report.step;
   m.time = snapshot.time;
@@ -26,6 +26,10 @@ haptic_msgs::Contacts toContacts(const WorldSnapshot& snapshot, const std::vecto
     contact.area = c.area;
     contact.depth = c.depth;
     contact.sticking = c.sticking;
+    contact.centre_of_pressure = toPoint(centreOfPressure(c));
+    contact.slip_velocity = toVector(snapshot.slip[i]);
+    const std::vector<Vector3>& corners = outline.of(c, snapshot.pose[c.link_a], snapshot.pose[c.link_b]);
+    for (const Vector3& corner : corners) contact.polygon.push_back(toPoint(corner));
     m.contacts.push_back(contact);
   }
   return m;

@@ -53,6 +53,8 @@ WorldTopics::WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parame
       step_report_(nh.advertise<haptic_msgs::StepReport>("step_report", kQueue)),
       joint_states_(nh.advertise<sensor_msgs::JointState>("joint_states", kQueue)),
       model_(nh.advertise<haptic_msgs::ScenePlan>("scene_plan", 1, true)),
+      outline_(port.world.model()),
+      sensors_(nh, port, offer),
       markers_(nh, scene, parameters.world_frame),
       live_(nh, scene.world, parameters.world_frame, port, offer) {
   for (int i = 0; i < port.world.linkCount(); ++i) links_.push_back(port.world.linkName(i));
@@ -85,6 +87,11 @@ void WorldTopics::publishStatic(const SceneDef& scene) {
         frames.push_back(transform(link.name, merged.name, merged.X_LM, now));
       }
     }
+  }
+  for (const SensorDef& sensor : scene.world.sensors) {
+    if (sensor.frame != sensor.name) continue;  // it is measured in the frame of a link
+    const std::string& link = scene.world.articulations[sensor.articulation].links[sensor.link].name;
+    frames.push_back(transform(link, sensor.frame, sensor.X_LS, now));
   }
   for (const HandDef& hand : scene.hands) {
     if (!parameters_.alone) break;  // a bridge will say where they stand
@@ -133,7 +140,8 @@ void WorldTopics::run() {
   auto next = std::chrono::steady_clock::now();
   for (int since_frame = 0; !stop_;) {
     const bool wants_joints = !joints_.empty() && joint_states_.getNumSubscribers() > 0;
-    const double rate = wants_joints ? std::max(parameters_.joint_rate, parameters_.frame_rate) : parameters_.frame_rate;
+    const bool often = wants_joints || sensors_.wanted();
+    const double rate = often ? std::max(parameters_.joint_rate, parameters_.frame_rate) : parameters_.frame_rate;
     const std::int64_t seen_ns = snapshot.stamp_ns;
     if (offer_.send(port_, WorldPort::Look{&snapshot}) && snapshot.stamp_ns > seen_ns) {
       if (wants_joints) publishJoints(snapshot);
@@ -142,6 +150,7 @@ void WorldTopics::run() {
         since_frame = 0;
       }
     }
+    sensors_.publish();
     live_.watch(markers_.wanted());
     // Not after the runner's answer: it takes up to a tick.
     next = std::max(next + std::chrono::nanoseconds(std::llround(1e9 / rate)), std::chrono::steady_clock::now());
@@ -168,7 +177,7 @@ void WorldTopics::publish(const WorldSnapshot& snapshot) {
   header.frame_id = parameters_.world_frame;
   header.stamp = stamp;
   if (contacts_.getNumSubscribers() > 0) {
-    const auto m = boost::make_shared<haptic_msgs::Contacts>(toContacts(snapshot, links_));
+    const auto m = boost::make_shared<haptic_msgs::Contacts>(toContacts(snapshot, links_, outline_));
     m->header = header;
     publishConst(contacts_, m);
   }

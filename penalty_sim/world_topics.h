@@ -11,13 +11,16 @@
 #include <vector>
 
 #include "haptic_core/loop/ports.h"
+#include "haptic_core/world/contact_detail.h"
 #include "penalty_sim/live_report.h"
 #include "penalty_sim/scene_markers.h"
+#include "penalty_sim/sensor_topics.h"
 #include "penalty_sim/simulation_parameters.h"
 
 namespace haptic {
 
-/// tf of all links, contacts, step_report, markers at ~frame_rate; joint_states at ~joint_rate; scene_plan latched, soon
+/// tf of all links, contacts, step_report, markers at ~frame_rate; joint_states at ~joint_rate; every sample of sensors
+/// (sensor_topics.h); scene_plan latched, soon
 /// after the start with the certificate of stability; links that never move, and alone the devices' bases, as static tf. A frame
 /// is published once: tf refuses a stamp twice, so a world that stands still is silent.
 class WorldTopics {
@@ -44,6 +47,8 @@ class WorldTopics {
   WorldDef definition_;                 ///< for the certificate
   haptic_msgs::ScenePlan plan_message_;
   ros::Publisher contacts_, step_report_, joint_states_, model_;
+  PatchOutline outline_;
+  SensorTopics sensors_;
   SceneMarkers markers_;
   LiveReport live_;
   tf2_ros::TransformBroadcaster broadcaster_;

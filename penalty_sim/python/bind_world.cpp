@@ -373,6 +373,7 @@ void bindWorld(py::module_& m) {
                std::to_string(w.world().time()) + " s>";
       });
   defineMotion(world);
+  defineSensors(world);
   defineCommands(world);
   defineStates(world);
 }

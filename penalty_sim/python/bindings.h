@@ -13,6 +13,7 @@
 #include "haptic_core/loop/haptic_loop.h"
 #include "haptic_core/spidar/device_twin.h"
 #include "haptic_core/spidar/spidar.h"
+#include "haptic_core/world/contact_detail.h"
 #include "haptic_core/world/state.h"
 #include "haptic_core/world/world.h"
 #include "scene/scene_file.h"
@@ -67,13 +68,18 @@ class SeenWorld {
   void takeWritten();
   void step(int count);
   void remember();  ///< q and v as they are now
+  PatchOutline& outline();  ///< made when it is first asked for
 
  private:
   std::unique_ptr<World> own_;
   std::shared_ptr<void> owner_;
   World* world_;
   std::vector<double> seen_q_, seen_v_;
+  std::unique_ptr<PatchOutline> outline_;
 };
+
+/// Sensors, and what contacts and joints say beside their numbers.
+void defineSensors(py::class_<SeenWorld>& world);
 
 /// A scene's hands on simulated devices, and the loop between them.
 struct TwinLoop {

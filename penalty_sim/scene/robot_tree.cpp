@@ -49,6 +49,7 @@ class TreeBuilder {
   void refuseMotion(const std::string& where, const std::string& name, const std::string& shape, int articulation, int link) const;
   void addPicture(const LinkXml& link, const ShapePieces& shape, const CollisionDef& collision, int articulation, int target_link);
   void finish(int articulation);
+  void shareInertia(int articulation);
   void resolveMimics(ArticulationDef& articulation);
   const ArticulationDef& current(int articulation) const {
     return context_.scene.world.articulations[articulation];
@@ -75,7 +76,7 @@ bool TreeBuilder::isWorld(int xml_link) const {
 }
 
 bool TreeBuilder::isPublishedRobot() const {
-  if (hasExtension(*robot_.xml.root())) return false;
+  if (hasExtension(*robot_.xml.root(), "haptic:sensor")) return false;  // a robot with sensors is as it was without
   const auto& joints = robot_.links[robot_.root].child_joints;
   return !isWorld(robot_.root) ||
          std::all_of(joints.begin(), joints.end(), [&](int j) { return robot_.joints[j].type == "fixed"; });
@@ -163,6 +164,7 @@ void TreeBuilder::grow(int xml_link, int articulation) {
       JointDef joint = readJoint(robot_, robot_.joints[visit.joint], settings_, context_.scene.warnings);
       joint.X_PJ = visit.X_PM;
       link = addLink(articulation, visit.parent, visit.xml_link, joint);
+      context_.parts[settings_.prefix + robot_.links[robot_.joints[visit.joint].parent].name].children.push_back(link);
       joint_link_[robot_.joints[visit.joint].name] = link;
       X_LM = Pose();
     } else if (visit.joint >= 0) {
@@ -201,13 +203,17 @@ void TreeBuilder::place(int xml_link, int articulation, int link, const Pose& X_
                      "give the models prefixes");
   }
   LinkDef& target = context_.scene.world.articulations[articulation].links[link];
+  LinkPart& part = context_.parts[name];
   const urdf::LinkConstSharedPtr model = robot_.model->getLink(xml.name);
   if (model->inertial) {
     merge(readInertia(*model), X_LM, target.inertia);
+    merge(readInertia(*model), X_LM, part.inertia);
     has_inertial_[link] = true;
   }
   CollisionReport report;
+  const std::size_t first = target.collisions.size();
   addCollisions(xml, report, X_LM, articulation, link);
+  for (std::size_t c = first; c < target.collisions.size(); ++c) part.collisions.push_back(static_cast<int>(c));
   for (VisualDef visual : readVisuals(*model, robot_, context_.missing_pictures)) {
     visual.articulation = articulation;
     visual.link = link;
@@ -295,6 +301,7 @@ void TreeBuilder::finish(int index) {
   ArticulationDef& articulation = context_.scene.world.articulations[index];
   resolveMimics(articulation);
   completeInertias(articulation, context_.places[index], has_inertial_, options_.default_density, context_.scene);
+  shareInertia(index);
   for (std::size_t i = 0; i < articulation.links.size(); ++i) {
     if (articulation.links[i].parent >= 0)
       context_.scene.world.filters.push_back({index, articulation.links[i].parent, index, static_cast<int>(i)});
@@ -303,6 +310,29 @@ void TreeBuilder::finish(int index) {
                     (settings_.drive == ModelSettings::Drive::kAsFile && isPublishedRobot());
   giveGains(articulation);
   if (hold) context_.held.push_back(index);
+}
+
+/// Parts of a link that got its mass from its shapes have theirs from them as well.
+void TreeBuilder::shareInertia(int articulation) {
+  const std::vector<LinkDef>& links = current(articulation).links;
+  std::vector<double> given(links.size(), 0.0);
+  std::vector<std::pair<int, LinkPart*>> parts;
+  for (const auto& [name, place] : context_.frames) {
+    const auto part = context_.parts.find(name);
+    if (place.articulation != articulation || part == context_.parts.end()) continue;
+    given[place.link] += part->second.inertia.mass;
+    parts.emplace_back(place.link, &part->second);
+  }
+  constexpr double kRounding = 1e-9;  // of sums of masses [1]
+  for (const auto& [link, part] : parts) {
+    const LinkDef& whole = links[link];
+    if (std::abs(given[link] - whole.inertia.mass) <= kRounding * whole.inertia.mass) continue;
+    const double mass = inertiaOfShapes(whole.collisions, 1).mass;
+    if (!(mass > 0)) continue;
+    std::vector<CollisionDef> own;
+    for (const int c : part->collisions) own.push_back(whole.collisions[c]);
+    part->inertia = inertiaOfShapes(own, whole.inertia.mass / mass);
+  }
 }
 
 void TreeBuilder::resolveMimics(ArticulationDef& articulation) {

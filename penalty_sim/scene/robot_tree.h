@@ -51,6 +51,7 @@ struct LoadContext {
   /// Shared by all models.
   CollisionShapes shapes;
   std::map<std::string, FramePlace> frames;      ///< by name with prefix
+  std::map<std::string, LinkPart> parts;         ///< likewise: each link of a file alone, within the link it went into
   std::vector<std::vector<std::string>> places;  ///< per articulation and link: "file:line: link 'x'"
   GivenSolid solid;                              ///< of surfaces that do not say it themselves
   std::vector<SilentCollision> silent;           ///< whose stiffness is chosen once all is loaded

@@ -8,6 +8,7 @@
 #include "haptic_core/base/parse_numbers.h"
 #include "scene/contact_properties.h"
 #include "scene/pointer_reading.h"
+#include "scene/sensor_reading.h"
 
 namespace haptic {
 namespace {
@@ -17,7 +18,7 @@ bool isHaptic(const XmlElement& element) {
 }
 
 const std::map<std::string, std::vector<std::string>> kKnownBelow = {
-    {"robot", {"haptic:scene", "haptic:pointer", "haptic:collision_filter", "haptic:loop"}},
+    {"robot", {"haptic:scene", "haptic:pointer", "haptic:collision_filter", "haptic:loop", "haptic:sensor"}},
     {"joint", {"haptic:joint"}},
     {"collision", {"haptic:contact", "haptic:shape"}},
     {"haptic:scene", {"haptic:contact"}},
@@ -107,10 +108,10 @@ void readFilter(const RobotFile& robot, const XmlElement& tag, const std::string
 
 }  // namespace
 
-bool hasExtension(const XmlElement& element) {
-  if (isHaptic(element)) return true;
+bool hasExtension(const XmlElement& element, const std::string& but) {
+  if (isHaptic(element) && element.Name() != but) return true;
   for (const XmlElement* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
-    if (hasExtension(*child)) return true;
+    if (hasExtension(*child, but)) return true;
   }
   return false;
 }
@@ -201,6 +202,7 @@ void readRelations(const RobotFile& robot, const ModelSettings& settings, LoadCo
     if (name == "haptic:collision_filter") readFilter(robot, *tag, settings.prefix, context);
     if (name == "haptic:loop") readLoop(robot, *tag, settings.prefix, context);
     if (name == "haptic:pointer") readPointer(robot, *tag, settings, context);
+    if (name == "haptic:sensor") readSensor(robot, *tag, settings, context);
   }
 }
 

@@ -1,4 +1,5 @@
-/// The robot-level haptic: tags: <haptic:scene>, <haptic:pointer>, <haptic:collision_filter>, <haptic:loop>.
+/// The robot-level haptic: tags: <haptic:scene>, <haptic:pointer>, <haptic:collision_filter>, <haptic:loop>,
+/// <haptic:sensor>.
 #pragma once
 #include <string>
 #include <vector>
@@ -7,8 +8,8 @@
 
 namespace haptic {
 
-/// True when any element below `element` (itself included) is in the haptic namespace.
-bool hasExtension(const XmlElement& element);
+/// True when any element below `element` (itself included) is in the haptic namespace, those called `but` left out.
+bool hasExtension(const XmlElement& element, const std::string& but = {});
 
 /// Refuses haptic: children of `element` that are not in `known`.
 void refuseUnknownExtensions(const XmlFile& file, const XmlElement& element,
@@ -26,7 +27,7 @@ void setWorldSetting(const std::string& where, const std::string& name, const st
 /// Reads <haptic:scene> into the world's settings, and what surfaces are made of that do not say it themselves.
 void readSceneTag(const RobotFile& robot, WorldSettings& settings, GivenSolid& solid);
 
-/// Reads pointers with their hands, filters and loops; names get `prefix`, poses are moved by `X_WM`. All
+/// Reads pointers with their hands, filters, loops and sensors; names get `prefix`, poses are moved by `X_WM`. All
 /// links of the model are in `context.frames`.
 void readRelations(const RobotFile& robot, const ModelSettings& settings, LoadContext& context);
 

@@ -127,6 +127,47 @@ class Worlds(unittest.TestCase):
         self.assertEqual(len(world.contacts), world.report.contacts)
         self.assertIsNotNone(world.contacts.base)
 
+    def test_sensors(self):
+        import tempfile
+        arm = """<robot name="arm" xmlns:haptic="https://haptic/urdf"><link name="world"/><link name="arm"><inertial><origin xyz="0.2 0 0"/>
+<mass value="2"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="hinge" type="revolute"><parent link="world"/><child link="arm"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/><dynamics damping="0.1"/></joint>
+<haptic:sensor name="base" type="wrench" joint="hinge"/><haptic:sensor name="imu" type="imu" link="arm"/></robot>"""
+        with tempfile.NamedTemporaryFile("w", suffix=".urdf") as file:
+            file.write(arm)
+            file.flush()
+            world = haptic.World(file.name)
+        self.assertEqual(world.sensors, ["base", "imu"])
+        self.assertEqual(world.readings["step"].tolist(), [0, 0])
+        self.assertTrue(np.isnan(world.readings["force"]).all())
+        world.step(10)
+        readings = world.readings
+        self.assertEqual(readings["step"].tolist(), [10, 10])
+        self.assertIsNotNone(readings.base)
+        # Its axis is upright: it stands still, and the hinge carries it.
+        np.testing.assert_allclose(readings["force"][0], [0, 0, 2 * 9.8], atol=100 * EPS)
+        np.testing.assert_allclose(readings["torque"][0], [0, -0.2 * 2 * 9.8, 0], atol=100 * EPS)
+        np.testing.assert_allclose(readings["specific_force"][1], [0, 0, 9.8], atol=100 * EPS)
+        np.testing.assert_allclose(readings["orientation"][1], [0, 0, 0, 1])
+        self.assertTrue(np.isnan(readings["force"][1]).all())
+        self.assertEqual(world.joint_efforts.shape, (1,))
+        self.assertEqual(world.drive_efforts[0], 0)
+
+    def test_contacts_say_more(self):
+        world = haptic.World("touch_cube")
+        world.step(2000)
+        n = len(world.contacts)
+        self.assertEqual((world.centres_of_pressure.shape, world.slips.shape), ((n, 3), (n, 3)))
+        across = np.cross(world.contacts["normal"], world.contacts["torque"]) / world.contacts["normal_force"][:, None]
+        np.testing.assert_allclose(world.centres_of_pressure - world.contacts["point"], across, atol=1e-12)
+        self.assertLess(np.abs(world.slips).max(), 1e-6)  # it stands
+        corners = world.patch(0)
+        area = 0.5 * np.dot(world.contacts["normal"][0], np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0))
+        self.assertAlmostEqual(area / world.contacts["area"][0], 1, delta=1e-6)  # it moves by less than that
+        with self.assertRaises(haptic.SetupError):
+            world.patch(n)
+
     def test_certificate(self):
         certificate = haptic.certify("touch_cube")
         self.assertEqual(len(certificate.limits), len(certificate.islands))

@@ -65,11 +65,30 @@ void free(void* block) {
 namespace haptic {
 namespace {
 
+/// With every sensor that the links can have, and noise on each.
+WorldDef measured(WorldDef def) {
+  for (std::size_t a = 0; a < def.articulations.size(); ++a) {
+    for (std::size_t l = 0; l < def.articulations[a].links.size(); ++l) {
+      for (const auto kind : {SensorDef::Kind::kWrench, SensorDef::Kind::kContact, SensorDef::Kind::kImu}) {
+        const bool floats = def.articulations[a].links[l].joint.type == JointType::kFloating;
+        if (kind == SensorDef::Kind::kWrench && (floats || !def.loops.empty())) continue;
+        SensorDef sensor;
+        sensor.kind = kind;
+        sensor.name = std::to_string(def.sensors.size());
+        sensor.articulation = static_cast<int>(a), sensor.link = static_cast<int>(l);
+        sensor.noise_force = sensor.noise_torque = sensor.noise_rate = sensor.noise_specific_force = sensor.noise_orientation = 0.01;
+        def.sensors.push_back(sensor);
+      }
+    }
+  }
+  return def;
+}
+
 /// A twin whose hand follows the scene's script, on the scene's pointer.
 struct Stack {
   explicit Stack(const std::string& scene_name)
       : scene(loadScene(std::string(HAPTIC_SOURCE_DIR) + "/urdf/scenes/" + scene_name + ".urdf")),
-        world(scene.world),
+        world(measured(scene.world)),
         loop(world),
         device(loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml")) {
     TwinSettings settings;
@@ -134,6 +153,8 @@ TEST_P(SceneAllocation, WhoWatchesIsServedWithoutAllocation) {
     return port.commands.send(command, std::chrono::milliseconds(0), [&] { port.serve(); });
   };
   ASSERT_TRUE(ask(WorldPort::TimeStages{true}));
+  ASSERT_TRUE(ask(WorldPort::StreamSensors{true}));
+  SensorSample sample;
   for (int i = 1; i <= 20000; ++i) {
     allocations = 0;
     counting = true;
@@ -145,6 +166,12 @@ TEST_P(SceneAllocation, WhoWatchesIsServedWithoutAllocation) {
     counting = false;
     ASSERT_EQ(allocations, 0) << "tick " << i;
     ASSERT_TRUE(served);
+    for (int s = 0; s < stack.world.sensorCount(); ++s) {
+      ASSERT_TRUE(port.samples.pop(sample));
+      ASSERT_EQ(sample.stamp_ns, i);
+      ASSERT_EQ(sample.sensor, s);
+    }
+    ASSERT_FALSE(port.samples.pop(sample));
     if (!asked) continue;
     ASSERT_EQ(snapshot.stamp_ns, i);
     ASSERT_EQ(copy.stamp_ns, i);

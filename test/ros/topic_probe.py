@@ -24,11 +24,11 @@ def program(package, name):
 class Probe:
     """Keeps what arrives on a topic, with the time of arrival."""
 
-    def __init__(self, topic, kind, keep=2000):
+    def __init__(self, topic, kind, keep=2000, queue=100):
         self.messages, self.times = [], []
         self._keep = keep
         self._arrived = threading.Condition()
-        self._subscriber = rospy.Subscriber(topic, kind, self._take, queue_size=100)
+        self._subscriber = rospy.Subscriber(topic, kind, self._take, queue_size=queue)
         self.topic = topic
 
     def _take(self, message):

@@ -244,15 +244,16 @@ bool JointSolver::isSmooth(const double* v0) const noexcept {
 }
 
 void JointSolver::account(const JointCommand* commands, double share, const double* v0, const double* v1,
-                          double* drive_force, JointWork& sum) const noexcept {
+                          JointForce* forces, JointWork& sum) const noexcept {
   for (const std::ptrdiff_t i : present_) {
     const Law& law = laws_[i];
     const double rate = v1[law.v], way = 0.5 * share * (v0[law.v] + rate);
     const double drive = driveForce(law.joint, commands[law.command], law.q_start, h_, rate);
-    drive_force[law.link] = drive;
+    const double all = law.forceAt(rate);
+    forces[law.link] = {drive, all};
     sum.damping += law.joint.damping * rate * way;
     sum.drives += drive * way;
-    sum.friction -= (law.forceAt(rate) - drive + law.joint.damping * rate) * way;
+    sum.friction -= (all - drive + law.joint.damping * rate) * way;
   }
   for (const std::ptrdiff_t i : present_damped_) {
     const Damped& d = damped_[i];

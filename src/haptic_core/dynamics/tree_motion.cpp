@@ -76,7 +76,7 @@ TreeMotion::TreeMotion(const Articulation& articulation, std::vector<RingDef> ri
   }
   for (auto* by_degree : {&tau_, &v_dot_, &change_, &v_end_}) by_degree->resize(nv);
   response_.resize(12 * n);
-  drive_force_.resize(n);
+  force_.resize(n);
 }
 
 const JointReport& TreeMotion::accelerate(const Vector3& gravity, double h, const JointCommand* commands,
@@ -95,7 +95,7 @@ const JointReport& TreeMotion::accelerate(const Vector3& gravity, double h, cons
   report_.converged = joints_.solve(inertia, v, change_.data()) == JointSolver::Found::kAll;
   report_.passes = joints_.passes();
   for (std::size_t k = 0; k < v_end_.size(); ++k) v_end_[k] = v[k] + change_[k];
-  joints_.account(commands, h, v, v_end_.data(), drive_force_.data(), report_);
+  joints_.account(commands, h, v, v_end_.data(), force_.data(), report_);
   return report_;
 }
 

@@ -44,8 +44,8 @@ class TreeMotion {
   const JointReport& step(const Vector3& gravity, double h, const JointCommand* commands, double* q, double* v,
                           LinkWork* work, const double* tau = nullptr) noexcept;
 
-  /// Force of the drive of the link's joint in the last step [N·m] or [N]; 0 where there is none.
-  double driveForceOf(int link) const { return drive_force_[link]; }
+  /// What the link's joint did by itself in the last step; 0 where it has no law.
+  const JointForce& forceOf(int link) const { return force_[link]; }
 
   /// (in realtime) Puts q on the rings and mimics (for initial states): Newton steps until the gap stays.
   /// False: the gap did not close below 1e-9 m or rad. Overwrites `work`.
@@ -59,7 +59,8 @@ class TreeMotion {
   std::vector<std::string> unsupported_;
   JointReport report_;
   // Of one step.
-  std::vector<double> tau_, v_dot_, change_, v_end_, drive_force_, response_;
+  std::vector<double> tau_, v_dot_, change_, v_end_, response_;
+  std::vector<JointForce> force_;
 };
 
 }  // namespace haptic

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/world/contact_detail.h"
 #include "haptic_core/world/step_history.h"
 #include "haptic_core/world/world.h"
 
@@ -16,6 +17,7 @@ WorldSnapshot emptySnapshot(const World& world, int contact_capacity) {
   snapshot.pose.resize(world.linkCount());
   snapshot.joint.resize(world.jointCount());
   snapshot.contact.resize(contact_capacity);
+  snapshot.slip.resize(contact_capacity);
   snapshot.pointer_wrench.resize(world.pointerCount());
   return snapshot;
 }
@@ -27,6 +29,9 @@ WorldCopy emptyCopy(const World& world) {
   copy.bounds.resize(static_cast<std::size_t>(world.pointerCount()));
   return copy;
 }
+
+/// A second of every sensor at 1 kHz.
+std::size_t sampleCapacity(const World& world) { return 1000 * static_cast<std::size_t>(world.sensorCount()); }
 
 const char* kindName(PortKind kind) { return kind == PortKind::kDevice ? "device" : "world"; }
 
@@ -132,7 +137,9 @@ WorldPort::WorldPort(World& world_in, std::string scene_name, std::vector<HandPl
       scene(std::move(scene_name)),
       hands(std::move(placements)),
       first_snapshot(emptySnapshot(world_in, contact_capacity)),
-      first_copy(emptyCopy(world_in)) {
+      first_copy(emptyCopy(world_in)),
+      samples(sampleCapacity(world_in)),
+      streamed_(static_cast<std::size_t>(world_in.sensorCount()), 0) {
   copyTo(first_snapshot);
 }
 
@@ -143,6 +150,7 @@ void WorldPort::serve() noexcept {
 void WorldPort::answer(const Command& command) noexcept {
   if (const auto* look = std::get_if<Look>(&command)) copyTo(*look->into);
   if (const auto* copy = std::get_if<Copy>(&command)) copyTo(*copy->into);
+  if (const auto* stream = std::get_if<StreamSensors>(&command)) streams_ = stream->on;
   if (const auto* time = std::get_if<TimeStages>(&command)) {
     timing_ = time->on;
     world.measureStages(timing_);
@@ -153,11 +161,22 @@ void WorldPort::answer(const Command& command) noexcept {
 
 void WorldPort::noteTick(std::int64_t stamp_ns) noexcept {
   stamp_ns_ = stamp_ns;
+  if (streams_) streamSensors();
   if (!timing_) return;
   const StageTimes& times = world.report().stages;
   stage_sum_ = {stage_sum_.search + times.search, stage_sum_.detection + times.detection, stage_sum_.volume + times.volume,
                 stage_sum_.force + times.force, stage_sum_.motion + times.motion};
   ++steps_timed_;
+}
+
+/// Samples that were not there at the end of the last tick.
+void WorldPort::streamSensors() noexcept {
+  for (std::size_t i = 0; i < streamed_.size(); ++i) {
+    const SensorReading& reading = world.sensorReading(static_cast<int>(i));
+    if (reading.step == 0 || reading.step == streamed_[i]) continue;
+    streamed_[i] = reading.step;
+    samples.push({stamp_ns_, static_cast<int>(i), reading});
+  }
 }
 
 void WorldPort::copyTo(WorldCopy& copy) const noexcept {
@@ -183,7 +202,11 @@ void WorldPort::copyTo(WorldSnapshot& snapshot) const noexcept {
     snapshot.pointer_wrench[i] = world.pointerWrench(static_cast<int>(i));
   }
   snapshot.contacts = std::min<int>(world.contactCount(), static_cast<int>(snapshot.contact.size()));
-  for (int i = 0; i < snapshot.contacts; ++i) snapshot.contact[i] = world.contact(i);
+  for (int i = 0; i < snapshot.contacts; ++i) {
+    const ContactReport& contact = snapshot.contact[i] = world.contact(i);
+    const int a = contact.link_a, b = contact.link_b;
+    snapshot.slip[i] = slipOf(contact, snapshot.pose[a], world.linkTwist(a), snapshot.pose[b], world.linkTwist(b));
+  }
 }
 
 bool portRecalled(const PortSlot& slot) noexcept { return slot.recall.load(std::memory_order_acquire); }

@@ -114,9 +114,17 @@ struct WorldSnapshot {
   std::vector<Pose> pose;                ///< X_WL per link; sized at set-up
   std::vector<JointReading> joint;       ///< per joint; sized at set-up
   std::vector<ContactReport> contact;    ///< sized at set-up; the first `contacts` are valid
+  std::vector<Vector3> slip;             ///< per contact: `slipOf` of contact_detail.h [m/s]
   std::vector<Wrench> pointer_wrench;    ///< per pointer, about the link's origin, in W
   /// Valid entries of `contact`.
   int contacts = 0;
+};
+
+/// A sample of a sensor on its way to a topic.
+struct SensorSample {
+  std::int64_t stamp_ns = 0;             ///< of the tick, steady clock
+  int sensor = 0;                        ///< index in the world
+  SensorReading reading;                 ///< see there
 };
 
 /// A world between two ticks, complete: for who runs its motion again (world/error_estimate.h).
@@ -174,8 +182,12 @@ class WorldPort : public Port {
   struct TimeStages {
     bool on;                                 ///< false: no longer
   };
+  /// Command: every sample goes to `samples` from now on, or no longer.
+  struct StreamSensors {
+    bool on;                                 ///< false: no longer
+  };
   /// What other threads may send.
-  using Command = std::variant<Change, Look, Copy, TimeStages>;
+  using Command = std::variant<Change, Look, Copy, TimeStages, StreamSensors>;
   /// (in realtime: one atomic load when nothing waits) The runner's, between two ticks: gives `take` what was told of the world,
   /// and does the rest itself. Copies do not allocate.
   template <class Take>
@@ -205,6 +217,7 @@ class WorldPort : public Port {
   WorldSnapshot first_snapshot;              ///< at set-up, with stamp 0; constant
   WorldCopy first_copy;                      ///< likewise
   CommandRing<Command> commands;             ///< owner → runner
+  RecordRing<SensorSample> samples;          ///< runner → owner, while `StreamSensors` is on; a second of them at 1 kHz
 
  private:
   template <class Take>
@@ -216,12 +229,15 @@ class WorldPort : public Port {
   void answer(const Command& command) noexcept;
   void copyTo(WorldSnapshot& snapshot) const noexcept;
   void copyTo(WorldCopy& copy) const noexcept;
+  void streamSensors() noexcept;
 
   std::int64_t stamp_ns_ = 0;                ///< of the last tick
   bool paused_ = false;                      ///< as told; changes between two ticks only
   bool timing_ = false;
   StageTimes stage_sum_;                     ///< of the steps since TimeStages [s]
   int steps_timed_ = 0;
+  bool streams_ = false;
+  std::vector<std::uint64_t> streamed_;      ///< by sensor: step of the last sample that went out; sized at set-up
 };
 
 /// What is on offer.

@@ -58,7 +58,7 @@ class IslandOperator final : public JointOperator {
 
 }  // namespace
 
-ImplicitJoints::ImplicitJoints(const Model& model) : model_(model), drive_(model.links.size()), row_(model.nv) {
+ImplicitJoints::ImplicitJoints(const Model& model) : model_(model), force_(model.links.size()), row_(model.nv) {
   for (const ModelTree& tree : model.trees) {
     if (tree.has_laws) joints_.add(*tree.model, tree.rings, {tree.link, tree.command, tree.q, tree.v});
   }

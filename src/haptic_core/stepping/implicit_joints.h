@@ -46,13 +46,13 @@ class ImplicitJoints {
   void startAccount() noexcept { work_ = {}; }
   /// (in realtime) See startAccount.
   void account(const double* v_way, const double* v, double weight) noexcept {
-    joints_.account(commands_, weight, v_way, v, drive_.data(), work_);
+    joints_.account(commands_, weight, v_way, v, force_.data(), work_);
   }
   /// (in realtime) Adds the sums to the ledger.
   void closeAccount(State& state) const noexcept;
 
   bool converged() const { return converged_; }               ///< every joint's force is on its graph, in the last stage
-  double driveForce(int link) const { return drive_[link]; }  ///< by world link [N·m] or [N]
+  const JointForce& force(int link) const { return force_[link]; }  ///< by world link: of its joint in the last stage
   /// Largest gap of a ring of any tree [m].
   double closure(const LinkWork* work) const noexcept { return joints_.closure(work); }
 
@@ -63,7 +63,7 @@ class ImplicitJoints {
   double g_ = 0;
   JointWork work_;
   const JointCommand* commands_ = nullptr;
-  std::vector<double> drive_;
+  std::vector<JointForce> force_;
   std::vector<int> row_;  ///< by velocity of the world: its row in the matrix
   // By row: its velocity of the world, its node and where it stands there; prescribed diagonals; right sides and results.
   std::vector<int> velocity_, node_, local_;

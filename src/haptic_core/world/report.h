@@ -57,7 +57,8 @@ struct EnergyLedger {
 struct JointReading {
   double position = 0;                    ///< [rad] or [m]
   double velocity = 0;                    ///< [rad/s] or [m/s]
-  double effort = 0;                      ///< of its drive [N·m] or [N]
+  double effort = 0;                      ///< of drive, damping, friction and limits together [N·m] or [N]
+  double drive = 0;                       ///< of its drive alone [N·m] or [N]
 };
 
 /// What one step of a world came to.

@@ -80,10 +80,10 @@ JointReading World::joint(int i) const noexcept {
   const ModelLink& link = world.model.links[joint.link];
   const TreeMotion* motion = world.work.joints[link.articulation].get();
   const bool implicit = world.state.mode[link.articulation] == TreeMode::kImplicit;
-  const double drive = implicit ? world.work.implicit->joints().driveForce(joint.link)
-                       : motion ? motion->driveForceOf(link.local)
-                                : 0;
-  return {world.state.q[joint.q], world.state.v[joint.v], drive};
+  const JointForce force = implicit ? world.work.implicit->joints().force(joint.link)
+                           : motion ? motion->forceOf(link.local)
+                                    : JointForce{};
+  return {world.state.q[joint.q], world.state.v[joint.v], force.all, force.drive};
 }
 
 bool World::setJointCommand(int joint, const JointCommand& command) noexcept {

@@ -117,7 +117,8 @@ TEST_P(ExplicitJoints, MoveAsTheTreeAloneDoes) {
     for (int k = 0; k < 4; ++k) {
       ASSERT_EQ(world.joint(k).position, q[k]) << i;
       ASSERT_EQ(world.joint(k).velocity, v[k]) << i;
-      ASSERT_EQ(world.joint(k).effort, motion.driveForceOf(k)) << i;
+      ASSERT_EQ(world.joint(k).drive, motion.forceOf(k).drive) << i;
+      ASSERT_EQ(world.joint(k).effort, motion.forceOf(k).all) << i;
     }
   }
   EXPECT_EQ(world.report().flags, 0u);
