@@ -35,7 +35,8 @@ void readExtension(const RobotFile& robot, const JointXml& xml, JointDef& joint,
   const XmlElement& tag = *xml.extension;
   refuseUnknownAttributes(
       robot.xml, tag,
-      {"type", "position", "velocity", "linear", "angular", "drive", "drive_stiffness", "drive_damping"});
+      {"type", "position", "velocity", "linear", "angular", "drive", "drive_stiffness", "drive_damping", "spring_stiffness",
+       "spring_position"});
   position = readNumber(robot.xml, tag, "position");
   joint.velocity = readNumber(robot.xml, tag, "velocity").value_or(0);
   if (const char* drive = tag.Attribute("drive")) {
@@ -56,6 +57,12 @@ void readExtension(const RobotFile& robot, const JointXml& xml, JointDef& joint,
   joint.drive_damping = readNumber(robot.xml, tag, "drive_damping").value_or(0);
   if (joint.drive_stiffness < 0 || joint.drive_damping < 0) {
     throw SetupError(robot.at(xml), "its drive has a negative stiffness or damping", "write values ≥ 0");
+  }
+  joint.spring_stiffness = readNumber(robot.xml, tag, "spring_stiffness").value_or(0);
+  joint.spring_position = readNumber(robot.xml, tag, "spring_position").value_or(0);
+  if (joint.spring_stiffness < 0) throw SetupError(robot.at(xml), "its spring has a negative stiffness", "write a value ≥ 0");
+  if ((tag.Attribute("spring_stiffness") || tag.Attribute("spring_position")) && !isScalar(joint.type)) {
+    throw SetupError(robot.at(xml), "springs are for joints of one degree", "take spring_stiffness and spring_position out");
   }
 }
 
@@ -90,9 +97,10 @@ Load loadBeyond(const ArticulationDef& articulation, const std::vector<Pose>& X_
   return load;
 }
 
-/// What gravity asks of joint i's drive at the initial pose [N·m] or [N].
+/// What gravity and the joint's spring ask of joint i's drive at the initial pose [N·m] or [N].
 double weightOn(const ArticulationDef& articulation, const std::vector<Pose>& X_WL, std::size_t i, const Vector3& gravity) {
-  double weight = loadBeyond(articulation, X_WL, i, gravity).weight;
+  const JointDef& joint = articulation.links[i].joint;
+  double weight = loadBeyond(articulation, X_WL, i, gravity).weight + joint.spring_stiffness * (joint.spring_position - joint.position);
   for (std::size_t f = 0; f < articulation.links.size(); ++f) {  // its followers' weight comes back through it
     const JointDef& follower = articulation.links[f].joint;
     if (follower.mimic_joint != static_cast<int>(i)) continue;

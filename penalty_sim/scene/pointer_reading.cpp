@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/parse_numbers.h"
 #include "haptic_core/geometry/pairs/shape_distance.h"
 #include "haptic_core/geometry/shapes/ball.h"
 #include "scene/scene_extension.h"
@@ -112,6 +113,42 @@ PointerCoupling::Mode couplingMode(const std::string& name, const std::string& w
   throw SetupError(where, "coupling '" + name + "' is unknown", "known: direct, virtual");
 }
 
+PointerCoupling::Axes couplingAxes(const std::string& name, const std::string& where) {
+  if (name == "link") return PointerCoupling::Axes::kLink;
+  if (name == "grip") return PointerCoupling::Axes::kGrip;
+  throw SetupError(where, "axes '" + name + "' are unknown", "known: link, grip");
+}
+
+void setCouplingValue(const std::vector<double>& numbers, const std::string& what, double& greatest, AxisShares& shares) {
+  if (numbers.size() == 1) {
+    greatest = numbers[0];
+    return;
+  }
+  const bool good = numbers.size() == 3 && std::all_of(numbers.begin(), numbers.end(), [](double x) { return x >= 0 && std::isfinite(x); });
+  if (!good) throw SetupError(what, "is neither one number nor three ≥ 0", "write one for all axes, or those along x, y and z");
+  greatest = *std::max_element(numbers.begin(), numbers.end());
+  if (greatest > 0) shares.share = Vector3(numbers[0], numbers[1], numbers[2]) / greatest;
+}
+
+namespace {
+
+void readCoupling(const XmlElement& tag, const std::string& where, PointerCoupling& c) {
+  if (tag.Attribute("coupling")) c.mode = couplingMode(tag.Attribute("coupling"), where);
+  if (tag.Attribute("axes")) c.axes = couplingAxes(tag.Attribute("axes"), where);
+  const auto read = [&](const char* attribute, double& greatest, AxisShares& shares) {
+    const char* const text = tag.Attribute(attribute);
+    if (!text) return;
+    const auto numbers = parseNumbers(text);
+    setCouplingValue(numbers ? *numbers : std::vector<double>(), where + " " + attribute + "=\"" + text + "\"", greatest, shares);
+  };
+  read("stiffness", c.stiffness, c.along_stiffness);
+  read("damping", c.damping, c.along_damping);
+  read("rotational_stiffness", c.rotational_stiffness, c.about_stiffness);
+  read("rotational_damping", c.rotational_damping, c.about_damping);
+}
+
+}  // namespace
+
 void addPointer(const PointerSettings& settings, LoadContext& context) {
   const std::string& where = settings.where;
   WorldDef& world = context.scene.world;
@@ -161,20 +198,14 @@ void readPointer(const RobotFile& robot, const XmlElement& tag, const ModelSetti
   settings.where = file.at(tag) + ": <haptic:pointer>";
   refuseUnknownAttributes(file, tag,
                           {"link", "device", "scale", "force_scale", "pose_delay", "force_delay", "coupling", "stiffness", "damping",
-                           "rotational_stiffness", "rotational_damping", "xyz", "rpy", "path", "repeat"});
+                           "rotational_stiffness", "rotational_damping", "axes", "xyz", "rpy", "path", "repeat"});
   settings.frame = findFrame(context, model.prefix + readName(file, tag, "link"), settings.where);
   if (tag.Attribute("device")) settings.device = readName(file, tag, "device");
   settings.scale = readNumber(file, tag, "scale").value_or(1);
   settings.force_scale = readNumber(file, tag, "force_scale").value_or(1);
   settings.delay.pose = readNumber(file, tag, "pose_delay").value_or(0);
   settings.delay.force = readNumber(file, tag, "force_delay").value_or(0);
-  if (tag.Attribute("coupling"))
-    settings.coupling.mode = couplingMode(tag.Attribute("coupling"), settings.where);
-  PointerCoupling& c = settings.coupling;
-  c.stiffness = readNumber(file, tag, "stiffness").value_or(c.stiffness);
-  c.damping = readNumber(file, tag, "damping").value_or(c.damping);
-  c.rotational_stiffness = readNumber(file, tag, "rotational_stiffness").value_or(c.rotational_stiffness);
-  c.rotational_damping = readNumber(file, tag, "rotational_damping").value_or(c.rotational_damping);
+  readCoupling(tag, settings.where, settings.coupling);
   if (tag.Attribute("xyz") || tag.Attribute("rpy")) settings.X_WB = model.X_WM * readPose(file, tag);
   if (tag.Attribute("path")) settings.path = handPath(tag.Attribute("path"));
   const double repeat = readNumber(file, tag, "repeat").value_or(1);

@@ -2,6 +2,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "haptic_core/loop/delay_line.h"
 #include "scene/robot_tree.h"
@@ -35,6 +36,10 @@ void addPointer(const PointerSettings& settings, LoadContext& context);
 
 /// Coupling by name: direct or virtual. Throws SetupError.
 PointerCoupling::Mode couplingMode(const std::string& name, const std::string& where);
+/// Whose axes a coupling's values are along: link or grip. Throws SetupError.
+PointerCoupling::Axes couplingAxes(const std::string& name, const std::string& where);
+/// A value of a coupling: one number for all axes, or three. Throws SetupError that says `what` it is.
+void setCouplingValue(const std::vector<double>& numbers, const std::string& what, double& greatest, AxisShares& shares);
 
 /// Adds a sphere of 10 mm as pointer, clear of all collisions, above the highest surface, and a path that
 /// presses there and slides. Where that surface does not stay the path waits, above all that its link reaches

@@ -113,16 +113,41 @@ void checkMimic(RobotFile& robot, const JointXml& joint) {
   }
 }
 
-/// Attributes that only specialised tools read and that urdfdom refuses when they are incomplete.
-void dropUnused(const JointXml& joint) {
-  for (const char* name : {"safety_controller", "calibration"}) {
-    while (XmlElement* element = joint.element->FirstChildElement(name)) joint.element->DeleteChild(element);
+/// Elements that the simulation has no use for, in one line. urdfdom refuses some of them where they are incomplete.
+void dropUnused(RobotFile& robot) {
+  const struct {
+    const char *element, *why;
+  } unused[] = {{"safety_controller", "soft limits of a controller; <limit> holds"}, {"calibration", "drives know where they are"}};
+  std::string list;
+  const auto name = [&](const std::string& element, std::size_t count, const std::string& why) {
+    if (count == 0) return;
+    list += (list.empty() ? "" : ", ") + std::to_string(count) + " " + element + " (" + why + ")";
+  };
+  for (const auto& [element, why] : unused) {
+    std::size_t count = 0;
+    for (const JointXml& joint : robot.joints) {
+      const XmlElement* const first = joint.element->FirstChildElement(element);
+      count += first != nullptr;
+      while (XmlElement* each = joint.element->FirstChildElement(element)) joint.element->DeleteChild(each);
+    }
+    name("<" + std::string(element) + ">", count, why);
   }
+  std::size_t transmissions = 0, efforts = 0;
+  const XmlElement* transmission = robot.xml.root()->FirstChildElement("transmission");
+  for (; transmission; transmission = transmission->NextSiblingElement("transmission")) ++transmissions;
+  name("<transmission>", transmissions, "drives act at the joints");
+  for (const JointXml& joint : robot.joints) {
+    const XmlElement* const limit = joint.element->FirstChildElement("limit");
+    efforts += joint.element->FirstChildElement("mimic") && limit && limit->Attribute("effort");
+  }
+  name("effort limits of joints that follow", efforts, "the drive that they follow works for both");
+  if (!list.empty()) robot.notes.push_back(robot.xml.path() + ": ignored: " + list);
 }
 
 }  // namespace
 
 void checkJoints(RobotFile& robot) {
+  dropUnused(robot);
   for (const JointXml& joint : robot.joints) {
     if (!kindOf(joint)) {
       const char* extended = joint.extension ? joint.extension->Attribute("type") : nullptr;
@@ -136,7 +161,6 @@ void checkJoints(RobotFile& robot) {
     checkLimits(robot, joint);
     checkDynamics(robot, joint);
     checkMimic(robot, joint);
-    dropUnused(joint);
   }
 }
 

@@ -54,6 +54,8 @@ struct RobotFile {
   urdf::ModelInterfaceSharedPtr model;  ///< urdfdom's reading, without collisions
   /// What a user should mend.
   std::vector<std::string> warnings;
+  /// What a user may want to know.
+  std::vector<std::string> notes;
 
   /// "path:line: link 'name'".
   std::string at(const LinkXml& link) const { return xml.at(*link.element) + ": link '" + link.name + "'"; }

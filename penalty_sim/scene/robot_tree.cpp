@@ -90,6 +90,7 @@ void TreeBuilder::build() {
   }
   context_.scene.joints += static_cast<int>(robot_.joints.size());
   for (const std::string& warning : robot_.warnings) context_.scene.warnings.push_back(warning);
+  for (const std::string& note : robot_.notes) context_.scene.notes.push_back(note);
   const LinkXml& root = robot_.links[robot_.root];
   if (isWorld(robot_.root)) {
     if (settings_.floating) {
@@ -312,6 +313,32 @@ void TreeBuilder::finish(int index) {
   if (hold) context_.held.push_back(index);
 }
 
+/// A joint goes no farther than the joints that follow it may. Limits that would leave it no way are not a follower's: exporters write 0
+/// for limits not set.
+void limitByFollower(const JointDef& follower, JointDef& followed, LoadReport& said) {
+  const double m = follower.mimic_multiplier, c = follower.mimic_offset;
+  if (m == 0 || !(follower.lower < follower.upper)) return;
+  double lower = (follower.lower - c) / m, upper = (follower.upper - c) / m;
+  if (m < 0) std::swap(lower, upper);
+  constexpr double kDigits = 1e-3;  // of a range: limits of both are often one number in few digits [1]
+  const double slack = kDigits * std::min(upper - lower, followed.upper - followed.lower);
+  if (std::isfinite(slack) && lower <= followed.lower + slack && upper >= followed.upper - slack) return;
+  if (lower <= followed.lower && upper >= followed.upper) return;
+  std::ostringstream text;
+  text << "joint '" << follower.name << "' follows '" << followed.name << "'";
+  if (!(std::max(lower, followed.lower) < std::min(upper, followed.upper))) {
+    text << ": no position is within the limits of both: its own are ignored";
+    said.warnings.push_back(text.str());
+    return;
+  }
+  followed.lower = std::max(lower, followed.lower), followed.upper = std::min(upper, followed.upper);
+  text << " and limits it to " << followed.lower << "…" << followed.upper;
+  const double position = std::clamp(followed.position, followed.lower, followed.upper);
+  if (position != followed.position) text << "; it starts at " << position;
+  followed.position = position;
+  said.notes.push_back(text.str());
+}
+
 /// Parts of a link that got its mass from its shapes have theirs from them as well.
 void TreeBuilder::shareInertia(int articulation) {
   const std::vector<LinkDef>& links = current(articulation).links;
@@ -366,6 +393,9 @@ void TreeBuilder::resolveMimics(ArticulationDef& articulation) {
       joint.mimic_multiplier *= master.mimic_multiplier;
       joint.mimic_joint = master.mimic_joint;
     }
+  }
+  for (const LinkDef& link : articulation.links) {
+    if (link.joint.mimic_joint >= 0) limitByFollower(link.joint, articulation.links[link.joint.mimic_joint].joint, context_.scene);
   }
   for (LinkDef& link : articulation.links) {
     JointDef& joint = link.joint;

@@ -71,7 +71,7 @@ ListedModel readModel(const std::string& path, const YAML::Node& node) {
 ListedDevice readDevice(const std::string& path, const YAML::Node& node) {
   const YamlMap keys(path, node, "device",
                   {"device", "pointer", "coupling", "stiffness", "damping", "rotational_stiffness",
-                   "rotational_damping", "scale", "force_scale", "pose_delay", "force_delay", "pose", "path", "repeat", "waypoints"});
+                   "rotational_damping", "axes", "scale", "force_scale", "pose_delay", "force_delay", "pose", "path", "repeat", "waypoints"});
   ListedDevice device;
   device.where = keys.where();
   device.device = keys.text("device", "spidar");
@@ -79,11 +79,17 @@ ListedDevice readDevice(const std::string& path, const YAML::Node& node) {
   if (device.link.empty())
     throw SetupError(keys.where(), "has no pointer", "name the link that the hand moves");
   device.coupling.mode = couplingMode(keys.text("coupling", "direct"), keys.where());
-  device.coupling.stiffness = keys.number("stiffness", device.coupling.stiffness);
-  device.coupling.damping = keys.number("damping", device.coupling.damping);
-  device.coupling.rotational_stiffness =
-      keys.number("rotational_stiffness", device.coupling.rotational_stiffness);
-  device.coupling.rotational_damping = keys.number("rotational_damping", device.coupling.rotational_damping);
+  PointerCoupling& c = device.coupling;
+  c.axes = couplingAxes(keys.text("axes", "link"), keys.where());
+  const auto read = [&](const char* key, double& greatest, AxisShares& shares) {
+    if (!keys.has(key)) return;
+    const bool several = keys[key].IsSequence();
+    setCouplingValue(several ? keys.numbers(key) : std::vector<double>{keys.number(key, greatest)}, keys.where(key), greatest, shares);
+  };
+  read("stiffness", c.stiffness, c.along_stiffness);
+  read("damping", c.damping, c.along_damping);
+  read("rotational_stiffness", c.rotational_stiffness, c.about_stiffness);
+  read("rotational_damping", c.rotational_damping, c.about_damping);
   device.scale = keys.number("scale", 1);
   device.force_scale = keys.number("force_scale", 1);
   device.delay = {keys.number("pose_delay", 0), keys.number("force_delay", 0)};

@@ -42,8 +42,9 @@ void checkJoint(const std::string& where, const JointDef& joint) {
   if (!(joint.lower <= joint.upper))
     throw SetupError(where, "lower limit is above the upper one", "exchange them");
   if (!(joint.damping >= 0) || !(joint.friction >= 0) || !(joint.drive_stiffness >= 0) ||
-      !(joint.drive_damping >= 0) || !(joint.max_effort >= 0))
-    throw SetupError(where, "damping, friction, drive gains and effort must be numbers >= 0", "");
+      !(joint.drive_damping >= 0) || !(joint.max_effort >= 0) || !(joint.spring_stiffness >= 0) || std::isinf(joint.spring_stiffness) ||
+      !std::isfinite(joint.spring_position))
+    throw SetupError(where, "damping, friction, gains of drives and springs, and effort must be numbers >= 0", "");
 }
 
 }  // namespace

@@ -43,6 +43,8 @@ struct JointDef {
   double drive_stiffness = 0;               ///< PD: [N·m/rad] or [N/m]
   double drive_damping = 0;                 ///< PD: [N·m·s/rad] or [N·s/m]
   double drive_effort = 0;                  ///< feed-forward until a command says otherwise [N·m] or [N]
+  double spring_stiffness = 0;              ///< of a spring beside the drive [N·m/rad] or [N/m]; one-degree joints
+  double spring_position = 0;               ///< where that spring rests [rad] or [m]
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
@@ -50,6 +52,7 @@ struct JointDef {
     visit(s.max_effort), visit(s.max_velocity), visit(s.damping), visit(s.friction), visit(s.position);
     visit(s.velocity), visit(s.mimic_joint), visit(s.mimic_multiplier), visit(s.mimic_offset);
     visit(s.drive), visit(s.drive_stiffness), visit(s.drive_damping), visit(s.drive_effort);
+    visit(s.spring_stiffness), visit(s.spring_position);
   }
 };
 

@@ -63,14 +63,18 @@ ForcePiece verticalPiece(double at, double low, double high) {
   return piece;
 }
 
-/// Damping, friction and drive between two kinks of the graph.
-ForcePiece pieceBetween(const JointDef& joint, const DriveRange& drive, double from, double to) {
+/// Damping, spring, friction and drive between two kinks of the graph.
+ForcePiece pieceBetween(const JointDef& joint, const DriveRange& drive, double q, double h, double from, double to) {
   const double middle = from == -kInfinity ? (to == kInfinity ? 0 : to - 1) : (to == kInfinity ? from + 1 : 0.5 * (from + to));
   ForcePiece piece;
   piece.from = from;
   piece.to = to;
   piece.slope = joint.damping;
   piece.offset = joint.friction > 0 ? (middle > 0 ? -joint.friction : joint.friction) : 0;
+  if (joint.spring_stiffness > 0) {
+    piece.offset += joint.spring_stiffness * (joint.spring_position - q);
+    piece.slope += h * joint.spring_stiffness;
+  }
   if (middle < drive.saturated_below) {
     piece.offset += joint.max_effort;
   } else if (middle > drive.saturated_above) {
@@ -125,7 +129,7 @@ void buildForceGraph(const JointDef& joint, const JointCommand& command, double 
   for (double kink : kinks) {
     kink = std::min(kink, highest);
     if (!(kink > previous)) continue;
-    const ForcePiece piece = pieceBetween(joint, drive, previous, kink);
+    const ForcePiece piece = pieceBetween(joint, drive, q, h, previous, kink);
     if (graph.count > 0) {
       ForcePiece& before = graph.pieces[graph.count - 1];
       if (before.vertical) {
@@ -169,7 +173,7 @@ bool isDriven(const JointDef& joint) {
 }
 
 bool hasLaw(const JointDef& joint) {
-  return joint.damping > 0 || joint.friction > 0 || joint.lower > -kInfinity || joint.upper < kInfinity ||
+  return joint.damping > 0 || joint.friction > 0 || joint.spring_stiffness > 0 || joint.lower > -kInfinity || joint.upper < kInfinity ||
          isDriven(joint);
 }
 

@@ -4,6 +4,7 @@
 /// Over a step h the force of a joint is a function of its velocity at the end of the step, v₁, with
 /// q₁ = q + h v₁. Every part falls with v₁, so the sum is a monotone graph of straight pieces:
 ///   damping   −d v₁
+///   spring    −k_s (q + h v₁ − q_s)
 ///   drive     clamp(k_p (q_ref − q − h v₁) + k_d (v_ref − v₁) + effort, ±max_effort)
 ///   friction  −f sign(v₁), any of [−f, f] at v₁ = 0 (it sticks: no creep)
 ///   limits    no v₁ below (lower − q)/h or above (upper − q)/h: there the force is whatever it takes
@@ -74,7 +75,12 @@ void buildForceGraph(const JointDef& joint, const JointCommand& command, double 
 /// Force of the drive alone at v₁ [N·m] or [N], for the energy ledger.
 double driveForce(const JointDef& joint, const JointCommand& command, double q, double h, double v1) noexcept;
 
-/// What the joint does by itself. Of one that follows another (mimic) damping alone is left: the followed one has limits,
+/// Energy of the joint's spring at q [J].
+inline double springEnergy(const JointDef& joint, double q) noexcept {
+  return 0.5 * joint.spring_stiffness * (q - joint.spring_position) * (q - joint.spring_position);
+}
+
+/// What the joint does by itself. Of one that follows another (mimic) damping and spring alone are left: the followed one has limits,
 /// friction and drive for both, and a second set would contradict them.
 JointDef ownLaw(const JointDef& joint);
 

@@ -253,7 +253,8 @@ void JointSolver::account(const JointCommand* commands, double share, const doub
     forces[law.link] = {drive, all};
     sum.damping += law.joint.damping * rate * way;
     sum.drives += drive * way;
-    sum.friction -= (all - drive + law.joint.damping * rate) * way;
+    const double spring = law.joint.spring_stiffness * (law.joint.spring_position - law.q_start - h_ * rate);
+    sum.friction -= (all - drive - spring + law.joint.damping * rate) * way;
   }
   for (const std::ptrdiff_t i : present_damped_) {
     const Damped& d = damped_[i];

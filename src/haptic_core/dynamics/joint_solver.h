@@ -50,7 +50,7 @@ struct JointWork {
 /// What a joint of one degree does by itself in a step [N·m] or [N].
 struct JointForce {
   double drive = 0;  ///< of its drive
-  double all = 0;    ///< of drive, damping, friction and limits together
+  double all = 0;    ///< of drive, spring, damping, friction and limits together
 };
 
 /// Where an articulation's links, commands, q and v begin in the caller's arrays.
@@ -58,7 +58,7 @@ struct JointPlace {
   int link = 0, command = 0, q = 0, v = 0;  ///< indices
 };
 
-/// Damping, friction, limits, drives, rings and mimics of one or several articulations.
+/// Damping, springs, friction, limits, drives, rings and mimics of one or several articulations.
 class JointSolver {
  public:
   /// Row of a degree that the operator does not have.

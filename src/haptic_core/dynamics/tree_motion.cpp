@@ -72,7 +72,7 @@ TreeMotion::TreeMotion(const Articulation& articulation, std::vector<RingDef> ri
     rest.damping = 0;
     if (hasLaw(rest))
       unsupported_.push_back(articulation.def().name + "/" + rest.name +
-                             ": friction, limits and drives of joints of several degrees are not simulated");
+                             ": friction, limits, springs and drives of joints of several degrees are not simulated");
   }
   for (auto* by_degree : {&tau_, &v_dot_, &change_, &v_end_}) by_degree->resize(nv);
   response_.resize(12 * n);

@@ -24,7 +24,8 @@ struct FrozenContact {
 /// A spring-damper on a link, about its frame's origin.
 struct FrozenCoupling {
   int link = -1;                       ///< world index
-  double turn = 0, way = 0;            ///< C: g² of the springs and g of the dampers [N·m·s², N·s²/m]
+  /// C in W: g² of the springs and g of the dampers [N·m·s², N·s²/m].
+  Matrix3 turn = Matrix3::Zero(), way = Matrix3::Zero();
 };
 
 }  // namespace haptic

@@ -97,8 +97,8 @@ bool FrozenMatrix::assemble(const IslandPart& part, LoadedVector<FrozenContact>&
   for (const FrozenCoupling& c : couplings) {
     if (c.link < 0 || rowOf(c.link) < 0) continue;
     Matrix6 G = Matrix6::Zero();
-    G.diagonal().head<3>().setConstant(c.turn);
-    G.diagonal().tail<3>().setConstant(c.way);
+    G.topLeftCorner<3, 3>() = c.turn;
+    G.bottomRightCorner<3, 3>() = c.way;
     const Pose X_WP(work_[c.link].X_WL.p);
     if (isFree(c.link)) {
       addFree(-1, rowOf(c.link), X_WP, G, -1, c.link);

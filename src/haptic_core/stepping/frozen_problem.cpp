@@ -297,7 +297,7 @@ double FrozenProblem::curvature() const noexcept {
   double sum = matrix_.massNorm2(part_.trees, part_.tree_count, step_.data());
   eachCoupling([&](const FrozenCoupling& c) {
     const Twist V = linkTwist(c.link, work_[c.link].X_WL.p, step_.data());
-    sum += c.turn * V.angular.squaredNorm() + c.way * V.linear.squaredNorm();
+    sum += V.angular.dot(c.turn * V.angular) + V.linear.dot(c.way * V.linear);
   });
   return sum;
 }

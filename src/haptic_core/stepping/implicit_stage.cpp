@@ -278,7 +278,7 @@ void ImplicitStage::evaluate(double g) noexcept {
     FrozenCoupling& frozen = problem_.couplings[i];
     frozen.link = couplings[i].link >= 0 && problem_.nodeOf(couplings[i].link) >= 0 ? couplings[i].link : -1;
     if (frozen.link < 0 || !moved_[model_.links[frozen.link].articulation]) continue;
-    const PointerCoupling& c = couplings[i].law;
+    const CouplingMatrices c = matricesOf(couplings[i].law, work_[frozen.link].X_WL.R, couplings[i].X_WL.R);
     frozen.turn = g * g * c.rotational_stiffness + g * c.rotational_damping;
     frozen.way = g * g * c.stiffness + g * c.damping;
     pull(couplings[i]);
@@ -325,7 +325,7 @@ void ImplicitStage::finish(double g) noexcept {
     if (frozen.link < 0) continue;
     const LinkWork& link = work_[frozen.link];
     const Twist V = problem_.linkTwist(frozen.link, link.X_WL.p, before_.data());
-    couplings[i].F_W += Wrench{-frozen.turn / g * V.angular, -frozen.way / g * V.linear};
+    couplings[i].F_W += Wrench{-(1 / g) * (frozen.turn * V.angular), -(1 / g) * (frozen.way * V.linear)};
     couplings[i].power = power(couplings[i].F_W, link.twistAtOrigin() + V);
   }
 }

@@ -101,6 +101,21 @@ struct JointPathDef {
   }
 };
 
+/// Of a value that is the greatest of three along axes: what each axis has of it, in [0, 1] [1].
+struct AxisShares {
+  Vector3 share = Vector3::Ones();          ///< along x, y and z
+  /// As a matrix in the frame that R turns the axes into; equal ones give the identity itself, to the last bit.
+  Matrix3 in(const Matrix3& R) const {
+    if ((share.array() == 1).all()) return Matrix3::Identity();
+    return R * share.asDiagonal() * R.transpose();
+  }
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.share);
+  }
+};
+
 /// How a pointer follows the hand. Direct: its pose is the hand's and the contact wrench goes to the hand (the
 /// seeds' way). Virtual: it is a body with inertia on a spring-damper, whose wrench goes to the hand.
 struct PointerCoupling {
@@ -112,11 +127,16 @@ struct PointerCoupling {
   double damping = kDerived;                ///< [N·s/m]
   double rotational_stiffness = kDerived;   ///< [N·m/rad]
   double rotational_damping = kDerived;     ///< [N·m·s/rad]
+  /// The four are those of the axis that has most; bounds on them hold for all axes.
+  AxisShares along_stiffness, along_damping, about_stiffness, about_damping;  ///< of each axis
+  /// Whose axes those are: the link's, which turn with the tool, or the grip's, as the hand wants the link to stand.
+  enum class Axes : unsigned char { kLink, kGrip } axes = Axes::kLink;
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.mode), visit(s.stiffness), visit(s.damping), visit(s.rotational_stiffness);
-    visit(s.rotational_damping);
+    visit(s.rotational_damping), visit(s.along_stiffness), visit(s.along_damping), visit(s.about_stiffness);
+    visit(s.about_damping), visit(s.axes);
   }
 };
 

@@ -119,12 +119,19 @@ void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& 
   }
 }
 
+CouplingMatrices matricesOf(const PointerCoupling& c, const Matrix3& R_WL, const Matrix3& R_WT) noexcept {
+  const Matrix3& R = c.axes == PointerCoupling::Axes::kLink ? R_WL : R_WT;
+  return {c.stiffness * c.along_stiffness.in(R), c.damping * c.along_damping.in(R), c.rotational_stiffness * c.about_stiffness.in(R),
+          c.rotational_damping * c.about_damping.in(R)};
+}
+
 Wrench couplingForce(const PointerCoupling& c, const Vector3& p_WT, const Quaternion& q_WT, const Twist& V_WT,
                      const LinkWork& link) noexcept {
   const Twist V = link.twistAtOrigin();
   const Vector3 turn = vectorFromRotation(q_WT * Quaternion(link.X_WL.R).conjugate());
-  return {c.rotational_stiffness * turn + c.rotational_damping * (V_WT.angular - V.angular),
-          c.stiffness * (p_WT - link.X_WL.p) + c.damping * (V_WT.linear - V.linear)};
+  const CouplingMatrices m = matricesOf(c, link.X_WL.R, q_WT.toRotationMatrix());
+  return {m.rotational_stiffness * turn + m.rotational_damping * (V_WT.angular - V.angular),
+          m.stiffness * (p_WT - link.X_WL.p) + m.damping * (V_WT.linear - V.linear)};
 }
 
 void pullCoupled(const Model& model, const StepPart& part, bool advances, State& state, HandWork& hands,

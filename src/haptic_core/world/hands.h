@@ -70,6 +70,14 @@ void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept;
 /// (in realtime) Held links go the part's share of the way to their goals.
 void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept;
 
+/// What a virtual coupling does per way and per speed, in W.
+struct CouplingMatrices {
+  Matrix3 stiffness, damping;                          ///< [N/m], [N·s/m]
+  Matrix3 rotational_stiffness, rotational_damping;    ///< [N·m/rad], [N·m·s/rad]
+};
+/// (in realtime) Of a link that stands as R_WL and shall stand as R_WT.
+CouplingMatrices matricesOf(const PointerCoupling& coupling, const Matrix3& R_WL, const Matrix3& R_WT) noexcept;
+
 /// (in realtime) Wrench of a virtual coupling on its link, about the origin of the link's frame, in W; T: the target.
 Wrench couplingForce(const PointerCoupling& coupling, const Vector3& p_WT, const Quaternion& q_WT, const Twist& V_WT,
                      const LinkWork& link) noexcept;

@@ -305,8 +305,8 @@ void Aim::aim(int pointer) noexcept {
 /// A row per contact: the spring gives no more along it than all contacts together carry beside the link's weight.
 void Aim::addPullRows(int pointer) noexcept {
   const int link = state_.pointers[pointer].link;
-  const double k_c = work_.hands.coupling[pointer].stiffness;
-  if (!(k_c > 0)) return;
+  const Matrix3 R_WT = state_.pointers[pointer].q_WL.toRotationMatrix();
+  const Matrix3 K = matricesOf(work_.hands.coupling[pointer], work_.placement.link[link].X_WL.R, R_WT).stiffness;
   const bool free = model_.trees[model_.links[link].articulation].model->isFreeBody();
   const Vector3 weight = free ? Vector3(model_.links[link].mass * model_.settings.gravity) : Vector3(Vector3::Zero());
   for (int i = 0; i < count_; ++i) {
@@ -317,7 +317,8 @@ void Aim::addPullRows(int pointer) noexcept {
     }
     Vector6 J;  // the turn has a spring of its own
     J << Vector3::Zero(), -contacts_[i].push;
-    addRow(J, carried / k_c);
+    const double k_c = contacts_[i].push.dot(K * contacts_[i].push);
+    if (k_c > 0) addRow(J, carried / k_c);
   }
 }
 

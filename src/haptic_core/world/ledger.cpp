@@ -201,19 +201,23 @@ void bookRelease(const FrictionMemory& last, EnergySums& sums) noexcept {
   sums.bookTurning(last.elastic_energy, last, FrictionMemory{});
 }
 
-MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands,
-                                  const Placement& placement) noexcept {
+MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, const Placement& placement, const double* q) noexcept {
   MechanicalEnergy sum;
   for (const ModelTree* tree : hands.movers) {  // a held link's energy is the hand's
     const LinkWork* link = placement.link.data() + tree->link;
     sum.kinetic += kineticEnergy(*tree->model, link);
     sum.potential += potentialEnergy(*tree->model, link, model.settings.gravity);
+    if (!tree->has_laws) continue;
+    for (int i = 0; i < tree->model->linkCount(); ++i) {
+      if (tree->model->link(i).dof != 1) continue;
+      sum.potential += springEnergy(tree->model->def().links[i].joint, q[tree->q + tree->model->link(i).q]);
+    }
   }
   return sum;
 }
 
 void closeLedger(const LedgerView& view, double unaccounted, State& state, EnergyLedger& energy) noexcept {
-  const MechanicalEnergy now = mechanicalEnergy(view.model, view.hands, view.placement);
+  const MechanicalEnergy now = mechanicalEnergy(view.model, view.hands, view.placement, state.q.data());
   energy.kinetic = now.kinetic;
   energy.potential = now.potential;
   energy.damping = state.energy.damping;

@@ -75,7 +75,7 @@ struct MechanicalEnergy {
   double kinetic = 0, potential = 0;  ///< of motion; of gravity
 };
 /// (in realtime) As the placement has it.
-MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, const Placement& placement) noexcept;
+MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, const Placement& placement, const double* q) noexcept;
 
 /// (in realtime) Energies now and sums so far; what the balance lost since the last step is the time step's. `unaccounted`:
 /// EnergySums::unaccounted before the step. Where the balance is taken anew, springs that were loaded before anybody looked

@@ -39,7 +39,7 @@ struct ContactReport {
 
 /// Where the energy of a world is and went [J]: the first four now, the others as sums since the start.
 struct EnergyLedger {
-  double kinetic = 0, potential = 0;      ///< of all bodies; of gravity
+  double kinetic = 0, potential = 0;      ///< of all bodies; of gravity and of springs at joints
   double elastic = 0;                     ///< Σ ½ k ∫d² dA
   double tangential = 0;                  ///< in the friction springs
   double damping = 0, friction = 0;       ///< dissipated in contacts and joints (limits: friction), ≥ 0
@@ -57,7 +57,7 @@ struct EnergyLedger {
 struct JointReading {
   double position = 0;                    ///< [rad] or [m]
   double velocity = 0;                    ///< [rad/s] or [m/s]
-  double effort = 0;                      ///< of drive, damping, friction and limits together [N·m] or [N]
+  double effort = 0;                      ///< of drive, spring, damping, friction and limits together [N·m] or [N]
   double drive = 0;                       ///< of its drive alone [N·m] or [N]
 };
 

@@ -62,7 +62,7 @@ void startSupply(const Model& model, Work& work, State& state) noexcept {
     if (!locateContact(model, contacts.seams, i, pair, places, contacts.workspace, c)) continue;
     springs += elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);
   }
-  const MechanicalEnergy now = mechanicalEnergy(model, work.hands, work.placement);
+  const MechanicalEnergy now = mechanicalEnergy(model, work.hands, work.placement, state.q.data());
   state.energy.supply = now.kinetic + springs;
   state.energy.highest = state.energy.lowest = now.potential;
   state.energy.balance = now.kinetic + now.potential + springs;
@@ -70,7 +70,7 @@ void startSupply(const Model& model, Work& work, State& state) noexcept {
 }
 
 void renewSupply(const Model& model, const Work& work, State& state) noexcept {
-  const MechanicalEnergy now = mechanicalEnergy(model, work.hands, work.placement);
+  const MechanicalEnergy now = mechanicalEnergy(model, work.hands, work.placement, state.q.data());
   state.energy.supply += now.kinetic + (state.energy.highest - state.energy.lowest);
   state.energy.highest = state.energy.lowest = now.potential;
   state.energy.balanced = false;
@@ -81,7 +81,7 @@ void checkRunaway(const Model& model, double h, double external, const Work& wor
   const bool ledger = model.settings.energy_ledger;
   const EnergyLedger& booked = report.step.energy;
   const MechanicalEnergy now = ledger ? MechanicalEnergy{booked.kinetic, booked.potential}
-                                      : mechanicalEnergy(model, work.hands, work.placement);
+                                      : mechanicalEnergy(model, work.hands, work.placement, state.q.data());
   const double mass = work.hands.moving_mass, fall2 = h * h * model.settings.gravity.squaredNorm();
   if (!ledger && !sums.balanced) {  // no less than what springs hold that were loaded before anybody looked
     for (const ContactReport& contact : report.contacts) sums.supply += std::abs(contact.normal_force) * contact.depth;

@@ -41,7 +41,8 @@ std::vector<double> WorldTuning::numbers() const {
 WorldTuning WorldTuning::fromNumbers(const std::vector<double>& numbers) {
   const std::size_t per_pointer = countFields(PointerCoupling{}), head = countFields(WorldTuning{});
   if (numbers.size() < head || (numbers.size() - head) % per_pointer != 0) {
-    throw SetupError("tuning of the world", "has " + std::to_string(numbers.size()) + " numbers", "give 2 + 5 per pointer");
+    throw SetupError("tuning of the world", "has " + std::to_string(numbers.size()) + " numbers",
+                     "give " + std::to_string(head) + " and " + std::to_string(per_pointer) + " per pointer");
   }
   WorldTuning tuning;
   tuning.coupling.resize((numbers.size() - head) / per_pointer);
@@ -61,6 +62,9 @@ void check(const WorldTuning& tuning, const std::vector<CouplingLoad>& loads, do
     for (const double value : {c.stiffness, c.damping, c.rotational_stiffness, c.rotational_damping}) {
       const bool good = value == PointerCoupling::kDerived || (value >= 0 && std::isfinite(value));
       require(good, "a coupling value", value, "give a number >= 0, or -1 to have it derived");
+    }
+    for (const AxisShares* axes : {&c.along_stiffness, &c.along_damping, &c.about_stiffness, &c.about_damping}) {
+      for (const double share : axes->share) require(share >= 0 && share <= 1, "an axis's share of a coupling value", share, "give 0 to 1");
     }
     if (c.mode == PointerCoupling::Mode::kDirect) continue;
     const PointerCoupling r = resolved(c, loads[i], h, false);
