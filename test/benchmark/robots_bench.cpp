@@ -1,8 +1,10 @@
 /// Robots and scenes as users have them, and the cost of a step of Panda and Allegro in touch with a block.
 #include "articulated_robots.h"
 #include "robots_files.h"
+#include "robots_sensors.h"
 
 int main() {
+  haptic::bench::measureSensors();
   haptic::bench::measureRobotFiles();
   haptic::bench::measureChosenStiffness();
   haptic::bench::measureRobots();

@@ -103,4 +103,21 @@ double differenceFromKdl(const ArticulationDef& def) {
   return worst;
 }
 
+std::vector<double> kdlInverseDynamics(const ArticulationDef& def, const std::vector<double>& q, const std::vector<double>& v,
+                                       const std::vector<double>& v_dot, const Vector3& gravity) {
+  const KDL::Tree tree = treeFor(def);
+  const auto n = static_cast<unsigned>(q.size());
+  KDL::TreeIdSolver_RNE solver(tree, vector(gravity));
+  KDL::JntArray kq(n), kv(n), ka(n), forces(n);
+  std::vector<unsigned> index;
+  for (std::size_t i = 0; i < def.links.size(); ++i) {
+    if (def.links[i].joint.type != JointType::kFixed) index.push_back(tree.getSegment(segmentName(i))->second.q_nr);
+  }
+  for (std::size_t i = 0; i < index.size(); ++i) kq(index[i]) = q[i], kv(index[i]) = v[i], ka(index[i]) = v_dot[i];
+  solver.CartToJnt(kq, kv, ka, KDL::WrenchMap(), forces);
+  std::vector<double> found;
+  for (const unsigned i : index) found.push_back(forces(i));
+  return found;
+}
+
 }  // namespace haptic::bench
