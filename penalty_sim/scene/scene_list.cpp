@@ -71,7 +71,8 @@ ListedModel readModel(const std::string& path, const YAML::Node& node) {
 ListedDevice readDevice(const std::string& path, const YAML::Node& node) {
   const YamlMap keys(path, node, "device",
                   {"device", "pointer", "coupling", "stiffness", "damping", "rotational_stiffness",
-                   "rotational_damping", "axes", "scale", "force_scale", "pose_delay", "force_delay", "pose", "path", "repeat", "waypoints"});
+                   "rotational_damping", "axes", "scale", "force_scale", "pose_delay", "force_delay", "pose", "path", "repeat",
+                   "waypoints"});
   ListedDevice device;
   device.where = keys.where();
   device.device = keys.text("device", "spidar");

@@ -72,9 +72,11 @@ inline LaneMatrix operator*(const Lanes& s, const LaneMatrix& m) { return {s * m
 
 /// A B.
 inline LaneMatrix operator*(const LaneMatrix& a, const LaneMatrix& b) { return {a * b.column[0], a * b.column[1], a * b.column[2]}; }
+/// Sum of two.
 inline LaneMatrix operator+(const LaneMatrix& a, const LaneMatrix& b) {
   return {a.column[0] + b.column[0], a.column[1] + b.column[1], a.column[2] + b.column[2]};
 }
+/// Difference of two.
 inline LaneMatrix operator-(const LaneMatrix& a, const LaneMatrix& b) {
   return {a.column[0] - b.column[0], a.column[1] - b.column[1], a.column[2] - b.column[2]};
 }
@@ -85,7 +87,9 @@ inline LaneMatrix transposed(const LaneMatrix& m) {
   return t;
 }
 /// [r]× M.
-inline LaneMatrix cross(const Lanes& r, const LaneMatrix& m) { return {cross(r, m.column[0]), cross(r, m.column[1]), cross(r, m.column[2])}; }
+inline LaneMatrix cross(const Lanes& r, const LaneMatrix& m) {
+  return {cross(r, m.column[0]), cross(r, m.column[1]), cross(r, m.column[2])};
+}
 /// M [r]×.
 inline LaneMatrix cross(const LaneMatrix& m, const Lanes& r) {
   const Lanes x = spread<0>(r), y = spread<1>(r), z = spread<2>(r);

@@ -1,15 +1,15 @@
 /// The patch of a contact with a round shape, for what its moments do not tell: pressure that is clipped, friction that
 /// turns, ∫d².
 ///
-/// ∫ d² dA over faces is twice V's moment about the plane of one of them, less what the others' shares lie off it, which takes samples
-/// of these shares alone. The thickness of V is not piecewise linear, so there is no closed form for the rest. The part of the
-/// polyhedron's surface in the round shape, seen along n, is cut into the shares of its faces; on each the thickness is smooth. A
-/// share is integrated on rays from a point inside it, by Gauss's rule over its boundary (8 points on a line and on each third of a turn) and along the
-/// rays (8). Where V is round about n, rings of constant thickness take the place of the rays. Of two rods the outline is the hull of
-/// points on the outlines of their sections (rod_section.h), cut off to 32 lines, with a ray to each and 4 points on it. Relative error of
-/// ∫ d² and of friction: 1e-12 where a ball shallower than a fifth of its radius lies on one face, 1e-6 over edges and corners,
-/// 4e-3 of two rods, 1e-2 where a cylinder's rim crosses a share; where a pressure is clipped inside the patch 1e-3 of the clipped
-/// part, 1e-2 under a rod, continuous in the poses.
+/// ∫ d² dA over faces is twice V's moment about the plane of one of them, less what the others' shares lie off it, which takes
+/// samples of these shares alone. The thickness of V is not piecewise linear, so there is no closed form for the rest. The part of
+/// the polyhedron's surface in the round shape, seen along n, is cut into the shares of its faces; on each the thickness is smooth. A
+/// share is integrated on rays from a point inside it, by Gauss's rule over its boundary (8 points on a line and on each third of a
+/// turn) and along the rays (8). Where V is round about n, rings of constant thickness take the place of the rays. Of two rods the
+/// outline is the hull of points on the outlines of their sections (rod_section.h), cut off to 32 lines, with a ray to each and 4
+/// points on it. Relative error of ∫ d² and of friction: 1e-12 where a ball shallower than a fifth of its radius lies on one face,
+/// 1e-6 over edges and corners, 4e-3 of two rods, 1e-2 where a cylinder's rim crosses a share; where a pressure is clipped inside the
+/// patch 1e-3 of the clipped part, 1e-2 under a rod, continuous in the poses.
 #pragma once
 #include <algorithm>
 #include <cmath>
