@@ -44,6 +44,7 @@ class Linearisation {
     model_.reserve(workspace_);
     // A hand at rest holds its link, whatever its coupling.
     for (std::size_t i = 0; i < state_.pointers.size(); ++i) held_by_[state_.pointers[i].link] = static_cast<int>(i);
+    for (const ModelMotion& motion : model_.motions) held_by_[motion.link] = static_cast<int>(state_.pointers.size());
     gravity_ = world.settings().gravity;
     for (const ModelTree& tree : model_.trees) moves_.push_back(!tree.model->isStatic() && held_by_[tree.link] < 0);
     place(state_.q);

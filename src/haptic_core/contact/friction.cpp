@@ -252,7 +252,8 @@ void Evaluation::load(const Pose& X_AB, const Twist& V, FrictionForce& out) {
   // What slides in a solve holds what slides, wherever it began: there the way is the rate's, which the solve is linear in.
   if (!out.renewed && advance_.time > 0) {
     const Displaced now = displacedFrom(memory_.anchor, X_AB, contact_.X_AP);
-    slip_ = {(R_PA_ * now.slip_A).head<2>(), torsion ? now.twist : 0.0};
+    const Vector3 carried = advance_.carried();
+    slip_ = {(R_PA_ * now.slip_A).head<2>() + carried.head<2>(), torsion ? now.twist + carried.z() : 0.0};
     out.renewed = now.turned;
     if (advance_.mean_rate) seen_ = (slip_ - before_) * (1 / advance_.time);
   }

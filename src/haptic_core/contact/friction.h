@@ -117,6 +117,13 @@ struct Advance {
   /// The damper sees the mean rate between the two poses, not the one at this instant: of steps of first order, whose rate
   /// lies off by the turn of the carrier within a step, and would hold a share of the force for ever.
   bool mean_rate = false;
+  /// Rate at which belts carry B's surface over its shape less A's, at P in P's axes: x, y [m/s], about n [rad/s]. The twist that goes
+  /// with it contains it; poses do not show it.
+  Vector3 belt = Vector3::Zero();
+  double run = 0;             ///< how long belts have run since the memory's anchor was last told [s]
+
+  /// Their way meanwhile.
+  Vector3 carried() const { return run * belt; }
 };
 
 /// What a friction law is while the slip rate alone changes within a step: an elastic layer within an ellipsoid.

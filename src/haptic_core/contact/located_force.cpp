@@ -102,6 +102,7 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
 
   out.tangent = {normal.stiffness, normal.damping, friction.compliant_area, law.material.tangential_stiffness,
                  tangentialDamping(law, layerArea(contact))};
+  out.belt = advance.belt;
   out.layer = friction.layer;
   out.trial = friction.trial;
   out.renewed = friction.renewed;
@@ -112,6 +113,8 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   next.normal_A = R_AP.col(2);
   next.slip_A = R_AP.leftCols<2>() * friction.slip;
   next.anchor = memory.anchor;
+  next.anchor.slip_A += R_AP.leftCols<2>() * advance.carried().head<2>();
+  next.anchor.twist += advance.carried().z();
   if (friction.renewed) next.anchor = {X_AB, contact.X_AP.p, next.normal_A, next.slip_A, friction.twist};
   next.rate_A = R_AP.leftCols<2>() * V.linear.head<2>();
   next.force_A = R_AP.leftCols<2>() * friction.force;

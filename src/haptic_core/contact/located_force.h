@@ -42,6 +42,7 @@ struct LocatedForce {
   /// What the spring does: k Vol n, and beyond it what makes it a gradient.
   Wrench elastic() const { return {gradient_P.torque, gradient_P.force + Vector3(0, 0, elastic_force)}; }
   FrictionLayer layer;        ///< of a solve: the law of friction while only the slip rate changes
+  Vector3 belt = Vector3::Zero();  ///< see Advance
   FrictionAnchor trial;       ///< see FrictionForce
   bool renewed = false;       ///< see FrictionForce
   Vector3 yielded = Vector3::Zero();  ///< of a solve: what the layer gave up, (x, y, about n) [m, rad]

@@ -29,7 +29,7 @@ T recordFrom(const std::vector<double>& told, const char* what, std::size_t late
   return record;
 }
 
-/// What a recording's numbers say. The first four have no fixed length: what they restore judges it.
+/// What a recording's numbers say. The first five have no fixed length: what they restore judges it.
 template <class T>
 LoopCommand::Kind kindFrom(const std::vector<double>& numbers) {
   T kind;
@@ -41,6 +41,9 @@ LoopCommand::Kind kindFrom(const std::vector<double>& numbers) {
     kind.strings = numbers;
   } else if constexpr (std::is_same_v<T, TuneWorld>) {
     kind.tuning = WorldTuning::fromNumbers(numbers);
+  } else if constexpr (std::is_same_v<T, PutJoints>) {
+    if (numbers.size() % 2 != 0) throw SetupError("a command", "puts joints by an odd number of numbers", "record again");
+    for (std::size_t i = 0; i < numbers.size(); i += 2) kind.positions.emplace_back(static_cast<int>(numbers[i]), numbers[i + 1]);
   } else {
     kind = recordFrom<T>(numbers, "a command", std::is_same_v<T, ChangeHand> ? kLaterSettings : 0);
   }
@@ -68,6 +71,14 @@ void apply(const LoopCommand& command, World& world) {
     world.grab(grab->pointer, grab->link);
   }
   if (const auto* drive = std::get_if<DriveJoint>(&command.kind)) world.setJointCommand(drive->joint, drive->command);
+  if (const auto* apply = std::get_if<ApplyWrench>(&command.kind)) world.applyWrench(apply->link, apply->wrench, apply->seconds);
+  if (const auto* put = std::get_if<PutBody>(&command.kind)) world.setBodyPose(put->link, put->X_WL, put->V_WL);
+  if (const auto* put = std::get_if<PutJoints>(&command.kind)) world.setJointPositions(put->positions);
+  const auto* lead = std::get_if<LeadBody>(&command.kind);
+  if (lead && !world.leadBody(lead->motion, lead->to, lead->seconds)) {
+    throw SetupError("motion " + std::to_string(lead->motion), "is not there, follows a path, or the pose is not finite",
+                     "tell poses to a motion that the scene leaves to topic or tf");
+  }
   if (command.is<StepWorld>()) world.step();
 }
 

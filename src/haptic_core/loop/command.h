@@ -6,12 +6,15 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "haptic_core/dynamics/joint_law.h"
 #include "haptic_core/loop/hand_settings.h"
 #include "haptic_core/spidar/device_requests.h"
+#include "haptic_core/world/led_motion.h"
+#include "haptic_core/world/state.h"
 #include "haptic_core/world/tuning.h"
 
 namespace haptic {
@@ -160,11 +163,55 @@ struct HoldSwitch {
   }
 };
 
+/// Command: a wrench acts on a link for a time, from the next step on.
+struct ApplyWrench {
+  int link = 0;                ///< world link index
+  LinkWrench wrench;           ///< and about which point
+  double seconds = 0;          ///< 0: those that act on the link end
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.link), visit(s.wrench), visit(s.seconds);
+  }
+};
+/// Command: a body is put elsewhere while the world is paused.
+struct PutBody {
+  int link = 0;                ///< world link index
+  Pose X_WL;                   ///< where
+  Twist V_WL;                  ///< at the link frame's origin, in W
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.link), visit(s.X_WL), visit(s.V_WL);
+  }
+};
+/// Command: joints are put elsewhere, at rest, while the world is paused.
+struct PutJoints {
+  std::vector<std::pair<int, double>> positions;  ///< index of `World::joint`, [rad] or [m]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.positions);
+  }
+};
+/// Command: a body that is told its motion pose by pose goes to the next one.
+struct LeadBody {
+  int motion = 0;              ///< index of `World::motion`
+  MotionPoint to;              ///< pose and twist that it arrives with
+  double seconds = 0;          ///< how long it takes, at least a step
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.motion), visit(s.to.p_WL), visit(s.to.q_WL), visit(s.to.V_WL), visit(s.seconds);
+  }
+};
+
 /// A change of a running loop as data, and which hand it is for.
 struct LoopCommand {
   /// Recordings number the kinds in this order (haptic_msgs/LoopEvent): new ones go to the end.
   using Kind = std::variant<RestoreWorld, TuneWorld, RestoreDevice, ChangeHand, DropHand, AskDevice, PauseWorld, HoldClutch,
-                            GrabLink, DriveJoint, StepWorld, AdoptCalibration, TuneDevice, StopDevice, HoldSwitch>;
+                            GrabLink, DriveJoint, StepWorld, AdoptCalibration, TuneDevice, StopDevice, HoldSwitch, ApplyWrench,
+                            PutBody, PutJoints, LeadBody>;
   /// What to do, with its data.
   Kind kind;
   int hand = 0;  ///< which; 0 for the world
@@ -199,6 +246,11 @@ inline bool isForHand(const LoopCommand& command) {
   return command.is<RestoreDevice>() || command.is<ChangeHand>() || command.is<DropHand>() || command.is<AskDevice>() ||
          command.is<HoldClutch>() || command.is<AdoptCalibration>() || command.is<TuneDevice>() || command.is<StopDevice>() ||
          command.is<HoldSwitch>();
+}
+
+/// Only while the world is paused: a body that is elsewhere from one tick to the next is an impact for a hand that touches it.
+inline bool needsPause(const LoopCommand& command) {
+  return command.is<StepWorld>() || command.is<PutBody>() || command.is<PutJoints>();
 }
 
 /// Between two ticks: what the command means to a world without hands. Throws SetupError when it cannot be done.

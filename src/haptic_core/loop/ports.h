@@ -222,7 +222,9 @@ class WorldPort : public Port {
  private:
   template <class Take>
   void takeBy(Take&& take, const LoopCommand& command) {
-    if (command.is<StepWorld>() && !paused_) throw SetupError("step", "the world is not paused", "pause it first");
+    if (needsPause(command) && !paused_) {
+      throw SetupError(command.is<StepWorld>() ? "step" : "put", "the world is not paused", "pause it first");
+    }
     take(command);
     if (const auto* pause = std::get_if<PauseWorld>(&command.kind)) paused_ = pause->on;
   }

@@ -28,6 +28,12 @@ void eachNumber(const ContactMaterial& material, Visit&& visit) {
   });
 }
 
+/// Still surfaces leave the fingerprint what it was before there were belts.
+template <class Visit>
+void eachNumber(const SurfaceVelocity& surface, Visit&& visit) {
+  if (surface.moves()) eachNumber(surface.V_L, visit);
+}
+
 std::uint64_t fingerprint(const WorldDef& def) {
   std::uint64_t hash = hashFields(kHashStart, def);
   // Lengths, which tell lists apart that hold the same numbers one after the other.
@@ -38,6 +44,7 @@ std::uint64_t fingerprint(const WorldDef& def) {
     for (const LinkDef& link : articulation.links) lengths.push_back(link.collisions.size());
   }
   for (const JointPathDef& path : def.joint_paths) lengths.push_back(path.time.size());
+  for (const MotionDef& motion : def.motions) lengths.push_back(motion.time.size());
   return hashFields(hash, lengths);
 }
 

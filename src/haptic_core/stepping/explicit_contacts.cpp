@@ -89,7 +89,10 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   }
   const int a = pair.shapeA(), b = pair.shapeB(), link_a = model.shapes[a].link, link_b = model.shapes[b].link;
   if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(a, b, c.volume.A0));
-  settleForce(model, pair, advance, work, c, report.step.flags);
+  Advance on = advance;
+  on.belt = c.belt;
+  on.run = advance.time;
+  settleForce(model, pair, on, work, c, report.step.flags);
   const Wrench F_BP_W = c.force.F_BP_P.rotated(c.X_WP.R);
   placement.link[link_b].addWrench(F_BP_W, c.X_WP.p);
   placement.link[link_a].addWrench(-F_BP_W, c.X_WP.p);

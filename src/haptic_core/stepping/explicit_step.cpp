@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/dynamics/free_body.h"
 #include "haptic_core/stepping/explicit_contacts.h"
+#include "haptic_core/world/applied_wrench.h"
 
 namespace haptic::stepping {
 namespace {
@@ -95,6 +97,7 @@ bool evaluate(const Model& model, const StepPart& part, bool advances, State& st
   }
   if (chooses && advances && !work.choice.decided && part.h * work.choice.parts > 1.001 * model.substep()) return false;
   pullCoupled(model, part, advances, state, work.hands, work.placement);
+  pushExplicit(model, state, work.hands, work.placement);
   return true;
 }
 
@@ -106,6 +109,7 @@ void symplecticEuler(const Model& model, const StepPart& part, State& state, Wor
   findPairs(model, 0, work.placement, state, work.search, report.step);
   evaluateContacts(model, {part.h, false, Yielding::kAtOnce, true}, state, work, report);
   pullCoupled(model, part, true, state, work.hands, work.placement);
+  pushExplicit(model, state, work.hands, work.placement);
   // What the hands feel is read from the links' wrenches, which the placement at the end clears.
   collectHeld(model, part, state, work.hands, work.placement);
   double* v_mean = model.settings.energy_ledger ? work.motion.v_mean.data() : nullptr;
@@ -164,14 +168,32 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
   return true;
 }
 
+void fly(const Model& model, int t, double h, State& state, Work& work) noexcept {
+  const ModelTree& tree = model.trees[t];
+  if (!anyWrench(model, state, t)) {
+    return stepFreeBody(tree.model->link(0), model.settings.gravity, h, state.q.data() + tree.q, state.v.data() + tree.v);
+  }
+  const SteppedTree stepped = inPlace(model, tree, work.motion.v_half.data(), state, work);
+  LinkWork* links = work.placement.link.data();
+  placeTree(tree, state, work.placement);
+  addWrenches(model, state, t, links);
+  readPull(stepped, model.settings.gravity, work.motion.scratch);
+  startVerlet(stepped, model.settings.gravity, h, work.motion.scratch);
+  addWrenches(model, state, t, links);
+  finishVerlet(stepped, model.settings.gravity, h, nullptr, work.motion.scratch);
+}
+
 void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept {
   readPull(inPlace(model, tree, nullptr, state, work), model.settings.gravity, work.motion.scratch);
 }
 
+void forgetPull(State& state, int tree) noexcept {
+  if (state.mode[tree] == TreeMode::kPrimed) state.mode[tree] = TreeMode::kUnprimed;
+  state.last_step[tree] = 0;
+}
+
 void forgetPull(State& state) noexcept {
-  for (TreeMode& mode : state.mode) {
-    if (mode == TreeMode::kPrimed) mode = TreeMode::kUnprimed;
-  }
+  for (int t = 0; t < static_cast<int>(state.mode.size()); ++t) forgetPull(state, t);
 }
 
 }  // namespace haptic::stepping

@@ -29,13 +29,18 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
 /// (in realtime) What pulls at explicit trees whose last step was not one of velocity Verlet.
 void prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
 
+/// (in realtime) A free body that touches nothing, whatever the integrator: exactly under gravity, by velocity Verlet under wrenches.
+void fly(const Model& model, int tree, double h, State& state, Work& work) noexcept;
+
 /// (in realtime) What contacts and hands do to a tree now is kept in the state for the next step of velocity Verlet.
 void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept;
 
 /// (in realtime) What the booked contacts take in the next half kick of h/2, for the ledger; see notePowers.
 void noteNextKick(const Model& model, double h, State& state, Work& work) noexcept;
 
-/// What pulled at the end of the last step holds no longer.
+/// (in realtime) What pulled at a tree at the end of the last step holds no longer, nor its acceleration.
+void forgetPull(State& state, int tree) noexcept;
+/// (in realtime) The same of all trees.
 void forgetPull(State& state) noexcept;
 
 }  // namespace haptic::stepping

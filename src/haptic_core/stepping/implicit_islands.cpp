@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "haptic_core/dynamics/free_body.h"
 #include "haptic_core/stepping/explicit_contacts.h"
 #include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/stability_number.h"
 
 namespace haptic::stepping {
@@ -23,7 +23,7 @@ struct Contacts {
   const ImplicitContact* end() const { return last; }
 };
 
-/// A body that touches nothing and nothing pulls moves as explicit steps move it: exactly.
+/// A body that touches nothing and no hand pulls moves as explicit steps move it: exactly.
 bool fliesFreely(const Model& model, const Island& island, const State& state) noexcept {
   if (island.pair_count > 0 || island.tree_count > 1) return false;
   const ModelTree& tree = model.trees[island.trees[0]];
@@ -153,6 +153,7 @@ void lookForExplicit(const Model& model, const Island& island, double h, bool fl
   }
   work.contacts.has_kick = false;
   for (int n = 0; n < island.tree_count; ++n) {
+    addWrenches(model, state, island.trees[n], placement.link.data());
     keepPull(model, model.trees[island.trees[n]], state, work);
     state.mode[island.trees[n]] = TreeMode::kPrimed;
     state.low[island.trees[n]] = 0;
@@ -161,12 +162,11 @@ void lookForExplicit(const Model& model, const Island& island, double h, bool fl
   if (model.settings.energy_ledger && contacts.begin() != contacts.end()) foreseeKick(model, contacts, h, state, work);
 }
 
-/// Null: nothing but gravity acted on the island, and no contact was looked at.
+/// Null: nothing but gravity and wrenches acted on the island, and no contact was looked at.
 const ImplicitReport* advance(const Model& model, const Island& island, double h, State& state, Work& work,
                               StepReport& report) noexcept {
   if (fliesFreely(model, island, state)) {
-    const ModelTree& tree = model.trees[island.trees[0]];
-    stepFreeBody(tree.model->link(0), model.settings.gravity, h, state.q.data() + tree.q, state.v.data() + tree.v);
+    fly(model, island.trees[0], h, state, work);
     state.last_step[island.trees[0]] = 0;
     return nullptr;
   }

@@ -6,6 +6,7 @@
 
 #include "haptic_core/dynamics/joint_space_inertia.h"
 #include "haptic_core/stepping/standing_islands.h"
+#include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/hands.h"
 
 namespace haptic {
@@ -88,7 +89,7 @@ void ImplicitStage::start(double g, double left) noexcept {
   left_ = left;
   if (left_ != held_left_) placeHeld();
   if (has_joints_) joints_.startStage(*state_, q_base.data(), g, v.data());
-  contacts_.clear(memory_base.data(), yielding.data(), g);
+  contacts_.clear(memory_base.data(), yielding.data(), g, run);
   changed_ = 0;
   for (int n = 0; n < island_.tree_count; ++n) moved_[island_.trees[n]] = 1;
   calm_energy_ = std::numeric_limits<double>::infinity();
@@ -97,16 +98,16 @@ void ImplicitStage::start(double g, double left) noexcept {
 /// Puts what hands hold to where it is at the stage's end: friction is told displacements, not rates.
 void ImplicitStage::placeHeld() noexcept {
   held_left_ = left_;
-  for (std::size_t i = 0; i < state_->pointers.size(); ++i) {
-    const int link = state_->pointers[i].link;
-    if (held_by_[link] != static_cast<int>(i)) continue;
+  for (int link = 0; link < static_cast<int>(held_by_.size()); ++link) {
+    const int lead = held_by_[link];
+    if (lead < 0) continue;
     const int t = model_.links[link].articulation;
     const ModelTree& tree = model_.trees[t];
     const double *end = state_->q.data() + tree.q, back = left_ / step_;
     const Quaternion q_end(end[3], end[4], end[5], end[6]);
-    const Quaternion q = rotationFromVector(-back * held_way_[i].angular) * q_end;
+    const Quaternion q = rotationFromVector(-back * held_way_[lead].angular) * q_end;
     const Vector3 p_LC = tree.model->link(0).p_LO;
-    const Vector3 p = Vector3(end[0], end[1], end[2]) - q_end * p_LC - back * held_way_[i].linear + q * p_LC;
+    const Vector3 p = Vector3(end[0], end[1], end[2]) - q_end * p_LC - back * held_way_[lead].linear + q * p_LC;
     const double pose[7] = {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
     std::copy_n(pose, 7, q_.begin() + tree.q);
     place(t, state_->v);
@@ -201,7 +202,7 @@ void ImplicitStage::setVelocity(const std::vector<double>& from, double share, d
     for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) v[i] = share * from[i];
     moved_[island_.trees[n]] = 1;
   }
-  contacts_.clear(memory_base.data(), yielding.data(), g);
+  contacts_.clear(memory_base.data(), yielding.data(), g, run);
   changed_ = 0;
 }
 
@@ -282,6 +283,9 @@ void ImplicitStage::evaluate(double g) noexcept {
     frozen.turn = g * g * c.rotational_stiffness + g * c.rotational_damping;
     frozen.way = g * g * c.stiffness + g * c.damping;
     pull(couplings[i]);
+  }
+  for (int n = 0; n < island_.tree_count; ++n) {
+    if (moved_[island_.trees[n]]) addWrenches(model_, *state_, island_.trees[n], work_.data());
   }
   for (int n = 0; n < island_.tree_count; ++n) {
     const int t = island_.trees[n];

@@ -71,6 +71,8 @@ class ImplicitStage {
   std::vector<Yielding> yielding;           ///< by pair
   std::vector<ImplicitCoupling> couplings;  ///< by pointer
 
+  double run = 0;                           ///< how long belts have run since `memory_base` [s]: where that is not the base's time
+
   const Island& island() const { return island_; }          ///< of the last `select`
   ImplicitJoints& joints() { return joints_; }              ///< of the island
   const ImplicitJoints& joints() const { return joints_; }  ///< of the island
@@ -121,7 +123,7 @@ class ImplicitStage {
   double left_ = 0;      ///< from the stage's end to the step's [s]
 
   std::vector<int> held_by_;                    ///< by link
-  const Twist* held_way_ = nullptr;              ///< by pointer: what a hand holds, over the step [rad, m]
+  const Twist* held_way_ = nullptr;              ///< by lead: what a hand holds, over the step [rad, m]
   double step_ = 0, held_left_ = 0;             ///< of what hands hold: how far from the step's end it is placed [s]
   std::vector<char> moved_;                     ///< by tree: since its reference
   std::vector<double> q_, before_, residual_, v_dot_, calm_;

@@ -179,6 +179,7 @@ bool ImplicitStep::euler(double h, int passes, bool if_jumps) noexcept {
     cache_[island.pairs[i]] = state_->pairs[island.pairs[i]].cache;
   }
   bool smooth = false;
+  stage_.run = h;
   const bool converged = stage_.solve(h, 0, passes, [&] { return !(smooth = if_jumps && sameContacts()); });
   if (smooth) return false;
   report_.converged = converged;
@@ -206,6 +207,8 @@ bool ImplicitStep::staysAtRest(double h) const noexcept {
   const double most = stepping::kOfRounding * stage_.finest(h);
   if (stage_.contacts().empty() || stage_.hasJoints()) return false;
   if (stage_.speed(stage_.v) > most || stage_.speed(stage_.v_base) > most || !sameContacts()) return false;
+  const auto runs = [](const ImplicitContact& c) { return !c.force.belt.isZero(0); };  // under what stands it works on
+  if (std::any_of(stage_.contacts().begin(), stage_.contacts().end(), runs)) return false;
   const Island& island = stage_.island();
   return std::all_of(island.pairs, island.pairs + island.pair_count, [this](int i) {
     return state_->pairs[i].friction.began == 0 && !state_->pairs[i].buried;
@@ -296,6 +299,7 @@ ImplicitStep::Smooth ImplicitStep::bdf2(double s, double last) noexcept {
     }
   }
   error_ = kNone;
+  stage_.run = s;
   if (!solveSmooth(g, left_ - s)) return Smooth::kNo;
   for (const ImplicitContact& c : stage_.contacts()) {
     if (!locates_) break;
@@ -386,6 +390,7 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
   const Island& island = stage_.island();
   const double g = kGamma * h, rest = (1 - kGamma) * h;
   setBase();
+  stage_.run = g;
   if (!solveSmooth(g, left + rest)) return false;
   if (stage_.hasJoints()) {
     stage_.joints().startAccount();
@@ -423,6 +428,7 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
       stage_.v[i] = stage_.v_base[i] + g * acceleration_[i];
     }
   }
+  stage_.run = rest;
   if (!solveSmooth(g, left)) return false;
   if (stage_.hasJoints()) stage_.joints().account(stage_.v.data(), stage_.v.data(), g);
   for (int n = 0; n < island.tree_count; ++n) {

@@ -33,10 +33,11 @@ void StageContacts::select(const Island& island) noexcept {
   contacts_.clear();
 }
 
-void StageContacts::clear(const FrictionMemory* memory, const Yielding* yielding, double g) noexcept {
+void StageContacts::clear(const FrictionMemory* memory, const Yielding* yielding, double g, double run) noexcept {
   memory_ = memory;
   yielding_ = yielding;
   g_ = g;
+  run_ = run;
   reach_ = 0;
   aside_ = 0;
   contacts_.clear();
@@ -112,6 +113,7 @@ void StageContacts::evaluatePair(int index) noexcept {
   Advance advance;
   advance.time = g_;
   advance.yielding = yielding_[index];
+  advance.run = run_;
   advance.mean_rate = settings_.integrator == Integrator::kImplicitEuler;  // SDIRK2's rates, its stand-in's too, are the end's
   ContactEvaluation found;
   int& slot = slot_[index];
@@ -180,11 +182,15 @@ int StageContacts::addAside() noexcept {
   return addSlot();
 }
 
-/// A patch that stands at X_WP moves as the links do there.
-void StageContacts::placeNear(FrozenContact& c, const Pose& X_WP) const noexcept {
+/// A patch that stands at X_WP moves as the links do there, and the belts on them.
+void StageContacts::placeNear(int pair, FrozenContact& c, const Pose& X_WP) const noexcept {
   c.X_WP = X_WP;
   const Twist V_W = places_.link[c.link_b].twistAt(X_WP.p) - places_.link[c.link_a].twistAt(X_WP.p);
-  c.V_reference = V_W.rotated(X_WP.R.transpose()).vector();
+  c.V_reference = (V_W.rotated(X_WP.R.transpose()) + beltOf(pair, X_WP)).vector();
+}
+
+Twist StageContacts::beltOf(int pair, const Pose& X_WP) const noexcept {
+  return beltTwist(model_, state_->pairs[pair].shapeA(), state_->pairs[pair].shapeB(), places_.link, X_WP);
 }
 
 PairLaw StageContacts::lawOf(const FrozenContact& c, const ActivePair& pair) const noexcept {
@@ -218,7 +224,7 @@ bool StageContacts::lookAtFaces(int index, const Pose& X_AB, const Vector3& n) n
   faces.centre(X_AP);
   FrozenContact* c = nearContact(index);
   if (!c) return false;
-  placeNear(*c, places_.X_WS[shape_a] * X_AP);
+  placeNear(index, *c, places_.X_WS[shape_a] * X_AP);
   c->patch.freezeNear(faces, lawOf(*c, pair), c->V_reference, g_);
   return true;
 }
@@ -237,7 +243,7 @@ void StageContacts::lookAhead(int index, const Pose& X_AB, const Vector3& n) noe
   if (near.status != ContactVolume::Status::kOverlap) return;
   FrozenContact* c = nearContact(index);
   if (!c) return;
-  placeNear(*c, places_.X_WS[shape_a] * near.X_AP);
+  placeNear(index, *c, places_.X_WS[shape_a] * near.X_AP);
   c->patch.freezeNear(near, reach_, lawOf(*c, pair), c->V_reference, g_);
 }
 
@@ -263,13 +269,14 @@ void StageContacts::leave(int slot) noexcept {
 void StageContacts::part(int slot) noexcept {
   FrozenContact& c = problem_.contacts[slot];
   contacts_[slot].touching = false;
-  placeNear(c, c.X_WP);
+  placeNear(contacts_[slot].pair, c, c.X_WP);
   c.patch.part(c.V_reference);
   c.F_done.setZero();
 }
 
-/// Of B relative to A at the patch, in its axes, by what hands hold alone: `share` of their way; null: as they were placed.
-Twist StageContacts::ofHands(const FrozenContact& c, const Twist* held_way, double share) const noexcept {
+/// Of B relative to A at the patch, in its axes, by what hands hold and belts carry alone: `share` of the hands' way; null: as they
+/// were placed.
+Twist StageContacts::ofHands(int pair, const FrozenContact& c, const Twist* held_way, double share) const noexcept {
   const auto twistOf = [&](int link) {
     const LinkWork& held = places_.link[link];
     const int pointer = places_.held_by[link];
@@ -278,7 +285,7 @@ Twist StageContacts::ofHands(const FrozenContact& c, const Twist* held_way, doub
     const Twist way = held_way[pointer].shifted(c.X_WP.p - held.X_WL.p);
     return Twist{share * way.angular, share * way.linear};
   };
-  return (twistOf(c.link_b) - twistOf(c.link_a)).rotated(c.X_WP.R.transpose());
+  return (twistOf(c.link_b) - twistOf(c.link_a)).rotated(c.X_WP.R.transpose()) + beltOf(pair, c.X_WP);
 }
 
 void StageContacts::finish(const double* u, const Twist* held_way, double step) noexcept {
@@ -288,8 +295,8 @@ void StageContacts::finish(const double* u, const Twist* held_way, double step) 
     ImplicitContact& c = contacts_[i];
     const FrozenContact& frozen = problem_.contacts[i];
     const Wrench done_P{frozen.F_done.head<3>(), frozen.F_done.tail<3>()};
-    const bool held = places_.held_by[frozen.link_a] >= 0 || places_.held_by[frozen.link_b] >= 0;
-    const Twist V_hands = held ? ofHands(frozen, held_way, 1 / step) : Twist{};
+    const bool held = places_.held_by[frozen.link_a] >= 0 || places_.held_by[frozen.link_b] >= 0 || model_.has_belts;
+    const Twist V_hands = held ? ofHands(c.pair, frozen, held_way, 1 / step) : Twist{};
     c.hands_power = -power(done_P, V_hands);
     hands_power_ += c.hands_power;
     if (!c.touching) {
@@ -299,7 +306,7 @@ void StageContacts::finish(const double* u, const Twist* held_way, double step) 
     const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, u);
     frozen.patch.carry(V, frozen.limit, c.volume.X_AP, c.force, c.elastic);
     if (held) {
-      const Twist V_mean = Twist{V.head<3>(), V.tail<3>()} - ofHands(frozen, nullptr, 1) + V_hands;
+      const Twist V_mean = Twist{V.head<3>(), V.tail<3>()} - ofHands(c.pair, frozen, nullptr, 1) + V_hands;
       c.force.memory.power = contactPower(c.force.F_BP_P, c.force.elastic(), V_mean);
     }
     c.done_P = done_P;

@@ -61,7 +61,7 @@ class StageContacts {
   /// (in realtime) The pairs that may touch in the next stages.
   void select(const Island& island) noexcept;
   /// (in realtime) No patch is known. `memory`, `yielding`: by pair, at the base of a stage of length g [s].
-  void clear(const FrictionMemory* memory, const Yielding* yielding, double g) noexcept;
+  void clear(const FrictionMemory* memory, const Yielding* yielding, double g, double run) noexcept;
 
   /// (in realtime) Looks at the pairs of the trees that `moved`. `tolerance`: of the last pass, whose largest change of speed
   /// was `changed` [m/s]; 0: there was none.
@@ -85,8 +85,9 @@ class StageContacts {
   void evaluatePair(int pair) noexcept;
   bool staysValid(int slot, const StageTolerance& tolerance) const noexcept;
   FrozenContact* nearContact(int pair) noexcept;
-  void placeNear(FrozenContact& contact, const Pose& X_WP) const noexcept;
-  Twist ofHands(const FrozenContact& contact, const Twist* held_way, double share) const noexcept;
+  void placeNear(int pair, FrozenContact& contact, const Pose& X_WP) const noexcept;
+  Twist beltOf(int pair, const Pose& X_WP) const noexcept;
+  Twist ofHands(int pair, const FrozenContact& contact, const Twist* held_way, double share) const noexcept;
   PairLaw lawOf(const FrozenContact& contact, const ActivePair& pair) const noexcept;
   bool lookAtFaces(int pair, const Pose& X_AB, const Vector3& n) noexcept;
   void lookAhead(int pair, const Pose& X_AB, const Vector3& n) noexcept;
@@ -108,6 +109,7 @@ class StageContacts {
   const FrictionMemory* memory_ = nullptr;
   const Yielding* yielding_ = nullptr;
   double g_ = 0;                     ///< length of the stage [s]
+  double run_ = 0;                   ///< how long belts have run since `memory_` [s]
   double reach_ = 0;                 ///< gap that may close within the pass: way of the last one [m]
   bool rough_ = false;
   double hands_power_ = 0;

@@ -79,7 +79,7 @@ void StandingIslands::forget() noexcept {
 }
 
 void StandingIslands::close(const HandWork& hands) noexcept {
-  all_ = repeated_ > 0 && repeated_ == hands.movers.size() && hands.acting.empty();
+  all_ = repeated_ > 0 && repeated_ == hands.movers.size() && hands.acting.empty() && hands.leading.empty();
 }
 
 bool StandingIslands::repeats(const Model& model, const Island& island, const State& state) const noexcept {

@@ -7,6 +7,19 @@
 
 namespace haptic {
 
+Twist beltTwist(const Model& model, int shape_a, int shape_b, const LinkWork* link, const Pose& X_WP) noexcept {
+  Twist V_P;
+  if (!model.has_belts) return V_P;
+  const auto of = [&](int shape) {
+    const Pose& X_WL = link[model.shapes[shape].link].X_WL;
+    return model.shapes[shape].belt.V_L.rotated(X_WL.R).shifted(X_WP.p - X_WL.p);
+  };
+  V_P = (of(shape_b) - of(shape_a)).rotated(X_WP.R.transpose());
+  V_P.angular.head<2>().setZero();
+  V_P.linear.z() = 0;
+  return V_P;
+}
+
 bool locateContact(const Model& model, Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
                    ContactWorkspace& workspace, ContactEvaluation& out) noexcept {
   const int a = pair.shapeA(), b = pair.shapeB();
@@ -23,6 +36,9 @@ bool locateContact(const Model& model, Seams& seams, int index, ActivePair& pair
   out.X_WP = places.X_WS[a] * out.volume.X_AP;
   const LinkWork &link_a = places.link[A.link], &link_b = places.link[B.link];
   out.V_AB_P = (link_b.twistAt(out.X_WP.p) - link_a.twistAt(out.X_WP.p)).rotated(out.X_WP.R.transpose());
+  const Twist belt = beltTwist(model, a, b, places.link, out.X_WP);
+  out.V_AB_P = out.V_AB_P + belt;
+  out.belt << belt.linear.head<2>(), belt.angular.z();
   out.law = model.law(a, b, places.held_by[A.link] >= 0, places.held_by[B.link] >= 0);
   if (pair.buried) out.law = model.recoveryLaw(out.law, a, b, out.volume);
   for (const int link : {A.link, B.link}) {
@@ -37,7 +53,9 @@ bool evaluateContact(const Model& model, Seams& seams, int index, ActivePair& pa
                      const FrictionMemory& memory, const Advance& advance, ContactWorkspace& workspace,
                      ContactEvaluation& out) noexcept {
   if (!locateContact(model, seams, index, pair, places, workspace, out)) return false;
-  out.force = locatedForce(out.volume, out.X_AB, workspace, out.V_AB_P, memory, out.law, advance);
+  Advance on = advance;
+  on.belt = out.belt;
+  out.force = locatedForce(out.volume, out.X_AB, workspace, out.V_AB_P, memory, out.law, on);
   return true;
 }
 

@@ -21,7 +21,8 @@ struct ContactEvaluation {
   ContactVolume volume;  ///< of A and B, in A's frame
   Pose X_AB;           ///< of B's shape in A's
   Pose X_WP;           ///< patch: origin at V's centroid, over seams in the whole's plane (seams.h), z = n from A to B
-  Twist V_AB_P;        ///< of B relative to A at P, in P's axes
+  Twist V_AB_P;        ///< of B's surface relative to A's at P, in P's axes: belts run over their shapes
+  Vector3 belt = Vector3::Zero();  ///< of it that of the belts, see Advance
   PairLaw law;         ///< as it holds now, recovery and hands taken into account
   LocatedForce force;  ///< on B at P, in P's axes
 };
@@ -30,9 +31,12 @@ struct ContactEvaluation {
 struct ContactPlaces {
   const LinkWork* link = nullptr;  ///< by world link: how they move
   const Pose* X_WS = nullptr;      ///< by shape: where they are
-  const int* held_by = nullptr;  ///< pointer that prescribes the link's motion; -1: none
-  const HandBound* bound = nullptr;  ///< by pointer: what its hand bears; null: anything
+  const int* held_by = nullptr;  ///< lead (HandWork) that prescribes the link's motion; -1: none
+  const HandBound* bound = nullptr;  ///< by lead: what its hand bears; null: anything
 };
+
+/// (in realtime) How belts carry B's surface over its shape less A's, in the plane of the patch, in P's axes.
+Twist beltTwist(const Model& model, int shape_a, int shape_b, const LinkWork* link, const Pose& X_WP) noexcept;
 
 /// (in realtime) Everything but the force. False: the shapes do not overlap; `out` then holds the status alone.
 /// `seams` knows the pair by its `index` in the state; the pair's cache advances. `workspace` holds V.

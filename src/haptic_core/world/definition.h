@@ -19,6 +19,19 @@ namespace haptic {
 
 class ConvexShape;
 
+/// How a surface moves over its shape, as that of a conveyor belt does: in the link's frame, at its origin. A contact is told of the part
+/// in its plane; what presses on the end of a belt is not lifted.
+struct SurfaceVelocity {
+  Twist V_L;                                      ///< angular [rad/s], linear [m/s]
+
+  bool moves() const { return !V_L.angular.isZero(0) || !V_L.linear.isZero(0); }  ///< not still
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.V_L);
+  }
+};
+
 /// A collision shape on a link, with the material of its surface.
 struct CollisionDef {
   std::string name;                               ///< for messages and reports
@@ -26,10 +39,11 @@ struct CollisionDef {
   Pose X_LS;                                      ///< shape frame in the link frame
   ContactMaterial material;  ///< what is NaN in it is taken from the other surface, or the world's default
   std::string material_source;                    ///< where the values came from, for the plan's listing
+  SurfaceVelocity belt;                           ///< still, or a belt
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.shape), visit(s.X_LS), visit(s.material);  // names and sources move nothing
+    visit(s.shape), visit(s.X_LS), visit(s.material), visit(s.belt);  // names and sources move nothing
   }
 };
 
@@ -113,6 +127,21 @@ struct AxisShares {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.share);
+  }
+};
+
+/// A body whose motion is given: it pushes and carries, and nothing pushes it (world/led_motion.h). With rows it runs along them from
+/// the world's time 0 on; without it is told pose by pose while it runs.
+struct MotionDef {
+  std::string name;                         ///< for messages, and for who tells it poses
+  int articulation = -1, link = -1;         ///< a free body of one link
+  std::vector<double> time;                 ///< of the rows [s], rising
+  std::vector<Pose> pose;                   ///< X_WL by row; turns of at most 3 rad from row to row
+  bool repeat = false;                      ///< the last row is the first one again
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.name), visit(s.articulation), visit(s.link), visit(s.time), visit(s.pose), visit(s.repeat);
   }
 };
 
@@ -204,13 +233,14 @@ struct WorldDef {
   std::vector<ArticulationDef> articulations;  ///< all bodies
   std::vector<LoopDef> loops;                  ///< closed on top of the trees
   std::vector<JointPathDef> joint_paths;       ///< of drives, over time
+  std::vector<MotionDef> motions;              ///< of bodies that are led along them
   std::vector<PointerDef> pointers;            ///< links that hands move
   std::vector<CollisionFilter> filters;        ///< pairs that shall not collide
   std::vector<SensorDef> sensors;              ///< they move nothing, and are in no field
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.settings), visit(s.articulations), visit(s.loops), visit(s.joint_paths), visit(s.pointers);
+    visit(s.settings), visit(s.articulations), visit(s.loops), visit(s.joint_paths), visit(s.motions), visit(s.pointers);
     visit(s.filters);
   }
 };

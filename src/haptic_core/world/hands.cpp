@@ -11,15 +11,21 @@ namespace haptic {
 HandWork::HandWork(const Model& model)
     : held_by(model.links.size(), -1),
       own_coupling(model.pointers.size()),
-      bound(model.pointers.size()),
+      bound(static_cast<std::size_t>(model.leads())),
       coupling(model.pointers.size()),
-      goal(model.pointers.size()),
-      moved(model.pointers.size()),
+      goal(static_cast<std::size_t>(model.leads())),
+      moved(static_cast<std::size_t>(model.leads())),
       force_error(model.pointers.size()),
       wrench(model.pointers.size()),
       proxy(model) {
   movers.reserve(model.trees.size());
   acting.reserve(model.pointers.size());
+  leading.reserve(static_cast<std::size_t>(model.leads()));
+}
+
+int ledLink(const Model& model, const State& state, int lead) noexcept {
+  const int pointers = static_cast<int>(model.pointers.size());
+  return lead < pointers ? state.pointers[lead].link : model.motions[lead - pointers].link;
 }
 
 void refreshHands(const Model& model, const State& state, HandWork& hands) noexcept {
@@ -32,6 +38,7 @@ void refreshHands(const Model& model, const State& state, HandWork& hands) noexc
     hands.coupling[i] = hands.own_coupling[i];
     if (model.holds(pointer)) hands.held_by[link] = pointer;
   }
+  for (int lead = static_cast<int>(model.pointers.size()); lead < model.leads(); ++lead) hands.held_by[ledLink(model, state, lead)] = lead;
   hands.movers.clear();
   hands.moving_mass = 0;
   for (const ModelTree& tree : model.trees) {
@@ -54,7 +61,11 @@ void checkGrab(const Model& model, const HandWork& hands, int pointer, int link)
                      "name a pointer and a link of the scene");
   }
   if (canGrab(model, hands, pointer, link)) return;
-  const int other = hands.held_by[link];
+  const int other = hands.held_by[link], pointers = static_cast<int>(model.pointers.size());
+  if (other >= pointers) {
+    throw SetupError("grab", "link " + model.links[link].name + " is led along " + model.motions[other - pointers].name,
+                     "hold what a motion does not lead");
+  }
   if (other >= 0) {
     throw SetupError("grab", "link " + model.links[link].name + " is held by the hand of " + model.pointers[other].device,
                      "let it go there first");
@@ -76,12 +87,15 @@ void grab(const Model& model, const Placement& placement, int pointer, int link,
 
 void findActing(const Model& model, State& state, HandWork& hands) noexcept {
   hands.acting.clear();
+  hands.leading.clear();
   for (int i = 0; i < static_cast<int>(state.pointers.size()); ++i) {
     PointerState& pointer = state.pointers[i];
     const bool acts = pointer.targeted || model.holds(i);
     (acts ? hands.wrench[i] : pointer.F_W) = Wrench{};
     if (acts) hands.acting.push_back(i);
+    if (model.holds(i) && pointer.targeted) hands.leading.push_back(i);
   }
+  for (int lead = static_cast<int>(model.pointers.size()); lead < model.leads(); ++lead) hands.leading.push_back(lead);
 }
 
 void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept {
@@ -92,30 +106,59 @@ void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept {
   pointer.targeted = true;
 }
 
+namespace {
+
+HeldGoal goalAt(const Model& model, int lead, double time, const State& state) noexcept {
+  const std::size_t motion = static_cast<std::size_t>(lead) - model.pointers.size();
+  const MotionPoint point = motionAt(model.motions[motion], state.motions[motion], time);
+  HeldGoal goal;
+  goal.p_WL = point.p_WL;
+  goal.q_WL = point.q_WL;
+  goal.V_WL = point.V_WL;
+  return goal;
+}
+
+/// `share` of the way from where the link is to its goal.
+void moveLed(const Model& model, int link, const HeldGoal& goal, double share, Twist& moved, State& state, Placement& placement) noexcept {
+  const Vector3 p_before = placement.link[link].X_WL.p;
+  const ModelTree& tree = model.trees[model.links[link].articulation];
+  double* q = state.q.data() + tree.q;
+  double* v = state.v.data() + tree.v;
+  const Quaternion from(q[3], q[4], q[5], q[6]);
+  const Vector3 turn = share * vectorFromRotation(goal.q_WL * from.conjugate());
+  const Quaternion to = (rotationFromVector(turn) * from).normalized();
+  const Vector3 p_WL = p_before + share * (goal.p_WL - p_before);
+  const Vector3 p_LC = tree.model->link(0).p_LO;
+  moved = {turn, p_WL - p_before};
+  const Vector3 p_WC = p_WL + to * p_LC;
+  const Vector3 v_WC = goal.V_WL.linear + goal.V_WL.angular.cross(to * p_LC);
+  const double pose[7] = {p_WC.x(), p_WC.y(), p_WC.z(), to.w(), to.x(), to.y(), to.z()};
+  std::copy_n(pose, 7, q);
+  std::copy_n(goal.V_WL.angular.data(), 3, v);
+  std::copy_n(v_WC.data(), 3, v + 3);
+  state.last_step[model.links[link].articulation] = 0;  // once let go it begins anew
+  placeTree(tree, state, placement);
+}
+
+}  // namespace
+
+void aimMotions(const Model& model, int substep, const State& state, HandWork& hands) noexcept {
+  for (int lead = static_cast<int>(model.pointers.size()); lead < model.leads(); ++lead) {
+    hands.goal[lead] = goalAt(model, lead, state.time + (substep + 1) * model.substep(), state);
+  }
+}
+
 void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept {
-  for (const int i : hands.acting) {
-    const PointerState& pointer = state.pointers[i];
-    hands.moved[i] = {};
-    if (!model.holds(i) || !pointer.targeted) continue;
-    const HeldGoal& goal = hands.goal[i];
-    const Vector3 p_before = placement.link[pointer.link].X_WL.p;
-    const ModelTree& tree = model.trees[model.links[pointer.link].articulation];
-    double* q = state.q.data() + tree.q;
-    double* v = state.v.data() + tree.v;
-    const Quaternion from(q[3], q[4], q[5], q[6]);
-    const Vector3 turn = part.progress * vectorFromRotation(goal.q_WL * from.conjugate());
-    const Quaternion to = (rotationFromVector(turn) * from).normalized();
-    const Vector3 p_WL = p_before + part.progress * (goal.p_WL - p_before);
-    const Vector3 p_LC = tree.model->link(0).p_LO;
-    hands.moved[i] = {turn, p_WL - p_before};
-    const Vector3 p_WC = p_WL + to * p_LC;
-    const Vector3 v_WC = goal.V_WL.linear + goal.V_WL.angular.cross(to * p_LC);
-    const double pose[7] = {p_WC.x(), p_WC.y(), p_WC.z(), to.w(), to.x(), to.y(), to.z()};
-    std::copy_n(pose, 7, q);
-    std::copy_n(goal.V_WL.angular.data(), 3, v);
-    std::copy_n(v_WC.data(), 3, v + 3);
-    state.last_step[model.links[pointer.link].articulation] = 0;  // once let go it begins anew
-    placeTree(tree, state, placement);
+  for (const int i : hands.acting) hands.moved[i] = {};
+  const int pointers = static_cast<int>(model.pointers.size());
+  const double end = state.time + (part.substep + 1) * model.substep() - part.left;
+  for (const int lead : hands.leading) {
+    const int link = ledLink(model, state, lead);
+    if (lead < pointers) {
+      moveLed(model, link, hands.goal[lead], part.progress, hands.moved[lead], state, placement);
+    } else {
+      moveLed(model, link, goalAt(model, lead, end, state), 1, hands.moved[lead], state, placement);
+    }
   }
 }
 
@@ -157,6 +200,11 @@ void collectHeld(const Model& model, const StepPart& part, State& state, HandWor
     const Wrench F_W = link.F_ext.shifted(link.X_WL.p - link.p_WO);
     if (!model.settings.energy_ledger) state.energy.external -= power(F_W, hands.moved[i]);
     hands.wrench[i] += F_W * part.share;
+  }
+  if (model.settings.energy_ledger) return;
+  for (int lead = static_cast<int>(model.pointers.size()); lead < model.leads(); ++lead) {
+    const LinkWork& link = placement.link[ledLink(model, state, lead)];
+    state.energy.external -= power(link.F_ext.shifted(link.X_WL.p - link.p_WO), hands.moved[lead]);
   }
 }
 

@@ -22,22 +22,24 @@ struct HeldGoal {
   Vector3 turn_withheld = Vector3::Zero(), way_withheld = Vector3::Zero();  ///< of the way to the target [rad], [m]
 };
 
-/// Scratch of the hands in a step.
+/// Scratch of the hands in a step, and of the motions of the scene: both lead links. A lead is a pointer, or a motion with the number of
+/// pointers added to its index.
 struct HandWork {
   // Follow from tuning and from which links are held: refreshed by `refreshHands`, at load, grab, tune and restore.
-  std::vector<int> held_by;                   ///< by world link: pointer that prescribes its motion; -1: none
+  std::vector<int> held_by;                   ///< by world link: lead that prescribes its motion; -1: none
   std::vector<PointerCoupling> own_coupling;  ///< by pointer, with nothing left to derive
   std::vector<const ModelTree*> movers;       ///< trees that move by themselves
   double moving_mass = 0;                     ///< of all of them [kg]
 
-  /// By pointer. What the hand bears is told by who moves the pointer, before a step; the rest is of one step.
+  /// By lead. What the hand bears is told by who moves the pointer, before a step; the rest is of one step. Motions bear anything.
   std::vector<HandBound> bound;
 
   // Of one step.
   std::vector<int> acting;      ///< pointers that hold a link, or pull at one because they have a target; ascending
   std::vector<PointerCoupling> coupling;  ///< by pointer: `own_coupling`, or less where the hand bears less
-  std::vector<HeldGoal> goal;   ///< by pointer: where a held link goes, the target or less far (held_proxy.h)
-  std::vector<Twist> moved;     ///< by pointer: displacement of a held link in this part [rad], [m]
+  std::vector<int> leading;     ///< leads that move their link in it; ascending
+  std::vector<HeldGoal> goal;   ///< by lead: where a held link goes, the target or less far (held_proxy.h)
+  std::vector<Twist> moved;     ///< by lead: displacement of a held link in this part [rad], [m]
   /// By pointer: what the step says of the error of the force that its hand gets, as a mean over the step [N].
   std::vector<double> force_error;
   std::vector<Wrench> wrench;   ///< by pointer: of the world on the hand, summed over the parts by their shares
@@ -61,13 +63,19 @@ void grab(const Model& model, const Placement& placement, int pointer, int link,
 /// Throws SetupError that says why the link cannot be grabbed; nothing where it can.
 void checkGrab(const Model& model, const HandWork& hands, int pointer, int link);
 
-/// (in realtime) Before a step: which pointers act in it. The others' hands feel nothing.
+/// (in realtime) World link that a lead moves; -1: a pointer without one.
+int ledLink(const Model& model, const State& state, int lead) noexcept;
+
+/// (in realtime) Before a step: which pointers act in it, and which leads move their links. The other pointers' hands feel nothing.
 void findActing(const Model& model, State& state, HandWork& hands) noexcept;
 
 /// (in realtime) Where the hand wants the link at the end of the next step. Numbers that are not finite are ignored.
 void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept;
 
-/// (in realtime) Held links go the part's share of the way to their goals.
+/// (in realtime) Where motions are at the end of a substep becomes their goals.
+void aimMotions(const Model& model, int substep, const State& state, HandWork& hands) noexcept;
+
+/// (in realtime) Held links go the part's share of the way to their goals; those on motions where these are at its end.
 void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept;
 
 /// What a virtual coupling does per way and per speed, in W.

@@ -42,13 +42,14 @@ void refuseStaticOverlaps(const Model& model, Work& work) {
   }
 }
 
-void findBuried(const Model& model, State& state, Work& work) {
+void findBuried(const Model& model, int tree, State& state, Work& work) {
   if (model.possible_pairs == 0) return;
   StepReport ignored;
   findPairs(model, 0, work.placement, state, work.search, ignored);
   for (int i = 0; i < state.pair_count; ++i) {
     ActivePair& pair = state.pairs[i];
     const int a = pair.shapeA(), b = pair.shapeB();
+    if (tree >= 0 && model.treeOf(a) != tree && model.treeOf(b) != tree) continue;
     ContactVolume volume;
     PairCache cache;
     contactVolume(*model.shapes[a].shape, *model.shapes[b].shape,

@@ -10,7 +10,7 @@ namespace haptic {
 /// them is not where it should be; what stands in a half-space may. Throws SetupError that names both.
 void refuseStaticOverlaps(const Model& model, Work& work);
 
-/// Pairs that overlap deep are marked: they are pushed out slowly. Everything is placed already.
-void findBuried(const Model& model, State& state, Work& work);
+/// Pairs that overlap deep are marked: they are pushed out slowly. Everything is placed already. `tree`: of its pairs alone; −1: of all.
+void findBuried(const Model& model, int tree, State& state, Work& work);
 
 }  // namespace haptic

@@ -35,13 +35,20 @@ Twist twistBy(const LedgerView& view, Mover mover, const ActivePair& pair, const
                   [&](int link) { return view.placement.link[link].twistAt(X_WP.p); });
 }
 
-/// How hands moved B relative to A at P in this part, in P's axes [rad], [m]. `share`: of that motion that is
-/// over at P.
-Twist movedByHands(const LedgerView& view, const ActivePair& pair, const Pose& X_WP, double share) noexcept {
+/// How hands and belts moved B's surface relative to A's at P in this part, in P's axes [rad], [m]. `share`: of that motion of hands
+/// that is over at P.
+Twist led(const LedgerView& view, double h, const ActivePair& pair, const Pose& X_WP, double share) noexcept {
+  const Twist belt = beltTwist(view.model, pair.shapeA(), pair.shapeB(), view.placement.link.data(), X_WP);
   return relative(view, Mover::kHand, pair, X_WP, [&](int link) {
     const Twist& moved = view.hands.moved[view.hands.held_by[link]];
     return moved.shifted(X_WP.p - (view.placement.link[link].X_WL.p - (1 - share) * moved.linear));
-  });
+  }) + Twist{h * belt.angular, h * belt.linear};
+}
+
+/// Something works on the pair that is no body of the world: a lead, or a belt.
+bool isSupplied(const LedgerView& view, const ActivePair& pair) noexcept {
+  const auto runs = [&](int shape) { return view.model.shapes[shape].belt.moves(); };
+  return involves(view, Mover::kHand, pair) || (view.model.has_belts && (runs(pair.shapeA()) || runs(pair.shapeB())));
 }
 
 /// Of the trees that explicit steps move.
@@ -103,10 +110,10 @@ ContactPower fromHands(const LedgerView& view, double h, const BookedContact& co
   const ActivePair& pair = state.pairs[contact.pair];
   const Wrench F_P = contact.F_BP_P * 0.5 + contact.J_BP_P * (1 / h);
   const Wrench elastic_P = contact.elastic_P * 0.5 + contact.elastic_impulse_P * (1 / h);
-  const Twist moved = movedByHands(view, pair, contact.X_WP, contact.parted ? 0 : 1);
+  const Twist moved = led(view, h, pair, contact.X_WP, contact.parted ? 0 : 1);
   const ContactPower now = contactPower(F_P, elastic_P, moved);
   if (contact.before.touching == 0) return now;
-  return byLast(contact.last, movedByHands(view, pair, contact.last.X_WP, 0)) * 0.5 + now;
+  return byLast(contact.last, led(view, h, pair, contact.last.X_WP, 0)) * 0.5 + now;
 }
 
 /// Adds what the contact took from hands, which is what these supplied.
@@ -167,8 +174,8 @@ void bookEuler(const LedgerView& view, double h, const std::vector<double>& v_me
     const Twist V =
         twistBy(view, Mover::kKicks, pair, contact.X_WP) + twistBy(view, Mover::kLaws, pair, contact.X_WP);
     ContactPower taken = contactPower(contact.F_BP_P, contact.elastic_P, V) * h;
-    if (involves(view, Mover::kHand, pair)) {
-      const Twist moved = movedByHands(view, pair, contact.X_WP, 1);
+    if (isSupplied(view, pair)) {
+      const Twist moved = led(view, h, pair, contact.X_WP, 1);
       supply(contactPower(contact.F_BP_P, contact.elastic_P, moved), taken, state.energy);
     }
     book(contact, taken, state);
@@ -184,7 +191,7 @@ void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_h
     const ActivePair& pair = state.pairs[contact.pair];
     ContactPower taken = fromKicks(view, h, contact, state);
     if (involves(view, Mover::kLaws, pair)) taken = taken + fromLaws(view, h, contact, state);
-    if (involves(view, Mover::kHand, pair)) supply(fromHands(view, h, contact, state), taken, state.energy);
+    if (isSupplied(view, pair)) supply(fromHands(view, h, contact, state), taken, state.energy);
     book(contact, taken, state);
   }
   setVelocities(view, state, state.v);

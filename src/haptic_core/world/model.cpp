@@ -63,6 +63,8 @@ Model::Model(const WorldDef& def) : name(def.name), settings(def.settings), poin
   addFilters(def);
   checkPointers(def);
   drive_paths = drivePaths(def, *this);
+  addMotions(def);
+  tuning.gravity = settings.gravity;
   for (const PointerDef& pointer : pointers) tuning.coupling.push_back(pointer.coupling);
   sortShapes();
   findInternalFaces();
@@ -79,6 +81,11 @@ void Model::checkPointers(const WorldDef& def) const {
                        "name one of the scene's links");
     }
   }
+}
+
+void Model::addMotions(const WorldDef& def) {
+  motions = compileMotions(def, *this);
+  for (const ModelMotion& motion : motions) links[motion.link].led = true;
 }
 
 void Model::checkSettings() const {
@@ -139,6 +146,17 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
     shape.X_LS = collision.X_LS;
     shape.point_area = pointArea(*collision.shape);
     shape.width = collision.shape->leastWidth();
+    shape.belt = collision.belt;
+    if (shape.belt.moves()) {
+      const Twist& V = shape.belt.V_L;
+      if (!V.angular.allFinite() || !V.linear.allFinite()) {
+        throw SetupError(where, "its surface velocity is not finite", "write m/s and rad/s");
+      }
+      const double reach = !collision.shape->bounded() ? 1 : (collision.X_LS * collision.shape->centre()).norm() +
+                                                                 collision.shape->boundingRadius();
+      has_belts = true;
+      belt_speed = std::max(belt_speed, V.linear.norm() + reach * V.angular.norm());
+    }
     shape.name = collision.name.empty() ? link.name : collision.name;
     const auto found = std::find_if(materials_.begin(), materials_.end(),
                                     [&](const ContactMaterial& m) { return sameMaterial(m, collision.material); });
@@ -166,6 +184,7 @@ void Model::addMaterials(const WorldDef& def) {
 
 void Model::tune(const WorldTuning& wanted) {
   tuning = wanted;
+  settings.gravity = tuning.gravity;
   const double stiffness = tuning.stiffness_scale, friction = tuning.friction_scale;
   for (std::size_t i = 0; i < laws_.size(); ++i) {
     const ContactMaterial& defined = defined_laws_[i].material;
@@ -204,7 +223,8 @@ bool Model::hasLink(int articulation, int local) const {
 
 bool Model::mayCollide(int a, int b) const {
   const int la = shapes[a].link, lb = shapes[b].link;
-  if (la == lb || !(links[la].moves || links[lb].moves)) return false;
+  const auto pushed = [this](int link) { return links[link].moves && !links[link].led; };
+  if (la == lb || !(pushed(la) || pushed(lb))) return false;
   return !std::binary_search(excluded_.begin(), excluded_.end(), pairKey(la, lb));
 }
 
@@ -351,7 +371,7 @@ PairLaw Model::law(int a, int b, bool a_held, bool b_held) const {
 
 double Model::buriedDepth(int a, int b, double area) const {
   double weight = 0;
-  for (const ModelLink& link : links) weight += link.moves ? link.mass * settings.gravity.norm() : 0;
+  for (const ModelLink& link : links) weight += link.moves && !link.led ? link.mass * settings.gravity.norm() : 0;
   const double carries = area > 0 ? kCarries * weight / (law(a, b, false, false).material.stiffness * area) : 0;
   return std::max(kBuried * std::min(shapes[a].width, shapes[b].width), carries);
 }

@@ -13,6 +13,7 @@
 #include "haptic_core/geometry/volume/contact_workspace.h"
 #include "haptic_core/world/definition.h"
 #include "haptic_core/world/drive_paths.h"
+#include "haptic_core/world/led_motion.h"
 #include "haptic_core/world/tuning.h"
 
 namespace haptic {
@@ -25,6 +26,7 @@ struct ModelLink {
   double least_inertia = 0;         ///< smallest principal one about the centre of mass [kg·m²]
   double size = 0;                  ///< reach of its shapes from the centre of mass [m]; 1 m without shapes
   bool moves = false;               ///< has a degree of freedom of its own or of an ancestor
+  bool led = false;                 ///< along a motion of the scene: nothing pushes it
 };
 
 /// A collision shape of a compiled world.
@@ -39,6 +41,7 @@ struct ModelShape {
   InnerFaces inner;                 ///< what pieces of the same body cover of it
   std::vector<int> surface;         ///< by face: number of the flat surface that neighbours continue; -1, or empty: none
   double point_area = 0;            ///< of the point model [m²]
+  SurfaceVelocity belt;             ///< of a belt
 };
 
 /// One articulation of the definition, or several that loops hold together: one model of several roots.
@@ -106,6 +109,8 @@ class Model {
   bool isFree(const ModelTree& tree) const { return tree.model->isFreeBody() && !tree.has_laws; }
   /// The hand prescribes the motion of the pointer's link (direct coupling).
   bool holds(int pointer) const { return tuning.coupling[pointer].mode == PointerCoupling::Mode::kDirect; }
+  /// Who may lead a link: the pointers, then the motions.
+  int leads() const { return static_cast<int>(pointers.size() + motions.size()); }
   /// Link that the scene gives the pointer.
   int pointerHome(int pointer) const { return link(pointers[pointer].articulation, pointers[pointer].link); }
   /// What a virtual coupling would have to move there.
@@ -116,7 +121,7 @@ class Model {
   std::string text() const;         ///< for people: sizes, stages, what was left out and why
 
   std::string name;                  ///< of the scene
-  WorldSettings settings;            ///< as defined
+  WorldSettings settings;            ///< as defined; gravity as tuned
   std::vector<PointerDef> pointers;  ///< as defined
   WorldTuning tuning;                ///< what may change between two steps
 
@@ -130,6 +135,9 @@ class Model {
   int pair_capacity = 0;            ///< pairs of overlapping boxes that a step can hold
   long possible_pairs = 0;          ///< pairs that may ever touch; the others are never tested
   std::vector<DrivePath> drive_paths;  ///< of the definition
+  std::vector<ModelMotion> motions;    ///< of the definition
+  bool has_belts = false;           ///< some shape has a surface that moves
+  double belt_speed = 0;            ///< bound of the speed of any of them [m/s]
   std::vector<double> least_width;  ///< by link: of its shapes and all that they may meet [m]; infinite: meets nothing
   std::vector<MotionLimit> motion_limits;  ///< of the links that move and may meet something
   /// What there is in this world at all.
@@ -161,6 +169,8 @@ class Model {
   void chooseVisits();
   void limitMotions();
   void checkSettings() const;
+
+  void addMotions(const WorldDef& def);
 
   std::vector<ContactMaterial> materials_;
   std::vector<PairLaw> defined_laws_;         ///< by material index a·n + b

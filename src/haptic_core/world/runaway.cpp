@@ -90,6 +90,7 @@ void checkRunaway(const Model& model, double h, double external, const Work& wor
   sums.lowest = std::min(sums.lowest, now.potential);
   sums.supply += std::abs(sums.external - external);
   const double supply = sums.supply + (sums.highest - sums.lowest) + mass * (2 * fall2 + kSlow * kSlow) +
+                        2 * mass * model.belt_speed * model.belt_speed +  // what a belt throws off is as fast as the belt
                         (work.hands.acting.empty() ? 0.0 : ofHands(model, work, state, mass));
   // What a hand presses together by more than it was booked to is no motion. A damper that gives is in no sum of losses.
   // What k Vol n gives where n turns is the model's, not the steps': it counts once bodies move by it.

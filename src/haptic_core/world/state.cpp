@@ -7,19 +7,23 @@ namespace haptic {
 namespace {
 
 /// In front of the packed numbers: what another layout would have otherwise.
-constexpr std::size_t kHead = 5;
+constexpr std::size_t kHead = 6;
 
 std::size_t pairNumbers() { return countFields(ActivePair{}); }
+std::size_t wrenchNumbers() { return countFields(AppliedWrench{}); }
 
 }  // namespace
 
 std::uint64_t State::hash() const {
   std::uint64_t hash = hashFields(kHashStart, *this);
   for (int i = 0; i < pair_count; ++i) hash = hashFields(hash, pairs[i]);
+  for (int i = 0; i < wrench_count; ++i) hash = hashFields(hash, wrenches[i]);
   return hash;
 }
 
-std::size_t State::packedCapacity() const { return kHead + countFields(*this) + pairs.size() * pairNumbers(); }
+std::size_t State::packedCapacity() const {
+  return kHead + countFields(*this) + pairs.size() * pairNumbers() + wrenches.size() * wrenchNumbers();
+}
 
 std::vector<double> State::pack() const {
   std::vector<double> out;
@@ -29,19 +33,21 @@ std::vector<double> State::pack() const {
 
 void State::pack(std::vector<double>& out) const {
   out.clear();
-  for (const std::size_t length : {q.size(), v.size(), commands.size(), pointers.size(), std::size_t(pair_count)}) {
+  for (const std::size_t length : {q.size(), v.size(), commands.size(), pointers.size(), std::size_t(pair_count),
+                                   std::size_t(wrench_count)}) {
     out.push_back(static_cast<double>(length));
   }
   appendFields(*this, out);
   for (int i = 0; i < pair_count; ++i) appendFields(pairs[i], out);
+  for (int i = 0; i < wrench_count; ++i) appendFields(wrenches[i], out);
 }
 
 void State::unpack(const std::vector<double>& in) {
   const bool same = in.size() >= kHead && in[0] == double(q.size()) && in[1] == double(v.size()) &&
                     in[2] == double(commands.size()) && in[3] == double(pointers.size()) && in[4] >= 0 &&
-                    in[4] <= double(pairs.size());
-  const std::size_t count = same ? static_cast<std::size_t>(in[4]) : 0;
-  if (!same || in.size() != kHead + countFields(*this) + count * pairNumbers()) {
+                    in[4] <= double(pairs.size()) && in[5] >= 0 && in[5] <= double(wrenches.size());
+  const std::size_t count = same ? static_cast<std::size_t>(in[4]) : 0, acting = same ? static_cast<std::size_t>(in[5]) : 0;
+  if (!same || in.size() != kHead + countFields(*this) + count * pairNumbers() + acting * wrenchNumbers()) {
     throw SetupError("saved state", "is of another scene or version", "restore it into the scene it was saved from");
   }
   const double* next = in.data() + kHead;
@@ -51,6 +57,8 @@ void State::unpack(const std::vector<double>& in) {
     pairs[i] = ActivePair{};
     readFields(pairs[i], next);
   }
+  wrench_count = static_cast<int>(acting);
+  for (int i = 0; i < wrench_count; ++i) readFields(wrenches[i], next);
 }
 
 }  // namespace haptic

@@ -70,6 +70,43 @@ struct ActivePair {
   }
 };
 
+/// A wrench on a link, about a point that moves with it.
+struct LinkWrench {
+  Wrench F;                          ///< about the point, in W's axes, or in the link's [N·m], [N]
+  Vector3 p_L = Vector3::Zero();     ///< the point, in the link frame [m]
+  bool in_link = false;              ///< F turns with the link
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.F), visit(s.p_L), visit(s.in_link);
+  }
+};
+
+/// A wrench that acts for some steps (world/applied_wrench.h).
+struct AppliedWrench {
+  int link = -1;                     ///< world link index
+  std::uint64_t end = 0;             ///< first step without it
+  LinkWrench wrench;                 ///< constant meanwhile
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.link), visit(s.end), visit(s.wrench);
+  }
+};
+
+/// Where a body goes that is told its motion pose by pose (world/led_motion.h): a cubic from one pose and twist to another.
+struct MotionTarget {
+  double start = 0, seconds = 0;     ///< when it left, and how long it takes [s]; 0 s: it stands
+  Vector3 p_from = Vector3::Zero(), p_to = Vector3::Zero();                 ///< origin of the link frame [m]
+  Quaternion q_from = Quaternion::Identity(), q_to = Quaternion::Identity();  ///< R_WL
+  Twist V_from, V_to;                ///< at the link frame's origin, in W
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.start), visit(s.seconds), visit(s.p_from), visit(s.p_to), visit(s.q_from), visit(s.q_to), visit(s.V_from), visit(s.V_to);
+  }
+};
+
 /// A pointer's hand: where it wants the link, and what the world has said to it.
 struct PointerState {
   Vector3 p_WL = Vector3::Zero();             ///< target [m]
@@ -126,6 +163,9 @@ struct EnergySums {
   }
 };
 
+/// Wrenches that may act at once. More are refused; each costs a step some 50 ns.
+inline constexpr int kMostWrenches = 32;
+
 /// Everything of a world that evolves. The model says how long its vectors are.
 struct State {
   double time = 0;  ///< [s]
@@ -143,22 +183,26 @@ struct State {
   std::vector<int> low;                ///< by tree: implicit steps in a row that could have been explicit (stepping/choice.h)
   std::vector<JointCommand> commands;  ///< of the links of trees whose joints have laws
   std::vector<PointerState> pointers;  ///< by pointer
+  std::vector<MotionTarget> motions;   ///< by motion of the model
   EnergySums energy;                   ///< of the ledger
   std::vector<ActivePair> pairs;  ///< storage of the model's capacity, sorted by key
   int pair_count = 0;             ///< valid entries of `pairs`
+  std::vector<AppliedWrench> wrenches;  ///< storage for kMostWrenches, in the order in which they came
+  int wrench_count = 0;           ///< valid entries of `wrenches`
 
-  /// All but the pairs, whose number varies.
+  /// All but pairs and wrenches, whose number varies.
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.time), visit(s.step), visit(s.q), visit(s.v), visit(s.pull), visit(s.mode), visit(s.a_end),
-        visit(s.a_mean), visit(s.v_mean), visit(s.last_step), visit(s.low), visit(s.commands), visit(s.pointers), visit(s.energy);
+        visit(s.a_mean), visit(s.v_mean), visit(s.last_step), visit(s.low), visit(s.commands), visit(s.pointers), visit(s.motions),
+        visit(s.energy);
   }
 
   std::uint64_t hash() const;        ///< over all of it
   std::vector<double> pack() const;  ///< one vector, with lengths in front
   /// The same into `out`; (in realtime) allocates nothing where it has room for `packedCapacity()` numbers.
   void pack(std::vector<double>& out) const;
-  std::size_t packedCapacity() const;  ///< with as many pairs as there is storage for
+  std::size_t packedCapacity() const;  ///< with as many pairs and wrenches as there is storage for
   /// Throws SetupError when `packed` was made by a world of another layout.
   void unpack(const std::vector<double>& packed);
 };

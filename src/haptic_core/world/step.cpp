@@ -6,6 +6,7 @@
 #include "haptic_core/stepping/chosen_step.h"
 #include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/stepping/implicit_islands.h"
+#include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/drive_paths.h"
 #include "haptic_core/world/runaway.h"
 #include "haptic_core/world/step_parts.h"
@@ -77,6 +78,20 @@ void checkImpacts(double lost, StepReport& report) noexcept {
   if (report.impact > 0 && std::abs(lost) > kKeptInImpacts * report.impact) report.flags |= kImpactUnresolved;
 }
 
+/// Wrenches whose time is over end before the step; what they pushed has forces that jump.
+void dropEnded(const Model& model, State& state, Work& work) noexcept {
+  int kept = 0;
+  for (int i = 0; i < state.wrench_count; ++i) {
+    if (state.wrenches[i].end > state.step) {
+      state.wrenches[kept++] = state.wrenches[i];
+    } else {
+      stepping::forgetPull(state, model.links[state.wrenches[i].link].articulation);
+      work.standing.forget();
+    }
+  }
+  state.wrench_count = kept;
+}
+
 void move(const Model& model, State& state, Work& work, Report& report) noexcept {
   open(work, report);
   findActing(model, state, work.hands);
@@ -85,7 +100,9 @@ void move(const Model& model, State& state, Work& work, Report& report) noexcept
        part = nextPart(model, part, state, work, report.step)) {     // no more than hands bear; shorter where something is fast
     const double external = state.energy.external, unaccounted = state.energy.unaccounted();
     report.step.impact = 0;
+    noteWrenches(state, work.placement, work.wrenches);
     advance(model, part, state, work, report);                       // hands → pairs → contacts → motion
+    bookWrenches(work.hands, part.h, work.wrenches, work.placement, state);
     if (model.settings.energy_ledger) closeLedger(work.ledgerView(model), unaccounted, state, report.step.energy);
     checkImpacts(state.energy.unaccounted() - unaccounted, report.step);
     checkFinite(model, state, report.step);
@@ -102,6 +119,7 @@ void move(const Model& model, State& state, Work& work, Report& report) noexcept
 void step(const Model& model, State& state, Work& work, Report& report) noexcept {
   if (!report.step.finite) return;
   work.clock.start(report.step.stages);
+  dropEnded(model, state, work);
   if (!work.standing.all()) move(model, state, work, report);  // else the last step's report is this one's as it is
   work.clock.end(report.step.stages.motion);
   report.step.step = ++state.step;

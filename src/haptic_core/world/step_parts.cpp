@@ -48,7 +48,7 @@ ShapeMotion Sweep::motionOf(int s, bool falls) const noexcept {
   motion.p_W = link.p_WC();
   motion.reach = model_.links[l].size;
   if (hands_.held_by[l] >= 0) {
-    if (!state_.pointers[hands_.held_by[l]].targeted) return motion;
+    if (!std::binary_search(hands_.leading.begin(), hands_.leading.end(), hands_.held_by[l])) return motion;
     const HeldGoal& goal = hands_.goal[hands_.held_by[l]];
     const Quaternion turn = goal.q_WL * Quaternion(link.X_WL.R).conjugate();
     motion.V_W = Twist{vectorFromRotation(turn), goal.p_WL - link.X_WL.p};
@@ -71,12 +71,10 @@ bool Sweep::anyFast() const noexcept {
     const double speed2 = (link.velocity + fall).squaredNorm() + limit.lever2 * link.omega.squaredNorm();
     if (2 * left2 * speed2 > limit.way2) return true;  // (a + b)² ≤ 2 (a² + b²)
   }
-  for (const int i : hands_.acting) {
-    const PointerState& pointer = state_.pointers[i];
-    if (!model_.holds(i) || !pointer.targeted) continue;
-    const int l = pointer.link;
+  for (const int lead : hands_.leading) {
+    const int l = ledLink(model_, state_, lead);
     const double way = kShareOfWidth * model_.least_width[l];
-    if ((hands_.goal[i].p_WL - placement_.link[l].X_WL.p).squaredNorm() > way * way) return true;
+    if ((hands_.goal[lead].p_WL - placement_.link[l].X_WL.p).squaredNorm() > way * way) return true;
   }
   return false;
 }
@@ -154,6 +152,7 @@ StepPart beginning(const Model& model, int substep, double h, double left, doubl
 StepPart cut(const Model& model, int substep, double left, double longest, const State& state, Work& work,
              StepReport& report) noexcept {
   boundHands(model, state, work.placement, work.hands);
+  aimMotions(model, substep, state, work.hands);
   aimHeld(model, state, left + model.substep() * (model.settings.substeps - 1 - substep), work);
   const StepPart part = beginning(model, substep, left, left, longest);
   const double safe = Sweep(model, left, state, work, report).safePart();

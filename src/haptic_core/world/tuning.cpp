@@ -9,6 +9,9 @@
 namespace haptic {
 namespace {
 
+/// A hundred times the earth's [m/s²]: beyond it a step of 1 ms falls through what is thinner than a millimetre.
+constexpr double kMostGravity = 1000;
+
 void require(bool good, const std::string& what, double value, const std::string& remedy) {
   if (good) return;
   std::ostringstream is;
@@ -55,6 +58,8 @@ void check(const WorldTuning& tuning, const std::vector<CouplingLoad>& loads, do
   const double k = tuning.stiffness_scale, mu = tuning.friction_scale;
   require(k >= 0.01 && k <= 10, "stiffness_scale", k, "give 0.01 to 10");
   require(mu >= 0 && mu <= 3, "friction_scale", mu, "give 0 to 3");
+  require(tuning.gravity.allFinite() && tuning.gravity.norm() <= kMostGravity, "gravity", tuning.gravity.norm(),
+          "give three finite numbers in m/s^2, at most 1000");
   require(tuning.coupling.size() == loads.size(), "number of couplings", double(tuning.coupling.size()),
           "give one per pointer: " + std::to_string(loads.size()));
   for (std::size_t i = 0; i < loads.size(); ++i) {

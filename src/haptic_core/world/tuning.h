@@ -1,5 +1,6 @@
 /// What may change about a world while it runs, between two steps. Not part of the state: a reset keeps it.
 #pragma once
+#include <limits>
 #include <vector>
 
 #include "haptic_core/world/definition.h"
@@ -10,6 +11,7 @@ namespace haptic {
 struct WorldTuning {
   double stiffness_scale = 1;  ///< of k and k_t of every pair, 0.01…10
   double friction_scale = 1;   ///< of μ0 and μ of every pair, 0…3
+  Vector3 gravity = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< [m/s²] in W; NaN: as it is now
   std::vector<PointerCoupling> coupling;  ///< per pointer
 
   std::vector<double> numbers() const;                    ///< for recordings
@@ -18,7 +20,7 @@ struct WorldTuning {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.stiffness_scale), visit(s.friction_scale), visit(s.coupling);
+    visit(s.stiffness_scale), visit(s.friction_scale), visit(s.gravity), visit(s.coupling);
   }
 };
 

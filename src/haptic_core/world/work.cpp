@@ -1,5 +1,7 @@
 #include "haptic_core/world/work.h"
 
+#include <algorithm>
+
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/initial_overlap.h"
 #include "haptic_core/world/runaway.h"
@@ -24,6 +26,25 @@ void startJoints(const Model& model, State& state, Work& work) {
     if (motion.close(state.q.data() + tree.q, state.v.data() + tree.v, work.placement.link.data() + tree.link)) continue;
     throw SetupError(tree.model->def().name, "its loops and mimic joints do not close from the initial joint positions",
                      "give initial positions nearer to closing, or check the frames of the loops");
+  }
+}
+
+/// Bodies on motions start where these are at time 0.
+void startMotions(const Model& model, State& state) {
+  state.motions.resize(model.motions.size());
+  for (std::size_t m = 0; m < model.motions.size(); ++m) {
+    const ModelMotion& motion = model.motions[m];
+    const ModelTree& tree = model.trees[model.links[motion.link].articulation];
+    const Vector3 p_LC = tree.model->link(0).p_LO;
+    double *q = state.q.data() + tree.q, *v = state.v.data() + tree.v;
+    const Quaternion q_WL(q[3], q[4], q[5], q[6]);
+    state.motions[m] = standingAt(Pose(q_WL, Vector3(q[0], q[1], q[2]) - q_WL * p_LC));
+    const MotionPoint start = motionAt(motion, state.motions[m], 0);
+    const Vector3 p_WC = start.p_WL + start.q_WL * p_LC, v_WC = start.V_WL.shifted(start.q_WL * p_LC).linear;
+    const double pose[7] = {p_WC.x(), p_WC.y(), p_WC.z(), start.q_WL.w(), start.q_WL.x(), start.q_WL.y(), start.q_WL.z()};
+    std::copy_n(pose, 7, q);
+    std::copy_n(start.V_WL.angular.data(), 3, v);
+    std::copy_n(v_WC.data(), 3, v + 3);
   }
 }
 
@@ -62,15 +83,18 @@ State initialState(const Model& model, Work& work) {
   state.last_step.assign(model.trees.size(), 0);
   state.low.assign(model.trees.size(), 0);
   startJoints(model, state, work);
+  startMotions(model, state);
+  state.wrenches.resize(kMostWrenches);
   placeAll(model, state, work.placement);
   state.pointers.resize(model.pointers.size());
+  refreshHands(model, state, work.hands);
   for (int i = 0; i < static_cast<int>(model.pointers.size()); ++i) {
     checkGrab(model, work.hands, i, model.pointerHome(i));
     grab(model, work.placement, i, model.pointerHome(i), state, work.hands);
   }
   refreshHands(model, state, work.hands);
   refuseStaticOverlaps(model, work);
-  findBuried(model, state, work);
+  findBuried(model, -1, state, work);
   startSupply(model, work, state);
   return state;
 }

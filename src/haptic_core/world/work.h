@@ -10,6 +10,7 @@
 #include "haptic_core/stepping/choice.h"
 #include "haptic_core/stepping/implicit_step.h"
 #include "haptic_core/stepping/standing_islands.h"
+#include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/islands.h"
 #include "haptic_core/world/ledger.h"
@@ -56,6 +57,7 @@ struct Work {
   std::unique_ptr<ImplicitStep> implicit;  ///< stepping/implicit_islands; null: every step is explicit
   stepping::StandingIslands standing;      ///< stepping/implicit_islands
   std::vector<std::unique_ptr<TreeMotion>> joints;  ///< by tree; null: joints without laws of their own
+  WrenchWork wrenches;           ///< applied_wrench
   StageClock clock;                                 ///< on only while stages are measured
 
   explicit Work(const Model& model);  ///< set-up: everything that a step needs, so that it allocates nothing

@@ -1,9 +1,11 @@
 #include "haptic_core/world/world.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/world/put.h"
 #include "haptic_core/world/runaway.h"
 #include "haptic_core/world/sensors.h"
 #include "haptic_core/world/step.h"
@@ -94,6 +96,42 @@ bool World::setJointCommand(int joint, const JointCommand& command) noexcept {
   return true;
 }
 
+int World::wrenchCount() const { return impl_->state.wrench_count; }
+const AppliedWrench& World::wrench(int i) const { return impl_->state.wrenches[static_cast<std::size_t>(i)]; }
+
+void World::applyWrench(int link, const LinkWrench& wrench, double seconds) {
+  haptic::applyWrench(impl_->model, link, wrench, seconds, impl_->state, impl_->work);
+}
+
+void World::setBodyPose(int link, const Pose& X_WL, const Twist& V_WL) {
+  putBody(impl_->model, link, X_WL, V_WL, impl_->state, impl_->work);
+  impl_->report.contacts.clear();
+}
+
+void World::setJointPositions(const std::vector<std::pair<int, double>>& positions) {
+  putJoints(impl_->model, positions, impl_->state, impl_->work);
+  impl_->report.contacts.clear();
+}
+
+int World::motionCount() const { return static_cast<int>(impl_->model.motions.size()); }
+const ModelMotion& World::motion(int i) const { return impl_->model.motions[static_cast<std::size_t>(i)]; }
+int World::motionIndex(const std::string& name) const {
+  for (int i = 0; i < motionCount(); ++i) {
+    if (motion(i).name == name) return i;
+  }
+  return -1;
+}
+
+bool World::leadBody(int i, const MotionPoint& to, double seconds) noexcept {
+  if (i < 0 || i >= motionCount() || !motion(i).time.empty()) return false;
+  const bool finite = to.p_WL.allFinite() && to.q_WL.coeffs().allFinite() && to.V_WL.linear.allFinite() && to.V_WL.angular.allFinite();
+  if (!finite || !std::isfinite(seconds) || std::abs(to.q_WL.norm() - 1) > 1e-6) return false;
+  State& state = impl_->state;
+  state.motions[static_cast<std::size_t>(i)] = leavingFor(motion(i), state.motions[static_cast<std::size_t>(i)], to, state.time,
+                                                          std::max(seconds, settings().step));
+  return true;
+}
+
 int World::pointerCount() const { return static_cast<int>(impl_->model.pointers.size()); }
 const PointerDef& World::pointer(int i) const { return impl_->model.pointers[i]; }
 int World::pointerLink(int i) const { return impl_->state.pointers[i].link; }
@@ -138,10 +176,12 @@ const WorldTuning& World::tuning() const { return impl_->model.tuning; }
 
 void World::tune(const WorldTuning& tuning) {
   Model& model = impl_->model;
+  WorldTuning wanted = tuning;
+  if (wanted.gravity.array().isNaN().all()) wanted.gravity = model.settings.gravity;
   std::vector<CouplingLoad> loads;
   for (const PointerState& pointer : impl_->state.pointers) loads.push_back(model.loadOf(pointer.link));
-  check(tuning, loads, model.substep());
-  model.tune(tuning);
+  check(wanted, loads, model.substep());
+  model.tune(wanted);
   refreshHands(model, impl_->state, impl_->work.hands);
   impl_->work.standing.forget();
   for (int i = 0; i < pointerCount(); ++i) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "haptic_core/base/spatial.h"
@@ -17,6 +18,10 @@ namespace haptic {
 
 class Model;
 class StepHistory;
+struct AppliedWrench;
+struct LinkWrench;
+struct ModelMotion;
+struct MotionPoint;
 struct State;
 struct Work;
 
@@ -35,7 +40,7 @@ class World {
   /// (in realtime) Times of the stages in the report from the next step on. Off at first: costs what the clock costs.
   void measureStages(bool on) noexcept;
 
-  const WorldSettings& settings() const;  ///< as compiled; constant
+  const WorldSettings& settings() const;  ///< as compiled; constant but for gravity, see WorldTuning
   const StepReport& report() const;       ///< of the last step
   double time() const;                    ///< simulated [s]
 
@@ -54,6 +59,27 @@ class World {
   /// (in realtime) What the joint's drive does from the next step on; part of the state. False, and nothing done: not
   /// finite, or the joint obeys no commands.
   bool setJointCommand(int joint, const JointCommand& command) noexcept;
+
+  /// Between two steps: a wrench on a link from the next step on, for a time [s] of whole steps, at least one; 0 s ends all that act
+  /// on the link. Part of the state. Throws SetupError: no such link, a link that nothing pushes (fixed, in a hand, on a motion), numbers
+  /// that are not finite, more than kMostWrenches at once.
+  void applyWrench(int link, const LinkWrench& wrench, double seconds);
+  int wrenchCount() const;                            ///< wrenches that act in the next step
+  const AppliedWrench& wrench(int i) const;           ///< i < wrenchCount()
+
+  /// Between two steps: puts a body somewhere, with this twist at its link frame's origin, in W. What its contacts remember is gone;
+  /// where it lies deep in others they part slowly, as at the start. Throws SetupError: the link hangs on joints or is led.
+  void setBodyPose(int link, const Pose& X_WL, const Twist& V_WL);
+  /// The same for joints, by index, at rest [rad] or [m]; loops and followers close from there. Throws SetupError, and nothing has moved:
+  /// no such joint, a follower, a position beyond its limits, loops that do not close, a tree that a pointer leads.
+  void setJointPositions(const std::vector<std::pair<int, double>>& positions);
+
+  int motionCount() const;                            ///< of the definition
+  const ModelMotion& motion(int i) const;             ///< name and link
+  int motionIndex(const std::string& name) const;     ///< -1 when there is none
+  /// (in realtime) The body of motion i goes to this point and arrives after `seconds`, at least a step. False: it follows a path, or
+  /// a number is not finite.
+  bool leadBody(int i, const MotionPoint& to, double seconds) noexcept;
 
   int pointerCount() const;                ///< of the definition
   const PointerDef& pointer(int i) const;  ///< of the definition

@@ -25,7 +25,8 @@ ArticulationDef box(const char* name, const Vector3& size, JointType type, const
   return def;
 }
 
-/// Two pointers beside and above a free block on a floor, and a pendulum that swings by.
+/// Two pointers beside and above a free block on a floor, a pendulum that swings by, and beside them a lift with a belt that carries a
+/// crate.
 WorldDef scene() {
   WorldDef world;
   world.name = "session";
@@ -39,6 +40,13 @@ WorldDef scene() {
   pendulum.links[0].joint.name = "hinge";
   pendulum.links[0].joint.drive_damping = 1e-3;
   world.articulations.push_back(pendulum);
+  world.articulations.push_back(box("lift", {0.3, 0.1, 0.02}, JointType::kFloating, {0, 0.5, -0.01}, 1));
+  world.articulations.push_back(box("crate", {0.04, 0.04, 0.02}, JointType::kFloating, {0, 0.5, 0.01}, 0.2));
+  world.articulations[5].links[0].collisions[0].belt.V_L.linear.x() = 0.02;
+  MotionDef lift;
+  lift.name = "lift";
+  lift.articulation = 5, lift.link = 0;
+  world.motions.push_back(lift);
   scenes::addPointer(world, 2, "left");
   scenes::addPointer(world, 3, "right");
   return world;
@@ -142,11 +150,16 @@ Recording record() {
   live.run(30);
   live.tell({StepWorld{}});
   live.run(10);
+  live.tell({PutBody{live.world.linkIndex("crate"), Pose(rotationAbout(Vector3::UnitZ(), 0.2), Vector3(-0.08, 0.51, 0.0101)),
+                     {Vector3(0, 0, 0.5), Vector3(0, 0, 0.05)}}});
+  live.tell({PutJoints{{{live.world.jointIndex("hinge"), 0.3}}}});
+  live.run(5);
   live.tell({PauseWorld{false}});
   live.run(200);
   WorldTuning tuning = live.world.tuning();
   tuning.stiffness_scale = 0.5;
   tuning.friction_scale = 0.7;
+  tuning.gravity = Vector3(0.3, 0, -8);
   tuning.coupling[1].mode = PointerCoupling::Mode::kVirtual;
   live.tell({TuneWorld{tuning}});
   Spidar::Tuning limits = live.device[0]->tuning();
@@ -166,6 +179,11 @@ Recording record() {
   live.tell({ChangeHand{settings}, 1});
   live.run(200);
   live.tell({DriveJoint{live.world.jointIndex("hinge"), {JointDef::Drive::kVelocity, 0, 2, 0}}});
+  live.run(20);
+  const Quaternion turned(rotationAbout(Vector3::UnitZ(), 0.1));
+  live.tell({LeadBody{0, {Vector3(0.01, 0.5, 0.02), turned, {Vector3(0, 0, 0.2), Vector3(0, 0, 0.1)}}, 0.15}});
+  live.run(20);
+  live.tell({ApplyWrench{live.world.linkIndex("crate"), {{Vector3(0, 0, 0.01), Vector3(0.5, 0, 0.3)}, Vector3(0.01, 0, 0), true}, 0.06}});
   live.run(20);
   live.tell({GrabLink{0, live.world.linkIndex("block")}});
   live.run(100);
@@ -330,6 +348,10 @@ TEST(Session, FingerprintTellsScenesApart) {
       [](WorldDef& w) { w.articulations[1].links[0].collisions[0].material.rest_stiffness = 1e6; },
       [](WorldDef& w) { w.articulations[1].X_WA.p.z() += 1e-12; },
       [](WorldDef& w) { w.pointers.pop_back(); },
+      [](WorldDef& w) { w.motions.pop_back(); },
+      [](WorldDef& w) { w.motions[0].time = {0}, w.motions[0].pose = {w.articulations[5].X_WA}; },
+      [](WorldDef& w) { w.articulations[5].links[0].collisions[0].belt.V_L.linear.x() = 0; },
+      [](WorldDef& w) { w.articulations[5].links[0].collisions[0].belt.V_L.angular.z() = 1e-12; },
       [](WorldDef& w) { w.joint_paths.push_back({"path", {}, {0.0, 1.0}, {}}); },
       [](WorldDef& w) { w.articulations.back().links.push_back(LinkDef{}); }};
   for (const auto& change : changes) {

@@ -1,0 +1,54 @@
+/// Bodies whose motion is given: platforms, lifts, turntables. They push and carry, and nothing pushes them.
+///
+/// A motion is a curve of poses that is smooth in velocity, so that what a contact is told of places and of speeds agrees. Between two
+/// points (p, R, V) a time T apart the origin runs along the cubic of Hermite that has both places and both speeds. The turn does so
+/// as a rotation vector from the first: R(t) = exp[θ(t)] R_a, θ cubic, θ(0) = 0, θ(T) = log(R_b R_aᵀ). Its rate is ω = J(θ) θ̇ with
+/// J the left Jacobian of the exponential, so θ̇ at the ends is ω_a and J⁻¹ ω_b (Chirikjian, Stochastic Models, Information Theory,
+/// and Lie Groups 2, 2012, section 10.8). A constant turn rate gives a constant turn rate, to rounding.
+///
+/// Paths of a file: speeds at the rows are the differences to both sides, weighted by the other side's time (exact for parabolas); a
+/// path that does not repeat begins and ends at rest. Bodies that are told poses one by one go from where they are to each of them,
+/// and slow down to rest over as long again when no other comes.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "haptic_core/world/definition.h"
+#include "haptic_core/world/state.h"
+
+namespace haptic {
+
+class Model;
+
+/// A place on a motion.
+struct MotionPoint {
+  Vector3 p_WL = Vector3::Zero();            ///< [m]
+  Quaternion q_WL = Quaternion::Identity();  ///< orientation
+  Twist V_WL;                                ///< at L's origin, in W
+};
+
+/// A MotionDef compiled for a world.
+struct ModelMotion {
+  std::string name;                          ///< for messages
+  int link = 0;                              ///< world link index
+  std::vector<double> time;                  ///< of the points [s], rising; empty: it is told its poses
+  std::vector<MotionPoint> points;           ///< by time
+  bool repeat = false;                       ///< after the last point it begins anew
+};
+
+/// Compiled from the definition; the model's trees are there already. Throws SetupError: no such link, a link on joints, a link that
+/// two motions or a hand lead, times that do not rise, a turn of half a circle between two rows, a path that repeats and does not close.
+std::vector<ModelMotion> compileMotions(const WorldDef& def, const Model& model);
+
+/// (in realtime) Between two points, `t` of `T` after the first [s].
+MotionPoint between(const MotionPoint& a, const MotionPoint& b, double T, double t) noexcept;
+
+/// (in realtime) Where the body is at time t [s].
+MotionPoint motionAt(const ModelMotion& motion, const MotionTarget& target, double t) noexcept;
+
+/// Where bodies that are told their poses begin: at rest at X_WL.
+MotionTarget standingAt(const Pose& X_WL) noexcept;
+/// (in realtime) The body leaves at `now` for a point that it reaches after `seconds`.
+MotionTarget leavingFor(const ModelMotion& motion, const MotionTarget& before, const MotionPoint& to, double now, double seconds) noexcept;
+
+}  // namespace haptic

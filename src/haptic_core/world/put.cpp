@@ -1,0 +1,149 @@
+#include "haptic_core/world/put.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/world/initial_overlap.h"
+#include "haptic_core/world/runaway.h"
+
+namespace haptic {
+namespace {
+
+/// Longest time that a wrench acts [s]: a day. Whoever wants it for longer asks again.
+constexpr double kLongestWrench = 86400;
+
+void requireLink(const Model& model, const char* what, int link) {
+  if (link >= 0 && link < static_cast<int>(model.links.size())) return;
+  throw SetupError(what, "there is no link " + std::to_string(link), "the scene has " + std::to_string(model.links.size()));
+}
+
+/// Nothing but forces moves any link of the tree.
+void requireLoose(const Model& model, const char* what, int tree, const State& state, const HandWork& hands) {
+  const ModelTree& its = model.trees[tree];
+  const std::string& name = model.links[its.link].name;
+  if (its.model->isStatic()) throw SetupError(what, "link " + name + " is fixed to the world", "name one that moves");
+  if (hands.held_by[its.link] >= static_cast<int>(model.pointers.size())) {
+    throw SetupError(what, "link " + name + " is led along a motion", "name one that nothing leads");
+  }
+  for (const PointerState& pointer : state.pointers) {
+    if (pointer.link < 0 || model.links[pointer.link].articulation != tree) continue;
+    throw SetupError(what, "link " + model.links[pointer.link].name + " is in a hand", "let the hand go of it first");
+  }
+}
+
+/// The tree is elsewhere: contacts begin anew, and what acts on it now is not what did.
+void settleAnew(const Model& model, int tree, State& state, Work& work) {
+  for (int i = 0; i < state.pair_count; ++i) {
+    ActivePair& pair = state.pairs[i];
+    if (model.treeOf(pair.shapeA()) != tree && model.treeOf(pair.shapeB()) != tree) continue;
+    const std::uint64_t key = pair.key;
+    pair = ActivePair{};
+    pair.key = key;
+  }
+  placeTree(model.trees[tree], state, work.placement);
+  findBuried(model, tree, state, work);
+  if (model.settings.integrator == Integrator::kAutomatic) state.mode[tree] = TreeMode::kUnprimed;  // as at the start
+  stepping::forgetPull(state, tree);
+  state.low[tree] = 0;
+  work.standing.forget();
+  renewSupply(model, work, state);
+}
+
+}  // namespace
+
+void applyWrench(const Model& model, int link, const LinkWrench& wrench, double seconds, State& state, Work& work) {
+  constexpr char kWhat[] = "wrench";
+  requireLink(model, kWhat, link);
+  if (!(seconds >= 0 && seconds <= kLongestWrench)) {
+    throw SetupError(kWhat, "its time is " + std::to_string(seconds) + " s", "give 0 to 86400 s; 0 ends what acts on the link");
+  }
+  if (!wrench.F.allFinite() || !wrench.p_L.allFinite()) {
+    throw SetupError(kWhat, "has a number that is not finite", "write newtons, newton metres and metres");
+  }
+  const int tree = model.links[link].articulation;
+  if (seconds > 0) {
+    const std::string& name = model.links[link].name;
+    if (!model.links[link].moves) throw SetupError(kWhat, "link " + name + " is fixed to the world", "name one that moves");
+    if (work.hands.held_by[link] >= 0) {
+      throw SetupError(kWhat, "link " + name + " goes where it is led", "name one that no hand holds and no motion leads");
+    }
+    if (state.wrench_count == kMostWrenches) {
+      throw SetupError(kWhat, std::to_string(kMostWrenches) + " act already", "wait for one to end, or end those of a link by 0 s");
+    }
+    const auto steps = static_cast<std::uint64_t>(std::max(1LL, std::llround(seconds / model.settings.step)));
+    state.wrenches[state.wrench_count++] = {link, state.step + steps, wrench};
+  } else {
+    const auto of_link = [link](const AppliedWrench& applied) { return applied.link == link; };
+    const auto first = state.wrenches.begin();
+    state.wrench_count = static_cast<int>(std::remove_if(first, first + state.wrench_count, of_link) - first);
+  }
+  stepping::forgetPull(state, tree);
+  work.standing.forget();
+}
+
+void putBody(const Model& model, int link, const Pose& X_WL, const Twist& V_WL, State& state, Work& work) {
+  constexpr char kWhat[] = "body pose";
+  requireLink(model, kWhat, link);
+  const int t = model.links[link].articulation;
+  const ModelTree& tree = model.trees[t];
+  requireLoose(model, kWhat, t, state, work.hands);
+  const LinkModel& body = tree.model->link(model.links[link].local);
+  if (!body.floating || !tree.rings.empty()) {
+    throw SetupError(kWhat, "link " + model.links[link].name + " hangs on joints", "set the positions of its joints");
+  }
+  if (!X_WL.p.allFinite() || !X_WL.R.allFinite() || !V_WL.angular.allFinite() || !V_WL.linear.allFinite()) {
+    throw SetupError(kWhat, "has a number that is not finite", "write metres, a unit quaternion, m/s and rad/s");
+  }
+  const Vector3 p_LO_W = X_WL.R * body.p_LO, p_WO = X_WL.p + p_LO_W, v_WO = V_WL.shifted(p_LO_W).linear;
+  const Quaternion turn = Quaternion(X_WL.R).normalized();
+  const double pose[7] = {p_WO.x(), p_WO.y(), p_WO.z(), turn.w(), turn.x(), turn.y(), turn.z()};
+  std::copy_n(pose, 7, state.q.data() + tree.q + body.q);
+  double* v = state.v.data() + tree.v + body.v;
+  std::copy_n(V_WL.angular.data(), 3, v);
+  std::copy_n(v_WO.data(), 3, v + 3);
+  settleAnew(model, t, state, work);
+}
+
+void putJoints(const Model& model, const std::vector<std::pair<int, double>>& positions, State& state, Work& work) {
+  constexpr char kWhat[] = "joint positions";
+  std::vector<int> trees;
+  for (const auto& [index, position] : positions) {
+    if (index < 0 || index >= static_cast<int>(model.joints.size())) {
+      throw SetupError(kWhat, "there is no joint " + std::to_string(index), "the scene has " + std::to_string(model.joints.size()));
+    }
+    const ModelJoint& joint = model.joints[index];
+    const ModelLink& link = model.links[joint.link];
+    const JointDef& def = model.trees[link.articulation].model->def().links[link.local].joint;
+    requireLoose(model, kWhat, link.articulation, state, work.hands);
+    if (def.mimic_joint >= 0) throw SetupError(kWhat, "joint " + joint.name + " follows another", "set the one that it follows");
+    if (!(position >= def.lower && position <= def.upper) || !std::isfinite(position)) {
+      throw SetupError(kWhat, "joint " + joint.name + " at " + std::to_string(position) + " is not within its limits",
+                       "give " + std::to_string(def.lower) + " to " + std::to_string(def.upper));
+    }
+    trees.push_back(link.articulation);
+  }
+  std::sort(trees.begin(), trees.end());
+  trees.erase(std::unique(trees.begin(), trees.end()), trees.end());
+  const std::vector<double> q = state.q, v = state.v;
+  for (const auto& [index, position] : positions) {
+    state.q[model.joints[index].q] = position;
+    state.v[model.joints[index].v] = 0;
+  }
+  for (const int t : trees) {
+    const ModelTree& tree = model.trees[t];
+    if (!tree.has_laws) continue;
+    std::fill_n(state.v.begin() + tree.v, tree.model->nv(), 0.0);  // those that close loops stand as well
+    if (work.joints[t]->close(state.q.data() + tree.q, state.v.data() + tree.v, work.placement.link.data() + tree.link)) continue;
+    state.q = q;
+    state.v = v;
+    for (const int moved : trees) placeTree(model.trees[moved], state, work.placement);
+    throw SetupError(kWhat, "the loops and followers of " + tree.model->def().name + " do not close from there",
+                     "give positions nearer to closing, of all joints of the loop");
+  }
+  for (const int t : trees) settleAnew(model, t, state, work);
+}
+
+}  // namespace haptic
