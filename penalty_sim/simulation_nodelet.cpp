@@ -101,11 +101,15 @@ void SimulationNodelet::offer() {
   offer_ = PortOffer(PortTable::process(), parameters_.name, simulation_->port, getName());
   topics_ = std::make_unique<WorldTopics>(getNodeHandle(), parameters_, simulation_->scene, simulation_->port, offer_);
   joint_commands_ = std::make_unique<JointCommands>(getPrivateNodeHandle(), simulation_->port, offer_);
+  actor_services_ = std::make_unique<ActorServices>(getPrivateNodeHandle(), simulation_->scene, simulation_->port, offer_);
+  motion_inputs_ = std::make_unique<MotionInputs>(getNodeHandle(), simulation_->scene, parameters_.world_frame, simulation_->port, offer_);
   if (parameters_.alone) thread_ = std::make_unique<WorldThread>(getNodeHandle(), parameters_, simulation_->port.hands);
 }
 
 /// Lets go of everything that refers to the world. False: its runner did not give it back in time.
 bool SimulationNodelet::withdraw() {
+  motion_inputs_.reset();
+  actor_services_.reset();
   joint_commands_.reset();
   thread_.reset();
   topics_.reset();

@@ -13,7 +13,9 @@
 
 #include "haptic_core/loop/ports.h"
 #include "haptic_core/world/world.h"
+#include "penalty_sim/actor_services.h"
 #include "penalty_sim/joint_commands.h"
+#include "penalty_sim/motion_inputs.h"
 #include "penalty_sim/world_thread.h"
 #include "penalty_sim/world_topics.h"
 
@@ -59,6 +61,8 @@ class SimulationNodelet : public nodelet::Nodelet {
   PortOffer offer_;
   std::unique_ptr<WorldTopics> topics_;
   std::unique_ptr<JointCommands> joint_commands_;
+  std::unique_ptr<ActorServices> actor_services_;
+  std::unique_ptr<MotionInputs> motion_inputs_;
   std::unique_ptr<WorldThread> thread_;
   std::vector<ros::ServiceServer> services_;
 };

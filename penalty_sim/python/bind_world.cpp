@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
+#include <utility>
 
+#include "haptic_core/world/led_motion.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/runaway.h"
 #include "haptic_core/world/state.h"
@@ -246,7 +249,68 @@ void defineCommands(WorldClass& world) {
             w.world().tune(tuning);
           },
           py::arg("stiffness_scale") = 1.0, py::arg("friction_scale") = 1.0,
-          "Factors on every pair's stiffness and friction.");
+          "Factors on every pair's stiffness and friction.")
+      .def_property(
+          "gravity", [](SeenWorld& w) { return Vector3(w.world().settings().gravity); },
+          [](SeenWorld& w, const Vector3& gravity) {
+            if (!gravity.allFinite()) throw SetupError("gravity", "has a number that is not finite", "write m/s^2");
+            WorldTuning tuning = w.world().tuning();
+            tuning.gravity = gravity;
+            w.world().tune(tuning);
+          },
+          "in W [m/s²], at most 1000; a reset keeps it");
+}
+
+/// What acts on bodies from outside.
+void defineActors(WorldClass& world) {
+  world
+      .def(
+          "apply_wrench",
+          [](SeenWorld& w, const std::string& link, const Vector6& wrench, double duration, const Vector3& point,
+             const std::string& frame) {
+            if (frame != "world" && frame != "link") {
+              throw SetupError("wrench", "frame '" + frame + "' is unknown", "write world or link");
+            }
+            w.takeWritten();
+            w.world().applyWrench(w.link(link), {{wrench.head<3>(), wrench.tail<3>()}, point, frame == "link"}, duration);
+          },
+          py::arg("link"), py::arg("wrench"), py::arg("duration"), py::arg("point") = Vector3(Vector3::Zero()),
+          py::arg("frame") = "world",
+          "A wrench on a link for a time [s] of whole steps: torque [N m], force [N], in the axes of the world or of the link, about a "
+          "point of the link [m]. 0 s ends what acts on it.")
+      .def(
+          "set_body_pose",
+          [](SeenWorld& w, const std::string& link, const Matrix4& X_WL, const Vector6& V_WL) {
+            w.takeWritten();
+            w.world().setBodyPose(w.link(link), poseOf(X_WL), {V_WL.head<3>(), V_WL.tail<3>()});
+            w.remember();
+          },
+          py::arg("link"), py::arg("X_WL"), py::arg("V_WL") = Vector6(Vector6::Zero()),
+          "Puts a body on a floating joint elsewhere, with this twist at its link's origin, in W. Its contacts begin anew.")
+      .def(
+          "set_joint_positions",
+          [](SeenWorld& w, const std::map<std::string, double>& positions) {
+            w.takeWritten();
+            std::vector<std::pair<int, double>> by_index;
+            for (const auto& [name, position] : positions) by_index.emplace_back(w.joint(name), position);
+            w.world().setJointPositions(by_index);
+            w.remember();
+          },
+          py::arg("positions"), "{joint: position [rad or m]}: puts joints elsewhere, at rest; loops and followers close from there.")
+      .def(
+          "lead",
+          [](SeenWorld& w, const std::string& motion, const Matrix4& X_WL, double duration, const Vector6& V_WL) {
+            const int i = w.world().motionIndex(motion);
+            if (i < 0) {
+              throw unknownName("motion", motion, w.world().motionCount(), [&](int k) { return w.world().motion(k).name; });
+            }
+            const Pose X = poseOf(X_WL);
+            if (w.world().leadBody(i, {X.p, Quaternion(X.R).normalized(), {V_WL.head<3>(), V_WL.tail<3>()}}, duration)) return;
+            throw SetupError("motion '" + motion + "'", "follows a file, or a number is not finite",
+                             "lead what the scene leaves to topic or tf");
+          },
+          py::arg("motion"), py::arg("X_WL"), py::arg("duration"), py::arg("V_WL") = Vector6(Vector6::Zero()),
+          "A body that is led from outside goes to a pose, where it arrives with this twist after so many seconds.");
 }
 
 /// All of it, to go back to and to compare.
@@ -375,6 +439,7 @@ void bindWorld(py::module_& m) {
   defineMotion(world);
   defineSensors(world);
   defineCommands(world);
+  defineActors(world);
   defineStates(world);
 }
 

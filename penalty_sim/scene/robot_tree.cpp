@@ -1,3 +1,4 @@
+#include "scene/motion_reading.h"
 #include "scene/robot_tree.h"
 
 #include <algorithm>
@@ -242,7 +243,7 @@ void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, co
   for (std::size_t c = 0; c < link.collisions.size(); ++c) {
     ++context_.scene.collisions_tried;
     const XmlElement& element = *link.collisions[c];
-    refuseUnknownExtensions(robot_.xml, element, {"haptic:contact", "haptic:shape"});
+    refuseUnknownExtensions(robot_.xml, element, {"haptic:contact", "haptic:shape", "haptic:belt"});
     const ShapePieces shape = context_.shapes.make(robot_, link, element);
     const std::string where = robot_.xml.at(element) + ": link '" + link.name + "'";
     if (!shape.replaced.empty()) context_.scene.replaced.push_back(where + ": " + shape.replaced);
@@ -253,6 +254,7 @@ void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, co
     collision.material =
         contact_.of(link, element, shape.half_extent, collision.material_source, context_.scene.notes);
     collision.X_LS = X_LM * readOrigin(robot_.xml, element);
+    collision.belt = readBelt(robot_.xml, element, X_LM);
     const char* given = element.Attribute("name");
     if (std::isnan(collision.material.stiffness)) {
       context_.silent.push_back({articulation, target_link, target.collisions.size(), shape.pieces.size(),

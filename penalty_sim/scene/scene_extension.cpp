@@ -7,6 +7,7 @@
 
 #include "haptic_core/base/parse_numbers.h"
 #include "scene/contact_properties.h"
+#include "scene/motion_reading.h"
 #include "scene/pointer_reading.h"
 #include "scene/sensor_reading.h"
 
@@ -18,9 +19,9 @@ bool isHaptic(const XmlElement& element) {
 }
 
 const std::map<std::string, std::vector<std::string>> kKnownBelow = {
-    {"robot", {"haptic:scene", "haptic:pointer", "haptic:collision_filter", "haptic:loop", "haptic:sensor"}},
+    {"robot", {"haptic:scene", "haptic:pointer", "haptic:collision_filter", "haptic:loop", "haptic:motion", "haptic:sensor"}},
     {"joint", {"haptic:joint"}},
-    {"collision", {"haptic:contact", "haptic:shape"}},
+    {"collision", {"haptic:contact", "haptic:shape", "haptic:belt"}},
     {"haptic:scene", {"haptic:contact"}},
     {"haptic:pointer", {"haptic:waypoint"}},
 };
@@ -201,8 +202,13 @@ void readRelations(const RobotFile& robot, const ModelSettings& settings, LoadCo
     const std::string name = tag->Name();
     if (name == "haptic:collision_filter") readFilter(robot, *tag, settings.prefix, context);
     if (name == "haptic:loop") readLoop(robot, *tag, settings.prefix, context);
-    if (name == "haptic:pointer") readPointer(robot, *tag, settings, context);
     if (name == "haptic:sensor") readSensor(robot, *tag, settings, context);
+    if (name == "haptic:motion") readMotion(robot, *tag, settings, context);
+  }
+  // A pointer's device stands where its link starts: motions have put theirs by now.
+  constexpr char kPointer[] = "haptic:pointer";
+  for (const XmlElement* tag = robot.xml.root()->FirstChildElement(kPointer); tag; tag = tag->NextSiblingElement(kPointer)) {
+    readPointer(robot, *tag, settings, context);
   }
 }
 

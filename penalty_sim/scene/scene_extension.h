@@ -1,4 +1,4 @@
-/// The robot-level haptic: tags: <haptic:scene>, <haptic:pointer>, <haptic:collision_filter>, <haptic:loop>,
+/// The robot-level haptic: tags: <haptic:scene>, <haptic:pointer>, <haptic:collision_filter>, <haptic:loop>, <haptic:motion>,
 /// <haptic:sensor>.
 #pragma once
 #include <string>
@@ -27,7 +27,7 @@ void setWorldSetting(const std::string& where, const std::string& name, const st
 /// Reads <haptic:scene> into the world's settings, and what surfaces are made of that do not say it themselves.
 void readSceneTag(const RobotFile& robot, WorldSettings& settings, GivenSolid& solid);
 
-/// Reads pointers with their hands, filters, loops and sensors; names get `prefix`, poses are moved by `X_WM`. All
+/// Reads pointers with their hands, filters, loops, motions and sensors; names get `prefix`, poses are moved by `X_WM`. All
 /// links of the model are in `context.frames`.
 void readRelations(const RobotFile& robot, const ModelSettings& settings, LoadContext& context);
 

@@ -82,6 +82,14 @@ struct StartContact {
   bool filtered = false;  ///< they do not collide
 };
 
+/// Where the poses of a body come from that is told its motion one by one.
+struct ToldMotion {
+  int motion = -1;                   ///< index in WorldDef::motions
+  std::string topic;                 ///< of geometry_msgs/PoseStamped; empty: it follows tf
+  std::string frame;                 ///< of tf; empty: it follows the topic
+  Pose X_FL;                         ///< the body's link in the frame that is told
+};
+
 /// A loaded scene: its world, hands, visuals, and what the loader had to say.
 struct SceneDef : LoadReport {
   std::string file;  ///< absolute path, or the name that was given with SceneOptions::text
@@ -92,6 +100,8 @@ struct SceneDef : LoadReport {
   std::vector<VisualDef> visuals;
   /// One per device, in the order of the file.
   std::vector<HandDef> hands;
+  /// Of bodies whose poses come from outside, in the order of the files.
+  std::vector<ToldMotion> told_motions;
   /// One per collision element that became shapes.
   std::vector<CollisionReport> collisions;
   /// Deeper than kTouches, in the order of links.

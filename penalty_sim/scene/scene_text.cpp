@@ -1,4 +1,5 @@
 /// What `./run check SCENE` prints about a loaded scene.
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <sstream>
@@ -56,6 +57,20 @@ std::string sceneText(const SceneDef& scene) {
     const std::string values = contactText(collision.material, settings.default_material);
     out << "    contact: " << values << (values.empty() ? "" : "; ")
         << "source: " << collision.material_source << "\n";
+  }
+  for (std::size_t m = 0; m < scene.world.motions.size(); ++m) {
+    const MotionDef& motion = scene.world.motions[m];
+    out << "  " << motion.name << " is led along ";
+    if (motion.time.empty()) {
+      const auto told = std::find_if(scene.told_motions.begin(), scene.told_motions.end(),
+                                     [&](const ToldMotion& t) { return t.motion == static_cast<int>(m); });
+      if (told == scene.told_motions.end()) out << "what it is told";
+      else out << (told->topic.empty() ? "tf frame " + told->frame : "topic " + told->topic);
+    } else {
+      out << motion.time.size() << " poses from " << motion.time.front() << " to " << motion.time.back() << " s"
+          << (motion.repeat ? ", over and over" : "");
+    }
+    out << "\n";
   }
   for (const HandDef& hand : scene.hands) {
     const PointerDef& pointer = scene.world.pointers[hand.pointer];

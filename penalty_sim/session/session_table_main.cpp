@@ -72,7 +72,11 @@ constexpr const char* kCommandNames[] = {"restore the world",
                                          "adopt a calibration",
                                          "tune the device",
                                          "STOP",
-                                         "hold the dead-man switch"};
+                                         "hold the dead-man switch",
+                                         "push a link",
+                                         "put a body",
+                                         "put joints",
+                                         "lead a body"};
 static_assert(std::size(kCommandNames) == std::variant_size_v<LoopCommand::Kind>);
 
 void writeInfo(const std::string& path, const RecordedSession& session, const ReplayRun& run,

@@ -6,7 +6,7 @@ find_package(orocos_kdl REQUIRED)
 find_package(urdfdom REQUIRED)
 find_package(urdfdom_headers REQUIRED)
 find_package(tinyxml2 REQUIRED)
-target_sources(bench_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/articulated_robots.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robots_files.cpp
-  ${CMAKE_CURRENT_SOURCE_DIR}/robots_kdl.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robots_sensors.cpp)
+target_sources(bench_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/articulated_robots.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robots_actors.cpp
+  ${CMAKE_CURRENT_SOURCE_DIR}/robots_files.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robots_kdl.cpp ${CMAKE_CURRENT_SOURCE_DIR}/robots_sensors.cpp)
 target_include_directories(bench_${name} SYSTEM PRIVATE ${orocos_kdl_INCLUDE_DIRS} ${urdfdom_INCLUDE_DIRS} ${urdfdom_headers_INCLUDE_DIRS})
 target_link_libraries(bench_${name} penalty_sim_scene tinyxml2::tinyxml2 ${orocos_kdl_LIBRARIES})

@@ -55,6 +55,37 @@ class Worlds(unittest.TestCase):
         np.testing.assert_allclose(world.pose("ball")[:3, 3], fallen, rtol=0, atol=5 * n * EPS * 3)
         self.assertAlmostEqual(world.time, n * h, places=12)
 
+    def test_a_wrench_acts_for_its_time(self):
+        scene = self.ball()
+        scene.gravity = [0, 0, 0]
+        world, n, h = haptic.World(scene), 100, scene.step
+        world.apply_wrench("ball", [0, 0, 2e-4, 0.3, 0, -0.1], n * h, point=[0, 0, 0], frame="link")
+        world.step(2 * n)
+        np.testing.assert_allclose(world.twist("ball")[3:], n * h / 0.1 * np.array([0.3, 0, -0.1]), rtol=0, atol=5e-3)  # it turns meanwhile
+        world = haptic.World(scene)
+        world.apply_wrench("ball", [0, 0, 2e-4, 0.3, 0, -0.1], n * h)
+        world.step(2 * n)
+        np.testing.assert_allclose(world.twist("ball"), n * h * np.array([0, 0, 2, 3, 0, -1]), rtol=0, atol=100 * n * EPS)
+        for bad in (dict(link="ball", wrench=[0] * 6, duration=-1), dict(link="ball", wrench=[0] * 6, duration=1, frame="map"),
+                    dict(link="nothing", wrench=[0] * 6, duration=1)):
+            with self.assertRaises(haptic.SetupError):
+                world.apply_wrench(**bad)
+
+    def test_bodies_are_put_and_gravity_changes(self):
+        world = haptic.World(self.ball())
+        world.step(10)
+        world.set_body_pose("ball", turned([0, 0, 1], 0.4, [1, 2, 3]), [0, 0, 1, 0.5, 0, 0])
+        np.testing.assert_allclose(world.pose("ball"), turned([0, 0, 1], 0.4, [1, 2, 3]), rtol=0, atol=10 * EPS)
+        world.gravity = [0, 0, 2]
+        np.testing.assert_array_equal(world.gravity, [0, 0, 2])
+        world.step(100)
+        np.testing.assert_allclose(world.twist("ball"), [0, 0, 1, 0.5, 0, 0.2], rtol=0, atol=1000 * EPS)
+        door = haptic.World("door")
+        for bad in (lambda: door.set_joint_positions({"no_such_joint": 0}), lambda: world.set_body_pose("ball", np.zeros((4, 4))),
+                    lambda: setattr(world, "gravity", [0, 0, 1e9]), lambda: world.lead("ball", np.eye(4), 1)):
+            with self.assertRaises(haptic.SetupError):
+                bad()
+
     def test_views_are_the_memory_itself(self):
         for scene in SCENES:
             for integrator in ("symplectic_euler", "implicit_euler", "automatic"):

@@ -99,12 +99,12 @@ def load_nodelet(kind, name, manager, **parameters):
                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
-def load_stack(device="spidar_g6x3r", rate=1000, driver=None, bridge=None):
-    """Driver, simulation of touch_cube and bridge in the manager /haptics; what `unload_stack` wants."""
+def load_stack(device="spidar_g6x3r", rate=1000, driver=None, bridge=None, scene="touch_cube"):
+    """Driver, simulation of a scene and bridge in the manager /haptics; what `unload_stack` wants."""
     rospy.wait_for_service("/haptics/load_nodelet", 20)
     return [load_nodelet("spidar_driver/DriverNodelet", "/spidar/driver", "/haptics", device=device, rate=rate, alone=False,
                          **(driver or {})),
-            load_nodelet("penalty_sim/SimulationNodelet", "/simulation", "/haptics", scene="touch_cube", rate=rate, alone=False),
+            load_nodelet("penalty_sim/SimulationNodelet", "/simulation", "/haptics", scene=scene, rate=rate, alone=False),
             load_nodelet("haptic_bridge/BridgeNodelet", "/bridge", "/haptics", rate=rate, **(bridge or {}))]
 
 

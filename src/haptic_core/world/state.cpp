@@ -7,7 +7,7 @@ namespace haptic {
 namespace {
 
 /// In front of the packed numbers: what another layout would have otherwise.
-constexpr std::size_t kHead = 6;
+constexpr std::size_t kHead = 5;
 
 std::size_t pairNumbers() { return countFields(ActivePair{}); }
 std::size_t wrenchNumbers() { return countFields(AppliedWrench{}); }
@@ -33,8 +33,7 @@ std::vector<double> State::pack() const {
 
 void State::pack(std::vector<double>& out) const {
   out.clear();
-  for (const std::size_t length : {q.size(), v.size(), commands.size(), pointers.size(), std::size_t(pair_count),
-                                   std::size_t(wrench_count)}) {
+  for (const std::size_t length : {q.size(), v.size(), commands.size(), pointers.size(), std::size_t(pair_count)}) {
     out.push_back(static_cast<double>(length));
   }
   appendFields(*this, out);
@@ -45,9 +44,10 @@ void State::pack(std::vector<double>& out) const {
 void State::unpack(const std::vector<double>& in) {
   const bool same = in.size() >= kHead && in[0] == double(q.size()) && in[1] == double(v.size()) &&
                     in[2] == double(commands.size()) && in[3] == double(pointers.size()) && in[4] >= 0 &&
-                    in[4] <= double(pairs.size()) && in[5] >= 0 && in[5] <= double(wrenches.size());
-  const std::size_t count = same ? static_cast<std::size_t>(in[4]) : 0, acting = same ? static_cast<std::size_t>(in[5]) : 0;
-  if (!same || in.size() != kHead + countFields(*this) + count * pairNumbers() + acting * wrenchNumbers()) {
+                    in[4] <= double(pairs.size());
+  const std::size_t count = same ? static_cast<std::size_t>(in[4]) : 0, all = kHead + countFields(*this) + count * pairNumbers();
+  const std::size_t left = in.size() > all ? in.size() - all : 0, acting = left / wrenchNumbers();  // what remains is wrenches
+  if (!same || in.size() != all + acting * wrenchNumbers() || acting > wrenches.size()) {
     throw SetupError("saved state", "is of another scene or version", "restore it into the scene it was saved from");
   }
   const double* next = in.data() + kHead;

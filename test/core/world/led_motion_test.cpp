@@ -84,6 +84,29 @@ TEST_P(Carried, AStuckBodyStaysOnItsPlatform) {
   EXPECT_LT(farthest, GetParam() == Integrator::kSymplecticEuler ? 1e-3 : 1e-4);
 }
 
+/// World steps within a tick, and parts of them, each see the motion where it is at their end.
+TEST_P(Carried, SubstepsAndPartsFollowTheMotion) {
+  WorldSettings s = settings();
+  s.substeps = 3;
+  WorldDef def = onCarrier(Load{}, s, wandering(2, 0.05), 0.05);
+  // A bullet beside it has the step cut into parts.
+  def.articulations.push_back(staticBox("wall", Vector3(0.005, 1, 1), Pose(Vector3(3, 0, 0))));
+  const Twist fast{Vector3::Zero(), Vector3(40, 0, 0)};
+  def.articulations.push_back(freeBox("bullet", Vector3::Constant(0.02), 0.1, Pose(Vector3(2, 0, 0.2)), fast));
+  World world(def);
+  const Vector3 first = placeOnCarrier(world);
+  int most = 0;
+  while (world.time() < 2.4) {
+    world.step();
+    most = std::max(most, world.report().substeps);
+    const MotionPoint at = motionAt(world.motion(0), {}, world.time());
+    ASSERT_LT((world.linkPose(0).p - at.p_WL).norm(), 1e-12) << world.time();
+    ASSERT_LT((world.linkTwist(0).linear - at.V_WL.linear).norm(), 1e-12) << world.time();
+  }
+  EXPECT_GT(most, 3);
+  EXPECT_LT((placeOnCarrier(world) - first).norm(), 1e-6);
+}
+
 /// A wall at 0.2 m/s meets a cube on ice: afterwards both have its speed, and what the wall put in is what the cube has and what was lost.
 TEST_P(Carried, AWallPushes) {
   CubeParameters c;

@@ -1,0 +1,114 @@
+#include "scene/motion_reading.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "haptic_core/base/error.h"
+#include "scene/number_table.h"
+#include "scene/resource_path.h"
+#include "scene/scene_extension.h"
+
+namespace haptic {
+namespace {
+
+/// As in world/led_motion.cpp: beyond it the way round is anybody's guess [rad].
+constexpr double kMostTurnOfRow = 3;
+/// A path that repeats may miss its first row by rounding of its text [m], [rad].
+constexpr double kClosesPath = 1e-6;
+
+double turnFrom(const Pose& from, const Pose& to) {
+  return vectorFromRotation(Quaternion(Matrix3(to.R * from.R.transpose())).normalized()).norm();
+}
+
+/// Rows of a file as poses of the link, which lies at X_FL in the named frame.
+void readPath(const std::string& path, const Pose& X_WM, const Pose& X_FL, const Pose& X_WF_start, MotionDef& motion) {
+  const std::vector<std::string> places = {"time", "x", "y", "z"}, poses = {"time", "x", "y", "z", "roll", "pitch", "yaw"};
+  const NumberTable table = readNumberTable(path, "time,x,y,z,roll,pitch,yaw");
+  if (table.columns != places && table.columns != poses) {
+    throw SetupError(table.where_head, "names other columns", "begin with time,x,y,z or time,x,y,z,roll,pitch,yaw");
+  }
+  for (const NumberTable::Row& row : table.rows) {
+    const std::vector<double>& n = row.numbers;
+    const Matrix3 R_MF = n.size() > 4 ? rotationFromRpy(Vector3(n[4], n[5], n[6])) : Matrix3(X_WM.R.transpose() * X_WF_start.R);
+    const Pose X_WL = X_WM * Pose(R_MF, Vector3(n[1], n[2], n[3])) * X_FL;
+    if (!motion.pose.empty() && !(turnFrom(motion.pose.back(), X_WL) <= kMostTurnOfRow)) {
+      throw SetupError(row.where, "turns by more than 3 rad since the row before", "give rows between: the way round must be clear");
+    }
+    motion.time.push_back(n[0]);
+    motion.pose.push_back(X_WL);
+  }
+  if (!motion.repeat) return;
+  const Pose &first = motion.pose.front(), &last = motion.pose.back();
+  if (motion.pose.size() < 3 || !((first.p - last.p).norm() <= kClosesPath) || !(turnFrom(first, last) <= kClosesPath)) {
+    throw SetupError(table.rows.back().where, "shall repeat, but the last row is not the first one, or there are less than three",
+                     "close the path, or take repeat out");
+  }
+}
+
+bool readFlag(const XmlFile& file, const XmlElement& tag, const char* name) {
+  const char* text = tag.Attribute(name);
+  if (!text || std::strcmp(text, "false") == 0) return false;
+  if (std::strcmp(text, "true") == 0) return true;
+  throw SetupError(file.at(tag) + ": <" + tag.Name() + ">", std::string(name) + " = '" + text + "'", "write true or false");
+}
+
+}  // namespace
+
+void readMotion(const RobotFile& robot, const XmlElement& tag, const ModelSettings& settings, LoadContext& context) {
+  const std::string where = robot.xml.at(tag) + ": <haptic:motion>";
+  refuseUnknownAttributes(robot.xml, tag, {"link", "file", "repeat", "topic", "tf"});
+  const std::string name = settings.prefix + readName(robot.xml, tag, "link");
+  const FramePlace place = findFrame(context, name, where);
+  std::vector<ArticulationDef>& articulations = context.scene.world.articulations;
+  const bool is_free = place.articulation >= 0 && articulations[place.articulation].links.size() == 1 &&
+                       articulations[place.articulation].links[0].joint.type == JointType::kFloating;
+  if (!is_free) {
+    throw SetupError(where, "link '" + name + "' hangs on joints or is fixed",
+                     "hang it on world by a floating joint, or drive its joint");
+  }
+  const int sources = (tag.Attribute("file") != nullptr) + (tag.Attribute("topic") != nullptr) + (tag.Attribute("tf") != nullptr);
+  if (sources != 1) throw SetupError(where, "gets " + std::to_string(sources) + " sources", "give one of file, topic and tf");
+  MotionDef motion;
+  motion.name = name;
+  motion.articulation = place.articulation;
+  motion.link = place.link;
+  motion.repeat = readFlag(robot.xml, tag, "repeat");
+  ArticulationDef& body = articulations[place.articulation];
+  if (tag.Attribute("file")) {
+    const std::string path = resolveResource(readName(robot.xml, tag, "file"), robot.xml.path());
+    if (path.empty()) throw SetupError(where, std::string("file '") + tag.Attribute("file") + "' is not found", "mend the path");
+    readPath(path, settings.X_WM, place.X_LF.inverse(), initialPoses(body)[0] * place.X_LF, motion);
+    body.X_WA = motion.pose.front();
+    body.links[0].joint.X_PJ = Pose();
+    body.V_WA = Twist{};
+  } else {
+    if (motion.repeat) throw SetupError(where, "repeats what is told pose by pose", "take repeat out, or give a file");
+    ToldMotion told;
+    told.motion = static_cast<int>(context.scene.world.motions.size());
+    told.X_FL = place.X_LF.inverse();
+    if (tag.Attribute("topic")) told.topic = readName(robot.xml, tag, "topic");
+    if (tag.Attribute("tf")) told.frame = readName(robot.xml, tag, "tf");
+    context.scene.told_motions.push_back(told);
+  }
+  const auto same = [&](const MotionDef& other) { return other.articulation == motion.articulation; };
+  if (std::any_of(context.scene.world.motions.begin(), context.scene.world.motions.end(), same)) {
+    throw SetupError(where, "link '" + name + "' has a motion already", "give one motion to a link");
+  }
+  context.scene.world.motions.push_back(motion);
+}
+
+SurfaceVelocity readBelt(const XmlFile& file, const XmlElement& collision, const Pose& X_LM) {
+  SurfaceVelocity belt;
+  const XmlElement* tag = collision.FirstChildElement("haptic:belt");
+  if (!tag) return belt;
+  refuseUnknownAttributes(file, *tag, {"velocity", "spin"});
+  const std::string where = file.at(*tag) + ": <haptic:belt>";
+  if (tag->NextSiblingElement("haptic:belt")) throw SetupError(where, "is there twice", "give one to a collision");
+  const auto velocity = readVector(file, *tag, "velocity"), spin = readVector(file, *tag, "spin");
+  if (!velocity && !spin) throw SetupError(where, "says nothing", "give velocity [m/s] or spin [rad/s], three numbers");
+  const Twist V_M{spin.value_or(Vector3::Zero()), velocity.value_or(Vector3::Zero())};
+  belt.V_L = V_M.rotated(X_LM.R).shifted(-X_LM.p);
+  return belt;
+}
+
+}  // namespace haptic

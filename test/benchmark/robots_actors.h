@@ -1,0 +1,10 @@
+/// What acts on bodies from outside: wrenches, motions, belts, and their replay.
+#pragma once
+
+namespace haptic::bench {
+
+/// Prints wrench.response_err_rel, kinematic.carry_um, kinematic.conveyor_err_rel and replay.mismatches: largest over the integrators that
+/// the core has (symplectic Euler leaves what is led a step ahead, so carry_um is that of the others).
+void measureActors();
+
+}  // namespace haptic::bench
