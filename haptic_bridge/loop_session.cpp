@@ -74,7 +74,7 @@ bool LoopSession::claimDevices(const BridgeParameters& parameters, LoopSession& 
 void LoopSession::connect(std::uint64_t first_tick) {
   World& world = world_->world;
   loop_ = std::make_unique<HapticLoop>(world);
-  start_ = SessionStart{first_tick, world.settings().step, world.save(), world.tuning().numbers(), world_->paused(), {}};
+  start_ = SessionStart{first_tick, world.settings().step, world.save(), world.tuning().numbers(), {}, world_->paused(), {}};
   loop_->take({PauseWorld{world_->paused()}});
   for (Hand& hand : hands_) {
     HandSettings settings = hand.placement.settings;

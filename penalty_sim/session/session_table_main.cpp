@@ -76,7 +76,8 @@ constexpr const char* kCommandNames[] = {"restore the world",
                                          "push a link",
                                          "put a body",
                                          "put joints",
-                                         "lead a body"};
+                                         "lead a body",
+                                         "change bodies"};
 static_assert(std::size(kCommandNames) == std::variant_size_v<LoopCommand::Kind>);
 
 void writeInfo(const std::string& path, const RecordedSession& session, const ReplayRun& run,

@@ -1,9 +1,12 @@
 #include "haptic_core/loop/command.h"
 
 #include <array>
+#include <cstring>
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/fields.h"
+#include "haptic_core/base/packed_file.h"
+#include "haptic_core/geometry/shapes/shape_parts.h"
 #include "haptic_core/spidar/spidar.h"
 #include "haptic_core/world/world.h"
 
@@ -29,7 +32,7 @@ T recordFrom(const std::vector<double>& told, const char* what, std::size_t late
   return record;
 }
 
-/// What a recording's numbers say. The first five have no fixed length: what they restore judges it.
+/// What a recording's numbers say. The first six have no fixed length: what they restore judges it.
 template <class T>
 LoopCommand::Kind kindFrom(const std::vector<double>& numbers) {
   T kind;
@@ -41,6 +44,8 @@ LoopCommand::Kind kindFrom(const std::vector<double>& numbers) {
     kind.strings = numbers;
   } else if constexpr (std::is_same_v<T, TuneWorld>) {
     kind.tuning = WorldTuning::fromNumbers(numbers);
+  } else if constexpr (std::is_same_v<T, ChangeBodies>) {
+    *kind.packed = numbers;
   } else if constexpr (std::is_same_v<T, PutJoints>) {
     if (numbers.size() % 2 != 0) throw SetupError("a command", "puts joints by an odd number of numbers", "record again");
     for (std::size_t i = 0; i < numbers.size(); i += 2) kind.positions.emplace_back(static_cast<int>(numbers[i]), numbers[i + 1]);
@@ -57,9 +62,56 @@ LoopCommand::Kind kindAt(std::size_t index, const std::vector<double>& numbers, 
   return kReaders[index](numbers);
 }
 
+/// Another number where the order of the parts is another.
+constexpr char kBodiesFormat[] = "haptic bodies, packed: 1\n";
+
+/// What a ChangeBodies says.
+struct PackedBodies {
+  WorldDef def;
+  std::vector<int> kept;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.def.name), visit(s.def), visit(s.kept);
+  }
+};
+
 }  // namespace
 
+std::vector<double> packBodies(const WorldDef& def, const std::vector<int>& kept) {
+  const std::string bytes = packFile(kBodiesFormat, PackedBodies{def, kept});
+  std::vector<double> numbers(1 + (bytes.size() + sizeof(double) - 1) / sizeof(double));
+  numbers[0] = static_cast<double>(bytes.size());
+  std::memcpy(numbers.data() + 1, bytes.data(), bytes.size());
+  return numbers;
+}
+
+namespace {
+
+PackedBodies unpacked(const std::vector<double>& numbers) {
+  const double most = numbers.empty() ? -1 : static_cast<double>((numbers.size() - 1) * sizeof(double));
+  if (!(most >= 0 && numbers[0] >= 0 && numbers[0] <= most)) throw SetupError("change of bodies", "is cut", "record it again");
+  std::string bytes(static_cast<std::size_t>(numbers[0]), '\0');
+  std::memcpy(bytes.data(), numbers.data() + 1, bytes.size());
+  return unpackFile<PackedBodies>(kBodiesFormat, bytes, "change of bodies");
+}
+
+}  // namespace
+
+WorldDef unpackBodies(const std::vector<double>& packed) { return unpacked(packed).def; }
+
+std::shared_ptr<NextWorld> nextWorld(const ChangeBodies& change, const World& running) {
+  if (change.next) return change.next;
+  const PackedBodies bodies = unpacked(*change.packed);
+  return std::make_shared<NextWorld>(running, bodies.def, bodies.kept);
+}
+
 void apply(const LoopCommand& command, World& world) {
+  if (const auto* change = std::get_if<ChangeBodies>(&command.kind)) {
+    if (!world.exchange(*nextWorld(*change, world))) {
+      throw SetupError("change of bodies", "was made of another world", "make it of the one that runs");
+    }
+  }
   if (const auto* restore = std::get_if<RestoreWorld>(&command.kind)) world.restore(restore->state);
   if (const auto* tune = std::get_if<TuneWorld>(&command.kind)) world.tune(tune->tuning);
   if (const auto* grab = std::get_if<GrabLink>(&command.kind)) {

@@ -6,6 +6,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -20,6 +21,7 @@
 namespace haptic {
 
 struct Calibration;
+class NextWorld;
 class Spidar;
 class World;
 
@@ -206,12 +208,25 @@ struct LeadBody {
   }
 };
 
+/// Command: bodies come or go while the world runs, see World::exchange.
+struct ChangeBodies {
+  /// Numbers of `packBodies`: the new definition, and what of the old one stays in it. Never null.
+  std::shared_ptr<std::vector<double>> packed = std::make_shared<std::vector<double>>();
+  /// Compiled beforehand by the sender, for the running world; null, as in a replay: when it is carried out. Holds the old world then.
+  std::shared_ptr<NextWorld> next;
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(*s.packed);  // the rest follows from it
+  }
+};
+
 /// A change of a running loop as data, and which hand it is for.
 struct LoopCommand {
   /// Recordings number the kinds in this order (haptic_msgs/LoopEvent): new ones go to the end.
   using Kind = std::variant<RestoreWorld, TuneWorld, RestoreDevice, ChangeHand, DropHand, AskDevice, PauseWorld, HoldClutch,
                             GrabLink, DriveJoint, StepWorld, AdoptCalibration, TuneDevice, StopDevice, HoldSwitch, ApplyWrench,
-                            PutBody, PutJoints, LeadBody>;
+                            PutBody, PutJoints, LeadBody, ChangeBodies>;
   /// What to do, with its data.
   Kind kind;
   int hand = 0;  ///< which; 0 for the world
@@ -259,6 +274,12 @@ void apply(const LoopCommand& command, World& world);
 void apply(const LoopCommand& command, Spidar& device);
 
 AdoptCalibration adoptionOf(const Calibration& calibration);  ///< the command to take it up
+
+/// At set-up: the numbers of a ChangeBodies. `kept`: as NextWorld takes them.
+std::vector<double> packBodies(const WorldDef& def, const std::vector<int>& kept);
+WorldDef unpackBodies(const std::vector<double>& packed);  ///< the new definition again; throws SetupError
+/// Compiles what a ChangeBodies asks of a world, where its sender has not. Throws SetupError.
+std::shared_ptr<NextWorld> nextWorld(const ChangeBodies& change, const World& running);
 
 /// Commands on their way to a runner: they stay the sender's, and are carried out in order, before one tick. The first that is
 /// refused ends it; those before it stand.

@@ -86,6 +86,11 @@ void Hand::followWorld(const World& world, int link_before, bool jumped) noexcep
   }
 }
 
+void Hand::followBodies(const World& world, const NextWorld& change, int link_before) noexcept {
+  if (pressing_ >= 0) pressing_ = change.linkNow(pressing_);
+  followWorld(world, change.linkNow(link_before), false);
+}
+
 void Hand::sense(const DeviceSample& sample, double h) noexcept {
   device_.sense(sample, h);
   last_buttons_ = buttons_;

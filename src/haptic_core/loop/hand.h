@@ -35,6 +35,8 @@ class Hand {
   /// A command changed the world, whose pointer was `link_before`: when that moved the pointer, the map takes up the
   /// difference and the force fades in anew.
   void followWorld(const World& world, int link_before, bool jumped) noexcept;
+  /// (in realtime) Bodies have come or gone: links have other numbers. `link_before`: the pointer's old one.
+  void followBodies(const World& world, const NextWorld& change, int link_before) noexcept;
   /// Throws SetupError; the pointer keeps its place, and glides after a base that moved.
   void setSettings(const HandSettings& settings);
   /// Between two ticks: the pointer stands from now on.

@@ -42,6 +42,13 @@ void HapticLoop::take(const LoopCommand& command) {
     }
     if (command.is<DropHand>()) return detach(command.hand);
     hands_[command.hand]->take(command);
+  } else if (const auto* change = std::get_if<ChangeBodies>(&command.kind)) {
+    const std::shared_ptr<NextWorld> next = nextWorld(*change, world_);
+    std::array<int, kMaxHands> link{};
+    for (int i = 0; i < count_; ++i) link[i] = world_.pointerLink(hands_[i]->pointer());
+    apply({ChangeBodies{change->packed, next}}, world_);
+    bodies_ = change->packed;
+    for (int i = 0; i < count_; ++i) hands_[i]->followBodies(world_, *next, link[i]);
   } else {
     std::array<int, kMaxHands> link{};
     for (int i = 0; i < count_; ++i) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "haptic_core/loop/command.h"
 #include "haptic_core/loop/tick_input.h"
@@ -80,6 +81,8 @@ class HapticLoop {
   int handCount() const noexcept { return count_; }
   /// The world stands, see PauseWorld.
   bool paused() const noexcept { return paused_; }
+  /// What the last ChangeBodies said; null: the world has the bodies that it was made with.
+  const std::shared_ptr<std::vector<double>>& bodies() const noexcept { return bodies_; }
   /// The caller's.
   World& world() noexcept { return world_; }
 
@@ -89,6 +92,7 @@ class HapticLoop {
   std::array<std::unique_ptr<Hand>, kMaxHands> hands_;
   int count_ = 0;
   bool paused_ = false;
+  std::shared_ptr<std::vector<double>> bodies_;
   TickReport report_;
 };
 

@@ -26,6 +26,7 @@ void remember(HapticLoop& loop, std::uint64_t tick, LoopMemory& memory) {
   memory.world_hash = world.hash();
   world.history().latest().pack(memory.world_state);
   memory.world_tuning = world.tuning();
+  memory.bodies = loop.bodies();
   memory.paused = loop.paused();
   memory.hands = loop.handCount();
   for (int i = 0; i < memory.hands; ++i) {
@@ -40,6 +41,7 @@ SessionStart startedAt(const SessionStart& first, const LoopMemory& memory, cons
   start.first_tick = memory.tick;
   start.world_state = memory.world_state;
   start.world_tuning = memory.world_tuning.numbers();
+  start.bodies = memory.bodies ? *memory.bodies : first.bodies;
   start.paused = memory.paused;
   start.hands.clear();
   for (int i = 0; i < memory.hands; ++i) {
@@ -51,7 +53,8 @@ SessionStart startedAt(const SessionStart& first, const LoopMemory& memory, cons
   return start;
 }
 
-SessionReplay::SessionReplay(const WorldDef& scene, const SessionStart& start) : world_(scene), step_(start.step) {
+SessionReplay::SessionReplay(const WorldDef& scene, const SessionStart& start)
+    : world_(start.bodies.empty() ? scene : unpackBodies(start.bodies)), step_(start.step) {
   if (std::fabs(scene.settings.step - start.step) > 1e-12) {
     throw SetupError(scene.name, "has a step of " + std::to_string(1e3 * scene.settings.step) + " ms, the recording one of " +
                                      std::to_string(1e3 * start.step) + " ms", "give the scene the recording's rate");
@@ -70,6 +73,10 @@ SessionReplay::SessionReplay(const WorldDef& scene, const SessionStart& start) :
 }
 
 void SessionReplay::apply(const LoopCommand& command) {
+  if (const auto* change = std::get_if<ChangeBodies>(&command.kind)) {
+    loop_->take({ChangeBodies{change->packed, nullptr}});  // what was compiled was for the world that ran
+    return;
+  }
   loop_->take(command);
   if (!command.is<DropHand>()) return;
   devices_.erase(devices_.begin() + command.hand);

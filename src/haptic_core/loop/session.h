@@ -38,6 +38,7 @@ struct SessionStart {
   double step = 1e-3;                ///< h [s]
   std::vector<double> world_state;   ///< World::save()
   std::vector<double> world_tuning;  ///< WorldTuning::numbers()
+  std::vector<double> bodies;        ///< packBodies() of the last ChangeBodies before; empty: the scene's
   /// The world stands at the start.
   bool paused = false;
   /// In the order of the loop's.
@@ -45,7 +46,8 @@ struct SessionStart {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.first_tick), visit(s.step), visit(s.world_state), visit(s.world_tuning), visit(s.paused), visit(s.hands);
+    visit(s.first_tick), visit(s.step), visit(s.world_state), visit(s.world_tuning), visit(s.bodies), visit(s.paused);
+    visit(s.hands);
   }
 };
 
@@ -58,6 +60,8 @@ struct LoopMemory {
   std::vector<double> world_state;
   /// At that instant.
   WorldTuning world_tuning;
+  /// HapticLoop::bodies().
+  std::shared_ptr<std::vector<double>> bodies;
   /// The world stands.
   bool paused = false;
   /// Valid entries of `hand`.

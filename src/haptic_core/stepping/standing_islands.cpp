@@ -78,6 +78,19 @@ void StandingIslands::forget() noexcept {
   repeated_ = 0;
 }
 
+void StandingIslands::carryOver(const StandingIslands& from, const std::vector<int>& tree, const std::vector<int>& contact,
+                                const std::vector<char>& stirred) noexcept {
+  forget();
+  for (std::size_t t = 0; t < now_.size(); ++t) {
+    now_[t] = Standing{};
+    if (tree[t] < 0 || stirred[t]) continue;
+    Standing standing = from.now_[tree[t]];
+    if (standing.contacts > 0) standing.first_contact = contact[standing.first_contact];
+    now_[t] = standing;
+    any_ |= standing.trees > 0;
+  }
+}
+
 void StandingIslands::close(const HandWork& hands) noexcept {
   all_ = repeated_ > 0 && repeated_ == hands.movers.size() && hands.acting.empty() && hands.leading.empty();
 }

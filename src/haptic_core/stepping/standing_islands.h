@@ -50,6 +50,11 @@ class StandingIslands {
   /// (in realtime) State or model were changed by other than a step: nothing stands.
   void forget() noexcept;
 
+  /// (in realtime) Of a world whose bodies become others: what stood there stands here, but for the islands of trees in `stirred`. `tree`:
+  /// by tree, the one there, or −1; `contact`: by contact of the last report there, its index in this one's, or −1.
+  void carryOver(const StandingIslands& from, const std::vector<int>& tree, const std::vector<int>& contact,
+                 const std::vector<char>& stirred) noexcept;
+
   /// (in realtime) After a step: whether it reported every tree that moves by itself again, and no hand acts. The next one would as
   /// well, until somebody asks for something.
   void close(const HandWork& hands) noexcept;

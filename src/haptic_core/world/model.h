@@ -102,6 +102,9 @@ class Model {
   /// Whether the definition has that link.
   bool hasLink(int articulation, int local) const;
 
+  int articulationCount() const { return static_cast<int>(first_link_.size()); }  ///< of the definition
+  int linkCount(int articulation) const { return link_count_[articulation]; }     ///< of an articulation of the definition
+
   int treeOf(int shape) const { return links[shapes[shape].link].articulation; }  ///< index in `trees`
   /// Of one of `trees`.
   int indexOf(const ModelTree& tree) const { return static_cast<int>(&tree - trees.data()); }
@@ -177,7 +180,7 @@ class Model {
   std::vector<PairLaw> laws_;                 ///< the same, scaled
   std::vector<std::uint64_t> excluded_;       ///< link pairs, sorted
   std::vector<std::uint64_t> neighbours_;     ///< shape pairs, sorted
-  std::vector<int> first_link_;               ///< by articulation of the definition
+  std::vector<int> first_link_, link_count_;  ///< by articulation of the definition
   std::vector<Pose> X_WF_;                    ///< of `fixed_shapes`
   double substep_ = settings.step / settings.substeps;
 };

@@ -76,6 +76,7 @@ void Model::addTrees(const WorldDef& def) {
     }
   }
   first_link_.resize(def.articulations.size());
+  for (const ArticulationDef& articulation : def.articulations) link_count_.push_back(static_cast<int>(articulation.links.size()));
   for (const std::vector<int>& group : groups(def)) addTree(def, group);
 }
 

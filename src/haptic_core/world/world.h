@@ -25,6 +25,8 @@ struct MotionPoint;
 struct State;
 struct Work;
 
+class NextWorld;
+
 /// A world of bodies, joints, contacts and hands, stepped at a fixed rate. Not safe from several threads at
 /// once; a tick never throws or allocates.
 class World {
@@ -122,12 +124,32 @@ class World {
   const State& state() const;  ///< between two steps
   const Work& work() const;    ///< scratch: means something only right after a step
 
+  /// (in realtime) Between two steps: goes on as the world that `next` was made of, with the state of what stays; `next` then holds the
+  /// old one, to be destroyed where that takes time. Indices of links, joints and shapes are those of the new definition from now on.
+  /// False, and nothing done: `next` was made of another world, or before another exchange.
+  bool exchange(NextWorld& next) noexcept;
+
   std::uint64_t hash() const;                         ///< of the complete state
   std::vector<double> save() const;                   ///< complete state, contact memory included
   void restore(const std::vector<double>& state);     ///< throws SetupError when it is of another world
   std::string planText() const;                       ///< what was left out, and why
 
  private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// What a running world is to become: compiled, with all of its storage, in any thread while the world goes on (world/carry_over.h).
+class NextWorld {
+ public:
+  /// Set-up. `kept`: by articulation of `def`, which one of the running world's definition it is; −1: it comes. Kept ones stay in order.
+  /// Reads of `running` what no step changes. Throws SetupError: `def` is refused, or is not the running world with other bodies.
+  NextWorld(const World& running, const WorldDef& def, const std::vector<int>& kept);
+  ~NextWorld();
+  int linkNow(int link_before) const noexcept;  ///< (in realtime) new world index of a link of the running world; −1: it goes
+
+ private:
+  friend class World;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -1,0 +1,181 @@
+#include "haptic_core/world/carry_over.h"
+
+#include <algorithm>
+#include <string>
+
+#include "haptic_core/base/error.h"
+#include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/world/initial_overlap.h"
+#include "haptic_core/world/report.h"
+#include "haptic_core/world/runaway.h"
+
+namespace haptic {
+namespace {
+
+void mapLinks(const Model& from, const Model& to, const std::vector<int>& kept, CarryOver& map) {
+  int last = -1;
+  for (int a = 0; a < to.articulationCount(); ++a) {
+    const int old = a < static_cast<int>(kept.size()) ? kept[a] : -1;
+    if (old < 0) continue;
+    const bool known = old > last && old < from.articulationCount() && from.linkCount(old) == to.linkCount(a);
+    last = old;
+    for (int l = 0; known && l < to.linkCount(a); ++l) {
+      map.link[from.link(old, l)] = from.links[from.link(old, l)].name == to.links[to.link(a, l)].name ? to.link(a, l) : -1;
+    }
+    if (known && to.linkCount(a) > 0 && map.link[from.link(old, 0)] >= 0) continue;
+    throw SetupError(to.name, "keeps an articulation " + std::to_string(old) + " that is out of order or has other links",
+                     "keep the order of what stays");
+  }
+}
+
+void mapTrees(const Model& from, const Model& to, CarryOver& map) {
+  map.tree.assign(to.trees.size(), -1);
+  for (std::size_t l = 0; l < map.link.size(); ++l) {
+    if (map.link[l] < 0) continue;
+    const int t = to.links[map.link[l]].articulation, old = from.links[l].articulation;
+    const bool same = (map.tree[t] < 0 || map.tree[t] == old) && to.trees[t].model->linkCount() == from.trees[old].model->linkCount() &&
+                      to.trees[t].model->nq() == from.trees[old].model->nq() && to.trees[t].has_laws == from.trees[old].has_laws;
+    if (!same) throw SetupError(to.name, "joins or parts what loops hold together", "change whole mechanisms");
+    map.tree[t] = old;
+  }
+  for (std::size_t t = 0; t < to.trees.size(); ++t) {
+    if (map.tree[t] < 0) map.coming.push_back(static_cast<int>(t));
+  }
+}
+
+void mapShapes(const Model& from, const Model& to, CarryOver& map) {
+  std::vector<int> next(to.links.size(), 0), first(to.links.size(), -1);
+  for (int s = static_cast<int>(to.shapes.size()) - 1; s >= 0; --s) first[to.shapes[s].link] = s;
+  for (std::size_t s = 0; s < from.shapes.size(); ++s) {
+    const int link = map.link[from.shapes[s].link];
+    map.shape.push_back(link < 0 || first[link] < 0 ? -1 : first[link] + next[link]++);
+  }
+}
+
+/// One tree's own numbers, from one state to another.
+void carryTree(const ModelTree& old, const ModelTree& tree, int was, int is, const State& from, State& to) noexcept {
+  const int nq = tree.model->nq(), nv = tree.model->nv();
+  std::copy_n(from.q.begin() + old.q, nq, to.q.begin() + tree.q);
+  const auto carry = [&](const std::vector<double>& a, std::vector<double>& b) { std::copy_n(a.begin() + old.v, nv, b.begin() + tree.v); };
+  carry(from.v, to.v), carry(from.pull, to.pull), carry(from.a_end, to.a_end), carry(from.a_mean, to.a_mean), carry(from.v_mean, to.v_mean);
+  to.mode[is] = from.mode[was];
+  to.last_step[is] = from.last_step[was];
+  to.low[is] = from.low[was];
+  if (tree.has_laws) std::copy_n(from.commands.begin() + old.command, tree.model->linkCount(), to.commands.begin() + tree.command);
+}
+
+/// Contacts of what stays. What lost one is pulled at by other forces from now on.
+void carryPairs(CarryOver& map, const State& from, const Model& model, State& to) noexcept {
+  to.pair_count = 0;
+  const int room = static_cast<int>(to.pairs.size());
+  for (int i = 0; i < from.pair_count; ++i) {
+    const ActivePair& pair = from.pairs[i];
+    const int a = map.shape[pair.shapeA()], b = map.shape[pair.shapeB()];
+    if (a >= 0 && b >= 0 && to.pair_count < room) {
+      to.pairs[to.pair_count] = pair;
+      to.pairs[to.pair_count++].key = ActivePair::keyOf(a, b);
+      continue;
+    }
+    for (const int shape : {a, b}) {
+      if (shape < 0) continue;
+      map.stirred[model.treeOf(shape)] = 1;
+      stepping::forgetPull(to, model.treeOf(shape));
+    }
+  }
+}
+
+/// What the last step reported, for what stands to be reported again.
+void carryContacts(CarryOver& map, const Report& from, Report& to) noexcept {
+  to.step = from.step;
+  to.contacts.clear();
+  const int count = std::min(from.contacts.size(), static_cast<int>(map.contact.size()));
+  for (int i = 0; i < count; ++i) {
+    ContactReport contact = from.contacts[i];
+    contact.link_a = map.link[contact.link_a], contact.link_b = map.link[contact.link_b];
+    contact.shape_a = map.shape[contact.shape_a], contact.shape_b = map.shape[contact.shape_b];
+    const bool stays = contact.shape_a >= 0 && contact.shape_b >= 0;
+    map.contact[i] = stays ? to.contacts.size() : -1;
+    if (stays) to.contacts.push_back(contact);
+  }
+}
+
+/// What comes and has no pair is pulled at by gravity alone. It needs no look at anybody's forces, which would begin those anew.
+void primeLoneComers(const CarryOver& map, const Model& model, State& state, Work& work) noexcept {
+  for (const int t : map.coming) {
+    const auto has = [&](const ActivePair& pair) { return model.treeOf(pair.shapeA()) == t || model.treeOf(pair.shapeB()) == t; };
+    const bool alone = std::none_of(state.pairs.begin(), state.pairs.begin() + state.pair_count, has);
+    if (!alone || state.mode[t] != TreeMode::kUnprimed || model.trees[t].model->isStatic()) continue;
+    stepping::keepPull(model, model.trees[t], state, work);
+    state.mode[t] = TreeMode::kPrimed;
+  }
+}
+
+}  // namespace
+
+CarryOver carryOverOf(const Model& from, const Model& to, const std::vector<int>& kept) {
+  CarryOver map;
+  map.from = &from;
+  const WorldSettings &was = from.settings, &is = to.settings;
+  if (is.step != was.step || is.substeps != was.substeps || to.pointers.size() != from.pointers.size()) {
+    throw SetupError(to.name, "has another step or other pointers than the world that runs", "change bodies alone");
+  }
+  map.link.assign(from.links.size(), -1);
+  mapLinks(from, to, kept, map);
+  mapTrees(from, to, map);
+  mapShapes(from, to, map);
+  for (std::size_t p = 0; p < from.pointers.size(); ++p) {
+    const bool stays = map.link[from.pointerHome(static_cast<int>(p))] == to.pointerHome(static_cast<int>(p));
+    if (!stays) throw SetupError(to.name, "takes the pointer of " + from.pointers[p].device + " away", "keep what hands move");
+  }
+  for (const ModelMotion& motion : to.motions) {
+    int old = -1;
+    for (std::size_t m = 0; m < from.motions.size(); ++m) {
+      if (map.link[from.motions[m].link] == motion.link) old = static_cast<int>(m);
+    }
+    map.motion.push_back(old);
+  }
+  map.stirred.resize(to.trees.size());
+  map.contact.resize(static_cast<std::size_t>(from.pair_capacity));
+  return map;
+}
+
+void carryOver(CarryOver& map, const State& from, const Work& old_work, const Report& old_report, Model& model, State& state, Work& work,
+               Report& report) noexcept {
+  const Model& old = *map.from;
+  model.tune(old.tuning);
+  state.time = from.time;
+  state.step = from.step;
+  state.energy = from.energy;
+  for (std::size_t t = 0; t < map.tree.size(); ++t) {
+    if (map.tree[t] < 0) continue;
+    carryTree(old.trees[map.tree[t]], model.trees[t], map.tree[t], static_cast<int>(t), from, state);
+  }
+  for (std::size_t m = 0; m < map.motion.size(); ++m) {
+    if (map.motion[m] >= 0) state.motions[m] = from.motions[map.motion[m]];
+  }
+  for (std::size_t p = 0; p < from.pointers.size(); ++p) {
+    const int link = map.link[from.pointers[p].link];
+    state.pointers[p] = from.pointers[p];
+    state.pointers[p].link = link >= 0 ? link : model.pointerHome(static_cast<int>(p));  // what it had grabbed goes
+    state.pointers[p].targeted = from.pointers[p].targeted && link >= 0;
+    work.hands.bound[p] = old_work.hands.bound[p];
+  }
+  state.wrench_count = 0;
+  for (int i = 0; i < from.wrench_count; ++i) {
+    const int link = map.link[from.wrenches[i].link];
+    if (link < 0) continue;
+    state.wrenches[state.wrench_count] = from.wrenches[i];
+    state.wrenches[state.wrench_count++].link = link;
+  }
+  std::fill(map.stirred.begin(), map.stirred.end(), 0);
+  carryPairs(map, from, model, state);
+  carryContacts(map, old_report, report);
+  work.standing.carryOver(old_work.standing, map.tree, map.contact, map.stirred);
+  refreshHands(model, state, work.hands);
+  placeTrees(model, state, work.placement);
+  for (const int t : map.coming) findBuried(model, t, state, work);
+  primeLoneComers(map, model, state, work);
+  renewSupply(model, work, state);
+}
+
+}  // namespace haptic
