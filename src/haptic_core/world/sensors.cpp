@@ -9,6 +9,7 @@
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/word_hash.h"
+#include "haptic_core/world/applied_wrench.h"
 
 namespace haptic {
 namespace {
@@ -74,7 +75,7 @@ Sensors::Motion Sensors::Motion::movedTo(const Vector3& point, double mass) cons
 }
 
 Sensors::Sensors(const Model& model, const std::vector<SensorDef>& defs)
-    : defs_(defs), readings_(defs.size()), start_(defs.size()), pulls_(model.pointers.size()) {
+    : defs_(defs), readings_(defs.size()), start_(defs.size()), pulls_(model.pointers.size()), pushes_(kMostWrenches) {
   for (const SensorDef& def : defs) {
     const std::string where = model.name + ", sensor '" + def.name + "'";
     const auto same = [&](const SensorDef& other) { return other.name == def.name; };
@@ -187,6 +188,12 @@ void Sensors::begin(const Model& model, const State& state, const Placement& pla
   for (std::size_t p = 0; p < pulls_.size(); ++p) {
     pulls_[p] = {-state.pointers[p].F_W, placement.link[state.pointers[p].link].X_WL.p};
   }
+  int kept = 0;
+  for (int i = 0; i < state.wrench_count; ++i) {
+    const AppliedWrench& applied = state.wrenches[i];
+    const LinkWork& link = placement.link[applied.link];
+    if (applied.end > state.step) pushes_[kept++] = {wrenchInWorld(applied.wrench, link), link.X_WL * applied.wrench.p_L};
+  }
 }
 
 void Sensors::finish(const Model& model, const State& state, const Placement& placement, const Report& report) noexcept {
@@ -231,20 +238,27 @@ Wrench Sensors::contactsOn(const Plan& plan, const Report& report, const Vector3
   return sum;
 }
 
-/// Hands that pull: a hand that prescribes a motion holds a free body, which hangs on no joint.
+/// Hands that pull, and applied wrenches: a hand that prescribes a motion holds a free body, which hangs on no joint.
 Wrench Sensors::handsOn(const Model& model, const Plan& plan, const State& state, const Placement& placement,
                         const Vector3& about) const noexcept {
   Wrench sum;
-  for (std::size_t p = 0; p < pulls_.size(); ++p) {
-    const PointerState& pointer = state.pointers[p];
-    if (model.holds(static_cast<int>(p)) || !pointer.targeted || !plan.own[pointer.link]) continue;
-    const int tree = model.links[pointer.link].articulation;
-    const Wrench now = (-pointer.F_W).shifted(about - placement.link[pointer.link].X_WL.p);
-    const Wrench before = pulls_[p].F_W.shifted(about - pulls_[p].at);
+  const auto add = [&](int link, const Wrench& F_W, const Vector3& at, const Pull& last) {
+    const int tree = model.links[link].articulation;
+    const Wrench now = F_W.shifted(about - at), before = last.F_W.shifted(about - last.at);
     // Explicit steps of second order take the mean of the force before and after, those of trees with laws the force before.
     const bool now_alone = state.mode[tree] == TreeMode::kImplicit || model.settings.integrator == Integrator::kSymplecticEuler;
     const double share = now_alone ? 1 : model.trees[tree].has_laws ? 0 : 0.5;
     sum += now * share + before * (1 - share);
+  };
+  for (std::size_t p = 0; p < pulls_.size(); ++p) {
+    const PointerState& pointer = state.pointers[p];
+    if (model.holds(static_cast<int>(p)) || !pointer.targeted || !plan.own[pointer.link]) continue;
+    add(pointer.link, -pointer.F_W, placement.link[pointer.link].X_WL.p, pulls_[p]);
+  }
+  for (int i = 0; i < state.wrench_count; ++i) {
+    const AppliedWrench& applied = state.wrenches[i];
+    const LinkWork& link = placement.link[applied.link];
+    if (plan.own[applied.link]) add(applied.link, wrenchInWorld(applied.wrench, link), link.X_WL * applied.wrench.p_L, pushes_[i]);
   }
   return sum;
 }

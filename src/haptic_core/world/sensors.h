@@ -88,12 +88,13 @@ class Sensors {
   std::vector<Plan> plans_;
   std::vector<SensorReading> readings_;
   std::vector<Start> start_;
-  /// What a hand pulled with in the step before, about a point of W.
+  /// What a hand or an applied wrench pulled with in the step before, about a point of W.
   struct Pull {
     Wrench F_W;                      ///< on the link
-    Vector3 at = Vector3::Zero();    ///< L's origin then [m]
+    Vector3 at = Vector3::Zero();    ///< L's origin, or the wrench's point, then [m]
   };
-  std::vector<Pull> pulls_;  ///< by pointer
+  std::vector<Pull> pulls_;   ///< by pointer
+  std::vector<Pull> pushes_;  ///< in the order of State::wrenches
 };
 
 }  // namespace haptic

@@ -389,6 +389,27 @@ TEST_P(SensorsByIntegrator, HandsThatPullCount) {
   EXPECT_LT((inWorld(world, 0).force + pull + weight).norm(), 1e-9);  // 4 s of poles at 17/s: at rest but for the solves' ends
 }
 
+/// A slide that a wrench pushes across: the bearing has what gravity and the wrench leave, as long as it acts.
+TEST_P(SensorsByIntegrator, AppliedWrenchesCount) {
+  WorldDef def;
+  def.name = "slide";
+  def.settings.integrator = GetParam();
+  ArticulationDef slide = scenes::freeBox("slide", Vector3(0.1, 0.1, 0.1), 0.5, Pose());
+  slide.links[0].joint.type = JointType::kPrismatic;
+  slide.links[0].joint.axis = Vector3::UnitX();
+  def.articulations.push_back(slide);
+  def.sensors = {wrenchOf(0, 0)};
+  World world(def);
+  const Vector3 p(0.02, 0.03, -0.04), push(0, 2, 5), turn(0.1, 0.2, 0.3), weight = 0.5 * def.settings.gravity;
+  world.applyWrench(0, {Wrench{turn, push}, p, false}, 20 * def.settings.step);
+  for (int i = 0; i < 20; ++i) world.step();
+  EXPECT_LT((inWorld(world, 0).force + push + weight).norm(), 1e-12);
+  EXPECT_LT((inWorld(world, 0).torque + turn + p.cross(push)).norm(), 1e-12);
+  world.step();
+  EXPECT_LT((inWorld(world, 0).force + weight).norm(), 1e-12);
+  EXPECT_LT(inWorld(world, 0).torque.norm(), 1e-12);
+}
+
 TEST(Sensors, SayWhatIsWrong) {
   const auto refuses = [](const std::function<void(WorldDef&)>& spoil, const char* words) {
     WorldDef def = beatingChain(Integrator::kAutomatic);
