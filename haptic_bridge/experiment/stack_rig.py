@@ -44,6 +44,7 @@ class TrialEnded(Exception):
 
 def dies_with_parent():
     os.setsid()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # what a shell starts in the background ignores it, and so would all that it starts
     ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGINT)
 
 
