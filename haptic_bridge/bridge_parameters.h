@@ -18,6 +18,7 @@ struct BridgeParameters {
   std::vector<std::string> devices;   ///< ~devices: names of ports; empty: those that the scene's hands name
   double port_timeout = 0;            ///< ~port_timeout [s]: give up when a port does not appear; 0: wait
   double soft_start = 0.5;            ///< ~soft_start [s]: the force fades in over this time
+  bool silent = false;                ///< ~silent as it was set last: the next scene begins without a force
   PassivityMode passivity = PassivityMode::kObserve;  ///< ~passivity: off, observe or act
   int clutch_button = -1;             ///< ~clutch_button: grip button that holds the pointer while pressed; -1: none
   int grab_button = -1;               ///< ~grab_button: grip button that grabs the body in touch and lets it go

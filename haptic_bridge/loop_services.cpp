@@ -45,6 +45,7 @@ bool LoopServices::onClutch(haptic_msgs::Clutch::Request& request, haptic_msgs::
 }
 
 bool LoopServices::apply(const haptic_bridge::LoopConfig& config) {
+  loop_.startSilent(config.silent);
   return loop_.change([&](const LoopSession::View& view) { return commandsFor(config, view); });
 }
 

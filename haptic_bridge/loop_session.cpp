@@ -79,6 +79,7 @@ void LoopSession::connect(std::uint64_t first_tick) {
   for (Hand& hand : hands_) {
     HandSettings settings = hand.placement.settings;
     settings.soft_start_s = parameters_.soft_start;
+    settings.silent = parameters_.silent;
     settings.passivity.mode = parameters_.passivity;
     settings.clutch_button = parameters_.clutch_button;
     settings.grab_button = parameters_.grab_button;

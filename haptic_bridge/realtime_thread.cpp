@@ -44,6 +44,7 @@ std::unique_ptr<LoopSession> RealtimeThread::waitForPorts() {
   set(Phase::kWaiting, "");
   while (!stop_) {
     std::string missing;
+    parameters_.silent = silent_;
     auto session = LoopSession::open(parameters_, ticks_, missing);
     if (session) return session;
     set(Phase::kWaiting, missing);

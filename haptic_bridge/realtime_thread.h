@@ -42,6 +42,8 @@ class RealtimeThread {
   bool send(const LoopSession::Command& command);
   /// Likewise: `commandsFor` makes commands of what the loop is now, here; where another thread's come first, anew.
   bool change(const std::function<std::vector<LoopCommand>(const LoopSession::View&)>& commandsFor);
+  /// Any other thread: scenes that are loaded from now on begin without a force, until this is false again.
+  void startSilent(bool silent) { silent_ = silent; }
 
   /// A start of the loop, for recordings: how it began, and its scene.
   struct Start {
@@ -70,6 +72,7 @@ class RealtimeThread {
   void set(Phase phase, const std::string& text);
 
   BridgeParameters parameters_;
+  std::atomic<bool> silent_{false};
   RecordRing<TickSample> samples_;
   RecordRing<RecordedTick> records_;
   RecordRing<std::shared_ptr<const Start>> starts_;

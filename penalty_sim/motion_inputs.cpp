@@ -72,8 +72,11 @@ void MotionInputs::look() {
 
 void MotionInputs::take(Input& input, const Pose& X_WF, const ros::Time& stamp) {
   const Pose X_WL = X_WF * input.X_FL;
-  const double since = input.stamp.isZero() ? kLongestGap : (stamp - input.stamp).toSec();
-  if (since <= 0) return;  // tf's latest again, or out of order
+  if (stamp == input.stamp) return;  // tf's latest again
+  // Not as a ros::Duration, which throws beyond 68 years. A stamp that goes back begins anew: time was reset, or a bag starts again.
+  const double gone = 1e-9 * (static_cast<double>(stamp.toNSec()) - static_cast<double>(input.stamp.toNSec()));
+  const double since = input.stamp.isZero() || gone < 0 ? kLongestGap : gone;
+  if (since < port_.world.settings().step) return;  // two poses within a step tell no speed
   LeadBody lead;
   lead.motion = input.motion;
   lead.to.p_WL = X_WL.p;

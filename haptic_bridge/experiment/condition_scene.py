@@ -109,6 +109,9 @@ def changed_text(path, text, target, condition):
         root = xml.fromstring(text)
     except xml.ParseError as error:
         raise Refused(f'{path}: is no XML: {error}') from error
+    for name in ('pose_delay', 'force_delay'):
+        if any(pointer.get(name) for pointer in root.iter(tag('pointer'))):
+            raise Refused(f'{path}: haptic:pointer has a {name} of its own; give it to the conditions, whose rows say it')
     for name, value in condition.items():
         change(path, root, target, name, value)
     if 'rate' in condition:

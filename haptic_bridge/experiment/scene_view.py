@@ -5,7 +5,7 @@ import tempfile
 
 from stack_rig import dies_with_parent
 
-CONFIG = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))), 'launch', 'rviz', 'study_dark.rviz')
+CONFIG = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))), 'launch', 'rviz', 'study.rviz')
 
 
 class SceneView:

@@ -357,11 +357,13 @@ class SessionRun:
 
     def prepare(self, scene, rate):
         """The loop runs and the force is on: a device that was just plugged in is calibrated first, and no trial is spent on it."""
-        if self.rig.launch is None or self.rig.rate != rate:
-            self.rig.load(scene, rate)
-        while not self.rig.gives_force():
+        while True:
+            if self.rig.launch is None or self.rig.rate != rate:
+                self.rig.load(scene, rate)
+            if self.rig.gives_force():
+                return
             self.front.tell(f'no force yet: {self.rig.state.message}')
-            self.recover()
+            self.recover()  # a stack that ended in it is started anew
 
     def rest(self, seconds):
         """Time passes; a simulated hand stays at home."""

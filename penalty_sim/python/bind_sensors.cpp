@@ -1,5 +1,6 @@
 #include "haptic_core/world/contact_detail.h"
 #include "haptic_core/world/model.h"
+#include "haptic_core/world/work.h"
 #include "python/bindings.h"
 
 namespace haptic::python {
@@ -87,9 +88,8 @@ void defineSensors(py::class_<SeenWorld>& world) {
           "slips",
           [](SeenWorld& w) {
             const World& world = w.world();
-            return perContact(world, [&](const ContactReport& c) {
-              return slipOf(c, world.linkPose(c.link_a), world.linkTwist(c.link_a), world.linkPose(c.link_b), world.linkTwist(c.link_b));
-            });
+            const LinkWork* link = world.work().placement.link.data();
+            return perContact(world, [&](const ContactReport& c) { return slipOf(world.model(), c, link); });
           },
           "velocity of b's surface on a's along the patch at the centre of pressure, contacts x 3 [m/s], in W")
       .def("patch", &patch, py::arg("contact"),

@@ -34,9 +34,11 @@ const SensorType& typeOf(const RobotFile& robot, const XmlElement& tag, const st
 }
 
 /// Topics are named after sensors.
-std::string readSensorName(const RobotFile& robot, const XmlElement& tag, const std::string& where) {
-  const std::string name = readName(robot.xml, tag, "name");
-  const auto fits = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+constexpr double kLeastRate = 1e-6;  // [Hz]: steps between samples stay a whole number
+
+std::string readSensorName(const RobotFile& robot, const XmlElement& tag, const std::string& prefix, const std::string& where) {
+  const std::string name = prefix + readName(robot.xml, tag, "name");
+  const auto fits = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '/'; };
   if (!std::isalpha(static_cast<unsigned char>(name[0])) || !std::all_of(name.begin(), name.end(), fits)) {
     throw SetupError(where, "name '" + name + "' cannot be a topic's", "begin with a letter and use letters, digits and _");
   }
@@ -142,7 +144,11 @@ void readImu(const RobotFile& robot, const XmlElement& tag, const std::string& w
   sensor.articulation = place.articulation;
   sensor.link = place.link;
   sensor.X_LS = place.X_LF * readPose(robot.xml, tag);
-  sensor.frame = tag.Attribute("xyz") || tag.Attribute("rpy") ? sensor.name : prefix + link;
+  const bool own_frame = tag.Attribute("xyz") || tag.Attribute("rpy");
+  if (own_frame && context.frames.count(sensor.name) > 0) {
+    throw SetupError(where, "its frame would have the name of a link", "give the sensor a name of its own");
+  }
+  sensor.frame = own_frame ? sensor.name : prefix + link;
 }
 
 }  // namespace
@@ -155,13 +161,13 @@ void readSensor(const RobotFile& robot, const XmlElement& tag, const ModelSettin
   refuseUnknownAttributes(robot.xml, tag, known);
   SensorDef sensor;
   sensor.kind = type.kind;
-  sensor.name = settings.prefix + readSensorName(robot, tag, where);
+  sensor.name = readSensorName(robot, tag, settings.prefix, where);
   where += " '" + sensor.name + "'";
   for (const SensorDef& other : context.scene.world.sensors) {
     if (other.name == sensor.name) throw SetupError(where, "is there twice", "give every sensor a name of its own");
   }
   if (const auto rate = readNumber(robot.xml, tag, "rate")) {
-    if (!(*rate > 0)) throw SetupError(where, "rate is not positive", "write samples per second [Hz]");
+    if (!(*rate >= kLeastRate)) throw SetupError(where, "rate is below 1e-6 Hz", "write samples per second [Hz]");
     sensor.rate = *rate;
   }
   if (const auto seed = readNumber(robot.xml, tag, "seed")) {

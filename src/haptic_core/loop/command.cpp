@@ -13,16 +13,12 @@
 namespace haptic {
 namespace {
 
-constexpr std::size_t kLaterSettings = 3;  // numbers of HandSettings::delay and ::silent, at the end of the settings
-
-/// `later` numbers stand at the record's end that recordings of before do not have: there they keep their defaults.
 template <class T>
-T recordFrom(const std::vector<double>& told, const char* what, std::size_t later = 0) {
+T recordFrom(const std::vector<double>& numbers, const char* what) {
   T record;
-  std::vector<double> numbers = told, defaults;
+  std::vector<double> defaults;
   appendFields(record, defaults);
   const std::size_t size = defaults.size();
-  if (numbers.size() + later == size) numbers.insert(numbers.end(), defaults.end() - static_cast<std::ptrdiff_t>(later), defaults.end());
   if (numbers.size() != size) {
     throw SetupError(what, "has " + std::to_string(numbers.size()) + " numbers instead of " + std::to_string(size),
                      "use a recording of this version");
@@ -50,7 +46,7 @@ LoopCommand::Kind kindFrom(const std::vector<double>& numbers) {
     if (numbers.size() % 2 != 0) throw SetupError("a command", "puts joints by an odd number of numbers", "record again");
     for (std::size_t i = 0; i < numbers.size(); i += 2) kind.positions.emplace_back(static_cast<int>(numbers[i]), numbers[i + 1]);
   } else {
-    kind = recordFrom<T>(numbers, "a command", std::is_same_v<T, ChangeHand> ? kLaterSettings : 0);
+    kind = recordFrom<T>(numbers, "a command");
   }
   return kind;
 }
@@ -181,7 +177,7 @@ std::vector<double> numbersOf(const HandSettings& settings) {
 }
 
 HandSettings handSettingsFrom(const std::vector<double>& numbers) {
-  return recordFrom<HandSettings>(numbers, "settings of a hand", kLaterSettings);
+  return recordFrom<HandSettings>(numbers, "settings of a hand");
 }
 
 LoopCommand commandFrom(std::size_t kind, int hand, const std::vector<double>& numbers) {

@@ -42,9 +42,10 @@ class DelayLine {
   /// (in realtime) Takes `now` in, and gives what was taken `ticks` calls ago.
   T through(const T& now) noexcept {
     if (ring_.empty()) return now;
+    at_ %= ring_.size();  // a recording may have been changed
     const T before = ring_[at_];
     ring_[at_] = now;
-    at_ = (at_ + 1) % ring_.size();
+    at_ = at_ + 1;
     return before;
   }
   /// (in realtime) As if `value` had been taken all the time.
@@ -54,8 +55,7 @@ class DelayLine {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.ring_);
-    if (!s.ring_.empty()) visit(s.at_);  // a hand without delay has the memory that it had before there were any
+    visit(s.ring_), visit(s.at_);
   }
 
  private:

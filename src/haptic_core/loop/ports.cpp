@@ -7,6 +7,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/contact_detail.h"
 #include "haptic_core/world/step_history.h"
+#include "haptic_core/world/work.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic {
@@ -204,8 +205,7 @@ void WorldPort::copyTo(WorldSnapshot& snapshot) const noexcept {
   snapshot.contacts = std::min<int>(world.contactCount(), static_cast<int>(snapshot.contact.size()));
   for (int i = 0; i < snapshot.contacts; ++i) {
     const ContactReport& contact = snapshot.contact[i] = world.contact(i);
-    const int a = contact.link_a, b = contact.link_b;
-    snapshot.slip[i] = slipOf(contact, snapshot.pose[a], world.linkTwist(a), snapshot.pose[b], world.linkTwist(b));
+    snapshot.slip[i] = slipOf(world.model(), contact, world.work().placement.link.data());
   }
 }
 

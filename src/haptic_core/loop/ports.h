@@ -225,6 +225,7 @@ class WorldPort : public Port {
     if (needsPause(command) && !paused_) {
       throw SetupError(command.is<StepWorld>() ? "step" : "put", "the world is not paused", "pause it first");
     }
+    if (command.is<ChangeBodies>()) throw SetupError("bodies", "come and go in the core alone so far", "load the changed scene");
     take(command);
     if (const auto* pause = std::get_if<PauseWorld>(&command.kind)) paused_ = pause->on;
   }

@@ -28,12 +28,6 @@ void eachNumber(const ContactMaterial& material, Visit&& visit) {
   });
 }
 
-/// Still surfaces leave the fingerprint what it was before there were belts.
-template <class Visit>
-void eachNumber(const SurfaceVelocity& surface, Visit&& visit) {
-  if (surface.moves()) eachNumber(surface.V_L, visit);
-}
-
 std::uint64_t fingerprint(const WorldDef& def) {
   std::uint64_t hash = hashFields(kHashStart, def);
   // Lengths, which tell lists apart that hold the same numbers one after the other.

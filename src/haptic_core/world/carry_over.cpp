@@ -6,6 +6,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/world/initial_overlap.h"
+#include "haptic_core/world/led_motion.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/runaway.h"
 
@@ -28,6 +29,16 @@ void mapLinks(const Model& from, const Model& to, const std::vector<int>& kept, 
   }
 }
 
+/// Of the links before the one that became this one; -1: it is new.
+int linkBefore(const CarryOver& map, int link) noexcept {
+  const auto found = std::find(map.link.begin(), map.link.end(), link);
+  return found == map.link.end() ? -1 : static_cast<int>(found - map.link.begin());
+}
+
+int shapesOn(const Model& model, int link) {
+  return static_cast<int>(std::count_if(model.shapes.begin(), model.shapes.end(), [=](const ModelShape& s) { return s.link == link; }));
+}
+
 void mapTrees(const Model& from, const Model& to, CarryOver& map) {
   map.tree.assign(to.trees.size(), -1);
   for (std::size_t l = 0; l < map.link.size(); ++l) {
@@ -44,6 +55,10 @@ void mapTrees(const Model& from, const Model& to, CarryOver& map) {
 }
 
 void mapShapes(const Model& from, const Model& to, CarryOver& map) {
+  for (std::size_t l = 0; l < map.link.size(); ++l) {
+    if (map.link[l] < 0 || shapesOn(from, static_cast<int>(l)) == shapesOn(to, map.link[l])) continue;
+    throw SetupError(to.name, "link '" + from.links[l].name + "' has other collisions than before", "keep what stays as it is");
+  }
   std::vector<int> next(to.links.size(), 0), first(to.links.size(), -1);
   for (int s = static_cast<int>(to.shapes.size()) - 1; s >= 0; --s) first[to.shapes[s].link] = s;
   for (std::size_t s = 0; s < from.shapes.size(); ++s) {
@@ -151,7 +166,11 @@ void carryOver(CarryOver& map, const State& from, const Work& old_work, const Re
     carryTree(old.trees[map.tree[t]], model.trees[t], map.tree[t], static_cast<int>(t), from, state);
   }
   for (std::size_t m = 0; m < map.motion.size(); ++m) {
-    if (map.motion[m] >= 0) state.motions[m] = from.motions[map.motion[m]];
+    const int was = map.motion[m];
+    if (was >= 0 && old.motions[was].time.empty()) state.motions[m] = from.motions[was];
+    // What was led along a path, or by nobody, stands where it is until it is told a pose.
+    const int before = was >= 0 ? old.motions[was].link : linkBefore(map, model.motions[m].link);
+    if (before >= 0 && !(was >= 0 && old.motions[was].time.empty())) state.motions[m] = standingAt(old_work.placement.link[before].X_WL);
   }
   for (std::size_t p = 0; p < from.pointers.size(); ++p) {
     const int link = map.link[from.pointers[p].link];

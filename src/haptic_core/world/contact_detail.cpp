@@ -6,6 +6,7 @@
 
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/volume/contact_volume.h"
+#include "haptic_core/world/contact_evaluation.h"
 
 namespace haptic {
 namespace {
@@ -63,9 +64,11 @@ Vector3 centreOfPressure(const ContactReport& contact) noexcept {
   return contact.X_WP.p + n.cross(contact.F_BP_W.torque) / normal;
 }
 
-Vector3 slipOf(const ContactReport& contact, const Pose& X_WA, const Twist& V_WA, const Pose& X_WB, const Twist& V_WB) noexcept {
+Vector3 slipOf(const Model& model, const ContactReport& contact, const LinkWork* link) noexcept {
   const Vector3 n = contact.X_WP.R.col(2), at = centreOfPressure(contact);
-  const Vector3 v = V_WB.shifted(at - X_WB.p).linear - V_WA.shifted(at - X_WA.p).linear;
+  const Twist belt = beltTwist(model, contact.shape_a, contact.shape_b, link, contact.X_WP).rotated(contact.X_WP.R);
+  const Vector3 v = link[contact.link_b].twistAt(at).linear - link[contact.link_a].twistAt(at).linear +
+                    belt.shifted(at - contact.X_WP.p).linear;
   return v - n.dot(v) * n;
 }
 

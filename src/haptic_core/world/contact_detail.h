@@ -13,9 +13,9 @@ namespace haptic {
 /// Friction acts in the plane and moves it nowhere. Without a normal force: the patch's origin.
 Vector3 centreOfPressure(const ContactReport& contact) noexcept;
 
-/// (in realtime) Velocity along the patch of B's surface on A's at the centre of pressure, in W [m/s]; V at the links' origins, in W. Of a
-/// patch that sticks, what its springs still give way.
-Vector3 slipOf(const ContactReport& contact, const Pose& X_WA, const Twist& V_WA, const Pose& X_WB, const Twist& V_WB) noexcept;
+/// (in realtime) Velocity along the patch of B's surface on A's at the centre of pressure, belts included, in W [m/s]. Of a patch that
+/// sticks, what its springs still give way. `link`: by world index, as they are placed.
+Vector3 slipOf(const Model& model, const ContactReport& contact, const LinkWork* link) noexcept;
 
 /// Outlines of patches: the curve in which two surfaces cross, seen along the normal. It encloses the area that the report has.
 class PatchOutline {

@@ -89,10 +89,11 @@ void checkPath(const MotionDef& def) {
                      "give rows between: the way round must be clear");
   }
   if (!def.repeat) return;
-  const auto ends = std::pair{def.pose.front(), def.pose.back()};
-  const bool closes = (ends.first.p - ends.second.p).norm() <= kCloses &&
-                      turnBetween(Quaternion(ends.first.R), Quaternion(ends.second.R)).norm() <= kCloses;
-  if (def.pose.size() < 3 || !closes) {
+  const auto closes = [&def] {
+    const Pose &first = def.pose.front(), &last = def.pose.back();
+    return (first.p - last.p).norm() <= kCloses && turnBetween(Quaternion(first.R), Quaternion(last.R)).norm() <= kCloses;
+  };
+  if (def.pose.size() < 3 || !closes()) {
     throw SetupError(def.name, "shall repeat, but its last row is not its first, or it has less than three", "close the path");
   }
 }

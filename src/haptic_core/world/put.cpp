@@ -14,6 +14,8 @@ namespace {
 
 /// Longest time that a wrench acts [s]: a day. Whoever wants it for longer asks again.
 constexpr double kLongestWrench = 86400;
+/// Largest number of a wrench, pose or twist that is given [N, m, …]: beyond it products overflow, and the world stops.
+constexpr double kMostGiven = 1e9;
 
 void requireLink(const Model& model, const char* what, int link) {
   if (link >= 0 && link < static_cast<int>(model.links.size())) return;
@@ -60,8 +62,8 @@ void applyWrench(const Model& model, int link, const LinkWrench& wrench, double 
   if (!(seconds >= 0 && seconds <= kLongestWrench)) {
     throw SetupError(kWhat, "its time is " + std::to_string(seconds) + " s", "give 0 to 86400 s; 0 ends what acts on the link");
   }
-  if (!wrench.F.allFinite() || !wrench.p_L.allFinite()) {
-    throw SetupError(kWhat, "has a number that is not finite", "write newtons, newton metres and metres");
+  if (!(wrench.F.force.norm() <= kMostGiven && wrench.F.torque.norm() <= kMostGiven && wrench.p_L.norm() <= kMostGiven)) {
+    throw SetupError(kWhat, "has a number beyond 1e9, or one that is not finite", "write newtons, newton metres and metres");
   }
   const int tree = model.links[link].articulation;
   if (seconds > 0) {
@@ -94,8 +96,8 @@ void putBody(const Model& model, int link, const Pose& X_WL, const Twist& V_WL, 
   if (!body.floating || !tree.rings.empty()) {
     throw SetupError(kWhat, "link " + model.links[link].name + " hangs on joints", "set the positions of its joints");
   }
-  if (!X_WL.p.allFinite() || !X_WL.R.allFinite() || !V_WL.angular.allFinite() || !V_WL.linear.allFinite()) {
-    throw SetupError(kWhat, "has a number that is not finite", "write metres, a unit quaternion, m/s and rad/s");
+  if (!(X_WL.p.norm() <= kMostGiven && X_WL.R.allFinite() && V_WL.angular.norm() <= kMostGiven && V_WL.linear.norm() <= kMostGiven)) {
+    throw SetupError(kWhat, "has a number beyond 1e9, or one that is not finite", "write metres, a unit quaternion, m/s and rad/s");
   }
   const Vector3 p_LO_W = X_WL.R * body.p_LO, p_WO = X_WL.p + p_LO_W, v_WO = V_WL.shifted(p_LO_W).linear;
   const Quaternion turn = Quaternion(X_WL.R).normalized();

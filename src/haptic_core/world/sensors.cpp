@@ -14,6 +14,7 @@
 namespace haptic {
 namespace {
 
+constexpr double kMostPeriod = 9007199254740992;  ///< steps between samples: 2⁵³, a whole number as a double
 constexpr const char* kKindNames[] = {"wrench", "contact", "imu"};
 
 /// Hash of text, in words of 8 bytes, the last filled up with zeros.
@@ -96,7 +97,8 @@ Sensors::Sensors(const Model& model, const std::vector<SensorDef>& defs)
 Sensors::Plan Sensors::compile(const Model& model, const SensorDef& def) const {
   Plan plan;
   plan.link = model.link(def.articulation, def.link);
-  if (def.rate > 0) plan.period = static_cast<std::uint64_t>(std::max(1.0, std::round(1 / (def.rate * model.settings.step))));
+  const double steps = std::round(1 / (def.rate * model.settings.step));
+  if (def.rate > 0) plan.period = static_cast<std::uint64_t>(std::clamp(steps, 1.0, kMostPeriod));
   plan.key = hashText(hashWords(kHashStart, &def.seed, sizeof def.seed), def.name);
   plan.own.resize(model.links.size());
   if (def.kind == SensorDef::Kind::kWrench) compileWrench(model, def, plan);

@@ -293,7 +293,7 @@ TEST(RoundPatch, SquareOverEdgesIsThatOfSamples) {
     if (!(std::abs(found - 1) < 1e-5)) continue;  // V folds over, or samples do not resolve it
     double sampled = 0;
     patch.eachSample([&](const Vector2&, double weight, double d) { sampled += weight * d * d; });
-    EXPECT_NEAR(square, sampled, 1e-4 * sampled) << i;
+    EXPECT_NEAR(square, sampled, 1e-3 * sampled) << i;  // d² bends a hundred times as much as d, of which 1e-5 is missed
     ++compared;
     over_edges += round.shares.size() > 1;
   }

@@ -8,6 +8,7 @@
 #include "../../scenes/blocks.h"
 #include "haptic_core/geometry/shapes/ball.h"
 #include "haptic_core/geometry/shapes/half_space.h"
+#include "haptic_core/world/work.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic {
@@ -65,8 +66,7 @@ TEST(Slip, IsTheSpeedAlongTheFloor) {
     ASSERT_EQ(world.contactCount(), 1);
     const ContactReport& contact = world.contact(0);
     EXPECT_FALSE(contact.sticking);
-    const Vector3 slip = slipOf(contact, world.linkPose(contact.link_a), world.linkTwist(contact.link_a), world.linkPose(contact.link_b),
-                                world.linkTwist(contact.link_b));
+    const Vector3 slip = slipOf(world.model(), contact, world.work().placement.link.data());
     // B is the cube: against the friction on it, and as fast as the cube at the floor.
     const Twist V = world.linkTwist(1);
     const Vector3 v = V.shifted(centreOfPressure(contact) - world.linkPose(1).p).linear;
@@ -75,6 +75,23 @@ TEST(Slip, IsTheSpeedAlongTheFloor) {
     EXPECT_GT(slip.head<2>().normalized().dot(Vector2(0.8, 0.3).normalized()), 0.999);
     EXPECT_LT(slip.dot(contact.F_BP_W.force), 0);
   }
+}
+
+/// A cube rides a belt without a slip, and slips at the belt's speed while it is held.
+TEST(Slip, IsToldOfBelts) {
+  WorldDef def = scenes::cubeOnFloor({}, {});
+  def.articulations[0].links[0].collisions[0].belt.V_L.linear = Vector3(0.1, 0, 0);
+  World world(def);
+  for (int i = 0; i < 1000; ++i) world.step();
+  const auto slip = [&] { return slipOf(world.model(), world.contact(0), world.work().placement.link.data()); };
+  ASSERT_EQ(world.contactCount(), 1);
+  EXPECT_NEAR(world.linkTwist(1).linear.x(), 0.1, 1e-6);
+  EXPECT_LT(slip().norm(), 1e-6);
+  world.setBodyPose(1, world.linkPose(1), {});
+  world.step();
+  ASSERT_EQ(world.contactCount(), 1);
+  EXPECT_LT((slip() - (world.linkTwist(1).linear - Vector3(0.1, 0, 0))).head<2>().norm(), 1e-3);
+  EXPECT_LT(slip().x(), -0.05);
 }
 
 double areaOf(const std::vector<Vector3>& corners, const Vector3& n) {
