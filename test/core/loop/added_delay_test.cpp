@@ -164,9 +164,7 @@ TEST(AddedDelay, IsSetOnceWithinBounds) {
     settings.delay = {wrong, 0};
     EXPECT_THROW(loop.attach(bench.device, 0, settings), SetupError) << wrong;
   }
-  // Recordings of before end without it.
   std::vector<double> numbers = numbersOf(HandSettings{});
-  numbers.resize(numbers.size() - 3);
   EXPECT_EQ(handSettingsFrom(numbers).delay.total(), 0);
   numbers.pop_back();
   EXPECT_THROW(handSettingsFrom(numbers), SetupError);
