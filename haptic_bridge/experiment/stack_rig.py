@@ -44,7 +44,7 @@ class TrialEnded(Exception):
 
 def dies_with_parent():
     os.setsid()
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # what a shell starts in the background ignores it, and so would all that it starts
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # a shell's background job ignores it, and hands that on
     ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGINT)
 
 
