@@ -125,9 +125,11 @@ class Windows(unittest.TestCase):
         self.until(lambda: text(self.picture()) > 200, 'the text above the scene')
         grey = self.picture()[:strip['Y'], :beside['X']]
         self.assertEqual((grey.min(axis=2) > 200).sum(), 0, 'no menu, tool or number is beside the scene')
-        # A click into the scene takes no key from the subject; the keys go where the display sends them.
+        # A click gives the scene the keys; the subject's text has them back soon after, and they go where the display sends them.
+        self.x('mousemove', '300', '200', 'click', '1')
+        self.until(lambda: self.x('getwindowfocus', '-f') == [subject], 'the keys back at the subject\'s text')
+
         def answered():
-            self.x('mousemove', '300', '200', 'click', '1')
             self.x('key', '2')
             return [row for row in self.rows() if row['status'] == 'ok']
         self.assertEqual(self.until(answered, 'a trial that was answered')[0]['response'], 'second')
