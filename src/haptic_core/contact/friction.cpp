@@ -57,7 +57,7 @@ struct LimitEllipsoid {
 /// The nearest force that the limit allows, and how it follows the trial force.
 struct Returned {
   Planar force;
-  Matrix3 compliant_area;  ///< see FrictionForce
+  double straight = 1, turning = 1;  ///< shares of the trial that are left: of the force, of the torque
   bool outside = false;
 };
 
@@ -66,32 +66,41 @@ struct Returned {
 /// where the trial does not turn: Newton comes from one side, in a few steps however far outside the trial lies (Moré,
 /// Sorensen, Computing a trust region step, 1983).
 Returned nearest(const Planar& trial, const LimitEllipsoid& limit, const Layer& layer) {
-  constexpr int kMostIterations = 30;  // 2–6 in practice
-  Returned out;
+  constexpr int kMostIterations = 30;  // 2–5 in practice
   const bool turns = limit.T > 0 && layer.J > 0;
-  const Vector3 L(layer.A0, layer.A0, turns ? layer.J : 0.0);
-  const Vector3 Q(1 / (limit.F * limit.F), 1 / (limit.F * limit.F), turns ? 1 / (limit.T * limit.T) : 0.0);
-  const Vector3 t(trial.force.x(), trial.force.y(), turns ? trial.torque : 0.0);
-  out.outside = (Q.array() * t.array().square()).sum() > 1;
-  out.compliant_area = L.asDiagonal();
-  Vector3 f = t, share = Vector3::Ones();  // share = (1 + λ L Q)⁻¹
-  double lambda = 0;
-  for (int i = 0; out.outside && i < kMostIterations; ++i) {
-    share = (1 + lambda * (L.array() * Q.array())).inverse();
-    f = share.cwiseProduct(t);
-    const double square = (Q.array() * f.array().square()).sum();
-    if (square - 1 <= 1e-14) break;
-    lambda += square * (std::sqrt(square) - 1) /
-              (Q.array().square() * L.array() * f.array().square() * share.array()).sum();
+  const double a = layer.A0 / (limit.F * limit.F), b = turns ? layer.J / (limit.T * limit.T) : 0.0;  // of L Q
+  const double p = trial.force.squaredNorm() / (limit.F * limit.F), r = turns ? trial.torque * trial.torque / (limit.T * limit.T) : 0.0;
+  Returned out{{trial.force, turns ? trial.torque : 0.0}};
+  double square = p + r;
+  out.outside = square > 1;
+  if (!out.outside) return out;
+  double lambda = square * (std::sqrt(square) - 1) / (p * a + r * b);
+  for (int i = 0; i < kMostIterations; ++i) {
+    out.straight = 1 / (1 + lambda * a);
+    out.turning = 1 / (1 + lambda * b);
+    const double p_left = p * out.straight * out.straight, r_left = r * out.turning * out.turning;
+    square = p_left + r_left;
+    const double beyond = square - 1;
+    if (beyond <= 1e-14) break;
+    // Near the limit (s² - 1)/((s² + 3)/2) is s - 1 to the third order, never more, and needs no root.
+    const double s_1 = square > 2 ? std::sqrt(square) - 1 : 2 * beyond / (square + 3);
+    lambda += square * s_1 / (p_left * a * out.straight + r_left * b * out.turning);
   }
-  if (out.outside) {
-    const Vector3 along = share.cwiseProduct(L).cwiseProduct(Q).cwiseProduct(f);
-    const double size = Q.cwiseProduct(f).dot(along);
-    out.compliant_area = share.cwiseProduct(L).asDiagonal();
-    out.compliant_area -= along * (along.transpose() / size);
-  }
-  out.force = {f.head<2>(), f.z()};
+  out.force = {out.straight * trial.force, turns ? out.turning * trial.torque : 0.0};
   return out;
+}
+
+/// How the force that was returned answers a change of slip: see FrictionForce.
+Matrix3 compliantArea(const Returned& returned, const LimitEllipsoid& limit, const Layer& layer) {
+  const bool turns = limit.T > 0 && layer.J > 0;
+  const Vector3 left(returned.straight * layer.A0, returned.straight * layer.A0, turns ? returned.turning * layer.J : 0.0);
+  Matrix3 area = left.asDiagonal();
+  if (!returned.outside) return area;
+  const double q = 1 / (limit.F * limit.F);
+  const Vector3 normal(q * returned.force.force.x(), q * returned.force.force.y(),
+                       turns ? returned.force.torque / (limit.T * limit.T) : 0.0);
+  const Vector3 along = left.cwiseProduct(normal);
+  return area - along * (along / normal.dot(along)).transpose();
 }
 
 /// What a layer holds at another pose when nothing yields.
@@ -129,44 +138,50 @@ Displaced displacedFrom(const FrictionAnchor& anchor, const Pose& X_AB, const Po
 
 }  // namespace
 
-FrictionLayer::Answer FrictionLayer::at(const Vector3& rate, double time, double N) const noexcept {
-  Answer out;
+FrictionLayer::Hold FrictionLayer::hold(const Vector3& rate, double time, double N) const noexcept {
+  Hold out;
   if (!(N > 0) || !(area.x() > 0) || !(mu > 0)) return out;
-  const Vector3 slip = before + time * rate, t = -area.cwiseProduct(stiffness * slip + damping * (rate + rest));
-  const LimitEllipsoid limit{mu * N, mu * N * radius};
-  // What is in the springs once the force is less than t: f = -L (k s + b ((s - before)/time + w)).
-  const auto held = [&] {
-    if (!(time > 0)) return before;
-    const double viscous = damping / time, stiff = 1 / (stiffness + viscous);
-    Vector3 held = viscous * before - damping * rest;
-    for (int i = 0; i < 3; ++i) held[i] = area[i] > 0 ? stiff * (held[i] - out.force[i] / area[i]) : 0.0;
-    return held;
-  };
-  out.load = limit.load({t.head<2>(), t.z()});
   if (dragged) {
     out.force = N * offset;
-    out.slip = held();
-    out.load = 1;
     out.outside = true;
     return out;
   }
-  out.force = t;
-  out.slip = slip;
-  if (!limited) {
-    out.compliant_area = area.asDiagonal();
-    return out;
-  }
-  const Vector3 from = t - N * offset;
-  const Layer layer{area.x(), area.z(), stiffness, damping};
-  const Returned returned = nearest({from.head<2>(), from.z()}, limit, layer);
+  out.force = -area.cwiseProduct(stiffness * (before + time * rate) + damping * (rate + rest));
+  if (!limited) return out;
+  const Vector3 from = out.force - N * offset;
+  const Returned returned = nearest({from.head<2>(), from.z()}, {mu * N, mu * N * radius}, {area.x(), area.z(), stiffness, damping});
   out.outside = returned.outside;
-  out.compliant_area = returned.compliant_area;
   if (!out.outside) return out;
   out.force << returned.force.force, returned.force.torque;
   out.force += N * offset;
-  out.slip = held();
-  out.load = 1;
+  out.straight = returned.straight;
+  out.turning = returned.turning;
   return out;
+}
+
+Matrix3 FrictionLayer::compliantArea(const Hold& held, double N) const noexcept {
+  if (!(N > 0) || !(area.x() > 0) || !(mu > 0)) return Matrix3::Zero();
+  if (!held.outside) return area.asDiagonal();
+  if (dragged) return Matrix3::Zero();
+  const Vector3 returned = held.force - N * offset;
+  return haptic::compliantArea({{returned.head<2>(), returned.z()}, held.straight, held.turning, true}, {mu * N, mu * N * radius},
+                               {area.x(), area.z(), stiffness, damping});
+}
+
+Vector3 FrictionLayer::slip(const Hold& held, const Vector3& rate, double time, double N) const noexcept {
+  if (!(N > 0) || !(area.x() > 0) || !(mu > 0)) return Vector3::Zero();
+  if (!held.outside) return before + time * rate;
+  // What is in the springs once the force is less than it would be: f = -L (k s + b ((s - before)/time + w)).
+  if (!(time > 0)) return before;
+  const double viscous = damping / time, stiff = 1 / (stiffness + viscous);
+  Vector3 slip = viscous * before - damping * rest;
+  for (int i = 0; i < 3; ++i) slip[i] = area[i] > 0 ? stiff * (slip[i] - held.force[i] / area[i]) : 0.0;
+  return slip;
+}
+
+double FrictionLayer::load(const Hold& held, double N) const noexcept {
+  if (!(N > 0) || !(area.x() > 0) || !(mu > 0)) return 0;
+  return held.outside ? 1 : LimitEllipsoid{mu * N, mu * N * radius}.load({held.force.head<2>(), held.force.z()});
 }
 
 double tangentialDamping(const PairLaw& law, double area) noexcept {
@@ -317,7 +332,7 @@ void Evaluation::bringBack(const Planar& held, FrictionForce& out) {
     force_ = stand + returned.force;
     slip_ = heldBy(force_);
     out.load = 1;
-    out.compliant_area = returned.compliant_area;
+    out.compliant_area = compliantArea(returned, limit(mu), layer_);
     return;
   }
   slides_ = !solving_ && trial_.dot(rate_) < 0;

@@ -142,15 +142,18 @@ struct FrictionLayer {
   bool slid = false;                  ///< it slid at the start
 
   /// What the law gives for one rate.
-  struct Answer {
-    Vector3 force = Vector3::Zero();              ///< f [N, N·m]
-    Vector3 slip = Vector3::Zero();               ///< what the springs hold at the end [m, rad]
-    double load = 0;                              ///< share of the limit that t uses
-    bool outside = false;                         ///< t was beyond the limit
-    Matrix3 compliant_area = Matrix3::Zero();     ///< see FrictionForce
+  struct Hold {
+    Vector3 force = Vector3::Zero();   ///< f [N, N·m]
+    double straight = 1, turning = 1;  ///< shares of t - N o that are left of its force and torque [1]
+    bool outside = false;              ///< t was beyond the limit
   };
-  /// (in realtime) Of the rate u [m/s, rad/s] over `time` [s] under the normal force N [N].
-  Answer at(const Vector3& rate, double time, double N) const noexcept;
+  /// (in realtime) Of the rate u [m/s, rad/s] over `time` [s] under the normal force N [N]. 20 ns, half as much again where it slides.
+  Hold hold(const Vector3& rate, double time, double N) const noexcept;
+  /// (in realtime) How it answers a change of slip, see FrictionForce. `held`: of `hold` with the same N, likewise below.
+  Matrix3 compliantArea(const Hold& held, double N) const noexcept;
+  /// (in realtime) What the springs hold at the end [m, rad].
+  Vector3 slip(const Hold& held, const Vector3& rate, double time, double N) const noexcept;
+  double load(const Hold& held, double N) const noexcept;  ///< (in realtime) share of the limit that t uses [1]
 };
 
 /// Friction of a patch at one evaluation, and the memory that it leaves.

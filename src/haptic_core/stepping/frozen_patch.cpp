@@ -273,14 +273,14 @@ void FrozenPatch::evaluate(const Vector6& V, double limit, Force& out) const noe
 }
 
 void FrozenPatch::limitFriction(const Vector6& V, double limit, Force& out) const noexcept {
-  out.friction = friction_.at(slipRate(V), g_, limit);
+  out.friction = friction_.hold(slipRate(V), g_, limit);
   setForce(out);
 }
 
 void FrozenPatch::stick(const Vector6& V, double limit, Force& out) const noexcept {
   FrictionLayer stuck = friction_;
   stuck.limited = stuck.dragged = false;
-  out.friction = stuck.at(slipRate(V), g_, limit);
+  out.friction = stuck.hold(slipRate(V), g_, limit);
   setForce(out);
 }
 
@@ -291,7 +291,7 @@ void FrozenPatch::setForce(Force& out) const noexcept {
   out.F += beyond_;
 }
 
-Matrix6 FrozenPatch::tangent(const Vector6& V, const Force& force) const noexcept {
+Matrix6 FrozenPatch::tangent(const Vector6& V, double limit, const Force& force) const noexcept {
   PatchMoments w;
   eachPressing(V, [&](double x, double y, double weight, double v_n, double reach) {
     double slope;
@@ -303,7 +303,7 @@ Matrix6 FrozenPatch::tangent(const Vector6& V, const Force& force) const noexcep
   });
   PatchTangent t;
   t.damping = w;
-  t.compliant_area = force.friction.compliant_area;
+  t.compliant_area = friction_.compliantArea(force.friction, limit);
   t.tangential_damping = g_ * (g_ * friction_.stiffness + friction_.damping);
   return t.combined(0, 1);
 }
@@ -336,16 +336,17 @@ void FrozenPatch::carry(const Vector6& V, double limit, const Pose& X_AP, Locate
   const Vector2 springs = springsGained(V);
   out.elastic_force += springs[0];
   elastic += springs[1];
-  const FrictionLayer::Answer& answer = force.friction;
+  const FrictionLayer::Hold& friction = force.friction;
+  const Vector3 slip = friction_.slip(friction, slipRate(V), g_, limit);
   out.F_BP_P = {force.F.head<3>(), force.F.tail<3>()};
   out.normal_force = force.normal;
-  out.sticking = !answer.outside;
+  out.sticking = !friction.outside;
   FrictionMemory& m = out.memory;
-  const bool yields = answer.outside || !(limit > 0);
-  out.yielded = yields ? Vector3(friction_.before + g_ * slipRate(V) - answer.slip) : Vector3::Zero();
+  const bool yields = friction.outside || !(limit > 0);
+  out.yielded = yields ? Vector3(friction_.before + g_ * slipRate(V) - slip) : Vector3::Zero();
   const auto tangents = X_AP.R.leftCols<2>();
-  m.slip_A = tangents * answer.slip.head<2>();
-  m.twist = answer.slip[2];
+  m.slip_A = tangents * slip.head<2>();
+  m.twist = slip[2];
   if (yields || out.renewed) {
     m.anchor = out.trial;
     m.anchor.slip_A -= tangents * out.yielded.head<2>();
@@ -353,12 +354,12 @@ void FrozenPatch::carry(const Vector6& V, double limit, const Pose& X_AP, Locate
   }
   m.rate_A = tangents * Vector2(V[3], V[4]);
   m.spin = V[2];
-  m.force_A = tangents * answer.force.head<2>();
-  m.torque = answer.force[2];
-  m.load = answer.load;
-  m.sliding = answer.outside ? 1 : 0;
+  m.force_A = tangents * friction.force.head<2>();
+  m.torque = friction.force[2];
+  m.load = friction_.load(friction, limit);
+  m.sliding = friction.outside ? 1 : 0;
   m.power = contactPower(out.F_BP_P, out.elastic(), {V.head<3>(), V.tail<3>()});
-  m.energy = 0.5 * friction_.stiffness * answer.slip.cwiseProduct(friction_.area).dot(answer.slip);
+  m.energy = 0.5 * friction_.stiffness * slip.cwiseProduct(friction_.area).dot(slip);
 }
 
 }  // namespace haptic

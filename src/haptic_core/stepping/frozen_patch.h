@@ -58,7 +58,7 @@ class FrozenPatch {
   struct Force {
     Vector6 F = Vector6::Zero();  ///< on B at P, in P's axes [N·m, N]
     double normal = 0;            ///< N [N]
-    FrictionLayer::Answer friction;   ///< of it
+    FrictionLayer::Hold friction;     ///< of it
     Vector3 first = Vector3::Zero();  ///< N, ∫ x p, ∫ y p: what it makes with (1, x, y) [N, N·m]
   };
   /// (in realtime) The force at a twist; friction's limit is that of the normal force `limit` [N].
@@ -68,9 +68,9 @@ class FrozenPatch {
   /// (in realtime) Friction as if it stuck, whatever it has to hold: in place of that in `out`, of `evaluate` there.
   void stick(const Vector6& V, double limit, Force& out) const noexcept;
   /// (in realtime) Of it (x and y of the force, torque along n) with another limit [N, N·m].
-  Vector3 frictionAt(const Vector6& V, double limit) const noexcept { return friction_.at(slipRate(V), g_, limit).force; }
-  /// (in realtime) -g ∂F/∂V, symmetric and positive semidefinite [N·s·m … N·s/m]. `force`: of `evaluate` there.
-  Matrix6 tangent(const Vector6& V, const Force& force) const noexcept;
+  Vector3 frictionAt(const Vector6& V, double limit) const noexcept { return friction_.hold(slipRate(V), g_, limit).force; }
+  /// (in realtime) -g ∂F/∂V, symmetric and positive semidefinite [N·s·m … N·s/m]. `force`: of `evaluate` there with this limit.
+  Matrix6 tangent(const Vector6& V, double limit, const Force& force) const noexcept;
 
   /// (in realtime) Takes an exact contact from the reference to the twist V: force, friction's memory, powers, and the
   /// elastic energy to the first order.

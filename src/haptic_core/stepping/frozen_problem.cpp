@@ -193,7 +193,7 @@ bool FrozenProblem::minimisePart(double g, int most, double finest, double enoug
       });
     }
     eachContact([](FrozenContact& c) {
-      const FrictionLayer::Answer& friction = c.force.friction;
+      const FrictionLayer::Hold& friction = c.force.friction;
       c.slid = friction.outside ? friction.force : Vector3(Vector3::Zero());
     });
     for (int n = 0; n < part_.tree_count; ++n) {

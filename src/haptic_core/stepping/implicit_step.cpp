@@ -144,10 +144,16 @@ void ImplicitStep::subSteps() noexcept {
       error = kNone;
       continue;
     }
-    // Impacts (`kNone`) are implicit Euler's, and so is what halving does not help.
-    if (!(error_ < kHelps * error) || s <= 1.001 * length_ / kMostParts) break;
-    error = error_;
-    s *= 0.5;
+    if (error_ < kHelps * error && s > 1.001 * length_ / kMostParts) {
+      error = error_;
+      s *= 0.5;
+      continue;
+    }
+    // Impacts (`kNone`) are implicit Euler's. What halving does not help is the attempt's that errs least.
+    if (!(attempt_.length > 0) || !(attempt_.error < attempt_.euler_error)) break;
+    commit(attempt_);
+    left_ -= attempt_.length;
+    error = kNone;
   }
 }
 
@@ -255,11 +261,13 @@ void ImplicitStep::pushHands(double h, double w, bool two_stages) noexcept {
 /// BDF2 or SDIRK2 over s, or up to where friction changes; the time that was done, < 0 where neither is good enough.
 double ImplicitStep::secondOrder(double s) noexcept {
   const double last = lastStep();
+  attempt_ = {};
   if (order_ == ImplicitOrder::kSecondMultistep && last > 0 && s <= kMostRatio * last && affords(kSmoothPasses, s)) {
     const Smooth found = bdf2(s, last);
     if (found == Smooth::kYes) return s;
     error_ *= kErrorSdirk2 / kErrorBdf2;  // that of SDIRK2, foreseen
     if (found == Smooth::kNo && error_ > 1) return -1;
+    attempt_ = {};
   }
   error_ = kNone;
   if (!affords(2 * kSmoothPasses, s)) return -1;
@@ -274,7 +282,9 @@ double ImplicitStep::secondOrder(double s) noexcept {
     changes |= stops || violation(c) > 0;
   }
   if (changes) return locate(s);
-  return keepSdirk2(s) ? s : -1;
+  if (keepSdirk2(s)) return s;
+  attempt_ = attemptOf(kGamma * s, s, Mean::kOfStages);
+  return -1;
 }
 
 /// Commits what `sdirk2` solved over s, unless it errs too much.
@@ -307,13 +317,24 @@ ImplicitStep::Smooth ImplicitStep::bdf2(double s, double last) noexcept {
     if (stops || violation(c) > 0) return Smooth::kFrictionChanges;
   }
   accelerations(g);
-  if (errs(kErrorBdf2, s)) return Smooth::kNo;
-  if (stage_.hasJoints()) {
-    stage_.joints().startAccount();
-    stage_.joints().account(state_->v.data(), stage_.v.data(), s);
-  }
-  commit(g, s, Mean::kOfEnds, s);
+  const bool errs_too_much = errs(kErrorBdf2, s);
+  attempt_ = attemptOf(g, s, Mean::kOfEnds);
+  if (errs_too_much) return Smooth::kNo;
+  commit(attempt_);
   return Smooth::kYes;
+}
+
+/// That the stage holds, as `errs` has judged it. Implicit Euler errs by s/2 |Δv|.
+ImplicitStep::Attempt ImplicitStep::attemptOf(double g, double s, Mean mean) noexcept {
+  return {g, s, mean, position_error_, 0.5 * s * speedGained()};
+}
+
+void ImplicitStep::commit(const Attempt& attempt) noexcept {
+  if (stage_.hasJoints() && attempt.mean == Mean::kOfEnds) {
+    stage_.joints().startAccount();
+    stage_.joints().account(state_->v.data(), stage_.v.data(), attempt.length);
+  }
+  commit(attempt.g, attempt.length, attempt.mean, attempt.length);
 }
 
 void ImplicitStep::setModes() noexcept {

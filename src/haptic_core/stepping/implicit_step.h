@@ -101,12 +101,19 @@ class ImplicitStep {
   /// What the forces of a step are the mean of.
   enum class Mean { kOfEnd, kOfEnds, kOfStages };
   enum class Smooth { kYes, kNo, kFrictionChanges };
+  /// A solve of second order over `length` that the stage holds.
+  struct Attempt {
+    double g = 0, length = 0;  ///< of its last stage; of all; 0: there is none [s]
+    Mean mean = Mean::kOfEnds;
+    double error = 0, euler_error = 0;  ///< of position that it foresees, and that implicit Euler would [m]
+  };
   double lastStep() const noexcept;
   bool euler(double h, int passes, bool if_jumps) noexcept;
   void subSteps() noexcept;
   bool affords(double evaluations, double s) const noexcept;
   int used() const noexcept { return stage_.evaluations - evaluations_before_; }
   Smooth bdf2(double s, double last) noexcept;
+  Attempt attemptOf(double g, double s, Mean mean) noexcept;
   void accelerations(double g) noexcept;
   double speedGained() noexcept;
   bool errs(double share, double s) noexcept;
@@ -128,6 +135,7 @@ class ImplicitStep {
   void stand(double h) noexcept;
   void pushHands(double h, double w, bool two_stages) noexcept;
   void gatherDone() noexcept;
+  void commit(const Attempt& attempt) noexcept;
   void commit(double g, double h, Mean mean, double taken_up) noexcept;
 
   const Model& model_;
@@ -138,6 +146,7 @@ class ImplicitStep {
   bool locates_ = false;                   ///< instants of friction inside the step
   ImplicitOrder order_ = ImplicitOrder::kFirst;
   double length_ = 0, left_ = 0;           ///< of the step, and what of it is not done yet [s]
+  Attempt attempt_;                        ///< the last one of second order that was not taken
   double error_ = 0;                       ///< of the last attempt, over what it may be
   double position_error_ = 0;              ///< of the last attempt [m]
   int budget_ = 0, evaluations_before_ = 0;

@@ -115,7 +115,7 @@ TEST(BoundedStep, AStepOutOfBalanceBooksNoMoreThanItLost) {
     if (i > 10) most = std::max(most, balance - last);  // before, cubes that start inside the floor are pushed out
     last = balance;
   }
-  EXPECT_GT(unconverged, 10);
+  EXPECT_GT(unconverged, 3);
   EXPECT_LT(most, 0.01 * startEnergy(def));
 }
 
