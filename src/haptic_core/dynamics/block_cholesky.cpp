@@ -9,7 +9,7 @@ namespace {
 
 // The kernels work on column-major blocks. N > 0 fixes a size at compile time: free bodies have 6.
 
-/// A = L Lᵀ in place, lower triangle, with 1/L on the diagonal: all that asks for it divides. False when a pivot is not positive.
+/// A = L Lᵀ in place, lower triangle; false when a pivot is not positive.
 template <int N>
 bool factorDiagonal(double* a, int lda, int n_run) noexcept {
   const int n = N > 0 ? N : n_run;
@@ -17,8 +17,8 @@ bool factorDiagonal(double* a, int lda, int n_run) noexcept {
     double pivot = a[j + j * lda];
     for (int k = 0; k < j; ++k) pivot -= a[j + k * lda] * a[j + k * lda];
     if (!(pivot > 0)) return false;
-    const double inverse = std::sqrt(1 / pivot);
-    a[j + j * lda] = inverse;
+    const double l = std::sqrt(pivot), inverse = 1 / l;
+    a[j + j * lda] = l;
     for (int i = j + 1; i < n; ++i) {
       double sum = a[i + j * lda];
       for (int k = 0; k < j; ++k) sum -= a[i + k * lda] * a[j + k * lda];
@@ -37,7 +37,8 @@ void solvePanel(const double* l, int ldl, double* x, int ldx, int rows, int n_ru
       const double f = l[j + k * ldl];
       for (int i = 0; i < rows; ++i) x[i + j * ldx] -= f * x[i + k * ldx];
     }
-    for (int i = 0; i < rows; ++i) x[i + j * ldx] *= l[j + j * ldl];
+    const double inverse = 1 / l[j + j * ldl];
+    for (int i = 0; i < rows; ++i) x[i + j * ldx] *= inverse;
   }
 }
 
@@ -70,7 +71,7 @@ template <int N>
 void solveLower(const double* l, int ldl, double* x, int n_run) noexcept {
   const int n = N > 0 ? N : n_run;
   for (int j = 0; j < n; ++j) {
-    x[j] *= l[j + j * ldl];
+    x[j] /= l[j + j * ldl];
     for (int i = j + 1; i < n; ++i) x[i] -= l[i + j * ldl] * x[j];
   }
 }
@@ -81,7 +82,7 @@ void solveUpper(const double* l, int ldl, double* x, int n_run) noexcept {
   const int n = N > 0 ? N : n_run;
   for (int j = n - 1; j >= 0; --j) {
     for (int i = j + 1; i < n; ++i) x[j] -= l[i + j * ldl] * x[i];
-    x[j] *= l[j + j * ldl];
+    x[j] /= l[j + j * ldl];
   }
 }
 
