@@ -32,6 +32,8 @@ struct Layer {
   Planar force(const Planar& slip, const Planar& rate) const {
     return {-A0 * (k * slip.force + b * rate.force), -J * (k * slip.torque + b * rate.torque)};
   }
+  /// Of two slips or rates, per stiffness.
+  double product(const Planar& a, const Planar& b) const { return A0 * a.force.dot(b.force) + J * a.torque * b.torque; }
   Planar slipFor(const Planar& f) const { return {-f.force / (A0 * k), J > 0 ? -f.torque / (J * k) : 0.0}; }
 };
 
@@ -273,7 +275,7 @@ void Evaluation::load(const Pose& X_AB, const Twist& V, FrictionForce& out) {
     if (advance_.mean_rate) seen_ = (slip_ - before_) * (1 / advance_.time);
   }
   // The slip came to a stop after the share `stop` of the step: only what came after loads the springs.
-  const double forward = old_rate_.dot(old_rate_), backward = -old_rate_.dot(rate_);
+  const double forward = layer_.product(old_rate_, old_rate_), backward = -layer_.product(old_rate_, rate_);
   stops_ = slid_ && advance_.second_order && backward > 0;
   stop_ = stops_ ? forward / (forward + backward) : 1.0;
   if (stops_) slip_ = before_ + rate_ * (0.5 * (1 - stop_) * advance_.time);
