@@ -11,7 +11,8 @@
 ///                   from.
 /// An attempt at second order counts when its error of position is at most `WorldSettings::accuracy` of the way that the change of
 /// speed and gravity move a body in the step; BDF2's is 2/9 h² |a1 - a0|, a0 at the end of the last step, SDIRK2's .04 h² of the change
-/// between its stages. One that does not is tried again by halves, down to h/8, while the error falls and the budget lasts. Second
+/// between its stages. One that does not is tried again by halves, down to h/8, while the error falls and the budget lasts; then it
+/// counts none the less where implicit Euler, by s/2 |Δv|, would err by more. Second
 /// order multiplies the impulses of impacts by up to 2.4, so where the contact set changes or a patch grows or shrinks fast, and
 /// where all attempts fail, the rest of the step is done as implicit Euler. After such a step Euler comes first, and gives way where
 /// its first evaluation finds the contacts of the start: in a heap they mostly go on to change. BDF2 goes on from steps that were smooth.
