@@ -387,6 +387,21 @@ double RoundPatch::thickness(const Vector2& r, int share) const noexcept {
   return uniform_ > 0 ? uniform_ : scale_ * heightOver(r, share);
 }
 
+/// Along centre + t a the thickness of a ball has the root √(t₁ − t), t₁ ≥ 1 where the ray leaves its shadow. In t = s (1 + q (1 − s)) it
+/// has none: t₁ − t is the square of √t₁ − s √q for this q = 1/(√t₁ + √(t₁ − 1))². Far from the root q is nearly 0. Of a rod: 0.
+double RoundPatch::bendTowards(const Vector2& centre, const Vector2& a) const noexcept {
+  if (v_.rod) return 0;
+  const auto bend = [](const auto& from, const auto& along, double radius) {
+    const double a2 = along.squaredNorm(), b = along.dot(from), square = b * b - a2 * (from.squaredNorm() - radius * radius);
+    if (!(square > 0)) return 0.0;
+    const double t = std::max(1.0, (std::sqrt(square) - b) / a2);
+    return 1 / (2 * t - 1 + 2 * std::sqrt(t * (t - 1)));
+  };
+  if (v_.oval) return bend(Vector3(oval_.across * (centre - oval_.middle)), Vector3(oval_.across * a), oval_.radius);
+  const double first = bend(Vector2(centre - ball_.middle), a, ball_.radius);
+  return v_.other_radius > 0 ? std::max(first, bend(Vector2(centre - other_.middle), a, other_.radius)) : first;
+}
+
 /// Height along n of a plane over r [m].
 double RoundPatch::levelOf(const RoundVolume::Plane& plane, const Vector2& r) const noexcept {
   return (plane.offset - plane.normal.head<2>().dot(r)) / plane.normal.z();

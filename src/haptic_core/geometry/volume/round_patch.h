@@ -5,11 +5,12 @@
 /// samples of these shares alone. The thickness of V is not piecewise linear, so there is no closed form for the rest. The part of
 /// the polyhedron's surface in the round shape, seen along n, is cut into the shares of its faces; on each the thickness is smooth. A
 /// share is integrated on rays from a point inside it, by Gauss's rule over its boundary (8 points on a line and on each third of a
-/// turn) and along the rays (8). Where V is round about n, rings of constant thickness take the place of the rays. Of two rods the
-/// outline is the hull of points on the outlines of their sections (rod_section.h), cut off to 32 lines, with a ray to each and 4
-/// points on it. Relative error of ∫ d² and of friction: 1e-12 where a ball shallower than a fifth of its radius lies on one face,
-/// 1e-6 over edges and corners, 4e-3 of two rods, 1e-2 where a cylinder's rim crosses a share; where a pressure is clipped inside the
-/// patch 1e-3 of the clipped part, 1e-2 under a rod, continuous in the poses.
+/// turn) and along the rays (8; of a ball bent so that the root in its thickness, which lies beyond the ray's end, is none). Where V is
+/// round about n, rings of constant thickness take the place of the rays. Of two rods the outline is the hull of points on the outlines
+/// of their sections (rod_section.h), cut off to 32 lines, with a ray to each and 4 points on it. Relative error of ∫ d² and of friction:
+/// 1e-12 where a ball shallower than a fifth of its radius lies on one face; over edges and corners 1e-6 and 1e-5 to a depth of half a
+/// radius, ten times that where it is deeper and V does not fold over; 4e-3 of two rods, 1e-2 where a cylinder's rim crosses a share;
+/// where a pressure is clipped inside the patch 1e-3 of the clipped part, 1e-2 under a rod, continuous in the poses.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -170,6 +171,7 @@ class RoundPatch {
   template <class Visit>
   void alongRays(const RoundVolume::Curve& curve, const Vector2& centre, int plane, Visit&& visit) const noexcept;
   double thickness(const Vector2& r, int plane) const noexcept;
+  double bendTowards(const Vector2& centre, const Vector2& a) const noexcept;
 
   RoundVolume& v_;
   const ContactVolume& contact_;
@@ -201,7 +203,9 @@ void RoundPatch::alongRays(const RoundVolume::Curve& c, const Vector2& centre, i
       const Vector2 r = centre + t * a;
       visit(r, turn * t * w, thickness(r, plane));
     };
-    v_.second.rod ? integrate(kGauss4, 0, 1, at) : integrate(kGauss8, 0, 1, at);
+    if (v_.second.rod) return integrate(kGauss4, 0, 1, at);
+    const double bend = bendTowards(centre, a);
+    integrate(kGauss8, 0, 1, [&](double s, double w) { at(s * (1 + bend * (1 - s)), w * (1 + bend - 2 * bend * s)); });
   };
   if (v_.second.rod && !c.arc) return ray(c.middle + 0.5 * c.x, c.x, 1);
   const int parts = c.arc ? static_cast<int>(std::abs(c.sweep) / 2.1) + 1 : 1;  // a third of a turn each
