@@ -101,11 +101,11 @@ Errors errorsOf(const RodPose& pair, const Rod& rod_A, const Rod& rod_B, const F
   const Vector3 hint = v.status == Status::kSeparated ? Vector3(0.5 * pair.X_AB.p) : v.X_AP.p;
   const double share = std::min(1.0, (found.overlap() ? v.depth : pair.depth) / pair.lesser());
   RodPair planes;
+  RodBreaks breaks;
   std::optional<RodIntegral> integral;
-  if (planes.place(rod_A, rod_B, pair.X_AB)) integral.emplace(planes);
+  if (planes.place(rod_A, rod_B, pair.X_AB)) integral.emplace(planes, breaks);
   std::vector<T> heights;  // the middles of our pieces: where the oracle looks, not what it finds
-  for (int i = 0; integral && i + 1 < integral->breaks.count; ++i)
-    heights.push_back(T(0.5 * (integral->breaks.over[i] + integral->breaks.over[i + 1])));
+  for (int i = 0; i + 1 < breaks.count; ++i) heights.push_back(T(0.5 * (breaks.over[i] + breaks.over[i + 1])));
   const Oracle oracle(A, B, axis, exact<T>(pair.X_AB.p), exact<T>(hint), T(std::min(kCoarsest, room / share)), heights);
   Errors out;
   const double V = double(oracle.volume());
@@ -117,10 +117,7 @@ Errors errorsOf(const RodPose& pair, const Rod& rod_A, const Rod& rod_B, const F
   }
   const Vector3 S = rounded(oracle.areaVector()), c = rounded(oracle.centroid()), n = v.normal();
   // ∫ r × n dA about A's origin: the volume's rate as B turns about it.
-  const auto first = [&](int i) {
-    return Vector3(integral->surface[i].first + integral->surface[i].area * integral->origin);
-  };
-  const Vector3 torque(first(2).y() - first(1).z(), first(0).z() - first(2).x(), first(1).x() - first(0).y());
+  const Vector3 torque = planes.R_AE * integral->torque();
   const double surface = std::max(S.norm(), std::pow(V, 2.0 / 3));
   out.volume = share * std::abs(double(oracle.volume() - T(v.volume))) / V;
   out.area = share * (v.area_vector_A - S).norm() / surface;

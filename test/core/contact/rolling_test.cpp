@@ -57,7 +57,7 @@ TEST_P(Rolling, CompressesNothing) {
     const NormalPressure rocks = normalPressure(c.volume, c.workspace, {0.1 * across_P, Vector3::Zero()}, GetParam(), material());
     EXPECT_NEAR(torqueOf(rocks).dot(axis_P), 0, 1e-12 * p.force * p.radius) << shape->name();
     const Matrix2 moments = jumpsAtTouch(GetParam()) ? Matrix2(1e4 * c.volume.A2) : Matrix2(1e7 * 10 * c.volume.V2);
-    const double share = shape->movingTurns()(0, 0);
+    const double share = shape->movingTurns()[0];
     const Vector2 slope = share * 0.1 * Vector2(across_P.y(), -across_P.x());
     const double expected = slope.dot(moments * slope) / 0.1;
     EXPECT_NEAR(-torqueOf(rocks).dot(across_P), expected, 1e-12 * p.force * p.radius) << shape->name();

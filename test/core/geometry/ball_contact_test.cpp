@@ -286,7 +286,8 @@ double adaptive(const F& f, double a, double b, double tolerance, int halvings) 
       const double l = 0.5 * (a + m), r = 0.5 * (m + b), fl = f(l), fr = f(r);
       const double left = (m - a) / 6 * (fa + 4 * fl + fm), right = (b - m) / 6 * (fm + 4 * fr + fb), change = left + right - whole;
       if (halvings <= 0 || std::abs(change) <= 15 * tolerance) return left + right + change / 15;
-      return between(a, fa, l, fl, m, fm, left, tolerance / 2, halvings - 1) + between(m, fm, r, fr, b, fb, right, tolerance / 2, halvings - 1);
+      return between(a, fa, l, fl, m, fm, left, tolerance / 2, halvings - 1) +
+             between(m, fm, r, fr, b, fb, right, tolerance / 2, halvings - 1);
     }
   };
   const double fa = f(a), fm = f(m), fb = f(b);

@@ -63,11 +63,8 @@ void compare(const RodPose& pair, double tolerance) {
   EXPECT_NEAR((v.area_vector_A - S).norm(), 0, room * surface);
   RodPair planes;
   planes.place(pair.rod(0), pair.rod(1), pair.X_AB);
-  const RodIntegral integral(planes);
-  const auto first = [&](int i) {
-    return Vector3(integral.surface[i].first + integral.surface[i].area * integral.origin);
-  };
-  const Vector3 torque(first(2).y() - first(1).z(), first(0).z() - first(2).x(), first(1).x() - first(0).y());
+  RodBreaks breaks;
+  const Vector3 torque = planes.R_AE * RodIntegral(planes, breaks).torque();
   const Vector3 centroid = rounded(oracle.centroid());
   EXPECT_NEAR((torque - rounded(oracle.torque())).norm(), 0,
               room * surface * (centroid.norm() + std::cbrt(V)));

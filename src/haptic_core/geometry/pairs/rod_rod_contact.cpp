@@ -18,42 +18,22 @@ class RodRodContact : public RoundContact {
   void find();
 
  private:
-  double overlapAlong(const Vector3& n) const;
-  Vector3 wayOut(const RodPair& pair) const;
   void decideWithoutVolume(const Vector3& way_out);
-  double depth(const RodPair& pair) const;
+  double depth(const RodPair::Directions& directions, const RodPair& pair) const;
 
   const Rod &a_, &b_;
   const Pose& X_AB_;
 };
 
-/// How far B has to move along unit n, in A's frame, to leave A [m]; negative: a gap.
-double RodRodContact::overlapAlong(const Vector3& n) const {
-  const Vector3 n_B = X_AB_.R.transpose() * n;
-  return n.dot(a_.core(n) - X_AB_.p) - n_B.dot(b_.core(-n_B)) + a_.rounding() + b_.rounding();
-}
-
-/// The shortest of the normals of sides and ends.
-Vector3 RodRodContact::wayOut(const RodPair& pair) const {
-  Vector3 best = Vector3::UnitZ();
-  double least = INFINITY;
-  for (int i = 0; i < RodPair::kDirections; ++i) {
-    const RodPair::Direction way = pair.direction(i);
-    if (way.overlap < least) least = way.overlap, best = pair.R_QE * way.n_E;
-  }
-  return best;
-}
-
 /// Overlap along n, or along the nearest of the normals of sides and ends if that is less. Where an end overhangs, n leans over it.
-double RodRodContact::depth(const RodPair& pair) const {
-  const Vector3 n = out_.normal(), n_E = pair.R_QE.transpose() * n;
+double RodRodContact::depth(const RodPair::Directions& directions, const RodPair& pair) const {
+  const Vector3 n_E = pair.intoE(out_.normal());
   double nearest = 0, along_normal = INFINITY;
-  for (int i = 0; i < RodPair::kDirections; ++i) {
-    const RodPair::Direction way = pair.direction(i);
+  for (const RodPair::Direction& way : directions) {
     const double cosine = std::abs(way.n_E.dot(n_E));
     if (cosine > nearest) nearest = cosine, along_normal = way.overlap;
   }
-  return std::min(overlapAlong(n), along_normal);
+  return std::min(pair.overlapAlong(n_E), along_normal);
 }
 
 void RodRodContact::decideWithoutVolume(const Vector3& way_out) {
@@ -65,25 +45,31 @@ void RodRodContact::decideWithoutVolume(const Vector3& way_out) {
 }
 
 void RodRodContact::find() {
+  RodPair& pair = v_.second.pair;
+  const bool near = pair.place(a_, b_, X_AB_);
   if (cache_.direction.squaredNorm() > 0) {
-    const double overlap = overlapAlong(cache_.direction);
+    const double overlap = pair.overlapAlong(pair.intoE(cache_.direction));
     if (overlap < 0) return setSeparated(Vector3(cache_.direction), -overlap);
   }
-  RodPair pair;
-  const bool near = pair.place(a_, b_, X_AB_);
-  const Vector3 way_out = wayOut(pair);
+  const RodPair::Directions directions = pair.directions();
+  const RodPair::Direction* shortest = &directions[0];
+  for (const RodPair::Direction& way : directions) {
+    if (way.overlap < shortest->overlap) shortest = &way;
+  }
+  const Vector3 way_out = pair.R_AE * shortest->n_E;
   if (!near) return decideWithoutVolume(way_out);
-  const RodIntegral integral(pair);
+  const RodIntegral integral(pair, v_.second.breaks);
   if (!(integral.solid.volume > 0)) return decideWithoutVolume(way_out);
-  v_.X_AQ = Pose();
+  v_.X_AQ = Pose(pair.R_AE, Vector3::Zero());
   v_.sign = 1;
   v_.rod = &a_;
   v_.radius = a_.radius();
-  v_.second = {&b_, X_AB_, pair, integral.breaks, false, 0};
+  v_.second.rod = &b_;
+  v_.second.outlined = false;
   for (int i = 0; i < 3; ++i) v_.parts.push_back({Vector3::Unit(i), -1, 0, integral.surface[i], 0, 0});
   if (!setMoments(integral.solid, integral.origin, Vector3::Zero(), way_out)) return;
   v_.filled = true;
-  out_.depth = depth(pair);
+  out_.depth = depth(directions, pair);
 }
 
 void rodRodContact(const ShapePair& pair, const ContactRequest& request, PairCache& cache, ContactWorkspace& workspace,

@@ -11,6 +11,24 @@ namespace {
 
 using Status = ContactVolume::Status;
 
+/// The patch's axes in Q, and its origin along them from the point that moments are about.
+struct SeenAcross {
+  Vector3 x, y;
+  double at_x, at_y;
+
+  Vector2 first(double zeroth, const Vector3& f) const { return {f.dot(x) - zeroth * at_x, f.dot(y) - zeroth * at_y}; }
+  Matrix2 second(double zeroth, const Vector3& f, const Matrix3& s) const {
+    const Vector3 sx = x.x() * s.col(0) + x.y() * s.col(1) + x.z() * s.col(2), sy = y.x() * s.col(0) + y.y() * s.col(1) + y.z() * s.col(2);
+    const double fx = f.dot(x), fy = f.dot(y), moved = fx - zeroth * at_x;
+    const double xy = x.dot(sy) - at_x * fy - at_y * moved;
+    Matrix2 out;
+    out << x.dot(sx) - at_x * (fx + moved), xy, xy, y.dot(sy) - at_y * (2 * fy - zeroth * at_y);
+    return out;
+  }
+};
+
+Vector3 turnedBack(const Matrix3& R, const Vector3& v) { return {R.col(0).dot(v), R.col(1).dot(v), R.col(2).dot(v)}; }
+
 }  // namespace
 
 RoundContact::RoundContact(const ContactRequest& request, PairCache& cache, ContactWorkspace& workspace, ContactVolume& out)
@@ -88,32 +106,27 @@ bool RoundContact::setMoments(const SolidMoments& sums, const Vector3& o, const 
   const bool seen = seen_Q.norm() > kVanishing * scale;
   const Vector3 n = normalOf(seen ? Vector3(v_.sign * (v_.X_AQ.R * seen_Q)) : out_.area_vector_A, scale, way_out_A);
   const Vector3 centroid = sums.first / sums.volume;  // from o
-  const Matrix3 R_AP = patchAxes(n), R_QP = v_.X_AQ.R.transpose() * R_AP;
+  const Matrix3 R_AP = patchAxes(n);
+  const Matrix3& R_AQ = v_.X_AQ.R;
   out_.status = Status::kOverlap;
   out_.X_AP = {R_AP, v_.X_AQ * (o + centroid)};
   out_.volume = sums.volume;
-  const Matrix3 about_centroid = sums.second - sums.volume * centroid * centroid.transpose();
-  out_.V2 = (R_QP.transpose() * about_centroid * R_QP).topLeftCorner<2, 2>();
-  projectFaces(centroid, R_QP);
+  const Vector3 x = turnedBack(R_AQ, R_AP.col(0)), y = turnedBack(R_AQ, R_AP.col(1)), up = turnedBack(R_AQ, n);
+  const SeenAcross seen_across{x, y, centroid.dot(x), centroid.dot(y)};
+  out_.V2 = seen_across.second(sums.volume, sums.first, sums.second);
+  // A0, A1 and A2: the faces' parts seen along n.
+  PlaneMoments faces;
+  for (const RoundVolume::FacePart& part : v_.parts) {
+    const double rise = v_.sign * part.normal.dot(up);
+    faces.area += rise * part.moments.area;
+    faces.first += rise * part.moments.first;
+    faces.second += rise * part.moments.second;
+  }
+  out_.A0 = faces.area;
+  out_.A1 = seen_across.first(faces.area, faces.first);
+  out_.A2 = seen_across.second(faces.area, faces.first, faces.second);
   cache_.normal = cache_.direction = n;
   return true;
-}
-
-/// A0, A1 and A2: the faces' parts seen along n, from the centroid.
-void RoundContact::projectFaces(const Vector3& centroid, const Matrix3& R_QP) {
-  double area = 0;
-  Vector3 first = Vector3::Zero();
-  Matrix3 second = Matrix3::Zero();
-  for (const RoundVolume::FacePart& part : v_.parts) {
-    const double rise = v_.sign * part.normal.dot(R_QP.col(2));
-    const PlaneMoments about_centroid = part.moments.shifted(-centroid);
-    area += rise * about_centroid.area;
-    first += rise * about_centroid.first;
-    second += rise * about_centroid.second;
-  }
-  out_.A0 = area;
-  out_.A1 = (R_QP.transpose() * first).head<2>();
-  out_.A2 = (R_QP.transpose() * second * R_QP).topLeftCorner<2, 2>();
 }
 
 Vector3 RoundContact::supportNormal() const {

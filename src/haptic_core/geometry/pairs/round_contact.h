@@ -67,7 +67,6 @@ class RoundContact {
  private:
   Vector3 normalOf(const Vector3& surface_A, double scale, const Vector3& otherwise);
   void keepAbove(double side, double height);
-  void projectFaces(const Vector3& centroid, const Matrix3& R_QP);
 };
 
 }  // namespace haptic

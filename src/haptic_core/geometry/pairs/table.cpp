@@ -67,26 +67,26 @@ const PairEntry& entryOf(const ShapePair& pair) {
   return pairEntry(pair.first.kind(), pair.second.kind());
 }
 
-/// What a shape's movingTurns leave of the approach rate over a patch: see CompressingRate.
-CompressingRate compressingRate(Shape shape, const Matrix3& R_SP, const Vector3& p_SP) {
+/// What a shape's movingTurns leave of the approach rate over a patch of tangents x and y in its frame: see CompressingRate.
+CompressingRate compressingRate(Shape shape, const Vector3& x, const Vector3& y, const Vector3& p_SP) {
   if (!shape.spins()) return {};
-  const Eigen::Matrix<double, 3, 2> tangents = R_SP.leftCols<2>();
-  const Matrix2 turns = tangents.transpose() * shape.movingTurns() * tangents;
-  const Vector3 lever = p_SP.cross(R_SP.col(2));
-  const Vector2 spins = tangents.transpose() * (lever - shape.movingTurns() * lever);
+  const Vector3 &moving = shape.movingTurns(), lever = p_SP.cross(x.cross(y)), spins = lever - moving.cwiseProduct(lever),
+                along_x = moving.cwiseProduct(x), along_y = moving.cwiseProduct(y);
   // The slope of a turn (ω_x, ω_y) is (ω_y, -ω_x).
+  const double mixed = -along_x.dot(y);
   CompressingRate out;
   out.all = false;
-  out.slope << turns(1, 1), -turns(0, 1), -turns(0, 1), turns(0, 0);
-  out.lever << spins.y(), -spins.x();
+  out.slope << along_y.dot(y), mixed, mixed, along_x.dot(x);
+  out.lever << spins.dot(y), -spins.dot(x);
   return out;
 }
 
 /// Of two bodies the spins of both are taken away, one after the other, in the mean of both orders: for parallel axes those about
 /// one, for crossed ones all in the plane of both, continuous between.
 CompressingRate compressingRate(Shape A, Shape B, const Pose& X_AB, const Pose& X_AP) {
-  const CompressingRate a = compressingRate(A, X_AP.R, X_AP.p),
-                        b = compressingRate(B, X_AB.R.transpose() * X_AP.R, X_AB.R.transpose() * (X_AP.p - X_AB.p));
+  const auto into_B = [&](const Vector3& v) { return Vector3(X_AB.R.col(0).dot(v), X_AB.R.col(1).dot(v), X_AB.R.col(2).dot(v)); };
+  const Vector3 x = X_AP.R.col(0), y = X_AP.R.col(1);
+  const CompressingRate a = compressingRate(A, x, y, X_AP.p), b = compressingRate(B, into_B(x), into_B(y), into_B(X_AP.p - X_AB.p));
   CompressingRate out;
   out.all = false;
   const Matrix2 product = a.slope * b.slope;

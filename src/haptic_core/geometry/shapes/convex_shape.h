@@ -75,9 +75,9 @@ class ConvexShape {
   virtual Vector3 core(const Vector3& direction) const = 0;
   virtual double rounding() const { return 0; }  ///< see `core`
   /// Of a turn the share that moves the shape's surface other than along itself: of a body of revolution 1 - z zᵀ, of a ball 0, of an
-  /// ellipsoid about an axis (a - b)²/(a² + b²) with the radii across it, of all others 1. Symmetric, in the shape's frame [1].
-  const Matrix3& movingTurns() const { return moving_turns_; }
-  bool spins() const { return moving_turns_ != Matrix3::Identity(); }  ///< some turns leave it where it is, or nearly
+  /// ellipsoid about an axis (a - b)²/(a² + b²) with the radii across it, of all others 1. About each axis of the shape's frame [1].
+  const Vector3& movingTurns() const { return moving_turns_; }
+  bool spins() const { return moving_turns_ != Vector3::Ones(); }  ///< some turns leave it where it is, or nearly
   /// The polyhedron that stands in for the shape in pairs that have no row of their own in the table of pairs, made once at set-up;
   /// null: none of its pairs needs one.
   virtual const ConvexPolyhedron* tessellation() const { return nullptr; }
@@ -95,9 +95,9 @@ class ConvexShape {
   MassProperties properties_;  ///< at density 1
   double radius_ = 0;                           ///< about the centre [m]
   Box aabb_{Vector3::Zero(), Vector3::Zero()};  ///< in the shape's frame
-  Matrix3 moving_turns_ = Matrix3::Identity();  ///< see movingTurns()
+  Vector3 moving_turns_ = Vector3::Ones();      ///< see movingTurns()
   /// Of a body of revolution about z.
-  static Matrix3 turnsAcrossZ() { return Vector3(1, 1, 0).asDiagonal(); }
+  static Vector3 turnsAcrossZ() { return {1, 1, 0}; }
 
  private:
   ShapeKind kind_;

@@ -33,7 +33,7 @@ Ellipsoid::Ellipsoid(const Vector3& radii, const std::string& name) : ConvexShap
   // About x the surface moves along itself but for (y/z - z/y) of its way: nothing where the two are equal, all of it where one vanishes.
   for (int i = 0; i < 3; ++i) {
     const double a = radii[(i + 1) % 3], b = radii[(i + 2) % 3];
-    moving_turns_(i, i) = (a - b) * (a - b) / (a * a + b * b);
+    moving_turns_[i] = (a - b) * (a - b) / (a * a + b * b);
   }
   radius_ = radii.maxCoeff();
   aabb_ = {-radii, radii};

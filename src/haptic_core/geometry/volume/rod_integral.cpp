@@ -98,17 +98,11 @@ struct Sums {
   double plain[6] = {0, 0, 0, 0, 0, 0};  ///< ∫ 1, x, y, xx, xy, yy
   double z[3] = {0, 0, 0}, zz = 0;       ///< ∫ z (1, x, y), ∫ z²
 
-  /// In A's frame. R_QE = (0 c s; 0 -s c; 1 0 0), so that of its products only these are left.
-  void turnTo(const Matrix3& R_QE, double& zeroth, Vector3& first, Matrix3& second) const {
-    const double c = R_QE(0, 1), s = R_QE(0, 2), *m = plain;
-    const Vector3 x(m[3], m[4], z[1]), y(m[4], m[5], z[2]), height(z[1], z[2], zz);
-    const Vector3 across[2] = {c * y + s * height, c * height - s * y};
-    zeroth = m[0];
-    first << c * m[2] + s * z[0], c * z[0] - s * m[2], m[1];
-    for (int i = 0; i < 3; ++i) {
-      const Vector3& row = i < 2 ? across[i] : x;
-      second.row(i) << c * row.y() + s * row.z(), c * row.z() - s * row.y(), row.x();
-    }
+  /// ∫ (x, y, z), and of their products.
+  void moments(double& zeroth, Vector3& first, Matrix3& second) const {
+    zeroth = plain[0];
+    first << plain[1], plain[2], z[0];
+    second << plain[3], plain[4], z[1], plain[4], plain[5], z[2], z[1], z[2], zz;
   }
 };
 
@@ -139,9 +133,10 @@ struct LaneSums {
 
 class Integrator {
  public:
-  Integrator(const RodPair& pair, RodIntegral& out)
+  Integrator(const RodPair& pair, RodIntegral& out, RodBreaks& breaks)
       : pair_(pair),
         out_(out),
+        breaks_(breaks),
         middle_(pair.low + 0.5 * pair.width),
         beyond_(std::min(pair.above[0] + pair.above[1], pair.below[0] + pair.below[1])),
         root_above_(pair.above[0] + pair.above[1] < pair.below[0] + pair.below[1]) {}
@@ -156,24 +151,14 @@ class Integrator {
   void pieces();
   int nodesFor(double from, double to) const;
   void finish() {
-    out_.origin = pair_.R_QE * Vector3(o_.x(), o_.y(), middle_);
-    solid_.turnTo(pair_.R_QE, out_.solid.volume, out_.solid.first, out_.solid.second);
-    PlaneMoments along[3];
-    for (int i = 0; i < 3; ++i)
-      surface_[i].turnTo(pair_.R_QE, along[i].area, along[i].first, along[i].second);
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        const double share = pair_.R_QE(i, j);
-        if (share == 0) continue;  // four of nine at least
-        out_.surface[i].area += share * along[j].area;
-        out_.surface[i].first += share * along[j].first;
-        out_.surface[i].second += share * along[j].second;
-      }
-    }
+    out_.origin << o_, middle_;
+    solid_.moments(out_.solid.volume, out_.solid.first, out_.solid.second);
+    for (int i = 0; i < 3; ++i) surface_[i].moments(out_.surface[i].area, out_.surface[i].first, out_.surface[i].second);
   }
 
   const RodPair& pair_;
   RodIntegral& out_;
+  RodBreaks& breaks_;
   double middle_;        ///< z about which heights are summed [m]: within V, since V may be much smaller than the range
   const double beyond_;  ///< distance of the next root of a half width from the range [m]
   const bool root_above_;  ///< over it, not below
@@ -238,7 +223,7 @@ bool Integrator::crossing() {
     addNodes(kShallowRule);
   }
   o_ = Vector2(along_A, 0);
-  out_.breaks.over[0] = 0, out_.breaks.over[1] = p.width, out_.breaks.count = 2;
+  breaks_.over[0] = 0, breaks_.over[1] = p.width, breaks_.count = 2;
   const double c = 4 * p.inverse_sine, cot = p.cosine * p.inverse_sine,
                square = p.inverse_sine * p.inverse_sine;
   solid_ = {{c * f[0], 0, 0, c * (cot * cot * f[3] + square * f[4]) / 3, c * cot * f[3] / 3, c * f[3] / 3}, {0, 0, 0}, 0};
@@ -253,7 +238,7 @@ bool Integrator::crossing() {
 
 /// About a point of the longest piece in which the rods meet. Each piece has the outline of its middle.
 void Integrator::pieces() {
-  RodBreaks& breaks = out_.breaks;
+  RodBreaks& breaks = breaks_;
   breaks.find(pair_);
   RodOutline outline[RodBreaks::kMost + 1];
   RodSection section(pair_);
@@ -351,8 +336,8 @@ void PieceIntegrator::addSections(const RodOutline& outline, const Lanes& theta,
 
 }  // namespace
 
-RodIntegral::RodIntegral(const RodPair& pair) noexcept {
-  Integrator(pair, *this).integrate();
+RodIntegral::RodIntegral(const RodPair& pair, RodBreaks& breaks) noexcept {
+  Integrator(pair, *this, breaks).integrate();
 }
 
 }  // namespace haptic

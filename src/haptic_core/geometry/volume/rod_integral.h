@@ -16,15 +16,20 @@
 
 namespace haptic {
 
-/// In A's frame, moments about `origin`.
+/// In the pair's frame E, moments about `origin`.
 struct RodIntegral {
   Vector3 origin = Vector3::Zero();  ///< a point of V [m]
   SolidMoments solid;       ///< of V
   PlaneMoments surface[3];  ///< of A's surface in B, weighed with its normal's components
-  RodBreaks breaks;         ///< pieces that were integrated, and empty ones
 
-  /// (in realtime)
-  explicit RodIntegral(const RodPair& pair) noexcept;
+  /// (in realtime) `breaks`: bounds of the pieces that were integrated, and of empty ones.
+  RodIntegral(const RodPair& pair, RodBreaks& breaks) noexcept;
+  /// ∫ r × n dA about A's origin, in E [m³].
+  Vector3 torque() const {
+    const auto first = [this](int i) -> Vector3 { return surface[i].first + surface[i].area * origin; };
+    const Vector3 x = first(0), y = first(1), z = first(2);
+    return {z.y() - y.z(), x.z() - z.x(), y.x() - x.y()};
+  }
 };
 
 }  // namespace haptic

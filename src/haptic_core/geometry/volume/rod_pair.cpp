@@ -13,6 +13,11 @@ constexpr double kNone = 8 * std::numeric_limits<double>::epsilon();
 /// In place of a sine or cosine of 0, so that its reciprocal times any length is beyond every end.
 constexpr double kLeast = 1e-200;
 
+/// How far a rod reaches along a direction at an angle to its axis.
+double reachOf(const RodPair& pair, int rod, double cosine, double sine) {
+  return pair.half[rod] * cosine + pair.radius[rod] * (pair.round[rod] ? 1 : sine);
+}
+
 }  // namespace
 
 bool RodPair::place(const Rod& A, const Rod& B, const Pose& X_AB) noexcept {
@@ -29,12 +34,12 @@ bool RodPair::place(const Rod& A, const Rod& B, const Pose& X_AB) noexcept {
     n = between > kNone * (radius[0] + radius[1]) ? Vector2(X_AB.p.head<2>() / between)
                                                   : Vector2(Vector2::UnitX());
   }
-  R_QE.col(0) = Vector3::UnitZ();
-  R_QE.col(1) << n.y(), -n.x(), 0;
-  R_QE.col(2) << n.x(), n.y(), 0;
+  R_AE.col(0) = Vector3::UnitZ();
+  R_AE.col(1) << n.y(), -n.x(), 0;
+  R_AE.col(2) << n.x(), n.y(), 0;
   inverse_sine = 1 / std::max(sine, kLeast), inverse_cosine = 1 / std::max(cosine, kLeast);
-  centre << X_AB.p.z(), R_QE.col(1).dot(X_AB.p);
-  distance = R_QE.col(2).dot(X_AB.p);
+  centre << X_AB.p.z(), R_AE.col(1).dot(X_AB.p);
+  distance = R_AE.col(2).dot(X_AB.p);
   const double rA = radius[0], rB = radius[1];
   const bool top_A = rA <= distance + rB, bottom_A = -rA >= distance - rB;
   above[0] = top_A ? 0 : rA - distance - rB, above[1] = top_A ? distance + rB - rA : 0;
@@ -44,21 +49,22 @@ bool RodPair::place(const Rod& A, const Rod& B, const Pose& X_AB) noexcept {
   return width > 0;
 }
 
-RodPair::Direction RodPair::direction(int i) const noexcept {
-  // How far a rod reaches along a direction at an angle to its axis.
-  const auto reach = [this](int rod, double cos, double sin) { return half[rod] * cos + radius[rod] * (round[rod] ? 1 : sin); };
+RodPair::Directions RodPair::directions() const noexcept {
   const auto towards = [](const Vector3& n, double sum, double along) {
     return Direction{std::copysign(1, along) * n, sum - std::abs(along)};
   };
-  switch (i) {
-    case 0: return towards(Vector3::UnitZ(), radius[0] + radius[1], distance);
-    case 1: return towards(Vector3::UnitY(), reach(0, 0, 1) + reach(1, sine, cosine), centre.y());
-    case 2: return towards(Vector3::UnitX(), reach(0, 1, 0) + reach(1, cosine, sine), centre.x());
-    default: {
-      const Vector3 axis(cosine, sine, 0);
-      return towards(axis, reach(0, cosine, sine) + reach(1, 1, 0), axis.head<2>().dot(centre));
-    }
-  }
+  return {towards(Vector3::UnitZ(), radius[0] + radius[1], distance),
+          towards(Vector3::UnitY(), radius[0] + reachOf(*this, 1, sine, cosine), centre.y()),
+          towards(Vector3::UnitX(), reachOf(*this, 0, 1, 0) + reachOf(*this, 1, cosine, sine), centre.x()),
+          towards(Vector3(cosine, sine, 0), reachOf(*this, 0, cosine, sine) + reachOf(*this, 1, 1, 0),
+                  cosine * centre.x() + sine * centre.y())};
+}
+
+double RodPair::overlapAlong(const Vector3& n) const noexcept {
+  const double along = cosine * n.x() + sine * n.y(), across = cosine * n.y() - sine * n.x(), z2 = n.z() * n.z();
+  const double A = reachOf(*this, 0, std::abs(n.x()), std::sqrt(n.y() * n.y() + z2));
+  const double B = reachOf(*this, 1, std::abs(along), std::sqrt(across * across + z2));
+  return A + B - (n.x() * centre.x() + n.y() * centre.y() + n.z() * distance);
 }
 
 double RodPair::axisDistance() const noexcept {

@@ -5,11 +5,13 @@
 /// rods, and under the highest: the squared half widths are products of such heights, so that no digits
 /// cancel where the rods only just meet.
 ///
-/// Frame E, in A's frame Q: x along A's axis, y across, z the planes' normal. With B's axis b in Q and s =
+/// Frame E, in A's frame: x along A's axis, y across, z the planes' normal. With B's axis b in A and s =
 /// |(b_x, b_y)|, z = (−b_y, b_x, 0)/s: normal to A's axis exactly and to B's to rounding, whatever the angle;
 /// below 8 ε z points along the shortest line between the axes, and where there is none it is any. A result
 /// does not depend on which of the directions is taken.
 #pragma once
+#include <array>
+
 #include "haptic_core/geometry/shapes/rod.h"
 
 namespace haptic {
@@ -31,7 +33,7 @@ struct RodPair {
   double distance;    ///< of B's axis along E's z [m]
   double low, width;  ///< the planes that meet both rods: z from `low` to `low + width` [m]
   double above[2], below[2];  ///< how far a rod reaches beyond these planes [m]
-  Matrix3 R_QE;               ///< axes of E in A's frame
+  Matrix3 R_AE;               ///< axes of E, whose origin is A's
 
   /// False: no plane along both axes meets both rods.
   bool place(const Rod& A, const Rod& B, const Pose& X_AB) noexcept;
@@ -68,9 +70,12 @@ struct RodPair {
     Vector3 n_E;     ///< unit, on the side on which B lies
     double overlap;  ///< way along it until they are apart [m]; negative: a gap
   };
-  static constexpr int kDirections = 4;  ///< that `direction` knows
-  /// The normals of: both sides, A's side alone, A's ends, B's ends.
-  Direction direction(int i) const noexcept;
+  using Directions = std::array<Direction, 4>;  ///< the normals of: both sides, A's side alone, A's ends, B's ends
+  Directions directions() const noexcept;       ///< see above
+  /// How far B has to move along unit n, in E, to leave A [m]; negative: a gap.
+  double overlapAlong(const Vector3& n_E) const noexcept;
+  /// A vector of A's frame, in E.
+  Vector3 intoE(const Vector3& v_A) const { return {R_AE.col(0).dot(v_A), R_AE.col(1).dot(v_A), R_AE.col(2).dot(v_A)}; }
   /// Distance of the two axes, as pieces of line, in E's x and y [m]; 0 where they cross.
   double axisDistance() const noexcept;
 };

@@ -72,8 +72,10 @@ RoundPatch::RoundPatch(RoundVolume& v, const ContactVolume& contact) noexcept : 
   if (v.rod) {
     rod_ = {v.rod, X_PQ.p, X_PQ.R.col(2)};
     if (v.second.rod) {
-      const Pose X_PR = X_PQ * v.second.X_QR;
-      second_ = {v.second.rod, X_PR.p, X_PR.R.col(2)};
+      const RodPair& pair = v.second.pair;
+      rod_.axis = X_PQ.R.col(0);
+      second_ = {v.second.rod, X_PQ * Vector3(pair.centre.x(), pair.centre.y(), pair.distance),
+                 pair.cosine * X_PQ.R.col(0) + pair.sine * X_PQ.R.col(1)};
       if (!v.second.outlined) findOutline(X_PQ);
       addOutline();
       return;
@@ -127,13 +129,12 @@ void RoundPatch::findOutline(const Pose& X_PQ) noexcept {
   points.clear();
   const double range = breaks.over[breaks.count - 1] - breaks.over[0];
   RodSection section(pair);
-  const Matrix3 R_PE = X_PQ.R * pair.R_QE;
   const auto addSection = [&](double over) {
     const RodHeight x = pair.heightAt(over);
     if (!section.find(x)) return;
     for (int i = 0; i < section.pointCount(); ++i) {
       const Vector2& p = section.points()[i];
-      points.push_back((R_PE * Vector3(p.x(), p.y(), pair.z(x)) + X_PQ.p).head<2>());
+      points.push_back((X_PQ * Vector3(p.x(), p.y(), pair.z(x))).head<2>());
     }
   };
   for (int i = 0; i + 1 < breaks.count; ++i) {

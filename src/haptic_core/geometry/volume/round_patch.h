@@ -27,7 +27,7 @@ struct ContactVolume;
 struct PartMoments;
 
 /// V = round shape ∩ polyhedron, ball, ellipsoid or rod as the last call of `contactVolume` left it in the workspace. Frame Q: a ball's
-/// centre, and the axes in which it was cut; a rod's or ellipsoid's own frame.
+/// centre, and the axes in which it was cut; a rod's or ellipsoid's own frame; of two rods their frame E.
 struct RoundVolume {
   /// At t from 0 to 1: a line, middle + x t; or an arc, middle + x cos φ + y sin φ + rise (share that `arcRise` gives), φ from
   /// `from` over `sweep`. In Q, and in P.
@@ -74,7 +74,6 @@ struct RoundVolume {
   /// The second of two rods, and where their sections were taken.
   struct SecondRod {
     const Rod* rod = nullptr;    ///< null: there is none
-    Pose X_QR;                   ///< of its frame
     RodPair pair = {};           ///< the two rods
     RodBreaks breaks = {};       ///< heights between which their sections were taken
     bool outlined = false;       ///< `hull` holds the outline
