@@ -13,10 +13,11 @@ namespace {
 /// Axes at a smaller angle [sine] cross so far out that their parallelograms are not worth a rule of their
 /// own.
 constexpr double kCrossing = 1e-3;
-/// Shares of the angles in which the rods meet beyond which a piece of round ends has 16 and 8 sections; below it has 4. With so many
-/// fewer a capsule's piece errs by 1e-5 and 1e-2 of itself; with 12 the area vector is off by 3e-7. Of angles, not of heights: near a
-/// rod's top its surface goes like their root.
-constexpr double kLong = 2e-3, kTiny = 1e-7;
+/// Shares of the angles in which the rods meet beyond which a part of a piece of round ends has 16, 12 and 8 sections; below them it has
+/// 4. With 8 and 4 such a part errs by 1e-5 and 1e-2 of itself. With 16 in all parts down to 2e-3 capsules nearly parallel took a third
+/// more sections, and erred by 1e-14 of their second moments, not 4e-11. Of angles, not of heights: near a rod's top its surface goes like
+/// their root.
+constexpr double kLong = 2e-2, kMiddling = 4e-3, kTiny = 1e-7;
 /// A piece of round ends that is higher than this share of the lesser radius has 24 sections, and one higher than kHighest twice 24:
 /// singularities beyond V are near it. With 16 up to 0.3 radii the area vector was off by 2e-9 of itself, with 24 in all by 4e-9.
 constexpr double kDeep = 0.1, kHighest = 0.5;
@@ -289,7 +290,12 @@ void PieceIntegrator::addRounded(const RodOutline& outline, int i, const double*
   const double from = angle[i], length = angle[i + 1] - from;
   const double height = breaks_.over[i + 1] - breaks_.over[i];
   const double lesser = std::min(pair_.radius[0], pair_.radius[1]);
-  const int nodes = height > kDeep * lesser ? 24 : share > kLong ? 16 : share > kTiny ? 8 : 4;
+  const auto nodesOf = [&](double part) {
+    if (height > kDeep * lesser) return 24;
+    const double all = share * part / length;
+    return all > kLong ? 16 : all > kMiddling ? 12 : all > kTiny ? 8 : 4;
+  };
+  double middle = length;  // what the ends leave
   double inside[2] = {0, 0};  // t at which the middle begins, from either end
   for (const int side : {0, 1}) {
     const double end = angle[i + side], way = side ? -1 : 1;
@@ -302,7 +308,8 @@ void PieceIntegrator::addRounded(const RodOutline& outline, int i, const double*
     const double t = std::min(std::sqrt(kSpread / (3 - kFlat) * gap / length), kInner), w = t * (1 - t);
     const double part = length * (t * t * (3 - 2 * t) - kFlat * w * w * (1 - 2 * t));
     inside[side] = t;
-    integrateInLanes(nodes, 0, elementary::asinh(std::sqrt(part / gap)), [&](const Lanes& u, const Lanes& weight) {
+    middle -= part;
+    integrateInLanes(nodesOf(part), 0, elementary::asinh(std::sqrt(part / gap)), [&](const Lanes& u, const Lanes& weight) {
       const auto [sine, cosine] = hyperbolicSineCosine(u);
       const Lanes rise = lanes(gap) * sine;
       addSections(outline, lanes(end) + lanes(way) * rise * sine, lanes(2) * weight * rise * cosine);
@@ -311,7 +318,7 @@ void PieceIntegrator::addRounded(const RodOutline& outline, int i, const double*
   const double first = inside[0], last = 1 - inside[1];
   const int halves = height > kHighest * lesser ? 2 : 1;
   for (int k = 0; k < halves; ++k) {
-    integrateInLanes(nodes, first + (last - first) * k / halves, first + (last - first) * (k + 1) / halves,
+    integrateInLanes(nodesOf(middle), first + (last - first) * k / halves, first + (last - first) * (k + 1) / halves,
                      [&](const Lanes& t, const Lanes& weight) {
                        const Lanes w = t * (lanes(1) - t);
                        const Lanes gone = t * t * (lanes(3) - lanes(2) * t) - lanes(kFlat) * w * w * (lanes(1) - lanes(2) * t);
