@@ -17,7 +17,7 @@ constexpr double kCrossing = 1e-3;
 /// 4. With 8 and 4 such a part errs by 1e-5 and 1e-2 of itself. With 16 in all parts down to 2e-3 capsules nearly parallel took a third
 /// more sections, and erred by 1e-14 of their second moments, not 4e-11. Of angles, not of heights: near a rod's top its surface goes like
 /// their root.
-constexpr double kLong = 2e-2, kMiddling = 4e-3, kTiny = 1e-7;
+constexpr double kLong = 2e-2, kMiddling = 4e-3, kTiny = 1e-9;
 /// A piece of round ends that is higher than this share of the lesser radius has 24 sections, and one higher than kHighest twice 24:
 /// singularities beyond V are near it. With 16 up to 0.3 radii the area vector was off by 2e-9 of itself, with 24 in all by 4e-9.
 constexpr double kDeep = 0.1, kHighest = 0.5;
