@@ -70,11 +70,6 @@ struct AllHeights {
 const AllHeights<4> kShallowRule(kGauss8, 0, M_PI / 2);
 const AllHeights<8> kDeepRule(kGauss16, 0, M_PI / 2), kLowerRule(kGauss16, 0, M_PI / 4), kUpperRule(kGauss16, M_PI / 4, M_PI / 2);
 
-/// Gauss's rule of 12 nodes: exact up to degree 23.
-constexpr GaussPoint kGauss12[] = {{0.9815606342467192, 0.04717533638651183}, {0.9041172563704749, 0.10693932599531843},
-                                   {0.7699026741943047, 0.16007832854334622}, {0.5873179542866175, 0.20316742672306592},
-                                   {0.3678314989981802, 0.2334925365383548},  {0.1252334085114689, 0.24914704581340277}};
-
 /// ∫ from a to b, four nodes at once: visits (places, weights).
 template <int kHalf, class Visit>
 void integrateInLanes(const GaussPoint (&rule)[kHalf], double a, double b, Visit&& visit) {

@@ -64,6 +64,7 @@ struct RoundVolume {
     int first, count;      ///< its curves
     Vector2 inside;        ///< a point of it
     int plane;             ///< that bounds V over all of it; -1: there is none
+    double shadow = 0;     ///< area, or a bound of it [m²]
   };
   /// The plane of a face, in P.
   struct Plane {
@@ -158,7 +159,7 @@ class RoundPatch {
   const RoundVolume::Plane* mainPlane() const noexcept;
   double squaresBelow(const RoundVolume::Plane& main) const noexcept;
   template <class Visit>
-  void eachSampleOf(const RoundVolume::Share& share, Visit&& visit) const noexcept;
+  void eachSampleOf(const RoundVolume::Share& share, Visit&& visit, bool coarse = false) const noexcept;
   void addOval(const Pose& X_PQ) noexcept;
   void findOutline(const Pose& X_PQ) noexcept;
   void sampleHull() noexcept;
@@ -168,7 +169,7 @@ class RoundPatch {
   template <class Visit>
   void eachRing(Visit&& visit) const noexcept;
   template <class Visit>
-  void alongRays(const RoundVolume::Curve& curve, const Vector2& centre, int plane, Visit&& visit) const noexcept;
+  void alongRays(const RoundVolume::Curve& curve, const Vector2& centre, int plane, Visit&& visit, bool coarse = false) const noexcept;
   double thickness(const Vector2& r, int plane) const noexcept;
   double bendTowards(const Vector2& centre, const Vector2& a) const noexcept;
 
@@ -194,7 +195,10 @@ class RoundPatch {
 };
 
 template <class Visit>
-void RoundPatch::alongRays(const RoundVolume::Curve& c, const Vector2& centre, int plane, Visit&& visit) const noexcept {
+void RoundPatch::alongRays(const RoundVolume::Curve& c, const Vector2& centre, int plane, Visit&& visit, bool coarse) const noexcept {
+  const auto sum = [coarse](double from, double to, auto&& at) {
+    coarse ? integrate(kGauss4, from, to, at) : integrate(kGauss8, from, to, at);
+  };
   const auto ray = [&](const Vector2& to, const Vector2& step, double weight) {
     const Vector2 a = to - centre;
     const double turn = v_.sign * weight * (a.x() * step.y() - a.y() * step.x());
@@ -204,12 +208,12 @@ void RoundPatch::alongRays(const RoundVolume::Curve& c, const Vector2& centre, i
     };
     if (v_.second.rod) return integrate(kGauss4, 0, 1, at);
     const double bend = bendTowards(centre, a);
-    integrate(kGauss8, 0, 1, [&](double s, double w) { at(s * (1 + bend * (1 - s)), w * (1 + bend - 2 * bend * s)); });
+    sum(0, 1, [&](double s, double w) { at(s * (1 + bend * (1 - s)), w * (1 + bend - 2 * bend * s)); });
   };
   if (v_.second.rod && !c.arc) return ray(c.middle + 0.5 * c.x, c.x, 1);
   const int parts = c.arc ? static_cast<int>(std::abs(c.sweep) / 2.1) + 1 : 1;  // a third of a turn each
   for (int i = 0; i < parts; ++i) {
-    integrate(kGauss8, static_cast<double>(i) / parts, (i + 1.0) / parts, [&](double t, double w) {
+    sum(static_cast<double>(i) / parts, (i + 1.0) / parts, [&](double t, double w) {
       Vector2 rate;
       const Vector2 r = c.at(t, rate);
       ray(r, rate, w);
@@ -218,8 +222,8 @@ void RoundPatch::alongRays(const RoundVolume::Curve& c, const Vector2& centre, i
 }
 
 template <class Visit>
-void RoundPatch::eachSampleOf(const RoundVolume::Share& share, Visit&& visit) const noexcept {
-  for (int i = share.first; i < share.first + share.count; ++i) alongRays(v_.curves[i], share.inside, share.plane, visit);
+void RoundPatch::eachSampleOf(const RoundVolume::Share& share, Visit&& visit, bool coarse) const noexcept {
+  for (int i = share.first; i < share.first + share.count; ++i) alongRays(v_.curves[i], share.inside, share.plane, visit, coarse);
 }
 
 template <class Visit>

@@ -51,15 +51,14 @@ struct ArcPoint {
   double t, weight;
 };
 
-/// Visits points of the arc; one sine and cosine each.
+/// Visits points of the arc, by so many as leave 1e-16 of trigonometric polynomials of degree 5; two of them share a sine and cosine.
 template <class Visit>
 void eachPoint(const TubeArc& arc, Visit&& visit) {
   const double half = 0.5 * arc.sweep;
-  const elementary::SineCosine start = elementary::sinCos(arc.from);
+  const elementary::SineCosine start = elementary::sinCos(arc.from), middle = elementary::sinCos(0.5 * half);
   const double sine = start.sine, cosine = start.cosine;
   const double whole = elementary::sin(arc.from + half) * elementary::sin(half);
-  const auto at = [&](double t, double weight) {
-    const auto [s, c] = elementary::sinCos(t * half);
+  const auto at = [&](double t, double s, double c, double weight) {
     const double s2 = 2 * s * c, c2 = 1 - 2 * s * s;
     ArcPoint point{s, c, cosine * c2 - sine * s2, sine * c2 + cosine * s2, t, 1, t, weight};
     if (whole != 0) {
@@ -68,11 +67,15 @@ void eachPoint(const TubeArc& arc, Visit&& visit) {
     }
     visit(point);
   };
-  if (std::abs(arc.sweep) < kShortArc) return integrate(kGauss8, 0, 1, at);
-  const int parts = static_cast<int>(std::abs(arc.sweep) / kLongArc) + 1;
-  for (int i = 0; i < parts; ++i) {
-    integrate(kGauss16, static_cast<double>(i) / parts, static_cast<double>(i + 1) / parts, at);
-  }
+  const auto by = [&](const auto& rule) {
+    for (const GaussPoint& g : rule) {
+      const auto [s, c] = elementary::sinCos(0.5 * half * g.at);
+      at(0.5 - 0.5 * g.at, middle.sine * c - middle.cosine * s, middle.cosine * c + middle.sine * s, 0.5 * g.weight);
+      at(0.5 + 0.5 * g.at, middle.sine * c + middle.cosine * s, middle.cosine * c - middle.sine * s, 0.5 * g.weight);
+    }
+  };
+  const double sweep = std::abs(arc.sweep);  // half a turn at most
+  sweep < kShortArc ? by(kGauss8) : sweep < kMiddlingArc ? by(kGauss12) : by(kGauss16);
 }
 
 double wrapped(double angle) {
