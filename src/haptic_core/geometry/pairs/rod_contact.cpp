@@ -322,15 +322,20 @@ void RodContact::addPiece(const SolidMoments& piece, const Vector3& o) {
 double RodContact::reach(const Vector3& way) const {
   double reach = -INFINITY;
   for (const RoundVolume::Rim& rim : v_.rims) {
-    Vector3 rate;
-    for (const double end : {0.0, 1.0}) reach = std::max(reach, way.dot(rim.at(end, rate)));
-    if (!rim.arc) continue;
+    if (!rim.arc) {
+      reach = std::max({reach, way.dot(rim.middle), way.dot(rim.middle + rim.x)});
+      continue;
+    }
     const elementary::SineCosine from = elementary::sinCos(rim.from), to = elementary::sinCos(rim.from + rim.sweep);
+    reach = std::max(reach, way.dot(rim.middle + from.cosine * rim.x + from.sine * rim.y));
+    reach = std::max(reach, way.dot(rim.middle + to.cosine * rim.x + to.sine * rim.y + rim.rise));
     const double fall = from.cosine - to.cosine, slope = fall != 0 ? way.dot(rim.rise) / fall : 0;
     const double x = way.dot(rim.x) - slope, y = way.dot(rim.y), side = std::copysign(1, rim.sweep);
+    const double highest = way.dot(rim.middle) + slope * from.cosine + elementary::hypot(x, y);
+    if (!(highest > reach)) continue;
     double past = elementary::atan2(side * (from.cosine * y - from.sine * x), from.cosine * x + from.sine * y);
     if (past < 0) past += 2 * M_PI;
-    if (past < std::abs(rim.sweep)) reach = std::max(reach, way.dot(rim.middle) + slope * from.cosine + elementary::hypot(x, y));
+    if (past < std::abs(rim.sweep)) reach = highest;
   }
   return reach;
 }

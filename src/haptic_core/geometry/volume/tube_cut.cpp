@@ -190,7 +190,7 @@ bool TubeCut::cut(const CutSolid& solid, double radius) noexcept {
 double TubeCut::areaWithin(const TubeFace& face, const LoadedVector<Vector3>& outline) noexcept {
   TubeFace part = face;
   cutLoop(outline.size(), [&](int i) -> const Vector3& { return outline[i]; }, [](int i) { return i; }, part);
-  const double area = part.count > 0 ? moments(part, curves_[part.first].p).area : 0;
+  const double area = part.count > 0 ? areaOf(part) : 0;
   curves_.resize(part.first);
   return area;
 }
@@ -221,16 +221,48 @@ Vector3 TubeCut::inside() const noexcept {
   return sum / count;
 }
 
+/// Of the ellipse of a face that holds all of it.
+double TubeCut::wholeArea(const TubeFace& face) const noexcept { return M_PI * radius_ * radius_ / std::abs(face.normal.z()); }
+
+/// Visits the points r of an arc, from g, with the areas of the triangles that they sweep from there.
+template <class Visit>
+void TubeCut::eachTriangle(const TubeFace& face, const TubeCurve& curve, const elementary::SineCosine& apex, const Vector3& g,
+                           Visit&& visit) const noexcept {
+  eachPart(face, curve, [&](const TubeArc& arc) {
+    eachPoint(arc, [&](const ArcPoint& at) {
+      const double x = radius_ * (at.cosine * apex.cosine - at.sine * apex.sine), y = radius_ * (at.sine * apex.cosine + at.cosine * apex.sine);
+      const Vector3 r = Vector3(x, y, arc.z0 + at.rise * (arc.z1 - arc.z0)) - g,
+                    step(-y * arc.sweep, x * arc.sweep, at.rate * (arc.z1 - arc.z0));
+      visit(r, 0.5 * at.weight * face.normal.dot(r.cross(step)));
+    });
+  });
+}
+
+double TubeCut::areaOf(const TubeFace& face) const noexcept {
+  if (face.whole) return wholeArea(face);
+  const Vector3 g = curves_[face.first].p;
+  const elementary::SineCosine apex = elementary::sinCos(face.apex);
+  double area = 0;
+  for (int i = face.first; i < face.first + face.count; ++i) {
+    const TubeCurve& curve = curves_[i];
+    if (!curve.arc) {
+      area += 0.5 * face.normal.dot((curve.p - g).cross(curve.q - g));
+    } else {
+      eachTriangle(face, curve, apex, g, [&](const Vector3&, double triangle) { area += triangle; });
+    }
+  }
+  return area;
+}
+
 PlaneMoments TubeCut::moments(const TubeFace& face, const Vector3& o) const noexcept {
   PlaneMoments out;
   Vector3 g = curves_[face.first].p;
   const elementary::SineCosine apex = elementary::sinCos(face.apex);
-  const double sine = apex.sine, cosine = apex.cosine;
   if (face.whole) {
     g = Vector3(0, 0, face.offset / face.normal.z());
-    const Vector3 x(radius_ * cosine, radius_ * sine, -radius_ * face.normal.head<2>().norm() / face.normal.z()),
-        y(-radius_ * sine, radius_ * cosine, 0);
-    out.area = M_PI * radius_ * radius_ / std::abs(face.normal.z());
+    const Vector3 x(radius_ * apex.cosine, radius_ * apex.sine, -radius_ * face.normal.head<2>().norm() / face.normal.z()),
+        y(-radius_ * apex.sine, radius_ * apex.cosine, 0);
+    out.area = wholeArea(face);
     out.second = 0.25 * out.area * (x * x.transpose() + y * y.transpose());
   } else {
     for (int i = face.first; i < face.first + face.count; ++i) {
@@ -243,16 +275,10 @@ PlaneMoments TubeCut::moments(const TubeFace& face, const Vector3& o) const noex
         out.second += area / 12 * (s * s.transpose() + p * p.transpose() + q * q.transpose());
         continue;
       }
-      eachPart(face, curve, [&](const TubeArc& arc) {
-        eachPoint(arc, [&](const ArcPoint& at) {
-          const double x = radius_ * (at.cosine * cosine - at.sine * sine), y = radius_ * (at.sine * cosine + at.cosine * sine);
-          const Vector3 r = Vector3(x, y, arc.z0 + at.rise * (arc.z1 - arc.z0)) - g,
-                        step(-y * arc.sweep, x * arc.sweep, at.rate * (arc.z1 - arc.z0));
-          const double area = 0.5 * at.weight * face.normal.dot(r.cross(step));
-          out.area += area;
-          out.first += 2.0 / 3 * area * r;
-          out.second += 0.5 * area * r * r.transpose();
-        });
+      eachTriangle(face, curve, apex, g, [&](const Vector3& r, double area) {
+        out.area += area;
+        out.first += 2.0 / 3 * area * r;
+        out.second += 0.5 * area * r * r.transpose();
       });
     }
   }

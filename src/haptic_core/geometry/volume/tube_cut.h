@@ -8,8 +8,9 @@
 ///
 /// An arc runs between two points of the solid's edges, which are kept: with φ from the direction in which the face looks out,
 /// its height is z = z₀ + (z₁ - z₀) (cos φ₀ - cos φ)/(cos φ₀ - cos φ₁), which does not mind a face along the tube, and cuts an
-/// arc where it turns back. All integrands are smooth in φ, for Gauss's rule: 16 points for each third of a turn.
+/// arc where it turns back. All integrands are smooth in φ, for Gauss's rule: 16 points for half a turn.
 #pragma once
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/volume/ball_cut.h"
 #include "haptic_core/geometry/volume/solid_moments.h"
 
@@ -67,6 +68,11 @@ class TubeCut {
   template <class Corner, class Key>
   void cutLoop(int count, Corner corner, Key key, TubeFace& face) noexcept;
   void closeArcs(const TubeFace& face, bool holds_centre) noexcept;
+  double wholeArea(const TubeFace& face) const noexcept;
+  double areaOf(const TubeFace& face) const noexcept;
+  template <class Visit>
+  void eachTriangle(const TubeFace& face, const TubeCurve& curve, const elementary::SineCosine& apex, const Vector3& g,
+                    Visit&& visit) const noexcept;
   double turningHeight(const TubeFace& face, const TubeCurve& curve, double alpha, int half_turns) const noexcept;
 
   double radius_ = 0, low_ = 0, high_ = 0;  ///< heights of the solid [m]
