@@ -230,7 +230,8 @@ void TubeCut::eachTriangle(const TubeFace& face, const TubeCurve& curve, const e
                            Visit&& visit) const noexcept {
   eachPart(face, curve, [&](const TubeArc& arc) {
     eachPoint(arc, [&](const ArcPoint& at) {
-      const double x = radius_ * (at.cosine * apex.cosine - at.sine * apex.sine), y = radius_ * (at.sine * apex.cosine + at.cosine * apex.sine);
+      const double x = radius_ * (at.cosine * apex.cosine - at.sine * apex.sine);
+      const double y = radius_ * (at.sine * apex.cosine + at.cosine * apex.sine);
       const Vector3 r = Vector3(x, y, arc.z0 + at.rise * (arc.z1 - arc.z0)) - g,
                     step(-y * arc.sweep, x * arc.sweep, at.rate * (arc.z1 - arc.z0));
       visit(r, 0.5 * at.weight * face.normal.dot(r.cross(step)));
