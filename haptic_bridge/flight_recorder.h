@@ -26,6 +26,7 @@ class FlightRecorder {
   explicit FlightRecorder(const BridgeParameters& parameters) : parameters_(parameters) {}
 
   void begin(const haptic_msgs::SessionInfo& info, const RealtimeThread::Start& start);
+  void nameLinks(const std::vector<std::string>& links) { links_ = links; }  ///< bodies have come or gone
   void add(const haptic_msgs::TickRecord::ConstPtr& run);
   void add(const haptic_msgs::LoopEvent& event);
   void add(const FlightStart& memory);            ///< before the ticks and events that follow it

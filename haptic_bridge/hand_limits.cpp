@@ -30,11 +30,13 @@ HandLimits::~HandLimits() {
 }
 
 void HandLimits::run() {
-  for (unsigned judged = 0; !stop_; std::this_thread::sleep_for(kPoll)) {
-    const unsigned sessions = loop_.sessions();
-    if (sessions == judged || loop_.phase() != RealtimeThread::Phase::kTicking) continue;
-    judged = sessions;
-    if (sessions > 1) restarted_();
+  unsigned started = 0, judged = 0;
+  for (; !stop_; std::this_thread::sleep_for(kPoll)) {
+    const unsigned sessions = loop_.sessions(), changes = loop_.changes();
+    if ((sessions == started && changes == judged) || loop_.phase() != RealtimeThread::Phase::kTicking) continue;
+    const bool restarted = sessions != started && sessions > 1;
+    started = sessions, judged = changes;
+    if (restarted) restarted_();
     publish(loop_.felt());
   }
 }

@@ -1,4 +1,4 @@
-/// What hands can bear of the scene that they feel: computed at each start of the loop, in a thread of its own.
+/// What hands can bear of the scene that they feel: computed at each start of the loop and when bodies come or go, in a thread of its own.
 #pragma once
 #include <ros/node_handle.h>
 

@@ -6,6 +6,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/loop/hand.h"
 #include "haptic_core/spidar/device_twin.h"
+#include "haptic_core/world/step_history.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic {
@@ -75,6 +76,7 @@ void LoopSession::connect(std::uint64_t first_tick) {
   World& world = world_->world;
   loop_ = std::make_unique<HapticLoop>(world);
   start_ = SessionStart{first_tick, world.settings().step, world.save(), world.tuning().numbers(), {}, world_->paused(), {}};
+  if (world_->bodies()) start_.bodies = *world_->bodies();
   loop_->take({PauseWorld{world_->paused()}});
   for (Hand& hand : hands_) {
     HandSettings settings = hand.placement.settings;
@@ -117,12 +119,15 @@ bool LoopSession::dropsDevice() const noexcept {
 void LoopSession::note(const LoopCommand& command) {
   noted_ = noted_tick_ == input_.tick ? noted_ + 1 : 1;
   noted_tick_ = input_.tick;
-  if (events_) events_->push({input_.tick, command});
+  if (!events_) return;
+  const auto* change = std::get_if<ChangeBodies>(&command.kind);
+  // What was compiled is its sender's: the recording must not be the last to let go of a world.
+  events_->push({input_.tick, change ? LoopCommand{ChangeBodies{change->packed, nullptr}} : command});
 }
 
 void LoopSession::take(const LoopCommand& command) {
   loop_->take(command);
-  if (isForHand(command) || command.is<TuneWorld>()) ++changes_;
+  if (isForHand(command) || command.is<TuneWorld>() || command.is<SetGravity>()) ++changes_;
   note(command);
 }
 
@@ -150,6 +155,8 @@ void LoopSession::carryOut(const Command& command) {
 }
 
 void LoopSession::copyTo(Memory& memory) const {
+  memory.needs = world_->world.history().latest().packedCapacity();
+  if (memory.loop.world_state.capacity() < memory.needs) return;
   remember(*loop_, input_.tick, memory.loop);
   for (std::size_t i = 0; i < hands_.size(); ++i) memory.origins[i] = hands_[i].origin;
   memory.events = noted_tick_ == input_.tick ? noted_ : 0;

@@ -41,6 +41,7 @@ class LoopSession {
     LoopMemory loop;
     std::array<int, kMaxHands> origins{};
     int events = 0;                                    ///< that were noted before the next tick already
+    std::size_t needs = 0;                             ///< numbers of the greatest state; without room for them, all that is filled in
   };
 
   /// What the loop's settings are, and who its hands are: for who changes them by what they are.
@@ -58,7 +59,7 @@ class LoopSession {
   };
   /// Commands of the bridge's own threads. All storage is the sender's.
   struct Remember {
-    Memory* into;                                      ///< not allocated into when it is from roomFor
+    Memory* into;                                      ///< not allocated into; `loop` is from roomFor, and has let go of its bodies
   };
   struct Look {
     View* into;                                        ///< allocates
@@ -86,7 +87,7 @@ class LoopSession {
   std::vector<std::string> deviceNames() const;
   std::vector<DeviceDef> deviceDefs() const;
   std::vector<HandPlacement> placements() const;
-  std::shared_ptr<const WorldDef> definition() const { return world_->definition; }
+  std::shared_ptr<const WorldDef> definition() const { return world_->definition(); }
   std::vector<std::string> pointerNames() const;
   std::vector<std::string> linkNames() const;
   std::string sceneName() const { return world_->scene; }

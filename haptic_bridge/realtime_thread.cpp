@@ -156,6 +156,12 @@ std::vector<std::string> RealtimeThread::deviceNames() const {
   return device_names_;
 }
 
+void RealtimeThread::feel(std::shared_ptr<const WorldDef> definition) {
+  std::lock_guard<std::mutex> lock(text_mutex_);
+  felt_.definition = std::move(definition);
+  ++changes_;
+}
+
 RealtimeThread::Felt RealtimeThread::felt() const {
   std::lock_guard<std::mutex> lock(text_mutex_);
   return felt_;

@@ -34,8 +34,11 @@ class RealtimeThread {
     std::vector<DeviceDef> devices;          ///< per hand
   };
   Felt felt() const;
+  /// Another thread's, when it learns that bodies have come or gone: hands feel these from now on.
+  void feel(std::shared_ptr<const WorldDef> definition);
 
   unsigned sessions() const { return sessions_; }  ///< claims of the ports so far that came to ticking
+  unsigned changes() const { return changes_; }    ///< of what is felt, so far
 
   /// Any other thread: has a command carried out between two ticks. False: the loop does not tick, and nothing was done. Throws
   /// the SetupError that refused it.
@@ -82,7 +85,7 @@ class RealtimeThread {
   LatestValue<TickReport> last_tick_;
   std::atomic<bool> stop_{false};
   std::atomic<Phase> phase_{Phase::kWaiting};
-  std::atomic<unsigned> sessions_{0};
+  std::atomic<unsigned> sessions_{0}, changes_{0};
   std::uint64_t ticks_ = 0;
   mutable std::mutex text_mutex_;          ///< of what follows; never taken while ticking
   std::string failure_, missing_;

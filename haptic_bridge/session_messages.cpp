@@ -64,6 +64,7 @@ haptic_msgs::SessionInfo toSessionInfo(const RealtimeThread::Start& start, const
   m.world_state = start.session.world_state;
   m.world_hash = start.world_hash;
   m.world_tuning = start.session.world_tuning;
+  m.bodies = start.session.bodies;
   m.paused = start.session.paused;
   m.parameters = parameterText(parameters);
   return m;

@@ -42,13 +42,27 @@ void SessionRecorder::remember() {
   if (!start_ || parameters_.flight_folder.empty() || now < next_memory_ns_) return;
   if (loop_.phase() != RealtimeThread::Phase::kTicking) return;
   next_memory_ns_ = now + kMemoryPeriodNs;
+  memory_.loop.world_state.reserve(memory_.needs);
   if (!loop_.send(LoopSession::Remember{&memory_})) return;
+  if (memory_.loop.world_state.capacity() < memory_.needs) {  // bodies have come: at once, with room for them
+    next_memory_ns_ = now;
+    return;
+  }
   RealtimeThread::Start start = *start_;
+  if (memory_.loop.bodies) start.links = linkNames(unpackBodies(*memory_.loop.bodies));
   start.session = startedAt(start_->session, memory_.loop, memory_.origins);
   start.world_hash = memory_.loop.world_hash;
   std::vector<std::string> texts;
   for (int i = 0; i < memory_.loop.hands; ++i) texts.push_back(device_texts_.at(static_cast<std::size_t>(memory_.origins[i])));
   waiting_memories_.push_back({toSessionInfo(start, texts, parameters_), memory_.events});
+  memory_.loop.bodies.reset();  // here, not in the loop
+}
+
+/// Bodies have come or gone.
+void SessionRecorder::follow(const std::vector<double>& bodies) {
+  const auto definition = std::make_shared<const WorldDef>(unpackBodies(bodies));
+  flight_.nameLinks(linkNames(*definition));
+  loop_.feel(definition);
 }
 
 void SessionRecorder::publish(const haptic_msgs::TickRecord& run) {
@@ -94,6 +108,7 @@ void SessionRecorder::drain() {
         run = haptic_msgs::TickRecord();
         strings_.erase(strings_.begin() + e.command.hand);
       }
+      if (const auto* change = std::get_if<ChangeBodies>(&e.command.kind)) follow(*change->packed);
       const haptic_msgs::LoopEvent message = toLoopEvent(e);
       flight_.add(message);
       if (events_) events_.publish(message);

@@ -23,6 +23,7 @@ class SessionRecorder {
   void publish(const haptic_msgs::TickRecord& run);
   void begin(const RealtimeThread::Start& start);
   void remember();
+  void follow(const std::vector<double>& bodies);
 
   BridgeParameters parameters_;
   RealtimeThread& loop_;

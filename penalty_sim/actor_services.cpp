@@ -96,11 +96,9 @@ bool ActorServices::onJoints(haptic_msgs::SetJointPositions::Request& request, h
 
 bool ActorServices::onGravity(haptic_msgs::SetGravity::Request& request, haptic_msgs::SetGravity::Response& response) {
   return answer(response, [&]() -> LoopCommand::Kind {
-    WorldCopy copy = port_.first_copy;
-    if (!offer_.send(port_, WorldPort::Copy{&copy})) throw SetupError("gravity", "nobody answered", "try again");
-    copy.tuning.gravity = fromVector(request.gravity);
-    if (!copy.tuning.gravity.allFinite()) throw SetupError("gravity", "has a number that is not finite", "write m/s^2");
-    return TuneWorld{copy.tuning};
+    const Vector3 gravity = fromVector(request.gravity);
+    if (!gravity.allFinite()) throw SetupError("gravity", "has a number that is not finite", "write m/s^2");
+    return SetGravity{gravity};
   });
 }
 

@@ -25,10 +25,7 @@ JointCommand commandAt(const sensor_msgs::JointState& m, std::size_t i) {
 
 JointCommands::JointCommands(ros::NodeHandle& priv, WorldPort& port, PortOffer& offer)
     : port_(port), world_(port.world), offer_(offer) {
-  if (world_.jointCount() > 0) {
-    subscriber_ =
-        priv.subscribe("joint_command", 1, &JointCommands::receive, this, ros::TransportHints().tcpNoDelay());
-  }
+  subscriber_ = priv.subscribe("joint_command", 1, &JointCommands::receive, this, ros::TransportHints().tcpNoDelay());
 }
 
 std::string JointCommands::problemOf(const sensor_msgs::JointState& m) const {

@@ -111,8 +111,7 @@ void LiveReport::report(const WorldCopy& copy) {
   m->header.stamp = toStamp(copy.stamp_ns);
   m->estimates = ++estimates_;
   m->shadow_time = shadow_time_;
-  for (int i = 0; i < port_.world.pointerCount(); ++i) {
-    const PointerDef& pointer = port_.world.pointer(i);
+  for (const PointerDef& pointer : definition_.pointers) {
     m->pointers.push_back(definition_.articulations[pointer.articulation].links[pointer.link].name);
   }
   publisher_.publish(boost::shared_ptr<const haptic_msgs::LiveReport>(m));

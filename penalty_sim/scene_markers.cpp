@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "haptic_core/world/runaway.h"
+#include "haptic_core/world/world.h"
 #include "penalty_sim/conversions.h"
 
 namespace haptic {
@@ -82,6 +83,8 @@ SceneMarkers::SceneMarkers(ros::NodeHandle& nh, const SceneDef& scene, const std
       publisher_(nh.advertise<visualization_msgs::MarkerArray>("markers", 2)) {
   for (const VisualDef& v : visuals_) frames_.push_back(scene.world.articulations[v.articulation].links[v.link].name);
 }
+
+int SceneMarkers::contactCapacity(const World& world) { return 16 + 8 * world.linkCount(); }
 
 void SceneMarkers::addBodies(visualization_msgs::MarkerArray& array) const {
   Marker clear;  // of the scene before

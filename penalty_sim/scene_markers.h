@@ -17,6 +17,8 @@ namespace haptic {
 class SceneMarkers {
  public:
   SceneMarkers(ros::NodeHandle& nh, const SceneDef& scene, const std::string& world_frame);
+  /// Contacts that a snapshot can show: pairs of neighbours in a heap; what lies beyond is simulated, not drawn.
+  static int contactCapacity(const World& world);
   bool wanted() const { return publisher_.getNumSubscribers() > 0; }
   /// `report`: a line of LiveReport for the text; empty: none.
   void publish(const WorldSnapshot& snapshot, const ros::Time& stamp, const std::string& report);

@@ -22,6 +22,8 @@ void setVariance(double deviation, Covariance& covariance) {
 }  // namespace
 
 SensorTopics::SensorTopics(ros::NodeHandle& nh, WorldPort& port, PortOffer& offer) : port_(port), offer_(offer) {
+  SensorSample of_before;  // other bodies, other indices
+  while (port.samples.pop(of_before)) continue;
   for (int i = 0; i < port.world.sensorCount(); ++i) {
     const SensorDef& sensor = port.world.sensor(i);
     const std::string topic = "sensors/" + sensor.name;

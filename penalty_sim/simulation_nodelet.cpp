@@ -13,9 +13,6 @@
 namespace haptic {
 namespace {
 
-/// Contacts that a snapshot can show: pairs of neighbours in a heap; what lies beyond is simulated, not drawn.
-int contactCapacity(const World& world) { return 16 + 8 * world.linkCount(); }
-
 /// Before the name of a parameter that holds a URDF.
 constexpr char kParameterScene[] = "param:";
 
@@ -47,10 +44,10 @@ std::string deviceNames(const WorldPort& port) {
 SimulationNodelet::Simulation::Simulation(const SceneDef& scene_def, double default_density)
     : scene(scene_def),
       world(scene.world),
-      port(world, scene.world.name, placements(scene), contactCapacity(world)),
+      port(world, scene.world.name, placements(scene), SceneMarkers::contactCapacity(world)),
       initial_state(world.save()) {
   port.source = {scene.file, scene.text, default_density, fingerprint(scene.world)};
-  port.definition = std::make_shared<const WorldDef>(scene.world);
+  port.define(std::make_shared<const WorldDef>(scene.world));
 }
 
 void SimulationNodelet::onInit() {
@@ -69,7 +66,7 @@ void SimulationNodelet::start() {
   advertise();
 }
 
-std::unique_ptr<SimulationNodelet::Simulation> SimulationNodelet::read(const std::string& scene_name) const {
+SceneOptions SimulationNodelet::options(const std::string& scene_name) const {
   SceneOptions options;
   options.default_density = parameters_.default_density;
   options.missing = missingMeshesNamed(parameters_.missing_meshes);
@@ -88,7 +85,11 @@ std::unique_ptr<SimulationNodelet::Simulation> SimulationNodelet::read(const std
     }
     options.text = text;
   }
-  SceneDef scene = loadScene(scene_name, options);
+  return options;
+}
+
+std::unique_ptr<SimulationNodelet::Simulation> SimulationNodelet::read(const std::string& scene_name) const {
+  SceneDef scene = loadScene(scene_name, options(scene_name));
   for (const auto* lines : {&scene.replaced, &scene.warnings}) {
     for (const std::string& line : *lines) NODELET_WARN_STREAM(line);
   }
@@ -115,7 +116,7 @@ bool SimulationNodelet::withdraw() {
   topics_.reset();
   if (offer_.withdraw()) return true;
   NODELET_ERROR_STREAM(parameters_.name << " was not given back in time; its memory is kept");
-  static_cast<void>(simulation_.release());  // the runner may still use it
+  static_cast<void>(new std::shared_ptr<Simulation>(std::move(simulation_)));  // the runner may still use it
   return false;
 }
 
@@ -128,10 +129,16 @@ void SimulationNodelet::advertise() {
                priv.advertiseService("save", &SimulationNodelet::onSave, this),
                priv.advertiseService("restore", &SimulationNodelet::onRestore, this),
                priv.advertiseService("grab", &SimulationNodelet::onGrab, this)};
+  loading_ = std::make_unique<LoadingThread>(*priv.getCallbackQueue());
+  ros::NodeHandle slow(priv);
+  slow.setCallbackQueue(&loading_->queue());
+  services_.push_back(slow.advertiseService("spawn", &SimulationNodelet::onSpawn, this));
+  services_.push_back(slow.advertiseService("delete", &SimulationNodelet::onDelete, this));
 }
 
 SimulationNodelet::~SimulationNodelet() {
   for (ros::ServiceServer& service : services_) service.shutdown();
+  loading_.reset();
   withdraw();
 }
 

@@ -63,25 +63,31 @@ WorldTopics::WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parame
   definition_ = scene.world;
   publishPlan(scene);
   thread_ = std::thread([this] { run(); });
-  certifier_ = std::thread([this] { publishCertificate(); });
+  // Bodies that came stand where others started: what is certified is the scene as it was loaded.
+  if (port.bodiesChanged() == 0) certifier_ = std::thread([this] { publishCertificate(); });
 }
 
 WorldTopics::~WorldTopics() {
+  stop();
+  if (certifier_.joinable()) certifier_.join();
+}
+
+void WorldTopics::stop() {
   stop_ = true;
-  thread_.join();
-  certifier_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void WorldTopics::publishStatic(const SceneDef& scene) {
   std::vector<geometry_msgs::TransformStamped> frames;
   const ros::Time now = ros::Time::now();
   for (const ArticulationDef& articulation : scene.world.articulations) {
+    const std::vector<Pose> X_WL = initialPoses(articulation);
     for (std::size_t l = 0; l < articulation.links.size(); ++l) {
       const LinkDef& link = articulation.links[l];
       const int index = port_.world.linkIndex(link.name);
       if (index >= 0 && allFixedAbove(articulation, static_cast<int>(l))) {
         fixed_[index] = true;
-        frames.push_back(transform(parameters_.world_frame, link.name, port_.first_snapshot.pose[index], now));
+        frames.push_back(transform(parameters_.world_frame, link.name, X_WL[l], now));
       }
       for (const MergedLink& merged : link.merged) {
         frames.push_back(transform(link.name, merged.name, merged.X_LM, now));
@@ -120,6 +126,7 @@ void WorldTopics::publishPlan(const SceneDef& scene) {
   m->warnings = scene.replaced;
   m->warnings.insert(m->warnings.end(), scene.warnings.begin(), scene.warnings.end());
   m->text = sceneText(scene) + port_.world.planText();
+  if (port_.bodiesChanged() > 0) m->text += "certificate: none, bodies have come or gone since the scene was loaded\n";
   plan_message_ = *m;
   publishConst(model_, m);
 }
@@ -132,7 +139,7 @@ void WorldTopics::publishCertificate() {
   } catch (const std::exception& error) {
     plan_message_.text += std::string("certificate: none, ") + error.what() + "\n";
   }
-  publishConst(model_, boost::make_shared<haptic_msgs::ScenePlan>(plan_message_));
+  if (!stop_) publishConst(model_, boost::make_shared<haptic_msgs::ScenePlan>(plan_message_));
 }
 
 void WorldTopics::run() {

@@ -22,12 +22,14 @@ namespace haptic {
 /// tf of all links, contacts, step_report, markers at ~frame_rate; joint_states at ~joint_rate; every sample of sensors
 /// (sensor_topics.h); scene_plan latched, soon
 /// after the start with the certificate of stability; links that never move, and alone the devices' bases, as static tf. A frame
-/// is published once: tf refuses a stamp twice, so a world that stands still is silent.
+/// is published once: tf refuses a stamp twice, so a world that stands still is silent. Of one set of bodies: where some come or go, it
+/// is stopped before and another one made after, and the first goes last, so that no topic is without a publisher meanwhile.
 class WorldTopics {
  public:
   WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parameters, const SceneDef& scene, WorldPort& port,
               PortOffer& offer);
   ~WorldTopics();
+  void stop();  ///< nothing that looks at the world's definition goes on
 
  private:
   void run();

@@ -46,10 +46,7 @@ Options readOptions(int argc, char** argv) {
 class Shown {
  public:
   Shown(ReplayRun& run, double step, double speed)
-      : port_(run.world(), run.scene().world.name, {}, 16 + 8 * run.world().linkCount()),
-        offer_(PortTable::process(), kName, port_, kName),
-        lease_(PortTable::process().claim<WorldPort>(kName, ClaimRank::kBridge, kName)),
-        topics_(nh_, parameters(), run.scene(), port_, offer_),
+      : run_(run),
         period_ns_(static_cast<std::int64_t>(1e9 * step / speed)),
         next_ns_(steadyNow()) {}
 
@@ -57,9 +54,11 @@ class Shown {
     next_ns_ += period_ns_;
     const std::int64_t ahead = next_ns_ - steadyNow();
     if (ahead > kNap) std::this_thread::sleep_for(std::chrono::nanoseconds(ahead));
-    port_.noteTick(steadyNow());
-    port_.serve([](const LoopCommand&) {});  // what changes the world is in the recording
+    if (!stage_) stage_ = std::make_unique<Stage>(nh_, run_);
+    stage_->port.noteTick(steadyNow());
+    stage_->port.serve([](const LoopCommand&) {});  // what changes the world is in the recording
   }
+  void beforeChange() { stage_.reset(); }  // it is of the bodies that there were
 
  private:
   static constexpr char kName[] = "replay";
@@ -69,11 +68,21 @@ class Shown {
     p.world_frame = "world";
     return p;
   }
+  /// Of the bodies that there are.
+  struct Stage {
+    Stage(ros::NodeHandle& nh, ReplayRun& run)
+        : port(run.world(), run.scene().world.name, {}, SceneMarkers::contactCapacity(run.world())),
+          offer(PortTable::process(), kName, port, kName),
+          lease(PortTable::process().claim<WorldPort>(kName, ClaimRank::kBridge, kName)),
+          topics(nh, parameters(), run.scene(), port, offer) {}
+    WorldPort port;
+    PortOffer offer;
+    PortLease<WorldPort> lease;
+    WorldTopics topics;
+  };
   ros::NodeHandle nh_;
-  WorldPort port_;
-  PortOffer offer_;
-  PortLease<WorldPort> lease_;
-  WorldTopics topics_;
+  ReplayRun& run_;
+  std::unique_ptr<Stage> stage_;
   std::int64_t period_ns_, next_ns_;
 };
 
@@ -91,7 +100,7 @@ int main(int argc, char** argv) {
     ReplayRun run(session);
     std::unique_ptr<Shown> shown;
     if (options.speed > 0) shown = std::make_unique<Shown>(run, session.start.step, options.speed);
-    const ReplayReport report = run.run(shown ? [&](std::uint64_t) { shown->after(); } : std::function<void(std::uint64_t)>());
+    const ReplayReport report = run.run([&](std::uint64_t) { if (shown) shown->after(); }, [&] { if (shown) shown->beforeChange(); });
     std::printf("scene %s, %zu hands: ticks %llu to %llu, %zu events, %llu compared\n", session.scene.c_str(),
                 session.start.hands.size(), static_cast<unsigned long long>(session.start.first_tick),
                 static_cast<unsigned long long>(session.ticks.back().tick), session.events.size(),

@@ -44,6 +44,7 @@ RecordedSession begin(const std::string& bag, const haptic_msgs::SessionInfo& in
   s.start.step = 1 / info.rate;
   s.start.world_state = info.world_state;
   s.start.world_tuning = info.world_tuning;
+  s.start.bodies = info.bodies;
   s.start.paused = info.paused;
   const std::size_t hands = info.devices.size();
   const bool fits = hands > 0 && hands <= kMaxHands && info.device_texts.size() == hands && info.pointers.size() == hands &&

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <exception>
@@ -10,6 +11,8 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/spidar/device_def.h"
+#include "haptic_core/world/model.h"
+#include "scene/scene_bodies.h"
 
 namespace haptic {
 namespace {
@@ -103,16 +106,65 @@ ReplayRun::ReplayRun(const RecordedSession& session)
   if (session.same_bits && replay_->world().hash() != session.world_hash) {
     throw SetupError("scene " + session.scene, "does not start in the recorded state", "use the build that recorded it: " + session.build);
   }
+  if (!session.start.bodies.empty()) scene_ = withBodies(scene_, unpackBodies(session.start.bodies));
+  foresee(scene_.world);
+  for (const LoopEvent& event : session.events) {
+    if (const auto* change = std::get_if<ChangeBodies>(&event.command.kind)) foresee(unpackBodies(*change->packed));
+  }
+  see();
 }
 
-ReplayReport ReplayRun::run(const std::function<void(std::uint64_t)>& after_tick) {
+/// The links of a definition that the world has or will have.
+void ReplayRun::foresee(const WorldDef& def) {
+  for (const ArticulationDef& articulation : def.articulations) {
+    std::vector<char> moves;
+    for (const LinkDef& link : articulation.links) {
+      const bool carried = link.parent >= 0 && moves[static_cast<std::size_t>(link.parent)];
+      moves.push_back(carried || link.joint.type != JointType::kFixed);
+      const auto known = std::find_if(links_.begin(), links_.end(), [&](const SeenLink& seen) { return seen.name == link.name; });
+      if (known == links_.end()) links_.push_back({link.name, moves.back() != 0, -1, Pose()});
+    }
+  }
+}
+
+/// The links that are there now, and what draws those that were not seen before.
+void ReplayRun::see() {
+  const World& world = replay_->world();
+  std::vector<char> drawn(links_.size(), 0);
+  for (const auto& [link, visual] : visuals_) drawn[static_cast<std::size_t>(link)] = 1;
+  for (SeenLink& link : links_) link.now = -1;
+  seen_.clear();
+  for (int i = 0; i < world.linkCount(); ++i) {
+    const auto known = std::find_if(links_.begin(), links_.end(), [&](const SeenLink& seen) { return seen.name == world.linkName(i); });
+    known->now = i;
+    seen_.push_back(static_cast<int>(known - links_.begin()));
+  }
+  for (const VisualDef& visual : scene_.visuals) {
+    const int link = seen_[static_cast<std::size_t>(world.model().link(visual.articulation, visual.link))];
+    if (!drawn[static_cast<std::size_t>(link)]) visuals_.emplace_back(link, visual);
+  }
+}
+
+void ReplayRun::follow(const WorldDef& def) {
+  scene_ = withBodies(scene_, def);
+  see();
+}
+
+ReplayReport ReplayRun::run(const std::function<void(std::uint64_t)>& after_tick, const std::function<void()>& before_change) {
   ReplayReport report;
   const auto begin = std::chrono::steady_clock::now();
   std::size_t event = 0;
   for (std::size_t t = 0; t < session_.ticks.size(); ++t) {
     const TickInput& input = session_.ticks[t];
     while (event < session_.events.size() && session_.events[event].tick <= input.tick) {
-      replay_->apply(session_.events[event++].command);
+      const LoopCommand& command = session_.events[event++].command;
+      const auto* change = std::get_if<ChangeBodies>(&command.kind);
+      if (change && before_change) before_change();
+      for (SeenLink& link : links_) {
+        if (change && link.now >= 0) link.X_WL = replay_->world().linkPose(link.now);
+      }
+      replay_->apply(command);
+      if (change) follow(unpackBodies(*change->packed));
     }
     hash_ = replay_->tick(input);
     const TickHash& recorded = session_.hashes[t];
@@ -130,6 +182,9 @@ ReplayReport ReplayRun::run(const std::function<void(std::uint64_t)>& after_tick
       }
     }
     if (after_tick) after_tick(input.tick);
+  }
+  for (SeenLink& link : links_) {
+    if (link.now >= 0) link.X_WL = replay_->world().linkPose(link.now);
   }
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   report.simulated = static_cast<double>(report.steps) * session_.start.step;

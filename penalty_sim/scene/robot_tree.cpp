@@ -127,7 +127,7 @@ void TreeBuilder::startArticulation(const Root& root) {
   JointDef joint;
   if (model_root) {
     joint.name = articulation.name + "_base";
-    joint.type = settings_.floating ? JointType::kFloating : JointType::kFixed;
+    joint.type = (settings_.floating || settings_.floats_unless_world) && !isWorld(robot_.root) ? JointType::kFloating : JointType::kFixed;
   } else {
     joint = readJoint(robot_, robot_.joints[root.joint], settings_, context_.scene.warnings);
     joint.X_PJ = Pose();  // its origin is in X_WA already

@@ -17,6 +17,7 @@ struct ModelSettings {
   std::string prefix;                    ///< before every link and joint name
   Pose X_WM;                             ///< where the model's root lies in the world
   bool floating = false;                 ///< root link on a floating joint; false: fixed
+  bool floats_unless_world = false;      ///< likewise, where the file does not hang its bodies on the world itself
   std::map<std::string, double> joints;  ///< initial positions by joint name without prefix [rad] or [m]
   /// What drives do at the start.
   enum class Drive : unsigned char {

@@ -26,14 +26,17 @@ bool isList(const std::string& file) {
   return ending == ".yaml" || ending == ".yml";
 }
 
-void readModels(SceneList& list, const SceneOptions& options, LoadContext& context) {
+/// `guest`: the world has its settings from elsewhere.
+void readModels(SceneList& list, const SceneOptions& options, bool guest, LoadContext& context) {
   WorldDef& world = context.scene.world;
   std::vector<std::unique_ptr<RobotFile>> robots;
   for (const ListedModel& model : list.models) {
     robots.push_back(readRobot(model.file, options));
     RobotFile& robot = *robots.back();
     checkExtensions(robot);
-    readSceneTag(robot, world.settings, context.solid);
+    const XmlElement* scene = robot.xml.root()->FirstChildElement("haptic:scene");
+    if (!guest) readSceneTag(robot, world.settings, context.solid);
+    if (guest && scene) robot.warnings.push_back(robot.xml.at(*scene) + ": <haptic:scene> is left out: the running scene's holds");
     const std::size_t first = context.scene.world.articulations.size();
     addRobot(robot, model.settings, options, context);
     if (!model.motion.empty()) {
@@ -138,20 +141,12 @@ void warnOfPictures(LoadContext& context) {
                                    " meshes of visuals are not found and not drawn: " + list + "; set ROS_PACKAGE_PATH");
 }
 
-}  // namespace
-
-SceneDef loadScene(const std::string& file_or_name, const SceneOptions& options) {
-  LoadContext context(options);
-  context.scene.file = options.text ? file_or_name : findScene(file_or_name, options.scene_folders);
+/// What `list` says, into the context, whose file is named.
+SceneDef load(SceneList& list, const SceneOptions& options, bool guest, LoadContext& context) {
   if (options.default_density < 0 || !std::isfinite(options.default_density)) {
     throw SetupError("default density", "is not ≥ 0", "write a density in kg/m³, e.g. 1000");
   }
-  SceneList list;
-  if (!options.text && isList(context.scene.file))
-    list = readSceneList(context.scene.file), context.scene.text = readTextFile(context.scene.file);
-  else
-    list.models.push_back({context.scene.file, context.scene.file, "", ModelSettings()});
-  readModels(list, options, context);
+  readModels(list, options, guest, context);
   context.shapes.meshes().refuseMissing(context.missing_pictures);
   warnOfPictures(context);
   applyList(list, context);
@@ -174,6 +169,34 @@ SceneDef loadScene(const std::string& file_or_name, const SceneOptions& options)
     for (std::string& line : *lines) line = SetupError::oneLine(line);
   }
   return std::move(context.scene);
+}
+
+}  // namespace
+
+SceneDef loadScene(const std::string& file_or_name, const SceneOptions& options) {
+  LoadContext context(options);
+  context.scene.file = options.text ? file_or_name : findScene(file_or_name, options.scene_folders);
+  SceneList list;
+  if (!options.text && isList(context.scene.file))
+    list = readSceneList(context.scene.file), context.scene.text = readTextFile(context.scene.file);
+  else
+    list.models.push_back({context.scene.file, context.scene.file, "", ModelSettings()});
+  return load(list, options, false, context);
+}
+
+SceneDef loadModel(const std::string& file_or_name, const ModelSettings& model, const WorldSettings& running, SceneOptions options) {
+  options.add_pointer = false;
+  options.step = 0;
+  LoadContext context(options);
+  context.scene.file = options.text ? file_or_name : resolveResource(file_or_name, "");
+  if (context.scene.file.empty()) context.scene.file = findScene(file_or_name, options.scene_folders);
+  if (!options.text && isList(context.scene.file)) {
+    throw SetupError(context.scene.file, "is a list of models", "name a URDF; spawn its models one by one");
+  }
+  context.scene.world.settings = running;
+  SceneList list;
+  list.models.push_back({context.scene.file, context.scene.file, "", model});
+  return load(list, options, true, context);
 }
 
 }  // namespace haptic

@@ -122,6 +122,12 @@ struct SceneDef : LoadReport {
 /// Throws SetupError.
 SceneDef loadScene(const std::string& file_or_name, const SceneOptions& options = {});
 
+struct ModelSettings;
+
+/// Loads one URDF as loadScene does, for a world that runs: with its settings, and without a pointer that it does not have. The file's
+/// own <haptic:scene> is left out, with a warning. Throws SetupError.
+SceneDef loadModel(const std::string& file_or_name, const ModelSettings& model, const WorldSettings& running, SceneOptions options);
+
 /// Initial pose of every link of one articulation: forward kinematics at the joints' initial positions.
 std::vector<Pose> initialPoses(const ArticulationDef& articulation);
 

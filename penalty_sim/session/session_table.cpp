@@ -27,12 +27,12 @@ SessionTable::SessionTable(const RecordedSession& session, ReplayRun& run) : ses
     nameHandColumns(session.start.hands[i],
                     run.loop().hand(static_cast<int>(i)).device().def().strings.size());
   }
-  const World& world = run.world();
-  for (int i = 0; i < world.linkCount(); ++i) {
-    if (!world.model().links[static_cast<std::size_t>(i)].moves) continue;
+  for (std::size_t i = 0; i < run.links().size(); ++i) {
+    const SeenLink& link = run.links()[i];
+    if (!link.moves) continue;
     bodies_.push_back(i);
-    addNames(columns_, "body." + world.linkName(i) + ".position", "xyz");
-    addNames(columns_, "body." + world.linkName(i) + ".orientation", "xyzw");
+    addNames(columns_, "body." + link.name + ".position", "xyz");
+    addNames(columns_, "body." + link.name + ".orientation", "xyzw");
   }
   for (const char* name : {"contacts", "kinetic", "potential", "elastic", "tangential", "damping", "friction",
                            "turning", "external", "balance", "step_flags", "stopped"}) {
@@ -89,7 +89,14 @@ void SessionTable::addTick() {
       row_.insert(row_.end(), hand_width_[i], kNothing);
     }
   }
-  for (const int link : bodies_) put(run_.world().linkPose(link));
+  for (const std::size_t body : bodies_) {
+    const int link = run_.links()[body].now;
+    if (link >= 0) {
+      put(run_.world().linkPose(link));
+    } else {
+      row_.insert(row_.end(), 7, kNothing);
+    }
+  }
   putWorld();
   followSpells(time_);
 }
@@ -182,7 +189,7 @@ void SessionTable::followSpells(double time) {
   const World& world = run_.world();
   for (int i = 0; i < world.contactCount(); ++i) {
     const ContactReport& contact = world.contact(i);
-    PairNow& pair = now[{contact.link_a, contact.link_b}];
+    PairNow& pair = now[{run_.seen(contact.link_a), run_.seen(contact.link_b)}];
     pair.sticking = pair.sticking && contact.sticking;
     pair.force += contact.normal_force;
     pair.depth = std::max(pair.depth, contact.depth);

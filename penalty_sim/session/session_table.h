@@ -17,7 +17,7 @@ namespace haptic {
 
 /// What a pair of links did between two changes: it stuck, or it slid.
 struct ContactSpell {
-  int link_a = -1, link_b = -1;
+  int link_a = -1, link_b = -1;  ///< of ReplayRun::links
   bool sticking = false;
   double begin = 0, end = 0;  ///< session time [s]
   double peak_force = 0;      ///< normal, of all contacts of the pair [N]
@@ -63,7 +63,7 @@ class SessionTable {
   std::vector<std::string> columns_;
   std::vector<double> row_;
   std::size_t tick_ = 0;                 ///< index of the next row
-  std::vector<int> bodies_;              ///< moving links whose poses are columns
+  std::vector<std::size_t> bodies_;      ///< moving links whose poses are columns, of ReplayRun::links
   std::vector<std::size_t> hand_width_;  ///< columns of each recorded hand
   std::vector<int> present_;             ///< by recorded hand: its index in the loop; −1: lost
   std::size_t next_event_ = 0;

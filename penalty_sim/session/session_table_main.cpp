@@ -45,13 +45,13 @@ std::string npyHeader(const std::vector<std::string>& columns, std::size_t rows)
          std::string(reinterpret_cast<const char*>(&length), sizeof length) + header;
 }
 
-void writeSpells(const std::string& path, const SessionTable& table, const World& world) {
+void writeSpells(const std::string& path, const SessionTable& table, const std::vector<SeenLink>& links) {
   std::ofstream file = opened(path);
   file.precision(9);
   file << "begin,end,link_a,link_b,state,peak_force,peak_depth\n";
   for (const ContactSpell& spell : table.spells()) {
-    file << spell.begin << ',' << spell.end << ',' << world.linkName(spell.link_a) << ','
-         << world.linkName(spell.link_b) << ',' << (spell.sticking ? "stick" : "slip") << ','
+    file << spell.begin << ',' << spell.end << ',' << links[static_cast<std::size_t>(spell.link_a)].name << ','
+         << links[static_cast<std::size_t>(spell.link_b)].name << ',' << (spell.sticking ? "stick" : "slip") << ','
          << spell.peak_force << ',' << spell.peak_depth << '\n';
   }
   closed(file, path);
@@ -77,7 +77,8 @@ constexpr const char* kCommandNames[] = {"restore the world",
                                          "put a body",
                                          "put joints",
                                          "lead a body",
-                                         "change bodies"};
+                                         "change bodies",
+                                         "set gravity"};
 static_assert(std::size(kCommandNames) == std::variant_size_v<LoopCommand::Kind>);
 
 void writeInfo(const std::string& path, const RecordedSession& session, const ReplayRun& run,
@@ -167,7 +168,7 @@ int main(int argc, char** argv) {
     closed(rows, base + ".npy");
     if (viewed) closed(patches, base + ".patches.bin"), writeView(base, view);
     table.finish();
-    writeSpells(base + ".contacts.csv", table, run.world());
+    writeSpells(base + ".contacts.csv", table, run.links());
     writeInfo(base + ".yaml", sessions[i], run, report);
   }
   return 0;

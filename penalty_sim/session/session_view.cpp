@@ -128,32 +128,30 @@ void SessionView::addTick() {
   for (const int i : order) {
     const ContactReport& c = world.contact(i);
     const Vector3 n = c.X_WP.R.col(2), &p = c.X_WP.p, &F = c.F_BP_W.force;
-    for (const double number : {static_cast<double>(tick), static_cast<double>(c.link_a), static_cast<double>(c.link_b), p.x(),
-                                p.y(), p.z(), n.x(), n.y(), n.z(), F.x(), F.y(), F.z(), c.area, c.normal_force,
-                                static_cast<double>(c.sticking)})
+    const int a = run_.seen(c.link_a), b = run_.seen(c.link_b);
+    for (const double number : {static_cast<double>(tick), static_cast<double>(a), static_cast<double>(b), p.x(), p.y(), p.z(), n.x(),
+                                n.y(), n.z(), F.x(), F.y(), F.z(), c.area, c.normal_force, static_cast<double>(c.sticking)})
       patches_.push_back(static_cast<float>(number));
   }
 }
 
 std::string SessionView::text(std::string& mesh_bytes) const {
-  const World& world = run_.world();
   YAML::Emitter out;
   out.SetDoublePrecision(9);
   out << YAML::BeginMap << YAML::Key << "patch_stride" << YAML::Value << stride_ << YAML::Key << "links" << YAML::Value
       << YAML::BeginSeq;
-  for (int i = 0; i < world.linkCount(); ++i) {
-    out << YAML::BeginMap << YAML::Key << "name" << YAML::Value << world.linkName(i) << YAML::Key << "moves" << YAML::Value
-        << world.model().links[static_cast<std::size_t>(i)].moves;
-    put(out, "pose", world.linkPose(i));
+  for (const SeenLink& link : run_.links()) {
+    out << YAML::BeginMap << YAML::Key << "name" << YAML::Value << link.name << YAML::Key << "moves" << YAML::Value << link.moves;
+    put(out, "pose", link.X_WL);
     out << YAML::EndMap;
   }
   out << YAML::EndSeq << YAML::Key << "visuals" << YAML::Value << YAML::BeginSeq;
   Meshes meshes(mesh_bytes);
-  for (const VisualDef& visual : run_.scene().visuals) {
+  for (const auto& [link, visual] : run_.visuals()) {
     const bool is_mesh = visual.shape == VisualShape::kMesh || visual.shape == VisualShape::kTriangles;
     const int mesh = is_mesh ? meshes.indexOf(visual) : -1;
     if (is_mesh && mesh < 0) continue;
-    out << YAML::BeginMap << YAML::Key << "link" << YAML::Value << world.model().link(visual.articulation, visual.link) << YAML::Key
+    out << YAML::BeginMap << YAML::Key << "link" << YAML::Value << link << YAML::Key
         << "shape" << YAML::Value << nameOf(visual.shape) << YAML::Key << "mesh" << YAML::Value << mesh;
     put(out, "size", visual.size);
     put(out, "pose", visual.X_LV);

@@ -180,6 +180,39 @@ TEST_P(SceneAllocation, WhoWatchesIsServedWithoutAllocation) {
   EXPECT_GT(copy.stages.total(), 0);
 }
 
+TEST_P(SceneAllocation, BodiesComeAndGoWithoutAllocation) {
+  Stack stack(GetParam());
+  WorldPort port(stack.world, GetParam(), {}, 16);
+  for (int i = 0; i < 500; ++i) stack.tick();
+  const WorldDef def = measured(stack.scene.world);
+  WorldDef more = def;
+  ArticulationDef late = def.articulations[static_cast<std::size_t>(def.pointers[0].articulation)];
+  late.X_WA.p += Vector3(0.5, 0.5, 0.5);
+  more.articulations.push_back(late);
+  std::vector<int> kept;
+  for (std::size_t a = 0; a < def.articulations.size(); ++a) kept.push_back(static_cast<int>(a));
+  std::vector<int> and_one = kept;
+  and_one.push_back(-1);
+  for (int round = 0; round < 6; ++round) {
+    const bool comes = round % 2 == 0;
+    ChangeBodies change;
+    *change.packed = packBodies(comes ? more : def, comes ? and_one : kept);
+    change.next = std::make_shared<NextWorld>(stack.world, comes ? more : def, comes ? and_one : kept);
+    WorldRoom room{nullptr, change.packed, std::vector<std::uint64_t>(def.sensors.size(), 0)};
+    const LoopCommand command{change};
+    allocations = 0;
+    counting = true;
+    const bool done = port.commands.send(WorldPort::Exchange{&command, &room}, std::chrono::milliseconds(0), [&] {
+      port.serve([&](const LoopCommand& told) { stack.loop.take(told); });
+    });
+    for (int i = 0; i < 200; ++i) stack.tick();
+    counting = false;
+    ASSERT_TRUE(done);
+    ASSERT_EQ(allocations, 0) << "round " << round;
+    ASSERT_EQ(stack.world.linkCount(), static_cast<int>(linkNames(comes ? more : def).size()));
+  }
+}
+
 TEST_P(SceneAllocation, TheLoopsMemoryIsCopiedWithoutAllocation) {
   Stack stack(GetParam());
   SessionStart start;

@@ -96,6 +96,14 @@ PackedBodies unpacked(const std::vector<double>& numbers) {
 
 WorldDef unpackBodies(const std::vector<double>& packed) { return unpacked(packed).def; }
 
+std::vector<std::string> linkNames(const WorldDef& def) {
+  std::vector<std::string> names;
+  for (const ArticulationDef& articulation : def.articulations) {
+    for (const LinkDef& link : articulation.links) names.push_back(link.name);
+  }
+  return names;
+}
+
 std::shared_ptr<NextWorld> nextWorld(const ChangeBodies& change, const World& running) {
   if (change.next) return change.next;
   const PackedBodies bodies = unpacked(*change.packed);
@@ -104,12 +112,19 @@ std::shared_ptr<NextWorld> nextWorld(const ChangeBodies& change, const World& ru
 
 void apply(const LoopCommand& command, World& world) {
   if (const auto* change = std::get_if<ChangeBodies>(&command.kind)) {
-    if (!world.exchange(*nextWorld(*change, world))) {
+    const std::shared_ptr<NextWorld> next = nextWorld(*change, world);
+    next->refuseHeld(world);
+    if (!world.exchange(*next)) {
       throw SetupError("change of bodies", "was made of another world", "make it of the one that runs");
     }
   }
   if (const auto* restore = std::get_if<RestoreWorld>(&command.kind)) world.restore(restore->state);
   if (const auto* tune = std::get_if<TuneWorld>(&command.kind)) world.tune(tune->tuning);
+  if (const auto* set = std::get_if<SetGravity>(&command.kind)) {
+    WorldTuning tuning = world.tuning();
+    tuning.gravity = set->gravity;
+    world.tune(tuning);
+  }
   if (const auto* grab = std::get_if<GrabLink>(&command.kind)) {
     const int pointers = world.pointerCount(), links = world.linkCount();
     if (grab->pointer < 0 || grab->pointer >= pointers || grab->link < 0 || grab->link >= links) {

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -221,12 +222,22 @@ struct ChangeBodies {
   }
 };
 
+/// Command: gravity from the next step on, and nothing else of the tuning.
+struct SetGravity {
+  Vector3 gravity = Vector3::Zero();  ///< in W [m/s²]
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.gravity);
+  }
+};
+
 /// A change of a running loop as data, and which hand it is for.
 struct LoopCommand {
   /// Recordings number the kinds in this order (haptic_msgs/LoopEvent): new ones go to the end.
   using Kind = std::variant<RestoreWorld, TuneWorld, RestoreDevice, ChangeHand, DropHand, AskDevice, PauseWorld, HoldClutch,
                             GrabLink, DriveJoint, StepWorld, AdoptCalibration, TuneDevice, StopDevice, HoldSwitch, ApplyWrench,
-                            PutBody, PutJoints, LeadBody, ChangeBodies>;
+                            PutBody, PutJoints, LeadBody, ChangeBodies, SetGravity>;
   /// What to do, with its data.
   Kind kind;
   int hand = 0;  ///< which; 0 for the world
@@ -277,7 +288,8 @@ AdoptCalibration adoptionOf(const Calibration& calibration);  ///< the command t
 
 /// At set-up: the numbers of a ChangeBodies. `kept`: as NextWorld takes them.
 std::vector<double> packBodies(const WorldDef& def, const std::vector<int>& kept);
-WorldDef unpackBodies(const std::vector<double>& packed);  ///< the new definition again; throws SetupError
+WorldDef unpackBodies(const std::vector<double>& packed);  ///< the new definition again, without sensors; throws SetupError
+std::vector<std::string> linkNames(const WorldDef& def);   ///< in the world's order
 /// Compiles what a ChangeBodies asks of a world, where its sender has not. Throws SetupError.
 std::shared_ptr<NextWorld> nextWorld(const ChangeBodies& change, const World& running);
 

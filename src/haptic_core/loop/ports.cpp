@@ -31,8 +31,8 @@ WorldCopy emptyCopy(const World& world) {
   return copy;
 }
 
-/// A second of every sensor at 1 kHz.
-std::size_t sampleCapacity(const World& world) { return 1000 * static_cast<std::size_t>(world.sensorCount()); }
+/// A second of every sensor at 1 kHz, with room for some that come later.
+std::size_t sampleCapacity(const World& world) { return 1000 * static_cast<std::size_t>(4 + world.sensorCount()); }
 
 const char* kindName(PortKind kind) { return kind == PortKind::kDevice ? "device" : "world"; }
 
@@ -139,13 +139,27 @@ WorldPort::WorldPort(World& world_in, std::string scene_name, std::vector<HandPl
       hands(std::move(placements)),
       first_snapshot(emptySnapshot(world_in, contact_capacity)),
       first_copy(emptyCopy(world_in)),
-      samples(sampleCapacity(world_in)),
-      streamed_(static_cast<std::size_t>(world_in.sensorCount()), 0) {
+      samples(sampleCapacity(world_in)) {
+  room_.streamed.assign(static_cast<std::size_t>(world_in.sensorCount()), 0);
   copyTo(first_snapshot);
 }
 
 void WorldPort::serve() noexcept {
   serve([this](const LoopCommand& command) { apply(command, world); });
+}
+
+void WorldPort::resize(int contact_capacity, std::size_t state_capacity) {
+  first_snapshot = emptySnapshot(world, contact_capacity);
+  first_copy.state.assign(state_capacity, 0);
+  first_copy.stamp_ns = 0;
+  first_snapshot.bodies = first_copy.bodies = bodies_changed_;
+}
+
+/// Who listens to sensors asks anew, by their new indices.
+void WorldPort::follow(WorldRoom& room) noexcept {
+  std::swap(room_, room);
+  ++bodies_changed_;
+  streams_ = false;
 }
 
 void WorldPort::answer(const Command& command) noexcept {
@@ -172,15 +186,16 @@ void WorldPort::noteTick(std::int64_t stamp_ns) noexcept {
 
 /// Samples that were not there at the end of the last tick.
 void WorldPort::streamSensors() noexcept {
-  for (std::size_t i = 0; i < streamed_.size(); ++i) {
+  for (std::size_t i = 0; i < room_.streamed.size(); ++i) {
     const SensorReading& reading = world.sensorReading(static_cast<int>(i));
-    if (reading.step == 0 || reading.step == streamed_[i]) continue;
-    streamed_[i] = reading.step;
+    if (reading.step == 0 || reading.step == room_.streamed[i]) continue;
+    room_.streamed[i] = reading.step;
     samples.push({stamp_ns_, static_cast<int>(i), reading});
   }
 }
 
 void WorldPort::copyTo(WorldCopy& copy) const noexcept {
+  if (copy.bodies != bodies_changed_) return;
   const double n = steps_timed_;  // 0/0: NaN, not measured
   copy.stamp_ns = stamp_ns_;
   copy.time = world.time();
@@ -194,6 +209,7 @@ void WorldPort::copyTo(WorldCopy& copy) const noexcept {
 }
 
 void WorldPort::copyTo(WorldSnapshot& snapshot) const noexcept {
+  if (snapshot.bodies != bodies_changed_) return;
   snapshot.stamp_ns = stamp_ns_;
   snapshot.time = world.time();
   snapshot.report = world.report();

@@ -109,6 +109,7 @@ class DevicePort : public Port {
 struct WorldSnapshot {
   std::int64_t stamp_ns = 0;             ///< steady clock
   double time = 0;                       ///< simulated [s]
+  int bodies = 0;                        ///< of WorldPort::bodiesChanged() when it was sized; of another it is left as it is
   /// Of the last step.
   StepReport report;
   std::vector<Pose> pose;                ///< X_WL per link; sized at set-up
@@ -131,6 +132,7 @@ struct SensorSample {
 struct WorldCopy {
   std::int64_t stamp_ns = 0;             ///< steady clock
   double time = 0;                       ///< simulated [s]
+  int bodies = 0;                        ///< as in WorldSnapshot
   /// Of the last step.
   StepReport report;
   StageTimes stages;                     ///< mean over the steps since WorldPort::TimeStages [s]; NaN: none
@@ -160,6 +162,14 @@ struct SceneSource {
   std::uint64_t fingerprint = 0;         ///< of the definition, see loop/session.h
 };
 
+/// What a port keeps by the bodies of its world. The owner makes it for those that are to be; the runner swaps it, and what was before
+/// is freed by the owner.
+struct WorldRoom {
+  std::shared_ptr<const WorldDef> definition;      ///< for who judges the scene; null: not known
+  std::shared_ptr<std::vector<double>> bodies;     ///< ChangeBodies::packed; null: those of WorldPort::source
+  std::vector<std::uint64_t> streamed;             ///< by sensor: step of the last sample that went out
+};
+
 /// A world on offer.
 class WorldPort : public Port {
  public:
@@ -169,6 +179,11 @@ class WorldPort : public Port {
   struct Change {
     Tell tell;                               ///< to be taken in order
     std::uint64_t* hash;                     ///< of the sender: gets World::hash() after the last one; null: not wanted
+  };
+  /// Command: bodies come or go (ChangeBodies, with its NextWorld), and the port's room with them.
+  struct Exchange {
+    const LoopCommand* change;               ///< the sender's
+    WorldRoom* room;                         ///< the sender's, for the new bodies; that of the old ones when it is answered
   };
   /// Command: a copy for drawing into the sender's storage, which comes from `first_snapshot`.
   struct Look {
@@ -187,7 +202,7 @@ class WorldPort : public Port {
     bool on;                                 ///< false: no longer
   };
   /// What other threads may send.
-  using Command = std::variant<Change, Look, Copy, TimeStages, StreamSensors>;
+  using Command = std::variant<Change, Exchange, Look, Copy, TimeStages, StreamSensors>;
   /// (in realtime: one atomic load when nothing waits) The runner's, between two ticks: gives `take` what was told of the world,
   /// and does the rest itself. Copies do not allocate.
   template <class Take>
@@ -196,6 +211,9 @@ class WorldPort : public Port {
       if (const auto* change = std::get_if<Change>(&command)) {
         for (std::size_t i = 0; i < change->tell.count; ++i) takeBy(take, change->tell.first[i]);
         if (change->hash) *change->hash = world.hash();
+      } else if (const auto* exchange = std::get_if<Exchange>(&command)) {
+        take(*exchange->change);
+        follow(*exchange->room);
       } else {
         answer(command);
       }
@@ -204,6 +222,13 @@ class WorldPort : public Port {
   void serve() noexcept override;
   /// (in realtime) The runner's, at the end of each tick, which began at `stamp_ns`.
   void noteTick(std::int64_t stamp_ns) noexcept;
+  int bodiesChanged() const noexcept { return bodies_changed_; }  ///< how often bodies came or went; between two ticks
+  /// packBodies() of what the world is now, between two ticks; null: as `source` says.
+  const std::shared_ptr<std::vector<double>>& bodies() const noexcept { return room_.bodies; }
+  const std::shared_ptr<const WorldDef>& definition() const noexcept { return room_.definition; }  ///< likewise: what it was made of
+  void define(std::shared_ptr<const WorldDef> def) { room_.definition = std::move(def); }  ///< by the owner before it offers the port
+  /// The owner's, after an Exchange: first_snapshot and first_copy for the bodies there are now, with stamp 0.
+  void resize(int contact_capacity, std::size_t state_capacity);
   bool paused() const noexcept { return paused_; }  ///< the runner keeps the device alive, but does not step
 
   /// The owner's; the runner of the lease steps it.
@@ -213,8 +238,7 @@ class WorldPort : public Port {
   /// Which devices move which pointers.
   const std::vector<HandPlacement> hands;
   SceneSource source;                        ///< set by the owner before it offers the port
-  std::shared_ptr<const WorldDef> definition;  ///< likewise: for who judges the scene; empty: not known
-  WorldSnapshot first_snapshot;              ///< at set-up, with stamp 0; constant
+  WorldSnapshot first_snapshot;              ///< at set-up, with stamp 0; constant but for `resize`
   WorldCopy first_copy;                      ///< likewise
   CommandRing<Command> commands;             ///< owner → runner
   RecordRing<SensorSample> samples;          ///< runner → owner, while `StreamSensors` is on; a second of them at 1 kHz
@@ -225,10 +249,11 @@ class WorldPort : public Port {
     if (needsPause(command) && !paused_) {
       throw SetupError(command.is<StepWorld>() ? "step" : "put", "the world is not paused", "pause it first");
     }
-    if (command.is<ChangeBodies>()) throw SetupError("bodies", "come and go in the core alone so far", "load the changed scene");
+    if (command.is<ChangeBodies>()) throw SetupError("bodies", "come and go with the port's room", "send WorldPort::Exchange");
     take(command);
     if (const auto* pause = std::get_if<PauseWorld>(&command.kind)) paused_ = pause->on;
   }
+  void follow(WorldRoom& room) noexcept;
   void answer(const Command& command) noexcept;
   void copyTo(WorldSnapshot& snapshot) const noexcept;
   void copyTo(WorldCopy& copy) const noexcept;
@@ -240,7 +265,8 @@ class WorldPort : public Port {
   StageTimes stage_sum_;                     ///< of the steps since TimeStages [s]
   int steps_timed_ = 0;
   bool streams_ = false;
-  std::vector<std::uint64_t> streamed_;      ///< by sensor: step of the last sample that went out; sized at set-up
+  WorldRoom room_;
+  int bodies_changed_ = 0;
 };
 
 /// What is on offer.

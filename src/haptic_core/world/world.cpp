@@ -213,17 +213,33 @@ struct NextWorld::Impl {
   Impl(const World& running, const WorldDef& def, const std::vector<int>& kept)
       : world(def), map(carryOverOf(running.model(), world.model(), kept)) {
     // A few steps touch the storage, which the first tick would otherwise have mapped page by page.
-    const std::vector<double> start = world.save();
+    start = world.save();
     for (int i = 0; i < kWarmingSteps; ++i) world.step();
     world.restore(start);
   }
   World world;
+  std::vector<double> start;
   CarryOver map;
 };
 
 NextWorld::NextWorld(const World& running, const WorldDef& def, const std::vector<int>& kept)
     : impl_(std::make_unique<Impl>(running, def, kept)) {}
 NextWorld::~NextWorld() = default;
+const std::vector<double>& NextWorld::start() const { return impl_->start; }
+std::size_t NextWorld::stateCapacity() const { return impl_->world.state().packedCapacity(); }
+
+void NextWorld::refuseHeld(const World& running) const {
+  for (int p = 0; p < running.pointerCount(); ++p) {
+    const int before = running.pointerLink(p), now = linkNow(before);
+    bool led = false;
+    for (int m = 0; m < impl_->world.motionCount(); ++m) led |= impl_->world.motion(m).link == now;
+    if (now >= 0 && !led) continue;
+    throw SetupError("link " + running.linkName(before),
+                     "is held by the hand of " + running.pointer(p).device + (now < 0 ? "" : ", and a motion is to lead it"),
+                     "let it go first");
+  }
+}
+
 int NextWorld::linkNow(int link_before) const noexcept { return impl_->map.link[static_cast<std::size_t>(link_before)]; }
 
 bool World::exchange(NextWorld& next) noexcept {

@@ -146,6 +146,10 @@ class NextWorld {
   /// Reads of `running` what no step changes. Throws SetupError: `def` is refused, or is not the running world with other bodies.
   NextWorld(const World& running, const WorldDef& def, const std::vector<int>& kept);
   ~NextWorld();
+  const std::vector<double>& start() const;     ///< state in which a world of the new definition begins: World::save()
+  std::size_t stateCapacity() const;            ///< numbers that its greatest state has
+  /// Between two ticks of `running`: throws SetupError where a hand holds a link that goes, or that a motion then leads.
+  void refuseHeld(const World& running) const;
   int linkNow(int link_before) const noexcept;  ///< (in realtime) new world index of a link of the running world; −1: it goes
 
  private:

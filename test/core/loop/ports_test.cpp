@@ -271,6 +271,81 @@ TEST(Ports, AWorldIsCopiedWithTheStampOfItsLastTick) {
   EXPECT_EQ(snapshot.pose[1].p, w.world.linkPose(1).p);
 }
 
+/// Bodies come and go through the port: copies of before are left alone, what judges and what records follows, a hand keeps what it holds.
+TEST(Ports, BodiesComeAndGoWithTheRoomOfThePort) {
+  OfferedWorld w;
+  const WorldDef def = scenes::pointerOverWall(makeBox({0.02, 0.02, 0.02}), 0.02, 1e6, 1e-3);
+  WorldDef more = def;
+  more.articulations.push_back(scenes::springyBody("late", makeBox({0.1, 0.1, 0.1}), JointType::kFloating, {0.3, 0, 0.2}, 1e6));
+  SensorDef sensor;
+  sensor.kind = SensorDef::Kind::kImu, sensor.name = "felt", sensor.articulation = 2, sensor.link = 0;
+  more.sensors.push_back(sensor);
+  WorldSnapshot before = w.port.first_snapshot;
+  WorldCopy copy_before = w.port.first_copy;
+  const auto exchange = [&](const WorldDef& next, const std::vector<int>& kept) {
+    ChangeBodies change;
+    *change.packed = packBodies(next, kept);
+    change.next = std::make_shared<NextWorld>(w.world, next, kept);
+    const std::size_t numbers = change.next->stateCapacity();
+    const LoopCommand command{change};
+    EXPECT_THROW(w.tell(command), SetupError) << "without the room";
+    WorldRoom room{std::make_shared<const WorldDef>(next), change.packed, std::vector<std::uint64_t>(next.sensors.size(), 0)};
+    const auto packed = room.bodies;
+    EXPECT_TRUE(w.offer.send(w.port, WorldPort::Exchange{&command, &room}));
+    EXPECT_EQ(w.port.bodies(), packed);
+    w.port.resize(8, numbers);
+  };
+  w.port.noteTick(1);
+  exchange(more, {0, 1, -1});
+  ASSERT_EQ(w.world.linkCount(), 3);
+  EXPECT_EQ(w.port.bodiesChanged(), 1);
+  EXPECT_EQ(w.port.definition()->articulations.size(), 3u);
+  EXPECT_TRUE(w.offer.send(w.port, WorldPort::Look{&before}));
+  EXPECT_TRUE(w.offer.send(w.port, WorldPort::Copy{&copy_before}));
+  EXPECT_EQ(before.stamp_ns, 0) << "it has no room for the new bodies";
+  EXPECT_EQ(copy_before.stamp_ns, 0);
+  WorldSnapshot now = w.port.first_snapshot;
+  WorldCopy copy = w.port.first_copy;
+  EXPECT_TRUE(w.offer.send(w.port, WorldPort::StreamSensors{true}));
+  w.world.step();
+  w.port.noteTick(2);
+  EXPECT_TRUE(w.offer.send(w.port, WorldPort::Look{&now}));
+  EXPECT_TRUE(w.offer.send(w.port, WorldPort::Copy{&copy}));
+  EXPECT_EQ(now.stamp_ns, 2);
+  ASSERT_EQ(now.pose.size(), 3u);
+  EXPECT_EQ(now.pose[2].p, w.world.linkPose(2).p);
+  EXPECT_EQ(copy.state, w.world.save());
+  SensorSample sample;
+  EXPECT_TRUE(w.port.samples.pop(sample)) << "the sensor that came";
+  EXPECT_TRUE(w.tell({GrabLink{0, 2}}));
+  w.world.step();
+  const std::uint64_t hash = w.world.hash();
+  EXPECT_THROW(exchange(def, {0, 1}), SetupError) << "the hand holds what is to go";
+  EXPECT_EQ(w.world.hash(), hash);
+  EXPECT_EQ(w.port.bodiesChanged(), 1);
+  WorldDef led = more;
+  MotionDef motion;
+  motion.name = "late", motion.articulation = 2, motion.link = 0;
+  led.motions.push_back(motion);
+  EXPECT_THROW(exchange(led, {0, 1, 2}), SetupError) << "the hand holds what a motion is to lead";
+  EXPECT_TRUE(w.tell({GrabLink{0, 1}}));
+  exchange(def, {0, 1});
+  EXPECT_EQ(w.world.linkCount(), 2);
+  EXPECT_TRUE(w.offer.send(w.port, WorldPort::Look{&now}));
+  EXPECT_EQ(now.stamp_ns, 2) << "what went is not looked at";
+}
+
+TEST(Ports, GravityAloneIsSet) {
+  OfferedWorld w;
+  WorldTuning tuning = w.world.tuning();
+  tuning.gravity = Vector3(0, 1, -3);
+  EXPECT_TRUE(w.tell({SetGravity{tuning.gravity}}));
+  EXPECT_EQ(w.world.tuning().numbers(), tuning.numbers());
+  EXPECT_THROW(w.tell({SetGravity{Vector3(0, 0, 1e9)}}), SetupError);
+  const LoopCommand command{SetGravity{tuning.gravity}};
+  EXPECT_EQ(std::get<SetGravity>(commandFrom(command.kind.index(), 0, numbersOf(command)).kind).gravity, tuning.gravity);
+}
+
 /// A device on a twin, on offer.
 struct OfferedDevice {
   Spidar spidar{loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x3r.yaml")};

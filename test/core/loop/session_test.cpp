@@ -225,6 +225,8 @@ Recording record() {
   live.run(20);
   live.device[0]->setForceEnabled(true);
   live.run(50);
+  live.tell({SetGravity{Vector3(0, 0.2, -9.6)}});
+  live.run(20);
   return live.recording;
 }
 
