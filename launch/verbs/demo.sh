@@ -5,7 +5,9 @@
 #:                   close the loop between a device (a simulated one by default) and a scene; ends after
 #:                   N seconds (10 unless --rviz), with figures; --hardware and --port take the real device,
 #:                   --light is --rviz on a light ground; --emulate: its motor boards on a pseudo-terminal, where its file
-#:                   names boards (--device uart: those of SPIDAR-G6X5R)
+#:                   names boards (--device uart: those of SPIDAR-G6X5R); --scene param:/robot_description takes the
+#:                   robot from the parameter server of ROS_MASTER_URI
+caller_master=${ROS_MASTER_URI:-http://127.0.0.1:11311}
 . "$(dirname "$0")/parts/start.sh"
 TARGETS='haptic_bridge penalty_sim spidar_driver haptic_msgs_generate_messages_cpp haptic_msgs_generate_messages_py haptic_bridge_gencfg'
 
@@ -39,7 +41,10 @@ read_options() {
 }
 
 check_options() {
-  scene_file=$(find_scene "$scene") || exit 1
+  case $scene in
+    param:*) ;;  # read once there is a folder for it
+    *) scene_file=$(find_scene "$scene") || exit 1 ;;
+  esac
   device_file=$(find_device "$device") || exit 1
   [ "$emulate" = false ] || grep -q '^boards:' "$device_file" ||
     fail "demo: --emulate: $device_file names no boards; take --device uart, or write its boards there"
@@ -69,6 +74,12 @@ begin_run() {
   run=$(mktemp -d "$BUILD/run/demo-XXXXXX") || fail "demo: no folder can be made in $BUILD/run"
   lines=$run/figures log=$run/log
   touch "$run/begin"
+  case $scene in
+    param:*)
+      scene_file=$run/${scene##*/}.urdf
+      python3 -B launch/verbs/parts/read_parameter.py "$caller_master" "${scene#param:}" "$scene_file" 2>"$run/problem" ||
+        fail "demo: --scene $scene: $(tail -n 1 "$run/problem")" ;;
+  esac
 }
 
 # Says what a run has written once it has looked at it.

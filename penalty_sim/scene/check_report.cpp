@@ -25,6 +25,7 @@ constexpr struct {
                  {&CheckReport::chosen, "chosen", "chosen"},
                  {&CheckReport::size, "size", "size"},
                  {&CheckReport::collisions, "collisions", "collisions"},
+                 {&CheckReport::cost, "cost", "cost"},
                  {&CheckReport::stability, "stability", "stability"}};
 
 std::string counted(std::size_t count, const std::string& noun) {

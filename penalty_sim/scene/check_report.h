@@ -19,10 +19,11 @@ struct CheckReport {
   std::vector<std::string> chosen;        ///< what the loader decided, and why
   std::vector<std::string> size;          ///< counts of bodies, joints, shapes; step and gravity
   std::vector<std::string> collisions;    ///< one line for all that are alike
+  std::vector<std::string> cost;          ///< of a step on this machine, by collision: costLines of step_cost.h
   std::vector<std::string> stability;     ///< of the certificate: its verdict, and islands that do not pass
 };
 
-/// Without the hands, which want a device. `certificate` of the scene's world.
+/// Without the hands, which want a device, and without the cost, which is measured. `certificate` of the scene's world.
 CheckReport checkReport(const SceneDef& scene, const Certificate& certificate);
 
 /// Sets the verdict from the lists and from whether a hand rings.

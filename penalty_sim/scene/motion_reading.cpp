@@ -5,21 +5,13 @@
 #include <cstring>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/world/led_motion.h"
 #include "scene/number_table.h"
 #include "scene/resource_path.h"
 #include "scene/scene_extension.h"
 
 namespace haptic {
 namespace {
-
-/// As in world/led_motion.cpp: beyond it the way round is anybody's guess [rad].
-constexpr double kMostTurnOfRow = 3;
-/// A path that repeats may miss its first row by rounding of its text [m], [rad].
-constexpr double kClosesPath = 1e-6;
-
-double turnFrom(const Pose& from, const Pose& to) {
-  return vectorFromRotation(Quaternion(Matrix3(to.R * from.R.transpose())).normalized()).norm();
-}
 
 /// Rows of a file as poses of the link, which lies at X_FL in the named frame.
 void readPath(const std::string& path, const Pose& X_WM, const Pose& X_FL, const Pose& X_WF_start, MotionDef& motion) {
@@ -32,18 +24,11 @@ void readPath(const std::string& path, const Pose& X_WM, const Pose& X_FL, const
     const std::vector<double>& n = row.numbers;
     const Matrix3 R_MF = n.size() > 4 ? rotationFromRpy(Vector3(n[4], n[5], n[6])) : Matrix3(X_WM.R.transpose() * X_WF_start.R);
     const Pose X_WL = X_WM * Pose(R_MF, Vector3(n[1], n[2], n[3])) * X_FL;
-    if (!motion.pose.empty() && !(turnFrom(motion.pose.back(), X_WL) <= kMostTurnOfRow)) {
-      throw SetupError(row.where, "turns by more than 3 rad since the row before", "give rows between: the way round must be clear");
-    }
     motion.time.push_back(n[0]);
     motion.pose.push_back(X_WL);
   }
-  if (!motion.repeat) return;
-  const Pose &first = motion.pose.front(), &last = motion.pose.back();
-  if (motion.pose.size() < 3 || !((first.p - last.p).norm() <= kClosesPath) || !(turnFrom(first, last) <= kClosesPath)) {
-    throw SetupError(table.rows.back().where, "shall repeat, but the last row is not the first one, or there are less than three",
-                     "close the path, or take repeat out");
-  }
+  const PathFault fault = faultOf(motion);
+  if (fault.row >= 0) throw SetupError(table.rows[static_cast<std::size_t>(fault.row)].where, fault.what, fault.remedy);
 }
 
 bool readFlag(const XmlFile& file, const XmlElement& tag, const char* name) {

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "haptic_core/base/parse_numbers.h"
+#include "scene/gazebo_sensors.h"
 #include "scene/xacro_run.h"
 
 namespace haptic {
@@ -239,6 +240,7 @@ std::unique_ptr<RobotFile> readRobot(const std::string& path, const SceneOptions
   checkTree(*robot);
   checkJoints(*robot);
   checkInertials(*robot);
+  takeGazeboSensors(*robot);
   trimForUrdfdom(*robot);
   parseWithUrdfdom(*robot);
   return robot;

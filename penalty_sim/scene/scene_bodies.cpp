@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "haptic_core/base/error.h"
 #include "haptic_core/geometry/shapes/convex_shape.h"
 
 namespace haptic {

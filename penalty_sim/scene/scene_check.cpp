@@ -16,6 +16,7 @@
 #include "haptic_core/base/program_version.h"
 #include "scene/check_report.h"
 #include "scene/scene_file.h"
+#include "scene/step_cost.h"
 
 namespace {
 
@@ -117,6 +118,7 @@ int main(int argc, char** argv) {
     const haptic::World world(scene.world);
     const haptic::Certificate certificate = haptic::certify(scene.world);
     haptic::CheckReport report = haptic::checkReport(scene, certificate);
+    report.cost = haptic::costLines(haptic::stepCost(scene.world));
     bool good = true;
     if (!words.device_file.empty()) {
       const haptic::DeviceDef device = haptic::loadDevice(words.device_file);

@@ -16,7 +16,10 @@ constexpr double kStiffest = 1e12;  // [N/m³], steel 0.2 m thick: beyond it a d
 // k above what the weight asks for, and share of the bound above which a settled depth is too deep: friction, which remembers how the
 // bodies came to rest, moves shares of loads by 2 % between the long steps here and those of the scene.
 constexpr double kMargin = 1.03, kAllowed = 0.972;
+constexpr double kPressed = 2;      // [N] of a hand: a firm touch, as in hand_certificate.h; what it presses on carries that as well
 constexpr double kBeyond = 1.1;     // k is raised so much more than the depth asks for: patches and shares change with it
+constexpr double kLadder = 1.778279410038923;  // 10^(1/4): steps of one k for all, from the default to kStiffest
+constexpr int kMostLevelled = 10;   // moving links of a scene where that is tried: 4 s of its steps for each k take seconds beyond
 constexpr int kRounds = 6;          // of settling and raising; what stands on flat sides needs one, what falls over some
 constexpr double kFallSeconds = 4;  // until what falls over lies
 // Steps of 10 ms. 2 s settle what leans and falls over; a heap gets less, for its steps cost more than in proportion to its bodies:
@@ -163,6 +166,48 @@ bool stiffenTooDeep(const std::vector<ChosenRest>& rests, bool cubed, LoadContex
   return changed;
 }
 
+bool withinBounds(const std::vector<ChosenRest>& rests) {
+  return std::all_of(rests.begin(), rests.end(), [](const ChosenRest& rest) { return rest.depth <= kAllowed * rest.bound; });
+}
+
+/// All that says nothing gets this k, and the listing says why.
+void level(const std::vector<PlacedCollision>& placed, double k, LoadContext& context) {
+  std::ostringstream text;
+  text.precision(3);
+  text << "; stiffened to " << k << " N/m³, one for all: with others the scene comes to rest on edges, too deep";
+  for (const PlacedCollision& each : placed) {
+    if (!each.silent) continue;
+    restOf(each) = k;
+    CollisionReport& report = context.scene.collisions[each.silent->report];
+    report.material.rest_stiffness = k;
+    report.material_source = report.material_source.substr(0, report.material_source.find("; stiffened to ")) + text.str();
+  }
+}
+
+/// Raising pair by pair changes how things fall, and may end with one on its edge that no k carries. Then the least k for all with which
+/// the scene, by its own steps, rests as asked; one that rolls on is the second choice. False: there is none, and nothing has changed.
+bool levelWhereNothingElseDoes(const std::vector<PlacedCollision>& placed, LoadContext& context, RestingDepths& rest) {
+  std::vector<double> before;
+  for (const PlacedCollision& each : placed) before.push_back(restOf(each));
+  const std::vector<CollisionReport> reports = context.scene.collisions;
+  double second = 0;
+  for (double k = DefaultMaterial::kStiffness; k <= kStiffest * kMargin; k *= kLadder) {
+    level(placed, k, context);
+    rest = restingDepthsAsRun(context.scene.world, kFallSeconds);
+    if (rest.contacts.empty() || !withinBounds(chosenRests(rest, placed))) continue;
+    if (rest.settled) return true;
+    if (second == 0) second = k;
+  }
+  if (second > 0) {
+    level(placed, second, context);
+    rest = restingDepthsAsRun(context.scene.world, kFallSeconds);
+    return true;
+  }
+  for (std::size_t i = 0; i < placed.size(); ++i) restOf(placed[i]) = before[i];
+  context.scene.collisions = reports;
+  return false;
+}
+
 std::string depthText(const ChosenRest& rest) {
   std::ostringstream text;
   text.precision(3);
@@ -218,6 +263,11 @@ void settleRest(const std::vector<PlacedCollision>& placed, LoadContext& context
   raiseWhile(moving > kFewLinks ? 1 : kRounds, false, [&] { return restingDepths(world, steps); });
   // What leans may fall over by the scene's own steps only, and lies as these lay it.
   if (moving <= kFewLinks) raiseWhile(kRounds, true, [&] { return restingDepthsAsRun(world, kFallSeconds); });
+  RestingDepths rest;
+  const bool deep = std::any_of(chosen.begin(), chosen.end(), [](const ChosenRest& each) { return each.depth > each.bound; });
+  if (deep && moving <= kMostLevelled && levelWhereNothingElseDoes(placed, context, rest)) {
+    chosen = chosenRests(rest, placed), settled = rest.settled;
+  }
   tellDepths(chosen, settled, context);
 }
 
@@ -233,6 +283,8 @@ void chooseStiffness(LoadContext& context) {
     held[{pointer.articulation, pointer.link}] = true;
     chooseTouch(hand, context);
   }
+  double pressed = 0;  // on any body, by the strongest hand
+  for (const HandDef& hand : scene.hands) pressed = std::fmax(pressed, kPressed / hand.force_scale);
   const std::vector<PlacedCollision> placed = placedCollisions(context);
   const auto loads = loadsOf(scene.world, extentsOf(scene.world, placed));
   for (int a = 0; a < static_cast<int>(scene.world.articulations.size()); ++a) {
@@ -240,7 +292,9 @@ void chooseStiffness(LoadContext& context) {
     for (int l = 0; l < static_cast<int>(tree.links.size()); ++l) {
       bool silent = false;
       for (const CollisionDef& collision : tree.links[l].collisions) silent |= std::isnan(collision.material.stiffness);
-      if (silent && !held.count({a, l})) chooseRest(tree.links[l], loads[a][l], a, l, context);
+      LinkLoad load = loads[a][l];
+      if (load.weight > 0) load.weight += pressed;
+      if (silent && !held.count({a, l})) chooseRest(tree.links[l], load, a, l, context);
     }
   }
   if (!mayRest(context)) return;

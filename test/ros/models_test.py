@@ -20,7 +20,7 @@ from haptic_msgs.msg import Contacts, ScenePlan, TickStatistics
 from haptic_msgs.srv import Delete, Grab, Spawn, StateFile
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
-from topic_probe import Probe, load_stack, program, replay, unload_stack, wait_until
+from topic_probe import Probe, load_nodelet, load_stack, program, replay, unload, unload_stack, wait_until
 from visualization_msgs.msg import MarkerArray
 
 SCENE = os.path.join(os.path.dirname(os.path.realpath(__file__)), "actors.urdf")
@@ -44,16 +44,29 @@ class Models(unittest.TestCase):
     def setUpClass(cls):
         rospy.init_node("models_test")
         cls.folder = tempfile.mkdtemp()
-        cls.bag = os.path.join(cls.folder, "session.bag")
-        recorder = subprocess.Popen(["rosbag", "record", "-O", cls.bag, "-e", ".*recorded/.*"])
-        cls.addClassCleanup(lambda: recorder.poll() is None and recorder.send_signal(signal.SIGINT))
+        cls.bag, cls.second = (os.path.join(cls.folder, name) for name in ("session.bag", "second.bag"))
+        recorder = cls.record(cls.bag)
         stack = load_stack(bridge={"record": True}, scene=SCENE)
         cls.use_everything()
+        unload(stack.pop())
+        cls.close(recorder, cls.bag)
+        recorder = cls.record(cls.second)
+        cls.join_again(stack)
         unload_stack(stack)
+        cls.close(recorder, cls.second)
+
+    @classmethod
+    def record(cls, bag):
+        recorder = subprocess.Popen(["rosbag", "record", "-O", bag, "-e", ".*recorded/.*"])
+        cls.addClassCleanup(lambda: recorder.poll() is None and recorder.send_signal(signal.SIGINT))
+        return recorder
+
+    @staticmethod
+    def close(recorder, bag):
         time.sleep(1)  # what was published last is on its way
         recorder.send_signal(signal.SIGINT)
         recorder.wait(20)
-        wait_until("the bag is closed", lambda: os.path.exists(cls.bag), 20)
+        wait_until("the bag is closed", lambda: os.path.exists(bag), 20)
 
     @classmethod
     def tearDownClass(cls):
@@ -129,6 +142,13 @@ class Models(unittest.TestCase):
         cls.missed = statistics.wait(1, 10).missed_ticks
         time.sleep(0.5)
 
+    @classmethod
+    def join_again(cls, stack):
+        """A bridge that finds other bodies than the scene's: its recording begins with them."""
+        statistics = Probe("/tick_statistics", TickStatistics)
+        stack.append(load_nodelet("haptic_bridge/BridgeNodelet", "/bridge", "/haptics", rate=1000, record=True))
+        statistics.wait(3, 20)
+
     def refused(self, name, *words):
         self.assertFalse(self.a[name].success, name)
         self.assertNotIn("\n", self.a[name].message)
@@ -166,10 +186,16 @@ class Models(unittest.TestCase):
     def test_replay(self):
         with rosbag.Bag(self.bag) as bag:
             changes = [m.tick for _, m, _ in bag.read_messages("/recorded/events") if m.kind == 19]
+            starts = [m for _, m, _ in bag.read_messages("/recorded/session")]
+        with rosbag.Bag(self.second) as bag:
+            starts += [m for _, m, _ in bag.read_messages("/recorded/session")]
+        self.assertEqual([len(start.bodies) > 0 for start in starts], [False, True])
+        self.assertEqual(set(starts[1].links) ^ set(starts[0].links), {"box", "one/body", "two/body", "arm_a/base", "arm_a/lever"})
         self.assertEqual(len(changes), 6)
-        figures = replay(self.bag)
-        self.assertGreater(figures["replay.steps"], 1000)
-        self.assertEqual(figures["replay.mismatches"], 0)
+        for bag, least in ((self.bag, 1000), (self.second, 100)):
+            figures = replay(bag)
+            self.assertGreater(figures["replay.steps"], least)
+            self.assertEqual(figures["replay.mismatches"], 0)
 
     def test_table_has_all_bodies(self):
         subprocess.run([program("penalty_sim", "session_table"), self.bag, self.folder, "--view"], check=True)

@@ -7,6 +7,7 @@
 #include "haptic_core/base/error.h"
 #include "scene/check_report.h"
 #include "scene/joint_reading.h"
+#include "scene/step_cost.h"
 #include "temporary_files.h"
 
 namespace haptic {
@@ -80,6 +81,25 @@ TEST(CheckReport, LongSectionsSayHowMuchIsLeftOutAndJsonHasAll) {
   const std::string json = checkJson(report);
   EXPECT_EQ(json.find("{\"verdict\": \"PASS: \\\"x\\\" \\\\ y\", \"replaced\": [], \"warnings\": [\"line 0\", \"line 1\""), 0u) << json;
   EXPECT_NE(json.find("\"line 29\"]"), std::string::npos);
+}
+
+/// Each pair counts half for each of its two collisions, and nothing else counts.
+TEST(CheckReport, CostIsTheCollisionsThatHaveIt) {
+  const std::string scene = "<link name=\"world\"/>" + boxLink("floor", 1, 1) + boxLink("a") + boxLink("b") + boxLink("far") +
+                            joint("f", "fixed", "world", "floor", "", "0 0 -0.5") + joint("g", "floating", "world", "a", "", "0 0 0.0499") +
+                            joint("h", "floating", "world", "b", "", "0.3 0 0.0499") + joint("k", "floating", "world", "far", "", "0 0 5");
+  const StepCost cost = stepCost(load(scene).world, 0.1);
+  EXPECT_GT(cost.seconds, 0);
+  ASSERT_EQ(cost.of.size(), 3u);
+  EXPECT_EQ(cost.of[0].name, "floor/collision0");
+  EXPECT_EQ(cost.of[0].pairs, 2);
+  EXPECT_NEAR(cost.of[0].seconds, cost.of[1].seconds + cost.of[2].seconds, 1e-12);
+  const std::vector<std::string> lines = costLines(cost);
+  ASSERT_EQ(lines.size(), 4u);
+  EXPECT_NE(lines[1].find("'floor/collision0': "), std::string::npos) << lines[1];
+  EXPECT_NE(lines[1].find(" in 2 pairs"), std::string::npos) << lines[1];
+  EXPECT_NE(costLines(stepCost(load("<link name=\"world\"/>" + boxLink("a") + joint("g", "floating", "world", "a")).world, 0.1))[0]
+                .find("no collisions near each other"), std::string::npos);
 }
 
 }  // namespace check_report_test

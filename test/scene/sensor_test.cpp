@@ -117,5 +117,48 @@ TEST(Sensors, AreReadStrictly) {
   EXPECT_NE(refusal(floating, kNoPointer).find("carries nothing"), std::string::npos);
 }
 
+/// What robots for Gazebo have becomes ours, each as its own tag would; the rest is named and refuses nothing.
+TEST(Sensors, ThoseOfGazeboAreRead) {
+  const std::string gazebo = R"(
+<gazebo reference="tool"><sensor type="imu" name="body-imu"><update_rate>200</update_rate><pose>0 0 0.1 0 0 0.5</pose>
+ <imu><angular_velocity><x><noise type="gaussian"><mean>0</mean><stddev>2e-4</stddev></noise></x></angular_velocity></imu></sensor></gazebo>
+<gazebo reference="tip"><sensor name="touch" type="contact"><contact><collision>tip_collision</collision></contact></sensor></gazebo>
+<gazebo reference="wrist"><sensor name="ft" type="force_torque"><update_rate>0</update_rate>
+ <force_torque><frame>child</frame><measure_direction>parent_to_child</measure_direction></force_torque></sensor></gazebo>
+<gazebo reference="end"><sensor name="ft" type="force_torque"/></gazebo>
+<gazebo reference="arm"><sensor name="eye" type="camera"/><sensor name="odd" type="imu"><pose>1 2</pose></sensor></gazebo>
+<gazebo reference="nowhere"><sensor name="lost" type="imu"/></gazebo>
+<gazebo><plugin name="control" filename="x.so"/></gazebo>
+)";
+  const std::string tags = "<haptic:sensor name=\"a\" type=\"imu\" link=\"tool\" rate=\"200\" xyz=\"0 0 0.1\" rpy=\"0 0 0.5\" "
+                           "noise_angular_rate=\"2e-4\"/><haptic:sensor name=\"b\" type=\"contact\" link=\"tip\"/>" +
+                           wrench("c", "wrist") + wrench("d", "end");
+  const SceneDef theirs = loadText(armWith(gazebo), kNoPointer), ours = loadText(armWith(tags), kNoPointer);
+  ASSERT_EQ(theirs.world.sensors.size(), 4u);
+  const char* names[] = {"body_imu", "touch", "ft", "end_ft"};
+  for (int i = 0; i < 4; ++i) {
+    const SensorDef &a = theirs.world.sensors[i], &b = ours.world.sensors[i];
+    EXPECT_EQ(a.name, names[i]);
+    EXPECT_EQ(a.kind, b.kind);
+    EXPECT_EQ(a.articulation, b.articulation);
+    EXPECT_EQ(a.link, b.link);
+    EXPECT_EQ(a.X_LS.p, b.X_LS.p);
+    EXPECT_EQ(a.X_LS.R, b.X_LS.R);
+    EXPECT_EQ(a.on_part, b.on_part);
+    EXPECT_EQ(a.rate, b.rate);
+    EXPECT_EQ(a.noise_rate, b.noise_rate);
+  }
+  std::string notes, warnings;
+  for (const std::string& note : theirs.notes) notes += note + "\n";
+  for (const std::string& warning : theirs.warnings) warnings += warning + "\n";
+  EXPECT_NE(notes.find("ignored: Gazebo's sensors 'eye' of line"), std::string::npos) << notes;
+  for (const char* part : {"(type camera)", "'odd'", "(its pose is no six numbers)", "'lost'", "(no link 'nowhere')"}) {
+    EXPECT_NE(notes.find(part), std::string::npos) << part;
+  }
+  EXPECT_NE(warnings.find("the wrench of 'end_ft' is that on the child"), std::string::npos) << warnings;
+  EXPECT_EQ(warnings.find("'ft'"), std::string::npos) << "this one says parent_to_child";
+  World(theirs.world).step();
+}
+
 }  // namespace sensor_test
 }  // namespace haptic

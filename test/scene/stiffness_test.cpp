@@ -141,6 +141,28 @@ TEST(Stiffness, WhatLiesBelowCarriesWhatLiesAbove) {
   }
 }
 
+// A cube of 10 mm and 10 g that a hand presses on with 2 N, twenty times its weight: 1 % of its size, as under its own.
+TEST(Stiffness, WhatAHandPressesOnRestsAsDeepAsAsked) {
+  const std::string text = robot("<link name=\"world\"/>" + boxLink("floor", 1, 2) + boxLink("small", 0.01, 0.01) +
+                                 onWorld("floor", "fixed", "0 0 -1") + onWorld("small", "floating", "0 0 0.005"));
+  for (const bool hand : {true, false}) {
+    const SceneDef scene = load(text, hand);
+    World world(scene.world);
+    for (const PointerDef& pointer : scene.world.pointers) {
+      ASSERT_NE(scene.world.articulations[pointer.articulation].name, "small");
+    }
+    world.applyWrench(world.linkIndex("small"), {{Vector3::Zero(), Vector3(0, 0, -2)}, Vector3::Zero(), false}, 10);
+    for (int i = 0; i < 9000; ++i) world.step();
+    const double depth = 0.005 - world.linkPose(world.linkIndex("small")).p.z();
+    if (hand) {
+      EXPECT_LE(depth, 1e-4);
+      EXPECT_GT(depth, 0.7e-4) << "no stiffer than asked, the ball above it counted as if it stood there";
+    } else {
+      EXPECT_GT(depth, 1e-3) << "where nobody presses it need not bear that";
+    }
+  }
+}
+
 // A can on a plate of 0.1 mm: 1 % of the plate, not of the can.
 TEST(Stiffness, AThinPlateCarriesACan) {
   const std::string plate = "<link name=\"plate\"><collision><geometry><box size=\"0.3 0.3 0.0001\"/></geometry></collision></link>\n";

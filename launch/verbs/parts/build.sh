@@ -55,6 +55,11 @@ use_build() {
   . "$BUILD/devel/setup.sh"
   set -u
   export ROS_IP=127.0.0.1 ROS_HOME="$BUILD/ros"
+  # roslaunch and its nodes end in a traceback each where they cannot log. Only writing tells, as for recordings.
+  log_folder=${ROS_LOG_DIR:-$ROS_HOME/log}
+  { mkdir -p "$log_folder" && : >"$log_folder/.$$"; } 2>/dev/null ||
+    fail "ROS_LOG_DIR '$log_folder' cannot be written: unset it, or give a folder that is writable"
+  rm -f "$log_folder/.$$"
 }
 
 # Which of the core's two libraries the loader takes here; nothing while neither is built.

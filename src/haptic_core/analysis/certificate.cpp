@@ -85,9 +85,11 @@ class Linearisation {
     const ContactPlaces places{work_.data(), X_WS_.data(), held_by_.data()};
     ContactEvaluation contact;
     for (int i = 0; i < state_.pair_count; ++i) {
-      if (evaluateContact(model_, seams_, i, pairs_[i], places, FrictionMemory{}, Advance{}, workspace_, contact)) {
-        visit(pairs_[i], contact);
-      }
+      if (!locateContact(model_, seams_, i, pairs_[i], places, workspace_, contact)) continue;
+      contact.V_AB_P = Twist{};  // belts stand as well: what they rub at is no matter of where bodies are
+      contact.belt.setZero();
+      contact.force = locatedForce(contact.volume, contact.X_AB, workspace_, contact.V_AB_P, FrictionMemory{}, contact.law, Advance{});
+      visit(pairs_[i], contact);
     }
   }
 

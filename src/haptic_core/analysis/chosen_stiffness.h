@@ -5,7 +5,8 @@
 /// centre of mass lies over it), L its least extent, it rests no deeper than that share of its size. Water-like cubes of any
 /// size need 1e6 N/m³, the default, below which nothing is chosen. A link of a tree that floats carries the tree's weight. What stands
 /// on a body, off its centre or on an edge, and what is thinner than the body that stands on it, a whole scene tells: its loader adds
-/// the weights above, and corrects k by the depths at which the scene comes to rest (resting_depths.h).
+/// the weights above, the 2 N of a hand where the scene has one, and corrects k by the depths at which the scene comes to rest
+/// (resting_depths.h).
 /// Touching. What a hand touches with its pointer is as stiff as it can bear: the k that a relaxed hand bears when it presses
 /// with 2 N on any side of the pointer, at the loop's rate over a wire as slow as the slowest shipped device's. What is softer
 /// lets the pointer sink in by millimetres for nothing; what is stiffer the loop would weaken (world/hand_bound.h).

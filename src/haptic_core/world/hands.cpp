@@ -4,6 +4,7 @@
 #include <string>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/world/put.h"
 #include "haptic_core/world/report.h"
 
 namespace haptic {
@@ -128,14 +129,8 @@ void moveLed(const Model& model, int link, const HeldGoal& goal, double share, T
   const Vector3 turn = share * vectorFromRotation(goal.q_WL * from.conjugate());
   const Quaternion to = (rotationFromVector(turn) * from).normalized();
   const Vector3 p_WL = p_before + share * (goal.p_WL - p_before);
-  const Vector3 p_LC = tree.model->link(0).p_LO;
   moved = {turn, p_WL - p_before};
-  const Vector3 p_WC = p_WL + to * p_LC;
-  const Vector3 v_WC = goal.V_WL.linear + goal.V_WL.angular.cross(to * p_LC);
-  const double pose[7] = {p_WC.x(), p_WC.y(), p_WC.z(), to.w(), to.x(), to.y(), to.z()};
-  std::copy_n(pose, 7, q);
-  std::copy_n(goal.V_WL.angular.data(), 3, v);
-  std::copy_n(v_WC.data(), 3, v + 3);
+  putFree(tree.model->link(0).p_LO, p_WL, to, goal.V_WL, q, v);
   state.last_step[model.links[link].articulation] = 0;  // once let go it begins anew
   placeTree(tree, state, placement);
 }

@@ -74,31 +74,27 @@ void setSpeeds(ModelMotion& motion) {
   }
 }
 
-void checkPath(const MotionDef& def) {
-  const bool rising = std::is_sorted(def.time.begin(), def.time.end(), std::less_equal<double>());
-  if (!rising || def.time.size() != def.pose.size()) {
-    throw SetupError(def.name, "its times do not rise, or a row lacks a pose", "give one row per time, in order");
-  }
-  for (std::size_t i = 0; i < def.pose.size(); ++i) {
-    if (std::isfinite(def.time[i]) && def.pose[i].p.allFinite() && def.pose[i].R.allFinite()) continue;
-    throw SetupError(def.name, "row " + std::to_string(i + 1) + " has a number that is not finite", "write seconds, metres and radians");
-  }
-  for (std::size_t i = 1; i < def.pose.size(); ++i) {
-    if (turnBetween(Quaternion(def.pose[i - 1].R), Quaternion(def.pose[i].R)).norm() <= kMostTurnBetween) continue;
-    throw SetupError(def.name, "turns by more than 3 rad from row " + std::to_string(i) + " to row " + std::to_string(i + 1),
-                     "give rows between: the way round must be clear");
-  }
-  if (!def.repeat) return;
-  const auto closes = [&def] {
-    const Pose &first = def.pose.front(), &last = def.pose.back();
-    return (first.p - last.p).norm() <= kCloses && turnBetween(Quaternion(first.R), Quaternion(last.R)).norm() <= kCloses;
-  };
-  if (def.pose.size() < 3 || !closes()) {
-    throw SetupError(def.name, "shall repeat, but its last row is not its first, or it has less than three", "close the path");
-  }
-}
-
 }  // namespace
+
+PathFault faultOf(const MotionDef& def) {
+  const auto rows = static_cast<int>(def.pose.size());
+  if (def.time.size() != def.pose.size()) return {0, "times and poses are not equally many", "give one row per time"};
+  for (int i = 0; i < rows; ++i) {
+    if (!std::isfinite(def.time[i]) || !def.pose[i].p.allFinite() || !def.pose[i].R.allFinite()) {
+      return {i, "has a number that is not finite", "write seconds, metres and radians"};
+    }
+    if (i == 0) continue;
+    if (!(def.time[i] > def.time[i - 1])) return {i, "does not come after the row before", "give one row per time, in order"};
+    if (turnBetween(Quaternion(def.pose[i - 1].R), Quaternion(def.pose[i].R)).norm() <= kMostTurnBetween) continue;
+    return {i, "turns by more than 3 rad since the row before", "give rows between: the way round must be clear"};
+  }
+  if (!def.repeat || rows == 0) return {};
+  const Pose &first = def.pose.front(), &last = def.pose.back();
+  const bool closes = (first.p - last.p).norm() <= kCloses && turnBetween(Quaternion(first.R), Quaternion(last.R)).norm() <= kCloses;
+  if (rows >= 3 && closes) return {};
+  return {rows - 1, "shall repeat, but the last row is not the first one, or there are less than three",
+          "close the path, or take repeat out"};
+}
 
 std::vector<ModelMotion> compileMotions(const WorldDef& def, const Model& model) {
   std::vector<ModelMotion> motions;
@@ -121,7 +117,8 @@ std::vector<ModelMotion> compileMotions(const WorldDef& def, const Model& model)
     if (std::any_of(motions.begin(), motions.end(), same)) {
       throw SetupError(told.name, "moves link " + link.name + ", which has a motion already", "give one motion to a link");
     }
-    checkPath(told);
+    const PathFault fault = faultOf(told);
+    if (fault.row >= 0) throw SetupError(told.name + ", row " + std::to_string(fault.row + 1), fault.what, fault.remedy);
     motion.time = told.time;
     for (const Pose& X_WL : told.pose) motion.points.push_back({X_WL.p, Quaternion(X_WL.R), {}});
     if (motion.repeat) motion.points.back() = motion.points.front();

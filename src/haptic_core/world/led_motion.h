@@ -36,6 +36,15 @@ struct ModelMotion {
   bool repeat = false;                       ///< after the last point it begins anew
 };
 
+/// What keeps the rows of a motion from being a path.
+struct PathFault {
+  int row = -1;                              ///< which, from 0; −1: nothing is wrong
+  std::string what, remedy;                  ///< for a message
+};
+/// Of `def`: times that do not rise, a row without a pose, a number that is not finite, a turn of half a circle between two rows, a path
+/// that repeats and does not close.
+PathFault faultOf(const MotionDef& def);
+
 /// Compiled from the definition; the model's trees are there already. Throws SetupError: no such link, a link on joints, a link that
 /// two motions or a hand lead, times that do not rise, a turn of half a circle between two rows, a path that repeats and does not close.
 std::vector<ModelMotion> compileMotions(const WorldDef& def, const Model& model);

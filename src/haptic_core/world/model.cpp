@@ -152,8 +152,11 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
       if (!V.angular.allFinite() || !V.linear.allFinite()) {
         throw SetupError(where, "its surface velocity is not finite", "write m/s and rad/s");
       }
-      const double reach = !collision.shape->bounded() ? 1 : (collision.X_LS * collision.shape->centre()).norm() +
-                                                                 collision.shape->boundingRadius();
+      const bool turns = !V.angular.isZero(0);
+      if (turns && !collision.shape->bounded()) {
+        throw SetupError(where, "its surface turns and has no end, so it is as fast as you like somewhere", "let a cylinder turn");
+      }
+      const double reach = turns ? (collision.X_LS * collision.shape->centre()).norm() + collision.shape->boundingRadius() : 0;
       has_belts = true;
       belt_speed = std::max(belt_speed, V.linear.norm() + reach * V.angular.norm());
     }

@@ -56,6 +56,14 @@ void settleAnew(const Model& model, int tree, State& state, Work& work) {
 
 }  // namespace
 
+void putFree(const Vector3& p_LO, const Vector3& p_WL, const Quaternion& q_WL, const Twist& V_WL, double* q, double* v) noexcept {
+  const Vector3 p_LO_W = q_WL * p_LO, p_WO = p_WL + p_LO_W, v_WO = V_WL.linear + V_WL.angular.cross(p_LO_W);
+  const double pose[7] = {p_WO.x(), p_WO.y(), p_WO.z(), q_WL.w(), q_WL.x(), q_WL.y(), q_WL.z()};
+  std::copy_n(pose, 7, q);
+  std::copy_n(V_WL.angular.data(), 3, v);
+  std::copy_n(v_WO.data(), 3, v + 3);
+}
+
 void applyWrench(const Model& model, int link, const LinkWrench& wrench, double seconds, State& state, Work& work) {
   constexpr char kWhat[] = "wrench";
   requireLink(model, kWhat, link);
@@ -99,13 +107,7 @@ void putBody(const Model& model, int link, const Pose& X_WL, const Twist& V_WL, 
   if (!(X_WL.p.norm() <= kMostGiven && X_WL.R.allFinite() && V_WL.angular.norm() <= kMostGiven && V_WL.linear.norm() <= kMostGiven)) {
     throw SetupError(kWhat, "has a number beyond 1e9, or one that is not finite", "write metres, a unit quaternion, m/s and rad/s");
   }
-  const Vector3 p_LO_W = X_WL.R * body.p_LO, p_WO = X_WL.p + p_LO_W, v_WO = V_WL.shifted(p_LO_W).linear;
-  const Quaternion turn = Quaternion(X_WL.R).normalized();
-  const double pose[7] = {p_WO.x(), p_WO.y(), p_WO.z(), turn.w(), turn.x(), turn.y(), turn.z()};
-  std::copy_n(pose, 7, state.q.data() + tree.q + body.q);
-  double* v = state.v.data() + tree.v + body.v;
-  std::copy_n(V_WL.angular.data(), 3, v);
-  std::copy_n(v_WO.data(), 3, v + 3);
+  putFree(body.p_LO, X_WL.p, Quaternion(X_WL.R).normalized(), V_WL, state.q.data() + tree.q + body.q, state.v.data() + tree.v + body.v);
   settleAnew(model, t, state, work);
 }
 

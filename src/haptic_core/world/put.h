@@ -9,6 +9,9 @@
 
 namespace haptic {
 
+/// (in realtime) Position and velocity of a free body, its 7 and 6 numbers of q and v (dynamics/articulation.h), of its link frame's pose
+/// and twist at that frame's origin, in W. `p_LO`: of its link model.
+void putFree(const Vector3& p_LO, const Vector3& p_WL, const Quaternion& q_WL, const Twist& V_WL, double* q, double* v) noexcept;
 /// See World::applyWrench.
 void applyWrench(const Model& model, int link, const LinkWrench& wrench, double seconds, State& state, Work& work);
 /// See World::setBodyPose.

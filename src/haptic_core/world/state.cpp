@@ -6,9 +6,6 @@
 namespace haptic {
 namespace {
 
-/// In front of the packed numbers: what another layout would have otherwise.
-constexpr std::size_t kHead = 5;
-
 std::size_t pairNumbers() { return countFields(ActivePair{}); }
 std::size_t wrenchNumbers() { return countFields(AppliedWrench{}); }
 
@@ -41,7 +38,7 @@ void State::pack(std::vector<double>& out) const {
   for (int i = 0; i < wrench_count; ++i) appendFields(wrenches[i], out);
 }
 
-void State::unpack(const std::vector<double>& in) {
+State::Layout State::layoutOf(const std::vector<double>& in) const {
   const bool same = in.size() >= kHead && in[0] == double(q.size()) && in[1] == double(v.size()) &&
                     in[2] == double(commands.size()) && in[3] == double(pointers.size()) && in[4] >= 0 &&
                     in[4] <= double(pairs.size());
@@ -50,14 +47,19 @@ void State::unpack(const std::vector<double>& in) {
   if (!same || in.size() != all + acting * wrenchNumbers() || acting > wrenches.size()) {
     throw SetupError("saved state", "is of another scene or version", "restore it into the scene it was saved from");
   }
+  return {static_cast<int>(count), static_cast<int>(acting)};
+}
+
+void State::unpack(const std::vector<double>& in) {
+  const Layout layout = layoutOf(in);
   const double* next = in.data() + kHead;
   readFields(*this, next);
-  pair_count = static_cast<int>(count);
+  pair_count = layout.pairs;
   for (int i = 0; i < pair_count; ++i) {
     pairs[i] = ActivePair{};
     readFields(pairs[i], next);
   }
-  wrench_count = static_cast<int>(acting);
+  wrench_count = layout.wrenches;
   for (int i = 0; i < wrench_count; ++i) readFields(wrenches[i], next);
 }
 

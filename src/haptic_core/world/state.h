@@ -203,7 +203,15 @@ struct State {
   /// The same into `out`; (in realtime) allocates nothing where it has room for `packedCapacity()` numbers.
   void pack(std::vector<double>& out) const;
   std::size_t packedCapacity() const;  ///< with as many pairs and wrenches as there is storage for
+  /// Numbers in front of a packed state: what another layout would have otherwise.
+  static constexpr std::size_t kHead = 5;
+  /// What a packed state holds beside the fields.
+  struct Layout {
+    int pairs = 0, wrenches = 0;  ///< so many
+  };
   /// Throws SetupError when `packed` was made by a world of another layout.
+  Layout layoutOf(const std::vector<double>& packed) const;
+  /// Likewise, and takes it over. Its indices are not judged: saved_state.h.
   void unpack(const std::vector<double>& packed);
 };
 

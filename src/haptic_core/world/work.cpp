@@ -4,6 +4,7 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/initial_overlap.h"
+#include "haptic_core/world/put.h"
 #include "haptic_core/world/runaway.h"
 
 namespace haptic {
@@ -40,11 +41,7 @@ void startMotions(const Model& model, State& state) {
     const Quaternion q_WL(q[3], q[4], q[5], q[6]);
     state.motions[m] = standingAt(Pose(q_WL, Vector3(q[0], q[1], q[2]) - q_WL * p_LC));
     const MotionPoint start = motionAt(motion, state.motions[m], 0);
-    const Vector3 p_WC = start.p_WL + start.q_WL * p_LC, v_WC = start.V_WL.shifted(start.q_WL * p_LC).linear;
-    const double pose[7] = {p_WC.x(), p_WC.y(), p_WC.z(), start.q_WL.w(), start.q_WL.x(), start.q_WL.y(), start.q_WL.z()};
-    std::copy_n(pose, 7, q);
-    std::copy_n(start.V_WL.angular.data(), 3, v);
-    std::copy_n(v_WC.data(), 3, v + 3);
+    putFree(p_LC, start.p_WL, start.q_WL, start.V_WL, q, v);
   }
 }
 

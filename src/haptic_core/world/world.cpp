@@ -8,6 +8,7 @@
 #include "haptic_core/world/carry_over.h"
 #include "haptic_core/world/put.h"
 #include "haptic_core/world/runaway.h"
+#include "haptic_core/world/saved_state.h"
 #include "haptic_core/world/sensors.h"
 #include "haptic_core/world/step.h"
 #include "haptic_core/world/step_history.h"
@@ -256,6 +257,7 @@ std::vector<double> World::save() const { return impl_->state.pack(); }
 
 void World::restore(const std::vector<double>& packed) {
   Impl& world = *impl_;
+  refuseDamaged(world.model, world.state, packed);
   world.state.unpack(packed);
   world.report.step = StepReport{};
   world.report.step.step = world.state.step;

@@ -131,7 +131,7 @@ class World {
 
   std::uint64_t hash() const;                         ///< of the complete state
   std::vector<double> save() const;                   ///< complete state, contact memory included
-  void restore(const std::vector<double>& state);     ///< throws SetupError when it is of another world
+  void restore(const std::vector<double>& state);     ///< throws SetupError when it is of another world, or damaged
   std::string planText() const;                       ///< what was left out, and why
 
  private:

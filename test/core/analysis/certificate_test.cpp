@@ -52,6 +52,18 @@ TEST(Certificate, AFloorOfTwoTilesIsOneFloor) {
 }
 
 /// A spring at one point: k times a sixth of the cube's surface, whatever touches.
+/// A belt that runs below a cube rubs at it and changes nothing of what holds it up.
+TEST(Certificate, ABeltIsAFloor) {
+  WorldDef def = scenes::cubeOnFloor({}, {});
+  const Certificate still = certify(def, 0.2);
+  def.articulations[0].links[0].collisions[0].belt.V_L.linear = Vector3(0.05, 0, 0);
+  const Certificate runs = certify(def, 0.2);
+  ASSERT_EQ(runs.islands.size(), 1u);
+  EXPECT_EQ(runs.verdict, Verdict::kPass);
+  EXPECT_EQ(runs.islands[0].growth, 0);
+  EXPECT_NEAR(runs.islands[0].limit, still.islands[0].limit, 1e-3 * still.islands[0].limit);  // it has gone a way meanwhile
+}
+
 TEST(Certificate, APointContactHasThePointsStiffness) {
   CubeParameters c;
   WorldDef def = scenes::cubeOnFloor(c, explicitSettings(0.25e-3));

@@ -5,6 +5,7 @@
 
 #include "../../scenes/actors.h"
 #include "haptic_core/base/error.h"
+#include "haptic_core/geometry/shapes/half_space.h"
 
 namespace haptic {
 namespace led_motion_test {
@@ -257,10 +258,10 @@ TEST(LedMotion, BadOnesAreRefusedInOneLine) {
   EXPECT_EQ(problem(def), "");
   WorldDef bad = def;
   bad.motions[0].time[3] = bad.motions[0].time[2];
-  EXPECT_NE(problem(bad).find("do not rise"), std::string::npos);
+  EXPECT_NE(problem(bad).find("row 4: does not come after the row before"), std::string::npos);
   bad = def;
   bad.motions[0].pose[3].R = rotationAbout(Vector3::UnitX(), 3.1) * bad.motions[0].pose[2].R;
-  EXPECT_NE(problem(bad).find("more than 3 rad from row 3 to row 4"), std::string::npos);
+  EXPECT_NE(problem(bad).find("row 4: turns by more than 3 rad"), std::string::npos);
   bad = def;
   bad.motions[0].repeat = true;
   bad.motions[0].pose.back().p.x() += 0.01;
@@ -276,6 +277,17 @@ TEST(LedMotion, BadOnesAreRefusedInOneLine) {
   pointer.articulation = pointer.link = 0;
   bad.pointers.push_back(pointer);
   EXPECT_NE(problem(bad).find("led along carrier"), std::string::npos);
+}
+
+/// Of a surface that turns and has no end no speed bounds what it throws off.
+TEST(Belt, OneWithoutEndRunsAndDoesNotTurn) {
+  WorldDef def = cubeOnFloor({}, {});
+  CollisionDef& floor = def.articulations[0].links[0].collisions[0];
+  floor.shape = std::make_shared<HalfSpace>();
+  floor.belt.V_L.linear = Vector3(0.1, 0, 0);
+  EXPECT_NO_THROW(World{def});
+  floor.belt.V_L.angular = Vector3(0, 0, 1);
+  EXPECT_THROW(World{def}, SetupError);
 }
 
 /// A pointer presses on a platform that moves: it goes with it, in the hand's bounds, and nothing runs away.

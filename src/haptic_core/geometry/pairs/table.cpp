@@ -8,6 +8,7 @@
 #include "haptic_core/geometry/pairs/rod_rod_contact.h"
 #include "haptic_core/geometry/pairs/shape_distance.h"
 #include "haptic_core/geometry/pairs/stand_in.h"
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
 
 namespace haptic {
 namespace {
@@ -132,6 +133,11 @@ void ContactWorkspace::reserve(const std::vector<const ConvexShape*>& shapes) {
       if (partner) reserve(*shape, *partner);
     }
   }
+}
+
+int cachedVertices(const ConvexShape& shape) {
+  const ConvexPolyhedron* solid = shape.polyhedron() ? shape.polyhedron() : shape.tessellation();
+  return solid ? static_cast<int>(solid->vertices().size()) : 1;
 }
 
 }  // namespace haptic

@@ -34,6 +34,9 @@ struct PairEntry {
   RoomFunction room;          ///< likewise
 };
 
+/// Vertices of a shape that a PairCache may name: its own, or those of its stand-in; 1: it has none, and is named by 0.
+int cachedVertices(const ConvexShape& shape);
+
 /// Of two kinds, `first` not after `second`.
 const PairEntry& pairEntry(ShapeKind first, ShapeKind second) noexcept;
 
