@@ -3,8 +3,10 @@
 import os
 import subprocess
 import tempfile
+import threading
 import time
 import unittest
+import xmlrpc.server
 
 from run_verb import Call, descendants
 
@@ -20,8 +22,8 @@ def scene(link, joints=FREE):
 
 
 class BadInput(unittest.TestCase):
-    def refuse(self, *arguments, says):
-        call = Call(*arguments)
+    def refuse(self, *arguments, says, **environment):
+        call = Call(*arguments, **environment)
         self.assertEqual(call.left, [], f"left running by {arguments}")
         self.assertNotEqual(call.code, 0, arguments)
         self.assertLess(call.seconds, LIMIT_S, arguments)
@@ -64,6 +66,23 @@ class BadInput(unittest.TestCase):
                 with open(path, "w", encoding="utf-8") as out:
                     out.write(text)
                 self.refuse("demo", "--scene", path, "--seconds", "3", says=[name + ".urdf"] + words)
+
+    def test_parameter_servers(self):
+        self.refuse("demo", "--scene", "param:/robot_description", says=["param:/robot_description", "no parameter server answers at"],
+                    ROS_MASTER_URI="http://127.0.0.1:1")
+        with xmlrpc.server.SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as server:
+            known = {"/number": 3, "/bad": "<robot name='bad'><link"}
+            server.register_function(lambda _, name: (1, "", known[name]) if name in known else (-1, f"Parameter [{name}] is not set", 0),
+                                     "getParam")
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            master = f"http://127.0.0.1:{server.server_address[1]}"
+            self.refuse("demo", "--scene", "param:/nothing", says=["/nothing", "is not set"], ROS_MASTER_URI=master)
+            self.refuse("demo", "--scene", "param:/number", says=["/number", "no text"], ROS_MASTER_URI=master)
+            self.refuse("demo", "--scene", "param:/bad", "--seconds", "3", says=["bad.urdf"], ROS_MASTER_URI=master)
+            server.shutdown()
+
+    def test_a_folder_for_logs_that_cannot_be_written(self):
+        self.refuse("demo", "--seconds", "3", says=["ROS_LOG_DIR", "/proc/nowhere"], ROS_LOG_DIR="/proc/nowhere")
 
     def test_check(self):
         self.refuse("check", "touch_cube", "--rate", "fast", says=["--rate", "fast"])

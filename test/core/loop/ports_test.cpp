@@ -296,6 +296,7 @@ TEST(Ports, BodiesComeAndGoWithTheRoomOfThePort) {
     w.port.resize(8, numbers);
   };
   w.port.noteTick(1);
+  EXPECT_TRUE(w.offer.send(w.port, WorldPort::StreamSensors{true}));
   exchange(more, {0, 1, -1});
   ASSERT_EQ(w.world.linkCount(), 3);
   EXPECT_EQ(w.port.bodiesChanged(), 1);
@@ -306,6 +307,10 @@ TEST(Ports, BodiesComeAndGoWithTheRoomOfThePort) {
   EXPECT_EQ(copy_before.stamp_ns, 0);
   WorldSnapshot now = w.port.first_snapshot;
   WorldCopy copy = w.port.first_copy;
+  SensorSample sample;
+  w.world.step();
+  w.port.noteTick(1);
+  EXPECT_FALSE(w.port.samples.pop(sample)) << "whoever listens asks anew, by the new indices";
   EXPECT_TRUE(w.offer.send(w.port, WorldPort::StreamSensors{true}));
   w.world.step();
   w.port.noteTick(2);
@@ -315,7 +320,6 @@ TEST(Ports, BodiesComeAndGoWithTheRoomOfThePort) {
   ASSERT_EQ(now.pose.size(), 3u);
   EXPECT_EQ(now.pose[2].p, w.world.linkPose(2).p);
   EXPECT_EQ(copy.state, w.world.save());
-  SensorSample sample;
   EXPECT_TRUE(w.port.samples.pop(sample)) << "the sensor that came";
   EXPECT_TRUE(w.tell({GrabLink{0, 2}}));
   w.world.step();
