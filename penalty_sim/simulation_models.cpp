@@ -115,6 +115,7 @@ void SimulationNodelet::exchange(Simulation& running, const ChangedScene& change
   bool done = false;
   std::string refusal = offer_.holder() + " did not answer: nothing was done";
   try {
+    for (const bool steps : {false, true}) offer_.send(running.port, WorldPort::Rehearse{bodies.next.get(), steps});  // a tick each
     done = offer_.send(running.port, WorldPort::Exchange{&command, &room});
   } catch (const SetupError& error) {
     refusal = error.what();

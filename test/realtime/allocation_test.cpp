@@ -202,6 +202,10 @@ TEST_P(SceneAllocation, BodiesComeAndGoWithoutAllocation) {
     const LoopCommand command{change};
     allocations = 0;
     counting = true;
+    for (const bool steps : {false, true}) {
+      port.commands.send(WorldPort::Rehearse{change.next.get(), steps}, std::chrono::milliseconds(0), [&] { port.serve(); });
+      stack.tick();
+    }
     const bool done = port.commands.send(WorldPort::Exchange{&command, &room}, std::chrono::milliseconds(0), [&] {
       port.serve([&](const LoopCommand& told) { stack.loop.take(told); });
     });

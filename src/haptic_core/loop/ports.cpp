@@ -163,6 +163,7 @@ void WorldPort::follow(WorldRoom& room) noexcept {
 }
 
 void WorldPort::answer(const Command& command) noexcept {
+  if (const auto* rehearse = std::get_if<Rehearse>(&command)) world.rehearse(*rehearse->next, rehearse->steps);
   if (const auto* look = std::get_if<Look>(&command)) copyTo(*look->into);
   if (const auto* copy = std::get_if<Copy>(&command)) copyTo(*copy->into);
   if (const auto* stream = std::get_if<StreamSensors>(&command)) streams_ = stream->on;

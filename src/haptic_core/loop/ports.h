@@ -185,6 +185,11 @@ class WorldPort : public Port {
     const LoopCommand* change;               ///< the sender's
     WorldRoom* room;                         ///< the sender's, for the new bodies; that of the old ones when it is answered
   };
+  /// Command: World::rehearse, before an Exchange and in a tick of its own.
+  struct Rehearse {
+    NextWorld* next;                         ///< the sender's
+    bool steps;                              ///< see there
+  };
   /// Command: a copy for drawing into the sender's storage, which comes from `first_snapshot`.
   struct Look {
     WorldSnapshot* into;                     ///< the sender's
@@ -202,7 +207,7 @@ class WorldPort : public Port {
     bool on;                                 ///< false: no longer
   };
   /// What other threads may send.
-  using Command = std::variant<Change, Exchange, Look, Copy, TimeStages, StreamSensors>;
+  using Command = std::variant<Change, Exchange, Rehearse, Look, Copy, TimeStages, StreamSensors>;
   /// (in realtime: one atomic load when nothing waits) The runner's, between two ticks: gives `take` what was told of the world,
   /// and does the rest itself. Copies do not allocate.
   template <class Take>

@@ -35,6 +35,19 @@ struct World::Impl {
     report.contacts.reserve(model.pair_capacity);
   }
 
+  /// (in realtime) Stands at a packed state of its own. What a step remembers beside the state is gone.
+  void begin(const std::vector<double>& packed) {
+    state.unpack(packed);
+    report.step = StepReport{};
+    report.step.step = state.step;
+    report.contacts.clear();
+    history.clear();
+    sensors.clear();
+    refreshHands(model, state, work.hands);
+    work.standing.forget();
+    placeAll(model, state, work.placement);
+  }
+
   Model model;
   Work work;
   State state;
@@ -252,21 +265,20 @@ bool World::exchange(NextWorld& next) noexcept {
   return true;
 }
 
+void World::rehearse(NextWorld& next, bool steps) noexcept {
+  if (next.impl_->map.from != &impl_->model) return;
+  Impl& to = *next.impl_->world.impl_;
+  carryOver(next.impl_->map, impl_->state, impl_->work, impl_->report, to.model, to.state, to.work, to.report);
+  if (steps) next.impl_->world.step();
+  to.begin(next.impl_->start);
+}
+
 std::uint64_t World::hash() const { return impl_->state.hash(); }
 std::vector<double> World::save() const { return impl_->state.pack(); }
 
 void World::restore(const std::vector<double>& packed) {
-  Impl& world = *impl_;
-  refuseDamaged(world.model, world.state, packed);
-  world.state.unpack(packed);
-  world.report.step = StepReport{};
-  world.report.step.step = world.state.step;
-  world.report.contacts.clear();
-  world.history.clear();
-  world.sensors.clear();
-  refreshHands(world.model, world.state, world.work.hands);
-  world.work.standing.forget();
-  placeAll(world.model, world.state, world.work.placement);
+  refuseDamaged(impl_->model, impl_->state, packed);
+  impl_->begin(packed);
 }
 
 std::string World::planText() const {

@@ -128,6 +128,9 @@ class World {
   /// old one, to be destroyed where that takes time. Indices of links, joints and shapes are those of the new definition from now on.
   /// False, and nothing done: `next` was made of another world, or before another exchange.
   bool exchange(NextWorld& next) noexcept;
+  /// (in realtime) Between two steps, in some tick before: goes through the exchange, and with `steps` the step after it, on the new world
+  /// alone, which then stands at its start again. Brings it into this processor's caches: the exchange itself costs a third then.
+  void rehearse(NextWorld& next, bool steps) noexcept;
 
   std::uint64_t hash() const;                         ///< of the complete state
   std::vector<double> save() const;                   ///< complete state, contact memory included

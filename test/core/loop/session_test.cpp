@@ -210,6 +210,8 @@ Recording record() {
   *change.packed = packBodies(next, kept);
   change.next = std::make_shared<NextWorld>(live.world, next, kept);
   live.run(3);  // while it was made
+  live.world.rehearse(*change.next, true);  // no recording knows of it
+  live.run(1);
   live.tell({change});
   live.run(60);
   live.tell({DropHand{}, 0});

@@ -77,6 +77,10 @@ TEST_P(Exchange, WhatComesFarAwayChangesNoBitOfTheRest) {
   more.articulations.push_back(cube("late", CubeParameters{}, Pose(Vector3(1.5, 1.5, 0.2))));
   NextWorld next(world, more, all(8));
   step(7);  // the world goes on while it is made
+  for (const bool steps : {false, true, true}) {
+    world.rehearse(next, steps);  // changes nothing
+    step(1);
+  }
   ASSERT_TRUE(world.exchange(next));
   EXPECT_FALSE(world.exchange(next)) << "it holds the old world now";
   EXPECT_EQ(world.linkCount(), alone.linkCount() + 1);
