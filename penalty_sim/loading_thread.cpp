@@ -16,13 +16,16 @@ class Task : public ros::CallbackInterface {
  public:
   explicit Task(const std::function<void()>& work) : work_(work) {}
   CallResult call() override {
-    work_();
+    if (take()) work_();
     return Success;
   }
   std::future<void> result() { return work_.get_future(); }
+  /// Whether the caller is the first: its work is done once or, withdrawn, never.
+  bool take() { return !taken_.exchange(true); }
 
  private:
   std::packaged_task<void()> work_;
+  std::atomic<bool> taken_{false};
 };
 
 }  // namespace
@@ -30,7 +33,11 @@ class Task : public ros::CallbackInterface {
 LoadingThread::LoadingThread(ros::CallbackQueueInterface& owner)
     : owner_(owner), thread_([this] {
         while (!stop_) queue_.callAvailable(ros::WallDuration(kIdleLook));
-      }) {}
+      }) {
+  there_id_ = reinterpret_cast<std::uint64_t>(this);
+  // The queue knows an id only after its first callback is in, and drops one that is called before.
+  owner_.addCallback(boost::make_shared<Task>([] {}), there_id_);
+}
 
 LoadingThread::~LoadingThread() {
   stop_ = true;
@@ -41,13 +48,9 @@ LoadingThread::~LoadingThread() {
 void LoadingThread::there(const std::function<void()>& work) {
   const auto task = boost::make_shared<Task>(work);
   std::future<void> done = task->result();
-  const auto id = reinterpret_cast<std::uint64_t>(this);
-  owner_.addCallback(task, id);
+  owner_.addCallback(task, there_id_);
   while (done.wait_for(kWaitLook) != std::future_status::ready) {
-    if (!stop_) continue;
-    owner_.removeByID(id);  // waits for one that is being called
-    if (done.wait_for(std::chrono::seconds(0)) == std::future_status::ready) break;
-    throw SetupError("the simulation", "is being unloaded", "start it again");
+    if (stop_ && task->take()) throw SetupError("the simulation", "is being unloaded", "start it again");
   }
   done.get();
 }

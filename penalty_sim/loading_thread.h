@@ -3,6 +3,7 @@
 #include <ros/callback_queue.h>
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <thread>
 
@@ -13,7 +14,10 @@ class LoadingThread {
  public:
   /// `owner`: the queue of all else; outlives it.
   explicit LoadingThread(ros::CallbackQueueInterface& owner);
-  ~LoadingThread();  ///< waits for what is being loaded
+  ~LoadingThread();  ///< waits for the model that is being loaded
+
+  /// From now on `there` throws where its work has not begun. Before the services of its queue are shut down, which waits for them.
+  void stop() { stop_ = true; }
 
   ros::CallbackQueue& queue() { return queue_; }  ///< for the handle that advertises its services
   /// In its own thread: does `work` between two callbacks of the owner's queue, and waits. Throws what it throws, or SetupError: the
@@ -23,6 +27,7 @@ class LoadingThread {
  private:
   ros::CallbackQueueInterface& owner_;
   ros::CallbackQueue queue_;
+  std::uint64_t there_id_ = 0;  ///< of its callbacks in the owner's queue
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

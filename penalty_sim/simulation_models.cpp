@@ -111,7 +111,7 @@ void SimulationNodelet::exchange(Simulation& running, const ChangedScene& change
   std::vector<double> start = bodies.next->start();
   const std::size_t numbers = bodies.next->stateCapacity();
   before = std::move(topics_);
-  before->stop();
+  if (before) before->stop();
   bool done = false;
   std::string refusal = offer_.holder() + " did not answer: nothing was done";
   try {

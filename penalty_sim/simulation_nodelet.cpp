@@ -137,6 +137,7 @@ void SimulationNodelet::advertise() {
 }
 
 SimulationNodelet::~SimulationNodelet() {
+  if (loading_) loading_->stop();  // its services wait for this thread's queue, which no longer runs
   for (ros::ServiceServer& service : services_) service.shutdown();
   loading_.reset();
   withdraw();

@@ -101,6 +101,12 @@ ChangedScene withModel(const SceneDef& scene, const SceneDef& model) {
   if (!model.world.pointers.empty()) {
     throw SetupError(model.file, "has a <haptic:pointer>: hands come with the scene alone", "take it out of the model");
   }
+  const auto runs = [](const auto& path) { return !path.time.empty(); };
+  const auto motion = std::find_if(model.world.motions.begin(), model.world.motions.end(), runs);
+  if (motion != model.world.motions.end() || !model.world.joint_paths.empty()) {
+    throw SetupError(model.file, "has a path over time, which counts from the scene's start: the model would begin in its middle",
+                     "lead it by a topic or tf, or put it into the scene");
+  }
   refuseTaken(scene, model);
   ChangedScene changed{scene, {}, {}};
   SceneDef& next = changed.scene;

@@ -158,7 +158,7 @@ TEST(Stiffness, WhatAHandPressesOnRestsAsDeepAsAsked) {
       EXPECT_LE(depth, 1e-4);
       EXPECT_GT(depth, 0.7e-4) << "no stiffer than asked, the ball above it counted as if it stood there";
     } else {
-      EXPECT_GT(depth, 1e-3) << "where nobody presses it need not bear that";
+      EXPECT_GT(depth, 1e-3) << "where no hand presses it need not bear that";
     }
   }
 }

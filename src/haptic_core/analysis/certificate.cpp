@@ -86,7 +86,7 @@ class Linearisation {
     ContactEvaluation contact;
     for (int i = 0; i < state_.pair_count; ++i) {
       if (!locateContact(model_, seams_, i, pairs_[i], places, workspace_, contact)) continue;
-      contact.V_AB_P = Twist{};  // belts stand as well: what they rub at is no matter of where bodies are
+      contact.V_AB_P = Twist{};  // belts stand as well: their friction does not depend on poses
       contact.belt.setZero();
       contact.force = locatedForce(contact.volume, contact.X_AB, workspace_, contact.V_AB_P, FrictionMemory{}, contact.law, Advance{});
       visit(pairs_[i], contact);

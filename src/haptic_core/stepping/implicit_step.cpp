@@ -132,6 +132,12 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, Impl
   return report_;
 }
 
+/// `done` [s] of the step are over.
+void ImplicitStep::goOn(double done) noexcept {
+  left_ -= done;
+  if (left_ <= kRest * length_) left_ = 0;
+}
+
 /// Goes on by second order while error and budget allow.
 void ImplicitStep::subSteps() noexcept {
   double s = length_, error = kNone;
@@ -139,8 +145,7 @@ void ImplicitStep::subSteps() noexcept {
     s = std::min(s, left_);
     const double done = secondOrder(s);
     if (done >= 0) {
-      left_ -= done;
-      if (left_ <= kRest * length_) left_ = 0;
+      goOn(done);
       error = kNone;
       continue;
     }
@@ -152,7 +157,7 @@ void ImplicitStep::subSteps() noexcept {
     // Impacts (`kNone`) are implicit Euler's. What halving does not help is the attempt's that errs least.
     if (!(attempt_.length > 0) || !(attempt_.error < attempt_.euler_error)) break;
     commit(attempt_);
-    left_ -= attempt_.length;
+    goOn(attempt_.length);
     error = kNone;
   }
 }

@@ -110,6 +110,7 @@ class ImplicitStep {
   };
   double lastStep() const noexcept;
   bool euler(double h, int passes, bool if_jumps) noexcept;
+  void goOn(double done) noexcept;
   void subSteps() noexcept;
   bool affords(double evaluations, double s) const noexcept;
   int used() const noexcept { return stage_.evaluations - evaluations_before_; }

@@ -1,4 +1,4 @@
-/// Whether a saved state can be that of a world: what is an index in it points to something.
+/// Whether a saved state can be that of a world: each of its indices points to something.
 #pragma once
 #include <vector>
 

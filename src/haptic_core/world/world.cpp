@@ -35,7 +35,7 @@ struct World::Impl {
     report.contacts.reserve(model.pair_capacity);
   }
 
-  /// (in realtime) Stands at a packed state of its own. What a step remembers beside the state is gone.
+  /// (in realtime) Stands at a packed state of its own. Warm starts beside the state are gone.
   void begin(const std::vector<double>& packed) {
     state.unpack(packed);
     report.step = StepReport{};

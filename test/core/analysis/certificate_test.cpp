@@ -51,7 +51,6 @@ TEST(Certificate, AFloorOfTwoTilesIsOneFloor) {
   EXPECT_NEAR(tiled.islands[0].frequency, frequency, 1e-3 * frequency);  // finite differences at a thousandth of the depth
 }
 
-/// A spring at one point: k times a sixth of the cube's surface, whatever touches.
 /// A belt that runs below a cube rubs at it and changes nothing of what holds it up.
 TEST(Certificate, ABeltIsAFloor) {
   WorldDef def = scenes::cubeOnFloor({}, {});
@@ -64,6 +63,7 @@ TEST(Certificate, ABeltIsAFloor) {
   EXPECT_NEAR(runs.islands[0].limit, still.islands[0].limit, 1e-3 * still.islands[0].limit);  // it has gone a way meanwhile
 }
 
+/// A spring at one point: k times a sixth of the cube's surface, whatever touches.
 TEST(Certificate, APointContactHasThePointsStiffness) {
   CubeParameters c;
   WorldDef def = scenes::cubeOnFloor(c, explicitSettings(0.25e-3));

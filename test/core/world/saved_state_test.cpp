@@ -99,6 +99,8 @@ TEST(SavedState, AnyNumberMayBeDamaged) {
       state[i] = number;
       if (s.refused(state)) continue;
       for (int k = 0; k < 3; ++k) s.world.step();
+      const bool stopped = !s.world.report().finite;
+      for (int l = 0; l < s.world.linkCount() && !stopped; ++l) ASSERT_TRUE(s.world.linkPose(l).p.allFinite()) << i << " " << number;
       ASSERT_FALSE(s.refused(s.packed));
     }
   }
