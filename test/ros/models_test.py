@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -40,6 +41,8 @@ def at(x, y, z):
 
 
 class Models(unittest.TestCase):
+    changes = 0
+
     @classmethod
     def setUpClass(cls):
         rospy.init_node("models_test")
@@ -54,6 +57,7 @@ class Models(unittest.TestCase):
         cls.join_again(stack)
         unload_stack(stack)
         cls.close(recorder, cls.second)
+        cls.unload_while_loading()
 
     @classmethod
     def record(cls, bag):
@@ -148,6 +152,31 @@ class Models(unittest.TestCase):
         statistics = Probe("/tick_statistics", TickStatistics)
         stack.append(load_nodelet("haptic_bridge/BridgeNodelet", "/bridge", "/haptics", rate=1000, record=True))
         statistics.wait(3, 20)
+
+    @classmethod
+    def unload_while_loading(cls):
+        """Whatever is being loaded, the nodelets go: `unload` bounds it."""
+        stack = load_stack(scene=SCENE)
+        going = threading.Event()
+
+        def change():
+            while not going.is_set():
+                try:
+                    rospy.ServiceProxy("/simulation/spawn", Spawn)(name="one", urdf=BOX, pose=at(0.3, 0.3, 0.5))
+                    rospy.ServiceProxy("/simulation/delete", Delete)(name="one")
+                    cls.changes += 1
+                except (rospy.ServiceException, rospy.ROSException):
+                    time.sleep(0.05)  # it is not there yet, or no longer
+
+        rospy.wait_for_service("/simulation/spawn", 10)
+        changing = threading.Thread(target=change, daemon=True)
+        changing.start()
+        wait_until("three changes", lambda: cls.changes >= 3, 20)
+        unload_stack(stack)
+        going.set()
+
+    def test_nodelets_go_while_models_come(self):
+        self.assertGreaterEqual(self.changes, 3)
 
     def refused(self, name, *words):
         self.assertFalse(self.a[name].success, name)

@@ -100,6 +100,9 @@ TEST(Bodies, IndicesOfAModelAreItsOwn) {
   EXPECT_EQ(changed.scene.told_motions[1].motion, 1);
   EXPECT_EQ(changed.scene.visuals.back().articulation, 3);
   EXPECT_THROW(withModel(changed.scene, box), SetupError) << "its links are there already";
+  SceneDef on_a_path = box;
+  on_a_path.world.motions[0].time = {0, 1};
+  EXPECT_THROW(withModel(scene, on_a_path), SetupError) << "its time is the scene's";
   // And it goes again, with all that is its own.
   const ChangedScene back = withoutModel(changed.scene, "one");
   EXPECT_EQ(fingerprint(back.scene.world), fingerprint(scene.world));
