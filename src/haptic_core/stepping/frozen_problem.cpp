@@ -13,9 +13,6 @@ constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)|
 /// pass changes. Unless the step has changed what limits friction, or misses that share of a speed by the force on one body of
 /// several: the slope is the part's, and a heavy body's hides a light one's.
 constexpr double kStraight = 0.02;
-/// A step whose forces differ from those it was linear in by this share of its speed at most leaves the matrix for the next one:
-/// without it `heap100.cubes.k1e7.mean_us` rises by a tenth; with .2 what is stiff takes more steps than that saves.
-constexpr double kLinear = 0.1;
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
 }  // namespace
@@ -185,7 +182,6 @@ bool FrozenProblem::minimisePart(double g, int most, double finest, double enoug
     c.patch.evaluate(c.V, c.limit, c.force);
   });
   double changed = 0, open = 1;
-  bool linear = false;  // the last step was, nearly
   for (int i = 0; i < most; ++i) {
     if (i > 0) {
       smoothPart(v);
@@ -209,8 +205,7 @@ bool FrozenProblem::minimisePart(double g, int most, double finest, double enoug
       addForce(c.link_a, -F_W, c.X_WP.p, residual_.data());
     });
     if (i == 0) measureImbalance(g);
-    if (!linear && !matrix_.assemble(part_, contacts, couplings)) return false;
-    if (!findDirection(q, v, open, linear)) return false;
+    if (!matrix_.assemble(part_, contacts, couplings) || !findDirection(q, v, open)) return false;
     ++iterations;
     double size = 0;
     for (int n = 0; n < part_.tree_count; ++n) size = std::max(size, speedOf(part_.trees[n], step_.data()));
@@ -236,15 +231,12 @@ bool FrozenProblem::minimisePart(double g, int most, double finest, double enoug
     remainder_[part_.trees[0]] = share * size;
     energy_remainder_[part_.trees[0]] = share * -dotStep(residual_);
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
-    linear = false;
-    if (alpha != 1 || std::abs(left) > kLinear) continue;
+    if (alpha != 1 || std::abs(left) > kStraight) continue;
     double limit_error = 0, missed = 0;
     eachContact([&](const FrozenContact& c) {
       limit_error = std::max(limit_error, limitError(c, g));
       missed = std::max(missed, missedSpeed(c, g));
     });
-    linear = !joints_ && std::max(missed, limit_error) <= kLinear * size;
-    if (std::abs(left) > kStraight) continue;
     if (limit_error <= enough && (part_.tree_count == 1 || missed <= std::max(enough, kStraight * size))) break;
   }
   return true;
@@ -270,12 +262,11 @@ double FrozenProblem::missedSpeed(const FrozenContact& c, double g) const noexce
   return g / mass * (c.force.F - c.F_done).tail<3>().norm();
 }
 
-/// Newton's step p into step_, with what the joints do by themselves. `open`: share of the gaps of loops that is left. `factored`: the
-/// matrix is that of the last step.
-bool FrozenProblem::findDirection(const double* q, const double* v, double open, bool factored) noexcept {
-  factorisations += !factored;
+/// Newton's step p into step_, with what the joints do by themselves. `open`: share of the gaps of loops that is left.
+bool FrozenProblem::findDirection(const double* q, const double* v, double open) noexcept {
+  ++factorisations;
   if (joints_) return joints_->solve(matrix_.blocks(), work_, q, v, residual_.data(), open, step_.data());
-  if (!factored && !matrix_.blocks().factor()) return false;
+  if (!matrix_.blocks().factor()) return false;
   for (int n = 0, row = 0; n < part_.tree_count; ++n) {
     const int first = treeAt(n).v;
     for (int i = 0; i < matrix_.sizeAt(n); ++i) rows_[row++] = -residual_[first + i];

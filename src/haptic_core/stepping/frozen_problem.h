@@ -14,8 +14,6 @@
 /// have; where it has to hold more than its limit, it slides again (a primal-dual active set: Hintermüller, Ito, Kunisch, SIAM J.
 /// Optim. 13, 2002). A heap of 100 at 1e10 N/m³ takes 7 to 11 factorisations a step for 14.6, and all but .4 % of its steps converge.
 ///
-/// A step that was nearly linear leaves its factors for the next one (simplified Newton: Hairer, Wanner, Solving ODEs II, IV.8).
-///
 /// An island joins what is near; what its patches do not join is a problem of its own (a part), with its own matrix, line
 /// searches and number of steps: what bounces somewhere in a pile costs the rest of it nothing.
 ///
@@ -94,7 +92,7 @@ class FrozenProblem {
   void smoothPart(const double* v) noexcept;
   void measureImbalance(double g) noexcept;
   double missedSpeed(const FrozenContact& c, double g) const noexcept;
-  bool findDirection(const double* q, const double* v, double open, bool factored) noexcept;
+  bool findDirection(const double* q, const double* v, double open) noexcept;
   double search(double g, const double* v, double& left) noexcept;
   double dotStep(const std::vector<double>& u) const noexcept;
   double curvature() const noexcept;
