@@ -121,7 +121,7 @@ void LoopSession::note(const LoopCommand& command) {
   noted_tick_ = input_.tick;
   if (!events_) return;
   const auto* change = std::get_if<ChangeBodies>(&command.kind);
-  // What was compiled is its sender's: the recording must not be the last to let go of a world.
+  // The compiled world is its sender's: the recording must not be the last to let go of a world.
   events_->push({input_.tick, change ? LoopCommand{ChangeBodies{change->packed, nullptr}} : command});
 }
 

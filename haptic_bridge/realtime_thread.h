@@ -38,7 +38,7 @@ class RealtimeThread {
   void feel(std::shared_ptr<const WorldDef> definition);
 
   unsigned sessions() const { return sessions_; }  ///< claims of the ports so far that came to ticking
-  unsigned changes() const { return changes_; }    ///< of what is felt, so far
+  unsigned changes() const { return changes_; }    ///< calls of `feel` so far
 
   /// Any other thread: has a command carried out between two ticks. False: the loop does not tick, and nothing was done. Throws
   /// the SetupError that refused it.

@@ -78,7 +78,7 @@ bool takePose(const XmlElement& sensor, Taken& taken) {
   return true;
 }
 
-/// Why a sensor is left out; empty: `taken` says what it is.
+/// Why a sensor is left out; empty: it is in `taken`.
 std::string read(const RobotFile& robot, const XmlElement& sensor, const std::string& reference, Taken& taken) {
   const std::string type = sensor.Attribute("type") ? sensor.Attribute("type") : "";
   const int link = robot.linkIndex(reference), joint = robot.jointIndex(reference);

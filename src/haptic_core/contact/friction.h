@@ -147,7 +147,7 @@ struct FrictionLayer {
     double straight = 1, turning = 1;  ///< shares of t - N o that are left of its force and torque [1]
     bool outside = false;              ///< t was beyond the limit
   };
-  /// (in realtime) Of the rate u [m/s, rad/s] over `time` [s] under the normal force N [N]. 20 ns, half as much again where it slides.
+  /// (in realtime) Of the rate u [m/s, rad/s] over `time` [s] under the normal force N [N].
   Hold hold(const Vector3& rate, double time, double N) const noexcept;
   /// (in realtime) How it answers a change of slip, see FrictionForce. `held`: of `hold` with the same N, likewise below.
   Matrix3 compliantArea(const Hold& held, double N) const noexcept;
