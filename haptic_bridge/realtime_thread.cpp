@@ -11,8 +11,9 @@ constexpr double kRingSeconds = 2;
 constexpr std::chrono::milliseconds kPortPoll{20};
 // A start per reload and an event per user's request: nobody makes more of them within a drain.
 constexpr std::size_t kStarts = 16, kEvents = 256;
-// How long the first tick waits for a recorder: rosbag record needs a second to find the topics.
-constexpr std::chrono::milliseconds kRecorderPatience{8000};
+// How long the first tick waits for a recorder: rosbag record needs a second or two to start and one to find the topics,
+// on a machine that starts a dozen other programs ten times that.
+constexpr std::chrono::milliseconds kRecorderPatience{30000};
 // The full report is for people: every 16th tick, so that its 3 KB cost nothing at 10 kHz.
 constexpr std::uint64_t kReportEvery = 16;
 
@@ -87,6 +88,7 @@ bool RealtimeThread::waitForRecorder(LoopSession& session) {
       Start{session.start(), session.source(), session.sceneName(), session.linkNames(), session.world().hash(),
             session.world().history().latest().packedCapacity()}));
   const std::int64_t begin = steadyNow();
+  if (parameters_.record && !may_tick_) set(Phase::kWaiting, "rosbag record does not listen to recorded/ticks yet");
   while (parameters_.record && !may_tick_) {
     if (stop_ || session.recalled()) return false;
     if (std::chrono::nanoseconds(steadyNow() - begin) > kRecorderPatience) {

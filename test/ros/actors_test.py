@@ -3,8 +3,6 @@
 import math
 import os
 import shutil
-import signal
-import subprocess
 import sys
 import tempfile
 import time
@@ -21,7 +19,7 @@ from haptic_msgs.msg import TickStatistics
 from haptic_msgs.srv import ApplyWrench, SetBodyPose, SetGravity, SetJointPositions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
-from topic_probe import Probe, load_stack, replay, unload_stack, wait_until
+from topic_probe import Probe, load_stack, recorded, replay, unload_stack, wait_until
 
 SCENE = os.path.join(os.path.dirname(os.path.realpath(__file__)), "actors.urdf")
 WAY = Quaternion(0, 0, 0, 1)
@@ -33,15 +31,10 @@ class Actors(unittest.TestCase):
         rospy.init_node("actors_test")
         cls.folder = tempfile.mkdtemp()
         cls.bag = os.path.join(cls.folder, "session.bag")
-        recorder = subprocess.Popen(["rosbag", "record", "-O", cls.bag, "-e", ".*recorded/.*"])
-        cls.addClassCleanup(lambda: recorder.poll() is None and recorder.send_signal(signal.SIGINT))
-        stack = load_stack(bridge={"record": True}, scene=SCENE)
-        cls.use_everything()
-        unload_stack(stack)
-        time.sleep(1)  # what was published last is on its way
-        recorder.send_signal(signal.SIGINT)
-        recorder.wait(20)
-        wait_until("the bag is closed", lambda: os.path.exists(cls.bag), 20)
+        with recorded(cls.bag):
+            stack = load_stack(bridge={"record": True}, scene=SCENE)
+            cls.use_everything()
+            unload_stack(stack)
 
     @classmethod
     def tearDownClass(cls):
@@ -59,7 +52,7 @@ class Actors(unittest.TestCase):
         states = Probe("/joint_states", JointState)
         cls.tf = tf2_ros.Buffer()
         cls.listener = tf2_ros.TransformListener(cls.tf)
-        statistics.wait(1, timeout=30)
+        statistics.wait(1, timeout=40)
         cls.a = {}
 
         def call(name, kind, **values):

@@ -2,7 +2,6 @@
 """Models that come and go while the loop runs: ~spawn and ~delete, what topics say of them, refusals, recording and replay."""
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -21,7 +20,7 @@ from haptic_msgs.msg import Contacts, ScenePlan, TickStatistics
 from haptic_msgs.srv import Delete, Grab, Spawn, StateFile
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
-from topic_probe import Probe, load_nodelet, load_stack, program, replay, unload, unload_stack, wait_until
+from topic_probe import Probe, load_nodelet, load_stack, program, recorded, replay, unload, unload_stack, wait_until
 from visualization_msgs.msg import MarkerArray
 
 SCENE = os.path.join(os.path.dirname(os.path.realpath(__file__)), "actors.urdf")
@@ -48,29 +47,14 @@ class Models(unittest.TestCase):
         rospy.init_node("models_test")
         cls.folder = tempfile.mkdtemp()
         cls.bag, cls.second = (os.path.join(cls.folder, name) for name in ("session.bag", "second.bag"))
-        recorder = cls.record(cls.bag)
-        stack = load_stack(bridge={"record": True}, scene=SCENE)
-        cls.use_everything()
-        unload(stack.pop())
-        cls.close(recorder, cls.bag)
-        recorder = cls.record(cls.second)
-        cls.join_again(stack)
-        unload_stack(stack)
-        cls.close(recorder, cls.second)
+        with recorded(cls.bag):
+            stack = load_stack(bridge={"record": True}, scene=SCENE)
+            cls.use_everything()
+            unload(stack.pop())
+        with recorded(cls.second):
+            cls.join_again(stack)
+            unload_stack(stack)
         cls.unload_while_loading()
-
-    @classmethod
-    def record(cls, bag):
-        recorder = subprocess.Popen(["rosbag", "record", "-O", bag, "-e", ".*recorded/.*"])
-        cls.addClassCleanup(lambda: recorder.poll() is None and recorder.send_signal(signal.SIGINT))
-        return recorder
-
-    @staticmethod
-    def close(recorder, bag):
-        time.sleep(1)  # what was published last is on its way
-        recorder.send_signal(signal.SIGINT)
-        recorder.wait(20)
-        wait_until("the bag is closed", lambda: os.path.exists(bag), 20)
 
     @classmethod
     def tearDownClass(cls):
@@ -91,7 +75,7 @@ class Models(unittest.TestCase):
         plans = Probe("/scene_plan", ScenePlan)
         cls.tf = tf2_ros.Buffer()
         cls.listener = tf2_ros.TransformListener(cls.tf)
-        statistics.wait(1, timeout=30)
+        statistics.wait(1, timeout=40)
         cls.a = {}
 
         def call(service, kind, **values):
@@ -151,7 +135,7 @@ class Models(unittest.TestCase):
         """A bridge that finds other bodies than the scene's: its recording begins with them."""
         statistics = Probe("/tick_statistics", TickStatistics)
         stack.append(load_nodelet("haptic_bridge/BridgeNodelet", "/bridge", "/haptics", rate=1000, record=True))
-        statistics.wait(3, 20)
+        statistics.wait(3, 40)
 
     @classmethod
     def unload_while_loading(cls):

@@ -1,4 +1,5 @@
 """Listening to topics and starting nodes, for the tests of this folder."""
+import contextlib
 import os
 import signal
 import subprocess
@@ -111,6 +112,20 @@ def load_stack(device="spidar_g6x3r", rate=1000, driver=None, bridge=None, scene
 def unload_stack(stack):
     for process in reversed(stack):
         unload(process)
+
+
+@contextlib.contextmanager
+def recorded(bag):
+    """`bag` has all that is recorded within; it is closed at the end."""
+    recorder = subprocess.Popen(["rosbag", "record", "-O", bag, "-e", ".*recorded/.*"])
+    try:
+        yield
+        time.sleep(1)  # what was published last is on its way
+    finally:
+        recorder.send_signal(signal.SIGINT)
+        recorder.wait(20)
+    # `rosbag record` ends before the program that it started; that one renames the bag when it has closed it.
+    wait_until("the bag is closed", lambda: os.path.exists(bag), 20)
 
 
 def replay(bag):
