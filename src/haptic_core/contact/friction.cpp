@@ -140,6 +140,10 @@ Displaced displacedFrom(const FrictionAnchor& anchor, const Pose& X_AB, const Po
 
 }  // namespace
 
+Vector3 FrictionLayer::strain(const Vector3& rate, double time) const noexcept {
+  return stiffness * (before + time * rate) + damping * (rate + rest);
+}
+
 FrictionLayer::Hold FrictionLayer::hold(const Vector3& rate, double time, double N) const noexcept {
   Hold out;
   if (!(N > 0) || !(area.x() > 0) || !(mu > 0)) return out;
@@ -148,7 +152,7 @@ FrictionLayer::Hold FrictionLayer::hold(const Vector3& rate, double time, double
     out.outside = true;
     return out;
   }
-  out.force = -area.cwiseProduct(stiffness * (before + time * rate) + damping * (rate + rest));
+  out.force = -area.cwiseProduct(strain(rate, time));
   if (!limited) return out;
   const Vector3 from = out.force - N * offset;
   const Returned returned = nearest({from.head<2>(), from.z()}, {mu * N, mu * N * radius}, {area.x(), area.z(), stiffness, damping});
@@ -168,6 +172,11 @@ Matrix3 FrictionLayer::compliantArea(const Hold& held, double N) const noexcept 
   const Vector3 returned = held.force - N * offset;
   return haptic::compliantArea({{returned.head<2>(), returned.z()}, held.straight, held.turning, true}, {mu * N, mu * N * radius},
                                {area.x(), area.z(), stiffness, damping});
+}
+
+Vector3 FrictionLayer::perLoad(const Hold& held, const Vector3& rate, double time, double N) const noexcept {
+  if (!held.outside) return Vector3::Zero();
+  return (held.force + compliantArea(held, N) * strain(rate, time)) / N;
 }
 
 Vector3 FrictionLayer::slip(const Hold& held, const Vector3& rate, double time, double N) const noexcept {

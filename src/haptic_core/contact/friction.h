@@ -151,9 +151,15 @@ struct FrictionLayer {
   Hold hold(const Vector3& rate, double time, double N) const noexcept;
   /// (in realtime) How it answers a change of slip, see FrictionForce. `held`: of `hold` with the same N, likewise below.
   Matrix3 compliantArea(const Hold& held, double N) const noexcept;
+  /// (in realtime) ∂f/∂N [1, 1, m] where t is beyond the limit, else 0: f is homogeneous of degree one in t and N, so it is
+  /// (f - ∂f/∂t t)/N.
+  Vector3 perLoad(const Hold& held, const Vector3& rate, double time, double N) const noexcept;
   /// (in realtime) What the springs hold at the end [m, rad].
   Vector3 slip(const Hold& held, const Vector3& rate, double time, double N) const noexcept;
   double load(const Hold& held, double N) const noexcept;  ///< (in realtime) share of the limit that t uses [1]
+
+ private:
+  Vector3 strain(const Vector3& rate, double time) const noexcept;  ///< -L⁻¹ t [N/m², N/m³]
 };
 
 /// Friction of a patch at one evaluation, and the memory that it leaves.

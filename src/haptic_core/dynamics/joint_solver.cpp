@@ -121,11 +121,19 @@ JointSolver::Found JointSolver::solve(JointOperator& A, const double* v, double*
     hold(v, u);
     if (!A.factor(diag_.data())) return Found::kUnsolved;
     A.solve(force_.data(), u);
+    if (equations_ > 0) factorRings(A);
     closeRings(A, u);
     readForces(A, v, u);
     if (!move(passes_ <= kBlockPasses, v, u)) return Found::kAll;
     if (passes_ > most) return Found::kCycled;
   }
+}
+
+void JointSolver::solveAgain(JointOperator& A, const double* v, double* u) noexcept {
+  hold(v, u);
+  A.solve(force_.data(), u);
+  closeRings(A, u);
+  readForces(A, v, u);
 }
 
 /// Forces, diagonal and prescribed changes of the pieces that the joints are on.
@@ -168,7 +176,6 @@ void JointSolver::factorRings(JointOperator& A) noexcept {
 
 /// u again, with the forces Gᵀ μ that give G u = rate.
 void JointSolver::closeRings(JointOperator& A, double* u) noexcept {
-  if (equations_ > 0) factorRings(A);
   std::fill_n(ring_force_.begin(), rows_, 0.0);
   if (equations_ == 0) return;
   forEachEquation([&](int e, const double* G, const PlacedRings& r) { mu_[e] = (rate_[e] - dot(G, u + r.row, r.nv)) / h_; });

@@ -118,6 +118,8 @@ class JointSolver {
   enum class Found : unsigned char { kAll, kCycled, kUnsolved };
   /// (in realtime) The change u of velocities, by row; `v` by the caller's velocity.
   Found solve(JointOperator& A, const double* v, double* u) noexcept;
+  /// (in realtime) After `solve`, for other forces f₀ of the operator: u of joints that stay on their pieces, on the factor it has.
+  void solveAgain(JointOperator& A, const double* v, double* u) noexcept;
   int passes() const { return passes_; }  ///< of the last `solve`
 
   /// (in realtime) S of the rings' last poses on the factor that A has.

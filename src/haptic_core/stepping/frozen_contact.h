@@ -10,14 +10,15 @@ struct FrozenContact {
   int link_a = 0, link_b = 0;          ///< world indices
   Pose X_WP;                           ///< of the patch, at the reference
   FrozenPatch patch;                   ///< its frozen force
-  double limit = 0;                    ///< normal force that bounds friction [N]
   Vector6 V_reference = Vector6::Zero();  ///< of B over A at P, in P's axes
   Vector6 V_frozen = Vector6::Zero();  ///< the same where the patch was frozen
   Vector6 V = Vector6::Zero();         ///< the same at the present v
   Vector6 step = Vector6::Zero();      ///< J p
+  Vector6 step_loaded = Vector6::Zero();  ///< the same with what the step changes friction's limit by
   FrozenPatch::Force force;            ///< at V
   Vector3 slid = Vector3::Zero();      ///< friction at the last Newton step where it slid (x, y, about n); 0: it stuck [N, N·m]
-  Matrix6 G = Matrix6::Zero();         ///< -g ∂F/∂V of the last Newton step
+  Matrix6 G = Matrix6::Zero();         ///< -g ∂F/∂V of the last Newton step, friction's limit kept
+  Vector6 per_load = Vector6::Zero();  ///< ∂F/∂N of it by that limit [m … 1]
   Vector6 F_done = Vector6::Zero();    ///< that the last Newton step balanced, of B at P, in P's axes [N·m, N]
 };
 

@@ -126,7 +126,7 @@ void FrozenMatrix::treeJacobian(int link, const Pose& X_WP, double* J) noexcept 
 
 void FrozenMatrix::addContact(FrozenContact& c) noexcept {
   const int a = rowOf(c.link_a), b = rowOf(c.link_b);
-  c.G = c.patch.tangent(c.V, c.limit, c.force);
+  c.G = c.patch.tangent(c.V, c.force);
   if ((a >= 0 && !isFree(c.link_a)) || (b >= 0 && !isFree(c.link_b))) {
     addLinks(c.link_a, c.link_b, c.X_WP, c.G);
     return;

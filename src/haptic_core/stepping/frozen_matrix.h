@@ -28,7 +28,7 @@ class FrozenMatrix {
   int rowOf(int link) const { return row_of_tree_[model_.links[link].articulation]; }
   int sizeAt(int row) const { return size_[row]; }         ///< degrees of freedom of a row's tree
 
-  /// (in realtime) All three sums; computes G of the part's contacts at their V and limits. False: it does not fit.
+  /// (in realtime) All three sums; computes G of the part's contacts at their V. False: it does not fit.
   bool assemble(const IslandPart& part, LoadedVector<FrozenContact>& contacts,
                 const std::vector<FrozenCoupling>& couplings) noexcept;
   BlockCholesky& blocks() { return blocks_; }              ///< as assembled, to be factored

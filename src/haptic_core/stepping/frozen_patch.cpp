@@ -266,21 +266,17 @@ double FrozenPatch::missedDepth(const Vector6& V, double mean_depth) const noexc
   return g_ * most * g_ * (V.head<3>().norm() + V.segment<2>(3).norm() / extent());
 }
 
-void FrozenPatch::evaluate(const Vector6& V, double limit, Force& out) const noexcept {
+void FrozenPatch::evaluate(const Vector6& V, Force& out) const noexcept {
   sum(V, out.first);
   out.normal = std::max(0.0, out.first[0]);
-  limitFriction(V, limit, out);
-}
-
-void FrozenPatch::limitFriction(const Vector6& V, double limit, Force& out) const noexcept {
-  out.friction = friction_.hold(slipRate(V), g_, limit);
+  out.friction = friction_.hold(slipRate(V), g_, out.normal);
   setForce(out);
 }
 
-void FrozenPatch::stick(const Vector6& V, double limit, Force& out) const noexcept {
+void FrozenPatch::stick(const Vector6& V, Force& out) const noexcept {
   FrictionLayer stuck = friction_;
   stuck.limited = stuck.dragged = false;
-  out.friction = stuck.hold(slipRate(V), g_, limit);
+  out.friction = stuck.hold(slipRate(V), g_, out.normal);
   setForce(out);
 }
 
@@ -291,7 +287,7 @@ void FrozenPatch::setForce(Force& out) const noexcept {
   out.F += beyond_;
 }
 
-Matrix6 FrozenPatch::tangent(const Vector6& V, double limit, const Force& force) const noexcept {
+Matrix6 FrozenPatch::tangent(const Vector6& V, const Force& force) const noexcept {
   PatchMoments w;
   eachPressing(V, [&](double x, double y, double weight, double v_n, double reach) {
     double slope;
@@ -303,9 +299,16 @@ Matrix6 FrozenPatch::tangent(const Vector6& V, double limit, const Force& force)
   });
   PatchTangent t;
   t.damping = w;
-  t.compliant_area = friction_.compliantArea(force.friction, limit);
+  t.compliant_area = friction_.compliantArea(force.friction, force.normal);
   t.tangential_damping = g_ * (g_ * friction_.stiffness + friction_.damping);
   return t.combined(0, 1);
+}
+
+Vector6 FrozenPatch::perLoad(const Vector6& V, const Force& force) const noexcept {
+  const Vector3 f = friction_.perLoad(force.friction, slipRate(V), g_, force.normal);
+  Vector6 F;
+  F << 0, 0, f[2], f[0], f[1], 0;
+  return F;
 }
 
 /// k ∫ d dA and ½ k ∫ d² dA over faces with the thickness d.
@@ -329,10 +332,11 @@ Vector2 FrozenPatch::springsGained(const Vector6& V) const noexcept {
   return scale_ * k_ * weight_ * sum;
 }
 
-void FrozenPatch::carry(const Vector6& V, double limit, const Pose& X_AP, LocatedForce& out,
+void FrozenPatch::carry(const Vector6& V, const Pose& X_AP, LocatedForce& out,
                         double& elastic) const noexcept {
   Force force;
-  evaluate(V, limit, force);
+  evaluate(V, force);
+  const double limit = force.normal;
   const Vector2 springs = springsGained(V);
   out.elastic_force += springs[0];
   elastic += springs[1];

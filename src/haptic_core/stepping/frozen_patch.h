@@ -16,7 +16,7 @@
 /// Both fall with v_n: gradients of convex functions. What four points miss of the second moment of the thickness is made
 /// good by a common factor of the pressures and a common shift of the places: the force at the reference is exact.
 /// What a spring with a potential does beyond k Vol n stays as it is at the reference: exact there, and linear in the twist.
-/// Friction is a FrictionLayer, convex as well while the normal force in its limit stays. Where a patch opens or closes by
+/// Friction is a FrictionLayer, whose limit is that of this normal force. Where a patch opens or closes by
 /// more than its depth the four points are a caricature:
 /// implicit_stage.h freezes anew at the end that they predict.
 ///
@@ -61,20 +61,19 @@ class FrozenPatch {
     FrictionLayer::Hold friction;     ///< of it
     Vector3 first = Vector3::Zero();  ///< N, ∫ x p, ∫ y p: what it makes with (1, x, y) [N, N·m]
   };
-  /// (in realtime) The force at a twist; friction's limit is that of the normal force `limit` [N].
-  void evaluate(const Vector6& V, double limit, Force& out) const noexcept;
-  /// (in realtime) The same where `out` is of `evaluate` at V with another limit.
-  void limitFriction(const Vector6& V, double limit, Force& out) const noexcept;
+  /// (in realtime) The force at a twist.
+  void evaluate(const Vector6& V, Force& out) const noexcept;
   /// (in realtime) Friction as if it stuck, whatever it has to hold: in place of that in `out`, of `evaluate` there.
-  void stick(const Vector6& V, double limit, Force& out) const noexcept;
-  /// (in realtime) Of it (x and y of the force, torque along n) with another limit [N, N·m].
-  Vector3 frictionAt(const Vector6& V, double limit) const noexcept { return friction_.hold(slipRate(V), g_, limit).force; }
-  /// (in realtime) -g ∂F/∂V, symmetric and positive semidefinite [N·s·m … N·s/m]. `force`: of `evaluate` there with this limit.
-  Matrix6 tangent(const Vector6& V, double limit, const Force& force) const noexcept;
+  void stick(const Vector6& V, Force& out) const noexcept;
+  /// (in realtime) -g ∂F/∂V while friction's limit stays, symmetric and positive semidefinite [N·s·m … N·s/m]; its last row is of the
+  /// normal force. `force`: of `evaluate` there, likewise below.
+  Matrix6 tangent(const Vector6& V, const Force& force) const noexcept;
+  /// (in realtime) ∂F/∂N that the limit adds to it [m … 1].
+  Vector6 perLoad(const Vector6& V, const Force& force) const noexcept;
 
   /// (in realtime) Takes an exact contact from the reference to the twist V: force, friction's memory, powers, and the
   /// elastic energy to the first order.
-  void carry(const Vector6& V, double limit, const Pose& X_AP, LocatedForce& force, double& elastic) const noexcept;
+  void carry(const Vector6& V, const Pose& X_AP, LocatedForce& force, double& elastic) const noexcept;
 
   /// (in realtime) Where points or faces have not the exact force at the reference, leaves out what they miss: for a pass
   /// that goes far from it, and is not the last.

@@ -10,8 +10,8 @@ constexpr int kAside = 256;            ///< patches kept beside those of the pai
 constexpr int kMostSearch = 12;       ///< evaluations of the frozen forces on one line
 constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)| falls to this share of |φ(0)|
 /// A full step that leaves this share of its slope ends the pass: another one would move by as much, less than what the next
-/// pass changes. Unless the step has changed what limits friction, or misses that share of a speed by the force on one body of
-/// several: the slope is the part's, and a heavy body's hides a light one's.
+/// pass changes. Unless it misses that share of a speed by the force on one body of several: the slope is the part's, and a heavy
+/// body's hides a light one's.
 constexpr double kStraight = 0.02;
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
@@ -21,7 +21,7 @@ FrozenProblem::FrozenProblem(const Model& model)
     : model_(model), parts_(model.trees.size(), model.pair_capacity + kAside), matrix_(model, model.pair_capacity + kAside) {
   node_of_tree_.assign(model.trees.size(), -1);
   for (auto* x : {&remainder_, &energy_remainder_}) x->resize(model.trees.size());
-  for (auto* x : {&v_reference_, &r_reference_, &smooth_, &residual_, &step_, &trial_, &rows_}) x->resize(model.nv);
+  for (auto* x : {&v_reference_, &r_reference_, &smooth_, &residual_, &step_, &loaded_, &load_, &trial_, &rows_}) x->resize(model.nv);
   contacts.reserve(model.pair_capacity + kAside);
   joined_.resize(contacts.capacity());
 }
@@ -110,6 +110,13 @@ void FrozenProblem::addForce(int link, const Wrench& F_W, const Vector3& p_W, do
   force += F_W.force;
 }
 
+/// rows += Jᵀ F of a wrench on B at P, in P's axes.
+void FrozenProblem::addContact(const FrozenContact& c, const Vector6& F_BP_P, double* rows) const noexcept {
+  const Wrench F_W = Wrench{F_BP_P.head<3>(), F_BP_P.tail<3>()}.rotated(c.X_WP.R);
+  addForce(c.link_b, F_W, c.X_WP.p, rows);
+  addForce(c.link_a, -F_W, c.X_WP.p, rows);
+}
+
 /// r + M δ + Σ Jᵀ C J δ into `smooth_`.
 void FrozenProblem::smoothPart(const double* v) noexcept {
   for (int n = 0; n < part_.tree_count; ++n) {
@@ -146,7 +153,7 @@ void FrozenProblem::measureImbalance(double g) noexcept {
   }
 }
 
-bool FrozenProblem::minimise(double g, int most, double finest, double enough, const std::vector<char>& moved, const double* q,
+bool FrozenProblem::solve(double g, int most, double finest, double enough, const std::vector<char>& moved, const double* q,
                              double* v) noexcept {
   decrement = remainder = energy_remainder = imbalance = 0;
   const int iterations_before = iterations, factorisations_before = factorisations;
@@ -163,7 +170,7 @@ bool FrozenProblem::minimise(double g, int most, double finest, double enough, c
     if (std::any_of(part_.trees, part_.trees + part_.tree_count, [&](int t) { return moved[t] != 0; })) {
       iterations = factorisations = 0;
       remainder_[first] = energy_remainder_[first] = 0;
-      solved &= minimisePart(g, most, finest, enough, q, v);
+      solved &= solvePart(g, most, finest, enough, q, v);
       longest = std::max(longest, iterations);
       factored = std::max(factored, factorisations);
     }
@@ -175,51 +182,36 @@ bool FrozenProblem::minimise(double g, int most, double finest, double enough, c
   return solved;
 }
 
-bool FrozenProblem::minimisePart(double g, int most, double finest, double enough, const double* q, double* v) noexcept {
+bool FrozenProblem::solvePart(double g, int most, double finest, double enough, const double* q, double* v) noexcept {
   smoothPart(v);
   eachContact([&](FrozenContact& c) {
     c.V = c.V_reference + twistOf(c, trial_.data());  // trial_ holds δ
-    c.patch.evaluate(c.V, c.limit, c.force);
+    c.patch.evaluate(c.V, c.force);
   });
   double changed = 0, open = 1;
   for (int i = 0; i < most; ++i) {
     if (i > 0) {
       smoothPart(v);
-      eachContact([&](FrozenContact& c) {
-        c.limit = c.force.normal;
-        c.patch.limitFriction(c.V, c.limit, c.force);  // the search has left the pressures of this V
+      eachContact([](FrozenContact& c) {  // the search has left the forces of this V
         const bool turned_over = c.force.friction.outside && c.slid.head<2>().dot(c.force.friction.force.head<2>()) < 0;
-        if (turned_over) c.patch.stick(c.V, c.limit, c.force);
+        if (turned_over) c.patch.stick(c.V, c.force);
       });
     }
     eachContact([](FrozenContact& c) {
       const FrictionLayer::Hold& friction = c.force.friction;
       c.slid = friction.outside ? friction.force : Vector3(Vector3::Zero());
     });
-    for (int n = 0; n < part_.tree_count; ++n) {
-      std::copy_n(smooth_.begin() + treeAt(n).v, matrix_.sizeAt(n), residual_.begin() + treeAt(n).v);
-    }
-    eachContact([&](const FrozenContact& c) {
-      const Wrench F_W = Wrench{c.force.F.head<3>(), c.force.F.tail<3>()}.rotated(c.X_WP.R) * -g;
-      addForce(c.link_b, F_W, c.X_WP.p, residual_.data());
-      addForce(c.link_a, -F_W, c.X_WP.p, residual_.data());
-    });
+    eachVelocity([this](int k) { residual_[k] = smooth_[k]; });
+    eachContact([&](const FrozenContact& c) { addContact(c, -g * c.force.F, residual_.data()); });
     if (i == 0) measureImbalance(g);
-    if (!matrix_.assemble(part_, contacts, couplings) || !findDirection(q, v, open)) return false;
+    if (!matrix_.assemble(part_, contacts, couplings) || !findStep(g, q, v, open)) return false;
     ++iterations;
     double size = 0;
     for (int n = 0; n < part_.tree_count; ++n) size = std::max(size, speedOf(part_.trees[n], step_.data()));
-    if (i == 0) decrement -= dotStep(residual_);
-    // A full step is the motion under exactly these forces, linear in it.
-    eachContact([&](FrozenContact& c) {
-      c.step = twistOf(c, step_.data());
-      c.F_done = c.force.F - c.G * c.step / g;
-    });
+    if (i == 0) decrement -= dot(residual_, step_);
     double left = 0;
     const double alpha = size <= finest ? 1.0 : search(g, v, left);
-    for (int n = 0; n < part_.tree_count; ++n) {
-      for (int k = treeAt(n).v; k < treeAt(n).v + matrix_.sizeAt(n); ++k) v[k] += alpha * step_[k];
-    }
+    eachVelocity([&](int k) { v[k] += alpha * step_[k]; });
     if (alpha == 1 && joints_) joints_->settle(v);
     eachContact([&](FrozenContact& c) {
       c.V += alpha * c.step;
@@ -229,31 +221,14 @@ bool FrozenProblem::minimisePart(double g, int most, double finest, double enoug
     changed += alpha * size;
     const double share = size <= finest ? 0 : alpha == 1 ? std::abs(left) : 1;
     remainder_[part_.trees[0]] = share * size;
-    energy_remainder_[part_.trees[0]] = share * -dotStep(residual_);
+    energy_remainder_[part_.trees[0]] = share * -dot(residual_, step_);
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
     if (alpha != 1 || std::abs(left) > kStraight) continue;
-    double limit_error = 0, missed = 0;
-    eachContact([&](const FrozenContact& c) {
-      limit_error = std::max(limit_error, limitError(c, g));
-      missed = std::max(missed, missedSpeed(c, g));
-    });
-    if (limit_error <= enough && (part_.tree_count == 1 || missed <= std::max(enough, kStraight * size))) break;
+    double missed = 0;
+    eachContact([&](const FrozenContact& c) { missed = std::max(missed, missedSpeed(c, g)); });
+    if (part_.tree_count == 1 || missed <= std::max(enough, kStraight * size)) break;
   }
   return true;
-}
-
-/// Speed that friction is wrong by because its limit is that of the last iterate [m/s].
-double FrozenProblem::limitError(double g) const noexcept {
-  double most = 0;
-  for (const FrozenContact& c : contacts) most = std::max(most, limitError(c, g));
-  return most;
-}
-
-double FrozenProblem::limitError(const FrozenContact& c, double g) const noexcept {
-  if (!c.force.friction.outside && c.force.normal >= c.limit) return 0;
-  const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
-  const Vector3 f = c.patch.frictionAt(c.V, c.force.normal) - c.force.friction.force;
-  return g / mass * f.head<2>().norm();
 }
 
 /// Speed that the force at the end of a full Newton step gives beyond what the step took it for [m/s].
@@ -262,29 +237,88 @@ double FrozenProblem::missedSpeed(const FrozenContact& c, double g) const noexce
   return g / mass * (c.force.F - c.F_done).tail<3>().norm();
 }
 
-/// Newton's step p into step_, with what the joints do by themselves. `open`: share of the gaps of loops that is left.
-bool FrozenProblem::findDirection(const double* q, const double* v, double open) noexcept {
+/// Newton's step into step_ and the contacts, with what the joints do by themselves. `open`: share of the gaps of loops that is left.
+bool FrozenProblem::findStep(double g, const double* q, const double* v, double open) noexcept {
   ++factorisations;
-  if (joints_) return joints_->solve(matrix_.blocks(), work_, q, v, residual_.data(), open, step_.data());
-  if (!matrix_.blocks().factor()) return false;
-  for (int n = 0, row = 0; n < part_.tree_count; ++n) {
-    const int first = treeAt(n).v;
-    for (int i = 0; i < matrix_.sizeAt(n); ++i) rows_[row++] = -residual_[first + i];
+  if (joints_) {
+    if (!joints_->solve(matrix_.blocks(), work_, q, v, residual_.data(), open, step_.data())) return false;
+  } else {
+    if (!matrix_.blocks().factor()) return false;
+    stepFor(residual_, v, step_);
   }
-  matrix_.blocks().solve(rows_.data());
-  for (int n = 0, row = 0; n < part_.tree_count; ++n) {
-    const int first = treeAt(n).v;
-    for (int i = first; i < first + matrix_.sizeAt(n); ++i) step_[i] = rows_[row++];
-  }
+  eachContact([&](FrozenContact& c) {
+    c.step = twistOf(c, step_.data());
+    c.F_done = c.force.F;
+    c.per_load = c.patch.perLoad(c.V, c.force);
+  });
+  followLoad(g, v);
   return true;
 }
 
-/// u·p over the part.
-double FrozenProblem::dotStep(const std::vector<double>& u) const noexcept {
-  double sum = 0;
-  for (int n = 0; n < part_.tree_count; ++n) {
-    for (int k = treeAt(n).v; k < treeAt(n).v + matrix_.sizeAt(n); ++k) sum += u[k] * step_[k];
+/// The step for a residual on the factor at hand, of joints that stay on their pieces.
+void FrozenProblem::stepFor(const std::vector<double>& residual, const double* v, std::vector<double>& step) noexcept {
+  if (joints_) {
+    joints_->solveAgain(matrix_.blocks(), v, residual.data(), step.data());
+    return;
   }
+  int row = 0;
+  eachVelocity([&](int k) { rows_[row++] = -residual[k]; });
+  matrix_.blocks().solve(rows_.data());
+  row = 0;
+  eachVelocity([&](int k) { step[k] = rows_[row++]; });
+}
+
+/// Takes step_ from A p = -R to A p + Σ Jᵀ b y = -R with y = nᵀ G J p, -g times what the step adds to N. The first step took y for 0,
+/// a second one takes it for that of the first, and between and beyond the two lies the one with the least error of y: an iteration of
+/// GMRES (Saad, Schultz, SIAM J. Sci. Stat. Comput. 7, 1986). Further ones change no count. Where that is no way down, as where two
+/// bodies wedge, the first step it is. A full step is then the motion under exactly F_done, linear in it.
+void FrozenProblem::followLoad(double g, const double* v) noexcept {
+  const auto loadOf = [](const FrozenContact& c) { return c.G.row(5).dot(c.step); };
+  bool slides = false;
+  eachContact([&](const FrozenContact& c) { slides |= !c.per_load.isZero(0); });
+  double share = 0;
+  if (slides) {
+    eachVelocity([this](int k) { load_[k] = 0; });
+    eachContact([&](const FrozenContact& c) { addContact(c, loadOf(c) * c.per_load, load_.data()); });
+    eachVelocity([this](int k) { trial_[k] = residual_[k] + load_[k]; });
+    stepFor(trial_, v, loaded_);
+    double along = 0, norm = 0;
+    eachContact([&](FrozenContact& c) {
+      c.step_loaded = twistOf(c, loaded_.data());
+      if (c.per_load.isZero(0)) return;
+      const double first = loadOf(c), error = 2 * first - c.G.row(5).dot(c.step_loaded);
+      along += first * error;
+      norm += error * error;
+    });
+    share = norm > 0 ? along / norm : 0;
+    eachVelocity([&](int k) { loaded_[k] = step_[k] + share * (loaded_[k] - step_[k]); });
+    if (!(dot(residual_, loaded_) < 0)) share = 0;
+    if (joints_) {  // their forces are those of the last step that was solved
+      eachVelocity([&](int k) { trial_[k] = residual_[k] + share * load_[k]; });
+      stepFor(trial_, v, step_);
+    } else if (share != 0) {
+      step_.swap(loaded_);
+    }
+  }
+  eachContact([&](FrozenContact& c) {
+    const double y = share * loadOf(c);
+    if (share != 0) c.step += share * (c.step_loaded - c.step);
+    c.F_done -= (c.G * c.step + y * c.per_load) / g;
+  });
+}
+
+template <class Visit>
+void FrozenProblem::eachVelocity(Visit&& visit) const noexcept {
+  for (int n = 0; n < part_.tree_count; ++n) {
+    const int first = treeAt(n).v;
+    for (int k = first; k < first + matrix_.sizeAt(n); ++k) visit(k);
+  }
+}
+
+/// Over the part.
+double FrozenProblem::dot(const std::vector<double>& a, const std::vector<double>& b) const noexcept {
+  double sum = 0;
+  eachVelocity([&](int k) { sum += a[k] * b[k]; });
   return sum;
 }
 
@@ -306,21 +340,19 @@ double FrozenProblem::curvature() const noexcept {
 double FrozenProblem::slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept {
   double phi = along + alpha * curvature;
   eachContact([&](FrozenContact& c) {
-    c.patch.evaluate(c.V + alpha * c.step, c.limit, c.force);
+    c.patch.evaluate(c.V + alpha * c.step, c.force);
     phi -= g * c.force.F.dot(c.step);
   });
   if (!joints_) return phi;
-  for (int n = 0; n < part_.tree_count; ++n) {
-    for (int k = treeAt(n).v; k < treeAt(n).v + matrix_.sizeAt(n); ++k) trial_[k] = v[k] + alpha * step_[k];
-  }
+  eachVelocity([&](int k) { trial_[k] = v[k] + alpha * step_[k]; });
   if (alpha == 1) joints_->settle(trial_.data());
   return phi + joints_->slope(trial_.data(), step_.data());
 }
 
-/// The α ≤ 1 with φ(α) ≈ 0; φ rises from φ(0) < 0. Beyond 1 the next direction knows more. `left`: φ(1)/φ(0).
+/// The α ≤ 1 with φ(α) ≈ 0, from φ(0) < 0. Beyond 1 the next direction knows more. `left`: φ(1)/φ(0).
 double FrozenProblem::search(double g, const double* v, double& left) noexcept {
-  const double along = dotStep(smooth_);
-  double phi_0 = dotStep(residual_);
+  const double along = dot(smooth_, step_);
+  double phi_0 = dot(residual_, step_);
   if (joints_) phi_0 += joints_->slope(v, step_.data());
   const double bend = curvature();
   double alpha = 1, phi = slopeAt(g, 1, along, bend, v);

@@ -16,9 +16,7 @@ class IslandOperator final : public JointOperator {
   };
   /// Room by row: `diag`, `product`.
   IslandOperator(BlockCholesky& matrix, const Rows& rows, const double* residual, double g, double* diag, double* product)
-      : matrix_(matrix), rows_(rows), residual_(residual), g_(g), diag_(diag), product_(product) {
-    matrix_.keep();
-  }
+      : matrix_(matrix), rows_(rows), residual_(residual), g_(g), diag_(diag), product_(product) {}
 
   bool factor(const double* diag) noexcept override {
     if (factored_) matrix_.recall();
@@ -97,12 +95,20 @@ void ImplicitJoints::startStage(const State& state, const double* q_base, double
 bool ImplicitJoints::solve(BlockCholesky& matrix, const LinkWork* work, const double* q, const double* v,
                            const double* residual, double open, double* p) noexcept {
   joints_.lookAtRings(work, q, open, nullptr);
+  matrix.keep();
   IslandOperator island(matrix, {velocity_.data(), node_.data(), local_.data(), rows_}, residual, g_, diag_.data(),
                         product_.data());
   const JointSolver::Found found = joints_.solve(island, v, p_.data());
   for (int i = 0; i < rows_; ++i) p[velocity_[i]] = p_[i];
   converged_ = found != JointSolver::Found::kCycled;
   return found != JointSolver::Found::kUnsolved;
+}
+
+void ImplicitJoints::solveAgain(BlockCholesky& matrix, const double* v, const double* residual, double* p) noexcept {
+  IslandOperator island(matrix, {velocity_.data(), node_.data(), local_.data(), rows_}, residual, g_, diag_.data(),
+                        product_.data());
+  joints_.solveAgain(island, v, p_.data());
+  for (int i = 0; i < rows_; ++i) p[velocity_[i]] = p_[i];
 }
 
 void ImplicitJoints::closeAccount(State& state) const noexcept {

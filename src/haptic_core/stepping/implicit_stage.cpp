@@ -16,7 +16,7 @@ namespace {
 constexpr double kStagnation = 1e-9;
 /// Newton steps of a pass: first passes contract by 5–20 each, so that more of them beat longer ones. What has not settled
 /// then keeps its patches and waits for friction to choose between stick and slip.
-constexpr int kStepsOfPass = 4, kStepsOfLatePass = 7, kFirstPasses = 2;
+constexpr int kStepsOfPass = 4;
 /// Without contacts a pass costs little, and there is nothing that ends it but rounding: share of the
 /// tolerance then.
 constexpr double kContactFree = 1e-8;
@@ -137,8 +137,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
       std::copy_n(v.begin() + tree.v, tree.model->nv(), before_.begin() + tree.v);
     }
     const double fine = finest(g);
-    const int steps = pass < kFirstPasses ? kStepsOfPass : kStepsOfLatePass;
-    if (!problem_.minimise(g, steps, fine, kStays * tolerance_.speed, moved_, q_.data(), v.data())) break;
+    if (!problem_.solve(g, kStepsOfPass, fine, kStays * tolerance_.speed, moved_, q_.data(), v.data())) break;
     const double changed = change(before_);
     if (!std::isfinite(changed)) break;
     // A body of a micrometre falls through itself in what is nothing to one of a metre.
@@ -302,11 +301,10 @@ void ImplicitStage::evaluate(double g) noexcept {
   contacts_.evaluate(moved_, tolerance_, changed_);
 }
 
-/// Whether another evaluation would find what the last one predicts: the pass ended at its minimum with the limits of friction
-/// that it was given, all patches stay valid, and no gap closes. Bodies on joints turn more than that: they are always looked at again.
+/// Whether another evaluation would find what the last one predicts: the pass ended at its solution, all patches stay valid, and no gap closes. Bodies on joints turn more than that: they are always looked at again.
 bool ImplicitStage::holds(double g) const noexcept {
   if (island_jointed_ || contacts_.all().empty()) return false;
-  if (problem_.remainder + problem_.limitError(g) > kStays * tolerance_.speed) return false;
+  if (problem_.remainder > kStays * tolerance_.speed) return false;
   if (problem_.energy_remainder > kStays * tolerance_.energy) return false;
   return contacts_.hold(tolerance_, before_.data());
 }

@@ -150,8 +150,6 @@ void StageContacts::evaluatePair(int index) noexcept {
   frozen.F_done << found.force.F_BP_P.torque, found.force.F_BP_P.force;
   const double squares = 2 * contact.elastic / k;  // ∫d² dA [m⁴]
   frozen.patch.freeze(found.volume, squares, contact.force, found.law, frozen.V_reference, g_);
-  // The last pass knows better what presses at its end than the force at the new reference, which stiffness magnifies.
-  if (!known) frozen.limit = contact.force.normal_force;
   if (!(reach_ > 0)) {
     frozen.patch.dropConstant();
     rough_ |= frozen.patch.isRough();
@@ -208,7 +206,6 @@ FrozenContact* StageContacts::nearContact(int index) noexcept {
   FrozenContact& c = problem_.contacts[slot];
   c.link_a = model_.shapes[pair.shapeA()].link;
   c.link_b = model_.shapes[pair.shapeB()].link;
-  c.limit = 0;
   c.F_done.setZero();
   return &c;
 }
@@ -262,7 +259,6 @@ void StageContacts::leave(int slot) noexcept {
   contacts_[slot].touching = false;
   FrozenContact& c = problem_.contacts[slot];
   c.patch.forget();
-  c.limit = 0;
   c.F_done.setZero();
 }
 
@@ -304,7 +300,7 @@ void StageContacts::finish(const double* u, const Twist* held_way, double step) 
       continue;
     }
     const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, u);
-    frozen.patch.carry(V, frozen.limit, c.volume.X_AP, c.force, c.elastic);
+    frozen.patch.carry(V, c.volume.X_AP, c.force, c.elastic);
     if (held) {
       const Twist V_mean = Twist{V.head<3>(), V.tail<3>()} - ofHands(c.pair, frozen, nullptr, 1) + V_hands;
       c.force.memory.power = contactPower(c.force.F_BP_P, c.force.elastic(), V_mean);

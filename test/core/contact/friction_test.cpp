@@ -1,6 +1,8 @@
 // Friction of a patch whose integrals are closed forms: the elastic layer, the limit, sliding, sticking again, events.
 #include "haptic_core/contact/friction.h"
 
+#include <random>
+
 #include "flush_cube.h"
 
 namespace haptic::test {
@@ -125,6 +127,35 @@ TEST_F(Friction, WithoutTorsionThePatchDoesNotResistSpinning) {
   law_.torsion = false;
   const LocatedForce F = force({Vector3(0, 0, 5), Vector3::Zero()}, {}, {1e-3, false});
   EXPECT_EQ(F.F_BP_P.torque.z(), 0);
+}
+
+/// While N stays a layer's force falls with the slip, stuck or not, and N adds to it by `perLoad`.
+TEST(FrictionLayer, FallsWithTheSlipAndFollowsItsLoad) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> u(-1, 1);
+  const auto vector = [&](double size) { return Vector3(size * u(random), size * u(random), size * u(random) / 0.05); };
+  const double h = 1e-3, load = 10;
+  int sliding = 0;
+  for (int i = 0; i < 500; ++i) {
+    FrictionLayer layer;
+    layer.area << 2.5e-3, 2.5e-3, 1e-6;
+    layer.stiffness = 1e8;
+    layer.damping = 1e4;
+    layer.before = vector(1e-5);
+    layer.rest = vector(1e-2);
+    layer.offset = Vector3(0.05 * u(random), 0.05 * u(random), 1e-3 * u(random));
+    layer.mu = 0.5;
+    layer.radius = 0.03;
+    const Vector3 rate = vector(i % 2 ? 1e-3 : 0.1), other = vector(0.1);
+    const FrictionLayer::Hold held = layer.hold(rate, h, load);
+    EXPECT_LE((held.force - layer.hold(other, h, load).force).dot(rate - other), 1e-12 * load);
+    const double more = 1e-6 * load;  // central differences: 1e-12 of the curvature, 1e-10 of rounding
+    const FrictionLayer::Hold above = layer.hold(rate, h, load + more), below = layer.hold(rate, h, load - more);
+    if (above.outside != held.outside || below.outside != held.outside) continue;
+    sliding += held.outside;
+    EXPECT_LE(((above.force - below.force) / (2 * more) - layer.perLoad(held, rate, h, load)).norm(), 1e-8);
+  }
+  EXPECT_GT(sliding, 100);
 }
 
 }  // namespace friction_test
