@@ -1,11 +1,11 @@
-/// What presses and pulls in the convex problem of an implicit stage (frozen_problem.h).
+/// What presses and pulls in a pass of an implicit stage (frozen_problem.h).
 #pragma once
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/stepping/frozen_patch.h"
 
 namespace haptic {
 
-/// A contact in the convex problem of an implicit stage.
+/// A contact in a pass of an implicit stage.
 struct FrozenContact {
   int link_a = 0, link_b = 0;          ///< world indices
   Pose X_WP;                           ///< of the patch, at the reference

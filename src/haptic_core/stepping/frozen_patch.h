@@ -1,4 +1,4 @@
-/// The force law of a contact with its geometry frozen: the gradient of a convex function of the relative twist.
+/// The force law of a contact with its geometry frozen: without friction the gradient of a convex function of the relative twist.
 ///
 /// At a reference pose the patch is replaced by weighted points. With r̄ = A1/A0, C = A2/A0 - r̄ r̄ᵀ and its
 /// eigenpairs (λ_j, e_j),

@@ -5,7 +5,7 @@
 /// r the residual of inertia, gravity and contacts (implicit_step.h), φ the rings and mimics, φ' = G v. A
 /// Newton step p solves the linear model of r together with the graphs themselves:
 ///   A p + r = g f + Gᵀ μ,   f_i on its graph at v_i + p_i,   G p = −φ/g.
-/// The graphs fall, so this is the step of a convex problem, and the one that joint_solver.h solves, over the factor of A of
+/// The graphs fall, so this is a step of the pass, and the one that joint_solver.h solves, over the factor of A of
 /// the island. Cost: one factorisation per pass, one pass where no joint changes its piece, and with rings a solve per row.
 #pragma once
 #include <vector>

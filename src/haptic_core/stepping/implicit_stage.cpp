@@ -14,8 +14,7 @@ namespace {
 
 /// Changes that shrink no more, but are this small already, are rounding in a stiff contact.
 constexpr double kStagnation = 1e-9;
-/// Newton steps of a pass: first passes contract by 5–20 each, so that more of them beat longer ones. What has not settled
-/// then keeps its patches and waits for friction to choose between stick and slip.
+/// Newton steps of a pass: passes contract by 5–20 each, so that more of them beat longer ones.
 constexpr int kStepsOfPass = 4;
 /// Without contacts a pass costs little, and there is nothing that ends it but rounding: share of the
 /// tolerance then.
@@ -128,7 +127,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     most_passes = std::max(most_passes, island_.pair_count == 0 ? kAlonePasses : kContactFreePasses);
   for (int pass = 0; pass < most_passes && !converged; ++pass) {
     if (pass > 0) evaluate(g);
-    const double now = energy();
+    const double now = energy() - supply(g);
     const bool calmer = now <= calm_energy_;
     if (calmer) calm_energy_ = now;
     for (int n = 0; n < island_.tree_count; ++n) {
@@ -153,7 +152,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     // at its reference, -R·p, is known exactly; the end of the pass is nobody's reference yet. v_dot_ holds v - v_b.
     tolerance_.energy = settings_.tolerance * (problem_.massNorm2(v_dot_.data()) + mass_ * least * least);
     const bool harmless = problem_.decrement <= tolerance_.energy;
-    converged = !contacts_.isRough() && (changed <= fine || holds(g) || (error <= tolerance_.speed && harmless) ||
+    converged = !contacts_.isRough() && (changed <= fine || holds() || (error <= tolerance_.speed && harmless) ||
                 (rate >= 0.5 && changed <= kStagnation * problem_.speed(v.data())));
     last = changed_ = changed;
     for (int n = 0; n < island_.tree_count; ++n) {
@@ -178,7 +177,17 @@ double ImplicitStage::energy() const noexcept {
   return sum + contacts_.springEnergy();
 }
 
-/// The same at the start of the stage. Leaves the links there.
+/// Work of hands and belts over the stage, with the forces and velocities at its reference [J].
+double ImplicitStage::supply(double g) const noexcept {
+  double sum = contacts_.supply(held_way_, step_);
+  for (std::size_t i = 0; i < couplings.size(); ++i) {
+    const int link = problem_.couplings[i].link;
+    if (link >= 0) sum += power(couplings[i].F_W, work_[link].twistAtOrigin());
+  }
+  return g * sum;
+}
+
+/// Of the island at the start of the stage [J]. Leaves the links there.
 double ImplicitStage::startEnergy() noexcept {
   double sum = 0;
   for (int n = 0; n < island_.tree_count; ++n) {
@@ -207,13 +216,14 @@ void ImplicitStage::setVelocity(const std::vector<double>& from, double share, d
 
 double ImplicitStage::keepEnergy(double g) noexcept {
   const double most = startEnergy(), calm = calm_energy_;
+  const auto isTooMuch = [&] { return !(energy() - supply(g) <= most); };
   setVelocity(v, 1, g);
   evaluate(g);
-  if (!(energy() <= most)) {
+  if (isTooMuch()) {
     setVelocity(calm_, calm <= most ? 1.0 : kSlower, g);
     evaluate(g);
   }
-  if (!(energy() <= most)) {
+  if (isTooMuch()) {
     setVelocity(calm_, 0, g);
     evaluate(g);
   }
@@ -302,7 +312,7 @@ void ImplicitStage::evaluate(double g) noexcept {
 }
 
 /// Whether another evaluation would find what the last one predicts: the pass ended at its solution, all patches stay valid, and no gap closes. Bodies on joints turn more than that: they are always looked at again.
-bool ImplicitStage::holds(double g) const noexcept {
+bool ImplicitStage::holds() const noexcept {
   if (island_jointed_ || contacts_.all().empty()) return false;
   if (problem_.remainder > kStays * tolerance_.speed) return false;
   if (problem_.energy_remainder > kStays * tolerance_.energy) return false;

@@ -1,10 +1,10 @@
-/// One stage of an implicit step: passes of convex problems, each frozen where the last one ended.
+/// One stage of an implicit step: passes, each with geometry frozen where the last one ended.
 ///
 /// A stage of length g from a base (q_b, v_b, s_b) finds v with
 ///     R(v) = M(q)(v - v_b) + g (c(q, v) - Σ Jᵀ F(q, v, s) - gravity) = 0,   q = q_b ⊕ g v,  s = s_b + g V_t,
 /// F from the contact volumes at q and from the virtual couplings.
 ///
-/// A pass evaluates contacts and inertia once, at a reference velocity v_r, and solves the convex problem that has the
+/// A pass evaluates contacts and inertia once, at a reference velocity v_r, and solves the problem that has the
 /// exact force and stiffness there (frozen_problem.h). Its solution is the reference of the next pass, which looks again at
 /// what has changed (stage_contacts.h); where nothing has, there is no next pass. At rest, and wherever patches change
 /// little within a step, the stage costs one evaluation and one factorisation.
@@ -61,7 +61,7 @@ class ImplicitStage {
     return goesOn() && iterate(g, most_passes);
   }
   /// (in realtime) After an implicit Euler stage from the state's q, v that did not converge: looks at the exact energy of
-  /// v and, where it is above that of the start, goes back to the last reference that was not, or slows the island down
+  /// v and, where it is above that of the start and of what hands supply meanwhile, goes back to the last reference that was not, or slows the island down
   /// until it is not. At most kMostRetreats evaluations. The energy that is then lost [J].
   double keepEnergy(double g) noexcept;
 
@@ -98,13 +98,14 @@ class ImplicitStage {
   bool iterate(double g, int most_passes) noexcept;
   double energyOf(int tree) const noexcept;
   double energy() const noexcept;
+  double supply(double g) const noexcept;
   double startEnergy() noexcept;
   void setVelocity(const std::vector<double>& from, double share, double g) noexcept;
   double change(const std::vector<double>& since) noexcept;
   void sinceReference() noexcept;
   double farthest() const noexcept;
   void evaluate(double g) noexcept;
-  bool holds(double g) const noexcept;
+  bool holds() const noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
   void pull(ImplicitCoupling& coupling) noexcept;
   void finish(double g) noexcept;
@@ -128,7 +129,7 @@ class ImplicitStage {
   std::vector<char> moved_;                     ///< by tree: since its reference
   std::vector<double> q_, before_, residual_, v_dot_, calm_;
   std::vector<double> tree_energy_;             ///< by tree: kinetic and potential at its reference [J]
-  double calm_energy_ = 0;                      ///< of the island at v = calm_, the reference of least energy so far [J]
+  double calm_energy_ = 0;                      ///< of the island at v = calm_, less supply: the least of a reference so far [J]
   std::vector<LinkWork> work_;
   std::vector<int> first_shape_;                ///< by tree, with the end of the last
   std::vector<Pose> X_WS_;

@@ -284,6 +284,20 @@ Twist StageContacts::ofHands(int pair, const FrozenContact& c, const Twist* held
   return (twistOf(c.link_b) - twistOf(c.link_a)).rotated(c.X_WP.R.transpose()) + beltOf(pair, c.X_WP);
 }
 
+bool StageContacts::isLed(const FrozenContact& c) const noexcept {
+  return places_.held_by[c.link_a] >= 0 || places_.held_by[c.link_b] >= 0 || model_.has_belts;
+}
+
+double StageContacts::supply(const Twist* held_way, double step) const noexcept {
+  double sum = 0;
+  for (int i = 0; i < contacts_.size(); ++i) {
+    const ImplicitContact& c = contacts_[i];
+    const FrozenContact& frozen = problem_.contacts[i];
+    if (c.touching && isLed(frozen)) sum -= power(c.force.F_BP_P, ofHands(c.pair, frozen, held_way, 1 / step));
+  }
+  return sum;
+}
+
 void StageContacts::finish(const double* u, const Twist* held_way, double step) noexcept {
   brushes_.clear();
   hands_power_ = 0;
@@ -291,7 +305,7 @@ void StageContacts::finish(const double* u, const Twist* held_way, double step) 
     ImplicitContact& c = contacts_[i];
     const FrozenContact& frozen = problem_.contacts[i];
     const Wrench done_P{frozen.F_done.head<3>(), frozen.F_done.tail<3>()};
-    const bool held = places_.held_by[frozen.link_a] >= 0 || places_.held_by[frozen.link_b] >= 0 || model_.has_belts;
+    const bool held = isLed(frozen);
     const Twist V_hands = held ? ofHands(c.pair, frozen, held_way, 1 / step) : Twist{};
     c.hands_power = -power(done_P, V_hands);
     hands_power_ += c.hands_power;

@@ -1,4 +1,4 @@
-/// The contacts of a stage: which patches stand in its convex problem, where each was frozen, and when it is looked at again.
+/// The contacts of a stage: which patches stand in its problem, where each was frozen, and when it is looked at again.
 ///
 /// A pair that touches has a patch. After a pass it keeps it while what the frozen geometry leaves out is small
 /// (`staysValid`), else it is evaluated again. Beside the patches stand those of what is near: a gap that may close within
@@ -77,7 +77,9 @@ class StageContacts {
   /// In step with the problem's contacts.
   const LoadedVector<ImplicitContact>& all() const { return contacts_; }
   const LoadedVector<Brush>& brushes() const { return brushes_; }  ///< found by `finish`
-  double springEnergy() const noexcept;        ///< of those that touch [J]
+  double springEnergy() const noexcept;
+  /// (in realtime) Of what hands that lead a link, and belts, do to contacts as they stand at the reference [W]; as in `finish`.
+  double supply(const Twist* held_way, double step) const noexcept;        ///< of those that touch [J]
   double handsPower() const { return hands_power_; }  ///< what hands put into all that pressed, found by `finish` [W]
   bool isRough() const { return rough_; }      ///< a patch of the last evaluation has not the exact force
 
@@ -87,6 +89,7 @@ class StageContacts {
   FrozenContact* nearContact(int pair) noexcept;
   void placeNear(int pair, FrozenContact& contact, const Pose& X_WP) const noexcept;
   Twist beltOf(int pair, const Pose& X_WP) const noexcept;
+  bool isLed(const FrozenContact& contact) const noexcept;  ///< by a hand or a belt
   Twist ofHands(int pair, const FrozenContact& contact, const Twist* held_way, double share) const noexcept;
   PairLaw lawOf(const FrozenContact& contact, const ActivePair& pair) const noexcept;
   bool lookAtFaces(int pair, const Pose& X_AB, const Vector3& n) noexcept;
