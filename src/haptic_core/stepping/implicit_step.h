@@ -24,7 +24,7 @@
 /// (regula falsi on its length), the patch changes its mode, and the rest of the step follows.
 ///
 /// Bounds. The budget of an island in a step is 128 evaluations of the exact geometry of a pair over the pairs that touch, but 10 at
-/// least and 64 at most, shared by all attempts and instants of friction, and seven factorisations for each pass. A step that has not
+/// least and 64 at most, shared by all attempts and instants of friction, and four factorisations for each pass. A step that has not
 /// converged by then is reported with the wrench that it leaves out of balance; as implicit Euler it then has no more energy than it
 /// started with. A fold hidden in an accepted step escapes that (seen at 1e12 N/m³).
 #pragma once

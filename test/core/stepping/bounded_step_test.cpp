@@ -28,7 +28,7 @@ void expectBounded(const WorldDef& def, int steps, double most_energy) {
     ASSERT_TRUE(r.finite) << def.name << " step " << i;
     ASSERT_LE(r.budget_used, 1) << def.name << " step " << i;
     ASSERT_LE(r.evaluations, 64) << def.name << " step " << i;
-    ASSERT_LE(r.factorisations, 7 * r.evaluations) << def.name << " step " << i;  // a pass has seven Newton steps at most
+    ASSERT_LE(r.factorisations, 4 * r.evaluations) << def.name << " step " << i;  // a pass has four Newton steps at most
     ASSERT_LE(r.energy.total(), most_energy) << def.name << " step " << i;
   }
 }
@@ -102,9 +102,11 @@ TEST(BoundedStep, TheStiffestHeapIsBoundedToo) {
 /// of all that the heap has to give, in one step.
 TEST(BoundedStep, AStepOutOfBalanceBooksNoMoreThanItLost) {
   HeapParameters p;
+  p.count = 30;
+  p.stiffness = 1e6;
+  const double falls = startEnergy(scenes::heap(p, settings(Integrator::kImplicitEuler)));  // what overlaps at the start holds little
   p.stiffness = 2e12;
-  const WorldDef def = scenes::heap(p, settings(Integrator::kImplicitEuler));
-  World world(def);
+  World world(scenes::heap(p, settings(Integrator::kImplicitEuler)));
   double last = 0, most = 0;
   int unconverged = 0;
   for (int i = 0; i < 600; ++i) {
@@ -115,8 +117,43 @@ TEST(BoundedStep, AStepOutOfBalanceBooksNoMoreThanItLost) {
     if (i > 10) most = std::max(most, balance - last);  // before, cubes that start inside the floor are pushed out
     last = balance;
   }
-  EXPECT_GT(unconverged, 3);
-  EXPECT_LT(most, 0.01 * startEnergy(def));
+  EXPECT_GT(unconverged, 100);
+  EXPECT_LT(most, 0.01 * falls);
+}
+
+/// A plate in a hand squeezes a heap. With a tolerance that no number of passes reaches every step ends out of balance by next to
+/// nothing, with more energy than it began with, since the hand works on it: it has to leave the force that a step in balance has.
+/// While the start's energy was the bound, the heap was stopped under the hand that went on, and the force rose to twice and more.
+TEST(BoundedStep, WhatAHandSqueezesIsNotStoppedUnderIt) {
+  HeapParameters p;
+  p.stiffness = 1e8;
+  WorldDef def = scenes::heap(p, settings(Integrator::kImplicitEuler));
+  const double thickness = 0.02, from = 0.4, speed = 0.5;
+  def.articulations.push_back(scenes::freeBox("plate", Vector3(0.15, 0.15, thickness), 0.1, Pose(Vector3(0, 0, from))));
+  PointerDef hand;
+  hand.articulation = static_cast<int>(def.articulations.size()) - 1;
+  hand.link = 0;
+  def.pointers.push_back(hand);
+  World world(def);
+  def.settings.tolerance = 1e-15;
+  World strict(def);
+  int out_of_balance = 0;
+  for (int i = 0; i < 700; ++i) {
+    const double z = from - speed * 1e-3 * (i + 1);
+    const auto aim = [&](World& w) { w.setPointerTarget(0, Pose(Vector3(0, 0, z)), {Vector3::Zero(), Vector3(0, 0, -speed)}); };
+    const std::vector<double> start = world.save();
+    aim(world);
+    world.step();
+    const double force = world.pointerWrench(0).force.z();
+    if (force < 500) continue;  // it has them all under it, and no other way to go
+    strict.restore(start);
+    aim(strict);
+    strict.step();
+    out_of_balance += (strict.report().flags & kNotConverged) != 0 && (world.report().flags & kNotConverged) == 0;
+    EXPECT_NEAR(strict.pointerWrench(0).force.z(), force, 0.02 * force) << i;
+    if (force > 5000) break;
+  }
+  EXPECT_GT(out_of_balance, 40);
 }
 
 TEST(BoundedStep, HeavyCubesFallAmongLightOnes) {
