@@ -348,16 +348,17 @@ class RodOracle {
     refine(piece, from, middle, a, depth + 1), refine(piece, middle, to, b, depth + 1);
   }
 
-  void split(T from, unsigned kind_from, T to, unsigned kind_to, int depth, std::vector<T>& at_change) {
-    if (kind_from == kind_to || at_change.size() > kMostChanges) return;
+  /// Until there are `most` changes: where arcs coincide kinds flicker by rounding.
+  void split(T from, unsigned kind_from, T to, unsigned kind_to, int depth, std::size_t most, std::vector<T>& at_change) {
+    if (kind_from == kind_to || at_change.size() >= most) return;
     const T middle = (from + to) / 2;
     if (depth == kBits || !(from < middle && middle < to)) {
       at_change.push_back(middle);
       return;
     }
     const unsigned kind = at(middle, false).kind;
-    split(from, kind_from, middle, kind, depth + 1, at_change);
-    split(middle, kind, to, kind_to, depth + 1, at_change);
+    split(from, kind_from, middle, kind, depth + 1, most, at_change);
+    split(middle, kind, to, kind_to, depth + 1, most, at_change);
   }
 
   void integrate(T hint, const std::vector<T>& heights) {
@@ -382,16 +383,18 @@ class RodOracle {
     scan.push_back(quarter * (1 - T(1e-9)));
     for (const T next : scan) {
       const unsigned now = at(next, false).kind;
-      split(last, kind, next, now, 0, change);
+      split(last, kind, next, now, 0, change.size() + kMostChanges, change);
       last = next, kind = now;
     }
     change.insert(change.begin(), T(0)), change.push_back(quarter);
     // About the middle of the first piece that holds anything.
     std::vector<Piece> pieces;
+    bool any = false;  // a piece may be empty in its middle alone: changes beyond kMostChanges were not looked for
     for (std::size_t i = 0; i + 1 < change.size(); ++i) {
-      if (at((change[i] + change[i + 1]) / 2, false).kind) pieces.push_back({change[i], change[i + 1]});
+      any |= at((change[i] + change[i + 1]) / 2, false).kind != 0;
+      pieces.push_back({change[i], change[i + 1]});
     }
-    if (pieces.empty()) return;
+    if (!any) return;
     std::vector<Sums<T>> whole(pieces.size());
     const auto measure = [&] {
       T first[4] = {0, 0, 0, 0};
@@ -414,7 +417,7 @@ class RodOracle {
   }
 
   static constexpr int kScan = 200;                 ///< even steps
-  static constexpr std::size_t kMostChanges = 256;  ///< of kind; beyond it is rounding
+  static constexpr std::size_t kMostChanges = 64;   ///< of kind between two steps of the scan; beyond it is rounding
   static constexpr int kDeepest = 40;               ///< divisions of an interval
   static constexpr int kBits = 60;                  ///< divisions onto a change of kind
   Rod rod_[2];
