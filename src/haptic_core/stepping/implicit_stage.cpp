@@ -311,7 +311,8 @@ void ImplicitStage::evaluate(double g) noexcept {
   contacts_.evaluate(moved_, tolerance_, changed_);
 }
 
-/// Whether another evaluation would find what the last one predicts: the pass ended at its solution, all patches stay valid, and no gap closes. Bodies on joints turn more than that: they are always looked at again.
+/// Whether another evaluation would find what the last one predicts: the pass ended at its solution, all patches stay valid, and no
+/// gap closes. Bodies on joints turn more than that: they are always looked at again.
 bool ImplicitStage::holds() const noexcept {
   if (island_jointed_ || contacts_.all().empty()) return false;
   if (problem_.remainder > kStays * tolerance_.speed) return false;

@@ -61,8 +61,8 @@ class ImplicitStage {
     return goesOn() && iterate(g, most_passes);
   }
   /// (in realtime) After an implicit Euler stage from the state's q, v that did not converge: looks at the exact energy of
-  /// v and, where it is above that of the start and of what hands supply meanwhile, goes back to the last reference that was not, or slows the island down
-  /// until it is not. At most kMostRetreats evaluations. The energy that is then lost [J].
+  /// v and, where it is above that of the start and what hands supply meanwhile, goes back to the last reference that was not, or slows
+  /// the island down until it is not. Three evaluations at most. The energy that is then lost [J]; negative: a hand supplied it.
   double keepEnergy(double g) noexcept;
 
   // The base of the stage, in the state's order; only what belongs to the island is read.

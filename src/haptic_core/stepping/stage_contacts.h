@@ -77,9 +77,9 @@ class StageContacts {
   /// In step with the problem's contacts.
   const LoadedVector<ImplicitContact>& all() const { return contacts_; }
   const LoadedVector<Brush>& brushes() const { return brushes_; }  ///< found by `finish`
-  double springEnergy() const noexcept;
+  double springEnergy() const noexcept;        ///< of those that touch [J]
   /// (in realtime) Of what hands that lead a link, and belts, do to contacts as they stand at the reference [W]; as in `finish`.
-  double supply(const Twist* held_way, double step) const noexcept;        ///< of those that touch [J]
+  double supply(const Twist* held_way, double step) const noexcept;
   double handsPower() const { return hands_power_; }  ///< what hands put into all that pressed, found by `finish` [W]
   bool isRough() const { return rough_; }      ///< a patch of the last evaluation has not the exact force
 
