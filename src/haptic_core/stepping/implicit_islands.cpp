@@ -162,6 +162,17 @@ void lookForExplicit(const Model& model, const Island& island, double h, bool fl
   if (model.settings.energy_ledger && contacts.begin() != contacts.end()) foreseeKick(model, contacts, h, state, work);
 }
 
+/// What moved in an island that is brought to rest is lost; the placement has its velocities still.
+void bookRest(const Model& model, const Island& island, const Placement& placement, EnergySums& energy) noexcept {
+  double kinetic = 0;
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model.trees[island.trees[n]];
+    kinetic += kineticEnergy(*tree.model, placement.link.data() + tree.link);
+  }
+  energy.damping += kinetic;
+  energy.stilled += kinetic;
+}
+
 /// Null: nothing but gravity and wrenches acted on the island, and no contact was looked at.
 const ImplicitReport* advance(const Model& model, const Island& island, double h, State& state, Work& work,
                               StepReport& report) noexcept {
@@ -215,12 +226,14 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
   const bool looks = model.settings.integrator == Integrator::kAutomatic;
   const bool may_stand = model.settings.leave_out && part.h == model.settings.step;
   bool begun = false;
+  report.step.standing = 0;
   work.islands.find(state, work.hands.held_by, true);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
     ++report.step.implicit_islands;
     if (may_stand && work.standing.repeats(model, island, state)) {
       work.standing.repeat(island, state, report);
+      report.step.standing += island.tree_count;
       continue;
     }
     if (!begun) {
@@ -230,9 +243,11 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     begun = true;
     const int first_contact = report.contacts.size();
     const ImplicitReport* solved = advance(model, island, part.h, state, work, report.step);
+    if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
     if (solved) takeContacts(model, part.h, state, work, report);
     const bool stands = solved && solved->stands;
+    if (stands) report.step.standing += island.tree_count;
     const bool left_out = stands && standsAlone(model, island, state);  // it costs nothing as it is
     if (looks && !left_out) lookForExplicit(model, island, part.h, !solved, state, work);
     if (may_stand && stands) work.standing.note(island, *solved, first_contact, report);

@@ -213,9 +213,10 @@ bool ImplicitStep::euler(double h, int passes, bool if_jumps) noexcept {
   return true;
 }
 
-/// Whether the island touches something, and its speeds before and after are those that rounding of its coordinates makes.
+/// Whether the island touches something, and is at rest before and after.
 bool ImplicitStep::staysAtRest(double h) const noexcept {
-  const double most = stepping::kOfRounding * stage_.finest(h);
+  const bool calm = stepping::isCalm(stage_.island(), *state_) && stepping::standsAlone(model_, stage_.island(), *state_);
+  const double most = std::max(stepping::kOfRounding * stage_.finest(h), calm ? stepping::restingSpeed(settings_, h) : 0.0);
   if (stage_.contacts().empty() || stage_.hasJoints()) return false;
   if (stage_.speed(stage_.v) > most || stage_.speed(stage_.v_base) > most || !sameContacts()) return false;
   const auto runs = [](const ImplicitContact& c) { return !c.force.belt.isZero(0); };  // under what stands it works on
@@ -231,14 +232,16 @@ void ImplicitStep::stand(double h) noexcept {
   const Island& island = stage_.island();
   ++report_.parts;
   if (settings_.energy_ledger) state_->energy.external += h * stage_.handsPower();
-  report_.stands = true;
+  report_.rests = report_.stands = true;
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island.trees[n]];
     double* v = state_->v.data() + tree.v;
     report_.stands &= std::all_of(v, v + tree.model->nv(), [](double x) { return x == 0 && !std::signbit(x); });
     for (double* x : {v, &state_->a_end[tree.v], &state_->a_mean[tree.v], &state_->v_mean[tree.v]}) std::fill_n(x, tree.model->nv(), 0.0);
     state_->last_step[island.trees[n]] = h;
+    state_->calm[island.trees[n]] = stepping::kCalmSteps;
   }
+  if (!report_.stands) report_.position_error += h * stage_.speed(stage_.v_base);  // of the motion that is left out, once
   gatherDone();
   for (int i = 0; i < island.pair_count; ++i) {
     const int pair = island.pairs[i];

@@ -51,7 +51,8 @@ struct ImplicitReport {
   bool converged = true;   ///< the tolerance was reached in every part
   bool joints_converged = true;  ///< every joint's force is on its graph, likewise
   bool fell_back = false;  ///< SDIRK2 was replaced by implicit Euler in a part of this step
-  bool stands = false;     ///< it was at rest and stayed: q, v and the pairs are bit for bit what they were
+  bool rests = false;      ///< it was at rest and stays: q and the pairs are bit for bit what they were, v is 0
+  bool stands = false;     ///< so it is, and v was 0
   double position_error = 0;  ///< that the accepted attempts foresee of themselves, summed over them [m]
   double budget_used = 0;  ///< evaluations over those it may take
   int parts = 0;           ///< solved one after the other: 1; more where friction changed inside, or after halving

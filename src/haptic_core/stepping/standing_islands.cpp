@@ -8,14 +8,23 @@
 namespace haptic::stepping {
 namespace {
 
-/// A free body as slow as rounding makes it.
+/// No link of the tree is faster than `most` [m/s].
+bool isSlow(const Model& model, const ModelTree& tree, double most, const Placement& placement) noexcept {
+  for (int l = tree.link; l < tree.link + tree.model->linkCount(); ++l) {
+    const LinkWork& link = placement.link[l];
+    const double size = model.links[l].size;
+    if (!(link.velocity.squaredNorm() + size * size * link.omega.squaredNorm() <= most * most)) return false;
+  }
+  return true;
+}
+
+/// A free body as slow as one at rest.
 bool rests(const Model& model, const ModelTree& tree, double h, const State& state, const Placement& placement) noexcept {
   if (!tree.model->isFreeBody()) return false;
-  const LinkWork& link = placement.link[tree.link];
-  const double size = model.links[tree.link].size;
-  const double most = kOfRounding * roundingSpeed(h * model.settings.gravity.norm(), link.p_WO.norm() + size, h);
-  const Eigen::Map<const Vector3> turn(state.v.data() + tree.v), way(state.v.data() + tree.v + 3);
-  return way.squaredNorm() + size * size * turn.squaredNorm() <= most * most;
+  const double reach = placement.link[tree.link].p_WO.norm() + model.links[tree.link].size;
+  const double rounding = kOfRounding * roundingSpeed(h * model.settings.gravity.norm(), reach, h);
+  const bool calm = state.calm[model.indexOf(tree)] >= kCalmSteps;
+  return isSlow(model, tree, calm ? std::max(restingSpeed(model.settings, h), rounding) : rounding, placement);
 }
 
 /// It touches something, and all of its bodies rest.
@@ -43,6 +52,18 @@ bool standsAlone(const Model& model, const Island& island, const State& state) n
     }
   }
   return true;
+}
+
+bool isCalm(const Island& island, const State& state) noexcept {
+  return std::all_of(island.trees, island.trees + island.tree_count, [&](int t) { return state.calm[t] >= kCalmSteps; });
+}
+
+void countCalm(const Model& model, const HandWork& hands, const Placement& placement, State& state) noexcept {
+  const double most = restingSpeed(model.settings, model.settings.step);
+  for (const ModelTree* tree : hands.movers) {
+    int& calm = state.calm[model.indexOf(*tree)];
+    calm = isSlow(model, *tree, most, placement) ? std::min(calm + 1, kCalmSteps) : 0;
+  }
 }
 
 void settleExplicit(const Model& model, double h, const Placement& placement, Islands& islands, const HandWork& hands,

@@ -1,8 +1,20 @@
 /// Islands that stand: the last step found them at rest and left them bit for bit as they were.
 ///
+/// At rest is an island whose step would begin and end slower than a bound: such a step is not taken, positions and the memory of the
+/// contacts stay, velocities become zero, and the energy of their motion is booked as a loss (ImplicitReport::rests). The bound is the
+/// solve's rounding; for an island that stands alone and whose bodies have been slow for `kCalmSteps` it is a share of the error that a
+/// step may make (`restingSpeed`). So what comes to rest by itself does so to rounding, and what would rock on for seconds stops. No
+/// force out of balance moves an island at rest unless it is more than kOfAccuracy · accuracy of its weight, and of a motion of circular
+/// frequency ω it keeps no more than
+///
+///     restingSpeed max(1/ω, 2/(kCalmSteps h ω²))
+///
+/// from its equilibrium: 60 nm at 10 rad/s and 1 ms. An unstable equilibrium is kept as well, where no more than that pulls it away.
+///
 /// A step is a function of what it finds. Where it has found an island at rest, and changed nothing, the next one would find and
-/// change the same; so it is not computed, and what it would report is reported again, until something that moves comes near.
-/// This leaves work out, not motion: no threshold but that of the solve's rounding (ImplicitReport::stands) decides.
+/// change the same; so it is not computed, and what it would report is reported again, until something that moves comes near. Whether
+/// an island stands is therefore no state: save, restore, hash and replay know nothing of it. It wakes without a jump of any wrench,
+/// for the step that wakes it starts from the velocities and forces of those that were left out.
 ///
 /// Only implicit islands stand. Explicit steps never leave a body bit for bit where it was; what they have brought to rest is made
 /// implicit (settleExplicit), where soft contacts rest in the same place, and goes back once something has moved it.
@@ -32,11 +44,29 @@ inline double roundingSpeed(double speed, double distance, double h) noexcept {
 /// Speeds below this many times that are rounding: coordinates of several bodies add up. Larger: what creeps slower than that
 /// stands; smaller: heaps never come to rest, and cost as much as if they moved.
 constexpr double kOfRounding = 4;
+/// Share of the error that a step may make, WorldSettings::accuracy, that is left out of an island that stands alone. Larger: what is
+/// pulled by more than 3e-5 of its weight stays where it is, farther from its equilibrium; smaller: what rocks as the solve's tolerance
+/// leaves it, at 1e-7 m/s at 1 ms, does so for longer.
+constexpr double kOfAccuracy = 1e-3;
+
+/// Steps in a row in which a body has to be slower than that. Fewer: what approaches its rest in a tenth of a second is stopped short
+/// of it; more: what rocks is computed for longer.
+constexpr int kCalmSteps = 100;
+
+/// Speed below which a body is slow, in a step of length h [m/s]: 3e-7 at 1 ms.
+inline double restingSpeed(const WorldSettings& settings, double h) noexcept {
+  return kOfAccuracy * settings.accuracy * h * settings.gravity.norm();
+}
 
 /// (in realtime) No hand pulls at it, no joint has a law of its own, and what its pairs know beside it never moves.
 bool standsAlone(const Model& model, const Island& island, const State& state) noexcept;
 
-/// (in realtime) After a step of length h: explicit islands that rest on something to within rounding become implicit.
+/// (in realtime) All bodies of the island have been slow for long enough.
+bool isCalm(const Island& island, const State& state) noexcept;
+/// (in realtime) After a whole step: how long its bodies have been slow.
+void countCalm(const Model& model, const HandWork& hands, const Placement& placement, State& state) noexcept;
+
+/// (in realtime) After a step of length h: explicit islands that rest on something, and alone, become implicit.
 void settleExplicit(const Model& model, double h, const Placement& placement, Islands& islands, const HandWork& hands,
                     State& state) noexcept;
 
@@ -60,6 +90,7 @@ class StandingIslands {
   void close(const HandWork& hands) noexcept;
   bool all() const { return all_; }      ///< so it is
   void wake() noexcept { all_ = false; }  ///< (in realtime) a hand has a target
+  bool holds(int tree) const { return now_[tree].trees > 0; }  ///< the tree's island stood in the last step
   /// (in realtime) Whether the last step's report of an island is this one's: it stood, and everything else that its pairs know never
   /// moves.
   bool repeats(const Model& model, const Island& island, const State& state) const noexcept;

@@ -76,6 +76,7 @@ void carryTree(const ModelTree& old, const ModelTree& tree, int was, int is, con
   to.mode[is] = from.mode[was];
   to.last_step[is] = from.last_step[was];
   to.low[is] = from.low[was];
+  to.calm[is] = from.calm[was];
   if (tree.has_laws) std::copy_n(from.commands.begin() + old.command, tree.model->linkCount(), to.commands.begin() + tree.command);
 }
 

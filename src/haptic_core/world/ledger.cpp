@@ -231,6 +231,7 @@ void closeLedger(const LedgerView& view, double unaccounted, State& state, Energ
   energy.friction = state.energy.friction;
   energy.external = state.energy.external;
   energy.turning = state.energy.turning;
+  energy.stilled = state.energy.stilled;
   const double balance = energy.balance();
   if (state.energy.balanced) {
     state.energy.lost += state.energy.balance - balance;

@@ -49,7 +49,7 @@ void settleAnew(const Model& model, int tree, State& state, Work& work) {
   findBuried(model, tree, state, work);
   if (model.settings.integrator == Integrator::kAutomatic) state.mode[tree] = TreeMode::kUnprimed;  // as at the start
   stepping::forgetPull(state, tree);
-  state.low[tree] = 0;
+  state.low[tree] = state.calm[tree] = 0;
   work.standing.forget();
   renewSupply(model, work, state);
 }

@@ -45,6 +45,7 @@ struct EnergyLedger {
   double damping = 0, friction = 0;       ///< dissipated in contacts and joints (limits: friction), ≥ 0
   double turning = 0;                     ///< taken out by k·Vol·n beyond what ½ k ∫d² dA gained: n turned
   double external = 0;                    ///< work done on the world by hands and by the joints' drives
+  double stilled = 0;                     ///< of `damping`: motion of islands that were brought to rest (stepping/standing_islands.h)
   double numerical = 0;                   ///< lost by the time steps; negative: gained. What the balance lacks since the start,
                                           ///< and of `turning` what was taken while n stood still
   /// What a world without losses would keep.
@@ -73,6 +74,7 @@ struct StepReport {
   double wrench_error = 0;                ///< largest wrench that it left out of balance [N]
   int parts = 0;                          ///< solves after one another: more than 1 where friction changed or halved
   int implicit_islands = 0;               ///< islands stepped implicitly
+  int standing = 0;                       ///< articulations of them that stand: at rest, left out until something comes near
   int redone = 0;                         ///< explicit attempts that were taken back: something stiff was met
   int fallbacks = 0;                      ///< islands in which SDIRK2 was replaced by implicit Euler
   double impact = 0;                      ///< energy of approach of the contacts that began in this step [J]

@@ -129,6 +129,7 @@ struct PointerState {
 /// Sums of the ledger since the start [J]; see EnergyLedger.
 struct EnergySums {
   double damping = 0, friction = 0, external = 0, turning = 0;  ///< as in EnergyLedger
+  double stilled = 0;      ///< of `damping`: motion of islands that were brought to rest
   double still = 0;        ///< of `turning`, what was booked while n stood still: the step's
   double lost = 0;         ///< of the balance
   double balance = 0;      ///< after the last step; see `balanced`
@@ -158,8 +159,8 @@ struct EnergySums {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.damping), visit(s.friction), visit(s.external), visit(s.turning), visit(s.still), visit(s.lost);
-    visit(s.balance), visit(s.supply), visit(s.highest), visit(s.lowest), visit(s.balanced);
+    visit(s.damping), visit(s.friction), visit(s.external), visit(s.turning), visit(s.stilled), visit(s.still);
+    visit(s.lost), visit(s.balance), visit(s.supply), visit(s.highest), visit(s.lowest), visit(s.balanced);
   }
 };
 
@@ -181,6 +182,7 @@ struct State {
   /// By tree: length of that step [s]; 0: there is none to go on from; negative: contacts jumped in it.
   std::vector<double> last_step;
   std::vector<int> low;                ///< by tree: implicit steps in a row that could have been explicit (stepping/choice.h)
+  std::vector<int> calm;               ///< by tree: steps in a row in which it was slow (stepping/standing_islands.h)
   std::vector<JointCommand> commands;  ///< of the links of trees whose joints have laws
   std::vector<PointerState> pointers;  ///< by pointer
   std::vector<MotionTarget> motions;   ///< by motion of the model
@@ -194,7 +196,7 @@ struct State {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.time), visit(s.step), visit(s.q), visit(s.v), visit(s.pull), visit(s.mode), visit(s.a_end),
-        visit(s.a_mean), visit(s.v_mean), visit(s.last_step), visit(s.low), visit(s.commands), visit(s.pointers), visit(s.motions),
+        visit(s.a_mean), visit(s.v_mean), visit(s.last_step), visit(s.low), visit(s.calm), visit(s.commands), visit(s.pointers), visit(s.motions),
         visit(s.energy);
   }
 

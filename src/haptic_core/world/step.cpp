@@ -19,7 +19,7 @@ void open(Work& work, Report& whole) noexcept {
   StepReport& report = whole.step;
   report.flags = 0;
   report.iterations = report.evaluations = report.factorisations = report.parts = 0;
-  report.implicit_islands = report.redone = report.fallbacks = report.substeps = 0;
+  report.implicit_islands = report.standing = report.redone = report.fallbacks = report.substeps = 0;
   report.closure = report.residual = report.wrench_error = report.budget_used = report.position_error = 0;
   work.parts.any = false;
   if (work.implicit) work.standing.open(whole.contacts);
@@ -109,6 +109,7 @@ void move(const Model& model, State& state, Work& work, Report& report) noexcept
     if (report.step.finite) checkRunaway(model, part.h, external, work, state, report);
     if (part.h < model.settings.step) addPart(part.h, work.parts, report);
   }
+  if (work.implicit) stepping::countCalm(model, work.hands, work.placement, state);
   reportParts(model.settings.step, work.parts, report);              // mean wrenches over the step
   reportToHands(model, report.step, work.hands, state);
   work.standing.close(work.hands);

@@ -78,7 +78,7 @@ State initialState(const Model& model, Work& work) {
   state.mode.assign(model.trees.size(), implicit ? TreeMode::kImplicit : TreeMode::kUnprimed);
   for (auto* history : {&state.a_end, &state.a_mean, &state.v_mean}) history->assign(model.nv, 0);
   state.last_step.assign(model.trees.size(), 0);
-  state.low.assign(model.trees.size(), 0);
+  for (auto* counts : {&state.low, &state.calm}) counts->assign(model.trees.size(), 0);
   startJoints(model, state, work);
   startMotions(model, state);
   state.wrenches.resize(kMostWrenches);

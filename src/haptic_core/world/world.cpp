@@ -87,6 +87,7 @@ const std::string& World::linkName(int link) const { return impl_->model.links[l
 int World::linkIndex(const std::string& name) const { return indexOfName(name, linkCount(), &World::linkName, *this); }
 Pose World::linkPose(int link) const { return impl_->work.placement.link[link].X_WL; }
 Twist World::linkTwist(int link) const { return impl_->work.placement.link[link].twistAtOrigin(); }
+bool World::stands(int link) const noexcept { return impl_->work.standing.holds(impl_->model.links[link].articulation); }
 
 int World::jointCount() const { return static_cast<int>(impl_->model.joints.size()); }
 const std::string& World::jointName(int joint) const { return impl_->model.joints[joint].name; }

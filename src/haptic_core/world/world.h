@@ -51,6 +51,7 @@ class World {
   int linkIndex(const std::string& name) const;       ///< -1 when there is none
   Pose linkPose(int link) const;                      ///< X_WL
   Twist linkTwist(int link) const;                    ///< V_WL at the link frame's origin, in W
+  bool stands(int link) const noexcept;               ///< its island is at rest: left out until something comes near
 
   int jointCount() const;                 ///< joints of one degree of freedom
   const std::string& jointName(int joint) const;      ///< as files call it
