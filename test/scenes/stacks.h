@@ -20,7 +20,9 @@ inline Vector3 stackAt(const StackParameters& p, int i) {
   return {p.pitch * (i % side), p.pitch * (i / side), 0};
 }
 
-inline Vector3 handStart(const StackParameters& p, const CubeParameters& c) { return stackAt(p, 0) + Vector3(0, 0, p.height * c.size + 0.03); }
+inline Vector3 handStart(const StackParameters& p, const CubeParameters& c) {
+  return stackAt(p, 0) + Vector3(0, 0, p.height * c.size + 0.03);
+}
 
 /// Links: 0 is the floor, then the cubes, stack by stack and from below; the hand's last.
 inline WorldDef stacks(const StackParameters& p, const CubeParameters& c, const WorldSettings& settings) {

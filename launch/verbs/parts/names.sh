@@ -9,7 +9,7 @@ absolute() {  # PATH, relative to where the user stands
   case $1 in /*) echo "$1" ;; *) echo "$CALLER/$1" ;; esac
 }
 
-# Prints the file that a scene's or device's name stands for.
+# Prints the file that a scene's or device's name stands for; large scenes have a folder of their own.
 find_description() {  # KIND NAME FOLDER SUFFIX...
   kind=$1 name=$2 folder=$3
   shift 3
@@ -21,7 +21,7 @@ find_description() {  # KIND NAME FOLDER SUFFIX...
   esac
   plain=$(printf %s "$name" | tr 'A-Z-' 'a-z_')
   for suffix; do
-    for candidate in "$name" "$plain" "spidar_$plain"; do
+    for candidate in "$name" "$plain" "spidar_$plain" "large/$plain"; do
       [ -f "$folder/$candidate.$suffix" ] && echo "$ROOT/$folder/$candidate.$suffix" && return
     done
   done

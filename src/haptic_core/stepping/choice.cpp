@@ -112,17 +112,23 @@ double longestPart(const Model& model, const State& state) noexcept {
   return parts > 1 ? model.substep() / parts : std::numeric_limits<double>::infinity();
 }
 
-void keepForRetreat(const State& state, const HandWork& hands, const StepReport& report, Retreat& retreat) noexcept {
-  std::copy(state.q.begin(), state.q.end(), retreat.q.begin());
-  std::copy(state.v.begin(), state.v.end(), retreat.v.begin());
-  std::copy(state.pull.begin(), state.pull.end(), retreat.pull.begin());
-  std::copy(state.last_step.begin(), state.last_step.end(), retreat.last_step.begin());
+void keepForRetreat(const ModelTree& tree, int t, const State& state, Retreat& retreat) noexcept {
+  const int nv = tree.model->nv();
+  const auto keep = [&](const auto& from, auto& to) { std::copy_n(from.begin() + tree.v, nv, to.begin() + tree.v); };
+  std::copy_n(state.q.begin() + tree.q, tree.model->nq(), retreat.q.begin() + tree.q);
+  keep(state.v, retreat.v);
+  keep(state.pull, retreat.pull);
+  retreat.last_step[t] = state.last_step[t];
+  if (!retreat.remembers) return;
+  keep(state.a_end, retreat.a_end);
+  keep(state.a_mean, retreat.a_mean);
+  keep(state.v_mean, retreat.v_mean);
+}
+
+void keepForRetreat(const Model& model, const Visits& visits, const State& state, const HandWork& hands, const StepReport& report,
+                    Retreat& retreat) noexcept {
   retreat.remembers = anyImplicit(state);
-  if (retreat.remembers) {
-    std::copy(state.a_end.begin(), state.a_end.end(), retreat.a_end.begin());
-    std::copy(state.a_mean.begin(), state.a_mean.end(), retreat.a_mean.begin());
-    std::copy(state.v_mean.begin(), state.v_mean.end(), retreat.v_mean.begin());
-  }
+  for (const int t : visits.trees) keepForRetreat(model.trees[t], t, state, retreat);
   retreat.wrench = hands.wrench;
   retreat.energy = state.energy;
   retreat.pair_count = state.pair_count;
@@ -131,14 +137,18 @@ void keepForRetreat(const State& state, const HandWork& hands, const StepReport&
 
 void takeBack(const Model& model, State& state, Work& work, StepReport& report) noexcept {
   const Retreat& retreat = work.choice.retreat;
-  std::copy(retreat.q.begin(), retreat.q.end(), state.q.begin());
-  std::copy(retreat.v.begin(), retreat.v.end(), state.v.begin());
-  std::copy(retreat.pull.begin(), retreat.pull.end(), state.pull.begin());
-  std::copy(retreat.last_step.begin(), retreat.last_step.end(), state.last_step.begin());
-  if (retreat.remembers) {
-    std::copy(retreat.a_end.begin(), retreat.a_end.end(), state.a_end.begin());
-    std::copy(retreat.a_mean.begin(), retreat.a_mean.end(), state.a_mean.begin());
-    std::copy(retreat.v_mean.begin(), retreat.v_mean.end(), state.v_mean.begin());
+  for (const int t : work.visits.trees) {
+    const ModelTree& tree = model.trees[t];
+    const int nv = tree.model->nv();
+    const auto back = [&](const auto& from, auto& to) { std::copy_n(from.begin() + tree.v, nv, to.begin() + tree.v); };
+    std::copy_n(retreat.q.begin() + tree.q, tree.model->nq(), state.q.begin() + tree.q);
+    back(retreat.v, state.v);
+    back(retreat.pull, state.pull);
+    state.last_step[t] = retreat.last_step[t];
+    if (!retreat.remembers) continue;
+    back(retreat.a_end, state.a_end);
+    back(retreat.a_mean, state.a_mean);
+    back(retreat.v_mean, state.v_mean);
   }
   state.energy = retreat.energy;
   work.choice.position_error = 0;
@@ -146,7 +156,7 @@ void takeBack(const Model& model, State& state, Work& work, StepReport& report) 
   state.pair_count = retreat.pair_count;
   report.flags = retreat.flags;
   report.impact = 0;
-  placeTrees(model, state, work.placement);
+  placeTrees(model, work.visits.trees, state, work.placement);
 }
 
 bool modesMeet(const Model& model, const State& state, const Work& work) noexcept {
@@ -161,7 +171,7 @@ bool modesMeet(const Model& model, const State& state, const Work& work) noexcep
 }
 
 void makeImplicit(const Model& model, bool by_numbers, State& state, Work& work) noexcept {
-  work.islands.find(state, work.hands.held_by, false);
+  work.islands.find(state, work.visits.trees, work.hands.held_by, false);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
     bool implicit = false;
@@ -176,11 +186,15 @@ void makeImplicit(const Model& model, bool by_numbers, State& state, Work& work)
   }
 }
 
-bool anyTooStiff(ChoiceWork& choice, StepReport& report) noexcept {
+bool anyTooStiff(const Model& model, const Visits& visits, ChoiceWork& choice, StepReport& report) noexcept {
   double most = 0;
-  for (double& number : choice.number) {
-    if (choice.cuts) number /= choice.parts;  // that of a damper; that of a spring falls like its square
-    most = std::max(most, number);
+  for (const int t : visits.trees) {
+    const ModelTree& tree = model.trees[t];
+    for (int l = tree.link; l < tree.link + tree.model->linkCount(); ++l) {
+      double& number = choice.number[l];
+      if (choice.cuts) number /= choice.parts;  // that of a damper; that of a spring falls like its square
+      most = std::max(most, number);
+    }
   }
   report.stability = most / kStabilityBound;
   return report.stability > kEnterImplicit;

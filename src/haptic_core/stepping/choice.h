@@ -18,6 +18,7 @@
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
+#include "haptic_core/world/visits.h"
 
 namespace haptic {
 struct Work;
@@ -67,7 +68,10 @@ constexpr int kDwell = 8;
 double longestPart(const Model& model, const State& state) noexcept;
 
 /// (in realtime) Before an attempt.
-void keepForRetreat(const State& state, const HandWork& hands, const StepReport& report, Retreat& retreat) noexcept;
+void keepForRetreat(const Model& model, const Visits& visits, const State& state, const HandWork& hands, const StepReport& report,
+                    Retreat& retreat) noexcept;
+/// (in realtime) The same of a tree that wakes within an attempt, before anything moves it.
+void keepForRetreat(const ModelTree& tree, int index, const State& state, Retreat& retreat) noexcept;
 /// Undoes an attempt, but for modes and wrenches on hands; everything is placed again.
 void takeBack(const Model& model, State& state, Work& work, StepReport& report) noexcept;
 
@@ -76,7 +80,7 @@ bool modesMeet(const Model& model, const State& state, const Work& work) noexcep
 /// Makes whole islands implicit in which a tree is implicit already or, with `by_numbers`, a link's number is too high.
 void makeImplicit(const Model& model, bool by_numbers, State& state, Work& work) noexcept;
 /// The highest number against the bound, into the report. In parts all numbers are lower.
-bool anyTooStiff(ChoiceWork& choice, StepReport& report) noexcept;
+bool anyTooStiff(const Model& model, const Visits& visits, ChoiceWork& choice, StepReport& report) noexcept;
 
 /// The numbers begin with the virtual couplings of explicit links.
 void countCouplings(const Model& model, const State& state, Work& work) noexcept;

@@ -1,5 +1,6 @@
 #include "haptic_core/stepping/chosen_step.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "haptic_core/stepping/choice.h"
@@ -44,26 +45,27 @@ void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Re
   prime(model, part, state, work, report);
   work.choice.position_error = 0;
   Retreat& retreat = work.choice.retreat;
-  keepForRetreat(state, work.hands, report.step, retreat);
+  keepForRetreat(model, work.visits, state, work.hands, report.step, retreat);
   explicitPart(model, part, state, work, report);
   double longest = std::numeric_limits<double>::infinity();  // parts of explicit steps are not for implicit ones
   while (anyImplicit(state)) {
     const int islands = report.step.implicit_islands;
-    retreat.mode = state.mode;  // an island of the attempt may have become explicit
+    std::copy(state.mode.begin(), state.mode.end(), retreat.mode.begin());  // an island of the attempt may have become explicit
     const bool converged = implicitPart(model, part, state, work, report);
     part.longest = longest;
     if (converged || part.h < kWorthHalving) break;
     longest = 0.5 * part.h;
     takeBack(model, state, work, report.step);
-    state.mode = retreat.mode;
+    std::copy(retreat.mode.begin(), retreat.mode.end(), state.mode.begin());
     work.hands.wrench = retreat.wrench;
     work.standing.forget();
+    work.asleep.wakeAll(model, state, work, nullptr);
     report.step.implicit_islands = islands;
     ++report.step.redone;
     part = shortened(model, part, longest);
     explicitPart(model, part, state, work, report);
   }
-  if (part.h == model.settings.step) settleExplicit(model, part.h, work.placement, work.islands, work.hands, state);
+  if (part.h == model.settings.step) settleExplicit(model, part.h, work.visits, work.placement, work.islands, work.hands, state);
   collectHeld(model, part, state, work.hands, work.placement);
   report.step.position_error += work.choice.position_error;
   report.step.pairs = state.pair_count;

@@ -101,7 +101,7 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   const bool touched = pair.friction.touching != 0;
   if (model.settings.energy_ledger) {
     const double elastic = elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);
-    noteContact(index, pair, c, elastic, memory, contacts.booked, report.step.energy);
+    noteContact(index, pair, c, elastic, memory, contacts.booked);
   }
   pair.friction = memory;
   if (model.settings.integrator == Integrator::kAutomatic) noteStability(model, c, work, pair);
@@ -133,7 +133,6 @@ void evaluateContacts(const Model& model, const Advance& advance, State& state, 
   const bool chooses = model.settings.integrator == Integrator::kAutomatic;
   ContactWork& contacts = work.contacts;
   report.contacts.clear();
-  report.step.energy.elastic = report.step.energy.tangential = 0;
   contacts.booked.clear();
   contacts.has_kick = false;
   work.clock.end(report.step.stages.search);

@@ -16,7 +16,7 @@ bool isExplicit(const Model& model, const State& state, const ModelTree& tree) n
 
 /// Kinematics of the trees that may have moved and that startVerlet does not move: in hands, or implicit.
 void placeOthers(const Model& model, const State& state, Work& work) noexcept {
-  for (const int t : model.updated_trees) {
+  for (const int t : work.visits.trees) {
     const ModelTree& tree = model.trees[t];
     if (!work.hands.movesByItself(tree) || !isExplicit(model, state, tree)) placeTree(tree, state, work.placement);
   }
@@ -94,13 +94,13 @@ void lookAhead(const Model& model, double h, State& state, Work& work) noexcept 
 bool evaluate(const Model& model, const StepPart& part, bool advances, State& state, Work& work, Report& report) noexcept {
   const bool chooses = model.settings.integrator == Integrator::kAutomatic;
   work.clock.end(report.step.stages.motion);
-  findPairs(model, chooses && anyImplicit(state) ? part.h : 0, work.placement, state, work.search, report.step);
+  lookForPairs(model, chooses && anyImplicit(state) ? part.h : 0, state, work, report.step);
   if (chooses && !work.choice.decided && modesMeet(model, state, work)) {
     makeImplicit(model, false, state, work);
     return false;
   }
   evaluateContacts(model, {advances ? part.h : 0, true}, state, work, report);
-  if (chooses && anyTooStiff(work.choice, report.step) && !work.choice.decided) {
+  if (chooses && anyTooStiff(model, work.visits, work.choice, report.step) && !work.choice.decided) {
     makeImplicit(model, true, state, work);
     return false;
   }
@@ -115,7 +115,7 @@ bool evaluate(const Model& model, const StepPart& part, bool advances, State& st
 void symplecticEuler(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   moveHeld(model, part, state, work.hands, work.placement);
   work.clock.end(report.step.stages.motion);
-  findPairs(model, 0, work.placement, state, work.search, report.step);
+  lookForPairs(model, 0, state, work, report.step);
   evaluateContacts(model, {part.h, false, Yielding::kAtOnce, true}, state, work, report);
   pullCoupled(model, part, true, state, work.hands, work.placement);
   pushExplicit(model, state, work.hands, work.placement);
@@ -127,7 +127,7 @@ void symplecticEuler(const Model& model, const StepPart& part, State& state, Wor
     book(stepEuler(stepped, model.settings.gravity, part.h, work.motion.scratch), state, report.step);
   });
   if (v_mean) bookEuler(work.ledgerView(model), part.h, work.motion.v_mean, work.contacts.booked, state);
-  placeTrees(model, state, work.placement);
+  placeTrees(model, work.visits.trees, state, work.placement);
 }
 
 void prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
@@ -137,7 +137,7 @@ void prime(const Model& model, const StepPart& part, State& state, Work& work, R
   int attempts = static_cast<int>(model.trees.size());  // each makes a tree implicit
   work.choice.decided = false;
   do {
-    placeTrees(model, state, work.placement);
+    placeTrees(model, work.visits.trees, state, work.placement);
     work.choice.decided = attempts-- == 0;
   } while (!evaluate(model, part, false, state, work, report));
   for (const ModelTree* tree : movers) {

@@ -82,7 +82,6 @@ void takeContacts(const Model& model, double h, State& state, Work& work, Report
     contact.F_BP_W = mean;
     contact.normal_force = mean.force.dot(c.X_WP.R.col(2));
     if (pair.friction.began != 0) noteImpact(model, contact, h, work, report);
-    report.addEnergy(pair.friction);
     if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(c.shape_a, c.shape_b, c.volume.A0));
     report.addContact(contact, c.force.clipped);
   }
@@ -186,8 +185,10 @@ const ImplicitReport* advance(const Model& model, const Island& island, double h
   report.iterations = std::max(report.iterations, solved.iterations);
   report.evaluations = std::max(report.evaluations, solved.evaluations);
   report.factorisations = std::max(report.factorisations, solved.factorisations);
-  report.wrench_error = std::max(report.wrench_error, solved.wrench_error);
-  report.residual = std::max(report.residual, solved.residual);
+  if (!solved.stands || !standsAlone(model, island, state)) {  // else nothing of it goes into a motion
+    report.wrench_error = std::max(report.wrench_error, solved.wrench_error);
+    report.residual = std::max(report.residual, solved.residual);
+  }
   report.fallbacks += solved.fell_back;
   report.parts = std::max(report.parts, solved.parts);
   report.budget_used = std::max(report.budget_used, solved.budget_used);
@@ -203,11 +204,13 @@ void implicitStep(const Model& model, const StepPart& part, State& state, Work& 
   work.choice.position_error = 0;
   moveHeld(model, part, state, work.hands, work.placement);
   work.clock.end(report.step.stages.motion);
-  findPairs(model, part.h, work.placement, state, work.search, report.step);
+  lookForPairs(model, part.h, state, work, report.step);
   work.clock.end(report.step.stages.search);
-  for (LinkWork& link : work.placement.link) link.F_ext = Wrench{};  // the last part's contacts
+  for (const int t : work.visits.trees) {  // the last part's contacts
+    const ModelTree& tree = model.trees[t];
+    for (int l = tree.link; l < tree.link + tree.model->linkCount(); ++l) work.placement.link[l].F_ext = Wrench{};
+  }
   report.contacts.clear();
-  report.step.energy.elastic = report.step.energy.tangential = 0;
   // What a hand holds against what never moves belongs to no island.
   if (!state.pointers.empty()) evaluateContacts(model, {part.h, false, Yielding::kAtOnce, true}, state, work, report);
   if (model.settings.energy_ledger && !state.pointers.empty()) {
@@ -227,18 +230,19 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
   const bool may_stand = model.settings.leave_out && part.h == model.settings.step;
   bool begun = false;
   report.step.standing = 0;
-  work.islands.find(state, work.hands.held_by, true);
+  work.islands.find(state, work.visits.trees, work.hands.held_by, true);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
     ++report.step.implicit_islands;
     if (may_stand && work.standing.repeats(model, island, state)) {
-      work.standing.repeat(island, state, report);
+      work.standing.repeat(island, report);
+      work.asleep.note(island);
       report.step.standing += island.tree_count;
       continue;
     }
     if (!begun) {
       aimCouplings(model, state, work);
-      implicit.begin(state, work.hands, work.contacts.seams, part.h);
+      implicit.begin(state, work.visits.trees, work.hands, work.contacts.seams, part.h);
     }
     begun = true;
     const int first_contact = report.contacts.size();
@@ -250,7 +254,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     if (stands) report.step.standing += island.tree_count;
     const bool left_out = stands && standsAlone(model, island, state);  // it costs nothing as it is
     if (looks && !left_out) lookForExplicit(model, island, part.h, !solved, state, work);
-    if (may_stand && stands) work.standing.note(island, *solved, first_contact, report);
+    if (may_stand && stands) work.standing.note(island, first_contact, report);
   }
   if (!begun) return;
   report.step.closure = std::max(report.step.closure, implicit.joints().closure(work.placement.link.data()));

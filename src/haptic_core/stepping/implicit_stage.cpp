@@ -54,15 +54,20 @@ ImplicitStage::ImplicitStage(const Model& model)
   first_shape_.push_back(static_cast<int>(model.shapes.size()));
 }
 
-void ImplicitStage::begin(State& state, const HandWork& hands, Seams& seams, double h) noexcept {
+void ImplicitStage::begin(State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h) noexcept {
   state_ = &state;
   contacts_.begin(state, {work_.data(), X_WS_.data(), held_by_.data(), hands.bound.data()}, seams);
   held_way_ = hands.moved.data();
   step_ = h;
   held_left_ = 0;
   std::copy(hands.held_by.begin(), hands.held_by.end(), held_by_.begin());
-  std::copy(state.q.begin(), state.q.end(), q_.begin());
-  for (std::size_t t = 0; t < model_.trees.size(); ++t) place(static_cast<int>(t), state.v);
+  for (std::size_t t = 0; !fixed_placed_ && t < model_.trees.size(); ++t) place(static_cast<int>(t), state.v);
+  fixed_placed_ = true;
+  for (const int t : trees) {
+    const ModelTree& tree = model_.trees[static_cast<std::size_t>(t)];
+    std::copy_n(state.q.begin() + tree.q, tree.model->nq(), q_.begin() + tree.q);
+    place(t, state.v);
+  }
   std::fill(moved_.begin(), moved_.end(), 0);
   evaluations = problem_.iterations = problem_.factorisations = 0;
   error = wrench_error = 0;

@@ -42,9 +42,9 @@ class ImplicitStage {
  public:
   explicit ImplicitStage(const Model& model);  ///< set-up: room for the largest island
 
-  /// (in realtime) Before the islands of a step of length h [s]: all links at the state's q, v. What hands hold has
-  /// been put where the step ends; `hands` and `seams` stay the caller's.
-  void begin(State& state, const HandWork& hands, Seams& seams, double h) noexcept;
+  /// (in realtime) Before the islands of a step of length h [s]: the links of `trees`, and once those that never move, at the state's
+  /// q, v. What hands hold has been put where the step ends; `hands` and `seams` stay the caller's.
+  void begin(State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h) noexcept;
   /// (in realtime) The trees that move and the pairs that may touch, until the next call. The arrays stay the caller's.
   void select(const Island& island) noexcept;
 
@@ -118,6 +118,7 @@ class ImplicitStage {
   FrozenProblem problem_;
   StageContacts contacts_;
   bool has_joints_ = false, island_jointed_ = false;
+  bool fixed_placed_ = false;            ///< the links that never move are where they are
   StageTolerance tolerance_;             ///< of the last pass
   double changed_ = 0;   ///< largest change of speed in it [m/s]
   double mass_ = 0;      ///< of the island [kg]

@@ -97,9 +97,9 @@ ImplicitStep::ImplicitStep(const Model& model) : model_(model), settings_(model.
   kick_.resize(model.nv);
 }
 
-void ImplicitStep::begin(State& state, const HandWork& hands, Seams& seams, double h) noexcept {
+void ImplicitStep::begin(State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h) noexcept {
   state_ = &state;
-  stage_.begin(state, hands, seams, h);
+  stage_.begin(state, trees, hands, seams, h);
   std::fill(event_.begin(), event_.begin() + state.pair_count, 1.0);
   std::fill(impulse_.begin(), impulse_.begin() + state.pair_count, Wrench{});
   std::fill(coupling_work_.begin(), coupling_work_.end(), 0.0);

@@ -64,7 +64,7 @@ class ImplicitStep {
   explicit ImplicitStep(const Model& model);  ///< set-up: room for the largest island
 
   /// (in realtime) Once before the islands of a step; see ImplicitStage::begin.
-  void begin(State& state, const HandWork& hands, Seams& seams, double h) noexcept;
+  void begin(State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h) noexcept;
 
   /// (in realtime) Advances q, v and friction of an island by h [s], and the ledger's sums in the state.
   const ImplicitReport& advance(const Island& island, double h, ImplicitOrder order) noexcept;

@@ -1,9 +1,6 @@
 #include "haptic_core/stepping/standing_islands.h"
 
 #include <algorithm>
-#include <utility>
-
-#include "haptic_core/stepping/implicit_step.h"
 
 namespace haptic::stepping {
 namespace {
@@ -66,14 +63,15 @@ void countCalm(const Model& model, const HandWork& hands, const Placement& place
   }
 }
 
-void settleExplicit(const Model& model, double h, const Placement& placement, Islands& islands, const HandWork& hands,
-                    State& state) noexcept {
+void settleExplicit(const Model& model, double h, const Visits& visits, const Placement& placement, Islands& islands,
+                    const HandWork& hands, State& state) noexcept {
   bool any = false;  // most steps have none, and need no islands
-  for (std::size_t t = 0; t < model.trees.size() && !any; ++t) {
+  for (std::size_t i = 0; i < visits.trees.size() && !any; ++i) {
+    const int t = visits.trees[i];
     any = state.mode[t] != TreeMode::kImplicit && rests(model, model.trees[t], h, state, placement);
   }
   if (!any) return;
-  islands.find(state, hands.held_by, false);
+  islands.find(state, visits.trees, hands.held_by, false);
   for (int i = 0; i < islands.count(); ++i) {
     const Island island = islands[i];
     if (state.mode[island.trees[0]] == TreeMode::kImplicit || !rests(model, island, h, state, placement)) continue;
@@ -82,74 +80,69 @@ void settleExplicit(const Model& model, double h, const Placement& placement, Is
   }
 }
 
-StandingIslands::StandingIslands(const Model& model) : last_(model.trees.size()), now_(model.trees.size()) {
-  contacts_.reserve(model.pair_capacity);
-}
+StandingIslands::StandingIslands(const Model& model) : island_(model.trees.size()) { contacts_.reserve(model.pair_capacity); }
 
 void StandingIslands::open(LoadedVector<ContactReport>& contacts) noexcept {
-  std::swap(contacts_, contacts);
-  std::swap(last_, now_);
-  std::swap(any_last_, any_);
-  forget();
+  contacts_.swap(contacts);
+  ++turn_;
+  all_ = false;
+  repeated_ = 0;
 }
 
 void StandingIslands::forget() noexcept {
-  if (any_) std::fill(now_.begin(), now_.end(), Standing{});
-  any_ = all_ = false;
+  turn_ += 2;  // what is kept is neither of this step nor of the last
+  all_ = false;
   repeated_ = 0;
 }
 
 void StandingIslands::carryOver(const StandingIslands& from, const std::vector<int>& tree, const std::vector<int>& contact,
                                 const std::vector<char>& stirred) noexcept {
   forget();
-  for (std::size_t t = 0; t < now_.size(); ++t) {
-    now_[t] = Standing{};
-    if (tree[t] < 0 || stirred[t]) continue;
-    Standing standing = from.now_[tree[t]];
+  for (std::size_t t = 0; t < island_.size(); ++t) {
+    if (tree[t] < 0 || stirred[t] || !from.holds(tree[t])) continue;
+    Standing standing = from.island_[tree[t]];
     if (standing.contacts > 0) standing.first_contact = contact[standing.first_contact];
-    now_[t] = standing;
-    any_ |= standing.trees > 0;
+    put(static_cast<int>(t), standing, false);
   }
 }
 
-void StandingIslands::close(const HandWork& hands) noexcept {
-  all_ = repeated_ > 0 && repeated_ == hands.movers.size() && hands.acting.empty() && hands.leading.empty();
+void StandingIslands::close(const HandWork& hands, bool any_sleeps) noexcept {
+  all_ = (repeated_ > 0 || any_sleeps) && repeated_ == hands.movers.size() && hands.acting.empty() && hands.leading.empty();
 }
 
 bool StandingIslands::repeats(const Model& model, const Island& island, const State& state) const noexcept {
   const auto stood = [&](int tree) {
-    return last_[tree].trees == island.tree_count && last_[tree].pairs == island.pair_count;
+    const Standing& last = island_[tree];
+    return last.turn + 1 == turn_ && last.trees == island.tree_count && last.pairs == island.pair_count;
   };
-  return any_last_ && std::all_of(island.trees, island.trees + island.tree_count, stood) && standsAlone(model, island, state);
+  return std::all_of(island.trees, island.trees + island.tree_count, stood) && standsAlone(model, island, state);
 }
 
-void StandingIslands::repeat(const Island& island, const State& state, Report& report) noexcept {
-  Standing standing = last_[island.trees[0]];
+void StandingIslands::repeat(const Island& island, Report& report) noexcept {
+  Standing standing = island_[island.trees[0]];
   const int first_contact = report.contacts.size();
   for (int i = 0; i < standing.contacts; ++i) report.addContact(contacts_[standing.first_contact + i], false);
-  for (int i = 0; i < island.pair_count; ++i) report.addEnergy(state.pairs[island.pairs[i]].friction);
-  report.step.residual = std::max(report.step.residual, standing.residual);
-  report.step.wrench_error = std::max(report.step.wrench_error, standing.wrench_error);
   standing.first_contact = first_contact;
-  repeated_ += island.tree_count;
+  repeated_ += static_cast<std::size_t>(island.tree_count);
   keep(island, standing);
 }
 
-void StandingIslands::note(const Island& island, const ImplicitReport& solved, int first_contact,
-                           const Report& report) noexcept {
+void StandingIslands::note(const Island& island, int first_contact, const Report& report) noexcept {
   Standing standing;
   standing.trees = island.tree_count;
   standing.pairs = island.pair_count;
   standing.first_contact = first_contact;
   standing.contacts = report.contacts.size() - first_contact;
-  standing.residual = solved.residual;
-  standing.wrench_error = solved.wrench_error;
   keep(island, standing);
 }
 
-void StandingIslands::keep(const Island& island, const Standing& standing) noexcept {
-  any_ = true;
-  for (int n = 0; n < island.tree_count; ++n) now_[island.trees[n]] = standing;
+void StandingIslands::put(int tree, Standing standing, bool within) noexcept {
+  standing.turn = within ? turn_ - 1 : turn_;
+  island_[tree] = standing;
+}
+
+void StandingIslands::keep(const Island& island, Standing standing) noexcept {
+  for (int n = 0; n < island.tree_count; ++n) put(island.trees[n], standing, false);
 }
 
 }  // namespace haptic::stepping

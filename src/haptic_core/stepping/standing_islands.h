@@ -19,6 +19,7 @@
 /// Only implicit islands stand. Explicit steps never leave a body bit for bit where it was; what they have brought to rest is made
 /// implicit (settleExplicit), where soft contacts rest in the same place, and goes back once something has moved it.
 #pragma once
+#include <cstdint>
 #include <vector>
 
 #include "haptic_core/geometry/volume/loaded_vector.h"
@@ -28,10 +29,7 @@
 #include "haptic_core/world/placement.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
-
-namespace haptic {
-struct ImplicitReport;
-}
+#include "haptic_core/world/visits.h"
 
 namespace haptic::stepping {
 
@@ -67,8 +65,8 @@ bool isCalm(const Island& island, const State& state) noexcept;
 void countCalm(const Model& model, const HandWork& hands, const Placement& placement, State& state) noexcept;
 
 /// (in realtime) After a step of length h: explicit islands that rest on something, and alone, become implicit.
-void settleExplicit(const Model& model, double h, const Placement& placement, Islands& islands, const HandWork& hands,
-                    State& state) noexcept;
+void settleExplicit(const Model& model, double h, const Visits& visits, const Placement& placement, Islands& islands,
+                    const HandWork& hands, State& state) noexcept;
 
 /// What the last step reported of the islands that stand.
 class StandingIslands {
@@ -85,31 +83,36 @@ class StandingIslands {
   void carryOver(const StandingIslands& from, const std::vector<int>& tree, const std::vector<int>& contact,
                  const std::vector<char>& stirred) noexcept;
 
-  /// (in realtime) After a step: whether it reported every tree that moves by itself again, and no hand acts. The next one would as
-  /// well, until somebody asks for something.
-  void close(const HandWork& hands) noexcept;
+  /// (in realtime) After a step: whether every tree that moves by itself sleeps or was reported again, and no hand acts. The next one
+  /// would find the same, until somebody asks for something.
+  void close(const HandWork& hands, bool any_sleeps) noexcept;
   bool all() const { return all_; }      ///< so it is
   void wake() noexcept { all_ = false; }  ///< (in realtime) a hand has a target
-  bool holds(int tree) const { return now_[tree].trees > 0; }  ///< the tree's island stood in the last step
+  bool holds(int tree) const { return island_[tree].turn == turn_; }  ///< the tree's island stood in the last step
   /// (in realtime) Whether the last step's report of an island is this one's: it stood, and everything else that its pairs know never
   /// moves.
   bool repeats(const Model& model, const Island& island, const State& state) const noexcept;
   /// (in realtime) Reports it again.
-  void repeat(const Island& island, const State& state, Report& report) noexcept;
+  void repeat(const Island& island, Report& report) noexcept;
   /// (in realtime) After a step in which an island stood: its contacts are those of `report` from `first_contact` on.
-  void note(const Island& island, const ImplicitReport& solved, int first_contact, const Report& report) noexcept;
+  void note(const Island& island, int first_contact, const Report& report) noexcept;
 
- private:
   /// Of one island, by each of its trees.
   struct Standing {
-    int trees = 0, pairs = 0;               ///< in it; 0: it does not stand
+    int trees = 0, pairs = 0;               ///< in it
     int first_contact = 0, contacts = 0;    ///< in the step's report
-    double residual = 0, wrench_error = 0;  ///< of its last solve [m/s], [N]
+    std::uint64_t turn = 0;                 ///< of the step in which it stood
   };
-  void keep(const Island& island, const Standing& standing) noexcept;
+  const Standing& of(int tree) const { return island_[tree]; }  ///< what is kept; see `holds`
+  /// (in realtime) The tree stood in the last step after all: what slept is taken back, `within` this step or after it.
+  void put(int tree, Standing standing, bool within) noexcept;
+  LoadedVector<ContactReport>& contacts() { return contacts_; }  ///< within a step: the last one's
 
-  std::vector<Standing> last_, now_;      ///< by tree
-  bool any_last_ = false, any_ = false;   ///< something stands in them
+ private:
+  void keep(const Island& island, Standing standing) noexcept;
+
+  std::vector<Standing> island_;          ///< by tree
+  std::uint64_t turn_ = 1;                ///< counts steps, and what makes that nothing stands
   bool all_ = false;
   std::size_t repeated_ = 0;              ///< trees whose report of the last step was the one before
   LoadedVector<ContactReport> contacts_;  ///< of the last step

@@ -192,7 +192,7 @@ void carryOver(CarryOver& map, const State& from, const Work& old_work, const Re
   carryContacts(map, old_report, report);
   work.standing.carryOver(old_work.standing, map.tree, map.contact, map.stirred);
   refreshHands(model, state, work.hands);
-  placeTrees(model, state, work.placement);
+  placeTrees(model, work.visits.trees, state, work.placement);
   for (const int t : map.coming) findBuried(model, t, state, work);
   primeLoneComers(map, model, state, work);
   renewSupply(model, work, state);

@@ -45,7 +45,8 @@ void refuseStaticOverlaps(const Model& model, Work& work) {
 void findBuried(const Model& model, int tree, State& state, Work& work) {
   if (model.possible_pairs == 0) return;
   StepReport ignored;
-  findPairs(model, 0, work.placement, state, work.search, ignored);
+  placeShapes(model, 0, work.visits.shapes, state, work.placement);
+  findPairs(model, work.visits, work.placement, state, work.search, ignored);
   for (int i = 0; i < state.pair_count; ++i) {
     ActivePair& pair = state.pairs[i];
     const int a = pair.shapeA(), b = pair.shapeB();

@@ -14,9 +14,8 @@ Islands::Islands(const Model& model) : model_(model), joined_(model.trees.size()
   first_pair_.resize(trees + 1);
 }
 
-void Islands::find(const State& state, const std::vector<int>& held_by, bool implicit_only) noexcept {
-  const int trees = static_cast<int>(model_.trees.size());
-  joined_.separate();
+void Islands::find(const State& state, const std::vector<int>& trees, const std::vector<int>& held_by, bool implicit_only) noexcept {
+  for (const int t : trees) joined_.separate(t);
   const auto treeOf = [this](int shape) { return model_.links[model_.shapes[shape].link].articulation; };
   const auto moves = [&](int t) {
     return !model_.trees[t].model->isStatic() && held_by[model_.trees[t].link] < 0 &&
@@ -27,11 +26,13 @@ void Islands::find(const State& state, const std::vector<int>& held_by, bool imp
     if (moves(a) && moves(b)) joined_.merge(a, b);
   }
   count_ = 0;
-  std::fill(first_tree_.begin(), first_tree_.end(), 0);
-  std::fill(first_pair_.begin(), first_pair_.end(), 0);
-  for (int t = 0; t < trees; ++t) {
+  for (const int t : trees) {
     const int root = joined_.root(t);  // the lowest tree: islands come out in its order
     island_[t] = !moves(t) ? -1 : root == t ? count_++ : island_[root];
+  }
+  std::fill_n(first_tree_.begin(), count_ + 1, 0);
+  std::fill_n(first_pair_.begin(), count_ + 1, 0);
+  for (const int t : trees) {
     if (island_[t] >= 0) ++first_tree_[island_[t] + 1];
   }
   for (int i = 0; i < state.pair_count; ++i) {
@@ -44,7 +45,7 @@ void Islands::find(const State& state, const std::vector<int>& held_by, bool imp
     first_pair_[i + 1] += first_pair_[i];
   }
   // Filled from the front; the ranges' ends move up and are put back afterwards.
-  for (int t = 0; t < trees; ++t) {
+  for (const int t : trees) {
     if (island_[t] >= 0) trees_[first_tree_[island_[t]]++] = t;
   }
   for (int i = 0; i < state.pair_count; ++i) {

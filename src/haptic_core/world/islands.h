@@ -23,8 +23,8 @@ class Islands {
  public:
   explicit Islands(const Model& model);  ///< set-up: room for all trees and pairs
 
-  /// (in realtime) From the pairs in `state`, of the trees that are implicit or of all. O(trees + pairs).
-  void find(const State& state, const std::vector<int>& held_by, bool implicit_only) noexcept;
+  /// (in realtime) From the pairs in `state`, of those of `trees` that are implicit or of all of them. O(trees + pairs).
+  void find(const State& state, const std::vector<int>& trees, const std::vector<int>& held_by, bool implicit_only) noexcept;
 
   int count() const { return count_; }  ///< of the last `find`
   /// Island i < count(), until the next `find`.

@@ -135,10 +135,8 @@ void book(const BookedContact& contact, const ContactPower& taken, State& state)
 }  // namespace
 
 void noteContact(int index, const ActivePair& pair, const ContactEvaluation& c, double elastic_energy,
-                 FrictionMemory& now, BookedContacts& contacts, EnergyLedger& energy) noexcept {
+                 FrictionMemory& now, BookedContacts& contacts) noexcept {
   now.elastic_energy = elastic_energy;
-  energy.elastic += now.elastic_energy;
-  energy.tangential += now.energy;
   BookedContact contact;
   contact.pair = index;
   contact.X_WP = c.X_WP;
@@ -208,25 +206,55 @@ void bookRelease(const FrictionMemory& last, EnergySums& sums) noexcept {
   sums.bookTurning(last.elastic_energy, last, FrictionMemory{});
 }
 
+namespace {
+
+MechanicalEnergy energyOf(const Model& model, const ModelTree& tree, const Placement& placement, const double* q) noexcept {
+  const LinkWork* link = placement.link.data() + tree.link;
+  MechanicalEnergy sum{kineticEnergy(*tree.model, link), potentialEnergy(*tree.model, link, model.settings.gravity)};
+  for (int i = 0; tree.has_laws && i < tree.model->linkCount(); ++i) {
+    if (tree.model->link(i).dof != 1) continue;
+    sum.potential += springEnergy(tree.model->def().links[i].joint, q[tree.q + tree.model->link(i).q]);
+  }
+  return sum;
+}
+
+}  // namespace
+
+const SumTree<LedgerSums::kColumns>::Row& sumEnergies(const LedgerView& view, const State& state) noexcept {
+  for (const int t : view.visits.trees) {
+    const ModelTree& tree = view.model.trees[t];
+    MechanicalEnergy energy;  // a held link's is the hand's
+    if (view.hands.movesByItself(tree)) energy = energyOf(view.model, tree, view.placement, state.q.data());
+    view.sums.now[t] = {energy.kinetic, energy.potential, 0, 0};
+  }
+  for (int i = 0; i < state.pair_count; ++i) {
+    const ActivePair& pair = state.pairs[i];
+    if (pair.friction.touching == 0) continue;
+    const int a = view.model.treeOf(pair.shapeA());
+    auto& row = view.sums.now[view.model.trees[a].model->isStatic() ? view.model.treeOf(pair.shapeB()) : a];
+    row[LedgerSums::kElastic] += pair.friction.elastic_energy;
+    row[LedgerSums::kTangential] += pair.friction.energy;
+  }
+  for (const int t : view.visits.trees) view.sums.tree.set(static_cast<std::size_t>(t), view.sums.now[t]);
+  return view.sums.tree.sum();
+}
+
 MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, const Placement& placement, const double* q) noexcept {
   MechanicalEnergy sum;
-  for (const ModelTree* tree : hands.movers) {  // a held link's energy is the hand's
-    const LinkWork* link = placement.link.data() + tree->link;
-    sum.kinetic += kineticEnergy(*tree->model, link);
-    sum.potential += potentialEnergy(*tree->model, link, model.settings.gravity);
-    if (!tree->has_laws) continue;
-    for (int i = 0; i < tree->model->linkCount(); ++i) {
-      if (tree->model->link(i).dof != 1) continue;
-      sum.potential += springEnergy(tree->model->def().links[i].joint, q[tree->q + tree->model->link(i).q]);
-    }
+  for (const ModelTree* tree : hands.movers) {
+    const MechanicalEnergy energy = energyOf(model, *tree, placement, q);
+    sum.kinetic += energy.kinetic;
+    sum.potential += energy.potential;
   }
   return sum;
 }
 
 void closeLedger(const LedgerView& view, double unaccounted, State& state, EnergyLedger& energy) noexcept {
-  const MechanicalEnergy now = mechanicalEnergy(view.model, view.hands, view.placement, state.q.data());
-  energy.kinetic = now.kinetic;
-  energy.potential = now.potential;
+  const auto& now = sumEnergies(view, state);
+  energy.kinetic = now[LedgerSums::kKinetic];
+  energy.potential = now[LedgerSums::kPotential];
+  energy.elastic = now[LedgerSums::kElastic];
+  energy.tangential = now[LedgerSums::kTangential];
   energy.damping = state.energy.damping;
   energy.friction = state.energy.friction;
   energy.external = state.energy.external;

@@ -16,6 +16,7 @@
 #pragma once
 #include <vector>
 
+#include "haptic_core/base/sum_tree.h"
 #include "haptic_core/geometry/volume/loaded_vector.h"
 #include "haptic_core/world/contact_evaluation.h"
 #include "haptic_core/world/hands.h"
@@ -23,6 +24,7 @@
 #include "haptic_core/world/placement.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
+#include "haptic_core/world/visits.h"
 
 namespace haptic {
 
@@ -41,17 +43,28 @@ struct BookedContact {
 };
 using BookedContacts = LoadedVector<BookedContact>;  ///< explicit contacts of one step
 
+/// Energies by tree, so that what sleeps is not summed anew. Pairs count with A's tree, or with B's where A's never moves.
+struct LedgerSums {
+  /// [J], see EnergyLedger.
+  enum Column : unsigned char { kKinetic, kPotential, kElastic, kTangential, kColumns };
+  std::vector<SumTree<kColumns>::Row> now;  ///< by tree: scratch of one sum
+  SumTree<kColumns> tree;                   ///< by tree
+  explicit LedgerSums(const Model& model) : now(model.trees.size()), tree(model.trees.size()) {}  ///< set-up
+};
+
 /// What the books are made from.
 struct LedgerView {
   const Model& model;     ///< constant
+  const Visits& visits;   ///< what may have changed
   const HandWork& hands;  ///< which links hands hold, and how they moved
   Placement& placement;  ///< velocities of links are set for a booking, and set back to the state's
+  LedgerSums& sums;      ///< of energies
 };
 
-/// (in realtime) The energy in a contact's springs enters its new memory and the report; its work is booked when the
+/// (in realtime) The energy in a contact's springs enters its new memory; its work is booked when the
 /// velocities at the end are known. `pair`: the state's at `index`, as the last evaluation left it.
 void noteContact(int index, const ActivePair& pair, const ContactEvaluation& contact, double elastic_energy,
-                 FrictionMemory& now, BookedContacts& contacts, EnergyLedger& energy) noexcept;
+                 FrictionMemory& now, BookedContacts& contacts) noexcept;
 /// (in realtime) A contact that parted inside a step of velocity Verlet: its last force times `time` corrects the kick [s].
 void noteRelease(int index, const ActivePair& pair, double time, BookedContacts& contacts) noexcept;
 
@@ -74,7 +87,9 @@ void bookRelease(const FrictionMemory& last, EnergySums& sums) noexcept;
 struct MechanicalEnergy {
   double kinetic = 0, potential = 0;  ///< of motion; of gravity
 };
-/// (in realtime) As the placement has it.
+/// (in realtime) Energies of all, of what sleeps as they were.
+const SumTree<LedgerSums::kColumns>::Row& sumEnergies(const LedgerView& view, const State& state) noexcept;
+/// (in realtime) As the placement has it, summed over all movers: between two steps.
 MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, const Placement& placement, const double* q) noexcept;
 
 /// (in realtime) Energies now and sums so far; what the balance lost since the last step is the time step's. `unaccounted`:

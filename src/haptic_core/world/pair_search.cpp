@@ -91,11 +91,11 @@ SearchWork::SearchWork(const Model& model)
   with_fixed.reserve(model.pair_capacity);
 }
 
-bool sweepBoxes(const Model& model, const Placement& placement, SearchWork& search) noexcept {
+bool sweepBoxes(const Model& model, const Visits& visits, const Placement& placement, SearchWork& search) noexcept {
   if (!model.settings.leave_out) return search.boxes.update(placement.box.data());
   search.with_fixed.clear();
   bool complete = true;
-  for (std::size_t i = 0; i < search.moving.size(); ++i) {
+  for (const int i : visits.moving) {
     const int s = model.moving_shapes[i];
     search.moving[i] = placement.box[s];
     model.fixed_boxes.eachOverlap(placement.box[s], [&](int fixed) {
@@ -107,10 +107,14 @@ bool sweepBoxes(const Model& model, const Placement& placement, SearchWork& sear
   return search.boxes.update(search.moving.data()) && complete;
 }
 
-void findPairs(const Model& model, double h, Placement& placement, State& state, SearchWork& search,
+void placeShapes(const Model& model, double h, const std::vector<int>& shapes, const State& state, Placement& placement) noexcept {
+  if (!model.searches_pairs) return;
+  for (const int s : shapes) placeShape(model, s, margin(model, state, placement, s, h), placement);
+}
+
+void findPairs(const Model& model, const Visits& visits, const Placement& placement, State& state, SearchWork& search,
                StepReport& report) noexcept {
   if (!model.searches_pairs) return;
-  for (const int s : model.updated_shapes) placeShape(model, s, margin(model, state, placement, s, h), placement);
   PairList pairs(state, search);
   bool complete = true;
   if (!model.listed_pairs.empty()) {
@@ -123,7 +127,7 @@ void findPairs(const Model& model, double h, Placement& placement, State& state,
       if (!areApart(boxes, a, b, by) && !placement.areApart(a, b)) complete &= pairs.add(a, b);
     }
   } else {
-    complete &= sweepBoxes(model, placement, search);
+    complete &= sweepBoxes(model, visits, placement, search);
     eachOverlap(model, search, [&](int a, int b) {
       if (!placement.areApart(a, b)) complete &= pairs.add(a, b);  // balls side by side across the axes; they would join islands
     });

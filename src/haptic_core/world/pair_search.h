@@ -9,6 +9,7 @@
 #include "haptic_core/world/placement.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
+#include "haptic_core/world/visits.h"
 
 namespace haptic {
 
@@ -29,8 +30,8 @@ struct SearchWork {
   explicit SearchWork(const Model& model);  ///< set-up: room for all shapes
 };
 
-/// (in realtime) Finds the pairs of the placement's boxes that overlap, for `eachOverlap`. False: there was no room for some.
-bool sweepBoxes(const Model& model, const Placement& placement, SearchWork& search) noexcept;
+/// (in realtime) Finds the pairs of the visited boxes that overlap, for `eachOverlap`. False: there was no room for some.
+bool sweepBoxes(const Model& model, const Visits& visits, const Placement& placement, SearchWork& search) noexcept;
 
 /// (in realtime) visit(a, b) for the pairs a < b that `sweepBoxes` found and that may collide, in the order of their keys.
 template <class Visit>
@@ -50,10 +51,13 @@ void eachOverlap(const Model& model, const SearchWork& search, Visit&& visit) no
   visitFixed(std::numeric_limits<std::uint64_t>::max());
 }
 
-/// (in realtime) Poses and boxes of the shapes, then the pairs whose boxes overlap, in the order of their keys; what a
-/// pair remembers comes along from the last search. With h > 0 boxes of implicitly stepped trees, which have yet to move,
-/// are widened by how far they may come in that time [s]. Sets kPairsDropped when there are more than the state has room for.
-void findPairs(const Model& model, double h, Placement& placement, State& state, SearchWork& search,
+/// (in realtime) Poses and boxes of these shapes. With h > 0 boxes of implicitly stepped trees, which have yet to move, are widened by
+/// how far they may come in that time [s].
+void placeShapes(const Model& model, double h, const std::vector<int>& shapes, const State& state, Placement& placement) noexcept;
+
+/// (in realtime) The pairs whose boxes overlap, of the shapes that are visited, in the order of their keys; what a pair remembers comes
+/// along from the last search. Sets kPairsDropped when there are more than the state has room for.
+void findPairs(const Model& model, const Visits& visits, const Placement& placement, State& state, SearchWork& search,
                StepReport& report) noexcept;
 
 }  // namespace haptic

@@ -2,8 +2,8 @@
 
 namespace haptic {
 
-void placeTrees(const Model& model, const State& state, Placement& placement) noexcept {
-  for (const int t : model.updated_trees) placeTree(model.trees[t], state, placement);
+void placeTrees(const Model& model, const std::vector<int>& trees, const State& state, Placement& placement) noexcept {
+  for (const int t : trees) placeTree(model.trees[t], state, placement);
 }
 
 void placeShape(const Model& model, int s, double margin, Placement& placement) noexcept {

@@ -37,8 +37,8 @@ inline void placeTree(const ModelTree& tree, const State& state, Placement& plac
   forwardKinematics(*tree.model, state.q.data() + tree.q, state.v.data() + tree.v, placement.link.data() + tree.link);
 }
 
-/// (in realtime) Kinematics of the trees that can have moved.
-void placeTrees(const Model& model, const State& state, Placement& placement) noexcept;
+/// (in realtime) Kinematics of these trees.
+void placeTrees(const Model& model, const std::vector<int>& trees, const State& state, Placement& placement) noexcept;
 
 /// (in realtime) Pose, box and sphere of a shape from its link; these are widened by `margin` [m] on all sides.
 void placeShape(const Model& model, int shape, double margin, Placement& placement) noexcept;

@@ -3,7 +3,6 @@
 #include <cstdint>
 
 #include "haptic_core/base/spatial.h"
-#include "haptic_core/contact/friction.h"
 #include "haptic_core/geometry/volume/contact_volume.h"
 #include "haptic_core/geometry/volume/loaded_vector.h"
 #include "haptic_core/world/stage_clock.h"
@@ -98,12 +97,6 @@ struct Report {
   /// (in realtime) Books a contact that began at a speed of approach [m/s]. What bodies gain by falling for a step is none.
   void addImpact(double speed, double reduced_mass, double fall) noexcept {
     if (speed > fall) step.impact += 0.5 * reduced_mass * speed * speed;
-  }
-
-  /// (in realtime) Adds what the springs of an implicitly stepped pair hold.
-  void addEnergy(const FrictionMemory& memory) noexcept {
-    step.energy.elastic += memory.elastic_energy;
-    step.energy.tangential += memory.energy;
   }
 
   /// (in realtime) Adds a contact and what its volume and pressure flag.

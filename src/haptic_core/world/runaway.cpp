@@ -76,12 +76,15 @@ void renewSupply(const Model& model, const Work& work, State& state) noexcept {
   state.energy.balanced = false;
 }
 
-void checkRunaway(const Model& model, double h, double external, const Work& work, State& state, Report& report) noexcept {
+void checkRunaway(const Model& model, double h, double external, Work& work, State& state, Report& report) noexcept {
   EnergySums& sums = state.energy;
   const bool ledger = model.settings.energy_ledger;
   const EnergyLedger& booked = report.step.energy;
-  const MechanicalEnergy now = ledger ? MechanicalEnergy{booked.kinetic, booked.potential}
-                                      : mechanicalEnergy(model, work.hands, work.placement, state.q.data());
+  MechanicalEnergy now{booked.kinetic, booked.potential};
+  if (!ledger) {
+    const auto& sums_now = sumEnergies(work.ledgerView(model), state);
+    now = {sums_now[LedgerSums::kKinetic], sums_now[LedgerSums::kPotential]};
+  }
   const double mass = work.hands.moving_mass, fall2 = h * h * model.settings.gravity.squaredNorm();
   if (!ledger && !sums.balanced) {  // no less than what springs hold that were loaded before anybody looked
     for (const ContactReport& contact : report.contacts) sums.supply += std::abs(contact.normal_force) * contact.depth;

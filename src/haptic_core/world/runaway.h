@@ -23,7 +23,7 @@ void renewSupply(const Model& model, const Work& work, State& state) noexcept;
 
 /// (in realtime) After a part of a step of length h [s]; `external`: the hands' and drives' work before it [J]. Stops the
 /// world by `finite`, `culprit` (the link that moves with the most energy) and kRunaway.
-void checkRunaway(const Model& model, double h, double external, const Work& work, State& state, Report& report) noexcept;
+void checkRunaway(const Model& model, double h, double external, Work& work, State& state, Report& report) noexcept;
 
 /// Of a world that is not `finite` any more, for people.
 inline const char* whyStopped(const StepReport& report) noexcept {

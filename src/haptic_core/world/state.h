@@ -196,8 +196,8 @@ struct State {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.time), visit(s.step), visit(s.q), visit(s.v), visit(s.pull), visit(s.mode), visit(s.a_end),
-        visit(s.a_mean), visit(s.v_mean), visit(s.last_step), visit(s.low), visit(s.calm), visit(s.commands), visit(s.pointers), visit(s.motions),
-        visit(s.energy);
+        visit(s.a_mean), visit(s.v_mean), visit(s.last_step), visit(s.low), visit(s.calm), visit(s.commands);
+    visit(s.pointers), visit(s.motions), visit(s.energy);
   }
 
   std::uint64_t hash() const;        ///< over all of it

@@ -58,9 +58,11 @@ double zeroOrNan(const double* x, int count) noexcept {
 }
 
 /// A world with a number that is none stops, and says which link had it first.
-void checkFinite(const Model& model, const State& state, StepReport& report) noexcept {
-  if (zeroOrNan(state.v.data(), model.nv) + zeroOrNan(state.q.data(), model.nq) == 0) return;
-  for (const ModelTree& tree : model.trees) {
+void checkFinite(const Model& model, const Visits& visits, const State& state, StepReport& report) noexcept {
+  const bool all = 2 * visits.trees.size() > model.trees.size();  // numbers in a row are quick to look at
+  if (all && zeroOrNan(state.v.data(), model.nv) + zeroOrNan(state.q.data(), model.nq) == 0) return;
+  for (const int t : visits.trees) {
+    const ModelTree& tree = model.trees[t];
     const double sum = zeroOrNan(state.v.data() + tree.v, tree.model->nv()) +
                        zeroOrNan(state.q.data() + tree.q, tree.model->nq());
     if (sum == 0) continue;
@@ -79,40 +81,53 @@ void checkImpacts(double lost, StepReport& report) noexcept {
 }
 
 /// Wrenches whose time is over end before the step; what they pushed has forces that jump.
-void dropEnded(const Model& model, State& state, Work& work) noexcept {
+void dropEnded(const Model& model, State& state, Work& work, Report& report) noexcept {
   int kept = 0;
   for (int i = 0; i < state.wrench_count; ++i) {
     if (state.wrenches[i].end > state.step) {
       state.wrenches[kept++] = state.wrenches[i];
     } else {
       stepping::forgetPull(state, model.links[state.wrenches[i].link].articulation);
+      work.asleep.wakeAll(model, state, work, &report);
       work.standing.forget();
     }
   }
   state.wrench_count = kept;
 }
 
+/// What was left out falls asleep; the report counts what slept and sleeps.
+void layAside(const Model& model, State& state, Work& work, Report& report) noexcept {
+  report.step.implicit_islands += work.asleep.islands();
+  report.step.standing += work.asleep.trees();
+  if (report.step.finite) work.asleep.fall(model, state, work, report);
+  report.step.pairs = state.pair_count + work.asleep.pairs();
+  report.step.contacts = report.contacts.size() + work.asleep.contacts().size();
+}
+
 void move(const Model& model, State& state, Work& work, Report& report) noexcept {
   open(work, report);
   findActing(model, state, work.hands);
+  work.asleep.wakeActed(model, state, work);
   followDrivePaths(model, state);                                    // what drives are asked for
   for (StepPart part = firstPart(model, state, work, report.step); part.h > 0;
        part = nextPart(model, part, state, work, report.step)) {     // no more than hands bear; shorter where something is fast
     const double external = state.energy.external, unaccounted = state.energy.unaccounted();
     report.step.impact = 0;
+    if (part.h < model.settings.step) work.asleep.wakeAll(model, state, work, nullptr);  // whole steps are left out
     noteWrenches(state, work.placement, work.wrenches);
     advance(model, part, state, work, report);                       // hands → pairs → contacts → motion
     bookWrenches(work.hands, part.h, work.wrenches, work.placement, state);
     if (model.settings.energy_ledger) closeLedger(work.ledgerView(model), unaccounted, state, report.step.energy);
     checkImpacts(state.energy.unaccounted() - unaccounted, report.step);
-    checkFinite(model, state, report.step);
+    checkFinite(model, work.visits, state, report.step);
     if (report.step.finite) checkRunaway(model, part.h, external, work, state, report);
     if (part.h < model.settings.step) addPart(part.h, work.parts, report);
   }
   if (work.implicit) stepping::countCalm(model, work.hands, work.placement, state);
   reportParts(model.settings.step, work.parts, report);              // mean wrenches over the step
   reportToHands(model, report.step, work.hands, state);
-  work.standing.close(work.hands);
+  work.standing.close(work.hands, work.asleep.islands() > 0);
+  layAside(model, state, work, report);
 }
 
 }  // namespace
@@ -120,7 +135,7 @@ void move(const Model& model, State& state, Work& work, Report& report) noexcept
 void step(const Model& model, State& state, Work& work, Report& report) noexcept {
   if (!report.step.finite) return;
   work.clock.start(report.step.stages);
-  dropEnded(model, state, work);
+  dropEnded(model, state, work, report);
   if (!work.standing.all()) move(model, state, work, report);  // else the last step's report is this one's as it is
   work.clock.end(report.step.stages.motion);
   report.step.step = ++state.step;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
 
 namespace haptic {
@@ -22,11 +23,14 @@ class StepHistory {
   };
 
   /// Room for `capacity` steps. Memory: capacity × (nq + nv + 6 pointers + 2) doubles.
-  StepHistory(int capacity, const State& state);
+  StepHistory(int capacity, const State& state);  ///< set-up
 
   void keep() noexcept;    ///< (in realtime) the state as it is now; drops the oldest when full
   void repeat() noexcept;  ///< (in realtime) the same where step and time are all that changed
-  void clear() noexcept { count_ = next_ = 0; }  ///< as if nothing had been kept
+  /// (in realtime) The same where only `trees` have changed since the last time; `changes`: another number where they are others than then.
+  /// Costs as much as they and what changed within the capacity.
+  void keep(const Model& model, const std::vector<int>& trees, unsigned changes) noexcept;
+  void clear() noexcept;  ///< as if nothing had been kept
   /// Records kept, up to the capacity.
   int size() const { return static_cast<int>(std::min<std::uint64_t>(count_, capacity_)); }
   Record record(int i) const;  ///< 0: the oldest kept, size() - 1: the last step
@@ -34,10 +38,15 @@ class StepHistory {
 
  private:
   double* begin() noexcept;
+  void keepTree(const ModelTree& tree, double* row) const noexcept;
+  void keepHands(double* row) const noexcept;
   const State& state_;
   std::uint64_t capacity_, count_ = 0, next_ = 0;  ///< next_: count_ modulo the capacity
   std::size_t nq_, nv_, pointers_, stride_;
   std::vector<double> rows_;
+  std::vector<std::uint64_t> kept_;  ///< by tree: `count_` at which it was in the list last
+  std::vector<int> late_;            ///< trees that are not, but have rows that are older
+  unsigned changes_ = ~0u;
 };
 
 }  // namespace haptic

@@ -19,7 +19,7 @@ class Sweep {
  public:
   Sweep(const Model& model, double left, const State& state, Work& work, StepReport& report)
       : model_(model), left_(left), state_(state), placement_(work.placement), hands_(work.hands),
-        search_(work.search), report_(report) {}
+        search_(work.search), visits_(work.visits), asleep_(work.asleep), report_(report) {}
 
   /// How much of the time left may pass before contacts have to be looked at again [s].
   double safePart() noexcept;
@@ -35,6 +35,8 @@ class Sweep {
   Placement& placement_;
   const HandWork& hands_;
   SearchWork& search_;
+  const Visits& visits_;
+  const stepping::Asleep& asleep_;
   StepReport& report_;
 };
 
@@ -66,7 +68,8 @@ ShapeMotion Sweep::motionOf(int s, bool falls) const noexcept {
 bool Sweep::anyFast() const noexcept {
   const Vector3 fall = 0.5 * left_ * model_.settings.gravity;
   const double left2 = left_ * left_;
-  for (const MotionLimit& limit : model_.motion_limits) {
+  for (const int i : visits_.limits) {
+    const MotionLimit& limit = model_.motion_limits[i];
     const LinkWork& link = placement_.link[limit.link];
     const double speed2 = (link.velocity + fall).squaredNorm() + limit.lever2 * link.omega.squaredNorm();
     if (2 * left2 * speed2 > limit.way2) return true;  // (a + b)² ≤ 2 (a² + b²)
@@ -86,7 +89,7 @@ double Sweep::safePart() noexcept {
     report_.flags |= kTooFast;
     return left_;
   }
-  for (const int s : model_.updated_shapes) {
+  for (const int s : visits_.shapes) {
     const ShapeMotion motion = motionOf(s, true);
     placement_.box[s] = model_.shapes[s].shape->aabb(motion.X_WS);
     if (!model_.links[model_.shapes[s].link].moves) continue;
@@ -95,9 +98,15 @@ double Sweep::safePart() noexcept {
     placement_.box[s].lower = (placement_.box[s].lower + way.cwiseMin(0.0)).array() - turn;
     placement_.box[s].upper = (placement_.box[s].upper + way.cwiseMax(0.0)).array() + turn;
   }
-  if (!sweepBoxes(model_, placement_, search_)) report_.flags |= kPairsDropped;
+  if (!sweepBoxes(model_, visits_, placement_, search_)) report_.flags |= kPairsDropped;
   double part = left_;
   eachOverlap(model_, search_, [&](int a, int b) { part = std::min(part, safePart(a, b)); });
+  for (const int s : visits_.shapes) {  // what sleeps is where it fell asleep
+    asleep_.eachOverlap(model_, placement_.box[s], [&](int other) {
+      const int a = std::min(s, other), b = std::max(s, other);
+      if (model_.mayCollide(a, b)) part = std::min(part, safePart(a, b));
+    });
+  }
   for (int i = 0; i < state_.pair_count; ++i) {
     if (state_.pairs[i].friction.touching == 0) continue;
     for (int s : {state_.pairs[i].shapeA(), state_.pairs[i].shapeB()}) {

@@ -7,6 +7,7 @@
 #include "haptic_core/dynamics/tree_motion.h"
 #include "haptic_core/dynamics/tree_step.h"
 #include "haptic_core/geometry/volume/contact_workspace.h"
+#include "haptic_core/stepping/asleep.h"
 #include "haptic_core/stepping/choice.h"
 #include "haptic_core/stepping/implicit_step.h"
 #include "haptic_core/stepping/standing_islands.h"
@@ -19,6 +20,7 @@
 #include "haptic_core/world/placement.h"
 #include "haptic_core/world/seams.h"
 #include "haptic_core/world/stage_clock.h"
+#include "haptic_core/world/visits.h"
 
 namespace haptic {
 
@@ -46,6 +48,7 @@ struct ExplicitWork {
 
 /// Scratch of every stage of a step; one per world.
 struct Work {
+  Visits visits;                 ///< stepping/asleep
   Placement placement;           ///< placement
   SearchWork search;             ///< pair_search, step_parts
   HandWork hands;                ///< hands
@@ -56,13 +59,15 @@ struct Work {
   Islands islands;               ///< islands
   std::unique_ptr<ImplicitStep> implicit;  ///< stepping/implicit_islands; null: every step is explicit
   stepping::StandingIslands standing;      ///< stepping/implicit_islands
+  stepping::Asleep asleep;       ///< step, between two steps `World`
+  LedgerSums sums;               ///< ledger
   std::vector<std::unique_ptr<TreeMotion>> joints;  ///< by tree; null: joints without laws of their own
   WrenchWork wrenches;           ///< applied_wrench
   StageClock clock;                                 ///< on only while stages are measured
 
   explicit Work(const Model& model);  ///< set-up: everything that a step needs, so that it allocates nothing
   /// (in realtime) Until the work is moved or destroyed.
-  LedgerView ledgerView(const Model& model) { return {model, hands, placement}; }
+  LedgerView ledgerView(const Model& model) { return {model, visits, hands, placement, sums}; }
 };
 
 /// The state that a definition starts from, everything in `work` placed for it. Throws SetupError where loops do not

@@ -33,10 +33,15 @@ struct World::Impl {
       : model(def), work(model), state(initialState(model, work)), history(model.settings.history_steps, state),
         sensors(model, def.sensors) {
     report.contacts.reserve(model.pair_capacity);
+    work.asleep.on &= sensors.empty();  // which read what every contact does
   }
+
+  /// (in realtime) Between two steps: whatever sleeps is taken back, so that the state is whole.
+  void wake() noexcept { work.asleep.wakeAll(model, state, work, &report); }
 
   /// (in realtime) Stands at a packed state of its own. Warm starts beside the state are gone.
   void begin(const std::vector<double>& packed) {
+    wake();
     state.unpack(packed);
     report.step = StepReport{};
     report.step.step = state.step;
@@ -66,7 +71,11 @@ void World::step() noexcept {
   haptic::step(impl_->model, impl_->state, impl_->work, impl_->report);
   if (!runs || !impl_->report.step.finite) return;
   if (measures) impl_->sensors.finish(impl_->model, impl_->state, impl_->work.placement, impl_->report);
-  repeats ? impl_->history.repeat() : impl_->history.keep();
+  if (impl_->work.asleep.on) {
+    impl_->history.keep(impl_->model, impl_->work.visits.trees, impl_->work.asleep.changes());
+  } else {
+    repeats ? impl_->history.repeat() : impl_->history.keep();
+  }
 }
 
 void World::measureStages(bool on) noexcept {
@@ -78,16 +87,28 @@ const WorldSettings& World::settings() const { return impl_->model.settings; }
 const StepReport& World::report() const { return impl_->report.step; }
 double World::time() const { return impl_->state.time; }
 const Model& World::model() const { return impl_->model; }
-const State& World::state() const { return impl_->state; }
-const Work& World::work() const { return impl_->work; }
-const StepHistory& World::history() const { return impl_->history; }
+const State& World::state() const {
+  impl_->wake();
+  return impl_->state;
+}
+const Work& World::work() const {
+  impl_->wake();
+  return impl_->work;
+}
+const StepHistory& World::history() const {
+  impl_->wake();
+  return impl_->history;
+}
 
 int World::linkCount() const { return static_cast<int>(impl_->model.links.size()); }
 const std::string& World::linkName(int link) const { return impl_->model.links[link].name; }
 int World::linkIndex(const std::string& name) const { return indexOfName(name, linkCount(), &World::linkName, *this); }
 Pose World::linkPose(int link) const { return impl_->work.placement.link[link].X_WL; }
 Twist World::linkTwist(int link) const { return impl_->work.placement.link[link].twistAtOrigin(); }
-bool World::stands(int link) const noexcept { return impl_->work.standing.holds(impl_->model.links[link].articulation); }
+bool World::stands(int link) const noexcept {
+  const int tree = impl_->model.links[link].articulation;
+  return impl_->work.asleep.holds(tree) || impl_->work.standing.holds(tree);
+}
 
 int World::jointCount() const { return static_cast<int>(impl_->model.joints.size()); }
 const std::string& World::jointName(int joint) const { return impl_->model.joints[joint].name; }
@@ -119,15 +140,18 @@ int World::wrenchCount() const { return impl_->state.wrench_count; }
 const AppliedWrench& World::wrench(int i) const { return impl_->state.wrenches[static_cast<std::size_t>(i)]; }
 
 void World::applyWrench(int link, const LinkWrench& wrench, double seconds) {
+  impl_->wake();
   haptic::applyWrench(impl_->model, link, wrench, seconds, impl_->state, impl_->work);
 }
 
 void World::setBodyPose(int link, const Pose& X_WL, const Twist& V_WL) {
+  impl_->wake();
   putBody(impl_->model, link, X_WL, V_WL, impl_->state, impl_->work);
   impl_->report.contacts.clear();
 }
 
 void World::setJointPositions(const std::vector<std::pair<int, double>>& positions) {
+  impl_->wake();
   putJoints(impl_->model, positions, impl_->state, impl_->work);
   impl_->report.contacts.clear();
 }
@@ -170,6 +194,8 @@ void World::setPointerBound(int i, const PointerBound& bound) noexcept {
 const PointerBound& World::pointerBound(int i) const noexcept { return impl_->work.hands.bound[i]; }
 
 double World::pointerStiffness(int i) const noexcept {
+  const int link = impl_->state.pointers[i].link;
+  if (link >= 0 && impl_->work.asleep.holds(impl_->model.links[link].articulation)) impl_->wake();
   return stiffnessMet(impl_->model, impl_->state, impl_->work.placement, impl_->work.hands, i);
 }
 
@@ -179,6 +205,7 @@ bool World::canGrab(int pointer, int link) const noexcept {
 
 bool World::tryGrab(int pointer, int link) noexcept {
   if (!canGrab(pointer, link)) return false;
+  impl_->wake();
   haptic::grab(impl_->model, impl_->work.placement, pointer, link, impl_->state, impl_->work.hands);
   impl_->work.standing.forget();
   stepping::forgetPull(impl_->state);
@@ -200,6 +227,7 @@ void World::tune(const WorldTuning& tuning) {
   std::vector<CouplingLoad> loads;
   for (const PointerState& pointer : impl_->state.pointers) loads.push_back(model.loadOf(pointer.link));
   check(wanted, loads, model.substep());
+  impl_->wake();
   model.tune(wanted);
   refreshHands(model, impl_->state, impl_->work.hands);
   impl_->work.standing.forget();
@@ -210,8 +238,11 @@ void World::tune(const WorldTuning& tuning) {
   renewSupply(model, impl_->work, impl_->state);
 }
 
-int World::contactCount() const { return impl_->report.contacts.size(); }
-const ContactReport& World::contact(int i) const { return impl_->report.contacts[i]; }
+int World::contactCount() const { return impl_->report.contacts.size() + impl_->work.asleep.contacts().size(); }
+const ContactReport& World::contact(int i) const {
+  const int awake = impl_->report.contacts.size();
+  return i < awake ? impl_->report.contacts[i] : impl_->work.asleep.contacts()[i - awake];
+}
 
 int World::sensorCount() const { return static_cast<int>(impl_->sensors.defs().size()); }
 const SensorDef& World::sensor(int i) const { return impl_->sensors.defs()[static_cast<std::size_t>(i)]; }
@@ -260,6 +291,7 @@ int NextWorld::linkNow(int link_before) const noexcept { return impl_->map.link[
 bool World::exchange(NextWorld& next) noexcept {
   if (next.impl_->map.from != &impl_->model) return false;
   Impl& to = *next.impl_->world.impl_;
+  impl_->wake(), to.wake();
   carryOver(next.impl_->map, impl_->state, impl_->work, impl_->report, to.model, to.state, to.work, to.report);
   to.work.clock.on = impl_->work.clock.on;
   std::swap(impl_, next.impl_->world.impl_);
@@ -269,13 +301,14 @@ bool World::exchange(NextWorld& next) noexcept {
 void World::rehearse(NextWorld& next, bool steps) noexcept {
   if (next.impl_->map.from != &impl_->model) return;
   Impl& to = *next.impl_->world.impl_;
+  impl_->wake(), to.wake();
   carryOver(next.impl_->map, impl_->state, impl_->work, impl_->report, to.model, to.state, to.work, to.report);
   if (steps) next.impl_->world.step();
   to.begin(next.impl_->start);
 }
 
-std::uint64_t World::hash() const { return impl_->state.hash(); }
-std::vector<double> World::save() const { return impl_->state.pack(); }
+std::uint64_t World::hash() const { return state().hash(); }
+std::vector<double> World::save() const { return state().pack(); }
 
 void World::restore(const std::vector<double>& packed) {
   refuseDamaged(impl_->model, impl_->state, packed);

@@ -58,7 +58,8 @@ TEST(Resting, WhatRocksSlowerThanTheBoundIsBroughtToRestAndItsEnergyIsBooked) {
   world->step();
   EXPECT_EQ(world->report().energy.stilled, world->state().energy.stilled);
   // Sums of four numbers each, beside what was booked before.
-  EXPECT_NEAR(world->report().energy.stilled - before, kineticOf(c, 2 * kRocks, kRocks), 1e-15 * kineticOf(c, 2 * kRocks, kRocks) + 1e-16 * before);
+  const double moved = kineticOf(c, 2 * kRocks, kRocks);
+  EXPECT_NEAR(world->report().energy.stilled - before, moved, 1e-15 * moved + 1e-16 * before);
   EXPECT_NEAR(world->report().energy.balance(), balance, 1e-14) << "of joules that the balance sums";
   world->step();
   for (int l = 1; l <= kBodies; ++l) {

@@ -168,7 +168,7 @@ TEST(Islands, AreTheConnectedPartsOfTheContactGraph) {
       const int from = label[a], to = label[b];
       for (int& l : label) l = l == from ? to : l;
     }
-    islands.find(state, std::vector<int>(model.links.size(), -1), false);
+    islands.find(state, model.updated_trees, std::vector<int>(model.links.size(), -1), false);
     EXPECT_EQ(islands.of(0), -1);
     int trees = 0, pairs = 0;
     for (int i = 0; i < islands.count(); ++i) {

@@ -20,6 +20,7 @@ BroadPhase::BroadPhase(int box_count, const std::vector<std::pair<int, int>>& ne
     forbid(a, b);
     forbid(b, a);
   }
+  order_.reserve(static_cast<std::size_t>(count_));
   for (int i = 0; i < count_; ++i) order_.push_back({0, 0, {0, 0}, {0, 0}, i});
   if (max_pairs <= 0) {
     long long possible = 0;
@@ -36,8 +37,8 @@ BroadPhase::BroadPhase(int box_count, const std::vector<std::pair<int, int>>& ne
 int BroadPhase::widestAxis(const ConvexPolyhedron::Box* boxes) const noexcept {
   Vector3 sum = Vector3::Zero(), squares = Vector3::Zero();
   int bounded = 0;
-  for (int i = 0; i < count_; ++i) {
-    const Vector3 middle = boxes[i].lower + boxes[i].upper;
+  for (const Interval& interval : order_) {
+    const Vector3 middle = boxes[interval.box].lower + boxes[interval.box].upper;
     if (!middle.allFinite()) continue;  // a half-space's
     ++bounded;
     sum += middle;
@@ -48,7 +49,13 @@ int BroadPhase::widestAxis(const ConvexPolyhedron::Box* boxes) const noexcept {
   return axis;
 }
 
+void BroadPhase::select(const std::vector<int>& boxes) noexcept {
+  order_.clear();  // it has room for all
+  for (const int i : boxes) order_.push_back({0, 0, {0, 0}, {0, 0}, i});
+}
+
 void BroadPhase::sort(const ConvexPolyhedron::Box* boxes, int axis) noexcept {
+  const int count = static_cast<int>(order_.size());
   int moves = 0;
   for (Interval& interval : order_) {
     const ConvexPolyhedron::Box& box = boxes[interval.box];
@@ -59,7 +66,7 @@ void BroadPhase::sort(const ConvexPolyhedron::Box* boxes, int axis) noexcept {
       interval.upper2[k] = box.upper[(axis + 1 + k) % 3];
     }
   }
-  for (int i = 1; i < count_; ++i) {
+  for (int i = 1; i < count; ++i) {
     const Interval moving = order_[i];
     int j = i;
     for (; j > 0 && order_[j - 1].lower > moving.lower; --j) order_[j] = order_[j - 1];
@@ -67,7 +74,7 @@ void BroadPhase::sort(const ConvexPolyhedron::Box* boxes, int axis) noexcept {
     moves += i - j;
     // Far from sorted (another axis, a jump): insertion would cost N². 16 moves per box are cheaper than a
     // sort.
-    if (moves > 16 * count_) {
+    if (moves > 16 * count) {
       std::sort(order_.begin(), order_.end(),
                 [](const Interval& x, const Interval& y) { return x.lower < y.lower; });
       return;
@@ -75,8 +82,15 @@ void BroadPhase::sort(const ConvexPolyhedron::Box* boxes, int axis) noexcept {
   }
 }
 
-/// Ascending (a, b): into buckets by a, then each bucket by b. The boxes' order in the sweep leaves no trace.
+/// Ascending (a, b): into buckets by a, then each bucket by b; few by comparing. The boxes' order in the sweep leaves no trace.
 void BroadPhase::orderPairs() noexcept {
+  constexpr int kBucketsPerPair = 16;  // to clear and sum up so many buckets costs as much as to sort a pair in among thousands
+  if (found_.size() < count_ / kBucketsPerPair) {
+    pairs_.resize(found_.size());
+    std::copy(found_.begin(), found_.end(), pairs_.begin());
+    std::sort(pairs_.begin(), pairs_.end(), [](const Pair& x, const Pair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+    return;
+  }
   std::fill(bucket_.begin(), bucket_.end(), 0);
   for (const Pair& p : found_) ++bucket_[p.a + 1];
   for (int a = 0; a < count_; ++a) bucket_[a + 1] += bucket_[a];
@@ -90,12 +104,13 @@ void BroadPhase::orderPairs() noexcept {
 bool BroadPhase::update(const ConvexPolyhedron::Box* boxes) noexcept {
   pairs_.clear();
   found_.clear();
-  if (count_ < 2) return true;
+  const int count = static_cast<int>(order_.size());
+  if (count < 2) return true;
   sort(boxes, widestAxis(boxes));
   bool complete = true;
-  for (int i = 0; i < count_; ++i) {
+  for (int i = 0; i < count; ++i) {
     const Interval first = order_[i];
-    for (int j = i + 1; j < count_ && order_[j].lower <= first.upper; ++j) {
+    for (int j = i + 1; j < count && order_[j].lower <= first.upper; ++j) {
       const Interval& other = order_[j];
       // One branch for both axes: it is nearly always taken the same way.
       const bool apart = static_cast<int>(first.lower2[0] > other.upper2[0]) |

@@ -14,7 +14,7 @@ namespace haptic {
 /// from the last step), then each is compared with those that begin before it ends. Pairs come out ordered, a
 /// < b and ascending, and depend on the boxes alone: the sorting left from earlier steps changes no result
 /// and need not be saved. Cost about N times the boxes in a slab; 1000 boxes in a cube: see
-/// `contact.broadphase_1000_us`.
+/// `contact.broadphase_1000_us`. Boxes that are not selected cost nothing.
 class BroadPhase {
  public:
   /// Two boxes by index.
@@ -34,6 +34,8 @@ class BroadPhase {
   /// (in realtime) Finds the pairs of `boxes` (box_count of them, in one frame) that touch or overlap. False
   /// when more than `max_pairs` did and the last ones were dropped.
   bool update(const ConvexPolyhedron::Box* boxes) noexcept;
+  /// (in realtime) From now on `update` looks at these boxes alone, by index; at first it looks at all.
+  void select(const std::vector<int>& boxes) noexcept;
   const LoadedVector<Pair>& pairs() const { return pairs_; }  ///< found by the last `update`
 
  private:
