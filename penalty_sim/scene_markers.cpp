@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <numeric>
 
+#include "haptic_core/world/model.h"
 #include "haptic_core/world/runaway.h"
 #include "haptic_core/world/world.h"
 #include "penalty_sim/conversions.h"
@@ -24,6 +25,7 @@ constexpr double kLeastRim = 0.004;           // radius of a ring that can still
 constexpr double kTextBelow = 0.205;          // the lowest body [m]: below a floor's nearest corner as the views show it
 constexpr double kTextSize = 0.011, kTextRow = 0.02;   // height of a letter, distance of lines [m]
 constexpr double kBodyAlpha = 0.6;            // opacity of bodies, at most: patches between them shine through
+constexpr double kDimmed = 0.4, kGrey = 0.45;  // of what stands: share of its own colour, the rest of a grey
 constexpr double kFullColourPressure = 2e4;   // a patch under this mean pressure is drawn red [Pa]; 1 N on 0.5 cm²
 
 std_msgs::ColorRGBA colour(double r, double g, double b, double a) {
@@ -77,38 +79,53 @@ int shapeType(VisualShape shape) {
 
 }  // namespace
 
-SceneMarkers::SceneMarkers(ros::NodeHandle& nh, const SceneDef& scene, const std::string& world_frame)
+SceneMarkers::SceneMarkers(ros::NodeHandle& nh, const SceneDef& scene, const World& world, const std::string& world_frame)
     : visuals_(scene.visuals),
       world_frame_(world_frame),
       publisher_(nh.advertise<visualization_msgs::MarkerArray>("markers", 2)) {
-  for (const VisualDef& v : visuals_) frames_.push_back(scene.world.articulations[v.articulation].links[v.link].name);
+  for (const VisualDef& v : visuals_) {
+    frames_.push_back(scene.world.articulations[v.articulation].links[v.link].name);
+    links_.push_back(world.model().link(v.articulation, v.link));
+  }
+  dimmed_.resize(visuals_.size());
 }
 
 int SceneMarkers::contactCapacity(const World& world) { return 16 + 8 * world.linkCount(); }
 
-void SceneMarkers::addBodies(visualization_msgs::MarkerArray& array) const {
-  Marker clear;  // of the scene before
-  clear.header.frame_id = world_frame_;
-  clear.action = Marker::DELETEALL;
-  array.markers.push_back(clear);
+visualization_msgs::Marker SceneMarkers::bodyMarker(std::size_t i) const {
+  const VisualDef& v = visuals_[i];
+  Marker m;
+  m.header.frame_id = frames_[i];  // stamp 0 and locked: rviz moves it with the link's frame
+  m.frame_locked = true;
+  m.ns = "bodies";
+  m.id = static_cast<int>(i);
+  m.type = shapeType(v.shape);
+  m.pose = toPose(v.X_LV);
+  m.scale = toVector(v.size);
+  for (const Vector3& corner : v.corners) m.points.push_back(toPoint(corner));
+  const auto shade = [&](int c) { return dimmed_[i] ? kDimmed * v.colour[c] + (1 - kDimmed) * kGrey : v.colour[c]; };
+  m.color = colour(shade(0), shade(1), shade(2), std::min<double>(kBodyAlpha, v.colour[3]));
+  if (v.shape == VisualShape::kMesh) {
+    m.mesh_resource = v.mesh_uri;
+    m.mesh_use_embedded_materials = v.own_colours;
+    if (v.own_colours) m.color = colour(0, 0, 0, 0);  // rviz: all zero means the file's own colours
+  }
+  return m;
+}
+
+/// All of them, or those that came to stand or do so no more.
+void SceneMarkers::addBodies(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot, bool all) {
+  if (all) {
+    Marker clear;  // of the scene before
+    clear.header.frame_id = world_frame_;
+    clear.action = Marker::DELETEALL;
+    array.markers.push_back(clear);
+  }
   for (std::size_t i = 0; i < visuals_.size(); ++i) {
-    const VisualDef& v = visuals_[i];
-    Marker m;
-    m.header.frame_id = frames_[i];  // stamp 0 and locked: rviz moves it with the link's frame
-    m.frame_locked = true;
-    m.ns = "bodies";
-    m.id = static_cast<int>(i);
-    m.type = shapeType(v.shape);
-    m.pose = toPose(v.X_LV);
-    m.scale = toVector(v.size);
-    for (const Vector3& corner : v.corners) m.points.push_back(toPoint(corner));
-    m.color = colour(v.colour[0], v.colour[1], v.colour[2], std::min<double>(kBodyAlpha, v.colour[3]));
-    if (v.shape == VisualShape::kMesh) {
-      m.mesh_resource = v.mesh_uri;
-      m.mesh_use_embedded_materials = v.own_colours;
-      if (v.own_colours) m.color = colour(0, 0, 0, 0);  // rviz: all zero means the file's own colours
-    }
-    array.markers.push_back(m);
+    const char stands = snapshot.stands[static_cast<std::size_t>(links_[i])];
+    if (!all && stands == dimmed_[i]) continue;
+    dimmed_[i] = stands;
+    array.markers.push_back(bodyMarker(i));
   }
 }
 
@@ -223,7 +240,8 @@ void SceneMarkers::addText(visualization_msgs::MarkerArray& array, const WorldSn
                 1e3 * e.kinetic, 1e3 * (e.elastic + e.tangential), 1e3 * e.external, 1e3 * e.damping, 1e3 * e.friction);
   double z = lowest - kTextBelow;
   addLine(array, 0, z, line, stamp);
-  std::snprintf(line, sizeof line, "contacts: %d stick, %d slide", sticking, snapshot.contacts - sticking);
+  std::snprintf(line, sizeof line, "contacts: %d stick, %d slide   %d bodies stand", sticking, snapshot.contacts - sticking,
+                snapshot.report.standing);
   std::string felt = line;
   for (const Wrench& F : snapshot.pointer_wrench) {
     std::snprintf(line, sizeof line, "   pointer %.2f N", F.force.norm());
@@ -238,7 +256,7 @@ void SceneMarkers::addText(visualization_msgs::MarkerArray& array, const WorldSn
 void SceneMarkers::publish(const WorldSnapshot& snapshot, const ros::Time& stamp, const std::string& report) {
   const auto array = boost::make_shared<visualization_msgs::MarkerArray>();
   const std::uint32_t subscribers = publisher_.getNumSubscribers();
-  if (subscribers != bodies_sent_to_) addBodies(*array);
+  addBodies(*array, snapshot, subscribers != bodies_sent_to_);
   bodies_sent_to_ = subscribers;
   addContacts(*array, snapshot, stamp);
   addText(*array, snapshot, stamp, report);

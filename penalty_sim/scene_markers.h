@@ -11,12 +11,13 @@
 
 namespace haptic {
 
-/// Topic `markers`. Bodies are sent once per new subscriber in the frames of their links and follow tf by themselves.
+/// Topic `markers`. Bodies are sent once per new subscriber in the frames of their links and follow tf by themselves; one that comes to
+/// stand, or stands no more, is sent again: dimmed, or in its own colour.
 /// Patches and forces, at most kMaxPatches of them, the strongest first, and a text of energies, error and margin are sent
 /// with every frame.
 class SceneMarkers {
  public:
-  SceneMarkers(ros::NodeHandle& nh, const SceneDef& scene, const std::string& world_frame);
+  SceneMarkers(ros::NodeHandle& nh, const SceneDef& scene, const World& world, const std::string& world_frame);
   /// Contacts that a snapshot can show: pairs of neighbours in a heap; what lies beyond is simulated, not drawn.
   static int contactCapacity(const World& world);
   bool wanted() const { return publisher_.getNumSubscribers() > 0; }
@@ -26,7 +27,8 @@ class SceneMarkers {
   static constexpr int kMaxPatches = 64;  ///< more arrows than this nobody can read, and rviz slows down
 
  private:
-  void addBodies(visualization_msgs::MarkerArray& array) const;
+  void addBodies(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot, bool all);
+  visualization_msgs::Marker bodyMarker(std::size_t visual) const;
   void addText(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot, const ros::Time& stamp,
                const std::string& report) const;
   void addLine(visualization_msgs::MarkerArray& array, int id, double z, const std::string& line, const ros::Time& stamp) const;
@@ -35,6 +37,8 @@ class SceneMarkers {
 
   std::vector<VisualDef> visuals_;
   std::vector<std::string> frames_;  ///< of each visual's link
+  std::vector<int> links_;           ///< of the world, of each visual
+  std::vector<char> dimmed_;         ///< by visual: as it was sent
   std::string world_frame_;
   ros::Publisher publisher_;
   std::uint32_t bodies_sent_to_ = 0;

@@ -55,7 +55,7 @@ WorldTopics::WorldTopics(ros::NodeHandle& nh, const SimulationParameters& parame
       model_(nh.advertise<haptic_msgs::ScenePlan>("scene_plan", 1, true)),
       outline_(port.world.model()),
       sensors_(nh, port, offer),
-      markers_(nh, scene, parameters.world_frame),
+      markers_(nh, scene, port.world, parameters.world_frame),
       live_(nh, scene.world, parameters.world_frame, port, offer) {
   for (int i = 0; i < port.world.linkCount(); ++i) links_.push_back(port.world.linkName(i));
   for (int i = 0; i < port.world.jointCount(); ++i) joints_.push_back(port.world.jointName(i));

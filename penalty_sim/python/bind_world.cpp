@@ -110,6 +110,7 @@ void defineReports(py::module_& m) {
       .def_readonly("tangential", &EnergyLedger::tangential, "in the friction springs")
       .def_readonly("damping", &EnergyLedger::damping, "dissipated since the start")
       .def_readonly("friction", &EnergyLedger::friction, "dissipated since the start")
+      .def_readonly("stilled", &EnergyLedger::stilled, "of `damping`: motion of islands that were brought to rest")
       .def_readonly("turning", &EnergyLedger::turning,
                     "taken out because contact normals turned, since the start")
       .def_readonly("external", &EnergyLedger::external, "work of hands and drives since the start")
@@ -119,6 +120,7 @@ void defineReports(py::module_& m) {
       .def_readonly("step", &StepReport::step, "index since load")
       .def_readonly("pairs", &StepReport::pairs, "pairs of shapes whose boxes overlap")
       .def_readonly("contacts", &StepReport::contacts, "pairs of shapes that touch")
+      .def_readonly("standing", &StepReport::standing, "bodies at rest, whose steps are left out until something comes near")
       .def_readonly("iterations", &StepReport::iterations, "of the implicit solve; 0: explicit")
       .def_readonly("residual", &StepReport::residual,
                     "largest speed that an implicit solve left to change [m/s]")

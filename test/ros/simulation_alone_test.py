@@ -15,6 +15,7 @@ from haptic_msgs.msg import StepReport
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from topic_probe import Probe
+from visualization_msgs.msg import MarkerArray
 
 # touch_cube: the pointer (r 5 mm) starts at z = 43 mm, the cube's top is at 30 mm.
 HOME_HEIGHT, TOP, RADIUS = 0.043, 0.030, 0.005
@@ -58,6 +59,26 @@ class SimulationAlone(unittest.TestCase):
         message = self.wrench.messages[-1]
         self.assertEqual(message.header.frame_id, "world")
         self.assertGreater(message.wrench.force.z, 0.05)
+
+    def test_what_stands_is_dimmed_and_counted(self):
+        def shade(markers, far):
+            """How far the cube's colour in `markers` is from a grey, where it comes."""
+            colours = [m.color for array in markers.messages for m in array.markers if m.ns == "bodies" and m.header.frame_id == "cube"]
+            spread = [max(c.r, c.g, c.b) - min(c.r, c.g, c.b) for c in colours]
+            return max(spread) if far else min(spread)
+
+        markers, reports = Probe("/markers", MarkerArray), Probe("/step_report", StepReport)
+        self.press(-0.01, "world", 0.0, 1.0)  # 10 mm above it
+        reports.wait(1, 20, lambda m: m.standing == 1)
+        time.sleep(0.3)
+        dimmed = shade(markers, False)
+        self.press(0.0005, "world", 0.0, 1.0)
+        reports.clear()
+        reports.wait(1, 20, lambda m: m.standing == 0)
+        time.sleep(0.3)
+        self.assertAlmostEqual(dimmed, 0.4 * shade(markers, True), places=6)
+        for probe in (markers, reports):
+            probe.close()
 
     def test_links_are_in_tf(self):
         def has_cube(message):

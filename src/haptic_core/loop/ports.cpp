@@ -16,6 +16,7 @@ namespace {
 WorldSnapshot emptySnapshot(const World& world, int contact_capacity) {
   WorldSnapshot snapshot;
   snapshot.pose.resize(world.linkCount());
+  snapshot.stands.resize(world.linkCount());
   snapshot.joint.resize(world.jointCount());
   snapshot.contact.resize(contact_capacity);
   snapshot.slip.resize(contact_capacity);
@@ -214,7 +215,10 @@ void WorldPort::copyTo(WorldSnapshot& snapshot) const noexcept {
   snapshot.stamp_ns = stamp_ns_;
   snapshot.time = world.time();
   snapshot.report = world.report();
-  for (std::size_t i = 0; i < snapshot.pose.size(); ++i) snapshot.pose[i] = world.linkPose(static_cast<int>(i));
+  for (std::size_t i = 0; i < snapshot.pose.size(); ++i) {
+    snapshot.pose[i] = world.linkPose(static_cast<int>(i));
+    snapshot.stands[i] = world.stands(static_cast<int>(i));
+  }
   for (std::size_t i = 0; i < snapshot.joint.size(); ++i) snapshot.joint[i] = world.joint(static_cast<int>(i));
   for (std::size_t i = 0; i < snapshot.pointer_wrench.size(); ++i) {
     snapshot.pointer_wrench[i] = world.pointerWrench(static_cast<int>(i));

@@ -113,6 +113,7 @@ struct WorldSnapshot {
   /// Of the last step.
   StepReport report;
   std::vector<Pose> pose;                ///< X_WL per link; sized at set-up
+  std::vector<char> stands;              ///< per link: `World::stands`; sized at set-up
   std::vector<JointReading> joint;       ///< per joint; sized at set-up
   std::vector<ContactReport> contact;    ///< sized at set-up; the first `contacts` are valid
   std::vector<Vector3> slip;             ///< per contact: `slipOf` of contact_detail.h [m/s]

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "haptic_core/base/fields.h"
 #include "haptic_core/world/work.h"
 
 namespace haptic::stepping {
@@ -70,9 +71,32 @@ Asleep::Asleep(const Model& model) : sleeper_(model.trees.size()), island_(model
   merged_.reserve(std::max(model.shapes.size(), static_cast<std::size_t>(model.pair_capacity)));
   boxes_ = BoxSlots(placesOf(model));
   pair_.resize(static_cast<std::size_t>(model.pair_capacity));
+  order_.reserve(pair_.size());
   for (int i = 0; i < model.pair_capacity; ++i) next_pair_.push_back(i + 1 < model.pair_capacity ? i + 1 : -1);
   free_pair_ = model.pair_capacity > 0 ? 0 : -1;
   contacts_.reserve(model.pair_capacity);
+}
+
+std::uint64_t Asleep::hash(const State& state) noexcept {
+  if (islands_.empty()) return state.hash();
+  const auto key = [this](int slot) { return pair_[slot].key; };
+  if (order_changes_ != changes_) {
+    order_changes_ = changes_;
+    order_.clear();
+    for (const int island : islands_) {
+      for (int slot = island_[island].first_pair; slot >= 0; slot = next_pair_[slot]) order_.push_back(slot);
+    }
+    std::sort(order_.begin(), order_.end(), [&](int i, int j) { return key(i) < key(j); });
+  }
+  std::uint64_t hash = hashFields(kHashStart, state);
+  std::size_t next = 0;
+  for (int i = 0; i <= state.pair_count; ++i) {
+    const bool end = i == state.pair_count;
+    for (; next < order_.size() && (end || key(order_[next]) < state.pairs[i].key); ++next) hash = hashFields(hash, pair_[order_[next]]);
+    if (!end) hash = hashFields(hash, state.pairs[i]);
+  }
+  for (int i = 0; i < state.wrench_count; ++i) hash = hashFields(hash, state.wrenches[i]);
+  return hash;
 }
 
 void Asleep::note(const Island& island) noexcept {

@@ -6,9 +6,10 @@
 /// much as its pairs and what is awake.
 ///
 /// This is bookkeeping alone: an island that is taken back stands as if it had never been laid aside, so it may be taken back at any
-/// time, and is when boxes touch, a hand has a target, a step is cut into parts, or somebody looks at the whole state. What a step
+/// time, and is when boxes touch, a hand has a target, a step is cut into parts, or somebody takes the whole state. What a step
 /// computes is bit for bit the same. Worlds of few pairs, which are tested one by one, lay nothing aside, nor do those with sensors.
 #pragma once
+#include <cstdint>
 #include <vector>
 
 #include "haptic_core/geometry/search/box_slots.h"
@@ -38,6 +39,8 @@ class Asleep {
   void eachOverlap(const Model& model, const ConvexShape::Box& box, Visit&& visit) const noexcept {
     if (!islands_.empty()) boxes_.eachOverlap(box, [&](int slot) { visit(model.moving_shapes[static_cast<std::size_t>(slot)]); });
   }
+  /// (in realtime) State::hash of the whole state, of which this has the pairs of what sleeps.
+  std::uint64_t hash(const State& state) noexcept;
   unsigned changes() const { return changes_; }  ///< counts up when an island is laid aside or taken back
 
   /// (in realtime) The island's step was left out: it may be laid aside at the end of the step.
@@ -82,11 +85,12 @@ class Asleep {
   std::vector<int> islands_;                                  ///< that sleep, in the order of their contacts
   std::vector<int> tired_;                                    ///< noted: trees of each island, its size in front
   std::vector<int> woken_, merged_;                           ///< trees, slots of pairs: scratch
+  std::vector<int> order_;                                    ///< slots of all their pairs by key, of `order_changes_`
   BoxSlots boxes_;                                            ///< of the model's moving shapes that sleep
   std::vector<ActivePair> pair_;                              ///< slots of their pairs
   std::vector<int> next_pair_;                                ///< by slot: of the same island, or the next free one
   int free_pair_ = -1, pair_count_ = 0, trees_ = 0, marked_ = 0;
-  unsigned changes_ = 0;
+  unsigned changes_ = 0, order_changes_ = ~0u;
   LoadedVector<ContactReport> contacts_;
 };
 

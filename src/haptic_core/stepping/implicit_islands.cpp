@@ -250,10 +250,9 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
     if (solved) takeContacts(model, part.h, state, work, report);
-    const bool stands = solved && solved->stands;
+    const bool stands = solved && solved->stands && standsAlone(model, island, state);
     if (stands) report.step.standing += island.tree_count;
-    const bool left_out = stands && standsAlone(model, island, state);  // it costs nothing as it is
-    if (looks && !left_out) lookForExplicit(model, island, part.h, !solved, state, work);
+    if (looks && !stands) lookForExplicit(model, island, part.h, !solved, state, work);  // what stands costs nothing as it is
     if (may_stand && stands) work.standing.note(island, first_contact, report);
   }
   if (!begun) return;

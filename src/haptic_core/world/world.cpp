@@ -91,10 +91,7 @@ const State& World::state() const {
   impl_->wake();
   return impl_->state;
 }
-const Work& World::work() const {
-  impl_->wake();
-  return impl_->work;
-}
+const Work& World::work() const { return impl_->work; }
 const StepHistory& World::history() const {
   impl_->wake();
   return impl_->history;
@@ -307,7 +304,7 @@ void World::rehearse(NextWorld& next, bool steps) noexcept {
   to.begin(next.impl_->start);
 }
 
-std::uint64_t World::hash() const { return state().hash(); }
+std::uint64_t World::hash() const { return impl_->work.asleep.hash(impl_->state); }
 std::vector<double> World::save() const { return state().pack(); }
 
 void World::restore(const std::vector<double>& packed) {
