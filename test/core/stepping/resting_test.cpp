@@ -50,7 +50,7 @@ double kineticOf(const CubeParameters& c, double turn, double way) {
 TEST(Resting, WhatRocksSlowerThanTheBoundIsBroughtToRestAndItsEnergyIsBooked) {
   const CubeParameters c = stiffCube();
   auto world = restingStack();
-  const double before = world->report().energy.stilled;
+  const double before = world->report().energy.stilled, damped = world->report().energy.damping;
   std::vector<Pose> poses;
   for (int l = 1; l <= kBodies; ++l) poses.push_back(world->linkPose(l));
   setVelocities(*world, 2 * kRocks, kRocks);
@@ -60,6 +60,7 @@ TEST(Resting, WhatRocksSlowerThanTheBoundIsBroughtToRestAndItsEnergyIsBooked) {
   // Sums of four numbers each, beside what was booked before.
   const double moved = kineticOf(c, 2 * kRocks, kRocks);
   EXPECT_NEAR(world->report().energy.stilled - before, moved, 1e-15 * moved + 1e-16 * before);
+  EXPECT_NEAR(world->report().energy.damping - damped, moved, 1e-15 * moved + 1e-16 * damped);
   EXPECT_NEAR(world->report().energy.balance(), balance, 1e-14) << "of joules that the balance sums";
   world->step();
   for (int l = 1; l <= kBodies; ++l) {
