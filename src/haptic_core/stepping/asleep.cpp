@@ -125,7 +125,7 @@ void Asleep::fall(const Model& model, State& state, Work& work, Report& report) 
     if (!mayFall(model, trees, count, work)) continue;
     any = true;
     const StandingIslands::Standing& stood = work.standing.of(trees[0]);
-    SleepingIsland& island = island_[trees[0]] = {count, stood.pairs, -1, contacts_.size(), stood.contacts, false};
+    island_[trees[0]] = {count, 0, -1, contacts_.size(), stood.contacts, false};
     for (int i = 0; i < stood.contacts; ++i) {
       ContactReport& contact = report.contacts[stood.first_contact + i];
       contacts_.push_back(contact);
@@ -138,7 +138,6 @@ void Asleep::fall(const Model& model, State& state, Work& work, Report& report) 
       sleeper_[t] = {trees[0], n + 1 < count ? trees[n + 1] : -1};
       for (int i = first_slot_[t]; i < first_slot_[t + 1]; ++i) boxes_.put(i, work.placement.box[model.moving_shapes[i]]);
     }
-    island.pairs = 0;
   }
   tired_.clear();
   if (!any) return;

@@ -116,8 +116,10 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, Impl
   budget_ = budgetOf(island, *state_);
   locates_ = order != ImplicitOrder::kFirst && changesLimit(model_, island, *state_);
   const double slow = std::max(h * settings_.gravity.norm(), kStands / h);
+  setBase();
+  const bool rests = stage_.speed(state_->v) <= restBound(h);  // then it is asked first whether it stands, and nothing slips
   const bool second_order =
-      order != ImplicitOrder::kFirst && (locates_ || !settles(island, *state_, stage_.speed(state_->v), slow));
+      order != ImplicitOrder::kFirst && !rests && (locates_ || !settles(island, *state_, stage_.speed(state_->v), slow));
   const auto passes = [this] { return std::max(1, budget_ - kKeepingEnergy - used()); };
   const bool jumps_on = second_order && lastStep() < 0 && euler(h, passes(), true);
   if (second_order && !jumps_on) subSteps();
@@ -213,10 +215,15 @@ bool ImplicitStep::euler(double h, int passes, bool if_jumps) noexcept {
   return true;
 }
 
+/// Speed below which the island is at rest [m/s].
+double ImplicitStep::restBound(double h) const noexcept {
+  const bool calm = stepping::isCalm(stage_.island(), *state_) && stepping::standsAlone(model_, stage_.island(), *state_);
+  return std::max(stepping::kOfRounding * stage_.finest(h), calm ? stepping::restingSpeed(settings_, h) : 0.0);
+}
+
 /// Whether the island touches something, and is at rest before and after.
 bool ImplicitStep::staysAtRest(double h) const noexcept {
-  const bool calm = stepping::isCalm(stage_.island(), *state_) && stepping::standsAlone(model_, stage_.island(), *state_);
-  const double most = std::max(stepping::kOfRounding * stage_.finest(h), calm ? stepping::restingSpeed(settings_, h) : 0.0);
+  const double most = restBound(h);
   if (stage_.contacts().empty() || stage_.hasJoints()) return false;
   if (stage_.speed(stage_.v) > most || stage_.speed(stage_.v_base) > most || !sameContacts()) return false;
   const auto runs = [](const ImplicitContact& c) { return !c.force.belt.isZero(0); };  // under what stands it works on

@@ -134,6 +134,7 @@ class ImplicitStep {
   void changeModes(double least, double elapsed) noexcept;
   void setBase() noexcept;
   bool sameContacts() const noexcept;
+  double restBound(double h) const noexcept;
   bool staysAtRest(double h) const noexcept;
   void stand(double h) noexcept;
   void pushHands(double h, double w, bool two_stages) noexcept;

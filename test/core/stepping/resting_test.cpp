@@ -98,6 +98,24 @@ TEST(Resting, NoForceBeyondTheShareOfTheWeightIsHeld) {
   }
 }
 
+/// Where static friction is more than sliding friction, instants of friction are looked for within the step of whatever moves.
+TEST(Resting, WhatHasTwoLimitsOfFrictionStandsToo) {
+  for (const double k : {1e6, 1e8}) {
+    CubeParameters c;
+    c.stiffness = k;
+    c.mu_static = 0.6, c.mu_dynamic = 0.4;
+    const double slope = 0.2;
+    WorldSettings settings;
+    settings.gravity = kGravity * Vector3(std::sin(slope), 0, -std::cos(slope));
+    World world(cubeOnFloor(c, settings));
+    for (int i = 0; i < 3000; ++i) world.step();
+    EXPECT_EQ(world.report().standing, 1) << k;
+    EXPECT_TRUE(world.stands(1));
+    const double held = 1e-3 * settings.accuracy * c.mass * kGravity;
+    EXPECT_NEAR(world.contact(0).F_BP_W.force.x(), -c.mass * kGravity * std::sin(slope), held);
+  }
+}
+
 /// A cube falls past a corner of the stack: their boxes overlap, and the step that wakes the stack reports the wrenches of the last.
 TEST(Resting, NoWrenchJumpsWhenSomethingComesNear) {
   WorldDef def = stack(kBodies, stiffCube(), WorldSettings{});
