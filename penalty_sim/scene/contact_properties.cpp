@@ -76,6 +76,13 @@ GivenSolid givenSolid(const std::string& name, double young_modulus, const std::
   throw SetupError(where, "material '" + name + "' is unknown", "known: " + known + "; or give young_modulus in Pa");
 }
 
+double givenStiffness(const std::string& text, const std::function<double()>& number, const std::string& where) {
+  if (text == "rigid") return ContactMaterial::kRigid;
+  const bool word = !text.empty() && text.find_first_of("0123456789") == std::string::npos;
+  if (word) throw SetupError(where, "stiffness is '" + text + "'", "give a finite number > 0 in N/m³, or rigid");
+  return number();
+}
+
 double stiffnessOf(const GivenSolid& solid, double extent, std::string& source) {
   std::ostringstream text;
   text << (solid.name.empty() ? "" : solid.name + ", ") << "E " << solid.young_modulus << " Pa · "
@@ -91,7 +98,9 @@ void readContact(const XmlFile& file, const XmlElement& element, ContactMaterial
   std::string name;
   const auto take = [&](const std::string& key, const auto& number, const char* text) {
     const Property* property = propertyNamed(key);
-    if (property) {
+    if (property && property->value == &ContactMaterial::stiffness) {
+      material.stiffness = givenStiffness(text ? text : "", number, where);
+    } else if (property) {
       material.*property->value = number();
     } else if (key == "young_modulus") {
       modulus = number();
@@ -238,13 +247,18 @@ void ContactProperties::noteOnce(const std::string& text, std::vector<std::strin
 
 std::string contactText(const ContactMaterial& material, const ContactMaterial& defaults) {
   const ContactMaterial effective = combine(material, material, defaults);
-  const bool chosen = std::isnan(defaults.stiffness) && (material.rest_stiffness > 0 || material.touch_stiffness > 0);
+  const bool rigid = material.rigid() || (defaults.rigid() && !material.saysNumber());
+  const bool chosen = !rigid && std::isnan(defaults.stiffness) && (material.rest_stiffness > 0 || material.touch_stiffness > 0);
   std::ostringstream text;
   for (const Property& property : kProperties) {
     const double value = effective.*property.value;
     if (std::isnan(value)) continue;
     text << (text.tellp() > 0 ? ", " : "") << property.name << " " << value << (*property.unit ? " " : "")
          << property.unit;
+    if (rigid && property.value == &ContactMaterial::stiffness) {
+      text << " (rigid)";
+      continue;
+    }
     if (!std::isnan(material.*property.value)) continue;
     text << (chosen && property.value == &ContactMaterial::stiffness ? " (chosen)" : " (default)");
   }

@@ -1,5 +1,6 @@
 /// Contact properties of a <collision>: <haptic:contact> first, then what other simulators wrote.
 #pragma once
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -21,6 +22,8 @@ struct GivenSolid {
 
 /// By name, or of a modulus [Pa] where the name is empty. Throws SetupError: no such material, a modulus that is not > 0.
 GivenSolid givenSolid(const std::string& name, double young_modulus, const std::string& where);
+/// k [N/m³] of the text of a stiffness, of which `number` is that as a number. Throws SetupError for other words than rigid.
+double givenStiffness(const std::string& text, const std::function<double()>& number, const std::string& where);
 /// Stiffness [N/m³] of a surface of a body of that least extent [m]. `source`: how it came about, for listings.
 double stiffnessOf(const GivenSolid& solid, double extent, std::string& source);
 
@@ -29,8 +32,8 @@ double stiffnessOf(const GivenSolid& solid, double extent, std::string& source);
 void takeSolid(const std::string& name, const std::optional<double>& modulus, double before, const std::string& where,
                ContactMaterial& material, GivenSolid& solid);
 
-/// Reads <haptic:contact> (attributes, or children of the same names with value="..."): stiffness [N/m³], or
-/// young_modulus [Pa], or material (a name); damping [N·s/m³], dissipation [s/m], tangential_stiffness [N/m³],
+/// Reads <haptic:contact> (attributes, or children of the same names with value="..."): stiffness [N/m³], a
+/// number or "rigid", or young_modulus [Pa], or material (a name); damping [N·s/m³], dissipation [s/m], tangential_stiffness [N/m³],
 /// tangential_damping [N·s/m³], mu_static, mu_dynamic. Values in `material` and `solid` that the element does not name stay;
 /// a stiffness and a solid replace one another. Throws SetupError for unknown names, values out of range (negative, NaN,
 /// μ > 10, μ > μ0) and more than one of stiffness, young_modulus and material.

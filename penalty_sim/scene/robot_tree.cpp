@@ -253,10 +253,14 @@ void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, co
     CollisionDef collision;
     collision.material =
         contact_.of(link, element, shape.half_extent, collision.material_source, context_.scene.notes);
+    if (options_.rigid) {
+      collision.material.stiffness = ContactMaterial::kRigid;
+      collision.material.tangential_stiffness = ContactMaterial::kUnset;  // of the stiffness that the file gave
+    }
     collision.X_LS = X_LM * readOrigin(robot_.xml, element);
     collision.belt = readBelt(robot_.xml, element, X_LM);
     const char* given = element.Attribute("name");
-    if (std::isnan(collision.material.stiffness)) {
+    if (!collision.material.saysNumber()) {
       context_.silent.push_back({articulation, target_link, target.collisions.size(), shape.pieces.size(),
                                  context_.scene.collisions.size(), 2 * shape.half_extent});
     }

@@ -34,7 +34,7 @@ struct FramePlace {
   Pose X_LF;  ///< in that link's frame
 };
 
-/// A collision whose file says nothing of stiffness (stiffness_choice.h).
+/// A collision whose file gives no number of its stiffness: it says nothing, or rigid (stiffness_choice.h).
 struct SilentCollision {
   int articulation = -1, link = -1;  ///< where it went
   std::size_t first = 0, count = 0;  ///< its pieces among the link's collisions

@@ -22,7 +22,7 @@ namespace {
 
 constexpr char kUsage[] =
     "usage: scene_check [--default-density KG_PER_M3] [--srdf FILE] [--scenes FOLDER] [--device FILE] [--rate HZ]\n"
-    "                   [--missing-meshes box|skip|stop] [--xacro NAME:=VALUE]... [--all] [--json] SCENE|FILE\n"
+    "                   [--missing-meshes box|skip|stop] [--xacro NAME:=VALUE]... [--rigid] [--all] [--json] SCENE|FILE\n"
     "exit code: 0 loaded, 1 loaded with warnings and --strict or a hand that rings, 2 refused or wrong usage\n";
 
 /// Reads a value > 0; false, after a line that says so: it is none.
@@ -71,6 +71,8 @@ bool read(int argc, char** argv, haptic::SceneOptions& options, Words& words) {
     const bool has_value = i + 1 < argc;
     if (argument == "--strict") {
       words.strict = true;
+    } else if (argument == "--rigid") {
+      options.rigid = true;
     } else if (argument == "--all") {
       words.all = true;
     } else if (argument == "--json") {

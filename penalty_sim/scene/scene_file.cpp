@@ -164,6 +164,11 @@ SceneDef load(SceneList& list, const SceneOptions& options, bool guest, LoadCont
   if (options.step > 0) context.scene.world.settings.step = options.step;
   checkMassRatio(context);
   filterInitialOverlaps(context);
+  if (options.rigid) {
+    context.solid = {};
+    context.scene.world.settings.default_material.stiffness = ContactMaterial::kRigid;
+    context.scene.world.settings.default_material.tangential_stiffness = ContactMaterial::kUnset;
+  }
   chooseStiffness(context);  // of those that collide
   for (auto* lines : {&context.scene.notes, &context.scene.warnings, &context.scene.replaced}) {
     for (std::string& line : *lines) line = SetupError::oneLine(line);

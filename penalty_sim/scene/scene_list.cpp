@@ -115,7 +115,10 @@ void readMaterial(const std::string& path, const YAML::Node& node, ContactMateri
   const YamlMap keys(path, node, "material",
                   {"stiffness", "young_modulus", "material", "damping", "dissipation", "tangential_stiffness",
                    "tangential_damping", "mu_static", "mu_dynamic"});
-  material.stiffness = keys.number("stiffness", material.stiffness);
+  if (node["stiffness"]) {
+    const std::string text = node["stiffness"].IsScalar() ? keys.text("stiffness") : "";
+    material.stiffness = givenStiffness(text, [&] { return keys.number("stiffness", material.stiffness); }, keys.where(node["stiffness"]));
+  }
   material.damping = keys.number("damping", material.damping);
   material.dissipation = keys.number("dissipation", material.dissipation);
   material.tangential_stiffness = keys.number("tangential_stiffness", material.tangential_stiffness);

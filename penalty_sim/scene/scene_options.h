@@ -37,6 +37,7 @@ struct SceneOptions {
   MissingMeshes missing = MissingMeshes::kStop;  ///< of collisions; a missing visual is not drawn, and said
   std::vector<std::string> xacro;   ///< arguments of xacro files, "name:=value"
   std::optional<std::string> text;  ///< URDF in place of a file's; the file's name is then for messages and relative paths alone
+  bool rigid = false;               ///< all surfaces are said to be rigid, whatever the files say
   std::function<void(const std::string&)> progress;  ///< told what takes its time, a line a second; empty: nobody is
 };
 

@@ -13,6 +13,9 @@ namespace haptic {
 namespace {
 
 constexpr double kStiffest = 1e12;  // [N/m³], steel 0.2 m thick: beyond it a double's rounding of a metre carries 100 N on 1 m²
+// Likewise of rigid pairs: on 0.01 m² it carries 2e-4 N then, of 0.1 kg's 1 N. With 1e18, which a heavy body asks for that may lie on the
+// side of a thin cylinder, solves do not converge and stacks are launched.
+constexpr double kStiffestRigid = 1e14;
 // k above what the weight asks for, and share of the bound above which a settled depth is too deep: friction, which remembers how the
 // bodies came to rest, moves shares of loads by 2 % between the long steps here and those of the scene.
 constexpr double kMargin = 1.03, kAllowed = 0.972;
@@ -26,12 +29,12 @@ constexpr double kFallSeconds = 4;  // until what falls over lies
 // 100 bodies about 2 s of computing, 1000 half a minute.
 constexpr int kMostSteps = 200, kFewestSteps = 20, kLinkSteps = 4000, kFewLinks = 30;
 
-/// Sets a value, and where it comes from, of every collision of the link that gives no stiffness. False: none is in a file.
+/// Sets a value, and where it comes from, of every collision of the link that gives no number. False: none is in a file.
 bool give(LoadContext& context, int articulation, int link, double ContactMaterial::*field, double value,
           const std::string& reason) {
   SceneDef& scene = context.scene;
   for (CollisionDef& collision : scene.world.articulations[articulation].links[link].collisions) {
-    if (std::isnan(collision.material.stiffness)) collision.material.*field = value;
+    if (!collision.material.saysNumber()) collision.material.*field = value;
   }
   bool listed = false;
   for (const SilentCollision& silent : context.silent) {
@@ -47,6 +50,7 @@ bool give(LoadContext& context, int articulation, int link, double ContactMateri
 void makeOf(const GivenSolid& solid, LoadContext& context) {
   for (const SilentCollision& silent : context.silent) {
     CollisionReport& report = context.scene.collisions[silent.report];
+    if (report.material.rigid()) continue;
     std::string reason;
     report.material.stiffness = stiffnessOf(solid, silent.extent, reason);
     report.material_source += "; the scene's material: " + reason;
@@ -81,11 +85,59 @@ void chooseRest(const LinkDef& link, const LinkLoad& load, int articulation, int
   give(context, articulation, index, &ContactMaterial::rest_stiffness, k, reason.str());
 }
 
+/// Some pair of surfaces is rigid.
+bool saysRigid(const WorldDef& world) {
+  if (world.settings.default_material.rigid()) return true;
+  for (const ArticulationDef& tree : world.articulations) {
+    for (const LinkDef& link : tree.links) {
+      for (const CollisionDef& collision : link.collisions) {
+        if (collision.material.rigid()) return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// k of a link's rigid pairs [N/m³]; 0: it cannot lie.
+double rigidOf(const WorldDef& world, int articulation, int link, const LinkLoad& load, double dissipation) {
+  RigidLoad rigid;
+  rigid.gravity = world.settings.gravity.norm();
+  rigid.own = carriedWeight(world.articulations[articulation], link, rigid.gravity);
+  rigid.weight = load.weight, rigid.thinnest = load.thinnest, rigid.dissipation = dissipation;
+  if (!(rigid.gravity > 0)) return 0;
+  return std::fmin(kStiffestRigid, kMargin * rigidStiffness(world.articulations[articulation].links[link], rigid).stiffness);
+}
+
+/// k of every body's rigid pairs, whether the body says rigid or what it meets does.
+void chooseRigid(const std::vector<std::vector<LinkLoad>>& loads, double pressed, const std::map<std::pair<int, int>, bool>& held,
+                 LoadContext& context) {
+  const WorldDef& world = context.scene.world;
+  const bool all = world.settings.default_material.rigid();
+  const double dissipation = leastDissipation(world);
+  for (int a = 0; a < static_cast<int>(world.articulations.size()); ++a) {
+    for (int l = 0; l < static_cast<int>(world.articulations[a].links.size()); ++l) {
+      LinkLoad load = loads[a][l];
+      if (load.weight > 0) load.weight += pressed;
+      const double k = rigidOf(world, a, l, load, dissipation);
+      if (!(k > 0) || held.count({a, l})) continue;
+      const std::vector<CollisionDef>& collisions = world.articulations[a].links[l].collisions;
+      const bool says = all || std::any_of(collisions.begin(), collisions.end(),
+                                           [](const CollisionDef& each) { return each.material.rigid(); });
+      std::ostringstream reason;
+      reason.precision(3);
+      reason << (says ? "" : "on what is rigid ") << k << " N/m³, for " << kRigidSink << " of its least extent at rest under "
+             << load.weight << " N, " << kRigidFall << " in a fall from its own height";
+      give(context, a, l, &ContactMaterial::rigid_stiffness, k, reason.str());
+    }
+  }
+}
+
 /// What the scene says of each collision of the world, in the world's order.
 struct PlacedCollision {
   int articulation, link;
   CollisionDef* def;
   const SilentCollision* silent;  ///< null: it gives a stiffness, or it is no surface of a file
+  double first;                   ///< its k of rigid pairs before the scene settles; NaN: there are none
 };
 
 std::vector<PlacedCollision> placedCollisions(LoadContext& context) {
@@ -100,7 +152,7 @@ std::vector<PlacedCollision> placedCollisions(LoadContext& context) {
     for (std::size_t l = 0; l < trees[a].links.size(); ++l) {
       for (CollisionDef& collision : trees[a].links[l].collisions) {
         const auto found = silent.find(&collision);
-        placed.push_back({static_cast<int>(a), static_cast<int>(l), &collision, found == silent.end() ? nullptr : found->second});
+        placed.push_back({static_cast<int>(a), static_cast<int>(l), &collision, found == silent.end() ? nullptr : found->second, 0});
       }
     }
   }
@@ -116,19 +168,34 @@ std::vector<std::vector<std::vector<double>>> extentsOf(const WorldDef& world, c
   return extents;
 }
 
-/// A pair that rests on a stiffness that nobody gave, and the depth that it should not pass.
+/// A pair that rests on a stiffness of which nobody gave the number, and the depth that it should not pass.
 struct ChosenRest {
   const PlacedCollision *a, *b;
   double depth, bound, force;
+  bool rigid;
+
+  double ContactMaterial::*field() const { return rigid ? &ContactMaterial::rigid_stiffness : &ContactMaterial::rest_stiffness; }
+  double share() const { return (rigid ? kRigidSink : kSink) * depth / bound; }  ///< of the least extent
+  /// k that the pair has [N/m³].
+  double present() const {
+    const double chosen = std::fmax(a->def->material.*field(), b->def->material.*field());
+    return rigid ? chosen : std::fmax(DefaultMaterial::kStiffness, chosen);
+  }
+  double stiffest() const { return rigid ? kStiffestRigid : kStiffest; }
 };
 
-std::vector<ChosenRest> chosenRests(const RestingDepths& rest, const std::vector<PlacedCollision>& placed) {
+std::vector<ChosenRest> chosenRests(const RestingDepths& rest, const std::vector<PlacedCollision>& placed,
+                                    const ContactMaterial& otherwise) {
   std::vector<ChosenRest> chosen;
   for (const RestingContact& contact : rest.contacts) {
     const PlacedCollision &a = placed[contact.shape_a], &b = placed[contact.shape_b];
     const double touch = std::fmin(a.def->material.touch_stiffness, b.def->material.touch_stiffness);
     if (!a.silent || !b.silent || touch > 0) continue;
-    chosen.push_back({&a, &b, contact.depth, kSink * std::fmin(a.silent->extent, b.silent->extent), contact.force});
+    if (a.def->material.saysNumber() || b.def->material.saysNumber()) continue;  // by the scene's material
+    const bool rigid = a.def->material.rigid() || b.def->material.rigid() || otherwise.rigid();
+    const double extent = std::fmin(a.silent->extent, b.silent->extent);
+    ChosenRest each{&a, &b, contact.depth, (rigid ? kRigidSink : kSink) * extent, contact.force, rigid};
+    if (each.present() > 0 && (rigid || !otherwise.saysNumber())) chosen.push_back(each);
   }
   return chosen;
 }
@@ -137,14 +204,15 @@ double& restOf(const PlacedCollision& collision) { return collision.def->materia
 
 /// The pieces of one collision are one surface: all get k, and the listing says why.
 void stiffen(const PlacedCollision& collision, double k, const ChosenRest& rest, LoadContext& context) {
+  double ContactMaterial::*const field = rest.field();
   const SilentCollision& silent = *collision.silent;
   std::vector<CollisionDef>& all = context.scene.world.articulations[silent.articulation].links[silent.link].collisions;
-  for (std::size_t i = 0; i < silent.count; ++i) all[silent.first + i].material.rest_stiffness = k;
+  for (std::size_t i = 0; i < silent.count; ++i) all[silent.first + i].material.*field = k;
   std::ostringstream text;
   text.precision(3);
   text << "; stiffened to " << k << " N/m³ by what the scene comes to rest with: " << rest.force << " N, " << 1e3 * rest.depth << " mm";
   CollisionReport& report = context.scene.collisions[silent.report];
-  report.material.rest_stiffness = k;
+  report.material.*field = k;
   const std::size_t before = report.material_source.find("; stiffened to ");
   report.material_source = report.material_source.substr(0, before) + text.str();
 }
@@ -155,9 +223,9 @@ bool stiffenTooDeep(const std::vector<ChosenRest>& rests, bool cubed, LoadContex
   bool changed = false;
   for (const ChosenRest& rest : rests) {
     if (!(rest.depth > kAllowed * rest.bound)) continue;
-    const double present = std::fmax(DefaultMaterial::kStiffness, std::fmax(restOf(*rest.a), restOf(*rest.b)));
+    const double present = rest.present();
     const double share = rest.depth / rest.bound, factor = cubed ? share * share * share : share;
-    const double k = std::fmin(kStiffest, kBeyond * present * factor);
+    const double k = std::fmin(rest.stiffest(), kBeyond * present * factor);
     if (!(k > present)) continue;
     // The one that is smaller has the fewer contacts with others, which get stiffer as well.
     stiffen(rest.a->silent->extent < rest.b->silent->extent ? *rest.a : *rest.b, k, rest, context);
@@ -187,6 +255,7 @@ void level(const std::vector<PlacedCollision>& placed, double k, LoadContext& co
 /// Raising pair by pair changes how things fall, and may end with one on its edge that no k carries. Then the least k for all with which
 /// the scene, by its own steps, rests as asked; one that rolls on is the second choice. False: there is none, and nothing has changed.
 bool levelWhereNothingElseDoes(const std::vector<PlacedCollision>& placed, LoadContext& context, RestingDepths& rest) {
+  const ContactMaterial& otherwise = context.scene.world.settings.default_material;
   std::vector<double> before;
   for (const PlacedCollision& each : placed) before.push_back(restOf(each));
   const std::vector<CollisionReport> reports = context.scene.collisions;
@@ -194,7 +263,7 @@ bool levelWhereNothingElseDoes(const std::vector<PlacedCollision>& placed, LoadC
   for (double k = DefaultMaterial::kStiffness; k <= kStiffest * kMargin; k *= kLadder) {
     level(placed, k, context);
     rest = restingDepthsAsRun(context.scene.world, kFallSeconds);
-    if (rest.contacts.empty() || !withinBounds(chosenRests(rest, placed))) continue;
+    if (rest.contacts.empty() || !withinBounds(chosenRests(rest, placed, otherwise))) continue;
     if (rest.settled) return true;
     if (second == 0) second = k;
   }
@@ -212,7 +281,7 @@ std::string depthText(const ChosenRest& rest) {
   std::ostringstream text;
   text.precision(3);
   text << "'" << rest.a->def->name << "' and '" << rest.b->def->name << "', " << 1e3 * rest.depth << " mm under " << rest.force << " N, "
-       << 100 * kSink * rest.depth / rest.bound << " % of the least extent";
+       << 100 * rest.share() << " % of the least extent";
   return text.str();
 }
 
@@ -225,8 +294,9 @@ void tellDepths(std::vector<ChosenRest> rests, bool settled, LoadContext& contex
   if (deep == 0) return;
   const PlacedCollision& first = *rests[0].a;
   std::ostringstream text;
-  text << context.places[first.articulation][first.link] << ": " << depthText(rests[0]) << " and not 1 %, with a stiffness of "
-       << std::fmax(restOf(*rests[0].a), restOf(*rests[0].b)) << " N/m³, 1e12 at most";
+  text << context.places[first.articulation][first.link] << ": " << depthText(rests[0]) << " and not "
+       << 100 * (rests[0].rigid ? kRigidSink : kSink) << " %, with a stiffness of " << rests[0].present() << " N/m³, "
+       << rests[0].stiffest() << " at most";
   if (deep > 1) text << ", as " << deep - 1 << " other contact" << (deep > 2 ? "s" : "");
   text << ": give them stiffness, or thicker shapes";
   context.scene.warnings.push_back(text.str());
@@ -235,7 +305,8 @@ void tellDepths(std::vector<ChosenRest> rests, bool settled, LoadContext& contex
 bool mayRest(const LoadContext& context) {
   for (const SilentCollision& silent : context.silent) {
     const ArticulationDef& tree = context.scene.world.articulations[silent.articulation];
-    if (tree.links[silent.link].collisions[silent.first].material.rest_stiffness > 0) return true;
+    const ContactMaterial& material = tree.links[silent.link].collisions[silent.first].material;
+    if (material.rest_stiffness > 0 || material.rigid_stiffness > 0) return true;
   }
   return false;
 }
@@ -248,25 +319,37 @@ int movingLinks(const WorldDef& world) {
   return moving;
 }
 
+/// What counts as at rest: rigid bodies of the least size move by a hundredth of their bound in a step.
+double restSpeed(const std::vector<PlacedCollision>& placed) {
+  double extent = INFINITY;
+  for (const PlacedCollision& each : placed) {
+    if (each.first > 0 && each.silent) extent = std::fmin(extent, each.silent->extent);
+  }
+  return std::fmin(kAtRest, 0.01 * kRigidSink * extent / kSettleStep);
+}
+
 void settleRest(const std::vector<PlacedCollision>& placed, LoadContext& context) {
   const WorldDef& world = context.scene.world;
+  const ContactMaterial& otherwise = world.settings.default_material;
+  const double at_rest = restSpeed(placed);
   const int moving = std::max(1, movingLinks(world)), steps = std::clamp(kLinkSteps / moving, kFewestSteps, kMostSteps);
   std::vector<ChosenRest> chosen;
   bool settled = false;
   const auto raiseWhile = [&](int rounds, bool cubed, const auto& settle) {
     for (int round = 0;; ++round) {
       const RestingDepths rest = settle();
-      chosen = chosenRests(rest, placed), settled = rest.settled;
+      chosen = chosenRests(rest, placed, otherwise), settled = rest.settled;
       if (round == rounds || !stiffenTooDeep(chosen, cubed || round > 0, context)) return;
     }
   };
-  raiseWhile(moving > kFewLinks ? 1 : kRounds, false, [&] { return restingDepths(world, steps); });
+  raiseWhile(moving > kFewLinks ? 1 : kRounds, false, [&] { return restingDepths(world, steps, at_rest); });
   // What leans may fall over by the scene's own steps only, and lies as these lay it.
-  if (moving <= kFewLinks) raiseWhile(kRounds, true, [&] { return restingDepthsAsRun(world, kFallSeconds); });
+  if (moving <= kFewLinks) raiseWhile(kRounds, true, [&] { return restingDepthsAsRun(world, kFallSeconds, at_rest); });
   RestingDepths rest;
-  const bool deep = std::any_of(chosen.begin(), chosen.end(), [](const ChosenRest& each) { return each.depth > each.bound; });
+  const auto isDeep = [](const ChosenRest& each) { return !each.rigid && each.depth > each.bound; };
+  const bool deep = std::any_of(chosen.begin(), chosen.end(), isDeep);
   if (deep && moving <= kMostLevelled && levelWhereNothingElseDoes(placed, context, rest)) {
-    chosen = chosenRests(rest, placed), settled = rest.settled;
+    chosen = chosenRests(rest, placed, otherwise), settled = rest.settled;
   }
   tellDepths(chosen, settled, context);
 }
@@ -275,8 +358,10 @@ void settleRest(const std::vector<PlacedCollision>& placed, LoadContext& context
 
 void chooseStiffness(LoadContext& context) {
   SceneDef& scene = context.scene;
-  if (context.solid) return makeOf(context.solid, context);
-  if (!std::isnan(scene.world.settings.default_material.stiffness)) return;
+  if (context.solid) makeOf(context.solid, context);
+  const bool rigid = saysRigid(scene.world);
+  const bool silent_pairs = !context.solid && std::isnan(scene.world.settings.default_material.stiffness);
+  if (!rigid && !silent_pairs) return;
   std::map<std::pair<int, int>, bool> held;
   for (const HandDef& hand : scene.hands) {
     const PointerDef& pointer = scene.world.pointers[hand.pointer];
@@ -285,7 +370,7 @@ void chooseStiffness(LoadContext& context) {
   }
   double pressed = 0;  // on any body, by the strongest hand
   for (const HandDef& hand : scene.hands) pressed = std::fmax(pressed, kPressed / hand.force_scale);
-  const std::vector<PlacedCollision> placed = placedCollisions(context);
+  std::vector<PlacedCollision> placed = placedCollisions(context);
   const auto loads = loadsOf(scene.world, extentsOf(scene.world, placed));
   for (int a = 0; a < static_cast<int>(scene.world.articulations.size()); ++a) {
     const ArticulationDef& tree = scene.world.articulations[a];
@@ -294,13 +379,41 @@ void chooseStiffness(LoadContext& context) {
       for (const CollisionDef& collision : tree.links[l].collisions) silent |= std::isnan(collision.material.stiffness);
       LinkLoad load = loads[a][l];
       if (load.weight > 0) load.weight += pressed;
-      if (silent && !held.count({a, l})) chooseRest(tree.links[l], load, a, l, context);
+      if (silent && silent_pairs && !held.count({a, l})) chooseRest(tree.links[l], load, a, l, context);
     }
   }
+  if (rigid) chooseRigid(loads, pressed, held, context);
+  for (PlacedCollision& each : placed) each.first = each.def->material.rigid_stiffness;
   if (!mayRest(context)) return;
   try {
     settleRest(placed, context);
   } catch (const SetupError&) {  // whoever makes a World of the scene is told
+  }
+}
+
+void makeRigid(WorldDef& def) {
+  std::vector<std::vector<std::vector<double>>> extents;
+  for (ArticulationDef& tree : def.articulations) {
+    extents.emplace_back();
+    for (LinkDef& link : tree.links) {
+      extents.back().emplace_back();
+      for (CollisionDef& collision : link.collisions) {
+        collision.material.stiffness = ContactMaterial::kRigid;
+        collision.material.tangential_stiffness = ContactMaterial::kUnset;  // it was that of another k
+        const ConvexShape::Box box = collision.shape->bounded() ? collision.shape->aabb() : ConvexShape::Box{};
+        extents.back().back().push_back(collision.shape->bounded() ? (box.upper - box.lower).minCoeff() : INFINITY);
+      }
+    }
+  }
+  const auto loads = loadsOf(def, extents);
+  const double dissipation = leastDissipation(def);
+  for (std::size_t a = 0; a < loads.size(); ++a) {
+    for (std::size_t l = 0; l < loads[a].size(); ++l) {
+      const double k = rigidOf(def, static_cast<int>(a), static_cast<int>(l), loads[a][l], dissipation);
+      for (CollisionDef& collision : def.articulations[a].links[l].collisions) {
+        if (k > 0) collision.material.rigid_stiffness = k;
+      }
+    }
   }
 }
 

@@ -10,9 +10,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kAtRest = 1e-3;  // [m/s] or [rad/s]: in a step of 10 ms 10 µm, below any depth that is asked for of a body of 1 mm
-
-constexpr double kSlow = 2e-2;     // likewise: a body that still rocks or rolls out so slowly presses as one at rest
+constexpr double kSlow = 20;        // of what is at rest: a body that still rocks or rolls out so slowly presses as one at rest
 constexpr double kFirstLook = 0.2;  // [s]: what starts at depth 0 is slow at first where it sinks by micrometres
 
 double fastest(const World& world) {
@@ -40,7 +38,7 @@ std::vector<int> definitionOrder(const WorldDef& def, const Model& model) {
   return index_of;
 }
 
-RestingDepths settle(const WorldDef& def, int steps) {
+RestingDepths settle(const WorldDef& def, int steps, double at_rest) {
   const int first_look = std::max(1, static_cast<int>(kFirstLook / def.settings.step));
   World world(def);
   RestingDepths out;
@@ -48,12 +46,12 @@ RestingDepths settle(const WorldDef& def, int steps) {
     world.step();
     if (!world.report().finite) break;
     const bool looks = i >= first_look && i % std::max(1, first_look / 20) == 0;
-    out.settled = looks && (world.report().flags & kNotConverged) == 0 && fastest(world) < kAtRest;
+    out.settled = looks && (world.report().flags & kNotConverged) == 0 && fastest(world) < at_rest;
   }
   const std::vector<int> index_of = definitionOrder(def, world.model());
   for (int i = 0; i < world.contactCount(); ++i) {
     const ContactReport& c = world.contact(i);
-    if (speedOf(world, c.link_a) > kSlow || speedOf(world, c.link_b) > kSlow) continue;
+    if (std::max(speedOf(world, c.link_a), speedOf(world, c.link_b)) > kSlow * at_rest) continue;
     out.contacts.push_back({index_of[c.shape_a], index_of[c.shape_b], c.depth, c.normal_force});
   }
   return out;
@@ -61,7 +59,7 @@ RestingDepths settle(const WorldDef& def, int steps) {
 
 }  // namespace
 
-RestingDepths restingDepths(const WorldDef& def, int steps) {
+RestingDepths restingDepths(const WorldDef& def, int steps, double at_rest) {
   WorldDef quiet = def;
   quiet.settings.integrator = Integrator::kImplicitEuler;
   quiet.settings.contact_model = ContactModel::kVolume;
@@ -69,13 +67,13 @@ RestingDepths restingDepths(const WorldDef& def, int steps) {
   quiet.settings.step = kSettleStep;
   quiet.settings.energy_ledger = false;
   quiet.settings.history_steps = 0;
-  return settle(quiet, steps);
+  return settle(quiet, steps, at_rest);
 }
 
-RestingDepths restingDepthsAsRun(const WorldDef& def, double seconds) {
+RestingDepths restingDepthsAsRun(const WorldDef& def, double seconds, double at_rest) {
   WorldDef copy = def;
   copy.settings.history_steps = 0;
-  return settle(copy, static_cast<int>(std::lround(seconds / def.settings.step)));
+  return settle(copy, static_cast<int>(std::lround(seconds / def.settings.step)), at_rest);
 }
 
 }  // namespace haptic

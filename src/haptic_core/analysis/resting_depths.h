@@ -19,16 +19,18 @@ struct RestingContact {
 /// A settled scene.
 struct RestingDepths {
   bool settled = false;  ///< nothing moves any more, and the last step converged
-  std::vector<RestingContact> contacts;  ///< of the last step, between bodies that hardly move (2 cm/s, 0.02 rad/s)
+  std::vector<RestingContact> contacts;  ///< of the last step, between bodies that hardly move (20 times what is at rest)
 };
 
-/// Lets a copy of `def` settle for at most `steps` steps of kSettleStep; it ends when nothing moves. Throws SetupError where World does.
-/// Cost: that of the steps.
-RestingDepths restingDepths(const WorldDef& def, int steps);
+inline constexpr double kSettleStep = 1e-2;  ///< [s]: a mode of 30 Hz and more is damped within one or two
+/// [m/s] or [rad/s]: in a step of 10 ms 10 µm, below 1 % of a body of 1 mm. Shallower depths ask for less.
+inline constexpr double kAtRest = 1e-3;
+
+/// Lets a copy of `def` settle for at most `steps` steps of kSettleStep; it ends when nothing moves faster than `at_rest`. Throws
+/// SetupError where World does. Cost: that of the steps.
+RestingDepths restingDepths(const WorldDef& def, int steps, double at_rest = kAtRest);
 
 /// The same by the scene's own steps, for `seconds` at most: where a body falls over, these tell on which side it will lie.
-RestingDepths restingDepthsAsRun(const WorldDef& def, double seconds);
-
-inline constexpr double kSettleStep = 1e-2;  ///< [s]: a mode of 30 Hz and more is damped within one or two
+RestingDepths restingDepthsAsRun(const WorldDef& def, double seconds, double at_rest = kAtRest);
 
 }  // namespace haptic

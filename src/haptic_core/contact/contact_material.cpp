@@ -18,10 +18,13 @@ double choose(double a, double b, double fallback, double last_resort, Mean mean
   return given(fallback) ? fallback : last_resort;
 }
 
-/// k where nobody gives one. fmin and fmax pass over what is not a number.
-double chosen(const ContactMaterial& a, const ContactMaterial& b) {
+/// k where nobody gives a number. fmin and fmax pass over what is not a number.
+double chosen(const ContactMaterial& a, const ContactMaterial& b, bool rigid) {
   const double touch = std::fmin(a.touch_stiffness, b.touch_stiffness);
-  return given(touch) ? touch : std::fmax(DefaultMaterial::kStiffness, std::fmax(a.rest_stiffness, b.rest_stiffness));
+  if (given(touch)) return touch;
+  if (!rigid) return std::fmax(DefaultMaterial::kStiffness, std::fmax(a.rest_stiffness, b.rest_stiffness));
+  const double k = std::fmax(a.rigid_stiffness, b.rigid_stiffness);
+  return given(k) ? k : DefaultMaterial::kRigid;
 }
 
 double harmonic(double a, double b) { return 2 * a * b / (a + b); }
@@ -35,6 +38,16 @@ void require(bool holds, const std::string& where, const char* field, double val
   throw SetupError(where, std::string(field) + " is " + number.str(), remedy);
 }
 
+double pairStiffness(const ContactMaterial& a, const ContactMaterial& b, const ContactMaterial& fallback) {
+  if (a.saysNumber() && b.saysNumber()) return harmonic(a.stiffness, b.stiffness);
+  if (a.saysNumber() || b.saysNumber()) {
+    const double k = a.saysNumber() ? a.stiffness : b.stiffness;
+    return a.rigid() || b.rigid() ? 2 * k : k;
+  }
+  if (a.rigid() || b.rigid() || fallback.rigid()) return chosen(a, b, true);
+  return fallback.saysNumber() ? fallback.stiffness : chosen(a, b, false);
+}
+
 }  // namespace
 
 ContactMaterial combine(const ContactMaterial& a, const ContactMaterial& b, const ContactMaterial& fallback) {
@@ -43,7 +56,7 @@ ContactMaterial combine(const ContactMaterial& a, const ContactMaterial& b, cons
     return choose(a.*field, b.*field, fallback.*field, last_resort, mean);
   };
   M pair;
-  pair.stiffness = pick(&M::stiffness, chosen(a, b), harmonic);
+  pair.stiffness = pairStiffness(a, b, fallback);
   pair.damping = pick(&M::damping, DefaultMaterial::kDamping, arithmetic);
   pair.dissipation = pick(&M::dissipation, DefaultMaterial::kDissipation, arithmetic);
   pair.tangential_stiffness =
@@ -64,7 +77,7 @@ void check(const ContactMaterial& m, const std::string& where) {
   const auto notNegative = [&](double v, const char* field) {
     require(!given(v) || (v >= 0 && std::isfinite(v)), where, field, v, "give a finite number >= 0");
   };
-  positive(m.stiffness, "stiffness [N/m^3]");
+  require(!given(m.stiffness) || m.stiffness > 0, where, "stiffness [N/m^3]", m.stiffness, "give a number > 0, or rigid");
   positive(m.tangential_stiffness, "tangential_stiffness [N/m^3]");
   notNegative(m.damping, "damping [N s/m^3]");
   notNegative(m.dissipation, "dissipation [s/m]");

@@ -9,21 +9,27 @@ namespace haptic {
 /// neither gives one.
 struct ContactMaterial {
   static constexpr double kUnset = std::numeric_limits<double>::quiet_NaN();  ///< not given
-  double stiffness = kUnset;             ///< k [N/m³], pressure per depth; > 0
+  static constexpr double kRigid = std::numeric_limits<double>::infinity();  ///< a stiffness: as rigid as statics ask for
+  double stiffness = kUnset;             ///< k [N/m³], pressure per depth; > 0, or kRigid
   double damping = kUnset;               ///< b [N·s/m³], pressure per approach speed (linear law); ≥ 0
   double dissipation = kUnset;           ///< c [s/m] of Hunt–Crossley p = k d max(0, 1 + c ḋ); ≥ 0
   double tangential_stiffness = kUnset;  ///< k_t [N/m³], shear stress per elastic slip; > 0; unset: ⅔ k
   double tangential_damping = kUnset;    ///< b_t [N·s/m³]; ≥ 0; unset: critical for the pair's reduced mass
   double mu_static = kUnset;             ///< μ0 ≥ μ; unset: μ
   double mu_dynamic = kUnset;            ///< μ ≥ 0; unset: μ0
-  // Chosen where nobody gives k: analysis/chosen_stiffness.h. They hold for pairs of which neither surface gives one.
+  // Chosen where nobody gives a number: analysis/chosen_stiffness.h. They hold for pairs of which neither surface gives one.
   double rest_stiffness = kUnset;        ///< least k with which the body rests as it should [N/m³]
   double touch_stiffness = kUnset;       ///< k of what a hand touches with this surface [N/m³]
+  double rigid_stiffness = kUnset;       ///< least k with which the body rests and falls as a rigid one should [N/m³]
+
+  bool rigid() const { return stiffness == kRigid; }           ///< it says so
+  bool saysNumber() const { return stiffness < kRigid; }       ///< of its stiffness: false for a rigid surface
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.stiffness), visit(s.damping), visit(s.dissipation), visit(s.tangential_stiffness);
     visit(s.tangential_damping), visit(s.mu_static), visit(s.mu_dynamic), visit(s.rest_stiffness), visit(s.touch_stiffness);
+    visit(s.rigid_stiffness);
   }
 };
 
@@ -31,6 +37,7 @@ struct ContactMaterial {
 /// 1e4 N/m and sinks 98 µm; explicit steps of 1 ms hold it with a margin of 40.
 struct DefaultMaterial {
   static constexpr double kStiffness = 1e6;    ///< [N/m³]
+  static constexpr double kRigid = 1e12;       ///< [N/m³] of rigid surfaces for which nothing was chosen: steel 0.2 m thick
   static constexpr double kDamping = 0;        ///< [N·s/m³]
   static constexpr double kDissipation = 10;   ///< [s/m]: no force while parting faster than 0.1 m/s
   static constexpr double kTangentialRatio = 2.0 / 3.0;  ///< k_t/k: shear against compression of an elastic layer
@@ -40,13 +47,14 @@ struct DefaultMaterial {
 /// Material of a pair from its surfaces' and the world's default. Where both surfaces give a value:
 ///   k, k_t   harmonic mean 2ab/(a+b): two springs in series, scaled so that equal surfaces give their own value
 ///   b, b_t, c  arithmetic mean;   μ0, μ  geometric mean.
-/// Where neither gives k, nor the world's default: the touch's, else the larger of `DefaultMaterial`'s and what the bodies
-/// need to rest.
+/// A rigid surface adds no compliance of its own: against k it makes 2k, the limit of the mean. Against a rigid one, or one that says
+/// nothing, it makes the k chosen for rigid bodies. Where neither says anything, nor the world's default: the touch's, else the larger
+/// of `DefaultMaterial`'s and what the bodies need to rest. The touch's comes before that of rigid bodies as well.
 /// Every field of the result is set but `tangential_damping`, which may stay unset (critical).
 ContactMaterial combine(const ContactMaterial& a, const ContactMaterial& b, const ContactMaterial& fallback);
 
 /// Throws SetupError, naming `where`, field and value: k or k_t ≤ 0, negative damping, μ < 0 or > 10, μ > μ0,
-/// infinities. NaN means "not given" and passes.
+/// infinities but kRigid of k. NaN means "not given" and passes.
 void check(const ContactMaterial& material, const std::string& where);
 
 }  // namespace haptic

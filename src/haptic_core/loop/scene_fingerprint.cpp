@@ -23,7 +23,8 @@ void eachNumber(const std::shared_ptr<const ConvexShape>& shape, Visit&& visit) 
 template <class Visit>
 void eachNumber(const ContactMaterial& material, Visit&& visit) {
   ContactMaterial::eachField(material, [&](const double& value) {
-    const bool chosen = &value == &material.rest_stiffness || &value == &material.touch_stiffness;
+    const bool chosen =
+        &value == &material.rest_stiffness || &value == &material.touch_stiffness || &value == &material.rigid_stiffness;
     if (!chosen || value > 0) visit(value);
   });
 }

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <limits>
 
+#include "haptic_core/base/error.h"
 #include "haptic_core/contact/contact_material.h"
 
 namespace haptic {
@@ -70,6 +71,32 @@ TEST(ElasticLayer, ChosenStiffnessHoldsWhereNobodyGivesOne) {
   ContactMaterial world;
   world.stiffness = 6e5;
   EXPECT_EQ(combine(heavy, pointer, world).stiffness, 6e5);
+}
+
+// A rigid surface is a layer without compliance: two in series, 1/(2 k_A) + 1/(2 k_B), and a pair has k = half of the series' inverse.
+TEST(ElasticLayer, ARigidSurfaceAddsNoCompliance) {
+  using M = ContactMaterial;
+  M rigid, soft, heavy, silent;
+  rigid.stiffness = M::kRigid;
+  soft.stiffness = 3e6;
+  heavy.rigid_stiffness = 4e11, heavy.rest_stiffness = 5e6;
+  M stiff = soft;
+  stiff.stiffness = 1e300;  // the limit of the mean
+  EXPECT_DOUBLE_EQ(combine(rigid, soft, {}).stiffness, combine(stiff, soft, {}).stiffness);
+  EXPECT_EQ(combine(rigid, heavy, {}).stiffness, 4e11);
+  EXPECT_EQ(combine(heavy, rigid, {}).stiffness, 4e11);
+  EXPECT_EQ(combine(heavy, silent, rigid).stiffness, 4e11) << "the scene says it";
+  EXPECT_EQ(combine(heavy, soft, rigid).stiffness, 3e6) << "a surface that gives a number keeps it";
+  EXPECT_EQ(combine(heavy, silent, {}).stiffness, 5e6);
+  EXPECT_EQ(combine(heavy, rigid, soft).stiffness, 4e11) << "the scene's number is for surfaces that say nothing";
+  EXPECT_EQ(combine(rigid, silent, {}).stiffness, DefaultMaterial::kRigid);
+  EXPECT_EQ(combine(rigid, heavy, {}).tangential_stiffness, DefaultMaterial::kTangentialRatio * 4e11);
+  M hand;
+  hand.touch_stiffness = 2e5;
+  EXPECT_EQ(combine(rigid, hand, {}).stiffness, 2e5) << "a hand bears no more";
+  EXPECT_NO_THROW(check(rigid, "here"));
+  rigid.tangential_stiffness = M::kRigid;
+  EXPECT_THROW(check(rigid, "here"), SetupError);
 }
 
 }  // namespace elastic_layer_test
