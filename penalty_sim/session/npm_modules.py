@@ -1,4 +1,4 @@
-"""The packages of view3d/package-lock.json, fetched by npm once and kept below build/: no code of others is in this repository."""
+"""The packages of a package-lock.json, fetched by npm once and kept below build/: no code of others is in this repository."""
 import fcntl
 import hashlib
 import os
@@ -16,18 +16,18 @@ class Unavailable(Exception):
     """One line that says why and what to do."""
 
 
-def digest(*names):
-    """Of the contents of files of view3d."""
+def digest(*names, source=VIEW):
+    """Of the contents of files of `source`."""
     total = hashlib.sha256()
     for name in names:
-        with open(os.path.join(VIEW, name), 'rb') as file:
+        with open(os.path.join(source, name), 'rb') as file:
             total.update(file.read())
     return total.hexdigest()[:16]
 
 
-def modules():
-    """Folder that holds node_modules as the lock pins them, by their sums. Raises Unavailable."""
-    folder = os.path.join(KEPT, digest('package-lock.json'))
+def modules(source=VIEW):
+    """Folder that holds node_modules as the lock in `source` pins them, by their sums. Raises Unavailable."""
+    folder = os.path.join(KEPT, digest('package-lock.json', source=source))
     if os.path.isdir(folder):
         return folder
     if not shutil.which('npm'):
@@ -36,14 +36,14 @@ def modules():
     with open(os.path.join(KEPT, 'lock'), 'w', encoding='utf-8') as lock:  # two calls at once fetch once
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not os.path.isdir(folder):
-            fetch(folder)
+            fetch(folder, source)
     return folder
 
 
-def fetch(folder):
+def fetch(folder, source):
     with tempfile.TemporaryDirectory(dir=KEPT) as fresh:
         for name in ('package.json', 'package-lock.json'):
-            shutil.copy(os.path.join(VIEW, name), fresh)
+            shutil.copy(os.path.join(source, name), fresh)
         try:
             done = subprocess.run(['npm', 'ci', '--ignore-scripts', '--no-audit', '--no-fund', '--fetch-retries=1'], cwd=fresh, check=False,
                                   stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE)

@@ -66,6 +66,12 @@ class BulletWorld : public PeerWorld {
     bodies_[i]->applyForce(toBullet(f), toBullet(p) - bodies_[i]->getWorldTransform().getOrigin());
   }
 
+  void scaleFriction(double factor) override {
+    if (factor == friction_scale_) return;
+    for (auto& body : bodies_) body->setFriction(body->getFriction() * std::sqrt(factor / friction_scale_));
+    friction_scale_ = factor;
+  }
+
  private:
   void add(const PeerBody& b) {
     // Bullet wants the principal axes: the body frame C lies at the centre of mass, along them.
@@ -155,6 +161,7 @@ class BulletWorld : public PeerWorld {
   }
 
   PeerSettings settings_;
+  double friction_scale_ = 1;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;

@@ -75,6 +75,7 @@ class OdeWorld : public PeerWorld {
   void applyForce(int i, const Vector3& f, const Vector3& p) override {
     if (body_[i]) dBodyAddForceAtPos(body_[i], f.x(), f.y(), f.z(), p.x(), p.y(), p.z());
   }
+  void scaleFriction(double factor) override { friction_scale_ = factor; }
 
  private:
   void add(int i) {
@@ -156,7 +157,7 @@ class OdeWorld : public PeerWorld {
     for (int c = 0; c < n; ++c) {
       contact[c].surface.mode = dContactApprox1 | (world.settings_.restitution > 0 ? dContactBounce : 0);
       contact[c].surface.bounce = world.settings_.restitution;
-      contact[c].surface.mu = std::sqrt(world.bodies_[i].mu * world.bodies_[j].mu);
+      contact[c].surface.mu = world.friction_scale_ * std::sqrt(world.bodies_[i].mu * world.bodies_[j].mu);
       if (world.settings_.tuning == Tuning::kAccurate) world.alongSlip(world.body_[i], world.body_[j], contact[c]);
       dJointAttach(dJointCreateContact(world.world_, world.contacts_, &contact[c]), world.body_[i], world.body_[j]);
     }
@@ -181,6 +182,7 @@ class OdeWorld : public PeerWorld {
 
   PeerSettings settings_;
   std::vector<PeerBody> bodies_;
+  double friction_scale_ = 1;
   dWorldID world_;
   dSpaceID space_;
   dJointGroupID contacts_;

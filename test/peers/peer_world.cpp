@@ -20,6 +20,12 @@ PeerSettings with(Peer peer, int iterations, Tuning tuning = Tuning::kAsItComes)
   return s;
 }
 
+PeerSettings withMujoco3(const MujocoText& text) {
+  PeerSettings s = with(Peer::kMujocoWasm, 0);
+  s.mujoco = text;
+  return s;
+}
+
 std::vector<NamedPeer> makeTable() {
   using P = Peer;
   using T = Tuning;
@@ -48,6 +54,17 @@ std::vector<NamedPeer> makeTable() {
        "implicit integrator, solref two steps and 1, solimp 0.99 0.999 0.001, elliptic cone, impratio 10, 10 iterations of noslip"},
       {"mujoco_fast", with(P::kMujocoEuler, 0, T::kFast), "speed",
        "Euler, solref two steps and 1, pyramidal cone, conjugate gradients, 10 iterations"},
+      {"mujoco3_euler", withMujoco3({"integrator='Euler'", "", 0, false}), "as it comes",
+       "3.14 in WebAssembly, errors only: Euler, pyramidal cone"},
+      {"mujoco3_implicitfast", withMujoco3({"integrator='implicitfast'", "", 0, false}), "as it comes",
+       "3.14 in WebAssembly, errors only: implicitfast, pyramidal cone"},
+      {"mujoco3_elliptic", withMujoco3({"integrator='implicitfast' cone='elliptic' impratio='10'", "", 0, false}), "accuracy",
+       "3.14 in WebAssembly, errors only: implicitfast, elliptic cone, impratio 10"},
+      {"mujoco3_firm",
+       withMujoco3({"integrator='implicitfast' cone='elliptic' impratio='10' noslip_iterations='10'", "multiccd='enable'", 2, true}),
+       "accuracy",
+       "3.14 in WebAssembly, errors only: implicitfast, elliptic cone, impratio 10, 10 iterations of noslip, multiccd, solref two steps "
+       "and 1, solimp 0.99 0.999 0.001"},
   };
 }
 
@@ -61,6 +78,7 @@ const std::vector<NamedPeer>& peerTable() {
 std::string name(const PeerSettings& s) {
   for (const NamedPeer& row : peerTable()) {
     const bool counts = s.peer == Peer::kOdeQuick || s.peer == Peer::kBullet;
+    if (s.peer == Peer::kMujocoWasm && std::string(row.settings.mujoco.option) != s.mujoco.option) continue;
     if (row.settings.peer == s.peer && row.settings.tuning == s.tuning && (!counts || row.settings.iterations == s.iterations)) {
       return row.name;
     }
@@ -100,6 +118,8 @@ std::unique_ptr<PeerWorld> makePeer(const WorldDef& def, const PeerSettings& set
     case Peer::kMujocoEuler:
     case Peer::kMujocoRk4:
       return makeMujoco(def, settings);
+    case Peer::kMujocoWasm:
+      return makeMujocoWasm(def, settings);
   }
   return nullptr;
 }

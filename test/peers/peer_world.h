@@ -13,7 +13,15 @@
 
 namespace haptic::peers {
 
-enum class Peer { kOdeExact, kOdeQuick, kBullet, kMujocoEuler, kMujocoRk4 };
+enum class Peer { kOdeExact, kOdeQuick, kBullet, kMujocoEuler, kMujocoRk4, kMujocoWasm };
+
+/// What MuJoCo 3 in WebAssembly is told, as text of MJCF. It is a process of its own: its errors are comparable, its times are not.
+struct MujocoText {
+  const char* option = "";   ///< attributes of <option>
+  const char* flags = "";    ///< of <flag>
+  double solref_steps = 0;   ///< time constant of solref in steps; 0: its default
+  bool hard = false;         ///< solimp .99 .999 .001
+};
 
 /// What a peer's own manual advises: as it comes, for accuracy, for speed, with another solver, or with what has become slow put
 /// to sleep. In the other tunings nothing sleeps. See `peerTable`.
@@ -34,6 +42,7 @@ struct PeerSettings {
   double step = 1e-3;      ///< [s]
   double restitution = 0;  ///< of all contacts, 0 or 1; MuJoCo, which has none, gets springs without damping for 1
   Tuning tuning = Tuning::kAsItComes;
+  MujocoText mujoco;       ///< of kMujocoWasm
   std::vector<PeerShape> shapes;
 };
 
@@ -56,6 +65,8 @@ class PeerWorld {
   virtual Twist linkTwist(int link) const = 0;  ///< V_WL at the link frame's origin, in W
   /// Force [N] in W at a point of W on the next step only.
   virtual void applyForce(int link, const Vector3& f_W, const Vector3& p_W) = 0;
+  /// All friction from the next step on, as a factor on the definition's.
+  virtual void scaleFriction(double factor) = 0;
 };
 
 std::string name(const PeerSettings& settings);  ///< e.g. `ode_quick20`, `bullet50`, `mujoco_firm`
@@ -87,6 +98,8 @@ UpperFace upperFace(const CollisionDef& collision);
 
 std::unique_ptr<PeerWorld> makeOde(const WorldDef& def, const PeerSettings& settings);
 std::unique_ptr<PeerWorld> makeBullet(const WorldDef& def, const PeerSettings& settings);
+/// Errors only: see MujocoText. Needs node, and the folder HAPTIC_MUJOCO_WASM with its node_modules.
+std::unique_ptr<PeerWorld> makeMujocoWasm(const WorldDef& def, const PeerSettings& settings);
 std::unique_ptr<PeerWorld> makeMujoco(const WorldDef& def, const PeerSettings& settings);
 
 }  // namespace haptic::peers

@@ -37,7 +37,7 @@ def choices(result, metric):
 
 def named(run):
     case = run.case
-    more = f', k {case.stiffness:.3g} N/m³' if case.stiffness else ''
+    more = ', rigid' if case.stiffness == math.inf else f', k {case.stiffness:.3g} N/m³' if case.stiffness else ''
     return f'{case.method} at {1e3 * case.step:.3g} ms{more}' + (f', facets {case.facets}' if case.facets else '')
 
 

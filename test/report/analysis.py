@@ -4,7 +4,7 @@ import math
 import numpy as np
 
 import pareto
-from report_plan import Case, cases_of, is_peer, model_of, references_of, task_of
+from report_plan import Case, cases_of, is_peer, is_wasm, model_of, references_of, task_of
 from run_errors import METRICS, error_over_time, errors_against, judged, parse_run
 
 
@@ -108,10 +108,12 @@ class SceneResult:
                 return metric
         return 'position'
 
-    def points(self):
-        """(scene, metric) -> [Point]."""
+    def points(self, wasm=False):
+        """(scene, metric) -> [Point]: of all whose times are comparable, or of the others alone."""
         out = {}
         for run, errors in self.total:
+            if is_wasm(run.case.method) != wasm:
+                continue
             for metric, error in errors.items():
                 out.setdefault((self.scene.name, metric), []).append(
                     pareto.Point(run.cpu, error, is_peer(run.case.method), self.own_stiffness(run.case), run))

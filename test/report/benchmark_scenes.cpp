@@ -260,6 +260,7 @@ Scene predictable(bool cylinder) {
 
 std::vector<Scene> benchmarkScenes() {
   std::vector<Scene> scenes = ballScenes();
+  for (Scene& scene : publishedScenes()) scenes.push_back(std::move(scene));
   for (Scene& scene : std::vector<Scene>{gazeboBox(false), gazeboBox(true), kapla(), capsules(),
                                          predictable(false), predictable(true)}) {
     scenes.push_back(std::move(scene));

@@ -4,6 +4,7 @@
 
 namespace haptic::report {
 
-std::vector<Scene> ballScenes();  ///< SimBenchmark: rolling, bouncing, 666, elastic 666
+std::vector<Scene> ballScenes();       ///< SimBenchmark: rolling, bouncing, 666, elastic 666
+std::vector<Scene> publishedScenes();  ///< MotrixSim's grasp, a cradle
 
 }  // namespace haptic::report

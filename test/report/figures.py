@@ -12,7 +12,7 @@ from matplotlib import ticker  # noqa: E402
 import numpy as np  # noqa: E402
 
 from pareto import front  # noqa: E402
-from report_plan import is_peer  # noqa: E402
+from report_plan import is_peer, is_wasm  # noqa: E402
 from run_errors import METRICS, order_of  # noqa: E402
 
 # Stand for colours of the page; replaced in the SVG.
@@ -28,6 +28,8 @@ STYLES = {
     'bullet_dantzig': ('#e07848', '*'), 'ode_quick20_sleeps': ('#c08a10', '<'), 'bullet10_sleeps': ('#d55e00', '<'),
     'mujoco_euler': ('#a08c10', 'X'), 'mujoco_rk4': ('#807010', 'X'),
     'mujoco_firm': ('#a08c10', '>'), 'mujoco_fast': ('#a08c10', 'v'),
+    'mujoco3_euler': ('#6a4fb0', 'X'), 'mujoco3_implicitfast': ('#6a4fb0', 'o'), 'mujoco3_elliptic': ('#6a4fb0', 'D'),
+    'mujoco3_firm': ('#6a4fb0', '>'),
     'exact': (INK, None),
 }
 OURS, THEIRS = '#1f78c8', '#d55e00'  # of the fronts
@@ -133,8 +135,11 @@ def work_precision(scene, runs, metric, folder, own_stiffness, cost=cpu_of, name
     figure, axes = plt.subplots(figsize=(8.6, 5.2))
     _log_limits(axes)
     groups, sides = {}, {False: [], True: []}
+    wasm = {}
     for run, errors in runs:
-        if metric in errors and math.isfinite(cost(run)) and cost(run) > 0:
+        if metric in errors and is_wasm(run.case.method):
+            wasm.setdefault(run.case.method, []).append(max(errors[metric], 1e-17))
+        elif metric in errors and math.isfinite(cost(run)) and cost(run) > 0:
             error = max(errors[metric], 1e-17)  # zero error: on the axis
             groups.setdefault((run.case.method, own_stiffness(run.case)), []).append((cost(run), error))
             sides[is_peer(run.case.method)].append((cost(run), error))
@@ -144,6 +149,10 @@ def work_precision(scene, runs, metric, folder, own_stiffness, cost=cpu_of, name
         handle, = axes.plot(*zip(*members), ls='none', marker=marker, color=colour, ms=5.5, mew=0.9, mfc=colour if own else 'none')
         if own or method not in seen:
             seen[method] = handle
+    for method, members in wasm.items():  # on the right edge: their times are not comparable
+        colour, marker = style_of(method)
+        seen[method + ', error only'], = axes.plot([0.99] * len(members), members, ls='none', marker=marker, color=colour, ms=5.5, mew=0.9,
+                                                   mfc='none', transform=axes.get_yaxis_transform(), clip_on=False)
     for peers, colour, label, dash in ((False, OURS, 'ours', '-'), (True, THEIRS, 'peers', '--')):
         line = front(sides[peers])
         if line:

@@ -32,6 +32,12 @@ def read_cells(path=CELLS):
     return cells
 
 
+def read_defaults(path=CELLS):
+    """{scene: which run of our default counts, 'said' or 'rigid'} of the list."""
+    with open(path, newline='') as file:
+        return {row['scene']: row['default'] for row in csv.DictReader(line for line in file if not line.startswith('#'))}
+
+
 def best(points, limit):
     """(cpu, run) of the cheapest point with error <= limit; (inf, None) when there is none."""
     reached = [(p.cpu, p.run) for p in points if p.error <= limit and p.cpu > 0 and math.isfinite(p.cpu)]
@@ -55,6 +61,14 @@ def reached_cells(points, is_ours=lambda point: True, cells=None):
     return result
 
 
+def only_wasm(wasm_points, cells_of_all, cells=None):
+    """Cells of the list above rounding that an engine in WebAssembly reaches and nobody else; `cells_of_all`: what all others reach."""
+    others = {(cell.scene, cell.metric, cell.decade) for cell in cells_of_all}
+    return [(scene, metric, decade) for scene, metric, decade, rounding in (cells if cells is not None else read_cells())
+            if not rounding and (scene, metric, decade) not in others and
+            any(p.error <= limit_of(decade) for p in wasm_points.get((scene, metric), []))]
+
+
 def verdict(cell):
     """won, lost, level (closer than the margin), only ours, only theirs."""
     if cell.our_run is None:
@@ -75,12 +89,29 @@ def counts(cells):
     return out
 
 
+def is_rigid(case):
+    """All surfaces are said to be rigid, whatever the scene says."""
+    return case.stiffness == math.inf
+
+
 def comparisons(default):
-    """The counts that stand side by side: {name: (what of ours takes part, for people)}."""
-    return {'default': (lambda p: p.own and not p.run.case.facets and p.run.case.method == default,
-                        f"our default ({default}, the scene's own stiffness)"),
+    """The counts that stand side by side: {name: (what of ours takes part, for people)}. `chosen` is the headline: rigid or as the scene
+    says, by the rule of the list."""
+    of_default = {'said': lambda p: p.own and not p.run.case.facets and p.run.case.method == default,
+                  'rigid': lambda p: is_rigid(p.run.case) and p.run.case.method == default}
+    rule = read_defaults()
+    return {'chosen': (lambda p: of_default[rule.get(p.run.case.scene, 'said')](p),
+                       f'our default ({default}), rigid or with the stiffness that the scene says, as the list has it'),
+            'default': (of_default['said'], f"our default ({default}), the scene's own stiffness"),
+            'default_rigid': (of_default['rigid'], f'our default ({default}), all surfaces rigid'),
             'own_stiffness': (lambda p: p.own, "all our methods at the scene's own stiffness"),
             'all': (lambda p: True, 'all our methods at all stiffnesses')}
+
+
+def lost_ratio(cells):
+    """The largest ratio by which ours loses a contested cell above rounding, and that cell; (1, None) when it loses none."""
+    lost = [(cell.ours / cell.theirs, cell) for cell in cells if not cell.rounding and verdict(cell) == 'lost']
+    return max(lost, key=lambda pair: pair[0], default=(1.0, None))
 
 
 def front(points):

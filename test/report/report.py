@@ -27,7 +27,9 @@ import seed_section
 import stability
 from analysis import SceneResult
 from programs import ROOT
-from report_plan import QUICK_MOST_BODIES, QUICK_PEERS, default_method, describe, describe_peers
+sys.path.insert(0, os.path.join(ROOT, 'penalty_sim', 'session'))
+import npm_modules  # noqa: E402
+from report_plan import QUICK_MOST_BODIES, QUICK_PEERS, default_method, describe, describe_peers, is_wasm
 from task_pool import Kept, run_tasks, stamp_of
 
 # Scene files that a quick report adds to the built-in scenes; a full one takes every file of urdf/scenes.
@@ -61,6 +63,18 @@ def provenance(flags):
     return {'machine': f'{model}, {os.cpu_count()} cores, {os.uname().sysname} {os.uname().release}', 'commit': commit,
             'compiler': compiler, 'flags': flags or '-O3 -DNDEBUG -ffp-contract=off',
             'load': f'{os.getloadavg()[1]:.1f}', 'date': time.strftime('%Y-%m-%d %H:%M UTC', time.gmtime())}
+
+
+def with_mujoco3(peers):
+    """The peers without those in WebAssembly, where their packages cannot be had; else their folder is told to the runs."""
+    wanted = [peer for peer in peers if is_wasm(peer['name'])]
+    if wanted and 'HAPTIC_MUJOCO_WASM' not in os.environ:
+        try:
+            os.environ['HAPTIC_MUJOCO_WASM'] = npm_modules.modules(os.path.join(ROOT, 'test', 'peers', 'mujoco3'))
+        except npm_modules.Unavailable as reason:
+            print(f'report: without MuJoCo 3: {reason}')
+            return [peer for peer in peers if peer not in wanted]
+    return peers
 
 
 def chosen_scenes(options, run_program):
@@ -148,6 +162,7 @@ def main(argv):
         peers, default = describe_peers(run_program), default_method(run_program)
         if options.quick:
             peers = [peer for peer in peers if peer['name'] in QUICK_PEERS]
+        peers = with_mujoco3(peers)
         results = run_scenes(scenes, [peer['name'] for peer in peers], options, run_program)
         compared = compare(results, default)
         for scene, metric, _, _ in pareto.read_cells():
@@ -209,6 +224,18 @@ def print_figures(results, compared, peers, failed_shown, default):
         figure(f'cells_{name}_only_ours', c['only ours'], 'cells')
         figure(f'cells_{name}_only_theirs', c['only theirs'], 'cells')
     if compared:
+        chosen = pareto.counts(compared['chosen'])
+        figure('default_share', f'{chosen["won"] / max(1, chosen["contested"]):.3f}', '1')
+        figure('only_theirs', chosen['only theirs'], 'cells')
+        ratio, cell = pareto.lost_ratio(compared['chosen'])
+        figure('lost_ratio_max', f'{ratio:.1f}', '1')
+        wasm = {}
+        for result in results:
+            wasm.update(result.points(wasm=True))
+        if wasm:
+            figure('only_wasm', len(pareto.only_wasm(wasm, compared['all'])), 'cells')
+        if cell:
+            print(f'report: the cell lost by most: {cell.scene}, {cell.metric}, 1e{cell.decade}, to {cell.their_run.case.method}')
         figure('cells_contested', pareto.counts(compared['all'])['contested'], 'cells')
         figure('cells_rounding', pareto.counts(compared['all'])['rounding'], 'cells')
 

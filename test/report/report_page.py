@@ -200,8 +200,9 @@ def _answer(results, compared, default, fixed):
             for result in results]
     out = ''
     if compared:
-        c = pareto.counts(compared['default'])
-        out += (f'<p class=lead>Our default ({text(default)}, the scene\'s own stiffness) against all settings of all peers: of '
+        c = pareto.counts(compared['chosen'])
+        out += (f'<p class=lead>Our default ({text(default)}; rigid or with the stiffness that the scene says, by a rule of the list) '
+                'against all settings of all peers: of '
                 f'{c["contested"]} contested cells ours wins {c["won"]}, the peers {c["lost"]}, {c["level"]} are level; {c["only ours"]} '
                 f'more only ours reaches, {c["only theirs"]} only a peer.</p>')
     body = table(['scene', 'advice for a hand at 1 kHz'], rows)
@@ -266,7 +267,7 @@ def write(path, results, refused, compared, sections, where, options, peers, def
     cards = [(len(results), 'scenes'), (sum(len(result.runs) for result in results), 'runs'), (failed, 'failed runs, shown')] if results \
         else []
     if compared:
-        c = pareto.counts(compared['default'])
+        c = pareto.counts(compared['chosen'])
         cards.insert(0, (f'{c["won"]} of {c["contested"]}', 'contested cells that our default wins'))
     kind = 'quick, ' if options.quick else ''
     lead = (f'<p class=note>{kind}{text(where["date"])}; {text(where["machine"])}, load average {text(where["load"])}; commit '

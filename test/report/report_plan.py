@@ -2,6 +2,7 @@
 """
 import collections
 import json
+import math
 import os
 import subprocess
 
@@ -23,6 +24,7 @@ OURS = {
     'volume-automatic': ((1, 1e6), (1, 1e6)),
     'point-verlet': ((1,), (1,)),
 }
+RIGID = ('volume-automatic',)  # methods that also run with all surfaces rigid (stiffness inf), where the scene's own says how
 MOST_STIFFNESS = 1e14  # [N/m^3]: 0.1 kg on 1 cm^2 sinks 0.1 nm; beyond, rounding of the poses is larger than the depth
 # [s] of the two runs whose difference says how well the reference has converged.
 REFERENCE_STEPS = (1 / 32000, 1 / 64000)
@@ -31,7 +33,7 @@ CPU_LIMIT, QUICK_CPU_LIMIT = 45, 8  # [s] per run; references may take longer
 REFERENCE_CPU_LIMIT = 240
 
 Case = collections.namedtuple('Case', 'scene method step stiffness facets')
-Case.__doc__ = '''One run. `scene`: name or file; `method`: see report_run.cpp; `step` [s]; `stiffness` [N/m^3], 0: the scene's own;
+Case.__doc__ = '''One run. `scene`: name or file; `method`: see report_run.cpp; `step` [s]; `stiffness` [N/m^3], 0: the scene's own, inf: rigid;
 `facets`: 0: the scene's own.'''
 
 
@@ -84,6 +86,11 @@ def is_peer(method):
     return '-' not in method and method != 'exact'
 
 
+def is_wasm(method):
+    """A peer that runs in WebAssembly: its errors are comparable, its times are not."""
+    return method.startswith('mujoco3_')
+
+
 def cases_of(scene, quick, peers):
     """Cases whose cost and errors are shown. `peers`: names of their settings."""
     steps = [step for step in (QUICK_STEPS if quick else STEPS) if step > 0.99 * scene.smallest_step]
@@ -91,6 +98,8 @@ def cases_of(scene, quick, peers):
            for factor in (factors[quick] if scene.exact and scene.stiffer_is_truer else (1,))
            if factor == 1 or factor * scene.stiffness <= MOST_STIFFNESS]
     cases = [Case(scene.source, method, step, factor * scene.stiffness, 0) for method, factor in own for step in steps]
+    if scene.source == scene.name and scene.stiffness and (scene.exact or scene.chaotic):
+        cases += [Case(scene.source, method, step, math.inf, 0) for method in RIGID for step in steps]
     if scene.round:
         levels = (1, 2, 3) if quick else (1, 2, 3, 4, 5)
         cases += [Case(scene.source, method, 1e-3, 0, level) for method in ('volume-verlet', 'volume-sdirk2')
@@ -110,6 +119,8 @@ def references_of(scene, cases, quick):
         model = model_of(case)
         if model in models or (is_peer(case.method) and scene.exact):
             continue  # peers are held against the exact solution where there is one
+        if case.stiffness == math.inf:
+            continue  # likewise
         if quick and not is_peer(case.method) and (case.stiffness != scene.stiffness or case.facets):
             continue  # numerical errors of the scene's own model only
         if is_peer(case.method):

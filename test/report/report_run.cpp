@@ -3,9 +3,9 @@
 /// `report_run --peers`: the peers' settings, likewise. `report_run --default`: METHOD of a world whose user chose nothing.
 /// `report_run SCENE METHOD STEP_S [K [FACETS]] [--budget CPU_S]`: one run. SCENE is a name of the list or a file; METHOD is
 /// MODEL-INTEGRATOR (volume-verlet, volume-euler, volume-implicit, volume-sdirk2, volume-automatic, point-...) or a peer of
-/// that list. K [N/m³] and FACETS: 0 leaves the scene's own.
+/// that list. K [N/m³] and FACETS: 0 leaves the scene's own; K `rigid` (or inf) says so of all surfaces.
 /// `--seconds T --samples N`: another duration and number of states (beyond the scene's own an exact solution may not hold).
-/// SCENE may also be `stackN`, N cubes on one another.
+/// SCENE may also be `stackN`, N cubes on one another, or `pyramidN`, a flat pyramid of N = r (r + 1)/2 cubes.
 /// Prints lines `key value...` and one line `sample t E px py pz Lx Ly Lz hands bodies F... (p q w x y z, omega, v)...` per
 /// sample time. Exit code 2: wrong usage; a run that fails is a result, with exit code 0.
 #include <algorithm>
@@ -34,6 +34,9 @@ Scene sceneOf(const std::string& name) {
   if (cubes > 0 && cubes <= 500 && name == "stack" + std::to_string(cubes)) return stackScene(cubes);
   for (Scene& scene : allScenes()) {
     if (scene.name == name) return scene;
+  }
+  for (int rows = 1; rows <= 100 && name.rfind("pyramid", 0) == 0; ++rows) {
+    if (name == "pyramid" + std::to_string(rows * (rows + 1) / 2)) return pyramidScene(rows);
   }
   if (name.find('.') == std::string::npos && name.find('/') == std::string::npos) {
     throw SetupError("scene '" + name + "'", "is not in the list", "see report_run --list, or give a file");
@@ -187,7 +190,10 @@ int run(int argc, char** argv) {
   Method method = methodOf(words[1]);
   method.choice.step = std::atof(words[2].c_str());
   if (!(method.choice.step > 0)) throw SetupError("report_run", "step '" + words[2] + "'", "give seconds > 0");
-  if (words.size() > 3) method.choice.stiffness = std::atof(words[3].c_str());
+  if (words.size() > 3) {
+    method.choice.rigid = words[3] == "rigid" || words[3] == "inf";
+    if (!method.choice.rigid) method.choice.stiffness = std::atof(words[3].c_str());
+  }
   if (words.size() > 4) method.choice.facets = std::atoi(words[4].c_str());
   print(runCase(scene, method, budget), bodiesPrinted(scene));
   return 0;

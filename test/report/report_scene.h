@@ -1,6 +1,7 @@
 /// A scene of the report: how it is made for a method, who pulls, and where its bodies exactly are.
 #pragma once
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct Choice {
   ContactModel model = ContactModel::kVolume;
   double step = 1e-3;    ///< [s]
   double stiffness = 0;  ///< foundation k [N/m³]; 0: the scene's own
+  bool rigid = false;    ///< all surfaces are said to be rigid (penalty_sim/scene/stiffness_choice.h), whatever the scene says
   int facets = 0;        ///< of round bodies (0…6, subdivisions or doublings); 0: the scene's own, true balls
 };
 
@@ -32,6 +34,13 @@ struct HandSpring {
   double damping = 0;           ///< [N·s/m]
   Vector3 p_L = Vector3::Zero();  ///< where it holds, in the link's frame; the link's origin for ours
   std::function<BodyState(double)> path;
+};
+
+/// Friction that changes once: factors on what the definition says.
+struct FrictionChange {
+  double time = 0;    ///< of the step from which on it is another [s]
+  double before = 1;  ///< until then
+  std::function<double(const std::function<BodyState(int)>&)> after;  ///< from the states of links at that time
 };
 
 /// States at one sample time, and what follows from them for all compared bodies together.
@@ -74,6 +83,7 @@ struct Scene {
   std::function<WorldDef(const Choice&)> make;
   std::function<std::vector<BodyState>(double)> exact;  ///< of `bodies` at a time; empty: unknown
   std::vector<HandSpring> hands;                        ///< one per pointer with virtual coupling
+  std::optional<FrictionChange> friction;
   /// Hands that hold a link by its pose (direct coupling): state of pointer i at a time. Empty: none.
   std::function<BodyState(int, double)> held;
 };
@@ -84,6 +94,7 @@ std::vector<Scene> pileScenes();      ///< stack and pyramid of 15, seam
 std::vector<Scene> movingScenes();    ///< heaps, dominoes, crosses, a carrier, a corner
 std::vector<Scene> benchmarkScenes();  ///< the field's own
 Scene stackScene(int n);              ///< n cubes on one another
+Scene pyramidScene(int rows);         ///< a flat pyramid of cubes, `rows` at the bottom
 /// Any file that the simulator loads: no exact solution, hands on their scripted paths. Throws SetupError.
 Scene fileScene(const std::string& file);
 

@@ -25,6 +25,11 @@ import report_plan  # noqa: E402
 from analysis import SceneResult  # noqa: E402
 from report_plan import Case, describe  # noqa: E402
 
+sys.path.insert(0, os.path.join(HERE, '..', '..', 'penalty_sim', 'session'))
+import npm_modules  # noqa: E402
+MUJOCO3 = os.path.join(npm_modules.KEPT, npm_modules.digest('package-lock.json', source=os.path.join(HERE, '..', 'peers', 'mujoco3')))
+MUJOCO3 = MUJOCO3 if os.path.isdir(MUJOCO3) else ''  # what a report fetched before: a test asks no registry
+os.environ['HAPTIC_MUJOCO_WASM'] = MUJOCO3
 PROGRAMS = sys.argv.pop(1) if len(sys.argv) > 1 and os.path.isdir(sys.argv[1]) else ''
 SPHERE = '<robot name="{name}" xmlns:haptic="https://haptic/urdf"><haptic:scene step="0.001"><haptic:contact ' \
          'stiffness="{k}"/></haptic:scene><link name="world"/><link name="ball"><inertial><mass value="0.1"/><inertia ' \
@@ -78,6 +83,31 @@ class Arithmetic(unittest.TestCase):
         self.assertEqual([takes(point(*each)) for each in (('volume-euler', True), ('volume-euler', False), ('volume-verlet', True))],
                          [True, False, False])
 
+    def test_the_rule_of_the_list_says_which_default_counts(self):
+        def point(scene, stiffness, own):
+            run = run_errors.Run(Case(scene, 'volume-automatic', 1e-3, stiffness, 0), *[None] * (len(run_errors.Run._fields) - 1))
+            return pareto.Point(1.0, 1e-3, False, own, run)
+        takes = {name: take for name, (take, _) in pareto.comparisons('volume-automatic').items()}
+        said, rigid = {scene: point(scene, 1e6, True) for scene in ('rest', 'bounce')}, \
+            {scene: point(scene, math.inf, False) for scene in ('rest', 'bounce')}
+        self.assertEqual([takes['chosen'](p) for p in (said['rest'], rigid['rest'], said['bounce'], rigid['bounce'])],
+                         [False, True, True, False])
+        self.assertEqual([takes['default'](said['rest']), takes['default'](rigid['rest']), takes['default_rigid'](rigid['rest'])],
+                         [True, False, True])
+        self.assertEqual(set(pareto.read_defaults().values()), {'said', 'rigid'})
+        stiffer = point('rest', 1e12, False)  # neither: a user's own choice
+        self.assertFalse(takes['chosen'](stiffer))
+
+    def test_what_webassembly_alone_reaches_is_counted_apart(self):
+        cells = [('s', 'position', decade, decade < -4) for decade in range(-2, -7, -1)]
+        points = {('s', 'position'): [pareto.Point(1.0, 5e-4, True, True, 'peer')]}
+        wasm = {('s', 'position'): [pareto.Point(math.nan, 5e-5, True, True, 'wasm')]}
+        reached = pareto.reached_cells(points, cells=cells)
+        self.assertEqual(pareto.only_wasm(wasm, reached, cells), [('s', 'position', -4)])
+        self.assertTrue(report_plan.is_wasm('mujoco3_euler') and not report_plan.is_wasm('mujoco_euler'))
+        self.assertEqual(pareto.lost_ratio([pareto.Cell('s', 'position', -2, False, 3.0, 'ours', 1.0, 'peer'),
+                                            pareto.Cell('s', 'position', -3, True, 9.0, 'ours', 1.0, 'peer')])[0], 3.0)
+
     def test_list_of_cells_names_metrics_that_exist(self):
         cells = pareto.read_cells()
         self.assertEqual(len(cells), len(set(cells)))
@@ -114,6 +144,24 @@ class ExactSolutions(unittest.TestCase):
         # Energy: I ω²/2 = m g r (sin(π/4 + 0.1) - sin(π/4 + 0.01)) about the edge.
         omega = math.sqrt(2 * 9.8 * math.sqrt(2) * (math.sin(math.pi / 4 + 0.1) - math.sin(math.pi / 4 + 0.01)) / (8 / 3))
         self.assertAlmostEqual(fall.twist[0, 0, 1], omega, delta=1e-6)
+
+    def test_a_cube_slides_out_of_a_grasp_as_the_friction_that_is_missing_says(self):
+        for name, factor in (('grasp_090', 0.9), ('grasp_098', 0.98)):
+            slide = self.exact(name)
+            for time_, pose, twist in zip(slide.time, slide.pose[:, 0], slide.twist[:, 0]):
+                since = max(0.0, time_ - 0.5)
+                # Of weight and friction of both fingers: m g - 2 mu N / 2 with mu = f m g / N.
+                self.assertAlmostEqual(pose[2], -(0.064 * 9.81 * (1 - factor)) / 0.064 * since ** 2 / 2, delta=1e-12)
+                self.assertAlmostEqual(twist[5], -9.81 * (1 - factor) * since, delta=1e-12)
+
+    def test_a_cradle_keeps_momentum_and_energy_and_moves_its_balls_by_a_gap(self):
+        cradle = self.exact('cradle')
+        for twist in cradle.twist:
+            self.assertAlmostEqual(twist[:, 3].sum(), 1, delta=1e-12)
+            self.assertAlmostEqual((twist[:, 3] ** 2).sum(), 1, delta=1e-12)
+        way = cradle.pose[-1, :, 0] - [-0.15, 0, 0.1001, 0.2002, 0.3003]
+        self.assertEqual([round(x, 9) for x in way[:4]], [0.05, 1e-4, 1e-4, 1e-4])
+        self.assertAlmostEqual(way[4], 0.2 - 0.0503, delta=1e-12)
 
     def test_stick_slip_releases_at_the_static_limit_and_repeats_with_its_period(self):
         limit, spring, speed, mass = 0.265 * 2 * 9.8, 400, 0.0642, 2
@@ -179,7 +227,34 @@ class Peers(unittest.TestCase):
         self.assertGreaterEqual(len(peers), 9)
         self.assertEqual({purpose for purpose in (peer['purpose'] for peer in peers)}, {'as it comes', 'accuracy', 'speed'})
         for peer in peers:
+            if report_plan.is_wasm(peer['name']) and not MUJOCO3:
+                continue  # its packages were never fetched here
             self.assertLess(self.error(peer['name'], 'rest', 1e-3), 1e-2, peer['name'])
+
+    def test_rigid_surfaces_are_rigid_in_a_run(self):
+        output = subprocess.run([programs.find(PROGRAMS, 'report_run'), 'stack15', 'volume-automatic', '1e-3', 'rigid', '--budget', '0'],
+                                capture_output=True, text=True, check=True).stdout
+        samples = run_errors.parse_samples(output.splitlines())
+        sink = 0.05 + 0.1 * run_errors.np.arange(15) - samples.pose[-1, :, 2]
+        # Each contact by a millionth of 0.1 m at most, the upper ones on all below.
+        self.assertTrue((sink <= 1e-7 * run_errors.np.arange(1, 16)).all(), sink)
+        self.assertTrue((sink > 0).all(), sink)
+
+    @unittest.skipUnless(MUJOCO3, 'needs the packages of test/peers/mujoco3')
+    def test_mujoco_3_in_a_process_of_its_own_flies_as_2_2_does_and_is_told_forces_and_friction(self):
+        program = programs.find(PROGRAMS, 'report_run')
+
+        def output(scene, name):
+            return subprocess.run([program, scene, name, '1e-3', '--budget', '0'], capture_output=True, text=True, check=True).stdout
+        old, new = (run_errors.parse_samples(output('free', name).splitlines()) for name in ('mujoco_euler', 'mujoco3_euler'))
+        if old is not None:  # the same Euler steps without contact; 2.2 and 3.14 may sum in another order
+            self.assertLess(abs(old.pose - new.pose).max(), 1e-9)
+        # Held by the hands' forces alone; friction of .9 of what holds lets go by nearly g (1 - .9) t^2/2 = 19.6 mm.
+        held = output('grasp_110', 'mujoco3_firm')
+        self.assertIn('status ok', held)
+        self.assertLess(float(re.search(r'measure_slip (\S+)', held).group(1)), 1e-3)
+        let_go = run_errors.parse_samples(output('grasp_090', 'mujoco3_firm').splitlines())
+        self.assertAlmostEqual(let_go.pose[-1, 0, 2], -0.5 * 0.1 * 9.81 * 0.2 ** 2, delta=5e-3)
 
     def test_a_setting_whose_error_does_not_fall_is_named(self):
         class Scene:

@@ -8,6 +8,7 @@
 #include "../benchmark/allocation_count.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/world.h"
+#include "scene/stiffness_choice.h"
 
 namespace haptic::report {
 namespace {
@@ -18,22 +19,33 @@ double cpuSeconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// What the report needs of a simulator: ours and the peers'.
-class Simulator {
+/// Factor on the friction of a scene: its change is measured once.
+class Friction {
  public:
-  virtual ~Simulator() = default;
-  virtual void step() = 0;
-  virtual BodyState body(int link) const = 0;
-  virtual Wrench onHand(int i) const = 0;
-  virtual bool finite() const { return true; }
-  virtual const World* world() const { return nullptr; }
+  explicit Friction(const Scene& scene) : scene_(scene) {}
+  double at(double time, const Simulator& simulator) {
+    if (!scene_.friction) return 1;
+    if (time < scene_.friction->time * (1 - 1e-9)) return scene_.friction->before;
+    if (std::isnan(after_)) after_ = scene_.friction->after([&simulator](int link) { return simulator.body(link); });
+    return after_;
+  }
+
+ private:
+  const Scene& scene_;
+  double after_ = std::numeric_limits<double>::quiet_NaN();
 };
 
 class OurSimulator : public Simulator {
  public:
-  OurSimulator(const Scene& scene, const WorldDef& def) : scene_(scene), world_(def) {}
+  OurSimulator(const Scene& scene, const WorldDef& def) : scene_(scene), friction_(scene), world_(def) {}
   void step() override {
     const double t = world_.time() + world_.settings().step;
+    const double factor = friction_.at(world_.time(), *this);
+    if (factor != world_.tuning().friction_scale) {
+      WorldTuning tuning = world_.tuning();
+      tuning.friction_scale = factor;
+      world_.tune(tuning);
+    }
     for (int i = 0; i < world_.pointerCount(); ++i) {
       if (i < static_cast<int>(scene_.hands.size())) {
         const BodyState s = scene_.hands[i].path(t);
@@ -52,14 +64,17 @@ class OurSimulator : public Simulator {
 
  private:
   const Scene& scene_;
+  Friction friction_;
   World world_;
 };
 
 class PeerSimulator : public Simulator {
  public:
   PeerSimulator(const Scene& scene, const WorldDef& def, peers::PeerSettings settings)
-      : scene_(scene), step_(settings.step), peer_(peers::makePeer(def, settings)) {}
+      : scene_(scene), friction_(scene), step_(settings.step), peer_(peers::makePeer(def, settings)) {}
   void step() override {
+    const double factor = friction_.at(time_, *this);
+    if (scene_.friction) peer_->scaleFriction(factor);
     for (const HandSpring& hand : scene_.hands) {
       const BodyState target = hand.path(time_), now = body(hand.link);
       peer_->applyForce(hand.link,
@@ -75,6 +90,7 @@ class PeerSimulator : public Simulator {
 
  private:
   const Scene& scene_;
+  Friction friction_;
   double step_, time_ = 0;
   long steps_ = 0;
   std::unique_ptr<peers::PeerWorld> peer_;
@@ -112,8 +128,21 @@ Wrench springOnHand(const HandSpring& hand, double t, const BodyState& link) {
   return F;
 }
 
+}  // namespace
+
+/// The largest k that any surface of a rigid scene asks for [N/m³].
+static double largestRigid(const WorldDef& def) {
+  double most = 0;
+  for (const ArticulationDef& tree : def.articulations) {
+    for (const LinkDef& link : tree.links) {
+      for (const CollisionDef& collision : link.collisions) most = std::fmax(most, collision.material.rigid_stiffness);
+    }
+  }
+  return most;
+}
+
 /// Ours keeps its energy ledger, as it does by default; no peer has one.
-std::unique_ptr<Simulator> make(const Scene& scene, const Method& method, double h, WorldDef& def) {
+std::unique_ptr<Simulator> makeSimulator(const Scene& scene, const Method& method, double h, WorldDef& def) {
   Choice choice = method.choice;
   choice.step = h;
   if (method.peer) {
@@ -129,8 +158,17 @@ std::unique_ptr<Simulator> make(const Scene& scene, const Method& method, double
     return std::make_unique<PeerSimulator>(scene, def, settings);
   }
   def = scene.make(choice);
+  if (choice.rigid) {
+    // Scenes start at the depth that carries the bodies: made again for the k that the rigid ones have.
+    makeRigid(def);
+    choice.stiffness = largestRigid(def);
+    def = scene.make(choice);
+    makeRigid(def);
+  }
   return std::make_unique<OurSimulator>(scene, def);
 }
+
+namespace {
 
 bool isLost(const BodyState& b) {
   constexpr double kFar = 1e3;  // [m, m/s]: no scene here is that large or fast
@@ -210,7 +248,7 @@ class Runner {
   StepTimes sampleAll(RunResult& out) {
     const double start = cpuSeconds();
     WorldDef def;
-    const auto simulator = make(scene_, method_, h_, def);
+    const auto simulator = makeSimulator(scene_, method_, h_, def);
     const auto inertia = inertias(scene_, def);
     out.setup_s = cpuSeconds() - start;
     const Sample first = sampleOf(*simulator, 0, inertia, def.settings.gravity);
@@ -242,7 +280,7 @@ class Runner {
   /// The same run again without anything else, the time of each step read.
   StepTimes timeSteps() {
     WorldDef def;
-    const auto simulator = make(scene_, method_, h_, def);
+    const auto simulator = makeSimulator(scene_, method_, h_, def);
     std::vector<double> times(static_cast<std::size_t>(per_sample_ * scene_.samples));
     const double clock = clockCost();
     for (double& time : times) {
@@ -256,7 +294,7 @@ class Runner {
   /// The same run again, read once: CPU time of all steps [s].
   double timeAll() {
     WorldDef def;
-    const auto simulator = make(scene_, method_, h_, def);
+    const auto simulator = makeSimulator(scene_, method_, h_, def);
     const long steps = per_sample_ * scene_.samples;
     const double start = cpuSeconds();
     for (long i = 0; i < steps; ++i) simulator->step();

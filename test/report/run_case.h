@@ -1,10 +1,12 @@
 /// One run of the report: a scene, a simulator, a step. States at the sample times, and what the steps cost.
 #pragma once
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "haptic_core/world/world.h"
 #include "peer_world.h"
 #include "report_scene.h"
 
@@ -31,6 +33,17 @@ struct RunResult {
   std::vector<Sample> samples;
 };
 
+/// What the report needs of a simulator: ours and the peers'. `scene` outlives it.
+class Simulator {
+ public:
+  virtual ~Simulator() = default;
+  virtual void step() = 0;
+  virtual BodyState body(int link) const = 0;
+  virtual Wrench onHand(int i) const = 0;
+  virtual bool finite() const { return true; }
+  virtual const World* world() const { return nullptr; }
+};
+
 struct Method {
   Choice choice;
   std::optional<peers::PeerSettings> peer;  ///< unset: ours
@@ -38,6 +51,9 @@ struct Method {
 
 /// Runs it once with sampling and then again, timed alone, until `budget_s` of CPU time or nine repetitions are used.
 RunResult runCase(const Scene& scene, const Method& method, double budget_s);
+
+/// A simulator at the start of a scene, with steps of h [s]. `def`: what it was made of. Throws SetupError.
+std::unique_ptr<Simulator> makeSimulator(const Scene& scene, const Method& method, double h, WorldDef& def);
 
 /// The exact solution at the sample times.
 std::vector<Sample> exactSamples(const Scene& scene);

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from report_plan import is_wasm
+
 # Name, unit and meaning of each metric; errors are rms over the sample times, of the worst body.
 METRICS = {
     'position': ('m', 'distance of a body from where it should be'),
@@ -24,6 +26,8 @@ METRICS = {
     'velocity_squared': ('m^2/s^2', 'mean of the squared velocity errors of box and ball (SimBenchmark)'),
     'overlap': ('m^2', 'mean of the sum of squared overlaps of true balls and ground (SimBenchmark)'),
     'fallen': ('s', 'time for which the tower does not stand (SimBenchmark)'),
+    'slip': ('m', 'largest slip of the cube in the fingers after friction was lowered (MotrixSim)'),
+    'last_ball': ('1', 'speed that the last ball of the cradle lacks, relative'),
     'spread': ('m', 'rms distance of the end places from their mean, 100 starts (Chung, Pollard)'),
 }
 
@@ -72,6 +76,8 @@ def parse_run(case, result, role='run'):
     simulated = float(words['time_reached'])
     cpu = sorted(float(t) / simulated for t in words['cpu_s'].split()) if simulated > 0 else [math.nan]
     times = [float(words[f'step_{name}_s']) for name in ('p50', 'p99', 'p999', 'max', 'touching_p50')]
+    if is_wasm(case.method):
+        cpu, times = [math.nan], [math.nan] * len(times)  # another process took them, at another speed
     counts = [int(words[name]) for name in ('steps', 'allocations', 'unconverged', 'iterations', 'iterations_worst',
                                             'evaluations_worst')]
     measures = {key.removeprefix('measure_'): float(value) for key, value in words.items() if key.startswith('measure_')}

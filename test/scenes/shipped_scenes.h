@@ -19,7 +19,7 @@ struct ShippedScene {
 };
 
 /// All files of `folder` that load on this system, by name; the others are named on stderr with the reason.
-inline std::vector<ShippedScene> shippedScenes(const std::string& folder) {
+inline std::vector<ShippedScene> shippedScenes(const std::string& folder, const SceneOptions& options = {}) {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::filesystem::path& file = entry.path();
@@ -29,7 +29,7 @@ inline std::vector<ShippedScene> shippedScenes(const std::string& folder) {
   std::vector<ShippedScene> scenes;
   for (const std::filesystem::path& file : files) {
     try {
-      ShippedScene scene{file.filename().string(), loadScene(file.string())};
+      ShippedScene scene{file.filename().string(), loadScene(file.string(), options)};
       const World world(scene.def.world);  // a scene whose world is refused runs nowhere
       scenes.push_back(std::move(scene));
     } catch (const SetupError& error) {
