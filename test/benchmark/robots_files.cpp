@@ -17,6 +17,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/world/world.h"
+#include "random_stack.h"
 #include "robots_kdl.h"
 #include "scene/mesh_file.h"
 #include "scene/mesh_shapes.h"
@@ -139,35 +140,6 @@ double stepSeconds(const SceneDef& scene) {
   return world.report().finite ? seconds : 0;
 }
 
-std::string stack(std::mt19937& random) {
-  const auto uniform = [&](double low, double high) { return low + (high - low) * (random() / 4294967296.0); };
-  const auto size = [&] { return std::pow(10, uniform(-1.5, -0.6)); };
-  std::ostringstream text;
-  text << "<robot name=\"stack\"><link name=\"world\"/><link name=\"floor\"><collision><geometry><box size=\"4 4 0.2\"/></geometry>"
-          "</collision></link>"
-          "<joint name=\"f\" type=\"fixed\"><origin xyz=\"0 0 -0.1\"/><parent link=\"world\"/><child link=\"floor\"/></joint>\n";
-  const int bodies = 2 + static_cast<int>(random() % 5);
-  double top = 0, x = 0, y = 0, width = 1;
-  for (int i = 0; i < bodies; ++i) {
-    const double m = std::pow(10, uniform(-1, 3)), a = size(), b = size(), c = random() % 4 == 0 ? 0.1 * size() : size();
-    x += uniform(-0.15, 0.15) * std::min(a, width), y += uniform(-0.15, 0.15) * std::min(b, width);
-    width = std::min(a, b);
-    const bool round = random() % 4 == 0;
-    text << "<link name=\"b" << i << "\"><inertial><mass value=\"" << m << "\"/><inertia ixx=\"" << m * (b * b + c * c) / 12 << "\" iyy=\""
-         << m * (a * a + c * c) / 12 << "\" izz=\"" << m * (a * a + b * b) / 12
-         << "\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial><collision><geometry>";
-    if (round) {
-      text << "<cylinder radius=\"" << width / 2 << "\" length=\"" << c << "\"/>";
-    } else {
-      text << "<box size=\"" << a << " " << b << " " << c << "\"/>";
-    }
-    text << "</geometry></collision></link><joint name=\"j" << i << "\" type=\"floating\"><origin xyz=\"" << x << " " << y << " "
-         << top + c / 2 << "\"/><parent link=\"world\"/><child link=\"b" << i << "\"/></joint>\n";
-    top += c;
-  }
-  return text.str() + "</robot>\n";
-}
-
 }  // namespace
 
 void measureRobotFiles() {
@@ -219,7 +191,7 @@ void measureChosenStiffness() {
   for (int i = 0; i < 200; ++i) {
     SceneOptions options;
     options.add_pointer = false;
-    options.text = stack(random);
+    options.text = randomStack(random);
     const SceneDef scene = loadScene("stack", options);
 
     const bool told = std::any_of(scene.warnings.begin(), scene.warnings.end(),

@@ -1,0 +1,13 @@
+/// Figures of `bench peers`: rigid surfaces, and the scenes that makers of simulators publish, beside other simulators.
+#pragma once
+
+namespace haptic::bench {
+
+void measureRigidSinks();    ///< stiff_rigid.sink_share_max and what belongs to it: 200 random stacks
+void measureRigidTimes();    ///< stiff_rigid.step_over_soft: shipped scenes with their scripted hands
+void measureGrasp();         ///< grasp.*, beside all settings of all peers
+void measureCradle();        ///< cradle.*, likewise
+void measureGyroscope();     ///< gyro.*, likewise
+void measurePyramid(int rows);  ///< pyramid5050.* with 100 rows, beside Bullet and ODE
+
+}  // namespace haptic::bench
