@@ -102,8 +102,9 @@ bench_python() {
   show_and_keep bench-python python3 -B "$ROOT/test/python/overhead.py"
 }
 
-# MuJoCo 3 in WebAssembly, one of the peers, if npm can fetch it.
+# MuJoCo 3 in WebAssembly, one of the peers, if npm can fetch it. Who has set its folder keeps it.
 find_mujoco3() {
+  [ -z "${HAPTIC_MUJOCO_WASM+set}" ] || return 0
   HAPTIC_MUJOCO_WASM=$(cd penalty_sim/session && python3 -B -c '
 import sys, npm_modules
 try:
