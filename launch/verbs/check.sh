@@ -4,7 +4,8 @@
 #:                   load a scene or robot and say the verdict, what was replaced or chosen, what a hand on device D
 #:                   (spidar_g6x3r) feels and carries, which drives cannot hold the start pose, what overlaps there, and
 #:                   what it becomes, equal things once; --all: also each link and collision, the plan, every contact of the
-#:                   certificate; --json: for a program; --rigid: as if all surfaces said so. Fails where the hand would ring at any depth up to the workspace's end
+#:                   certificate; --json: for a program; --rigid: as if all surfaces said so. Fails where
+#:                   the hand would ring at any depth up to the workspace's end
 #: check STUDY [--subject ID] [--session N] [--seed N] [--order] [--device D]
 #:                   a study's trials, time and order, and what the hand will get of each of its conditions
 #: check DEVICE      what an arrangement of strings can do, what is wrong with it, its first-motion test

@@ -33,8 +33,8 @@ CPU_LIMIT, QUICK_CPU_LIMIT = 45, 8  # [s] per run; references may take longer
 REFERENCE_CPU_LIMIT = 240
 
 Case = collections.namedtuple('Case', 'scene method step stiffness facets')
-Case.__doc__ = '''One run. `scene`: name or file; `method`: see report_run.cpp; `step` [s]; `stiffness` [N/m^3], 0: the scene's own, inf: rigid;
-`facets`: 0: the scene's own.'''
+Case.__doc__ = '''One run. `scene`: name or file; `method`: see report_run.cpp; `step` [s]; `stiffness` [N/m^3], 0: the scene's own, inf:
+rigid; `facets`: 0: the scene's own.'''
 
 
 class Scene:

@@ -47,7 +47,8 @@ def stack(height=5, side=0.1, mass=0.1):
         top -= (height - i) * depth
         text += body(f'block{i}', (side,) * 3, (0, 0, top + side / 2), mass=mass, colour=COLOURS[i % len(COLOURS)])
         top += side
-    return HEAD.format(name=f'stack{height}', comment=f'{height} cubes on one another: a model of city.yaml, whose floor they stand on.') + text + '</robot>\n'
+    comment = f'{height} cubes on one another: a model of city.yaml, whose floor they stand on.'
+    return HEAD.format(name=f'stack{height}', comment=comment) + text + '</robot>\n'
 
 
 def heap(count, per_side, side=0.05, mass=0.1, pitch=0.075, layer=0.09):
@@ -80,7 +81,8 @@ POINTER = '''  <link name="pointer">
 
 DOOR = '''  <link name="door">
     <inertial><origin xyz="0 0.1 0"/><mass value="0.5"/><inertia ixx="0.0033" iyy="0.0017" izz="0.0017" ixy="0" ixz="0" iyz="0"/></inertial>
-    <visual><origin xyz="0 0.1 0"/><geometry><box size="0.01 0.2 0.2"/></geometry><material name="wood"><color rgba="0.72 0.6 0.45 1"/></material></visual>
+    <visual><origin xyz="0 0.1 0"/><geometry><box size="0.01 0.2 0.2"/></geometry>\
+<material name="wood"><color rgba="0.72 0.6 0.45 1"/></material></visual>
     <collision><origin xyz="0 0.1 0"/><geometry><box size="0.01 0.2 0.2"/></geometry></collision>
   </link>
   <joint name="door_joint" type="revolute">
@@ -140,7 +142,8 @@ def city():
     models.append(model('heap100.urdf', 'heap_', (0.7, 0, 0)))
     joints = ', joints: {panda_joint2: 0.2, panda_joint4: -2.2, panda_joint6: 2.55, panda_joint7: 0.785}'
     for prefix, y in (('left_', 0.75), ('right_', -0.75)):
-        models.append(model('package://example-robot-data/robots/panda_description/urdf/panda.urdf', prefix, (-0.2, y, 0), ', drive: hold' + joints))
+        models.append(model('package://example-robot-data/robots/panda_description/urdf/panda.urdf', prefix, (-0.2, y, 0),
+                            ', drive: hold' + joints))
     return listed('city', 'A hand among 850 cubes in 150 stacks and a heap, two Pandas that hold their poses, a door and a drawer.', models)
 
 
