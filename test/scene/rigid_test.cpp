@@ -80,12 +80,15 @@ TEST(Rigid, ABodyThatFallsFromItsOwnHeightSinksByATenThousandth) {
   }
 }
 
-// A rigid floor under a cushion of k: the layer of the cushion alone, 2k.
+// A rigid floor under a cushion of k: the layer of the cushion alone, 2k. The floor says it, its scene, or the list.
 TEST(Rigid, ASoftBodyOnARigidOneIsSoftByItsOwnLayer) {
-  const double k = 2e6;
-  const SceneDef scene = load(tower("", kRigidTag, "<haptic:contact stiffness=\"2e6\"/>", 1));
-  const double depth = 9.8 / (2 * k * 0.01) / 0.1;
-  EXPECT_NEAR(sunk(scene).rest, depth, 1e-6 * depth);
+  const double k = 2e6, depth = 9.8 / (2 * k * 0.01) / 0.1;
+  const std::string cushion = "<haptic:contact stiffness=\"2e6\"/>";
+  const TemporaryFiles files;
+  files.write("tower.urdf", tower("", "", cushion, 1));
+  const std::string list = files.write("s.yaml", "material: {stiffness: rigid}\nmodels:\n  - {file: tower.urdf}\n");
+  const SceneDef scenes[] = {load(tower("", kRigidTag, cushion, 1)), load(tower(kRigidScene, "", cushion, 1)), loadScene(list)};
+  for (const SceneDef& scene : scenes) EXPECT_NEAR(sunk(scene).rest, depth, 1e-6 * depth) << &scene - scenes;
 }
 
 // On an edge there is no face: stiffened by what it settles with, and told where that is not enough.

@@ -38,13 +38,19 @@ void require(bool holds, const std::string& where, const char* field, double val
   throw SetupError(where, std::string(field) + " is " + number.str(), remedy);
 }
 
+/// What a surface says of its stiffness; one that says nothing is rigid where the world's default is.
+double said(const ContactMaterial& surface, const ContactMaterial& fallback) {
+  return given(surface.stiffness) || !fallback.rigid() ? surface.stiffness : ContactMaterial::kRigid;
+}
+
 double pairStiffness(const ContactMaterial& a, const ContactMaterial& b, const ContactMaterial& fallback) {
-  if (a.saysNumber() && b.saysNumber()) return harmonic(a.stiffness, b.stiffness);
-  if (a.saysNumber() || b.saysNumber()) {
-    const double k = a.saysNumber() ? a.stiffness : b.stiffness;
-    return a.rigid() || b.rigid() ? 2 * k : k;
+  const double k_a = said(a, fallback), k_b = said(b, fallback), softer = std::fmin(k_a, k_b), stiffer = std::fmax(k_a, k_b);
+  const bool rigid = stiffer == ContactMaterial::kRigid;
+  if (softer < ContactMaterial::kRigid) {  // somebody gives a number
+    if (rigid) return 2 * softer;
+    return given(k_a) && given(k_b) ? harmonic(k_a, k_b) : softer;
   }
-  if (a.rigid() || b.rigid() || fallback.rigid()) return chosen(a, b, true);
+  if (rigid) return chosen(a, b, true);
   return fallback.saysNumber() ? fallback.stiffness : chosen(a, b, false);
 }
 

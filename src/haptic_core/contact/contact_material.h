@@ -6,7 +6,7 @@
 namespace haptic {
 
 /// Contact properties of one surface. NaN: not given; the partner's value holds, or the world's default when
-/// neither gives one.
+/// neither gives one. A stiffness that is not given is rigid where the world's default is.
 struct ContactMaterial {
   static constexpr double kUnset = std::numeric_limits<double>::quiet_NaN();  ///< not given
   static constexpr double kRigid = std::numeric_limits<double>::infinity();  ///< a stiffness: as rigid as statics ask for
@@ -48,8 +48,9 @@ struct DefaultMaterial {
 ///   k, k_t   harmonic mean 2ab/(a+b): two springs in series, scaled so that equal surfaces give their own value
 ///   b, b_t, c  arithmetic mean;   μ0, μ  geometric mean.
 /// A rigid surface adds no compliance of its own: against k it makes 2k, the limit of the mean. Against a rigid one, or one that says
-/// nothing, it makes the k chosen for rigid bodies. Where neither says anything, nor the world's default: the touch's, else the larger
-/// of `DefaultMaterial`'s and what the bodies need to rest. The touch's comes before that of rigid bodies as well.
+/// nothing, it makes the k chosen for rigid bodies. Under a rigid default every surface that says nothing is rigid. Where neither says
+/// anything, nor the world's default: the touch's, else the larger of `DefaultMaterial`'s and what the bodies need to rest. The touch's
+/// comes before that of rigid bodies as well.
 /// Every field of the result is set but `tangential_damping`, which may stay unset (critical).
 ContactMaterial combine(const ContactMaterial& a, const ContactMaterial& b, const ContactMaterial& fallback);
 

@@ -86,7 +86,9 @@ TEST(ElasticLayer, ARigidSurfaceAddsNoCompliance) {
   EXPECT_EQ(combine(rigid, heavy, {}).stiffness, 4e11);
   EXPECT_EQ(combine(heavy, rigid, {}).stiffness, 4e11);
   EXPECT_EQ(combine(heavy, silent, rigid).stiffness, 4e11) << "the scene says it";
-  EXPECT_EQ(combine(heavy, soft, rigid).stiffness, 3e6) << "a surface that gives a number keeps it";
+  EXPECT_DOUBLE_EQ(combine(heavy, soft, rigid).stiffness, combine(rigid, soft, {}).stiffness) << "who says nothing is rigid";
+  EXPECT_DOUBLE_EQ(combine(soft, heavy, rigid).stiffness, combine(rigid, soft, {}).stiffness);
+  EXPECT_EQ(combine(soft, soft, rigid).stiffness, 3e6) << "surfaces that give a number keep it";
   EXPECT_EQ(combine(heavy, silent, {}).stiffness, 5e6);
   EXPECT_EQ(combine(heavy, rigid, soft).stiffness, 4e11) << "the scene's number is for surfaces that say nothing";
   EXPECT_EQ(combine(rigid, silent, {}).stiffness, DefaultMaterial::kRigid);
