@@ -58,42 +58,42 @@ const Scene& sceneNamed(const std::vector<Scene>& all, const std::string& name) 
   return *found;
 }
 
+/// In one line, why a setting has no row: it is not installed, or its process ended.
+void tellRefusal(const char* group, const Rival& rival, const std::string& reason) {
+  std::printf("peers %s %-20s refused: %s\n", group, rival.name.c_str(), reason.c_str());
+}
+
 struct Held {
   double slip = 0;         ///< largest within 5 s after friction was lowered [m]
   double jitter = 0;       ///< of the force on the cube: standard deviation of its change in a step, over m g
-  bool refused = false;
 };
 
-/// Force on the cube of every simulator by its change of momentum, m (Δv/h + g): who integrates how does not matter.
+/// Force on the cube of every simulator by its change of momentum, m (Δv/h + g): who integrates how does not matter. Throws SetupError.
 Held hold(const Scene& scene, const Method& method) {
   Held out;
-  try {
-    WorldDef def;
-    const auto world = report::makeSimulator(scene, method, kStep, def);
-    const int lowered = static_cast<int>(std::lround(Grasp::kLowered / kStep)), steps = lowered + 5000;
-    const auto height = [&](int link) { return world->body(link).X_WL.p.z(); };
-    double first[3] = {0, 0, 0}, speed = 0, force = 0, sum = 0, squares = 0;
-    int count = 0;
-    for (int i = 0; i < steps && out.slip <= kDropped; ++i) {
-      world->step();
-      const double v = world->body(Grasp::kCube).V_WL.linear.z(), F = Grasp::kMass * ((v - speed) / kStep + Grasp::kG);
-      if (i + 1 == lowered) {
-        for (int link = 0; link < 3; ++link) first[link] = height(link);
-      }
-      if (i + 1 > lowered) {
-        const std::function<double(int)> now = height, before = [&](int link) { return first[link]; };
-        out.slip = std::max(out.slip, std::abs(scenes::slipBetween(now, before)));
-        const double change = F - force;
-        sum += change, squares += change * change, ++count;
-      }
-      speed = v, force = F;
+  WorldDef def;
+  const auto world = report::makeSimulator(scene, method, kStep, def);
+  const int lowered = static_cast<int>(std::lround(Grasp::kLowered / kStep)), steps = lowered + 5000;
+  const auto height = [&](int link) { return world->body(link).X_WL.p.z(); };
+  double first[3] = {0, 0, 0}, speed = 0, force = 0, sum = 0, squares = 0;
+  int count = 0;
+  for (int i = 0; i < steps && out.slip <= kDropped; ++i) {
+    world->step();
+    const double v = world->body(Grasp::kCube).V_WL.linear.z(), F = Grasp::kMass * ((v - speed) / kStep + Grasp::kG);
+    if (i + 1 == lowered) {
+      for (int link = 0; link < 3; ++link) first[link] = height(link);
     }
-    if (!world->finite() || !std::isfinite(out.slip)) out.slip = infinite();
-    const double mean = sum / count;
-    out.jitter = std::sqrt(std::max(0.0, squares / count - mean * mean)) / (Grasp::kMass * Grasp::kG);
-  } catch (const SetupError&) {
-    out.refused = true;
+    if (i + 1 > lowered) {
+      const std::function<double(int)> now = height, before = [&](int link) { return first[link]; };
+      out.slip = std::max(out.slip, std::abs(scenes::slipBetween(now, before)));
+      const double change = F - force;
+      sum += change, squares += change * change, ++count;
+    }
+    speed = v, force = F;
   }
+  if (!world->finite() || !std::isfinite(out.slip)) out.slip = infinite();
+  const double mean = sum / count;
+  out.jitter = std::sqrt(std::max(0.0, squares / count - mean * mean)) / (Grasp::kMass * Grasp::kG);
   return out;
 }
 
@@ -107,29 +107,30 @@ void measureGrasp() {
   };
   const Case cases[] = {{"grasp_090", false}, {"grasp_098", false}, {"grasp_100", true}, {"grasp_102", true}, {"grasp_110", true}};
   for (const Rival& rival : rivals()) {
-    double held = 0, jitter = 0;
-    int released = 0;
-    std::string line;
-    bool refused = false;
-    for (const Case& each : cases) {
-      const Held h = hold(sceneNamed(all, each.name), rival.method);
-      refused |= h.refused;
-      released += !each.holds && h.slip > kDropped;
-      if (each.holds) held = std::max(held, h.slip), jitter = std::max(jitter, h.jitter);
-      char text[64];
-      std::snprintf(text, sizeof text, " %10.4g", 1e3 * h.slip);
-      line += h.slip > kDropped ? "    dropped" : text;
+    try {
+      double held = 0, jitter = 0;
+      int released = 0;
+      std::string line;
+      for (const Case& each : cases) {
+        const Held h = hold(sceneNamed(all, each.name), rival.method);
+        released += !each.holds && h.slip > kDropped;
+        if (each.holds) held = std::max(held, h.slip), jitter = std::max(jitter, h.jitter);
+        char text[64];
+        std::snprintf(text, sizeof text, " %10.4g", 1e3 * h.slip);
+        line += h.slip > kDropped ? "    dropped" : text;
+      }
+      const Held shaken = hold(sceneNamed(all, "grasp_shake"), rival.method);
+      std::printf("peers grasp %-20s slip [mm] at f .90 .98 1.00 1.02 1.10:%s; shaken %.4g mm%s; jitter %.3g\n", rival.name.c_str(),
+                  line.c_str(), 1e3 * shaken.slip, shaken.slip > kDropped ? " (dropped)" : "", jitter);
+      if (!rival.ours()) continue;
+      const std::string tail = rival.method.choice.rigid ? "" : "_said";  // the rule of the report's list: rigid
+      figure("grasp.held_mm_max" + tail, 1e3 * held, "mm");
+      figure("grasp.released" + tail, released, "1");
+      figure("grasp.force_jitter_rel" + tail, jitter, "1");
+      figure("grasp.shaken_mm" + tail, 1e3 * shaken.slip, "mm");
+    } catch (const SetupError& error) {
+      tellRefusal("grasp", rival, error.what());
     }
-    const Held shaken = hold(sceneNamed(all, "grasp_shake"), rival.method);
-    if (refused) continue;  // it is not installed
-    std::printf("peers grasp %-20s slip [mm] at f .90 .98 1.00 1.02 1.10:%s; shaken %.4g mm%s; jitter %.3g\n", rival.name.c_str(),
-                line.c_str(), 1e3 * shaken.slip, shaken.slip > kDropped ? " (dropped)" : "", jitter);
-    if (!rival.ours()) continue;
-    const std::string tail = rival.method.choice.rigid ? "" : "_said";  // the rule of the report's list: rigid
-    figure("grasp.held_mm_max" + tail, 1e3 * held, "mm");
-    figure("grasp.released" + tail, released, "1");
-    figure("grasp.force_jitter_rel" + tail, jitter, "1");
-    figure("grasp.shaken_mm" + tail, 1e3 * shaken.slip, "mm");
   }
 }
 
@@ -156,7 +157,8 @@ void measureCradle() {
       const std::string tail = rival.method.choice.rigid ? "_rigid" : "";  // the rule: as the scene says, for it is elastic
       if (rival.ours()) figure("cradle.last_ball_share" + tail, last, "1");
       if (!rival.ours() && energy < 1.01) best_peer = std::max(best_peer, last);
-    } catch (const SetupError&) {  // it is not installed
+    } catch (const SetupError& error) {
+      tellRefusal("cradle", rival, error.what());
     }
   }
   figure("cradle.last_ball_share_best_peer", best_peer, "1");
@@ -178,7 +180,10 @@ void measureGyroscope() {
       Method method = rival.method;
       method.choice.step = step;
       const report::RunResult run = report::runCase(scene, method, 0.1);
-      if (run.status == "refused") continue;
+      if (run.status == "refused") {
+        tellRefusal("gyro", rival, run.reason);
+        break;
+      }
       double worst = run.status == "ok" ? 0 : infinite();
       for (std::size_t i = 0; i < run.samples.size() && run.status == "ok"; ++i) {
         const Vector3 now = run.samples[i].bodies[0].X_WL.R.col(2), right = exact[i].bodies[0].X_WL.R.col(2);
@@ -247,7 +252,7 @@ void measurePyramid(int rows) {
       figure(prefix + name + "steps", steps, "1");
       if (rival.ours()) figure(prefix + name + "unconverged", unconverged, "1");
     } catch (const std::exception& error) {
-      std::printf("peers pyramid %s: %s\n", rival.name.c_str(), error.what());
+      tellRefusal("pyramid", rival, error.what());
     }
   }
 }

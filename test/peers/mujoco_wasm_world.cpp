@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <stdexcept>
 #include <string>
 
 #include "haptic_core/base/error.h"
@@ -43,7 +42,7 @@ class NodeProcess {
     const char* next = static_cast<const char*>(data);
     while (bytes > 0) {
       const ssize_t sent = write(to_, next, bytes);
-      if (sent <= 0) throw std::runtime_error("MuJoCo 3: its process ended");
+      if (sent <= 0) throw ended();
       next += sent, bytes -= static_cast<std::size_t>(sent);
     }
   }
@@ -51,12 +50,16 @@ class NodeProcess {
     char* next = static_cast<char*>(data);
     while (bytes > 0) {
       const ssize_t got = read(from_, next, bytes);
-      if (got <= 0) throw std::runtime_error("MuJoCo 3: its process ended");
+      if (got <= 0) throw ended();
       next += got, bytes -= static_cast<std::size_t>(got);
     }
   }
 
  private:
+  static SetupError ended() {
+    return {"MuJoCo 3", "its process of node ended", "see its words on standard error; HAPTIC_MUJOCO_WASM names its folder"};
+  }
+
   pid_t child_ = -1;
   int to_ = -1, from_ = -1;
 };
