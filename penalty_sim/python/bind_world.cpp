@@ -48,6 +48,7 @@ py::dtype contactType() {
 
 py::array contacts(const py::object& self) {
   World& world = self.cast<SeenWorld&>().world();
+  world.state();  // takes back what sleeps: its contacts stand with the others then
   const int count = world.contactCount();
   static const py::dtype& type =
       *new py::dtype(contactType());  // never destroyed: at exit there is no interpreter to do it
@@ -378,17 +379,16 @@ int SeenWorld::joint(const std::string& name) const {
 }
 
 void SeenWorld::remember() {
-  seen_q_ = world_->state().q;
-  seen_v_ = world_->state().v;
+  seen_q_ = world_->q();
+  seen_v_ = world_->v();
 }
 
 void SeenWorld::takeWritten() {
-  const State& state = world_->state();
   const auto same = [](const std::vector<double>& a, const std::vector<double>& b) {
     return std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
   };
-  if (same(state.q, seen_q_) && same(state.v, seen_v_)) return;
-  State written = state;
+  if (same(world_->q(), seen_q_) && same(world_->v(), seen_v_)) return;
+  State written = world_->state();
   for (TreeMode& mode : written.mode)
     mode = mode == TreeMode::kPrimed ? TreeMode::kUnprimed : mode;  // what pulled, pulled elsewhere
   world_->restore(written.pack());

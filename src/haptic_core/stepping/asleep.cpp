@@ -129,6 +129,7 @@ void Asleep::fall(const Model& model, State& state, Work& work, Report& report) 
     for (int i = 0; i < stood.contacts; ++i) {
       ContactReport& contact = report.contacts[stood.first_contact + i];
       contacts_.push_back(contact);
+      flags_ |= flagsOf(contact);
       contact.link_a = -1;  // it leaves the report below
     }
     islands_.push_back(trees[0]);
@@ -266,7 +267,7 @@ void Asleep::wakeMarked(const Model& model, State& state, Work& work, LoadedVect
 void lookForPairs(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept {
   placeShapes(model, h, work.visits.shapes, state, work.placement);
   work.asleep.wakeNear(model, h, state, work);
-  findPairs(model, work.visits, work.placement, state, work.search, report);
+  findPairs(model, work.visits, work.placement, work.asleep.pairs(), state, work.search, report);
 }
 
 /// Pairs of the islands that wake, among those of what is awake, in the order of their keys.
@@ -277,10 +278,8 @@ void Asleep::takePairs(State& state) noexcept {
     for (int slot = island_[island].first_pair; slot >= 0; slot = next_pair_[slot]) merged_.push_back(slot);
   }
   std::sort(merged_.begin(), merged_.end(), [this](int i, int j) { return pair_[i].key < pair_[j].key; });
-  // There is room: no more pairs were found than the state can hold, or they were dropped and flagged.
-  const int room = static_cast<int>(state.pairs.size()) - state.pair_count, count = std::min(static_cast<int>(merged_.size()), room);
-  int from = state.pair_count, next = count;
-  state.pair_count += count;
+  int from = state.pair_count, next = static_cast<int>(merged_.size());  // there is room: findPairs has left it
+  state.pair_count += next;
   for (int to = state.pair_count; next > 0;) {
     const ActivePair& added = pair_[merged_[next - 1]];
     const bool before = from > 0 && state.pairs[from - 1].key > added.key;
@@ -319,6 +318,8 @@ void Asleep::takeContacts(Work& work, LoadedVector<ContactReport>& contacts, boo
   }
   contacts_.resize(kept);
   islands_.resize(asleep);
+  flags_ = 0;
+  for (const ContactReport& contact : contacts_) flags_ |= flagsOf(contact);
 }
 
 }  // namespace haptic::stepping

@@ -34,6 +34,7 @@ class Asleep {
   int trees() const { return trees_; }                               ///< in them
   int pairs() const { return pair_count_; }                          ///< of them
   const LoadedVector<ContactReport>& contacts() const { return contacts_; }  ///< of them, as last reported
+  unsigned flags() const { return flags_; }  ///< that these give the report of a step
   /// (in realtime) visit(shape) for those that sleep and whose box overlaps `box`.
   template <class Visit>
   void eachOverlap(const Model& model, const ConvexShape::Box& box, Visit&& visit) const noexcept {
@@ -90,7 +91,7 @@ class Asleep {
   std::vector<ActivePair> pair_;                              ///< slots of their pairs
   std::vector<int> next_pair_;                                ///< by slot: of the same island, or the next free one
   int free_pair_ = -1, pair_count_ = 0, trees_ = 0, marked_ = 0;
-  unsigned changes_ = 0, order_changes_ = ~0u;
+  unsigned changes_ = 0, order_changes_ = ~0u, flags_ = 0;
   LoadedVector<ContactReport> contacts_;
 };
 

@@ -61,6 +61,9 @@ void countCalm(const Model& model, const HandWork& hands, const Placement& place
     int& calm = state.calm[model.indexOf(*tree)];
     calm = isSlow(model, *tree, most, placement) ? std::min(calm + 1, kCalmSteps) : 0;
   }
+  for (const PointerState& pointer : state.pointers) {
+    if (pointer.link >= 0 && hands.held_by[pointer.link] >= 0) state.calm[model.links[pointer.link].articulation] = 0;
+  }
 }
 
 void settleExplicit(const Model& model, double h, const Visits& visits, const Placement& placement, Islands& islands,

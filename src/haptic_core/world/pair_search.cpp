@@ -49,7 +49,8 @@ bool areApart(const ConvexShape::Box* boxes, int a, int b, BoundsApart& by) noex
 /// it parted is still to be told.
 class PairList {
  public:
-  PairList(State& state, SearchWork& search) : state_(state), previous_(search.previous), count_before_(state.pair_count) {
+  PairList(State& state, SearchWork& search, int most)
+      : state_(state), previous_(search.previous), count_before_(state.pair_count), most_(most) {
     std::swap(search.previous, state.pairs);
     state.pair_count = 0;
   }
@@ -72,14 +73,14 @@ class PairList {
     return room;
   }
   bool put(const ActivePair& pair) noexcept {
-    if (state_.pair_count == static_cast<int>(state_.pairs.size())) return false;
+    if (state_.pair_count >= most_) return false;
     state_.pairs[state_.pair_count++] = pair;
     return true;
   }
 
   State& state_;
   const std::vector<ActivePair>& previous_;
-  int before_ = 0, count_before_;
+  int before_ = 0, count_before_, most_;
 };
 
 }  // namespace
@@ -112,10 +113,10 @@ void placeShapes(const Model& model, double h, const std::vector<int>& shapes, c
   for (const int s : shapes) placeShape(model, s, margin(model, state, placement, s, h), placement);
 }
 
-void findPairs(const Model& model, const Visits& visits, const Placement& placement, State& state, SearchWork& search,
+void findPairs(const Model& model, const Visits& visits, const Placement& placement, int asleep, State& state, SearchWork& search,
                StepReport& report) noexcept {
   if (!model.searches_pairs) return;
-  PairList pairs(state, search);
+  PairList pairs(state, search, static_cast<int>(state.pairs.size()) - asleep);
   bool complete = true;
   if (!model.listed_pairs.empty()) {
     const ConvexShape::Box* boxes = placement.box.data();

@@ -56,8 +56,9 @@ void eachOverlap(const Model& model, const SearchWork& search, Visit&& visit) no
 void placeShapes(const Model& model, double h, const std::vector<int>& shapes, const State& state, Placement& placement) noexcept;
 
 /// (in realtime) The pairs whose boxes overlap, of the shapes that are visited, in the order of their keys; what a pair remembers comes
-/// along from the last search. Sets kPairsDropped when there are more than the state has room for.
-void findPairs(const Model& model, const Visits& visits, const Placement& placement, State& state, SearchWork& search,
+/// along from the last search. Sets kPairsDropped when there are more than the state has room for beside `asleep` pairs that are kept
+/// elsewhere.
+void findPairs(const Model& model, const Visits& visits, const Placement& placement, int asleep, State& state, SearchWork& search,
                StepReport& report) noexcept;
 
 }  // namespace haptic

@@ -89,6 +89,12 @@ struct StepReport {
   double budget_used = 0;                 ///< evaluations of an implicit island over those it may take, the largest share
 };
 
+/// What a contact gives `StepReport::flags`.
+inline unsigned flagsOf(const ContactReport& contact) noexcept {
+  return (contact.flags & ContactVolume::kCapacityExceeded ? kContactsIncomplete : 0u) |
+         (contact.flags & ContactVolume::kNormalFromHistory ? kNormalRemembered : 0u);
+}
+
 /// All that a step says: public, and read by nothing in the step.
 struct Report {
   StepReport step;                        ///< of the whole world
@@ -101,8 +107,7 @@ struct Report {
 
   /// (in realtime) Adds a contact and what its volume and pressure flag.
   void addContact(const ContactReport& contact, bool clipped) noexcept {
-    if (contact.flags & ContactVolume::kCapacityExceeded) step.flags |= kContactsIncomplete;
-    if (contact.flags & ContactVolume::kNormalFromHistory) step.flags |= kNormalRemembered;
+    step.flags |= flagsOf(contact);
     if (clipped) step.flags |= kPressureClipped;
     contacts.push_back(contact);
   }

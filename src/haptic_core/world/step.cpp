@@ -99,6 +99,7 @@ void dropEnded(const Model& model, State& state, Work& work, Report& report) noe
 void layAside(const Model& model, State& state, Work& work, Report& report) noexcept {
   report.step.implicit_islands += work.asleep.islands();
   report.step.standing += work.asleep.trees();
+  report.step.flags |= work.asleep.flags();
   report.step.finite ? work.asleep.fall(model, state, work, report) : work.asleep.keepAwake();
   report.step.pairs = state.pair_count + work.asleep.pairs();
   report.step.contacts = report.contacts.size() + work.asleep.contacts().size();

@@ -91,6 +91,8 @@ const State& World::state() const {
   impl_->wake();
   return impl_->state;
 }
+const std::vector<double>& World::q() const { return impl_->state.q; }
+const std::vector<double>& World::v() const { return impl_->state.v; }
 const Work& World::work() const { return impl_->work; }
 const StepHistory& World::history() const {
   impl_->wake();

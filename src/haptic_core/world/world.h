@@ -123,6 +123,8 @@ class World {
   // The structs behind, for analysis and tests: what World's functions above read and write.
   const Model& model() const;  ///< constant but for its tuning
   const State& state() const;  ///< between two steps, whole: what sleeps is taken back (stepping/asleep.h)
+  const std::vector<double>& q() const;  ///< State::q; what sleeps goes on to
+  const std::vector<double>& v() const;  ///< State::v, likewise
   const Work& work() const;    ///< scratch: means something only right after a step
 
   /// (in realtime) Between two steps: goes on as the world that `next` was made of, with the state of what stays; `next` then holds the

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "../../scenes/blocks.h"
+#include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
 
@@ -160,6 +161,26 @@ TEST(Resting, NoBoundHoldsWhereAHandPulls) {
   world.setPointerTarget(0, top, Twist{});
   world.step();
   EXPECT_EQ(world.report().energy.stilled, stilled);
+}
+
+/// A body that a hand takes and lets go has to be slow for the whole time once more.
+TEST(Resting, WhatAHandHeldIsNotCalm) {
+  WorldDef def = stack(kBodies, stiffCube(), WorldSettings{});
+  PointerDef hand;
+  hand.articulation = kBodies;
+  hand.link = 0;
+  def.pointers.push_back(hand);
+  World world(def);
+  for (int i = 0; i < 400; ++i) {
+    world.setPointerTarget(0, Pose(Vector3(0, 0, 2)), Twist{});
+    world.step();
+  }
+  const int below = world.model().links[kBodies - 1].articulation, top = world.model().links[kBodies].articulation;
+  ASSERT_EQ(world.state().calm[below], stepping::kCalmSteps);
+  EXPECT_EQ(world.state().calm[top], 0);
+  world.grab(0, kBodies - 1);
+  world.step();
+  EXPECT_EQ(world.state().calm[below], 0);
 }
 
 /// Whether an island stands is no state: a world that is restored in the midst of it goes on bit for bit, and so does one that

@@ -43,7 +43,7 @@ TEST(WorldFaults, MaterialsAreRefusedByNameAndValue) {
   using M = ContactMaterial;
   expectNamed(material(&M::stiffness, -1e6), {"cube", "stiffness", "-1e+06"});
   expectNamed(material(&M::stiffness, 0), {"cube", "stiffness", "0"});
-  expectNamed(material(&M::stiffness, std::numeric_limits<double>::infinity()), {"cube", "stiffness", "inf"});
+  expectNamed(material(&M::stiffness, -std::numeric_limits<double>::infinity()), {"cube", "stiffness", "-inf"});  // rigid: +
   expectNamed(material(&M::tangential_stiffness, -1), {"cube", "tangential_stiffness", "-1"});
   expectNamed(material(&M::damping, -2), {"cube", "damping", "-2"});
   expectNamed(material(&M::dissipation, -3), {"cube", "dissipation", "-3"});
