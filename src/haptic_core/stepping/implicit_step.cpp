@@ -478,7 +478,10 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
 
 /// A stage whose contacts stay what they were at the start of the step. False as soon as they do not.
 bool ImplicitStep::solveSmooth(double g, double left) noexcept {
-  return stage_.solve(g, left, locates_ ? kMostPasses : kSmoothPasses, [this] { return sameContacts(); }) && sameContacts() &&
+  const int room = budget_ - kKeepingEnergy - kEulerPasses - used();
+  if (room < 1) return false;
+  const int passes = locates_ ? std::min(kMostPasses, room) : kSmoothPasses;
+  return stage_.solve(g, left, passes, [this] { return sameContacts(); }) && sameContacts() &&
          (!stage_.hasJoints() || stage_.joints().isSmooth(state_->v.data()));
 }
 
