@@ -106,6 +106,10 @@ void bindScene(py::module_& m) {
       .def_property(
           "gravity", [](const SceneDef& s) { return s.world.settings.gravity; },
           [](SceneDef& s, const Vector3& g) { s.world.settings.gravity = g; }, "in W [m/s²]")
+      .def_property(
+          "accuracy", [](const SceneDef& s) { return s.world.settings.accuracy; },
+          [](SceneDef& s, double share) { s.world.settings.accuracy = share; },
+          "error of position that a step may add, over the way that gravity and its change of speed move a body in it")
       .def_property("integrator", &integratorName, &setIntegrator,
                     "symplectic_euler, velocity_verlet, implicit_euler, sdirk2 or automatic")
       .def("text", &sceneText, "models, links, joints, collisions with their contact values and sources")

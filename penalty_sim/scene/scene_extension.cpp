@@ -171,11 +171,15 @@ void setWorldSetting(const std::string& where, const std::string& name, const st
     std::map<std::string, PressureLaw> kinds;
     for (const PressureKind& kind : kPressureKinds) kinds[kind.name] = kind.law;
     good = choose(value, kinds, settings.pressure_law, known);
+  } else if (name == "accuracy") {
+    good = number && (*numbers)[0] > 0 && (*numbers)[0] <= 1;
+    if (good) settings.accuracy = (*numbers)[0];
+    known = "a share > 0 and ≤ 1 of the way that forces move a body in a step";
   } else if (name == "energy_ledger") {
     good = choose<bool>(value, {{"true", true}, {"false", false}}, settings.energy_ledger, known);
   } else {
     throw SetupError(where, "unknown setting '" + name + "'",
-                     "known: step, substeps, gravity, integrator, contact_model, pressure_law, "
+                     "known: step, substeps, gravity, accuracy, integrator, contact_model, pressure_law, "
                      "energy_ledger");
   }
   if (!good) throw SetupError(where, name + " = '" + value + "'", "write " + known);

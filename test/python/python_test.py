@@ -294,6 +294,9 @@ class Errors(unittest.TestCase):
         self.refuse(lambda: world.aim_pointer(0, 2 * np.eye(4)), "rotation")
         self.refuse(lambda: device.solve_pose([1, 2]), "8", "2")
         self.refuse(lambda: setattr(scene, "integrator", "fast"), "fast", "implicit_euler")
+        self.assertEqual(scene.accuracy, 0.03)
+        scene.accuracy = 2
+        self.refuse(lambda: haptic.World(scene), "accuracy is 2", "<= 1")
         self.refuse(lambda: haptic.Loop("door", rate=0), "rate")
 
 

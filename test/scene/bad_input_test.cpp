@@ -198,6 +198,8 @@ std::vector<BadCase> badCases() {
        {"mu_dynamic", "mu_static"}},
       {"step of 0", robot("<haptic:scene step=\"0\"/>" + boxLink("a")), {"step", "'0'"}},
       {"step of 1 s", robot("<haptic:scene step=\"1\"/>" + boxLink("a")), {"step", "'1'"}},
+      {"accuracy of 0", robot("<haptic:scene accuracy=\"0\"/>" + boxLink("a")), {"accuracy", "'0'", "≤ 1"}},
+      {"accuracy of 2", robot("<haptic:scene accuracy=\"2\"/>" + boxLink("a")), {"accuracy", "'2'"}},
       {"unknown scene setting", robot("<haptic:scene stepp=\"1\"/>" + boxLink("a")), {"stepp", "substeps"}},
       {"pointer to a ghost", robot("<haptic:pointer link=\"ghost\"/>" + boxLink("a")), {"ghost"}},
       {"pointer that is fixed", robot("<haptic:pointer link=\"a\"/>" + boxLink("a")), {"'a'", "fixed"}},
@@ -256,6 +258,11 @@ TEST(BadInput, MendedWithAWarning) {
     const SceneDef scene = loadText(mended.urdf);
     EXPECT_TRUE(mentions(scene.warnings, mended.text)) << sceneText(scene);
   }
+}
+
+TEST(BadInput, ASceneSaysHowExactItsStepsAre) {
+  EXPECT_EQ(loadText(robot(boxLink("a"))).world.settings.accuracy, 0.03);
+  EXPECT_EQ(loadText(robot("<haptic:scene accuracy=\"0.003\"/>" + boxLink("a"))).world.settings.accuracy, 0.003);
 }
 
 /// Damaged files end in a scene or in a SetupError, never otherwise. Deterministic: the generator is seeded.

@@ -15,6 +15,7 @@ class Scene:
     step: float
     substeps: int
     gravity: Array
+    accuracy: float
     integrator: str
     def __init__(self, file_or_name: Union[str, "PathLike[str]"], default_density: float = 0.0, missing_meshes: str = "stop",
                  xacro: list[str] = [], add_pointer: bool = False) -> None: ...
