@@ -138,11 +138,9 @@ double Sweep::safePart(int a, int b) const noexcept {
     meet = timeOfImpact(*A.shape, ma, *B.shape, mb, left_, kClearance * width, direction_A);
     if (meet >= left_) return left_;
   }
-  const Vector3 n = ma.at(meet).R * direction_A;
-  const double rate = approachRate(ma, mb, n);
-  if (rate * left_ <= step) return left_;
+  const double deep = timeOfDepth(*A.shape, ma, *B.shape, mb, meet, left_, step, ma.at(meet).R * direction_A);
   // Up to the touch in one part, from there on by quarters.
-  return meet * rate > step ? meet : std::min(left_, meet + step / rate);
+  return deep < left_ && meet > deep - meet ? meet : deep;
 }
 
 /// The first `h` of `left`, or less: equal parts up to `longest`.

@@ -1,9 +1,10 @@
 /// A step in substeps, and those in parts where something fast comes near something thin.
 ///
 /// Contact volumes know the way out of a body only while less than half of it is inside. So a step in which a body would
-/// move by more than a quarter of what is thin around it is swept first: it ends a little before the first touch, and
-/// from there on goes by quarters of the width until the contact has taken the speed. What is slow, or meets nothing,
-/// costs a comparison of its speed.
+/// move by more than a quarter of what is thin around it is swept first: where it would end more than a quarter of the
+/// width deeper inside another one, it ends a little before the first touch, and from there on goes by such quarters until
+/// the contact has taken the speed. What is slow, or meets nothing, costs a comparison of its speed; what rolls or tips on
+/// another body, two supports of each.
 ///
 /// Each is preceded by what the hands bear and how far the links that they hold may go (hand_bound.h, held_proxy.h): the sweep is
 /// along that way.
@@ -20,7 +21,7 @@ struct State;
 struct Work;
 struct StepReport;
 
-/// Way between two looks at contacts, in widths of the thinner shape [1]. Less than the half that contact volumes can
+/// Way into each other between two looks at a contact, in widths of the thinner shape [1]. Less than the half that contact volumes can
 /// tell inside from outside by, with the same again for what a collision adds to the speed.
 constexpr double kShareOfWidth = 0.25;
 /// Largest turn of a body in contact in one part of an implicit step [rad]: its patch is then still the same one.

@@ -1,5 +1,6 @@
 #include "haptic_core/geometry/pairs/time_of_impact.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "haptic_core/geometry/pairs/shape_distance.h"
@@ -10,6 +11,13 @@ namespace {
 /// Advances of one search. A grazing rod that spins fast may need more: then the time reached so far is returned,
 /// which is early, never late.
 constexpr int kMostAdvances = 60;
+/// Secants of one search, and the least share of its time that one keeps; then the bound of the rate decides.
+constexpr int kMostSecants = 8;
+constexpr double kLeastShare = 0.1;
+
+double overlap(const ConvexShape& A, const Pose& X_WA, const ConvexShape& B, const Pose& X_WB, const Vector3& n) noexcept {
+  return supportHeight(A, X_WA, n) + supportHeight(B, X_WB, -n);
+}
 
 }  // namespace
 
@@ -39,6 +47,21 @@ double timeOfImpact(const ConvexShape& A, const ShapeMotion& a, const ConvexShap
     t += gap / rate;
   }
   return t;
+}
+
+double timeOfDepth(const ConvexShape& A, const ShapeMotion& a, const ConvexShape& B, const ShapeMotion& b,
+                   double from, double h, double depth, const Vector3& n) noexcept {
+  const Pose X_WA = a.at(from), X_WB = b.at(from);
+  const double now = overlap(A, X_WA, B, X_WB, n);
+  const Vector3 n_A = X_WA.R.transpose() * n, n_B = X_WB.R.transpose() * n;
+  double t = h;
+  for (int i = 0; i < kMostSecants; ++i) {
+    const Pose X_A = a.at(t), X_B = b.at(t);
+    const double deeper = std::min(overlap(A, X_A, B, X_B, X_A.R * n_A), overlap(A, X_A, B, X_B, X_B.R * n_B)) - now;
+    if (deeper <= depth) return t;
+    t = from + (t - from) * std::max(kLeastShare, depth / deeper);
+  }
+  return std::min(t, from + depth / approachRate(a, b, n));
 }
 
 }  // namespace haptic

@@ -22,6 +22,13 @@ struct ShapeMotion {
 double timeOfImpact(const ConvexShape& A, const ShapeMotion& a, const ConvexShape& B, const ShapeMotion& b,
                     double h, double clearance, Vector3& direction_A) noexcept;
 
+/// Time in [from, h] up to which the shapes get no more than `depth` [m] deeper into each other than they are at `from`; `n_W` (unit, from
+/// A to B, in W at `from`) points along their contact. No depth is more than the overlap along any direction, so that of two is looked at:
+/// one turns with A, the other with B. At h first: what rolls, tips or turns away, however fast, has all the time. Else by secants, which
+/// may be early. The shapes are asked at the times that it returns, not between them. (in realtime)
+double timeOfDepth(const ConvexShape& A, const ShapeMotion& a, const ConvexShape& B, const ShapeMotion& b,
+                   double from, double h, double depth, const Vector3& n_W) noexcept;
+
 /// Bound of the rate at which two moving shapes approach along the fixed unit direction n (from A to B, in W) [m/s].
 double approachRate(const ShapeMotion& a, const ShapeMotion& b, const Vector3& n_W) noexcept;
 
