@@ -45,7 +45,7 @@ ImplicitStage::ImplicitStage(const Model& model)
   moved_.resize(model.trees.size());
   work_.resize(model.links.size());
   held_by_.resize(model.links.size());
-  X_WS_.resize(model.shapes.size());
+  for (auto* poses : {&X_WS_, &X_last_}) poses->resize(model.shapes.size());
   for (const ModelTree& tree : model.trees) {
     const auto first = std::find_if(model.shapes.begin(), model.shapes.end(),
                                     [&](const ModelShape& shape) { return shape.link >= tree.link; });
@@ -95,6 +95,8 @@ void ImplicitStage::start(double g, double left) noexcept {
   if (has_joints_) joints_.startStage(*state_, q_base.data(), g, v.data());
   contacts_.clear(memory_base.data(), yielding.data(), g, run);
   changed_ = 0;
+  first_ = true;
+  limited = false;
   for (int n = 0; n < island_.tree_count; ++n) moved_[island_.trees[n]] = 1;
   calm_energy_ = std::numeric_limits<double>::infinity();
 }
@@ -226,11 +228,11 @@ double ImplicitStage::keepEnergy(double g) noexcept {
   evaluate(g);
   if (isTooMuch()) {
     setVelocity(calm_, calm <= most ? 1.0 : kSlower, g);
-    evaluate(g);
+    evaluate(g, false);
   }
   if (isTooMuch()) {
     setVelocity(calm_, 0, g);
-    evaluate(g);
+    evaluate(g, false);
   }
   const double lost = most - energy();
   finish(g);
@@ -277,10 +279,8 @@ void ImplicitStage::place(int t, const std::vector<double>& velocity) noexcept {
   }
 }
 
-/// Moves the reference to v: contacts and residual at the poses of the end of the stage, of the trees that
-/// moved.
-void ImplicitStage::evaluate(double g) noexcept {
-  evaluations += island_.pair_count > 0 ? 1 : 0;
+/// Places the trees that moved at the end of the stage.
+void ImplicitStage::move(double g) noexcept {
   for (int n = 0; n < island_.tree_count; ++n) {
     const int t = island_.trees[n];
     if (!moved_[t]) continue;
@@ -289,6 +289,99 @@ void ImplicitStage::evaluate(double g) noexcept {
     integratePositions(*tree.model, q_.data() + tree.q, v.data() + tree.v, g);
     place(t, v);
   }
+}
+
+/// Bound of the way that the pair's shapes go towards one another, of what `v_dot_` holds [m].
+double ImplicitStage::way(const ActivePair& pair, double g) const noexcept {
+  double sum = 0;
+  for (const int shape : {pair.shapeA(), pair.shapeB()}) {
+    const int link = model_.shapes[shape].link;
+    if (problem_.nodeOf(link) >= 0) sum += g * problem_.speedOf(model_.links[link].articulation, v_dot_.data());
+  }
+  return sum;
+}
+
+/// Whether a pair may get too deep between the last reference and v. Leaves their difference in `v_dot_`.
+bool ImplicitStage::mayGetDeep(double g) noexcept {
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const ModelTree& tree = model_.trees[island_.trees[n]];
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) v_dot_[i] = first_ ? v[i] : v[i] - problem_.reference()[i];
+  }
+  return std::any_of(island_.pairs, island_.pairs + island_.pair_count, [&](int i) {
+    const ActivePair& pair = state_->pairs[i];
+    return way(pair, g) > kShareOfWidth * std::min(model_.shapes[pair.shapeA()].width, model_.shapes[pair.shapeB()].width);
+  });
+}
+
+/// The last reference's shapes stay known.
+void ImplicitStage::notePlaces() noexcept {
+  for (int n = 0; n < island_.tree_count; ++n) {
+    const int t = island_.trees[n];
+    const ModelTree& tree = model_.trees[t];
+    if (first_) {
+      std::copy_n(q_base.begin() + tree.q, tree.model->nq(), q_.begin() + tree.q);
+      place(t, v);
+    }
+    std::copy(X_WS_.begin() + first_shape_[t], X_WS_.begin() + first_shape_[t + 1], X_last_.begin() + first_shape_[t]);
+  }
+}
+
+/// From the last reference to where the shape is now, in a time of 1. What hands hold is where it is.
+ShapeMotion ImplicitStage::sinceLast(int s) const noexcept {
+  const ModelShape& shape = model_.shapes[s];
+  ShapeMotion motion;
+  motion.X_WS = X_WS_[s];
+  motion.p_W = X_WS_[s].p;
+  if (problem_.nodeOf(shape.link) < 0) return motion;
+  motion.X_WS = X_last_[s];
+  motion.p_W = X_last_[s] * shape.shape->centre();
+  motion.reach = shape.shape->boundingRadius();
+  motion.V_W.angular = vectorFromRotation(Quaternion(X_WS_[s].R) * Quaternion(X_last_[s].R).conjugate());
+  motion.V_W.linear = X_WS_[s] * shape.shape->centre() - motion.p_W;
+  return motion;
+}
+
+/// Share of the way from the last reference up to which no pair gets too deep.
+double ImplicitStage::shareInDepth(double g) const noexcept {
+  double share = 1;
+  for (int i = 0; i < island_.pair_count; ++i) {
+    const ActivePair& pair = state_->pairs[island_.pairs[i]];
+    const ModelShape &A = model_.shapes[pair.shapeA()], &B = model_.shapes[pair.shapeB()];
+    const double width = std::min(A.width, B.width), depth = kShareOfWidth * width;
+    if (way(pair, g) <= depth) continue;
+    const ShapeMotion a = sinceLast(pair.shapeA()), b = sinceLast(pair.shapeB());
+    if ((a.V_W.linear - b.V_W.linear).norm() + a.V_W.angular.norm() * a.reach + b.V_W.angular.norm() * b.reach <= depth) continue;
+    Vector3 direction_A = a.X_WS.R.transpose() * (b.p_W - a.p_W);
+    double meet = 0;
+    if (first_ ? pair.friction.touching != 0 : contacts_.touches(island_.pairs[i])) {
+      direction_A = pair.cache.normal;
+    } else {
+      meet = timeOfImpact(*A.shape, a, *B.shape, b, 1, kClearance * width, direction_A);
+      if (meet >= 1) continue;
+    }
+    share = std::min(share, timeOfDepth(*A.shape, a, *B.shape, b, meet, 1, depth, a.at(meet).R * direction_A));
+  }
+  return share;
+}
+
+/// Moves the reference to v, or a share of the way: contacts and residual at the poses of the end of the stage, of the trees that
+/// moved. v becomes the reference.
+void ImplicitStage::evaluate(double g, bool may_limit) noexcept {
+  evaluations += island_.pair_count > 0 ? 1 : 0;
+  const bool looks = may_limit && mayGetDeep(g);
+  if (looks) notePlaces();
+  move(g);
+  const double share = looks ? shareInDepth(g) : 1;
+  if (share < 1) {
+    limited = true;
+    for (int n = 0; n < island_.tree_count; ++n) {
+      const ModelTree& tree = model_.trees[island_.trees[n]];
+      for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) v[i] -= (1 - share) * v_dot_[i];
+      moved_[island_.trees[n]] = 1;
+    }
+    move(g);
+  }
+  first_ = false;
   for (std::size_t i = 0; i < couplings.size(); ++i) {
     FrozenCoupling& frozen = problem_.couplings[i];
     frozen.link = couplings[i].link >= 0 && problem_.nodeOf(couplings[i].link) >= 0 ? couplings[i].link : -1;

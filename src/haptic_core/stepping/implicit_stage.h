@@ -9,6 +9,10 @@
 /// what has changed (stage_contacts.h); where nothing has, there is no next pass. At rest, and wherever patches change
 /// little within a step, the stage costs one evaluation and one factorisation.
 ///
+/// Contact volumes know the way out of a body only near its surface. So where a pair would get deeper by more than a quarter of its width
+/// between two references, the reference goes a share of the way to the iterate (`limited`), as in a trust region. It asks no more of
+/// time than it is given: what falls over, or lands, does so within the step.
+///
 /// End. With Δ the change of the last pass and ρ its share of that of the pass before, Δ ρ/(1-ρ) is left. It ends at
 /// `tolerance` times the step's own error: as a speed |v - v_b|, of which implicit Euler errs by half, and a hundredth of
 /// g |gravity|; and -R·p of the last pass, an energy, at the same share of that of these speeds.
@@ -17,6 +21,7 @@
 #include <vector>
 
 #include "haptic_core/dynamics/kinematics.h"
+#include "haptic_core/geometry/pairs/time_of_impact.h"
 #include "haptic_core/stepping/frozen_problem.h"
 #include "haptic_core/stepping/implicit_joints.h"
 #include "haptic_core/stepping/stage_contacts.h"
@@ -71,6 +76,7 @@ class ImplicitStage {
   std::vector<Yielding> yielding;           ///< by pair
   std::vector<ImplicitCoupling> couplings;  ///< by pointer
 
+  bool limited = false;                     ///< a reference of the last solve lay short of its iterate
   double run = 0;                           ///< how long belts have run since `memory_base` [s]: where that is not the base's time
 
   const Island& island() const { return island_; }          ///< of the last `select`
@@ -104,7 +110,13 @@ class ImplicitStage {
   double change(const std::vector<double>& since) noexcept;
   void sinceReference() noexcept;
   double farthest() const noexcept;
-  void evaluate(double g) noexcept;
+  void evaluate(double g, bool may_limit = true) noexcept;
+  void move(double g) noexcept;
+  double way(const ActivePair& pair, double g) const noexcept;
+  bool mayGetDeep(double g) noexcept;
+  void notePlaces() noexcept;
+  ShapeMotion sinceLast(int shape) const noexcept;
+  double shareInDepth(double g) const noexcept;
   bool holds() const noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
   void pull(ImplicitCoupling& coupling) noexcept;
@@ -133,7 +145,8 @@ class ImplicitStage {
   double calm_energy_ = 0;                      ///< of the island at v = calm_, less supply: the least of a reference so far [J]
   std::vector<LinkWork> work_;
   std::vector<int> first_shape_;                ///< by tree, with the end of the last
-  std::vector<Pose> X_WS_;
+  std::vector<Pose> X_WS_, X_last_;              ///< by shape: at the reference, and at the one before
+  bool first_ = true;                            ///< no reference yet: the one before is the base
 };
 
 }  // namespace haptic

@@ -481,7 +481,7 @@ bool ImplicitStep::solveSmooth(double g, double left) noexcept {
   const int room = budget_ - kKeepingEnergy - kEulerPasses - used();
   if (room < 1) return false;
   const int passes = locates_ ? std::min(kMostPasses, room) : kSmoothPasses;
-  return stage_.solve(g, left, passes, [this] { return sameContacts(); }) && sameContacts() &&
+  return stage_.solve(g, left, passes, [this] { return !stage_.limited && sameContacts(); }) && !stage_.limited && sameContacts() &&
          (!stage_.hasJoints() || stage_.joints().isSmooth(state_->v.data()));
 }
 

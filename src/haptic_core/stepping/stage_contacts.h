@@ -81,6 +81,7 @@ class StageContacts {
   /// (in realtime) Of what hands that lead a link, and belts, do to contacts as they stand at the reference [W]; as in `finish`.
   double supply(const Twist* held_way, double step) const noexcept;
   double handsPower() const { return hands_power_; }  ///< what hands put into all that pressed, found by `finish` [W]
+  bool touches(int pair) const { return slot_[pair] >= 0 && contacts_[slot_[pair]].touching; }  ///< so found last
   bool isRough() const { return rough_; }      ///< a patch of the last evaluation has not the exact force
 
  private:

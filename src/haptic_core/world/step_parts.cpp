@@ -11,7 +11,6 @@
 namespace haptic {
 namespace {
 
-constexpr double kClearance = 0.02;  ///< at which a sweep ends, in widths of the thinner shape [1]
 constexpr int kMostParts = 200;      ///< of one substep; then the rest is done at once, flagged
 
 /// The motions over the time left of a substep.
@@ -27,6 +26,7 @@ class Sweep {
  private:
   ShapeMotion motionOf(int shape, bool falls) const noexcept;
   bool anyFast() const noexcept;
+  bool isSolved(int link) const noexcept;
   double safePart(int a, int b) const noexcept;
 
   const Model& model_;
@@ -118,14 +118,21 @@ double Sweep::safePart() noexcept {
   return part;
 }
 
+/// Stays, or is stepped implicitly.
+bool Sweep::isSolved(int link) const noexcept {
+  if (hands_.held_by[link] >= 0) return false;
+  return !model_.links[link].moves || state_.mode[model_.links[link].articulation] == TreeMode::kImplicit;
+}
+
 double Sweep::safePart(int a, int b) const noexcept {
   const ModelShape &A = model_.shapes[a], &B = model_.shapes[b];
-  const double width = std::min(A.width, B.width), step = kShareOfWidth * width;
+  const double width = std::min(A.width, B.width);
   const ActivePair* end = state_.pairs.data() + state_.pair_count;
   const ActivePair* known = std::lower_bound(
       static_cast<const ActivePair*>(state_.pairs.data()), end, ActivePair::keyOf(a, b),
       [](const ActivePair& pair, std::uint64_t key) { return pair.key < key; });
   const bool touching = known != end && known->key == ActivePair::keyOf(a, b) && known->friction.touching != 0;
+  const double step = (isSolved(A.link) && isSolved(B.link) ? kShareOfWidthSolved : kShareOfWidth) * width;
   const ShapeMotion ma = motionOf(a, !touching), mb = motionOf(b, !touching);
   const double most = (ma.V_W.linear - mb.V_W.linear).norm() + ma.V_W.angular.norm() * ma.reach +
                       mb.V_W.angular.norm() * mb.reach;
