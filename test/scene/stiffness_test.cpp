@@ -5,6 +5,7 @@
 
 #include "haptic_core/analysis/hand_certificate.h"
 #include "haptic_core/contact/elastic_layer.h"
+#include "haptic_core/world/state.h"
 #include "haptic_core/world/world.h"
 #include "temporary_files.h"
 

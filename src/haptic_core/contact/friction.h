@@ -79,7 +79,7 @@ struct FrictionMemory {
   ContactPower power;                 ///< [W]
   ContactPower power_rate;            ///< of the same wrench while the bodies speed up [W/s]; explicit steps with a ledger
   double energy = 0;                  ///< in the tangential springs [J]
-  double elastic_energy = 0;          ///< ½ k ∫d² dA [J]; filled when the ledger is kept
+  double elastic_energy = 0;          ///< ½ k ∫d² dA [J]
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {

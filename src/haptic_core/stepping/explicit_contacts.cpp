@@ -99,10 +99,8 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   if (c.force.has_impulse) addKick(link_a, link_b, c.force.impulse_P.rotated(c.X_WP.R), c.X_WP.p, placement, contacts);
   FrictionMemory memory = c.force.memory;
   const bool touched = pair.friction.touching != 0;
-  if (model.settings.energy_ledger) {
-    const double elastic = elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);
-    noteContact(index, pair, c, elastic, memory, contacts.booked);
-  }
+  memory.elastic_energy = elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);  // implicit steps start from it
+  if (model.settings.energy_ledger) noteContact(index, pair, c, contacts.booked);
   pair.friction = memory;
   if (model.settings.integrator == Integrator::kAutomatic) noteStability(model, c, work, pair);
   ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);

@@ -7,16 +7,6 @@
 #include "haptic_core/geometry/volume/contact_moments.h"
 
 namespace haptic {
-namespace {
-
-/// ∫ d² dA: exact for a face (extent = mean), 3 % above it for an edge (twice) and exact for a corner (three
-/// times).
-double estimatedSquares(const ContactVolume& volume) {
-  const double mean = volume.volume / std::max(volume.A0, volume.volume / volume.depth);
-  return volume.volume * mean * (1 + 0.75 * (1 - mean / volume.depth));
-}
-
-}  // namespace
 
 StageContacts::StageContacts(const Model& model, FrozenProblem& problem)
     : model_(model), settings_(model.settings), problem_(problem) {
@@ -138,10 +128,8 @@ void StageContacts::evaluatePair(int index) noexcept {
   contact.touching = true;
   contact.X_WP = found.X_WP;
   contact.force = found.force;
-  // Half of what a contact costs: without the ledger an estimate does, from the volume and its extent.
   const double k = found.law.material.stiffness;
-  contact.elastic = settings_.energy_ledger ? elasticEnergy(model_, found.volume, k, workspace_)
-                                            : 0.5 * k * estimatedSquares(found.volume);
+  contact.elastic = elasticEnergy(model_, found.volume, k, workspace_);
   if (known) before_ = frozen;
   frozen.link_a = model_.shapes[shape_a].link;
   frozen.link_b = model_.shapes[shape_b].link;

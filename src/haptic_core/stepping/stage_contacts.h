@@ -26,7 +26,7 @@ struct ImplicitContact {
   ContactVolume volume;          ///< at the reference
   LocatedForce force;            ///< at the stage's end
   Wrench done_P;         ///< what the stage moved the bodies by, on B at P, in P's axes: `force` up to the solve's tolerance
-  double elastic = 0;    ///< ½ k ∫d² dA [J]; exact with the ledger
+  double elastic = 0;    ///< ½ k ∫d² dA [J]
   double hands_power = 0;  ///< what hands that lead a link put into it [W]
   bool touching = true;  ///< within a solve: still overlaps
 };

@@ -201,7 +201,7 @@ struct WorldSettings {
   /// Error of position that a step may add, over the way that gravity and its change of speed move a body in it [1]; 0 < accuracy ≤ 1.
   /// Smaller: more second order and sub-steps, as far as the budget of a step lasts (stepping/implicit_step.h).
   double accuracy = 0.03;
-  bool energy_ledger = true;                ///< false: no energies are computed or reported, which costs less
+  bool energy_ledger = true;                ///< false: no energies are booked or reported, which costs less; the motion is the same
   int history_steps = 1000;                 ///< last steps kept to look back on (world/step_history.h); 0…100000
   bool leave_out = true;                    ///< false: the general pipeline, for comparison; bit-identical
   ContactMaterial default_material;         ///< for pairs where neither surface gives a value; unset: `DefaultMaterial`

@@ -134,9 +134,8 @@ void book(const BookedContact& contact, const ContactPower& taken, State& state)
 
 }  // namespace
 
-void noteContact(int index, const ActivePair& pair, const ContactEvaluation& c, double elastic_energy,
-                 FrictionMemory& now, BookedContacts& contacts) noexcept {
-  now.elastic_energy = elastic_energy;
+void noteContact(int index, const ActivePair& pair, const ContactEvaluation& c,
+                 BookedContacts& contacts) noexcept {
   BookedContact contact;
   contact.pair = index;
   contact.X_WP = c.X_WP;

@@ -61,10 +61,9 @@ struct LedgerView {
   LedgerSums& sums;      ///< of energies
 };
 
-/// (in realtime) The energy in a contact's springs enters its new memory; its work is booked when the
-/// velocities at the end are known. `pair`: the state's at `index`, as the last evaluation left it.
-void noteContact(int index, const ActivePair& pair, const ContactEvaluation& contact, double elastic_energy,
-                 FrictionMemory& now, BookedContacts& contacts) noexcept;
+/// (in realtime) Keeps a contact until its work is booked, when the velocities at the end are known. `pair`: the state's at `index`, as
+/// the last evaluation left it.
+void noteContact(int index, const ActivePair& pair, const ContactEvaluation& contact, BookedContacts& contacts) noexcept;
 /// (in realtime) A contact that parted inside a step of velocity Verlet: its last force times `time` corrects the kick [s].
 void noteRelease(int index, const ActivePair& pair, double time, BookedContacts& contacts) noexcept;
 
