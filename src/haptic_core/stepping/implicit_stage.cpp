@@ -307,9 +307,11 @@ bool ImplicitStage::mayGetDeep(double g) noexcept {
     const ModelTree& tree = model_.trees[island_.trees[n]];
     for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) v_dot_[i] = first_ ? v[i] : v[i] - problem_.reference()[i];
   }
+  const double most = 2 * g * problem_.speed(v_dot_.data());
   return std::any_of(island_.pairs, island_.pairs + island_.pair_count, [&](int i) {
     const ActivePair& pair = state_->pairs[i];
-    return way(pair, g) > kShareOfWidth * std::min(model_.shapes[pair.shapeA()].width, model_.shapes[pair.shapeB()].width);
+    const double depth = kShareOfWidth * std::min(model_.shapes[pair.shapeA()].width, model_.shapes[pair.shapeB()].width);
+    return most > depth && way(pair, g) > depth;
   });
 }
 
