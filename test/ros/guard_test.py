@@ -67,6 +67,8 @@ class Guard(unittest.TestCase):
             self.driver.send_signal(signal.SIGCONT)
             self.driver.send_signal(signal.SIGINT)
             self.driver.wait(10)
+        for guard in self.guards():  # a test that failed may have left one stopped
+            os.kill(guard, signal.SIGCONT)
         wait_until("the guard ends with its driver", lambda: not self.guards())
         self.boards.close()
         rospy.delete_param("/spidar/driver")  # of this test, not of the next
