@@ -10,8 +10,8 @@
 /// little within a step, the stage costs one evaluation and one factorisation.
 ///
 /// Contact volumes know the way out of a body only near its surface. So where a pair would get deeper by more than a quarter of its width
-/// between two references, the reference goes a share of the way to the iterate (`limited`), as in a trust region. It asks no more of
-/// time than it is given: what falls over, or lands, does so within the step.
+/// between two references, the reference goes a share of the way to the iterate (`limited`), as in a trust region. The step stays whole:
+/// a body that tips over or lands does so within it.
 ///
 /// End. With Δ the change of the last pass and ρ its share of that of the pass before, Δ ρ/(1-ρ) is left. It ends at
 /// `tolerance` times the step's own error: as a speed |v - v_b|, of which implicit Euler errs by half, and a hundredth of

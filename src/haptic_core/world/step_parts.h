@@ -1,10 +1,10 @@
 /// A step in substeps, and those in parts where something fast comes near something thin.
 ///
 /// Contact volumes know the way out of a body only while less than half of it is inside. So a step in which a body would
-/// move by more than a quarter of what is thin around it is swept first: where it would end more than a quarter of the
+/// move by more than a quarter of the least width around it is swept first: where it would end more than a quarter of the
 /// width deeper inside another one, it ends a little before the first touch, and from there on goes by such quarters until
-/// the contact has taken the speed. What is slow, or meets nothing, costs a comparison of its speed; what rolls or tips on
-/// another body, two supports of each.
+/// the contact has taken the speed. Slow bodies, and those that meet none, cost a comparison of their speed; a body that
+/// rolls or tips on another one, two supports of each.
 ///
 /// Each is preceded by what the hands bear and how far the links that they hold may go (hand_bound.h, held_proxy.h): the sweep is
 /// along that way.
@@ -24,8 +24,8 @@ struct StepReport;
 /// Way into each other between two looks at a contact, in widths of the thinner shape [1]. Less than the half that contact volumes can
 /// tell inside from outside by, with the same again for what a collision adds to the speed.
 constexpr double kShareOfWidth = 0.25;
-/// The same between two steps of what is solved implicitly, which looks at contacts several times in a step and limits the way
-/// between two looks itself (stepping/implicit_stage.h). Larger: bullets pass through walls before anything is solved; smaller: a heap
+/// The same in a part of a step, of pairs in implicit islands: their solve looks at contacts in every pass, and limits the way
+/// between two passes itself (stepping/implicit_stage.h). Larger: bullets pass through walls before anything is solved; smaller: a heap
 /// of 100 thin plates that collapses takes 400 steps of 2000 in parts, and its worst step twice as long.
 constexpr double kShareOfWidthSolved = 1;
 /// Gap at which a sweep ends, in widths of the thinner shape [1].

@@ -11,9 +11,8 @@ namespace {
 /// Advances of one search. A grazing rod that spins fast may need more: then the time reached so far is returned,
 /// which is early, never late.
 constexpr int kMostAdvances = 60;
-/// Secants of one search, and the least share of its time that one keeps; then the bound of the rate decides.
+/// Secants of one search; then the bound of the rate decides, which is early, never late.
 constexpr int kMostSecants = 8;
-constexpr double kLeastShare = 0.1;
 
 double overlap(const ConvexShape& A, const Pose& X_WA, const ConvexShape& B, const Pose& X_WB, const Vector3& n) noexcept {
   return supportHeight(A, X_WA, n) + supportHeight(B, X_WB, -n);
@@ -54,14 +53,15 @@ double timeOfDepth(const ConvexShape& A, const ShapeMotion& a, const ConvexShape
   const Pose X_WA = a.at(from), X_WB = b.at(from);
   const double now = overlap(A, X_WA, B, X_WB, n);
   const Vector3 n_A = X_WA.R.transpose() * n, n_B = X_WB.R.transpose() * n;
+  const double rate = approachRate(a, b, n), safe = rate * (h - from) > depth ? from + depth / rate : h;
   double t = h;
-  for (int i = 0; i < kMostSecants; ++i) {
+  for (int i = 0; i < kMostSecants && t > safe; ++i) {
     const Pose X_A = a.at(t), X_B = b.at(t);
     const double deeper = std::min(overlap(A, X_A, B, X_B, X_A.R * n_A), overlap(A, X_A, B, X_B, X_B.R * n_B)) - now;
     if (deeper <= depth) return t;
-    t = from + (t - from) * std::max(kLeastShare, depth / deeper);
+    t = from + (t - from) * depth / deeper;
   }
-  return std::min(t, from + depth / approachRate(a, b, n));
+  return safe;
 }
 
 }  // namespace haptic

@@ -24,8 +24,9 @@ double timeOfImpact(const ConvexShape& A, const ShapeMotion& a, const ConvexShap
 
 /// Time in [from, h] up to which the shapes get no more than `depth` [m] deeper into each other than they are at `from`; `n_W` (unit, from
 /// A to B, in W at `from`) points along their contact. No depth is more than the overlap along any direction, so that of two is looked at:
-/// one turns with A, the other with B. At h first: what rolls, tips or turns away, however fast, has all the time. Else by secants, which
-/// may be early. The shapes are asked at the times that it returns, not between them. (in realtime)
+/// one turns with A, the other with B. At h first: a body that rolls, tips or turns away, however fast, has all the time. Else by secants
+/// down to the time that the approach rate leaves, which may be early. The depth holds at the time that it returns, not at all before. (in
+/// realtime)
 double timeOfDepth(const ConvexShape& A, const ShapeMotion& a, const ConvexShape& B, const ShapeMotion& b,
                    double from, double h, double depth, const Vector3& n_W) noexcept;
 
