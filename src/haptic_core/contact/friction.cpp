@@ -121,24 +121,35 @@ double arcBeyondChord(const Vector3& turned) {
 /// The patch's way over A less its way over B, of which B slips on A: as it moves within a step or rolls over both. With E the
 /// motion since the anchor, of A's axes and points, the patch's chord on B is seen from half of E's rotation, so that what rolls
 /// forth and back returns; and arcs are as long as their chord and the normals at their ends make them: exact for what is flat or
-/// round. u = axis · sin of half the angle, w its cosine.
-Displaced displacedFrom(const FrictionAnchor& anchor, const Pose& X_AB, const Pose& X_AP) {
+/// round.
+Displaced displacedFrom(const FrictionAnchor& anchor, const SharedTurn& turn, const Pose& X_AB, const Pose& X_AP) {
   const Matrix3 E = X_AB.R * anchor.X_AB.R.transpose();
-  const Quaternion half(E);
-  const double sign = half.w() < 0 ? -1 : 1, w = sign * half.w();
-  const Vector3 u = sign * half.vec(), n = X_AP.R.col(2);
+  const double w = turn.halfCosine();
+  const Vector3 &u = turn.halfAxis(), n = X_AP.R.col(2);
   const Vector3 shift = X_AB.p - E * anchor.X_AB.p, way = X_AP.p - anchor.point_A;
   const Vector3 chords = u.cross(X_AP.p + anchor.point_A - shift) + shift + u.cross(u.cross(shift - way)) / (1 + w);
   const Vector3 slip = chords + arcBeyondChord(n - anchor.normal_A) * way - arcBeyondChord(n - E * anchor.normal_A) * (way - chords);
   const double sine2 = u.squaredNorm();
   const double stretch = sine2 < 1e-6 ? 2 + sine2 / 3 : 2 * elementary::atan2(std::sqrt(sine2), w) / std::sqrt(sine2);
-  // What was held then turns with n.
-  const Vector3& n0 = anchor.normal_A;
-  const Vector3 held = anchor.slip_A - n.dot(anchor.slip_A) / std::max(1.0, 1 + n.dot(n0)) * (n + n0);
-  return {held + slip, anchor.twist + stretch * u.dot(n), 4 * sine2 >= kMostTurn * kMostTurn};
+  // What was held goes with both bodies, and then turns with n.
+  const Vector3 n0 = turn.toA(anchor.normal_A), before = turn.toA(anchor.slip_A);
+  const Vector3 held = before - n.dot(before) / std::max(1.0, 1 + n.dot(n0)) * (n + n0);
+  return {held + turn.halfway(slip), anchor.twist + stretch * u.dot(n), 4 * sine2 >= kMostTurn * kMostTurn};
 }
 
 }  // namespace
+
+SharedTurn::SharedTurn(const FrictionAnchor& anchor, const Pose& X_AB) {
+  const Quaternion turn(X_AB.R * anchor.X_AB.R.transpose());
+  const double sign = turn.w() < 0 ? -1 : 1;
+  w_ = sign * turn.w();
+  u_ = sign * turn.vec();
+}
+
+Vector3 SharedTurn::halfway(const Vector3& v) const {
+  const double cosine = std::sqrt(0.5 * (1 + w_));  // of a quarter of the angle
+  return turned(v, u_ / (2 * cosine), cosine);
+}
 
 Vector3 FrictionLayer::strain(const Vector3& rate, double time) const noexcept {
   return stiffness * (before + time * rate) + damping * (rate + rest);
@@ -270,14 +281,15 @@ class Evaluation {
 void Evaluation::load(const Pose& X_AB, const Twist& V, FrictionForce& out) {
   const bool torsion = law_.torsion;  // a law that does not resist a twist must not remember one
   rate_ = {V.linear.head<2>(), torsion ? V.angular.z() : 0.0};
-  old_rate_ = fresh_ ? rate_ : Planar{(R_PA_ * memory_.rate_A).head<2>(), torsion ? memory_.spin : 0.0};
-  before_ = fresh_ ? Planar{} : Planar{(R_PA_ * memory_.slip_A).head<2>(), torsion ? memory_.twist : 0.0};
+  if (!fresh_) out.since = SharedTurn(memory_.anchor, X_AB);
+  old_rate_ = fresh_ ? rate_ : Planar{(R_PA_ * out.since.toA(memory_.rate_M)).head<2>(), torsion ? memory_.spin : 0.0};
+  before_ = fresh_ ? Planar{} : Planar{(R_PA_ * out.since.toA(memory_.slip_M)).head<2>(), torsion ? memory_.twist : 0.0};
   slip_ = before_ + rate_ * advance_.time;  // where nothing was, or nothing moves
   out.renewed = fresh_ || (slid_ && solving_);
   seen_ = rate_;
   // What slides in a solve holds what slides, wherever it began: there the way is the rate's, which the solve is linear in.
   if (!out.renewed && advance_.time > 0) {
-    const Displaced now = displacedFrom(memory_.anchor, X_AB, contact_.X_AP);
+    const Displaced now = displacedFrom(memory_.anchor, out.since, X_AB, contact_.X_AP);
     const Vector3 carried = advance_.carried();
     slip_ = {(R_PA_ * now.slip_A).head<2>() + carried.head<2>(), torsion ? now.twist + carried.z() : 0.0};
     out.renewed = now.turned;
@@ -354,7 +366,7 @@ void Evaluation::bringBack(const Planar& held, FrictionForce& out) {
 void Evaluation::correctYield(const LimitEllipsoid& now, const Planar& held, FrictionForce& out) const {
   const double load1 = now.load(trial_);
   const double alpha = std::clamp((1 - memory_.load) / std::max(load1 - memory_.load, 1e-300), 0.0, 1.0);
-  const Planar f0{(R_PA_ * memory_.force_A).head<2>(), memory_.torque};
+  const Planar f0{(R_PA_ * out.since.toA(memory_.force_M)).head<2>(), memory_.torque};
   const Planar missed = (f0 * (alpha - 1) + held * alpha + force_ * (1 - 2 * alpha)) * (0.5 * advance_.time);
   out.event = alpha;
   out.impulse = missed.force;

@@ -58,16 +58,40 @@ struct FrictionAnchor {
   }
 };
 
+/// How B has turned against A since an anchor, and the axes M that share the turn: A's axes of the anchor, turned by half of it. What a
+/// pair remembers goes with M, with neither of the bodies: which one is A decides nothing.
+class SharedTurn {
+ public:
+  SharedTurn() = default;                                         ///< none: M's axes are A's
+  SharedTurn(const FrictionAnchor& anchor, const Pose& X_AB);     ///< X_AB: of B's shape in A's, now
+
+  Vector3 toA(const Vector3& v_M) const { return turned(v_M, u_, w_); }   ///< into A's axes now
+  Vector3 toM(const Vector3& v_A) const { return turned(v_A, -u_, w_); }  ///< from A's axes now
+  /// By half of M's turn, into A's axes now: of a way that began in A's axes of the anchor and in B's alike.
+  Vector3 halfway(const Vector3& v) const;
+  const Vector3& halfAxis() const { return u_; }  ///< axis times the sine of half the angle, in A's axes [1]
+  double halfCosine() const { return w_; }        ///< cosine of half the angle [1]
+
+ private:
+  /// By an angle of which |s| is the sine and c the cosine, about s.
+  static Vector3 turned(const Vector3& v, const Vector3& s, double c) {
+    const Vector3 across = s.cross(v);
+    return v + across + s.cross(across) / (1 + c);
+  }
+  Vector3 u_ = Vector3::Zero();
+  double w_ = 1;
+};
+
 /// A touch at the end of a step has its impact in the next: `FrictionMemory::began` there.
 inline constexpr double kStillBegins = 0.5;
 
-/// What a pair remembers of its contact: state of the world. Vectors in A's axes, at the last evaluation.
+/// What a pair remembers of its contact: state of the world. Vectors at the last evaluation, in axes M since the anchor (`SharedTurn`).
 struct FrictionMemory {
   FrictionAnchor anchor;              ///< where slip is measured from
-  Vector3 normal_A = Vector3::Zero(); ///< n
-  Vector3 slip_A = Vector3::Zero();   ///< elastic displacement of B against A at the patch [m]
-  Vector3 rate_A = Vector3::Zero();   ///< slip velocity [m/s]
-  Vector3 force_A = Vector3::Zero();  ///< friction on B [N]
+  Vector3 normal_A = Vector3::Zero(); ///< n, in A's axes
+  Vector3 slip_M = Vector3::Zero();   ///< elastic displacement of B against A at the patch [m]
+  Vector3 rate_M = Vector3::Zero();   ///< slip velocity [m/s]
+  Vector3 force_M = Vector3::Zero();  ///< friction on B [N]
   double twist = 0;                   ///< elastic rotation of B against A about n [rad]
   double spin = 0;                    ///< ω about n [rad/s]
   double torque = 0;                  ///< of friction on B about n [N·m]
@@ -83,7 +107,7 @@ struct FrictionMemory {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.anchor), visit(s.normal_A), visit(s.slip_A), visit(s.rate_A), visit(s.force_A);
+    visit(s.anchor), visit(s.normal_A), visit(s.slip_M), visit(s.rate_M), visit(s.force_M);
     visit(s.twist), visit(s.spin), visit(s.torque), visit(s.load), visit(s.area), visit(s.torsion);
     visit(s.sliding), visit(s.touching), visit(s.began), visit(s.power), visit(s.power_rate);
     visit(s.energy), visit(s.elastic_energy);
@@ -179,6 +203,7 @@ struct FrictionForce {
   FrictionLayer layer;                      ///< the law that gave it, where `yielding` is one of solves
   FrictionAnchor trial;                     ///< here and now, with what the layer would hold if it did not yield
   bool renewed = false;                     ///< `trial`, less what yielded, is the anchor from here on; else the old one stays
+  SharedTurn since;                         ///< the old anchor
 };
 
 /// (in realtime) A pure function. X_AB: of B's shape in A's. `V`: twist of B relative to A at P, in P's axes.

@@ -106,18 +106,20 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   out.layer = friction.layer;
   out.trial = friction.trial;
   out.renewed = friction.renewed;
+  out.since = friction.since;
 
   const Matrix3& R_AP = contact.X_AP.R;
   const double A0 = layerArea(contact), J = torsionArea(contact), kt = law.material.tangential_stiffness;
   FrictionMemory& next = out.memory;
   next.normal_A = R_AP.col(2);
-  next.slip_A = R_AP.leftCols<2>() * friction.slip;
+  const Vector3 slip_A = R_AP.leftCols<2>() * friction.slip;
+  next.slip_M = out.toM(slip_A);
   next.anchor = memory.anchor;
   next.anchor.slip_A += R_AP.leftCols<2>() * advance.carried().head<2>();
   next.anchor.twist += advance.carried().z();
-  if (friction.renewed) next.anchor = {X_AB, contact.X_AP.p, next.normal_A, next.slip_A, friction.twist};
-  next.rate_A = R_AP.leftCols<2>() * V.linear.head<2>();
-  next.force_A = R_AP.leftCols<2>() * friction.force;
+  if (friction.renewed) next.anchor = {X_AB, contact.X_AP.p, next.normal_A, slip_A, friction.twist};
+  next.rate_M = out.toM(R_AP.leftCols<2>() * V.linear.head<2>());
+  next.force_M = out.toM(R_AP.leftCols<2>() * friction.force);
   next.twist = friction.twist;
   next.spin = V.angular.z();
   next.torque = friction.torque;

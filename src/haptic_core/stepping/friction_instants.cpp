@@ -14,12 +14,12 @@ constexpr int kMostLocations = 12;
 
 /// Power of two slips (translation and spin) in the metric of the friction layer, per its stiffness.
 double product(const FrictionMemory& metric, const FrictionMemory& a, const FrictionMemory& b) {
-  return metric.area * a.rate_A.dot(b.rate_A) + metric.torsion * a.spin * b.spin;
+  return metric.area * a.rate_M.dot(b.rate_M) + metric.torsion * a.spin * b.spin;
 }
 
 void slide(FrictionMemory& memory) {
   memory.sliding = 1;
-  memory.rate_A = memory.slip_A;
+  memory.rate_M = memory.slip_M;
   memory.spin = memory.twist;
 }
 
@@ -30,7 +30,8 @@ void slide(FrictionMemory& memory) {
 double ImplicitStep::violation(const ImplicitContact& c) const noexcept {
   if (stage_.yielding[c.pair] == Yielding::kNever) return c.force.memory.load - 1;
   if (stage_.yielding[c.pair] != Yielding::kDragged) return -1;
-  const FrictionMemory& start = state_->pairs[c.pair].friction;
+  FrictionMemory start = state_->pairs[c.pair].friction;
+  start.rate_M = c.force.inNewAxes(start.rate_M);
   const double size = product(start, start, start);
   return size > 0 ? -product(start, start, c.force.memory) / size : 0;
 }

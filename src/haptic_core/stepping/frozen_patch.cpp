@@ -349,16 +349,17 @@ void FrozenPatch::carry(const Vector6& V, const Pose& X_AP, LocatedForce& out,
   const bool yields = friction.outside || !(limit > 0);
   out.yielded = yields ? Vector3(friction_.before + g_ * slipRate(V) - slip) : Vector3::Zero();
   const auto tangents = X_AP.R.leftCols<2>();
-  m.slip_A = tangents * slip.head<2>();
+  out.renewed |= yields;
+  m.slip_M = out.toM(tangents * slip.head<2>());
   m.twist = slip[2];
-  if (yields || out.renewed) {
+  if (out.renewed) {
     m.anchor = out.trial;
     m.anchor.slip_A -= tangents * out.yielded.head<2>();
     m.anchor.twist -= out.yielded[2];
   }
-  m.rate_A = tangents * Vector2(V[3], V[4]);
+  m.rate_M = out.toM(tangents * Vector2(V[3], V[4]));
   m.spin = V[2];
-  m.force_A = tangents * friction.force.head<2>();
+  m.force_M = out.toM(tangents * friction.force.head<2>());
   m.torque = friction.force[2];
   m.load = friction_.load(friction, limit);
   m.sliding = friction.outside ? 1 : 0;

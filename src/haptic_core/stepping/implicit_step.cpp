@@ -436,7 +436,8 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
     const FrictionMemory &s0 = state_->pairs[c.pair].friction, &s1 = c.force.memory;
     FrictionMemory& base = stage_.memory_base[c.pair];
     base = s1;
-    base.slip_A = s0.slip_A + kNext * (s1.slip_A - s0.slip_A);
+    const Vector3 slip_M = c.force.inNewAxes(s0.slip_M);
+    base.slip_M = slip_M + kNext * (s1.slip_M - slip_M);
     base.twist = s0.twist + kNext * (s1.twist - s0.twist);
     // Poses say how far the bodies are by the second stage; what yielded goes on from the first.
     const Vector3 more = (1 - kNext) * c.force.yielded;
@@ -444,7 +445,7 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
     base.anchor.twist += more[2];
     base.area = std::max(0.0, s0.area + kNext * (s1.area - s0.area));
     base.torsion = std::max(0.0, s0.torsion + kNext * (s1.torsion - s0.torsion));
-    base.rate_A = s0.rate_A;
+    base.rate_M = c.force.inNewAxes(s0.rate_M);
     base.spin = s0.spin;
     base.sliding = s0.sliding;
   }

@@ -41,7 +41,7 @@ TEST_F(Friction, SlidesWithMuOnceItHadToHoldMoreThanMuStatic) {
     const double expected = share < 1 ? share * law_.material.mu_static : law_.material.mu_dynamic;
     EXPECT_NEAR((F.F_BP_P.force.head<2>() + expected * load() * direction.head<2>()).norm(), 0, 1e-9 * load()) << share;
     // The springs hold what slides, no more.
-    EXPECT_NEAR(F.memory.slip_A.norm(), expected * load() / (kt * kArea), 1e-9 * h);
+    EXPECT_NEAR(F.memory.slip_M.norm(), expected * load() / (kt * kArea), 1e-9 * h);
   }
 }
 
