@@ -13,6 +13,12 @@ namespace {
 /// lever multiplies it by up to four, and one is the limit.
 constexpr double kStrongDamper = 0.15;
 
+/// Largest eigenvalue of the block of a symmetric D at (i, i): whichever way P's axes lie in their plane.
+double largestOfPlane(const Matrix6& D, int i) noexcept {
+  const double half = 0.5 * (D(i, i) - D(i + 1, i + 1)), off = D(i, i + 1);
+  return 0.5 * (D(i, i) + D(i + 1, i + 1)) + std::sqrt(half * half + off * off);
+}
+
 /// Lower L with L Lᵀ = A for a positive semidefinite A; columns without a pivot are zero.
 Matrix6 semidefiniteFactor(const Matrix6& A) noexcept {
   Matrix6 L = Matrix6::Zero();
@@ -83,7 +89,7 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
   const int link_a = model.shapes[pair.shapeA()].link, link_b = model.shapes[pair.shapeB()].link;
   const int parts = std::max({1, work.contacts.on_link[link_a], work.contacts.on_link[link_b]});
   const double area = layerArea(c.volume);
-  const double stiffest = std::max({D(5, 5), D(3, 3), D(4, 4), D(0, 0) / area, D(1, 1) / area});
+  const double stiffest = std::max({D(5, 5), largestOfPlane(D, 3), largestOfPlane(D, 0) / area});
   if (parts * advance.time * stiffest < kStrongDamper * c.law.reduced_mass) return;
   Matrix6 W = Matrix6::Zero();
   addMobility(model, work, link_a, c.X_WP, W);
