@@ -33,7 +33,8 @@ constexpr double kSlower = 0.3;
 }  // namespace
 
 ImplicitStage::ImplicitStage(const Model& model)
-    : model_(model), settings_(model.settings), joints_(model), problem_(model), contacts_(model, problem_) {
+    : model_(model), settings_(model.settings), joints_(model), problem_(model), contacts_(model, problem_),
+      limit_(model, problem_, contacts_) {
   couplings.resize(model.pointers.size());
   problem_.couplings.resize(model.pointers.size());
   q_base.resize(model.nq);
@@ -45,7 +46,7 @@ ImplicitStage::ImplicitStage(const Model& model)
   moved_.resize(model.trees.size());
   work_.resize(model.links.size());
   held_by_.resize(model.links.size());
-  for (auto* poses : {&X_WS_, &X_last_}) poses->resize(model.shapes.size());
+  X_WS_.resize(model.shapes.size());
   for (const ModelTree& tree : model.trees) {
     const auto first = std::find_if(model.shapes.begin(), model.shapes.end(),
                                     [&](const ModelShape& shape) { return shape.link >= tree.link; });
@@ -291,32 +292,13 @@ void ImplicitStage::move(double g) noexcept {
   }
 }
 
-/// Bound of the way that the pair's shapes go towards one another, of what `v_dot_` holds [m].
-double ImplicitStage::way(const ActivePair& pair, double g) const noexcept {
-  double sum = 0;
-  for (const int shape : {pair.shapeA(), pair.shapeB()}) {
-    const int link = model_.shapes[shape].link;
-    if (problem_.nodeOf(link) >= 0) sum += g * problem_.speedOf(model_.links[link].articulation, v_dot_.data());
-  }
-  return sum;
-}
-
-/// Whether a pair may get too deep between the last reference and v. Leaves their difference in `v_dot_`.
+/// v less the last reference's, or v, into `v_dot_`: whether a pair may get too deep on that way. Then the last reference's shapes are noted.
 bool ImplicitStage::mayGetDeep(double g) noexcept {
   for (int n = 0; n < island_.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island_.trees[n]];
     for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) v_dot_[i] = first_ ? v[i] : v[i] - problem_.reference()[i];
   }
-  const double most = 2 * g * problem_.speed(v_dot_.data());
-  return std::any_of(island_.pairs, island_.pairs + island_.pair_count, [&](int i) {
-    const ActivePair& pair = state_->pairs[i];
-    const double depth = kShareOfWidth * std::min(model_.shapes[pair.shapeA()].width, model_.shapes[pair.shapeB()].width);
-    return most > depth && way(pair, g) > depth;
-  });
-}
-
-/// The last reference's shapes stay known.
-void ImplicitStage::notePlaces() noexcept {
+  if (!limit_.mayBePassed(island_, *state_, v_dot_.data(), g)) return false;
   for (int n = 0; n < island_.tree_count; ++n) {
     const int t = island_.trees[n];
     const ModelTree& tree = model_.trees[t];
@@ -324,46 +306,9 @@ void ImplicitStage::notePlaces() noexcept {
       std::copy_n(q_base.begin() + tree.q, tree.model->nq(), q_.begin() + tree.q);
       place(t, v);
     }
-    std::copy(X_WS_.begin() + first_shape_[t], X_WS_.begin() + first_shape_[t + 1], X_last_.begin() + first_shape_[t]);
+    limit_.note(X_WS_.data(), first_shape_[t], first_shape_[t + 1]);
   }
-}
-
-/// From the last reference to where the shape is now, in a time of 1. What hands hold is where it is.
-ShapeMotion ImplicitStage::sinceLast(int s) const noexcept {
-  const ModelShape& shape = model_.shapes[s];
-  ShapeMotion motion;
-  motion.X_WS = X_WS_[s];
-  motion.p_W = X_WS_[s].p;
-  if (problem_.nodeOf(shape.link) < 0) return motion;
-  motion.X_WS = X_last_[s];
-  motion.p_W = X_last_[s] * shape.shape->centre();
-  motion.reach = shape.shape->boundingRadius();
-  motion.V_W.angular = vectorFromRotation(Quaternion(X_WS_[s].R) * Quaternion(X_last_[s].R).conjugate());
-  motion.V_W.linear = X_WS_[s] * shape.shape->centre() - motion.p_W;
-  return motion;
-}
-
-/// Share of the way from the last reference up to which no pair gets too deep.
-double ImplicitStage::shareInDepth(double g) const noexcept {
-  double share = 1;
-  for (int i = 0; i < island_.pair_count; ++i) {
-    const ActivePair& pair = state_->pairs[island_.pairs[i]];
-    const ModelShape &A = model_.shapes[pair.shapeA()], &B = model_.shapes[pair.shapeB()];
-    const double width = std::min(A.width, B.width), depth = kShareOfWidth * width;
-    if (way(pair, g) <= depth) continue;
-    const ShapeMotion a = sinceLast(pair.shapeA()), b = sinceLast(pair.shapeB());
-    if ((a.V_W.linear - b.V_W.linear).norm() + a.V_W.angular.norm() * a.reach + b.V_W.angular.norm() * b.reach <= depth) continue;
-    Vector3 direction_A = a.X_WS.R.transpose() * (b.p_W - a.p_W);
-    double meet = 0;
-    if (first_ ? pair.friction.touching != 0 : contacts_.touches(island_.pairs[i])) {
-      direction_A = pair.cache.normal;
-    } else {
-      meet = timeOfImpact(*A.shape, a, *B.shape, b, 1, kClearance * width, direction_A);
-      if (meet >= 1) continue;
-    }
-    share = std::min(share, timeOfDepth(*A.shape, a, *B.shape, b, meet, 1, depth, a.at(meet).R * direction_A));
-  }
-  return share;
+  return true;
 }
 
 /// Moves the reference to v, or a share of the way: contacts and residual at the poses of the end of the stage, of the trees that
@@ -371,9 +316,8 @@ double ImplicitStage::shareInDepth(double g) const noexcept {
 void ImplicitStage::evaluate(double g, bool may_limit) noexcept {
   evaluations += island_.pair_count > 0 ? 1 : 0;
   const bool looks = may_limit && mayGetDeep(g);
-  if (looks) notePlaces();
   move(g);
-  const double share = looks ? shareInDepth(g) : 1;
+  const double share = looks ? limit_.share(island_, *state_, X_WS_.data(), v_dot_.data(), g, first_) : 1;
   if (share < 1) {
     limited = true;
     for (int n = 0; n < island_.tree_count; ++n) {

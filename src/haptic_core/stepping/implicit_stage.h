@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "haptic_core/dynamics/kinematics.h"
-#include "haptic_core/geometry/pairs/time_of_impact.h"
+#include "haptic_core/stepping/depth_limit.h"
 #include "haptic_core/stepping/frozen_problem.h"
 #include "haptic_core/stepping/implicit_joints.h"
 #include "haptic_core/stepping/stage_contacts.h"
@@ -112,11 +112,7 @@ class ImplicitStage {
   double farthest() const noexcept;
   void evaluate(double g, bool may_limit = true) noexcept;
   void move(double g) noexcept;
-  double way(const ActivePair& pair, double g) const noexcept;
   bool mayGetDeep(double g) noexcept;
-  void notePlaces() noexcept;
-  ShapeMotion sinceLast(int shape) const noexcept;
-  double shareInDepth(double g) const noexcept;
   bool holds() const noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
   void pull(ImplicitCoupling& coupling) noexcept;
@@ -129,6 +125,7 @@ class ImplicitStage {
   ImplicitJoints joints_;
   FrozenProblem problem_;
   StageContacts contacts_;
+  DepthLimit limit_;
   bool has_joints_ = false, island_jointed_ = false;
   bool fixed_placed_ = false;            ///< the links that never move are where they are
   StageTolerance tolerance_;             ///< of the last pass
@@ -145,7 +142,7 @@ class ImplicitStage {
   double calm_energy_ = 0;                      ///< of the island at v = calm_, less supply: the least of a reference so far [J]
   std::vector<LinkWork> work_;
   std::vector<int> first_shape_;                ///< by tree, with the end of the last
-  std::vector<Pose> X_WS_, X_last_;              ///< by shape: at the reference, and at the one before
+  std::vector<Pose> X_WS_;                       ///< by shape: at the reference
   bool first_ = true;                            ///< no reference yet: the one before is the base
 };
 

@@ -100,6 +100,7 @@ void StageContacts::evaluatePair(int index) noexcept {
   ActivePair& pair = state_->pairs[index];
   const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
   const Pose X_AB = relativePose(places_.X_WS[shape_a], places_.X_WS[shape_b]);
+  const auto separating = [&]() -> Vector3 { return places_.X_WS[shape_a].R.transpose() * pair.cache.direction; };  // in A's axes
   Advance advance;
   advance.time = g_;
   advance.yielding = yielding_[index];
@@ -109,12 +110,12 @@ void StageContacts::evaluatePair(int index) noexcept {
   int& slot = slot_[index];
   if (!evaluateContact(model_, *seams_, index, pair, places_, memory_[index], advance, workspace_, found)) {
     gap_[index] = -found.volume.depth;
-    if (reach_ > 0 && lookAtFaces(index, X_AB, pair.cache.direction)) {
+    if (reach_ > 0 && lookAtFaces(index, X_AB, separating())) {
       if (slot >= 0) leave(slot);
       return;
     }
     if (slot >= 0) part(slot);
-    if (reach_ > 0) lookAhead(index, X_AB, pair.cache.direction);
+    if (reach_ > 0) lookAhead(index, X_AB, separating());
     return;
   }
   const bool known = slot >= 0;
@@ -221,7 +222,8 @@ void StageContacts::lookAhead(int index, const Pose& X_AB, const Vector3& n) noe
   const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
   if (near_[index] >= 0) leave(near_[index]);
   if (!(n.squaredNorm() > 0)) return;
-  PairCache cache = pair.cache;
+  PairCache ahead = pair.cache;  // what a look ahead leaves in it is not the world's
+  CacheInA cache(ahead, places_.X_WS[shape_a].R);
   ContactVolume near;
   contactVolume(*model_.shapes[shape_a].shape, *model_.shapes[shape_b].shape, Pose(X_AB.R, X_AB.p - reach_ * n),
                 cache, workspace_, near);

@@ -12,10 +12,10 @@ namespace {
 constexpr int kKept = 16;
 
 /// The moments of a polyhedron V that is there already, about the normal of the request. False: there are none.
-bool turnTo(const ContactRequest& request, ActivePair& pair, ContactWorkspace& workspace, const Pose& X_AB, ContactVolume& out) noexcept {
+bool turnTo(const ContactRequest& request, PairCache& cache, ContactWorkspace& workspace, const Pose& X_AB, ContactVolume& out) noexcept {
   if (workspace.round().filled) return false;
   out.flags &= ContactVolume::kCapacityExceeded;
-  return integrateContact(workspace, nullptr, nullptr, X_AB, pair.cache, request, out);
+  return integrateContact(workspace, nullptr, nullptr, X_AB, cache, request, out);
 }
 
 bool same(const Pose& a, const Pose& b) { return a.R == b.R && a.p == b.p; }
@@ -74,7 +74,8 @@ void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_W
     Kept& kept = kept_[i];
     ContactVolume& volume = kept.volume;
     kept.X_AB = relativePose(X_WS[a], X_WS[b]);
-    contactVolume(*model_.shapes[a].shape, *model_.shapes[b].shape, kept.X_AB, pairs[i].cache, workspace, volume,
+    CacheInA cache(pairs[i].cache, X_WS[a].R);
+    contactVolume(*model_.shapes[a].shape, *model_.shapes[b].shape, kept.X_AB, cache, workspace, volume,
                   {NormalRule::kAreaVector, model_.inner(a, b), Vector3::Zero()});
     kept.V = nullptr;
     kept.known = volume.status != ContactVolume::Status::kOverlap;
@@ -143,13 +144,14 @@ bool Seams::locatePart(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_
   else
     request.inner = model_.inner(a, b);
   const ConvexShape &A = *model_.shapes[a].shape, &B = *model_.shapes[b].shape;
+  CacheInA cache(pair.cache, X_WA.R);
   if (any_ && kept_[i].known && same(kept_[i].X_AB, X_AB)) {
     kept_[i].known = false;
     out = kept_[i].volume;
     if (kept_[i].V) workspace.exchange(*kept_[i].V);
-    if (!flush || turnTo(request, pair, workspace, X_AB, out)) return flush;
+    if (!flush || turnTo(request, cache, workspace, X_AB, out)) return flush;
   }
-  contactVolume(A, B, X_AB, pair.cache, workspace, out, request);
+  contactVolume(A, B, X_AB, cache, workspace, out, request);
   return flush;
 }
 

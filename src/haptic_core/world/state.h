@@ -47,10 +47,34 @@ enum class TreeMode : unsigned char {
   kImplicit
 };
 
+/// A pair's cache whose directions stay in W, in A's axes while this lives; written back where they changed, to the last bit.
+class CacheInA {
+ public:
+  CacheInA(PairCache& cache_W, const Matrix3& R_WA) : cache_W_(cache_W), R_WA_(R_WA), before_(cache_W) {
+    before_.direction = R_WA.transpose() * cache_W.direction;
+    before_.normal = R_WA.transpose() * cache_W.normal;
+    cache_ = before_;
+  }
+  ~CacheInA() {
+    if (cache_.direction != before_.direction) cache_W_.direction = R_WA_ * cache_.direction;
+    if (cache_.normal != before_.normal) cache_W_.normal = R_WA_ * cache_.normal;
+    cache_W_.vertex_a = cache_.vertex_a;
+    cache_W_.vertex_b = cache_.vertex_b;
+  }
+  CacheInA(const CacheInA&) = delete;
+  CacheInA& operator=(const CacheInA&) = delete;
+  operator PairCache&() { return cache_; }  ///< as geometry asks for it
+
+ private:
+  PairCache& cache_W_;
+  const Matrix3& R_WA_;
+  PairCache before_, cache_;
+};
+
 /// Two shapes whose boxes overlap, with what they remember.
 struct ActivePair {
   std::uint64_t key = 0;  ///< shape A in the upper, shape B in the lower 32 bits; A < B
-  PairCache cache;            ///< of the search and of the normal
+  PairCache cache;            ///< of the search and of the normal, its directions in W: they turn with neither body (`CacheInA`)
   FrictionMemory friction;    ///< of the patch
   ReleaseMemory release;      ///< for the instant at which it parts
   StabilityMemory stability;  ///< for the choice of steps

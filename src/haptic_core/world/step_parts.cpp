@@ -137,17 +137,9 @@ double Sweep::safePart(int a, int b) const noexcept {
   const double most = (ma.V_W.linear - mb.V_W.linear).norm() + ma.V_W.angular.norm() * ma.reach +
                       mb.V_W.angular.norm() * mb.reach;
   if (most * left_ <= step) return left_;
-  Vector3 direction_A = ma.X_WS.R.transpose() * (mb.p_W - ma.p_W);
-  double meet = 0;
-  if (touching) {
-    direction_A = known->cache.normal;
-  } else {
-    meet = timeOfImpact(*A.shape, ma, *B.shape, mb, left_, kClearance * width, direction_A);
-    if (meet >= left_) return left_;
-  }
-  const double deep = timeOfDepth(*A.shape, ma, *B.shape, mb, meet, left_, step, ma.at(meet).R * direction_A);
+  const DepthTimes at = timesOfDepth(*A.shape, ma, *B.shape, mb, left_, kClearance * width, step, touching ? &known->cache.normal : nullptr);
   // Up to the touch in one part, from there on by quarters.
-  return deep < left_ && meet > deep - meet ? meet : deep;
+  return at.deep < left_ && at.touch > at.deep - at.touch ? at.touch : at.deep;
 }
 
 /// The first `h` of `left`, or less: equal parts up to `longest`.

@@ -64,4 +64,13 @@ double timeOfDepth(const ConvexShape& A, const ShapeMotion& a, const ConvexShape
   return safe;
 }
 
+DepthTimes timesOfDepth(const ConvexShape& A, const ShapeMotion& a, const ConvexShape& B, const ShapeMotion& b, double h,
+                        double clearance, double depth, const Vector3* touching_W) noexcept {
+  if (touching_W) return {0, timeOfDepth(A, a, B, b, 0, h, depth, *touching_W)};
+  Vector3 direction_A = a.X_WS.R.transpose() * (b.p_W - a.p_W);
+  const double touch = timeOfImpact(A, a, B, b, h, clearance, direction_A);
+  if (touch >= h) return {h, h};
+  return {touch, timeOfDepth(A, a, B, b, touch, h, depth, a.at(touch).R * direction_A)};
+}
+
 }  // namespace haptic

@@ -30,6 +30,16 @@ double timeOfImpact(const ConvexShape& A, const ShapeMotion& a, const ConvexShap
 double timeOfDepth(const ConvexShape& A, const ShapeMotion& a, const ConvexShape& B, const ShapeMotion& b,
                    double from, double h, double depth, const Vector3& n_W) noexcept;
 
+/// When two shapes touch, and when they are too deep [s].
+struct DepthTimes {
+  double touch = 0, deep = 0;  ///< h where they do not
+};
+
+/// Both within [0, h]: `timeOfImpact`, then `timeOfDepth` along the direction in which they meet. `touching_W`: null, or the normal
+/// (unit, from A to B, in W) of shapes that touch at 0 already. (in realtime)
+DepthTimes timesOfDepth(const ConvexShape& A, const ShapeMotion& a, const ConvexShape& B, const ShapeMotion& b, double h,
+                        double clearance, double depth, const Vector3* touching_W) noexcept;
+
 /// Bound of the rate at which two moving shapes approach along the fixed unit direction n (from A to B, in W) [m/s].
 double approachRate(const ShapeMotion& a, const ShapeMotion& b, const Vector3& n_W) noexcept;
 
