@@ -4,23 +4,11 @@
 namespace haptic::python {
 namespace {
 
-std::string integratorName(const SceneDef& scene) {
-  for (const IntegratorKind& kind : kIntegratorKinds) {
-    if (kind.integrator == scene.world.settings.integrator) return kind.name;
-  }
-  return "";
-}
-
-void setIntegrator(SceneDef& scene, const std::string& name) {
-  std::string known;
-  for (const IntegratorKind& kind : kIntegratorKinds) {
-    if (name == kind.name) {
-      scene.world.settings.integrator = kind.integrator;
-      return;
-    }
-    known += std::string(known.empty() ? "" : ", ") + kind.name;
-  }
-  throw SetupError("integrator '" + name + "'", "is unknown", "use one of: " + known);
+/// A scene's method is no setting any more; programs that name one go on, warned.
+void setIntegrator(SceneDef&, const std::string& name) {
+  if (name == "automatic") return;
+  const std::string line = "integrator '" + name + "' is ignored: each island takes the cheapest step that errs by no more than accuracy";
+  if (PyErr_WarnEx(PyExc_DeprecationWarning, line.c_str(), 1) != 0) throw py::error_already_set();
 }
 
 SceneDef load(const std::string& file_or_name, SceneOptions options, const std::string& missing, bool add_pointer) {
@@ -110,8 +98,8 @@ void bindScene(py::module_& m) {
           "accuracy", [](const SceneDef& s) { return s.world.settings.accuracy; },
           [](SceneDef& s, double share) { s.world.settings.accuracy = share; },
           "error of position that a step may add, over the way that gravity and its change of speed move a body in it")
-      .def_property("integrator", &integratorName, &setIntegrator,
-                    "symplectic_euler, velocity_verlet, implicit_euler, sdirk2 or automatic")
+      .def_property(
+          "integrator", [](const SceneDef&) { return "automatic"; }, &setIntegrator, "no setting any more: see accuracy")
       .def("text", &sceneText, "models, links, joints, collisions with their contact values and sources")
       .def("__repr__",
            [](const SceneDef& s) { return "<haptic.Scene " + s.world.name + " from " + s.file + ">"; });

@@ -139,8 +139,8 @@ void checkExtensions(RobotFile& robot) {
   }
 }
 
-void setWorldSetting(const std::string& where, const std::string& name, const std::string& value,
-                     WorldSettings& settings) {
+void setWorldSetting(const std::string& where, const std::string& name, const std::string& value, WorldSettings& settings,
+                     std::vector<std::string>& warnings) {
   const auto numbers = parseNumbers(value);
   const bool number = numbers && numbers->size() == 1 && std::isfinite((*numbers)[0]);
   std::string known;
@@ -160,13 +160,10 @@ void setWorldSetting(const std::string& where, const std::string& name, const st
         numbers && numbers->size() == 3 && Vector3((*numbers)[0], (*numbers)[1], (*numbers)[2]).allFinite();
     if (good) settings.gravity = Vector3((*numbers)[0], (*numbers)[1], (*numbers)[2]);
     known = "three numbers in m/s²";
-  } else if (name == "integrator") {
-    std::map<std::string, Integrator> kinds;
-    for (const IntegratorKind& kind : kIntegratorKinds) kinds[kind.name] = kind.integrator;
-    good = choose(value, kinds, settings.integrator, known);
-  } else if (name == "contact_model") {
-    good = choose<ContactModel>(value, {{"volume", ContactModel::kVolume}, {"point", ContactModel::kPoint}},
-                                settings.contact_model, known);
+  } else if (name == "integrator" || name == "contact_model") {
+    if (value == (name == "integrator" ? "automatic" : "volume")) return;
+    warnings.push_back(where + ": " + name + " = '" + value +
+                       "' is ignored: each island takes the cheapest step that errs by no more than accuracy; take it out");
   } else if (name == "pressure_law") {
     std::map<std::string, PressureLaw> kinds;
     for (const PressureKind& kind : kPressureKinds) kinds[kind.name] = kind.law;
@@ -179,13 +176,12 @@ void setWorldSetting(const std::string& where, const std::string& name, const st
     good = choose<bool>(value, {{"true", true}, {"false", false}}, settings.energy_ledger, known);
   } else {
     throw SetupError(where, "unknown setting '" + name + "'",
-                     "known: step, substeps, gravity, accuracy, integrator, contact_model, pressure_law, "
-                     "energy_ledger");
+                     "known: step, substeps, gravity, accuracy, pressure_law, energy_ledger");
   }
   if (!good) throw SetupError(where, name + " = '" + value + "'", "write " + known);
 }
 
-void readSceneTag(const RobotFile& robot, WorldSettings& settings, GivenSolid& solid) {
+void readSceneTag(RobotFile& robot, WorldSettings& settings, GivenSolid& solid) {
   const XmlElement* tag = robot.xml.root()->FirstChildElement("haptic:scene");
   if (!tag) return;
   const std::string where = robot.xml.at(*tag) + ": <haptic:scene>";
@@ -194,7 +190,7 @@ void readSceneTag(const RobotFile& robot, WorldSettings& settings, GivenSolid& s
                      "put all settings into one");
   }
   for (const auto* attribute = tag->FirstAttribute(); attribute; attribute = attribute->Next()) {
-    setWorldSetting(where, attribute->Name(), attribute->Value(), settings);
+    setWorldSetting(where, attribute->Name(), attribute->Value(), settings, robot.warnings);
   }
   if (const XmlElement* contact = tag->FirstChildElement("haptic:contact")) {
     readContact(robot.xml, *contact, settings.default_material, solid);

@@ -19,13 +19,14 @@ void refuseUnknownExtensions(const XmlFile& file, const XmlElement& element,
 /// XML parsers then refuse the file). Throws SetupError naming tag and line.
 void checkExtensions(RobotFile& robot);
 
-/// Sets one entry of the world's settings from text: step, substeps, gravity, integrator, contact_model,
-/// pressure_law, energy_ledger. Throws SetupError for unknown names and bad values.
-void setWorldSetting(const std::string& where, const std::string& name, const std::string& value,
-                     WorldSettings& settings);
+/// Sets one entry of the world's settings from text: step, substeps, gravity, accuracy, pressure_law, energy_ledger. Entries that chose
+/// a method before 0.3 (integrator, contact_model) set nothing and leave a line in `warnings`. Throws SetupError for unknown names and bad
+/// values.
+void setWorldSetting(const std::string& where, const std::string& name, const std::string& value, WorldSettings& settings,
+                     std::vector<std::string>& warnings);
 
-/// Reads <haptic:scene> into the world's settings, and what surfaces are made of that do not say it themselves.
-void readSceneTag(const RobotFile& robot, WorldSettings& settings, GivenSolid& solid);
+/// Reads <haptic:scene> into the world's settings, and the material of surfaces that do not say it themselves.
+void readSceneTag(RobotFile& robot, WorldSettings& settings, GivenSolid& solid);
 
 /// Reads pointers with their hands, filters, loops, motions and sensors; names get `prefix`, poses are moved by `X_WM`. All
 /// links of the model are in `context.frames`.

@@ -52,7 +52,7 @@ void readModels(SceneList& list, const SceneOptions& options, bool guest, LoadCo
 void applyList(const SceneList& list, LoadContext& context) {
   WorldDef& world = context.scene.world;
   for (const auto& [name, value] : list.settings)
-    setWorldSetting(list.where_settings, name, value, world.settings);
+    setWorldSetting(list.where_settings, name, value, world.settings, context.scene.warnings);
   ContactMaterial& material = world.settings.default_material;
   const ContactMaterial& given = list.default_material;
   for (double ContactMaterial::*value :
@@ -130,7 +130,7 @@ void checkMassRatio(LoadContext& context) {
   if (heaviest > kMaxMassRatio * lightest)
     throw SetupError(light, text.str(), "raise the light mass or join the links with a fixed joint");
   context.scene.warnings.push_back(light + ": " + text.str() +
-                                   ": their contact needs a small step or an implicit integrator");
+                                   ": a contact between them may take more passes than a step has, and is then reported");
 }
 
 void warnOfPictures(LoadContext& context) {

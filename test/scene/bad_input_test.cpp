@@ -250,6 +250,8 @@ TEST(BadInput, MendedWithAWarning) {
        robot(boxLink("a") + boxLink("b") + "<link name=\"c\"><collision><geometry><sphere radius=\"0.1\"/></geometry></collision></link>" +
              joint("j", "revolute", "a", "b") + joint("k", "revolute", "b", "c"))},
       {"xmlns:haptic", "<robot name=\"r\"><haptic:scene/>" + boxLink("a") + "</robot>"},
+      {"integrator = 'sdirk2' is ignored", robot("<haptic:scene integrator=\"sdirk2\"/>" + boxLink("a"))},
+      {"contact_model = 'point' is ignored", robot("<haptic:scene contact_model=\"point\"/>" + boxLink("a"))},
       {"no shape that can be drawn",
        robot("<link name=\"a\"><visual><geometry><torus/></geometry></visual></link>")},
   };
@@ -258,6 +260,12 @@ TEST(BadInput, MendedWithAWarning) {
     const SceneDef scene = loadText(mended.urdf);
     EXPECT_TRUE(mentions(scene.warnings, mended.text)) << sceneText(scene);
   }
+}
+
+TEST(BadInput, AMethodThatIsNamedChangesNothing) {
+  const SceneDef named = loadText(robot("<haptic:scene integrator=\"symplectic_euler\" contact_model=\"volume\"/>" + boxLink("a")));
+  EXPECT_EQ(named.world.settings.integrator, WorldSettings{}.integrator);
+  EXPECT_EQ(named.warnings.size(), loadText(robot(boxLink("a"))).warnings.size() + 1) << sceneText(named);  // the volume is no news
 }
 
 TEST(BadInput, ASceneSaysHowExactItsStepsAre) {

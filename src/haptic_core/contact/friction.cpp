@@ -122,8 +122,7 @@ double arcBeyondChord(const Vector3& turned) {
 /// motion since the anchor, of A's axes and points, the patch's chord on B is seen from half of E's rotation, so that what rolls
 /// forth and back returns; and arcs are as long as their chord and the normals at their ends make them: exact for what is flat or
 /// round.
-Displaced displacedFrom(const FrictionAnchor& anchor, const SharedTurn& turn, const Pose& X_AB, const Pose& X_AP) {
-  const Matrix3 E = X_AB.R * anchor.X_AB.R.transpose();
+Displaced displacedFrom(const FrictionAnchor& anchor, const Matrix3& E, const SharedTurn& turn, const Pose& X_AB, const Pose& X_AP) {
   const double w = turn.halfCosine();
   const Vector3 &u = turn.halfAxis(), n = X_AP.R.col(2);
   const Vector3 shift = X_AB.p - E * anchor.X_AB.p, way = X_AP.p - anchor.point_A;
@@ -139,8 +138,8 @@ Displaced displacedFrom(const FrictionAnchor& anchor, const SharedTurn& turn, co
 
 }  // namespace
 
-SharedTurn::SharedTurn(const FrictionAnchor& anchor, const Pose& X_AB) {
-  const Quaternion turn(X_AB.R * anchor.X_AB.R.transpose());
+SharedTurn::SharedTurn(const Matrix3& E) {
+  const Quaternion turn(E);
   const double sign = turn.w() < 0 ? -1 : 1;
   w_ = sign * turn.w();
   u_ = sign * turn.vec();
@@ -281,7 +280,8 @@ class Evaluation {
 void Evaluation::load(const Pose& X_AB, const Twist& V, FrictionForce& out) {
   const bool torsion = law_.torsion;  // a law that does not resist a twist must not remember one
   rate_ = {V.linear.head<2>(), torsion ? V.angular.z() : 0.0};
-  if (!fresh_) out.since = SharedTurn(memory_.anchor, X_AB);
+  const Matrix3 E = fresh_ ? Matrix3(Matrix3::Identity()) : X_AB.R * memory_.anchor.X_AB.R.transpose();
+  if (!fresh_) out.since = SharedTurn(E);
   old_rate_ = fresh_ ? rate_ : Planar{(R_PA_ * out.since.toA(memory_.rate_M)).head<2>(), torsion ? memory_.spin : 0.0};
   before_ = fresh_ ? Planar{} : Planar{(R_PA_ * out.since.toA(memory_.slip_M)).head<2>(), torsion ? memory_.twist : 0.0};
   slip_ = before_ + rate_ * advance_.time;  // where nothing was, or nothing moves
@@ -289,7 +289,7 @@ void Evaluation::load(const Pose& X_AB, const Twist& V, FrictionForce& out) {
   seen_ = rate_;
   // What slides in a solve holds what slides, wherever it began: there the way is the rate's, which the solve is linear in.
   if (!out.renewed && advance_.time > 0) {
-    const Displaced now = displacedFrom(memory_.anchor, out.since, X_AB, contact_.X_AP);
+    const Displaced now = displacedFrom(memory_.anchor, E, out.since, X_AB, contact_.X_AP);
     const Vector3 carried = advance_.carried();
     slip_ = {(R_PA_ * now.slip_A).head<2>() + carried.head<2>(), torsion ? now.twist + carried.z() : 0.0};
     out.renewed = now.turned;

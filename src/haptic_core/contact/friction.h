@@ -63,7 +63,7 @@ struct FrictionAnchor {
 class SharedTurn {
  public:
   SharedTurn() = default;                                         ///< none: M's axes are A's
-  SharedTurn(const FrictionAnchor& anchor, const Pose& X_AB);     ///< X_AB: of B's shape in A's, now
+  explicit SharedTurn(const Matrix3& E);                          ///< E: B's turn against A, in A's axes
 
   Vector3 toA(const Vector3& v_M) const { return turned(v_M, u_, w_); }   ///< into A's axes now
   Vector3 toM(const Vector3& v_A) const { return turned(v_A, -u_, w_); }  ///< from A's axes now

@@ -192,10 +192,7 @@ struct WorldSettings {
   double step = 1e-3;                       ///< h [s], fixed; 0 < h ≤ 0.1
   int substeps = 1;                         ///< world steps of h/substeps per call; ≥ 1
   Vector3 gravity = Vector3(0, 0, -9.8);    ///< [m/s²] in W
-  Integrator integrator = Integrator::kAutomatic;  ///< how it advances; kAutomatic chooses island by island
-  ContactModel contact_model = ContactModel::kVolume;  ///< kPoint is for comparisons
   PressureLaw pressure_law = PressureLaw::kHuntCrossley;  ///< which damper the normal pressure has
-  bool torsional_friction = true;           ///< false: patches resist sliding, not spinning (an ideal pivot)
   /// Where an implicit solve ends, as a share of the step's own error (implicit_stage.h). 0: at rounding, for references.
   double tolerance = 1e-2;
   /// Error of position that a step may add, over the way that gravity and its change of speed move a body in it [1]; 0 < accuracy ≤ 1.
@@ -203,8 +200,13 @@ struct WorldSettings {
   double accuracy = 0.03;
   bool energy_ledger = true;                ///< false: no energies are booked or reported, which costs less; the motion is the same
   int history_steps = 1000;                 ///< last steps kept to look back on (world/step_history.h); 0…100000
-  bool leave_out = true;                    ///< false: the general pipeline, for comparison; bit-identical
   ContactMaterial default_material;         ///< for pairs where neither surface gives a value; unset: `DefaultMaterial`
+
+  // For tests, benches and the report, which compare the one method with others. No file of a scene and no binding reaches them.
+  Integrator integrator = Integrator::kAutomatic;      ///< how it advances; kAutomatic chooses island by island
+  ContactModel contact_model = ContactModel::kVolume;  ///< kPoint: the contact of other simulators
+  bool torsional_friction = true;                      ///< false: patches resist sliding, not spinning (an ideal pivot)
+  bool leave_out = true;                               ///< false: the general pipeline; bit-identical
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
