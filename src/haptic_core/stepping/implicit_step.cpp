@@ -31,7 +31,7 @@ constexpr int kFewContacts = 4;
 /// An island below this speed, as a share of what gravity adds in a step, settles: Euler's costs half, and it damps the rocking
 /// that SDIRK2 and Hunt-Crossley leave for seconds. What falls, swings, slides off or turns back is as slow as that for a few
 /// steps, so the order stays 2. What only sticks can but rock.
-constexpr double kSettles = 1, kSettlesStuck = 5;
+constexpr double kSettles = 33, kSettlesStuck = 167;
 /// A patch that grows or shrinks by more than this factor within an attempt is not smooth: second order there makes energy.
 constexpr double kGrowth = 2;
 /// Way in a step below which a joint stands (dynamics/joint_solver.cpp) [m]: of second order it would bounce between limit and rounding.
@@ -115,7 +115,7 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, Impl
   evaluations_before_ = stage_.evaluations;
   budget_ = budgetOf(island, *state_);
   locates_ = order != ImplicitOrder::kFirst && changesLimit(model_, island, *state_);
-  const double slow = std::max(h * settings_.gravity.norm(), kStands / h);
+  const double slow = settings_.accuracy * std::max(h * settings_.gravity.norm(), kStands / h);
   setBase();
   const bool rests = stage_.speed(state_->v) <= restBound(h);  // then it is asked first whether it stands, and nothing slips
   const bool second_order =
