@@ -321,16 +321,21 @@ void Evaluation::keepLayer(FrictionForce& out) const {
 }
 
 /// Where the area integral stands off the ellipsoid, for the direction of slip. Within a solve the direction is that of the
-/// step before, so that it does not turn over with the iterates. Where the pressure is clipped its field is not the pressure: the
-/// integral of what pulls there would be friction beyond μ N, up to thousands of times where a strong damper turns. It counts as
-/// far as a pressure could give it, |f| ≤ μ N and |τ| ≤ μ N r of gyration. (In a solve it did not count at all: implicit steps of a cube
-/// that slides and spins at 1e8 N/m³ then converge with h to a motion that is off by .25 mm in half a second.)
+/// step before, so that it does not turn over with the iterates. It is that of the pressing part: while clipped patches had no such
+/// force in a solve, implicit steps of a cube that slides and spins at 1e8 N/m³ converged with h to a motion that is off by .25 mm in
+/// half a second. Where a damper beside the spring is clipped its field is not the pressure, and what pulls there would be friction beyond
+/// μ N, up to thousands of times where it turns fast: it counts as far as a pressure could give it, |f| ≤ μ N and |τ| ≤ μ N r of
+/// gyration, and in a solve not at all.
 Planar Evaluation::standOff(double mu, const Planar& held, FrictionForce& out) const {
-  const Planar slipped = solving_ ? rate_ : layer_.slipFor(trial_ - held), on_ellipsoid = limit(mu).against(slipped);
-  const SlidingIntegral s = slidingIntegral(workspace_, contact_, normal_.field, normal_.moments(contact_), slipped.force, slipped.torque,
-                                            normal_.radius);
-  Planar f{-mu * s.force, law_.torsion ? -mu * s.torque : 0.0};
-  if (normal_.clipped) f = f * (1 / std::max(1.0, mostOfPressure(mu).largestShare(f)));
+  const Planar slipped = solving_ ? old_rate_ : layer_.slipFor(trial_ - held), on_ellipsoid = limit(mu).against(slipped);
+  const bool unknown = normal_.clipped && jumpsAtTouch(law_.pressure);
+  Planar f = on_ellipsoid;
+  if (!(solving_ && unknown)) {
+    const SlidingIntegral s = slidingIntegral(workspace_, contact_, normal_.field, normal_.moments(contact_), slipped.force, slipped.torque,
+                                              normal_.radius, normal_.clipped && !unknown);
+    f = Planar{-mu * s.force, law_.torsion ? -mu * s.torque : 0.0};
+    if (unknown) f = f * (1 / std::max(1.0, mostOfPressure(mu).largestShare(f)));
+  }
   const Planar offset = f - on_ellipsoid, stand = out.layer.dragged ? f : offset;
   out.layer.offset << stand.force / normal_.force, stand.torque / normal_.force;
   return out.layer.dragged ? f : offset;

@@ -129,6 +129,37 @@ struct RuleSums {
   }
 };
 
+/// Visits (from, to, left, right) for the edges of V, in P's frame. `clipped`: of the part of V over which k0 + k1·r is not negative; the
+/// cut closes the outline of each face that it goes through, and has no other one: right is -1.
+template <class Visit>
+void eachEdge(ContactWorkspace& workspace, const ContactVolume& contact, const PressureField& pressure, bool clipped, Visit&& visit) {
+  const Matrix3 R_PA = contact.X_AP.R.transpose();
+  const auto place = [&](int vertex) -> Vector3 { return R_PA * (workspace.vertices()[vertex] - contact.X_AP.p); };
+  if (!clipped) {
+    for (const ContactEdge& edge : workspace.edges()) visit(place(edge.from), place(edge.to), edge.left, edge.right);
+    return;
+  }
+  LoadedVector<Vector3> &leave = workspace.leaves(), &back = workspace.returns();
+  leave.clear();
+  back.clear();
+  for (int f = 0; f < workspace.faces().size(); ++f) {
+    leave.push_back(Vector3::Zero());
+    back.push_back(Vector3::Zero());
+  }
+  for (const ContactEdge& edge : workspace.edges()) {
+    Vector3 p = place(edge.from), q = place(edge.to);
+    const double hp = pressure.k0 + pressure.k1.dot(p.head<2>()), hq = pressure.k0 + pressure.k1.dot(q.head<2>());
+    if (hp < 0 && hq < 0) continue;
+    if (hp < 0 || hq < 0) {
+      const Vector3 x = p + hp / (hp - hq) * (q - p);
+      (hq < 0 ? leave : back)[edge.left] = (hq < 0 ? back : leave)[edge.right] = x;
+      (hq < 0 ? q : p) = x;
+    }
+    visit(p, q, edge.left, edge.right);
+  }
+  for (int f = 0; f < workspace.faces().size(); ++f) visit(leave[f], back[f], f, -1);
+}
+
 /// A face of V over the patch: its middle and its weight about P.
 struct PatchFace {
   Vector2 middle = Vector2::Zero();
@@ -145,7 +176,7 @@ PatchFace patchFace(const ContactFace& face, const Vector3& middle_A, const Pose
 }
 
 /// The rule on the triangles from each face's middle to its edges, all about P: nothing cancels.
-SlidingIntegral byRule(ContactWorkspace& workspace, const ContactVolume& contact, const PressureField& pressure,
+SlidingIntegral byRule(ContactWorkspace& workspace, const ContactVolume& contact, const PressureField& pressure, bool clipped,
                        const Vector2& v, double w) {
   constexpr int kKept = 64;  // faces that are prepared once; later ones at each of their edges
   const Matrix3 R_PA = contact.X_AP.R.transpose();
@@ -154,17 +185,17 @@ SlidingIntegral byRule(ContactWorkspace& workspace, const ContactVolume& contact
   PatchFace kept[kKept];
   for (int f = 0; f < std::min(kKept, workspace.faces().size()); ++f) kept[f] = prepared(f);
   RuleSums sums(v, w);
-  for (const ContactEdge& edge : workspace.edges()) {
-    const Vector2 b = (R_PA * (workspace.vertices()[edge.from] - contact.X_AP.p)).head<2>();
-    const Vector2 c = (R_PA * (workspace.vertices()[edge.to] - contact.X_AP.p)).head<2>();
+  eachEdge(workspace, contact, pressure, clipped, [&](const Vector3& from, const Vector3& to, int left, int right) {
+    const Vector2 b = from.head<2>(), c = to.head<2>();
     for (int half : {0, 1}) {
-      const int f = half == 0 ? edge.left : edge.right;
+      const int f = half == 0 ? left : right;
+      if (f < 0) continue;
       const PatchFace& face = f < kKept ? kept[f] : prepared(f);
       if (!face.counts) continue;
       const Vector2 &a = face.middle, ab = b - a, ac = c - a;
       sums.add(a, b, c, (half == 0 ? 0.5 : -0.5) * (ab.x() * ac.y() - ab.y() * ac.x()), face.weight);
     }
-  }
+  });
   SlidingIntegral out;
   out.force = Vector2(sum(sums.x), sum(sums.y));
   out.torque = sum(sums.torque);
@@ -204,23 +235,21 @@ SlidingIntegral overRound(const RoundPatch& patch, const PressureField& p, const
 }  // namespace
 
 SlidingIntegral slidingIntegral(ContactWorkspace& workspace, const ContactVolume& contact, const PressureField& pressure,
-                                const PressureMoments& moments, const Vector2& v, double w, double radius) noexcept {
+                                const PressureMoments& moments, const Vector2& v, double w, double radius, bool clipped) noexcept {
   const double speed = v.norm();
   if (speed == 0 && w == 0) return {};
   if (std::abs(w) * radius * kFarCentre < speed) return nearTranslation(moments, v, w);
   if (workspace.round().filled) return overRound(RoundPatch(workspace.round(), contact).fit(), pressure, v, w, radius);
-  if (std::abs(w) * radius * kNearCentre < speed) return byRule(workspace, contact, pressure, v, w);
+  if (std::abs(w) * radius * kNearCentre < speed) return byRule(workspace, contact, pressure, clipped, v, w);
   const Vector2 centre = turned(v) / w;  // v + ω ẑ × c = 0
   const Matrix3 R_PA = contact.X_AP.R.transpose();
   // An edge through the centre has no triangle; closer than this it adds less than rounding.
   const double smallest = 1e-12 * radius;
   CentreSums sums;
-  for (const ContactEdge& edge : workspace.edges()) {
-    const Vector3 from3 = R_PA * (workspace.vertices()[edge.from] - contact.X_AP.p);
-    const Vector3 to3 = R_PA * (workspace.vertices()[edge.to] - contact.X_AP.p);
+  eachEdge(workspace, contact, pressure, clipped, [&](const Vector3& from3, const Vector3& to3, int left, int right) {
     const Vector2 from = from3.head<2>() - centre, to = to3.head<2>() - centre;
     const double length = (to - from).norm();
-    if (length <= smallest) continue;
+    if (length <= smallest) return;
     const Vector2 along = (to - from) / length;
     Vector2 normal(along.y(), -along.x());  // right of the edge
     double e = normal.dot(from), side = 1;
@@ -229,17 +258,19 @@ SlidingIntegral slidingIntegral(ContactWorkspace& workspace, const ContactVolume
       normal = -normal;
       side = -1;
     }
-    if (e <= smallest) continue;
+    if (e <= smallest) return;
     const EdgeIntegrals g(e, along.dot(from), along.dot(to));
     for (int half : {0, 1}) {  // the loop of `left` runs from → to, that of `right` back
-      const ContactFace& face = workspace.faces()[half == 0 ? edge.left : edge.right];
+      const int f = half == 0 ? left : right;
+      if (f < 0) continue;
+      const ContactFace& face = workspace.faces()[f];
       const Vector3 n = R_PA * face.normal;
       if (std::abs(n.z()) < kEdgeOn) continue;
       const double height0 = n.dot(from3) / n.z();
       const FaceWeight weight = faceWeight(n, height0, face.owner == Owner::kA, pressure, centre);
       sums.add(weight, normal, along, e, g, half == 0 ? side : -side);
     }
-  }
+  });
   const double turn = w > 0 ? 1.0 : -1.0;
   SlidingIntegral out;
   out.force = turn * turned(sums.direction);

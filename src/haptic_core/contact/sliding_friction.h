@@ -48,8 +48,9 @@ struct SlidingIntegral {
 };
 
 /// (in realtime) `v` [m/s] and `w` [rad/s]: slip of B over A at P and about n, of any common scale; `radius` [m]
-/// the patch's extent about P. Needs the V of `contact` in the workspace. Zero for no slip at all.
+/// the patch's extent about P. Needs the V of `contact` in the workspace. Zero for no slip at all. `clipped`: over the part of the patch
+/// where k0 + k1·r is not negative; of it are the `moments`.
 SlidingIntegral slidingIntegral(ContactWorkspace& workspace, const ContactVolume& contact, const PressureField& pressure,
-                                const PressureMoments& moments, const Vector2& v, double w, double radius) noexcept;
+                                const PressureMoments& moments, const Vector2& v, double w, double radius, bool clipped = false) noexcept;
 
 }  // namespace haptic

@@ -292,7 +292,7 @@ void ImplicitStage::move(double g) noexcept {
   }
 }
 
-/// v less the last reference's, or v, into `v_dot_`: whether a pair may get too deep on that way. Then the last reference's shapes are noted.
+/// v less the last reference's, or v, into `v_dot_`: whether a pair may get too deep on that way. Then the last reference is noted.
 bool ImplicitStage::mayGetDeep(double g) noexcept {
   for (int n = 0; n < island_.tree_count; ++n) {
     const ModelTree& tree = model_.trees[island_.trees[n]];

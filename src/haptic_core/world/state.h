@@ -50,6 +50,7 @@ enum class TreeMode : unsigned char {
 /// A pair's cache whose directions stay in W, in A's axes while this lives; written back where they changed, to the last bit.
 class CacheInA {
  public:
+  /// `R_WA` stays where it is while this lives.
   CacheInA(PairCache& cache_W, const Matrix3& R_WA) : cache_W_(cache_W), R_WA_(R_WA), before_(cache_W) {
     before_.direction = R_WA.transpose() * cache_W.direction;
     before_.normal = R_WA.transpose() * cache_W.normal;

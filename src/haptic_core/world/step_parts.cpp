@@ -137,7 +137,8 @@ double Sweep::safePart(int a, int b) const noexcept {
   const double most = (ma.V_W.linear - mb.V_W.linear).norm() + ma.V_W.angular.norm() * ma.reach +
                       mb.V_W.angular.norm() * mb.reach;
   if (most * left_ <= step) return left_;
-  const DepthTimes at = timesOfDepth(*A.shape, ma, *B.shape, mb, left_, kClearance * width, step, touching ? &known->cache.normal : nullptr);
+  const DepthTimes at =
+      timesOfDepth(*A.shape, ma, *B.shape, mb, left_, kClearance * width, step, touching ? &known->cache.normal : nullptr);
   // Up to the touch in one part, from there on by quarters.
   return at.deep < left_ && at.touch > at.deep - at.touch ? at.touch : at.deep;
 }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 
 #include "../../scenes/heap.h"
 #include "../../scenes/step_motions.h"
@@ -49,6 +50,53 @@ TEST(Multistep, ASlidingCubeTakesOneSolveOfSecondOrder) {
   EXPECT_GT(coarse.evaluations, 0.5);  // implicit all the way
   // μ g h t / 2 is the error of the first order, 490 µm; of second order it is that times a few h over the contact's own time.
   EXPECT_LT(std::abs(coarse.x - fine.x), 0.05 * 0.5 * 0.5 * scenes::kGravity * 1e-3 * 0.2);
+}
+
+/// Of two worlds of the same bodies, the largest |Δx| [m].
+double apart(const World& a, const World& b) {
+  double most = 0;
+  for (int l = 0; l < a.linkCount(); ++l) most = std::max(most, (a.linkPose(l).p - b.linkPose(l).p).norm());
+  return most;
+}
+
+/// After 20 ms of a cube that slides at 1 m/s and spins at 10 rad/s. Its patch is clipped in the first two milliseconds.
+std::unique_ptr<World> spun(const WorldSettings& settings) {
+  auto world = std::make_unique<World>(scenes::slidingCube(settings, 1e8, 10));
+  while (world->time() < 0.02 - 0.5 * settings.step) world->step();
+  return world;
+}
+
+/// However it is stepped, the motion is one: implicit steps come nearer to it by their order. With friction of another law where the patch
+/// is clipped they stay 10 µm from it at any step.
+TEST(Multistep, ImplicitStepsConvergeToTheMotionOfExplicitOnes) {
+  const auto at = [](Integrator integrator, double h) {
+    WorldSettings s = settings(integrator);
+    s.step = h;
+    return spun(s);
+  };
+  const auto exact = at(Integrator::kVelocityVerlet, 1e-3 / 128);
+  for (const Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2}) {
+    const double coarse = apart(*at(integrator, 1e-3 / 4), *exact), fine = apart(*at(integrator, 1e-3 / 64), *exact);
+    EXPECT_LT(fine, 0.15 * coarse) << static_cast<int>(integrator);  // of first order a sixteenth
+    EXPECT_LT(fine, 2e-6) << static_cast<int>(integrator);
+  }
+}
+
+/// A cube slides to rest; the stop lies within a step. Its error follows the accuracy that is asked for.
+TEST(Multistep, LessErrorIsMadeWhereLessIsAskedFor) {
+  const auto rest = [](double accuracy, Integrator integrator, double h) {
+    WorldSettings s = settings(integrator);
+    s.step = h;
+    s.accuracy = accuracy;
+    auto world = std::make_unique<World>(scenes::slidingCube(s, 1e8, 0));
+    while (world->time() < 0.3 - 0.5 * h) world->step();
+    return world;
+  };
+  const auto exact = rest(0.03, Integrator::kVelocityVerlet, 1e-3 / 50);
+  const double loose = apart(*rest(0.3, Integrator::kAutomatic, 1e-3), *exact),
+               tight = apart(*rest(0.003, Integrator::kAutomatic, 1e-3), *exact);
+  EXPECT_LT(tight, 0.01 * loose);
+  EXPECT_GT(loose, 1e-6);
 }
 
 /// A ball on a hand meets a box at k 1e10 N/m³. In a tick the hand can give the box no more than twice the momentum that it has at

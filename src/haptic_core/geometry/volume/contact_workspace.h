@@ -124,6 +124,9 @@ class ContactWorkspace {
   /// (in realtime) A convex polygon in P, and keeping the part of it where an affine `height` is ≥ 0; until the next call of
   /// anything else. A plane adds one corner at most, so that faces of V laid over one another fit.
   LoadedVector<Vector2>& polygon() { return polygon_; }
+  /// (in realtime) Scratch by face: where a cut leaves its outline, and where it comes back to it.
+  LoadedVector<Vector3>& leaves() { return leave_; }
+  LoadedVector<Vector3>& returns() { return return_; }  ///< (in realtime) see leaves
   template <class Height>
   void keepAbove(Height height) noexcept;   ///< (in realtime) of `polygon`
   int dropped() const { return dropped_; }  ///< corners for which there was no room, since `clear`
