@@ -1,6 +1,6 @@
 """The worked examples of CONTRIBUTING: each applies to the sources as they are, compiles, and touches few files.
 
-Prints how many, as figures: structure.files_for_a_joint_type and its like. Tests do not count.
+Prints how many, as figures: structure.files_for_a_joint_type and its like. Tests do not count, nor do files of the example's own.
 """
 import os
 import re
@@ -24,6 +24,11 @@ static_assert(degreesOf(kindOf(JointType::kCylindrical)) == 2 && hasAxis(kindOf(
 using namespace haptic;
 static_assert(kindOf(PressureLaw::kElastic).law == PressureLaw::kElastic && !jumpsAtTouch(PressureLaw::kElastic));
 """),
+    'A force': ('structure.files_for_a_force', 1, """
+#include "haptic_core/dynamics/rope_force.cpp"
+using namespace haptic;
+static_assert(kindOf(ForceType::kRope).type == ForceType::kRope && kindOf(ForceType::kRope).act == actAsRope);
+"""),
     'An integrator': ('structure.files_for_an_integrator', 2, """
 #include "haptic_core/world/step.cpp"
 using namespace haptic;
@@ -33,7 +38,7 @@ static_assert(kIntegratorKinds[static_cast<int>(Integrator::kTwoEulers)].integra
 
 
 def examples():
-    """Heading -> list of (file, [(old lines, new lines)])."""
+    """Heading -> list of (file, [(old lines, new lines)], whether it is a new file)."""
     with open(os.path.join(ROOT, 'CONTRIBUTING.md'), encoding='utf-8') as file:
         text = file.read()
     found = {}
@@ -41,9 +46,10 @@ def examples():
         files = []
         for line in paragraph.group(2).splitlines():
             if line.startswith('--- '):
+                comes = line == '--- /dev/null'
                 continue
             if line.startswith('+++ b/'):
-                files.append((line[6:], []))
+                files.append((line[6:], [], comes))
             elif line.startswith('@@'):
                 files[-1][1].append(([], []))
             else:
@@ -57,7 +63,8 @@ def examples():
 
 
 def filesTouched(files):
-    return sum(not path.startswith('test/') for path, _ in files)
+    """Besides files of its own."""
+    return sum(not path.startswith('test/') and not comes for path, _, comes in files)
 
 
 class WorkedExamples(unittest.TestCase):
@@ -67,9 +74,13 @@ class WorkedExamples(unittest.TestCase):
             with self.subTest(heading), tempfile.TemporaryDirectory() as copy:
                 self.assertIn(heading, found, 'CONTRIBUTING has no such example')
                 shutil.copytree(os.path.join(ROOT, 'src'), os.path.join(copy, 'src'))
-                for path, hunks in found[heading]:
-                    with open(os.path.join(copy, path), encoding='utf-8') as file:
-                        text = file.read()
+                for path, hunks, comes in found[heading]:
+                    text = ''
+                    if comes:
+                        text = '\n'.join(hunks.pop()[1]) + '\n'
+                    else:
+                        with open(os.path.join(copy, path), encoding='utf-8') as file:
+                            text = file.read()
                     for old, new in hunks:
                         self.assertEqual(text.count('\n'.join(old) + '\n'), 1, f'{path}: the example no longer fits:\n{old}')
                         text = text.replace('\n'.join(old) + '\n', '\n'.join(new) + '\n')

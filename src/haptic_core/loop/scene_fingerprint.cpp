@@ -40,6 +40,7 @@ std::uint64_t fingerprint(const WorldDef& def) {
   }
   for (const JointPathDef& path : def.joint_paths) lengths.push_back(path.time.size());
   for (const MotionDef& motion : def.motions) lengths.push_back(motion.time.size());
+  if (!def.forces.empty()) lengths.push_back(def.forces.size());  // scenes without keep the fingerprint of the time before there were any
   return hashFields(hash, lengths);
 }
 

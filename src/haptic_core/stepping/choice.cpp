@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/stability_number.h"
 #include "haptic_core/world/work.h"
 
@@ -75,6 +76,30 @@ void measureShares(const Model& model, const ContactVolume& volume, const PatchT
 double partsOf(const ContactEvaluation& c, const StabilityMemory& known, double last_rate, double h) noexcept {
   const bool moves = std::max(known.rate, last_rate) * h > kResting * c.volume.depth;
   return moves && known.swing > kRough * kRough ? std::ceil(std::sqrt(std::min(known.swing, kStabilityBound)) / kFine) : 1;
+}
+
+/// Share of a force element for one of its links, as if this were free. It counts so that an island becomes implicit where it swings by
+/// more than kRough in a step: as a contact that moves, it is stable beyond that and wrong.
+double forceNumber(const Model& model, const LinkForce& force, const Vector3& p_W, int link, const Work& work) noexcept {
+  const double h = model.substep();
+  const ModelLink& l = model.links[link];
+  const LinkModel& body = model.trees[l.articulation].model->link(l.local);
+  const double turn = body.turn_mobility.trace();  // not below the largest eigenvalue
+  const double arm2 = (work.placement.link[link].p_WC() - p_W).squaredNorm();
+  const Matrix3 way = h * h * force.way_K + 2 * h * force.way_D, turning = h * h * force.turn_K + 2 * h * force.turn_D;
+  const double line = h * h * force.line.stiffness + 2 * h * force.line.damping;
+  return kStabilityBound / (kRough * kRough) * ((way.norm() + line) * (body.mobility + arm2 * turn) + turning.norm() * turn);
+}
+
+/// The same of force elements.
+bool forcesMeet(const Model& model, const State& state, const Work& work) noexcept {
+  bool meet = false;
+  const auto moves = [&](int tree) { return work.hands.movesByItself(model.trees[tree]); };
+  eachForce(model, work.visits.trees, moves, [&](int, const ModelForce& force) {
+    if (force.tree_a < 0 || force.tree_b < 0 || !moves(force.tree_a) || !moves(force.tree_b)) return;
+    meet |= isImplicit(state, force.tree_a) != isImplicit(state, force.tree_b);
+  });
+  return meet;
 }
 
 /// All is explicit, and little touches.
@@ -167,7 +192,7 @@ bool modesMeet(const Model& model, const State& state, const Work& work) noexcep
       return true;
     }
   }
-  return false;
+  return !model.forces.empty() && forcesMeet(model, state, work);
 }
 
 void makeImplicit(const Model& model, bool by_numbers, State& state, Work& work) noexcept {
@@ -209,6 +234,19 @@ void countCouplings(const Model& model, const State& state, Work& work) noexcept
     if (!pointer.targeted || isImplicit(state, model.links[pointer.link].articulation)) continue;
     work.choice.number[pointer.link] = couplingNumber(model, state, work, pointer.link);
   }
+  if (model.forces.empty()) return;
+  countForces(model, {work.visits.trees.data(), static_cast<int>(work.visits.trees.size())}, false, state, work);
+}
+
+void countForces(const Model& model, const TreeRange& trees, bool implicit, const State& state, Work& work) noexcept {
+  const auto moves = [&](int tree) { return isImplicit(state, tree) == implicit && work.hands.movesByItself(model.trees[tree]); };
+  eachForce(model, trees, moves, [&](int, const ModelForce& force) {
+    const LinkForce now = forceNow(model, force, work.placement.link.data());
+    const bool moves_a = force.tree_a >= 0 && moves(force.tree_a), moves_b = force.tree_b >= 0 && moves(force.tree_b);
+    const double both = moves_a && moves_b ? 2 : 1;
+    if (moves_a) work.choice.number[force.link_a] += both * forceNumber(model, now, now.p_WA, force.link_a, work);
+    if (moves_b) work.choice.number[force.link_b] += both * forceNumber(model, now, now.p_WB, force.link_b, work);
+  });
 }
 
 double couplingNumber(const Model& model, const State& state, const Work& work, int link) noexcept {

@@ -15,6 +15,7 @@
 
 #include "haptic_core/world/contact_evaluation.h"
 #include "haptic_core/world/hands.h"
+#include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
@@ -82,10 +83,12 @@ void makeImplicit(const Model& model, bool by_numbers, State& state, Work& work)
 /// The highest number against the bound, into the report. In parts all numbers are lower.
 bool anyTooStiff(const Model& model, const Visits& visits, ChoiceWork& choice, StepReport& report) noexcept;
 
-/// The numbers begin with the virtual couplings of explicit links.
+/// The numbers begin with the virtual couplings and force elements of explicit links.
 void countCouplings(const Model& model, const State& state, Work& work) noexcept;
 /// Share of the virtual couplings that pull at a link, as if it were free.
 double couplingNumber(const Model& model, const State& state, const Work& work, int link) noexcept;
+/// Adds the shares of the force elements on these trees, of those that are implicit or of those that are explicit.
+void countForces(const Model& model, const TreeRange& trees, bool implicit, const State& state, Work& work) noexcept;
 /// Adds a contact's shares to the numbers of its links; measured again where the patch has grown, shrunk or moved.
 void noteStability(const Model& model, const ContactEvaluation& contact, Work& work, ActivePair& pair) noexcept;
 /// The same, without what says how the contact swings.

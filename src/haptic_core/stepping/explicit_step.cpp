@@ -6,6 +6,7 @@
 #include "haptic_core/dynamics/free_body.h"
 #include "haptic_core/stepping/explicit_contacts.h"
 #include "haptic_core/world/applied_wrench.h"
+#include "haptic_core/world/link_forces.h"
 
 namespace haptic::stepping {
 namespace {
@@ -106,6 +107,7 @@ bool evaluate(const Model& model, const StepPart& part, bool advances, State& st
   }
   if (chooses && advances && !work.choice.decided && part.h * work.choice.parts > 1.001 * model.substep()) return false;
   pullCoupled(model, part, advances, state, work.hands, work.placement);
+  if (!model.forces.empty()) pullExplicit(model, state, work.visits, work.hands, work.placement);
   pushExplicit(model, state, work.hands, work.placement);
   return true;
 }
@@ -114,10 +116,13 @@ bool evaluate(const Model& model, const StepPart& part, bool advances, State& st
 
 void symplecticEuler(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   moveHeld(model, part, state, work.hands, work.placement);
+  const bool books_forces = model.settings.energy_ledger && !model.forces.empty();
+  if (books_forces) noteForces(model, state, work.visits, work.hands, work.placement, work.forces);
   work.clock.end(report.step.stages.motion);
   lookForPairs(model, 0, state, work, report.step);
   evaluateContacts(model, {part.h, false, Yielding::kAtOnce, true}, state, work, report);
   pullCoupled(model, part, true, state, work.hands, work.placement);
+  if (!model.forces.empty()) pullExplicit(model, state, work.visits, work.hands, work.placement);
   pushExplicit(model, state, work.hands, work.placement);
   // What the hands feel is read from the links' wrenches, which the placement at the end clears.
   collectHeld(model, part, state, work.hands, work.placement);
@@ -128,6 +133,7 @@ void symplecticEuler(const Model& model, const StepPart& part, State& state, Wor
   });
   if (v_mean) bookEuler(work.ledgerView(model), part.h, work.motion.v_mean, work.contacts.booked, state);
   placeTrees(model, work.visits.trees, state, work.placement);
+  if (books_forces) bookForces(model, part.h, 0, work.visits, work.hands, work.placement, work.forces, state);
 }
 
 void prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
@@ -157,6 +163,8 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
   const double h = part.h;
   const Vector3& gravity = model.settings.gravity;
   double* v_half = work.motion.v_half.data();
+  const bool books_forces = model.settings.energy_ledger && !model.forces.empty();
+  if (books_forces) noteForces(model, state, work.visits, work.hands, work.placement, work.forces);
   forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
     book(startVerlet(inPlace(model, tree, v_half, state, work), gravity, h, work.motion.scratch), state, report.step);
   });
@@ -172,6 +180,7 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
     }
   });
   if (!model.settings.energy_ledger) return true;
+  if (books_forces) bookForces(model, h, 0.5, work.visits, work.hands, work.placement, work.forces, state);
   if (!work.contacts.booked.empty()) lookAhead(model, h, state, work);
   bookVerlet(work.ledgerView(model), h, work.motion.v_half, work.motion.v_ahead, work.contacts.booked, state);
   return true;

@@ -17,9 +17,9 @@ using JacobianMap = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::R
 
 }  // namespace
 
-FrozenMatrix::FrozenMatrix(const Model& model, int contact_capacity)
+FrozenMatrix::FrozenMatrix(const Model& model, int join_capacity)
     : model_(model),
-      blocks_(static_cast<int>(model.trees.size()), contact_capacity,
+      blocks_(static_cast<int>(model.trees.size()), join_capacity,
               std::min<std::size_t>(static_cast<std::size_t>(model.nv) * (model.nv + 1), kMostValues)) {
   row_of_tree_.assign(model.trees.size(), -1);
   for (auto* x : {&trees_, &size_}) x->reserve(model.trees.size());
@@ -33,7 +33,7 @@ FrozenMatrix::FrozenMatrix(const Model& model, int contact_capacity)
     jointed |= tree.has_laws;
   }
   masses_.resize(offset);
-  edges_.reserve(contact_capacity);
+  edges_.reserve(join_capacity);
   block_.resize(largest * largest);
   for (auto* J : {&jacobian_a_, &jacobian_b_, &weighted_}) J->resize(6 * largest);
   if (jointed) blocks_.reserveKept();
@@ -83,41 +83,36 @@ void FrozenMatrix::select(const IslandPart& part, LinkWork* work) noexcept {
   }
 }
 
-bool FrozenMatrix::assemble(const IslandPart& part, LoadedVector<FrozenContact>& contacts,
-                            const std::vector<FrozenCoupling>& couplings) noexcept {
+bool FrozenMatrix::assemble(const IslandPart& part, LoadedVector<FrozenContact>& contacts, const LoadedVector<FrozenForce>& forces,
+                            double g) noexcept {
   edges_.clear();
+  const auto join = [this](int a, int b) {
+    if (a >= 0 && b >= 0 && a != b) edges_.push_back({a, b});
+  };
   for (int i = 0; i < part.contact_count; ++i) {
     const FrozenContact& c = contacts[part.contacts[i]];
-    const int a = rowOf(c.link_a), b = rowOf(c.link_b);
-    if (a >= 0 && b >= 0 && a != b) edges_.push_back({a, b});
+    join(rowOf(c.link_a), rowOf(c.link_b));
+  }
+  for (int i = 0; i < part.force_count; ++i) {
+    const FrozenForce& c = forces[part.forces[i]];
+    join(rowOrWorld(c.link_a), rowOf(c.link_b));
   }
   if (!blocks_.analyze(size_.data(), part.tree_count, edges_.begin(), edges_.size())) return false;
   for (int n = 0; n < part.tree_count; ++n) blocks_.add(n, n, massOf(part.trees[n]));
   for (int i = 0; i < part.contact_count; ++i) addContact(contacts[part.contacts[i]]);
-  for (const FrozenCoupling& c : couplings) {
-    if (c.link < 0 || rowOf(c.link) < 0) continue;
-    Matrix6 G = Matrix6::Zero();
-    G.topLeftCorner<3, 3>() = c.turn;
-    G.bottomRightCorner<3, 3>() = c.way;
-    const Pose X_WP(work_[c.link].X_WL.p);
-    if (isFree(c.link)) {
-      addFree(-1, rowOf(c.link), X_WP, G, -1, c.link);
-    } else {
-      addLinks(-1, c.link, X_WP, G);
-    }
-  }
+  for (int i = 0; i < part.force_count; ++i) addForce(forces[part.forces[i]], g);
   return true;
 }
 
 /// Rows: the twist at P in P's axes, angular first; columns: the degrees of the link's tree.
-void FrozenMatrix::treeJacobian(int link, const Pose& X_WP, double* J) noexcept {
+void FrozenMatrix::treeJacobian(int link, const Matrix3& R_WP, const Vector3& p_W, double* J) noexcept {
   const ModelLink& entry = model_.links[link];
   const ModelTree& tree = model_.trees[entry.articulation];
   const int nv = tree.model->nv();
-  const Matrix3 R_PW = X_WP.R.transpose();
+  const Matrix3 R_PW = R_WP.transpose();
   JacobianMap map(J, 6, nv);
   map.setZero();
-  pointJacobian(*tree.model, work_ + tree.link, entry.local, X_WP.p, J, nv);
+  pointJacobian(*tree.model, work_ + tree.link, entry.local, p_W, J, nv);
   for (int c = 0; c < nv; ++c) {
     map.col(c).head<3>() = Vector3(R_PW * Vector3(map.col(c).head<3>()));
     map.col(c).tail<3>() = Vector3(R_PW * Vector3(map.col(c).tail<3>()));
@@ -128,25 +123,40 @@ void FrozenMatrix::addContact(FrozenContact& c) noexcept {
   const int a = rowOf(c.link_a), b = rowOf(c.link_b);
   c.G = c.patch.tangent(c.V, c.force);
   if ((a >= 0 && !isFree(c.link_a)) || (b >= 0 && !isFree(c.link_b))) {
-    addLinks(c.link_a, c.link_b, c.X_WP, c.G);
+    addLinks({{c.link_a, c.link_b}, {&c.X_WP.p, &c.X_WP.p}, c.X_WP.R}, c.G);
     return;
   }
-  addFree(a, b, c.X_WP, c.G, c.link_a, c.link_b);
+  addFree(a, b, {{c.link_a, c.link_b}, {&c.X_WP.p, &c.X_WP.p}, c.X_WP.R}, c.G);
 }
 
-/// Jᵀ G J of free bodies, node -1 for none. With G in W's axes in blocks [A B; Bᵀ D], a body's lever r to P and X = [r]×,
+void FrozenMatrix::addForce(const FrozenForce& c, double g) noexcept {
+  const int a = rowOrWorld(c.link_a), b = rowOf(c.link_b);
+  const Matrix3 R = Matrix3::Identity();
+  const Ends ends{{c.link_a, c.link_b}, {&c.p_WA, &c.p_WB}, R};
+  Matrix6 G = Matrix6::Zero();
+  G.topLeftCorner<3, 3>() = c.turn;
+  G.bottomRightCorner<3, 3>() = c.way;
+  if (c.lined) G.bottomRightCorner<3, 3>() += c.lineSlope(g) * c.line.n * c.line.n.transpose();
+  if ((a >= 0 && !isFree(c.link_a)) || (b >= 0 && !isFree(c.link_b))) {
+    addLinks(ends, G);
+  } else {
+    addFree(a, b, ends, G);
+  }
+}
+
+/// Jᵀ G J of free bodies, row -1 for none. With G in W's axes in blocks [A B; Bᵀ D], a body's lever r to its point and X = [r]×,
 /// J = [1 0; -X 1], so that with Q = B + X D the block of two bodies i, j is
 ///     J_iᵀ G J_j = [A - B X_j + X_i Q_jᵀ   Q_i; Q_jᵀ   D].
-void FrozenMatrix::addFree(int a, int b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept {
-  const LaneMatrix R(X_WP.R), back = transposed(R);
+void FrozenMatrix::addFree(int a, int b, const Ends& ends, const Matrix6& G) noexcept {
+  const LaneMatrix R(ends.R_WP), back = transposed(R);
   const auto inW = [&](int row, int column) { return R * LaneMatrix(Matrix3(G.block<3, 3>(row, column))) * back; };
   const LaneMatrix A = inW(0, 0), B = inW(0, 3), D = inW(3, 3);
-  const int node[2] = {a, b}, link[2] = {link_a, link_b};
+  const int node[2] = {a, b};
   Lanes r[2] = {lanes(0), lanes(0)};
   LaneMatrix Q[2] = {B, B};
   for (int s = 0; s < 2; ++s) {
     if (node[s] < 0) continue;
-    const Vector3 lever = X_WP.p - work_[link[s]].p_WO;
+    const Vector3 lever = *ends.p_W[s] - work_[ends.link[s]].p_WO;
     r[s] = laneVector(lever.x(), lever.y(), lever.z());
     Q[s] = B + cross(r[s], D);
   }
@@ -170,14 +180,13 @@ void FrozenMatrix::addFree(int a, int b, const Pose& X_WP, const Matrix6& G, int
 }
 
 /// Jᵀ G J of a patch between two links, link A -1 for none; at least one of them is on joints.
-void FrozenMatrix::addLinks(int link_a, int link_b, const Pose& X_WP, const Matrix6& G_P) noexcept {
-  const int link[2] = {link_a, link_b};
+void FrozenMatrix::addLinks(const Ends& ends, const Matrix6& G_P) noexcept {
   double* J[2] = {jacobian_a_.data(), jacobian_b_.data()};
   int node[2], size[2];
   for (int s = 0; s < 2; ++s) {
-    node[s] = link[s] >= 0 ? rowOf(link[s]) : -1;
+    node[s] = rowOrWorld(ends.link[s]);
     size[s] = node[s] >= 0 ? size_[node[s]] : 0;
-    if (node[s] >= 0) treeJacobian(link[s], X_WP, J[s]);
+    if (node[s] >= 0) treeJacobian(ends.link[s], ends.R_WP, *ends.p_W[s], J[s]);
   }
   if (node[0] >= 0 && node[0] == node[1]) {  // two links of one tree: J = J_b - J_a
     for (int i = 0; i < 6 * size[0]; ++i) J[1][i] -= J[0][i];

@@ -13,7 +13,7 @@ namespace haptic {
 /// Assembles it; BlockCholesky factors it.
 class FrozenMatrix {
  public:
-  FrozenMatrix(const Model& model, int contact_capacity);  ///< set-up: room for every tree, and so many contacts
+  FrozenMatrix(const Model& model, int join_capacity);  ///< set-up: room for every tree, and so many contacts and forces
 
   /// (in realtime) M of a tree from its links as they stand.
   void freeze(int tree, LinkWork* work) noexcept;
@@ -26,19 +26,27 @@ class FrozenMatrix {
   void select(const IslandPart& part, LinkWork* work) noexcept;
   /// Row of blocks of a link's tree; -1: the part does not move it.
   int rowOf(int link) const { return row_of_tree_[model_.links[link].articulation]; }
+  int rowOrWorld(int link) const { return link >= 0 ? rowOf(link) : -1; }  ///< the same; link −1: W
   int sizeAt(int row) const { return size_[row]; }         ///< degrees of freedom of a row's tree
 
-  /// (in realtime) All three sums; computes G of the part's contacts at their V. False: it does not fit.
-  bool assemble(const IslandPart& part, LoadedVector<FrozenContact>& contacts,
-                const std::vector<FrozenCoupling>& couplings) noexcept;
+  /// (in realtime) All three sums, of a stage of length g; computes G of the part's contacts at their V. False: it does not fit.
+  bool assemble(const IslandPart& part, LoadedVector<FrozenContact>& contacts, const LoadedVector<FrozenForce>& forces,
+                double g) noexcept;
   BlockCholesky& blocks() { return blocks_; }              ///< as assembled, to be factored
 
  private:
   bool isFree(int link) const { return model_.trees[model_.links[link].articulation].model->isFreeBody(); }
   void addContact(FrozenContact& c) noexcept;
-  void addLinks(int link_a, int link_b, const Pose& X_WP, const Matrix6& G_P) noexcept;
-  void addFree(int row_a, int row_b, const Pose& X_WP, const Matrix6& G, int link_a, int link_b) noexcept;
-  void treeJacobian(int link, const Pose& X_WP, double* J) noexcept;
+  void addForce(const FrozenForce& c, double g) noexcept;
+  /// Where a contact or force acts: links, A −1 for W; points in W; axes of its G.
+  struct Ends {
+    int link[2];
+    const Vector3* p_W[2];
+    const Matrix3& R_WP;
+  };
+  void addLinks(const Ends& ends, const Matrix6& G_P) noexcept;
+  void addFree(int row_a, int row_b, const Ends& ends, const Matrix6& G) noexcept;
+  void treeJacobian(int link, const Matrix3& R_WP, const Vector3& p_W, double* J) noexcept;
 
   const Model& model_;
   LinkWork* work_ = nullptr;

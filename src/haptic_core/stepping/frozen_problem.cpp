@@ -15,15 +15,21 @@ constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)|
 constexpr double kStraight = 0.02;
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
+/// Contacts and forces of a pass at most.
+int joinsOf(const Model& model) {
+  return model.pair_capacity + kAside + static_cast<int>(model.pointers.size() + model.forces.size());
+}
+
 }  // namespace
 
 FrozenProblem::FrozenProblem(const Model& model)
-    : model_(model), parts_(model.trees.size(), model.pair_capacity + kAside), matrix_(model, model.pair_capacity + kAside) {
+    : model_(model), parts_(model.trees.size(), static_cast<std::size_t>(joinsOf(model))), matrix_(model, joinsOf(model)) {
   node_of_tree_.assign(model.trees.size(), -1);
   for (auto* x : {&remainder_, &energy_remainder_}) x->resize(model.trees.size());
   for (auto* x : {&v_reference_, &r_reference_, &smooth_, &residual_, &step_, &loaded_, &load_, &trial_, &rows_}) x->resize(model.nv);
   contacts.reserve(model.pair_capacity + kAside);
-  joined_.resize(contacts.capacity());
+  forces.reserve(static_cast<int>(model.pointers.size() + model.forces.size()));
+  joined_.resize(static_cast<std::size_t>(joinsOf(model)));
 }
 
 void FrozenProblem::select(const Island& island, LinkWork* work, ImplicitJoints* joints) noexcept {
@@ -34,6 +40,7 @@ void FrozenProblem::select(const Island& island, LinkWork* work, ImplicitJoints*
   joints_ = joints;
   if (joints) joints->setNodes(node_of_tree_, island.tree_count);
   contacts.clear();
+  forces.clear();
 }
 
 void FrozenProblem::forget() noexcept {
@@ -74,14 +81,6 @@ void FrozenProblem::select(int p) noexcept {
   matrix_.select(part_, work_);
 }
 
-/// Those on links of the part.
-template <class Visit>
-void FrozenProblem::eachCoupling(Visit&& visit) const noexcept {
-  for (const FrozenCoupling& c : couplings) {
-    if (c.link >= 0 && matrix_.rowOf(c.link) >= 0) visit(c);
-  }
-}
-
 Twist FrozenProblem::linkTwist(int link, const Vector3& p_W, const double* u) const noexcept {
   if (nodeOf(link) < 0) return {};
   const ModelTree& tree = model_.trees[model_.links[link].articulation];
@@ -95,6 +94,11 @@ Twist FrozenProblem::linkTwist(int link, const Vector3& p_W, const double* u) co
 Vector6 FrozenProblem::twistOf(const FrozenContact& c, const double* u) const noexcept {
   const Twist V = linkTwist(c.link_b, c.X_WP.p, u) - linkTwist(c.link_a, c.X_WP.p, u);
   return V.rotated(c.X_WP.R.transpose()).vector();
+}
+
+Twist FrozenProblem::twistOf(const FrozenForce& c, const double* u) const noexcept {
+  const Twist V = linkTwist(c.link_b, c.p_WB, u);
+  return moves(c.link_a) ? V - linkTwist(c.link_a, c.p_WA, u) : V;
 }
 
 /// rows += Jᵀ F.
@@ -117,8 +121,14 @@ void FrozenProblem::addContact(const FrozenContact& c, const Vector6& F_BP_P, do
   addForce(c.link_a, -F_W, c.X_WP.p, rows);
 }
 
-/// r + M δ + Σ Jᵀ C J δ into `smooth_`.
-void FrozenProblem::smoothPart(const double* v) noexcept {
+/// The same of a wrench on B at its point, and the opposite on A at its own.
+void FrozenProblem::addBetween(const FrozenForce& c, const Wrench& F_W, double* rows) const noexcept {
+  addForce(c.link_b, F_W, c.p_WB, rows);
+  if (c.link_a >= 0) addForce(c.link_a, -F_W, c.p_WA, rows);
+}
+
+/// r + M δ + Σ Jᵀ (C J δ - g F_r) into `smooth_`, δ into `trial_`.
+void FrozenProblem::smoothPart(double g, const double* v) noexcept {
   for (int n = 0; n < part_.tree_count; ++n) {
     const ModelTree& tree = treeAt(n);
     const double* M = matrix_.massOf(part_.trees[n]);
@@ -135,10 +145,9 @@ void FrozenProblem::smoothPart(const double* v) noexcept {
       for (int i = 0; i < nv; ++i) smooth_[tree.v + i] += M[i + j * nv] * trial_[tree.v + j];
     }
   }
-  eachCoupling([&](const FrozenCoupling& c) {
-    const Vector3& p = work_[c.link].X_WL.p;
-    const Twist V = linkTwist(c.link, p, trial_.data());
-    addForce(c.link, {c.turn * V.angular, c.way * V.linear}, p, smooth_.data());
+  eachForce([&](const FrozenForce& c) {
+    const Twist V = twistOf(c, trial_.data());
+    addBetween(c, Wrench{c.turn * V.angular, c.way * V.linear} - c.F * g, smooth_.data());
   });
 }
 
@@ -159,11 +168,14 @@ bool FrozenProblem::solve(double g, int most, double finest, double enough, cons
   const int iterations_before = iterations, factorisations_before = factorisations;
   int longest = 0, factored = 0;
   bool solved = true;
-  for (int i = 0; i < contacts.size(); ++i) {
-    const auto treeOf = [this](int link) { return nodeOf(link) >= 0 ? model_.links[link].articulation : -1; };
-    joined_[i] = {treeOf(contacts[i].link_a), treeOf(contacts[i].link_b)};
-  }
-  parts_.find(island_, joined_.data(), contacts.size(), joints_ != nullptr);  // what joints do is solved for all trees at once
+  const auto treesOf = [this](const auto& c) {
+    const auto treeOf = [this](int link) { return moves(link) ? model_.links[link].articulation : -1; };
+    return TreePair{treeOf(c.link_a), treeOf(c.link_b)};
+  };
+  for (int i = 0; i < contacts.size(); ++i) joined_[i] = treesOf(contacts[i]);
+  for (int i = 0; i < forces.size(); ++i) joined_[contacts.size() + i] = treesOf(forces[i]);
+  const bool together = joints_ != nullptr;  // what joints do is solved for all trees at once
+  parts_.find(island_, joined_.data(), contacts.size(), forces.size(), together);
   for (int p = 0; p < parts_.count(); ++p) {
     select(p);
     const int first = part_.trees[0];
@@ -183,15 +195,19 @@ bool FrozenProblem::solve(double g, int most, double finest, double enough, cons
 }
 
 bool FrozenProblem::solvePart(double g, int most, double finest, double enough, const double* q, double* v) noexcept {
-  smoothPart(v);
+  smoothPart(g, v);
   eachContact([&](FrozenContact& c) {
     c.V = c.V_reference + twistOf(c, trial_.data());  // trial_ holds δ
     c.patch.evaluate(c.V, c.force);
   });
+  eachForce([&](FrozenForce& c) {
+    c.gained = c.line.n.dot(twistOf(c, trial_.data()).linear);
+    c.force = c.lineAt(c.gained, g);
+  });
   double changed = 0, open = 1;
   for (int i = 0; i < most; ++i) {
     if (i > 0) {
-      smoothPart(v);
+      smoothPart(g, v);
       eachContact([](FrozenContact& c) {  // the search has left the forces of this V
         const bool turned_over = c.force.friction.outside && c.slid.head<2>().dot(c.force.friction.force.head<2>()) < 0;
         if (turned_over) c.patch.stick(c.V, c.force);
@@ -203,8 +219,11 @@ bool FrozenProblem::solvePart(double g, int most, double finest, double enough, 
     });
     eachVelocity([this](int k) { residual_[k] = smooth_[k]; });
     eachContact([&](const FrozenContact& c) { addContact(c, -g * c.force.F, residual_.data()); });
+    eachForce([&](const FrozenForce& c) {
+      if (c.lined) addBetween(c, {Vector3::Zero(), -g * c.force * c.line.n}, residual_.data());
+    });
     if (i == 0) measureImbalance(g);
-    if (!matrix_.assemble(part_, contacts, couplings) || !findStep(g, q, v, open)) return false;
+    if (!matrix_.assemble(part_, contacts, forces, g) || !findStep(g, q, v, open)) return false;
     ++iterations;
     double size = 0;
     for (int n = 0; n < part_.tree_count; ++n) size = std::max(size, speedOf(part_.trees[n], step_.data()));
@@ -217,6 +236,10 @@ bool FrozenProblem::solvePart(double g, int most, double finest, double enough, 
       c.V += alpha * c.step;
       if (alpha < 1) c.F_done = c.force.F;  // nothing explains this motion; the passes are not at their end
     });
+    eachForce([&](FrozenForce& c) {
+      c.gained += alpha * c.step;
+      if (alpha < 1) c.done = c.force;
+    });
     open *= 1 - alpha;
     changed += alpha * size;
     const double share = size <= finest ? 0 : alpha == 1 ? std::abs(left) : 1;
@@ -225,16 +248,19 @@ bool FrozenProblem::solvePart(double g, int most, double finest, double enough, 
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
     if (alpha != 1 || std::abs(left) > kStraight) continue;
     double missed = 0;
-    eachContact([&](const FrozenContact& c) { missed = std::max(missed, missedSpeed(c, g)); });
+    eachContact([&](const FrozenContact& c) {
+      missed = std::max(missed, missedSpeed(c.link_a, c.link_b, (c.force.F - c.F_done).tail<3>().norm(), g));
+    });
+    eachForce([&](const FrozenForce& c) { missed = std::max(missed, missedSpeed(c.link_a, c.link_b, std::abs(c.force - c.done), g)); });
     if (part_.tree_count == 1 || missed <= std::max(enough, kStraight * size)) break;
   }
   return true;
 }
 
-/// Speed that the force at the end of a full Newton step gives beyond what the step took it for [m/s].
-double FrozenProblem::missedSpeed(const FrozenContact& c, double g) const noexcept {
-  const double mass = std::min(massOf(c.link_a), massOf(c.link_b));
-  return g / mass * (c.force.F - c.F_done).tail<3>().norm();
+/// Speed that a force gives at the end of a full Newton step if it is `missed` [N] more than the step took it for [m/s].
+double FrozenProblem::missedSpeed(int link_a, int link_b, double missed, double g) const noexcept {
+  const double mass = link_a >= 0 ? std::min(massOf(link_a), massOf(link_b)) : massOf(link_b);
+  return g / mass * missed;
 }
 
 /// Newton's step into step_ and the contacts, with what the joints do by themselves. `open`: share of the gaps of loops that is left.
@@ -252,6 +278,10 @@ bool FrozenProblem::findStep(double g, const double* q, const double* v, double 
     c.per_load = c.patch.perLoad(c.V, c.force);
   });
   followLoad(g, v);
+  eachForce([&](FrozenForce& c) {
+    c.step = c.line.n.dot(twistOf(c, step_.data()).linear);
+    c.done = c.force - c.lineSlope(g) / g * c.step;
+  });
   return true;
 }
 
@@ -327,21 +357,25 @@ double FrozenProblem::massNorm2(const double* u) const noexcept {
 }
 
 /// pᵀ (M + Σ Jᵀ C J) p.
-double FrozenProblem::curvature() const noexcept {
+double FrozenProblem::curvature() noexcept {
   double sum = matrix_.massNorm2(part_.trees, part_.tree_count, step_.data());
-  eachCoupling([&](const FrozenCoupling& c) {
-    const Twist V = linkTwist(c.link, work_[c.link].X_WL.p, step_.data());
+  eachForce([&](const FrozenForce& c) {
+    const Twist V = twistOf(c, step_.data());
     sum += V.angular.dot(c.turn * V.angular) + V.linear.dot(c.way * V.linear);
   });
   return sum;
 }
 
-/// φ(α); leaves the contacts' forces of v + α p behind.
+/// φ(α); leaves the forces of v + α p behind.
 double FrozenProblem::slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept {
   double phi = along + alpha * curvature;
   eachContact([&](FrozenContact& c) {
     c.patch.evaluate(c.V + alpha * c.step, c.force);
     phi -= g * c.force.F.dot(c.step);
+  });
+  eachForce([&](FrozenForce& c) {
+    c.force = c.lineAt(c.gained + alpha * c.step, g);
+    if (c.lined) phi -= g * c.force * c.step;
   });
   if (!joints_) return phi;
   eachVelocity([&](int k) { trial_[k] = v[k] + alpha * step_[k]; });

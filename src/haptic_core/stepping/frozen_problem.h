@@ -1,11 +1,12 @@
 /// One pass of a stage: the implicit step with all geometry frozen at a reference.
 ///
-/// With δ = v - v_r, r the residual of inertia, gravity and couplings at the reference and M the inertia there, it finds the root of
-///     R(v) = r + M δ + Σ Jᵀ C J δ - g Σ Jᵀ F(V_r + J δ),
-/// F the wrenches of frozen patches (frozen_patch.h). If friction kept its limit, R would be the gradient of a strictly convex
-/// function: M and the couplings' C are positive, F falls with the twist. What joints do by themselves comes in as in
+/// With δ = v - v_r, r the residual of inertia, gravity and wrenches at the reference and M the inertia there, it finds the root of
+///     R(v) = r + M δ + Σ Jᵀ (C J δ - g F_r) - g Σ Jᵀ f(J δ) - g Σ Jᵀ F(V_r + J δ),
+/// F_r and C value and derivative of force elements and couplings, f their forces along a line within a limit (frozen_contact.h), F the
+/// wrenches of frozen patches (frozen_patch.h). If friction kept its limit, R would be the gradient of a strictly convex
+/// function: M and C are positive, f and F fall with the twist. What joints do by themselves comes in as in
 /// implicit_joints.h, convex as well. The limit follows the normal force N, and adds what is not symmetric. Newton's method:
-///     (A + Σ Jᵀ b nᵀ G J) p = -R,   A = M + Σ JᵀCJ + Σ JᵀGJ,
+///     (A + Σ Jᵀ b nᵀ G J) p = -R,   A = M + Σ JᵀCJ + Σ JᵀGJ,  C with the line's part where it is within its limit,
 /// with G = -g ∂F/∂V while the limit stays, nᵀ G its row of the normal force, and b = ∂F/∂N of what slides. A is symmetric positive
 /// definite and sparse over the graph of contacts (block_cholesky.h); the rest takes one more solve on its factor (`followLoad`).
 /// Then the root of φ(α) = R(v + α p)·p, on the frozen forces alone. No geometry is asked in here. While the limit was that of
@@ -57,7 +58,7 @@ class FrozenProblem {
                 double* v) noexcept;
 
   LoadedVector<FrozenContact> contacts;    ///< of the island, filled by StageContacts
-  std::vector<FrozenCoupling> couplings;   ///< of the island
+  LoadedVector<FrozenForce> forces;        ///< of the island, filled by ImplicitStage
   int iterations = 0, factorisations = 0;  ///< since they were last set to 0, of the part that took most in each pass
   double decrement = 0;                 ///< of the last solve, -R·p at its start [J]
   double remainder = 0;                 ///< about what another Newton step of the last solve would be [m/s]
@@ -70,6 +71,8 @@ class FrozenProblem {
   Twist linkTwist(int link, const Vector3& p_W, const double* u) const noexcept;
   /// (in realtime) J u of a contact in P's axes; `u` in the order of the state.
   Vector6 twistOf(const FrozenContact& c, const double* u) const noexcept;
+  /// (in realtime) Of B's point over A's by u, in W.
+  Twist twistOf(const FrozenForce& c, const double* u) const noexcept;
   double massNorm2(const double* u) const noexcept;  ///< (in realtime) uᵀ M u of the island [J]
   /// (in realtime) Largest speed of a tree of the island [m/s]; rotations count at the reach of the body.
   double speed(const double* velocity) const noexcept;
@@ -81,6 +84,7 @@ class FrozenProblem {
   const std::vector<double>& reference() const { return v_reference_; }  ///< v_r, in the state's order
   /// Of the tree of a link; -1: the island does not move it.
   int nodeOf(int link) const { return node_of_tree_[model_.links[link].articulation]; }
+  bool moves(int link) const { return link >= 0 && nodeOf(link) >= 0; }  ///< the island moves it; link −1: W
 
  private:
   void select(int part) noexcept;
@@ -90,12 +94,15 @@ class FrozenProblem {
     for (int i = 0; i < part_.contact_count; ++i) visit(contacts[part_.contacts[i]]);
   }
   template <class Visit>
-  void eachCoupling(Visit&& visit) const noexcept;
+  void eachForce(Visit&& visit) noexcept {
+    for (int i = 0; i < part_.force_count; ++i) visit(forces[part_.forces[i]]);
+  }
   void addForce(int link, const Wrench& F_W, const Vector3& p_W, double* rows) const noexcept;
   void addContact(const FrozenContact& c, const Vector6& F_BP_P, double* rows) const noexcept;
-  void smoothPart(const double* v) noexcept;
+  void addBetween(const FrozenForce& c, const Wrench& F_W, double* rows) const noexcept;
+  void smoothPart(double g, const double* v) noexcept;
   void measureImbalance(double g) noexcept;
-  double missedSpeed(const FrozenContact& c, double g) const noexcept;
+  double missedSpeed(int link_a, int link_b, double missed, double g) const noexcept;
   bool findStep(double g, const double* q, const double* v, double open) noexcept;
   void followLoad(double g, const double* v) noexcept;
   void stepFor(const std::vector<double>& residual, const double* v, std::vector<double>& step) noexcept;
@@ -103,7 +110,7 @@ class FrozenProblem {
   double dot(const std::vector<double>& a, const std::vector<double>& b) const noexcept;
   template <class Visit>
   void eachVelocity(Visit&& visit) const noexcept;
-  double curvature() const noexcept;
+  double curvature() noexcept;
   double slopeAt(double g, double alpha, double along, double curvature, const double* v) noexcept;
   const ModelTree& treeAt(int n) const { return model_.trees[part_.trees[n]]; }
 
@@ -114,7 +121,7 @@ class FrozenProblem {
   std::vector<int> node_of_tree_;
   IslandParts parts_;
   IslandPart part_;                     ///< that is being solved
-  std::vector<TreePair> joined_;        ///< by contact
+  std::vector<TreePair> joined_;        ///< by contact, then by force
   std::vector<double> remainder_, energy_remainder_;  ///< by the part's first tree, of its last solve
   std::vector<double> v_reference_, r_reference_, smooth_, residual_, step_, loaded_, load_, trial_, rows_;
   FrozenMatrix matrix_;

@@ -5,6 +5,7 @@
 #include "haptic_core/stepping/explicit_contacts.h"
 #include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/world/applied_wrench.h"
+#include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/stability_number.h"
 
 namespace haptic::stepping {
@@ -23,11 +24,11 @@ struct Contacts {
   const ImplicitContact* end() const { return last; }
 };
 
-/// A body that touches nothing and no hand pulls moves as explicit steps move it: exactly.
+/// A body that touches nothing and that no hand and no force element pulls moves as explicit steps move it: exactly.
 bool fliesFreely(const Model& model, const Island& island, const State& state) noexcept {
   if (island.pair_count > 0 || island.tree_count > 1) return false;
   const ModelTree& tree = model.trees[island.trees[0]];
-  if (!model.isFree(tree)) return false;
+  if (!model.isFree(tree) || hasForces(model, island.trees[0])) return false;
   for (std::size_t p = 0; p < state.pointers.size(); ++p) {
     const PointerState& pointer = state.pointers[p];
     if (!model.holds(static_cast<int>(p)) && pointer.targeted && pointer.link == tree.link) return false;
@@ -98,6 +99,17 @@ void takeContacts(const Model& model, double h, State& state, Work& work, Report
   });
 }
 
+/// What the island's force elements do to its links, or to those that hands hold.
+void takeForces(const Model& model, const Island& island, bool to_held, Work& work) noexcept {
+  LinkWork* link = work.placement.link.data();
+  const auto moves = [&](int tree) { return work.hands.movesByItself(model.trees[tree]); };
+  eachForce(model, TreeRange{island.trees, island.tree_count}, moves, [&](int, const ModelForce& force) {
+    const auto takes = [&](int tree) { return tree >= 0 && moves(tree) != to_held; };
+    addForce(forceNow(model, force, link), takes(force.tree_a) ? link + force.link_a : nullptr,
+             takes(force.tree_b) ? link + force.link_b : nullptr);
+  });
+}
+
 /// Highest stability number of the island's links.
 double stabilityOf(const Model& model, const Island& island, const Contacts& contacts, State& state, Work& work) noexcept {
   std::vector<double>& number = work.choice.number;
@@ -108,6 +120,7 @@ double stabilityOf(const Model& model, const Island& island, const Contacts& con
     }
   };
   forEachLink([&](int link) { number[link] = couplingNumber(model, state, work, link); });
+  countForces(model, {island.trees, island.tree_count}, true, state, work);
   for (const ImplicitContact& c : contacts) {
     addStability(model, c.volume, c.force.tangent, c.X_WP, work, state.pairs[c.pair]);
   }
@@ -151,6 +164,7 @@ void lookForExplicit(const Model& model, const Island& island, double h, bool fl
     placement.link[coupling.link].addWrench(coupling.F_W, placement.link[coupling.link].X_WL.p);
   }
   work.contacts.has_kick = false;
+  takeForces(model, island, false, work);
   for (int n = 0; n < island.tree_count; ++n) {
     addWrenches(model, state, island.trees[n], placement.link.data());
     keepPull(model, model.trees[island.trees[n]], state, work);
@@ -250,6 +264,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
     if (solved) takeContacts(model, part.h, state, work, report);
+    takeForces(model, island, true, work);
     const bool stands = solved && solved->stands && standsAlone(model, island, state);
     if (stands) report.step.standing += island.tree_count;
     if (looks && !stands) lookForExplicit(model, island, part.h, !solved, state, work);  // what stands costs nothing as it is

@@ -36,7 +36,7 @@ ImplicitStage::ImplicitStage(const Model& model)
     : model_(model), settings_(model.settings), joints_(model), problem_(model), contacts_(model, problem_),
       limit_(model, problem_, contacts_) {
   couplings.resize(model.pointers.size());
-  problem_.couplings.resize(model.pointers.size());
+  force_.resize(model.forces.size());
   q_base.resize(model.nq);
   q_.resize(model.nq);
   for (auto* vector : {&v_base, &v, &before_, &residual_, &v_dot_, &calm_}) vector->resize(model.nv);
@@ -87,7 +87,79 @@ void ImplicitStage::select(const Island& island) noexcept {
     for (int l = 0; l < tree.model->linkCount(); ++l) mass_ += model_.links[tree.link + l].mass;
   }
   problem_.select(island, work_.data(), has_joints_ ? &joints_ : nullptr);
+  selectForces();
   contacts_.select(island);
+}
+
+/// Couplings that pull at the island's links, by pointer, then its force elements.
+void ImplicitStage::selectForces() noexcept {
+  FrozenForce frozen;
+  for (std::size_t i = 0; i < couplings.size(); ++i) {
+    frozen.source = static_cast<int>(i);
+    frozen.link_b = couplings[i].link;
+    if (problem_.moves(frozen.link_b)) problem_.forces.push_back(frozen);
+  }
+  has_forces_ = false;
+  const auto moves = [this](int tree) { return problem_.moves(model_.trees[tree].link); };
+  eachForce(model_, TreeRange{island_.trees, island_.tree_count}, moves, [&](int i, const ModelForce& force) {
+    has_forces_ = true;
+    frozen.source = static_cast<int>(couplings.size()) + i;
+    frozen.link_a = force.link_a;
+    frozen.link_b = force.link_b;
+    problem_.forces.push_back(frozen);
+    force_[i] = forceNow(model_, force, work_.data());
+  });
+  if (has_forces_) bookForces(0, false);
+}
+
+/// Where the reference moved. A coupling's wrench goes to its link, and so into the residual.
+void ImplicitStage::freezeForces(double g) noexcept {
+  const auto moved = [this](int link) { return problem_.moves(link) && moved_[model_.links[link].articulation]; };
+  for (FrozenForce& frozen : problem_.forces) {
+    if (!moved(frozen.link_b) && !moved(frozen.link_a)) continue;
+    const int element = frozen.source - static_cast<int>(couplings.size());
+    if (element >= 0) {
+      force_[element] = forceNow(model_, model_.forces[element], work_.data());
+      frozen.freeze(force_[element], g, true);
+      continue;
+    }
+    ImplicitCoupling& coupling = couplings[frozen.source];
+    const CouplingMatrices c = matricesOf(coupling.law, work_[frozen.link_b].X_WL.R, coupling.X_WL.R);
+    LinkForce now;
+    now.p_WA = now.p_WB = work_[frozen.link_b].X_WL.p;
+    now.turn_K = c.rotational_stiffness, now.turn_D = c.rotational_damping;
+    now.way_K = c.stiffness, now.way_D = c.damping;
+    frozen.freeze(now, g, false);
+    pull(coupling);
+  }
+}
+
+/// Velocity of a point of a link that a hand leads, its mean over the step; zero where none does.
+Twist ImplicitStage::ledTwist(int link, const Vector3& p_W) const noexcept {
+  const int lead = link >= 0 ? held_by_[link] : -1;
+  if (lead < 0) return {};
+  const Twist way = held_way_[lead].shifted(p_W - work_[link].X_WL.p);
+  return {way.angular / step_, way.linear / step_};
+}
+
+/// Powers of the force elements at their references; where it `moves_on`, carried to v by `before_`, v - v_r.
+void ImplicitStage::bookForces(double g, bool moves_on) noexcept {
+  force_power_ = {};
+  for (const FrozenForce& frozen : problem_.forces) {
+    const int element = frozen.source - static_cast<int>(couplings.size());
+    if (element < 0) continue;
+    LinkForce now = force_[element];
+    if (moves_on) {
+      const Twist V = problem_.twistOf(frozen, before_.data());
+      const double gained = now.line.n.dot(V.linear);
+      now.V = now.V + V;
+      now.line.spring -= g * now.line.stiffness * gained;
+      now.line.damper -= now.line.damping * gained;
+      now.F = now.F - Wrench{frozen.turn * V.angular, frozen.way * V.linear} * (1 / g);
+    }
+    force_power_.taken += now.taken();
+    force_power_.supplied += power(now.onB(), ledTwist(frozen.link_a, now.p_WA)) - power(now.onB(), ledTwist(frozen.link_b, now.p_WB));
+  }
 }
 
 void ImplicitStage::start(double g, double left) noexcept {
@@ -132,7 +204,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     smallest = std::min(smallest, model_.links[model_.trees[island_.trees[n]].link].size);
   }
   if (contacts_.all().empty())
-    most_passes = std::max(most_passes, island_.pair_count == 0 ? kAlonePasses : kContactFreePasses);
+    most_passes = std::max(most_passes, island_.pair_count == 0 || has_forces_ ? kAlonePasses : kContactFreePasses);
   for (int pass = 0; pass < most_passes && !converged; ++pass) {
     if (pass > 0) evaluate(g);
     const double now = energy() - supply(g);
@@ -178,19 +250,35 @@ double ImplicitStage::energyOf(int t) const noexcept {
          potentialEnergy(*tree.model, work_.data() + tree.link, settings_.gravity);
 }
 
-/// Of the island at its reference, springs of contacts included [J].
+/// Of the island at its reference, springs of contacts and force elements included [J].
 double ImplicitStage::energy() const noexcept {
   double sum = 0;
   for (int n = 0; n < island_.tree_count; ++n) sum += tree_energy_[island_.trees[n]];
-  return sum + contacts_.springEnergy();
+  sum += contacts_.springEnergy();
+  return has_forces_ ? sum + storedInForces() : sum;
+}
+
+/// Energy of the springs of force elements at their references [J].
+double ImplicitStage::storedInForces() const noexcept {
+  double sum = 0;
+  for (const FrozenForce& frozen : problem_.forces) {
+    const int element = frozen.source - static_cast<int>(couplings.size());
+    if (element >= 0) sum += force_[element].stored;
+  }
+  return sum;
 }
 
 /// Work of hands and belts over the stage, with the forces and velocities at its reference [J].
 double ImplicitStage::supply(double g) const noexcept {
   double sum = contacts_.supply(held_way_, step_);
-  for (std::size_t i = 0; i < couplings.size(); ++i) {
-    const int link = problem_.couplings[i].link;
-    if (link >= 0) sum += power(couplings[i].F_W, work_[link].twistAtOrigin());
+  for (const FrozenForce& frozen : problem_.forces) {
+    const int element = frozen.source - static_cast<int>(couplings.size());
+    if (element < 0) {
+      sum += power(couplings[frozen.source].F_W, work_[frozen.link_b].twistAtOrigin());
+      continue;
+    }
+    const LinkForce& now = force_[element];
+    sum += power(now.onB(), ledTwist(frozen.link_a, now.p_WA)) - power(now.onB(), ledTwist(frozen.link_b, now.p_WB));
   }
   return g * sum;
 }
@@ -203,6 +291,10 @@ double ImplicitStage::startEnergy() noexcept {
     std::copy_n(q_base.begin() + tree.q, tree.model->nq(), q_.begin() + tree.q);
     place(island_.trees[n], v_base);
     sum += energyOf(island_.trees[n]);
+  }
+  for (const FrozenForce& frozen : problem_.forces) {
+    const int element = frozen.source - static_cast<int>(couplings.size());
+    if (element >= 0) sum += forceNow(model_, model_.forces[element], work_.data()).stored;
   }
   for (int i = 0; i < island_.pair_count; ++i) {
     const FrictionMemory& memory = memory_base[island_.pairs[i]];
@@ -328,15 +420,7 @@ void ImplicitStage::evaluate(double g, bool may_limit) noexcept {
     move(g);
   }
   first_ = false;
-  for (std::size_t i = 0; i < couplings.size(); ++i) {
-    FrozenCoupling& frozen = problem_.couplings[i];
-    frozen.link = couplings[i].link >= 0 && problem_.nodeOf(couplings[i].link) >= 0 ? couplings[i].link : -1;
-    if (frozen.link < 0 || !moved_[model_.links[frozen.link].articulation]) continue;
-    const CouplingMatrices c = matricesOf(couplings[i].law, work_[frozen.link].X_WL.R, couplings[i].X_WL.R);
-    frozen.turn = g * g * c.rotational_stiffness + g * c.rotational_damping;
-    frozen.way = g * g * c.stiffness + g * c.damping;
-    pull(couplings[i]);
-  }
+  freezeForces(g);
   for (int n = 0; n < island_.tree_count; ++n) {
     if (moved_[island_.trees[n]]) addWrenches(model_, *state_, island_.trees[n], work_.data());
   }
@@ -359,6 +443,7 @@ void ImplicitStage::evaluate(double g, bool may_limit) noexcept {
 /// gap closes. Bodies on joints turn more than that: they are always looked at again.
 bool ImplicitStage::holds() const noexcept {
   if (island_jointed_ || contacts_.all().empty()) return false;
+  if (has_forces_ && forcesBend()) return false;
   if (problem_.remainder > kStays * tolerance_.speed) return false;
   if (problem_.energy_remainder > kStays * tolerance_.energy) return false;
   return contacts_.hold(tolerance_, before_.data());
@@ -373,18 +458,26 @@ void ImplicitStage::pull(ImplicitCoupling& coupling) noexcept {
   link.addWrench(coupling.F_W, link.X_WL.p);
 }
 
-/// Carries contacts and couplings from the reference to v.
+/// Whether the derivatives of a force element change with the motion.
+bool ImplicitStage::forcesBend() const noexcept {
+  return std::any_of(problem_.forces.begin(), problem_.forces.end(), [this](const FrozenForce& frozen) {
+    const int element = frozen.source - static_cast<int>(couplings.size());
+    return element >= 0 && force_[element].bends;
+  });
+}
+
+/// Carries contacts, couplings and force elements from the reference to v.
 void ImplicitStage::finish(double g) noexcept {
   sinceReference();
   contacts_.finish(before_.data(), held_way_, step_);
-  for (std::size_t i = 0; i < couplings.size(); ++i) {
-    const FrozenCoupling& frozen = problem_.couplings[i];
-    if (frozen.link < 0) continue;
-    const LinkWork& link = work_[frozen.link];
-    const Twist V = problem_.linkTwist(frozen.link, link.X_WL.p, before_.data());
-    couplings[i].F_W += Wrench{-(1 / g) * (frozen.turn * V.angular), -(1 / g) * (frozen.way * V.linear)};
-    couplings[i].power = power(couplings[i].F_W, link.twistAtOrigin() + V);
+  for (const FrozenForce& frozen : problem_.forces) {
+    if (frozen.source >= static_cast<int>(couplings.size())) break;  // couplings come first
+    ImplicitCoupling& coupling = couplings[frozen.source];
+    const Twist V = problem_.twistOf(frozen, before_.data());
+    coupling.F_W += Wrench{-(1 / g) * (frozen.turn * V.angular), -(1 / g) * (frozen.way * V.linear)};
+    coupling.power = power(coupling.F_W, work_[frozen.link_b].twistAtOrigin() + V);
   }
+  if (has_forces_) bookForces(g, true);
 }
 
 }  // namespace haptic

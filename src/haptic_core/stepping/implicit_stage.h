@@ -2,7 +2,7 @@
 ///
 /// A stage of length g from a base (q_b, v_b, s_b) finds v with
 ///     R(v) = M(q)(v - v_b) + g (c(q, v) - Σ Jᵀ F(q, v, s) - gravity) = 0,   q = q_b ⊕ g v,  s = s_b + g V_t,
-/// F from the contact volumes at q and from the virtual couplings.
+/// F from the contact volumes at q, from the virtual couplings and from the force elements.
 ///
 /// A pass evaluates contacts and inertia once, at a reference velocity v_r, and solves the problem that has the
 /// exact force and stiffness there (frozen_problem.h). Its solution is the reference of the next pass, which looks again at
@@ -27,6 +27,7 @@
 #include "haptic_core/stepping/stage_contacts.h"
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/islands.h"
+#include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
 
@@ -86,6 +87,9 @@ class ImplicitStage {
   /// As the last solve left them.
   const LoadedVector<ImplicitContact>& contacts() const { return contacts_.all(); }
   const LoadedVector<Brush>& brushes() const { return contacts_.brushes(); }  ///< what pressed in the last solve beside them
+  bool hasForces() const { return has_forces_; }  ///< force elements act on the island
+  /// Of the island's force elements: as the last `select` found them, and since then as the last solve left them.
+  const ForcePower& forcePower() const { return force_power_; }
   double handsPower() const { return contacts_.handsPower(); }  ///< what hands that lead a link put into all of these [W]
   int iterations() const { return problem_.iterations; }          ///< Newton steps since `begin`
   int factorisations() const { return problem_.factorisations; }  ///< since `begin`
@@ -114,6 +118,12 @@ class ImplicitStage {
   void move(double g) noexcept;
   bool mayGetDeep(double g) noexcept;
   bool holds() const noexcept;
+  void selectForces() noexcept;
+  void freezeForces(double g) noexcept;
+  void bookForces(double g, bool moves_on) noexcept;
+  double storedInForces() const noexcept;
+  bool forcesBend() const noexcept;
+  Twist ledTwist(int link, const Vector3& p_W) const noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
   void pull(ImplicitCoupling& coupling) noexcept;
   void finish(double g) noexcept;
@@ -126,7 +136,9 @@ class ImplicitStage {
   FrozenProblem problem_;
   StageContacts contacts_;
   DepthLimit limit_;
-  bool has_joints_ = false, island_jointed_ = false;
+  bool has_joints_ = false, island_jointed_ = false, has_forces_ = false;
+  std::vector<LinkForce> force_;         ///< by element of the model: at its reference
+  ForcePower force_power_;
   bool fixed_placed_ = false;            ///< the links that never move are where they are
   StageTolerance tolerance_;             ///< of the last pass
   double changed_ = 0;   ///< largest change of speed in it [m/s]

@@ -113,6 +113,7 @@ const ImplicitReport& ImplicitStep::advance(const Island& island, double h, Impl
   stage_.select(island);
   length_ = left_ = h;
   order_ = order;
+  force_power_before_ = stage_.forcePower();
   evaluations_before_ = stage_.evaluations;
   budget_ = budgetOf(island, *state_);
   locates_ = order != ImplicitOrder::kFirst && changesLimit(model_, island, *state_);
@@ -222,10 +223,10 @@ double ImplicitStep::restBound(double h) const noexcept {
   return std::max(stepping::kOfRounding * stage_.finest(h), calm ? stepping::restingSpeed(settings_, h) : 0.0);
 }
 
-/// Whether the island touches something, and is at rest before and after.
+/// Whether the island touches something or a force element holds it, and is at rest before and after.
 bool ImplicitStep::staysAtRest(double h) const noexcept {
   const double most = restBound(h);
-  if (stage_.contacts().empty() || stage_.hasJoints()) return false;
+  if ((stage_.contacts().empty() && !stage_.hasForces()) || stage_.hasJoints()) return false;
   if (stage_.speed(stage_.v) > most || stage_.speed(stage_.v_base) > most || !sameContacts()) return false;
   const auto runs = [](const ImplicitContact& c) { return !c.force.belt.isZero(0); };  // under what stands it works on
   if (std::any_of(stage_.contacts().begin(), stage_.contacts().end(), runs)) return false;
@@ -451,6 +452,7 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
     base.sliding = s0.sliding;
   }
   first_hands_power_ = stage_.handsPower();
+  first_force_power_ = stage_.forcePower();
   gatherDone();
   for (int i = 0; i < island.pair_count; ++i) first_[island.pairs[i]] = done_[island.pairs[i]];
   for (std::size_t i = 0; i < stage_.couplings.size(); ++i) {
@@ -548,6 +550,12 @@ void ImplicitStep::commit(double g, double h, Mean mean, double taken_up) noexce
     pair.hands_power = hands_power_[island.pairs[i]];
   }
   if (settings_.energy_ledger) state_->energy.external += h * (w * hands_before + (1 - w) * stage_.handsPower());
+  if (settings_.energy_ledger && stage_.hasForces()) {
+    const ForcePower &now = stage_.forcePower(), &before = two_stages ? first_force_power_ : force_power_before_;
+    state_->energy.damping += h * (w * before.taken + (1 - w) * now.taken);
+    state_->energy.external += h * (w * before.supplied + (1 - w) * now.supplied);
+    force_power_before_ = now;
+  }
   int next = 0;
   for (int i = 0; i < island.pair_count; ++i) {
     ActivePair& pair = state_->pairs[island.pairs[i]];

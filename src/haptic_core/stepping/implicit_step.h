@@ -158,6 +158,7 @@ class ImplicitStep {
   std::vector<double> acceleration_, change_, kick_;
   std::vector<double> coupling_work_, first_power_;  ///< by pointer
   double first_hands_power_ = 0;  ///< of the first stage [W]
+  ForcePower first_force_power_, force_power_before_;  ///< of the first stage, and at the end of the last part
   /// By pair, about W's origin: impulse of the step so far; wrench of the first stage, and of the last.
   std::vector<Wrench> impulse_, first_, done_;
   std::vector<double> hands_power_;                  ///< by pair: of the last stage [W]

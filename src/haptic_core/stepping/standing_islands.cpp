@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "haptic_core/world/link_forces.h"
+
 namespace haptic::stepping {
 namespace {
 
@@ -24,10 +26,14 @@ bool rests(const Model& model, const ModelTree& tree, double h, const State& sta
   return isSlow(model, tree, calm ? std::max(restingSpeed(model.settings, h), rounding) : rounding, placement);
 }
 
-/// It touches something, and all of its bodies rest.
+/// It touches something or a force element holds it, and all of its bodies rest.
 bool rests(const Model& model, const Island& island, double h, const State& state, const Placement& placement) noexcept {
   const auto touches = [&state](int pair) { return state.pairs[pair].friction.touching != 0; };
-  if (!std::any_of(island.pairs, island.pairs + island.pair_count, touches)) return false;
+  const auto pulled = [&model](int tree) { return hasForces(model, tree); };
+  if (!std::any_of(island.pairs, island.pairs + island.pair_count, touches) &&
+      (model.forces.empty() || !std::any_of(island.trees, island.trees + island.tree_count, pulled))) {
+    return false;
+  }
   return std::all_of(island.trees, island.trees + island.tree_count,
                      [&](int t) { return rests(model, model.trees[t], h, state, placement); });
 }
@@ -48,7 +54,11 @@ bool standsAlone(const Model& model, const Island& island, const State& state) n
       if (!model.trees[tree].model->isStatic() && !has(tree)) return false;
     }
   }
-  return true;
+  bool alone = true;
+  if (!model.forces.empty()) eachForce(model, TreeRange{island.trees, island.tree_count}, has, [&](int, const ModelForce& force) {
+    for (const int tree : {force.tree_a, force.tree_b}) alone &= tree < 0 || has(tree);
+  });
+  return alone;
 }
 
 bool isCalm(const Island& island, const State& state) noexcept {

@@ -7,6 +7,7 @@
 #include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/world/initial_overlap.h"
 #include "haptic_core/world/led_motion.h"
+#include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/runaway.h"
 
@@ -67,6 +68,36 @@ void mapShapes(const Model& from, const Model& to, CarryOver& map) {
   }
 }
 
+/// The element of one world is that of the other.
+bool isSame(const CarryOver& map, const ModelForce& old, const ModelForce& force) {
+  const auto now = [&](int link) { return link < 0 ? -1 : map.link[link]; };
+  return old.type == force.type && now(old.link_a) == force.link_a && (old.link_a < 0 || force.link_a >= 0) &&
+         now(old.link_b) == force.link_b && old.p_A == force.p_A && old.p_B == force.p_B &&
+         std::equal(std::begin(old.parameter), std::end(old.parameter), std::begin(force.parameter));
+}
+
+/// Trees of the elements of `some` that are not among those of `others`.
+template <class Same, class TreeOf>
+void addUnlike(const std::vector<ModelForce>& some, const std::vector<ModelForce>& others, Same&& same, TreeOf&& treeOf,
+               std::vector<int>& trees) {
+  for (const ModelForce& force : some) {
+    if (std::any_of(others.begin(), others.end(), [&](const ModelForce& other) { return same(force, other); })) continue;
+    for (const int link : {force.link_a, force.link_b}) {
+      const int tree = link < 0 ? -1 : treeOf(link);
+      if (tree >= 0) trees.push_back(tree);
+    }
+  }
+}
+
+void mapForces(const Model& from, const Model& to, CarryOver& map) {
+  addUnlike(to.forces, from.forces, [&](const ModelForce& is, const ModelForce& was) { return isSame(map, was, is); },
+            [&](int link) { return to.links[link].articulation; }, map.pulled);
+  addUnlike(from.forces, to.forces, [&](const ModelForce& was, const ModelForce& is) { return isSame(map, was, is); },
+            [&](int link) { return map.link[link] < 0 ? -1 : to.links[map.link[link]].articulation; }, map.pulled);
+  std::sort(map.pulled.begin(), map.pulled.end());
+  map.pulled.erase(std::unique(map.pulled.begin(), map.pulled.end()), map.pulled.end());
+}
+
 /// One tree's own numbers, from one state to another.
 void carryTree(const ModelTree& old, const ModelTree& tree, int was, int is, const State& from, State& to) noexcept {
   const int nq = tree.model->nq(), nv = tree.model->nv();
@@ -115,12 +146,13 @@ void carryContacts(CarryOver& map, const Report& from, Report& to) noexcept {
   }
 }
 
-/// What comes and has no pair is pulled at by gravity alone. It needs no look at anybody's forces, which would begin those anew.
+/// Gravity alone pulls at a body that comes without a pair or a force element. It needs no look at anybody's forces, which would begin
+/// those anew.
 void primeLoneComers(const CarryOver& map, const Model& model, State& state, Work& work) noexcept {
   for (const int t : map.coming) {
     const auto has = [&](const ActivePair& pair) { return model.treeOf(pair.shapeA()) == t || model.treeOf(pair.shapeB()) == t; };
     const bool alone = std::none_of(state.pairs.begin(), state.pairs.begin() + state.pair_count, has);
-    if (!alone || state.mode[t] != TreeMode::kUnprimed || model.trees[t].model->isStatic()) continue;
+    if (!alone || hasForces(model, t) || state.mode[t] != TreeMode::kUnprimed || model.trees[t].model->isStatic()) continue;
     stepping::keepPull(model, model.trees[t], state, work);
     state.mode[t] = TreeMode::kPrimed;
   }
@@ -139,6 +171,7 @@ CarryOver carryOverOf(const Model& from, const Model& to, const std::vector<int>
   mapLinks(from, to, kept, map);
   mapTrees(from, to, map);
   mapShapes(from, to, map);
+  mapForces(from, to, map);
   for (std::size_t p = 0; p < from.pointers.size(); ++p) {
     const bool stays = map.link[from.pointerHome(static_cast<int>(p))] == to.pointerHome(static_cast<int>(p));
     if (!stays) throw SetupError(to.name, "takes the pointer of " + from.pointers[p].device + " away", "keep what hands move");
@@ -189,6 +222,10 @@ void carryOver(CarryOver& map, const State& from, const Work& old_work, const Re
   }
   std::fill(map.stirred.begin(), map.stirred.end(), 0);
   carryPairs(map, from, model, state);
+  for (const int t : map.pulled) {
+    map.stirred[t] = 1;
+    stepping::forgetPull(state, t);
+  }
   carryContacts(map, old_report, report);
   work.standing.carryOver(old_work.standing, map.tree, map.contact, map.stirred);
   refreshHands(model, state, work.hands);

@@ -23,6 +23,7 @@ struct CarryOver {
   std::vector<int> motion;           ///< by new motion: the old one; −1: it comes
   std::vector<int> link, shape;      ///< by old link and shape: the new one; −1: it goes
   std::vector<int> coming;           ///< new trees that come
+  std::vector<int> pulled;           ///< new trees on which other force elements act than before, ascending
   // Filled while the state is carried over; room at set-up.
   std::vector<char> stirred;         ///< by new tree: it lost a contact
   std::vector<int> contact;          ///< by contact of the old report: index in the new one; −1: it goes

@@ -10,6 +10,7 @@
 #include "haptic_core/contact/contact_material.h"
 #include "haptic_core/contact/friction.h"
 #include "haptic_core/dynamics/articulation_def.h"
+#include "haptic_core/dynamics/force_kinds.h"
 #include "haptic_core/dynamics/ring.h"
 #include "haptic_core/geometry/volume/contact_volume.h"
 #include "haptic_core/world/integrator.h"
@@ -234,6 +235,7 @@ struct WorldDef {
   WorldSettings settings;                      ///< step, gravity, methods
   std::vector<ArticulationDef> articulations;  ///< all bodies
   std::vector<LoopDef> loops;                  ///< closed on top of the trees
+  std::vector<ForceDef> forces;                ///< springs between links, fields: dynamics/force_kinds.h
   std::vector<JointPathDef> joint_paths;       ///< of drives, over time
   std::vector<MotionDef> motions;              ///< of bodies that are led along them
   std::vector<PointerDef> pointers;            ///< links that hands move
@@ -243,7 +245,7 @@ struct WorldDef {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.settings), visit(s.articulations), visit(s.loops), visit(s.joint_paths), visit(s.motions), visit(s.pointers);
-    visit(s.filters);
+    visit(s.filters), visit(s.forces);
   }
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "haptic_core/world/link_forces.h"
+
 namespace haptic {
 
 Islands::Islands(const Model& model) : model_(model), joined_(model.trees.size()) {
@@ -25,6 +27,9 @@ void Islands::find(const State& state, const std::vector<int>& trees, const std:
     const int a = treeOf(state.pairs[i].shapeA()), b = treeOf(state.pairs[i].shapeB());
     if (moves(a) && moves(b)) joined_.merge(a, b);
   }
+  eachForce(model_, trees, moves, [&](int, const ModelForce& force) {
+    if (force.tree_a >= 0 && force.tree_b >= 0 && moves(force.tree_a) && moves(force.tree_b)) joined_.merge(force.tree_a, force.tree_b);
+  });
   count_ = 0;
   for (const int t : trees) {
     const int root = joined_.root(t);  // the lowest tree: islands come out in its order

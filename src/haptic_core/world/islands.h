@@ -1,4 +1,4 @@
-/// Trees joined by pairs that may touch: what has to be solved together, and nothing else.
+/// Trees joined by pairs that may touch and by force elements: what has to be solved together, and nothing else.
 #pragma once
 #include <vector>
 
@@ -8,7 +8,7 @@
 
 namespace haptic {
 
-/// Trees that pairs connect, with those pairs. The arrays belong to Islands.
+/// Trees that pairs and force elements connect, with those pairs. The arrays belong to Islands.
 struct Island {
   const int* trees = nullptr;  ///< ascending
   int tree_count = 0;          ///< trees in it
@@ -23,7 +23,8 @@ class Islands {
  public:
   explicit Islands(const Model& model);  ///< set-up: room for all trees and pairs
 
-  /// (in realtime) From the pairs in `state`, of those of `trees` that are implicit or of all of them. O(trees + pairs).
+  /// (in realtime) From the pairs in `state` and the force elements, of those of `trees` that are implicit or of all of them.
+  /// O(trees + pairs + elements).
   void find(const State& state, const std::vector<int>& trees, const std::vector<int>& held_by, bool implicit_only) noexcept;
 
   int count() const { return count_; }  ///< of the last `find`

@@ -1,6 +1,7 @@
 #include "haptic_core/world/ledger.h"
 
 #include "haptic_core/dynamics/kinematics.h"
+#include "haptic_core/world/link_forces.h"
 
 namespace haptic {
 namespace {
@@ -226,6 +227,11 @@ const SumTree<LedgerSums::kColumns>::Row& sumEnergies(const LedgerView& view, co
     if (view.hands.movesByItself(tree)) energy = energyOf(view.model, tree, view.placement, state.q.data());
     view.sums.now[t] = {energy.kinetic, energy.potential, 0, 0};
   }
+  if (!view.model.forces.empty()) {
+    for (const int t : view.visits.trees) {
+      view.sums.now[t][LedgerSums::kPotential] += springsOf(view.model, t, view.hands, view.placement);
+    }
+  }
   for (int i = 0; i < state.pair_count; ++i) {
     const ActivePair& pair = state.pairs[i];
     if (pair.friction.touching == 0) continue;
@@ -244,6 +250,7 @@ MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, con
     const MechanicalEnergy energy = energyOf(model, *tree, placement, q);
     sum.kinetic += energy.kinetic;
     sum.potential += energy.potential;
+    if (!model.forces.empty()) sum.potential += springsOf(model, model.indexOf(*tree), hands, placement);
   }
   return sum;
 }

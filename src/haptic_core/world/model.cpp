@@ -61,6 +61,7 @@ Model::Model(const WorldDef& def) : name(def.name), settings(def.settings), poin
   addLoops(def);
   addMaterials(def);
   addFilters(def);
+  addForces(def);
   checkPointers(def);
   drive_paths = drivePaths(def, *this);
   addMotions(def);
@@ -323,9 +324,9 @@ void Model::chooseVisits() {
   for (int s = 0; s < n; ++s) {
     if (all || (has_contacts && links[shapes[s].link].moves)) updated_shapes.push_back(s);
   }
-  // What nothing touches and no hand pulls is never too stiff.
+  // Links that nothing touches and neither hands nor springs pull are never too stiff.
   const bool choice = settings.integrator == Integrator::kAutomatic;
-  if (choice && !all && !has_contacts && pointers.empty()) settings.integrator = Integrator::kVelocityVerlet;
+  if (choice && !all && !has_contacts && pointers.empty() && forces.empty()) settings.integrator = Integrator::kVelocityVerlet;
   if (all || possible_pairs > std::min<long>(static_cast<long>(kListedPairsPerShape) * n, kMostListed)) return;
   for (int a = 0; a < n; ++a) {
     for (int b = a + 1; b < n; ++b) {
@@ -414,6 +415,7 @@ std::string Model::text() const {
   }
   stage(has_joints, "articulated pass", "no joints: free and fixed bodies only");
   stage(commands > 0, "joint limits, damping, friction, drives, mimics, loops", "no joint has any");
+  stage(!forces.empty(), "forces between links", "no spring and no field");
   stage(!pointers.empty(), "pointer coupling", "no pointer");
   stage(settings.integrator == Integrator::kAutomatic, "choice of the integrator", "it is named, or nothing can be stiff");
   stage(settings.energy_ledger, "energy ledger", "switched off");

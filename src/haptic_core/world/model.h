@@ -8,6 +8,7 @@
 
 #include "haptic_core/contact/friction.h"
 #include "haptic_core/dynamics/articulation.h"
+#include "haptic_core/dynamics/force_kinds.h"
 #include "haptic_core/dynamics/ring.h"
 #include "haptic_core/geometry/search/box_tree.h"
 #include "haptic_core/geometry/volume/contact_workspace.h"
@@ -59,6 +60,16 @@ struct ModelJoint {
   int link = 0;                     ///< world link that hangs on it
   int q = 0, v = 0;                 ///< its degree in the world's q, v
   bool driven = false;              ///< obeys commands
+};
+
+/// A force element of a compiled world (link_forces.h).
+struct ModelForce {
+  std::string name;                 ///< for messages
+  ForceType type = ForceType::kSpring;  ///< its kind
+  int link_a = -1, link_b = -1;     ///< world link indices; link A −1: W
+  int tree_a = -1, tree_b = -1;     ///< of these in `trees`; −1: W, or it never moves
+  Vector3 p_A = Vector3::Zero(), p_B = Vector3::Zero();  ///< points, in A and in B [m]
+  double parameter[kMostForceParameters] = {};           ///< by index, in the kind's units
 };
 
 /// A link that moves, and what it may do in a step before contacts have to be looked at within it (step_parts.h).
@@ -137,6 +148,9 @@ class Model {
   int nq = 0, nv = 0, commands = 0;      ///< sizes of q, of v, and of the commands
   int pair_capacity = 0;            ///< pairs of overlapping boxes that a step can hold
   long possible_pairs = 0;          ///< pairs that may ever touch; the others are never tested
+  std::vector<ModelForce> forces;      ///< elements between two links, or a link and W
+  /// Elements with an end on a tree that moves, ascending by tree, and where those of each tree begin; both empty where there are none.
+  std::vector<int> tree_forces, first_tree_force;
   std::vector<DrivePath> drive_paths;  ///< of the definition
   std::vector<ModelMotion> motions;    ///< of the definition
   bool has_belts = false;           ///< some shape has a surface that moves
@@ -165,6 +179,7 @@ class Model {
   void checkPointers(const WorldDef& def) const;
   void addMaterials(const WorldDef& def);
   void addFilters(const WorldDef& def);
+  void addForces(const WorldDef& def);
   void sortShapes();
   void findInternalFaces();
   void countPairs();

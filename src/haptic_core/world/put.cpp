@@ -7,6 +7,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/world/initial_overlap.h"
+#include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/runaway.h"
 
 namespace haptic {
@@ -50,6 +51,11 @@ void settleAnew(const Model& model, int tree, State& state, Work& work) {
   if (model.settings.integrator == Integrator::kAutomatic) state.mode[tree] = TreeMode::kUnprimed;  // as at the start
   stepping::forgetPull(state, tree);
   state.low[tree] = state.calm[tree] = 0;
+  eachForce(model, TreeRange{&tree, 1}, [tree](int t) { return t == tree; }, [&](int, const ModelForce& force) {
+    for (const int other : {force.tree_a, force.tree_b}) {  // its end is elsewhere
+      if (other >= 0) stepping::forgetPull(state, other);
+    }
+  });
   work.standing.forget();
   renewSupply(model, work, state);
 }

@@ -38,7 +38,7 @@ struct ContactReport {
 
 /// Where the energy of a world is and went [J]: the first four now, the others as sums since the start.
 struct EnergyLedger {
-  double kinetic = 0, potential = 0;      ///< of all bodies; of gravity and of springs at joints
+  double kinetic = 0, potential = 0;      ///< of all bodies; of gravity, springs at joints, between links
   double elastic = 0;                     ///< Σ ½ k ∫d² dA
   double tangential = 0;                  ///< in the friction springs
   double damping = 0, friction = 0;       ///< dissipated in contacts and joints (limits: friction), ≥ 0

@@ -10,6 +10,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/word_hash.h"
 #include "haptic_core/world/applied_wrench.h"
+#include "haptic_core/world/link_forces.h"
 
 namespace haptic {
 namespace {
@@ -76,7 +77,8 @@ Sensors::Motion Sensors::Motion::movedTo(const Vector3& point, double mass) cons
 }
 
 Sensors::Sensors(const Model& model, const std::vector<SensorDef>& defs)
-    : defs_(defs), readings_(defs.size()), start_(defs.size()), pulls_(model.pointers.size()), pushes_(kMostWrenches) {
+    : defs_(defs), readings_(defs.size()), start_(defs.size()), pulls_(model.pointers.size()), pushes_(kMostWrenches),
+      forces_(model.forces.size()) {
   for (const SensorDef& def : defs) {
     const std::string where = model.name + ", sensor '" + def.name + "'";
     const auto same = [&](const SensorDef& other) { return other.name == def.name; };
@@ -196,6 +198,7 @@ void Sensors::begin(const Model& model, const State& state, const Placement& pla
     const LinkWork& link = placement.link[applied.link];
     if (applied.end > state.step) pushes_[kept++] = {wrenchInWorld(applied.wrench, link), link.X_WL * applied.wrench.p_L};
   }
+  for (std::size_t i = 0; i < forces_.size(); ++i) forces_[i] = forceNow(model, model.forces[i], placement.link.data());
 }
 
 void Sensors::finish(const Model& model, const State& state, const Placement& placement, const Report& report) noexcept {
@@ -240,7 +243,7 @@ Wrench Sensors::contactsOn(const Plan& plan, const Report& report, const Vector3
   return sum;
 }
 
-/// Hands that pull, and applied wrenches: a hand that prescribes a motion holds a free body, which hangs on no joint.
+/// Hands that pull, applied wrenches and force elements: a hand that prescribes a motion holds a free body, which hangs on no joint.
 Wrench Sensors::handsOn(const Model& model, const Plan& plan, const State& state, const Placement& placement,
                         const Vector3& about) const noexcept {
   Wrench sum;
@@ -261,6 +264,12 @@ Wrench Sensors::handsOn(const Model& model, const Plan& plan, const State& state
     const AppliedWrench& applied = state.wrenches[i];
     const LinkWork& link = placement.link[applied.link];
     if (plan.own[applied.link]) add(applied.link, wrenchInWorld(applied.wrench, link), link.X_WL * applied.wrench.p_L, pushes_[i]);
+  }
+  for (std::size_t i = 0; i < forces_.size(); ++i) {
+    const ModelForce& force = model.forces[i];
+    const LinkForce now = forceNow(model, force, placement.link.data()), &before = forces_[i];
+    if (plan.own[force.link_b]) add(force.link_b, now.onB(), now.p_WB, {before.onB(), before.p_WB});
+    if (force.link_a >= 0 && plan.own[force.link_a]) add(force.link_a, -now.onB(), now.p_WA, {-before.onB(), before.p_WA});
   }
   return sum;
 }

@@ -17,6 +17,7 @@
 #pragma once
 #include <vector>
 
+#include "haptic_core/dynamics/link_force.h"
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/placement.h"
@@ -95,6 +96,7 @@ class Sensors {
   };
   std::vector<Pull> pulls_;   ///< by pointer
   std::vector<Pull> pushes_;  ///< in the order of State::wrenches
+  std::vector<LinkForce> forces_;  ///< by force element: at the start of the step
 };
 
 }  // namespace haptic

@@ -59,7 +59,7 @@ ExplicitWork::ExplicitWork(const Model& model) : v_half(model.nv), v_mean(model.
 
 Work::Work(const Model& model)
     : visits(model), placement(model), search(model), hands(model), contacts(model), motion(model), choice(model), islands(model),
-      standing(model), asleep(model), sums(model) {
+      standing(model), asleep(model), sums(model), forces(model) {
   if (mayStepImplicitly(model.settings)) implicit = std::make_unique<ImplicitStep>(model);
   parts.sums.reserve(model.pair_capacity);
   joints.resize(model.trees.size());

@@ -15,6 +15,7 @@
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/islands.h"
 #include "haptic_core/world/ledger.h"
+#include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/mean_contacts.h"
 #include "haptic_core/world/pair_search.h"
 #include "haptic_core/world/placement.h"
@@ -63,6 +64,7 @@ struct Work {
   LedgerSums sums;               ///< ledger
   std::vector<std::unique_ptr<TreeMotion>> joints;  ///< by tree; null: joints without laws of their own
   WrenchWork wrenches;           ///< applied_wrench
+  ForceWork forces;              ///< stepping/explicit_step
   StageClock clock;                                 ///< on only while stages are measured
 
   explicit Work(const Model& model);  ///< set-up: everything that a step needs, so that it allocates nothing

@@ -6,6 +6,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/world/carry_over.h"
+#include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/put.h"
 #include "haptic_core/world/runaway.h"
 #include "haptic_core/world/saved_state.h"
@@ -153,6 +154,12 @@ void World::setJointPositions(const std::vector<std::pair<int, double>>& positio
   impl_->wake();
   putJoints(impl_->model, positions, impl_->state, impl_->work);
   impl_->report.contacts.clear();
+}
+
+int World::forceCount() const { return static_cast<int>(impl_->model.forces.size()); }
+const std::string& World::forceName(int i) const { return impl_->model.forces[static_cast<std::size_t>(i)].name; }
+LinkForce World::force(int i) const noexcept {
+  return forceNow(impl_->model, impl_->model.forces[static_cast<std::size_t>(i)], impl_->work.placement.link.data());
 }
 
 int World::motionCount() const { return static_cast<int>(impl_->model.motions.size()); }

@@ -8,6 +8,7 @@
 
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/dynamics/joint_law.h"
+#include "haptic_core/dynamics/link_force.h"
 #include "haptic_core/world/definition.h"
 #include "haptic_core/world/hand_bound.h"
 #include "haptic_core/world/report.h"
@@ -76,6 +77,10 @@ class World {
   /// The same for joints, by index, at rest [rad] or [m]; loops and followers close from there. Throws SetupError, and nothing has moved:
   /// no such joint, a follower, a position beyond its limits, loops that do not close, a tree that a pointer leads.
   void setJointPositions(const std::vector<std::pair<int, double>>& positions);
+
+  int forceCount() const;                             ///< force elements: one of a definition, or one for each link that moves
+  const std::string& forceName(int i) const;          ///< of the definition; of element i < forceCount()
+  LinkForce force(int i) const noexcept;              ///< (in realtime) what the element does between the last step and the next
 
   int motionCount() const;                            ///< of the definition
   const ModelMotion& motion(int i) const;             ///< name and link

@@ -115,6 +115,11 @@ WorldDef fallingArms(Integrator integrator) {
   const Matrix3 quarter = Eigen::AngleAxisd(M_PI / 2, Vector3::UnitZ()).toRotationMatrix();
   def.articulations.push_back(arm(7, Pose(quarter, Vector3(0.25, -0.25, 0.06))));
   def.articulations.push_back(scenes::cube("cube", c, Pose(Vector3(0.25, 0.02, 0.12))));
+  ForceDef spring(ForceType::kSpring), oil(ForceType::kViscous);
+  spring.articulation_a = 1, spring.link_a = 3, spring.articulation_b = 3, spring.link_b = 0;
+  spring.set("stiffness", 3), spring.set("damping", 0.01), spring.set("rest_length", 0.2);
+  oil.set("viscosity", 1e-3);
+  def.forces = {spring, oil};
   return def;
 }
 
@@ -170,7 +175,13 @@ TEST(HeapOfSteps, IsLeftAloneWhicheverKindsOfShapesMeet) {
                                             Pose(Vector3(0.05 * (i % 2), 0.04 * (i % 3 - 1), 0.06 + 0.09 * i)));
     body.links[0].inertia.p_LC = solid.com;
     def.articulations.push_back(body);
+    ForceDef spring(ForceType::kSpring);
+    spring.articulation_b = static_cast<int>(def.articulations.size()) - 1, spring.link_b = 0;
+    if (i % 3 == 1) spring.articulation_a = spring.articulation_b - 1, spring.link_a = 0;
+    spring.set("stiffness", 20), spring.set("most", 0.5);
+    def.forces.push_back(spring);
   }
+  def.forces.emplace_back(ForceType::kViscous).set("viscosity", 0.01);
   World world(def);
   int contacts = 0;
   world.step();

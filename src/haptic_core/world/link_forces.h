@@ -1,0 +1,81 @@
+/// Force elements of a world (dynamics/link_force.h): on which links they act, what explicit steps add, what the books sum.
+///
+/// An element belongs to the island of the trees that it joins. It has no state: what it does follows from poses and velocities.
+///
+/// Its springs' energy counts as potential. What its dampers take in a step of velocity Verlet is the mean of their powers at both ends
+/// of the step; what a hand or motion that leads one end supplies is the mean force along the way: both of second order. Implicit steps
+/// book them with the weights of their stages (stepping/implicit_step.cpp).
+#pragma once
+#include <vector>
+
+#include "haptic_core/dynamics/link_force.h"
+#include "haptic_core/world/hands.h"
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/placement.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/visits.h"
+
+namespace haptic {
+
+/// What an element's dampers take, and what leads supply to it.
+struct ForcePower {
+  double taken = 0, supplied = 0;  ///< [W]
+};
+
+/// Trees in a row.
+struct TreeRange {
+  const int* first = nullptr;        ///< world tree indices
+  int count = 0;                     ///< of these
+  const int* begin() const { return first; }        ///< the first
+  const int* end() const { return first + count; }  ///< one past the last
+};
+
+/// Force elements at the start of an explicit step, for the ledger.
+struct ForceWork {
+  /// One of them.
+  struct Start {
+    double taken = 0;              ///< [W]
+    Wrench F_W;                    ///< on B about p_WB
+  };
+  std::vector<Start> before;       ///< by element
+
+  explicit ForceWork(const Model& model) : before(model.forces.size()) {}  ///< set-up: room for all
+};
+
+/// (in realtime) The element here and now; `link`: by world index, placed.
+LinkForce forceNow(const Model& model, const ModelForce& force, const LinkWork* link) noexcept;
+
+/// (in realtime) Visits the elements that act on these trees, as (index, element), each once. `moves(tree)`: the tree is moved by forces.
+template <class Trees, class Moves, class Visit>
+void eachForce(const Model& model, const Trees& trees, Moves&& moves, Visit&& visit) noexcept {
+  if (model.forces.empty()) return;
+  for (const int t : trees) {
+    if (!moves(t)) continue;
+    for (int i = model.first_tree_force[t]; i < model.first_tree_force[t + 1]; ++i) {
+      const ModelForce& force = model.forces[model.tree_forces[i]];
+      const bool others = force.tree_b != t && force.tree_b >= 0 && moves(force.tree_b);  // it is visited with B's tree
+      if (!others) visit(model.tree_forces[i], force);
+    }
+  }
+}
+
+/// (in realtime) An element acts on a link of the tree.
+inline bool hasForces(const Model& model, int tree) noexcept {
+  return !model.forces.empty() && model.first_tree_force[tree] < model.first_tree_force[tree + 1];
+}
+
+/// (in realtime) Adds what acts on explicit trees to the wrenches of their links, and of links that hands hold.
+void pullExplicit(const Model& model, const State& state, const Visits& visits, const HandWork& hands, Placement& placement) noexcept;
+
+/// (in realtime) At the start of an explicit step, or where its only evaluation is, everything placed.
+void noteForces(const Model& model, const State& state, const Visits& visits, const HandWork& hands, const Placement& placement,
+                ForceWork& work) noexcept;
+/// (in realtime) At its end, after h [s]: what was taken and supplied goes into the ledger's sums. `now_share`: weight of what the
+/// elements do now, the rest is that of what was noted.
+void bookForces(const Model& model, double h, double now_share, const Visits& visits, const HandWork& hands, const Placement& placement,
+                const ForceWork& work, State& state) noexcept;
+
+/// (in realtime) Energy of the springs that count with a tree [J]; each counts once.
+double springsOf(const Model& model, int tree, const HandWork& hands, const Placement& placement) noexcept;
+
+}  // namespace haptic
