@@ -91,17 +91,6 @@ double forceNumber(const Model& model, const LinkForce& force, const Vector3& p_
   return kStabilityBound / (kRough * kRough) * ((way.norm() + line) * (body.mobility + arm2 * turn) + turning.norm() * turn);
 }
 
-/// The same of force elements.
-bool forcesMeet(const Model& model, const State& state, const Work& work) noexcept {
-  bool meet = false;
-  const auto moves = [&](int tree) { return work.hands.movesByItself(model.trees[tree]); };
-  eachForce(model, work.visits.trees, moves, [&](int, const ModelForce& force) {
-    if (force.tree_a < 0 || force.tree_b < 0 || !moves(force.tree_a) || !moves(force.tree_b)) return;
-    meet |= isImplicit(state, force.tree_a) != isImplicit(state, force.tree_b);
-  });
-  return meet;
-}
-
 /// All is explicit, and little touches.
 bool mayCut(const State& state) noexcept {
   int touching = 0;
@@ -192,7 +181,7 @@ bool modesMeet(const Model& model, const State& state, const Work& work) noexcep
       return true;
     }
   }
-  return !model.forces.empty() && forcesMeet(model, state, work);
+  return !model.forces.empty() && forcesJoinModes(model, state, work.visits, work.hands);
 }
 
 void makeImplicit(const Model& model, bool by_numbers, State& state, Work& work) noexcept {

@@ -127,8 +127,13 @@ void FrozenProblem::addBetween(const FrozenForce& c, const Wrench& F_W, double* 
   if (c.link_a >= 0) addForce(c.link_a, -F_W, c.p_WA, rows);
 }
 
-/// r + M δ + Σ Jᵀ (C J δ - g F_r) into `smooth_`, δ into `trial_`.
+/// r + M δ into `smooth_`, δ into `trial_`, and of forces Σ Jᵀ (C J δ - g F_r).
 void FrozenProblem::smoothPart(double g, const double* v) noexcept {
+  inertialPart(v);
+  if (part_.force_count > 0) linearForces(g);
+}
+
+void FrozenProblem::inertialPart(const double* v) noexcept {
   for (int n = 0; n < part_.tree_count; ++n) {
     const ModelTree& tree = treeAt(n);
     const double* M = matrix_.massOf(part_.trees[n]);
@@ -145,6 +150,9 @@ void FrozenProblem::smoothPart(double g, const double* v) noexcept {
       for (int i = 0; i < nv; ++i) smooth_[tree.v + i] += M[i + j * nv] * trial_[tree.v + j];
     }
   }
+}
+
+void FrozenProblem::linearForces(double g) noexcept {
   eachForce([&](const FrozenForce& c) {
     const Twist V = twistOf(c, trial_.data());
     addBetween(c, Wrench{c.turn * V.angular, c.way * V.linear} - c.F * g, smooth_.data());

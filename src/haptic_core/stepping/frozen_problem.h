@@ -101,6 +101,8 @@ class FrozenProblem {
   void addContact(const FrozenContact& c, const Vector6& F_BP_P, double* rows) const noexcept;
   void addBetween(const FrozenForce& c, const Wrench& F_W, double* rows) const noexcept;
   void smoothPart(double g, const double* v) noexcept;
+  void inertialPart(const double* v) noexcept;
+  void linearForces(double g) noexcept;
   void measureImbalance(double g) noexcept;
   double missedSpeed(int link_a, int link_b, double missed, double g) const noexcept;
   bool findStep(double g, const double* q, const double* v, double open) noexcept;

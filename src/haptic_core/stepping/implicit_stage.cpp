@@ -100,6 +100,7 @@ void ImplicitStage::selectForces() noexcept {
     if (problem_.moves(frozen.link_b)) problem_.forces.push_back(frozen);
   }
   has_forces_ = false;
+  stored_ = 0;
   const auto moves = [this](int tree) { return problem_.moves(model_.trees[tree].link); };
   eachForce(model_, TreeRange{island_.trees, island_.tree_count}, moves, [&](int i, const ModelForce& force) {
     has_forces_ = true;
@@ -115,14 +116,17 @@ void ImplicitStage::selectForces() noexcept {
 /// Where the reference moved. A coupling's wrench goes to its link, and so into the residual.
 void ImplicitStage::freezeForces(double g) noexcept {
   const auto moved = [this](int link) { return problem_.moves(link) && moved_[model_.links[link].articulation]; };
+  stored_ = 0;
   for (FrozenForce& frozen : problem_.forces) {
-    if (!moved(frozen.link_b) && !moved(frozen.link_a)) continue;
     const int element = frozen.source - static_cast<int>(couplings.size());
+    const bool moves_on = moved(frozen.link_b) || moved(frozen.link_a);
     if (element >= 0) {
-      force_[element] = forceNow(model_, model_.forces[element], work_.data());
-      frozen.freeze(force_[element], g, true);
+      if (moves_on) force_[element] = forceNow(model_, model_.forces[element], work_.data());
+      if (moves_on) frozen.freeze(force_[element], g, true);
+      stored_ += force_[element].stored;
       continue;
     }
+    if (!moves_on) continue;
     ImplicitCoupling& coupling = couplings[frozen.source];
     const CouplingMatrices c = matricesOf(coupling.law, work_[frozen.link_b].X_WL.R, coupling.X_WL.R);
     LinkForce now;
@@ -254,18 +258,7 @@ double ImplicitStage::energyOf(int t) const noexcept {
 double ImplicitStage::energy() const noexcept {
   double sum = 0;
   for (int n = 0; n < island_.tree_count; ++n) sum += tree_energy_[island_.trees[n]];
-  sum += contacts_.springEnergy();
-  return has_forces_ ? sum + storedInForces() : sum;
-}
-
-/// Energy of the springs of force elements at their references [J].
-double ImplicitStage::storedInForces() const noexcept {
-  double sum = 0;
-  for (const FrozenForce& frozen : problem_.forces) {
-    const int element = frozen.source - static_cast<int>(couplings.size());
-    if (element >= 0) sum += force_[element].stored;
-  }
-  return sum;
+  return sum + contacts_.springEnergy() + stored_;
 }
 
 /// Work of hands and belts over the stage, with the forces and velocities at its reference [J].
@@ -420,7 +413,7 @@ void ImplicitStage::evaluate(double g, bool may_limit) noexcept {
     move(g);
   }
   first_ = false;
-  freezeForces(g);
+  if (!problem_.forces.empty()) freezeForces(g);
   for (int n = 0; n < island_.tree_count; ++n) {
     if (moved_[island_.trees[n]]) addWrenches(model_, *state_, island_.trees[n], work_.data());
   }

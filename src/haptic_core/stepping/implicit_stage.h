@@ -121,7 +121,6 @@ class ImplicitStage {
   void selectForces() noexcept;
   void freezeForces(double g) noexcept;
   void bookForces(double g, bool moves_on) noexcept;
-  double storedInForces() const noexcept;
   bool forcesBend() const noexcept;
   Twist ledTwist(int link, const Vector3& p_W) const noexcept;
   void place(int tree, const std::vector<double>& velocity) noexcept;
@@ -139,6 +138,7 @@ class ImplicitStage {
   bool has_joints_ = false, island_jointed_ = false, has_forces_ = false;
   std::vector<LinkForce> force_;         ///< by element of the model: at its reference
   ForcePower force_power_;
+  double stored_ = 0;                    ///< energy of the springs of the island's force elements at their references [J]
   bool fixed_placed_ = false;            ///< the links that never move are where they are
   StageTolerance tolerance_;             ///< of the last pass
   double changed_ = 0;   ///< largest change of speed in it [m/s]

@@ -29,9 +29,8 @@ bool rests(const Model& model, const ModelTree& tree, double h, const State& sta
 /// It touches something or a force element holds it, and all of its bodies rest.
 bool rests(const Model& model, const Island& island, double h, const State& state, const Placement& placement) noexcept {
   const auto touches = [&state](int pair) { return state.pairs[pair].friction.touching != 0; };
-  const auto pulled = [&model](int tree) { return hasForces(model, tree); };
   if (!std::any_of(island.pairs, island.pairs + island.pair_count, touches) &&
-      (model.forces.empty() || !std::any_of(island.trees, island.trees + island.tree_count, pulled))) {
+      (model.forces.empty() || !anyForces(model, {island.trees, island.tree_count}))) {
     return false;
   }
   return std::all_of(island.trees, island.trees + island.tree_count,
@@ -54,11 +53,7 @@ bool standsAlone(const Model& model, const Island& island, const State& state) n
       if (!model.trees[tree].model->isStatic() && !has(tree)) return false;
     }
   }
-  bool alone = true;
-  if (!model.forces.empty()) eachForce(model, TreeRange{island.trees, island.tree_count}, has, [&](int, const ModelForce& force) {
-    for (const int tree : {force.tree_a, force.tree_b}) alone &= tree < 0 || has(tree);
-  });
-  return alone;
+  return model.forces.empty() || forcesStayWithin(model, {island.trees, island.tree_count});
 }
 
 bool isCalm(const Island& island, const State& state) noexcept {

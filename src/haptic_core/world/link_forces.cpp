@@ -36,6 +36,29 @@ LinkForce forceNow(const Model& model, const ModelForce& force, const LinkWork* 
   return now;
 }
 
+bool anyForces(const Model& model, const TreeRange& trees) noexcept {
+  return std::any_of(trees.begin(), trees.end(), [&model](int tree) { return hasForces(model, tree); });
+}
+
+bool forcesStayWithin(const Model& model, const TreeRange& trees) noexcept {
+  const auto has = [&trees](int tree) { return std::binary_search(trees.begin(), trees.end(), tree); };
+  bool within = true;
+  eachForce(model, trees, has, [&](int, const ModelForce& force) {
+    for (const int tree : {force.tree_a, force.tree_b}) within &= tree < 0 || has(tree);
+  });
+  return within;
+}
+
+bool forcesJoinModes(const Model& model, const State& state, const Visits& visits, const HandWork& hands) noexcept {
+  const auto moves = movesOf(model, hands);
+  bool join = false;
+  eachForce(model, visits.trees, moves, [&](int, const ModelForce& force) {
+    if (force.tree_a < 0 || force.tree_b < 0 || !moves(force.tree_a) || !moves(force.tree_b)) return;
+    join |= (state.mode[force.tree_a] == TreeMode::kImplicit) != (state.mode[force.tree_b] == TreeMode::kImplicit);
+  });
+  return join;
+}
+
 void pullExplicit(const Model& model, const State& state, const Visits& visits, const HandWork& hands, Placement& placement) noexcept {
   eachForce(model, visits.trees, movesExplicitly(model, state, hands), [&](int, const ModelForce& force) {
     LinkWork* link = placement.link.data();

@@ -118,7 +118,7 @@ WorldDef fallingArms(Integrator integrator) {
   ForceDef spring(ForceType::kSpring), oil(ForceType::kViscous);
   spring.articulation_a = 1, spring.link_a = 3, spring.articulation_b = 3, spring.link_b = 0;
   spring.set("stiffness", 3), spring.set("damping", 0.01), spring.set("rest_length", 0.2);
-  oil.set("viscosity", 1e-3);
+  oil.set("viscosity", 0.01);
   def.forces = {spring, oil};
   return def;
 }
