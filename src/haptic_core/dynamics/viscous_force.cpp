@@ -13,7 +13,7 @@ void actAsViscousField(const double* parameter, const ForceEnds& ends, LinkForce
   force.place(ends, p_WC, p_WC);
   const Vector3 p_AC = X_WA.R.transpose() * (p_WC - X_WA.p);
   double share = 1;
-  force.bends = false;
+  force.bends = ends.a != nullptr;  // A's lever to B's centre changes
   for (int i = 0; i < 3; ++i) {
     const double from = std::max(lower[i], p_AC[i] - r), to = std::min(upper[i], p_AC[i] + r);
     if (from == p_AC[i] - r && to == p_AC[i] + r) continue;  // wholly within
