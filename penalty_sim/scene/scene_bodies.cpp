@@ -54,6 +54,8 @@ void renumber(const std::vector<int>& to, SceneDef& scene) {
   const auto gone = [&](int articulation) { return articulation >= 0 && now(articulation) < 0; };
   eraseIf(world.loops, [&](const LoopDef& l) { return gone(l.articulation_a) || gone(l.articulation_b); });
   for (LoopDef& l : world.loops) l.articulation_a = now(l.articulation_a), l.articulation_b = now(l.articulation_b);
+  eraseIf(world.forces, [&](const ForceDef& f) { return gone(f.articulation_a) || gone(f.articulation_b); });
+  for (ForceDef& f : world.forces) f.articulation_a = now(f.articulation_a), f.articulation_b = now(f.articulation_b);
   eraseIf(world.filters, [&](const CollisionFilter& f) { return gone(f.articulation_a) || gone(f.articulation_b); });
   for (CollisionFilter& f : world.filters) f.articulation_a = now(f.articulation_a), f.articulation_b = now(f.articulation_b);
   eraseIf(world.sensors, [&](const SensorDef& s) { return gone(s.articulation) || gone(s.with_articulation); });
@@ -123,6 +125,7 @@ ChangedScene withModel(const SceneDef& scene, const SceneDef& model) {
   for (ToldMotion& told : moved.told_motions) told.motion += static_cast<int>(scene.world.motions.size());
   append(next.world.articulations, moved.world.articulations);
   append(next.world.loops, moved.world.loops);
+  append(next.world.forces, moved.world.forces);
   append(next.world.joint_paths, moved.world.joint_paths);
   append(next.world.motions, moved.world.motions);
   append(next.world.filters, moved.world.filters);

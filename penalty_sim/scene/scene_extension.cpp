@@ -7,6 +7,7 @@
 
 #include "haptic_core/base/parse_numbers.h"
 #include "scene/contact_properties.h"
+#include "scene/force_reading.h"
 #include "scene/motion_reading.h"
 #include "scene/pointer_reading.h"
 #include "scene/sensor_reading.h"
@@ -19,7 +20,8 @@ bool isHaptic(const XmlElement& element) {
 }
 
 const std::map<std::string, std::vector<std::string>> kKnownBelow = {
-    {"robot", {"haptic:scene", "haptic:pointer", "haptic:collision_filter", "haptic:loop", "haptic:motion", "haptic:sensor"}},
+    {"robot", {"haptic:scene", "haptic:pointer", "haptic:collision_filter", "haptic:loop", "haptic:force", "haptic:motion",
+               "haptic:sensor"}},
     {"joint", {"haptic:joint"}},
     {"collision", {"haptic:contact", "haptic:shape", "haptic:belt"}},
     {"haptic:scene", {"haptic:contact"}},
@@ -202,6 +204,7 @@ void readRelations(const RobotFile& robot, const ModelSettings& settings, LoadCo
     const std::string name = tag->Name();
     if (name == "haptic:collision_filter") readFilter(robot, *tag, settings.prefix, context);
     if (name == "haptic:loop") readLoop(robot, *tag, settings.prefix, context);
+    if (name == "haptic:force") readForce(robot, *tag, settings, context);
     if (name == "haptic:sensor") readSensor(robot, *tag, settings, context);
     if (name == "haptic:motion") readMotion(robot, *tag, settings, context);
   }

@@ -1,5 +1,5 @@
-/// The robot-level haptic: tags: <haptic:scene>, <haptic:pointer>, <haptic:collision_filter>, <haptic:loop>, <haptic:motion>,
-/// <haptic:sensor>.
+/// The robot-level haptic: tags: <haptic:scene>, <haptic:pointer>, <haptic:collision_filter>, <haptic:loop>, <haptic:force>,
+/// <haptic:motion>, <haptic:sensor>.
 #pragma once
 #include <string>
 #include <vector>
@@ -28,7 +28,7 @@ void setWorldSetting(const std::string& where, const std::string& name, const st
 /// Reads <haptic:scene> into the world's settings, and the material of surfaces that do not say it themselves.
 void readSceneTag(RobotFile& robot, WorldSettings& settings, GivenSolid& solid);
 
-/// Reads pointers with their hands, filters, loops, motions and sensors; names get `prefix`, poses are moved by `X_WM`. All
+/// Reads pointers with their hands, filters, loops, forces, motions and sensors; names get `prefix`, poses are moved by `X_WM`. All
 /// links of the model are in `context.frames`.
 void readRelations(const RobotFile& robot, const ModelSettings& settings, LoadContext& context);
 

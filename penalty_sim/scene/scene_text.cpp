@@ -44,7 +44,9 @@ std::string sceneText(const SceneDef& scene) {
   const WorldSettings& settings = scene.world.settings;
   out << "scene '" << scene.world.name << "' from " << scene.file << "\n";
   out << "  " << scene.world.articulations.size() << " bodies and trees, " << moving << " moving links, "
-      << scene.joints << " joints in the files, " << scene.world.loops.size() << " loops\n";
+      << scene.joints << " joints in the files, " << scene.world.loops.size() << " loops";
+  if (!scene.world.forces.empty()) out << ", " << scene.world.forces.size() << " forces";
+  out << "\n";
   out << "  collisions: " << scene.collisions_loaded << " of " << scene.collisions_tried << " loaded as "
       << shapes << " convex shapes, " << scene.world.filters.size() << " filtered pairs\n";
   out << "  step " << settings.step << " s, gravity " << settings.gravity.transpose() << " m/s²\n";
