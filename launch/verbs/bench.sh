@@ -2,6 +2,8 @@
 #: bench [NAME]      measure the core, all of it or what NAME matches; `anywhere`: pages in 3-D, MCAP, the gallery, a page to touch scenes,
 #:                   an hour; `build`: what builds and tests of a fresh checkout cost; `dispatch`: bits and times of the two
 #:                   libraries;
+#:                   `house`: how the core is built, whether observers and order change the motion, and instructions, over those of
+#:                   another build folder with `house --before BUILD`;
 #:                   `experiment`: studies on the twin, 45 minutes; `fuzz`: a search for contacts that go wrong; `python`: what a
 #:                   step costs from Python; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md, and `robots`
 #:                   that of the robots below ../shared and the folder HAPTIC_ROBOTS, build/figures/robots.md
@@ -12,6 +14,13 @@ bench_structure() {
   with_progress 'bench structure' "$LOGS/bench-structure.log" python3 -B test/architecture/structure.py --list ||
     failed="$failed structure"
   keep_figures "$csv" "$LOGS/bench-structure.log" none
+}
+
+# How the core's sources are built, and instructions of three pieces of work.
+bench_house() {
+  with_progress 'bench house' "$LOGS/bench-house-sources.log" python3 -B test/benchmark/house.py --build "$BUILD/bench" \
+    ${before:+--before "$before"} || failed="$failed house"
+  keep_figures "$csv" "$LOGS/bench-house-sources.log" '-O3 -DNDEBUG -ffp-contract=off'
 }
 
 # Which sources ask a shape for its kind.
@@ -175,6 +184,12 @@ bench_build() {
   [ -z "$failed" ] || fail "bench build: failed; see $LOGS/bench-build.log"
 }
 
+before=''
+if [ "${1:-}" = house ] && [ "${2:-}" = --before ]; then
+  [ $# -eq 3 ] || fail "bench house --before BUILD: give one build folder of the benchmarks"
+  before=$(cd "$CALLER" && cd "$3" 2>/dev/null && pwd -P) || fail "bench house --before $3: no such folder"
+  set -- house
+fi
 [ $# -le 1 ] || fail "bench takes at most one name"
 filter=${1:-} failed=''
 case $filter in
@@ -205,6 +220,7 @@ for name in $chosen; do
   keep_figures "$csv" "$LOGS/bench-$name.log" '-O3 -DNDEBUG -ffp-contract=off'
 done
 case " $(echo "$chosen" | tr '\n' ' ')" in *' plan '*) bench_structure ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' house '*) bench_house ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' shapes '*) bench_kinds ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' loop '*) bench_reload ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_strangers ;; esac

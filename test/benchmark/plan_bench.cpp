@@ -9,6 +9,7 @@
 #include <memory>
 #include <sstream>
 
+#include "../scenes/circling_hands.h"
 #include "../scenes/motions.h"
 #include "figure.h"
 #include "haptic_core/base/error.h"
@@ -51,28 +52,6 @@ std::vector<Scene> catalogue() {
   return scenes;
 }
 
-/// Where hands go: small circles about where they start, 5 mm wide, so that contacts come and go.
-class Hands {
- public:
-  explicit Hands(const World& world) {
-    for (int i = 0; i < world.pointerCount(); ++i) start_.push_back(world.linkPose(world.pointerLink(i)));
-  }
-  void move(World& world) const {
-    constexpr double kRadius = 5e-3, kRate = 6;  // [m], [rad/s]
-    const double a = kRate * (world.time() + world.settings().step);
-    for (std::size_t i = 0; i < start_.size(); ++i) {
-      Pose X = start_[i];
-      X.p += kRadius * Vector3(std::sin(a), std::sin(2 * a), std::cos(a) - 1);
-      Twist V;
-      V.linear = kRadius * kRate * Vector3(std::cos(a), 2 * std::cos(2 * a), -std::sin(a));
-      world.setPointerTarget(static_cast<int>(i), X, V);
-    }
-  }
-
- private:
-  std::vector<Pose> start_;
-};
-
 struct Comparison {
   bool identical = true;
   long planned_instructions = -1, general_instructions = -1;  ///< of one step; -1: not counted
@@ -93,7 +72,7 @@ Comparison compare(const Scene& scene, bool counts) {
   planned_def.settings.leave_out = true;
   general_def.settings.leave_out = false;
   World planned(planned_def), general(general_def);
-  const Hands hands(planned);
+  const scenes::CirclingHands hands(planned);
   Comparison result;
   const auto advance = [&](World& world, int steps) {
     for (int i = 0; i < steps; ++i) {

@@ -1,0 +1,6 @@
+# The loop between twin and world, which demo's instructions are counted of, and the scene loader.
+if(NOT TARGET penalty_sim_scene)
+  add_subdirectory(${CMAKE_CURRENT_LIST_DIR}/../../penalty_sim/scene ${CMAKE_CURRENT_BINARY_DIR}/penalty_sim_scene)
+endif()
+target_sources(bench_house PRIVATE ${CMAKE_CURRENT_LIST_DIR}/loop_rig.cpp)
+target_link_libraries(bench_house penalty_sim_scene)
