@@ -1,6 +1,6 @@
 """The worked examples of CONTRIBUTING: each applies to the sources as they are, compiles, and touches few files.
 
-Prints how many, as figures: structure.files_for_a_joint_type and its like. Tests do not count, nor do files of the example's own.
+Prints how many, as figures: structure.files_for_a_joint_type and its like. Tests do not count.
 """
 import os
 import re
@@ -13,6 +13,14 @@ import unittest
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..'))
 # Heading in CONTRIBUTING -> figure, most files that it may touch, what must compile afterwards.
 EXAMPLES = {
+    'A shape': ('structure.files_for_a_shape', 3, """
+#include "haptic_core/geometry/shapes/shape_parts.cpp"
+#include "../penalty_sim/scene/collision_shapes.cpp"
+static_assert(!std::is_abstract_v<haptic::Cushion>);
+"""),
+    'A figure': ('structure.files_for_a_figure', 0, """
+#include "../test/benchmark/fall_bench.cpp"
+"""),
     'A joint type': ('structure.files_for_a_joint_type', 1, """
 #include "haptic_core/dynamics/articulation_def.h"
 using namespace haptic;
@@ -38,7 +46,7 @@ static_assert(kIntegratorKinds[static_cast<int>(Integrator::kTwoEulers)].integra
 
 
 def examples():
-    """Heading -> list of (file, [(old lines, new lines)], whether it is a new file)."""
+    """Heading -> list of (file, [(old lines, new lines)])."""
     with open(os.path.join(ROOT, 'CONTRIBUTING.md'), encoding='utf-8') as file:
         text = file.read()
     found = {}
@@ -46,10 +54,9 @@ def examples():
         files = []
         for line in paragraph.group(2).splitlines():
             if line.startswith('--- '):
-                comes = line == '--- /dev/null'
                 continue
             if line.startswith('+++ b/'):
-                files.append((line[6:], [], comes))
+                files.append((line[6:], []))  # a new one has lines of its own alone
             elif line.startswith('@@'):
                 files[-1][1].append(([], []))
             else:
@@ -64,7 +71,7 @@ def examples():
 
 def filesTouched(files):
     """Besides files of its own."""
-    return sum(not path.startswith('test/') and not comes for path, _, comes in files)
+    return sum(not path.startswith('test/') and bool(hunks[0][0]) for path, hunks in files)
 
 
 class WorkedExamples(unittest.TestCase):
@@ -73,24 +80,28 @@ class WorkedExamples(unittest.TestCase):
         for heading, (figure, most, probe) in EXAMPLES.items():
             with self.subTest(heading), tempfile.TemporaryDirectory() as copy:
                 self.assertIn(heading, found, 'CONTRIBUTING has no such example')
-                shutil.copytree(os.path.join(ROOT, 'src'), os.path.join(copy, 'src'))
-                for path, hunks, comes in found[heading]:
+                for folder in ('src', 'penalty_sim/scene', 'test/benchmark', 'test/scenes'):
+                    shutil.copytree(os.path.join(ROOT, folder), os.path.join(copy, folder))
+                for path, hunks in found[heading]:
                     text = ''
-                    if comes:
-                        text = '\n'.join(hunks.pop()[1]) + '\n'
-                    else:
+                    if hunks[0][0]:
                         with open(os.path.join(copy, path), encoding='utf-8') as file:
                             text = file.read()
                     for old, new in hunks:
-                        self.assertEqual(text.count('\n'.join(old) + '\n'), 1, f'{path}: the example no longer fits:\n{old}')
-                        text = text.replace('\n'.join(old) + '\n', '\n'.join(new) + '\n')
+                        before, after = ('\n'.join(lines) + '\n' for lines in (old, new))
+                        if not old:
+                            self.assertFalse(os.path.exists(os.path.join(copy, path)), f'{path}: the example makes what there is')
+                            text = after
+                            continue
+                        self.assertEqual(text.count(before), 1, f'{path}: the example no longer fits:\n{old}')
+                        text = text.replace(before, after)
                     with open(os.path.join(copy, path), 'w', encoding='utf-8') as file:
                         file.write(text)
                 count = filesTouched(found[heading])
                 print(f'figure {figure} {count} 1')
                 self.assertLessEqual(count, most)
                 result = subprocess.run(
-                    ['g++', '-std=c++17', '-fsyntax-only', '-Wall', '-Werror=switch', f'-I{copy}/src', '-isystem',
+                    ['g++', '-std=c++17', '-fsyntax-only', '-Wall', '-Werror=switch', f'-I{copy}/src', f'-I{copy}/penalty_sim', '-isystem',
                      '/usr/include/eigen3', '-x', 'c++', '-'], input=probe, text=True, capture_output=True)
                 self.assertEqual(result.returncode, 0, result.stderr)
 
