@@ -437,7 +437,7 @@ std::string Certificate::text() const {
   out << "certificate: " << toString(verdict) << " at " << milliseconds(step)
       << (settled ? "" : " (judged in motion: the scene does not come to rest)") << "\n"
       << "  it holds for small motions about the contacts below; where patches grow, hit or slide in motion, the energy ledger "
-         "shows what a step gains\n";
+         "shows the gain of each step\n";
   for (const IslandCertificate& island : islands) {
     out << "  island of " << island.links.size() << " (" << island.links.front()
         << (island.links.size() > 1 ? ", ...)" : ")") << ": " << toString(island.verdict);

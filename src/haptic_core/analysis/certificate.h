@@ -19,7 +19,7 @@
 
 namespace haptic {
 
-/// What a contact, an island or a scene needs to be stable.
+/// Measure that makes a contact, an island or a scene stable.
 enum class Verdict : unsigned char {
   kPass,      ///< the step and integrator of the definition hold
   kSubstep,   ///< explicit, with `substeps` per step
@@ -45,7 +45,7 @@ struct IslandCertificate {
   double mass_ratio = 1;      ///< heaviest to lightest
   double growth = 0;          ///< [1/s] of buckling or toppling; 0: none
   int worst_pair = -1;        ///< index into `pairs`: most energy of the limiting mode
-  Verdict verdict = Verdict::kPass;  ///< what the island needs
+  Verdict verdict = Verdict::kPass;  ///< of the island
   int substeps = 1;                  ///< that make its explicit steps stable; 1 unless kSubstep
 };
 

@@ -45,7 +45,7 @@ bool standsOn(const ConvexPolyhedron& hull, const ConvexPolyhedron::Face& face, 
   return true;
 }
 
-/// What a floor and all shapes have in common when the link stands on the side `outward`, its lowest point `sink` deep [m³].
+/// Common volume of a floor and all shapes when the link stands on the side `outward`, its lowest point `sink` deep [m³].
 double commonVolume(const LinkDef& link, const Vector3& outward, double sink) {
   double lowest = -INFINITY, volume = 0;
   for (const CollisionDef& c : link.collisions) lowest = std::max(lowest, supportHeight(*c.shape, c.X_LS, outward));
@@ -96,7 +96,7 @@ double energyVolume(const LinkDef& link, const Vector3& outward, double depth) {
   return 0.5 * depth * sum;
 }
 
-/// v0/c − ln(1 + c v0)/c² [m²/s²]: what the spring has to take of ½ v0² where the damper of Hunt and Crossley takes the rest.
+/// v0/c − ln(1 + c v0)/c² [m²/s²]: share of ½ v0² that the spring takes; the damper of Hunt and Crossley takes the rest.
 double leftForSpring(double speed, double c) {
   const double x = c * speed;
   if (x < 1e-4) return speed * speed * (0.5 - x / 3);  // its series; the next term is x²/4

@@ -66,7 +66,7 @@ struct ErrorEstimator::Impl {
     }
   }
 
-  /// What is derived from the step must stay that of the running step: a stiffer coupling is another model.
+  /// Quantities derived from the step keep the running step's value: a stiffer coupling would be another model.
   WorldTuning resolvedTuning(const WorldTuning& tuning) const {
     const double h = coarse.settings().step / coarse.settings().substeps;
     WorldTuning out = tuning;

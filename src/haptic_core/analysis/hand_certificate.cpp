@@ -15,7 +15,7 @@ namespace haptic {
 namespace {
 
 constexpr int kMostSides = 32;  ///< of a shape's faces; a ball's are alike
-constexpr double kSoughtFoundations = 100;  ///< nobody makes a scene stiffer than that by a slider
+constexpr double kSoughtFoundations = 100;  ///< [1] times the scene's stiffness: a slider goes no further
 constexpr double kStiffestFoundation = 1e13;  ///< [N/m³] stiffer than steel of 10 cm: no hand tells the difference
 
 /// The stiffest pair of surfaces that the pointer can bring together.

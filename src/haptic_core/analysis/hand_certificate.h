@@ -1,4 +1,4 @@
-/// Whether a hand can bear what its pointer touches: the contact's stiffness against what the device's damping allows.
+/// Whether a hand can bear the contacts of its pointer: their stiffness against the bound that the device's damping sets.
 ///
 /// A foundation has no one stiffness. Pressed with F on a flat wall a pointer sinks until k V(δ) = F and then meets
 /// K = k A0(δ): k A for a flat face whatever F, 2 √(π R k F) for a ball of radius R. The bound on K is that of
@@ -24,7 +24,7 @@ struct HandCertificate {
   double press = 0;              ///< F at the grip [N]
   double foundation = 0;         ///< k of the stiffest pair of surfaces [N/m³]
   double stiffness = 0;          ///< K at the grip, of its stiffest side on a flat wall [N/m]
-  double alone = 0;              ///< bound on K for the device, nobody holding it [N/m]
+  double alone = 0;              ///< bound on K for the device alone, without a hand [N/m]
   double held = 0;               ///< and with a relaxed hand [N/m]
   double carries = 0;            ///< most force that its weakest side can bring to the hand: beyond it stays behind [N]
   double most = 0;               ///< the device's greatest force [N]

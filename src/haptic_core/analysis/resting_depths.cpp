@@ -10,8 +10,8 @@
 namespace haptic {
 namespace {
 
-constexpr double kSlow = 20;        // of what is at rest: a body that still rocks or rolls out so slowly presses as one at rest
-constexpr double kFirstLook = 0.2;  // [s]: what starts at depth 0 is slow at first where it sinks by micrometres
+constexpr double kSlow = 20;        // [1] times the speed of rest: a body that rocks or rolls out so slowly presses as one at rest
+constexpr double kFirstLook = 0.2;  // [s]: a body that starts at depth 0 is slow at first where it sinks by micrometres
 
 double fastest(const World& world) {
   double speed = 0;

@@ -1,7 +1,7 @@
 /// How deep bodies rest in one another, from the scene's own statics.
 ///
-/// A copy of the world settles by implicit steps that are long beside every mode of it: what is left is equilibrium, with the shares that
-/// bodies carry of what stands on them, off centre or on one edge, and with the efforts of drives. Hands are at rest.
+/// A copy of the world settles by implicit steps that are long beside every mode of it, and ends in equilibrium: each body carries its
+/// share of the bodies on it, off centre or on one edge, and with the efforts of drives. Hands are at rest.
 #pragma once
 #include <vector>
 
@@ -19,7 +19,7 @@ struct RestingContact {
 /// A settled scene.
 struct RestingDepths {
   bool settled = false;  ///< nothing moves any more, and the last step converged
-  std::vector<RestingContact> contacts;  ///< of the last step, between bodies that hardly move (20 times what is at rest)
+  std::vector<RestingContact> contacts;  ///< of the last step, between bodies slower than 20 times the speed of rest
 };
 
 inline constexpr double kSettleStep = 1e-2;  ///< [s]: a mode of 30 Hz and more is damped within one or two

@@ -1,6 +1,6 @@
 /// A bounded ring of commands from any threads to the one thread that must not wait, each with its answer.
 ///
-/// A sender waits for its answer, so what a command points to stays the sender's: the reader copies, keeps and frees nothing.
+/// A sender waits for its answer and owns everything that its command points to: the reader copies, keeps and frees nothing.
 #pragma once
 #include <array>
 #include <atomic>
@@ -20,7 +20,7 @@ namespace haptic {
 /// thread would be a system call in its loop; senders look every half millisecond.
 template <class Command>
 class CommandRing {
-  static_assert(std::is_trivially_copyable_v<Command>, "what a command refers to stays its sender's");
+  static_assert(std::is_trivially_copyable_v<Command>, "the sender owns everything that a command refers to");
 
  public:
   /// Commands that wait at most; further senders wait for room. More would only lengthen the reader's longest turn.
@@ -43,7 +43,7 @@ class CommandRing {
   }
 
   /// Any other thread: has `command` carried out and waits. `idle` is called while it waits, for who may drain in the reader's
-  /// place when there is none. False: nobody took it within `patience`, nothing was done and nothing will be. Throws the
+  /// place when there is none. False: no reader took it within `patience`, nothing was done and nothing will be. Throws the
   /// SetupError that refused it.
   template <class Idle>
   bool send(const Command& command, std::chrono::milliseconds patience, Idle&& idle) {

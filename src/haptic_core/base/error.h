@@ -5,14 +5,14 @@
 
 namespace haptic {
 
-/// One line for the user: what is wrong, where (file, link, tag or parameter), and what to do about it.
+/// One line for the user: the fault, its place (file, link, tag or parameter), and the remedy.
 class SetupError : public std::runtime_error {
  public:
   /// The message is "where: what; remedy", without the last part where `remedy` is empty.
   SetupError(const std::string& where, const std::string& what, const std::string& remedy)
       : std::runtime_error(oneLine(where + ": " + what + (remedy.empty() ? "" : "; " + remedy))) {}
 
-  /// What a file says is quoted in messages: line breaks and other control characters in it become spaces.
+  /// Text of files is quoted in messages: its line breaks and other control characters become spaces.
   static std::string oneLine(std::string text) {
     for (char& c : text) c = static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
     return text;

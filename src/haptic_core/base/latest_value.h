@@ -12,7 +12,7 @@ namespace haptic {
 template <class T>
 class LatestValue {
  public:
-  /// What is read before the first write.
+  /// `initial`: the value that is read before the first write.
   explicit LatestValue(const T& initial = T{}) { buffers_.fill(initial); }
 
   /// The writer's: replaces whatever has not been read.

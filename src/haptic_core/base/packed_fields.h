@@ -65,7 +65,7 @@ struct PackedWay<std::variant<Types...>> {
 /// What several fields may point to.
 template <class T>
 struct PackedWay<std::shared_ptr<T>> {
-  static constexpr PackedAs value = PackedAs::kShared;  ///< an index, and the first time what it stands for
+  static constexpr PackedAs value = PackedAs::kShared;  ///< an index; the object itself follows the index's first use
 };
 
 /// The way through a field of any kind, the same for writing and for reading. A `Stream` derives from this and says what to do with

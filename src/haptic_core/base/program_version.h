@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// Prints program, version and build when that is what the arguments ask for. True: it did, and nothing else is to be done.
+/// Prints program, version and build if the arguments ask for them. True: printed; the program has nothing else to do.
 inline bool toldVersion(int argc, char** argv, const char* program) {
   if (argc != 2 || std::strcmp(argv[1], "--version") != 0) return false;
   std::printf("%s, %s, %s\n", program, programVersion().c_str(), buildFlags().c_str());

@@ -32,7 +32,7 @@ class RecordRing {
   bool pop(T& record) {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail == head_.load(std::memory_order_acquire)) return false;
-    record = std::move(slots_[tail]);  // what it owns is freed here, not by the writer
+    record = std::move(slots_[tail]);  // the old record's memory is freed here, not by the writer
     tail_.store(advance(tail), std::memory_order_release);
     return true;
   }

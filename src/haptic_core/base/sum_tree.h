@@ -1,7 +1,8 @@
 /// Sums of many numbers of which few change: in one fixed order, whichever are set anew.
 ///
-/// Numbers are the leaves of a binary tree whose nodes are sums of their two children. To change one costs log₂ N additions; what is
-/// not set anew contributes the bits that it had. So a sum is the same whether all of its numbers were computed or only those that changed.
+/// Numbers are the leaves of a binary tree whose nodes are sums of their two children. To change one costs log₂ N additions; numbers
+/// that are not set anew contribute the same bits as before. So a sum is the same whether all numbers were computed or only those that
+/// changed.
 #pragma once
 #include <array>
 #include <vector>
@@ -19,7 +20,7 @@ class SumTree {
     node_.assign(2 * leaves_, Row{});
   }
 
-  /// (in realtime) O(log N), or O(1) where the row is what it was.
+  /// (in realtime) O(log N), or O(1) where the row does not change.
   void set(std::size_t i, const Row& row) noexcept {
     std::size_t n = leaves_ + i;
     if (node_[n] == row) return;

@@ -29,7 +29,7 @@ bool writeAll(int file, const std::string& text) {
 }  // namespace
 
 void writeWholeFile(const std::string& path, const std::string& text) {
-  // A link stays a link, and what is no file (a device, a pipe) is written as it is: there is nothing to put in its place.
+  // A link stays a link. Devices and pipes are written as they are: no file can take their place.
   char* real = ::realpath(path.c_str(), nullptr);
   const std::string target = real ? real : path;
   std::free(real);

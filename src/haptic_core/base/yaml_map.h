@@ -18,7 +18,7 @@ YAML::Node loadYaml(const std::string& path);
 /// Reads keys of one mapping. Set-up; all of it throws SetupError.
 class YamlMap {
  public:
-  /// `what` names the mapping in messages. Refuses what is no mapping, keys that are not in `known`, and
+  /// `what` names the mapping in messages. Refuses nodes that are no mapping, keys that are not in `known`, and
   /// keys that stand twice.
   YamlMap(const std::string& path, const YAML::Node& node, const std::string& what, const std::set<std::string>& known);
 

@@ -18,7 +18,7 @@ double choose(double a, double b, double fallback, double last_resort, Mean mean
   return given(fallback) ? fallback : last_resort;
 }
 
-/// k where nobody gives a number. fmin and fmax pass over what is not a number.
+/// k where no number is given. fmin and fmax ignore NaN.
 double chosen(const ContactMaterial& a, const ContactMaterial& b, bool rigid) {
   const double touch = std::fmin(a.touch_stiffness, b.touch_stiffness);
   if (given(touch)) return touch;
@@ -38,7 +38,7 @@ void require(bool holds, const std::string& where, const char* field, double val
   throw SetupError(where, std::string(field) + " is " + number.str(), remedy);
 }
 
-/// What a surface says of its stiffness; one that says nothing is rigid where the world's default is.
+/// Stiffness that a surface gives; a surface without one is rigid where the world's default is.
 double said(const ContactMaterial& surface, const ContactMaterial& fallback) {
   return given(surface.stiffness) || !fallback.rigid() ? surface.stiffness : ContactMaterial::kRigid;
 }

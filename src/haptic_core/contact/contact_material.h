@@ -17,9 +17,9 @@ struct ContactMaterial {
   double tangential_damping = kUnset;    ///< b_t [N·s/m³]; ≥ 0; unset: critical for the pair's reduced mass
   double mu_static = kUnset;             ///< μ0 ≥ μ; unset: μ
   double mu_dynamic = kUnset;            ///< μ ≥ 0; unset: μ0
-  // Chosen where nobody gives a number: analysis/chosen_stiffness.h. They hold for pairs of which neither surface gives one.
+  // Chosen where no number is given: analysis/chosen_stiffness.h. They hold for pairs of which neither surface gives one.
   double rest_stiffness = kUnset;        ///< least k with which the body rests as it should [N/m³]
-  double touch_stiffness = kUnset;       ///< k of what a hand touches with this surface [N/m³]
+  double touch_stiffness = kUnset;       ///< k where a hand touches this surface [N/m³]
   double rigid_stiffness = kUnset;       ///< least k with which the body rests and falls as a rigid one should [N/m³]
 
   bool rigid() const { return stiffness == kRigid; }           ///< it says so
@@ -49,7 +49,7 @@ struct DefaultMaterial {
 ///   b, b_t, c  arithmetic mean;   μ0, μ  geometric mean.
 /// A rigid surface adds no compliance of its own: against k it makes 2k, the limit of the mean. Against a rigid one, or one that says
 /// nothing, it makes the k chosen for rigid bodies. Under a rigid default every surface that says nothing is rigid. Where neither says
-/// anything, nor the world's default: the touch's, else the larger of `DefaultMaterial`'s and what the bodies need to rest. The touch's
+/// anything, nor the world's default: the touch's, else the larger of `DefaultMaterial`'s and those of the bodies at rest. The touch's
 /// comes before that of rigid bodies as well.
 /// Every field of the result is set but `tangential_damping`, which may stay unset (critical).
 ContactMaterial combine(const ContactMaterial& a, const ContactMaterial& b, const ContactMaterial& fallback);

@@ -1,4 +1,4 @@
-/// From what a body is made of to how stiff its surface is.
+/// The stiffness of a surface from the material of its body.
 ///
 /// A body is a rigid core under an elastic layer as thick as half of its least extent L. A layer that cannot bulge sideways
 /// answers a pressure p with the strain p/M,
@@ -17,7 +17,7 @@
 
 namespace haptic {
 
-/// What a body may be made of.
+/// A material that a body may be made of.
 struct Solid {
   const char* name;      ///< in scene files
   double young_modulus;  ///< E [Pa]

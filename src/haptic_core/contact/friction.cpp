@@ -11,9 +11,9 @@ namespace {
 /// r_τ over the radius of gyration of the pressure: ⅔ R over R/√2 for uniform pressure on a disc of radius R.
 constexpr double kTorsionRadius = 2.0 / 3.0 * M_SQRT2;
 
-/// Turn of B on A from which an anchor is set anew [rad]: what it then leaves out of the way of a patch over what is neither flat
-/// nor round is a share of its square. At 1e-4 what a hand rocks by as much is set anew at every turn, and wanders by a quarter of a
-/// millimetre.
+/// Turn of B on A from which an anchor is set anew [rad]: over surfaces that are neither flat nor round the patch's way then misses a
+/// share of the turn's square. At 1e-4 the anchor of a body that a hand rocks by as much is set anew at every turn, and the body wanders by
+/// a quarter of a millimetre.
 constexpr double kMostTurn = 1e-3;
 
 /// Force and torque of friction, or slip and twist.
@@ -105,7 +105,7 @@ Matrix3 compliantArea(const Returned& returned, const LimitEllipsoid& limit, con
   return area - along * (along / normal.dot(along)).transpose();
 }
 
-/// What a layer holds at another pose when nothing yields.
+/// Slip and twist that a layer holds at another pose when nothing yields.
 struct Displaced {
   Vector3 slip_A;
   double twist;
@@ -119,9 +119,9 @@ double arcBeyondChord(const Vector3& turned) {
 }
 
 /// The patch's way over A less its way over B, of which B slips on A: as it moves within a step or rolls over both. With E the
-/// motion since the anchor, of A's axes and points, the patch's chord on B is seen from half of E's rotation, so that what rolls
-/// forth and back returns; and arcs are as long as their chord and the normals at their ends make them: exact for what is flat or
-/// round.
+/// motion since the anchor, of A's axes and points, the patch's chord on B is seen from half of E's rotation, so that a body that
+/// rolls forth and back returns; and arcs are as long as their chord and the normals at their ends make them: exact for flat and
+/// round surfaces.
 Displaced displacedFrom(const FrictionAnchor& anchor, const Matrix3& E, const SharedTurn& turn, const Pose& X_AB, const Pose& X_AP) {
   const double w = turn.halfCosine();
   const Vector3 &u = turn.halfAxis(), n = X_AP.R.col(2);
@@ -130,7 +130,7 @@ Displaced displacedFrom(const FrictionAnchor& anchor, const Matrix3& E, const Sh
   const Vector3 slip = chords + arcBeyondChord(n - anchor.normal_A) * way - arcBeyondChord(n - E * anchor.normal_A) * (way - chords);
   const double sine2 = u.squaredNorm();
   const double stretch = sine2 < 1e-6 ? 2 + sine2 / 3 : 2 * elementary::atan2(std::sqrt(sine2), w) / std::sqrt(sine2);
-  // What was held goes with both bodies, and then turns with n.
+  // The slip of the anchor goes with both bodies, and then turns with n.
   const Vector3 n0 = turn.toA(anchor.normal_A), before = turn.toA(anchor.slip_A);
   const Vector3 held = before - n.dot(before) / std::max(1.0, 1 + n.dot(n0)) * (n + n0);
   return {held + turn.halfway(slip), anchor.twist + stretch * u.dot(n), 4 * sine2 >= kMostTurn * kMostTurn};
@@ -192,7 +192,7 @@ Vector3 FrictionLayer::perLoad(const Hold& held, const Vector3& rate, double tim
 Vector3 FrictionLayer::slip(const Hold& held, const Vector3& rate, double time, double N) const noexcept {
   if (!(N > 0) || !(area.x() > 0) || !(mu > 0)) return Vector3::Zero();
   if (!held.outside) return before + time * rate;
-  // What is in the springs once the force is less than it would be: f = -L (k s + b ((s - before)/time + w)).
+  // Slip in the springs once the limit has cut the force: f = -L (k s + b ((s - before)/time + w)).
   if (!(time > 0)) return before;
   const double viscous = damping / time, stiff = 1 / (stiffness + viscous);
   Vector3 slip = viscous * before - damping * rest;
@@ -221,7 +221,7 @@ double torsionArea(const ContactVolume& contact) noexcept {
 
 namespace {
 
-/// One evaluation: what it is given, and what its stages hand on.
+/// One evaluation: its arguments, and the values that its stages hand on.
 class Evaluation {
  public:
   Evaluation(const ContactVolume& contact, ContactWorkspace& workspace, const NormalPressure& normal, const PairLaw& law,
@@ -235,21 +235,21 @@ class Evaluation {
     torsion_radius_ = layer_.J > 0 ? kTorsionRadius * std::sqrt(std::max(0.0, gyration2)) : 0.0;
   }
 
-  /// The slip that nothing has given way to, and what it makes: into `trial`, `renewed`.
+  /// The slip without any yielding, and its anchor: into `trial`, `renewed`.
   void load(const Pose& X_AB, const Twist& V, FrictionForce& out);
   /// The layer that a solve may evaluate at other rates: into `layer`, but for its offset.
   void keepLayer(FrictionForce& out) const;
-  /// What the limit allows of the trial force: everything else.
+  /// The share of the trial force that the limit allows: into everything else.
   void yield(FrictionForce& out);
 
  private:
   LimitEllipsoid limit(double mu) const { return {mu * normal_.force, mu * normal_.force * torsion_radius_}; }
-  /// What no pressure of this force and radius of gyration exceeds.
+  /// Upper bound over all pressures of this force and radius of gyration [N, N·m].
   LimitEllipsoid mostOfPressure(double mu) const {
     return {mu * normal_.force, mu * normal_.force * torsion_radius_ / kTorsionRadius};
   }
-  /// What the springs hold of a force after a step in which the dampers held the rest: -f = A (k s + b (s - s0)/h). All of it
-  /// in the springs would be energy that no way has put there. Without a step there is no way.
+  /// Slip of the springs under a force after a step in which the dampers held the rest: -f = A (k s + b (s - s0)/h). Springs that
+  /// held all of it would have energy that no motion has put there. Without a step there is no motion.
   Planar heldBy(const Planar& f) const {
     if (!(advance_.time > 0)) return before_;
     const double viscous = layer_.b / (layer_.k * advance_.time);
@@ -381,7 +381,7 @@ void Evaluation::yield(FrictionForce& out) {
   const LimitEllipsoid now = limit(slid_ ? m.mu_dynamic : m.mu_static);
   out.load = now.load(trial_);
   out.compliant_area.diagonal() << layer_.A0, layer_.A0, layer_.J;
-  // What the springs hold on the limit surface: what slid last, or the trial force brought back to it.
+  // Force of the springs on the limit surface: that of the last slip, or the trial force brought back to the surface.
   const Planar held = slid_ ? layer_.force(before_, {}) : trial_ * (1 / std::max(1.0, out.load));
   slides_ = slid_ || (advance_.yielding != Yielding::kNever && out.load > 1);
   force_ = trial_;

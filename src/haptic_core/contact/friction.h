@@ -9,13 +9,13 @@
 /// (f, τ) moved to where the area integral lies for the present direction of slip. So the force is a continuous and
 /// monotone function of the slip, and the springs then hold just what slides. It sticks again when the springs would
 /// push the motion on: the slip has come to a stop inside the step.
-/// s is a displacement between two poses, not the integral of a velocity: an anchor keeps where B stood on A and what the
-/// layer held then, and whatever moved both bodies since, and by which steps, only where they stand now counts. A stuck
+/// s is a displacement between two poses, not the integral of a velocity: an anchor keeps the pose of B on A and the
+/// slip of the layer at one instant. Only the bodies' present pose counts, not the motion and the steps in between. A stuck
 /// patch keeps its anchor, so that no integrator makes it creep on a carrier that turns. The anchor is set anew where
 /// friction slips or sticks again, and where the bodies have turned against each other by kMostTurn: so it follows a patch
 /// that rolls. s is one displacement for the whole patch, whatever area joins or leaves. (Area that joined unstrained, s A0 kept, was
-/// tried: the anchors of a tilting cube then stay behind, and its model error grows two to five times.) What a patch
-/// gains by growing while it is strained is at most the energy at which it yields, (μ N)²/(2 k_t A0).
+/// tried: the anchors of a tilting cube then stay behind, and its model error grows two to five times.) A strained
+/// patch that grows gains at most the energy at which it yields, (μ N)²/(2 k_t A0).
 /// r_τ = ∫p|r|/N is taken as ⅔√2 of p's radius of gyration: exact for uniform pressure on a disc, 0.2 % off on a
 /// square, 4 % on a line; it decides only when a spinning patch yields, not the force while it slides.
 #pragma once
@@ -24,7 +24,7 @@
 
 namespace haptic {
 
-/// What a contact takes from its bodies, by what takes it [W]: k Vol n, the normal damper, friction. Linear in the wrench
+/// Power that a contact takes from its bodies [W], by cause: k Vol n, the normal damper, friction. Linear in the wrench
 /// and in the twist, so also work, of an impulse, and rates.
 struct ContactPower {
   double elastic = 0, damping = 0, friction = 0;  ///< what each of them takes [W]
@@ -44,7 +44,7 @@ struct ContactPower {
 /// Of the wrench F_BP_P of which `elastic` is the spring's, at the twist of B relative to A at P, in P's axes.
 ContactPower contactPower(const Wrench& F_BP_P, const Wrench& elastic, const Twist& V_AB_P) noexcept;
 
-/// Where two bodies stood, and what the layer between them held there.
+/// Pose of two bodies at one instant, and the slip that the layer between them held.
 struct FrictionAnchor {
   Pose X_AB;                         ///< of B's shape in A's
   Vector3 point_A = Vector3::Zero(); ///< the patch [m]
@@ -85,7 +85,7 @@ class SharedTurn {
 /// A touch at the end of a step has its impact in the next: `FrictionMemory::began` there.
 inline constexpr double kStillBegins = 0.5;
 
-/// What a pair remembers of its contact: state of the world. Vectors at the last evaluation, in axes M since the anchor (`SharedTurn`).
+/// Memory of a pair's contact: state of the world. Vectors at the last evaluation, in axes M since the anchor (`SharedTurn`).
 struct FrictionMemory {
   FrictionAnchor anchor;              ///< where slip is measured from
   Vector3 normal_A = Vector3::Zero(); ///< n, in A's axes
@@ -125,7 +125,7 @@ struct PairLaw {
 /// b_t of the pair [N·s/m³]: as given, or critical for its reduced mass on a patch of `area` [m²].
 double tangentialDamping(const PairLaw& law, double area) noexcept;
 
-/// What a patch may do within one evaluation.
+/// How a patch may yield within one evaluation.
 enum class Yielding : unsigned char {
   kAtOnce,      ///< a patch that stuck falls to μ where it has to hold more than μ0 N: explicit steps
   kNever,       ///< a patch that stuck stays elastic whatever its load
@@ -150,22 +150,22 @@ struct Advance {
   Vector3 carried() const { return run * belt; }
 };
 
-/// What a friction law is while the slip rate alone changes within a step: an elastic layer within an ellipsoid.
+/// The friction law while the slip rate alone changes within a step: an elastic layer within an ellipsoid.
 ///     t(u) = -L (k s + b w + (b + h k) u),   L = diag(A0, A0, J),   s before, u the rate: (x, y, about n)
 ///     f = N o + the point of { |f|² / (μ N)² + τ²/(μ N r)² ≤ 1 } nearest to t - N o in the metric L⁻¹
 /// f is the negative gradient of a convex function of u while N stays.
 struct FrictionLayer {
   Vector3 area = Vector3::Zero();     ///< A0, A0, J [m², m⁴]
   double stiffness = 0, damping = 0;  ///< k_t [N/m³], b_t [N·s/m³]
-  Vector3 before = Vector3::Zero();   ///< s less what u brings within the step [m, rad]
-  Vector3 rest = Vector3::Zero();     ///< w: what the damper sees beside u [m/s, rad/s]
+  Vector3 before = Vector3::Zero();   ///< s without the slip of u within the step [m, rad]
+  Vector3 rest = Vector3::Zero();     ///< w: rate of the damper beside u [m/s, rad/s]
   Vector3 offset = Vector3::Zero();   ///< o, where the area integral stands off the ellipsoid, per N [1, m]
   double mu = 0, radius = 0;          ///< μ, r [m]
   bool limited = true;                ///< false: elastic whatever the load
   bool dragged = false;               ///< f = N o, whatever the slip
   bool slid = false;                  ///< it slid at the start
 
-  /// What the law gives for one rate.
+  /// Force of the law for one rate.
   struct Hold {
     Vector3 force = Vector3::Zero();   ///< f [N, N·m]
     double straight = 1, turning = 1;  ///< shares of t - N o that are left of its force and torque [1]
@@ -178,7 +178,7 @@ struct FrictionLayer {
   /// (in realtime) ∂f/∂N [1, 1, m] where t is beyond the limit, else 0: f is homogeneous of degree one in t and N, so it is
   /// (f - ∂f/∂t t)/N.
   Vector3 perLoad(const Hold& held, const Vector3& rate, double time, double N) const noexcept;
-  /// (in realtime) What the springs hold at the end [m, rad].
+  /// (in realtime) Slip of the springs at the end [m, rad].
   Vector3 slip(const Hold& held, const Vector3& rate, double time, double N) const noexcept;
   double load(const Hold& held, double N) const noexcept;  ///< (in realtime) share of the limit that t uses [1]
 
@@ -195,14 +195,14 @@ struct FrictionForce {
   double load = 0;                          ///< share of the limit that is used [1]
   bool sliding = false;                     ///< μ holds; else μ0
   double event = 1;                         ///< share of the step after which it began to slide or stuck; 1: neither
-  Vector2 impulse = Vector2::Zero();        ///< what the trapezoidal rule misses of ∫f dt because of the event [N·s]
+  Vector2 impulse = Vector2::Zero();        ///< error of the trapezoidal rule for ∫f dt because of the event [N·s]
   double angular_impulse = 0;               ///< [N·m·s]
   /// The layer as it answers a change of slip, in (x, y, about n): A0, A0, J [m², m⁴] while stuck, without the
   /// direction of slip while sliding. ∂f/∂slip = -k_t times it, ∂f/∂rate = -b_t times it.
   Matrix3 compliant_area = Matrix3::Zero();
   FrictionLayer layer;                      ///< the law that gave it, where `yielding` is one of solves
-  FrictionAnchor trial;                     ///< here and now, with what the layer would hold if it did not yield
-  bool renewed = false;                     ///< `trial`, less what yielded, is the anchor from here on; else the old one stays
+  FrictionAnchor trial;                     ///< here and now, with the slip of a layer that does not yield
+  bool renewed = false;                     ///< `trial`, less the slip that yielded, is the anchor from here on; else the old one stays
   SharedTurn since;                         ///< the old anchor
 };
 
@@ -211,7 +211,7 @@ FrictionForce frictionForce(const ContactVolume& contact, const Pose& X_AB, Cont
                             const NormalPressure& normal, const Twist& V, const FrictionMemory& memory,
                             const PairLaw& law, const Advance& advance) noexcept;
 
-/// Area of the layer under a patch [m²]: A0, and where a body is through another, so that what it cuts of the surface cancels,
+/// Area of the layer under a patch [m²]: A0, and where a body is through another, so that the two cuts of the surface cancel,
 /// no less than half of Vol/depth. A layer without area would hold μ N by a spring of no stiffness, with any energy in it.
 double layerArea(const ContactVolume& contact) noexcept;
 

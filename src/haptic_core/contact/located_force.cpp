@@ -77,7 +77,7 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
                           const FrictionMemory& memory, const PairLaw& law, const Advance& advance) noexcept {
   LocatedForce out;
   const Touch touch = Touch::of(contact, -V.linear.z(), law, memory, advance);
-  Twist V_end = V;  // what the predicted velocity does not know: the damper has been at work since the touch
+  Twist V_end = V;  // slower than predicted: the damper has been at work since the touch
   if (touch.decay > 0) V_end.linear.z() *= touch.slowed();
   const NormalPressure normal = normalPressure(contact, workspace, V_end, law.pressure, law.material);
   const FrictionForce friction = frictionForce(contact, X_AB, workspace, normal, V, memory, law, advance);

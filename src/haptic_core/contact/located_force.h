@@ -9,7 +9,7 @@
 namespace haptic {
 
 /// Stiffness and damping of a patch about P in P's axes, rows and columns angular then linear, symmetric and positive
-/// semidefinite: what the implicit step, the settling of strong dampers and the certificate linearise with.
+/// semidefinite. The implicit step, the settling of strong dampers and the certificate linearise with it.
 /// With u = (θ_x, θ_y, z) the pressure at r changes by -∂p/∂d (z + θ_x y - θ_y x). Left out, because it is small or
 /// would break the symmetry: the turn of n with the bodies, the share of friction that follows the normal force, the
 /// slope of ḋ over the patch in ∂p/∂d.
@@ -27,7 +27,7 @@ struct LocatedForce {
   Wrench F_BP_P;              ///< on B at P, in P's axes
   double normal_force = 0;    ///< N [N]
   double elastic_force = 0;   ///< of it k Vol [N]
-  /// What a spring with a potential does beyond k Vol n: of F_BP_P, where the damper leaves some of it, and as the gradient.
+  /// Wrench of a spring with a potential beyond k Vol n: its share of F_BP_P, less where the damper takes from it, and the whole gradient.
   Wrench beyond_P, gradient_P;
   FrictionMemory memory;      ///< at this evaluation; the caller decides whether it becomes state
   bool sticking = false;      ///< friction holds the patch: μ0 is its limit
@@ -36,17 +36,17 @@ struct LocatedForce {
   bool incomplete = false;    ///< faces laid over one another had no room for all of their corners
   double event = 1;           ///< share of the step after which it touched, yielded or stuck; 1: none of them
   bool has_impulse = false;   ///< `impulse` is not zero
-  Wrench impulse_P;           ///< what the trapezoidal rule over the step misses because of that [N·m·s, N·s]
+  Wrench impulse_P;           ///< error of the trapezoidal rule over the step because of that [N·m·s, N·s]
   Wrench elastic_impulse_P;   ///< of it that of the spring [N·m·s, N·s]
-  PatchTangent tangent;       ///< what implicit steps and certificates linearise with
-  /// What the spring does: k Vol n, and beyond it what makes it a gradient.
+  PatchTangent tangent;       ///< linearisation for implicit steps and certificates
+  /// Wrench of the spring: k Vol n, and the terms beyond it that make it a gradient.
   Wrench elastic() const { return {gradient_P.torque, gradient_P.force + Vector3(0, 0, elastic_force)}; }
   FrictionLayer layer;        ///< of a solve: the law of friction while only the slip rate changes
   Vector3 belt = Vector3::Zero();  ///< see Advance
   FrictionAnchor trial;       ///< see FrictionForce
   bool renewed = false;       ///< see FrictionForce
   SharedTurn since;           ///< see FrictionForce
-  Vector3 yielded = Vector3::Zero();  ///< of a solve: what the layer gave up, (x, y, about n) [m, rad]
+  Vector3 yielded = Vector3::Zero();  ///< of a solve: slip that the layer gave up, (x, y, about n) [m, rad]
   /// What the old memory has in axes M, in those of the new one.
   Vector3 inNewAxes(const Vector3& v_M) const { return renewed ? since.toA(v_M) : v_M; }
   /// Into the axes M of the new memory.

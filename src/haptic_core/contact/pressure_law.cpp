@@ -15,7 +15,7 @@ namespace {
 constexpr double kUniform = 1e-6;
 
 /// A damper that pulls with less than this share of the mean elastic pressure is let pull: the patch is at rest, and
-/// what it would add is below the rounding of a depth of micrometres.
+/// the pull is below the rounding of a depth of micrometres.
 constexpr double kNegligiblePull = 1e-9;
 
 /// Share of the elastic pressure below which a damper takes the tangential part of the spring away too.
@@ -51,7 +51,7 @@ PressedVolume pressedVolume(const NormalPressure& p, const Approach& a, Pressure
           (p.first - damping * (a.rate * area.m1 + area.m2 * a.slope)) / k};
 }
 
-/// What a damper does is felt by the motions that it answers: its moments, and the tangent in their rates.
+/// A damper acts on the motions alone that it answers: its moments, and the tangent in their rates.
 void feelCompressing(const CompressingRate& compressing, NormalPressure& out) {
   if (compressing.all) return;
   const Matrix2& T = compressing.slope;
@@ -106,7 +106,7 @@ void addPiece(const LoadedVector<Vector2>& piece, Pressure pressure, NormalPress
   }
 }
 
-/// ∫ max(0, k d + b ḋ) over a round patch: what is not clipped, and over samples what clipping adds.
+/// ∫ max(0, k d + b ḋ) over a round patch: the integral without clipping, and over samples the addition of clipping.
 void clipRound(const ContactVolume& contact, RoundVolume& round, const Approach& a, double k, double b, NormalPressure& out) {
   PatchMoments area{contact.A0, contact.A1, contact.A2};
   out.force = k * contact.volume + b * (a.rate * contact.A0 + a.slope.dot(contact.A1));

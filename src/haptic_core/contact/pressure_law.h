@@ -2,8 +2,8 @@
 ///
 /// With r = (x, y) in the patch frame, thickness d(r), and V the twist of B relative to A at P, the approach rate is
 ///     ḋ(r) = -(v_z + ω_x y - ω_y x),
-/// less what does not compress (CompressingRate): a ball or a cylinder that rolls moves its patch along its surface. Its damper has no
-/// moment about such an axis, so what is left is dissipative.
+/// less the spins that compress nothing (CompressingRate): a ball or a cylinder that rolls moves its patch along its surface. Its damper
+/// has no moment about such an axis, so the rest is dissipative.
 ///     damper beside the spring   p = max(0, k d + b ḋ)      jumps at touch
 ///     damper within it           p = k d max(0, 1 + c ḋ)    continuous at touch and at parting
 /// These pressures stand along n. k V n is no gradient where n turns with the bodies; a law with a `potential` adds what
@@ -25,7 +25,7 @@ namespace haptic {
 /// that has a potential.
 enum class PressureLaw : unsigned char { kLinear, kHuntCrossley, kPotential };
 
-/// A row of `kPressureKinds`: what is known of a law.
+/// A row of `kPressureKinds`: all properties of a law.
 struct PressureKind {
   PressureLaw law;                            ///< the law it describes
   const char* name;                           ///< in files
@@ -89,12 +89,12 @@ struct NormalPressure {
   }
 };
 
-/// (in realtime) What a spring with a potential does beyond k V n, on B about P in P's axes; zero under the other laws.
+/// (in realtime) Wrench of a spring with a potential beyond k V n, on B about P in P's axes; zero under the other laws.
 /// Cost: thicknessGradient.
 Wrench beyondNormal(const ContactVolume& contact, ContactWorkspace& workspace, PressureLaw law, const NormalPressure& pressure) noexcept;
 
 /// (in realtime) Share of it that the damper leaves [1]: all but where it takes most of the pressure away, none where it takes
-/// all. What no longer presses must not pull.
+/// all. A patch that no longer presses must not pull.
 double shareBeyond(const NormalPressure& pressure) noexcept;
 
 /// (in realtime) `V` is the twist of B relative to A at P in P's axes. `workspace` holds V of `contact`.

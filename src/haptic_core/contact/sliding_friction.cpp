@@ -206,7 +206,7 @@ SlidingIntegral byRule(ContactWorkspace& workspace, const ContactVolume& contact
 constexpr double kNearRound = 1.7;
 
 /// Points around a ring of `share` of the way to the instant centre: the direction of slip is a series in powers of it, of which
-/// this many leave 1e-12. Four more for the pressure, the arm and what is left.
+/// this many leave 1e-12. Four more for the pressure, the arm and the remainder.
 int anglesFor(double share) { return 4 + static_cast<int>(std::ceil(elementary::log(1e-12) / elementary::log(share))); }
 
 /// Over a round patch, on rays from the instant centre where that lies within it: along each the direction is constant. Where V is

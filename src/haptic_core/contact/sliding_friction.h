@@ -34,7 +34,7 @@ struct PressureField {
   Vector2 b1 = Vector2::Zero();       ///< [N/m³]
 };
 
-/// Moments of the pressure about P: what the series needs.
+/// Moments of the pressure about P, for the series.
 struct PressureMoments {
   double force = 0;                   ///< ∫ p dA [N]
   Vector2 first = Vector2::Zero();    ///< ∫ r p dA [N·m]

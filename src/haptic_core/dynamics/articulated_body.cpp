@@ -18,7 +18,7 @@ void startLink(const LinkModel& link, LinkWork& w) {
 }
 
 /// Inverse of a symmetric positive definite matrix through its Cholesky factor: exact under any scaling of rows, where
-/// cofactors lose what the condition costs. Metres and radians of one joint differ in scale by nature.
+/// cofactors lose as many digits as the condition has. Metres and radians of one joint differ in scale by nature.
 Matrix3 inverseOf(const Matrix3& D) {
   const double l00 = std::sqrt(D(0, 0)), i00 = 1 / l00;
   const double l10 = D(1, 0) * i00, l20 = D(2, 0) * i00;
@@ -41,7 +41,7 @@ bool prescribed(const LinkWork& w) {
   return w.D_inverse(0, 0) == 0;
 }
 
-/// D⁻¹ u: what the free forces u of a joint's own axes accelerate them by.
+/// D⁻¹ u: acceleration of the joint's axes by their free forces u.
 Vector3 ratesOf(const LinkModel& link, const LinkWork& w, const Vector3& u) noexcept {
   return link.dof == 1 ? Vector3(w.D_inverse(0, 0) * u[0], 0, 0) : Vector3(w.D_inverse * u);
 }

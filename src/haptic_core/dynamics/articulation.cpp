@@ -62,7 +62,7 @@ Articulation::Articulation(const TreeDef& def) : def_(def) {
     const int mimic = body.joint.mimic_joint;
     if (mimic >= n || mimic == i || (mimic >= 0 && !isScalar(def.links[mimic].joint.type)) ||
         (mimic >= 0 && !isScalar(body.joint.type)))
-      throw SetupError(where + " (joint " + body.joint.name + ")", "mimics what is not a joint of one degree",
+      throw SetupError(where + " (joint " + body.joint.name + ")", "mimics a joint that has not one degree of freedom",
                        "");
     compileLink(i);
   }

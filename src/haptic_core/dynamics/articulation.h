@@ -44,7 +44,7 @@ struct LinkModel {
   Matrix3 I_O = Matrix3::Zero();          ///< inertia about O, link axes [kg·m²]
   Matrix3 I_O_inverse = Matrix3::Zero();  ///< floating links only
   Matrix3 I_C = Matrix3::Zero();          ///< inertia about C, link axes [kg·m²]
-  // Bounds of how easily the link moves. What has no mass or no moment about an axis counts with the least that numbers bear.
+  // Upper bounds of the link's mobility. A mass or a moment of zero counts as the smallest that numbers bear.
   double mobility = 0;                    ///< ∂v/∂f at C as if it were free [1/kg]
   Matrix3 turn_mobility = Matrix3::Zero();  ///< ∂ω/∂τ as if it were free, link axes [1/(kg·m²)]
   bool rooted = false;                    ///< its joint hangs on the world: it moves by that joint and not otherwise
@@ -67,7 +67,7 @@ class Articulation {
   int nq() const { return nq_; }                            ///< numbers in q
   int nv() const { return nv_; }                            ///< numbers in v
   const LinkModel& link(int i) const { return links_[i]; }  ///< constant data of link i
-  const TreeDef& def() const { return def_; }               ///< what it was compiled from
+  const TreeDef& def() const { return def_; }               ///< the definition that it was compiled from
   /// One link on a floating joint: the routines take their short way.
   bool isFreeBody() const { return free_body_; }
   /// No degree of freedom: nothing ever moves.

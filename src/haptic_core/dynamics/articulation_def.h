@@ -1,4 +1,4 @@
-/// What a user sets about a tree of bodies before it is compiled: inertia, joints, parents. No shapes here.
+/// Definition of a tree of bodies, by the user: inertia, joints, parents. No shapes here.
 #pragma once
 #include <limits>
 #include <string>
@@ -37,7 +37,7 @@ struct JointDef {
   double velocity = 0;                      ///< initial q̇ (one-degree joints) [rad/s] or [m/s]
   int mimic_joint = -1;                     ///< index of the link whose joint is followed: q = multiplier q' + offset
   double mimic_multiplier = 1, mimic_offset = 0;  ///< m and c of q = m q' + c; c in [rad] or [m]
-  /// What the drive follows: nothing, an effort, a velocity or a position. A command may change it while
+  /// Quantity that the drive follows: none, an effort, a velocity or a position. A command may change it while
   /// running.
   enum class Drive : unsigned char { kNone, kEffort, kVelocity, kPosition } drive = Drive::kNone;
   double drive_stiffness = 0;               ///< PD: [N·m/rad] or [N/m]

@@ -121,8 +121,8 @@ void addBlock(const double* block, int rows_run, int cols_run, bool transposed, 
   }
 }
 
-/// Factor on a diagonal that leaves the rest of its row without any effect: beyond the square of what doubles resolve,
-/// far from what they can hold.
+/// Factor on a diagonal that leaves the rest of its row without any effect: beyond the square of a double's
+/// resolution, far below its largest value.
 constexpr double kPrescribed = 1e40;
 
 void setBit(std::uint64_t* bits, int i) { bits[i >> 6] |= std::uint64_t{1} << (i & 63); }

@@ -56,8 +56,8 @@ void turnFreeBody(const LinkModel& link, double h, Matrix3& R_WL, double* q, dou
     l = R.back * L;
   }
   Lanes omega_end = R.there * (I_inverse * l);
-  // ω is what is stored, and L is made of it again in the next step: that way alone loses 2.5e-16 of L a step, always
-  // in the same sense. What the stored ω misses of L is put back.
+  // ω is stored, and the next step makes L of it again. The rounding of that way loses 2.5e-16 of L a step, always
+  // in the same sense, so the difference is put back.
   const Lanes miss = L - R.there * (I * (R.back * omega_end));
   omega_end += R.there * (I_inverse * (R.back * miss));
   storeVector(omega_end, v);

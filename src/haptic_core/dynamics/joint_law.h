@@ -1,4 +1,4 @@
-/// What a joint of one degree does by itself: damping, Coulomb friction, limits, a drive. Implicit in the
+/// The law of a joint of one degree: damping, Coulomb friction, limits, a drive. Implicit in the
 /// step.
 ///
 /// Over a step h the force of a joint is a function of its velocity at the end of the step, v₁, with
@@ -17,7 +17,7 @@
 
 namespace haptic {
 
-/// What a drive is asked to do; the parts its mode does not use are ignored. The gains are the joint's.
+/// A command to a drive; the parts its mode does not use are ignored. The gains are the joint's.
 struct JointCommand {
   JointDef::Drive drive = JointDef::Drive::kNone;  ///< which of the values below it follows
   double position = 0;  ///< q_ref [rad] or [m]
@@ -30,7 +30,7 @@ struct JointCommand {
   }
 };
 
-/// What a joint does until it is told: its own drive, at its initial position, with its feed-forward.
+/// Command of a joint before any is given: its own drive, at its initial position, with its feed-forward.
 inline JointCommand initialCommand(const JointDef& joint) { return {joint.drive, joint.position, 0, joint.drive_effort}; }
 
 /// Whether a drive may be given it: all numbers finite.
@@ -80,7 +80,7 @@ inline double springEnergy(const JointDef& joint, double q) noexcept {
   return 0.5 * joint.spring_stiffness * (q - joint.spring_position) * (q - joint.spring_position);
 }
 
-/// What the joint does by itself. Of one that follows another (mimic) damping and spring alone are left: the followed one has limits,
+/// The joint's own law. A follower (mimic) keeps damping and spring alone: the followed one has limits,
 /// friction and drive for both, and a second set would contradict them.
 JointDef ownLaw(const JointDef& joint);
 

@@ -47,7 +47,7 @@ struct JointWork {
   double drives = 0;    ///< work of drives on the joints
 };
 
-/// What a joint of one degree does by itself in a step [N·m] or [N].
+/// Forces of a joint of one degree by its own law in a step [N·m] or [N].
 struct JointForce {
   double drive = 0;  ///< of its drive
   double all = 0;    ///< of drive, spring, damping, friction and limits together
@@ -136,7 +136,7 @@ class JointSolver {
   /// (in realtime) Whether no joint hit a limit, stuck or came loose in a step that began with v0.
   bool isSmooth(const double* v0) const noexcept;
   /// (in realtime) Adds the work over a time `share` of the step at the mean of `v0` and `v1`, which with a constant force is
-  /// exactly the change of kinetic energy; `forces[law.link]` becomes what the joint did.
+  /// exactly the change of kinetic energy; `forces[law.link]` becomes the joint's force.
   void account(const JointCommand* commands, double share, const double* v0, const double* v1, JointForce* forces,
                JointWork& sum) const noexcept;
 

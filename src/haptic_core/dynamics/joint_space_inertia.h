@@ -1,4 +1,4 @@
-/// The joint-space inertia M(q) and inverse dynamics: what an implicit step in generalised velocities needs. All
+/// The joint-space inertia M(q) and inverse dynamics, for implicit steps in generalised velocities. All
 /// routines work at the poses of the last forwardKinematics and none allocates (in realtime).
 ///
 /// Sources: Featherstone 2008, table 6.2 (composite rigid bodies) and section 5.3 (recursive Newton–Euler), in W axes

@@ -55,7 +55,7 @@ constexpr int degreesOf(const JointKind& kind) { return kind.slides + kind.turns
 constexpr int positionsOf(const JointKind& kind) { return kind.slides + (kind.turns == 3 ? 4 : kind.turns); }
 /// Files give it an axis.
 constexpr bool hasAxis(const JointKind& kind) { return kind.axes[0] == 'a' || kind.axes[0] == 'u'; }
-/// One degree of freedom: what has limits, a drive, friction.
+/// One degree of freedom: such a joint may have limits, a drive, friction.
 constexpr bool isScalar(JointType type) { return degreesOf(kindOf(type)) == 1; }
 
 /// Axis k in the joint frame, for the joint's own axis `a` of unit length.

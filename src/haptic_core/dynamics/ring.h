@@ -11,7 +11,7 @@ struct RingDef {
   std::string name;              ///< for messages
   int link_a = -1, link_b = -1;  ///< index in the tree; −1: the world
   Pose X_AF, X_BF;  ///< where the frames lie in the links
-  /// What the frames share: their origin (three turns stay free), origin and axis (one turn) or everything
+  /// Part of the frames that is held together: their origin (three turns stay free), origin and axis (one turn) or everything
   /// (none).
   enum class Type : unsigned char { kPoint, kHinge, kWeld } type = Type::kPoint;
   Vector3 axis = Vector3::UnitZ();  ///< of a hinge, in F

@@ -13,7 +13,7 @@
 
 namespace haptic {
 
-/// What the joints did in a step.
+/// Work of the joints in a step, and its cost.
 struct JointReport : JointWork {
   int passes = 0;         ///< articulated-body evaluations
   bool converged = true;  ///< false: some joint's force is not on its graph
@@ -44,7 +44,7 @@ class TreeMotion {
   const JointReport& step(const Vector3& gravity, double h, const JointCommand* commands, double* q, double* v,
                           LinkWork* work, const double* tau = nullptr) noexcept;
 
-  /// What the link's joint did by itself in the last step; 0 where it has no law.
+  /// Force of the joint's own law in the last step; 0 where it has no law.
   const JointForce& forceOf(int link) const { return force_[link]; }
 
   /// (in realtime) Puts q on the rings and mimics (for initial states): Newton steps until the gap stays.

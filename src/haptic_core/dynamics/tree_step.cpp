@@ -34,7 +34,7 @@ inline void coastFree(const SteppedTree& tree, double h) {
   for (int k = 0; k < 3; ++k) tree.q[k] += h * tree.v[3 + k];
 }
 
-/// What the wrenches in `work` add to v̇ (gravity and inertia are the drift's).
+/// Share of v̇ by the wrenches in `work` (gravity and inertia belong to the drift).
 void readJointed(const SteppedTree& tree, const Vector3& gravity, TreeStepScratch& scratch, double* pull) {
   const int links = tree.model->linkCount(), nv = tree.model->nv();
   LinkWork* const work = tree.work;

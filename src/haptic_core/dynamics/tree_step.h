@@ -44,7 +44,7 @@ struct TreeStepScratch {
 const JointReport* stepEuler(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept;
 
 /// (in realtime) Half a kick by `pull` and the drift: q is that of the step's end, v its prediction, `work` their
-/// kinematics, without wrenches. Returns what the joints did; null without `motion`.
+/// kinematics, without wrenches. Returns the joints' report; null without `motion`.
 const JointReport* startVerlet(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept;
 
 /// (in realtime) The other half of the kick, from v½, by the wrenches in `work`; v and the velocities in `work` are those

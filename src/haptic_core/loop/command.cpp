@@ -28,7 +28,7 @@ T recordFrom(const std::vector<double>& numbers, const char* what) {
   return record;
 }
 
-/// What a recording's numbers say. The first six have no fixed length: what they restore judges it.
+/// The command that a recording's numbers stand for. The first six kinds have no fixed length: the restored object checks it.
 template <class T>
 LoopCommand::Kind kindFrom(const std::vector<double>& numbers) {
   T kind;
@@ -61,7 +61,7 @@ LoopCommand::Kind kindAt(std::size_t index, const std::vector<double>& numbers, 
 /// Another number where the order of the parts is another.
 constexpr char kBodiesFormat[] = "haptic bodies, packed: 1\n";
 
-/// What a ChangeBodies says.
+/// Contents of a ChangeBodies.
 struct PackedBodies {
   WorldDef def;
   std::vector<int> kept;

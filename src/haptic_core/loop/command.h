@@ -211,7 +211,7 @@ struct LeadBody {
 
 /// Command: bodies come or go while the world runs, see World::exchange.
 struct ChangeBodies {
-  /// Numbers of `packBodies`: the new definition, and what of the old one stays in it. Never null.
+  /// Numbers of `packBodies`: the new definition, and which articulations of the old one stay in it. Never null.
   std::shared_ptr<std::vector<double>> packed = std::make_shared<std::vector<double>>();
   /// Compiled beforehand by the sender, for the running world; null, as in a replay: when it is carried out. Holds the old world then.
   std::shared_ptr<NextWorld> next;
@@ -279,9 +279,9 @@ inline bool needsPause(const LoopCommand& command) {
   return command.is<StepWorld>() || command.is<PutBody>() || command.is<PutJoints>();
 }
 
-/// Between two ticks: what the command means to a world without hands. Throws SetupError when it cannot be done.
+/// Between two ticks: carries out the command on a world without hands. Throws SetupError when it cannot be done.
 void apply(const LoopCommand& command, World& world);
-/// Between two ticks: what the command means to a device. Throws SetupError when it cannot be done.
+/// Between two ticks: carries out the command on a device. Throws SetupError when it cannot be done.
 void apply(const LoopCommand& command, Spidar& device);
 
 AdoptCalibration adoptionOf(const Calibration& calibration);  ///< the command to take it up
@@ -290,7 +290,7 @@ AdoptCalibration adoptionOf(const Calibration& calibration);  ///< the command t
 std::vector<double> packBodies(const WorldDef& def, const std::vector<int>& kept);
 WorldDef unpackBodies(const std::vector<double>& packed);  ///< the new definition again, without sensors; throws SetupError
 std::vector<std::string> linkNames(const WorldDef& def);   ///< in the world's order
-/// Compiles what a ChangeBodies asks of a world, where its sender has not. Throws SetupError.
+/// Compiles the next world of a ChangeBodies, where its sender has not. Throws SetupError.
 std::shared_ptr<NextWorld> nextWorld(const ChangeBodies& change, const World& running);
 
 /// Commands on their way to a runner: they stay the sender's, and are carried out in order, before one tick. The first that is

@@ -39,7 +39,7 @@ class DelayLine {
   /// `ticks` times T{} are in it.
   explicit DelayLine(std::size_t ticks) : ring_(ticks) {}
 
-  /// (in realtime) Takes `now` in, and gives what was taken `ticks` calls ago.
+  /// (in realtime) Takes `now` in, and gives the value of `ticks` calls ago.
   T through(const T& now) noexcept {
     if (ring_.empty()) return now;
     at_ %= ring_.size();  // a recording may have been changed

@@ -200,7 +200,7 @@ Wrench Hand::within(const Wrench& F_B) const noexcept {
 }
 
 /// From the last tick's force to this one's, no faster than the hand's own way and a bounded rate change it. A force that is faded out
-/// ends at once. With an added delay the way is that which the world answered to.
+/// ends at once. With an added delay the way is the delayed one, to which the world answered.
 Wrench Hand::led(const World& world, const Wrench& F_B, const Twist& moved, double h) noexcept {
   report_.slewed = false;
   if (feelsAnything() || report_.fade == 0) return F_B;

@@ -30,7 +30,7 @@ class Hand {
   }
 
   // Between two ticks.
-  /// Carries out what is for this hand; throws SetupError.
+  /// Carries out a command to this hand; throws SetupError.
   void take(const LoopCommand& command);
   /// A command changed the world, whose pointer was `link_before`: when that moved the pointer, the map takes up the
   /// difference and the force fades in anew.
@@ -89,7 +89,7 @@ class Hand {
       visit(s.X_BG), visit(s.V_BG), visit(s.moved);
     }
   };
-  /// What the world answered to it.
+  /// The world's answer to it.
   struct Pushed {
     Wrench F_W;   ///< on the hand at the pointer's origin, in W
     Twist moved;  ///< of the grip, as the world saw it

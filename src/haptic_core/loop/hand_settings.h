@@ -8,7 +8,7 @@ namespace haptic {
 
 /// Rate at which a force fades out [N/s]: 0.01 N in a tick of 1 kHz, and 10 N are gone after a second. A step is felt from about 0.05 N on.
 inline constexpr double kFadeRate = 10;
-/// Times that where the hand leaves what it touched [1]: 4 N take 0.1 s, in which a hand at 0.1 m/s gets 20 mJ.
+/// Factor on that rate where the hand leaves a contact [1]: 4 N take 0.1 s, in which a hand at 0.1 m/s gets 20 mJ.
 inline constexpr double kLeavingFade = 4;
 
 /// How one grip moves its pointer and feels it.

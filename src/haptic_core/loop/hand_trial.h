@@ -2,8 +2,8 @@
 ///
 /// A trial moves the grip of a DeviceTwin from home along a way, rests there and goes back: held by a jig (the grip is where it
 /// shall be), or by a relaxed hand. It ends with numbers that say whether a hand would feel more than the scene:
-///   - jump: max over ticks of |F_k - F_(k-1)| - K_max |x_k - x_(k-1)|, F what the loop asks before the device's limits, x the
-///     measured grip, K_max what the loop allows at its rate; for torques K_max (r |Δx| + r² |Δθ|), r the link's reach at the grip.
+///   - jump: max over ticks of |F_k - F_(k-1)| - K_max |x_k - x_(k-1)|, F the force asked before the device's limits, x the
+///     measured grip, K_max the loop's bound at its rate; for torques K_max (r |Δx| + r² |Δθ|), r the link's reach at the grip.
 ///     The 20 ms after the tool first touches something at more than 0.1 m/s are impacts, and are counted instead.
 ///   - rings: the grip's target rests, and some component of F turns by more than 0.3 N over five times within 50 ms.
 /// At set-up: allocates, and costs as many ticks as the way takes.

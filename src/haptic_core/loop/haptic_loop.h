@@ -21,12 +21,12 @@ struct HandReport {
   double opening = 0;              ///< 7-DOF grips [m]
   Pose X_WP;                       ///< where the hand wants the pointer
   Wrench F_asked_B;                ///< on the hand at G's origin, in B, before the device's own limits
-  Wrench F_achieved_B;             ///< what the tensions give
+  Wrench F_achieved_B;             ///< wrench of the tensions
   StringVector length;             ///< [m]
   StringVector tension;            ///< [N]
   double pose_residual = 0;        ///< rms of the length errors [m]
   double port_energy = 0;          ///< absorbed at the port since the start [J]
-  double stiffness = 0;            ///< of what the pointer touches, at the grip, as the scene says [N/m]
+  double stiffness = 0;            ///< of the pointer's contacts, at the grip, as the scene says [N/m]
   double stiffness_share = 1;      ///< of it that the hand is given: below 1 where it could not bear all (world/hand_bound.h)
   double fade = 0;                 ///< 0…1, of soft start and overrun
   double dissipated = 0;           ///< by the passivity controller since the start [J]
@@ -81,7 +81,7 @@ class HapticLoop {
   int handCount() const noexcept { return count_; }
   /// The world stands, see PauseWorld.
   bool paused() const noexcept { return paused_; }
-  /// What the last ChangeBodies said; null: the world has the bodies that it was made with.
+  /// Contents of the last ChangeBodies; null: the world has the bodies that it was made with.
   const std::shared_ptr<std::vector<double>>& bodies() const noexcept { return bodies_; }
   /// The caller's.
   World& world() noexcept { return world_; }

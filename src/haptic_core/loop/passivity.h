@@ -4,7 +4,7 @@
 /// n + 1 to sample n + 2. Over that interval the tensions t_n are held, so the energy that the loop absorbs is exactly
 ///     E_{n+2} = E_{n+1} + t_n·Δl,
 /// Δl the change of the strings' lengths between the two samples. (The wrench of tick n times the grip's displacement
-/// would miss what the strings' geometry, two samples late, gives away: 0.1 N·s/m of negative damping.) The port has been
+/// would miss the energy that the strings' geometry, two samples late, gives away: 0.1 N·s/m of negative damping.) The port has been
 /// passive as long as E ≥ 0.
 ///
 /// Counts. A string that trembles on the edge of a count seems to move by a whole one, q, each time; and as the controller
@@ -19,21 +19,21 @@
 /// forgets it pushes at the moments that feed the vibration. Where the interval that has begun and the next one together
 /// would give more than E less the reserve, first a damper α (m/M) V is added to F_n, α ≤ α_max just large enough; α_max
 /// keeps the sampled damper itself stable, for on the grip it rings above α h / m = 1. Where that is not enough, F_n is
-/// scaled down to what is left, to nothing if need be: what does not push gives no energy.
+/// scaled down to the energy that is left, to zero if need be: no force gives no energy.
 #pragma once
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/spidar/device_def.h"
 
 namespace haptic {
 
-/// What the port does.
+/// Mode of the port.
 enum class PassivityMode : unsigned char {
-  kOff,      ///< the loop gives what the scene says, whatever a hand bears: for experiments
+  kOff,      ///< the loop gives the scene's force, whatever a hand bears: for experiments
   kObserve,  ///< energy is counted, and contacts stiffer than a hand bears are weakened (world/hand_bound.h)
   kAct       ///< the controller acts as well
 };
 
-/// What the observer and the controller at a hand's port do.
+/// Settings of the observer and the controller at a hand's port.
 struct PassivitySettings {
   /// Observing alone changes no force.
   PassivityMode mode = PassivityMode::kObserve;
@@ -68,7 +68,7 @@ class PassivityController {
   /// mean velocity since the last sample: a filter's lag would have the controller push where the hand has turned.
   Wrench act(const Wrench& F_B, const Twist& V_BG, double h) noexcept;
 
-  /// (in realtime) What the device will really give for it: the energy is counted with that.
+  /// (in realtime) The wrench that the device will present instead: the energy is counted with it.
   void hold(const Wrench& F_achieved_B, const StringVector& tension) noexcept;
 
   /// All but the settings.

@@ -109,7 +109,7 @@ void DevicePort::record(std::uint64_t tick, std::int64_t stamp_ns, const DeviceS
   records.push(recordOf(device, tick, stamp_ns, sample));
 }
 
-/// No tick would follow what is asked here, and a later one must not.
+/// Requests are refused: no tick follows now, and a later one must not carry them out.
 void DevicePort::serve() noexcept {
   drain([this](const LoopCommand& command) {
     if (command.is<AskDevice>()) throw SetupError(device.def().name, "nobody runs the device", "start a bridge, or set ~alone");

@@ -3,7 +3,7 @@
 /// An owner *offers* a port under a name; a runner *claims* it and drives it by direct call. A claim is a lease:
 /// to unload, the owner asks for it back (`PortOffer::withdraw`) and waits, bounded, until the runner has let go.
 /// A shared_ptr would keep the object but not the code of an unloaded library.
-/// What an owner wants of a port while a runner has it, it sends as a command through the port's ring (PortOffer::send).
+/// While a runner has a port, its owner sends commands through the port's ring (PortOffer::send).
 /// A runner of higher rank asks a lower one to make room: the bridge takes a device from the driver's own thread.
 #pragma once
 #include <atomic>
@@ -29,7 +29,7 @@ namespace haptic {
 class Port {
  public:
   virtual ~Port() = default;
-  /// Carries out what waits, where nobody runs the port.
+  /// Carries out the waiting commands of a port without a runner.
   virtual void serve() noexcept = 0;
 };
 
@@ -67,10 +67,10 @@ class DevicePort : public Port {
   struct Copy {
     DeviceCopy* into;  ///< the sender's
   };
-  /// What other threads may send.
+  /// Commands that other threads may send.
   using Command = std::variant<Tell, Copy>;
-  /// (in realtime: one atomic load when nothing waits) The runner's, between an exchange and `sense`: gives `take` what was asked
-  /// at set-up and what was told since. A calibration is refused where this tick has no fresh counts of every board.
+  /// (in realtime: one atomic load when nothing waits) The runner's, between an exchange and `sense`: gives `take` the requests
+  /// of set-up and the commands since. A calibration is refused where this tick has no fresh counts of every board.
   template <class Take>
   void serve(const DeviceSample& sample, Take&& take) noexcept {
     const DeviceRequests at_start = device.takeRequests(sample);
@@ -105,7 +105,7 @@ class DevicePort : public Port {
   void copyTo(DeviceCopy& copy) const;
 };
 
-/// What can be seen of a world between two ticks, copied for drawing.
+/// The visible state of a world between two ticks, copied for drawing.
 struct WorldSnapshot {
   std::int64_t stamp_ns = 0;             ///< steady clock
   double time = 0;                       ///< simulated [s]
@@ -155,16 +155,16 @@ struct HandPlacement {
   HandPath path;                         ///< for a twin that follows the scene's script; in the device's base
 };
 
-/// Where a world came from: what a recording needs to build it again.
+/// Where a world came from, for a recording to build it again.
 struct SceneSource {
   /// Absolute path of the scene's file, and its text.
-  std::string file, text;                ///< absolute path, and what was in it
+  std::string file, text;                ///< absolute path, and its contents
   double default_density = 0;            ///< [kg/m³], as given to the loader
   std::uint64_t fingerprint = 0;         ///< of the definition, see loop/session.h
 };
 
-/// What a port keeps by the bodies of its world. The owner makes it for those that are to be; the runner swaps it, and what was before
-/// is freed by the owner.
+/// Storage of a port that depends on the bodies of its world. The owner makes it for the next bodies; the runner swaps it, and the owner
+/// frees the old one.
 struct WorldRoom {
   std::shared_ptr<const WorldDef> definition;      ///< for who judges the scene; null: not known
   std::shared_ptr<std::vector<double>> bodies;     ///< ChangeBodies::packed; null: those of WorldPort::source
@@ -176,7 +176,7 @@ class WorldPort : public Port {
  public:
   /// Set-up: the world must outlive the port; snapshots hold up to `contact_capacity` contacts.
   WorldPort(World& world_in, std::string scene_name, std::vector<HandPlacement> placements, int contact_capacity);
-  /// Command: commands to the world, and what they made of it.
+  /// Command: commands to the world, and its state after them.
   struct Change {
     Tell tell;                               ///< to be taken in order
     std::uint64_t* hash;                     ///< of the sender: gets World::hash() after the last one; null: not wanted
@@ -207,9 +207,9 @@ class WorldPort : public Port {
   struct StreamSensors {
     bool on;                                 ///< false: no longer
   };
-  /// What other threads may send.
+  /// Commands that other threads may send.
   using Command = std::variant<Change, Exchange, Rehearse, Look, Copy, TimeStages, StreamSensors>;
-  /// (in realtime: one atomic load when nothing waits) The runner's, between two ticks: gives `take` what was told of the world,
+  /// (in realtime: one atomic load when nothing waits) The runner's, between two ticks: gives `take` the commands to the world,
   /// and does the rest itself. Copies do not allocate.
   template <class Take>
   void serve(Take&& take) noexcept {
@@ -229,9 +229,9 @@ class WorldPort : public Port {
   /// (in realtime) The runner's, at the end of each tick, which began at `stamp_ns`.
   void noteTick(std::int64_t stamp_ns) noexcept;
   int bodiesChanged() const noexcept { return bodies_changed_; }  ///< how often bodies came or went; between two ticks
-  /// packBodies() of what the world is now, between two ticks; null: as `source` says.
+  /// packBodies() of the present bodies, between two ticks; null: as `source` says.
   const std::shared_ptr<std::vector<double>>& bodies() const noexcept { return room_.bodies; }
-  const std::shared_ptr<const WorldDef>& definition() const noexcept { return room_.definition; }  ///< likewise: what it was made of
+  const std::shared_ptr<const WorldDef>& definition() const noexcept { return room_.definition; }  ///< likewise: the world's definition
   void define(std::shared_ptr<const WorldDef> def) { room_.definition = std::move(def); }  ///< by the owner before it offers the port
   /// The owner's, after an Exchange: first_snapshot and first_copy for the bodies there are now, with stamp 0.
   void resize(int contact_capacity, std::size_t state_capacity);
@@ -275,7 +275,7 @@ class WorldPort : public Port {
   int bodies_changed_ = 0;
 };
 
-/// What is on offer.
+/// Kind of a port on offer.
 enum class PortKind : unsigned char { kDevice, kWorld };
 /// Who claims: the owner's own thread, or the bridge, for which an owner makes room.
 enum class ClaimRank : unsigned char { kOwner, kBridge };
@@ -296,7 +296,7 @@ struct PortTraits<WorldPort> {
 };
 
 /// How long an owner waits for its port, and a claimant of higher rank for its turn: longer than any exchange
-/// (a silent UART gives up after 15 ms ten times) and shorter than what a user takes for a hang.
+/// (a silent UART gives up after 15 ms ten times) and shorter than a pause that a user takes for a hang.
 inline constexpr std::chrono::milliseconds kPortPatience{1000};
 
 class PortSlot;
@@ -387,14 +387,14 @@ class PortOffer {
   PortOffer& operator=(PortOffer&& other) noexcept;
   ~PortOffer() { withdraw(); }
 
-  /// Asks for the port back and waits. True: nobody uses it, or will. False: the runner did not let go in time;
+  /// Asks for the port back and waits. True: no runner uses it, or will. False: the runner did not let go in time;
   /// the offer is gone, but the port must stay alive.
   bool withdraw(std::chrono::milliseconds patience = kPortPatience);
-  std::string holder() const;            ///< name of the runner; empty: nobody
+  std::string holder() const;            ///< name of the runner; empty: none
   /// The present runner has this rank.
   bool heldBy(ClaimRank rank) const;
   /// Has a command to the offered `port` carried out where it cannot overlap a tick: between two of the runner's, or here when
-  /// nobody holds the port. False: no runner took it in time, nothing was done and nothing will be. Throws the SetupError that
+  /// the port has no runner. False: no runner took it in time, nothing was done and nothing will be. Throws the SetupError that
   /// refused it.
   template <class T>
   bool send(T& port, const typename T::Command& command, std::chrono::milliseconds patience = kPortPatience) {

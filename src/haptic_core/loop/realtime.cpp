@@ -104,7 +104,7 @@ RealtimeReport enterRealtime(const RealtimeSettings& settings) {
     }
   }
   if (settings.lock_memory) {
-    // MCL_ONFAULT: locks what is touched, not the 8 MB of address space that each thread's stack reserves.
+    // MCL_ONFAULT: locks the pages in use, not the 8 MB of address space that each thread's stack reserves.
     report.memory_locked = mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
     if (!report.memory_locked) {
       report.advice.push_back(std::string("memory could not be locked (") + std::strerror(errno) +

@@ -1,4 +1,4 @@
-/// What a thread needs to tick at a fixed rate: absolute deadlines, and what the operating system allows.
+/// Ticks of a thread at a fixed rate: absolute deadlines, and the privileges that the operating system grants.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -9,7 +9,7 @@ namespace haptic {
 std::int64_t steadyNow() noexcept;  ///< (in realtime) CLOCK_MONOTONIC [ns]
 
 /// Wakes a thread at a fixed rate.
-/// Wakes at start + n/rate. After an overrun the deadlines move: what was lost is not made up by a burst.
+/// Wakes at start + n/rate. After an overrun the deadlines move: no burst makes up for lost ticks.
 class PeriodicWake {
  public:
   explicit PeriodicWake(double rate_hz);  ///< throws SetupError unless 1 Hz ≤ rate ≤ 20 kHz
@@ -37,8 +37,8 @@ struct RealtimeSettings {
   int cpu = -1;              ///< core to stay on; -1: any
 };
 
-/// What the operating system granted. `advice`: one line per thing that was refused or is set against low
-/// lateness, and what to do.
+/// Privileges that the operating system granted. `advice`: one line per refusal or setting that costs lateness, with the
+/// remedy.
 struct RealtimeReport {
   /// SCHED_FIFO, memory and core were granted.
   bool fifo = false, memory_locked = false, pinned = false;

@@ -19,7 +19,7 @@ void eachNumber(const std::shared_ptr<const ConvexShape>& shape, Visit&& visit) 
   if (shape) shape->eachNumber(forward);
 }
 
-/// Without the stiffnesses that nobody chose: recordings of scenes that give k keep the fingerprint of the time before there were any.
+/// Without the derived stiffnesses: recordings of scenes that give k keep the fingerprint that they had before these fields existed.
 template <class Visit>
 void eachNumber(const ContactMaterial& material, Visit&& visit) {
   ContactMaterial::eachField(material, [&](const double& value) {

@@ -74,7 +74,7 @@ SessionReplay::SessionReplay(const WorldDef& scene, const SessionStart& start)
 
 void SessionReplay::apply(const LoopCommand& command) {
   if (const auto* change = std::get_if<ChangeBodies>(&command.kind)) {
-    loop_->take({ChangeBodies{change->packed, nullptr}});  // what was compiled was for the world that ran
+    loop_->take({ChangeBodies{change->packed, nullptr}});  // `next` was compiled for the recorded world
     return;
   }
   loop_->take(command);

@@ -118,7 +118,7 @@ std::vector<std::string> foldersToAsk() {
   return folders;
 }
 
-/// A connection is a STOP. -1: nobody listens.
+/// A connection is a STOP. -1: no listener.
 int connectTo(const std::string& path) {
   const int connection = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   const sockaddr_un address = addressOf(path);
@@ -134,7 +134,7 @@ struct Call {
   std::string text;
 };
 
-/// Reads what has come; true: the answer is complete.
+/// Reads the bytes that have come; true: the answer is complete.
 bool readAnswer(Call& call) {
   char bytes[kLongestAnswer];
   const ssize_t got = ::read(call.connection, bytes, sizeof bytes);
@@ -152,7 +152,7 @@ std::string stopFolder() {
 std::vector<std::string> stopSockets(const std::string& device) {
   std::vector<std::string> sockets;
   for (const std::string& folder : foldersToAsk()) {
-    struct stat s {};  // another user's folder may hold sockets that say what is not so
+    struct stat s {};  // another user's folder may hold sockets that answer falsely
     if (::stat(folder.c_str(), &s) == 0 && (s.st_uid == ::geteuid() || ::geteuid() == 0))
       addEntries(folder, device.empty() ? "" : device + ".", kEnding, "", sockets);
   }

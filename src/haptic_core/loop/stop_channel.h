@@ -50,7 +50,7 @@ struct Stopped {
   /// Its answer; without one within the patience, `off` is false and the message says so.
   StopAnswer answer;
 };
-/// Says STOP to all of them at once and waits for their answers, at most `patience`. A socket that nobody listens at is left out:
+/// Says STOP to all of them at once and waits for their answers, at most `patience`. A socket without a listener is left out:
 /// its process has ended. Never throws.
 std::vector<Stopped> sayStop(const std::vector<std::string>& sockets, std::chrono::milliseconds patience);
 

@@ -1,4 +1,4 @@
-/// What a tick came to, as numbers small enough to keep for every tick: two runs are the same while these are.
+/// Hashes of a tick's results, small enough to keep for every tick: two runs are the same while their hashes are.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -1,5 +1,5 @@
-/// Everything that one tick of the loop depends on beside its own memory and the commands before it: what a recording keeps
-/// and a replay gives back.
+/// All inputs of one tick of the loop beside its own memory and the commands before it: a recording keeps them, a replay gives
+/// them back.
 #pragma once
 #include <array>
 #include <cstdint>

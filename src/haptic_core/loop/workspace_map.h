@@ -59,7 +59,7 @@ class WorkspaceMap {
     if (clutched_ || clutch || rebase_ != Rebase::kNone) {
       R_GP_ = grip.R.transpose() * X_WP_.R;
       offset_W_ = X_WP_.p - grip.p;
-      if (rebase_ != Rebase::kGlide && glide_left_ > 0) glide_left_ = 0;  // what the clutch took up stays
+      if (rebase_ != Rebase::kGlide && glide_left_ > 0) glide_left_ = 0;  // the offset of the clutch stays
       glide_offset_W_ = offset_W_;
       glide_turn_ = vectorFromRotation(Quaternion(R_GP_));
       rebase_ = Rebase::kNone;

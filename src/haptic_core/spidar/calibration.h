@@ -1,6 +1,6 @@
 /// Where the exits really are and how long the strings are at count zero, from a wave of the grip.
 ///
-/// n strings measure dof < n numbers per pose: what is left over calibrates the device. Unknown are the zero
+/// n strings measure dof < n numbers per pose: the surplus calibrates the device. Unknown are the zero
 /// lengths o_i, the exits E_i and the pose of every sample; known are the knots and the encoder steps.
 /// Minimised is
 ///   Σ_k Σ_i (|E_i - (p_k + R_k K_i)| - (o_i + count_ik · step_i))² / σ_i²  +  prior,   σ_i = step_i / √12,

@@ -78,7 +78,7 @@ CountScreen::Explanation CountScreen::explain(const StringVector& deviation, con
   return found;
 }
 
-/// The lengths are odd, or were before: what is it? `found` explains how they deviate from what was believed;
+/// Verdict on lengths that are odd, or were before. `found` explains how they deviate from the believed ones;
 /// `persists`: since the reading before, they moved as everything did before the doubt.
 CountScreen::Verdict CountScreen::settle(StringVector& length, const Explanation& found,
                                          bool persists) noexcept {
@@ -86,7 +86,7 @@ CountScreen::Verdict CountScreen::settle(StringVector& length, const Explanation
   ++doubts_;
   if (!first && persists && single_ && std::fabs(shift_) >= settings_.least_slip) {
     if (std::fabs(shift_) > settings_.largest_slip) return Verdict::kLost;
-    // The first reading stands nearest to what was known: its estimate is kept.
+    // The first reading is nearest to the last believed one: its estimate is kept.
     length[suspect_] -= shift_;
     believe(length);
     return Verdict::kSlipped;

@@ -1,4 +1,4 @@
-/// Is what the counters say now a motion, a misread number, or an encoder that slipped?
+/// Judges new counts: are they a motion, a misread number, or an encoder that slipped?
 ///
 /// A grip has mass: from one tick to the next its strings follow the motion of before, up to an acceleration.
 /// With the lengths y, their rates w and the time T since the last lengths that were believed,
@@ -48,7 +48,7 @@ class CountScreen {
 
   void forget() noexcept;  ///< (in realtime) the next lengths are believed as they are
   /// (in realtime) Judges the lengths [m] of one reading, `elapsed` [s] after the last; `pose` is the last
-  /// one. Replaces what is not believed.
+  /// one. Replaces lengths that are not believed.
   Verdict judge(StringVector& length, const StringKinematics& kinematics, const GripPose& pose,
                 double elapsed) noexcept;
 

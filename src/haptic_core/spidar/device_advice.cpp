@@ -18,7 +18,7 @@ std::string listOf(std::uint32_t strings) {
   return text;
 }
 
-/// "string 3 measures 4.5 mm too long", or what is known of it.
+/// "string 3 measures 4.5 mm too long", as far as it is known.
 std::string suspectText(const DeviceRecord& record) {
   if (record.suspect_string < 0) return "the strings' lengths contradict each other";
   if ((record.suspects & (record.suspects - 1)) != 0)
@@ -99,7 +99,7 @@ std::string causeText(const DeviceRecord& record) {
     case DeviceCause::kUnguarded:
       return happened +
              ((record.flags & kUnguarded)
-                  ? ", the current is zero: nobody would turn the motors off if the driver died; when a new guard watches, "
+                  ? ", the current is zero: no process would turn the motors off if the driver died; when a new guard watches, "
                   : "; a new one watches, the current stays zero: find what stopped it, ") +
              again(record);
     case DeviceCause::kOverRate:
@@ -177,7 +177,7 @@ std::string advice(const DeviceRecord& record, const std::string& device_name) {
   if (record.flags & kPoseNotConverged) return "the lengths fit no pose near the last one: the pose is held";
   if (record.flags & kTorqueIgnored) return "this grip is a point: torque is ignored";
   if (record.flags & kNotPresentable)
-    return "the wrench is outside what the strings can present here (tension bounds)";
+    return "the strings cannot present this wrench here (tension bounds)";
   return "";
 }
 

@@ -11,7 +11,7 @@
 namespace haptic {
 namespace {
 
-constexpr double kUnlimited = 1e-6;    // λ that costs nothing: what the bounds alone allow
+constexpr double kUnlimited = 1e-6;    // λ that costs nothing: the tensions' bounds alone count
 constexpr double kLostShare = 0.02;    // of a wrench, beyond which it counts as not presentable
 constexpr double kProbeForce = 1.0;    // [N] all round: the least a user would call force feedback
 constexpr double kProbeShare = 0.1;    // of the greatest tension, where that is less
@@ -24,7 +24,7 @@ double probeForce(const DeviceDef& def) {
   return std::min(kProbeForce, kProbeShare * def.strings[0].max_tension);
 }
 
-/// Asks the device without λ what it can present.
+/// Asks for the wrenches that the device can present without λ.
 class Probe {
  public:
   explicit Probe(const DeviceDef& def)
@@ -255,7 +255,7 @@ std::string wallText(const DeviceDef& def) {
   return text + "  (Colgate & Schenkel: damping over half a period plus delay; the passivity controller adds damping up to its own)\n";
 }
 
-/// What the wire tells of what the motors do with their currents, and what nobody can see.
+/// How far the wire tells whether the motors obey their currents, and the faults that stay unseen.
 std::string obedienceText(const DeviceDef& def) {
   if (def.transport == "usb_sh4" || def.transport == "usb_simple")
     return "obedience: not seen on this hardware: the amplifier echoes its drive and reports no currents; a motor that does not pull is "

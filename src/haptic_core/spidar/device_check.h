@@ -1,4 +1,4 @@
-/// What an arrangement of strings can do, and what is wrong with it: the text that the verb `check` prints.
+/// Abilities and faults of an arrangement of strings: the text that the verb `check` prints.
 #pragma once
 #include <string>
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// What an arrangement of strings can do.
+/// Abilities of an arrangement of strings.
 /// Numbers about the home pose unless said otherwise. Presentable: with λ → 0 the tensions' bounds keep less
 /// than 2 % of the wrench away.
 struct DeviceReport {
@@ -28,8 +28,8 @@ struct DeviceReport {
   Vector3 resolution = Vector3::Zero();       ///< rms pose error of encoder rounding, x y z [m]
   Vector3 turn_resolution = Vector3::Zero();  ///< about x y z [rad]
   double closest_strings = 0;                 ///< least distance of two strings of different knots [m]
-  std::vector<std::string> problems;          ///< one line each: what is wrong and what to do
-  std::vector<std::string> to_do;             ///< one line each: what only the device on the desk can tell
+  std::vector<std::string> problems;          ///< one line each: a fault and its remedy
+  std::vector<std::string> to_do;             ///< one line each: facts that only the device on the desk can tell
 };
 
 /// Set-up: about 0.1 s.
@@ -39,7 +39,7 @@ DeviceReport examineDevice(const DeviceDef& def);
 std::string checkDevice(const DeviceDef& def);
 
 /// Most that a fault may put into the hand within the reaction time [J]: the greatest wrong force, rising at the slew limit,
-/// for as long as counts may be old, on a grip m that nobody brakes and that moves along at v = 1 m/s already: J v + J²/(2m).
+/// for as long as counts may be old, on a grip m without a hand that brakes it, which moves along at v = 1 m/s already: J v + J²/(2m).
 double faultEnergy(const DeviceDef& def);
 
 /// Least distance of the segments p0 p1 and q0 q1 [m].

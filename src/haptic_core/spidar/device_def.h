@@ -57,7 +57,7 @@ struct DeviceDef {
   double grip_damping = 0;           ///< device damping at the grip [N·s/m]
   std::string transport = "twin";    ///< twin, uart, usb_sh4, usb_simple
   std::vector<std::string> boards;   ///< models that the transport must find, in channel order
-  std::string note;                  ///< what the source leaves open
+  std::string note;                  ///< facts that the source leaves open
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {

@@ -12,7 +12,7 @@ constexpr unsigned bit(WireFinding finding) { return 1u << static_cast<unsigned>
 constexpr unsigned kNothing = 0;
 using C = Consequence;
 
-// In order: what the wire knows for certain; what this program itself did; what the wire only fails to bring; counters;
+// In order: certain findings of the wire; faults of this program; answers that the wire fails to bring; counters;
 // lengths. A row may rest on evidence that a row above explains better, never the other way round.
 constexpr CauseRow kRows[] = {
     {DeviceCause::kUnplugged, kNothing, 0, bit(LinkStatus::kDisconnected), 0, C::kStop, C::kPause, false},

@@ -12,7 +12,7 @@
 
 namespace haptic {
 
-/// Evidence of one tick, and what is said about it. `DeviceState.flags` publishes these bits.
+/// Evidence of one tick, and notes on it. `DeviceState.flags` publishes these bits.
 enum DeviceFlag : unsigned {
   kCommandNotFinite = 1u << 0,  ///< NaN or infinity in the wrench: taken as zero
   kForceClamped = 1u << 1,      ///< over max_force
@@ -36,7 +36,7 @@ enum DeviceFlag : unsigned {
   kCounterRestarted = 1u << 19, ///< a board started anew: calibrate
   kStringCorrected = 1u << 20,  ///< an encoder slipped since the last calibration and was corrected
   kCountRefused = 1u << 21,     ///< a count that no string can have made was replaced, or the pose of before kept
-  kLoopLate = 1u << 22,         ///< this program stood still: no part of the device is to blame for what is old
+  kLoopLate = 1u << 22,         ///< this program stood still: no part of the device is to blame for old counts
   kCountersFrozen = 1u << 23,   ///< all counters of a moving grip stopped within a tick
   kSomeCountersStill = 1u << 24, ///< no counter of a board moves while those of others do
   kCalibrationRefused = 1u << 25, ///< the grip was far from where the last calibration was asked for; said for 10 s
@@ -45,7 +45,7 @@ enum DeviceFlag : unsigned {
   kReleased = 1u << 28,         ///< the dead-man switch is not held: minimum tension
 };
 
-/// Evidence that is not published: it grades what the flags say.
+/// Evidence that is not published: it grades the flags.
 enum DeviceSign : std::uint64_t {
   kSilenceLasts = 1ull << 32,    ///< silent for longer than an interruption, in ticks that were on time
   kAnswersFailing = 1ull << 33,  ///< half of the answers are lost
@@ -84,7 +84,7 @@ enum class DeviceCause : unsigned char {
   kCauses
 };
 
-/// What a cause does to the force.
+/// Consequence of a cause for the force.
 enum class Consequence : unsigned char {
   kSay,     ///< nothing: it is only said
   kPause,   ///< zero current; a ramp leads back when it is over
@@ -95,7 +95,7 @@ enum class Consequence : unsigned char {
 
 /// One row of the table.
 struct CauseRow {
-  DeviceCause cause = DeviceCause::kNone;   ///< what it names
+  DeviceCause cause = DeviceCause::kNone;   ///< the cause that the row names
   std::uint64_t signs = 0;                  ///< DeviceFlag and DeviceSign bits that must all be there
   std::uint64_t excuses = 0;                ///< none of which may be
   unsigned statuses = 0;                    ///< bit per LinkStatus, one of which it must be; 0: any

@@ -10,7 +10,7 @@ namespace haptic {
 struct DeviceRecord {
   std::uint64_t tick = 0;     ///< index of the tick
   std::int64_t stamp_ns = 0;  ///< steady clock at the start of the tick
-  DeviceSample sample;        ///< what the wire brought
+  DeviceSample sample;        ///< sample of the wire
   Pose X_BG;                        ///< grip; meaningless unless `pose_valid`
   std::int64_t latched_ns = 0;      ///< steady clock at the instant of the counts that the pose comes from
   Twist V_BG;                       ///< at G's origin, in B
@@ -39,7 +39,7 @@ struct DeviceRecord {
   double suspect_error = 0;   ///< measured minus true length of it [m]
   int hottest_motor = 0;      ///< index of the string
   unsigned flags = 0;  ///< see DeviceFlag
-  DeviceCause cause = DeviceCause::kNone;  ///< of FAULT or REDUCED; else why force is off or what is said of this tick
+  DeviceCause cause = DeviceCause::kNone;  ///< of FAULT or REDUCED; else why force is off, or the note on this tick
   int board = -1;             ///< id of the board that the wire blamed last; -1: none, or none is known
   double late = 0;            ///< of cause kLoopLate [s]
   bool link_lost = false;     ///< nothing answers on the wire, or has not for long enough
@@ -51,9 +51,9 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
 
 /// The state as users see it: DISCONNECTED while nothing answers, whatever the device will be then.
 const char* stateName(const DeviceRecord& record);
-/// What is wrong and what to do, one sentence each; empty when all is well. Allocates: not for a tick.
+/// The fault and its remedy, one sentence each; empty when all is well. Allocates: not for a tick.
 std::string advice(const DeviceRecord& record, const std::string& device_name);
-/// What every state is and what to do now: `advice`, or that of a device that is well. Never empty.
+/// The state and what to do now: `advice`, or that of a device that is well. Never empty.
 std::string standing(const DeviceRecord& record, const std::string& device_name);
 
 }  // namespace haptic

@@ -14,7 +14,7 @@ struct TwinSettings {
   double period = 1e-3;            ///< simulated time per exchange [s]
   int substeps = 10;               ///< semi-implicit Euler steps per exchange; 0.1 ms resolves 1 kHz dynamics
   double motor_time_constant = 0;  ///< first-order lag of the tension [s]; 0: ideal motors
-  bool hand = true;                ///< false: nobody holds the grip
+  bool hand = true;                ///< false: no hand holds the grip
   double hand_stiffness = 500;     ///< [N/m], a relaxed hand
   double hand_damping = kRelaxedHandDamping;         ///< [N·s/m]
   double hand_rotational_stiffness = 1.5;  ///< [N·m/rad]
@@ -31,7 +31,7 @@ struct HandTarget {
   bool active = false;  ///< false: the path holds
 };
 
-/// What can break.
+/// Faults that the twin can simulate.
 enum class TwinFaultKind : unsigned char {
   kSlack,    ///< the string sags: it measures up to `size` [m] too long within 50 ms and pulls nothing
   kSlip,     ///< the encoder slips by `size` [m]
@@ -76,7 +76,7 @@ class DeviceTwin : public Transport {
   const GripPose& latchedPose() const noexcept { return latched_; }
   const GripPose& pose() const noexcept { return grip_; }             ///< of the grip, now
   const Twist& twist() const noexcept { return V_BG_; }               ///< at G's origin, in B
-  /// Mean over the last period of what the strings did to the grip, at G's origin, in B.
+  /// Mean wrench of the strings on the grip over the last period, at G's origin, in B.
   const Wrench& stringWrench() const noexcept { return string_wrench_; }
   const Wrench& handWrench() const noexcept { return hand_wrench_; }  ///< of the hand on the grip, likewise
   double time() const noexcept { return time_; }                      ///< [s]

@@ -2,7 +2,7 @@
 ///
 /// The invariant: force is on only while counts of *every* board, fresh and plausible, have arrived within the last
 /// `limit_s`, and while it will still be so when the command in the making has been replaced by the next. It is bounded in
-/// time, not in samples: what was computed from counts of t0 leaves with the next exchange and acts until the one after.
+/// time, not in samples: a command computed from counts of t0 leaves with the next exchange and acts until the one after.
 /// Beside it: lost answers are a rate with a limit, and the age of the counts is the delay in the bound of wall_bound.h.
 #pragma once
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace haptic {
 struct FreshnessSettings {
   double limit_s = 0.02;        ///< counts older than this: no pose and no current. 20 ticks; a hand moves 20 mm in it
   double lost_reduce = 0.1;     ///< share of the exchanges without an answer of every board: only a small force
-  double lost_fault = 0.5;      ///< likewise: none. A board that is deaf to half of its commands obeys nobody
+  double lost_fault = 0.5;      ///< likewise: none. A board that is deaf to half of its commands does not obey
   double lost_time_s = 0.05;    ///< the share's low-pass: five losses in a row at 1 kHz make 10 %, 35 make 50 %
   double delay_time_s = 0.25;   ///< the delay's low-pass: one late answer is no slower wire
   double least_stiffness = 1e3; ///< [N/m] a wall softer than twice a relaxed hand (500 N/m) is none: force is refused
@@ -45,7 +45,7 @@ class Freshness {
   void forgetLosses() noexcept { lost_ = 0; }  ///< (in realtime) the user says that the cause is gone
 
   bool fresh() const noexcept { return age_ <= settings_.limit_s; }  ///< a pose of these counts may be shown
-  /// What is computed now leaves h later, and its successor 2h later, with half a period for the wire.
+  /// A command computed now leaves h later, and its successor 2h later, with half a period for the wire.
   bool carriesForce(double h) const noexcept { return carriesForce(age_, h); }
   bool carriesForce(double age, double h) const noexcept { return age + kReach * h <= settings_.limit_s; }  ///< counts of that age [s]
   bool lossy() const noexcept { return lost_ > settings_.lost_reduce; }   ///< only a small force is allowed

@@ -30,7 +30,7 @@ class LoopClock {
   }
   double gap() const { return gap_; }          ///< since the exchange before [s]
   double lateBy() const { return late_by_; }   ///< the last time that it was late [s]
-  bool late() const { return excuse_ > 0; }    ///< it was, and what is old may come from that
+  bool late() const { return excuse_ > 0; }    ///< it was, and counts may be old because of that
   /// Counts were too old, and have not come for long enough since: no flicker between two states.
   bool linkLost() const { return lost_; }
   bool lostNow() const { return lost_now_; }   ///< in this exchange

@@ -161,7 +161,7 @@ void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) 
 void Spidar::stop() noexcept {
   enabled_ = interrupted_ = false;
   stopped_ = true;
-  requests_ = {};  // what was asked before must not act later
+  requests_ = {};  // earlier requests must not act later
 }
 
 void Spidar::name(const CauseRow& row) noexcept {
@@ -179,10 +179,10 @@ void Spidar::enterFault(const CauseRow& row, bool zero_current) noexcept {
   if (row.loses_lengths) calibrated_ = false;
 }
 
-/// Does with the force what the table says.
+/// Applies the table's consequence to the force.
 void Spidar::obey(const CauseRow& row) noexcept {
   const bool latched = state_ == DeviceState::kFault || state_ == DeviceState::kReduced;
-  // What was left by `recover` is entered again while its cause is there; a pause lasts as long as its own.
+  // A state that `recover` left is entered again while its cause is there; a pause lasts as long as its own cause.
   const Consequence what = presents() || recovered_ || interrupted_ ? row.presenting : row.idle;
   paused_ = what == Consequence::kPause;
   interrupted_ = paused_ && (interrupted_ || presents());

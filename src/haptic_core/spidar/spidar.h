@@ -3,7 +3,7 @@
 /// Per tick: `sense` (freshness → counts → lengths → pose → twist, health), then `actuate` (NaN gate, clamps, age, fade,
 /// ramp, slew → tension distribution → clamp and rate limit per string → volts). Both are real-time; no step is skipped
 /// by any state, so the drive is defined for whatever comes in. The invariant that ties force to counts: freshness.h.
-/// `sense` only gathers evidence; what is wrong, and what becomes of the force, is read from one table: device_diagnosis.h.
+/// `sense` only gathers evidence; one table gives the cause and its consequence for the force: device_diagnosis.h.
 #pragma once
 #include <vector>
 
@@ -21,7 +21,7 @@
 
 namespace haptic {
 
-/// What the device is allowed to do.
+/// State of the device: it decides which forces are allowed.
 enum class DeviceState : unsigned char {
   kUncalibrated,  ///< lengths unknown: minimum tension, no pose
   kReady,         ///< pose valid, minimum tension
@@ -37,7 +37,7 @@ struct SpidarSettings {
   /// First-order low-pass of the twist; delay 1/(2π f) = 0.8 ms. At 80 Hz, 2 ms, dampers of the size that a loop bears at its stiffest
   /// wall leave a swing of 55 Hz 0.11 of critical damping, at 200 Hz 0.17. One count at 1 kHz is 12 mm/s in it, 0.07 N of such a damper.
   double velocity_cutoff_hz = 200;
-  double enable_ramp_s = 0.5;  ///< the wrench fades in over this time after enabling, so that nobody is hit
+  double enable_ramp_s = 0.5;  ///< the wrench fades in over this time after enabling, so that it does not hit the hand
   double force_slew = 2000;    ///< rise of the force per second [N/s]; 10 N in 5 ms. Falling is not limited
   double torque_slew = 60;     ///< rise of the torque per second [N·m/s]
   double command_age_limit_s = 0.03;  ///< an older wrench decays: its sender died or hangs
@@ -56,14 +56,14 @@ class Spidar {
   /// Uncalibrated, with the force off.
   explicit Spidar(const DeviceDef& def, const SpidarSettings& settings = {});
 
-  /// (in realtime) Takes the counts of one exchange, and follows what was asked; h [s] is the time since the last one.
+  /// (in realtime) Takes the counts of one exchange, and follows the requests; h [s] is the time since the last one.
   void sense(const DeviceSample& sample, double h) noexcept;
   /// (in realtime) Takes the wrench on the hand at G's origin in B, the grasp force along the opening [N] and
   /// the age of that command [s]; makes the drive for the next exchange.
   void actuate(const Wrench& F_G_B, double grasp_force, double h, double command_age = 0) noexcept;
   const DriveCommand& drive() const noexcept { return drive_; }  ///< made by the last `actuate`; zero before
 
-  // Set-up, or between two ticks: requests that the next `sense` follows, beside what was asked before. A calibration waits for
+  // Set-up, or between two ticks: requests that the next `sense` follows, beside earlier ones. A calibration waits for
   // fresh counts of every board. Other threads send an AskDevice (loop/command.h).
   void ask(const DeviceRequests& requests) noexcept;  ///< (in realtime)
   void calibrateAtHome() noexcept { calibrateAt(GripPose{}); }  ///< the grip is held at B's origin, unrotated
@@ -77,7 +77,7 @@ class Spidar {
   void stop() noexcept;
   /// (in realtime) The dead-man switch; force is on only while it is held. Held until something else is told. Between two ticks.
   void hold(bool held) noexcept { held_ = held; }
-  /// (in realtime) Takes back what the next `sense` would follow on this sample: for recordings, which `ask` it again by name.
+  /// (in realtime) Takes back the requests that the next `sense` would follow on this sample: recordings `ask` them again by name.
   DeviceRequests takeRequests(const DeviceSample& sample) noexcept;
 
   /// Set-up, or between two ticks: the exits of a calibration replace the file's, and its lengths at count 0 become
@@ -143,13 +143,13 @@ class Spidar {
   /// Of the last tick's wrench.
   const TensionReport& tension() const noexcept { return distribution_.report(); }
   const Wrench& askedWrench() const noexcept { return asked_; }  ///< after all limits
-  /// What the tensions present on the hand, at G's origin, in B.
+  /// Wrench of the tensions on the hand, at G's origin, in B.
   const Wrench& achievedWrench() const noexcept { return distribution_.report().F_G_B; }
-  const StringVector& toldTension() const noexcept { return told_; }  ///< what the motors are told, in the next exchange [N]
+  const StringVector& toldTension() const noexcept { return told_; }  ///< tensions that the motors are told in the next exchange [N]
   unsigned flags() const noexcept { return flags_; }                  ///< DeviceFlag bits of the last tick
   /// The flags of the tick that led to kFault or kReduced; 0 in the other states.
   unsigned causeFlags() const noexcept { return cause_flags_; }
-  /// Why it is in kFault or kReduced; in the other states why force is off or what is said of this tick.
+  /// Why it is in kFault or kReduced; in the other states why force is off, or the note on this tick.
   DeviceCause cause() const noexcept { return cause_; }
   double lateBy() const noexcept { return late_s_; }  ///< of cause kLoopLate [s]
   /// Bit per string that stood still while others moved, of cause kBoardRepeats.

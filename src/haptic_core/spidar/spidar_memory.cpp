@@ -1,4 +1,4 @@
-// What a Spidar remembers from tick to tick, as numbers, and what may be tuned while it runs.
+// The memory of a Spidar from tick to tick, as numbers, and the settings that may be tuned while it runs.
 #include <sstream>
 
 #include "haptic_core/base/error.h"
@@ -58,7 +58,7 @@ void Spidar::tune(const Tuning& tuning) {
     give << "give " << low << " to " << high;
     throw SetupError(def_.name, is.str(), give.str());
   };
-  // Below 1e-6 tensions jump at the border of what can be presented; above 1 a strong wrench loses half of itself.
+  // Below 1e-6 tensions jump at the border of the presentable wrenches; above 1 a strong wrench loses half of itself.
   checked("lambda", tuning.lambda, 1e-6, 1);
   checked("max_force [N]", tuning.max_force, 1e-3, def_.max_force);
   checked("max_torque [N·m]", tuning.max_torque, 1e-5, def_.max_torque);

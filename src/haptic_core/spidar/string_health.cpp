@@ -59,7 +59,7 @@ StringVerdict StringHealth::judge(const PoseSolution& solution, const StringVect
   // Half a tick of slack: sums of h must not decide by rounding.
   const bool lasts = residual_time_ >= settings_.residual_time_s - 0.5 * h;
   if (!broken && !lasts && diagnosis_.time() < settings_.decide_s) return StringVerdict::kTrue;
-  // A name once found stays: what the motors do afterwards is no evidence.
+  // A name once found stays: the motors' later forces are no evidence.
   if (!named_) suspect(diagnosis_.best(), diagnosis_.offset(diagnosis_.best()), diagnosis_.candidates());
   named_ = named_ || diagnosis_.clear();
   if (broken) return StringVerdict::kBroken;

@@ -30,14 +30,14 @@ struct HealthSettings {
   int most_corrections = 3;  ///< slips corrected until a calibration; one more is a fault: the errors add up
   ScreenSettings screen;        ///< of the first judge
   DiagnosisSettings diagnosis;  ///< of the third
-  /// Motors: heat is ((t / t_cont)² low-passed over heat_time_s), 1 = what the winding bears for ever. The
+  /// Motors: heat is ((t / t_cont)² low-passed over heat_time_s), 1 = the heat that the winding bears for ever. The
   /// sources state no continuous tension, so it is taken as a share of the greatest.
   double continuous_share = 0.5;
   double heat_time_s = 20;          ///< low-pass of the heat [s]: the winding's time constant
   double hot = 1.0, too_hot = 1.1;  ///< the wrench fades from the first to zero at the second
 };
 
-/// What the strings are believed.
+/// How far the strings are believed.
 enum class StringVerdict : unsigned char {
   kTrue,
   kDoubtful,  ///< lengths contradict each other: little force

@@ -10,7 +10,7 @@
 namespace haptic {
 
 /// One number per string, kept in vector registers.
-/// Capacity 4, 8 or 16; what is beyond the device's strings is padding that no sum feels.
+/// Capacity 4, 8 or 16; lanes beyond the device's strings are padding that no sum feels.
 template <int kLanes>
 struct StringLane {
   static constexpr int kPackets = kLanes / 4;  ///< registers

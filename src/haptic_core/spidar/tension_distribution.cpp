@@ -14,7 +14,7 @@ namespace {
 constexpr double kInsideLambda = 1e-5;
 /// λ = c|y|^⅘ is met to this share; tensions follow to about the same share of themselves.
 constexpr double kLambdaTolerance = 1e-9;
-/// Secants need four or five; what is left then is still a solution, for a λ that is a little off.
+/// Secants need four or five; after twelve the tensions are still a solution, for a λ that is a little off.
 constexpr int kLambdaSteps = 12;
 /// Of the missing newtons in λ; see the header for what others cost.
 constexpr double kBorderPower = 0.8;
@@ -141,7 +141,7 @@ bool TensionDistribution::scale(const Wrench& F_G_B, double grasp_force) noexcep
   return false;
 }
 
-/// |y|, what is missing [N].
+/// |y|, the missing force [N].
 double TensionDistribution::solveWith(double lambda) noexcept {
   if (lambda != lambda_used_) {
     solver_->setLambda(lambda);

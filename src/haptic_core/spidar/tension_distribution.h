@@ -3,7 +3,7 @@
 ///   minimise |W (Aᵀ t - w)|² + λ |t|²   subject to  t_min ≤ t ≤ t_max,   W = diag(1,1,1, 1/r,1/r,1/r[, 1])
 ///
 /// A is the structure matrix (string_kinematics.h), r the knots' rms radius, so that 1 N and r · 1 N cost
-/// alike. With λ = 0 tensions jump at the border of what can be presented; λ > 0 makes them continuous and
+/// alike. With λ = 0 tensions jump at the border of the presentable wrenches; λ > 0 makes them continuous and
 /// shrinks the presented wrench by about λ (Hasegawa & Sato, slides 10-12).
 ///
 /// Method. With M = W Aᵀ and w' = W w, put y = w' - M t (the scaled wrench error). Stationarity says
@@ -16,7 +16,7 @@
 /// step that does not lower φ is shortened by an exact line search over the breakpoints, which makes the
 /// method finite. A guess of the set (the last tick's) makes it one solve.
 ///
-/// λ from the distance to the border. One λ must serve two ends: outside of what can be presented a steady tension
+/// λ from the distance to the border. One λ must serve two ends: beyond the presentable wrenches a steady tension
 /// wants it large (dt ≈ |y| dm / λ for a change dm of the structure), inside a true wrench wants it small. So `present`
 /// takes λ = c |y|^⅘, with |y| the distance in newtons from the wrench asked for to the one presented and c the λ at
 /// 1 N (`border_lambda`). That is the one solution of the strictly convex problem
@@ -40,7 +40,7 @@ enum class TensionStatus : unsigned char { kSolved, kIterationLimit, kNotFinite 
 /// String tensions, and the wrench that they present.
 struct TensionReport {
   StringVector tension;      ///< [N], within the bounds whatever the status
-  Wrench F_G_B;              ///< what the tensions present: at G's origin, in B
+  Wrench F_G_B;              ///< wrench of the tensions: at G's origin, in B
   double grasp_force = 0;    ///< presented along the opening [N]
   double error = 0;          ///< |W (Aᵀ t - w)| [N]
   double lambda = 0;         ///< with which it was solved [1]

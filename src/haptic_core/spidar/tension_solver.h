@@ -207,7 +207,7 @@ class TensionNewton final : public TensionSolver {
     return false;
   }
 
-  /// What the tensions do: wrench, error, active bounds, optimality.
+  /// Results of the tensions: wrench, error, active bounds, optimality.
   void judge(double* achieved, TensionReport& report) const noexcept {
     const Error given = wrenchOf(tension_);
     const Error error = given - wanted_;

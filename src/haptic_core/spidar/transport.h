@@ -18,14 +18,14 @@ enum class LinkStatus : std::uint8_t {
   kStale,         ///< not of every board; the others' are the last ones
   kSilent,        ///< a board is silent, or being taught anew: currents are zero
   kDisconnected,  ///< the line is gone
-  kRestarted,     ///< a counter started anew: what was known of the strings' lengths is lost
+  kRestarted,     ///< a counter started anew: the strings' lengths are lost
   kUnguarded,     ///< new counts, but no second process could turn the motors off if this one ended: currents are zero
 };
 
 /// New counts of every board came.
 inline bool bringsCounts(LinkStatus status) { return status == LinkStatus::kOk || status == LinkStatus::kUnguarded; }
 
-/// What a wire has found out about its boards, from the tick that finds it until they are in step again.
+/// A wire's finding about its boards, from the tick that finds it until they are in step again.
 enum class WireFinding : std::uint8_t {
   kNone,
   kStalled,          ///< no board's fault: this program stood still
@@ -51,7 +51,7 @@ struct DeviceSample {
   std::uint16_t lost = 0;         ///< exchanges that, as this one found, stay without an answer of some board
   std::uint32_t buttons = 0;      ///< bit per grip button
   LinkStatus status = LinkStatus::kOk;  ///< of all boards together
-  WireFinding finding = WireFinding::kNone;  ///< why the boards are being brought into step, or what was found in this exchange
+  WireFinding finding = WireFinding::kNone;  ///< why the boards are being brought into step, or the finding of this exchange
   std::int8_t board = -1;         ///< id of the board that the finding is about; for sentences alone, not recorded
 
   template <class Self, class Visit>
@@ -81,7 +81,7 @@ class Transport {
   virtual DeviceSample exchange(const DriveCommand& command) noexcept = 0;
   virtual void zeroDrive() noexcept = 0;   ///< all currents to zero, at once; called on every way out
   virtual double maxRateHz() const = 0;    ///< highest rate the wire carries [Hz]
-  /// (in realtime) Where the grip truly was at the last latch, for who measures errors; null: hardware, nobody knows.
+  /// (in realtime) Where the grip truly was at the last latch, for measurements of errors; null: hardware, unknown.
   virtual const Pose* truth() const noexcept { return nullptr; }
 };
 

@@ -12,7 +12,7 @@
 
 namespace haptic {
 
-/// What a relaxed hand adds to the device's own damping [N·s/m]; the twin's hand has it.
+/// Damping that a relaxed hand adds to the device's own [N·s/m]; the twin's hand has it.
 inline constexpr double kRelaxedHandDamping = 8;
 /// And of a turn [N·m·s/rad]; likewise.
 inline constexpr double kRelaxedHandTurnDamping = 0.01;

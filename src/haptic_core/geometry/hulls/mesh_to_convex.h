@@ -16,8 +16,8 @@ struct ConvexSettings {
       0.01;  ///< largest distance of mesh and hull, of the mesh's size (longest side of its box)
   double absolute_tolerance = 0.5e-3;  ///< the same [m]; the larger of both counts
   int max_pieces = 32;                 ///< of a decomposition
-  bool decompose = true;               ///< split what is farther from its hull; false: refuse it
-  std::function<void(int pieces, double distance)> progress;  ///< of a decomposition, after each cut; empty: nobody is told
+  bool decompose = true;               ///< split a mesh that is farther from its hull; false: refuse it
+  std::function<void(int pieces, double distance)> progress;  ///< of a decomposition, after each cut; empty: no reports
   std::string name = "mesh";           ///< for messages: file or link
 };
 

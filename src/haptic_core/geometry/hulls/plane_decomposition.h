@@ -16,7 +16,7 @@ struct DecompositionSettings {
   int max_pieces = 32;      ///< cutting ends here, the worst piece having been cut first
   /// Triangles that may be hulled in all; cutting ends there. A count and no time: the same mesh gives the same pieces everywhere.
   double most_work = kMostWork;
-  std::function<void(int pieces, double distance)> progress;  ///< told after each cut; empty: nobody is
+  std::function<void(int pieces, double distance)> progress;  ///< called after each cut; empty: no reports
 
   static constexpr double kMostWork = 1e7;  ///< about ten seconds of one core
 };
@@ -31,7 +31,7 @@ struct DecompositionReport {
 /// Cuts the part whose hull is farthest from the surface by the plane that leaves the least volume in the
 /// hulls of both sides, until all are within the tolerance; then joins neighbours whose common hull adds
 /// nothing. A side is the hull of the surface on it and of the cut, so every point of the solid lies in a
-/// piece. The mesh may be open; the result then stands for the hull of what is there. Deterministic. Planes are compared on
+/// piece. The mesh may be open; the result then stands for the hull of its triangles. Deterministic. Planes are compared on
 /// kCompared triangles of the part, evenly chosen; cost: about 24 hulls of those and two of the part per cut. Throws
 /// SetupError when not even the first hull exists.
 ///

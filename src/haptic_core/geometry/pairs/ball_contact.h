@@ -1,6 +1,6 @@
 /// The contact volume of pairs with a ball.
 ///
-/// Ball and polyhedron. V's boundary is what of the faces lies in the ball (ball_cut.h) and what of the sphere lies in the
+/// Ball and polyhedron. V's boundary is the part of the faces in the ball (ball_cut.h) and the part of the sphere in the
 /// polyhedron. Seen from the polyhedron's point o that is nearest to the ball's centre, or from the centre when that is
 /// inside, every piece of the boundary faces outward, so that V and its moments are sums of cones over these pieces with no
 /// term that cancels another: ∫ 1, y, y yᵀ dV = Σ ∫ (y·N/3, y·N/4 y, y·N/5 y yᵀ) dA. Over faces the integrals are closed

@@ -30,7 +30,7 @@ struct LensMoments {
   }
 };
 
-/// ln of what the midpoint rule leaves, with two digits to spare for the moments' powers of u.
+/// ln of the midpoint rule's error, with two digits to spare for the moments' powers of u.
 constexpr double kWaistDigits = 39 / 2.0;
 /// Pairs of slices beyond which the ranges' rules take over: as many as these have.
 constexpr double kMostPairs = 16;

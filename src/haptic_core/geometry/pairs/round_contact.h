@@ -7,7 +7,7 @@
 
 namespace haptic {
 
-/// Fills the contact, and what the workspace keeps of V.
+/// Fills the contact, and the workspace's copy of V.
 class RoundContact {
  public:
   /// Fills `out` and the volume in `workspace`.
@@ -26,7 +26,7 @@ class RoundContact {
   /// Shapes that the workspace was not made for: a cube as deep as they are along `n` stands for V, so that the pair still
   /// pushes apart.
   void setCube(const Vector3& normal_A, const Vector3& middle_A, double depth);
-  /// From V's moments and the parts of the faces, both about o in Q; `covered`: area vector of what of them is no surface. Leaves
+  /// From V's moments and the parts of the faces, both about o in Q; `covered`: area vector of their parts that are no surface. Leaves
   /// the depth to the caller. False: no volume.
   bool setMoments(const SolidMoments& sums, const Vector3& o_Q, const Vector3& covered_Q, const Vector3& way_out_A);
   /// The normal, in Q, of the face of the other shape that supports V, or of this cylinder's end: the one with the largest share of

@@ -68,7 +68,7 @@ const PairEntry& entryOf(const ShapePair& pair) {
   return pairEntry(pair.first.kind(), pair.second.kind());
 }
 
-/// What a shape's movingTurns leave of the approach rate over a patch of tangents x and y in its frame: see CompressingRate.
+/// Part of the approach rate that a shape's movingTurns leave, over a patch of tangents x and y in its frame: see CompressingRate.
 CompressingRate compressingRate(Shape shape, const Vector3& x, const Vector3& y, const Vector3& p_SP) {
   if (!shape.spins()) return {};
   const Vector3 &moving = shape.movingTurns(), lever = p_SP.cross(x.cross(y)), spins = lever - moving.cwiseProduct(lever),

@@ -15,7 +15,7 @@ class BoxSlots {
 
   explicit BoxSlots(const std::vector<Vector3>& places = {});  ///< set-up: a slot for each place, empty
 
-  /// (in realtime) In place of what the slot has.
+  /// (in realtime) Replaces the slot's box.
   void put(int slot, const Box& box) noexcept { set(leaf_[static_cast<std::size_t>(slot)], box); }
   /// (in realtime) The slot is empty.
   void clear(int slot) noexcept { set(leaf_[static_cast<std::size_t>(slot)], kEmpty); }

@@ -16,8 +16,8 @@ class BoxTree {
   BoxTree() = default;  ///< of no box
   explicit BoxTree(const std::vector<Box>& boxes);  ///< boxes may be without end
 
-  /// (in realtime) visit(i) for each of the boxes that touches or overlaps `box`, each once, in an order of the tree's own. Nothing
-  /// overlaps what is not a number.
+  /// (in realtime) visit(i) for each of the boxes that touches or overlaps `box`, each once, in an order of the tree's own. No box
+  /// overlaps one with NaN.
   template <class Visit>
   void eachOverlap(const Box& box, Visit&& visit) const noexcept;
 

@@ -177,7 +177,7 @@ void closestCores(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, 
     return n.dot(point.on_b - point.on_a);
   };
   search(support, direction, result);
-  // What the direction proves: between curved cores the points found may be farther.
+  // The distance that the direction proves: between curved cores the points found may be farther.
   SupportPoint along;
   if (result.separated) result.distance = support(result.direction, along);
 }

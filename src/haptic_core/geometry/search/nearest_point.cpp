@@ -46,7 +46,7 @@ NearestPoint nearestOf(const Solid& shape, const Points& corners, double size, c
     for (int i = 0; i < shape.cornerCount(f); ++i) {
       const Vector3 q = shape.corner(f, i + 1) - c;
       if (face.normal.dot((q - p).cross(p)) > 0) {
-        // The foot of c lies beyond this edge: what is nearest lies on one such edge.
+        // The foot of c lies beyond this edge: the nearest point lies on one such edge.
         above = false;
         const Vector3 way = toSegment(p, q);
         const double distance = way.norm();

@@ -1,4 +1,4 @@
-/// What a shape is made from, to write it to a file and to make it again with the same bits.
+/// The numbers that define a shape: a file keeps them, and the shape is made again of them with the same bits.
 #pragma once
 #include <memory>
 #include <string>

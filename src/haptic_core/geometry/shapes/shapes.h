@@ -16,7 +16,7 @@ enum class RoundFit : unsigned char {
   kEqualVolume  ///< scaled about the centre (a cylinder: about its axis) to the true volume
 };
 
-/// What a tessellation costs in accuracy, to be printed.
+/// Errors of a tessellation, to be printed.
 struct TessellationReport {
   double volume_error = 0;   ///< relative: (true − made)/true; 0 to rounding for kEqualVolume
   double surface_error = 0;  ///< largest distance between true and made surface [m]

@@ -226,7 +226,7 @@ void BallCut::addCircle(const Vector3& normal, double height, double radius) noe
   faces_.push_back(face);
 }
 
-/// What of a face's disc lies beyond the chord at `low` along the face's x.
+/// Part of a face's disc beyond the chord at `low` along the face's x.
 void BallCut::addSegment(const CutFace& face, double low, double half_chord) noexcept {
   const Vector2 p(low, -half_chord), q(low, half_chord);
   const double half = elementary::atan2(half_chord, low);

@@ -1,6 +1,6 @@
-/// What a ball cuts out of the faces of a convex polyhedron.
+/// The parts of a convex polyhedron's faces in a ball.
 ///
-/// The boundary of V = ball ∩ polyhedron is what of the faces lies in the ball, and what of the sphere lies in the
+/// The boundary of V = ball ∩ polyhedron is the part of the faces in the ball, and the part of the sphere in the
 /// polyhedron. On a face that is a polygon cut by a circle: edges of the polygon and arcs of the circle. Everything here is
 /// relative to the ball's centre, in the polyhedron's axes.
 #pragma once
@@ -55,8 +55,8 @@ class BallCut {
   int cut(const ConvexPolyhedron& shape, const Vector3& c, double radius) noexcept;
   /// The same of what planes have left of a solid.
   int cut(const CutSolid& solid, const Vector3& c, double radius) noexcept;
-  /// (in realtime) The half of a ball about the origin on the side of k, which is unit, cut by a plane at `height`: what is left of
-  /// its flat side, whose index is -1, and what of the plane lies in it. False: the half ball lies beyond the plane.
+  /// (in realtime) The half of a ball about the origin on the side of k, which is unit, cut by a plane at `height`: the rest of
+  /// its flat side, whose index is -1, and the part of the plane in it. False: the half ball lies beyond the plane.
   bool cutHalf(const Vector3& k, const Vector3& normal, double height, int index, double radius) noexcept;
   /// (in realtime) Adds the circle of two spheres, or of one and a plane: a face that holds all of it.
   void addCircle(const Vector3& normal, double height, double radius) noexcept;
@@ -69,7 +69,7 @@ class BallCut {
   PlaneMoments moments(const CutFace& face, const Vector3& o) const noexcept;
   /// (in realtime) Extent of V along `up`: to the sphere's pole, or where that is cut off to the faces' outlines [m].
   double extent(const Vector3& up) const noexcept;
-  /// (in realtime) Area of what a convex polygon in the face's plane has in common with the ball about `c` [m²]. `outline`:
+  /// (in realtime) Common area of a convex polygon in the face's plane and the ball about `c` [m²]. `outline`:
   /// in the polyhedron's frame, counter-clockwise. Uses room behind the curves.
   template <class Outline>
   double areaWithin(const CutFace& face, const Outline& outline, const Vector3& c) noexcept;

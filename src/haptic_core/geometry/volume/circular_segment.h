@@ -10,7 +10,7 @@ inline constexpr double kTurn = 2 * M_PI;  ///< all round [rad]
 
 /// Integrals over a circular or spherical cap.
 /// With the half chord ρ(s) = √(s (2 - s)) at the distance s from the pole, J_k = ∫ sᵏ ρ ds from 0 to s = 1 - cos θ, each
-/// divided by s^(3/2): what is left is smooth where the cap vanishes, and no digits cancel there.
+/// divided by s^(3/2): the quotient is smooth where the cap vanishes, and no digits cancel there.
 struct SegmentIntegrals {
   double j0, j1, j2;  ///< J_0, J_1 and J_2, each over s^(3/2)
 

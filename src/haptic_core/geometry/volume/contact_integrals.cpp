@@ -24,7 +24,7 @@ void ContactWorkspace::projectVertices(const ContactVolume& contact) noexcept {
   for (const Vector3& x : vertices_) patch_points_.push_back(R_PA * (x - contact.X_AP.p));
 }
 
-/// The whole less the samples beyond the line: what is linear and vanishes on it goes on without a jump.
+/// The whole less the samples beyond the line: a linear function that vanishes on it continues without a jump.
 PartMoments roundMomentsWhere(RoundVolume& round, const ContactVolume& contact, const Vector2& a, double b) noexcept {
   PartMoments part = wholeMoments(contact);
   RoundPatch(round, contact).fit().eachSample([&](const Vector2& r, double weight, double d) {

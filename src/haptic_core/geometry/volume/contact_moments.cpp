@@ -273,7 +273,7 @@ bool integrateContact(ContactWorkspace& w, const ConvexPolyhedron* A, const Conv
     const Vector3 seen = surface + (covered_b.area * covered_b.vector - covered_a.area * covered_a.vector) /
                                        (covered_a.area + covered_b.area);
     if (seen.norm() > kVanishing * scale) surface = seen;  // else nothing of V is surface
-    // What is left of a side without its covered faces is one face mostly, which holds n.
+    // A side without its covered faces is one face mostly, which holds n.
     out.turns_with_b = covered_b.area / (covered_a.area + covered_b.area);
   }
   const double size = surface.norm();

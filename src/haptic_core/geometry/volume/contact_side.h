@@ -1,4 +1,4 @@
-/// What of one body can take part in a contact: its points, edges and faces near the other body.
+/// The part of one body that can take part in a contact: its points, edges and faces near the other body.
 #pragma once
 #include <cstdint>
 

@@ -79,7 +79,7 @@ struct ContactVolume {
   Pose X_AC() const { return {X_AP.R, X_AP.p - rise * normal()}; }  ///< P moved to the centroid
 };
 
-/// What a pair remembers from one step to the next. Trivially copyable, and STATE: save and restore it with
+/// Memory of a pair from one step to the next. Trivially copyable, and STATE: save and restore it with
 /// the world. (It starts searches near their end and gives the normal when the area vector vanishes; a result
 /// may differ in its last bits with another cache, and in its normal when flagged kNormalFromHistory.)
 struct PairCache {
@@ -138,7 +138,7 @@ void contactVolume(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB,
                    ContactWorkspace& workspace, ContactVolume& out, const ContactRequest& request = {}) noexcept;
 
 /// The same by the readable algorithm alone: cut A by one plane of B after the other. Cannot fail; the oracle
-/// of the fast paths and what they fall back on.
+/// of the fast paths, and their fallback.
 void contactVolumeByCutting(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
                             PairCache& cache, ContactWorkspace& workspace, ContactVolume& out,
                             const ContactRequest& request = {}) noexcept;

@@ -77,7 +77,7 @@ class PairTable {
   std::uint32_t epoch_ = 1;
 };
 
-/// What is left of a contact while its workspace serves others: V alone.
+/// A contact's V, kept while its workspace serves others.
 struct KeptVolume {
   LoadedVector<Vector3> vertices;   ///< in A's frame [m]
   LoadedVector<ContactFace> faces;  ///< of V
@@ -106,7 +106,7 @@ class ContactWorkspace {
 
   /// Makes `kept` as large as the workspace is for V. Not in a tick.
   void reserve(KeptVolume& kept) const;
-  /// (in realtime) V goes to `kept`, which was reserved as the workspace was, and what was there comes. O(1).
+  /// (in realtime) Swaps V with that of `kept`, which was reserved as the workspace was. O(1).
   void exchange(KeptVolume& kept) noexcept;
 
   /// (in realtime) Forgets the last V: no vertices, faces and edges.

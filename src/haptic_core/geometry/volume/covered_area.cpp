@@ -6,7 +6,7 @@
 namespace haptic {
 namespace {
 
-/// Keeps what of the polygon lies on the side of the plane through `p` that `inward` points to.
+/// Keeps the part of the polygon on the side of the plane through `p` that `inward` points to.
 void cutPolygon(const LoadedVector<Vector3>& polygon, const Vector3& p, const Vector3& inward, LoadedVector<Vector3>& kept) {
   kept.clear();
   for (int i = 0; i < polygon.size(); ++i) {

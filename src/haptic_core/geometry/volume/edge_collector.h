@@ -26,7 +26,7 @@ class EdgeCollector {
       : w_(w), a_(a), b_(b), seams_(seams), vertices_(w.vertices_.begin()->data()), faces_(w.faces_.begin()),
         edges_(w.edges_.begin()) {}
 
-  /// Adds what is left of edge `e` of A (kIsA) or of B, and the ends of seam where it was cut.
+  /// Adds the rest of edge `e` of A (kIsA) or of B, and the ends of seam where it was cut.
   template <bool kIsA>
   void add(const SideEdge& e, const InnerPart& part) {
     const int start = part.enter_plane < 0 ? vertexOf<kIsA>(e.from) : cut<kIsA, true>(e, part.enter, part.enter_plane);
@@ -56,7 +56,7 @@ class EdgeCollector {
   Side& side() { return kIsA ? a_ : b_; }
 
   int addVertex(const Lanes& x) {
-    storeLanes(x, vertices_ + 3 * vertex_count_);  // the fourth lane is the next vertex's or nobody's
+    storeLanes(x, vertices_ + 3 * vertex_count_);  // the fourth lane is the next vertex's, or unused
     return vertex_count_++;
   }
 

@@ -15,7 +15,7 @@ class LoadedVector {
     data_.resize(capacity);
     capacity_ = capacity;
   }
-  /// Sets the number of elements; those added hold what they held before. At most the capacity.
+  /// Sets the number of elements; those added keep their old values. At most the capacity.
   void resize(int size) noexcept { size_ = size < capacity() ? size : capacity(); }
   /// The whole storage, whatever the size.
   std::vector<T>& all() noexcept { return data_; }

@@ -226,7 +226,7 @@ bool Integrator::crossing() {
   solid_.z[0] = c * f[1], solid_.zz = c * f[2];
   surface_[2] = {{c * g[0], 0, 0, c * (cot * cot * g[3] + square * g[4] / 3), c * cot * g[3], c * g[3]}, {0, 0, 0}, 0};
   surface_[2].z[0] = c * g[1], surface_[2].zz = c * g[2];
-  // Across, A's two sides differ by what is odd in y.
+  // Across, A's two sides differ by the terms odd in y.
   surface_[1].plain[1] = c * cot * f[0], surface_[1].plain[2] = c * f[0];
   surface_[1].z[1] = c * cot * f[1], surface_[1].z[2] = c * f[1];
   return true;
@@ -290,7 +290,7 @@ void PieceIntegrator::addRounded(const RodOutline& outline, int i, const double*
     const double all = share * part / length;
     return all > kLong ? 16 : all > kMiddling ? 12 : all > kTiny ? 8 : 4;
   };
-  double middle = length;  // what the ends leave
+  double middle = length;  // length without the ends
   double inside[2] = {0, 0};  // t at which the middle begins, from either end
   for (const int side : {0, 1}) {
     const double end = angle[i + side], way = side ? -1 : 1;

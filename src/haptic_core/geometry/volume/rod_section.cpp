@@ -84,7 +84,7 @@ void RodSection::crossLines() noexcept {
   }
 }
 
-/// What of a rod's lines lies in the other's section.
+/// Parts of a rod's lines in the other's section.
 void RodSection::clipLines(int rod) noexcept {
   const int you = 1 - rod;
   for (int i = 0; i < 4; ++i) {

@@ -1,4 +1,4 @@
-/// What a plane along the axes of two rods has in common with both: the outline of the sections' intersection.
+/// The section of two rods' intersection by a plane along their axes: its outline.
 ///
 /// The outline is made of pieces of lines and arcs. A line lies inside a section over one interval, whose ends
 /// are crossings with the section's sides and flat ends or, beyond the ends of its axis, with the circles about

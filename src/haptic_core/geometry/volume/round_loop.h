@@ -1,4 +1,4 @@
-/// Where a convex polygon lies in something round: what is left of its edges, joined by arcs.
+/// Part of a convex polygon in a round section: the rest of its edges, joined by arcs.
 #pragma once
 #include <cmath>
 #include <utility>
@@ -25,18 +25,18 @@ inline constexpr double kSpeck = 1e-11;
 /// a × b of two vectors in a plane.
 inline double crossInPlane(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-/// Cuts one polygon. Its `Section` says what is round, and how the caller keeps the pieces:
+/// Cuts one polygon. Its `Section` is the round outline and the way to keep the pieces:
 ///   Point, at(x)                           where a point of the polygon lies in the section
 ///   flat(point)                            seen along the axis, from the centre, in a plane
 ///   side                                   1, or -1: that view is from inside, and arcs turn clockwise
 ///   holds(x)                               x lies inside
-///   inner(a, b, a_in, b_in, enter, leave)  what of the edge a → b lies inside, as shares of its length; false: nothing
+///   inner(a, b, a_in, b_in, enter, leave)  part of the edge a → b inside, as shares of its length; false: none
 ///   turn(p, q), length2(p, q)              twice the area with the centre, seen from outside; squared length in the section
 ///   radius
 template <class Section, class Curves>
 class RoundLoop {
  public:
-  /// Of one section; what is found goes behind what `curves` holds.
+  /// Of one section; appends the curves that it finds to `curves`.
   RoundLoop(const Section& section, Curves& curves) : section_(section), curves_(curves) {}
 
   /// (in realtime) Adds the pieces in their order about the polygon. `key`: of a corner, the same in all polygons that share it.

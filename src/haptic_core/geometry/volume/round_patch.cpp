@@ -272,7 +272,7 @@ bool RoundPatch::resolves(double found) const noexcept {
   return found > kFound * contact_.volume && kFound * found < contact_.volume;
 }
 
-/// Σ weight · d = Vol: what the rule misses of it is spread over the patch.
+/// Σ weight · d = Vol: the rule's error is spread over the patch.
 RoundPatch& RoundPatch::fit() noexcept {
   if (std::isnan(v_.sampled)) {
     double found = 0;
@@ -316,8 +316,8 @@ double RoundPatch::reach() const noexcept {
   return reach;
 }
 
-/// Where the line over r runs in the rod; false: nowhere. Lower and higher end of what it has in common with the tube between the
-/// ends' planes, and with balls about them.
+/// Where the line over r runs in the rod; false: nowhere. Lower and higher end of its part in the tube between the
+/// ends' planes, and in the balls about them.
 bool RoundPatch::RodInP::within(const Vector2& r, double& low, double& high) const noexcept {
   const double u = axis.z(), half = rod->halfLength(), R = rod->radius();
   const Vector3 y(r.x() - centre.x(), r.y() - centre.y(), -centre.z());  // from the centre, at z = 0
@@ -352,7 +352,7 @@ bool RoundPatch::RodInP::within(const Vector2& r, double& low, double& high) con
   return low < high;
 }
 
-/// Height of V over r, of what is not scaled; r lies in the share of that plane, or anywhere.
+/// Height of V over r, before scaling; r lies in the share of that plane, or anywhere.
 double RoundPatch::heightOver(const Vector2& r, int share) const noexcept {
   double low = -INFINITY, high = INFINITY;
   const auto within = [&](const Sphere& s) {
@@ -414,7 +414,7 @@ double RoundPatch::levelOf(const RoundVolume::Plane& plane, const Vector2& r) co
 }
 
 /// Over V's centroid, which is P's origin, twice V's moment about one plane has a closed form; other planes bound V over shares of
-/// their own, where what they lie off the first one is counted too much: ½ depth² of their shadow, or about that.
+/// their own, where their distance from the first one is counted too much: ½ depth² of their shadow, or about that.
 double RoundPatch::squaresBelow(const RoundVolume::Plane& main) const noexcept {
   double square = 2 * std::abs(levelOf(main, Vector2::Zero())) * contact_.volume;
   for (const RoundVolume::Share& share : v_.shares) {

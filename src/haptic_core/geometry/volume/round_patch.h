@@ -1,7 +1,7 @@
 /// The patch of a contact with a round shape, for what its moments do not tell: pressure that is clipped, friction that
 /// turns, ∫d².
 ///
-/// ∫ d² dA over faces is twice V's moment about the plane of one of them, less what the others' shares lie off it, which takes
+/// ∫ d² dA over faces is twice V's moment about the plane of one of them, less the distances of the others' shares from it, which take
 /// samples of these shares alone. The thickness of V is not piecewise linear, so there is no closed form for the rest. The part of
 /// the polyhedron's surface in the round shape, seen along n, is cut into the shares of its faces; on each the thickness is smooth. A
 /// share is integrated on rays from a point inside it, by Gauss's rule over its boundary (8 points on a line and on each third of a
@@ -51,7 +51,7 @@ struct RoundVolume {
   };
   using Curve = CurveIn<Vector2>;  ///< a piece of a share's outline, in P's x and y
   using Rim = CurveIn<Vector3>;    ///< a piece of a face part's outline, in Q
-  /// What of a face of the polyhedron bounds V.
+  /// Part of a face of the polyhedron that bounds V.
   struct FacePart {
     Vector3 normal;        ///< outward, in Q
     int index;             ///< of the face
@@ -82,7 +82,7 @@ struct RoundVolume {
   };
 
   bool filled = false;          ///< false: the workspace holds a polyhedron
-  BallCut cut;                  ///< what the polyhedron's faces and the ball have in common
+  BallCut cut;                  ///< common parts of the polyhedron's faces and the ball
   Pose X_AQ;                    ///< of frame Q in A
   double sign = 1;              ///< -1: the polyhedron is B
   double radius = 0;            ///< of the ball or rod, or of the ball that an ellipsoid is in y [m]
@@ -95,7 +95,7 @@ struct RoundVolume {
 
   SecondRod second;             ///< where two rods meet
 
-  LoadedVector<FacePart> parts; ///< what of the polyhedron bounds V
+  LoadedVector<FacePart> parts; ///< parts of the polyhedron that bound V
   LoadedVector<Rim> rims;       ///< of a rod's parts
   LoadedVector<ContactFace> near;    ///< the polyhedron's planes that reach a rod, in its frame
   TubeCut tube;                 ///< of a rod's cylinder

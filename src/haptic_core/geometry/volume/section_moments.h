@@ -170,7 +170,7 @@ inline void SectionMoments::addLine(const RodOutline::Piece& piece) {
 }
 
 /// The arc of half angle φ about e, the direction of its middle. With t across, p the middle of the arc from the origin of moments and
-/// u = 1 − cos θ, v = sin θ: x = p − h u e + h v t, n = (1 − u) e + v t; what is odd in v vanishes.
+/// u = 1 − cos θ, v = sin θ: x = p − h u e + h v t, n = (1 − u) e + v t; terms odd in v vanish.
 inline void SectionMoments::addArc(const RodOutline::Piece& piece) {
   const int rod = piece.rod;
   const Lanes h = width[rod];

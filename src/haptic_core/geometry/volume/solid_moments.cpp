@@ -12,7 +12,7 @@ namespace {
 
 /// Points on a whole circle that is not round about u at least and at most: so many integrate the polynomials, and so many the worst.
 constexpr int kLeastPoints = 8, kMostPoints = 64;
-/// -2 ln of what is left of an integral.
+/// -2 ln of an integral's relative error.
 constexpr double kCircleDigits = 74;
 /// How many points a whole circle needs. The integrand is periodic, and singular at -u: with α of the circle and γ from its middle
 /// to -u the error falls like qᴺ, q = tan(α/2)/tan(γ/2) or its inverse.

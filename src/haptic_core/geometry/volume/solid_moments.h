@@ -45,7 +45,7 @@ struct CapMoments {
   }
 };
 
-/// (in realtime) Adds the cones from o = distance · u over what of the sphere about the origin lies inside the faces of
+/// (in realtime) Adds the cones from o = distance · u over the part of the sphere about the origin inside the faces of
 /// `cut`, whose circles bound it. `u`: unit, the antipode -u R is not inside.
 void addSphericalPart(const BallCut& cut, const Vector3& u, double distance, SolidMoments& sums) noexcept;
 

@@ -2,7 +2,7 @@
 ///
 /// With U, L the planes of the largest faces above and below, a = U - z_above and b = z_below - L, the thickness is
 ///     U - z - a over a face below, z - L - b over a face above.
-/// What is without a and b is a sum over triangles of the face. ∫ a over L's own face is ∫ a over all, less that over the
+/// The terms without a and b are a sum over triangles of the face. ∫ a over L's own face is ∫ a over all, less that over the
 /// other faces below: so that only faces without the two largest are laid over one another.
 #include "haptic_core/geometry/volume/thickness_gradient.h"
 
@@ -17,8 +17,8 @@ namespace {
 /// Slivers of less than this share of V are left out.
 constexpr double kSliver = 1e-13;
 /// Sine of the angle at which faces of A and B meet, below which the force on their edge falls to zero. It would grow as 1/s over
-/// a way s d that no step resolves, where aligned walls pass one another: a block of a stack was thrown off by 1.5 m/s. What is
-/// left out is the work k |m| l d of such a passage.
+/// a way s d that no step resolves, where aligned walls pass one another: a block of a stack was thrown off by 1.5 m/s. The work
+/// k |m| l d of such a passage is left out.
 constexpr double kParallel = 1e-2;
 
 }  // namespace
@@ -30,7 +30,7 @@ class FaceLoads {
 
   /// False: V has no face above, or none below.
   bool find() noexcept;
-  /// What they make on B.
+  /// Their wrench on B.
   Wrench onB() const noexcept;
 
  private:

@@ -4,8 +4,8 @@
 /// for all that lies or stands on a face larger than itself, but for slivers where it is tilted by a microradian.
 ///
 /// Else one face on each side is taken for the whole side. d = z_above - z_below over the projection of V, both piecewise
-/// linear. Let U and L be the planes of the largest faces above and below, a = U - z_above and b = z_below - L what the other
-/// faces take away: d = (U - L) - a - b, so that
+/// linear. Let U and L be the planes of the largest faces above and below, a = U - z_above and b = z_below - L the thickness that
+/// the other faces take away: d = (U - L) - a - b, so that
 ///     ∫ d² = ∫ (U - z_below)² + ∫ [(z_above - L)² - (U - L)²] + 2 ∫ a b.
 /// The first integral is a sum over the faces below, the second one over those above but for U's own, where it vanishes.
 /// Both are sums over triangles as they come; only the last needs faces of both sides laid over one another, without the

@@ -1,6 +1,6 @@
-/// What a round tube about the z axis cuts out of the faces of a convex solid, and the volume that they enclose.
+/// The parts of a convex solid's faces in a round tube about the z axis, and the volume that both enclose.
 ///
-/// The boundary of V = tube ∩ solid is what of the faces lies in the tube, and what of the tube lies in the solid. On a face
+/// The boundary of V = tube ∩ solid is the part of the faces in the tube, and the part of the tube in the solid. On a face
 /// that is a polygon cut by an ellipse: edges of the polygon and arcs. Seen along z the ellipse is a circle, so that a face is
 /// cut as a ball cuts it. V and its moments are sums of cones from a point o of V, of which every piece of the boundary faces
 /// away: no term cancels another. On the tube, in angle and height, one integral over the angle is a closed form; Green's
@@ -29,7 +29,7 @@ struct TubeArc {
   double z0, z1;       ///< at its ends [m]
 };
 
-/// What of a face lies in the tube.
+/// Part of a face in the tube.
 struct TubeFace {
   Vector3 normal;         ///< outward
   double offset = 0;      ///< normal·x on it [m]
@@ -47,7 +47,7 @@ class TubeCut {
 
   /// (in realtime) Of all faces; false: the tube misses the solid.
   bool cut(const CutSolid& solid, double radius) noexcept;
-  /// (in realtime) Area of what a convex polygon in the face's plane has in common with the tube [m²]. `outline`: counter-
+  /// (in realtime) Common area of a convex polygon in the face's plane and the tube [m²]. `outline`: counter-
   /// clockwise seen from outside. Uses room behind the curves.
   double areaWithin(const TubeFace& face, const LoadedVector<Vector3>& outline) noexcept;
 

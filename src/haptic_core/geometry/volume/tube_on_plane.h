@@ -15,7 +15,7 @@ namespace haptic {
 struct TubeOnPlane {
   Vector3 o = Vector3::Zero();      ///< the deepest point, about which the moments are
   SolidMoments solid;               ///< V
-  PlaneMoments face;                ///< what of the plane lies in the tube
+  PlaneMoments face;                ///< part of the plane in the tube
   Vector3 e, f, k;                  ///< axes: across the tube from o, to the side, along the tube from o
   double theta0 = 0, sweep = 0;     ///< where the plane cuts: θ goes from theta0 over `sweep` [rad]
   double l0 = 0, l1 = 0;            ///< ℓ at its ends [m]

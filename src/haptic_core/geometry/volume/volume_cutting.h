@@ -5,8 +5,8 @@
 namespace haptic {
 
 /// Leaves V's vertices, faces and edges in the workspace; false when nothing is left of A. `complete` is
-/// cleared when the workspace was too small. (in realtime) Cost: (faces of B that cut) × (size of what is
-/// left).
+/// cleared when the workspace was too small. (in realtime) Cost: (faces of B that cut) × (size of the
+/// rest).
 bool cutVolume(const ConvexPolyhedron& A, const ConvexPolyhedron& B, const Pose& X_AB,
                ContactWorkspace& workspace, bool& complete) noexcept;
 
