@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "haptic_core/world/step_parts.h"
+
 namespace haptic {
 
 DepthLimit::DepthLimit(const Model& model, const FrozenProblem& problem, const StageContacts& contacts)
