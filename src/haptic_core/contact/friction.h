@@ -58,8 +58,8 @@ struct FrictionAnchor {
   }
 };
 
-/// How B has turned against A since an anchor, and the axes M that share the turn: A's axes of the anchor, turned by half of it. What a
-/// pair remembers goes with M, with neither of the bodies: which one is A decides nothing.
+/// How B has turned against A since an anchor, and the axes M that share the turn: A's axes of the anchor, turned by half of it. A
+/// pair's memory goes with M, with neither of the bodies: which one is A decides nothing.
 class SharedTurn {
  public:
   SharedTurn() = default;                                         ///< none: M's axes are A's

@@ -47,7 +47,7 @@ struct LocatedForce {
   bool renewed = false;       ///< see FrictionForce
   SharedTurn since;           ///< see FrictionForce
   Vector3 yielded = Vector3::Zero();  ///< of a solve: slip that the layer gave up, (x, y, about n) [m, rad]
-  /// What the old memory has in axes M, in those of the new one.
+  /// A vector of the old memory's axes M, in those of the new one.
   Vector3 inNewAxes(const Vector3& v_M) const { return renewed ? since.toA(v_M) : v_M; }
   /// Into the axes M of the new memory.
   Vector3 toM(const Vector3& v_A) const { return renewed ? v_A : since.toM(v_A); }

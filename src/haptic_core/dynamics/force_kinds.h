@@ -1,4 +1,4 @@
-/// The kinds of force elements: a row each, which names the kind's parameters and the function that says what it does here and now
+/// The kinds of force elements: a row each, which names the kind's parameters and the function that gives its force at one instant
 /// (link_force.h). A file of its own has that function; nothing else in the core knows a kind.
 #pragma once
 #include <limits>
@@ -38,7 +38,7 @@ struct ForceKind {
   ForceType type;                                                  ///< the kind it describes
   const char* name;                                                ///< in files
   ForceParameter parameters[kMostForceParameters];                 ///< by index; those without a name are none
-  /// (in realtime) What an element with these parameters does, into a `force` that holds zeros.
+  /// (in realtime) The force of an element with these parameters, into a `force` that holds zeros.
   void (*act)(const double* parameter, const ForceEnds& ends, LinkForce& force) noexcept;
 };
 

@@ -1,16 +1,16 @@
 /// Forces between two links, or a link and W: one form for every kind (force_kinds.h has the kinds, a row each).
 ///
-/// A force element acts on body B at a point, and with the opposite on body A, or on W. Here and now it says
+/// A force element acts on body B at a point, and with the opposite on body A, or on W. At one instant it gives
 ///
 ///     value        F on B, the line's part apart
 ///     derivative   K = -∂F/∂x in position and D = -∂F/∂v in velocity, symmetric and not negative, of B relative to A
 ///     limit        along one line n the force is held in a range:  f = clamp(spring + damper, least, most)
 ///     stored       the energy of its springs [J]
-///     taken        the power of its dampers, V·D V and what the line's damper adds to the line's spring [W]
+///     taken        the power of its dampers, V·D V and the share of the line's damper [W]
 ///
 /// and every stage of a step works with these alone: explicit steps add F, implicit ones solve with g² K + g D and the limit
-/// (stepping/frozen_problem.h), the choice of steps bounds h² K + 2 h D, the ledger sums what is stored and taken. K leaves out what would
-/// push on, as a compressed spring does sideways: a solve stays convex, and its passes find the force itself.
+/// (stepping/frozen_problem.h), the choice of steps bounds h² K + 2 h D, the ledger sums the stored and the taken energy. K leaves out
+/// terms that would push on, as a compressed spring does sideways: a solve stays convex, and its passes find the force itself.
 #pragma once
 #include <algorithm>
 #include <limits>

@@ -38,7 +38,7 @@ void actAsSpring(const double* parameter, const ForceEnds& ends, LinkForce& forc
   line.damping = d;
   line.least = -most;
   line.most = most;
-  // What pulls also turns the line back; what pushes would turn it on.
+  // A pull also turns the line back; a push would turn it on.
   const double tension = std::max(0.0, -line.within(line.spring));
   force.way_K = tension / length * (Matrix3::Identity() - line.n * line.n.transpose());
 }

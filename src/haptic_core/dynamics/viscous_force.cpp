@@ -1,6 +1,6 @@
 /// A viscous fluid that rests in A, in a box of A's axes or everywhere: Stokes' drag of a ball of B's reach r about its centre of mass,
 ///     f = -6 π μ r v,   τ = -8 π μ r³ ω,
-/// times the share of the ball's extent along each axis that lies within the box: what dips in halfway feels half. No added mass, no
+/// times the share of the ball's extent along each axis that lies within the box: a ball that dips in halfway feels half. No added mass, no
 /// lift; Stokes' law holds for a Reynolds number ρ v r/μ below 1.
 #include "haptic_core/dynamics/force_kinds.h"
 

@@ -181,7 +181,7 @@ void Asleep::leaveReport(Work& work, LoadedVector<ContactReport>& contacts) noex
   }
 }
 
-/// The lists of what a step visits, less what sleeps.
+/// The lists that a step visits, without the sleeping islands.
 void Asleep::visit(const Model& model, Work& work) noexcept {
   ++changes_;
   const auto sleeps = [this](int tree) { return sleeper_[tree].island >= 0; };
@@ -270,7 +270,7 @@ void lookForPairs(const Model& model, double h, State& state, Work& work, StepRe
   findPairs(model, work.visits, work.placement, work.asleep.pairs(), state, work.search, report);
 }
 
-/// Pairs of the islands that wake, among those of what is awake, in the order of their keys.
+/// Pairs of the islands that wake, among those of the awake ones, in the order of their keys.
 void Asleep::takePairs(State& state) noexcept {
   merged_.clear();
   for (const int island : islands_) {

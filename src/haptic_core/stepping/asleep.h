@@ -1,13 +1,13 @@
 /// Islands that sleep: they stand (standing_islands.h), and no stage of a step visits them until something that moves comes near.
 ///
-/// An island whose step was left out is laid aside: its trees, shapes and boxes leave the lists of what a step visits
-/// (world/visits.h), its pairs and reported contacts are kept here, its boxes in a tree that those of what is awake are held against.
-/// So the cost of a step follows what is awake, and the logarithm of what sleeps. To lay an island aside and to take it back costs as
-/// much as its pairs and what is awake.
+/// An island whose step was left out is laid aside: its trees, shapes and boxes leave the lists that a step visits
+/// (world/visits.h), its pairs and reported contacts are kept here, its boxes in a tree, against which the boxes of awake
+/// islands are tested. So the cost of a step follows the awake islands, and the logarithm of the sleeping ones. To lay an island aside and
+/// to take it back costs as much as its pairs and the awake islands.
 ///
 /// This is bookkeeping alone: an island that is taken back stands as if it had never been laid aside, so it may be taken back at any
-/// time, and is when boxes touch, a hand has a target, a step is cut into parts, or somebody takes the whole state. What a step
-/// computes is bit for bit the same. Worlds of few pairs, which are tested one by one, lay nothing aside, nor do those with sensors.
+/// time, and is when boxes touch, a hand has a target, a step is cut into parts, or a caller takes the whole state. A step
+/// computes the same, bit for bit. Worlds of few pairs, which are tested one by one, lay nothing aside, nor do those with sensors.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -24,7 +24,7 @@ struct Work;
 
 namespace haptic::stepping {
 
-/// What is kept of the islands that sleep.
+/// Memory of the sleeping islands.
 class Asleep {
  public:
   explicit Asleep(const Model& model);  ///< set-up: room for all
@@ -46,12 +46,12 @@ class Asleep {
 
   /// (in realtime) The island's step was left out: it may be laid aside at the end of the step.
   void note(const Island& island) noexcept;
-  /// (in realtime) At the end of a step: lays aside what was noted.
+  /// (in realtime) At the end of a step: lays the noted islands aside.
   void fall(const Model& model, State& state, Work& work, Report& report) noexcept;
-  /// (in realtime) Forgets what was noted in this step.
+  /// (in realtime) Forgets the islands noted in this step.
   void keepAwake() noexcept { tired_.clear(); }
 
-  /// (in realtime) Before pairs are looked for, boxes of what is awake placed: takes back islands that they touch, and places
+  /// (in realtime) Before pairs are looked for, after the awake boxes are placed: takes back islands that they touch, and places
   /// theirs, widened for a step of length h [s].
   void wakeNear(const Model& model, double h, State& state, Work& work) noexcept;
   /// (in realtime) At the start of a step: takes back what hands with a target pull at.

@@ -28,7 +28,7 @@ struct Work;
 namespace haptic::stepping {
 
 /// Shares of the bound of stability at which an island becomes implicit, and explicit again. The numbers are upper
-/// bounds, up to twice what is; the margin is for patches that grow within a step.
+/// bounds, up to twice the true ones; the margin is for patches that grow within a step.
 constexpr double kEnterImplicit = 0.9, kLeaveImplicit = 0.7;
 
 /// Radians of a swing in a contact that a step may take: from `kRough` on the substep is cut to parts of `kFine`. A bounce then
@@ -62,8 +62,8 @@ struct ChoiceWork {
 };
 
 bool anyImplicit(const State& state) noexcept;  ///< a tree is stepped implicitly
-/// Steps in a row with low numbers after which an implicit island becomes explicit. Fewer: what bounces is taken back at every touch;
-/// more: what was hit stays implicit longer.
+/// Steps in a row with low numbers after which an implicit island becomes explicit. Fewer: a bouncing body is taken back at every touch;
+/// more: a body that was hit stays implicit longer.
 constexpr int kDwell = 8;
 /// Longest part of a substep that the contacts ask for which touch at the start of a step [s].
 double longestPart(const Model& model, const State& state) noexcept;

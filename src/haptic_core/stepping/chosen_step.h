@@ -1,4 +1,4 @@
-/// A step of the automatic choice (choice.h): everything explicitly first, what is stiff again implicitly, and where that does not
+/// A step of the automatic choice (choice.h): all islands explicitly first, stiff ones again implicitly, and where that does not
 /// converge and the step is long, in halves.
 #pragma once
 #include "haptic_core/world/model.h"

@@ -9,7 +9,7 @@
 namespace haptic::stepping {
 namespace {
 
-/// What a hand holds is stepped by nobody, whatever the mode of its tree.
+/// Held links are not stepped, whatever the mode of their tree.
 bool isImplicit(const Model& model, const State& state, const HandWork& hands, int shape) noexcept {
   const int tree = model.treeOf(shape);
   return state.mode[tree] == TreeMode::kImplicit && hands.movesByItself(model.trees[tree]);

@@ -10,7 +10,7 @@ namespace haptic::stepping {
 /// (in realtime) Of all pairs of which neither body is stepped implicitly. Velocity Verlet: second order; see Advance.
 void evaluateContacts(const Model& model, const Advance& advance, State& state, Work& work, Report& report) noexcept;
 
-/// What the next step needs to know of a contact.
+/// Data of a contact for the next step.
 ReleaseMemory releaseOf(const ContactVolume& volume, const Twist& V_AB_P, const Pose& X_WP, const LocatedForce& force) noexcept;
 
 }  // namespace haptic::stepping

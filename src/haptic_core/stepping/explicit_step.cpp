@@ -55,8 +55,8 @@ void book(const JointReport* joints, State& state, StepReport& report) noexcept 
   if (!joints->converged) report.flags |= kJointsNotConverged;
 }
 
-/// What a tree's step foresees of its error of position [m]. Velocity Verlet errs by h²/6 |a₁ - a₀|, and by up to h²/4 more of what
-/// dampers and sliding change, whose forces are of a velocity foreseen (with 1/6 alone `accuracy.honest` is .040, with this .008):
+/// Estimate of a tree's step of its error of position [m]. Velocity Verlet errs by h²/6 |a₁ - a₀|, and by up to h²/4 more of the change by
+/// dampers and sliding, whose forces are of a predicted velocity (with 1/6 alone `accuracy.honest` is .040, with this .008):
 /// 5/12 h² |a₁ - a₀| = 5/6 h |v₁ - 2 v½ + v₀|. Joints with laws take the velocity of the end, and the pull of the start:
 /// h/2 (|v₁ - v₀| + h |D⁻¹ (τ₁ - τ₀)|).
 double positionError(const Model& model, const ModelTree& tree, double h, const State& state, const Work& work) noexcept {
@@ -124,7 +124,7 @@ void symplecticEuler(const Model& model, const StepPart& part, State& state, Wor
   pullCoupled(model, part, true, state, work.hands, work.placement);
   if (!model.forces.empty()) pullExplicit(model, state, work.visits, work.hands, work.placement);
   pushExplicit(model, state, work.hands, work.placement);
-  // What the hands feel is read from the links' wrenches, which the placement at the end clears.
+  // The forces on the hands are read from the links' wrenches, which the placement at the end clears.
   collectHeld(model, part, state, work.hands, work.placement);
   double* v_mean = model.settings.energy_ledger ? work.motion.v_mean.data() : nullptr;
   forEachMover(model, state, work.hands, [&](const ModelTree& tree) {

@@ -9,7 +9,7 @@
 ///
 /// Trees whose joints have laws of their own (limits, friction, drives, loops) move by TreeMotion's symplectic Euler in
 /// both: their forces jump within a step, and an implicit first-order step keeps them dissipative at any gain. Under
-/// velocity Verlet contact forces on them are those of the step's start. What a tree does is in dynamics/tree_step.h.
+/// velocity Verlet contact forces on them are those of the step's start. The step of a tree is in dynamics/tree_step.h.
 #pragma once
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
@@ -35,7 +35,7 @@ void fly(const Model& model, int tree, double h, State& state, Work& work) noexc
 /// (in realtime) What contacts and hands do to a tree now is kept in the state for the next step of velocity Verlet.
 void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept;
 
-/// (in realtime) What the booked contacts take in the next half kick of h/2, for the ledger; see notePowers.
+/// (in realtime) Power of the booked contacts in the next half kick of h/2, for the ledger; see notePowers.
 void noteNextKick(const Model& model, double h, State& state, Work& work) noexcept;
 
 /// (in realtime) What pulled at a tree at the end of the last step holds no longer, nor its acceleration.

@@ -8,7 +8,7 @@
 namespace haptic {
 namespace {
 
-/// An instant is located when the load is this close to the limit, or the slip this small against what it was.
+/// An instant is located when the load is this close to the limit, or the slip this small against its start.
 constexpr double kLocated = 1e-8;
 constexpr int kMostLocations = 12;
 

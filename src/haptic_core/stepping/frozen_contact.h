@@ -14,7 +14,7 @@ struct FrozenContact {
   Vector6 V_frozen = Vector6::Zero();  ///< the same where the patch was frozen
   Vector6 V = Vector6::Zero();         ///< the same at the present v
   Vector6 step = Vector6::Zero();      ///< J p
-  Vector6 step_loaded = Vector6::Zero();  ///< the same with what the step changes friction's limit by
+  Vector6 step_loaded = Vector6::Zero();  ///< the same with the step's change of friction's limit
   FrozenPatch::Force force;            ///< at V
   Vector3 slid = Vector3::Zero();      ///< friction at the last Newton step where it slid (x, y, about n); 0: it stuck [N, N·m]
   Matrix6 G = Matrix6::Zero();         ///< -g ∂F/∂V of the last Newton step, friction's limit kept
@@ -37,7 +37,7 @@ struct FrozenForce {
   double gained = 0;                   ///< speed of B over A along the line since the reference [m/s]
   double step = 0;                     ///< of that, by J p
   double force = 0;                    ///< of the line, at `gained` [N]
-  double done = 0;                     ///< of the line, what the last Newton step balanced [N]
+  double done = 0;                     ///< of the line: force that the last Newton step balanced [N]
 
   /// (in realtime) `force` is one here and now; its wrench stays out where `apart` is false.
   void freeze(const LinkForce& now, double g, bool apart) noexcept {

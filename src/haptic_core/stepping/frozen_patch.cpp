@@ -194,7 +194,7 @@ LinearField FrozenPatch::openField(const Vector6& V) const noexcept {
   return {faces_reach_.c - g_ * v_n.c, faces_reach_.cx - g_ * v_n.cx, faces_reach_.cy - g_ * v_n.cy};
 }
 
-/// What has to be positive besides, where the faces press.
+/// The field that has to be positive besides, where the faces press.
 LinearField FrozenPatch::pressureField(const Vector6& V) const noexcept {
   const LinearField v_n = approachField(V);
   if (!linear_) return {1 - c_ * v_n.c, -c_ * v_n.cx, -c_ * v_n.cy};

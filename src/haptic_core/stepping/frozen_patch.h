@@ -13,9 +13,9 @@
 /// without motion along n), a point presses with
 ///     Hunt–Crossley   k w (D - g v_n)₊ (1 - c v_n)₊
 ///     linear          w (k (D - g v_n) - b v_n)₊   while D > g v_n.
-/// Both fall with v_n: gradients of convex functions. What four points miss of the second moment of the thickness is made
+/// Both fall with v_n: gradients of convex functions. The second moment of the thickness that four points miss is made
 /// good by a common factor of the pressures and a common shift of the places: the force at the reference is exact.
-/// What a spring with a potential does beyond k Vol n stays as it is at the reference: exact there, and linear in the twist.
+/// The wrench of a spring with a potential beyond k Vol n stays as it is at the reference: exact there, and linear in the twist.
 /// Friction is a FrictionLayer, whose limit is that of this normal force. Where a patch opens or closes by
 /// more than its depth the four points are a caricature:
 /// implicit_stage.h freezes anew at the end that they predict.
@@ -43,8 +43,8 @@ class FrozenPatch {
   /// `squares`: ∫ d² dA [m⁴].
   void freeze(const ContactVolume& volume, double squares, const LocatedForce& force, const PairLaw& law, const Vector6& V,
               double g) noexcept;
-  /// (in realtime) Bars what is not in contact yet: `near` is the V of the same shapes `closer` [m] to one another along its
-  /// normal. Points with a gap press once it closes, without friction; what touches already is left to the exact patch.
+  /// (in realtime) Bars a pair that is not in contact yet: `near` is the V of the same shapes `closer` [m] to one another along its
+  /// normal. Points with a gap press once it closes, without friction; a part that touches already is left to the exact patch.
   void freezeNear(const ContactVolume& near, double closer, const PairLaw& law, const Vector6& V, double g) noexcept;
   /// (in realtime) The same for two faces that do not touch.
   void freezeNear(const FaceOverlay& faces, const PairLaw& law, const Vector6& V, double g) noexcept;
@@ -59,7 +59,7 @@ class FrozenPatch {
     Vector6 F = Vector6::Zero();  ///< on B at P, in P's axes [N·m, N]
     double normal = 0;            ///< N [N]
     FrictionLayer::Hold friction;     ///< of it
-    Vector3 first = Vector3::Zero();  ///< N, ∫ x p, ∫ y p: what it makes with (1, x, y) [N, N·m]
+    Vector3 first = Vector3::Zero();  ///< N, ∫ x p, ∫ y p: moments with (1, x, y) [N, N·m]
   };
   /// (in realtime) The force at a twist.
   void evaluate(const Vector6& V, Force& out) const noexcept;
@@ -75,7 +75,7 @@ class FrozenPatch {
   /// elastic energy to the first order.
   void carry(const Vector6& V, const Pose& X_AP, LocatedForce& force, double& elastic) const noexcept;
 
-  /// (in realtime) Where points or faces have not the exact force at the reference, leaves out what they miss: for a pass
+  /// (in realtime) Where points or faces have not the exact force at the reference, leaves out the difference: for a pass
   /// that goes far from it, and is not the last.
   void dropConstant() noexcept;
   bool isRough() const { return rough_; }  ///< something was left out: another evaluation has to follow
@@ -118,8 +118,8 @@ class FrozenPatch {
   int points_ = 4;                       ///< 4, or 8 where s counts; point i and i + 4 stand at one place
   double x_[4], y_[4];                   ///< the places [m]
   double depth_[kPoints], reach_[kPoints];  ///< d and D [m]
-  Vector3 constant_ = Vector3::Zero();   ///< what is left of the exact force at the reference: N, ∫ x p, ∫ y p
-  Vector6 beyond_ = Vector6::Zero();     ///< what the spring does beyond k Vol n, as at the reference (LocatedForce)
+  Vector3 constant_ = Vector3::Zero();   ///< rest of the exact force at the reference: N, ∫ x p, ∫ y p
+  Vector6 beyond_ = Vector6::Zero();     ///< wrench of the spring beyond k Vol n, as at the reference (LocatedForce)
   Vector3 place_ = Vector3::Zero();      ///< centroid in A's frame [m]
   double radius_ = 0;                    ///< of gyration of its area [m]
   bool large_constant_ = false, rough_ = false;  ///< constant_ is large; it was left out

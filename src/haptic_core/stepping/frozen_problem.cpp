@@ -9,8 +9,8 @@ namespace {
 constexpr int kAside = 256;            ///< patches kept beside those of the pairs that touch; further ones are dropped
 constexpr int kMostSearch = 12;       ///< evaluations of the frozen forces on one line
 constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)| falls to this share of |φ(0)|
-/// A full step that leaves this share of its slope ends the pass: another one would move by as much, less than what the next
-/// pass changes. Unless it misses that share of a speed by the force on one body of several: the slope is the part's, and a heavy
+/// A full step that leaves this share of its slope ends the pass: another one would move by as much, less than the next
+/// pass will. Unless it misses that share of a speed by the force on one body of several: the slope is the part's, and a heavy
 /// body's hides a light one's.
 constexpr double kStraight = 0.02;
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
@@ -271,7 +271,7 @@ double FrozenProblem::missedSpeed(int link_a, int link_b, double missed, double 
   return g / mass * missed;
 }
 
-/// Newton's step into step_ and the contacts, with what the joints do by themselves. `open`: share of the gaps of loops that is left.
+/// Newton's step into step_ and the contacts, with the joints' own laws. `open`: share of the gaps of loops that is left.
 bool FrozenProblem::findStep(double g, const double* q, const double* v, double open) noexcept {
   ++factorisations;
   if (joints_) {
@@ -306,7 +306,7 @@ void FrozenProblem::stepFor(const std::vector<double>& residual, const double* v
   eachVelocity([&](int k) { step[k] = rows_[row++]; });
 }
 
-/// Takes step_ from A p = -R to A p + Σ Jᵀ b y = -R with y = nᵀ G J p, -g times what the step adds to N. The first step took y for 0,
+/// Takes step_ from A p = -R to A p + Σ Jᵀ b y = -R with y = nᵀ G J p, -g times the change of N in the step. The first step took y for 0,
 /// a second one takes it for that of the first, and between and beyond the two lies the one with the least error of y: an iteration of
 /// GMRES (Saad, Schultz, SIAM J. Sci. Stat. Comput. 7, 1986). Further ones change no count. Where that is no way down, as where two
 /// bodies wedge, the first step it is. A full step is then the motion under exactly F_done, linear in it.
@@ -402,7 +402,7 @@ double FrozenProblem::search(double g, const double* v, double& left) noexcept {
   // With loops that do not close yet φ may start upwards: closing them comes first.
   if (!(phi_0 < 0) || phi <= kSufficient * -phi_0) return alpha;
   // Each guess takes half of the other end's weight, so that the next one lies on its far side: that ends well within the interval,
-  // where a search that closes in on the root (base/bracket) ends on either rim of what is sufficient. With that one a cube that
+  // where a search that closes in on the root (base/bracket) ends on either rim of the sufficient range. With that one a cube that
   // slides at 1e12 N/m³ stuck for a step.
   double low = 0, phi_low = phi_0, high = 1, phi_high = phi;
   for (int i = 0; i < kMostSearch && std::abs(phi) > kSufficient * -phi_0; ++i) {

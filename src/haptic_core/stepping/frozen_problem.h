@@ -4,10 +4,10 @@
 ///     R(v) = r + M δ + Σ Jᵀ (C J δ - g F_r) - g Σ Jᵀ f(J δ) - g Σ Jᵀ F(V_r + J δ),
 /// F_r and C value and derivative of force elements and couplings, f their forces along a line within a limit (frozen_contact.h), F the
 /// wrenches of frozen patches (frozen_patch.h). If friction kept its limit, R would be the gradient of a strictly convex
-/// function: M and C are positive, f and F fall with the twist. What joints do by themselves comes in as in
-/// implicit_joints.h, convex as well. The limit follows the normal force N, and adds what is not symmetric. Newton's method:
+/// function: M and C are positive, f and F fall with the twist. The joints' own laws come in as in
+/// implicit_joints.h, convex as well. The limit follows the normal force N, and adds a part that is not symmetric. Newton's method:
 ///     (A + Σ Jᵀ b nᵀ G J) p = -R,   A = M + Σ JᵀCJ + Σ JᵀGJ,  C with the line's part where it is within its limit,
-/// with G = -g ∂F/∂V while the limit stays, nᵀ G its row of the normal force, and b = ∂F/∂N of what slides. A is symmetric positive
+/// with G = -g ∂F/∂V while the limit stays, nᵀ G its row of the normal force, and b = ∂F/∂N of sliding patches. A is symmetric positive
 /// definite and sparse over the graph of contacts (block_cholesky.h); the rest takes one more solve on its factor (`followLoad`).
 /// Then the root of φ(α) = R(v + α p)·p, on the frozen forces alone. No geometry is asked in here. While the limit was that of
 /// the last Newton step, a heap of 100 cubes took half as many factorisations again, and two bodies that meet at 1e12 N/m³ none
@@ -19,8 +19,8 @@
 /// have; where it has to hold more than its limit, it slides again (a primal-dual active set: Hintermüller, Ito, Kunisch, SIAM J.
 /// Optim. 13, 2002). Without it a heap of 100 at 1e10 N/m³ takes 15 factorisations a step for 9.5.
 ///
-/// An island joins what is near; what its patches do not join is a problem of its own (a part), with its own matrix, line
-/// searches and number of steps: what bounces somewhere in a pile costs the rest of it nothing.
+/// An island joins bodies that are near; those that its patches do not join are problems of their own (parts), with their own matrix,
+/// line searches and number of steps: a body that bounces somewhere in a pile costs the rest of it nothing.
 ///
 /// Source: A. Castro, F. Permenter, X. Han, An unconstrained convex formulation of compliant contact, 2021 (arXiv
 /// 2110.10107). Different here: Coulomb's limit is that of the normal force, so nothing that slides floats; the patches
@@ -61,13 +61,13 @@ class FrozenProblem {
   LoadedVector<FrozenForce> forces;        ///< of the island, filled by ImplicitStage
   int iterations = 0, factorisations = 0;  ///< since they were last set to 0, of the part that took most in each pass
   double decrement = 0;                 ///< of the last solve, -R·p at its start [J]
-  double remainder = 0;                 ///< about what another Newton step of the last solve would be [m/s]
-  double energy_remainder = 0;          ///< about what it would gain [J]
+  double remainder = 0;                 ///< estimated size of another Newton step of the last solve [m/s]
+  double energy_remainder = 0;          ///< estimated gain of that step [J]
   double imbalance = 0;                 ///< largest wrench out of balance at its start [N], moments over the body's size
 
   void forget() noexcept;               ///< (in realtime) the arrays of the last island are no longer there
 
-  /// (in realtime) Of a link's point [m] by u; zero for what the island does not move.
+  /// (in realtime) Of a link's point [m] by u; zero for links that the island does not move.
   Twist linkTwist(int link, const Vector3& p_W, const double* u) const noexcept;
   /// (in realtime) J u of a contact in P's axes; `u` in the order of the state.
   Vector6 twistOf(const FrozenContact& c, const double* u) const noexcept;

@@ -67,14 +67,14 @@ void noteImpact(const Model& model, const ContactReport& contact, double h, cons
   report.addImpact(left + h * contact.normal_force / mass, mass, h * model.settings.gravity.norm());
 }
 
-/// What the island's contacts do to its links (and to those that hands hold), and what is reported of them.
+/// Wrenches of the island's contacts on its links (and on those that hands hold), and their reports.
 void takeContacts(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
   for (const ImplicitContact& c : work.implicit->contacts()) {
     ActivePair& pair = state.pairs[c.pair];
     ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
     contact.sticking = pair.friction.sliding == 0;
     contact.event = work.implicit->event(c.pair);
-    // A step that follows explicitly takes up from the force at the end; hands and readers are told what the step did.
+    // A step that follows explicitly takes up from the force at the end; hands and readers are told the mean of the step.
     const Wrench at_end = contact.F_BP_W, mean = work.implicit->meanWrench(c);
     for (const int link : {contact.link_a, contact.link_b}) {
       const Wrench& F_W = work.hands.held_by[link] >= 0 ? mean : at_end;
@@ -99,7 +99,7 @@ void takeContacts(const Model& model, double h, State& state, Work& work, Report
   });
 }
 
-/// What the island's force elements do to its links, or to those that hands hold.
+/// Wrenches of the island's force elements on its links, or on those that hands hold.
 void takeForces(const Model& model, const Island& island, bool to_held, Work& work) noexcept {
   LinkWork* link = work.placement.link.data();
   const auto moves = [&](int tree) { return work.hands.movesByItself(model.trees[tree]); };
@@ -225,7 +225,7 @@ void implicitStep(const Model& model, const StepPart& part, State& state, Work& 
     for (int l = tree.link; l < tree.link + tree.model->linkCount(); ++l) work.placement.link[l].F_ext = Wrench{};
   }
   report.contacts.clear();
-  // What a hand holds against what never moves belongs to no island.
+  // A held link on one that never moves belongs to no island.
   if (!state.pointers.empty()) evaluateContacts(model, {part.h, false, Yielding::kAtOnce, true}, state, work, report);
   if (model.settings.energy_ledger && !state.pointers.empty()) {
     bookEuler(work.ledgerView(model), part.h, work.motion.v_mean, work.contacts.booked, state);

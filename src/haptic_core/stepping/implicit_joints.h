@@ -35,7 +35,7 @@ class ImplicitJoints {
              const double* residual, double open, double* p) noexcept;
   /// (in realtime) After `solve`, on the factor it left: the step for another residual, of joints that stay on their pieces.
   void solveAgain(BlockCholesky& matrix, const double* v, const double* residual, double* p) noexcept;
-  /// (in realtime) −(g f + Gᵀ μ)·p at a velocity on the way from v to v + p: what the joints add to R·p.
+  /// (in realtime) −(g f + Gᵀ μ)·p at a velocity on the way from v to v + p: the joints' share of R·p.
   double slope(const double* v, const double* p) const noexcept { return joints_.slope(v, p); }
   /// (in realtime) Prescribed velocities, to the last bit: rounding in v + p would move a joint that sticks.
   void settle(double* v) const noexcept { joints_.settle(v); }

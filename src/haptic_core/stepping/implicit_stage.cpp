@@ -223,7 +223,7 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     if (!problem_.solve(g, kStepsOfPass, fine, kStays * tolerance_.speed, moved_, q_.data(), v.data())) break;
     const double changed = change(before_);
     if (!std::isfinite(changed)) break;
-    // A body of a micrometre falls through itself in what is nothing to one of a metre.
+    // A body of a micrometre falls through itself in a time that is nothing to one of a metre.
     const double least = std::min(kFree * g * settings_.gravity.norm(), kOfSize * smallest / g);
     const double share = settings_.tolerance * (contacts_.all().empty() ? kContactFree : 1.0);
     const double of_step = change(v_base);
@@ -232,8 +232,8 @@ bool ImplicitStage::iterate(double g, int most_passes) noexcept {
     const double rate = pass > 0 ? changed / last : 1;
     error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
     wrench_error = problem_.imbalance * std::min(1.0, rate);
-    // Where stiffness is high a small error of v is a large one of the energy. Twice what the pass could gain
-    // at its reference, -R·p, is known exactly; the end of the pass is nobody's reference yet. v_dot_ holds v - v_b.
+    // Where stiffness is high a small error of v is a large one of the energy. Twice the possible gain of the pass
+    // at its reference, -R·p, is known exactly; the end of the pass is no reference yet. v_dot_ holds v - v_b.
     tolerance_.energy = settings_.tolerance * (problem_.massNorm2(v_dot_.data()) + mass_ * least * least);
     const bool harmless = problem_.decrement <= tolerance_.energy;
     converged = !contacts_.isRough() && (changed <= fine || holds() || (error <= tolerance_.speed && harmless) ||
@@ -432,7 +432,7 @@ void ImplicitStage::evaluate(double g, bool may_limit) noexcept {
   contacts_.evaluate(moved_, tolerance_, changed_);
 }
 
-/// Whether another evaluation would find what the last one predicts: the pass ended at its solution, all patches stay valid, and no
+/// True if another evaluation would agree with the last prediction: the pass ended at its solution, all patches stay valid, and no
 /// gap closes. Bodies on joints turn more than that: they are always looked at again.
 bool ImplicitStage::holds() const noexcept {
   if (island_jointed_ || contacts_.all().empty()) return false;

@@ -6,7 +6,7 @@
 ///
 /// A pass evaluates contacts and inertia once, at a reference velocity v_r, and solves the problem that has the
 /// exact force and stiffness there (frozen_problem.h). Its solution is the reference of the next pass, which looks again at
-/// what has changed (stage_contacts.h); where nothing has, there is no next pass. At rest, and wherever patches change
+/// changed contacts (stage_contacts.h); without any there is no next pass. At rest, and wherever patches change
 /// little within a step, the stage costs one evaluation and one factorisation.
 ///
 /// Contact volumes know the way out of a body only near its surface. So where a pair would get deeper by more than a quarter of its width
@@ -16,7 +16,7 @@
 /// End. With Δ the change of the last pass and ρ its share of that of the pass before, Δ ρ/(1-ρ) is left. It ends at
 /// `tolerance` times the step's own error: as a speed |v - v_b|, of which implicit Euler errs by half, and a hundredth of
 /// g |gravity|; and -R·p of the last pass, an energy, at the same share of that of these speeds.
-/// After the last pass that is allowed, what is left is reported, and `keepEnergy` sees to it that it does no harm.
+/// After the last pass that is allowed the remaining error is reported, and `keepEnergy` keeps it from adding energy.
 #pragma once
 #include <vector>
 
@@ -146,8 +146,8 @@ class ImplicitStage {
   double left_ = 0;      ///< from the stage's end to the step's [s]
 
   std::vector<int> held_by_;                    ///< by link
-  const Twist* held_way_ = nullptr;              ///< by lead: what a hand holds, over the step [rad, m]
-  double step_ = 0, held_left_ = 0;             ///< of what hands hold: how far from the step's end it is placed [s]
+  const Twist* held_way_ = nullptr;              ///< by lead: motion of the held link over the step [rad, m]
+  double step_ = 0, held_left_ = 0;             ///< of held links: how far from the step's end they are placed [s]
   std::vector<char> moved_;                     ///< by tree: since its reference
   std::vector<double> q_, before_, residual_, v_dot_, calm_;
   std::vector<double> tree_energy_;             ///< by tree: kinetic and potential at its reference [J]

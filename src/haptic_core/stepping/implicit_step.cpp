@@ -24,7 +24,7 @@ constexpr int kMostParts = 8, kMostAttempts = 24;
 /// Halving goes on while the error falls by this factor at least: to a quarter where the motion is resolved.
 constexpr double kHelps = 0.4;
 constexpr double kNone = std::numeric_limits<double>::infinity();  ///< contacts change, or a stage did not converge
-/// Passes of a stage of SDIRK2: what is smooth converges in two.
+/// Passes of a stage of SDIRK2: smooth motion converges in two.
 constexpr int kSmoothPasses = 2;
 /// Touching pairs of an island in which the instants of friction are located.
 constexpr int kFewContacts = 4;
@@ -236,7 +236,7 @@ bool ImplicitStep::staysAtRest(double h) const noexcept {
   });
 }
 
-/// The state stays what it was, at rest. What hands that press it from both sides supply is in its springs at its next motion.
+/// The state stays as it is, at rest. The supply of hands that press it from both sides is in its springs at its next motion.
 void ImplicitStep::stand(double h) noexcept {
   const Island& island = stage_.island();
   ++report_.parts;
@@ -260,7 +260,7 @@ void ImplicitStep::stand(double h) noexcept {
   pushHands(h, 0, false);
 }
 
-/// What the island's couplings did over h goes to their hands. `w`: weight of their power in the first stage, or at the start.
+/// Takes the wrenches of the island's couplings over h to their hands. `w`: weight of their power in the first stage, or at the start.
 void ImplicitStep::pushHands(double h, double w, bool two_stages) noexcept {
   const Island& island = stage_.island();
   for (std::size_t p = 0; p < stage_.couplings.size(); ++p) {
@@ -480,7 +480,7 @@ bool ImplicitStep::sdirk2(double h, double left) noexcept {
   return true;
 }
 
-/// A stage whose contacts stay what they were at the start of the step. False as soon as they do not.
+/// A stage whose contacts stay as they were at the start of the step. False as soon as they do not.
 bool ImplicitStep::solveSmooth(double g, double left) noexcept {
   const int room = budget_ - kKeepingEnergy - kEulerPasses - used();
   if (room < 1) return false;
@@ -505,7 +505,7 @@ bool ImplicitStep::sameContacts() const noexcept {
   return true;
 }
 
-/// What the last stage did to each pair's B. Patches of the same pair add up.
+/// Impulse of the last stage on each pair's B. Patches of the same pair add up.
 void ImplicitStep::gatherDone() noexcept {
   const Island& island = stage_.island();
   for (int i = 0; i < island.pair_count; ++i) {
@@ -527,7 +527,7 @@ void ImplicitStep::commit(double g, double h, Mean mean, double taken_up) noexce
   const Island& island = stage_.island();
   const bool two_stages = mean == Mean::kOfStages;
   const bool first_part = report_.parts++ == 0;
-  // Implicit Euler's error is that of a speed that was not there yet; and what a solve left open counts in full.
+  // Implicit Euler's error is that of a speed that was not there yet; the rest of a solve that did not converge counts in full.
   report_.position_error += mean == Mean::kOfEnd ? h * (0.5 * speedGained() + (report_.converged ? 0 : stage_.error)) : position_error_;
   remember(g, h, mean, taken_up);
   for (int n = 0; n < island.tree_count; ++n) {

@@ -51,7 +51,7 @@ struct ImplicitReport {
   bool converged = true;   ///< the tolerance was reached in every part
   bool joints_converged = true;  ///< every joint's force is on its graph, likewise
   bool fell_back = false;  ///< SDIRK2 was replaced by implicit Euler in a part of this step
-  bool rests = false;      ///< it was at rest and stays: q and the pairs are bit for bit what they were, v is 0
+  bool rests = false;      ///< it was at rest and stays: q and the pairs keep their bits, v is 0
   bool stands = false;     ///< so it is, and v was 0
   double position_error = 0;  ///< that the accepted attempts foresee of themselves, summed over them [m]
   double budget_used = 0;  ///< evaluations over those it may take
@@ -100,7 +100,7 @@ class ImplicitStep {
   const LoadedVector<ImplicitContact>& contacts() const { return stage_.contacts(); }
 
  private:
-  /// What the forces of a step are the mean of.
+  /// Instants whose mean are the forces of a step.
   enum class Mean { kOfEnd, kOfEnds, kOfStages };
   enum class Smooth { kYes, kNo, kFrictionChanges };
   /// A solve of second order over `length` that the stage holds.
@@ -149,9 +149,9 @@ class ImplicitStep {
   ImplicitReport report_;
   bool locates_ = false;                   ///< instants of friction inside the step
   ImplicitOrder order_ = ImplicitOrder::kFirst;
-  double length_ = 0, left_ = 0;           ///< of the step, and what of it is not done yet [s]
+  double length_ = 0, left_ = 0;           ///< of the step, and its rest that is not done yet [s]
   Attempt attempt_;                        ///< the last one of second order that was not taken
-  double error_ = 0;                       ///< of the last attempt, over what it may be
+  double error_ = 0;                       ///< of the last attempt, over its tolerance
   double position_error_ = 0;              ///< of the last attempt [m]
   int budget_ = 0, evaluations_before_ = 0;
   std::vector<double> event_, violation_;  ///< by pair

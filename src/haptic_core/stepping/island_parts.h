@@ -1,4 +1,4 @@
-/// The parts of an island: what the patches and forces of a pass join. An island joins what is near.
+/// The parts of an island: bodies that the patches and forces of a pass join. An island joins bodies that are near.
 #pragma once
 #include <vector>
 
@@ -15,7 +15,7 @@ struct IslandPart {
   int force_count = 0;                              ///< of these
 };
 
-/// Trees of the two links of a contact or a force; -1 for what the island does not move.
+/// Trees of the two links of a contact or a force; -1 for a link that the island does not move.
 struct TreePair {
   int a = -1, b = -1;  ///< world tree indices
 };

@@ -94,7 +94,7 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
   Matrix6 W = Matrix6::Zero();
   addMobility(model, work, link_a, c.X_WP, W);
   addMobility(model, work, link_b, c.X_WP, W);
-  // A contact that begins has no wrench before to settle from: what it does is bounded as Euler's is.
+  // A contact that begins has no earlier wrench to settle from: its damper is bounded as Euler's is.
   if (!second_order || pair.friction.touching == 0) {
     const double share = damperShare(W, D, advance.time);
     if (share == 1) return;

@@ -80,7 +80,7 @@ bool StageContacts::hold(const StageTolerance& tolerance, const double* u) const
   return true;
 }
 
-/// Whether a patch still answers as a new one would: what the frozen geometry leaves out, of second order in the way
+/// True if a patch still answers as a new one would: the error of its frozen geometry, of second order in the way
 /// along n and of first order in the turn of n, is small against the tolerance, as a speed and as an energy.
 bool StageContacts::staysValid(int slot, const StageTolerance& tolerance) const noexcept {
   const FrozenContact& c = problem_.contacts[slot];
@@ -184,7 +184,7 @@ PairLaw StageContacts::lawOf(const FrozenContact& c, const ActivePair& pair) con
   return model_.law(pair.shapeA(), pair.shapeB(), places_.held_by[c.link_a] >= 0, places_.held_by[c.link_b] >= 0);
 }
 
-/// The contact of what is near, not touching, made or reused; null where there is no room.
+/// The contact of a pair that is near, not touching, made or reused; null where there is no room.
 FrozenContact* StageContacts::nearContact(int index) noexcept {
   int& slot = near_[index];
   if (slot < 0) slot = addAside();
@@ -215,14 +215,14 @@ bool StageContacts::lookAtFaces(int index, const Pose& X_AB, const Vector3& n) n
   return true;
 }
 
-/// Puts what is nearer than the reach into the problem: `n` [A's frame] from A to B is the way on which it
+/// Puts a pair that is nearer than the reach into the problem: `n` [A's frame] from A to B is the way on which it
 /// would meet.
 void StageContacts::lookAhead(int index, const Pose& X_AB, const Vector3& n) noexcept {
   const ActivePair& pair = state_->pairs[index];
   const int shape_a = pair.shapeA(), shape_b = pair.shapeB();
   if (near_[index] >= 0) leave(near_[index]);
   if (!(n.squaredNorm() > 0)) return;
-  PairCache ahead = pair.cache;  // what a look ahead leaves in it is not the world's
+  PairCache ahead = pair.cache;  // the cache of a look ahead is not the world's
   CacheInA cache(ahead, places_.X_WS[shape_a].R);
   ContactVolume near;
   contactVolume(*model_.shapes[shape_a].shape, *model_.shapes[shape_b].shape, Pose(X_AB.R, X_AB.p - reach_ * n),

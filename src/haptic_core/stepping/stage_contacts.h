@@ -1,8 +1,8 @@
 /// The contacts of a stage: which patches stand in its problem, where each was frozen, and when it is looked at again.
 ///
-/// A pair that touches has a patch. After a pass it keeps it while what the frozen geometry leaves out is small
-/// (`staysValid`), else it is evaluated again. Beside the patches stand those of what is near: a gap that may close within
-/// the next pass, and what an earlier pass pressed on and this one no longer finds, as far as it may still touch. Bodies that
+/// A pair that touches has a patch. After a pass it keeps it while the error of the frozen geometry is small
+/// (`staysValid`), else it is evaluated again. Beside the patches stand those of near pairs: a gap that may close within
+/// the next pass, and a contact of an earlier pass that this one no longer finds, as far as it may still touch. Bodies that
 /// bounce between two passes would never settle.
 #pragma once
 #include <vector>
@@ -25,13 +25,13 @@ struct ImplicitContact {
   Pose X_WP;                     ///< of the patch, at the stage's end
   ContactVolume volume;          ///< at the reference
   LocatedForce force;            ///< at the stage's end
-  Wrench done_P;         ///< what the stage moved the bodies by, on B at P, in P's axes: `force` up to the solve's tolerance
+  Wrench done_P;         ///< wrench by which the stage moved the bodies, on B at P, in P's axes: `force` up to the solve's tolerance
   double elastic = 0;    ///< ½ k ∫d² dA [J]
   double hands_power = 0;  ///< what hands that lead a link put into it [W]
   bool touching = true;  ///< within a solve: still overlaps
 };
 
-/// What a patch did to its bodies within a solve that does not touch at its end: near, parted, or elsewhere on its pair.
+/// Impulse of a patch within a solve at whose end it does not touch: near, parted, or elsewhere on its pair.
 struct Brush {
   int pair = 0;   ///< index in State::pairs
   Pose X_WP;      ///< of the patch
@@ -39,7 +39,7 @@ struct Brush {
   double hands_power = 0;  ///< what hands that lead a link put into it [W]
 };
 
-/// What the passes of a stage may leave out, as a speed [m/s] and as an energy [J].
+/// Error that the passes of a stage may leave, as a speed [m/s] and as an energy [J].
 struct StageTolerance {
   double speed = 0, energy = 0;  ///< [m/s], [J]
 };
@@ -118,10 +118,10 @@ class StageContacts {
   bool rough_ = false;
   double hands_power_ = 0;
   int aside_ = 0;                    ///< patches that are no pair's own
-  FrozenContact before_;             ///< within `evaluatePair`: what the pass before had
+  FrozenContact before_;             ///< within `evaluatePair`: the contact of the pass before
   LoadedVector<ImplicitContact> contacts_;  ///< parallel to the problem's
   LoadedVector<Brush> brushes_;
-  std::vector<int> slot_, near_;     ///< by pair: index in contacts_ of its patch, of what is near; or -1
+  std::vector<int> slot_, near_;     ///< by pair: index in contacts_ of its patch, and of its near contact; or -1
   std::vector<double> gap_;          ///< by pair that does not touch: proven at its last evaluation [m]
   ContactWorkspace workspace_;
 };

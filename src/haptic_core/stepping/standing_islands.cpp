@@ -98,7 +98,7 @@ void StandingIslands::open(LoadedVector<ContactReport>& contacts) noexcept {
 }
 
 void StandingIslands::forget() noexcept {
-  turn_ += 2;  // what is kept is neither of this step nor of the last
+  turn_ += 2;  // the memory is neither of this step nor of the last
   all_ = false;
   repeated_ = 0;
 }

@@ -11,12 +11,12 @@
 ///
 /// from its equilibrium: 60 nm at 10 rad/s and 1 ms. An unstable equilibrium is kept as well, where no more than that pulls it away.
 ///
-/// A step is a function of what it finds. Where it has found an island at rest, and changed nothing, the next one would find and
-/// change the same; so it is not computed, and what it would report is reported again, until something that moves comes near. Whether
+/// A step is a function of its start. Where it has found an island at rest, and changed nothing, the next one would find and
+/// change the same; so it is not computed, and its report is repeated, until something that moves comes near. Whether
 /// an island stands is therefore no state: save, restore, hash and replay know nothing of it. It wakes without a jump of any wrench,
 /// for the step that wakes it starts from the velocities and forces of those that were left out.
 ///
-/// Only implicit islands stand. Explicit steps never leave a body bit for bit where it was; what they have brought to rest is made
+/// Only implicit islands stand. Explicit steps never leave a body bit for bit where it was; islands that they have brought to rest become
 /// implicit (settleExplicit), where soft contacts rest in the same place, and goes back once something has moved it.
 #pragma once
 #include <cstdint>
@@ -42,9 +42,9 @@ inline double roundingSpeed(double speed, double distance, double h) noexcept {
 /// Speeds below this many times that are rounding: coordinates of several bodies add up. Larger: what creeps slower than that
 /// stands; smaller: heaps never come to rest, and cost as much as if they moved.
 constexpr double kOfRounding = 4;
-/// Share of the error that a step may make, WorldSettings::accuracy, that is left out of an island that stands alone. Larger: what is
-/// pulled by more than 3e-5 of its weight stays where it is, farther from its equilibrium; smaller: what rocks as the solve's tolerance
-/// leaves it, at 1e-7 m/s at 1 ms, does so for longer.
+/// Share of the error that a step may make, WorldSettings::accuracy, that is left out of an island that stands alone. Larger: a body
+/// pulled by more than 3e-5 of its weight stays where it is, farther from its equilibrium; smaller: a body that rocks by the solve's
+/// tolerance, at 1e-7 m/s at 1 ms, does so for longer.
 constexpr double kOfAccuracy = 1e-3;
 
 /// Steps in a row in which a body has to be slower than that. Fewer: what approaches its rest in a tenth of a second is stopped short
@@ -68,12 +68,12 @@ void countCalm(const Model& model, const HandWork& hands, const Placement& place
 void settleExplicit(const Model& model, double h, const Visits& visits, const Placement& placement, Islands& islands,
                     const HandWork& hands, State& state) noexcept;
 
-/// What the last step reported of the islands that stand.
+/// Reports of the last step on the islands that stand.
 class StandingIslands {
  public:
   explicit StandingIslands(const Model& model);  ///< set-up: room for all trees and contacts
 
-  /// (in realtime) Before a step: takes the last one's contacts; what is left in their place is of no use.
+  /// (in realtime) Before a step: takes the last one's contacts; those left in their place are of no use.
   void open(LoadedVector<ContactReport>& contacts) noexcept;
   /// (in realtime) State or model were changed by other than a step: nothing stands.
   void forget() noexcept;
@@ -103,8 +103,8 @@ class StandingIslands {
     int first_contact = 0, contacts = 0;    ///< in the step's report
     std::uint64_t turn = 0;                 ///< of the step in which it stood
   };
-  const Standing& of(int tree) const { return island_[tree]; }  ///< what is kept; see `holds`
-  /// (in realtime) The tree stood in the last step after all: what slept is taken back, `within` this step or after it.
+  const Standing& of(int tree) const { return island_[tree]; }  ///< its memory; see `holds`
+  /// (in realtime) The tree stood in the last step after all: a sleeping island is taken back, `within` this step or after it.
   void put(int tree, Standing standing, bool within) noexcept;
   LoadedVector<ContactReport>& contacts() { return contacts_; }  ///< within a step: the last one's
 

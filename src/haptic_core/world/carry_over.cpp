@@ -131,7 +131,7 @@ void carryPairs(CarryOver& map, const State& from, const Model& model, State& to
   }
 }
 
-/// What the last step reported, for what stands to be reported again.
+/// Report of the last step, for standing islands to repeat.
 void carryContacts(CarryOver& map, const Report& from, Report& to) noexcept {
   to.step = from.step;
   to.contacts.clear();
@@ -202,14 +202,14 @@ void carryOver(CarryOver& map, const State& from, const Work& old_work, const Re
   for (std::size_t m = 0; m < map.motion.size(); ++m) {
     const int was = map.motion[m];
     if (was >= 0 && old.motions[was].time.empty()) state.motions[m] = from.motions[was];
-    // What was led along a path, or by nobody, stands where it is until it is told a pose.
+    // A body that was led along a path, or not at all, stands where it is until it is told a pose.
     const int before = was >= 0 ? old.motions[was].link : linkBefore(map, model.motions[m].link);
     if (before >= 0 && !(was >= 0 && old.motions[was].time.empty())) state.motions[m] = standingAt(old_work.placement.link[before].X_WL);
   }
   for (std::size_t p = 0; p < from.pointers.size(); ++p) {
     const int link = map.link[from.pointers[p].link];
     state.pointers[p] = from.pointers[p];
-    state.pointers[p].link = link >= 0 ? link : model.pointerHome(static_cast<int>(p));  // what it had grabbed goes
+    state.pointers[p].link = link >= 0 ? link : model.pointerHome(static_cast<int>(p));  // the link that it had grabbed goes
     state.pointers[p].targeted = from.pointers[p].targeted && link >= 0;
     work.hands.bound[p] = old_work.hands.bound[p];
   }

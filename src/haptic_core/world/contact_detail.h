@@ -1,4 +1,4 @@
-/// What a reported contact says beside its numbers: centre of pressure, slip, outline of its patch. Computed where it is asked for.
+/// Details of a reported contact: centre of pressure, slip, outline of its patch. Computed where it is asked for.
 #pragma once
 #include <vector>
 

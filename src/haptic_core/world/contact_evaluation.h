@@ -2,8 +2,8 @@
 ///
 ///     volume of intersection → patch frame P → law of the pair → pressure and friction over the patch
 ///
-/// Explicit and implicit steps, certificate and error estimate all come here, so that what is certified is what runs: joined
-/// pieces, the rule of the normal, the point model, the recovery of what started deep inside.
+/// Explicit and implicit steps, certificate and error estimate all come here, so that the certified contact is the one that runs: joined
+/// pieces, the rule of the normal, the point model, the recovery of bodies that started deep inside.
 #pragma once
 #include "haptic_core/contact/located_force.h"
 #include "haptic_core/dynamics/kinematics.h"
@@ -51,7 +51,7 @@ bool evaluateContact(const Model& model, Seams& seams, int index, ActivePair& pa
 /// (in realtime) ½ k ∫d² dA [J] of the contact whose V the workspace holds.
 double elasticEnergy(const Model& model, const ContactVolume& volume, double stiffness, ContactWorkspace& workspace) noexcept;
 
-/// (in realtime) What is reported of a contact.
+/// (in realtime) The report of a contact.
 ContactReport reportOf(const Model& model, const ActivePair& pair, const ContactVolume& volume, const Pose& X_WP,
                        const LocatedForce& force) noexcept;
 

@@ -10,9 +10,9 @@ namespace haptic {
 
 /// Symplectic Euler evaluates dampers at the old velocity: alone they are stable up to h λ(M⁻¹D) = 2, and the
 /// springs need a part of it. A Hunt–Crossley damper k c d grows with the load, so a light body pressed by a
-/// hand passes that bound however small its damping at rest. kDamperLimit is what is left to the dampers;
-/// then springs are stable up to h² λ(M⁻¹K) = 0.6. A damper that strong stops its mode within two steps: what
-/// it was asked to do beyond that the step does not resolve.
+/// hand passes that bound however small its damping at rest. kDamperLimit is the dampers' share;
+/// then springs are stable up to h² λ(M⁻¹K) = 0.6. A damper that strong stops its mode within two steps: the
+/// step does not resolve more.
 constexpr double kDamperLimit = 1.7;
 
 /// Largest eigenvalue of W D from above, by at most 12 %: the sixteenth root of the trace of its sixteenth
@@ -20,7 +20,7 @@ constexpr double kDamperLimit = 1.7;
 inline double dampingRate(const Matrix6& W, const Matrix6& D) noexcept {
   Matrix6 P = W * D;
   const double scale = P.diagonal().cwiseAbs().maxCoeff();  // trace ≤ 6 scale: no overflow below
-  if (!std::isfinite(scale)) return std::numeric_limits<double>::infinity();  // what is unknown is not stable
+  if (!std::isfinite(scale)) return std::numeric_limits<double>::infinity();  // an unknown one is not stable
   if (!(scale > 0)) return 0;
   P /= scale;
   for (int i = 0; i < 3; ++i) P = (P * P).eval();

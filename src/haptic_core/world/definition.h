@@ -1,4 +1,4 @@
-/// What a user sets before a world exists. Constant while it runs; checked by `World`'s constructor.
+/// Definition of a world by its user. Constant while it runs; checked by `World`'s constructor.
 #pragma once
 #include <limits>
 #include <memory>
@@ -38,7 +38,7 @@ struct CollisionDef {
   std::string name;                               ///< for messages and reports
   std::shared_ptr<const ConvexShape> shape;       ///< shared between links that repeat it
   Pose X_LS;                                      ///< shape frame in the link frame
-  ContactMaterial material;  ///< what is NaN in it is taken from the other surface, or the world's default
+  ContactMaterial material;  ///< NaN fields are taken from the other surface, or the world's default
   std::string material_source;                    ///< where the values came from, for the plan's listing
   SurfaceVelocity belt;                           ///< still, or a belt
 
@@ -84,7 +84,7 @@ inline TreeDef treeOf(const ArticulationDef& def) {
   return {def.name, std::vector<BodyDef>(def.links.begin(), def.links.end()), def.X_WA, def.V_WA};
 }
 
-/// Two frames held together on top of the trees: a ring. Articulation −1: a frame in W. What it joins becomes one tree.
+/// Two frames held together on top of the trees: a ring. Articulation −1: a frame in W. Trees that it joins become one.
 struct LoopDef {
   std::string name;  ///< for messages
   /// Links by articulation and their index in it; articulation −1: the frame is fixed in W.
@@ -92,7 +92,7 @@ struct LoopDef {
   /// Frame F in each of the links, or in W.
   Pose X_AF, X_BF;                          ///< where the frames lie in the links
   using Type = RingDef::Type;               ///< point, hinge or weld
-  Type type = Type::kPoint;                 ///< what the frames share
+  Type type = Type::kPoint;                 ///< part of the frames that is held together
   Vector3 axis = Vector3::UnitZ();          ///< of a hinge, in F
 
   template <class Self, class Visit>
@@ -211,7 +211,7 @@ struct WorldSettings {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    // Neither what is kept nor what is left out changes a bit.
+    // Neither the history nor leaving out changes a bit.
     visit(s.step), visit(s.substeps), visit(s.gravity), visit(s.integrator), visit(s.contact_model);
     visit(s.pressure_law), visit(s.torsional_friction), visit(s.energy_ledger);
     visit(s.default_material), visit(s.tolerance), visit(s.accuracy);

@@ -1,12 +1,12 @@
 /// How stiff the contacts of a hand's pointer may be, so that the loop around the hand does not ring.
 ///
 /// Who moves the pointer says what its hand bears: K_max [N/m] in the world, from the loop's rate and delay
-/// (spidar/wall_bound.h). What the pointer's contacts oppose to it is K = λ_max(M), M = Σ k A0 n nᵀ.
+/// (spidar/wall_bound.h). The pointer's contacts oppose K = λ_max(M), M = Σ k A0 n nᵀ.
 ///
 /// Direct coupling. A contact in whose direction the hand meets K_i = k A0 + nᵀ M' n > K_max, M' of the other contacts as
 /// the last step left them, is weakened by s = K_max/K_i: k, k_t, b and b_t alike. A lone contact pushes with K_max V/A0, K_max
-/// times its mean thickness. The share s follows from where the bodies are now, not from time: what a spring takes on the
-/// way in it gives back on the way out, and no other. With two contacts at an angle λ_max of what is left is up to 1.21 K_max.
+/// times its mean thickness. The share s follows from where the bodies are now, not from time: a spring gives back
+/// on the way out the energy that it took on the way in, and no other. With two contacts at an angle λ_max of the rest is up to 1.21 K_max.
 /// A push beside the link's origin, at the arm r from it, turns the hand as well: its stiffness against both is k A0 (1 + |r × n|²/ρ²),
 /// ρ² the hand's damping of a turn over that of a way, and of friction's springs Σ k_t A (1 + r²/ρ²): in a corner two of them add up.
 /// Its dampers, normal and tangential, are held to ⅔ τ K_max between them and its neighbours (`kMostDamping`): the loop's bound is

@@ -31,7 +31,7 @@ struct HandWork {
   std::vector<const ModelTree*> movers;       ///< trees that move by themselves
   double moving_mass = 0;                     ///< of all of them [kg]
 
-  /// By lead. What the hand bears is told by who moves the pointer, before a step; the rest is of one step. Motions bear anything.
+  /// By lead. The caller that moves the pointer tells the hand's bound before a step; the rest is of one step. Motions bear anything.
   std::vector<HandBound> bound;
 
   // Of one step.
@@ -40,7 +40,7 @@ struct HandWork {
   std::vector<int> leading;     ///< leads that move their link in it; ascending
   std::vector<HeldGoal> goal;   ///< by lead: where a held link goes, the target or less far (held_proxy.h)
   std::vector<Twist> moved;     ///< by lead: displacement of a held link in this part [rad], [m]
-  /// By pointer: what the step says of the error of the force that its hand gets, as a mean over the step [N].
+  /// By pointer: the step's estimate of the error of its hand's force, as a mean over the step [N].
   std::vector<double> force_error;
   std::vector<Wrench> wrench;   ///< by pointer: of the world on the hand, summed over the parts by their shares
 
@@ -78,7 +78,7 @@ void aimMotions(const Model& model, int substep, const State& state, HandWork& h
 /// (in realtime) Held links go the part's share of the way to their goals; those on motions where these are at its end.
 void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept;
 
-/// What a virtual coupling does per way and per speed, in W.
+/// Stiffness and damping of a virtual coupling, in W.
 struct CouplingMatrices {
   Matrix3 stiffness, damping;                          ///< [N/m], [N·s/m]
   Matrix3 rotational_stiffness, rotational_damping;    ///< [N·m/rad], [N·m·s/rad]
@@ -96,8 +96,8 @@ Wrench couplingForce(const PointerCoupling& coupling, const Vector3& p_WT, const
 void pullCoupled(const Model& model, const StepPart& part, bool advances, State& state, HandWork& hands,
                  Placement& placement) noexcept;
 
-/// (in realtime) What touches a held link goes to its hand. What the hand supplies each contact books (ledger.h); without a ledger
-/// it is estimated here, for what was pushed not to be taken for a runaway.
+/// (in realtime) Wrenches on a held link go to its hand. Each contact books the hand's supply (ledger.h); without a ledger
+/// it is estimated here, so that pushed bodies are not taken for a runaway.
 void collectHeld(const Model& model, const StepPart& part, State& state, HandWork& hands,
                  const Placement& placement) noexcept;
 

@@ -42,7 +42,7 @@ Matrix6 inertiaOf(double rho) noexcept {
   return M;
 }
 
-/// Scales spring and damper so that what they give now stays within `most`.
+/// Scales spring and damper so that their present force stays within `most`.
 void saturate(double& stiffness, double& damping, double given, double most) noexcept {
   if (!(given > most)) return;
   stiffness *= most / given;
@@ -323,7 +323,7 @@ void Aim::addPullRows(int pointer) noexcept {
 }
 
 /// The goal: of the way to the target, as much as rows and the last step allow. False: it is the target itself.
-/// What a spring's link is behind by is remembered, and comes back so fast that the force rises by kForceRate. Where rows hold the link the
+/// The lag of a spring's link is remembered, and comes back so fast that the force rises by kForceRate. Where rows hold the link the
 /// hand's own way uses it up as well: as the hand comes back the goal stays. Elsewhere it must not, or a hand that swings beside a tool
 /// far behind is driven by its own swing. The force falls at most twice as fast as both together. A held link has no such memory: it is
 /// felt where it touches, not how far its hand is.
@@ -410,7 +410,7 @@ bool nearestMotion(LoadedVector<ProxyRow>& rows, const Matrix6& metric, const Ve
     beyond = beyond || (row.weight > 0 && row.over > 0);
   }
   motion = wanted;
-  // Twice: what the springs of the rows give way by at first is then added to them.
+  // Twice: the ways that the springs of the rows give at first are then added to them.
   for (int pass = 0; beyond && pass < 2; ++pass) {
     for (int i = 0; i < rows.size(); ++i) rows[i].over += give[i] = pass > 0 ? std::max(0.0, rows[i].over) : 0.0;
     bool settled = false;

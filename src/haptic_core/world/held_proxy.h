@@ -1,7 +1,7 @@
 /// How far a pointer's link follows its hand: a proxy, so that no tool is swallowed and no force passes the hand's bound.
 ///
 /// Direct coupling ties the link to the hand's target rigidly. That ends where the link would
-///   - sink through what it presses on. h: the overlap of the two shapes along the contact's normal n; H: the lesser extent of the
+///   - sink through the link that it presses on. h: the overlap of the two shapes along the contact's normal n; H: the lesser extent of the
 ///     two along n (of parts of a body, kOnSeam, extent and depth of all of the link's shapes; h is V's depth there). The area
 ///     vector vanishes where h = H at the latest: a tool wholly inside, bars that cross, a ball through a plate. There n is the
 ///     last one (contact_volume.h), the force has no stiffness, and the link would come out at the other side. So h ≤ η H.
@@ -42,7 +42,7 @@ namespace haptic {
 class Model;
 struct Work;
 
-/// Largest share of the lesser extent that a held link sinks into what it presses on, unweakened and weakened [1]. Above 0.95 the
+/// Largest share of the lesser extent that a held link sinks into the link that it presses on, unweakened and weakened [1]. Above 0.95 the
 /// area of a ball's contact changes by more than its size within a tick of 0.1 mm.
 inline constexpr double kMostSunk = 0.9, kMostSunkWeakened = 0.5;
 
@@ -69,8 +69,8 @@ struct ProxyWork {
 };
 
 /// (in realtime) The motion within at most kMostRows rows that is nearest to `wanted`; false: it is `wanted` itself. Exact: Newton's method
-/// with the exact step along each direction, rows as springs 1e8 times as stiff as the metric, then once more with what they gave way by.
-/// Rows that exclude one another share what is missing.
+/// with the exact step along each direction, rows as springs 1e8 times as stiff as the metric, then once more with the ways that they gave.
+/// Rows that exclude one another share the missing way.
 bool nearestMotion(LoadedVector<ProxyRow>& rows, const Matrix6& metric, const Vector6& wanted, Vector6& motion) noexcept;
 
 /// (in realtime) Goals of the pointers' links for the `left` seconds to the end of the step, into `work.hands.goal`.

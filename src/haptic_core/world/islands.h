@@ -1,4 +1,4 @@
-/// Trees joined by pairs that may touch and by force elements: what has to be solved together, and nothing else.
+/// Trees joined by pairs that may touch and by force elements: they have to be solved together, and with no others.
 #pragma once
 #include <vector>
 
@@ -17,7 +17,7 @@ struct Island {
 };
 
 /// Groups trees into islands that have to be solved together.
-/// Trees that do not move by themselves (static ones, those that a hand holds) join nobody and belong to no island;
+/// Trees that do not move by themselves (static ones, those that a hand holds) join no others and belong to no island;
 /// their pairs belong to the island of the other side.
 class Islands {
  public:

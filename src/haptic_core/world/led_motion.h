@@ -1,6 +1,6 @@
 /// Bodies whose motion is given: platforms, lifts, turntables. They push and carry, and nothing pushes them.
 ///
-/// A motion is a curve of poses that is smooth in velocity, so that what a contact is told of places and of speeds agrees. Between two
+/// A motion is a curve of poses that is smooth in velocity, so that a contact's places and speeds agree. Between two
 /// points (p, R, V) a time T apart the origin runs along the cubic of Hermite that has both places and both speeds. The turn does so
 /// as a rotation vector from the first: R(t) = exp[θ(t)] R_a, θ cubic, θ(0) = 0, θ(T) = log(R_b R_aᵀ). Its rate is ω = J(θ) θ̇ with
 /// J the left Jacobian of the exponential, so θ̇ at the ends is ω_a and J⁻¹ ω_b (Chirikjian, Stochastic Models, Information Theory,

@@ -77,7 +77,7 @@ void measurePowers(const LedgerView& view, double h, const std::vector<double>& 
   }
 }
 
-/// What the impulses of a contact took from kicked bodies: half a kick by the last force, half of one and
+/// Energy that the impulses of a contact took from kicked bodies: half a kick by the last force, half of one and
 /// events by the new.
 ContactPower fromKicks(const LedgerView& view, double h, const BookedContact& contact,
                        const State& state) noexcept {
@@ -87,13 +87,13 @@ ContactPower fromKicks(const LedgerView& view, double h, const BookedContact& co
   return contact.before.power * (h / 2) + contact.before.power_rate * (h * h / 8) + second * 0.5;
 }
 
-/// What the force of the last evaluation takes at a twist, in P's axes, or along a way.
+/// Power of the force of the last evaluation at a twist, in P's axes, or along a way.
 ContactPower byLast(const ReleaseMemory& last, const Twist& V_AB_P) noexcept {
   const Matrix3 R_PW = last.X_WP.R.transpose();
   return contactPower(last.F_BP_W.rotated(R_PW), last.elastic_W.rotated(R_PW), V_AB_P);
 }
 
-/// What they took from joints with laws, which the last force has pulled at over the whole step. Events pull
+/// Energy that they took from joints with laws, which the last force has pulled at over the whole step. Events pull
 /// in the next one: they are booked at the velocities of this.
 ContactPower fromLaws(const LedgerView& view, double h, const BookedContact& contact,
                       const State& state) noexcept {
@@ -104,8 +104,8 @@ ContactPower fromLaws(const LedgerView& view, double h, const BookedContact& con
   return byLast(contact.last, twistBy(view, Mover::kLaws, pair, contact.last.X_WP)) * h + events;
 }
 
-/// What the mean wrench of the step took from hands along their way: by the trapezoidal rule, and what events
-/// change.
+/// Energy that the mean wrench of the step took from hands along their way: by the trapezoidal rule, corrected for
+/// events.
 ContactPower fromHands(const LedgerView& view, double h, const BookedContact& contact,
                        const State& state) noexcept {
   const ActivePair& pair = state.pairs[contact.pair];
@@ -117,7 +117,7 @@ ContactPower fromHands(const LedgerView& view, double h, const BookedContact& co
   return byLast(contact.last, led(view, h, pair, contact.last.X_WP, 0)) * 0.5 + now;
 }
 
-/// Adds what the contact took from hands, which is what these supplied.
+/// Adds the energy that the contact took from hands, which they supplied.
 void supply(const ContactPower& from_hands, ContactPower& taken, EnergySums& sums) noexcept {
   sums.external += from_hands.elastic + from_hands.damping + from_hands.friction;
   taken = taken + from_hands;

@@ -1,14 +1,14 @@
 /// The energy ledger: where the energy is, where it went. An observer: given wrenches, twists and memories, it books; no
-/// stage of the step reads what it has written.
+/// stage of the step reads its books.
 ///
-/// What a contact takes from its bodies is the work of its impulses: impulse times the mean of the velocities before and
-/// after, which is what the bodies lose, to rounding, however much one step stops them. Velocity Verlet kicks twice
+/// A contact takes from its bodies the work of its impulses: impulse times the mean of the velocities before and
+/// after, which is the bodies' loss, to rounding, however much one step stops them. Velocity Verlet kicks twice
 /// between two evaluations: with the last force (its work is known from that evaluation's power and the power's rate) and
-/// with the new one. Trees whose joints have laws are pulled at by the last force alone, over the whole step. What the bodies
-/// lost to the springs and what the springs did not gain is dissipated; for the normal springs the difference is named
+/// with the new one. Trees whose joints have laws are pulled at by the last force alone, over the whole step. Energy that the bodies
+/// lost to the springs and the springs did not gain is dissipated; for the normal springs the difference is named
 /// `turning`, for k Vol n has no potential while n turns.
 ///
-/// A hand that prescribes the motion of a link supplies what the contacts of this link take from it: their mean wrench over the
+/// A hand that prescribes the motion of a link supplies the energy that the link's contacts take from it: their mean wrench over the
 /// step, as they report it, times the way that the link was led. Each contact books this once, as taken from the hand and as
 /// supplied by it: a supply that is summed up apart, with the force of another instant, would be energy from nothing. Velocity
 /// Verlet's mean is the trapezoidal rule, which also springs follow, to the third power of the way; with symplectic and implicit
@@ -52,7 +52,7 @@ struct LedgerSums {
   explicit LedgerSums(const Model& model) : now(model.trees.size()), tree(model.trees.size()) {}  ///< set-up
 };
 
-/// What the books are made from.
+/// Inputs of the books.
 struct LedgerView {
   const Model& model;     ///< constant
   const Visits& visits;   ///< what may have changed
@@ -91,8 +91,8 @@ const SumTree<LedgerSums::kColumns>::Row& sumEnergies(const LedgerView& view, co
 /// (in realtime) As the placement has it, summed over all movers: between two steps.
 MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, const Placement& placement, const double* q) noexcept;
 
-/// (in realtime) Energies now and sums so far; what the balance lost since the last step is the time step's. `unaccounted`:
-/// EnergySums::unaccounted before the step. Where the balance is taken anew, springs that were loaded before anybody looked
+/// (in realtime) Energies now and sums so far; the balance's loss since the last step is the time step's. `unaccounted`:
+/// EnergySums::unaccounted before the step. Where the balance is taken anew, springs that were loaded before
 /// enter it, and the supply.
 void closeLedger(const LedgerView& view, double unaccounted, State& state, EnergyLedger& energy) noexcept;
 

@@ -16,7 +16,7 @@ auto movesExplicitly(const Model& model, const State& state, const HandWork& han
   return [&](int tree) { return state.mode[tree] != TreeMode::kImplicit && hands.movesByItself(model.trees[tree]); };
 }
 
-/// Displacement of a led link's point that is now at p_W [m, rad]; zero where nobody leads it.
+/// Displacement of a led link's point that is now at p_W [m, rad]; zero where it is not led.
 Twist ledWay(const HandWork& hands, const Placement& placement, int link, const Vector3& p_W) {
   const int lead = link >= 0 ? hands.held_by[link] : -1;
   return lead < 0 ? Twist{} : hands.moved[lead].shifted(p_W - placement.link[link].X_WL.p);

@@ -1,9 +1,9 @@
-/// Force elements of a world (dynamics/link_force.h): on which links they act, what explicit steps add, what the books sum.
+/// Force elements of a world (dynamics/link_force.h): their links, their share of explicit steps, their energy.
 ///
-/// An element belongs to the island of the trees that it joins. It has no state: what it does follows from poses and velocities.
+/// An element belongs to the island of the trees that it joins. It has no state: its force follows from poses and velocities.
 ///
-/// Its springs' energy counts as potential. What its dampers take in a step of velocity Verlet is the mean of their powers at both ends
-/// of the step; what a hand or motion that leads one end supplies is the mean force along the way: both of second order. Implicit steps
+/// Its springs' energy counts as potential. Its dampers take the mean of their powers at both ends of a step of velocity Verlet;
+/// a hand or motion that leads one end supplies the mean force along the way: both of second order. Implicit steps
 /// book them with the weights of their stages (stepping/implicit_step.cpp).
 #pragma once
 #include <vector>
@@ -17,7 +17,7 @@
 
 namespace haptic {
 
-/// What an element's dampers take, and what leads supply to it.
+/// Power that an element's dampers take, and that leads supply to it.
 struct ForcePower {
   double taken = 0, supplied = 0;  ///< [W]
 };
@@ -77,8 +77,8 @@ void pullExplicit(const Model& model, const State& state, const Visits& visits, 
 /// (in realtime) At the start of an explicit step, or where its only evaluation is, everything placed.
 void noteForces(const Model& model, const State& state, const Visits& visits, const HandWork& hands, const Placement& placement,
                 ForceWork& work) noexcept;
-/// (in realtime) At its end, after h [s]: what was taken and supplied goes into the ledger's sums. `now_share`: weight of what the
-/// elements do now, the rest is that of what was noted.
+/// (in realtime) At its end, after h [s]: the energy taken and supplied goes into the ledger's sums. `now_share`: weight of the
+/// elements' present powers; the rest is that of the noted ones.
 void bookForces(const Model& model, double h, double now_share, const Visits& visits, const HandWork& hands, const Placement& placement,
                 const ForceWork& work, State& state) noexcept;
 

@@ -1,4 +1,4 @@
-/// Contacts of a step that went in parts: what is reported is the mean wrench over the whole step.
+/// Contacts of a step that went in parts: the report has the mean wrench over the whole step.
 #pragma once
 #include "haptic_core/world/report.h"
 

@@ -21,15 +21,15 @@ std::uint64_t pairKey(int a, int b) {
 }
 
 /// Pairs of boxes that may overlap at once, of shapes that move. Beyond about 32 neighbours per shape a scene is a pile of shapes
-/// inside one another; what does not fit is flagged and dropped, nearest keys first kept.
+/// inside one another; pairs that do not fit are flagged and dropped, nearest keys first kept.
 constexpr int kNeighboursPerShape = 32;
 /// So many shapes that never move are counted one by one as neighbours; of more, so many as lie near one another, at most
 /// kMostFixedNeighbours: a body that lies on more pieces of ground is computed with the first of them, and flagged.
 constexpr int kFewFixed = 64, kMostFixedNeighbours = 1024;
 
 /// Up to this many possible pairs per shape, testing each of them costs fewer instructions than sorting the boxes and
-/// ordering what the sweep finds (10 a pair against about 100 a box). Beyond, the list would grow like N²; and beyond kMostListed a
-/// tree of what never moves costs less.
+/// ordering the pairs of the sweep (10 a pair against about 100 a box). Beyond, the list would grow like N²; and beyond kMostListed a
+/// tree of the shapes that never move costs less.
 constexpr int kListedPairsPerShape = 8, kMostListed = 2048;
 
 /// A pair that starts deeper than this share of the thinner shape's width is not at rest under its weight.
@@ -380,7 +380,7 @@ double Model::buriedDepth(int a, int b, double area) const {
   return std::max(kBuried * std::min(shapes[a].width, shapes[b].width), carries);
 }
 
-/// Hunt–Crossley with c = 1/sqrt(g · width): what was pressed in leaves no faster than after a fall of half its width. The
+/// Hunt–Crossley with c = 1/sqrt(g · width): a body that was pressed in leaves no faster than after a fall of half its width. The
 /// pressure grows no more beyond the depth at which the pair counts as buried, so that a step that holds the contact at
 /// rest pushes it out as well.
 PairLaw Model::recoveryLaw(const PairLaw& law, int a, int b, const ContactVolume& volume) const {

@@ -22,8 +22,8 @@ BroadPhase makeBroadPhase(const Model& model) {
   return BroadPhase(n, never, model.pair_capacity);
 }
 
-/// How far an implicitly stepped shape may come in h [m]: twice the way at today's speed and gravity. What a collision
-/// adds to the speed is within it.
+/// How far an implicitly stepped shape may come in h [m]: twice the way at today's speed and gravity. The speed that a
+/// collision adds is within it.
 double margin(const Model& model, const State& state, const Placement& placement, int shape, double h) {
   const int l = model.shapes[shape].link;
   const ModelLink& link = model.links[l];
@@ -36,7 +36,7 @@ double margin(const Model& model, const State& state, const Placement& placement
 constexpr int kBounds = 6;
 static_assert(sizeof(ConvexShape::Box) == kBounds * sizeof(double));
 
-/// Whether two boxes are apart, and if so by which bounds. Overlap needs all comparisons to hold: what is not a number does not.
+/// Whether two boxes are apart, and if so by which bounds. Overlap needs all comparisons to hold: with NaN they do not.
 bool areApart(const ConvexShape::Box* boxes, int a, int b, BoundsApart& by) noexcept {
   for (int axis = 0; axis < 3; ++axis) {
     if (!(boxes[a].lower[axis] <= boxes[b].upper[axis])) return by = {kBounds * a + axis, kBounds * b + 3 + axis}, true;

@@ -55,7 +55,7 @@ void eachOverlap(const Model& model, const SearchWork& search, Visit&& visit) no
 /// how far they may come in that time [s].
 void placeShapes(const Model& model, double h, const std::vector<int>& shapes, const State& state, Placement& placement) noexcept;
 
-/// (in realtime) The pairs whose boxes overlap, of the shapes that are visited, in the order of their keys; what a pair remembers comes
+/// (in realtime) The pairs whose boxes overlap, of the shapes that are visited, in the order of their keys; a pair's memory comes
 /// along from the last search. Sets kPairsDropped when there are more than the state has room for beside `asleep` pairs that are kept
 /// elsewhere.
 void findPairs(const Model& model, const Visits& visits, const Placement& placement, int asleep, State& state, SearchWork& search,

@@ -1,4 +1,4 @@
-/// What a step gives out.
+/// Results of a step.
 #pragma once
 #include <cstdint>
 
@@ -17,7 +17,7 @@ enum StepFlag : unsigned {
   kNotConverged = 1u << 3,        ///< the implicit solve ended at `residual`: shorten the step
   kPressureClipped = 1u << 4,     ///< somewhere a damper would have pulled; the pressure was held at 0 there
   kJointsNotConverged = 1u << 5,  ///< some joint's force is not what its law says: shorten the step
-  kDamperLimited = 1u << 6,       ///< a damper was weakened to what the explicit step can take (damper_limit.h)
+  kDamperLimited = 1u << 6,       ///< a damper was weakened to the bound of the explicit step (damper_limit.h)
   kTooFast = 1u << 7,             ///< a body moved farther than shapes are thick between two looks at its contacts
   kImpactUnresolved = 1u << 8,    ///< contacts began whose energy the step did not keep: see EnergyLedger::numerical, shorten the step
   kRunaway = 1u << 9,             ///< the world stopped: its steps had made more energy than there was; shorten the step
@@ -45,9 +45,9 @@ struct EnergyLedger {
   double turning = 0;                     ///< taken out by k·Vol·n beyond what ½ k ∫d² dA gained: n turned
   double external = 0;                    ///< work done on the world by hands and by the joints' drives
   double stilled = 0;                     ///< of `damping`: motion of islands that were brought to rest (stepping/standing_islands.h)
-  double numerical = 0;                   ///< lost by the time steps; negative: gained. What the balance lacks since the start,
-                                          ///< and of `turning` what was taken while n stood still
-  /// What a world without losses would keep.
+  double numerical = 0;                   ///< lost by the time steps; negative: gained. The balance's deficit since the start,
+                                          ///< and the part of `turning` that was taken while n stood still
+  /// Energy that a world without losses would keep.
   double total() const { return kinetic + potential + elastic + tangential; }
   /// Constant up to the step's error.
   double balance() const { return total() + damping + friction + turning - external; }
@@ -83,13 +83,13 @@ struct StepReport {
   int culprit = -1;                       ///< world link index; -1: none
   unsigned flags = 0;                     ///< StepFlag bits
   StageTimes stages;                      ///< filled while `World::measureStages` is on
-  /// What the step adds to the error of positions, as the attempts that it took say, of the island that errs most [m]; turns count at
+  /// Error of position that the step adds, as its accepted attempts estimate it, of the island that errs most [m]; turns count at
   /// the reach of the body. 0 with a whole-scene explicit integrator: it says nothing.
   double position_error = 0;
   double budget_used = 0;                 ///< evaluations of an implicit island over those it may take, the largest share
 };
 
-/// What a contact gives `StepReport::flags`.
+/// Flags of a contact for `StepReport::flags`.
 inline unsigned flagsOf(const ContactReport& contact) noexcept {
   return (contact.flags & ContactVolume::kCapacityExceeded ? kContactsIncomplete : 0u) |
          (contact.flags & ContactVolume::kNormalFromHistory ? kNormalRemembered : 0u);

@@ -57,7 +57,7 @@ void startSupply(const Model& model, Work& work, State& state) noexcept {
   }
   double springs = 0;
   for (int i = 0; i < state.pair_count; ++i) {
-    ActivePair pair = state.pairs[i];  // what a look leaves in its cache is not the world's
+    ActivePair pair = state.pairs[i];  // the cache of this look is not the world's
     ContactEvaluation c;
     if (!locateContact(model, contacts.seams, i, pair, places, contacts.workspace, c)) continue;
     springs += elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);
@@ -93,10 +93,10 @@ void checkRunaway(const Model& model, double h, double external, Work& work, Sta
   sums.lowest = std::min(sums.lowest, now.potential);
   sums.supply += std::abs(sums.external - external);
   const double supply = sums.supply + (sums.highest - sums.lowest) + mass * (2 * fall2 + kSlow * kSlow) +
-                        2 * mass * model.belt_speed * model.belt_speed +  // what a belt throws off is as fast as the belt
+                        2 * mass * model.belt_speed * model.belt_speed +  // a body that a belt throws off is as fast as the belt
                         (work.hands.acting.empty() ? 0.0 : ofHands(model, work, state, mass));
-  // What a hand presses together by more than it was booked to is no motion. A damper that gives is in no sum of losses.
-  // What k Vol n gives where n turns is the model's, not the steps': it counts once bodies move by it.
+  // Energy that a hand presses in beyond its booked supply is no motion. A damper that gives is in no sum of losses.
+  // The gain of k Vol n where n turns is the model's, not the steps': it counts once bodies move by it.
   const double made = std::max(ledger ? std::min(-(sums.still + sums.lost), now.kinetic) : 0.0, now.kinetic - supply);
   if (made > kMostMade * supply) stop(model, work, report.step);
 }

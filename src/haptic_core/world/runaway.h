@@ -1,8 +1,8 @@
 /// Whether the steps have made energy: a world that ran away stops, as one with a number that is none does.
 ///
-/// There is so much to draw on: the motion at the start, what springs held when they were first looked at, what bodies
-/// have fallen, and the work of hands and drives, all counted without what friction and dampers took since. Steps that
-/// have made as much again have run away: their step is too long for what they met. With the ledger what they made is
+/// There is so much to draw on: the motion at the start, the energy of springs when they were first looked at, the bodies'
+/// fall, and the work of hands and drives, all counted without the losses to friction and dampers since. Steps that
+/// have made as much again have run away: they are too long for the contacts that they met. With the ledger their gain is
 /// known (EnergySums::unaccounted); in any case the kinetic energy is held against the supply.
 ///
 /// Cost: a few operations per step; without the ledger the kinetic and the potential energy, 20 ns for each body.
@@ -18,7 +18,7 @@ struct Work;
 /// At load, everything placed and the pairs found: motion, and springs of what overlaps already.
 void startSupply(const Model& model, Work& work, State& state) noexcept;
 
-/// (in realtime) Where bodies changed hands or values changed between two steps: what is there now can be drawn on.
+/// (in realtime) Where bodies changed hands or values changed between two steps: the present energy can be drawn on.
 void renewSupply(const Model& model, const Work& work, State& state) noexcept;
 
 /// (in realtime) After a part of a step of length h [s]; `external`: the hands' and drives' work before it [J]. Stops the

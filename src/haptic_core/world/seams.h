@@ -36,7 +36,7 @@ class Seams {
   void find(ActivePair* pairs, const int* which, int count, const Pose* X_WS, ContactWorkspace& workspace) noexcept;
 
   /// (in realtime) The contact volume of pair i at X_AB, by the world's rule, or with the common normal when the pair is a part of
-  /// a flush contact: then true. `workspace` holds V after it; what was kept of the pair is gone.
+  /// a flush contact: then true. `workspace` holds V after it; the pair's kept volume is gone.
   bool locate(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace& workspace, ContactVolume& out) noexcept;
 
  private:

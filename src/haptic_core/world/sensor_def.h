@@ -1,4 +1,4 @@
-/// What a user asks to be measured in a world, and what comes of it. Sensors only look: no bit of the motion depends on them.
+/// Measurements that a user asks of a world, and their samples. Sensors only look: no bit of the motion depends on them.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -19,9 +19,9 @@ struct LinkPart {
 
 /// A sensor on a link L, with its frame S.
 struct SensorDef {
-  /// What it measures.
+  /// Quantity that it measures.
   enum class Kind : unsigned char {
-    kWrench,   ///< what acts through the link's joint (of a part: through the merged joint) on all that hangs beyond, about S
+    kWrench,   ///< wrench through the link's joint (of a part: through the merged joint) on all that hangs beyond, about S
     kContact,  ///< sum of the contacts on the link or part, about S
     kImu       ///< orientation, angular rate and specific force of S
   };

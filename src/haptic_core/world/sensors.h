@@ -1,10 +1,10 @@
-/// Sensors of a world: joint wrenches, contact wrenches, inertial units, from what a step left behind.
+/// Sensors of a world: joint wrenches, contact wrenches, inertial units, from the results of a step.
 ///
 /// A wrench is the mean over the step that ended: with P and H the momentum, and its moment about a point a fixed in W, of all that hangs
 /// beyond the joint,
 ///     force  = (P₁ - P₀)/h - m g - Σ F,      torque = (H₁ - H₀)/h - ½ (p₀ + p₁ - 2a) × m g - Σ (τ + (p_F - a) × F),
 /// where F are the mean contact wrenches that the report has (mean_contacts.h) and those of hands that pull, and a is S's origin at the
-/// end of the step. So m a of a link is the sum of its wrenches to rounding, in impacts as well, and what an integrator does wrong appears
+/// end of the step. So m a of a link is the sum of its wrenches to rounding, in impacts as well, and errors of an integrator appear
 /// in the reading as in the motion. The reading is that of inverse dynamics of the motion, half a step late. In S's axes at the step's end.
 ///
 /// An IMU's specific force is (v₁ - v₀)/h - g of S's origin in S's axes at the end: R_WS f + g adds up to v exactly.
@@ -37,7 +37,7 @@ class Sensors {
   bool empty() const { return plans_.empty(); }             ///< nothing is measured
   const std::vector<SensorDef>& defs() const { return defs_; }  ///< as they were asked for
   const std::vector<SensorReading>& readings() const { return readings_; }  ///< the last samples, by sensor
-  /// One line each: what is measured how often.
+  /// One line each: the quantity, and how often it is measured.
   std::string text() const;
 
   /// (in realtime) Before a step: keeps what samples that are due need to know of its start.
@@ -89,7 +89,7 @@ class Sensors {
   std::vector<Plan> plans_;
   std::vector<SensorReading> readings_;
   std::vector<Start> start_;
-  /// What a hand or an applied wrench pulled with in the step before, about a point of W.
+  /// Wrench of a hand, or an applied one, in the step before, about a point of W.
   struct Pull {
     Wrench F_W;                      ///< on the link
     Vector3 at = Vector3::Zero();    ///< L's origin, or the wrench's point, then [m]

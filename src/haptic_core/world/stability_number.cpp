@@ -9,7 +9,7 @@ namespace {
 /// (tr X⁸)^⅛ of a product of two positive semidefinite matrices: its eigenvalues are real and not negative.
 double largestEigenvalue(const Matrix6& X) noexcept {
   const double scale = X.diagonal().sum();
-  if (!std::isfinite(scale)) return std::numeric_limits<double>::infinity();  // what is unknown is not stable
+  if (!std::isfinite(scale)) return std::numeric_limits<double>::infinity();  // an unknown one is not stable
   if (!(scale > 0)) return 0;
   Matrix6 Y, Z;
   Y.noalias() = (1 / scale) * X.lazyProduct((1 / scale) * X);

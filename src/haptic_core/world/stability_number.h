@@ -1,5 +1,5 @@
-/// How near a contact brings a body to the limit of explicit steps: what the choice between explicit and implicit rests
-/// on, cheap enough to be done while running. The certificate has the exact, coupled limit.
+/// How near a contact brings a body to the limit of explicit steps. The choice between explicit and implicit rests
+/// on it; it is cheap enough to be computed while running. The certificate has the exact, coupled limit.
 ///
 /// An explicit step is stable while λ_max(M⁻¹(h²K + 2hD)) < 4 (certificate.h). With the island's K and D as sums over
 /// contacts c, |x - y|² ≤ 2|x|² + 2|y|² between two bodies that both move, and a link of a tree moving no more easily

@@ -1,4 +1,4 @@
-/// Everything that changes while a world runs: what is saved, restored and hashed. Plain structs; each lists its fields once
+/// Everything that changes while a world runs; it is saved, restored and hashed. Plain structs; each lists its fields once
 /// (base/fields.h).
 #pragma once
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace haptic {
 
-/// What the next step needs to know of a contact: where it pulled, how hard, and when it would part.
+/// Data of a contact for the next step: where it pulled, how hard, and when it would part.
 struct ReleaseMemory {
   Pose X_WP;                       ///< of the patch
   Wrench F_BP_W, elastic_W;        ///< on B about P; of that the normal spring's
@@ -72,7 +72,7 @@ class CacheInA {
   PairCache before_, cache_;
 };
 
-/// Two shapes whose boxes overlap, with what they remember.
+/// Two shapes whose boxes overlap, with their memory.
 struct ActivePair {
   std::uint64_t key = 0;  ///< shape A in the upper, shape B in the lower 32 bits; A < B
   PairCache cache;            ///< of the search and of the normal, its directions in W: they turn with neither body (`CacheInA`)
@@ -132,7 +132,7 @@ struct MotionTarget {
   }
 };
 
-/// A pointer's hand: where it wants the link, and what the world has said to it.
+/// A pointer's hand: its target for the link, and the world's answer.
 struct PointerState {
   Vector3 p_WL = Vector3::Zero();             ///< target [m]
   Quaternion q_WL = Quaternion::Identity();   ///< target
@@ -141,7 +141,7 @@ struct PointerState {
   double power = 0;  ///< of its coupling on the link, at the end of the last implicit step [W]
   int link = -1;  ///< world link index
   bool targeted = false;  ///< a target has come
-  /// Of the way to the target, what a coupling's spring did without in the last step [rad], [m], in W; held_proxy.h.
+  /// Part of the way to the target that was withheld from a coupling's spring in the last step [rad], [m], in W; held_proxy.h.
   Vector3 turn_withheld = Vector3::Zero(), way_withheld = Vector3::Zero();
 
   template <class Self, class Visit>
@@ -155,15 +155,15 @@ struct PointerState {
 struct EnergySums {
   double damping = 0, friction = 0, external = 0, turning = 0;  ///< as in EnergyLedger
   double stilled = 0;      ///< of `damping`: motion of islands that were brought to rest
-  double still = 0;        ///< of `turning`, what was booked while n stood still: the step's
+  double still = 0;        ///< part of `turning` that was booked while n stood still: the step's
   double lost = 0;         ///< of the balance
   double balance = 0;      ///< after the last step; see `balanced`
   double supply = 0;       ///< what there was to draw on: motion and springs at the start, falls, hands and drives; runaway.h
   double highest = 0, lowest = 0;  ///< potential energy from which falls are counted, and down to which they went
   bool balanced = false;   ///< false: bodies changed hands or values changed, the next step takes the balance anew
 
-  /// (in realtime) What a contact's dampers took from its bodies, and what its springs took beyond what they gained [J]. The pressure that
-  /// pushes out a `buried` pair follows no potential: what its springs gave up and its bodies did not get is lost.
+  /// (in realtime) Energy that a contact's dampers took from its bodies, and that its springs took beyond their own gain [J]. The pressure
+  /// that pushes out a `buried` pair follows no potential: the energy that its springs gave up and its bodies did not get is lost.
   void bookPressure(double damped, double beyond, const FrictionMemory& before, const FrictionMemory& now, bool buried) noexcept {
     if (!buried) {
       damping += damped;
@@ -172,9 +172,9 @@ struct EnergySums {
       (damped + beyond > 0 ? damping : turning) += damped + beyond;
     }
   }
-  /// (in realtime) What a contact took from its bodies beyond what its springs gained [J].
+  /// (in realtime) Energy that a contact took from its bodies beyond the gain of its springs [J].
   void bookTurning(double energy, const FrictionMemory& before, const FrictionMemory& now) noexcept {
-    constexpr double kStands = 1e-6;  // [rad]: what that turn could do is this share of the energy exchanged
+    constexpr double kStands = 1e-6;  // [rad]: the work of that turn is this share of the energy exchanged
     turning += energy;
     const bool both = before.touching != 0 && now.touching != 0;
     if (!both || (now.normal_A - before.normal_A).squaredNorm() < kStands * kStands) still += energy;
@@ -232,7 +232,7 @@ struct State {
   std::size_t packedCapacity() const;  ///< with as many pairs and wrenches as there is storage for
   /// Numbers in front of a packed state: what another layout would have otherwise.
   static constexpr std::size_t kHead = 5;
-  /// What a packed state holds beside the fields.
+  /// Contents of a packed state beside the fields.
   struct Layout {
     int pairs = 0, wrenches = 0;  ///< so many
   };

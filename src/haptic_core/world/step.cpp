@@ -14,7 +14,7 @@
 namespace haptic {
 namespace {
 
-/// Counters and sums of the last step go; energies and stage times stay where nobody renews them.
+/// Counters and sums of the last step go; energies and stage times stay where no stage renews them.
 void open(Work& work, Report& whole) noexcept {
   StepReport& report = whole.step;
   report.flags = 0;
@@ -80,7 +80,7 @@ void checkImpacts(double lost, StepReport& report) noexcept {
   if (report.impact > 0 && std::abs(lost) > kKeptInImpacts * report.impact) report.flags |= kImpactUnresolved;
 }
 
-/// Wrenches whose time is over end before the step; what they pushed has forces that jump.
+/// Wrenches whose time is over end before the step; forces on their links jump.
 void dropEnded(const Model& model, State& state, Work& work, Report& report) noexcept {
   int kept = 0;
   for (int i = 0; i < state.wrench_count; ++i) {
@@ -95,7 +95,7 @@ void dropEnded(const Model& model, State& state, Work& work, Report& report) noe
   state.wrench_count = kept;
 }
 
-/// What was left out falls asleep; the report counts what slept and sleeps.
+/// Islands that were left out fall asleep; the report counts all that sleep.
 void layAside(const Model& model, State& state, Work& work, Report& report) noexcept {
   report.step.implicit_islands += work.asleep.islands();
   report.step.standing += work.asleep.trees();

@@ -44,7 +44,7 @@ void StepHistory::keep() noexcept {
 
 void StepHistory::keep(const Model& model, const std::vector<int>& trees, unsigned changes) noexcept {
   if (capacity_ == 0) return;
-  double* row = begin();  // what it held is `capacity_` steps old
+  double* row = begin();  // its old record is `capacity_` steps old
   for (const int t : trees) {
     keepTree(model.trees[t], row);
     kept_[t] = count_;

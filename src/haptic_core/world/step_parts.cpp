@@ -64,7 +64,7 @@ ShapeMotion Sweep::motionOf(int s, bool falls) const noexcept {
   return motion;
 }
 
-/// May some link move by more than a quarter of what is thin around it?
+/// True if some link may move by more than a quarter of the thin bodies around it.
 bool Sweep::anyFast() const noexcept {
   const Vector3 fall = 0.5 * left_ * model_.settings.gravity;
   const double left2 = left_ * left_;

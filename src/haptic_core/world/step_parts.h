@@ -6,7 +6,7 @@
 /// the contact has taken the speed. Slow bodies, and those that meet none, cost a comparison of their speed; a body that
 /// rolls or tips on another one, two supports of each.
 ///
-/// Each is preceded by what the hands bear and how far the links that they hold may go (hand_bound.h, held_proxy.h): the sweep is
+/// Each is preceded by the bounds of the hands and the ways that their held links may go (hand_bound.h, held_proxy.h): the sweep is
 /// along that way.
 ///
 /// Where the choice of steps finds a contact that swings within few steps (stepping/choice.h), the substep goes in equal parts
@@ -22,7 +22,7 @@ struct Work;
 struct StepReport;
 
 /// Way into each other between two looks at a contact, in widths of the thinner shape [1]. Less than the half that contact volumes can
-/// tell inside from outside by, with the same again for what a collision adds to the speed.
+/// tell inside from outside by, with the same again for the speed that a collision adds.
 constexpr double kShareOfWidth = 0.25;
 /// The same in a part of a step, of pairs in implicit islands: their solve looks at contacts in every pass, and limits the way
 /// between two passes itself (stepping/implicit_stage.h). Larger: bullets pass through walls before anything is solved; smaller: a heap

@@ -9,7 +9,7 @@
 namespace haptic {
 namespace {
 
-/// A hundred times the earth's [m/s²]: beyond it a step of 1 ms falls through what is thinner than a millimetre.
+/// A hundred times the earth's [m/s²]: beyond it a step of 1 ms falls through bodies thinner than a millimetre.
 constexpr double kMostGravity = 1000;
 
 void require(bool good, const std::string& what, double value, const std::string& remedy) {

@@ -24,7 +24,7 @@ struct WorldTuning {
   }
 };
 
-/// What a virtual coupling pulls at.
+/// Inertia that a virtual coupling pulls at.
 struct CouplingLoad {
   double mass = 0;           ///< of the pointer's link [kg]
   double least_inertia = 0;  ///< [kg·m²]
@@ -35,7 +35,7 @@ struct CouplingLoad {
 void check(const WorldTuning& tuning, const std::vector<CouplingLoad>& loads, double h);
 
 /// (in realtime) The coupling with nothing left to derive: of a critically damped spring with (ωh)² + 4 ωh = 1,
-/// ω = 0.236/h. With `cap`, what the link cannot bear is scaled down: a lighter one that was grabbed.
+/// ω = 0.236/h. With `cap`, values that the link cannot bear are scaled down: a lighter one that was grabbed.
 PointerCoupling resolved(const PointerCoupling& coupling, const CouplingLoad& load, double h, bool cap) noexcept;
 
 }  // namespace haptic

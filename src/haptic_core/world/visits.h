@@ -1,4 +1,4 @@
-/// What a step visits: all that may move, less the islands that sleep (stepping/asleep.h). All lists ascend.
+/// The lists that a step visits: all that may move, less the islands that sleep (stepping/asleep.h). All lists ascend.
 #pragma once
 #include <vector>
 
@@ -6,7 +6,7 @@
 
 namespace haptic {
 
-/// Lists of what a step visits; in the general pipeline everything.
+/// Lists that a step visits; in the general pipeline everything.
 struct Visits {
   std::vector<int> trees;   ///< kinematics, motion, energies: of the model's `updated_trees`
   std::vector<int> shapes;  ///< poses and boxes: of the model's `updated_shapes`

@@ -1,4 +1,4 @@
-/// What the stages of a step hand to one another, grouped by the stage that fills it. Nothing here is authoritative: all of
+/// Values that the stages of a step hand to one another, grouped by the stage that fills them. Nothing here is authoritative: all of
 /// it follows from model and state, or belongs to one step.
 #pragma once
 #include <memory>

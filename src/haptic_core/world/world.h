@@ -40,7 +40,7 @@ class World {
   /// (in realtime) Advances by settings().step.
   void step() noexcept;
 
-  /// (in realtime) Times of the stages in the report from the next step on. Off at first: costs what the clock costs.
+  /// (in realtime) Times of the stages in the report from the next step on. Off at first: costs as much as the clock's calls.
   void measureStages(bool on) noexcept;
 
   const WorldSettings& settings() const;  ///< as compiled; constant but for gravity, see WorldTuning
@@ -60,7 +60,7 @@ class World {
   int jointLink(int joint) const;                     ///< the link that hangs on it
   JointReading joint(int joint) const noexcept;       ///< as the last step left it
   bool obeysCommands(int joint) const;                ///< it has a drive, or gains for one, and follows no other
-  /// (in realtime) What the joint's drive does from the next step on; part of the state. False, and nothing done: not
+  /// (in realtime) Command of the joint's drive from the next step on; part of the state. False, and nothing done: not
   /// finite, or the joint obeys no commands.
   bool setJointCommand(int joint, const JointCommand& command) noexcept;
 
@@ -80,7 +80,7 @@ class World {
 
   int forceCount() const;                             ///< force elements: one of a definition, or one for each link that moves
   const std::string& forceName(int i) const;          ///< of the definition; of element i < forceCount()
-  LinkForce force(int i) const noexcept;              ///< (in realtime) what the element does between the last step and the next
+  LinkForce force(int i) const noexcept;              ///< (in realtime) the element's force between the last step and the next
 
   int motionCount() const;                            ///< of the definition
   const ModelMotion& motion(int i) const;             ///< name and link
@@ -103,7 +103,7 @@ class World {
   double pointerStiffness(int i) const noexcept;
   /// (in realtime) Wrench of the world on pointer i in the last step, about the link frame's origin, in W.
   Wrench pointerWrench(int i) const noexcept;
-  /// (in realtime) What the last step says of the error of that force, by its own change within the step [N]. See `ErrorEstimator` for
+  /// (in realtime) Estimate of the last step of the error of that force, by its own change within the step [N]. See `ErrorEstimator` for
   /// one that steps anew.
   double pointerForceError(int i) const noexcept;
   void grab(int pointer, int link);                   ///< makes another link the pointer from the next step on
@@ -143,18 +143,18 @@ class World {
   std::uint64_t hash() const;                         ///< of the complete state
   std::vector<double> save() const;                   ///< complete state, contact memory included
   void restore(const std::vector<double>& state);     ///< throws SetupError when it is of another world, or damaged
-  std::string planText() const;                       ///< what was left out, and why
+  std::string planText() const;                       ///< the features left out, and why
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// What a running world is to become: compiled, with all of its storage, in any thread while the world goes on (world/carry_over.h).
+/// The next form of a running world: compiled, with all of its storage, in any thread while the world goes on (world/carry_over.h).
 class NextWorld {
  public:
   /// Set-up. `kept`: by articulation of `def`, which one of the running world's definition it is; −1: it comes. Kept ones stay in order.
-  /// Reads of `running` what no step changes. Throws SetupError: `def` is refused, or is not the running world with other bodies.
+  /// Reads values of `running` that no step changes. Throws SetupError: `def` is refused, or is not the running world with other bodies.
   NextWorld(const World& running, const WorldDef& def, const std::vector<int>& kept);
   ~NextWorld();
   const std::vector<double>& start() const;     ///< state in which a world of the new definition begins: World::save()
