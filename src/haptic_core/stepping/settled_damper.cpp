@@ -9,16 +9,6 @@
 namespace haptic::stepping {
 namespace {
 
-/// Damper strength h b A/m from which Velocity Verlet solves for the velocity [1]. Without, rocking on the friction's
-/// lever multiplies it by up to four, and one is the limit.
-constexpr double kStrongDamper = 0.15;
-
-/// Largest eigenvalue of the block of a symmetric D at (i, i): whichever way P's axes lie in their plane.
-double largestOfPlane(const Matrix6& D, int i) noexcept {
-  const double half = 0.5 * (D(i, i) - D(i + 1, i + 1)), off = D(i, i + 1);
-  return 0.5 * (D(i, i) + D(i + 1, i + 1)) + std::sqrt(half * half + off * off);
-}
-
 /// Lower L with L Lᵀ = A for a positive semidefinite A; columns without a pivot are zero.
 Matrix6 semidefiniteFactor(const Matrix6& A) noexcept {
   Matrix6 L = Matrix6::Zero();
@@ -67,6 +57,18 @@ void addMobility(const Model& model, const Work& work, int link, const Pose& X_W
   W += parts * ownMobility(model.trees[l.articulation].model->link(l.local), place.X_WL.R, place.p_WC(), X_WP);
 }
 
+/// Velocity at p_W of the two links, the mean of those that move by themselves [m/s].
+Vector3 carriedAt(const Model& model, const Work& work, int link_a, int link_b, const Vector3& p_W) noexcept {
+  Vector3 sum = Vector3::Zero();
+  int movers = 0;
+  for (const int link : {link_a, link_b}) {
+    if (!model.links[link].moves || work.hands.held_by[link] >= 0) continue;
+    sum += work.placement.link[link].twistAt(p_W).linear;
+    ++movers;
+  }
+  return movers == 2 ? Vector3(0.5 * sum) : sum;
+}
+
 PairLaw weakened(const PairLaw& law, double share, double area) noexcept {
   PairLaw weaker = law;
   weaker.material.damping *= share;
@@ -83,19 +85,16 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
     return locatedForce(c.volume, c.X_AB, work.contacts.workspace, V, pair.friction, law, how);
   };
   c.force = forceAt(c.V_AB_P, c.law, advance);
-  const bool second_order = advance.second_order;
   if (advance.time == 0) return;
   Matrix6 D = c.force.tangent.combined(0, 1);
   const int link_a = model.shapes[pair.shapeA()].link, link_b = model.shapes[pair.shapeB()].link;
   const int parts = std::max({1, work.contacts.on_link[link_a], work.contacts.on_link[link_b]});
-  const double area = layerArea(c.volume);
-  const double stiffest = std::max({D(5, 5), largestOfPlane(D, 3), largestOfPlane(D, 0) / area});
-  if (parts * advance.time * stiffest < kStrongDamper * c.law.reduced_mass) return;
+  if (!isStrong(D, layerArea(c.volume), parts, advance.time, c.law.reduced_mass)) return;
   Matrix6 W = Matrix6::Zero();
   addMobility(model, work, link_a, c.X_WP, W);
   addMobility(model, work, link_b, c.X_WP, W);
-  // A contact that begins has no earlier wrench to settle from: its damper is bounded as Euler's is.
-  if (!second_order || pair.friction.touching == 0) {
+  // A contact that begins has no earlier wrench to settle from: its damper is bounded.
+  if (pair.friction.touching == 0) {
     const double share = damperShare(W, D, advance.time);
     if (share == 1) return;
     flags |= kDamperLimited;
@@ -108,7 +107,9 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
     c.force = forceAt(c.V_AB_P, c.law, elastic);
     D = c.force.tangent.combined(0, 1);
   }
-  const Wrench before = pair.release.F_BP_W.rotated(c.X_WP.R.transpose());
+  // About P of now, as the bodies carried it there: where they rock, P wanders over them, and with it the moment of N.
+  const Vector3 wandered = c.X_WP.p - pair.release.X_WP.p - advance.time * carriedAt(model, work, link_a, link_b, c.X_WP.p);
+  const Wrench before = pair.release.F_BP_W.shifted(wandered).rotated(c.X_WP.R.transpose());
   Vector6 gained = (c.force.F_BP_P - before).vector();
   // Nothing damps what slides: all that its force gained would speed up a mass that is shared for the dampers' sake, several times,
   // until friction sees the rate on its other side and gives energy. One contact alone has the whole mass, and settles.

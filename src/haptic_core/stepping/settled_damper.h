@@ -3,8 +3,8 @@
 /// At a predicted velocity alone velocity Verlet would be stable only up to h λ(W D) < 1, W the mobility of the bodies at P.
 /// Beyond kStrongDamper the end velocity is solved for, as far as this contact moves it: δ = h/2 W (F - F_before - D δ).
 /// That makes the damper's part of the step the trapezoidal rule, stable for any D, and changes the force by O(h²) only.
-/// Whether the patch yields is decided at the settled velocity. Symplectic Euler instead takes as much of the damper as its
-/// step can (damper_limit.h), and says so by kDamperLimited; so does velocity Verlet where a contact begins.
+/// Whether the patch yields is decided at the settled velocity. Where a contact begins there is no force before, and the step takes as
+/// much of the damper as it can (damper_limit.h), and says so by kDamperLimited.
 #pragma once
 #include "haptic_core/world/contact_evaluation.h"
 #include "haptic_core/world/work.h"
