@@ -68,9 +68,8 @@ haptic_msgs::LiveReport toLiveReport(const WorldCopy& copy, const ErrorEstimate&
   m.energy_error = estimate.energy;
   m.force_error = estimate.force;
   m.torque_error = estimate.torque;
-  m.implicit_steps = settings.integrator == Integrator::kImplicitEuler || settings.integrator == Integrator::kSdirk2;
-  const bool bears = settings.integrator == Integrator::kAutomatic || estimate.beyond_bound == 0;
-  m.stability_margin = bears ? 1 - estimate.stability : 0;
+  m.implicit_steps = false;  // islands are, not scenes
+  m.stability_margin = 1 - estimate.stability;
   m.islands_beyond_bound = static_cast<std::uint32_t>(estimate.beyond_bound);
   m.energy = toLedger(copy.report.energy);
   m.energy_balance = copy.report.energy.balance();

@@ -37,11 +37,6 @@ static_assert(kindOf(PressureLaw::kElastic).law == PressureLaw::kElastic && !jum
 using namespace haptic;
 static_assert(kindOf(ForceType::kRope).type == ForceType::kRope && kindOf(ForceType::kRope).act == actAsRope);
 """),
-    'An integrator': ('structure.files_for_an_integrator', 2, """
-#include "haptic_core/world/step.cpp"
-using namespace haptic;
-static_assert(kIntegratorKinds[static_cast<int>(Integrator::kTwoEulers)].integrator == Integrator::kTwoEulers);
-"""),
 }
 
 

@@ -40,11 +40,11 @@ void runBounces() {
 }
 
 /// Cubes on a floor, some spinning on it, all soft.
-WorldDef softScene(Integrator integrator, int cubes) {
+WorldDef softScene(Attempts attempts, int cubes) {
   WorldDef def;
   def.name = "soft";
   def.settings.step = kStep;
-  def.settings.integrator = integrator;
+  def.settings.attempts = attempts;
   def.settings.default_material.stiffness = 1e6;
   def.articulations.push_back(floorBox());
   for (int i = 0; i < cubes; ++i) {
@@ -57,7 +57,7 @@ WorldDef softScene(Integrator integrator, int cubes) {
 
 /// A cube that sticks on a slope, its contact at `k` [N/m³], with a pointer whose virtual coupling holds it where it rests.
 WorldDef slopedScene(double k) {
-  WorldDef def = softScene(Integrator::kAutomatic, 1);
+  WorldDef def = softScene(Attempts::kAll, 1);
   def.settings.gravity = kGravity * Vector3(std::sin(0.3), 0, -std::cos(0.3));
   def.settings.default_material.stiffness = k;
   const double depth = 0.1 * kGravity * std::cos(0.3) / (k * kEdge * kEdge);
@@ -117,8 +117,8 @@ void runSwitches() {
 
 constexpr int kCounted = 500;  // steps
 
-void countSoft(Integrator integrator) {
-  World world(softScene(integrator, 8));
+void countSoft(Attempts attempts) {
+  World world(softScene(attempts, 8));
   for (int i = 0; i < 200; ++i) world.step();
   countedPass([&] {
     for (int i = 0; i < kCounted; ++i) world.step();
@@ -139,7 +139,7 @@ int main(int argc, char** argv) {
   using namespace haptic;
   using namespace haptic::bench;
   if (argc > 2 && std::strcmp(argv[1], "count") == 0) {
-    countSoft(std::strcmp(argv[2], "automatic") == 0 ? Integrator::kAutomatic : Integrator::kVelocityVerlet);
+    countSoft(std::strcmp(argv[2], "automatic") == 0 ? Attempts::kAll : Attempts::kVerlet);
     return 0;
   }
   runBounces();

@@ -14,7 +14,7 @@ using namespace scenes;
 WorldSettings verlet(double h) {
   WorldSettings s;
   s.step = h;
-  s.integrator = Integrator::kVelocityVerlet;
+  s.attempts = Attempts::kVerlet;
   s.energy_ledger = false;
   return s;
 }

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "../comparators/point_contact.h"
 #include "../scenes/motions.h"
 #include "allocation_count.h"
 #include "dynamics_figures.h"
@@ -16,7 +17,7 @@ using namespace scenes;
 WorldSettings verlet(double h) {
   WorldSettings s;
   s.step = h;
-  s.integrator = Integrator::kVelocityVerlet;
+  s.attempts = Attempts::kVerlet;
   s.pressure_law = PressureLaw::kLinear;
   s.energy_ledger = false;
   return s;
@@ -139,14 +140,11 @@ void stacks() {
 /// Heap allocations of 2000 steps of each integrator and contact model, on a scene with touch, slip and parting.
 void allocations() {
   long count = 0;
-  for (const Integrator integrator : {Integrator::kSymplecticEuler, Integrator::kVelocityVerlet,
-                                      Integrator::kImplicitEuler, Integrator::kSdirk2}) {
-    for (const ContactModel model : {ContactModel::kVolume, ContactModel::kPoint}) {
-      const bool is_explicit =
-          integrator == Integrator::kSymplecticEuler || integrator == Integrator::kVelocityVerlet;
-      if (model == ContactModel::kPoint && !is_explicit) continue;
+  for (const Attempts attempts : {Attempts::kVerlet, Attempts::kImplicitEuler, Attempts::kSdirk2}) {
+    for (const ContactModel model : {ContactModel(nullptr), ContactModel(comparators::pointContact)}) {
+      if (model && attempts != Attempts::kVerlet) continue;
       WorldSettings settings = verlet(1e-3);
-      settings.integrator = integrator;
+      settings.attempts = attempts;
       settings.contact_model = model;
       settings.energy_ledger = true;
       WorldDef def = stack(4, CubeParameters{}, settings, 1e-3);

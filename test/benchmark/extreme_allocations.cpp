@@ -13,8 +13,8 @@ using namespace scenes;
 
 void allocations() {
   long count = 0;
-  for (Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2, Integrator::kAutomatic}) {
-    for (const ExtremeCase& e : extremeCases(implicitSettings(1e-3, integrator))) {
+  for (Attempts attempts : {Attempts::kImplicitEuler, Attempts::kSdirk2, Attempts::kAll}) {
+    for (const ExtremeCase& e : extremeCases(implicitSettings(1e-3, attempts))) {
       World world(e.def);
       const long before = allocationCount();
       for (int i = 0; i < 200; ++i) stepOnce(world);
@@ -23,7 +23,7 @@ void allocations() {
     CubeParameters c;
     c.mass = StickSlip::kMass;
     c.stiffness = StickSlip::kStiffness;
-    World world(StickSlip::scene(implicitSettings(1e-2, integrator)));
+    World world(StickSlip::scene(implicitSettings(1e-2, attempts)));
     const long before = allocationCount();
     for (int i = 0; i < 200; ++i) StickSlip::step(world, c.size / 2 - c.restDepth());
     count += allocationCount() - before;

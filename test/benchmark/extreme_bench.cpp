@@ -138,10 +138,10 @@ void peersOnExtremes() {
 }
 
 /// Stands for 5 s: no cube leaves its place by more than a tenth of its edge.
-bool stands(int n, double k_eff, double h, Integrator integrator) {
+bool stands(int n, double k_eff, double h, Attempts attempts) {
   CubeParameters c;
   c.stiffness = k_eff / c.area();
-  WorldDef def = stack(n, c, implicitSettings(h, integrator));
+  WorldDef def = stack(n, c, implicitSettings(h, attempts));
   def.settings.default_material.dissipation = 1;
   World world(def);
   std::vector<Vector3> start;
@@ -180,8 +180,8 @@ void stiffness() {
   figure("stiff.mass_ratio_max", ratio_max, "1");
   bool all15 = true, all50 = true;
   for (double k_eff = 1e5; k_eff <= 1e12; k_eff *= 10)
-    all15 = all15 && stands(15, k_eff, 1e-2, Integrator::kImplicitEuler);
-  for (double k_eff : {1e7, 1e9, 1e11}) all50 = all50 && stands(50, k_eff, 1e-2, Integrator::kImplicitEuler);
+    all15 = all15 && stands(15, k_eff, 1e-2, Attempts::kImplicitEuler);
+  for (double k_eff : {1e7, 1e9, 1e11}) all50 = all50 && stands(50, k_eff, 1e-2, Attempts::kImplicitEuler);
   figure("stack15.stands_10ms", all15, "1");
   figure("stack50.stands_10ms", all50, "1");
 }
@@ -202,8 +202,8 @@ void costs() {
   WorldSettings plain = implicitSettings(1e-3);
   plain.energy_ledger = false;
   WorldSettings second = plain, explicit_step = plain;
-  second.integrator = Integrator::kSdirk2;
-  explicit_step.integrator = Integrator::kSymplecticEuler;
+  second.attempts = Attempts::kSdirk2;
+  explicit_step.attempts = Attempts::kVerlet;
   explicit_step.step = 1e-5;  // stable at this stiffness; the cost of a step does not depend on its length
   auto euler = settled(plain), sdirk = settled(second), explicit_world = settled(explicit_step);
   double deepest = 0;

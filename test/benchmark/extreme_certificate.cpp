@@ -23,7 +23,7 @@ struct Scene {
 
 WorldSettings explicitSettings() {
   WorldSettings s;
-  s.integrator = Integrator::kSymplecticEuler;
+  s.attempts = Attempts::kVerlet;
   s.pressure_law = PressureLaw::kLinear;
   s.energy_ledger = false;
   return s;

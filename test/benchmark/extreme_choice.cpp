@@ -10,13 +10,13 @@ namespace haptic::bench {
 
 using namespace scenes;
 
-void countSoft(const char* integrator) {
-  const bool automatic = std::strcmp(integrator, "automatic") == 0;
+void countSoft(const char* attempts) {
+  const bool automatic = std::strcmp(attempts, "automatic") == 0;
   CubeParameters c;
   c.ratio = 0.05;
   c.tangential_ratio = 0.1;
   WorldSettings s =
-      implicitSettings(1e-3, automatic ? Integrator::kAutomatic : Integrator::kVelocityVerlet);
+      implicitSettings(1e-3, automatic ? Attempts::kAll : Attempts::kVerlet);
   s.energy_ledger = false;
   WorldDef def = stack(3, c, s);
   for (int i = 0; i < 5; ++i) {

@@ -11,10 +11,10 @@ struct ImplicitTotals {
 };
 inline ImplicitTotals totals;
 
-inline WorldSettings implicitSettings(double h, Integrator integrator = Integrator::kImplicitEuler) {
+inline WorldSettings implicitSettings(double h, Attempts attempts = Attempts::kImplicitEuler) {
   WorldSettings s;
   s.step = h;
-  s.integrator = integrator;
+  s.attempts = attempts;
   return s;
 }
 
@@ -26,6 +26,6 @@ void certificateLimits();  ///< certificate.*
 void allocations();        ///< allocations.extreme
 void softOverhead();       ///< soft.*
 /// What `softOverhead` counts, in a process of its own: steps of a soft scene, `automatic` or plain explicit.
-void countSoft(const char* integrator);
+void countSoft(const char* attempts);
 
 }  // namespace haptic::bench

@@ -17,7 +17,7 @@ struct Tilt {
 };
 
 /// The 2 m cube of 1 kg that falls onto its face from 0.1 rad, against the rigid solution (physics.md, section 3).
-Tilt tilt(double k, double h, Integrator integrator, double dissipation) {
+Tilt tilt(double k, double h, Attempts attempts, double dissipation) {
   constexpr double kTime = 0.2318494, kOmega = 0.7898892;  // at θ = 0.01 rad; ∫dθ/ω of the pendulum on its edge
   CubeParameters c;
   c.size = 2;
@@ -25,7 +25,7 @@ Tilt tilt(double k, double h, Integrator integrator, double dissipation) {
   c.stiffness = k;
   c.tangential = 1;
   c.mu_static = c.mu_dynamic = 10;
-  WorldDef def = cubeOnFloor(c, implicitSettings(h, integrator));
+  WorldDef def = cubeOnFloor(c, implicitSettings(h, attempts));
   def.settings.default_material.dissipation = dissipation;
   const Matrix3 R = Eigen::AngleAxisd(0.1, Vector3::UnitY()).toRotationMatrix();
   const double corner = std::sqrt(2.0) * std::cos(M_PI / 4 - 0.1);
@@ -76,7 +76,7 @@ struct TopRun {
   double precession = 0, drift = 0;
 };
 TopRun spin(double k, double h) {
-  World world(Top::scene(implicitSettings(h, Integrator::kSdirk2), k));
+  World world(Top::scene(implicitSettings(h, Attempts::kSdirk2), k));
   TopRun run;
   double angle = 0, last = Top::azimuth(world.linkPose(1));
   const long steps = std::lround(2 / h);
@@ -112,7 +112,7 @@ void stickSlipPeriod() {
   c.mass = StickSlip::kMass;
   c.stiffness = StickSlip::kStiffness;
   const double h = 1e-2;
-  World world(StickSlip::scene(implicitSettings(h, Integrator::kSdirk2)));
+  World world(StickSlip::scene(implicitSettings(h, Attempts::kSdirk2)));
   double first = 0, last = 0;
   int releases = 0;
   bool stuck = true;
@@ -135,10 +135,10 @@ void stickSlipPeriod() {
 }  // namespace
 
 void rigidLimits() {
-  const Tilt euler10 = tilt(4e4, 1e-2, Integrator::kImplicitEuler, 1);
-  const Tilt second10 = tilt(1e10, 1e-2, Integrator::kSdirk2, 1);
+  const Tilt euler10 = tilt(4e4, 1e-2, Attempts::kImplicitEuler, 1);
+  const Tilt second10 = tilt(1e10, 1e-2, Attempts::kSdirk2, 1);
   figure("tilt.residual_10ms_nms", std::max(euler10.residual, second10.residual), "N.m.s");
-  const Tilt rigid = tilt(1e10, 1e-3, Integrator::kSdirk2, 1);
+  const Tilt rigid = tilt(1e10, 1e-3, Attempts::kSdirk2, 1);
   figure("rigid.tilt_time_err_ms", std::abs(rigid.time_ms), "ms");
   figure("rigid.tilt_omega_err_pct", std::abs(rigid.omega_pct), "%");
   figure("rigid.housner_ratio", rigid.housner, "1");

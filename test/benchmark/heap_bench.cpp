@@ -26,10 +26,10 @@ constexpr double kRestTime = 4;     ///< after which a heap lies [s]
 
 struct Method {
   const char* name;
-  Integrator integrator;
+  Attempts attempts;
 };
 constexpr Method kMethods[] = {
-    {"euler", Integrator::kImplicitEuler}, {"sdirk2", Integrator::kSdirk2}, {"automatic", Integrator::kAutomatic}};
+    {"euler", Attempts::kImplicitEuler}, {"sdirk2", Attempts::kSdirk2}, {"automatic", Attempts::kAll}};
 constexpr std::pair<const char*, double> kStiffness[] = {{"k1e7", 1e7}, {"k1e8", 1e8}, {"k1e10", 1e10}, {"k1e12", 1e12}};
 
 /// What must hold over all cells, worst of each.
@@ -62,7 +62,7 @@ std::map<std::string, double> measure(const Group& g, Overall& overall) {
       HeapParameters heap = g.heap;
       heap.stiffness = k;
       WorldSettings of_method;
-      of_method.integrator = m.integrator;
+      of_method.attempts = m.attempts;
       of_method.step = g.step;
       auto one = std::make_unique<Ours>(scenes::heap(heap, of_method), g.name + "." + label + "." + m.name);
       ours.push_back(one.get());

@@ -20,8 +20,8 @@ import structure  # noqa: E402
 CORE = structure.CORE
 HEADLESS = re.compile(r'\b([Ww]hat (is|was|has|a|an|the|no|of|it|they|can|does)|[Nn]obody|that which)\b')
 # Stage of the step -> functions that are this stage.
-STAGES = {'aim hands': ('aimHands', 'findActing'), 'place': ('place', 'placeAll', 'placeTrees'), 'find pairs': ('findPairs',),
-          'form islands': ('formIslands',), 'advance': ('advance',), 'book': ('book', 'closeLedger')}
+STAGES = {'aim hands': ('aimHands', 'findActing'), 'place': ('place', 'placeAll', 'placeTrees'), 'find pairs': ('findPairs', 'lookForPairs'),
+          'form islands': ('formIslands',), 'advance': ('advance',), 'collect': ('collectHeld',), 'book': ('book', 'closeLedger')}
 OBSERVERS = {'energy_ledger'}  # settings that change no bit of the motion and nothing of the method
 CASES = ('demo', 'heap10', 'allegro')
 GIVEN = ('house_bench.cpp', 'house.cmake', os.path.join('..', 'scenes', 'circling_hands.h'))

@@ -35,7 +35,7 @@ struct Rival {
 std::vector<Rival> rivals() {
   std::vector<Rival> all(2);
   all[0].name = "ours", all[1].name = "ours_rigid";
-  for (Rival& each : all) each.method.choice.integrator = WorldSettings{}.integrator;
+  for (Rival& each : all) each.method.choice.attempts = WorldSettings{}.attempts;
   all[1].method.choice.rigid = true;
   for (const peers::NamedPeer& peer : peers::peerTable()) {
     all.push_back({peer.name, {}});

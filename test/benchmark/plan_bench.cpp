@@ -202,7 +202,7 @@ void idleFeatures() {
   WorldSettings settings;
   settings.step = 0.25e-3;
   WorldSettings verlet = settings;
-  verlet.integrator = Integrator::kVelocityVerlet;
+  verlet.attempts = Attempts::kVerlet;
   WorldDef robot = loadScene(scenes_folder + "panda_touch.yaml").world;
   robot.pointers.clear();
   const Scene bases[] = {{"cube", scenes::cubeOnFloor(scenes::CubeParameters{}, settings)},

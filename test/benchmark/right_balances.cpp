@@ -29,9 +29,9 @@ Momentum momentumOf(const World& world, int link, double mass, const Matrix3& I_
 namespace {
 
 /// Change of the angular momentum of the pair at one step size, relative.
-double angularDrift(Integrator integrator, double h) {
+double angularDrift(Attempts attempts, double h) {
   WorldSettings settings;
-  settings.integrator = integrator;
+  settings.attempts = attempts;
   settings.step = h;
   const WorldDef def = crosses(settings);
   const double mass = def.articulations[0].links[0].inertia.mass;
@@ -50,15 +50,15 @@ double angularDrift(Integrator integrator, double h) {
 }  // namespace
 
 void runBalances() {
-  for (const NamedIntegrator& i : kIntegrators) {  // order with which it vanishes
-    if (isExplicit(i.integrator)) continue;
+  for (const NamedAttempts& i : kNamedAttempts) {  // order with which it vanishes
+    if (i.attempts == Attempts::kVerlet) continue;
     figure(std::string("momentum.L_order_") + i.name,
-           std::log(angularDrift(i.integrator, 1e-4) / angularDrift(i.integrator, 2.5e-5)) / std::log(4.0), "1");
+           std::log(angularDrift(i.attempts, 1e-4) / angularDrift(i.attempts, 2.5e-5)) / std::log(4.0), "1");
   }
   double worst_impulse = 0, worst_P = 0, worst_L = 0;
-  for (const NamedIntegrator& i : kIntegrators) {
+  for (const NamedAttempts& i : kNamedAttempts) {
     WorldSettings settings;
-    settings.integrator = i.integrator;
+    settings.attempts = i.attempts;
     const WorldDef def = crosses(settings);
     const double mass = def.articulations[0].links[0].inertia.mass, h = settings.step;
     const Matrix3 I = def.articulations[0].links[0].inertia.I_C;

@@ -28,11 +28,11 @@ struct CornerRun {
   double seconds = 0;      ///< of a step at rest
 };
 
-CornerRun runCorner(const CornerParameters& p, Integrator integrator) {
+CornerRun runCorner(const CornerParameters& p, Attempts attempts) {
   WorldSettings settings;
-  settings.integrator = integrator;
+  settings.attempts = attempts;
   const double longest = 0.3 * std::sqrt(p.mass / (p.stiffness * 0.01));  // of an explicit step
-  settings.step = isExplicit(integrator) ? std::min(1e-3, longest) : 1e-3;
+  settings.step = attempts == Attempts::kVerlet ? std::min(1e-3, longest) : 1e-3;
   World world(innerCorner(p, settings));
   CornerRun out;
   // Some thirty time constants of the start's motion, at least 250 steps.
@@ -55,14 +55,14 @@ void runCorners() {
   double worst = 0, iterations = 0;
   for (double k : {1e6, 1e7, 1e8, 1e9, 1e10, 1e11}) {
     double of_k = 0;
-    for (const NamedIntegrator& i : kIntegrators) {
+    for (const NamedAttempts& i : kNamedAttempts) {
       for (const Matrix3& R : quarterTurns()) {
         for (bool one_body : {false, true}) {
           CornerParameters p;
           p.R = R;
           p.stiffness = k;
           p.one_body = p.cube_first = one_body;
-          const CornerRun run = runCorner(p, i.integrator);
+          const CornerRun run = runCorner(p, i.attempts);
           of_k = std::max(of_k, run.force_error);
           iterations = std::max(iterations, run.iterations);
         }
@@ -76,15 +76,15 @@ void runCorners() {
   figure("corner.force_err_rel", worst, "1");
   figure("corner.newton_max", iterations, "1");
   double ratio = 0;
-  for (const NamedIntegrator& i : kIntegrators) {
-    if (isExplicit(i.integrator)) continue;
+  for (const NamedAttempts& i : kNamedAttempts) {
+    if (i.attempts == Attempts::kVerlet) continue;
     std::vector<double> ratios;
     for (int pair = 0; pair < 21; ++pair) {
       CornerParameters p;
       p.stiffness = 1e8;
-      const double touching = runCorner(p, i.integrator).seconds;
+      const double touching = runCorner(p, i.attempts).seconds;
       p.gap = 1e-3;
-      ratios.push_back(touching / runCorner(p, i.integrator).seconds);
+      ratios.push_back(touching / runCorner(p, i.attempts).seconds);
     }
     ratio = std::max(ratio, median(ratios));
   }
@@ -99,7 +99,7 @@ struct Jump {
 
 Jump slideOver(bool seam, const CubeParameters& c) {
   WorldSettings settings;
-  settings.integrator = Integrator::kVelocityVerlet;
+  settings.attempts = Attempts::kVerlet;
   settings.step = 1e-4;
   WorldDef def = cubeOnFloor(c, settings);
   if (seam) {

@@ -68,7 +68,7 @@ void runTurning() {
     const std::string suffix = kindOf(law).potential ? "_potential" : "";
     for (const double h : {1e-3, 1e-4, 1e-5}) {
       WorldSettings settings;
-      settings.integrator = Integrator::kVelocityVerlet;
+      settings.attempts = Attempts::kVerlet;
       settings.step = h;
       settings.pressure_law = law;
       World world(crosses(settings));
@@ -96,22 +96,22 @@ void runTurning() {
 void runEnergy() {
   runTurning();
   Gains worst, of_default;
-  const auto run = [&](const std::string& name, const NamedIntegrator& i, const WorldDef& def, double seconds) {
+  const auto run = [&](const std::string& name, const NamedAttempts& i, const WorldDef& def, double seconds) {
     const Gains gains = gainOf(name + "_" + i.name, def, seconds);
     worst.worst(gains);
-    if (i.integrator == WorldSettings{}.integrator) of_default.worst(gains);
+    if (i.attempts == WorldSettings{}.attempts) of_default.worst(gains);
   };
-  for (const NamedIntegrator& i : kIntegrators) {
+  for (const NamedAttempts& i : kNamedAttempts) {
     WorldSettings settings;
-    settings.integrator = i.integrator;
+    settings.attempts = i.attempts;
     run("crosses", i, crosses(settings), 0.6);
     const double lower = 5e-5, depth = 0;  // m g/K = 196 µm
     run("table", i, table(settings, lower, depth), 1);
-    settings.step = isExplicit(i.integrator) ? 2e-4 : 1e-3;
+    settings.step = i.attempts == Attempts::kVerlet ? 2e-4 : 1e-3;
     run("dominoes", i, dominoes(settings, 1.05), 1);
     run("hexagon", i, hexagon(settings, 1e7, 6.44), 1);
     HeapParameters heap10;
-    heap10.stiffness = isExplicit(i.integrator) ? 1e6 : 1e8;
+    heap10.stiffness = i.attempts == Attempts::kVerlet ? 1e6 : 1e8;
     run("heap", i, heap(heap10, settings), 1);
     std::fprintf(stderr, "  %s\n", i.name);
   }

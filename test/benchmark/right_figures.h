@@ -2,22 +2,13 @@
 #pragma once
 #include <string>
 
+#include "../comparators/named_attempts.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic::bench {
 
-struct NamedIntegrator {
-  Integrator integrator;
-  const char* name;
-};
-inline constexpr NamedIntegrator kIntegrators[] = {{Integrator::kSymplecticEuler, "euler"},
-                                                   {Integrator::kVelocityVerlet, "verlet"},
-                                                   {Integrator::kImplicitEuler, "implicit"},
-                                                   {Integrator::kSdirk2, "sdirk2"},
-                                                   {Integrator::kAutomatic, "automatic"}};
-inline bool isExplicit(Integrator integrator) {
-  return integrator == Integrator::kSymplecticEuler || integrator == Integrator::kVelocityVerlet;
-}
+using comparators::kNamedAttempts;
+using comparators::NamedAttempts;
 
 void runCarriers();   ///< carrier.*
 void runBalances();   ///< wrench.*, momentum.*

@@ -20,9 +20,9 @@ struct Hit {
   bool flagged = false;
 };
 
-Hit hitRod(Integrator integrator, double h) {
+Hit hitRod(Attempts attempts, double h) {
   WorldSettings settings;
-  settings.integrator = integrator;
+  settings.attempts = attempts;
   settings.step = h;
   World world(rodAndCube(settings));
   Hit out;
@@ -37,8 +37,8 @@ Hit hitRod(Integrator integrator, double h) {
 void runRod() {
   double unflagged = 0;
   bool all_flagged = true;
-  for (const NamedIntegrator& i : kIntegrators) {
-    const Hit hit = hitRod(i.integrator, 1e-3);
+  for (const NamedAttempts& i : kNamedAttempts) {
+    const Hit hit = hitRod(i.attempts, 1e-3);
     figure(std::string("impact.err_pct_") + i.name, 100 * hit.error, "%");
     figure(std::string("impact.flagged_") + i.name, hit.flagged, "1");
     if (!hit.flagged) unflagged = std::max(unflagged, 100 * hit.error);
@@ -47,7 +47,7 @@ void runRod() {
   figure("impact.err_pct", unflagged, "%");  // of those that say nothing
   figure("impact.flagged", all_flagged, "1");
   double resolved = 0;
-  for (const NamedIntegrator& i : kIntegrators) resolved = std::max(resolved, 100 * hitRod(i.integrator, 1e-6).error);
+  for (const NamedAttempts& i : kNamedAttempts) resolved = std::max(resolved, 100 * hitRod(i.attempts, 1e-6).error);
   figure("impact.resolved_err_pct", resolved, "%");
 }
 
@@ -68,7 +68,7 @@ RandomScene randomScene(std::mt19937& random) {
   };
   RandomScene out;
   WorldSettings& s = out.def.settings;
-  s.integrator = kIntegrators[random() % 5].integrator;
+  s.attempts = kNamedAttempts[random() % std::size(kNamedAttempts)].attempts;
   s.step = between(1e-4, 1e-2);
   s.pressure_law = random() % 2 ? PressureLaw::kLinear : PressureLaw::kHuntCrossley;
   s.energy_ledger = random() % 4 != 0;

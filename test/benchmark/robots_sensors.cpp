@@ -328,7 +328,7 @@ int couplingAxes() {
     WorldDef def;
     def.name = "tool";
     def.settings.gravity.setZero();
-    def.settings.integrator = Integrator::kSymplecticEuler;  // whose first step has the force of the start
+    def.settings.attempts = Attempts::kVerlet;
     def.articulations.push_back(scenes::freeBody("tool", nullptr, 0.5, 2e-3 * Matrix3::Identity(), Pose(R, Vector3::Zero())));
     PointerDef pointer;
     pointer.articulation = pointer.link = 0;

@@ -14,7 +14,7 @@ namespace {
 WorldDef ballOnFloor(double h, double k, double slope, double mu, double speed) {
   constexpr double kRadius = 0.1;
   WorldDef def;
-  def.settings.integrator = Integrator::kVelocityVerlet;
+  def.settings.attempts = Attempts::kVerlet;
   def.settings.step = h;
   def.settings.gravity = scenes::kGravity * Vector3(std::sin(slope), 0, -std::cos(slope));
   ContactMaterial& m = def.settings.default_material;

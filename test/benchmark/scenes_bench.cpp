@@ -167,7 +167,7 @@ void runBusy() {
       std::printf("scene left out: %s\n", error.what());
       continue;
     }
-    scene.world.settings.integrator = Integrator::kAutomatic;
+    scene.world.settings.attempts = Attempts::kAll;
     const Run r = run(scene, 60, 1, true), fine = run(scene, 60, 10, false);
     const double off = fine.force > 0 ? std::abs(r.force / fine.force - 1) : 0;
     std::printf("%-18s p50 %.1f us, p99.9 %.1f us, worst %.1f us, missed %d; %.3f N rms on the hand, at a tenth of the step %.3f\n",

@@ -75,7 +75,7 @@ double rollOver(double k, double h) {
   constexpr double kBelow = 0.05, kAbove = 0.03, kMass = 0.3, kStart = M_PI / 180;
   WorldDef def;
   def.settings.step = h;
-  def.settings.integrator = Integrator::kVelocityVerlet;
+  def.settings.attempts = Attempts::kVerlet;
   def.settings.gravity = Vector3(0, 0, -scenes::kGravity);
   ContactMaterial& m = def.settings.default_material;
   m.stiffness = k;

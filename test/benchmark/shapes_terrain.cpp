@@ -60,7 +60,7 @@ double secondsOfStep(WorldDef def, const Pose& X_WL) {
   CubeParameters c;
   def.settings.default_material = c.material();
   def.settings.gravity = Vector3(0, 0, -kGravity);
-  def.settings.integrator = Integrator::kVelocityVerlet;
+  def.settings.attempts = Attempts::kVerlet;
   def.articulations.push_back(cube("cube", c, X_WL));
   World world(def);
   for (int i = 0; i < 1500; ++i) world.step();

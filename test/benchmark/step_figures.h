@@ -5,10 +5,10 @@
 namespace haptic::bench {
 
 /// Settings at 1 kHz.
-inline WorldSettings stepSettings(Integrator integrator = Integrator::kAutomatic, double h = 1e-3) {
+inline WorldSettings stepSettings(Attempts attempts = Attempts::kAll, double h = 1e-3) {
   WorldSettings settings;
   settings.step = h;
-  settings.integrator = integrator;
+  settings.attempts = attempts;
   return settings;
 }
 

@@ -57,7 +57,7 @@ struct Run {
 int stepsOf(const StepMotion& motion) { return static_cast<int>(std::lround(motion.seconds / 1e-3)); }
 
 Track reference(const StepMotion& motion) {
-  World world(motion.make(stepSettings(Integrator::kVelocityVerlet, 1e-3 / motion.fine)));
+  World world(motion.make(stepSettings(Attempts::kVerlet, 1e-3 / motion.fine)));
   Track track;
   for (int i = 0; i < stepsOf(motion); ++i) {
     Vector3 F = Vector3::Zero();
@@ -83,13 +83,13 @@ void look(const World& world, const StepMotion& motion, Run& run) {
   run.fallbacks += report.fallbacks;
 }
 
-std::array<Run, 2> measure(const StepMotion& motion, const std::array<Integrator, 2>& integrators) {
+std::array<Run, 2> measure(const StepMotion& motion, const std::array<Attempts, 2>& methods) {
   std::array<Run, 2> runs;
   const int steps = stepsOf(motion);
   for (int r = 0; r < kRuns; ++r) {
     std::array<std::unique_ptr<World>, 2> worlds;
     std::array<double, 2> us{}, worst{};
-    for (int k = 0; k < 2; ++k) worlds[k] = std::make_unique<World>(motion.make(stepSettings(integrators[k])));
+    for (int k = 0; k < 2; ++k) worlds[k] = std::make_unique<World>(motion.make(stepSettings(methods[k])));
     for (int turn = 0; turn < steps; turn += kTurn) {
       for (int k = 0; k < 2; ++k) {
         for (int i = turn; i < std::min(steps, turn + kTurn); ++i) {
@@ -147,7 +147,7 @@ void runMotions(const char* filter) {
   for (const StepMotion& motion : scenes::stepMotions()) {
     if (filter && motion.name.find(filter) == std::string::npos) continue;
     const Track fine = reference(motion);
-    const std::array<Run, 2> runs = measure(motion, {Integrator::kAutomatic, Integrator::kImplicitEuler});
+    const std::array<Run, 2> runs = measure(motion, {Attempts::kAll, Attempts::kImplicitEuler});
     for (int k = 0; k < 2; ++k) {
       const Run& run = runs[k];
       const Error p = errorOf(run.track.p, fine.p), F = errorOf(run.track.F, fine.F);

@@ -36,12 +36,12 @@ struct Plough {
   double from() const { return -0.5 * ((count <= 10 ? 2 : 4) * 0.075 + 0.02) + kBox; }  ///< x at which it goes down [m]
   double seconds() const { return (kAbove - kDeep - 2 * from() - kRoom) / speed; }
 
-  WorldDef scene(Integrator integrator, double step) const {
+  WorldDef scene(Attempts attempts, double step) const {
     scenes::HeapParameters heap;
     heap.count = count;
     heap.stiffness = stiffness;
     WorldSettings settings;
-    settings.integrator = integrator;
+    settings.attempts = attempts;
     settings.step = step;
     WorldDef def = scenes::heap(heap, settings);
     def.articulations.push_back(scenes::freeBox("hand", Vector3::Constant(kBox), 0.1, Pose(Vector3(from(), 0, kAbove))));
@@ -70,8 +70,8 @@ struct Run {
   int unconverged = 0;
 };
 
-Run run(const Plough& plough, Integrator integrator, int fine) {
-  World world(plough.scene(integrator, kStep / fine));
+Run run(const Plough& plough, Attempts attempts, int fine) {
+  World world(plough.scene(attempts, kStep / fine));
   Run out;
   int since_impact = 0;
   const int settle = static_cast<int>(std::lround(kSettle / kStep)), ticks = static_cast<int>(plough.seconds() / kStep);
@@ -109,7 +109,7 @@ void runPloughs(const char* filter) {
         const Plough plough{count, k, speed};
         const std::string name = "plough.heap" + std::to_string(count) + "." + label + (speed < 0.3 ? ".slow" : ".fast");
         if (filter && name.find(filter) == std::string::npos) continue;
-        const Run ours = run(plough, Integrator::kAutomatic, 1), fine = run(plough, Integrator::kImplicitEuler, kFine);
+        const Run ours = run(plough, Attempts::kAll, 1), fine = run(plough, Attempts::kImplicitEuler, kFine);
         const double p999 = ours.us[static_cast<std::size_t>(0.999 * static_cast<double>(ours.us.size() - 1))];
         figure(name + ".force_peak_n", ours.peak, "N");
         figure(name + ".fine_force_peak_n", fine.peak, "N");

@@ -20,14 +20,14 @@ using scenes::ExtremeCase;
 
 struct Method {
   const char* name;
-  Integrator integrator;
+  Attempts attempts;
   peers::PeerSettings peer;
   bool is_peer;
 };
 const Method kMethods[] = {
-    {"explicit", Integrator::kSymplecticEuler, {}, false},
-    {"implicit", Integrator::kImplicitEuler, {}, false},
-    {"sdirk2", Integrator::kSdirk2, {}, false},
+    {"explicit", Attempts::kVerlet, {}, false},
+    {"implicit", Attempts::kImplicitEuler, {}, false},
+    {"sdirk2", Attempts::kSdirk2, {}, false},
     {"ode_exact", {}, {peers::Peer::kOdeExact, 20}, true},
     {"ode_quick20", {}, {peers::Peer::kOdeQuick, 20}, true},
     {"bullet10", {}, {peers::Peer::kBullet, 10}, true},
@@ -84,7 +84,7 @@ int main(int argc, char** argv) {
       if (argc != 4 || std::strcmp(argv[2], method.name) != 0) continue;
       WorldSettings settings;
       settings.step = h;
-      settings.integrator = method.integrator;
+      settings.attempts = method.attempts;
       const auto cases = scenes::extremeCases(settings);
       if (index < 0 || index >= static_cast<int>(cases.size()) || !(h > 0)) break;
       const std::string why = run(cases[index], method, h);

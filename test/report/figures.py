@@ -20,7 +20,7 @@ INK, FAINT = '#102030', '#a0b0c0'
 # Okabe and Ito's palette, which colour-blind eyes tell apart, in shades that are read on white and on black. Ours are cold and
 # filled with round or square marks, peers warm with pointed ones.
 STYLES = {
-    'volume-euler': ('#56a8e0', 'o'), 'volume-verlet': ('#1f78c8', 'o'), 'volume-implicit': ('#b070c8', 's'),
+    'volume-verlet': ('#1f78c8', 'o'), 'volume-implicit': ('#b070c8', 's'),
     'volume-sdirk2': ('#8050b8', 's'), 'volume-automatic': ('#009e73', 'D'), 'point-verlet': ('#7d8894', 'h'),
     'ode_exact': ('#e69f00', '^'), 'ode_exact_firm': ('#e69f00', '>'), 'ode_quick20': ('#c08a10', '^'),
     'ode_quick10': ('#c08a10', 'v'), 'ode_quick100_firm': ('#c08a10', '>'), 'bullet10': ('#d55e00', 'P'),
@@ -35,7 +35,7 @@ STYLES = {
 OURS, THEIRS = '#1f78c8', '#d55e00'  # of the fronts
 # What our names mean; the peers' say it themselves (`report_run --peers`).
 MEANINGS = {
-    'volume-euler': 'pressure over the contact volume, symplectic Euler', 'volume-verlet': 'the same, velocity Verlet',
+    'volume-verlet': 'pressure over the contact volume, velocity Verlet',
     'volume-implicit': 'the same, implicit Euler', 'volume-sdirk2': 'the same, SDIRK2 (implicit, second order)',
     'volume-automatic': 'the same, explicit where soft and implicit where stiff, island by island',
     'point-verlet': 'a spring at the deepest point, velocity Verlet: for comparison',

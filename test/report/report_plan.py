@@ -17,7 +17,6 @@ QUICK_MOST_BODIES = 20  # a quick report leaves larger scenes out unless they ar
 # Our methods, and the factors on the scene's stiffness that each runs with, in a full and in a quick report: a stiffer
 # foundation is nearer to the rigid reference, a softer one takes longer steps.
 OURS = {
-    'volume-euler': ((0.1, 1, 100), (1,)),
     'volume-verlet': ((0.01, 0.1, 1, 10, 100), (0.01, 1, 10, 100)),
     'volume-implicit': ((1, 1e3, 1e6, 1e8), (1, 1e8)),
     'volume-sdirk2': ((1, 1e3, 1e6, 1e8), (1, 1e6)),

@@ -2,7 +2,7 @@
 /// `report_run SCENE exact`: the exact solution at the sample times.
 /// `report_run --peers`: the peers' settings, likewise. `report_run --default`: METHOD of a world whose user chose nothing.
 /// `report_run SCENE METHOD STEP_S [K [FACETS]] [--budget CPU_S]`: one run. SCENE is a name of the list or a file; METHOD is
-/// MODEL-INTEGRATOR (volume-verlet, volume-euler, volume-implicit, volume-sdirk2, volume-automatic, point-...) or a peer of
+/// MODEL-ATTEMPTS (volume-verlet, volume-implicit, volume-sdirk2, volume-automatic, point-...) or a peer of
 /// that list. K [N/m³] and FACETS: 0 leaves the scene's own; K `rigid` (or inf) says so of all surfaces.
 /// `--seconds T --samples N`: another duration and number of states (beyond the scene's own an exact solution may not hold).
 /// SCENE may also be `stackN`, N cubes on one another, or `pyramidN`, a flat pyramid of N = r (r + 1)/2 cubes.
@@ -13,6 +13,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "../comparators/named_attempts.h"
+#include "../comparators/point_contact.h"
 #include "haptic_core/base/error.h"
 #include "run_case.h"
 
@@ -67,13 +69,6 @@ void describe(const Scene& s) {
   std::printf("]}\n");
 }
 
-const struct {
-  const char* name;
-  Integrator integrator;
-} kOurIntegrators[] = {{"euler", Integrator::kSymplecticEuler}, {"verlet", Integrator::kVelocityVerlet},
-                       {"implicit", Integrator::kImplicitEuler}, {"sdirk2", Integrator::kSdirk2},
-                       {"automatic", Integrator::kAutomatic}};
-
 Method methodOf(const std::string& name) {
   Method method;
   for (const peers::NamedPeer& peer : peers::peerTable()) {
@@ -83,10 +78,10 @@ Method methodOf(const std::string& name) {
   }
   const std::size_t dash = name.find('-');
   const std::string model = name.substr(0, dash), rest = dash == std::string::npos ? "" : name.substr(dash + 1);
-  for (const auto& ours : kOurIntegrators) {
+  for (const auto& ours : comparators::kNamedAttempts) {
     if (rest != ours.name || (model != "volume" && model != "point")) continue;
-    method.choice.integrator = ours.integrator;
-    method.choice.model = model == "point" ? ContactModel::kPoint : ContactModel::kVolume;
+    method.choice.attempts = ours.attempts;
+    method.choice.model = model == "point" ? comparators::pointContact : nullptr;
     return method;
   }
   throw SetupError("method '" + name + "'", "is unknown", "see the head of report_run.cpp");
@@ -162,8 +157,8 @@ int run(int argc, char** argv) {
     return 0;
   }
   if (words.size() == 1 && words[0] == "--default") {
-    for (const auto& ours : kOurIntegrators) {
-      if (ours.integrator == WorldSettings{}.integrator) std::printf("volume-%s\n", ours.name);
+    for (const auto& ours : comparators::kNamedAttempts) {
+      if (ours.attempts == WorldSettings{}.attempts) std::printf("volume-%s\n", ours.name);
     }
     return 0;
   }

@@ -14,8 +14,8 @@ namespace haptic::report {
 
 /// What the user of a simulator chooses. Peers know `step` alone: their contact parameters are their own.
 struct Choice {
-  Integrator integrator = Integrator::kVelocityVerlet;
-  ContactModel model = ContactModel::kVolume;
+  Attempts attempts = Attempts::kVerlet;
+  ContactModel model = nullptr;  ///< the volume
   double step = 1e-3;    ///< [s]
   double stiffness = 0;  ///< foundation k [N/m³]; 0: the scene's own
   bool rigid = false;    ///< all surfaces are said to be rigid (penalty_sim/scene/stiffness_choice.h), whatever the scene says
@@ -107,7 +107,7 @@ inline std::shared_ptr<const ConvexShape> ballShape(double radius, const Choice&
 /// World settings of a choice over those of a scene.
 inline WorldSettings settingsOf(const Choice& choice, const WorldSettings& base = {}) {
   WorldSettings s = base;
-  s.integrator = choice.integrator;
+  s.attempts = choice.attempts;
   s.contact_model = choice.model;
   s.step = choice.step;
   return s;

@@ -79,8 +79,8 @@ class Arithmetic(unittest.TestCase):
         def point(method, own):
             run = run_errors.Run(Case('s', method, 1e-3, 0, 0), *[None] * (len(run_errors.Run._fields) - 1))
             return pareto.Point(1.0, 1e-3, False, own, run)
-        takes, _ = pareto.comparisons('volume-euler')['default']
-        self.assertEqual([takes(point(*each)) for each in (('volume-euler', True), ('volume-euler', False), ('volume-verlet', True))],
+        takes, _ = pareto.comparisons('volume-implicit')['default']
+        self.assertEqual([takes(point(*each)) for each in (('volume-implicit', True), ('volume-implicit', False), ('volume-verlet', True))],
                          [True, False, False])
 
     def test_the_rule_of_the_list_says_which_default_counts(self):
@@ -121,7 +121,7 @@ class Arithmetic(unittest.TestCase):
             return run_errors.Run(**values)
 
         class Result:
-            total = [(run('volume-euler', 1e-2, 0.001, 1e-6), {'position': 1e-5}), (run('volume-verlet', 1e-3, 0.01, 7e-4), {'position': 1e-5}),
+            total = [(run('volume-implicit', 1e-2, 0.001, 1e-6), {'position': 1e-5}), (run('volume-verlet', 1e-3, 0.01, 7e-4), {'position': 1e-5}),
                      (run('volume-sdirk2', 1e-3, 0.1, 5e-4), {'position': 1e-5}), (run('bullet10', 1e-3, 0.02, 1e-5), {'position': 1e-3})]
         found = advice.choices(Result, 'position')
         self.assertEqual([choice.ours and choice.ours.case.method for choice in found], ['volume-sdirk2'] * 4 + [None])

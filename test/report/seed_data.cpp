@@ -49,7 +49,7 @@ void lambda(const std::string& file) {
 void stages(const std::string& file, double seconds) {
   const report::Scene scene = report::fileScene(file);
   report::Choice choice;
-  choice.integrator = Integrator::kSymplecticEuler;
+  choice.attempts = Attempts::kVerlet;
   World world(scene.make(choice));
   const double h = world.settings().step;
   world.measureStages(true);

@@ -30,6 +30,7 @@
 #include <string>
 #include <vector>
 
+#include "../comparators/point_contact.h"
 #include "../peers/peer_world.h"
 #include "../scenes/extremes.h"
 #include "haptic_core/base/error.h"
@@ -143,7 +144,7 @@ const std::vector<Map>& maps() {
 /// Our methods differ in settings, the peers in themselves.
 struct Method {
   const char* name;
-  Integrator integrator;
+  Attempts attempts;
   ContactModel model;
   const peers::PeerSettings* peer;
 };
@@ -152,15 +153,14 @@ const std::vector<Method>& methods() {
   static const peers::PeerSettings kOde{peers::Peer::kOdeExact, 20, 0}, kBullet{peers::Peer::kBullet, 50, 0},
       kMujoco{peers::Peer::kMujocoEuler, 0, 0};
   static const std::vector<Method> kMethods = {
-      {"explicit", Integrator::kSymplecticEuler, ContactModel::kVolume, nullptr},
-      {"verlet", Integrator::kVelocityVerlet, ContactModel::kVolume, nullptr},
-      {"implicit_euler", Integrator::kImplicitEuler, ContactModel::kVolume, nullptr},
-      {"sdirk2", Integrator::kSdirk2, ContactModel::kVolume, nullptr},
-      {"automatic", Integrator::kAutomatic, ContactModel::kVolume, nullptr},
-      {"point", Integrator::kSymplecticEuler, ContactModel::kPoint, nullptr},
-      {"ode", Integrator::kSymplecticEuler, ContactModel::kVolume, &kOde},
-      {"bullet", Integrator::kSymplecticEuler, ContactModel::kVolume, &kBullet},
-      {"mujoco", Integrator::kSymplecticEuler, ContactModel::kVolume, &kMujoco}};
+      {"verlet", Attempts::kVerlet, nullptr, nullptr},
+      {"implicit_euler", Attempts::kImplicitEuler, nullptr, nullptr},
+      {"sdirk2", Attempts::kSdirk2, nullptr, nullptr},
+      {"automatic", Attempts::kAll, nullptr, nullptr},
+      {"point", Attempts::kVerlet, comparators::pointContact, nullptr},
+      {"ode", Attempts::kVerlet, nullptr, &kOde},
+      {"bullet", Attempts::kVerlet, nullptr, &kBullet},
+      {"mujoco", Attempts::kVerlet, nullptr, &kMujoco}};
   return kMethods;
 }
 
@@ -218,7 +218,7 @@ Outcome run(const Cell& cell, double h, const std::function<bool()>& step, const
 
 Outcome runCell(const Map& map, const Method& method, double x, double y) {
   WorldSettings settings;
-  settings.integrator = method.integrator;
+  settings.attempts = method.attempts;
   settings.contact_model = method.model;
   settings.energy_ledger = false;
   const Cell cell = map.make(x, y, settings);

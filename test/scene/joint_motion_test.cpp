@@ -70,9 +70,9 @@ TEST(JointMotion, AGripperHoldsItsLimitWithItsFollower) {
             joint("jl", "prismatic", "palm", "left", "<axis xyz=\"0 1 0\"/>" + slide, "0 0.03 0.08") +
             joint("jr", "prismatic", "palm", "right",
                   "<axis xyz=\"0 -1 0\"/>" + slide + "<mimic joint=\"jl\"/>", "0 -0.03 0.08")));
-  for (const Integrator integrator : {Integrator::kSymplecticEuler, Integrator::kImplicitEuler}) {
+  for (const Attempts attempts : {Attempts::kVerlet, Attempts::kImplicitEuler}) {
     WorldDef def = scene.world;
-    def.settings.integrator = integrator;
+    def.settings.attempts = attempts;
     def.settings.gravity = Vector3(0.1, 0.3, -9.8);
     World world(def);
     for (int i = 0; i < 500; ++i) {
@@ -133,12 +133,12 @@ TEST(JointMotion, AQuadrupedLandsOnTheFloor) {
       files.write("scene.yaml",
                   "models:\n  - {file: floor.urdf}\n  - {file: dog.urdf, base: floating, drive: hold, pose: "
                   "{xyz: [0, 0, 0.45], rpy: [0.1, 0.05, 0]}}\n"));
-  for (const Integrator integrator :
-       {Integrator::kSymplecticEuler, Integrator::kVelocityVerlet, Integrator::kImplicitEuler, Integrator::kSdirk2,
-        Integrator::kAutomatic}) {
+  for (const Attempts attempts :
+       {Attempts::kVerlet, Attempts::kImplicitEuler, Attempts::kSdirk2,
+        Attempts::kAll}) {
     WorldDef def = scene.world;
-    def.settings.integrator = integrator;
-    const bool is_explicit = integrator == Integrator::kSymplecticEuler || integrator == Integrator::kVelocityVerlet;
+    def.settings.attempts = attempts;
+    const bool is_explicit = attempts == Attempts::kVerlet;
     // The foundation that is chosen for feet of 0.2 kg, 2e8 N/m³, is beyond explicit steps of 1 ms (h ω > 2 as they rock).
     for (ArticulationDef& articulation : def.articulations) {
       for (LinkDef& link : articulation.links) {

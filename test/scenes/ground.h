@@ -87,7 +87,7 @@ struct LedBody {
 inline WorldDef ledOver(const std::vector<ArticulationDef>& ground, const LedBody& body, const Matrix3& R_WG = Matrix3::Identity()) {
   WorldDef def;
   def.settings.gravity = Vector3(0, 0, -kGravity);
-  def.settings.integrator = Integrator::kVelocityVerlet;
+  def.settings.attempts = Attempts::kVerlet;
   CubeParameters c;
   c.mass = body.mass;
   c.mu_static = c.mu_dynamic = 0.3;

@@ -19,7 +19,7 @@ struct SpinningEllipsoid {
   WorldDef def(double h) const {
     WorldDef def;
     def.settings.step = h;
-    def.settings.integrator = Integrator::kVelocityVerlet;
+    def.settings.attempts = Attempts::kVerlet;
     def.settings.gravity = Vector3(0, 0, -kGravity);
     def.settings.energy_ledger = true;
     ContactMaterial& m = def.settings.default_material;

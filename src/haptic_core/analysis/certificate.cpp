@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -61,6 +63,7 @@ class Linearisation {
     Matrix J;  ///< twist of B against A at P, P's axes: 6 × dof
     Matrix6 stiffness, damping;  ///< of the patch, P's axes
     Matrix6 mobility = Matrix6::Zero();  ///< of both bodies, their masses shared among their contacts
+    int parts = 1;                       ///< contacts that share the mass of the body which has most of them
   };
 
   Matrix M, K;
@@ -150,6 +153,7 @@ class Linearisation {
     }
     for (Contact& c : contacts) {
       c.mobility.setZero();
+      c.parts = std::max(moves_[c.tree_a] ? count[c.tree_a] : 1, moves_[c.tree_b] ? count[c.tree_b] : 1);
       for (int t : {c.tree_a, c.tree_b}) {
         const ModelTree& tree = model_.trees[t];
         const int n = tree.model->nv();
@@ -260,43 +264,85 @@ std::vector<int> islandsOf(const Linearisation& linear, int trees, int& count) {
   return island;
 }
 
-/// Largest h with 4M - 2hD(h) - h²K positive definite; infinite when it is at kLongest.
-template <class Damping>
-double largestStep(const Matrix& M, const Damping& D, const Matrix& K) {
-  const auto stable = [&](double h) {
-    return Matrix(4 * M - 2 * h * D(h) - h * h * K).llt().info() == Eigen::Success;
-  };
-  if (stable(kLongest)) return std::numeric_limits<double>::infinity();
-  double low = 1e-12, high = kLongest;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = std::sqrt(low * high);
-    (stable(middle) ? low : high) = middle;
-  }
-  return low;
-}
-
-/// Dampers of an island as an explicit step h takes them (damper_limit.h).
-class IslandDamping {
+/// Small motions of an island about rest, advanced by steps of velocity Verlet as the world takes them: strong dampers are settled contact
+/// by contact (stepping/settled_damper.h). Linear, so that whether a step is stable is whether a motion that has all modes grows.
+class VerletMotion {
  public:
-  IslandDamping(const Linearisation& linear, const std::vector<int>& trees, const std::vector<int>& rows)
-      : degrees_(rows.size()) {
+  /// K: the island's stiffness, without modes of negative stiffness, which grow whatever the step.
+  VerletMotion(const Linearisation& linear, const std::vector<int>& trees, const std::vector<int>& rows, const Matrix& M, Matrix K) {
     const auto inside = [&](int tree) { return std::find(trees.begin(), trees.end(), tree) != trees.end(); };
     for (const auto& c : linear.contacts) {
-      if (inside(c.tree_a) || inside(c.tree_b)) parts_.push_back({&c, c.J(Eigen::all, rows)});
+      if (inside(c.tree_a) || inside(c.tree_b)) contacts_.push_back(&c);
     }
+    const auto n = static_cast<Eigen::Index>(rows.size()), m = static_cast<Eigen::Index>(6 * contacts_.size());
+    Matrix J(m, n);
+    for (std::size_t i = 0; i < contacts_.size(); ++i) J.middleRows(6 * static_cast<Eigen::Index>(i), 6) = contacts_[i]->J(Eigen::all, rows);
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+      const auto of = J.middleRows(6 * static_cast<Eigen::Index>(i), 6);
+      K -= of.transpose() * contacts_[i]->stiffness * of;
+    }
+    J_ = J.sparseView();
+    by_J_ = Matrix(M.llt().solve(J.transpose())).sparseView();
+    beside_ = Matrix(M.llt().solve(K)).sparseView();
   }
-  Matrix operator()(double h) const {
-    Matrix D = Matrix::Zero(degrees_, degrees_);
-    for (const auto& [c, J] : parts_) {
-      D += J.transpose() * (damperShare(c->mobility, c->damping, h) * c->damping) * J;
+
+  /// Whether the velocity between the kicks grows in steps of length h [s]: its largest size by a fifth, from the second quarter of kSteps
+  /// steps to the last. Undamped motions beat, and are as large in each.
+  bool grows(double h) const {
+    constexpr int kSteps = 8000;
+    constexpr double kGrown = 1.2;
+    const Eigen::Index n = J_.cols(), m = J_.rows();
+    std::vector<Matrix6> settles;  // (1 + h/2 W D)⁻¹ h/2 W; 0 where the damper is weak
+    for (const auto* c : contacts_) {
+      const bool strong = isStrong(c->damping, layerArea(c->volume), c->parts, h, c->law.reduced_mass);
+      const Matrix6 sW = 0.5 * h * c->mobility;
+      settles.push_back(strong ? Matrix6(Matrix6(Matrix6::Identity() + sW * c->damping).partialPivLu().solve(sW)) : Matrix6(Matrix6::Zero()));
     }
-    return D;
+    Vector x = Vector::Zero(n), v(n), F = Vector::Zero(m), F_before(m), a = Vector::Zero(n);
+    for (Eigen::Index i = 0; i < n; ++i) v[i] = std::cos(2.0 * static_cast<double>(i * i) + 1);  // in no mode's kernel
+    double largest[4] = {0, 0, 0, 0};
+    for (int step = 0; step < kSteps; ++step) {
+      v += 0.5 * h * a;
+      x += h * v;
+      const double now = v.norm();
+      if (!(now < 1e100)) return true;
+      double& most = largest[4 * step / kSteps];
+      most = std::max(most, now);
+      const Vector u = J_ * x, V = J_ * Vector(v + 0.5 * h * a);
+      F_before = F;
+      for (std::size_t i = 0; i < contacts_.size(); ++i) {
+        const Eigen::Index at = 6 * static_cast<Eigen::Index>(i);
+        const Matrix6 &K = contacts_[i]->stiffness, &D = contacts_[i]->damping;
+        const Vector6 predicted = -K * u.segment<6>(at) - D * V.segment<6>(at);
+        F.segment<6>(at) = predicted - D * (settles[i] * (predicted - F_before.segment<6>(at)));
+      }
+      a = by_J_ * F - beside_ * x;
+      v += 0.5 * h * a;
+    }
+    return largest[3] > kGrown * largest[1];
   }
 
  private:
-  Eigen::Index degrees_;
-  std::vector<std::pair<const Linearisation::Contact*, Matrix>> parts_;
+  std::vector<const Linearisation::Contact*> contacts_;
+  Eigen::SparseMatrix<double> J_, by_J_, beside_;  ///< J; M⁻¹ Jᵀ; M⁻¹ (K - Σ Jᵀ K_c J): gravity, turning normals
 };
+
+/// Largest stable step, searched from `start` on; infinite from kLongest on.
+double largestStep(const VerletMotion& motion, double start) {
+  double low = std::min(start, kLongest), high = low;
+  for (int i = 0; i < 40 && motion.grows(low); ++i) high = low, low *= 0.8;
+  while (high == low) {
+    high = std::min(1.25 * low, kLongest);
+    if (motion.grows(high)) break;
+    if (high == kLongest) return std::numeric_limits<double>::infinity();
+    low = high;
+  }
+  while (high > 1.0005 * low) {
+    const double middle = 0.5 * (low + high);
+    (motion.grows(middle) ? high : low) = middle;
+  }
+  return low;
+}
 
 IslandCertificate judgeIsland(const Linearisation& linear, const Model& model, const std::vector<int>& trees,
                               const WorldSettings& settings, double step) {
@@ -315,25 +361,25 @@ IslandCertificate judgeIsland(const Linearisation& linear, const Model& model, c
     }
   }
   const Matrix M = linear.M(rows, rows), K = linear.K(rows, rows);
-  const IslandDamping D(linear, trees, rows);
   island.degrees = static_cast<int>(rows.size());
   island.mass_ratio = heaviest / lightest;
-  island.limit = kSafe * largestStep(M, D, K);
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> modes(K, M);
   island.frequency = std::sqrt(std::max(0.0, modes.eigenvalues().maxCoeff()));
+  Matrix stiff = K;
+  for (Eigen::Index i = 0; i < modes.eigenvalues().size(); ++i) {
+    const Vector mode = M * modes.eigenvectors().col(i);
+    if (modes.eigenvalues()[i] < 0) stiff -= modes.eigenvalues()[i] * mode * mode.transpose();
+  }
+  island.limit = kSafe * largestStep(VerletMotion(linear, trees, rows, M, stiff), 0.999 * 2 / island.frequency);
   const double least = modes.eigenvalues().minCoeff();
   const double noise = kGrowthNoise * std::sqrt(settings.gravity.norm() / size);
   island.growth = least < -noise * noise ? std::sqrt(-least) : 0;
-  // The contact that holds most of the limiting mode's energy.
-  const double h = std::isfinite(island.limit) ? island.limit : kLongest;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> limiting(Matrix(h * h * K + 2 * h * D(h)), M);
-  const Vector mode = limiting.eigenvectors().col(island.degrees - 1);
+  // The contact that holds most of the stiffest mode's energy.
+  const Vector mode = modes.eigenvectors().col(island.degrees - 1);
   double most = -1;
   for (std::size_t c = 0; c < linear.contacts.size(); ++c) {
     const Vector u = linear.contacts[c].J(Eigen::all, rows) * mode;
-    const auto& contact = linear.contacts[c];
-    const double share = damperShare(contact.mobility, contact.damping, h);
-    const double energy = u.dot((h * h * contact.stiffness + 2 * h * share * contact.damping) * u);
+    const double energy = u.dot(linear.contacts[c].stiffness * u);
     if (energy > most) {
       most = energy;
       island.worst_pair = static_cast<int>(c);
@@ -344,9 +390,7 @@ IslandCertificate judgeIsland(const Linearisation& linear, const Model& model, c
     island.verdict = Verdict::kRefused;
     return island;
   }
-  const bool implicit =
-      settings.integrator != Integrator::kSymplecticEuler && settings.integrator != Integrator::kVelocityVerlet;
-  if (implicit || step <= kMargin * island.limit) return island;
+  if (settings.attempts != Attempts::kVerlet || step <= kMargin * island.limit) return island;
   island.substeps = static_cast<int>(std::ceil(step / (kMargin * island.limit)));
   island.verdict = island.substeps <= kMostSubsteps ? Verdict::kSubstep : Verdict::kImplicit;
   return island;
@@ -381,12 +425,12 @@ const char* toString(Verdict verdict) {
 
 Certificate certify(const WorldDef& def, double settle_s) {
   WorldDef quiet = def;
-  quiet.settings.integrator = Integrator::kImplicitEuler;
+  quiet.settings.attempts = Attempts::kImplicitEuler;
   quiet.settings.substeps = 1;
   quiet.settings.step = 5e-3;  // dissipative, and long enough that a second costs 200 steps
   quiet.settings.energy_ledger = false;
-  if (def.settings.contact_model == ContactModel::kPoint) {  // goes with explicit steps only
-    quiet.settings.integrator = Integrator::kSymplecticEuler;
+  if (def.settings.contact_model) {  // goes with explicit steps only
+    quiet.settings.attempts = Attempts::kVerlet;
     quiet.settings.step = def.settings.step / def.settings.substeps / kFinerToSettle;
   }
   World world(quiet);
@@ -414,8 +458,10 @@ Certificate certify(const WorldDef& def, double settle_s) {
     const double inverse_mass = rows.empty() ? 0 : n_rows.dot(Matrix(linear.M(rows, rows)).llt().solve(n_rows));
     pair.mass = inverse_mass > 0 ? 1 / inverse_mass : std::numeric_limits<double>::infinity();
     const double b = c.damping(5, 5);
-    // k h² + 2 b h = 4 m
-    pair.heave_limit = (std::sqrt(b * b + 4 * pair.stiffness * pair.mass) - b) / pair.stiffness;
+    const double settled = 2 * std::sqrt(pair.mass / pair.stiffness);
+    pair.heave_limit = settled * b < kStrongDamper * pair.mass
+                           ? 2 * (std::sqrt(b * b + pair.stiffness * pair.mass) - b) / pair.stiffness  // k h² + 4 b h = 4 m
+                           : settled;
     certificate.pairs.push_back(pair);
   }
   int count = 0;

@@ -22,11 +22,11 @@ WorldDef halved(WorldDef def) {
 }
 
 WorldDef automatic(WorldDef def) {
-  def.settings.integrator = Integrator::kAutomatic;
+  def.settings.attempts = Attempts::kAll;
   return def;
 }
 
-/// The same state with every island to be stepped explicitly, whatever the scene's integrator: the choice is made anew.
+/// The same state with every island to be stepped explicitly, whatever attempts the scene has: the choice is made anew.
 std::vector<double> unchosen(const World& shadow, const std::vector<double>& packed) {
   State state = shadow.state();
   state.unpack(packed);
@@ -34,12 +34,13 @@ std::vector<double> unchosen(const World& shadow, const std::vector<double>& pac
   return state.pack();
 }
 
-int orderOf(const Model& model, Integrator integrator, std::size_t pointers) {
+int orderOf(const Model& model, std::size_t pointers) {
   for (const ModelTree& tree : model.trees) {
     if (tree.has_laws) return 1;
   }
-  if (integrator == Integrator::kSdirk2 && pointers > 0) return 1;  // its stages see the hand where the step ends
-  return integrator == Integrator::kSymplecticEuler || integrator == Integrator::kImplicitEuler ? 1 : 2;
+  const Attempts attempts = model.settings.attempts;
+  if (attempts == Attempts::kSdirk2 && pointers > 0) return 1;  // its stages see the hand where the step ends
+  return attempts == Attempts::kImplicitEuler ? 1 : 2;
 }
 
 /// Error of the coarser of two results that lie `difference` apart.
@@ -59,9 +60,9 @@ void moveHands(World& shadow, const std::vector<PointerState>& start, int k, dou
 
 struct ErrorEstimator::Impl {
   Impl(const WorldDef& def, int window_steps) : steps(window_steps), coarse(def), fine(halved(def)) {
-    order = orderOf(coarse.model(), def.settings.integrator, def.pointers.size());
-    has_number = def.settings.contact_model == ContactModel::kVolume;
-    if (has_number && def.settings.integrator != Integrator::kAutomatic) {
+    order = orderOf(coarse.model(), def.pointers.size());
+    has_number = !def.settings.contact_model;
+    if (has_number && def.settings.attempts != Attempts::kAll) {
       chooser = std::make_unique<World>(automatic(def));
     }
   }

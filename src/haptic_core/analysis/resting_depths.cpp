@@ -61,8 +61,8 @@ RestingDepths settle(const WorldDef& def, int steps, double at_rest) {
 
 RestingDepths restingDepths(const WorldDef& def, int steps, double at_rest) {
   WorldDef quiet = def;
-  quiet.settings.integrator = Integrator::kImplicitEuler;
-  quiet.settings.contact_model = ContactModel::kVolume;
+  quiet.settings.attempts = Attempts::kImplicitEuler;
+  quiet.settings.contact_model = nullptr;
   quiet.settings.substeps = 1;
   quiet.settings.step = kSettleStep;
   quiet.settings.energy_ledger = false;

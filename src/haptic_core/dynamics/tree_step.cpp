@@ -82,32 +82,6 @@ void TreeStepScratch::fit(const Articulation& articulation) {
   grow(wrenches, articulation.linkCount());
 }
 
-const JointReport* stepEuler(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept {
-  const int nv = tree.model->nv();
-  if (tree.half) std::copy(tree.v, tree.v + nv, tree.half);
-  const auto takeMean = [&] {
-    for (int i = 0; tree.half && i < nv; ++i) tree.half[i] = 0.5 * (tree.half[i] + tree.v[i]);
-  };
-  if (tree.motion) {
-    const JointReport& joints = tree.motion->step(gravity, h, tree.commands, tree.q, tree.v, tree.work);
-    takeMean();
-    return &joints;
-  }
-  if (tree.model->isFreeBody()) {
-    double pull[6];
-    readFree(tree.model->link(0), tree.work->F_ext, gravity, pull);
-    kickFree(tree.model->link(0), tree.work->X_WL.R, pull, h, tree.v);
-    takeMean();
-    coastFree(tree, h);
-  } else {
-    readJointed(tree, gravity, scratch, scratch.pull.data());
-    kickJointed(tree, scratch.pull.data(), h);
-    takeMean();
-    coastJointed(tree, gravity, h, scratch);
-  }
-  return nullptr;
-}
-
 const JointReport* startVerlet(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept {
   const JointReport* joints = nullptr;
   if (tree.motion) {

@@ -1,12 +1,11 @@
 /// The explicit steps of one articulation, cut where a world evaluates contacts: one call for free bodies, trees and
 /// trees whose joints have laws. A free body takes its short way inside, with no look at joints.
 ///
-/// Symplectic Euler: `stepEuler` with the wrenches of (q, v) in `work`.
 /// Velocity Verlet: `startVerlet` with the pull of the last evaluation; the caller adds wrenches at the new q and the
 /// predicted v; `finishVerlet`. The first step of all needs `readPull` before it.
 /// Between the kicks a free body moves without forces, to fifth order (free_body.h), a tree under gravity, to fourth
 /// (runge_kutta.h): chains whip, and their Coriolis forces are no smaller than contact forces. Joints with laws move by
-/// TreeMotion's symplectic Euler in both schemes; under velocity Verlet with the pull of the step's start.
+/// TreeMotion's symplectic Euler, with the pull of the step's start.
 ///
 /// Nothing here allocates, throws or blocks after TreeStepScratch::fit (in realtime).
 #pragma once
@@ -26,8 +25,7 @@ struct SteppedTree {
   /// [nv] What contacts and hands do, from one evaluation to the next step. Free body: torque about C [N·m], then
   /// acceleration of C, gravity's included [m/s²]. Tree: v̇. With `motion`: generalised forces.
   double* pull = nullptr;
-  /// [nv] startVerlet leaves v½ here for finishVerlet, with `motion` the mean velocity over the step; so does stepEuler, for who
-  /// keeps a ledger (null there: not wanted).
+  /// [nv] startVerlet leaves v½ here for finishVerlet, with `motion` the mean velocity over the step.
   double* half = nullptr;
   LinkWork* work = nullptr;                ///< by link
 };
@@ -38,10 +36,6 @@ struct TreeStepScratch {
   std::vector<double> stages, pull, alone;     ///< sized by `fit`
   std::vector<Wrench> wrenches;                ///< by link, all zero
 };
-
-/// (in realtime) The whole step from the kinematics and wrenches in `work`, which it may overwrite. Leaves `pull` alone. Returns what
-/// the joints did; null without `motion`.
-const JointReport* stepEuler(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept;
 
 /// (in realtime) Half a kick by `pull` and the drift: q is that of the step's end, v its prediction, `work` their
 /// kinematics, without wrenches. Returns the joints' report; null without `motion`.

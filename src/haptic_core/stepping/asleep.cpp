@@ -117,6 +117,16 @@ bool Asleep::mayFall(const Model& model, const int* trees, int count, const Work
   return true;
 }
 
+void Asleep::close(const Model& model, State& state, Work& work, Report& report) noexcept {
+  report.step.implicit_islands += islands();
+  report.step.standing += trees();
+  report.step.flags |= flags();
+  if (report.step.finite) fall(model, state, work, report);
+  tired_.clear();
+  report.step.pairs = state.pair_count + pairs();
+  report.step.contacts = report.contacts.size() + contacts_.size();
+}
+
 void Asleep::fall(const Model& model, State& state, Work& work, Report& report) noexcept {
   bool any = false;
   for (std::size_t at = 0; at < tired_.size(); at += 1 + static_cast<std::size_t>(tired_[at])) {
@@ -140,7 +150,6 @@ void Asleep::fall(const Model& model, State& state, Work& work, Report& report) 
       for (int i = first_slot_[t]; i < first_slot_[t + 1]; ++i) boxes_.put(i, work.placement.box[model.moving_shapes[i]]);
     }
   }
-  tired_.clear();
   if (!any) return;
   leaveReport(work, report.contacts);
   int kept = 0;

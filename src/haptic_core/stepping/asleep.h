@@ -46,10 +46,8 @@ class Asleep {
 
   /// (in realtime) The island's step was left out: it may be laid aside at the end of the step.
   void note(const Island& island) noexcept;
-  /// (in realtime) At the end of a step: lays the noted islands aside.
-  void fall(const Model& model, State& state, Work& work, Report& report) noexcept;
-  /// (in realtime) Forgets the islands noted in this step.
-  void keepAwake() noexcept { tired_.clear(); }
+  /// (in realtime) At the end of a step: lays the noted islands aside, unless the world has stopped; the report counts all that sleep.
+  void close(const Model& model, State& state, Work& work, Report& report) noexcept;
 
   /// (in realtime) Before pairs are looked for, after the awake boxes are placed: takes back islands that they touch, and places
   /// theirs, widened for a step of length h [s].
@@ -72,6 +70,7 @@ class Asleep {
     int first_contact = 0, contacts = 0;
     bool wakes = false;
   };
+  void fall(const Model& model, State& state, Work& work, Report& report) noexcept;
   bool mayFall(const Model& model, const int* trees, int count, const Work& work) const noexcept;
   void leaveReport(Work& work, LoadedVector<ContactReport>& contacts) noexcept;
   void mark(int tree) noexcept;

@@ -98,6 +98,21 @@ bool mayCut(const State& state) noexcept {
   return touching <= kMostCutPairs && !anyImplicit(state);
 }
 
+/// Calls visit(numbers of the state, numbers of the retreat, count) for each row of a tree that an attempt changes.
+template <class AState, class ARetreat, class Visit>
+void eachKept(const ModelTree& tree, int t, AState& state, ARetreat& retreat, Visit&& visit) noexcept {
+  const auto row = [&](auto& of_state, auto& kept, int first, int count) { visit(of_state.data() + first, kept.data() + first, count); };
+  const int nv = tree.model->nv();
+  row(state.q, retreat.q, tree.q, tree.model->nq());
+  row(state.v, retreat.v, tree.v, nv);
+  row(state.pull, retreat.pull, tree.v, nv);
+  row(state.last_step, retreat.last_step, t, 1);
+  if (!retreat.remembers) return;
+  row(state.a_end, retreat.a_end, tree.v, nv);
+  row(state.a_mean, retreat.a_mean, tree.v, nv);
+  row(state.v_mean, retreat.v_mean, tree.v, nv);
+}
+
 void addShares(const Model& model, const ActivePair& pair, std::vector<double>& number) noexcept {
   number[model.shapes[pair.shapeA()].link] += pair.stability.share[0];
   number[model.shapes[pair.shapeB()].link] += pair.stability.share[1];
@@ -120,23 +135,14 @@ bool anyImplicit(const State& state) noexcept {
 
 double longestPart(const Model& model, const State& state) noexcept {
   double parts = 1;
-  if (model.settings.integrator == Integrator::kAutomatic && mayCut(state)) {
+  if (model.explicit_steps && model.implicit_steps && mayCut(state)) {
     for (int i = 0; i < state.pair_count; ++i) parts = std::max(parts, state.pairs[i].stability.parts);
   }
   return parts > 1 ? model.substep() / parts : std::numeric_limits<double>::infinity();
 }
 
 void keepForRetreat(const ModelTree& tree, int t, const State& state, Retreat& retreat) noexcept {
-  const int nv = tree.model->nv();
-  const auto keep = [&](const auto& from, auto& to) { std::copy_n(from.begin() + tree.v, nv, to.begin() + tree.v); };
-  std::copy_n(state.q.begin() + tree.q, tree.model->nq(), retreat.q.begin() + tree.q);
-  keep(state.v, retreat.v);
-  keep(state.pull, retreat.pull);
-  retreat.last_step[t] = state.last_step[t];
-  if (!retreat.remembers) return;
-  keep(state.a_end, retreat.a_end);
-  keep(state.a_mean, retreat.a_mean);
-  keep(state.v_mean, retreat.v_mean);
+  eachKept(tree, t, state, retreat, [](const double* of_state, double* kept, int count) { std::copy_n(of_state, count, kept); });
 }
 
 void keepForRetreat(const Model& model, const Visits& visits, const State& state, const HandWork& hands, const StepReport& report,
@@ -152,17 +158,8 @@ void keepForRetreat(const Model& model, const Visits& visits, const State& state
 void takeBack(const Model& model, State& state, Work& work, StepReport& report) noexcept {
   const Retreat& retreat = work.choice.retreat;
   for (const int t : work.visits.trees) {
-    const ModelTree& tree = model.trees[t];
-    const int nv = tree.model->nv();
-    const auto back = [&](const auto& from, auto& to) { std::copy_n(from.begin() + tree.v, nv, to.begin() + tree.v); };
-    std::copy_n(retreat.q.begin() + tree.q, tree.model->nq(), state.q.begin() + tree.q);
-    back(retreat.v, state.v);
-    back(retreat.pull, state.pull);
-    state.last_step[t] = retreat.last_step[t];
-    if (!retreat.remembers) continue;
-    back(retreat.a_end, state.a_end);
-    back(retreat.a_mean, state.a_mean);
-    back(retreat.v_mean, state.v_mean);
+    eachKept(model.trees[t], t, state, retreat,
+             [](double* of_state, const double* kept, int count) { std::copy_n(kept, count, of_state); });
   }
   state.energy = retreat.energy;
   work.choice.position_error = 0;

@@ -102,7 +102,7 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   memory.elastic_energy = elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);  // implicit steps start from it
   if (model.settings.energy_ledger) noteContact(index, pair, c, contacts.booked);
   pair.friction = memory;
-  if (model.settings.integrator == Integrator::kAutomatic) noteStability(model, c, work, pair);
+  if (model.explicit_steps && model.implicit_steps) noteStability(model, c, work, pair);
   ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
   if (advance.second_order) {
     if (advance.time > 0) reportMean(pair.release, touched, c.force, advance.time, contact);
@@ -128,7 +128,7 @@ ReleaseMemory releaseOf(const ContactVolume& volume, const Twist& V_AB_P, const 
 }
 
 void evaluateContacts(const Model& model, const Advance& advance, State& state, Work& work, Report& report) noexcept {
-  const bool chooses = model.settings.integrator == Integrator::kAutomatic;
+  const bool chooses = model.explicit_steps && model.implicit_steps;
   ContactWork& contacts = work.contacts;
   report.contacts.clear();
   contacts.booked.clear();

@@ -26,13 +26,12 @@ void placeOthers(const Model& model, const State& state, Work& work) noexcept {
 /// Calls `act` for every tree that explicit steps move.
 template <class Act>
 void forEachMover(const Model& model, const State& state, const HandWork& hands, Act&& act) noexcept {
-  const bool mixed = model.settings.integrator == Integrator::kAutomatic;
   for (const ModelTree* tree : hands.movers) {
-    if (!mixed || isExplicit(model, state, *tree)) act(*tree);
+    if (isExplicit(model, state, *tree)) act(*tree);
   }
 }
 
-/// A tree in the arrays of state and work. `half`: v½, or for Euler the mean velocity; by world velocity index, or null.
+/// A tree in the arrays of state and work. `half`: v½ by world velocity index, or null.
 SteppedTree inPlace(const Model& model, const ModelTree& tree, double* half, State& state, Work& work) noexcept {
   SteppedTree stepped;
   stepped.model = tree.model.get();
@@ -93,9 +92,9 @@ void lookAhead(const Model& model, double h, State& state, Work& work) noexcept 
 /// Contacts and pulls here and now. False: the automatic choice made some tree implicit or asks for a shorter part, and the
 /// attempt is void.
 bool evaluate(const Model& model, const StepPart& part, bool advances, State& state, Work& work, Report& report) noexcept {
-  const bool chooses = model.settings.integrator == Integrator::kAutomatic;
+  const bool chooses = model.explicit_steps && model.implicit_steps;
   work.clock.end(report.step.stages.motion);
-  lookForPairs(model, chooses && anyImplicit(state) ? part.h : 0, state, work, report.step);
+  lookForPairs(model, anyImplicit(state) ? part.h : 0, state, work, report.step);
   if (chooses && !work.choice.decided && modesMeet(model, state, work)) {
     makeImplicit(model, false, state, work);
     return false;
@@ -113,28 +112,6 @@ bool evaluate(const Model& model, const StepPart& part, bool advances, State& st
 }
 
 }  // namespace
-
-void symplecticEuler(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
-  moveHeld(model, part, state, work.hands, work.placement);
-  const bool books_forces = model.settings.energy_ledger && !model.forces.empty();
-  if (books_forces) noteForces(model, state, work.visits, work.hands, work.placement, work.forces);
-  work.clock.end(report.step.stages.motion);
-  lookForPairs(model, 0, state, work, report.step);
-  evaluateContacts(model, {part.h, false, Yielding::kAtOnce, true}, state, work, report);
-  pullCoupled(model, part, true, state, work.hands, work.placement);
-  if (!model.forces.empty()) pullExplicit(model, state, work.visits, work.hands, work.placement);
-  pushExplicit(model, state, work.hands, work.placement);
-  // The forces on the hands are read from the links' wrenches, which the placement at the end clears.
-  collectHeld(model, part, state, work.hands, work.placement);
-  double* v_mean = model.settings.energy_ledger ? work.motion.v_mean.data() : nullptr;
-  forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
-    const SteppedTree stepped = inPlace(model, tree, v_mean, state, work);
-    book(stepEuler(stepped, model.settings.gravity, part.h, work.motion.scratch), state, report.step);
-  });
-  if (v_mean) bookEuler(work.ledgerView(model), part.h, work.motion.v_mean, work.contacts.booked, state);
-  placeTrees(model, work.visits.trees, state, work.placement);
-  if (books_forces) bookForces(model, part.h, 0, work.visits, work.hands, work.placement, work.forces, state);
-}
 
 void prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   const auto unprimed = [&](const ModelTree* tree) { return state.mode[model.indexOf(*tree)] == TreeMode::kUnprimed; };
@@ -174,7 +151,7 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
   forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
     const Wrench* events = work.contacts.has_kick ? work.contacts.kick.data() + tree.link : nullptr;
     finishVerlet(inPlace(model, tree, v_half, state, work), gravity, h, events, work.motion.scratch);
-    if (model.settings.integrator == Integrator::kAutomatic) {
+    if (model.implicit_steps) {
       double& most = work.choice.position_error;
       most = std::max(most, positionError(model, tree, h, state, work));
     }

@@ -1,15 +1,12 @@
-/// The explicit time steps.
-///
-/// Symplectic Euler: forces at (q, v), v += h M⁻¹F, q ⊕= h v. First order, one evaluation.
+/// The explicit attempt of a step.
 ///
 /// Velocity Verlet: v½ = v + h/2 a, q₁ = q ⊕ h v½, forces at (q₁, v½ + h/2 a), v₁ = v½ + h/2 a₁. Second order and one
 /// evaluation as well, since a₁ is the next step's a. Forces jump or bend where a contact begins, ends or yields
 /// inside the step; the impulse that h/2 (F₀ + F₁) then misses is computed from the located instant and added to the
 /// second kick (located_force.cpp, friction.cpp, explicit_contacts.cpp), which keeps the order.
 ///
-/// Trees whose joints have laws of their own (limits, friction, drives, loops) move by TreeMotion's symplectic Euler in
-/// both: their forces jump within a step, and an implicit first-order step keeps them dissipative at any gain. Under
-/// velocity Verlet contact forces on them are those of the step's start. The step of a tree is in dynamics/tree_step.h.
+/// Trees whose joints have laws of their own (limits, friction, drives, loops) move by TreeMotion's symplectic Euler: their forces jump within a step, and an implicit first-order step keeps them dissipative at any gain.
+/// Contact forces on them are those of the step's start. The step of a tree is in dynamics/tree_step.h.
 #pragma once
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
@@ -19,11 +16,8 @@
 
 namespace haptic::stepping {
 
-/// (in realtime) Hands → pairs → contacts → kick → coast → placement.
-void symplecticEuler(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
-
-/// (in realtime) Half a kick → coast → hands → placement → pairs → contacts → half a kick, of the explicit trees. False: the
-/// automatic choice made some tree implicit; the attempt is void, and the caller takes it back.
+/// (in realtime) Half a kick → coast → hands → placement → pairs → contacts → half a kick, of the explicit trees. False:
+/// the choice made some tree implicit; the attempt is void, and the caller takes it back.
 bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
 
 /// (in realtime) What pulls at explicit trees whose last step was not one of velocity Verlet.

@@ -11,10 +11,10 @@
 namespace haptic::stepping {
 namespace {
 
-ImplicitOrder orderOf(Integrator integrator) noexcept {
-  return integrator == Integrator::kImplicitEuler ? ImplicitOrder::kFirst
-         : integrator == Integrator::kSdirk2      ? ImplicitOrder::kSecond
-                                                  : ImplicitOrder::kSecondMultistep;
+ImplicitOrder orderOf(Attempts attempts) noexcept {
+  return attempts == Attempts::kImplicitEuler ? ImplicitOrder::kFirst
+         : attempts == Attempts::kSdirk2      ? ImplicitOrder::kSecond
+                                              : ImplicitOrder::kSecondMultistep;
 }
 
 /// Contacts of an island as its solve left them.
@@ -187,7 +187,7 @@ void bookRest(const Model& model, const Island& island, const Placement& placeme
 }
 
 /// Null: nothing but gravity and wrenches acted on the island, and no contact was looked at.
-const ImplicitReport* advance(const Model& model, const Island& island, double h, State& state, Work& work,
+const ImplicitReport* solve(const Model& model, const Island& island, double h, State& state, Work& work,
                               StepReport& report) noexcept {
   if (fliesFreely(model, island, state)) {
     fly(model, island.trees[0], h, state, work);
@@ -195,7 +195,7 @@ const ImplicitReport* advance(const Model& model, const Island& island, double h
     return nullptr;
   }
   const ImplicitReport& solved =
-      work.implicit->advance(island, h, orderOf(model.settings.integrator));
+      work.implicit->advance(island, h, orderOf(model.settings.attempts));
   report.iterations = std::max(report.iterations, solved.iterations);
   report.evaluations = std::max(report.evaluations, solved.evaluations);
   report.factorisations = std::max(report.factorisations, solved.factorisations);
@@ -214,33 +214,8 @@ const ImplicitReport* advance(const Model& model, const Island& island, double h
 
 }  // namespace
 
-void implicitStep(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
-  work.choice.position_error = 0;
-  moveHeld(model, part, state, work.hands, work.placement);
-  work.clock.end(report.step.stages.motion);
-  lookForPairs(model, part.h, state, work, report.step);
-  work.clock.end(report.step.stages.search);
-  for (const int t : work.visits.trees) {  // the last part's contacts
-    const ModelTree& tree = model.trees[t];
-    for (int l = tree.link; l < tree.link + tree.model->linkCount(); ++l) work.placement.link[l].F_ext = Wrench{};
-  }
-  report.contacts.clear();
-  // A held link on one that never moves belongs to no island.
-  if (!state.pointers.empty()) evaluateContacts(model, {part.h, false, Yielding::kAtOnce, true}, state, work, report);
-  if (model.settings.energy_ledger && !state.pointers.empty()) {
-    bookEuler(work.ledgerView(model), part.h, work.motion.v_mean, work.contacts.booked, state);
-  }
-  stepImplicitIslands(model, part, state, work, report);
-  work.clock.end(report.step.stages.force);
-  collectHeld(model, part, state, work.hands, work.placement);
-  report.step.position_error += work.choice.position_error;
-  report.step.pairs = state.pair_count;
-  report.step.contacts = report.contacts.size();
-}
-
 void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   ImplicitStep& implicit = *work.implicit;
-  const bool looks = model.settings.integrator == Integrator::kAutomatic;
   const bool may_stand = model.settings.leave_out && part.h == model.settings.step;
   bool begun = false;
   report.step.standing = 0;
@@ -260,14 +235,14 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     }
     begun = true;
     const int first_contact = report.contacts.size();
-    const ImplicitReport* solved = advance(model, island, part.h, state, work, report.step);
+    const ImplicitReport* solved = solve(model, island, part.h, state, work, report.step);
     if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
     if (solved) takeContacts(model, part.h, state, work, report);
     takeForces(model, island, true, work);
     const bool stands = solved && solved->stands && standsAlone(model, island, state);
     if (stands) report.step.standing += island.tree_count;
-    if (looks && !stands) lookForExplicit(model, island, part.h, !solved, state, work);  // what stands costs nothing as it is
+    if (model.explicit_steps && !stands) lookForExplicit(model, island, part.h, !solved, state, work);  // what stands costs nothing as it is
     if (may_stand && stands) work.standing.note(island, first_contact, report);
   }
   if (!begun) return;

@@ -8,9 +8,6 @@
 
 namespace haptic::stepping {
 
-/// (in realtime) Everything by the implicit scheme: hands → pairs → islands → placement.
-void implicitStep(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
-
 /// (in realtime) The islands of implicit trees alone, among pairs that were found before; leaves them placed.
 void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
 

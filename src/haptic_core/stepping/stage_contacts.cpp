@@ -105,7 +105,7 @@ void StageContacts::evaluatePair(int index) noexcept {
   advance.time = g_;
   advance.yielding = yielding_[index];
   advance.run = run_;
-  advance.mean_rate = settings_.integrator == Integrator::kImplicitEuler;  // SDIRK2's rates, its stand-in's too, are the end's
+  advance.mean_rate = settings_.attempts == Attempts::kImplicitEuler;  // SDIRK2's rates, its stand-in's too, are the end's
   ContactEvaluation found;
   int& slot = slot_[index];
   if (!evaluateContact(model_, *seams_, index, pair, places_, memory_[index], advance, workspace_, found)) {

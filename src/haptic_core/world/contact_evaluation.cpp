@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "haptic_core/geometry/volume/contact_integrals.h"
-#include "haptic_core/geometry/volume/point_contact.h"
 
 namespace haptic {
 
@@ -30,9 +29,7 @@ bool locateContact(const Model& model, Seams& seams, int index, ActivePair& pair
   if (flush) {  // joined parts: n is that of the surface that goes on from piece to piece
     out.volume.turns_with_b = A.surface.empty() ? 1 : B.surface.empty() ? 0 : 0.5;
   }
-  if (model.settings.contact_model == ContactModel::kPoint) {
-    concentrate(workspace, std::min(A.point_area, B.point_area), out.volume);
-  }
+  if (model.settings.contact_model) model.settings.contact_model(*A.shape, *B.shape, workspace, out.volume);
   out.X_WP = places.X_WS[a] * out.volume.X_AP;
   const LinkWork &link_a = places.link[A.link], &link_b = places.link[B.link];
   out.V_AB_P = (link_b.twistAt(out.X_WP.p) - link_a.twistAt(out.X_WP.p)).rotated(out.X_WP.R.transpose());
@@ -60,8 +57,7 @@ bool evaluateContact(const Model& model, Seams& seams, int index, ActivePair& pa
 }
 
 double elasticEnergy(const Model& model, const ContactVolume& volume, double stiffness, ContactWorkspace& workspace) noexcept {
-  const double square = model.settings.contact_model == ContactModel::kPoint ? volume.volume * volume.depth
-                                                                             : thicknessSquared(workspace, volume);
+  const double square = model.settings.contact_model ? volume.volume * volume.depth : thicknessSquared(workspace, volume);
   return 0.5 * stiffness * square;
 }
 

@@ -13,11 +13,12 @@
 #include "haptic_core/dynamics/force_kinds.h"
 #include "haptic_core/dynamics/ring.h"
 #include "haptic_core/geometry/volume/contact_volume.h"
-#include "haptic_core/world/integrator.h"
+#include "haptic_core/world/attempts.h"
 #include "haptic_core/world/sensor_def.h"
 
 namespace haptic {
 
+class ContactWorkspace;
 class ConvexShape;
 
 /// How a surface moves over its shape, as that of a conveyor belt does: in the link's frame, at its origin. A contact is told of the part
@@ -182,11 +183,8 @@ struct PointerDef {
   }
 };
 
-/// How a contact is found.
-enum class ContactModel : unsigned char {
-  kVolume,  ///< pressure integrated over the contact volume
-  kPoint    ///< a spring at the most penetrating point (geometry/volume/point_contact.h); explicit steps only
-};
+/// (in realtime) Makes another contact of the volume of two shapes before a law sees it: a patch without extent, the workspace empty.
+using ContactModel = void (*)(const ConvexShape& A, const ConvexShape& B, ContactWorkspace& workspace, ContactVolume& contact) noexcept;
 
 /// Step, gravity and methods of a world.
 struct WorldSettings {
@@ -204,16 +202,15 @@ struct WorldSettings {
   ContactMaterial default_material;         ///< for pairs where neither surface gives a value; unset: `DefaultMaterial`
 
   // For tests, benches and the report, which compare the one method with others. No file of a scene and no binding reaches them.
-  Integrator integrator = Integrator::kAutomatic;      ///< how it advances; kAutomatic chooses island by island
-  ContactModel contact_model = ContactModel::kVolume;  ///< kPoint: the contact of other simulators
+  Attempts attempts = Attempts::kAll;                  ///< that a step is chosen from, island by island
+  ContactModel contact_model = nullptr;                ///< null: the contact volume. Others go with velocity Verlet alone
   bool torsional_friction = true;                      ///< false: patches resist sliding, not spinning (an ideal pivot)
   bool leave_out = true;                               ///< false: the general pipeline; bit-identical
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    // Neither the history nor leaving out changes a bit.
-    visit(s.step), visit(s.substeps), visit(s.gravity), visit(s.integrator), visit(s.contact_model);
-    visit(s.pressure_law), visit(s.torsional_friction), visit(s.energy_ledger);
+    // Neither the history nor leaving out changes a bit, and no file knows another contact model.
+    visit(s.step), visit(s.substeps), visit(s.gravity), visit(s.attempts), visit(s.pressure_law), visit(s.torsional_friction), visit(s.energy_ledger);
     visit(s.default_material), visit(s.tolerance), visit(s.accuracy);
   }
 };

@@ -208,7 +208,7 @@ void reportToHands(const Model& model, const StepReport& report, HandWork& hands
     PointerState& pointer = state.pointers[i];
     const Vector3 before = pointer.F_W.force;
     pointer.F_W = report.finite ? hands.wrench[i] * (1.0 / model.settings.substeps) : Wrench{};
-    // The mean of a force that goes from one value to another, taken at one of its ends; and what a solve left out of balance.
+    // The mean of a force that goes from one value to another, taken at one of its ends; and the wrench that a solve left out of balance.
     hands.force_error[i] = 0.5 * (pointer.F_W.force - before).norm() + report.wrench_error;
     if (!pointer.targeted) continue;
     pointer.turn_withheld = hands.goal[i].turn_withheld;

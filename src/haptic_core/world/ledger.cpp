@@ -164,22 +164,6 @@ void noteRelease(int index, const ActivePair& pair, double time, BookedContacts&
   contacts.push_back(contact);
 }
 
-void bookEuler(const LedgerView& view, double h, const std::vector<double>& v_mean,
-               const BookedContacts& contacts, State& state) noexcept {
-  setVelocities(view, state, v_mean);
-  for (const BookedContact& contact : contacts) {
-    const ActivePair& pair = state.pairs[contact.pair];
-    const Twist V =
-        twistBy(view, Mover::kKicks, pair, contact.X_WP) + twistBy(view, Mover::kLaws, pair, contact.X_WP);
-    ContactPower taken = contactPower(contact.F_BP_P, contact.elastic_P, V) * h;
-    if (isSupplied(view, pair)) {
-      const Twist moved = led(view, h, pair, contact.X_WP, 1);
-      supply(contactPower(contact.F_BP_P, contact.elastic_P, moved), taken, state.energy);
-    }
-    book(contact, taken, state);
-  }
-}
-
 void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_half,
                 const std::vector<double>& v_ahead, BookedContacts& contacts, State& state) noexcept {
   if (contacts.empty()) return;

@@ -67,10 +67,6 @@ void noteContact(int index, const ActivePair& pair, const ContactEvaluation& con
 /// (in realtime) A contact that parted inside a step of velocity Verlet: its last force times `time` corrects the kick [s].
 void noteRelease(int index, const ActivePair& pair, double time, BookedContacts& contacts) noexcept;
 
-/// (in realtime) After a step of symplectic Euler; `v_mean`: over the step. Leaves `v_mean` in the placement.
-void bookEuler(const LedgerView& view, double h, const std::vector<double>& v_mean, const BookedContacts& contacts,
-               State& state) noexcept;
-
 /// (in realtime) After a step of velocity Verlet, the placement at its end. v_half: between the kicks, of joints with laws the
 /// mean over the step; v_ahead: after the next half kick. Leaves in the memories what that half kick will do.
 void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_half, const std::vector<double>& v_ahead,

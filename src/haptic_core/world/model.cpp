@@ -10,7 +10,6 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/pairs/internal_faces.h"
-#include "haptic_core/geometry/volume/point_contact.h"
 #include "haptic_core/world/step_parts.h"
 
 namespace haptic {
@@ -53,9 +52,6 @@ std::string number(double value) {
 }  // namespace
 
 Model::Model(const WorldDef& def) : name(def.name), settings(def.settings), pointers(def.pointers) {
-  // The point model has nothing to solve with: all that the choice may choose.
-  const bool choice = settings.integrator == Integrator::kAutomatic;
-  if (settings.contact_model == ContactModel::kPoint && choice) settings.integrator = Integrator::kVelocityVerlet;
   checkSettings();
   addTrees(def);
   addLoops(def);
@@ -101,15 +97,9 @@ void Model::checkSettings() const {
   if (!(s.accuracy > 0 && s.accuracy <= 1)) {
     throw SetupError(name, "accuracy is " + number(s.accuracy), "give a share > 0 and <= 1 of the way that forces move a body in a step");
   }
-  const bool explicit_step =
-      s.integrator == Integrator::kSymplecticEuler || s.integrator == Integrator::kVelocityVerlet;
-  if (s.contact_model == ContactModel::kPoint && kindOf(s.pressure_law).potential) {
-    throw SetupError(name, "the pressure law with a potential needs the contact volume; contact model point has none",
-                     "write contact_model volume or pressure_law hunt_crossley");
-  }
-  if (s.contact_model == ContactModel::kPoint && !explicit_step) {
-    throw SetupError(name, "contact model point goes with explicit steps only",
-                     "choose symplectic_euler or velocity_verlet, or contact model volume");
+  if (s.contact_model && (kindOf(s.pressure_law).potential || s.attempts != Attempts::kVerlet)) {
+    throw SetupError(name, "a contact model of its own has neither a potential nor a derivative to solve with",
+                     "give it Attempts::kVerlet and PressureLaw::kHuntCrossley");
   }
   if (!s.gravity.allFinite()) throw SetupError(name, "gravity is not finite", "give three numbers in m/s^2");
   check(s.default_material, name + ", default material");
@@ -145,7 +135,6 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
     shape.shape = collision.shape.get();
     shape.link = static_cast<int>(links.size());
     shape.X_LS = collision.X_LS;
-    shape.point_area = pointArea(*collision.shape);
     shape.width = collision.shape->leastWidth();
     shape.belt = collision.belt;
     if (shape.belt.moves()) {
@@ -325,8 +314,9 @@ void Model::chooseVisits() {
     if (all || (has_contacts && links[shapes[s].link].moves)) updated_shapes.push_back(s);
   }
   // Links that nothing touches and neither hands nor springs pull are never too stiff.
-  const bool choice = settings.integrator == Integrator::kAutomatic;
-  if (choice && !all && !has_contacts && pointers.empty() && forces.empty()) settings.integrator = Integrator::kVelocityVerlet;
+  const bool may_be_stiff = all || has_contacts || !pointers.empty() || !forces.empty();
+  explicit_steps = settings.attempts == Attempts::kAll || settings.attempts == Attempts::kVerlet;
+  implicit_steps = !explicit_steps || (settings.attempts == Attempts::kAll && may_be_stiff);
   if (all || possible_pairs > std::min<long>(static_cast<long>(kListedPairsPerShape) * n, kMostListed)) return;
   for (int a = 0; a < n; ++a) {
     for (int b = a + 1; b < n; ++b) {
@@ -417,7 +407,7 @@ std::string Model::text() const {
   stage(commands > 0, "joint limits, damping, friction, drives, mimics, loops", "no joint has any");
   stage(!forces.empty(), "forces between links", "no spring and no field");
   stage(!pointers.empty(), "pointer coupling", "no pointer");
-  stage(settings.integrator == Integrator::kAutomatic, "choice of the integrator", "it is named, or nothing can be stiff");
+  stage(explicit_steps && implicit_steps, "choice between explicit and implicit steps", "nothing can be stiff");
   stage(settings.energy_ledger, "energy ledger", "switched off");
   if (!settings.leave_out) {
     out << "  the general pipeline: every stage visits everything\n";

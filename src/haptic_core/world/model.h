@@ -1,4 +1,4 @@
-/// The world compiled from its definition: what can ever happen, and so what every step has to do. Constant while a step
+/// The world compiled from its definition: all that can ever happen, and so all that a step may have to do. Constant while a step
 /// runs; `tuning` changes between two steps.
 #pragma once
 #include <memory>
@@ -41,7 +41,6 @@ struct ModelShape {
   std::string name;                 ///< as messages call it
   InnerFaces inner;                 ///< what pieces of the same body cover of it
   std::vector<int> surface;         ///< by face: number of the flat surface that neighbours continue; -1, or empty: none
-  double point_area = 0;            ///< of the point model [m²]
   SurfaceVelocity belt;             ///< of a belt
 };
 
@@ -65,14 +64,14 @@ struct ModelJoint {
 /// A force element of a compiled world (link_forces.h).
 struct ModelForce {
   std::string name;                 ///< for messages
-  ForceType type = ForceType::kSpring;  ///< its kind
+  ForceType type{};  ///< its kind
   int link_a = -1, link_b = -1;     ///< world link indices; link A −1: W
   int tree_a = -1, tree_b = -1;     ///< of these in `trees`; −1: W, or it never moves
   Vector3 p_A = Vector3::Zero(), p_B = Vector3::Zero();  ///< points, in A and in B [m]
   double parameter[kMostForceParameters] = {};           ///< by index, in the kind's units
 };
 
-/// A link that moves, and what it may do in a step before contacts have to be looked at within it (step_parts.h).
+/// A link that moves, and the way that it may go in a step before contacts have to be looked at within it (step_parts.h).
 struct MotionLimit {
   int link = 0;                     ///< world link index
   double way2 = 0, lever2 = 0;      ///< squares: way that needs no sweep, lever that turns count with [m²]
@@ -91,7 +90,7 @@ class Model {
   /// Between two steps: checked against the couplings' loads by the caller. No allocation.
   void tune(const WorldTuning& tuning);
 
-  /// What of two shapes is no surface of their bodies.
+  /// The faces of two shapes that are no surface of their bodies.
   InnerSides inner(int a, int b) const {
     const auto of = [this](int s) { return shapes[s].inner.covers.empty() ? nullptr : &shapes[s].inner; };
     return {of(a), of(b)};
@@ -127,12 +126,12 @@ class Model {
   int leads() const { return static_cast<int>(pointers.size() + motions.size()); }
   /// Link that the scene gives the pointer.
   int pointerHome(int pointer) const { return link(pointers[pointer].articulation, pointers[pointer].link); }
-  /// What a virtual coupling would have to move there.
+  /// The mass and inertia that a virtual coupling would have to move there.
   CouplingLoad loadOf(int link) const { return {links[link].mass, links[link].least_inertia}; }
   /// Length of a substep [s].
   double substep() const { return substep_; }
 
-  std::string text() const;         ///< for people: sizes, stages, what was left out and why
+  std::string text() const;         ///< for people: sizes, stages, those left out and why
 
   std::string name;                  ///< of the scene
   WorldSettings settings;            ///< as defined; gravity as tuned
@@ -160,12 +159,14 @@ class Model {
   /// What there is in this world at all.
   bool has_contacts = false, has_joints = false, has_friction = false;
 
-  // What a step visits. In the general pipeline (`WorldSettings::leave_out` false) everything; else what can change.
+  // The trees and shapes that a step visits. In the general pipeline (`WorldSettings::leave_out` false) everything; else what can change.
   std::vector<int> updated_trees;   ///< kinematics is computed every step: all but the fixed ones
   std::vector<int> updated_shapes;  ///< pose and box are computed every step: on links that move
   /// Shapes on links that move, and all others, ascending; and a tree of the latter's boxes, numbered as in `fixed_shapes`.
   std::vector<int> moving_shapes, fixed_shapes;
   BoxTree fixed_boxes;              ///< see above; in W
+  bool explicit_steps = true;       ///< the rule has velocity Verlet
+  bool implicit_steps = true;       ///< it has implicit attempts; false as well: nothing can be too stiff
   bool searches_pairs = true;       ///< false: nothing can ever touch
   /// A few pairs are tested box against box, in the order of their keys, without sorting anything; empty: sweep.
   std::vector<std::pair<int, int>> listed_pairs;

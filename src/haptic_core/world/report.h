@@ -1,5 +1,6 @@
 /// Results of a step.
 #pragma once
+#include <cmath>
 #include <cstdint>
 
 #include "haptic_core/base/spatial.h"
@@ -77,16 +78,24 @@ struct StepReport {
   int redone = 0;                         ///< explicit attempts that were taken back: something stiff was met
   int fallbacks = 0;                      ///< islands in which SDIRK2 was replaced by implicit Euler
   double impact = 0;                      ///< energy of approach of the contacts that began in this step [J]
-  double stability = 0;                   ///< automatic choice: highest number of an explicit link over its bound
+  double stability = 0;                   ///< highest number of an explicit link over its bound
   int substeps = 1;                       ///< of this step: more where something fast came near something thin
   bool finite = true;                     ///< false: the world stopped; `culprit` names the link
   int culprit = -1;                       ///< world link index; -1: none
   unsigned flags = 0;                     ///< StepFlag bits
   StageTimes stages;                      ///< filled while `World::measureStages` is on
   /// Error of position that the step adds, as its accepted attempts estimate it, of the island that errs most [m]; turns count at
-  /// the reach of the body. 0 with a whole-scene explicit integrator: it says nothing.
+  /// the reach of the body. 0 where nothing can be stiff: explicit steps estimate none then.
   double position_error = 0;
   double budget_used = 0;                 ///< evaluations of an implicit island over those it may take, the largest share
+
+  /// Share of the energy of impacts that the steps may gain or lose without saying so: 2 % of the speed after an impact.
+  static constexpr double kKeptInImpacts = 0.04;
+  /// (in realtime) Impacts shorter than the step are made plastic by implicit steps and thrown back by explicit ones. `lost`: energy that
+  /// is in no account since `impact` was 0 [J].
+  void judgeImpacts(double lost) noexcept {
+    if (impact > 0 && std::abs(lost) > kKeptInImpacts * impact) flags |= kImpactUnresolved;
+  }
 };
 
 /// Flags of a contact for `StepReport::flags`.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/lanes.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/world/work.h"
 
@@ -47,7 +48,32 @@ void stop(const Model& model, const Work& work, StepReport& report) noexcept {
   report.flags |= kRunaway;
 }
 
+/// 0, or NaN: infinity does not survive in it either, 0·∞ = NaN.
+double zeroOrNan(const double* x, int count) noexcept {
+  Lanes four = lanes(0);
+  int i = 0;
+  for (; i + 4 <= count; i += 4) four += lanes(0) * loadLanes(x + i);
+  double rest = 0;
+#pragma GCC unroll 1
+  for (; i < count; ++i) rest += 0 * x[i];
+  return sum(four) + rest;
+}
+
 }  // namespace
+
+void checkFinite(const Model& model, const Visits& visits, const State& state, StepReport& report) noexcept {
+  const bool all = 2 * visits.trees.size() > model.trees.size();  // numbers in a row are quick to look at
+  if (all && zeroOrNan(state.v.data(), model.nv) + zeroOrNan(state.q.data(), model.nq) == 0) return;
+  for (const int t : visits.trees) {
+    const ModelTree& tree = model.trees[t];
+    const double sum = zeroOrNan(state.v.data() + tree.v, tree.model->nv()) +
+                       zeroOrNan(state.q.data() + tree.q, tree.model->nq());
+    if (sum == 0) continue;
+    report.finite = false;
+    report.culprit = tree.link;
+    return;
+  }
+}
 
 void startSupply(const Model& model, Work& work, State& state) noexcept {
   ContactWork& contacts = work.contacts;

@@ -1,6 +1,6 @@
-/// Whether the steps have made energy: a world that ran away stops, as one with a number that is none does.
+/// Whether a world has to stop: a number of it is none, or its steps have made energy.
 ///
-/// There is so much to draw on: the motion at the start, the energy of springs when they were first looked at, the bodies'
+/// There is so much energy to draw on: the motion at the start, the energy of springs when they were first looked at, the bodies'
 /// fall, and the work of hands and drives, all counted without the losses to friction and dampers since. Steps that
 /// have made as much again have run away: they are too long for the contacts that they met. With the ledger their gain is
 /// known (EnergySums::unaccounted); in any case the kinetic energy is held against the supply.
@@ -9,6 +9,7 @@
 #pragma once
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
+#include "haptic_core/world/visits.h"
 
 namespace haptic {
 
@@ -20,6 +21,10 @@ void startSupply(const Model& model, Work& work, State& state) noexcept;
 
 /// (in realtime) Where bodies changed hands or values changed between two steps: the present energy can be drawn on.
 void renewSupply(const Model& model, const Work& work, State& state) noexcept;
+
+/// (in realtime) After a part of a step: a number of what it visited that is none stops the world, by `finite` and `culprit`, the link that
+/// had it first.
+void checkFinite(const Model& model, const Visits& visits, const State& state, StepReport& report) noexcept;
 
 /// (in realtime) After a part of a step of length h [s]; `external`: the hands' and drives' work before it [J]. Stops the
 /// world by `finite`, `culprit` (the link that moves with the most energy) and kRunaway.

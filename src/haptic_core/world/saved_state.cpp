@@ -25,14 +25,15 @@ bool pairFits(const Model& model, const ActivePair& pair) {
 /// Reads on over the fields of a state, as State::unpack does, and judges those that are indices.
 class Judge {
  public:
-  Judge(const Model& model, const double* next) : links_(static_cast<double>(model.links.size())), next_(next) {}
+  Judge(const Model& model, const double* next)
+      : links_(static_cast<double>(model.links.size())), modes_(static_cast<int>(TreeMode::kImplicit) + model.implicit_steps), next_(next) {}
 
   template <class Field>
   void operator()(const Field& field) {
     next_ += countFields(field);
   }
   void operator()(const std::vector<TreeMode>& modes) {
-    for (std::size_t i = 0; i < modes.size(); ++i) take(static_cast<int>(TreeMode::kImplicit) + 1);
+    for (std::size_t i = 0; i < modes.size(); ++i) take(modes_);
   }
   void operator()(const std::vector<int>& counts) {
     for (std::size_t i = 0; i < counts.size(); ++i) take(kMostImplicitSteps);
@@ -55,6 +56,7 @@ class Judge {
  private:
   void take(double count) { good_ &= isIndex(*next_++, count); }
   double links_;
+  int modes_;  ///< that its trees may have; implicit is the last
   const double* next_;
   bool good_ = true;
 };

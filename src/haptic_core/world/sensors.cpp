@@ -251,8 +251,7 @@ Wrench Sensors::handsOn(const Model& model, const Plan& plan, const State& state
     const int tree = model.links[link].articulation;
     const Wrench now = F_W.shifted(about - at), before = last.F_W.shifted(about - last.at);
     // Explicit steps of second order take the mean of the force before and after, those of trees with laws the force before.
-    const bool now_alone = state.mode[tree] == TreeMode::kImplicit || model.settings.integrator == Integrator::kSymplecticEuler;
-    const double share = now_alone ? 1 : model.trees[tree].has_laws ? 0 : 0.5;
+    const double share = state.mode[tree] == TreeMode::kImplicit ? 1 : model.trees[tree].has_laws ? 0 : 0.5;
     sum += now * share + before * (1 - share);
   };
   for (std::size_t p = 0; p < pulls_.size(); ++p) {

@@ -30,6 +30,7 @@ std::vector<double> State::pack() const {
 
 void State::pack(std::vector<double>& out) const {
   out.clear();
+  out.push_back(kFormat);
   for (const std::size_t length : {q.size(), v.size(), commands.size(), pointers.size(), std::size_t(pair_count)}) {
     out.push_back(static_cast<double>(length));
   }
@@ -39,10 +40,10 @@ void State::pack(std::vector<double>& out) const {
 }
 
 State::Layout State::layoutOf(const std::vector<double>& in) const {
-  const bool same = in.size() >= kHead && in[0] == double(q.size()) && in[1] == double(v.size()) &&
-                    in[2] == double(commands.size()) && in[3] == double(pointers.size()) && in[4] >= 0 &&
-                    in[4] <= double(pairs.size());
-  const std::size_t count = same ? static_cast<std::size_t>(in[4]) : 0, all = kHead + countFields(*this) + count * pairNumbers();
+  const bool same = in.size() >= kHead && in[0] == kFormat && in[1] == double(q.size()) && in[2] == double(v.size()) &&
+                    in[3] == double(commands.size()) && in[4] == double(pointers.size()) && in[5] >= 0 &&
+                    in[5] <= double(pairs.size());
+  const std::size_t count = same ? static_cast<std::size_t>(in[5]) : 0, all = kHead + countFields(*this) + count * pairNumbers();
   const std::size_t left = in.size() > all ? in.size() - all : 0, acting = left / wrenchNumbers();  // what remains is wrenches
   if (!same || in.size() != all + acting * wrenchNumbers() || acting > wrenches.size()) {
     throw SetupError("saved state", "is of another scene or version", "restore it into the scene it was saved from");

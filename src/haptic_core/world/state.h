@@ -230,8 +230,10 @@ struct State {
   /// The same into `out`; (in realtime) allocates nothing where it has room for `packedCapacity()` numbers.
   void pack(std::vector<double>& out) const;
   std::size_t packedCapacity() const;  ///< with as many pairs and wrenches as there is storage for
-  /// Numbers in front of a packed state: what another layout would have otherwise.
-  static constexpr std::size_t kHead = 5;
+  /// Numbers in front of a packed state: its format, and what another layout would have otherwise.
+  static constexpr std::size_t kHead = 6;
+  /// Counts up where a field gets another meaning and not another number of numbers: such a state would move otherwise, unnoticed.
+  static constexpr double kFormat = 2;
   /// Contents of a packed state beside the fields.
   struct Layout {
     int pairs = 0, wrenches = 0;  ///< so many

@@ -10,11 +10,6 @@
 namespace haptic {
 namespace {
 
-bool mayStepImplicitly(const WorldSettings& settings) {
-  return settings.integrator == Integrator::kImplicitEuler || settings.integrator == Integrator::kSdirk2 ||
-         settings.integrator == Integrator::kAutomatic;
-}
-
 /// Joints of trees with laws start with their own commands, on their loops.
 void startJoints(const Model& model, State& state, Work& work) {
   state.commands.resize(model.commands);
@@ -53,14 +48,14 @@ ContactWork::ContactWork(const Model& model)
   booked.reserve(model.pair_capacity);
 }
 
-ExplicitWork::ExplicitWork(const Model& model) : v_half(model.nv), v_mean(model.nv), v_ahead(model.nv) {
+ExplicitWork::ExplicitWork(const Model& model) : v_half(model.nv), v_ahead(model.nv) {
   for (const ModelTree& tree : model.trees) scratch.fit(*tree.model);
 }
 
 Work::Work(const Model& model)
     : visits(model), placement(model), search(model), hands(model), contacts(model), motion(model), choice(model), islands(model),
       standing(model), asleep(model), sums(model), forces(model) {
-  if (mayStepImplicitly(model.settings)) implicit = std::make_unique<ImplicitStep>(model);
+  if (model.implicit_steps) implicit = std::make_unique<ImplicitStep>(model);
   parts.sums.reserve(model.pair_capacity);
   joints.resize(model.trees.size());
   for (const ModelTree& tree : model.trees) {
@@ -74,8 +69,7 @@ State initialState(const Model& model, Work& work) {
   state.v = model.v_start;
   state.pull.resize(model.nv);
   state.pairs.resize(model.pair_capacity);
-  const bool implicit = work.implicit && model.settings.integrator != Integrator::kAutomatic;
-  state.mode.assign(model.trees.size(), implicit ? TreeMode::kImplicit : TreeMode::kUnprimed);
+  state.mode.assign(model.trees.size(), model.explicit_steps ? TreeMode::kUnprimed : TreeMode::kImplicit);
   for (auto* history : {&state.a_end, &state.a_mean, &state.v_mean}) history->assign(model.nv, 0);
   state.last_step.assign(model.trees.size(), 0);
   for (auto* counts : {&state.low, &state.calm}) counts->assign(model.trees.size(), 0);

@@ -40,7 +40,6 @@ struct ContactWork {
 /// Velocities of explicitly stepped trees inside a step, by world velocity index (stepping/explicit_step.h).
 struct ExplicitWork {
   std::vector<double> v_half;    ///< velocity Verlet: between the kicks; of joints with laws the mean over the step
-  std::vector<double> v_mean;    ///< symplectic Euler: over the step, while the ledger is kept
   std::vector<double> v_ahead;   ///< velocity Verlet: after the next half kick, while the ledger is kept
   TreeStepScratch scratch;       ///< of the steps in tree_step.h
 

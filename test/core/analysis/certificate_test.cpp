@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "../../comparators/point_contact.h"
 #include "../../scenes/blocks.h"
 #include "haptic_core/world/world.h"
 
@@ -15,7 +16,7 @@ using scenes::CubeParameters;
 
 WorldSettings explicitSettings(double h) {
   WorldSettings s;
-  s.integrator = Integrator::kSymplecticEuler;
+  s.attempts = Attempts::kVerlet;
   s.pressure_law = PressureLaw::kLinear;
   s.step = h;
   return s;
@@ -29,7 +30,8 @@ TEST(Certificate, AFrictionlessCubeIsLimitedByItsHeave) {
     const Certificate certificate = certify(scenes::cubeOnFloor(c, explicitSettings(1e-3)));
     ASSERT_EQ(certificate.islands.size(), 1u);
     const double k = c.stiffness * c.area(), b = 2 * ratio * std::sqrt(k * c.mass);
-    const double heave = (std::sqrt(b * b + 4 * k * c.mass) - b) / k;  // k h² + 2 b h = 4 m
+    const double heave = 2 * std::sqrt(c.mass / k);  // k h² = 4 m: there the damper is none, or strong
+    EXPECT_TRUE(b == 0 || b * heave > 0.15 * c.mass);
     EXPECT_NEAR(certificate.islands[0].limit, heave, 2e-3 * heave);
     EXPECT_NEAR(certificate.pairs[0].heave_limit, heave, 1e-9 * heave);
     EXPECT_EQ(certificate.islands[0].growth, 0);
@@ -67,7 +69,7 @@ TEST(Certificate, ABeltIsAFloor) {
 TEST(Certificate, APointContactHasThePointsStiffness) {
   CubeParameters c;
   WorldDef def = scenes::cubeOnFloor(c, explicitSettings(0.25e-3));
-  def.settings.contact_model = ContactModel::kPoint;
+  def.settings.contact_model = comparators::pointContact;
   const Certificate certificate = certify(def);
   ASSERT_EQ(certificate.pairs.size(), 1u);
   EXPECT_NEAR(certificate.pairs[0].stiffness, c.stiffness * c.area(), 1e-12 * c.stiffness * c.area());
@@ -120,8 +122,11 @@ TEST(Certificate, TheExplicitStepIsStableBelowTheLimitAndNotAbove) {
       CubeParameters c;
       c.ratio = c.tangential_ratio = ratio;
       const double limit = certify(column(boxes, c, 1e-3, 0)).islands[0].limit;
-      EXPECT_LT(restlessness(boxes, c, 0.98 * limit), 1e-3) << boxes << " boxes, ratio " << ratio;
-      EXPECT_GT(restlessness(boxes, c, 1.03 * limit), 1e-3) << boxes << " boxes, ratio " << ratio;
+      // The push is 1 µm, 0.3 mm/s at the stiffest mode: after 4 s less than a third of it is left, or more, until friction yields.
+      constexpr double kThird = 1e-4;
+      const double below = restlessness(boxes, c, 0.98 * limit), above = restlessness(boxes, c, 1.03 * limit);
+      EXPECT_LT(below, kThird) << boxes << " boxes, ratio " << ratio;
+      EXPECT_GT(above, kThird) << boxes << " boxes, ratio " << ratio;
     }
   }
 }
@@ -129,16 +134,16 @@ TEST(Certificate, TheExplicitStepIsStableBelowTheLimitAndNotAbove) {
 TEST(Certificate, NamesTheVerdictThatTheStepNeeds) {
   CubeParameters c;
   c.ratio = 0;
-  const auto verdict = [&](double k, Integrator integrator) {
+  const auto verdict = [&](double k, Attempts attempts) {
     c.stiffness = k;
     WorldSettings s = explicitSettings(1e-3);
-    s.integrator = integrator;
+    s.attempts = attempts;
     return certify(scenes::cubeOnFloor(c, s)).verdict;
   };
-  EXPECT_EQ(verdict(1e6, Integrator::kSymplecticEuler), Verdict::kPass);       // limit 6 ms
-  EXPECT_EQ(verdict(2e7, Integrator::kSymplecticEuler), Verdict::kSubstep);    // 1.4 ms in heave
-  EXPECT_EQ(verdict(1e10, Integrator::kSymplecticEuler), Verdict::kImplicit);  // 0.06 ms
-  EXPECT_EQ(verdict(1e10, Integrator::kSdirk2), Verdict::kPass);
+  EXPECT_EQ(verdict(1e6, Attempts::kVerlet), Verdict::kPass);       // limit 6 ms
+  EXPECT_EQ(verdict(2e7, Attempts::kVerlet), Verdict::kSubstep);    // 1.4 ms in heave
+  EXPECT_EQ(verdict(1e10, Attempts::kVerlet), Verdict::kImplicit);  // 0.06 ms
+  EXPECT_EQ(verdict(1e10, Attempts::kSdirk2), Verdict::kPass);
 }
 
 // A column of n cubes on springs falls over below k_eff = 5.1e4 N/m (continuum) or 5.6e4 N/m (discrete joints).

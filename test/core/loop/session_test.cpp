@@ -372,7 +372,7 @@ TEST(Session, FingerprintTellsScenesApart) {
   const std::uint64_t same = fingerprint(scene());
   EXPECT_EQ(fingerprint(scene()), same);
   const std::function<void(WorldDef&)> changes[] = {
-      [](WorldDef& w) { w.settings.integrator = Integrator::kImplicitEuler; },
+      [](WorldDef& w) { w.settings.attempts = Attempts::kImplicitEuler; },
       [](WorldDef& w) { w.articulations[1].links[0].inertia.mass *= 1 + 1e-15; },
       [](WorldDef& w) { w.articulations[1].links[0].collisions[0].material.stiffness *= 2; },
       [](WorldDef& w) { w.articulations[1].links[0].collisions[0].material.rest_stiffness = 1e6; },

@@ -90,9 +90,9 @@ struct Twins {
   int most = 0, least = 1000;  ///< bodies that stood
 };
 
-class AsleepSteps : public testing::TestWithParam<Integrator> {
+class AsleepSteps : public testing::TestWithParam<Attempts> {
  protected:
-  AsleepSteps() { settings_.integrator = GetParam(); }
+  AsleepSteps() { settings_.attempts = GetParam(); }
   WorldSettings settings_;
 };
 
@@ -120,7 +120,7 @@ TEST_P(AsleepSteps, AHandGoesAmongThem) {
   EXPECT_GE(twins.most, 45);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, AsleepSteps, testing::Values(Integrator::kImplicitEuler, Integrator::kSdirk2, Integrator::kAutomatic));
+INSTANTIATE_TEST_SUITE_P(All, AsleepSteps, testing::Values(Attempts::kImplicitEuler, Attempts::kSdirk2, Attempts::kAll));
 
 /// Everything that a user may do to a world in which most sleeps.
 TEST(Asleep, WhateverWakesThem) {

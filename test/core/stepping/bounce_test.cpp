@@ -15,7 +15,7 @@ TEST(Bounce, UndampedKeepsItsSpeedToFourthOrder) {
   for (double k_eff : {1e3, 1e4}) {
     const Bounce bounce{PressureLaw::kLinear, 0, 0.1, k_eff};
     const double angle = kBounceStep * bounce.omega();
-    EXPECT_LE(worstExit(bounce, Integrator::kVelocityVerlet), 0.5 * std::pow(angle, 4)) << k_eff;
+    EXPECT_LE(worstExit(bounce, Attempts::kVerlet), 0.5 * std::pow(angle, 4)) << k_eff;
   }
 }
 
@@ -32,7 +32,7 @@ TEST(Bounce, OfEveryKindKeepsItsSpeedWithTheChoice) {
 
 /// Parts are for what moves: at rest a step is one.
 TEST(Bounce, RestsInOnePart) {
-  World world(Bounce{PressureLaw::kLinear, 0.3, 0.1, 1e5}.make(0.002, Integrator::kAutomatic));
+  World world(Bounce{PressureLaw::kLinear, 0.3, 0.1, 1e5}.make(0.002, Attempts::kAll));
   int most = 0;
   for (int i = 0; i < 3000; ++i) {
     world.step();
@@ -69,7 +69,7 @@ TEST(Bounce, IsCutOnlyWhileLittleTouches) {
 /// The wrench that is reported is the mean over the step, whatever parts it went in.
 TEST(Bounce, ReportsTheMeanOverItsParts) {
   const Bounce bounce{PressureLaw::kHuntCrossley, 0.3, 0.1, 2e5};
-  World world(bounce.make(0.01, Integrator::kAutomatic));
+  World world(bounce.make(0.01, Attempts::kAll));
   double v = 0, most = 0;
   int parts = 0;
   for (int i = 0; i < 200; ++i) {

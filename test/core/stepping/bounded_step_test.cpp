@@ -10,14 +10,14 @@ namespace bounded_step_test {
 
 using scenes::HeapParameters;
 
-WorldSettings settings(Integrator integrator, double h = 1e-3) {
+WorldSettings settings(Attempts attempts, double h = 1e-3) {
   WorldSettings s;
-  s.integrator = integrator;
+  s.attempts = attempts;
   s.step = h;
   return s;
 }
 
-constexpr Integrator kImplicit[] = {Integrator::kImplicitEuler, Integrator::kSdirk2, Integrator::kAutomatic};
+constexpr Attempts kImplicit[] = {Attempts::kImplicitEuler, Attempts::kSdirk2, Attempts::kAll};
 
 /// Steps a world and judges every step.
 void expectBounded(const WorldDef& def, int steps, double most_energy) {
@@ -45,12 +45,12 @@ double startEnergy(WorldDef def) {
 double withRoom(double energy) { return energy + 1e-3 * std::abs(energy); }
 
 TEST(BoundedStep, AHeapFallsIntoABin) {
-  for (Integrator integrator : kImplicit) {
+  for (Attempts attempts : kImplicit) {
     for (double k : {1e7, 1e8, 1e10}) {
       HeapParameters p;
       p.stiffness = k;
-      const WorldDef def = scenes::heap(p, settings(integrator));
-      SCOPED_TRACE(testing::Message() << "k " << k << ", integrator " << static_cast<int>(integrator));
+      const WorldDef def = scenes::heap(p, settings(attempts));
+      SCOPED_TRACE(testing::Message() << "k " << k << ", integrator " << static_cast<int>(attempts));
       expectBounded(def, 600, withRoom(startEnergy(def)));
     }
   }
@@ -59,13 +59,13 @@ TEST(BoundedStep, AHeapFallsIntoABin) {
 /// A cube that lands flat upon another rocks on; the damping of Hunt and Crossley fades with its speed, and 5 mm/s were left
 /// after 4 s. What is slower than gravity makes it in a step settles.
 TEST(BoundedStep, AHeapSettlesAtSecondOrderToo) {
-  for (Integrator integrator : kImplicit) {
+  for (Attempts attempts : kImplicit) {
     const HeapParameters p;
-    World world(scenes::heap(p, settings(integrator)));
+    World world(scenes::heap(p, settings(attempts)));
     for (int i = 0; i < 4000; ++i) world.step();
     double fastest = 0;
     for (int i = 0; i < world.linkCount(); ++i) fastest = std::max(fastest, world.linkTwist(i).linear.norm());
-    EXPECT_LT(fastest, 1e-6) << "integrator " << static_cast<int>(integrator);
+    EXPECT_LT(fastest, 1e-6) << "integrator " << static_cast<int>(attempts);
   }
 }
 
@@ -73,7 +73,7 @@ TEST(BoundedStep, AHeapSettlesAtSecondOrderToo) {
 TEST(BoundedStep, LongStepsThatDoNotConvergeAreHalved) {
   for (double h : {3e-3, 1e-2}) {
     const HeapParameters p;
-    const WorldDef def = scenes::heap(p, settings(Integrator::kAutomatic, h));
+    const WorldDef def = scenes::heap(p, settings(Attempts::kAll, h));
     SCOPED_TRACE(testing::Message() << "step " << h);
     const double most = withRoom(startEnergy(def));
     World world(def);
@@ -90,10 +90,10 @@ TEST(BoundedStep, LongStepsThatDoNotConvergeAreHalved) {
 /// At 1e12 N/m³ steps are left unfinished; their work is bounded all the same, and nothing runs away: what a fold between
 /// two passes hides is less than the heap has to give.
 TEST(BoundedStep, TheStiffestHeapIsBoundedToo) {
-  for (Integrator integrator : kImplicit) {
+  for (Attempts attempts : kImplicit) {
     HeapParameters p;
     p.stiffness = 1e12;
-    const WorldDef def = scenes::heap(p, settings(integrator));
+    const WorldDef def = scenes::heap(p, settings(attempts));
     expectBounded(def, 600, 2 * startEnergy(def));
   }
 }
@@ -104,9 +104,9 @@ TEST(BoundedStep, AStepOutOfBalanceBooksNoMoreThanItLost) {
   HeapParameters p;
   p.count = 30;
   p.stiffness = 1e6;
-  const double falls = startEnergy(scenes::heap(p, settings(Integrator::kImplicitEuler)));  // what overlaps at the start holds little
+  const double falls = startEnergy(scenes::heap(p, settings(Attempts::kImplicitEuler)));  // what overlaps at the start holds little
   p.stiffness = 2e12;
-  World world(scenes::heap(p, settings(Integrator::kImplicitEuler)));
+  World world(scenes::heap(p, settings(Attempts::kImplicitEuler)));
   double last = 0, most = 0;
   int unconverged = 0;
   for (int i = 0; i < 600; ++i) {
@@ -127,7 +127,7 @@ TEST(BoundedStep, AStepOutOfBalanceBooksNoMoreThanItLost) {
 TEST(BoundedStep, WhatAHandSqueezesIsNotStoppedUnderIt) {
   HeapParameters p;
   p.stiffness = 1e8;
-  WorldDef def = scenes::heap(p, settings(Integrator::kImplicitEuler));
+  WorldDef def = scenes::heap(p, settings(Attempts::kImplicitEuler));
   const double thickness = 0.02, from = 0.4, speed = 0.5;
   def.articulations.push_back(scenes::freeBox("plate", Vector3(0.15, 0.15, thickness), 0.1, Pose(Vector3(0, 0, from))));
   PointerDef hand;
@@ -161,15 +161,15 @@ TEST(BoundedStep, HeavyCubesFallAmongLightOnes) {
     HeapParameters p;
     p.stiffness = k;
     p.mass_ratio = 1000;
-    const WorldDef def = scenes::heap(p, settings(Integrator::kImplicitEuler));
+    const WorldDef def = scenes::heap(p, settings(Attempts::kImplicitEuler));
     expectBounded(def, 500, withRoom(startEnergy(def)));
   }
 }
 
 /// Rods of 20:1 and plates of 1:40 fall across each other.
 TEST(BoundedStep, RodsAndPlatesFallAcrossEachOther) {
-  for (Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2}) {
-    WorldDef def = scenes::heap({}, settings(integrator));
+  for (Attempts attempts : {Attempts::kImplicitEuler, Attempts::kSdirk2}) {
+    WorldDef def = scenes::heap({}, settings(attempts));
     def.name = "rods and plates";
     def.articulations.resize(5);
     const Vector3 sizes[] = {{0.1, 0.005, 0.005}, {0.08, 0.08, 0.002}};
@@ -187,8 +187,8 @@ TEST(BoundedStep, RodsAndPlatesFallAcrossEachOther) {
 TEST(BoundedStep, ABallShootsATower) {
   scenes::CubeParameters c;
   c.stiffness = 1e9;
-  for (Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2}) {
-    WorldDef def = scenes::stack(10, c, settings(integrator));
+  for (Attempts attempts : {Attempts::kImplicitEuler, Attempts::kSdirk2}) {
+    WorldDef def = scenes::stack(10, c, settings(attempts));
     def.name = "tower";
     std::vector<Vector3> points;
     for (int i = 0; i < 60; ++i) {  // a spiral of even area
@@ -207,7 +207,7 @@ TEST(BoundedStep, TheToleranceIsAShareOfTheChange) {
   const auto slide = [](double tolerance) {
     scenes::CubeParameters c;
     c.stiffness = 1e9;
-    WorldDef def = scenes::cubeOnFloor(c, settings(Integrator::kImplicitEuler));
+    WorldDef def = scenes::cubeOnFloor(c, settings(Attempts::kImplicitEuler));
     def.settings.tolerance = tolerance;
     def.articulations[1].V_WA.linear.x() = 1;
     World world(def);

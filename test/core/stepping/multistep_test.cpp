@@ -19,9 +19,9 @@ WorldSettings settings(double h = 1e-3) {
   return s;
 }
 
-WorldSettings settings(Integrator integrator) {
+WorldSettings settings(Attempts attempts) {
   WorldSettings s = settings();
-  s.integrator = integrator;
+  s.attempts = attempts;
   return s;
 }
 
@@ -69,32 +69,32 @@ std::unique_ptr<World> spun(const WorldSettings& settings) {
 /// However it is stepped, the motion is one: implicit steps come nearer to it by their order. With friction of another law where the patch
 /// is clipped they stay 10 µm from it at any step.
 TEST(Multistep, ImplicitStepsConvergeToTheMotionOfExplicitOnes) {
-  const auto at = [](Integrator integrator, double h) {
-    WorldSettings s = settings(integrator);
+  const auto at = [](Attempts attempts, double h) {
+    WorldSettings s = settings(attempts);
     s.step = h;
     return spun(s);
   };
-  const auto exact = at(Integrator::kVelocityVerlet, 1e-3 / 128);
-  for (const Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2}) {
-    const double coarse = apart(*at(integrator, 1e-3 / 4), *exact), fine = apart(*at(integrator, 1e-3 / 64), *exact);
-    EXPECT_LT(fine, 0.15 * coarse) << static_cast<int>(integrator);  // of first order a sixteenth
-    EXPECT_LT(fine, 2e-6) << static_cast<int>(integrator);
+  const auto exact = at(Attempts::kVerlet, 1e-3 / 128);
+  for (const Attempts attempts : {Attempts::kImplicitEuler, Attempts::kSdirk2}) {
+    const double coarse = apart(*at(attempts, 1e-3 / 4), *exact), fine = apart(*at(attempts, 1e-3 / 64), *exact);
+    EXPECT_LT(fine, 0.15 * coarse) << static_cast<int>(attempts);  // of first order a sixteenth
+    EXPECT_LT(fine, 2e-6) << static_cast<int>(attempts);
   }
 }
 
 /// A cube slides to rest; the stop lies within a step. Its error follows the accuracy that is asked for.
 TEST(Multistep, LessErrorIsMadeWhereLessIsAskedFor) {
-  const auto rest = [](double accuracy, Integrator integrator, double h) {
-    WorldSettings s = settings(integrator);
+  const auto rest = [](double accuracy, Attempts attempts, double h) {
+    WorldSettings s = settings(attempts);
     s.step = h;
     s.accuracy = accuracy;
     auto world = std::make_unique<World>(scenes::slidingCube(s, 1e8, 0));
     while (world->time() < 0.3 - 0.5 * h) world->step();
     return world;
   };
-  const auto exact = rest(0.03, Integrator::kVelocityVerlet, 1e-3 / 50);
-  const double loose = apart(*rest(0.3, Integrator::kAutomatic, 1e-3), *exact),
-               tight = apart(*rest(0.003, Integrator::kAutomatic, 1e-3), *exact);
+  const auto exact = rest(0.03, Attempts::kVerlet, 1e-3 / 50);
+  const double loose = apart(*rest(0.3, Attempts::kAll, 1e-3), *exact),
+               tight = apart(*rest(0.003, Attempts::kAll, 1e-3), *exact);
   EXPECT_LT(tight, 0.01 * loose);
   EXPECT_GT(loose, 1e-6);
 }
@@ -139,11 +139,11 @@ TEST(Multistep, TheNumberOfTheFirstStepChangesNoBit) {
 
 /// Evaluations of a step, mean over 200 in which 100 cubes fall upon each other: the contacts of nearly every step are others than the
 /// last one's.
-double evaluationsOfHeap(Integrator integrator) {
+double evaluationsOfHeap(Attempts attempts) {
   scenes::HeapParameters p;
   p.count = 100;
   p.stiffness = 1e7;
-  World world(scenes::heap(p, settings(integrator)));
+  World world(scenes::heap(p, settings(attempts)));
   double sum = 0;
   for (int i = 0; i < 300; ++i) {
     world.step();
@@ -155,9 +155,9 @@ double evaluationsOfHeap(Integrator integrator) {
 /// Second order cannot step over contacts that begin and end, and a heap does not pay for trying in vain: half an attempt more per
 /// step than by implicit Euler alone.
 TEST(Multistep, AHeapDoesNotPayForAttemptsInVain) {
-  const double euler = evaluationsOfHeap(Integrator::kImplicitEuler);
+  const double euler = evaluationsOfHeap(Attempts::kImplicitEuler);
   EXPECT_GT(euler, 1.5);  // all is in motion
-  EXPECT_LT(evaluationsOfHeap(Integrator::kAutomatic), euler + 0.5);
+  EXPECT_LT(evaluationsOfHeap(Attempts::kAll), euler + 0.5);
 }
 
 }  // namespace multistep_test

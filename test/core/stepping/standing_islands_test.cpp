@@ -13,9 +13,9 @@ using namespace scenes;
 
 constexpr double kStiff = 1e8;  // of k [N/m³]: implicit at 1 ms
 
-WorldSettings settingsFor(Integrator integrator) {
+WorldSettings settingsFor(Attempts attempts) {
   WorldSettings s;
-  s.integrator = integrator;
+  s.attempts = attempts;
   return s;
 }
 
@@ -65,7 +65,7 @@ struct Twins {
   int stood = 0;  ///< steps in which nothing was computed
 };
 
-class Standing : public testing::TestWithParam<Integrator> {};
+class Standing : public testing::TestWithParam<Attempts> {};
 
 TEST_P(Standing, AStackThatWasDroppedComesToStand) {
   WorldDef def = stack(4, stiffCube(), settingsFor(GetParam()), 2e-3);
@@ -164,7 +164,7 @@ TEST_P(Standing, NothingStandsOnWhatWasChanged) {
 TEST(StandingByChoice, SoftBodiesStandToo) {
   CubeParameters c;
   c.stiffness = 1e6;
-  WorldDef def = cubeOnFloor(c, settingsFor(Integrator::kAutomatic), 1e-4);
+  WorldDef def = cubeOnFloor(c, settingsFor(Attempts::kAll), 1e-4);
   def.articulations.push_back(cube("falls", c, Pose(Vector3(0.03, 0.02, 3.25))));  // lands after 0.8 s
   Twins twins(def);
   ASSERT_NO_FATAL_FAILURE(twins.run(20));
@@ -181,7 +181,7 @@ TEST(StandingByChoice, SoftBodiesStandToo) {
 }
 
 INSTANTIATE_TEST_SUITE_P(ImplicitSteps, Standing,
-                         testing::Values(Integrator::kImplicitEuler, Integrator::kSdirk2, Integrator::kAutomatic));
+                         testing::Values(Attempts::kImplicitEuler, Attempts::kSdirk2, Attempts::kAll));
 
 }  // namespace standing_islands_test
 }  // namespace haptic

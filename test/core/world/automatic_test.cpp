@@ -15,7 +15,7 @@ using namespace scenes;
 WorldSettings automatic(double h = 1e-3) {
   WorldSettings s;
   s.step = h;
-  s.integrator = Integrator::kAutomatic;
+  s.attempts = Attempts::kAll;
   return s;
 }
 
@@ -32,7 +32,7 @@ TEST(Automatic, ASoftSceneIsThatOfVelocityVerletToTheLastBit) {
   c.ratio = 0.03;
   c.tangential_ratio = 0.1;
   WorldSettings verlet = automatic();
-  verlet.integrator = Integrator::kVelocityVerlet;
+  verlet.attempts = Attempts::kVerlet;
   WorldDef def = stack(3, c, automatic(), 1e-3), reference = stack(3, c, verlet, 1e-3);
   for (WorldDef* d : {&def, &reference}) d->articulations[3].V_WA.linear = Vector3(0.2, 0.1, -0.1);
   World world(def), plain(reference);

@@ -1,8 +1,8 @@
 /// What is reported is what was done: the momentum of a body is the sum of the wrenches that its contacts report.
 #include <gtest/gtest.h>
 
+#include "../../comparators/named_attempts.h"
 #include "../../scenes/moving.h"
-#include "haptic_core/world/integrator.h"
 
 namespace haptic {
 namespace balance_test {
@@ -21,14 +21,14 @@ Momentum momentumOf(const World& world, const LinkDef& body, int link) {
   return {m * V.linear, X.p.cross(m * V.linear) + X.R * body.inertia.I_C * X.R.transpose() * V.angular};
 }
 
-class Balance : public testing::TestWithParam<IntegratorKind> {};
+class Balance : public testing::TestWithParam<comparators::NamedAttempts> {};
 
 /// Two crosses that tumble, meet, part and meet again without gravity, at a share of their speed: what brushes, parts or goes to
 /// another place within a step differs from run to run.
-void expectBalance(Integrator integrator, double share) {
+void expectBalance(Attempts attempts, double share) {
   WorldSettings settings;
-  settings.integrator = integrator;
-  const bool is_explicit = integrator == Integrator::kSymplecticEuler || integrator == Integrator::kVelocityVerlet;
+  settings.attempts = attempts;
+  const bool is_explicit = attempts == Attempts::kVerlet;
   WorldDef def = crosses(settings);
   def.articulations[0].V_WA.linear *= share;
   const LinkDef& body = def.articulations[0].links[0];
@@ -67,10 +67,10 @@ void expectBalance(Integrator integrator, double share) {
 }
 
 TEST_P(Balance, OfTwoBodiesWithTheWrenchesReported) {
-  for (int run = 0; run < 40; ++run) expectBalance(GetParam().integrator, 1 + 1e-3 * run);
+  for (int run = 0; run < 40; ++run) expectBalance(GetParam().attempts, 1 + 1e-3 * run);
 }
 
-INSTANTIATE_TEST_SUITE_P(Integrators, Balance, testing::ValuesIn(kIntegratorKinds),
+INSTANTIATE_TEST_SUITE_P(Methods, Balance, testing::ValuesIn(comparators::kNamedAttempts),
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace balance_test

@@ -10,11 +10,11 @@ using namespace scenes;
 
 constexpr double kDrift = 1e-6;  // [m] in some seconds; a thousandth of what an integrated slip gave
 
-class OnCarrier : public ::testing::TestWithParam<Integrator> {
+class OnCarrier : public ::testing::TestWithParam<Attempts> {
  protected:
   WorldSettings settings() const {
     WorldSettings s;
-    s.integrator = GetParam();
+    s.attempts = GetParam();
     return s;
   }
   /// Mean place over a period, in which the elastic share comes and goes.
@@ -70,9 +70,9 @@ TEST_P(OnCarrier, AShakenPlatformAndARampThatTiltsKeepTheirs) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Integrators, OnCarrier,
-                         ::testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet, Integrator::kImplicitEuler,
-                                           Integrator::kSdirk2, Integrator::kAutomatic));
+INSTANTIATE_TEST_SUITE_P(Methods, OnCarrier,
+                         ::testing::Values(Attempts::kVerlet, Attempts::kImplicitEuler,
+                                           Attempts::kSdirk2, Attempts::kAll));
 
 }  // namespace carrier_test
 }  // namespace haptic

@@ -17,10 +17,10 @@ namespace contact_detail_test {
 /// A cube whose mass lies off its middle stands under gravity that pulls aside: the floor's resultant passes through the centre of mass
 /// along gravity, and friction keeps it from turning.
 TEST(CentreOfPressure, LiesOnTheLineOfTheLoad) {
-  for (const Integrator integrator : {Integrator::kAutomatic, Integrator::kImplicitEuler, Integrator::kVelocityVerlet}) {
+  for (const Attempts attempts : {Attempts::kAll, Attempts::kImplicitEuler, Attempts::kVerlet}) {
     scenes::CubeParameters c;
     WorldSettings settings;
-    settings.integrator = integrator;
+    settings.attempts = attempts;
     settings.gravity = Vector3(1.2, -0.7, -9.8);
     WorldDef def = scenes::cubeOnFloor(c, settings);
     def.articulations[1].links[0].inertia.p_LC = Vector3(-0.015, 0.02, -0.01);
@@ -107,7 +107,7 @@ TEST(PatchOutline, HasTheAreaOfTheReport) {
   for (const bool half_space : {false, true}) {
     for (const bool ball : {false, true}) {
       WorldSettings settings;
-      settings.integrator = Integrator::kVelocityVerlet;  // which reports contacts at the poses that it ends with
+      settings.attempts = Attempts::kVerlet;  // which reports contacts at the poses that it ends with
       WorldDef def = scenes::cubeOnFloor(c, settings);
       if (half_space) def.articulations[0].links[0].collisions[0].shape = std::make_shared<HalfSpace>();
       if (half_space) def.articulations[0].X_WA = Pose();

@@ -13,10 +13,10 @@ using namespace scenes;
 
 /// A stack of four, a cube that slides, a pendulum with a law, and a pointer; index of articulations: floor 0, cubes 1…4, slider 5,
 /// pendulum 6, tool 7.
-WorldDef busy(Integrator integrator) {
+WorldDef busy(Attempts attempts) {
   CubeParameters c;
   WorldSettings s;
-  s.integrator = integrator;
+  s.attempts = attempts;
   WorldDef def = stack(4, c, s, 1e-3);
   def.articulations.push_back(cube("slider", c, Pose(Vector3(0.5, 0, c.size / 2 - c.restDepth())), {Vector3::Zero(), Vector3(1, 0.3, 0)}));
   ArticulationDef pendulum = freeBox("pendulum", Vector3(0.05, 0.05, 0.4), 0.5, Pose(Vector3(0, -1, 2)));
@@ -53,7 +53,7 @@ bool sameBits(const Pose& a, const Pose& b) {
   return std::memcmp(a.R.data(), b.R.data(), 9 * sizeof(double)) == 0 && std::memcmp(a.p.data(), b.p.data(), 3 * sizeof(double)) == 0;
 }
 
-class Exchange : public ::testing::TestWithParam<Integrator> {};
+class Exchange : public ::testing::TestWithParam<Attempts> {};
 
 /// What comes far away changes no bit of anything else, and when it goes nothing does.
 TEST_P(Exchange, WhatComesFarAwayChangesNoBitOfTheRest) {
@@ -109,12 +109,30 @@ TEST_P(Exchange, WhatGoesLetsGoOfWhatItTouched) {
   const double h = world.settings().step, fallen = 0.5 * kGravity * 0.01;
   EXPECT_NEAR(top - world.linkPose(world.linkIndex("cube3")).p.z(), fallen, 0.05 * fallen + kGravity * h * 0.1 + 1e-3);
   for (const char* name : {"slider", "pendulum"}) {
-    if (GetParam() == Integrator::kVelocityVerlet) continue;  // what lost a contact has all forces looked at again
+    if (GetParam() == Attempts::kVerlet) continue;  // what lost a contact has all forces looked at again
     EXPECT_TRUE(sameBits(world.linkPose(world.linkIndex(name)), alone.linkPose(alone.linkIndex(name)))) << name;
   }
   for (int i = 0; i < 1500; ++i) world.step();
   EXPECT_TRUE(world.report().finite);
   EXPECT_NEAR(world.linkPose(world.linkIndex("cube3")).p.z(), top - 0.1, 2e-3) << "it stands again, one cube lower";
+}
+
+/// The floor goes, and nothing can touch any more: the world has no implicit attempts left, and the cube that had some falls freely.
+TEST(ExchangeOfAll, WhatIsLeftAloneFallsFreely) {
+  CubeParameters c;
+  c.stiffness = 1e10;
+  const WorldDef def = cubeOnFloor(c, WorldSettings{});
+  World world(def);
+  for (int i = 0; i < 50; ++i) world.step();
+  ASSERT_EQ(world.state().mode[1], TreeMode::kImplicit);
+  std::vector<int> kept;
+  const WorldDef less = without(def, 0, kept);
+  NextWorld next(world, less, kept);
+  ASSERT_TRUE(world.exchange(next));
+  const double start = world.linkPose(0).p.z(), speed = world.linkTwist(0).linear.z(), t = 0.5;
+  for (int i = 0; i < 500; ++i) world.step();
+  constexpr double kRounding = 500 * 10 * 2.3e-16;  // of 500 sums of numbers of some metres
+  EXPECT_NEAR(world.linkPose(0).p.z() - start, speed * t - 0.5 * kGravity * t * t, kRounding);
 }
 
 /// Deep in a cube of the stack something comes: both part slowly.
@@ -135,13 +153,13 @@ TEST_P(Exchange, WhatComesInsideAnotherIsPushedOutSlowly) {
   EXPECT_LT(fastest, std::sqrt(2 * kGravity * 0.5)) << "no faster than by a fall from there";
 }
 
-INSTANTIATE_TEST_SUITE_P(Integrators, Exchange,
-                         ::testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet, Integrator::kImplicitEuler,
-                                           Integrator::kSdirk2, Integrator::kAutomatic));
+INSTANTIATE_TEST_SUITE_P(Methods, Exchange,
+                         ::testing::Values(Attempts::kVerlet, Attempts::kImplicitEuler,
+                                           Attempts::kSdirk2, Attempts::kAll));
 
 /// A wrench, a motion and what a hand has grabbed go on; what acts on what goes, ends.
 TEST(Exchanged, WrenchesMotionsAndHandsGoOn) {
-  WorldDef def = busy(Integrator::kAutomatic);
+  WorldDef def = busy(Attempts::kAll);
   for (const auto& body : onCarrier(Load{}, WorldSettings{}, {}, 0).articulations) {
     def.articulations.push_back(body);
     def.articulations.back().X_WA.p.y() += 5;
@@ -177,7 +195,7 @@ TEST(Exchanged, WrenchesMotionsAndHandsGoOn) {
 }
 
 TEST(Exchanged, OtherWorldsAreRefused) {
-  const WorldDef def = busy(Integrator::kAutomatic);
+  const WorldDef def = busy(Attempts::kAll);
   World world(def), other(def);
   NextWorld of_other(other, def, all(8));
   EXPECT_FALSE(world.exchange(of_other));

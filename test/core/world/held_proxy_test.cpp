@@ -125,7 +125,7 @@ TEST_P(HeldProxy, ASpringPressesAsMuchBesideItsOrigin) {
 TEST_P(HeldProxy, AHandAtRestFeelsItsToolInEveryTick) {
   WorldDef def = overGround(scenes::box(Vector3::Constant(0.01)), GetParam());
   def.pointers[0].coupling.mode = PointerCoupling::Mode::kVirtual;
-  def.settings.integrator = Integrator::kImplicitEuler;
+  def.settings.attempts = Attempts::kImplicitEuler;
   def.settings.default_material.stiffness = 8e8;
   Hand hand(def, 5);
   hand.goTo(Vector3(0, 0, 0));

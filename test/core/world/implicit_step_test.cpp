@@ -12,20 +12,20 @@ namespace implicit_step_test {
 
 using scenes::CubeParameters;
 
-WorldSettings settings(Integrator integrator, double h) {
+WorldSettings settings(Attempts attempts, double h) {
   WorldSettings s;
-  s.integrator = integrator;
+  s.attempts = attempts;
   s.step = h;
   return s;
 }
 
-class ImplicitStepTest : public testing::TestWithParam<std::tuple<Integrator, double>> {
+class ImplicitStepTest : public testing::TestWithParam<std::tuple<Attempts, double>> {
  protected:
   WorldSettings settings_ = settings(std::get<0>(GetParam()), std::get<1>(GetParam()));
 };
 
 INSTANTIATE_TEST_SUITE_P(Steps, ImplicitStepTest,
-                         testing::Combine(testing::Values(Integrator::kImplicitEuler, Integrator::kSdirk2),
+                         testing::Combine(testing::Values(Attempts::kImplicitEuler, Attempts::kSdirk2),
                                           testing::Values(1e-3, 1e-2)));
 
 TEST_P(ImplicitStepTest, ACubeRestsAtItsDepthWhateverItsStiffness) {
@@ -170,7 +170,7 @@ double stickSlipError(double h) {
   CubeParameters c;
   c.mass = scenes::StickSlip::kMass;
   c.stiffness = scenes::StickSlip::kStiffness;
-  World world(scenes::StickSlip::scene(settings(Integrator::kSdirk2, h)));
+  World world(scenes::StickSlip::scene(settings(Attempts::kSdirk2, h)));
   const int steps = static_cast<int>(std::lround(4 / h));
   double squares = 0;
   for (int i = 0; i < steps; ++i) {
@@ -189,10 +189,10 @@ TEST(ImplicitStep, LocatesWhereFrictionChangesInsideTheStep) {
 
 /// Error of the height, after 20 ms, of a cube that heaves on its foundation without damping or losing touch:
 /// x = x_rest - a cos ωt, ω² = k A/m.
-double heaveError(Integrator integrator, double h) {
+double heaveError(Attempts attempts, double h) {
   CubeParameters c;  // k_eff = 1e4 N/m: ω = 316 rad/s, rest depth 98 µm
   const double amplitude = 20e-6;
-  WorldDef def = scenes::cubeOnFloor(c, settings(integrator, h), -amplitude);
+  WorldDef def = scenes::cubeOnFloor(c, settings(attempts, h), -amplitude);
   def.settings.default_material.dissipation = 0;
   World world(def);
   for (int i = 0, n = static_cast<int>(std::lround(0.02 / h)); i < n; ++i) world.step();
@@ -201,8 +201,8 @@ double heaveError(Integrator integrator, double h) {
 }
 
 TEST(ImplicitStep, HasTheOrderOfItsScheme) {
-  for (const auto& [integrator, order] : {std::pair{Integrator::kImplicitEuler, 1}, {Integrator::kSdirk2, 2}}) {
-    const double coarse = heaveError(integrator, 1e-4), fine = heaveError(integrator, 5e-5);
+  for (const auto& [attempts, order] : {std::pair{Attempts::kImplicitEuler, 1}, {Attempts::kSdirk2, 2}}) {
+    const double coarse = heaveError(attempts, 1e-4), fine = heaveError(attempts, 5e-5);
     EXPECT_NEAR(std::log2(coarse / fine), order, 0.15);  // the next term of the error is h ω/2 = 1 % of it
     EXPECT_GT(coarse, 1e-9);
   }

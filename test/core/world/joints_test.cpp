@@ -51,10 +51,10 @@ TreeDef lawfulChain() {
 }
 
 /// An arm of 0.2 m along x on a hinge about z at the origin, its tip a box; no gravity. A floor is not there.
-WorldDef armAndBox(double friction, Integrator integrator) {
+WorldDef armAndBox(double friction, Attempts attempts) {
   WorldDef def;
   def.name = "arm";
-  def.settings.integrator = integrator;
+  def.settings.attempts = attempts;
   def.settings.gravity.setZero();
   def.settings.default_material = scenes::CubeParameters{}.material();
   ArticulationDef arm = scenes::freeBox("arm", Vector3(0.2, 0.02, 0.02), 0.2, Pose());
@@ -78,22 +78,22 @@ WorldDef armAndBox(double friction, Integrator integrator) {
   return def;
 }
 
-WorldDef worldOf(const TreeDef& tree, Integrator integrator = Integrator::kSymplecticEuler) {
+WorldDef worldOf(const TreeDef& tree, Attempts attempts = Attempts::kVerlet) {
   WorldDef def;
   def.name = "world";
-  def.settings.integrator = integrator;
+  def.settings.attempts = attempts;
   def.articulations.push_back(articulationOf(tree));
   return def;
 }
 
-class EveryIntegrator : public testing::TestWithParam<Integrator> {};
-INSTANTIATE_TEST_SUITE_P(All, EveryIntegrator,
-                         testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet,
-                                         Integrator::kImplicitEuler, Integrator::kSdirk2));
+class EveryMethod : public testing::TestWithParam<Attempts> {};
+INSTANTIATE_TEST_SUITE_P(All, EveryMethod,
+                         testing::Values(Attempts::kVerlet,
+                                         Attempts::kImplicitEuler, Attempts::kSdirk2));
 
-class ExplicitJoints : public testing::TestWithParam<Integrator> {};
+class ExplicitJoints : public testing::TestWithParam<Attempts> {};
 INSTANTIATE_TEST_SUITE_P(Both, ExplicitJoints,
-                         testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet));
+                         testing::Values(Attempts::kVerlet));
 
 TEST_P(ExplicitJoints, MoveAsTheTreeAloneDoes) {
   const TreeDef def = lawfulChain();
@@ -124,7 +124,7 @@ TEST_P(ExplicitJoints, MoveAsTheTreeAloneDoes) {
   EXPECT_EQ(world.report().flags, 0u);
 }
 
-TEST_P(EveryIntegrator, FrictionHoldsAgainstAContactUpToItsLimit) {
+TEST_P(EveryMethod, FrictionHoldsAgainstAContactUpToItsLimit) {
   const double arm = 0.18, limit = 0.5 / arm;  // [N] at the tip
   for (const double share : {0.9, 1.1}) {
     World world(armAndBox(0.5, GetParam()));
@@ -146,7 +146,7 @@ TEST_P(EveryIntegrator, FrictionHoldsAgainstAContactUpToItsLimit) {
   }
 }
 
-TEST_P(EveryIntegrator, SaveAndRestoreContinueWithTheSameBits) {
+TEST_P(EveryMethod, SaveAndRestoreContinueWithTheSameBits) {
   const WorldDef def = armAndBox(0.05, GetParam());
   World one(def), two(def);
   ASSERT_TRUE(one.setJointCommand(one.jointIndex("slide"), {JointDef::Drive::kEffort, 0, 0, 3}));
@@ -164,7 +164,7 @@ TEST_P(EveryIntegrator, SaveAndRestoreContinueWithTheSameBits) {
   EXPECT_NE(one.hash(), before);  // commands are part of the state
 }
 
-TEST_P(EveryIntegrator, LedgerAccountsForEveryJouleUpToTheStep) {
+TEST_P(EveryMethod, LedgerAccountsForEveryJouleUpToTheStep) {
   double error[2];
   for (int half = 0; half < 2; ++half) {
     WorldDef def = worldOf(lawfulChain(), GetParam());
@@ -184,7 +184,7 @@ TEST_P(EveryIntegrator, LedgerAccountsForEveryJouleUpToTheStep) {
 
 /// The parallelogram of four_bar.h, its left bar and rod on one root, its right bar on another, closed by a
 /// loop.
-WorldDef twoRootedFourBar(Integrator integrator) {
+WorldDef twoRootedFourBar(Attempts attempts) {
   const TreeDef whole = test::fourBar();
   TreeDef left = whole, right = whole;
   left.links.resize(2);
@@ -192,7 +192,7 @@ WorldDef twoRootedFourBar(Integrator integrator) {
   right.links = {whole.links[2]};
   right.links[0].parent = -1;
   right.name = "right";
-  WorldDef def = worldOf(left, integrator);
+  WorldDef def = worldOf(left, attempts);
   // Something between them, so that joining changes the order of links.
   def.articulations.push_back(scenes::freeBox("stone", Vector3(0.01, 0.01, 0.01), 1, Pose(Vector3(9, 0, 0))));
   def.articulations.push_back(articulationOf(right));
@@ -261,7 +261,7 @@ TEST(ImplicitJoints, EveryForceLiesOnItsGraph) {
   test::Random random(31);
   for (int trial = 0; trial < 120; ++trial) {
     const TreeDef def = randomLawfulTree(random, 2 + trial % 12, trial % 2);
-    World world(worldOf(def, Integrator::kImplicitEuler));
+    World world(worldOf(def, Attempts::kImplicitEuler));
     const Articulation tree(def);
     const double h = world.settings().step;
     std::vector<LinkWork> work(tree.linkCount());
@@ -307,33 +307,33 @@ TEST(ImplicitJoints, FollowTheirOrderWhereNothingJumps) {
     body.joint.drive_stiffness = 1;
     body.joint.drive_damping = 0.01;
   }
-  const auto end = [&](Integrator integrator, double h) {
-    WorldDef def = worldOf(tree, integrator);
+  const auto end = [&](Attempts attempts, double h) {
+    WorldDef def = worldOf(tree, attempts);
     def.settings.step = h;
     World world(def);
     for (int i = 0; i < std::lround(0.256 / h); ++i) world.step();
     return Vector3(world.joint(0).position, world.joint(1).position, world.joint(2).position);
   };
-  const Vector3 exact = end(Integrator::kSdirk2, 1. / 16000);
-  for (const auto& [integrator, order] :
-       {std::pair{Integrator::kImplicitEuler, 1}, {Integrator::kSdirk2, 2}}) {
-    const double coarse = (end(integrator, 4e-3) - exact).norm(),
-                 fine = (end(integrator, 2e-3) - exact).norm();
+  const Vector3 exact = end(Attempts::kSdirk2, 1. / 16000);
+  for (const auto& [attempts, order] :
+       {std::pair{Attempts::kImplicitEuler, 1}, {Attempts::kSdirk2, 2}}) {
+    const double coarse = (end(attempts, 4e-3) - exact).norm(),
+                 fine = (end(attempts, 2e-3) - exact).norm();
     EXPECT_NEAR(std::log2(coarse / fine), order, 0.15);
   }
 }
 
 /// Robots that nothing connects are problems of their own: to the last bit what each does alone.
 TEST(ImplicitJoints, RobotsThatDoNotMeetMoveAsEachAlone) {
-  for (const Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2}) {
+  for (const Attempts attempts : {Attempts::kImplicitEuler, Attempts::kSdirk2}) {
     TreeDef first = lawfulChain(), second = lawfulChain();
     second.links[0].joint.position = 0.2;
     second.links[1].joint.drive_stiffness = 50;
-    WorldDef def = worldOf(first, integrator);
+    WorldDef def = worldOf(first, attempts);
     def.articulations.push_back(articulationOf(second));
     for (LinkDef& link : def.articulations[1].links) link.name += "_2", link.joint.name += "_2";
     def.articulations[1].name += "_2";
-    World both(def), one(worldOf(first, integrator)), other(worldOf(second, integrator));
+    World both(def), one(worldOf(first, attempts)), other(worldOf(second, attempts));
     for (int i = 0; i < 500; ++i) {
       both.step(), one.step(), other.step();
       ASSERT_EQ(both.report().implicit_islands, 2);
@@ -347,7 +347,7 @@ TEST(ImplicitJoints, RobotsThatDoNotMeetMoveAsEachAlone) {
 
 /// What one robot touches does not make another one implicit.
 TEST(ImplicitJoints, ARobotThatTouchesNothingStaysExplicit) {
-  WorldDef def = armAndBox(0.01, Integrator::kAutomatic);
+  WorldDef def = armAndBox(0.01, Attempts::kAll);
   def.settings.default_material.stiffness *= 1e6;
   def.articulations[1].links[0].joint.drive_effort = 1;
   TreeDef apart = lawfulChain();
@@ -366,7 +366,7 @@ TEST(ImplicitJoints, AnyGainAndAnyStepAreStable) {
     tree.links[0].joint.drive = JointDef::Drive::kPosition;
     tree.links[0].joint.drive_stiffness = stiffness;
     tree.links[0].joint.drive_damping = 1;
-    WorldDef def = worldOf(tree, Integrator::kImplicitEuler);
+    WorldDef def = worldOf(tree, Attempts::kImplicitEuler);
     def.settings.step = 1e-2;
     World world(def);
     ASSERT_TRUE(world.setJointCommand(0, {JointDef::Drive::kPosition, -1, 0, 0}));
@@ -379,13 +379,13 @@ TEST(ImplicitJoints, AnyGainAndAnyStepAreStable) {
 
 TEST(ImplicitJoints, LimitsNeverAddEnergy) {
   // One hinge without gravity: its inertia is constant, so that nothing but the limit can change the energy.
-  for (const Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2}) {
+  for (const Attempts attempts : {Attempts::kImplicitEuler, Attempts::kSdirk2}) {
     for (double speed : {0.3, 9., 100.}) {
       TreeDef tree = test::chain(1);
       tree.links[0].joint.lower = -0.4;
       tree.links[0].joint.upper = 0.3;
       tree.links[0].joint.velocity = speed;
-      WorldDef def = worldOf(tree, integrator);
+      WorldDef def = worldOf(tree, attempts);
       def.settings.gravity.setZero();
       World world(def);
       double before = 0.5 * (test::kChainMass / 12 * 1.04e-2 + test::kChainMass * 2.5e-3) * speed * speed;
@@ -404,8 +404,8 @@ TEST(ImplicitJoints, LimitsNeverAddEnergy) {
 }
 
 TEST(ImplicitJoints, LoopsStayClosedAndSwingAsTheyShould) {
-  for (const Integrator integrator : {Integrator::kImplicitEuler, Integrator::kSdirk2}) {
-    WorldDef def = twoRootedFourBar(integrator);
+  for (const Attempts attempts : {Attempts::kImplicitEuler, Attempts::kSdirk2}) {
+    WorldDef def = twoRootedFourBar(attempts);
     def.settings.step = 1e-4;
     def.articulations[0].links[0].joint.position = 0.8;
     def.articulations[0].links[1].joint.position = -0.8;
@@ -421,7 +421,7 @@ TEST(ImplicitJoints, LoopsStayClosedAndSwingAsTheyShould) {
       }
     }
     // Implicit Euler damps by h ω² t/2 = 2e-3; SDIRK2's velocities in loops are of first order as well.
-    EXPECT_NEAR(world.joint(0).position, angle, integrator == Integrator::kSdirk2 ? 2e-3 : 2e-2);
+    EXPECT_NEAR(world.joint(0).position, angle, attempts == Attempts::kSdirk2 ? 2e-3 : 2e-2);
     EXPECT_NEAR(world.joint(1).position, -world.joint(0).position, 1e-9);
   }
 }
@@ -518,7 +518,7 @@ TEST(Joints, LoopsThatCannotBeAreRefused) {
     }
     return std::string();
   };
-  WorldDef def = twoRootedFourBar(Integrator::kSymplecticEuler);
+  WorldDef def = twoRootedFourBar(Attempts::kVerlet);
   EXPECT_EQ(refused(def), "");
   WorldDef missing = def;
   missing.loops[0].link_b = 7;

@@ -12,9 +12,9 @@ namespace leave_out_test {
 
 using namespace scenes;
 
-WorldSettings settingsFor(Integrator integrator) {
+WorldSettings settingsFor(Attempts attempts) {
   WorldSettings s;
-  s.integrator = integrator;
+  s.attempts = attempts;
   return s;
 }
 
@@ -58,7 +58,7 @@ void expectSameBits(WorldDef def, int steps) {
   }
 }
 
-class LeaveOut : public testing::TestWithParam<Integrator> {};
+class LeaveOut : public testing::TestWithParam<Attempts> {};
 
 TEST_P(LeaveOut, FewPairsOnOneFloor) { expectSameBits(stack(5, CubeParameters{}, settingsFor(GetParam())), 200); }
 
@@ -79,11 +79,11 @@ TEST_P(LeaveOut, FrictionlessWithAHand) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AllSteps, LeaveOut,
-                         testing::Values(Integrator::kSymplecticEuler, Integrator::kVelocityVerlet,
-                                         Integrator::kImplicitEuler, Integrator::kSdirk2, Integrator::kAutomatic));
+                         testing::Values(Attempts::kVerlet,
+                                         Attempts::kImplicitEuler, Attempts::kSdirk2, Attempts::kAll));
 
 TEST(LeaveOut, IsTheSameAfterRestore) {
-  WorldDef def = heap(settingsFor(Integrator::kVelocityVerlet), 6, 2);
+  WorldDef def = heap(settingsFor(Attempts::kVerlet), 6, 2);
   World first(def), second(def);
   for (int i = 0; i < 80; ++i) first.step();
   const auto saved = first.save();
@@ -96,7 +96,7 @@ TEST(LeaveOut, IsTheSameAfterRestore) {
 }
 
 TEST(StageTimes, AreThereWhenAskedForAndChangeNoBit) {
-  const WorldDef def = heap(settingsFor(Integrator::kSymplecticEuler), 6, 2);
+  const WorldDef def = heap(settingsFor(Attempts::kVerlet), 6, 2);
   World timed(def), plain(def);
   timed.measureStages(true);
   StageTimes sum{0, 0, 0, 0, 0};

@@ -90,6 +90,30 @@ TEST(SavedState, IndicesAreJudged) {
   }
 }
 
+/// Same numbers of other meanings: the format says so, and says it alone.
+TEST(SavedState, AnotherFormatIsRefused) {
+  Saved s;
+  std::vector<double> other = s.packed;
+  ASSERT_EQ(other[0], State::kFormat);
+  other[0] = State::kFormat - 1;
+  EXPECT_TRUE(s.refused(other));
+  other.erase(other.begin());
+  EXPECT_TRUE(s.refused(other)) << "of before there was a format";
+}
+
+/// Bodies that nothing can touch are never stepped implicitly, and have nothing to be stepped so with.
+TEST(SavedState, AModeThatTheWorldLacksIsRefused) {
+  WorldDef def = Saved::def();
+  def.pointers.clear();
+  def.articulations.resize(2);
+  for (ArticulationDef& articulation : def.articulations) articulation.links[0].collisions.clear();
+  World world(def);
+  State state = world.state();
+  EXPECT_NO_THROW(world.restore(state.pack()));
+  state.mode[1] = TreeMode::kImplicit;
+  EXPECT_THROW(world.restore(state.pack()), SetupError);
+}
+
 /// Whatever one number is, the state is refused or the world steps on, finite or stopped.
 TEST(SavedState, AnyNumberMayBeDamaged) {
   Saved s;

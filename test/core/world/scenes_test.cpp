@@ -12,7 +12,7 @@ using namespace scenes;
 WorldSettings verlet(double h = 1e-3) {
   WorldSettings s;
   s.step = h;
-  s.integrator = Integrator::kVelocityVerlet;
+  s.attempts = Attempts::kVerlet;
   return s;
 }
 

@@ -84,7 +84,7 @@ TEST(Terrain, ASlopeIsAnInclinedPlane) {
     c.mu_static = c.mu_dynamic = mu;
     def.settings.default_material = c.material();
     def.settings.gravity = Vector3(0, 0, -kGravity);
-    def.settings.integrator = Integrator::kVelocityVerlet;
+    def.settings.attempts = Attempts::kVerlet;
     const Matrix3 R = rotationAbout(Vector3::UnitY(), angle);
     for (ArticulationDef each : ground) {
       each.X_WA = Pose(R, Vector3::Zero()) * each.X_WA;
@@ -110,13 +110,13 @@ TEST(Terrain, ASlopeIsAnInclinedPlane) {
 }
 
 /// A bowl of triangles with a ball of .5 kg and 5 cm in it.
-WorldDef bowl(Integrator integrator, const Vector3& start) {
+WorldDef bowl(Attempts attempts, const Vector3& start) {
   WorldDef def;
   CubeParameters c;
   c.mass = 0.5;
   def.settings.default_material = c.material();
   def.settings.gravity = Vector3(0, 0, -kGravity);
-  def.settings.integrator = integrator;
+  def.settings.attempts = attempts;
   def.articulations.push_back(staticPieces("bowl", groundOf(heightGrid(9, 0.9, [](double x, double y) { return x * x + y * y; }))));
   const auto ball = std::make_shared<Ball>(0.05);
   def.articulations.push_back(freeBody("ball", ball, 0.5, ball->massProperties(0.5 / ball->volume()).I_com, Pose(start)));
@@ -125,8 +125,8 @@ WorldDef bowl(Integrator integrator, const Vector3& start) {
 
 /// A ball that falls on the level cell in a bowl's middle comes to rest there, and its contacts carry its weight.
 TEST(Terrain, ABallComesToRestInABowl) {
-  for (const Integrator integrator : {Integrator::kVelocityVerlet, Integrator::kAutomatic}) {
-    World world(bowl(integrator, Vector3(0.02, -0.01, 0.08)));
+  for (const Attempts attempts : {Attempts::kVerlet, Attempts::kAll}) {
+    World world(bowl(attempts, Vector3(0.02, -0.01, 0.08)));
     for (int i = 0; i < 8000; ++i) {
       world.step();
       ASSERT_FALSE(world.report().flags & (kPairsDropped | kContactsIncomplete));
@@ -140,8 +140,8 @@ TEST(Terrain, ABallComesToRestInABowl) {
 
 /// Beside the middle it rolls from side to side over edges and corners of the triangles, and none of them gives it energy.
 TEST(Terrain, ABallRollsInABowlAndGainsNothing) {
-  for (const Integrator integrator : {Integrator::kVelocityVerlet, Integrator::kAutomatic}) {
-    World world(bowl(integrator, Vector3(0.11, 0.06, 0.08)));
+  for (const Attempts attempts : {Attempts::kVerlet, Attempts::kAll}) {
+    World world(bowl(attempts, Vector3(0.11, 0.06, 0.08)));
     const auto height = [&] {  // energy over m g [m]; I = 2/5 m r²
       const Twist V = world.linkTwist(1);
       return world.linkPose(1).p.z() + (0.5 * V.linear.squaredNorm() + 0.2 * 0.05 * 0.05 * V.angular.squaredNorm()) / kGravity;

@@ -12,7 +12,7 @@ using namespace scenes;
 WorldSettings verlet(double h) {
   WorldSettings s;
   s.step = h;
-  s.integrator = Integrator::kVelocityVerlet;
+  s.attempts = Attempts::kVerlet;
   return s;
 }
 

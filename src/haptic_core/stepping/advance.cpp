@@ -1,4 +1,4 @@
-#include "haptic_core/stepping/chosen_step.h"
+#include "haptic_core/stepping/advance.h"
 
 #include <algorithm>
 #include <limits>
@@ -16,7 +16,7 @@ namespace {
 /// Shorter: ticks at 1 kHz may take twice as long; longer: heaps at 3 ms are left unconverged.
 constexpr double kWorthHalving = 2e-3;
 
-/// Explicit attempts until one stands: each that does not makes a tree implicit or asks for more parts.
+/// Explicit attempts until one counts: each that does not makes a tree implicit or asks for more parts.
 void explicitPart(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept {
   int attempts = static_cast<int>(model.trees.size()) + kMostParts;
   work.choice.decided = false;
@@ -41,11 +41,11 @@ bool implicitPart(const Model& model, const StepPart& part, State& state, Work& 
 
 }  // namespace
 
-void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept {
+void advance(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept {
   prime(model, part, state, work, report);
   work.choice.position_error = 0;
   Retreat& retreat = work.choice.retreat;
-  keepForRetreat(model, work.visits, state, work.hands, report.step, retreat);
+  if (model.implicit_steps) keepForRetreat(model, work.visits, state, work.hands, report.step, retreat);
   explicitPart(model, part, state, work, report);
   double longest = std::numeric_limits<double>::infinity();  // parts of explicit steps are not for implicit ones
   while (anyImplicit(state)) {
@@ -65,8 +65,8 @@ void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Re
     part = shortened(model, part, longest);
     explicitPart(model, part, state, work, report);
   }
-  if (part.h == model.settings.step) settleExplicit(model, part.h, work.visits, work.placement, work.islands, work.hands, state);
-  collectHeld(model, part, state, work.hands, work.placement);
+  const bool may_settle = model.implicit_steps && part.h == model.settings.step;
+  if (may_settle) settleExplicit(model, part.h, work.visits, work.placement, work.islands, work.hands, state);
   report.step.position_error += work.choice.position_error;
   report.step.pairs = state.pair_count;
   report.step.contacts = report.contacts.size();

@@ -1,5 +1,5 @@
-/// A step of the automatic choice (choice.h): all islands explicitly first, stiff ones again implicitly, and where that does not
-/// converge and the step is long, in halves.
+/// The rule of a step: all islands explicitly first, those that are too stiff for that (choice.h) again implicitly, and where that does
+/// not converge and the step is long, in halves. A world that has fewer attempts (world/attempts.h) goes the same way without the others.
 #pragma once
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
@@ -11,6 +11,6 @@ namespace haptic::stepping {
 
 /// (in realtime) Advances by `part`, or by a shorter beginning of it, which it becomes. At most as many attempts as there are
 /// islands, each with at least one more implicit tree, and those that found the part too long: each asks for a shorter one.
-void chosenStep(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept;
+void advance(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept;
 
 }  // namespace haptic::stepping

@@ -1,11 +1,12 @@
-#include "haptic_core/geometry/volume/point_contact.h"
+#include "point_contact.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "haptic_core/geometry/shapes/convex_polyhedron.h"
 
-namespace haptic {
+namespace haptic::comparators {
 namespace {
 
 /// Faces flatter than this against n do not bound the thickness along it.
@@ -23,7 +24,8 @@ double wayOut(const ContactWorkspace& workspace, Owner owner, const Vector3& n, 
 
 }  // namespace
 
-void concentrate(ContactWorkspace& workspace, double area, ContactVolume& contact) noexcept {
+void pointContact(const ConvexShape& A, const ConvexShape& B, ContactWorkspace& workspace, ContactVolume& contact) noexcept {
+  const double area = std::min(A.surface(), B.surface()) / 6;  // ground without end has an infinite one
   const Vector3 n = contact.normal();
   const LoadedVector<Vector3>& vertices = workspace.vertices();
   Vector3 point = contact.X_AP.p;
@@ -49,8 +51,4 @@ void concentrate(ContactWorkspace& workspace, double area, ContactVolume& contac
   workspace.clear();
 }
 
-double pointArea(const ConvexShape& shape) {
-  return shape.surface() / 6;
-}
-
-}  // namespace haptic
+}  // namespace haptic::comparators
