@@ -10,6 +10,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "haptic_core/base/elementary.h"
 #include "haptic_core/dynamics/joint_space_inertia.h"
 #include "haptic_core/world/contact_evaluation.h"
 #include "haptic_core/world/damper_limit.h"
@@ -276,9 +277,9 @@ class VerletMotion {
     }
     const auto n = static_cast<Eigen::Index>(rows.size()), m = static_cast<Eigen::Index>(6 * contacts_.size());
     Matrix J(m, n);
-    for (std::size_t i = 0; i < contacts_.size(); ++i) J.middleRows(6 * static_cast<Eigen::Index>(i), 6) = contacts_[i]->J(Eigen::all, rows);
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
-      const auto of = J.middleRows(6 * static_cast<Eigen::Index>(i), 6);
+      auto of = J.middleRows(6 * static_cast<Eigen::Index>(i), 6);
+      of = contacts_[i]->J(Eigen::all, rows);
       K -= of.transpose() * contacts_[i]->stiffness * of;
     }
     J_ = J.sparseView();
@@ -295,11 +296,11 @@ class VerletMotion {
     std::vector<Matrix6> settles;  // (1 + h/2 W D)⁻¹ h/2 W; 0 where the damper is weak
     for (const auto* c : contacts_) {
       const bool strong = isStrong(c->damping, layerArea(c->volume), c->parts, h, c->law.reduced_mass);
-      const Matrix6 sW = 0.5 * h * c->mobility;
-      settles.push_back(strong ? Matrix6(Matrix6(Matrix6::Identity() + sW * c->damping).partialPivLu().solve(sW)) : Matrix6(Matrix6::Zero()));
+      const Matrix6 sW = 0.5 * h * c->mobility, of_D = Matrix6::Identity() + sW * c->damping;
+      settles.push_back(strong ? Matrix6(of_D.partialPivLu().solve(sW)) : Matrix6(Matrix6::Zero()));
     }
     Vector x = Vector::Zero(n), v(n), F = Vector::Zero(m), F_before(m), a = Vector::Zero(n);
-    for (Eigen::Index i = 0; i < n; ++i) v[i] = std::cos(2.0 * static_cast<double>(i * i) + 1);  // in no mode's kernel
+    for (Eigen::Index i = 0; i < n; ++i) v[i] = elementary::cos(2.0 * static_cast<double>(i * i) + 1);  // in no mode's kernel
     double largest[4] = {0, 0, 0, 0};
     for (int step = 0; step < kSteps; ++step) {
       v += 0.5 * h * a;

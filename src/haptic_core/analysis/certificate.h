@@ -4,8 +4,8 @@
 /// Without dampers velocity Verlet is stable up to h = 2/ω of the stiffest mode. A strong damper is settled contact by contact, with the
 /// masses shared among them (stepping/settled_damper.h): alone it lowers nothing, several of them do, by motions that no closed form
 /// names. So the linear step itself is taken 8000 times from a motion that has all modes, and the largest step that lets none grow is
-/// found by bisection. The heave of one contact alone, h² k A = 4 m, or h² k A + 4 h b A = 4 m where its damper is weak, may be unsafe by a factor
-/// of 2.6. A negative eigenvalue of K is no matter of the step: the scene buckles or topples under its own weight.
+/// found by bisection. The heave of one contact alone, h² k A = 4 m, or h² k A + 4 h b A = 4 m where its damper is weak, may be unsafe by a
+/// factor of 2.6. A negative eigenvalue of K is no matter of the step: the scene buckles or topples under its own weight.
 ///
 /// K is the derivative of the contact and gravity forces by central differences (so it has the turn of the normals and
 /// the weight's share), plus the friction springs; D is that of located_force.h.

@@ -242,7 +242,8 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     takeForces(model, island, true, work);
     const bool stands = solved && solved->stands && standsAlone(model, island, state);
     if (stands) report.step.standing += island.tree_count;
-    if (model.explicit_steps && !stands) lookForExplicit(model, island, part.h, !solved, state, work);  // what stands costs nothing as it is
+    const bool looks = model.explicit_steps && !stands;  // what stands costs nothing as it is
+    if (looks) lookForExplicit(model, island, part.h, !solved, state, work);
     if (may_stand && stands) work.standing.note(island, first_contact, report);
   }
   if (!begun) return;

@@ -8,10 +8,10 @@
 
 namespace haptic {
 
-/// A damper at the velocity before is stable up to h λ(M⁻¹D) = 2 alone, and the springs need a part of it. A Hunt–Crossley damper k c d grows with the load, so a light body pressed by a
-/// hand passes that bound however small its damping at rest. kDamperLimit is the dampers' share;
-/// then springs are stable up to h² λ(M⁻¹K) = 0.6. A damper that strong stops its mode within two steps: the
-/// step does not resolve more.
+/// A damper at the velocity before is stable up to h λ(M⁻¹D) = 2 alone, and the springs need a part of it. A Hunt–Crossley damper k c d
+/// grows with the load, so a light body pressed by a hand passes that bound however small its damping at rest. kDamperLimit is the dampers'
+/// share; then springs are stable up to h² λ(M⁻¹K) = 0.6. A damper that strong stops its mode within two steps: the step does not resolve
+/// more.
 constexpr double kDamperLimit = 1.7;
 
 /// Strength h b A/m of a damper from which velocity Verlet solves for the velocity at the end (stepping/settled_damper.h) [1]. Without,

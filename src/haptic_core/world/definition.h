@@ -210,8 +210,8 @@ struct WorldSettings {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     // Neither the history nor leaving out changes a bit, and no file knows another contact model.
-    visit(s.step), visit(s.substeps), visit(s.gravity), visit(s.attempts), visit(s.pressure_law), visit(s.torsional_friction), visit(s.energy_ledger);
-    visit(s.default_material), visit(s.tolerance), visit(s.accuracy);
+    visit(s.step), visit(s.substeps), visit(s.gravity), visit(s.attempts), visit(s.pressure_law), visit(s.torsional_friction);
+    visit(s.energy_ledger), visit(s.default_material), visit(s.tolerance), visit(s.accuracy);
   }
 };
 

@@ -26,7 +26,9 @@ bool pairFits(const Model& model, const ActivePair& pair) {
 class Judge {
  public:
   Judge(const Model& model, const double* next)
-      : links_(static_cast<double>(model.links.size())), modes_(static_cast<int>(TreeMode::kImplicit) + model.implicit_steps), next_(next) {}
+      : links_(static_cast<double>(model.links.size())),
+        modes_(static_cast<int>(TreeMode::kImplicit) + model.implicit_steps),
+        next_(next) {}
 
   template <class Field>
   void operator()(const Field& field) {
