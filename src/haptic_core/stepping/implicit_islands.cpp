@@ -40,7 +40,7 @@ bool fliesFreely(const Model& model, const Island& island, const State& state) n
 void aimCouplings(const Model& model, const State& state, Work& work) noexcept {
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
     const PointerState& pointer = state.pointers[i];
-    ImplicitCoupling& coupling = work.implicit->couplings()[i];
+    ImplicitCoupling& coupling = work.implicit->stage.couplings[i];
     coupling.link = !model.holds(static_cast<int>(i)) && pointer.targeted ? pointer.link : -1;
     if (coupling.link < 0) continue;
     coupling.law = work.hands.coupling[i];
@@ -52,10 +52,10 @@ void aimCouplings(const Model& model, const State& state, Work& work) noexcept {
 
 void takeCouplings(const Model& model, const StepPart& part, State& state, Work& work) noexcept {
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
-    const ImplicitCoupling& coupling = work.implicit->couplings()[i];
+    const ImplicitCoupling& coupling = work.implicit->stage.couplings[i];
     if (coupling.link < 0 || state.mode[model.links[coupling.link].articulation] != TreeMode::kImplicit) continue;
-    work.hands.wrench[i] += -(work.implicit->meanCoupling(static_cast<int>(i)) * part.share);
-    state.energy.external += work.implicit->couplingWork(static_cast<int>(i));
+    work.hands.wrench[i] += -(meanCoupling(work.implicit->books, static_cast<int>(i)) * part.share);
+    state.energy.external += work.implicit->books.coupling_work[i];
   }
 }
 
@@ -69,13 +69,13 @@ void noteImpact(const Model& model, const ContactReport& contact, double h, cons
 
 /// Wrenches of the island's contacts on its links (and on those that hands hold), and their reports.
 void takeContacts(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
-  for (const ImplicitContact& c : work.implicit->contacts()) {
+  for (const ImplicitContact& c : work.implicit->stage.contacts()) {
     ActivePair& pair = state.pairs[c.pair];
     ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
     contact.sticking = pair.friction.sliding == 0;
-    contact.event = work.implicit->event(c.pair);
+    contact.event = work.implicit->books.event[c.pair];
     // A step that follows explicitly takes up from the force at the end; hands and readers are told the mean of the step.
-    const Wrench at_end = contact.F_BP_W, mean = work.implicit->meanWrench(c);
+    const Wrench at_end = contact.F_BP_W, mean = meanWrench(work.implicit->books, c);
     for (const int link : {contact.link_a, contact.link_b}) {
       const Wrench& F_W = work.hands.held_by[link] >= 0 ? mean : at_end;
       work.placement.link[link].addWrench(link == contact.link_b ? F_W : -F_W, c.X_WP.p);
@@ -86,7 +86,7 @@ void takeContacts(const Model& model, double h, State& state, Work& work, Report
     if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(c.shape_a, c.shape_b, c.volume.A0));
     report.addContact(contact, c.force.clipped);
   }
-  work.implicit->eachParted([&](int index, const Pose& X_WP, const Wrench& mean) {
+  eachParted(work.implicit->stage, work.implicit->books, [&](int index, const Pose& X_WP, const Wrench& mean) {
     ContactReport contact = reportOf(model, state.pairs[index], ContactVolume{}, X_WP, LocatedForce{});
     contact.F_BP_W = mean;
     contact.normal_force = mean.force.dot(X_WP.R.col(2));
@@ -145,7 +145,7 @@ void foreseeKick(const Model& model, const Contacts& contacts, double h, State& 
 
 /// Back to explicit steps where the numbers have been low for long enough, with what those need to know of the last step.
 void lookForExplicit(const Model& model, const Island& island, double h, bool flew, State& state, Work& work) noexcept {
-  const LoadedVector<ImplicitContact>& solved = work.implicit->contacts();
+  const LoadedVector<ImplicitContact>& solved = work.implicit->stage.contacts();
   const Contacts contacts{solved.begin(), flew ? solved.begin() : solved.end()};
   const bool low = stabilityOf(model, island, contacts, state, work) < kLeaveImplicit * kStabilityBound;
   int steps = kDwell;
@@ -158,7 +158,7 @@ void lookForExplicit(const Model& model, const Island& island, double h, bool fl
     const Twist V_W = B.twistAt(c.X_WP.p) - A.twistAt(c.X_WP.p);
     state.pairs[c.pair].release = releaseOf(c.volume, V_W.rotated(c.X_WP.R.transpose()), c.X_WP, c.force);
   }
-  for (const ImplicitCoupling& coupling : work.implicit->couplings()) {
+  for (const ImplicitCoupling& coupling : work.implicit->stage.couplings) {
     if (flew || coupling.link < 0) continue;
     if (work.islands.of(model.links[coupling.link].articulation) != work.islands.of(island.trees[0])) continue;
     placement.link[coupling.link].addWrench(coupling.F_W, placement.link[coupling.link].X_WL.p);
@@ -194,8 +194,7 @@ const ImplicitReport* solve(const Model& model, const Island& island, double h, 
     state.last_step[island.trees[0]] = 0;
     return nullptr;
   }
-  const ImplicitReport& solved =
-      work.implicit->advance(island, h, orderOf(model.settings.attempts));
+  const ImplicitReport& solved = advanceIsland(model, island, h, orderOf(model.settings.attempts), state, *work.implicit);
   report.iterations = std::max(report.iterations, solved.iterations);
   report.evaluations = std::max(report.evaluations, solved.evaluations);
   report.factorisations = std::max(report.factorisations, solved.factorisations);
@@ -215,7 +214,7 @@ const ImplicitReport* solve(const Model& model, const Island& island, double h, 
 }  // namespace
 
 void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
-  ImplicitStep& implicit = *work.implicit;
+  ImplicitWork& implicit = *work.implicit;
   const bool may_stand = model.settings.leave_out && part.h == model.settings.step;
   bool begun = false;
   report.step.standing = 0;
@@ -231,7 +230,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     }
     if (!begun) {
       aimCouplings(model, state, work);
-      implicit.begin(state, work.visits.trees, work.hands, work.contacts.seams, part.h);
+      beginIslands(state, work.visits.trees, work.hands, work.contacts.seams, part.h, implicit);
     }
     begun = true;
     const int first_contact = report.contacts.size();
@@ -247,7 +246,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     if (may_stand && stands) work.standing.note(island, first_contact, report);
   }
   if (!begun) return;
-  report.step.closure = std::max(report.step.closure, implicit.joints().closure(work.placement.link.data()));
+  report.step.closure = std::max(report.step.closure, implicit.stage.joints().closure(work.placement.link.data()));
   takeCouplings(model, part, state, work);
 }
 

@@ -2,7 +2,7 @@
 ///
 /// A stage of length g from a base q_b ends at v with
 ///   r(v) − g f − Gᵀ μ = 0,   f_i on the graph of joint i (joint_law.h, for q_b and g),   φ(q_b ⊕ g v) = 0,
-/// r the residual of inertia, gravity and contacts (implicit_step.h), φ the rings and mimics, φ' = G v. A
+/// r the residual of inertia, gravity and contacts (frozen_problem.h), φ the rings and mimics, φ' = G v. A
 /// Newton step p solves the linear model of r together with the graphs themselves:
 ///   A p + r = g f + Gᵀ μ,   f_i on its graph at v_i + p_i,   G p = −φ/g.
 /// The graphs fall, so this is a step of the pass, and the one that joint_solver.h solves, over the factor of A of

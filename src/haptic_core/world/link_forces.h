@@ -4,7 +4,7 @@
 ///
 /// Its springs' energy counts as potential. Its dampers take the mean of their powers at both ends of a step of velocity Verlet;
 /// a hand or motion that leads one end supplies the mean force along the way: both of second order. Implicit steps
-/// book them with the weights of their stages (stepping/implicit_step.cpp).
+/// book them with the weights of their stages (stepping/step_books.h).
 #pragma once
 #include <vector>
 

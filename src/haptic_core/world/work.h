@@ -57,7 +57,7 @@ struct Work {
   ExplicitWork motion;           ///< stepping/explicit_step
   stepping::ChoiceWork choice;   ///< stepping/choice
   Islands islands;               ///< islands
-  std::unique_ptr<ImplicitStep> implicit;  ///< stepping/implicit_islands; null: every step is explicit
+  std::unique_ptr<stepping::ImplicitWork> implicit;  ///< stepping/implicit_islands; null: every step is explicit
   stepping::StandingIslands standing;      ///< stepping/implicit_islands
   stepping::Asleep asleep;       ///< step, between two steps `World`
   LedgerSums sums;               ///< ledger
