@@ -39,20 +39,20 @@ double violationOf(const ImplicitContact& c, Yielding mode, FrictionMemory start
 }
 
 double violationOf(const ImplicitContact& c, const State& state, const ImplicitStage& stage) noexcept {
-  return violationOf(c, stage.yielding[c.pair], state.pairs[c.pair].friction);
+  return violationOf(c, stage.base.yielding[c.pair], state.pairs[c.pair].friction);
 }
 
 double mostViolation(const State& state, const ImplicitStage& stage) noexcept {
   double most = -1;
-  for (const ImplicitContact& c : stage.contacts()) most = std::max(most, violationOf(c, state, stage));
+  for (const ImplicitContact& c : stage.contacts.all()) most = std::max(most, violationOf(c, state, stage));
   return most;
 }
 
 /// Of contacts that stick.
 double violationAtStart(const State& state, const ImplicitStage& stage) noexcept {
   double most = -1;
-  for (const ImplicitContact& c : stage.contacts()) {
-    if (stage.yielding[c.pair] == Yielding::kNever) most = std::max(most, state.pairs[c.pair].friction.load - 1);
+  for (const ImplicitContact& c : stage.contacts.all()) {
+    if (stage.base.yielding[c.pair] == Yielding::kNever) most = std::max(most, state.pairs[c.pair].friction.load - 1);
   }
   return most;
 }
@@ -66,10 +66,10 @@ void forgetLastStep(const Island& island, State& state) noexcept {
 /// as a share of the step.
 void changeModes(const Model& model, const ImplicitStage& stage, const std::vector<double>& violation, double least, double elapsed,
                  State& state, std::vector<double>& event) noexcept {
-  forgetLastStep(stage.island(), state);
-  for (const ImplicitContact& c : stage.contacts()) {
+  forgetLastStep(stage.island, state);
+  for (const ImplicitContact& c : stage.contacts.all()) {
     FrictionMemory& memory = state.pairs[c.pair].friction;
-    const Yielding mode = stage.yielding[c.pair];
+    const Yielding mode = stage.base.yielding[c.pair];
     if (mode == Yielding::kKeepsLimit || violation[c.pair] < least) continue;
     event[c.pair] = elapsed;
     if (mode == Yielding::kNever) {
@@ -84,13 +84,13 @@ void changeModes(const Model& model, const ImplicitStage& stage, const std::vect
 
 /// The contacts that are at their limit as the part begins slide from now on.
 void slideAtOnce(const ImplicitStage& stage, double elapsed, State& state, std::vector<double>& event) noexcept {
-  for (const ImplicitContact& c : stage.contacts()) {
+  for (const ImplicitContact& c : stage.contacts.all()) {
     FrictionMemory& memory = state.pairs[c.pair].friction;
-    if (stage.yielding[c.pair] != Yielding::kNever || memory.load < 1 - kLocated) continue;
+    if (stage.base.yielding[c.pair] != Yielding::kNever || memory.load < 1 - kLocated) continue;
     slide(memory);
     event[c.pair] = elapsed;
   }
-  forgetLastStep(stage.island(), state);
+  forgetLastStep(stage.island, state);
 }
 
 }  // namespace
@@ -109,16 +109,16 @@ bool mayJump(const Model& model, const Island& island, const State& state) noexc
 }
 
 bool changesMode(const State& state, const ImplicitStage& stage) noexcept {
-  return std::any_of(stage.contacts().begin(), stage.contacts().end(), [&](const ImplicitContact& c) {
-    return stops(c, stage.yielding[c.pair]) || violationOf(c, state, stage) > 0;
+  return std::any_of(stage.contacts.all().begin(), stage.contacts.all().end(), [&](const ImplicitContact& c) {
+    return stops(c, stage.base.yielding[c.pair]) || violationOf(c, state, stage) > 0;
   });
 }
 
 UpToInstant stepToInstant(const Model& model, double s, State& state, ImplicitWork& work) noexcept {
   ImplicitStage& stage = work.stage;
   const IslandStep& step = work.step;
-  for (const ImplicitContact& c : stage.contacts()) {
-    if (stops(c, stage.yielding[c.pair])) stage.yielding[c.pair] = Yielding::kDragged;
+  for (const ImplicitContact& c : stage.contacts.all()) {
+    if (stops(c, stage.base.yielding[c.pair])) stage.base.yielding[c.pair] = Yielding::kDragged;
   }
   const double low = 0, f_low = violationAtStart(state, stage);
   if (f_low >= -kLocated) {
@@ -142,7 +142,7 @@ UpToInstant stepToInstant(const Model& model, double s, State& state, ImplicitWo
   }
   if (attempt.excess > 1) return {-1, attempt.excess};
   std::vector<double>& violation = work.schemes.violation;
-  for (const ImplicitContact& c : stage.contacts()) violation[c.pair] = violationOf(c, state, stage);
+  for (const ImplicitContact& c : stage.contacts.all()) violation[c.pair] = violationOf(c, state, stage);
   commit(model, attempt.part, t, state, work);
   if (turns) changeModes(model, stage, violation, f - 10 * kLocated, (step.length - step.left + t) / step.length, state, work.books.event);
   return {t, kNone};

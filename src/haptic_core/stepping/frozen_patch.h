@@ -18,7 +18,7 @@
 /// The wrench of a spring with a potential beyond k Vol n stays as it is at the reference: exact there, and linear in the twist.
 /// Friction is a FrictionLayer, whose limit is that of this normal force. Where a patch opens or closes by
 /// more than its depth the four points are a caricature:
-/// implicit_stage.h freezes anew at the end that they predict.
+/// stage_reference.h freezes anew at the end that they predict.
 ///
 /// Where two nearly parallel faces meet, `spread` puts what these have in common in place of the points (face_overlay.h):
 /// the same pressures, integrated over the part that presses at the twist. What rocks, tips or settles on a face moves its

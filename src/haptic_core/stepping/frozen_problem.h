@@ -24,7 +24,7 @@
 ///
 /// Source: A. Castro, F. Permenter, X. Han, An unconstrained convex formulation of compliant contact, 2021 (arXiv
 /// 2110.10107). Different here: Coulomb's limit is that of the normal force, so nothing that slides floats; the patches
-/// are refrozen (implicit_stage.h) instead of being taken from the start of the step.
+/// are refrozen (stage_reference.h) instead of being taken from the start of the step.
 #pragma once
 #include <limits>
 #include <vector>
@@ -58,7 +58,7 @@ class FrozenProblem {
                 double* v) noexcept;
 
   LoadedVector<FrozenContact> contacts;    ///< of the island, filled by StageContacts
-  LoadedVector<FrozenForce> forces;        ///< of the island, filled by ImplicitStage
+  LoadedVector<FrozenForce> forces;        ///< of the island, filled by stage_forces.h
   int iterations = 0, factorisations = 0;  ///< since they were last set to 0, of the part that took most in each pass
   double decrement = 0;                 ///< of the last solve, -R·p at its start [J]
   double remainder = 0;                 ///< estimated size of another Newton step of the last solve [m/s]

@@ -40,7 +40,7 @@ bool fliesFreely(const Model& model, const Island& island, const State& state) n
 void aimCouplings(const Model& model, const State& state, Work& work) noexcept {
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
     const PointerState& pointer = state.pointers[i];
-    ImplicitCoupling& coupling = work.implicit->stage.couplings[i];
+    ImplicitCoupling& coupling = work.implicit->stage.forces.couplings[i];
     coupling.link = !model.holds(static_cast<int>(i)) && pointer.targeted ? pointer.link : -1;
     if (coupling.link < 0) continue;
     coupling.law = work.hands.coupling[i];
@@ -52,7 +52,7 @@ void aimCouplings(const Model& model, const State& state, Work& work) noexcept {
 
 void takeCouplings(const Model& model, const StepPart& part, State& state, Work& work) noexcept {
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
-    const ImplicitCoupling& coupling = work.implicit->stage.couplings[i];
+    const ImplicitCoupling& coupling = work.implicit->stage.forces.couplings[i];
     if (coupling.link < 0 || state.mode[model.links[coupling.link].articulation] != TreeMode::kImplicit) continue;
     work.hands.wrench[i] += -(meanCoupling(work.implicit->books, static_cast<int>(i)) * part.share);
     state.energy.external += work.implicit->books.coupling_work[i];
@@ -69,7 +69,7 @@ void noteImpact(const Model& model, const ContactReport& contact, double h, cons
 
 /// Wrenches of the island's contacts on its links (and on those that hands hold), and their reports.
 void takeContacts(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
-  for (const ImplicitContact& c : work.implicit->stage.contacts()) {
+  for (const ImplicitContact& c : work.implicit->stage.contacts.all()) {
     ActivePair& pair = state.pairs[c.pair];
     ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
     contact.sticking = pair.friction.sliding == 0;
@@ -145,7 +145,7 @@ void foreseeKick(const Model& model, const Contacts& contacts, double h, State& 
 
 /// Back to explicit steps where the numbers have been low for long enough, with what those need to know of the last step.
 void lookForExplicit(const Model& model, const Island& island, double h, bool flew, State& state, Work& work) noexcept {
-  const LoadedVector<ImplicitContact>& solved = work.implicit->stage.contacts();
+  const LoadedVector<ImplicitContact>& solved = work.implicit->stage.contacts.all();
   const Contacts contacts{solved.begin(), flew ? solved.begin() : solved.end()};
   const bool low = stabilityOf(model, island, contacts, state, work) < kLeaveImplicit * kStabilityBound;
   int steps = kDwell;
@@ -158,7 +158,7 @@ void lookForExplicit(const Model& model, const Island& island, double h, bool fl
     const Twist V_W = B.twistAt(c.X_WP.p) - A.twistAt(c.X_WP.p);
     state.pairs[c.pair].release = releaseOf(c.volume, V_W.rotated(c.X_WP.R.transpose()), c.X_WP, c.force);
   }
-  for (const ImplicitCoupling& coupling : work.implicit->stage.couplings) {
+  for (const ImplicitCoupling& coupling : work.implicit->stage.forces.couplings) {
     if (flew || coupling.link < 0) continue;
     if (work.islands.of(model.links[coupling.link].articulation) != work.islands.of(island.trees[0])) continue;
     placement.link[coupling.link].addWrench(coupling.F_W, placement.link[coupling.link].X_WL.p);
@@ -230,7 +230,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     }
     if (!begun) {
       aimCouplings(model, state, work);
-      beginIslands(state, work.visits.trees, work.hands, work.contacts.seams, part.h, implicit);
+      beginIslands(model, state, work.visits.trees, work.hands, work.contacts.seams, part.h, implicit);
     }
     begun = true;
     const int first_contact = report.contacts.size();
@@ -246,7 +246,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     if (may_stand && stands) work.standing.note(island, first_contact, report);
   }
   if (!begun) return;
-  report.step.closure = std::max(report.step.closure, implicit.stage.joints().closure(work.placement.link.data()));
+  report.step.closure = std::max(report.step.closure, implicit.stage.joints.closure(work.placement.link.data()));
   takeCouplings(model, part, state, work);
 }
 

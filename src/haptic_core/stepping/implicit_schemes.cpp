@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/stepping/stage_energy.h"
+#include "haptic_core/stepping/stage_passes.h"
 #include "haptic_core/stepping/standing_islands.h"
 
 namespace haptic::stepping {
@@ -20,15 +22,6 @@ bool sticksAtAll(const FrictionMemory& m) { return m.touching != 0 && m.sliding 
 
 double losses(const EnergySums& sums) { return sums.damping + sums.friction; }
 
-/// Visits the island's velocities, by their index in the world.
-template <class Visit>
-void eachVelocity(const Model& model, const Island& island, Visit&& visit) noexcept {
-  for (int n = 0; n < island.tree_count; ++n) {
-    const ModelTree& tree = model.trees[island.trees[n]];
-    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) visit(i);
-  }
-}
-
 /// q ⊕ t v of the island.
 void moveOn(const Model& model, const Island& island, const std::vector<double>& v, double t, std::vector<double>& q) noexcept {
   for (int n = 0; n < island.tree_count; ++n) {
@@ -40,14 +33,14 @@ void moveOn(const Model& model, const Island& island, const std::vector<double>&
 /// Whether the contacts of the last evaluation are those of the step's start, and their patches about as large: an edge
 /// that becomes a face is an impact.
 bool sameContacts(const State& state, const ImplicitStage& stage) noexcept {
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   int next = 0;
   for (int i = 0; i < island.pair_count; ++i) {
-    const bool now = next < stage.contacts().size() && stage.contacts()[next].pair == island.pairs[i];
+    const bool now = next < stage.contacts.all().size() && stage.contacts.all()[next].pair == island.pairs[i];
     const ActivePair& before = state.pairs[island.pairs[i]];
     if (now != (before.friction.touching != 0)) return false;
     if (!now) continue;
-    const double area = stage.contacts()[next++].volume.A0;
+    const double area = stage.contacts.all()[next++].volume.A0;
     if (area > kGrowth * before.friction.area || before.friction.area > kGrowth * area) return false;
   }
   return true;
@@ -56,11 +49,11 @@ bool sameContacts(const State& state, const ImplicitStage& stage) noexcept {
 /// Whether the island touches something or a force element holds it, and is at rest before and after.
 bool staysAtRest(const Model& model, const State& state, const ImplicitStage& stage, double h) noexcept {
   const double most = restBound(model, state, stage, h);
-  if ((stage.contacts().empty() && !stage.hasForces()) || stage.hasJoints()) return false;
-  if (stage.speed(stage.v) > most || stage.speed(stage.v_base) > most || !sameContacts(state, stage)) return false;
+  if ((stage.contacts.all().empty() && !stage.forces.any) || stage.has_joints) return false;
+  if (stage.speed(stage.v) > most || stage.speed(stage.base.v) > most || !sameContacts(state, stage)) return false;
   const auto runs = [](const ImplicitContact& c) { return !c.force.belt.isZero(0); };  // under what stands it works on
-  if (std::any_of(stage.contacts().begin(), stage.contacts().end(), runs)) return false;
-  const Island& island = stage.island();
+  if (std::any_of(stage.contacts.all().begin(), stage.contacts.all().end(), runs)) return false;
+  const Island& island = stage.island;
   return std::all_of(island.pairs, island.pairs + island.pair_count,
                      [&](int i) { return state.pairs[i].friction.began == 0 && !state.pairs[i].buried; });
 }
@@ -69,7 +62,7 @@ bool staysAtRest(const Model& model, const State& state, const ImplicitStage& st
 void stand(const Model& model, double h, State& state, ImplicitWork& work) noexcept {
   const ImplicitStage& stage = work.stage;
   ImplicitReport& report = work.report;
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   ++report.parts;
   report.rests = report.stands = true;
   for (int n = 0; n < island.tree_count; ++n) {
@@ -80,7 +73,7 @@ void stand(const Model& model, double h, State& state, ImplicitWork& work) noexc
     state.last_step[island.trees[n]] = h;
     state.calm[island.trees[n]] = kCalmSteps;
   }
-  if (!report.stands) report.position_error += h * stage.speed(stage.v_base);  // of the motion that is left out, once
+  if (!report.stands) report.position_error += h * stage.speed(stage.base.v);  // of the motion that is left out, once
   for (int i = 0; i < island.pair_count; ++i) state.pairs[island.pairs[i]].cache = work.schemes.cache[island.pairs[i]];
   bookStanding(model, stage, h, state, work.books);
 }
@@ -88,12 +81,12 @@ void stand(const Model& model, double h, State& state, ImplicitWork& work) noexc
 /// Acceleration over a solve of length g less that at the end of the last step.
 void changeSinceLastStep(const Model& model, const State& state, const ImplicitStage& stage, double g,
                          std::vector<double>& change) noexcept {
-  eachVelocity(model, stage.island(), [&](int i) { change[i] = (stage.v[i] - stage.v_base[i]) / g - state.a_end[i]; });
+  eachVelocity(model, stage.island, [&](int i) { change[i] = (stage.v[i] - stage.base.v[i]) / g - state.a_end[i]; });
 }
 
 /// Largest change of speed of a tree since the state [m/s].
 double speedGained(const Model& model, const State& state, const ImplicitStage& stage, std::vector<double>& gained) noexcept {
-  eachVelocity(model, stage.island(), [&](int i) { gained[i] = stage.v[i] - state.v[i]; });
+  eachVelocity(model, stage.island, [&](int i) { gained[i] = stage.v[i] - state.v[i]; });
   return stage.speed(gained);
 }
 
@@ -109,12 +102,13 @@ Attempt judge(const Model& model, const State& state, const ImplicitStage& stage
 }
 
 /// A stage whose contacts stay as they were at the start of the step. False as soon as they do not.
-bool solveSmooth(const State& state, const IslandStep& step, double g, double left, ImplicitStage& stage) noexcept {
+bool solveSmooth(const Model& model, State& state, const IslandStep& step, double g, double left,
+                 ImplicitStage& stage) noexcept {
   const int room = step.room(stage);
   if (room < 1) return false;
   const int passes = step.locates ? std::min(kMostPasses, room) : kSmoothPasses;
-  const auto goesOn = [&] { return !stage.limited && sameContacts(state, stage); };
-  return stage.solve(g, left, passes, goesOn) && goesOn() && (!stage.hasJoints() || stage.joints().isSmooth(state.v.data()));
+  const auto goesOn = [&] { return !stage.result.limited && sameContacts(state, stage); };
+  return solveStage(model, state, g, left, passes, stage, goesOn) && goesOn() && (!stage.has_joints || stage.joints.isSmooth(state.v.data()));
 }
 
 /// Where friction of a contact starts in SDIRK2's second stage. `start`: of the step.
@@ -139,12 +133,12 @@ FrictionMemory secondStart(const ImplicitContact& c, const FrictionMemory& start
 /// Keeps the means of the part, from which BDF2 goes on. `first_acceleration`: of SDIRK2's first stage.
 void remember(const Model& model, const ImplicitStage& stage, const SolvedPart& part, double taken_up,
               const std::vector<double>& first_acceleration, State& state) noexcept {
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   const double g = part.g, h = part.length, share = g / h;  // of the step at the velocity of its end
   eachVelocity(model, island, [&](int i) {
     double before = state.v_mean[i];  // velocity at which the rest went
-    if (part.mean == Mean::kOfStages) before = stage.v_base[i] + (2 * g - h) * first_acceleration[i];
-    state.a_end[i] = (stage.v[i] - stage.v_base[i]) / g;
+    if (part.mean == Mean::kOfStages) before = stage.base.v[i] + (2 * g - h) * first_acceleration[i];
+    state.a_end[i] = (stage.v[i] - stage.base.v[i]) / g;
     state.a_mean[i] = (stage.v[i] - state.v[i]) / h;
     state.v_mean[i] = part.mean == Mean::kOfEnd ? stage.v[i] : share * stage.v[i] + (1 - share) * before;
   });
@@ -168,21 +162,21 @@ void IslandStep::goOn(double done) noexcept {
 }
 
 void startFromState(const Model& model, const State& state, ImplicitStage& stage) noexcept {
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model.trees[island.trees[n]];
-    std::copy_n(state.q.begin() + tree.q, tree.model->nq(), stage.q_base.begin() + tree.q);
-    std::copy_n(state.v.begin() + tree.v, tree.model->nv(), stage.v_base.begin() + tree.v);
+    std::copy_n(state.q.begin() + tree.q, tree.model->nq(), stage.base.q.begin() + tree.q);
+    std::copy_n(state.v.begin() + tree.v, tree.model->nv(), stage.base.v.begin() + tree.v);
     std::copy_n(state.v.begin() + tree.v, tree.model->nv(), stage.v.begin() + tree.v);
   }
   for (int i = 0; i < island.pair_count; ++i) {
-    stage.memory_base[island.pairs[i]] = state.pairs[island.pairs[i]].friction;
+    stage.base.memory[island.pairs[i]] = state.pairs[island.pairs[i]].friction;
   }
 }
 
 double restBound(const Model& model, const State& state, const ImplicitStage& stage, double h) noexcept {
-  const bool calm = isCalm(stage.island(), state) && standsAlone(model, stage.island(), state);
-  return std::max(kOfRounding * stage.finest(h), calm ? restingSpeed(model.settings, h) : 0.0);
+  const bool calm = isCalm(stage.island, state) && standsAlone(model, stage.island, state);
+  return std::max(kOfRounding * finest(model, stage, h), calm ? restingSpeed(model.settings, h) : 0.0);
 }
 
 double lastStep(const Island& island, const State& state) noexcept {
@@ -198,37 +192,37 @@ double lastStep(const Island& island, const State& state) noexcept {
 }
 
 void setModes(const State& state, bool locates, ImplicitStage& stage) noexcept {
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   for (int i = 0; i < island.pair_count; ++i) {
     const FrictionMemory& memory = state.pairs[island.pairs[i]].friction;
-    stage.yielding[island.pairs[i]] = locates && sticksAtAll(memory) ? Yielding::kNever : Yielding::kKeepsLimit;
+    stage.base.yielding[island.pairs[i]] = locates && sticksAtAll(memory) ? Yielding::kNever : Yielding::kKeepsLimit;
   }
 }
 
 bool euler(const Model& model, double h, int passes, bool if_jumps, State& state, ImplicitWork& work) noexcept {
   ImplicitStage& stage = work.stage;
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   startFromState(model, state, stage);
   for (int i = 0; i < island.pair_count; ++i) {
-    stage.yielding[island.pairs[i]] = Yielding::kKeepsLimit;
+    stage.base.yielding[island.pairs[i]] = Yielding::kKeepsLimit;
     work.schemes.cache[island.pairs[i]] = state.pairs[island.pairs[i]].cache;
   }
   bool smooth = false;
-  stage.run = h;
-  const bool converged = stage.solve(h, 0, passes, [&] { return !(smooth = if_jumps && sameContacts(state, stage)); });
+  stage.base.run = h;
+  const bool converged = solveStage(model, state, h, 0, passes, stage, [&] { return !(smooth = if_jumps && sameContacts(state, stage)); });
   if (smooth) return false;
   work.report.converged = converged;
   if (converged && h == work.step.length && staysAtRest(model, state, stage, h)) {
     stand(model, h, state, work);
     return true;
   }
-  const double lost = converged ? 0 : stage.keepEnergy(h);
+  const double lost = converged ? 0 : keepEnergy(model, state, h, stage);
   const double booked = losses(state.energy), supplied = state.energy.external + sumOf(work.books.coupling_work);
   changeSinceLastStep(model, state, stage, h, work.schemes.change);
   SolvedPart part{h, h, Mean::kOfEnd, 0};
   const Attempt as_bdf2 = judge(model, state, stage, work.step.length, part, kErrorBdf2, work.schemes);
   // Its error is that of a speed that was not there yet; the rest of a solve that did not converge counts in full.
-  part.position_error = h * (0.5 * as_bdf2.gained + (converged ? 0 : stage.error));
+  part.position_error = h * (0.5 * as_bdf2.gained + (converged ? 0 : stage.result.error));
   commit(model, part, !converged || !sameContacts(state, stage) ? -h : as_bdf2.excess > 1 ? 0 : h, state, work);
   if (converged) return true;
   // Forces out of balance are not what slowed the bodies: of their power no more is a loss than was lost.
@@ -237,65 +231,65 @@ bool euler(const Model& model, double h, int passes, bool if_jumps, State& state
   return true;
 }
 
-Attempt bdf2(const Model& model, const State& state, const IslandStep& step, double s, double last, ImplicitStage& stage,
+Attempt bdf2(const Model& model, State& state, const IslandStep& step, double s, double last, ImplicitStage& stage,
              SchemeWork& work) noexcept {
   const double w = s / last, g = (1 + w) / (1 + 2 * w) * s, rest = s - g;
   startFromState(model, state, stage);
-  moveOn(model, stage.island(), state.v_mean, rest, stage.q_base);
-  eachVelocity(model, stage.island(), [&](int i) {
-    stage.v_base[i] += rest * state.a_mean[i];
-    stage.v[i] = stage.v_base[i] + g * state.a_end[i];
+  moveOn(model, stage.island, state.v_mean, rest, stage.base.q);
+  eachVelocity(model, stage.island, [&](int i) {
+    stage.base.v[i] += rest * state.a_mean[i];
+    stage.v[i] = stage.base.v[i] + g * state.a_end[i];
   });
-  stage.run = s;
-  if (!solveSmooth(state, step, g, step.left - s, stage)) return {};
+  stage.base.run = s;
+  if (!solveSmooth(model, state, step, g, step.left - s, stage)) return {};
   changeSinceLastStep(model, state, stage, g, work.change);
   return judge(model, state, stage, step.length, {g, s, Mean::kOfEnds, 0}, kErrorBdf2, work);
 }
 
-Attempt sdirk2(const Model& model, const State& state, const IslandStep& step, double s, ImplicitStage& stage, SchemeWork& work,
+Attempt sdirk2(const Model& model, State& state, const IslandStep& step, double s, ImplicitStage& stage, SchemeWork& work,
                StepBooks& books) noexcept {
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   const double g = kGamma * s, rest = (1 - kGamma) * s, left = step.left - s;
   std::vector<double>& first = work.acceleration;
   startFromState(model, state, stage);
-  stage.run = g;
-  if (!solveSmooth(state, step, g, left + rest, stage)) return {};
-  if (stage.hasJoints()) {
-    stage.joints().startAccount();
-    stage.joints().account(stage.v.data(), stage.v.data(), rest);
+  stage.base.run = g;
+  if (!solveSmooth(model, state, step, g, left + rest, stage)) return {};
+  if (stage.has_joints) {
+    stage.joints.startAccount();
+    stage.joints.account(stage.v.data(), stage.v.data(), rest);
   }
-  for (const ImplicitContact& c : stage.contacts()) stage.memory_base[c.pair] = secondStart(c, state.pairs[c.pair].friction);
+  for (const ImplicitContact& c : stage.contacts.all()) stage.base.memory[c.pair] = secondStart(c, state.pairs[c.pair].friction);
   gather(stage, books.first, books.place);
-  moveOn(model, island, stage.v, rest, stage.q_base);
+  moveOn(model, island, stage.v, rest, stage.base.q);
   eachVelocity(model, island, [&](int i) {
-    first[i] = (stage.v[i] - stage.v_base[i]) / g;
-    stage.v_base[i] += rest * first[i];
-    stage.v[i] = stage.v_base[i] + g * first[i];
+    first[i] = (stage.v[i] - stage.base.v[i]) / g;
+    stage.base.v[i] += rest * first[i];
+    stage.v[i] = stage.base.v[i] + g * first[i];
   });
-  stage.run = rest;
-  if (!solveSmooth(state, step, g, left, stage)) return {};
-  if (stage.hasJoints()) stage.joints().account(stage.v.data(), stage.v.data(), g);
-  eachVelocity(model, island, [&](int i) { work.change[i] = (stage.v[i] - stage.v_base[i]) / g - first[i]; });
+  stage.base.run = rest;
+  if (!solveSmooth(model, state, step, g, left, stage)) return {};
+  if (stage.has_joints) stage.joints.account(stage.v.data(), stage.v.data(), g);
+  eachVelocity(model, island, [&](int i) { work.change[i] = (stage.v[i] - stage.base.v[i]) / g - first[i]; });
   return judge(model, state, stage, step.length, {g, s, Mean::kOfStages, 0}, kErrorSdirk2, work);
 }
 
 void commit(const Model& model, const SolvedPart& part, double taken_up, State& state, ImplicitWork& work) noexcept {
   ImplicitStage& stage = work.stage;
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   const bool first_part = work.report.parts++ == 0;
   work.report.position_error += part.position_error;
-  if (stage.hasJoints()) {
+  if (stage.has_joints) {
     if (part.mean != Mean::kOfStages) {  // force × mean velocity: the change of energy
-      stage.joints().startAccount();
-      stage.joints().account(state.v.data(), stage.v.data(), part.length);
+      stage.joints.startAccount();
+      stage.joints.account(state.v.data(), stage.v.data(), part.length);
     }
-    stage.joints().closeAccount(state);
-    work.report.joints_converged &= stage.joints().converged();
+    stage.joints.closeAccount(state);
+    work.report.joints_converged &= stage.joints.converged();
   }
   remember(model, stage, part, taken_up, work.schemes.acceleration, state);
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model.trees[island.trees[n]];
-    std::copy_n(stage.q_base.begin() + tree.q, tree.model->nq(), state.q.begin() + tree.q);
+    std::copy_n(stage.base.q.begin() + tree.q, tree.model->nq(), state.q.begin() + tree.q);
     std::copy_n(stage.v.begin() + tree.v, tree.model->nv(), state.v.begin() + tree.v);
   }
   moveOn(model, island, stage.v, part.g, state.q);

@@ -1,7 +1,7 @@
 /// The implicit schemes, each as an attempt at a part of an island's step:
 ///
 ///   stand           nothing moves, where a stage of implicit Euler finds that.
-///   implicit Euler  one stage (implicit_stage.h) of length h.
+///   implicit Euler  one stage (stage_passes.h) of length h.
 ///   SDIRK2          two stages, g = γ h, γ = 1 - 1/√2 (Alexander 1977: second order, L-stable, stiffly accurate):
 ///                   v_b = v0 + (1-γ) h a1, q_b = q0 ⊕ (1-γ) h v1, s_b = s0 + (1-γ)/γ (s1 - s0); of what sticks poses say
 ///                   how far s went, and only what yielded is drawn out.
@@ -12,7 +12,8 @@
 ///                   from.
 ///
 /// Each starts from the state, and leaves its solution in the stage, whose last solve it is. Those of second order change nothing
-/// else: their attempt says how far they err, and `commit` takes it into state and books. Implicit Euler always counts, and commits itself.
+/// else but caches of pairs: their attempt says how far they err, and `commit` takes it into state and books. Implicit Euler always
+/// counts, and commits itself.
 ///
 /// Errors of position over a length s: implicit Euler s/2 |Δv|; BDF2 2/9 s² |a1 - a0|, a0 at the end of the last step; SDIRK2 .04 s² of
 /// the change between its stages. An attempt may err by `WorldSettings::accuracy` of the way that the change of speed and gravity move a
@@ -127,10 +128,10 @@ double lastStep(const Island& island, const State& state) noexcept;
 bool euler(const Model& model, double h, int passes, bool if_jumps, State& state, ImplicitWork& work) noexcept;
 
 /// (in realtime) BDF2 over the next s [s] of the step, after a step of length `last`.
-Attempt bdf2(const Model& model, const State& state, const IslandStep& step, double s, double last, ImplicitStage& stage,
+Attempt bdf2(const Model& model, State& state, const IslandStep& step, double s, double last, ImplicitStage& stage,
              SchemeWork& work) noexcept;
-/// (in realtime) SDIRK2 over the next s [s]; contacts yield as `stage.yielding` says. Its first stage's wrenches go into the books.
-Attempt sdirk2(const Model& model, const State& state, const IslandStep& step, double s, ImplicitStage& stage, SchemeWork& work,
+/// (in realtime) SDIRK2 over the next s [s]; contacts yield as `stage.base.yielding` says. Its first stage's wrenches go into the books.
+Attempt sdirk2(const Model& model, State& state, const IslandStep& step, double s, ImplicitStage& stage, SchemeWork& work,
                StepBooks& books) noexcept;
 /// (in realtime) Before either: how contacts yield. What sticks never does in a step that locates the instants at which it lets go.
 void setModes(const State& state, bool locates, ImplicitStage& stage) noexcept;

@@ -1,22 +1,14 @@
-/// One stage of an implicit step: passes, each with geometry frozen where the last one ended.
-///
-/// A stage of length g from a base (q_b, v_b, s_b) finds v with
+/// A stage of an implicit step, as plain data. A stage of length g from a base (q_b, v_b, s_b) finds v with
 ///     R(v) = M(q)(v - v_b) + g (c(q, v) - Σ Jᵀ F(q, v, s) - gravity) = 0,   q = q_b ⊕ g v,  s = s_b + g V_t,
 /// F from the contact volumes at q, from the virtual couplings and from the force elements.
 ///
-/// A pass evaluates contacts and inertia once, at a reference velocity v_r, and solves the problem that has the
-/// exact force and stiffness there (frozen_problem.h). Its solution is the reference of the next pass, which looks again at
-/// changed contacts (stage_contacts.h); without any there is no next pass. At rest, and wherever patches change
-/// little within a step, the stage costs one evaluation and one factorisation.
-///
-/// Contact volumes know the way out of a body only near its surface. So where a pair would get deeper by more than a quarter of its width
-/// between two references, the reference goes a share of the way to the iterate (`limited`), as in a trust region. The step stays whole:
-/// a body that tips over or lands does so within it.
-///
-/// End. With Δ the change of the last pass and ρ its share of that of the pass before, Δ ρ/(1-ρ) is left. It ends at
-/// `tolerance` times the step's own error: as a speed |v - v_b|, of which implicit Euler errs by half, and a hundredth of
-/// g |gravity|; and -R·p of the last pass, an energy, at the same share of that of these speeds.
-/// After the last pass that is allowed the remaining error is reported, and `keepEnergy` keeps it from adding energy.
+/// Each part has one writer:
+///   `base`, the guess `v`  the schemes (implicit_schemes.h), before a solve;
+///   `held`                 `beginStages`, and where a stage ends within the step `placeHeld`;
+///   `places`, `reference`  what moves the reference (stage_reference.h);
+///   `forces`               stage_forces.h;
+///   `pass`, `result`, `v`  the passes (stage_passes.h);
+///   `problem`, `contacts`, `joints`, `limit`  themselves, when a pass calls them.
 #pragma once
 #include <vector>
 
@@ -25,137 +17,98 @@
 #include "haptic_core/stepping/frozen_problem.h"
 #include "haptic_core/stepping/implicit_joints.h"
 #include "haptic_core/stepping/stage_contacts.h"
+#include "haptic_core/stepping/stage_forces.h"
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/islands.h"
-#include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
 
-namespace haptic {
+namespace haptic::stepping {
 
-/// A spring-damper from a hand's target to a link: part of the solve, so that it may be as stiff as it likes.
-struct ImplicitCoupling {
-  PointerCoupling law;  ///< with nothing left to derive
-  int link = -1;        ///< -1: no target yet, or the hand prescribes the motion
-  Pose X_WL;            ///< target at the end of the step
-  Twist V_WL;           ///< of the target
-  Wrench F_W;           ///< on the link, about its frame's origin: at the end of the stage
-  double power = 0;     ///< of it on the link [W]
+/// Where a stage starts, in the state's order; only what belongs to the island is read.
+struct StageBase {
+  std::vector<double> q, v;            ///< positions and velocities
+  std::vector<FrictionMemory> memory;  ///< by pair
+  std::vector<Yielding> yielding;      ///< by pair: in the stage
+  double run = 0;                      ///< how long belts have run since `memory` [s]: where that is not the base's time
 };
 
-/// Solves implicit stages: one object for all islands of a world, one island after another.
-class ImplicitStage {
- public:
-  explicit ImplicitStage(const Model& model);  ///< set-up: room for the largest island
+/// Where trees and shapes of a stage are: at its reference.
+struct StagePlaces {
+  std::vector<double> q;          ///< in the state's order
+  std::vector<LinkWork> link;     ///< by link
+  std::vector<Pose> X_WS;         ///< by shape
+  std::vector<int> first_shape;   ///< by tree, with the end of the last
+  bool fixed_placed = false;      ///< the links that never move are where they are
+};
 
-  /// (in realtime) Before the islands of a step of length h [s]: the links of `trees`, and once those that never move, at the state's
-  /// q, v. What hands hold has been put where the step ends; `hands` and `seams` stay the caller's.
-  void begin(State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h) noexcept;
-  /// (in realtime) The trees that move and the pairs that may touch, until the next call. The arrays stay the caller's.
-  void select(const Island& island) noexcept;
+/// What a stage knows at its reference, beside the frozen problem.
+struct StageReference {
+  std::vector<char> moved;          ///< by tree: since its reference
+  std::vector<double> tree_energy;  ///< by tree: kinetic and potential at its reference [J]
+  bool first = true;                ///< no reference yet: the one before is the base
+};
 
-  /// (in realtime) Solves a stage of length `g` [s] whose end lies `left` [s] before the step's. v is the guess and the
-  /// result. False when not converged: v is the last iterate, `error` says how far.
-  bool solve(double g, double left, int most_passes) noexcept {
-    return solve(g, left, most_passes, [] { return true; });
-  }
-  /// (in realtime) The same; gives up where `goesOn()` is false after the first evaluation, whose contacts it may look at.
-  template <class GoesOn>
-  bool solve(double g, double left, int most_passes, GoesOn&& goesOn) noexcept {
-    start(g, left);
-    evaluate(g);
-    return goesOn() && iterate(g, most_passes);
-  }
-  /// (in realtime) After an implicit Euler stage from the state's q, v that did not converge: looks at the exact energy of
-  /// v and, where it is above that of the start and what hands supply meanwhile, goes back to the last reference that was not, or slows
-  /// the island down until it is not. Three evaluations at most. The energy that is then lost [J]; negative: a hand supplied it.
-  double keepEnergy(double g) noexcept;
+/// What one pass of a stage hands to the next.
+struct PassMemory {
+  StageTolerance tolerance;      ///< of the last pass
+  double changed = 0;            ///< largest change of speed in it [m/s]
+  std::vector<double> calm;      ///< v of the reference that had the least energy so far, less supply
+  double calm_energy = 0;        ///< of the island there [J]
+};
 
-  // The base of the stage, in the state's order; only what belongs to the island is read.
-  std::vector<double> q_base, v_base, v;    ///< base positions and velocities; guess and result
-  std::vector<FrictionMemory> memory_base;  ///< by pair
-  std::vector<Yielding> yielding;           ///< by pair
-  std::vector<ImplicitCoupling> couplings;  ///< by pointer
-
-  bool limited = false;                     ///< a reference of the last solve lay short of its iterate
-  double run = 0;                           ///< how long belts have run since `memory_base` [s]: where that is not the base's time
-
-  const Island& island() const { return island_; }          ///< of the last `select`
-  ImplicitJoints& joints() { return joints_; }              ///< of the island
-  const ImplicitJoints& joints() const { return joints_; }  ///< of the island
-  bool hasJoints() const { return has_joints_; }  ///< the island's joints do something by themselves
-  /// As the last solve left them.
-  const LoadedVector<ImplicitContact>& contacts() const { return contacts_.all(); }
-  const LoadedVector<Brush>& brushes() const { return contacts_.brushes(); }  ///< what pressed in the last solve beside them
-  bool hasForces() const { return has_forces_; }  ///< force elements act on the island
-  /// Of the island's force elements: as the last `select` found them, and since then as the last solve left them.
-  const ForcePower& forcePower() const { return force_power_; }
-  double handsPower() const { return contacts_.handsPower(); }  ///< what hands that lead a link put into all of these [W]
-  int iterations() const { return problem_.iterations; }          ///< Newton steps since `begin`
-  int factorisations() const { return problem_.factorisations; }  ///< since `begin`
-  int evaluations = 0;      ///< of contacts, since `begin`
-  double error = 0;         ///< of v, as the last solve left it [m/s]
+/// How the last solve ended, beside v.
+struct StageResult {
+  bool limited = false;     ///< a reference lay short of its iterate
+  double error = 0;         ///< of v [m/s]
   double wrench_error = 0;  ///< that it leaves out of balance [N], moments over the body's size
-
-  /// Largest speed of any tree of the island [m/s]; rotations count at the reach of the body.
-  double speed(const std::vector<double>& velocity) const noexcept { return problem_.speed(velocity.data()); }
-  /// Speed below which a solve of length g goes on rounding [m/s]: of the speeds themselves, and of coordinates.
-  double finest(double g) const noexcept;
-
- private:
-  void start(double g, double left) noexcept;
-  void placeHeld() noexcept;
-  bool iterate(double g, int most_passes) noexcept;
-  double energyOf(int tree) const noexcept;
-  double energy() const noexcept;
-  double supply(double g) const noexcept;
-  double startEnergy() noexcept;
-  void setVelocity(const std::vector<double>& from, double share, double g) noexcept;
-  double change(const std::vector<double>& since) noexcept;
-  void sinceReference() noexcept;
-  double farthest() const noexcept;
-  void evaluate(double g, bool may_limit = true) noexcept;
-  void move(double g) noexcept;
-  bool mayGetDeep(double g) noexcept;
-  bool holds() const noexcept;
-  void selectForces() noexcept;
-  void freezeForces(double g) noexcept;
-  void bookForces(double g, bool moves_on) noexcept;
-  bool forcesBend() const noexcept;
-  Twist ledTwist(int link, const Vector3& p_W) const noexcept;
-  void place(int tree, const std::vector<double>& velocity) noexcept;
-  void pull(ImplicitCoupling& coupling) noexcept;
-  void finish(double g) noexcept;
-
-  const Model& model_;
-  const WorldSettings& settings_;
-  State* state_ = nullptr;
-  Island island_;
-  ImplicitJoints joints_;
-  FrozenProblem problem_;
-  StageContacts contacts_;
-  DepthLimit limit_;
-  bool has_joints_ = false, island_jointed_ = false, has_forces_ = false;
-  std::vector<LinkForce> force_;         ///< by element of the model: at its reference
-  ForcePower force_power_;
-  double stored_ = 0;                    ///< energy of the springs of the island's force elements at their references [J]
-  bool fixed_placed_ = false;            ///< the links that never move are where they are
-  StageTolerance tolerance_;             ///< of the last pass
-  double changed_ = 0;   ///< largest change of speed in it [m/s]
-  double mass_ = 0;      ///< of the island [kg]
-  double left_ = 0;      ///< from the stage's end to the step's [s]
-
-  std::vector<int> held_by_;                    ///< by link
-  const Twist* held_way_ = nullptr;              ///< by lead: motion of the held link over the step [rad, m]
-  double step_ = 0, held_left_ = 0;             ///< of held links: how far from the step's end they are placed [s]
-  std::vector<char> moved_;                     ///< by tree: since its reference
-  std::vector<double> q_, before_, residual_, v_dot_, calm_;
-  std::vector<double> tree_energy_;             ///< by tree: kinetic and potential at its reference [J]
-  double calm_energy_ = 0;                      ///< of the island at v = calm_, less supply: the least of a reference so far [J]
-  std::vector<LinkWork> work_;
-  std::vector<int> first_shape_;                ///< by tree, with the end of the last
-  std::vector<Pose> X_WS_;                       ///< by shape: at the reference
-  bool first_ = true;                            ///< no reference yet: the one before is the base
 };
 
-}  // namespace haptic
+/// Everything that implicit stages hold beside model and state: one for all islands of a world, one island after another.
+struct ImplicitStage {
+  Island island;              ///< that is solved; its arrays stay the caller's
+  double mass = 0;            ///< of the island [kg]
+  bool has_joints = false;    ///< the island's joints do something by themselves
+  bool jointed = false;       ///< a tree of the island is more than a free body
+  StageBase base;             ///< where the stage starts
+  std::vector<double> v;      ///< guess and result
+  HeldLinks held;             ///< what hands lead
+  StagePlaces places;         ///< of everything
+  StageReference reference;   ///< of the last pass
+  PassMemory pass;            ///< of the last pass
+  StageResult result;         ///< of the last solve
+  int evaluations = 0;        ///< of contacts, since `beginStages`
+  StageForces forces;         ///< couplings and force elements
+  ImplicitJoints joints;      ///< of the island
+  FrozenProblem problem;      ///< of a pass; it counts Newton steps and matrices since `beginStages`
+  StageContacts contacts;     ///< as the last solve left them
+  DepthLimit limit;           ///< how far the reference may go
+  std::vector<double> since_reference;        ///< v less the reference's, where a solve has ended
+  std::vector<double> residual, difference;   ///< room: of the equations; of velocities
+
+  explicit ImplicitStage(const Model& model);  ///< set-up: room for the largest island
+  /// Largest speed of any tree of the island [m/s]; rotations count at the reach of the body.
+  double speed(const std::vector<double>& velocity) const noexcept { return problem.speed(velocity.data()); }
+};
+
+/// (in realtime) Before the islands of a step of length h [s]: the links of `trees`, and once those that never move, at the state's
+/// q, v. What hands hold has been put where the step ends; `hands`, `seams` and the state, whose pairs the contacts ask, stay the
+/// caller's.
+void beginStages(const Model& model, State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h,
+                 ImplicitStage& stage) noexcept;
+/// (in realtime) The trees that move and the pairs that may touch, until the next call. The arrays stay the caller's.
+void select(const Model& model, const Island& island, ImplicitStage& stage) noexcept;
+
+/// (in realtime) Kinematics of a tree and its shapes from `places.q`.
+void place(const Model& model, int tree, const std::vector<double>& velocity, StagePlaces& places) noexcept;
+
+/// (in realtime) Visits the island's velocities, by their index in the world.
+template <class Visit>
+void eachVelocity(const Model& model, const Island& island, Visit&& visit) noexcept {
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model.trees[island.trees[n]];
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) visit(i);
+  }
+}
+
+}  // namespace haptic::stepping

@@ -51,7 +51,7 @@ struct Outcome {
 Outcome secondOrder(const Model& model, double s, State& state, ImplicitWork& work) noexcept {
   ImplicitStage& stage = work.stage;
   const IslandStep& step = work.step;
-  const double last = lastStep(stage.island(), state);
+  const double last = lastStep(stage.island, state);
   if (step.order == ImplicitOrder::kSecondMultistep && last > 0 && s <= kMostRatio * last && step.affords(kSmoothPasses, s, stage)) {
     setModes(state, step.locates, stage);
     Attempt attempt = bdf2(model, state, step, s, last, stage, work.schemes);
@@ -106,8 +106,9 @@ void subSteps(const Model& model, State& state, ImplicitWork& work) noexcept {
 
 }  // namespace
 
-void beginIslands(State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h, ImplicitWork& work) noexcept {
-  work.stage.begin(state, trees, hands, seams, h);
+void beginIslands(const Model& model, State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h,
+                  ImplicitWork& work) noexcept {
+  beginStages(model, state, trees, hands, seams, h, work.stage);
   openBooks(state.pair_count, work.books);
 }
 
@@ -116,11 +117,11 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   ImplicitStage& stage = work.stage;
   ImplicitReport& report = work.report;
   IslandStep& step = work.step;
-  const int iterations = stage.iterations(), factorisations = stage.factorisations();
+  const int iterations = stage.problem.iterations, factorisations = stage.problem.factorisations;
   report = ImplicitReport{};
-  stage.select(island);
+  select(model, island, stage);
   work.books.length = h;
-  work.books.forces_before = stage.forcePower();
+  work.books.forces_before = stage.forces.power;
   step.order = order;
   step.locates = order != ImplicitOrder::kFirst && mayJump(model, island, state);
   step.length = step.left = h;
@@ -136,12 +137,12 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   if (second_order && !jumps_on) subSteps(model, state, work);
   report.fell_back = jumps_on || (second_order && step.left > 0);
   if (!jumps_on && step.left > 0) euler(model, step.left, step.eulerPasses(stage), false, state, work);
-  report.iterations = stage.iterations() - iterations;
+  report.iterations = stage.problem.iterations - iterations;
   report.evaluations = step.used(stage);
   report.budget_used = static_cast<double>(step.used(stage)) / step.budget;
-  report.factorisations = stage.factorisations() - factorisations;
-  report.residual = stage.error;
-  report.wrench_error = stage.wrench_error;
+  report.factorisations = stage.problem.factorisations - factorisations;
+  report.residual = stage.result.error;
+  report.wrench_error = stage.result.wrench_error;
   return report;
 }
 

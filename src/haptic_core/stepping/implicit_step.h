@@ -18,9 +18,10 @@
 
 namespace haptic::stepping {
 
-/// (in realtime) Once before the islands of a step of length h [s]; see ImplicitStage::begin. The caller has set the targets of
-/// `work.stage.couplings`, by pointer.
-void beginIslands(State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h, ImplicitWork& work) noexcept;
+/// (in realtime) Once before the islands of a step of length h [s]; see beginStages. The caller has set the targets of
+/// `work.stage.forces.couplings`, by pointer.
+void beginIslands(const Model& model, State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h,
+                  ImplicitWork& work) noexcept;
 
 /// (in realtime) Advances q, v and friction of an island by h [s], and the ledger's sums in the state. Into `work`: its report, contacts
 /// and joints at its end in the stage, mean wrenches and couplings' work in the books.

@@ -260,43 +260,49 @@ void StageContacts::part(int slot) noexcept {
   c.F_done.setZero();
 }
 
-/// Of B relative to A at the patch, in its axes, by what hands hold and belts carry alone: `share` of the hands' way; null: as they
-/// were placed.
-Twist StageContacts::ofHands(int pair, const FrozenContact& c, const Twist* held_way, double share) const noexcept {
-  const auto twistOf = [&](int link) {
-    const LinkWork& held = places_.link[link];
-    const int pointer = places_.held_by[link];
-    if (pointer < 0) return Twist{};
-    if (!held_way) return held.twistAt(c.X_WP.p);
-    const Twist way = held_way[pointer].shifted(c.X_WP.p - held.X_WL.p);
-    return Twist{share * way.angular, share * way.linear};
-  };
+/// Of B relative to A at the patch, in its axes, by twists of their links and what belts carry.
+template <class TwistOf>
+Twist StageContacts::between(int pair, const FrozenContact& c, TwistOf&& twistOf) const noexcept {
   return (twistOf(c.link_b) - twistOf(c.link_a)).rotated(c.X_WP.R.transpose()) + beltOf(pair, c.X_WP);
+}
+
+/// By what hands hold and belts carry alone, a mean over the step.
+Twist StageContacts::ofHands(int pair, const FrozenContact& c, const stepping::HeldLinks& held) const noexcept {
+  const double share = 1 / held.step;
+  return between(pair, c, [&](int link) {
+    const Twist way = stepping::ledWay(held, places_.link, link, c.X_WP.p);
+    return Twist{share * way.angular, share * way.linear};
+  });
+}
+
+/// The same as the links were placed.
+Twist StageContacts::ofHandsAsPlaced(int pair, const FrozenContact& c) const noexcept {
+  return between(pair, c, [&](int link) { return places_.held_by[link] < 0 ? Twist{} : places_.link[link].twistAt(c.X_WP.p); });
 }
 
 bool StageContacts::isLed(const FrozenContact& c) const noexcept {
   return places_.held_by[c.link_a] >= 0 || places_.held_by[c.link_b] >= 0 || model_.has_belts;
 }
 
-double StageContacts::supply(const Twist* held_way, double step) const noexcept {
+double StageContacts::supply(const stepping::HeldLinks& held) const noexcept {
   double sum = 0;
   for (int i = 0; i < contacts_.size(); ++i) {
     const ImplicitContact& c = contacts_[i];
     const FrozenContact& frozen = problem_.contacts[i];
-    if (c.touching && isLed(frozen)) sum -= power(c.force.F_BP_P, ofHands(c.pair, frozen, held_way, 1 / step));
+    if (c.touching && isLed(frozen)) sum -= power(c.force.F_BP_P, ofHands(c.pair, frozen, held));
   }
   return sum;
 }
 
-void StageContacts::finish(const double* u, const Twist* held_way, double step) noexcept {
+void StageContacts::finish(const double* u, const stepping::HeldLinks& held) noexcept {
   brushes_.clear();
   hands_power_ = 0;
   for (int i = 0; i < contacts_.size(); ++i) {
     ImplicitContact& c = contacts_[i];
     const FrozenContact& frozen = problem_.contacts[i];
     const Wrench done_P{frozen.F_done.head<3>(), frozen.F_done.tail<3>()};
-    const bool held = isLed(frozen);
-    const Twist V_hands = held ? ofHands(c.pair, frozen, held_way, 1 / step) : Twist{};
+    const bool led = isLed(frozen);
+    const Twist V_hands = led ? ofHands(c.pair, frozen, held) : Twist{};
     c.hands_power = -power(done_P, V_hands);
     hands_power_ += c.hands_power;
     if (!c.touching) {
@@ -305,8 +311,8 @@ void StageContacts::finish(const double* u, const Twist* held_way, double step) 
     }
     const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, u);
     frozen.patch.carry(V, c.volume.X_AP, c.force, c.elastic);
-    if (held) {
-      const Twist V_mean = Twist{V.head<3>(), V.tail<3>()} - ofHands(c.pair, frozen, nullptr, 1) + V_hands;
+    if (led) {
+      const Twist V_mean = Twist{V.head<3>(), V.tail<3>()} - ofHandsAsPlaced(c.pair, frozen) + V_hands;
       c.force.memory.power = contactPower(c.force.F_BP_P, c.force.elastic(), V_mean);
     }
     c.done_P = done_P;

@@ -10,6 +10,7 @@
 #include "haptic_core/contact/located_force.h"
 #include "haptic_core/geometry/volume/contact_workspace.h"
 #include "haptic_core/stepping/frozen_problem.h"
+#include "haptic_core/stepping/held_links.h"
 #include "haptic_core/world/contact_evaluation.h"
 #include "haptic_core/world/islands.h"
 #include "haptic_core/world/model.h"
@@ -70,16 +71,15 @@ class StageContacts {
   /// patches stay valid and no gap closes.
   bool hold(const StageTolerance& tolerance, const double* u) const noexcept;
   /// (in realtime) Carries the contacts to a velocity that differs by u from the reference, and leaves those that touch, in
-  /// the order of their pairs. Their power is at the mean velocities of what hands hold: `held_way`, by pointer, over a step of
-  /// length `step` [rad, m, s].
-  void finish(const double* u, const Twist* held_way, double step) noexcept;
+  /// the order of their pairs. Their power is at the mean velocities over the step of what hands hold.
+  void finish(const double* u, const stepping::HeldLinks& held) noexcept;
 
   /// In step with the problem's contacts.
   const LoadedVector<ImplicitContact>& all() const { return contacts_; }
   const LoadedVector<Brush>& brushes() const { return brushes_; }  ///< found by `finish`
   double springEnergy() const noexcept;        ///< of those that touch [J]
   /// (in realtime) Of what hands that lead a link, and belts, do to contacts as they stand at the reference [W]; as in `finish`.
-  double supply(const Twist* held_way, double step) const noexcept;
+  double supply(const stepping::HeldLinks& held) const noexcept;
   double handsPower() const { return hands_power_; }  ///< what hands put into all that pressed, found by `finish` [W]
   bool touches(int pair) const { return slot_[pair] >= 0 && contacts_[slot_[pair]].touching; }  ///< so found last
   bool isRough() const { return rough_; }      ///< a patch of the last evaluation has not the exact force
@@ -91,7 +91,10 @@ class StageContacts {
   void placeNear(int pair, FrozenContact& contact, const Pose& X_WP) const noexcept;
   Twist beltOf(int pair, const Pose& X_WP) const noexcept;
   bool isLed(const FrozenContact& contact) const noexcept;  ///< by a hand or a belt
-  Twist ofHands(int pair, const FrozenContact& contact, const Twist* held_way, double share) const noexcept;
+  Twist ofHands(int pair, const FrozenContact& contact, const stepping::HeldLinks& held) const noexcept;
+  Twist ofHandsAsPlaced(int pair, const FrozenContact& contact) const noexcept;
+  template <class TwistOf>
+  Twist between(int pair, const FrozenContact& contact, TwistOf&& twistOf) const noexcept;
   PairLaw lawOf(const FrozenContact& contact, const ActivePair& pair) const noexcept;
   bool lookAtFaces(int pair, const Pose& X_AB, const Vector3& n) noexcept;
   void lookAhead(int pair, const Pose& X_AB, const Vector3& n) noexcept;

@@ -11,12 +11,12 @@ double weightBefore(Mean mean) { return mean == Mean::kOfStages ? 1 - kGamma : m
 
 /// Takes the wrenches of the island's couplings over the part to their hands.
 void bookCouplings(const Model& model, const ImplicitStage& stage, const SolvedPart& part, State& state, StepBooks& books) noexcept {
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   const StageWrenches &first = books.first, &last = books.last;
   const bool two_stages = part.mean == Mean::kOfStages;
   const double w = weightBefore(part.mean), h = part.length;
-  for (std::size_t p = 0; p < stage.couplings.size(); ++p) {
-    const int link = stage.couplings[p].link;
+  for (std::size_t p = 0; p < stage.forces.couplings.size(); ++p) {
+    const int link = stage.forces.couplings[p].link;
     const int tree = link >= 0 ? model.links[link].articulation : -1;
     if (tree < 0 || !std::binary_search(island.trees, island.trees + island.tree_count, tree)) continue;
     double& power = state.pointers[p].power;
@@ -29,7 +29,7 @@ void bookCouplings(const Model& model, const ImplicitStage& stage, const SolvedP
 /// Work of hands that lead a link, and of the force elements.
 void bookSupply(const WorldSettings& settings, const ImplicitStage& stage, const SolvedPart& part, State& state,
                 StepBooks& books) noexcept {
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   const bool two_stages = part.mean == Mean::kOfStages;
   const double w = weightBefore(part.mean), h = part.length;
   double hands_before = two_stages ? books.first.all_hands_power : 0;
@@ -40,7 +40,7 @@ void bookSupply(const WorldSettings& settings, const ImplicitStage& stage, const
   }
   if (!settings.energy_ledger) return;
   state.energy.external += h * (w * hands_before + (1 - w) * books.last.all_hands_power);
-  if (!stage.hasForces()) return;
+  if (!stage.forces.any) return;
   const ForcePower &now = books.last.forces, &before = two_stages ? books.first.forces : books.forces_before;
   state.energy.damping += h * (w * before.taken + (1 - w) * now.taken);
   state.energy.external += h * (w * before.supplied + (1 - w) * now.supplied);
@@ -49,7 +49,7 @@ void bookSupply(const WorldSettings& settings, const ImplicitStage& stage, const
 
 /// Impulses and energies of the pairs, and their friction at the part's end.
 void bookPairs(const ImplicitStage& stage, const SolvedPart& part, bool first_part, State& state, StepBooks& books) noexcept {
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   const bool two_stages = part.mean == Mean::kOfStages;
   const double w = weightBefore(part.mean), h = part.length;
   int next = 0;
@@ -58,15 +58,15 @@ void bookPairs(const ImplicitStage& stage, const SolvedPart& part, bool first_pa
     FrictionMemory& memory = pair.friction;
     const FrictionMemory before = memory;
     // Power before is that of the first stage, or of the start: the base has either.
-    const FrictionMemory& first = stage.memory_base[island.pairs[i]];
-    const bool now = next < stage.contacts().size() && stage.contacts()[next].pair == island.pairs[i];
+    const FrictionMemory& first = stage.base.memory[island.pairs[i]];
+    const bool now = next < stage.contacts.all().size() && stage.contacts.all()[next].pair == island.pairs[i];
     const Wrench& done = books.last.pair[island.pairs[i]];
     books.impulse[island.pairs[i]] += (two_stages ? books.first.pair[island.pairs[i]] * w + done * (1 - w) : done) * h;
     memory = FrictionMemory{};
     if (now) {
-      const ImplicitContact& c = stage.contacts()[next];
+      const ImplicitContact& c = stage.contacts.all()[next];
       memory = c.force.memory;
-      memory.elastic_energy = stage.contacts()[next++].elastic;
+      memory.elastic_energy = stage.contacts.all()[next++].elastic;
     }
     // What begins in a part of a step has its impact up to the end of the next step, even if it parts before.
     memory.began = std::max(memory.began, !first_part ? before.began : before.began == 1 ? kStillBegins : 0.0);
@@ -95,7 +95,7 @@ void openBooks(int pairs, StepBooks& books) noexcept {
 }
 
 void gather(const ImplicitStage& stage, StageWrenches& found, std::vector<Pose>& place) noexcept {
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   for (int i = 0; i < island.pair_count; ++i) {
     found.pair[island.pairs[i]] = Wrench{};
     found.hands_power[island.pairs[i]] = 0;
@@ -105,14 +105,14 @@ void gather(const ImplicitStage& stage, StageWrenches& found, std::vector<Pose>&
     found.hands_power[pressed.pair] += pressed.hands_power;
     place[pressed.pair] = pressed.X_WP;
   };
-  for (const ImplicitContact& c : stage.contacts()) add(c);
-  for (const Brush& b : stage.brushes()) add(b);
-  for (std::size_t p = 0; p < stage.couplings.size(); ++p) {
-    found.coupling[p] = stage.couplings[p].F_W;
-    found.coupling_power[p] = stage.couplings[p].power;
+  for (const ImplicitContact& c : stage.contacts.all()) add(c);
+  for (const Brush& b : stage.contacts.brushes()) add(b);
+  for (std::size_t p = 0; p < stage.forces.couplings.size(); ++p) {
+    found.coupling[p] = stage.forces.couplings[p].F_W;
+    found.coupling_power[p] = stage.forces.couplings[p].power;
   }
-  found.all_hands_power = stage.handsPower();
-  found.forces = stage.forcePower();
+  found.all_hands_power = stage.contacts.handsPower();
+  found.forces = stage.forces.power;
 }
 
 void bookPart(const Model& model, const ImplicitStage& stage, const SolvedPart& part, bool first_part, State& state,
@@ -124,9 +124,9 @@ void bookPart(const Model& model, const ImplicitStage& stage, const SolvedPart& 
 }
 
 void bookStanding(const Model& model, const ImplicitStage& stage, double h, State& state, StepBooks& books) noexcept {
-  if (model.settings.energy_ledger) state.energy.external += h * stage.handsPower();
+  if (model.settings.energy_ledger) state.energy.external += h * stage.contacts.handsPower();
   gather(stage, books.last, books.place);
-  const Island& island = stage.island();
+  const Island& island = stage.island;
   for (int i = 0; i < island.pair_count; ++i) books.impulse[island.pairs[i]] = books.last.pair[island.pairs[i]] * h;
   bookCouplings(model, stage, {h, h, Mean::kOfEnd, 0}, state, books);
 }

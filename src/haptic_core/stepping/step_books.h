@@ -78,8 +78,8 @@ inline Wrench meanCoupling(const StepBooks& books, int pointer) noexcept { retur
 /// (in realtime) Visits (pair, X_WP, mean wrench as above) of the pairs of the stage's island that pressed and touch no more.
 template <class Visit>
 void eachParted(const ImplicitStage& stage, const StepBooks& books, Visit&& visit) noexcept {
-  const Island& island = stage.island();
-  const LoadedVector<ImplicitContact>& contacts = stage.contacts();
+  const Island& island = stage.island;
+  const LoadedVector<ImplicitContact>& contacts = stage.contacts.all();
   int next = 0;
   for (int i = 0; i < island.pair_count; ++i) {
     const int pair = island.pairs[i];

@@ -192,7 +192,7 @@ struct WorldSettings {
   int substeps = 1;                         ///< world steps of h/substeps per call; ≥ 1
   Vector3 gravity = Vector3(0, 0, -9.8);    ///< [m/s²] in W
   PressureLaw pressure_law = PressureLaw::kHuntCrossley;  ///< which damper the normal pressure has
-  /// Where an implicit solve ends, as a share of the step's own error (implicit_stage.h). 0: at rounding, for references.
+  /// Where an implicit solve ends, as a share of the step's own error (stage_passes.h). 0: at rounding, for references.
   double tolerance = 1e-2;
   /// Error of position that a step may add, over the way that gravity and its change of speed move a body in it [1]; 0 < accuracy ≤ 1.
   /// Smaller: more second order and sub-steps, as far as the budget of a step lasts (stepping/implicit_step.h).

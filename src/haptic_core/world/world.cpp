@@ -122,7 +122,7 @@ JointReading World::joint(int i) const noexcept {
   const ModelLink& link = world.model.links[joint.link];
   const TreeMotion* motion = world.work.joints[link.articulation].get();
   const bool implicit = world.state.mode[link.articulation] == TreeMode::kImplicit;
-  const JointForce force = implicit ? world.work.implicit->stage.joints().force(joint.link)
+  const JointForce force = implicit ? world.work.implicit->stage.joints.force(joint.link)
                            : motion ? motion->forceOf(link.local)
                                     : JointForce{};
   return {world.state.q[joint.q], world.state.v[joint.v], force.all, force.drive};

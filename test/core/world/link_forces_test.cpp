@@ -155,7 +155,7 @@ TEST_P(Forces, BeyondTheLimitTheForceIsConstant) {
     for (int i = 0; i < n; ++i) world.step();
     const double a = s.most / kMass, euler = 0.5 * a * h * h;
     const double way = euler * (GetParam().order == 1 ? n * (n + 1.0) : 1.0 * n * n), found = s.rest + 0.3 - world.linkPose(0).p.x();
-    const double solves = explicit_scheme ? 0 : 1e-8 * way;  // kContactFree of implicit_stage.cpp
+    const double solves = explicit_scheme ? 0 : 1e-8 * way;  // kContactFree of stage_passes.cpp
     EXPECT_GT(found, way - solves - 1e3 * kEps);
     EXPECT_LT(found, way + (explicit_scheme || GetParam().order == 1 ? 0 : euler) + solves + 1e3 * kEps);
     EXPECT_NEAR(world.linkTwist(0).linear.x(), -n * a * h, solves / h + 1e3 * kEps);
