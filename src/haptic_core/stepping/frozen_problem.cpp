@@ -159,23 +159,23 @@ void FrozenProblem::linearForces(double g) noexcept {
   });
 }
 
-void FrozenProblem::measureImbalance(double g) noexcept {
+/// Largest wrench out of balance in the part [N], moments over the body's size.
+double FrozenProblem::imbalance(double g) const noexcept {
+  double largest = 0;
   for (int n = 0; n < part_.tree_count; ++n) {
     const ModelTree& tree = treeAt(n);
     const double size = model_.links[tree.link].size;
     for (int i = 0; i < matrix_.sizeAt(n); ++i) {
       const bool moment = !tree.model->isFreeBody() || i < 3;
-      imbalance = std::max(imbalance, std::abs(residual_[tree.v + i]) / (g * (moment ? size : 1.0)));
+      largest = std::max(largest, std::abs(residual_[tree.v + i]) / (g * (moment ? size : 1.0)));
     }
   }
+  return largest;
 }
 
-bool FrozenProblem::solve(double g, int most, double finest, double enough, const std::vector<char>& moved, const double* q,
+PassEnd FrozenProblem::solve(double g, int most, double finest, double enough, const std::vector<char>& moved, const double* q,
                              double* v) noexcept {
-  decrement = remainder = energy_remainder = imbalance = 0;
-  const int iterations_before = iterations, factorisations_before = factorisations;
-  int longest = 0, factored = 0;
-  bool solved = true;
+  PassEnd end;
   const auto treesOf = [this](const auto& c) {
     const auto treeOf = [this](int link) { return moves(link) ? model_.links[link].articulation : -1; };
     return TreePair{treeOf(c.link_a), treeOf(c.link_b)};
@@ -188,21 +188,23 @@ bool FrozenProblem::solve(double g, int most, double finest, double enough, cons
     select(p);
     const int first = part_.trees[0];
     if (std::any_of(part_.trees, part_.trees + part_.tree_count, [&](int t) { return moved[t] != 0; })) {
-      iterations = factorisations = 0;
-      remainder_[first] = energy_remainder_[first] = 0;
-      solved &= solvePart(g, most, finest, enough, q, v);
-      longest = std::max(longest, iterations);
-      factored = std::max(factored, factorisations);
+      const PassEnd of_part = solvePart(g, most, finest, enough, q, v);
+      remainder_[first] = of_part.remainder;
+      energy_remainder_[first] = of_part.energy_remainder;
+      end.solved &= of_part.solved;
+      end.iterations = std::max(end.iterations, of_part.iterations);
+      end.factorisations = std::max(end.factorisations, of_part.factorisations);
+      end.decrement += of_part.decrement;
+      end.imbalance = std::max(end.imbalance, of_part.imbalance);
     }
-    remainder = std::max(remainder, remainder_[first]);
-    energy_remainder += energy_remainder_[first];
+    end.remainder = std::max(end.remainder, remainder_[first]);
+    end.energy_remainder += energy_remainder_[first];
   }
-  iterations = iterations_before + longest;
-  factorisations = factorisations_before + factored;
-  return solved;
+  return end;
 }
 
-bool FrozenProblem::solvePart(double g, int most, double finest, double enough, const double* q, double* v) noexcept {
+PassEnd FrozenProblem::solvePart(double g, int most, double finest, double enough, const double* q, double* v) noexcept {
+  PassEnd end;
   smoothPart(g, v);
   eachContact([&](FrozenContact& c) {
     c.V = c.V_reference + twistOf(c, trial_.data());  // trial_ holds δ
@@ -230,12 +232,16 @@ bool FrozenProblem::solvePart(double g, int most, double finest, double enough, 
     eachForce([&](const FrozenForce& c) {
       if (c.lined) addBetween(c, {Vector3::Zero(), -g * c.force * c.line.n}, residual_.data());
     });
-    if (i == 0) measureImbalance(g);
-    if (!matrix_.assemble(part_, contacts, forces, g) || !findStep(g, q, v, open)) return false;
-    ++iterations;
+    if (i == 0) end.imbalance = imbalance(g);
+    end.solved = matrix_.assemble(part_, contacts, forces, g);
+    if (!end.solved) return end;
+    ++end.factorisations;
+    end.solved = findStep(g, q, v, open);
+    if (!end.solved) return end;
+    ++end.iterations;
     double size = 0;
     for (int n = 0; n < part_.tree_count; ++n) size = std::max(size, speedOf(part_.trees[n], step_.data()));
-    if (i == 0) decrement -= dot(residual_, step_);
+    if (i == 0) end.decrement = -dot(residual_, step_);
     double left = 0;
     const double alpha = size <= finest ? 1.0 : search(g, v, left);
     eachVelocity([&](int k) { v[k] += alpha * step_[k]; });
@@ -251,8 +257,8 @@ bool FrozenProblem::solvePart(double g, int most, double finest, double enough, 
     open *= 1 - alpha;
     changed += alpha * size;
     const double share = size <= finest ? 0 : alpha == 1 ? std::abs(left) : 1;
-    remainder_[part_.trees[0]] = share * size;
-    energy_remainder_[part_.trees[0]] = share * -dot(residual_, step_);
+    end.remainder = share * size;
+    end.energy_remainder = share * -dot(residual_, step_);
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
     if (alpha != 1 || std::abs(left) > kStraight) continue;
     double missed = 0;
@@ -262,7 +268,7 @@ bool FrozenProblem::solvePart(double g, int most, double finest, double enough, 
     eachForce([&](const FrozenForce& c) { missed = std::max(missed, missedSpeed(c.link_a, c.link_b, std::abs(c.force - c.done), g)); });
     if (part_.tree_count == 1 || missed <= std::max(enough, kStraight * size)) break;
   }
-  return true;
+  return end;
 }
 
 /// Speed that a force gives at the end of a full Newton step if it is `missed` [N] more than the step took it for [m/s].
@@ -273,7 +279,6 @@ double FrozenProblem::missedSpeed(int link_a, int link_b, double missed, double 
 
 /// Newton's step into step_ and the contacts, with the joints' own laws. `open`: share of the gaps of loops that is left.
 bool FrozenProblem::findStep(double g, const double* q, const double* v, double open) noexcept {
-  ++factorisations;
   if (joints_) {
     if (!joints_->solve(matrix_.blocks(), work_, q, v, residual_.data(), open, step_.data())) return false;
   } else {

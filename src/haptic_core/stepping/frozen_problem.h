@@ -40,6 +40,17 @@
 
 namespace haptic {
 
+/// How the solve of a pass, or of a part of its island, ended.
+struct PassEnd {
+  bool solved = true;                 ///< false: a matrix could not be factored
+  int iterations = 0;                 ///< Newton steps, of the part that took most
+  int factorisations = 0;             ///< likewise
+  double decrement = 0;               ///< -R·p at its start [J]
+  double imbalance = 0;               ///< largest wrench out of balance at its start [N], moments over the body's size
+  double remainder = 0;               ///< estimated size of another Newton step [m/s]
+  double energy_remainder = 0;        ///< estimated gain of that step [J]
+};
+
 /// The problem of one pass over one island, and its solver.
 class FrozenProblem {
  public:
@@ -52,18 +63,12 @@ class FrozenProblem {
 
   /// (in realtime) At most `most` Newton steps of each part from v, until one is smaller than a fifth of what all have changed, or
   /// than `finest` [m/s], or goes all the way to the root, with the force on none of several bodies wrong by a fiftieth of the step
-  /// or `enough` [m/s]. q: positions at the reference. Parts of which no tree has `moved` since the last call stay. False: a matrix
-  /// could not be factored.
-  bool solve(double g, int most, double finest, double enough, const std::vector<char>& moved, const double* q,
-                double* v) noexcept;
+  /// or `enough` [m/s]. q: positions at the reference. Parts of which no tree has `moved` since the last call stay, and so does
+  /// what remains of them.
+  PassEnd solve(double g, int most, double finest, double enough, const std::vector<char>& moved, const double* q, double* v) noexcept;
 
   LoadedVector<FrozenContact> contacts;    ///< of the island, filled by StageContacts
   LoadedVector<FrozenForce> forces;        ///< of the island, filled by stage_forces.h
-  int iterations = 0, factorisations = 0;  ///< since they were last set to 0, of the part that took most in each pass
-  double decrement = 0;                 ///< of the last solve, -R·p at its start [J]
-  double remainder = 0;                 ///< estimated size of another Newton step of the last solve [m/s]
-  double energy_remainder = 0;          ///< estimated gain of that step [J]
-  double imbalance = 0;                 ///< largest wrench out of balance at its start [N], moments over the body's size
 
   void forget() noexcept;               ///< (in realtime) the arrays of the last island are no longer there
 
@@ -88,7 +93,7 @@ class FrozenProblem {
 
  private:
   void select(int part) noexcept;
-  bool solvePart(double g, int most, double finest, double enough, const double* q, double* v) noexcept;
+  PassEnd solvePart(double g, int most, double finest, double enough, const double* q, double* v) noexcept;
   template <class Visit>
   void eachContact(Visit&& visit) noexcept {
     for (int i = 0; i < part_.contact_count; ++i) visit(contacts[part_.contacts[i]]);
@@ -103,7 +108,7 @@ class FrozenProblem {
   void smoothPart(double g, const double* v) noexcept;
   void inertialPart(const double* v) noexcept;
   void linearForces(double g) noexcept;
-  void measureImbalance(double g) noexcept;
+  double imbalance(double g) const noexcept;
   double missedSpeed(int link_a, int link_b, double missed, double g) const noexcept;
   bool findStep(double g, const double* q, const double* v, double open) noexcept;
   void followLoad(double g, const double* v) noexcept;

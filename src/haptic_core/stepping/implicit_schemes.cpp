@@ -108,7 +108,8 @@ bool solveSmooth(const Model& model, State& state, const IslandStep& step, doubl
   if (room < 1) return false;
   const int passes = step.locates ? std::min(kMostPasses, room) : kSmoothPasses;
   const auto goesOn = [&] { return !stage.result.limited && sameContacts(state, stage); };
-  return solveStage(model, state, g, left, passes, stage, goesOn) && goesOn() && (!stage.has_joints || stage.joints.isSmooth(state.v.data()));
+  if (!solveStage(model, state, g, left, passes, stage, goesOn) || !goesOn()) return false;
+  return !stage.has_joints || stage.joints.isSmooth(state.v.data());
 }
 
 /// Where friction of a contact starts in SDIRK2's second stage. `start`: of the step.

@@ -39,7 +39,7 @@ void beginStages(const Model& model, State& state, const std::vector<int>& trees
     place(model, t, state.v, places);
   }
   std::fill(stage.reference.moved.begin(), stage.reference.moved.end(), 0);
-  stage.evaluations = stage.problem.iterations = stage.problem.factorisations = 0;
+  stage.evaluations = stage.iterations = stage.factorisations = 0;
   stage.result = StageResult{};
   stage.island = Island{};  // its arrays may have been filled anew
   stage.problem.forget();

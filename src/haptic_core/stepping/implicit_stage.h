@@ -77,10 +77,11 @@ struct ImplicitStage {
   StageReference reference;   ///< of the last pass
   PassMemory pass;            ///< of the last pass
   StageResult result;         ///< of the last solve
-  int evaluations = 0;        ///< of contacts, since `beginStages`
+  /// Since `beginStages`: of contacts; Newton steps and matrices, of the part that took most in each pass.
+  int evaluations = 0, iterations = 0, factorisations = 0;
   StageForces forces;         ///< couplings and force elements
   ImplicitJoints joints;      ///< of the island
-  FrozenProblem problem;      ///< of a pass; it counts Newton steps and matrices since `beginStages`
+  FrozenProblem problem;      ///< of a pass
   StageContacts contacts;     ///< as the last solve left them
   DepthLimit limit;           ///< how far the reference may go
   std::vector<double> since_reference;        ///< v less the reference's, where a solve has ended

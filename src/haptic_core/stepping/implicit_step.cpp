@@ -117,7 +117,7 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   ImplicitStage& stage = work.stage;
   ImplicitReport& report = work.report;
   IslandStep& step = work.step;
-  const int iterations = stage.problem.iterations, factorisations = stage.problem.factorisations;
+  const int iterations = stage.iterations, factorisations = stage.factorisations;
   report = ImplicitReport{};
   select(model, island, stage);
   work.books.length = h;
@@ -137,10 +137,10 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   if (second_order && !jumps_on) subSteps(model, state, work);
   report.fell_back = jumps_on || (second_order && step.left > 0);
   if (!jumps_on && step.left > 0) euler(model, step.left, step.eulerPasses(stage), false, state, work);
-  report.iterations = stage.problem.iterations - iterations;
+  report.iterations = stage.iterations - iterations;
   report.evaluations = step.used(stage);
   report.budget_used = static_cast<double>(step.used(stage)) / step.budget;
-  report.factorisations = stage.problem.factorisations - factorisations;
+  report.factorisations = stage.factorisations - factorisations;
   report.residual = stage.result.error;
   report.wrench_error = stage.result.wrench_error;
   return report;

@@ -58,12 +58,12 @@ void noteCalm(const Model& model, double g, ImplicitStage& stage) noexcept {
 
 /// True if another evaluation would agree with the last prediction: the pass ended at its solution, all patches stay valid, and no
 /// gap closes. Bodies on joints turn more than that: they are always looked at again.
-bool holds(const ImplicitStage& stage) noexcept {
+bool holds(const ImplicitStage& stage, const PassEnd& end) noexcept {
   const StageTolerance& tolerance = stage.pass.tolerance;
   if (stage.jointed || stage.contacts.all().empty()) return false;
   if (stage.forces.any && bends(stage.problem, stage.forces)) return false;
-  if (stage.problem.remainder > kStays * tolerance.speed) return false;
-  if (stage.problem.energy_remainder > kStays * tolerance.energy) return false;
+  if (end.remainder > kStays * tolerance.speed) return false;
+  if (end.energy_remainder > kStays * tolerance.energy) return false;
   return stage.contacts.hold(tolerance, stage.since_reference.data());
 }
 
@@ -96,9 +96,11 @@ bool iterate(const Model& model, State& state, double g, int most_passes, Implic
     std::vector<double>& before = stage.since_reference;  // until the pass has been solved
     eachVelocity(model, island, [&](int i) { before[i] = stage.v[i]; });
     const double fine = finest(model, stage, g);
-    if (!problem.solve(g, kStepsOfPass, fine, kStays * tolerance.speed, stage.reference.moved, stage.places.q.data(), stage.v.data())) {
-      break;
-    }
+    const PassEnd end =
+        problem.solve(g, kStepsOfPass, fine, kStays * tolerance.speed, stage.reference.moved, stage.places.q.data(), stage.v.data());
+    stage.iterations += end.iterations;
+    stage.factorisations += end.factorisations;
+    if (!end.solved) break;
     const double changed = changeSince(model, before, stage);
     if (!std::isfinite(changed)) break;
     // A body of a micrometre falls through itself in a time that is nothing to one of a metre.
@@ -109,14 +111,14 @@ bool iterate(const Model& model, State& state, double g, int most_passes, Implic
     tolerance.speed = std::max(fine, std::min(share * (least + of_step), kOfSize * smallest / g));
     const double rate = pass > 0 ? changed / last : 1;
     stage.result.error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
-    stage.result.wrench_error = problem.imbalance * std::min(1.0, rate);
+    stage.result.wrench_error = end.imbalance * std::min(1.0, rate);
     // Where stiffness is high a small error of v is a large one of the energy. Twice the possible gain of the pass
     // at its reference, -R·p, is known exactly; the end of the pass is no reference yet.
     const double of_speeds = problem.massNorm2(stage.difference.data());
     tolerance.energy = settings.tolerance * (of_speeds + stage.mass * least * least);
-    const bool harmless = problem.decrement <= tolerance.energy;
+    const bool harmless = end.decrement <= tolerance.energy;
     converged = !stage.contacts.isRough() &&
-                (changed <= fine || holds(stage) || (stage.result.error <= tolerance.speed && harmless) ||
+                (changed <= fine || holds(stage, end) || (stage.result.error <= tolerance.speed && harmless) ||
                  (rate >= 0.5 && changed <= kStagnation * stage.speed(stage.v)));
     last = stage.pass.changed = changed;
     for (int n = 0; n < island.tree_count; ++n) {
