@@ -31,12 +31,12 @@ void beginStages(const Model& model, State& state, const std::vector<int>& trees
   stage.held.step = h;
   stage.held.left = 0;
   std::copy(hands.held_by.begin(), hands.held_by.end(), stage.held.by.begin());
-  for (std::size_t t = 0; !places.fixed_placed && t < model.trees.size(); ++t) place(model, static_cast<int>(t), state.v, places);
+  for (std::size_t t = 0; !places.fixed_placed && t < model.trees.size(); ++t) placeInStage(model, static_cast<int>(t), state.v, places);
   places.fixed_placed = true;
   for (const int t : trees) {
     const ModelTree& tree = model.trees[static_cast<std::size_t>(t)];
     std::copy_n(state.q.begin() + tree.q, tree.model->nq(), places.q.begin() + tree.q);
-    place(model, t, state.v, places);
+    placeInStage(model, t, state.v, places);
   }
   std::fill(stage.reference.moved.begin(), stage.reference.moved.end(), 0);
   stage.evaluations = stage.iterations = stage.factorisations = 0;
@@ -60,7 +60,7 @@ void select(const Model& model, const Island& island, ImplicitStage& stage) noex
   stage.contacts.select(island);
 }
 
-void place(const Model& model, int t, const std::vector<double>& velocity, StagePlaces& places) noexcept {
+void placeInStage(const Model& model, int t, const std::vector<double>& velocity, StagePlaces& places) noexcept {
   const ModelTree& tree = model.trees[t];
   forwardKinematics(*tree.model, places.q.data() + tree.q, velocity.data() + tree.v, places.link.data() + tree.link);
   for (int s = places.first_shape[t]; s < places.first_shape[t + 1]; ++s) {

@@ -101,7 +101,7 @@ void beginStages(const Model& model, State& state, const std::vector<int>& trees
 void select(const Model& model, const Island& island, ImplicitStage& stage) noexcept;
 
 /// (in realtime) Kinematics of a tree and its shapes from `places.q`.
-void place(const Model& model, int tree, const std::vector<double>& velocity, StagePlaces& places) noexcept;
+void placeInStage(const Model& model, int tree, const std::vector<double>& velocity, StagePlaces& places) noexcept;
 
 /// (in realtime) Visits the island's velocities, by their index in the world.
 template <class Visit>

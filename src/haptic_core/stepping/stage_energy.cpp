@@ -16,7 +16,7 @@ double energyAtBase(const Model& model, ImplicitStage& stage) noexcept {
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model.trees[island.trees[n]];
     std::copy_n(stage.base.q.begin() + tree.q, tree.model->nq(), stage.places.q.begin() + tree.q);
-    place(model, island.trees[n], stage.base.v, stage.places);
+    placeInStage(model, island.trees[n], stage.base.v, stage.places);
     sum += energyOf(model, island.trees[n], stage.places);
   }
   sum = addStored(model, stage.problem, stage.places.link.data(), stage.forces, sum);

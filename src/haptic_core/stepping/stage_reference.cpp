@@ -17,7 +17,7 @@ void placeAtEnd(const Model& model, double g, ImplicitStage& stage) noexcept {
     double* q = stage.places.q.data() + tree.q;
     std::copy_n(stage.base.q.begin() + tree.q, tree.model->nq(), q);
     integratePositions(*tree.model, q, stage.v.data() + tree.v, g);
-    place(model, t, stage.v, stage.places);
+    placeInStage(model, t, stage.v, stage.places);
   }
 }
 
@@ -34,7 +34,7 @@ bool mayGetDeep(const Model& model, const State& state, double g, ImplicitStage&
     const ModelTree& tree = model.trees[t];
     if (first) {
       std::copy_n(stage.base.q.begin() + tree.q, tree.model->nq(), places.q.begin() + tree.q);
-      place(model, t, stage.v, places);
+      placeInStage(model, t, stage.v, places);
     }
     stage.limit.note(places.X_WS.data(), places.first_shape[t], places.first_shape[t + 1]);
   }
@@ -70,7 +70,7 @@ void placeHeld(const Model& model, const State& state, double left, HeldLinks& h
     const Vector3 p = Vector3(end[0], end[1], end[2]) - q_end * p_LC - back * held.way[lead].linear + q * p_LC;
     const double pose[7] = {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
     std::copy_n(pose, 7, places.q.begin() + tree.q);
-    place(model, t, state.v, places);
+    placeInStage(model, t, state.v, places);
   }
 }
 
