@@ -25,7 +25,7 @@ void slide(FrictionMemory& memory) {
   memory.spin = memory.twist;
 }
 
-/// Whether a contact slid, and has come to a stop in what the stage has solved.
+/// Whether a contact slid, and has come to a stop within the stage's solve.
 bool stops(const ImplicitContact& c, Yielding mode) noexcept { return mode == Yielding::kKeepsLimit && c.force.memory.sliding == 0; }
 
 /// How far a contact is beyond what its mode allows: the load over the static limit, or the slip that has turned
@@ -62,7 +62,7 @@ void forgetLastStep(const Island& island, State& state) noexcept {
   for (int n = 0; n < island.tree_count; ++n) state.last_step[island.trees[n]] = 0;
 }
 
-/// The contacts at their limit slide from now on, those that stopped stick. `violation`: by pair, at the end of what is done, `elapsed`
+/// The contacts at their limit slide from now on, those that stopped stick. `violation`: by pair, at the end of the part, `elapsed`
 /// as a share of the step.
 void changeModes(const Model& model, const ImplicitStage& stage, const std::vector<double>& violation, double least, double elapsed,
                  State& state, std::vector<double>& event) noexcept {

@@ -12,7 +12,7 @@ namespace haptic::stepping {
 /// (in realtime) Whether friction may jump between two limits, in an island small enough to look for the instants.
 bool mayJump(const Model& model, const Island& island, const State& state) noexcept;
 
-/// (in realtime) Whether friction changes its mode within what the stage has solved.
+/// (in realtime) Whether friction changes its mode within the stage's solve.
 bool changesMode(const State& state, const ImplicitStage& stage) noexcept;
 
 /// A part of a step that ends where friction changes.

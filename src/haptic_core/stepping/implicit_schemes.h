@@ -86,7 +86,7 @@ struct IslandStep {
 /// A solve of second order that the stage holds.
 struct Attempt {
   SolvedPart part;        ///< length 0: there is none
-  double excess = kNone;  ///< its error of position over what it may be
+  double excess = kNone;  ///< its error of position over the allowed one
   double gained = 0;      ///< largest change of speed of a tree since the state [m/s]
 
   double eulerError() const { return 0.5 * part.length * gained; }  ///< of position, that implicit Euler would make [m]

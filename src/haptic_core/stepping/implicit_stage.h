@@ -42,7 +42,7 @@ struct StagePlaces {
   bool fixed_placed = false;      ///< the links that never move are where they are
 };
 
-/// What a stage knows at its reference, beside the frozen problem.
+/// Facts of a stage at its reference, beside the frozen problem.
 struct StageReference {
   std::vector<char> moved;          ///< by tree: since its reference
   std::vector<double> tree_energy;  ///< by tree: kinetic and potential at its reference [J]

@@ -1,5 +1,5 @@
 /// Couplings of hands and force elements in an implicit stage: the list of a pass's linear forces (frozen_contact.h) is made of them, and
-/// what they did is read off it.
+/// their wrenches and powers are read off it.
 #pragma once
 #include <vector>
 

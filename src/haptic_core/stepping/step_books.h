@@ -55,7 +55,7 @@ struct StepBooks {
 /// (in realtime) Before the islands of a step: nothing has been done to pairs [0, `pairs`) and couplings.
 void openBooks(int pairs, StepBooks& books) noexcept;
 
-/// (in realtime) What the stage's last solve did. `place`: see StepBooks.
+/// (in realtime) Wrenches and powers of the stage's last solve. `place`: see StepBooks.
 void gather(const ImplicitStage& stage, StageWrenches& found, std::vector<Pose>& place) noexcept;
 
 /// (in realtime) Books the part that the stage has solved, over its length: impulses and energies, and puts friction at its end into the
