@@ -16,7 +16,7 @@ int GodObject::addMesh(const TriangleMesh& mesh, const Pose& X_WM) {
   return static_cast<int>(meshes_.size()) - 1;
 }
 
-/// Moves the proxy towards the goal, as far as the first obstacle, whose plane is added. False: it is there.
+/// Moves the proxy towards the goal, as far as the first obstacle, whose plane is added while there is room. False: it is there.
 bool GodObject::meet(const Vector3& goal, bool carried) noexcept {
   TriangleTree::Touch first;
   int touched = -1;
@@ -36,7 +36,7 @@ bool GodObject::meet(const Vector3& goal, bool carried) noexcept {
     return false;
   }
   proxy_ = place;
-  plane_[count_++] = {first.normal, first.normal.dot(proxy_), 0, touched};
+  if (count_ < kMost) plane_[count_++] = {first.normal, first.normal.dot(proxy_), 0, touched};
   return true;
 }
 
@@ -97,8 +97,8 @@ Vector3 GodObject::tick(const Vector3& h) noexcept {
   while (stopped) {
     goal = nearestAllowed(h);
     if (settings_.mu_static > 0) goal = held(goal);
-    if (count_ == kMost) break;
-    stopped = meet(goal, false);
+    const bool last = count_ == kMost;
+    stopped = meet(goal, false) && !last;
   }
   force_ = settings_.stiffness * (proxy_ - h);
   return force_;

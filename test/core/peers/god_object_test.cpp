@@ -123,6 +123,39 @@ TEST(GodObject, TwoAndThreePlanesStopItWhereTheyMeet) {
   EXPECT_LT((F - kK * Vector3(0, 0, 0.004 / std::sin(half) + 0.002)).norm(), 2 * kK * kSkin / std::sin(half));
 }
 
+/// In pits of three random walls it ends at the point nearest to the hand, which projections by turns (Dykstra, 1983) find as well.
+TEST(GodObject, ThreeInclinedPlanesLeaveTheNearestPoint) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const TriangleMesh cube = makeBox({1, 1, 1}).triangles();
+  int corners = 0;
+  for (int pit = 0; pit < 200; ++pit) {
+    GodObject god({kK, 0}, {0, 0, 0.1});
+    Vector3 n[3], h = 0.02 * Vector3(uniform(random), uniform(random), uniform(random) - 0.5);
+    double independent = 1;
+    for (int i = 0; i < 3; ++i) {
+      n[i] = Vector3(uniform(random), uniform(random), 0.1 + 0.5 * std::abs(uniform(random))).normalized();
+      for (int j = 0; j < i; ++j) independent = std::min(independent, n[i].cross(n[j]).norm());
+      const Matrix3 R = shortestTurn(Vector3::UnitZ(), n[i]).toRotationMatrix();
+      god.addMesh(cube, Pose(R, -0.5 * n[i]));
+    }
+    independent = std::min(independent, std::abs(n[0].dot(n[1].cross(n[2]))));
+    if (independent < 0.2) continue;  // nearly parallel walls: the projections would take too many turns
+    lead(god, {0, 0, 0.1}, h, 200);
+    for (int i = 0; i < 50; ++i) god.tick(h);
+    Vector3 x = h, correction[3] = {Vector3::Zero(), Vector3::Zero(), Vector3::Zero()};
+    for (int turn = 0; turn < 3000; ++turn) {
+      const int i = turn % 3;
+      const Vector3 y = x + correction[i];
+      x = y - std::min(0.0, n[i].dot(y)) * n[i];
+      correction[i] = y - x;
+    }
+    EXPECT_LT((god.proxy() - x).norm(), 3 * kSkin / independent) << pit;
+    corners += god.constraints() == 3;
+  }
+  EXPECT_GT(corners, 10);
+}
+
 /// Pressed down on a slope it stays while the slope is less than μ0, and slides by the cone of μ beyond.
 TEST(GodObject, FrictionHoldsOnASlopeAndSlidesByItsCone) {
   const double mu_static = 0.6, mu = 0.5, depth = 0.008;
