@@ -1,6 +1,6 @@
 /// Ours beside today's peers, on the scenes that makers of simulators publish, and rigid when asked.
 ///
-/// `bench_peers [GROUP...]`: groups sinks, times, grasp, cradle, gyro, pyramid, six; without a word all. `pyramid=ROWS` takes another
+/// `bench_peers [GROUP...]`: groups sinks, times, grasp, cradle, gyro, haptic, pyramid, six; without a word all. `pyramid=ROWS` takes another
 /// number of rows, 1 to 1000; any other word ends it with status 2. Lines that begin with `peers` are the table beside the figures, one
 /// setting of one simulator each.
 #include <cstdio>
@@ -22,7 +22,7 @@ constexpr int kMostRows = 1000;  // half a million boxes
 
 /// False: it is none of the words above.
 bool take(const std::string& word, Wanted& wanted) {
-  const std::set<std::string> groups = {"sinks", "times", "grasp", "cradle", "gyro", "pyramid", "six"};
+  const std::set<std::string> groups = {"sinks", "times", "grasp", "cradle", "gyro", "haptic", "pyramid", "six"};
   const std::string with_rows = "pyramid=";
   if (word.rfind(with_rows, 0) != 0) {
     wanted.groups.insert(word);
@@ -40,10 +40,14 @@ bool take(const std::string& word, Wanted& wanted) {
 
 int main(int count, char** arguments) {
   using namespace haptic::bench;
+  if (count == 4 && std::string(arguments[1]) == "count") {  // by itself, under callgrind
+    countHapticTicks(arguments[2], arguments[3]);
+    return 0;
+  }
   Wanted asked;
   for (int i = 1; i < count; ++i) {
     if (take(arguments[i], asked)) continue;
-    std::fprintf(stderr, "bench_peers: '%s' is no group; give sinks, times, grasp, cradle, gyro, six, pyramid or pyramid=ROWS, 1 to %d\n",
+    std::fprintf(stderr, "bench_peers: '%s' is no group; give sinks, times, grasp, cradle, gyro, haptic, six, pyramid or pyramid=ROWS, 1 to %d\n",
                  arguments[i], kMostRows);
     return 2;
   }
@@ -53,6 +57,7 @@ int main(int count, char** arguments) {
   if (wanted("grasp")) measureGrasp();
   if (wanted("cradle")) measureCradle();
   if (wanted("gyro")) measureGyroscope();
+  if (wanted("haptic")) measureHaptic();
   if (wanted("six")) measureSix();
   if (wanted("pyramid")) measurePyramid(asked.rows);
   return 0;

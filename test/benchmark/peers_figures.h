@@ -1,5 +1,6 @@
 /// Figures of `bench peers`: rigid surfaces, and the scenes that makers of simulators publish, beside other simulators.
 #pragma once
+#include <string>
 
 namespace haptic::bench {
 
@@ -9,5 +10,8 @@ void measureGrasp();         ///< grasp.*, beside all settings of all peers
 void measureCradle();        ///< cradle.*, likewise
 void measureGyroscope();     ///< gyro.*, likewise
 void measurePyramid(int rows);  ///< pyramid5050.* with 100 rows, beside Bullet and ODE
+void measureHaptic();        ///< god.*, god_point.*, ours.*, ours_direct.*: the god object beside our hand
+/// Runs one renderer through one trial of measureHaptic where callgrind counts.
+void countHapticTicks(const std::string& renderer, const std::string& trial);
 
 }  // namespace haptic::bench

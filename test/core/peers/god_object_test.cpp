@@ -82,21 +82,22 @@ TEST(GodObject, APlanePushesBackByKTimesTheDepth) {
 TEST(GodObject, AConvexMeshPushesAlongTheShortestWayOut) {
   for (const TriangleMesh& mesh : {makeSphere(0.05, 3).triangles(), makeBox({0.06, 0.06, 0.06}).triangles()}) {
     const TriangleTree tree(mesh);
-    const double radius = 0.01, dt = 1e-3;
+    const double radius = 0.01, outside = 0.006, dt = 1e-3;
     GodObject god = over(mesh, {kK, radius}, {0, 0, 0.1});
-    double worst = 0;
-    // Once around at 6 mm from what is nearest, over corners and edges, by 0.1 mm a tick.
-    Vector3 h(0, 0, 0.06);
+    double worst = 0, turn = 0;
+    Vector3 before = Vector3::UnitZ();
+    // Once around at 6 mm from the place of no force, over corners and edges, by a millimetre a tick.
     for (int i = 0; i < 6000; ++i) {
       const double a = 2 * M_PI * i * dt;
       const Vector3 out(std::sin(a), 0.3 * std::sin(3 * a), std::cos(a)), p = tree.nearestPoint(0.2 * out);
-      h = p + 0.006 * (0.2 * out - p).normalized();
-      const Vector3 F = god.tick(h), nearest = tree.nearestPoint(h), away = h - nearest;
-      worst = std::max(worst, (F - kK * (radius - away.norm()) * away.normalized()).norm());
+      const Vector3 h = p + outside * (0.2 * out - p).normalized();
+      const Vector3 F = god.tick(h), away = (h - tree.nearestPoint(h)).normalized();
+      worst = std::max(worst, (F - kK * (radius - outside) * away).norm()), turn = std::max(turn, (away - before).norm());
+      before = away;
     }
-    // It leaves along tangents: ways of .2 m · 2 π · dt a tick at most, of which the edges' cylinders fall short by way²/2r.
-    const double way = 0.2 * 2 * M_PI * dt;
-    EXPECT_LT(worst, kK * way * way / (2 * radius));
+    // It goes along one tangent plane a tick: where the normal turns by δ a tick about an edge, the proxy turns by outside/radius of the rest,
+    // and stays behind by δ radius/outside.
+    EXPECT_LT(worst, kK * (radius - outside) * turn * radius / outside);
     EXPECT_GT(worst, 0);
   }
 }
