@@ -43,7 +43,8 @@ struct Trial {
   double seconds = 1, mu = 0;
   std::function<Vector3(double)> hand = {};
   std::function<Vector3(double t, double b)> force = {};
-  std::function<bool(const Vector3& tool, double t)> lost = {};  ///< the tool's centre is where nothing may be
+  /// All of the tool is inside of something, or its centre on the other side of a plate: ours sinks in, by its radius at most.
+  std::function<bool(const Vector3& tool, double t)> lost = {};
 };
 
 Obstacle fixedBox(const Vector3& size, const Pose& X) {
@@ -236,7 +237,7 @@ std::vector<Trial> holdingTrials() {
                     0,
                     [](double t) { return Vector3(std::min(0.11, 0.5 * t - 0.1), 0, std::max(-0.01, 0.02 - 0.2 * t)); },
                     {},
-                    [](const Vector3& tool, double) { return tool.z() < 0 || tool.x() > 0.1; }});
+                    [](const Vector3& tool, double) { return tool.z() < -kRadius || tool.x() > 0.1 + kRadius; }});
   // Round a ball of triangles at half of its radius, twice, over all its edges.
   trials.push_back({"round a ball, 20 mm deep, 0.5 m/s",
                     {{std::make_shared<ConvexPolyhedron>(makeSphere(0.05, 3)), [](double) { return Pose(); }}},
@@ -247,7 +248,7 @@ std::vector<Trial> holdingTrials() {
                       return Vector3(out * Vector3(std::sin(a), 0.3 * std::sin(2.3 * a), std::cos(a)).normalized());
                     },
                     {},
-                    [](const Vector3& tool, double) { return tool.norm() < 0.0495; }});
+                    [](const Vector3& tool, double) { return tool.norm() < 0.0495 - kRadius; }});
   // A plate sweeps over a hand at rest.
   for (const double speed : {0.2, 5.0}) {
     Trial t{speed > 1 ? "plate sweeps at 5 m/s" : "plate sweeps at 0.2 m/s", {}, 0.06 / speed + 0.02};
@@ -266,9 +267,9 @@ std::vector<Trial> holdingTrials() {
                              return Pose(R, R * Vector3(0.1, 0, 0.005));  // its lower face passes the hinge at the origin
                            },
                            true});
-  lid.hand = [](double t) { return Vector3(0.012, 0, std::max(-2e-3, 6e-3 - 0.1 * t)); };
+  lid.hand = [](double t) { return Vector3(0.012, 0, std::max(-0.012, 6e-3 - 0.1 * t)); };
   lid.lost = [=](const Vector3& tool, double t) {
-    return tool.z() < 0 || Vector3(-std::sin(angle(t)), 0, std::cos(angle(t))).dot(tool) > 0;
+    return tool.z() < -kRadius || Vector3(-std::sin(angle(t)), 0, std::cos(angle(t))).dot(tool) > kRadius;
   };
   trials.push_back(lid);
   // A wall that leans over the tool drives it along the floor.
@@ -277,9 +278,9 @@ std::vector<Trial> holdingTrials() {
   const auto foot = [](double t) { return -0.03 + 0.1 * t; };
   plough.obstacles.push_back({scenes::box({0.2, 0.2, 0.01}), [=](double t) { return Pose(R, R * Vector3(0.1, 0, 0.005) + foot(t) * Vector3::UnitX()); },
                               true});
-  plough.hand = [](double t) { return Vector3(0, 0, std::max(-5e-3, 6e-3 - 0.1 * t)); };
+  plough.hand = [](double t) { return Vector3(0, 0, std::max(-0.012, 6e-3 - 0.1 * t)); };
   plough.lost = [=](const Vector3& tool, double t) {
-    return tool.z() < 0 || Vector3(-std::sin(M_PI / 3), 0, std::cos(M_PI / 3)).dot(tool - foot(t) * Vector3::UnitX()) > 0;
+    return tool.z() < -kRadius || Vector3(-std::sin(M_PI / 3), 0, std::cos(M_PI / 3)).dot(tool - foot(t) * Vector3::UnitX()) > kRadius;
   };
   trials.push_back(plough);
   return trials;
