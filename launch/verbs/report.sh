@@ -1,7 +1,8 @@
 #!/bin/sh
-#: report [SCENE...] [--quick] [--only stability] [--scheduler ADDRESS]
+#: report [SCENE...] [--quick] [--only stability] [--scheduler ADDRESS] [--results FILE]
 #:                   error against run time of every method and peer, what to choose, stability, what scenes leave out: one
-#:                   HTML page and a CSV below build/report. SCENE is a name or any URDF; resumes what was interrupted
+#:                   HTML page and a CSV below build/report. SCENE is a name or any URDF; resumes what was interrupted.
+#:                   FILE: runs of another engine, a JSON line each (test/report/README.md)
 #: report BAG [--output FILE]
 #:                   a recording, bag or MCAP, as one HTML page: the scene in 3-D, poses, forces, tensions, contacts, energy, tick times, faults, with zoom
 . "$(dirname "$0")/parts/start.sh"

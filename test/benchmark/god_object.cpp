@@ -6,7 +6,8 @@
 namespace haptic::bench {
 namespace {
 
-/// The proxy stays this far off what stops it [m]: rounding must not carry it through. An error of K times that.
+/// The proxy stays this far off what stops it [m]: rounding must not carry it through. An error of K times
+/// that.
 constexpr double kSkin = 1e-9;
 
 }  // namespace
@@ -16,16 +17,20 @@ int GodObject::addMesh(const TriangleMesh& mesh, const Pose& X_WM) {
   return static_cast<int>(meshes_.size()) - 1;
 }
 
-/// Moves the proxy towards the goal, as far as the first obstacle, whose plane is added while there is room. False: it is there.
+/// Moves the proxy towards the goal, as far as the first obstacle, whose plane is added while there is room.
+/// False: it is there.
 bool GodObject::meet(const Vector3& goal, bool carried) noexcept {
   TriangleTree::Touch first;
   int touched = -1;
   Vector3 place;
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
     const Mesh& mesh = meshes_[i];
-    const Vector3 from = (carried ? mesh.before : mesh.now).inverse() * proxy_, to = mesh.now.inverse() * goal;
+    const Vector3 from = (carried ? mesh.before : mesh.now).inverse() * proxy_,
+                  to = mesh.now.inverse() * goal;
     TriangleTree::Touch touch;
-    if (!mesh.tree.firstTouch(from, to, settings_.radius, touch) || (touched >= 0 && touch.share >= first.share)) continue;
+    if (!mesh.tree.firstTouch(from, to, settings_.radius, touch) ||
+        (touched >= 0 && touch.share >= first.share))
+      continue;
     const double fall = -touch.normal.dot(to - from);  // of the whole way towards the surface [m]
     place = mesh.now * (from + std::max(0.0, touch.share - kSkin / fall) * (to - from));
     touch.normal = mesh.now.R * touch.normal;
@@ -40,8 +45,8 @@ bool GodObject::meet(const Vector3& goal, bool carried) noexcept {
   return true;
 }
 
-/// x = h + Σ λ_i n_i on the planes of the bits of `active`. False: a plane would pull, or they are not independent, or it lies behind
-/// another.
+/// x = h + Σ λ_i n_i on the planes of the bits of `active`. False: a plane would pull, or they are not
+/// independent, or it lies behind another.
 bool GodObject::solve(const Vector3& h, unsigned active, Vector3& x) noexcept {
   Matrix3 gram = Matrix3::Identity();
   Vector3 depth = Vector3::Zero();

@@ -1,7 +1,7 @@
 /// Ours beside today's peers, on the scenes that makers of simulators publish, and rigid when asked.
 ///
-/// `bench_peers [GROUP...]`: groups sinks, times, grasp, cradle, gyro, haptic, pyramid, six; without a word all. `pyramid=ROWS` takes another
-/// number of rows, 1 to 1000; any other word ends it with status 2. Lines that begin with `peers` are the table beside the figures, one
+/// `bench_peers [GROUP...]`: groups sinks, times, grasp, cradle, gyro, haptic, pyramid, six; without a word all. `pyramid=ROWS` takes
+/// another number of rows, 1 to 1000; any other word ends it with status 2. Lines that begin with `peers` are the table beside the figures, one
 /// setting of one simulator each.
 #include <cstdio>
 #include <set>
@@ -47,7 +47,8 @@ int main(int count, char** arguments) {
   Wanted asked;
   for (int i = 1; i < count; ++i) {
     if (take(arguments[i], asked)) continue;
-    std::fprintf(stderr, "bench_peers: '%s' is no group; give sinks, times, grasp, cradle, gyro, haptic, six, pyramid or pyramid=ROWS, 1 to %d\n",
+    std::fprintf(stderr, "bench_peers: '%s' is no group; give sinks, times, grasp, cradle, gyro, haptic, six, pyramid or pyramid=ROWS, "
+                 "1 to %d\n",
                  arguments[i], kMostRows);
     return 2;
   }

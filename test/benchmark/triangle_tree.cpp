@@ -6,7 +6,8 @@
 namespace haptic::bench {
 namespace {
 
-constexpr double kInside = 1e-9;  // of a triangle's size: neighbours overlap by that, so that no way leads between them (Zilles, 1995)
+constexpr double kInside = 1e-9;  // of a triangle's size: neighbours overlap by that, so that no way leads
+                                  // between them (Zilles, 1995)
 constexpr int kMostDepth = 64;    // halves: more triangles than any machine holds
 
 /// A way of the centre: from + s d, s in [0, 1].
@@ -23,8 +24,8 @@ void take(const Way& way, double s, const Vector3& normal, TriangleTree::Touch& 
   found = true;
 }
 
-/// The centre meets the sphere of the way's radius about `p`; `d2` is the part of d that counts (across an edge's axis), `m` likewise.
-/// False: it does not.
+/// The centre meets the sphere of the way's radius about `p`; `d2` is the part of d that counts (across an
+/// edge's axis), `m` likewise. False: it does not.
 bool meetsCircle(const Vector3& m, const Vector3& d2, double radius, double& s) {
   const double a = d2.squaredNorm(), b = m.dot(d2), c = m.squaredNorm() - radius * radius;
   if (c <= 0) {
@@ -58,7 +59,8 @@ void touchTriangle(const Triangle& t, const Way& way, TriangleTree::Touch& touch
   if (fall > 0 && height >= 0) {
     const double s = std::max(0.0, (height - way.radius) / fall);
     const Vector3 centre = way.from + s * way.d;
-    if (s <= 1 && holds(t, centre - t.normal.dot(centre - t.corner[0]) * t.normal)) take(way, s, t.normal, touch, found);
+    if (s <= 1 && holds(t, centre - t.normal.dot(centre - t.corner[0]) * t.normal))
+      take(way, s, t.normal, touch, found);
   }
   if (way.radius == 0) return;
   for (int i = 0; i < 3; ++i) {
@@ -66,7 +68,8 @@ void touchTriangle(const Triangle& t, const Way& way, TriangleTree::Touch& touch
     const Vector3 e = t.corner[(i + 1) % 3] - a, axis = e.normalized(), m = way.from - a;
     double s = 0;
     if (meetsCircle(m - axis.dot(m) * axis, way.d - axis.dot(way.d) * axis, way.radius, s)) {
-      const Vector3 centre = way.from + s * way.d, foot = nearestOnSegment(a, a + e, centre), n = centre - foot;
+      const Vector3 centre = way.from + s * way.d, foot = nearestOnSegment(a, a + e, centre),
+                    n = centre - foot;
       const double along = axis.dot(centre - a);
       // A normal on the back of this triangle is another's, or of a ball that comes from inside.
       if (along >= 0 && along <= e.norm() && n.dot(t.normal) > 0) take(way, s, n.normalized(), touch, found);
@@ -82,7 +85,8 @@ void touchTriangle(const Triangle& t, const Way& way, TriangleTree::Touch& touch
 bool meetsBox(const Vector3& lower, const Vector3& upper, const Way& way, double share) {
   double first = 0, last = share;
   for (int axis = 0; axis < 3; ++axis) {
-    const double low = lower[axis] - way.radius - way.from[axis], high = upper[axis] + way.radius - way.from[axis], d = way.d[axis];
+    const double low = lower[axis] - way.radius - way.from[axis],
+                 high = upper[axis] + way.radius - way.from[axis], d = way.d[axis];
     if (d == 0) {
       if (low > 0 || high < 0) return false;
       continue;
@@ -136,9 +140,11 @@ int TriangleTree::build(int first, int count) {
     int axis = 0;
     (node.upper - node.lower).maxCoeff(&axis);
     const auto middle = triangles_.begin() + first + count / 2;
-    std::nth_element(triangles_.begin() + first, middle, triangles_.begin() + first + count, [axis](const Triangle& a, const Triangle& b) {
-      return a.corner[0][axis] + a.corner[1][axis] + a.corner[2][axis] < b.corner[0][axis] + b.corner[1][axis] + b.corner[2][axis];
-    });
+    std::nth_element(triangles_.begin() + first, middle, triangles_.begin() + first + count,
+                     [axis](const Triangle& a, const Triangle& b) {
+                       return a.corner[0][axis] + a.corner[1][axis] + a.corner[2][axis] <
+                              b.corner[0][axis] + b.corner[1][axis] + b.corner[2][axis];
+                     });
     node.left = build(first, count / 2);
     node.right = build(first + count / 2, count - count / 2);
   }
@@ -146,7 +152,8 @@ int TriangleTree::build(int first, int count) {
   return static_cast<int>(nodes_.size()) - 1;
 }
 
-bool TriangleTree::firstTouch(const Vector3& from, const Vector3& to, double radius, Touch& touch) const noexcept {
+bool TriangleTree::firstTouch(const Vector3& from, const Vector3& to, double radius,
+                              Touch& touch) const noexcept {
   touch = Touch();
   bool found = false;
   const Way way{from, to - from, radius};

@@ -40,17 +40,25 @@ class SceneResult:
             self.converged[model] = (best if best.status == 'ok' else None, doubt)
             self.reference_notes.append((model, fine, b.status if b.status != 'ok' else '', doubt))
         for case in self.cases:
-            run, total, numerical = self.entry(case, results[case])
-            self.runs.append(run)
-            if total is not None:
-                self.total.append((run, total))
-            if numerical is not None:
-                self.numerical.append((run, *numerical))
+            self._enter(parse_run(case, results[case]))
 
-    def entry(self, case, result):
+    def add(self, runs):
+        """Runs of engines from outside: judged as all others where there is an exact solution; elsewhere listed without an error."""
+        for run in runs:
+            self._enter(run)
+
+    def _enter(self, run):
+        run, total, numerical = self.entry(run)
+        self.runs.append(run)
+        if total is not None:
+            self.total.append((run, total))
+        if numerical is not None:
+            self.numerical.append((run, *numerical))
+
+    def entry(self, run):
         """A run with its errors: run, total errors or None, (numerical errors, doubt) or None."""
-        converged, doubt = self.converged.get(model_of(case), (None, {}))
-        run = judged(parse_run(case, result), self.bound_reference(converged, doubt), self.scene.size)
+        converged, doubt = self.converged.get(model_of(run.case), (None, {}))
+        run = judged(run, self.bound_reference(converged, doubt), self.scene.size)
         total = None
         if self.exact is not None or self.scene.measures:
             total = {**errors_against(run, self.exact), **(run.measures if run.status == 'ok' else {})}

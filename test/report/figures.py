@@ -137,7 +137,7 @@ def work_precision(scene, runs, metric, folder, own_stiffness, cost=cpu_of, name
     groups, sides = {}, {False: [], True: []}
     wasm = {}
     for run, errors in runs:
-        if metric in errors and is_wasm(run.case.method):
+        if metric in errors and (is_wasm(run.case.method) or math.isnan(cost(run))):
             wasm.setdefault(run.case.method, []).append(max(errors[metric], 1e-17))
         elif metric in errors and math.isfinite(cost(run)) and cost(run) > 0:
             error = max(errors[metric], 1e-17)  # zero error: on the axis
@@ -149,7 +149,7 @@ def work_precision(scene, runs, metric, folder, own_stiffness, cost=cpu_of, name
         handle, = axes.plot(*zip(*members), ls='none', marker=marker, color=colour, ms=5.5, mew=0.9, mfc=colour if own else 'none')
         if own or method not in seen:
             seen[method] = handle
-    for method, members in wasm.items():  # on the right edge: their times are not comparable
+    for method, members in wasm.items():  # on the right edge: their times are not comparable, or not known
         colour, marker = style_of(method)
         seen[method + ', error only'], = axes.plot([0.99] * len(members), members, ls='none', marker=marker, color=colour, ms=5.5, mew=0.9,
                                                    mfc='none', transform=axes.get_yaxis_transform(), clip_on=False)

@@ -17,6 +17,7 @@ import time
 import numpy as np
 
 import advice
+import engine_results
 import figures
 import kept_results
 import pareto
@@ -41,6 +42,8 @@ def arguments(argv):
     parser.add_argument('scenes', nargs='*', metavar='SCENE', help='names of the catalogue, or URDF or YAML files')
     parser.add_argument('--quick', action='store_true', help='fewer steps and repetitions, under three minutes')
     parser.add_argument('--only', choices=['stability', 'scenes'], help='a part of the report')
+    parser.add_argument('--results', metavar='FILE', action='append', default=[],
+                        help='runs of another engine, a JSON line each (test/report/README.md); again for further files')
     parser.add_argument('--scheduler', metavar='ADDRESS', help='spread the runs over the Dask cluster there')
     parser.add_argument('--programs', default=os.path.join(ROOT, 'build', 'bench'), help='build folder of the programs')
     parser.add_argument('--output', default=os.path.join(ROOT, 'build', 'report'), help='folder of page, CSV and runs')
@@ -56,11 +59,10 @@ def program(folder, name):
 
 def provenance(flags):
     """Where the numbers come from."""
-    model = next((line.split(':', 1)[1].strip() for line in open('/proc/cpuinfo') if line.startswith('model name')), '?')
     commit = subprocess.run(['git', '-c', 'safe.directory=*', '-C', ROOT, 'describe', '--always', '--dirty'],
                             capture_output=True, text=True, check=False).stdout.strip() or 'unknown'
     compiler = subprocess.run(['g++', '--version'], capture_output=True, text=True, check=False).stdout.splitlines()[0]
-    return {'machine': f'{model}, {os.cpu_count()} cores, {os.uname().sysname} {os.uname().release}', 'commit': commit,
+    return {'machine': programs.machine(), 'commit': commit,
             'compiler': compiler, 'flags': flags or '-O3 -DNDEBUG -ffp-contract=off',
             'load': f'{os.getloadavg()[1]:.1f}', 'date': time.strftime('%Y-%m-%d %H:%M UTC', time.gmtime())}
 
@@ -96,7 +98,13 @@ def chosen_scenes(options, run_program):
     return scenes, refused
 
 
-def run_scenes(scenes, peers, options, run_program):
+def run_scenes(scenes, peers, options, run_program, outside):
+    by_name = {scene.name: scene for scene in scenes}
+    for each in outside:
+        if each.scene in by_name:
+            engine_results.check_samples(each, by_name[each.scene])
+        else:
+            print(f'report: {each.where}: scene {each.scene} is no part of this report')
     stamp = stamp_of(run_program)
     results = [SceneResult(scene, options.quick, peers) for scene in scenes]
     planned = [(result, case, task) for result in results for case, task in result.tasks(run_program, stamp)]
@@ -104,7 +112,8 @@ def run_scenes(scenes, peers, options, run_program):
     done = run_tasks([task for _, _, task in planned], kept, 'report', options.scheduler, options.workers)
     for result in results:
         result.take({case: done[task.key] for owner, case, task in planned if owner is result})
-        result.find_not_converging(peers)
+        result.add([each.run for each in outside if each.scene == result.scene.name])
+        result.find_not_converging(peers + [peer['name'] for peer in engine_results.peers_of(outside)])
     return results
 
 
@@ -157,13 +166,19 @@ def main(argv):
         run_program = program(options.programs, 'report_run')
         try:
             scenes, refused = chosen_scenes(options, run_program)
+            peers, default = describe_peers(run_program), default_method(run_program)
+            # Files of engines are read before anything runs.
+            outside = engine_results.read([os.path.abspath(path) for path in options.results], {peer['name'] for peer in peers})
         except ValueError as error:
             sys.exit(f'report: {error}')
-        peers, default = describe_peers(run_program), default_method(run_program)
         if options.quick:
             peers = [peer for peer in peers if peer['name'] in QUICK_PEERS]
         peers = with_mujoco3(peers)
-        results = run_scenes(scenes, [peer['name'] for peer in peers], options, run_program)
+        try:
+            results = run_scenes(scenes, [peer['name'] for peer in peers], options, run_program, outside)
+        except ValueError as error:
+            sys.exit(f'report: {error}')
+        peers += engine_results.peers_of(outside)
         compared = compare(results, default)
         for scene, metric, _, _ in pareto.read_cells():
             fixed.setdefault(scene, []).append(metric)

@@ -16,6 +16,7 @@ import unittest
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)
 import advice  # noqa: E402
+import engine_results  # noqa: E402
 import figures  # noqa: E402
 import page  # noqa: E402
 import pareto  # noqa: E402
@@ -315,6 +316,100 @@ class FailedMeansFailed(unittest.TestCase):
             rows = page.later_table(['status'], [[run.status] for run in self.result.runs],
                                     [i for i, run in enumerate(self.result.runs) if run.status != 'ok'])
             self.assertEqual(page.shown_failures(rows), 2)
+
+
+def toy_lines():
+    return subprocess.run([sys.executable, '-B', os.path.join(HERE, 'toy_engine.py')], capture_output=True, text=True,
+                          check=True).stdout.splitlines()
+
+
+class OtherEngines(unittest.TestCase):
+    """A program that the report does not know writes its runs into a file, and they count as those of any peer."""
+
+    def read(self, lines, known=()):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, 'toy.jsonl')
+            with open(path, 'w') as file:
+                file.write('\n'.join(lines))
+            return engine_results.read([path], known)
+
+    def test_a_line_that_is_not_of_the_schema_is_refused_with_its_place(self):
+        lines = toy_lines()
+        good = json.loads(lines[0])
+
+        def changed(**more):
+            return json.dumps({**good, **more})
+        for line, reason in (('{', 'Expecting'), ('[]', 'schema'), (changed(schema=2), 'schema'), (changed(setting='a-b'), 'a-z'),
+                             (changed(status='fine'), 'fine'), (changed(step_s='1'), 'step_s'), (changed(licence=''), 'licence'),
+                             (changed(pose=good['pose'][1:]), 'pose has not 20 x 1 x 7'), (changed(energy_j=[math.nan] * 20), 'energy_j'),
+                             (changed(pose=[[[0, 0, 0, 1, 1, 0, 0]]] * 20), 'quaternion'),
+                             (json.dumps({key: good[key] for key in good if key != 'twist' and key != 'time_s'}), "no 'time_s'"),
+                             (lines[0], 'already')):
+            with self.assertRaises(ValueError, msg=line) as caught:
+                self.read([lines[0], '', line])
+            self.assertIn('toy.jsonl:3: ', str(caught.exception))
+            self.assertIn(reason, str(caught.exception))
+        with self.assertRaisesRegex(ValueError, "one of the report's own"):
+            self.read(lines, {'toy_exact'})
+
+    @unittest.skipUnless(PROGRAMS, 'needs the build folder of the programs')
+    def test_the_toy_errs_as_its_formula_says_and_reaches_cells_with_times_of_this_machine_alone(self):
+        program = programs.find(PROGRAMS, 'report_run')
+        scene, = describe(program, ['slope_slide'])
+        exact = Case('slope_slide', 'exact', 0, 0, 0)
+        output = subprocess.run([program, 'slope_slide', 'exact'], capture_output=True, text=True, check=True).stdout
+        lines = toy_lines()
+        for told, here in ((lines, True), ([line.replace('"machine": "', '"machine": "another ') for line in lines], False)):
+            outside = self.read(told)
+            result = SceneResult(scene, True, [])
+            result.cases, result.references = [], {}
+            result.take({exact: {'failure': '', 'output': output}})
+            for each in outside:
+                engine_results.check_samples(each, scene)
+            result.add([each.run for each in outside])
+            self.assertEqual([peer['name'] for peer in engine_results.peers_of(outside)], ['toy_exact', 'toy_euler'])
+            self.assertEqual({run.status for run in result.runs}, {'ok'})
+            angle = math.atan(0.75)
+            a = 9.8 * (math.sin(angle) - 0.5 * math.cos(angle))
+            times = run_errors.np.arange(1, 21) / 40
+            for run, errors in result.total:
+                self.assertEqual(set(errors), {'position', 'orientation', 'velocity'})  # it does not say its energy
+                h = 0.025 / round(0.025 / run.case.step)
+                rms = a * h / 2 * math.sqrt((times ** 2).mean()) if run.case.method == 'toy_euler' else 0
+                self.assertAlmostEqual(errors['position'], rms, delta=1e-13)  # 500 sums of up to 0.5
+            cells = pareto.reached_cells(result.points(), cells=[('slope_slide', 'position', decade, False) for decade in range(-2, -12, -1)])
+            self.assertEqual([pareto.verdict(cell) for cell in cells], ['only theirs'] * 10 if here else [])
+
+    @unittest.skipUnless(PROGRAMS, 'needs the build folder of the programs')
+    def test_states_of_another_time_are_refused(self):
+        scene, = describe(programs.find(PROGRAMS, 'report_run'), ['slope_slide'])
+        line = json.loads(toy_lines()[0])
+        line['time_s'] = [2 * time_ for time_ in line['time_s']]
+        with self.assertRaisesRegex(ValueError, '20 samples to 0.5 s'):
+            engine_results.check_samples(self.read([json.dumps(line)])[0], scene)
+
+    @unittest.skipUnless(PROGRAMS, 'needs the build folder of the programs')
+    def test_it_stands_on_the_page_and_in_the_csv(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, 'toy.jsonl')
+            with open(path, 'w') as file:
+                file.write('\n'.join(toy_lines()))
+            command = [sys.executable, '-B', os.path.join(HERE, 'report.py'), '--quick', '--programs', PROGRAMS, '--output',
+                       os.path.join(folder, 'out'), '--results', path, 'slope_slide']
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with open(os.path.join(folder, 'out', 'report.html')) as file:
+                text = file.read()
+            self.assertIn('toy 1, BSD-3-Clause: a point mass that falls', text)
+            with open(os.path.join(folder, 'out', 'report.csv'), newline='') as file:
+                rows = [row for row in csv.DictReader(file) if row['model'] == 'toy_exact' and row['metric'] == 'position']
+            self.assertEqual(len(rows), 3)
+            self.assertLess(max(float(row['error']) for row in rows), 1e-13)
+            with open(path, 'a') as file:
+                file.write('\n{}')
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            self.assertNotEqual(done.returncode, 0)
+            self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
 
 
 @unittest.skipUnless(PROGRAMS, 'needs the build folder of the programs')

@@ -117,8 +117,9 @@ def errors_against(run, reference):
     """Metric -> rms error of a complete run against a trajectory; empty when it failed."""
     if run.status != 'ok' or run.trajectory is None or reference is None:
         return {}
-    return {metric: float(np.sqrt(np.mean(np.square(values))))
-            for metric, values in error_over_time(run.trajectory, reference).items()}
+    errors = {metric: float(np.sqrt(np.mean(np.square(values))))
+              for metric, values in error_over_time(run.trajectory, reference).items()}
+    return {metric: error for metric, error in errors.items() if not math.isnan(error)}  # NaN: an engine from outside does not say it
 
 
 LEDGER_BOUND = 0.1  # of the largest energy exchanged: a run whose ledger gained more than that from nothing has failed

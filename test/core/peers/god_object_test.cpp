@@ -1,10 +1,12 @@
-/// The god object: its search against distances, its force against closed forms, and that nothing passes it by.
+/// The god object: its search against distances, its force against closed forms, and that nothing passes it
+/// by.
+#include "../../benchmark/god_object.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "../../benchmark/god_object.h"
 #include "haptic_core/geometry/shapes/shapes.h"
 
 namespace haptic {
@@ -41,8 +43,11 @@ Vector3 lead(GodObject& god, const Vector3& from, const Vector3& to, int ticks) 
 TEST(GodObject, FirstTouchIsWhereTheDistanceIsTheRadius) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  const auto direction = [&] { return Vector3(uniform(random), uniform(random), uniform(random)).normalized(); };
-  const TriangleMesh meshes[] = {makeBox({0.1, 0.2, 0.05}).triangles(), makeSphere(0.1, 2).triangles(), makeCylinder(0.05, 0.2, 9).triangles()};
+  const auto direction = [&] {
+    return Vector3(uniform(random), uniform(random), uniform(random)).normalized();
+  };
+  const TriangleMesh meshes[] = {makeBox({0.1, 0.2, 0.05}).triangles(), makeSphere(0.1, 2).triangles(),
+                                 makeCylinder(0.05, 0.2, 9).triangles()};
   int touched = 0, missed = 0;
   for (const TriangleMesh& mesh : meshes) {
     const TriangleTree tree(mesh);
@@ -80,7 +85,8 @@ TEST(GodObject, APlanePushesBackByKTimesTheDepth) {
 
 /// Along a convex mesh the proxy is the point nearest to the hand of all that are a radius away.
 TEST(GodObject, AConvexMeshPushesAlongTheShortestWayOut) {
-  for (const TriangleMesh& mesh : {makeSphere(0.05, 3).triangles(), makeBox({0.06, 0.06, 0.06}).triangles()}) {
+  for (const TriangleMesh& mesh :
+       {makeSphere(0.05, 3).triangles(), makeBox({0.06, 0.06, 0.06}).triangles()}) {
     const TriangleTree tree(mesh);
     const double radius = 0.01, outside = 0.006, dt = 1e-3;
     GodObject god = over(mesh, {kK, radius}, {0, 0, 0.1});
@@ -92,17 +98,19 @@ TEST(GodObject, AConvexMeshPushesAlongTheShortestWayOut) {
       const Vector3 out(std::sin(a), 0.3 * std::sin(3 * a), std::cos(a)), p = tree.nearestPoint(0.2 * out);
       const Vector3 h = p + outside * (0.2 * out - p).normalized();
       const Vector3 F = god.tick(h), away = (h - tree.nearestPoint(h)).normalized();
-      worst = std::max(worst, (F - kK * (radius - outside) * away).norm()), turn = std::max(turn, (away - before).norm());
+      worst = std::max(worst, (F - kK * (radius - outside) * away).norm()),
+      turn = std::max(turn, (away - before).norm());
       before = away;
     }
-    // It goes along one tangent plane a tick: where the normal turns by δ a tick about an edge, the proxy turns by outside/radius of the rest,
-    // and stays behind by δ radius/outside.
+    // It goes along one tangent plane a tick: where the normal turns by δ a tick about an edge, the proxy
+    // turns by outside/radius of the rest, and stays behind by δ radius/outside.
     EXPECT_LT(worst, kK * (radius - outside) * turn * radius / outside);
     EXPECT_GT(worst, 0);
   }
 }
 
-/// Walls at right angles clamp the hand axis by axis; in a groove of two inclined walls the proxy is at its bottom.
+/// Walls at right angles clamp the hand axis by axis; in a groove of two inclined walls the proxy is at its
+/// bottom.
 TEST(GodObject, TwoAndThreePlanesStopItWhereTheyMeet) {
   GodObject god({kK, 0.004}, {0.05, 0.06, 0.07});
   const TriangleMesh cube = makeBox({1, 1, 1}).triangles();
@@ -114,7 +122,8 @@ TEST(GodObject, TwoAndThreePlanesStopItWhereTheyMeet) {
   EXPECT_LT((three - kK * Vector3(0.007, 0.006, 0.005)).norm(), 3 * kK * kSkin);
   EXPECT_EQ(god.constraints(), 3);
 
-  const double half = M_PI / 6;  // the walls stand 60 degrees apart; a ball rests at r / sin(half) over the bottom
+  const double half =
+      M_PI / 6;  // the walls stand 60 degrees apart; a ball rests at r / sin(half) over the bottom
   GodObject groove({kK, 0.004}, {0, 0, 0.1});
   for (const int side : {-1, 1}) {
     const Matrix3 R = rotationAbout(Vector3::UnitY(), side * half);
@@ -124,7 +133,8 @@ TEST(GodObject, TwoAndThreePlanesStopItWhereTheyMeet) {
   EXPECT_LT((F - kK * Vector3(0, 0, 0.004 / std::sin(half) + 0.002)).norm(), 2 * kK * kSkin / std::sin(half));
 }
 
-/// In pits of three random walls it ends at the point nearest to the hand, which projections by turns (Dykstra, 1983) find as well.
+/// In pits of three random walls it ends at the point nearest to the hand, which projections by turns
+/// (Dykstra, 1983) find as well.
 TEST(GodObject, ThreeInclinedPlanesLeaveTheNearestPoint) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -165,9 +175,12 @@ TEST(GodObject, FrictionHoldsOnASlopeAndSlidesByItsCone) {
     const Pose slope(rotationAbout(Vector3::UnitY(), angle), Vector3::Zero());  // falls along +x
     GodObject god({kK, 0, mu_static, mu}, {0, 0, 0.01});
     god.addMesh(plate(), slope);
-    const Vector3 F = lead(god, {0, 0, 0.01}, {0, 0, -depth}, 200), n = slope.R.col(2), uphill = -slope.R.col(0);
-    const double pressed = kK * depth * std::cos(angle), along = tangent < mu_static ? kK * depth * std::sin(angle) : mu * pressed;
-    // The tick that touches first goes on to the surface along the hand's way: of the 0.09 mm of a tick nothing is lost.
+    const Vector3 F = lead(god, {0, 0, 0.01}, {0, 0, -depth}, 200), n = slope.R.col(2),
+                  uphill = -slope.R.col(0);
+    const double pressed = kK * depth * std::cos(angle),
+                 along = tangent < mu_static ? kK * depth * std::sin(angle) : mu * pressed;
+    // The tick that touches first goes on to the surface along the hand's way: of the 0.09 mm of a tick
+    // nothing is lost.
     EXPECT_LT((F - pressed * n - along * uphill).norm(), 4 * kK * kSkin) << tangent;
     // Once it slides μ rules, though the hand holds still.
     EXPECT_LT((god.tick({0, 0, -depth}) - F).norm(), 4 * kK * kSkin) << tangent;
@@ -184,7 +197,8 @@ TEST(GodObject, NoDepthAndNoSpeedLeadsThroughAThinPlate) {
   }
 }
 
-/// A plate that sweeps over the hand at 5 m/s takes the proxy along on its front; one that turns under a stuck proxy carries it.
+/// A plate that sweeps over the hand at 5 m/s takes the proxy along on its front; one that turns under a
+/// stuck proxy carries it.
 TEST(GodObject, WhatMovesTakesItAlong) {
   GodObject god({kK, 0.001}, Vector3::Zero());
   const TriangleMesh thin = plate(1e-3);
