@@ -1,8 +1,8 @@
 /// Ours beside today's peers, on the scenes that makers of simulators publish, and rigid when asked.
 ///
 /// `bench_peers [GROUP...]`: groups sinks, times, grasp, cradle, gyro, haptic, pyramid, six; without a word all. `pyramid=ROWS` takes
-/// another number of rows, 1 to 1000; any other word ends it with status 2. Lines that begin with `peers` are the table beside the figures, one
-/// setting of one simulator each.
+/// another number of rows, 1 to 1000; any other word ends it with status 2. Lines that begin with `peers` are the table beside the
+/// figures, one setting of one simulator each.
 #include <cstdio>
 #include <set>
 #include <string>

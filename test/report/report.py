@@ -19,6 +19,7 @@ import numpy as np
 import advice
 import engine_results
 import figures
+import haptic_section
 import kept_results
 import pareto
 import plan_section
@@ -193,7 +194,7 @@ def main(argv):
         whole = options.only == 'stability' or not options.quick
         sections += stability.sections(options, pictures, whole)
         if options.only is None:
-            sections += (plan_section.sections(options) if whole else []) + seed_section.sections(options, pictures)
+            sections += (plan_section.sections(options) + haptic_section.sections(options) if whole else []) + seed_section.sections(options, pictures)
     name = 'stability.html' if options.only == 'stability' else 'report.html'
     page = os.path.join(options.output, name)
     failed_shown = report_page.write(page, results, refused, compared, sections, where, options, peers, default, fixed)

@@ -18,6 +18,7 @@ sys.path.insert(0, HERE)
 import advice  # noqa: E402
 import engine_results  # noqa: E402
 import figures  # noqa: E402
+import haptic_section  # noqa: E402
 import page  # noqa: E402
 import pareto  # noqa: E402
 import programs  # noqa: E402
@@ -108,6 +109,10 @@ class Arithmetic(unittest.TestCase):
         self.assertTrue(report_plan.is_wasm('mujoco3_euler') and not report_plan.is_wasm('mujoco_euler'))
         self.assertEqual(pareto.lost_ratio([pareto.Cell('s', 'position', -2, False, 3.0, 'ours', 1.0, 'peer'),
                                             pareto.Cell('s', 'position', -3, True, 9.0, 'ours', 1.0, 'peer')])[0], 3.0)
+
+    def test_figures_of_the_haptic_peer_become_rows(self):
+        output = 'peers haptic god plane\nfigure god.lets_go 1 trials\nfigure ours.edge.tick_us 6.2 us\n'
+        self.assertEqual(haptic_section.rows_of(output), [('god', '', 'lets_go', 1.0, 'trials'), ('ours', 'edge', 'tick_us', 6.2, 'us')])
 
     def test_list_of_cells_names_metrics_that_exist(self):
         cells = pareto.read_cells()
