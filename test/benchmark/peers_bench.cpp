@@ -58,7 +58,7 @@ int main(int count, char** arguments) {
   if (wanted("grasp")) measureGrasp();
   if (wanted("cradle")) measureCradle();
   if (wanted("gyro")) measureGyroscope();
-  if (wanted("haptic")) measureHaptic();
+  if (wanted("haptic")) measureHaptic(), measureTwoHands();
   if (wanted("six")) measureSix();
   if (wanted("pyramid")) measurePyramid(asked.rows);
   return 0;

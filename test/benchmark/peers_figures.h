@@ -11,6 +11,7 @@ void measureCradle();        ///< cradle.*, likewise
 void measureGyroscope();     ///< gyro.*, likewise
 void measurePyramid(int rows);  ///< pyramid5050.* with 100 rows, beside Bullet and ODE
 void measureHaptic();        ///< god.*, god_point.*, ours.*, ours_direct.*: the god object beside our hand
+void measureTwoHands();      ///< the same renderers: a cube held by two hands
 /// Runs one renderer through one trial of measureHaptic where callgrind counts.
 void countHapticTicks(const std::string& renderer, const std::string& trial);
 
