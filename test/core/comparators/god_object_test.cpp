@@ -1,6 +1,6 @@
 /// The god object: its search against distances, its force against closed forms, and that nothing passes it
 /// by.
-#include "../../benchmark/god_object.h"
+#include "../../comparators/god_object.h"
 
 #include <gtest/gtest.h>
 
