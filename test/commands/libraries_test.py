@@ -23,9 +23,9 @@ def symbols(library, kinds):
 
 
 def processor_has_v3():
-    with open("/proc/cpuinfo", encoding="ascii", errors="replace") as text:
-        flags = next((line for line in text if line.startswith("flags")), "").split()
-    return {"avx2", "fma", "bmi1", "bmi2", "f16c", "movbe", "abm"} <= set(flags)
+    """By the loader's own word: /proc/cpuinfo of virtual machines leaves flags out that the processor has."""
+    done = subprocess.run(["/lib64/ld-linux-x86-64.so.2", "--help"], capture_output=True, text=True, check=True)
+    return "x86-64-v3 (supported, searched)" in done.stdout
 
 
 @unittest.skipUnless(os.path.exists(V3), "only on x86-64")
