@@ -2,23 +2,27 @@
 
 #include "haptic_core/stepping/advance.h"
 #include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/drive_paths.h"
+#include "haptic_core/world/hands.h"
+#include "haptic_core/world/ledger.h"
+#include "haptic_core/world/mean_contacts.h"
 #include "haptic_core/world/runaway.h"
 #include "haptic_core/world/step_parts.h"
 
 namespace haptic {
 namespace {
 
-/// Counters and sums of the last step go; energies and stage times stay where no stage renews them.
-void open(Work& work, Report& whole) noexcept {
-  StepReport& report = whole.step;
+/// Resets the counters and sums of the last step; energies and stage times stay where no stage renews them.
+void resetReport(Work& work, Report& all) noexcept {
+  StepReport& report = all.step;
   report.flags = 0;
   report.iterations = report.evaluations = report.factorisations = report.parts = 0;
   report.implicit_islands = report.standing = report.redone = report.fallbacks = report.substeps = 0;
   report.closure = report.residual = report.wrench_error = report.budget_used = report.position_error = 0;
   work.parts.any = false;
-  if (work.implicit) work.standing.open(whole.contacts);
+  if (work.implicit) work.standing.open(all.contacts);
 }
 
 /// Wrenches whose time is over end before the step; forces on their links jump.
@@ -36,25 +40,26 @@ void dropEnded(const Model& model, State& state, Work& work, Report& report) noe
   state.wrench_count = kept;
 }
 
-/// The pipeline. A step goes in parts where something is fast and thin, and each part sees the world where the last one has ended.
-void move(const Model& model, State& state, Work& work, Report& report) noexcept {
-  open(work, report);
+/// The pipeline. A step goes in parts where a thin body is fast, and each part begins where the last one has ended.
+void run(const Model& model, State& state, Work& work, Report& report) noexcept {
+  resetReport(work, report);
   findActing(model, state, work.hands);
   work.asleep.wakeActed(model, state, work);
   followDrivePaths(model, state);                                    // positions that drives are asked for
-  for (StepPart part = firstPart(model, state, work, report.step); part.h > 0;  // bounds and goals of hands; how far all is safe
+  // Bounds and goals of hands, and how far all is safe. A world that is no longer finite has no next part.
+  for (StepPart part = firstPart(model, state, work, report.step); part.h > 0;
        part = nextPart(model, part, state, work, report.step)) {
-    const double external = state.energy.external, unaccounted = state.energy.unaccounted();
+    const double external_before = state.energy.external, unaccounted_before = state.energy.unaccounted();
     report.step.impact = 0;
-    if (part.h < model.settings.step) work.asleep.wakeAll(model, state, work, nullptr);  // whole steps are left out
+    if (part.h < model.settings.step) work.asleep.wakeAll(model, state, work, nullptr);  // islands sleep over whole steps alone
     noteWrenches(state, work.placement, work.wrenches);
-    stepping::advance(model, part, state, work, report);             // placement → pairs → contacts → motion, island by island
+    stepping::advance(model, part, state, work, report);             // explicit trees, then each implicit island; may shorten `part`
     collectHeld(model, part, state, work.hands, work.placement);     // wrenches on held links go to their hands
     bookWrenches(work.hands, part.h, work.wrenches, work.placement, state);
-    if (model.settings.energy_ledger) closeLedger(work.ledgerView(model), unaccounted, state, report.step.energy);
-    report.step.judgeImpacts(state.energy.unaccounted() - unaccounted);
+    if (model.settings.energy_ledger) closeLedger(work.ledgerView(model), unaccounted_before, state, report.step.energy);
+    report.step.judgeImpacts(state.energy.unaccounted() - unaccounted_before);
     checkFinite(model, work.visits, state, report.step);
-    if (report.step.finite) checkRunaway(model, part.h, external, work, state, report);
+    if (report.step.finite) checkRunaway(model, part.h, external_before, work, state, report);
     if (part.h < model.settings.step) addPart(part.h, work.parts, report);
   }
   if (work.implicit) stepping::countCalm(model, work.hands, work.placement, state);
@@ -70,7 +75,7 @@ void step(const Model& model, State& state, Work& work, Report& report) noexcept
   if (!report.step.finite) return;
   work.clock.start(report.step.stages);
   dropEnded(model, state, work, report);
-  if (!work.standing.all()) move(model, state, work, report);  // else the last step's report is this one's as it is
+  if (!work.standing.all()) run(model, state, work, report);  // else nothing would change, until somebody changes something
   work.clock.end(report.step.stages.motion);
   report.step.step = ++state.step;
   state.time = static_cast<double>(state.step) * model.settings.step;
