@@ -167,11 +167,13 @@ ConvexPolyhedron::Box ConvexPolyhedron::aabb(const Pose& X_WS) const {
 }
 
 double ConvexPolyhedron::surface() const {
-  const TriangleMesh mesh = triangles();
   double twice = 0;
-  for (const auto& t : mesh.triangles) {
-    const Vector3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-    twice += (b - a).cross(c - a).norm();
+  for (const Face& f : faces_) {
+    const Vector3& a = vertices_[loop_[f.first]];
+    for (int i = 1; i + 1 < f.count; ++i) {
+      const Vector3 &b = vertices_[loop_[f.first + i]], &c = vertices_[loop_[f.first + i + 1]];
+      twice += (b - a).cross(c - a).norm();
+    }
   }
   return 0.5 * twice;
 }
