@@ -287,8 +287,9 @@ class VerletMotion {
     beside_ = Matrix(M.llt().solve(K)).sparseView();
   }
 
-  /// Whether the velocity between the kicks grows in steps of length h [s]: its largest size by a fifth, from the second quarter of kSteps
-  /// steps to the last. Undamped motions beat, and are as large in each.
+  /// Whether a motion grows in steps of length h [s]: the largest change of acceleration from one step to the next by a fifth, from the second
+  /// quarter of kSteps steps to the last. Undamped motions beat, and are as large in each. Slow motions, which take long to decay, change
+  /// their acceleration by the square of h ω, so that they do not hide those that grow.
   bool grows(double h) const {
     constexpr int kSteps = 8000;
     constexpr double kGrown = 1.2;
@@ -305,10 +306,6 @@ class VerletMotion {
     for (int step = 0; step < kSteps; ++step) {
       v += 0.5 * h * a;
       x += h * v;
-      const double now = v.norm();
-      if (!(now < 1e100)) return true;
-      double& most = largest[4 * step / kSteps];
-      most = std::max(most, now);
       const Vector u = J_ * x, V = J_ * Vector(v + 0.5 * h * a);
       F_before = F;
       for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -317,8 +314,13 @@ class VerletMotion {
         const Vector6 predicted = -K * u.segment<6>(at) - D * V.segment<6>(at);
         F.segment<6>(at) = predicted - D * (settles[i] * (predicted - F_before.segment<6>(at)));
       }
+      const Vector a_before = a;
       a = by_J_ * F - beside_ * x;
       v += 0.5 * h * a;
+      const double now = (a - a_before).norm();
+      if (!(now < 1e100)) return true;
+      double& most = largest[4 * step / kSteps];
+      most = std::max(most, now);
     }
     return largest[3] > kGrown * largest[1];
   }
