@@ -22,10 +22,11 @@ const module = pathToFileURL(path.join(path.resolve(process.argv[2]), 'node_modu
 const load = (await import(module)).default;
 // What it says goes to standard error: standard output is the pipe of the states.
 const mujoco = await load({print: (line) => console.error(line), printErr: (line) => console.error(line)});
-const [size, bodies, free] = numbers(3);
+const [size, bodies, positions, rates, controls] = numbers(5);
 const model = mujoco.MjModel.from_xml_string(receive(size).toString());
 const data = new mujoco.MjData(model);
-data.qvel.set(numbers(6 * free));
+data.qpos.set(numbers(positions));
+data.qvel.set(numbers(rates));
 mujoco.mj_forward(model, data);
 const friction = Float64Array.from(model.geom_friction);
 let scale = 1;
@@ -37,6 +38,7 @@ for (;;) {
     scale = wanted;
     for (let g = 0; g < friction.length; g += 3) model.geom_friction[g] = scale * friction[g];
   }
+  if (controls > 0) data.ctrl.set(numbers(controls));
   data.xfrc_applied.set(numbers(6 * bodies), 6);  // body 0 is the world
   mujoco.mj_step(model, data);
 }

@@ -1,5 +1,5 @@
 // MuJoCo 3 in WebAssembly, from npm: a process of node that steps when it is told (mujoco_wasm.mjs). Through a pipe each way go numbers:
-// there the factor on friction and the forces of a step, back q and v.
+// there the factor on friction, the controls and the forces of a step, back q and v.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -73,64 +73,52 @@ std::string folderOfModules() {
   return folder;
 }
 
-class MujocoWasmWorld : public PeerWorld {
+class MujocoWasmWorld : public MujocoTreeWorld {
  public:
   MujocoWasmWorld(const WorldDef& def, const PeerSettings& settings)
-      : bodies_(peerBodies(def, settings)), node_(HAPTIC_PEERS_FOLDER "/mujoco_wasm.mjs", folderOfModules()) {
-    for (const PeerBody& body : bodies_) {
-      row_.push_back(body.fixed ? -1 : free_);
-      free_ += !body.fixed;
-    }
-    q_.resize(7 * static_cast<std::size_t>(free_)), v_.resize(6 * static_cast<std::size_t>(free_));
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      if (row_[i] < 0) continue;
-      const Twist& V = bodies_[i].V_WL;
-      Eigen::Map<Vector3>(v_.data() + 6 * row_[i]) = V.linear;  // linear in W, angular in the body's axes
-      Eigen::Map<Vector3>(v_.data() + 6 * row_[i] + 3) = bodies_[i].X_WL.R.transpose() * V.angular;
-    }
-    const std::string xml = mujocoModel(def, bodies_, settings);
-    const double sizes[] = {static_cast<double>(xml.size()), static_cast<double>(bodies_.size()), static_cast<double>(free_)};
+      : MujocoTreeWorld(def, settings),
+        q_(layout().nq),
+        v_(layout().nv),
+        control_(driveCount()),
+        force_(6 * bodies().size(), 0),
+        node_(HAPTIC_PEERS_FOLDER "/mujoco_wasm.mjs", folderOfModules()) {
+    layout().start(bodies(), q_.data(), v_.data());
+    const std::string xml = mujocoModel(def, bodies(), settings);
+    const double sizes[] = {static_cast<double>(xml.size()), static_cast<double>(bodies().size()), static_cast<double>(q_.size()),
+                            static_cast<double>(v_.size()), static_cast<double>(control_.size())};
     node_.send(sizes, sizeof sizes);
     node_.send(xml.data(), xml.size());
+    node_.send(q_.data(), q_.size() * sizeof(double));
     node_.send(v_.data(), v_.size() * sizeof(double));
     receive();
-    force_.assign(6 * bodies_.size(), 0);
   }
 
   void step() override {
+    control(control_.data());
     node_.send(&friction_scale_, sizeof friction_scale_);
+    node_.send(control_.data(), control_.size() * sizeof(double));
     node_.send(force_.data(), force_.size() * sizeof(double));
     force_.assign(force_.size(), 0);
     receive();
   }
-  Pose linkPose(int i) const override {
-    if (row_[i] < 0) return bodies_[i].X_WL;
-    const double* q = q_.data() + 7 * row_[i];
-    return {Quaternion(q[3], q[4], q[5], q[6]).normalized(), Vector3(q[0], q[1], q[2])};
-  }
-  Twist linkTwist(int i) const override {
-    if (row_[i] < 0) return {};
-    const double* v = v_.data() + 6 * row_[i];
-    return {linkPose(i).R * Vector3(v[3], v[4], v[5]), Vector3(v[0], v[1], v[2])};
-  }
   void applyForce(int i, const Vector3& f, const Vector3& p) override {
-    const Vector3 com = linkPose(i) * bodies_[i].link->inertia.p_LC;
-    Eigen::Map<Vector3>(force_.data() + 6 * i) += f;
-    Eigen::Map<Vector3>(force_.data() + 6 * i + 3) += (p - com).cross(f);
+    const Vector3 com = linkPose(i) * bodies()[i].link->inertia.p_LC;
+    double* target = force_.data() + 6 * (layout().body[i] - 1);
+    Eigen::Map<Vector3>(target) += f;
+    Eigen::Map<Vector3>(target + 3) += (p - com).cross(f);
   }
   void scaleFriction(double factor) override { friction_scale_ = factor; }
 
  private:
+  const double* positions() const override { return q_.data(); }
+  const double* rates() const override { return v_.data(); }
   void receive() {
     node_.receive(q_.data(), q_.size() * sizeof(double));
     node_.receive(v_.data(), v_.size() * sizeof(double));
   }
 
-  std::vector<PeerBody> bodies_;
-  std::vector<int> row_;  ///< among free bodies; -1: fixed
-  int free_ = 0;
   double friction_scale_ = 1;
-  std::vector<double> q_, v_, force_;
+  std::vector<double> q_, v_, control_, force_;
   NodeProcess node_;
 };
 

@@ -9,12 +9,11 @@
 namespace haptic::peers {
 namespace {
 
-class MujocoWorld : public PeerWorld {
+class MujocoWorld : public MujocoTreeWorld {
  public:
-  MujocoWorld(const WorldDef& def, const PeerSettings& settings)
-      : settings_(settings), bodies_(peerBodies(def, settings_)) {
+  MujocoWorld(const WorldDef& def, const PeerSettings& settings) : MujocoTreeWorld(def, settings) {
     mju_user_warning = [](const char*) {};  // else it writes a file into the folder where it was started
-    const std::string xml = mujocoModel(def, bodies_, settings);
+    const std::string xml = mujocoModel(def, bodies(), settings);
     mjVFS files;
     mj_defaultVFS(&files);
     mj_makeEmptyFileVFS(&files, "scene.xml", static_cast<int>(xml.size()));
@@ -24,14 +23,7 @@ class MujocoWorld : public PeerWorld {
     mj_deleteVFS(&files);
     if (!model_) throw SetupError("MuJoCo", error, "the scene is left out for this peer");
     data_ = mj_makeData(model_);
-    for (int i = 0, joint = 0; i < static_cast<int>(bodies_.size()); ++i) {
-      first_velocity_.push_back(bodies_[i].fixed ? -1 : 6 * joint);
-      if (bodies_[i].fixed) continue;
-      const Twist& V = bodies_[i].V_WL;
-      Eigen::Map<Vector3>(data_->qvel + 6 * joint) = V.linear;  // linear in W, angular in the body's axes
-      Eigen::Map<Vector3>(data_->qvel + 6 * joint + 3) = bodies_[i].X_WL.R.transpose() * V.angular;
-      ++joint;
-    }
+    layout().start(bodies(), data_->qpos, data_->qvel);
     mj_forward(model_, data_);
   }
   ~MujocoWorld() override {
@@ -42,22 +34,13 @@ class MujocoWorld : public PeerWorld {
   MujocoWorld& operator=(const MujocoWorld&) = delete;
 
   void step() override {
+    control(data_->ctrl);
     mj_step(model_, data_);
     mju_zero(data_->xfrc_applied, 6 * model_->nbody);
   }
-  Pose linkPose(int i) const override {
-    if (first_velocity_[i] < 0) return bodies_[i].X_WL;
-    const double* q = data_->qpos + first_velocity_[i] / 6 * 7;
-    return {Quaternion(q[3], q[4], q[5], q[6]).normalized(), Vector3(q[0], q[1], q[2])};
-  }
-  Twist linkTwist(int i) const override {
-    if (first_velocity_[i] < 0) return {};
-    const double* v = data_->qvel + first_velocity_[i];
-    return {linkPose(i).R * Vector3(v[3], v[4], v[5]), Vector3(v[0], v[1], v[2])};
-  }
   void applyForce(int i, const Vector3& f, const Vector3& p) override {
-    const Vector3 com = linkPose(i) * bodies_[i].link->inertia.p_LC;
-    double* target = data_->xfrc_applied + 6 * (i + 1);  // body 0 is the world
+    const Vector3 com = linkPose(i) * bodies()[i].link->inertia.p_LC;
+    double* target = data_->xfrc_applied + 6 * layout().body[i];
     Eigen::Map<Vector3>(target) += f;
     Eigen::Map<Vector3>(target + 3) += (p - com).cross(f);
   }
@@ -67,10 +50,10 @@ class MujocoWorld : public PeerWorld {
   }
 
  private:
-  PeerSettings settings_;
+  const double* positions() const override { return data_->qpos; }
+  const double* rates() const override { return data_->qvel; }
+
   double friction_scale_ = 1;
-  std::vector<PeerBody> bodies_;
-  std::vector<int> first_velocity_;
   mjModel* model_ = nullptr;
   mjData* data_ = nullptr;
 };

@@ -7,6 +7,7 @@
 #include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/geometry/shapes/half_space.h"
 #include "haptic_core/geometry/shapes/rod.h"
+#include "peer_trees.h"
 
 namespace haptic::peers {
 
@@ -140,21 +141,54 @@ std::unique_ptr<PeerWorld> makeMujoco(const WorldDef&, const PeerSettings&) {
 }
 #endif
 
-std::vector<PeerBody> peerBodies(const WorldDef& def, const PeerSettings& settings) {
-  if (!def.loops.empty()) throw SetupError(def.name, "has a closed loop", "peers run free and fixed bodies only");
-  std::vector<PeerBody> bodies;
+bool hasTrees(const WorldDef& def) {
   for (const ArticulationDef& articulation : def.articulations) {
     for (const LinkDef& link : articulation.links) {
       const bool floating = link.joint.type == JointType::kFloating;
-      if (link.parent >= 0 || !(floating || link.joint.type == JointType::kFixed)) {
-        throw SetupError(def.name + ", link " + link.name, "hangs on a joint",
-                         "peers run free and fixed bodies only");
-      }
+      if (link.parent >= 0 || !(floating || link.joint.type == JointType::kFixed)) return true;
+    }
+  }
+  return false;
+}
+
+namespace {
+
+void checkJoint(const std::string& scene, const LinkDef& link) {
+  const JointDef& j = link.joint;
+  const bool jointed = j.type == JointType::kRevolute || j.type == JointType::kPrismatic;
+  const auto refuse = [&](const char* what) {
+    throw SetupError(scene + ", link " + link.name, what, "peers run trees of hinges and slides with position drives");
+  };
+  if (!jointed && j.type != JointType::kFixed && !(j.type == JointType::kFloating && link.parent < 0)) refuse("has a joint of another type");
+  if (!jointed) return;
+  if (j.mimic_joint >= 0 || j.friction != 0 || j.spring_stiffness != 0) refuse("has a mimic, friction or a spring in its joint");
+  if (std::isfinite(j.lower) || std::isfinite(j.upper)) refuse("has a limit");
+  if (j.drive != JointDef::Drive::kNone && j.drive != JointDef::Drive::kPosition) refuse("has a drive that follows no position");
+  if (j.drive != JointDef::Drive::kNone && !(j.drive_stiffness > 0)) refuse("has a drive without stiffness");
+  if (std::isfinite(j.max_effort)) refuse("has a drive with a limit");
+}
+
+}  // namespace
+
+std::vector<PeerBody> peerBodies(const WorldDef& def, const PeerSettings& settings, bool trees) {
+  if (!def.loops.empty()) throw SetupError(def.name, "has a closed loop", "peers run trees");
+  if (!trees && hasTrees(def)) throw SetupError(def.name, "has joints", "this peer runs free and fixed bodies only");
+  std::vector<PeerBody> bodies;
+  for (const ArticulationDef& articulation : def.articulations) {
+    const int first = static_cast<int>(bodies.size());
+    for (const LinkDef& link : articulation.links) {
+      checkJoint(def.name, link);
       PeerBody body;
       body.link = &link;
-      body.fixed = !floating;
-      body.X_WL = articulation.X_WA * link.joint.X_PJ;
-      if (floating) body.V_WL = articulation.V_WA.shifted(body.X_WL.p - articulation.X_WA.p);
+      body.fixed = link.joint.type == JointType::kFixed && link.parent < 0;
+      if (link.parent >= 0) body.parent = first + link.parent;
+      body.X_PJ = body.parent < 0 ? articulation.X_WA * link.joint.X_PJ : link.joint.X_PJ;
+      const TreeMotion start = {link.joint.position, link.joint.velocity};
+      const auto [X_WL, V_WL] = onJoint(body, start, body.parent < 0 ? Pose() : bodies[body.parent].X_WL,
+                                        body.parent < 0 ? Twist() : bodies[body.parent].V_WL);
+      body.X_WL = X_WL;
+      body.V_WL = V_WL;
+      if (body.floating()) body.V_WL = articulation.V_WA.shifted(body.X_WL.p - articulation.X_WA.p);
       body.mu = def.settings.default_material.mu_dynamic;
       for (const CollisionDef& collision : link.collisions) {
         if (!std::isnan(collision.material.mu_dynamic)) body.mu = collision.material.mu_dynamic;

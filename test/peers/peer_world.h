@@ -1,7 +1,8 @@
 /// The same scenes in other simulators, for scale: ODE, Bullet, MuJoCo, each in several settings.
 ///
-/// A peer runs free and fixed bodies with boxes, hulls and its own round shapes, in double precision. What it cannot run
-/// is refused by SetupError with the reason, so that a report can say so. Contact parameters of the peers are theirs:
+/// A peer runs free and fixed bodies with boxes, hulls and its own round shapes, in double precision; Bullet (as btMultiBody)
+/// and MuJoCo also trees of hinges and slides with drives. What it cannot run is refused by SetupError with the reason, so
+/// that a report can say so. Contact parameters of the peers are theirs:
 /// only friction (the dynamic coefficient, for none of them knows two) and geometry come from the definition.
 #pragma once
 #include <memory>
@@ -75,14 +76,25 @@ std::unique_ptr<PeerWorld> makePeer(const WorldDef& def, const PeerSettings& set
 /// One link of a scene as every peer needs it.
 struct PeerBody {
   const LinkDef* link = nullptr;
-  bool fixed = false;
+  bool fixed = false;     ///< nothing moves it: it hangs on the world by a fixed joint
+  int parent = -1;        ///< link that its joint hangs on; -1: the world
+  Pose X_PJ;              ///< joint frame in the parent, or in W
   Pose X_WL;    ///< initial
   Twist V_WL;   ///< initial, at L's origin, in W
+
+  bool floating() const { return link->joint.type == JointType::kFloating; }
+  /// A hinge or a slide.
+  bool jointed() const { return link->joint.type == JointType::kRevolute || link->joint.type == JointType::kPrismatic; }
+  bool driven() const { return link->joint.drive == JointDef::Drive::kPosition; }
   double mu = 0;
   const PeerShape* round = nullptr;  ///< in place of the link's polyhedra; null: none
 };
-/// Throws SetupError for joints, loops and pointers that move: peers run free and fixed bodies here.
-std::vector<PeerBody> peerBodies(const WorldDef& def, const PeerSettings& settings);
+/// Whether there are links on links, or on joints: a scene for peers that know trees.
+bool hasTrees(const WorldDef& def);
+
+/// Throws SetupError for loops, and for joints that a peer is not told of: all of them unless `trees`; else other ones than hinges and
+/// slides, and limits, friction, springs, mimics and drives other than position drives without a limit.
+std::vector<PeerBody> peerBodies(const WorldDef& def, const PeerSettings& settings, bool trees = false);
 
 /// What is round of a shape: the body's own, in place of its polyhedra, or the shape itself; none: it has corners.
 std::optional<PeerShape> roundShape(const PeerBody& body, const ConvexShape& shape);

@@ -25,7 +25,7 @@ using namespace haptic::report;
 
 std::vector<Scene> allScenes() {
   std::vector<Scene> scenes = motionScenes();
-  for (const auto& more : {frictionScenes(), pileScenes(), movingScenes(), benchmarkScenes()}) {
+  for (const auto& more : {frictionScenes(), pileScenes(), movingScenes(), benchmarkScenes(), robotScenes()}) {
     scenes.insert(scenes.end(), more.begin(), more.end());
   }
   return scenes;

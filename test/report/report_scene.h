@@ -93,6 +93,7 @@ std::vector<Scene> frictionScenes();  ///< stick-slip, a hand that presses, slid
 std::vector<Scene> pileScenes();      ///< stack and pyramid of 15, seam
 std::vector<Scene> movingScenes();    ///< heaps, dominoes, crosses, a carrier, a corner
 std::vector<Scene> benchmarkScenes();  ///< the field's own
+std::vector<Scene> robotScenes();      ///< links on joints: chain, arm with a load, quadruped
 Scene stackScene(int n);              ///< n cubes on one another
 Scene pyramidScene(int rows);         ///< a flat pyramid of cubes, `rows` at the bottom
 /// Any file that the simulator loads: no exact solution, hands on their scripted paths. Throws SetupError.
