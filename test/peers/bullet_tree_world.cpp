@@ -137,6 +137,7 @@ class BulletTreeWorld : public PeerTreeWorld {
     tree.setUseGyroTerm(true);
     tree.setMaxCoordinateVelocity(1e30);
     tree.setHasSelfCollision(false);
+    tree.useRK4Integration(settings_.tuning == Tuning::kAccurate);
     if (b.floating()) {
       const Twist V = b.V_WL.shifted(b.X_WL.R * X_LC.p);
       tree.setBaseWorldTransform(toBullet(b.X_WL * X_LC));

@@ -72,7 +72,8 @@ Scene row(const std::string& name, const std::vector<PlanarLink>& links) {
   s.stiffer_is_truer = false;  // nothing touches
   for (int i = 0; i < static_cast<int>(links.size()); ++i) s.bodies.push_back(i);
   s.make = [name, links](const Choice& choice) { return rowOf(name, links, settingsOf(choice)); };
-  s.exact = [links](double t) { return statesOf(links, PlanarChain(links, kGravity).at(t)); };
+  const auto chain = std::make_shared<PlanarChain>(links, kGravity);
+  s.exact = [links, chain](double t) { return statesOf(links, chain->at(t)); };
   return s;
 }
 
