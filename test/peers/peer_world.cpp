@@ -159,7 +159,8 @@ void checkJoint(const std::string& scene, const LinkDef& link) {
   const auto refuse = [&](const char* what) {
     throw SetupError(scene + ", link " + link.name, what, "peers run trees of hinges and slides with position drives");
   };
-  if (!jointed && j.type != JointType::kFixed && !(j.type == JointType::kFloating && link.parent < 0)) refuse("has a joint of another type");
+  const bool floats = j.type == JointType::kFloating && link.parent < 0;
+  if (!jointed && j.type != JointType::kFixed && !floats) refuse("has a joint of another type");
   if (!jointed) return;
   if (j.mimic_joint >= 0 || j.friction != 0 || j.spring_stiffness != 0) refuse("has a mimic, friction or a spring in its joint");
   if (std::isfinite(j.lower) || std::isfinite(j.upper)) refuse("has a limit");

@@ -101,7 +101,12 @@ Scene armWithLoad() {
   hand.mass = mass;
   hand.centre = centre;
   const double stiffness[] = {600, 300, 50}, damping[] = {30, 15, 1}, from[] = {0.3, -1, 0.5}, to[] = {-0.9, 1.2, -0.3};
-  for (int i = 0; i < 3; ++i) links[i].stiffness = stiffness[i], links[i].damping = damping[i], links[i].start = from[i], links[i].target = to[i];
+  for (int i = 0; i < 3; ++i) {
+    links[i].stiffness = stiffness[i];
+    links[i].damping = damping[i];
+    links[i].start = from[i];
+    links[i].target = to[i];
+  }
   Scene s = row("arm_load", links);
   s.title = "Arm that swings a load into another posture";
   s.parameters =

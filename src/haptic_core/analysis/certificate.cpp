@@ -287,9 +287,9 @@ class VerletMotion {
     beside_ = Matrix(M.llt().solve(K)).sparseView();
   }
 
-  /// Whether a motion grows in steps of length h [s]: the largest change of acceleration from one step to the next by a fifth, from the second
-  /// quarter of kSteps steps to the last. Undamped motions beat, and are as large in each. Slow motions, which take long to decay, change
-  /// their acceleration by the square of h ω, so that they do not hide those that grow.
+  /// Whether a motion grows in steps of length h [s]: the largest change of acceleration from one step to the next by a fifth, from the
+  /// second quarter of kSteps steps to the last. Undamped motions beat, and are as large in each. Slow motions, which take long to decay,
+  /// change their acceleration by the square of h ω, so that they do not hide those that grow.
   bool grows(double h) const {
     constexpr int kSteps = 8000;
     constexpr double kGrown = 1.2;
