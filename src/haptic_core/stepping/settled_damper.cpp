@@ -26,15 +26,15 @@ Matrix6 semidefiniteFactor(const Matrix6& A) noexcept {
   return L;
 }
 
-/// δ with (1 + s W D) δ = s W r, for positive semidefinite W and D. With D = L Lᵀ: δ = s W (r - L y),
-/// (1 + s Lᵀ W L) y = s Lᵀ W r, symmetric and never singular.
-Vector6 settledChange(const Matrix6& W, const Matrix6& D, double s, const Vector6& r) noexcept {
+/// δ with (1 + s W D) δ = s u, for positive semidefinite W and D. With D = L Lᵀ: δ = s (u - W L y),
+/// (1 + s Lᵀ W L) y = s Lᵀ u, symmetric and never singular.
+Vector6 settledChange(const Matrix6& W, const Matrix6& D, double s, const Vector6& u) noexcept {
   const Matrix6 L = semidefiniteFactor(D);
   Matrix6 WL, S;
   WL.noalias() = W.lazyProduct(L);
   S.noalias() = L.transpose().lazyProduct(WL);
   S = s * S + Matrix6::Identity();
-  Vector6 y = s * (WL.transpose() * r);
+  Vector6 y = s * (L.transpose() * u);
   const Matrix6 C = semidefiniteFactor(S);
   for (int i = 0; i < 6; ++i) {
     for (int k = 0; k < i; ++k) y[i] -= C(i, k) * y[k];
@@ -44,29 +44,18 @@ Vector6 settledChange(const Matrix6& W, const Matrix6& D, double s, const Vector
     for (int k = i + 1; k < 6; ++k) y[i] -= C(k, i) * y[k];
     y[i] /= C(i, i);
   }
-  return s * (W * r - WL * y);
+  return s * (u - WL * y);
 }
 
-/// Adds the mobility of a link at P in P's axes, as if it were alone and its mass shared evenly among its contacts; nothing
-/// for one that does not move by itself.
-void addMobility(const Model& model, const Work& work, int link, const Pose& X_WP, Matrix6& W) noexcept {
+/// Whether a link is moved by forces: it has a mobility.
+bool isMover(const Model& model, const Work& work, int link) noexcept { return model.links[link].moves && work.hands.held_by[link] < 0; }
+
+/// Mobility of a mover at P in P's axes, as if it were alone and its mass shared evenly among its contacts.
+Matrix6 sharedMobility(const Model& model, const Work& work, int link, const Pose& X_WP) noexcept {
   const ModelLink& l = model.links[link];
-  if (!l.moves || work.hands.held_by[link] >= 0) return;
   const double parts = std::max(1, work.contacts.on_link[link]);
   const LinkWork& place = work.placement.link[link];
-  W += parts * ownMobility(model.trees[l.articulation].model->link(l.local), place.X_WL.R, place.p_WC(), X_WP);
-}
-
-/// Velocity at p_W of the two links, the mean of those that move by themselves [m/s].
-Vector3 carriedAt(const Model& model, const Work& work, int link_a, int link_b, const Vector3& p_W) noexcept {
-  Vector3 sum = Vector3::Zero();
-  int movers = 0;
-  for (const int link : {link_a, link_b}) {
-    if (!model.links[link].moves || work.hands.held_by[link] >= 0) continue;
-    sum += work.placement.link[link].twistAt(p_W).linear;
-    ++movers;
-  }
-  return movers == 2 ? Vector3(0.5 * sum) : sum;
+  return parts * ownMobility(model.trees[l.articulation].model->link(l.local), place.X_WL.R, place.p_WC(), X_WP);
 }
 
 PairLaw weakened(const PairLaw& law, double share, double area) noexcept {
@@ -91,8 +80,11 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
   const int parts = std::max({1, work.contacts.on_link[link_a], work.contacts.on_link[link_b]});
   if (!isStrong(D, layerArea(c.volume), parts, advance.time, c.law.reduced_mass)) return;
   Matrix6 W = Matrix6::Zero();
-  addMobility(model, work, link_a, c.X_WP, W);
-  addMobility(model, work, link_b, c.X_WP, W);
+  Matrix6 W_of[2] = {Matrix6::Zero(), Matrix6::Zero()};
+  const int link[2] = {link_a, link_b};
+  for (int i = 0; i < 2; ++i) {
+    if (isMover(model, work, link[i])) W += W_of[i] = sharedMobility(model, work, link[i], c.X_WP);
+  }
   // A contact that begins has no earlier wrench to settle from: its damper is bounded.
   if (pair.friction.touching == 0) {
     const double share = damperShare(W, D, advance.time);
@@ -107,13 +99,19 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
     c.force = forceAt(c.V_AB_P, c.law, elastic);
     D = c.force.tangent.combined(0, 1);
   }
-  // About P of now, as the bodies carried it there: where they rock, P wanders over them, and with it the moment of N.
-  const Vector3 wandered = c.X_WP.p - pair.release.X_WP.p - advance.time * carriedAt(model, work, link_a, link_b, c.X_WP.p);
-  const Wrench before = pair.release.F_BP_W.shifted(wandered).rotated(c.X_WP.R.transpose());
-  Vector6 gained = (c.force.F_BP_P - before).vector();
-  // Nothing damps what slides: all that its force gained would speed up a mass that is shared for the dampers' sake, several times,
-  // until friction sees the rate on its other side and gives energy. One contact alone has the whole mass, and settles.
-  if (parts > 1 && !c.force.sticking) gained.segment<3>(2).setZero();
+  Vector6 gained = Vector6::Zero();  // by the velocity of B over A at P, from the wrench of the last evaluation to this one, over h/2
+  for (int i = 0; i < 2; ++i) {
+    if (!isMover(model, work, link[i])) continue;
+    // The last wrench with the moment that it had about the body's centre of mass: where a body rocks P wanders over it, and with P the
+    // moment of N; where it rolls or slides P goes along with it.
+    const LinkWork& place = work.placement.link[link[i]];
+    const Vector3 wandered = c.X_WP.p - pair.release.X_WP.p - advance.time * place.twistAt(place.p_WC()).linear;
+    Vector6 change = (c.force.F_BP_P - pair.release.F_BP_W.shifted(wandered).rotated(c.X_WP.R.transpose())).vector();
+    // Nothing damps what slides: all that its force gained would speed up a mass that is shared for the dampers' sake, several times,
+    // until friction sees the rate on its other side and gives energy. One contact alone has the whole mass, and settles.
+    if (parts > 1 && !c.force.sticking) change.segment<3>(2).setZero();
+    gained += W_of[i] * change;
+  }
   const Vector6 delta = settledChange(W, D, 0.5 * advance.time, gained);
   c.force = forceAt({c.V_AB_P.angular + delta.head<3>(), c.V_AB_P.linear + delta.tail<3>()}, c.law, advance);
 }
