@@ -18,7 +18,7 @@ BANDS = ('#ffffff', '#d0e3f2', '#9cc7e4', '#5aa2cf', '#1f77b4', '#0b3c6b')  # be
 LOST = 0.02                       # of a force, beyond which it counts as not presented (spidar/device_check.cpp)
 CELLS = 31                        # of a section, along each side
 PANEL, GAP, LEFT, TOP = 220, 78, 62, 62  # of the sections [px]
-# Of islands whose explicit steps are not stable, by Verdict of analysis/certificate.h. PASS: the scene's integrator chooses.
+# Of islands whose explicit steps are not stable, by Verdict of analysis/certificate.h. PASS: the rule of a step takes implicit ones there.
 BEYOND = {'PASS': 'stepped implicitly', 'IMPLICIT': 'wants implicit steps', 'SUBSTEP': 'wants substeps', 'REFUSED': 'no step helps'}
 # Faces, edges and corners of a cube.
 DIRECTIONS = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z]

@@ -118,7 +118,7 @@ void runEnergy() {
   const Gains shipped = runShipped();
   worst.worst(shipped);
   of_default.worst(shipped);
-  figure("energy.gain_rel_max_default", of_default.so_far, "1");  // the default integrator's scenes, and the shipped ones
+  figure("energy.gain_rel_max_default", of_default.so_far, "1");  // the scenes by all attempts, and the shipped ones
   figure("energy.gain_of_run_max_default", of_default.of_run, "1");
   figure("energy.gain_rel_max", worst.so_far, "1");
   figure("energy.gain_of_run_max", worst.of_run, "1");

@@ -4,8 +4,7 @@
 namespace haptic::bench {
 
 /// Prints wrench.response_err_rel, kinematic.carry_um, kinematic.conveyor_err_rel, spawn.tick_us_added_max and replay.mismatches. The
-/// first three are the largest over the integrators that the core has (symplectic Euler leaves what is led a step ahead, so carry_um is
-/// that of the others).
+/// first three are the largest over the sets of attempts that the core has.
 void measureActors();
 
 }  // namespace haptic::bench

@@ -19,7 +19,7 @@ namespace haptic {
 
 /// Measure that makes a contact, an island or a scene stable.
 enum class Verdict : unsigned char {
-  kPass,      ///< the step and integrator of the definition hold
+  kPass,      ///< the step holds: it is short enough, or implicit attempts take it
   kSubstep,   ///< explicit, with `substeps` per step
   kImplicit,  ///< explicit would need more substeps than the implicit step costs
   kRefused    ///< no step helps: free bodies that buckle or topple under their own weight

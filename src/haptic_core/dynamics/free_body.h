@@ -15,8 +15,8 @@ namespace haptic {
 /// expanded in powers of t, to t⁵. A step of |ω| h > 0.3 rad is taken in equal parts of at most that. Energy has no error
 /// but the orientation's. Why not Runge–Kutta 4 on (R, L): for I = (1, 2, 2.5) kg·m² spun at 5 rad/s about the unstable
 /// axis its orientation is off by 8e-6 rad after 10 s at 1 ms; this one by 1e-9. The cost is about the same. Under contact
-/// forces, which change within a step: kick v by h a (or h/2 before and after), and drift by this function without
-/// gravity; that is symplectic Euler (or velocity Verlet) with exact rotation (tree_step.h).
+/// forces, which change within a step: kick v by h/2 a before and after, and drift by this function without
+/// gravity; that is velocity Verlet with exact rotation (tree_step.h).
 void stepFreeBody(const LinkModel& link, const Vector3& gravity, double h, double* q, double* v) noexcept;
 
 /// (in realtime) Its rotation alone. `R_WL` is that of the quaternion in q, before and after.

@@ -24,7 +24,7 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
 /// (in realtime) What pulls at explicit trees whose last step was not one of velocity Verlet.
 void prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
 
-/// (in realtime) A free body that touches nothing, whatever the integrator: exactly under gravity, by velocity Verlet under wrenches.
+/// (in realtime) A free body that touches nothing, in implicit attempts as well: exactly under gravity, by velocity Verlet under wrenches.
 void fly(const Model& model, int tree, double h, State& state, Work& work) noexcept;
 
 /// (in realtime) What contacts and hands do to a tree now is kept in the state for the next step of velocity Verlet.

@@ -1,7 +1,7 @@
 /// Wrenches that somebody applies to links for a time: a push, a test of stiffness, a thruster.
 ///
 /// A wrench is constant from one step to another, in W or in the link, about a point of the link. It starts and ends between two
-/// steps, so its impulse is F times the time, whatever the integrator: velocity Verlet looks at the forces again where it jumps, and
+/// steps, so its impulse is F times the time, whatever the attempt: velocity Verlet looks at the forces again where it jumps, and
 /// BDF2 does not take up from before. Explicit steps see it at each evaluation, implicit ones in each pass at the pose of the stage's end.
 ///
 /// Its work is F times the way of its point, the mean of both ends: exact for a force that keeps its direction in W, of second order

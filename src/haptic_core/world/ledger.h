@@ -11,7 +11,7 @@
 /// A hand that prescribes the motion of a link supplies the energy that the link's contacts take from it: their mean wrench over the
 /// step, as they report it, times the way that the link was led. Each contact books this once, as taken from the hand and as
 /// supplied by it: a supply that is summed up apart, with the force of another instant, would be energy from nothing. Velocity
-/// Verlet's mean is the trapezoidal rule, which also springs follow, to the third power of the way; with symplectic and implicit
+/// Verlet's mean is the trapezoidal rule, which also springs follow, to the third power of the way; with implicit
 /// Euler a hand supplies no less than springs gain.
 #pragma once
 #include <vector>
