@@ -71,10 +71,10 @@ build() {
       colcon --log-base b/log build --build-base b/colcon --install-base b/colcon_install \
         --event-handlers console_direct- --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None
       expect b/colcon_install ;;
-    isolated)  # as on a machine without librviz-dev: without the panel; each source by itself, with all that it includes
+    isolated)  # as on a machine without librviz-dev: without the panel; each source by itself, with all that it includes, once
       mkdir -p b/isolated
       catkin_make_isolated --source . --build b/isolated --devel b/isolated/devel \
-        --cmake-args -DCMAKE_DISABLE_FIND_PACKAGE_rviz=ON -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None -DHAPTIC_UNITY=OFF
+        --cmake-args -DCMAKE_DISABLE_FIND_PACKAGE_rviz=ON -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None -DHAPTIC_UNITY=OFF -DHAPTIC_X86_64_V3=OFF
       expect b/isolated/devel ;;
     install)
       mkdir -p "$work/installed"

@@ -18,7 +18,8 @@ Matrix3 metStiffness(const Model& model, const State& state, const Placement& pl
     const ActivePair& pair = state.pairs[i];
     const int a = pair.shapeA(), b = pair.shapeB();
     if (pair.friction.touching == 0 || (model.shapes[a].link != link && model.shapes[b].link != link)) continue;
-    const Vector3 n_W = placement.X_WS[a].R * pair.friction.normal_A;
+    const ModelShape& A = model.shapes[a];  // its place in W follows its link's within a step, and not at the end of an implicit one
+    const Vector3 n_W = placement.link[A.link].X_WL.R * (A.X_LS.R * pair.friction.normal_A);
     met += model.law(a, b, false, false).material.stiffness * pair.friction.area * n_W * n_W.transpose();
   }
   return met;
