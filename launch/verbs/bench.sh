@@ -111,16 +111,16 @@ bench_python() {
   show_and_keep bench-python python3 -B "$ROOT/test/python/overhead.py"
 }
 
-# MuJoCo 3 in WebAssembly, one of the peers, if npm can fetch it. Who has set its folder keeps it.
-find_mujoco3() {
-  [ -z "${HAPTIC_MUJOCO_WASM+set}" ] || return 0
-  HAPTIC_MUJOCO_WASM=$(cd penalty_sim/session && python3 -B -c '
+# The peers in WebAssembly, if npm can fetch them. Who has set its folder keeps it.
+find_wasm_peers() {
+  [ -z "${HAPTIC_WASM_PEERS+set}" ] || return 0
+  HAPTIC_WASM_PEERS=$(cd penalty_sim/session && python3 -B -c '
 import sys, npm_modules
 try:
     print(npm_modules.modules(sys.argv[1]))
 except npm_modules.Unavailable as reason:
-    print(f"bench: without MuJoCo 3: {reason}", file=sys.stderr)' "$ROOT/test/peers/mujoco3")
-  export HAPTIC_MUJOCO_WASM
+    print(f"bench: without the engines in WebAssembly: {reason}", file=sys.stderr)' "$ROOT/test/peers/wasm")
+  export HAPTIC_WASM_PEERS
 }
 
 # Studies: fits, simulated subjects, sessions at their own pace on the twin, kills. It takes three quarters of an hour.
@@ -207,7 +207,7 @@ setup run bench
 forget_other_workspaces
 targets=$(echo "$chosen" | sed 's/^/bench_/' | tr '\n' ' ')
 configure_and_build bench "$ROOT/src" "$BUILD/bench" "$targets" -DHAPTIC_CORE_BENCHMARKS=ON
-case " $(echo "$chosen" | tr '\n' ' ')" in *' peers '*) find_mujoco3 ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' peers '*) find_wasm_peers ;; esac
 csv=bench${filter:+-$filter} failed=''
 rm -f "$FIGURES/$csv.csv"
 for name in $chosen; do

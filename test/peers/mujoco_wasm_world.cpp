@@ -1,77 +1,12 @@
-// MuJoCo 3 in WebAssembly, from npm: a process of node that steps when it is told (mujoco_wasm.mjs). Through a pipe each way go numbers:
-// there the factor on friction, the controls and the forces of a step, back q and v.
-#include <fcntl.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <cstdlib>
+// MuJoCo 3 in WebAssembly, from npm (wasm/mujoco.mjs). Numbers go to it and come back: there the factor on friction, the controls and the
+// forces of a step, back q and v.
 #include <string>
 
-#include "haptic_core/base/error.h"
 #include "mujoco_model.h"
+#include "node_process.h"
 
 namespace haptic::peers {
 namespace {
-
-/// A process of node with this program, its standard input and output.
-class NodeProcess {
- public:
-  NodeProcess(const std::string& program, const std::string& folder) {
-    int there[2], back[2];
-    if (pipe2(there, O_CLOEXEC) != 0 || pipe2(back, O_CLOEXEC) != 0) throw SetupError("MuJoCo 3", "no pipe is left", "end other programs");
-    signal(SIGPIPE, SIG_IGN);  // a process that ended is told by write
-    child_ = fork();
-    if (child_ == 0) {
-      dup2(there[0], 0);
-      dup2(back[1], 1);
-      execlp("node", "node", program.c_str(), folder.c_str(), static_cast<char*>(nullptr));
-      _exit(127);
-    }
-    close(there[0]), close(back[1]);
-    to_ = there[1], from_ = back[0];
-  }
-  ~NodeProcess() {
-    close(to_), close(from_);  // it ends when nothing comes any more
-    if (child_ > 0) waitpid(child_, nullptr, 0);
-  }
-  NodeProcess(const NodeProcess&) = delete;
-  NodeProcess& operator=(const NodeProcess&) = delete;
-
-  void send(const void* data, std::size_t bytes) {
-    const char* next = static_cast<const char*>(data);
-    while (bytes > 0) {
-      const ssize_t sent = write(to_, next, bytes);
-      if (sent <= 0) throw ended();
-      next += sent, bytes -= static_cast<std::size_t>(sent);
-    }
-  }
-  void receive(void* data, std::size_t bytes) {
-    char* next = static_cast<char*>(data);
-    while (bytes > 0) {
-      const ssize_t got = read(from_, next, bytes);
-      if (got <= 0) throw ended();
-      next += got, bytes -= static_cast<std::size_t>(got);
-    }
-  }
-
- private:
-  static SetupError ended() {
-    return {"MuJoCo 3", "its process of node ended", "see its words on standard error; HAPTIC_MUJOCO_WASM names its folder"};
-  }
-
-  pid_t child_ = -1;
-  int to_ = -1, from_ = -1;
-};
-
-std::string folderOfModules() {
-  const char* folder = std::getenv("HAPTIC_MUJOCO_WASM");
-  if (!folder || !*folder) {
-    throw SetupError("MuJoCo 3", "is not installed",
-                     "set HAPTIC_MUJOCO_WASM to a folder with node_modules/@mujoco/mujoco, as ./run report does");
-  }
-  return folder;
-}
 
 class MujocoWasmWorld : public MujocoTreeWorld {
  public:
@@ -81,7 +16,7 @@ class MujocoWasmWorld : public MujocoTreeWorld {
         v_(layout().nv),
         control_(driveCount()),
         force_(6 * bodies().size(), 0),
-        node_(HAPTIC_PEERS_FOLDER "/mujoco_wasm.mjs", folderOfModules()) {
+        node_("MuJoCo 3", "mujoco.mjs") {
     layout().start(bodies(), q_.data(), v_.data());
     const std::string xml = mujocoModel(def, bodies(), settings);
     const double sizes[] = {static_cast<double>(xml.size()), static_cast<double>(bodies().size()), static_cast<double>(q_.size()),

@@ -66,6 +66,15 @@ std::vector<NamedPeer> makeTable() {
        "accuracy",
        "3.14 in WebAssembly, errors only: implicitfast, elliptic cone, impratio 10, 10 iterations of noslip, multiccd, solref two steps "
        "and 1, solimp 0.99 0.999 0.001"},
+      {"jolt", with(P::kJolt, 10), "as it comes",
+       "1.1.0 of npm in WebAssembly, single precision, errors only: 10 steps for velocities and 2 for positions, slop and speculative distance "
+       "1 mm, no convex radius"},
+      {"jolt_firm", with(P::kJolt, 50, T::kAccurate), "accuracy",
+       "1.1.0 of npm in WebAssembly, single precision, errors only: 50 steps for velocities and 10 for positions, slop 1 um"},
+      {"rapier", with(P::kRapier, 4), "as it comes",
+       "0.21 in WebAssembly, single precision, errors only: 4 iterations, contacts of 30 Hz, allowed error and prediction 1 mm"},
+      {"rapier_firm", with(P::kRapier, 50, T::kAccurate), "accuracy",
+       "0.21 in WebAssembly, single precision, errors only: 50 iterations, contacts of 0.2 / step, allowed error 1 um"},
   };
 }
 
@@ -121,6 +130,9 @@ std::unique_ptr<PeerWorld> makePeer(const WorldDef& def, const PeerSettings& set
       return makeMujoco(def, settings);
     case Peer::kMujocoWasm:
       return makeMujocoWasm(def, settings);
+    case Peer::kJolt:
+    case Peer::kRapier:
+      return makeWasm(def, settings);
   }
   return nullptr;
 }

@@ -1,6 +1,6 @@
-/// The same scenes in other simulators, for scale: ODE, Bullet, MuJoCo, each in several settings.
+/// The same scenes in other simulators, for scale: ODE, Bullet, MuJoCo, Jolt, Rapier, each in several settings.
 ///
-/// A peer runs free and fixed bodies with boxes, hulls and its own round shapes, in double precision; Bullet (as btMultiBody)
+/// A peer runs free and fixed bodies with boxes, hulls and its own round shapes, in double precision, Jolt and Rapier in single; Bullet (as btMultiBody)
 /// and MuJoCo also trees of hinges and slides with drives. What it cannot run is refused by SetupError with the reason, so
 /// that a report can say so. Contact parameters of the peers are theirs:
 /// only friction (the dynamic coefficient, for none of them knows two) and geometry come from the definition.
@@ -14,7 +14,7 @@
 
 namespace haptic::peers {
 
-enum class Peer { kOdeExact, kOdeQuick, kBullet, kMujocoEuler, kMujocoRk4, kMujocoWasm };
+enum class Peer { kOdeExact, kOdeQuick, kBullet, kMujocoEuler, kMujocoRk4, kMujocoWasm, kJolt, kRapier };
 
 /// What MuJoCo 3 in WebAssembly is told, as text of MJCF. It is a process of its own: its errors are comparable, its times are not.
 struct MujocoText {
@@ -39,7 +39,7 @@ struct PeerShape {
 
 struct PeerSettings {
   Peer peer = Peer::kOdeExact;
-  int iterations = 20;     ///< of ODE's QuickStep and Bullet's solver; the others have none
+  int iterations = 20;     ///< of ODE's QuickStep and Bullet's solver
   double step = 1e-3;      ///< [s]
   double restitution = 0;  ///< of all contacts, 0 or 1; MuJoCo, which has none, gets springs without damping for 1
   Tuning tuning = Tuning::kAsItComes;
@@ -110,8 +110,9 @@ UpperFace upperFace(const CollisionDef& collision);
 
 std::unique_ptr<PeerWorld> makeOde(const WorldDef& def, const PeerSettings& settings);
 std::unique_ptr<PeerWorld> makeBullet(const WorldDef& def, const PeerSettings& settings);
-/// Errors only: see MujocoText. Needs node, and the folder HAPTIC_MUJOCO_WASM with its node_modules.
+/// Engines in WebAssembly: errors only, see MujocoText. They need node, and the folder HAPTIC_WASM_PEERS with its node_modules.
 std::unique_ptr<PeerWorld> makeMujocoWasm(const WorldDef& def, const PeerSettings& settings);
+std::unique_ptr<PeerWorld> makeWasm(const WorldDef& def, const PeerSettings& settings);  ///< Jolt, Rapier
 std::unique_ptr<PeerWorld> makeMujoco(const WorldDef& def, const PeerSettings& settings);
 
 }  // namespace haptic::peers

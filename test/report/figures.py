@@ -29,7 +29,8 @@ STYLES = {
     'mujoco_euler': ('#a08c10', 'X'), 'mujoco_rk4': ('#807010', 'X'),
     'mujoco_firm': ('#a08c10', '>'), 'mujoco_fast': ('#a08c10', 'v'),
     'mujoco3_euler': ('#6a4fb0', 'X'), 'mujoco3_implicitfast': ('#6a4fb0', 'o'), 'mujoco3_elliptic': ('#6a4fb0', 'D'),
-    'mujoco3_firm': ('#6a4fb0', '>'),
+    'mujoco3_firm': ('#6a4fb0', '>'), 'jolt': ('#b03060', 'X'), 'jolt_firm': ('#b03060', '>'), 'rapier': ('#7a3b10', 'X'),
+    'rapier_firm': ('#7a3b10', '>'),
     'exact': (INK, None),
 }
 OURS, THEIRS = '#1f78c8', '#d55e00'  # of the fronts

@@ -68,14 +68,14 @@ def provenance(flags):
             'load': f'{os.getloadavg()[1]:.1f}', 'date': time.strftime('%Y-%m-%d %H:%M UTC', time.gmtime())}
 
 
-def with_mujoco3(peers):
+def with_wasm(peers):
     """The peers without those in WebAssembly, where their packages cannot be had; else their folder is told to the runs."""
     wanted = [peer for peer in peers if is_wasm(peer['name'])]
-    if wanted and 'HAPTIC_MUJOCO_WASM' not in os.environ:
+    if wanted and 'HAPTIC_WASM_PEERS' not in os.environ:
         try:
-            os.environ['HAPTIC_MUJOCO_WASM'] = npm_modules.modules(os.path.join(ROOT, 'test', 'peers', 'mujoco3'))
+            os.environ['HAPTIC_WASM_PEERS'] = npm_modules.modules(os.path.join(ROOT, 'test', 'peers', 'wasm'))
         except npm_modules.Unavailable as reason:
-            print(f'report: without MuJoCo 3: {reason}')
+            print(f'report: without the engines in WebAssembly: {reason}')
             return [peer for peer in peers if peer not in wanted]
     return peers
 
@@ -174,7 +174,7 @@ def main(argv):
             sys.exit(f'report: {error}')
         if options.quick:
             peers = [peer for peer in peers if peer['name'] in QUICK_PEERS]
-        peers = with_mujoco3(peers)
+        peers = with_wasm(peers)
         try:
             results = run_scenes(scenes, [peer['name'] for peer in peers], options, run_program, outside)
         except ValueError as error:

@@ -87,7 +87,7 @@ def is_peer(method):
 
 def is_wasm(method):
     """A peer that runs in WebAssembly: its errors are comparable, its times are not."""
-    return method.startswith('mujoco3_')
+    return method.startswith(('mujoco3_', 'jolt', 'rapier'))
 
 
 def cases_of(scene, quick, peers):

@@ -29,9 +29,9 @@ from report_plan import Case, describe  # noqa: E402
 
 sys.path.insert(0, os.path.join(HERE, '..', '..', 'penalty_sim', 'session'))
 import npm_modules  # noqa: E402
-MUJOCO3 = os.path.join(npm_modules.KEPT, npm_modules.digest('package-lock.json', source=os.path.join(HERE, '..', 'peers', 'mujoco3')))
-MUJOCO3 = MUJOCO3 if os.path.isdir(MUJOCO3) else ''  # what a report fetched before: a test asks no registry
-os.environ['HAPTIC_MUJOCO_WASM'] = MUJOCO3
+WASM = os.path.join(npm_modules.KEPT, npm_modules.digest('package-lock.json', source=os.path.join(HERE, '..', 'peers', 'wasm')))
+WASM = WASM if os.path.isdir(WASM) else ''  # what a report fetched before: a test asks no registry
+os.environ['HAPTIC_WASM_PEERS'] = WASM
 PROGRAMS = sys.argv.pop(1) if len(sys.argv) > 1 and os.path.isdir(sys.argv[1]) else ''
 SPHERE = '<robot name="{name}" xmlns:haptic="https://haptic/urdf"><haptic:scene step="0.001"><haptic:contact ' \
          'stiffness="{k}"/></haptic:scene><link name="world"/><link name="ball"><inertial><mass value="0.1"/><inertia ' \
@@ -246,7 +246,7 @@ class Peers(unittest.TestCase):
         self.assertGreaterEqual(len(peers), 9)
         self.assertEqual({purpose for purpose in (peer['purpose'] for peer in peers)}, {'as it comes', 'accuracy', 'speed'})
         for peer in peers:
-            if report_plan.is_wasm(peer['name']) and not MUJOCO3:
+            if report_plan.is_wasm(peer['name']) and not WASM:
                 continue  # its packages were never fetched here
             self.assertLess(self.error(peer['name'], 'rest', 1e-3), 1e-2, peer['name'])
 
@@ -259,8 +259,8 @@ class Peers(unittest.TestCase):
         self.assertTrue((sink <= 1e-7 * run_errors.np.arange(1, 16)).all(), sink)
         self.assertTrue((sink > 0).all(), sink)
 
-    @unittest.skipUnless(MUJOCO3, 'needs the packages of test/peers/mujoco3')
-    def test_mujoco_3_in_a_process_of_its_own_flies_as_2_2_does_and_is_told_forces_and_friction(self):
+    @unittest.skipUnless(WASM, 'needs the packages of test/peers/wasm')
+    def test_engines_in_webassembly_fly_and_are_told_forces_and_friction(self):
         program = programs.find(PROGRAMS, 'report_run')
 
         def output(scene, name):
@@ -268,12 +268,19 @@ class Peers(unittest.TestCase):
         old, new = (run_errors.parse_samples(output('free', name).splitlines()) for name in ('mujoco_euler', 'mujoco3_euler'))
         if old is not None:  # the same Euler steps without contact; 2.2 and 3.14 may sum in another order
             self.assertLess(abs(old.pose - new.pose).max(), 1e-9)
-        # Held by the hands' forces alone; friction of .9 of what holds lets go by nearly g (1 - .9) t^2/2 = 19.6 mm.
-        held = output('grasp_110', 'mujoco3_firm')
-        self.assertIn('status ok', held)
-        self.assertLess(float(re.search(r'measure_slip (\S+)', held).group(1)), 1e-3)
-        let_go = run_errors.parse_samples(output('grasp_090', 'mujoco3_firm').splitlines())
-        self.assertAlmostEqual(let_go.pose[-1, 0, 2], -0.5 * 0.1 * 9.81 * 0.2 ** 2, delta=5e-3)
+        said = subprocess.run([program, 'free', 'exact'], capture_output=True, text=True, check=True)
+        exact = run_errors.parse_samples(said.stdout.splitlines())
+        for engine in ('mujoco3', 'jolt', 'rapier'):
+            with self.subTest(engine):
+                flown = run_errors.parse_samples(output('free', engine + ('_euler' if engine == 'mujoco3' else '')).splitlines())
+                # Steps of first order, in 2 s about the middle axis of inertia, which multiplies their errors; other axes: 5 rad/s.
+                self.assertLess(abs(exact.twist[:4] - flown.twist[:4]).max(), 1e-2)
+                # Held by the hands' forces alone; friction of .9 of what holds lets go by nearly g (1 - .9) t^2/2 = 19.6 mm.
+                held = output('grasp_110', engine + '_firm')
+                self.assertIn('status ok', held)
+                self.assertLess(float(re.search(r'measure_slip (\S+)', held).group(1)), 1e-3)
+                let_go = run_errors.parse_samples(output('grasp_090', engine + '_firm').splitlines())
+                self.assertAlmostEqual(let_go.pose[-1, 0, 2], -0.5 * 0.1 * 9.81 * 0.2 ** 2, delta=5e-3)
 
     def test_a_setting_whose_error_does_not_fall_is_named(self):
         class Scene:
