@@ -141,8 +141,9 @@ class Unplugged(unittest.TestCase):
         while not (again := [r for r in self.whole() if r['order'] == lost['order']]):
             self.answered(len(self.whole()) + 1)
         self.assertEqual([r['condition'] for r in again], [lost['condition']])
+        complete = len(self.whole()) == 4
         self.type('q')
-        self.assertEqual(self.run_.wait(LIMIT), 3, self.said())
+        self.assertEqual(self.run_.wait(LIMIT), 0 if complete else 3, self.said())
         replay = Call('replay', self.session, '--trial', first['trial'])
         self.assertEqual((replay.code, replay.figures().get('replay.mismatches')), (0, 0), replay.errors)
 
