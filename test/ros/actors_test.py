@@ -56,7 +56,7 @@ class Actors(unittest.TestCase):
         cls.a = {}
 
         def call(name, kind, **values):
-            rospy.wait_for_service("/simulation/" + name, 10)
+            rospy.wait_for_service("/simulation/" + name, 30)
             return rospy.ServiceProxy("/simulation/" + name, kind)(**values)
 
         def seen(what, done):

@@ -108,7 +108,7 @@ class DriverAlone(unittest.TestCase):
     def test_pose_only_after_calibration(self):
         pose = Probe("/spidar/pose", PoseStamped)
         pose.wait(10)
-        rospy.wait_for_service("/spidar/driver/calibrate", 10)
+        rospy.wait_for_service("/spidar/driver/calibrate", 30)
         self.assertTrue(rospy.ServiceProxy("/spidar/driver/calibrate", Trigger)().success)
 
     def test_state_says_that_nobody_else_holds_it(self):

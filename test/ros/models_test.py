@@ -79,7 +79,7 @@ class Models(unittest.TestCase):
         cls.a = {}
 
         def call(service, kind, **values):
-            rospy.wait_for_service("/simulation/" + service, 10)
+            rospy.wait_for_service("/simulation/" + service, 30)
             return rospy.ServiceProxy("/simulation/" + service, kind)(**values)
 
         def seen(what, done):
@@ -127,7 +127,7 @@ class Models(unittest.TestCase):
         seen("two falls from where it came", lambda: cls.place("two/body")[2] > 0.02)
         seen("and lies again", lambda: cls.place("two/body")[2] < 0.0151)
         cls.plan = plans.wait(1, 10, lambda m: "one/body" in m.links and "box" not in m.links)
-        cls.missed = statistics.wait(1, 10).missed_ticks
+        cls.missed = statistics.wait(1).missed_ticks
         time.sleep(0.5)
 
     @classmethod
@@ -152,7 +152,7 @@ class Models(unittest.TestCase):
                 except (rospy.ServiceException, rospy.ROSException):
                     time.sleep(0.05)  # it is not there yet, or no longer
 
-        rospy.wait_for_service("/simulation/spawn", 10)
+        rospy.wait_for_service("/simulation/spawn", 30)
         changing = threading.Thread(target=change, daemon=True)
         changing.start()
         wait_until("three changes", lambda: cls.changes >= 3, 20)

@@ -41,7 +41,7 @@ class Recording(unittest.TestCase):
         statistics.wait(1, timeout=40, accept=lambda m: m.hands and not m.hands[0].in_contact)
 
         def call(name, kind, **values):
-            rospy.wait_for_service(name, 10)
+            rospy.wait_for_service(name, 30)
             return rospy.ServiceProxy(name, kind)(**values)
 
         def some_ticks():
@@ -67,7 +67,7 @@ class Recording(unittest.TestCase):
         call("/spidar/driver/enable_force", SetBool, data=False)
         some_ticks()
         call("/spidar/driver/enable_force", SetBool, data=True)
-        client = dynamic_reconfigure.client.Client("/bridge", timeout=10)
+        client = dynamic_reconfigure.client.Client("/bridge", timeout=30)
         cls.changed = client.update_configuration({"stiffness_scale": 0.5, "friction_scale": 0.8, "limit_share": 0.7,
                                                    "passivity": 2, "force_scale": 0.9})
         some_ticks()

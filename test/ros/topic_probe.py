@@ -10,6 +10,7 @@ import rospy
 import rosnode
 import rosgraph
 
+PATIENCE = 30.0  # [s] for events that take less than one on an idle machine
 NODELET = "/usr/lib/nodelet/nodelet"
 
 
@@ -38,7 +39,7 @@ class Probe:
             self.times = (self.times + [time.monotonic()])[-self._keep:]
             self._arrived.notify_all()
 
-    def wait(self, count=1, timeout=10.0, accept=lambda message: True):
+    def wait(self, count=1, timeout=PATIENCE, accept=lambda message: True):
         """The last of `count` messages that `accept` takes."""
         end = time.monotonic() + timeout
         with self._arrived:
@@ -82,7 +83,7 @@ def threads_of(pid):
     return sorted(names)
 
 
-def wait_until(what, condition, timeout=10.0):
+def wait_until(what, condition, timeout=PATIENCE):
     end = time.monotonic() + timeout
     while not condition():
         if time.monotonic() > end:
@@ -136,7 +137,7 @@ def replay(bag):
     return {name: float(value) for word, name, value, *_ in map(str.split, done.stdout.splitlines()) if word == "figure"}
 
 
-def unload(process, timeout=10.0):
+def unload(process, timeout=PATIENCE):
     """Asks the loader to unload its nodelet; its exit code."""
     process.send_signal(signal.SIGINT)
     try:
