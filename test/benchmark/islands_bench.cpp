@@ -1,6 +1,6 @@
 /// `./run bench islands`: worlds in which nearly everything stands. What sleep saves and costs in accuracy and energy, how a tick's
 /// time grows with what sleeps, the scene `city` (its robots are found by ROS_PACKAGE_PATH). CPU time of the stepping thread. An argument
-/// runs only the groups whose name contains it: sleep, search, city, replay.
+/// runs only the groups whose name contains it: sleep, search, city, scenes_at_10k, replay.
 #include <time.h>
 #include <unistd.h>
 
@@ -20,6 +20,7 @@
 #include "figure.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/state.h"
+#include "islands_scenes.h"
 #include "scene/hand_on_path.h"
 #include "scene/scene_file.h"
 
@@ -289,6 +290,7 @@ int main(int argc, char** argv) {
   if (wants("sleep")) measureRatio(), measureJump(), measureError();
   if (wants("search")) measureSearch();
   if (wants("city")) measureCity();
+  if (wants("scenes_at_10k")) measureScenesAt10k();
   if (wants("replay")) measureReplay();
   return 0;
 }
