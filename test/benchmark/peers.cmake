@@ -7,7 +7,9 @@ if(NOT TARGET haptic_peers)
 endif()
 set(report ${CMAKE_CURRENT_LIST_DIR}/../report)
 target_sources(bench_peers PRIVATE ${CMAKE_CURRENT_LIST_DIR}/peers_rigid.cpp ${CMAKE_CURRENT_LIST_DIR}/peers_published.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/peers_contactbench.cpp ${CMAKE_CURRENT_LIST_DIR}/peers_cenic.cpp
   ${CMAKE_CURRENT_LIST_DIR}/peers_haptic.cpp ${CMAKE_CURRENT_LIST_DIR}/peers_two_hands.cpp ${CMAKE_CURRENT_LIST_DIR}/round_many.cpp
-  ${report}/run_case.cpp ${report}/motion_scenes.cpp ${report}/published_scenes.cpp)
+  ${report}/run_case.cpp ${report}/motion_scenes.cpp ${report}/published_scenes.cpp
+  ${report}/contactbench_scenes.cpp ${report}/cenic_scenes.cpp)
 target_include_directories(bench_peers PRIVATE ${report})
 target_link_libraries(bench_peers penalty_sim_scene haptic_peers)

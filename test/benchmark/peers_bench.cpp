@@ -1,8 +1,8 @@
 /// Ours beside today's peers, on the scenes that makers of simulators publish, and rigid when asked.
 ///
-/// `bench_peers [GROUP...]`: groups sinks, times, grasp, cradle, gyro, haptic, pyramid, six; without a word all. `pyramid=ROWS` takes
-/// another number of rows, 1 to 1000; any other word ends it with status 2. Lines that begin with `peers` are the table beside the
-/// figures, one setting of one simulator each.
+/// `bench_peers [GROUP...]`: groups sinks, times, grasp, cradle, gyro, contactbench, cenic, haptic, pyramid, six; without a word all.
+/// `pyramid=ROWS` takes another number of rows, 1 to 1000; any other word ends it with status 2. Lines that begin with `peers` are the
+/// table beside the figures, one setting of one simulator each.
 #include <cstdio>
 #include <set>
 #include <string>
@@ -22,7 +22,7 @@ constexpr int kMostRows = 1000;  // half a million boxes
 
 /// False: it is none of the words above.
 bool take(const std::string& word, Wanted& wanted) {
-  const std::set<std::string> groups = {"sinks", "times", "grasp", "cradle", "gyro", "haptic", "pyramid", "six"};
+  const std::set<std::string> groups = {"sinks", "times", "grasp", "cradle", "gyro", "contactbench", "cenic", "haptic", "pyramid", "six"};
   const std::string with_rows = "pyramid=";
   if (word.rfind(with_rows, 0) != 0) {
     wanted.groups.insert(word);
@@ -47,8 +47,8 @@ int main(int count, char** arguments) {
   Wanted asked;
   for (int i = 1; i < count; ++i) {
     if (take(arguments[i], asked)) continue;
-    std::fprintf(stderr, "bench_peers: '%s' is no group; give sinks, times, grasp, cradle, gyro, haptic, six, pyramid or pyramid=ROWS, "
-                 "1 to %d\n",
+    std::fprintf(stderr, "bench_peers: '%s' is no group; give sinks, times, grasp, cradle, gyro, contactbench, cenic, haptic, six, pyramid "
+                 "or pyramid=ROWS, 1 to %d\n",
                  arguments[i], kMostRows);
     return 2;
   }
@@ -58,6 +58,8 @@ int main(int count, char** arguments) {
   if (wanted("grasp")) measureGrasp();
   if (wanted("cradle")) measureCradle();
   if (wanted("gyro")) measureGyroscope();
+  if (wanted("contactbench")) measureContactbench();
+  if (wanted("cenic")) measureCenic();
   if (wanted("haptic")) measureHaptic(), measureTwoHands();
   if (wanted("six")) measureSix();
   if (wanted("pyramid")) measurePyramid(asked.rows);

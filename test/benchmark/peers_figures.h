@@ -9,6 +9,8 @@ void measureRigidTimes();    ///< stiff_rigid.step_over_soft: shipped scenes wit
 void measureGrasp();         ///< grasp.*, beside all settings of all peers
 void measureCradle();        ///< cradle.*, likewise
 void measureGyroscope();     ///< gyro.*, likewise
+void measureContactbench();  ///< contactbench.*, likewise: residuals of the rigid law
+void measureCenic();         ///< cenic.*: error over CPU time by accuracy, beside the peers by step
 void measurePyramid(int rows);  ///< pyramid5050.* with 100 rows, beside Bullet and ODE
 void measureHaptic();        ///< god.*, god_point.*, ours.*, ours_direct.*: the god object beside our hand
 void measureTwoHands();      ///< the same renderers: a cube held by two hands

@@ -1,18 +1,15 @@
 // Grasp, cradle, gyroscope and pyramid: the report's own scenes, ours with the scene's stiffness and rigid, and all settings of all peers.
 // Which of both counts is said by the report's list (pareto_cells.csv); the other has a name of its own.
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "../scenes/grasp.h"
 #include "benchmark_scenes.h"
 #include "figure.h"
 #include "haptic_core/base/error.h"
+#include "peer_rivals.h"
 #include "peers_figures.h"
-#include "run_case.h"
 
 namespace haptic::bench {
 namespace {
@@ -25,42 +22,10 @@ using scenes::Grasp;
 
 constexpr double kStep = 1e-3, kDropped = 5e-3;  // [s], [m]: MotrixSim's bound
 
-/// A simulator under its name in the table.
-struct Rival {
-  std::string name;
-  Method method;
-  bool ours() const { return !method.peer; }
-};
-
-std::vector<Rival> rivals() {
-  std::vector<Rival> all(2);
-  all[0].name = "ours", all[1].name = "ours_rigid";
-  for (Rival& each : all) each.method.choice.attempts = WorldSettings{}.attempts;
-  all[1].method.choice.rigid = true;
-  for (const peers::NamedPeer& peer : peers::peerTable()) {
-    all.push_back({peer.name, {}});
-    all.back().method.peer = peer.settings;
-  }
-  return all;
-}
-
-double cpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-double infinite() { return std::numeric_limits<double>::infinity(); }
-
 const Scene& sceneNamed(const std::vector<Scene>& all, const std::string& name) {
   const auto found = std::find_if(all.begin(), all.end(), [&](const Scene& s) { return s.name == name; });
   if (found == all.end()) throw SetupError("scene '" + name + "'", "is not in the list", "see report_run --list");
   return *found;
-}
-
-/// In one line, why a setting has no row: it is not installed, or its process ended.
-void tellRefusal(const char* group, const Rival& rival, const std::string& reason) {
-  std::printf("peers %s %-20s refused: %s\n", group, rival.name.c_str(), reason.c_str());
 }
 
 struct Held {
@@ -192,8 +157,7 @@ void measureGyroscope() {
         worst = std::max(worst, std::abs(std::remainder(turn, 2 * M_PI)));
       }
       std::vector<double> times = run.cpu_s;
-      const bool wasm = method.peer && method.peer->peer == peers::Peer::kMujocoWasm;  // a process of its own: no time to compare
-      points.push_back({rival.name, step, worst, wasm ? infinite() : median(times) / scene.seconds, rival.ours(), method.choice.rigid});
+      points.push_back({rival.name, step, worst, rival.wasm() ? infinite() : median(times) / scene.seconds, rival.ours(), method.choice.rigid});
       std::printf("peers gyro %-20s step %.3g ms: precession errs by %.3g rad, %.3g ms of CPU time a second\n", rival.name.c_str(),
                   1e3 * step, worst, 1e3 * points.back().cpu);
     }

@@ -15,6 +15,7 @@
 
 #include "../comparators/named_attempts.h"
 #include "../comparators/point_contact.h"
+#include "contactbench_scenes.h"
 #include "haptic_core/base/error.h"
 #include "run_case.h"
 
@@ -28,6 +29,7 @@ std::vector<Scene> allScenes() {
   for (const auto& more : {frictionScenes(), pileScenes(), movingScenes(), benchmarkScenes(), robotScenes()}) {
     scenes.insert(scenes.end(), more.begin(), more.end());
   }
+  for (const RuledScene& ruled : contactbenchScenes()) scenes.push_back(ruled.scene);
   return scenes;
 }
 

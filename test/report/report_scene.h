@@ -17,6 +17,7 @@ struct Choice {
   Attempts attempts = Attempts::kVerlet;
   ContactModel model = nullptr;  ///< the volume
   double step = 1e-3;    ///< [s]
+  double accuracy = WorldSettings{}.accuracy;  ///< that a step is asked for (world/definition.h) [1]
   double stiffness = 0;  ///< foundation k [N/m³]; 0: the scene's own
   bool rigid = false;    ///< all surfaces are said to be rigid (penalty_sim/scene/stiffness_choice.h), whatever the scene says
   int facets = 0;        ///< of round bodies (0…6, subdivisions or doublings); 0: the scene's own, true balls
@@ -111,6 +112,7 @@ inline WorldSettings settingsOf(const Choice& choice, const WorldSettings& base 
   s.attempts = choice.attempts;
   s.contact_model = choice.model;
   s.step = choice.step;
+  s.accuracy = choice.accuracy;
   return s;
 }
 
