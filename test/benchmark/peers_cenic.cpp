@@ -55,7 +55,8 @@ Point measure(const CenicScene& c, const std::string& name, const Method& method
   out = run(c, method, step, 0.1);
   Point point;
   if (out.status != "ok") {
-    std::printf("peers %s %-24s step %.3g ms: %s, %s\n", c.scene.name.c_str(), name.c_str(), 1e3 * step, out.status.c_str(), out.reason.c_str());
+    std::printf("peers %s %-24s step %.3g ms: %s, %s\n", c.scene.name.c_str(), name.c_str(), 1e3 * step, out.status.c_str(),
+                out.reason.c_str());
     return point;
   }
   point.cpu = median(out.cpu_s) / c.scene.seconds;

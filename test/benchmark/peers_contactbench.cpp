@@ -1,4 +1,4 @@
-// ContactBench's residuals of the rigid law beside errors against exact solutions: ours with the scenes' stiffness and rigid, and the peers.
+// ContactBench's residuals of the rigid law beside errors against exact solutions: ours as the scenes say and rigid, and the peers.
 #include <algorithm>
 #include <cmath>
 #include <map>

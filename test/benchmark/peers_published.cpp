@@ -157,7 +157,8 @@ void measureGyroscope() {
         worst = std::max(worst, std::abs(std::remainder(turn, 2 * M_PI)));
       }
       std::vector<double> times = run.cpu_s;
-      points.push_back({rival.name, step, worst, rival.wasm() ? infinite() : median(times) / scene.seconds, rival.ours(), method.choice.rigid});
+      const double cpu = rival.wasm() ? infinite() : median(times) / scene.seconds;
+      points.push_back({rival.name, step, worst, cpu, rival.ours(), method.choice.rigid});
       std::printf("peers gyro %-20s step %.3g ms: precession errs by %.3g rad, %.3g ms of CPU time a second\n", rival.name.c_str(),
                   1e3 * step, worst, 1e3 * points.back().cpu);
     }

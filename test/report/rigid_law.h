@@ -1,5 +1,5 @@
-/// Residuals of the rigid law of contact, as ContactBench (Le Lidec and others, 2023) counts them, and the force of a contact from the motion
-/// of what it carries, which needs no engine's word.
+/// Residuals of the rigid law of contact, as ContactBench (Le Lidec and others, 2023) counts them, and the force of a contact from the
+/// motion of the bodies that it carries, which no engine is asked for.
 ///
 /// n: normal, from the lower body to the upper one; F: force on the upper body; v: velocity of the upper body over the lower one at the
 /// contact, after the step. F = N n + T, v = v_n n + u.
@@ -50,8 +50,8 @@ struct BodyMomentum {
   }
 };
 
-/// Mean wrench of a step of h [s] that a body got beside its weight, about W's origin, in W: the change of its momenta. Exact for the force;
-/// for the torque as far as the centre of mass moves as the mean of its speeds says.
+/// Mean wrench on a body in a step of h [s], its weight left out, about W's origin, in W: the change of its momenta. Exact for the force;
+/// for the torque if the centre of mass moves by the mean of its speeds.
 inline Wrench beyondWeight(const LinkInertia& m, const BodyState& before, const BodyState& after, const Vector3& gravity, double h) {
   const BodyMomentum from(m, before), to(m, after);
   const Vector3 weight = m.mass * gravity;
