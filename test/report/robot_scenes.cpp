@@ -1,7 +1,7 @@
-// Links on joints: a chain, an arm with a load, a quadruped.
-#include "../scenes/balls.h"
+// Links on joints: a chain, an arm with a load, a quadruped, a hand.
 #include "exact_chain.h"
-#include "report_scene.h"
+#include "hand_grasp.h"
+#include "quadruped.h"
 
 namespace haptic::report {
 namespace {
@@ -115,101 +115,59 @@ Scene armWithLoad() {
   return s;
 }
 
-/// Four legs of thigh and shank with ball feet. Front knees point backwards and rear ones forwards: what is in front is mirrored behind.
-struct Quadruped {
-  static constexpr double kBody = 10, kThigh = 0.8, kShank = 0.2;    // [kg]
-  static constexpr double kLength = 0.25, kFoot = 0.03, kBend = 0.5;  // [m], [m], [rad] of the thighs
-  static constexpr double kStiffness = 150, kDamping = 1;            // [N·m/rad], [N·m·s/rad]
-  static constexpr double kLegX = 0.2, kLegY = 0.1;                  // [m] of the hips
-  static double height() { return 2 * kLength * std::cos(kBend) + kFoot; }  // of the hips over the ground
-  static double load() { return (kBody + 4 * (kThigh + kShank)) * kGravity / 4; }  // on each foot [N]
+constexpr const char* kQuadruped =
+    "body 10 kg, thighs 0.8 kg, shanks 0.2 kg, both 0.25 m, feet of 30 mm, mu 0.8; drives 150 N m/rad, 1 N m s/rad; ";
 
-  /// Depth at which the foot's cap carries its load: k π d² (3 r − d)/3.
-  static double depth(double k) {
-    double d = 0;
-    for (int i = 0; i < 100; ++i) d = std::sqrt(load() / (k * M_PI * (kFoot - d / 3)));
-    return d;
-  }
-
-  static LinkDef segment(const std::string& name, int parent, const Vector3& p, double q, double mass, double effort) {
-    LinkDef link = hinged(name, parent, Pose(p), q);
-    link.inertia.mass = mass;
-    link.inertia.p_LC = Vector3(0, 0, -kLength / 2);
-    const double across = mass * kLength * kLength / 12;
-    link.inertia.I_C = Vector3(across, across, 0.1 * across).asDiagonal();
-    link.joint.drive = JointDef::Drive::kPosition;
-    link.joint.drive_stiffness = kStiffness;
-    link.joint.drive_damping = kDamping;
-    link.joint.drive_effort = effort;
-    return link;
-  }
-
-  static WorldDef make(const WorldSettings& settings, double k) {
-    WorldDef def;
-    def.name = "quadruped";
-    def.settings = settings;
-    def.settings.gravity = Vector3(0, 0, -kGravity);
-    ContactMaterial& m = def.settings.default_material;
-    m.stiffness = k;
-    m.dissipation = 10;
-    m.mu_static = m.mu_dynamic = 0.8;
-    def.articulations.push_back(scenes::groundPlane());
-    const Vector3 size(0.5, 0.2, 0.1);
-    ArticulationDef robot = scenes::freeBox("quadruped", size, kBody, Pose(Vector3(0, 0, height() - depth(k))));
-    for (const int x : {1, -1}) {
-      for (const int y : {1, -1}) {
-        // A turn by +q about y leads what hangs down to −x. The foot is under the hip, the knee beside both by `aside`.
-        const double thigh = x * kBend, aside = -kLength * std::sin(thigh);
-        const double at_knee = -aside * load() + aside / 2 * kShank * kGravity;
-        const double at_hip = -aside / 2 * (kThigh + kShank) * kGravity;
-        const std::string leg = std::string(x > 0 ? "front" : "rear") + (y > 0 ? "_left" : "_right");
-        const int body = static_cast<int>(robot.links.size());
-        robot.links.push_back(segment(leg + "_thigh", 0, Vector3(x * kLegX, y * kLegY, 0), thigh, kThigh, at_hip));
-        robot.links.push_back(segment(leg + "_shank", body, Vector3(0, 0, -kLength), -2 * thigh, kShank, at_knee));
-        CollisionDef foot;
-        foot.name = leg + "_foot";
-        foot.shape = std::make_shared<Ball>(kFoot);
-        foot.X_LS = Pose(Vector3(0, 0, -kLength));
-        robot.links.back().collisions.push_back(foot);
-      }
-    }
-    def.articulations.push_back(robot);
-    return def;
-  }
-
-  /// On rigid ground it stays: body, then thigh and shank of each leg.
-  static std::vector<BodyState> standing() {
-    std::vector<BodyState> states = {{Pose(Vector3(0, 0, height())), Twist{}}};
-    for (const int x : {1, -1}) {
-      for (const int y : {1, -1}) {
-        const Matrix3 turn = Eigen::AngleAxisd(x * kBend, Vector3::UnitY()).toRotationMatrix();
-        const Vector3 hip(x * kLegX, y * kLegY, height());
-        states.push_back({Pose(turn, hip), Twist{}});
-        states.push_back({Pose(Matrix3(turn.transpose()), Vector3(hip - kLength * turn.col(2))), Twist{}});
-      }
-    }
-    return states;
-  }
-};
+double ownStiffness(const Choice& choice, double own) { return choice.stiffness > 0 ? choice.stiffness : own; }
 
 Scene quadrupedStands() {
   Scene s;
   s.name = "quadruped_stands";
   s.title = "Quadruped of nine links that stands on four ball feet";
-  s.parameters =
-      "body 10 kg, thighs 0.8 kg, shanks 0.2 kg, both 0.25 m, thighs at .5 rad, feet of 30 mm, mu 0.8; drives 150 N m/rad, 1 N m s/rad, "
-      "feed-forward of the rigid statics; released touching, 1 s";
+  s.parameters = kQuadruped + std::string("thighs at .5 rad, feed-forward of the rigid statics, released touching, 1 s");
   s.reference = "rigid: it stays";
   s.seconds = 1;
   s.stiffness = 1e9;
   for (int i = 1; i <= 9; ++i) s.bodies.push_back(i);
-  s.make = [](const Choice& choice) { return Quadruped::make(settingsOf(choice), choice.stiffness > 0 ? choice.stiffness : 1e9); };
+  s.make = [](const Choice& choice) { return Quadruped::stands(settingsOf(choice), ownStiffness(choice, 1e9)); };
   s.exact = [](double) { return Quadruped::standing(); };
+  return s;
+}
+
+Scene quadrupedWalks() {
+  Scene s = quadrupedStands();
+  s.name = "quadruped_walks";
+  s.title = "Quadruped that walks a step of 0.12 m";
+  s.parameters = kQuadruped + std::string(
+      "its drives follow a path: hind left, fore left, body, hind right, fore right, body; a leg in 0.4 s, lifted by 30 mm, the body in 0.5 s; "
+      "feed-forward of the rigid inverse dynamics, 3.1 s");
+  s.reference = "rigid: the path's own motion, for its inverse dynamics is fed forward to the drives";
+  s.seconds = QuadrupedWalk::kEnd;
+  s.samples = 62;
+  s.make = [](const Choice& choice) { return QuadrupedWalk::make(settingsOf(choice), ownStiffness(choice, 1e9)); };
+  s.exact = QuadrupedWalk::at;
+  return s;
+}
+
+Scene handGrasp() {
+  Scene s;
+  s.name = "hand_grasp";
+  s.title = "Hand of four fingers that holds a bar";
+  s.parameters =
+      "17 links on 16 hinges, lengths and masses as of an Allegro hand, tips of 12 mm; bar 50 x 140 x 50 mm, 0.2 kg, between three fingers and "
+      "the thumb, 4 N, mu 0.8; drives 1 N m/rad, 5 mN m s/rad, feed-forward of the rigid statics; released touching, 2 s";
+  s.reference = "rigid: it stays, carried by friction";
+  s.seconds = 2;
+  s.stiffness = 1e9;
+  s.size = HandGrasp::kTip;
+  for (int i = 0; i < HandGrasp::kLinks; ++i) s.bodies.push_back(i);
+  s.make = [](const Choice& choice) { return HandGrasp::make(settingsOf(choice), ownStiffness(choice, 1e9)); };
+  s.exact = [](double) { return HandGrasp::states(); };
   return s;
 }
 
 }  // namespace
 
-std::vector<Scene> robotScenes() { return {swingingChain(), armWithLoad(), quadrupedStands()}; }
+std::vector<Scene> robotScenes() { return {swingingChain(), armWithLoad(), quadrupedStands(), quadrupedWalks(), handGrasp()}; }
 
 }  // namespace haptic::report
