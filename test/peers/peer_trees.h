@@ -24,15 +24,16 @@ class PeerDrives {
     const JointDef* joint = nullptr;
     const JointPathDef* path = nullptr;  ///< null: it keeps its first position
     int column = 0;                      ///< in the path
+    int begun = 0;                       ///< rows of the path until the time that was asked for last
   };
   PeerDrives(const WorldDef& def, const std::vector<PeerBody>& bodies);
   const std::vector<Drive>& all() const { return drives_; }  ///< in the order of links
-  /// Position, rate and effort [N·m] or [N] that drive i asks for at a time; `def` must live.
+  /// Position, rate and effort [N·m] or [N] that drive i asks for at a time, which only rises; `def` must live.
   struct Wanted {
     TreeMotion motion;
     double effort = 0;
   };
-  Wanted at(std::size_t i, double time) const;
+  Wanted at(std::size_t i, double time);
 
  private:
   std::vector<Drive> drives_;

@@ -118,6 +118,10 @@ class Arithmetic(unittest.TestCase):
         cells = pareto.read_cells()
         self.assertEqual(len(cells), len(set(cells)))
         self.assertEqual({cell[1] for cell in cells} - set(run_errors.METRICS), set())
+        if PROGRAMS:  # and scenes: a name that no scene has would never be counted
+            known = {scene.name for scene in describe(programs.find(PROGRAMS, 'report_run'), [])}
+            self.assertEqual({cell[0] for cell in cells} - known, set())
+            self.assertLessEqual({'swinging_chain', 'arm_load', 'quadruped_stands', 'quadruped_walks', 'hand_grasp'}, {cell[0] for cell in cells})
         self.assertEqual(min(cell[2] for cell in cells if cell[:2] == ('rest', 'position') and not cell[3]), -9)
 
     def test_advice_takes_only_what_a_hand_at_one_kilohertz_holds(self):
@@ -192,6 +196,9 @@ class ExactSolutions(unittest.TestCase):
         w, x, y, z = motion.pose[:, 0, 3:].T
         self.assertAlmostEqual(float(abs(1 - 2 * (x * x + y * y) - math.cos(0.2)).max()), 0, delta=1e-14)
 
+    def test_a_chain_that_swings_keeps_its_energy(self):
+        energy = self.exact('swinging_chain').energy
+        self.assertAlmostEqual(float(abs(energy - energy[0]).max()), 0, delta=1e-12)  # of joules; see exact_chain.h
 
     def test_pulled_box_and_rolling_balls_obey_newton(self):
         motion = self.exact('rolling')
@@ -227,19 +234,6 @@ class Peers(unittest.TestCase):
         for peer in ('ode_exact', 'ode_quick100_firm', 'bullet10', 'bullet_dantzig', 'mujoco_firm'):
             # First order: a tenth of the step leaves a tenth of the error; half of that is room for softness.
             self.assertGreater(self.error(peer, 'roll', 1e-3), 5 * self.error(peer, 'roll', 1e-4), peer)
-
-    def test_trees_of_links_move_as_lagranges_equations_say(self):
-        # The reference is in absolute angles, by Runge and Kutta. Between forces ours and Bullet's accurate setting are of fourth order, the
-        # others of first; with drives all are of first. Half of what the order takes off in a quarter of the step is room for the next term.
-        for scene, method, order in (('swinging_chain', 'volume-automatic', 4), ('swinging_chain', 'bullet200_firm', 4),
-                                     ('swinging_chain', 'bullet10', 1), ('swinging_chain', 'mujoco_firm', 1), ('arm_load', 'volume-automatic', 1),
-                                     ('arm_load', 'bullet10', 1), ('arm_load', 'bullet200_firm', 1), ('arm_load', 'mujoco_firm', 1)):
-            self.assertGreater(self.error(method, scene, 1e-3), 0.5 * 4 ** order * self.error(method, scene, 2.5e-4), (scene, method))
-
-    def test_a_quadruped_stands_where_its_drives_hold_it(self):
-        # Ours sinks by its feet's foundation, which is soft here; .8 mm in 0.5 m.
-        for method in ('volume-automatic', 'bullet10', 'mujoco_firm'):
-            self.assertLess(self.error(method, 'quadruped_stands', 1e-3), 1e-3, method)
 
     def test_every_setting_runs_where_a_cube_rests(self):
         peers = report_plan.describe_peers(programs.find(PROGRAMS, 'report_run'))
