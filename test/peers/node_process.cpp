@@ -12,7 +12,8 @@ namespace haptic::peers {
 NodeProcess::NodeProcess(std::string engine, const std::string& program) : engine_(std::move(engine)) {
   const char* folder = std::getenv("HAPTIC_WASM_PEERS");
   if (!folder || !*folder) {
-    throw SetupError(engine_, "is not installed", "set HAPTIC_WASM_PEERS to a folder with the node_modules of test/peers/wasm, as ./run report does");
+    throw SetupError(engine_, "is not installed",
+                     "set HAPTIC_WASM_PEERS to a folder with the node_modules of test/peers/wasm, as ./run report does");
   }
   const std::string path = HAPTIC_PEERS_FOLDER "/wasm/" + program;
   int there[2], back[2];

@@ -67,8 +67,8 @@ std::vector<NamedPeer> makeTable() {
        "3.14 in WebAssembly, errors only: implicitfast, elliptic cone, impratio 10, 10 iterations of noslip, multiccd, solref two steps "
        "and 1, solimp 0.99 0.999 0.001"},
       {"jolt", with(P::kJolt, 10), "as it comes",
-       "1.1.0 of npm in WebAssembly, single precision, errors only: 10 steps for velocities and 2 for positions, slop and speculative distance "
-       "1 mm, no convex radius"},
+       "1.1.0 of npm in WebAssembly, single precision, errors only: 10 steps for velocities and 2 for positions, slop and speculative "
+       "distance 1 mm, no convex radius"},
       {"jolt_firm", with(P::kJolt, 50, T::kAccurate), "accuracy",
        "1.1.0 of npm in WebAssembly, single precision, errors only: 50 steps for velocities and 10 for positions, slop 1 um"},
       {"rapier", with(P::kRapier, 4), "as it comes",

@@ -1,7 +1,7 @@
 /// The same scenes in other simulators, for scale: ODE, Bullet, MuJoCo, Jolt, Rapier, each in several settings.
 ///
-/// A peer runs free and fixed bodies with boxes, hulls and its own round shapes, in double precision, Jolt and Rapier in single; Bullet (as btMultiBody)
-/// and MuJoCo also trees of hinges and slides with drives. What it cannot run is refused by SetupError with the reason, so
+/// A peer runs free and fixed bodies with boxes, hulls and its own round shapes, in double precision, Jolt and Rapier in single; Bullet (as
+/// btMultiBody) and MuJoCo also trees of hinges and slides with drives. What it cannot run is refused by SetupError with the reason, so
 /// that a report can say so. Contact parameters of the peers are theirs:
 /// only friction (the dynamic coefficient, for none of them knows two) and geometry come from the definition.
 #pragma once

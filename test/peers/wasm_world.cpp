@@ -164,6 +164,8 @@ class WasmWorld : public PeerWorld {
 
 }  // namespace
 
-std::unique_ptr<PeerWorld> makeWasm(const WorldDef& def, const PeerSettings& settings) { return std::make_unique<WasmWorld>(def, settings); }
+std::unique_ptr<PeerWorld> makeWasm(const WorldDef& def, const PeerSettings& settings) {
+  return std::make_unique<WasmWorld>(def, settings);
+}
 
 }  // namespace haptic::peers
