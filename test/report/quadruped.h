@@ -2,10 +2,11 @@
 /// motion is exact.
 ///
 /// The walk: the legs of the left side step, hind and fore, the body follows, then those of the right side, and the body again: the lateral
-/// sequence of animals that walk, all by smooth steps of time. The centre of mass stays over the feet that stand, feet roll on the ground without slip, and they land and leave without speed. Inverse dynamics says which forces of the feet
-/// and which torques τ this motion takes, and the drives are asked for positions u with K (u − q) + D (u̇ − q̇) = τ: the feed-forward that
-/// makers of such robots use. So rigid bodies with Coulomb's friction walk along it exactly. Where more feet stand than the balance needs
-/// each force is that of least sum of |f|²/w, w from 0 to 1 and back as a foot is loaded and unloaded.
+/// sequence of animals that walk, all by smooth steps of time. The centre of mass stays over the feet that stand, feet roll on the ground
+/// without slip, and they land and leave without speed. Inverse dynamics says which forces of the feet and which torques τ this motion
+/// takes, and the drives are asked for positions u with K (u − q) + D (u̇ − q̇) = τ: the feed-forward that makers of such robots use. So
+/// rigid bodies with Coulomb's friction walk along it exactly. Where more feet stand than the balance needs the forces have the least sum
+/// of |f|²/w, w from 0 to 1 and back as a foot is loaded and unloaded.
 #pragma once
 #include <array>
 #include <cmath>
@@ -194,7 +195,7 @@ class QuadrupedWalk {
     std::array<double, 2 * kLegs> torque;
   };
   static Forces forces(double t) {
-    // Second derivatives by differences of fourth order: over 0.2 ms rounding leaves 1e-8 m/s², and ends of the smooth steps 3e-5 for 0.4 ms.
+    // Second derivatives by differences of fourth order over 0.2 ms: rounding leaves 1e-8 m/s², ends of smooth steps 3e-5 for 0.4 ms.
     constexpr double kDelta = 2e-4, kWeights[] = {-1, 16, -30, 16, -1};
     const Posture p = posture(t);
     std::array<Vector3, kBodies> push;  // m (a − g)
@@ -243,8 +244,8 @@ class QuadrupedWalk {
     return out;
   }
 
-  /// Positions that the drives are asked for, which are K u + D u̇ = τ + K q + D q̇ in the mean over each row: Simpson's mean, so that torques
-  /// err by the fourth power of the rows' distance, and by a saw tooth without a mean.
+  /// Positions that the drives are asked for: K u + D u̇ = τ + K q + D q̇ in the mean over each row, by Simpson's rule, so that torques
+  /// err by the fourth power of the rows' distance and by a saw tooth without a mean.
   static JointPathDef path() {
     constexpr double kRow = 5e-4;  // [s]
     constexpr double K = Quadruped::kStiffness, D = Quadruped::kDamping;

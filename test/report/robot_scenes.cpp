@@ -139,8 +139,8 @@ Scene quadrupedWalks() {
   s.name = "quadruped_walks";
   s.title = "Quadruped that walks a step of 0.12 m";
   s.parameters = kQuadruped + std::string(
-      "its drives follow a path: hind left, fore left, body, hind right, fore right, body; a leg in 0.4 s, lifted by 30 mm, the body in 0.5 s; "
-      "feed-forward of the rigid inverse dynamics, 3.1 s");
+      "its drives follow a path: hind left, fore left, body, hind right, fore right, body; a leg in 0.4 s, lifted by 30 mm, the body "
+      "in 0.5 s; feed-forward of the rigid inverse dynamics, 3.1 s");
   s.reference = "rigid: the path's own motion, for its inverse dynamics is fed forward to the drives";
   s.seconds = QuadrupedWalk::kEnd;
   s.samples = 62;
@@ -154,8 +154,8 @@ Scene handGrasp() {
   s.name = "hand_grasp";
   s.title = "Hand of four fingers that holds a bar";
   s.parameters =
-      "17 links on 16 hinges, lengths and masses as of an Allegro hand, tips of 12 mm; bar 50 x 140 x 50 mm, 0.2 kg, between three fingers and "
-      "the thumb, 4 N, mu 0.8; drives 1 N m/rad, 5 mN m s/rad, feed-forward of the rigid statics; released touching, 2 s";
+      "17 links on 16 hinges, lengths and masses as of an Allegro hand, tips of 12 mm; bar 50 x 140 x 50 mm, 0.2 kg, between three "
+      "fingers and the thumb, 4 N, mu 0.8; drives 1 N m/rad, 5 mN m s/rad, feed-forward of the rigid statics; released touching, 2 s";
   s.reference = "rigid: it stays, carried by friction";
   s.seconds = 2;
   s.stiffness = 1e9;

@@ -77,9 +77,9 @@ TEST(PlanarChain, OneLinkFallsAsTheEllipticIntegralSays) {
   }
   const double quarter = M_PI / 2 / a * std::sqrt((l.inertia + l.mass * l.centre * l.centre) / (l.mass * kG * l.centre));
   PlanarChain pendulum({l}, kG);
-  const double rate = 10;  // [rad/s], more than it has below
+  // Times are rounded by 2e-16 s, at up to 8 rad/s; the integrator errs by less than 1e-13 rad.
   for (const int half : {0, 1, 2}) {
-    EXPECT_NEAR(static_cast<double>(pendulum.at((1 + 2 * half) * quarter).angle[0]), M_PI / 2, 10 * 2e-16 * rate * (1 + 2 * half) * quarter + 1e-12);
+    EXPECT_NEAR(static_cast<double>(pendulum.at((1 + 2 * half) * quarter).angle[0]), M_PI / 2, 1e-12) << half;
   }
   EXPECT_NEAR(static_cast<double>(pendulum.at(6 * quarter).angle[0]), M_PI, 1e-12);  // the other side
 }
@@ -113,7 +113,7 @@ TEST(PlanarChain, EveryLinkObeysNewtonAndEuler) {
         const long double left = torque - torque_beyond + moment(now.hinge[i] - now.centre[i], force) -
                                  moment(now.hinge[i + 1] - now.centre[i], beyond);
         // Differences of fourth order: δ⁴/90 of the sixth derivative, at 15 rad/s 4e-10 of some 100 rad/s².
-        EXPECT_NEAR(static_cast<double>(left - l.inertia * alpha[i]), 0, 1e-8 * (1 + static_cast<double>(std::abs(torque)))) << n << ' ' << i;
+        EXPECT_NEAR(static_cast<double>(left - l.inertia * alpha[i]), 0, 1e-7) << n << ' ' << i;  // of up to 50 N·m
         beyond = force, torque_beyond = torque;
       }
     }
