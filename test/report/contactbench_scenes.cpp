@@ -27,7 +27,7 @@ RuledScene ruled(const std::string& name, const std::string& title, const std::s
   return r;
 }
 
-double stiffnessOf(const Choice& choice) { return choice.stiffness > 0 ? choice.stiffness : kOwn; }
+double ruledStiffness(const Choice& choice) { return choice.stiffness > 0 ? choice.stiffness : kOwn; }
 
 std::function<Vector3(const BodyState&, const Vector3&)> cornerOf(double size) {
   return [size](const BodyState& s, const Vector3& n) {
@@ -43,7 +43,7 @@ RuledScene cube(const std::string& name, const std::string& title, const std::st
   s.seconds = 0.5;
   s.size = DraggedCube::kSize;
   s.bodies = {1};
-  s.make = [cube](const Choice& choice) { return cube.make(settingsOf(choice), stiffnessOf(choice)); };
+  s.make = [cube](const Choice& choice) { return cube.make(settingsOf(choice), ruledStiffness(choice)); };
   s.exact = [cube](double t) {
     const Along along = cube.along(t), up = cube.upright(t);
     const Vector3 d = scenes::dragDirection(), z = Vector3::UnitZ();
@@ -73,7 +73,7 @@ RuledScene stack(bool heavy_above) {
   s.seconds = 0.5;
   s.size = UnequalStack::kSize;
   s.bodies = {1, 2};
-  s.make = [stack](const Choice& choice) { return stack.make(settingsOf(choice), stiffnessOf(choice)); };
+  s.make = [stack](const Choice& choice) { return stack.make(settingsOf(choice), ruledStiffness(choice)); };
   s.exact = [](double) {
     return std::vector<BodyState>{{Pose(UnequalStack::place(false)), {}}, {Pose(UnequalStack::place(true)), {}}};
   };
@@ -92,7 +92,7 @@ RuledScene finger() {
   s.seconds = 0.5;
   s.size = Finger::kRadius;
   s.bodies = {1};
-  s.make = [](const Choice& choice) { return Finger::make(settingsOf(choice), stiffnessOf(choice)); };
+  s.make = [](const Choice& choice) { return Finger::make(settingsOf(choice), ruledStiffness(choice)); };
   s.exact = [](double t) {
     const Along along = Finger::along(t);
     const Vector3 d = scenes::dragDirection();
