@@ -12,9 +12,9 @@ import run_errors  # noqa: E402
 
 sys.path.insert(0, os.path.join(HERE, '..', '..', 'penalty_sim', 'session'))
 import npm_modules  # noqa: E402
-MUJOCO3 = os.path.join(npm_modules.KEPT, npm_modules.digest('package-lock.json', source=os.path.join(HERE, '..', 'peers', 'mujoco3')))
-MUJOCO3 = MUJOCO3 if os.path.isdir(MUJOCO3) else ''  # what a report fetched before: a test asks no registry
-os.environ['HAPTIC_MUJOCO_WASM'] = MUJOCO3
+WASM = os.path.join(npm_modules.KEPT, npm_modules.digest('package-lock.json', source=os.path.join(HERE, '..', 'peers', 'wasm')))
+WASM = WASM if os.path.isdir(WASM) else ''  # what a report fetched before: a test asks no registry
+os.environ['HAPTIC_WASM_PEERS'] = WASM
 PROGRAMS = sys.argv.pop(1)
 
 
@@ -45,7 +45,7 @@ class RobotPeers(unittest.TestCase):
         for scene in ('swinging_chain', 'arm_load'):
             exact = twist(scene, 'exact')
             for method in ('volume-automatic', 'volume-verlet', 'bullet10', 'bullet200_firm', 'bullet_dantzig', 'mujoco_euler', 'mujoco_rk4',
-                           'mujoco_firm') + (('mujoco3_euler', 'mujoco3_firm') if MUJOCO3 else ()):
+                           'mujoco_firm') + (('mujoco3_euler', 'mujoco3_firm') if WASM else ()):
                 off = abs(twist(scene, method, step, '--budget', '0') - exact).max() / abs(exact).max()
                 self.assertLess(off, 1e-9, (scene, method))
 
