@@ -13,7 +13,7 @@ QUICK_STEPS = (1e-3, 1e-2 / 3, 1e-2)
 # Of the peers' settings, those that a quick report runs: as it comes and for accuracy.
 QUICK_PEERS = ('ode_exact', 'ode_quick20', 'ode_quick100_firm', 'bullet10', 'bullet50', 'bullet200_firm', 'mujoco_euler',
                'mujoco_firm', 'mujoco_fast')
-WASM_MOST_BODIES = 50  # a run of `kapla` in WebAssembly takes ten minutes, for errors alone
+WASM_MOST_BODIES = 20  # larger scenes take minutes a run, for errors alone
 QUICK_MOST_BODIES = 20  # a quick report leaves larger scenes out unless they are named
 # Our methods, and the factors on the scene's stiffness that each runs with, in a full and in a quick report: a stiffer
 # foundation is nearer to the rigid reference, a softer one takes longer steps.
