@@ -1,5 +1,6 @@
 // MuJoCo 3 in WebAssembly, from npm (wasm/mujoco.mjs). Numbers go to it and come back: there the factor on friction, the controls and the
 // forces of a step, back q and v.
+#include <algorithm>
 #include <string>
 
 #include "mujoco_model.h"
@@ -12,48 +13,40 @@ class MujocoWasmWorld : public MujocoTreeWorld {
  public:
   MujocoWasmWorld(const WorldDef& def, const PeerSettings& settings)
       : MujocoTreeWorld(def, settings),
-        q_(layout().nq),
-        v_(layout().nv),
-        control_(driveCount()),
-        force_(6 * bodies().size(), 0),
+        state_(layout().nq + layout().nv),
+        told_(1 + driveCount() + 6 * bodies().size(), 0),
         node_("MuJoCo 3", "mujoco.mjs") {
-    layout().start(bodies(), q_.data(), v_.data());
+    layout().start(bodies(), state_.data(), state_.data() + layout().nq);
+    told_[0] = 1;
     const std::string xml = mujocoModel(def, bodies(), settings);
-    const double sizes[] = {static_cast<double>(xml.size()), static_cast<double>(bodies().size()), static_cast<double>(q_.size()),
-                            static_cast<double>(v_.size()), static_cast<double>(control_.size())};
+    const double sizes[] = {static_cast<double>(xml.size()), static_cast<double>(bodies().size()), static_cast<double>(layout().nq),
+                            static_cast<double>(layout().nv), static_cast<double>(driveCount())};
     node_.send(sizes, sizeof sizes);
     node_.send(xml.data(), xml.size());
-    node_.send(q_.data(), q_.size() * sizeof(double));
-    node_.send(v_.data(), v_.size() * sizeof(double));
+    node_.send(state_.data(), state_.size() * sizeof(double));
     receive();
   }
 
   void step() override {
-    control(control_.data());
-    node_.send(&friction_scale_, sizeof friction_scale_);
-    node_.send(control_.data(), control_.size() * sizeof(double));
-    node_.send(force_.data(), force_.size() * sizeof(double));
-    force_.assign(force_.size(), 0);
+    control(told_.data() + 1);
+    node_.send(told_.data(), told_.size() * sizeof(double));
+    std::fill(told_.end() - 6 * bodies().size(), told_.end(), 0.0);
     receive();
   }
   void applyForce(int i, const Vector3& f, const Vector3& p) override {
     const Vector3 com = linkPose(i) * bodies()[i].link->inertia.p_LC;
-    double* target = force_.data() + 6 * (layout().body[i] - 1);
+    double* target = told_.data() + 1 + driveCount() + 6 * (layout().body[i] - 1);
     Eigen::Map<Vector3>(target) += f;
     Eigen::Map<Vector3>(target + 3) += (p - com).cross(f);
   }
-  void scaleFriction(double factor) override { friction_scale_ = factor; }
+  void scaleFriction(double factor) override { told_[0] = factor; }
 
  private:
-  const double* positions() const override { return q_.data(); }
-  const double* rates() const override { return v_.data(); }
-  void receive() {
-    node_.receive(q_.data(), q_.size() * sizeof(double));
-    node_.receive(v_.data(), v_.size() * sizeof(double));
-  }
+  const double* positions() const override { return state_.data(); }
+  const double* rates() const override { return state_.data() + layout().nq; }
+  void receive() { node_.receive(state_.data(), state_.size() * sizeof(double)); }
 
-  double friction_scale_ = 1;
-  std::vector<double> q_, v_, control_, force_;
+  std::vector<double> state_, told_;  ///< q and v; the factor on friction, controls, forces and torques about each C
   NodeProcess node_;
 };
 

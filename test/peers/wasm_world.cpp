@@ -1,6 +1,7 @@
 // Jolt and Rapier in WebAssembly, from npm (wasm/rigid_bodies.mjs). The scene goes to them as JSON, forces and states as numbers.
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
 #include <iomanip>
 #include <sstream>
 
@@ -58,8 +59,9 @@ class WasmWorld : public PeerWorld {
   WasmWorld(const WorldDef& def, const PeerSettings& settings)
       : bodies_(peerBodies(def, settings)),
         state_(kState * bodies_.size()),
-        wrench_(6 * bodies_.size(), 0),
+        told_(1 + 6 * bodies_.size(), 0),
         node_(settings.peer == Peer::kJolt ? "Jolt" : "Rapier", "rigid_bodies.mjs") {
+    told_[0] = 1;
     const std::string scene = describe(def, settings);
     const double size = static_cast<double>(scene.size());
     node_.send(&size, sizeof size);
@@ -68,9 +70,8 @@ class WasmWorld : public PeerWorld {
   }
 
   void step() override {
-    node_.send(&friction_scale_, sizeof friction_scale_);
-    node_.send(wrench_.data(), wrench_.size() * sizeof(double));
-    wrench_.assign(wrench_.size(), 0);
+    node_.send(told_.data(), told_.size() * sizeof(double));
+    std::fill(told_.begin() + 1, told_.end(), 0.0);
     receive();
   }
   Pose linkPose(int i) const override {
@@ -88,11 +89,11 @@ class WasmWorld : public PeerWorld {
   void applyForce(int i, const Vector3& f, const Vector3& p) override {
     if (bodies_[i].fixed) return;
     const double* s = state(i);
-    Eigen::Map<Vector3> force(&wrench_[6 * i]), torque(&wrench_[6 * i + 3]);
+    Eigen::Map<Vector3> force(&told_[1 + 6 * i]), torque(&told_[1 + 6 * i + 3]);
     force += f;
     torque += (p - Vector3(s[0], s[1], s[2])).cross(f);
   }
-  void scaleFriction(double factor) override { friction_scale_ = factor; }
+  void scaleFriction(double factor) override { told_[0] = factor; }
 
  private:
   const double* state(int i) const { return state_.data() + kState * i; }
@@ -157,8 +158,7 @@ class WasmWorld : public PeerWorld {
   static Matrix3 rotationBetween(const Vector3& from, const Vector3& to) { return Quaternion::FromTwoVectors(from, to).toRotationMatrix(); }
 
   std::vector<PeerBody> bodies_;
-  double friction_scale_ = 1;
-  std::vector<double> state_, wrench_;
+  std::vector<double> state_, told_;  ///< told: the factor on friction, forces and torques about C
   NodeProcess node_;
 };
 

@@ -10,16 +10,18 @@ data.qpos.set(numbers(positions));
 data.qvel.set(numbers(rates));
 mujoco.mj_forward(model, data);
 const friction = Float64Array.from(model.geom_friction);
+const state = new Float64Array(positions + rates);
 let scale = 1;
 for (;;) {
-  send(Float64Array.from(data.qpos));
-  send(Float64Array.from(data.qvel));
-  const [wanted] = numbers(1);
-  if (wanted !== scale) {
-    scale = wanted;
+  state.set(data.qpos);
+  state.set(data.qvel, positions);
+  send(state);
+  const told = numbers(1 + controls + 6 * bodies);
+  if (told[0] !== scale) {
+    scale = told[0];
     for (let g = 0; g < friction.length; g += 3) model.geom_friction[g] = scale * friction[g];
   }
-  if (controls > 0) data.ctrl.set(numbers(controls));
-  data.xfrc_applied.set(numbers(6 * bodies), 6);  // body 0 is the world
+  if (controls > 0) data.ctrl.set(told.subarray(1, 1 + controls));
+  data.xfrc_applied.set(told.subarray(1 + controls), 6);  // body 0 is the world
   mujoco.mj_step(model, data);
 }

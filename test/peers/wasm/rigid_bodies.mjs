@@ -163,9 +163,8 @@ let scale = 1;
 for (;;) {
   for (let i = 0; i < count; ++i) world.state(i, states.subarray(13 * i, 13 * i + 13));
   send(states);
-  const [wanted] = numbers(1);
-  if (wanted !== scale) world.scaleFriction(scale = wanted);
-  const wrenches = numbers(6 * count);
+  const told = numbers(1 + 6 * count), wrenches = told.subarray(1);
+  if (told[0] !== scale) world.scaleFriction(scale = told[0]);
   for (let i = 0; i < count; ++i) {
     const own = wrenches.subarray(6 * i, 6 * i + 6);
     if (own.some((x) => x !== 0)) world.act(i, own.subarray(0, 3), own.subarray(3));
