@@ -95,6 +95,23 @@ class Guard(unittest.TestCase):
         rospy.wait_for_service("/spidar/driver/recover", 20)
         wait_until("current", lambda: self.boards.drive() == "on" or (self.recover() and False), 30)
 
+    def lose_guard(self, how):
+        """The guard that was ended or stopped while there was current. Boards that a busy machine silences before stop the force first, and
+        then the end of a guard is no fault: it is done again."""
+        for _ in range(5):
+            self.wait_for_current()
+            wait_until("a guard", lambda: len(self.guards()) == 1)
+            guard = self.guards()[0]
+            self.state.clear()
+            os.kill(guard, how)
+            fault = self.state.wait(1, accept=lambda m: m.state in (DeviceState.FAULT, DeviceState.DISCONNECTED))
+            self.assertFalse(fault.force_enabled)
+            if "guard" in fault.message:
+                return guard
+            if how == signal.SIGSTOP:
+                os.kill(guard, signal.SIGCONT)
+        return self.fail("the boards were silent each time")
+
     def test_whatever_kills_the_driver_leaves_no_current(self):
         kills = {
             "its name": lambda d, g: kill_all((d, g), lambda p: said(p, "comm").startswith(("spidar", "nodelet"))),
@@ -115,11 +132,8 @@ class Guard(unittest.TestCase):
 
     def test_a_driver_without_its_guard_leaves_no_current(self):
         for how in (signal.SIGKILL, signal.SIGSTOP):
-            guard = self.start("_calibrate_at_start:=true", "_enable_force_at_start:=true")
-            self.wait_for_current()
-            os.kill(guard, how)
-            lost = self.state.wait(1, accept=lambda m: m.state == DeviceState.FAULT and "guard" in m.message)
-            self.assertFalse(lost.force_enabled)
+            self.start("_calibrate_at_start:=true", "_enable_force_at_start:=true")
+            guard = self.lose_guard(how)
             wait_until("no current without a guard", lambda: self.boards.drive() == "off")
             if how == signal.SIGSTOP:
                 os.kill(guard, signal.SIGCONT)
@@ -150,13 +164,16 @@ class Guard(unittest.TestCase):
         enable = rospy.ServiceProxy("/spidar/driver/enable_force", SetBool)
         calibrate = rospy.ServiceProxy("/spidar/driver/calibrate", Trigger)
         self.wait_for_current()
-        answer = enable(True)
-        self.assertFalse(answer.success)
-        self.assertIn("UNCALIBRATED", answer.message)
-        self.assertIn("calibrate", answer.message)
-        answer = calibrate()
-        self.assertTrue(answer.success, answer.message)
-        self.assertIn("READY", answer.message)  # the force that could not be switched on does not come later
+        answers = []
+
+        def said(service, part):  # boards that a busy machine silences make another answer; asked to go on, it says this one
+            answers.append(service())
+            return part in answers[-1].message or (self.recover() and False)
+        wait_until("a refusal without a pose", lambda: said(lambda: enable(True), "UNCALIBRATED"))
+        self.assertFalse(any(answer.success for answer in answers), answers)
+        self.assertIn("calibrate", answers[-1].message)
+        # The force that could not be switched on does not come later.
+        wait_until("a calibration", lambda: said(calibrate, "READY") and answers[-1].success)
         answers = []
 
         def enabled():  # a busy machine may keep the boards' process from its core for longer than 20 ms

@@ -94,7 +94,7 @@ class WithoutMaster(unittest.TestCase):
         self.assertEqual(dict(self.graph.getTopicTypes())["/spidar/state"], "haptic_msgs/DeviceState")
         self.assertFalse(self.ask("calibrate"), "the strings may be slack")
         self.current()
-        self.assertTrue(self.ask("stop"))
+        wait_until("a stop", lambda: self.ask("stop"))  # boards that a busy machine silences do not answer it at once
         self.assertEqual(self.boards.drive(), "off")
 
     def test_a_signal_stops_as_well(self):
