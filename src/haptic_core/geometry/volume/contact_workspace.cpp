@@ -141,6 +141,7 @@ void ContactWorkspace::reserveResult(int face_count) {
   pairs_.reserve(2 * edges);
   patch_points_.reserve(found);
   leave_.reserve(faces);
+  centres_.reserve(faces);
   return_.reserve(faces);
   shadows_.reserve(faces + 3);
   loads_.reserve(faces + 3);
@@ -153,20 +154,20 @@ void ContactWorkspace::reserveResult(int face_count) {
 }
 
 const LoadedVector<Vector3>& ContactWorkspace::faceCentres() noexcept {
-  leave_.clear();
+  centres_.clear();
   height_.clear();
   for (int f = 0; f < faces_.size(); ++f) {
-    leave_.push_back(Vector3::Zero());
+    centres_.push_back(Vector3::Zero());
     height_.push_back(0);
   }
   for (const ContactEdge& e : edges_) {
     for (const int f : {e.left, e.right}) {
-      leave_[f] += 0.5 * (vertices_[e.from] + vertices_[e.to]);
+      centres_[f] += 0.5 * (vertices_[e.from] + vertices_[e.to]);
       height_[f] += 1;
     }
   }
-  for (int f = 0; f < faces_.size(); ++f) leave_[f] /= height_[f];
-  return leave_;
+  for (int f = 0; f < faces_.size(); ++f) centres_[f] /= height_[f];
+  return centres_;
 }
 
 void ContactWorkspace::buildLoopsOf(int face) noexcept {

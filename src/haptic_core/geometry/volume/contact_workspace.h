@@ -194,6 +194,7 @@ class ContactWorkspace {
   PairTable pairs_;
   LoadedVector<Vector3> patch_points_;    ///< vertices in P
   LoadedVector<Vector3> leave_, return_;  ///< per face, where a cut leaves its loop and returns
+  LoadedVector<Vector3> centres_;         ///< of `faceCentres`
   LoadedVector<FaceShadow> shadows_;
   LoadedVector<Vector3> away_;  ///< per vertex: below U, above L, and U - L [m]
   int largest_[2] = {-1, -1};   ///< of the faces above and below
