@@ -47,9 +47,9 @@ class Sensors(unittest.TestCase):
         stamps = [m.header.stamp.to_sec() for m in slow.messages][50:]
         every.wait(1, timeout=10, accept=lambda m: m.header.stamp.to_sec() >= stamps[-1])  # it has come as far, over its own connection
         between = [m for m in every.messages if stamps[0] <= m.header.stamp.to_sec() < stamps[-1]]
-        # One sample a step, ten of them between two of 100 Hz; a queue that ran over while this machine was busy lacks some in a row.
+        # One sample a step, ten of them between two of 100 Hz. A queue that ran over while this machine was busy lacks some of both in a
+        # row: nine of ten and the slow one between them leave eleven.
         counts = [sum(a <= m.header.stamp.to_sec() < b for m in between) for a, b in zip(stamps, stamps[1:])]
-        self.assertEqual(max(counts), 10)
         self.assertGreater(counts.count(10), 0.8 * len(counts), counts)
         self.assertEqual(len({m.header.stamp for m in between}), len(between))
 
