@@ -280,6 +280,10 @@ void FrozenPatch::stick(const Vector6& V, Force& out) const noexcept {
   setForce(out);
 }
 
+Vector2 FrozenPatch::missedFriction(const Vector6& V, const Vector6& F_done) const noexcept {
+  return friction_.hold(slipRate(V), g_, F_done[5]).force.head<2>() - F_done.segment<2>(3);
+}
+
 /// Of the pressure's sums and of friction.
 void FrozenPatch::setForce(Force& out) const noexcept {
   const Vector3& f = out.friction.force;

@@ -65,6 +65,8 @@ class FrozenPatch {
   void evaluate(const Vector6& V, Force& out) const noexcept;
   /// (in realtime) Friction as if it stuck, whatever it has to hold: in place of that in `out`, of `evaluate` there.
   void stick(const Vector6& V, Force& out) const noexcept;
+  /// (in realtime) Friction at V under the normal force of a wrench F that a step took for it, less F's own [N]: F kept another limit.
+  Vector2 missedFriction(const Vector6& V, const Vector6& F_done) const noexcept;
   /// (in realtime) -g ∂F/∂V while friction's limit stays, symmetric and positive semidefinite [N·s·m … N·s/m]; its last row is of the
   /// normal force. `force`: of `evaluate` there, likewise below.
   Matrix6 tangent(const Vector6& V, const Force& force) const noexcept;

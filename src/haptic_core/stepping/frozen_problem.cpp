@@ -257,16 +257,23 @@ PassEnd FrozenProblem::solvePart(double g, int most, double finest, double enoug
     open *= 1 - alpha;
     changed += alpha * size;
     const double share = size <= finest ? 0 : alpha == 1 ? std::abs(left) : 1;
-    end.remainder = share * size;
+    // Sliding friction answers no motion: where the step took another than N allows, it misses that as a speed, however stiff N is.
+    double unlimited = 0;
+    eachContact([&](const FrozenContact& c) {
+      unlimited = std::max(unlimited, missedSpeed(c.link_a, c.link_b, c.patch.missedFriction(c.V, c.F_done).norm(), g));
+    });
+    end.remainder = std::max(alpha < 1 ? changed + (1 - alpha) * size : share * size, unlimited);
     end.energy_remainder = share * -dot(residual_, step_);
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
     if (alpha != 1 || std::abs(left) > kStraight) continue;
-    double missed = 0;
-    eachContact([&](const FrozenContact& c) {
-      missed = std::max(missed, missedSpeed(c.link_a, c.link_b, (c.force.F - c.F_done).tail<3>().norm(), g));
-    });
-    eachForce([&](const FrozenForce& c) { missed = std::max(missed, missedSpeed(c.link_a, c.link_b, std::abs(c.force - c.done), g)); });
-    if (part_.tree_count == 1 || missed <= std::max(enough, kStraight * size)) break;
+    double missed = unlimited;
+    if (part_.tree_count > 1) {
+      eachContact([&](const FrozenContact& c) {
+        missed = std::max(missed, missedSpeed(c.link_a, c.link_b, (c.force.F - c.F_done).tail<3>().norm(), g));
+      });
+      eachForce([&](const FrozenForce& c) { missed = std::max(missed, missedSpeed(c.link_a, c.link_b, std::abs(c.force - c.done), g)); });
+    }
+    if (missed <= std::max(enough, kStraight * size)) break;
   }
   return end;
 }

@@ -47,7 +47,7 @@ struct PassEnd {
   int factorisations = 0;             ///< likewise
   double decrement = 0;               ///< -R·p at its start [J]
   double imbalance = 0;               ///< largest wrench out of balance at its start [N], moments over the body's size
-  double remainder = 0;               ///< estimated size of another Newton step [m/s]
+  double remainder = 0;               ///< estimated size of another Newton step, and of what friction beyond its limit moves [m/s]
   double energy_remainder = 0;        ///< estimated gain of that step [J]
 };
 

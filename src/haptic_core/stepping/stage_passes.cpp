@@ -110,7 +110,7 @@ bool iterate(const Model& model, State& state, double g, int most_passes, Implic
     measureSinceReference(model, stage);
     tolerance.speed = std::max(fine, std::min(share * (least + of_step), kOfSize * smallest / g));
     const double rate = pass > 0 ? changed / last : 1;
-    stage.result.error = rate < 0.5 ? changed * rate / (1 - rate) : changed;
+    stage.result.error = std::max(end.remainder, rate < 0.5 ? changed * rate / (1 - rate) : changed);
     stage.result.wrench_error = end.imbalance * std::min(1.0, rate);
     // Where stiffness is high a small error of v is a large one of the energy. Twice the possible gain of the pass
     // at its reference, -R·p, is known exactly; the end of the pass is no reference yet.
@@ -123,7 +123,8 @@ bool iterate(const Model& model, State& state, double g, int most_passes, Implic
     last = stage.pass.changed = changed;
     for (int n = 0; n < island.tree_count; ++n) {
       const int t = island.trees[n];
-      stage.reference.moved[t] = problem.speedOf(t, stage.since_reference.data()) > std::max(fine, kStays * tolerance.speed);
+      stage.reference.moved[t] =
+          end.remainder > tolerance.speed || problem.speedOf(t, stage.since_reference.data()) > std::max(fine, kStays * tolerance.speed);
     }
   }
   carryToEnd(model, g, stage);

@@ -79,9 +79,8 @@ TEST_F(TiltedPatch, SlidingIntegralIsSmoothInTheSpinAtAnyDistanceOfTheCentre) {
 
 // p = max(0, p) - max(0, -p): the whole field's integral is that of the part that presses less that of the part that pulls, wherever the
 // line between them lies and however the integral is taken. The closed form loses eps |c|³, |c| < 6, in sums of a hundred terms.
-TEST_F(TiltedPatch, WhatPressesLessWhatPullsIsTheWholeField) {
-  const PressureMoments moments{1e6 * contact_.volume, Vector2::Zero(), 1e6 * contact_.V2};
-  const double radius = 0.075;
+void expectWholeIsPressesLessPulls(ContactWorkspace& workspace, const ContactVolume& contact, double radius) {
+  const PressureMoments moments{1e6 * contact.volume, Vector2::Zero(), 1e6 * contact.V2};
   for (const double across : {-0.03, 0.001, 0.04}) {
     for (double angle = 0.1; angle < 6; angle += 0.9) {
       const Vector2 along(std::cos(angle), std::sin(angle));
@@ -89,15 +88,29 @@ TEST_F(TiltedPatch, WhatPressesLessWhatPullsIsTheWholeField) {
           opposite{1e6 * across, -1e6 * along, 0, Vector2::Zero()};
       for (const double distance : {0.2, 1.5, 5.9, 6.1, 300.0}) {
         const Vector2 v = distance * radius * Vector2(0.6, -0.8);
-        const SlidingIntegral whole = slidingIntegral(workspace_, contact_, field, moments, v, 1, radius),
-                              presses = slidingIntegral(workspace_, contact_, field, moments, v, 1, radius, true),
-                              pulls = slidingIntegral(workspace_, contact_, opposite, moments, v, 1, radius, true);
+        const SlidingIntegral whole = slidingIntegral(workspace, contact, field, moments, v, 1, radius),
+                              presses = slidingIntegral(workspace, contact, field, moments, v, 1, radius, true),
+                              pulls = slidingIntegral(workspace, contact, opposite, moments, v, 1, radius, true);
         const double most = 0.07 * moments.force;
         EXPECT_NEAR((presses.force - pulls.force - whole.force).norm(), 0, (distance < kNearCentre ? 1e-11 : 1e-7) * most) << distance;
         EXPECT_NEAR(presses.torque - pulls.torque, whole.torque, (distance < kNearCentre ? 1e-11 : 1e-7) * most * radius) << distance;
       }
     }
   }
+}
+
+TEST_F(TiltedPatch, WhatPressesLessWhatPullsIsTheWholeField) { expectWholeIsPressesLessPulls(workspace_, contact_, 0.075); }
+
+// A hundred and more faces: lists that a cut fills must not be those that the integral reads.
+TEST(SlidingFriction, OfAPatchOfManyFacesAsWell) {
+  const ConvexPolyhedron floor = makeBox(Vector3(1, 1, 0.2)), roller = makeCylinder(0.05, 0.1, 160);
+  ContactWorkspace workspace;
+  workspace.reserve(floor, roller);
+  PairCache cache;
+  ContactVolume contact;
+  contactVolume(floor, roller, Pose(rotationY(2e-4), Vector3(0.02, -0.01, 0.15 - 2e-4)), cache, workspace, contact);
+  ASSERT_GT(workspace.faces().size(), 100);
+  expectWholeIsPressesLessPulls(workspace, contact, 0.05);
 }
 
 // Of a field that is clipped: cells of half a millimetre, as above.

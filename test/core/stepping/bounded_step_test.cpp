@@ -221,5 +221,23 @@ TEST(BoundedStep, TheToleranceIsAShareOfTheChange) {
   EXPECT_NEAR(normal, reference, 0.5 * WorldSettings{}.tolerance * change);
 }
 
+/// A cube that begins to slide in the step in which it touches: its first prediction is ten thousand times as deep as it comes to lie, and
+/// there friction can hold anything. Of its way v²/(2 μ g) the first order loses v h/2.
+TEST(BoundedStep, FrictionStopsNothingByADepthThatIsOnlyPredicted) {
+  for (const double k : {1e9, 1e10, 1e11, 1e12, 1e14}) {
+    for (const double h : {1e-2, 1e-3}) {
+      scenes::CubeParameters c;
+      c.stiffness = k;
+      WorldDef def = scenes::cubeOnFloor(c, settings(Attempts::kAll), c.restDepth());
+      def.settings.step = h;
+      def.articulations[1].V_WA.linear.x() = 1;
+      World world(def);
+      for (int i = 0; i < std::lround(0.25 / h); ++i) world.step();
+      EXPECT_LT(world.linkTwist(1).linear.norm(), 1e-6) << k << " " << h;
+      EXPECT_NEAR(world.linkPose(1).p.x(), 1 / scenes::kGravity, 0.5 * h) << k << " " << h;
+    }
+  }
+}
+
 }  // namespace bounded_step_test
 }  // namespace haptic
