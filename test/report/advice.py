@@ -2,7 +2,8 @@
 import collections
 import math
 
-from report_plan import is_peer
+import pareto
+from report_plan import is_peer, is_wasm
 from run_errors import METRICS
 
 DECADES = (-2, -3, -4, -5, -6)
@@ -38,6 +39,7 @@ def choices(result, metric):
 def named(run):
     case = run.case
     more = ', rigid' if case.stiffness == math.inf else f', k {case.stiffness:.3g} N/m³' if case.stiffness else ''
+    more += f', accuracy {case.accuracy:g}' if case.accuracy else ''
     return f'{case.method} at {1e3 * case.step:.3g} ms{more}' + (f', facets {case.facets}' if case.facets else '')
 
 
@@ -60,6 +62,47 @@ def sentence(result, metric):
         ratio = choice.theirs.cpu / run.cpu
         return text + f'; a peer would cost {100 * choice.theirs.cpu:.2g} % ({named(choice.theirs)}), {ratio:.2g} times as much.'
     return text + (f'; peers reach 1e{theirs[-1].decade} at best.' if theirs else '; no peer reaches any of these errors.')
+
+
+Holder = collections.namedtuple('Holder', 'engine setting runs scenes')
+Holder.__doc__ = '''Of an engine the setting that holds most scenes: its cheapest run of each scene that it holds, of `scenes` in all.'''
+
+
+def holders(results, default, peers):
+    """[Holder] of our default, as the list has it, and of each engine whose times are comparable: who holds 1 kHz with all errors of the
+    list within one percent, on the scenes that the peers run as well."""
+    largest = {}
+    for scene, metric, decade, _ in pareto.read_cells():
+        largest.setdefault(scene, {}).setdefault(metric, decade)
+    takes = pareto.comparisons(default)['chosen'][0]
+    held, count = collections.defaultdict(dict), 0
+    for result in results:
+        limits = largest.get(result.scene.name, {})
+        if not limits or not result.total or result.scene.not_for_peers:
+            continue
+        count += 1
+        for run, errors in result.total:
+            point = pareto.Point(run.cpu, 0, is_peer(run.case.method), result.own_stiffness(run.case), run)
+            if is_wasm(run.case.method) or not (point.peer or takes(point)) or not holds(run):
+                continue
+            if all(errors.get(metric, math.inf) <= pareto.limit_of(decade) for metric, decade in limits.items()):
+                of_setting = held[run.case.method]
+                if result.scene.name not in of_setting or run.cpu < of_setting[result.scene.name].cpu:
+                    of_setting[result.scene.name] = run
+    engines = {'ours': [default]}
+    for peer in peers:
+        if not is_wasm(peer['name']):
+            engines.setdefault(peer['name'].split('_')[0].rstrip('0123456789'), []).append(peer['name'])
+
+    def best(settings):
+        return max(settings, key=lambda name: (len(held[name]), -median_share(held[name].values())))
+    return [Holder(engine, best(settings), held[best(settings)], count) for engine, settings in engines.items()]
+
+
+def median_share(runs):
+    """Of a core that runs take [1]; infinite where there is none."""
+    shares = sorted(run.cpu for run in runs)
+    return shares[len(shares) // 2] if shares else math.inf
 
 
 def metric_of(result, fixed):

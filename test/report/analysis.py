@@ -4,7 +4,7 @@ import math
 import numpy as np
 
 import pareto
-from report_plan import Case, cases_of, is_peer, is_wasm, model_of, references_of, task_of
+from report_plan import DEFAULT, Case, cases_of, chosen_stiffness, is_peer, is_wasm, model_of, references_of, task_of
 from run_errors import METRICS, error_over_time, errors_against, judged, parse_run
 
 
@@ -95,6 +95,10 @@ class SceneResult:
     def own_stiffness(self, case):
         return not case.stiffness or case.stiffness == self.scene.stiffness
 
+    def is_default(self, run):
+        """A run of our default with the stiffness that counts in the list, at any accuracy."""
+        return run.case.method == DEFAULT and not run.case.facets and run.case.stiffness == chosen_stiffness(self.scene)
+
     def failed(self):
         return [run for run in self.runs if run.status != 'ok']
 
@@ -148,7 +152,7 @@ class SceneResult:
         case = run.case
         model, _, integrator = case.method.partition('-')
         return {'scene': self.scene.name, 'model': model, 'integrator': integrator or model, 'step_s': case.step,
-                'stiffness_n_m3': case.stiffness, 'facets': case.facets, 'status': run.status, 'reason': run.reason,
+                'stiffness_n_m3': case.stiffness, 'facets': case.facets, 'accuracy': case.accuracy, 'status': run.status, 'reason': run.reason,
                 'error_kind': kind, 'metric': metric, 'error': error, 'unit': METRICS[metric][0] if metric else '',
                 'reference': reference, 'reference_convergence': doubt, 'cpu_s_per_s': run.cpu,
                 'cpu_least_s_per_s': run.cpu_low, 'cpu_most_s_per_s': run.cpu_high, 'step_p50_us': 1e6 * run.p50,

@@ -33,7 +33,8 @@ STYLES = {
     'rapier_firm': ('#7a3b10', '>'),
     'exact': (INK, None),
 }
-OURS, THEIRS = '#1f78c8', '#d55e00'  # of the fronts
+DEFAULT_COLOUR, THEIRS = '#009e73', '#d55e00'  # of our default and its front; of the peers' front
+ACCURACY = 0.03  # of the default where a run says none
 # What our names mean; the peers' say it themselves (`report_run --peers`).
 MEANINGS = {
     'volume-verlet': 'pressure over the contact volume, velocity Verlet',
@@ -130,31 +131,42 @@ def worst_step_of(run):
     return 1e6 * run.slowest
 
 
-def work_precision(scene, runs, metric, folder, own_stiffness, cost=cpu_of, name='total', kind='total'):
-    """Error against a cost with the fronts of ours and of the peers; failed runs on the upper edge. `runs`: (run, {metric:
-    error}); `cost` of a run: CPU time per simulated second [s], or of the worst step [µs]."""
+def work_precision(scene, runs, metric, folder, is_default, links, cost=cpu_of, name='total', kind='total'):
+    """Error against a cost: our default over its steps and over `accuracy`, the peers, faintly our other methods; failed runs on the upper
+    edge. `runs`: (run, {metric: error}); `is_default` of a run: one of our default, at any accuracy; `links`: {id of a run: address};
+    `cost` of a run: CPU time per simulated second [s], or of the worst step [µs]."""
     figure, axes = plt.subplots(figsize=(8.6, 5.2))
     _log_limits(axes)
-    groups, sides = {}, {False: [], True: []}
-    wasm = {}
+    groups, sides, accuracies, wasm = {}, {False: [], True: []}, [], {}
     for run, errors in runs:
         if metric in errors and (is_wasm(run.case.method) or math.isnan(cost(run))):
             wasm.setdefault(run.case.method, []).append(max(errors[metric], 1e-17))
         elif metric in errors and math.isfinite(cost(run)) and cost(run) > 0:
             error = max(errors[metric], 1e-17)  # zero error: on the axis
-            groups.setdefault((run.case.method, own_stiffness(run.case)), []).append((cost(run), error))
-            sides[is_peer(run.case.method)].append((cost(run), error))
+            peer, point = is_peer(run.case.method), (cost(run), error)
+            ours = is_default(run)
+            if ours and math.isclose(run.case.step, 1e-3):
+                accuracies.append((run.case.accuracy or ACCURACY, point))
+            if peer or ours and not run.case.accuracy:
+                sides[peer].append(point)
+            group = run.case.method if peer else 'our default' if ours else 'our other methods'
+            groups.setdefault(group, []).append((*point, links.get(id(run))))
     seen = {}
-    for (method, own), members in groups.items():
-        colour, marker = style_of(method)
-        handle, = axes.plot(*zip(*members), ls='none', marker=marker, color=colour, ms=5.5, mew=0.9, mfc=colour if own else 'none')
-        if own or method not in seen:
-            seen[method] = handle
+    for group, members in sorted(groups.items(), key=lambda item: item[0] != 'our other methods'):
+        colour, marker = {'our default': (DEFAULT_COLOUR, 'D'), 'our other methods': (FAINT, 'o')}.get(group) or style_of(group)
+        xs, ys, addresses = zip(*members)
+        seen[group] = axes.scatter(xs, ys, s=12 if group == 'our other methods' else 30, marker=marker, color=colour, linewidths=0.9, zorder=2)
+        seen[group].set_urls(addresses)
+    if len(accuracies) > 1:
+        accuracies.sort()
+        seen['our default at 1 ms over accuracy'], = axes.plot(*zip(*(point for _, point in accuracies)), '-', color=DEFAULT_COLOUR, lw=2.2)
+        for accuracy, point in (accuracies[0], accuracies[-1]):
+            axes.annotate(f'{accuracy:g}', point, xytext=(4, -10), textcoords='offset points', color=DEFAULT_COLOUR, fontsize=8)
     for method, members in wasm.items():  # on the right edge: their times are not comparable, or not known
         colour, marker = style_of(method)
         seen[method + ', error only'], = axes.plot([0.99] * len(members), members, ls='none', marker=marker, color=colour, ms=5.5, mew=0.9,
                                                    mfc='none', transform=axes.get_yaxis_transform(), clip_on=False)
-    for peers, colour, label, dash in ((False, OURS, 'ours', '-'), (True, THEIRS, 'peers', '--')):
+    for peers, colour, label, dash in ((False, DEFAULT_COLOUR, 'our default', ':'), (True, THEIRS, 'peers', '--')):
         line = front(sides[peers])
         if line:
             handle, = axes.plot([p[0] for p in line], [p[1] for p in line], dash, color=colour, lw=1.6, drawstyle='steps-post')
@@ -182,6 +194,23 @@ def failures(axes, failed, cost):
     axes.text(0.99, 0.94, f'{len(failed)} failed', color=FAILED, fontsize=8, ha='right', va='top', transform=axes.transAxes)
 
 
+def holders(holding, folder):
+    """How many scenes each engine holds at 1 kHz within one percent, and at which share of a core. `holding`: advice.Holder."""
+    figure, axes = plt.subplots(figsize=(7.2, 0.62 * len(holding) + 0.9))
+    axes.grid(False, axis='y')
+    for row, holder in enumerate(reversed(holding)):
+        count, ours = len(holder.runs), holder.engine == 'ours'
+        axes.barh(row, count, height=0.6, color=DEFAULT_COLOUR if ours else THEIRS)
+        shares = sorted(run.cpu for run in holder.runs.values())
+        share = f', {100 * shares[len(shares) // 2]:.2g} % of a core' if shares else ''
+        axes.text(count + 0.01 * holder.scenes, row, f'{count}{share}', va='center', fontsize=9)
+    axes.set_yticks(range(len(holding)), ['our default' if h.engine == 'ours' else h.setting for h in reversed(holding)])
+    axes.set_xlim(0, 1.25 * max(1, max(h.scenes for h in holding)))
+    axes.set_xlabel(f'scenes of {holding[0].scenes} held at 1 kHz with every error below 1 %')
+    figure.tight_layout()
+    return save(figure, folder, 'holders')
+
+
 def numerical(scene, runs, metric, folder):
     """Error against the model's own converged solution: over the step with the observed order, and over cost.
     `runs`: (run, {metric: error}, how far the reference has converged)."""
@@ -190,7 +219,7 @@ def numerical(scene, runs, metric, folder):
     _log_limits(right)
     groups = {}
     for run, errors, doubt in runs:
-        if metric in errors and run.case.facets == 0:
+        if metric in errors and run.case.facets == 0 and not run.case.accuracy:
             groups.setdefault((run.case.method, run.case.stiffness), []).append((run, errors[metric], doubt))
     orders = {}
     for (method, stiffness), members in sorted(groups.items()):

@@ -25,7 +25,7 @@ th, td { padding: 0.2rem 0.6rem; text-align: right; border-bottom: 1px solid var
 td.text, th.text { text-align: left; white-space: normal; min-width: 7rem; }
 th { position: sticky; top: 0; background: var(--soft); cursor: pointer; user-select: none; }
 th[aria-sort=ascending]::after { content: " \\25b4"; } th[aria-sort=descending]::after { content: " \\25be"; }
-tr.failed td { color: var(--bad); } td.won { color: var(--good); } td.lost { color: var(--bad); }
+tr.failed td { color: var(--bad); } tr.led td { background: var(--faint); } td.won { color: var(--good); } td.lost { color: var(--bad); }
 pre { background: var(--soft); padding: 0.7rem; overflow-x: auto; font-size: 0.82rem; }
 details { margin: 0.6rem 0; } summary { cursor: pointer; color: var(--accent); }
 button { float: right; font: inherit; padding: 0.2rem 0.7rem; border: 1px solid var(--faint); border-radius: 0.4rem;
@@ -64,6 +64,7 @@ const build = holder => {
     if (typeof (data.rows[0] ?? [])[i] === 'string') cell.className = 'text'; head.append(cell); });
   const body = table.createTBody();
   data.rows.forEach((row, i) => { const line = body.insertRow();
+    line.dataset.run = i;
     if (data.failed.includes(i)) line.className = 'failed';
     row.forEach(value => { const cell = line.insertCell(); cell.textContent = value ?? '–';
       if (typeof value === 'string') cell.className = 'text'; else cell.dataset.key = value ?? 'inf'; }); });
@@ -73,6 +74,19 @@ const build = holder => {
 };
 document.querySelectorAll('details').forEach(part => part.addEventListener('toggle', () =>
   part.querySelectorAll('.table.later:has(script)').forEach(build)));
+const leadToRun = () => {  // from a mark of a plot to its run: the last table of its scene
+  const [, scene, run] = decodeURIComponent(location.hash).match(/^#run=(.+):([0-9]+)$/) ?? [];
+  const holder = scene && [...document.querySelectorAll(`#scene-${CSS.escape(scene)} .table.later`)].pop();
+  if (!holder) return;
+  for (let part = holder.closest('details'); part; part = part.parentElement.closest('details')) part.open = true;
+  if (holder.querySelector('script')) build(holder);
+  document.querySelectorAll('tr.led').forEach(row => row.classList.remove('led'));
+  const row = holder.querySelector(`tr[data-run="${run}"]`);
+  row.classList.add('led');
+  row.scrollIntoView({block: 'center'});
+};
+addEventListener('hashchange', leadToRun);
+leadToRun();
 document.getElementById('theme').addEventListener('click', () => {
   const root = document.documentElement, dark = root.dataset.theme ? root.dataset.theme === 'dark'
     : matchMedia('(prefers-color-scheme: dark)').matches;

@@ -97,15 +97,15 @@ def is_rigid(case):
 def comparisons(default):
     """The counts that stand side by side: {name: (what of ours takes part, for people)}. `chosen` is the headline: rigid or as the scene
     says, by the rule of the list."""
-    of_default = {'said': lambda p: p.own and not p.run.case.facets and p.run.case.method == default,
-                  'rigid': lambda p: is_rigid(p.run.case) and p.run.case.method == default}
+    as_it_comes = lambda p: p.run.case.method == default and not p.run.case.facets and not p.run.case.accuracy  # noqa: E731
+    of_default = {'said': lambda p: p.own and as_it_comes(p), 'rigid': lambda p: is_rigid(p.run.case) and as_it_comes(p)}
     rule = read_defaults()
     return {'chosen': (lambda p: of_default[rule.get(p.run.case.scene, 'said')](p),
                        f'our default ({default}), rigid or with the stiffness that the scene says, as the list has it'),
             'default': (of_default['said'], f"our default ({default}), the scene's own stiffness"),
             'default_rigid': (of_default['rigid'], f'our default ({default}), all surfaces rigid'),
-            'own_stiffness': (lambda p: p.own, "all our methods at the scene's own stiffness"),
-            'all': (lambda p: True, 'all our methods at all stiffnesses')}
+            'own_stiffness': (lambda p: p.own and not p.run.case.accuracy, "all our methods at the scene's own stiffness"),
+            'all': (lambda p: True, 'all our methods at all stiffnesses and accuracies')}
 
 
 def lost_ratio(cells):

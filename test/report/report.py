@@ -28,9 +28,8 @@ import report_page
 import seed_section
 import stability
 from analysis import SceneResult
+import npm_modules  # found by programs
 from programs import ROOT
-sys.path.insert(0, os.path.join(ROOT, 'penalty_sim', 'session'))
-import npm_modules  # noqa: E402
 from report_plan import QUICK_MOST_BODIES, QUICK_PEERS, default_method, describe, describe_peers, is_wasm
 from task_pool import Kept, run_tasks, stamp_of
 
@@ -73,7 +72,7 @@ def with_wasm(peers):
     wanted = [peer for peer in peers if is_wasm(peer['name'])]
     if wanted and 'HAPTIC_WASM_PEERS' not in os.environ:
         try:
-            os.environ['HAPTIC_WASM_PEERS'] = npm_modules.modules(os.path.join(ROOT, 'test', 'peers', 'wasm'))
+            os.environ['HAPTIC_WASM_PEERS'] = npm_modules.modules(programs.WASM_PEERS)
         except npm_modules.Unavailable as reason:
             print(f'report: without the engines in WebAssembly: {reason}')
             return [peer for peer in peers if peer not in wanted]
@@ -132,9 +131,9 @@ def draw(job):
     result, fixed, folder = job
     metric = advice.metric_of(result, fixed)
     entries, kind = advice.errors_of(result), 'total' if result.total else 'numerical'
-    pictures = [figures.work_precision(result.scene, entries, metric, folder, result.own_stiffness, kind=kind),
-                figures.work_precision(result.scene, entries, metric, folder, result.own_stiffness, figures.worst_step_of, 'worst',
-                                       kind)]
+    links = {id(run): f'#run={result.scene.name}:{index}' for index, run in enumerate(result.runs)}
+    drawn = (result.scene, entries, metric, folder, result.is_default, links)
+    pictures = [figures.work_precision(*drawn, kind=kind), figures.work_precision(*drawn, figures.worst_step_of, 'worst', kind)]
     metric, orders = result.main_metric(fixed), {}
     if result.numerical:
         entries = [(run, errors, doubt.get(metric, np.nan)) for run, errors, doubt in result.numerical]

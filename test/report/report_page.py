@@ -1,13 +1,16 @@
 """Sections of the page: the answer, the counts of cells, failures, settings, and one section per scene."""
 import collections
 import math
+import os
+import re
 
 import advice
 import figures
 import pareto
+import programs
 from analysis import model_error
 from page import Cell, details, document, later_table, number, section, shown_failures, table, text
-from report_plan import is_peer
+from report_plan import chosen_stiffness, is_peer
 from run_errors import LEDGER_BOUND, METRICS
 
 VERDICTS = ('won', 'level', 'lost', 'only ours', 'only theirs')
@@ -17,25 +20,37 @@ def _runs_table(result, metrics):
     """Every run of a scene, failed ones with their reason."""
     total = {id(entry[0]): entry[1] for entry in result.total}
     numerical = {id(entry[0]): entry[1] for entry in result.numerical}
-    heads = ['method', 'step [ms]', 'k [N/m³]', 'facets', 'status', 'CPU s per s', 'least', 'most', 'step p50 [µs]', 'p99', 'p99.9',
+    heads = ['method', 'step [ms]', 'k [N/m³]', 'facets', 'accuracy', 'status', 'CPU s per s', 'least', 'most', 'step p50 [µs]', 'p99', 'p99.9',
              'worst', 'Newton, mean', 'worst', 'evaluations, worst']
     for kind, present in (('total', bool(result.total)), ('numerical', bool(result.numerical))):
         heads += [f'{metric.replace("_", " ")}, {kind} [{METRICS[metric][0]}]' for metric in metrics if present]
-    heads += ['allocations', 'unconverged steps', 'ledger gained']
+    heads += ['allocations', 'unconverged steps', 'ledger gained', 'report_run …']
     rows, failed = [], []
     for run in result.runs:
         case = run.case
-        row = [case.method, 1e3 * case.step, case.stiffness or math.nan, case.facets or math.nan,
+        row = [case.method, 1e3 * case.step, case.stiffness or math.nan, case.facets or math.nan, case.accuracy or math.nan,
                run.status if run.status == 'ok' else f'{run.status}: {run.reason}', run.cpu, run.cpu_low, run.cpu_high,
                *(1e6 * t for t in (run.p50, run.p99, run.p999, run.slowest)), run.iterations / max(1, run.steps),
                run.iterations_worst, run.evaluations_worst]
         for errors, present in ((total, bool(result.total)), (numerical, bool(result.numerical))):
             row += [errors.get(id(run), {}).get(metric, math.nan) for metric in metrics if present]
-        row += [run.allocations, run.unconverged, run.gain]
+        row += [run.allocations, run.unconverged, run.gain, words_of(case)]
         if run.status != 'ok':
             failed.append(len(rows))
         rows.append(row)
     return later_table(heads, rows, failed)
+
+
+def words_of(case):
+    """What report_run takes to run a case again."""
+    words = [case.scene if '/' not in case.scene else os.path.relpath(case.scene, programs.ROOT), case.method, repr(case.step)]
+    if case.stiffness or case.facets:
+        words.append('rigid' if case.stiffness == math.inf else f'{case.stiffness:g}')
+    return ' '.join(words + ([str(case.facets)] if case.facets else []) + ([f'--accuracy {case.accuracy:g}'] if case.accuracy else []))
+
+
+def stiffness_words(result):
+    return 'rigid' if chosen_stiffness(result.scene) == math.inf else 'with the stiffness that the scene says'
 
 
 def _order_table(result):
@@ -110,8 +125,9 @@ def scene_section(result, fixed, cells):
         body += f'<p class=note>{text(scene.benchmark)}</p>'
     body += f'<p><b>Advice:</b> {text(advice.sentence(result, metric))}</p>' + _verdict(result)
     kind = 'Total' if result.total else 'Numerical'
-    captions = [f'{kind} error against CPU time. Solid line: front of ours; dashed: of the peers. Hollow: another stiffness than the '
-                'scene\'s. Crosses above: failed runs.', 'The same errors against the worst step.']
+    captions = [f'{kind} error against CPU time. Green: our default, {stiffness_words(result)}, at its steps, and as a line over accuracy at '
+                '1 ms; dotted: its front, dashed: that of the peers. Grey: our other methods and stiffnesses. Crosses above: failed runs. A '
+                'mark leads to its run in the table, and to its command.', 'The same errors against the worst step.']
     if len(result.pictures) > 2:
         captions.append('Numerical error: against the same model\'s converged solution. Hollow: another stiffness.')
     pictures = [picture.replace('</figure>', f'<figcaption>{text(caption)}</figcaption></figure>')
@@ -194,8 +210,43 @@ def _scene_overview(results):
     return table(['scene', '', 'reference', 'runs', 'failed', 'cheapest [CPU s per s]'], rows)
 
 
+def _first(holding, picture):
+    """The first screen: who holds 1 kHz within one percent, in one sentence and one picture."""
+    def words(holder):
+        if not holder.runs:
+            return 'none'
+        steps = sorted(run.case.step for run in holder.runs.values())
+        return (f'{len(holder.runs)} at {100 * advice.median_share(holder.runs.values()):.2g} % of a core (median) in steps of '
+                f'{1e3 * steps[len(steps) // 2]:.2g} ms')
+    peers = '; '.join(f'{holder.setting} {words(holder)}' for holder in holding[1:])
+    return (f'<p class=lead>To hold a loop of 1 kHz with every error below 1 %, of {holding[0].scenes} scenes that all engines here can run: our '
+            f'default holds {words(holding[0])}; of each peer the setting that holds most: {text(peers)}.</p>' + picture +
+            '<p class=note>1 %: of a metre, radian, metre per second, newton or joule, in all measures that the list of cells has of a scene. Held: '
+            f'the worst step, without the first, takes no more than {100 * advice.SHARE:g} % of its time. Scenes that rest or fly free '
+            'are among them, for all.</p>')
+
+
+def _losses(cells):
+    """Where our default loses cells that both reach, or leaves them to a peer, and the reasons of test/report/README.md."""
+    rows = []
+    for scene in dict.fromkeys(cell.scene for cell in cells):
+        own = [cell for cell in cells if cell.scene == scene and not cell.rounding]
+        lost = [cell for cell in own if pareto.verdict(cell) == 'lost']
+        left = [cell for cell in own if pareto.verdict(cell) == 'only theirs']
+        if not lost and not left:
+            continue
+        worst = max(lost, key=lambda cell: cell.ours / cell.theirs, default=None)
+        rows.append([scene, Cell(str(len(own)), len(own)), Cell(str(len(lost)), len(lost)), Cell(str(len(left)), len(left)),
+                     worst.ours / worst.theirs if worst else math.nan, advice.named((worst or left[0]).their_run)])
+    rows.sort(key=lambda row: -row[2].key - row[3].key)
+    with open(os.path.join(programs.ROOT, 'test', 'report', 'README.md')) as file:
+        reasons = file.read().split('## Where we lose, and why\n', 1)[1].split('\n## ', 1)[0]
+    items = ''.join(f'<li>{text(re.sub("[*`]", "", item))}</li>' for item in reasons.replace('\n  ', ' ').split('- *')[1:])
+    return table(['scene', 'cells', 'lost', 'only a peer', 'most time over the peer\'s', 'to'], rows) + f'<ul>{items}</ul>'
+
+
 def _answer(results, compared, default, fixed):
-    """The first thing on the page: what to choose, who wins, what failed."""
+    """What to choose, who wins, what failed."""
     rows = [[result.scene.name, advice.sentence(result, advice.metric_of(result, fixed.get(result.scene.name, ())))]
             for result in results]
     out = ''
@@ -237,6 +288,10 @@ def benchmark_section(results):
 def write(path, results, refused, compared, sections, where, options, peers, default, fixed):
     """Writes the page; returns how many failed runs stand in its tables."""
     contents, parts = [], []
+    first = ''
+    if compared:
+        holding = advice.holders(results, default, peers)
+        first = _first(holding, figures.holders(holding, os.path.join(options.output, 'plots'))) if holding[0].scenes else ''
 
     def add(title, anchor, body):
         if body:
@@ -246,6 +301,7 @@ def write(path, results, refused, compared, sections, where, options, peers, def
         add('What to choose', 'answer', _answer(results, compared, default, fixed))
         if compared:
             add('Cells', 'pareto', counts_section(compared, default))
+            add('Where we lose, and why', 'lost', _losses(compared['chosen']))
         add('Failures', 'failures', failure_section(results))
         add('Settings of every method', 'settings', settings_section(peers, results))
         overview = _scene_overview(results)
@@ -274,7 +330,7 @@ def write(path, results, refused, compared, sections, where, options, peers, def
             f'{text(where["commit"])}; {text(where["compiler"])}; {text(where["flags"])}. Times are CPU times of the stepping thread, '
             'median of repetitions; the worst step is the median over repetitions of the largest, without the first.</p>')
     meanings = {**{peer['name']: peer['meaning'] for peer in peers}, **figures.MEANINGS}
-    whole = document('Error against run time, and where it is stable', lead, cards, contents, ''.join(parts), meanings)
+    whole = document('Error against run time, and where it is stable', first + lead, cards, contents, ''.join(parts), meanings)
     with open(path, 'w') as file:
         file.write(whole)
     return shown_failures(whole)

@@ -6,6 +6,7 @@ import math
 import os
 import subprocess
 
+import pareto
 from task_pool import Task, file_stamp, key_of
 
 STEPS = (1e-4, 1e-3 / 3, 1e-3, 1e-2 / 3, 1e-2)  # [s]
@@ -14,6 +15,7 @@ QUICK_STEPS = (1e-3, 1e-2 / 3, 1e-2)
 QUICK_PEERS = ('ode_exact', 'ode_quick20', 'ode_quick100_firm', 'bullet10', 'bullet50', 'bullet200_firm', 'mujoco_euler',
                'mujoco_firm', 'mujoco_fast')
 WASM_MOST_BODIES = 20  # larger scenes take minutes a run, for errors alone
+ACCURACIES, QUICK_ACCURACIES = (0.3, 0.1, 0.01, 0.003), (0.3, 0.003)  # of the default at 1 ms, beside its own
 QUICK_MOST_BODIES = 20  # a quick report leaves larger scenes out unless they are named
 # Our methods, and the factors on the scene's stiffness that each runs with, in a full and in a quick report: a stiffer
 # foundation is nearer to the rigid reference, a softer one takes longer steps.
@@ -24,7 +26,8 @@ OURS = {
     'volume-automatic': ((1, 1e6), (1, 1e6)),
     'point-verlet': ((1,), (1,)),
 }
-RIGID = ('volume-automatic',)  # methods that also run with all surfaces rigid (stiffness inf), where the scene's own says how
+DEFAULT = 'volume-automatic'
+RIGID = (DEFAULT,)  # methods that also run with all surfaces rigid (stiffness inf), where the scene's own says how
 MOST_STIFFNESS = 1e14  # [N/m^3]: 0.1 kg on 1 cm^2 sinks 0.1 nm; beyond, rounding of the poses is larger than the depth
 # [s] of the two runs whose difference says how well the reference has converged.
 REFERENCE_STEPS = (1 / 32000, 1 / 64000)
@@ -32,9 +35,9 @@ QUICK_REFERENCE_STEPS = (1 / 4000, 1 / 8000)
 CPU_LIMIT, QUICK_CPU_LIMIT = 45, 8  # [s] per run; references may take longer
 REFERENCE_CPU_LIMIT = 240
 
-Case = collections.namedtuple('Case', 'scene method step stiffness facets')
+Case = collections.namedtuple('Case', 'scene method step stiffness facets accuracy', defaults=(0,))
 Case.__doc__ = '''One run. `scene`: name or file; `method`: see report_run.cpp; `step` [s]; `stiffness` [N/m^3], 0: the scene's own, inf:
-rigid; `facets`: 0: the scene's own.'''
+rigid; `facets`, `accuracy`: 0: the scene's own.'''
 
 
 class Scene:
@@ -104,10 +107,19 @@ def cases_of(scene, quick, peers):
         levels = (1, 2, 3) if quick else (1, 2, 3, 4, 5)
         cases += [Case(scene.source, method, 1e-3, 0, level) for method in ('volume-verlet', 'volume-sdirk2')
                   for level in levels]
+    if scene.smallest_step < 1.01e-3:
+        cases += [Case(scene.source, DEFAULT, 1e-3, chosen_stiffness(scene), 0, accuracy)
+                  for accuracy in (QUICK_ACCURACIES if quick else ACCURACIES)]
     if not scene.not_for_peers:
         runs = [peer for peer in peers if not is_wasm(peer) or scene.bodies <= WASM_MOST_BODIES]
         cases += [Case(scene.source, peer, step, 0, 0) for peer in runs for step in steps]
     return cases
+
+
+def chosen_stiffness(scene):
+    """Of the runs of the default that count: rigid, or as the scene says, by the rule of the list of cells."""
+    rigid = scene.source == scene.name and pareto.read_defaults().get(scene.name) == 'rigid' and scene.stiffness
+    return math.inf if rigid else scene.stiffness
 
 
 def references_of(scene, cases, quick):
@@ -149,7 +161,8 @@ def task_of(case, program, stamp, quick, scene):
     budget = '0' if reference or is_wasm(case.method) else '0.02' if quick else '0.25'
     command = [program, case.scene] + (['exact'] if case.method == 'exact' else
                                        [case.method, repr(case.step), repr(float(case.stiffness)), str(case.facets),
-                                        '--budget', budget])
+                                        '--budget', budget] +
+                                       (['--accuracy', repr(case.accuracy)] if case.accuracy else []))
     content = file_stamp(case.scene) if os.path.isfile(case.scene) else ''
     limit = QUICK_CPU_LIMIT if quick else REFERENCE_CPU_LIMIT if reference else CPU_LIMIT
     steps = scene.seconds / case.step if case.step else 1

@@ -4,6 +4,7 @@
 /// `report_run SCENE METHOD STEP_S [K [FACETS]] [--budget CPU_S]`: one run. SCENE is a name of the list or a file; METHOD is
 /// MODEL-ATTEMPTS (volume-verlet, volume-implicit, volume-sdirk2, volume-automatic, point-...) or a peer of
 /// that list. K [N/m³] and FACETS: 0 leaves the scene's own; K `rigid` (or inf) says so of all surfaces.
+/// `--accuracy A`: of ours, that a step is asked for (world/definition.h).
 /// `--seconds T --samples N`: another duration and number of states (beyond the scene's own an exact solution may not hold).
 /// SCENE may also be `stackN`, N cubes on one another, or `pyramidN`, a flat pyramid of N = r (r + 1)/2 cubes.
 /// Prints lines `key value...` and one line `sample t E px py pz Lx Ly Lz hands bodies F... (p q w x y z, omega, v)...` per
@@ -135,11 +136,14 @@ std::size_t bodiesPrinted(const Scene& scene) {
 int run(int argc, char** argv) {
   std::vector<std::string> words;
   double budget = 0.3;  // [s] of CPU time per run for repetitions
-  double seconds = 0;
+  double seconds = 0, accuracy = 0;
   int samples = 0;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--budget") == 0 && i + 1 < argc) {
       budget = std::atof(argv[++i]);
+    } else if (std::strcmp(argv[i], "--accuracy") == 0 && i + 1 < argc) {
+      accuracy = std::atof(argv[++i]);
+      if (!(accuracy > 0)) throw SetupError("report_run", "accuracy '" + std::string(argv[i]) + "'", "give a number > 0");
     } else if (std::strcmp(argv[i], "--seconds") == 0 && i + 1 < argc) {
       seconds = std::atof(argv[++i]);
     } else if (std::strcmp(argv[i], "--samples") == 0 && i + 1 < argc) {
@@ -187,6 +191,7 @@ int run(int argc, char** argv) {
   Method method = methodOf(words[1]);
   method.choice.step = std::atof(words[2].c_str());
   if (!(method.choice.step > 0)) throw SetupError("report_run", "step '" + words[2] + "'", "give seconds > 0");
+  if (accuracy > 0) method.choice.accuracy = accuracy;
   if (words.size() > 3) {
     method.choice.rigid = words[3] == "rigid" || words[3] == "inf";
     if (!method.choice.rigid) method.choice.stiffness = std::atof(words[3].c_str());

@@ -27,11 +27,7 @@ import report_plan  # noqa: E402
 from analysis import SceneResult  # noqa: E402
 from report_plan import Case, describe  # noqa: E402
 
-sys.path.insert(0, os.path.join(HERE, '..', '..', 'penalty_sim', 'session'))
-import npm_modules  # noqa: E402
-WASM = os.path.join(npm_modules.KEPT, npm_modules.digest('package-lock.json', source=os.path.join(HERE, '..', 'peers', 'wasm')))
-WASM = WASM if os.path.isdir(WASM) else ''  # what a report fetched before: a test asks no registry
-os.environ['HAPTIC_WASM_PEERS'] = WASM
+WASM = os.environ['HAPTIC_WASM_PEERS'] = programs.fetched_wasm_peers()
 PROGRAMS = sys.argv.pop(1) if len(sys.argv) > 1 and os.path.isdir(sys.argv[1]) else ''
 SPHERE = '<robot name="{name}" xmlns:haptic="https://haptic/urdf"><haptic:scene step="0.001"><haptic:contact ' \
          'stiffness="{k}"/></haptic:scene><link name="world"/><link name="ball"><inertial><mass value="0.1"/><inertia ' \

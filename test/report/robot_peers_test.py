@@ -10,11 +10,7 @@ sys.path.insert(0, HERE)
 import programs  # noqa: E402
 import run_errors  # noqa: E402
 
-sys.path.insert(0, os.path.join(HERE, '..', '..', 'penalty_sim', 'session'))
-import npm_modules  # noqa: E402
-WASM = os.path.join(npm_modules.KEPT, npm_modules.digest('package-lock.json', source=os.path.join(HERE, '..', 'peers', 'wasm')))
-WASM = WASM if os.path.isdir(WASM) else ''  # what a report fetched before: a test asks no registry
-os.environ['HAPTIC_WASM_PEERS'] = WASM
+WASM = os.environ['HAPTIC_WASM_PEERS'] = programs.fetched_wasm_peers()
 PROGRAMS = sys.argv.pop(1)
 
 

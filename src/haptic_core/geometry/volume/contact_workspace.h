@@ -117,8 +117,8 @@ class ContactWorkspace {
   /// Those where the surfaces of A and B cross come last: `left` is A's face, `right` is B's.
   const LoadedVector<ContactEdge>& edges() const { return edges_; }
 
-  /// (in realtime) A point inside each face, the mean of its vertices, in A's frame [m]; until V or the next use of
-  /// the scratch memory changes it. Cost O(edges).
+  /// (in realtime) A point inside each face, the mean of its vertices, in A's frame [m]; until V changes or the next call.
+  /// Cost O(edges).
   const LoadedVector<Vector3>& faceCentres() noexcept;
 
   /// (in realtime) A convex polygon in P, and keeping the part of it where an affine `height` is ≥ 0; until the next call of
