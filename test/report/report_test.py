@@ -321,7 +321,7 @@ class FailedMeansFailed(unittest.TestCase):
 
     def test_it_is_a_cross_in_the_plot_and_a_red_row_on_the_page(self):
         with tempfile.TemporaryDirectory() as folder:
-            svg = figures.work_precision(self.result.scene, self.result.total, 'position', folder, self.result.own_stiffness)
+            svg = figures.work_precision(self.result.scene, self.result.total, 'position', folder, self.result.is_default, {})
             self.assertIn('2 failed', svg)
             self.assertIn('role="img" aria-label="rest: total error: up position error [m], to the right CPU time per simulated second [s]"', svg)
             rows = page.later_table(['status'], [[run.status] for run in self.result.runs],
