@@ -133,6 +133,28 @@ class Arithmetic(unittest.TestCase):
         self.assertEqual([choice.ours and choice.ours.case.method for choice in found], ['volume-sdirk2'] * 4 + [None])
         self.assertEqual([choice.theirs and choice.theirs.case.method for choice in found], ['bullet10'] * 2 + [None] * 3)
 
+    def test_the_first_screen_counts_scenes_that_are_held_within_one_percent_in_all_measures(self):
+        def run(scene, method, cpu, slowest=1e-5, stiffness=0.0, accuracy=0):
+            values = dict.fromkeys(run_errors.Run._fields)
+            values.update(case=Case(scene, method, 1e-3, stiffness, 0, accuracy), status='ok', cpu=cpu, slowest=slowest)
+            return run_errors.Run(**values)
+
+        def result(name, *total):
+            scene = type('Scene', (), {'name': name, 'not_for_peers': ''})
+            return type('Result', (), {'scene': scene, 'total': total, 'own_stiffness': staticmethod(lambda case: case.stiffness != math.inf)})
+
+        ours, small = 'volume-automatic', {'position': 1e-3, 'velocity': 1e-3, 'energy': 1e-3}
+        results = [result('bounce', (run('bounce', ours, 0.02), small), (run('bounce', ours, 0.01, accuracy=0.3), small),
+                          (run('bounce', 'ode_a', 0.01), {**small, 'energy': 0.02}), (run('bounce', 'ode_b', 0.04), small)),
+                   result('slide', (run('slide', ours, 0.001), small), (run('slide', ours, 0.03, stiffness=math.inf), small),
+                          (run('slide', 'ode_a', 0.01), small), (run('slide', 'ode_b', 0.01), small),
+                          (run('slide', 'bullet10', 0.01, slowest=7e-4), small)),
+                   result('in_no_list', (run('in_no_list', ours, 1), small))]
+        found = advice.holders(results, ours, [{'name': name} for name in ('ode_a', 'ode_b', 'bullet10', 'jolt')])
+        self.assertEqual([(h.engine, h.setting, {scene: r.cpu for scene, r in h.runs.items()}, h.scenes) for h in found],
+                         [('ours', ours, {'bounce': 0.02, 'slide': 0.03}, 2), ('ode', 'ode_b', {'bounce': 0.04, 'slide': 0.01}, 2),
+                          ('bullet', 'bullet10', {}, 2)])
+
 
 @unittest.skipUnless(PROGRAMS, 'needs the build folder of the programs')
 class ExactSolutions(unittest.TestCase):
@@ -412,6 +434,14 @@ class OtherEngines(unittest.TestCase):
             with open(os.path.join(folder, 'out', 'report.html')) as file:
                 text = file.read()
             self.assertIn('toy 1, BSD-3-Clause: a point mass that falls', text)
+            self.assertIn('To hold a loop of 1 kHz', text)
+            runs = [json.loads(block)['rows'] for block in re.findall(r'<script type="application/json">({"heads.*?)</script>', text)][-1]
+            self.assertEqual({row[-1].split()[0] for row in runs}, {'slope_slide'})
+            led = {int(index) for index in re.findall('href="#run=slope_slide:([0-9]+)"', text)}
+            self.assertEqual(led, {i for i, row in enumerate(runs) if row[5] == 'ok'})
+            again = runs[min(i for i in led if 'volume-automatic' in runs[i][0])][-1].split()
+            done = subprocess.run([programs.find(PROGRAMS, 'report_run'), *again], capture_output=True, text=True, check=True)
+            self.assertIn('status ok', done.stdout)
             with open(os.path.join(folder, 'out', 'report.csv'), newline='') as file:
                 rows = [row for row in csv.DictReader(file) if row['model'] == 'toy_exact' and row['metric'] == 'position']
             self.assertEqual(len(rows), 3)
