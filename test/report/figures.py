@@ -131,10 +131,11 @@ def worst_step_of(run):
     return 1e6 * run.slowest
 
 
-def work_precision(scene, runs, metric, folder, is_default, links, cost=cpu_of, name='total', kind='total'):
+def work_precision(scene, runs, metric, folder, is_default, links, close=(), cost=cpu_of, name='total', kind='total'):
     """Error against a cost: our default over its steps and over `accuracy`, the peers, faintly our other methods; failed runs on the upper
     edge. `runs`: (run, {metric: error}); `is_default` of a run: one of our default, at any accuracy; `links`: {id of a run: address};
-    `cost` of a run: CPU time per simulated second [s], or of the worst step [µs]."""
+    `close`: cases whose spread over repetitions is drawn, for little decides their cells; `cost` of a run: CPU time per simulated second
+    [s], or of the worst step [µs]."""
     figure, axes = plt.subplots(figsize=(8.6, 5.2))
     _log_limits(axes)
     groups, sides, accuracies, wasm = {}, {False: [], True: []}, [], {}
@@ -147,6 +148,8 @@ def work_precision(scene, runs, metric, folder, is_default, links, cost=cpu_of, 
             ours = is_default(run)
             if ours and math.isclose(run.case.step, 1e-3):
                 accuracies.append((run.case.accuracy or ACCURACY, point))
+            if run.case in close and cost is cpu_of:
+                axes.plot((run.cpu_low, run.cpu_high), (error, error), '|-', color=INK, lw=0.8, ms=5, zorder=1)
             if peer or ours and not run.case.accuracy:
                 sides[peer].append(point)
             group = run.case.method if peer else 'our default' if ours else 'our other methods'

@@ -11,6 +11,7 @@ import os
 
 CELLS = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'pareto_cells.csv')
 MARGIN = 1.05     # a cell is won by 5 % or more; closer ones are level
+CLOSE = 1.2       # of closer ones plots show the spread over repetitions
 ROUNDING = 1e-9   # relative: a scene's list begins at one percent of its metre, radian, joule
 
 Point = collections.namedtuple('Point', 'cpu error peer own run')
@@ -78,6 +79,11 @@ def verdict(cell):
     if MARGIN * cell.ours <= cell.theirs:
         return 'won'
     return 'lost' if MARGIN * cell.theirs <= cell.ours else 'level'
+
+
+def decides_closely(cell):
+    """Both reach it, and a fifth of the time or less decides."""
+    return verdict(cell) in ('won', 'lost', 'level') and max(cell.ours, cell.theirs) < CLOSE * min(cell.ours, cell.theirs)
 
 
 def counts(cells):

@@ -128,11 +128,13 @@ def compare(results, default):
 
 def draw(job):
     """The pictures of one scene, in a process of its own: [svg], orders."""
-    result, fixed, folder = job
+    result, fixed, folder, cells = job
     metric = advice.metric_of(result, fixed)
     entries, kind = advice.errors_of(result), 'total' if result.total else 'numerical'
     links = {id(run): f'#run={result.scene.name}:{index}' for index, run in enumerate(result.runs)}
-    drawn = (result.scene, entries, metric, folder, result.is_default, links)
+    close = {run.case for cell in cells if cell.scene == result.scene.name and cell.metric == metric and pareto.decides_closely(cell)
+             for run in (cell.our_run, cell.their_run)}
+    drawn = (result.scene, entries, metric, folder, result.is_default, links, close)
     pictures = [figures.work_precision(*drawn, kind=kind), figures.work_precision(*drawn, figures.worst_step_of, 'worst', kind)]
     metric, orders = result.main_metric(fixed), {}
     if result.numerical:
@@ -183,7 +185,7 @@ def main(argv):
         for scene, metric, _, _ in pareto.read_cells():
             fixed.setdefault(scene, []).append(metric)
         with concurrent.futures.ProcessPoolExecutor(options.workers) as pool:
-            drawn = pool.map(draw, [(result, fixed.get(result.scene.name, ()), pictures) for result in results])
+            drawn = pool.map(draw, [(result, fixed.get(result.scene.name, ()), pictures, compared.get('chosen', ())) for result in results])
             for result, (svgs, orders, metric) in zip(results, drawn):
                 result.pictures, result.orders, result.order_metric = svgs, orders, metric
         write_csv(os.path.join(options.output, 'report.csv'), results, where)

@@ -73,6 +73,12 @@ class Arithmetic(unittest.TestCase):
         self.assertEqual([pareto.verdict(cell(*costs)) for costs in ((1, 1.06), (1, 1.04), (1.04, 1), (1.06, 1))],
                          ['won', 'level', 'level', 'lost'])
 
+    def test_spread_is_shown_where_a_fifth_decides(self):
+        def cell(ours, theirs, our_run='ours'):
+            return pareto.Cell('s', 'position', -2, False, ours, our_run, theirs, 'peer')
+        self.assertEqual([pareto.decides_closely(cell(*costs)) for costs in ((1, 1.19), (1.19, 1), (1, 1.21), (math.inf, 1, None))],
+                         [True, True, False, False])
+
     def test_the_default_count_takes_the_default_alone(self):
         def point(method, own):
             run = run_errors.Run(Case('s', method, 1e-3, 0, 0), *[None] * (len(run_errors.Run._fields) - 1))
