@@ -78,7 +78,7 @@ def keep(output, folder, compared, wanted):
     keep_counts(compared, folder)
     for picture in sorted(glob.glob(os.path.join(output, 'plots', '*.png'))):
         name = os.path.basename(picture)
-        if name.endswith('-total.png') or name.startswith(('seed-', 'stability-')) or name == 'tilt-numerical.png':
+        if name.endswith('-total.png') or name.startswith(('seed-', 'stability-')) or name in ('holders.png', 'tilt-numerical.png'):
             Image.open(picture).convert('RGB').quantize(COLOURS).save(os.path.join(folder, name), optimize=True)
     stability = os.path.join(output, 'stability.csv')
     if os.path.isfile(stability):
