@@ -14,7 +14,7 @@ QUICK_STEPS = (1e-3, 1e-2 / 3, 1e-2)
 # Of the peers' settings, those that a quick report runs: as it comes and for accuracy.
 QUICK_PEERS = ('ode_exact', 'ode_quick20', 'ode_quick100_firm', 'bullet10', 'bullet50', 'bullet200_firm', 'mujoco_euler',
                'mujoco_firm', 'mujoco_fast')
-WASM_MOST_BODIES = 20  # larger scenes take minutes a run, for errors alone
+WASM_MOST_BODIES, WASM_LEAST_STEP = 20, 3e-4  # larger scenes and shorter steps [s] take minutes a run, for errors alone
 ACCURACIES, QUICK_ACCURACIES = (0.3, 0.1, 0.01, 0.003), (0.3, 0.003)  # of the default at 1 ms, beside its own
 QUICK_MOST_BODIES = 20  # a quick report leaves larger scenes out unless they are named
 # Our methods, and the factors on the scene's stiffness that each runs with, in a full and in a quick report: a stiffer
@@ -111,8 +111,8 @@ def cases_of(scene, quick, peers):
         cases += [Case(scene.source, DEFAULT, 1e-3, chosen_stiffness(scene), 0, accuracy)
                   for accuracy in (QUICK_ACCURACIES if quick else ACCURACIES)]
     if not scene.not_for_peers:
-        runs = [peer for peer in peers if not is_wasm(peer) or scene.bodies <= WASM_MOST_BODIES]
-        cases += [Case(scene.source, peer, step, 0, 0) for peer in runs for step in steps]
+        cases += [Case(scene.source, peer, step, 0, 0) for peer in peers for step in steps
+                  if not is_wasm(peer) or (scene.bodies <= WASM_MOST_BODIES and step > WASM_LEAST_STEP)]
     return cases
 
 
@@ -158,7 +158,7 @@ def task_of(case, program, stamp, quick, scene):
     """The process of a case. Its key changes with the program and with the scene's file."""
     reference = not quick and 0 < case.step < STEPS[0] / 1.5
     # References and engines in WebAssembly run once: their times count for nothing.
-    budget = '0' if reference or is_wasm(case.method) else '0.02' if quick else '0.25'
+    budget = '0' if reference or is_wasm(case.method) else '0.02' if quick else '0.05'
     command = [program, case.scene] + (['exact'] if case.method == 'exact' else
                                        [case.method, repr(case.step), repr(float(case.stiffness)), str(case.facets),
                                         '--budget', budget] +
