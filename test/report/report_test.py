@@ -6,6 +6,7 @@ import json
 import math
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -21,6 +22,7 @@ import figures  # noqa: E402
 import haptic_section  # noqa: E402
 import page  # noqa: E402
 import pareto  # noqa: E402
+import profile_steps  # noqa: E402
 import programs  # noqa: E402
 import run_errors  # noqa: E402
 import report_plan  # noqa: E402
@@ -309,6 +311,22 @@ class Peers(unittest.TestCase):
                 result.total.append((run_errors.Run(**{**values, 'case': Case('s', peer, step, 0, 0)}), {'position': error}))
         result.find_not_converging(['falls', 'stays'])
         self.assertEqual(result.not_converging, ['stays'])
+
+
+class Profiles(unittest.TestCase):
+    @unittest.skipUnless(PROGRAMS and shutil.which('valgrind'), 'needs the build folder of the programs, and valgrind')
+    def test_a_body_that_flies_is_stepped_explicitly(self):
+        scene, = describe(programs.find(PROGRAMS, 'report_run'), ['free'])
+        instructions, shares = profile_steps.profile(programs.find(PROGRAMS, 'report_run'), scene, 0.05)
+        self.assertGreater(instructions, 500)
+        self.assertGreater(shares['explicit attempt'], 0.3)
+        self.assertEqual((shares['contact volumes'], shares['matrix']), (0, 0))
+
+    def test_what_is_not_there_is_one_line(self):
+        for words, line in (([], 'give the build folder'), (['/nowhere', 'rest'], 'no report_run below /nowhere')):
+            done = subprocess.run([sys.executable, '-B', os.path.join(HERE, 'profile_steps.py'), *words], capture_output=True, text=True, check=False)
+            self.assertEqual((done.returncode, len(done.stderr.splitlines())), (1, 1))
+            self.assertIn(line, done.stderr)
 
 
 @unittest.skipUnless(PROGRAMS, 'needs the build folder of the programs')
