@@ -7,6 +7,7 @@ import os
 import subprocess
 
 import pareto
+import programs
 from task_pool import Task, file_stamp, key_of
 
 STEPS = (1e-4, 1e-3 / 3, 1e-3, 1e-2 / 3, 1e-2)  # [s]
@@ -50,7 +51,7 @@ class Scene:
 
 
 def describe(program, names):
-    """All scenes of the catalogue, or those of `names` (names or files). Raises ValueError with one line."""
+    """All scenes of the catalogue, or those of `names` (of the catalogue or of urdf/scenes, or files). Raises ValueError with one line."""
     done = subprocess.run([program, '--list'], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise ValueError(done.stderr.strip() or f'{program} --list failed')
@@ -63,9 +64,12 @@ def describe(program, names):
         if found:
             scenes += found
             continue
+        shipped = [path for path in (os.path.join(programs.ROOT, 'urdf', 'scenes', name + end) for end in ('.urdf', '.yaml'))
+                   if os.path.isfile(path)]
+        name = shipped[0] if shipped and not os.path.isfile(name) else name
         if not os.path.isfile(name):
             known = ' '.join(scene.name for scene in catalogue)
-            raise ValueError(f"unknown scene '{name}'; give a file, or some of: {known}")
+            raise ValueError(f"unknown scene '{name}'; give a file, a name of urdf/scenes, or some of: {known}")
         done = subprocess.run([program, '--describe', name], capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise ValueError(done.stderr.strip().splitlines()[-1].removeprefix('report_run: '))

@@ -569,6 +569,10 @@ class WholeReport(unittest.TestCase):
         self.assertGreater(len(ours), 10)
         self.assertEqual({row['allocations'] for row in ours}, {'0'})
 
+    def test_a_shipped_scene_is_known_by_its_name(self):
+        scene, = describe(programs.find(PROGRAMS, 'report_run'), ['a_cube'])
+        self.assertEqual(scene.source, os.path.join(programs.ROOT, 'urdf', 'scenes', 'a_cube.urdf'))
+
     def test_unknown_scene_is_one_line(self):
         done = subprocess.run(self.command[:-3] + ['no_such_scene'], capture_output=True, text=True, check=False)
         self.assertNotEqual(done.returncode, 0)
