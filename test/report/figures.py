@@ -11,6 +11,7 @@ import matplotlib.pyplot as plt  # noqa: E402  (the backend is chosen first)
 from matplotlib import ticker  # noqa: E402
 import numpy as np  # noqa: E402
 
+import advice  # noqa: E402
 from pareto import front  # noqa: E402
 from report_plan import is_peer, is_wasm  # noqa: E402
 from run_errors import METRICS, order_of  # noqa: E402
@@ -204,8 +205,7 @@ def holders(holding, folder):
     for row, holder in enumerate(reversed(holding)):
         count, ours = len(holder.runs), holder.engine == 'ours'
         axes.barh(row, count, height=0.6, color=DEFAULT_COLOUR if ours else THEIRS)
-        shares = sorted(run.cpu for run in holder.runs.values())
-        share = f', {100 * shares[len(shares) // 2]:.2g} % of a core' if shares else ''
+        share = f', {100 * advice.median_share(holder.runs.values()):.2g} % of a core' if holder.runs else ''
         axes.text(count + 0.01 * holder.scenes, row, f'{count}{share}', va='center', fontsize=9)
     axes.set_yticks(range(len(holding)), ['our default' if h.engine == 'ours' else h.setting for h in reversed(holding)])
     axes.set_xlim(0, 1.25 * max(1, max(h.scenes for h in holding)))

@@ -569,6 +569,9 @@ class WholeReport(unittest.TestCase):
         self.assertGreater(len(ours), 10)
         self.assertEqual({row['allocations'] for row in ours}, {'0'})
 
+    def test_the_default_of_the_plan_is_that_of_the_program(self):
+        self.assertEqual(report_plan.DEFAULT, report_plan.default_method(programs.find(PROGRAMS, 'report_run')))
+
     def test_a_shipped_scene_is_known_by_its_name(self):
         scene, = describe(programs.find(PROGRAMS, 'report_run'), ['a_cube'])
         self.assertEqual(scene.source, os.path.join(programs.ROOT, 'urdf', 'scenes', 'a_cube.urdf'))

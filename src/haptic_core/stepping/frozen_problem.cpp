@@ -257,16 +257,12 @@ PassEnd FrozenProblem::solvePart(double g, int most, double finest, double enoug
     open *= 1 - alpha;
     changed += alpha * size;
     const double share = size <= finest ? 0 : alpha == 1 ? std::abs(left) : 1;
-    // Sliding friction answers no motion: where the step took another than N allows, it misses that as a speed, however stiff N is.
-    double unlimited = 0;
-    eachContact([&](const FrozenContact& c) {
-      unlimited = std::max(unlimited, missedSpeed(c.link_a, c.link_b, c.patch.missedFriction(c.V, c.F_done).norm(), g));
-    });
-    end.remainder = std::max(alpha < 1 ? changed + (1 - alpha) * size : share * size, unlimited);
+    const double beyond = speedBeyondLimit(g);
+    end.remainder = std::max(alpha < 1 ? changed + (1 - alpha) * size : share * size, beyond);
     end.energy_remainder = share * -dot(residual_, step_);
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
     if (alpha != 1 || std::abs(left) > kStraight) continue;
-    double missed = unlimited;
+    double missed = beyond;
     if (part_.tree_count > 1) {
       eachContact([&](const FrozenContact& c) {
         missed = std::max(missed, missedSpeed(c.link_a, c.link_b, (c.force.F - c.F_done).tail<3>().norm(), g));
@@ -276,6 +272,15 @@ PassEnd FrozenProblem::solvePart(double g, int most, double finest, double enoug
     if (missed <= std::max(enough, kStraight * size)) break;
   }
   return end;
+}
+
+/// Sliding friction answers no motion: where the step took another than N allows, it misses that as a speed, however stiff N is [m/s].
+double FrozenProblem::speedBeyondLimit(double g) noexcept {
+  double most = 0;
+  eachContact([&](const FrozenContact& c) {
+    most = std::max(most, missedSpeed(c.link_a, c.link_b, c.patch.missedFriction(c.V, c.F_done).norm(), g));
+  });
+  return most;
 }
 
 /// Speed that a force gives at the end of a full Newton step if it is `missed` [N] more than the step took it for [m/s].
