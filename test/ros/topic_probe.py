@@ -83,11 +83,12 @@ def threads_of(pid):
     return sorted(names)
 
 
-def wait_until(what, condition, timeout=PATIENCE):
+def wait_until(what, condition, timeout=PATIENCE, seen=lambda: ""):
+    """Until `condition` holds; the error says `what` and what `seen` tells at its end."""
     end = time.monotonic() + timeout
     while not condition():
         if time.monotonic() > end:
-            raise AssertionError(f"not within {timeout} s: {what}")
+            raise AssertionError(f"not within {timeout} s: {what} {seen()}")
         time.sleep(0.02)
 
 

@@ -101,7 +101,8 @@ class WireFaults(unittest.TestCase):
             rospy.ServiceProxy("/spidar/driver/recover", Trigger)()
             answers.append(rospy.ServiceProxy("/spidar/driver/enable_force", SetBool)(True))
             return not answers[-1].success and re.search(r"delay of \d+\.\d ms leaves walls", answers[-1].message)
-        wait_until("a refusal with the number", refused, 20)
+        # A busy machine that keeps the boards' process waiting is a fault of its own, told in place of this one while it lasts.
+        wait_until("a refusal with the number", refused, 80, lambda: [answer.message for answer in answers[-3:]])
         self.assertFalse(any(answer.success for answer in answers))
 
     def test_a_brown_out_is_told_and_the_board_taught_anew(self):
