@@ -92,6 +92,10 @@ void bindScene(py::module_& m) {
           "substeps", [](const SceneDef& s) { return s.world.settings.substeps; },
           [](SceneDef& s, int n) { s.world.settings.substeps = n; }, "world steps of h / substeps per step")
       .def_property(
+          "far_step", [](const SceneDef& s) { return s.world.settings.far_step; },
+          [](SceneDef& s, double h) { s.world.settings.far_step = h; },
+          "step of islands that no hand touches or can reach before their next one [s]; 0: all are stepped by `step`")
+      .def_property(
           "gravity", [](const SceneDef& s) { return s.world.settings.gravity; },
           [](SceneDef& s, const Vector3& g) { s.world.settings.gravity = g; }, "in W [m/s²]")
       .def_property(

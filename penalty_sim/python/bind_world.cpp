@@ -121,6 +121,7 @@ void defineReports(py::module_& m) {
       .def_readonly("step", &StepReport::step, "index since load")
       .def_readonly("pairs", &StepReport::pairs, "pairs of shapes whose boxes overlap")
       .def_readonly("contacts", &StepReport::contacts, "pairs of shapes that touch")
+      .def_readonly("waiting", &StepReport::waiting, "bodies that are stepped at a rate of their own, and were left out of this step")
       .def_readonly("standing", &StepReport::standing, "bodies at rest, whose steps are left out until something comes near")
       .def_readonly("iterations", &StepReport::iterations, "of the implicit solve; 0: explicit")
       .def_readonly("residual", &StepReport::residual,

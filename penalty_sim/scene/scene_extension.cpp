@@ -174,11 +174,15 @@ void setWorldSetting(const std::string& where, const std::string& name, const st
     good = number && (*numbers)[0] > 0 && (*numbers)[0] <= 1;
     if (good) settings.accuracy = (*numbers)[0];
     known = "a share > 0 and ≤ 1 of the way that forces move a body in a step";
+  } else if (name == "far_step") {
+    good = number && (*numbers)[0] >= 0 && (*numbers)[0] <= 0.1;  // at most so many steps: the world says how many
+    if (good) settings.far_step = (*numbers)[0];
+    known = "a time in seconds, 0 to 0.1, at most 100 steps; 0: everything is stepped alike";
   } else if (name == "energy_ledger") {
     good = choose<bool>(value, {{"true", true}, {"false", false}}, settings.energy_ledger, known);
   } else {
     throw SetupError(where, "unknown setting '" + name + "'",
-                     "known: step, substeps, gravity, accuracy, pressure_law, energy_ledger");
+                     "known: step, substeps, far_step, gravity, accuracy, pressure_law, energy_ledger");
   }
   if (!good) throw SetupError(where, name + " = '" + value + "'", "write " + known);
 }

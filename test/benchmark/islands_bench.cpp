@@ -1,6 +1,6 @@
 /// `./run bench islands`: worlds in which nearly everything stands. What sleep saves and costs in accuracy and energy, how a tick's
 /// time grows with what sleeps, the scene `city` (its robots are found by ROS_PACKAGE_PATH). CPU time of the stepping thread. An argument
-/// runs only the groups whose name contains it: sleep, search, city, scenes_at_10k, replay.
+/// runs only the groups whose name contains it: sleep, search, city, scenes_at_10k, rates, replay.
 #include <time.h>
 #include <unistd.h>
 
@@ -249,6 +249,69 @@ void measureCity() {
   }
 }
 
+/// A hand at 10 kHz that presses and rubs the first of 25 stacks of two, beside others whose upper cubes fall on them and tumble. With
+/// `visited` the first of these slides on the floor into the hand's stack in place of falling.
+WorldDef besideTumbling(double far_step, bool visited) {
+  StackParameters p;
+  p.count = 25, p.height = 2, p.hand = true;
+  WorldSettings settings;
+  settings.step = 1e-4, settings.far_step = far_step, settings.history_steps = 10;
+  WorldDef def = stacks(p, stiffCube(), settings);
+  for (int i = 1; i < p.count; ++i) {
+    ArticulationDef& upper = def.articulations[static_cast<std::size_t>(2 * i + 2)];
+    upper.X_WA.p += Vector3(0.02 * std::sin(i), 0.02 * std::cos(2 * i), 0.02 + 0.01 * i);
+    upper.X_WA.R = rotationFromRpy(Vector3(i, 2 * i, 3 * i));
+    upper.V_WA.angular = Vector3(std::sin(i), std::cos(i), 1);
+  }
+  if (!visited) return def;
+  ArticulationDef& visitor = def.articulations[4];
+  visitor.X_WA = Pose(Vector3(stackAt(p, 0) + Vector3(-0.5, 0.01, 0.5 * stiffCube().size)));
+  visitor.V_WA = Twist{};
+  visitor.V_WA.linear = Vector3(2, 0, 0);
+  return def;
+}
+
+/// Own rates against everything at the hand's: force at the hand, CPU time, and a world that goes on from a saved state.
+void measureRates() {
+  StackParameters p;
+  p.count = 25, p.height = 2, p.hand = true;
+  const Vector3 start = handStart(p, stiffCube());
+  for (const bool visited : {false, true}) {
+    World all(besideTumbling(0, visited)), own(besideTumbling(1e-3, visited)), again(besideTumbling(1e-3, visited));
+    std::vector<double> all_s, own_s;
+    double error = 0, force = 0, waiting = 0;
+    long mismatches = 0, allocations = 0;
+    for (int i = 0; i < 10000; ++i) {
+      const Vector3 way(1e-6 * i, 0, -std::min(0.0205, 2e-5 * i));
+      for (World* world : {&all, &own, &again}) world->setPointerTarget(0, Pose(Vector3(start + way)), Twist{});
+      all_s.push_back(secondsOf([&] { all.step(); }));
+      const long before = allocationCount();
+      own_s.push_back(secondsOf([&] { own.step(); }));
+      allocations += allocationCount() - before;
+      again.step();
+      if (i % 997 == 0) again.restore(again.save());
+      mismatches += own.hash() != again.hash();
+      const Vector3 F = all.pointerWrench(0).force;
+      error += (own.pointerWrench(0).force - F).squaredNorm(), force += F.squaredNorm();
+      waiting += own.report().waiting;
+    }
+    const std::string prefix = visited ? "rates.visited." : "rates.";
+    figure(prefix + "hand_force_err_pct", 100 * std::sqrt(error / force), "%");
+    figure(prefix + "waiting_mean", waiting / 10000, "1");
+    figure(prefix + "replay_mismatches", static_cast<double>(mismatches), "1");
+    figure(prefix + "allocations", static_cast<double>(allocations), "1");
+    for (std::vector<double>* ticks : {&all_s, &own_s}) {
+      const std::string name = prefix + (ticks == &all_s ? "all_at_10k." : "own.");
+      double sum = 0;
+      for (const double s : *ticks) sum += s;
+      std::sort(ticks->begin(), ticks->end());
+      figure(name + "tick_us_mean", 1e6 * sum / 10000, "us");
+      figure(name + "tick_us_p99", 1e6 * (*ticks)[9900], "us");
+      figure(name + "tick_us_max", 1e6 * ticks->back(), "us");
+    }
+  }
+}
+
 /// A hand that races across 100 stacks at 1 m/s, knocks and lets stand: against the general pipeline, against a world that goes on from a
 /// saved state, and how much it allocates.
 void measureReplay() {
@@ -291,6 +354,7 @@ int main(int argc, char** argv) {
   if (wants("search")) measureSearch();
   if (wants("city")) measureCity();
   if (wants("scenes_at_10k")) measureScenesAt10k();
+  if (wants("rates")) measureRates();
   if (wants("replay")) measureReplay();
   return 0;
 }

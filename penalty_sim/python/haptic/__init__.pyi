@@ -16,6 +16,7 @@ class Scene:
     substeps: int
     gravity: Array
     accuracy: float
+    far_step: float
     integrator: str
     def __init__(self, file_or_name: Union[str, "PathLike[str]"], default_density: float = 0.0, missing_meshes: str = "stop",
                  xacro: list[str] = [], add_pointer: bool = False) -> None: ...
@@ -81,6 +82,8 @@ class StepReport:
     def contacts(self) -> int: ...
     @property
     def standing(self) -> int: ...
+    @property
+    def waiting(self) -> int: ...
     @property
     def iterations(self) -> int: ...
     @property

@@ -67,6 +67,7 @@ void advance(const Model& model, StepPart& part, State& state, Work& work, Repor
   }
   const bool may_settle = model.implicit_steps && part.h == model.settings.step;
   if (may_settle) settleExplicit(model, part.h, work.visits, work.placement, work.islands, work.hands, state);
+  if (may_settle && isTurnNext(model, state)) settleFar(model, work.visits, work.placement, work.islands, work.hands.held_by, state);
   report.step.position_error += work.choice.position_error;
   report.step.pairs = state.pair_count;
   report.step.contacts = report.contacts.size();

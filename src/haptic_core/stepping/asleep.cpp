@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "haptic_core/base/fields.h"
+#include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/world/work.h"
 
 namespace haptic::stepping {
@@ -119,12 +120,20 @@ bool Asleep::mayFall(const Model& model, const int* trees, int count, const Work
 
 void Asleep::close(const Model& model, State& state, Work& work, Report& report) noexcept {
   report.step.implicit_islands += islands();
-  report.step.standing += trees();
+  report.step.standing += trees() - waiting();
+  report.step.waiting += waiting();
   report.step.flags |= flags();
   if (report.step.finite) fall(model, state, work, report);
   tired_.clear();
   report.step.pairs = state.pair_count + pairs();
   report.step.contacts = report.contacts.size() + contacts_.size();
+}
+
+/// Boxes as wide as the tree may come until its turn, from where it is now.
+void Asleep::placeWaiting(const Model& model, int tree, const State& state, Work& work) noexcept {
+  merged_.clear();
+  for (int s = first_shape_[tree]; s < first_shape_[tree + 1]; ++s) merged_.push_back(s);
+  placeShapes(model, model.settings.step, merged_, state, work.placement);
 }
 
 void Asleep::fall(const Model& model, State& state, Work& work, Report& report) noexcept {
@@ -135,7 +144,9 @@ void Asleep::fall(const Model& model, State& state, Work& work, Report& report) 
     if (!mayFall(model, trees, count, work)) continue;
     any = true;
     const StandingIslands::Standing& stood = work.standing.of(trees[0]);
-    island_[trees[0]] = {count, 0, -1, contacts_.size(), stood.contacts, false};
+    const bool waits = state.turn[trees[0]] != 0;
+    island_[trees[0]] = {count, 0, -1, contacts_.size(), stood.contacts, false, waits};
+    if (waits) waiting_ += count;
     for (int i = 0; i < stood.contacts; ++i) {
       ContactReport& contact = report.contacts[stood.first_contact + i];
       contacts_.push_back(contact);
@@ -147,6 +158,7 @@ void Asleep::fall(const Model& model, State& state, Work& work, Report& report) 
     for (int n = 0; n < count; ++n) {
       const int t = trees[n];
       sleeper_[t] = {trees[0], n + 1 < count ? trees[n + 1] : -1};
+      if (waits) placeWaiting(model, t, state, work);
       for (int i = first_slot_[t]; i < first_slot_[t + 1]; ++i) boxes_.put(i, work.placement.box[model.moving_shapes[i]]);
     }
   }
@@ -229,6 +241,14 @@ void Asleep::wakeNear(const Model& model, double h, State& state, Work& work) no
 void Asleep::wakeActed(const Model& model, State& state, Work& work) noexcept {
   for (const PointerState& pointer : state.pointers) {
     if (pointer.targeted && pointer.link >= 0) mark(model.links[pointer.link].articulation);
+  }
+  if (marked_ > 0) wakeMarked(model, state, work, work.standing.contacts(), true);
+}
+
+void Asleep::wakeDue(const Model& model, State& state, Work& work) noexcept {
+  if (waiting_ == 0) return;
+  for (const int island : islands_) {
+    if (island_[island].waits && isDue(state, island)) mark(island);
   }
   if (marked_ > 0) wakeMarked(model, state, work, work.standing.contacts(), true);
 }
@@ -323,6 +343,7 @@ void Asleep::takeContacts(Work& work, LoadedVector<ContactReport>& contacts, boo
     standing.contacts = island.contacts;
     for (int i = 0; i < island.contacts; ++i) contacts.push_back(contacts_[island.first_contact + i]);
     for (int t = first; t >= 0; t = sleeper_[t].next) work.standing.put(t, standing, within);
+    if (island.waits) waiting_ -= island.trees;
     island.wakes = false;
   }
   contacts_.resize(kept);

@@ -1,4 +1,5 @@
-/// Islands that sleep: they stand (standing_islands.h), and no stage of a step visits them until something that moves comes near.
+/// Islands that sleep: they stand (standing_islands.h), or wait for their turn (own_rate.h), and no stage of a step visits them until
+/// something that moves comes near.
 ///
 /// An island whose step was left out is laid aside: its trees, shapes and boxes leave the lists that a step visits
 /// (world/visits.h), its pairs and reported contacts are kept here, its boxes in a tree, against which the boxes of awake
@@ -32,6 +33,7 @@ class Asleep {
   bool holds(int tree) const { return sleeper_[static_cast<std::size_t>(tree)].island >= 0; }  ///< the tree's island sleeps
   int islands() const { return static_cast<int>(islands_.size()); }  ///< that sleep
   int trees() const { return trees_; }                               ///< in them
+  int waiting() const { return waiting_; }                           ///< of these, that wait for a turn (own_rate.h)
   int pairs() const { return pair_count_; }                          ///< of them
   const LoadedVector<ContactReport>& contacts() const { return contacts_; }  ///< of them, as last reported
   unsigned flags() const { return flags_; }  ///< that these give the report of a step
@@ -44,7 +46,7 @@ class Asleep {
   std::uint64_t hash(const State& state) noexcept;
   unsigned changes() const { return changes_; }  ///< counts up when an island is laid aside or taken back
 
-  /// (in realtime) The island's step was left out: it may be laid aside at the end of the step.
+  /// (in realtime) The island's step was left out, or it waits: it may be laid aside at the end of the step.
   void note(const Island& island) noexcept;
   /// (in realtime) At the end of a step: lays the noted islands aside, unless the world has stopped; the report counts all that sleep.
   void close(const Model& model, State& state, Work& work, Report& report) noexcept;
@@ -54,6 +56,8 @@ class Asleep {
   void wakeNear(const Model& model, double h, State& state, Work& work) noexcept;
   /// (in realtime) At the start of a step: takes back what hands with a target pull at.
   void wakeActed(const Model& model, State& state, Work& work) noexcept;
+  /// (in realtime) At the start of a step: takes back what has its turn.
+  void wakeDue(const Model& model, State& state, Work& work) noexcept;
   /// (in realtime) Takes all back. `report`: between two steps the last one's; null within a step.
   void wakeAll(const Model& model, State& state, Work& work, Report* report) noexcept;
 
@@ -68,10 +72,11 @@ class Asleep {
   struct SleepingIsland {
     int trees = 0, pairs = 0, first_pair = -1;
     int first_contact = 0, contacts = 0;
-    bool wakes = false;
+    bool wakes = false, waits = false;
   };
   void fall(const Model& model, State& state, Work& work, Report& report) noexcept;
   bool mayFall(const Model& model, const int* trees, int count, const Work& work) const noexcept;
+  void placeWaiting(const Model& model, int tree, const State& state, Work& work) noexcept;
   void leaveReport(Work& work, LoadedVector<ContactReport>& contacts) noexcept;
   void mark(int tree) noexcept;
   void wakeMarked(const Model& model, State& state, Work& work, LoadedVector<ContactReport>& contacts, bool within) noexcept;
@@ -89,7 +94,7 @@ class Asleep {
   BoxSlots boxes_;                                            ///< of the model's moving shapes that sleep
   std::vector<ActivePair> pair_;                              ///< slots of their pairs
   std::vector<int> next_pair_;                                ///< by slot: of the same island, or the next free one
-  int free_pair_ = -1, pair_count_ = 0, trees_ = 0, marked_ = 0;
+  int free_pair_ = -1, pair_count_ = 0, trees_ = 0, waiting_ = 0, marked_ = 0;
   unsigned changes_ = 0, order_changes_ = ~0u, flags_ = 0;
   LoadedVector<ContactReport> contacts_;
 };

@@ -4,6 +4,7 @@
 
 #include "haptic_core/stepping/explicit_contacts.h"
 #include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/stability_number.h"
@@ -211,17 +212,88 @@ const ImplicitReport* solve(const Model& model, const Island& island, double h, 
   return &solved;
 }
 
+/// An island whose turn has come goes over the time that it is late. `goes_on`: it may wait again, and then its contacts are reported.
+void takeTurn(const Model& model, const Island& island, double late, bool goes_on, State& state, Work& work, Report& report) noexcept {
+  const int first_contact = report.contacts.size();
+  const ImplicitReport* solved = late > 0 ? solve(model, island, late, state, work, report.step) : nullptr;
+  if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
+  for (int n = 0; n < island.tree_count; ++n) {
+    placeTree(model.trees[island.trees[n]], state, work.placement);
+    work.standing.drop(island.trees[n]);
+  }
+  countCalm(model, island, static_cast<int>(state.step - state.as_of[island.trees[0]]), work.placement, state);
+  wait(island, 0, 0, state);
+  if (!goes_on || (solved && solved->stands) || !mayWait(model, island, state, work.placement)) return;
+  if (solved) takeContacts(model, late, state, work, report);
+  work.standing.note(island, first_contact, report);
+  wait(island, state.step, state.step + static_cast<std::uint64_t>(model.turn_steps), state);
+}
+
 }  // namespace
+
+void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Report& report) noexcept {
+  const std::vector<int>& trees = work.visits.trees;
+  if (std::none_of(trees.begin(), trees.end(), [&](int t) { return state.turn[t] != 0; })) return;
+  std::vector<char>& alone = work.rates.alone;
+  work.islands.find(state, trees, work.hands.held_by, true);
+  for (int i = 0; i < work.islands.count(); ++i) {
+    const Island island = work.islands[i];
+    if (waits(model, island, state)) continue;
+    const auto same = [&](int t) {
+      return isDue(state, t) && state.as_of[t] == state.as_of[island.trees[0]] && state.turn[t] == state.turn[island.trees[0]];
+    };
+    const bool goes_on = may_wait && std::all_of(island.trees, island.trees + island.tree_count, same);
+    for (int n = 0; n < island.tree_count; ++n) {
+      const int t = island.trees[n];
+      alone[t] = goes_on;
+      if (state.turn[t] != 0) state.turn[t] = std::min(state.turn[t], state.step);
+    }
+  }
+  for (;;) {  // by age, the oldest first; each takes its trees off the list
+    std::uint64_t as_of = state.step + 1;
+    for (const int t : trees) {
+      if (isDue(state, t)) as_of = std::min(as_of, state.as_of[t]);
+    }
+    if (as_of > state.step) return;
+    const double late = static_cast<double>(state.step - as_of) * model.settings.step;
+    for (ImplicitCoupling& coupling : work.implicit->stage.forces.couplings) coupling.link = -1;
+    beginIslands(model, state, trees, work.hands, work.contacts.seams, late, *work.implicit);
+    work.islands.findDue(state, trees, as_of);
+    for (int i = 0; i < work.islands.count(); ++i) {
+      const Island island = work.islands[i];
+      takeTurn(model, island, late, alone[island.trees[0]] != 0, state, work, report);
+    }
+  }
+}
+
+void bringToPresent(const Model& model, State& state, Work& work, Report& report) noexcept {
+  bool any = false;
+  for (std::uint64_t& turn : state.turn) {
+    if (turn == 0) continue;
+    turn = std::min(turn, state.step);
+    any = true;
+  }
+  if (any) takeTurns(model, false, state, work, report);
+}
 
 void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   ImplicitWork& implicit = *work.implicit;
   const bool may_stand = model.settings.leave_out && part.h == model.settings.step;
   bool begun = false;
-  report.step.standing = 0;
+  report.step.standing = report.step.waiting = 0;
+  takeTurns(model, may_stand, state, work, report);
   work.islands.find(state, work.visits.trees, work.hands.held_by, true);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
     ++report.step.implicit_islands;
+    if (waits(model, island, state)) {
+      const bool told = work.standing.holds(island.trees[0]);  // it has had its turn now
+      if (!told && work.standing.repeats(model, island, state)) work.standing.repeat(island, report);
+      if (!told && !work.standing.holds(island.trees[0])) work.standing.note(island, report.contacts.size(), report);
+      work.asleep.note(island);
+      report.step.waiting += island.tree_count;
+      continue;
+    }
     if (may_stand && work.standing.repeats(model, island, state)) {
       work.standing.repeat(island, report);
       work.asleep.note(island);
@@ -241,9 +313,15 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     takeForces(model, island, true, work);
     const bool stands = solved && solved->stands && standsAlone(model, island, state);
     if (stands) report.step.standing += island.tree_count;
-    const bool looks = model.explicit_steps && !stands;  // what stands costs nothing as it is
+    const bool leaves = !stands && may_stand && isCommonTurn(model, state) && mayWait(model, island, state, work.placement);
+    const bool looks = model.explicit_steps && !stands && !leaves;  // what stands costs nothing as it is
     if (looks) lookForExplicit(model, island, part.h, !solved, state, work);
     if (may_stand && stands) work.standing.note(island, first_contact, report);
+    if (!leaves) continue;
+    wait(island, state.step + 1, firstTurn(model, state, work.rates.load), state);
+    work.standing.note(island, first_contact, report);
+    work.asleep.note(island);
+    report.step.waiting += island.tree_count;
   }
   if (!begun) return;
   report.step.closure = std::max(report.step.closure, implicit.stage.joints.closure(work.placement.link.data()));

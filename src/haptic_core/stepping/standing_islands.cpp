@@ -63,11 +63,20 @@ bool isCalm(const Island& island, const State& state) noexcept {
 void countCalm(const Model& model, const HandWork& hands, const Placement& placement, State& state) noexcept {
   const double most = restingSpeed(model.settings, model.settings.step);
   for (const ModelTree* tree : hands.movers) {
-    int& calm = state.calm[model.indexOf(*tree)];
-    calm = isSlow(model, *tree, most, placement) ? std::min(calm + 1, kCalmSteps) : 0;
+    const int t = model.indexOf(*tree);
+    if (state.turn[t] != 0 && state.as_of[t] <= state.step) continue;  // it has been counted at its turn
+    state.calm[t] = isSlow(model, *tree, most, placement) ? std::min(state.calm[t] + 1, kCalmSteps) : 0;
   }
   for (const PointerState& pointer : state.pointers) {
     if (pointer.link >= 0 && hands.held_by[pointer.link] >= 0) state.calm[model.links[pointer.link].articulation] = 0;
+  }
+}
+
+void countCalm(const Model& model, const Island& island, int steps, const Placement& placement, State& state) noexcept {
+  const double most = restingSpeed(model.settings, model.settings.step);
+  for (int n = 0; n < island.tree_count; ++n) {
+    int& calm = state.calm[island.trees[n]];
+    calm = isSlow(model, model.trees[island.trees[n]], most, placement) ? std::min(calm + steps, kCalmSteps) : 0;
   }
 }
 
@@ -114,8 +123,8 @@ void StandingIslands::carryOver(const StandingIslands& from, const std::vector<i
   }
 }
 
-void StandingIslands::close(const HandWork& hands, bool any_sleeps) noexcept {
-  all_ = (repeated_ > 0 || any_sleeps) && repeated_ == hands.movers.size() && hands.acting.empty() && hands.leading.empty();
+void StandingIslands::close(const HandWork& hands, bool any_sleeps, bool any_waits) noexcept {
+  all_ = !any_waits && (repeated_ > 0 || any_sleeps) && repeated_ == hands.movers.size() && hands.acting.empty() && hands.leading.empty();
 }
 
 bool StandingIslands::repeats(const Model& model, const Island& island, const State& state) const noexcept {

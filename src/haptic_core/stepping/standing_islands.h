@@ -63,6 +63,8 @@ bool standsAlone(const Model& model, const Island& island, const State& state) n
 bool isCalm(const Island& island, const State& state) noexcept;
 /// (in realtime) After a whole step: how long its bodies have been slow.
 void countCalm(const Model& model, const HandWork& hands, const Placement& placement, State& state) noexcept;
+/// (in realtime) The same of one island that has gone over so many steps at once.
+void countCalm(const Model& model, const Island& island, int steps, const Placement& placement, State& state) noexcept;
 
 /// (in realtime) After a step of length h: explicit islands that rest on something, and alone, become implicit.
 void settleExplicit(const Model& model, double h, const Visits& visits, const Placement& placement, Islands& islands,
@@ -75,6 +77,8 @@ class StandingIslands {
 
   /// (in realtime) Before a step: takes the last one's contacts; those left in their place are of no use.
   void open(LoadedVector<ContactReport>& contacts) noexcept;
+  /// (in realtime) The tree moves on.
+  void drop(int tree) noexcept { island_[tree].turn = 0; }
   /// (in realtime) State or model were changed by other than a step: nothing stands.
   void forget() noexcept;
 
@@ -83,9 +87,9 @@ class StandingIslands {
   void carryOver(const StandingIslands& from, const std::vector<int>& tree, const std::vector<int>& contact,
                  const std::vector<char>& stirred) noexcept;
 
-  /// (in realtime) After a step: whether every tree that moves by itself sleeps or was reported again, and no hand acts. The next one
-  /// would find the same, until somebody asks for something.
-  void close(const HandWork& hands, bool any_sleeps) noexcept;
+  /// (in realtime) After a step: whether every tree that moves by itself sleeps or was reported again, none waits, and no hand acts.
+  /// The next one would find the same, until somebody asks for something.
+  void close(const HandWork& hands, bool any_sleeps, bool any_waits) noexcept;
   bool all() const { return all_; }      ///< so it is
   void wake() noexcept { all_ = false; }  ///< (in realtime) a hand has a target
   bool holds(int tree) const { return island_[tree].turn == turn_; }  ///< the tree's island stood in the last step

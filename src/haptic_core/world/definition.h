@@ -197,6 +197,9 @@ struct WorldSettings {
   /// Error of position that a step may add, over the way that gravity and its change of speed move a body in it [1]; 0 < accuracy ≤ 1.
   /// Smaller: more second order and sub-steps, as far as the budget of a step lasts (stepping/implicit_step.h).
   double accuracy = 0.03;
+  /// Step of islands that no hand touches or can reach before their next one [s], rounded to steps of h; 0: all are stepped by h. Up to
+  /// kMostTurnSteps h and below kLongestNear, in worlds with hands, large enough for islands to sleep (stepping/own_rate.h).
+  double far_step = 0;
   bool energy_ledger = true;                ///< false: no energies are booked or reported, which costs less; the motion is the same
   int history_steps = 1000;                 ///< last steps kept to look back on (world/step_history.h); 0…100000
   ContactMaterial default_material;         ///< for pairs where neither surface gives a value; unset: `DefaultMaterial`
@@ -211,7 +214,7 @@ struct WorldSettings {
   static void eachField(Self& s, Visit&& visit) {
     // Neither the history nor leaving out changes a bit, and no file knows another contact model.
     visit(s.step), visit(s.substeps), visit(s.gravity), visit(s.attempts), visit(s.pressure_law), visit(s.torsional_friction);
-    visit(s.energy_ledger), visit(s.default_material), visit(s.tolerance), visit(s.accuracy);
+    visit(s.energy_ledger), visit(s.default_material), visit(s.tolerance), visit(s.accuracy), visit(s.far_step);
   }
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/world/link_forces.h"
 
 namespace haptic {
@@ -17,12 +18,23 @@ Islands::Islands(const Model& model) : model_(model), joined_(model.trees.size()
 }
 
 void Islands::find(const State& state, const std::vector<int>& trees, const std::vector<int>& held_by, bool implicit_only) noexcept {
-  for (const int t : trees) joined_.separate(t);
-  const auto treeOf = [this](int shape) { return model_.links[model_.shapes[shape].link].articulation; };
   const auto moves = [&](int t) {
     return !model_.trees[t].model->isStatic() && held_by[model_.trees[t].link] < 0 &&
            (!implicit_only || state.mode[t] == TreeMode::kImplicit);
   };
+  group(state, trees, moves, [](int) { return true; });
+}
+
+void Islands::findDue(const State& state, const std::vector<int>& trees, std::uint64_t as_of) noexcept {
+  const auto moves = [&](int t) { return stepping::isDue(state, t) && state.as_of[t] == as_of; };
+  group(state, trees, moves, [this](int t) { return model_.trees[t].model->isStatic(); });
+}
+
+/// `joins`: a pair with a tree that does not move belongs to the island of the other side.
+template <class Moves, class Joins>
+void Islands::group(const State& state, const std::vector<int>& trees, Moves&& moves, Joins&& joins) noexcept {
+  for (const int t : trees) joined_.separate(t);
+  const auto treeOf = [this](int shape) { return model_.links[model_.shapes[shape].link].articulation; };
   for (int i = 0; i < state.pair_count; ++i) {
     const int a = treeOf(state.pairs[i].shapeA()), b = treeOf(state.pairs[i].shapeB());
     if (moves(a) && moves(b)) joined_.merge(a, b);
@@ -41,8 +53,9 @@ void Islands::find(const State& state, const std::vector<int>& trees, const std:
     if (island_[t] >= 0) ++first_tree_[island_[t] + 1];
   }
   for (int i = 0; i < state.pair_count; ++i) {
-    const int a = island_[treeOf(state.pairs[i].shapeA())], b = island_[treeOf(state.pairs[i].shapeB())];
-    pair_island_[i] = a >= 0 ? a : b;
+    const int tree_a = treeOf(state.pairs[i].shapeA()), tree_b = treeOf(state.pairs[i].shapeB());
+    const int a = island_[tree_a], b = island_[tree_b];
+    pair_island_[i] = a >= 0 && (b >= 0 || joins(tree_b)) ? a : b >= 0 && joins(tree_a) ? b : -1;
     if (pair_island_[i] >= 0) ++first_pair_[pair_island_[i] + 1];
   }
   for (int i = 0; i < count_; ++i) {

@@ -26,6 +26,9 @@ class Islands {
   /// (in realtime) From the pairs in `state` and the force elements, of those of `trees` that are implicit or of all of them.
   /// O(trees + pairs + elements).
   void find(const State& state, const std::vector<int>& trees, const std::vector<int>& held_by, bool implicit_only) noexcept;
+  /// (in realtime) Likewise of those whose turn has come and that are as they were after `as_of` steps; pairs with others that move are
+  /// left out.
+  void findDue(const State& state, const std::vector<int>& trees, std::uint64_t as_of) noexcept;
 
   int count() const { return count_; }  ///< of the last `find`
   /// Island i < count(), until the next `find`.
@@ -36,6 +39,9 @@ class Islands {
   int of(int tree) const { return island_[tree]; }  ///< -1: does not move by itself
 
  private:
+  template <class Moves, class Joins>
+  void group(const State& state, const std::vector<int>& trees, Moves&& moves, Joins&& joins) noexcept;
+
   const Model& model_;
   int count_ = 0;
   DisjointSets joined_;      ///< of trees

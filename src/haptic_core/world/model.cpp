@@ -67,6 +67,10 @@ Model::Model(const WorldDef& def) : name(def.name), settings(def.settings), poin
   findInternalFaces();
   countPairs();
   chooseVisits();
+  const bool may_wait = settings.leave_out && implicit_steps && listed_pairs.empty() && !pointers.empty() && def.sensors.empty();
+  if (may_wait && has_contacts && settings.substeps == 1 && settings.step < kLongestNear) {
+    turn_steps = std::max(1, static_cast<int>(std::lround(settings.far_step / settings.step)));
+  }
   limitMotions();
 }
 
@@ -94,6 +98,10 @@ void Model::checkSettings() const {
     throw SetupError(name, "history_steps is " + std::to_string(s.history_steps), "give 0 to 100000");
   }
   if (s.substeps < 1) throw SetupError(name, "substeps is " + std::to_string(s.substeps), "give at least 1");
+  if (!(s.far_step >= 0 && s.far_step <= kMostTurnSteps * s.step * (1 + 1e-9))) {
+    throw SetupError(name, "far_step is " + number(s.far_step) + " s",
+                     "give at most " + std::to_string(kMostTurnSteps) + " steps, " + number(kMostTurnSteps * s.step) + " s, or 0");
+  }
   if (!(s.accuracy > 0 && s.accuracy <= 1)) {
     throw SetupError(name, "accuracy is " + number(s.accuracy), "give a share > 0 and <= 1 of the way that forces move a body in a step");
   }
@@ -338,8 +346,8 @@ void Model::limitMotions() {
   for (int l = 0; l < static_cast<int>(links.size()); ++l) {
     if (!links[l].moves || std::isinf(least_width[l])) continue;
     const double way = kShareOfWidth * least_width[l];
-    // A lever so long that a turn of kMostTurn alone is too much.
-    const double lever = std::max(links[l].size, way / (std::sqrt(2.0) * kMostTurn));
+    // A lever so long that a turn of kMostTurnSteps alone is too much.
+    const double lever = std::max(links[l].size, way / (std::sqrt(2.0) * kMostTurnSteps));
     motion_limits.push_back({l, way * way, lever * lever});
   }
 }
@@ -408,6 +416,11 @@ std::string Model::text() const {
   stage(!forces.empty(), "forces between links", "no spring and no field");
   stage(!pointers.empty(), "pointer coupling", "no pointer");
   stage(explicit_steps && implicit_steps, "choice between explicit and implicit steps", "nothing can be stiff");
+  const std::string of_turns = turn_steps > 1 ? ", of " + std::to_string(turn_steps) + " steps" : "";
+  if (settings.far_step > 0) {
+    stage(turn_steps > 1, "turns of islands far from the hands" + of_turns,
+          "a world with a hand, many bodies, no sensors and no substeps, and a step shorter than far_step and 2 ms has them");
+  }
   stage(settings.energy_ledger, "energy ledger", "switched off");
   if (!settings.leave_out) {
     out << "  the general pipeline: every stage visits everything\n";

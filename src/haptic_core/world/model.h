@@ -77,6 +77,11 @@ struct MotionLimit {
   double way2 = 0, lever2 = 0;      ///< squares: way that needs no sweep, lever that turns count with [m²]
 };
 
+/// Most steps that an island may be left for, WorldSettings::far_step over h: 10 ms at 10 kHz.
+inline constexpr int kMostTurnSteps = 100;
+/// Step from which on no island is left for several [s]: a step that did not converge is taken back as a whole then.
+inline constexpr double kLongestNear = 2e-3;
+
 /// A compiled scene: what every stage of a step reads and none changes.
 class Model {
  public:
@@ -168,6 +173,7 @@ class Model {
   bool explicit_steps = true;       ///< the rule has velocity Verlet
   bool implicit_steps = true;       ///< it has implicit attempts; false as well: nothing can be too stiff
   bool searches_pairs = true;       ///< false: nothing can ever touch
+  int turn_steps = 1;               ///< steps between two turns of an island that is far (stepping/own_rate.h); 1: none is
   /// A few pairs are tested box against box, in the order of their keys, without sorting anything; empty: sweep.
   std::vector<std::pair<int, int>> listed_pairs;
 

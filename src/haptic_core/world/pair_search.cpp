@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "haptic_core/stepping/own_rate.h"
+
 namespace haptic {
 namespace {
 
@@ -29,6 +31,7 @@ double margin(const Model& model, const State& state, const Placement& placement
   const ModelLink& link = model.links[l];
   if (!(h > 0) || !link.moves || state.mode[link.articulation] != TreeMode::kImplicit) return 0;
   const LinkWork& work = placement.link[l];
+  h = stepping::foreseen(model, state, link.articulation, h);
   return 2 * h * (work.velocity.norm() + work.omega.norm() * link.size + h * model.settings.gravity.norm());
 }
 
@@ -46,11 +49,11 @@ bool areApart(const ConvexShape::Box* boxes, int a, int b, BoundsApart& by) noex
 }
 
 /// Fills the state's pairs in the order of their keys. A pair that touched stays for once where its boxes are apart again: how
-/// it parted is still to be told.
+/// it parted is still to be told; and one of a tree that waits for its turn, for it was found for all that time.
 class PairList {
  public:
-  PairList(State& state, SearchWork& search, int most)
-      : state_(state), previous_(search.previous), count_before_(state.pair_count), most_(most) {
+  PairList(const Model& model, State& state, SearchWork& search, int most)
+      : model_(model), state_(state), previous_(search.previous), count_before_(state.pair_count), most_(most) {
     std::swap(search.previous, state.pairs);
     state.pair_count = 0;
   }
@@ -68,9 +71,13 @@ class PairList {
   bool keepTouching(std::uint64_t below) noexcept {
     bool room = true;
     for (; before_ < count_before_ && previous_[before_].key < below; ++before_) {
-      if (previous_[before_].friction.touching != 0) room &= put(previous_[before_]);
+      if (previous_[before_].friction.touching != 0 || waits(previous_[before_])) room &= put(previous_[before_]);
     }
     return room;
+  }
+  bool waits(const ActivePair& pair) const noexcept {
+    return model_.turn_steps > 1 &&
+           (state_.turn[model_.treeOf(pair.shapeA())] > state_.step || state_.turn[model_.treeOf(pair.shapeB())] > state_.step);
   }
   bool put(const ActivePair& pair) noexcept {
     if (state_.pair_count >= most_) return false;
@@ -78,6 +85,7 @@ class PairList {
     return true;
   }
 
+  const Model& model_;
   State& state_;
   const std::vector<ActivePair>& previous_;
   int before_ = 0, count_before_, most_;
@@ -116,7 +124,7 @@ void placeShapes(const Model& model, double h, const std::vector<int>& shapes, c
 void findPairs(const Model& model, const Visits& visits, const Placement& placement, int asleep, State& state, SearchWork& search,
                StepReport& report) noexcept {
   if (!model.searches_pairs) return;
-  PairList pairs(state, search, static_cast<int>(state.pairs.size()) - asleep);
+  PairList pairs(model, state, search, static_cast<int>(state.pairs.size()) - asleep);
   bool complete = true;
   if (!model.listed_pairs.empty()) {
     const ConvexShape::Box* boxes = placement.box.data();

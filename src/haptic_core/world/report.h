@@ -75,6 +75,7 @@ struct StepReport {
   int parts = 0;                          ///< solves after one another: more than 1 where friction changed or halved
   int implicit_islands = 0;               ///< islands stepped implicitly
   int standing = 0;                       ///< articulations of them that stand: at rest, left out until something comes near
+  int waiting = 0;                        ///< articulations that wait for a turn of their own (stepping/own_rate.h)
   int redone = 0;                         ///< explicit attempts that were taken back: something stiff was met
   int fallbacks = 0;                      ///< islands in which SDIRK2 was replaced by implicit Euler
   double impact = 0;                      ///< energy of approach of the contacts that began in this step [J]

@@ -208,6 +208,9 @@ struct State {
   std::vector<double> last_step;
   std::vector<int> low;                ///< by tree: implicit steps in a row that could have been explicit (stepping/choice.h)
   std::vector<int> calm;               ///< by tree: steps in a row in which it was slow (stepping/standing_islands.h)
+  /// By tree: step at whose start it has its next turn, 0: every step is; and the number of steps after which it was as it is now
+  /// (stepping/own_rate.h).
+  std::vector<std::uint64_t> turn, as_of;
   std::vector<JointCommand> commands;  ///< of the links of trees whose joints have laws
   std::vector<PointerState> pointers;  ///< by pointer
   std::vector<MotionTarget> motions;   ///< by motion of the model
@@ -221,7 +224,8 @@ struct State {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.time), visit(s.step), visit(s.q), visit(s.v), visit(s.pull), visit(s.mode), visit(s.a_end),
-        visit(s.a_mean), visit(s.v_mean), visit(s.last_step), visit(s.low), visit(s.calm), visit(s.commands);
+        visit(s.a_mean), visit(s.v_mean), visit(s.last_step), visit(s.low), visit(s.calm), visit(s.turn), visit(s.as_of);
+    visit(s.commands);
     visit(s.pointers), visit(s.motions), visit(s.energy);
   }
 

@@ -19,7 +19,7 @@ void resetReport(Work& work, Report& all) noexcept {
   StepReport& report = all.step;
   report.flags = 0;
   report.iterations = report.evaluations = report.factorisations = report.parts = 0;
-  report.implicit_islands = report.standing = report.redone = report.fallbacks = report.substeps = 0;
+  report.implicit_islands = report.standing = report.waiting = report.redone = report.fallbacks = report.substeps = 0;
   report.closure = report.residual = report.wrench_error = report.budget_used = report.position_error = 0;
   work.parts.any = false;
   if (work.implicit) work.standing.open(all.contacts);
@@ -45,6 +45,7 @@ void run(const Model& model, State& state, Work& work, Report& report) noexcept 
   resetReport(work, report);
   findActing(model, state, work.hands);
   work.asleep.wakeActed(model, state, work);
+  work.asleep.wakeDue(model, state, work);
   followDrivePaths(model, state);                                    // positions that drives are asked for
   // Bounds and goals of hands, and how far all is safe. A world that is no longer finite has no next part.
   for (StepPart part = firstPart(model, state, work, report.step); part.h > 0;
@@ -65,7 +66,7 @@ void run(const Model& model, State& state, Work& work, Report& report) noexcept 
   if (work.implicit) stepping::countCalm(model, work.hands, work.placement, state);
   reportParts(model.settings.step, work.parts, report);              // mean wrenches over the step
   reportToHands(model, report.step, work.hands, state);
-  work.standing.close(work.hands, work.asleep.islands() > 0);
+  work.standing.close(work.hands, work.asleep.islands() > 0, report.step.waiting + work.asleep.waiting() > 0);
   work.asleep.close(model, state, work, report);                     // islands that were left out fall asleep
 }
 

@@ -10,6 +10,7 @@
 #include "haptic_core/stepping/asleep.h"
 #include "haptic_core/stepping/choice.h"
 #include "haptic_core/stepping/implicit_step.h"
+#include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/hands.h"
@@ -60,6 +61,7 @@ struct Work {
   std::unique_ptr<stepping::ImplicitWork> implicit;  ///< stepping/implicit_islands; null: every step is explicit
   stepping::StandingIslands standing;      ///< stepping/implicit_islands
   stepping::Asleep asleep;       ///< step, between two steps `World`
+  stepping::RateWork rates;      ///< stepping/own_rate
   LedgerSums sums;               ///< ledger
   std::vector<std::unique_ptr<TreeMotion>> joints;  ///< by tree; null: joints without laws of their own
   WrenchWork wrenches;           ///< applied_wrench

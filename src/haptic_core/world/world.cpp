@@ -40,6 +40,12 @@ struct World::Impl {
   /// (in realtime) Between two steps: whatever sleeps is taken back, so that the state is whole.
   void wake() noexcept { work.asleep.wakeAll(model, state, work, &report); }
 
+  /// (in realtime) Between two steps, before something acts: whatever waits for a turn comes to the present.
+  void bringToPresent() noexcept {
+    wake();
+    if (model.turn_steps > 1) stepping::bringToPresent(model, state, work, report);
+  }
+
   /// (in realtime) Stands at a packed state of its own. Warm starts beside the state are gone.
   void begin(const std::vector<double>& packed) {
     wake();
@@ -107,7 +113,7 @@ Pose World::linkPose(int link) const { return impl_->work.placement.link[link].X
 Twist World::linkTwist(int link) const { return impl_->work.placement.link[link].twistAtOrigin(); }
 bool World::stands(int link) const noexcept {
   const int tree = impl_->model.links[link].articulation;
-  return impl_->work.asleep.holds(tree) || impl_->work.standing.holds(tree);
+  return impl_->state.turn[tree] == 0 && (impl_->work.asleep.holds(tree) || impl_->work.standing.holds(tree));
 }
 
 int World::jointCount() const { return static_cast<int>(impl_->model.joints.size()); }
@@ -140,18 +146,18 @@ int World::wrenchCount() const { return impl_->state.wrench_count; }
 const AppliedWrench& World::wrench(int i) const { return impl_->state.wrenches[static_cast<std::size_t>(i)]; }
 
 void World::applyWrench(int link, const LinkWrench& wrench, double seconds) {
-  impl_->wake();
+  impl_->bringToPresent();
   haptic::applyWrench(impl_->model, link, wrench, seconds, impl_->state, impl_->work);
 }
 
 void World::setBodyPose(int link, const Pose& X_WL, const Twist& V_WL) {
-  impl_->wake();
+  impl_->bringToPresent();
   putBody(impl_->model, link, X_WL, V_WL, impl_->state, impl_->work);
   impl_->report.contacts.clear();
 }
 
 void World::setJointPositions(const std::vector<std::pair<int, double>>& positions) {
-  impl_->wake();
+  impl_->bringToPresent();
   putJoints(impl_->model, positions, impl_->state, impl_->work);
   impl_->report.contacts.clear();
 }
@@ -211,7 +217,7 @@ bool World::canGrab(int pointer, int link) const noexcept {
 
 bool World::tryGrab(int pointer, int link) noexcept {
   if (!canGrab(pointer, link)) return false;
-  impl_->wake();
+  impl_->bringToPresent();
   haptic::grab(impl_->model, impl_->work.placement, pointer, link, impl_->state, impl_->work.hands);
   impl_->work.standing.forget();
   stepping::forgetPull(impl_->state);
@@ -233,7 +239,7 @@ void World::tune(const WorldTuning& tuning) {
   std::vector<CouplingLoad> loads;
   for (const PointerState& pointer : impl_->state.pointers) loads.push_back(model.loadOf(pointer.link));
   check(wanted, loads, model.substep());
-  impl_->wake();
+  impl_->bringToPresent();
   model.tune(wanted);
   refreshHands(model, impl_->state, impl_->work.hands);
   impl_->work.standing.forget();
@@ -297,7 +303,7 @@ int NextWorld::linkNow(int link_before) const noexcept { return impl_->map.link[
 bool World::exchange(NextWorld& next) noexcept {
   if (next.impl_->map.from != &impl_->model) return false;
   Impl& to = *next.impl_->world.impl_;
-  impl_->wake(), to.wake();
+  impl_->bringToPresent(), to.wake();
   carryOver(next.impl_->map, impl_->state, impl_->work, impl_->report, to.model, to.state, to.work, to.report);
   to.work.clock.on = impl_->work.clock.on;
   std::swap(impl_, next.impl_->world.impl_);

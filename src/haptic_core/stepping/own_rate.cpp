@@ -1,0 +1,83 @@
+#include "haptic_core/stepping/own_rate.h"
+
+#include <algorithm>
+
+#include "haptic_core/stepping/standing_islands.h"
+#include "haptic_core/world/applied_wrench.h"
+
+namespace haptic::stepping {
+namespace {
+
+/// No link of the tree passes in `seconds` so far that it may miss something thin.
+bool staysInSight(const Model& model, int tree, double seconds, const Placement& placement) noexcept {
+  const auto first = std::lower_bound(model.motion_limits.begin(), model.motion_limits.end(), model.trees[tree].link,
+                                      [](const MotionLimit& limit, int link) { return limit.link < link; });
+  const int end = model.trees[tree].link + model.trees[tree].model->linkCount();
+  for (auto limit = first; limit != model.motion_limits.end() && limit->link < end; ++limit) {
+    const LinkWork& link = placement.link[limit->link];
+    const double fall = seconds * model.settings.gravity.norm(), speed = link.velocity.norm() + fall;
+    if (2 * seconds * seconds * (speed * speed + limit->lever2 * link.omega.squaredNorm()) > limit->way2) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool waits(const Model& model, const Island& island, const State& state) noexcept {
+  const std::uint64_t turn = state.turn[island.trees[0]], as_of = state.as_of[island.trees[0]];
+  if (turn <= state.step) return false;
+  for (int n = 1; n < island.tree_count; ++n) {
+    if (state.turn[island.trees[n]] != turn || state.as_of[island.trees[n]] != as_of) return false;
+  }
+  return standsAlone(model, island, state);
+}
+
+bool mayWait(const Model& model, const Island& island, const State& state, const Placement& placement) noexcept {
+  const double longest = 2 * model.turn_steps * model.settings.step;
+  for (int n = 0; n < island.tree_count; ++n) {
+    const int t = island.trees[n];
+    if (!model.isFree(model.trees[t]) || anyWrench(model, state, t) || !staysInSight(model, t, longest, placement)) return false;
+  }
+  return standsAlone(model, island, state);
+}
+
+void wait(const Island& island, std::uint64_t as_of, std::uint64_t turn, State& state) noexcept {
+  for (int n = 0; n < island.tree_count; ++n) {
+    state.as_of[island.trees[n]] = as_of;
+    state.turn[island.trees[n]] = turn;
+  }
+}
+
+std::uint64_t firstTurn(const Model& model, const State& state, std::vector<int>& load) noexcept {
+  const auto steps = static_cast<std::uint64_t>(model.turn_steps);
+  std::fill(load.begin(), load.end(), 0);
+  for (const std::uint64_t turn : state.turn) {
+    if (turn != 0) ++load[turn % steps];
+  }
+  std::uint64_t best = state.step + 2;  // it is left out for one step at least
+  for (std::uint64_t turn = best; turn <= state.step + 1 + steps; ++turn) {
+    if (load[turn % steps] < load[best % steps]) best = turn;
+  }
+  return best;
+}
+
+double foreseen(const Model& model, const State& state, int tree, double h) noexcept {
+  if (model.turn_steps <= 1) return h;
+  const std::uint64_t turn = state.turn[tree];
+  const double on = model.turn_steps * model.settings.step;
+  if (turn == 0) return isCommonTurn(model, state) ? h + on : h;
+  const double until = static_cast<double>(turn - state.as_of[tree]) * model.settings.step;
+  return turn > state.step ? until : until + std::max(h, on);
+}
+
+void settleFar(const Model& model, const Visits& visits, const Placement& placement, Islands& islands, const std::vector<int>& held_by,
+               State& state) noexcept {
+  islands.find(state, visits.trees, held_by, false);
+  for (int i = 0; i < islands.count(); ++i) {
+    const Island island = islands[i];
+    if (state.mode[island.trees[0]] == TreeMode::kImplicit || !mayWait(model, island, state, placement)) continue;
+    for (int n = 0; n < island.tree_count; ++n) state.mode[island.trees[n]] = TreeMode::kImplicit;
+  }
+}
+
+}  // namespace haptic::stepping

@@ -1,0 +1,78 @@
+/// Own rates: islands that no hand touches, or can reach before their next turn, are stepped by WorldSettings::far_step.
+///
+/// Such an island waits. Between two turns no stage visits it: it is laid aside like one that sleeps (asleep.h), where it was at
+/// its last turn, its boxes as wide as it may come until the next one. At its turn it comes to the present in one implicit step over the
+/// time that it is late, whose error is bounded as that of any step. What comes near its boxes, and whoever acts on one of its bodies,
+/// brings it to the present before; then it is stepped by h, until nothing is near at a common turn, every far_step.
+///
+/// Only free bodies wait, and only alone (`standsAlone`), with no wrench on them, and too slow to pass through something thin. At a
+/// step as short as h most islands are explicit; before a common turn those that may wait become implicit. Turns are spread over
+/// the steps by their number of bodies. All of this follows from State::turn and State::as_of, by counts of steps: it is saved,
+/// restored and replayed, and a world that is looked at goes on as if it had not been.
+///
+/// Errors: those of far_step, where nothing near is touched; and at most one far_step late is what reaches the near islands.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "haptic_core/world/islands.h"
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/placement.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/visits.h"
+
+namespace haptic {
+struct Report;
+struct Work;
+}  // namespace haptic
+
+namespace haptic::stepping {
+
+/// (in realtime) The tree's turn has come, and it is late.
+inline bool isDue(const State& state, int tree) noexcept { return state.turn[tree] != 0 && state.turn[tree] <= state.step; }
+
+/// (in realtime) At the step about to be taken every island that is far may begin to wait.
+inline bool isCommonTurn(const Model& model, const State& state) noexcept {
+  return model.turn_steps > 1 && state.step % static_cast<std::uint64_t>(model.turn_steps) == 0;
+}
+
+/// (in realtime) Likewise at the step after it.
+inline bool isTurnNext(const Model& model, const State& state) noexcept {
+  return model.turn_steps > 1 && (state.step + 1) % static_cast<std::uint64_t>(model.turn_steps) == 0;
+}
+
+/// (in realtime) All trees of the island wait for the same turn, which is still to come, and nothing else that moves is near.
+bool waits(const Model& model, const Island& island, const State& state) noexcept;
+
+/// (in realtime) The island is alone, of free bodies, and slow enough to be left for a turn.
+bool mayWait(const Model& model, const Island& island, const State& state, const Placement& placement) noexcept;
+
+/// (in realtime) The island is as it is after `as_of` steps, and has its next turn at the start of step `turn`.
+void wait(const Island& island, std::uint64_t as_of, std::uint64_t turn, State& state) noexcept;
+
+/// (in realtime) First turn of an island that begins to wait after this step: where least is to be done among those that are possible.
+std::uint64_t firstTurn(const Model& model, const State& state, std::vector<int>& load) noexcept;
+
+/// (in realtime) Time for which a search has to foresee the motion of an implicit tree, in a step of length h [s].
+double foreseen(const Model& model, const State& state, int tree, double h) noexcept;
+
+/// (in realtime) After the step before a common turn: explicit islands that may wait become implicit.
+void settleFar(const Model& model, const Visits& visits, const Placement& placement, Islands& islands, const std::vector<int>& held_by,
+               State& state) noexcept;
+
+/// Scratch of own rates.
+struct RateWork {
+  std::vector<char> alone;  ///< by tree: its island has come to its turn with nothing near
+  std::vector<int> load;    ///< by turn within a far_step: trees that have it
+
+  explicit RateWork(const Model& model) : alone(model.trees.size()), load(static_cast<std::size_t>(model.turn_steps)) {}  ///< set-up
+};
+
+/// (in realtime) Within the implicit part of a step, once the pairs are known: those visited trees whose turn has come, and those that can
+/// wait no longer, come to the present. Those that `may_wait` and do are set to their next turn, their contacts reported.
+void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Report& report) noexcept;
+
+/// (in realtime) Between two steps: all trees come to the present.
+void bringToPresent(const Model& model, State& state, Work& work, Report& report) noexcept;
+
+}  // namespace haptic::stepping

@@ -1,0 +1,205 @@
+// Islands that are stepped at a rate of their own: closed forms of what waits, the hand's bits, a state that may be looked at any time.
+#include "haptic_core/stepping/own_rate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "../../scenes/stacks.h"
+#include "haptic_core/base/error.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/world.h"
+
+namespace haptic {
+namespace own_rate_test {
+
+using namespace scenes;
+
+constexpr double kStep = 1e-4, kFar = 1e-3;
+
+CubeParameters stiffCube() {
+  CubeParameters c;
+  c.stiffness = 1e8;
+  return c;
+}
+
+StackParameters pairs() {
+  StackParameters p;
+  p.count = 16, p.height = 2, p.hand = true;
+  return p;
+}
+
+/// Stacks of two; the upper cubes of all but the first fall and turn.
+WorldDef tumbling(double far_step) {
+  WorldSettings settings;
+  settings.step = kStep;
+  settings.far_step = far_step;
+  settings.history_steps = 10;
+  const StackParameters p = pairs();
+  WorldDef def = stacks(p, stiffCube(), settings);
+  for (int i = 1; i < p.count; ++i) {
+    ArticulationDef& upper = def.articulations[static_cast<std::size_t>(2 * i + 2)];
+    upper.X_WA.p += Vector3(0.02 * std::sin(i), 0.02 * std::cos(2 * i), 0.02 + 0.01 * i);
+    upper.X_WA.R = rotationFromRpy(Vector3(i, 2 * i, 3 * i));
+    upper.V_WA.angular = Vector3(std::sin(i), std::cos(i), 1);
+  }
+  return def;
+}
+
+/// The hand comes down on the first stack within 0.1 s, and rubs it.
+void step(World& world) {
+  const double k = static_cast<double>(world.report().step);
+  world.setPointerTarget(0, Pose(Vector3(handStart(pairs(), stiffCube()) + Vector3(1e-6 * k, 0, -std::min(0.0205, 2e-5 * k)))), Twist{});
+  world.step();
+}
+
+/// A cube that flies in a world where everything else stands; gravity may be none. Link 1 + 2 i is the lower one of stack i.
+WorldDef flying(const Vector3& velocity, const Vector3& gravity) {
+  WorldDef def = tumbling(kFar);
+  def.settings.gravity = gravity;
+  for (int i = 0; i < pairs().count; ++i) {
+    ArticulationDef& upper = def.articulations[static_cast<std::size_t>(2 * i + 2)];
+    upper.V_WA = Twist{};
+    upper.X_WA = Pose(Vector3(stackAt(pairs(), i) + Vector3(0, 0, 2 + i)));
+    if (i == 5) upper.V_WA.linear = velocity;
+  }
+  return def;
+}
+constexpr int kFlies = 2 * 5 + 2;
+
+/// [s] of which the pose of a link's tree is.
+double timeOf(const World& world, int link) {
+  const int tree = world.model().links[static_cast<std::size_t>(link)].articulation;
+  const State& state = world.state();
+  return kStep * static_cast<double>(state.turn[static_cast<std::size_t>(tree)] ? state.as_of[static_cast<std::size_t>(tree)] : state.step);
+}
+
+TEST(OwnRate, WhatFliesIsOnItsParabolaAtEveryTurn) {
+  const Vector3 v(0.3, -0.2, 1), g(0, 0, -9.8);
+  World world(flying(v, g));
+  const Vector3 start = world.linkPose(kFlies).p;
+  int late = 0;
+  for (int i = 0; i < 1500; ++i) {
+    step(world);
+    const double t = timeOf(world, kFlies);
+    late += t < world.time() - 0.5 * kStep;
+    ASSERT_LT((world.linkPose(kFlies).p - (start + v * t + 0.5 * g * t * t)).norm(), 1e-12) << i;
+    ASSERT_LE(world.time() - t, kFar * (1 + 1e-9));
+  }
+  EXPECT_GT(late, 1200) << "nothing has waited";
+}
+
+TEST(OwnRate, AWrenchActsFromItsInstantAndNotFromTheLastTurn) {
+  const Vector3 v(0.3, -0.2, 0.1), F(0.02, 0, 0.01);
+  const double seconds = 0.0137;
+  WorldDef def = flying(v, Vector3::Zero());
+  World world(def);
+  const double m = world.model().links[kFlies].mass;
+  const Vector3 start = world.linkPose(kFlies).p;
+  for (int i = 0; i < 1234; ++i) step(world);
+  ASSERT_LT(timeOf(world, kFlies), world.time() - 0.5 * kStep) << "it does not wait";
+  const double began = world.time();
+  LinkWrench wrench;
+  wrench.F.force = F;
+  world.applyWrench(kFlies, wrench, seconds);
+  EXPECT_NEAR(timeOf(world, kFlies), began, 1e-12) << "who acts on it finds it in the present";
+  EXPECT_LT((world.linkPose(kFlies).p - (start + v * began)).norm(), 1e-12);
+  for (int i = 0; i < 500; ++i) step(world);
+  ASSERT_LT(timeOf(world, kFlies), world.time() - 0.5 * kStep) << "it does not wait again";
+  const double since = timeOf(world, kFlies) - began;
+  const Vector3 gained = F / m * seconds;
+  EXPECT_LT((world.linkTwist(kFlies).linear - (v + gained)).norm(), 1e-12);
+  const Vector3 right = start + v * (began + since) + gained * (since - 0.5 * seconds);
+  EXPECT_LT((world.linkPose(kFlies).p - right).norm(), 1e-9) << "half a step of the gained speed at most would be 3e-7 m";
+}
+
+TEST(OwnRate, TheHandFeelsTheSameBitsWhereNothingFarReachesIt) {
+  World all(tumbling(0)), own(tumbling(kFar));
+  long waited = 0, pressed = 0;
+  for (int i = 0; i < 3000; ++i) {
+    step(all), step(own);
+    waited += own.report().waiting;
+    pressed += own.pointerWrench(0).force.norm() > 0.01;
+    ASSERT_EQ(all.pointerWrench(0).force, own.pointerWrench(0).force) << i;
+    ASSERT_EQ(all.pointerWrench(0).torque, own.pointerWrench(0).torque) << i;
+  }
+  EXPECT_EQ(all.report().waiting, 0);
+  EXPECT_GT(waited, 3000 * 10);
+  EXPECT_GT(pressed, 1000);
+}
+
+TEST(OwnRate, AWorldThatIsLookedAtOrRestoredGoesOnWithTheSameBits) {
+  World first(tumbling(kFar)), again(tumbling(kFar));
+  for (int i = 0; i < 3000; ++i) {
+    step(first), step(again);
+    ASSERT_EQ(first.hash(), again.hash()) << i;
+    if (i % 97 == 0) again.restore(again.save());
+    if (i % 61 == 0) ASSERT_GT(first.state().q.size(), 0u);
+  }
+}
+
+TEST(OwnRate, WhatComesNearIsInThePresentBeforeItTouches) {
+  WorldDef def = tumbling(kFar);
+  // The second stack's upper cube slides on the floor towards the first stack.
+  ArticulationDef& visitor = def.articulations[4];
+  visitor.X_WA = Pose(Vector3(stackAt(pairs(), 0) + Vector3(-0.4, 0.02, 0.0501)));
+  visitor.V_WA.angular.setZero();
+  visitor.V_WA.linear = Vector3(2, 0, 0);
+  World world(def);
+  bool waited = false, touched = false;
+  for (int i = 0; i < 4000; ++i) {
+    step(world);
+    const State& state = world.state();
+    waited |= state.turn[4] != 0;
+    for (int c = 0; c < world.contactCount(); ++c) {
+      const ContactReport& contact = world.contact(c);
+      if (contact.link_a == 0) continue;
+      const auto a = static_cast<std::size_t>(contact.link_a), b = static_cast<std::size_t>(contact.link_b);
+      touched |= contact.link_a <= 2 && contact.link_b == 4;
+      ASSERT_EQ(state.turn[a], state.turn[b]) << contact.link_a << ' ' << contact.link_b << " at " << i;
+      ASSERT_EQ(state.as_of[a], state.as_of[b]);
+    }
+  }
+  EXPECT_TRUE(waited);
+  EXPECT_TRUE(touched);
+}
+
+TEST(OwnRate, WhatSlidesFarAwayStopsWhereFrictionStopsIt) {
+  WorldDef def = tumbling(kFar);
+  def.settings.default_material.mu_static = def.settings.default_material.mu_dynamic = 0.5;
+  ArticulationDef& slider = def.articulations[4];
+  const CubeParameters c = stiffCube();
+  slider.X_WA = Pose(Vector3(-1, -1, 0.5 * c.size - c.restDepth()));
+  slider.V_WA.angular.setZero();
+  slider.V_WA.linear = Vector3(1, 0, 0);
+  World world(def);
+  long waited = 0;
+  for (int i = 0; i < 4000; ++i) {
+    step(world);
+    waited += world.state().turn[4] != 0;
+  }
+  EXPECT_GT(waited, 1500);
+  // v²/(2 μ g), and the speed of the start for half of a step of far_step.
+  EXPECT_NEAR(world.linkPose(4).p.x(), -1 + 1 / (2 * 0.5 * 9.8), 1 * kFar / 2);
+  EXPECT_LT(world.linkTwist(4).linear.norm(), 1e-6);
+}
+
+TEST(OwnRate, ATurnThatIsTooFarAwayIsRefused) {
+  WorldDef def = tumbling(0.02);
+  try {
+    World world(def);
+    FAIL() << "200 steps between two turns";
+  } catch (const SetupError& error) {
+    EXPECT_NE(std::string(error.what()).find("far_step is 0.02 s"), std::string::npos) << error.what();
+  }
+  def.settings.far_step = 0.01;
+  EXPECT_EQ(World(def).model().turn_steps, 100);
+  def.settings.step = 1e-3;
+  def.settings.far_step = 1e-3;
+  EXPECT_EQ(World(def).model().turn_steps, 1) << "everything is stepped by h";
+}
+
+}  // namespace own_rate_test
+}  // namespace haptic
