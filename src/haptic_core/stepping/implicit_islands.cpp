@@ -281,7 +281,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
   const bool may_stand = model.settings.leave_out && part.h == model.settings.step;
   bool begun = false;
   report.step.standing = report.step.waiting = 0;
-  takeTurns(model, may_stand, state, work, report);
+  takeTurns(model, may_stand && model.turn_steps > 1, state, work, report);
   work.islands.find(state, work.visits.trees, work.hands.held_by, true);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];

@@ -25,7 +25,7 @@ bool staysInSight(const Model& model, int tree, double seconds, const Placement&
 
 bool waits(const Model& model, const Island& island, const State& state) noexcept {
   const std::uint64_t turn = state.turn[island.trees[0]], as_of = state.as_of[island.trees[0]];
-  if (turn <= state.step) return false;
+  if (model.turn_steps <= 1 || turn <= state.step) return false;
   for (int n = 1; n < island.tree_count; ++n) {
     if (state.turn[island.trees[n]] != turn || state.as_of[island.trees[n]] != as_of) return false;
   }
@@ -66,7 +66,7 @@ double foreseen(const Model& model, const State& state, int tree, double h) noex
   const std::uint64_t turn = state.turn[tree];
   const double on = model.turn_steps * model.settings.step;
   if (turn == 0) return isCommonTurn(model, state) ? h + on : h;
-  const double until = static_cast<double>(turn - state.as_of[tree]) * model.settings.step;
+  const double until = std::max(0.0, static_cast<double>(turn) - static_cast<double>(state.as_of[tree])) * model.settings.step;
   return turn > state.step ? until : until + std::max(h, on);
 }
 

@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kMostImplicitSteps = 1e9;  // in a row: a month at 1 kHz, and far within an int
 
+constexpr double kMostSteps = 1e15;         // all below 2^53 are numbers of their own
+
 bool isIndex(double number, double count) { return number >= 0 && number < count && number == std::floor(number); }
 
 bool pairFits(const Model& model, const ActivePair& pair) {
@@ -40,6 +42,13 @@ class Judge {
   void operator()(const std::vector<int>& counts) {
     for (std::size_t i = 0; i < counts.size(); ++i) take(kMostImplicitSteps);
   }
+  void operator()(std::uint64_t) {
+    step_ = *next_;
+    take(kMostSteps);
+  }
+  void operator()(const std::vector<std::uint64_t>& turns) {
+    for (std::size_t i = 0; i < turns.size(); ++i) take(step_ + 2 * kMostTurnSteps);
+  }
   void operator()(const std::vector<PointerState>& pointers) {
     for (PointerState pointer : pointers) {
       readFields(pointer, next_);
@@ -57,7 +66,7 @@ class Judge {
 
  private:
   void take(double count) { good_ &= isIndex(*next_++, count); }
-  double links_;
+  double links_, step_ = 0;
   int modes_;  ///< that its trees may have; implicit is the last
   const double* next_;
   bool good_ = true;
@@ -79,7 +88,7 @@ void refuseDamaged(const Model& model, const State& state, const std::vector<dou
     const int link = judge.read<AppliedWrench>().link;
     judge.require(link >= 0 && link < static_cast<int>(model.links.size()));
   }
-  if (!judge.good()) throw SetupError("saved state", "is damaged: it names links or shapes that are not there", "save it again");
+  if (!judge.good()) throw SetupError("saved state", "is damaged: it names links, shapes or turns that are not there", "save it again");
 }
 
 }  // namespace haptic
