@@ -13,8 +13,6 @@ namespace {
 
 constexpr double kMostImplicitSteps = 1e9;  // in a row: a month at 1 kHz, and far within an int
 
-constexpr double kMostSteps = 1e15;         // all below 2^53 are numbers of their own
-
 bool isIndex(double number, double count) { return number >= 0 && number < count && number == std::floor(number); }
 
 bool pairFits(const Model& model, const ActivePair& pair) {
@@ -42,12 +40,9 @@ class Judge {
   void operator()(const std::vector<int>& counts) {
     for (std::size_t i = 0; i < counts.size(); ++i) take(kMostImplicitSteps);
   }
-  void operator()(std::uint64_t) {
-    step_ = *next_;
-    take(kMostSteps);
-  }
+  void operator()(std::uint64_t) { step_ = read<std::uint64_t>(); }
   void operator()(const std::vector<std::uint64_t>& turns) {
-    for (std::size_t i = 0; i < turns.size(); ++i) take(step_ + 2 * kMostTurnSteps);
+    for (std::size_t i = 0; i < turns.size(); ++i) good_ &= read<std::uint64_t>() <= step_ + 2 * kMostTurnSteps;
   }
   void operator()(const std::vector<PointerState>& pointers) {
     for (PointerState pointer : pointers) {
@@ -66,7 +61,8 @@ class Judge {
 
  private:
   void take(double count) { good_ &= isIndex(*next_++, count); }
-  double links_, step_ = 0;
+  double links_;
+  std::uint64_t step_ = 0;  ///< of the state
   int modes_;  ///< that its trees may have; implicit is the last
   const double* next_;
   bool good_ = true;
