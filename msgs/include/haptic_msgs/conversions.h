@@ -7,6 +7,10 @@
 #include <haptic_msgs/EnergyLedger.h>
 #include <ros/time.h>
 
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/loop/realtime.h"
 #include "haptic_core/world/report.h"
@@ -98,13 +102,21 @@ inline Wrench fromWrench(const geometry_msgs::Wrench& wrench) {
 
 inline bool finite(const Pose& X) { return X.p.allFinite() && X.R.allFinite(); }  ///< no NaN and no infinity
 
-/// ROS time of an instant on the steady clock [ns]. With a simulated clock: its present time.
+/// ROS time of an instant on the steady clock [ns], the same whoever asks and when. With a simulated clock: its present time.
 inline ros::Time toStamp(std::int64_t steady_ns) {
+  // The two clocks differ by a constant until someone sets one. Two readings around the other clock's bound it, however long this
+  // thread is kept from its core between them: with one, stamps of the same step differed by milliseconds on a busy machine.
+  static std::atomic<std::int64_t> difference_ns{0};
+  const std::int64_t before_ns = steadyNow();
   const ros::Time now = ros::Time::now();
+  const std::int64_t after_ns = steadyNow();
   if (ros::Time::isSimTime()) return now;
-  const std::int64_t age = steadyNow() - steady_ns;
-  // Early in a simulated or wrong clock the difference would be before the epoch, which ros::Time refuses.
-  return now.toNSec() > static_cast<std::uint64_t>(age > 0 ? age : 0) ? now - ros::Duration().fromNSec(age) : now;
+  const auto now_ns = static_cast<std::int64_t>(now.toNSec());
+  const std::int64_t known_ns = difference_ns.load(std::memory_order_relaxed);
+  const std::int64_t bounded_ns = std::clamp(known_ns, now_ns - after_ns, now_ns - before_ns);
+  if (bounded_ns != known_ns) difference_ns.store(bounded_ns, std::memory_order_relaxed);
+  // Of an instant before the epoch, which ros::Time refuses, early in a wrong clock.
+  return steady_ns + bounded_ns > 0 ? ros::Time().fromNSec(static_cast<std::uint64_t>(steady_ns + bounded_ns)) : now;
 }
 
 /// [J]; the message has the six sums that loops report.
