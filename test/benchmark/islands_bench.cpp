@@ -279,6 +279,7 @@ void measureRates() {
   for (const bool visited : {false, true}) {
     World all(besideTumbling(0, visited)), own(besideTumbling(1e-3, visited)), again(besideTumbling(1e-3, visited));
     std::vector<double> all_s, own_s;
+    for (std::vector<double>* ticks : {&all_s, &own_s}) ticks->reserve(10000);
     double error = 0, force = 0, waiting = 0;
     long mismatches = 0, allocations = 0;
     for (int i = 0; i < 10000; ++i) {
