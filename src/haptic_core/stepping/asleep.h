@@ -56,7 +56,7 @@ class Asleep {
   void wakeNear(const Model& model, double h, State& state, Work& work) noexcept;
   /// (in realtime) At the start of a step: takes back what hands with a target pull at.
   void wakeActed(const Model& model, State& state, Work& work) noexcept;
-  /// (in realtime) At the start of a step: takes back what has its turn.
+  /// (in realtime) At the start of a step: takes back the islands that have their turn.
   void wakeDue(const Model& model, State& state, Work& work) noexcept;
   /// (in realtime) Takes all back. `report`: between two steps the last one's; null within a step.
   void wakeAll(const Model& model, State& state, Work& work, Report* report) noexcept;
