@@ -141,7 +141,8 @@ def references_of(scene, cases, quick):
         if quick and not is_peer(case.method) and (case.stiffness != scene.stiffness or case.facets):
             continue  # numerical errors of the scene's own model only
         if is_peer(case.method):
-            own = steps if scene.benchmark else (STEPS[0] / 2, STEPS[0] / 4)
+            least = next(step for step in STEPS if step > WASM_LEAST_STEP) if is_wasm(case.method) else STEPS[0]
+            own = steps if scene.benchmark else (least / 2, least / 4)
             models[model] = [Case(case.scene, case.method, step, 0, 0) for step in own]
             continue
         # Explicit at these steps holds 100 times the stiffness that the scene itself needs.
