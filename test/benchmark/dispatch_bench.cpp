@@ -14,6 +14,7 @@
 #include "contact_scenes.h"
 #include "haptic_core/base/build_info.h"
 #if __has_include("haptic_core/geometry/volume/contact_workspace.h")
+#include "haptic_core/base/cpu_time.h"
 #include "haptic_core/geometry/volume/contact_workspace.h"
 #else  // of the release that it is compared with
 #include "haptic_core/geometry/contact_workspace.h"
@@ -96,12 +97,6 @@ const Case kCases[] = {
     {"heap10", [] { return steps(heap10()); }, 1, 1500, 300},
 };
 
-double cpuSeconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
 }  // namespace
 }  // namespace haptic::bench
 
@@ -120,8 +115,8 @@ int main(int argc, char** argv) {
       countedPass([&] { work(c.counted); });
       continue;
     }
-    const double start = cpuSeconds();
+    const double start = haptic::cpuSeconds();
     work(c.timed);
-    std::printf("case %s %.9g\n", c.name, cpuSeconds() - start);
+    std::printf("case %s %.9g\n", c.name, haptic::cpuSeconds() - start);
   }
 }

@@ -2,26 +2,19 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "../peers/peer_world.h"
 #include "../scenes/heap.h"
+#include "haptic_core/base/cpu_time.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic::bench {
 
 constexpr double kActive = 1e-3;  ///< speed above which something moves [m/s]
 constexpr int kChunk = 20;        ///< steps of one world before the next has its turn
-
-/// Of the calling thread.
-inline double cpuSeconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 struct Times {
   std::vector<double> all, active;  ///< [µs]

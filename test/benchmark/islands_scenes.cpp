@@ -1,10 +1,9 @@
 /// Every shipped scene with a hand, as it is shipped but for `--rate 10000`: whether a tick holds the period.
-#include <time.h>
-
 #include <algorithm>
 #include <cstdio>
 
 #include "figure.h"
+#include "haptic_core/base/cpu_time.h"
 #include "haptic_core/loop/realtime.h"
 #include "islands_scenes.h"
 #include "loop_rig.h"
@@ -15,12 +14,6 @@ namespace {
 constexpr double kRate = 10000;       // [Hz]
 constexpr double kSeconds = 10;       // the twin's hands go their way in this time, once or more
 constexpr double kMostMissed = 1e-3;  // share of ticks whose compute time is above the period, in a scene that holds the rate
-
-double cpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 }  // namespace
 

@@ -1,12 +1,11 @@
 /// Simulators that are measured side by side: ours and all settings of the peers.
 #pragma once
-#include <time.h>
-
 #include <cstdio>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "haptic_core/base/cpu_time.h"
 #include "run_case.h"
 
 namespace haptic::bench {
@@ -31,13 +30,6 @@ inline std::vector<Rival> rivals() {
     all.back().method.peer = peer.settings;
   }
   return all;
-}
-
-/// CPU time of this thread [s].
-inline double cpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 inline double infinite() { return std::numeric_limits<double>::infinity(); }

@@ -6,8 +6,6 @@
 // spring and a damper, in a world that may hold others; it feels torques, may have any shape, and pays for
 // that. All tools here are balls, all obstacles convex, fixed or led, so that both can run; a god object
 // could take any mesh of triangles, ours takes convex pieces.
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -17,6 +15,7 @@
 #include "../scenes/touch.h"
 #include "figure.h"
 #include "god_object.h"
+#include "haptic_core/base/cpu_time.h"
 #include "haptic_core/geometry/shapes/ball.h"
 #include "haptic_core/world/led_motion.h"
 #include "instruction_count.h"
@@ -327,12 +326,6 @@ std::vector<Trial> holdingTrials() {
   };
   trials.push_back(plough);
   return trials;
-}
-
-double cpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 int ticksOf(const Trial& trial) {

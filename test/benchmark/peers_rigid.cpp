@@ -1,12 +1,11 @@
 // How deep bodies rest in surfaces that are said to be rigid, and what their steps cost beside those of the scenes as published.
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "../scenes/shipped_scenes.h"
 #include "figure.h"
+#include "haptic_core/base/cpu_time.h"
 #include "peers_figures.h"
 #include "random_stack.h"
 
@@ -15,12 +14,6 @@ namespace {
 
 constexpr int kStacks = 200;
 constexpr char kSaysRigid[] = "<haptic:contact stiffness=\"rigid\"/>";
-
-double cpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// Least extent of the one collision of each link [m].
 std::vector<double> extentsOf(const WorldDef& def) {

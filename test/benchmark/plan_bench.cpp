@@ -2,8 +2,6 @@
 /// the same bits, and what leaving out saves. Then what features cost that a scene does not use, and topics that nobody
 /// reads. `--csv` prints one line per scene for the report instead of a table.
 #include <dirent.h>
-#include <time.h>
-
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -12,6 +10,7 @@
 #include "../scenes/circling_hands.h"
 #include "../scenes/motions.h"
 #include "figure.h"
+#include "haptic_core/base/cpu_time.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/loop/ports.h"
 #include "single_stepping.h"
@@ -57,12 +56,6 @@ struct Comparison {
   long planned_instructions = -1, general_instructions = -1;  ///< of one step; -1: not counted
   double planned_s = 0, speedup = 0;                        ///< median step [s]; median of paired ratios
 };
-
-double cpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// `counts`: instructions too, which takes seconds a scene.
 Comparison compare(const Scene& scene, bool counts) {

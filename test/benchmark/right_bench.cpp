@@ -8,6 +8,7 @@
 
 #include "../scenes/inner_corner.h"
 #include "figure.h"
+#include "haptic_core/base/cpu_time.h"
 #include "haptic_core/contact/located_force.h"
 #include "right_figures.h"
 
@@ -15,12 +16,6 @@ namespace haptic::bench {
 namespace {
 
 using namespace scenes;
-
-double cpuSeconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 struct CornerRun {
   double force_error = 0;  ///< over the weight, last 20 steps

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "haptic_core/base/cpu_time.h"
 #include "../scenes/actors.h"
 #include "figure.h"
 #include "haptic_core/loop/session.h"
@@ -169,12 +170,6 @@ int replayMismatches() {
   return mismatches;
 }
 
-double threadSeconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
 /// Processor time [s] that each of the three ticks takes longer in which the way is rehearsed and a cube comes or goes than the same tick
 /// without, 40 times, in two loops side by side over 30 cubes; the next world is compiled in a thread of its own while the loop goes on.
 std::vector<double> addedBySpawning() {
@@ -208,12 +203,12 @@ std::vector<double> addedBySpawning() {
     maker.join();
     const LoopCommand command{change};
     const auto longer = [&](const auto& work) {
-      const double start = threadSeconds();
+      const double start = cpuSeconds();
       work();
       tick(loop);
-      const double middle = threadSeconds();
+      const double middle = cpuSeconds();
       tick(beside);
-      added.push_back((middle - start) - (threadSeconds() - middle));
+      added.push_back((middle - start) - (cpuSeconds() - middle));
     };
     longer([&] { world.rehearse(*change.next, false); });
     longer([&] { world.rehearse(*change.next, true); });

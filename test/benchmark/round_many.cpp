@@ -3,17 +3,12 @@
 
 #include "../scenes/balls.h"
 #include "figure.h"
+#include "haptic_core/base/cpu_time.h"
 #include "peer_world.h"
 #include "round_figures.h"
 
 namespace haptic::bench {
 namespace {
-
-double cpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return now.tv_sec + 1e-9 * now.tv_nsec;
-}
 
 WorldSettings byDefault() {
   WorldSettings settings;

@@ -9,8 +9,6 @@
 /// the tick's own new command, which is the period's delay too. A scene rings when the force above 50 Hz is more than a third
 /// of all of it in some second in which the hand feels anything (0.2 N). `given` is the least share of its contact's stiffness
 /// that a hand was given (world/hand_bound.h).
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -18,6 +16,7 @@
 
 #include "energy_gain.h"
 #include "figure.h"
+#include "haptic_core/base/cpu_time.h"
 #include "haptic_core/loop/realtime.h"
 #include "loop_rig.h"
 
@@ -28,12 +27,6 @@ constexpr double kPeriod = 1e-3;         // [s]
 constexpr int kSmoothed = 20;            // ticks: what varies faster than 50 Hz is above them
 constexpr double kFelt = 0.2;            // [N]
 constexpr double kRingingShare = 1.0 / 3;
-
-double cpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// Share of a force that is above 50 Hz, the largest of any second.
 class Ringing {

@@ -14,6 +14,7 @@
 
 #include "../scenes/step_motions.h"
 #include "figure.h"
+#include "haptic_core/base/cpu_time.h"
 #include "step_figures.h"
 
 namespace haptic::bench {
@@ -35,12 +36,6 @@ constexpr Dated kDated[] = {{"slide_1e8", 8.309, 6.71, 4.34, true},      {"spin_
                             {"rock_1e10", 8955.475, 12.32, 7.76, true},  {"table", 455.055, 10.05, 9.77, false},
                             {"crosses", 941.141, 8.52, 7.62, false},     {"dominoes", 521.724, 119.05, 92.75, false},
                             {"hexagon", 15921.933, 6.29, 10.23, false},  {"stick_slip", 0.689, 6.55, 6.07, false}};
-
-double cpuMicroseconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
-}
 
 /// Pose of the body and force on the hand at the end of every step.
 struct Track {
@@ -94,9 +89,9 @@ std::array<Run, 2> measure(const StepMotion& motion, const std::array<Attempts, 
       for (int k = 0; k < 2; ++k) {
         for (int i = turn; i < std::min(steps, turn + kTurn); ++i) {
           motion.aim(*worlds[k]);
-          const double before = cpuMicroseconds();
+          const double before = 1e6 * cpuSeconds();
           worlds[k]->step();
-          const double took = cpuMicroseconds() - before;
+          const double took = 1e6 * cpuSeconds() - before;
           us[k] += took / steps;
           worst[k] = std::max(worst[k], took);
           if (r == 0) look(*worlds[k], motion, runs[k]);

@@ -12,6 +12,7 @@
 
 #include "../scenes/heap.h"
 #include "figure.h"
+#include "haptic_core/base/cpu_time.h"
 #include "step_figures.h"
 
 namespace haptic::bench {
@@ -23,12 +24,6 @@ constexpr int kFine = 16;
 /// fits under it and before the wall: what is squeezed between prescribed motions gets any force.
 constexpr double kBox = 0.03, kAbove = 0.35, kDeep = 0.075, kRoom = 0.07;
 constexpr std::pair<const char*, double> kStiffness[] = {{"k1e7", 1e7}, {"k1e8", 1e8}, {"k1e10", 1e10}};
-
-double cpuMicroseconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e6 * static_cast<double>(t.tv_sec) + 1e-3 * static_cast<double>(t.tv_nsec);
-}
 
 struct Plough {
   int count;
@@ -81,9 +76,9 @@ Run run(const Plough& plough, Attempts attempts, int fine) {
     bool impact = false, open = false;
     for (int j = 0; j < fine; ++j) {
       plough.aim(world);
-      const double before = cpuMicroseconds();
+      const double before = 1e6 * cpuSeconds();
       world.step();
-      us += cpuMicroseconds() - before;
+      us += 1e6 * cpuSeconds() - before;
       F += world.pointerWrench(0).force / fine;
       impact |= world.report().impact > 0;
       open |= (world.report().flags & kNotConverged) != 0;

@@ -1,10 +1,9 @@
 #include "run_case.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/cpu_time.h"
 #include "../benchmark/allocation_count.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/world.h"
@@ -12,12 +11,6 @@
 
 namespace haptic::report {
 namespace {
-
-double cpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// Factor on the friction of a scene: its change is measured once.
 class Friction {
