@@ -163,7 +163,7 @@ def task_of(case, program, stamp, quick, scene):
     """The process of a case. Its key changes with the program and with the scene's file."""
     reference = not quick and 0 < case.step < STEPS[0] / 1.5
     # References and engines in WebAssembly run once: their times count for nothing.
-    budget = '0' if reference or is_wasm(case.method) else '0.02' if quick else '0.05'
+    budget = '0' if reference or is_wasm(case.method) else '0.02'
     command = [program, case.scene] + (['exact'] if case.method == 'exact' else
                                        [case.method, repr(case.step), repr(float(case.stiffness)), str(case.facets),
                                         '--budget', budget] +
