@@ -155,9 +155,9 @@ std::string findScene(const std::string& file_or_name, const std::vector<std::st
     throw SetupError(file_or_name, "file not found", "check the path");
   }
   for (const fs::path& folder : sceneFolders(folders)) {
-    for (const std::string& ending : kEndings) {
-      if (isFile(folder / (file_or_name + ending))) {
-        return fs::absolute(folder / (file_or_name + ending), code).lexically_normal().string();
+    for (const fs::path& place : {folder, folder / "large"}) {  // large scenes have a folder of their own
+      for (const std::string& ending : kEndings) {
+        if (isFile(place / (file_or_name + ending))) return fs::absolute(place / (file_or_name + ending), code).lexically_normal().string();
       }
     }
   }

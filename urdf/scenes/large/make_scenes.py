@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Writes the large scenes beside this file: city.yaml and pile300.yaml, and the models that they list.
+"""Writes the large scenes beside this file: city.yaml, pile300.yaml and workshop.yaml, and the models that they list.
 
     python3 urdf/scenes/large/make_scenes.py [FOLDER]
 
 A test compares the files with what this writes. Lengths in metres, masses in kilograms, angles in radians.
 """
+import math
 import os
 import re
 import sys
@@ -147,6 +148,95 @@ def city():
     return listed('city', 'A hand among 850 cubes in 150 stacks and a heap, two Pandas that hold their poses, a door and a drawer.', models)
 
 
+STEEL, WOOD, RUBBER, BRASS = '0.55 0.57 0.6 1', '0.72 0.52 0.3 1', '0.18 0.18 0.2 1', '0.8 0.65 0.3 1'
+PEG, BEFORE_WALL = 0.012, 0.035  # side of a peg; where tools hang before the wall [m]
+
+
+def moments(kind, size):
+    """Of a box or an upright cylinder (radius, length) of 1 kg, about its middle [m²]."""
+    if kind == 'box':
+        x, y, z = size
+        return (y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12
+    radius, length = size
+    side = radius * radius / 4 + length * length / 12
+    return side, side, radius * radius / 2
+
+
+def tool(name, place, parts):
+    """A body of `parts` (kind, size, middle, mass, colour), whose frame is at `place`."""
+    mass = sum(part[3] for part in parts)
+    middle = [sum(part[3] * part[2][axis] for part in parts) / mass for axis in range(3)]
+    inertia = [0.0, 0.0, 0.0]
+    shapes = ''
+    for i, (kind, size, at, part_mass, colour) in enumerate(parts):
+        away = [(at[axis] - middle[axis]) ** 2 for axis in range(3)]
+        for axis, own in enumerate(moments(kind, size)):
+            inertia[axis] += part_mass * (own + sum(away) - away[axis])
+        words = (f'box size="{" ".join(number(side) for side in size)}"' if kind == 'box' else
+                 f'cylinder radius="{number(size[0])}" length="{number(size[1])}"')
+        origin = f'<origin xyz="{" ".join(number(x) for x in at)}"/>'
+        shapes += (f'    <visual>{origin}<geometry><{words}/></geometry><material name="{name}_{i}"><color rgba="{colour}"/></material>'
+                   f'</visual>\n    <collision>{origin}<geometry><{words}/></geometry></collision>\n')
+    ixx, iyy, izz = (number(moment) for moment in inertia)
+    return (f'  <link name="{name}">\n    <inertial><origin xyz="{" ".join(number(x) for x in middle)}"/><mass value="{number(mass)}"/>'
+            f'<inertia ixx="{ixx}" iyy="{iyy}" izz="{izz}" ixy="0" ixz="0" iyz="0"/></inertial>\n{shapes}  </link>\n'
+            f'  <joint name="{name}_joint" type="floating">\n    <origin xyz="{" ".join(number(x) for x in place)}"/>\n'
+            f'    <parent link="world"/><child link="{name}"/>\n  </joint>\n')
+
+
+def hanging(name, y, top, head, handle, masses, colours):
+    """Two pegs whose upper sides are at `top`, and between them a tool's handle; its head lies on both, as deep as its weight presses."""
+    depth, width, height = head
+    thick, length = handle
+    gap = thick + 0.012
+    sink = sum(masses) * GRAVITY / (STIFFNESS * 2 * PEG * depth)
+    pegs = ''.join(body(f'{name}_peg{i}', (0.06, PEG, PEG), (0.03, y + side * (gap + PEG) / 2, top - PEG / 2), 'fixed', colour=BRASS)
+                   for i, side in enumerate((-1, 1)))
+    parts = [('box', head, (0, 0, height / 2), masses[0], colours[0]), ('box', (thick, thick, length), (0, 0, -length / 2), masses[1], colours[1])]
+    return pegs + tool(name, (BEFORE_WALL, y, top - sink), parts)
+
+
+def lying(name, x, y, top, parts):
+    """A tool on a shelf whose upper side is at `top`: its first part lies there, as deep as the whole presses it."""
+    kind, size = parts[0][:2]
+    area = size[0] * size[1] if kind == 'box' else math.pi * size[0] ** 2
+    sink = sum(part[3] for part in parts) * GRAVITY / (STIFFNESS * area)
+    return tool(name, (x, y, top - sink), parts)
+
+
+def workshop():
+    """21 tools hang on pegs in three rows, nine lie on a shelf below them."""
+    text = body('floor', (3, 3, 0.5), (0, 0, -0.25), 'fixed') + body('wall', (0.05, 2.4, 1.9), (-0.025, 0, 0.95), 'fixed', colour='0.8 0.78 0.72 1')
+    hung = (('hammer', (0.03, 0.11, 0.03), (0.025, 0.28), (0.5, 0.12), (STEEL, WOOD)), ('mallet', (0.05, 0.12, 0.07), (0.03, 0.26), (0.4, 0.15), (RUBBER, WOOD)),
+            ('hatchet', (0.025, 0.14, 0.09), (0.03, 0.3), (0.6, 0.2), (STEEL, WOOD)), ('pick', (0.025, 0.22, 0.025), (0.03, 0.32), (0.7, 0.25), (STEEL, WOOD)),
+            ('brush', (0.04, 0.1, 0.03), (0.02, 0.18), (0.05, 0.05), (WOOD, WOOD)), ('scraper', (0.02, 0.09, 0.06), (0.02, 0.15), (0.1, 0.08), (STEEL, RUBBER)),
+            ('square', (0.02, 0.2, 0.03), (0.015, 0.3), (0.15, 0.1), (WOOD, STEEL)))
+    for row, top in enumerate((1.7, 1.3, 0.9)):
+        for column, (name, head, handle, masses, colours) in enumerate(hung):
+            size = 1 - 0.12 * row  # each row is smaller than the one above it
+            scaled = [tuple(size * side for side in sides) for sides in (head, handle)]
+            text += hanging(f'{name}{row}', -0.9 + 0.3 * column, top, *scaled, [size ** 3 * mass for mass in masses], colours)
+    shelf = 0.4
+    text += body('shelf', (0.3, 2.2, 0.03), (0.15, 0, shelf - 0.015), 'fixed')
+    on_it = (('level', [('box', (0.03, 0.3, 0.05), (0, 0, 0.025), 0.4, '0.85 0.65 0.2 1')]),
+             ('plane', [('box', (0.06, 0.2, 0.03), (0, 0, 0.015), 0.8, STEEL), ('box', (0.02, 0.03, 0.05), (0, -0.06, 0.055), 0.05, WOOD)]),
+             ('tin', [('cylinder', (0.04, 0.1), (0, 0, 0.05), 0.3, '0.25 0.45 0.8 1')]), ('file', [('box', (0.02, 0.25, 0.006), (0, 0, 0.003), 0.15, STEEL)]),
+             ('tape', [('cylinder', (0.035, 0.025), (0, 0, 0.0125), 0.2, '0.8 0.3 0.25 1')]),
+             ('box', [('box', (0.15, 0.2, 0.12), (0, 0, 0.06), 1.5, '0.35 0.5 0.35 1'), ('box', (0.02, 0.12, 0.02), (0, 0, 0.13), 0.1, RUBBER)]),
+             ('jar', [('cylinder', (0.03, 0.08), (0, 0, 0.04), 0.2, '0.55 0.4 0.7 1'), ('cylinder', (0.032, 0.015), (0, 0, 0.0875), 0.05, BRASS)]),
+             ('clamp', [('box', (0.03, 0.2, 0.01), (0, 0, 0.005), 0.3, STEEL), ('box', (0.03, 0.015, 0.06), (0, -0.09, 0.04), 0.15, STEEL)]),
+             ('block', [('box', (0.08, 0.08, 0.08), (0, 0, 0.04), 0.25, WOOD)]))
+    y = -0.95
+    for name, parts in on_it:
+        kind, size = parts[0][:2]
+        half = size[1] / 2 if kind == 'box' else size[0]
+        text += lying(f'shelf_{name}', 0.15, y + half, shelf, parts)
+        y += 2 * half + 0.05
+    hammer = (BEFORE_WALL, -0.9, 1.7 + 0.03)  # the hand is above its head
+    return HEAD.format(name='workshop_wall', comment='Wall, shelf, 30 tools and pointer of workshop.yaml.') + text + \
+        POINTER.format(place=' '.join(number(x) for x in (hammer[0], hammer[1], hammer[2] + 0.015))) + '</robot>\n'
+
+
 def files():
     """By name: its text."""
     ground = body('floor', (8, 8, 0.5), (0, 0, -0.25), 'fixed')
@@ -162,6 +252,8 @@ def files():
                                POINTER.format(place='0 0 1.4') + '</robot>\n',
         'pile300.yaml': listed('pile300', 'A hand over 300 cubes that fall into a bin.',
                                [model('pile300_ground.urdf'), model('heap300.urdf')]),
+        'workshop_wall.urdf': workshop(),
+        'workshop.yaml': listed('workshop', 'A hand before a wall on which 21 tools hang, and a shelf with nine.', [model('workshop_wall.urdf')]),
     }
 
 
