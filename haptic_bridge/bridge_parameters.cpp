@@ -36,6 +36,7 @@ BridgeParameters readBridgeParameters(const ros::NodeHandle& priv) {
   p.world = read.text("world", "");
   p.devices = read.list<std::string>("devices", "give e.g. [left, right]");
   p.port_timeout = read.number("port_timeout", p.seconds > 0 ? kTimedRunPatience : 0, 0, 3600, "s");
+  p.deadline_share = read.number("deadline_share", 0, 0, 1, "of a tick (0: no budget)");
   p.soft_start = read.number("soft_start", 0.5, 0, 10, "s");
   p.passivity = passivityMode(priv, read);
   p.clutch_button = read.whole("clutch_button", -1, -1, 31, "(grip button; -1: none)");

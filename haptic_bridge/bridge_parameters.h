@@ -17,6 +17,7 @@ struct BridgeParameters {
   std::string world;                  ///< ~world: name of the world's port; empty: the one there is
   std::vector<std::string> devices;   ///< ~devices: names of ports; empty: those that the scene's hands name
   double port_timeout = 0;            ///< ~port_timeout [s]: give up when a port does not appear; 0: wait
+  double deadline_share = 0;          ///< ~deadline_share: of a tick, that a step of the world may take (analysis/deadline.h); 0: no budget
   double soft_start = 0.5;            ///< ~soft_start [s]: the force fades in over this time
   bool silent = false;                ///< ~silent as it was set last: the next scene begins without a force
   PassivityMode passivity = PassivityMode::kObserve;  ///< ~passivity: off, observe or act

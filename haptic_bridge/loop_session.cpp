@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/analysis/deadline.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/loop/hand.h"
+#include "haptic_core/loop/pointer_on_path.h"
 #include "haptic_core/spidar/device_twin.h"
 #include "haptic_core/world/step_history.h"
 #include "haptic_core/world/world.h"
@@ -72,8 +74,32 @@ bool LoopSession::claimDevices(const BridgeParameters& parameters, LoopSession& 
   return true;
 }
 
+/// The budget of a step that keeps its share of a tick here, from a run of the scene in which the hands follow their paths.
+void LoopSession::findBudget() {
+  WorldTuning tuning = world_->world.tuning();
+  const bool wanted = parameters_.deadline_share > 0 && world_->definition();
+  if (!wanted && tuning.budget == 0) return;
+  tuning.budget = wanted ? budgetHere() : 0;
+  world_->world.tune(tuning);
+}
+
+double LoopSession::budgetHere() {
+  constexpr double kSeconds = 1;  // simulated: most paths touch something by then
+  const double h = world_->world.settings().step;
+  const DeadlineReport report = certifyDeadline(*world_->definition(), parameters_.deadline_share * h, kSeconds, [&](World& copy) {
+    for (const Hand& hand : hands_) {
+      const WorkspaceMap map = pointerOnPath(hand.placement.settings.workspace, hand.placement.path, copy.time() + h);
+      copy.setPointerTarget(hand.placement.pointer, map.X_WP(), map.V_WP());
+    }
+  });
+  deadline_ = report.text();
+  if (report.steps == 0) return 0;
+  return report.kept() ? report.budget : report.deadline / report.seconds_per_unit;  // all but what cannot give way keeps it
+}
+
 void LoopSession::connect(std::uint64_t first_tick) {
   World& world = world_->world;
+  findBudget();
   loop_ = std::make_unique<HapticLoop>(world);
   start_ = SessionStart{first_tick, world.settings().step, world.save(), world.tuning().numbers(), {}, world_->paused(), {}};
   if (world_->bodies()) start_.bodies = *world_->bodies();

@@ -29,6 +29,8 @@ class LoopSession {
   void tick(const PeriodicWake::Wake& wake, std::uint64_t index, double h, TickSample& sample,
             RecordedTick& record) noexcept;
 
+  const std::string& deadline() const { return deadline_; }  ///< for the user, a sentence; empty: none was asked for
+
   bool recalled() const noexcept;                      ///< (in realtime) the world, or the last device, must go back
   bool dropsDevice() const noexcept;                   ///< (in realtime) one of several devices must go back
   void dropRecalledDevices();                          ///< between ticks: goes on with the others
@@ -102,6 +104,8 @@ class LoopSession {
   };
   LoopSession(const BridgeParameters& parameters, PortLease<WorldPort> world);
   static bool claimDevices(const BridgeParameters& parameters, LoopSession& session, std::string& missing);
+  void findBudget();
+  double budgetHere();
   void connect(std::uint64_t first_tick);
   void carryOut(const Command& command);
   void copyTo(Memory& memory) const;
@@ -114,6 +118,7 @@ class LoopSession {
   PortLease<WorldPort> world_;
   std::vector<Hand> hands_;
   std::unique_ptr<HapticLoop> loop_;
+  std::string deadline_;
   SessionStart start_;
   EventRing* events_ = nullptr;
   std::uint64_t changes_ = 0;                          ///< commands so far about hands, devices or tuning

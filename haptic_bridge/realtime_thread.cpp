@@ -79,6 +79,7 @@ void RealtimeThread::nameHands(const LoopSession& session) {
   device_names_ = session.deviceNames();
   pointer_names_ = session.pointerNames();
   felt_ = {session.definition(), session.placements(), session.deviceDefs()};
+  deadline_ = session.deadline();
 }
 
 /// Hands over how the session begins. False: stopped or recalled meanwhile.
@@ -146,6 +147,11 @@ std::string RealtimeThread::failure() const {
 std::string RealtimeThread::missing() const {
   std::lock_guard<std::mutex> lock(text_mutex_);
   return missing_;
+}
+
+std::string RealtimeThread::deadline() const {
+  std::lock_guard<std::mutex> lock(text_mutex_);
+  return deadline_;
 }
 
 RealtimeReport RealtimeThread::setup() const {

@@ -23,6 +23,7 @@ class RealtimeThread {
   Phase phase() const { return phase_; }
   std::string failure() const;             ///< one line; empty unless kFailed
   std::string missing() const;             ///< the port that is waited for
+  std::string deadline() const;            ///< what the budget of a step keeps here, a sentence; empty: there is none
   RealtimeReport setup() const;            ///< what the system allowed
   std::vector<std::string> deviceNames() const;
   std::vector<DeviceDef> deviceDefs() const { return felt().devices; }
@@ -92,6 +93,7 @@ class RealtimeThread {
   RealtimeReport setup_;
   std::vector<std::string> device_names_, pointer_names_;
   Felt felt_;
+  std::string deadline_;
   std::thread thread_;
 };
 

@@ -134,6 +134,10 @@ bool Telemetry::followPhase() {
         for (const std::string& line : loop_.setup().advice) ROS_INFO_STREAM_NAMED(name_, "for less lateness: " << line);
       }
       setup_told_ = true;
+      if (const std::string deadline = loop_.deadline(); deadline != deadline_told_) {
+        deadline_told_ = deadline;
+        if (!deadline.empty()) ROS_INFO_STREAM_NAMED(name_, deadline);
+      }
       return true;
     case RealtimeThread::Phase::kFinished:
       drain();
@@ -224,6 +228,7 @@ void Telemetry::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   const RealtimeReport setup = loop_.setup();
   status.add("SCHED_FIFO", setup.fifo ? "yes" : "no");
   status.add("memory locked", setup.memory_locked ? "yes" : "no");
+  if (const std::string deadline = loop_.deadline(); !deadline.empty()) status.add("deadline", deadline);
   for (const std::string& line : setup.advice) status.add("advice", line);
   second_.clear();
 }

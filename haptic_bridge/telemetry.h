@@ -50,6 +50,7 @@ class Telemetry {
   std::int64_t clock_moved_ns_ = 0;
   bool clock_told_ = false;
   bool setup_told_ = false;
+  std::string deadline_told_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

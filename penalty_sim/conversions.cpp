@@ -45,6 +45,8 @@ haptic_msgs::StepReport toStepReport(const WorldSnapshot& snapshot, const std::v
   m.contacts = static_cast<std::uint32_t>(r.contacts);
   m.standing = static_cast<std::uint32_t>(r.standing);
   m.waiting = static_cast<std::uint32_t>(r.waiting);
+  m.lag = r.lag;
+  m.work = r.work;
   m.iterations = static_cast<std::uint32_t>(r.iterations);
   m.residual = r.residual;
   m.position_error = r.position_error;

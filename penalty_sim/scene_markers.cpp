@@ -243,7 +243,10 @@ void SceneMarkers::addText(visualization_msgs::MarkerArray& array, const WorldSn
   std::snprintf(line, sizeof line, "contacts: %d stick, %d slide   %d bodies stand", sticking, snapshot.contacts - sticking,
                 snapshot.report.standing);
   std::string felt = line;
-  if (snapshot.report.waiting > 0) felt += ", " + std::to_string(snapshot.report.waiting) + " wait for their turn";
+  if (snapshot.report.waiting > 0) {
+    std::snprintf(line, sizeof line, ", %d wait for their turn (%.1f ms)", snapshot.report.waiting, 1e3 * snapshot.report.lag);
+    felt += line;
+  }
   for (const Wrench& F : snapshot.pointer_wrench) {
     std::snprintf(line, sizeof line, "   pointer %.2f N", F.force.norm());
     felt += line;

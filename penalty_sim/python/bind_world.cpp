@@ -122,6 +122,8 @@ void defineReports(py::module_& m) {
       .def_readonly("pairs", &StepReport::pairs, "pairs of shapes whose boxes overlap")
       .def_readonly("contacts", &StepReport::contacts, "pairs of shapes that touch")
       .def_readonly("waiting", &StepReport::waiting, "bodies that are stepped at a rate of their own, and were left out of this step")
+      .def_readonly("lag", &StepReport::lag, "longest time since the last step of one of them [s]")
+      .def_readonly("work", &StepReport::work, "counted work of the step [1]: `World.budget` bounds it")
       .def_readonly("standing", &StepReport::standing, "bodies at rest, whose steps are left out until something comes near")
       .def_readonly("iterations", &StepReport::iterations, "of the implicit solve; 0: explicit")
       .def_readonly("residual", &StepReport::residual,
@@ -254,6 +256,15 @@ void defineCommands(WorldClass& world) {
           },
           py::arg("stiffness_scale") = 1.0, py::arg("friction_scale") = 1.0,
           "Factors on every pair's stiffness and friction.")
+      .def_property(
+          "budget", [](SeenWorld& w) { return w.world().tuning().budget; },
+          [](SeenWorld& w, double units) {
+            WorldTuning tuning = w.world().tuning();
+            tuning.budget = units;
+            w.world().tune(tuning);
+          },
+          "Counted work that a step may take (StepReport.work) [1]; 0: any. Where it ends islands far from hands wait longer, and\n"
+          "solves end earlier: flag 1024 of the report.")
       .def_property(
           "gravity", [](SeenWorld& w) { return Vector3(w.world().settings().gravity); },
           [](SeenWorld& w, const Vector3& gravity) {

@@ -26,6 +26,7 @@ constexpr struct {
                  {&CheckReport::size, "size", "size"},
                  {&CheckReport::collisions, "collisions", "collisions"},
                  {&CheckReport::cost, "cost", "cost"},
+                 {&CheckReport::deadline, "deadline", "deadline"},
                  {&CheckReport::stability, "stability", "stability"}};
 
 std::string counted(std::size_t count, const std::string& noun) {

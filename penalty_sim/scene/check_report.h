@@ -20,6 +20,7 @@ struct CheckReport {
   std::vector<std::string> size;          ///< counts of bodies, joints, shapes; step and gravity
   std::vector<std::string> collisions;    ///< one line for all that are alike
   std::vector<std::string> cost;          ///< of a step on this machine, by collision: costLines of step_cost.h
+  std::vector<std::string> deadline;      ///< DeadlineReport::text, of a tick at the scene's step
   std::vector<std::string> stability;     ///< of the certificate: its verdict, and islands that do not pass
 };
 

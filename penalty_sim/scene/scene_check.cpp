@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "haptic_core/analysis/deadline.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/analysis/hand_certificate.h"
 #include "haptic_core/analysis/certificate.h"
@@ -15,6 +16,7 @@
 #include "haptic_core/world/world.h"
 #include "haptic_core/base/program_version.h"
 #include "scene/check_report.h"
+#include "scene/hand_on_path.h"
 #include "scene/scene_file.h"
 #include "scene/step_cost.h"
 
@@ -50,6 +52,14 @@ bool passes(const haptic::SceneDef& scene, const haptic::HandDef& hand, const ha
                 worst.stiffness, std::max(0.0, worst.jump));
   told.push_back(line);
   return worst.steady();
+}
+
+/// Whether a tick of the scene's step keeps its deadline, its hands on their paths.
+haptic::DeadlineReport deadlineOf(const haptic::SceneDef& scene) {
+  double seconds = 1;  // simulated; paths touch what they are for within 10 s
+  for (const haptic::HandDef& hand : scene.hands) seconds = std::clamp(hand.path.duration(), seconds, 10.0);
+  const auto drive = [&](haptic::World& world) { haptic::followPaths(scene, world); };
+  return haptic::certifyDeadline(scene.world, haptic::kShareOfTick * scene.world.settings.step, seconds, drive);
 }
 
 std::string lineOf(std::string text) {
@@ -121,6 +131,8 @@ int main(int argc, char** argv) {
     const haptic::Certificate certificate = haptic::certify(scene.world);
     haptic::CheckReport report = haptic::checkReport(scene, certificate);
     report.cost = haptic::costLines(haptic::stepCost(scene.world));
+    const haptic::DeadlineReport deadline = deadlineOf(scene);
+    report.deadline = {deadline.text()};
     bool good = true;
     if (!words.device_file.empty()) {
       const haptic::DeviceDef device = haptic::loadDevice(words.device_file);
@@ -139,6 +151,7 @@ int main(int argc, char** argv) {
     }
     const int code = !good || (words.strict && scene.warnings.size() + scene.replaced.size() > 0) ? 1 : 0;
     if (words.json) return code;
+    std::printf("figure check.least_over_deadline %.3g 1\n", deadline.least * deadline.seconds_per_unit / deadline.deadline);
     std::printf("figure check.collisions_lost %d 1\nfigure check.replaced %zu 1\nfigure check.warnings %zu 1\n",
                 scene.collisions_tried - scene.collisions_loaded, scene.replaced.size(), scene.warnings.size());
     return code;

@@ -1,7 +1,6 @@
 /// `./run bench islands`: worlds in which nearly everything stands. What sleep saves and costs in accuracy and energy, how a tick's
 /// time grows with what sleeps, the scene `city` (its robots are found by ROS_PACKAGE_PATH). CPU time of the stepping thread. An argument
-/// runs only the groups whose name contains it: sleep, search, city, scenes_at_10k, rates, replay.
-#include <time.h>
+/// runs only the groups whose name contains it: sleep, search, city, peers, scenes_at_10k, rates, replay, units, deadline.
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +17,7 @@
 #include "../scenes/stacks.h"
 #include "allocation_count.h"
 #include "figure.h"
+#include "haptic_core/base/cpu_time.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/state.h"
 #include "islands_scenes.h"
@@ -30,12 +30,6 @@ namespace {
 using namespace scenes;
 
 constexpr double kRocks = 1e-9;  ///< [m/s]
-
-double cpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 double secondsOf(const std::function<void()>& act) {
   const double start = cpuSeconds();
@@ -257,12 +251,7 @@ WorldDef besideTumbling(double far_step, bool visited) {
   WorldSettings settings;
   settings.step = 1e-4, settings.far_step = far_step, settings.history_steps = 10;
   WorldDef def = stacks(p, stiffCube(), settings);
-  for (int i = 1; i < p.count; ++i) {
-    ArticulationDef& upper = def.articulations[static_cast<std::size_t>(2 * i + 2)];
-    upper.X_WA.p += Vector3(0.02 * std::sin(i), 0.02 * std::cos(2 * i), 0.02 + 0.01 * i);
-    upper.X_WA.R = rotationFromRpy(Vector3(i, 2 * i, 3 * i));
-    upper.V_WA.angular = Vector3(std::sin(i), std::cos(i), 1);
-  }
+  tumble(p, def);
   if (!visited) return def;
   ArticulationDef& visitor = def.articulations[4];
   visitor.X_WA = Pose(Vector3(stackAt(p, 0) + Vector3(-0.5, 0.01, 0.5 * stiffCube().size)));
@@ -354,8 +343,11 @@ int main(int argc, char** argv) {
   if (wants("sleep")) measureRatio(), measureJump(), measureError();
   if (wants("search")) measureSearch();
   if (wants("city")) measureCity();
+  if (wants("peers")) measureCityBesidePeers();
   if (wants("scenes_at_10k")) measureScenesAt10k();
   if (wants("rates")) measureRates();
   if (wants("replay")) measureReplay();
+  if (wants("units")) measureUnits();
+  if (wants("deadline")) measureDeadline();
   return 0;
 }

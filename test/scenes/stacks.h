@@ -3,6 +3,7 @@
 #include <string>
 
 #include "blocks.h"
+#include "haptic_core/base/elementary.h"
 
 namespace haptic::scenes {
 
@@ -53,6 +54,16 @@ inline WorldDef stacks(const StackParameters& p, const CubeParameters& c, const 
   pointer.link = 0;
   def.pointers.push_back(pointer);
   return def;
+}
+
+/// Lifts the upper cubes of stacks of two, but that of the first, so that they fall and tumble beside it.
+inline void tumble(const StackParameters& p, WorldDef& def) {
+  for (int i = 1; i < p.count; ++i) {
+    ArticulationDef& upper = def.articulations[static_cast<std::size_t>(2 * i + 2)];
+    upper.X_WA.p += Vector3(0.02 * elementary::sin(i), 0.02 * elementary::cos(2 * i), 0.02 + 0.01 * i);
+    upper.X_WA.R = rotationFromRpy(Vector3(i, 2 * i, 3 * i));
+    upper.V_WA.angular = Vector3(elementary::sin(i), elementary::cos(i), 1);
+  }
 }
 
 }  // namespace haptic::scenes

@@ -211,6 +211,7 @@ void BlockCholesky::order() noexcept {
 bool BlockCholesky::layOut() noexcept {
   const int words = (nodes_ + 63) / 64;
   std::size_t start = 0, entries = 0;
+  products_ = 0;
   for (int p = 0; p < nodes_; ++p) {
     const int node = node_at_[p];
     Column& column = columns_[p];
@@ -224,6 +225,7 @@ bool BlockCholesky::layOut() noexcept {
       column.height += size_[node_at_[structure_[s]]];
     }
     start += static_cast<std::size_t>(column.height) * column.size;
+    products_ += 0.5 * column.size * column.height * column.height;
     if (start > values_.size()) return false;
   }
   used_ = start;

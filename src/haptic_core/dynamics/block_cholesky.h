@@ -55,6 +55,7 @@ class BlockCholesky {
 
   int rows() const { return rows_; }            ///< of A: the sum of the block sizes
   std::size_t values() const { return used_; }  ///< doubles that the factor holds, fill included
+  double products() const { return products_; }  ///< multiplications of `factor`, to a factor of 1.5
 
  private:
   struct Column {
@@ -72,6 +73,7 @@ class BlockCholesky {
   int max_nodes_, words_;
   int nodes_ = 0, edge_count_ = 0, rows_ = 0;
   std::size_t used_ = 0;
+  double products_ = 0;
   bool analyzed_ = false;
   std::vector<Edge> edges_;
   std::vector<int> size_, offset_, position_, node_at_;  // by node, by node, node → position, position → node

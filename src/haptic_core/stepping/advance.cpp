@@ -11,11 +11,6 @@
 namespace haptic::stepping {
 namespace {
 
-/// Length from which on a part whose implicit islands did not converge is done again in halves [s]. A step may work as long as the time
-/// that it stands for: a loop at 1 kHz and faster keeps the bound of one attempt, one of 10 ms has time for eight parts.
-/// Shorter: ticks at 1 kHz may take twice as long; longer: heaps at 3 ms are left unconverged.
-constexpr double kWorthHalving = 2e-3;
-
 /// Explicit attempts until one counts: each that does not makes a tree implicit or asks for more parts.
 void explicitPart(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept {
   int attempts = static_cast<int>(model.trees.size()) + kMostParts;
@@ -23,7 +18,9 @@ void explicitPart(const Model& model, StepPart& part, State& state, Work& work, 
   while (!velocityVerlet(model, part, state, work, report)) {
     takeBack(model, state, work, report.step);
     ++report.step.redone;
-    work.choice.decided = --attempts == 0;
+    const bool spent = work.counted.spent();
+    if (spent) giveUpExplicit(model, state, work);
+    work.choice.decided = --attempts == 0 || spent;
     if (!anyImplicit(state)) part = shortened(model, part, model.substep() / work.choice.parts);
   }
 }
@@ -53,7 +50,7 @@ void advance(const Model& model, StepPart& part, State& state, Work& work, Repor
     std::copy(state.mode.begin(), state.mode.end(), retreat.mode.begin());  // an island of the attempt may have become explicit
     const bool converged = implicitPart(model, part, state, work, report);
     part.longest = longest;
-    if (converged || part.h < kWorthHalving) break;
+    if (converged || part.h < kWorthHalving || work.counted.spent()) break;
     longest = 0.5 * part.h;
     takeBack(model, state, work, report.step);
     std::copy(retreat.mode.begin(), retreat.mode.end(), state.mode.begin());

@@ -197,6 +197,11 @@ void makeImplicit(const Model& model, bool by_numbers, State& state, Work& work)
   }
 }
 
+void giveUpExplicit(const Model& model, State& state, const Work& work) noexcept {
+  if (!model.implicit_steps) return;
+  for (const ModelTree* tree : work.hands.movers) state.mode[model.indexOf(*tree)] = TreeMode::kImplicit;
+}
+
 bool anyTooStiff(const Model& model, const Visits& visits, ChoiceWork& choice, StepReport& report) noexcept {
   double most = 0;
   for (const int t : visits.trees) {

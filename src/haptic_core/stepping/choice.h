@@ -80,6 +80,8 @@ void takeBack(const Model& model, State& state, Work& work, StepReport& report) 
 bool modesMeet(const Model& model, const State& state, const Work& work) noexcept;
 /// Makes whole islands implicit in which a tree is implicit already or, with `by_numbers`, a link's number is too high.
 void makeImplicit(const Model& model, bool by_numbers, State& state, Work& work) noexcept;
+/// Makes everything implicit that an implicit step can move: no further attempt of the step is taken back.
+void giveUpExplicit(const Model& model, State& state, const Work& work) noexcept;
 /// The highest number against the bound, into the report. In parts all numbers are lower.
 bool anyTooStiff(const Model& model, const Visits& visits, ChoiceWork& choice, StepReport& report) noexcept;
 

@@ -121,6 +121,8 @@ void prime(const Model& model, const StepPart& part, State& state, Work& work, R
   work.choice.decided = false;
   do {
     placeTrees(model, work.visits.trees, state, work.placement);
+    forEachMover(model, state, work.hands, [&](const ModelTree& tree) { work.counted.done += units::kLink * tree.model->linkCount(); });
+    if (work.counted.spent()) giveUpExplicit(model, state, work);
     work.choice.decided = attempts-- == 0;
   } while (!evaluate(model, part, false, state, work, report));
   for (const ModelTree* tree : movers) {
@@ -143,6 +145,7 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
   const bool books_forces = model.settings.energy_ledger && !model.forces.empty();
   if (books_forces) noteForces(model, state, work.visits, work.hands, work.placement, work.forces);
   forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
+    work.counted.done += units::kLink * tree.model->linkCount();
     book(startVerlet(inPlace(model, tree, v_half, state, work), gravity, h, work.motion.scratch), state, report.step);
   });
   moveHeld(model, part, state, work.hands, work.placement);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/world/counted_work.h"
+
 namespace haptic {
 namespace {
 
@@ -194,6 +196,7 @@ PassEnd FrozenProblem::solve(double g, int most, double finest, double enough, c
       end.solved &= of_part.solved;
       end.iterations = std::max(end.iterations, of_part.iterations);
       end.factorisations = std::max(end.factorisations, of_part.factorisations);
+      end.units += of_part.units;
       end.decrement += of_part.decrement;
       end.imbalance = std::max(end.imbalance, of_part.imbalance);
     }
@@ -236,6 +239,7 @@ PassEnd FrozenProblem::solvePart(double g, int most, double finest, double enoug
     end.solved = matrix_.assemble(part_, contacts, forces, g);
     if (!end.solved) return end;
     ++end.factorisations;
+    end.units += units::kProduct * matrix_.blocks().products() + units::kRow * (part_.tree_count + part_.contact_count + part_.force_count);
     end.solved = findStep(g, q, v, open);
     if (!end.solved) return end;
     ++end.iterations;

@@ -45,6 +45,7 @@ struct PassEnd {
   bool solved = true;                 ///< false: a matrix could not be factored
   int iterations = 0;                 ///< Newton steps, of the part that took most
   int factorisations = 0;             ///< likewise
+  double units = 0;                   ///< counted work (world/counted_work.h)
   double decrement = 0;               ///< -R·p at its start [J]
   double imbalance = 0;               ///< largest wrench out of balance at its start [N], moments over the body's size
   double remainder = 0;               ///< estimated size of another Newton step, and of what friction beyond its limit moves [m/s]

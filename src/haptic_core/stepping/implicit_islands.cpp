@@ -187,15 +187,22 @@ void bookRest(const Model& model, const Island& island, const Placement& placeme
   energy.stilled += kinetic;
 }
 
-/// Null: nothing but gravity and wrenches acted on the island, and no contact was looked at.
-const ImplicitReport* solve(const Model& model, const Island& island, double h, State& state, Work& work,
-                              StepReport& report) noexcept {
+/// Share of a step's budget that turns of far islands may take: the rest is for what is near. More: near islands do without second
+/// attempts beside a tumbling crowd; less: the crowd waits while there is time.
+constexpr double kFarShare = 0.5;
+
+/// Null: nothing but gravity and wrenches acted on the island, and no contact was looked at. `most`: of the step's budget [units].
+const ImplicitReport* solve(const Model& model, const Island& island, double h, double most, State& state, Work& work,
+                            StepReport& report) noexcept {
   if (fliesFreely(model, island, state)) {
     fly(model, island.trees[0], h, state, work);
+    work.counted.done += units::kLink;
     state.last_step[island.trees[0]] = 0;
     return nullptr;
   }
-  const ImplicitReport& solved = advanceIsland(model, island, h, orderOf(model.settings.attempts), state, *work.implicit);
+  const ImplicitReport& solved = advanceIsland(model, island, h, orderOf(model.settings.attempts), most, state, *work.implicit);
+  if (!solved.stands) work.counted.done += solved.units;
+  work.counted.gave_way |= solved.cut && !solved.stands;
   report.iterations = std::max(report.iterations, solved.iterations);
   report.evaluations = std::max(report.evaluations, solved.evaluations);
   report.factorisations = std::max(report.factorisations, solved.factorisations);
@@ -212,10 +219,34 @@ const ImplicitReport* solve(const Model& model, const Island& island, double h, 
   return &solved;
 }
 
+/// Every velocity is zero, as of all that stands.
+bool isStill(const Model& model, const Island& island, const State& state) noexcept {
+  return std::all_of(island.trees, island.trees + island.tree_count, [&](int t) {
+    const double* v = state.v.data() + model.trees[t].v;
+    return std::all_of(v, v + model.trees[t].model->nv(), [](double x) { return x == 0; });
+  });
+}
+
+/// What islands that move keep of a step's budget, whatever those before them take: as many evaluations as a smooth step of second order.
+double reservedFor(const Model& model, const Island& island, const State& state) noexcept {
+  constexpr int kReserved = 4;
+  return isStill(model, island, state) ? 0 : kReserved * evaluationUnits(model, island, state);
+}
+
+/// The same of all islands of the step but those that wait; without a budget it does not matter.
+double reservedForAll(const Model& model, const State& state, const Work& work) noexcept {
+  double units = 0;
+  for (int i = 0; work.counted.bounded() && i < work.islands.count(); ++i) {
+    const Island island = work.islands[i];
+    if (!waits(model, island, state)) units += reservedFor(model, island, state);
+  }
+  return units;
+}
+
 /// An island whose turn has come goes over the time that it is late. `goes_on`: it may wait again, and then its contacts are reported.
 void takeTurn(const Model& model, const Island& island, double late, bool goes_on, State& state, Work& work, Report& report) noexcept {
   const int first_contact = report.contacts.size();
-  const ImplicitReport* solved = late > 0 ? solve(model, island, late, state, work, report.step) : nullptr;
+  const ImplicitReport* solved = late > 0 ? solve(model, island, late, kFarShare * work.counted.left(), state, work, report.step) : nullptr;
   if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
   for (int n = 0; n < island.tree_count; ++n) {
     placeTree(model.trees[island.trees[n]], state, work.placement);
@@ -227,6 +258,18 @@ void takeTurn(const Model& model, const Island& island, double late, bool goes_o
   if (solved) takeContacts(model, late, state, work, report);
   work.standing.note(island, first_contact, report);
   wait(island, state.step, state.step + static_cast<std::uint64_t>(model.turn_steps), state);
+}
+
+/// True: the island, whose turn it is, waits one step more, for those before it leave no room for it in the share of the budget.
+bool waitsOn(const Model& model, const Island& island, State& state, Work& work) noexcept {
+  if (!work.counted.bounded()) return false;
+  constexpr int kEvaluations = 2;  // most turns go on as before
+  const std::uint64_t as_of = state.as_of[island.trees[0]], latest = as_of + 2 * static_cast<std::uint64_t>(model.turn_steps);
+  const double after = work.counted.done + kEvaluations * evaluationUnits(model, island, state);
+  if (after <= kFarShare * work.counted.most || state.step >= latest || !standsAlone(model, island, state)) return false;
+  work.counted.gave_way = true;
+  wait(island, as_of, state.step + 1, state);
+  return true;
 }
 
 }  // namespace
@@ -249,6 +292,7 @@ void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Repo
       if (state.turn[t] != 0) state.turn[t] = std::min(state.turn[t], state.step);
     }
   }
+  bool any = false;  // one has its turn in any case: what is never taken would all be taken when it can wait no longer
   for (;;) {  // by age, the oldest first; each takes its trees off the list
     std::uint64_t as_of = state.step + 1;
     for (const int t : trees) {
@@ -261,7 +305,10 @@ void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Repo
     work.islands.findDue(state, trees, as_of);
     for (int i = 0; i < work.islands.count(); ++i) {
       const Island island = work.islands[i];
-      takeTurn(model, island, late, alone[island.trees[0]] != 0, state, work, report);
+      const bool goes_on = alone[island.trees[0]] != 0;
+      if (goes_on && any && waitsOn(model, island, state, work)) continue;
+      takeTurn(model, island, late, goes_on, state, work, report);
+      any = true;
     }
   }
 }
@@ -283,6 +330,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
   report.step.standing = report.step.waiting = 0;
   takeTurns(model, may_stand && model.turn_steps > 1, state, work, report);
   work.islands.find(state, work.visits.trees, work.hands.held_by, true);
+  double reserved = reservedForAll(model, state, work);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
     ++report.step.implicit_islands;
@@ -306,7 +354,8 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     }
     begun = true;
     const int first_contact = report.contacts.size();
-    const ImplicitReport* solved = solve(model, island, part.h, state, work, report.step);
+    if (work.counted.bounded()) reserved -= reservedFor(model, island, state);
+    const ImplicitReport* solved = solve(model, island, part.h, work.counted.left() - reserved, state, work, report.step);
     if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
     if (solved) takeContacts(model, part.h, state, work, report);

@@ -19,6 +19,7 @@
 /// the change between its stages. An attempt may err by `WorldSettings::accuracy` of the way that the change of speed and gravity move a
 /// body in the step.
 #pragma once
+#include <algorithm>
 #include <limits>
 #include <vector>
 
@@ -39,10 +40,12 @@ struct ImplicitReport {
   int iterations = 0;      ///< Newton steps, line searches not counted
   int evaluations = 0;     ///< of the exact geometry
   int factorisations = 0;  ///< matrices
+  double units = 0;        ///< counted work (world/counted_work.h)
   double residual = 0;     ///< speed that is left to change [m/s]
   double wrench_error = 0; ///< wrench that this leaves out of balance [N], moments over the body's size
   bool converged = true;   ///< the tolerance was reached in every part
   bool joints_converged = true;  ///< every joint's force is on its graph, likewise
+  bool cut = false;        ///< the step's budget ended while it was solved
   bool fell_back = false;  ///< SDIRK2 was replaced by implicit Euler in a part of this step
   bool rests = false;      ///< it was at rest and stays: q and the pairs keep their bits, v is 0
   bool stands = false;     ///< so it is, and v was 0
@@ -70,8 +73,13 @@ struct IslandStep {
   double left = 0;                ///< the rest that is not done yet [s]
   int budget = 0;                 ///< evaluations that it may take
   int evaluations_before = 0;     ///< the stage's, when it began
+  double units_before = 0;        ///< its counted work then
 
-  int used(const ImplicitStage& stage) const noexcept { return stage.evaluations - evaluations_before; }  ///< evaluations
+  /// Evaluations; once the step's budget is spent all but those that are implicit Euler's and keep the energy.
+  int used(const ImplicitStage& stage) const noexcept {
+    const int evaluations = stage.evaluations - evaluations_before;
+    return stage.isSpent() ? std::max(evaluations, budget - kKeepingEnergy - kEulerPasses) : evaluations;
+  }
   /// Those that attempts may still take: three keep the energy of a step that did not converge, three are implicit Euler's at least.
   int room(const ImplicitStage& stage) const noexcept { return budget - kKeepingEnergy - kEulerPasses - used(stage); }
   /// Passes that implicit Euler may take: all that is left.

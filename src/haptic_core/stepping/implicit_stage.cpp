@@ -40,6 +40,7 @@ void beginStages(const Model& model, State& state, const std::vector<int>& trees
   }
   std::fill(stage.reference.moved.begin(), stage.reference.moved.end(), 0);
   stage.evaluations = stage.iterations = stage.factorisations = 0;
+  stage.units = 0;
   stage.result = StageResult{};
   stage.island = Island{};  // its arrays may have been filled anew
   stage.problem.forget();
@@ -49,10 +50,12 @@ void select(const Model& model, const Island& island, ImplicitStage& stage) noex
   stage.island = island;
   stage.has_joints = stage.jointed = false;
   stage.mass = 0;
+  stage.links = 0;
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model.trees[island.trees[n]];
     stage.has_joints |= tree.has_laws;
     stage.jointed |= !model.isFree(tree);
+    stage.links += tree.model->linkCount();
     for (int l = 0; l < tree.model->linkCount(); ++l) stage.mass += model.links[tree.link + l].mass;
   }
   stage.problem.select(island, stage.places.link.data(), stage.has_joints ? &stage.joints : nullptr);

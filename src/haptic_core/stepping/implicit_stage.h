@@ -10,6 +10,7 @@
 ///   `pass`, `result`, `v`  the passes (stage_passes.h);
 ///   `problem`, `contacts`, `joints`, `limit`  themselves, when a pass calls them.
 #pragma once
+#include <limits>
 #include <vector>
 
 #include "haptic_core/dynamics/kinematics.h"
@@ -24,6 +25,9 @@
 #include "haptic_core/world/state.h"
 
 namespace haptic::stepping {
+
+/// Passes of a solve that no budget takes away. Fewer: what is hit hard passes through; more: they are beyond every budget.
+constexpr int kFewestPasses = 2;
 
 /// Where a stage starts, in the state's order; only what belongs to the island is read.
 struct StageBase {
@@ -68,6 +72,7 @@ struct StageResult {
 struct ImplicitStage {
   Island island;              ///< that is solved; its arrays stay the caller's
   double mass = 0;            ///< of the island [kg]
+  int links = 0;              ///< of the island
   bool has_joints = false;    ///< the island's joints do something by themselves
   bool jointed = false;       ///< a tree of the island is more than a free body
   StageBase base;             ///< where the stage starts
@@ -79,6 +84,8 @@ struct ImplicitStage {
   StageResult result;         ///< of the last solve
   /// Since `beginStages`: of contacts; Newton steps and matrices, of the part that took most in each pass.
   int evaluations = 0, iterations = 0, factorisations = 0;
+  double units = 0;           ///< counted work since then (world/counted_work.h)
+  double most_units = std::numeric_limits<double>::infinity();  ///< that the step's budget has for the island, from the same start
   StageForces forces;         ///< couplings and force elements
   ImplicitJoints joints;      ///< of the island
   FrozenProblem problem;      ///< of a pass
@@ -88,6 +95,8 @@ struct ImplicitStage {
   std::vector<double> residual, difference;   ///< room: of the equations; of velocities
 
   explicit ImplicitStage(const Model& model);  ///< set-up: room for the largest island
+  /// The budget of the step lasts no longer: a solve ends after kFewestPasses of one Newton step each.
+  bool isSpent() const noexcept { return units >= most_units; }
   /// Largest speed of any tree of the island [m/s]; rotations count at the reach of the body.
   double speed(const std::vector<double>& velocity) const noexcept { return problem.speed(velocity.data()); }
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "haptic_core/stepping/friction_instants.h"
+#include "haptic_core/world/counted_work.h"
 
 namespace haptic::stepping {
 namespace {
@@ -112,7 +113,23 @@ void beginIslands(const Model& model, State& state, const std::vector<int>& tree
   openBooks(state.pair_count, work.books);
 }
 
-const ImplicitReport& advanceIsland(const Model& model, const Island& island, double h, ImplicitOrder order, State& state,
+double evaluationUnits(const Model& model, const Island& island, const State& state) noexcept {
+  constexpr int kNewtonSteps = 2;
+  double looks = 0;
+  int rows = island.tree_count, unknowns = 0, links = 0;
+  for (int i = 0; i < island.pair_count; ++i) {
+    const ActivePair& pair = state.pairs[island.pairs[i]];
+    looks += model.shapes[pair.shapeA()].look + model.shapes[pair.shapeB()].look;
+    rows += pair.friction.touching != 0;
+  }
+  for (int n = 0; n < island.tree_count; ++n) {
+    unknowns += model.trees[island.trees[n]].model->nv();
+    links += model.trees[island.trees[n]].model->linkCount();
+  }
+  return units::kLink * links + looks + kNewtonSteps * (units::kRow * rows + units::kProduct * 36 * unknowns);
+}
+
+const ImplicitReport& advanceIsland(const Model& model, const Island& island, double h, ImplicitOrder order, double most, State& state,
                                     ImplicitWork& work) noexcept {
   ImplicitStage& stage = work.stage;
   ImplicitReport& report = work.report;
@@ -127,6 +144,8 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   step.length = step.left = h;
   step.budget = budgetOf(island, state);
   step.evaluations_before = stage.evaluations;
+  step.units_before = stage.units;
+  stage.most_units = stage.units + most;
   startFromState(model, state, stage);
   const double speed = stage.speed(state.v);
   const double slow = model.settings.accuracy * std::max(h * model.settings.gravity.norm(), kStands / h);
@@ -138,9 +157,11 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   report.fell_back = jumps_on || (second_order && step.left > 0);
   if (!jumps_on && step.left > 0) euler(model, step.left, step.eulerPasses(stage), false, state, work);
   report.iterations = stage.iterations - iterations;
-  report.evaluations = step.used(stage);
+  report.evaluations = stage.evaluations - step.evaluations_before;
   report.budget_used = static_cast<double>(step.used(stage)) / step.budget;
   report.factorisations = stage.factorisations - factorisations;
+  report.units = stage.units - step.units_before;
+  report.cut = stage.isSpent();
   report.residual = stage.result.error;
   report.wrench_error = stage.result.wrench_error;
   return report;

@@ -10,7 +10,8 @@
 /// Bounds. The budget of an island in a step is 128 evaluations of the exact geometry of a pair over the pairs that touch, but 10 at
 /// least and 64 at most, shared by all attempts and instants of friction, and four factorisations for each pass. A step that has not
 /// converged by then is reported with the wrench that it leaves out of balance; as implicit Euler it then has no more energy than it
-/// started with. A fold hidden in an accepted step escapes that (seen at 1e12 N/m³).
+/// started with. Where the step has a budget of counted work (world/counted_work.h), an island that has spent its share begins no attempt,
+/// and ends implicit Euler after two passes of one Newton step. A fold hidden in an accepted step escapes that (seen at 1e12 N/m³).
 #pragma once
 #include <vector>
 
@@ -23,9 +24,13 @@ namespace haptic::stepping {
 void beginIslands(const Model& model, State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h,
                   ImplicitWork& work) noexcept;
 
+/// (in realtime) Work of one evaluation of an island with two Newton steps, as far as it can be told before [units].
+double evaluationUnits(const Model& model, const Island& island, const State& state) noexcept;
+
 /// (in realtime) Advances q, v and friction of an island by h [s], and the ledger's sums in the state. Into `work`: its report, contacts
-/// and joints at its end in the stage, mean wrenches and couplings' work in the books.
-const ImplicitReport& advanceIsland(const Model& model, const Island& island, double h, ImplicitOrder order, State& state,
+/// and joints at its end in the stage, mean wrenches and couplings' work in the books. `most`: counted work that the step's budget has
+/// for it [units]; infinite: there is no budget. The fewest evaluations that a step takes are beyond it.
+const ImplicitReport& advanceIsland(const Model& model, const Island& island, double h, ImplicitOrder order, double most, State& state,
                                     ImplicitWork& work) noexcept;
 
 }  // namespace haptic::stepping

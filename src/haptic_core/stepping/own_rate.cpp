@@ -61,6 +61,14 @@ std::uint64_t firstTurn(const Model& model, const State& state, std::vector<int>
   return best;
 }
 
+double lagOf(const Model& model, const State& state) noexcept {
+  std::uint64_t oldest = state.step + 1;  // the step has been taken, and is counted after this
+  for (std::size_t t = 0; t < state.turn.size(); ++t) {
+    if (state.turn[t] != 0) oldest = std::min(oldest, state.as_of[t]);
+  }
+  return static_cast<double>(state.step + 1 - oldest) * model.settings.step;
+}
+
 double foreseen(const Model& model, const State& state, int tree, double h) noexcept {
   if (model.turn_steps <= 1) return h;
   const std::uint64_t turn = state.turn[tree];

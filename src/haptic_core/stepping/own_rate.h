@@ -7,10 +7,11 @@
 ///
 /// Only free bodies wait, and only alone (`standsAlone`), with no wrench on them, and too slow to pass through something thin. At a
 /// step as short as h most islands are explicit; before a common turn those that may wait become implicit. Turns are spread over
-/// the steps by their number of bodies. All of this follows from State::turn and State::as_of, by counts of steps: it is saved,
+/// the steps by their number of bodies. Where a step has a budget (world/counted_work.h), turns take half of it at most: others wait one
+/// step more, and so on, up to a second far_step. All of this follows from State::turn and State::as_of, by counts of steps: it is saved,
 /// restored and replayed, and a world that is looked at goes on as if it had not been.
 ///
-/// Errors: those of far_step, where nothing near is touched; and at most one far_step late is what reaches the near islands.
+/// Errors: those of far_step, or of two, where nothing near is touched; and at most that late is what reaches the near islands.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -52,6 +53,9 @@ void wait(const Island& island, std::uint64_t as_of, std::uint64_t turn, State& 
 
 /// (in realtime) First turn of an island that begins to wait after this step: where least is to be done among those that are possible.
 std::uint64_t firstTurn(const Model& model, const State& state, std::vector<int>& load) noexcept;
+
+/// (in realtime) Longest time that an island that waits is behind [s].
+double lagOf(const Model& model, const State& state) noexcept;
 
 /// (in realtime) Time for which a search has to foresee the motion of an implicit tree, in a step of length h [s].
 double foreseen(const Model& model, const State& state, int tree, double h) noexcept;

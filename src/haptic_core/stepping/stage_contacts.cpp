@@ -5,6 +5,7 @@
 
 #include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/geometry/volume/contact_moments.h"
+#include "haptic_core/world/counted_work.h"
 
 namespace haptic {
 
@@ -41,10 +42,14 @@ double StageContacts::springEnergy() const noexcept {
   return sum;
 }
 
-void StageContacts::evaluate(const std::vector<char>& moved, const StageTolerance& tolerance, double changed) noexcept {
+double StageContacts::evaluate(const std::vector<char>& moved, const StageTolerance& tolerance, double changed) noexcept {
+  double looks = 0;
   rough_ = false;
   reach_ = g_ * changed;
-  if (seams_->any()) seams_->find(state_->pairs.data(), island_.pairs, island_.pair_count, places_.X_WS, workspace_);
+  if (seams_->any()) {
+    seams_->find(state_->pairs.data(), island_.pairs, island_.pair_count, places_.X_WS, workspace_);
+    looks += units::kSeams * island_.pair_count;
+  }
   const int aside = contacts_.size();
   for (int i = 0; i < island_.pair_count; ++i) {
     const ActivePair& pair = state_->pairs[island_.pairs[i]];
@@ -53,6 +58,7 @@ void StageContacts::evaluate(const std::vector<char>& moved, const StageToleranc
     if (slot >= 0 && contacts_[slot].touching && staysValid(slot, tolerance)) {
       problem_.contacts[slot].V_reference = problem_.contacts[slot].V;
     } else {
+      looks += model_.shapes[pair.shapeA()].look + model_.shapes[pair.shapeB()].look;
       evaluatePair(island_.pairs[i]);
     }
   }
@@ -61,6 +67,7 @@ void StageContacts::evaluate(const std::vector<char>& moved, const StageToleranc
     if (contacts_[i].touching || slot_[contacts_[i].pair] == i || near_[contacts_[i].pair] == i) continue;
     if (moved[model_.links[c.link_a].articulation] || moved[model_.links[c.link_b].articulation]) part(i);
   }
+  return looks;
 }
 
 bool StageContacts::hold(const StageTolerance& tolerance, const double* u) const noexcept {

@@ -65,8 +65,8 @@ class StageContacts {
   void clear(const FrictionMemory* memory, const Yielding* yielding, double g, double run) noexcept;
 
   /// (in realtime) Looks at the pairs of the trees that `moved`. `tolerance`: of the last pass, whose largest change of speed
-  /// was `changed` [m/s]; 0: there was none.
-  void evaluate(const std::vector<char>& moved, const StageTolerance& tolerance, double changed) noexcept;
+  /// was `changed` [m/s]; 0: there was none. Returns the looks that it took [units].
+  double evaluate(const std::vector<char>& moved, const StageTolerance& tolerance, double changed) noexcept;
   /// (in realtime) Whether another evaluation after a change of the velocity by u would find what this one predicts: all
   /// patches stay valid and no gap closes.
   bool hold(const StageTolerance& tolerance, const double* u) const noexcept;

@@ -91,15 +91,18 @@ bool iterate(const Model& model, State& state, double g, int most_passes, Implic
   if (stage.contacts.all().empty())
     most_passes = std::max(most_passes, island.pair_count == 0 || stage.forces.any ? kAlonePasses : kContactFreePasses);
   for (int pass = 0; pass < most_passes && !converged; ++pass) {
+    if (pass >= kFewestPasses && stage.isSpent()) break;
     if (pass > 0) evaluate(model, state, g, true, stage);
     noteCalm(model, g, stage);
     std::vector<double>& before = stage.since_reference;  // until the pass has been solved
     eachVelocity(model, island, [&](int i) { before[i] = stage.v[i]; });
     const double fine = finest(model, stage, g);
+    const int steps = stage.isSpent() ? 1 : kStepsOfPass;
     const PassEnd end =
-        problem.solve(g, kStepsOfPass, fine, kStays * tolerance.speed, stage.reference.moved, stage.places.q.data(), stage.v.data());
+        problem.solve(g, steps, fine, kStays * tolerance.speed, stage.reference.moved, stage.places.q.data(), stage.v.data());
     stage.iterations += end.iterations;
     stage.factorisations += end.factorisations;
+    stage.units += end.units;
     if (!end.solved) break;
     const double changed = changeSince(model, before, stage);
     if (!std::isfinite(changed)) break;

@@ -4,6 +4,7 @@
 
 #include "haptic_core/dynamics/joint_space_inertia.h"
 #include "haptic_core/world/applied_wrench.h"
+#include "haptic_core/world/counted_work.h"
 
 namespace haptic::stepping {
 namespace {
@@ -96,7 +97,7 @@ void evaluate(const Model& model, State& state, double g, bool may_limit, Implic
   for (int n = 0; n < island.tree_count; ++n) {
     if (moved[island.trees[n]]) freezeTree(model, island.trees[n], g, stage);
   }
-  stage.contacts.evaluate(moved, stage.pass.tolerance, stage.pass.changed);
+  stage.units += units::kLink * stage.links + stage.contacts.evaluate(moved, stage.pass.tolerance, stage.pass.changed);
 }
 
 void forgetContacts(double g, ImplicitStage& stage) noexcept {

@@ -198,7 +198,7 @@ struct WorldSettings {
   /// Smaller: more second order and sub-steps, as far as the budget of a step lasts (stepping/implicit_step.h).
   double accuracy = 0.03;
   /// Step of islands that no hand touches or can reach before their next one [s], rounded to steps of h; 0: all are stepped by h. Up to
-  /// kMostTurnSteps h and below kLongestNear, in worlds with hands, large enough for islands to sleep (stepping/own_rate.h).
+  /// kMostTurnSteps h and below kWorthHalving, in worlds with hands, large enough for islands to sleep (stepping/own_rate.h).
   double far_step = 0;
   bool energy_ledger = true;                ///< false: no energies are booked or reported, which costs less; the motion is the same
   int history_steps = 1000;                 ///< last steps kept to look back on (world/step_history.h); 0…100000

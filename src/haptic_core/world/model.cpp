@@ -10,6 +10,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/pairs/internal_faces.h"
+#include "haptic_core/world/counted_work.h"
 #include "haptic_core/world/step_parts.h"
 
 namespace haptic {
@@ -68,7 +69,7 @@ Model::Model(const WorldDef& def) : name(def.name), settings(def.settings), poin
   countPairs();
   chooseVisits();
   const bool may_wait = settings.leave_out && implicit_steps && listed_pairs.empty() && !pointers.empty() && def.sensors.empty();
-  if (may_wait && has_contacts && settings.substeps == 1 && settings.step < kLongestNear) {
+  if (may_wait && has_contacts && settings.substeps == 1 && settings.step < kWorthHalving) {
     turn_steps = std::max(1, static_cast<int>(std::lround(settings.far_step / settings.step)));
   }
   limitMotions();
@@ -144,6 +145,7 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
     shape.link = static_cast<int>(links.size());
     shape.X_LS = collision.X_LS;
     shape.width = collision.shape->leastWidth();
+    shape.look = 0.5 * units::kLook + (collision.shape->flat() || collision.shape->sides().size() == 1 ? 0 : units::kCurved);
     shape.belt = collision.belt;
     if (shape.belt.moves()) {
       const Twist& V = shape.belt.V_L;

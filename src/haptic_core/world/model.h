@@ -38,6 +38,7 @@ struct ModelShape {
   int material = 0;                 ///< index into the distinct materials
   Pose X_LS;                        ///< where it lies in its link
   double width = 0;                 ///< least width of the shape [m]
+  double look = 0;                  ///< its half of a look at a pair (counted_work.h) [units]
   std::string name;                 ///< as messages call it
   InnerFaces inner;                 ///< what pieces of the same body cover of it
   std::vector<int> surface;         ///< by face: number of the flat surface that neighbours continue; -1, or empty: none
@@ -79,8 +80,11 @@ struct MotionLimit {
 
 /// Most steps that an island may be left for, WorldSettings::far_step over h: 10 ms at 10 kHz.
 inline constexpr int kMostTurnSteps = 100;
-/// Step from which on no island is left for several [s]: a step that did not converge is taken back as a whole then.
-inline constexpr double kLongestNear = 2e-3;
+/// Length from which on a part whose implicit islands did not converge is taken back as a whole and done again in halves [s]. A step may
+/// work as long as the time that it stands for: a loop at 1 kHz and faster keeps the bound of one attempt, one of 10 ms has time for eight
+/// parts. So from this step on no island is left for several steps: a turn cannot be taken back.
+/// Shorter: ticks at 1 kHz may take twice as long; longer: heaps at 3 ms are left unconverged.
+inline constexpr double kWorthHalving = 2e-3;
 
 /// A compiled scene: what every stage of a step reads and none changes.
 class Model {

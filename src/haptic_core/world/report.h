@@ -22,6 +22,7 @@ enum StepFlag : unsigned {
   kTooFast = 1u << 7,             ///< a body moved farther than shapes are thick between two looks at its contacts
   kImpactUnresolved = 1u << 8,    ///< contacts began whose energy the step did not keep: see EnergyLedger::numerical, shorten the step
   kRunaway = 1u << 9,             ///< the world stopped: its steps had made more energy than there was; shorten the step
+  kGaveWay = 1u << 10,            ///< something was left out for the budget of a step: islands wait longer, second attempts, iterations
 };
 
 /// One touching pair of links, as the last step left it. Wrench on B, about P, in W.
@@ -76,6 +77,8 @@ struct StepReport {
   int implicit_islands = 0;               ///< islands stepped implicitly
   int standing = 0;                       ///< articulations of them that stand: at rest, left out until something comes near
   int waiting = 0;                        ///< articulations that wait for a turn of their own (stepping/own_rate.h)
+  double lag = 0;                         ///< of them, the longest since its last turn [s]
+  double work = 0;                        ///< counted (world/counted_work.h) [units]
   int redone = 0;                         ///< explicit attempts that were taken back: something stiff was met
   int fallbacks = 0;                      ///< islands in which SDIRK2 was replaced by implicit Euler
   double impact = 0;                      ///< energy of approach of the contacts that began in this step [J]

@@ -20,6 +20,7 @@ void resetReport(Work& work, Report& all) noexcept {
   report.flags = 0;
   report.iterations = report.evaluations = report.factorisations = report.parts = 0;
   report.implicit_islands = report.standing = report.waiting = report.redone = report.fallbacks = report.substeps = 0;
+  report.lag = 0;
   report.closure = report.residual = report.wrench_error = report.budget_used = report.position_error = 0;
   work.parts.any = false;
   if (work.implicit) work.standing.open(all.contacts);
@@ -43,6 +44,7 @@ void dropEnded(const Model& model, State& state, Work& work, Report& report) noe
 /// The pipeline. A step goes in parts where a thin body is fast, and each part begins where the last one has ended.
 void run(const Model& model, State& state, Work& work, Report& report) noexcept {
   resetReport(work, report);
+  work.counted.begin(model.tuning.budget);
   findActing(model, state, work.hands);
   work.asleep.wakeActed(model, state, work);
   work.asleep.wakeDue(model, state, work);
@@ -68,6 +70,9 @@ void run(const Model& model, State& state, Work& work, Report& report) noexcept 
   reportToHands(model, report.step, work.hands, state);
   work.standing.close(work.hands, work.asleep.islands() > 0, report.step.waiting + work.asleep.waiting() > 0);
   work.asleep.close(model, state, work, report);                     // islands that were left out fall asleep
+  if (report.step.waiting > 0) report.step.lag = stepping::lagOf(model, state);
+  report.step.work = work.counted.done;
+  if (work.counted.gave_way) report.step.flags |= kGaveWay;
 }
 
 }  // namespace
@@ -76,7 +81,11 @@ void step(const Model& model, State& state, Work& work, Report& report) noexcept
   if (!report.step.finite) return;
   work.clock.start(report.step.stages);
   dropEnded(model, state, work, report);
-  if (!work.standing.all()) run(model, state, work, report);  // else nothing would change, until somebody changes something
+  if (work.standing.all()) {
+    report.step.work = 0;  // nothing would change, until somebody changes something
+  } else {
+    run(model, state, work, report);
+  }
   work.clock.end(report.step.stages.motion);
   report.step.step = ++state.step;
   state.time = static_cast<double>(state.step) * model.settings.step;

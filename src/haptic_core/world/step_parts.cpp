@@ -18,7 +18,7 @@ class Sweep {
  public:
   Sweep(const Model& model, double left, const State& state, Work& work, StepReport& report)
       : model_(model), left_(left), state_(state), placement_(work.placement), hands_(work.hands),
-        search_(work.search), visits_(work.visits), asleep_(work.asleep), report_(report) {}
+        search_(work.search), visits_(work.visits), asleep_(work.asleep), counted_(work.counted), report_(report) {}
 
   /// How much of the time left may pass before contacts have to be looked at again [s].
   double safePart() noexcept;
@@ -37,6 +37,7 @@ class Sweep {
   SearchWork& search_;
   const Visits& visits_;
   const stepping::Asleep& asleep_;
+  CountedWork& counted_;
   StepReport& report_;
 };
 
@@ -85,7 +86,7 @@ bool Sweep::anyFast() const noexcept {
 double Sweep::safePart() noexcept {
   ++report_.substeps;
   if (!anyFast()) return left_;
-  if (report_.substeps > kMostParts) {
+  if (report_.substeps > kMostParts || counted_.spent()) {
     report_.flags |= kTooFast;
     return left_;
   }
@@ -137,6 +138,7 @@ double Sweep::safePart(int a, int b) const noexcept {
   const double most = (ma.V_W.linear - mb.V_W.linear).norm() + ma.V_W.angular.norm() * ma.reach +
                       mb.V_W.angular.norm() * mb.reach;
   if (most * left_ <= step) return left_;
+  counted_.done += units::kSweep;
   const DepthTimes at =
       timesOfDepth(*A.shape, ma, *B.shape, mb, left_, kClearance * width, step, touching ? &known->cache.normal : nullptr);
   // Up to the touch in one part, from there on by quarters.
@@ -161,6 +163,7 @@ StepPart cut(const Model& model, int substep, double left, double longest, const
   boundHands(model, state, work.placement, work.hands);
   aimMotions(model, substep, state, work.hands);
   aimHeld(model, state, left + model.substep() * (model.settings.substeps - 1 - substep), work);
+  if (model.implicit_steps && work.counted.spent()) longest = std::numeric_limits<double>::infinity();  // they take any length
   const StepPart part = beginning(model, substep, left, left, longest);
   const double safe = Sweep(model, left, state, work, report).safePart();
   return safe < part.h ? beginning(model, substep, safe, left, longest) : part;

@@ -60,6 +60,7 @@ void check(const WorldTuning& tuning, const std::vector<CouplingLoad>& loads, do
   require(mu >= 0 && mu <= 3, "friction_scale", mu, "give 0 to 3");
   require(tuning.gravity.allFinite() && tuning.gravity.norm() <= kMostGravity, "gravity", tuning.gravity.norm(),
           "give three finite numbers in m/s^2, at most 1000");
+  require(tuning.budget >= 0 && std::isfinite(tuning.budget), "budget", tuning.budget, "give units >= 0 of counted work, 0 for none");
   require(tuning.coupling.size() == loads.size(), "number of couplings", double(tuning.coupling.size()),
           "give one per pointer: " + std::to_string(loads.size()));
   for (std::size_t i = 0; i < loads.size(); ++i) {

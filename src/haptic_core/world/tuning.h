@@ -12,6 +12,7 @@ struct WorldTuning {
   double stiffness_scale = 1;  ///< of k and k_t of every pair, 0.01…10
   double friction_scale = 1;   ///< of μ0 and μ of every pair, 0…3
   Vector3 gravity = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< [m/s²] in W; NaN: as it is now
+  double budget = 0;           ///< of a step, in counted work (world/counted_work.h) [units]; 0: none
   std::vector<PointerCoupling> coupling;  ///< per pointer
 
   std::vector<double> numbers() const;                    ///< for recordings
@@ -20,7 +21,7 @@ struct WorldTuning {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.stiffness_scale), visit(s.friction_scale), visit(s.gravity), visit(s.coupling);
+    visit(s.stiffness_scale), visit(s.friction_scale), visit(s.gravity), visit(s.budget), visit(s.coupling);
   }
 };
 

@@ -13,6 +13,7 @@
 #include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/applied_wrench.h"
+#include "haptic_core/world/counted_work.h"
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/islands.h"
 #include "haptic_core/world/ledger.h"
@@ -66,6 +67,7 @@ struct Work {
   std::vector<std::unique_ptr<TreeMotion>> joints;  ///< by tree; null: joints without laws of their own
   WrenchWork wrenches;           ///< applied_wrench
   ForceWork forces;              ///< stepping/explicit_step
+  CountedWork counted;           ///< every stage
   StageClock clock;                                 ///< on only while stages are measured
 
   explicit Work(const Model& model);  ///< set-up: everything that a step needs, so that it allocates nothing

@@ -39,12 +39,7 @@ WorldDef tumbling(double far_step) {
   settings.history_steps = 10;
   const StackParameters p = pairs();
   WorldDef def = stacks(p, stiffCube(), settings);
-  for (int i = 1; i < p.count; ++i) {
-    ArticulationDef& upper = def.articulations[static_cast<std::size_t>(2 * i + 2)];
-    upper.X_WA.p += Vector3(0.02 * std::sin(i), 0.02 * std::cos(2 * i), 0.02 + 0.01 * i);
-    upper.X_WA.R = rotationFromRpy(Vector3(i, 2 * i, 3 * i));
-    upper.V_WA.angular = Vector3(std::sin(i), std::cos(i), 1);
-  }
+  tumble(p, def);
   return def;
 }
 
