@@ -75,6 +75,7 @@ std::string resolvePackage(const std::string& name, const std::string& rest, con
 }
 
 const std::vector<std::string> kEndings = {".urdf", ".yaml", ".yml", ".xml"};
+const char* const kLarge = "large";  // folder of large scenes, below that of the others: lists, beside the models that they are made of
 
 std::vector<fs::path> sceneFolders(const std::vector<std::string>& given) {
   std::vector<fs::path> folders(given.begin(), given.end());
@@ -138,6 +139,10 @@ std::vector<std::string> knownScenes(const std::vector<std::string>& folders) {
       const std::string extension = entry->path().extension().string();
       if (extension == ".urdf" || extension == ".yaml") known.insert(entry->path().stem().string());
     }
+    for (fs::directory_iterator entry(folder / kLarge, code), end; !code && entry != end; entry.increment(code)) {
+      if (entry->path().extension() == ".yaml") known.insert(entry->path().stem().string());
+    }
+    code.clear();  // few folders have large scenes
   }
   return {known.begin(), known.end()};
 }
@@ -155,11 +160,13 @@ std::string findScene(const std::string& file_or_name, const std::vector<std::st
     throw SetupError(file_or_name, "file not found", "check the path");
   }
   for (const fs::path& folder : sceneFolders(folders)) {
-    for (const fs::path& place : {folder, folder / "large"}) {  // large scenes have a folder of their own
-      for (const std::string& ending : kEndings) {
-        if (isFile(place / (file_or_name + ending))) return fs::absolute(place / (file_or_name + ending), code).lexically_normal().string();
+    for (const std::string& ending : kEndings) {
+      if (isFile(folder / (file_or_name + ending))) {
+        return fs::absolute(folder / (file_or_name + ending), code).lexically_normal().string();
       }
     }
+    const fs::path large = folder / kLarge / (file_or_name + ".yaml");
+    if (isFile(large)) return fs::absolute(large, code).lexically_normal().string();
   }
   std::string list;
   for (const std::string& name : knownScenes(folders)) list += (list.empty() ? "" : ", ") + name;

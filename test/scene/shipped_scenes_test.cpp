@@ -2,12 +2,16 @@
 /// stays where the strings can be taut without pulling the grip.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "haptic_core/analysis/hand_certificate.h"
+#include "haptic_core/base/error.h"
 #include "haptic_core/spidar/tension_distribution.h"
+#include "haptic_core/world/world.h"
+#include "scene/resource_path.h"
 #include "scene/scene_file.h"
 
 namespace haptic {
@@ -57,6 +61,26 @@ TEST(ShippedScenes, PathsStayWhereTheStringsBalance) {
     }
   }
   EXPECT_GE(paths, 25);
+}
+
+TEST(ShippedScenes, LargeOnesAreFoundByTheirNames) {
+  SceneOptions options;
+  options.scene_folders = {HAPTIC_SCENES};
+  EXPECT_EQ(loadScene("workshop", options).world.pointers.size(), 1u);
+  EXPECT_THROW(loadScene("workshop_wall", options), SetupError) << "it is a model of a large scene";
+  const std::vector<std::string> known = knownScenes(options.scene_folders);
+  for (const char* name : {"city", "pile300", "touch_cube", "workshop"}) EXPECT_EQ(std::count(known.begin(), known.end(), name), 1) << name;
+  EXPECT_EQ(std::count(known.begin(), known.end(), "heap100"), 0);
+}
+
+/// All 30 tools lie or hang still from the first second on.
+TEST(ShippedScenes, ToolsOfTheWorkshopHang) {
+  SceneOptions options;
+  options.scene_folders = {HAPTIC_SCENES};
+  SceneDef scene = loadScene("workshop", options);
+  World world(scene.world);
+  for (int i = 0; i < 1000; ++i) world.step();
+  EXPECT_EQ(world.report().standing, 30);
 }
 
 }  // namespace shipped_scenes_test
