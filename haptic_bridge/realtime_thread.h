@@ -23,7 +23,7 @@ class RealtimeThread {
   Phase phase() const { return phase_; }
   std::string failure() const;             ///< one line; empty unless kFailed
   std::string missing() const;             ///< the port that is waited for
-  std::string deadline() const;            ///< what the budget of a step keeps here, a sentence; empty: there is none
+  std::string deadline() const;            ///< the deadline that the budget of a step keeps here, a sentence; empty: there is none
   RealtimeReport setup() const;            ///< what the system allowed
   std::vector<std::string> deviceNames() const;
   std::vector<DeviceDef> deviceDefs() const { return felt().devices; }

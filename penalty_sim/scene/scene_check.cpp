@@ -56,7 +56,7 @@ bool passes(const haptic::SceneDef& scene, const haptic::HandDef& hand, const ha
 
 /// Whether a tick of the scene's step keeps its deadline, its hands on their paths.
 haptic::DeadlineReport deadlineOf(const haptic::SceneDef& scene) {
-  double seconds = 1;  // simulated; paths touch what they are for within 10 s
+  double seconds = 1;  // simulated; paths have touched their bodies within 10 s
   for (const haptic::HandDef& hand : scene.hands) seconds = std::clamp(hand.path.duration(), seconds, 10.0);
   const auto drive = [&](haptic::World& world) { haptic::followPaths(scene, world); };
   return haptic::certifyDeadline(scene.world, haptic::kShareOfTick * scene.world.settings.step, seconds, drive);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kWarming = 10;         ///< steps that touch memory for the first time, and count for nothing
 constexpr double kPatience = 2;      ///< CPU time after which a run ends [s]: a heap that falls takes seconds for each of its own
-constexpr double kHeavy = 0.5;       ///< of the most work: such steps tell what a unit takes, small ones are mostly caches and the clock
+constexpr double kHeavy = 0.5;       ///< of the most work: such steps tell the time of a unit, small ones are mostly caches and the clock
 /// Of every island: those of the attempt under way, those of implicit Euler, and evaluations that keep the energy. The pass in which the
 /// budget ends may take three Newton steps more than the one of each, and the last three take none.
 constexpr int kPasses = 2 * stepping::kFewestPasses + stepping::IslandStep::kKeepingEnergy;
@@ -100,7 +100,7 @@ std::string DeadlineReport::text() const {
     out << "with a budget of " << budget << " units no step takes more than " << bound() << ", " << 1e6 * seconds()
         << " µs here: a deadline of " << 1e6 * deadline << " µs is kept";
   } else {
-    out << "a deadline of " << 1e6 * deadline << " µs is not certain: what no budget takes away may take "
+    out << "a deadline of " << 1e6 * deadline << " µs is not certain: the work that no budget takes away may take "
         << 1e6 * least * seconds_per_unit << " µs";
   }
   return out.str();

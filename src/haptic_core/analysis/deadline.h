@@ -1,15 +1,15 @@
 /// Certificate of a deadline: the most work that a step may take under a budget (world/counted_work.h), and the time of that here.
 ///
 /// A step whose budget is used up gives way: islands that wait for a turn wait on, second attempts and iterations are left out, bodies that
-/// are still explicit become implicit, the rest of a swept step is done at once. The operation under way ends first, and what a step cannot
-/// do without comes on top. So no step does more than
+/// are still explicit become implicit, the rest of a swept step is done at once. The operation under way ends first, and work that a step
+/// cannot do without comes on top. So no step does more than
 ///
 ///     budget + least,   least = step + explicit attempt + sweep + 7 (evaluation + Newton step) of everything,
 ///
 /// with all pairs that may overlap at once, all links that no hand and no motion leads, and matrices without a zero. It is tight for scenes
 /// of a few bodies; of many, only few touch at once, and it says that nothing is certain where nothing was ever late. Both are
 /// counts; `seconds_per_unit` is measured: the CPU time of a step over its work, in the median of all steps with at least half of the most
-/// work. What the machine takes from a thread beside its own work (interrupts, another program's memory) is not in it.
+/// work. Time that the machine takes from a thread beside its work (interrupts, another program's memory) is not in it.
 #pragma once
 #include <functional>
 #include <string>

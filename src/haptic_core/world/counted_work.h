@@ -17,7 +17,7 @@ constexpr double kCurved = 8000;          ///< more for each other shape: its se
 constexpr double kSeams = 4000;           ///< of a pair in a scene with joined pieces, whose common planes are looked for
 constexpr double kSweep = 3000;           ///< of a pair that is swept for its first touch
 constexpr double kRow = 600;              ///< of a Newton step: a contact, force or tree, with the search along the step
-constexpr double kProduct = 1;          ///< of a factorisation: a multiplication, with its share of assembly and solve
+constexpr double kProduct = 1;            ///< of a factorisation: a multiplication, with its share of assembly and solve
 }  // namespace units
 
 /// What a step has done so far, and what it may do.
