@@ -133,7 +133,8 @@ void RealtimeThread::tickUntilRecalled(LoopSession& session) {
     session.tick(wake.wait(), ticks_, h, sample, record);
     samples_.push(sample);
     records_.push(record);
-    if (ticks_ % kReportEvery == 0) last_tick_.write(session.report());
+    if (sample.lost_periods > 0) ++missed_;
+    if (ticks_ % kReportEvery == 0) last_tick_.write({session.report(), missed_});
     ++ticks_;
   }
   if (limit > 0 && ticks_ >= limit) set(Phase::kFinished, "");

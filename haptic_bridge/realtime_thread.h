@@ -64,8 +64,14 @@ class RealtimeThread {
   /// With ~record the first tick waits for this; without, it is not asked.
   void letTick() { may_tick_ = true; }
 
+  /// Both of the same tick: a force that a lost tick fades and the count of these agree.
+  struct LastTick {
+    TickReport report;
+    std::uint64_t missed = 0;  ///< ticks that started more than a period late, since the start
+  };
+
   RecordRing<TickSample>& samples() { return samples_; }   ///< one per tick; one reader
-  LatestValue<TickReport>& lastTick() { return last_tick_; }  ///< at the end of every 16th tick; one reader
+  LatestValue<LastTick>& lastTick() { return last_tick_; }  ///< at the end of every 16th tick; one reader
 
  private:
   void run();
@@ -83,11 +89,11 @@ class RealtimeThread {
   LoopSession::EventRing events_;
   LoopSession::Commands commands_;
   std::atomic<bool> may_tick_{false};
-  LatestValue<TickReport> last_tick_;
+  LatestValue<LastTick> last_tick_;
   std::atomic<bool> stop_{false};
   std::atomic<Phase> phase_{Phase::kWaiting};
   std::atomic<unsigned> sessions_{0}, changes_{0};
-  std::uint64_t ticks_ = 0;
+  std::uint64_t ticks_ = 0, missed_ = 0;
   mutable std::mutex text_mutex_;          ///< of what follows; never taken while ticking
   std::string failure_, missing_;
   RealtimeReport setup_;

@@ -92,7 +92,6 @@ void Telemetry::drain() {
     const std::string kept = recorder_.flight().add(sample);
     if (!kept.empty()) ROS_ERROR_STREAM_NAMED(name_, kept);
     ++ticks_;
-    if (sample.lost_periods > 0) ++missed_;
     period_.add(sample);
     second_.add(sample);
     if (figures_) figures_->add(sample);
@@ -177,7 +176,7 @@ void Telemetry::publishStatistics() {
     m->rate = parameters_.rate;
     m->simulated_time = last_.simulated_time;
     m->ticks = ticks_;
-    m->missed_ticks = missed_;
+    m->missed_ticks = last_tick_.missed;
     m->period_ticks = static_cast<std::uint32_t>(ticks);
     m->tick_us_p50 = percentile(period_.tick, 0.5);
     m->tick_us_p99 = percentile(period_.tick, 0.99);
@@ -190,9 +189,9 @@ void Telemetry::publishStatistics() {
     m->dropped_records = loop_.samples().dropped();
     const auto devices = loop_.deviceNames(), pointers = loop_.pointerNames();
     // While a hand is being lost, the report may still have it and the names not: nobody gets another's values.
-    const int hands = last_tick_.hands == static_cast<int>(devices.size()) ? last_tick_.hands : 0;
+    const int hands = last_tick_.report.hands == static_cast<int>(devices.size()) ? last_tick_.report.hands : 0;
     for (int i = 0; i < hands; ++i) {
-      m->hands.push_back(toHandReport(last_tick_.hand[i], devices[i], pointers[i]));
+      m->hands.push_back(toHandReport(last_tick_.report.hand[i], devices[i], pointers[i]));
     }
     m->energy = toLedger(last_.step.energy);
     statistics_.publish(boost::shared_ptr<const haptic_msgs::TickStatistics>(m));
@@ -202,8 +201,8 @@ void Telemetry::publishStatistics() {
 
 void Telemetry::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   using Status = diagnostic_msgs::DiagnosticStatus;
-  const std::uint64_t missed = missed_ - missed_before_;
-  missed_before_ = missed_;
+  const std::uint64_t missed = last_tick_.missed - missed_before_;
+  missed_before_ = last_tick_.missed;
   if (loop_.phase() == RealtimeThread::Phase::kWaiting) {
     status.summary(Status::WARN, "waits: " + loop_.missing());
   } else if (!last_.step.finite) {
@@ -217,7 +216,7 @@ void Telemetry::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   diagnoseHands(status);
   status.add("rate asked [Hz]", parameters_.rate);
   status.add("ticks", ticks_);
-  status.add("missed ticks", missed_);
+  status.add("missed ticks", last_tick_.missed);
   status.add("compute p50 [us]", percentile(second_.tick, 0.5));
   status.add("compute p99 [us]", percentile(second_.tick, 0.99));
   status.add("exchange p99 [us]", percentile(second_.io, 0.99));
@@ -235,8 +234,8 @@ void Telemetry::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
 
 void Telemetry::diagnoseHands(diagnostic_updater::DiagnosticStatusWrapper& status) const {
   const auto devices = loop_.deviceNames();
-  for (int i = 0; i < last_tick_.hands && i < static_cast<int>(devices.size()); ++i) {
-    const HandReport& hand = last_tick_.hand[i];
+  for (int i = 0; i < last_tick_.report.hands && i < static_cast<int>(devices.size()); ++i) {
+    const HandReport& hand = last_tick_.report.hand[i];
     status.add(devices[i] + ": pose residual [m]", hand.pose_residual);
     status.add(devices[i] + ": energy at the port [J]", hand.port_energy);
     status.add(devices[i] + ": contact stiffness at the grip [N/m]", hand.stiffness);

@@ -42,9 +42,9 @@ class Telemetry {
   TickTimes period_;                     ///< since the last statistics
   TickTimes second_;                     ///< since the last diagnostics
   std::unique_ptr<RunFigures> figures_;  ///< of a timed run
-  std::uint64_t ticks_ = 0, missed_ = 0, missed_before_ = 0;
+  std::uint64_t ticks_ = 0, missed_before_ = 0;
   TickSample last_;
-  TickReport last_tick_;
+  RealtimeThread::LastTick last_tick_;
   std::int64_t next_statistics_ns_ = 0, next_diagnostics_ns_ = 0, next_reminder_ns_ = 0;
   ros::Time last_clock_;                 ///< of a simulated clock, and when it last moved
   std::int64_t clock_moved_ns_ = 0;
