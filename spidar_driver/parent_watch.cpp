@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <string>
@@ -21,7 +22,21 @@ namespace {
 
 constexpr int kLookEveryMs = 500;  // for what else the parent has started
 
+using Clock = std::chrono::steady_clock;
+
 int descriptorOf(long process) { return static_cast<int>(::syscall(SYS_pidfd_open, process, 0)); }
+
+void ask(int process, int signal) { ::syscall(SYS_pidfd_send_signal, process, signal, nullptr, 0); }
+
+/// Of descriptors in ascending order.
+void closeAllBut(const std::vector<int>& kept) {
+  unsigned first = 0;
+  for (const int descriptor : kept) {
+    if (first < static_cast<unsigned>(descriptor)) ::syscall(SYS_close_range, first, descriptor - 1, 0);
+    first = static_cast<unsigned>(descriptor) + 1;
+  }
+  ::syscall(SYS_close_range, first, ~0u, 0);
+}
 
 /// Children of a process; /proc alone knows them, for they are not ours.
 std::vector<long> childrenOf(long parent) {
@@ -82,8 +97,26 @@ void ParentWatch::run() {
   ::alarm(kPatienceSeconds);  // its default action ends this process; the motor guard takes the current then
   ended_();
   ROS_ERROR("the process that started this one has ended: so does this one");
-  for (const int sibling : siblings_) ::syscall(SYS_pidfd_send_signal, sibling, SIGINT, nullptr, 0);
+  endSiblings();
   ros::requestShutdown();
+}
+
+/// In a process of its own, for this one ends sooner. Between fork and _exit it calls only functions that are safe there, and it
+/// holds no descriptor but those of the siblings: neither the device's line nor a socket of the nodes.
+void ParentWatch::endSiblings() {
+  for (const int sibling : siblings_) ask(sibling, SIGINT);
+  std::sort(siblings_.begin(), siblings_.end());
+  if (siblings_.empty() || ::fork() != 0) return;
+  ::setsid();  // a terminal that closes does not end it
+  ::signal(SIGINT, SIG_DFL);
+  closeAllBut(siblings_);
+  const Clock::time_point end = Clock::now() + std::chrono::milliseconds(kSiblingsPatienceMs);
+  for (const int sibling : siblings_) {
+    pollfd ended{sibling, POLLIN, 0};
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now()).count();
+    if (::poll(&ended, 1, std::max(0, static_cast<int>(left))) == 0) ask(sibling, SIGKILL);
+  }
+  ::_exit(0);
 }
 
 }  // namespace haptic

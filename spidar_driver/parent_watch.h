@@ -8,7 +8,8 @@ namespace haptic {
 
 /// roslaunch ends its nodes when it is asked to end; killed, it leaves them running, with force on. A descriptor of the parent
 /// process tells its end at once and for certain; PR_SET_PDEATHSIG would tell the end of the thread that forked.
-/// What else the parent started (its master, recorders, viewers) is asked to end too.
+/// What else the parent started (its master, recorders, viewers) is asked to end too; what does not is ended, as roslaunch would:
+/// a loader of nodelets that still waits for its manager hears no SIGINT.
 class ParentWatch {
  public:
   /// `ended` is called in a thread of its own once the parent has ended: it takes the current away. Then the process is asked to
@@ -16,11 +17,13 @@ class ParentWatch {
   explicit ParentWatch(std::function<void()> ended);
   ~ParentWatch();
 
-  static constexpr unsigned kPatienceSeconds = 3;  ///< for recordings to be closed
+  static constexpr unsigned kPatienceSeconds = 3;           ///< of this process, which holds the force
+  static constexpr int kSiblingsPatienceMs = 15000;         ///< of the others, to close recordings: that of roslaunch
 
  private:
   void run();
   void noteSiblings();
+  void endSiblings();
 
   std::function<void()> ended_;
   int parent_ = -1, quit_ = -1;  ///< a pidfd and an eventfd
