@@ -44,6 +44,7 @@ class Refused(Exception):
     """One line for the user."""
 
 
+MOST_NAMES = 2**24  # [bytes] of the columns' names, which session_table writes: those of 1000 bodies are 0.4 MB, NumPy's own bound 10 kB
 PATCH = np.dtype([('tick', '<f4'), ('a', '<f4'), ('b', '<f4'), ('at', '<f4', 3), ('normal', '<f4', 3), ('force', '<f4', 3), ('area', '<f4'),
                   ('normal_force', '<f4'), ('sticking', '<f4')])  # session_view.h, kPatchNumbers
 
@@ -72,7 +73,7 @@ class Session:
     needs, if it was asked for."""
 
     def __init__(self, base):
-        self.table = np.load(base + '.npy', mmap_mode='r')  # outlives the file
+        self.table = np.load(base + '.npy', mmap_mode='r', max_header_size=MOST_NAMES)  # outlives the file
         with open(base + '.yaml', encoding='utf-8') as file:
             self.info = yaml.safe_load(file)
         with open(base + '.contacts.csv', encoding='utf-8') as file:
