@@ -31,7 +31,7 @@ order: fixed
 phases: {home_seconds: 0.05, explore_seconds: 0.2, respond_seconds: 60, pause_seconds: 0}
 """
 WIDTH, HEIGHT = 1280, 800  # of the screen [pixels]
-LIMIT = 120  # [s] for each event: it takes a second or two on an idle machine
+LIMIT = 300  # [s] for each event: it takes a second or two on an idle machine
 
 
 class Windows(unittest.TestCase):
