@@ -5,9 +5,7 @@
 #include <sstream>
 
 #include "haptic_core/base/cpu_time.h"
-#include "haptic_core/world/counted_work.h"
 #include "haptic_core/world/model.h"
-#include "haptic_core/world/seams.h"
 #include "haptic_core/world/work.h"
 #include "haptic_core/world/world.h"
 
@@ -39,19 +37,18 @@ Pairs pairsOf(const Model& model, Counts&& counts) {
   double costliest = 0;
   for (const ModelShape& shape : model.shapes) costliest = std::max(costliest, shape.look);
   if (model.possible_pairs > kFewPairs) {
-    looks.assign(static_cast<std::size_t>(model.pair_capacity), 2 * costliest);
+    looks.assign(static_cast<std::size_t>(model.pair_capacity), 2 * costliest + (model.has_seams ? units::kSeams : 0));
   } else {
     for (int a = 0; a < shapes; ++a) {
       for (int b = a + 1; b < shapes; ++b) {
-        if (model.mayCollide(a, b) && counts(a, b)) looks.push_back(model.shapes[a].look + model.shapes[b].look);
+        if (model.mayCollide(a, b) && counts(a, b)) looks.push_back(model.look(a, b));
       }
     }
     std::sort(looks.begin(), looks.end(), std::greater<>());
     looks.resize(std::min(looks.size(), static_cast<std::size_t>(model.pair_capacity)));
   }
   Pairs pairs;
-  const double seams = Seams(model).any() ? units::kSeams : 0;
-  for (const double look : looks) pairs.looks += look + seams;
+  for (const double look : looks) pairs.looks += look;
   pairs.count = static_cast<double>(looks.size());
   return pairs;
 }

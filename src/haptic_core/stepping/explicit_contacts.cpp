@@ -78,7 +78,7 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   ContactEvaluation c;
   const ContactPlaces places{placement.link.data(), placement.X_WS.data(), work.hands.held_by.data(),
                              work.hands.acting.empty() ? nullptr : work.hands.bound.data()};
-  work.counted.done += model.shapes[pair.shapeA()].look + model.shapes[pair.shapeB()].look + (contacts.seams.any() ? units::kSeams : 0);
+  work.counted.done += model.look(pair.shapeA(), pair.shapeB());
   const bool overlap = locateContact(model, contacts.seams, index, pair, places, contacts.workspace, c);
   work.clock.end(overlap ? times.volume : times.detection);
   if (!overlap) {

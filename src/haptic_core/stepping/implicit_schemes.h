@@ -73,7 +73,6 @@ struct IslandStep {
   double left = 0;                ///< the rest that is not done yet [s]
   int budget = 0;                 ///< evaluations that it may take
   int evaluations_before = 0;     ///< the stage's, when it began
-  double units_before = 0;        ///< its counted work then
 
   /// Evaluations; once the step's budget is spent all but those that are implicit Euler's and keep the energy.
   int used(const ImplicitStage& stage) const noexcept {

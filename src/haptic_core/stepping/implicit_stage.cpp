@@ -40,7 +40,6 @@ void beginStages(const Model& model, State& state, const std::vector<int>& trees
   }
   std::fill(stage.reference.moved.begin(), stage.reference.moved.end(), 0);
   stage.evaluations = stage.iterations = stage.factorisations = 0;
-  stage.units = 0;
   stage.result = StageResult{};
   stage.island = Island{};  // its arrays may have been filled anew
   stage.problem.forget();

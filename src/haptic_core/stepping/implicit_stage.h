@@ -84,8 +84,8 @@ struct ImplicitStage {
   StageResult result;         ///< of the last solve
   /// Since `beginStages`: of contacts; Newton steps and matrices, of the part that took most in each pass.
   int evaluations = 0, iterations = 0, factorisations = 0;
-  double units = 0;           ///< counted work since then (world/counted_work.h)
-  double most_units = std::numeric_limits<double>::infinity();  ///< that the step's budget has for the island, from the same start
+  double units = 0;           ///< counted work for the island (world/counted_work.h)
+  double most_units = std::numeric_limits<double>::infinity();  ///< that the step's budget has for it
   StageForces forces;         ///< couplings and force elements
   ImplicitJoints joints;      ///< of the island
   FrozenProblem problem;      ///< of a pass

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "haptic_core/stepping/friction_instants.h"
-#include "haptic_core/world/counted_work.h"
 
 namespace haptic::stepping {
 namespace {
@@ -119,7 +118,7 @@ double evaluationUnits(const Model& model, const Island& island, const State& st
   int rows = island.tree_count, unknowns = 0, links = 0;
   for (int i = 0; i < island.pair_count; ++i) {
     const ActivePair& pair = state.pairs[island.pairs[i]];
-    looks += model.shapes[pair.shapeA()].look + model.shapes[pair.shapeB()].look;
+    looks += model.look(pair.shapeA(), pair.shapeB());
     rows += pair.friction.touching != 0;
   }
   for (int n = 0; n < island.tree_count; ++n) {
@@ -144,8 +143,8 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   step.length = step.left = h;
   step.budget = budgetOf(island, state);
   step.evaluations_before = stage.evaluations;
-  step.units_before = stage.units;
-  stage.most_units = stage.units + most;
+  stage.units = 0;
+  stage.most_units = most;
   startFromState(model, state, stage);
   const double speed = stage.speed(state.v);
   const double slow = model.settings.accuracy * std::max(h * model.settings.gravity.norm(), kStands / h);
@@ -160,7 +159,7 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   report.evaluations = stage.evaluations - step.evaluations_before;
   report.budget_used = static_cast<double>(step.used(stage)) / step.budget;
   report.factorisations = stage.factorisations - factorisations;
-  report.units = stage.units - step.units_before;
+  report.units = stage.units;
   report.cut = stage.isSpent();
   report.residual = stage.result.error;
   report.wrench_error = stage.result.wrench_error;

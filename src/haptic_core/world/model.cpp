@@ -10,7 +10,6 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/pairs/internal_faces.h"
-#include "haptic_core/world/counted_work.h"
 #include "haptic_core/world/step_parts.h"
 
 namespace haptic {
@@ -66,6 +65,7 @@ Model::Model(const WorldDef& def) : name(def.name), settings(def.settings), poin
   for (const PointerDef& pointer : pointers) tuning.coupling.push_back(pointer.coupling);
   sortShapes();
   findInternalFaces();
+  has_seams = std::any_of(shapes.begin(), shapes.end(), [](const ModelShape& shape) { return !shape.surface.empty(); });
   countPairs();
   chooseVisits();
   const bool may_wait = settings.leave_out && implicit_steps && listed_pairs.empty() && !pointers.empty() && def.sensors.empty();

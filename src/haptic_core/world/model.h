@@ -12,6 +12,7 @@
 #include "haptic_core/dynamics/ring.h"
 #include "haptic_core/geometry/search/box_tree.h"
 #include "haptic_core/geometry/volume/contact_workspace.h"
+#include "haptic_core/world/counted_work.h"
 #include "haptic_core/world/definition.h"
 #include "haptic_core/world/drive_paths.h"
 #include "haptic_core/world/led_motion.h"
@@ -47,7 +48,7 @@ struct ModelShape {
 
 /// One articulation of the definition, or several that loops hold together: one model of several roots.
 struct ModelTree {
-  std::unique_ptr<Articulation> model;  ///< never null
+  std::shared_ptr<const Articulation> model;  ///< never null; it never changes
   int q = 0, v = 0, link = 0;       ///< first index of the tree in the world's q, v and links
   int command = 0;                  ///< first of its joints' commands, one per link; none unless `has_laws`
   bool has_laws = false;            ///< joints do something by themselves, or loops close: TreeMotion moves it
@@ -116,6 +117,9 @@ class Model {
   /// Makes room for every pair of the shapes.
   void reserve(ContactWorkspace& workspace) const;
 
+  /// Work of a look at a pair, its share of common normals included [units].
+  double look(int a, int b) const { return shapes[a].look + shapes[b].look + (has_seams ? units::kSeams : 0); }
+
   /// World link of a link of the definition.
   int link(int articulation, int local) const { return first_link_[articulation] + local; }
   /// Whether the definition has that link.
@@ -161,6 +165,7 @@ class Model {
   std::vector<int> tree_forces, first_tree_force;
   std::vector<DrivePath> drive_paths;  ///< of the definition
   std::vector<ModelMotion> motions;    ///< of the definition
+  bool has_seams = false;           ///< pieces of a body are flush somewhere (seams.h)
   bool has_belts = false;           ///< some shape has a surface that moves
   double belt_speed = 0;            ///< bound of the speed of any of them [m/s]
   std::vector<double> least_width;  ///< by link: of its shapes and all that they may meet [m]; infinite: meets nothing

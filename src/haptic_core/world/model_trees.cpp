@@ -83,7 +83,7 @@ void Model::addTrees(const WorldDef& def) {
 void Model::addTree(const WorldDef& world, const std::vector<int>& articulations) {
   trees.emplace_back();
   ModelTree& tree = trees.back();
-  tree.model = std::make_unique<Articulation>(join(world, articulations));
+  tree.model = std::make_shared<const Articulation>(join(world, articulations));
   tree.q = nq;
   tree.v = nv;
   tree.link = static_cast<int>(links.size());

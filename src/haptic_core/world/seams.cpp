@@ -23,8 +23,7 @@ bool same(const Pose& a, const Pose& b) { return a.R == b.R && a.p == b.p; }
 }  // namespace
 
 Seams::Seams(const Model& model) : model_(model) {
-  for (const ModelShape& shape : model.shapes) any_ = any_ || !shape.surface.empty();
-  if (!any_) return;
+  if (!any()) return;
   parts_.reserve(model.pair_capacity);
   found_.assign(model.pair_capacity, 0);
   normal_W_.resize(model.pair_capacity);
@@ -137,7 +136,7 @@ bool Seams::locate(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, 
 bool Seams::locatePart(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_AB, ContactWorkspace& workspace,
                        ContactVolume& out) noexcept {
   const int a = pair.shapeA(), b = pair.shapeB();
-  const bool flush = any_ && found_[i];
+  const bool flush = any() && found_[i];
   ContactRequest request;
   if (flush)
     request.normal = X_WA.R.transpose() * normal_W_[i];
@@ -145,7 +144,7 @@ bool Seams::locatePart(int i, ActivePair& pair, const Pose& X_WA, const Pose& X_
     request.inner = model_.inner(a, b);
   const ConvexShape &A = *model_.shapes[a].shape, &B = *model_.shapes[b].shape;
   CacheInA cache(pair.cache, X_WA.R);
-  if (any_ && kept_[i].known && same(kept_[i].X_AB, X_AB)) {
+  if (any() && kept_[i].known && same(kept_[i].X_AB, X_AB)) {
     kept_[i].known = false;
     out = kept_[i].volume;
     if (kept_[i].V) workspace.exchange(*kept_[i].V);

@@ -28,7 +28,7 @@ class Seams {
   explicit Seams(const Model& model);  ///< set-up: decides which pairs can be flush
 
   /// False: no pieces of this world are flush within a body; nothing needs to be called.
-  bool any() const { return any_; }
+  bool any() const { return model_.has_seams; }
 
   /// (in realtime) Computes the contact volume of each pair that may lie on a flush seam, and their common
   /// normals: of pairs[which[0 … count)], or of the first `count` when `which` is null. The pairs' caches advance.
@@ -62,7 +62,6 @@ class Seams {
   bool joined(const Part& x, const Part& y) const noexcept;
 
   const Model& model_;
-  bool any_ = false;
   LoadedVector<Part> parts_;
   std::vector<char> found_;
   std::vector<Kept> kept_;  ///< by pair
