@@ -14,12 +14,14 @@
 #include <vector>
 
 #include "../scenes/heap.h"
-#include "../scenes/stacks.h"
+#include "../scenes/tumbling.h"
 #include "allocation_count.h"
 #include "figure.h"
 #include "haptic_core/base/cpu_time.h"
 #include "haptic_core/base/error.h"
+#include "haptic_core/stepping/turns_ahead.h"
 #include "haptic_core/world/state.h"
+#include "haptic_core/world/work.h"
 #include "islands_scenes.h"
 #include "scene/hand_on_path.h"
 #include "scene/scene_file.h"
@@ -35,12 +37,6 @@ double secondsOf(const std::function<void()>& act) {
   const double start = cpuSeconds();
   act();
   return cpuSeconds() - start;
-}
-
-CubeParameters stiffCube() {
-  CubeParameters c;
-  c.stiffness = 1e8;
-  return c;
 }
 
 /// As if nothing had been slow for any time; the motion is not changed.
@@ -246,64 +242,64 @@ void measureCity() {
 /// A hand at 10 kHz that presses and rubs the first of 25 stacks of two, beside others whose upper cubes fall on them and tumble. With
 /// `visited` the first of these slides on the floor into the hand's stack in place of falling.
 WorldDef besideTumbling(double far_step, bool visited) {
-  StackParameters p;
-  p.count = 25, p.height = 2, p.hand = true;
-  WorldSettings settings;
-  settings.step = 1e-4, settings.far_step = far_step, settings.history_steps = 10;
-  WorldDef def = stacks(p, stiffCube(), settings);
-  tumble(p, def);
+  WorldDef def = tumbling(far_step, 1e8, 25);
   if (!visited) return def;
   ArticulationDef& visitor = def.articulations[4];
-  visitor.X_WA = Pose(Vector3(stackAt(p, 0) + Vector3(-0.5, 0.01, 0.5 * stiffCube().size)));
+  visitor.X_WA = Pose(Vector3(stackAt(stacksOfTwo(25), 0) + Vector3(-0.5, 0.01, 0.5 * stiffCube().size)));
   visitor.V_WA = Twist{};
   visitor.V_WA.linear = Vector3(2, 0, 0);
   return def;
 }
 
-/// Own rates against everything at the hand's: force at the hand, CPU time, and a world that goes on from a saved state.
+/// Own rates, with and without a second thread, against everything at the hand's: force at the hand, CPU time of the stepping thread, and a
+/// world that goes on from a saved state.
 void measureRates() {
-  StackParameters p;
-  p.count = 25, p.height = 2, p.hand = true;
-  const Vector3 start = handStart(p, stiffCube());
+  constexpr int kTicks = 10000;
   for (const bool visited : {false, true}) {
-    World all(besideTumbling(0, visited)), own(besideTumbling(1e-3, visited)), again(besideTumbling(1e-3, visited));
-    std::vector<double> all_s, own_s;
-    for (std::vector<double>* ticks : {&all_s, &own_s}) ticks->reserve(10000);
+    World all(besideTumbling(0, visited)), own(besideTumbling(1e-3, visited)), again(besideTumbling(1e-3, visited)),
+        ahead(besideTumbling(1e-3, visited));
+    ahead.useSecondThread(true);
+    std::vector<double> all_s, own_s, ahead_s;
+    for (std::vector<double>* ticks : {&all_s, &own_s, &ahead_s}) ticks->reserve(kTicks);
     double error = 0, force = 0, waiting = 0;
     long mismatches = 0, allocations = 0;
-    for (int i = 0; i < 10000; ++i) {
-      const Vector3 way(1e-6 * i, 0, -std::min(0.0205, 2e-5 * i));
-      for (World* world : {&all, &own, &again}) world->setPointerTarget(0, Pose(Vector3(start + way)), Twist{});
+    for (int i = 0; i < kTicks; ++i) {
+      for (World* world : {&all, &own, &again, &ahead}) rubNext(*world);
       all_s.push_back(secondsOf([&] { all.step(); }));
       const long before = allocationCount();
       own_s.push_back(secondsOf([&] { own.step(); }));
+      ahead_s.push_back(secondsOf([&] { ahead.step(); }));
       allocations += allocationCount() - before;
       again.step();
       if (i % 997 == 0) again.restore(again.save());
       mismatches += own.hash() != again.hash();
+      mismatches += own.hash() != ahead.hash();
       const Vector3 F = all.pointerWrench(0).force;
       error += (own.pointerWrench(0).force - F).squaredNorm(), force += F.squaredNorm();
       waiting += own.report().waiting;
     }
     const std::string prefix = visited ? "rates.visited." : "rates.";
     figure(prefix + "hand_force_err_pct", 100 * std::sqrt(error / force), "%");
-    figure(prefix + "waiting_mean", waiting / 10000, "1");
+    figure(prefix + "waiting_mean", waiting / kTicks, "1");
+    const stepping::TurnsAhead& turns = *ahead.work().ahead;
+    figure(prefix + "second_thread.turns", static_cast<double>(turns.taken()), "1");
+    figure(prefix + "second_thread.turns_missed", static_cast<double>(turns.missed()), "1");
     figure(prefix + "replay_mismatches", static_cast<double>(mismatches), "1");
     figure(prefix + "allocations", static_cast<double>(allocations), "1");
-    for (std::vector<double>* ticks : {&all_s, &own_s}) {
-      const std::string name = prefix + (ticks == &all_s ? "all_at_10k." : "own.");
+    for (std::vector<double>* ticks : {&all_s, &own_s, &ahead_s}) {
+      const std::string name = prefix + (ticks == &all_s ? "all_at_10k." : ticks == &own_s ? "own." : "second_thread.");
       double sum = 0;
       for (const double s : *ticks) sum += s;
       std::sort(ticks->begin(), ticks->end());
-      figure(name + "tick_us_mean", 1e6 * sum / 10000, "us");
-      figure(name + "tick_us_p99", 1e6 * (*ticks)[9900], "us");
+      figure(name + "tick_us_mean", 1e6 * sum / kTicks, "us");
+      figure(name + "tick_us_p99", 1e6 * (*ticks)[kTicks * 99 / 100], "us");
       figure(name + "tick_us_max", 1e6 * ticks->back(), "us");
     }
   }
 }
 
-/// A hand that races across 100 stacks at 1 m/s, knocks and lets stand: against the general pipeline, against a world that goes on from a
-/// saved state, and how much it allocates.
+/// A hand that races across 25 stacks at 1 m/s, knocks and lets stand: against the general pipeline, against a world that goes on from a
+/// saved state, and how much it allocates. Beside it, with own rates and a second thread on one side.
 void measureReplay() {
   StackParameters p;
   p.count = 25, p.height = 3, p.hand = true;
@@ -327,6 +323,15 @@ void measureReplay() {
     if (i > 1000) move(again);
     mismatches += first.hash() != general.hash();
     mismatches += i > 1000 && first.hash() != again.hash();
+  }
+  World own(besideTumbling(1e-3, true)), ahead(besideTumbling(1e-3, true));
+  ahead.useSecondThread(true);
+  for (int i = 0; i < 3000; ++i) {
+    const long before = allocationCount();
+    rub(own), rub(ahead);
+    allocations += allocationCount() - before;
+    mismatches += own.hash() != ahead.hash();
+    if (i % 997 == 0) ahead.restore(own.save());
   }
   for (int l = 0; l < first.linkCount(); ++l) mismatches += !(first.linkPose(l).p == general.linkPose(l).p);
   figure("replay.mismatches", static_cast<double>(mismatches), "1");

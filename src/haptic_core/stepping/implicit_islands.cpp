@@ -4,7 +4,10 @@
 
 #include "haptic_core/stepping/explicit_contacts.h"
 #include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/stepping/island_solve.h"
 #include "haptic_core/stepping/own_rate.h"
+#include "haptic_core/stepping/turns.h"
+#include "haptic_core/stepping/turns_ahead.h"
 #include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/stability_number.h"
@@ -12,30 +15,12 @@
 namespace haptic::stepping {
 namespace {
 
-ImplicitOrder orderOf(Attempts attempts) noexcept {
-  return attempts == Attempts::kImplicitEuler ? ImplicitOrder::kFirst
-         : attempts == Attempts::kSdirk2      ? ImplicitOrder::kSecond
-                                              : ImplicitOrder::kSecondMultistep;
-}
-
 /// Contacts of an island as its solve left them.
 struct Contacts {
   const ImplicitContact *first, *last;
   const ImplicitContact* begin() const { return first; }
   const ImplicitContact* end() const { return last; }
 };
-
-/// A body that touches nothing and that no hand and no force element pulls moves as explicit steps move it: exactly.
-bool fliesFreely(const Model& model, const Island& island, const State& state) noexcept {
-  if (island.pair_count > 0 || island.tree_count > 1) return false;
-  const ModelTree& tree = model.trees[island.trees[0]];
-  if (!model.isFree(tree) || hasForces(model, island.trees[0])) return false;
-  for (std::size_t p = 0; p < state.pointers.size(); ++p) {
-    const PointerState& pointer = state.pointers[p];
-    if (!model.holds(static_cast<int>(p)) && pointer.targeted && pointer.link == tree.link) return false;
-  }
-  return true;
-}
 
 /// Hands the virtual couplings to the solve.
 void aimCouplings(const Model& model, const State& state, Work& work) noexcept {
@@ -58,46 +43,6 @@ void takeCouplings(const Model& model, const StepPart& part, State& state, Work&
     work.hands.wrench[i] += -(meanCoupling(work.implicit->books, static_cast<int>(i)) * part.share);
     state.energy.external += work.implicit->books.coupling_work[i];
   }
-}
-
-/// A contact that began: its bodies approached at the speed that its impulse took from them.
-void noteImpact(const Model& model, const ContactReport& contact, double h, const Work& work, Report& report) noexcept {
-  const LinkWork &A = work.placement.link[contact.link_a], &B = work.placement.link[contact.link_b];
-  const double mass = model.law(contact.shape_a, contact.shape_b, false, false).reduced_mass,
-               left = (A.twistAt(contact.X_WP.p) - B.twistAt(contact.X_WP.p)).linear.dot(contact.X_WP.R.col(2));
-  report.addImpact(left + h * contact.normal_force / mass, mass, h * model.settings.gravity.norm());
-}
-
-/// Wrenches of the island's contacts on its links (and on those that hands hold), and their reports.
-void takeContacts(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
-  for (const ImplicitContact& c : work.implicit->stage.contacts.all()) {
-    ActivePair& pair = state.pairs[c.pair];
-    ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
-    contact.sticking = pair.friction.sliding == 0;
-    contact.event = work.implicit->books.event[c.pair];
-    // A step that follows explicitly takes up from the force at the end; hands and readers are told the mean of the step.
-    const Wrench at_end = contact.F_BP_W, mean = meanWrench(work.implicit->books, c);
-    for (const int link : {contact.link_a, contact.link_b}) {
-      const Wrench& F_W = work.hands.held_by[link] >= 0 ? mean : at_end;
-      work.placement.link[link].addWrench(link == contact.link_b ? F_W : -F_W, c.X_WP.p);
-    }
-    contact.F_BP_W = mean;
-    contact.normal_force = mean.force.dot(c.X_WP.R.col(2));
-    if (pair.friction.began != 0) noteImpact(model, contact, h, work, report);
-    if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(c.shape_a, c.shape_b, c.volume.A0));
-    report.addContact(contact, c.force.clipped);
-  }
-  eachParted(work.implicit->stage, work.implicit->books, [&](int index, const Pose& X_WP, const Wrench& mean) {
-    ContactReport contact = reportOf(model, state.pairs[index], ContactVolume{}, X_WP, LocatedForce{});
-    contact.F_BP_W = mean;
-    contact.normal_force = mean.force.dot(X_WP.R.col(2));
-    if (state.pairs[index].friction.began != 0) noteImpact(model, contact, h, work, report);
-    for (const int link : {contact.link_a, contact.link_b}) {
-      if (work.hands.held_by[link] < 0) continue;
-      work.placement.link[link].addWrench(link == contact.link_b ? mean : -mean, X_WP.p);
-    }
-    report.addContact(contact, false);
-  });
 }
 
 /// Wrenches of the island's force elements on its links, or on those that hands hold.
@@ -176,49 +121,6 @@ void lookForExplicit(const Model& model, const Island& island, double h, bool fl
   if (model.settings.energy_ledger && contacts.begin() != contacts.end()) foreseeKick(model, contacts, h, state, work);
 }
 
-/// What moved in an island that is brought to rest is lost; the placement has its velocities still.
-void bookRest(const Model& model, const Island& island, const Placement& placement, EnergySums& energy) noexcept {
-  double kinetic = 0;
-  for (int n = 0; n < island.tree_count; ++n) {
-    const ModelTree& tree = model.trees[island.trees[n]];
-    kinetic += kineticEnergy(*tree.model, placement.link.data() + tree.link);
-  }
-  energy.damping += kinetic;
-  energy.stilled += kinetic;
-}
-
-/// Share of a step's budget that turns of far islands may take: the rest is for what is near. More: near islands do without second
-/// attempts beside a tumbling crowd; less: the crowd waits while there is time.
-constexpr double kFarShare = 0.5;
-
-/// Null: nothing but gravity and wrenches acted on the island, and no contact was looked at. `most`: of the step's budget [units].
-const ImplicitReport* solve(const Model& model, const Island& island, double h, double most, State& state, Work& work,
-                            StepReport& report) noexcept {
-  if (fliesFreely(model, island, state)) {
-    fly(model, island.trees[0], h, state, work);
-    work.counted.done += units::kLink;
-    state.last_step[island.trees[0]] = 0;
-    return nullptr;
-  }
-  const ImplicitReport& solved = advanceIsland(model, island, h, orderOf(model.settings.attempts), most, state, *work.implicit);
-  if (!solved.stands) work.counted.done += solved.units;
-  work.counted.gave_way |= solved.cut && !solved.stands;
-  report.iterations = std::max(report.iterations, solved.iterations);
-  report.evaluations = std::max(report.evaluations, solved.evaluations);
-  report.factorisations = std::max(report.factorisations, solved.factorisations);
-  if (!solved.stands || !standsAlone(model, island, state)) {  // else nothing of it goes into a motion
-    report.wrench_error = std::max(report.wrench_error, solved.wrench_error);
-    report.residual = std::max(report.residual, solved.residual);
-  }
-  report.fallbacks += solved.fell_back;
-  report.parts = std::max(report.parts, solved.parts);
-  report.budget_used = std::max(report.budget_used, solved.budget_used);
-  work.choice.position_error = std::max(work.choice.position_error, solved.position_error);
-  if (!solved.converged) report.flags |= kNotConverged;
-  if (!solved.joints_converged) report.flags |= kJointsNotConverged;
-  return &solved;
-}
-
 /// Every velocity is zero, as of all that stands.
 bool isStill(const Model& model, const Island& island, const State& state) noexcept {
   return std::all_of(island.trees, island.trees + island.tree_count, [&](int t) {
@@ -243,85 +145,7 @@ double reservedForAll(const Model& model, const State& state, const Work& work) 
   return units;
 }
 
-/// An island whose turn has come goes over the time that it is late. `goes_on`: it may wait again, and then its contacts are reported.
-void takeTurn(const Model& model, const Island& island, double late, bool goes_on, State& state, Work& work, Report& report) noexcept {
-  const int first_contact = report.contacts.size();
-  const ImplicitReport* solved = late > 0 ? solve(model, island, late, kFarShare * work.counted.left(), state, work, report.step) : nullptr;
-  if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
-  for (int n = 0; n < island.tree_count; ++n) {
-    placeTree(model.trees[island.trees[n]], state, work.placement);
-    work.standing.drop(island.trees[n]);
-  }
-  countCalm(model, island, static_cast<int>(state.step - state.as_of[island.trees[0]]), work.placement, state);
-  wait(island, 0, 0, state);
-  if (!goes_on || (solved && solved->stands) || !mayWait(model, island, state, work.placement)) return;
-  if (solved) takeContacts(model, late, state, work, report);
-  work.standing.note(island, first_contact, report);
-  wait(island, state.step, state.step + static_cast<std::uint64_t>(model.turn_steps), state);
-}
-
-/// True: the island, whose turn it is, waits one step more, for those before it leave no room for it in the share of the budget.
-bool waitsOn(const Model& model, const Island& island, State& state, Work& work) noexcept {
-  if (!work.counted.bounded()) return false;
-  constexpr int kEvaluations = 2;  // most turns go on as before
-  const std::uint64_t as_of = state.as_of[island.trees[0]], latest = as_of + 2 * static_cast<std::uint64_t>(model.turn_steps);
-  const double after = work.counted.done + kEvaluations * evaluationUnits(model, island, state);
-  if (after <= kFarShare * work.counted.most || state.step >= latest || !standsAlone(model, island, state)) return false;
-  work.counted.gave_way = true;
-  wait(island, as_of, state.step + 1, state);
-  return true;
-}
-
 }  // namespace
-
-void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Report& report) noexcept {
-  const std::vector<int>& trees = work.visits.trees;
-  if (std::none_of(trees.begin(), trees.end(), [&](int t) { return state.turn[t] != 0; })) return;
-  std::vector<char>& alone = work.rates.alone;
-  work.islands.find(state, trees, work.hands.held_by, true);
-  for (int i = 0; i < work.islands.count(); ++i) {
-    const Island island = work.islands[i];
-    if (waits(model, island, state)) continue;
-    const auto same = [&](int t) {
-      return isDue(state, t) && state.as_of[t] == state.as_of[island.trees[0]] && state.turn[t] == state.turn[island.trees[0]];
-    };
-    const bool goes_on = may_wait && std::all_of(island.trees, island.trees + island.tree_count, same);
-    for (int n = 0; n < island.tree_count; ++n) {
-      const int t = island.trees[n];
-      alone[t] = goes_on;
-      if (state.turn[t] != 0) state.turn[t] = std::min(state.turn[t], state.step);
-    }
-  }
-  bool any = false;  // one has its turn in any case: what is never taken would all be taken when it can wait no longer
-  for (;;) {  // by age, the oldest first; each takes its trees off the list
-    std::uint64_t as_of = state.step + 1;
-    for (const int t : trees) {
-      if (isDue(state, t)) as_of = std::min(as_of, state.as_of[t]);
-    }
-    if (as_of > state.step) return;
-    const double late = static_cast<double>(state.step - as_of) * model.settings.step;
-    for (ImplicitCoupling& coupling : work.implicit->stage.forces.couplings) coupling.link = -1;
-    beginIslands(model, state, trees, work.hands, work.contacts.seams, late, *work.implicit);
-    work.islands.findDue(state, trees, as_of);
-    for (int i = 0; i < work.islands.count(); ++i) {
-      const Island island = work.islands[i];
-      const bool goes_on = alone[island.trees[0]] != 0;
-      if (goes_on && any && waitsOn(model, island, state, work)) continue;
-      takeTurn(model, island, late, goes_on, state, work, report);
-      any = true;
-    }
-  }
-}
-
-void bringToPresent(const Model& model, State& state, Work& work, Report& report) noexcept {
-  bool any = false;
-  for (std::uint64_t& turn : state.turn) {
-    if (turn == 0) continue;
-    turn = std::min(turn, state.step);
-    any = true;
-  }
-  if (any) takeTurns(model, false, state, work, report);
-}
 
 void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   ImplicitWork& implicit = *work.implicit;
@@ -355,7 +179,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     begun = true;
     const int first_contact = report.contacts.size();
     if (work.counted.bounded()) reserved -= reservedFor(model, island, state);
-    const ImplicitReport* solved = solve(model, island, part.h, work.counted.left() - reserved, state, work, report.step);
+    const ImplicitReport* solved = solveIsland(model, island, part.h, work.counted.left() - reserved, state, work, report.step);
     if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
     if (solved) takeContacts(model, part.h, state, work, report);
@@ -368,6 +192,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     if (may_stand && stands) work.standing.note(island, first_contact, report);
     if (!leaves) continue;
     wait(island, state.step + 1, firstTurn(model, state, work.rates.load), state);
+    if (work.ahead) work.ahead->give(island, state);
     work.standing.note(island, first_contact, report);
     work.asleep.note(island);
     report.step.waiting += island.tree_count;

@@ -23,13 +23,15 @@ bool staysInSight(const Model& model, int tree, double seconds, const Placement&
 
 }  // namespace
 
+bool isOfOneTurn(const Island& island, const State& state) noexcept {
+  const int first = island.trees[0];
+  return std::all_of(island.trees, island.trees + island.tree_count,
+                     [&](int t) { return state.turn[t] == state.turn[first] && state.as_of[t] == state.as_of[first]; });
+}
+
 bool waits(const Model& model, const Island& island, const State& state) noexcept {
-  const std::uint64_t turn = state.turn[island.trees[0]], as_of = state.as_of[island.trees[0]];
-  if (model.turn_steps <= 1 || turn <= state.step) return false;
-  for (int n = 1; n < island.tree_count; ++n) {
-    if (state.turn[island.trees[n]] != turn || state.as_of[island.trees[n]] != as_of) return false;
-  }
-  return standsAlone(model, island, state);
+  if (model.turn_steps <= 1 || state.turn[island.trees[0]] <= state.step) return false;
+  return isOfOneTurn(island, state) && standsAlone(model, island, state);
 }
 
 bool mayWait(const Model& model, const Island& island, const State& state, const Placement& placement) noexcept {

@@ -22,11 +22,6 @@
 #include "haptic_core/world/state.h"
 #include "haptic_core/world/visits.h"
 
-namespace haptic {
-struct Report;
-struct Work;
-}  // namespace haptic
-
 namespace haptic::stepping {
 
 /// (in realtime) The tree's turn has come, and it is late.
@@ -41,6 +36,9 @@ inline bool isCommonTurn(const Model& model, const State& state) noexcept {
 inline bool isTurnNext(const Model& model, const State& state) noexcept {
   return model.turn_steps > 1 && (state.step + 1) % static_cast<std::uint64_t>(model.turn_steps) == 0;
 }
+
+/// (in realtime) All trees of the island are of one age, and have their turn in one step.
+bool isOfOneTurn(const Island& island, const State& state) noexcept;
 
 /// (in realtime) All trees of the island wait for the same turn, which is still to come, and nothing else that moves is near.
 bool waits(const Model& model, const Island& island, const State& state) noexcept;
@@ -71,12 +69,5 @@ struct RateWork {
 
   explicit RateWork(const Model& model) : alone(model.trees.size()), load(static_cast<std::size_t>(model.turn_steps)) {}  ///< set-up
 };
-
-/// (in realtime) Within the implicit part of a step, once the pairs are known: those visited trees whose turn has come, and those that can
-/// wait no longer, come to the present. Those that `may_wait` and do are set to their next turn, their contacts reported.
-void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Report& report) noexcept;
-
-/// (in realtime) Between two steps: all trees come to the present.
-void bringToPresent(const Model& model, State& state, Work& work, Report& report) noexcept;
 
 }  // namespace haptic::stepping

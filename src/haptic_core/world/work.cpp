@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/stepping/turns_ahead.h"
 #include "haptic_core/world/initial_overlap.h"
 #include "haptic_core/world/put.h"
 #include "haptic_core/world/runaway.h"
@@ -62,6 +63,8 @@ Work::Work(const Model& model)
     if (tree.has_laws) joints[model.indexOf(tree)] = std::make_unique<TreeMotion>(*tree.model, tree.rings);
   }
 }
+
+Work::~Work() = default;
 
 State initialState(const Model& model, Work& work) {
   State state;

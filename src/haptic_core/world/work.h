@@ -26,6 +26,9 @@
 #include "haptic_core/world/visits.h"
 
 namespace haptic {
+namespace stepping {
+class TurnsAhead;
+}
 
 /// Explicitly stepped contacts (stepping/explicit_contacts.h).
 struct ContactWork {
@@ -62,7 +65,8 @@ struct Work {
   std::unique_ptr<stepping::ImplicitWork> implicit;  ///< stepping/implicit_islands; null: every step is explicit
   stepping::StandingIslands standing;      ///< stepping/implicit_islands
   stepping::Asleep asleep;       ///< step, between two steps `World`
-  stepping::RateWork rates;      ///< stepping/own_rate
+  stepping::RateWork rates;      ///< stepping/turns
+  std::unique_ptr<stepping::TurnsAhead> ahead;  ///< stepping/turns; null: turns are solved within their steps
   LedgerSums sums;               ///< ledger
   std::vector<std::unique_ptr<TreeMotion>> joints;  ///< by tree; null: joints without laws of their own
   WrenchWork wrenches;           ///< applied_wrench
@@ -71,6 +75,7 @@ struct Work {
   StageClock clock;                                 ///< on only while stages are measured
 
   explicit Work(const Model& model);  ///< set-up: everything that a step needs, so that it allocates nothing
+  ~Work();
   /// (in realtime) Until the work is moved or destroyed.
   LedgerView ledgerView(const Model& model) { return {model, visits, hands, placement, sums}; }
 };

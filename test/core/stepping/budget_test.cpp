@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "../../scenes/heap.h"
-#include "../../scenes/stacks.h"
+#include "../../scenes/tumbling.h"
 #include "haptic_core/analysis/deadline.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/tuning.h"
@@ -20,49 +20,17 @@ using namespace scenes;
 
 constexpr double kStep = 1e-4, kFar = 1e-3;
 
-StackParameters crowd() {
-  StackParameters p;
-  p.count = 16, p.height = 2, p.hand = true;
-  return p;
-}
-
-CubeParameters cubeOf(double stiffness) {
-  CubeParameters c;
-  c.stiffness = stiffness;
-  return c;
-}
-
-/// Stacks of two whose upper cubes tumble, and a hand over the first.
-WorldDef tumbling(double far_step, double stiffness = 1e8) {
-  WorldSettings settings;
-  settings.step = kStep, settings.far_step = far_step, settings.history_steps = 10;
-  WorldDef def = stacks(crowd(), cubeOf(stiffness), settings);
-  tumble(crowd(), def);
-  return def;
-}
-
 void setBudget(double units, World& world) {
   WorldTuning tuning = world.tuning();
   tuning.budget = units;
   world.tune(tuning);
 }
 
-/// The hand comes down on the first stack within 0.1 s, and rubs it.
-void rubNext(World& world) {
-  const double k = static_cast<double>(world.report().step);
-  world.setPointerTarget(0, Pose(Vector3(handStart(crowd(), cubeOf(1e8)) + Vector3(1e-6 * k, 0, -std::min(0.0205, 2e-5 * k)))), Twist{});
-}
-
-void rub(World& world) {
-  rubNext(world);
-  world.step();
-}
-
 /// The hand runs to and fro through all stacks at up to 2 m/s.
 void race(World& world) {
   const double t = world.time();
   const Vector3 way(0.4 - 0.4 * std::cos(5 * t), 0.4 - 0.4 * std::cos(3.1 * t), -0.06 + 0.05 * std::sin(11 * t));
-  world.setPointerTarget(0, Pose(Vector3(handStart(crowd(), cubeOf(1e8)) + way)), Twist{});
+  world.setPointerTarget(0, Pose(Vector3(handStart(stacksOfTwo(), stiffCube()) + way)), Twist{});
   world.step();
 }
 
@@ -73,7 +41,7 @@ TEST(Budget, WorkIsCountedAlikeAndAStandingWorldDoesNone) {
     ASSERT_EQ(first.report().work, again.report().work) << i;
     ASSERT_GT(first.report().work, 0);
   }
-  WorldDef def = stacks(StackParameters{4, 2}, cubeOf(1e8), WorldSettings{});
+  WorldDef def = stacks(StackParameters{4, 2}, stiffCube(), WorldSettings{});
   World stands(def);
   for (int i = 0; i < 2000; ++i) stands.step();
   ASSERT_EQ(stands.report().standing, 8);
@@ -135,11 +103,11 @@ TEST(Budget, WithoutOneStepsGoBeyondIt) {
 }
 
 TEST(Budget, WhatIsFarWaitsLongerAndTheHandFeelsTheSame) {
-  StackParameters lone = crowd();
+  StackParameters lone = stacksOfTwo();
   lone.count = 1;
   WorldSettings settings;
   settings.step = kStep;
-  const double near = mostWork(stacks(lone, cubeOf(1e8), settings), 0, 3000, rub);  // the hand and its stack alone
+  const double near = mostWork(stacks(lone, stiffCube(), settings), 0, 3000, rub);  // the hand and its stack alone
   World bounded(tumbling(kFar)), again(tumbling(kFar));
   setBudget(12 * near, bounded), setBudget(0, again);  // the fewest passes of a tumbling pair beyond a half leave enough for the near
   double lag = 0;

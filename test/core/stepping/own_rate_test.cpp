@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "../../scenes/stacks.h"
+#include "../../scenes/tumbling.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/state.h"
 #include "haptic_core/world/world.h"
@@ -19,45 +19,14 @@ using namespace scenes;
 
 constexpr double kStep = 1e-4, kFar = 1e-3;
 
-CubeParameters stiffCube() {
-  CubeParameters c;
-  c.stiffness = 1e8;
-  return c;
-}
-
-StackParameters pairs() {
-  StackParameters p;
-  p.count = 16, p.height = 2, p.hand = true;
-  return p;
-}
-
-/// Stacks of two; the upper cubes of all but the first fall and turn.
-WorldDef tumbling(double far_step) {
-  WorldSettings settings;
-  settings.step = kStep;
-  settings.far_step = far_step;
-  settings.history_steps = 10;
-  const StackParameters p = pairs();
-  WorldDef def = stacks(p, stiffCube(), settings);
-  tumble(p, def);
-  return def;
-}
-
-/// The hand comes down on the first stack within 0.1 s, and rubs it.
-void step(World& world) {
-  const double k = static_cast<double>(world.report().step);
-  world.setPointerTarget(0, Pose(Vector3(handStart(pairs(), stiffCube()) + Vector3(1e-6 * k, 0, -std::min(0.0205, 2e-5 * k)))), Twist{});
-  world.step();
-}
-
 /// A cube that flies in a world where everything else stands; gravity may be none. Link 1 + 2 i is the lower one of stack i.
 WorldDef flying(const Vector3& velocity, const Vector3& gravity) {
   WorldDef def = tumbling(kFar);
   def.settings.gravity = gravity;
-  for (int i = 0; i < pairs().count; ++i) {
+  for (int i = 0; i < stacksOfTwo().count; ++i) {
     ArticulationDef& upper = def.articulations[static_cast<std::size_t>(2 * i + 2)];
     upper.V_WA = Twist{};
-    upper.X_WA = Pose(Vector3(stackAt(pairs(), i) + Vector3(0, 0, 2 + i)));
+    upper.X_WA = Pose(Vector3(stackAt(stacksOfTwo(), i) + Vector3(0, 0, 2 + i)));
     if (i == 5) upper.V_WA.linear = velocity;
   }
   return def;
@@ -77,7 +46,7 @@ TEST(OwnRate, WhatFliesIsOnItsParabolaAtEveryTurn) {
   const Vector3 start = world.linkPose(kFlies).p;
   int late = 0;
   for (int i = 0; i < 1500; ++i) {
-    step(world);
+    rub(world);
     const double t = timeOf(world, kFlies);
     late += t < world.time() - 0.5 * kStep;
     ASSERT_LT((world.linkPose(kFlies).p - (start + v * t + 0.5 * g * t * t)).norm(), 1e-12) << i;
@@ -93,7 +62,7 @@ TEST(OwnRate, AWrenchActsFromItsInstantAndNotFromTheLastTurn) {
   World world(def);
   const double m = world.model().links[kFlies].mass;
   const Vector3 start = world.linkPose(kFlies).p;
-  for (int i = 0; i < 1234; ++i) step(world);
+  for (int i = 0; i < 1234; ++i) rub(world);
   ASSERT_LT(timeOf(world, kFlies), world.time() - 0.5 * kStep) << "it does not wait";
   const double began = world.time();
   LinkWrench wrench;
@@ -101,7 +70,7 @@ TEST(OwnRate, AWrenchActsFromItsInstantAndNotFromTheLastTurn) {
   world.applyWrench(kFlies, wrench, seconds);
   EXPECT_NEAR(timeOf(world, kFlies), began, 1e-12) << "who acts on it finds it in the present";
   EXPECT_LT((world.linkPose(kFlies).p - (start + v * began)).norm(), 1e-12);
-  for (int i = 0; i < 500; ++i) step(world);
+  for (int i = 0; i < 500; ++i) rub(world);
   ASSERT_LT(timeOf(world, kFlies), world.time() - 0.5 * kStep) << "it does not wait again";
   const double since = timeOf(world, kFlies) - began;
   const Vector3 gained = F / m * seconds;
@@ -114,7 +83,7 @@ TEST(OwnRate, TheHandFeelsTheSameBitsWhereNothingFarReachesIt) {
   World all(tumbling(0)), own(tumbling(kFar));
   long waited = 0, pressed = 0;
   for (int i = 0; i < 3000; ++i) {
-    step(all), step(own);
+    rub(all), rub(own);
     waited += own.report().waiting;
     pressed += own.pointerWrench(0).force.norm() > 0.01;
     ASSERT_EQ(all.pointerWrench(0).force, own.pointerWrench(0).force) << i;
@@ -128,7 +97,7 @@ TEST(OwnRate, TheHandFeelsTheSameBitsWhereNothingFarReachesIt) {
 TEST(OwnRate, AWorldThatIsLookedAtOrRestoredGoesOnWithTheSameBits) {
   World first(tumbling(kFar)), again(tumbling(kFar));
   for (int i = 0; i < 3000; ++i) {
-    step(first), step(again);
+    rub(first), rub(again);
     ASSERT_EQ(first.hash(), again.hash()) << i;
     if (i % 97 == 0) again.restore(again.save());
     if (i % 61 == 0) ASSERT_GT(first.state().q.size(), 0u);
@@ -139,13 +108,13 @@ TEST(OwnRate, WhatComesNearIsInThePresentBeforeItTouches) {
   WorldDef def = tumbling(kFar);
   // The second stack's upper cube slides on the floor towards the first stack.
   ArticulationDef& visitor = def.articulations[4];
-  visitor.X_WA = Pose(Vector3(stackAt(pairs(), 0) + Vector3(-0.4, 0.02, 0.0501)));
+  visitor.X_WA = Pose(Vector3(stackAt(stacksOfTwo(), 0) + Vector3(-0.4, 0.02, 0.0501)));
   visitor.V_WA.angular.setZero();
   visitor.V_WA.linear = Vector3(2, 0, 0);
   World world(def);
   bool waited = false, touched = false;
   for (int i = 0; i < 4000; ++i) {
-    step(world);
+    rub(world);
     const State& state = world.state();
     waited |= state.turn[4] != 0;
     for (int c = 0; c < world.contactCount(); ++c) {
@@ -172,7 +141,7 @@ TEST(OwnRate, WhatSlidesFarAwayStopsWhereFrictionStopsIt) {
   World world(def);
   long waited = 0;
   for (int i = 0; i < 4000; ++i) {
-    step(world);
+    rub(world);
     waited += world.state().turn[4] != 0;
   }
   EXPECT_GT(waited, 1500);

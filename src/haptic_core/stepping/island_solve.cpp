@@ -1,0 +1,108 @@
+#include "haptic_core/stepping/island_solve.h"
+
+#include <algorithm>
+
+#include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/stepping/standing_islands.h"
+#include "haptic_core/world/link_forces.h"
+
+namespace haptic::stepping {
+namespace {
+
+ImplicitOrder orderOf(Attempts attempts) noexcept {
+  return attempts == Attempts::kImplicitEuler ? ImplicitOrder::kFirst
+         : attempts == Attempts::kSdirk2      ? ImplicitOrder::kSecond
+                                              : ImplicitOrder::kSecondMultistep;
+}
+
+/// A body that touches nothing and that no hand and no force element pulls moves as explicit steps move it: exactly.
+bool fliesFreely(const Model& model, const Island& island, const State& state) noexcept {
+  if (island.pair_count > 0 || island.tree_count > 1) return false;
+  const ModelTree& tree = model.trees[island.trees[0]];
+  if (!model.isFree(tree) || hasForces(model, island.trees[0])) return false;
+  for (std::size_t p = 0; p < state.pointers.size(); ++p) {
+    const PointerState& pointer = state.pointers[p];
+    if (!model.holds(static_cast<int>(p)) && pointer.targeted && pointer.link == tree.link) return false;
+  }
+  return true;
+}
+
+/// A contact that began: its bodies approached at the speed that its impulse took from them.
+void noteImpact(const Model& model, const ContactReport& contact, double h, const Work& work, Report& report) noexcept {
+  const LinkWork &A = work.placement.link[contact.link_a], &B = work.placement.link[contact.link_b];
+  const double mass = model.law(contact.shape_a, contact.shape_b, false, false).reduced_mass,
+               left = (A.twistAt(contact.X_WP.p) - B.twistAt(contact.X_WP.p)).linear.dot(contact.X_WP.R.col(2));
+  report.addImpact(left + h * contact.normal_force / mass, mass, h * model.settings.gravity.norm());
+}
+
+}  // namespace
+
+const ImplicitReport* solveIsland(const Model& model, const Island& island, double h, double most, State& state, Work& work,
+                                  StepReport& report) noexcept {
+  if (fliesFreely(model, island, state)) {
+    fly(model, island.trees[0], h, state, work);
+    work.counted.done += units::kLink;
+    state.last_step[island.trees[0]] = 0;
+    return nullptr;
+  }
+  const ImplicitReport& solved = advanceIsland(model, island, h, orderOf(model.settings.attempts), most, state, *work.implicit);
+  if (!solved.stands) work.counted.done += solved.units;
+  work.counted.gave_way |= solved.cut && !solved.stands;
+  report.iterations = std::max(report.iterations, solved.iterations);
+  report.evaluations = std::max(report.evaluations, solved.evaluations);
+  report.factorisations = std::max(report.factorisations, solved.factorisations);
+  if (!solved.stands || !standsAlone(model, island, state)) {  // else nothing of it goes into a motion
+    report.wrench_error = std::max(report.wrench_error, solved.wrench_error);
+    report.residual = std::max(report.residual, solved.residual);
+  }
+  report.fallbacks += solved.fell_back;
+  report.parts = std::max(report.parts, solved.parts);
+  report.budget_used = std::max(report.budget_used, solved.budget_used);
+  work.choice.position_error = std::max(work.choice.position_error, solved.position_error);
+  if (!solved.converged) report.flags |= kNotConverged;
+  if (!solved.joints_converged) report.flags |= kJointsNotConverged;
+  return &solved;
+}
+
+void bookRest(const Model& model, const Island& island, const Placement& placement, EnergySums& energy) noexcept {
+  double kinetic = 0;
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model.trees[island.trees[n]];
+    kinetic += kineticEnergy(*tree.model, placement.link.data() + tree.link);
+  }
+  energy.damping += kinetic;
+  energy.stilled += kinetic;
+}
+
+void takeContacts(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+  for (const ImplicitContact& c : work.implicit->stage.contacts.all()) {
+    ActivePair& pair = state.pairs[c.pair];
+    ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
+    contact.sticking = pair.friction.sliding == 0;
+    contact.event = work.implicit->books.event[c.pair];
+    // A step that follows explicitly takes up from the force at the end; hands and readers are told the mean of the step.
+    const Wrench at_end = contact.F_BP_W, mean = meanWrench(work.implicit->books, c);
+    for (const int link : {contact.link_a, contact.link_b}) {
+      const Wrench& F_W = work.hands.held_by[link] >= 0 ? mean : at_end;
+      work.placement.link[link].addWrench(link == contact.link_b ? F_W : -F_W, c.X_WP.p);
+    }
+    contact.F_BP_W = mean;
+    contact.normal_force = mean.force.dot(c.X_WP.R.col(2));
+    if (pair.friction.began != 0) noteImpact(model, contact, h, work, report);
+    if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(c.shape_a, c.shape_b, c.volume.A0));
+    report.addContact(contact, c.force.clipped);
+  }
+  eachParted(work.implicit->stage, work.implicit->books, [&](int index, const Pose& X_WP, const Wrench& mean) {
+    ContactReport contact = reportOf(model, state.pairs[index], ContactVolume{}, X_WP, LocatedForce{});
+    contact.F_BP_W = mean;
+    contact.normal_force = mean.force.dot(X_WP.R.col(2));
+    if (state.pairs[index].friction.began != 0) noteImpact(model, contact, h, work, report);
+    for (const int link : {contact.link_a, contact.link_b}) {
+      if (work.hands.held_by[link] < 0) continue;
+      work.placement.link[link].addWrench(link == contact.link_b ? mean : -mean, X_WP.p);
+    }
+    report.addContact(contact, false);
+  });
+}
+
+}  // namespace haptic::stepping

@@ -1,0 +1,25 @@
+/// Turns of the islands that wait (own_rate.h): each comes to the present in one implicit step over the time that it is late.
+///
+/// A turn is a function of its island's part of the state, and of nothing else: sums of the ledger and the report begin at zero in it and
+/// are added afterwards. So it may be solved before its step, by another thread (turns_ahead.h), with the same bits.
+#pragma once
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/report.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/work.h"
+
+namespace haptic::stepping {
+
+/// (in realtime) Within the implicit part of a step, once the pairs are known: those visited trees whose turn has come, and those that can
+/// wait no longer, come to the present. Those that `may_wait` and do are set to their next turn, their contacts reported.
+void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Report& report) noexcept;
+
+/// (in realtime) Between two steps: all trees come to the present.
+void bringToPresent(const Model& model, State& state, Work& work, Report& report) noexcept;
+
+/// (in realtime) After `beginIslands`: an island whose turn has come goes over the time that it is `late` [s]. `goes_on`: it may wait
+/// again, and where it does its contacts are reported. `most`: of the step's budget [units].
+void takeTurn(const Model& model, const Island& island, double late, bool goes_on, double most, State& state, Work& work,
+              Report& report) noexcept;
+
+}  // namespace haptic::stepping
