@@ -135,7 +135,7 @@ void WorldTopics::publishPlan(const SceneDef& scene) {
 /// thread of its own.
 void WorldTopics::publishCertificate() {
   try {
-    plan_message_.text += certify(definition_).text();
+    plan_message_.text += certify(definition_, 1, [this] { return !stop_; }).text();
   } catch (const std::exception& error) {
     plan_message_.text += std::string("certificate: none, ") + error.what() + "\n";
   }

@@ -9,10 +9,10 @@
 #include <limits>
 #include <numeric>
 #include <sstream>
+#include <utility>
 
+#include "haptic_core/analysis/linearisation.h"
 #include "haptic_core/base/elementary.h"
-#include "haptic_core/dynamics/joint_space_inertia.h"
-#include "haptic_core/world/contact_evaluation.h"
 #include "haptic_core/world/damper_limit.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
@@ -25,244 +25,32 @@ constexpr double kSafe = 1 - 1e-3;     ///< the limit is given a thousandth low:
 constexpr double kMargin = 0.9;        ///< share of the limit that explicit steps may use: rest states move
 constexpr int kMostSubsteps = 4;       ///< an implicit step costs about as much as this many explicit ones
 constexpr double kLongest = 0.1;       ///< [s], the longest step a world may have
-constexpr double kDifference = 1e-3;   ///< finite differences: share of the least depth
-constexpr double kAside = 30;          ///< differences: how many steps aside of the rest state, 3 % of the depth
 constexpr double kFinerToSettle = 8;   ///< the explicit steps that point contacts settle by: below any limit worth certifying
 constexpr double kGrowthNoise = 1e-3;  ///< growth below this share of sqrt(g/size) is rounding of the differences
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-/// The linearisation of one settled world.
-class Linearisation {
- public:
-  explicit Linearisation(const World& world)
-      : model_(world.model()),
-        state_(world.state()),
-        pairs_(state_.pairs),
-        seams_(model_),
-        held_by_(model_.links.size(), -1),
-        work_(model_.links.size()),
-        X_WS_(model_.shapes.size()) {
-    model_.reserve(workspace_);
-    // A hand at rest holds its link, whatever its coupling.
-    for (std::size_t i = 0; i < state_.pointers.size(); ++i) held_by_[state_.pointers[i].link] = static_cast<int>(i);
-    for (const ModelMotion& motion : model_.motions) held_by_[motion.link] = static_cast<int>(state_.pointers.size());
-    gravity_ = world.settings().gravity;
-    for (const ModelTree& tree : model_.trees) moves_.push_back(!tree.model->isStatic() && held_by_[tree.link] < 0);
-    place(state_.q);
-    linearise();
-  }
-
-  int dof() const { return model_.nv; }
-  bool moves(int tree) const { return moves_[tree]; }
-
-  struct Contact {
-    int a, b, tree_a, tree_b;
-    ContactVolume volume;
-    PairLaw law;
-    Matrix J;  ///< twist of B against A at P, P's axes: 6 × dof
-    Matrix6 stiffness, damping;  ///< of the patch, P's axes
-    Matrix6 mobility = Matrix6::Zero();  ///< of both bodies, their masses shared among their contacts
-    int parts = 1;                       ///< contacts that share the mass of the body which has most of them
-  };
-
-  Matrix M, K;
-  std::vector<Contact> contacts;
-
- private:
-  void place(const std::vector<double>& q) {
-    const std::vector<double> rest(model_.nv, 0.0);
-    for (const ModelTree& tree : model_.trees) {
-      forwardKinematics(*tree.model, q.data() + tree.q, rest.data() + tree.v, work_.data() + tree.link);
-    }
-    for (std::size_t s = 0; s < X_WS_.size(); ++s) {
-      X_WS_[s] = work_[model_.shapes[s].link].X_WL * model_.shapes[s].X_LS;
-    }
-  }
-
-  /// Calls `visit` with every pair that touches, its contact at rest, without friction's memory.
-  template <class Visit>
-  void forEachContact(Visit&& visit) {
-    std::copy(state_.pairs.begin(), state_.pairs.end(), pairs_.begin());
-    if (seams_.any()) seams_.find(pairs_.data(), nullptr, state_.pair_count, X_WS_.data(), workspace_);
-    const ContactPlaces places{work_.data(), X_WS_.data(), held_by_.data()};
-    ContactEvaluation contact;
-    for (int i = 0; i < state_.pair_count; ++i) {
-      if (!locateContact(model_, seams_, i, pairs_[i], places, workspace_, contact)) continue;
-      contact.V_AB_P = Twist{};  // belts stand as well: their friction does not depend on poses
-      contact.belt.setZero();
-      contact.force = locatedForce(contact.volume, contact.X_AB, workspace_, contact.V_AB_P, FrictionMemory{}, contact.law, Advance{});
-      visit(pairs_[i], contact);
-    }
-  }
-
-  /// Normal forces and weight on all degrees; without slip there is no friction.
-  Vector forces(const std::vector<double>& q) {
-    place(q);
-    Vector f = Vector::Zero(model_.nv);
-    forEachContact([&](const ActivePair& pair, const ContactEvaluation& contact) {
-      const Wrench F_BP_W = contact.force.F_BP_P.rotated(contact.X_WP.R);
-      push(model_.shapes[pair.shapeB()].link, F_BP_W, contact.X_WP.p, f);
-      push(model_.shapes[pair.shapeA()].link, -F_BP_W, contact.X_WP.p, f);
-    });
-    for (std::size_t l = 0; l < model_.links.size(); ++l) {
-      Wrench weight;
-      weight.force = model_.links[l].mass * gravity_;
-      push(static_cast<int>(l), weight, work_[l].p_WC(), f);
-    }
-    return f;
-  }
-  void push(int link, const Wrench& F_W, const Vector3& p, Vector& f) {
-    const ModelTree& tree = model_.trees[model_.links[link].articulation];
-    if (!moves_[model_.links[link].articulation]) return;
-    addGeneralisedForce(*tree.model, work_.data() + tree.link, model_.links[link].local, F_W, p, f.data() + tree.v);
-  }
-
-  void linearise() {
-    M = Matrix::Zero(model_.nv, model_.nv);
-    K = M;
-    double least_depth = 1e300;
-    forEachContact([&](const ActivePair& pair, const ContactEvaluation& contact) {
-      addContact(pair, contact);
-      least_depth = std::min(least_depth, contact.volume.volume / contact.volume.A0);
-    });
-    for (std::size_t t = 0; t < model_.trees.size(); ++t) {
-      const ModelTree& tree = model_.trees[t];
-      const int n = tree.model->nv();
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> block(n, n);
-      if (n == 0) continue;
-      massMatrix(*tree.model, work_.data() + tree.link, block.data());
-      M.block(tree.v, tree.v, n, n) = block;
-    }
-    if (contacts.empty()) return;
-    for (const Contact& c : contacts) {
-      Matrix6 springs = Matrix6::Zero();  // friction: the normal part comes from the differences
-      springs.block<3, 3>(2, 2) = c.stiffness.block<3, 3>(2, 2);
-      K += c.J.transpose() * springs * c.J;
-    }
-    shareMobility();
-    addDifferences(kDifference * least_depth);
-    K = (0.5 * (K + K.transpose())).eval();
-  }
-
-  void shareMobility() {
-    std::vector<int> count(model_.trees.size(), 0);
-    for (const Contact& c : contacts) {
-      ++count[c.tree_a];
-      ++count[c.tree_b];
-    }
-    for (Contact& c : contacts) {
-      c.mobility.setZero();
-      c.parts = std::max(moves_[c.tree_a] ? count[c.tree_a] : 1, moves_[c.tree_b] ? count[c.tree_b] : 1);
-      for (int t : {c.tree_a, c.tree_b}) {
-        const ModelTree& tree = model_.trees[t];
-        const int n = tree.model->nv();
-        if (!moves_[t] || n == 0) continue;
-        const auto J = c.J.middleCols(tree.v, n);
-        c.mobility += count[t] * (J * M.block(tree.v, tree.v, n, n).llt().solve(J.transpose()));
-      }
-    }
-  }
-
-  void addContact(const ActivePair& pair, const ContactEvaluation& contact) {
-    Contact c;
-    c.a = model_.shapes[pair.shapeA()].link;
-    c.b = model_.shapes[pair.shapeB()].link;
-    c.tree_a = model_.links[c.a].articulation;
-    c.tree_b = model_.links[c.b].articulation;
-    c.volume = contact.volume;
-    c.law = contact.law;
-    c.stiffness = contact.force.tangent.combined(1, 0);
-    c.damping = contact.force.tangent.combined(0, 1);
-    c.J = Matrix::Zero(6, model_.nv);
-    addJacobian(c.b, contact.X_WP, 1, c.J);
-    addJacobian(c.a, contact.X_WP, -1, c.J);
-    contacts.push_back(c);
-  }
-  void addJacobian(int link, const Pose& X_WP, double sign, Matrix& J) {
-    const ModelTree& tree = model_.trees[model_.links[link].articulation];
-    if (!moves_[model_.links[link].articulation]) return;
-    for (int i = 0; i < tree.model->nv(); ++i) {
-      Vector unit = Vector::Zero(tree.model->nv());
-      unit[i] = 1;
-      const Twist V = pointTwist(*tree.model, work_.data() + tree.link, model_.links[link].local, X_WP.p, unit.data());
-      J.col(tree.v + i) += sign * V.rotated(X_WP.R.transpose()).vector();
-    }
-  }
-
-  /// Where faces end exactly above one another, a shift to either side uncovers an edge: the force has a kink there
-  /// (of the size N d/a, harmless under friction). The differences are taken beside it, each body aside by its own
-  /// part of kAside steps, so that none straddles it.
-  void addDifferences(double epsilon) {
-    std::vector<double> beside = state_.q;
-    for (std::size_t t = 0; t < model_.trees.size(); ++t) {
-      const ModelTree& tree = model_.trees[t];
-      Vector aside(tree.model->nv());
-      for (int i = 0; i < tree.model->nv(); ++i) {
-        const double golden = 0.6180339887 * (tree.v + i + 1);  // neighbours differ by 0.29 at least
-        const bool turns = tree.model->isFreeBody() && i < 3;   // a turn would shift faces back over one another
-        aside[i] = turns ? 0 : kAside * (golden - std::floor(golden)) / reach(tree, i);
-      }
-      if (moves_[t]) integratePositions(*tree.model, beside.data() + tree.q, aside.data(), epsilon);
-    }
-    for (std::size_t t = 0; t < model_.trees.size(); ++t) {
-      const ModelTree& tree = model_.trees[t];
-      if (!moves_[t]) continue;
-      for (int i = 0; i < tree.model->nv(); ++i) {
-        const double step = epsilon / reach(tree, i);
-        Vector direction = Vector::Zero(tree.model->nv());
-        Vector change = Vector::Zero(model_.nv);
-        for (double sign : {1.0, -1.0}) {
-          direction[i] = sign;
-          std::vector<double> q = beside;
-          integratePositions(*tree.model, q.data() + tree.q, direction.data(), step);
-          change += sign * forces(q);
-        }
-        K.col(tree.v + i) -= change / (2 * step);
-      }
-    }
-    place(state_.q);
-  }
-  /// What turns a step of a degree into one of the body's ends: its size for a rotation, one for a translation.
-  double reach(const ModelTree& tree, int degree) const {
-    return !tree.model->isFreeBody() || degree < 3 ? model_.links[tree.link].size : 1;
-  }
-
-  const Model& model_;
-  const State& state_;
-  std::vector<ActivePair> pairs_;  ///< the state's, whose caches advance
-  Seams seams_;
-  ContactWorkspace workspace_;
-  std::vector<int> held_by_;
-  std::vector<char> moves_;
-  std::vector<LinkWork> work_;
-  std::vector<Pose> X_WS_;
-  Vector3 gravity_;
-};
-
-/// Trees connected by contacts; −1 for those that do not move or touch nothing.
-std::vector<int> islandsOf(const Linearisation& linear, int trees, int& count) {
+/// Trees connected by contacts, ascending.
+std::vector<std::vector<int>> islandsOf(const Linearisation& linear, int trees) {
   std::vector<int> root(trees);
   std::iota(root.begin(), root.end(), 0);
   const auto find = [&](int t) {
     while (root[t] != t) t = root[t];
     return t;
   };
-  std::vector<char> touches(trees, 0);
   for (const auto& c : linear.contacts) {
     if (linear.moves(c.tree_a) && linear.moves(c.tree_b)) root[find(c.tree_a)] = find(c.tree_b);
-    touches[c.tree_a] = touches[c.tree_b] = 1;
   }
-  std::vector<int> island(trees, -1), number(trees, -1);
-  count = 0;
+  std::vector<int> number(trees, -1);
+  std::vector<std::vector<int>> islands;
   for (int t = 0; t < trees; ++t) {
-    if (!linear.moves(t) || !touches[t]) continue;
+    if (linear.contacts_of.empty() || linear.contacts_of[t].empty()) continue;
     const int r = find(t);
-    if (number[r] < 0) number[r] = count++;
-    island[t] = number[r];
+    if (number[r] < 0) number[r] = static_cast<int>(islands.size()), islands.emplace_back();
+    islands[number[r]].push_back(t);
   }
-  return island;
+  return islands;
 }
 
 /// Small motions of an island about rest, advanced by steps of velocity Verlet as the world takes them: strong dampers are settled contact
@@ -270,16 +58,13 @@ std::vector<int> islandsOf(const Linearisation& linear, int trees, int& count) {
 class VerletMotion {
  public:
   /// K: the island's stiffness, without modes of negative stiffness, which grow whatever the step.
-  VerletMotion(const Linearisation& linear, const std::vector<int>& trees, const std::vector<int>& rows, const Matrix& M, Matrix K) {
-    const auto inside = [&](int tree) { return std::find(trees.begin(), trees.end(), tree) != trees.end(); };
-    for (const auto& c : linear.contacts) {
-      if (inside(c.tree_a) || inside(c.tree_b)) contacts_.push_back(&c);
-    }
-    const auto n = static_cast<Eigen::Index>(rows.size()), m = static_cast<Eigen::Index>(6 * contacts_.size());
-    Matrix J(m, n);
+  VerletMotion(std::vector<const Linearisation::Contact*> contacts, const Rows& rows, const Matrix& M, Matrix K)
+      : contacts_(std::move(contacts)) {
+    const auto m = static_cast<Eigen::Index>(6 * contacts_.size());
+    Matrix J(m, rows.count);
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
       auto of = J.middleRows(6 * static_cast<Eigen::Index>(i), 6);
-      of = contacts_[i]->J(Eigen::all, rows);
+      of = rows.of(*contacts_[i]);
       K -= of.transpose() * contacts_[i]->stiffness * of;
     }
     J_ = J.sparseView();
@@ -331,30 +116,33 @@ class VerletMotion {
 };
 
 /// Largest stable step, searched from `start` on; infinite from kLongest on.
-double largestStep(const VerletMotion& motion, double start) {
+double largestStep(const VerletMotion& motion, double start, const std::function<bool()>& goOn) {
+  const auto grows = [&](double h) {
+    if (goOn && !goOn()) throw Stopped{};
+    return motion.grows(h);
+  };
   double low = std::min(start, kLongest), high = low;
-  for (int i = 0; i < 40 && motion.grows(low); ++i) high = low, low *= 0.8;
+  for (int i = 0; i < 40 && grows(low); ++i) high = low, low *= 0.8;
   while (high == low) {
     high = std::min(1.25 * low, kLongest);
-    if (motion.grows(high)) break;
+    if (grows(high)) break;
     if (high == kLongest) return std::numeric_limits<double>::infinity();
     low = high;
   }
   while (high > 1.0005 * low) {
     const double middle = 0.5 * (low + high);
-    (motion.grows(middle) ? high : low) = middle;
+    (grows(middle) ? high : low) = middle;
   }
   return low;
 }
 
 IslandCertificate judgeIsland(const Linearisation& linear, const Model& model, const std::vector<int>& trees,
-                              const WorldSettings& settings, double step) {
+                              const WorldSettings& settings, double step, const std::function<bool()>& goOn) {
   IslandCertificate island;
-  std::vector<int> rows;
+  const Rows rows(linear, trees);
   double lightest = 1e300, heaviest = 0, size = 0;
   for (int t : trees) {
     const ModelTree& tree = model.trees[t];
-    for (int i = 0; i < tree.model->nv(); ++i) rows.push_back(tree.v + i);
     for (int l = 0; l < tree.model->linkCount(); ++l) {
       const ModelLink& link = model.links[tree.link + l];
       island.links.push_back(link.name);
@@ -363,8 +151,18 @@ IslandCertificate judgeIsland(const Linearisation& linear, const Model& model, c
       size = std::max(size, link.size);
     }
   }
-  const Matrix M = linear.M(rows, rows), K = linear.K(rows, rows);
-  island.degrees = static_cast<int>(rows.size());
+  Matrix M = Matrix::Zero(rows.count, rows.count);
+  std::vector<int> touching;  // indices of its contacts
+  for (const int t : trees) {
+    M.block(rows.first[t], rows.first[t], linear.M[t].rows(), linear.M[t].cols()) = linear.M[t];
+    touching.insert(touching.end(), linear.contacts_of[t].begin(), linear.contacts_of[t].end());
+  }
+  std::sort(touching.begin(), touching.end());
+  touching.erase(std::unique(touching.begin(), touching.end()), touching.end());
+  std::vector<const Linearisation::Contact*> contacts;
+  for (const int c : touching) contacts.push_back(&linear.contacts[c]);
+  const Matrix K = linear.stiffness(trees, rows.first, rows.count);
+  island.degrees = static_cast<int>(rows.count);
   island.mass_ratio = heaviest / lightest;
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> modes(K, M);
   island.frequency = std::sqrt(std::max(0.0, modes.eigenvalues().maxCoeff()));
@@ -373,19 +171,19 @@ IslandCertificate judgeIsland(const Linearisation& linear, const Model& model, c
     const Vector mode = M * modes.eigenvectors().col(i);
     if (modes.eigenvalues()[i] < 0) stiff -= modes.eigenvalues()[i] * mode * mode.transpose();
   }
-  island.limit = kSafe * largestStep(VerletMotion(linear, trees, rows, M, stiff), 0.999 * 2 / island.frequency);
+  island.limit = kSafe * largestStep(VerletMotion(contacts, rows, M, stiff), 0.999 * 2 / island.frequency, goOn);
   const double least = modes.eigenvalues().minCoeff();
   const double noise = kGrowthNoise * std::sqrt(settings.gravity.norm() / size);
   island.growth = least < -noise * noise ? std::sqrt(-least) : 0;
   // The contact that holds most of the stiffest mode's energy.
   const Vector mode = modes.eigenvectors().col(island.degrees - 1);
   double most = -1;
-  for (std::size_t c = 0; c < linear.contacts.size(); ++c) {
-    const Vector u = linear.contacts[c].J(Eigen::all, rows) * mode;
+  for (const int c : touching) {
+    const Vector u = rows.of(linear.contacts[c]) * mode;
     const double energy = u.dot(linear.contacts[c].stiffness * u);
     if (energy > most) {
       most = energy;
-      island.worst_pair = static_cast<int>(c);
+      island.worst_pair = c;
     }
   }
   if (island.growth > 0 &&
@@ -426,7 +224,7 @@ const char* toString(Verdict verdict) {
   return "unknown";
 }
 
-Certificate certify(const WorldDef& def, double settle_s) {
+Certificate certify(const WorldDef& def, double settle_s, const std::function<bool()>& goOn) try {
   WorldDef quiet = def;
   quiet.settings.attempts = Attempts::kImplicitEuler;
   quiet.settings.substeps = 1;
@@ -438,7 +236,10 @@ Certificate certify(const WorldDef& def, double settle_s) {
   }
   World world(quiet);
   const int steps = std::max(1, static_cast<int>(std::lround(settle_s / quiet.settings.step)));
-  for (int i = 0; i < steps; ++i) world.step();
+  for (int i = 0; i < steps; ++i) {
+    if (goOn && !goOn()) throw Stopped{};
+    world.step();
+  }
 
   Certificate certificate;
   certificate.step = def.settings.step / def.settings.substeps;
@@ -446,19 +247,23 @@ Certificate certify(const WorldDef& def, double settle_s) {
   for (double v : world.state().v) speed = std::max(speed, std::abs(v));
   certificate.settled = speed < 1e-3;
   const Model& model = world.model();
-  const Linearisation linear(world);
+  const Linearisation linear(world, goOn);
   for (const auto& c : linear.contacts) {
     PairCertificate pair;
     pair.a = model.links[c.a].name;
     pair.b = model.links[c.b].name;
     pair.stiffness = c.law.material.stiffness * c.volume.A0;
-    const Vector n = c.J.row(5).transpose();
-    std::vector<int> rows;
-    for (int i = 0; i < linear.dof(); ++i) {
-      if (linear.M(i, i) > 0 && n[i] != 0) rows.push_back(i);
-    }
-    const Vector n_rows = n(rows);
-    const double inverse_mass = rows.empty() ? 0 : n_rows.dot(Matrix(linear.M(rows, rows)).llt().solve(n_rows));
+    double inverse_mass = 0;
+    c.eachTree([&](int t, const Matrix& J) {
+      const Matrix& M = linear.M[t];
+      const Vector n = J.row(5).transpose();
+      std::vector<int> rows;
+      for (int i = 0; i < static_cast<int>(n.size()); ++i) {
+        if (M(i, i) > 0 && n[i] != 0) rows.push_back(i);
+      }
+      const Vector n_rows = n(rows);
+      if (!rows.empty()) inverse_mass += n_rows.dot(Matrix(M(rows, rows)).llt().solve(n_rows));
+    });
     pair.mass = inverse_mass > 0 ? 1 / inverse_mass : std::numeric_limits<double>::infinity();
     const double b = c.damping(5, 5);
     const double settled = 2 * std::sqrt(pair.mass / pair.stiffness);
@@ -467,17 +272,13 @@ Certificate certify(const WorldDef& def, double settle_s) {
                            : settled;
     certificate.pairs.push_back(pair);
   }
-  int count = 0;
-  const std::vector<int> island_of = islandsOf(linear, static_cast<int>(model.trees.size()), count);
-  for (int i = 0; i < count; ++i) {
-    std::vector<int> trees;
-    for (int t = 0; t < static_cast<int>(island_of.size()); ++t) {
-      if (island_of[t] == i) trees.push_back(t);
-    }
-    certificate.islands.push_back(judgeIsland(linear, model, trees, def.settings, certificate.step));
+  for (const std::vector<int>& trees : islandsOf(linear, static_cast<int>(model.trees.size()))) {
+    certificate.islands.push_back(judgeIsland(linear, model, trees, def.settings, certificate.step, goOn));
     certificate.verdict = std::max(certificate.verdict, certificate.islands.back().verdict);
   }
   return certificate;
+} catch (const Stopped&) {
+  return {};
 }
 
 std::string Certificate::text() const {
