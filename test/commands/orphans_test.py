@@ -56,8 +56,8 @@ class Orphans(unittest.TestCase):
         wait_until("the driver listens", lambda: os.listdir(folder))
         wait_until("the bridge is loaded", lambda: any("BridgeNodelet" in command(pid) for pid in descendants(marker)))
         before = None
-        while before != (before := set(descendants(marker))):  # a process that is just born is not known to the others yet
-            time.sleep(2)
+        while before != (before := {pid for pid in descendants(marker) if "__name:=" in command(pid)}):
+            time.sleep(2)  # a node that is just born is not known to the others yet
         return process, marker
 
     def killed(self, words, how, **environment):
