@@ -34,6 +34,7 @@ SHOWS = {
     "box_on_floor": "The hand presses on a box of 1 kg and slides round its middle.",
     "c_bin": "The hand stirs ten convex pebbles of 20 to 100 corners in a bin.",
     "chain": "A chain of ten links is released; its energy stays constant.",
+    "city": "A thousand bodies: stacks, a heap, two robots, a door and a drawer. All but what the hand touches sleeps.",
     "conveyor": "A belt on a load cell carries parcels against a gate and slides on below them; the hand pushes one back.",
     "d_two_hands": "Two devices, two hands: they take the uppermost block between them and lift it.",
     "daruma": "A tumbler with its mass low in it rights itself and rocks.",
@@ -47,6 +48,7 @@ SHOWS = {
     "gimbal_top": "The hand presses on the rim of a spinning disc in gimbals, which yields sideways.",
     "grasped_block": "The free block and the ball of `allegro_grasp` without the hand that holds them: they fall.",
     "panda_touch": "The Panda as published holds its pose; the hand pushes a block under its gripper.",
+    "pile300": "Three hundred cubes fall into a bin below the hand.",
     "pyramid15": "Fifteen cubes in a pyramid: it stands.",
     "ramp": "A cube on a slope, at nine tenths of the limit of friction: it stays.",
     "resting": "A cube at rest, sunk in by 98 µm, as the formula says.",
@@ -58,6 +60,7 @@ SHOWS = {
     "terrain": "A ball, a puck and a cube on a height field: the ball rolls to and fro in a valley without loss.",
     "tilt": "A tilted cube of 2 m falls from its edge onto its face.",
     "top": "A cone spins on its apex and precesses.",
+    "workshop": "Thirty tools on a wall and a shelf; the hand presses on one and draws it along.",
 }
 HEAD = """# Gallery: scenes, moving
 
@@ -81,8 +84,10 @@ def readme():
 
 
 def scenes():
-    """Names of all shipped scenes."""
-    return sorted(os.path.splitext(os.path.basename(path))[0] for path in glob.glob(os.path.join(ROOT, "urdf", "scenes", "*.[uy]*")))
+    """Names of all shipped scenes, the large ones included."""
+    folder = os.path.join(ROOT, "urdf", "scenes")
+    paths = glob.glob(os.path.join(folder, "*.[uy]*")) + glob.glob(os.path.join(folder, "large", "*.yaml"))
+    return sorted(os.path.splitext(os.path.basename(path))[0] for path in paths)
 
 
 def run(*words):
