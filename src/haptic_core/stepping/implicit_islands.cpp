@@ -121,18 +121,11 @@ void lookForExplicit(const Model& model, const Island& island, double h, bool fl
   if (model.settings.energy_ledger && contacts.begin() != contacts.end()) foreseeKick(model, contacts, h, state, work);
 }
 
-/// Every velocity is zero, as of all that stands.
-bool isStill(const Model& model, const Island& island, const State& state) noexcept {
-  return std::all_of(island.trees, island.trees + island.tree_count, [&](int t) {
-    const double* v = state.v.data() + model.trees[t].v;
-    return std::all_of(v, v + model.trees[t].model->nv(), [](double x) { return x == 0; });
-  });
-}
-
 /// What islands that move keep of a step's budget, whatever those before them take: as many evaluations as a smooth step of second order.
 double reservedFor(const Model& model, const Island& island, const State& state) noexcept {
   constexpr int kReserved = 4;
-  return isStill(model, island, state) ? 0 : kReserved * evaluationUnits(model, island, state);
+  const bool still = std::all_of(island.trees, island.trees + island.tree_count, [&](int t) { return isStill(model, t, state); });
+  return still ? 0 : kReserved * evaluationUnits(model, island, state);
 }
 
 /// The same of all islands of the step but those that wait; without a budget it does not matter.

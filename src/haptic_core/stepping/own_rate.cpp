@@ -75,7 +75,8 @@ double foreseen(const Model& model, const State& state, int tree, double h) noex
   if (model.turn_steps <= 1) return h;
   const std::uint64_t turn = state.turn[tree];
   const double on = model.turn_steps * model.settings.step;
-  if (turn == 0) return isCommonTurn(model, state) ? h + on : h;
+  // What stands goes nowhere: it is found by whatever comes, asleep or awake.
+  if (turn == 0) return isCommonTurn(model, state) && !isStill(model, tree, state) ? h + on : h;
   const double until = std::max(0.0, static_cast<double>(turn) - static_cast<double>(state.as_of[tree])) * model.settings.step;
   return turn > state.step ? until : until + std::max(h, on);
 }

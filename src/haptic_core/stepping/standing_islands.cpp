@@ -39,6 +39,11 @@ bool rests(const Model& model, const Island& island, double h, const State& stat
 
 }  // namespace
 
+bool isStill(const Model& model, int tree, const State& state) noexcept {
+  const double* v = state.v.data() + model.trees[tree].v;
+  return std::all_of(v, v + model.trees[tree].model->nv(), [](double x) { return x == 0; });
+}
+
 bool standsAlone(const Model& model, const Island& island, const State& state) noexcept {
   const auto has = [&island](int tree) { return std::binary_search(island.trees, island.trees + island.tree_count, tree); };
   for (int n = 0; n < island.tree_count; ++n) {

@@ -56,6 +56,9 @@ inline double restingSpeed(const WorldSettings& settings, double h) noexcept {
   return kOfAccuracy * settings.accuracy * h * settings.gravity.norm();
 }
 
+/// (in realtime) Every velocity of the tree is zero, as of all that stands.
+bool isStill(const Model& model, int tree, const State& state) noexcept;
+
 /// (in realtime) No hand pulls at it, no joint has a law of its own, and what its pairs know beside it never moves.
 bool standsAlone(const Model& model, const Island& island, const State& state) noexcept;
 

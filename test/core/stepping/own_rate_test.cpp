@@ -104,6 +104,22 @@ TEST(OwnRate, AWorldThatIsLookedAtOrRestoredGoesOnWithTheSameBits) {
   }
 }
 
+TEST(OwnRate, AHandThatComesToWhatStandsFindsTheSameWhetherItSleepsOrNot) {
+  WorldSettings settings;
+  settings.step = kStep, settings.far_step = 1e-2, settings.history_steps = 10;
+  const WorldDef def = stacks(stacksOfTwo(), stiffCube(), settings);
+  World sleeps(def), looked_at(def);
+  for (int i = 0; i < 2500; ++i) {  // the last half millimetre, by which a body would fall within a far_step, in ten of these
+    const Vector3 way(0, 0, i < 975 ? -2e-5 * i : -0.0195 - 5e-7 * (i - 975));
+    for (World* world : {&sleeps, &looked_at}) {
+      world->setPointerTarget(0, Pose(Vector3(handStart(stacksOfTwo(), stiffCube()) + way)), Twist{});
+      world->step();
+    }
+    ASSERT_EQ(sleeps.hash(), looked_at.hash()) << i;
+    if (i > 900) looked_at.save();
+  }
+}
+
 TEST(OwnRate, WhatComesNearIsInThePresentBeforeItTouches) {
   WorldDef def = tumbling(kFar);
   // The second stack's upper cube slides on the floor towards the first stack.
