@@ -8,7 +8,7 @@ namespace haptic {
 
 /// roslaunch ends its nodes when it is asked to end; killed, it leaves them running, with force on. A descriptor of the parent
 /// process tells its end at once and for certain; PR_SET_PDEATHSIG would tell the end of the thread that forked.
-/// What else the parent started (its master, recorders, viewers) is asked to end too; what does not is ended, as roslaunch would:
+/// What else the parent started (its master, recorders, viewers) is asked to end too; a process that does not is killed, as by roslaunch:
 /// a loader of nodelets that still waits for its manager hears no SIGINT.
 class ParentWatch {
  public:

@@ -34,7 +34,7 @@ SHOWS = {
     "box_on_floor": "The hand presses on a box of 1 kg and slides round its middle.",
     "c_bin": "The hand stirs ten convex pebbles of 20 to 100 corners in a bin.",
     "chain": "A chain of ten links is released; its energy stays constant.",
-    "city": "A thousand bodies: stacks, a heap, two robots, a door and a drawer. All but what the hand touches sleeps.",
+    "city": "A thousand bodies: stacks, a heap, two robots, a door and a drawer. All bodies sleep but those that the hand touches.",
     "conveyor": "A belt on a load cell carries parcels against a gate and slides on below them; the hand pushes one back.",
     "d_two_hands": "Two devices, two hands: they take the uppermost block between them and lift it.",
     "daruma": "A tumbler with its mass low in it rights itself and rocks.",

@@ -12,10 +12,10 @@
 
 namespace haptic {
 
-/// Nobody waits for the certificate any more.
+/// Thrown where the caller does not want the certificate any more.
 struct Stopped {};
 
-/// The linearisation of one settled world. What does not touch does not act on one another: everything is kept by tree, and by the trees
+/// The linearisation of one settled world. Bodies act on one another by contacts alone: everything is kept by tree, and by the trees
 /// that a contact joins, so that a thousand bodies cost a thousand times one.
 class Linearisation {
  public:

@@ -1,4 +1,4 @@
-/// The solve of one implicit island, and what of it goes into state, hands and report.
+/// The solve of one implicit island, and its contacts and energies for state, hands and report.
 #pragma once
 #include "haptic_core/stepping/implicit_step.h"
 #include "haptic_core/world/islands.h"

@@ -13,11 +13,10 @@
 namespace haptic::stepping {
 namespace {
 
-/// Pause of a thread that has nothing to solve. Shorter: it takes more of its core for nothing (1 % now); longer: turns that are due a few
+/// Pause of a thread that has nothing to solve. Shorter: it takes more of its core for nothing; longer: turns that are due a few
 /// ticks later are solved by the step.
 constexpr std::chrono::microseconds kLookEvery{50};
-/// Turns that are given and not yet taken, and numbers of one: a heap of 100 cubes has some 30 000. Fewer or smaller: a step solves more of
-/// them; more: 0.8 MB each.
+/// Turns that are given and not yet taken, and numbers of one. Fewer or smaller: a step solves more of them; more: 0.8 MB each.
 constexpr int kTurns = 32;
 constexpr std::size_t kMostNumbers = 50000;
 constexpr int kMostTrees = 256, kMostContacts = 1024;
