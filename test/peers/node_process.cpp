@@ -2,10 +2,12 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdlib>
+#include <map>
 
 namespace haptic::peers {
 
@@ -23,8 +25,12 @@ NodeProcess::NodeProcess(std::string engine, const std::string& program) : engin
   if (child_ == 0) {
     dup2(there[0], 0);
     dup2(back[1], 1);
-    // Compiling to fast code takes longer than most runs, whose time counts for nothing.
-    execlp("node", "node", "--liftoff-only", path.c_str(), folder, static_cast<char*>(nullptr));
+    // It serves several runs, so the bound of the first is not its own.
+    rlimit cpu;
+    if (getrlimit(RLIMIT_CPU, &cpu) == 0) cpu.rlim_cur = cpu.rlim_max, setrlimit(RLIMIT_CPU, &cpu);
+    // Compiling to fast code and looking at functions that are never called take longer than most runs, whose time counts for nothing.
+    execlp("node", "node", "--liftoff-only", "--wasm-lazy-validation", path.c_str(), folder,
+           static_cast<char*>(nullptr));
     _exit(127);
   }
   close(there[0]), close(back[1]);
@@ -54,8 +60,17 @@ void NodeProcess::receive(void* data, std::size_t bytes) {
   }
 }
 
-SetupError NodeProcess::ended() const {
+SetupError NodeProcess::ended() {
+  has_ended_ = true;
   return {engine_, "its process of node ended", "see its words on standard error; HAPTIC_WASM_PEERS names its folder"};
+}
+
+std::shared_ptr<NodeProcess> nodeOf(const std::string& engine, const std::string& program) {
+  static std::map<std::string, std::shared_ptr<NodeProcess>> kept;
+  std::shared_ptr<NodeProcess>& node = kept[program];
+  if (node && node.use_count() > 1) return std::make_shared<NodeProcess>(engine, program);
+  if (!node || node->hasEnded()) node = std::make_shared<NodeProcess>(engine, program);
+  return node;
 }
 
 }  // namespace haptic::peers

@@ -2,6 +2,7 @@
 #pragma once
 #include <sys/types.h>
 
+#include <memory>
 #include <string>
 
 #include "haptic_core/base/error.h"
@@ -19,13 +20,19 @@ class NodeProcess {
 
   void send(const void* data, std::size_t bytes);  ///< throws SetupError where the process has ended
   void receive(void* data, std::size_t bytes);     ///< likewise
+  bool hasEnded() const { return has_ended_; }
 
  private:
-  SetupError ended() const;
+  SetupError ended();
 
   std::string engine_;
   pid_t child_ = -1;
   int to_ = -1, from_ = -1;
+  bool has_ended_ = false;
 };
+
+/// The process that `program` runs in, for one world. Worlds that follow one another share it, for to load an engine takes longer than most
+/// runs; one that begins while another lives has its own. A world ends with a message whose first number is NaN.
+std::shared_ptr<NodeProcess> nodeOf(const std::string& engine, const std::string& program);
 
 }  // namespace haptic::peers

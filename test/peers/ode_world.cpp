@@ -28,6 +28,7 @@ class OdeWorld : public PeerWorld {
  public:
   OdeWorld(const WorldDef& def, const PeerSettings& settings) : settings_(settings), bodies_(peerBodies(def, settings_)) {
     dInitODE();
+    dRandSetSeed(0);  // ODE shuffles its rows: worlds of one process do so alike
     if (!dCheckConfiguration("ODE_double_precision")) {
       throw SetupError("ODE", "is built in single precision", "install Debian's libode-dev");
     }

@@ -2,6 +2,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <cmath>
 #include <iomanip>
 #include <sstream>
 
@@ -60,17 +61,24 @@ class WasmWorld : public PeerWorld {
       : bodies_(peerBodies(def, settings)),
         state_(kState * bodies_.size()),
         told_(1 + 6 * bodies_.size(), 0),
-        node_(settings.peer == Peer::kJolt ? "Jolt" : "Rapier", "rigid_bodies.mjs") {
+        node_(nodeOf(settings.peer == Peer::kJolt ? "Jolt" : "Rapier", "rigid_bodies.mjs")) {
     told_[0] = 1;
     const std::string scene = describe(def, settings);
     const double size = static_cast<double>(scene.size());
-    node_.send(&size, sizeof size);
-    node_.send(scene.data(), scene.size());
+    node_->send(&size, sizeof size);
+    node_->send(scene.data(), scene.size());
     receive();
+  }
+  ~WasmWorld() override {
+    told_[0] = std::nan("");
+    try {
+      node_->send(told_.data(), told_.size() * sizeof(double));
+    } catch (const std::exception&) {  // it has ended before
+    }
   }
 
   void step() override {
-    node_.send(told_.data(), told_.size() * sizeof(double));
+    node_->send(told_.data(), told_.size() * sizeof(double));
     std::fill(told_.begin() + 1, told_.end(), 0.0);
     receive();
   }
@@ -97,7 +105,7 @@ class WasmWorld : public PeerWorld {
 
  private:
   const double* state(int i) const { return state_.data() + kState * i; }
-  void receive() { node_.receive(state_.data(), state_.size() * sizeof(double)); }
+  void receive() { node_->receive(state_.data(), state_.size() * sizeof(double)); }
 
   std::string describe(const WorldDef& def, const PeerSettings& settings) const {
     Json json;
@@ -159,7 +167,7 @@ class WasmWorld : public PeerWorld {
 
   std::vector<PeerBody> bodies_;
   std::vector<double> state_, told_;  ///< told: the factor on friction, forces and torques about C
-  NodeProcess node_;
+  std::shared_ptr<NodeProcess> node_;
 };
 
 }  // namespace

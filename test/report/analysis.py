@@ -4,7 +4,7 @@ import math
 import numpy as np
 
 import pareto
-from report_plan import DEFAULT, Case, cases_of, chosen_stiffness, is_peer, is_wasm, model_of, references_of, task_of
+from report_plan import DEFAULT, Case, cases_of, chosen_stiffness, is_peer, is_wasm, model_of, references_of, rows_of, task_of
 from run_errors import METRICS, error_over_time, errors_against, judged, parse_run
 
 
@@ -20,12 +20,13 @@ class SceneResult:
         self.orders, self.pictures = {}, []
         self.exact, self.converged, self.reference_notes = None, {}, []
 
-    def tasks(self, program, stamp):
-        """(case, task) of everything that must run."""
+    def tasks(self, program, stamp, done=()):
+        """(row of cases, task) of everything that must run and is not in `done`."""
         cases = list(self.cases) + [case for pair in self.references.values() for case in pair]
         if self.scene.exact:
             cases.append(Case(self.scene.source, 'exact', 0, 0, 0))
-        return [(case, task_of(case, program, stamp, self.quick, self.scene)) for case in cases]
+        rows = rows_of(case for case in dict.fromkeys(cases) if case not in done)
+        return [(row, task_of(row, program, stamp, self.quick, self.scene)) for row in rows]
 
     def take(self, results):
         """`results`: {case: result of its task}."""

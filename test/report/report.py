@@ -30,7 +30,7 @@ import stability
 from analysis import SceneResult
 import npm_modules  # found by programs
 from programs import ROOT
-from report_plan import QUICK_MOST_BODIES, QUICK_PEERS, default_method, describe, describe_peers, is_wasm
+from report_plan import QUICK_MOST_BODIES, QUICK_PEERS, default_method, describe, describe_peers, is_wasm, parts_of
 from task_pool import Kept, run_tasks, stamp_of
 
 # Scene files that a quick report adds to the built-in scenes; a full one takes every file of urdf/scenes.
@@ -107,11 +107,14 @@ def run_scenes(scenes, peers, options, run_program, outside):
             print(f'report: {each.where}: scene {each.scene} is no part of this report')
     stamp = stamp_of(run_program)
     results = [SceneResult(scene, options.quick, peers) for scene in scenes]
-    planned = [(result, case, task) for result in results for case, task in result.tasks(run_program, stamp)]
     kept = Kept(os.path.join(options.output, 'runs'))
-    done = run_tasks([task for _, _, task in planned], kept, 'report', options.scheduler, options.workers)
-    for result in results:
-        result.take({case: done[task.key] for owner, case, task in planned if owner is result})
+    told = [{} for _ in results]  # of each scene {case: its part of a process's result}
+    while planned := [(parts, row, task) for parts, result in zip(told, results) for row, task in result.tasks(run_program, stamp, parts)]:
+        done = run_tasks([task for _, _, task in planned], kept, 'report', options.scheduler, options.workers)
+        for parts, row, task in planned:
+            parts.update(parts_of(row, done[task.key], options.quick))
+    for parts, result in zip(told, results):
+        result.take(parts)
         result.add([each.run for each in outside if each.scene == result.scene.name])
         result.find_not_converging(peers + [peer['name'] for peer in engine_results.peers_of(outside)])
     return results

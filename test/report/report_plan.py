@@ -4,6 +4,7 @@ import collections
 import json
 import math
 import os
+import signal
 import subprocess
 
 import pareto
@@ -159,17 +160,50 @@ def model_of(case):
     return (case.method.split('-')[0], case.stiffness, case.facets)
 
 
-def task_of(case, program, stamp, quick, scene):
-    """The process of a case. Its key changes with the program and with the scene's file."""
-    reference = not quick and 0 < case.step < STEPS[0] / 1.5
+def rows_of(cases):
+    """The cases by process: one runs all steps of a setting, the largest first, so that programs and engines start once a row."""
+    rows = {}
+    for case in sorted(cases, key=lambda case: -case.step):
+        rows.setdefault((*case._replace(step=0), is_reference(case)), []).append(case)
+    return [tuple(row) for row in rows.values()]
+
+
+def is_reference(case):
+    return 0 < case.step < STEPS[0] / 1.5
+
+
+def limit_of(case, quick):
+    """[s] of CPU time that a run may take."""
+    return QUICK_CPU_LIMIT if quick else REFERENCE_CPU_LIMIT if is_reference(case) else CPU_LIMIT
+
+
+def task_of(row, program, stamp, quick, scene):
+    """The process of a row. Its key changes with the program and with the scene's file."""
+    case = row[0]
     # References and engines in WebAssembly run once: their times count for nothing.
-    budget = '0' if reference or is_wasm(case.method) else '0.02'
+    budget = '0' if (is_reference(case) and not quick) or is_wasm(case.method) else '0.01'
+    limit = limit_of(case, quick)
     command = [program, case.scene] + (['exact'] if case.method == 'exact' else
-                                       [case.method, repr(case.step), repr(float(case.stiffness)), str(case.facets),
-                                        '--budget', budget] +
+                                       [case.method, ','.join(repr(each.step) for each in row), repr(float(case.stiffness)),
+                                        str(case.facets), '--budget', budget, '--limit', f'{limit:g}'] +
                                        (['--accuracy', repr(case.accuracy)] if case.accuracy else []))
     content = file_stamp(case.scene) if os.path.isfile(case.scene) else ''
-    limit = QUICK_CPU_LIMIT if quick else REFERENCE_CPU_LIMIT if reference else CPU_LIMIT
-    steps = scene.seconds / case.step if case.step else 1
+    steps = sum(scene.seconds / each.step for each in row if each.step)
     weight = steps * (0.2 + scene.bodies) * (20 if case.method == 'ode_exact' and scene.bodies > 8 else 1)
-    return Task(key_of(stamp, content, *command[1:]), tuple(command), limit, weight)
+    # 5 s a run: each is ended by its own limit first.
+    return Task(key_of(stamp, content, *command[1:]), tuple(command), len(row) * (limit + 5), weight)
+
+
+def parts_of(row, result, quick):
+    """{case: result of its own} of a row's process. One that died took the run along that it died in; those after it are not told of."""
+    if row[0].method == 'exact':
+        return {row[0]: result}
+    told = ('\n' + result['output']).split('\nrun ')[1:]
+    whole = [part for part in told if part.rstrip().endswith('\nend')]
+    parts = {case: {'failure': '', 'output': part} for case, part in zip(row, whole)}
+    if len(whole) < len(row):
+        case = row[len(whole)]
+        by_time = result.get('code') == -signal.SIGXCPU
+        reason = f'took more than {limit_of(case, quick):g} s of CPU time' if by_time else result['failure'] or 'printed nothing'
+        parts[case] = {'failure': reason, 'output': ''}
+    return parts

@@ -1,22 +1,28 @@
 /// `report_run --list`: the scenes, one JSON object per line.
 /// `report_run SCENE exact`: the exact solution at the sample times.
 /// `report_run --peers`: the peers' settings, likewise. `report_run --default`: METHOD of a world whose user chose nothing.
-/// `report_run SCENE METHOD STEP_S [K [FACETS]] [--budget CPU_S]`: one run. SCENE is a name of the list or a file; METHOD is
-/// MODEL-ATTEMPTS (volume-verlet, volume-implicit, volume-sdirk2, volume-automatic, point-...) or a peer of
+/// `report_run SCENE METHOD STEP_S[,STEP_S...] [K [FACETS]] [--budget CPU_S] [--limit CPU_S]`: a run of each step. SCENE is a name of
+/// the list or a file; METHOD is MODEL-ATTEMPTS (volume-verlet, volume-implicit, volume-sdirk2, volume-automatic, point-...) or a peer of
 /// that list. K [N/m³] and FACETS: 0 leaves the scene's own; K `rigid` (or inf) says so of all surfaces.
 /// `--accuracy A`: of ours, that a step is asked for (world/definition.h).
+/// `--limit`: a run that takes longer ends the process by SIGXCPU, and one that would take more than twice as long fails at once.
 /// `--seconds T --samples N`: another duration and number of states (beyond the scene's own an exact solution may not hold).
 /// SCENE may also be `stackN`, N cubes on one another, or `pyramidN`, a flat pyramid of N = r (r + 1)/2 cubes.
-/// Prints lines `key value...` and one line `sample t E px py pz Lx Ly Lz hands bodies F... (p q w x y z, omega, v)...` per
-/// sample time. Exit code 2: wrong usage; a run that fails is a result, with exit code 0.
+/// Prints for each run a line `run STEP`, lines `key value...`, one line `sample t E px py pz Lx Ly Lz hands bodies F... (p q w x y z,
+/// omega, v)...` per sample time, and a line `end`. Exit code 2: wrong usage; a run that fails is a result, with exit code 0.
+#include <sys/resource.h>
+
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <sstream>
 
 #include "../comparators/named_attempts.h"
 #include "../comparators/point_contact.h"
 #include "contactbench_scenes.h"
+#include "haptic_core/base/cpu_time.h"
 #include "haptic_core/base/error.h"
 #include "run_case.h"
 
@@ -128,6 +134,14 @@ void print(const RunResult& r, std::size_t most) {
   print(r.samples, most);
 }
 
+/// SIGXCPU comes after `limit` [s] of CPU time more.
+void endAfter(double limit) {
+  rlimit cpu;
+  if (getrlimit(RLIMIT_CPU, &cpu) != 0) return;
+  cpu.rlim_cur = std::min(cpu.rlim_max, static_cast<rlim_t>(std::ceil(cpuSeconds() + limit)));
+  setrlimit(RLIMIT_CPU, &cpu);
+}
+
 /// Nobody compares the motion of a chaotic scene.
 std::size_t bodiesPrinted(const Scene& scene) {
   return scene.chaotic ? 1 : 32;
@@ -136,11 +150,13 @@ std::size_t bodiesPrinted(const Scene& scene) {
 int run(int argc, char** argv) {
   std::vector<std::string> words;
   double budget = 0.3;  // [s] of CPU time per run for repetitions
-  double seconds = 0, accuracy = 0;
+  double seconds = 0, accuracy = 0, limit = 0;
   int samples = 0;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--budget") == 0 && i + 1 < argc) {
       budget = std::atof(argv[++i]);
+    } else if (std::strcmp(argv[i], "--limit") == 0 && i + 1 < argc) {
+      limit = std::atof(argv[++i]);
     } else if (std::strcmp(argv[i], "--accuracy") == 0 && i + 1 < argc) {
       accuracy = std::atof(argv[++i]);
       if (!(accuracy > 0)) throw SetupError("report_run", "accuracy '" + std::string(argv[i]) + "'", "give a number > 0");
@@ -189,15 +205,26 @@ int run(int argc, char** argv) {
   }
   const Scene scene = chosen();
   Method method = methodOf(words[1]);
-  method.choice.step = std::atof(words[2].c_str());
-  if (!(method.choice.step > 0)) throw SetupError("report_run", "step '" + words[2] + "'", "give seconds > 0");
   if (accuracy > 0) method.choice.accuracy = accuracy;
   if (words.size() > 3) {
     method.choice.rigid = words[3] == "rigid" || words[3] == "inf";
     if (!method.choice.rigid) method.choice.stiffness = std::atof(words[3].c_str());
   }
   if (words.size() > 4) method.choice.facets = std::atoi(words[4].c_str());
-  print(runCase(scene, method, budget), bodiesPrinted(scene));
+  std::vector<double> steps;
+  std::istringstream list(words[2]);
+  for (std::string word; std::getline(list, word, ',');) {
+    steps.push_back(std::atof(word.c_str()));
+    if (!(steps.back() > 0)) throw SetupError("report_run", "step '" + word + "'", "give seconds > 0");
+  }
+  for (const double step : steps) {
+    method.choice.step = step;
+    if (limit > 0) endAfter(limit);
+    std::printf("run %.17g\n", step);
+    print(runCase(scene, method, budget, limit), bodiesPrinted(scene));
+    std::printf("end\n");
+    std::fflush(stdout);  // a run that dies takes none of those before it along
+  }
   return 0;
 }
 

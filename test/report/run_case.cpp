@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "haptic_core/base/cpu_time.h"
 #include "../benchmark/allocation_count.h"
@@ -233,7 +234,7 @@ struct StepTimes {
 
 class Runner {
  public:
-  Runner(const Scene& scene, const Method& method) : scene_(scene), method_(method) {
+  Runner(const Scene& scene, const Method& method, double limit_s) : scene_(scene), method_(method), limit_(limit_s) {
     per_sample_ = std::max(1L, std::lround(scene.seconds / scene.samples / method.choice.step));
     h_ = scene.seconds / scene.samples / static_cast<double>(per_sample_);
   }
@@ -265,6 +266,7 @@ class Runner {
         ++out.steps;
       }
       take(*simulator, s, inertia, def.settings.gravity, out);
+      stopHopeless(cpuSeconds() - start, static_cast<double>(s) / scene_.samples, out);
     }
     if (simulator->world()) out.energy_gain = ledger.relative();
     if (out.status == "ok") measure(first, out);
@@ -310,6 +312,15 @@ class Runner {
     out.unconverged += (r.flags & (kNotConverged | kJointsNotConverged)) != 0;
   }
 
+  /// Failures count for nobody: one that is sure need not be waited for.
+  void stopHopeless(double used, double done, RunResult& out) const {
+    if (out.status != "ok" || !(limit_ > 0) || used < 0.1 * limit_ || used < 2 * limit_ * done) return;
+    char reason[96];
+    std::snprintf(reason, sizeof reason, "would take %.0f s of CPU time, more than %g s", used / done, limit_);
+    out.status = "failed";
+    out.reason = reason;
+  }
+
   void measure(const Sample& first, RunResult& out) {
     std::vector<Sample> samples = out.samples;
     samples.insert(samples.begin(), first);
@@ -350,6 +361,7 @@ class Runner {
 
   const Scene& scene_;
   const Method& method_;
+  double limit_;  ///< [s] of CPU time
   long per_sample_;
   double h_;
   std::vector<bool> touching_;  ///< by step
@@ -383,10 +395,10 @@ void timeRun(Runner& runner, const StepTimes& first, double budget_s, RunResult&
 
 }  // namespace
 
-RunResult runCase(const Scene& scene, const Method& method, double budget_s) {
+RunResult runCase(const Scene& scene, const Method& method, double budget_s, double limit_s) {
   RunResult out;
   try {
-    Runner runner(scene, method);
+    Runner runner(scene, method, limit_s);
     const StepTimes first = runner.sampleAll(out);
     if (out.status == "ok") {
       timeRun(runner, first, budget_s, out);

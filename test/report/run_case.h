@@ -49,8 +49,9 @@ struct Method {
   std::optional<peers::PeerSettings> peer;  ///< unset: ours
 };
 
-/// Runs it once with sampling and then again, timed alone, until `budget_s` of CPU time or nine repetitions are used.
-RunResult runCase(const Scene& scene, const Method& method, double budget_s);
+/// Runs it once with sampling and then again, timed alone, until `budget_s` of CPU time or nine repetitions are used. A run that would take
+/// more than twice `limit_s` of CPU time, by the share that is done, fails once it has used a tenth of that (0: none does).
+RunResult runCase(const Scene& scene, const Method& method, double budget_s, double limit_s = 0);
 
 /// A simulator at the start of a scene, with steps of h [s]. `def`: what it was made of. Throws SetupError.
 std::unique_ptr<Simulator> makeSimulator(const Scene& scene, const Method& method, double h, WorldDef& def);

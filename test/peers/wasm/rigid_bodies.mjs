@@ -1,13 +1,25 @@
 // node rigid_bodies.mjs FOLDER: Jolt or Rapier of FOLDER/node_modules, stepped as wasm_world.cpp tells: a scene as JSON, its size in bytes in
-// front, then for each step the factor on friction and by body a force and a torque about its centre of mass, in W. Back go, at the start
+// front, then for each step the factor on friction (NaN ends the world) and by body a force and a torque about C, in W. Back go, at the start
 // and after each step, by body p_WC, q_WC (w first), and the velocities at C, angular first. Both compute in single precision.
 import {load, numbers, receive, send} from './pipe.mjs';
+
+const once = (make) => {
+  let made;
+  return () => (made ??= make());
+};
+const loaded = {
+  rapier: once(async () => {
+    const R = (await load('@dimforge/rapier3d-compat/dist/rapier.mjs')).default;
+    await R.init();
+    return R;
+  }),
+  jolt: once(async () => (await load('jolt-physics/dist/jolt-physics.wasm-compat.js')).default()),
+};
 
 /// Bodies are placed by their centres of mass; X of a shape is in the axes of its body, from C.
 const engines = {
   rapier: async (scene) => {
-    const R = (await load('@dimforge/rapier3d-compat/dist/rapier.mjs')).default;
-    await R.init();
+    const R = await loaded.rapier();
     const vector = ([x, y, z]) => ({x, y, z}), rotation = ([w, x, y, z]) => ({w, x, y, z});
     const world = new R.World(vector(scene.gravity)), settings = world.integrationParameters;
     settings.dt = scene.step;
@@ -59,11 +71,12 @@ const engines = {
         const p = bodies[i].translation(), q = bodies[i].rotation(), v = bodies[i].linvel(), w = bodies[i].angvel();
         out.set([p.x, p.y, p.z, q.w, q.x, q.y, q.z, w.x, w.y, w.z, v.x, v.y, v.z]);
       },
+      end: () => world.free(),
     };
   },
 
   jolt: async (scene) => {
-    const J = await (await load('jolt-physics/dist/jolt-physics.wasm-compat.js')).default();
+    const J = await loaded.jolt();
     const vector = (v) => new J.Vec3(...v), place = (v) => new J.RVec3(...v), rotation = ([w, x, y, z]) => new J.Quat(x, y, z, w);
     const kStill = 0, kMoving = 1, settings = new J.JoltSettings();
     const layers = new J.ObjectLayerPairFilterTable(2), broad = new J.BroadPhaseLayerInterfaceTable(2, 2);
@@ -152,22 +165,25 @@ const engines = {
         const v = bodies[i].GetLinearVelocity();
         out.set([v.GetX(), v.GetY(), v.GetZ()], 10);
       },
+      end: () => J.destroy(jolt),
     };
   },
 };
 
-const [size] = numbers(1);
-const scene = JSON.parse(receive(size).toString());
-const count = scene.bodies.length, world = await engines[scene.engine](scene), states = new Float64Array(13 * count);
-let scale = 1;
 for (;;) {
-  for (let i = 0; i < count; ++i) world.state(i, states.subarray(13 * i, 13 * i + 13));
-  send(states);
-  const told = numbers(1 + 6 * count), wrenches = told.subarray(1);
-  if (told[0] !== scale) world.scaleFriction(scale = told[0]);
-  for (let i = 0; i < count; ++i) {
-    const own = wrenches.subarray(6 * i, 6 * i + 6);
-    if (own.some((x) => x !== 0)) world.act(i, own.subarray(0, 3), own.subarray(3));
+  const scene = JSON.parse(receive(numbers(1)[0]).toString());
+  const count = scene.bodies.length, world = await engines[scene.engine](scene), states = new Float64Array(13 * count);
+  for (let scale = 1;;) {
+    for (let i = 0; i < count; ++i) world.state(i, states.subarray(13 * i, 13 * i + 13));
+    send(states);
+    const told = numbers(1 + 6 * count), wrenches = told.subarray(1);
+    if (Number.isNaN(told[0])) break;
+    if (told[0] !== scale) world.scaleFriction(scale = told[0]);
+    for (let i = 0; i < count; ++i) {
+      const own = wrenches.subarray(6 * i, 6 * i + 6);
+      if (own.some((x) => x !== 0)) world.act(i, own.subarray(0, 3), own.subarray(3));
+    }
+    world.step();
   }
-  world.step();
+  world.end();
 }
