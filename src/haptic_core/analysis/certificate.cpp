@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <sstream>
 #include <utility>
 
 #include "haptic_core/analysis/linearisation.h"
+#include "haptic_core/base/disjoint_sets.h"
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/world/damper_limit.h"
 #include "haptic_core/world/model.h"
@@ -33,20 +33,15 @@ using Vector = Eigen::VectorXd;
 
 /// Trees connected by contacts, ascending.
 std::vector<std::vector<int>> islandsOf(const Linearisation& linear, int trees) {
-  std::vector<int> root(trees);
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int t) {
-    while (root[t] != t) t = root[t];
-    return t;
-  };
+  DisjointSets touching(trees);
   for (const auto& c : linear.contacts) {
-    if (linear.moves(c.tree_a) && linear.moves(c.tree_b)) root[find(c.tree_a)] = find(c.tree_b);
+    if (linear.moves(c.tree_a) && linear.moves(c.tree_b)) touching.merge(c.tree_a, c.tree_b);
   }
   std::vector<int> number(trees, -1);
   std::vector<std::vector<int>> islands;
   for (int t = 0; t < trees; ++t) {
     if (linear.contacts_of.empty() || linear.contacts_of[t].empty()) continue;
-    const int r = find(t);
+    const int r = touching.root(t);
     if (number[r] < 0) number[r] = static_cast<int>(islands.size()), islands.emplace_back();
     islands[number[r]].push_back(t);
   }

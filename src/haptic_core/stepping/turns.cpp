@@ -26,6 +26,21 @@ bool waitsOn(const Model& model, const Island& island, State& state, Work& work)
   return true;
 }
 
+/// The island is where its turn left it, and waits no longer.
+void endTurn(const Model& model, const Island& island, State& state, Work& work) noexcept {
+  for (int n = 0; n < island.tree_count; ++n) {
+    placeTree(model.trees[island.trees[n]], state, work.placement);
+    work.standing.drop(island.trees[n]);
+  }
+  wait(island, 0, 0, state);
+}
+
+/// It waits for its next turn, and reports until then the contacts from `first_contact` on.
+void waitForNext(const Model& model, const Island& island, int first_contact, State& state, Work& work, const Report& report) noexcept {
+  work.standing.note(island, first_contact, report);
+  wait(island, state.step, state.step + static_cast<std::uint64_t>(model.turn_steps), state);
+}
+
 /// What another thread has found of the island's turn, as `takeTurn` would have left it.
 void adopt(const Model& model, const Island& island, const Turn& turn, State& state, Work& work, Report& report) noexcept {
   turn.putInto(model, island, state);
@@ -33,16 +48,11 @@ void adopt(const Model& model, const Island& island, const Turn& turn, State& st
   report.step.takeIn(turn.report);
   work.counted.done += turn.units;
   work.choice.position_error = std::max(work.choice.position_error, turn.position_error);
-  for (int n = 0; n < island.tree_count; ++n) {
-    placeTree(model.trees[island.trees[n]], state, work.placement);
-    work.standing.drop(island.trees[n]);
-  }
-  wait(island, 0, 0, state);
+  endTurn(model, island, state, work);
   if (!turn.waits) return;
   const int first_contact = report.contacts.size();
   for (const ContactReport& contact : turn.contacts) report.addContact(contact, false);
-  work.standing.note(island, first_contact, report);
-  wait(island, state.step, state.step + static_cast<std::uint64_t>(model.turn_steps), state);
+  waitForNext(model, island, first_contact, state, work, report);
 }
 
 }  // namespace
@@ -56,17 +66,13 @@ void takeTurn(const Model& model, const Island& island, double late, bool goes_o
   report.step.impact = 0;
   const ImplicitReport* solved = late > 0 ? solveIsland(model, island, late, most, state, work, report.step) : nullptr;
   if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
-  for (int n = 0; n < island.tree_count; ++n) {
-    placeTree(model.trees[island.trees[n]], state, work.placement);
-    work.standing.drop(island.trees[n]);
-  }
-  countCalm(model, island, static_cast<int>(state.step - state.as_of[island.trees[0]]), work.placement, state);
-  wait(island, 0, 0, state);
+  const int steps = static_cast<int>(state.step - state.as_of[island.trees[0]]);
+  endTurn(model, island, state, work);
+  countCalm(model, island, steps, work.placement, state);
   const bool waits = goes_on && !(solved && solved->stands) && mayWait(model, island, state, work.placement);
   if (waits) {
     if (solved) takeContacts(model, late, state, work, report);
-    work.standing.note(island, first_contact, report);
-    wait(island, state.step, state.step + static_cast<std::uint64_t>(model.turn_steps), state);
+    waitForNext(model, island, first_contact, state, work, report);
   }
   const EnergySums turned = state.energy;
   state.energy = energy_before;
