@@ -4,21 +4,23 @@
 
 #include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/applied_wrench.h"
+#include "haptic_core/world/step_parts.h"
 
 namespace haptic::stepping {
 namespace {
 
-/// No link of the tree passes in `seconds` so far that it may miss something thin.
-bool staysInSight(const Model& model, int tree, double seconds, const Placement& placement) noexcept {
-  const auto first = std::lower_bound(model.motion_limits.begin(), model.motion_limits.end(), model.trees[tree].link,
-                                      [](const MotionLimit& limit, int link) { return limit.link < link; });
-  const int end = model.trees[tree].link + model.trees[tree].model->linkCount();
-  for (auto limit = first; limit != model.motion_limits.end() && limit->link < end; ++limit) {
-    const LinkWork& link = placement.link[limit->link];
-    const double fall = seconds * model.settings.gravity.norm(), speed = link.velocity.norm() + fall;
-    if (2 * seconds * seconds * (speed * speed + limit->lever2 * link.omega.squaredNorm()) > limit->way2) return false;
-  }
-  return true;
+/// No body of the island passes in `seconds` so far that it may miss something thin: another of them, or what never moves. All else that
+/// comes near brings them to the present.
+bool staysInSight(const Model& model, const Island& island, double seconds, const Placement& placement) noexcept {
+  double width = model.fixed_width;
+  for (int n = 0; n < island.tree_count; ++n) width = std::min(width, model.own_width[model.trees[island.trees[n]].link]);
+  const double way = kShareOfWidth * width, fall = seconds * model.settings.gravity.norm();
+  return std::all_of(island.trees, island.trees + island.tree_count, [&](int t) {
+    const int l = model.trees[t].link;
+    const LinkWork& link = placement.link[l];
+    const double speed = link.velocity.norm() + fall, turn = model.links[l].size * link.omega.norm();
+    return 2 * seconds * seconds * (speed * speed + turn * turn) <= way * way;
+  });
 }
 
 }  // namespace
@@ -38,9 +40,9 @@ bool mayWait(const Model& model, const Island& island, const State& state, const
   const double longest = 2 * model.turn_steps * model.settings.step;
   for (int n = 0; n < island.tree_count; ++n) {
     const int t = island.trees[n];
-    if (!model.isFree(model.trees[t]) || anyWrench(model, state, t) || !staysInSight(model, t, longest, placement)) return false;
+    if (!model.isFree(model.trees[t]) || anyWrench(model, state, t)) return false;
   }
-  return standsAlone(model, island, state);
+  return staysInSight(model, island, longest, placement) && standsAlone(model, island, state);
 }
 
 void wait(const Island& island, std::uint64_t as_of, std::uint64_t turn, State& state) noexcept {

@@ -337,7 +337,12 @@ void Model::chooseVisits() {
 
 void Model::limitMotions() {
   least_width.assign(links.size(), std::numeric_limits<double>::infinity());
+  own_width = least_width;
   const int n = static_cast<int>(shapes.size());
+  for (const ModelShape& shape : shapes) {
+    double& width = links[shape.link].moves ? own_width[shape.link] : fixed_width;
+    width = std::min(width, shape.width);
+  }
   for (const int a : moving_shapes) {
     for (int b = 0; b < n; ++b) {
       if (!mayCollide(std::min(a, b), std::max(a, b))) continue;
@@ -348,9 +353,7 @@ void Model::limitMotions() {
   for (int l = 0; l < static_cast<int>(links.size()); ++l) {
     if (!links[l].moves || std::isinf(least_width[l])) continue;
     const double way = kShareOfWidth * least_width[l];
-    // A lever so long that a turn of kMostTurnSteps alone is too much.
-    const double lever = std::max(links[l].size, way / (std::sqrt(2.0) * kMostTurnSteps));
-    motion_limits.push_back({l, way * way, lever * lever});
+    motion_limits.push_back({l, way * way, links[l].size * links[l].size});
   }
 }
 

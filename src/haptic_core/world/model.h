@@ -76,7 +76,7 @@ struct ModelForce {
 /// A link that moves, and the way that it may go in a step before contacts have to be looked at within it (step_parts.h).
 struct MotionLimit {
   int link = 0;                     ///< world link index
-  double way2 = 0, lever2 = 0;      ///< squares: way that needs no sweep, lever that turns count with [m²]
+  double way2 = 0, lever2 = 0;      ///< squares: way that needs no sweep, reach of its shapes from its centre of mass [m²]
 };
 
 /// Most steps that an island may be left for, WorldSettings::far_step over h: 10 ms at 10 kHz.
@@ -169,6 +169,8 @@ class Model {
   bool has_belts = false;           ///< some shape has a surface that moves
   double belt_speed = 0;            ///< bound of the speed of any of them [m/s]
   std::vector<double> least_width;  ///< by link: of its shapes and all that they may meet [m]; infinite: meets nothing
+  std::vector<double> own_width;    ///< by link that moves: of its shapes alone [m]; infinite: it has none
+  double fixed_width = std::numeric_limits<double>::infinity();  ///< of the shapes that never move [m]
   std::vector<MotionLimit> motion_limits;  ///< of the links that move and may meet something
   /// What there is in this world at all.
   bool has_contacts = false, has_joints = false, has_friction = false;

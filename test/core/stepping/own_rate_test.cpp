@@ -166,6 +166,22 @@ TEST(OwnRate, WhatSlidesFarAwayStopsWhereFrictionStopsIt) {
   EXPECT_LT(world.linkTwist(4).linear.norm(), 1e-6);
 }
 
+TEST(OwnRate, AThinBodyElsewhereLetsOthersWaitAndAThinWallDoesNot) {
+  WorldDef pin = tumbling(kFar), wall = tumbling(kFar);
+  CubeParameters small = stiffCube();
+  small.size = 2e-3;  // a quarter of it in two turns is 0.25 m/s, and the cubes fall at up to 2 m/s
+  pin.articulations.push_back(cube("pin", small, Pose(Vector3(-1, 0, small.size / 2))));
+  wall.articulations.push_back(staticBox("wall", Vector3(small.size, 0.1, 0.1), Pose(Vector3(-1, 0, 0.1))));
+  World plain(tumbling(kFar)), beside_pin(pin), beside_wall(wall);
+  long waited = 0, waited_pin = 0, waited_wall = 0;
+  for (int i = 0; i < 2000; ++i) {
+    for (World* world : {&plain, &beside_pin, &beside_wall}) rub(*world);
+    waited += plain.report().waiting, waited_pin += beside_pin.report().waiting, waited_wall += beside_wall.report().waiting;
+  }
+  EXPECT_GE(waited_pin, waited);
+  EXPECT_LT(waited_wall, 0.9 * static_cast<double>(waited));
+}
+
 TEST(OwnRate, ATurnThatIsTooFarAwayIsRefused) {
   WorldDef def = tumbling(0.02);
   try {

@@ -120,7 +120,7 @@ PATH = '''devices:
 
 
 def listed(name, comment, models):
-    return (f'# {comment} Written by make_scenes.py.\nname: {name}\nsettings: {{step: 0.001}}\n'
+    return (f'# {comment} Written by make_scenes.py.\nname: {name}\nsettings: {{step: 0.001, far_step: 0.001}}\n'
             f'material: {{stiffness: {STIFFNESS:.1e}, mu_static: 0.5, mu_dynamic: 0.5}}\nmodels:\n' + ''.join(models) + PATH)
 
 
