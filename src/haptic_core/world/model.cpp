@@ -19,8 +19,8 @@ std::uint64_t pairKey(int a, int b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
 }
 
-/// Pairs of boxes that may overlap at once, of shapes that move. Beyond about 32 neighbours per shape a scene is a pile of shapes
-/// inside one another; pairs that do not fit are flagged and dropped, nearest keys first kept.
+/// Shapes that move whose boxes may overlap that of another at once, in the mean. Beyond about 32 neighbours per shape a scene is a pile
+/// of shapes inside one another; pairs that do not fit are flagged and dropped, nearest keys first kept. A heap of 300 cubes has 8.
 constexpr int kNeighboursPerShape = 32;
 /// So many shapes that never move are counted one by one as neighbours; of more, so many as lie near one another, at most
 /// kMostFixedNeighbours: a body that lies on more pieces of ground is computed with the first of them, and flagged.
@@ -286,8 +286,8 @@ void Model::countPairs() {
     }
   }
   has_contacts = possible_pairs > 0;
-  const long neighbours = kNeighboursPerShape * static_cast<long>(moving_shapes.size()) + fixedNeighbours();
-  pair_capacity = static_cast<int>(std::min<long>(possible_pairs, 64L + neighbours));
+  const long between = kNeighboursPerShape * static_cast<long>(moving_shapes.size()) / 2;  // a pair is a neighbour of both its shapes
+  pair_capacity = static_cast<int>(std::min<long>(possible_pairs, 64L + between + fixedNeighbours()));
 }
 
 /// Most pairs of boxes that all shapes that move can have with what never moves: of each those within twice its radius of one.
