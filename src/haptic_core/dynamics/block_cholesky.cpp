@@ -146,14 +146,21 @@ void eachBit(const std::uint64_t* bits, int words, Visit&& visit) {
 
 }  // namespace
 
-BlockCholesky::BlockCholesky(int max_nodes, int max_edges, std::size_t max_values)
+BlockCholesky::BlockCholesky(int max_nodes, int max_edges, std::size_t max_values, std::size_t usual_values)
     : max_nodes_(max_nodes), words_((max_nodes + 63) / 64), edges_(max_edges), size_(max_nodes),
       offset_(max_nodes + 1), position_(max_nodes), node_at_(max_nodes), degree_(max_nodes),
-      adjacency_(static_cast<std::size_t>(max_nodes) * words_), columns_(max_nodes), values_(max_values) {
+      adjacency_(static_cast<std::size_t>(max_nodes) * words_), columns_(max_nodes) {
+  values_.reserve(max_values);
+  values_.resize(std::min(usual_values, max_values));
   // A stored block has at least one value, so the structure cannot outgrow the values.
   const std::size_t dense = static_cast<std::size_t>(max_nodes) * (max_nodes + 1) / 2;
   structure_.resize(std::min(dense, max_values));
   row_offset_.resize(structure_.size());
+}
+
+void BlockCholesky::reserveKept() {
+  kept_.reserve(values_.capacity());
+  kept_.resize(values_.size());
 }
 
 bool BlockCholesky::sameStructure(const int* sizes, int nodes, const Edge* edges, int edge_count) const noexcept {
@@ -226,9 +233,11 @@ bool BlockCholesky::layOut() noexcept {
     }
     start += static_cast<std::size_t>(column.height) * column.size;
     products_ += 0.5 * column.size * column.height * column.height;
-    if (start > values_.size()) return false;
+    if (start > values_.capacity()) return false;
   }
   used_ = start;
+  // Within the capacity, so nothing is allocated. New pages of memory cost less than the first factorisation of the values in them.
+  if (used_ > values_.size()) values_.resize(used_);
   return true;
 }
 
@@ -250,6 +259,7 @@ void BlockCholesky::add(int a, int b, const double* values) noexcept {
 }
 
 void BlockCholesky::keep() noexcept {
+  if (used_ > kept_.size()) kept_.resize(used_);  // as in `layOut`
   std::copy(values_.begin(), values_.begin() + static_cast<std::ptrdiff_t>(used_), kept_.begin());
 }
 

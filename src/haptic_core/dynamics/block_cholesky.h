@@ -25,9 +25,10 @@ class BlockCholesky {
     int a = 0, b = 0;  ///< node indices, a ≠ b; repeated edges are fine
   };
 
-  /// At most `max_nodes` blocks, `max_edges` edges and `max_values` doubles in the factor.
-  BlockCholesky(int max_nodes, int max_edges, std::size_t max_values);
-  void reserveKept() { kept_.resize(values_.size()); }  ///< before the first `keep`
+  /// At most `max_nodes` blocks, `max_edges` edges and `max_values` doubles in the factor. Of these `usual_values` are in memory from now
+  /// on; further ones take address space alone until a matrix needs them.
+  BlockCholesky(int max_nodes, int max_edges, std::size_t max_values, std::size_t usual_values);
+  void reserveKept();  ///< before the first `keep`: the same room for it
 
   /// (in realtime) Fixes the structure and zeroes the matrix. False: more nodes, edges or fill than the capacity.
   bool analyze(const int* block_sizes, int nodes, const Edge* edges, int edge_count) noexcept;
@@ -81,7 +82,7 @@ class BlockCholesky {
   std::vector<std::uint64_t> adjacency_;                 // a bit row per node; after `order` its fill
   std::vector<Column> columns_;                          // by position
   std::vector<int> structure_, row_offset_;              // positions below a diagonal block; their panel rows
-  std::vector<double> values_, kept_;                    // `kept_` grows at the first `reserveKept`
+  std::vector<double> values_, kept_;                    // within what is reserved for them
 };
 
 }  // namespace haptic

@@ -13,6 +13,17 @@ namespace {
 /// Of the dense factor, 64 MB [doubles].
 constexpr std::size_t kMostValues = std::size_t{8} << 20;
 
+/// Doubles of the matrix of all trees and joins, without fill, at most: what an island needs, unless its bodies meet in many rings.
+/// Two free bodies meet in a block of 6 × 6, one for each join; a tree on joints meets each other tree once.
+std::size_t valuesWithoutFill(const Model& model, int join_capacity) {
+  std::size_t sum = 36 * static_cast<std::size_t>(join_capacity);
+  for (const ModelTree& tree : model.trees) {
+    const auto nv = static_cast<std::size_t>(tree.model->nv());
+    sum += nv * (tree.model->isFreeBody() ? nv : static_cast<std::size_t>(model.nv));
+  }
+  return sum;
+}
+
 using JacobianMap = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>>;
 
 }  // namespace
@@ -20,7 +31,8 @@ using JacobianMap = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::R
 FrozenMatrix::FrozenMatrix(const Model& model, int join_capacity)
     : model_(model),
       blocks_(static_cast<int>(model.trees.size()), join_capacity,
-              std::min<std::size_t>(static_cast<std::size_t>(model.nv) * (model.nv + 1), kMostValues)) {
+              std::min<std::size_t>(static_cast<std::size_t>(model.nv) * (model.nv + 1), kMostValues),
+              valuesWithoutFill(model, join_capacity)) {
   row_of_tree_.assign(model.trees.size(), -1);
   for (auto* x : {&trees_, &size_}) x->reserve(model.trees.size());
   std::size_t largest = 1, offset = 0;

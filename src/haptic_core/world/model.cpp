@@ -19,12 +19,12 @@ std::uint64_t pairKey(int a, int b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
 }
 
-/// Pairs of boxes that may overlap at once, of shapes that move. Beyond about 32 neighbours per shape a scene is a pile of shapes
-/// inside one another; pairs that do not fit are flagged and dropped, nearest keys first kept.
+/// Shapes that move whose boxes may overlap that of another at once, in the mean. Beyond about 32 neighbours per shape a scene is a pile
+/// of shapes inside one another; pairs that do not fit are flagged and dropped, nearest keys first kept. A heap of 300 cubes has 8.
 constexpr int kNeighboursPerShape = 32;
-/// So many shapes that never move are counted one by one as neighbours; of more, so many as lie near one another, at most
-/// kMostFixedNeighbours: a body that lies on more pieces of ground is computed with the first of them, and flagged.
-constexpr int kFewFixed = 64, kMostFixedNeighbours = 1024;
+/// Of shapes that never move, a shape has so many neighbours as may overlap it at once, but at most these: one that lies on more pieces
+/// of ground is computed with the first of them, and flagged.
+constexpr int kMostFixedNeighbours = 1024;
 
 /// Up to this many possible pairs per shape, testing each of them costs fewer instructions than sorting the boxes and
 /// ordering the pairs of the sweep (10 a pair against about 100 a box). Beyond, the list would grow like N²; and beyond kMostListed a
@@ -286,29 +286,35 @@ void Model::countPairs() {
     }
   }
   has_contacts = possible_pairs > 0;
-  const long neighbours = kNeighboursPerShape * static_cast<long>(moving_shapes.size()) + fixedNeighbours();
-  pair_capacity = static_cast<int>(std::min<long>(possible_pairs, 64L + neighbours));
+  const long between = kNeighboursPerShape * static_cast<long>(moving_shapes.size()) / 2;  // a pair is a neighbour of both its shapes
+  pair_capacity = static_cast<int>(std::min<long>(possible_pairs, 64L + between + fixedNeighbours()));
 }
 
-/// Most pairs of boxes that all shapes that move can have with what never moves: of each those within twice its radius of one.
+/// Most shapes that never move whose boxes a box of that width can overlap at once: as many as there are with so many near them. Two that
+/// it overlaps are no farther apart along any axis than it is wide; so of k at once each has k near it, itself among them.
+int Model::fixedWithin(double width) const {
+  std::vector<int> with(kMostFixedNeighbours + 1, 0);  // by number near: shapes
+  for (std::size_t f = 0; f < fixed_shapes.size(); ++f) {
+    const ConvexShape::Box box = shapes[fixed_shapes[f]].shape->aabb(X_WF_[f]);
+    int near = 0;
+    fixed_boxes.eachOverlap({box.lower.array() - width, box.upper.array() + width}, [&near](int) { ++near; });
+    ++with[std::min(near, kMostFixedNeighbours)];
+  }
+  int most = kMostFixedNeighbours;
+  for (int found = with[most]; found < most; found += with[most]) --most;
+  return most;
+}
+
+/// Most pairs of boxes that all shapes that move can have with what never moves.
 int Model::fixedNeighbours() const {
-  const int fixed = static_cast<int>(fixed_shapes.size());
   long sum = 0;
-  std::vector<std::pair<double, int>> known;  // by radius: a heap's bodies are alike
+  std::vector<std::pair<double, int>> known;  // by width: a heap's bodies are alike
   for (const int s : moving_shapes) {
-    const double reach = 2 * shapes[s].shape->boundingRadius();
-    const auto found = std::find_if(known.begin(), known.end(), [&](const auto& entry) { return entry.first == reach; });
-    int most = std::min(fixed, kFewFixed);
-    if (found != known.end()) most = found->second;
-    for (int f = 0; found == known.end() && fixed > kFewFixed && most < kMostFixedNeighbours && f < fixed; ++f) {
-      const Vector3 middle = X_WF_[f] * shapes[fixed_shapes[f]].shape->centre();
-      if (!middle.allFinite()) continue;
-      int near = kFewFixed;
-      fixed_boxes.eachOverlap({middle.array() - reach, middle.array() + reach}, [&near](int) { ++near; });
-      most = std::min(std::max(most, near), kMostFixedNeighbours);
-    }
-    if (found == known.end()) known.emplace_back(reach, most);
-    sum += most;
+    const ConvexShape::Box own = shapes[s].shape->aabb(Pose());
+    const double width = (own.upper - own.lower).norm();  // of its box however it is turned, at most
+    auto found = std::find_if(known.begin(), known.end(), [&](const auto& entry) { return entry.first == width; });
+    if (found == known.end()) found = known.emplace(known.end(), width, fixedWithin(width));
+    sum += found->second;
   }
   return static_cast<int>(std::min<long>(sum, std::numeric_limits<int>::max() / 2));
 }

@@ -202,6 +202,7 @@ class Model {
   void findInternalFaces();
   void countPairs();
   int fixedNeighbours() const;
+  int fixedWithin(double width) const;
   void chooseVisits();
   void limitMotions();
   void checkSettings() const;

@@ -59,7 +59,7 @@ void assemble(const Problem& p, BlockCholesky& solver, bool transposed) {
 
 TEST(BlockCholesky, SolvesLikeTheDenseFactorisation) {
   std::mt19937 random(1);
-  BlockCholesky solver(30, 900, 1 << 16);
+  BlockCholesky solver(30, 900, 1 << 16, 0);
   for (int trial = 0; trial < 200; ++trial) {
     const Problem p = randomProblem(random, 1 + trial % 30, (trial % 7) / 7.0, trial % 2);
     ASSERT_TRUE(solver.analyze(p.sizes.data(), p.sizes.size(), p.edges.data(), p.edges.size()));
@@ -78,7 +78,7 @@ TEST(BlockCholesky, AStackNeedsNoFill) {
   std::vector<int> sizes(n, 6);
   std::vector<BlockCholesky::Edge> edges;
   for (int i = 1; i < n; ++i) edges.push_back({i - 1, i});
-  BlockCholesky solver(n, n, 36 * (2 * n - 1));  // exactly the blocks of the chain
+  BlockCholesky solver(n, n, 36 * (2 * n - 1), 0);  // exactly the blocks of the chain
   EXPECT_TRUE(solver.analyze(sizes.data(), n, edges.data(), edges.size()));
   EXPECT_EQ(solver.values(), 36u * (2 * n - 1));
 }
@@ -86,7 +86,7 @@ TEST(BlockCholesky, AStackNeedsNoFill) {
 TEST(BlockCholesky, RefusesWhatItCannotHold) {
   const std::vector<int> sizes(4, 6);
   std::vector<BlockCholesky::Edge> ring{{0, 1}, {1, 2}, {2, 3}, {3, 0}};  // one block of fill
-  BlockCholesky exact(4, 4, 36 * 9), small(4, 4, 36 * 8), few(3, 4, 1000);
+  BlockCholesky exact(4, 4, 36 * 9, 0), small(4, 4, 36 * 8, 0), few(3, 4, 1000, 0);
   EXPECT_TRUE(exact.analyze(sizes.data(), 4, ring.data(), 4));
   EXPECT_FALSE(small.analyze(sizes.data(), 4, ring.data(), 4));
   EXPECT_FALSE(few.analyze(sizes.data(), 4, ring.data(), 4));
@@ -95,7 +95,7 @@ TEST(BlockCholesky, RefusesWhatItCannotHold) {
 TEST(BlockCholesky, RefusesAnIndefiniteMatrix) {
   const int size = 2;
   const double indefinite[4] = {1, 2, 2, 1};
-  BlockCholesky solver(1, 0, 4);
+  BlockCholesky solver(1, 0, 4, 0);
   ASSERT_TRUE(solver.analyze(&size, 1, nullptr, 0));
   solver.add(0, 0, indefinite);
   EXPECT_FALSE(solver.factor());
@@ -103,7 +103,7 @@ TEST(BlockCholesky, RefusesAnIndefiniteMatrix) {
 
 TEST(BlockCholesky, AKeptAnalysisStartsFromZero) {
   std::mt19937 random(2);
-  BlockCholesky solver(8, 64, 1 << 14);
+  BlockCholesky solver(8, 64, 1 << 14, 0);
   const Problem p = randomProblem(random, 8, 0.4, true);
   const Eigen::VectorXd b = Eigen::VectorXd::Random(p.A.rows());
   Eigen::VectorXd first = b, second = b;
@@ -121,7 +121,7 @@ TEST(BlockCholesky, PrescribedUnknownsAreMetAndTheRestSolvesAroundThem) {
   for (int trial = 0; trial < 50; ++trial) {
     const Problem p = randomProblem(random, 1 + trial % 8, 0.5, false);
     const int n = p.offsets.back();
-    BlockCholesky solver(8, 64, 10000);
+    BlockCholesky solver(8, 64, 10000, 0);
     solver.reserveKept();
     ASSERT_TRUE(solver.analyze(p.sizes.data(), static_cast<int>(p.sizes.size()), p.edges.data(),
                                static_cast<int>(p.edges.size())));

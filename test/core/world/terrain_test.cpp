@@ -180,6 +180,7 @@ TEST(Terrain, WhatIsFarCostsNothingAndChangesNoBit) {
     for (World* each : {&world, &everything, &again}) each->step();
     ASSERT_EQ(world.hash(), everything.hash()) << i;
     ASSERT_EQ(world.hash(), again.hash()) << i;
+    ASSERT_FALSE(world.report().flags & kPairsDropped) << i;
     most = std::max(most, world.contactCount());
   }
   EXPECT_GT(most, 3);  // they have come down, over edges
