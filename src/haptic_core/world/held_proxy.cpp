@@ -137,20 +137,18 @@ bool Aim::pointed(int link) const noexcept {
 
 /// The pairs that touch pointers' links, copied: looking at them advances their caches, which are state.
 void Aim::gather() noexcept {
-  proxy_.touching.clear();
+  proxy_.pairs.clear();
   for (int i = 0; i < state_.pair_count; ++i) {
     const ActivePair& pair = state_.pairs[i];
     if (pair.friction.touching == 0) continue;
     const int shapes[2] = {pair.shapeA(), pair.shapeB()};
     if (!pointed(model_.shapes[shapes[0]].link) && !pointed(model_.shapes[shapes[1]].link)) continue;
-    proxy_.pairs[i] = pair;
-    proxy_.touching.push_back(i);
+    proxy_.pairs.push_back(pair);
     for (const int s : shapes) proxy_.X_WS[s] = work_.placement.link[model_.shapes[s].link].X_WL * model_.shapes[s].X_LS;
   }
   Seams& seams = work_.contacts.seams;
-  if (proxy_.touching.empty() || !seams.any()) return;
-  seams.find(proxy_.pairs.data(), proxy_.touching.data(), static_cast<int>(proxy_.touching.size()), proxy_.X_WS.data(),
-             work_.contacts.workspace);
+  if (proxy_.pairs.empty() || !seams.any()) return;
+  seams.find(proxy_.pairs.begin(), nullptr, proxy_.pairs.size(), proxy_.X_WS.data(), work_.contacts.workspace);
 }
 
 void Aim::addRow(const Vector6& J, double room) noexcept {
@@ -286,7 +284,7 @@ void Aim::aim(int pointer) noexcept {
   goal = {target.p_WL, target.q_WL, target.V_WL, Vector3::Zero(), Vector3::Zero()};
   proxy_.rows.clear();
   count_ = load_count_ = 0;
-  for (const int index : proxy_.touching) {
+  for (int index = 0; index < proxy_.pairs.size(); ++index) {
     const ActivePair& pair = proxy_.pairs[index];
     const int a = model_.shapes[pair.shapeA()].link, b = model_.shapes[pair.shapeB()].link;
     if (a == target.link || b == target.link) addContact(index, pointer);
@@ -389,8 +387,15 @@ double Aim::rhoOf(int l) const noexcept {
 
 }  // namespace
 
-ProxyWork::ProxyWork(const Model& model) : pairs(model.pair_capacity), X_WS(model.shapes.size()) {
-  touching.reserve(model.pair_capacity);
+ProxyWork::ProxyWork(const Model& model) : X_WS(model.shapes.size()) {
+  // A link has at most a pair of each of its shapes with each shape of others.
+  std::vector<long> own(model.links.size(), 0);
+  for (const ModelShape& shape : model.shapes) ++own[shape.link];
+  const long all = static_cast<long>(model.shapes.size());
+  long most = 0;
+  for (const long n : own) most = std::max(most, n * (all - n));
+  const long held = most * static_cast<long>(model.pointers.size());
+  pairs.reserve(static_cast<int>(std::min<long>(held, model.pair_capacity)));
   rows.reserve(kMostRows);
 }
 

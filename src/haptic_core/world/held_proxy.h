@@ -60,8 +60,7 @@ struct ProxyRow {
 /// Scratch of `aimHeld`.
 struct ProxyWork {
   static constexpr int kMostRows = 34;     ///< contacts beyond 32 do not stop a link: others do
-  std::vector<ActivePair> pairs;           ///< copies of those that touch held links, at their own index
-  std::vector<int> touching;               ///< their indices
+  LoadedVector<ActivePair> pairs;          ///< copies of those that touch held links
   std::vector<Pose> X_WS;                  ///< by shape, of those pairs
   LoadedVector<ProxyRow> rows;             ///< of one link
 
