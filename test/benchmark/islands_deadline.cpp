@@ -43,14 +43,13 @@ void strike(World& world) {
   world.setPointerTarget(0, Pose(Vector3(handStart(one(), stiffCube()) + way)), Twist{});
 }
 
-/// Work that is always the same, about as long as a tick: what the machine takes from a thread shows in it as well.
+}  // namespace
+
 double fixedWork() {
   double x = 1;
   for (int i = 0; i < 1000; ++i) x = std::sqrt(x + i);
   return x;
 }
-
-}  // namespace
 
 void measureDeadline() {
   WorldSettings settings;
