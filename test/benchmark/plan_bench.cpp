@@ -24,8 +24,8 @@ struct Scene {
   WorldDef def;
 };
 
-/// All files of urdf/scenes that load on this system, by name; the others are named with the reason.
-std::vector<Scene> catalogue() {
+/// All files of urdf/scenes that load on this system, by name, or `only` one; the others are named with the reason.
+std::vector<Scene> catalogue(const char* only) {
   const std::string folder = HAPTIC_SOURCE_DIR "/urdf/scenes";
   std::vector<std::string> files;
   if (DIR* dir = opendir(folder.c_str())) {
@@ -33,7 +33,7 @@ std::vector<Scene> catalogue() {
       const std::string file = entry->d_name;
       const std::size_t dot = file.rfind('.');
       if (dot == std::string::npos || (file.substr(dot) != ".urdf" && file.substr(dot) != ".yaml")) continue;
-      files.push_back(file);
+      if (!only || file == only) files.push_back(file);
     }
     closedir(dir);
   }
@@ -114,11 +114,11 @@ std::string leftOut(const WorldDef& def) {
   return all;
 }
 
-void plans(bool csv) {
+void plans(bool csv, const char* only) {
   int scenes = 0, identical = 0;
   double slowest = 1e9, sum = 0;
   if (csv) std::printf("scene,bit_identical,planned_instructions,general_instructions,step_us,speedup,left_out\n");
-  for (const Scene& scene : catalogue()) {
+  for (const Scene& scene : catalogue(only)) {
     const Comparison c = compare(scene, csv);
     const std::string left_out = leftOut(scene.def);
     if (csv) {
@@ -253,7 +253,7 @@ void unsubscribedTopics() {
 int main(int argc, char** argv) {
   using namespace haptic::bench;
   const bool csv = argc > 1 && std::strcmp(argv[1], "--csv") == 0;
-  plans(csv);
+  plans(csv, csv && argc > 2 ? argv[2] : nullptr);
   if (csv) return 0;
   idleFeatures();
   unsubscribedTopics();
