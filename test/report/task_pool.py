@@ -47,6 +47,7 @@ def stamp_of(*programs):
 
 
 RUNNING = set()  # processes of this one, to be ended with it
+ENDING = threading.Event()  # they are being ended: a process that is killed now is not repeated
 
 
 def run_task(command, cpu_limit):
@@ -173,18 +174,20 @@ def run_repeatedly(command, cpu_limit):
     for attempt in range(1 + REPEATS):
         result = run_task(command, cpu_limit)
         result['attempts'] = attempt + 1
-        if result['code'] >= 0 or result['code'] in (-signal.SIGXCPU, -signal.SIGABRT, -signal.SIGSEGV, -signal.SIGFPE):
+        if ENDING.is_set() or result['code'] >= 0 or result['code'] in (-signal.SIGXCPU, -signal.SIGABRT, -signal.SIGSEGV, -signal.SIGFPE):
             break
     return result
 
 
 def _here(tasks, workers):
+    ENDING.clear()
     with concurrent.futures.ThreadPoolExecutor(workers) as pool:
         running = {pool.submit(run_repeatedly, list(t.command), t.cpu_limit): t for t in tasks}
         try:
             for future in concurrent.futures.as_completed(running):
                 yield running[future], future.result()
         except BaseException:
+            ENDING.set()
             for future in running:
                 future.cancel()
             for process in list(RUNNING):

@@ -2,6 +2,7 @@
 """The pool of processes behind the report: it survives what runs do to it, here and on a cluster."""
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -41,6 +42,22 @@ class Pool(unittest.TestCase):
         self.run_all([['sh', '-c', f'echo x >> {count}']])
         self.run_all([['sh', '-c', f'echo x >> {count}']])
         with open(count) as file:
+            self.assertEqual(file.read(), 'x\n')
+
+    def test_an_interrupted_pool_ends_its_processes_and_starts_none(self):
+        starts = os.path.join(self.folder.name, 'starts')
+
+        def interrupt(*_):
+            if not os.path.exists(starts):
+                signal.setitimer(signal.ITIMER_REAL, 0.1)
+                return
+            raise KeyboardInterrupt
+        before = signal.signal(signal.SIGALRM, interrupt)
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        with self.assertRaises(KeyboardInterrupt):
+            self.run_all([['sh', '-c', f'echo x >> {starts}; exec sleep 1000']])
+        with open(starts) as file:
             self.assertEqual(file.read(), 'x\n')
 
     def test_a_cluster_runs_the_same_tasks_and_survives_the_death_of_a_worker(self):
