@@ -193,7 +193,7 @@ void figureTicks(const std::string& prefix, std::vector<double> ticks) {
   figure(prefix + "missed_pct_10k", 100.0 * static_cast<double>(late) / static_cast<double>(ticks.size()), "%");
 }
 
-/// 60 s at 10 kHz: all of it, and once the heap lies. While it falls nothing keeps that rate.
+/// 60 s at 10 kHz: all of it, and once the heap lies. While it falls, one tick in ten solves it whole.
 void measureAt10k(SceneDef scene) {
   constexpr int kTicks = 600000, kLies = 40000;
   scene.world.settings.step = 1e-4;

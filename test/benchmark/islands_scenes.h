@@ -3,7 +3,7 @@
 
 namespace haptic::bench {
 
-/// Arithmetic that is always the same, about as long as a tick: what the machine takes from a thread shows in it as well.
+/// Arithmetic that is always the same, about as long as a tick: time that the machine takes from a thread shows in it as well.
 double fixedWork();
 
 /// Prints `scenes_at_10k`, the shipped scenes with a hand that hold 10 kHz in CPU time of the ticking thread, and of how many.

@@ -40,7 +40,7 @@ QUICK_FILES = ('a_cube', 'd_two_hands', 'chain', 'daruma')
 def arguments(argv):
     parser = argparse.ArgumentParser(prog='./run report', description=__doc__.split('\n')[0])
     parser.add_argument('scenes', nargs='*', metavar='SCENE', help='names of the catalogue, or URDF or YAML files')
-    parser.add_argument('--quick', action='store_true', help='fewer steps and repetitions, under three minutes')
+    parser.add_argument('--quick', action='store_true', help='fewer steps and settings, about six minutes')
     parser.add_argument('--only', choices=['stability', 'scenes'], help='a part of the report')
     parser.add_argument('--results', metavar='FILE', action='append', default=[],
                         help='runs of another engine, a JSON line each (test/report/README.md); again for further files')

@@ -312,7 +312,7 @@ class Runner {
     out.unconverged += (r.flags & (kNotConverged | kJointsNotConverged)) != 0;
   }
 
-  /// Failures count for nobody: one that is sure need not be waited for.
+  /// A failed run counts for no side, so that a run which is sure to fail need not be waited for.
   void stopHopeless(double used, double done, RunResult& out) const {
     if (out.status != "ok" || !(limit_ > 0) || used < 0.1 * limit_ || used < 2 * limit_ * done) return;
     char reason[96];

@@ -236,7 +236,7 @@ bool BlockCholesky::layOut() noexcept {
     if (start > values_.capacity()) return false;
   }
   used_ = start;
-  // Within the capacity, so nothing is allocated. New pages of memory cost less than the first factorisation of the values in them.
+  // Within the capacity, so nothing is allocated; pages that no matrix has needed before are new, once.
   if (used_ > values_.size()) values_.resize(used_);
   return true;
 }

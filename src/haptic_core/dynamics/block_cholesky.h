@@ -82,7 +82,7 @@ class BlockCholesky {
   std::vector<std::uint64_t> adjacency_;                 // a bit row per node; after `order` its fill
   std::vector<Column> columns_;                          // by position
   std::vector<int> structure_, row_offset_;              // positions below a diagonal block; their panel rows
-  std::vector<double> values_, kept_;                    // within what is reserved for them
+  std::vector<double> values_, kept_;                    // their sizes grow within their capacities
 };
 
 }  // namespace haptic

@@ -13,7 +13,7 @@ namespace {
 /// Of the dense factor, 64 MB [doubles].
 constexpr std::size_t kMostValues = std::size_t{8} << 20;
 
-/// Doubles of the matrix of all trees and joins, without fill, at most: what an island needs, unless its bodies meet in many rings.
+/// Doubles of the matrix of all trees and joins, without fill, at most: an island needs no more unless its bodies meet in many rings.
 /// Two free bodies meet in a block of 6 × 6, one for each join; a tree on joints meets each other tree once.
 std::size_t valuesWithoutFill(const Model& model, int join_capacity) {
   std::size_t sum = 36 * static_cast<std::size_t>(join_capacity);

@@ -19,9 +19,9 @@ std::uint64_t pairKey(int a, int b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
 }
 
-/// Shapes that move whose boxes may overlap that of another at once, in the mean. A heap of 300 cubes has 8; rods of ten widths that lie
-/// densely any way have some 40, for a box about a slanted rod is mostly empty. Fewer: their heaps lose pairs, which is flagged; more:
-/// memory and time at load, 3.5 kB a pair.
+/// Shapes that move whose boxes may overlap that of another at once, in the mean. A heap of 300 cubes has 8; rods of ten widths that
+/// lie densely any way have some 40 by estimate, for a box about a slanted rod is mostly empty. Fewer: their heaps lose pairs, which is
+/// flagged; more: memory and time at load, 3.5 kB a pair.
 constexpr int kNeighboursPerShape = 64;
 /// Of shapes that never move, a shape has so many neighbours as may overlap it at once, but at most these: one that lies on more pieces
 /// of ground is computed with the first of them, and flagged.
