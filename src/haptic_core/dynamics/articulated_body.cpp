@@ -159,6 +159,45 @@ void solveSix(const LinkWork& w, const Vector3& torque, const Vector3& force, Ve
   a.noalias() = M_inverse * (force - w.B.transpose() * alpha);
 }
 
+/// X Ω Xᵀ: what a link fixed to its parent gives way, a = a_parent − r × α.
+Matrix6 shiftedMobility(const Eigen::Map<const Matrix6>& parent, const Vector3& r) {
+  Matrix6 shifted = parent;
+  for (int k = 0; k < 6; ++k) shifted.block<3, 1>(3, k) -= r.cross(shifted.block<3, 1>(0, k));
+  for (int k = 0; k < 6; ++k) shifted.block<1, 3>(k, 3) -= r.cross(shifted.block<1, 3>(k, 0).transpose()).transpose();
+  return shifted;
+}
+
+/// What a floating root gives way.
+Matrix6 rootMobility(const LinkWork& w) {
+  Matrix6 mobility;
+  for (int k = 0; k < 6; ++k) {
+    const Vector6 wrench = Vector6::Unit(k);
+    Vector3 alpha, a;
+    solveSix(w, wrench.head<3>(), wrench.tail<3>(), alpha, a);
+    mobility.col(k) << alpha, a;
+  }
+  return mobility;
+}
+
+/// Adds the way of a joint's own degrees to that of its link. Returns the diagonal of its block of M⁻¹.
+Vector3 addJointMobility(const LinkModel& link, const LinkWork& w, Matrix6& mobility) {
+  using Columns = Eigen::Matrix<double, 6, 3>;
+  Columns U, S = Columns::Zero();
+  U << w.U_torque, w.U_force;
+  for (int k = 0; k < link.dof; ++k) S.block<3, 1>(k < link.slides ? 3 : 0, k) = w.S.col(k);
+  if (link.dof == 1) {
+    const double d = w.D_inverse(0, 0);
+    const Vector6 s = S.col(0), way = d * (mobility * U.col(0));
+    const double own = d + d * U.col(0).dot(way);
+    mobility += s * (own * s - way).transpose() - way * s.transpose();
+    return Vector3(own, 0, 0);
+  }
+  const Columns way = mobility * U * w.D_inverse;
+  const Matrix3 own = w.D_inverse + w.D_inverse * (U.transpose() * way);
+  mobility += S * (own * S.transpose() - way.transpose()) - way * S.transpose();
+  return own.diagonal();
+}
+
 /// v̇ and the accelerations of a floating root. Gravity is left out of `w.acceleration` here, as everywhere
 /// inside the recursion (the world falls upwards instead).
 void solveFloating(const double* tau, const double* diag, const Vector3& gravity, bool leaf, LinkWork& w,
@@ -331,6 +370,23 @@ void accelerationResponse(const Articulation& articulation, const double* tau, c
     }
     Map(s + 6) = alpha;
     Map(s + 9) = a;
+  }
+}
+
+void jointMobilities(const Articulation& articulation, const LinkWork* work, double* scratch, double* mobility) noexcept {
+  using Map = Eigen::Map<Matrix6>;
+  for (int i = 0; i < articulation.linkCount(); ++i) {
+    const LinkModel& link = articulation.link(i);
+    Matrix6 way = Matrix6::Zero();
+    if (link.floating) {
+      if (!prescribed(work[i])) way = rootMobility(work[i]);
+      Eigen::Map<Vector6>(mobility + link.v) = way.diagonal();
+    } else {
+      if (link.parent >= 0) way = shiftedMobility(Eigen::Map<const Matrix6>(scratch + 36 * link.parent), work[i].r);
+      const Vector3 own = link.dof > 0 ? addJointMobility(link, work[i], way) : Vector3::Zero();
+      for (int k = 0; k < link.dof; ++k) mobility[link.v + k] = own[k];
+    }
+    Map(scratch + 36 * i) = way;
   }
 }
 

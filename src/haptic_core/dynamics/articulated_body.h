@@ -39,6 +39,12 @@ void accelerations(const Articulation& articulation, const Vector3& gravity, con
 void accelerationResponse(const Articulation& articulation, const double* tau, const LinkWork* work,
                           double* scratch, double* v_dot) noexcept;
 
+/// (in realtime) The diagonal of (M + diag)⁻¹ [nv] with the factorisation that the last `accelerations` left in `work`; not of a free
+/// body: how far each degree gives way to a force of its own. From the root on, Ω = P Ω_parent Pᵀ + S D⁻¹ Sᵀ with P = (1 − S D⁻¹ Uᵀ) X
+/// is what a link's (α, a) gives way to a wrench on it, and D⁻¹ + D⁻¹ Uᵀ X Ω_parent Xᵀ U D⁻¹ the block of a joint. About half the cost
+/// of `accelerations`. `scratch`: 36 doubles per link.
+void jointMobilities(const Articulation& articulation, const LinkWork* work, double* scratch, double* mobility) noexcept;
+
 /// After accelerations: what acts through the joint on the link, about O, in W [N·m, N] (motor, bearing and
 /// hand together); on the parent acts the opposite. Zero for free floating joints.
 Wrench jointWrench(const Articulation& articulation, const LinkWork* work, int link,

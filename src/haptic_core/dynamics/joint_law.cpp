@@ -154,6 +154,27 @@ double driveForce(const JointDef& joint, const JointCommand& command, double q, 
   return clamp(drive.offset - drive.slope * v1, joint.max_effort);
 }
 
+SmoothForce smoothForce(const JointDef& joint, const JointCommand& command, double q, double v, double h) noexcept {
+  SmoothForce force;
+  if (!(joint.lower < q && q < joint.upper) || (joint.friction > 0 && v == 0)) {
+    force.side = SmoothForce::kOnAKink;
+    return force;
+  }
+  const DriveRange drive = driveRange(joint, command, q, 0);
+  const double free = drive.offset - drive.slope * v;
+  force.drive = clamp(free, joint.max_effort);
+  const bool saturated = force.drive != free;
+  force.all = force.drive - joint.damping * v + joint.spring_stiffness * (joint.spring_position - q);
+  force.slope = joint.damping + h * joint.spring_stiffness;
+  if (!saturated) {
+    force.slope += drive.slope;
+    if (command.drive == JointDef::Drive::kPosition) force.slope += h * joint.drive_stiffness;
+  }
+  if (joint.friction > 0) force.all -= v > 0 ? joint.friction : -joint.friction;
+  force.side = (saturated ? (free > 0 ? 2 : 1) : 0) + (joint.friction > 0 && v > 0 ? 3 : 0);
+  return force;
+}
+
 bool isFinite(const JointCommand& command) noexcept {
   return std::isfinite(command.position) && std::isfinite(command.velocity) && std::isfinite(command.effort);
 }

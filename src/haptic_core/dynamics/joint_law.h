@@ -17,6 +17,10 @@
 
 namespace haptic {
 
+/// A joint moves by less than this in a step where it counts as standing [rad] or [m]: rounding of a position. Wider, steps that hit a
+/// limit would pass for smooth; narrower, joints at rest on a limit would never, and would bounce there between limit and rounding.
+inline constexpr double kStandingWay = 1e-12;
+
 /// A command to a drive; the parts its mode does not use are ignored. The gains are the joint's.
 struct JointCommand {
   JointDef::Drive drive = JointDef::Drive::kNone;  ///< which of the values below it follows
@@ -74,6 +78,18 @@ void buildForceGraph(const JointDef& joint, const JointCommand& command, double 
 
 /// Force of the drive alone at v₁ [N·m] or [N], for the energy ledger.
 double driveForce(const JointDef& joint, const JointCommand& command, double q, double h, double v1) noexcept;
+
+/// Force of a law where it is smooth.
+struct SmoothForce {
+  double drive = 0;  ///< of the drive [N·m] or [N]
+  double all = 0;    ///< of drive, spring, damping and friction together
+  double slope = 0;  ///< that the graph of a step h has here [N·m·s/rad] or [N·s/m]
+  int side = 0;      ///< of the kinks: another number beyond one
+  static constexpr int kOnAKink = -1;  ///< side of a joint that sticks, or stands at or beyond a limit
+};
+
+/// (in realtime) The law at (q, v), as it is without a step.
+SmoothForce smoothForce(const JointDef& joint, const JointCommand& command, double q, double v, double h) noexcept;
 
 /// Energy of the joint's spring at q [J].
 inline double springEnergy(const JointDef& joint, double q) noexcept {

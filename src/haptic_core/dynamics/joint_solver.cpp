@@ -14,11 +14,6 @@ constexpr double kRingDamping = 1e-5;
 /// the others is what their spring pulls with.
 constexpr double kClosingDamping = 0.1;
 
-/// A joint moves by less than this within a time h where it counts as standing [rad] or [m]: rounding of a
-/// position. Wider, steps that hit a limit would pass for smooth; narrower, joints at rest on a limit would
-/// never.
-constexpr double kStanding = 1e-12;
-
 double dot(const double* a, const double* b, int n) {
   double sum = 0;
   for (int k = 0; k < n; ++k) sum += a[k] * b[k];
@@ -242,8 +237,8 @@ bool JointSolver::isSmooth(const double* v0) const noexcept {
     const Law& law = laws_[i];
     const ForcePiece& piece = law.now();
     const double start = v0[law.v];
-    const bool stood = std::abs(start) * h_ <= kStanding;
-    if (piece.vertical && !(stood && std::abs(piece.from) * h_ <= kStanding)) return false;
+    const bool stood = std::abs(start) * h_ <= kStandingWay;
+    if (piece.vertical && !(stood && std::abs(piece.from) * h_ <= kStandingWay)) return false;
     if (piece.vertical || law.joint.friction == 0) continue;
     if (stood || (start > 0 ? piece.to <= 0 : piece.from >= 0)) return false;
   }

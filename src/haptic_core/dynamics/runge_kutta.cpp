@@ -74,36 +74,46 @@ void restoreMomentum(const Articulation& articulation, const double* notes, cons
 }  // namespace
 
 int rungeKuttaScratch(const Articulation& articulation) {
-  return (kStages + 1) * (articulation.nq() + articulation.nv()) + kMomentumNumbers * articulation.linkCount();
+  return (kStages + 1) * (articulation.nq() + articulation.nv()) + articulation.nv() + kMomentumNumbers * articulation.linkCount();
 }
 
-void stepRungeKutta(const Articulation& articulation, const Vector3& gravity, double h, double* q, double* v,
-                    LinkWork* work, double* scratch) noexcept {
+bool stepRungeKutta(const Articulation& articulation, const Vector3& gravity, double h, double* q, double* v,
+                    LinkWork* work, double* scratch, StageForces* joints) noexcept {
   const int nq = articulation.nq(), nv = articulation.nv(), width = nq + nv;
   double* const slopes = scratch;  // one (q̇, v̇) per stage
   double* const stage = scratch + kStages * width;
-  double* const momenta = stage + width;
-  for (int s = 0; s < kStages; ++s) {
+  double* const tau = stage + width;
+  double* const momenta = tau + nv;
+  const auto start = [&] {
     for (int k = 0; k < nq; ++k) stage[k] = q[k];
     for (int k = 0; k < nv; ++k) stage[nq + k] = v[k];
-    for (int j = 0; j < s; ++j) {
-      const double weight = h * kA[s][j];
-      if (weight != 0)
-        for (int k = 0; k < width; ++k) stage[k] += weight * slopes[j * width + k];
-    }
+  };
+  const auto advance = [&](double weight, int slope) {
+    for (int k = 0; weight != 0 && k < width; ++k) stage[k] += weight * slopes[slope * width + k];
+  };
+  const auto takeBack = [&] {
+    forwardKinematics(articulation, q, v, work);
+    return false;
+  };
+  for (int s = 0; s < kStages; ++s) {
+    start();
+    for (int j = 0; j < s; ++j) advance(h * kA[s][j], j);
+    if (joints && !joints->at(stage, stage + nq, h * kB[s], tau)) return s > 0 && takeBack();
     double* const slope = slopes + s * width;
     derivatives(articulation, stage, stage + nq, slope);
-    forwardKinematics(articulation, stage, stage + nq, work);
+    if (s > 0 || !joints) forwardKinematics(articulation, stage, stage + nq, work);
     if (s == 0) noteMomentum(articulation, work, momenta);
-    accelerations(articulation, gravity, nullptr, nullptr, work, slope + nq);
+    accelerations(articulation, gravity, joints ? tau : nullptr, nullptr, work, slope + nq);
+    if (s == 0 && joints && !joints->areResolved(work)) return false;
   }
-  for (int s = 0; s < kStages; ++s) {
-    if (kB[s] == 0) continue;
-    for (int k = 0; k < nq; ++k) q[k] += h * kB[s] * slopes[s * width + k];
-    for (int k = 0; k < nv; ++k) v[k] += h * kB[s] * slopes[s * width + nq + k];
-  }
-  renormalise(articulation, q);
-  restoreMomentum(articulation, momenta, gravity, h, q, v, work);
+  start();
+  for (int s = 0; s < kStages; ++s) advance(h * kB[s], s);
+  renormalise(articulation, stage);
+  restoreMomentum(articulation, momenta, gravity, h, stage, stage + nq, work);
+  if (joints && !joints->at(stage, stage + nq, 0, tau)) return takeBack();
+  for (int k = 0; k < nq; ++k) q[k] = stage[k];
+  for (int k = 0; k < nv; ++k) v[k] = stage[nq + k];
+  return true;
 }
 
 }  // namespace haptic

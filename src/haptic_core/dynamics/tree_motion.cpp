@@ -58,9 +58,19 @@ class TreeInertia final : public JointOperator {
   double *forces_, *v_dot_, *response_;
 };
 
+/// Wrenches or generalised forces act.
+bool isPulled(const Articulation& articulation, const LinkWork* work, const double* tau) {
+  const auto acts = [](double force) { return force != 0; };
+  return (tau && std::any_of(tau, tau + articulation.nv(), acts)) ||
+         std::any_of(work, work + articulation.linkCount(), [](const LinkWork& link) {
+           return (link.F_ext.torque.array() != 0).any() || (link.F_ext.force.array() != 0).any();
+         });
+}
+
 }  // namespace
 
-TreeMotion::TreeMotion(const Articulation& articulation, std::vector<RingDef> rings) : articulation_(articulation) {
+TreeMotion::TreeMotion(const Articulation& articulation, std::vector<RingDef> rings)
+    : articulation_(articulation), smooth_(articulation) {
   const int n = articulation.linkCount(), nv = articulation.nv();
   joints_.add(articulation, rings);
   joints_.reserveRows(nv);
@@ -77,6 +87,7 @@ TreeMotion::TreeMotion(const Articulation& articulation, std::vector<RingDef> ri
   for (auto* by_degree : {&tau_, &v_dot_, &change_, &v_end_}) by_degree->resize(nv);
   response_.resize(12 * n);
   force_.resize(n);
+  stages_.resize(rungeKuttaScratch(articulation));
 }
 
 const JointReport& TreeMotion::accelerate(const Vector3& gravity, double h, const JointCommand* commands,
@@ -112,11 +123,28 @@ double TreeMotion::correct(int steps, double* q, const double* v, LinkWork* work
   }
 }
 
+/// The whole step to fourth order. False: not this one; q and v are as before.
+bool TreeMotion::stepSmoothly(const Vector3& gravity, double h, const JointCommand* commands, double* q, double* v,
+                              LinkWork* work) noexcept {
+  smooth_.begin(commands, h);
+  if (!stepRungeKutta(articulation_, gravity, h, q, v, work, stages_.data(), &smooth_)) return false;
+  report_ = {smooth_.work()};
+  smooth_.readForces(force_.data());
+  return true;
+}
+
 const JointReport& TreeMotion::step(const Vector3& gravity, double h, const JointCommand* commands, double* q,
                                     double* v, LinkWork* work, const double* tau) noexcept {
+  const int nv = articulation_.nv();
+  const auto moves = [h](double rate) { return std::abs(rate) * h > kStandingWay; };
+  const bool alone = !joints_.hasRings() && !isPulled(articulation_, work, tau), moved = std::any_of(v, v + nv, moves);
+  if (alone && moved && stepSmoothly(gravity, h, commands, q, v, work)) return report_;
   accelerate(gravity, h, commands, q, v, work, v_dot_.data(), tau);
-  for (int k = 0; k < articulation_.nv(); ++k) v[k] += h * v_dot_[k];
-  joints_.settle(v);
+  for (int k = 0; k < nv; ++k) v_end_[k] = v[k] + h * v_dot_[k];
+  joints_.settle(v_end_.data());
+  const bool sets_off = alone && !moved && std::any_of(v_end_.begin(), v_end_.end(), moves);
+  if (sets_off && stepSmoothly(gravity, h, commands, q, v, work)) return report_;
+  std::copy(v_end_.begin(), v_end_.end(), v);
   integratePositions(articulation_, q, v, h);
   if (joints_.hasRings()) {
     correct(kNewtonSteps, q, v, work);

@@ -1,21 +1,23 @@
 /// One step of a tree with everything its joints do: damping, friction, limits, drives, mimic, rings.
 ///
-/// Symplectic Euler: v₁ = v + h v̇ with the forces here and now, q₁ = q ⊕ h v₁, where the joints' own forces
-/// are taken at v₁ and rings hold at q₁: the equations of joint_solver.h, over the inertia of the tree. A straight piece's slope
-/// joins M's diagonal in the articulated-body algorithm. Up to five chord Newton steps then put q₁ on φ = 0.
+/// A tree that nothing else pulls at moves to fourth order while its joints' laws are smooth and a step resolves them
+/// (smooth_joints.h). Where all stand, one sticks, stops, saturates or is stiffer, and with rings: symplectic Euler, v₁ = v + h v̇
+/// with the forces here and now, q₁ = q ⊕ h v₁, where the joints' own forces are taken at v₁ and rings hold at q₁: the equations of
+/// joint_solver.h, over the inertia of the tree. A straight piece's slope joins M's diagonal in the articulated-body algorithm. Up to
+/// five chord Newton steps then put q₁ on φ = 0.
 ///
-/// Cost: passes × one articulated-body evaluation, twice that with rings. No heap, no exception (in realtime) after
-/// construction.
+/// Cost: passes × one articulated-body evaluation, twice that with rings; five and a half to fourth order. No heap, no exception (in
+/// realtime) after construction.
 #pragma once
 #include <vector>
 
-#include "haptic_core/dynamics/joint_solver.h"
+#include "haptic_core/dynamics/smooth_joints.h"
 
 namespace haptic {
 
 /// Work of the joints in a step, and its cost.
 struct JointReport : JointWork {
-  int passes = 0;         ///< articulated-body evaluations
+  int passes = 0;         ///< articulated-body evaluations of symplectic Euler; 0: the step was one of fourth order
   bool converged = true;  ///< false: some joint's force is not on its graph
   double closure = 0;     ///< largest gap left in a ring [m]
 };
@@ -39,12 +41,14 @@ class TreeMotion {
                                 const double* v, LinkWork* work, double* v_dot,
                                 const double* tau = nullptr) noexcept;
 
-  /// (in realtime) The whole step: accelerate, then v, q in place. `work` keeps the start of the step; a tree
-  /// with rings leaves its end there.
+  /// (in realtime) The whole step, v and q in place. `work` keeps the start of the step, or a stage of it; a tree with rings leaves its
+  /// end there.
   const JointReport& step(const Vector3& gravity, double h, const JointCommand* commands, double* q, double* v,
                           LinkWork* work, const double* tau = nullptr) noexcept;
 
-  /// Force of the joint's own law in the last step; 0 where it has no law.
+  /// Report of the last step.
+  const JointReport& report() const { return report_; }
+  /// Force of the joint's own law at the end of the last step; 0 where it has no law.
   const JointForce& forceOf(int link) const { return force_[link]; }
 
   /// (in realtime) Puts q on the rings and mimics (for initial states): Newton steps until the gap stays.
@@ -52,14 +56,16 @@ class TreeMotion {
   bool close(double* q, double* v, LinkWork* work) noexcept;
 
  private:
+  bool stepSmoothly(const Vector3& gravity, double h, const JointCommand* commands, double* q, double* v, LinkWork* work) noexcept;
   double correct(int steps, double* q, const double* v, LinkWork* work) noexcept;
 
   const Articulation& articulation_;
   JointSolver joints_;
+  SmoothJoints smooth_;
   std::vector<std::string> unsupported_;
   JointReport report_;
   // Of one step.
-  std::vector<double> tau_, v_dot_, change_, v_end_, response_;
+  std::vector<double> tau_, v_dot_, change_, v_end_, response_, stages_;
   std::vector<JointForce> force_;
 };
 

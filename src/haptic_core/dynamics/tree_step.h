@@ -5,7 +5,7 @@
 /// predicted v; `finishVerlet`. The first step of all needs `readPull` before it.
 /// Between the kicks a free body moves without forces, to fifth order (free_body.h), a tree under gravity, to fourth
 /// (runge_kutta.h): chains whip, and their Coriolis forces are no smaller than contact forces. Joints with laws move by
-/// TreeMotion's symplectic Euler, with the pull of the step's start.
+/// TreeMotion, with the pull of the step's start.
 ///
 /// Nothing here allocates, throws or blocks after TreeStepScratch::fit (in realtime).
 #pragma once

@@ -5,9 +5,9 @@
 /// inside the step; the impulse that h/2 (F₀ + F₁) then misses is computed from the located instant and added to the
 /// second kick (located_force.cpp, friction.cpp, explicit_contacts.cpp), which keeps the order.
 ///
-/// Trees whose joints have laws of their own (limits, friction, drives, loops) move by TreeMotion's symplectic Euler: their
-/// forces jump within a step, and an implicit first-order step keeps them dissipative at any gain. Contact forces on them are those of the
-/// step's start. The step of a tree is in dynamics/tree_step.h.
+/// Trees whose joints have laws of their own (limits, friction, drives, loops) move by TreeMotion: to fourth order while nothing pulls
+/// and the laws are smooth; else their forces jump within a step, and an implicit first-order step keeps them dissipative at any gain, with
+/// the contact forces of the step's start. The step of a tree is in dynamics/tree_step.h.
 #pragma once
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"

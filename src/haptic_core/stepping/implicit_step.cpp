@@ -18,8 +18,6 @@ constexpr double kHelps = 0.4;
 /// steps, so the order stays 2. Bodies that only stick can but rock. Without the accuracy in it, a cube that comes to rest errs by 2.5 um
 /// whatever is asked for (`accuracy.order` .06).
 constexpr double kSettles = 33, kSettlesStuck = 167;
-/// Way in a step below which a joint stands (dynamics/joint_solver.cpp) [m]: of second order it would bounce between limit and rounding.
-constexpr double kStands = 1e-12;
 /// BDF2 takes up from a step of at least 1/kMostRatio of its own length: it is stable up to 1 + √2 for steps of any sequence.
 constexpr double kMostRatio = 2;
 
@@ -147,7 +145,7 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   stage.most_units = most;
   startFromState(model, state, stage);
   const double speed = stage.speed(state.v);
-  const double slow = model.settings.accuracy * std::max(h * model.settings.gravity.norm(), kStands / h);
+  const double slow = model.settings.accuracy * std::max(h * model.settings.gravity.norm(), kStandingWay / h);
   const bool rests = speed <= restBound(model, state, stage, h);  // then it is asked first whether it stands, and nothing slips
   const bool second_order = order != ImplicitOrder::kFirst && !rests && (step.locates || !settles(island, state, speed, slow));
   const bool jumps_on =

@@ -60,6 +60,27 @@ TEST(ArticulatedBody, AgreesWithCompositeInertiaAndDenseSolve) {
   EXPECT_LT(worst, 10 * std::numeric_limits<double>::epsilon());
 }
 
+TEST(ArticulatedBody, JointMobilitiesAreTheDiagonalOfTheInverse) {
+  Random random(8);
+  for (int trial = 0; trial < 200; ++trial) {
+    Case c(randomTree(random, 2 + trial % 40, trial % 2));
+    c.move(random);
+    const int nv = c.tree.nv();
+    std::vector<double> diag(nv), mobility(nv), scratch(36 * c.tree.linkCount());
+    for (double& d : diag) d = trial % 3 ? 0 : uniform(random, 0, 0.1);
+    accelerations(c.tree, kGravity, c.tau.data(), diag.data(), c.work.data(), c.vdot.data());
+    jointMobilities(c.tree, c.work.data(), scratch.data(), mobility.data());
+    Dense M(nv, nv);
+    massMatrix(c.tree, c.work.data(), M.data());
+    M.diagonal() += Eigen::Map<const Eigen::VectorXd>(diag.data(), nv);
+    const Eigen::SelfAdjointEigenSolver<Dense> modes(M);
+    const Eigen::VectorXd expected = modes.eigenvectors().cwiseAbs2() * modes.eigenvalues().cwiseInverse();
+    const double condition = modes.eigenvalues()[nv - 1] / modes.eigenvalues()[0];
+    const double rounding = 10 * condition * std::numeric_limits<double>::epsilon();
+    for (int k = 0; k < nv; ++k) EXPECT_NEAR(mobility[k], expected[k], rounding * expected.maxCoeff()) << trial << " " << k;
+  }
+}
+
 TEST(ArticulatedBody, PrescribedJointsMoveAsTold) {
   Random random(2);
   for (int trial = 0; trial < 50; ++trial) {

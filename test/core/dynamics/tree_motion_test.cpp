@@ -191,6 +191,119 @@ TEST(TreeMotion, AnyGainIsStableAndEffortIsBounded) {
   EXPECT_FALSE(isFinite(s.commands[0]));
 }
 
+/// An arm of three links whose drives, springs, damping and friction move it within their kinks.
+TreeDef drivenArm(bool floating = false) {
+  TreeDef def = chain(floating ? 4 : 3, floating);
+  for (BodyDef& body : def.links) {
+    JointDef& joint = body.joint;
+    if (joint.type == JointType::kFloating) continue;
+    joint.drive = JointDef::Drive::kPosition;
+    joint.drive_stiffness = 0.2;
+    joint.drive_damping = 0.002;
+    joint.spring_stiffness = 0.05;
+    joint.spring_position = 0.3;
+    joint.damping = 0.001;
+    if (body.parent < 0) joint.friction = 0.01;  // the others turn back
+    joint.position = 0.4;
+    joint.velocity = body.parent < 0 ? 3 : 1;
+    joint.lower = -3;
+    joint.upper = 3;
+  }
+  return def;
+}
+
+/// q and v after 32 ms in steps of h, and the change of energy that the works of the joints do not say [J].
+struct Moved {
+  std::vector<double> state;
+  double missing = 0;
+  int passes = 0;
+};
+
+Moved moveArm(const TreeDef& def, double h, const Vector3& gravity = kGravity) {
+  Scene s(def);
+  for (JointCommand& command : s.commands) command.position = 1;
+  const auto energy = [&] {
+    double sum = s.energy(gravity);
+    for (int i = 0; i < s.tree.linkCount(); ++i) {
+      if (s.tree.link(i).dof == 1) sum += springEnergy(def.links[i].joint, s.q[s.tree.link(i).q]);
+    }
+    return sum;
+  };
+  Moved moved;
+  moved.missing = -energy();
+  for (int i = 0; i < std::lround(0.032 / h); ++i) {
+    const JointReport& report = s.step(h, gravity);
+    moved.missing -= report.drives - report.damping - report.friction;
+    moved.passes += report.passes;
+  }
+  moved.missing += energy();
+  moved.state = s.q;
+  moved.state.insert(moved.state.end(), s.v.begin(), s.v.end());
+  return moved;
+}
+
+double distance(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum);
+}
+
+TEST(TreeMotion, SmoothJointsAreOfFourthOrderAndSoAreTheirWorks) {
+  const TreeDef def = drivenArm();
+  const Moved exact = moveArm(def, 6.25e-5), coarse = moveArm(def, 2e-3), fine = moveArm(def, 1e-3);
+  EXPECT_EQ(coarse.passes + fine.passes, 0);  // no step of symplectic Euler
+  const double order = std::log2(distance(coarse.state, exact.state) / distance(fine.state, exact.state));
+  EXPECT_GT(order, 3.7);
+  EXPECT_GT(std::log2(std::abs(coarse.missing / fine.missing)), 3.7);
+  EXPECT_LT(std::abs(exact.missing), 1e-12);
+}
+
+TEST(TreeMotion, DrivesOfAFloatingTreeKeepItsMomentum) {
+  const TreeDef def = drivenArm(true);
+  Scene s(def);
+  for (JointCommand& command : s.commands) command.position = 1;
+  const auto momentum = [&] {
+    forwardKinematics(s.tree, s.q.data(), s.v.data(), s.work.data());
+    Wrench sum;
+    for (int i = 0; i < s.tree.linkCount(); ++i) {
+      const LinkWork& w = s.work[i];
+      const LinkModel& link = s.tree.link(i);
+      const Vector3 v_C = w.velocity + w.omega.cross(w.p_OC), p = link.mass * v_C;
+      const Matrix3 I_C = w.X_WL.R * def.links[i].inertia.I_C * w.X_WL.R.transpose();
+      sum += Wrench{I_C * w.omega + w.p_WC().cross(p), p};
+    }
+    return sum.vector().eval();
+  };
+  const Vector6 start = momentum();
+  for (int i = 0; i < 32; ++i) EXPECT_EQ(s.step(1e-3, Vector3::Zero()).passes, 0);
+  EXPECT_LT((momentum() - start).norm(), 1e-13 * (1 + start.norm()));
+}
+
+/// Where a law bends or jumps in a step, or is too stiff for it, the step is that of symplectic Euler to the last bit.
+TEST(TreeMotion, KinksAndStiffnessTakeTheStepOfTheGraph) {
+  const auto change = [](void (*act)(JointDef&)) {
+    TreeDef def = drivenArm();
+    act(def.links[1].joint);
+    return def;
+  };
+  for (const TreeDef& def : {change([](JointDef& joint) { joint.upper = joint.position + 0.0005; }),
+                             change([](JointDef& joint) { joint.friction = 20; }),
+                             change([](JointDef& joint) { joint.drive_stiffness = 1e3; }),
+                             change([](JointDef& joint) { joint.drive_damping = 10; }),
+                             change([](JointDef& joint) { joint.max_effort = 0.1179; })}) {
+    Scene s(def), euler(def);
+    for (Scene* each : {&s, &euler}) {
+      for (JointCommand& command : each->commands) command.position = 1;
+    }
+    std::vector<double> v_dot(s.tree.nv());
+    forwardKinematics(euler.tree, euler.q.data(), euler.v.data(), euler.work.data());
+    euler.motion.accelerate(kGravity, 1e-3, euler.commands.data(), euler.q.data(), euler.v.data(), euler.work.data(), v_dot.data());
+    const std::vector<double> start = s.v;
+    EXPECT_GT(s.step(1e-3).passes, 0);
+    for (int k = 0; k < s.tree.nv(); ++k) EXPECT_NEAR(s.v[k], start[k] + 1e-3 * v_dot[k], 1e-13) << k;
+  }
+}
+
 TEST(TreeMotion, MimicFollowsWithTheInertiaOfBoth) {
   TreeDef def;
   for (int i = 0; i < 2; ++i) {

@@ -1,6 +1,7 @@
 // Virtual couplings per axis against damped oscillators; springs at joints against statics, an oscillator and the ledger.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "../../scenes/blocks.h"
@@ -155,7 +156,7 @@ TEST_P(CouplingsByIntegrator, SpringsSwingAndAreInTheBooks) {
   EXPECT_LT(coarse, 1e-3);
   EXPECT_LT(fine, 0.3 * coarse);
   EXPECT_LT(lack, 1e-2 * 0.25);
-  EXPECT_LT(less, 0.3 * lack);
+  EXPECT_LT(less, std::max(0.3 * lack, 1e-15));  // rounding of 0.25 J where explicit steps are of fourth order
 }
 
 }  // namespace coupling_axes_test

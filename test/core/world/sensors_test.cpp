@@ -123,7 +123,7 @@ TEST_P(SensorsByIntegrator, WrenchesOnALinkChangeItsMomentum) {
   const Vector3 g = def.settings.gravity;
   const Matrix3 I_C = def.articulations[1].links[0].inertia.I_C;
   int touched = 0;
-  for (int step = 0; step < 400; ++step) {
+  for (int step = 0; step < 600; ++step) {
     std::vector<Pose> X_0;
     std::vector<Twist> V_0;
     for (int l = 1; l <= 4; ++l) X_0.push_back(world.linkPose(l)), V_0.push_back(world.linkTwist(l));
