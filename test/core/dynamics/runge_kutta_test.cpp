@@ -123,6 +123,18 @@ TEST(FreeBody, SpinsLikeTheTree) {
   for (int k = 0; k < 7; ++k) EXPECT_NEAR(fast.q[k], general.q[k], 1e-10);
 }
 
+/// Wobbles so small that their terms are rounding of a turn, and larger ones, are as near the reference: rounding of 100 steps.
+TEST(FreeBody, EndsItsSeriesWhereThatIsRounding) {
+  for (double wobble = 1e-18; wobble < 1e-6; wobble *= 10) {
+    Motion motion(freeBody({1, 2, 2.5}));
+    motion.v = {wobble, 0.5, wobble, 0, 0, 0};
+    motion.run(0.1, 1e-3, Vector3::Zero());
+    const Quaternion r(motion.q[3], motion.q[4], motion.q[5], motion.q[6]);
+    const Quaternion expected = freeRotation({1, 2, 2.5}, {wobble, 0.5, wobble}, 0.1);
+    EXPECT_LT(vectorFromRotation(r.conjugate() * expected).norm(), 100 * 2e-16) << wobble;
+  }
+}
+
 TEST(FreeBody, TakesFastSpinsInParts) {
   Motion fast(freeBody({1, 2, 2.5})), fine = fast;
   for (Motion* m : {&fast, &fine}) m->v = {40, 90, -60, 0, 0, 0};
