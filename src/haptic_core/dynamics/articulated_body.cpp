@@ -159,7 +159,7 @@ void solveSix(const LinkWork& w, const Vector3& torque, const Vector3& force, Ve
   a.noalias() = M_inverse * (force - w.B.transpose() * alpha);
 }
 
-/// X Ω Xᵀ: what a link fixed to its parent gives way, a = a_parent − r × α.
+/// X Ω Xᵀ: the mobility of a link fixed to its parent, a = a_parent − r × α.
 Matrix6 shiftedMobility(const Eigen::Map<const Matrix6>& parent, const Vector3& r) {
   Matrix6 shifted = parent;
   for (int k = 0; k < 6; ++k) shifted.block<3, 1>(3, k) -= r.cross(shifted.block<3, 1>(0, k));
@@ -167,7 +167,7 @@ Matrix6 shiftedMobility(const Eigen::Map<const Matrix6>& parent, const Vector3& 
   return shifted;
 }
 
-/// What a floating root gives way.
+/// The mobility of a floating root.
 Matrix6 rootMobility(const LinkWork& w) {
   Matrix6 mobility;
   for (int k = 0; k < 6; ++k) {

@@ -41,8 +41,8 @@ void accelerationResponse(const Articulation& articulation, const double* tau, c
 
 /// (in realtime) The diagonal of (M + diag)⁻¹ [nv] with the factorisation that the last `accelerations` left in `work`; not of a free
 /// body: how far each degree gives way to a force of its own. From the root on, Ω = P Ω_parent Pᵀ + S D⁻¹ Sᵀ with P = (1 − S D⁻¹ Uᵀ) X
-/// is what a link's (α, a) gives way to a wrench on it, and D⁻¹ + D⁻¹ Uᵀ X Ω_parent Xᵀ U D⁻¹ the block of a joint. About half the cost
-/// of `accelerations`. `scratch`: 36 doubles per link.
+/// is the mobility of a link, of (α, a) by a wrench on it, and D⁻¹ + D⁻¹ Uᵀ X Ω_parent Xᵀ U D⁻¹ the block of a joint. Costs a sixth more
+/// than `accelerations`. `scratch`: 36 doubles per link.
 void jointMobilities(const Articulation& articulation, const LinkWork* work, double* scratch, double* mobility) noexcept;
 
 /// After accelerations: what acts through the joint on the link, about O, in W [N·m, N] (motor, bearing and

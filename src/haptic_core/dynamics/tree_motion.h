@@ -6,8 +6,8 @@
 /// joint_solver.h, over the inertia of the tree. A straight piece's slope joins M's diagonal in the articulated-body algorithm. Up to
 /// five chord Newton steps then put q₁ on φ = 0.
 ///
-/// Cost: passes × one articulated-body evaluation, twice that with rings; five and a half to fourth order. No heap, no exception (in
-/// realtime) after construction.
+/// Cost: passes × one articulated-body evaluation, twice that with rings; six to fourth order, two more where that is not resolved. No
+/// heap, no exception (in realtime) after construction.
 #pragma once
 #include <vector>
 

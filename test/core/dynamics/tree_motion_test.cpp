@@ -258,6 +258,33 @@ TEST(TreeMotion, SmoothJointsAreOfFourthOrderAndSoAreTheirWorks) {
   EXPECT_LT(std::abs(exact.missing), 1e-12);
 }
 
+/// One joint at the bound, between a spring alone and a damper alone: nothing grows; beyond it, implicit.
+TEST(TreeMotion, AResolvedStepIsStable) {
+  const double h = 1e-3;
+  for (double damper = 0; damper <= 1; damper += 0.125) {
+    for (const double rate : {2.99, 3.01}) {
+      TreeDef def = chain(1);
+      JointDef& joint = def.links[0].joint;
+      Scene bare(def);
+      double moment;
+      forwardKinematics(bare.tree, bare.q.data(), bare.v.data(), bare.work.data());
+      massMatrix(bare.tree, bare.work.data(), &moment);
+      joint.drive = JointDef::Drive::kPosition;
+      joint.drive_damping = damper * rate * moment / h;
+      joint.drive_stiffness = (1 - damper) * rate * moment / (h * h);
+      joint.velocity = 1;
+      Scene s(def);
+      double fastest = 0;
+      for (int i = 0; i < 1000; ++i) {
+        EXPECT_EQ(s.step(h, Vector3::Zero()).passes == 0, rate < 3 && std::abs(s.v[0]) * h > kStandingWay) << damper << " " << i;
+        fastest = std::max(fastest, std::abs(s.v[0]));
+        if (std::abs(s.v[0]) * h <= 10 * kStandingWay) break;
+      }
+      EXPECT_LE(fastest, 1) << damper;
+    }
+  }
+}
+
 TEST(TreeMotion, DrivesOfAFloatingTreeKeepItsMomentum) {
   const TreeDef def = drivenArm(true);
   Scene s(def);
