@@ -44,6 +44,7 @@ ensure_localhost() {
 
 # A section that was complete for this packages.apt is not looked at again.
 setup() {  # SECTION...
+  local sum purposes missing new section lacking  # the verbs have variables of such names: demo's --missing-meshes
   mkdir -p "$BUILD"
   sum=$(cksum <packages.apt) purposes='' missing='' new=''
   for section; do
