@@ -1,5 +1,7 @@
 #include "scene/joint_reading.h"
 
+#include <urdf_model/model.h>
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>

@@ -1,5 +1,7 @@
 #include "scene/link_inertia.h"
 
+#include <urdf_model/link.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>

@@ -8,6 +8,10 @@
 #include "scene/load_report.h"
 #include "scene/robot_file.h"
 
+namespace urdf {
+class Link;
+}
+
 namespace haptic {
 
 /// From urdfdom's <inertial>, in the link's frame; mass 0 when there is none.

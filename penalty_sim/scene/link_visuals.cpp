@@ -1,5 +1,7 @@
 #include "scene/link_visuals.h"
 
+#include <urdf_model/link.h>
+
 #include <algorithm>
 
 #include "scene/resource_path.h"

@@ -6,6 +6,10 @@
 #include "scene/robot_file.h"
 #include "scene/scene_file.h"
 
+namespace urdf {
+class Link;
+}
+
 namespace haptic {
 
 /// The visuals of one URDF link, X_LV in that link's frame. A mesh that is not found is left out, and its name added to `missing`

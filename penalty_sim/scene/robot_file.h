@@ -1,9 +1,6 @@
 /// A URDF file: urdfdom's model, and a second reading of the XML for what urdfdom drops (line numbers,
 /// haptic: tags, contact properties, collisions of shapes it does not know).
 #pragma once
-#include <urdf_model/model.h>
-#include <urdf_world/types.h>
-
 #include <map>
 #include <memory>
 #include <string>
@@ -11,6 +8,10 @@
 
 #include "scene/scene_options.h"
 #include "scene/xml_file.h"
+
+namespace urdf {
+class ModelInterface;  // urdfdom's headers stay with the library: its folder is no path of a user's compiler in Debian 13
+}
 
 namespace haptic {
 
@@ -51,7 +52,7 @@ struct RobotFile {
   std::vector<JointXml> joints;
   /// Index of the link without parent.
   int root = -1;
-  urdf::ModelInterfaceSharedPtr model;  ///< urdfdom's reading, without collisions
+  std::shared_ptr<urdf::ModelInterface> model;  ///< urdfdom's reading, without collisions
   /// What a user should mend.
   std::vector<std::string> warnings;
   /// What a user may want to know.

@@ -1,6 +1,8 @@
 #include "scene/motion_reading.h"
 #include "scene/robot_tree.h"
 
+#include <urdf_model/model.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
