@@ -3,7 +3,7 @@
 #:                   an hour; `build`: what builds and tests of a fresh checkout cost; `dispatch`: bits and times of the two
 #:                   libraries;
 #:                   `house`: how the core is built, whether observers and order change the motion, and instructions, over those of
-#:                   another build folder with `house --before BUILD`;
+#:                   another build folder with `house --before BUILD`; `first`: first calls on bare systems of both releases;
 #:                   `experiment`: studies on the twin, 45 minutes; `fuzz`: a search for contacts that go wrong; `python`: what a
 #:                   step costs from Python; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md, and `robots`
 #:                   that of the robots below ../shared and the folder HAPTIC_ROBOTS, build/figures/robots.md
@@ -46,6 +46,7 @@ bench_robots_table() {
 
 # 100 rounds of loading and unloading each nodelet of a running loop: no crash, no thread, no memory left behind.
 bench_reload() {
+  local lines
   lines=$LOGS/reload.lines
   rm -f "$lines"
   # shellcheck disable=SC2046 # one word per section
@@ -59,6 +60,7 @@ bench_reload() {
 
 # What strangers on the network get through, and success that is claimed falsely: nodes, masters, hosts and disks of their own.
 bench_strangers() {
+  local lines each
   lines=$LOGS/strangers.lines
   rm -f "$lines"
   # shellcheck disable=SC2046 # one word per section
@@ -86,14 +88,15 @@ bench_processes() {
 # Bits and times of the two libraries, and of the last release that had one library per build. Its sources come from git.
 DISPATCH_BEFORE=46c564e
 bench_dispatch() {
-  before=$BUILD/dispatch/before
-  if [ ! -d "$before" ]; then
+  local released bag
+  released=$BUILD/dispatch/before
+  if [ ! -d "$released" ]; then
     mkdir -p "$BUILD/dispatch"
     git -c safe.directory='*' worktree prune
-    git -c safe.directory='*' worktree add --force --detach "$before" "$DISPATCH_BEFORE" >"$LOGS/dispatch-before.log" 2>&1 ||
+    git -c safe.directory='*' worktree add --force --detach "$released" "$DISPATCH_BEFORE" >"$LOGS/dispatch-before.log" 2>&1 ||
       fail "bench dispatch needs commit $DISPATCH_BEFORE to compare with: fetch the whole history (git fetch --unshallow)"
   fi
-  configure_and_build dispatch-before "$before/src" "$BUILD/dispatch/before-v3" haptic_core -DHAPTIC_MARCH=x86-64-v3
+  configure_and_build dispatch-before "$released/src" "$BUILD/dispatch/before-v3" haptic_core -DHAPTIC_MARCH=x86-64-v3
   configure_and_build bench "$ROOT/src" "$BUILD/bench" 'scene_hashes bench_dispatch' -DHAPTIC_CORE_BENCHMARKS=ON
   bag=$BUILD/dispatch/touch_cube.bag
   rm -f "$bag"
@@ -101,7 +104,7 @@ bench_dispatch() {
     fail "the recording for bench dispatch failed; see $LOGS/dispatch-demo.log"
   build_stack haptic_replay
   with_progress 'bench dispatch' "$LOGS/bench-dispatch.log" python3 -B test/benchmark/dispatch.py --build "$BUILD/bench" \
-    --stack "$BUILD" --before "$before" --before-build "$BUILD/dispatch/before-v3" --bag "$bag" || failed="$failed dispatch"
+    --stack "$BUILD" --before "$released" --before-build "$BUILD/dispatch/before-v3" --bag "$bag" || failed="$failed dispatch"
 }
 
 # What a step costs from Python beyond the step itself.
@@ -136,6 +139,15 @@ bench_experiment() {
   [ -z "$failed" ] || fail "bench experiment: failed; see $LOGS/bench-experiment.log"
 }
 
+# What a user meets on a machine that has nothing: bare systems of both releases. It takes an hour and a half.
+bench_first() {
+  setup test
+  with_progress 'bench first' "$LOGS/bench-first.log" python3 -B test/build/first.py || failed=first
+  rm -f "$FIGURES/bench-first.csv"
+  keep_figures bench-first "$LOGS/bench-first.log" none
+  [ -z "$failed" ] || fail "bench first: failed; see $LOGS/bench-first.log"
+}
+
 # Coverage-guided, for five minutes. An input that goes wrong is left in build/fuzz.
 bench_fuzz() {
   setup run fuzz
@@ -154,6 +166,7 @@ bench_fuzz() {
 # Sessions seen anywhere: the page in 3-D, an hour as MCAP, the gallery. It takes an hour and five minutes. Recording costs the loop what
 # `bench loop` counts, whoever keeps the messages: the recorder is a process of its own.
 bench_anywhere() {
+  local each
   # shellcheck disable=SC2046 # one word per section
   setup $(package_sections)
   build_stack 'all pack_scenes'
@@ -184,31 +197,33 @@ bench_build() {
   [ -z "$failed" ] || fail "bench build: failed; see $LOGS/bench-build.log"
 }
 
-before=''
-if [ "${1:-}" = house ] && [ "${2:-}" = --before ]; then
-  [ $# -eq 3 ] || fail "bench house --before BUILD: give one build folder of the benchmarks"
-  before=$(cd "$CALLER" && cd "$3" 2>/dev/null && pwd -P) || fail "bench house --before $3: no such folder"
-  set -- house
+judge bench before=folder -- "$@"
+at_most 1 bench 'one name'
+filter=$option_word_1 failed='' before=''
+case $filter in *[!a-z0-9_]*) fail "bench: '$filter' is no name of a benchmark" ;; esac
+if [ -n "$option_before" ]; then
+  [ "$filter" = house ] || fail "bench: --before BUILD is for bench house"
+  before=$(cd "$(absolute "$option_before")" && pwd -P) || fail "bench house --before '$option_before': no such folder"
 fi
-[ $# -le 1 ] || fail "bench takes at most one name"
-filter=${1:-} failed=''
+SETUP_BUILDS=bench
 case $filter in
   python) bench_python; exit ;;
   anywhere) bench_anywhere; exit ;;
   build) bench_build; exit ;;
+  first) bench_first; exit ;;
   fuzz) bench_fuzz; exit ;;
   experiment) bench_experiment; exit ;;
 esac
 names=$(for file in test/benchmark/*_bench.cpp; do basename "$file" _bench.cpp; done)
 # NAME takes NAME_* with it: parts of one benchmark that are programs of their own.
 chosen=$(echo "$names" | grep -x -e "$filter" -e "${filter}_.*" || echo "$names" | grep -F -e "$filter")
-[ -n "$chosen" ] || fail "no benchmark matches '$filter'; there are: $(echo "$names" | tr '\n' ' ')anywhere build experiment fuzz python"
+[ -n "$chosen" ] || fail "no benchmark matches '$filter'; there are: $(echo "$names" | tr '\n' ' ')anywhere build experiment first fuzz python"
 setup run bench
 forget_other_workspaces
 targets=$(echo "$chosen" | sed 's/^/bench_/' | tr '\n' ' ')
 configure_and_build bench "$ROOT/src" "$BUILD/bench" "$targets" -DHAPTIC_CORE_BENCHMARKS=ON
 case " $(echo "$chosen" | tr '\n' ' ')" in *' peers '*) find_wasm_peers ;; esac
-csv=bench${filter:+-$filter} failed=''
+csv=bench${filter:+-$filter}
 rm -f "$FIGURES/$csv.csv"
 for name in $chosen; do
   [ "$name" = dispatch ] || with_progress "bench $name" "$LOGS/bench-$name.log" \

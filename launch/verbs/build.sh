@@ -1,7 +1,9 @@
 #!/bin/sh
 #: build             build the stack below build/, with the Python package (called by the others when needed)
 . "$(dirname "$0")/parts/start.sh"
-[ $# = 0 ] || fail "build takes no arguments"
+judge build -- "$@"
+at_most 0 build 'no words'
+SETUP_BUILDS=all
 setup run python
 build_stack all
 # Of what this call compiled: all of it only from an empty folder.

@@ -12,74 +12,84 @@
 #: check SCENE | DEVICE ... --picture FILE.svg
 #:                   the same, and a picture: the certificate as bars; where the device presents which force in every direction
 . "$(dirname "$0")/parts/start.sh"
-picture='' before=''
-for word; do  # the picture's name is taken out; the other words go on in their order
-  shift
-  if [ "$before" = --picture ]; then picture=$word; elif [ "$word" != --picture ]; then set -- "$@" "$word"; fi
-  before=$word
-done
-[ "$before" != --picture ] || fail "check: --picture wants the name of a file, e.g. check.svg"
-[ $# -ge 1 ] || fail "check needs the name of a scene, device or study, or the path of its file"
 
-# A study's device is the one that its file names, unless another is given. Sets device_file; the other words are left in order.
+# What a scene's check, a study's and a device's take, and of what kind it is.
+SCENE_OPTIONS='all json device=device rate=number default-density=number srdf=file strict missing-meshes=box,skip,stop xacro=text+ rigid scenes=folder'
+STUDY_OPTIONS='subject=text session=count seed=whole order device=device'
+
 check_study() {
-  study_file=$(find_study "$1") || exit 1
-  shift
-  device=$(study_device "$study_file") before=''
-  for word; do
-    shift
-    if [ "$before" = --device ]; then device=$word; elif [ "$word" != --device ]; then set -- "$@" "$word"; fi
-    before=$word
-  done
-  device_file=$(find_device "$device") || exit 1
+  local device
+  # shellcheck disable=SC2086 # one word per option
+  judge 'check of a study' $STUDY_OPTIONS -- "$@"
+  at_most 1 'check of a study' 'one study'
+  study_file=$(find_study "$option_word_1") || exit 1
+  device=$option_device_file
+  [ -n "$option_device" ] || device=$(find_device "$(study_device "$study_file")") || exit 1
+  SETUP_BUILDS=stack
   setup run pages python experiment
   build_stack 'scene_check haptic_python haptic_msgs_generate_messages_py'
   use_build
-  show_and_keep check python3 -B "$ROOT/haptic_bridge/experiment/check_study.py" --device "$device_file" \
-    --program "$BUILD/devel/lib/penalty_sim/scene_check" "$study_file" "$@"
+  show_and_keep check python3 -B "$ROOT/haptic_bridge/experiment/check_study.py" --device "$device" \
+    --program "$BUILD/devel/lib/penalty_sim/scene_check" "$study_file" ${option_subject:+--subject "$option_subject"} \
+    ${option_session:+--session "$option_session"} ${option_seed:+--seed "$option_seed"} ${option_order:+--order}
+}
+
+check_device() {
+  judge 'check of a device' picture=output -- "$@"
+  at_most 1 'check of a device' 'one device'
+  device_file=$(find_device "$option_word_1") || exit 1
+  SETUP_BUILDS=device_check
+  # shellcheck disable=SC2046 # one word per section
+  setup run $([ -z "$option_picture" ] || echo python)
+  build_stack "device_check$([ -z "$option_picture" ] || echo ' haptic_python')"
+  use_build
+  show_and_keep check "$BUILD/devel/lib/spidar_driver/device_check" "$device_file"
+  draw_and_exit "$?" device "$device_file"
+}
+
+check_scene() {
+  # shellcheck disable=SC2086 # one word per option
+  judge 'check of a scene' $SCENE_OPTIONS picture=output -- "$@"
+  at_most 1 'check of a scene' 'one scene, device or study'
+  scene_file=$(find_scene "$option_word_1") || exit 1
+  device_file=$option_device_file
+  [ -n "$option_device" ] || device_file=$(find_device spidar_g6x3r) || exit 1
+  SETUP_BUILDS=scene_check
+  setup run
+  build_stack scene_check
+  use_build
+  set -- "$BUILD/devel/lib/penalty_sim/scene_check" --device "$device_file" ${option_rate:+--rate "$option_rate"} \
+    ${option_default_density:+--default-density "$option_default_density"} ${option_srdf:+--srdf "$(absolute "$option_srdf")"} \
+    ${option_strict:+--strict} ${option_rigid:+--rigid} ${option_missing_meshes:+--missing-meshes "$option_missing_meshes"} \
+    ${option_scenes:+--scenes "$(absolute "$option_scenes")"}
+  # The picture has a bar for each island.
+  [ -z "$option_all$option_picture" ] || set -- "$@" --all
+  set -f
+  IFS='
+'
+  for setting in $option_xacro; do set -- "$@" --xacro "$setting"; done
+  unset IFS
+  set +f
+  [ -z "$option_json" ] || { cd "$CALLER" && exec "$@" --json "$scene_file"; }  # for a program: the object alone, without figures to keep
+  show_and_keep check "$@" "$scene_file"
+  draw_and_exit "$?" scene "$(basename "${scene_file%.*}")"
 }
 
 # Ends with the check's own code, or the picture's.
 draw_and_exit() {  # CODE KIND SOURCE
-  [ -n "$picture" ] || exit "$1"
-  python3 -B "$ROOT/penalty_sim/scene/check_picture.py" "$2" "$3" "$(absolute "$picture")" <"$LOGS/check.log" || exit
+  [ -n "$option_picture" ] || exit "$1"
+  python3 -B "$ROOT/penalty_sim/scene/check_picture.py" "$2" "$3" "$(absolute "$option_picture")" <"$LOGS/check.log" || exit
   exit "$1"
 }
 
-if is_study "$1"; then
-  [ -z "$picture" ] || fail "check of a study draws no picture: leave --picture out"
+# The first word that is no option tells whether it is a scene, a device or a study.
+# shellcheck disable=SC2086 # one word per option
+judge check $SCENE_OPTIONS $STUDY_OPTIONS picture=output -- "$@"
+[ "$option_words" -ge 1 ] || fail "check needs the name of a scene, device or study, or the path of its file"
+if is_study "$option_word_1"; then
   check_study "$@"
-elif is_device "$1"; then
-  [ $# = 1 ] || fail "check of a device takes no options"
-  device_file=$(find_device "$1") || exit 1
-  # shellcheck disable=SC2046 # one word per section
-  setup run $([ -z "$picture" ] || echo python)
-  build_stack "device_check$([ -z "$picture" ] || echo ' haptic_python')"
-  use_build
-  show_and_keep check "$BUILD/devel/lib/spidar_driver/device_check" "$device_file"
-  draw_and_exit "$?" device "$device_file"
+elif is_device "$option_word_1"; then
+  check_device "$@"
 else
-  scene_file=$(find_scene "$1") || exit 1
-  shift
-  device=spidar_g6x3r before=''
-  for word; do  # the device's name becomes its file; the other options go on in their order
-    shift
-    if [ "$before" = --device ]; then
-      device=$word
-    elif [ "$word" != --device ]; then
-      set -- "$@" "$word"
-    fi
-    before=$word
-  done
-  [ "$before" != --device ] || fail "check: --device wants the name of a device or the path of its file"
-  device_file=$(find_device "$device") || exit 1
-  [ -z "$picture" ] || set -- --all "$@"  # the picture has a bar for each island
-  setup run
-  build_stack scene_check
-  use_build
-  for word; do  # for a program: the object alone, without figures to keep
-    [ "$word" != --json ] || { cd "$CALLER" && exec "$BUILD/devel/lib/penalty_sim/scene_check" --device "$device_file" "$@" "$scene_file"; }
-  done
-  show_and_keep check "$BUILD/devel/lib/penalty_sim/scene_check" --device "$device_file" "$@" "$scene_file"
-  draw_and_exit "$?" scene "$(basename "${scene_file%.*}")"
+  check_scene "$@"
 fi

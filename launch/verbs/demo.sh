@@ -11,60 +11,33 @@ caller_master=${ROS_MASTER_URI:-http://127.0.0.1:11311}
 . "$(dirname "$0")/parts/start.sh"
 TARGETS='haptic_bridge penalty_sim spidar_driver haptic_msgs_generate_messages_cpp haptic_msgs_generate_messages_py haptic_bridge_gencfg'
 
-read_options() {
-  scene=touch_cube device=spidar_g6x3r rate=1000 seconds='' rviz=false ground=dark record='' density=0 missing=stop xacro=''
-  wire=twin port='' emulate=false at_home=false layout=''
-  while [ $# -gt 0 ]; do
-    case $1 in
-      --rviz) rviz=true && shift && continue ;;
-      --light) rviz=true ground=light && shift && continue ;;
-      --hardware) wire=file && shift && continue ;;
-      --emulate) emulate=true && shift && continue ;;
-      --scene | --device | --rate | --seconds | --record | --port | --default-density | --missing-meshes | --xacro)
-        [ $# -ge 2 ] || fail "demo: $1 needs a value" ;;
-      *) fail "demo: unknown option '$1'; there are --scene --device --rate --seconds --rviz --light --record --hardware --port --emulate --default-density --missing-meshes --xacro" ;;
-    esac
-    case $1 in
-      --scene) scene=$2 ;;
-      --device) device=$2 ;;
-      --rate) rate=$2 ;;
-      --seconds) seconds=$2 ;;
-      --record) record=$2 ;;
-      --port) port=$2 wire=file ;;
-      --default-density) density=$2 ;;
-      --missing-meshes) missing=$2 ;;
-      --xacro) xacro="$xacro${xacro:+ }$(printf %s "$2" | sed 's/:=/=/')" ;;  # roslaunch takes no := within an argument
-    esac
-    shift 2
-  done
-  [ "$device" != uart ] || { device=spidar_g6x5r emulate=true; }
-}
-
-check_options() {
-  case $scene in
-    param:*) ;;  # read once there is a folder for it
-    *) scene_file=$(find_scene "$scene") || exit 1 ;;
+# Judges the words of the call; what they stand for is set here and read below.
+read_call() {
+  judge demo scene=scene device=text rate=number seconds=number rviz light record=text hardware emulate port=port \
+    default-density=number missing-meshes=box,skip,stop xacro=text+ -- "$@"
+  at_most 0 demo 'options alone'
+  option_scene=${option_scene:-touch_cube} option_device=${option_device:-spidar_g6x3r}
+  [ "$option_device" != uart ] || { option_device=spidar_g6x5r option_emulate=true; }
+  case $option_scene in
+    param:*) scene_file='' ;;  # read once there is a folder for it
+    *) scene_file=$(find_scene "$option_scene") || exit 1 ;;
   esac
-  device_file=$(find_device "$device") || exit 1
-  [ "$emulate" = false ] || grep -q '^boards:' "$device_file" ||
+  device_file=$(find_device "$option_device") || exit 1
+  rviz=${option_rviz:-${option_light:-false}} ground=dark wire='twin' port=$option_port record=''
+  [ -z "$option_light" ] || ground=light
+  [ -z "$option_hardware$option_port" ] || wire='file'
+  [ -z "$option_emulate" ] || grep -q '^boards:' "$device_file" ||
     fail "demo: --emulate: $device_file names no boards; take --device uart, or write its boards there"
-  is_number "$rate" || fail "demo: --rate '$rate' is not a number of ticks per second"
-  case $missing in box | skip | stop) ;; *) fail "demo: --missing-meshes '$missing' is none of box, skip, stop" ;; esac
-  if [ -n "$seconds" ]; then is_number "$seconds" || fail "demo: --seconds '$seconds' is not a time in seconds"; fi
-  if [ "$density" != 0 ]; then is_number "$density" || fail "demo: --default-density '$density' is not a density in kg/m3"; fi
+  seconds=$option_seconds
   if [ "$rviz" = true ]; then
     [ -n "${DISPLAY:-}" ] || fail "demo: --rviz needs a display; set DISPLAY, or use xvfb-run ./run demo --rviz"
   else
     seconds=${seconds:-10}
   fi
-  [ -n "$record" ] || return 0
-  record=$(absolute "$record")
-  [ -d "$(dirname "$record")" ] || fail "demo: --record '$record': no such folder"
+  [ -n "$option_record" ] || return 0
+  record=$(absolute "$option_record")
   case $record in *.bag | *.mcap) ;; *) record=$record.bag ;; esac
-  [ ! -d "$record" ] || fail "demo: --record '$record' is a folder"
-  # root may write where a disk is read-only, or so the permissions say: only writing tells.
-  (: >"$record.$$") 2>/dev/null || fail "demo: --record '$record' cannot be written: give a folder that is writable"
-  rm -f "$record.$$"
+  can_be_written 'demo: --record' "$option_record" "$record"
 }
 
 # A folder of this run alone, so that two runs in one checkout do not meet. What failed stays there for a week.
@@ -74,16 +47,18 @@ begin_run() {
   run=$(mktemp -d "$BUILD/run/demo-XXXXXX") || fail "demo: no folder can be made in $BUILD/run"
   lines=$run/figures log=$run/log
   touch "$run/begin"
-  case $scene in
+  case $option_scene in
     param:*)
-      scene_file=$run/${scene##*/}.urdf
-      python3 -B launch/verbs/parts/read_parameter.py "$caller_master" "${scene#param:}" "$scene_file" 2>"$run/problem" ||
-        fail "demo: --scene $scene: $(tail -n 1 "$run/problem")" ;;
+      scene_file=$run/${option_scene##*/}.urdf
+      python3 -B launch/verbs/parts/read_parameter.py "$caller_master" "${option_scene#param:}" "$scene_file" 2>"$run/problem" ||
+        fail "demo: --scene $option_scene: $(tail -n 1 "$run/problem")" ;;
   esac
 }
 
 # Says what a run has written once it has looked at it.
 tell_results() {
+  local bag_problem layout
+  layout=''
   if [ -n "$record" ]; then
     bag_problem=$(python3 -B launch/verbs/parts/look_at_recording.py "$record" "$run/begin" \
       "$(awk '$2 == "demo.ticks" { print $3 }' "$lines")" 2>&1) ||
@@ -91,14 +66,15 @@ tell_results() {
     case $record in *.mcap) layout=$(python3 -B penalty_sim/session/mcap_layout.py "$record") || fail "demo: the layout beside $record cannot be written" ;; esac
     echo "demo: recorded $record${layout:+; a layout for Lichtblick and Foxglove: $layout}"
   fi
-  (FIGURES=$run && keep_figures demo "$lines" '-O3 -DNDEBUG -ffp-contract=off') || exit 1
+  keep_figures demo "$lines" '-O3 -DNDEBUG -ffp-contract=off' "$run" || exit 1
   grep '^not measured' "$lines"
-  mv -f "$run/demo.csv" "$FIGURES/demo.csv" && mv -f "$log" "$LOGS/demo.log" || fail "demo: $FIGURES cannot be written"
+  if ! { mv -f "$run/demo.csv" "$FIGURES/demo.csv" && mv -f "$log" "$LOGS/demo.log"; }; then fail "demo: $FIGURES cannot be written"; fi
   rm -rf "$run"
 }
 
 # The device's motor boards on a pseudo-terminal, with its twin behind them; the grip is at home until the first drive.
 start_emulator() {
+  local link output waited
   link=$run/emulated_boards output=$run/emulator.log
   start_keeper
   setsid "$BUILD/devel/lib/spidar_driver/spidar_board_emulator" --device "$device_file" --link "$link" \
@@ -111,7 +87,7 @@ start_emulator() {
     sleep 0.1
     waited=$((waited + 1))
   done
-  port=$link wire=file at_home=true
+  port=$link wire='file' at_home=true
 }
 
 # A scene whose pointers name the devices `left` and `right` needs two drivers.
@@ -123,17 +99,18 @@ launch_file_for() {  # SCENE_FILE
   fi
 }
 
-read_options "$@"
-check_options
-# shellcheck disable=SC2046 # one word per section
-setup run $([ "$rviz" = false ] || echo view) $([ "$rviz$wire$emulate$record" = falsetwinfalse ] || echo tools)
+read_call "$@"
 [ "$rviz" = false ] || TARGETS="$TARGETS haptic_panel"
-[ "$wire" = twin ] && [ "$emulate" = false ] || TARGETS="$TARGETS motor_guard"
-[ "$emulate" = false ] || TARGETS="$TARGETS spidar_board_emulator"
+[ "$wire$option_emulate" = twin ] || TARGETS="$TARGETS motor_guard"
+[ -z "$option_emulate" ] || TARGETS="$TARGETS spidar_board_emulator"
+SETUP_BUILDS=$TARGETS
+# shellcheck disable=SC2046 # one word per section
+setup run $([ "$rviz" = false ] || echo view) $([ "$rviz$wire$option_emulate$record" = falsetwin ] || echo tools)
 build_stack "$TARGETS"
 use_build
 begin_run
-[ "$emulate" = false ] || start_emulator
+at_home=false
+[ -z "$option_emulate" ] || start_emulator
 [ "$wire" = file ] || at_home=true
 master=$(free_port)
 export ROS_MASTER_URI="http://127.0.0.1:$master"
@@ -141,9 +118,9 @@ export ROS_MASTER_URI="http://127.0.0.1:$master"
 # roslaunch asks its nodes to stop, and stops them itself 5 s later: enough to close a bag.
 with_progress demo "$log" roslaunch -p "$master" --disable-title --skip-log-check --no-summary \
   --sigint-timeout=5 --sigterm-timeout=1 haptic_bringup "$(launch_file_for "$scene_file")" scene:="$scene_file" \
-  device:="$device_file" transport:="$wire" port:="$port" at_home:="$at_home" rate:="$rate" seconds:="${seconds:-0}" \
-  rviz:="$rviz" ground:="$ground" record:="$record" figures:="$lines" default_density:="$density" \
-  missing_meshes:="$missing" xacro:="$xacro"
+  device:="$device_file" transport:="$wire" port:="$port" at_home:="$at_home" rate:="${option_rate:-1000}" seconds:="${seconds:-0}" \
+  rviz:="$rviz" ground:="$ground" record:="$record" figures:="$lines" default_density:="${option_default_density:-0}" \
+  missing_meshes:="${option_missing_meshes:-stop}" xacro:="$(printf %s "$option_xacro" | sed 's/:=/=/' | tr '\n' ' ')"  # roslaunch takes no := within an argument
 code=$?
 if [ "$code" != 0 ] || ! [ -s "$lines" ]; then
   first_told() { sed -n "s/\x1b\[[0-9;]*m//g; s/^\[ *$1\] *\(\[[^]]*\]\)*:* *//p" "$log" | head -n 1; }

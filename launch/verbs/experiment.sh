@@ -6,27 +6,21 @@
 #: experiment STUDY --power
 #:                   how many trials the study needs, by simulated subjects
 . "$(dirname "$0")/parts/start.sh"
-[ $# -ge 1 ] || fail "experiment needs the name of a study, or the path of its file"
-study_file=$(find_study "$1") || exit 1
-shift
-device='' windows='' before=''
-for word; do
-  shift
-  case $before in
-    --device) device=$word ;;
-    *) [ "$word" = --device ] || set -- "$@" "$word" ;;
-  esac
-  case $word in
-    --windows | --rviz) windows=yes ;;
-  esac
-  before=$word
-done
-if [ -n "$windows" ]; then
+judge experiment subject=text session=count seed=whole device=device output=text hardware port=port windows rviz marker-port=port \
+  simulate=whole power -- "$@"
+at_most 1 experiment 'the name of one study, or the path of its file'
+[ "$option_words" = 1 ] || fail "experiment needs the name of a study, or the path of its file"
+study_file=$(find_study "$option_word_1") || exit 1
+[ -n "$option_subject$option_power" ] || fail "experiment: a session needs --subject ID; --power needs none"
+case $option_subject in *[!A-Za-z0-9]*) fail "experiment: --subject '$option_subject' is no pseudonym of letters and digits, as s01" ;; esac
+if [ -n "$option_windows$option_rviz" ]; then
   [ -n "${DISPLAY:-}" ] || fail "experiment: --windows and --rviz need a display; set DISPLAY, or use xvfb-run"
 fi
-device_file=$(find_device "${device:-$(study_device "$study_file")}") || exit 1
+device_file=$option_device_file
+[ -n "$device_file" ] || device_file=$(find_device "$(study_device "$study_file")") || exit 1
+SETUP_BUILDS=stack
 # shellcheck disable=SC2046 # one word per section
-setup run pages python experiment $([ -z "$windows" ] || echo view)
+setup run pages python experiment $([ -z "$option_windows$option_rviz" ] || echo view)
 build_stack 'haptic_bridge penalty_sim spidar_driver spidar_stop motor_guard session_table haptic_python
   haptic_msgs_generate_messages_cpp haptic_msgs_generate_messages_py haptic_bridge_gencfg'
 use_build
@@ -34,4 +28,7 @@ HAPTIC_VERSION=$("$ROOT/launch/verbs/version.sh" | head -n 1)
 export HAPTIC_VERSION
 cd "$CALLER" || exit 1
 exec python3 -B "$ROOT/haptic_bridge/experiment/experiment.py" --program "$BUILD/devel/lib/penalty_sim/session_table" \
-  "$study_file" --device "$device_file" "$@"
+  "$study_file" --device "$device_file" ${option_subject:+--subject "$option_subject"} ${option_session:+--session "$option_session"} \
+  ${option_seed:+--seed "$option_seed"} ${option_output:+--output "$option_output"} ${option_hardware:+--hardware} \
+  ${option_port:+--port "$option_port"} ${option_windows:+--windows} ${option_rviz:+--rviz} \
+  ${option_marker_port:+--marker-port "$option_marker_port"} ${option_simulate:+--simulate "$option_simulate"} ${option_power:+--power}

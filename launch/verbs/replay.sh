@@ -6,32 +6,21 @@
 #:                   says that its last bits are those of another build. A trial of a study's session likewise; --with leads its
 #:                   recorded hand through a changed world, as stiffness=2e7
 . "$(dirname "$0")/parts/start.sh"
-[ $# -ge 1 ] || fail "replay needs the path of a bag that ./run demo --record has written"
-bag='' rviz=false trial='' changes=''
-while [ $# -gt 0 ]; do
-  case $1 in
-    --rviz) rviz=true ;;
-    --trial | --with)
-      [ $# -ge 2 ] || fail "replay: $1 needs a value"
-      case $1 in --trial) trial=$2 ;; *) changes="$changes --with $2" ;; esac
-      shift ;;
-    -*) fail "replay: unknown option '$1'; there are --rviz, --trial, --with" ;;
-    *) [ -z "$bag" ] || fail "replay takes one bag"
-      bag=$1 ;;
-  esac
-  shift
-done
-[ -n "$bag" ] || fail "replay needs the path of a bag"
+judge replay rviz trial=count with=setting+ -- "$@"
+at_most 1 replay 'one bag, or the folder of a session'
+[ "$option_words" = 1 ] || fail "replay needs the path of a bag that ./run demo --record has written"
 session=''
-if is_session "$bag"; then
-  [ -n "$trial" ] || fail "replay: $bag is a session; say --trial N"
-  session=$(absolute "$bag")
-  bag=$(trial_bag "$session" "$trial") || exit 1
+if is_session "$option_word_1"; then
+  [ -n "$option_trial" ] || fail "replay: $option_word_1 is a session; say --trial N"
+  session=$(absolute "$option_word_1")
+  bag=$(trial_bag "$session" "$option_trial") || exit 1
 else
-  [ -z "$trial$changes" ] || fail "replay: --trial and --with want the folder of a session, sub-ID/ses-N"
-  bag=$(absolute "$bag")
+  [ -z "$option_trial$option_with" ] || fail "replay: --trial and --with want the folder of a session, sub-ID/ses-N"
+  ensure_recording replay "$option_word_1"
+  bag=$(absolute "$option_word_1")
 fi
-[ -f "$bag" ] || fail "replay: '$bag': no such file"
+[ -z "$option_rviz" ] || [ -n "${DISPLAY:-}" ] || fail "replay: --rviz needs a display; set DISPLAY, or use xvfb-run ./run replay BAG --rviz"
+SETUP_BUILDS=stack
 if is_mcap "$bag"; then  # the replay reads bags
   setup run tools
   copy=$(mktemp -d) || fail "replay: no folder can be made in ${TMPDIR:-/tmp}"
@@ -40,20 +29,19 @@ if is_mcap "$bag"; then  # the replay reads bags
     fail "replay: $(echo "$problem" | tail -n 1)"
   bag=$copy/$(basename "$bag").bag
 fi
-if [ -n "$changes" ]; then
+if [ -n "$option_with" ]; then
   setup run pages python experiment
   build_stack 'session_table haptic_msgs_generate_messages_py'
   use_build
-  # shellcheck disable=SC2086 # one word per option
+  # shellcheck disable=SC2046,SC2086 # one word per setting
   show_and_keep replay python3 -B "$ROOT/haptic_bridge/experiment/changed_replay.py" \
-    --program "$BUILD/devel/lib/penalty_sim/session_table" $changes "$session" "$bag"
-elif [ "$rviz" = false ]; then
+    --program "$BUILD/devel/lib/penalty_sim/session_table" $(printf -- '--with %s ' $option_with) "$session" "$bag"
+elif [ -z "$option_rviz" ]; then
   setup run
   build_stack haptic_replay
   use_build
   show_and_keep replay "$BUILD/devel/lib/penalty_sim/haptic_replay" "$bag"
 else
-  [ -n "${DISPLAY:-}" ] || fail "replay: --rviz needs a display; set DISPLAY, or use xvfb-run ./run replay BAG --rviz"
   setup run view
   build_stack all
   use_build

@@ -8,24 +8,38 @@ forget_other_workspaces() {
     # Paths below the repository count as relative: another checkout of it finds the same.
     export CMAKE_C_COMPILER_LAUNCHER=ccache CMAKE_CXX_COMPILER_LAUNCHER=ccache
     export CCACHE_BASEDIR="${CCACHE_BASEDIR:-$ROOT}" CCACHE_NOHASHDIR=1
+    ccache_can_write || export CCACHE_DIR="$BUILD/ccache"
   fi
 }
 
-# A second call costs what ninja needs to see that nothing changed.
+# A home may be read-only, or none: ccache would fail, and CMake with it.
+ccache_can_write() {
+  local ccache_folder
+  ccache_folder=$(ccache --get-config cache_dir 2>/dev/null) && [ -n "$ccache_folder" ] &&
+    { mkdir -p "$ccache_folder" && : >"$ccache_folder/.$$"; } 2>/dev/null && rm -f "$ccache_folder/.$$"
+}
+
+# A second call costs what ninja needs to see that nothing changed. A folder is configured again when the packages that CMake
+# may find have changed since, by whatever way.
 configure_and_build() {  # TITLE SOURCE BUILD_FOLDER TARGETS [CMAKE_OPTIONS]
-  title=$1 source=$2 folder=$3 targets=$4
+  local build_title build_source build_folder build_targets build_key
+  build_title=$1 build_source=$2 build_folder=$3 build_targets=$4
   shift 4
+  build_key=$(installed_key)
+  [ "$(cat "$build_folder/.installed" 2>/dev/null)" = "$build_key" ] || rm -f "$build_folder/build.ninja"
   # shellcheck disable=SC2016 # expanded by the inner shell
-  with_progress_or_log "$title" "$LOGS/$title.log" sh -c '
-    source=$1 folder=$2 targets=$3 plan=$4
-    shift 4
-    [ -f "$folder/build.ninja" ] || cmake -S "$source" -B "$folder" -G Ninja "$@" || exit 1
+  with_progress_or_log "$build_title" "$LOGS/$build_title.log" sh -c '
+    source=$1 folder=$2 targets=$3 plan=$4 key=$5
+    shift 5
+    if ! [ -f "$folder/build.ninja" ]; then
+      cmake -S "$source" -B "$folder" -G Ninja "$@" && echo "$key" >"$folder/.installed" || exit 1
+    fi
     # For the progress line: the objects that are not there. (A dry run ends where the globs would be looked at.)
     (cd "$folder" && ninja -t inputs $targets | grep "\\.o$" | while read -r object; do
       [ -f "$object" ] || echo "$object"
     done) >"$plan.new"
     mv "$plan.new" "$plan"
-    exec ninja -C "$folder" $targets' sh "$source" "$folder" "$targets" "$LOGS/$title.plan" "$@"
+    exec ninja -C "$folder" $targets' sh "$build_source" "$build_folder" "$build_targets" "$LOGS/$build_title.plan" "$build_key" "$@"
 }
 
 # What the configured stack says of an option; nothing before the first configuration.
@@ -40,30 +54,33 @@ v3_is_taken() {
 # The stack in build/. Tests are configured from the first call on that asks for them: they need more packages. The core's
 # library for any processor is compiled from the first call on that asks for all of the stack, or where the loader would take it.
 build_stack() {  # TARGETS [CATKIN_ENABLE_TESTING]
+  local stack_testing stack_v3
   forget_other_workspaces
-  testing=${2:-$(configured CATKIN_ENABLE_TESTING)} v3=$(configured HAPTIC_X86_64_V3)
-  case $1 in all*) v3=ON ;; *) v3=${v3:-ONLY} ;; esac
-  [ "$v3" != ONLY ] || v3_is_taken || v3=ON
-  [ "${testing:=OFF} $v3" = "$(configured CATKIN_ENABLE_TESTING) $(configured HAPTIC_X86_64_V3)" ] || rm -f "$BUILD/build.ninja"
-  configure_and_build build "$ROOT" "$BUILD" "$1" -DCATKIN_ENABLE_TESTING="$testing" -DHAPTIC_X86_64_V3="$v3"
+  stack_testing=${2:-$(configured CATKIN_ENABLE_TESTING)} stack_v3=$(configured HAPTIC_X86_64_V3)
+  case $1 in all*) stack_v3=ON ;; *) stack_v3=${stack_v3:-ONLY} ;; esac
+  [ "$stack_v3" != ONLY ] || v3_is_taken || stack_v3=ON
+  [ "${stack_testing:=OFF} $stack_v3" = "$(configured CATKIN_ENABLE_TESTING) $(configured HAPTIC_X86_64_V3)" ] || rm -f "$BUILD/build.ninja"
+  configure_and_build build "$ROOT" "$BUILD" "$1" -DCATKIN_ENABLE_TESTING="$stack_testing" -DHAPTIC_X86_64_V3="$stack_v3"
 }
 
 # What a user's shell does after the build: packages, libraries and python modules of build/devel are found.
 use_build() {
+  local use_logs
   set +u
   # shellcheck disable=SC1091 # written by the build
   . "$BUILD/devel/setup.sh"
   set -u
   export ROS_IP=127.0.0.1 ROS_HOME="$BUILD/ros"
   # roslaunch and its nodes end in a traceback each where they cannot log. Only writing tells, as for recordings.
-  log_folder=${ROS_LOG_DIR:-$ROS_HOME/log}
-  { mkdir -p "$log_folder" && : >"$log_folder/.$$"; } 2>/dev/null ||
-    fail "ROS_LOG_DIR '$log_folder' cannot be written: unset it, or give a folder that is writable"
-  rm -f "$log_folder/.$$"
+  use_logs=${ROS_LOG_DIR:-$ROS_HOME/log}
+  { mkdir -p "$use_logs" && : >"$use_logs/.$$"; } 2>/dev/null ||
+    fail "ROS_LOG_DIR '$use_logs' cannot be written: unset it, or give a folder that is writable"
+  rm -f "$use_logs/.$$"
 }
 
 # Which of the core's two libraries the loader takes here; nothing while neither is built.
 chosen_library() {
+  local user
   for user in "$BUILD"/devel/lib/libspidar_driver.so "$BUILD"/devel/lib/libpenalty_sim_scene.so; do
     [ -f "$user" ] || continue
     case $(ldd "$user" 2>/dev/null | grep libhaptic_core) in

@@ -11,23 +11,25 @@ absolute() {  # PATH, relative to where the user stands
 
 # Prints the file that a scene's or device's name stands for; large scenes have a folder of their own.
 find_description() {  # KIND NAME FOLDER SUFFIX...
-  kind=$1 name=$2 folder=$3
+  local found_kind found_name found_folder found_plain found_suffix found_each found_known
+  found_kind=$1 found_name=$2 found_folder=$3
   shift 3
-  case $name in
+  case $found_name in
     */* | *.urdf | *.xacro | *.yaml)
-      [ -f "$(absolute "$name")" ] || fail "$kind '$name': no such file"
-      absolute "$name"
+      [ -f "$(absolute "$found_name")" ] || fail "$found_kind '$found_name': no such file"
+      absolute "$found_name"
       return ;;
   esac
-  plain=$(printf %s "$name" | tr 'A-Z-' 'a-z_')
-  for suffix; do
-    for candidate in "$name" "$plain" "spidar_$plain" "large/$plain"; do
-      [ -f "$folder/$candidate.$suffix" ] && echo "$ROOT/$folder/$candidate.$suffix" && return
+  found_plain=$(printf %s "$found_name" | tr 'A-Z-' 'a-z_')
+  for found_suffix; do
+    for found_each in "$found_name" "$found_plain" "spidar_$found_plain" "large/$found_plain"; do
+      [ -f "$found_folder/$found_each.$found_suffix" ] && echo "$ROOT/$found_folder/$found_each.$found_suffix" && return
     done
   done
-  known=$(for suffix; do find "$folder" -maxdepth 1 -name "*.$suffix" -exec basename {} ".$suffix" \; 2>/dev/null
-    done | sort -u | tr '\n' ' ')
-  fail "unknown $kind '$name'; give a path, or one of: $known"
+  found_known=$(for found_suffix; do
+    find "$found_folder" -maxdepth 1 -name "*.$found_suffix" -printf '%f\n' 2>/dev/null
+  done | sed 's/\.[a-z]*$//' | sort -u | tr '\n' ' ')
+  fail "unknown $found_kind '$found_name'; give a path, or one of: $found_known"
 }
 find_scene() { find_description scene "$1" urdf/scenes yaml urdf; }  # NAME_OR_PATH
 find_device() { find_description device "$1" urdf/devices yaml; }    # NAME_OR_PATH
@@ -42,8 +44,9 @@ is_device() {  # NAME_OR_PATH
 }
 
 study_device() {  # FILE: the name of its device
-  named=$(sed -n 's/^device: *\([^ #]*\).*/\1/p' "$1" | head -n 1)
-  echo "${named:-spidar_g6x3r}"
+  local study_named
+  study_named=$(sed -n 's/^device: *\([^ #]*\).*/\1/p' "$1" | head -n 1)
+  echo "${study_named:-spidar_g6x3r}"
 }
 
 is_study() {  # NAME_OR_PATH
@@ -58,10 +61,11 @@ is_session() { [ -f "$(absolute "$1")/session.json" ]; }  # PATH
 
 # The recording of one trial.
 trial_bag() {  # SESSION NUMBER
+  local trial_file
   case $2 in '' | *[!0-9]*) fail "--trial '$2' is no number of a trial" ;; esac
-  bag=$(absolute "$1")/trials/trial-$(printf %03d "${2#"${2%%[!0]*}"}").bag
-  [ -f "$bag" ] || fail "$1 has no recording of trial $2: it was interrupted, or there is no such trial"
-  echo "$bag"
+  trial_file=$(absolute "$1")/trials/trial-$(printf %03d "${2#"${2%%[!0]*}"}").bag
+  [ -f "$trial_file" ] || fail "$1 has no recording of trial $2: it was interrupted, or there is no such trial"
+  echo "$trial_file"
 }
 
 # A recording, a bag or an MCAP file: by its ending, or by how the file begins.
@@ -69,6 +73,14 @@ is_recording() {  # PATH
   case $1 in
     *.bag | *.mcap) return 0 ;;
     *) [ -f "$(absolute "$1")" ] && case $(head -c 7 "$(absolute "$1")" | tr -d '\0') in '#ROSBAG' | ?MCAP0?) true ;; *) false ;; esac ;;
+  esac
+}
+# A file that is there and begins as a recording does.
+ensure_recording() {  # VERB PATH
+  [ -f "$(absolute "$2")" ] || fail "$1: '$2': no such file"
+  case $(head -c 7 "$(absolute "$2")" | tr -d '\0') in
+    '#ROSBAG' | ?MCAP0?) ;;
+    *) fail "$1: '$2' is no recording: give a bag or MCAP file that ./run demo --record has written" ;;
   esac
 }
 is_mcap() { [ -f "$1" ] && [ "$(head -c 6 "$1" | tail -c 5 | tr -d '\0')" = MCAP0 ]; }  # PATH

@@ -1,6 +1,7 @@
 # Children of a verb, what is shown while they work, and how a verb fails. Sourced; needs ROOT, BUILD, CALLER.
 CHILDREN=''  # process groups that this verb started and that must not outlive it
 KEEPER=''    # process that ends them if this one is killed
+GENTLE=''    # the child that must not be stopped in the middle of its step, if one runs
 
 fail() {  # MESSAGE: one line that says what is wrong and what to do
   echo "run: $*" >&2
@@ -11,22 +12,34 @@ fail() {  # MESSAGE: one line that says what is wrong and what to do
 # reads from a pipe that only this shell holds open, and ends the groups that it was told of when the pipe closes: INT, TERM after
 # 8 s, KILL after 10 s. What they have started in sessions of their own (roslaunch: every node) is asked to end at the same time.
 # When the shell is gone, a leader whose children have all ended is not waited for: roslaunch takes another second.
+# A group that was told `gently` is one that must not stand still in the middle: of apt the leader alone gets INT, which it obeys
+# when dpkg has finished its step, and it is waited for.
 start_keeper() {
+  local keeper_pipe
   [ -z "$KEEPER" ] || return 0
-  keeper_pipe=$(mktemp -d) && mkfifo "$keeper_pipe/alive" || fail "no room for a pipe in ${TMPDIR:-/tmp}"
+  if ! { keeper_pipe=$(mktemp -d) && mkfifo "$keeper_pipe/alive"; }; then fail "no room for a pipe in ${TMPDIR:-/tmp}"; fi
   # shellcheck disable=SC2016 # expanded by the keeper
   setsid sh -c '
     members() {  # PROCESS: it and all that it has started
       for child in $(cat /proc/"$1"/task/*/children 2>/dev/null); do members "$child"; done
       echo "$1"
     }
-    groups="" waits=""
+    without() {  # GROUP GROUPS
+      for each in $2; do [ "$each" = "$1" ] || echo "$each"; done
+    }
+    groups="" gentle="" waits=""
     while read -r word group; do
       case $word in
         add) groups="$groups $group" ;;
+        gently) gentle="$gentle $group" ;;
         end) waits=yes ;;  # the shell lives and waits for its children
-        drop) kept=""; for each in $groups; do [ "$each" = "$group" ] || kept="$kept $each"; done; groups=$kept ;;
+        drop) groups=$(without "$group" "$groups") gentle=$(without "$group" "$gentle") ;;
       esac
+    done
+    for group in $gentle; do kill -INT "$group" 2>/dev/null; done
+    waited=0  # tenths of a second; an hour is far beyond any step of dpkg
+    for group in $gentle; do
+      while [ -e /proc/"$group"/exe ] && [ "$waited" -lt 36000 ]; do sleep 0.1; waited=$((waited + 1)); done
     done
     all=$(for group in $groups; do members "$group"; done)
     signal=INT waited=0  # tenths of a second
@@ -48,12 +61,13 @@ start_keeper() {
   exec 9>"$keeper_pipe/alive"
   rm -r "$keeper_pipe"
 }
-keep() { CHILDREN="$CHILDREN $1" && echo "add $1" >&9; }  # GROUP
+keep() { CHILDREN="$CHILDREN $1" && echo "${2:-add} $1" >&9; }  # GROUP [gently]
 unkeep() { CHILDREN=${CHILDREN% "$1"} && echo "drop $1" >&9; }  # the GROUP that was kept last
 
 stop_children() {
   trap '' INT TERM HUP QUIT  # a second signal must not interrupt this
   [ -n "$KEEPER" ] || return 0
+  [ -z "$GENTLE" ] || echo "setup: interrupted; lets dpkg finish its step, which the next call goes on from" >&2
   echo end >&9
   exec 9>&-
   # shellcheck disable=SC2086 # one word per process
@@ -65,27 +79,33 @@ trap 'exit 130' INT
 trap 'exit 131' QUIT
 trap 'exit 143' TERM HUP
 
-# The source that has been compiled for the longest in a session, as TARGET/FILE; nothing when none is.
-compiled_longest() {  # SESSION
-  oldest='' since=''
-  for stat in /proc/[0-9]*/stat; do
-    { read -r line <"$stat"; } 2>/dev/null || continue
-    case $line in *'(cc1plus) '* | *'(cc1) '*) ;; *) continue ;; esac
-    pid=${line%% *} rest=${line##*) }
-    # shellcheck disable=SC2086 # fields 3 and on of proc(5): the session is field 6, the start field 22
-    set -- "$1" $rest
-    [ "$5" = "$1" ] || continue
-    if [ -z "$since" ] || [ "${21}" -lt "$since" ]; then oldest=$pid since=${21}; fi
+# The compilers that run in a session: seconds of CPU time of all, and of the one that has run for the longest its source, as
+# TARGET/FILE; nothing when none runs.
+compiling() {  # SESSION
+  local compiling_session compiling_stat compiling_line compiling_pid compiling_rest compiling_oldest compiling_since compiling_ticks
+  compiling_session=$1 compiling_oldest='' compiling_since='' compiling_ticks=0
+  for compiling_stat in /proc/[0-9]*/stat; do
+    { read -r compiling_line <"$compiling_stat"; } 2>/dev/null || continue
+    case $compiling_line in *'(cc1plus) '* | *'(cc1) '*) ;; *) continue ;; esac
+    compiling_pid=${compiling_line%% *} compiling_rest=${compiling_line##*) }
+    # shellcheck disable=SC2086 # fields 3 and on of proc(5): the session is field 6, the times 14 and 15, the start 22
+    set -- $compiling_rest
+    [ "$4" = "$compiling_session" ] || continue
+    compiling_ticks=$((compiling_ticks + ${12} + ${13}))
+    if [ -z "$compiling_since" ] || [ "${20}" -lt "$compiling_since" ]; then compiling_oldest=$compiling_pid compiling_since=${20}; fi
   done
-  [ -n "$oldest" ] && tr '\0' '\n' 2>/dev/null <"/proc/$oldest/cmdline" | grep -m 1 -E '^[^-].*\.(c|cc|cpp|cxx)$' |
+  [ -n "$compiling_oldest" ] || return 0
+  printf '%s ' "$((compiling_ticks / 100))"  # 100 ticks a second on every Linux that Debian builds
+  tr '\0' '\n' 2>/dev/null <"/proc/$compiling_oldest/cmdline" | grep -m 1 -E '^[^-].*\.(c|cc|cpp|cxx)$' |
     sed "s|^$ROOT/||; s|^\.\./||; s|.*CMakeFiles/\([^/]*\)\.dir/\(Unity/\)*|\1/|; s|_cxx\.cxx\$||"
 }
 
-# Seconds until a build has made the objects of its plan, by how long each takes; nothing without a plan. Before anything is
-# done the machine counts as that of build_seconds.txt.
-seconds_left() {  # PLAN LOG ELAPSED
+# Seconds until a build has made the objects of its plan, by how long each takes beside the others; nothing without a plan, and
+# nothing before a tenth is done, since until then the pace of this machine is not known. A compiler that runs counts as far as
+# its CPU time goes, at the pace of those that have ended.
+seconds_left() {  # PLAN LOG ELAPSED RUNNING_CPU_SECONDS
   [ -s "$1" ] || return 0
-  awk -v elapsed="$3" -v cores="$(nproc)" '
+  awk -v elapsed="$3" -v running="${4:-0}" -v cores="$(nproc)" '
     function weight(line) {
       if (line !~ /\.o$/) return 0.2
       sub(/.* /, "", line)
@@ -98,59 +118,69 @@ seconds_left() {  # PLAN LOG ELAPSED
     FILENAME == plan { w = weight($0); total += w; squares += w * w; ++objects; next }
     !/^\[[0-9]+\/[0-9]+\] / { next }
     { done += weight($0); split($1, count, /[^0-9]+/); steps = count[3] }
-    # 30 CPU seconds of the reference machine hold the pace at the start. Each core is half through its object, which is more often a
-    # long one: squares / total on average.
     END {
       if (steps > objects) total += 0.2 * (steps - objects)  # generated files, links
+      # Each core is half through its object, which is more often a long one: squares / total on average. The CPU time of the
+      # compilers tells more once the machine is known, from what they and those before have taken of elapsed * cores.
       begun = 0.5 * cores * squares / total
+      spent = elapsed * cores - running
+      if (running > 0 && done > 0 && spent > 0) begun = running * done / spent
       if (done + begun < total) done += begun
-      left = (total - done) * (elapsed + 30 / cores) / (done + 30)
-      if (left > 0) printf "%d", left
+      if (done >= 0.1 * total && (left = (total - done) * elapsed / done) > 0) printf "%d", left
     }
   ' plan="$1" "$ROOT/launch/verbs/parts/build_seconds.txt" "$1" "$2"
 }
 
 progress_line() {  # TITLE LOG SESSION ELAPSED: how long it lasts, how long it will, what it waits for
-  left=$(seconds_left "${2%.log}.plan" "$2" "$4") at=$(compiled_longest "$3")
-  [ -n "$at" ] && at="compiles $at" || at=$(tail -n 1 "$2" | tr -d '\r')
-  printf '%s: %d s%s: %.90s' "$1" "$4" "${left:+, about $left s left}" "$at"
+  local line_running line_left line_at
+  line_running=$(compiling "$3")
+  line_left=$(seconds_left "${2%.log}.plan" "$2" "$4" "${line_running%% *}")
+  line_at=${line_running#* }
+  [ -n "$line_running" ] && line_at="compiles $line_at" || line_at=$(tail -n 1 "$2" | tr -d '\r')
+  printf '%s: %d s%s: %.90s' "$1" "$4" "${line_left:+, about $line_left s left}" "$line_at"
 }
 
-# Shell functions share their variables: what a verb sets before it builds (scene, device, rate, seconds, record) must not
-# be assigned here. Runs a command with its output in a log; says every two seconds how long it has lasted and where it is.
+# Runs a command with its output in a log; says every two seconds how long it has lasted and where it is. With INTERRUPT=gently it
+# is one that must not be stopped in the middle of its step.
 with_progress() {  # TITLE LOG COMMAND...
-  title=$1 log=$2
+  local progress_title progress_log progress_job progress_started progress_shown progress_elapsed progress_code
+  progress_title=$1 progress_log=$2
   shift 2
-  mkdir -p "$(dirname "$log")"
-  rm -f "${log%.log}.plan"
+  mkdir -p "$(dirname "$progress_log")"
+  rm -f "${progress_log%.log}.plan"
+  : >"$progress_log" || fail "$progress_log cannot be written by $(id -un)"
   start_keeper
-  setsid "$@" >"$log" 2>&1 </dev/null 9>&- &
-  job=$!
-  keep "$job"
-  started=$(date +%s) shown=0
-  while kill -0 "$job" 2>/dev/null; do
+  # A shell without job control has what it starts aside ignore INT, which would wait for TERM then.
+  setsid env --default-signal=INT,QUIT "$@" >"$progress_log" 2>&1 </dev/null 9>&- &
+  progress_job=$!
+  [ "${INTERRUPT:-}" != gently ] || GENTLE=$progress_job
+  keep "$progress_job" "${INTERRUPT:-add}"
+  progress_started=$(date +%s) progress_shown=0
+  while kill -0 "$progress_job" 2>/dev/null; do
     sleep 0.2
-    elapsed=$(($(date +%s) - started))
-    if [ "$elapsed" -ge $((shown + 2)) ]; then
-      shown=$elapsed
+    progress_elapsed=$(($(date +%s) - progress_started))
+    if [ "$progress_elapsed" -ge $((progress_shown + 2)) ]; then
+      progress_shown=$progress_elapsed
       if [ -t 2 ]; then
-        printf '\r\033[K%s' "$(progress_line "$title" "$log" "$job" "$elapsed")" >&2
-      elif [ $((elapsed % 30)) -lt 2 ]; then
-        printf '%s\n' "$(progress_line "$title" "$log" "$job" "$elapsed")" >&2
+        printf '\r\033[K%s' "$(progress_line "$progress_title" "$progress_log" "$progress_job" "$progress_elapsed")" >&2
+      elif [ $((progress_elapsed % 30)) -lt 2 ]; then
+        printf '%s\n' "$(progress_line "$progress_title" "$progress_log" "$progress_job" "$progress_elapsed")" >&2
       fi
     fi
   done
-  wait "$job"
-  code=$?
-  unkeep "$job"
-  [ -t 2 ] && [ "$shown" -gt 0 ] && printf '\r\033[K' >&2
-  [ "$shown" -gt 0 ] && echo "$title: $(($(date +%s) - started)) s" >&2
-  return "$code"
+  wait "$progress_job"
+  progress_code=$?
+  unkeep "$progress_job"
+  GENTLE=''
+  [ -t 2 ] && [ "$progress_shown" -gt 0 ] && printf '\r\033[K' >&2
+  [ "$progress_shown" -gt 0 ] && echo "$progress_title: $(($(date +%s) - progress_started)) s" >&2
+  return "$progress_code"
 }
 
 with_progress_or_log() {  # TITLE LOG COMMAND...: ends this script with the end of the log when the command fails
+  local or_log_code
   with_progress "$@" && return
-  code=$?
+  or_log_code=$?
   tail -n 40 "$2" >&2
-  fail "$1 failed (exit code $code); all of its output is in $2"
+  fail "$1 failed (exit code $or_log_code); all of its output is in $2"
 }

@@ -1,20 +1,22 @@
 # What every program of launch/verbs starts with: folders, the other parts, --help, --version. Sourced.
 # Another python3 ahead of /usr/bin (pyenv, conda) breaks catkin and every ROS script: the path is fixed first.
+CALLER_PATH=${PATH:-}
 export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
 set -u
 CALLER=$(pwd -P)  # paths that the user gives are relative to it
-PROGRAM=$(cd "$(dirname "$0")" && pwd -P)/$(basename "$0")
+PROGRAM=$(readlink -f "$0")
 cd "$(dirname "$PROGRAM")/../.." || exit 1
 ROOT=$(pwd -P)
 BUILD=$ROOT/build
 LOGS=$BUILD/log
 FIGURES=$BUILD/figures
-for part in progress packages build figures names wasm; do
+SETUP_BUILDS=''  # targets that a verb builds after its set-up, which says what both cost
+for part in progress packages first_cost build figures names options wasm; do
   # shellcheck disable=SC1090 # parts of this folder
   . "$ROOT/launch/verbs/parts/$part.sh"
 done
-for word; do
-  case $word in
+for part; do
+  case $part in
     -h | --help)
       echo 'usage: ./run'
       sed -n 's/^#: \{0,1\}/  /p' "$PROGRAM"

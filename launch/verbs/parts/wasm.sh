@@ -7,6 +7,16 @@ build_wasm() {  # below build/wasm: touch.js, touch.wasm
     -DCMAKE_TOOLCHAIN_FILE=/usr/share/emscripten/cmake/Modules/Platform/Emscripten.cmake
 }
 
+# Why the packages of npm cannot be had; nothing where they are there or were fetched.
+npm_reason() {
+  (cd penalty_sim/session && python3 -B -c '
+import npm_modules
+try:
+    npm_modules.modules()
+except npm_modules.Unavailable as reason:
+    print(reason)')
+}
+
 # Needs sections run, npm and wasm, and the stack's pack_scenes. Scenes whose robots are not installed are left out, with a line each.
 touch_page() {  # OUT.html [LINK_BACK]
   build_wasm

@@ -1,0 +1,238 @@
+#!/usr/bin/python3
+"""The first call of each verb on a machine on which nothing is installed: by whom, with what was there, and from where."""
+import os
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+from bare_machine import ROOT, BareMachine, checkout_of_scripts, on_a_terminal
+from run_verb import PROGRESS, descendants
+
+USER = 65534  # nobody
+LIMIT = 240  # [s] for a call on a busy machine; they take 3 to 10
+
+
+def environment(machine, **more):
+    kept = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "ROS_MASTER_URI", "ROS_LOG_DIR")}
+    return {**kept, **machine.environment, **more}
+
+
+class Bare(unittest.TestCase):
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        self.folder = holder.name
+        os.chmod(self.folder, 0o755)
+
+    def machine(self, **options):
+        place = tempfile.mkdtemp(dir=self.folder)
+        return BareMachine(place, **options)
+
+    def untouched(self, machine):
+        self.assertFalse(os.path.exists(machine.reached), "the real apt-get was called")
+
+
+class InABuiltCheckout(Bare):
+    """What a verb does after its set-up: the values of its options must be those of the call."""
+
+    def call(self, *words, machine=None, says=(), run=None, **more):
+        machine = machine or self.machine()
+        done = subprocess.run([run or os.path.join(ROOT, "run"), *words], env=environment(machine, **more), cwd=self.folder,
+                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=LIMIT, check=False)
+        self.assertEqual(done.returncode, 0, f"{words}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}")
+        self.untouched(machine)
+        for word in says:
+            self.assertIn(word, done.stdout + done.stderr)
+        return machine
+
+    def installs_once(self, *words, **more):
+        machine = self.call(*words, **more)
+        self.assertEqual(len(machine.installs()), 1, machine.text("calls"))
+        return machine
+
+    def test_demo_keeps_its_options(self):
+        self.installs_once("demo", "--seconds", "1", "--missing-meshes", "box", says=["figure demo.ticks 1000 ", "setup: installs 65 Debian"])
+
+    def test_recording_and_all_that_reads_it(self):
+        bag = os.path.join(self.folder, "first.bag")
+        self.installs_once("demo", "--seconds", "1", "--rate", "500", "--missing-meshes", "skip", "--record", bag,
+                           says=["figure demo.ticks 500 ", f"demo: recorded {bag}"])
+        self.installs_once("replay", bag, says=["figure replay.mismatches 0 "])
+        self.installs_once("export", bag, "--npz")
+        self.assertTrue(os.path.exists(os.path.join(self.folder, "first.npz")))
+
+    def test_checks(self):
+        self.installs_once("check", "touch_cube", "--rate", "2000", says=["figure check.collisions_lost 0 "])
+        self.installs_once("check", "spidar_g6x3r", says=["figure check.strings 8 "])
+
+    def test_what_is_asked_of_the_machine(self):
+        self.installs_once("latency", "--device", "spidar_g6x3r", "--transport", "twin", "--seconds", "0.1", says=["figure latency.max_rate_hz"])
+        self.call("--version", says=["haptics "])
+
+    def test_through_a_symlink_from_a_folder_of_any_name(self):
+        place = os.path.join(self.folder, "ein Ordner ä")
+        os.makedirs(place)
+        link = os.path.join(place, "haptik")
+        os.symlink(os.path.join(ROOT, "run"), link)
+        self.installs_once("check", "touch_cube", run=link)
+
+    def test_packages_that_were_removed_come_back(self):
+        machine = self.machine(installed=True, removed="libqhull-dev")
+        self.call("check", "touch_cube", machine=machine)
+        self.assertEqual(len(machine.installs()), 1)
+        self.assertTrue(machine.installs()[0].endswith(" libqhull-dev"), machine.installs())
+
+    def test_a_home_that_cannot_be_written(self):
+        self.installs_once("check", "touch_cube", HOME="/proc/nowhere")
+
+    def test_what_is_there_is_not_installed_again(self):
+        machine = self.machine(installed=True)
+        self.call("check", "touch_cube", machine=machine)
+        self.assertEqual(machine.text("calls"), "")
+
+
+class WhereNothingIsBuilt(Bare):
+    """Set-up alone, in a checkout without a build: each call is ended when it begins to compile."""
+
+    def first(self, *words, machine=None, place=None, until="build/log/", **more):
+        """Runs until a log of the build is there; returns the machine and all that was said."""
+        machine = machine or self.machine()
+        place = place or checkout_of_scripts(tempfile.mkdtemp(dir=self.folder))
+        mark = f"HAPTIC_TEST_CALL=first-{os.getpid()}-{time.monotonic_ns()}"
+        given = environment(machine, HAPTIC_TEST_CALL=mark.split("=")[1], **more)
+        with subprocess.Popen([os.path.join(place, "run"), *words], env=given, cwd=self.folder, stdin=subprocess.DEVNULL,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+            deadline = time.monotonic() + LIMIT
+            logs = os.path.join(place, "build", "log")
+            while process.poll() is None and time.monotonic() < deadline:
+                begun = set(os.listdir(logs)) - {"setup.log", "packages.log"} if os.path.isdir(logs) else set()
+                if begun:
+                    process.send_signal(signal.SIGINT)
+                    break
+                time.sleep(0.05)
+            said, _ = process.communicate(timeout=LIMIT)
+        self.untouched(machine)
+        self.assertEqual(descendants(mark), [], f"{words} leaves processes")
+        return machine, process.returncode, said
+
+    def test_each_verb_installs_what_it_needs_and_goes_on(self):
+        """Verbs that compile for long or need what compiles: up to there."""
+        place = checkout_of_scripts(self.folder)
+        for words, package in ((["build"], "pybind11-dev"), (["test"], "libgtest-dev"), (["bench", "contact"], "libbenchmark-dev"),
+                               (["bench", "fuzz"], "clang"), (["report", "--quick"], "python3-distributed"),
+                               (["package"], "fakeroot"), (["experiment", "friction", "--power"], "python3-scipy")):
+            with self.subTest(words[0]):
+                subprocess.run(["rm", "-rf", os.path.join(place, "build")], check=True)
+                machine, code, said = self.first(*words, place=place)
+                self.assertEqual(code, 130, said)
+                self.assertEqual(len(machine.installs()), 1, said)
+                self.assertIn(f" {package}", machine.installs()[0])
+
+    def test_a_disk_that_is_too_small(self):
+        machine, code, said = self.first("build", HAPTIC_TEST_MB="99999999")
+        self.assertEqual(code, 1, said)
+        self.assertIn("too small", said)
+        self.assertEqual(machine.installs(), [])
+
+    @unittest.skipUnless(os.getuid() == 0, "needs root to be somebody else")
+    def test_a_user_without_sudo_is_told_the_command(self):
+        place = checkout_of_scripts(self.folder, USER)
+        for sudo in (None, "asks"):
+            machine = self.machine(sudo=sudo)
+            done = subprocess.run(["setpriv", f"--reuid={USER}", f"--regid={USER}", "--clear-groups", os.path.join(place, "run"), "build"],
+                                  env=environment(machine), stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=LIMIT, check=False)
+            lines = [line for line in done.stderr.splitlines() if not PROGRESS.match(line)]
+            self.assertEqual((done.returncode, len(lines)), (1, 1), done.stderr)
+            self.assertIn("apt-get install -y --no-install-recommends", lines[0])
+            self.untouched(machine)
+
+    @unittest.skipUnless(os.getuid() == 0, "needs root to be somebody else")
+    def test_sudo_asks_for_its_password_on_a_terminal(self):
+        place = checkout_of_scripts(self.folder, USER)
+        for answer, code in (("wrong", 1), ("secret", 0)):
+            machine = self.machine(sudo="asks")
+            subprocess.run(["chown", "-R", str(USER), machine.folder], check=True)
+            ended, said = on_a_terminal([os.path.join(place, "run"), "setup", "tools"], [("password: ", answer)], limit=LIMIT, user=USER,
+                                        env=environment(machine))
+            if code == 0 and "unshare" in said:
+                self.skipTest("this machine gives users no name spaces")
+            self.assertEqual(ended, code, said)
+            self.assertEqual(len(machine.installs()), 1 - code, said)
+            self.untouched(machine)
+
+    @unittest.skipUnless(os.getuid() == 0, "needs root to be somebody else")
+    def test_a_build_folder_of_roots_is_said(self):
+        place = checkout_of_scripts(self.folder, USER)
+        os.makedirs(os.path.join(place, "build", "log"))
+        done = subprocess.run(["setpriv", f"--reuid={USER}", f"--regid={USER}", "--clear-groups", os.path.join(place, "run"), "build"],
+                              env=environment(self.machine()), stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=LIMIT, check=False)
+        self.assertEqual((done.returncode, len(done.stderr.splitlines())), (1, 1), done.stderr)
+        self.assertIn("sudo chown -R", done.stderr)
+
+    def test_root_gives_the_build_folder_to_the_caller_of_sudo(self):
+        place = checkout_of_scripts(self.folder)
+        subprocess.run([os.path.join(place, "run"), "setup", "tools"], env=environment(self.machine(), SUDO_UID=str(USER), SUDO_GID=str(USER)),
+                       stdin=subprocess.DEVNULL, capture_output=True, timeout=LIMIT, check=True)
+        self.assertEqual(os.stat(os.path.join(place, "build", "log")).st_uid, USER)
+
+
+class Interrupted(Bare):
+    def test_apt_is_told_alone_and_waited_for(self):
+        """A second process of apt's group stands for dpkg: it must end by itself."""
+        place = checkout_of_scripts(self.folder)
+        machine = self.machine()
+        ended = os.path.join(self.folder, "ended")
+        with open(os.path.join(machine.folder, "apt-get"), "a", encoding="utf-8") as out:
+            out.write(f"""case " $* " in *' --assume-no '*) ;; *' install '*)
+  trap 'echo interrupted >>"$here/calls"' INT
+  sh -c 'trap "exit 1" INT TERM; i=0; while [ $i -lt 30 ]; do sleep 0.1; i=$((i + 1)); done; echo dpkg >"{ended}"'
+esac
+""")
+        for word in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            for path in (ended, os.path.join(machine.folder, "installed"), os.path.join(machine.folder, "calls")):
+                if os.path.exists(path):
+                    os.remove(path)
+            with subprocess.Popen([os.path.join(place, "run"), "setup", "tools"], env=environment(machine), stdin=subprocess.DEVNULL,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+                deadline = time.monotonic() + LIMIT
+                while not machine.installs() and time.monotonic() < deadline:
+                    time.sleep(0.05)
+                time.sleep(0.5)
+                process.send_signal(word)
+                said, _ = process.communicate(timeout=LIMIT)
+            self.assertGreater(process.returncode, 128, said)
+            self.assertIn("lets dpkg finish its step", said)
+            self.assertTrue(os.path.exists(ended), "dpkg was stopped in the middle of its step")
+            self.assertIn("interrupted", machine.text("calls"))
+
+
+class Configuration(unittest.TestCase):
+    def test_packages_that_came_by_another_way_are_found(self):
+        """The folder is configured again when a package of packages.apt has come, gone or changed, and not otherwise."""
+        script = """ROOT=$1 BUILD=$2/build CALLER=$1 LOGS=$2/log CALLER_PATH=$2/bin:$PATH; PATH=$CALLER_PATH; cd "$ROOT"
+            for part in progress packages first_cost build; do . "$ROOT/launch/verbs/parts/$part.sh"; done
+            configure_and_build build "$ROOT" "$BUILD" all"""
+        with tempfile.TemporaryDirectory() as folder:
+            os.makedirs(os.path.join(folder, "bin"))
+            listed = os.path.join(folder, "listed")
+            for name, text in (("dpkg-query", f"cat '{listed}'"), ("ninja", "exit 0"),
+                               ("cmake", f"echo x >>'{folder}/configured'; mkdir -p '{folder}/build'; touch '{folder}/build/build.ninja'")):
+                path = os.path.join(folder, "bin", name)
+                with open(path, "w", encoding="utf-8") as out:
+                    out.write("#!/bin/sh\n" + text + "\n")
+                os.chmod(path, 0o755)
+            times = []
+            for packages in ("g++ 1", "g++ 1", "g++ 1\nqtbase5-dev 5\nqt6-base-dev 6", "g++ 1\nqtbase5-dev 5\nqt6-base-dev 6", "g++ 2",
+                             "g++ 2\nunrelated 1"):
+                with open(listed, "w", encoding="utf-8") as out:
+                    out.write("".join(f"installed {each} \n" for each in packages.splitlines()))
+                subprocess.run(["sh", "-uc", script, "sh", ROOT, folder], capture_output=True, text=True, check=True, timeout=60)
+                with open(os.path.join(folder, "configured"), encoding="utf-8") as file:
+                    times.append(len(file.readlines()))
+            self.assertEqual(times, [1, 1, 2, 2, 3, 3])
+
+
+if __name__ == "__main__":
+    unittest.main()
