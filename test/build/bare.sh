@@ -1,5 +1,6 @@
-# A bare Debian in a folder, to try this project where nothing is installed yet. Sourced by scripts that define `say`; needs root and
-# the package debootstrap.
+# shellcheck shell=sh
+# A bare Debian in a folder: debootstrap's smallest, with git and ca-certificates, to try this project where nothing is installed yet.
+# Sourced by scripts that define `say`; needs root and the package debootstrap.
 #
 # The script runs in name spaces of its own: its mounts are not seen outside, and the kernel ends its processes and takes its mounts
 # away with it, whatever ends it.
@@ -30,7 +31,7 @@ make_bare() {  # FOLDER RELEASE LOG
   say "a bare $2 in $1, from $mirror"
   rm -rf "$1.part"
   mkdir -p "$(dirname "$1")" "$(dirname "$3")"
-  debootstrap --variant=minbase "$2" "$1.part" "$mirror" >"$3" 2>&1 || { tail -n 20 "$3" >&2; say "debootstrap failed; see $3"; exit 1; }
+  debootstrap --variant=minbase --include=git,ca-certificates "$2" "$1.part" "$mirror" >"$3" 2>&1 || { tail -n 20 "$3" >&2; say "debootstrap failed; see $3"; exit 1; }
   {
     echo "deb $mirror $2 main"
     echo "deb $mirror $2-updates main"
@@ -43,9 +44,16 @@ make_bare() {  # FOLDER RELEASE LOG
   mv "$1.part" "$1"
 }
 
-# What programs find on every machine. The folder itself is mounted as well: `ip netns` changes how the root is shared.
-mount_bare() {  # FOLDER
-  mount --bind "$1" "$1"
+# A system of its own over a bare one, which stays as it is: FOLDER/root, with what it writes in FOLDER/written.
+mount_over() {  # BARE FOLDER
+  mkdir -p "$2/written" "$2/work" "$2/root"
+  mount -t overlay overlay -o "lowerdir=$1,upperdir=$2/written,workdir=$2/work" "$2/root" ||
+    { say 'this machine has no overlay file system; skipped'; exit 77; }
+  mount_kernel "$2/root"
+}
+
+# What programs find on every machine.
+mount_kernel() {  # FOLDER
   mount -t proc proc "$1/proc"
   mount -t sysfs -o ro sysfs "$1/sys"
   mount -t devpts -o newinstance,ptmxmode=0666 devpts "$1/dev/pts"

@@ -13,7 +13,7 @@ shift
 unset CCACHE_BASEDIR CCACHE_NOHASHDIR CMAKE_C_COMPILER_LAUNCHER CMAKE_CXX_COMPILER_LAUNCHER
 
 fresh() {  # NAME: a checkout of the commit, and its own empty cache; the shell stands in it
-  rm -rf "$work/$1" "$work/$1.ccache"
+  rm -rf "${work:?}/$1" "$work/$1.ccache"
   git -c safe.directory='*' clone -q "$root" "$work/$1"
   export CCACHE_DIR="$work/$1.ccache"
   cd "$work/$1"

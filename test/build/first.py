@@ -1,0 +1,333 @@
+#!/usr/bin/python3
+"""A user's first calls, on systems on which nothing was installed or called before (test/build/bare_call.sh).
+
+    test/build/first.py ci            what .ci/run calls: the README's commands on one release, or on both where packages.apt, run, a verb or
+                                      a CMakeLists.txt has changed within a day. Ends with `bare system: PASSED`, `FAILED` or `NOT RUN`
+    test/build/first.py [GROUP...]    figures first.*, of all groups or of: readme verbs tutorials wrong interrupted deb
+"""
+import os
+import random
+import re
+import resource
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+BARE_CALL = os.path.join(ROOT, 'test', 'build', 'bare_call.sh')
+SYSTEMS = os.path.join(ROOT, 'build', 'debian', 'systems')
+RELEASES = ('bookworm', 'trixie')
+CANNOT = 77
+SHIPS = re.compile(r'^(packages\.apt|run|launch/verbs/.*|(.*/)?CMakeLists\.txt)$')  # changes that are tried on both releases
+NETWORK, ALONE = 'network', 'alone'
+
+
+class NotHere(Exception):
+    """This machine cannot make a bare system."""
+
+
+class System:
+    """A bare system that keeps what its calls write, until it is removed."""
+
+    def __init__(self, release, name, **environment):
+        self.release, self.name, self.environment = release, f'{name}-{release}', environment
+        self.remove()
+
+    @property
+    def written(self):
+        return os.path.join(SYSTEMS, self.name, 'written')
+
+    def remove(self):
+        shutil.rmtree(os.path.join(SYSTEMS, self.name), ignore_errors=True)
+
+    def start(self, command, reach=NETWORK, log=subprocess.PIPE):
+        return subprocess.Popen([BARE_CALL, self.release, self.name, reach, 'sh', '-c', command], stdin=subprocess.DEVNULL,
+                                stdout=log, stderr=subprocess.STDOUT, text=True, env={**os.environ, **self.environment})
+
+    def call(self, command, reach=NETWORK):
+        """Exit code, output, wall seconds, CPU seconds of all processes."""
+        before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+        process = self.start(command, reach)
+        said, _ = process.communicate()
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        if process.returncode == CANNOT:
+            raise NotHere(said.strip().splitlines()[-1] if said.strip() else 'no reason given')
+        cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        return process.returncode, said, time.monotonic() - began, cpu
+
+    def megabytes(self):
+        """What the calls have written, by the blocks of the disk, without the clone of the sources."""
+        listed = subprocess.run(['du', '-s', '-B1', self.written], capture_output=True, text=True, check=True).stdout
+        clone = subprocess.run(['du', '-s', '-B1', '--exclude=build', os.path.join(self.written, 'haptics')], capture_output=True, text=True,
+                               check=True).stdout
+        return (int(listed.split()[0]) - int(clone.split()[0])) / 1e6
+
+
+def figure(name, value, unit='1'):
+    print(f'figure {name} {value:.6g} {unit}', flush=True)
+
+
+def tell(line):
+    print(line, flush=True)
+
+
+def failed(what, said, code):
+    tell(f'FAILED with exit code {code}: {what}\n' + '\n'.join(f'    {line}' for line in said.splitlines()[-15:]))
+
+
+# What the README says first, and what follows from it without a network.
+def readme_calls():
+    return (('./run demo --seconds 2', NETWORK), ("./run test '^core_base$'", NETWORK), ('./run demo --seconds 2 --record first.bag', NETWORK),
+            ('./run replay first.bag', ALONE), ('./run demo --seconds 2 --record second.mcap', ALONE), ('./run check touch_cube', ALONE))
+
+
+def releases_of_commit():
+    """One by the parity of the commit's hash; both where what ships has changed within a day before it."""
+    def git(*words):
+        return subprocess.run(['git', '-c', 'safe.directory=*', '-C', ROOT, *words], capture_output=True, text=True, check=True).stdout
+    day = int(git('log', '-1', '--format=%ct').strip()) - 86400
+    changed = set(git('log', f'--since=@{day}', '--name-only', '--format=').split('\n'))
+    if any(SHIPS.match(name) for name in changed):
+        return RELEASES
+    return (RELEASES[int(git('rev-parse', 'HEAD').strip()[-1], 16) % 2],)
+
+
+def ci():
+    try:
+        wrong = 0
+        for release in releases_of_commit():
+            system = System(release, 'ci')
+            for command, reach in readme_calls():
+                code, said, wall, _ = system.call(command, reach)
+                tell(f'{release}: {command}: exit code {code} after {wall:.0f} s')
+                if code:
+                    wrong += 1
+                    failed(command, said, code)
+                    break
+            system.remove()
+    except NotHere as reason:
+        tell(f'bare system: NOT RUN ({reason})')
+        return 0
+    tell(f'bare system: {"FAILED" if wrong else "PASSED"} ({", ".join(releases_of_commit())})')
+    return 1 if wrong else 0
+
+
+ESTIMATE = re.compile(r'setup: installs (\d+) Debian packages: (\d+) MB to fetch, with the build about (\d+) MB to write \(\d+ MB are free\) '
+                      r'in about (\d+) (s|min)')
+
+
+def fetched(system):
+    """Megabytes that apt fetched, by its own words."""
+    total = 0
+    for name in ('packages.log', 'setup.log'):
+        path = os.path.join(system.written, 'haptics', 'build', 'log', name)
+        if os.path.exists(path):
+            with open(path, encoding='utf-8', errors='replace') as file:
+                for number, unit in re.findall(r'^Fetched ([\d.,]+) (k?M?G?B) in', file.read(), re.M):
+                    total += float(number.replace(',', '')) * {'B': 1e-6, 'kB': 1e-3, 'MB': 1, 'GB': 1e3}[unit]
+    return total
+
+
+def large_packages(system):
+    """Packages above 5 MB that came, largest first, each with those that depend on it."""
+    def installed(path):
+        with open(path, encoding='utf-8') as file:
+            for paragraph in file.read().split('\n\n'):
+                fields = dict(re.findall(r'^([A-Za-z-]+): (.*)$', paragraph, re.M))
+                if fields.get('Status', '').endswith(' installed'):
+                    yield fields['Package'], fields
+    status = os.path.join('var', 'lib', 'dpkg', 'status')
+    before = dict(installed(os.path.join(ROOT, 'build', 'debian', system.release, status)))
+    here = dict(installed(os.path.join(system.written, status)))
+    for name, fields in sorted(here.items(), key=lambda item: -int(item[1].get('Installed-Size', 0))):
+        if name not in before and int(fields.get('Installed-Size', 0)) > 5000:
+            users = [user for user, other in here.items() if re.search(rf'(^|[ ,|]){re.escape(name)}([ ,:|]|$)', other.get('Depends', ''))]
+            yield int(fields['Installed-Size']) / 1000, name, users
+    tell(f'    {len(set(here) - set(before))} packages, {sum(int(here[n].get("Installed-Size", 0)) for n in set(here) - set(before)) / 1000:.0f} MB')
+
+
+def readme(totals):
+    """Each of the README's two commands begins on a system of its own."""
+    for release in RELEASES:
+        system = System(release, 'demo')
+        code, said, wall, cpu = system.call('./run demo --seconds 2')
+        totals['commands'] += 1
+        if code:
+            totals['failed'] += 1
+            failed(f'{release}: ./run demo --seconds 2', said, code)
+        else:
+            wrote, got = system.megabytes(), fetched(system)
+            count, _, size, time_said, unit = ESTIMATE.search(said).groups()
+            seconds = float(time_said) * (60 if unit == 'min' else 1)
+            off = max(abs(seconds - wall) / wall, abs(float(size) - wrote) / wrote) * 100
+            for name, value, unit in (('demo_s', wall, 's'), ('demo_cpu_s', cpu, 's'), ('packages', float(count), '1'), ('fetched_mb', got, 'MB'),
+                                      ('written_mb', wrote, 'MB'), ('estimate_off_pct', off, '%')):
+                totals.setdefault(name, {})[release] = value
+                figure(f'first.{name}_{release}', value, unit)
+            tell(f'    said {count} packages, {size} MB, {seconds:.0f} s; it wrote {wrote:.0f} MB and took {wall:.0f} s. Above 5 MB:')
+            for megabytes, name, users in large_packages(system):
+                tell(f'    {megabytes:6.1f} MB {name} <- {" ".join(users[:4])}')
+        for command, reach in readme_calls()[2:]:
+            run(totals, system, command, reach)
+        system.remove()
+        system = System(release, 'test')
+        run(totals, system, "./run test '^core_base$'")
+        system.remove()
+    for name, unit in (('demo_s', 's'), ('demo_cpu_s', 's'), ('packages', '1'), ('fetched_mb', 'MB'), ('written_mb', 'MB'), ('estimate_off_pct', '%')):
+        figure(f'first.{name}', max(totals.get(name, {'none': float('nan')}).values()), unit)
+
+
+def run(totals, system, command, reach=NETWORK, wanted=0):
+    code, said, wall, _ = system.call(command, reach)
+    totals['commands'] += 1
+    tell(f'{system.release}: {command}: exit code {code} after {wall:.0f} s')
+    if code != wanted:
+        totals['failed'] += 1
+        failed(f'{system.release}: {command}', said, code)
+    return said
+
+
+# One call of each verb of the README's table, with the arguments of its first example; hardware excepted.
+VERBS = ('./run check touch_cube', './run check spidar_g6x3r', './run check friction', './run demo --emulate --device uart --seconds 2',
+         'apt-get install -y --no-install-recommends xvfb xauth >/dev/null; xvfb-run ./run demo --rviz --seconds 3',
+         './run demo --seconds 2 --record a.bag', './run latency --device spidar_g6x3r --transport twin --seconds 1', './run replay a.bag',
+         './run report a.bag', './run export a.bag --mcap', './run experiment friction --power', './run version', './run bench python',
+         './run build', './run package', './run docs', './run report rest --quick')
+
+
+def verbs(totals):
+    for release in RELEASES:
+        system = System(release, 'verbs')
+        for command in VERBS:
+            run(totals, system, command)
+        for name in sorted(name[:-3] for name in os.listdir(os.path.join(ROOT, 'launch', 'verbs')) if name.endswith('.sh')):
+            run(totals, system, f'./run {name} --help', ALONE)
+        system.remove()
+
+
+BLOCK = re.compile(r'^```(?P<language>\w+)(?: file=(?P<file>\S+))?\n(?P<text>.*?)^```$', re.MULTILINE | re.DOTALL)
+
+
+def tutorials(totals):
+    """In the order of their numbers, on a machine that has built nothing."""
+    folder = os.path.join(ROOT, 'launch', 'doc', 'tutorials')
+    for release in RELEASES:
+        system = System(release, 'tutorials')
+        for page in sorted(name for name in os.listdir(folder) if re.match(r'\d_', name)):
+            with open(os.path.join(folder, page), encoding='utf-8') as file:
+                for block in BLOCK.finditer(file.read()):
+                    if block['file']:
+                        system.call(f"cat >'{block['file']}' <<'end-of-the-block'\n{block['text']}end-of-the-block\n", ALONE)
+                    elif block['language'] == 'sh':
+                        run(totals, system, block['text'])
+        system.remove()
+
+
+WRONG = ('demo --scene nosuch', 'demo --scene no/such.urdf', 'demo --rate fast', 'demo --seconds -1', 'demo --port /dev/nosuch', 'demo --record /no/such/x.bag',
+         'demo --missing-meshes some', 'demo --nosuch', 'check nosuch', 'check touch_cube --rate x', 'check touch_cube --device nosuch', 'replay nosuch.bag',
+         'replay README.md', 'report nosuch.bag', 'report nosuch', 'report rest --scheduler nowhere', 'export nosuch.bag', 'export README.md',
+         'experiment nosuch --subject a', 'experiment friction --subject a/b', 'experiment friction', 'analyse /tmp', 'latency --device nosuch',
+         'latency --device spidar_g6x3r --seconds x', 'bench nosuch', 'bench --before /no/such house', 'test (', 'test --sanitize nosuch', 'test a b',
+         'setup nosuch', 'docs nosuch', 'package nosuch', 'build nosuch', 'stop a b', 'nosuch')
+
+
+def wrong(totals):
+    worst = 0
+    for release in RELEASES:
+        system = System(release, 'wrong')
+        for words in WRONG:
+            call = ' '.join(map(shlex.quote, ['./run'] + words.split(' ')))
+            _, said, _, _ = system.call(f'began=$(date +%s%N); {call}; code=$?; echo "took $(($(date +%s%N) - began)) $code"', ALONE)
+            took, code = re.search(r'^took (\d+) (\d+)$', said, re.M).groups()
+            lines = [line for line in said.splitlines() if line.startswith('run: ')]
+            totals['commands'] += 1
+            if code == '0' or len(lines) != 1:
+                totals['failed'] += 1
+                failed(f'{release}: ./run {words}', said, code)
+            worst = max(worst, float(took) * 1e-9)
+        system.remove()
+    figure('first.wrong_call_s_max', worst, 's')
+
+
+def ends_of(release, name):
+    """Seconds of a first demo: what an interruption may hit. Its objects fill the cache that all calls of this group share."""
+    system = System(release, name)
+    code, said, wall, _ = system.call('./run demo --seconds 2')
+    if code:
+        failed(f'{release}: ./run demo --seconds 2', said, code)
+    return system, code, wall
+
+
+def interrupted(totals, count=30):
+    """Calls that are ended at instants uniform over the first demo; the same call must end well then, with no other command. They share
+    the compiler's cache (HAPTIC_BARE_CACHE), or an hour of compiling would be spent on each dozen; set-up and unpacking are whole."""
+    order, recovered, tried = random.Random(60), 0, 0
+    for release in RELEASES:
+        os.environ['HAPTIC_BARE_CACHE'] = os.path.join(ROOT, 'build', 'debian', f'ccache-{release}')
+        os.makedirs(os.environ['HAPTIC_BARE_CACHE'], exist_ok=True)
+        system, _, _ = ends_of(release, 'interrupted')
+        system.remove()
+        system, code, wall = ends_of(release, 'interrupted')  # with the cache filled
+        for index in range(count // len(RELEASES)):
+            system.remove()
+            word = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)[index % 3]
+            after = order.uniform(0, wall)
+            process = system.start(f'env --default-signal=INT,QUIT ./run demo --seconds 2 & call=$!; (sleep {after:.2f}; kill -{word.value} $call) & wait $call; sleep 1')
+            said, _ = process.communicate()
+            code, again, _, _ = system.call('./run demo --seconds 2')
+            tried += 1
+            recovered += code == 0
+            tell(f'{release}: {word.name} after {after:.1f} of {wall:.0f} s: the next call ended with {code}')
+            if code:
+                failed(f'{release}: ./run demo --seconds 2 after {word.name} at {after:.1f} s', said + again, code)
+        system.remove()
+        del os.environ['HAPTIC_BARE_CACHE']
+    figure('first.interrupted_tried', tried)
+    figure('first.interrupted_recovers', recovered)
+
+
+def deb(totals):
+    """From packages alone: made on one bare system, installed on another that has neither compiler nor checkout."""
+    right = 1
+    for release in RELEASES:
+        maker = System(release, 'deb')
+        run(totals, maker, './run package')
+        done = subprocess.run([os.path.join(ROOT, 'test', 'package', 'install.sh'), '--release', release, '--packages',
+                               os.path.join(maker.written, 'haptics', 'build', 'packages')], capture_output=True, text=True, check=False)
+        tell(f'{release}: packages installed and run: exit code {done.returncode}')
+        if done.returncode:
+            right = 0
+            failed(f'{release}: install.sh', done.stdout + done.stderr, done.returncode)
+        maker.remove()
+    figure('first.deb_demo', right)
+
+
+GROUPS = {'readme': readme, 'verbs': verbs, 'tutorials': tutorials, 'wrong': wrong, 'interrupted': interrupted, 'deb': deb}
+
+
+def main(words):
+    if words == ['ci']:
+        return ci()
+    unknown = [word for word in words if word not in GROUPS]
+    if unknown:
+        print(f"first.py: unknown group '{unknown[0]}'; there are: {' '.join(GROUPS)}", file=sys.stderr)
+        return 2
+    totals = {'commands': 0, 'failed': 0}
+    try:
+        for name in words or GROUPS:
+            began = time.monotonic()
+            GROUPS[name](totals)
+            tell(f'{name}: {time.monotonic() - began:.0f} s')
+    except NotHere as reason:
+        tell(f'bare system: NOT RUN ({reason})')
+        return 1
+    figure('first.commands', totals['commands'])
+    figure('first.commands_failed', totals['failed'])
+    return 1 if totals['failed'] else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))
