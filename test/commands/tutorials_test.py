@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Each block of each tutorial, run as it stands: files are written, shell blocks must end with exit code 0."""
+"""Each block of each tutorial, run as it stands on a machine on which nothing is installed yet: files are written, shell blocks must
+end with exit code 0."""
 import glob
 import os
 import re
@@ -8,6 +9,7 @@ import subprocess
 import tempfile
 import unittest
 
+from bare_machine import BareMachine
 from run_verb import ROOT, descendants
 
 PAGES = sorted(glob.glob(os.path.join(ROOT, "launch", "doc", "tutorials", "[0-9]_*.md")))
@@ -30,7 +32,9 @@ class Tutorials(unittest.TestCase):
         environment = dict(os.environ, HAPTIC_TEST_CALL=marker.split("=")[1], ROS_IP="127.0.0.1",
                            ROS_MASTER_URI=f"http://127.0.0.1:{free_port()}")
         environment.pop("DISPLAY", None)
-        with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as holder:
+            machine = BareMachine(holder)
+            environment.update(machine.environment)
             # The reader stands in the repository; here its folder is left clean.
             with open(os.path.join(folder, "run"), "w", encoding="utf-8") as run:
                 run.write(f'#!/bin/sh\nexec "{ROOT}/run" "$@"\n')
@@ -45,6 +49,8 @@ class Tutorials(unittest.TestCase):
                                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
                     self.assertEqual(done.returncode, 0, f"{page}:\n{block['text']}\n{done.stdout[-3000:]}")
                     self.check_said(block["text"], done.stdout)
+            self.assertEqual(len(machine.installs()), 1, f"{page}: set-up was not what a first reader meets")
+            self.assertFalse(os.path.exists(machine.reached), "the real apt-get was called")
         self.assertEqual(descendants(marker), [], f"{page} leaves processes")
 
     def check_said(self, block, output):

@@ -106,13 +106,36 @@ class Verbs(unittest.TestCase):
         errors.sort()
         self.assertLess(errors[len(errors) * 19 // 20 - 1], 1 / 3, errors)
 
+    def test_no_time_is_promised_before_a_tenth_is_done(self):
+        with tempfile.TemporaryDirectory() as folder:
+            plan, log = (os.path.join(folder, name) for name in ("build.plan", "build.log"))
+            with open(plan, "w", encoding="utf-8") as file:
+                file.writelines(f"a/CMakeFiles/x.dir/{i}.cpp.o\n" for i in range(100))
+            for done, says in ((5, False), (40, True)):
+                with open(log, "w", encoding="utf-8") as file:
+                    file.writelines(f"[{i + 1}/100] Building CXX object a/CMakeFiles/x.dir/{i}.cpp.o\n" for i in range(done))
+                self.assertEqual(self.progress('seconds_left "$@"', plan, log, "100").stdout != "", says)
+
+    def test_a_compiler_that_runs_counts(self):
+        """Two cores, one object of two done after 100 s of both: the time left falls as the other is compiled, and does not climb."""
+        with tempfile.TemporaryDirectory() as folder:
+            plan, log = (os.path.join(folder, name) for name in ("build.plan", "build.log"))
+            with open(plan, "w", encoding="utf-8") as file:
+                file.writelines(f"a/CMakeFiles/x.dir/{i}.cpp.o\n" for i in range(2))
+            with open(log, "w", encoding="utf-8") as file:
+                file.write("[1/2] Building CXX object a/CMakeFiles/x.dir/0.cpp.o\n")
+            left = [int(self.progress('seconds_left "$@"', plan, log, str(now), str((now - 50) * os.cpu_count())).stdout or 0)
+                    for now in (60, 70, 80, 90)]
+            self.assertEqual(left, sorted(left, reverse=True))
+            self.assertGreater(left[0], left[-1])
+
     def test_progress_names_the_source_that_is_waited_for(self):
         with tempfile.TemporaryDirectory() as folder:
             compiler = shutil.copy("/bin/sh", os.path.join(folder, "cc1plus"))
             unity = "src/CMakeFiles/haptic_core.dir/Unity/unity_world_cxx.cxx"
             with subprocess.Popen([compiler, "-c", "read wait; exit", unity], stdin=subprocess.PIPE, start_new_session=True) as first, \
                     subprocess.Popen([compiler, "-c", "read wait; exit", "x/late.cpp"], stdin=subprocess.PIPE) as other:
-                self.assertEqual(self.progress('compiled_longest "$1"', str(first.pid)).stdout, "haptic_core/unity_world\n")
+                self.assertEqual(self.progress('compiling "$1"', str(first.pid)).stdout, "0 haptic_core/unity_world\n")
                 first.stdin.close()
                 other.stdin.close()
 

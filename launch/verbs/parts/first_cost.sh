@@ -15,7 +15,7 @@ build_cost() {  # TARGETS
   awk -v targets=" $1 " '
     !/^#/ && $2 !~ /_v3\// { demo += $1; if ($2 ~ /^haptic_core\//) core += $1 }
     END {
-      seconds = demo; megabytes = 110
+      seconds = demo; megabytes = 50
       if (targets ~ / all /) { seconds += core + 160; megabytes += 130 }
       if (targets ~ / tests /) { seconds += 900; megabytes += 500 }
       if (targets ~ /^ *$/) seconds = megabytes = 0
@@ -40,7 +40,7 @@ first_cost() {  # APT PACKAGE...
     END {
       split(build, b, " "); split(fetched, f, " "); rate = megabytes(f[1], f[2])
       if (rate < 0.5) rate = 0.5
-      written = 1.15 * unpacked + 0.03 * unpacked + b[2]
+      written = 1.15 * unpacked + b[2]
       seconds = fetch / rate / 2 + slow * (0.08 * count + 0.02 * unpacked) + slow * b[1] / cores
       printf "%d %.0f %.0f %.0f", count, fetch, written, seconds
     }')
