@@ -1,13 +1,16 @@
 # The cost of a first call, said before it begins: packages, megabytes (10^6 bytes) to fetch and to write, minutes. Sourced.
 
-# Seconds that this machine takes for a piece of arithmetic, over those of the machine of build_seconds.txt.
+# Seconds that a piece of arithmetic takes on each core of this machine as busy as it is, over those of the machine of build_seconds.txt.
 slowness() {
-  local slowness_times
-  slowness_times=$( (TIMEFORMAT='' && awk 'BEGIN { for (i = 0; i < 4000000; ++i) x += i % 7 }') && times)
-  echo "$slowness_times" | awk -v reference="$SLOWNESS_REFERENCE_S" '
-    NR == 2 { split($1, t, /[ms]/); s = (60 * t[1] + t[2]) / reference; printf "%.2f", s < 0.2 ? 0.2 : s }'
+  local slowness_began slowness_each
+  slowness_began=$(date +%s%N)
+  for slowness_each in $(seq "$(nproc)"); do
+    awk 'BEGIN { for (i = 0; i < 4000000; ++i) x += i % 7 }' &
+  done
+  wait
+  awk -v took="$((($(date +%s%N) - slowness_began) / 1000000))" -v reference="$SLOWNESS_REFERENCE_MS" 'BEGIN { printf "%.2f", took / reference }'
 }
-SLOWNESS_REFERENCE_S=0.30
+SLOWNESS_REFERENCE_MS=300
 
 # CPU seconds of the reference machine, and megabytes, of a first build of these targets. `all` has the core twice
 # (HAPTIC_X86_64_V3), `tests` has their programs as well.

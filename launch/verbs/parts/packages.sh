@@ -95,7 +95,8 @@ install_as_root() {  # SECTIONS PACKAGE...
 # Nothing that is fetched is kept, apt leaves no index of its own, and no translations come: a third of what it would write. Another apt that runs
 # is waited for. dpkg gets few packages at a time, so that an interruption waits for seconds.
 APT_OPTIONS='-o DPkg::Lock::Timeout=900 -o APT::Keep-Downloaded-Packages=false -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache= -o Acquire::Languages=none
-  -o DPkg::MaxArgBytes=1024 -o Dpkg::Use-Pty=0'
+  -o DPkg::Install::Recursive=false -o DPkg::MaxArgBytes=2048
+  -o Dpkg::Use-Pty=0'
 
 install_packages() {  # PURPOSES PACKAGE...
   local install_purposes install_apt install_cost
