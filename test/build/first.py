@@ -3,7 +3,7 @@
 
     test/build/first.py ci            what .ci/run calls: the README's commands on one release, or on both where packages.apt, run, a verb or
                                       a CMakeLists.txt has changed within a day. Ends with `bare system: PASSED`, `FAILED` or `NOT RUN`
-    test/build/first.py [GROUP...]    figures first.*, of all groups or of: readme verbs tutorials wrong interrupted deb
+    test/build/first.py [GROUP...]    figures first.*, of all groups or of: readme verbs tutorials wrong product interrupted deb
 """
 import os
 import random
@@ -289,6 +289,17 @@ def interrupted(totals, count=30):
     figure('first.interrupted_recovers', recovered)
 
 
+def product(totals):
+    """Every call by every caller, with every machine, from every place: programs in front of the path stand for apt (first_call_test.py)."""
+    done = subprocess.run([sys.executable, '-B', os.path.join(ROOT, 'test', 'commands', 'first_call_test.py'), 'Product.test_all'],
+                          env={**os.environ, 'HAPTIC_FIRST_PRODUCT': '1'}, capture_output=True, text=True, check=False)
+    tell(done.stdout.strip())
+    totals['commands'] += 1
+    if done.returncode:
+        totals['failed'] += 1
+        failed('product of first calls', done.stderr, done.returncode)
+
+
 def deb(totals):
     """From packages alone: made on one bare system, installed on another that has neither compiler nor checkout."""
     right = 1
@@ -305,7 +316,7 @@ def deb(totals):
     figure('first.deb_demo', right)
 
 
-GROUPS = {'readme': readme, 'verbs': verbs, 'tutorials': tutorials, 'wrong': wrong, 'interrupted': interrupted, 'deb': deb}
+GROUPS = {'readme': readme, 'verbs': verbs, 'tutorials': tutorials, 'wrong': wrong, 'product': product, 'interrupted': interrupted, 'deb': deb}
 
 
 def main(words):

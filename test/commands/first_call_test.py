@@ -24,7 +24,7 @@ class Bare(unittest.TestCase):
         holder = tempfile.TemporaryDirectory()
         self.addCleanup(holder.cleanup)
         self.folder = holder.name
-        os.chmod(self.folder, 0o755)
+        os.chmod(self.folder, 0o777)
 
     def machine(self, **options):
         place = tempfile.mkdtemp(dir=self.folder)
@@ -97,13 +97,14 @@ class InABuiltCheckout(Bare):
 class WhereNothingIsBuilt(Bare):
     """Set-up alone, in a checkout without a build: each call is ended when it begins to compile."""
 
-    def first(self, *words, machine=None, place=None, until="build/log/", **more):
+    def first(self, *words, machine=None, place=None, user=None, run=None, **more):
         """Runs until a log of the build is there; returns the machine and all that was said."""
         machine = machine or self.machine()
         place = place or checkout_of_scripts(tempfile.mkdtemp(dir=self.folder))
         mark = f"HAPTIC_TEST_CALL=first-{os.getpid()}-{time.monotonic_ns()}"
         given = environment(machine, HAPTIC_TEST_CALL=mark.split("=")[1], **more)
-        with subprocess.Popen([os.path.join(place, "run"), *words], env=given, cwd=self.folder, stdin=subprocess.DEVNULL,
+        other = [] if user is None else ["setpriv", f"--reuid={user}", f"--regid={user}", "--clear-groups"]
+        with subprocess.Popen([*other, run or os.path.join(place, "run"), *words], env=given, cwd=self.folder, stdin=subprocess.DEVNULL,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
             deadline = time.monotonic() + LIMIT
             logs = os.path.join(place, "build", "log")
@@ -177,6 +178,59 @@ class WhereNothingIsBuilt(Bare):
         subprocess.run([os.path.join(place, "run"), "setup", "tools"], env=environment(self.machine(), SUDO_UID=str(USER), SUDO_GID=str(USER)),
                        stdin=subprocess.DEVNULL, capture_output=True, timeout=LIMIT, check=True)
         self.assertEqual(os.stat(os.path.join(place, "build", "log")).st_uid, USER)
+
+
+# Options that bring a section with them, and verbs that need no more than their name. Those of rviz need a display, by name.
+CALLS = (["demo"], ["demo", "--missing-meshes", "box"], ["demo", "--missing-meshes", "skip"], ["demo", "--record", "a.bag"], ["demo", "--rviz"],
+         ["demo", "--light"], ["demo", "--emulate", "--device", "uart"], ["demo", "--hardware"], ["demo", "--rate", "2000", "--xacro", "a:=1"],
+         ["check", "touch_cube", "--strict", "--all"], ["check", "spidar_g6x3r", "--picture", "a.svg"], ["check", "friction"],
+         ["latency", "--device", "spidar_g6x3r"], ["build"], ["test"], ["test", "core_base"], ["test", "--sanitize", "address"],
+         ["bench", "contact"], ["bench", "python"], ["bench", "fuzz"], ["bench", "experiment"], ["report"], ["report", "rest", "--quick"],
+         ["package"], ["docs"], ["experiment", "friction", "--power"], ["experiment", "weight", "--subject", "a", "--windows"], ["setup"],
+         ["setup", "view", "tools"])
+
+
+@unittest.skipUnless(os.environ.get("HAPTIC_FIRST_PRODUCT"), "twenty minutes: ./run bench first")
+class Product(WhereNothingIsBuilt):
+    """Every call by every caller, with every machine, from every place."""
+
+    def test_all(self):
+        wrong, count = [], 0
+        for words in CALLS:
+            for user, sudo in ((None, None), (USER, "free"), (USER, None)):
+                for there in ({}, {"installed": True, "removed": "libyaml-cpp-dev\npython3-rosbag\nlibgtest-dev\ndoxygen\npython3-numpy"}):
+                    for through, home in (("run", None), ("a link", "/proc/nowhere")):
+                        count += 1
+                        problem = self.problem_of(words, user, sudo, there, through, home)
+                        if problem:
+                            wrong.append(f"{words} by {user} sudo {sudo} {there} {through}: {problem}")
+                            print(wrong[-1], flush=True)
+        print(f"figure first.product {count} 1\nfigure first.product_failed {len(wrong)} 1")
+        self.assertEqual(wrong, [])
+
+    def problem_of(self, words, user, sudo, there, through, home):
+        """Nothing where the call came as far as it must: to the compiler, or to one line where nobody may install."""
+        with tempfile.TemporaryDirectory() as folder:
+            os.chmod(folder, 0o755)
+            place = checkout_of_scripts(os.path.join(folder, "here"), user)
+            machine = BareMachine(os.path.join(folder, "here", "machine"), sudo=sudo, **there)
+            if user is not None:
+                subprocess.run(["chown", "-R", str(user), machine.folder], check=True)
+            run = os.path.join(place, "run")
+            if through != "run":
+                run = os.path.join(folder, through)
+                os.symlink(os.path.join(place, "run"), run)
+            more = {"DISPLAY": ":99"} if {"--rviz", "--light", "--windows"} & set(words) else {}
+            if home:
+                more["HOME"] = home
+            machine, code, said = self.first(*words, machine=machine, place=place, user=user, run=run, **more)
+        refused = user is not None and sudo is None
+        if there and refused and code == 130:
+            return ""  # what was removed is no part of this call
+        if refused:
+            return "" if code == 1 and "apt-get install -y" in said else f"{code} {said[-300:]}"
+        wanted = (0, 130) if words[0] == "setup" or there else (130,)
+        return "" if code in wanted and "not set" not in said and "not found" not in said else f"{code} {said[-300:]}"
 
 
 class Interrupted(Bare):

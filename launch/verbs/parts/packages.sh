@@ -92,27 +92,22 @@ install_as_root() {  # SECTIONS PACKAGE...
   fail "packages are missing; as root: apt-get update && apt-get install -y --no-install-recommends $*"
 }
 
-# Nothing that is fetched is kept, apt leaves no index of its own, and no translations come: a third of what it would write. Another apt that runs
-# is waited for. dpkg gets few packages at a time, so that an interruption waits for seconds.
-APT_OPTIONS='-o DPkg::Lock::Timeout=900 -o APT::Keep-Downloaded-Packages=false -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache= -o Acquire::Languages=none
-  -o DPkg::Install::Recursive=false -o DPkg::MaxArgBytes=2048
-  -o Dpkg::Use-Pty=0'
+APT_CONF=$ROOT/launch/verbs/parts/apt.conf
 
 install_packages() {  # PURPOSES PACKAGE...
   local install_purposes install_apt install_cost
   install_purposes=$1
   shift
   install_apt=$(callers_program apt-get) || fail "no apt-get here: install what packages.apt lists by your own means"
-  # shellcheck disable=SC2086 # one word per option
-  with_progress_or_log packages "$LOGS/packages.log" "$install_apt" $APT_OPTIONS update
+  with_progress_or_log packages "$LOGS/packages.log" "$install_apt" -c "$APT_CONF" update
   install_cost=$(first_cost "$install_apt" "$@") || exit 1
   echo "setup: $install_cost, for $install_purposes" >&2
   # An interrupted dpkg finishes first. Nothing is ever removed for ours.
   INTERRUPT=gently
-  # shellcheck disable=SC2016,SC2086 # expanded by the inner shell; one word per option
+  # shellcheck disable=SC2016 # expanded by the inner shell
   with_progress_or_log setup "$LOGS/setup.log" env DEBIAN_FRONTEND=noninteractive sh -c '
     [ -z "$(dpkg --audit 2>/dev/null)" ] || dpkg --configure -a --force-confold
-    exec "$@"' sh "$install_apt" $APT_OPTIONS install -y --fix-broken --no-remove --no-install-recommends "$@"
+    exec "$@"' sh "$install_apt" -c "$APT_CONF" install -y --fix-broken --no-remove --no-install-recommends "$@"
   INTERRUPT=''
   give_to_caller
 }
