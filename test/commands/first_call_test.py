@@ -109,7 +109,7 @@ class WhereNothingIsBuilt(Bare):
             deadline = time.monotonic() + LIMIT
             logs = os.path.join(place, "build", "log")
             while process.poll() is None and time.monotonic() < deadline:
-                begun = set(os.listdir(logs)) - {"setup.log", "packages.log"} if os.path.isdir(logs) else set()
+                begun = set(os.listdir(logs)) - {"setup.log", "packages.log", "configure.log"} if os.path.isdir(logs) else set()
                 if begun:
                     process.send_signal(signal.SIGINT)
                     break

@@ -100,14 +100,16 @@ install_packages() {  # PURPOSES PACKAGE...
   shift
   install_apt=$(callers_program apt-get) || fail "no apt-get here: install what packages.apt lists by your own means"
   with_progress_or_log packages "$LOGS/packages.log" "$install_apt" -c "$APT_CONF" update
+  export DEBIAN_FRONTEND=noninteractive
+  INTERRUPT=gently
+  if [ -n "$(dpkg --audit 2>/dev/null)" ]; then
+    echo 'setup: dpkg was interrupted; it finishes that first' >&2
+    with_progress configure "$LOGS/configure.log" dpkg --configure -a --force-confold  # what it cannot, apt mends below
+  fi
   install_cost=$(first_cost "$install_apt" "$@") || exit 1
   echo "setup: $install_cost, for $install_purposes" >&2
-  # An interrupted dpkg finishes first. Nothing is ever removed for ours.
-  INTERRUPT=gently
-  # shellcheck disable=SC2016 # expanded by the inner shell
-  with_progress_or_log setup "$LOGS/setup.log" env DEBIAN_FRONTEND=noninteractive sh -c '
-    [ -z "$(dpkg --audit 2>/dev/null)" ] || dpkg --configure -a --force-confold
-    exec "$@"' sh "$install_apt" -c "$APT_CONF" install -y --fix-broken --no-remove --no-install-recommends "$@"
+  # Nothing is ever removed for ours.
+  with_progress_or_log setup "$LOGS/setup.log" "$install_apt" -c "$APT_CONF" install -y --fix-broken --no-remove --no-install-recommends "$@"
   INTERRUPT=''
   give_to_caller
 }
