@@ -10,7 +10,7 @@ slowness() {
   wait
   awk -v took="$((($(date +%s%N) - slowness_began) / 1000000))" -v reference="$SLOWNESS_REFERENCE_MS" 'BEGIN { printf "%.2f", took / reference }'
 }
-SLOWNESS_REFERENCE_MS=300
+SLOWNESS_REFERENCE_MS=690
 
 # CPU seconds of the reference machine, and megabytes, of a first build of these targets. `all` has the core twice
 # (HAPTIC_X86_64_V3), `tests` has their programs as well.
@@ -43,7 +43,7 @@ first_cost() {  # APT PACKAGE...
       split(build, b, " "); split(fetched, f, " "); rate = megabytes(f[1], f[2])
       if (rate < 0.5) rate = 0.5
       written = 1.15 * unpacked + b[2]
-      seconds = fetch / rate / 2 + slow * (0.08 * count + 0.02 * unpacked) + slow * b[1] / cores
+      seconds = fetch / rate / 2 + slow * (0.25 * count + 0.08 * unpacked) + slow * b[1] / cores
       printf "%d %.0f %.0f %.0f", count, fetch, written, seconds
     }')
   # shellcheck disable=SC2086 # four numbers
