@@ -76,10 +76,12 @@ tell_results() {
 start_emulator() {
   local link output waited
   link=$run/emulated_boards output=$run/emulator.log
+  hold_signals
   start_keeper
   setsid "$BUILD/devel/lib/spidar_driver/spidar_board_emulator" --device "$device_file" --link "$link" \
     --hand touch_cube >"$output" 2>&1 </dev/null 9>&- &
   keep "$!"
+  let_signals
   waited=0  # tenths of a second
   while ! grep -q '^port ' "$output"; do
     kill -0 "$!" 2>/dev/null || fail "demo: $(tail -n 1 "$output")"

@@ -173,7 +173,7 @@ HeightGrid heightsOf(const RobotFile& robot, const std::string& where, const Xml
     const std::string path = resolveResource(uri, robot.xml.path());
     if (path.empty()) {
       throw SetupError(where, std::string("height file ") + uri + " is not found",
-                       "set ROS_PACKAGE_PATH, or put the file beside this one");
+                       remedyFor(uri));
     }
     grid = readHeights(path);
   }
@@ -287,7 +287,7 @@ ShapePieces CollisionShapes::makeGround(const RobotFile& robot, const std::strin
     const std::string path = meshPath(robot, where, geometry);
     if (path.empty()) {
       throw SetupError(where, std::string("mesh ") + geometry.Attribute("filename") + " is not found",
-                       "set ROS_PACKAGE_PATH, or put the package beside the file or above it");
+                       remedyFor(geometry.Attribute("filename")));
     }
     made.picture = readMesh(path, meshScale(robot, where, geometry), where);
     text << "ground under mesh " << std::filesystem::path(path).filename().string();

@@ -218,12 +218,16 @@ ShapePieces MeshShapes::standIn(const RobotFile& robot, const LinkXml& link, con
 void MeshShapes::refuseMissing(const std::vector<std::string>& pictures) const {
   if (options_.missing != MissingMeshes::kStop || missing_.empty()) return;
   std::string list;
-  for (const std::string& file : missing_) list += (list.empty() ? "" : ", ") + file;
+  const std::string* sought = &missing_.front();  // one of a package says most about how to come by it
+  for (const std::string& file : missing_) {
+    list += (list.empty() ? "" : ", ") + file;
+    if (file.rfind("package://", 0) == 0) sought = &file;
+  }
   std::ostringstream where;
   where << missing_.size() << (missing_.size() == 1 ? " mesh is" : " meshes are") << " not found or unreadable";
   if (!pictures.empty()) list += ", and " + std::to_string(pictures.size()) + " of visuals";
   throw SetupError(where.str(), list,
-                   "set ROS_PACKAGE_PATH, put the packages beside the file or above it, or load with --missing-meshes box or skip");
+                   remedyFor(*sought) + "; or load with --missing-meshes box or skip");
 }
 
 }  // namespace haptic

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <set>
 #include <sstream>
 
@@ -73,6 +74,13 @@ std::string resolvePackage(const std::string& name, const std::string& rest, con
   }
   return isFile(kSystemPackages / name / rest) ? (kSystemPackages / name / rest).string() : std::string();
 }
+
+constexpr char kPackage[] = "package://";
+/// Packages of robots that the shipped scenes name. Debian has none of them.
+const std::map<std::string, std::string> kWhereFrom = {
+    {"example-robot-data",
+     "get it by python3 -m pip install --no-deps --target robots example-robot-data, then export "
+     "ROS_PACKAGE_PATH=$PWD/robots/cmeel.prefix/share"}};
 
 const std::vector<std::string> kEndings = {".urdf", ".yaml", ".yml", ".xml"};
 const char* const kLarge = "large";  // folder of large scenes, below that of the others: lists, beside the models that they are made of
@@ -145,6 +153,14 @@ std::vector<std::string> knownScenes(const std::vector<std::string>& folders) {
     code.clear();  // few folders have large scenes
   }
   return {known.begin(), known.end()};
+}
+
+std::string remedyFor(const std::string& uri) {
+  if (uri.rfind(kPackage, 0) != 0) return "mend the name, or put the file beside the one that names it";
+  const std::string rest = uri.substr(sizeof(kPackage) - 1), package = rest.substr(0, rest.find('/'));
+  const auto known = kWhereFrom.find(package);
+  const std::string elsewhere = "set ROS_PACKAGE_PATH to the folder that holds it, or put it beside the file or above it";
+  return "package " + package + " is not here: " + (known != kWhereFrom.end() ? known->second : elsewhere);
 }
 
 std::string findScene(const std::string& file_or_name, const std::vector<std::string>& folders) {

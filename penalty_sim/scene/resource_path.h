@@ -11,6 +11,9 @@ namespace haptic {
 /// and its like stand for a byte where no file is called as written. Empty when nothing is found.
 std::string resolveResource(const std::string& uri, const std::string& from_file);
 
+/// How to come by a file that `resolveResource` did not find: one sentence, for a SetupError.
+std::string remedyFor(const std::string& uri);
+
 /// Absolute path of the scene `file_or_name`. Throws SetupError that lists the scenes it knows.
 std::string findScene(const std::string& file_or_name, const std::vector<std::string>& folders);
 

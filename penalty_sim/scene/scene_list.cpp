@@ -34,7 +34,7 @@ ListedModel readModel(const std::string& path, const YAML::Node& node) {
   if (file.empty()) throw SetupError(keys.where(), "has no file", "name a URDF: file: package://...");
   model.file = resolveResource(file, path);
   if (model.file.empty()) {
-    throw SetupError(keys.where(), "file " + file + " is not found", "set ROS_PACKAGE_PATH or mend the path");
+    throw SetupError(keys.where(), "file " + file + " is not found", remedyFor(file));
   }
   model.settings.prefix = keys.text("prefix");
   model.settings.X_WM = readPose(keys, path);

@@ -14,7 +14,7 @@ START = os.path.join(VERBS, "parts", "start.sh")
 PARTS = sorted(set(glob.glob(os.path.join(VERBS, "parts", "*.sh"))) - {START})
 SHELL = re.compile(rb"#! ?/(bin|usr/bin)/(env )?(sh|bash|dash)\b")
 # Names that several files assign on purpose: what a verb tells the parts, and what the shell and programs read.
-SHARED = {"SETUP_BUILDS", "INTERRUPT", "GENTLE", "KEEPER", "CHILDREN", "IFS", "PATH", "ROS_MASTER_URI", "ROS_IP", "ROS_HOME", "LOGS",
+SHARED = {"SETUP_BUILDS", "INTERRUPT", "GENTLE", "HELD", "KEEPER", "CHILDREN", "IFS", "PATH", "ROS_MASTER_URI", "ROS_IP", "ROS_HOME", "LOGS",
           "HAPTIC_VERSION", "NODE_PATH", "CCACHE_BASEDIR", "CCACHE_NOHASHDIR", "CCACHE_DIR", "CMAKE_C_COMPILER_LAUNCHER",
           "CMAKE_CXX_COMPILER_LAUNCHER", "LC_ALL", "DEBIAN_FRONTEND"}
 # Names that functions of one verb hand to each other.

@@ -81,12 +81,16 @@ class BareMachine:
 
 
 def checkout_of_scripts(folder, owner=None):
-    """The verbs without anything that is built, as a checkout of its own; the call of a verb ends where it would compile."""
+    """The verbs without anything that is built, as a checkout of its own, whose configuration waits to be interrupted."""
     place = os.path.join(folder, "checkout ä b")
-    for name in ("run", "packages.apt", "launch/verbs", "urdf", "src/CMakeLists.txt", "test/benchmark", "test/core"):
+    for name in ("run", "packages.apt", "launch/verbs", "urdf", "test/benchmark", "test/core"):
         target = os.path.join(place, name)
         os.makedirs(os.path.dirname(target), exist_ok=True)
         subprocess.run(["cp", "-r", os.path.join(ROOT, name), target], check=True)
+    os.makedirs(os.path.join(place, "src"))
+    for name in ("CMakeLists.txt", "src/CMakeLists.txt"):
+        with open(os.path.join(place, name), "w", encoding="utf-8") as out:
+            out.write("cmake_minimum_required(VERSION 3.16)\nproject(waits NONE)\nexecute_process(COMMAND sleep 300)\n")
     if owner is not None:
         subprocess.run(["chown", "-R", str(owner), folder], check=True)
     return place

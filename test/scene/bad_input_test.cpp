@@ -161,7 +161,7 @@ std::vector<BadCase> badCases() {
       {"mesh not found",
        robot("<link name=\"a\"><collision><geometry><mesh "
              "filename=\"package://none/x.stl\"/></geometry></collision></link>"),
-       {"'a'", "package://none/x.stl", "ROS_PACKAGE_PATH"}},
+       {"'a'", "package://none/x.stl", "package none is not here", "ROS_PACKAGE_PATH"}},
       {"no geometry",
        robot("<link name=\"a\"><collision><origin xyz=\"0 0 0\"/></collision></link>"),
        {"'a'", "geometry"}},

@@ -75,9 +75,21 @@ stop_children() {
   KEEPER='' CHILDREN=''
 }
 trap stop_children EXIT
-trap 'exit 130' INT
-trap 'exit 131' QUIT
-trap 'exit 143' TERM HUP
+
+# A signal between the start of a child and its note would leave it behind: it is held until both are done.
+HELD=''  # exit code of a signal that came meanwhile
+hold_signals() {
+  trap 'HELD=130' INT
+  trap 'HELD=131' QUIT
+  trap 'HELD=143' TERM HUP
+}
+let_signals() {
+  trap 'exit 130' INT
+  trap 'exit 131' QUIT
+  trap 'exit 143' TERM HUP
+  [ -z "$HELD" ] || exit "$HELD"
+}
+let_signals
 
 # The compilers that run in a session: seconds of CPU time of all, and of the one that has run for the longest its source, as
 # TARGET/FILE; nothing when none runs.
@@ -149,12 +161,14 @@ with_progress() {  # TITLE LOG COMMAND...
   mkdir -p "$(dirname "$progress_log")"
   rm -f "${progress_log%.log}.plan"
   : >"$progress_log" || fail "$progress_log cannot be written by $(id -un)"
+  hold_signals
   start_keeper
   # A shell without job control has what it starts aside ignore INT, which would wait for TERM then.
   setsid env --default-signal=INT,QUIT "$@" >"$progress_log" 2>&1 </dev/null 9>&- &
   progress_job=$!
   [ "${INTERRUPT:-}" != gently ] || GENTLE=$progress_job
   keep "$progress_job" "${INTERRUPT:-add}"
+  let_signals
   progress_started=$(date +%s) progress_shown=0
   while kill -0 "$progress_job" 2>/dev/null; do
     sleep 0.2
