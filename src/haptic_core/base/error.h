@@ -12,11 +12,12 @@ class SetupError : public std::runtime_error {
   SetupError(const std::string& where, const std::string& what, const std::string& remedy)
       : std::runtime_error(oneLine(where + ": " + what + (remedy.empty() ? "" : "; " + remedy))) {}
 
-  /// Text of files is quoted in messages: its line breaks and other control characters become spaces.
-  static std::string oneLine(std::string text) {
-    for (char& c : text) c = static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
-    return text;
-  }
+  /// Messages quote texts of files. Their control characters become spaces, bytes that are no UTF-8 are read
+  /// as Latin-1, and the middle of more than `kLongest` bytes is left out: where it is and the remedy stay.
+  static std::string oneLine(const std::string& text);
+
+  /// A list of all meshes that a robot misses fits; a text of megabytes would fill logs and screens [bytes].
+  static constexpr std::size_t kLongest = 16384;
 };
 
 }  // namespace haptic
