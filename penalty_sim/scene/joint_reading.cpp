@@ -1,7 +1,5 @@
 #include "scene/joint_reading.h"
 
-#include <urdf_model/model.h>
-
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -144,11 +142,10 @@ JointDef readJoint(const RobotFile& robot, const JointXml& xml, const ModelSetti
   joint.type = kindOf(xml)->type;
   const XmlElement* const axis = xml.element->FirstChildElement("axis");
   if (axis && hasAxis(*kindOf(xml))) joint.axis = readVector(robot.xml, *axis, "xyz")->normalized();
-  const urdf::JointConstSharedPtr model = robot.model->getJoint(xml.name);
   readLimits(robot, xml, joint);
-  if (model->dynamics) {
-    joint.damping = model->dynamics->damping;
-    joint.friction = model->dynamics->friction;
+  if (const XmlElement* const dynamics = xml.element->FirstChildElement("dynamics")) {
+    joint.damping = readNumber(robot.xml, *dynamics, "damping").value_or(0);
+    joint.friction = readNumber(robot.xml, *dynamics, "friction").value_or(0);
   }
   std::optional<double> position;
   readExtension(robot, xml, joint, position);

@@ -1,7 +1,5 @@
 #include "scene/link_inertia.h"
 
-#include <urdf_model/link.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -25,17 +23,20 @@ constexpr double kEstimateMassShare = 0.01, kEstimateRadius = 0.02;
 
 }  // namespace
 
-LinkInertia readInertia(const urdf::Link& link) {
+LinkInertia readInertia(const RobotFile& robot, const LinkXml& link) {
   LinkInertia inertia;
-  if (!link.inertial) return inertia;
-  const urdf::Inertial& given = *link.inertial;
-  const auto& q = given.origin.rotation;
-  const Matrix3 R = Quaternion(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
+  const XmlElement* const given = link.element->FirstChildElement("inertial");
+  if (!given) return inertia;
+  const Pose X_LC = readOrigin(robot.xml, *given);
+  const XmlElement& moments = *given->FirstChildElement("inertia");
+  const auto entry = [&](const char* name) { return *readNumber(robot.xml, moments, name); };
+  const double ixx = entry("ixx"), iyy = entry("iyy"), izz = entry("izz");
+  const double ixy = entry("ixy"), ixz = entry("ixz"), iyz = entry("iyz");
   Matrix3 I;
-  I << given.ixx, given.ixy, given.ixz, given.ixy, given.iyy, given.iyz, given.ixz, given.iyz, given.izz;
-  inertia.mass = given.mass;
-  inertia.p_LC = Vector3(given.origin.position.x, given.origin.position.y, given.origin.position.z);
-  inertia.I_C = R * I * R.transpose();
+  I << ixx, ixy, ixz, ixy, iyy, iyz, ixz, iyz, izz;
+  inertia.mass = *readNumber(robot.xml, *given->FirstChildElement("mass"), "value");
+  inertia.p_LC = X_LC.p;
+  inertia.I_C = X_LC.R * I * X_LC.R.transpose();
   return inertia;
 }
 

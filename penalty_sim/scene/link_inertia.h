@@ -8,14 +8,10 @@
 #include "scene/load_report.h"
 #include "scene/robot_file.h"
 
-namespace urdf {
-class Link;
-}
-
 namespace haptic {
 
-/// From urdfdom's <inertial>, in the link's frame; mass 0 when there is none.
-LinkInertia readInertia(const urdf::Link& link);
+/// From <inertial>, which checkInertials has checked, in the link's frame; mass 0 when there is none.
+LinkInertia readInertia(const RobotFile& robot, const LinkXml& link);
 
 /// Adds `added`, given in frame M of a link fixed at X_LM, to `inertia` in L (parallel axes).
 void merge(const LinkInertia& added, const Pose& X_LM, LinkInertia& inertia);

@@ -3,17 +3,17 @@
 #include <string>
 #include <vector>
 
+#include "scene/material_colours.h"
 #include "scene/robot_file.h"
 #include "scene/scene_file.h"
 
-namespace urdf {
-class Link;
-}
-
 namespace haptic {
 
-/// The visuals of one URDF link, X_LV in that link's frame. A mesh that is not found is left out, and its name added to `missing`
-/// once: it changes the picture, not the physics.
-std::vector<VisualDef> readVisuals(const urdf::Link& link, const RobotFile& robot, std::vector<std::string>& missing);
+/// The visuals of one URDF link, X_LV in that link's frame. A mesh that is not found is left out, and its
+/// name added to `missing` once: it changes the picture, not the physics. A shape that cannot be drawn is
+/// left out with a warning in `said`. Throws SetupError where an origin has no numbers.
+std::vector<VisualDef> readVisuals(const RobotFile& robot, const LinkXml& link,
+                                   const MaterialColours& colours, std::vector<std::string>& missing,
+                                   LoadReport& said);
 
 }  // namespace haptic

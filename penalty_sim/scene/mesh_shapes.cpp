@@ -199,7 +199,7 @@ ShapePieces MeshShapes::make(const RobotFile& robot, const LinkXml& link, const 
 
 ShapePieces MeshShapes::standIn(const RobotFile& robot, const LinkXml& link, const XmlElement& collision, const std::string& reason) const {
   ShapePieces made;
-  const std::vector<Vector3> corners_L = boxOfInertia(readInertia(*robot.model->getLink(link.name)));
+  const std::vector<Vector3> corners_L = boxOfInertia(readInertia(robot, link));
   if (options_.missing != MissingMeshes::kBox || corners_L.empty()) {
     made.replaced = reason + ": it is left out" + (options_.missing == MissingMeshes::kBox ? ", for its link has no inertia of a box" : "");
     return made;

@@ -1,4 +1,4 @@
-/// The checks of joints and inertials that urdfdom does not make, or makes without saying where.
+/// The checks of joints and inertials.
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
@@ -8,8 +8,7 @@
 namespace haptic {
 namespace {
 
-/// Stands for "no limit" in a file that leaves out effort or velocity, which urdfdom demands: beyond any
-/// drive.
+/// Stands for "no limit" in a file that leaves out effort or velocity: beyond any drive.
 constexpr char kUnlimited[] = "1e9";
 
 XmlElement& childOrNew(XmlElement& parent, const char* name) {
@@ -76,7 +75,7 @@ void checkLimits(RobotFile& robot, const JointXml& joint) {
 }
 
 void checkDynamics(RobotFile& robot, const JointXml& joint) {
-  XmlElement* dynamics = joint.element->FirstChildElement("dynamics");
+  const XmlElement* dynamics = joint.element->FirstChildElement("dynamics");
   if (!dynamics) return;
   const auto damping = readNumber(robot.xml, *dynamics, "damping");
   const auto friction = readNumber(robot.xml, *dynamics, "friction");
@@ -86,7 +85,6 @@ void checkDynamics(RobotFile& robot, const JointXml& joint) {
                        "write a value ≥ 0");
     }
   }
-  if (!damping && !friction) joint.element->DeleteChild(dynamics);  // urdfdom refuses one with neither
 }
 
 void checkMimic(RobotFile& robot, const JointXml& joint) {
@@ -113,7 +111,7 @@ void checkMimic(RobotFile& robot, const JointXml& joint) {
   }
 }
 
-/// Elements that the simulation has no use for, in one line. urdfdom refuses some of them where they are incomplete.
+/// Elements that the simulation has no use for, in one line.
 void dropUnused(RobotFile& robot) {
   const struct {
     const char *element, *why;

@@ -1,37 +1,28 @@
 #include "scene/robot_file.h"
 
-#include <console_bridge/console.h>
-#include <urdf_parser/urdf_parser.h>
-
 #include <cstring>
 
-#include "haptic_core/base/parse_numbers.h"
 #include "scene/gazebo_sensors.h"
 #include "scene/xacro_run.h"
 
 namespace haptic {
 namespace {
 
-/// Keeps what urdfdom logs instead of printing it: its lines name neither file nor line.
-class LogCapture : public console_bridge::OutputHandler {
- public:
-  LogCapture() { console_bridge::useOutputHandler(this); }
-  ~LogCapture() override { console_bridge::restorePreviousOutputHandler(); }
-  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
-    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && first_.empty()) first_ = text;
-  }
-  const std::string& first() const { return first_; }
-
- private:
-  std::string first_;
-};
+/// More links than any published robot by far; beyond it the file is something else, and links are looked up
+/// one by one.
+constexpr std::size_t kMaxLinks = 2000;
 
 void readLinks(RobotFile& robot) {
   std::map<std::string, int> seen;
   for (XmlElement* element = robot.xml.root()->FirstChildElement("link"); element;
        element = element->NextSiblingElement("link")) {
+    if (robot.links.size() == kMaxLinks) {
+      throw SetupError(robot.xml.at(*element),
+                       "is one link more than the " + std::to_string(kMaxLinks) + " that are allowed",
+                       "split the scene");
+    }
     LinkXml link;
-    link.name = readName(robot.xml, *element, "name");
+    link.name = readOwnName(robot.xml, *element);
     link.element = element;
     const auto [place, fresh] = seen.emplace(link.name, robot.links.size());
     if (!fresh) {
@@ -69,7 +60,7 @@ void readJoints(RobotFile& robot) {
   for (XmlElement* element = robot.xml.root()->FirstChildElement("joint"); element;
        element = element->NextSiblingElement("joint")) {
     JointXml joint;
-    joint.name = readName(robot.xml, *element, "name");
+    joint.name = readOwnName(robot.xml, *element);
     joint.element = element;
     if (!seen.emplace(joint.name, 0).second)
       throw SetupError(robot.at(joint), "is defined twice", "rename one of them");
@@ -138,73 +129,6 @@ constexpr struct {
     {"COLLADA", "a mesh, not a <robot>", "name it in the <mesh> of a URDF"},
     {"launch", "a launch file, not a <robot>", "load the URDF or xacro that it names"}};
 
-/// A visual that urdfdom cannot read would make it drop the whole robot.
-bool visualIsReadable(const XmlElement& visual) {
-  const XmlElement* geometry = visual.FirstChildElement("geometry");
-  const XmlElement* shape = geometry ? geometry->FirstChildElement() : nullptr;
-  if (!shape) return false;
-  const std::string name = shape->Name();
-  if (name == "mesh") {
-    const char* scale = shape->Attribute("scale");
-    const auto numbers = parseNumbers(scale ? scale : "1 1 1");
-    return shape->Attribute("filename") && numbers && numbers->size() == 3;
-  }
-  const auto has = [&](const char* attribute, std::size_t count) {
-    const char* text = shape->Attribute(attribute);
-    const auto numbers = parseNumbers(text ? text : "");
-    return numbers && numbers->size() == count;
-  };
-  if (name == "box") return has("size", 3);
-  if (name == "sphere") return has("radius", 1);
-  return name == "cylinder" && has("radius", 1) && has("length", 1);
-}
-
-/// Takes out what would make urdfdom refuse or lose something: collisions (read here, with lines and haptic:
-/// tags), visuals of shapes it does not know, and vendors' extensions.
-void trimForUrdfdom(RobotFile& robot) {
-  std::vector<XmlElement*> doomed;
-  for (LinkXml& link : robot.links) {
-    for (XmlElement* child = link.element->FirstChildElement(); child; child = child->NextSiblingElement()) {
-      const std::string name = child->Name();
-      if (name == "visual" && !visualIsReadable(*child)) {
-        robot.warnings.push_back(robot.xml.at(*child) + ": link '" + link.name +
-                                 "': this <visual> has no shape that can be drawn and is left out");
-        doomed.push_back(child);
-      } else if (name == "visual") {
-        readOrigin(robot.xml, *child);  // refuses what is not a number, with its line
-      }
-    }
-  }
-  for (XmlElement* element : doomed) element->Parent()->DeleteChild(element);
-}
-
-void parseWithUrdfdom(RobotFile& robot) {
-  tinyxml2::XMLDocument copy;
-  robot.xml.document().DeepCopy(&copy);
-  for (XmlElement* link = copy.RootElement()->FirstChildElement("link"); link;
-       link = link->NextSiblingElement("link")) {
-    while (XmlElement* collision = link->FirstChildElement("collision")) link->DeleteChild(collision);
-  }
-  for (const char* vendor : {"gazebo", "transmission", "sensor"}) {
-    while (XmlElement* element = copy.RootElement()->FirstChildElement(vendor))
-      copy.RootElement()->DeleteChild(element);
-  }
-  tinyxml2::XMLPrinter printer;
-  copy.Print(&printer);
-  LogCapture log;
-  try {
-    robot.model = urdf::parseURDF(std::string(printer.CStr(), printer.CStrSize() - 1));
-  } catch (const std::exception& error) {
-    throw SetupError(robot.xml.path(), std::string("urdfdom: ") + error.what(),
-                     "compare the file with check_urdf");
-  }
-  if (!robot.model) {
-    throw SetupError(robot.xml.path(),
-                     "urdfdom: " + (log.first().empty() ? "the file is refused" : log.first()),
-                     "compare the file with check_urdf");
-  }
-}
-
 }  // namespace
 
 int RobotFile::linkIndex(const std::string& link) const {
@@ -225,7 +149,7 @@ std::unique_ptr<RobotFile> readRobot(const std::string& path, const SceneOptions
   auto robot = std::make_unique<RobotFile>(path, options.text ? *options.text : readTextFile(path));
   if (isXacro(robot->xml)) robot = std::make_unique<RobotFile>(path + " (expanded)", expandXacro(path, robot->xml, options));
   const XmlElement* root = robot->xml.root();
-  if (!robot->xml.warning().empty()) robot->warnings.push_back(robot->xml.warning());
+  robot->warnings = robot->xml.warnings();
   for (const auto& [name, format, remedy] : kOtherFormats) {
     if (std::strcmp(root->Name(), name) == 0) throw SetupError(robot->xml.at(*root), std::string("<") + name + "> is " + format, remedy);
   }
@@ -234,15 +158,13 @@ std::unique_ptr<RobotFile> readRobot(const std::string& path, const SceneOptions
                      std::string("the root element is <") + root->Name() + ">, not <robot>",
                      "give a URDF file");
   }
-  robot->name = readName(robot->xml, *root, "name");
+  robot->name = readOwnName(robot->xml, *root);
   readLinks(*robot);
   readJoints(*robot);
   checkTree(*robot);
   checkJoints(*robot);
   checkInertials(*robot);
   takeGazeboSensors(*robot);
-  trimForUrdfdom(*robot);
-  parseWithUrdfdom(*robot);
   return robot;
 }
 

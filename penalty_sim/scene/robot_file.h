@@ -1,5 +1,5 @@
-/// A URDF file: urdfdom's model, and a second reading of the XML for what urdfdom drops (line numbers,
-/// haptic: tags, contact properties, collisions of shapes it does not know).
+/// A URDF file, read from its XML: urdfdom has no line numbers and drops haptic: tags, contact properties and
+/// shapes that it does not know. It also prints texts of a file as formats, which ends the process.
 #pragma once
 #include <map>
 #include <memory>
@@ -8,10 +8,6 @@
 
 #include "scene/scene_options.h"
 #include "scene/xml_file.h"
-
-namespace urdf {
-class ModelInterface;  // urdfdom's headers stay with the library: its folder is no path of a user's compiler in Debian 13
-}
 
 namespace haptic {
 
@@ -52,7 +48,6 @@ struct RobotFile {
   std::vector<JointXml> joints;
   /// Index of the link without parent.
   int root = -1;
-  std::shared_ptr<urdf::ModelInterface> model;  ///< urdfdom's reading, without collisions
   /// What a user should mend.
   std::vector<std::string> warnings;
   /// What a user may want to know.
@@ -73,11 +68,11 @@ struct RobotFile {
 /// SetupError naming file, line, link or joint.
 std::unique_ptr<RobotFile> readRobot(const std::string& path, const SceneOptions& options);
 
-/// Checks every joint's axis, limits, dynamics and mimic, and fills in what URDF makes optional but urdfdom
-/// demands. Throws SetupError; what can be mended is mended with a warning.
+/// Checks every joint's axis, limits, dynamics and mimic, and fills in what URDF makes optional. Throws
+/// SetupError; what can be mended is mended with a warning.
 void checkJoints(RobotFile& robot);
 
-/// Checks that every <inertial> is complete and finite, fills in what urdfdom demands. Throws SetupError.
+/// Checks that every <inertial> is complete and finite, and fills in what files leave out. Throws SetupError.
 void checkInertials(RobotFile& robot);
 
 }  // namespace haptic

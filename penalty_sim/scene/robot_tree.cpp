@@ -1,7 +1,4 @@
-#include "scene/motion_reading.h"
 #include "scene/robot_tree.h"
-
-#include <urdf_model/model.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,20 +10,22 @@
 #include "scene/joint_reading.h"
 #include "scene/link_inertia.h"
 #include "scene/link_visuals.h"
+#include "scene/motion_reading.h"
 #include "scene/scene_extension.h"
 
 namespace haptic {
 namespace {
 
-/// More links than any published robot by far; beyond it the file is something else, and trees here are
-/// walked whole.
-constexpr std::size_t kMaxLinks = 2000;
-
 class TreeBuilder {
  public:
   TreeBuilder(const RobotFile& robot, const ModelSettings& settings, const SceneOptions& options,
               LoadContext& context)
-      : robot_(robot), settings_(settings), options_(options), context_(context), contact_(robot) {}
+      : robot_(robot),
+        settings_(settings),
+        options_(options),
+        context_(context),
+        contact_(robot),
+        colours_(robot, context.scene) {}
 
   void build();
 
@@ -63,6 +62,7 @@ class TreeBuilder {
   const SceneOptions& options_;
   LoadContext& context_;
   ContactProperties contact_;
+  MaterialColours colours_;
   std::vector<Root> pending_;              ///< subtrees that start articulations of their own
   std::vector<bool> has_inertial_;         ///< per link of the articulation that is being built
   std::map<std::string, int> joint_link_;  ///< URDF joint -> link of the articulation that is being built
@@ -86,11 +86,6 @@ bool TreeBuilder::isPublishedRobot() const {
 }
 
 void TreeBuilder::build() {
-  if (robot_.links.size() > kMaxLinks) {
-    throw SetupError(robot_.xml.path(),
-                     "has " + std::to_string(robot_.links.size()) + " links; 2000 are allowed",
-                     "split the scene");
-  }
   context_.scene.joints += static_cast<int>(robot_.joints.size());
   for (const std::string& warning : robot_.warnings) context_.scene.warnings.push_back(warning);
   for (const std::string& note : robot_.notes) context_.scene.notes.push_back(note);
@@ -208,17 +203,17 @@ void TreeBuilder::place(int xml_link, int articulation, int link, const Pose& X_
   }
   LinkDef& target = context_.scene.world.articulations[articulation].links[link];
   LinkPart& part = context_.parts[name];
-  const urdf::LinkConstSharedPtr model = robot_.model->getLink(xml.name);
-  if (model->inertial) {
-    merge(readInertia(*model), X_LM, target.inertia);
-    merge(readInertia(*model), X_LM, part.inertia);
+  if (xml.element->FirstChildElement("inertial")) {
+    const LinkInertia inertia = readInertia(robot_, xml);
+    merge(inertia, X_LM, target.inertia);
+    merge(inertia, X_LM, part.inertia);
     has_inertial_[link] = true;
   }
   CollisionReport report;
   const std::size_t first = target.collisions.size();
   addCollisions(xml, report, X_LM, articulation, link);
   for (std::size_t c = first; c < target.collisions.size(); ++c) part.collisions.push_back(static_cast<int>(c));
-  for (VisualDef visual : readVisuals(*model, robot_, context_.missing_pictures)) {
+  for (VisualDef visual : readVisuals(robot_, xml, colours_, context_.missing_pictures, context_.scene)) {
     visual.articulation = articulation;
     visual.link = link;
     visual.name = name;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "haptic_core/base/parse_numbers.h"
+#include "haptic_core/base/plain_text.h"
 #include "haptic_core/base/yaml_map.h"
 #include "scene/contact_properties.h"
 #include "scene/pointer_reading.h"
@@ -36,7 +37,7 @@ ListedModel readModel(const std::string& path, const YAML::Node& node) {
   if (model.file.empty()) {
     throw SetupError(keys.where(), "file " + file + " is not found", remedyFor(file));
   }
-  model.settings.prefix = keys.text("prefix");
+  model.settings.prefix = plainText(keys.text("prefix"));
   model.settings.X_WM = readPose(keys, path);
   const std::string base = keys.text("base", "fixed"), drive = keys.text("drive", "as_file");
   if (base != "fixed" && base != "floating")
@@ -146,7 +147,7 @@ SceneList readList(const std::string& path, const YAML::Node& root) {
   const YamlMap keys(path, root, "scene",
                   {"name", "models", "devices", "settings", "material", "filters", "srdf"});
   SceneList list;
-  list.name = keys.text("name");
+  list.name = plainText(keys.text("name"));
   const YAML::Node models = keys["models"];
   if (!models || !models.IsSequence() || models.size() == 0)
     throw SetupError(path, "has no models", "list at least one: models: [{file: ...}]");

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
 #include "haptic_core/base/parse_numbers.h"
+#include "haptic_core/base/plain_text.h"
 
 namespace haptic {
 namespace {
@@ -45,6 +47,57 @@ std::string reason(const tinyxml2::XMLDocument& document) {
   }
 }
 
+int lineAt(const std::string& text, std::size_t at) {
+  return 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
+}
+
+/// The end of what begins with '<' at `at` and is no element: comment, CDATA, declaration, end tag; `at`
+/// itself for an element.
+std::size_t endOfOther(const std::string& text, std::size_t at) {
+  constexpr struct {
+    const char *begin, *end;
+  } kOthers[] = {{"<!--", "-->"}, {"<![CDATA[", "]]>"}, {"<?", "?>"}, {"<!", ">"}, {"</", ">"}};
+  for (const auto& [begin, end] : kOthers) {
+    if (text.compare(at, std::strlen(begin), begin) == 0) return text.find(end, at + std::strlen(begin));
+  }
+  return at;
+}
+
+/// In the order of the file; null behind the last.
+XmlElement* nextOf(XmlElement& element) {
+  if (XmlElement* child = element.FirstChildElement()) return child;
+  for (tinyxml2::XMLNode* at = &element; at; at = at->Parent()) {
+    if (XmlElement* next = at->NextSiblingElement()) return next;
+  }
+  return nullptr;
+}
+
+/// The parser takes a time quadratic in the attributes of one element, so they are counted before it begins.
+void refuseManyAttributes(const std::string& path, const std::string& text) {
+  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at + 1)) {
+    const std::size_t other = endOfOther(text, at);
+    if (other == std::string::npos) return;  // the parser says what does not end
+    if (other != at) {
+      at = other;
+      continue;
+    }
+    int attributes = 0;
+    std::size_t next = text.find_first_of("\"'>", at);
+    for (; next != std::string::npos && text[next] != '>'; next = text.find_first_of("\"'>", next + 1)) {
+      if (++attributes > XmlFile::kMaxAttributes) {
+        throw SetupError(
+            path + ":" + std::to_string(lineAt(text, at)),
+            "an element has more than " + std::to_string(XmlFile::kMaxAttributes) + " attributes",
+            "this is no robot description");
+      }
+      next = text.find(text[next], next + 1);
+      if (next == std::string::npos) return;
+    }
+    if (next == std::string::npos) return;
+    at = next;
+  }
+}
+
 }  // namespace
 
 std::string readTextFile(const std::string& path) {
@@ -64,32 +117,66 @@ std::string readTextFile(const std::string& path) {
 XmlFile::XmlFile(const std::string& path) : XmlFile(path, readTextFile(path)) {}
 
 XmlFile::XmlFile(const std::string& path, const std::string& text) : path_(path), text_(text) {
-  takeStrayBytes();
+  takeZeroBytes();
+  takeOtherEncodings();
   if (text_.find_first_not_of(kSpace) == std::string::npos) {
     throw SetupError(path, "is empty", "a scene needs a <robot> element");
   }
+  refuseManyAttributes(path, text_);
   if (document_.Parse(text_.c_str(), text_.size()) != tinyxml2::XML_SUCCESS) {
     throw SetupError(path + ":" + std::to_string(document_.ErrorLineNum()),
                      "malformed XML (" + reason(document_) + ")", "mend the XML near this line");
   }
   if (!document_.RootElement())
     throw SetupError(path, "has no XML element", "a scene needs a <robot> element");
+  makeAttributesPlain();
 }
 
 /// Zero bytes, which exporters in C leave at the end of a text or of a string, become blanks where the rest is XML.
-void XmlFile::takeStrayBytes() {
+void XmlFile::takeZeroBytes() {
   const std::size_t first = text_.find('\0');
   if (first == std::string::npos) return;
   if (text_.compare(0, 2, "\xff\xfe") == 0 || text_.compare(0, 2, "\xfe\xff") == 0)
     throw SetupError(path_, "is UTF-16", "save it as UTF-8");
   const std::size_t begin = text_.compare(0, 3, "\xef\xbb\xbf") == 0 ? 3 : 0;
   const std::size_t word = text_.find_first_not_of(kSpace, begin);
-  if (word == std::string::npos || text_[word] != '<') throw SetupError(path_, "is a binary file", "expected XML text");
-  const auto lines = std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(first), '\n');
+  if (word == std::string::npos || text_[word] != '<')
+    throw SetupError(path_, "is a binary file", "expected XML text");
   const auto zeros = std::count(text_.begin(), text_.end(), '\0');
+  const int line = lineAt(text_, first);
   std::replace(text_.begin(), text_.end(), '\0', ' ');
-  warning_ = path_ + ":" + std::to_string(lines + 1) + ": has " + std::to_string(zeros) + " NUL byte" + (zeros > 1 ? "s, the first" : "") +
-             " in this line, read as blanks; take them out";
+  warnings_.push_back(path_ + ":" + std::to_string(line) + ": has " + std::to_string(zeros) + " NUL byte" +
+                      (zeros > 1 ? "s, the first" : "") + " in this line, read as blanks; take them out");
+}
+
+void XmlFile::takeOtherEncodings() {
+  const std::string valid = validUtf8(text_);
+  if (valid == text_) return;
+  const auto first = std::mismatch(text_.begin(), text_.end(), valid.begin()).first - text_.begin();
+  warnings_.push_back(
+      path_ + ":" + std::to_string(lineAt(text_, static_cast<std::size_t>(first))) +
+      ": has bytes that are no UTF-8, the first in this line, read as Latin-1; save it as UTF-8");
+  text_ = valid;
+}
+
+/// XML reads line breaks within attributes as blanks, which the parser does not. References such as &#1; bring other
+/// control characters.
+void XmlFile::makeAttributesPlain() {
+  bool said = false;
+  for (XmlElement* element = root(); element; element = nextOf(*element)) {
+    for (const auto* attribute = element->FirstAttribute(); attribute; attribute = attribute->Next()) {
+      const std::string given = attribute->Value(), plain = plainText(given);
+      if (plain == given) continue;
+      element->SetAttribute(std::string(attribute->Name()).c_str(), plain.c_str());
+      std::string unbroken = given;
+      std::replace_if(
+          unbroken.begin(), unbroken.end(), [](char c) { return c == '\t' || c == '\r' || c == '\n'; }, ' ');
+      if (unbroken == plain || said) continue;
+      said = true;
+      warnings_.push_back(at(*element) + ": <" + element->Name() + "> has control characters in " +
+                          attribute->Name() + ", read as blanks; take them out");
+    }
+  }
 }
 
 std::optional<std::vector<double>> readNumbers(const XmlFile& file, const XmlElement& element,
@@ -140,6 +227,15 @@ std::string readName(const XmlFile& file, const XmlElement& element, const char*
                      std::string("give it ") + attribute + "=\"...\"");
   }
   return text;
+}
+
+std::string readOwnName(const XmlFile& file, const XmlElement& element) {
+  const std::string name = readName(file, element, "name");
+  if (name.size() > kMaxNameBytes) {
+    throw SetupError(elementAt(file, element), "its name has " + std::to_string(name.size()) + " bytes",
+                     "write at most " + std::to_string(kMaxNameBytes));
+  }
+  return name;
 }
 
 void refuseUnknownAttributes(const XmlFile& file, const XmlElement& element,
