@@ -1,5 +1,6 @@
 #include "scene/robot_file.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "scene/gazebo_sensors.h"
@@ -11,6 +12,19 @@ namespace {
 /// More links than any published robot by far; beyond it the file is something else, and links are looked up
 /// one by one.
 constexpr std::size_t kMaxLinks = 2000;
+
+/// Versions of URDF: 1.1 adds quat_xyzw, 1.2 capsules and limits of acceleration and jerk. All are read
+/// alike, whatever a file says.
+constexpr const char* kVersions[] = {"1", "1.0", "1.1", "1.2"};
+
+void checkVersion(const RobotFile& robot) {
+  const char* version = robot.xml.root()->Attribute("version");
+  const auto is = [&](const char* known) { return std::strcmp(version, known) == 0; };
+  if (!version || std::any_of(std::begin(kVersions), std::end(kVersions), is)) return;
+  throw SetupError(robot.xml.at(*robot.xml.root()),
+                   std::string("version '") + version + "' of URDF is unknown",
+                   "known: 1.0, 1.1 and 1.2; write one of them, or none");
+}
 
 void readLinks(RobotFile& robot) {
   std::map<std::string, int> seen;
@@ -159,6 +173,7 @@ std::unique_ptr<RobotFile> readRobot(const std::string& path, const SceneOptions
                      "give a URDF file");
   }
   robot->name = readOwnName(robot->xml, *root);
+  checkVersion(*robot);
   readLinks(*robot);
   readJoints(*robot);
   checkTree(*robot);

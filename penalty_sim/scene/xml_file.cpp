@@ -217,7 +217,21 @@ Pose readPose(const XmlFile& file, const XmlElement& element, const char* xyz, c
 
 Pose readOrigin(const XmlFile& file, const XmlElement& parent) {
   const XmlElement* origin = parent.FirstChildElement("origin");
-  return origin ? readPose(file, *origin) : Pose();
+  if (!origin) return Pose();
+  const auto xyzw = readNumbers(file, *origin, "quat_xyzw", 4);
+  if (!xyzw) return readPose(file, *origin);
+  if (origin->Attribute("rpy")) {
+    throw SetupError(elementAt(file, *origin), "has both rpy and quat_xyzw", "take one of them out");
+  }
+  // Scaled first: the square of 1e200 is no number.
+  const Eigen::Vector4d given(xyzw->data());
+  const double largest = given.cwiseAbs().maxCoeff();
+  if (largest == 0)
+    throw SetupError(elementAt(file, *origin), "quat_xyzw is zero, which is no rotation",
+                     "write 0 0 0 1 for none");
+  const Eigen::Vector4d unit = (given / largest).normalized();
+  return {Quaternion(unit[3], unit[0], unit[1], unit[2]),
+          readVector(file, *origin, "xyz").value_or(Vector3::Zero())};
 }
 
 std::string readName(const XmlFile& file, const XmlElement& element, const char* attribute) {

@@ -72,7 +72,9 @@ std::optional<Vector3> readVector(const XmlFile& file, const XmlElement& element
 /// The pose in attributes `xyz` and `rpy` (URDF: fixed axes, roll about x first), or of a child <origin>.
 Pose readPose(const XmlFile& file, const XmlElement& element, const char* xyz = "xyz",
               const char* rpy = "rpy");
-/// The pose of a child `<origin>`; without one the identity.
+/// The pose of a child `<origin>`, without one the identity. Its rotation is `rpy`, or `quat_xyzw` (URDF 1.1:
+/// x y z w, of any length but 0), whatever version the file says. Throws SetupError as readNumbers does, and
+/// for both rotations at once.
 Pose readOrigin(const XmlFile& file, const XmlElement& parent);
 
 /// A non-empty attribute. Throws SetupError when it is absent or empty.
