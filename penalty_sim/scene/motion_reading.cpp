@@ -1,7 +1,6 @@
 #include "scene/motion_reading.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 
 #include "haptic_core/base/error.h"
@@ -9,6 +8,7 @@
 #include "scene/number_table.h"
 #include "scene/resource_path.h"
 #include "scene/scene_extension.h"
+#include "scene/topic_name.h"
 
 namespace haptic {
 namespace {
@@ -73,9 +73,8 @@ void readMotion(const RobotFile& robot, const XmlElement& tag, const ModelSettin
     told.motion = static_cast<int>(context.scene.world.motions.size());
     told.X_FL = place.X_LF.inverse();
     if (tag.Attribute("topic")) told.topic = readName(robot.xml, tag, "topic");
-    const auto fits = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '/' || c == '~'; };
-    if (!std::all_of(told.topic.begin(), told.topic.end(), fits)) {
-      throw SetupError(where, "topic '" + told.topic + "' is no name of ROS", "use letters, digits, _ and /");
+    if (!told.topic.empty() && !isTopicName(told.topic)) {
+      throw SetupError(where, "topic '" + told.topic + "' is no name of ROS", kTopicNameRemedy);
     }
     if (tag.Attribute("tf")) told.frame = readName(robot.xml, tag, "tf");
     context.scene.told_motions.push_back(told);

@@ -8,6 +8,7 @@
 #include "haptic_core/geometry/shapes/ball.h"
 #include "scene/scene_extension.h"
 #include "scene/surface_motion.h"
+#include "scene/topic_name.h"
 
 namespace haptic {
 namespace {
@@ -161,6 +162,8 @@ void addPointer(const PointerSettings& settings, LoadContext& context) {
     throw SetupError(where, "link '" + link.name + "' is fixed",
                      "a pointer needs a joint that moves, e.g. floating");
   }
+  if (!isTopicName(settings.device))
+    throw SetupError(where, "device '" + settings.device + "' is no name of ROS", kTopicNameRemedy);
   for (const HandDef& other : context.scene.hands) {
     if (other.device == settings.device)
       throw SetupError(where, "device '" + settings.device + "' has a pointer already",

@@ -1,12 +1,12 @@
 #include "scene/sensor_reading.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "scene/joint_reading.h"
 #include "scene/link_inertia.h"
 #include "scene/scene_extension.h"
+#include "scene/topic_name.h"
 
 namespace haptic {
 namespace {
@@ -37,9 +37,8 @@ const SensorType& typeOf(const RobotFile& robot, const XmlElement& tag, const st
 constexpr double kLeastRate = 1e-6;  // [Hz]: steps between samples stay a whole number
 
 std::string readSensorName(const RobotFile& robot, const XmlElement& tag, const std::string& prefix, const std::string& where) {
-  const std::string name = prefix + readName(robot.xml, tag, "name");
-  const auto fits = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '/'; };
-  if (!std::isalpha(static_cast<unsigned char>(name[0])) || !std::all_of(name.begin(), name.end(), fits)) {
+  const std::string name = prefix + readOwnName(robot.xml, tag);
+  if (!isTopicName(name) || name[0] == '/') {
     throw SetupError(where, "name '" + name + "' cannot be a topic's", "begin with a letter and use letters, digits and _");
   }
   return name;
