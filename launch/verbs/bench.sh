@@ -44,6 +44,17 @@ bench_robots_table() {
   echo "bench: every robot that was tried in $FIGURES/robots.md"
 }
 
+# Robots with odd texts in every attribute: what they end, through the library, Python and ~spawn of a running loop.
+bench_texts() {
+  setup run test python
+  build_stack 'odd_files haptic_python haptic_bridge penalty_sim spidar_driver motor_guard haptic_msgs_generate_messages
+    haptic_bridge_gencfg' ON
+  use_build
+  with_progress 'bench texts' "$LOGS/bench-texts.log" python3 -B test/benchmark/odd_texts.py \
+    --program "$(find "$BUILD" -name odd_files -type f)" || failed="$failed texts"
+  keep_figures "$csv" "$LOGS/bench-texts.log" '-O3 -DNDEBUG -ffp-contract=off'
+}
+
 # 100 rounds of loading and unloading each nodelet of a running loop: no crash, no thread, no memory left behind.
 bench_reload() {
   local lines
@@ -242,4 +253,5 @@ case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_strangers ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_processes ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' scenes '*) bench_scene_table ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' robots '*) bench_robots_table ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' robots '*) bench_texts ;; esac
 [ -z "$failed" ] || fail "failed:$failed"
