@@ -2,6 +2,8 @@
 # Another python3 ahead of /usr/bin (pyenv, conda) breaks catkin and every ROS script: the path is fixed first.
 CALLER_PATH=${PATH:-}
 export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
+# What programs print is read here: words and numbers are not those of the user's language.
+export LC_ALL=C.UTF-8
 set -u
 CALLER=$(pwd -P)  # paths that the user gives are relative to it
 PROGRAM=$(readlink -f "$0")
