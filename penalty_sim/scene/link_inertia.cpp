@@ -131,6 +131,35 @@ class InertiaMender {
 
 bool fixedToWorld(const LinkDef& link) { return link.parent < 0 && link.joint.type == JointType::kFixed; }
 
+/// The link of the largest moment, beside which those of the others may be rounding.
+const LinkDef& heaviestToTurn(const ArticulationDef& tree) {
+  const auto largest = [](const LinkDef& link) { return momentsOf(link.inertia.I_C)[2]; };
+  return *std::max_element(tree.links.begin(), tree.links.end(),
+                           [&](const LinkDef& a, const LinkDef& b) { return largest(a) < largest(b); });
+}
+
+/// A link is replaced once: where that does not help, no inertia would.
+void replaceWhereNothingIsMet(ArticulationDef& tree, const std::vector<std::string>& places,
+                              InertiaMender& mender) {
+  std::vector<bool> replaced(tree.links.size(), false);
+  for (int i = linkWithoutInertia(tree); i >= 0; i = linkWithoutInertia(tree)) {
+    const LinkInertia& inertia = tree.links[i].inertia;
+    if (replaced[i]) {
+      const LinkDef& heaviest = heaviestToTurn(tree);
+      std::ostringstream what;
+      what << "its inertia (" << inertia.mass << " kg) is lost in rounding, and so was what took its place: "
+           << "the largest moments are those of link '" << heaviest.name << "' ("
+           << momentsOf(heaviest.inertia.I_C).transpose() << " kg m²)";
+      throw SetupError(places[i], what.str(), "correct masses, moments and positions that are far from the others");
+    }
+    replaced[i] = true;
+    std::ostringstream why;
+    why << "joint '" << tree.links[i].joint.name << "' can move what has no inertia (" << inertia.mass
+        << " kg, principal moments " << momentsOf(inertia.I_C).transpose() << " kg m²)";
+    mender.replace(i, why.str());
+  }
+}
+
 void warnOfTriangle(const LinkDef& link, const std::string& place, std::vector<std::string>& warnings) {
   const Vector3 moments = momentsOf(link.inertia.I_C);
   // Between the two others nothing is amiss where none is given: <inertia ixx="1"/> of a link that only slides.
@@ -170,12 +199,7 @@ void completeInertias(ArticulationDef& tree, const std::vector<std::string>& pla
     why << "its inertia is not positive definite (principal moments " << momentsOf(link.inertia.I_C).transpose() << " kg m²)";
     mender.replace(i, why.str());
   }
-  for (int i = linkWithoutInertia(tree); i >= 0; i = linkWithoutInertia(tree)) {
-    std::ostringstream why;
-    why << "joint '" << tree.links[i].joint.name << "' can move what has no inertia (" << tree.links[i].inertia.mass
-        << " kg, principal moments " << momentsOf(tree.links[i].inertia.I_C).transpose() << " kg m²)";
-    mender.replace(i, why.str());
-  }
+  replaceWhereNothingIsMet(tree, places, mender);
   for (std::size_t i = 0; i < tree.links.size(); ++i) {
     if (!fixedToWorld(tree.links[i])) warnOfTriangle(tree.links[i], places[i], said.warnings);
   }

@@ -25,7 +25,8 @@ LinkInertia inertiaOfShapes(const std::vector<CollisionDef>& collisions, double 
 /// shapes it is a ball of 20 mm. A link without <inertial> has the mass of its shapes at `density` (1000 kg/m³ for 0), without shapes
 /// none. Negative moments are always replaced. Each replacement is said. A moment larger than the sum of the others (no mass distribution
 /// has it, but published robots do, and it can be computed with) is a warning. `places` holds "file:line: link" per link, `given` whether
-/// the file has an <inertial> there. Throws SetupError: no moving link of the tree has an inertia, and `density` is 0.
+/// the file has an <inertial> there. Throws SetupError: no moving link of the tree has an inertia, and `density` is 0; or one is so large
+/// that the others are lost in rounding.
 void completeInertias(ArticulationDef& tree, const std::vector<std::string>& places, const std::vector<bool>& given, double density,
                       LoadReport& said);
 
