@@ -116,6 +116,7 @@ void LoopSession::connect(std::uint64_t first_tick) {
     hand.origin = static_cast<int>(start_.hands.size());
     auto* twin = dynamic_cast<DeviceTwin*>(&hand.lease->transport);
     if (twin && hand.lease->follows_script) twin->setHandPath(hand.placement.path);
+    device.handOver();
     const std::vector<double> memory = device.save();
     device.restore(memory);  // a replay starts from these numbers: what they leave out must not act here either
     start_.hands.push_back({hand.name, device.def(), hand.placement.pointer, settings, memory, {}});
@@ -204,12 +205,12 @@ void LoopSession::copyTo(View& view) const {
   }
 }
 
-void LoopSession::exchange(std::int64_t& io_ns, std::int64_t& twin_ns) noexcept {
+void LoopSession::exchange(const TimeLost& lost, std::int64_t& io_ns, std::int64_t& twin_ns) noexcept {
   io_ns = twin_ns = 0;
   for (std::size_t i = 0; i < hands_.size(); ++i) {
     DevicePort& port = *hands_[i].lease;
     const std::int64_t before = steadyNow();
-    input_.sample[i] = port.transport.exchange(port.device.drive());
+    input_.sample[i] = port.transport.exchange(port.device.driveAfter(lost));
     const std::int64_t spent = steadyNow() - before;
     io_ns += spent;
     if (port.transport.truth()) twin_ns += spent;  // a twin's physics, no wire
@@ -220,9 +221,10 @@ void LoopSession::tick(const PeriodicWake::Wake& wake, std::uint64_t index, doub
                        RecordedTick& record) noexcept {
   input_.tick = index;
   input_.lost_periods = wake.lost_periods;
+  input_.asleep = wake.asleep;
   input_.hands = static_cast<int>(hands_.size());
   std::int64_t twin_ns = 0;
-  exchange(sample.io_ns, twin_ns);
+  exchange(input_.lost(h), sample.io_ns, twin_ns);
   for (int i = 0; i < input_.hands; ++i) {
     hands_[i].lease->serve(input_.sample[i], [&](const LoopCommand& command) { take({command.kind, i}); });
   }

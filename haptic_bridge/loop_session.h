@@ -111,7 +111,7 @@ class LoopSession {
   void copyTo(Memory& memory) const;
   void copyTo(View& view) const;
   void note(const LoopCommand& command);
-  void exchange(std::int64_t& io_ns, std::int64_t& twin_ns) noexcept;
+  void exchange(const TimeLost& lost, std::int64_t& io_ns, std::int64_t& twin_ns) noexcept;
   void observe(Hand& hand, HandSample& sample) const noexcept;
 
   BridgeParameters parameters_;

@@ -102,7 +102,7 @@ bool addTick(const RecordedTick& tick, const std::vector<int>& strings, haptic_m
     m.buttons.push_back(sample.buttons);
     m.link_status.push_back(linkByte(sample));
   }
-  m.lost_periods.push_back(static_cast<std::uint32_t>(input.lost_periods));
+  m.lost_periods.push_back(lostWord(input));
   m.world_hash.push_back(tick.hash.world);
   m.part_hash.insert(m.part_hash.end(), tick.hash.part.begin(), tick.hash.part.begin() + tick.hash.parts);
   ++m.ticks;

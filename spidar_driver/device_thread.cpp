@@ -32,13 +32,15 @@ void DeviceThread::run() {
 
 void DeviceThread::runDevice(PortLease<DevicePort>& lease) {
   DevicePort& port = *lease;
+  port.device.handOver();
   PeriodicWake wake(rate_hz_);
   wake.start();
   for (std::uint64_t tick = 0; !stop_ && !lease.recalled(); ++tick) {
     const PeriodicWake::Wake now = wake.wait();
-    const DeviceSample sample = port.transport.exchange(port.device.drive());
+    const TimeLost lost{wake.period() * now.lost_periods, now.asleep};
+    const DeviceSample sample = port.transport.exchange(port.device.driveAfter(lost));
     port.serve(sample, [&](const LoopCommand& command) { apply(command, port.device); });
-    port.device.sense(sample, wake.period());
+    port.device.sense(sample, wake.period(), lost);
     const WrenchInput::Command command = input_.latest();
     const double age = 1e-9 * static_cast<double>(now.start_ns - command.received_ns);
     const WrenchInput::Grasp& grasp = input_.latestGrasp();

@@ -86,7 +86,7 @@ void DeviceTopics::run() {
 void DeviceTopics::handle(const DeviceRecord& record) {
   see_(record);
   if (!bringsCounts(record.sample.status)) ++lost_exchanges_;
-  constexpr unsigned kTold = kUnguarded | kStopped | kReleased | kLinkLost | kDelayTooLong | kAnswersLost;
+  constexpr unsigned kTold = kForceWaits | kUnguarded | kStopped | kReleased | kLinkLost | kDelayTooLong | kAnswersLost;
   const bool changed = record.state != last_.state || record.cause != last_.cause ||
                        record.link_lost != last_.link_lost || (record.flags & kTold) != (last_.flags & kTold);
   last_ = record;

@@ -85,15 +85,17 @@ bench_strangers() {
   [ ! -f "$lines" ] || keep_figures "$csv" "$lines" '-O3 -DNDEBUG -ffp-contract=off'
 }
 
-# STOP without a master, and what a run leaves when its parent is killed: processes of the whole stack.
+# STOP without a master, what a run leaves when its parent is killed, and programs that are stopped and go on: processes of the whole
+# stack. The suspends take half an hour.
 bench_processes() {
   setup run test
   build_stack 'haptic_bridge penalty_sim spidar_driver spidar_driver_node spidar_stop spidar_board_emulator motor_guard
     haptic_msgs_generate_messages haptic_bridge_gencfg'
   use_build
-  with_progress 'bench processes' "$LOGS/bench-processes.log" python3 -B "$ROOT/test/benchmark/processes.py" ||
-    failed="$failed processes"
-  keep_figures "$csv" "$LOGS/bench-processes.log" '-O3 -DNDEBUG -ffp-contract=off'
+  for each in processes suspends; do
+    with_progress "bench $each" "$LOGS/bench-$each.log" python3 -B "$ROOT/test/benchmark/$each.py" || failed="$failed $each"
+    keep_figures "$csv" "$LOGS/bench-$each.log" '-O3 -DNDEBUG -ffp-contract=off'
+  done
 }
 
 # Bits and times of the two libraries, and of the last release that had one library per build. Its sources come from git.

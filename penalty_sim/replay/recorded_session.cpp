@@ -105,7 +105,7 @@ void addRun(const std::string& bag, const haptic_msgs::TickRecord& m, const std:
   for (std::uint32_t t = 0; t < m.ticks; ++t) {
     TickInput input;
     input.tick = m.first_tick + t;
-    input.lost_periods = static_cast<int>(m.lost_periods[t]);
+    takeLostWord(m.lost_periods[t], input);
     input.hands = static_cast<int>(m.hands);
     std::size_t channel = static_cast<std::size_t>(t) * m.channels;
     for (std::uint32_t h = 0; h < m.hands; ++h) {
@@ -120,7 +120,7 @@ void addRun(const std::string& bag, const haptic_msgs::TickRecord& m, const std:
       takeLinkByte(m.link_status[at], sample);
     }
     session.ticks.push_back(input);
-    session.periods += 1 + m.lost_periods[t];
+    session.periods += 1 + static_cast<std::uint64_t>(input.lost_periods);
     TickHash hash;
     hash.world = m.world_hash[t];
     hash.parts = static_cast<int>(m.parts);

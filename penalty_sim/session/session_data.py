@@ -19,7 +19,8 @@ STATES = ('UNCALIBRATED', 'READY', 'ENABLED', 'REDUCED', 'FAULT', 'DISCONNECTED'
 FLAGS = ('CommandNotFinite', 'ForceClamped', 'TorqueClamped', 'SlewLimited', 'NotPresentable', 'TensionAtMax', 'Faded',
          'CommandStale', 'TorqueIgnored', 'PoseNotConverged', 'SampleStale', 'LinkLost', 'EncoderJump', 'ResidualHigh',
          'OverRate', 'MotorHot', 'AnswersLost', 'DelayTooLong', 'CountersStill', 'CounterRestarted', 'StringCorrected',
-         'CountRefused', 'LoopLate', 'CountersFrozen', 'SomeCountersStill', 'CalibrationRefused', 'Unguarded', 'Stopped', 'Released')
+         'CountRefused', 'LoopLate', 'CountersFrozen', 'SomeCountersStill', 'CalibrationRefused', 'Unguarded', 'Stopped', 'Released',
+         'ForceWaits')
 FLAG_WORDS = {
     'CommandNotFinite': 'a wrench was not finite', 'ForceClamped': 'force over its limit', 'TorqueClamped': 'torque over its limit',
     'SlewLimited': 'the wrench rose too fast', 'NotPresentable': 'the strings cannot present the wrench',
@@ -32,11 +33,12 @@ FLAG_WORDS = {
     'StringCorrected': 'a slipped encoder was corrected', 'CountRefused': 'a count was refused',
     'LoopLate': 'this machine was late', 'CountersFrozen': 'the counters of a moving grip stopped',
     'SomeCountersStill': 'some counters stand still', 'CalibrationRefused': 'a calibration was refused',
-    'Unguarded': 'no guard of the motors', 'Stopped': 'STOP', 'Released': 'the dead-man switch was not held'}
+    'Unguarded': 'no guard of the motors', 'Stopped': 'STOP', 'Released': 'the dead-man switch was not held',
+    'ForceWaits': 'the force waited to be asked for after a silence'}
 # The others are limits: they act in a session in which nothing is wrong.
 FAULTS = {'CommandNotFinite', 'CommandStale', 'PoseNotConverged', 'LinkLost', 'EncoderJump', 'ResidualHigh', 'MotorHot', 'AnswersLost',
           'DelayTooLong', 'CountersStill', 'CounterRestarted', 'StringCorrected', 'CountRefused', 'LoopLate', 'CountersFrozen',
-          'Unguarded', 'Stopped'}
+          'Unguarded', 'Stopped', 'ForceWaits'}
 STATISTICS = ('tick_us_p50', 'tick_us_p99', 'tick_us_max', 'lateness_us_p50', 'lateness_us_p99', 'lateness_us_max')
 
 

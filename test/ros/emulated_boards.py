@@ -20,6 +20,11 @@ class EmulatedBoards:
                                           "--control", self._control, "--hand", hand], stdout=subprocess.PIPE, text=True)
         wait_until("the boards' port", lambda: os.path.exists(self.port) and os.path.exists(self._control))
 
+    @property
+    def process(self):
+        """Its number, to stop it as hardware does not."""
+        return self._process.pid
+
     def order(self, text):
         """One of the orders that `spidar_board_emulator --help` lists."""
         with open(self._control, "w", encoding="utf-8") as control:

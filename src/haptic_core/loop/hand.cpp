@@ -91,8 +91,11 @@ void Hand::followBodies(const World& world, const NextWorld& change, int link_be
   followWorld(world, change.linkNow(link_before), false);
 }
 
-void Hand::sense(const DeviceSample& sample, double h) noexcept {
-  device_.sense(sample, h);
+void Hand::sense(const DeviceSample& sample, double h, const TimeLost& lost) noexcept {
+  device_.sense(sample, h, lost);
+  // The grip may be elsewhere by now: the pointer glides to it from where the world has it, and nobody knows what the strings did.
+  const bool lasted = lost.seconds > LoopClock::kLasting;
+  if (lasted) rebase_ = Rebase::kGlide;
   last_buttons_ = buttons_;
   buttons_ = sample.buttons;
   const Pose X_last = report_.X_BG;
@@ -103,8 +106,8 @@ void Hand::sense(const DeviceSample& sample, double h) noexcept {
   report_.length = device_.lengths();
   report_.pose_residual = device_.solution().residual;
   moved_ = Twist{};
-  if (report_.valid && !was_valid_) passivity_.start(report_.length);
-  if (report_.valid && was_valid_) {
+  if (report_.valid && (lasted || !was_valid_)) passivity_.start(report_.length);
+  if (report_.valid && was_valid_ && !lasted) {
     passivity_.observe(report_.length);
     moved_ = {vectorFromRotation(Quaternion(report_.X_BG.R * X_last.R.transpose())) / h, (report_.X_BG.p - X_last.p) / h};
   }

@@ -13,7 +13,7 @@ class Hand {
   Hand(Spidar& device, int pointer, const HandSettings& settings, double h);
 
   /// (in realtime) Counts → pose; the port's energy is observed on the displacement since the last sample.
-  void sense(const DeviceSample& sample, double h) noexcept;
+  void sense(const DeviceSample& sample, double h, const TimeLost& lost = {}) noexcept;
   /// (in realtime) Grip → pointer target. Without a valid pose the pointer stands still.
   void couple(World& world, double h) noexcept;
   /// (in realtime) Before any step of the world: how stiff contacts of the pointer may be, and how hard it may press.

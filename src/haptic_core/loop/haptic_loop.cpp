@@ -62,7 +62,7 @@ void HapticLoop::take(const LoopCommand& command) {
 
 void HapticLoop::tick(const TickInput& input, double h) noexcept {
   if (input.lost_periods > 0) noteOverrun(input.lost_periods);
-  for (int i = 0; i < count_; ++i) hands_[i]->sense(input.sample[i], h); // counts → lengths → grip pose
+  for (int i = 0; i < count_; ++i) hands_[i]->sense(input.sample[i], h, input.lost(h)); // counts → lengths → grip pose
   if (paused_) {
     for (int i = 0; i < count_; ++i) hands_[i]->rest(h);                 // poses go on, strings at minimum tension
   } else {

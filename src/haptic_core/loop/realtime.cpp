@@ -7,6 +7,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -19,7 +20,18 @@
 namespace haptic {
 namespace {
 
+std::int64_t read(clockid_t clock) noexcept {
+  timespec now;
+  clock_gettime(clock, &now);
+  return now.tv_sec * std::int64_t{1000000000} + now.tv_nsec;
+}
+
+
 constexpr std::int64_t kNanosecondsPerSecond = 1000000000;
+/// Lost periods are counted so far [1]: 15 hours at 20 kHz, and a weekend asleep does not overflow.
+constexpr std::int64_t kMostLostPeriods = 1 << 30;
+/// Two clocks that part by less than this have not slept, they were read apart [ns]. No machine sleeps and wakes in 5 ms.
+constexpr std::int64_t kLeastSleepNs = 5000000;
 constexpr double kLowestRateHz = 1, kHighestRateHz = 20000;  // above, a wake-up alone takes the period
 // The kernel may delay a sleeper of the normal scheduler by 50 µs to save power; 1 ns asks it not to.
 constexpr unsigned long kTimerSlackNs = 1;
@@ -62,11 +74,8 @@ void checkMachine(const RealtimeSettings& settings, RealtimeReport& report) {
 
 }  // namespace
 
-std::int64_t steadyNow() noexcept {
-  timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * kNanosecondsPerSecond + now.tv_nsec;
-}
+std::int64_t steadyNow() noexcept { return read(CLOCK_MONOTONIC); }
+std::int64_t bootNow() noexcept { return read(CLOCK_BOOTTIME); }
 
 PeriodicWake::PeriodicWake(double rate_hz) {
   if (!(rate_hz >= kLowestRateHz && rate_hz <= kHighestRateHz)) {
@@ -75,16 +84,29 @@ PeriodicWake::PeriodicWake(double rate_hz) {
   period_ns_ = std::llround(kNanosecondsPerSecond / rate_hz);
 }
 
-void PeriodicWake::start() noexcept { deadline_ns_ = steadyNow() + period_ns_; }
+void PeriodicWake::start() noexcept {
+  const std::int64_t boot_ns = bootNow(), now_ns = steadyNow();
+  deadline_ns_ = now_ns + period_ns_;
+  slept_ns_ = boot_ns - now_ns;
+}
 
 PeriodicWake::Wake PeriodicWake::wait() noexcept {
   const timespec until{deadline_ns_ / kNanosecondsPerSecond, deadline_ns_ % kNanosecondsPerSecond};
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
   }
+  const std::int64_t boot_ns = bootNow();  // first: a thread that loses its core between the two readings has not slept
+  return wokenAt(boot_ns, steadyNow());
+}
+
+PeriodicWake::Wake PeriodicWake::wokenAt(std::int64_t boot_ns, std::int64_t steady_ns) noexcept {
   Wake wake;
-  wake.start_ns = steadyNow();
+  wake.start_ns = steady_ns;
   wake.lateness_ns = wake.start_ns - deadline_ns_;
-  wake.lost_periods = static_cast<int>(wake.lateness_ns / period_ns_);
+  const std::int64_t slept_ns = boot_ns - steady_ns - slept_ns_;
+  wake.asleep = slept_ns > kLeastSleepNs;
+  slept_ns_ += std::max<std::int64_t>(0, slept_ns);
+  const std::int64_t lost_ns = wake.lateness_ns + (wake.asleep ? slept_ns : 0);
+  wake.lost_periods = static_cast<int>(std::min(kMostLostPeriods, lost_ns / period_ns_));
   deadline_ns_ += period_ns_;
   if (wake.lost_periods > 0) deadline_ns_ = wake.start_ns + period_ns_;
   return wake;

@@ -6,7 +6,8 @@
 
 namespace haptic {
 
-std::int64_t steadyNow() noexcept;  ///< (in realtime) CLOCK_MONOTONIC [ns]
+std::int64_t steadyNow() noexcept;  ///< (in realtime) CLOCK_MONOTONIC [ns]: stands still while the machine sleeps
+std::int64_t bootNow() noexcept;    ///< (in realtime) CLOCK_BOOTTIME [ns]: the same, but goes on while the machine sleeps
 
 /// Wakes a thread at a fixed rate.
 /// Wakes at start + n/rate. After an overrun the deadlines move: no burst makes up for lost ticks.
@@ -20,14 +21,18 @@ class PeriodicWake {
   struct Wake {
     std::int64_t start_ns = 0;            ///< steady clock when the thread ran again
     std::int64_t lateness_ns = 0;         ///< start after its deadline, ≥ 0
-    int lost_periods = 0;                 ///< whole periods that passed; > 0: the tick counts as missed
+    int lost_periods = 0;                 ///< whole periods that passed, asleep or not; > 0: the tick counts as missed
+    bool asleep = false;                  ///< the machine slept during a part of them
   };
   Wake wait() noexcept;                   ///< (in realtime) sleeps until the next deadline, if that lies ahead
+  /// (in realtime) The wake-up at these readings of both clocks [ns]; `boot_ns` was read first. For `wait` and for tests.
+  Wake wokenAt(std::int64_t boot_ns, std::int64_t steady_ns) noexcept;
 
   double period() const { return 1e-9 * static_cast<double>(period_ns_); }  ///< [s]
 
  private:
   std::int64_t period_ns_, deadline_ns_ = 0;
+  std::int64_t slept_ns_ = 0;             ///< CLOCK_BOOTTIME less CLOCK_MONOTONIC, as far as it has been seen
 };
 
 /// Priority, memory and core that a ticking thread asks for.

@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "haptic_core/spidar/device_record.h"
+#include "haptic_core/spidar/ways_back.h"
 
 namespace haptic {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 constexpr const char* kAgain = "hold the grip at the home pose, call recover and calibrate, then enable_force";
 
 /// recover alone would leave a device without a pose.
-constexpr const char* kLengths = "hold the grip at the home pose, call calibrate first, then recover, then enable_force";
+const char* const kLengths = wayBackFrom(ForceEnd::kLengthsLost).asked;
 
 std::string listOf(std::uint32_t strings) {
   std::string text;
@@ -45,7 +46,7 @@ std::string number(const char* format, double a, double b = 0) {
 
 /// What to do once the cause is gone; `calibrated`: the strings' lengths are still known.
 std::string again(const DeviceRecord& record) {
-  return record.calibrated ? "call recover, then enable_force" : kLengths;
+  return record.calibrated ? wayBackFrom(ForceEnd::kFault).asked : kLengths;
 }
 
 /// The cause with its numbers, and the remedy.
@@ -108,6 +109,13 @@ std::string causeText(const DeviceRecord& record) {
   return "";
 }
 
+/// Why the force waits for a person, and what that person does.
+std::string waitText(const DeviceRecord& record) {
+  const std::string why = record.asleep ? "this machine slept: nothing was exchanged" : "nothing was exchanged";
+  const std::string then = record.calibrated ? wayBackFrom(ForceEnd::kLastingSilence).asked : kLengths;
+  return why + number(" for %.1f s", record.absence) + ", the force is off and does not come back by itself: take the grip, and " + then;
+}
+
 }  // namespace
 
 DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t stamp_ns,
@@ -145,6 +153,8 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
   r.cause = device.cause();
   r.board = sample.board;
   r.late = device.lateBy();
+  r.absence = device.absence();
+  r.asleep = device.asleep();
   r.link_lost = device.linkLost();
   r.still_strings = device.stillStrings();
   return r;
@@ -154,10 +164,11 @@ std::string advice(const DeviceRecord& record, const std::string& device_name) {
   if (record.flags & kCalibrationRefused)
     return "not calibrated: the grip is far from the pose that was named; hold it there and call calibrate, or call it again within "
            "10 s if the pose shown is wrong";
+  if ((record.flags & kForceWaits) && record.state != DeviceState::kFault) return waitText(record);
   if (const std::string text = causeText(record); !text.empty())
     return record.state == DeviceState::kReduced ? "little force, because " + text : text;
   if (record.flags & kStopped)
-    return "somebody said STOP, the motors are off: call recover for tensioned strings, or enable_force for force";
+    return std::string("somebody said STOP, the motors are off: ") + wayBackFrom(ForceEnd::kStop).asked;
   if (record.state == DeviceState::kUncalibrated)
     return "the pose is not known and the force is off: hold the grip at the home pose and call calibrate";
   if (!record.calibrated) return std::string("the strings' lengths are not known: ") + kAgain;
@@ -186,7 +197,8 @@ const char* stateName(const DeviceRecord& record) { return record.link_lost ? "D
 std::string standing(const DeviceRecord& record, const std::string& device_name) {
   const std::string text = advice(record, device_name);
   if (!text.empty()) return text;
-  if (record.state == DeviceState::kReady) return "the pose is known and the force is off: call enable_force for force";
+  if (record.state == DeviceState::kReady)
+    return std::string("the pose is known and the force is off: ") + wayBackFrom(ForceEnd::kSwitchedOff).asked;
   return "the wrench asked for is presented: nothing is to be done";
 }
 

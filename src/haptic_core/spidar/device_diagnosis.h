@@ -43,6 +43,7 @@ enum DeviceFlag : unsigned {
   kUnguarded = 1u << 26,        ///< no second process could turn the motors off: zero current
   kStopped = 1u << 27,          ///< somebody said STOP: zero current until `recover` or until the force is enabled
   kReleased = 1u << 28,         ///< the dead-man switch is not held: minimum tension
+  kForceWaits = 1u << 29,       ///< a silence lasted while force was on: minimum tension until somebody enables the force
 };
 
 /// Evidence that is not published: it grades the flags.

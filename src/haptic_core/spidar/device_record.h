@@ -42,6 +42,8 @@ struct DeviceRecord {
   DeviceCause cause = DeviceCause::kNone;  ///< of FAULT or REDUCED; else why force is off, or the note on this tick
   int board = -1;             ///< id of the board that the wire blamed last; -1: none, or none is known
   double late = 0;            ///< of cause kLoopLate [s]
+  double absence = 0;         ///< of flag kForceWaits: how long the silence was [s]
+  bool asleep = false;        ///< in it the machine slept
   bool link_lost = false;     ///< nothing answers on the wire, or has not for long enough
 };
 

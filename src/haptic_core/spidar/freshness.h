@@ -29,19 +29,20 @@ class Freshness {
 
   /// (in realtime) One exchange, h [s] after the last. `plausible`: no count moved as no string can.
   void take(const DeviceSample& sample, bool plausible, double h) noexcept {
-    const double arrived = 1e-6 * sample.age_us;
+    const double arrived = 1e-6 * sample.age_us, delayed = std::min(arrived, settings_.limit_s);
     age_ = bringsCounts(sample.status) && plausible ? arrived : std::max(age_ + h, arrived);
     const double lost = std::min(1.0, static_cast<double>(sample.lost));
     lost_ += std::min(1.0, h / settings_.lost_time_s) * (lost - lost_);
-    if (!bringsCounts(sample.status)) return;  // silence is no delay
-    delay_ = known_ ? delay_ + std::min(1.0, h / settings_.delay_time_s) * (arrived - delay_) : arrived;
+    if (!bringsCounts(sample.status)) return;  // silence is no delay, and what is older than the limit is old, not slow
+    delay_ = known_ ? delay_ + std::min(1.0, h / settings_.delay_time_s) * (delayed - delay_) : delayed;
     known_ = true;
   }
 
   /// Between two latches of counts there was more than the limit: whatever acted meanwhile acted on old ones.
   bool gap(std::int64_t from_ns, std::int64_t to_ns) const noexcept {
-    return from_ns > 0 && 1e-9 * static_cast<double>(to_ns - from_ns) > settings_.limit_s;
+    return from_ns > 0 && tooLong(1e-9 * static_cast<double>(to_ns - from_ns));
   }
+  bool tooLong(double seconds) const noexcept { return seconds > settings_.limit_s; }  ///< for what acted all the while
   void forgetLosses() noexcept { lost_ = 0; }  ///< (in realtime) the user says that the cause is gone
 
   bool fresh() const noexcept { return age_ <= settings_.limit_s; }  ///< a pose of these counts may be shown

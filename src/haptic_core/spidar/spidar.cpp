@@ -150,7 +150,10 @@ void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) 
     startAt(requests.jig);
     refusal_ = 0;
   }
-  if (requests.enable >= 0) enabled_ = requests.enable == 1;
+  if (requests.enable >= 0) {
+    enabled_ = requests.enable == 1;
+    waits_ = false;  // somebody has asked, or does not want it
+  }
   if (requests.enable == 0) interrupted_ = false;
   if (requests.recover || requests.enable == 1) stopped_ = false;
   if (stopped_) flags_ |= kStopped;
@@ -208,6 +211,18 @@ void Spidar::obey(const CauseRow& row) noexcept {
   cause_flags_ = 0;
 }
 
+/// A silence has lasted, whoever made it: what the device was asked before it, this tick's requests included, is not what a person
+/// wants now. The state is READY, or the FAULT that the table has found.
+void Spidar::awaitPerson() noexcept {
+  if (!clock_.forceWaits() || !enabled_) return;
+  enabled_ = interrupted_ = false;
+  waits_ = true;
+  absence_s_ = clock_.absence();
+  asleep_ = clock_.late() && clock_.asleep();
+  ramp_ = 0;
+  if (presents()) state_ = DeviceState::kReady;
+}
+
 /// Counts → lengths. False: they make no pose.
 bool Spidar::takeLengths(const DeviceSample& sample, double elapsed) noexcept {
   for (int i = 0; i < kinematics_.strings(); ++i)
@@ -234,12 +249,12 @@ bool Spidar::takeLengths(const DeviceSample& sample, double elapsed) noexcept {
 }
 
 /// The invariant: see freshness.h.
-void Spidar::checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept {
+void Spidar::checkFreshness(const DeviceSample& sample, bool plausible, double h, const TimeLost& lost) noexcept {
   freshness_.take(sample, plausible, h);
   if (!bringsCounts(sample.status)) flags_ |= kSampleStale;
   const bool silent = sample.status == LinkStatus::kSilent || sample.status == LinkStatus::kDisconnected;
   const bool answered = bringsCounts(sample.status) && freshness_.carriesForce(1e-6 * sample.age_us, h);
-  clock_.take(sample, silent || (!answered && !freshness_.carriesForce(h)), h);
+  clock_.take(sample, silent || (!answered && !freshness_.carriesForce(h)), h, lost);
   if (answered && calibrated_ && !freshness_.carriesForce(h)) signs_ |= kCountsRefusedLong;
   if (clock_.linkLost()) flags_ |= kLinkLost;
   if (clock_.late() && !clock_.silenceIsTheirs()) flags_ |= kLoopLate;
@@ -302,7 +317,7 @@ void Spidar::watchCounters(const DeviceSample& sample, double elapsed) noexcept 
   }
 }
 
-void Spidar::sense(const DeviceSample& sample, double h) noexcept {
+void Spidar::sense(const DeviceSample& sample, double h, const TimeLost& lost) noexcept {
   flags_ = 0;
   signs_ = 0;
   pose_is_new_ = false;
@@ -318,7 +333,8 @@ void Spidar::sense(const DeviceSample& sample, double h) noexcept {
   bool plausible = bringsCounts(sample.status);
   if (plausible) {
     const double elapsed = elapsedSince(counts_stamp_ns_, sample, since_counts_, h);
-    if (freshness_.gap(pose_stamp_ns_, sample.stamp_ns)) {  // the way back into force is a ramp
+    const bool stood = freshness_.tooLong(since_counts_) || freshness_.tooLong(lost.seconds);
+    if (stood || freshness_.gap(pose_stamp_ns_, sample.stamp_ns)) {  // the way back into force is a ramp
       flags_ |= kSampleStale;
       ramp_ = 0;
       told_.setZero();
@@ -331,9 +347,11 @@ void Spidar::sense(const DeviceSample& sample, double h) noexcept {
     since_counts_ = 0;
     counts_stamp_ns_ = sample.stamp_ns;
   }
-  checkFreshness(sample, plausible, h);
+  checkFreshness(sample, plausible, h, lost);
   checkWire(h);
   obey(diagnose(flags_ | signs_, sample.status, sample.finding));
+  awaitPerson();
+  if (waits_) flags_ |= kForceWaits;
   if (enabled_ && held_ && state_ == DeviceState::kReady && !paused_ && !(flags_ & kDelayTooLong) && freshness_.carriesForce(h)) {
     state_ = DeviceState::kEnabled;
     ramp_ = 0;

@@ -56,12 +56,20 @@ class Spidar {
   /// Uncalibrated, with the force off.
   explicit Spidar(const DeviceDef& def, const SpidarSettings& settings = {});
 
-  /// (in realtime) Takes the counts of one exchange, and follows the requests; h [s] is the time since the last one.
-  void sense(const DeviceSample& sample, double h) noexcept;
+  /// (in realtime) Takes the counts of one exchange, and follows the requests; h [s] is the period of the exchanges, `lost` the time
+  /// beyond it in which the runner made none.
+  void sense(const DeviceSample& sample, double h, const TimeLost& lost = {}) noexcept;
   /// (in realtime) Takes the wrench on the hand at G's origin in B, the grasp force along the opening [N] and
   /// the age of that command [s]; makes the drive for the next exchange.
   void actuate(const Wrench& F_G_B, double grasp_force, double h, double command_age = 0) noexcept;
   const DriveCommand& drive() const noexcept { return drive_; }  ///< made by the last `actuate`; zero before
+  /// (in realtime) For an exchange that comes after time was lost: zero where the force has to wait for a person who asks, for the
+  /// command in the making is of before.
+  const DriveCommand& driveAfter(const TimeLost& lost) const noexcept {
+    return lost.seconds > LoopClock::kLasting ? kNoDrive : drive_;
+  }
+  /// Between two ticks: another runner ticks the device from now on. The time until its first tick is nobody's silence.
+  void handOver() noexcept { clock_.handOver(); }
 
   // Set-up, or between two ticks: requests that the next `sense` follows, beside earlier ones. A calibration waits for
   // fresh counts of every board. Other threads send an AskDevice (loop/command.h).
@@ -103,7 +111,8 @@ class Spidar {
     visit(s.held_), visit(s.stopped_);
     visit(s.opening_rate_), visit(s.ramp_), visit(s.heat_share_), visit(s.since_counts_), visit(s.since_pose_);
     visit(s.pose_stamp_ns_), visit(s.cause_), visit(s.cause_flags_);  // the stamp is whole up to 2^53 ns, 104 days
-    visit(s.late_s_), visit(s.still_strings_), visit(s.refusal_), visit(s.doubted_), visit(s.interrupted_), visit(s.counts_stamp_ns_);
+    visit(s.late_s_), visit(s.absence_s_), visit(s.waits_), visit(s.asleep_);
+    visit(s.still_strings_), visit(s.refusal_), visit(s.doubted_), visit(s.interrupted_), visit(s.counts_stamp_ns_);
     visit(s.zero_length_), visit(s.length_), visit(s.told_), visit(s.solution_), visit(s.twist_), visit(s.asked_);
     visit(s.health_), visit(s.freshness_), visit(s.still_), visit(s.clock_), visit(s.steady_lengths_), visit(s.steady_);
   }
@@ -152,6 +161,8 @@ class Spidar {
   /// Why it is in kFault or kReduced; in the other states why force is off, or the note on this tick.
   DeviceCause cause() const noexcept { return cause_; }
   double lateBy() const noexcept { return late_s_; }  ///< of cause kLoopLate [s]
+  double absence() const noexcept { return absence_s_; }  ///< silence for which the force waits, of flag kForceWaits [s]
+  bool asleep() const noexcept { return asleep_; }        ///< the machine slept during a part of it
   /// Bit per string that stood still while others moved, of cause kBoardRepeats.
   std::uint32_t stillStrings() const noexcept { return still_strings_; }
   bool linkLost() const noexcept { return clock_.linkLost(); }  ///< nothing answers on the wire, or has not for long enough
@@ -165,6 +176,7 @@ class Spidar {
   const StringKinematics& kinematics() const noexcept { return kinematics_; }
 
  private:
+  static constexpr DriveCommand kNoDrive{};
   void follow(const DeviceRequests& requests, const DeviceSample& sample) noexcept;
   bool mayCalibrate(const GripPose& jig) const noexcept;
   void placeExits(const double* numbers);
@@ -173,7 +185,8 @@ class Spidar {
   bool takeLengths(const DeviceSample& sample, double elapsed) noexcept;
   bool takePose(const DeviceSample& sample, double elapsed) noexcept;
   void watchCounters(const DeviceSample& sample, double elapsed) noexcept;
-  void checkFreshness(const DeviceSample& sample, bool plausible, double h) noexcept;
+  void checkFreshness(const DeviceSample& sample, bool plausible, double h, const TimeLost& lost) noexcept;
+  void awaitPerson() noexcept;
   void checkWire(double h) noexcept;
   void obey(const CauseRow& row) noexcept;
   void enterFault(const CauseRow& row, bool zero_current) noexcept;
@@ -214,12 +227,15 @@ class Spidar {
   unsigned flags_ = 0, cause_flags_ = 0, buttons_ = 0;
   std::uint64_t signs_ = 0;         ///< evidence of this tick beside the flags
   DeviceCause cause_ = DeviceCause::kNone;
+  double absence_s_ = 0;
   double late_s_ = 0, refusal_ = 0; ///< refusal_: for so long a second request to calibrate is meant [s]
   std::uint32_t still_strings_ = 0;
   std::uint64_t zero_drives_ = 0;  ///< so many drives without current were made in a row
   bool currentless_ = false;
   bool doubted_ = false;      ///< there was a fault since the last calibration
   bool interrupted_ = false;  ///< force was on when the pause began
+  bool waits_ = false;        ///< a silence lasted while force was on: it waits for a person who asks
+  bool asleep_ = false;       ///< in that silence the machine slept
   bool paused_ = false, recovered_ = false;  ///< of this tick: no current; `recover` left kFault or kReduced
 };
 

@@ -140,7 +140,7 @@ struct Live {
   }
 };
 
-/// Everything once: calibration, enable, overruns, pause, clutch, tuning, grab by button and by hand, reset, loss, switch, STOP.
+/// Everything once: calibration, enable, overruns, a silence, pause, clutch, tuning, grab by button and by hand, reset, loss, switch, STOP.
 Recording record() {
   Live live;
   live.device[0]->calibrateAtHome();
@@ -156,6 +156,9 @@ Recording record() {
   live.run(270);
   const std::vector<double> saved = live.world.save();
   live.run(50, 3);
+  live.run(30, 700);  // more than half a second: the force waits until it is enabled
+  for (auto& device : live.device) device->setForceEnabled(true);
+  live.run(300);
   live.tell({PauseWorld{true}});
   live.run(30);
   live.tell({StepWorld{}});
