@@ -88,6 +88,7 @@ bench_strangers() {
 # STOP without a master, what a run leaves when its parent is killed, and programs that are stopped and go on: processes of the whole
 # stack. The suspends take half an hour.
 bench_processes() {
+  local each
   setup run test
   build_stack 'haptic_bridge penalty_sim spidar_driver spidar_driver_node spidar_stop spidar_board_emulator motor_guard
     haptic_msgs_generate_messages haptic_bridge_gencfg'
