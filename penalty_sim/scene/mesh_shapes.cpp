@@ -1,7 +1,5 @@
 #include "scene/mesh_shapes.h"
 
-#include <urdf_model/model.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <chrono>
