@@ -77,6 +77,7 @@ is_recording() {  # PATH
 }
 # A file that is there and begins as a recording does.
 ensure_recording() {  # VERB PATH
+  [ ! -d "$(absolute "$2")" ] || fail "$1: '$2' is a folder: give a bag or MCAP file"
   [ -f "$(absolute "$2")" ] || fail "$1: '$2': no such file"
   case $(head -c 7 "$(absolute "$2")" | tr -d '\0') in
     '#ROSBAG' | ?MCAP0?) ;;
