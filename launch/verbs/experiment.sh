@@ -11,7 +11,7 @@ judge experiment subject=text session=count seed=whole device=device output=text
 at_most 1 experiment 'the name of one study, or the path of its file'
 [ "$option_words" = 1 ] || fail "experiment needs the name of a study, or the path of its file"
 study_file=$(find_study "$option_word_1") || exit 1
-[ -n "$option_subject$option_power" ] || fail "experiment: a session needs --subject ID; --power needs none"
+[ -n "$option_subject$option_power" ] || fail "experiment: --subject is missing: a session needs one, --power does not"
 case $option_subject in *[!A-Za-z0-9]*) fail "experiment: --subject '$option_subject' is no pseudonym of letters and digits, as s01" ;; esac
 if [ -n "$option_windows$option_rviz" ]; then
   [ -n "${DISPLAY:-}" ] || fail "experiment: --windows and --rviz need a display; set DISPLAY, or use xvfb-run"

@@ -49,7 +49,8 @@ class Tutorials(unittest.TestCase):
                                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
                     self.assertEqual(done.returncode, 0, f"{page}:\n{block['text']}\n{done.stdout[-3000:]}")
                     self.check_said(block["text"], done.stdout)
-            self.assertEqual(len(machine.installs()), 1, f"{page}: set-up was not what a first reader meets")
+            calls = any("./run " in block["text"] for block in blocks if block["language"] == "sh")  # pages 5 and 6 go on from others
+            self.assertEqual(len(machine.installs()), 1 if calls else 0, f"{page}: set-up was not what a first reader meets")
             self.assertFalse(os.path.exists(machine.reached), "the real apt-get was called")
         self.assertEqual(descendants(marker), [], f"{page} leaves processes")
 
