@@ -32,6 +32,7 @@ BOX = """<robot name="box" xmlns:haptic="https://haptic/urdf"><link name="body">
 ARM = """<robot name="arm"><link name="base"/><link name="lever">
   <inertial><origin xyz="0.1 0 0"/><mass value="0.2"/><inertia ixx="1e-4" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
   <joint name="hinge" type="continuous"><parent link="base"/><child link="lever"/><axis xyz="0 1 0"/></joint></robot>"""
+FORMATS = """<robot name="%s%n"><link name="%s"/><material name="%n"><color rgba="%s%s%n"/></material></robot>"""
 WEIGHT = 0.1 * 9.8
 
 
@@ -111,6 +112,8 @@ class Models(unittest.TestCase):
         cls.a["hands"] = call("spawn", Spawn, name="three", model=SCENE, pose=at(0, 0, 3))
         cls.a["nan"] = call("spawn", Spawn, name="three", urdf=BOX, pose=at(0, 0, float("nan")))
         cls.a["param"] = call("spawn", Spawn, name="three", model="param:/nothing", pose=at(0, 0, 1))
+        cls.a["formats"] = call("spawn", Spawn, name="odd", urdf=FORMATS, pose=at(0, 0, 5), fixed=True)
+        call("delete", Delete, name="odd")
         cls.a["nothing"] = call("delete", Delete, name="four")
         cls.a["pointer"] = call("delete", Delete, name="pointer")
         cls.a["grab"] = call("grab", Grab, link="two/body")
@@ -170,7 +173,7 @@ class Models(unittest.TestCase):
 
     def test_models_come_and_go(self):
         for name, links in (("box", "one/body"), ("second", "two/body"), ("arm", "arm_a/base, arm_a/lever"), ("lower", "one/body"),
-                            ("scene's", "box, lid"), ("param again", "one/body")):
+                            ("scene's", "box, lid"), ("param again", "one/body"), ("formats", "odd/%s")):
             self.assertTrue(self.a[name].success, self.a[name].message)
             self.assertEqual(self.a[name].message, links)
         self.assertIn("hinge", self.joints)
@@ -204,7 +207,7 @@ class Models(unittest.TestCase):
             starts += [m for _, m, _ in bag.read_messages("/recorded/session")]
         self.assertEqual([len(start.bodies) > 0 for start in starts], [False, True])
         self.assertEqual(set(starts[1].links) ^ set(starts[0].links), {"box", "one/body", "two/body", "arm_a/base", "arm_a/lever"})
-        self.assertEqual(len(changes), 6)
+        self.assertEqual(len(changes), 8)
         for bag, least in ((self.bag, 1000), (self.second, 100)):
             figures = replay(bag)
             self.assertGreater(figures["replay.steps"], least)
