@@ -5,11 +5,11 @@
 # The script runs in name spaces of its own: its mounts are not seen outside, and the kernel ends its processes and takes its mounts
 # away with it, whatever ends it.
 
-# Calls the script again inside. Exit code 77: this machine, such as a container in CI, does not permit it.
+# Calls the script again inside. Exit code 77, here and below: this machine cannot (no root, no mounts, no mirror).
 in_own_namespaces() {  # ARGUMENTS of the script
   [ -z "${HAPTIC_BARE_INSIDE:-}" ] || return 0
-  [ "$(id -u)" = 0 ] || { say 'needs root, for a chroot'; exit 1; }
-  command -v debootstrap >/dev/null || { say 'debootstrap is not installed: ./run setup test'; exit 1; }
+  [ "$(id -u)" = 0 ] || { say 'needs root, for a chroot'; exit 77; }
+  command -v debootstrap >/dev/null || { say 'debootstrap is not installed: ./run setup test'; exit 77; }
   unshare --mount --pid --fork true 2>/dev/null || { say 'this container may not mount; skipped'; exit 77; }
   HAPTIC_BARE_INSIDE=1 setpriv --pdeathsig KILL unshare --mount --pid --fork --kill-child "$0" "$@" &
   trap 'kill -KILL "$!"' INT TERM HUP
@@ -27,11 +27,11 @@ debian_site() {
 make_bare() {  # FOLDER RELEASE LOG
   [ ! -e "$1" ] || return 0
   mirror=$(debian_site Debian) security=$(debian_site Debian-Security)
-  [ -n "$mirror" ] || { say 'apt here knows no mirror of Debian: apt-get update'; exit 1; }
+  [ -n "$mirror" ] || { say 'apt here knows no mirror of Debian: apt-get update'; exit 77; }
   say "a bare $2 in $1, from $mirror"
   rm -rf "$1.part"
   mkdir -p "$(dirname "$1")" "$(dirname "$3")"
-  debootstrap --variant=minbase --include=git,ca-certificates "$2" "$1.part" "$mirror" >"$3" 2>&1 || { tail -n 20 "$3" >&2; say "debootstrap failed; see $3"; exit 1; }
+  debootstrap --variant=minbase --include=git,ca-certificates "$2" "$1.part" "$mirror" >"$3" 2>&1 || { tail -n 20 "$3" >&2; say "debootstrap failed; see $3"; exit 77; }
   {
     echo "deb $mirror $2 main"
     echo "deb $mirror $2-updates main"

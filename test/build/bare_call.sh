@@ -5,8 +5,7 @@
 #
 # RELEASE is bookworm or trixie, as debootstrap makes it, with git and ca-certificates, below build/debian. SYSTEM is a system over it, where
 # what COMMAND writes stays for the next call: build/debian/systems/SYSTEM/written. It begins with a clone of this checkout's last
-# commit in /haptics, or of the branch or commit HAPTIC_BARE_COMMIT. The command stands there; `network` is that of this machine, `alone`
-# has loopback only. HAPTIC_BARE_USER runs it as that user of the system (made when it is not there), who owns /haptics then.
+# commit in /haptics. The command stands there; `network` is that of this machine, `alone` has loopback only.
 # HAPTIC_BARE_CACHE is a folder for ccache that several systems share.
 # Exit code 77: this machine cannot. Needs root, debootstrap and iproute2; nothing stays mounted or running.
 set -eu
@@ -28,13 +27,6 @@ if [ -n "${HAPTIC_BARE_CACHE:-}" ]; then  # a compiler's cache that several syst
 fi
 if [ ! -d "$bare/haptics" ]; then
   git -c safe.directory='*' clone -q --no-local "$root" "$bare/haptics"
-  [ -z "${HAPTIC_BARE_COMMIT:-}" ] || git -C "$bare/haptics" -c safe.directory='*' checkout -q --detach "$HAPTIC_BARE_COMMIT"
-fi
-if [ -n "${HAPTIC_BARE_USER:-}" ]; then
-  chroot "$bare" id "$HAPTIC_BARE_USER" >/dev/null 2>&1 || chroot "$bare" useradd --create-home "$HAPTIC_BARE_USER"
-  chroot "$bare" chown -R "$HAPTIC_BARE_USER:" /haptics
-  # shellcheck disable=SC2016 # expanded by the inner shell
-  set -- setpriv --reuid="$HAPTIC_BARE_USER" --regid="$HAPTIC_BARE_USER" --init-groups env HOME="/home/$HAPTIC_BARE_USER" "$@"
 fi
 # shellcheck disable=SC2016 # expanded by the inner shell
 enter "$reach" "$bare" sh -c 'cd /haptics && exec "$@"' sh "$@"

@@ -20,14 +20,14 @@
 namespace haptic {
 namespace {
 
+constexpr std::int64_t kNanosecondsPerSecond = 1000000000;
+
 std::int64_t read(clockid_t clock) noexcept {
   timespec now;
   clock_gettime(clock, &now);
-  return now.tv_sec * std::int64_t{1000000000} + now.tv_nsec;
+  return now.tv_sec * kNanosecondsPerSecond + now.tv_nsec;
 }
 
-
-constexpr std::int64_t kNanosecondsPerSecond = 1000000000;
 /// Lost periods are counted so far [1]: 15 hours at 20 kHz, and a weekend asleep does not overflow.
 constexpr std::int64_t kMostLostPeriods = 1 << 30;
 /// Two clocks that part by less than this have not slept, they were read apart [ns]. No machine sleeps and wakes in 5 ms.
