@@ -1,16 +1,17 @@
 #!/bin/sh
 # Each way to build this project that the README names, once, from a clean copy of the sources:
-#   build_tools.sh FOLDER [core|cmake|colcon|isolated|install|consumer]...   (default: all of them)
-# Tests and benchmarks are left out, and nothing is optimised: the ordinary build does both. The core compiles alike in all of
-# them, once where there is a ccache: each has its build folder as deep below the copy, and no debug symbols, which name it.
+#   build_tools.sh FOLDER [core|cmake|colcon|isolated|install|consumer|sources]...   (default: all of them)
+# Tests, benchmarks and the core's second library are left out, and nothing is optimised: the ordinary build does it. The core
+# compiles alike in all of them, once where there is a ccache: each has its build folder as deep below the copy, and no debug
+# symbols, which name it. `sources` reads each source by itself, with all that it includes.
 export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd -P)
-[ $# -ge 1 ] || { echo "usage: $0 FOLDER [core|cmake|colcon|isolated|install|consumer]..." >&2; exit 2; }
+[ $# -ge 1 ] || { echo "usage: $0 FOLDER [core|cmake|colcon|isolated|install|consumer|sources]..." >&2; exit 2; }
 mkdir -p "$1"
 work=$(cd "$1" && pwd -P)
 shift
-[ $# -gt 0 ] || set -- core cmake colcon isolated install consumer
+[ $# -gt 0 ] || set -- core cmake colcon isolated install consumer sources
 unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH
 if command -v ccache >/dev/null; then
   export CMAKE_C_COMPILER_LAUNCHER=ccache CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_BASEDIR="$work" CCACHE_NOHASHDIR=1
@@ -23,6 +24,7 @@ mkdir -p "$copy"
 (cd "$root" && tar -cf - --exclude=./build --exclude=./log --exclude=./install --exclude=./.git .) | tar -xf - -C "$copy"
 cd "$copy"
 
+quick='-DCMAKE_BUILD_TYPE=None -DHAPTIC_X86_64_V3=OFF'
 packages='haptic_core haptic_msgs haptic_description haptic_bringup'
 for package in spidar_driver penalty_sim haptic_bridge; do
   [ ! -f "$package/package.xml" ] || packages="$packages $package"
@@ -57,30 +59,37 @@ TEXT
   b/user/build/user "$copy/urdf/devices/spidar_g6x3r.yaml"
 }
 
+# shellcheck disable=SC2086 # several words
 build() {
   case $1 in
     core)
-      cmake -S src -B b/alone/haptic_core -G Ninja -DCMAKE_BUILD_TYPE=None -DCMAKE_INSTALL_PREFIX="$copy/b/prefix"
+      cmake -S src -B b/alone/haptic_core -G Ninja $quick -DCMAKE_INSTALL_PREFIX="$copy/b/prefix"
       ninja -C b/alone/haptic_core
       ! grep -q catkin b/alone/haptic_core/CMakeCache.txt ;;  # the core alone must not know of ROS
     cmake)
-      cmake -S . -B b/cmake -G Ninja -DCMAKE_BUILD_TYPE=None -DCATKIN_ENABLE_TESTING=OFF
+      cmake -S . -B b/cmake -G Ninja $quick -DCATKIN_ENABLE_TESTING=OFF
       ninja -C b/cmake
       expect b/cmake/devel ;;
     colcon)
       colcon --log-base b/log build --build-base b/colcon --install-base b/colcon_install \
-        --event-handlers console_direct- --cmake-args -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None
+        --event-handlers console_direct- --cmake-args $quick -DCATKIN_ENABLE_TESTING=OFF
       expect b/colcon_install ;;
-    isolated)  # as on a machine without librviz-dev: without the panel; each source by itself, with all that it includes, once
+    isolated)  # as on a machine without librviz-dev: without the panel
       mkdir -p b/isolated
       catkin_make_isolated --source . --build b/isolated --devel b/isolated/devel \
-        --cmake-args -DCMAKE_DISABLE_FIND_PACKAGE_rviz=ON -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None -DHAPTIC_UNITY=OFF -DHAPTIC_X86_64_V3=OFF
+        --cmake-args $quick -DCMAKE_DISABLE_FIND_PACKAGE_rviz=ON -DCATKIN_ENABLE_TESTING=OFF
       expect b/isolated/devel ;;
     install)
       mkdir -p "$work/installed"
       catkin_make_isolated --source . --build b/isolated --devel b/isolated/devel --install \
-        --install-space "$work/installed" --cmake-args -DCMAKE_DISABLE_FIND_PACKAGE_rviz=ON -DCATKIN_ENABLE_TESTING=OFF -DCMAKE_BUILD_TYPE=None
+        --install-space "$work/installed" --cmake-args $quick -DCMAKE_DISABLE_FIND_PACKAGE_rviz=ON -DCATKIN_ENABLE_TESTING=OFF
       expect "$work/installed" ;;
+    sources)
+      cmake -S . -B b/sources -G Ninja $quick -DHAPTIC_UNITY=OFF -DCATKIN_ENABLE_TESTING=OFF
+      ninja -C b/sources haptic_msgs_generate_messages_cpp
+      cmake -S . -B b/sources -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+      python3 -c 'import json, sys; print(*("cd {directory} && {command} -fsyntax-only".format(**each) for each in json.load(sys.stdin)), sep="\0", end="")' \
+        <b/sources/compile_commands.json | xargs -0 -n 1 -P "$(nproc)" sh -c ;;
     consumer) build_consumer ;;
     *) echo "$0: unknown build '$1'" >&2; return 2 ;;
   esac
