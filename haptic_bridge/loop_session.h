@@ -84,6 +84,8 @@ class LoopSession {
   using EventRing = RecordRing<LoopEvent>;
   void sendEventsTo(EventRing& ring) { events_ = &ring; }
 
+  bool presses() const noexcept { return loop_->presses(); }  ///< (in realtime) a hand feels a force
+
   World& world() { return world_->world; }
   const TickReport& report() const { return loop_->report(); }
   std::vector<std::string> deviceNames() const;

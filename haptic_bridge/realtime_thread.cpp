@@ -14,6 +14,8 @@ constexpr std::size_t kStarts = 16, kEvents = 256;
 // How long the first tick waits for a recorder: rosbag record needs a second or two to start and one to find the topics,
 // on a machine that starts a dozen other programs ten times that.
 constexpr std::chrono::milliseconds kRecorderPatience{30000};
+// An owner waits a second for its port; the law takes 10 N away in 0.1 s.
+constexpr double kLeadOutSeconds = 0.3;
 // The full report is for people: every 16th tick, so that its 3 KB cost nothing at 10 kHz.
 constexpr std::uint64_t kReportEvery = 16;
 
@@ -124,11 +126,7 @@ void RealtimeThread::tickUntilRecalled(LoopSession& session) {
   RecordedTick record;
   ++sessions_;
   wake.start();
-  while (!stop_.load(std::memory_order_relaxed) && !session.recalled() && (limit == 0 || ticks_ < limit)) {
-    if (session.dropsDevice()) {
-      session.dropRecalledDevices();
-      nameHands(session);
-    }
+  const auto tick = [&] {
     session.serve(commands_);  // before the wait: what it takes is not missing in a tick
     session.tick(wake.wait(), ticks_, h, sample, record);
     samples_.push(sample);
@@ -136,8 +134,24 @@ void RealtimeThread::tickUntilRecalled(LoopSession& session) {
     if (sample.lost_periods > 0) ++missed_;
     if (ticks_ % kReportEvery == 0) last_tick_.write({session.report(), missed_});
     ++ticks_;
+  };
+  while (!stop_.load(std::memory_order_relaxed) && !session.recalled() && (limit == 0 || ticks_ < limit)) {
+    if (session.dropsDevice()) {
+      session.dropRecalledDevices();
+      nameHands(session);
+    }
+    tick();
   }
+  if (session.recalled()) leadOut(session, tick);
   if (limit > 0 && ticks_ >= limit) set(Phase::kFinished, "");
+}
+
+/// The ports go back to their owners, as for another scene: the world stands, and no hand is let go of within a tick.
+void RealtimeThread::leadOut(LoopSession& session, const std::function<void()>& tick) {
+  if (!session.presses()) return;
+  session.take({PauseWorld{true}});
+  const std::uint64_t end = ticks_ + static_cast<std::uint64_t>(kLeadOutSeconds * parameters_.rate);
+  while (!stop_.load(std::memory_order_relaxed) && session.presses() && ticks_ < end) tick();
 }
 
 std::string RealtimeThread::failure() const {

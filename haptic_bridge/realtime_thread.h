@@ -78,6 +78,7 @@ class RealtimeThread {
   std::unique_ptr<LoopSession> waitForPorts();
   bool waitForRecorder(LoopSession& session);
   void tickUntilRecalled(LoopSession& session);
+  void leadOut(LoopSession& session, const std::function<void()>& tick);
   void nameHands(const LoopSession& session);
   void set(Phase phase, const std::string& text);
 

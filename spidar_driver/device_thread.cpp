@@ -7,6 +7,8 @@ namespace {
 
 /// How often the thread asks for the port while the bridge has it; the strings are then the bridge's.
 constexpr std::chrono::milliseconds kRetry{20};
+/// Whoever wants the port waits a second for it; a force is led out within this time [s].
+constexpr double kLeadOutSeconds = 0.3;
 
 }  // namespace
 
@@ -35,7 +37,10 @@ void DeviceThread::runDevice(PortLease<DevicePort>& lease) {
   port.device.handOver();
   PeriodicWake wake(rate_hz_);
   wake.start();
-  for (std::uint64_t tick = 0; !stop_ && !lease.recalled(); ++tick) {
+  const auto leaving_ticks = static_cast<int>(kLeadOutSeconds * rate_hz_);
+  int leaving = 0;  // ticks since somebody wants the port: nothing is asked for, until no hand feels a force
+  for (std::uint64_t tick = 0; !stop_; ++tick) {
+    if (lease.recalled() && (!port.device.presses() || ++leaving > leaving_ticks)) break;
     const PeriodicWake::Wake now = wake.wait();
     const TimeLost lost{wake.period() * now.lost_periods, now.asleep};
     const DeviceSample sample = port.transport.exchange(port.device.driveAfter(lost));
@@ -46,8 +51,8 @@ void DeviceThread::runDevice(PortLease<DevicePort>& lease) {
     const WrenchInput::Grasp& grasp = input_.latestGrasp();
     const bool fresh = 1e-9 * static_cast<double>(now.start_ns - grasp.received_ns) <=
                        port.device.settings().command_age_limit_s;
-    port.device.actuate(command.given ? command.F_G_B : Wrench{}, fresh ? grasp.force : 0, wake.period(),
-                        command.given ? age : 0);
+    const bool asked = command.given && leaving == 0;
+    port.device.actuate(asked ? command.F_G_B : Wrench{}, fresh ? grasp.force : 0, wake.period(), asked ? age : 0);
     port.record(tick, now.start_ns, sample);
   }
   port.transport.zeroDrive();

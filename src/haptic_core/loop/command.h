@@ -79,7 +79,7 @@ struct AskDevice {
   }
 };
 /// Command: the world pauses, or runs on.
-/// While paused the world stands and the devices live on at minimum tension; then the force fades in anew.
+/// While paused the world stands and nothing is asked of the devices: their force goes by the law of change, and fades in anew.
 struct PauseWorld {
   /// False: it runs on.
   bool on = true;

@@ -6,7 +6,6 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/fields.h"
-#include "haptic_core/loop/force_slew.h"
 #include "haptic_core/spidar/spidar.h"
 #include "haptic_core/spidar/wall_bound.h"
 #include "haptic_core/world/model.h"
@@ -153,7 +152,8 @@ void Hand::couple(World& world, double h) noexcept {
     return;
   }
   if (rebase_ != Rebase::kNone) {
-    report_.fade = 0;
+    device_.beginAnew(settings_.soft_start_s);
+    given_B_ = Wrench{};
     pushed_line_.fill({});  // of another state of the world
     map_.rebase(world.linkPose(world.pointerLink(pointer_)), rebase_, settings_.soft_start_s);
     rebase_ = Rebase::kNone;
@@ -176,95 +176,78 @@ std::size_t Hand::mostMemory(const HandSettings& settings, double h) {
   return kWithoutDelay + countFields(seen) + countFields(pushed);
 }
 
-/// A relaxed hand over this wire at this rate, and the device's limits; of a force that fades the hand feels a share.
+/// A relaxed hand over this wire at this rate, and the device's limits. Not of the gain: a force that is faded in is that of the same contact.
 void Hand::bear(World& world) const noexcept {
   PointerBound bound;
-  const double share = settings_.force_scale * report_.fade;
-  if (!feelsAnything() && share > 0) {
+  if (!feelsAnything() && settings_.force_scale > 0) {
     const Spidar::Tuning limits = device_.tuning();
     const double K = stableStiffness();
-    bound.stiffness = K / (worldToGrip() * report_.fade);
+    bound.stiffness = K / worldToGrip();
     if (K > 0) bound.lag = (device_.def().grip_damping + kRelaxedHandDamping) / K;
-    if (limits.max_force > 0) bound.force = limits.max_force / share;  // else the hand feels nothing, wherever the link is
-    if (limits.max_torque > 0) bound.torque = limits.max_torque * settings_.workspace.scale / share;
+    if (limits.max_force > 0) bound.force = limits.max_force / settings_.force_scale;  // else the hand feels nothing, wherever the link is
+    if (limits.max_torque > 0) bound.torque = limits.max_torque * settings_.workspace.scale / settings_.force_scale;
     const double turn = settings_.workspace.scale * settings_.workspace.scale * kRelaxedHandTurnDamping / kRelaxedHandDamping;
     bound.turn_of_way = device_.def().dof > 3 ? turn : INFINITY;  // a point grip turns nothing, and feels no torque
   }
   world.setPointerBound(pointer_, bound);
 }
 
-/// What dampers and friction add within a step is not in the link's bound: the direction stays, the size does not pass the limit.
-Wrench Hand::within(const Wrench& F_B) const noexcept {
-  if (feelsAnything()) return F_B;
-  const Spidar::Tuning limits = device_.tuning();
-  const auto share = [](const Vector3& v, double most) { return v.norm() > most ? most / v.norm() : 1.0; };
-  const double torque = limits.max_torque > 0 ? share(F_B.torque, limits.max_torque) : 1;  // a point grip ignores it, and says so
-  return {F_B.torque * torque, F_B.force * share(F_B.force, limits.max_force)};
-}
-
-/// From the last tick's force to this one's, no faster than the hand's own way and a bounded rate change it. A force that is faded out
-/// ends at once. With an added delay the way is the delayed one, to which the world answered.
-Wrench Hand::led(const World& world, const Wrench& F_B, const Twist& moved, double h) noexcept {
-  report_.slewed = false;
-  if (feelsAnything() || report_.fade == 0) return F_B;
+/// The law for this hand. Who feels anything has the device's own rate.
+ForceSlew Hand::slewOf(const World& world) const noexcept {
   const Model& model = world.model();
   const ModelLink& link = model.links[static_cast<std::size_t>(world.pointerLink(pointer_))];
   const LinkModel& body = model.trees[static_cast<std::size_t>(link.articulation)].model->link(link.local);
   const double reach = link.size + (body.p_LO + body.p_OC).norm();  // from the link's origin
-  const ForceSlew slew{stableStiffness(), reach / settings_.workspace.scale};
-  const Wrench F = slew.led(F_B, world_B_, report_.F_asked_B, moved, h);
-  report_.slewed = F.force != F_B.force || F.torque != F_B.torque;
-  return F;
+  return {stableStiffness(), reach / settings_.workspace.scale, feelsAnything() ? device_.settings().force_slew : kForceRate};
+}
+
+/// Asks the device for a wrench, and presents what the device and the port's energy let through. With an added delay the way is the
+/// delayed one, to which the world answered.
+void Hand::give(const Wrench& F_B, const World& world, const Twist& moved, double h) noexcept {
+  given_B_ = device_.withinLimits(F_B);
+  device_.present(passivity_.act(device_.admit(F_B, slewOf(world), moved, h), moved_, h), 0.0, h);
+  passivity_.hold(device_.achievedWrench(), device_.toldTension());
+  report_.F_asked_B = device_.askedWrench();
+  report_.F_achieved_B = device_.achievedWrench();
+  report_.tension = device_.tension().tension;
+  report_.fade = device_.gain();
+  report_.slewed = (device_.flags() & kSlewLimited) != 0;
+  report_.port_energy = passivity_.energy();
+  report_.dissipated = passivity_.dissipated();
+  report_.passivity_acts = passivity_.acting();
+  report_.device_flags = device_.flags();
 }
 
 void Hand::render(const World& world, double h) noexcept {
   const Wrench F_W = world.pointerWrench(pointer_);
   report_.in_contact = F_W.force.squaredNorm() + F_W.torque.squaredNorm() > 0;
   pressing_ = settings_.grab_button < 0 ? -1 : pressing(world);
-  if (!report_.valid) report_.fade = 0;
   const double stiffness = report_.in_contact ? world.pointerStiffness(pointer_) : 0;
   report_.stiffness = stiffness * worldToGrip();
   report_.stiffness_share = stiffness > 0 ? std::min(1.0, world.pointerBound(pointer_).stiffness / stiffness) : 1;
   const Pushed pushed = pushed_line_.through({F_W, seen_.moved});
-  const Wrench whole_B = map_.toGrip(pushed.F_W);
-  const Wrench world_B = settings_.silent ? fadedOut(whole_B * settings_.force_scale, h) :
-                                            within(whole_B * (settings_.force_scale * report_.fade));
-  report_.F_asked_B = within(passivity_.act(led(world, world_B, pushed.moved, h), moved_, h));
-  world_B_ = world_B;
-  device_.actuate(report_.F_asked_B, 0.0, h);
-  passivity_.hold(device_.achievedWrench(), device_.toldTension());
-  report_.F_achieved_B = device_.achievedWrench();
-  report_.tension = device_.tension().tension;
-  report_.port_energy = passivity_.energy();
-  report_.dissipated = passivity_.dissipated();
-  report_.passivity_acts = passivity_.acting();
-  report_.device_flags = device_.flags();
-  if (!settings_.silent) report_.fade = std::min(1.0, report_.fade + (settings_.soft_start_s > 0 ? h / settings_.soft_start_s : 1.0));
+  const Wrench whole_B = map_.toGrip(pushed.F_W) * settings_.force_scale;
+  if (!report_.valid) device_.beginAnew(settings_.soft_start_s);
+  give(settings_.silent ? ledOut(whole_B, h) : whole_B, world, pushed.moved, h);
+  if (!settings_.silent) return;
+  const double led = given_B_.force.norm(), whole = whole_B.force.norm();
+  if (led == 0) device_.beginAnew(settings_.soft_start_s);  // the way back is a ramp
+  report_.fade = led == 0 ? 0 : device_.gain() * std::min(1.0, led / std::max(led, whole));
 }
 
 /// The last tick's wrench, smaller: its size falls by kFadeRate, up to kFadeRate times kLeavingFade where the world's own is less. Neither
 /// direction nor size is the world's: a hand that presses sinks in as the force goes, and counts make its speed uneven, which a contact's
 /// damper and friction answer by 0.1 N a tick.
-Wrench Hand::fadedOut(const Wrench& whole_B, double h) noexcept {
-  const double force = world_B_.force.norm(), step = kFadeRate * h, whole = whole_B.force.norm();
+Wrench Hand::ledOut(const Wrench& whole_B, double h) const noexcept {
+  const double force = given_B_.force.norm(), step = kFadeRate * h, whole = whole_B.force.norm();
   const double size = std::max(0.0, std::min(force - step, std::max(whole, force - kLeavingFade * step)));
-  if (size == 0 || report_.fade == 0) {  // also where the pose was lost, or the world is another
-    report_.fade = 0;
-    return {};
-  }
-  report_.fade = whole > size ? size / whole : 1;
-  return world_B_ * (size / force);
+  return size > 0 ? given_B_ * (size / force) : Wrench{};
 }
 
-void Hand::rest(double h) noexcept {
+void Hand::rest(const World& world, double h) noexcept {
   pushed_line_.through({});
-  device_.actuate(Wrench{}, 0.0, h);
-  passivity_.hold(device_.achievedWrench(), device_.toldTension());
-  report_.F_asked_B = world_B_ = Wrench{};
-  report_.F_achieved_B = device_.achievedWrench();
-  report_.tension = device_.tension().tension;
-  report_.device_flags = device_.flags();
-  report_.fade = 0;
+  device_.beginAnew(settings_.soft_start_s);
+  give({}, world, seen_.moved, h);
 }
 
 void Hand::save(std::vector<double>& out) const {

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "haptic_core/loop/haptic_loop.h"
+#include "haptic_core/spidar/force_slew.h"
 
 namespace haptic {
 
@@ -18,16 +19,10 @@ class Hand {
   void couple(World& world, double h) noexcept;
   /// (in realtime) Before any step of the world: how stiff contacts of the pointer may be, and how hard it may press.
   void bear(World& world) const noexcept;
-  /// (in realtime) The pointer's wrench → fade → the port's law (force_slew.h) → passivity → the device's limits, tensions, drive.
+  /// (in realtime) The pointer's wrench → the device's limits, gain and law of change → passivity → tensions, drive.
   void render(const World& world, double h) noexcept;
-  /// (in realtime) In place of couple and render while the world is paused: minimum tension.
-  void rest(double h) noexcept;
-
-  /// (in realtime) `periods` ticks were lost: the force drops to 1/(1 + periods) and fades in again.
-  void noteOverrun(int periods) noexcept {
-    report_.fade /= 1 + periods;
-    report_.F_asked_B = report_.F_asked_B * (1.0 / (1 + periods));
-  }
+  /// (in realtime) In place of couple and render while the world is paused: nothing is asked for.
+  void rest(const World& world, double h) noexcept;
 
   // Between two ticks.
   /// Carries out a command to this hand; throws SetupError.
@@ -54,10 +49,10 @@ class Hand {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.map_), visit(s.passivity_);
-    visit(s.report_.X_BG), visit(s.report_.X_WP), visit(s.report_.fade), visit(s.report_.port_energy);
-    visit(s.report_.in_contact), visit(s.report_.clutched), visit(s.report_.F_asked_B);
+    visit(s.report_.X_BG), visit(s.report_.X_WP), visit(s.report_.port_energy);
+    visit(s.report_.in_contact), visit(s.report_.clutched);
     visit(s.clutch_held_), visit(s.rebase_), visit(s.buttons_), visit(s.last_buttons_), visit(s.was_valid_);
-    visit(s.pressing_), visit(s.world_B_), visit(s.seen_line_), visit(s.pushed_line_);
+    visit(s.pressing_), visit(s.given_B_), visit(s.seen_line_), visit(s.pushed_line_);
   }
 
   /// Of the last tick.
@@ -105,9 +100,9 @@ class Hand {
   void followGrabButton(World& world) noexcept;
   /// The passivity controller is off: no bound of the hand, no limit but the device's own.
   bool feelsAnything() const noexcept { return settings_.passivity.mode == PassivityMode::kOff; }
-  Wrench within(const Wrench& F_B) const noexcept;
-  Wrench fadedOut(const Wrench& whole_B, double h) noexcept;
-  Wrench led(const World& world, const Wrench& F_B, const Twist& moved, double h) noexcept;
+  Wrench ledOut(const Wrench& whole_B, double h) const noexcept;
+  ForceSlew slewOf(const World& world) const noexcept;
+  void give(const Wrench& F_B, const World& world, const Twist& moved, double h) noexcept;
   double worldToGrip() const noexcept { return settings_.workspace.scale * settings_.force_scale; }  ///< of a stiffness
   Spidar& device_;
   int pointer_;
@@ -123,7 +118,7 @@ class Hand {
   std::uint32_t buttons_ = 0, last_buttons_ = 0;   ///< of this tick and the one before
   int pressing_ = -1;                              ///< link that the grab button would grab, as the last step left it; -1: none
   bool was_valid_ = false;
-  Wrench world_B_;                                 ///< the world's on the hand in the last tick, faded and within its limits
+  Wrench given_B_;                                 ///< asked of the device in the last tick, within its limits
   Twist moved_;                                    ///< mean velocity since the last sample, not filtered, in B
 };
 

@@ -19,7 +19,7 @@ struct HandSettings {
   /// Of the observer and controller at the port.
   PassivitySettings passivity;
   double soft_start_s = 0.5;       ///< force fades in, and the pointer glides to the grip, over this time after
-                                   ///< enable, load, reset and overrun [s]
+                                   ///< load, reset and pause [s]
   int clutch_button = -1;          ///< grip button that holds the pointer while pressed; -1: none
   int grab_button = -1;            ///< grip button that grabs the free body in touch, and lets it go; -1: none
   AddedDelay delay;                ///< beside the wire's; constant while the hand is attached

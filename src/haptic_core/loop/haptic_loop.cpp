@@ -61,15 +61,14 @@ void HapticLoop::take(const LoopCommand& command) {
 }
 
 void HapticLoop::tick(const TickInput& input, double h) noexcept {
-  if (input.lost_periods > 0) noteOverrun(input.lost_periods);
   for (int i = 0; i < count_; ++i) hands_[i]->sense(input.sample[i], h, input.lost(h)); // counts → lengths → grip pose
   if (paused_) {
-    for (int i = 0; i < count_; ++i) hands_[i]->rest(h);                 // poses go on, strings at minimum tension
+    for (int i = 0; i < count_; ++i) hands_[i]->rest(world_, h);         // poses go on, nothing is asked for
   } else {
     for (int i = 0; i < count_; ++i) hands_[i]->couple(world_, h);       // grip pose → pointer target
     for (int i = 0; i < count_; ++i) hands_[i]->bear(world_);            // no stiffer than the hand bears
     world_.step();                                                       // pairs → volumes → wrenches → motion
-    for (int i = 0; i < count_; ++i) hands_[i]->render(world_, h);       // wrench → passivity → tensions
+    for (int i = 0; i < count_; ++i) hands_[i]->render(world_, h);       // wrench → gain and law → passivity → tensions
   }
   for (int i = 0; i < count_; ++i) report_.hand[i] = hands_[i]->report();
   report_.step = world_.report();
@@ -83,8 +82,11 @@ void HapticLoop::tick(const DeviceSample* samples, double h) noexcept {
   tick(input, h);
 }
 
-void HapticLoop::noteOverrun(int periods) noexcept {
-  for (int i = 0; i < count_; ++i) hands_[i]->noteOverrun(periods);
+bool HapticLoop::presses() const noexcept {
+  for (int i = 0; i < count_; ++i) {
+    if (hands_[i]->device().presses()) return true;
+  }
+  return false;
 }
 
 const DriveCommand& HapticLoop::drive(int hand) const noexcept {

@@ -20,7 +20,7 @@ struct HandReport {
   Twist V_BG;                      ///< filtered, at G's origin, in B
   double opening = 0;              ///< 7-DOF grips [m]
   Pose X_WP;                       ///< where the hand wants the pointer
-  Wrench F_asked_B;                ///< on the hand at G's origin, in B, before the device's own limits
+  Wrench F_asked_B;                ///< on the hand at G's origin, in B, as the tensions shall give it
   Wrench F_achieved_B;             ///< wrench of the tensions
   StringVector length;             ///< [m]
   StringVector tension;            ///< [N]
@@ -28,14 +28,14 @@ struct HandReport {
   double port_energy = 0;          ///< absorbed at the port since the start [J]
   double stiffness = 0;            ///< of the pointer's contacts, at the grip, as the scene says [N/m]
   double stiffness_share = 1;      ///< of it that the hand is given: below 1 where it could not bear all (world/hand_bound.h)
-  double fade = 0;                 ///< 0…1, of soft start and overrun
+  double fade = 0;                 ///< 0…1: the gain on the whole wrench
   double dissipated = 0;           ///< by the passivity controller since the start [J]
   unsigned device_flags = 0;       ///< limits and faults: see Spidar
   bool valid = false;              ///< calibrated, and the pose solved
   bool in_contact = false;         ///< the world pushes the pointer
   bool clutched = false;           ///< the pointer stands while the grip moves
   bool passivity_acts = false;     ///< the controller's damper is in F_asked_B
-  bool slewed = false;             ///< the world's force changes faster than F_asked_B may (force_slew.h)
+  bool slewed = false;             ///< what is wanted changes faster than F_asked_B may (spidar/force_slew.h)
 };
 
 /// What one tick of the loop came to.
@@ -69,8 +69,8 @@ class HapticLoop {
   /// (in realtime) The same for samples alone.
   void tick(const DeviceSample* samples, double h) noexcept;
 
-  /// (in realtime) `periods` ticks were lost: simulated time has waited, the force fades and comes back softly.
-  void noteOverrun(int periods) noexcept;
+  /// (in realtime) Some device presents more than a hand feels (0.05 N): who lets go of it waits until the law has taken it away.
+  bool presses() const noexcept;
 
   const DriveCommand& drive(int hand) const noexcept;  ///< for the next exchange
   /// Of the last tick.

@@ -17,10 +17,10 @@ enum DeviceFlag : unsigned {
   kCommandNotFinite = 1u << 0,  ///< NaN or infinity in the wrench: taken as zero
   kForceClamped = 1u << 1,      ///< over max_force
   kTorqueClamped = 1u << 2,     ///< over max_torque
-  kSlewLimited = 1u << 3,       ///< the wrench rose faster than the slew limit
+  kSlewLimited = 1u << 3,       ///< what is wanted changes faster than the law lets the wrench (force_slew.h)
   kNotPresentable = 1u << 4,    ///< the tensions' bounds keep more than 5 % of the wrench away
   kTensionAtMax = 1u << 5,      ///< a string pulls at its greatest tension
-  kFaded = 1u << 6,             ///< ramp, overrun or command age weakens the wrench
+  kFaded = 1u << 6,             ///< the gain is below 1: a ramp, REDUCED, heat
   kCommandStale = 1u << 7,      ///< no fresh wrench within the age limit
   kTorqueIgnored = 1u << 8,     ///< a point grip was asked for torque
   kPoseNotConverged = 1u << 9,  ///< the pose of the tick before is kept

@@ -15,6 +15,7 @@ constexpr double kPresentableShare = 0.05;
 // at home is off by a few millimetres. Who asks again within kMeant means it.
 constexpr double kFarFromJig = 0.01, kTurnedFromJig = 0.35;  // [m], [rad]
 constexpr double kMeant = 10;                                // [s]
+constexpr double kUnfelt = 0.05;    // [N]; a step is felt from about so much on
 constexpr double kRestForce = 0.1;  // [N]; tensions that cannot be balanced better leave the hand alone instead
 
 /// `v` shortened to length `limit`; true when it was longer.
@@ -22,15 +23,6 @@ bool clampNorm(Vector3& v, double limit) {
   const double norm = v.norm();
   if (!(norm > limit)) return false;
   v *= limit / norm;
-  return true;
-}
-
-/// Limits how fast the length of `v` grows from `before`; a change that does not lengthen it passes.
-bool limitRise(Vector3& v, const Vector3& before, double largest_change) {
-  const Vector3 change = v - before;
-  const double norm = change.norm();
-  if (norm <= largest_change || v.squaredNorm() <= largest_change * largest_change) return false;
-  v = before + change * (largest_change / norm);
   return true;
 }
 
@@ -108,7 +100,7 @@ void Spidar::startAt(const GripPose& pose) noexcept {
   still_.forget();
   calibrated_ = true;
   doubted_ = false;
-  ramp_ = 0;  // the pose is another one: so may the wrench be
+  beginAnew(settings_.enable_ramp_s);  // the pose is another one: so may the wrench be
   if (state_ == DeviceState::kUncalibrated) state_ = DeviceState::kReady;
 }
 
@@ -136,7 +128,6 @@ void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) 
   if (recovered_) {
     state_ = calibrated_ ? DeviceState::kReady : DeviceState::kUncalibrated;
     zero_current_ = false;
-    ramp_ = 0;
     enabled_ = false;  // who recovers says that the cause is gone, not that a hand is ready for force
     health_.forget();
     still_.forget();
@@ -195,7 +186,6 @@ void Spidar::obey(const CauseRow& row) noexcept {
     case Consequence::kPause:
       enabled_ = enabled_ && state_ != DeviceState::kReduced;  // only a sound device comes back by itself
       if (presents()) state_ = DeviceState::kReady;
-      ramp_ = 0;
       break;
     case Consequence::kReduce:
       if (state_ != DeviceState::kEnabled) break;
@@ -219,7 +209,7 @@ void Spidar::awaitPerson() noexcept {
   waits_ = true;
   absence_s_ = clock_.absence();
   asleep_ = clock_.late() && clock_.asleep();
-  ramp_ = 0;
+  endAtOnce();
   if (presents()) state_ = DeviceState::kReady;
 }
 
@@ -336,7 +326,7 @@ void Spidar::sense(const DeviceSample& sample, double h, const TimeLost& lost) n
     const bool stood = freshness_.tooLong(since_counts_) || freshness_.tooLong(lost.seconds);
     if (stood || freshness_.gap(pose_stamp_ns_, sample.stamp_ns)) {  // the way back into force is a ramp
       flags_ |= kSampleStale;
-      ramp_ = 0;
+      endAtOnce();
       told_.setZero();
       health_.forgetMotion();
       still_.forget();
@@ -354,7 +344,7 @@ void Spidar::sense(const DeviceSample& sample, double h, const TimeLost& lost) n
   if (waits_) flags_ |= kForceWaits;
   if (enabled_ && held_ && state_ == DeviceState::kReady && !paused_ && !(flags_ & kDelayTooLong) && freshness_.carriesForce(h)) {
     state_ = DeviceState::kEnabled;
-    ramp_ = 0;
+    rise_s_ = std::max(rise_s_, settings_.enable_ramp_s);
   }
 }
 
@@ -378,46 +368,97 @@ bool Spidar::takePose(const DeviceSample& sample, double elapsed) noexcept {
   return true;
 }
 
-Wrench Spidar::limited(Wrench F_G_B, double h, double command_age) noexcept {
-  if (!F_G_B.allFinite()) {
-    flags_ |= kCommandNotFinite;
-    F_G_B = Wrench{};
-  }
-  if (def_.dof == 3 && F_G_B.torque.squaredNorm() > 0) {
-    flags_ |= kTorqueIgnored;
-    F_G_B.torque.setZero();
-  }
-  const bool doubtful = state_ == DeviceState::kReduced || health_.contradicted();
-  const double max_force = doubtful ? std::min(settings_.reduced_force, max_force_) : max_force_;
-  const double share = max_force / max_force_;
-  if (clampNorm(F_G_B.force, max_force)) flags_ |= kForceClamped;
-  if (clampNorm(F_G_B.torque, share * max_torque_)) flags_ |= kTorqueClamped;
-  double scale = 1;
-  if (!(command_age <= settings_.command_age_limit_s)) {
-    flags_ |= kCommandStale;
-    const double late = (command_age - settings_.command_age_limit_s) / settings_.command_decay_s;
-    scale *= late < 1 ? 1 - late : 0;
-  }
-  ramp_ = std::min(1.0, ramp_ + h / settings_.enable_ramp_s);
-  scale *= ramp_ * heat_share_;
-  if (heat_share_ < 1) flags_ |= kMotorHot;
-  if (!presents()) scale = 0;
-  if (scale == 0) ramp_ = 0;  // every way back into force is a ramp
-  if (scale < 1) flags_ |= kFaded;
-  F_G_B = F_G_B * scale;
-  const bool slewed_force = limitRise(F_G_B.force, asked_.force, settings_.force_slew * h);
-  const bool slewed_torque = limitRise(F_G_B.torque, asked_.torque, settings_.torque_slew * h);
-  if (slewed_force || slewed_torque) flags_ |= kSlewLimited;
+Wrench Spidar::withinLimits(Wrench F_G_B) const noexcept {
+  clampNorm(F_G_B.force, max_force_);
+  clampNorm(F_G_B.torque, max_torque_);
   return F_G_B;
 }
 
+void Spidar::beginAnew(double seconds) noexcept {
+  rise_s_ = gain_ < 1 && presents() ? std::max(rise_s_, seconds) : seconds;
+  gain_ = 0;
+}
+
+bool Spidar::presses() const noexcept {
+  return asked_.force.norm() > kUnfelt || asked_.torque.norm() > kUnfelt * kinematics_.knotRadius();
+}
+
+/// Force that must not act for another tick: STOP, a fault, the dead-man switch, an interruption.
+bool Spidar::endsAtOnce() const noexcept {
+  return stopped_ || !held_ || paused_ || state_ == DeviceState::kFault || state_ == DeviceState::kUncalibrated;
+}
+
+void Spidar::endAtOnce() noexcept {
+  gain_ = grasp_ = 0;
+  rise_s_ = settings_.enable_ramp_s;  // every way back into force is a ramp
+  wanted_ = asked_ = Wrench{};
+}
+
+/// The gain goes to what state, doubt and heat allow: up by a ramp, down by the release rate.
+void Spidar::moveGain(double h) noexcept {
+  const bool doubtful = state_ == DeviceState::kReduced || health_.contradicted();
+  const double share = doubtful ? std::min(1.0, settings_.reduced_force / max_force_) : 1;
+  const double allowed = presents() ? share * heat_share_ : 0;
+  if (heat_share_ < 1) flags_ |= kMotorHot;
+  if (gain_ < allowed) {
+    gain_ = rise_s_ > 0 ? std::min(allowed, gain_ + h / rise_s_) : allowed;
+  } else {
+    gain_ = std::max(allowed, gain_ - h * settings_.release_rate / max_force_);
+  }
+  if (gain_ < 1) flags_ |= kFaded;
+}
+
+Wrench Spidar::admit(const Wrench& F_G_B, const ForceSlew& slew, const Twist& moved, double h, double command_age) noexcept {
+  Wrench asked = F_G_B;
+  if (!asked.allFinite()) {
+    flags_ |= kCommandNotFinite;
+    asked = Wrench{};
+  }
+  if (def_.dof == 3 && asked.torque.squaredNorm() > 0) {
+    flags_ |= kTorqueIgnored;
+    asked.torque.setZero();
+  }
+  if (asked.force.norm() > max_force_) flags_ |= kForceClamped;
+  if (asked.torque.norm() > max_torque_) flags_ |= kTorqueClamped;
+  asked = withinLimits(asked);
+  bool silent = false;
+  if (!(command_age <= settings_.command_age_limit_s)) {
+    flags_ |= kCommandStale;
+    const double late = (command_age - settings_.command_age_limit_s) / settings_.command_decay_s;
+    silent = !(late < 1);
+    asked = asked * (silent ? 0 : 1 - late);
+  }
+  if (endsAtOnce()) {
+    endAtOnce();
+    flags_ |= kFaded | (heat_share_ < 1 ? kMotorHot : 0u);
+    return {};
+  }
+  moveGain(h);
+  if (silent) beginAnew(settings_.enable_ramp_s);
+  const Wrench wanted = asked * gain_;
+  const Wrench given = slew.led(wanted, wanted_, asked_, moved, h);
+  if (given.force != wanted.force || given.torque != wanted.torque) flags_ |= kSlewLimited;
+  wanted_ = wanted;
+  return given;
+}
+
 void Spidar::actuate(const Wrench& F_G_B, double grasp_force, double h, double command_age) noexcept {
-  asked_ = limited(F_G_B, h, command_age);
-  double grasp = 0;
-  if (def_.dof == 7 && presents() && std::isfinite(grasp_force))
-    grasp = ramp_ * std::min(def_.max_force, std::max(-def_.max_force, grasp_force));
+  const ForceSlew own{stable_stiffness_, settings_.torque_slew / settings_.force_slew, settings_.force_slew};
+  present(admit(F_G_B, own, twist_, h, command_age), grasp_force, h);
+}
+
+void Spidar::present(const Wrench& F_G_B, double grasp_force, double h) noexcept {
+  asked_ = F_G_B;  // limits that were lowered meanwhile bound what is admitted: the law leads there
+  clampNorm(asked_.force, def_.max_force);
+  clampNorm(asked_.torque, def_.max_torque);
+  if (def_.dof == 7) {
+    const double wanted = std::isfinite(grasp_force) ? gain_ * std::clamp(grasp_force, -def_.max_force, def_.max_force) : 0;
+    const double step = settings_.force_slew * h;
+    grasp_ = endsAtOnce() ? 0 : std::clamp(wanted, grasp_ - step, grasp_ + step);
+  }
   if (calibrated_) distribution_.setStructure(kinematics_.scaledStructure(solution_.pose));
-  const TensionReport& report = distribution_.present(asked_, grasp);
+  const TensionReport& report = distribution_.present(asked_, grasp_);
+  achieved_ = report.F_G_B;
   const double size = elementary::hypot(asked_.force.norm(), asked_.torque.norm() / kinematics_.knotRadius());
   if (presents() && report.error > kPresentableShare * size + 0.1) flags_ |= kNotPresentable;
   if (report.at_max) flags_ |= kTensionAtMax;

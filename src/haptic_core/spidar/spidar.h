@@ -1,8 +1,8 @@
 /// One device: encoder counts in, grip pose and twist out; wrench in, drive voltages out.
 ///
-/// Per tick: `sense` (freshness → counts → lengths → pose → twist, health), then `actuate` (NaN gate, clamps, age, fade,
-/// ramp, slew → tension distribution → clamp and rate limit per string → volts). Both are real-time; no step is skipped
-/// by any state, so the drive is defined for whatever comes in. The invariant that ties force to counts: freshness.h.
+/// Per tick: `sense` (freshness → counts → lengths → pose → twist, health), then `actuate`, which is `admit` (NaN gate, clamps, age;
+/// one gain on the whole wrench; one law of change, force_slew.h) and `present` (tension distribution → clamp and rate limit per string
+/// → volts). All are real-time; no step is skipped by any state, so the drive is defined for whatever comes in. The invariant that ties force to counts: freshness.h.
 /// `sense` only gathers evidence; one table gives the cause and its consequence for the force: device_diagnosis.h.
 #pragma once
 #include <vector>
@@ -10,6 +10,7 @@
 #include "haptic_core/spidar/calibration.h"
 #include "haptic_core/spidar/device_diagnosis.h"
 #include "haptic_core/spidar/device_requests.h"
+#include "haptic_core/spidar/force_slew.h"
 #include "haptic_core/spidar/freshness.h"
 #include "haptic_core/spidar/loop_clock.h"
 #include "haptic_core/spidar/steady_lengths.h"
@@ -37,14 +38,17 @@ struct SpidarSettings {
   /// First-order low-pass of the twist; delay 1/(2π f) = 0.8 ms. At 80 Hz, 2 ms, dampers of the size that a loop bears at its stiffest
   /// wall leave a swing of 55 Hz 0.11 of critical damping, at 200 Hz 0.17. One count at 1 kHz is 12 mm/s in it, 0.07 N of such a damper.
   double velocity_cutoff_hz = 200;
-  double enable_ramp_s = 0.5;  ///< the wrench fades in over this time after enabling, so that it does not hit the hand
-  double force_slew = 2000;    ///< rise of the force per second [N/s]; 10 N in 5 ms. Falling is not limited
-  double torque_slew = 60;     ///< rise of the torque per second [N·m/s]
+  double enable_ramp_s = 0.5;  ///< the gain rises to 1 in this time after enabling, so that the wrench does not hit the hand
+  double force_slew = 2000;    ///< ρ of wrenches that come by topic [N/s]: 10 N in 5 ms, for who renders vibrations
+  double torque_slew = 60;     ///< the same of torques [N·m/s]; over `force_slew` the reach of the law
+  /// At most so fast the gain takes force away [N/s], as the loop's own ρ (kForceRate of world/hand_bound.h): 0.1 N in a tick of 1 kHz
+  /// is a third of the least that is felt as a stroke, and 10 N are gone after 0.1 s.
+  double release_rate = 100;
   double command_age_limit_s = 0.03;  ///< an older wrench decays: its sender died or hangs
   double command_decay_s = 0.02;      ///< from the age limit to minimum tension
   double tension_slew = 5000;         ///< rise of one string's tension per second [N/s], beside the clamp: whatever
                                       ///< goes wrong above, 10 N take 2 ms. Falling is not limited
-  double reduced_force = 1;           ///< clamp in state kReduced [N]
+  double reduced_force = 1;           ///< greatest force in state kReduced [N]: the gain is its share of the greatest force
   bool refuse_over_rate = false;      ///< true on hardware: a rate above the wire's is a fault, not a remark
   HealthSettings health;              ///< of strings and motors
   FreshnessSettings freshness;        ///< of counts
@@ -59,9 +63,19 @@ class Spidar {
   /// (in realtime) Takes the counts of one exchange, and follows the requests; h [s] is the period of the exchanges, `lost` the time
   /// beyond it in which the runner made none.
   void sense(const DeviceSample& sample, double h, const TimeLost& lost = {}) noexcept;
-  /// (in realtime) Takes the wrench on the hand at G's origin in B, the grasp force along the opening [N] and
-  /// the age of that command [s]; makes the drive for the next exchange.
+  /// (in realtime) The wrench on the hand at G's origin in B that may be presented where `F_G_B` is asked for: within the limits, times
+  /// the gain, no faster than `slew` lets it change for a grip that `moved` since the last sample. `command_age` [s]: of what is asked.
+  Wrench admit(const Wrench& F_G_B, const ForceSlew& slew, const Twist& moved, double h, double command_age = 0) noexcept;
+  /// (in realtime) Makes the drive for the next exchange; `F_G_B` as `admit` gave it, or less, grasp force along the opening [N].
+  void present(const Wrench& F_G_B, double grasp_force, double h) noexcept;
+  /// (in realtime) Both, for a wrench that comes from elsewhere: by the law of the device's own rates.
   void actuate(const Wrench& F_G_B, double grasp_force, double h, double command_age = 0) noexcept;
+  /// (in realtime) What is asked for is another thing from now on (another world, a pause's end): the gain begins at 0 and rises to 1
+  /// within `seconds`, or in the time of a ramp that is not over yet. What is presented goes there by the law.
+  void beginAnew(double seconds) noexcept;
+  bool presses() const noexcept;                  ///< (in realtime) it presents more than a hand feels (0.05 N)
+  double gain() const noexcept { return gain_; }  ///< s, of the last `admit`
+  Wrench withinLimits(Wrench F_G_B) const noexcept;  ///< (in realtime) shortened to the limits that are tuned now
   const DriveCommand& drive() const noexcept { return drive_; }  ///< made by the last `actuate`; zero before
   /// (in realtime) For an exchange that comes after time was lost: zero where the force has to wait for a person who asks, for the
   /// command in the making is of before.
@@ -109,11 +123,11 @@ class Spidar {
   static void eachField(Self& s, Visit&& visit) {
     visit(s.max_force_), visit(s.max_torque_), visit(s.state_), visit(s.calibrated_), visit(s.zero_current_), visit(s.enabled_);
     visit(s.held_), visit(s.stopped_);
-    visit(s.opening_rate_), visit(s.ramp_), visit(s.heat_share_), visit(s.since_counts_), visit(s.since_pose_);
+    visit(s.opening_rate_), visit(s.gain_), visit(s.rise_s_), visit(s.grasp_), visit(s.heat_share_), visit(s.since_counts_), visit(s.since_pose_);
     visit(s.pose_stamp_ns_), visit(s.cause_), visit(s.cause_flags_);  // the stamp is whole up to 2^53 ns, 104 days
     visit(s.late_s_), visit(s.absence_s_), visit(s.waits_), visit(s.asleep_);
     visit(s.still_strings_), visit(s.refusal_), visit(s.doubted_), visit(s.interrupted_), visit(s.counts_stamp_ns_);
-    visit(s.zero_length_), visit(s.length_), visit(s.told_), visit(s.solution_), visit(s.twist_), visit(s.asked_);
+    visit(s.zero_length_), visit(s.length_), visit(s.told_), visit(s.solution_), visit(s.twist_), visit(s.asked_), visit(s.wanted_), visit(s.achieved_);
     visit(s.health_), visit(s.freshness_), visit(s.still_), visit(s.clock_), visit(s.steady_lengths_), visit(s.steady_);
   }
 
@@ -153,7 +167,7 @@ class Spidar {
   const TensionReport& tension() const noexcept { return distribution_.report(); }
   const Wrench& askedWrench() const noexcept { return asked_; }  ///< after all limits
   /// Wrench of the tensions on the hand, at G's origin, in B.
-  const Wrench& achievedWrench() const noexcept { return distribution_.report().F_G_B; }
+  const Wrench& achievedWrench() const noexcept { return achieved_; }
   const StringVector& toldTension() const noexcept { return told_; }  ///< tensions that the motors are told in the next exchange [N]
   unsigned flags() const noexcept { return flags_; }                  ///< DeviceFlag bits of the last tick
   /// The flags of the tick that led to kFault or kReduced; 0 in the other states.
@@ -195,7 +209,9 @@ class Spidar {
   void updatePose(const PoseSolution& solved, const GripPose& steady, double h) noexcept;
   bool checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept;
   bool restsSafely() const noexcept;
-  Wrench limited(Wrench F_G_B, double h, double command_age) noexcept;
+  bool endsAtOnce() const noexcept;
+  void endAtOnce() noexcept;
+  void moveGain(double h) noexcept;
   void writeDrive(bool zero_current, double h) noexcept;
 
   DeviceDef def_;
@@ -218,10 +234,12 @@ class Spidar {
   PoseSolution solution_;
   GripPose steady_;
   Twist twist_;
-  double opening_rate_ = 0, ramp_ = 0, heat_share_ = 1;
+  double opening_rate_ = 0, heat_share_ = 1;
+  double gain_ = 0, rise_s_ = 0;  ///< s on the whole wrench, and the time in which it rises by 1 [s]
+  double grasp_ = 0;              ///< grasp force of the last tick [N]
   double stable_stiffness_ = 0;
   double since_counts_ = 0, since_pose_ = 0;  ///< since the last counts of every board, and the last pose [s]
-  Wrench asked_;
+  Wrench wanted_, asked_, achieved_;  ///< gain times what is asked for; what the law makes of it; what the tensions make of that
   StringVector told_;  ///< tensions of drive_ [N]; zero without current
   DriveCommand drive_;
   unsigned flags_ = 0, cause_flags_ = 0, buttons_ = 0;

@@ -47,7 +47,7 @@ struct WayBack {
 
 /// In the order of ForceEnd.
 inline constexpr WayBack kWaysBack[] = {
-    {ForceEnd::kLateTick, Ask::kNothing, "ticks were late, by 20 ms at most", "less force, which is back within 0.5 s", ""},
+    {ForceEnd::kLateTick, Ask::kNothing, "ticks were late, by 20 ms at most", "the force stays, and goes on from where it was", ""},
     {ForceEnd::kInterruption, Ask::kNothing,
      "nothing was exchanged, or no counts came, for up to 0.5 s: programs stood still, or boards were silent",
      "zero current, then a ramp of 0.5 s to the force", ""},

@@ -1,5 +1,5 @@
 // The law of the port: no faster than a wall of K by the grip's way, and ρ beside it; and in the loop, where the world strikes the tool.
-#include "haptic_core/loop/force_slew.h"
+#include "haptic_core/spidar/force_slew.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 #include "../../scenes/touch.h"
 #include "haptic_core/loop/haptic_loop.h"
 #include "haptic_core/spidar/device_twin.h"
+#include "haptic_core/world/hand_bound.h"
 #include "haptic_core/spidar/spidar.h"
 
 namespace haptic {
@@ -23,7 +24,7 @@ Vector3 some(std::mt19937& random, double size) {
 
 TEST(ForceSlew, KeepsItsBoundAndArrives) {
   std::mt19937 random(1);
-  const ForceSlew slew{kStiffness, kReach};
+  const ForceSlew slew{kStiffness, kReach, kForceRate};
   int held = 0, whole = 0;
   for (int i = 0; i < 2000; ++i) {
     const double change = std::exp(-7 + 9.0 * (i % 10) / 9);
@@ -51,7 +52,7 @@ TEST(ForceSlew, KeepsItsBoundAndArrives) {
 
 // A force that swings faster than it may turns in the tick in which the world's turns: what only runs after it turns late.
 TEST(ForceSlew, TurnsWithTheWorld) {
-  const ForceSlew slew{kStiffness, kReach};
+  const ForceSlew slew{kStiffness, kReach, kForceRate};
   const Twist moved{Vector3::Zero(), Vector3(0.2, 0, 0)};  // 0.8 N in a tick
   Wrench world, given;
   int turns = 0;
@@ -72,7 +73,7 @@ TEST(ForceSlew, TurnsWithTheWorld) {
 
 // The world lets go of F at once. A grip that goes back meets the force of a spring of K, F²/2K in all, whatever its speed.
 TEST(ForceSlew, GivesTheHandNoMoreThanASpringHolds) {
-  const ForceSlew slew{kStiffness, kReach};
+  const ForceSlew slew{kStiffness, kReach, kForceRate};
   const double most = 10;
   for (const double speed : {0.05, 0.5}) {
     Wrench F{Vector3::Zero(), Vector3(0, 0, most)};

@@ -145,6 +145,7 @@ TEST_P(WaysBack, ForceWaitsForWhomTheTableNames) {
   bringAbout(row.end, rig);
   rig.run(kLong);
   EXPECT_EQ(rig.back(), row.ask == Ask::kNothing) << row.event << ": " << rig.force() << " of " << rig.before << " N, " << rig.said();
+  if (row.end == ForceEnd::kLateTick) { EXPECT_GT(rig.least, kBack * rig.before) << "the force stays"; }
   if (row.end == ForceEnd::kReduced) { EXPECT_LE(rig.force(), 1) << rig.said(); }
   rig.answer(row.ask);
   rig.run(kLong);
