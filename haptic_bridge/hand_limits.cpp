@@ -57,12 +57,15 @@ void HandLimits::publish(const RealtimeThread::Felt& felt) {
       ROS_WARN_STREAM("hand_limits: none for " << hand.device << ": " << error.what());
       continue;
     }
+    const std::string text = certificate.text();
+    if (certificate.changes() && text != said_) ROS_INFO_STREAM(text.substr(0, text.find('\n')));
+    if (certificate.changes()) said_ = text;
     const bool touches = !certificate.against.empty() && certificate.foundation > 0;
     m.devices.push_back(hand.device);
     m.stiffness_scale.push_back(touches ? certificate.bearable / certificate.foundation : std::numeric_limits<double>::infinity());
     m.wall.push_back(certificate.held);
     m.max_force.push_back(device.max_force);
-    m.text.push_back(certificate.text());
+    m.text.push_back(text);
   }
   publisher_.publish(m);
 }

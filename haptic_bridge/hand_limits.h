@@ -26,6 +26,7 @@ class HandLimits {
   std::string world_frame_;
   RealtimeThread& loop_;
   std::function<void()> restarted_;
+  std::string said_;  ///< last line about what the loop changes of the scene
   ros::Publisher publisher_;
   std::atomic<bool> stop_{false};
   std::thread thread_;

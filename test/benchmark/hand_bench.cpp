@@ -1,9 +1,11 @@
 // Presses of random tools into random scenes, to the workspace's end and back: no jump, no ring, no more than the device's limit.
-// `bench_hand [PRESSES [FIRST]]`: 2000 presses from the first on. Each of them that is not quiet is printed.
+// `bench_hand [PRESSES [FIRST]]`: 2000 presses from the first on, then as many on thin bodies (hand_thin.h). Each of them that is not quiet
+// is printed. `bench_hand thin [PRESSES [FIRST]]`: those on thin bodies alone.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <random>
 
 #include "../scenes/touch.h"
@@ -14,6 +16,7 @@
 #include "haptic_core/geometry/shapes/rod.h"
 #include "haptic_core/loop/hand_trial.h"
 #include "haptic_core/spidar/wall_bound.h"
+#include "hand_thin.h"
 
 namespace haptic::bench {
 namespace {
@@ -224,6 +227,9 @@ void measurePresses(int presses, int first) {
 
 int main(int argc, char** argv) {
   using namespace haptic;
-  const int presses = argc > 1 ? std::atoi(argv[1]) : 2000;
-  bench::measurePresses(presses, argc > 2 ? std::atoi(argv[2]) : 0);
+  const bool thin_alone = argc > 1 && std::strcmp(argv[1], "thin") == 0;
+  if (thin_alone) --argc, ++argv;
+  const int presses = argc > 1 ? std::atoi(argv[1]) : 2000, first = argc > 2 ? std::atoi(argv[2]) : 0;
+  if (!thin_alone) bench::measurePresses(presses, first);
+  bench::measureThinPresses(presses, first);
 }

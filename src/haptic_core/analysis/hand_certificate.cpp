@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "haptic_core/analysis/flat_wall.h"
+#include "haptic_core/spidar/spidar.h"
 #include "haptic_core/spidar/wall_bound.h"
+#include "haptic_core/world/hand_bound.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/tuning.h"
 
@@ -80,10 +82,26 @@ class Press {
   std::vector<std::unique_ptr<FlatWall>> sides_;
 };
 
-/// Stiffness of a virtual coupling [N/m]; 0: the pointer is at the grip itself.
-double couplingStiffness(const PointerDef& pointer, double mass, double h) {
+/// Stiffness of a virtual coupling at the grip [N/m]; 0: the pointer is at the grip itself.
+double couplingStiffness(const PointerDef& pointer, const HandMapping& mapping, double borne) {
   if (pointer.coupling.mode == PointerCoupling::Mode::kDirect) return 0;
-  return resolved(pointer.coupling, {mass, 1}, h, false).stiffness;
+  if (pointer.coupling.stiffness == PointerCoupling::kDerived) return borne;
+  return pointer.coupling.stiffness * mapping.scale * mapping.force_scale;
+}
+
+/// The stiffest coupling of a device held by a relaxed hand, at the grip [N/m].
+double borneCoupling(const DeviceDef& device, double period, double delay) {
+  double count = 0;
+  for (const StringDef& string : device.strings) count = std::max(count, std::fabs(string.length_per_count));
+  const double filter = 1 / (2 * M_PI * SpidarSettings{}.velocity_cutoff_hz);
+  return stiffestCoupling({device.grip_damping + kRelaxedHandDamping, 0.5 * period + delay, period, count, filter}).stiffness;
+}
+
+/// Factor on a foundation that lets it carry what a hand and the weight of its tool press with (world/hand_bound.h).
+double firmerFor(const Model& model, const Partner& partner, const DeviceDef& device, const HandMapping& mapping, int link) {
+  const ModelShape &own = model.shapes[partner.own], &other = model.shapes[partner.other];
+  const double force = device.max_force / mapping.force_scale + model.links[link].mass * model.settings.gravity.norm();
+  return firmer(force, *own.shape, *other.shape, own.width, other.width, partner.foundation);
 }
 
 }  // namespace
@@ -106,11 +124,13 @@ HandCertificate certifyHand(const WorldDef& def, int pointer, const HandMapping&
   if (partner.own < 0) return c;
   c.against = model.links[model.shapes[partner.other].link].name;
   c.foundation = partner.foundation;
-  const double coupling = couplingStiffness(hand, model.links[link].mass, period);
-  Press pressing(*model.shapes[partner.own].shape, mapping, coupling, press);
+  c.coupling_borne = borneCoupling(device, period, delay);
+  c.coupling = couplingStiffness(hand, mapping, c.coupling_borne);
+  if (c.coupling > 0) c.firmer = firmerFor(model, partner, device, mapping, link);
+  Press pressing(*model.shapes[partner.own].shape, mapping, c.coupling / (mapping.scale * mapping.force_scale), press);
   c.stiffness = pressing.stiffness(c.foundation);
   c.most = device.max_force;
-  c.carries = coupling > 0 ? c.most : std::min(c.most, pressing.carried(c.foundation, c.held));
+  c.carries = c.coupling > 0 ? c.most : std::min(c.most, pressing.carried(c.foundation, c.held));
   c.bearable = pressing.foundationFor(c.held, kSoughtFoundations * c.foundation);
   return c;
 }
@@ -118,7 +138,7 @@ HandCertificate certifyHand(const WorldDef& def, int pointer, const HandMapping&
 double bearableFoundation(const WorldDef& def, int pointer, const HandMapping& mapping, double bound, double press) {
   const PointerDef& hand = def.pointers.at(static_cast<std::size_t>(pointer));
   const LinkDef& link = def.articulations[hand.articulation].links[hand.link];
-  const double coupling = couplingStiffness(hand, link.inertia.mass, def.settings.step);
+  const double coupling = couplingStiffness(hand, mapping, bound) / (mapping.scale * mapping.force_scale);
   double least = kStiffestFoundation;
   for (const CollisionDef& collision : link.collisions) {
     Press pressing(*collision.shape, mapping, coupling, press);
@@ -138,10 +158,16 @@ std::string HandCertificate::text() const {
   text << (holds() ? "PASS" : "WEAKENED") << ", " << 1e-3 * stiffness << " N/mm when pressed with " << press << " N on " << against
        << "; at " << std::lround(rate) << " Hz the device bears " << 1e-3 * alone << ", held by a relaxed hand " << 1e-3 * held;
   if (delay > 0) text << " (" << 1e-3 * held_without << " without the " << 1e3 * delay << " ms of added delay)";
-  if (!holds() && bearable > 0) {
+  if (!holds() && coupling > 0) {
+    text << ": the loop softens its coupling of " << 1e-3 * coupling << " N/mm to " << 1e-3 * coupling_borne;
+  } else if (!holds() && bearable > 0) {
     text << ": the loop weakens it to that; felt as it is with stiffness " << bearable << " N/m³ or less, or at a higher rate";
   } else if (!holds()) {
     text << ": the loop weakens it to that; give the pointer a virtual coupling or a higher rate";
+  }
+  if (firmer > 1) {
+    text << "; '" << against << "' is " << firmer << " times as stiff for it as in the scene, to carry " << most
+         << " N beside the tool's weight";
   }
   if (carries < most) text << "; carries " << carries << " N of the device's " << most << ", then the tool stays behind the hand";
   text << "\n";

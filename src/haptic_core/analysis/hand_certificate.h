@@ -29,12 +29,17 @@ struct HandCertificate {
   double carries = 0;            ///< most force that its weakest side can bring to the hand: beyond it stays behind [N]
   double most = 0;               ///< the device's greatest force [N]
   double bearable = 0;           ///< largest k [N/m³] with K ≤ `held`, up to 100 foundations; 0: none
+  double coupling = 0;           ///< of a virtual coupling as the scene has it, at the grip [N/m]; 0: direct
+  double coupling_borne = 0;     ///< stiffest one that the hand bears in front of anything [N/m]
+  double firmer = 1;             ///< times as stiff as in the scene is the surface for a virtual coupling's tool (world/hand_bound.h) [1]
   double rate = 0;               ///< [Hz]
   double delay = 0;              ///< added on purpose [s]
   double held_without = 0;       ///< `held` without that [N/m]
 
-  /// A relaxed hand bears the contact as the scene says, or there is none; else the loop weakens it.
-  bool holds() const { return against.empty() || stiffness <= held; }
+  /// A relaxed hand bears contact and coupling as the scene says, or there is no contact; else the loop weakens them.
+  bool holds() const { return against.empty() || (coupling > 0 ? coupling <= coupling_borne : stiffness <= held); }
+  /// The loop changes something of the scene for this hand, which `text` says.
+  bool changes() const { return !holds() || firmer > 1; }
   std::string text() const;      ///< one line
 };
 

@@ -30,7 +30,9 @@ Hand::Hand(Spidar& device, int pointer, const HandSettings& settings, double h)
       map_(settings.workspace),
       passivity_(settings.passivity, device.def().grip_mass, quantumOf(device.def())),
       seen_line_(ticksOf(settings.delay.pose, h)),
-      pushed_line_(ticksOf(settings.delay.force, h)) {
+      pushed_line_(ticksOf(settings.delay.force, h)),
+      count_(quantumOf(device.def()).maxCoeff()),
+      velocity_filter_(1 / (2 * M_PI * device.settings().velocity_cutoff_hz)) {
   check(settings);
 }
 
@@ -176,14 +178,21 @@ std::size_t Hand::mostMemory(const HandSettings& settings, double h) {
   return kWithoutDelay + countFields(seen) + countFields(pushed);
 }
 
-/// A relaxed hand over this wire at this rate, and the device's limits. Not of the gain: a force that is faded in is that of the same contact.
+/// A relaxed hand over this wire at this rate, and the device's limits. Not of the gain: a force that is faded in is that of the same
+/// contact, and a spring that changed in time would give what it had not taken.
 void Hand::bear(World& world) const noexcept {
   PointerBound bound;
   if (!feelsAnything() && settings_.force_scale > 0) {
     const Spidar::Tuning limits = device_.tuning();
-    const double K = stableStiffness();
+    const double K = stableStiffness(), B = device_.def().grip_damping + kRelaxedHandDamping;
     bound.stiffness = K / worldToGrip();
-    if (K > 0) bound.lag = (device_.def().grip_damping + kRelaxedHandDamping) / K;
+    if (K > 0) bound.lag = B / K;
+    if (!world.model().holds(pointer_) && K > 0) {
+      const CouplingBound coupling = stiffestCoupling({B, B / K, world.settings().step, count_, velocity_filter_});
+      bound.stiffness = coupling.stiffness / worldToGrip();
+      bound.damping = coupling.damping / worldToGrip();
+      bound.press = std::max(0.0, limits.max_force) / settings_.force_scale;
+    }
     if (limits.max_force > 0) bound.force = limits.max_force / settings_.force_scale;  // else the hand feels nothing, wherever the link is
     if (limits.max_torque > 0) bound.torque = limits.max_torque * settings_.workspace.scale / settings_.force_scale;
     const double turn = settings_.workspace.scale * settings_.workspace.scale * kRelaxedHandTurnDamping / kRelaxedHandDamping;

@@ -112,6 +112,8 @@ class Hand {
   HandReport report_;
   DelayLine<Seen> seen_line_;
   DelayLine<Pushed> pushed_line_;
+  double count_;                                   ///< of the coarsest string [m]
+  double velocity_filter_;                         ///< time constant of the device's velocity [s]
   Seen seen_;                                      ///< of this tick
   bool clutch_held_ = false;                       ///< by command
   Rebase rebase_ = Rebase::kGlide;                 ///< due at the next `couple`: the pointer starts where the scene has it

@@ -11,12 +11,14 @@
 #include "haptic_core/spidar/device_twin.h"
 #include "haptic_core/spidar/spidar.h"
 #include "haptic_core/world/model.h"
+#include "haptic_core/world/work.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic {
 namespace {
 
-constexpr double kStart = 0.6, kRest = 0.3, kAfter = 0.1;  ///< before the way, at its end and after it [s]; the start fades in
+constexpr double kStart = 0.6, kAfter = 0.1;             ///< before the way and after it [s]; the start fades in
+constexpr double kTouched = 0.05;                        ///< from the way's first contact to the first interval of energy [s]
 constexpr double kLeastJerkPeak = 1.875;                 ///< peak over mean speed of a motion of least jerk [1]
 constexpr double kImpactSpeed = 0.1, kImpactTime = 0.02; ///< [m/s], [s]
 constexpr double kTurnWindow = 0.05;                     ///< [s]
@@ -69,6 +71,7 @@ class Trial {
   Trial(const WorldDef& def, int pointer, const HandSettings& settings, const DeviceDef& device, const TrialWay& way)
       : period_(def.settings.step), pointer_(pointer), way_(way), world_(def), spidar_(device), twin_(device, twinSettings(period_, way)),
         reach_(reachOf(def, pointer, settings.workspace.scale)) {
+    to_grip_ = settings.force_scale / settings.workspace.scale;
     loop_.attach(spidar_, pointer, settings);
     spidar_.calibrateAtHome();
     spidar_.setForceEnabled(true);
@@ -81,8 +84,10 @@ class Trial {
       const double time = i * period_;
       if (way_.jig) twin_.place(trembling(path.at(time), time));
       const DeviceSample sample = twin_.exchange(loop_.drive(0));
+      const Pose tool = toolPose();
       loop_.tick(&sample, period_);
       judge(time, rests(path, time));
+      account(tool, time);
     }
     result_.finite = world_.report().finite;
     return result_;
@@ -101,7 +106,7 @@ class Trial {
     path.keys = {{kStart, Vector3::Zero(), Vector3::Zero(), 0}};
     for (const double rest : way.rests) {
       go(rest);
-      time += kRest;
+      time += way.rest;
       path.keys.push_back({time, at * way.depth * way.direction, at * way.turn, 0});
     }
     go(0);
@@ -136,6 +141,7 @@ class Trial {
     ++r.ticks;
     r.touching += now.in_contact;
     r.led += now.slewed;
+    r.weakened += now.in_contact && now.stiffness_share < 1;
     r.strongest = std::max(r.strongest, now.F_asked_B.force.norm());
     r.over_limit += now.F_asked_B.force.norm() > (1 + 1e-9) * spidar_.def().max_force;
     const int touched = touches();
@@ -163,6 +169,51 @@ class Trial {
     last_ = now;
   }
 
+  Pose toolPose() const { return world_.linkPose(world_.pointerLink(pointer_)); }
+
+  /// Work of the wrench F on its way from one pose to the next [J].
+  static double work(const Wrench& F, const Pose& from, const Pose& to) {
+    return F.force.dot(to.p - from.p) + F.torque.dot(vectorFromRotation(Quaternion(Matrix3(to.R * from.R.transpose()))));
+  }
+
+  /// Of the springs of a virtual coupling between the tool and its target: K e, and from the hand's limit F on F itself [J].
+  double couplingEnergy() const {
+    if (world_.model().holds(pointer_)) return 0;
+    const auto p = static_cast<std::size_t>(pointer_);
+    const double asked = world_.tuning().coupling[p].rotational_stiffness, own = world_.work().hands.own_coupling[p].rotational_stiffness;
+    const PointerBound& bound = world_.pointerBound(pointer_);
+    const auto energy = [](double K, double e, double F) { return K * e > F ? F * (e - 0.5 * F / K) : 0.5 * K * e * e; };
+    const Pose goal = loop_.report().hand[0].X_WP, tool = toolPose();
+    const double turn = vectorFromRotation(Quaternion(Matrix3(goal.R * tool.R.transpose()))).norm();
+    const double K = std::min(world_.pointerStiffness(pointer_), bound.stiffness);
+    const double most = bound.turn_of_way * bound.stiffness;
+    const double K_turn = asked == PointerCoupling::kDerived && std::isfinite(most) ? most : std::min(own, most);
+    return energy(K, (goal.p - tool.p).norm(), bound.force) + energy(K_turn, turn, bound.torque);
+  }
+
+  /// Energies of this tick. `tool`: where the tool was before it. All that the world gets beside this hand's work is of led bodies,
+  /// belts and drives; what the grip feels of the world's energy is to_grip_ times it.
+  void account(const Pose& tool, double time) {
+    const Pose grip = twin_.latchedPose().X_BG;
+    if (result_.ticks > 1) given_ += work(strings_, grip_, grip);  // held between the last two samples
+    strings_ = twin_.stringWrench();
+    grip_ = grip;
+    const EnergyLedger& energy = world_.report().energy;
+    const Wrench on_tool = -world_.pointerWrench(pointer_);
+    const double others = energy.external - external_ - work(on_tool, tool, toolPose());
+    external_ = energy.external;
+    given_ -= to_grip_ * others;
+    if (time < kStart || (touched_ == 0 && !last_.in_contact)) return;  // before it a force that fades in gives back more than it took
+    touched_ += period_;
+    if (touched_ < kTouched) return;
+    const double at = given_ + to_grip_ * energy.potential;
+    const double stored = to_grip_ * (energy.elastic + energy.tangential + couplingEnergy());
+    least_ = std::min(least_, at + stored);
+    least_moving_ = std::min(least_moving_, at + stored + to_grip_ * energy.kinetic);
+    if (at - least_ > result_.energy_given) result_.energy_given = at - least_;
+    result_.energy_moving = std::max(result_.energy_moving, at - least_moving_);
+  }
+
   double period_;
   int pointer_, last_touched_ = 0;
   TrialWay way_;
@@ -173,6 +224,11 @@ class Trial {
   double reach_, impact_until_ = -1;
   HandReport last_;
   Turns turns_[3];
+  double to_grip_ = 1;                       ///< energy at the grip over the world's
+  double given_ = 0, external_ = 0;          ///< to the hand, less other sources; the world's work from outside, so far [J]
+  double touched_ = 0, least_ = INFINITY, least_moving_ = INFINITY;  ///< since the first contact [s]; of the sums [J]
+  Wrench strings_;
+  Pose grip_;
   TrialResult result_;
 };
 

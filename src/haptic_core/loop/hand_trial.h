@@ -6,6 +6,9 @@
 ///     measured grip, K_max the loop's bound at its rate; for torques K_max (r |Δx| + r² |Δθ|), r the link's reach at the grip.
 ///     The 20 ms after the tool first touches something at more than 0.1 m/s are impacts, and are counted instead.
 ///   - rings: the grip's target rests, and some component of F turns by more than 0.3 N over five times within 50 ms.
+///   - energy_given: over every interval that begins 50 ms after the first contact on the way, the work of the true tensions on the grip, less the
+///     energy in the springs of contacts, friction and coupling at its start, less the work of led bodies, belts and drives and of gravity
+///     in it, as the grip has them (scale); the largest.
 /// At set-up: allocates, and costs as many ticks as the way takes.
 #pragma once
 #include <vector>
@@ -23,7 +26,8 @@ struct TrialWay {
   double depth = 0.01;                    ///< [m] of the grip
   double speed = 0.05;                    ///< greatest, of a motion of least jerk [m/s]
   Vector3 turn = Vector3::Zero();         ///< rotation vector of the grip at the way's end [rad]
-  std::vector<double> rests = {1};        ///< where it rests for 0.3 s on the way out, of the depth; the last is the way's end
+  std::vector<double> rests = {1};        ///< where it rests on the way out, of the depth; the last is the way's end
+  double rest = 0.3;                      ///< for how long [s]
   bool jig = true;                        ///< the grip is held rigidly, but for a tremor of 0.05 mm; false: by a relaxed hand
 };
 
@@ -37,6 +41,9 @@ struct TrialResult {
   int ticks = 0, touching = 0, impacts = 0;  ///< ticks; with contact; of those after impacts
   int over_limit = 0;        ///< ticks with |F| above the device's stated limit
   int led = 0;               ///< in which the world's force changed faster than the hand's may (force_slew.h)
+  int weakened = 0;          ///< ticks with contact in which coupling or contact was weakened to what the hand bears
+  double energy_given = 0;   ///< [J], see above
+  double energy_moving = 0;  ///< the same, less the energy of motion at the interval's start as well [J]
   bool rings = false;        ///< while the target rested
   bool finite = true;        ///< the world stayed so
 

@@ -77,7 +77,8 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   StageTimes& times = report.step.stages;
   ContactEvaluation c;
   const ContactPlaces places{placement.link.data(), placement.X_WS.data(), work.hands.held_by.data(),
-                             work.hands.acting.empty() ? nullptr : work.hands.bound.data()};
+                             work.hands.acting.empty() ? nullptr : work.hands.bound.data(),
+                             work.hands.acting.empty() ? nullptr : work.hands.pressed.data()};
   work.counted.done += model.look(pair.shapeA(), pair.shapeB());
   const bool overlap = locateContact(model, contacts.seams, index, pair, places, contacts.workspace, c);
   work.clock.end(overlap ? times.volume : times.detection);

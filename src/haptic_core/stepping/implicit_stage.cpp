@@ -26,7 +26,8 @@ ImplicitStage::ImplicitStage(const Model& model)
 void beginStages(const Model& model, State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h,
                  ImplicitStage& stage) noexcept {
   StagePlaces& places = stage.places;
-  stage.contacts.begin(state, {places.link.data(), places.X_WS.data(), stage.held.by.data(), hands.bound.data()}, seams);
+  stage.contacts.begin(state, {places.link.data(), places.X_WS.data(), stage.held.by.data(), hands.bound.data(), hands.pressed.data()},
+                       seams);
   stage.held.way = hands.moved.data();
   stage.held.step = h;
   stage.held.left = 0;

@@ -187,8 +187,8 @@ Twist StageContacts::beltOf(int pair, const Pose& X_WP) const noexcept {
   return beltTwist(model_, state_->pairs[pair].shapeA(), state_->pairs[pair].shapeB(), places_.link, X_WP);
 }
 
-PairLaw StageContacts::lawOf(const FrozenContact& c, const ActivePair& pair) const noexcept {
-  return model_.law(pair.shapeA(), pair.shapeB(), places_.held_by[c.link_a] >= 0, places_.held_by[c.link_b] >= 0);
+PairLaw StageContacts::lawOf(const ActivePair& pair) const noexcept {
+  return haptic::lawOf(model_, places_, pair.shapeA(), pair.shapeB());
 }
 
 /// The contact of a pair that is near, not touching, made or reused; null where there is no room.
@@ -218,7 +218,7 @@ bool StageContacts::lookAtFaces(int index, const Pose& X_AB, const Vector3& n) n
   FrozenContact* c = nearContact(index);
   if (!c) return false;
   placeNear(index, *c, places_.X_WS[shape_a] * X_AP);
-  c->patch.freezeNear(faces, lawOf(*c, pair), c->V_reference, g_);
+  c->patch.freezeNear(faces, lawOf(pair), c->V_reference, g_);
   return true;
 }
 
@@ -238,7 +238,7 @@ void StageContacts::lookAhead(int index, const Pose& X_AB, const Vector3& n) noe
   FrozenContact* c = nearContact(index);
   if (!c) return;
   placeNear(index, *c, places_.X_WS[shape_a] * near.X_AP);
-  c->patch.freezeNear(near, reach_, lawOf(*c, pair), c->V_reference, g_);
+  c->patch.freezeNear(near, reach_, lawOf(pair), c->V_reference, g_);
 }
 
 /// A patch that has gone to another place of its pair still bars the way back: a body that rocks would go on

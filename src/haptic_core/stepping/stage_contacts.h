@@ -95,7 +95,7 @@ class StageContacts {
   Twist ofHandsAsPlaced(int pair, const FrozenContact& contact) const noexcept;
   template <class TwistOf>
   Twist between(int pair, const FrozenContact& contact, TwistOf&& twistOf) const noexcept;
-  PairLaw lawOf(const FrozenContact& contact, const ActivePair& pair) const noexcept;
+  PairLaw lawOf(const ActivePair& pair) const noexcept;
   bool lookAtFaces(int pair, const Pose& X_AB, const Vector3& n) noexcept;
   void lookAhead(int pair, const Pose& X_AB, const Vector3& n) noexcept;
   int addSlot() noexcept;

@@ -19,6 +19,13 @@ Twist beltTwist(const Model& model, int shape_a, int shape_b, const LinkWork* li
   return V_P;
 }
 
+PairLaw lawOf(const Model& model, const ContactPlaces& places, int a, int b) noexcept {
+  const int link_a = model.shapes[a].link, link_b = model.shapes[b].link;
+  PairLaw law = model.law(a, b, places.held_by[link_a] >= 0, places.held_by[link_b] >= 0);
+  if (places.pressed) firm(model, std::max(places.pressed[link_a], places.pressed[link_b]), a, b, law);
+  return law;
+}
+
 bool locateContact(const Model& model, Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
                    ContactWorkspace& workspace, ContactEvaluation& out) noexcept {
   const int a = pair.shapeA(), b = pair.shapeB();
@@ -36,7 +43,7 @@ bool locateContact(const Model& model, Seams& seams, int index, ActivePair& pair
   const Twist belt = beltTwist(model, a, b, places.link, out.X_WP);
   out.V_AB_P = out.V_AB_P + belt;
   out.belt << belt.linear.head<2>(), belt.angular.z();
-  out.law = model.law(a, b, places.held_by[A.link] >= 0, places.held_by[B.link] >= 0);
+  out.law = lawOf(model, places, a, b);
   if (pair.buried) out.law = model.recoveryLaw(out.law, a, b, out.volume);
   for (const int link : {A.link, B.link}) {
     if (!places.bound || places.held_by[link] < 0) continue;

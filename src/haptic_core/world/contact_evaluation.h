@@ -33,7 +33,11 @@ struct ContactPlaces {
   const Pose* X_WS = nullptr;      ///< by shape: where they are
   const int* held_by = nullptr;  ///< lead (HandWork) that prescribes the link's motion; -1: none
   const HandBound* bound = nullptr;  ///< by lead: what its hand bears; null: anything
+  const double* pressed = nullptr;   ///< by world link: force that surfaces have to carry under it [N] (hand_bound.h); null: none
 };
+
+/// (in realtime) The law of a pair of shapes: the model's, firmer where a hand presses a tool with more than the surface can carry.
+PairLaw lawOf(const Model& model, const ContactPlaces& places, int a, int b) noexcept;
 
 /// (in realtime) How belts carry B's surface over its shape less A's, in the plane of the patch, in P's axes.
 Twist beltTwist(const Model& model, int shape_a, int shape_b, const LinkWork* link, const Pose& X_WP) noexcept;

@@ -11,6 +11,9 @@ namespace {
 
 /// A contact keeps this share of its law however little a hand bears: a force of nothing leaves a solve without a spring.
 constexpr double kLeastShare = 1e-6;
+/// Share of the volume that two bodies may share in which a tool rests under its hand's whole force [1]. At a half a ball lies to its
+/// middle in a thin plate, and gives back there what the elastic energy of its patch does not tell; less, and surfaces are stiffer.
+constexpr double kShared = 0.05;
 
 Matrix3 metStiffness(const Model& model, const State& state, const Placement& placement, int link) noexcept {
   Matrix3 met = Matrix3::Zero();
@@ -38,26 +41,55 @@ double largest(const Matrix3& met) noexcept {
 /// Largest damper over K_max [s].
 double mostDamping(const PointerBound& bound, double h) noexcept { return kMostDamping * std::max(bound.lag, kLeastLag * h); }
 
-void weaken(double& stiffness, double& damping, double bound, double most_damping) noexcept {
-  const double share = std::min(1.0, std::max(kLeastShare, bound / stiffness));
-  stiffness *= share;
-  damping = std::min(share * damping, most_damping * bound);
+/// A spring and damper that a hand bears, K and b at most: those values where the scene leaves them to be derived. A lesser damper leaves
+/// a lesser spring (1 of wall_bound.h).
+void bear(double asked_stiffness, double asked_damping, double K, double b, double& stiffness, double& damping) noexcept {
+  if (asked_stiffness == PointerCoupling::kDerived && std::isfinite(K)) stiffness = K;
+  if (asked_damping == PointerCoupling::kDerived && std::isfinite(b)) damping = b;
+  damping = std::min(damping, b);
+  const double share = std::isfinite(b) && b > 0 ? damping / b : 1.0;
+  stiffness = std::min(stiffness, std::max(kLeastShare, std::sqrt(share * (2 - share))) * K);
 }
 
-PointerCoupling weakened(PointerCoupling coupling, const PointerBound& bound, double h) noexcept {
-  const double most_damping = mostDamping(bound, h);
-  weaken(coupling.stiffness, coupling.damping, bound.stiffness, most_damping);
-  weaken(coupling.rotational_stiffness, coupling.rotational_damping, bound.turn_of_way * bound.stiffness, most_damping);
-  return coupling;
+PointerCoupling borne(const PointerCoupling& asked, PointerCoupling own, const PointerBound& bound) noexcept {
+  if (std::isinf(bound.damping)) {  // whoever moves the pointer has no port: what the scene says, up to K
+    own.stiffness = std::min(own.stiffness, bound.stiffness);
+    return own;
+  }
+  bear(asked.stiffness, asked.damping, bound.stiffness, bound.damping, own.stiffness, own.damping);
+  bear(asked.rotational_stiffness, asked.rotational_damping, bound.turn_of_way * bound.stiffness, bound.turn_of_way * bound.damping,
+       own.rotational_stiffness, own.rotational_damping);
+  return own;
 }
 
 }  // namespace
+
+double firmer(double force, const ConvexShape& a, const ConvexShape& b, double width_a, double width_b, double k) noexcept {
+  const auto within = [](const ConvexShape& shape, double width_of_other) {
+    if (!shape.bounded()) return std::numeric_limits<double>::infinity();
+    return shape.volume() * std::min(1.0, width_of_other / (2 * shape.boundingRadius()));
+  };
+  const double carried = kShared * k * std::min(within(a, width_b), within(b, width_a));
+  return carried < force ? force / carried : 1.0;
+}
+
+void firm(const Model& model, double force, int a, int b, PairLaw& law) noexcept {
+  if (!(force > 0)) return;
+  const ModelShape &A = model.shapes[a], &B = model.shapes[b];
+  ContactMaterial& m = law.material;
+  const double times = firmer(force, *A.shape, *B.shape, A.width, B.width, m.stiffness);
+  m.stiffness *= times;
+  m.tangential_stiffness *= times;
+  m.damping *= std::sqrt(times);  // the same damping ratio
+}
 
 void boundHands(const Model& model, const State& state, const Placement& placement, HandWork& hands) noexcept {
   for (const int i : hands.acting) {
     HandBound& bound = hands.bound[i];
     if (!model.holds(i)) {
-      hands.coupling[i] = weakened(hands.own_coupling[i], bound, model.settings.step);
+      const int link = state.pointers[i].link;
+      hands.coupling[i] = borne(model.tuning.coupling[i], hands.own_coupling[i], bound);
+      hands.pressed[link] = bound.press > 0 ? bound.press + model.links[link].mass * model.settings.gravity.norm() : 0.0;
     } else if (!std::isinf(bound.stiffness)) {
       bound.met_W = metStiffness(model, state, placement, state.pointers[i].link);
     }
@@ -97,7 +129,11 @@ void boundLaw(const HandBound& bound, double period, const FrictionMemory& befor
 
 double stiffnessMet(const Model& model, const State& state, const Placement& placement, const HandWork& hands,
                     int pointer) noexcept {
-  if (!model.holds(pointer)) return hands.own_coupling[pointer].stiffness;
+  if (!model.holds(pointer)) {  // one that is left to be derived is what the hand bears
+    const HandBound& bound = hands.bound[pointer];
+    const bool derived = model.tuning.coupling[pointer].stiffness == PointerCoupling::kDerived && std::isfinite(bound.damping);
+    return derived ? bound.stiffness : hands.own_coupling[pointer].stiffness;
+  }
   return largest(metStiffness(model, state, placement, state.pointers[pointer].link));
 }
 

@@ -12,13 +12,18 @@
 /// Its dampers, normal and tangential, are held to ⅔ τ K_max between them and its neighbours (`kMostDamping`): the loop's bound is
 /// on K and b together, and at 6 N a dissipation of 10 s/m is a damper of 60 N·s/m, seven times a hand's own.
 /// Other pairs keep their laws, and both bodies of a weakened pair feel the same force.
-/// Virtual coupling. Fast motion meets the coupling itself, whatever its link touches, because the link's mass stands still:
-/// a spring beyond K_max is weakened to it, its damper with it and to ⅔ τ K_max in any case; its turns are held to ρ² times that.
-/// It does not follow the contacts either: a coupling that were weak in touch alone would be given more than it gives back at each
-/// touch.
+/// Virtual coupling. Its hand meets the coupling in front of whatever its tool touches, and bears K and b of wall_bound.h whatever that is.
+/// Where the scene leaves values to be derived the coupling has those; values beyond are lowered to them, a turn's to ρ² times. They do
+/// not follow contacts or time: a coupling that were weak in touch alone would be given more than it gives back at each touch.
+/// Beyond the hand's greatest force F it gives F, and beyond its greatest torque that: its parts are weakened by F / |F_c|.
 ///
-/// Beyond the hand's greatest force F a virtual coupling gives F, and beyond its greatest torque that: both of its parts are
-/// weakened by F / |F_c|, the same for turns. A held link stays behind its hand instead (held_proxy.h).
+/// A surface that carries less than F and the tool's weight is firm for the tool: its foundation is stiffer by the factor that lets it.
+/// What carries is the volume that two bodies share when one is pressed on through the other. Sections A(z) of a convex body have a
+/// concave √A, so a body of volume Vol and length w has somewhere at least Vol t/w in a slab of thickness t ≤ w, and the force rises up
+/// to there. A twentieth of that, k/20 · min(Vol t/w), over both bodies in the parts of slab and tool, with 2 bounding radii for w and
+/// the least width for t, is to be F + m |g|. It depends on the two shapes alone, so the surface has a potential as any has. Without it
+/// the tool hung in a plate that carries less than it weighs, and the hand felt the weight where it pressed. A tool with more energy than
+/// the surface takes goes through all the same, and edges, where less is shared, give way as the penalty model says.
 ///
 /// Where a tool is wholly inside or through a body, A0 is 0. A damper acts on the layer's area then (friction.h, layerArea),
 /// and has the share of a contact of that area.
@@ -32,6 +37,7 @@
 
 namespace haptic {
 
+class ConvexShape;
 class Model;
 struct ContactVolume;
 struct FrictionMemory;
@@ -53,9 +59,11 @@ inline constexpr double kForceRate = 100;
 
 /// Most that a pointer may oppose to its hand, in the world's measures. Not part of the state: who moves the pointer tells it.
 struct PointerBound {
-  double stiffness = std::numeric_limits<double>::infinity();  ///< K_max [N/m]
-  double force = std::numeric_limits<double>::infinity();      ///< [N]: beyond it the link stays behind its hand
+  double stiffness = std::numeric_limits<double>::infinity();  ///< K_max of a wall, K of a virtual coupling [N/m]
+  double force = std::numeric_limits<double>::infinity();      ///< [N]: beyond it a held link stays behind its hand, a spring gives it
   double torque = std::numeric_limits<double>::infinity();     ///< [N·m], about the link frame's origin: likewise
+  double damping = std::numeric_limits<double>::infinity();  ///< largest damper of a virtual coupling [N·s/m]; infinite: its own
+  double press = 0;              ///< greatest force ever [N], that surfaces carry under a virtual coupling's link; 0: as they are
   double lag = 0;                ///< τ of the loop [s]; less than kLeastLag steps counts as those
   double turn_of_way = 1.25e-3;  ///< ρ² [m²]: damping of a turn over that of a way, of hand and device; infinite: it does not turn
 };
@@ -72,6 +80,11 @@ void boundHands(const Model& model, const State& state, const Placement& placeme
 /// link's origin; `period` [s].
 void boundLaw(const HandBound& bound, double period, const FrictionMemory& before, const Matrix3& R_WA, const Vector3& arm_W,
               const ContactVolume& contact, PairLaw& law) noexcept;
+
+/// Factor on a foundation k [N/m³] between two shapes of these least widths [m] that lets it carry `force` [N]; 1: it does.
+double firmer(double force, const ConvexShape& a, const ConvexShape& b, double width_a, double width_b, double k) noexcept;
+/// (in realtime) The law of a pair on which a hand presses with `force` [N]: as firm as carries that, where it is not.
+void firm(const Model& model, double force, int a, int b, PairLaw& law) noexcept;
 
 /// (in realtime) K of pointer i, unweakened: of its contacts, or of its virtual coupling [N/m].
 double stiffnessMet(const Model& model, const State& state, const Placement& placement, const HandWork& hands,

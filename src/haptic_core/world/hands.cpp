@@ -13,6 +13,7 @@ HandWork::HandWork(const Model& model)
     : held_by(model.links.size(), -1),
       own_coupling(model.pointers.size()),
       bound(static_cast<std::size_t>(model.leads())),
+      pressed(model.links.size(), 0.0),
       coupling(model.pointers.size()),
       goal(static_cast<std::size_t>(model.leads())),
       moved(static_cast<std::size_t>(model.leads())),
@@ -31,6 +32,7 @@ int ledLink(const Model& model, const State& state, int lead) noexcept {
 
 void refreshHands(const Model& model, const State& state, HandWork& hands) noexcept {
   std::fill(hands.held_by.begin(), hands.held_by.end(), -1);
+  std::fill(hands.pressed.begin(), hands.pressed.end(), 0.0);
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
     const int pointer = static_cast<int>(i), link = state.pointers[i].link;
     if (link < 0) continue;
@@ -82,7 +84,6 @@ void grab(const Model& model, const Placement& placement, int pointer, int link,
   hand.p_WL = X_WL.p;
   hand.q_WL = Quaternion(X_WL.R);
   hand.targeted = false;
-  hand.turn_withheld = hand.way_withheld = Vector3::Zero();
   refreshHands(model, state, hands);
 }
 
@@ -210,9 +211,6 @@ void reportToHands(const Model& model, const StepReport& report, HandWork& hands
     pointer.F_W = report.finite ? hands.wrench[i] * (1.0 / model.settings.substeps) : Wrench{};
     // The mean of a force that goes from one value to another, taken at one of its ends; and the wrench that a solve left out of balance.
     hands.force_error[i] = 0.5 * (pointer.F_W.force - before).norm() + report.wrench_error;
-    if (!pointer.targeted) continue;
-    pointer.turn_withheld = hands.goal[i].turn_withheld;
-    pointer.way_withheld = hands.goal[i].way_withheld;
   }
 }
 

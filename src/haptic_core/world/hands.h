@@ -19,7 +19,6 @@ struct HeldGoal {
   Vector3 p_WL = Vector3::Zero();            ///< [m]
   Quaternion q_WL = Quaternion::Identity();  ///< orientation
   Twist V_WL;                                ///< at L's origin, in W
-  Vector3 turn_withheld = Vector3::Zero(), way_withheld = Vector3::Zero();  ///< of the way to the target [rad], [m]
 };
 
 /// Scratch of the hands in a step, and of the motions of the scene: both lead links. A lead is a pointer, or a motion with the number of
@@ -33,6 +32,7 @@ struct HandWork {
 
   /// By lead. The caller that moves the pointer tells the hand's bound before a step; the rest is of one step. Motions bear anything.
   std::vector<HandBound> bound;
+  std::vector<double> pressed;  ///< by world link: force that surfaces carry under it [N]: a hand's and its weight; 0: none
 
   // Of one step.
   std::vector<int> acting;      ///< pointers that hold a link, or pull at one because they have a target; ascending

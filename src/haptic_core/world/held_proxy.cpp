@@ -76,7 +76,6 @@ struct HeldContact {
   double stiffness = 0;   ///< k A0 [N/m]
   double damping = 0;     ///< of the pressure [N·s/m]
   double receding = 0;    ///< depth that the other body's motion takes away in the time left [m], ≤ 0
-  double most = 0;        ///< force where the link is sunk as deep as it may be [N]
 };
 
 /// Force or torque of all contacts on a link, linear in its motion: |now + J δ| ≤ most.
@@ -86,17 +85,12 @@ struct Load {
   double most = 0, pull = 0;                                        ///< pull: multiplier of its plane
 };
 
-/// How deep a contact is along its normal, and what sinks there: the lesser of the two shapes.
+/// How deep a contact is along its normal, and may become.
 struct Depth {
   double now = 0;             ///< h [m]
-  double extent = INFINITY;   ///< H [m]
-  double solid = 0;           ///< its volume [m³]
+  double extent = INFINITY;   ///< H of what sinks there, the lesser of the two shapes [m]
   double share = 0;           ///< η
   double room() const noexcept { return share * extent - now; }
-  /// Of the force over the depth, from now to where the solid is wholly inside [N/m]. A patch that has just touched has no area yet.
-  double secant(double k, double force) const noexcept {
-    return extent > now ? std::max(0.0, k * solid - force) / (extent - now) : 0.0;
-  }
 };
 
 class Aim {
@@ -109,9 +103,7 @@ class Aim {
 
  private:
   bool held(int link) const noexcept { return work_.hands.held_by[link] >= 0; }
-  bool pointed(int link) const noexcept;
   void addContact(int index, int pointer) noexcept;
-  void addPullRows(int pointer) noexcept;
   void pull(int pointer) noexcept;
   double rhoOf(int link) const noexcept;
   bool follow(int pointer, double rho, Vector6& motion) noexcept;
@@ -130,19 +122,18 @@ class Aim {
   int count_ = 0, load_count_ = 0;
 };
 
-bool Aim::pointed(int link) const noexcept {
-  const std::vector<int>& acting = work_.hands.acting;
-  return std::any_of(acting.begin(), acting.end(), [&](int i) { return state_.pointers[i].link == link; });
-}
-
-/// The pairs that touch pointers' links, copied: looking at them advances their caches, which are state.
+/// The pairs that touch held links, copied: looking at them advances their caches, which are state.
 void Aim::gather() noexcept {
   proxy_.pairs.clear();
   for (int i = 0; i < state_.pair_count; ++i) {
     const ActivePair& pair = state_.pairs[i];
     if (pair.friction.touching == 0) continue;
     const int shapes[2] = {pair.shapeA(), pair.shapeB()};
-    if (!pointed(model_.shapes[shapes[0]].link) && !pointed(model_.shapes[shapes[1]].link)) continue;
+    const auto by_hand = [&](int shape) {
+      const int lead = work_.hands.held_by[model_.shapes[shape].link];
+      return lead >= 0 && lead < static_cast<int>(model_.pointers.size());
+    };
+    if (!by_hand(shapes[0]) && !by_hand(shapes[1])) continue;
     proxy_.pairs.push_back(pair);
     for (const int s : shapes) proxy_.X_WS[s] = work_.placement.link[model_.shapes[s].link].X_WL * model_.shapes[s].X_LS;
   }
@@ -179,19 +170,17 @@ Depth Aim::depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape
     if (!solid.bounded()) continue;
     const double H = extent(solid, proxy_.X_WS[s], n_W), share = mostSunk(K_max, k, solid.volume(), H);
     depth.share = std::max(depth.share, share);
-    if (H < depth.extent) depth.extent = H, depth.solid = solid.volume();
+    depth.extent = std::min(depth.extent, H);
   }
   if (on_seam) {  // the link as a whole: its foremost shape is as much deeper as it lies ahead
     const int link = model_.shapes[shape].link;
     const Vector3 in_W = pair.shapeA() == shape ? n_W : Vector3(-n_W);
     double front = -INFINITY, back = -INFINITY;
-    depth.solid = 0;
     for (std::size_t s = 0; s < model_.shapes.size(); ++s) {
       if (model_.shapes[s].link != link) continue;
       const Pose X_WS = work_.placement.link[link].X_WL * model_.shapes[s].X_LS;
       front = std::max(front, supportHeight(*model_.shapes[s].shape, X_WS, in_W));
       back = std::max(back, supportHeight(*model_.shapes[s].shape, X_WS, -in_W));
-      depth.solid += model_.shapes[s].shape->volume();
     }
     depth.now += front - supportHeight(*model_.shapes[shape].shape, proxy_.X_WS[shape], in_W);
     depth.extent = front + back;
@@ -205,7 +194,7 @@ void Aim::addContact(int index, int pointer) noexcept {
   const int link = state_.pointers[pointer].link;
   const bool is_a = model_.shapes[pair.shapeA()].link == link;
   const ContactPlaces places{work_.placement.link.data(), proxy_.X_WS.data(), work_.hands.held_by.data(),
-                             work_.hands.bound.data()};
+                             work_.hands.bound.data(), work_.hands.pressed.data()};
   ContactEvaluation c;
   if (!locateContact(model_, work_.contacts.seams, index, pair, places, work_.contacts.workspace, c)) return;
   const Vector3 n_W = c.X_WP.R.col(2), in_W = is_a ? n_W : Vector3(-n_W);
@@ -222,8 +211,7 @@ void Aim::addContact(int index, int pointer) noexcept {
   const double speed = held(other) ? 0.0 : in_W.dot(work_.placement.link[other].twistAt(c.X_WP.p).linear);
   contact.receding = -std::max(0.0, speed) * left_;
   const Depth depth = depthOf(c, pair, is_a ? pair.shapeA() : pair.shapeB(), work_.hands.bound[pointer].stiffness);
-  contact.most = contact.force + depth.room() * std::max(contact.stiffness, depth.secant(m.stiffness, contact.force));
-  if (model_.holds(pointer)) addRow(contact.J, deeperInOneStep((held(other) ? 0.5 : 1.0) * (depth.room() - contact.receding)));
+  addRow(contact.J, deeperInOneStep((held(other) ? 0.5 : 1.0) * (depth.room() - contact.receding)));
 }
 
 /// Of force and torque of the contacts together.
@@ -281,7 +269,8 @@ bool Aim::nearest(double rho, const Vector6& wanted, Vector6& motion) noexcept {
 void Aim::aim(int pointer) noexcept {
   const PointerState& target = state_.pointers[pointer];
   HeldGoal& goal = work_.hands.goal[pointer];
-  goal = {target.p_WL, target.q_WL, target.V_WL, Vector3::Zero(), Vector3::Zero()};
+  goal = {target.p_WL, target.q_WL, target.V_WL};
+  if (!model_.holds(pointer)) return pull(pointer);
   proxy_.rows.clear();
   count_ = load_count_ = 0;
   for (int index = 0; index < proxy_.pairs.size(); ++index) {
@@ -289,7 +278,6 @@ void Aim::aim(int pointer) noexcept {
     const int a = model_.shapes[pair.shapeA()].link, b = model_.shapes[pair.shapeB()].link;
     if (a == target.link || b == target.link) addContact(index, pointer);
   }
-  if (!model_.holds(pointer)) return pull(pointer);
   if (count_ > 0) addLoads(work_.hands.bound[pointer]);
   const double rho = rhoOf(target.link);
   Vector6 motion;
@@ -300,81 +288,26 @@ void Aim::aim(int pointer) noexcept {
   if (nearestMotion(proxy_.rows, inertiaOf(rho), target.V_WL.vector(), velocity)) goal.V_WL = {velocity.head<3>(), velocity.tail<3>()};
 }
 
-/// A row per contact: the spring gives no more along it than all contacts together carry beside the link's weight.
-void Aim::addPullRows(int pointer) noexcept {
-  const int link = state_.pointers[pointer].link;
-  const Matrix3 R_WT = state_.pointers[pointer].q_WL.toRotationMatrix();
-  const Matrix3 K = matricesOf(work_.hands.coupling[pointer], work_.placement.link[link].X_WL.R, R_WT).stiffness;
-  const bool free = model_.trees[model_.links[link].articulation].model->isFreeBody();
-  const Vector3 weight = free ? Vector3(model_.links[link].mass * model_.settings.gravity) : Vector3(Vector3::Zero());
-  for (int i = 0; i < count_; ++i) {
-    double carried = weight.dot(contacts_[i].push);
-    for (int j = 0; j < count_; ++j) {
-      const double along = contacts_[i].push.dot(contacts_[j].push);
-      carried += along * (along > 0 ? contacts_[j].most : contacts_[j].force);
-    }
-    Vector6 J;  // the turn has a spring of its own
-    J << Vector3::Zero(), -contacts_[i].push;
-    const double k_c = contacts_[i].push.dot(K * contacts_[i].push);
-    if (k_c > 0) addRow(J, carried / k_c);
-  }
-}
-
-/// The goal: of the way to the target, as much as rows and the last step allow. False: it is the target itself.
-/// The lag of a spring's link is remembered, and comes back so fast that the force rises by kForceRate. Where rows hold the link the
-/// hand's own way uses it up as well: as the hand comes back the goal stays. Elsewhere it must not, or a hand that swings beside a tool
-/// far behind is driven by its own swing. The force falls at most twice as fast as both together. A held link has no such memory: it is
-/// felt where it touches, not how far its hand is.
+/// The goal: of the way to the target, as much as rows and loads allow. False: it is the target itself.
 bool Aim::follow(int pointer, double rho, Vector6& motion) noexcept {
   const PointerState& target = state_.pointers[pointer];
   HeldGoal& goal = work_.hands.goal[pointer];
   const LinkWork& link = work_.placement.link[target.link];
   const Quaternion q_WL(link.X_WL.R);
-  Vector6 wanted, withheld;
+  Vector6 wanted;
   wanted << vectorFromRotation(target.q_WL * q_WL.conjugate()), target.p_WL - link.X_WL.p;
-  withheld << target.turn_withheld, target.way_withheld;
-  const auto size = [&](const Vector6& way) { return std::sqrt(rho * rho * way.head<3>().squaredNorm() + way.tail<3>().squaredNorm()); };
-  const auto holds = [&](const ProxyRow& row) { return row.J.dot(wanted) > row.room; };
-  const double calm = model_.holds(pointer) ? INFINITY : model_.settings.step * kForceRate / work_.hands.coupling[pointer].stiffness;
-  const double hand = model_.settings.step * size(target.V_WL.vector()), behind = size(withheld);
-  const double back = calm + (std::any_of(proxy_.rows.begin(), proxy_.rows.end(), holds) ? hand : 0.0);
-  withheld *= back < behind ? 1 - back / behind : 0.0;
-  wanted -= withheld;
-  const bool stays = nearest(rho, wanted, motion);
-  if (!stays) motion = wanted;
-  const double more = size(wanted - motion);
-  if (more > 2 * (calm + hand)) motion = wanted + 2 * (calm + hand) / more * (motion - wanted);
-  withheld += wanted - motion;
-  goal.turn_withheld = withheld.head<3>();
-  goal.way_withheld = withheld.tail<3>();
-  if (!stays && withheld.isZero(0)) return false;
+  if (!nearest(rho, wanted, motion)) return false;
   goal.p_WL = link.X_WL.p + motion.tail<3>();
   goal.q_WL = (rotationFromVector(motion.head<3>()) * q_WL).normalized();
   return true;
 }
 
-/// A virtual coupling pulls from a place where its spring gives no more than the contacts of its link carry, and with the force that
-/// its hand bears at most.
+/// A virtual coupling pulls from the target, with the force that its hand bears at most.
 void Aim::pull(int pointer) noexcept {
   const PointerState& target = state_.pointers[pointer];
-  HeldGoal& goal = work_.hands.goal[pointer];
+  const HeldGoal& goal = work_.hands.goal[pointer];
   PointerCoupling& coupling = work_.hands.coupling[pointer];
-  const LinkWork& link = work_.placement.link[target.link];
-  const double rho = rhoOf(target.link);
-  addPullRows(pointer);
-  Vector6 motion;
-  follow(pointer, rho, motion);
-  // Its damper likewise: the pulling place goes no faster from the link than the spring's room lasts.
-  for (int i = 0; i < proxy_.rows.size(); ++i) {
-    ProxyRow& row = proxy_.rows[i];
-    row.room = inOneStep(std::max(0.0, row.room - row.J.dot(motion))) / left_;
-  }
-  const Twist V_WL = link.twistAtOrigin();
-  Vector6 faster;
-  if (nearestMotion(proxy_.rows, inertiaOf(rho), target.V_WL.vector() - V_WL.vector(), faster)) {
-    goal.V_WL = Twist{V_WL.angular + faster.head<3>(), V_WL.linear + faster.tail<3>()};
-  }
-  const Wrench F_W = couplingForce(coupling, goal.p_WL, goal.q_WL, goal.V_WL, link);
+  const Wrench F_W = couplingForce(coupling, goal.p_WL, goal.q_WL, goal.V_WL, work_.placement.link[target.link]);
   const PointerBound& bound = work_.hands.bound[pointer];
   saturate(coupling.stiffness, coupling.damping, F_W.force.norm(), bound.force);
   saturate(coupling.rotational_stiffness, coupling.rotational_damping, F_W.torque.norm(), bound.torque);

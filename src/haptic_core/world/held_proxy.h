@@ -19,18 +19,13 @@
 /// ρ is ten times the link's reach: it keeps the hand's orientation unless two contacts hold it against one another.
 /// What dampers and friction add within one substep, before the next rows know it, Hand bounds (loop/hand.cpp).
 ///
-/// A virtual coupling pulls its link from the goal. There a row per contact says that the spring gives no more along it than all
-/// contacts give at η H, beside the link's weight: k_c n_i·δ ≤ Σ_j (n_i·n_j) F_j(η H) - m g·n_i, and its damper likewise, with
-/// F(η H) = F + (η H - h) max(k A0, (k Vol - F)/(H - h)), Vol the lesser shape's: exact where h = η H. A spring that gave more would
-/// draw the tool through, and let go of 10 N in the tick in which it comes out.
+/// A virtual coupling pulls its link from the target itself, up to the hand's force F: a spring of the potential K e²/2 for K e ≤ F and
+/// F (e - F/2K) beyond, e the way from the link to the target, and likewise of turns. It takes nothing from the contacts and follows
+/// none of them: whatever its tool touches is then a passive world, and wall_bound.h says what a hand bears in front of one. Surfaces
+/// are as firm for it as carries F beside the tool's weight (hand_bound.h); a tool that is thrown through a thin body is through.
 ///
-/// The rest of a spring's way, which its link stayed behind by, is remembered (PointerState). As the hand comes back it is used up by the
-/// hand's way; once no row holds the link, since the tool came free or something else begins to carry it, it is let go of as fast as the
-/// force may rise under a hand at rest.
-///
-/// Where no row is active and nothing was withheld the goal is the target, bit for bit. Nothing else is remembered: rows are made of
-/// the contacts where the bodies are.
-/// Cost: once more the geometry of each contact that touches a pointer's link; where a row is active a few 6×6 systems.
+/// Where no row is active the goal is the target, bit for bit. Nothing is remembered: rows are made of the contacts where the bodies are.
+/// Cost: once more the geometry of each contact that touches a held link; where a row is active a few 6×6 systems.
 #pragma once
 #include <vector>
 

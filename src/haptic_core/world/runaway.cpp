@@ -77,7 +77,8 @@ void checkFinite(const Model& model, const Visits& visits, const State& state, S
 
 void startSupply(const Model& model, Work& work, State& state) noexcept {
   ContactWork& contacts = work.contacts;
-  const ContactPlaces places{work.placement.link.data(), work.placement.X_WS.data(), work.hands.held_by.data()};
+  const ContactPlaces places{work.placement.link.data(), work.placement.X_WS.data(), work.hands.held_by.data(), nullptr,
+                             work.hands.pressed.data()};
   if (contacts.seams.any()) {
     contacts.seams.find(state.pairs.data(), nullptr, state.pair_count, work.placement.X_WS.data(), contacts.workspace);
   }

@@ -141,13 +141,10 @@ struct PointerState {
   double power = 0;  ///< of its coupling on the link, at the end of the last implicit step [W]
   int link = -1;  ///< world link index
   bool targeted = false;  ///< a target has come
-  /// Part of the way to the target that was withheld from a coupling's spring in the last step [rad], [m], in W; held_proxy.h.
-  Vector3 turn_withheld = Vector3::Zero(), way_withheld = Vector3::Zero();
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.p_WL), visit(s.q_WL), visit(s.V_WL), visit(s.F_W), visit(s.power), visit(s.link), visit(s.targeted);
-    visit(s.turn_withheld), visit(s.way_withheld);
   }
 };
 

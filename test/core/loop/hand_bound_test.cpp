@@ -26,6 +26,10 @@ DeviceDef device() { return loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/d
 double bearable() {
   return largestWallStiffness(device().grip_damping + kRelaxedHandDamping, 0, kPeriod, loopDelay(kPeriod, device().delay_s));
 }
+double bearableCoupling() {
+  const double B = device().grip_damping + kRelaxedHandDamping, filter = 1 / (2 * M_PI * SpidarSettings{}.velocity_cutoff_hz);
+  return stiffestCoupling({B, B / bearable(), kPeriod, std::fabs(device().strings[0].length_per_count), filter}).stiffness;
+}
 double quantum() { return std::fabs(device().strings[0].length_per_count); }
 
 WorldDef overWall(const ConvexPolyhedron& shape, double stiffness) {
@@ -368,12 +372,17 @@ TEST(HandBound, AVirtualCouplingYields) {
     link.inertia.mass = mass;
     link.inertia.I_C = 1e-3 * mass * Matrix3::Identity();
     scene.pointers[0].coupling.mode = PointerCoupling::Mode::kVirtual;
+    scene.pointers[0].coupling.stiffness = mass * (0.236 / kPeriod) * (0.236 / kPeriod);
     if (mass >= 1) { EXPECT_GT(Presser(scene, PassivityMode::kOff, kPress, 0.015, kSide / 2).restlessness(), 20 * quantum()); }
     Presser bounded(scene, PassivityMode::kObserve, kPress, 0.015, kSide / 2);
     EXPECT_LT(bounded.restlessness(), 10 * quantum()) << mass << " kg";
-    const double derived = mass * (0.236 / kPeriod) * (0.236 / kPeriod);
-    EXPECT_DOUBLE_EQ(bounded.hand().stiffness, derived);
-    EXPECT_NEAR(bounded.hand().stiffness_share, std::min(1.0, bearable() / derived), 1e-12);
+    EXPECT_DOUBLE_EQ(bounded.hand().stiffness, scene.pointers[0].coupling.stiffness);
+    EXPECT_NEAR(bounded.hand().stiffness_share, std::min(1.0, bearableCoupling() / scene.pointers[0].coupling.stiffness), 1e-12);
+    scene.pointers[0].coupling.stiffness = PointerCoupling::kDerived;  // as stiff as the hand bears, whatever the tool's mass
+    Presser derived(scene, PassivityMode::kObserve, kPress, 0.015, kSide / 2);
+    EXPECT_LT(derived.restlessness(), 10 * quantum()) << mass << " kg";
+    EXPECT_NEAR(derived.hand().stiffness, bearableCoupling(), 1e-9 * bearableCoupling());
+    EXPECT_EQ(derived.hand().stiffness_share, 1);
   }
 }
 
