@@ -1,10 +1,10 @@
 #include "scene/link_inertia.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
+#include "haptic_core/base/symmetric_matrix.h"
 #include "scene/excited_inertia.h"
 
 namespace haptic {
@@ -70,7 +70,7 @@ namespace {
 /// Masses of one tree that a joint's law feels beside its heaviest link; what is lighter is rounding (1e-16) to the eighth digit.
 constexpr double kLeastMassShare = 1e-8;
 
-Vector3 momentsOf(const Matrix3& I) { return Eigen::SelfAdjointEigenSolver<Matrix3>(I, Eigen::EigenvaluesOnly).eigenvalues(); }
+Vector3 momentsOf(const Matrix3& I) { return principalAxes(I).value; }
 
 /// The core bears moments that rounding made negative (dynamics/articulation.cpp).
 bool isPositive(const Matrix3& I) { return momentsOf(I)[0] >= -1e-3 * std::abs(I.trace()); }

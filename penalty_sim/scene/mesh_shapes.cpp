@@ -1,6 +1,5 @@
 #include "scene/mesh_shapes.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <sstream>
 #include <utility>
 
+#include "haptic_core/base/symmetric_matrix.h"
 #include "haptic_core/geometry/hulls/mesh_to_convex.h"
 #include "scene/link_inertia.h"
 #include "scene/mesh_cache.h"
@@ -33,8 +33,8 @@ std::string inMillimetres(double metres) {
 /// A solid box of the link's mass with the link's moments has these sides: along each principal axis a² = 6 (I' + I'' − I) / m.
 /// Empty: the link has no mass or no moments.
 std::vector<Vector3> boxOfInertia(const LinkInertia& inertia) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3> principal(inertia.I_C);
-  const Vector3 moments = principal.eigenvalues();
+  const PrincipalAxes principal = principalAxes(inertia.I_C);
+  const Vector3 moments = principal.value;
   if (!(inertia.mass > 0) || !(moments[2] > 0)) return {};
   std::vector<Vector3> corners;
   for (int i = 0; i < 8; ++i) {
@@ -43,7 +43,7 @@ std::vector<Vector3> boxOfInertia(const LinkInertia& inertia) {
       const double squared = 6 * (moments.sum() - 2 * moments[k]) / inertia.mass;
       corner[k] = (i >> k & 1 ? 0.5 : -0.5) * std::max(kSlabThickness, std::sqrt(std::max(0.0, squared)));
     }
-    corners.push_back(inertia.p_LC + principal.eigenvectors() * corner);
+    corners.push_back(inertia.p_LC + principal.axes * corner);
   }
   return corners;
 }

@@ -1,5 +1,4 @@
 /// The checks of joints and inertials.
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "scene/joint_reading.h"

@@ -1,11 +1,11 @@
 #include "scene/sound_shape.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/symmetric_matrix.h"
 
 namespace haptic {
 namespace {
@@ -24,7 +24,7 @@ OwnBox ownBoxOf(const std::vector<Vector3>& points) {
   Matrix3 spread = Matrix3::Zero();
   for (const Vector3& p : points) spread += (p - mean) * (p - mean).transpose();
   OwnBox box;
-  box.axes = Eigen::SelfAdjointEigenSolver<Matrix3>(spread).eigenvectors();
+  box.axes = principalAxes(spread).axes;
   Vector3 upper = Vector3::Constant(-INFINITY);
   box.lower = -upper;
   for (const Vector3& p : points) {

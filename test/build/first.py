@@ -18,6 +18,8 @@ import sys
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+sys.path.insert(0, os.path.join(ROOT, 'test', 'commands'))
+from tutorial_pages import PAGES, blocks_of  # noqa: E402
 BARE_CALL = os.path.join(ROOT, 'test', 'build', 'bare_call.sh')
 SYSTEMS = os.path.join(ROOT, 'build', 'debian', 'systems')
 RELEASES = ('bookworm', 'trixie')
@@ -144,8 +146,8 @@ def fetched(system):
     return total
 
 
-def large_packages(system):
-    """Packages above 5 MB that came, largest first, each with those that depend on it."""
+def packages_that_came(system):
+    """By name, dpkg's fields of what the calls have installed."""
     def installed(path):
         with open(path, encoding='utf-8') as file:
             for paragraph in file.read().split('\n\n'):
@@ -154,12 +156,15 @@ def large_packages(system):
                     yield fields['Package'], fields
     status = os.path.join('var', 'lib', 'dpkg', 'status')
     before = dict(installed(os.path.join(ROOT, 'build', 'debian', system.release, status)))
-    here = dict(installed(os.path.join(system.written, status)))
-    for name, fields in sorted(here.items(), key=lambda item: -int(item[1].get('Installed-Size', 0))):
-        if name not in before and int(fields.get('Installed-Size', 0)) > 5000:
-            users = [user for user, other in here.items() if re.search(rf'(^|[ ,|]){re.escape(name)}([ ,:|]|$)', other.get('Depends', ''))]
+    return {name: fields for name, fields in installed(os.path.join(system.written, status)) if name not in before}
+
+
+def large_packages(came):
+    """Those above 5 MB, largest first, each with those that depend on it."""
+    for name, fields in sorted(came.items(), key=lambda item: -int(item[1].get('Installed-Size', 0))):
+        if int(fields.get('Installed-Size', 0)) > 5000:
+            users = [user for user, other in came.items() if re.search(rf'(^|[ ,|]){re.escape(name)}([ ,:|]|$)', other.get('Depends', ''))]
             yield int(fields['Installed-Size']) / 1000, name, users
-    tell(f'    {len(set(here) - set(before))} packages, {sum(int(here[n].get("Installed-Size", 0)) for n in set(here) - set(before)) / 1000:.0f} MB')
 
 
 def readme(totals):
@@ -172,22 +177,22 @@ def readme(totals):
             totals['failed'] += 1
             failed(f'{release}: ./run demo --seconds 2', said, code)
         else:
-            wrote, got = system.megabytes(), fetched(system)
+            wrote, got, came = system.megabytes(), fetched(system), packages_that_came(system)
             count, _, size, time_said, unit = ESTIMATE.search(said).groups()
             seconds = float(time_said) * (60 if unit == 'min' else 1)
             off = max(abs(seconds - wall) / wall, abs(float(size) - wrote) / wrote) * 100
-            for name, value, unit in (('demo_s', wall, 's'), ('demo_cpu_s', cpu, 's'), ('packages', float(count), '1'), ('fetched_mb', got, 'MB'),
+            for name, value, unit in (('demo_s', wall, 's'), ('demo_cpu_s', cpu, 's'), ('packages', len(came), '1'), ('fetched_mb', got, 'MB'),
                                       ('written_mb', wrote, 'MB'), ('estimate_off_pct', off, '%')):
                 totals.setdefault(name, {})[release] = value
                 figure(f'first.{name}_{release}', value, unit)
             tell(f'    said {count} packages, {size} MB, {seconds:.0f} s; it wrote {wrote:.0f} MB and took {wall:.0f} s. Above 5 MB:')
-            for megabytes, name, users in large_packages(system):
+            for megabytes, name, users in large_packages(came):
                 tell(f'    {megabytes:6.1f} MB {name} <- {" ".join(users[:4])}')
         for command, reach in readme_calls()[2:]:
             run(totals, system, command, reach)
         system.remove()
         system = System(release, 'test')
-        run(totals, system, "./run test '^core_base$'")
+        run(totals, system, './run test')
         system.remove()
     for name, unit in (('demo_s', 's'), ('demo_cpu_s', 's'), ('packages', '1'), ('fetched_mb', 'MB'), ('written_mb', 'MB'), ('estimate_off_pct', '%')):
         figure(f'first.{name}', max(totals.get(name, {'none': float('nan')}).values()), unit)
@@ -221,21 +226,16 @@ def verbs(totals):
         system.remove()
 
 
-BLOCK = re.compile(r'^```(?P<language>\w+)(?: file=(?P<file>\S+))?\n(?P<text>.*?)^```$', re.MULTILINE | re.DOTALL)
-
-
 def tutorials(totals):
     """In the order of their numbers, on a machine that has built nothing."""
-    folder = os.path.join(ROOT, 'launch', 'doc', 'tutorials')
     for release in RELEASES:
         system = System(release, 'tutorials')
-        for page in sorted(name for name in os.listdir(folder) if re.match(r'\d_', name)):
-            with open(os.path.join(folder, page), encoding='utf-8') as file:
-                for block in BLOCK.finditer(file.read()):
-                    if block['file']:
-                        system.call(f"cat >'{block['file']}' <<'end-of-the-block'\n{block['text']}end-of-the-block\n", ALONE)
-                    elif block['language'] == 'sh':
-                        run(totals, system, block['text'])
+        for page in PAGES:
+            for block in blocks_of(page):
+                if block['file']:
+                    system.call(f"cat >'{block['file']}' <<'end-of-the-block'\n{block['text']}end-of-the-block\n", ALONE)
+                elif block['language'] == 'sh':
+                    run(totals, system, block['text'])
         system.remove()
 
 

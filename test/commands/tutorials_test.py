@@ -1,9 +1,7 @@
 #!/usr/bin/python3
 """Each block of each tutorial, run as it stands on a machine on which nothing is installed yet: files are written, shell blocks must
 end with exit code 0."""
-import glob
 import os
-import re
 import socket
 import subprocess
 import tempfile
@@ -11,9 +9,8 @@ import unittest
 
 from bare_machine import BareMachine
 from run_verb import ROOT, descendants
+from tutorial_pages import PAGES, blocks_of
 
-PAGES = sorted(glob.glob(os.path.join(ROOT, "launch", "doc", "tutorials", "[0-9]_*.md")))
-BLOCK = re.compile(r"^```(?P<language>\w+)(?: file=(?P<file>\S+))?\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 LIMIT = 240  # [s] for a block
 
 
@@ -25,8 +22,7 @@ def free_port():
 
 class Tutorials(unittest.TestCase):
     def run_page(self, page):
-        with open(page, encoding="utf-8") as text:
-            blocks = list(BLOCK.finditer(text.read()))
+        blocks = blocks_of(page)
         self.assertTrue(any(b["language"] == "sh" for b in blocks), page)
         marker = f"HAPTIC_TEST_CALL={os.getpid()}-{os.path.basename(page)}"
         environment = dict(os.environ, HAPTIC_TEST_CALL=marker.split("=")[1], ROS_IP="127.0.0.1",

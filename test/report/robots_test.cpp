@@ -233,7 +233,7 @@ TEST(QuadrupedWalk, FeetStandStillAndDrivesGiveTheEnergyThatTheMotionTakes) {
         // Friction takes less than half of what it could. A foot that is unloaded has little of both.
         EXPECT_GE(f.z(), 0) << leg << ' ' << t;
         EXPECT_LE(std::hypot(f.x(), f.y()), 0.5 * 0.8 * f.z()) << leg << ' ' << t;
-        if (QuadrupedWalk::share(leg, t) == 1) EXPECT_GT(f.z(), 4) << leg << ' ' << t;
+        if (QuadrupedWalk::share(leg, t) == 1) { EXPECT_GT(f.z(), 4) << leg << ' ' << t; }
       } else {
         EXPECT_GE(above, -1e-14);
         EXPECT_LT(f.norm(), 1e-12);

@@ -1,9 +1,9 @@
 #include "haptic_core/dynamics/articulation.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/symmetric_matrix.h"
 #include "haptic_core/dynamics/quaternion_step.h"
 
 namespace haptic {
@@ -26,7 +26,7 @@ void checkInertia(const std::string& where, const LinkInertia& inertia) {
   const double trace = inertia.I_C.trace();
   if ((inertia.I_C - inertia.I_C.transpose()).cwiseAbs().maxCoeff() > 1e-9 * trace)
     throw SetupError(where, "inertia matrix is not symmetric", "");
-  const Vector3 moments = Eigen::SelfAdjointEigenSolver<Matrix3>(inertia.I_C).eigenvalues();
+  const Vector3 moments = principalAxes(inertia.I_C).value;
   if (moments.minCoeff() < -kMomentTolerance * trace)
     throw SetupError(where, "a principal moment of inertia is negative", "check the signs of ixy, ixz, iyz");
   // A moment larger than the sum of the others belongs to no body, but published robots have such links, and the
@@ -78,11 +78,11 @@ void Articulation::boundMobility(int i, double tree_mass) {
   if (!(mass > 0)) return;  // nothing of the tree has any: no force moves it
   const double turns_C = link.I_C.trace(), turns_O = link.I_O.trace();
   const double scale = turns_C > 0 ? turns_C : turns_O > 0 ? turns_O : mass * kLeastReach * kLeastReach;
-  const Eigen::SelfAdjointEigenSolver<Matrix3> moments(link.I_C);
+  const PrincipalAxes moments = principalAxes(link.I_C);
   Matrix3 I_C = link.I_C;
-  if (!(moments.eigenvalues().minCoeff() > kLeastShare * scale)) {
-    const Vector3 least = moments.eigenvalues().cwiseMax(kLeastShare * scale);
-    I_C = moments.eigenvectors() * least.asDiagonal() * moments.eigenvectors().transpose();
+  if (!(moments.value.minCoeff() > kLeastShare * scale)) {
+    const Vector3 least = moments.value.cwiseMax(kLeastShare * scale);
+    I_C = moments.axes * least.asDiagonal() * moments.axes.transpose();
   }
   link.mobility = 1 / mass;
   link.turn_mobility = I_C.inverse();
@@ -143,7 +143,7 @@ void Articulation::compileLink(int i) {
   if (floating) {
     if (!(link.mass > 0))
       throw SetupError(where, "a floating link has no mass", "give <inertial> or a density");
-    if (!(Eigen::SelfAdjointEigenSolver<Matrix3>(link.I_C).eigenvalues().minCoeff() > 0))
+    if (!(principalAxes(link.I_C).value.minCoeff() > 0))
       throw SetupError(where, "a floating link has no inertia about some axis",
                        "give <inertial> or a density");
     link.I_O_inverse = link.I_C.inverse();

@@ -1,6 +1,5 @@
 #include "haptic_core/world/contact_detail.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -42,16 +41,19 @@ void seamOf(const ContactWorkspace& workspace, const ContactVolume& volume, std:
 void ellipseOf(const ContactVolume& volume, std::vector<Vector2>& points) {
   const Vector2 centre = volume.A1 / volume.A0;
   const Matrix2 spread = volume.A2 / volume.A0 - centre * centre.transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix2> axes(spread);
+  const double mean = 0.5 * spread.trace(), half_difference = 0.5 * (spread(0, 0) - spread(1, 1));
+  const double radius = elementary::hypot(half_difference, spread(1, 0));  // of Mohr's circle
+  const auto [along_y, along_x] = elementary::sinCos(0.5 * elementary::atan2(spread(1, 0), half_difference));
+  Matrix2 axes;  // of the lesser and of the greater deviation
+  axes << along_y, along_x, -along_x, along_y;
   constexpr double kStep = 6.283185307179586 / PatchOutline::kRoundCorners;  // [rad]
   // Half axes are twice the deviations; π a b becomes the area, and n/2 sin(2π/n) a b that of the polygon.
-  const Vector2 half = 2 * axes.eigenvalues().cwiseMax(0).cwiseSqrt();
+  const Vector2 half = 2 * Vector2(mean - radius, mean + radius).cwiseMax(0).cwiseSqrt();
   const double polygon = 0.5 * PatchOutline::kRoundCorners * elementary::sin(kStep) * half.x() * half.y();
   const double scale = polygon > 0 ? std::sqrt(volume.A0 / polygon) : 0;
-  const double side = axes.eigenvectors().determinant() > 0 ? 1 : -1;
   for (int i = 0; i < PatchOutline::kRoundCorners; ++i) {
     const auto [sine, cosine] = elementary::sinCos(kStep * i);
-    points.push_back(centre + axes.eigenvectors() * Vector2(scale * half.x() * cosine, side * scale * half.y() * sine));
+    points.push_back(centre + axes * Vector2(scale * half.x() * cosine, scale * half.y() * sine));
   }
 }
 

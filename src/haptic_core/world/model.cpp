@@ -1,6 +1,5 @@
 #include "haptic_core/world/model.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -8,6 +7,7 @@
 #include <sstream>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/symmetric_matrix.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/pairs/internal_faces.h"
 #include "haptic_core/world/step_parts.h"
@@ -123,7 +123,7 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
   entry.articulation = static_cast<int>(trees.size()) - 1;
   entry.local = local;
   entry.mass = link.inertia.mass;
-  entry.least_inertia = Eigen::SelfAdjointEigenSolver<Matrix3>(link.inertia.I_C).eigenvalues()[0];
+  entry.least_inertia = principalAxes(link.inertia.I_C).value[0];
   for (const CollisionDef& collision : link.collisions) {
     if (!collision.shape || !collision.shape->bounded()) continue;  // which turns about no centre
     const Vector3 centre = collision.X_LS * collision.shape->centre() - link.inertia.p_LC;
