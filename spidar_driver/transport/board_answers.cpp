@@ -11,7 +11,9 @@ namespace {
 
 constexpr std::int64_t kReplyDelayNs = 25000;  // of the firmware, from header to reply
 constexpr std::int64_t kSplitNs = 3000000;     // an adapter may deliver a reply in two parts so far apart
-constexpr int kDrainReads = 16, kCollectReads = 64;  // of 512 bytes: 8 kB are 20 ms of a full wire
+// 16 kB are 80 ms of a full wire: what a busy machine has kept back comes at once, in as many pieces as there were answers.
+constexpr int kDrainBytes = 16384, kDrainReads = 1024;
+constexpr int kCollectReads = 64;  // of 512 bytes
 constexpr std::int64_t kMarkSpareNs =
     300000;  // a mark is waited for no longer than it should take, and so much
 constexpr std::int64_t kMarkEveryNs = 16000000;  // the ledger is settled so often at least; 0.8 % of the wire
@@ -22,7 +24,7 @@ constexpr double kLossWindow = 50;               // questions over which a board
 constexpr std::int64_t kExamineNs = 30000000;
 // In the idle time of the wire some board is asked as often as this, at uneven times, as a string that moves evenly would show the same part
 // of a count each time: currents that change by 1 N/s are compared, and counts of a grip at
-// 20 mm/s, so often that what contradicts them is seen within 0.1 and 0.2 s. 6 % of the wire at most.
+// 20 mm/s, so often that what contradicts them is seen within 0.1 and 0.2 s. 11 % of the wire at most, which nobody else wants.
 constexpr std::int64_t kCompareNs = 4000000;
 constexpr int kTurn = 1024;                      // counts: a board that starts anew keeps the fraction of a turn
 constexpr int kOffLine = 40;                     // [counts]; so exactly, with the motion of three readings
@@ -53,6 +55,7 @@ void BoardAnswers::begin(std::int64_t now_ns, std::int64_t delay_ns) noexcept {
   stream_.forget();
   for (BoardState& b : board_) {
     b.lost = 0;
+    b.unanswered_ns = 0;
     b.fresh = false;  // what came in the exchange that ended in a restart is old by now
     b.memory.begin();
     b.obedience.begin();
@@ -89,8 +92,8 @@ int BoardAnswers::hear(ByteLink& link, std::uint64_t exchange, std::int64_t dead
 }
 
 bool BoardAnswers::drain(ByteLink& link, std::uint64_t exchange) noexcept {
-  int got = 1;
-  for (int i = 0; i < kDrainReads && got > 0; ++i) got = hear(link, exchange, 0);
+  int got = 1, bytes = 0;
+  for (int i = 0; i < kDrainReads && got > 0 && bytes < kDrainBytes; ++i) bytes += got = hear(link, exchange, 0);
   if (got < 0) return false;
   if (got > 0) trouble_ = Cause::kNoise;
   if (stream_.pending() > 0 && link.now() - heard_ns_ > kSplitNs) stream_.abandon();
@@ -143,6 +146,7 @@ void BoardAnswers::takeAnswer(int board, const std::uint8_t* bytes, int size,
   if (!takePositions(board, bytes, size, stamp)) return;
   board_[board].exchange = question.exchange;
   board_[board].stamp_ns = stamp;
+  board_[board].unanswered_ns = 0;
   board_[board].fresh = true;
 }
 
@@ -235,7 +239,7 @@ void BoardAnswers::takeState(int board, const std::uint8_t* bytes, int size) noe
   if (!decodePacket(*found.shape, found.id, bytes, static_cast<std::size_t>(size), reply)) return;
   const int motors = std::min(found.shape->motors, static_cast<int>(device_.strings.size()) - cycle_.firstChannel(board));
   compareCounts(board, found.shape->motors, reply);
-  const BoardObedience::Verdict verdict = board_[board].obedience.take(*found.shape, motors, reply, ledger_.markSent());
+  const BoardObedience::Verdict verdict = board_[board].obedience.take(*found.shape, motors, reply);
   if (verdict == BoardObedience::Verdict::kWrongMode) suspect(Cause::kWrongMode, board);
   if (verdict == BoardObedience::Verdict::kCurrentsIgnored) suspect(Cause::kCurrentsIgnored, board);
 }
@@ -298,11 +302,14 @@ void BoardAnswers::measureDelay() noexcept {
 }
 
 void BoardAnswers::settleLosses() noexcept {
+  std::array<AnswerLedger::Credit, kMaxBoards> oldest;
+  for (int b = 0; b < cycle_.boardCount(); ++b) oldest[static_cast<std::size_t>(b)] = ledger_.oldest(b);
   const AnswerLedger::Settled settled = ledger_.settle();
   story_.count(LinkStory::kDoubled, static_cast<std::uint64_t>(settled.doubled));
   const double cycles = static_cast<double>(std::max<std::uint64_t>(settled.cycles, 1));
   for (int b = 0; b < cycle_.boardCount(); ++b) {
     const int lost = settled.lost[b];
+    if (lost > 0 && board_[b].unanswered_ns == 0) board_[b].unanswered_ns = oldest[static_cast<std::size_t>(b)].sent_ns;
     story_.count(LinkStory::kLost, static_cast<std::uint64_t>(lost));
     lost_ = std::max(lost_, lost);
     board_[b].lost += std::min(1.0, cycles / kLossWindow) * (lost / cycles - board_[b].lost);
@@ -393,8 +400,9 @@ std::uint32_t BoardAnswers::mute(std::int64_t now_ns, std::int64_t last_pull_ns)
   for (int b = 0; b < cycle_.boardCount(); ++b) {
     const AnswerLedger::Credit question = ledger_.oldest(b);
     if (!question.owed) continue;
-    const std::int64_t since =
-        std::max({board_[b].stamp_ns, ready_ns_, resumed_ns_, question.sent_ns - cycle_.period_ns});
+    // Another board's mark may have proven the first answers lost.
+    const std::int64_t asked = board_[b].unanswered_ns > 0 ? board_[b].unanswered_ns : question.sent_ns;
+    const std::int64_t since = std::max({board_[b].stamp_ns, ready_ns_, resumed_ns_, asked - cycle_.period_ns});
     const bool may_pull = last_pull_ns > 0 && board_[b].stamp_ns - cycle_.period_ns <= last_pull_ns;
     if (now_ns - since <
         static_cast<std::int64_t>(1e9 * (may_pull ? settings_.zero_after_s : settings_.silent_after_s)))

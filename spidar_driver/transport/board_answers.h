@@ -82,6 +82,7 @@ class BoardAnswers {
   struct BoardState {
     std::uint64_t exchange = 0;  ///< whose question its counts answer
     std::int64_t stamp_ns = 0;   ///< latch of its counts
+    std::int64_t unanswered_ns = 0;  ///< when the first question since went out whose answer is lost; 0: none
     bool fresh = false;          ///< new since the last sample that had new counts of all
     double lost = 0;             ///< share of the last questions without an answer
     BoardMemory memory;          ///< whether it takes in what it is told

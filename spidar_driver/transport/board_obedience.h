@@ -2,16 +2,15 @@
 ///
 /// The reply names the mode, which every CURRENT that is taken in sets, and on boards that sense them (B3M, B3F) the motors'
 /// currents in the digits of the command. A measured current is right when it lies within what the motor was told lately, and when the
-/// currents follow: with x the changes that the motors were told and y those that they measure, about their means of kMean, a board that
-/// obeys shows y = x and one that does not y = 0, whatever the offset of its sensors: Σ (x² / 2 - x y) / σ² decides (page_test.h). A
-/// board that has never been right (another firmware) proves nothing and is not accused. Kinds of wrong answers must come in a row: the
+/// currents follow: with x the change of what the motors were told and y that of what they measure, both since an answer before, a
+/// board that obeys shows y = x and one that does not y = 0, whatever the offset of its sensors. A board that has never been right
+/// (another firmware) proves nothing and is not accused. Kinds of wrong answers must come in a row: the
 /// wire has no checksum.
 #pragma once
 #include <algorithm>
 #include <cmath>
 
 #include "spidar_driver/transport/board_protocol.h"
-#include "spidar_driver/transport/page_test.h"
 
 namespace haptic {
 
@@ -39,7 +38,7 @@ class BoardObedience {
   }
 
   /// (in realtime) `motors`: those that drive strings.
-  Verdict take(const BoardShape& shape, int motors, const AllReply& reply, std::int64_t now_ns) noexcept {
+  Verdict take(const BoardShape& shape, int motors, const AllReply& reply) noexcept {
     const bool right_mode = reply.mode == static_cast<std::uint8_t>(BoardMode::kCurrent);
     mode_known_ = mode_known_ || right_mode;
     wrong_mode_ = right_mode ? 0 : wrong_mode_ + 1;
@@ -55,9 +54,8 @@ class BoardObedience {
     }
     currents_known_ += pulls && !wrong;
     wrong_currents_ = wrong ? wrong_currents_ + 1 : 0;
-    compareChanges(std::min(motors, shape.currents), reply, seconds(now_ns - taken_ns_));
-    taken_ns_ = now_ns;
-    const bool ignored = (currents_known_ >= kKnown && wrong_currents_ >= kWrong) || (followed_ && stands_.decided());
+    compareChanges(std::min(motors, shape.currents), reply);
+    const bool ignored = (currents_known_ >= kKnown && wrong_currents_ >= kWrong) || (followed_ >= kKnown && stands_ >= kStands);
     return ignored ? Verdict::kCurrentsIgnored : Verdict::kFine;
   }
   /// (in realtime) It must be asked again soon: the last answer was wrong, for once.
@@ -68,30 +66,34 @@ class BoardObedience {
   static double follow(double mean, double now, double dt, double over) noexcept { return mean + dt / (over + dt) * (now - mean); }
 
   /// Do the currents follow what they are told?
-  void compareChanges(int motors, const AllReply& reply, double dt) noexcept {
-    const bool anew = dt > kMean;  // nothing was asked for so long: the means are of before
-    double likelihood = -kFade;
+  void compareChanges(int motors, const AllReply& reply) noexcept {
+    double told = 0, stands = 0, follows = 0;  // Σ x², Σ y², Σ (x - y)² [digits²]
+    for (int m = 0; m < motors; ++m) {
+      const Told& t = told_[static_cast<std::size_t>(m)];
+      if (!t.settled) return;
+      const double x = t.asked - t.told_before, y = reply.current[static_cast<std::size_t>(m)] - t.measured_before;
+      told += x * x, stands += y * y, follows += (x - y) * (x - y);
+    }
+    const double noise = motors * kSensor * kSensor;
+    const bool may_stand = stands <= 0.1 * told + noise, may_follow = follows <= 0.25 * told + noise;
+    if (may_stand && may_follow) return;  // too little has changed
+    if (may_stand) {
+      stands_ += told >= kTelling * noise;
+      return;
+    }
+    followed_ += may_follow;
+    stands_ = 0;
     for (int m = 0; m < motors; ++m) {
       Told& t = told_[static_cast<std::size_t>(m)];
-      if (!t.settled) continue;
-      const double measured = reply.current[static_cast<std::size_t>(m)];
-      if (anew) t.mean_told = t.asked, t.mean_measured = measured;
-      const double x = t.asked - t.mean_told, y = measured - t.mean_measured;
-      likelihood += (0.5 * x * x - x * y) / (kSensor * kSensor);
-      t.mean_told = follow(t.mean_told, t.asked, dt, kMean);
-      t.mean_measured = follow(t.mean_measured, measured, dt, kMean);
+      t.told_before = t.asked, t.measured_before = reply.current[static_cast<std::size_t>(m)];
     }
-    stands_.add(likelihood);
-    follows_.add(-likelihood);
-    followed_ = followed_ || follows_.decided();
   }
 
-  static constexpr int kModes = 2, kWrong = 4, kKnown = 3;  // answers
+  static constexpr int kModes = 2, kWrong = 4, kKnown = 3, kStands = 3;  // answers
   static constexpr double kLag = 2e-3;      // [s] in which a motor's current follows
-  static constexpr double kSettled = 10;    // digits; a step is still on its way
-  static constexpr double kMean = 50e-3;    // [s]; longer, and a current that stands still looks for longer as if it followed
-  static constexpr double kFade = 0.3;      // of an answer without a change: a suspicion does not wait for years
-  static constexpr double kSensor = 3;      // digits, standard deviation of a measured change
+  static constexpr double kSettled = 3;     // digits; more is still on its way
+  static constexpr double kSensor = 4.2;    // digits, of a measured change: twice its standard deviation
+  static constexpr double kTelling = 2.8;   // of what noise can make: 7 digits of each motor, 0.07 N
   static constexpr int kNoise = 12;                            // digits, 0.1 N: of the sensor
   static constexpr double kGain = 0.1;                         // of what was told: the sensor's scale
   static constexpr std::int64_t kWindowNs = 20000000;          // a motor's current follows within one or two of them
@@ -99,15 +101,13 @@ class BoardObedience {
     int low = 0, high = 0, before_low = 0, before_high = 0;
     std::int64_t since_ns = 0, told_ns = 0;
     double now = 0, told = 0, asked = 0;      ///< digits: the last, with the lag of a motor, that as ALL went out
-    double mean_told = 0, mean_measured = 0;  ///< digits
+    double told_before = 0, measured_before = 0;  ///< digits, of the answer that changes are counted from
     bool settled = false;                     ///< as ALL went out
   };
   std::array<Told, kMaxBoardMotors> told_{};
   bool mode_known_ = false;
   int wrong_mode_ = 0, wrong_currents_ = 0, currents_known_ = 0;
-  PageTest stands_, follows_;  ///< what its currents do
-  std::int64_t taken_ns_ = 0;
-  bool followed_ = false;  ///< they have
+  int stands_ = 0, followed_ = 0;  ///< answers that say that the currents stand, that they follow
 };
 
 }  // namespace haptic

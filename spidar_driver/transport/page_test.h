@@ -14,8 +14,8 @@ class PageTest {
   void add(double likelihood) noexcept { sum_ = std::max(0.0, sum_ + std::min(likelihood, kMost)); }  ///< (in realtime)
   bool decided() const noexcept { return sum_ > kDecided; }
   double sum() const noexcept { return sum_; }
-  static constexpr double kMost = 7;      ///< of one observation: four must agree
-  static constexpr double kDecided = 24;  ///< by chance once in e^24 independent observations, three years at 250 a second
+  static constexpr double kMost = 7;      ///< of one observation: three must agree
+  static constexpr double kDecided = 20;  ///< by chance once in e^20 independent observations, 20 days at 300 a second
 
  private:
   double sum_ = 0;

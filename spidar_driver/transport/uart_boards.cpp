@@ -137,7 +137,8 @@ void UartBoards::restart(Cause cause) noexcept {
   restarting_ = true;
   restart_cause_ = cause;
   const std::int64_t now = connection_->link->now();
-  const bool lapse = cause == Cause::kAnswersLost || cause == Cause::kSilent || cause == Cause::kTableSpoilt;
+  // Silence says nothing of what a board keeps: the machine may bring its answers late.
+  const bool lapse = cause == Cause::kAnswersLost || cause == Cause::kTableSpoilt;
   relapses_ = lapse && now - ready_ns_ < kProbationNs ? relapses_ + 1 : 0;
   if (cause != Cause::kNone) story_.setCause(cause);
   may_hold_ = armed_;
