@@ -43,7 +43,18 @@ void BoardBusEmulator::hear(std::uint8_t byte) {
   fifo_.clear();
 }
 
+const std::uint8_t* BoardBusEmulator::bytesOf(const EmulatedBoard& board, int size) {
+  constexpr std::size_t kLongestReplay = 200;
+  if (board.reply()[0] != headerByte(BoardCommand::kCurrent, board.id())) return board.reply();
+  std::deque<Reply>& past = past_[static_cast<std::size_t>(board.id())];
+  past.emplace_front();
+  std::copy_n(board.reply(), size, past.front().begin());
+  if (past.size() > kLongestReplay + 1) past.pop_back();
+  return past[std::min(static_cast<std::size_t>(replay_), past.size() - 1)].data();
+}
+
 void BoardBusEmulator::reply(const EmulatedBoard& board, int size) {
+  const std::uint8_t* bytes = bytesOf(board, size);
   constexpr std::int64_t kCopyNs = 300000;  // behind the reply: the rest of a cycle has passed by then
   const std::int64_t at = line_ns_ + settings_.reply_delay_ns;
   const std::int64_t delay = adapterDelay() + (late_replies_ > 0 ? late_ns_ : 0);
@@ -53,10 +64,10 @@ void BoardBusEmulator::reply(const EmulatedBoard& board, int size) {
     return;
   }
   if (swap_ > 0 && held_.empty()) {
-    held_.assign(board.reply(), board.reply() + size);
+    held_.assign(bytes, bytes + size);
     return;
   }
-  transmit(board.reply(), size, at, delay);
+  transmit(bytes, size, at, delay);
   if (!held_.empty()) {
     transmit(held_.data(), static_cast<int>(held_.size()), at + kCopyNs, delay);
     held_.clear();
@@ -64,7 +75,7 @@ void BoardBusEmulator::reply(const EmulatedBoard& board, int size) {
   }
   if (double_ == 0) return;
   --double_;
-  transmit(board.reply(), size, at + kCopyNs, delay);
+  transmit(bytes, size, at + kCopyNs, delay);
 }
 
 std::int64_t BoardBusEmulator::adapterDelay() const {

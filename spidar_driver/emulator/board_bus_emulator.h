@@ -6,6 +6,7 @@
 /// µs after its header was seen. Replies that overlap in time collide: an open-drain line carries the AND of
 /// their bits.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <deque>
 #include <memory>
@@ -53,6 +54,8 @@ class BoardBusEmulator {
   void loseReplies(int replies) { lose_ = replies; }      ///< the next ones never come
   void doubleReplies(int replies) { double_ = replies; }  ///< the next ones come twice
   void swapReplies(int pairs) { swap_ = pairs; }          ///< the next ones come behind their successors
+  /// From now on CURRENT is answered with what was answered so many cycles ago, 200 at most; 0: no more.
+  void replayReplies(int cycles) { replay_ = cycles; }
   /// Replies come as soon as their bytes were asked for, without wire time, while the adapter has no delay.
   void setInstant(bool instant) { instant_ = instant; }
   /// The host's adapter keeps the next replies back for so long; their order stays.
@@ -67,6 +70,7 @@ class BoardBusEmulator {
     std::uint8_t byte;
   };
   void hear(std::uint8_t byte);
+  const std::uint8_t* bytesOf(const EmulatedBoard& board, int size);  ///< of its reply, or of one before
   void reply(const EmulatedBoard& board, int size);
   void transmit(const std::uint8_t* bytes, int size, std::int64_t at, std::int64_t delay);
   std::int64_t adapterDelay() const;
@@ -85,6 +89,9 @@ class BoardBusEmulator {
   int lose_ = 0, double_ = 0, swap_ = 0;
   bool instant_ = false;
   std::vector<std::uint8_t> held_;  ///< reply that its successor overtakes
+  using Reply = std::array<std::uint8_t, kMaxReplyBytes>;
+  std::array<std::deque<Reply>, kMaxBoards> past_;  ///< replies to CURRENT by id, the newest first
+  int replay_ = 0;
   int late_replies_ = 0;
   std::int64_t late_ns_ = 0;
   std::uint64_t collisions_ = 0;

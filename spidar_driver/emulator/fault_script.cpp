@@ -11,7 +11,8 @@ namespace haptic {
 const char* const kOrderHelp =
     "orders, bytes:   drop N, corrupt N, duplicate N, insert N; rate_drop P, rate_corrupt P, rate_duplicate P,\n"
     "                 rate_insert P (of each byte); with board_ in front: on the way to the boards\n"
-    "orders, answers: delay N MS, lose N, double N, swap N; latency MS, drift MS_PER_S, burst MS (0: none)\n"
+    "orders, answers: delay N MS, lose N, double N, swap N, replay N (cycles late);\n"
+    "                 latency MS, drift MS_PER_S, burst MS (0: none)\n"
     "orders, boards:  kill ID, revive ID, reset ID (brown-out), forget ID (and its counters at 0), stuck ID, moving ID,\n"
     "                 deaf ID, table ID COMMAND LENGTH, disobey ID, obey ID, mode ID MODE (0: free)\n"
     "orders, strings: slack S METRES, slip S COUNTS, jump S COUNTS, freeze S, snap S, mend S\n"
@@ -57,6 +58,7 @@ bool answerFault(const Order& o, BoardBusEmulator& bus) {
   if (o.verb == "lose") return bus.loseReplies(o.i()), true;
   if (o.verb == "double") return bus.doubleReplies(o.i()), true;
   if (o.verb == "swap") return bus.swapReplies(o.i()), true;
+  if (o.verb == "replay") return bus.replayReplies(std::max(0, o.i())), true;
   if (o.verb == "latency") return adapter.constant_ns = ns(o.a), adapter.drift = 0, bus.setAdapter(adapter), true;
   if (o.verb == "drift") return adapter.drift = o.a * 1e-3, bus.setAdapter(adapter), true;
   if (o.verb == "burst") return adapter.burst_ns = ns(o.a), bus.setAdapter(adapter), true;

@@ -22,7 +22,6 @@ class AnswerLedger {
     bool owed = false;        ///< false: nobody asked; a doubled answer
     std::int64_t sent_ns = 0;
     std::uint64_t exchange = 0;  ///< in which it was asked
-    int last = -1;               ///< the board whose question came last, out of its turn; -1: none
   };
 
   void begin(int boards) noexcept {  ///< (in realtime) forgets all
@@ -32,10 +31,9 @@ class AnswerLedger {
     marked_ = false;
   }
   /// (in realtime) A cycle of questions goes out, one per board. False: too many are owed.
-  bool ask(std::int64_t sent_ns, std::uint64_t exchange, int last = -1) noexcept {
+  bool ask(std::int64_t sent_ns, std::uint64_t exchange) noexcept {
     if (owed() >= static_cast<int>(kDepth)) return false;
     sent_[asked_ % kDepth] = sent_ns;
-    last_[asked_ % kDepth] = static_cast<std::int8_t>(last);
     exchange_[asked_++ % kDepth] = exchange;
     return true;
   }
@@ -54,7 +52,7 @@ class AnswerLedger {
   /// (in realtime) The oldest question that `board` owes an answer to; not owed: none.
   Credit oldest(int board) const noexcept {
     if (next_[board] == asked_) return {};
-    return {true, sent_[next_[board] % kDepth], exchange_[next_[board] % kDepth], last_[next_[board] % kDepth]};
+    return {true, sent_[next_[board] % kDepth], exchange_[next_[board] % kDepth]};
   }
 
   struct Settled {
@@ -99,7 +97,6 @@ class AnswerLedger {
   std::array<std::uint64_t, kMaxBoards> next_{};  ///< per board: the cycle whose answer comes next
   std::array<std::int64_t, kDepth> sent_{};
   std::array<std::uint64_t, kDepth> exchange_{};
-  std::array<std::int8_t, kDepth> last_{};
   std::int64_t mark_ns_ = 0;
   bool marked_ = false;
 };

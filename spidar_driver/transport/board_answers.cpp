@@ -11,17 +11,21 @@ namespace {
 
 constexpr std::int64_t kReplyDelayNs = 25000;  // of the firmware, from header to reply
 constexpr std::int64_t kSplitNs = 3000000;     // an adapter may deliver a reply in two parts so far apart
-constexpr int kDrainReads = 16, kCollectReads = 64;  // of 512 bytes: 8 kB are 20 ms of a full wire
+// 16 kB are 80 ms of a full wire: what a busy machine has kept back comes at once, in as many pieces as there were answers.
+constexpr int kDrainBytes = 16384, kDrainReads = 1024;
+constexpr int kCollectReads = 64;  // of 512 bytes
 constexpr std::int64_t kMarkSpareNs =
     300000;  // a mark is waited for no longer than it should take, and so much
 constexpr std::int64_t kMarkEveryNs = 16000000;  // the ledger is settled so often at least; 0.8 % of the wire
 constexpr std::int64_t kMarkPauseNs = 2500000;   // after a mark's answer: a doubled one has come by then
 constexpr double kLossWindow = 50;               // questions over which a board's losses are averaged
-// Each board is examined, and asked for its mode and currents, once in such a time: a spoilt table or a wrong mode is seen within
-// it and one exchange more. A round of canaries is one per pair of boards. States and memory together cost 3 % of a full wire.
+// Each board is asked for its mode and currents once in such a time: a wrong mode is seen within it and one exchange more. States and
+// memory together cost 3 % of a full wire.
 constexpr std::int64_t kExamineNs = 30000000;
-constexpr std::int64_t kSettleNs = 500000;       // a canary's answer comes within so much and the wire's delay
-constexpr int kCanaries = 2;                     // answered in a row; a disturbed byte may bring about one
+// In the idle time of the wire some board is asked as often as this, at uneven times, as a string that moves evenly would show the same part
+// of a count each time: currents that change by 1 N/s are compared, and counts of a grip at
+// 20 mm/s, so often that what contradicts them is seen within 0.1 and 0.2 s. 11 % of the wire at most, which nobody else wants.
+constexpr std::int64_t kCompareNs = 4000000;
 constexpr int kTurn = 1024;                      // counts: a board that starts anew keeps the fraction of a turn
 constexpr int kOffLine = 40;                     // [counts]; so exactly, with the motion of three readings
 constexpr std::int64_t kTogetherNs = 6000000;    // counters that jump within so long jump together
@@ -51,13 +55,17 @@ void BoardAnswers::begin(std::int64_t now_ns, std::int64_t delay_ns) noexcept {
   stream_.forget();
   for (BoardState& b : board_) {
     b.lost = 0;
+    b.unanswered_ns = 0;
     b.fresh = false;  // what came in the exchange that ended in a restart is old by now
     b.memory.begin();
     b.obedience.begin();
+    b.lesson.begin();
+    b.age.begin(1e-9 * static_cast<double>(cycle_.period_ns));
     b.jumped = 0;
   }
-  canary_ = Canary{};
-  canary_.sent_ns = state_ns_ = plain_ns_ = now_ns;
+  exam_ = Exam{};
+  age_ = PageTest{};
+  exam_.taught_ns = state_ns_ = plain_ns_ = now_ns;
   delay_ns_ = fastest_ns_ = delay_ns;
   trouble_ = Cause::kNone;
   story_.setDelay(delay_ns_);
@@ -84,8 +92,8 @@ int BoardAnswers::hear(ByteLink& link, std::uint64_t exchange, std::int64_t dead
 }
 
 bool BoardAnswers::drain(ByteLink& link, std::uint64_t exchange) noexcept {
-  int got = 1;
-  for (int i = 0; i < kDrainReads && got > 0; ++i) got = hear(link, exchange, 0);
+  int got = 1, bytes = 0;
+  for (int i = 0; i < kDrainReads && got > 0 && bytes < kDrainBytes; ++i) bytes += got = hear(link, exchange, 0);
   if (got < 0) return false;
   if (got > 0) trouble_ = Cause::kNoise;
   if (stream_.pending() > 0 && link.now() - heard_ns_ > kSplitNs) stream_.abandon();
@@ -102,7 +110,7 @@ bool BoardAnswers::collect(ByteLink& link, std::uint64_t exchange, std::int64_t 
   const std::int64_t due = ledger_.markSent() + BusRestart::questionTime(cycle_.byte_ns, mark_reply_bytes_) +
                            delay_ns_ + kMarkSpareNs;
   const bool own = ownAnswers();
-  const bool timed = mark_ != Mark::kState;  // the answer to ALL may come while the tick computes
+  const bool timed = mark_ != Mark::kState && mark_ != Mark::kExam;  // their answers may come while the tick computes
   const std::int64_t mark_deadline = !timed ? 0 : own ? std::min(due, deadline) : due <= deadline ? due : 0;
   const auto answered = [&] { return own ? ledger_.owed() == 0 : allFresh(); };
   const auto done = [&] { return answered() && (!ledger_.marked() || link.now() >= mark_deadline); };
@@ -134,10 +142,11 @@ void BoardAnswers::takeAnswer(int board, const std::uint8_t* bytes, int size,
   const AnswerLedger::Credit question = ledger_.answer(board);
   if (!question.owed) return story_.count(LinkStory::kDoubled);
   if (question.exchange != exchange) story_.count(LinkStory::kLate);
-  const std::int64_t stamp = question.sent_ns + cycle_.offsetNs(board, question.last) + kReplyDelayNs;
+  const std::int64_t stamp = question.sent_ns + cycle_.offsetNs(board) + kReplyDelayNs;
   if (!takePositions(board, bytes, size, stamp)) return;
   board_[board].exchange = question.exchange;
   board_[board].stamp_ns = stamp;
+  board_[board].unanswered_ns = 0;
   board_[board].fresh = true;
 }
 
@@ -147,6 +156,7 @@ bool BoardAnswers::takePositions(int board, const std::uint8_t* bytes, int size,
   const FoundBoard& found = cycle_.boards()[board];
   CurrentReply packet;
   if (!decodePacket(*found.shape, found.id, bytes, static_cast<std::size_t>(size), packet)) return false;
+  board_[board].age.take(found.shape->motors, packet.position, stamp_ns);
   bool believed = true;
   const int strings = static_cast<int>(device_.strings.size()), first = cycle_.firstChannel(board);
   for (int m = 0; m < found.shape->motors && first + m < strings; ++m) {
@@ -178,57 +188,41 @@ bool BoardAnswers::startedAnew(int board, int motor, const CurrentReply& packet,
   return at_start && (together || whole_turns);
 }
 
-/// Which pairs of boards a round of canaries has: the one that is examined and the one that would answer, for every board may take
-/// any board's CURRENT for shorter than it is.
-int BoardAnswers::canaryPairs() const noexcept {
-  return cycle_.boardCount() * cycle_.boardCount();
+/// The answers to the last question are all here, or will not come.
+void BoardAnswers::settleExam() noexcept {
+  if (exam_.answers == 0) return;
+  if (!board_[exam_.board].lesson.take(exam_.kind, exam_.answers)) suspect(Cause::kTableSpoilt, exam_.board);
+  exam_.answers = 0;
 }
 
-/// The one on its way is over: its answer would be here by now.
-void BoardAnswers::settleCanary(std::int64_t now_ns) noexcept {
-  if (canary_.last < 0 || canary_.complete_ns == 0 || now_ns - canary_.complete_ns < kSettleNs + delay_ns_) return;
-  canary_.last = -1;
-  if (canary_.hit) return;
-  canary_.answered = 0;
-  ++canary_.clean;
+/// Lengths are bytes like headers: a board that may be inside of a packet must not wake in the middle of a lesson. So all that was
+/// asked is answered first, as far as answers can tell.
+const std::vector<std::uint8_t>* BoardAnswers::teach(std::int64_t now_ns, std::int64_t room_ns) noexcept {
+  const std::int64_t since = now_ns - exam_.taught_ns;
+  if (since < BoardLesson::kEveryNs || ledger_.marked() || (ownAnswers() && ledger_.owed() > 0)) return nullptr;
+  settleExam();
+  const bool next = exam_.kind == BoardLesson::kLong;
+  if (next && !board_[exam_.board].lesson.doubtful()) exam_.board = (exam_.board + 1) % cycle_.boardCount();
+  const auto kind = next ? BoardLesson::kShort : BoardLesson::kLong;
+  const auto fits = [&](int exam) {
+    return static_cast<std::int64_t>(cycle_.lesson(kind, exam).size()) * cycle_.byte_ns <= room_ns;
+  };
+  const bool asks = fits(exam_.board) && !expired(now_ns);
+  // Where the wire has no idle time at all the next cycle waits.
+  if (!asks && !fits(-1) && since < BoardLesson::kEveryNs + kMarkPauseNs) return nullptr;
+  exam_.kind = kind;
+  exam_.taught_ns = now_ns;
+  if (!asks) return &cycle_.lesson(kind, -1);
+  mark_ = Mark::kExam;
+  ledger_.mark(exam_.board, now_ns);
+  last_mark_ns_ = now_ns;
+  return &cycle_.lesson(kind, exam_.board);
 }
 
-bool BoardAnswers::examined(std::int64_t now_ns) noexcept {
-  settleCanary(now_ns);
-  if (!canary_.hurry) canary_.hurry = true, canary_.clean = 0;
-  return canary_.clean >= canaryPairs();
-}
-
-std::pair<int, int> BoardAnswers::dueCanary(std::int64_t now_ns) noexcept {
-  settleCanary(now_ns);
-  const bool soon = canary_.answered > 0 || canary_.hurry;
-  const bool info = (ledger_.marked() && mark_ == Mark::kInfo) || now_ns - info_ns_ < kMarkPauseNs;
-  if (canary_.last >= 0 || info || expired(now_ns)) return {-1, -1};
-  if (!soon && now_ns - canary_.sent_ns < kExamineNs / canaryPairs()) return {-1, -1};
-  if (canary_.answered == 0) canary_.next = (canary_.next + 1) % canaryPairs();
-  const int last = canary_.next / cycle_.boardCount(), asked = canary_.next % cycle_.boardCount();
-  if (cycle_.takesCanary(last)) return {last, asked};
-  ++canary_.clean;
-  canary_.sent_ns = now_ns;
-  return {-1, -1};
-}
-
-void BoardAnswers::askCanary(int last, int asked, std::int64_t sent_ns, std::uint64_t exchange) noexcept {
-  canary_.last = last;
-  canary_.asked = asked;
-  canary_.hit = false;
-  canary_.sent_ns = sent_ns;
-  canary_.complete_ns = 0;
-  tellBoards(sent_ns);
-  askPlain(sent_ns, exchange, last);
-}
-
-/// BOARD_INFO was answered that nobody asked for: a board found it where no header should have been.
-bool BoardAnswers::takeCanaryAnswer(int board) noexcept {
-  if (canary_.last < 0 || canary_.complete_ns == 0 || canary_.asked != board || canary_.hit) return false;
-  canary_.hit = true;
-  canary_.clean = 0;
-  if (++canary_.answered >= kCanaries) suspect(Cause::kTableSpoilt, board);
+/// BOARD_INFO was answered once more, right behind the answer to the question behind a lesson.
+bool BoardAnswers::takeSecondAnswer(int board) noexcept {
+  if (exam_.answers != 1 || exam_.board != board || heard_ns_ - exam_.heard_ns > kMarkPauseNs) return false;
+  exam_.answers = 2;
   return true;
 }
 
@@ -244,9 +238,22 @@ void BoardAnswers::takeState(int board, const std::uint8_t* bytes, int size) noe
   AllReply reply;
   if (!decodePacket(*found.shape, found.id, bytes, static_cast<std::size_t>(size), reply)) return;
   const int motors = std::min(found.shape->motors, static_cast<int>(device_.strings.size()) - cycle_.firstChannel(board));
+  compareCounts(board, found.shape->motors, reply);
   const BoardObedience::Verdict verdict = board_[board].obedience.take(*found.shape, motors, reply);
   if (verdict == BoardObedience::Verdict::kWrongMode) suspect(Cause::kWrongMode, board);
   if (verdict == BoardObedience::Verdict::kCurrentsIgnored) suspect(Cause::kCurrentsIgnored, board);
+}
+
+/// Several boards that are late together tell sooner than each of them.
+void BoardAnswers::compareCounts(int board, int motors, const AllReply& reply) noexcept {
+  const std::int64_t latch_ns = ledger_.markSent() + kReplyDelayNs;
+  AnswerAge& age = board_[board].age;
+  age_.add(age.compare(motors, reply.position, latch_ns));
+  if (!age_.decided() && !age.evidence().decided()) return;
+  int oldest = 0;
+  for (int b = 1; b < cycle_.boardCount(); ++b)
+    if (board_[b].age.evidence().sum() > board_[oldest].age.evidence().sum()) oldest = b;
+  suspect(Cause::kOldCounts, oldest);
 }
 
 void BoardAnswers::takeMark(int board, const std::uint8_t* bytes, int size) noexcept {
@@ -256,8 +263,9 @@ void BoardAnswers::takeMark(int board, const std::uint8_t* bytes, int size) noex
                                                                               : Mark::kInfo;
   InfoReply info;
   if (kind == Mark::kInfo && !decodeInfo(bytes, size, found.id, info)) return;
-  if (!ledger_.marked() || ledger_.markBoard() != board || kind != mark_) {
-    if (kind != Mark::kInfo || !takeCanaryAnswer(board)) story_.count(LinkStory::kDoubled);
+  const bool exam = mark_ == Mark::kExam;
+  if (!ledger_.marked() || ledger_.markBoard() != board || kind != (exam ? Mark::kInfo : mark_)) {
+    if (kind != Mark::kInfo || !takeSecondAnswer(board)) story_.count(LinkStory::kDoubled);
     return;
   }
   switch (kind) {
@@ -274,9 +282,11 @@ void BoardAnswers::takeMark(int board, const std::uint8_t* bytes, int size) noex
       takeState(board, bytes, size);
       break;
     case Mark::kInfo:
+    case Mark::kExam:
       if (info.model != static_cast<int>(found.shape->model)) suspect(Cause::kOtherBoard, board);
+      if (exam) exam_.answers = 1, exam_.heard_ns = heard_ns_;
   }
-  if (kind != Mark::kState) measureDelay();
+  if (kind != Mark::kState && !exam) measureDelay();
   settleLosses();
 }
 
@@ -292,11 +302,14 @@ void BoardAnswers::measureDelay() noexcept {
 }
 
 void BoardAnswers::settleLosses() noexcept {
+  std::array<AnswerLedger::Credit, kMaxBoards> oldest;
+  for (int b = 0; b < cycle_.boardCount(); ++b) oldest[static_cast<std::size_t>(b)] = ledger_.oldest(b);
   const AnswerLedger::Settled settled = ledger_.settle();
   story_.count(LinkStory::kDoubled, static_cast<std::uint64_t>(settled.doubled));
   const double cycles = static_cast<double>(std::max<std::uint64_t>(settled.cycles, 1));
   for (int b = 0; b < cycle_.boardCount(); ++b) {
     const int lost = settled.lost[b];
+    if (lost > 0 && board_[b].unanswered_ns == 0) board_[b].unanswered_ns = oldest[static_cast<std::size_t>(b)].sent_ns;
     story_.count(LinkStory::kLost, static_cast<std::uint64_t>(lost));
     lost_ = std::max(lost_, lost);
     board_[b].lost += std::min(1.0, cycles / kLossWindow) * (lost / cycles - board_[b].lost);
@@ -308,9 +321,11 @@ bool BoardAnswers::markDue(std::int64_t sent_ns, std::int64_t idle_ns) noexcept 
   if (ledger_.marked() && (ledger_.overtaken() || sent_ns - ledger_.markSent() > silent_ns_)) dropMark();
   if (ledger_.marked()) return false;
   const std::int64_t since = sent_ns - last_mark_ns_;
-  if (sent_ns - plain_ns_ >= kMarkEveryNs || stateDue(sent_ns)) return since >= kMarkPauseNs;
+  if (sent_ns - plain_ns_ >= kMarkEveryNs || stateDue(sent_ns, idle_ns)) return since >= kMarkPauseNs;
   const bool doubtful = ledger_.owed() > 0 || expired(sent_ns);
-  return doubtful && idle_ns >= mark_wire_ns_ && since >= std::max(cycle_.period_ns, kMarkPauseNs);
+  // A second answer to ALL would not be taken for that of another mark: no pause behind it.
+  const std::int64_t pause = mark_ == Mark::kState ? 0 : kMarkPauseNs;
+  return doubtful && idle_ns >= mark_wire_ns_ && since >= std::max(cycle_.period_ns, pause);
 }
 
 const std::vector<std::uint8_t>* BoardAnswers::ask(std::int64_t sent_ns, std::uint64_t exchange,
@@ -319,9 +334,8 @@ const std::vector<std::uint8_t>* BoardAnswers::ask(std::int64_t sent_ns, std::ui
   askPlain(sent_ns, exchange);
   tellBoards(sent_ns);
   if (!marks) return nullptr;
-  const std::vector<std::uint8_t>& mark = chooseMark(sent_ns);
+  const std::vector<std::uint8_t>& mark = chooseMark(sent_ns, stateDue(sent_ns, idle_ns));
   ledger_.mark(mark_ == Mark::kState ? next_state_ : next_mark_, sent_ns + cycle_.cycle_ns);
-  if (mark_ == Mark::kInfo) info_ns_ = sent_ns;
   last_mark_ns_ = sent_ns;
   return &mark;
 }
@@ -332,11 +346,13 @@ bool BoardAnswers::hasRoom(const std::vector<std::uint8_t>& mark) const noexcept
 
 /// The next mark's bytes, where the period has room for them: ALL when it is due, GET_PARAM where the board answers it, else
 /// BOARD_INFO.
-const std::vector<std::uint8_t>& BoardAnswers::chooseMark(std::int64_t now_ns) noexcept {
-  if (stateDue(now_ns) && now_ns - plain_ns_ < kMarkEveryNs) {
+const std::vector<std::uint8_t>& BoardAnswers::chooseMark(std::int64_t now_ns, bool state_due) noexcept {
+  if (state_due && now_ns - plain_ns_ < kMarkEveryNs) {
     if (!board_[next_state_].obedience.doubtful()) next_state_ = (next_state_ + 1) % cycle_.boardCount();
     state_ns_ = now_ns;
+    ++state_asked_;
     mark_ = Mark::kState;
+    board_[next_state_].obedience.ask();
     return cycle_.stateMark(next_state_);
   }
   plain_ns_ = now_ns;
@@ -353,11 +369,13 @@ const std::vector<std::uint8_t>& BoardAnswers::chooseMark(std::int64_t now_ns) n
   return mark;
 }
 
-bool BoardAnswers::stateDue(std::int64_t now_ns) const noexcept {
-  const int next = (next_state_ + 1) % cycle_.boardCount();
+bool BoardAnswers::stateDue(std::int64_t now_ns, std::int64_t idle_ns) const noexcept {
+  const std::vector<std::uint8_t>& question = cycle_.stateMark((next_state_ + 1) % cycle_.boardCount());
   const bool again = board_[next_state_].obedience.doubtful();
-  return now_ns - state_ns_ >= (again ? kMarkPauseNs : kExamineNs / cycle_.boardCount()) && hasRoom(cycle_.stateMark(next)) &&
-         !expired(now_ns);
+  const bool idle = idle_ns >= static_cast<std::int64_t>(question.size()) * cycle_.byte_ns;
+  const std::int64_t uneven = state_asked_ * 5 % 3 * 1000000;  // 0, 2, 1 ms
+  const std::int64_t every = again ? kMarkPauseNs : idle ? kCompareNs - 1000000 + uneven : kExamineNs / cycle_.boardCount();
+  return now_ns - state_ns_ >= every && hasRoom(question) && !expired(now_ns);
 }
 
 /// The mark's answer will not come; what its board took in is not known.
@@ -382,8 +400,9 @@ std::uint32_t BoardAnswers::mute(std::int64_t now_ns, std::int64_t last_pull_ns)
   for (int b = 0; b < cycle_.boardCount(); ++b) {
     const AnswerLedger::Credit question = ledger_.oldest(b);
     if (!question.owed) continue;
-    const std::int64_t since =
-        std::max({board_[b].stamp_ns, ready_ns_, resumed_ns_, question.sent_ns - cycle_.period_ns});
+    // Another board's mark may have proven the first answers lost.
+    const std::int64_t asked = board_[b].unanswered_ns > 0 ? board_[b].unanswered_ns : question.sent_ns;
+    const std::int64_t since = std::max({board_[b].stamp_ns, ready_ns_, resumed_ns_, asked - cycle_.period_ns});
     const bool may_pull = last_pull_ns > 0 && board_[b].stamp_ns - cycle_.period_ns <= last_pull_ns;
     if (now_ns - since <
         static_cast<std::int64_t>(1e9 * (may_pull ? settings_.zero_after_s : settings_.silent_after_s)))

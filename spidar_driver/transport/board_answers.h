@@ -4,8 +4,9 @@
 /// An answer is stamped with the instant its question went over the wire, however late it comes: a slow wire
 /// shows as age. Marks (answer_ledger.h) measure the wire's delay and tell which answers are lost; those of
 /// GET_PARAM tell besides whether a board takes in what it is told (board_memory.h), those of ALL in which mode it is and, of
-/// boards that measure them, whether its currents are those that it was told (board_obedience.h). A canary (board_cycle.h) that
-/// is answered twice tells that a board cuts its packets short.
+/// boards that measure them, whether its currents are those that it was told (board_obedience.h), those behind a lesson whether
+/// a board keeps what it is taught (board_lesson.h). The positions in an answer to ALL tell whether those of CURRENT are of now
+/// (answer_age.h).
 ///
 /// Counters that jump together, or by whole turns, say that their board started anew; one that jumps alone is followed,
 /// and what it means for its string is the device's business (count_screen.h).
@@ -14,8 +15,10 @@
 #include <utility>
 
 #include "haptic_core/spidar/transport.h"
+#include "spidar_driver/transport/answer_age.h"
 #include "spidar_driver/transport/answer_ledger.h"
 #include "spidar_driver/transport/board_cycle.h"
+#include "spidar_driver/transport/board_lesson.h"
 #include "spidar_driver/transport/board_obedience.h"
 #include "spidar_driver/transport/byte_link.h"
 #include "spidar_driver/transport/count_unwrapper.h"
@@ -38,23 +41,15 @@ class BoardAnswers {
   /// `idle_ns`. Returns the mark that must follow it; nullptr: none is due.
   const std::vector<std::uint8_t>* ask(std::int64_t sent_ns, std::uint64_t exchange,
                                        std::int64_t idle_ns) noexcept;
-  /// (in realtime) Which board the next cycle examines, and which one would answer if it were spoilt; nothing is due: -1, -1.
-  std::pair<int, int> dueCanary(std::int64_t now_ns) noexcept;
-  void askCanary(int last, int asked, std::int64_t sent_ns, std::uint64_t exchange) noexcept;  ///< (in realtime) it goes out
-  void completeCanary(std::int64_t now_ns) noexcept { canary_.complete_ns = now_ns; }  ///< (in realtime) with its last bytes
-  /// (in realtime) A lesson is wanted: every board is examined at once. True when none answered: it may be taught, and what did not
-  /// obey is not hidden by it.
-  bool examined(std::int64_t now_ns) noexcept;
-  void taught() noexcept { canary_.hurry = false; }  ///< (in realtime) a lesson goes out
+  /// (in realtime) A lesson goes out now; `room_ns`: of the wire until the next cycle. Returns its bytes, with a question where there is
+  /// room for it; nullptr: none is due, or an answer is still to come.
+  const std::vector<std::uint8_t>* teach(std::int64_t now_ns, std::int64_t room_ns) noexcept;
   /// (in realtime) This program did not run until now: patience with the boards begins anew.
   void resume(std::int64_t now_ns) noexcept { resumed_ns_ = now_ns; }
-  /// (in realtime) Zero currents, or a cycle behind a lesson: no mark.
-  /// `last`: the board whose command came last, out of its turn; -1: none.
-  void askPlain(std::int64_t sent_ns, std::uint64_t exchange, int last = -1) noexcept {
-    if (!ledger_.ask(sent_ns, exchange, last)) trouble_ = Cause::kSilent;
+  /// (in realtime) Zero currents: no mark.
+  void askPlain(std::int64_t sent_ns, std::uint64_t exchange) noexcept {
+    if (!ledger_.ask(sent_ns, exchange)) trouble_ = Cause::kSilent;
   }
-  /// The lesson may be sent: no board is inside of a packet, as far as answers tell.
-  bool mayTeach() const noexcept { return !(ownAnswers() && ledger_.owed() > 0); }
 
   // (in realtime) What is heard. False: the line is gone.
   bool drain(ByteLink& link, std::uint64_t exchange) noexcept;  ///< what came since the last exchange
@@ -87,22 +82,24 @@ class BoardAnswers {
   struct BoardState {
     std::uint64_t exchange = 0;  ///< whose question its counts answer
     std::int64_t stamp_ns = 0;   ///< latch of its counts
+    std::int64_t unanswered_ns = 0;  ///< when the first question since went out whose answer is lost; 0: none
     bool fresh = false;          ///< new since the last sample that had new counts of all
     double lost = 0;             ///< share of the last questions without an answer
     BoardMemory memory;          ///< whether it takes in what it is told
     BoardObedience obedience;    ///< whether it does what it is told
+    BoardLesson lesson;          ///< whether it keeps what it is taught
+    AnswerAge age;               ///< whether its counts are of now
     std::uint32_t jumped = 0;    ///< bit per motor whose counter jumped lately
     std::int64_t jumped_ns = 0;  ///< when
   };
   /// Which kind of question is on its way as a mark.
-  enum class Mark : unsigned char { kInfo, kMemory, kState };
-  struct Canary {
-    int last = -1, asked = -1;  ///< indices of the boards of the one on its way; -1: none is
-    int next = 0;               ///< of the pairs
-    int clean = 0;              ///< in a row without an answer
-    int answered = 0;           ///< in a row, of the same pair
-    bool hit = false, hurry = false;
-    std::int64_t sent_ns = 0, complete_ns = 0;
+  enum class Mark : unsigned char { kInfo, kMemory, kState, kExam };
+  /// The question behind the last lesson.
+  struct Exam {
+    int board = 0;     ///< index of the board that is asked, or was last
+    int answers = 0;   ///< that came; 0: none yet, or none was asked
+    BoardLesson::Kind kind = BoardLesson::kLong;  ///< of the last lesson
+    std::int64_t taught_ns = 0, heard_ns = 0;
   };
 
   int hear(ByteLink& link, std::uint64_t exchange, std::int64_t deadline_ns) noexcept;
@@ -110,18 +107,18 @@ class BoardAnswers {
   void takeAnswer(int board, const std::uint8_t* bytes, int size, std::uint64_t exchange) noexcept;
   bool startedAnew(int board, int motor, const CurrentReply& packet, std::int64_t stamp_ns) noexcept;
   void takeState(int board, const std::uint8_t* bytes, int size) noexcept;
-  bool takeCanaryAnswer(int board) noexcept;
-  int canaryPairs() const noexcept;
+  void compareCounts(int board, int motors, const AllReply& reply) noexcept;
+  bool takeSecondAnswer(int board) noexcept;
   void tellBoards(std::int64_t now_ns) noexcept;
-  void settleCanary(std::int64_t now_ns) noexcept;
+  void settleExam() noexcept;
   bool hasRoom(const std::vector<std::uint8_t>& mark) const noexcept;
   bool takePositions(int board, const std::uint8_t* bytes, int size, std::int64_t stamp_ns) noexcept;
   void takeMark(int board, const std::uint8_t* bytes, int size) noexcept;
   void measureDelay() noexcept;
   void settleLosses() noexcept;
   bool markDue(std::int64_t sent_ns, std::int64_t idle_ns) noexcept;
-  const std::vector<std::uint8_t>& chooseMark(std::int64_t now_ns) noexcept;
-  bool stateDue(std::int64_t now_ns) const noexcept;
+  const std::vector<std::uint8_t>& chooseMark(std::int64_t now_ns, bool state_due) noexcept;
+  bool stateDue(std::int64_t now_ns, std::int64_t idle_ns) const noexcept;
   void dropMark() noexcept;
   bool ownAnswers() const noexcept { return fastest_ns_ + cycle_.cycle_ns + mark_wire_ns_ <= cycle_.wait_ns; }
   void suspect(Cause cause, int board) noexcept;
@@ -144,10 +141,11 @@ class BoardAnswers {
   int next_mark_ = 0;
   Mark mark_ = Mark::kInfo;      ///< on its way
   int mark_param_ = -1;          ///< parameter that it asks for, of kMemory
-  /// BOARD_INFO asked last, ALL, any mark but ALL; see `resume`.
-  std::int64_t info_ns_ = 0, state_ns_ = 0, plain_ns_ = 0, resumed_ns_ = 0;
+  std::int64_t state_ns_ = 0, plain_ns_ = 0, resumed_ns_ = 0;  ///< ALL asked last; any other mark; see `resume`
   int next_state_ = 0;
-  Canary canary_;
+  std::int64_t state_asked_ = 0;  ///< so many times
+  Exam exam_;
+  PageTest age_;  ///< of all boards together
   int mark_reply_bytes_ = kInfoBytes;
   Cause trouble_ = Cause::kNone;
   bool waited_ = false;  ///< the last read waited: what it brought came just now

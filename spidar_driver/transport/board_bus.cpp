@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kProbePadding = 26;                // reply of 7 bytes − 1 + 20, as in a cycle
 constexpr int kLessonPadding = 5;                // fills the FIFO behind a command without reply
-constexpr int kScanTries = 2;
+constexpr int kScanTries = 2, kPatientTries = 20;  // the latter while boards are missing: 1.3 s
 constexpr std::int64_t kPaceNs = 2 * kMs;        // between probes: one takes 1.4 ms of the wire
 constexpr std::int64_t kSlowestNs = 50 * kMs;    // an adapter that delivers in bursts of 16 ms, twice and some
 constexpr std::int64_t kScanQuietNs = 25 * kMs;  // longer than a burst: nothing is on its way any more
@@ -78,34 +78,41 @@ std::string listed(const std::vector<FoundBoard>& boards) {
   return text;
 }
 
-BusScan scanBus(ByteLink& link) {
+BusScan scanBus(ByteLink& link, std::size_t expected) {
   drainLink(link);
   ReplyStream stream;
   for (int id = 0; id < kMaxBoards; ++id) stream.know(headerByte(BoardCommand::kBoardInfo, id), kInfoBytes);
   std::array<InfoReply, kMaxBoards> info;
   std::array<bool, kMaxBoards> answered{};
   std::size_t foreign = 0;
+  std::int64_t asked_ns = 0, late_ns = 0;
+  const auto missing = [&] {
+    return static_cast<std::size_t>(std::count(answered.begin(), answered.end(), true)) < expected;
+  };
   const auto take = [&](const std::uint8_t* bytes, int size) {
     const int id = bytes[0] & 7;
     InfoReply said;
     if (decodeInfo(bytes, size, id, said)) {
       info[id] = said;
+      if (!answered[id] && asked_ns > 0) late_ns = std::max(late_ns, link.now() - asked_ns);
       answered[id] = true;
     } else {
       foreign += static_cast<std::size_t>(size);
     }
   };
-  for (int i = 0; i < kScanTries; ++i) {
-    for (int id = 0; id < kMaxBoards; ++id) {
+  for (int i = 0; i < kScanTries || (i < kPatientTries && missing()); ++i) {
+    for (int id = 0; id < kMaxBoards && i < kScanTries; ++id) {  // then only late answers are waited for
       if (answered[id]) continue;
       const std::vector<std::uint8_t> question = infoQuestion(id, kResyncZeros);
       link.write(question.data(), question.size());
       hear(link, stream, link.now() + kPaceNs, take);
     }
+    if (i == 0) asked_ns = link.now();
     hear(link, stream, link.now() + kSlowestNs, take);
     stream.abandon();
   }
   BusScan scan;
+  scan.late_ns = late_ns;
   scan.foreign_bytes = foreign + stream.foreign();
   for (int id = 0; id < kMaxBoards; ++id) {
     if (!answered[id]) continue;
@@ -152,17 +159,26 @@ std::uint8_t taughtLength(BoardCommand command, const BoardShape& shape, const s
 
 }  // namespace
 
-std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards, int padding) {
+std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards, int padding, int info_bytes) {
   std::vector<std::uint8_t> bytes;
   for (const FoundBoard& board : boards) {
     LengthCommand lengths;
     for (int c = 0; c < kBoardCommands; ++c)
       lengths.bytes[c] = taughtLength(static_cast<BoardCommand>(c), *board.shape, boards);
+    lengths.bytes[static_cast<std::size_t>(BoardCommand::kBoardInfo)] = static_cast<std::uint8_t>(info_bytes);
     std::array<std::uint8_t, 1 + kBoardCommands> packet;
     encodePacket(*board.shape, board.id, lengths, packet.data(), packet.size());
     bytes.insert(bytes.end(), packet.begin(), packet.end());
     bytes.insert(bytes.end(), static_cast<std::size_t>(std::max(padding, kLessonPadding)), 0);
   }
+  return bytes;
+}
+
+std::vector<std::uint8_t> lessonQuestion(int id) {
+  std::vector<std::uint8_t> bytes(kLongInfoBytes - 1, 0);
+  bytes[0] = headerByte(BoardCommand::kBoardInfo, id);
+  const std::vector<std::uint8_t> again = infoQuestion(id, 0);
+  bytes.insert(bytes.end(), again.begin(), again.end());
   return bytes;
 }
 

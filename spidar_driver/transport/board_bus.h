@@ -19,11 +19,13 @@ struct FoundBoard {
 struct BusScan {
   std::vector<FoundBoard> boards;  ///< in order of id
   std::size_t foreign_bytes = 0;   ///< bytes that are no board's answer: wrong baud rate or another device
+  std::int64_t late_ns = 0;        ///< when the last answer came, after the last question; 0: while questions went out
   std::string unknown;             ///< "id 3: model 9, 5 motors" of a board of unknown model; else empty
 };
 
 /// So many zeros end whatever a board believes to be inside of: a length is one byte, and a spoilt table may hold 255.
 inline constexpr int kResyncZeros = 256;
+inline constexpr int kLongInfoBytes = 15;  ///< a harmless length of BOARD_INFO; as a header, a question to board 7
 inline constexpr int kInfoBytes = 7;  ///< of a reply to BOARD_INFO, the same for all models
 
 /// BOARD_INFO for one id behind `lead` zeros, with the padding that is its reply's slot.
@@ -37,8 +39,9 @@ bool decodeInfo(const std::uint8_t* bytes, int size, int id, InfoReply& info);
 void drainLink(ByteLink& link);
 
 /// Probes each id with BOARD_INFO, all of them before the first answer need have come: a slow wire's answers are
-/// known by their ids. Takes about 0.15 s.
-BusScan scanBus(ByteLink& link);
+/// known by their ids. Takes about 0.15 s; up to a second while fewer than `expected` boards have answered: a busy machine may bring
+/// their answers late.
+BusScan scanBus(ByteLink& link, std::size_t expected = 0);
 
 /// A board that missed a header takes the bytes behind it for headers: is this one of the three commands of a board on the bus
 /// that it must never find there?
@@ -54,8 +57,12 @@ std::vector<std::uint8_t> stateQuestion(const FoundBoard& board);
 
 /// SET_CMDLEN for every board, longer by a few bytes where a length would be a header that spoils a board: without it, a
 /// board of one model loses step at a command for another model. `padding`: zeros behind each; kResyncZeros reaches a board
-/// whose table says that this very command is longer.
-std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards, int padding = 0);
+/// whose table says that this very command is longer. `info_bytes`: taught for BOARD_INFO (board_lesson.h).
+std::vector<std::uint8_t> lengthLesson(const std::vector<FoundBoard>& boards, int padding = 0, int info_bytes = 1);
+
+/// BOARD_INFO twice, the second one where a board that takes the first for kLongInfoBytes does not look for a header. The first
+/// reply is over by then: 25 us, its seven bytes, and the board's FIFO. 41 bytes, 205 us.
+std::vector<std::uint8_t> lessonQuestion(int id);
 
 /// Zero currents for all eight ids, whatever their length tables say: a disturbed command may have spoilt a table or moved a
 /// board to another id. Zeros end what a board is inside of; then every id gets zero currents by CURRENT, and by ALL for a

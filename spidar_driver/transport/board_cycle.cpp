@@ -14,13 +14,6 @@ namespace {
 constexpr int kBitsPerByte = 10;           // 8N1
 constexpr std::int64_t kSpareNs = 100000;  // least wait beyond the cycle's wire time: the adapter's latency
 constexpr double kWaitShare = 0.8;         // of the period; the rest is left to the tick
-// A board that is out of step takes the end of a lesson for another one and is spoilt by it: zeros go ahead.
-constexpr int kLessonLead = 90;
-
-constexpr int kRestBytes = 2;       // of the last motor
-constexpr int kFirstNoHeader = 0x60;
-constexpr int kNothing = 16;  // digits; a string that is paid out with 0.1 N for 0.3 ms does not move
-
 /// The nearest current whose low byte is none of them: one digit less for each board on the bus at most, 0.01
 /// N each; more where less would be below `least`.
 int harmlessDigit(int digit, int least, const std::vector<FoundBoard>& boards) {
@@ -29,15 +22,6 @@ int harmlessDigit(int digit, int least, const std::vector<FoundBoard>& boards) {
   for (int i = 0; i < kMaxBoards && movesBoards(smaller & 0xFF, boards); ++i) smaller -= away;
   for (int i = 0; i < kMaxBoards && movesBoards(greater & 0xFF, boards); ++i) greater += away;
   return std::abs(smaller) >= std::abs(least) ? smaller : greater;
-}
-
-/// The nearest digit whose low byte `fits`, within half of a byte's range; of the other sign only if it is next to nothing.
-template <class Fits>
-int nearestDigit(int digit, Fits&& fits) {
-  for (int off = 0; off <= 128; ++off)
-    for (const int d : {digit > 0 ? digit - off : digit + off, digit > 0 ? digit + off : digit - off})
-      if (((d > 0) == (digit > 0) || std::abs(d) <= kNothing) && fits(d & 0xFF)) return d;
-  return digit;
 }
 
 }  // namespace
@@ -59,10 +43,6 @@ BoardCycle::BoardCycle(const DeviceDef& device, const UartSettings& settings,
   period_ns = static_cast<std::int64_t>(1e9 / settings.rate_hz);
   const double wait_s = settings.reply_wait_s > 0 ? settings.reply_wait_s : kWaitShare / settings.rate_hz;
   wait_ns = std::max(static_cast<std::int64_t>(wait_s * 1e9), cycle_ns + kSpareNs);
-  lesson_ = lengthLesson(boards_);
-  const std::int64_t room = (period_ns - slot_ns) / byte_ns - static_cast<std::int64_t>(lesson_.size());
-  lesson_.insert(lesson_.begin(), static_cast<std::size_t>(std::clamp<std::int64_t>(room, 0, kLessonLead)),
-                 0);
 }
 
 void BoardCycle::layOut() {
@@ -82,7 +62,14 @@ void BoardCycle::layOut() {
     longest = std::max({longest, longest_mark, state_mark_[b].size()});
   }
   cycle_.assign(cycle_bytes_ + longest, 0);
-  rest_ = infoQuestion(0, kRestBytes - 1);
+  for (const BoardLesson::Kind kind : {BoardLesson::kShort, BoardLesson::kLong}) {
+    lesson_[kind] = lengthLesson(boards_, 0, BoardLesson::kInfoBytes[kind]);
+    for (int b = 0; b < boardCount(); ++b) {
+      exam_[b][kind] = lesson_[kind];
+      const std::vector<std::uint8_t> question = lessonQuestion(boards_[b].id);
+      exam_[b][kind].insert(exam_[b][kind].end(), question.begin(), question.end());
+    }
+  }
   encode(DriveCommand{}, false);
   zero_.assign(kZeroLead, 0);
   zero_.insert(zero_.end(), cycle_.begin(), cycle_.begin() + static_cast<std::ptrdiff_t>(cycle_bytes_));
@@ -94,16 +81,6 @@ int BoardCycle::boardOf(int id) const noexcept {
   for (int b = 0; b < boardCount(); ++b)
     if (boards_[b].id == id) return b;
   return -1;
-}
-
-int BoardCycle::offset(int board, int last) const noexcept {
-  if (last < 0 || board < last) return cycle_offset_[board];
-  if (board > last) return cycle_offset_[board] - slot_bytes_[last];
-  return static_cast<int>(cycle_bytes_) - slot_bytes_[last];
-}
-
-bool BoardCycle::takesCanary(int board) const noexcept {
-  return commandBytes(*boards_[board].shape, BoardCommand::kCurrent) - kRestBytes >= kFifoBytes;
 }
 
 CurrentCommand BoardCycle::packetOf(int board, const DriveCommand& command, Drive& drive) noexcept {
@@ -126,40 +103,17 @@ CurrentCommand BoardCycle::packetOf(int board, const DriveCommand& command, Driv
   return packet;
 }
 
-/// The last motor's low byte asks, no other one is a header.
-void BoardCycle::placeCanary(int board, int asked, CurrentCommand& packet) noexcept {
-  const int motors = boards_[board].shape->motors;
-  const auto silent = [](int low) { return low == 0 || low >= kFirstNoHeader; };
-  const int header = headerByte(BoardCommand::kBoardInfo, boards_[asked].id);
-  for (int m = 0; m + 1 < motors; ++m)
-    packet.current[m] = static_cast<std::int16_t>(nearestDigit(packet.current[m], silent));
-  std::int16_t& last = packet.current[motors - 1];
-  last = static_cast<std::int16_t>(nearestDigit(last, [header](int low) { return low == header; }));
-  rest_[0] = static_cast<std::uint8_t>(last & 0xFF);
-  rest_[1] = static_cast<std::uint8_t>(last >> 8 & 0xFF);
-}
-
-BoardCycle::Drive BoardCycle::encode(const DriveCommand& command, bool usable, int canary, int asked) noexcept {
+BoardCycle::Drive BoardCycle::encode(const DriveCommand& command, bool usable) noexcept {
   Drive drive;
-  canary_ = canary;
   digit_.fill(0);
   for (int b = 0; b < boardCount(); ++b) {
-    const BoardShape& shape = *boards_[b].shape;
     CurrentCommand packet;
     if (usable) packet = packetOf(b, command, drive);
-    if (b == canary) placeCanary(b, asked, packet);
-    const std::size_t at = static_cast<std::size_t>(offset(b, canary));
+    const std::size_t at = static_cast<std::size_t>(cycle_offset_[b]);
     std::fill_n(cycle_.begin() + static_cast<std::ptrdiff_t>(at), slot_bytes_[b], std::uint8_t{0});
-    encodePacket(shape, boards_[b].id, packet, cycle_.data() + at, cycle_bytes_ - at);
-    if (b == canary)
-      canary_bytes_ = at + static_cast<std::size_t>(commandBytes(shape, BoardCommand::kCurrent) - kRestBytes);
+    encodePacket(*boards_[b].shape, boards_[b].id, packet, cycle_.data() + at, cycle_bytes_ - at);
   }
   return drive;
-}
-
-const std::vector<std::uint8_t>& BoardCycle::rest(bool sound) noexcept {
-  if (!sound) rest_[0] = rest_[1] = 0;
-  return rest_;
 }
 
 std::size_t BoardCycle::append(const std::vector<std::uint8_t>& mark) noexcept {

@@ -7,7 +7,6 @@ namespace {
 
 constexpr std::int64_t kQuietNs = 20 * kMs;      // longer than the slowest adapter's burst of 16 ms
 constexpr std::int64_t kPatienceNs = 200 * kMs;  // for silence; then the line is noisy
-constexpr std::int64_t kAnswerNs = 40 * kMs;     // for an answer: two bursts
 constexpr int kTries = 2;
 constexpr int kProofTries = 4;  // a byte may be disturbed here as well
 constexpr int kProofAnswers = 2;
@@ -139,13 +138,14 @@ BusRestart::Step BusRestart::listen(ByteLink& link, std::int64_t deadline_ns) no
   if (answered_ && !right_) {
     giveUp(Trouble::kOtherBoard, board.id);
   } else if (answered_) {
+    if (patience_ns_ == kPatient) slowest_ns_ = std::max(slowest_ns_, heard_ns_ - since_ns_);
     if (asked_ >= boards) trip_ns_[trips_++] = heard_ns_ - since_ns_;
     tries_ = 0;
     phase_ = Phase::kAsk;
     if (++asked_ < kRounds * boards) return Step::kWorking;
     measure();
     phase_ = Phase::kProve;
-  } else if (link.now() - since_ns_ > kAnswerNs) {
+  } else if (link.now() - since_ns_ > patience_ns_) {
     stream_.abandon();
     phase_ = Phase::kAsk;
     if (++tries_ == kTries) giveUp(Trouble::kSilentBoard, board.id);
@@ -185,7 +185,7 @@ BusRestart::Step BusRestart::prove(ByteLink& link, std::int64_t deadline_ns) noe
     trouble_ = Trouble::kNone;
     return Step::kReady;
   }
-  if (link.now() - since_ns_ <= kAnswerNs) return Step::kWorking;
+  if (link.now() - since_ns_ <= patience_ns_) return Step::kWorking;
   stream_.abandon();
   proof_sent_ = false;
   if (++tries_ == kProofTries) giveUp(Trouble::kForgets, boards_[number].id);

@@ -45,6 +45,13 @@ class BusRestart {
   /// (in realtime) Listens until `deadline_ns` at most.
   Step step(ByteLink& link, std::int64_t deadline_ns) noexcept;
 
+  /// Set-up: no force is on, and the kernel may serve a terminal late on a busy machine: answers may take as long as that.
+  void bePatient(bool patient) noexcept { patience_ns_ = patient ? kPatient : kUsual; }
+  /// Longest time that an answer took while it was patient [ns].
+  std::int64_t slowest() const { return slowest_ns_; }
+  static constexpr std::int64_t kUsual = 40 * kMs;    ///< for an answer: two bursts of an adapter
+  static constexpr std::int64_t kPatient = 500 * kMs; ///< six times the lateness that was seen at a load of ten
+
   /// Of the wire beyond its bytes' own time [ns]: median and spread of the last questions.
   std::int64_t delay() const { return delay_ns_; }
   std::int64_t jitter() const { return jitter_ns_; }
@@ -81,6 +88,7 @@ class BusRestart {
   std::uint64_t foreign_ = 0;      ///< bytes, before the proof
   std::int64_t byte_ns_ = 5000, since_ns_ = 0, heard_ns_ = 0, rest_until_ns_ = 0, delay_ns_ = 0,
                jitter_ns_ = 0;
+  std::int64_t patience_ns_ = kUsual, slowest_ns_ = 0;
   std::array<std::int64_t, kRounds * kMaxBoards> trip_ns_{};
   int trips_ = 0;
 };

@@ -10,17 +10,13 @@
 namespace haptic {
 namespace {
 
-// A disturbed command can reach a board as SET_CMDLEN and spoil its length table. What costs answers is
-// healed by a restart; what does not, a table that cuts CURRENT short, by a lesson so often: within the half
-// second that a board may go its own way. A lesson costs a cycle 0.6 ms of delay.
-constexpr std::int64_t kLessonEveryNs = 250000000;
 // A board that falls out of step again and again within such a time keeps nothing of what it is taught: its
 // table may cut SET_CMDLEN itself short. Only power helps; until then it is asked so seldom.
 constexpr std::int64_t kProbationNs = 1000000000;
 constexpr int kRelapses = 3;
 constexpr std::int64_t kRestNs = 1000000000;
-constexpr std::int64_t kCanaryNs = 6000000;  // half of what the guard waits for: nobody else has written to the line
-constexpr int kOpeningSteps = 3000;  // of at most 1 ms each
+constexpr int kOpeningSteps = 6000;  // of at most 1 ms each
+constexpr std::int64_t kLateNs = 20 * kMs;  // slower than any adapter's burst of 16 ms
 constexpr std::int64_t kOpeningStepNs = 1000000;
 
 }  // namespace
@@ -35,7 +31,9 @@ UartBoards::UartBoards(const DeviceDef& device, const UartSettings& settings, co
     throw SetupError(device_.file, "has no strings, or more than " + std::to_string(kMaxStrings),
                      "correct `strings`");
   std::unique_ptr<ByteLink> link = recovery_.open();
-  cycle_.emplace(device_, settings_, matchBoards(scanBus(*link), device_, where_));
+  const BusScan scan = scanBus(*link, std::max<std::size_t>(1, device_.boards.size()));
+  opening_late_ns_ = scan.late_ns;
+  cycle_.emplace(device_, settings_, matchBoards(scan, device_, where_));
   answers_.emplace(device_, settings_, *cycle_, story_);
   restart_.prepare(cycle_->boards(), cycle_->zero(), cycle_->byte_ns);
   connection_ = recovery_.connect(std::move(link), cycle_->zero());
@@ -53,10 +51,13 @@ UartBoards::~UartBoards() {
 /// again.
 void UartBoards::awaitBoards() {
   restart(Cause::kNone);
+  restart_.bePatient(true);
   for (int i = 0; i < kOpeningSteps && restarting_ && restart_.trouble() != BusRestart::Trouble::kOtherBoard;
        ++i)
     if (stepRestart(kOpeningStepNs) == Line::kGone)
       throw SetupError(where_, "the port was lost while it was opened", "check the cable and the adapter");
+  restart_.bePatient(false);
+  opening_late_ns_ = std::max(opening_late_ns_, restart_.slowest());
   if (!restarting_) return;
   throw SetupError(where_, trouble().empty() ? "the boards do not come into step" : trouble(),
                    "check power and cable, then start again");
@@ -79,6 +80,7 @@ DeviceSample UartBoards::exchange(const DriveCommand& command) noexcept {
     line = answers_->drain(link, exchanges_) ? Line::kFine : Line::kGone;
     if (fine()) line = send(command);
     if (fine()) line = answers_->collect(link, exchanges_, sent_ns_) ? Line::kFine : Line::kGone;
+    if (fine()) line = teach();
     if (line == Line::kFine) judge();
   }
   if (line == Line::kGone) disconnect();
@@ -134,9 +136,9 @@ void UartBoards::checkGuard(std::int64_t now_ns) noexcept {
 void UartBoards::restart(Cause cause) noexcept {
   restarting_ = true;
   restart_cause_ = cause;
-  canary_open_ = false;  // the zeros that go out complete it
   const std::int64_t now = connection_->link->now();
-  const bool lapse = cause == Cause::kAnswersLost || cause == Cause::kSilent || cause == Cause::kTableSpoilt;
+  // Silence says nothing of what a board keeps: the machine may bring its answers late.
+  const bool lapse = cause == Cause::kAnswersLost || cause == Cause::kTableSpoilt;
   relapses_ = lapse && now - ready_ns_ < kProbationNs ? relapses_ + 1 : 0;
   if (cause != Cause::kNone) story_.setCause(cause);
   may_hold_ = armed_;
@@ -170,7 +172,7 @@ UartBoards::Line UartBoards::stepRestart(std::int64_t patience_ns) noexcept {
   if (relapses_ >= kRelapses)  // in step for now: the advice stands until they have stayed so
     story_.setTrouble(BusRestart::Trouble::kForgets, story_.blamed());
   story_.setSilentBoards(0);
-  ready_ns_ = wire_free_ns_ = last_lesson_ns_ = link.now();
+  ready_ns_ = wire_free_ns_ = link.now();
   last_pull_ns_ = 0;
   answers_->begin(ready_ns_, restart_.delay());
   story_.setJitter(restart_.jitter());
@@ -184,55 +186,28 @@ void UartBoards::waitForWire() noexcept {
   connection_->link->waitUntil(wire_free_ns_);
 }
 
+/// The answers are here and the tick computes: the wire is idle.
+UartBoards::Line UartBoards::teach() noexcept {
+  const std::int64_t now = std::max(connection_->link->now(), wire_free_ns_);
+  const std::vector<std::uint8_t>* lesson = answers_->teach(now, sent_ns_ + cycle_->period_ns - now);
+  if (!lesson) return Line::kFine;
+  wire_free_ns_ = now + static_cast<std::int64_t>(lesson->size()) * cycle_->byte_ns;
+  return connection_->link->write(lesson->data(), lesson->size()) ? Line::kFine : Line::kGone;
+}
+
 UartBoards::Line UartBoards::send(const DriveCommand& command) noexcept {
   sent_ns_ = connection_->link->now();
-  // Lengths are bytes like headers: a board that may be inside of a packet must not wake in the middle of a
-  // lesson.
-  if (completeCanary() == Line::kGone) return Line::kGone;
-  const bool teaches = sent_ns_ - last_lesson_ns_ >= kLessonEveryNs && answers_->mayTeach() &&
-                       (!armed_ || answers_->examined(sent_ns_));
-  if (teaches) {
-    answers_->taught();
-    const std::vector<std::uint8_t>& lesson = cycle_->lesson();
-    last_lesson_ns_ = sent_ns_;
-    if (!connection_->link->write(lesson.data(), lesson.size())) return Line::kGone;
-    sent_ns_ += static_cast<std::int64_t>(lesson.size()) * cycle_->byte_ns;
-  }
-  return sendCycle(command, teaches);
-}
-
-/// The bytes that the last exchange's canary left out; zeros when the guard may have ended it meanwhile.
-UartBoards::Line UartBoards::completeCanary() noexcept {
-  if (!canary_open_) return Line::kFine;
-  canary_open_ = false;
-  const bool sound = sent_ns_ - canary_sent_ns_ < kCanaryNs;
-  const std::vector<std::uint8_t>& rest = cycle_->rest(sound);
-  if (!connection_->link->write(rest.data(), rest.size())) return Line::kGone;
-  answers_->completeCanary(sent_ns_);
-  sent_ns_ += static_cast<std::int64_t>(rest.size()) * cycle_->byte_ns;
-  return Line::kFine;
-}
-
-UartBoards::Line UartBoards::sendCycle(const DriveCommand& command, bool taught) noexcept {
   const bool finite = finiteDrive(device_, command);
   if (!finite) story_.count(LinkStory::kBadCommands);
   // What is sent now acts until the next exchange.
   const bool usable = finite && guarded_ && !answers_->expired(sent_ns_ + cycle_->period_ns);
-  const auto [last, asked] = armed_ && usable && !taught ? answers_->dueCanary(sent_ns_) : std::pair<int, int>(-1, -1);
-  const BoardCycle::Drive drive = cycle_->encode(command, usable, last, asked);
+  const BoardCycle::Drive drive = cycle_->encode(command, usable);
   armed_ = drive.armed;
   if (drive.clamped) story_.count(LinkStory::kClamped);
   if (drive.pulls) last_pull_ns_ = sent_ns_;
   if (connection_->guard && armed_) connection_->guard->arm();  // before the motors have the current
   std::size_t bytes = cycle_->size();
-  canary_open_ = last >= 0;
-  if (canary_open_) canary_sent_ns_ = sent_ns_;
-  if (canary_open_)
-    answers_->askCanary(last, asked, sent_ns_, exchanges_);
-  else if (taught)
-    answers_->askPlain(sent_ns_, exchanges_);
-  else if (const std::vector<std::uint8_t>* mark =
-               answers_->ask(sent_ns_, exchanges_, sent_ns_ - wire_free_ns_))
+  if (const std::vector<std::uint8_t>* mark = answers_->ask(sent_ns_, exchanges_, sent_ns_ - wire_free_ns_))
     bytes = cycle_->append(*mark);
   if (!connection_->link->write(cycle_->bytes().data(), bytes)) return Line::kGone;
   if (connection_->guard) {
@@ -301,7 +276,6 @@ DeviceSample UartBoards::sample() noexcept {
 
 void UartBoards::zeroDrive() noexcept {
   if (!connection_) return;
-  canary_open_ = false;  // the zeros complete it
   const std::vector<std::uint8_t>& zero = cycle_->zero();
   const std::int64_t start = std::max(connection_->link->now(), wire_free_ns_);
   connection_->link->write(zero.data(), zero.size());
@@ -315,7 +289,10 @@ std::string UartBoards::describe() const {
   char text[160];
   std::snprintf(text, sizeof text, ", %.0f us a cycle, at most %.0f Hz, wire delay %u us (spread %u us)",
                 1e6 * cycleSeconds(), maxRateHz(), story_.delayUs(), story_.jitterUs());
-  return where_ + ": " + listed(boards()) + text;
+  std::string late;
+  if (opening_late_ns_ > kLateNs)
+    late = "; answers came up to " + std::to_string(opening_late_ns_ / kMs) + " ms late while it was opened: this machine is busy";
+  return where_ + ": " + listed(boards()) + text + late;
 }
 
 }  // namespace haptic

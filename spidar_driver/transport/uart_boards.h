@@ -68,8 +68,7 @@ class UartBoards : public Transport, public LinkReporter {
   Line stepRestart(std::int64_t patience_ns) noexcept;
   void waitForWire() noexcept;
   Line send(const DriveCommand& command) noexcept;
-  Line sendCycle(const DriveCommand& command, bool taught) noexcept;
-  Line completeCanary() noexcept;
+  Line teach() noexcept;
   WireFinding finding() const noexcept;
   void judge() noexcept;
   DeviceSample sample() noexcept;
@@ -88,11 +87,11 @@ class UartBoards : public Transport, public LinkReporter {
   bool restarting_ = false, armed_ = false;
   bool guarded_ = true;    ///< somebody would turn the motors off if this process ended
   bool guard_wanted_ = false;  ///< another guard has been asked for
-  std::int64_t last_exchange_ns_ = 0, canary_sent_ns_ = 0;
+  std::int64_t last_exchange_ns_ = 0;
   Cause restart_cause_ = Cause::kNone;
-  bool canary_open_ = false;  ///< the last bytes of a canary are still to go out
   bool may_hold_ = false;  ///< currents were on when the restart began
-  std::int64_t sent_ns_ = 0, wire_free_ns_ = 0, last_lesson_ns_ = 0;
+  std::int64_t opening_late_ns_ = 0;  ///< longest time that an answer took while the line was opened
+  std::int64_t sent_ns_ = 0, wire_free_ns_ = 0;
   std::int64_t ready_ns_ = 0;  ///< since when the boards are in step
   std::int64_t last_pull_ns_ =
       0;              ///< a string was told more than its least tension; 0: not since the last restart

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <map>
 #include <random>
 #include <set>
@@ -25,6 +26,7 @@ namespace haptic::bench {
 namespace {
 
 constexpr int kTrials = 12;      // per fault, board and device
+constexpr int kTableTrials = 3;  // of them for each of 17 lengths
 constexpr int kPatience = 2000;  // ticks
 const char* const kDevices[] = {"spidar_g6x5r", "spidar_g6x4"};
 
@@ -35,6 +37,7 @@ struct Session {
   Session(const char* device, unsigned seed) : rig(load(device)), random(seed) {}
   bool prepare() {
     for (const auto& board : rig.bus.boards()) board->replace(), board->setObeys(true), board->setStuck(false);
+    rig.bus.replayReplies(0);
     if (!rig.bringUp()) return false;
     rig.setHand(hardUse(random(), 4));
     ticks = 0;
@@ -77,10 +80,10 @@ void obedience() {
     double current_here = 0;
     for (int n = 0; n < kTrials * boards; ++n) {
       const int id = 1 + n % boards;
-      for (int row = 1; row <= boards; ++row)
-        for (const int length : {3, 4, 5, 9}) {
+      for (int row = 1; row <= boards && n < kTableTrials * boards; ++row)
+        for (int length = 0; length <= 16; ++length) {
           EmulatedBoard& board = *s.rig.bus.board(id);
-          if (length >= commandBytes(s.rig.bus.board(row)->shape(), BoardCommand::kCurrent)) continue;  // it cuts nothing
+          if (length == commandBytes(s.rig.bus.board(row)->shape(), BoardCommand::kCurrent)) continue;  // it is right
           if (!s.prepare()) { ++skipped; continue; }
           board.spoilTable(row, BoardCommand::kCurrent, length);
           const int unseen = s.unseen([&] { return board.tableLength(row, BoardCommand::kCurrent) == length; });
@@ -107,7 +110,7 @@ void obedience() {
       }
     }
     figure((std::string("obey.current_unseen_ms_max_") + (boards == 1 ? "b5m" : "b3m")).c_str(), current_here, "ms");
-    current = std::max(current, current_here);
+    if (s.rig.bus.boards().front()->shape().currents > 0) current = std::max(current, current_here);  // it can tell
   }
   figure("obey.tables", tables, "1");
   figure("obey.tables_healed", healed, "1");
@@ -116,6 +119,100 @@ void obedience() {
   figure("obey.mode_unseen_ms_max", mode, "ms");
   figure("obey.table_unseen_ms_max", std::max(table, mode), "ms");
   figure("obey.current_unseen_ms_max", current, "ms");
+}
+
+/// From the first old reply with the grip at 20 mm/s, or the force changing by 1 N/s, to a state other than ENABLED.
+void replayed() {
+  double unseen = 0;
+  int trials = 0, at_rest = 0;
+  for (const char* name : kDevices) {
+    Session s(name, 4);
+    for (int n = 0; n < 2 * kTrials; ++n)
+      for (const int cycles : {1, 2, 5, 20, 50, 200}) {
+        if (!s.prepare()) continue;
+        s.rig.bus.replayReplies(cycles);
+        int since = 0;
+        Vector3 force = s.rig.spidar.achievedWrench().force;
+        for (int k = 1; k <= kPatience && s.rig.enabled(); ++k) {
+          s.move();
+          const Vector3 change = s.rig.spidar.achievedWrench().force - force;
+          force += change;
+          const bool tells = s.rig.plant.twin().twist().linear.norm() >= 0.02 || change.norm() >= 1 * FaultRig::kPeriod;
+          since += since > 0 || tells;
+        }
+        ++trials;
+        at_rest += since == 0;
+        if (since > 100) std::printf("%s: replies of %d cycles ago: %d ms\n", name, cycles, since);
+        unseen = std::max(unseen, static_cast<double>(since));
+      }
+  }
+  figure("replayed.trials", trials, "1");
+  figure("replayed.at_rest", at_rest, "1");
+  figure("replayed.unseen_ms_max", unseen, "ms");
+}
+
+/// Shafts at the home pose that remember the largest wrench of the tensions that no plain cycle would have made.
+class WrenchPlant : public MotorPlant {
+ public:
+  explicit WrenchPlant(const DeviceDef& def) : def_(def), A_(StringKinematics(def).structure(GripPose{})) {}
+  void advance(std::int64_t) override {}
+  std::int32_t position(int) const override { return 0; }
+  void drive(int channel, std::int16_t digit) override { digits[static_cast<std::size_t>(channel)] = digit; }
+  /// Net force of what acts minus what is asked [N], both as digits.
+  double offForce(const BoardCycle& cycle) const {
+    Vector3 off = Vector3::Zero();
+    for (std::size_t i = 0; i < def_.strings.size(); ++i) {
+      const double tension = (digits[i] - cycle.digit(static_cast<int>(i))) * (3.3 / 4096) / def_.strings[i].volt_per_newton;
+      off += tension * A_.row(static_cast<Eigen::Index>(i)).head<3>().transpose();
+    }
+    return off.norm();
+  }
+  std::array<std::int16_t, 64> digits{};
+
+ private:
+  DeviceDef def_;
+  StructureMatrix A_;
+};
+
+/// Every device file on the boards that carry its strings, at tensions that change all the time: what is felt of lessons and questions.
+void canaries() {
+  double worst = 0;
+  int devices = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices")) {
+    if (entry.path().extension() != ".yaml") continue;
+    for (const char* model : {"B5M", "B3M"}) {
+      DeviceDef def = loadDevice(entry.path().string());
+      const std::size_t motors = model[1] == '5' ? 8 : 4;
+      def.boards.assign((def.strings.size() + motors - 1) / motors, model);
+      def.transport = "uart";
+      WrenchPlant plant(def);
+      BoardBusEmulator bus(plant);
+      std::vector<FoundBoard> found;
+      for (const std::string& board : def.boards) {
+        found.push_back({static_cast<int>(found.size()) + 1, findBoardModel(board)});
+        bus.addBoard(board, found.back().id);
+      }
+      MemoryLine line(bus);
+      UartBoards driver(def, {}, "memory", [&line] { return std::make_unique<MemoryLink>(line); });
+      BoardCycle plain(def, {}, found);
+      const std::int64_t start = line.now_ns;
+      for (int k = 1; k <= 3000; ++k) {
+        line.now_ns = std::max<std::int64_t>(line.now_ns, start + k * 1000000ll);
+        DriveCommand command;
+        for (std::size_t i = 0; i < def.strings.size(); ++i) {
+          const StringDef& string = def.strings[i];
+          const double share = 0.5 + 0.5 * std::sin(1e-3 * k * (3 + static_cast<double>(i)));
+          command.voltage[i] = string.volt_per_newton * (string.min_tension + share * share * (string.max_tension - string.min_tension));
+        }
+        driver.exchange(command);
+        plain.encode(command, true);
+        if (k > 10) worst = std::max(worst, plant.offForce(plain));
+      }
+      ++devices;
+    }
+  }
+  figure("canary.devices", devices, "1");
+  figure("canary.net_force_n_max", worst, "N");
 }
 
 /// Only trials in which the grip went 5 mm and more within 100 ms: a grip that rests looks alike.
@@ -157,7 +254,7 @@ const std::set<DeviceCause>& rightNames(const std::string& kind) {
       {"brown-out", {C::kPowerLost, C::kBoardRestarted}},
       {"brown-out to 0", {C::kPowerLost, C::kBoardRestarted}},
       {"counters stuck", {C::kBoardRepeats, C::kCountersFrozen, C::kCountersStill}},
-      {"deaf board", {C::kAnswersLost, C::kTableSpoilt, C::kBoardSilent}},
+      {"deaf board", {C::kAnswersLost, C::kTableSpoilt, C::kBoardSilent, C::kCurrentsIgnored}},
       {"spoilt table", {C::kAnswersLost, C::kTableSpoilt, C::kBoardSilent, C::kForgets}},
       {"counter jumps", {C::kCounterJumped, C::kStringWrong, C::kStringDoubtful}},
       {"slip", {C::kCounterJumped, C::kStringWrong, C::kStringDoubtful}},
@@ -168,7 +265,8 @@ const std::set<DeviceCause>& rightNames(const std::string& kind) {
       {"latency", {C::kWireSlow, C::kBoardSilent}},
       {"late machine", {C::kLoopLate}},
       {"wrong mode", {C::kWrongMode}},
-      {"disobeys", {C::kCurrentsIgnored}}};
+      {"disobeys", {C::kCurrentsIgnored}},
+      {"old replies", {C::kCountsOld}}};
   static const std::set<C> none;
   const auto found = names.find(kind);
   return found == names.end() ? none : found->second;
@@ -221,11 +319,13 @@ void names() {
       if (!rightNames(kind.name).empty() && kind.name != std::string("unplugged")) kinds.push_back(kind);
     kinds.push_back({"late machine", [](std::mt19937&, const FaultRig&) { return std::string("hand wave"); }});
     kinds.push_back({"wrong mode", [](std::mt19937&, const FaultRig&) { return std::string("mode 1 2"); }, ""});
+    kinds.push_back({"old replies", [](std::mt19937& r, const FaultRig&) { return "replay " + std::to_string(1 + r() % 20); }, ""});
     for (const FaultKind& kind : kinds)
       for (int n = 0; n < 2 * kTrials; ++n) {
         Names one;
         nameOne(s, kind, n % 2 == 1, one);
         s.rig.order("mode 1 0");
+        s.rig.order("replay 0");
         all.right += one.right, all.wrong += one.wrong, all.unsaid += one.unsaid;
         all.net_force = std::max(all.net_force, one.net_force);
         by_kind[kind.name].first += one.right, by_kind[kind.name].second += one.wrong;
@@ -306,7 +406,13 @@ int falseFaults(int starts) {
 int main(int argc, char** argv) {
   using namespace haptic::bench;
   const int starts = argc > 1 ? std::max(0, std::atoi(argv[1])) : 200;
+  if (argc > 2) {  // these alone: bench_faults_device 20 starts
+    figure("start.false_faults", falseFaults(starts), "1");
+    return 0;
+  }
   obedience();
+  replayed();
+  canaries();
   frozen();
   names();
   if (starts > 0) figure("start.false_faults", falseFaults(starts), "1");

@@ -221,7 +221,9 @@ TEST(BoardLayout, NoLengthInALessonButTheCyclesIsAHeaderThatSpoilsABoard) {
     const BoardShape* shape = findBoardModel(model);
     for (int first = 0; first < kMaxBoards; ++first) {
       const std::vector<FoundBoard> boards = {{first, shape}, {(first + 1) % kMaxBoards, shape}};
-      const std::vector<std::uint8_t> lesson = lengthLesson(boards, 0);
+      const std::vector<std::uint8_t> lesson = lengthLesson(boards, 0), longer = lengthLesson(boards, 0, kLongInfoBytes);
+      EXPECT_FALSE(movesBoards(kLongInfoBytes, boards));
+      EXPECT_EQ(longer[1 + static_cast<std::size_t>(BoardCommand::kBoardInfo)], kLongInfoBytes);
       for (int c = 0; c < kBoardCommands; ++c) {
         const auto command = static_cast<BoardCommand>(c);
         const int taught = lesson[1 + static_cast<std::size_t>(c)], true_bytes = commandBytes(*shape, command);

@@ -1,5 +1,6 @@
 /// A driver on emulated boards in memory, on a clock of its own: for the tests of the UART wire.
 #pragma once
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,10 +15,14 @@ namespace haptic {
 class PlacedPlant : public MotorPlant {
  public:
   void advance(std::int64_t) override {}
-  void drive(int channel, std::int16_t digit) override { digits[channel] = digit; }
+  void drive(int channel, std::int16_t digit) override {
+    digits[channel] = digit;
+    lowest[channel] = std::min(lowest[channel], digit);
+    highest[channel] = std::max(highest[channel], digit);
+  }
   std::int32_t position(int channel) const override { return positions[channel]; }
   std::array<std::int32_t, 64> positions{};
-  std::array<std::int16_t, 64> digits{};
+  std::array<std::int16_t, 64> digits{}, lowest{}, highest{};
 };
 
 inline DeviceDef plainDevice(const std::vector<std::string>& boards, int strings) {

@@ -72,6 +72,7 @@ std::string causeText(const DeviceRecord& record) {
     case DeviceCause::kTableSpoilt:
     case DeviceCause::kWrongMode:
     case DeviceCause::kCurrentsIgnored:
+    case DeviceCause::kCountsOld:
       return happened + ": check cable and ground, if it comes again switch its power off and on; " + again(record);
     case DeviceCause::kForgets:
       return happened + ": switch its power off and on, then check its cable; " + again(record);

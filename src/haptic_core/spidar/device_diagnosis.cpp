@@ -23,6 +23,7 @@ constexpr CauseRow kRows[] = {
     {DeviceCause::kTableSpoilt, kNothing, 0, 0, bit(WireFinding::kTableSpoilt), C::kStop, C::kPause, false},
     {DeviceCause::kWrongMode, kNothing, 0, 0, bit(WireFinding::kWrongMode), C::kStop, C::kPause, false},
     {DeviceCause::kCurrentsIgnored, kNothing, 0, 0, bit(WireFinding::kCurrentsIgnored), C::kStop, C::kPause, false},
+    {DeviceCause::kCountsOld, kNothing, 0, 0, bit(WireFinding::kOldCounts), C::kStop, C::kPause, false},
     {DeviceCause::kBoardRestarted, kCounterRestarted, 0, 0, 0, C::kStop, C::kStop, true},
     {DeviceCause::kAnswersLost, kNothing, 0, 0, bit(WireFinding::kAnswersLost), C::kStop, C::kPause, false},
     {DeviceCause::kNoise, kNothing, 0, 0, bit(WireFinding::kNoise), C::kStop, C::kPause, false},
@@ -76,6 +77,7 @@ constexpr CauseText kTexts[] = {
     {"string doubtful", "the strings' lengths contradict each other"},
     {"over rate", "the exchange ran faster than the wire carries"},
     {"unguarded", "the motor guard has ended or stands still"},
+    {"counts old", "%B answered with counts of cycles ago: its full answers contradict them"},
 };
 static_assert(std::size(kTexts) == static_cast<std::size_t>(DeviceCause::kCauses), "a text for every cause");
 
@@ -111,6 +113,7 @@ DeviceCause causeOf(WireFinding finding) noexcept {
     case WireFinding::kForgets:
     case WireFinding::kAnswersLost:
     case WireFinding::kNoise:
+    case WireFinding::kOldCounts:
       for (const CauseRow& row : kRows)
         if (row.findings & bit(finding)) return row.cause;
   }

@@ -82,6 +82,7 @@ enum class DeviceCause : unsigned char {
   kStringDoubtful,    ///< lengths contradict each other, not for long yet
   kOverRate,          ///< faster than the wire carries
   kUnguarded,         ///< the process that would turn the motors off is gone
+  kCountsOld,         ///< a board answers with counts of cycles ago
   kCauses
 };
 

@@ -39,6 +39,7 @@ enum class WireFinding : std::uint8_t {
   kForgets,          ///< it keeps nothing that it is taught
   kAnswersLost,      ///< it loses one command in five
   kNoise,            ///< bytes come without end
+  kOldCounts,        ///< its answers bring counts of cycles ago
 };
 
 /// What one exchange brought. `counts` are unwrapped; boards answer before they execute, so they belong to the
