@@ -99,6 +99,15 @@ bench_processes() {
   done
 }
 
+# Files that are damaged: saved states, recordings, robots.
+bench_damaged() {
+  setup run
+  build_stack all
+  use_build
+  with_progress 'bench damaged' "$LOGS/bench-damaged.log" python3 -B "$ROOT/test/benchmark/damaged.py" || failed="$failed damaged"
+  keep_figures "$csv" "$LOGS/bench-damaged.log" '-O3 -DNDEBUG -ffp-contract=off'
+}
+
 # Bits and times of the two libraries, and of the last release that had one library per build. Its sources come from git.
 DISPATCH_BEFORE=46c564e
 bench_dispatch() {
@@ -254,6 +263,7 @@ case " $(echo "$chosen" | tr '\n' ' ')" in *' shapes '*) bench_kinds ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' loop '*) bench_reload ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_strangers ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_processes ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_damaged ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' scenes '*) bench_scene_table ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' robots '*) bench_robots_table ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' robots '*) bench_texts ;; esac
