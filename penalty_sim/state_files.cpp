@@ -23,7 +23,9 @@ struct SavedState {
 
 }  // namespace
 
-void writeState(const std::string& file, const std::vector<double>& state) { writeWholeFile(file, packFile(kStateFormat, SavedState{state})); }
+void writeState(const std::string& file, const std::vector<double>& state) {
+  writeWholeFile(file, packFile(kStateFormat, SavedState{state}));
+}
 
 std::vector<double> readState(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
@@ -32,7 +34,9 @@ std::vector<double> readState(const std::string& file) {
   for (char piece[65536]; bytes.size() <= kLongestState && (in.read(piece, sizeof piece), in.gcount() > 0);) {
     bytes.append(piece, static_cast<std::size_t>(in.gcount()));
   }
-  if (bytes.size() > kLongestState) throw SetupError(file, "is too long for a saved state", "give the path of a state that ~save has written");
+  if (bytes.size() > kLongestState) {
+    throw SetupError(file, "is too long for a saved state", "give the path of a state that ~save has written");
+  }
   return unpackFile<SavedState>(kStateFormat, bytes, file).numbers;
 }
 

@@ -88,7 +88,8 @@ void read(const std::string& path, const std::vector<RecordedKind>& kinds, int t
   } catch (const rosbag::BagUnindexedException&) {
     return send(to, Head::kRefused, "is truncated: it has no index\nmend it by: rosbag reindex " + path);
   } catch (const std::exception& error) {
-    return send(to, Head::kRefused, std::string("cannot be read as a bag: ") + error.what() + "\ngive a bag that --record has written, complete");
+    const std::string what = error.what();
+    return send(to, Head::kRefused, "cannot be read as a bag: " + what + "\ngive a bag that --record has written, complete");
   }
   const Head end{Head::kEnd, others};
   writeAll(to, &end, sizeof end);

@@ -143,7 +143,8 @@ typename Message::ConstPtr unpacked(std::string& bytes) {
 
 Messages readMessages(const std::string& path) {
   Messages messages;
-  const std::vector<RecordedKind> kinds{kindOf<haptic_msgs::SessionInfo>("recorded/session"), kindOf<haptic_msgs::LoopEvent>("recorded/events"),
+  const std::vector<RecordedKind> kinds{kindOf<haptic_msgs::SessionInfo>("recorded/session"),
+                                        kindOf<haptic_msgs::LoopEvent>("recorded/events"),
                                         kindOf<haptic_msgs::TickRecord>("recorded/ticks")};
   const std::size_t others = readBag(path, kinds, [&](std::size_t kind, std::string& bytes) {
     if (kind == 0) messages.sessions.push_back(unpacked<haptic_msgs::SessionInfo>(bytes));

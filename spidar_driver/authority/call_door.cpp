@@ -70,7 +70,10 @@ std::vector<XmlRpc::XmlRpcSource*> sourcesOf(const XmlRpcDispatch& dispatch) {
 class CallDoor::Connection : public XmlRpc::XmlRpcServerConnection {
  public:
   Connection(CallDoor& door, int socket, const std::string& address, bool commands)
-      : XmlRpcServerConnection(socket, &door.server_, true), door_(door), address_(address), longest_(commands ? kLongest : kLongestOfStrangers) {}
+      : XmlRpcServerConnection(socket, &door.server_, true),
+        door_(door),
+        address_(address),
+        longest_(commands ? kLongest : kLongestOfStrangers) {}
   ~Connection() override { door_.strangers_.remove(this); }
 
   unsigned handleEvent(unsigned event) override {
@@ -104,11 +107,13 @@ class CallDoor::Connection : public XmlRpc::XmlRpcServerConnection {
     std::size_t end = _request.find("\r\n\r\n"), gap = 4;
     if (const std::size_t plain = _request.find("\n\n"); plain < end) end = plain, gap = 2;
     if (end == std::string::npos) return true;
-    const std::string header = _request.substr(0, end), length = fieldOf(header, "Content-length:"), keep = fieldOf(header, "Connection:");
+    const std::string header = _request.substr(0, end);
+    const std::string length = fieldOf(header, "Content-length:"), keep = fieldOf(header, "Connection:");
     char* after = nullptr;
     const long told = std::strtol(length.c_str(), &after, 10);
     if (after == length.c_str() || told < 0) return refuse("tells no length");
-    if (static_cast<unsigned long>(told) > longest_) return refuse("has " + std::to_string(told) + " bytes, and " + std::to_string(longest_) + " may come");
+    if (static_cast<unsigned long>(told) > longest_)
+      return refuse("has " + std::to_string(told) + " bytes, and " + std::to_string(longest_) + " may come");
     _contentLength = static_cast<int>(told);
     const bool old = header.find("HTTP/1.0") != std::string::npos;
     _keepAlive = old ? ::strncasecmp(keep.c_str(), "keep-alive", 10) == 0 : ::strncasecmp(keep.c_str(), "close", 5) != 0;

@@ -48,7 +48,9 @@ class NodeCalls::JudgedMethod : public XmlRpc::XmlRpcServerMethod {
   /// [caller, topic, [publisher's URI, ...]]: roscpp and ours hear of publishers once the names of their hosts are known. Both would
   /// look them up here, and answer no other call until a name server has answered or kept silent.
   void announce(XmlRpcValue& parameters) {
-    if (parameters.getType() != XmlRpcValue::TypeArray || parameters.size() < 3) throw XmlRpc::XmlRpcException(name_ + ": has three arguments");
+    if (parameters.getType() != XmlRpcValue::TypeArray || parameters.size() < 3) {
+      throw XmlRpc::XmlRpcException(name_ + ": has three arguments");
+    }
     const std::string topic = parameters[1];
     std::vector<std::string> publishers;
     for (int i = 0; i < parameters[2].size(); ++i) publishers.push_back(parameters[2][i]);
