@@ -11,7 +11,9 @@
 namespace haptic {
 namespace {
 
-const ros::WallDuration kPeriod(0.1);      // a base that is carried about is followed ten times a second
+const ros::WallDuration kPeriod(0.02);      // a base that moves at last is followed at once
+// A base that is carried about is followed ten times a second. Each time the pointer's glide begins anew: more often it hardly gets on.
+const ros::WallDuration kBetweenMoves(0.1);
 const ros::WallDuration kListenFirst(0.5);  // what others have latched arrives within this time
 // As tf2_ros. A process has one outbox per topic, as long as its first publisher asked for: with room for one message a
 // late listener would get what only one of the publishers of /tf_static has latched.
@@ -26,43 +28,19 @@ bool moved(const Pose& a, const Pose& b) {
 
 std::string frameOf(const std::string& device) { return device + "_base"; }
 
-/// Old nodes write frames with a leading slash.
-std::string plain(const std::string& frame) { return frame.substr(!frame.empty() && frame[0] == '/' ? 1 : 0); }
-
 }  // namespace
 
 DeviceBases::DeviceBases(ros::NodeHandle& nh, const std::string& name, const std::string& world_frame, RealtimeThread& loop)
     : name_(name),
       world_frame_(world_frame),
       loop_(loop),
-      listening_since_(ros::WallTime::now()),
+      frames_(nh, false),
+      listening_since_(ros::SteadyTime::now()),
       publisher_(nh.advertise<tf2_msgs::TFMessage>("/tf_static", kQueue, true)) {
-  const auto listen = [&](const char* topic, bool is_static) {
-    const boost::function<void(const Event&)> callback = [this, is_static](const Event& event) { receive(event, is_static); };
-    return nh.subscribe<tf2_msgs::TFMessage, const Event&>(topic, kQueue, callback);
-  };
-  moving_ = listen("/tf", false);
-  static_ = listen("/tf_static", true);
-  timer_ = nh.createWallTimer(kPeriod, [this](const ros::WallTimerEvent&) { update(); });
+  timer_ = nh.createSteadyTimer(kPeriod, [this](const ros::SteadyTimerEvent&) { update(); });
 }
 
-DeviceBases::~DeviceBases() {
-  timer_.stop();
-  moving_.shutdown();
-  static_.shutdown();
-}
-
-/// Links of the scene may carry a device, so what this process says counts too, except of what others place; moving links
-/// only once a base hangs on something that others do not tell.
-void DeviceBases::receive(const Event& event, bool is_static) {
-  const bool own = event.getPublisherName() == ros::this_node::getName();
-  for (const geometry_msgs::TransformStamped& transform : event.getConstMessage()->transforms) {
-    const std::string child = plain(transform.child_frame_id);
-    if (own && (placed_.count(child) > 0 || (!is_static && !carried_))) continue;
-    if (!own) placed_[child] = plain(transform.header.frame_id);
-    buffer_.setTransform(transform, event.getPublisherName(), is_static);
-  }
-}
+DeviceBases::~DeviceBases() { timer_.stop(); }
 
 /// The hands of the session that ticks now. False: none does.
 bool DeviceBases::meetHands() {
@@ -72,35 +50,35 @@ bool DeviceBases::meetHands() {
   LoopSession::View view;
   if (!loop_.send(LoopSession::Look{&view})) return false;
   bases_.clear();
-  for (const auto& hand : view.hands) bases_.push_back({hand.name, hand.defined.workspace.X_WB, hand.settings.workspace.X_WB});
+  for (const auto& hand : view.hands) bases_.push_back({hand.name, hand.defined.workspace.X_WB, hand.settings.workspace.X_WB, {}});
   session_ = session;
   return true;
 }
 
 void DeviceBases::update() {
-  if (!meetHands() || ros::WallTime::now() - listening_since_ < kListenFirst) return;
+  if (!meetHands() || ros::SteadyTime::now() - listening_since_ < kListenFirst) return;
   for (Base& base : bases_) {
     const Pose X_WB = wanted(base);
-    if (moved(base.X_WB, X_WB)) apply(base, X_WB);
+    if (ros::SteadyTime::now() - base.since >= kBetweenMoves && moved(base.X_WB, X_WB)) apply(base, X_WB);
   }
   publishOthers();
 }
 
 Pose DeviceBases::wanted(const Base& base) {
-  const auto placed = placed_.find(frameOf(base.device));
-  if (placed == placed_.end()) return base.scene;
+  const std::string frame = frameOf(base.device);
+  const auto parent = frames_.placedIn(frame);
+  if (!parent) return base.scene;
+  const std::string line = silences_[base.device].look(frames_, world_frame_, frame);
+  if (!line.empty()) ROS_WARN_STREAM_NAMED(name_, "place of " << frame << ": " << line);
   std::string problem;
-  if (buffer_.canTransform(world_frame_, placed->first, ros::Time(0), &problem)) {
-    const Pose X_WB = fromTransform(buffer_.lookupTransform(world_frame_, placed->first, ros::Time(0)).transform);
-    if (finite(X_WB)) return X_WB;
-    problem = "it is not finite";
-  }
+  if (const auto place = frames_.find(world_frame_, frame, &problem)) return place->X_WF;
   if (!carried_) {
     carried_ = true;  // its parent may be a link that moves
-  } else if (told_[placed->first] != placed->second) {
-    told_[placed->first] = placed->second;
-    ROS_WARN_STREAM_NAMED(name_, placed->first << " is placed in " << placed->second << ", but not in " << world_frame_ << ": "
-                                               << problem << "; it stays where it was");
+    frames_.hearOwnMotion();
+  } else if (told_[frame] != *parent) {
+    told_[frame] = *parent;
+    ROS_WARN_STREAM_NAMED(name_, frame << " is placed in " << *parent << ", but not in " << world_frame_ << ": " << problem
+                                       << "; it stays where it was");
   }
   return base.X_WB;
 }
@@ -116,7 +94,7 @@ void DeviceBases::apply(Base& base, const Pose& X_WB) {
       }
       return commands;
     });
-    if (ran) base.X_WB = X_WB;
+    if (ran) base.X_WB = X_WB, base.since = ros::SteadyTime::now();
   } catch (const SetupError& error) {
     ROS_WARN_STREAM_NAMED(name_, error.what());
   }
@@ -126,7 +104,7 @@ void DeviceBases::publishOthers() {
   tf2_msgs::TFMessage message;
   std::vector<std::string> frames;
   for (const Base& base : bases_) {
-    if (placed_.count(frameOf(base.device)) > 0) continue;
+    if (frames_.placedIn(frameOf(base.device))) continue;
     frames.push_back(frameOf(base.device));
     geometry_msgs::TransformStamped transform;
     transform.header.frame_id = world_frame_;

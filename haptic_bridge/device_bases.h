@@ -1,8 +1,7 @@
 /// Where the devices stand in the world: from tf when somebody places them, from the scene otherwise.
 #pragma once
+#include <haptic_msgs/heard_frames.h>
 #include <ros/node_handle.h>
-#include <tf2/buffer_core.h>
-#include <tf2_msgs/TFMessage.h>
 
 #include <map>
 #include <string>
@@ -15,7 +14,8 @@ namespace haptic {
 /// A transform to `DEVICE_base` from another node, static or slowly changing, wins over the scene file; its parent may be
 /// the world or any frame that hangs on it. It is taken up between two ticks, and the pointer glides to the grip's new
 /// place. Where nobody does, the scene's pose is published on /tf_static, and no longer once somebody does: two publishers
-/// of one frame would leave it to chance which of them a listener sees.
+/// of one frame would leave it to chance which of them a listener sees. A frame that falls silent is said, and the base stays; clocks that
+/// are set change nothing (HeardFrames).
 ///
 /// Runs in the nodelet's callbacks, which come one at a time.
 class DeviceBases {
@@ -27,9 +27,8 @@ class DeviceBases {
   struct Base {
     std::string device;
     Pose scene, X_WB;     ///< as the scene gives it, and as the loop has it
+    ros::SteadyTime since;  ///< when the loop got it
   };
-  using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
-  void receive(const Event& event, bool is_static);
   void update();
   bool meetHands();
   Pose wanted(const Base& base);
@@ -38,17 +37,16 @@ class DeviceBases {
 
   std::string name_, world_frame_;
   RealtimeThread& loop_;
-  tf2::BufferCore buffer_;
+  HeardFrames frames_;
   std::vector<Base> bases_;
   unsigned session_ = 0;                         ///< of the loop, that `bases_` are from
-  std::map<std::string, std::string> placed_;    ///< frames that others place → parent frame
   bool carried_ = false;                         ///< a base hangs on a frame that is not known from others
   std::vector<std::string> published_;           ///< bases in our last message
   std::map<std::string, std::string> told_;      ///< base → what was last complained about
-  ros::WallTime listening_since_;
+  std::map<std::string, SilenceWatch> silences_; ///< by base
+  ros::SteadyTime listening_since_;
   ros::Publisher publisher_;
-  ros::Subscriber moving_, static_;
-  ros::WallTimer timer_;
+  ros::SteadyTimer timer_;                       ///< others stop for as long as the system's clock was set back
 };
 
 }  // namespace haptic

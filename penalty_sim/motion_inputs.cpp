@@ -22,7 +22,7 @@ constexpr double kLongestGap = 0.5, kFirstWay = 0.1;
 MotionInputs::MotionInputs(ros::NodeHandle& nh, const SceneDef& scene, const std::string& world_frame, WorldPort& port, PortOffer& offer)
     : world_frame_(world_frame), port_(port), offer_(offer) {
   if (scene.told_motions.empty()) return;
-  listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_, nh);
+  frames_ = std::make_unique<HeardFrames>(nh, true);
   bool looks = false;
   for (const ToldMotion& told : scene.told_motions) {
     inputs_.push_back(std::make_unique<Input>());
@@ -37,7 +37,7 @@ MotionInputs::MotionInputs(ros::NodeHandle& nh, const SceneDef& scene, const std
         told.topic, 1, [this, input](const geometry_msgs::PoseStamped::ConstPtr& message) { receive(*input, message); },
         ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
   }
-  if (looks) timer_ = nh.createTimer(ros::Duration(kLookAtFrames), [this](const ros::TimerEvent&) { look(); });
+  if (looks) timer_ = nh.createSteadyTimer(ros::WallDuration(kLookAtFrames), [this](const ros::SteadyTimerEvent&) { look(); });
 }
 
 void MotionInputs::receive(Input& input, const geometry_msgs::PoseStamped::ConstPtr& message) {
@@ -48,47 +48,44 @@ void MotionInputs::receive(Input& input, const geometry_msgs::PoseStamped::Const
     return;
   }
   if (!frame.empty() && frame != world_frame_) {
-    try {
-      X_WF = fromTransform(buffer_.lookupTransform(world_frame_, frame, ros::Time(0)).transform) * X_WF;
-    } catch (const tf2::TransformException& error) {
-      ROS_WARN_STREAM_THROTTLE(1.0, input.subscriber.getTopic() << ": pose ignored, no transform: " << error.what());
+    std::string problem;
+    const auto place = frames_->find(world_frame_, frame, &problem);
+    if (!place) {
+      ROS_WARN_STREAM_THROTTLE(1.0, input.subscriber.getTopic() << ": pose ignored, no transform: " << problem);
       return;
     }
+    X_WF = place->X_WF * X_WF;
   }
-  take(input, X_WF, message->header.stamp.isZero() ? ros::Time::now() : message->header.stamp);
+  take(input, X_WF, input.clock.own(static_cast<std::int64_t>(message->header.stamp.toNSec()), steadyNow()));
 }
 
 void MotionInputs::look() {
+  std::string problem;
   for (const auto& input : inputs_) {
     if (input->frame.empty()) continue;
-    try {
-      const auto transform = buffer_.lookupTransform(world_frame_, input->frame, ros::Time(0));
-      take(*input, fromTransform(transform.transform), transform.header.stamp);
-    } catch (const tf2::TransformException&) {
-      continue;  // it has not come yet, or comes no more: the body stands
-    }
+    const std::string line = input->silence.look(*frames_, world_frame_, input->frame);
+    if (!line.empty()) ROS_WARN_STREAM("motion of " << input->name << ": " << line);
+    // Where there is none it has not come yet: the body stands.
+    if (const auto place = frames_->find(world_frame_, input->frame, &problem)) take(*input, place->X_WF, place->at);
   }
 }
 
-void MotionInputs::take(Input& input, const Pose& X_WF, const ros::Time& stamp) {
+void MotionInputs::take(Input& input, const Pose& X_WF, std::int64_t at) {
   const Pose X_WL = X_WF * input.X_FL;
-  if (stamp == input.stamp) return;  // tf's latest again
-  // Not as a ros::Duration, which throws beyond 68 years. A stamp that goes back begins anew: time was reset, or a bag starts again.
-  const double gone = 1e-9 * (static_cast<double>(stamp.toNSec()) - static_cast<double>(input.stamp.toNSec()));
-  const double since = input.stamp.isZero() || gone < 0 ? kLongestGap : gone;
-  if (since < port_.world.settings().step) return;  // two poses within a step tell no speed
+  const double since = 1e-9 * static_cast<double>(at - input.at);
+  if (since < port_.world.settings().step) return;  // the latest again; and two poses within a step tell no speed
   LeadBody lead;
   lead.motion = input.motion;
   lead.to.p_WL = X_WL.p;
   lead.to.q_WL = Quaternion(X_WL.R).normalized();
   lead.seconds = kFirstWay;
-  if (since < kLongestGap) {
+  if (input.at != 0 && since < kLongestGap) {
     lead.to.V_WL.linear = (X_WL.p - input.X_WL.p) / since;
     lead.to.V_WL.angular = vectorFromRotation(Quaternion(Matrix3(X_WL.R * input.X_WL.R.transpose())).normalized()) / since;
     lead.seconds = since;
   }
   input.X_WL = X_WL;
-  input.stamp = stamp;
+  input.at = at;
   const LoopCommand command{lead};
   try {
     if (offer_.send(port_, WorldPort::Change{{&command}, nullptr})) return;

@@ -12,12 +12,12 @@
 namespace haptic {
 
 PointerInput::PointerInput(ros::NodeHandle& nh, const HandPlacement& hand, const std::string& world_frame,
-                           double age_limit, tf2_ros::Buffer& buffer)
+                           double age_limit, const HeardFrames& frames)
     : hand_(hand),
       base_frame_(hand.device + "_base"),
       world_frame_(world_frame),
       age_limit_ns_(static_cast<std::int64_t>(1e9 * age_limit)),
-      buffer_(buffer),
+      frames_(frames),
       wrench_(nh.advertise<geometry_msgs::WrenchStamped>(hand.device + "/wrench_command", 1)) {
   subscriber_ = nh.subscribe(hand.device + "/pose", 1, &PointerInput::receive, this, ros::TransportHints().tcpNoDelay());
 }
@@ -34,24 +34,25 @@ void PointerInput::receive(const geometry_msgs::PoseStamped::ConstPtr& message) 
     const WorkspaceSettings& map = hand_.settings.workspace;
     target.X_WP = Pose(map.X_WB.R * X.R, map.X_WB * Vector3(map.scale * X.p));
   } else {
-    try {
-      const auto transform = buffer_.lookupTransform(world_frame_, message->header.frame_id, ros::Time(0));
-      target.X_WP = fromTransform(transform.transform) * X;
-    } catch (const tf2::TransformException& error) {
-      ROS_WARN_STREAM_THROTTLE(1.0, subscriber_.getTopic() << ": pose ignored, no transform: " << error.what());
+    std::string problem;
+    const auto place = frames_.find(world_frame_, message->header.frame_id, &problem);
+    if (!place) {
+      ROS_WARN_STREAM_THROTTLE(1.0, subscriber_.getTopic() << ": pose ignored, no transform: " << problem);
       return;
     }
+    target.X_WP = place->X_WF * X;
   }
   target.received_ns = steadyNow();
   target.given = true;
   // The sender's stamps, not the times of arrival, tell how fast the hand moves.
-  const double dt = (message->header.stamp - previous_stamp_).toSec();
+  const std::int64_t at = clock_.own(static_cast<std::int64_t>(message->header.stamp.toNSec()), target.received_ns);
+  const double dt = 1e-9 * static_cast<double>(at - previous_at_);
   const double limit = 1e-9 * static_cast<double>(age_limit_ns_);
   if (previous_.given && previous_.is_grip == target.is_grip && dt > 0 && dt < limit) {
     target.V_WP.linear = (target.X_WP.p - previous_.X_WP.p) / dt;
     target.V_WP.angular = vectorFromRotation(Quaternion(target.X_WP.R * previous_.X_WP.R.transpose())) / dt;
   }
-  previous_stamp_ = message->header.stamp;
+  previous_at_ = at;
   previous_ = target;
   slot_.write(target);
 }

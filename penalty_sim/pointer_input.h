@@ -1,8 +1,8 @@
 /// A pointer that follows a pose topic: from a driver elsewhere, a bag or an rviz marker.
 #pragma once
 #include <geometry_msgs/PoseStamped.h>
+#include <haptic_msgs/heard_frames.h>
 #include <ros/node_handle.h>
-#include <tf2_ros/buffer.h>
 
 #include <string>
 
@@ -17,7 +17,7 @@ namespace haptic {
 class PointerInput {
  public:
   PointerInput(ros::NodeHandle& nh, const HandPlacement& hand, const std::string& world_frame, double age_limit,
-               tf2_ros::Buffer& buffer);
+               const HeardFrames& frames);
 
   /// (in realtime) Sets the pointer's target for the next step; without fresh poses the pointer stands where it is.
   void follow(World& world, std::int64_t now_ns) noexcept;
@@ -39,9 +39,10 @@ class PointerInput {
   HandPlacement hand_;
   std::string base_frame_, world_frame_;
   std::int64_t age_limit_ns_;
-  tf2_ros::Buffer& buffer_;
+  const HeardFrames& frames_;
   Target previous_;                 ///< of the callback
-  ros::Time previous_stamp_;
+  SenderClock clock_;
+  std::int64_t previous_at_ = 0;    ///< when `previous_` was measured [ns]
   LatestValue<Target> slot_;
   Target current_;                  ///< of the world's thread
   ros::Publisher wrench_;

@@ -207,7 +207,7 @@ bool SimulationNodelet::onSave(haptic_msgs::StateFile::Request& request, haptic_
     if (request.file.empty()) {
       simulation_->saved_state = copy.state;
     } else {
-      writeState(request.file, copy.state, copy.hash);
+      writeState(request.file, copy.state);
     }
     response.message = std::to_string(copy.state.size() * sizeof(double)) + " bytes";
   } catch (const SetupError& error) {

@@ -1,44 +1,43 @@
 #include "penalty_sim/state_files.h"
 
-#include <cstring>
 #include <fstream>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/base/packed_file.h"
 #include "haptic_core/base/whole_file.h"
 
 namespace haptic {
 namespace {
 
-constexpr char kMagic[8] = {'H', 'A', 'P', 'S', 'T', 'A', 'T', '1'};
-constexpr std::uint64_t kMaxNumbers = 1u << 24;  // 128 MB: no world of this simulation comes near
+const std::string kStateFormat = "haptic saved state 2\n";
+constexpr std::size_t kLongestState = 128u << 20;  // [byte] no world of this simulation comes near
 
-struct Header {
-  char magic[8];
-  std::uint64_t hash, numbers;
+struct SavedState {
+  std::vector<double> numbers;  ///< of World::save
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.numbers);
+  }
 };
 
 }  // namespace
 
-void writeState(const std::string& file, const std::vector<double>& state, std::uint64_t hash) {
-  Header header{{}, hash, state.size()};
-  std::memcpy(header.magic, kMagic, sizeof(kMagic));
-  std::string bytes(reinterpret_cast<const char*>(&header), sizeof(header));
-  bytes.append(reinterpret_cast<const char*>(state.data()), state.size() * sizeof(double));
-  writeWholeFile(file, bytes);
+void writeState(const std::string& file, const std::vector<double>& state) {
+  writeWholeFile(file, packFile(kStateFormat, SavedState{state}));
 }
 
 std::vector<double> readState(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) throw SetupError(file, "cannot be opened", "give the path of a state that ~save has written");
-  Header header{};
-  in.read(reinterpret_cast<char*>(&header), sizeof(header));
-  if (!in || std::memcmp(header.magic, kMagic, sizeof(kMagic)) != 0 || header.numbers > kMaxNumbers) {
-    throw SetupError(file, "is no saved state", "give the path of a state that ~save has written");
+  std::string bytes;
+  for (char piece[65536]; bytes.size() <= kLongestState && (in.read(piece, sizeof piece), in.gcount() > 0);) {
+    bytes.append(piece, static_cast<std::size_t>(in.gcount()));
   }
-  std::vector<double> state(header.numbers);
-  in.read(reinterpret_cast<char*>(state.data()), static_cast<std::streamsize>(state.size() * sizeof(double)));
-  if (!in) throw SetupError(file, "ends early", "save the state again");
-  return state;
+  if (bytes.size() > kLongestState) {
+    throw SetupError(file, "is too long for a saved state", "give the path of a state that ~save has written");
+  }
+  return unpackFile<SavedState>(kStateFormat, bytes, file).numbers;
 }
 
 }  // namespace haptic

@@ -7,10 +7,10 @@
 
 namespace haptic {
 
-/// Writes `state` to `file`: magic, hash, length, doubles of this machine. Throws SetupError naming the file.
-void writeState(const std::string& file, const std::vector<double>& state, std::uint64_t hash);
+/// Writes `state` to `file`, with a sum over all of it (packed_file.h). Throws SetupError naming the file.
+void writeState(const std::string& file, const std::vector<double>& state);
 
-/// Throws SetupError: not found, no state file, truncated.
+/// Throws SetupError: not found, no saved state of this version, cut, or altered by as little as one bit.
 std::vector<double> readState(const std::string& file);
 
 }  // namespace haptic

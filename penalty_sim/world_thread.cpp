@@ -17,10 +17,10 @@ constexpr std::chrono::milliseconds kRetry{20};
 
 WorldThread::WorldThread(ros::NodeHandle& nh, const SimulationParameters& parameters,
                          const std::vector<HandPlacement>& hands)
-    : parameters_(parameters), hands_(hands), listener_(buffer_, nh) {
+    : parameters_(parameters), hands_(hands), frames_(nh, true) {
   for (const HandPlacement& hand : hands_) {
     inputs_.push_back(
-        std::make_unique<PointerInput>(nh, hand, parameters.world_frame, parameters.pose_age_limit, buffer_));
+        std::make_unique<PointerInput>(nh, hand, parameters.world_frame, parameters.pose_age_limit, frames_));
   }
   thread_ = std::thread([this] { run(); });
 }

@@ -1,8 +1,7 @@
 /// Steps the world in the simulation's own thread while nobody of higher rank holds its port.
 #pragma once
+#include <haptic_msgs/heard_frames.h>
 #include <ros/node_handle.h>
-#include <tf2_ros/buffer.h>
-#include <tf2_ros/transform_listener.h>
 
 #include <atomic>
 #include <memory>
@@ -28,8 +27,7 @@ class WorldThread {
 
   SimulationParameters parameters_;
   std::vector<HandPlacement> hands_;
-  tf2_ros::Buffer buffer_;
-  tf2_ros::TransformListener listener_;
+  HeardFrames frames_;
   std::vector<std::unique_ptr<PointerInput>> inputs_;
   std::atomic<bool> stop_{false};
   std::thread thread_;

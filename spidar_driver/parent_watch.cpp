@@ -1,19 +1,23 @@
 #include "spidar_driver/parent_watch.h"
 
 #include <dirent.h>
+#include <fcntl.h>
 #include <poll.h>
 #include <ros/console.h>
 #include <ros/init.h>
 #include <signal.h>
 #include <sys/eventfd.h>
+#include <sys/inotify.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <string>
+#include <system_error>
 
 #include "haptic_core/base/error.h"
 
@@ -21,6 +25,9 @@ namespace haptic {
 namespace {
 
 constexpr int kLookEveryMs = 500;  // for what else the parent has started
+// What roslaunch (1.12 to 1.17) writes into this log, within the handler of SIGHUP, SIGINT and SIGTERM. Its thread that then asks the nodes
+// looks every 0.1 s, and a node takes as long again.
+constexpr char kLogName[] = "roslaunch-", kLogEnding[] = ".log", kSaysTheEnd[] = "ProcessMonitor.shutdown";
 
 using Clock = std::chrono::steady_clock;
 
@@ -51,6 +58,16 @@ std::vector<long> childrenOf(long parent) {
   return children;
 }
 
+/// The log that roslaunch has open; empty: the parent is another program, or writes none.
+std::string logOf(long parent) {
+  std::error_code gone;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/" + std::to_string(parent) + "/fd", gone)) {
+    const std::filesystem::path target = std::filesystem::read_symlink(entry.path(), gone);
+    if (target.extension() == kLogEnding && target.filename().string().rfind(kLogName, 0) == 0) return target;
+  }
+  return {};
+}
+
 }  // namespace
 
 ParentWatch::ParentWatch(std::function<void()> ended) : ended_(std::move(ended)), parent_id_(::getppid()) {
@@ -60,6 +77,7 @@ ParentWatch::ParentWatch(std::function<void()> ended) : ended_(std::move(ended))
     throw SetupError("~end_with_parent", "the process that started this one cannot be watched",
                      "start it anew; Linux 5.3 or later is needed");
   quit_ = ::eventfd(0, EFD_CLOEXEC);
+  followLog();
   thread_ = std::thread([this] { run(); });
 }
 
@@ -67,8 +85,31 @@ ParentWatch::~ParentWatch() {
   ::eventfd_write(quit_, 1);
   thread_.join();
   for (const int sibling : siblings_) ::close(sibling);
-  ::close(parent_);
-  ::close(quit_);
+  for (const int descriptor : {parent_, quit_, log_, log_changed_})
+    if (descriptor >= 0) ::close(descriptor);
+}
+
+/// From its end on.
+void ParentWatch::followLog() {
+  const std::string path = logOf(parent_id_);
+  if (path.empty()) return;
+  log_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (log_ >= 0) ::lseek(log_, 0, SEEK_END);
+  log_changed_ = log_ < 0 ? -1 : ::inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
+  if (log_changed_ >= 0) ::inotify_add_watch(log_changed_, path.c_str(), IN_MODIFY);
+}
+
+bool ParentWatch::logSaysTheEnd() {
+  char bytes[4096];
+  while (::read(log_changed_, bytes, sizeof bytes) > 0) {
+  }
+  bool ends = false;
+  for (ssize_t got = 0; (got = ::read(log_, bytes, sizeof bytes)) > 0;) {
+    log_tail_.append(bytes, static_cast<std::size_t>(got));
+    ends = ends || log_tail_.find(kSaysTheEnd) != std::string::npos;
+    if (log_tail_.size() >= sizeof kSaysTheEnd) log_tail_.erase(0, log_tail_.size() - sizeof kSaysTheEnd + 1);
+  }
+  return ends;
 }
 
 void ParentWatch::noteSiblings() {
@@ -89,10 +130,12 @@ void ParentWatch::noteSiblings() {
 }
 
 void ParentWatch::run() {
-  pollfd watched[2] = {{parent_, POLLIN, 0}, {quit_, POLLIN, 0}};
+  pollfd watched[3] = {{parent_, POLLIN, 0}, {quit_, POLLIN, 0}, {log_changed_, POLLIN, 0}};
   do {
     noteSiblings();
-  } while (::poll(watched, 2, kLookEveryMs) <= 0);
+    const bool changed = ::poll(watched, 3, kLookEveryMs) > 0 && watched[2].revents;
+    if (changed && logSaysTheEnd()) ended_();  // the rest is the parent's: it asks its nodes to end
+  } while (!watched[0].revents && !watched[1].revents);
   if (watched[1].revents) return;
   ::alarm(kPatienceSeconds);  // its default action ends this process; the motor guard takes the current then
   ended_();

@@ -14,7 +14,7 @@ WrenchInput::WrenchInput(ros::NodeHandle& nh, const std::string& base_frame, boo
       wrench_topic_(nh.resolveName("wrench_command")),
       grasp_topic_(nh.resolveName("grasp_command")),
       gate_(std::move(gate)),
-      listener_(buffer_, nh) {
+      frames_(nh, true) {
   taken_ = nh.advertise<geometry_msgs::WrenchStamped>("recorded/wrench_command", 10);
   wrench_command_ = subscribeJudged(nh, "wrench_command", 1, &WrenchInput::receive, this);
   if (takes_grasp) grasp_command_ = subscribeJudged(nh, "grasp_command", 1, &WrenchInput::receiveGrasp, this);
@@ -29,13 +29,11 @@ bool WrenchInput::rotationToBase(const std::string& frame, Matrix3& R_BF, std::s
     R_BF.setIdentity();
     return true;
   }
-  try {
-    R_BF = fromTransform(buffer_.lookupTransform(base_frame_, frame, ros::Time(0)).transform).R;
-  } catch (const tf2::TransformException& error) {
-    why = std::string("no transform: ") + error.what();
-    return false;
-  }
-  return true;
+  std::string problem;
+  const auto place = frames_.find(base_frame_, frame, &problem);
+  if (place) R_BF = place->X_WF.R;
+  if (!place) why = "no transform: " + problem;
+  return place.has_value();
 }
 
 void WrenchInput::refuse(const std::string& topic, const std::string& why) {

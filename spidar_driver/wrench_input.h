@@ -2,10 +2,9 @@
 /// along the opening of a 7-DOF grip [N].
 #pragma once
 #include <geometry_msgs/WrenchStamped.h>
+#include <haptic_msgs/heard_frames.h>
 #include <ros/node_handle.h>
 #include <std_msgs/Float64.h>
-#include <tf2_ros/buffer.h>
-#include <tf2_ros/transform_listener.h>
 
 #include <atomic>
 #include <functional>
@@ -55,8 +54,7 @@ class WrenchInput {
 
   std::string base_frame_, wrench_topic_, grasp_topic_;
   Gate gate_;
-  tf2_ros::Buffer buffer_;
-  tf2_ros::TransformListener listener_;
+  HeardFrames frames_;
   LatestValue<Command> slot_;
   Command command_;
   LatestValue<Grasp> grasp_slot_;

@@ -39,7 +39,7 @@ DeviceCard::DeviceCard(const std::string& name, ServiceCalls& calls, QWidget* pa
   column->addWidget(advice_);
   addButtons();
   showState("UNKNOWN", "#616161", "waits for the device's first word");
-  heard_ = ros::WallTime::now();
+  heard_ = ros::SteadyTime::now();
   subscriber_ = nh_.subscribe<haptic_msgs::DeviceState>(
       "/" + name + "/state", 10, [this](const haptic_msgs::DeviceState::ConstPtr& m) { show(*m); });
 }
@@ -102,7 +102,7 @@ void DeviceCard::stop() {
 }
 
 void DeviceCard::show(const haptic_msgs::DeviceState& state) {
-  heard_ = ros::WallTime::now();
+  heard_ = ros::SteadyTime::now();
   stop_socket_ = state.stop_socket;
   const bool known = state.state < sizeof kStates / sizeof kStates[0];
   showState(known ? kStates[state.state].word : "UNKNOWN", known ? kStates[state.state].colour : "#616161", state.message);
@@ -116,7 +116,7 @@ void DeviceCard::showState(const std::string& word, const std::string& colour, c
 }
 
 void DeviceCard::age() {
-  if ((ros::WallTime::now() - heard_).toSec() < kSilence) return;
+  if ((ros::SteadyTime::now() - heard_).toSec() < kSilence) return;
   showState("NO NEWS", "#616161",
             "nothing heard for 3 s: the driver has ended, or the network does not bring its topics (is ROS_IP set on both machines?)");
 }

@@ -32,7 +32,7 @@ class DeviceCard : public QGroupBox {
   std::string name_, stop_socket_;
   ServiceCalls& calls_;
   QLabel *state_, *advice_;
-  ros::WallTime heard_;
+  ros::SteadyTime heard_;
   ros::NodeHandle nh_;
   ros::Subscriber subscriber_;
 };

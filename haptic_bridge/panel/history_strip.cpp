@@ -24,7 +24,6 @@ void HistoryStrip::add(const std::string& series, double time_s, double value, c
   Series& s = series_[series];
   s.colour = colour;
   s.samples.push_back({time_s, value});
-  if (time_s < newest_) clear();  // a clock that jumped back
   newest_ = time_s;
   forget(time_s);
   update();

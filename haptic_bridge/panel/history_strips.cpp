@@ -6,7 +6,7 @@
 namespace haptic {
 namespace {
 
-double now() { return ros::WallTime::now().toSec(); }  // of this window: a replay's clock may stand
+double now() { return ros::SteadyTime::now().toSec(); }  // of this window: a replay's clock may stand, and a system's is set
 
 double norm(const geometry_msgs::Vector3& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
 

@@ -99,6 +99,29 @@ bench_processes() {
   done
 }
 
+# Bodies and bases that others lead, when a clock goes back: a manager with a clock of its own.
+bench_set_clock() {
+  local lines
+  lines=$LOGS/set-clock.lines
+  rm -f "$lines"
+  # shellcheck disable=SC2046 # one word per section
+  setup $(package_sections)
+  build_stack 'all tests' ON
+  use_build
+  with_progress 'bench set_clock' "$LOGS/bench-set_clock.log" env HAPTIC_FIGURES="$lines" rostest -t "$ROOT/test/ros/set_clock.test" ||
+    failed="$failed set_clock"
+  [ ! -f "$lines" ] || keep_figures "$csv" "$lines" '-O3 -DNDEBUG -ffp-contract=off'
+}
+
+# Files that are damaged: saved states, recordings, robots.
+bench_damaged() {
+  setup run
+  build_stack all
+  use_build
+  with_progress 'bench damaged' "$LOGS/bench-damaged.log" python3 -B "$ROOT/test/benchmark/damaged.py" || failed="$failed damaged"
+  keep_figures "$csv" "$LOGS/bench-damaged.log" '-O3 -DNDEBUG -ffp-contract=off'
+}
+
 # Bits and times of the two libraries, and of the last release that had one library per build. Its sources come from git.
 DISPATCH_BEFORE=46c564e
 bench_dispatch() {
@@ -254,6 +277,8 @@ case " $(echo "$chosen" | tr '\n' ' ')" in *' shapes '*) bench_kinds ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' loop '*) bench_reload ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_strangers ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_processes ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_set_clock ;; esac
+case " $(echo "$chosen" | tr '\n' ' ')" in *' faults '*) bench_damaged ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' scenes '*) bench_scene_table ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' robots '*) bench_robots_table ;; esac
 case " $(echo "$chosen" | tr '\n' ' ')" in *' robots '*) bench_texts ;; esac

@@ -3,20 +3,16 @@
 #include <haptic_msgs/LoopEvent.h>
 #include <haptic_msgs/SessionInfo.h>
 #include <haptic_msgs/TickRecord.h>
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
 
 #include <algorithm>
+#include <boost/make_shared.hpp>
 
 #include "haptic_core/base/build_info.h"
 #include "haptic_core/base/error.h"
+#include "replay/bag_reader.h"
 
 namespace haptic {
 namespace {
-
-bool endsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
 
 void refuse(const std::string& bag, const std::string& what, const std::string& remedy) { throw SetupError(bag, what, remedy); }
 
@@ -137,26 +133,26 @@ struct Messages {
   std::vector<haptic_msgs::TickRecord::ConstPtr> runs;
 };
 
+template <class Message>
+typename Message::ConstPtr unpacked(std::string& bytes) {
+  const auto message = boost::make_shared<Message>();
+  ros::serialization::IStream stream(reinterpret_cast<std::uint8_t*>(bytes.data()), static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::deserialize(stream, *message);
+  return message;
+}
+
 Messages readMessages(const std::string& path) {
   Messages messages;
-  try {
-    rosbag::Bag bag(path, rosbag::bagmode::Read);
-    rosbag::View view(bag, [](const rosbag::ConnectionInfo* connection) {
-      return endsWith(connection->topic, "recorded/session") || endsWith(connection->topic, "recorded/events") ||
-             endsWith(connection->topic, "recorded/ticks");
-    });
-    for (const rosbag::MessageInstance& message : view) {
-      if (const auto session = message.instantiate<haptic_msgs::SessionInfo>()) messages.sessions.push_back(session);
-      if (const auto event = message.instantiate<haptic_msgs::LoopEvent>()) messages.events.push_back(event);
-      if (const auto run = message.instantiate<haptic_msgs::TickRecord>()) messages.runs.push_back(run);
-    }
-    if (messages.sessions.empty() && messages.runs.empty() && view.size() > 0) {
-      refuse(path, "its recorded/ messages are of another version", "replay it with the program that recorded it");
-    }
-  } catch (const rosbag::BagUnindexedException&) {
-    refuse(path, "is truncated: it has no index", "mend it by: rosbag reindex " + path);
-  } catch (const rosbag::BagException& error) {
-    refuse(path, std::string("cannot be read as a bag: ") + error.what(), "give a bag that --record has written, complete");
+  const std::vector<RecordedKind> kinds{kindOf<haptic_msgs::SessionInfo>("recorded/session"),
+                                        kindOf<haptic_msgs::LoopEvent>("recorded/events"),
+                                        kindOf<haptic_msgs::TickRecord>("recorded/ticks")};
+  const std::size_t others = readBag(path, kinds, [&](std::size_t kind, std::string& bytes) {
+    if (kind == 0) messages.sessions.push_back(unpacked<haptic_msgs::SessionInfo>(bytes));
+    if (kind == 1) messages.events.push_back(unpacked<haptic_msgs::LoopEvent>(bytes));
+    if (kind == 2) messages.runs.push_back(unpacked<haptic_msgs::TickRecord>(bytes));
+  });
+  if (messages.sessions.empty() && messages.runs.empty() && others > 0) {
+    refuse(path, "its recorded/ messages are of another version", "replay it with the program that recorded it");
   }
   if (messages.sessions.empty() || messages.runs.empty()) {
     refuse(path, "holds no encoder counts", "record with ./run demo --record, or with record:=BAG of the launch file");

@@ -65,8 +65,8 @@ bool Commanders::allows(const std::string& address) const {
   return std::find(allowed_.begin(), allowed_.end(), address) != allowed_.end() || isOwnAddress(address);
 }
 
-std::string Commanders::allowedAddressOf(const std::string& host) const {
-  for (const std::string& address : addressesOf(host)) {
+std::string Commanders::allowedAmong(const std::vector<std::string>& addresses) const {
+  for (const std::string& address : addresses) {
     if (allows(address)) return address;
   }
   return {};

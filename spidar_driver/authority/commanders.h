@@ -22,8 +22,8 @@ class Commanders {
 
   /// `address` (numeric) is this machine's or allowed. Empty, hence unknown: no.
   bool allows(const std::string& address) const;
-  /// Address of `host` that may command, numeric: a later look-up of the name could answer otherwise. Empty: none may.
-  std::string allowedAddressOf(const std::string& host) const;
+  /// The one of a host's addresses that may command, numeric: a later look-up of the name could answer otherwise. Empty: none may.
+  std::string allowedAmong(const std::vector<std::string>& addresses) const;
   /// Says who was refused, and what to do.
   static std::string refusal(const std::string& who, const std::string& address);
 

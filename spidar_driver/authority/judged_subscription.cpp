@@ -26,19 +26,23 @@ std::string uriOf(const std::string& address, std::uint32_t port) { return "http
 /// Asks a publisher's node where its messages come from, and connects there if that machine, too, may command.
 class JudgedSubscription::Inquiry : public ros::Subscription::PendingConnection {
  public:
-  Inquiry(const Commanders& commanders, XmlRpc::XmlRpcClient* client, const ros::SubscriptionPtr& subscription, const std::string& uri,
+  Inquiry(ProcessDoor& door, XmlRpc::XmlRpcClient* client, const ros::SubscriptionPtr& subscription, const std::string& uri,
           std::shared_ptr<Asked> asked)
       : PendingConnection(client, ros::TransportUDPPtr(), subscription, uri),
-        commanders_(commanders),
+        door_(door),
         subscription_(subscription),
         asked_(std::move(asked)) {}
 
   bool check() override {
     const ros::SubscriptionPtr subscription = subscription_.lock();
-    XmlRpcValue answer;
-    if (subscription && !getClient()->executeCheckDone(answer)) return false;
-    if (subscription && judge(answer)) {
-      subscription->pendingConnectionDone(boost::dynamic_pointer_cast<PendingConnection>(shared_from_this()), answer);
+    if (subscription && !answered_ && !getClient()->executeCheckDone(answer_)) return false;
+    answered_ = true;
+    const auto addresses = subscription ? hostOf(answer_) : std::vector<std::string>();
+    if (!addresses) return false;
+    const std::string address = door_.commanders().allowedAmong(*addresses);
+    if (!address.empty()) {
+      answer_[2][1] = address;  // the one that was judged
+      subscription->pendingConnectionDone(boost::dynamic_pointer_cast<PendingConnection>(shared_from_this()), answer_);
     }
     const std::lock_guard<std::mutex> lock(asked_->mutex);
     asked_->uris.erase(getRemoteURI());
@@ -46,18 +50,18 @@ class JudgedSubscription::Inquiry : public ros::Subscription::PendingConnection 
   }
 
  private:
-  /// [1, text, ["TCPROS", host, port]]: the host becomes the address that was judged.
-  bool judge(XmlRpcValue& answer) const {
-    if (answer.getType() != XmlRpcValue::TypeArray || answer.size() != 3) return false;
+  /// Of [1, text, ["TCPROS", host, port]]; none: its name is being looked up.
+  std::optional<std::vector<std::string>> hostOf(XmlRpcValue& answer) const {
+    const std::vector<std::string> nobody;
+    if (answer.getType() != XmlRpcValue::TypeArray || answer.size() != 3) return nobody;
     XmlRpcValue& way = answer[2];
-    if (way.getType() != XmlRpcValue::TypeArray || way.size() != 3 || way[1].getType() != XmlRpcValue::TypeString) return false;
-    const std::string address = commanders_.allowedAddressOf(way[1]);
-    if (address.empty()) return false;
-    way[1] = address;
-    return true;
+    if (way.getType() != XmlRpcValue::TypeArray || way.size() != 3 || way[1].getType() != XmlRpcValue::TypeString) return nobody;
+    return door_.names().addressesOf(way[1]);  // it is asked again at the thread's next turn
   }
 
-  const Commanders& commanders_;
+  ProcessDoor& door_;
+  XmlRpcValue answer_;
+  bool answered_ = false;
   boost::weak_ptr<ros::Subscription> subscription_;
   std::shared_ptr<Asked> asked_;
 };
@@ -82,7 +86,7 @@ JudgedSubscription::JudgedSubscription(ProcessDoor& door, ros::NodeHandle& nh, r
   }
   std::vector<std::string> publishers;
   for (int i = 0; i < payload.size(); ++i) publishers.push_back(payload[i]);
-  announce(publishers);
+  door_.announce(topic_, publishers);
 }
 
 JudgedSubscription::~JudgedSubscription() {
@@ -116,7 +120,8 @@ void JudgedSubscription::announce(const std::vector<std::string>& publishers) {
     std::string host;
     std::uint32_t port = 0;
     if (!ros::network::splitURI(publisher, host, port)) continue;
-    const std::string address = door_.commanders().allowedAddressOf(host);
+    const auto addresses = door_.names().addressesOf(host);
+    const std::string address = addresses ? door_.commanders().allowedAmong(*addresses) : std::string();
     const std::string uri = uriOf(address, port);
     if (address.empty()) {
       ROS_WARN_STREAM_THROTTLE(1.0, topic_ << " refused: " << Commanders::refusal("a publisher of it is", host));
@@ -139,7 +144,7 @@ void JudgedSubscription::ask(const std::string& address, std::uint32_t port, con
   request[1] = topic_;
   request[2][0][0] = std::string("TCPROS");
   auto* client = new XmlRpc::XmlRpcClient(address.c_str(), static_cast<int>(port), "/");  // the inquiry's
-  const auto inquiry = boost::make_shared<Inquiry>(door_.commanders(), client, subscription_, uri, asked_);
+  const auto inquiry = boost::make_shared<Inquiry>(door_, client, subscription_, uri, asked_);
   if (client->executeNonBlock("requestTopic", request)) {
     ros::XMLRPCManager::instance()->addASyncConnection(inquiry);
     return;

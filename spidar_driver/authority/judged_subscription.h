@@ -26,7 +26,8 @@ class JudgedSubscription {
   JudgedSubscription& operator=(const JudgedSubscription&) = delete;
 
   const std::string& topic() const { return topic_; }
-  /// All publishers that there are now, by URI of their nodes: connects to new ones that may command, lets go of others.
+  /// All publishers that there are now and whose hosts are known, by URI of their nodes: connects to new ones that may command, lets go
+  /// of others.
   void announce(const std::vector<std::string>& publishers);
 
  private:

@@ -2,12 +2,10 @@
 
 #include <ros/console.h>
 #include <xmlrpcpp/XmlRpc.h>
-#include <xmlrpcpp/XmlRpcServerConnection.h>
 
 #include <algorithm>
 #include <string>
 
-#include "spidar_driver/authority/addresses.h"
 
 namespace haptic {
 namespace {
@@ -18,30 +16,8 @@ using XmlRpc::XmlRpcValue;
 const std::set<std::string> kTelling{"getBusInfo", "getBusStats", "getMasterUri", "getName",
                                      "getPid", "getPublications", "getSubscriptions", "requestTopic"};
 /// The master's part: who publishes, and that a parameter has changed.
-const std::set<std::string> kAnnouncing{"publisherUpdate", "paramUpdate"};
-
-/// What the library keeps for those who derive from its classes.
-struct Sources : XmlRpc::XmlRpcDispatch {
-  static const SourceList& of(const XmlRpc::XmlRpcDispatch& dispatch) { return dispatch.*(&Sources::_sources); }
-};
-struct Caller : XmlRpc::XmlRpcServerConnection {
-  /// The request has been read, and no response is made yet: at most one connection of a server, whose method runs now.
-  static bool waits(const XmlRpc::XmlRpcServerConnection& c) {
-    return c.*(&Caller::_connectionState) == WRITE_RESPONSE && (c.*(&Caller::_response)).empty();
-  }
-};
-
-/// Address of the connection whose method runs now; empty: none or several, or it is gone. In the server's thread.
-std::string callerOf(const XmlRpc::XmlRpcDispatch& dispatch) {
-  const XmlRpc::XmlRpcServerConnection* caller = nullptr;
-  for (const auto& monitored : Sources::of(dispatch)) {
-    const auto* c = dynamic_cast<const XmlRpc::XmlRpcServerConnection*>(monitored._src);
-    if (!c || !Caller::waits(*c)) continue;
-    if (caller) return {};
-    caller = c;
-  }
-  return caller ? peerAddress(caller->getfd()) : std::string();
-}
+constexpr char kUpdate[] = "publisherUpdate";
+const std::set<std::string> kAnnouncing{kUpdate, "paramUpdate"};
 
 }  // namespace
 
@@ -49,11 +25,11 @@ std::string callerOf(const XmlRpc::XmlRpcDispatch& dispatch) {
 class NodeCalls::JudgedMethod : public XmlRpc::XmlRpcServerMethod {
  public:
   /// `method` is roscpp's; null: nothing passes.
-  JudgedMethod(const std::string& name, ProcessDoor& door, const XmlRpc::XmlRpcDispatch& dispatch, XmlRpc::XmlRpcServerMethod* method)
-      : XmlRpcServerMethod(name), name_(name), door_(door), dispatch_(dispatch), method_(method) {}
+  JudgedMethod(const std::string& name, ProcessDoor& door, const CallDoor& calls, XmlRpc::XmlRpcServerMethod* method)
+      : XmlRpcServerMethod(name), name_(name), door_(door), calls_(calls), method_(method) {}
 
   void execute(XmlRpcValue& parameters, XmlRpcValue& result) override {
-    const std::string caller = callerOf(dispatch_);
+    const std::string& caller = calls_.caller();
     const bool may = door_.commanders().allows(caller) || (kAnnouncing.count(name_) > 0 && door_.mayAnnounce(caller));
     if (!may || !method_) {
       const std::string why = method_ ? Commanders::refusal("the call " + name_, caller) : name_ + " is not offered";
@@ -63,14 +39,18 @@ class NodeCalls::JudgedMethod : public XmlRpc::XmlRpcServerMethod {
       result[2] = 0;
       return;
     }
-    method_->execute(parameters, result);
-    if (name_ == "publisherUpdate") announce(parameters);
+    if (name_ != kUpdate) return method_->execute(parameters, result);
+    announce(parameters);
+    result = ros::xmlrpc::responseInt(1, "", 0);
   }
 
  private:
-  /// [caller, topic, [publisher's URI, ...]]
+  /// [caller, topic, [publisher's URI, ...]]: roscpp and ours hear of publishers once the names of their hosts are known. Both would
+  /// look them up here, and answer no other call until a name server has answered or kept silent.
   void announce(XmlRpcValue& parameters) {
-    if (parameters.getType() != XmlRpcValue::TypeArray || parameters.size() < 3) return;
+    if (parameters.getType() != XmlRpcValue::TypeArray || parameters.size() < 3) {
+      throw XmlRpc::XmlRpcException(name_ + ": has three arguments");
+    }
     const std::string topic = parameters[1];
     std::vector<std::string> publishers;
     for (int i = 0; i < parameters[2].size(); ++i) publishers.push_back(parameters[2][i]);
@@ -79,28 +59,47 @@ class NodeCalls::JudgedMethod : public XmlRpc::XmlRpcServerMethod {
 
   const std::string name_;
   ProcessDoor& door_;
-  const XmlRpc::XmlRpcDispatch& dispatch_;
+  const CallDoor& calls_;
   XmlRpc::XmlRpcServerMethod* method_;
 };
 
 NodeCalls::NodeCalls(ProcessDoor& door) : door_(door) {}
 NodeCalls::~NodeCalls() = default;
 
+/// At every turn of the thread, ten times a second and more; never done.
+bool NodeCalls::check() {
+  if (update_) tellAnnounced();
+  return false;
+}
+
+void NodeCalls::tellAnnounced() {
+  door_.tellAnnounced([this](const std::string& topic, const std::vector<std::string>& publishers) {
+    XmlRpcValue parameters, result;
+    parameters[0] = std::string("/master");
+    parameters[1] = topic;
+    parameters[2].setSize(static_cast<int>(publishers.size()));
+    for (std::size_t i = 0; i < publishers.size(); ++i) parameters[2][static_cast<int>(i)] = publishers[i];
+    update_->execute(parameters, result);
+  });
+}
+
 void NodeCalls::addToDispatch(XmlRpc::XmlRpcDispatch* dispatch) {
   XmlRpc::XmlRpcServer* server = nullptr;
-  for (const auto& monitored : Sources::of(*dispatch)) {
-    if (auto* s = dynamic_cast<XmlRpc::XmlRpcServer*>(monitored._src)) server = s;
+  for (XmlRpc::XmlRpcSource* source : sourcesOf(*dispatch)) {
+    if (auto* s = dynamic_cast<XmlRpc::XmlRpcServer*>(source)) server = s;
   }
-  if (!server) return standing_.set_value(false);
+  if (!server || !server->findMethod(kUpdate)) return standing_.set_value(false);
+  calls_ = std::make_unique<CallDoor>(*server, *dispatch, door_.commanders());
+  update_ = server->findMethod(kUpdate);
   XmlRpcValue names;
   server->listMethods(names);
   for (int i = 0; i < names.size(); ++i) {
     const std::string name = names[i];
     if (kTelling.count(name) > 0) continue;
-    methods_.push_back(std::make_unique<JudgedMethod>(name, door_, *dispatch, server->findMethod(name)));
+    methods_.push_back(std::make_unique<JudgedMethod>(name, door_, *calls_, server->findMethod(name)));
   }
   // The library carries out a call of this name within itself without end, until the process has no stack left.
-  methods_.push_back(std::make_unique<JudgedMethod>("system.multicall", door_, *dispatch, nullptr));
+  methods_.push_back(std::make_unique<JudgedMethod>("system.multicall", door_, *calls_, nullptr));
   for (const auto& method : methods_) server->addMethod(method.get());
   standing_.set_value(true);
 }

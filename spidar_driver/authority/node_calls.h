@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "spidar_driver/authority/call_door.h"
 #include "spidar_driver/authority/process_door.h"
 
 namespace haptic {
@@ -20,11 +21,15 @@ class NodeCalls : public ros::ASyncXMLRPCConnection {
 
   void addToDispatch(XmlRpc::XmlRpcDispatch* dispatch) override;
   void removeFromDispatch(XmlRpc::XmlRpcDispatch*) override {}
-  bool check() override { return false; }  // never done
+  bool check() override;
 
  private:
   class JudgedMethod;
+  void tellAnnounced();
+
   ProcessDoor& door_;
+  XmlRpc::XmlRpcServerMethod* update_ = nullptr;  ///< roscpp's own publisherUpdate
+  std::unique_ptr<CallDoor> calls_;
   std::vector<std::unique_ptr<JudgedMethod>> methods_;
   std::promise<bool> standing_;
 };

@@ -7,6 +7,7 @@
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/master.h>
+#include <ros/network.h>
 #include <ros/poll_manager.h>
 #include <ros/service_client_link.h>
 #include <ros/transport/transport_tcp.h>
@@ -14,6 +15,7 @@
 #include <ros/xmlrpc_manager.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <boost/make_shared.hpp>
 #include <chrono>
 #include <cstdlib>
@@ -31,12 +33,15 @@ namespace {
 constexpr char kSeenAddress[] = "seen_address";
 /// roscpp's threads turn every 0.1 s; on a busy machine some tens of that.
 constexpr std::chrono::seconds kPatience{10};
+constexpr std::size_t kShown = 64;  // of a host's name in a message [byte]
+/// Longest header of a connection [byte]. The longest of a sound one holds the definition of a message, some ten thousand.
+constexpr std::uint32_t kLongestHeader = 1 << 18;
 
-/// roscpp says of a connection: "... [host:port on socket 17]".
-std::string peerOf(ros::TransportTCP& transport) {
+/// roscpp says of a connection: "... [host:port on socket 17]". -1: it says nothing.
+int socketOf(ros::TransportTCP& transport) {
   const std::string told = transport.getTransportInfo();
   const std::size_t at = told.rfind("on socket ");
-  return at == std::string::npos ? std::string() : peerAddress(std::atoi(told.c_str() + at + 10));
+  return at == std::string::npos ? -1 : std::atoi(told.c_str() + at + 10);
 }
 
 /// Decides what a connection becomes, as roscpp does, and whether it may.
@@ -60,16 +65,47 @@ bool admit(ProcessDoor& door, const ros::ConnectionPtr& connection, const ros::H
   return link->handleHeader(header);
 }
 
-void acceptOne(ProcessDoor& door, const ros::TransportTCPPtr& server) {
-  if (ros::isShuttingDown()) return;
-  const ros::TransportTCPPtr transport = server->accept();
-  if (!transport) return;
-  const std::string peer = peerOf(*transport);
+/// Gives a connection to roscpp.
+void begin(ProcessDoor& door, const ros::TransportTCPPtr& transport, const std::string& peer) {
   const auto connection = boost::make_shared<ros::Connection>();
   ros::ConnectionManager::instance()->addConnection(connection);
   connection->initialize(transport, true, [&door, peer](const ros::ConnectionPtr& c, const ros::Header& header) {
     return admit(door, c, header, peer);
   });
+}
+
+/// A connection has sent something. roscpp makes room for as much as the first four bytes tell, up to 1 GB: they are looked at before.
+void judgeHeader(ProcessDoor& door, const ros::TransportTCPPtr& transport, int socket, const std::string& peer) {
+  unsigned char told[4];
+  const ssize_t got = ::recv(socket, told, sizeof told, MSG_PEEK | MSG_DONTWAIT);
+  if (got < 0 && (errno == EAGAIN || errno == EINTR)) return;
+  const std::uint32_t size = got < 4 ? 0 : told[0] | told[1] << 8 | told[2] << 16 | static_cast<std::uint32_t>(told[3]) << 24;
+  if (got < 4 || size > kLongestHeader) {
+    if (got == 4) ROS_WARN_STREAM_THROTTLE(1.0, "refused: a connection from " << peer << " begins with a header of " << size << " bytes");
+    transport->close();
+    return;
+  }
+  const int one = 1;
+  ::setsockopt(socket, SOL_SOCKET, SO_RCVLOWAT, &one, sizeof one);
+  transport->disableRead();
+  begin(door, transport, peer);
+}
+
+void acceptOne(ProcessDoor& door, const ros::TransportTCPPtr& server) {
+  if (ros::isShuttingDown()) return;
+  const ros::TransportTCPPtr transport = server->accept();
+  if (!transport) return;
+  const int socket = socketOf(*transport), header = 4;
+  const std::string peer = socket < 0 ? std::string() : peerAddress(socket);
+  ::setsockopt(socket, SOL_SOCKET, SO_RCVLOWAT, &header, sizeof header);  // readable once there is all of the length, or the end
+  transport->setReadCallback([&door, socket, peer](const ros::TransportPtr& readable) {
+    // Copies: roscpp takes this function's place, and with it what it holds.
+    ProcessDoor& its_door = door;
+    const int its_socket = socket;
+    const std::string its_peer = peer;
+    judgeHeader(its_door, boost::static_pointer_cast<ros::TransportTCP>(readable), its_socket, its_peer);
+  });
+  transport->enableRead();
 }
 
 /// Accepts connections in roscpp's place, and cuts those that strangers made before. In the poll thread: nothing is accepted
@@ -163,8 +199,41 @@ void ProcessDoor::remove(JudgedSubscription& subscription) {
 
 void ProcessDoor::announce(const std::string& topic, const std::vector<std::string>& publishers) {
   const std::lock_guard<std::mutex> lock(subscriptions_mutex_);
-  for (JudgedSubscription* subscription : subscriptions_) {
-    if (subscription->topic() == topic) subscription->announce(publishers);
+  announced_[topic] = publishers;
+}
+
+/// None: a name is being looked up. Who is missing from a list is let go of, so the list waits for its last name.
+std::optional<std::vector<std::string>> ProcessDoor::withKnownHosts(const std::string& topic, const std::vector<std::string>& publishers) {
+  std::vector<std::string> known;
+  bool all = true;
+  for (const std::string& publisher : publishers) {
+    std::string host;
+    std::uint32_t port = 0;
+    if (!ros::network::splitURI(publisher, host, port)) continue;
+    const auto addresses = names_.addressesOf(host);
+    all = all && addresses;
+    if (addresses && addresses->empty()) {
+      ROS_WARN_STREAM_THROTTLE(1.0, topic << ": a publisher's host, '" << host.substr(0, kShown) << "', is unknown; it is not heard");
+    } else {
+      known.push_back(publisher);
+    }
+  }
+  if (!all) return std::nullopt;
+  return known;
+}
+
+void ProcessDoor::tellAnnounced(const RoscppUpdate& update) {
+  const std::lock_guard<std::mutex> lock(subscriptions_mutex_);
+  for (auto next = announced_.begin(); next != announced_.end();) {
+    const auto announced = next++;
+    const std::string topic = announced->first;
+    const auto known = withKnownHosts(topic, announced->second);
+    if (!known) continue;
+    announced_.erase(announced);
+    update(topic, *known);
+    for (JudgedSubscription* subscription : subscriptions_) {
+      if (subscription->topic() == topic) subscription->announce(*known);
+    }
   }
 }
 

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """STOP without a master, and what is left of a run whose parent was killed, on real processes with emulated motor boards.
 
+    hangup.zero_ms_max       the longest of ROUNDS: from SIGHUP to roslaunch to the boards' word that no current flows
     stop.without_master_ms   the longest of ROUNDS: from the start of spidar_stop to the boards' word that no current flows
     orphans.left             processes of a run one second after the end of ./run demo or roslaunch, summed over five signals each
 """
@@ -83,6 +84,32 @@ def stop_time():
             device.close()
 
 
+def hangup_time():
+    """Milliseconds from SIGHUP to roslaunch to no current, the loop running on emulated boards."""
+    with tempfile.TemporaryDirectory() as folder:
+        boards, mark = EmulatedBoards("spidar_g6x5r"), f"{os.getpid()}-{time.monotonic_ns()}"
+        environment = dict(os.environ, ROS_IP="127.0.0.1", HAPTIC_STOP_FOLDER=folder, HAPTIC_TEST_CALL=mark)
+        parent = subprocess.Popen(["roslaunch", "-p", str(free_port()), "haptic_bringup", "demo.launch", "rviz:=false",
+                                   "device:=spidar_g6x5r", "transport:=file", f"port:={boards.port}"], env=environment,
+                                  stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                  start_new_session=True, preexec_fn=heed_signals)
+        try:
+            wait_until("current", lambda: os.listdir(folder) and boards.drive() == "on", PATIENCE)
+            time.sleep(1)
+            assert boards.drive() == "on"
+            start = time.monotonic()
+            parent.send_signal(signal.SIGHUP)
+            while boards.drive() != "off" and time.monotonic() < start + PATIENCE:
+                pass
+            took = 1e3 * (time.monotonic() - start)
+            parent.wait(PATIENCE)
+            return took
+        finally:
+            for pid in descendants("HAPTIC_TEST_CALL=" + mark):
+                os.kill(pid, signal.SIGKILL)
+            boards.close()
+
+
 def heed_signals():
     for each in SIGNALS[:-1]:
         signal.signal(each, signal.SIG_DFL)
@@ -122,6 +149,9 @@ def main():
     times = [stop_time() for _ in range(rounds)]
     print("# STOP [ms]: " + " ".join(f"{t:.1f}" for t in sorted(times)))
     figure("stop.without_master_ms", max(times), "ms")
+    hangups = [hangup_time() for _ in range(rounds)]
+    print("# SIGHUP [ms]: " + " ".join(f"{t:.1f}" for t in sorted(hangups)))
+    figure("hangup.zero_ms_max", max(hangups), "ms")
     left = 0
     for how in SIGNALS:
         of_demo = left_by([RUN, "demo", "--device", "uart", "--seconds", "600"], how)

@@ -28,6 +28,8 @@ class Hosts:
         for host in "ab":
             steps += [f"ip -n {name[host]} addr add {self.address[host]}/24 dev {name[host]}",
                       f"ip -n {name[host]} link set {name[host]} up", f"ip -n {name[host]} link set lo up"]
+        # Names are asked for at host b, and nobody answers there unless a test does.
+        steps += [f"mkdir -p /etc/netns/{name['a']}", f"echo nameserver {self.address['b']} >/etc/netns/{name['a']}/resolv.conf"]
         for step in steps:
             done = sh(step)
             if done.returncode != 0:
@@ -38,6 +40,7 @@ class Hosts:
     def remove(self):
         for host in "ab":
             sh(f"ip netns del {self.name[host]}")
+        sh(f"rm -rf /etc/netns/{self.name['a']}")
 
     def wire(self, host, state):
         sh(f"ip -n {self.name[host]} link set {self.name[host]} {state}")

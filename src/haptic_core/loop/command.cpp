@@ -138,7 +138,7 @@ void apply(const LoopCommand& command, World& world) {
   if (const auto* put = std::get_if<PutBody>(&command.kind)) world.setBodyPose(put->link, put->X_WL, put->V_WL);
   if (const auto* put = std::get_if<PutJoints>(&command.kind)) world.setJointPositions(put->positions);
   const auto* lead = std::get_if<LeadBody>(&command.kind);
-  if (lead && !world.leadBody(lead->motion, lead->to, lead->seconds)) {
+  if (lead && !world.followBody(lead->motion, lead->to, lead->seconds)) {
     throw SetupError("motion " + std::to_string(lead->motion), "is not there, follows a path, or the pose is not finite",
                      "tell poses to a motion that the scene leaves to topic or tf");
   }

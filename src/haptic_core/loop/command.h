@@ -197,11 +197,11 @@ struct PutJoints {
     visit(s.positions);
   }
 };
-/// Command: a body that is told its motion pose by pose goes to the next one.
+/// Command: a body that is told its motion pose by pose goes to the next one, without a jump (World::followBody).
 struct LeadBody {
   int motion = 0;              ///< index of `World::motion`
   MotionPoint to;              ///< pose and twist that it arrives with
-  double seconds = 0;          ///< how long it takes, at least a step
+  double seconds = 0;          ///< how long it takes, at least a step; longer where the pose is a jump
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {

@@ -162,6 +162,19 @@ MotionPoint motionAt(const ModelMotion& motion, const MotionTarget& target, doub
   return motion.time.empty() ? towards(target, t) : onPath(motion, t);
 }
 
+Approach approachTo(const MotionPoint& from, const MotionPoint& to, double seconds) noexcept {
+  // Left beyond the mean of both speeds, and from where the other is now.
+  const Vector3 way = to.p_WL - from.p_WL, turn = turnBetween(from.q_WL, to.q_WL);
+  const Vector3 beyond = way - 0.5 * seconds * (from.V_WL.linear + to.V_WL.linear), gap = way - seconds * to.V_WL.linear;
+  const Vector3 beyond_turn = turn - 0.5 * seconds * (from.V_WL.angular + to.V_WL.angular), gap_turn = turn - seconds * to.V_WL.angular;
+  const auto timeOf = [](const Vector3& p, const Vector3& theta) {
+    return 1.5 * std::max(p.norm() / kFollowSpeed, theta.norm() / kFollowTurn);
+  };
+  if (!(timeOf(beyond, beyond_turn) > seconds)) return {to, seconds};
+  const double takes = std::max(seconds, timeOf(gap, gap_turn)), later = takes - seconds;
+  return {{to.p_WL + later * to.V_WL.linear, (quaternionStep(later * to.V_WL.angular) * to.q_WL).normalized(), to.V_WL}, takes};
+}
+
 MotionTarget standingAt(const Pose& X_WL) noexcept {
   MotionTarget target;
   target.p_from = target.p_to = X_WL.p;

@@ -9,6 +9,14 @@
 /// Paths of a file: speeds at the rows are the differences to both sides, weighted by the other side's time (exact for parabolas); a
 /// path that does not repeat begins and ends at rest. Bodies that are told poses one by one go from where they are to each of them,
 /// and slow down to rest over as long again when no other comes.
+///
+/// Bodies that follow what another program says approach it. Where the poses told are a motion, the way that is left beyond the mean of
+/// both speeds, d = p_b − p_a − (V_a + V_b) T/2, is half the change of speed times T. After a silence, a reset or a jump of the sender it
+/// is any length, and covering it within T would throw a wall into the hand. So where 3/2 |d| / kFollowSpeed > T, the arrival waits:
+/// T' = 3/2 |g| / kFollowSpeed, g = p_b − V_b T − p_a the gap to where the other is now, and it aims where the other will be by then. The
+/// middle of a cubic from rest has 3/2 of its mean speed; and the start of a cubic that is planned anew with each pose has no acceleration,
+/// (6 g/T' − 4 V)/T' = 0, at the speed V = kFollowSpeed beyond the other's. The last plan covers at most 2/3 V T + V T/2 within T, and its
+/// fastest is 25/16 V.
 #pragma once
 #include <string>
 #include <vector>
@@ -54,6 +62,20 @@ MotionPoint between(const MotionPoint& a, const MotionPoint& b, double T, double
 
 /// (in realtime) Where the body is at time t [s].
 MotionPoint motionAt(const ModelMotion& motion, const MotionTarget& target, double t) noexcept;
+
+/// The fastest that a body closes a gap to what it follows. 0.5 m/s is what a hand meets without being struck, and the fastest way of a
+/// pointer's glide over 13 cm; a motion told in poses T apart may change its speed by 4/3 of it in T. More: a frame that comes back after
+/// a silence strikes the hand. Less: hasty motions lag.
+constexpr double kFollowSpeed = 0.5;      ///< [m/s]
+constexpr double kFollowTurn = 5;    ///< the same at 0.1 m from the axis [rad/s]
+
+/// A point that is to be reached, and the time for it.
+struct Approach {
+  MotionPoint to;      ///< where it arrives
+  double seconds = 0;  ///< after so long [s]
+};
+/// (in realtime) `to`, which is to be reached from `from` after `seconds`; both are later where the gap is large.
+Approach approachTo(const MotionPoint& from, const MotionPoint& to, double seconds) noexcept;
 
 /// Where bodies that are told their poses begin: at rest at X_WL.
 MotionTarget standingAt(const Pose& X_WL) noexcept;

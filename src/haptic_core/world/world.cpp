@@ -198,6 +198,14 @@ bool World::leadBody(int i, const MotionPoint& to, double seconds) noexcept {
   return true;
 }
 
+bool World::followBody(int i, const MotionPoint& to, double seconds) noexcept {
+  if (i < 0 || i >= motionCount() || !motion(i).time.empty()) return false;
+  const State& state = impl_->state;
+  const MotionPoint from = motionAt(motion(i), state.motions[static_cast<std::size_t>(i)], state.time);
+  const Approach approach = approachTo(from, to, std::max(seconds, settings().step));
+  return leadBody(i, approach.to, approach.seconds);
+}
+
 int World::pointerCount() const { return static_cast<int>(impl_->model.pointers.size()); }
 const PointerDef& World::pointer(int i) const { return impl_->model.pointers[i]; }
 int World::pointerLink(int i) const { return impl_->state.pointers[i].link; }

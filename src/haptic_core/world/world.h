@@ -93,6 +93,8 @@ class World {
   /// (in realtime) The body of motion i goes to this point and arrives after `seconds`, at least a step. False: it follows a path, or
   /// a number is not finite.
   bool leadBody(int i, const MotionPoint& to, double seconds) noexcept;
+  /// (in realtime) The same where another program tells the poses, which may jump: without a jump of the body (led_motion.h, approachTo).
+  bool followBody(int i, const MotionPoint& to, double seconds) noexcept;
 
   int pointerCount() const;                ///< of the definition
   const PointerDef& pointer(int i) const;  ///< of the definition

@@ -229,6 +229,43 @@ TEST(LedMotion, ToldPosesAreReachedAndThenItStops) {
   EXPECT_FALSE(world.leadBody(0, {Vector3(NAN, 0, 0), Quaternion::Identity(), {}}, 1));
 }
 
+/// The carrier follows a sender of poses every 10 ms, which moves steadily, is silent for 3 s and comes back elsewhere, or is set back.
+TEST(LedMotion, APoseThatJumpsIsApproached) {
+  const double kPeriod = 0.01, kSpeed = 0.05;
+  for (const double jump : {0.0, 0.004, 0.15, -1.0}) {
+    World world(onCarrier(Load{}, WorldSettings{}, {}, 0));
+    const int each = static_cast<int>(std::lround(kPeriod / world.settings().step));
+    double told = 0, fastest = 0, left = 0;
+    for (int message = 0; message < 600; ++message) {
+      told += kSpeed * kPeriod + (message == 100 ? jump : 0.0);
+      const MotionPoint to{Vector3(told, 0, 0), Quaternion::Identity(), {Vector3::Zero(), Vector3(kSpeed, 0, 0)}};
+      ASSERT_TRUE(world.followBody(0, to, kPeriod));
+      for (int i = 0; i < each; ++i) {
+        world.step();
+        fastest = std::max(fastest, std::abs(world.linkTwist(0).linear.x() - kSpeed));
+      }
+      left = std::abs(told - world.linkPose(0).p.x());
+      if (message == 100 + static_cast<int>(1.5 * std::abs(jump) / kFollowSpeed / kPeriod) + 20) {
+        EXPECT_LT(left, 1e-9) << "the gap of " << jump << " m is closed";
+      }
+    }
+    EXPECT_LT(fastest, 25.0 / 16 * kFollowSpeed + kSpeed) << jump;
+    EXPECT_LT(left, 1e-9) << jump;
+  }
+}
+
+TEST(LedMotion, ATurnThatJumpsIsApproached) {
+  World world(onCarrier(Load{}, WorldSettings{}, {}, 0));
+  const MotionPoint to{Vector3::Zero(), Quaternion(rotationAbout(Vector3::UnitZ(), 1.5)), {}};
+  double fastest = 0;
+  for (int message = 0; message < 100; ++message) {
+    ASSERT_TRUE(world.followBody(0, to, 0.01));
+    for (int i = 0; i < 10; ++i) world.step(), fastest = std::max(fastest, world.linkTwist(0).angular.norm());
+  }
+  EXPECT_LT(fastest, 25.0 / 16 * kFollowTurn);
+  EXPECT_LT(Quaternion(world.linkPose(0).R).angularDistance(to.q_WL), 1e-9);
+}
+
 TEST(LedMotion, IsPartOfTheStateAndOfTheReset) {
   const WorldDef def = onCarrier(Load{}, WorldSettings{}, wandering(1, 0.05), 0.05, true);
   World one(def), two(def);
