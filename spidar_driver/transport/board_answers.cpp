@@ -22,7 +22,7 @@ constexpr double kLossWindow = 50;               // questions over which a board
 // Each board is asked for its mode and currents once in such a time: a wrong mode is seen within it and one exchange more. States and
 // memory together cost 3 % of a full wire.
 constexpr std::int64_t kExamineNs = 30000000;
-// In the idle time of the wire some board is asked as often as this, at uneven times, as a string that moves evenly would show the same part
+// In the idle time of the wire some board is asked as often as this, at uneven times, as a string that moves evenly shows the same part
 // of a count each time: currents that change by 1 N/s are compared, and counts of a grip at
 // 20 mm/s, so often that what contradicts them is seen within 0.1 and 0.2 s. 11 % of the wire at most, which nobody else wants.
 constexpr std::int64_t kCompareNs = 4000000;

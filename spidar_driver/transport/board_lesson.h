@@ -20,7 +20,7 @@ class BoardLesson {
  public:
   enum Kind : unsigned char { kShort, kLong };
   static constexpr int kInfoBytes[2] = {1, kLongInfoBytes};  ///< length of BOARD_INFO that a lesson teaches
-  /// Longest time for which a table may be spoilt, less an exchange or two [ns]. A lesson is 90 us of the wire for a B5M, 180 us for two B3M:
+  /// Longest time for which a table may be spoilt, less an exchange or two [ns]. A lesson takes 90 us of wire for a B5M, 180 us for B3M,
   /// half a percent where the cycles leave no idle time.
   static constexpr std::int64_t kEveryNs = 25000000;
 

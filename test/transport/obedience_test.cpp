@@ -65,7 +65,8 @@ TEST(Obedience, ABoardThatCannotBeTaughtIsNamed) {
         EmulatedDevice e(c.boards, device);
         for (int k = 0; k < 600; ++k) ASSERT_EQ(e.tick(pull(device, 1.3)).finding, WireFinding::kNone) << k << e.driver->trouble();
         e.bus.board(board.id)->spoilTable(board.id, BoardCommand::kSetCommandLength, length);
-        e.bus.board(board.id)->spoilTable(board.id, BoardCommand::kCurrent, commandBytes(e.bus.board(board.id)->shape(), BoardCommand::kCurrent) - 1);
+        const int whole = commandBytes(e.bus.board(board.id)->shape(), BoardCommand::kCurrent);
+        e.bus.board(board.id)->spoilTable(board.id, BoardCommand::kCurrent, whole - 1);
         DeviceSample found;
         EXPECT_LE(ticksUntilFound(e, pull(device, 1.3), found), 200) << "board " << board.id << " length " << length;
         EXPECT_TRUE(e.driver->trouble().find("board " + std::to_string(board.id)) != std::string::npos) << e.driver->trouble();

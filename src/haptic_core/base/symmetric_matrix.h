@@ -1,4 +1,4 @@
-/// Eigenvalues and axes of a symmetric 3×3 matrix. Eigen's solver takes ten seconds to compile wherever it is used: here it is compiled once.
+/// Eigenvalues and axes of a symmetric 3×3 matrix. Eigen's solver takes ten seconds to compile wherever it is used: once, here.
 #pragma once
 
 #include "haptic_core/base/spatial.h"

@@ -6,8 +6,8 @@
 ///     measured grip, K_max the loop's bound at its rate; for torques K_max (r |Δx| + r² |Δθ|), r the link's reach at the grip.
 ///     The 20 ms after the tool first touches something at more than 0.1 m/s are impacts, and are counted instead.
 ///   - rings: the grip's target rests, and some component of F turns by more than 0.3 N over five times within 50 ms.
-///   - energy_given: over every interval that begins 50 ms after the first contact on the way, the work of the true tensions on the grip, less the
-///     energy in the springs of contacts, friction and coupling at its start, less the work of led bodies, belts and drives and of gravity
+///   - energy_given: over every interval that begins 50 ms after the way's first contact, the work of the true tensions on the grip, less
+///     the energy in the springs of contacts, friction and coupling at its start, less the work of led bodies, belts, drives and gravity
 ///     in it, as the grip has them (scale); the largest.
 /// At set-up: allocates, and costs as many ticks as the way takes.
 #pragma once

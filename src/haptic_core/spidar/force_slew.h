@@ -1,7 +1,7 @@
 /// How fast the wrench on a hand may change: the one law between two ticks, for every force.
 ///
 /// The device multiplies the whole wrench by one gain s in 0…1, just before the tensions; what is presented follows s·F by this law. So
-/// whatever sets s or F (pause, restore, grab, release, a late tick, REDUCED, a condition of a study, another scene) changes no force faster.
+/// whatever sets s or F (pause, restore, grab, release, a late tick, REDUCED, a study's condition, another scene) changes no force faster.
 /// STOP, FAULT, an interruption and the dead-man switch alone end it at once.
 ///
 /// With ρ the rate, x, θ the measured grip, K the largest wall that the loop bears (wall_bound.h), r the reach of what the wrench acts

@@ -2,7 +2,8 @@
 ///
 /// Per tick: `sense` (freshness → counts → lengths → pose → twist, health), then `actuate`, which is `admit` (NaN gate, clamps, age;
 /// one gain on the whole wrench; one law of change, force_slew.h) and `present` (tension distribution → clamp and rate limit per string
-/// → volts). All are real-time; no step is skipped by any state, so the drive is defined for whatever comes in. The invariant that ties force to counts: freshness.h.
+/// → volts). All are real-time; no step is skipped by any state, so the drive is defined for whatever comes in. The invariant that ties
+/// force to counts: freshness.h.
 /// `sense` only gathers evidence; one table gives the cause and its consequence for the force: device_diagnosis.h.
 #pragma once
 #include <vector>
@@ -123,11 +124,13 @@ class Spidar {
   static void eachField(Self& s, Visit&& visit) {
     visit(s.max_force_), visit(s.max_torque_), visit(s.state_), visit(s.calibrated_), visit(s.zero_current_), visit(s.enabled_);
     visit(s.held_), visit(s.stopped_);
-    visit(s.opening_rate_), visit(s.gain_), visit(s.rise_s_), visit(s.grasp_), visit(s.heat_share_), visit(s.since_counts_), visit(s.since_pose_);
+    visit(s.opening_rate_), visit(s.gain_), visit(s.rise_s_), visit(s.grasp_), visit(s.heat_share_);
+    visit(s.since_counts_), visit(s.since_pose_);
     visit(s.pose_stamp_ns_), visit(s.cause_), visit(s.cause_flags_);  // the stamp is whole up to 2^53 ns, 104 days
     visit(s.late_s_), visit(s.absence_s_), visit(s.waits_), visit(s.asleep_);
     visit(s.still_strings_), visit(s.refusal_), visit(s.doubted_), visit(s.interrupted_), visit(s.counts_stamp_ns_);
-    visit(s.zero_length_), visit(s.length_), visit(s.told_), visit(s.solution_), visit(s.twist_), visit(s.asked_), visit(s.wanted_), visit(s.achieved_);
+    visit(s.zero_length_), visit(s.length_), visit(s.told_), visit(s.solution_), visit(s.twist_), visit(s.asked_), visit(s.wanted_);
+    visit(s.achieved_);
     visit(s.health_), visit(s.freshness_), visit(s.still_), visit(s.clock_), visit(s.steady_lengths_), visit(s.steady_);
   }
 
