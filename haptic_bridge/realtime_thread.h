@@ -64,7 +64,7 @@ class RealtimeThread {
   /// With ~record the first tick waits for this; without, it is not asked.
   void letTick() { may_tick_ = true; }
 
-  /// Both of the same tick: a force that a lost tick fades and the count of these agree.
+  /// Both of the same tick: a force that an interruption ends and the count of missed ticks agree.
   struct LastTick {
     TickReport report;
     std::uint64_t missed = 0;  ///< ticks that started more than a period late, since the start

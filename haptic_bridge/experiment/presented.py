@@ -7,7 +7,7 @@ friction   Sum of |F_t| over sum of F_n, over ticks that slide: a tip sticks unt
            millimetres after each turn do not count.
 mass       Mean force against gravity over a lifted spell, over g plus the spell's mean acceleration [kg].
 
-While the force fades (a tick was lost, a hand was let in) it is no function of the grip's way: such ticks do not count here, and a row
+While the force fades (a hand was let in, nothing was exchanged for 20 ms) it is no function of the grip's way: such ticks do not count here, and a row
 says their share.
 
 Errors are those of a jackknife over ten consecutive pieces, because neighbouring ticks are not independent."""
@@ -33,7 +33,7 @@ class Samples:
     contact: np.ndarray    # bool
     flags: np.ndarray      # DeviceFlag bits
     share: np.ndarray      # of the contact's stiffness that the hand is given [1]
-    fade: np.ndarray       # of the force, by soft start and lost ticks: 1 is whole [1]
+    fade: np.ndarray       # gain on the force: soft start, pause, REDUCED, heat; 1 is whole [1]
 
     def __len__(self):
         return len(self.time)

@@ -47,7 +47,7 @@ COLUMNS = {
     'contacts': (NUMBER, '1', 'touches that began'),
     'clamped_share': (NUMBER, '1', 'of the ticks in touch in which a limit of the device acted'),
     'softened_share': (NUMBER, '1', 'of the looks in touch in which the contact was weakened to what a relaxed hand bears'),
-    'faded_share': (NUMBER, '1', 'of the ticks in touch in which the force was faded, mostly after lost ticks: the larger of both intervals; '
+    'faded_share': (NUMBER, '1', 'of the ticks in touch in which the force was faded, mostly after a hand was let in: the larger of both intervals; '
                     'such ticks do not count in `presented`'),
     'delay_ms': (NUMBER, 'ms', 'mean age of the counts when the loop took them, and half a tick'),
     'added_delay_1_ms': (NUMBER, 'ms', 'that the condition of the first interval adds to pose and force together, in whole ticks'),

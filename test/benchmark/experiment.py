@@ -293,7 +293,7 @@ def independent(measure, table, exits, knots, gap=8e-3):
 
 def switch_jump(sessions):
     """(Largest change of the force in a tick while conditions change, ticks left out): from the tick in which a fade to silence began, or
-    0.1 s before, until 0.6 s after the new condition began. At a lost tick the loop halves the force by itself and the hand recoils: the
+    0.1 s before, until 0.6 s after the new condition began. After a lost tick the grip has gone on by several ticks' way: the
     AFTER_LOST seconds from it on are left out, and counted."""
     worst, lost = 0.0, 0
     for before, after in zip(sessions, sessions[1:]):

@@ -157,7 +157,7 @@ class Presented(unittest.TestCase):
         self.assertAlmostEqual(presented.presented('stiffness', late, {}, delay=0.02).value / 1500, 1, delta=1e-3)
         # Without, the terms in x' take the lag to first order: a phase of 0.12 rad leaves its square.
         self.assertGreater(abs(presented.presented('stiffness', late, {}).value / 1500 - 1), 3e-3)
-        # After a lost tick the force comes back over half a second.
+        # After an interruption the force comes back over half a second.
         fade = np.where((t > 0.7) & (t < 1.2), 0.25 + 1.5 * (t - 0.7), 1.0)
         faded = replace(self.samples(position, 1500 * (fade * way(t))[:, None] * [0, 0, 1]), fade=fade)
         self.assertAlmostEqual(presented.stiffness(faded).value / 1500, 1, delta=1e-3)
