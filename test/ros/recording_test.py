@@ -129,7 +129,7 @@ class Recording(unittest.TestCase):
         with open(self.bag, "rb") as file:
             sound = file.read()
         choose, path = random.Random(3), os.path.join(self.folder, "damaged.bag")
-        for i in range(40):
+        for i in range(15):
             damaged = bytearray(sound)
             for _ in range(30):
                 bit = choose.randrange(8 * len(sound))
