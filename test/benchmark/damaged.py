@@ -150,7 +150,7 @@ def bags(tally, folder, choose, path):
         # Ticks that come out otherwise are told by the replay: its first difference and its figures.
         differs = code == 1 and "first difference" in output
         lines = output.strip().splitlines()
-        refused = differs or (code == 2 and len(lines) == 1 and path in lines[0])
+        refused = differs or (code == 2 and len(lines) == 1 and lines[0].startswith("replay: "))
         tally.note(f"recording {i}, {how}, code {code}", refused, 0 if differs else seconds, output)
 
 

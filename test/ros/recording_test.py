@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Everything a user can do to a running loop is in its recording: the replay gives the same bits."""
 import os
+import random
 import shutil
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -16,7 +18,7 @@ from haptic_msgs.msg import TickStatistics
 from haptic_msgs.srv import Clutch, Grab
 from rosgraph_msgs.msg import Log
 from std_srvs.srv import SetBool, Trigger
-from topic_probe import Probe, load_stack, recorded, replay, unload_stack, wait_until
+from topic_probe import Probe, load_stack, program, recorded, replay, unload_stack, wait_until
 
 
 class Recording(unittest.TestCase):
@@ -120,6 +122,27 @@ class Recording(unittest.TestCase):
         figures = replay(self.bag)
         self.assertGreater(figures["replay.steps"], 2000)
         self.assertEqual(figures["replay.mismatches"], 0)
+
+
+    def test_damaged_bags_are_refused_in_one_line(self):
+        """As `./run bench faults` damages them: the library of bags ends in signals at some."""
+        with open(self.bag, "rb") as file:
+            sound = file.read()
+        choose, path = random.Random(3), os.path.join(self.folder, "damaged.bag")
+        for i in range(15):
+            damaged = bytearray(sound)
+            for _ in range(30):
+                bit = choose.randrange(8 * len(sound))
+                damaged[bit // 8] ^= 1 << bit % 8
+            with open(path, "wb") as file:
+                file.write(damaged)
+            done = subprocess.run([program("penalty_sim", "haptic_replay"), path], capture_output=True, check=False)
+            said = (done.stdout + done.stderr).decode(errors="replace")
+            if done.returncode == 2:
+                self.assertEqual(len(said.splitlines()), 1, said)
+                self.assertTrue(said.startswith("replay: "), said)
+            else:  # within a message: its ticks come out otherwise, or nobody reads what was altered
+                self.assertEqual(done.returncode, int("first difference" in said), f"bag {i}: {said}")
 
 
 if __name__ == "__main__":
