@@ -91,6 +91,71 @@ SlipTally slips(double duration) {
   return tally;
 }
 
+/// What friction makes of a string's counts.
+struct Sticky {
+  double scale = 1;  ///< of its motion since the fault began
+  double slips = 0;  ///< [m]; it stands still until it is off by so much, then it slips to where it belongs
+};
+
+/// Milliseconds from the first count that is off by more than a quarter of a millimetre to FAULT; 0: it never was so far off.
+double stickyUnnamed(const DeviceDef& def, int string, const Sticky& sticky, int at_tick, bool& right) {
+  constexpr int kPatience = 3000;
+  constexpr double kOff = 0.25e-3;  // [m]: nothing is to be seen before
+  TwinSettings settings;
+  settings.path = handPath("wave");
+  DeviceTwin twin(def, settings);
+  Spidar device(def);
+  device.calibrateAtHome();
+  device.setForceEnabled(true);
+  const double step = def.strings[static_cast<std::size_t>(string)].length_per_count;
+  std::int64_t first = 0, stuck = 0;
+  int off_since = 0;
+  for (int k = 0; k < at_tick + kPatience; ++k) {
+    DeviceSample sample = twin.exchange(device.drive());
+    std::int64_t& count = sample.counts[static_cast<std::size_t>(string)];
+    if (k == at_tick) first = stuck = count;
+    if (k >= at_tick) {
+      const std::int64_t truth = count;
+      if (std::fabs(static_cast<double>(truth - stuck) * step) >= sticky.slips) stuck = truth;
+      count = sticky.slips > 0 ? stuck : first + std::llround(sticky.scale * static_cast<double>(truth - first));
+      if (off_since == 0 && std::fabs(static_cast<double>(truth - count) * step) > kOff) off_since = k;
+    }
+    device.sense(sample, kStep);
+    Wrench F;
+    const double t = twin.time();
+    F.force = 3 * Vector3(std::sin(3 * t), std::cos(4 * t), std::sin(5 * t));
+    device.actuate(F, 0, kStep);
+    if (device.state() != DeviceState::kFault) continue;
+    right = device.suspectString() == string;
+    return off_since > 0 ? (k - off_since + 1) * kStep * 1e3 : 0;
+  }
+  return kPatience;
+}
+
+void sticky() {
+  double worst = 0;
+  int trials = 0, named = 0;
+  for (const char* name : {"spidar_g6x3r", "spidar_g6x5r", "spidar_g6x4"}) {
+    const DeviceDef def = load(name);
+    for (const Sticky& kind : {Sticky{0.9, 0}, Sticky{1, 1e-3}})
+      for (int string = 0; string < static_cast<int>(def.strings.size()); ++string)
+        for (int at = 1500; at < 7500; at += 1300) {
+          bool right = false;
+          const double unnamed = stickyUnnamed(def, string, kind, at + 77 * string, right);
+          if (unnamed > 300) {
+            std::printf("# %s: string %d, scale %.1f, slips %.0f mm, from %d: %.0f ms\n", name, string, kind.scale, 1e3 * kind.slips,
+                        at + 77 * string, unnamed);
+          }
+          worst = std::max(worst, unnamed);
+          ++trials;
+          named += right;
+        }
+  }
+  figure("sticky.trials", trials, "1");
+  figure("sticky.named_right_pct", 100.0 * named / trials, "%");
+  figure("sticky.named_ms_max", worst, "ms");
+}
+
 /// A hand that darts to and fro at up to 2.5 m/s and 200 m/s², against a wall and a force that jumps every 50
 /// ms.
 int alarmsOfHardUse(double hours) {
@@ -136,8 +201,10 @@ int alarmsOfHardUse(double hours) {
 }  // namespace
 }  // namespace haptic::bench
 
-int main() {
+int main(int argc, char**) {
   using namespace haptic::bench;
+  sticky();
+  if (argc > 1) return 0;  // that alone
   const SlipTally instant = slips(0), quick = slips(0.03), slow = slips(0.2);
   const auto percent = [](int part, int all) { return 100.0 * part / all; };
   figure("faults.named_right_pct", percent(instant.named, instant.slips), "%");

@@ -162,6 +162,10 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
 }
 
 std::string advice(const DeviceRecord& record, const std::string& device_name) {
+  const bool presents = record.state == DeviceState::kEnabled || record.state == DeviceState::kReduced;
+  if ((record.flags & kCalibrationRefused) && presents && record.F_asked_B.force.norm() > 0)
+    return "not calibrated: a force pushes the grip away from the pose that was named; switch it off (enable_force false) or take the grip "
+           "out of contact, hold it there and call calibrate";
   if (record.flags & kCalibrationRefused)
     return "not calibrated: the grip is far from the pose that was named; hold it there and call calibrate, or call it again within "
            "10 s if the pose shown is wrong";

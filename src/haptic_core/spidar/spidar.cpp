@@ -15,6 +15,9 @@ constexpr double kPresentableShare = 0.05;
 // at home is off by a few millimetres. Who asks again within kMeant means it.
 constexpr double kFarFromJig = 0.01, kTurnedFromJig = 0.35;  // [m], [rad]
 constexpr double kMeant = 10;                                // [s]
+// A grip that is pushed stands where force and hand agree, not where the user says: a calibration there makes the strings contradict each
+// other as soon as it moves.
+constexpr double kPushedFromJig = 0.5e-3, kPushTurnedFromJig = 0.02;  // [m], [rad]
 constexpr double kUnfelt = 0.05;    // [N]; a step is felt from about so much on
 constexpr double kRestForce = 0.1;  // [N]; tensions that cannot be balanced better leave the hand alone instead
 
@@ -113,13 +116,15 @@ DeviceRequests Spidar::takeRequests(const DeviceSample& sample) noexcept {
   return requests;
 }
 
-/// A sound pose that lies far from the jig's says that the grip is not there.
+/// A sound pose that lies far from the jig's says that the grip is not there; under force, one that is not at it.
 bool Spidar::mayCalibrate(const GripPose& jig) const noexcept {
   const bool sound = poseValid() && !doubted_ && state_ != DeviceState::kFault && state_ != DeviceState::kReduced &&
                      !health_.contradicted() && health_.corrections() == 0;
-  if (!sound || refusal_ > 0) return true;
+  const bool pushed = presents() && asked_.force.norm() > kRestForce;
+  if (!sound || (refusal_ > 0 && !pushed)) return true;
   const double turned = def_.dof == 3 ? 0 : vectorFromRotation(Quaternion(jig.X_BG.R * pose().R.transpose())).norm();
-  return (pose().p - jig.X_BG.p).norm() <= kFarFromJig && turned <= kTurnedFromJig;
+  return (pose().p - jig.X_BG.p).norm() <= (pushed ? kPushedFromJig : kFarFromJig) &&
+         turned <= (pushed ? kPushTurnedFromJig : kTurnedFromJig);
 }
 
 void Spidar::follow(const DeviceRequests& requests, const DeviceSample& sample) noexcept {

@@ -339,5 +339,32 @@ TEST(Diagnosis, AGripThatStopsIsNotFrozen) {
   }
 }
 
+/// A grip that a wall pushes is not at home, however near: the calibration is refused, asked twice as well, and no string is blamed later.
+TEST(Diagnosis, ACalibrationUnderForceIsRefusedAndSaysSo) {
+  for (const double newtons : {1.0, 3.0}) {
+    Rig rig;
+    rig.run(1200);
+    ASSERT_EQ(rig.device.state(), DeviceState::kEnabled);
+    rig.run(600, along(0, newtons, 0));  // 2 and 6 mm from home, in a hand of 500 N/m
+    const double off = rig.device.pose().p.norm();
+    ASSERT_GT(off, 1e-3);
+    for (int k = 0; k < 2; ++k) {
+      rig.device.calibrateAtHome();
+      rig.run(20, along(0, newtons, 0));
+      EXPECT_TRUE(rig.device.flags() & kCalibrationRefused) << newtons;
+      EXPECT_NE(rig.said().find("a force pushes the grip"), std::string::npos) << rig.said();
+      EXPECT_NEAR(rig.device.pose().p.norm(), off, 1e-3);
+    }
+    rig.device.calibrateAt(rig.twin.pose());  // where it is
+    rig.run(2);
+    EXPECT_NEAR(rig.device.pose().p.norm(), off, 1e-3);
+    rig.run(300);
+    rig.device.calibrateAtHome();  // out of contact
+    rig.run(2);
+    EXPECT_LT((rig.device.pose().p - rig.twin.latchedPose().X_BG.p).norm(), 1e-3);
+    EXPECT_EQ(rig.device.state(), DeviceState::kEnabled);
+  }
+}
+
 }  // namespace device_diagnosis_test
 }  // namespace haptic
