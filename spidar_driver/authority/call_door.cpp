@@ -27,6 +27,9 @@ constexpr std::size_t kLongest = 1 << 20;
 constexpr std::size_t kLongestOfStrangers = 16 << 10;
 /// Connections of other machines at once; another one ends the oldest. Each has room for a request: together half a megabyte.
 constexpr std::size_t kStrangers = 32;
+/// What has come of all requests together [byte]: four of the longest. Beyond it one that is longer than a stranger's may be ends.
+/// Without a bound two hundred connections of one caller took 190 MB.
+constexpr std::size_t kMostHeld = 4 * kLongest;
 /// Arrays and structures within one another in a request. The library reads them by recursion: 1 MB of opening tags takes all of the stack.
 constexpr int kDeepest = 32;
 
@@ -74,7 +77,10 @@ class CallDoor::Connection : public XmlRpc::XmlRpcServerConnection {
         door_(door),
         address_(address),
         longest_(commands ? kLongest : kLongestOfStrangers) {}
-  ~Connection() override { door_.strangers_.remove(this); }
+  ~Connection() override {
+    door_.strangers_.remove(this);
+    door_.held_ -= counted_;
+  }
 
   unsigned handleEvent(unsigned event) override {
     if (_connectionState != WRITE_RESPONSE) {
@@ -84,6 +90,7 @@ class CallDoor::Connection : public XmlRpc::XmlRpcServerConnection {
     door_.caller_ = address_;
     const unsigned next = XmlRpcServerConnection::handleEvent(event);
     door_.caller_.clear();
+    count();
     return next;
   }
 
@@ -94,6 +101,8 @@ class CallDoor::Connection : public XmlRpc::XmlRpcServerConnection {
     const ssize_t got = ::recv(getfd(), piece, sizeof piece, MSG_DONTWAIT);
     if (got <= 0) return got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR);
     _request.append(piece, static_cast<std::size_t>(got));
+    count();
+    if (door_.held_ > kMostHeld && _request.size() > kLongestOfStrangers) return refuse("came while others held all room for calls");
     if (_connectionState == READ_HEADER && !readHead()) return false;
     if (_request.size() > longest_) return refuse("is longer than " + std::to_string(longest_) + " bytes");
     if (_connectionState == READ_HEADER || static_cast<int>(_request.size()) < _contentLength) return true;
@@ -122,6 +131,11 @@ class CallDoor::Connection : public XmlRpc::XmlRpcServerConnection {
     return true;
   }
 
+  void count() {
+    door_.held_ += _request.size() - counted_;
+    counted_ = _request.size();
+  }
+
   bool refuse(const std::string& why) const {
     ROS_WARN_STREAM_THROTTLE(1.0, "refused: a call from " << address_ << " " << why);
     return false;
@@ -130,6 +144,7 @@ class CallDoor::Connection : public XmlRpc::XmlRpcServerConnection {
   CallDoor& door_;
   const std::string address_;
   const std::size_t longest_;
+  std::size_t counted_ = 0;  ///< of this one in `held_` [byte]
 };
 
 CallDoor::CallDoor(XmlRpc::XmlRpcServer& server, XmlRpcDispatch& dispatch, const Commanders& commanders)

@@ -2,7 +2,8 @@
 ///
 /// The library reads what comes until nothing comes, and carries requests of up to 2 GB. Here the far end's address decides how much is
 /// read for it: of a machine that may command a request of 1 MB, of another what a question about topics needs, and of few of them at once.
-/// A longer request ends the connection as soon as its length is known. What is carried out, and for whom, decides NodeCalls.
+/// A longer request ends the connection as soon as its length is known, and one that finds no room beside those of all others.
+/// What is carried out, and for whom, decides NodeCalls.
 #pragma once
 #include <xmlrpcpp/XmlRpc.h>
 #include <xmlrpcpp/XmlRpcSource.h>
@@ -36,6 +37,7 @@ class CallDoor : public XmlRpc::XmlRpcSource {
   XmlRpc::XmlRpcDispatch& dispatch_;
   const Commanders& commanders_;
   std::list<Connection*> strangers_;  ///< oldest first
+  std::size_t held_ = 0;  ///< of requests that have come in part [byte]
   std::string caller_;
 };
 
