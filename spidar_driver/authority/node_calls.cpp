@@ -1,6 +1,7 @@
 #include "spidar_driver/authority/node_calls.h"
 
 #include <ros/console.h>
+#include <ros/init.h>
 #include <xmlrpcpp/XmlRpc.h>
 
 #include <algorithm>
@@ -66,9 +67,9 @@ class NodeCalls::JudgedMethod : public XmlRpc::XmlRpcServerMethod {
 NodeCalls::NodeCalls(ProcessDoor& door) : door_(door) {}
 NodeCalls::~NodeCalls() = default;
 
-/// At every turn of the thread, ten times a second and more; never done.
+/// At every turn of the thread, ten times a second and more; never done. A node that ends has taken its methods away before its thread.
 bool NodeCalls::check() {
-  if (update_) tellAnnounced();
+  if (update_ && !ros::isShuttingDown()) tellAnnounced();
   return false;
 }
 
