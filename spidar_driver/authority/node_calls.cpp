@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <string>
 
-
 namespace haptic {
 namespace {
 
