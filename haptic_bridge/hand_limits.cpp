@@ -58,8 +58,8 @@ void HandLimits::publish(const RealtimeThread::Felt& felt) {
       continue;
     }
     const std::string text = certificate.text();
-    if (certificate.changes() && text != said_) ROS_INFO_STREAM(text.substr(0, text.find('\n')));
-    if (certificate.changes()) said_ = text;
+    if (certificate.changes() && text != said_[hand.device]) ROS_INFO_STREAM(text.substr(0, text.find('\n')));
+    if (certificate.changes()) said_[hand.device] = text;
     const bool touches = !certificate.against.empty() && certificate.foundation > 0;
     m.devices.push_back(hand.device);
     m.stiffness_scale.push_back(touches ? certificate.bearable / certificate.foundation : std::numeric_limits<double>::infinity());

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <string>
 #include <thread>
 
@@ -26,7 +27,7 @@ class HandLimits {
   std::string world_frame_;
   RealtimeThread& loop_;
   std::function<void()> restarted_;
-  std::string said_;  ///< last line about what the loop changes of the scene
+  std::map<std::string, std::string> said_;  ///< by device, its last line about changes that the loop makes to the scene
   ros::Publisher publisher_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
