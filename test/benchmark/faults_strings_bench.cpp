@@ -37,29 +37,46 @@ struct Slip {
   int at_tick = 0;
 };
 
-void wave(const DeviceDef& def, const Slip& slip, SlipTally& tally) {
-  TwinSettings settings;
-  settings.path = handPath("wave");
-  DeviceTwin twin(def, settings);
-  Spidar device(def);
-  device.calibrateAtHome();
-  device.setForceEnabled(true);
-  bool settled = false;
-  const int last = slip.at_tick + static_cast<int>(slip.duration / kStep) + kReactionTicks;
-  for (int k = 0; k < last; ++k) {
+/// A device of the twin whose grip is waved while a force goes round, and whose counts may be made false on their way.
+struct Waved {
+  DeviceTwin twin;
+  Spidar device;
+
+  explicit Waved(const DeviceDef& def) : twin(def, waving()), device(def) {
+    device.calibrateAtHome();
+    device.setForceEnabled(true);
+  }
+  template <class Falsify>
+  void tick(Falsify&& falsify) {
     DeviceSample sample = twin.exchange(device.drive());
-    if (k >= slip.at_tick) {
-      const double share =
-          slip.duration > 0 ? std::min(1.0, (k - slip.at_tick + 1) * kStep / slip.duration) : 1;
-      sample.counts[slip.string] +=
-          std::llround(share * slip.size / def.strings[slip.string].length_per_count);
-    }
+    falsify(sample.counts);
     device.sense(sample, kStep);
     Wrench F;
     const double t = twin.time();
     F.force = 3 * Vector3(std::sin(3 * t), std::cos(4 * t), std::sin(5 * t));
     device.actuate(F, 0, kStep);
-    const double error = (device.pose().p - twin.latchedPose().X_BG.p).norm();
+  }
+
+ private:
+  static TwinSettings waving() {
+    TwinSettings settings;
+    settings.path = handPath("wave");
+    return settings;
+  }
+};
+
+void wave(const DeviceDef& def, const Slip& slip, SlipTally& tally) {
+  Waved rig(def);
+  const Spidar& device = rig.device;
+  bool settled = false;
+  const int last = slip.at_tick + static_cast<int>(slip.duration / kStep) + kReactionTicks;
+  for (int k = 0; k < last; ++k) {
+    rig.tick([&](auto& counts) {
+      if (k < slip.at_tick) return;
+      const double share = slip.duration > 0 ? std::min(1.0, (k - slip.at_tick + 1) * kStep / slip.duration) : 1;
+      counts[slip.string] += std::llround(share * slip.size / def.strings[slip.string].length_per_count);
+    });
+    const double error = (device.pose().p - rig.twin.latchedPose().X_BG.p).norm();
     if (error > kWrongPose)
       tally.force_on_wrong_pose = std::max(tally.force_on_wrong_pose, device.askedWrench().force.norm());
     settled = device.state() == DeviceState::kFault || device.health().corrections() > 0;
@@ -101,30 +118,21 @@ struct Sticky {
 double stickyUnnamed(const DeviceDef& def, int string, const Sticky& sticky, int at_tick, bool& right) {
   constexpr int kPatience = 3000;
   constexpr double kOff = 0.25e-3;  // [m]: nothing is to be seen before
-  TwinSettings settings;
-  settings.path = handPath("wave");
-  DeviceTwin twin(def, settings);
-  Spidar device(def);
-  device.calibrateAtHome();
-  device.setForceEnabled(true);
+  Waved rig(def);
+  const Spidar& device = rig.device;
   const double step = def.strings[static_cast<std::size_t>(string)].length_per_count;
   std::int64_t first = 0, stuck = 0;
   int off_since = 0;
   for (int k = 0; k < at_tick + kPatience; ++k) {
-    DeviceSample sample = twin.exchange(device.drive());
-    std::int64_t& count = sample.counts[static_cast<std::size_t>(string)];
-    if (k == at_tick) first = stuck = count;
-    if (k >= at_tick) {
+    rig.tick([&](auto& counts) {
+      std::int64_t& count = counts[static_cast<std::size_t>(string)];
+      if (k == at_tick) first = stuck = count;
+      if (k < at_tick) return;
       const std::int64_t truth = count;
       if (std::fabs(static_cast<double>(truth - stuck) * step) >= sticky.slips) stuck = truth;
       count = sticky.slips > 0 ? stuck : first + std::llround(sticky.scale * static_cast<double>(truth - first));
       if (off_since == 0 && std::fabs(static_cast<double>(truth - count) * step) > kOff) off_since = k;
-    }
-    device.sense(sample, kStep);
-    Wrench F;
-    const double t = twin.time();
-    F.force = 3 * Vector3(std::sin(3 * t), std::cos(4 * t), std::sin(5 * t));
-    device.actuate(F, 0, kStep);
+    });
     if (device.state() != DeviceState::kFault) continue;
     right = device.suspectString() == string;
     return off_since > 0 ? (k - off_since + 1) * kStep * 1e3 : 0;
