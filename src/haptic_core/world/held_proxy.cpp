@@ -109,6 +109,7 @@ class Aim {
   bool follow(int pointer, double rho, Vector6& motion) noexcept;
   Depth depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape, double K_max) const noexcept;
   void addLoads(const PointerBound& bound) noexcept;
+  bool isFree(const Vector6& motion) const noexcept;
   bool nearest(double rho, const Vector6& wanted, Vector6& motion) noexcept;
   void addRow(const Vector6& J, double room) noexcept;
 
@@ -235,6 +236,14 @@ void Aim::addLoads(const PointerBound& bound) noexcept {
   add(bound.torque, [](const HeldContact& c) { return Vector3(c.arm.cross(c.push)); });
 }
 
+/// No row and no load holds it back: so it is in most ticks, and nothing needs to be solved.
+bool Aim::isFree(const Vector6& motion) const noexcept {
+  for (const ProxyRow& row : proxy_.rows) {
+    if (row.J.dot(motion) > row.room) return false;
+  }
+  return std::none_of(loads_, loads_ + load_count_, [&](const Load& load) { return (load.now + load.J * motion).norm() > load.most; });
+}
+
 /// The nearest motion within rows and loads. |F + J δ| ≤ F_most is a ball: a plane in its place, and a link between two walls went
 /// along it past them, hummed by 1 mm. So Newton's method on the Lagrangian: each round the planes that touch the balls where the last
 /// one ended, and the balls' curvature times the pull of their planes.
@@ -296,7 +305,7 @@ bool Aim::follow(int pointer, double rho, Vector6& motion) noexcept {
   const Quaternion q_WL(link.X_WL.R);
   Vector6 wanted;
   wanted << vectorFromRotation(target.q_WL * q_WL.conjugate()), target.p_WL - link.X_WL.p;
-  if (!nearest(rho, wanted, motion)) return false;
+  if (isFree(wanted) || !nearest(rho, wanted, motion)) return false;
   goal.p_WL = link.X_WL.p + motion.tail<3>();
   goal.q_WL = (rotationFromVector(motion.head<3>()) * q_WL).normalized();
   return true;
