@@ -5,5 +5,6 @@ endif()
 target_sources(bench_step PRIVATE ${CMAKE_CURRENT_LIST_DIR}/step_motion.cpp ${CMAKE_CURRENT_LIST_DIR}/step_bits.cpp
   ${CMAKE_CURRENT_LIST_DIR}/step_cases.cpp
   ${CMAKE_CURRENT_LIST_DIR}/step_plough.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/step_shaken.cpp
   ${CMAKE_CURRENT_LIST_DIR}/step_accuracy.cpp)
 target_link_libraries(bench_step penalty_sim_scene)

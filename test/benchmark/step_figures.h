@@ -16,6 +16,7 @@ void runMotions(const char* filter);  ///< step.*: time and error beside the dat
 void runBits();                       ///< index.bits_differ, scale.bits_differ
 void runCases();                      ///< turntable.*, marble.*, rod_impact.*, bounce.*
 void runAccuracy();                   ///< accuracy.*, hand.force_error_est.*: errors that steps foresee, beside the true ones
+void runShaken();                     ///< shaken.*: force of a block on a platform that is led up and down
 void runPloughs(const char* filter);  ///< plough.*: a hand through heaps; `filter` may be null
 
 }  // namespace haptic::bench

@@ -51,6 +51,7 @@ struct Twist {
   Twist operator+(const Twist& o) const { return {angular + o.angular, linear + o.linear}; }
   /// V_A from V_B, with R = R_AB.
   Twist rotated(const Matrix3& R) const { return {R * angular, R * linear}; }
+  Twist operator*(double s) const { return {s * angular, s * linear}; }         ///< scaled
   Vector6 vector() const { return (Vector6() << angular, linear).finished(); }  ///< angular, then linear
 };
 

@@ -245,7 +245,7 @@ bool JointSolver::isSmooth(const double* v0) const noexcept {
   return true;
 }
 
-void JointSolver::account(const JointCommand* commands, double share, const double* v0, const double* v1,
+void JointSolver::account(const JointCommand* commands, double share, const double* q0, const double* v0, const double* v1,
                           JointForce* forces, JointWork& sum) const noexcept {
   for (const std::ptrdiff_t i : present_) {
     const Law& law = laws_[i];
@@ -253,14 +253,16 @@ void JointSolver::account(const JointCommand* commands, double share, const doub
     const double drive = driveForce(law.joint, commands[law.command], law.q_start, h_, rate);
     const double all = law.forceAt(rate);
     forces[law.link] = {drive, all};
-    sum.damping += law.joint.damping * rate * way;
-    sum.drives += drive * way;
+    const auto mean = [&](double start, double end) { return q0 ? 0.5 * (start + end) : end; };
+    sum.damping += law.joint.damping * mean(v0[law.v], rate) * way;
+    sum.drives += mean(q0 ? driveForce(law.joint, commands[law.command], q0[law.q], 0, v0[law.v]) : 0, drive) * way;
     const double spring = law.joint.spring_stiffness * (law.joint.spring_position - law.q_start - h_ * rate);
     sum.friction -= (all - drive - spring + law.joint.damping * rate) * way;
   }
   for (const std::ptrdiff_t i : present_damped_) {
     const Damped& d = damped_[i];
-    sum.damping += d.damping * v1[d.v] * 0.5 * share * (v0[d.v] + v1[d.v]);
+    const double mean = 0.5 * (v0[d.v] + v1[d.v]);
+    sum.damping += d.damping * (q0 ? mean : v1[d.v]) * share * mean;
   }
 }
 

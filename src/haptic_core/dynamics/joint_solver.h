@@ -137,7 +137,8 @@ class JointSolver {
   bool isSmooth(const double* v0) const noexcept;
   /// (in realtime) Adds the work over a time `share` of the step at the mean of `v0` and `v1`, which with a constant force is
   /// exactly the change of kinetic energy; `forces[law.link]` becomes the joint's force.
-  void account(const JointCommand* commands, double share, const double* v0, const double* v1, JointForce* forces,
+  /// `q0`: at v0, where drives and dampers work by the mean of their forces at both ends; null: by that of the end.
+  void account(const JointCommand* commands, double share, const double* q0, const double* v0, const double* v1, JointForce* forces,
                JointWork& sum) const noexcept;
 
  private:

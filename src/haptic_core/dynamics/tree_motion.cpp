@@ -106,7 +106,7 @@ const JointReport& TreeMotion::accelerate(const Vector3& gravity, double h, cons
   report_.converged = joints_.solve(inertia, v, change_.data()) == JointSolver::Found::kAll;
   report_.passes = joints_.passes();
   for (std::size_t k = 0; k < v_end_.size(); ++k) v_end_[k] = v[k] + change_[k];
-  joints_.account(commands, h, v, v_end_.data(), force_.data(), report_);
+  joints_.account(commands, h, nullptr, v, v_end_.data(), force_.data(), report_);
   return report_;
 }
 

@@ -367,7 +367,6 @@ void FrozenPatch::carry(const Vector6& V, const Pose& X_AP, LocatedForce& out,
   m.torque = friction.force[2];
   m.load = friction_.load(friction, limit);
   m.sliding = friction.outside ? 1 : 0;
-  m.power = contactPower(out.F_BP_P, out.elastic(), {V.head<3>(), V.tail<3>()});
   m.energy = 0.5 * friction_.stiffness * slip.cwiseProduct(friction_.area).dot(slip);
 }
 

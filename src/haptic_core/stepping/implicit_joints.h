@@ -44,11 +44,11 @@ class ImplicitJoints {
   /// v0.
   bool isSmooth(const double* v0) const noexcept { return joints_.isSmooth(v0); }
   /// (in realtime) Work of the joints in a step, summed over its stages: each for a time `weight`, with the
-  /// forces that it ended with at v, on joints that moved at the mean of `v_way` and v.
+  /// forces that it ended with at v, on joints that moved at the mean of `v_way` and v; `q_way`: as JointSolver::account's q0.
   void startAccount() noexcept { work_ = {}; }
   /// (in realtime) See startAccount.
-  void account(const double* v_way, const double* v, double weight) noexcept {
-    joints_.account(commands_, weight, v_way, v, force_.data(), work_);
+  void account(const double* q_way, const double* v_way, const double* v, double weight) noexcept {
+    joints_.account(commands_, weight, q_way, v_way, v, force_.data(), work_);
   }
   /// (in realtime) Adds the sums to the ledger.
   void closeAccount(State& state) const noexcept;

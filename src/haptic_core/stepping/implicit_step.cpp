@@ -21,15 +21,19 @@ constexpr double kSettles = 33, kSettlesStuck = 167;
 /// BDF2 takes up from a step of at least 1/kMostRatio of its own length: it is stable up to 1 + √2 for steps of any sequence.
 constexpr double kMostRatio = 2;
 
+/// Change of speed in a step, over `slow`, above which bodies that stick do not come to rest but are carried to and fro: .3 g.
+constexpr double kCarried = 10;
+
 /// Slow enough to come to rest, see kSettles. `slow`: what gravity adds in a step, or joints that stand make, times the accuracy [m/s].
-bool settles(const Island& island, const State& state, double speed, double slow) {
+bool settles(const Island& island, const State& state, double speed, double gained, double slow) {
   bool touches = false, slides = false;
   for (int i = 0; i < island.pair_count; ++i) {
     const FrictionMemory& friction = state.pairs[island.pairs[i]].friction;
     touches |= friction.touching != 0;
     slides |= friction.touching != 0 && friction.sliding != 0;
   }
-  return speed <= (touches && !slides ? kSettlesStuck : kSettles) * slow;
+  const bool sticks = touches && !slides;
+  return speed <= (sticks ? kSettlesStuck : kSettles) * slow && !(sticks && gained > kCarried * slow);
 }
 
 /// Evaluations of the island's geometry in a step.
@@ -147,7 +151,9 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   const double speed = stage.speed(state.v);
   const double slow = model.settings.accuracy * std::max(h * model.settings.gravity.norm(), kStandingWay / h);
   const bool rests = speed <= restBound(model, state, stage, h);  // then it is asked first whether it stands, and nothing slips
-  const bool second_order = order != ImplicitOrder::kFirst && !rests && (step.locates || !settles(island, state, speed, slow));
+  const double gained = h * stage.speed(state.a_end);
+  const bool second_order =
+      order != ImplicitOrder::kFirst && !rests && (step.locates || !settles(island, state, speed, gained, slow));
   const bool jumps_on =
       second_order && lastStep(island, state) < 0 && euler(model, h, step.eulerPasses(stage), true, state, work);
   if (second_order && !jumps_on) subSteps(model, state, work);

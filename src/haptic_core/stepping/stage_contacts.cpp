@@ -303,25 +303,20 @@ double StageContacts::supply(const stepping::HeldLinks& held) const noexcept {
 
 void StageContacts::finish(const double* u, const stepping::HeldLinks& held) noexcept {
   brushes_.clear();
-  hands_power_ = 0;
   for (int i = 0; i < contacts_.size(); ++i) {
     ImplicitContact& c = contacts_[i];
     const FrozenContact& frozen = problem_.contacts[i];
     const Wrench done_P{frozen.F_done.head<3>(), frozen.F_done.tail<3>()};
     const bool led = isLed(frozen);
-    const Twist V_hands = led ? ofHands(c.pair, frozen, held) : Twist{};
-    c.hands_power = -power(done_P, V_hands);
-    hands_power_ += c.hands_power;
+    c.V_led_P = led ? ofHands(c.pair, frozen, held) : Twist{};
     if (!c.touching) {
-      if (!frozen.F_done.isZero(0)) brushes_.push_back({c.pair, frozen.X_WP, done_P, c.hands_power});
+      if (!frozen.F_done.isZero(0)) brushes_.push_back({c.pair, frozen.X_WP, done_P, c.V_led_P});
       continue;
     }
     const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, u);
     frozen.patch.carry(V, c.volume.X_AP, c.force, c.elastic);
-    if (led) {
-      const Twist V_mean = Twist{V.head<3>(), V.tail<3>()} - ofHandsAsPlaced(c.pair, frozen) + V_hands;
-      c.force.memory.power = contactPower(c.force.F_BP_P, c.force.elastic(), V_mean);
-    }
+    c.V_P = Twist{V.head<3>(), V.tail<3>()};
+    if (led) c.V_P = c.V_P - ofHandsAsPlaced(c.pair, frozen);
     c.done_P = done_P;
   }
   order();

@@ -28,7 +28,8 @@ struct ImplicitContact {
   LocatedForce force;            ///< at the stage's end
   Wrench done_P;         ///< wrench by which the stage moved the bodies, on B at P, in P's axes: `force` up to the solve's tolerance
   double elastic = 0;    ///< ½ k ∫d² dA [J]
-  double hands_power = 0;  ///< what hands that lead a link put into it [W]
+  Twist V_P;             ///< of B relative to A at the stage's end, of what is not led
+  Twist V_led_P;         ///< of what hands lead and belts carry: mean over the step
   bool touching = true;  ///< within a solve: still overlaps
 };
 
@@ -37,7 +38,7 @@ struct Brush {
   int pair = 0;   ///< index in State::pairs
   Pose X_WP;      ///< of the patch
   Wrench done_P;  ///< on B at P, in P's axes
-  double hands_power = 0;  ///< what hands that lead a link put into it [W]
+  Twist V_led_P;  ///< as in ImplicitContact
 };
 
 /// Error that the passes of a stage may leave, as a speed [m/s] and as an energy [J].
@@ -71,7 +72,7 @@ class StageContacts {
   /// patches stay valid and no gap closes.
   bool hold(const StageTolerance& tolerance, const double* u) const noexcept;
   /// (in realtime) Carries the contacts to a velocity that differs by u from the reference, and leaves those that touch, in
-  /// the order of their pairs. Their power is at the mean velocities over the step of what hands hold.
+  /// the order of their pairs.
   void finish(const double* u, const stepping::HeldLinks& held) noexcept;
 
   /// In step with the problem's contacts.
@@ -80,7 +81,6 @@ class StageContacts {
   double springEnergy() const noexcept;        ///< of those that touch [J]
   /// (in realtime) Of what hands that lead a link, and belts, do to contacts as they stand at the reference [W]; as in `finish`.
   double supply(const stepping::HeldLinks& held) const noexcept;
-  double handsPower() const { return hands_power_; }  ///< what hands put into all that pressed, found by `finish` [W]
   bool touches(int pair) const { return slot_[pair] >= 0 && contacts_[slot_[pair]].touching; }  ///< so found last
   bool isRough() const { return rough_; }      ///< a patch of the last evaluation has not the exact force
 
@@ -119,7 +119,6 @@ class StageContacts {
   double run_ = 0;                   ///< how long belts have run since `memory_` [s]
   double reach_ = 0;                 ///< gap that may close within the pass: way of the last one [m]
   bool rough_ = false;
-  double hands_power_ = 0;
   int aside_ = 0;                    ///< patches that are no pair's own
   FrozenContact before_;             ///< within `evaluatePair`: the contact of the pass before
   LoadedVector<ImplicitContact> contacts_;  ///< parallel to the problem's

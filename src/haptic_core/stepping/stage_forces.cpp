@@ -110,7 +110,7 @@ void carryForces(const FrozenProblem& problem, const HeldLinks& held, const Link
     ImplicitCoupling& coupling = forces.couplings[frozen.source];
     const Twist V = problem.twistOf(frozen, u);
     coupling.F_W += Wrench{-(1 / g) * (frozen.turn * V.angular), -(1 / g) * (frozen.way * V.linear)};
-    coupling.power = power(coupling.F_W, links[frozen.link_b].twistAtOrigin() + V);
+    coupling.V_link = links[frozen.link_b].twistAtOrigin() + V;
   }
   if (forces.any) forces.power = powerOf(problem, held, links, g, u, forces);
 }

@@ -18,7 +18,7 @@ struct ImplicitCoupling {
   Pose X_WL;            ///< target at the end of the step
   Twist V_WL;           ///< of the target
   Wrench F_W;           ///< on the link, about its frame's origin: at the end of the stage
-  double power = 0;     ///< of it on the link [W]
+  Twist V_link;         ///< of the link's origin then
 };
 
 }  // namespace haptic

@@ -1,11 +1,12 @@
 /// The books of an implicit step: what each stage did, and the impulses, works and energies that follow from it.
 ///
-/// A part of a step is committed from the solve that the stage holds. Over its length h it takes the mean of two instants,
-///     h (w P_before + (1 - w) P_end),
-///   implicit Euler  w = 0: powers and wrenches of the end, of which energy is lost;
-///   BDF2            w = 1/2 of powers, at the ends of this part and of the last; wrenches are those of the end;
-///   SDIRK2          w = 1-γ of its first stage, of both.
-/// So impulses are those by which the stages moved the bodies, and energies close to the order of the scheme.
+/// A part of a step is committed from the solve that the stage holds. Impulses over its length h are those by which its scheme moved the
+/// bodies, and work is the mean wrench times the way of this part: both are means w before + (1 - w) now, w = 1 - g/h,
+///   implicit Euler  w = 0: of its end;
+///   BDF2            before: the mean of the last step (1/3 of it where steps are equal);
+///   SDIRK2          before: its first stage.
+/// What hands lead goes its own way of the step. The end's force in place of the mean errs by half a step of its change, of which a hand
+/// feels every change of schemes: `shaken.force_err_max_rel`. Force elements and joints are booked by powers at both ends.
 #pragma once
 #include <cmath>
 #include <vector>
@@ -16,24 +17,29 @@ namespace haptic::stepping {
 
 constexpr double kGamma = 1 - M_SQRT1_2;  ///< of SDIRK2: length of a stage over that of the step
 
-/// Instants whose mean are the forces of a part of a step.
-enum class Mean : unsigned char { kOfEnd, kOfEnds, kOfStages };
+/// Of which the forces of a part of a step are the mean: w before + (1 - w) now, w = 1 - g/length.
+enum class Mean : unsigned char {
+  kOfEnd,    ///< implicit Euler, w = 0
+  kOfSteps,  ///< BDF2: before is the mean of the last step, so that work and impulse are those by which the bodies moved
+  kOfStages  ///< SDIRK2: before is the first stage
+};
 
 /// A part of a step that the stage has solved: v = v_base + g a at its end.
 struct SolvedPart {
   double g = 0, length = 0;     ///< of its last stage; of all; 0: there is none [s]
-  Mean mean = Mean::kOfEnds;    ///< what its forces are
+  Mean mean = Mean::kOfSteps;   ///< what its forces are
   double position_error = 0;    ///< that it foresees of itself [m]
+
+  double before() const { return 1 - g / length; }  ///< share of what was before, see Mean
 };
 
-/// Wrenches and powers at the end of a stage; of contacts, only what belongs to the island.
+/// Wrenches and velocities at the end of a stage; of contacts, only what belongs to the island.
 struct StageWrenches {
-  std::vector<Wrench> pair;            ///< by pair: on its B, about W's origin, in W's axes; patches of the same pair add up
-  std::vector<double> hands_power;     ///< by pair: of hands that lead a link [W]
-  std::vector<Wrench> coupling;        ///< by pointer: on its link, about the link's origin, in W's axes
-  std::vector<double> coupling_power;  ///< by pointer: on its link [W]
-  double all_hands_power = 0;          ///< of hands that lead a link, on contacts and force elements' ends together [W]
-  ForcePower forces;                   ///< of the island's force elements
+  std::vector<ContactMeans> pair;  ///< by pair: about the patch that touches; `done` of other patches of the pair adds up
+  std::vector<Twist> V_led;        ///< by pair: at its P, in W's axes, see ImplicitContact
+  std::vector<Wrench> coupling;    ///< by pointer: on its link, about the link's origin, in W's axes
+  std::vector<Twist> V_coupled;    ///< by pointer: of the link's origin
+  ForcePower forces;               ///< of the island's force elements
 
   explicit StageWrenches(const Model& model);  ///< set-up: room for all pairs and pointers
 };
@@ -55,7 +61,7 @@ struct StepBooks {
 /// (in realtime) Before the islands of a step: nothing has been done to pairs [0, `pairs`) and couplings.
 void openBooks(int pairs, StepBooks& books) noexcept;
 
-/// (in realtime) Wrenches and powers of the stage's last solve. `place`: see StepBooks.
+/// (in realtime) Wrenches and velocities of the stage's last solve. `place`: see StepBooks.
 void gather(const ImplicitStage& stage, StageWrenches& found, std::vector<Pose>& place) noexcept;
 
 /// (in realtime) Books the part that the stage has solved, over its length: impulses and energies, and puts friction at its end into the

@@ -72,6 +72,24 @@ class CacheInA {
   PairCache before_, cache_;
 };
 
+/// Means over a step of what a contact did, as the step's scheme applied it: BDF2 goes on from those of the step before. On B, about the
+/// patch's P, in W's axes.
+struct ContactMeans {
+  Wrench done;        ///< that moved the bodies [N·m], [N]
+  Wrench F, elastic;  ///< of the contact's law at the velocities found: `done` up to the solve's tolerance; of it k Vol n
+  Twist V;            ///< of B relative to A, of what is not led
+
+  /// Between these and `last`, of which `w` is the share of these.
+  ContactMeans mixed(double w, const ContactMeans& last) const {
+    return {done * w + last.done * (1 - w), F * w + last.F * (1 - w), elastic * w + last.elastic * (1 - w), V * w + last.V * (1 - w)};
+  }
+
+  template <class Self, class Visit>
+  static void eachField(Self& s, Visit&& visit) {
+    visit(s.done), visit(s.F), visit(s.elastic), visit(s.V);
+  }
+};
+
 /// Two shapes whose boxes overlap, with their memory.
 struct ActivePair {
   std::uint64_t key = 0;  ///< shape A in the upper, shape B in the lower 32 bits; A < B
@@ -79,7 +97,7 @@ struct ActivePair {
   FrictionMemory friction;    ///< of the patch
   ReleaseMemory release;      ///< for the instant at which it parts
   StabilityMemory stability;  ///< for the choice of steps
-  double hands_power = 0;  ///< of the hands that lead one of them, at the end of the last implicit step [W]
+  ContactMeans means;         ///< over the last implicit step
   bool buried = false;  ///< overlapped deep at the start; pushed out slowly until it is shallow
 
   /// Shapes a < b.
@@ -91,7 +109,7 @@ struct ActivePair {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.key), visit(s.cache), visit(s.friction), visit(s.release), visit(s.stability), visit(s.hands_power), visit(s.buried);
+    visit(s.key), visit(s.cache), visit(s.friction), visit(s.release), visit(s.stability), visit(s.means), visit(s.buried);
   }
 };
 
@@ -138,13 +156,14 @@ struct PointerState {
   Quaternion q_WL = Quaternion::Identity();   ///< target
   Twist V_WL;                                 ///< of the target
   Wrench F_W;     ///< on the hand, about L's origin, mean over a step
-  double power = 0;  ///< of its coupling on the link, at the end of the last implicit step [W]
+  Wrench pull_W;  ///< of its coupling on the link, about the link's origin: mean over the last implicit step
+  Twist pulled_W;  ///< of the link's origin: mean over that step
   int link = -1;  ///< world link index
   bool targeted = false;  ///< a target has come
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.p_WL), visit(s.q_WL), visit(s.V_WL), visit(s.F_W), visit(s.power), visit(s.link), visit(s.targeted);
+    visit(s.p_WL), visit(s.q_WL), visit(s.V_WL), visit(s.F_W), visit(s.pull_W), visit(s.pulled_W), visit(s.link), visit(s.targeted);
   }
 };
 
@@ -239,7 +258,7 @@ struct State {
   /// Numbers in front of a packed state: its format, and what another layout would have otherwise.
   static constexpr std::size_t kHead = 6;
   /// Counts up where a field gets another meaning and not another number of numbers: such a state would move otherwise, unnoticed.
-  static constexpr double kFormat = 2;
+  static constexpr double kFormat = 3;
   /// Contents of a packed state beside the fields.
   struct Layout {
     int pairs = 0, wrenches = 0;  ///< so many
