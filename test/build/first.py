@@ -130,6 +130,13 @@ def ci():
     return 1 if wrong else 0
 
 
+def shared_cache(release):
+    """A compiler's cache of all systems of a release but those whose demo is timed: hours of compiling would tell nothing more."""
+    folder = os.path.join(ROOT, 'build', 'debian', f'ccache-{release}')
+    os.makedirs(folder, exist_ok=True)
+    return {'HAPTIC_BARE_CACHE': folder}
+
+
 ESTIMATE = re.compile(r'setup: installs (\d+) Debian packages: (\d+) MB to fetch, with the build about (\d+) MB to write \(\d+ MB are free\) '
                       r'in about (\d+) (s|min)')
 
@@ -168,7 +175,7 @@ def large_packages(came):
 
 
 def readme(totals):
-    """Each of the README's two commands begins on a system of its own."""
+    """Each of the README's two commands begins on a system of its own. What the demo compiled is in the cache of all that comes later."""
     for release in RELEASES:
         system = System(release, 'demo')
         code, said, wall, cpu = system.call('./run demo --seconds 2')
@@ -190,8 +197,9 @@ def readme(totals):
                 tell(f'    {megabytes:6.1f} MB {name} <- {" ".join(users[:4])}')
         for command, reach in readme_calls()[2:]:
             run(totals, system, command, reach)
+        shutil.copytree(os.path.join(system.written, 'root', '.cache', 'ccache'), shared_cache(release)['HAPTIC_BARE_CACHE'], dirs_exist_ok=True)
         system.remove()
-        system = System(release, 'test')
+        system = System(release, 'test', **shared_cache(release))
         run(totals, system, './run test')
         system.remove()
     for name, unit in (('demo_s', 's'), ('demo_cpu_s', 's'), ('packages', '1'), ('fetched_mb', 'MB'), ('written_mb', 'MB'), ('estimate_off_pct', '%')):
@@ -218,7 +226,7 @@ VERBS = ('./run check touch_cube', './run check spidar_g6x3r', './run check fric
 
 def verbs(totals):
     for release in RELEASES:
-        system = System(release, 'verbs')
+        system = System(release, 'verbs', **shared_cache(release))
         for command in VERBS:
             run(totals, system, command)
         for name in sorted(name[:-3] for name in os.listdir(os.path.join(ROOT, 'launch', 'verbs')) if name.endswith('.sh')):
@@ -229,7 +237,7 @@ def verbs(totals):
 def tutorials(totals):
     """In the order of their numbers, on a machine that has built nothing."""
     for release in RELEASES:
-        system = System(release, 'tutorials')
+        system = System(release, 'tutorials', **shared_cache(release))
         for page in PAGES:
             for block in blocks_of(page):
                 if block['file']:
@@ -265,9 +273,9 @@ def wrong(totals):
     figure('first.wrong_call_s_max', worst, 's')
 
 
-def ends_of(release, name, **environment):
+def ends_of(release):
     """Seconds of a first demo: what an interruption may hit. Its objects fill the cache that all calls of this group share."""
-    system = System(release, name, **environment)
+    system = System(release, 'interrupted', **shared_cache(release))
     code, said, wall, _ = system.call('./run demo --seconds 2')
     if code:
         failed(f'{release}: ./run demo --seconds 2', said, code)
@@ -276,14 +284,12 @@ def ends_of(release, name, **environment):
 
 def interrupted(totals, count=30):
     """Calls that are ended at instants uniform over the first demo; the same call must end well then, with no other command. They share
-    the compiler's cache (HAPTIC_BARE_CACHE), or an hour of compiling would be spent on each dozen; set-up and unpacking are whole."""
+    the compiler's cache, or an hour of compiling would be spent on each dozen; set-up and unpacking are whole."""
     order, recovered, tried = random.Random(60), 0, 0
     for release in RELEASES:
-        cache = os.path.join(ROOT, 'build', 'debian', f'ccache-{release}')
-        os.makedirs(cache, exist_ok=True)
-        system, _, _ = ends_of(release, 'interrupted', HAPTIC_BARE_CACHE=cache)
+        system, _, _ = ends_of(release)
         system.remove()
-        system, code, wall = ends_of(release, 'interrupted', HAPTIC_BARE_CACHE=cache)  # filled
+        system, code, wall = ends_of(release)  # the cache is filled
         for index in range(count // len(RELEASES)):
             system.remove()
             word = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)[index % 3]
@@ -316,7 +322,7 @@ def deb(totals):
     """From packages alone: made on one bare system, installed on another that has neither compiler nor checkout."""
     right = 1
     for release in RELEASES:
-        maker = System(release, 'deb')
+        maker = System(release, 'deb', **shared_cache(release))
         run(totals, maker, './run package')
         done = subprocess.run([os.path.join(ROOT, 'test', 'package', 'install.sh'), '--release', release, '--packages',
                                os.path.join(maker.written, 'haptics', 'build', 'packages')], capture_output=True, text=True, check=False)
