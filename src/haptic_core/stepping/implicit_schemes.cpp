@@ -15,9 +15,6 @@ constexpr double kNext = (1 - kGamma) / kGamma;
 constexpr int kMostPasses = 7;
 /// A patch that grows or shrinks by more than this factor within an attempt is not smooth: second order there makes energy.
 constexpr double kGrowth = 2;
-/// Pairs of an island up to which the contacts of a guess end no attempt: a stiff one is 1e-7 m deep, and a guess misses by more, so
-/// that Euler took most steps of what is carried to and fro (`shaken.force_err_max_rel`). In heaps most attempts from such a guess fail.
-constexpr int kFewPairs = 4;
 /// Share of the step below which nothing is left of it.
 constexpr double kRest = 1e-9;
 
@@ -104,14 +101,14 @@ Attempt judge(const Model& model, const State& state, const ImplicitStage& stage
   return attempt;
 }
 
-/// A stage at whose end contacts are as at the start of the step. False: they are not, or in a heap the guess says so.
+/// A stage at whose end contacts are as at the start of the step. False: they are not, or the guess says so. Of what is carried it says
+/// nothing: a stiff contact is 1e-7 m deep, and a guess misses by more, so that implicit Euler took most steps.
 bool solveSmooth(const Model& model, State& state, const IslandStep& step, double g, double left,
                  ImplicitStage& stage) noexcept {
   const int room = step.room(stage);
   if (room < 1) return false;
   const int passes = step.locates ? std::min(kMostPasses, room) : kSmoothPasses;
-  const bool few = stage.island.pair_count <= kFewPairs;
-  const auto goesOn = [&] { return !stage.result.limited && (few || sameContacts(state, stage)); };
+  const auto goesOn = [&] { return !stage.result.limited && (step.carried || sameContacts(state, stage)); };
   if (!solveStage(model, state, g, left, passes, stage, goesOn) || stage.result.limited || !sameContacts(state, stage)) return false;
   return !stage.has_joints || stage.joints.isSmooth(state.v.data());
 }

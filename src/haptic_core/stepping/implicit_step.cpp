@@ -21,11 +21,25 @@ constexpr double kSettles = 33, kSettlesStuck = 167;
 /// BDF2 takes up from a step of at least 1/kMostRatio of its own length: it is stable up to 1 + √2 for steps of any sequence.
 constexpr double kMostRatio = 2;
 
-/// Change of speed in a step, over `slow`, above which bodies that stick do not come to rest but are carried to and fro: .3 g.
-constexpr double kCarried = 10;
+/// Pairs up to which an island may be carried: in a heap that a hand goes through most attempts fail that a wrong guess begins, and what
+/// changes its speed is rocking, which is to settle.
+constexpr int kFewPairs = 4;
+/// Change of speed in a step, over `slow`, above which carried bodies that stick do not come to rest but go to and fro: .3 g.
+constexpr double kTurnsBack = 10;
+
+/// Whether the island touches what a hand leads, or what joints move: a platform, a gripper.
+bool isCarried(const Model& model, const ImplicitStage& stage, const State& state) noexcept {
+  const Island& island = stage.island;
+  if (island.pair_count > kFewPairs) return false;
+  return std::any_of(island.pairs, island.pairs + island.pair_count, [&](int i) {
+    const ActivePair& pair = state.pairs[i];
+    const auto led = [&](int shape) { return stage.held.by[model.shapes[shape].link] >= 0; };
+    return pair.friction.touching != 0 && (stage.has_joints || led(pair.shapeA()) || led(pair.shapeB()));
+  });
+}
 
 /// Slow enough to come to rest, see kSettles. `slow`: what gravity adds in a step, or joints that stand make, times the accuracy [m/s].
-bool settles(const Island& island, const State& state, double speed, double gained, double slow) {
+bool settles(const Island& island, const State& state, double speed, double gained, bool carried, double slow) {
   bool touches = false, slides = false;
   for (int i = 0; i < island.pair_count; ++i) {
     const FrictionMemory& friction = state.pairs[island.pairs[i]].friction;
@@ -33,7 +47,7 @@ bool settles(const Island& island, const State& state, double speed, double gain
     slides |= friction.touching != 0 && friction.sliding != 0;
   }
   const bool sticks = touches && !slides;
-  return speed <= (sticks ? kSettlesStuck : kSettles) * slow && !(sticks && gained > kCarried * slow);
+  return speed <= (sticks ? kSettlesStuck : kSettles) * slow && !(sticks && carried && gained > kTurnsBack * slow);
 }
 
 /// Evaluations of the island's geometry in a step.
@@ -142,6 +156,7 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   work.books.forces_before = stage.forces.power;
   step.order = order;
   step.locates = order != ImplicitOrder::kFirst && mayJump(model, island, state);
+  step.carried = order != ImplicitOrder::kFirst && isCarried(model, stage, state);
   step.length = step.left = h;
   step.budget = budgetOf(island, state);
   step.evaluations_before = stage.evaluations;
@@ -153,7 +168,7 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   const bool rests = speed <= restBound(model, state, stage, h);  // then it is asked first whether it stands, and nothing slips
   const double gained = h * stage.speed(state.a_end);
   const bool second_order =
-      order != ImplicitOrder::kFirst && !rests && (step.locates || !settles(island, state, speed, gained, slow));
+      order != ImplicitOrder::kFirst && !rests && (step.locates || !settles(island, state, speed, gained, step.carried, slow));
   const bool jumps_on =
       second_order && lastStep(island, state) < 0 && euler(model, h, step.eulerPasses(stage), true, state, work);
   if (second_order && !jumps_on) subSteps(model, state, work);

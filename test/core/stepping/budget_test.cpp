@@ -109,7 +109,7 @@ TEST(Budget, WhatIsFarWaitsLongerAndTheHandFeelsTheSame) {
   settings.step = kStep;
   const double near = mostWork(stacks(lone, stiffCube(), settings), 0, 3000, rub);  // the hand and its stack alone
   World bounded(tumbling(kFar)), again(tumbling(kFar));
-  setBudget(9 * near, bounded), setBudget(0, again);  // the fewest passes of a tumbling pair beyond a half leave enough for the near
+  setBudget(8 * near, bounded), setBudget(0, again);  // the fewest passes of a tumbling pair beyond a half leave enough for the near
   double lag = 0;
   int gave_way = 0;
   for (int i = 0; i < 3000; ++i) {
