@@ -19,7 +19,8 @@ from std_srvs.srv import SetBool, Trigger
 from topic_probe import Probe, load_stack, node_pid, program, unload_stack, wait_until
 
 STOPPED = 1.2   # [s]; force comes back by itself from less than half a second
-WATCHED = 3     # states that the device publishes afterwards, one a second and one at each change
+STALE = 2       # states that tell of the time before: on its way, and of the last record before the processes stood
+WATCHED = 4     # states that the device publishes afterwards, one a second and one at each change
 WAITS = 1 << 29  # DeviceFlag kForceWaits
 
 
@@ -52,7 +53,7 @@ class Suspend(unittest.TestCase):
 
     def assert_it_waits(self, what):
         last = self.state.wait(WATCHED)
-        after = self.state.messages[1:]  # the first may have been on its way when the processes were stopped
+        after = self.state.messages[STALE:]
         self.assertFalse([m.message for m in after if m.force_enabled], f"{what}: force came back by itself")
         return last
 
