@@ -105,6 +105,7 @@ void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept {
   pointer.p_WL = X_WL.p;
   pointer.q_WL = Quaternion(X_WL.R);
   pointer.V_WL = V_WL;
+  if (!pointer.targeted) pointer.pull_W = Wrench{}, pointer.pulled_W = Twist{};  // of an earlier pull, perhaps on another link
   pointer.targeted = true;
 }
 
