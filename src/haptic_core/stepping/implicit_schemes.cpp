@@ -101,8 +101,8 @@ Attempt judge(const Model& model, const State& state, const ImplicitStage& stage
   return attempt;
 }
 
-/// A stage at whose end contacts are as at the start of the step. False: they are not, or the guess says so. Of what is carried it says
-/// nothing: a stiff contact is 1e-7 m deep, and a guess misses by more, so that implicit Euler took most steps.
+/// A stage at whose end contacts are as at the start of the step. False: they are not, or those of the guess are not. In a carried island
+/// the guess decides nothing: it misses a stiff contact, which is 1e-7 m deep, and implicit Euler took most steps.
 bool solveSmooth(const Model& model, State& state, const IslandStep& step, double g, double left,
                  ImplicitStage& stage) noexcept {
   const int room = step.room(stage);
@@ -261,7 +261,7 @@ Attempt sdirk2(const Model& model, State& state, const IslandStep& step, double 
     stage.joints.account(nullptr, stage.v.data(), stage.v.data(), rest);
   }
   for (const ImplicitContact& c : stage.contacts.all()) stage.base.memory[c.pair] = secondStart(c, state.pairs[c.pair].friction);
-  gather(stage, books.first, books.place);
+  gather(stage, books.first, books);
   moveOn(model, island, stage.v, rest, stage.base.q);
   eachVelocity(model, island, [&](int i) {
     first[i] = (stage.v[i] - stage.base.v[i]) / g;

@@ -59,7 +59,7 @@ void bookPairs(const WorldSettings& settings, const ImplicitStage& stage, const 
     }
     // What begins in a part of a step has its impact up to the end of the next step, even if it parts before.
     memory.began = std::max(memory.began, !first_part ? before.began : before.began == 1 ? kStillBegins : 0.0);
-    const Twist& V_led = books.last.V_led[i];
+    const Twist& V_led = books.V_led[i];
     if (settings.energy_ledger) state.energy.external -= h * power(means.done, V_led);
     const Matrix3 R_PW = books.place[i].R.transpose();
     const ContactPower work = contactPower(means.F.rotated(R_PW), means.elastic.rotated(R_PW), (means.V + V_led).rotated(R_PW)) * h;
@@ -73,11 +73,11 @@ void bookPairs(const WorldSettings& settings, const ImplicitStage& stage, const 
 }  // namespace
 
 StageWrenches::StageWrenches(const Model& model)
-    : pair(model.pair_capacity), V_led(model.pair_capacity), coupling(model.pointers.size()), V_coupled(model.pointers.size()) {}
+    : pair(model.pair_capacity), coupling(model.pointers.size()), V_coupled(model.pointers.size()) {}
 
 StepBooks::StepBooks(const Model& model)
-    : impulse(model.pair_capacity), place(model.pair_capacity), event(model.pair_capacity), coupling_impulse(model.pointers.size()),
-      coupling_work(model.pointers.size()), first(model), last(model) {}
+    : impulse(model.pair_capacity), place(model.pair_capacity), V_led(model.pair_capacity), event(model.pair_capacity),
+      coupling_impulse(model.pointers.size()), coupling_work(model.pointers.size()), first(model), last(model) {}
 
 void openBooks(int pairs, StepBooks& books) noexcept {
   std::fill(books.event.begin(), books.event.begin() + pairs, 1.0);
@@ -86,22 +86,23 @@ void openBooks(int pairs, StepBooks& books) noexcept {
   std::fill(books.coupling_impulse.begin(), books.coupling_impulse.end(), Wrench{});
 }
 
-void gather(const ImplicitStage& stage, StageWrenches& found, std::vector<Pose>& place) noexcept {
+void gather(const ImplicitStage& stage, StageWrenches& found, StepBooks& books) noexcept {
   const Island& island = stage.island;
   for (int i = 0; i < island.pair_count; ++i) found.pair[island.pairs[i]] = ContactMeans{};
+  const auto add = [&](const auto& pressed) {  // the patch that comes last is the pair's place
+    Pose& place = books.place[pressed.pair];
+    Wrench& done = found.pair[pressed.pair].done;
+    done = done.shifted(pressed.X_WP.p - place.p) + pressed.done_P.rotated(pressed.X_WP.R);
+    place = pressed.X_WP;
+    books.V_led[pressed.pair] = pressed.V_led_P.rotated(place.R);
+  };
+  for (const Brush& b : stage.contacts.brushes()) add(b);
   for (const ImplicitContact& c : stage.contacts.all()) {
-    const Matrix3& R_WP = c.X_WP.R;
-    found.pair[c.pair] = {c.done_P.rotated(R_WP), c.force.F_BP_P.rotated(R_WP), c.force.elastic().rotated(R_WP), c.V_P.rotated(R_WP)};
-    found.V_led[c.pair] = c.V_led_P.rotated(R_WP);
-    place[c.pair] = c.X_WP;
-  }
-  for (const Brush& b : stage.contacts.brushes()) {
-    ContactMeans& pair = found.pair[b.pair];
-    if (pair.done.vector().isZero(0)) {
-      place[b.pair] = b.X_WP;
-      found.V_led[b.pair] = b.V_led_P.rotated(b.X_WP.R);
-    }
-    pair.done += b.done_P.rotated(b.X_WP.R).shifted(place[b.pair].p - b.X_WP.p);
+    add(c);
+    ContactMeans& means = found.pair[c.pair];
+    means.F = c.force.F_BP_P.rotated(c.X_WP.R);
+    means.elastic = c.force.elastic().rotated(c.X_WP.R);
+    means.V = c.V_P.rotated(c.X_WP.R);
   }
   for (std::size_t p = 0; p < stage.forces.couplings.size(); ++p) {
     found.coupling[p] = stage.forces.couplings[p].F_W;
@@ -112,14 +113,14 @@ void gather(const ImplicitStage& stage, StageWrenches& found, std::vector<Pose>&
 
 void bookPart(const Model& model, const ImplicitStage& stage, const SolvedPart& part, bool first_part, State& state,
               StepBooks& books) noexcept {
-  gather(stage, books.last, books.place);
+  gather(stage, books.last, books);
   if (model.settings.energy_ledger) bookForces(stage, part, state, books);
   bookPairs(model.settings, stage, part, first_part, state, books);
   bookCouplings(model, stage, part, state, books);
 }
 
 void bookStanding(const Model& model, const ImplicitStage& stage, double h, State& state, StepBooks& books) noexcept {
-  gather(stage, books.last, books.place);
+  gather(stage, books.last, books);
   const Island& island = stage.island;
   for (int n = 0; n < island.pair_count; ++n) {
     const int i = island.pairs[n];
@@ -127,7 +128,7 @@ void bookStanding(const Model& model, const ImplicitStage& stage, double h, Stat
     means = books.last.pair[i];
     means.V = Twist{};
     books.impulse[i] = means.done.shifted(-books.place[i].p) * h;
-    if (model.settings.energy_ledger) state.energy.external -= h * power(means.done, books.last.V_led[i]);
+    if (model.settings.energy_ledger) state.energy.external -= h * power(means.done, books.V_led[i]);
   }
   bookCouplings(model, stage, {h, h, Mean::kOfEnd, 0}, state, books);
 }

@@ -3,7 +3,7 @@
 /// A part of a step is committed from the solve that the stage holds. Impulses over its length h are those by which its scheme moved the
 /// bodies, and work is the mean wrench times the way of this part: both are means w before + (1 - w) now, w = 1 - g/h,
 ///   implicit Euler  w = 0: of its end;
-///   BDF2            before: the mean of the last step (1/3 of it where steps are equal);
+///   BDF2            before: the mean of the last step, w = 1/3 where steps are equal;
 ///   SDIRK2          before: its first stage.
 /// What hands lead goes its own way of the step. The end's force in place of the mean errs by half a step of its change, of which a hand
 /// feels every change of schemes: `shaken.force_err_max_rel`. Force elements and joints are booked by powers at both ends.
@@ -30,13 +30,12 @@ struct SolvedPart {
   Mean mean = Mean::kOfSteps;   ///< what its forces are
   double position_error = 0;    ///< that it foresees of itself [m]
 
-  double before() const { return 1 - g / length; }  ///< share of what was before, see Mean
+  double before() const { return 1 - g / length; }  ///< w of Mean [1]
 };
 
 /// Wrenches and velocities at the end of a stage; of contacts, only what belongs to the island.
 struct StageWrenches {
   std::vector<ContactMeans> pair;  ///< by pair: about the patch that touches; `done` of other patches of the pair adds up
-  std::vector<Twist> V_led;        ///< by pair: at its P, in W's axes, see ImplicitContact
   std::vector<Wrench> coupling;    ///< by pointer: on its link, about the link's origin, in W's axes
   std::vector<Twist> V_coupled;    ///< by pointer: of the link's origin
   ForcePower forces;               ///< of the island's force elements
@@ -49,6 +48,7 @@ struct StepBooks {
   double length = 0;                     ///< of the last island's step [s]
   std::vector<Wrench> impulse;           ///< by pair: of the step so far, on its B, about W's origin
   std::vector<Pose> place;               ///< by pair: X_WP of the patch that pressed last
+  std::vector<Twist> V_led;              ///< by pair: there, in W's axes, see ImplicitContact
   std::vector<double> event;             ///< by pair: share of the step after which its friction changed its mode last; 1: it did not
   std::vector<Wrench> coupling_impulse;  ///< by pointer: of the step so far, about its link's origin
   std::vector<double> coupling_work;     ///< by pointer: on its link in the step so far [J]
@@ -61,8 +61,8 @@ struct StepBooks {
 /// (in realtime) Before the islands of a step: nothing has been done to pairs [0, `pairs`) and couplings.
 void openBooks(int pairs, StepBooks& books) noexcept;
 
-/// (in realtime) Wrenches and velocities of the stage's last solve. `place`: see StepBooks.
-void gather(const ImplicitStage& stage, StageWrenches& found, std::vector<Pose>& place) noexcept;
+/// (in realtime) Wrenches and velocities of the stage's last solve, into `found` of the books, with the places of its patches.
+void gather(const ImplicitStage& stage, StageWrenches& found, StepBooks& books) noexcept;
 
 /// (in realtime) Books the part that the stage has solved, over its length: impulses and energies, and puts friction at its end into the
 /// state. (The last Newton step was not evaluated: forces and friction are those of the evaluation before it.) `first_part`: of this step.
