@@ -70,7 +70,7 @@ struct Shaken {
     def.pointers.push_back(hand);
     return def;
   }
-  /// Step `i`, from 0; returns the normal force that the world reports of it [N].
+  /// Makes step `i`, from 0; returns the normal force that the world reports [N].
   double step(int i, World& world) const {
     const double t = (i + 1) * kStep;
     world.setPointerTarget(0, Pose(Vector3(0, 0, -0.05 + place(t))), {Vector3::Zero(), Vector3(0, 0, speed(t))});

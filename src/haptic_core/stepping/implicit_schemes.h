@@ -69,7 +69,7 @@ constexpr int kSmoothPasses = 2;
 struct IslandStep {
   ImplicitOrder order = ImplicitOrder::kFirst;  ///< the schemes that it may take
   bool locates = false;           ///< instants of friction inside the step
-  bool carried = false;           ///< it touches what a hand leads or joints move, in few pairs: see `isCarried`
+  bool carried = false;           ///< few pairs, one of which a hand or joints lead: implicit_step.cpp
   double length = 0;              ///< [s]
   double left = 0;                ///< the rest that is not done yet [s]
   int budget = 0;                 ///< evaluations that it may take

@@ -27,7 +27,7 @@ constexpr int kFewPairs = 4;
 /// Change of speed in a step, over `slow`, above which carried bodies that stick do not come to rest but go to and fro: .3 g.
 constexpr double kTurnsBack = 10;
 
-/// Whether the island touches what a hand leads, or what joints move: a platform, a gripper.
+/// Whether the island touches a link that a hand leads or joints move: a platform, a gripper.
 bool isCarried(const Model& model, const ImplicitStage& stage, const State& state) noexcept {
   const Island& island = stage.island;
   if (island.pair_count > kFewPairs) return false;

@@ -28,8 +28,8 @@ struct ImplicitContact {
   LocatedForce force;            ///< at the stage's end
   Wrench done_P;         ///< wrench by which the stage moved the bodies, on B at P, in P's axes: `force` up to the solve's tolerance
   double elastic = 0;    ///< ½ k ∫d² dA [J]
-  Twist V_P;             ///< of B relative to A at the stage's end, of what is not led
-  Twist V_led_P;         ///< of what hands lead and belts carry: mean over the step
+  Twist V_P;             ///< of B relative to A at the stage's end, as if hands and belts stood still
+  Twist V_led_P;         ///< of B relative to A, by hands and belts alone: mean over the step
   bool touching = true;  ///< within a solve: still overlaps
 };
 

@@ -76,8 +76,8 @@ class CacheInA {
 /// patch's P, in W's axes.
 struct ContactMeans {
   Wrench done;        ///< that moved the bodies [N·m], [N]
-  Wrench F, elastic;  ///< of the contact's law at the velocities found: `done` up to the solve's tolerance; of it k Vol n
-  Twist V;            ///< of B relative to A, of what is not led
+  Wrench F, elastic;  ///< of the contact's law at the velocities found, `done` up to the solve's tolerance; the part k Vol n of F
+  Twist V;            ///< of B relative to A, as if hands and belts stood still
 
   /// Between these and `last`, of which `w` is the share of these.
   ContactMeans mixed(double w, const ContactMeans& last) const {
