@@ -16,6 +16,7 @@ struct FrozenContact {
   Vector6 step = Vector6::Zero();      ///< J p
   Vector6 step_loaded = Vector6::Zero();  ///< the same with the step's change of friction's limit
   FrozenPatch::Force force;            ///< at V
+  bool ends_here = false;              ///< a pass has ended at V, and `force` is that there
   Vector3 slid = Vector3::Zero();      ///< friction at the last Newton step where it slid (x, y, about n); 0: it stuck [N, N·m]
   Matrix6 G = Matrix6::Zero();         ///< -g ∂F/∂V of the last Newton step, friction's limit kept
   Vector6 per_load = Vector6::Zero();  ///< ∂F/∂N of it by that limit [m … 1]

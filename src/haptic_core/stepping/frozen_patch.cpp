@@ -66,7 +66,7 @@ void FrozenPatch::setLaw(const PairLaw& law, double g) noexcept {
   constant_.setZero();
   beyond_.setZero();
   scale_ = 1;
-  large_constant_ = rough_ = false;
+  large_constant_ = rough_ = is_known_ = false;
   faces_.clear();
 }
 
@@ -139,13 +139,15 @@ void FrozenPatch::matchForce(const Vector3& exact, const Vector6& V) noexcept {
     sum(V, first);
   }
   constant_ = exact - first;
+  first_ = first + constant_;
+  is_known_ = true;
   const double bound = kMostConstant * std::abs(exact[0]);
   large_constant_ = std::abs(constant_[0]) > bound || constant_.tail<2>().norm() > bound * radius_;
 }
 
 void FrozenPatch::dropConstant() noexcept {
   rough_ = large_constant_;
-  if (rough_) constant_.setZero();
+  if (rough_) constant_.setZero(), is_known_ = false;
 }
 
 void FrozenPatch::freezeNear(const ContactVolume& near, double closer, const PairLaw& law, const Vector6& V,
@@ -160,6 +162,7 @@ void FrozenPatch::freezeNear(const ContactVolume& near, double closer, const Pai
 }
 
 void FrozenPatch::part(const Vector6& V) noexcept {
+  is_known_ = false;
   beyond_.setZero();
   const LinearField v_n = approachField(V);
   // Where the faces would overlap still, they touch: no more than their gap is left everywhere.
@@ -273,6 +276,15 @@ void FrozenPatch::evaluate(const Vector6& V, Force& out) const noexcept {
   setForce(out);
 }
 
+bool FrozenPatch::evaluateAtReference(const Vector6& V, Force& out) const noexcept {
+  if (!is_known_) return false;
+  out.first = first_;
+  out.normal = std::max(0.0, out.first[0]);
+  out.friction = friction_.hold(slipRate(V), g_, out.normal);
+  setForce(out);
+  return true;
+}
+
 void FrozenPatch::stick(const Vector6& V, Force& out) const noexcept {
   FrictionLayer stuck = friction_;
   stuck.limited = stuck.dragged = false;
@@ -336,10 +348,7 @@ Vector2 FrozenPatch::springsGained(const Vector6& V) const noexcept {
   return scale_ * k_ * weight_ * sum;
 }
 
-void FrozenPatch::carry(const Vector6& V, const Pose& X_AP, LocatedForce& out,
-                        double& elastic) const noexcept {
-  Force force;
-  evaluate(V, force);
+void FrozenPatch::carry(const Vector6& V, const Force& force, const Pose& X_AP, LocatedForce& out, double& elastic) const noexcept {
   const double limit = force.normal;
   const Vector2 springs = springsGained(V);
   out.elastic_force += springs[0];

@@ -63,6 +63,8 @@ class FrozenPatch {
   };
   /// (in realtime) The force at a twist.
   void evaluate(const Vector6& V, Force& out) const noexcept;
+  /// (in realtime) The same at the twist of `freeze` or `spread`, where pressure is known. False: it was changed since.
+  bool evaluateAtReference(const Vector6& V, Force& out) const noexcept;
   /// (in realtime) Friction as if it stuck, whatever it has to hold: in place of that in `out`, of `evaluate` there.
   void stick(const Vector6& V, Force& out) const noexcept;
   /// (in realtime) Friction at V under the normal force of a wrench F that a step took for it, less F's own [N]: F kept another limit.
@@ -74,8 +76,8 @@ class FrozenPatch {
   Vector6 perLoad(const Vector6& V, const Force& force) const noexcept;
 
   /// (in realtime) Takes an exact contact from the reference to the twist V: force, friction's memory, powers, and the
-  /// elastic energy to the first order.
-  void carry(const Vector6& V, const Pose& X_AP, LocatedForce& force, double& elastic) const noexcept;
+  /// elastic energy to the first order. `at_V`: of `evaluate` there.
+  void carry(const Vector6& V, const Force& at_V, const Pose& X_AP, LocatedForce& force, double& elastic) const noexcept;
 
   /// (in realtime) Where points or faces have not the exact force at the reference, leaves out the difference: for a pass
   /// that goes far from it, and is not the last.
@@ -83,7 +85,7 @@ class FrozenPatch {
   bool isRough() const { return rough_; }  ///< something was left out: another evaluation has to follow
 
   /// (in realtime) No force.
-  void forget() noexcept { points_ = 0, faces_.clear(), constant_.setZero(), beyond_.setZero(); }
+  void forget() noexcept { points_ = 0, faces_.clear(), constant_.setZero(), beyond_.setZero(), is_known_ = false; }
   /// (in realtime) Whether this patch of the same pair lies elsewhere than `other`, not within its extent.
   bool isElsewhere(const FrozenPatch& other) const noexcept { return (place_ - other.place_).norm() > 1.5 * other.radius_; }
 
@@ -125,6 +127,8 @@ class FrozenPatch {
   Vector3 place_ = Vector3::Zero();      ///< centroid in A's frame [m]
   double radius_ = 0;                    ///< of gyration of its area [m]
   bool large_constant_ = false, rough_ = false;  ///< constant_ is large; it was left out
+  Vector3 first_ = Vector3::Zero();      ///< sums at the reference, while they are known
+  bool is_known_ = false;
   FaceOverlay faces_;                    ///< in place of the points, unless empty
   LinearField faces_reach_;              ///< D over the faces [m]
   double scale_ = 1;                     ///< of all pressures

@@ -209,8 +209,12 @@ PassEnd FrozenProblem::solve(double g, int most, double finest, double enough, c
 PassEnd FrozenProblem::solvePart(double g, int most, double finest, double enough, const double* q, double* v) noexcept {
   PassEnd end;
   smoothPart(g, v);
+  bool at_reference = true;  // trial_ holds δ
+  eachVelocity([&](int k) { at_reference &= trial_[k] == 0; });
   eachContact([&](FrozenContact& c) {
-    c.V = c.V_reference + twistOf(c, trial_.data());  // trial_ holds δ
+    c.ends_here = false;
+    c.V = at_reference ? c.V_reference : Vector6(c.V_reference + twistOf(c, trial_.data()));
+    if (at_reference && c.V == c.V_frozen && c.patch.evaluateAtReference(c.V, c.force)) return;
     c.patch.evaluate(c.V, c.force);
   });
   eachForce([&](FrozenForce& c) {
@@ -252,6 +256,7 @@ PassEnd FrozenProblem::solvePart(double g, int most, double finest, double enoug
     if (alpha == 1 && joints_) joints_->settle(v);
     eachContact([&](FrozenContact& c) {
       c.V += alpha * c.step;
+      c.ends_here = size > finest;  // else `search` has not looked there
       if (alpha < 1) c.F_done = c.force.F;  // nothing explains this motion; the passes are not at their end
     });
     eachForce([&](FrozenForce& c) {

@@ -143,6 +143,7 @@ void StageContacts::evaluatePair(int index) noexcept {
   frozen.link_b = model_.shapes[shape_b].link;
   frozen.X_WP = contact.X_WP;
   frozen.V_reference = frozen.V_frozen = found.V_AB_P.vector();
+  frozen.ends_here = false;
   frozen.F_done << found.force.F_BP_P.torque, found.force.F_BP_P.force;
   const double squares = 2 * contact.elastic / k;  // ∫d² dA [m⁴]
   frozen.patch.freeze(found.volume, squares, contact.force, found.law, frozen.V_reference, g_);
@@ -313,8 +314,10 @@ void StageContacts::finish(const double* u, const stepping::HeldLinks& held) noe
       if (!frozen.F_done.isZero(0)) brushes_.push_back({c.pair, frozen.X_WP, done_P, c.V_led_P});
       continue;
     }
-    const Vector6 V = frozen.V_reference + problem_.twistOf(frozen, u);
-    frozen.patch.carry(V, c.volume.X_AP, c.force, c.elastic);
+    const Vector6 V = frozen.ends_here ? frozen.V : Vector6(frozen.V_reference + problem_.twistOf(frozen, u));
+    FrozenPatch::Force at_V = frozen.force;
+    if (!frozen.ends_here) frozen.patch.evaluate(V, at_V);
+    frozen.patch.carry(V, at_V, c.volume.X_AP, c.force, c.elastic);
     c.V_P = Twist{V.head<3>(), V.tail<3>()};
     if (led) c.V_P = c.V_P - ofHandsAsPlaced(c.pair, frozen);
     c.done_P = done_P;
