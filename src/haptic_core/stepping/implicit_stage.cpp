@@ -15,12 +15,6 @@ ImplicitStage::ImplicitStage(const Model& model)
   held.by.resize(model.links.size());
   places.link.resize(model.links.size());
   places.X_WS.resize(model.shapes.size());
-  for (const ModelTree& tree : model.trees) {
-    const auto first = std::find_if(model.shapes.begin(), model.shapes.end(),
-                                    [&](const ModelShape& shape) { return shape.link >= tree.link; });
-    places.first_shape.push_back(static_cast<int>(first - model.shapes.begin()));
-  }
-  places.first_shape.push_back(static_cast<int>(model.shapes.size()));
 }
 
 void beginStages(const Model& model, State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h,
@@ -66,7 +60,7 @@ void select(const Model& model, const Island& island, ImplicitStage& stage) noex
 void placeInStage(const Model& model, int t, const std::vector<double>& velocity, StagePlaces& places) noexcept {
   const ModelTree& tree = model.trees[t];
   forwardKinematics(*tree.model, places.q.data() + tree.q, velocity.data() + tree.v, places.link.data() + tree.link);
-  for (int s = places.first_shape[t]; s < places.first_shape[t + 1]; ++s) {
+  for (int s = tree.shape; s < tree.shape_end; ++s) {
     places.X_WS[s] = places.link[model.shapes[s].link].X_WL * model.shapes[s].X_LS;
   }
 }

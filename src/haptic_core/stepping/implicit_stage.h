@@ -42,7 +42,6 @@ struct StagePlaces {
   std::vector<double> q;          ///< in the state's order
   std::vector<LinkWork> link;     ///< by link
   std::vector<Pose> X_WS;         ///< by shape
-  std::vector<int> first_shape;   ///< by tree, with the end of the last
   bool fixed_placed = false;      ///< the links that never move are where they are
 };
 

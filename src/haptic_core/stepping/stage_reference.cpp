@@ -37,7 +37,7 @@ bool mayGetDeep(const Model& model, const State& state, double g, ImplicitStage&
       std::copy_n(stage.base.q.begin() + tree.q, tree.model->nq(), places.q.begin() + tree.q);
       placeInStage(model, t, stage.v, places);
     }
-    stage.limit.note(places.X_WS.data(), places.first_shape[t], places.first_shape[t + 1]);
+    stage.limit.note(places.X_WS.data(), tree.shape, tree.shape_end);
   }
   return true;
 }

@@ -237,6 +237,12 @@ void Model::sortShapes() {
   for (const ModelTree& tree : trees) {
     forwardKinematics(*tree.model, q_start.data() + tree.q, v_start.data() + tree.v, work.data() + tree.link);
   }
+  int next = 0;
+  for (ModelTree& tree : trees) {
+    tree.shape = next;
+    while (next < static_cast<int>(shapes.size()) && shapes[next].link < tree.link + tree.model->linkCount()) ++next;
+    tree.shape_end = next;
+  }
   std::vector<ConvexShape::Box> boxes;
   for (int s = 0; s < static_cast<int>(shapes.size()); ++s) {
     const ModelShape& shape = shapes[s];

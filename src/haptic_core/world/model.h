@@ -50,6 +50,7 @@ struct ModelShape {
 struct ModelTree {
   std::shared_ptr<const Articulation> model;  ///< never null; it never changes
   int q = 0, v = 0, link = 0;       ///< first index of the tree in the world's q, v and links
+  int shape = 0, shape_end = 0;     ///< its shapes: from, up to
   int command = 0;                  ///< first of its joints' commands, one per link; none unless `has_laws`
   bool has_laws = false;            ///< joints do something by themselves, or loops close: TreeMotion moves it
   std::vector<RingDef> rings;       ///< its loops
