@@ -167,19 +167,20 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
   return true;
 }
 
-void fly(const Model& model, int t, double h, State& state, Work& work) noexcept {
+void flow(const Model& model, int t, double h, State& state, Work& work, StepReport& report) noexcept {
   const ModelTree& tree = model.trees[t];
-  if (!anyWrench(model, state, t)) {
-    return stepFreeBody(tree.model->link(0), model.settings.gravity, h, state.q.data() + tree.q, state.v.data() + tree.v);
-  }
+  const Vector3& gravity = model.settings.gravity;
+  const bool pulled = anyWrench(model, state, t);
+  work.counted.done += units::kLink * tree.model->linkCount();
+  if (!pulled && model.isFree(tree)) return stepFreeBody(tree.model->link(0), gravity, h, state.q.data() + tree.q, state.v.data() + tree.v);
   const SteppedTree stepped = inPlace(model, tree, work.motion.v_half.data(), state, work);
   LinkWork* links = work.placement.link.data();
   placeTree(tree, state, work.placement);
-  addWrenches(model, state, t, links);
-  readPull(stepped, model.settings.gravity, work.motion.scratch);
-  startVerlet(stepped, model.settings.gravity, h, work.motion.scratch);
-  addWrenches(model, state, t, links);
-  finishVerlet(stepped, model.settings.gravity, h, nullptr, work.motion.scratch);
+  if (pulled) addWrenches(model, state, t, links);
+  readPull(stepped, gravity, work.motion.scratch);
+  book(startVerlet(stepped, gravity, h, work.motion.scratch), state, report);
+  if (pulled) addWrenches(model, state, t, links);
+  finishVerlet(stepped, gravity, h, nullptr, work.motion.scratch);
 }
 
 void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept {

@@ -24,8 +24,9 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
 /// (in realtime) What pulls at explicit trees whose last step was not one of velocity Verlet.
 void prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
 
-/// (in realtime) A free body that touches nothing, in implicit attempts as well: exactly under gravity, by velocity Verlet under wrenches.
-void fly(const Model& model, int tree, double h, State& state, Work& work) noexcept;
+/// (in realtime) A tree that touches nothing: a free body exactly under gravity, a tree of joints to fourth order while its laws are
+/// smooth; by velocity Verlet under wrenches.
+void flow(const Model& model, int tree, double h, State& state, Work& work, StepReport& report) noexcept;
 
 /// (in realtime) What contacts and hands do to a tree now is kept in the state for the next step of velocity Verlet.
 void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept;

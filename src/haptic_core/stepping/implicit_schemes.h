@@ -131,8 +131,8 @@ double restBound(const Model& model, const State& state, const ImplicitStage& st
 double lastStep(const Island& island, const State& state) noexcept;
 
 /// (in realtime) Stands, or makes one step of implicit Euler over the next h [s], in at most so many passes. `if_jumps`: contacts jumped
-/// in the last step, and in a heap they mostly go on to; where the first evaluation finds those of the start none the less, nothing is
-/// done, and the answer is no: second order is worth a try.
+/// in the last step, and in a heap they mostly go on to; where the first evaluation finds those of the start none the less, or an impact
+/// that parts resolve, nothing is done, and the answer is no: second order is worth a try.
 bool euler(const Model& model, double h, int passes, bool if_jumps, State& state, ImplicitWork& work) noexcept;
 
 /// (in realtime) BDF2 over the next s [s] of the step, after a step of length `last`.
@@ -141,6 +141,9 @@ Attempt bdf2(const Model& model, State& state, const IslandStep& step, double s,
 /// (in realtime) SDIRK2 over the next s [s]; contacts yield as `stage.base.yielding` says. Its first stage's wrenches go into the books.
 Attempt sdirk2(const Model& model, State& state, const IslandStep& step, double s, ImplicitStage& stage, SchemeWork& work,
                StepBooks& books) noexcept;
+/// (in realtime) Parts of h [s] in which an impact is resolved, by the contacts of the state and of the stage; 0: they swing too fast, or
+/// there are too many of them.
+int partsOfImpact(const Model& model, const State& state, const ImplicitStage& stage, double h) noexcept;
 /// (in realtime) Before either: how contacts yield. What sticks never does in a step that locates the instants at which it lets go.
 void setModes(const State& state, bool locates, ImplicitStage& stage) noexcept;
 

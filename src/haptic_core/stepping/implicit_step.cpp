@@ -24,8 +24,13 @@ constexpr double kMostRatio = 2;
 /// Pairs up to which an island may be carried: in a heap that a hand goes through most attempts fail that a wrong guess begins, and what
 /// changes its speed is rocking, which is to settle.
 constexpr int kFewPairs = 4;
+/// Share of friction's static limit from which a slow contact is looked at for the instant at which it gives way. At 1 (no limit)
+/// `stick_slip` leaves its plateau up to a step late; at 0 whatever sticks is solved twice (a_cube: 1.15 of the instructions).
+constexpr double kNearLimit = 0.8;
 /// Change of speed in a step, over `slow`, above which carried bodies that stick do not come to rest but go to and fro: .3 g.
 constexpr double kTurnsBack = 10;
+/// The same above which a body is at the lowest point of a bounce, where nothing is explicit: 2 g.
+constexpr double kBounces = 66;
 
 /// Whether the island touches a link that a hand leads or joints move: a platform, a gripper.
 bool isCarried(const Model& model, const ImplicitStage& stage, const State& state) noexcept {
@@ -39,15 +44,22 @@ bool isCarried(const Model& model, const ImplicitStage& stage, const State& stat
 }
 
 /// Slow enough to come to rest, see kSettles. `slow`: what gravity adds in a step, or joints that stand make, times the accuracy [m/s].
-bool settles(const Island& island, const State& state, double speed, double gained, bool carried, double slow) {
+/// Where instants of friction are located, all that slides or is near its limit keeps its order until they are.
+bool settles(const Model& model, const Island& island, const State& state, const IslandStep& step, double speed, double gained,
+             double slow) {
+  const bool all_implicit = model.settings.attempts == Attempts::kFlow;
   bool touches = false, slides = false;
   for (int i = 0; i < island.pair_count; ++i) {
     const FrictionMemory& friction = state.pairs[island.pairs[i]].friction;
-    touches |= friction.touching != 0;
-    slides |= friction.touching != 0 && friction.sliding != 0;
+    if (friction.touching == 0) continue;
+    touches = true;
+    slides |= friction.sliding != 0;
+    if (step.locates && (!all_implicit || slides || friction.load > kNearLimit)) return false;
   }
   const bool sticks = touches && !slides;
-  return speed <= (sticks ? kSettlesStuck : kSettles) * slow && !(sticks && carried && gained > kTurnsBack * slow);
+  const bool bounces = all_implicit && touches && island.pair_count <= kFewPairs && gained > kBounces * slow;
+  const bool turns_back = sticks && step.carried && gained > kTurnsBack * slow;
+  return speed <= (sticks ? kSettlesStuck : kSettles) * slow && !turns_back && !bounces;
 }
 
 /// Evaluations of the island's geometry in a step.
@@ -98,6 +110,7 @@ Outcome secondOrder(const Model& model, double s, State& state, ImplicitWork& wo
 void subSteps(const Model& model, State& state, ImplicitWork& work) noexcept {
   IslandStep& step = work.step;
   double s = step.length, error = kNone;
+  int parts = 0;  // that resolve an impact
   for (int n = 0; n < kMostAttempts && step.left > 0; ++n) {
     s = std::min(s, step.left);
     const Outcome outcome = secondOrder(model, s, state, work);
@@ -110,6 +123,19 @@ void subSteps(const Model& model, State& state, ImplicitWork& work) noexcept {
     if (failed.excess < kHelps * error && s > 1.001 * step.length / kMostParts) {
       error = failed.excess;
       s *= 0.5;
+      continue;
+    }
+    const bool jumps = !(failed.part.length > 0);
+    if (jumps) parts = std::max(parts, partsOfImpact(model, state, work.stage, step.length));
+    if (jumps && parts > 1) {
+      error = kNone;
+      if (s * parts > step.length) {
+        s *= 0.5;
+        continue;
+      }
+      euler(model, s, step.eulerPasses(work.stage), false, state, work);
+      step.goOn(s);
+      s = step.left;
       continue;
     }
     // Impacts (`kNone`) are implicit Euler's. What halving does not help is the attempt's that errs least.
@@ -168,7 +194,7 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   const bool rests = speed <= restBound(model, state, stage, h);  // then it is asked first whether it stands, and nothing slips
   const double gained = h * stage.speed(state.a_end);
   const bool second_order =
-      order != ImplicitOrder::kFirst && !rests && (step.locates || !settles(island, state, speed, gained, step.carried, slow));
+      order != ImplicitOrder::kFirst && !rests && !settles(model, island, state, step, speed, gained, slow);
   const bool jumps_on =
       second_order && lastStep(island, state) < 0 && euler(model, h, step.eulerPasses(stage), true, state, work);
   if (second_order && !jumps_on) subSteps(model, state, work);

@@ -15,15 +15,69 @@ ImplicitOrder orderOf(Attempts attempts) noexcept {
                                               : ImplicitOrder::kSecondMultistep;
 }
 
-/// A body that touches nothing and that no hand and no force element pulls moves as explicit steps move it: exactly.
-bool fliesFreely(const Model& model, const Island& island, const State& state) noexcept {
-  if (island.pair_count > 0 || island.tree_count > 1) return false;
-  const ModelTree& tree = model.trees[island.trees[0]];
-  if (!model.isFree(tree) || hasForces(model, island.trees[0])) return false;
+/// Nothing touches the island, and no hand and no force element pulls at it: its trees go on by themselves.
+bool isLeftAlone(const Model& model, const Island& island, const State& state) noexcept {
+  if (model.settings.attempts != Attempts::kFlow && (island.pair_count > 0 || island.tree_count > 1)) return false;
+  for (int i = 0; i < island.pair_count; ++i) {
+    const ActivePair& pair = state.pairs[island.pairs[i]];
+    if (pair.friction.touching != 0 || pair.buried) return false;
+  }
+  const auto isOf = [&](int tree) { return std::binary_search(island.trees, island.trees + island.tree_count, tree); };
   for (std::size_t p = 0; p < state.pointers.size(); ++p) {
     const PointerState& pointer = state.pointers[p];
-    if (!model.holds(static_cast<int>(p)) && pointer.targeted && pointer.link == tree.link) return false;
+    if (!model.holds(static_cast<int>(p)) && pointer.targeted && isOf(model.links[pointer.link].articulation)) return false;
   }
+  return std::all_of(island.trees, island.trees + island.tree_count, [&](int t) {
+    return !hasForces(model, t) && (model.settings.attempts == Attempts::kFlow || model.isFree(model.trees[t]));
+  });
+}
+
+/// Whether something of the island overlaps where it stands now.
+bool anyTouches(const Model& model, const Island& island, State& state, Work& work) noexcept {
+  Placement& placement = work.placement;
+  ContactWork& contacts = work.contacts;
+  for (int n = 0; n < island.tree_count; ++n) {
+    const ModelTree& tree = model.trees[island.trees[n]];
+    placeTree(tree, state, placement);
+    for (int s = tree.shape; s < tree.shape_end; ++s) placement.X_WS[s] = placement.link[model.shapes[s].link].X_WL * model.shapes[s].X_LS;
+  }
+  const Pose* X_WS = placement.X_WS.data();
+  if (contacts.seams.any()) contacts.seams.find(state.pairs.data(), island.pairs, island.pair_count, X_WS, contacts.workspace);
+  return std::any_of(island.pairs, island.pairs + island.pair_count, [&](int i) {
+    ActivePair& pair = state.pairs[i];
+    ContactVolume volume;
+    work.counted.done += model.look(pair.shapeA(), pair.shapeB());
+    const Pose &X_WA = X_WS[pair.shapeA()], &X_WB = X_WS[pair.shapeB()];
+    contacts.seams.locate(i, pair, X_WA, relativePose(X_WA, X_WB), contacts.workspace, volume);
+    return volume.status == ContactVolume::Status::kOverlap;
+  });
+}
+
+/// The island's trees go on by themselves, unless that has something touch at the end: then nothing is done.
+bool flows(const Model& model, const Island& island, double h, State& state, Work& work, StepReport& report) noexcept {
+  if (!isLeftAlone(model, island, state)) return false;
+  ExplicitWork& motion = work.motion;
+  const EnergySums energy = state.energy;
+  const auto eachTree = [&](auto&& act) {
+    for (int n = 0; n < island.tree_count; ++n) act(island.trees[n], model.trees[island.trees[n]]);
+  };
+  eachTree([&](int, const ModelTree& tree) {
+    std::copy_n(state.q.begin() + tree.q, tree.model->nq(), motion.q_start.begin() + tree.q);
+    std::copy_n(state.v.begin() + tree.v, tree.model->nv(), motion.v_start.begin() + tree.v);
+  });
+  eachTree([&](int t, const ModelTree&) { flow(model, t, h, state, work, report); });
+  if (island.pair_count > 0 && anyTouches(model, island, state, work)) {
+    eachTree([&](int, const ModelTree& tree) {
+      std::copy_n(motion.q_start.begin() + tree.q, tree.model->nq(), state.q.begin() + tree.q);
+      std::copy_n(motion.v_start.begin() + tree.v, tree.model->nv(), state.v.begin() + tree.v);
+    });
+    state.energy = energy;
+    return false;
+  }
+  eachTree([&](int t, const ModelTree& tree) {
+    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) state.a_end[i] = (state.v[i] - motion.v_start[i]) / h;
+    state.last_step[t] = 0;
+  });
   return true;
 }
 
@@ -39,12 +93,7 @@ void noteImpact(const Model& model, const ContactReport& contact, double h, cons
 
 const ImplicitReport* solveIsland(const Model& model, const Island& island, double h, double most, State& state, Work& work,
                                   StepReport& report) noexcept {
-  if (fliesFreely(model, island, state)) {
-    fly(model, island.trees[0], h, state, work);
-    work.counted.done += units::kLink;
-    state.last_step[island.trees[0]] = 0;
-    return nullptr;
-  }
+  if (flows(model, island, h, state, work, report)) return nullptr;
   const ImplicitReport& solved = advanceIsland(model, island, h, orderOf(model.settings.attempts), most, state, *work.implicit);
   if (!solved.stands) work.counted.done += solved.units;
   work.counted.gave_way |= solved.cut && !solved.stands;

@@ -8,7 +8,8 @@ enum class Attempts : unsigned char {
   kAll,            ///< velocity Verlet, and for islands that are too stiff for it BDF2, SDIRK2 and implicit Euler
   kVerlet,         ///< velocity Verlet, stable or not
   kImplicitEuler,  ///< implicit Euler
-  kSdirk2          ///< SDIRK2, with implicit Euler where it is not smooth
+  kSdirk2,         ///< SDIRK2, with implicit Euler where it is not smooth
+  kFlow            ///< flow where nothing touches, and BDF2, SDIRK2 and implicit Euler where something does: to become the default
 };
 
 }  // namespace haptic

@@ -49,7 +49,7 @@ ContactWork::ContactWork(const Model& model)
   booked.reserve(model.pair_capacity);
 }
 
-ExplicitWork::ExplicitWork(const Model& model) : v_half(model.nv), v_ahead(model.nv) {
+ExplicitWork::ExplicitWork(const Model& model) : v_half(model.nv), v_ahead(model.nv), q_start(model.nq), v_start(model.nv) {
   for (const ModelTree& tree : model.trees) scratch.fit(*tree.model);
 }
 

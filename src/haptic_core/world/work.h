@@ -46,6 +46,7 @@ struct ContactWork {
 struct ExplicitWork {
   std::vector<double> v_half;    ///< velocity Verlet: between the kicks; of joints with laws the mean over the step
   std::vector<double> v_ahead;   ///< velocity Verlet: after the next half kick, while the ledger is kept
+  std::vector<double> q_start, v_start;  ///< of trees that flow, before
   TreeStepScratch scratch;       ///< of the steps in tree_step.h
 
   explicit ExplicitWork(const Model& model);  ///< set-up: room for all velocities
