@@ -19,6 +19,7 @@
 #include "haptic_core/base/cpu_time.h"
 #include "haptic_core/loop/realtime.h"
 #include "loop_rig.h"
+#include "scenes_ticks.h"
 
 namespace haptic::bench {
 namespace {
@@ -182,7 +183,12 @@ void runBusy() {
 
 int main(int argc, char** argv) {
   using namespace haptic::bench;
+  if (argc == 5 && std::strcmp(argv[1], "ticks") == 0) {
+    countTicks(argv[2], argv[3], argv[4]);
+    return 0;
+  }
   if (argc < 2 || std::strcmp(argv[1], "scenes") == 0) runScenes();
   if (argc < 2 || std::strcmp(argv[1], "bin") == 0) runBusy();
+  if (argc < 2 || std::strcmp(argv[1], "ticks") == 0) measureTicks();
   return 0;
 }
