@@ -1,6 +1,7 @@
 #include "haptic_bridge/realtime_thread.h"
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/spidar/force_slew.h"
 #include "haptic_core/world/step_history.h"
 
 namespace haptic {
@@ -14,8 +15,6 @@ constexpr std::size_t kStarts = 16, kEvents = 256;
 // How long the first tick waits for a recorder: rosbag record needs a second or two to start and one to find the topics,
 // on a machine that starts a dozen other programs ten times that.
 constexpr std::chrono::milliseconds kRecorderPatience{30000};
-// An owner waits a second for its port; the law takes 10 N away in 0.1 s.
-constexpr double kLeadOutSeconds = 0.3;
 // The full report is for people: every 16th tick, so that its 3 KB cost nothing at 10 kHz.
 constexpr std::uint64_t kReportEvery = 16;
 

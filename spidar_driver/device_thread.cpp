@@ -2,13 +2,13 @@
 
 #include <ros/console.h>
 
+#include "haptic_core/spidar/force_slew.h"
+
 namespace haptic {
 namespace {
 
 /// How often the thread asks for the port while the bridge has it; the strings are then the bridge's.
 constexpr std::chrono::milliseconds kRetry{20};
-/// Whoever wants the port waits a second for it; a force is led out within this time [s].
-constexpr double kLeadOutSeconds = 0.3;
 
 }  // namespace
 

@@ -25,6 +25,10 @@
 
 namespace haptic {
 
+/// How long a hand is led out of its force before its port goes to another owner, which waits a second for it [s]. The law takes 10 N away
+/// in .1 s.
+constexpr double kLeadOutSeconds = 0.3;
+
 /// What bounds a wrench's change.
 struct ForceSlew {
   double stiffness = 0;  ///< K [N/m]

@@ -76,9 +76,6 @@ inline CouplingBound stiffestCoupling(const LoopPort& port) {
   return {share * bound.stiffness, share * bound.damping};
 }
 
-/// The share of the stiffest coupling's K that (1) leaves to a damper that is `share` of its own [1].
-inline double stiffnessWithDamping(double share) { return share < 1 ? std::sqrt(std::max(0.0, share * (2 - share))) : 1.0; }
-
 /// The largest K [N/m] of a loop that bears `stiffness` [N/m] by damping B [N·s/m], when its delay grows by `added` [s]: B/K is T/2 + τ,
 /// so 1/K' = 1/K + added/B.
 inline double withAddedDelay(double stiffness, double damping, double added) {
