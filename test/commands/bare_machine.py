@@ -75,6 +75,11 @@ class BareMachine:
         with open(path, encoding="utf-8") as file:
             return file.read()
 
+    def remove(self, names):
+        """Of what is installed here these are not, until the next apt-get install."""
+        with open(os.path.join(self.folder, "removed"), "w", encoding="utf-8") as out:
+            out.write("".join(f"{name}\n" for name in sorted(names)))
+
     def installs(self):
         """The calls of apt-get that installed something."""
         return [line for line in self.text("calls").splitlines() if " install " in f" {line} " and "--assume-no" not in line]
