@@ -358,15 +358,15 @@ void Spidar::sense(const DeviceSample& sample, double h, const TimeLost& lost) n
 bool Spidar::takePose(const DeviceSample& sample, double elapsed) noexcept {
   if (health_.corrections() > 0) flags_ |= kStringCorrected;
   const GripPose last = solution_.pose;
-  const PoseSolution solved = kinematics_.solvePose(length_, last);
+  const double since_pose = elapsedSince(pose_stamp_ns_, sample, since_pose_, elapsed);
+  GripPose steady;
+  const PoseSolution solved = kinematics_.solvePose(length_, last, steady_lengths_.read(length_, since_pose), steady);
   if (!checkResidual(solved, last, elapsed)) return false;
   if (solved.status != PoseStatus::kConverged) {
     flags_ |= kPoseNotConverged;
     return false;
   }
-  const double since_pose = elapsedSince(pose_stamp_ns_, sample, since_pose_, elapsed);
-  const StringVector steady = steady_lengths_.read(length_, since_pose);
-  updatePose(solved, steady == length_ ? solved.pose : kinematics_.solvePose(steady, solved.pose).pose, since_pose);
+  updatePose(solved, steady, since_pose);
   since_pose_ = 0;
   pose_is_new_ = true;
   pose_stamp_ns_ = sample.stamp_ns;

@@ -144,6 +144,12 @@ class DampedStep {
     cholesky_.solve(u);
     return true;
   }
+  /// The step of the last equations from other errors of the lengths [m].
+  void solve(const StringLinearisation<kDof>& line, const typename StringLinearisation<kDof>::Lane& error, int padded,
+             std::array<double, kDof>& u) const noexcept {
+    for (int a = 0; a < kDof; ++a) u[a] = dot(line.column[a].data(), error.data(), padded);
+    cholesky_.solve(u);
+  }
   bool nearlyFree() const { return damping_ <= kFirstDamping; }  ///< the last step was hardly shortened
 
  private:
@@ -195,8 +201,8 @@ StringKinematics::StringKinematics(const DeviceDef& def)
 }
 
 template <int kDof>
-PoseSolution StringKinematics::solve(const StringVector& measured, const GripPose& guess,
-                                     const PoseSettings& settings) const noexcept {
+PoseSolution StringKinematics::solve(const StringVector& measured, const GripPose& guess, const PoseSettings& settings, const StringVector& nearby,
+                                     GripPose& pose_nearby) const noexcept {
   PoseSolution out;
   out.pose = guess;
   out.length_error = StringVector::Constant(strings_, std::nan(""));
@@ -242,20 +248,31 @@ PoseSolution StringKinematics::solve(const StringVector& measured, const GripPos
     line.compare(target, strings_, padded_);
     u.fill(0);
   }
-  out.pose = converged ? candidate : best;
+  out.pose = pose_nearby = converged ? candidate : best;
   takeErrors<kDof>(line, u, out);
+  if (converged && &nearby != &measured) {
+    for (int i = 0; i < strings_; ++i) line.error[i] += measured[i] - nearby[i];
+    damped.solve(line, line.error, padded_, u);
+    limitStep<kDof>(u, kLargestTurn * radius_, kLargestShift * curvature_length_);
+    pose_nearby = moved<kDof>(best, u, radius_);
+  }
   return out;
 }
 
-PoseSolution StringKinematics::solvePose(const StringVector& measured, const GripPose& guess,
+PoseSolution StringKinematics::solvePose(const StringVector& measured, const GripPose& guess, const PoseSettings& settings) const noexcept {
+  GripPose same;
+  return solvePose(measured, guess, measured, same, settings);
+}
+
+PoseSolution StringKinematics::solvePose(const StringVector& measured, const GripPose& guess, const StringVector& nearby, GripPose& pose_nearby,
                                          const PoseSettings& settings) const noexcept {
   switch (dof_) {
     case 3:
-      return solve<3>(measured, guess, settings);
+      return solve<3>(measured, guess, settings, nearby, pose_nearby);
     case 7:
-      return solve<7>(measured, guess, settings);
+      return solve<7>(measured, guess, settings, nearby, pose_nearby);
     default:
-      return solve<6>(measured, guess, settings);
+      return solve<6>(measured, guess, settings, nearby, pose_nearby);
   }
 }
 
