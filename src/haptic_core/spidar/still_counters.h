@@ -59,9 +59,7 @@ class StillCounters {
       known_ = true, still_ = 0;
       return;
     }
-    const auto average = [](double& rate, double now, double over, double mean) {
-      rate = now + elementary::exp(-over / mean) * (rate - now);
-    };
+    double over = 0, keep = 1, keep_slow = 1;  // strings that move have waited alike
     bool moved = false;
     for (int i = 0; i < strings_; ++i) moved = moved || counts[static_cast<std::size_t>(i)] != counts_[i];
     still_ = moved ? 0 : still_ + h;
@@ -71,12 +69,14 @@ class StillCounters {
       since_[i] = change != 0 ? 0 : since_[i] + h;
       // The rates wait while a string shows nothing: they are those that it had. Once it steps again the wait was slow, and counts.
       const double change_of_rate = (rate_[i] - slow_rate_[i]) / (kSlowMean - kMean);
-      const double now = std::fabs(rate_[i]) + (rate_[i] < 0 ? -1 : 1) * change_of_rate * since_[i];
-      missing_[i] = change != 0 ? 0 : missing_[i] + std::max(0.0, now) * h;
+      const double foretold = std::fabs(rate_[i]) + (rate_[i] < 0 ? -1 : 1) * change_of_rate * since_[i];
+      missing_[i] = change != 0 ? 0 : missing_[i] + std::max(0.0, foretold) * h;
       waited_[i] += h;
       if (change != 0 || missing_[i] < 1) {
-        average(rate_[i], change / waited_[i], waited_[i], kMean);
-        average(slow_rate_[i], change / waited_[i], waited_[i], kSlowMean);
+        if (waited_[i] != over) over = waited_[i], keep = elementary::exp(-over / kMean), keep_slow = elementary::exp(-over / kSlowMean);
+        const double now = change / over;
+        rate_[i] = now + keep * (rate_[i] - now);
+        slow_rate_[i] = now + keep_slow * (slow_rate_[i] - now);
         waited_[i] = 0;
       }
       moving_ += change != 0;
