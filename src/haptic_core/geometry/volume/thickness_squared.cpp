@@ -20,7 +20,7 @@ namespace haptic {
 namespace {
 
 /// Slivers that count no more than this, relative to the whole, are left out: less than elastic energies of contacts need.
-constexpr double kNegligible = 1e-6;
+constexpr double kNegligible = 1e-9;
 
 /// A linear function by its values at the corners of a triangle.
 struct OnCorners {
