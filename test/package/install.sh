@@ -31,6 +31,7 @@ bare=$system/root
 trap 'umount --recursive --lazy "$bare" 2>/dev/null; rm -rf --one-file-system "$system"' EXIT
 rm -rf --one-file-system "$system"
 make_bare "$root/build/debian/$release" "$release" "$log"
+mkdir -p "$(dirname "$log")"
 mount_over "$root/build/debian/$release" "$system"
 mkdir "$bare/debs" && cp "$packages"/*.deb "$bare/debs"
 rm -f "$bare"/debs/haptic-panel_*.deb  # rviz and Qt: who only runs the loop goes without

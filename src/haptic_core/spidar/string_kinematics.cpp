@@ -201,8 +201,8 @@ StringKinematics::StringKinematics(const DeviceDef& def)
 }
 
 template <int kDof>
-PoseSolution StringKinematics::solve(const StringVector& measured, const GripPose& guess, const PoseSettings& settings, const StringVector& nearby,
-                                     GripPose& pose_nearby) const noexcept {
+PoseSolution StringKinematics::solve(const StringVector& measured, const GripPose& guess, const PoseSettings& settings,
+                                     const StringVector& nearby, GripPose& pose_nearby) const noexcept {
   PoseSolution out;
   out.pose = guess;
   out.length_error = StringVector::Constant(strings_, std::nan(""));
@@ -264,8 +264,8 @@ PoseSolution StringKinematics::solvePose(const StringVector& measured, const Gri
   return solvePose(measured, guess, measured, same, settings);
 }
 
-PoseSolution StringKinematics::solvePose(const StringVector& measured, const GripPose& guess, const StringVector& nearby, GripPose& pose_nearby,
-                                         const PoseSettings& settings) const noexcept {
+PoseSolution StringKinematics::solvePose(const StringVector& measured, const GripPose& guess, const StringVector& nearby,
+                                         GripPose& pose_nearby, const PoseSettings& settings) const noexcept {
   switch (dof_) {
     case 3:
       return solve<3>(measured, guess, settings, nearby, pose_nearby);
