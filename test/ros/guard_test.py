@@ -183,11 +183,12 @@ class Guard(unittest.TestCase):
             return answers[-1].success
         wait_until("force", enabled, 20)
         self.assertIn("ENABLED", answers[-1].message)
+        self.state.clear()  # a busy machine may have silenced the boards before
         self.boards.order("kill 1")
         lost = self.state.wait(1, accept=lambda m: m.state == DeviceState.DISCONNECTED)
         self.assertIn("do not answer", lost.message)
-        # A silence of a busy machine just before may have been what was told; dead boards are refused soon and for good.
-        wait_until("a refusal while a board is dead", lambda: not self.recover().success)
+        answer = self.recover()
+        self.assertFalse(answer.success, answer.message)
         answer = calibrate()
         self.assertFalse(answer.success, answer.message)
         self.assertIn("nothing was done", answer.message)
