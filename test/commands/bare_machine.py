@@ -76,7 +76,7 @@ class BareMachine:
             return file.read()
 
     def remove(self, names):
-        """Of what is installed here these are not, until the next apt-get install."""
+        """Packages with these names count as not installed, until the next apt-get install."""
         with open(os.path.join(self.folder, "removed"), "w", encoding="utf-8") as out:
             out.write("".join(f"{name}\n" for name in sorted(names)))
 

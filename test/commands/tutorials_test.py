@@ -77,6 +77,7 @@ class Tutorials(unittest.TestCase):
                 run.write(f'#!/bin/sh\nexec "{ROOT}/run" "$@"\n')
             os.chmod(os.path.join(folder, "run"), 0o755)
             os.symlink(os.path.join(ROOT, "build"), os.path.join(folder, "build"))
+            installed = 0
             for block in blocks:
                 if block["file"]:
                     with open(os.path.join(folder, block["file"]), "w", encoding="utf-8") as out:
@@ -87,8 +88,13 @@ class Tutorials(unittest.TestCase):
                                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
                     self.assertEqual(done.returncode, 0, f"{page}:\n{block['text']}\n{done.stdout[-3000:]}")
                     self.check_said(block["text"], done.stdout)
-                    asked |= {word for line in machine.installs() for word in line.split()} & packages_with_names()
+                    for line in machine.installs()[installed:]:
+                        names = set(line.split()) & packages_with_names()
+                        self.assertTrue(names - asked, f"{page}: installs once more what a call before has asked for: {line}")
+                        asked |= names
+                    installed = len(machine.installs())
                     self.check_imports(page, block["text"], folder, asked)
+            self.assertTrue(asked, f"{page}: set-up was not what a first reader meets")
             self.assertFalse(os.path.exists(machine.reached), "the real apt-get was called")
         self.assertEqual(descendants(marker), [], f"{page} leaves processes")
 
