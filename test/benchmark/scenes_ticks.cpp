@@ -1,7 +1,7 @@
 /// Instructions of a tick of every shipped scene, beside those of a dated commit: unlike times they are the same on a busy machine.
 ///
 /// Counted by callgrind inside HapticLoop::tick, the twin's exchange apart, from tick 1000 to 2000 of the scene's own hand path, at 1 and
-/// at 10 kHz, with the core's library for any processor. `scenes.flow.*` are those of the rule without velocity Verlet (Attempts::kFlow).
+/// at 10 kHz, with the core's library for any processor. `scenes.verlet_first.*` are those of the rule of before (Attempts::kVerletFirst).
 #include "scenes_ticks.h"
 
 #include <algorithm>
@@ -74,7 +74,7 @@ void countTicks(const char* name, const char* rate, const char* rule) {
   RigSettings settings;
   settings.rate = std::atof(rate);
   SceneDef scene = sceneNamed(name, settings.rate);
-  if (std::string(rule) == "flow") scene.world.settings.attempts = Attempts::kFlow;
+  if (std::string(rule) == "verlet_first") scene.world.settings.attempts = Attempts::kVerletFirst;
   Rig rig(scene, settings);
   rig.run(kFirst);
   for (int i = 0; i < kCounted; ++i) {
@@ -85,8 +85,8 @@ void countTicks(const char* name, const char* rate, const char* rule) {
 
 void measureTicks() {
   setenv("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-AVX2", 1);  // the loader then takes that library
-  for (const char* rule : {"default", "flow"}) {
-    const std::string of_rule = std::string(rule) == "flow" ? "scenes.flow." : "scenes.";
+  for (const char* rule : {"default", "verlet_first"}) {
+    const std::string of_rule = std::string(rule) == "verlet_first" ? "scenes.verlet_first." : "scenes.";
     for (int r = 0; r < 2; ++r) {
       const std::string rate = std::to_string(static_cast<int>(kRates[r]));
       Ratios ratios;

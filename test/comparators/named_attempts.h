@@ -11,6 +11,7 @@ struct NamedAttempts {
 };
 
 inline constexpr NamedAttempts kNamedAttempts[] = {
-    {Attempts::kVerlet, "verlet"}, {Attempts::kImplicitEuler, "implicit"}, {Attempts::kSdirk2, "sdirk2"}, {Attempts::kAll, "automatic"}};
+    {Attempts::kVerlet, "verlet"}, {Attempts::kImplicitEuler, "implicit"}, {Attempts::kSdirk2, "sdirk2"}, {Attempts::kAll, "automatic"},
+    {Attempts::kVerletFirst, "verlet_first"}};
 
 }  // namespace haptic::comparators

@@ -40,7 +40,7 @@ ACCURACY = 0.03  # of the default where a run says none
 MEANINGS = {
     'volume-verlet': 'pressure over the contact volume, velocity Verlet',
     'volume-implicit': 'the same, implicit Euler', 'volume-sdirk2': 'the same, SDIRK2 (implicit, second order)',
-    'volume-automatic': 'the same, explicit where soft and implicit where stiff, island by island',
+    'volume-automatic': 'implicit at second order where something touches, exact flight where nothing does, island by island',
     'point-verlet': 'a spring at the deepest point, velocity Verlet: for comparison',
 }
 FAILED = '#e0245e'

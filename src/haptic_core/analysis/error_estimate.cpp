@@ -21,8 +21,8 @@ WorldDef halved(WorldDef def) {
   return def;
 }
 
-WorldDef automatic(WorldDef def) {
-  def.settings.attempts = Attempts::kAll;
+WorldDef verletFirst(WorldDef def) {
+  def.settings.attempts = Attempts::kVerletFirst;
   return def;
 }
 
@@ -62,8 +62,8 @@ struct ErrorEstimator::Impl {
   Impl(const WorldDef& def, int window_steps) : steps(window_steps), coarse(def), fine(halved(def)) {
     order = orderOf(coarse.model(), def.pointers.size());
     has_number = !def.settings.contact_model;
-    if (has_number && def.settings.attempts != Attempts::kAll) {
-      chooser = std::make_unique<World>(automatic(def));
+    if (has_number && def.settings.attempts != Attempts::kVerletFirst) {
+      chooser = std::make_unique<World>(verletFirst(def));
     }
   }
 

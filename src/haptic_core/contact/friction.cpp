@@ -194,7 +194,7 @@ Vector3 FrictionLayer::slip(const Hold& held, const Vector3& rate, double time, 
   if (!held.outside) return before + time * rate;
   // Slip in the springs once the limit has cut the force: f = -L (k s + b ((s - before)/time + w)).
   if (!(time > 0)) return before;
-  const double viscous = damping / time, stiff = 1 / (stiffness + viscous);
+  const double viscous = damping / (lag > 0 ? lag : time), stiff = 1 / (stiffness + viscous);
   Vector3 slip = viscous * before - damping * rest;
   for (int i = 0; i < 3; ++i) slip[i] = area[i] > 0 ? stiff * (slip[i] - held.force[i] / area[i]) : 0.0;
   return slip;
@@ -252,7 +252,7 @@ class Evaluation {
   /// held all of it would have energy that no motion has put there. Without a step there is no motion.
   Planar heldBy(const Planar& f) const {
     if (!(advance_.time > 0)) return before_;
-    const double viscous = layer_.b / (layer_.k * advance_.time);
+    const double viscous = layer_.b / (layer_.k * advance_.lag());
     return (layer_.slipFor(f) + before_ * viscous) * (1 / (1 + viscous));
   }
   bool isDragged() const { return slid_ && advance_.yielding == Yielding::kDragged; }
@@ -318,6 +318,7 @@ void Evaluation::keepLayer(FrictionForce& out) const {
   l.slid = slid_;
   l.limited = slid_ || advance_.yielding != Yielding::kNever;
   l.dragged = isDragged();
+  l.lag = out.renewed ? advance_.since : 0;
 }
 
 /// Where the area integral stands off the ellipsoid, for the direction of slip. Within a solve the direction is that of the

@@ -145,9 +145,12 @@ struct Advance {
   /// with it contains it; poses do not show it.
   Vector3 belt = Vector3::Zero();
   double run = 0;             ///< how long belts have run since the memory's anchor was last told [s]
+  double since = 0;           ///< since the memory, where the base of a stage is later than it [s]; 0: `time`
 
   /// Their way meanwhile.
   Vector3 carried() const { return run * belt; }
+  /// Over which springs follow their dampers from the memory [s].
+  double lag() const { return since > 0 ? since : time; }
 };
 
 /// The friction law while the slip rate alone changes within a step: an elastic layer within an ellipsoid.
@@ -164,6 +167,7 @@ struct FrictionLayer {
   bool limited = true;                ///< false: elastic whatever the load
   bool dragged = false;               ///< f = N o, whatever the slip
   bool slid = false;                  ///< it slid at the start
+  double lag = 0;                     ///< since `before`, where that is the memory's and the stage is shorter [s]; 0: the stage's length
 
   /// Force of the law for one rate.
   struct Hold {

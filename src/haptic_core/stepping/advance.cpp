@@ -39,6 +39,7 @@ bool implicitPart(const Model& model, const StepPart& part, State& state, Work& 
 }  // namespace
 
 void advance(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept {
+  if (model.allFlows()) return flowAll(model, part, state, work, report);
   prime(model, part, state, work, report);
   work.choice.position_error = 0;
   Retreat& retreat = work.choice.retreat;

@@ -17,7 +17,7 @@ constexpr int kMostCutPairs = 8;
 /// high, and little too low.
 constexpr double kGrown = 1.1, kShrunk = 0.5;
 
-bool isImplicit(const State& state, int tree) noexcept { return state.mode[tree] == TreeMode::kImplicit; }
+bool isImplicit(const State& state, int tree) noexcept { return state.mode[tree] >= TreeMode::kImplicit; }
 
 bool movesByItself(const Model& model, const Work& work, int shape) noexcept {
   return work.hands.movesByItself(model.trees[model.treeOf(shape)]);
@@ -130,7 +130,7 @@ ChoiceWork::ChoiceWork(const Model& model) : number(model.links.size()) {
 }
 
 bool anyImplicit(const State& state) noexcept {
-  return std::find(state.mode.begin(), state.mode.end(), TreeMode::kImplicit) != state.mode.end();
+  return std::any_of(state.mode.begin(), state.mode.end(), [](TreeMode mode) { return mode >= TreeMode::kImplicit; });
 }
 
 double longestPart(const Model& model, const State& state) noexcept {

@@ -12,7 +12,7 @@ namespace {
 /// Held links are not stepped, whatever the mode of their tree.
 bool isImplicit(const Model& model, const State& state, const HandWork& hands, int shape) noexcept {
   const int tree = model.treeOf(shape);
-  return state.mode[tree] == TreeMode::kImplicit && hands.movesByItself(model.trees[tree]);
+  return state.mode[tree] >= TreeMode::kImplicit && hands.movesByItself(model.trees[tree]);
 }
 
 /// An impulse on B, and its opposite on A, at a point of W; taken into account at the end of the step.

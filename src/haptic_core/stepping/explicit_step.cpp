@@ -12,7 +12,7 @@ namespace haptic::stepping {
 namespace {
 
 bool isExplicit(const Model& model, const State& state, const ModelTree& tree) noexcept {
-  return state.mode[model.indexOf(tree)] != TreeMode::kImplicit;
+  return state.mode[model.indexOf(tree)] < TreeMode::kImplicit;
 }
 
 /// Kinematics of the trees that may have moved and that startVerlet does not move: in hands, or implicit.
@@ -181,6 +181,26 @@ void flow(const Model& model, int t, double h, State& state, Work& work, StepRep
   book(startVerlet(stepped, gravity, h, work.motion.scratch), state, report);
   if (pulled) addWrenches(model, state, t, links);
   finishVerlet(stepped, gravity, h, nullptr, work.motion.scratch);
+}
+
+void keepFlow(const Model& model, int t, double h, const std::vector<double>& v_start, State& state) noexcept {
+  const ModelTree& tree = model.trees[t];
+  for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) state.a_end[i] = (state.v[i] - v_start[i]) / h;
+  state.last_step[t] = 0;
+  state.mode[t] = TreeMode::kFlowed;
+}
+
+void flowAll(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+  moveHeld(model, part, state, work.hands, work.placement);
+  for (const int t : work.visits.trees) {
+    const ModelTree& tree = model.trees[t];
+    if (work.hands.movesByItself(tree)) {
+      std::copy_n(state.v.begin() + tree.v, tree.model->nv(), work.motion.v_start.begin() + tree.v);
+      flow(model, t, part.h, state, work, report.step);
+      keepFlow(model, t, part.h, work.motion.v_start, state);
+    }
+    placeTree(tree, state, work.placement);
+  }
 }
 
 void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept {

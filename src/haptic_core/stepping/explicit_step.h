@@ -28,6 +28,12 @@ void prime(const Model& model, const StepPart& part, State& state, Work& work, R
 /// smooth; by velocity Verlet under wrenches.
 void flow(const Model& model, int tree, double h, State& state, Work& work, StepReport& report) noexcept;
 
+/// (in realtime) What the next step needs to know of a tree that has flowed for h [s] from the velocities `v_start`.
+void keepFlow(const Model& model, int tree, double h, const std::vector<double>& v_start, State& state) noexcept;
+
+/// (in realtime) All trees of a world in which nothing can touch or pull (Model::allFlows).
+void flowAll(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
+
 /// (in realtime) What contacts and hands do to a tree now is kept in the state for the next step of velocity Verlet.
 void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept;
 

@@ -39,7 +39,7 @@ void aimCouplings(const Model& model, const State& state, Work& work) noexcept {
 void takeCouplings(const Model& model, const StepPart& part, State& state, Work& work) noexcept {
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
     const ImplicitCoupling& coupling = work.implicit->stage.forces.couplings[i];
-    if (coupling.link < 0 || state.mode[model.links[coupling.link].articulation] != TreeMode::kImplicit) continue;
+    if (coupling.link < 0 || state.mode[model.links[coupling.link].articulation] < TreeMode::kImplicit) continue;
     work.hands.wrench[i] += -(meanCoupling(work.implicit->books, static_cast<int>(i)) * part.share);
     state.energy.external += work.implicit->books.coupling_work[i];
   }

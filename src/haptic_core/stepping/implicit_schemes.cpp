@@ -23,6 +23,12 @@ constexpr int kMostResolved = 8;
 /// Share of the step below which nothing is left of it.
 constexpr double kRest = 1e-9;
 
+/// Whether bodies that meet at that speed part again at one that matters: the damper within the spring, c, leaves no more than 1/c.
+bool givesBack(const PairLaw& law, double speed) noexcept {
+  const PressureKind& kind = kindOf(law.pressure);
+  return kind.damper == PressureKind::Damper::kBesideSpring || kind.damping(law.material) * speed < 1;
+}
+
 bool sticksAtAll(const FrictionMemory& m) { return m.touching != 0 && m.sliding == 0; }
 
 double losses(const EnergySums& sums) { return sums.damping + sums.friction; }
@@ -170,6 +176,7 @@ void IslandStep::goOn(double done) noexcept {
 
 void startFromState(const Model& model, const State& state, ImplicitStage& stage) noexcept {
   const Island& island = stage.island;
+  stage.base.since = 0;
   for (int n = 0; n < island.tree_count; ++n) {
     const ModelTree& tree = model.trees[island.trees[n]];
     std::copy_n(state.q.begin() + tree.q, tree.model->nq(), stage.base.q.begin() + tree.q);
@@ -207,7 +214,7 @@ void setModes(const State& state, bool locates, ImplicitStage& stage) noexcept {
 }
 
 int partsOfImpact(const Model& model, const State& state, const ImplicitStage& stage, double h) noexcept {
-  if (model.settings.attempts != Attempts::kFlow) return 0;
+  if (model.settings.attempts != Attempts::kAll) return 0;
   const Island& island = stage.island;
   const LoadedVector<ImplicitContact>& contacts = stage.contacts.all();
   double approach = 0;
@@ -229,7 +236,8 @@ int partsOfImpact(const Model& model, const State& state, const ImplicitStage& s
     swing2 = std::max(swing2, h * h * law.material.stiffness * std::max(area_before, area) / law.reduced_mass);
     const bool jumps = area_before > kGrowth * area || area > kGrowth * area_before;
     const double leaves = before ? std::sqrt(2 * pair.friction.elastic_energy / law.reduced_mass) : 0;  // what its spring throws back
-    any |= jumps && std::max(approach, leaves) > slow;
+    const double fast = std::max(approach, leaves);
+    any |= jumps && fast > slow && givesBack(law, fast);
   }
   return any && swing2 <= kResolved * kResolved ? static_cast<int>(std::ceil(std::sqrt(swing2) / kPartOfSwing)) : 0;
 }
@@ -277,7 +285,7 @@ Attempt bdf2(const Model& model, State& state, const IslandStep& step, double s,
     stage.base.v[i] += rest * state.a_mean[i];
     stage.v[i] = stage.base.v[i] + g * state.a_end[i];
   });
-  stage.base.run = s;
+  stage.base.run = stage.base.since = s;
   if (!solveSmooth(model, state, step, g, step.left - s, stage)) return {};
   changeSinceLastStep(model, state, stage, g, work.change);
   return judge(model, state, stage, step.length, {g, s, Mean::kOfSteps, 0}, kErrorBdf2, work);

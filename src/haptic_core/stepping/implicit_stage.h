@@ -35,6 +35,7 @@ struct StageBase {
   std::vector<FrictionMemory> memory;  ///< by pair
   std::vector<Yielding> yielding;      ///< by pair: in the stage
   double run = 0;                      ///< how long belts have run since `memory` [s]: where that is not the base's time
+  double since = 0;                    ///< from `memory` to the stage's end, where that is more than its length [s]: BDF2's; else 0
 };
 
 /// Where trees and shapes of a stage are: at its reference.

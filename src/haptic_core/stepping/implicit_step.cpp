@@ -47,7 +47,7 @@ bool isCarried(const Model& model, const ImplicitStage& stage, const State& stat
 /// Where instants of friction are located, all that slides or is near its limit keeps its order until they are.
 bool settles(const Model& model, const Island& island, const State& state, const IslandStep& step, double speed, double gained,
              double slow) {
-  const bool all_implicit = model.settings.attempts == Attempts::kFlow;
+  const bool all_implicit = model.settings.attempts == Attempts::kAll;
   bool touches = false, slides = false;
   for (int i = 0; i < island.pair_count; ++i) {
     const FrictionMemory& friction = state.pairs[island.pairs[i]].friction;
@@ -109,6 +109,7 @@ Outcome secondOrder(const Model& model, double s, State& state, ImplicitWork& wo
 /// Goes on by second order while error and budget allow.
 void subSteps(const Model& model, State& state, ImplicitWork& work) noexcept {
   IslandStep& step = work.step;
+  const ImplicitStage& stage = work.stage;
   double s = step.length, error = kNone;
   int parts = 0;  // that resolve an impact
   for (int n = 0; n < kMostAttempts && step.left > 0; ++n) {
@@ -126,14 +127,14 @@ void subSteps(const Model& model, State& state, ImplicitWork& work) noexcept {
       continue;
     }
     const bool jumps = !(failed.part.length > 0);
-    if (jumps) parts = std::max(parts, partsOfImpact(model, state, work.stage, step.length));
-    if (jumps && parts > 1) {
+    if (jumps) parts = std::max(parts, partsOfImpact(model, state, stage, step.length));
+    if (jumps && parts > 1 && step.affords(2 * kSmoothPasses, step.left, stage)) {
       error = kNone;
       if (s * parts > step.length) {
         s *= 0.5;
         continue;
       }
-      euler(model, s, step.eulerPasses(work.stage), false, state, work);
+      euler(model, s, step.room(stage), false, state, work);
       step.goOn(s);
       s = step.left;
       continue;
@@ -177,7 +178,10 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   IslandStep& step = work.step;
   const int iterations = stage.iterations, factorisations = stage.factorisations;
   report = ImplicitReport{};
+  const bool led = !model.forces.empty();  // what hands hold stands at the step's end: the forces before are those of its start
+  if (led) placeHeld(model, state, h, stage.held, stage.places);
   select(model, island, stage);
+  if (led) placeHeld(model, state, 0, stage.held, stage.places);
   work.books.length = h;
   work.books.forces_before = stage.forces.power;
   step.order = order;

@@ -17,7 +17,7 @@ ImplicitOrder orderOf(Attempts attempts) noexcept {
 
 /// Nothing touches the island, and no hand and no force element pulls at it: its trees go on by themselves.
 bool isLeftAlone(const Model& model, const Island& island, const State& state) noexcept {
-  if (model.settings.attempts != Attempts::kFlow && (island.pair_count > 0 || island.tree_count > 1)) return false;
+  if (model.settings.attempts != Attempts::kAll && (island.pair_count > 0 || island.tree_count > 1)) return false;
   for (int i = 0; i < island.pair_count; ++i) {
     const ActivePair& pair = state.pairs[island.pairs[i]];
     if (pair.friction.touching != 0 || pair.buried) return false;
@@ -28,7 +28,7 @@ bool isLeftAlone(const Model& model, const Island& island, const State& state) n
     if (!model.holds(static_cast<int>(p)) && pointer.targeted && isOf(model.links[pointer.link].articulation)) return false;
   }
   return std::all_of(island.trees, island.trees + island.tree_count, [&](int t) {
-    return !hasForces(model, t) && (model.settings.attempts == Attempts::kFlow || model.isFree(model.trees[t]));
+    return !hasForces(model, t) && (model.settings.attempts == Attempts::kAll || model.isFree(model.trees[t]));
   });
 }
 
@@ -74,10 +74,7 @@ bool flows(const Model& model, const Island& island, double h, State& state, Wor
     state.energy = energy;
     return false;
   }
-  eachTree([&](int t, const ModelTree& tree) {
-    for (int i = tree.v; i < tree.v + tree.model->nv(); ++i) state.a_end[i] = (state.v[i] - motion.v_start[i]) / h;
-    state.last_step[t] = 0;
-  });
+  eachTree([&](int t, const ModelTree&) { keepFlow(model, t, h, motion.v_start, state); });
   return true;
 }
 
@@ -94,6 +91,7 @@ void noteImpact(const Model& model, const ContactReport& contact, double h, cons
 const ImplicitReport* solveIsland(const Model& model, const Island& island, double h, double most, State& state, Work& work,
                                   StepReport& report) noexcept {
   if (flows(model, island, h, state, work, report)) return nullptr;
+  for (int n = 0; n < island.tree_count; ++n) state.mode[island.trees[n]] = TreeMode::kImplicit;
   const ImplicitReport& solved = advanceIsland(model, island, h, orderOf(model.settings.attempts), most, state, *work.implicit);
   if (!solved.stands) work.counted.done += solved.units;
   work.counted.gave_way |= solved.cut && !solved.stands;

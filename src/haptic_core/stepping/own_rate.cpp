@@ -88,7 +88,7 @@ void settleFar(const Model& model, const Visits& visits, const Placement& placem
   islands.find(state, visits.trees, held_by, false);
   for (int i = 0; i < islands.count(); ++i) {
     const Island island = islands[i];
-    if (state.mode[island.trees[0]] == TreeMode::kImplicit || !mayWait(model, island, state, placement)) continue;
+    if (state.mode[island.trees[0]] >= TreeMode::kImplicit || !mayWait(model, island, state, placement)) continue;
     for (int n = 0; n < island.tree_count; ++n) state.mode[island.trees[n]] = TreeMode::kImplicit;
   }
 }

@@ -24,11 +24,13 @@ void StageContacts::select(const Island& island) noexcept {
   contacts_.clear();
 }
 
-void StageContacts::clear(const FrictionMemory* memory, const Yielding* yielding, double g, double run) noexcept {
+void StageContacts::clear(const FrictionMemory* memory, const Yielding* yielding, double g, double run,
+                          double since) noexcept {
   memory_ = memory;
   yielding_ = yielding;
   g_ = g;
   run_ = run;
+  since_ = since;
   reach_ = 0;
   aside_ = 0;
   contacts_.clear();
@@ -112,6 +114,7 @@ void StageContacts::evaluatePair(int index) noexcept {
   advance.time = g_;
   advance.yielding = yielding_[index];
   advance.run = run_;
+  advance.since = since_;
   advance.mean_rate = settings_.attempts == Attempts::kImplicitEuler;  // SDIRK2's rates, its stand-in's too, are the end's
   ContactEvaluation found;
   int& slot = slot_[index];

@@ -63,7 +63,7 @@ class StageContacts {
   /// (in realtime) The pairs that may touch in the next stages.
   void select(const Island& island) noexcept;
   /// (in realtime) No patch is known. `memory`, `yielding`: by pair, at the base of a stage of length g [s].
-  void clear(const FrictionMemory* memory, const Yielding* yielding, double g, double run) noexcept;
+  void clear(const FrictionMemory* memory, const Yielding* yielding, double g, double run, double since) noexcept;
 
   /// (in realtime) Looks at the pairs of the trees that `moved`. `tolerance`: of the last pass, whose largest change of speed
   /// was `changed` [m/s]; 0: there was none. Returns the looks that it took [units].
@@ -117,6 +117,7 @@ class StageContacts {
   const Yielding* yielding_ = nullptr;
   double g_ = 0;                     ///< length of the stage [s]
   double run_ = 0;                   ///< how long belts have run since `memory_` [s]
+  double since_ = 0;                 ///< Advance::since
   double reach_ = 0;                 ///< gap that may close within the pass: way of the last one [m]
   bool rough_ = false;
   int aside_ = 0;                    ///< patches that are no pair's own

@@ -68,7 +68,8 @@ void placeHeld(const Model& model, const State& state, double left, HeldLinks& h
     const Quaternion q_end(end[3], end[4], end[5], end[6]);
     const Quaternion q = rotationFromVector(-back * held.way[lead].angular) * q_end;
     const Vector3 p_LC = tree.model->link(0).p_LO;
-    const Vector3 p = Vector3(end[0], end[1], end[2]) - q_end * p_LC - back * held.way[lead].linear + q * p_LC;
+    // To the last bit the end's where nothing is left: an island before may have been solved in parts, and must not be felt by this one.
+    const Vector3 p = Vector3(end[0], end[1], end[2]) + ((q * p_LC - q_end * p_LC) - back * held.way[lead].linear);
     const double pose[7] = {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()};
     std::copy_n(pose, 7, places.q.begin() + tree.q);
     placeInStage(model, t, state.v, places);
@@ -101,7 +102,7 @@ void evaluate(const Model& model, State& state, double g, bool may_limit, Implic
 }
 
 void forgetContacts(double g, ImplicitStage& stage) noexcept {
-  stage.contacts.clear(stage.base.memory.data(), stage.base.yielding.data(), g, stage.base.run);
+  stage.contacts.clear(stage.base.memory.data(), stage.base.yielding.data(), g, stage.base.run, stage.base.since);
   stage.pass.changed = 0;
 }
 

@@ -20,7 +20,7 @@ Islands::Islands(const Model& model) : model_(model), joined_(model.trees.size()
 void Islands::find(const State& state, const std::vector<int>& trees, const std::vector<int>& held_by, bool implicit_only) noexcept {
   const auto moves = [&](int t) {
     return !model_.trees[t].model->isStatic() && held_by[model_.trees[t].link] < 0 &&
-           (!implicit_only || state.mode[t] == TreeMode::kImplicit);
+           (!implicit_only || state.mode[t] >= TreeMode::kImplicit);
   };
   group(state, trees, moves, [](int) { return true; });
 }

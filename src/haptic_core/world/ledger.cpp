@@ -55,7 +55,7 @@ bool isSupplied(const LedgerView& view, const ActivePair& pair) noexcept {
 /// Of the trees that explicit steps move.
 void setVelocities(const LedgerView& view, const State& state, const std::vector<double>& v) noexcept {
   for (const ModelTree* tree : view.hands.movers) {
-    if (state.mode[view.model.indexOf(*tree)] == TreeMode::kImplicit) continue;
+    if (state.mode[view.model.indexOf(*tree)] >= TreeMode::kImplicit) continue;
     forwardVelocities(*tree->model, v.data() + tree->v, view.placement.link.data() + tree->link);
   }
 }

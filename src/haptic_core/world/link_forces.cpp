@@ -13,7 +13,7 @@ auto movesOf(const Model& model, const HandWork& hands) {
 
 /// The same, of trees that are stepped explicitly.
 auto movesExplicitly(const Model& model, const State& state, const HandWork& hands) {
-  return [&](int tree) { return state.mode[tree] != TreeMode::kImplicit && hands.movesByItself(model.trees[tree]); };
+  return [&](int tree) { return state.mode[tree] < TreeMode::kImplicit && hands.movesByItself(model.trees[tree]); };
 }
 
 /// Displacement of a led link's point that is now at p_W [m, rad]; zero where it is not led.
@@ -54,7 +54,7 @@ bool forcesJoinModes(const Model& model, const State& state, const Visits& visit
   bool join = false;
   eachForce(model, visits.trees, moves, [&](int, const ModelForce& force) {
     if (force.tree_a < 0 || force.tree_b < 0 || !moves(force.tree_a) || !moves(force.tree_b)) return;
-    join |= (state.mode[force.tree_a] == TreeMode::kImplicit) != (state.mode[force.tree_b] == TreeMode::kImplicit);
+    join |= (state.mode[force.tree_a] >= TreeMode::kImplicit) != (state.mode[force.tree_b] >= TreeMode::kImplicit);
   });
   return join;
 }

@@ -336,10 +336,11 @@ void Model::chooseVisits() {
   for (int s = 0; s < n; ++s) {
     if (all || (has_contacts && links[shapes[s].link].moves)) updated_shapes.push_back(s);
   }
-  // Links that nothing touches and neither hands nor springs pull are never too stiff.
+  // Links that nothing touches and neither hands nor springs pull are never too stiff: they flow.
   const bool may_be_stiff = all || has_contacts || !pointers.empty() || !forces.empty();
-  explicit_steps = settings.attempts == Attempts::kAll || settings.attempts == Attempts::kVerlet;
-  implicit_steps = !explicit_steps || (settings.attempts == Attempts::kAll && may_be_stiff);
+  explicit_steps = settings.attempts == Attempts::kVerletFirst || settings.attempts == Attempts::kVerlet;
+  const bool chooses = settings.attempts == Attempts::kAll || settings.attempts == Attempts::kVerletFirst;
+  implicit_steps = settings.attempts != Attempts::kVerlet && (!chooses || may_be_stiff);
   if (all || possible_pairs > std::min<long>(static_cast<long>(kListedPairsPerShape) * n, kMostListed)) return;
   for (int a = 0; a < n; ++a) {
     for (int b = a + 1; b < n; ++b) {
@@ -433,7 +434,7 @@ std::string Model::text() const {
   stage(commands > 0, "joint limits, damping, friction, drives, mimics, loops", "no joint has any");
   stage(!forces.empty(), "forces between links", "no spring and no field");
   stage(!pointers.empty(), "pointer coupling", "no pointer");
-  stage(explicit_steps && implicit_steps, "choice between explicit and implicit steps", "nothing can be stiff");
+  stage(!allFlows(), "solves of islands", "nothing can touch or pull: all flows");
   const std::string of_turns = turn_steps > 1 ? ", of " + std::to_string(turn_steps) + " steps" : "";
   if (settings.far_step > 0) {
     stage(turn_steps > 1, "turns of islands far from the hands" + of_turns,

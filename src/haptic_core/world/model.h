@@ -183,7 +183,8 @@ class Model {
   std::vector<int> moving_shapes, fixed_shapes;
   BoxTree fixed_boxes;              ///< see above; in W
   bool explicit_steps = true;       ///< the rule has velocity Verlet
-  bool implicit_steps = true;       ///< it has implicit attempts; false as well: nothing can be too stiff
+  bool implicit_steps = true;       ///< it has implicit attempts
+  bool allFlows() const { return !explicit_steps && !implicit_steps; }  ///< nothing can touch or pull at anything
   bool searches_pairs = true;       ///< false: nothing can ever touch
   int turn_steps = 1;               ///< steps between two turns of an island that is far (stepping/own_rate.h); 1: none is
   /// A few pairs are tested box against box, in the order of their keys, without sorting anything; empty: sweep.

@@ -44,7 +44,8 @@ struct StabilityMemory {
 enum class TreeMode : unsigned char {
   kUnprimed,  ///< explicitly; velocity Verlet does not know yet what pulls
   kPrimed,    ///< explicitly, `State::pull` is filled
-  kImplicit
+  kImplicit,  ///< with its island
+  kFlowed     ///< with its island, by itself in the last step: its joints and sensors are read as of explicit steps
 };
 
 /// A pair's cache whose directions stay in W, in A's axes while this lives; written back where they changed, to the last bit.

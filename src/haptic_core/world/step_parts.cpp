@@ -111,7 +111,7 @@ double Sweep::safePart() noexcept {
   for (int i = 0; i < state_.pair_count; ++i) {
     if (state_.pairs[i].friction.touching == 0) continue;
     for (int s : {state_.pairs[i].shapeA(), state_.pairs[i].shapeB()}) {
-      const bool implicit = state_.mode[model_.treeOf(s)] == TreeMode::kImplicit;
+      const bool implicit = state_.mode[model_.treeOf(s)] >= TreeMode::kImplicit;
       const double turn = implicit ? placement_.link[model_.shapes[s].link].omega.norm() * left_ : 0;
       if (turn > kMostTurn) part = std::min(part, left_ * kMostTurn / turn);
     }
@@ -122,7 +122,7 @@ double Sweep::safePart() noexcept {
 /// Stays, or is stepped implicitly.
 bool Sweep::isSolved(int link) const noexcept {
   if (hands_.held_by[link] >= 0) return false;
-  return !model_.links[link].moves || state_.mode[model_.links[link].articulation] == TreeMode::kImplicit;
+  return !model_.links[link].moves || state_.mode[model_.links[link].articulation] >= TreeMode::kImplicit;
 }
 
 double Sweep::safePart(int a, int b) const noexcept {

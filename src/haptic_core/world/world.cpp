@@ -138,7 +138,7 @@ JointReading World::joint(int i) const noexcept {
   const ModelJoint& joint = world.model.joints[i];
   const ModelLink& link = world.model.links[joint.link];
   const TreeMotion* motion = world.work.joints[link.articulation].get();
-  const bool implicit = world.state.mode[link.articulation] == TreeMode::kImplicit;
+  const bool implicit = world.work.implicit && world.state.mode[link.articulation] == TreeMode::kImplicit;
   const JointForce force = implicit ? world.work.implicit->stage.joints.force(joint.link)
                            : motion ? motion->forceOf(link.local)
                                     : JointForce{};

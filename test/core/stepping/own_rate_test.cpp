@@ -79,15 +79,19 @@ TEST(OwnRate, AWrenchActsFromItsInstantAndNotFromTheLastTurn) {
   EXPECT_LT((world.linkPose(kFlies).p - right).norm(), 1e-9) << "half a step of the gained speed at most would be 3e-7 m";
 }
 
-TEST(OwnRate, TheHandFeelsTheSameBitsWhereNothingFarReachesIt) {
+/// The stack that waits for the hand leaves out the first step of the one that does not, in which that settles by less than 1e-21 m.
+/// Rubbing makes more of it: 1e-12 N after 3000 steps.
+TEST(OwnRate, TheHandFeelsTheSameWhereNothingFarReachesIt) {
+  constexpr double kRounding = 1e-11;
   World all(tumbling(0)), own(tumbling(kFar));
   long waited = 0, pressed = 0;
   for (int i = 0; i < 3000; ++i) {
     rub(all), rub(own);
     waited += own.report().waiting;
     pressed += own.pointerWrench(0).force.norm() > 0.01;
-    ASSERT_EQ(all.pointerWrench(0).force, own.pointerWrench(0).force) << i;
-    ASSERT_EQ(all.pointerWrench(0).torque, own.pointerWrench(0).torque) << i;
+    const Wrench felt = all.pointerWrench(0), other = own.pointerWrench(0);
+    ASSERT_LE((felt.force - other.force).norm(), kRounding * (1 + felt.force.norm())) << i;
+    ASSERT_LE((felt.torque - other.torque).norm(), kRounding * (1 + felt.force.norm())) << i;
   }
   EXPECT_EQ(all.report().waiting, 0);
   EXPECT_GT(waited, 3000 * 10);

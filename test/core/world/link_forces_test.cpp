@@ -301,7 +301,7 @@ TEST(StiffSpring, StaysStableAndComesToRest) {
 /// A spring is stiff at the number at which a contact is: automatic steps go implicit and come back.
 TEST(StiffSpring, IsSteppedImplicitly) {
   for (const double swing : {0.1, 0.6, 0.75, 3.0}) {  // radians in a step
-    World world(onSpring({swing * swing * kMass / 1e-6}, settingsFor(Attempts::kAll), 0.21));
+    World world(onSpring({swing * swing * kMass / 1e-6}, settingsFor(Attempts::kVerletFirst), 0.21));
     advance(world, 0.05);
     EXPECT_EQ(world.report().implicit_islands, swing > 0.7 ? 1 : 0) << swing;
     EXPECT_TRUE(world.report().finite);
