@@ -1,5 +1,7 @@
 #include "haptic_core/dynamics/runge_kutta.h"
 
+#include <cmath>
+
 #include "haptic_core/dynamics/free_momentum.h"
 #include "haptic_core/dynamics/quaternion_step.h"
 
@@ -114,6 +116,22 @@ bool stepRungeKutta(const Articulation& articulation, const Vector3& gravity, do
   for (int k = 0; k < nq; ++k) q[k] = stage[k];
   for (int k = 0; k < nv; ++k) v[k] = stage[nq + k];
   return true;
+}
+
+double rungeKuttaError(const Articulation& articulation, double h, double size, const double* scratch) noexcept {
+  const int width = articulation.nq() + articulation.nv();
+  const auto error = [&](int k) {
+    return h / 30 * (2 * scratch[k] - 9 * scratch[2 * width + k] + 8 * scratch[3 * width + k] - scratch[4 * width + k]);
+  };
+  double way2 = 0, turn2 = 0;
+  for (int i = 0; i < articulation.linkCount(); ++i) {
+    const LinkModel& link = articulation.link(i);
+    for (int k = 0; k < link.slides; ++k) way2 += error(link.q + k) * error(link.q + k);
+    const int turned = link.q + link.slides, numbers = link.turns == 3 ? 4 : link.turns;
+    const double per_number = link.turns == 3 ? 4 : 1;  // a quaternion changes by half of the angle
+    for (int k = 0; k < numbers; ++k) turn2 += per_number * error(turned + k) * error(turned + k);
+  }
+  return std::sqrt(way2 + size * size * turn2);
 }
 
 }  // namespace haptic

@@ -30,4 +30,8 @@ int rungeKuttaScratch(const Articulation& articulation);
 bool stepRungeKutta(const Articulation& articulation, const Vector3& gravity, double h, double* q, double* v,
                     LinkWork* work, double* scratch, StageForces* joints = nullptr) noexcept;
 
+/// Merson's estimate of the error of the last step's positions [m], by its stages in `scratch`: h/30 |2 k₁ - 9 k₃ + 8 k₄ - k₅|, exact for
+/// linear equations and too much for others. Turns count at `size` [m].
+double rungeKuttaError(const Articulation& articulation, double h, double size, const double* scratch) noexcept;
+
 }  // namespace haptic

@@ -30,6 +30,8 @@ class TreeMotion {
 
   /// Nothing but inertia, gravity and wrenches acts: stepRungeKutta and stepFreeBody may move it as well.
   bool isPlain() const { return joints_.empty(); }
+  /// Of positions in the last step, where it was one of fourth order: see rungeKuttaError.
+  double smoothError(double h, double size) const noexcept { return rungeKuttaError(articulation_, h, size, stages_.data()); }
   /// Joint laws that are not simulated (friction, limits and drives of planar and spherical joints), one line
   /// each.
   const std::vector<std::string>& unsupported() const { return unsupported_; }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "haptic_core/dynamics/free_body.h"
+#include "haptic_core/dynamics/runge_kutta.h"
 #include "haptic_core/stepping/explicit_contacts.h"
 #include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/link_forces.h"
@@ -167,6 +168,29 @@ bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work
   return true;
 }
 
+/// Of a tree that has flowed: of the drift by its stages, of what pulls as velocity Verlet's, of laws that are not smooth as symplectic
+/// Euler's, h/2 |v₁ - v₀| [m].
+double flowError(const Model& model, const ModelTree& tree, double h, bool pulled, const State& state, const Work& work) noexcept {
+  const double size = model.links[tree.link].size;
+  const TreeMotion* laws = work.joints[model.indexOf(tree)].get();
+  const bool euler = laws && laws->report().passes > 0;
+  double stages = 0;
+  if (laws && !euler) stages = laws->smoothError(h, size);
+  if (!laws && !tree.model->isFreeBody()) stages = rungeKuttaError(*tree.model, h, size, work.motion.scratch.stages.data());
+  if (!euler && !pulled) return stages;
+  double turn2 = 0, way2 = 0;
+  for (int l = 0; l < tree.model->linkCount(); ++l) {
+    const LinkModel& link = tree.model->link(l);
+    for (int d = 0; d < link.dof; ++d) {
+      const int i = link.v + d, k = tree.v + i;
+      const double v0 = work.motion.v_start[k], v1 = state.v[k];
+      const double bent = euler ? 0.5 * (v1 - v0) : 5.0 / 6 * (v1 - 2 * work.motion.v_half[k] + v0);
+      (i >= link.v_slide && i < link.v_slide + link.slides ? way2 : turn2) += bent * bent;
+    }
+  }
+  return stages + h * std::sqrt(way2 + size * size * turn2);
+}
+
 void flow(const Model& model, int t, double h, State& state, Work& work, StepReport& report) noexcept {
   const ModelTree& tree = model.trees[t];
   const Vector3& gravity = model.settings.gravity;
@@ -181,6 +205,7 @@ void flow(const Model& model, int t, double h, State& state, Work& work, StepRep
   book(startVerlet(stepped, gravity, h, work.motion.scratch), state, report);
   if (pulled) addWrenches(model, state, t, links);
   finishVerlet(stepped, gravity, h, nullptr, work.motion.scratch);
+  work.choice.position_error = std::max(work.choice.position_error, flowError(model, tree, h, pulled, state, work));
 }
 
 void keepFlow(const Model& model, int t, double h, const std::vector<double>& v_start, State& state) noexcept {
@@ -191,6 +216,7 @@ void keepFlow(const Model& model, int t, double h, const std::vector<double>& v_
 }
 
 void flowAll(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+  work.choice.position_error = 0;
   moveHeld(model, part, state, work.hands, work.placement);
   for (const int t : work.visits.trees) {
     const ModelTree& tree = model.trees[t];
@@ -201,6 +227,7 @@ void flowAll(const Model& model, const StepPart& part, State& state, Work& work,
     }
     placeTree(tree, state, work.placement);
   }
+  report.step.position_error += work.choice.position_error;
 }
 
 void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept {

@@ -53,6 +53,24 @@ bool anyTouches(const Model& model, const Island& island, State& state, Work& wo
   });
 }
 
+/// What overlaps where trees have been put did not begin in this step: friction and pressure are known as they stand there.
+void meet(const Model& model, const Island& island, State& state, Work& work) noexcept {
+  const bool put = std::any_of(island.trees, island.trees + island.tree_count, [&](int t) { return state.mode[t] == TreeMode::kPut; });
+  if (!put || !anyTouches(model, island, state, work)) return;
+  const ContactPlaces places{work.placement.link.data(), work.placement.X_WS.data(), work.hands.held_by.data(), work.hands.bound.data(),
+                             work.hands.pressed.data()};
+  for (int n = 0; n < island.pair_count; ++n) {
+    const int i = island.pairs[n];
+    ActivePair& pair = state.pairs[i];
+    ContactEvaluation found;
+    if (pair.friction.touching != 0) continue;
+    if (!evaluateContact(model, work.contacts.seams, i, pair, places, pair.friction, Advance{}, work.contacts.workspace, found)) continue;
+    pair.friction = found.force.memory;
+    pair.friction.began = 0;
+    pair.friction.elastic_energy = elasticEnergy(model, found.volume, found.law.material.stiffness, work.contacts.workspace);
+  }
+}
+
 /// The island's trees go on by themselves, unless that has something touch at the end: then nothing is done.
 bool flows(const Model& model, const Island& island, double h, State& state, Work& work, StepReport& report) noexcept {
   if (!isLeftAlone(model, island, state)) return false;
@@ -90,6 +108,7 @@ void noteImpact(const Model& model, const ContactReport& contact, double h, cons
 
 const ImplicitReport* solveIsland(const Model& model, const Island& island, double h, double most, State& state, Work& work,
                                   StepReport& report) noexcept {
+  meet(model, island, state, work);
   if (flows(model, island, h, state, work, report)) return nullptr;
   for (int n = 0; n < island.tree_count; ++n) state.mode[island.trees[n]] = TreeMode::kImplicit;
   const ImplicitReport& solved = advanceIsland(model, island, h, orderOf(model.settings.attempts), most, state, *work.implicit);

@@ -48,7 +48,7 @@ void settleAnew(const Model& model, int tree, State& state, Work& work) {
   }
   placeTree(model.trees[tree], state, work.placement);
   findBuried(model, tree, state, work);
-  if (model.explicit_steps) state.mode[tree] = TreeMode::kUnprimed;  // as at the start
+  state.mode[tree] = model.explicit_steps ? TreeMode::kUnprimed : TreeMode::kPut;  // as at the start
   stepping::forgetPull(state, tree);
   state.low[tree] = state.calm[tree] = 0;
   eachForce(model, TreeRange{&tree, 1}, [tree](int t) { return t == tree; }, [&](int, const ModelForce& force) {

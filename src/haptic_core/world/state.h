@@ -45,7 +45,8 @@ enum class TreeMode : unsigned char {
   kUnprimed,  ///< explicitly; velocity Verlet does not know yet what pulls
   kPrimed,    ///< explicitly, `State::pull` is filled
   kImplicit,  ///< with its island
-  kFlowed     ///< with its island, by itself in the last step: its joints and sensors are read as of explicit steps
+  kFlowed,    ///< with its island, by itself in the last step: its joints and sensors are read as of explicit steps
+  kPut        ///< with its island; it has been put where it is, and what overlaps there did not begin in a step
 };
 
 /// A pair's cache whose directions stay in W, in A's axes while this lives; written back where they changed, to the last bit.

@@ -72,7 +72,7 @@ State initialState(const Model& model, Work& work) {
   state.v = model.v_start;
   state.pull.resize(model.nv);
   state.pairs.resize(model.pair_capacity);
-  state.mode.assign(model.trees.size(), model.explicit_steps ? TreeMode::kUnprimed : TreeMode::kImplicit);
+  state.mode.assign(model.trees.size(), model.explicit_steps ? TreeMode::kUnprimed : TreeMode::kPut);
   for (auto* history : {&state.a_end, &state.a_mean, &state.v_mean}) history->assign(model.nv, 0);
   state.last_step.assign(model.trees.size(), 0);
   for (auto* counts : {&state.low, &state.calm}) counts->assign(model.trees.size(), 0);

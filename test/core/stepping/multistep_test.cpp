@@ -74,7 +74,7 @@ TEST(Multistep, ImplicitStepsConvergeToTheMotionOfExplicitOnes) {
     s.step = h;
     return spun(s);
   };
-  const auto exact = at(Attempts::kVerlet, 1e-3 / 128);
+  const auto exact = at(Attempts::kVerlet, 1e-3 / 512);
   for (const Attempts attempts : {Attempts::kImplicitEuler, Attempts::kSdirk2}) {
     const double coarse = apart(*at(attempts, 1e-3 / 4), *exact), fine = apart(*at(attempts, 1e-3 / 64), *exact);
     EXPECT_LT(fine, 0.15 * coarse) << static_cast<int>(attempts);  // of first order a sixteenth

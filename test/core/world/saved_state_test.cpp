@@ -85,7 +85,7 @@ TEST(SavedState, IndicesAreJudged) {
   const std::vector<double> with_link = other.pack();
   for (std::size_t i = 0; i < s.packed.size(); ++i) {
     const auto differs = [&](const std::vector<double>& with) { return std::memcmp(&with[i], &s.packed[i], sizeof(double)) != 0; };
-    if (differs(with_mode)) { EXPECT_TRUE(changed(i, 4) && changed(i, 0.5)) << "a mode that there is not"; }
+    if (differs(with_mode)) { EXPECT_TRUE(changed(i, 5) && changed(i, 0.5)) << "a mode that there is not"; }
     if (differs(with_link)) { EXPECT_TRUE(changed(i, -1) && changed(i, 1e3)) << "a pointer on no link"; }
   }
 }
