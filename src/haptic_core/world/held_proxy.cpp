@@ -70,13 +70,32 @@ double leastAlong(LoadedVector<ProxyRow>& rows, double pull, double metric, cons
 
 /// A contact of a pointer's link, as the rows need it.
 struct HeldContact {
-  Vector6 J;              ///< its depth over the link's motion
   Vector3 push, arm;      ///< unit force on the link, in W; its point from L's origin [m]
-  double force = 0;       ///< k Vol [N]
+  Vector3 force;          ///< pressure and friction on the link, in W [N]
   double stiffness = 0;   ///< k A0 [N/m]
   double damping = 0;     ///< of the pressure [N·s/m]
   double receding = 0;    ///< depth that the other body's motion takes away in the time left [m], ≤ 0
+  bool rubs = false;      ///< has friction: as stiff across as along its normal
+
+  /// Of its point, over the link's motion.
+  Eigen::Matrix<double, 3, 6> way() const noexcept {
+    Eigen::Matrix<double, 3, 6> way;
+    way << -crossMatrix(arm), Matrix3::Identity();
+    return way;
+  }
+  /// Its depth, over the link's motion.
+  Vector6 deeper() const noexcept { return -way().transpose() * push; }
+  /// Force on the link over its motion, at `slope` [N/m].
+  Eigen::Matrix<double, 3, 6> change(double slope) const noexcept {
+    if (rubs) return -slope * way();
+    return slope * push * deeper().transpose();
+  }
 };
+
+/// Elastic slip of B against A, in W, as the last step left it [m].
+Vector3 slipOf(const FrictionMemory& memory, const Matrix3& R_WA, const Matrix3& R_AB) noexcept {
+  return R_WA * SharedTurn(R_AB * memory.anchor.X_AB.R.transpose()).toA(memory.slip_M);
+}
 
 /// Force or torque of all contacts on a link, linear in its motion: |now + J δ| ≤ most.
 struct Load {
@@ -204,15 +223,17 @@ void Aim::addContact(int index, int pointer) noexcept {
   HeldContact& contact = contacts_[count_++];
   contact.push = -in_W;
   contact.arm = c.X_WP.p - work_.placement.link[link].X_WL.p;
-  contact.J << contact.arm.cross(in_W), in_W;
-  contact.force = m.stiffness * c.volume.volume;
+  const double pressure = m.stiffness * c.volume.volume;
+  const Vector3 slip = slipOf(pair.friction, proxy_.X_WS[pair.shapeA()].R, c.X_AB.R);
   contact.stiffness = m.stiffness * c.volume.A0;
+  contact.rubs = m.mu_static > 0;
+  contact.force = pressure * contact.push + (is_a ? 1 : -1) * m.tangential_stiffness * c.volume.A0 * slip;
   contact.damping = jumpsAtTouch(c.law.pressure) ? kindOf(c.law.pressure).damping(m) * c.volume.A0
-                                                 : kindOf(c.law.pressure).damping(m) * contact.force;
+                                                 : kindOf(c.law.pressure).damping(m) * pressure;
   const double speed = held(other) ? 0.0 : in_W.dot(work_.placement.link[other].twistAt(c.X_WP.p).linear);
   contact.receding = -std::max(0.0, speed) * left_;
   const Depth depth = depthOf(c, pair, is_a ? pair.shapeA() : pair.shapeB(), work_.hands.bound[pointer].stiffness);
-  addRow(contact.J, deeperInOneStep((held(other) ? 0.5 : 1.0) * (depth.room() - contact.receding)));
+  addRow(contact.deeper(), deeperInOneStep((held(other) ? 0.5 : 1.0) * (depth.room() - contact.receding)));
 }
 
 /// Of force and torque of the contacts together.
@@ -220,20 +241,20 @@ void Aim::addLoads(const PointerBound& bound) noexcept {
   const auto add = [&](double most, auto&& part) {
     if (std::isinf(most)) return;
     Load load;
-    for (int i = 0; i < count_; ++i) load.now += contacts_[i].force * part(contacts_[i]);
+    for (int i = 0; i < count_; ++i) load.now += part(contacts_[i], contacts_[i].force);
     const bool rises = load.now.norm() < most;
     for (int i = 0; i < count_; ++i) {
       const HeldContact& c = contacts_[i];
       const double slope = c.stiffness + (rises ? c.damping / left_ : 0.0);
-      load.now += slope * c.receding * part(c);
-      load.J += slope * part(c) * c.J.transpose();
+      load.now += part(c, slope * c.receding * c.push);
+      load.J += part(c, c.change(slope));
     }
     const double size = load.now.norm();
     load.most = size + inOneStep(most - size);
     loads_[load_count_++] = load;
   };
-  add(bound.force, [](const HeldContact& c) { return c.push; });
-  add(bound.torque, [](const HeldContact& c) { return Vector3(c.arm.cross(c.push)); });
+  add(bound.force, [](const HeldContact&, const auto& F) { return F.eval(); });
+  add(bound.torque, [](const HeldContact& c, const auto& F) { return (crossMatrix(c.arm) * F).eval(); });
 }
 
 /// No row and no load holds it back: so it is in most ticks, and nothing needs to be solved.

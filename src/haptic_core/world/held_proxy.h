@@ -7,11 +7,15 @@
 ///     last one (contact_volume.h), the force has no stiffness, and the link would come out at the other side. So h ≤ η H.
 ///     η = 0.9: a ball carries 0.972 k Vol, a box flat on a wall 0.9 k Vol. η = 0.5 where the hand's stiffness bound weakens the
 ///     contact (hand_bound.h): its force K_max Vol/A0 has a slope of at most K_max only while A0 grows, up to the middle.
-///   - press harder than the bound of its hand: |Σ N n| ≤ F, |Σ r × N n| ≤ T, N the pressure's force, r from the link's origin.
+///   - press harder than the bound of its hand: |Σ f| ≤ F, |Σ r × f| ≤ T, f the springs' force of pressure and friction together, r from
+///     the link's origin.
 /// Beyond that the link stays behind and the hand goes on. With δ the link's motion [rad, m] and δ* the whole way to the target,
 ///     minimise (δ - δ*)ᵀ M (δ - δ*) over J_i δ ≤ c_i,   M = diag(ρ² 1, 1),
 /// a row per touching contact (how much deeper it may go), and |F + J δ| ≤ F, |T + J δ| ≤ T, linear in the stiffness k A0 and, on the
-/// way in, the damper over the time left; these two are balls, met by Newton's method on the Lagrangian. It is the god object of
+/// way in, the damper over the time left; these two are balls, met by Newton's method on the Lagrangian. They take a contact with
+/// friction as equally stiff along its normal and across, so the link rests where the force on it points at the target, as of a hand that pulls with F: within
+/// the friction cone it sticks. With the pressure's force alone it came to rest on the normal through the target, and under a hand 50 mm
+/// below a cube it went along by 50 mm times the cube's tilt, dragged the top on and made the cube rock. It is the god object of
 /// Zilles & Salisbury (1995), six-dimensional as by Ortega, Redon and Coquillart (2007), with compliant surfaces: the force is that of
 /// the contact where the link is, so it stays while the hand goes deeper, falls on the way back from the depth at which it was reached,
 /// and rubs, for the link follows along the surface. Along a row the force is a function of the link's pose alone and that is the point

@@ -133,23 +133,49 @@ TEST_P(HeldProxy, AHandAtRestFeelsItsToolInEveryTick) {
   }
 }
 
-// At the hand's greatest force the ball stays and rubs: the friction of the plateau is μ F, all of it as large as F.
-TEST_P(HeldProxy, AtTheHandsLimitItStaysAndRubs) {
-  constexpr double F = 2;
+// At the hand's greatest force F the ball stays where the contact's force on it points at the target, as of a hand that pulls with F: it
+// sticks while that lies within the friction cone, and slides up to the cone's edge beyond.
+TEST_P(HeldProxy, AtTheHandsLimitItSticksInTheFrictionConeAndRubsBeyond) {
+  constexpr double F = 2, deep = 0.02;
   Hand hand(std::make_shared<Ball>(kRadius), GetParam(), F);
-  hand.goTo(Vector3(0, 0, -0.02));
+  hand.goTo(Vector3(0, 0, -deep));
   hand.rest();
   EXPECT_NEAR(hand.force().z(), F, 1e-6 * F);
   const double depth = kRadius - hand.world.linkPose(hand.world.pointerLink(0)).p.z();
   EXPECT_NEAR(kStiffness * capVolume(depth), F, 1e-6 * F);
-  hand.goTo(Vector3(0.02, 0, -0.02));
-  EXPECT_NEAR(hand.force().z(), F, 1e-6 * F);
-  EXPECT_NEAR(hand.force().x(), -kMu * F, 1e-6 * F);
-  EXPECT_NEAR(hand.world.linkPose(hand.world.pointerLink(0)).p.x(), 0.02, 1e-4);  // the layer's share of the way, and no more
-  EXPECT_LE(hand.most, std::sqrt(1 + kMu * kMu) * F * (1 + 1e-3));
-  hand.goTo(Vector3(0.02, 0, kRadius + 0.001));
+  for (const double aside : {0.005, 0.04}) {
+    hand.goTo(Vector3(aside, 0, -deep));
+    for (int i = 0; i < 10; ++i) hand.rest();  // across, what is left of the way falls by F/(k A0 deep), a fiftieth, in a step
+    const Vector3 tool = hand.world.linkPose(hand.world.pointerLink(0)).p, way = tool - hand.at;
+    EXPECT_LE((hand.force() - F * way.normalized()).norm(), 1e-6 * F) << aside;
+    const bool sticks = aside < kMu * deep;
+    if (sticks) EXPECT_LE(tool.x(), F / (kStiffness * M_PI * depth * (2 * kRadius - depth) / 2));  // the layer's share of the way
+    else EXPECT_NEAR(hand.force().x(), -kMu * hand.force().z(), 1e-6 * F);
+  }
+  EXPECT_LE(hand.most, F * (1 + 1e-3));
+  hand.goTo(Vector3(0.04, 0, kRadius + 0.001));
   EXPECT_EQ(hand.force().norm(), 0);
   EXPECT_LE(hand.jump, 1e-2 * F);
+}
+
+// A cube on a soft floor stands under the hand's force F, pressed beside its middle by e, where its tilt is F e / (k J - F H): J the second
+// moment of its face, H its height. A tool that follows the normal of the cube's top to its hand, D below, throws it over where
+// F (H + D) > k J.
+TEST(HeldProxyOf, ACubeUnderAHandFarBelowStands) {
+  constexpr double F = 4, side = 0.03, beside = 2e-4;
+  WorldDef def = overGround(std::make_shared<Ball>(kRadius), true);
+  def.articulations[1].X_WA = Pose(Vector3(0, 0, 0.04));
+  def.articulations.push_back(scenes::freeBox("cube", Vector3::Constant(side), 0.1, Pose(Vector3(0, 0, side / 2))));
+  Hand hand(def, F);
+  hand.bound.stiffness = 8000;
+  hand.at = Vector3(0, 0, 0.04);
+  hand.goTo(Vector3(beside, 0, 0.04));
+  hand.goTo(Vector3(beside, 0, -0.2));  // F (H + D) is 1.5 k J
+  for (int i = 0; i < 10; ++i) hand.rest();
+  const double upright = kStiffness * side * side * side * side / 12 - F * side;
+  const Pose X_WC = hand.world.linkPose(hand.world.linkIndex("cube"));
+  EXPECT_NEAR(hand.force().norm(), F, 1e-2 * F);
+  EXPECT_LE(std::acos(std::min(1.0, X_WC.R(2, 2))), 2 * F * beside / upright);
 }
 
 // A box on its face has no section that warns: V is swallowed from one moment to the next.
