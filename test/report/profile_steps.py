@@ -2,7 +2,7 @@
 """Where the time of our steps goes: `profile_steps.py BUILD_FOLDER SCENE[:SECONDS]...` counts instructions with valgrind.
 
 Prints a Markdown table: instructions of a step of 1 ms of our default, with the stiffness that counts in the list of cells, and the share of
-each stage in them, callees included. Stages lie within one another: the explicit attempt asks for contacts as well.
+each stage in them, callees included. Stages lie within one another: trees that flow are placed as well.
 """
 import os
 import re
@@ -14,7 +14,7 @@ import programs
 from report_plan import DEFAULT, chosen_stiffness, describe
 
 STAGES = {
-    'explicit attempt': 'haptic::stepping::velocityVerlet(',
+    'flow': 'haptic::stepping::flow',
     'places, boxes': 'haptic::placeShapes(',
     'contact volumes': 'haptic::contactVolume(haptic::ConvexShape',
     'pressures, friction': 'haptic::locatedForce(',

@@ -315,11 +315,11 @@ class Peers(unittest.TestCase):
 
 class Profiles(unittest.TestCase):
     @unittest.skipUnless(PROGRAMS and shutil.which('valgrind'), 'needs the build folder of the programs, and valgrind')
-    def test_a_body_that_flies_is_stepped_explicitly(self):
+    def test_a_body_that_flies_moves_by_itself(self):
         scene, = describe(programs.find(PROGRAMS, 'report_run'), ['free'])
         instructions, shares = profile_steps.profile(programs.find(PROGRAMS, 'report_run'), scene, 0.05)
         self.assertGreater(instructions, 500)
-        self.assertGreater(shares['explicit attempt'], 0.3)
+        self.assertGreater(shares['flow'], 0.3)
         self.assertEqual((shares['contact volumes'], shares['matrix']), (0, 0))
 
     def test_what_is_not_there_is_one_line(self):
