@@ -406,8 +406,9 @@ void SeenWorld::takeWritten() {
   };
   if (same(world_->q(), seen_q_) && same(world_->v(), seen_v_)) return;
   State written = world_->state();
-  for (TreeMode& mode : written.mode)
-    mode = mode == TreeMode::kPrimed ? TreeMode::kUnprimed : mode;  // what pulled, pulled elsewhere
+  const bool verlet = world_->model().explicit_steps;
+  std::fill(written.mode.begin(), written.mode.end(), verlet ? TreeMode::kUnprimed : TreeMode::kPut);
+  std::fill(written.last_step.begin(), written.last_step.end(), 0.0);  // it does not go on from where it was
   world_->restore(written.pack());
   renewSupply(world_->model(), world_->work(), written);  // a body thrown from here has not run away
   world_->restore(written.pack());

@@ -53,18 +53,24 @@ bool anyTouches(const Model& model, const Island& island, State& state, Work& wo
   });
 }
 
-/// What overlaps where trees have been put did not begin in this step: friction and pressure are known as they stand there.
+/// What overlaps where trees have been put did not begin in this step, and what does not did not end in it: friction and pressure are known
+/// as they stand there.
 void meet(const Model& model, const Island& island, State& state, Work& work) noexcept {
   const bool put = std::any_of(island.trees, island.trees + island.tree_count, [&](int t) { return state.mode[t] == TreeMode::kPut; });
-  if (!put || !anyTouches(model, island, state, work)) return;
+  if (!put) return;
+  const bool any = anyTouches(model, island, state, work);
   const ContactPlaces places{work.placement.link.data(), work.placement.X_WS.data(), work.hands.held_by.data(), work.hands.bound.data(),
                              work.hands.pressed.data()};
   for (int n = 0; n < island.pair_count; ++n) {
     const int i = island.pairs[n];
     ActivePair& pair = state.pairs[i];
     ContactEvaluation found;
-    if (pair.friction.touching != 0) continue;
-    if (!evaluateContact(model, work.contacts.seams, i, pair, places, pair.friction, Advance{}, work.contacts.workspace, found)) continue;
+    const bool touched = pair.friction.touching != 0;
+    if (!any || !evaluateContact(model, work.contacts.seams, i, pair, places, pair.friction, Advance{}, work.contacts.workspace, found)) {
+      if (touched) pair.friction = FrictionMemory{}, pair.means = ContactMeans{};
+      continue;
+    }
+    if (touched) continue;
     pair.friction = found.force.memory;
     pair.friction.began = 0;
     pair.friction.elastic_energy = elasticEnergy(model, found.volume, found.law.material.stiffness, work.contacts.workspace);

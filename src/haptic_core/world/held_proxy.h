@@ -13,13 +13,14 @@
 ///     minimise (δ - δ*)ᵀ M (δ - δ*) over J_i δ ≤ c_i,   M = diag(ρ² 1, 1),
 /// a row per touching contact (how much deeper it may go), and |F + J δ| ≤ F, |T + J δ| ≤ T, linear in the stiffness k A0 and, on the
 /// way in, the damper over the time left; these two are balls, met by Newton's method on the Lagrangian. They take a contact with
-/// friction as equally stiff along its normal and across, so the link rests where the force on it points at the target, as of a hand that pulls with F: within
-/// the friction cone it sticks. With the pressure's force alone it came to rest on the normal through the target, and under a hand 50 mm
-/// below a cube it went along by 50 mm times the cube's tilt, dragged the top on and made the cube rock. It is the god object of
-/// Zilles & Salisbury (1995), six-dimensional as by Ortega, Redon and Coquillart (2007), with compliant surfaces: the force is that of
-/// the contact where the link is, so it stays while the hand goes deeper, falls on the way back from the depth at which it was reached,
-/// and rubs, for the link follows along the surface. Along a row the force is a function of the link's pose alone and that is the point
-/// nearest to the target: where the contact's stiffness is at most K, the force changes by at most K times the hand's way.
+/// friction as equally stiff along its normal and across, so the link rests where the force on it points at the target, as of a hand
+/// that pulls with F: within the friction cone it sticks. With the pressure's force alone it came to rest on the normal through the
+/// target, and under a hand 50 mm below a cube it went along by 50 mm times the cube's tilt, dragged the top on and made the cube rock.
+/// It is the god object of Zilles & Salisbury (1995), six-dimensional as by Ortega, Redon and Coquillart (2007), with compliant surfaces:
+/// the force is that of the contact where the link is, so it stays while the hand goes deeper, falls on the way back from the depth at
+/// which it was reached, and rubs, for the link follows along the surface. Along a row the force is a function of the link's pose alone and
+/// that is the point nearest to the target: where the contact's stiffness is at most K, the force changes by at most K times the hand's
+/// way.
 /// ρ is ten times the link's reach: it keeps the hand's orientation unless two contacts hold it against one another.
 /// What dampers and friction add within one substep, before the next rows know it, Hand bounds (loop/hand.cpp).
 ///
