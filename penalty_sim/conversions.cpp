@@ -71,9 +71,6 @@ haptic_msgs::LiveReport toLiveReport(const WorldCopy& copy, const ErrorEstimate&
   m.energy_error = estimate.energy;
   m.force_error = estimate.force;
   m.torque_error = estimate.torque;
-  m.implicit_steps = false;  // islands are, not scenes
-  m.stability_margin = 1 - estimate.stability;
-  m.islands_beyond_bound = static_cast<std::uint32_t>(estimate.beyond_bound);
   m.energy = toLedger(copy.report.energy);
   m.energy_balance = copy.report.energy.balance();
   m.stage_search = copy.stages.search;

@@ -26,14 +26,9 @@ double seconds(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
 std::string textOf(const ErrorEstimate& e) {
   double force = 0;
   for (const double error : e.force) force = std::max(force, error);
-  char error[100], margin[60] = "";
-  std::snprintf(error, sizeof error, "error of %d steps %.1f um %.1f mN", e.steps, 1e6 * e.position, 1e3 * force);
-  if (e.beyond_bound > 0) {
-    std::snprintf(margin, sizeof margin, "   too stiff for explicit steps");
-  } else if (std::isfinite(e.stability)) {
-    std::snprintf(margin, sizeof margin, "   stability margin %.0f %%", 100 * (1 - e.stability));
-  }
-  return std::string(error) + margin;
+  char text[100];
+  std::snprintf(text, sizeof text, "error of %d steps %.1f um %.1f mN", e.steps, 1e6 * e.position, 1e3 * force);
+  return text;
 }
 
 }  // namespace

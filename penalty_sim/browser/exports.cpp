@@ -89,12 +89,12 @@ const double* haptic_aimed(int hand) {
 const char* haptic_tune(double stiffness, double friction) {
   return refused([&] { touch->tune(stiffness, friction); });
 }
-/// Position [m], force on the first hand [N], stability number over the bound; NaN: unknown.
+/// Error of position [m], of the force on the first hand [N]; NaN: unknown.
 const double* haptic_estimate() {
-  numbers.assign(3, std::nan(""));
+  numbers.assign(2, std::nan(""));
   refused([] {
     const ErrorEstimate error = touch->estimate();
-    numbers = {error.position, error.force.empty() ? std::nan("") : error.force[0], error.stability};
+    numbers = {error.position, error.force.empty() ? std::nan("") : error.force[0]};
   });
   return numbers.data();
 }

@@ -99,7 +99,7 @@ void Picture::draw(HapticLoop& loop, const std::vector<DrawnHand>& hands, std::v
   const int patches = std::min(world.contactCount(), kMostPatches);
   out.clear();
   out.insert(out.end(), {world.time(), static_cast<double>(world.linkCount()), static_cast<double>(hands.size()),
-                         static_cast<double>(patches), static_cast<double>(world.contactCount()), step.stability,
+                         static_cast<double>(patches), static_cast<double>(world.contactCount()),
                          static_cast<double>(step.implicit_islands), static_cast<double>(step.finite), static_cast<double>(step.flags),
                          step.energy.total(), step.energy.numerical, step.energy.balance()});
   for (int i = 0; i < world.linkCount(); ++i) append(out, world.linkPose(i));

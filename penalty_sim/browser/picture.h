@@ -23,7 +23,7 @@ std::string pictureText(const SceneDef& scene, const World& world, const std::ve
 /// The drawn state as numbers: `kHead` of the whole, then per link a pose (x, y, z, then quaternion x, y, z, w), per hand `kPerHand` and
 /// a tension per string, then per patch `kPatchNumbers`. A hand that the loop has lost stands at its base's origin.
 struct Picture {
-  static constexpr int kHead = 12;          ///< time, links, hands, patches, contacts, stability, implicit islands, finite, flags, energies
+  static constexpr int kHead = 11;          ///< time, links, hands, patches, contacts, solved islands, finite, flags, energies
   static constexpr int kPerHand = 19;       ///< grip in its base, force asked and presented in the base, six of the contact
   static constexpr int kPatchNumbers = 12;  ///< centroid, normal, force on B, radius, pressure, 1 if it sticks
   static constexpr int kMostPatches = 64;   ///< the first of them; more cannot be told apart

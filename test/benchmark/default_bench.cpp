@@ -1,5 +1,5 @@
-/// The integrator that users get: what it costs where nothing is stiff, what changes when it changes its mind, and whether
-/// bodies leave a bounce with the speed that they should have. `bench_default count AUTOMATIC` is its own child.
+/// The integrator that users get: its cost where nothing is stiff, over that of velocity Verlet, and whether bodies leave a bounce with the
+/// speed that they should have. `bench_default count AUTOMATIC` is its own child.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -55,66 +55,6 @@ WorldDef softScene(Attempts attempts, int cubes) {
   return def;
 }
 
-/// A cube that sticks on a slope, its contact at `k` [N/m³], with a pointer whose virtual coupling holds it where it rests.
-WorldDef slopedScene(double k) {
-  WorldDef def = softScene(Attempts::kAll, 1);
-  def.settings.gravity = kGravity * Vector3(std::sin(0.3), 0, -std::cos(0.3));
-  def.settings.default_material.stiffness = k;
-  const double depth = 0.1 * kGravity * std::cos(0.3) / (k * kEdge * kEdge);
-  def.articulations[1] = freeBox("cube", Vector3::Constant(kEdge), 0.1, Pose(Vector3(0, 0, kEdge / 2 - depth)));
-  PointerDef pointer;
-  pointer.articulation = 1;
-  pointer.link = 0;
-  pointer.coupling.mode = PointerCoupling::Mode::kVirtual;
-  def.pointers.push_back(pointer);
-  return def;
-}
-
-/// The coupling off and on makes the island soft and stiff again, while the cube rests and the coupling pulls nothing: the
-/// largest change of the contact's wrench over a step that changed the mode.
-void runSwitches() {
-  // A stiffness that leaves the island to either mode, and which the coupling's share carries over the bound.
-  double k = 1e6;
-  const auto numberAt = [](double stiffness) {
-    World world(slopedScene(stiffness));
-    WorldTuning off = world.tuning();
-    off.coupling[0].stiffness = off.coupling[0].damping = 0;
-    off.coupling[0].rotational_stiffness = off.coupling[0].rotational_damping = 0;
-    world.tune(off);
-    for (int i = 0; i < 3; ++i) world.step();
-    return world.report().stability;
-  };
-  while (numberAt(1.05 * k) < 0.69) k *= 1.05;
-  World world(slopedScene(k));
-  const WorldTuning on = world.tuning();
-  WorldTuning off = on;
-  off.coupling[0].stiffness = off.coupling[0].damping = 0;
-  off.coupling[0].rotational_stiffness = off.coupling[0].rotational_damping = 0;
-  world.tune(off);
-  double worst = 0;
-  int switches = 0;
-  bool implicit = false;
-  Vector3 last = Vector3::Zero();
-  for (int i = 0; i < 6000; ++i) {
-    if (i >= 3000) {  // settled
-      if (i % 200 == 0) world.setPointerTarget(0, world.linkPose(world.pointerLink(0)), Twist{});
-      world.tune(i % 200 < 100 ? on : off);
-    }
-    world.step();
-    const Vector3 force = world.contactCount() > 0 ? world.contact(0).F_BP_W.force : Vector3::Zero();
-    const bool now = world.report().implicit_islands > 0;
-    if (i >= 3000 && now != implicit) {
-      worst = std::max(worst, (force - last).norm());
-      ++switches;
-    }
-    implicit = now;
-    last = force;
-  }
-  std::printf("k %.3g N/m3: %d changes of mode while %.4f N rest on the slope\n", k, switches, last.norm());
-  figure("default.switches", switches, "1");
-  figure("default.switch_jump_n", switches > 0 ? worst : std::nan(""), "N");
-}
-
 constexpr int kCounted = 500;  // steps
 
 void countSoft(Attempts attempts) {
@@ -123,7 +63,6 @@ void countSoft(Attempts attempts) {
   countedPass([&] {
     for (int i = 0; i < kCounted; ++i) world.step();
   });
-  if (world.report().implicit_islands > 0) std::fprintf(stderr, "bench_default: the soft scene became stiff\n");
 }
 
 void runCosts() {
@@ -144,6 +83,5 @@ int main(int argc, char** argv) {
   }
   runBounces();
   runCosts();
-  runSwitches();
   return 0;
 }

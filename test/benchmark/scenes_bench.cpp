@@ -183,8 +183,8 @@ void runBusy() {
 
 int main(int argc, char** argv) {
   using namespace haptic::bench;
-  if (argc == 5 && std::strcmp(argv[1], "ticks") == 0) {
-    countTicks(argv[2], argv[3], argv[4]);
+  if (argc == 4 && std::strcmp(argv[1], "ticks") == 0) {
+    countTicks(argv[2], argv[3]);
     return 0;
   }
   if (argc < 2 || std::strcmp(argv[1], "scenes") == 0) runScenes();

@@ -1,7 +1,7 @@
 /// Instructions of a tick of every shipped scene, beside those of a dated commit: unlike times they are the same on a busy machine.
 ///
 /// Counted by callgrind inside HapticLoop::tick, the twin's exchange apart, from tick 1000 to 2000 of the scene's own hand path, at 1 and
-/// at 10 kHz, with the core's library for any processor. `scenes.verlet_first.*` are those of the rule of before (Attempts::kVerletFirst).
+/// at 10 kHz, with the core's library for any processor.
 #include "scenes_ticks.h"
 
 #include <algorithm>
@@ -70,12 +70,10 @@ struct Ratios {
 
 }  // namespace
 
-void countTicks(const char* name, const char* rate, const char* rule) {
+void countTicks(const char* name, const char* rate) {
   RigSettings settings;
   settings.rate = std::atof(rate);
-  SceneDef scene = sceneNamed(name, settings.rate);
-  if (std::string(rule) == "verlet_first") scene.world.settings.attempts = Attempts::kVerletFirst;
-  Rig rig(scene, settings);
+  Rig rig(sceneNamed(name, settings.rate), settings);
   rig.run(kFirst);
   for (int i = 0; i < kCounted; ++i) {
     rig.exchange();
@@ -85,24 +83,21 @@ void countTicks(const char* name, const char* rate, const char* rule) {
 
 void measureTicks() {
   setenv("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-AVX2", 1);  // the loader then takes that library
-  for (const char* rule : {"default", "verlet_first"}) {
-    const std::string of_rule = std::string(rule) == "verlet_first" ? "scenes.verlet_first." : "scenes.";
-    for (int r = 0; r < 2; ++r) {
-      const std::string rate = std::to_string(static_cast<int>(kRates[r]));
-      Ratios ratios;
-      for (const Dated& dated : kDated) {
-        const double now = instructionsOf(std::string("ticks ") + dated.scene + " " + rate + " " + rule) / kCounted;
-        if (!std::isfinite(now)) continue;
-        std::printf("%-16s %s Hz, %s: %.1f thousand instructions a tick, %.3f of the dated\n", dated.scene, rate.c_str(), rule, 1e-3 * now,
-                    now / dated.instructions[r]);
-        std::fflush(stdout);
-        ratios.add(now / dated.instructions[r]);
-      }
-      if (ratios.count == 0) continue;
-      const std::string name = of_rule + "tick_instructions_ratio" + (r == 0 ? "" : "_10k");
-      figure(name, std::exp(ratios.logarithms / ratios.count), "1");
-      figure(name + "_max", ratios.largest, "1");
+  for (int r = 0; r < 2; ++r) {
+    const std::string rate = std::to_string(static_cast<int>(kRates[r]));
+    Ratios ratios;
+    for (const Dated& dated : kDated) {
+      const double now = instructionsOf(std::string("ticks ") + dated.scene + " " + rate) / kCounted;
+      if (!std::isfinite(now)) continue;
+      std::printf("%-16s %s Hz: %.1f thousand instructions a tick, %.3f of the dated\n", dated.scene, rate.c_str(), 1e-3 * now,
+                  now / dated.instructions[r]);
+      std::fflush(stdout);
+      ratios.add(now / dated.instructions[r]);
     }
+    if (ratios.count == 0) continue;
+    const std::string name = std::string("scenes.tick_instructions_ratio") + (r == 0 ? "" : "_10k");
+    figure(name, std::exp(ratios.logarithms / ratios.count), "1");
+    figure(name + "_max", ratios.largest, "1");
   }
 }
 

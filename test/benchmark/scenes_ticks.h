@@ -3,8 +3,8 @@
 
 namespace haptic::bench {
 
-/// Runs a scene ("touch_cube") at a rate ("1000", Hz) by a rule ("default" or "flow") where callgrind counts its ticks.
-void countTicks(const char* scene, const char* rate, const char* rule);
+/// Runs a scene ("touch_cube") at a rate ("1000", Hz) where callgrind counts its ticks.
+void countTicks(const char* scene, const char* rate);
 
 /// Prints scenes.tick_instructions_ratio and the like; nothing without valgrind.
 void measureTicks();

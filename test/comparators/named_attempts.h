@@ -11,7 +11,6 @@ struct NamedAttempts {
 };
 
 inline constexpr NamedAttempts kNamedAttempts[] = {
-    {Attempts::kVerlet, "verlet"}, {Attempts::kImplicitEuler, "implicit"}, {Attempts::kSdirk2, "sdirk2"}, {Attempts::kAll, "automatic"},
-    {Attempts::kVerletFirst, "verlet_first"}};
+    {Attempts::kVerlet, "verlet"}, {Attempts::kImplicitEuler, "implicit"}, {Attempts::kSdirk2, "sdirk2"}, {Attempts::kAll, "automatic"}};
 
 }  // namespace haptic::comparators

@@ -34,7 +34,6 @@ class Live(unittest.TestCase):
         errors = [last.position_error, last.rotation_error, last.energy_error, last.force_error[0], last.torque_error[0]]
         self.assertTrue(all(math.isfinite(e) and e >= 0 for e in errors), errors)
         self.assertLess(last.position_error, 1e-3)  # 16 ms of a body that moves at some cm/s
-        self.assertLessEqual(last.stability_margin, 1)
         stages = [last.stage_search, last.stage_detection, last.stage_volume, last.stage_force, last.stage_motion]
         self.assertTrue(all(s >= 0 for s in stages), stages)
         self.assertTrue(0 < sum(stages) < 1e-3, "a step of this scene takes some 10 us")
@@ -55,7 +54,7 @@ class Live(unittest.TestCase):
 
     def test_the_view_shows_it(self):
         markers = Probe("/markers", MarkerArray, keep=5)
-        markers.wait(1, timeout=20, accept=lambda m: any("stability margin" in k.text and "error of" in k.text for k in m.markers))
+        markers.wait(1, timeout=20, accept=lambda m: any("error of" in k.text for k in m.markers))
         markers.close()
 
 

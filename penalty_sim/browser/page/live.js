@@ -44,8 +44,8 @@ export class Live {
 
   // Of the whole.
   world() {
-    const [time, , , , contacts, stability, implicit, finite] = this.numbers;
-    return {time, contacts, stability, implicit, finite: finite > 0};
+    const [time, , , , contacts, , finite] = this.numbers;
+    return {time, contacts, finite: finite > 0};
   }
   // Of a hand.
   report(hand) {

@@ -40,8 +40,8 @@ export class Program {
   }
   tune(stiffness, friction) { return this.text(this.module._haptic_tune(stiffness, friction)); }
   estimate() {
-    const [position, force, stability] = this.doubles(this.module._haptic_estimate(), 3);
-    return {position, force, stability};
+    const [position, force] = this.doubles(this.module._haptic_estimate(), 2);
+    return {position, force};
   }
   progress() {
     const [ticks, done, compared, same] = this.doubles(this.module._haptic_progress(), 4);

@@ -211,8 +211,6 @@ class Page {
     bar('meets', meets ? hand.stiffness : 0, hand.bound, `${meets ? whole(hand.stiffness) : '–'} of ${whole(hand.bound)} N/m`);
     by('weakened').textContent = !meets ? 'It touches nothing.' : hand.share < 0.999
       ? `Stiffer than a hand can hold: it is given ${Math.round(100 * hand.share)} %.` : 'Held as the scene says.';
-    const stability = Number.isFinite(this.error?.stability) ? this.error.stability : world.stability;
-    bar('stability', stability, 1, `${shown(stability)}${world.implicit ? `; implicit: ${world.implicit}` : ''}`);
     by('error').textContent = this.error ? `${shown(1e6 * this.error.position)} µm, ${shown(1e3 * this.error.force)} mN` : '–';
     by('contacts').textContent = whole(world.contacts);
     by('time').textContent = `${world.time.toFixed(1)} s, ${Math.round(100 * this.speed)} %`;

@@ -21,19 +21,6 @@ WorldDef halved(WorldDef def) {
   return def;
 }
 
-WorldDef verletFirst(WorldDef def) {
-  def.settings.attempts = Attempts::kVerletFirst;
-  return def;
-}
-
-/// The same state with every island to be stepped explicitly, whatever attempts the scene has: the choice is made anew.
-std::vector<double> unchosen(const World& shadow, const std::vector<double>& packed) {
-  State state = shadow.state();
-  state.unpack(packed);
-  std::fill(state.mode.begin(), state.mode.end(), TreeMode::kUnprimed);
-  return state.pack();
-}
-
 int orderOf(const Model& model, std::size_t pointers) {
   for (const ModelTree& tree : model.trees) {
     if (tree.has_laws) return 1;
@@ -61,10 +48,6 @@ void moveHands(World& shadow, const std::vector<PointerState>& start, int k, dou
 struct ErrorEstimator::Impl {
   Impl(const WorldDef& def, int window_steps) : steps(window_steps), coarse(def), fine(halved(def)) {
     order = orderOf(coarse.model(), def.pointers.size());
-    has_number = !def.settings.contact_model;
-    if (has_number && def.settings.attempts != Attempts::kVerletFirst) {
-      chooser = std::make_unique<World>(verletFirst(def));
-    }
   }
 
   /// Quantities derived from the step keep the running step's value: a stiffer coupling would be another model.
@@ -112,8 +95,6 @@ struct ErrorEstimator::Impl {
 
   int steps, order;
   World coarse, fine;
-  std::unique_ptr<World> chooser;  ///< null: the running world knows its own number, or there is none
-  bool has_number = false;         ///< the contact model has a stability number
 };
 
 ErrorEstimator::ErrorEstimator(const WorldDef& def, int window_steps) {
@@ -128,8 +109,8 @@ ErrorEstimate ErrorEstimator::estimate(const std::vector<double>& state, const W
   World &coarse = impl_->coarse, &fine = impl_->fine;
   Impl::put(coarse, state, tuning);
   Impl::put(fine, state, impl_->resolvedTuning(tuning));
-  for (World* shadow : {&coarse, &fine, impl_->chooser.get()}) {
-    for (std::size_t i = 0; shadow && i < bounds.size(); ++i) shadow->setPointerBound(static_cast<int>(i), bounds[i]);
+  for (World* shadow : {&coarse, &fine}) {
+    for (std::size_t i = 0; i < bounds.size(); ++i) shadow->setPointerBound(static_cast<int>(i), bounds[i]);
   }
   const std::vector<PointerState> hands = coarse.state().pointers;
   const double h = coarse.settings().step;
@@ -138,21 +119,11 @@ ErrorEstimate ErrorEstimator::estimate(const std::vector<double>& state, const W
   e.order = impl_->order;
   e.force.assign(hands.size(), std::nan(""));
   e.torque = e.force;
-  if (impl_->chooser) {
-    Impl::put(*impl_->chooser, unchosen(*impl_->chooser, state), tuning);
-    moveHands(*impl_->chooser, hands, 1, h);
-    impl_->chooser->step();
-  }
   for (int k = 1; k <= impl_->steps; ++k) {
     for (World* shadow : {&coarse, &fine}) {
       moveHands(*shadow, hands, k, h);
       shadow->step();
     }
-  }
-  if (impl_->has_number) {
-    const StepReport& chosen = (impl_->chooser ? *impl_->chooser : coarse).report();
-    e.stability = chosen.stability;
-    e.beyond_bound = chosen.implicit_islands;
   }
   if (coarse.report().finite && fine.report().finite) impl_->compare(e);
   return e;

@@ -5,13 +5,13 @@
 /// p the error of the first is (Richardson; Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.4)
 ///     e ≈ |y_h - y_{h/2}| / (1 - 2^-p).
 /// p is the scheme's: 1 for the Euler steps, for SDIRK2 with a hand, whose motion its stages do not see, and wherever a
-/// joint has laws of its own (stepping/explicit_step.h); 2 for velocity Verlet, SDIRK2 and the automatic choice. The wrench that a
+/// joint has laws of its own (stepping/explicit_step.h); 2 else. The wrench that a
 /// hand gets is one value per substep, held: of order 1 under every scheme.
 ///
 /// The error of the model itself (foundation, tessellation, material) is not in it. Where a contact begins or ends inside
 /// the window the order is lost for that window, and the number tells the size only.
 ///
-/// Cost: 3 n steps, and one of the automatic choice, which gives the stability number.
+/// Cost: 3 n steps.
 #pragma once
 #include <cmath>
 #include <memory>
@@ -32,12 +32,6 @@ struct ErrorEstimate {
   int link = -1;                       ///< with the greatest position error; -1: nothing moves
   double energy = std::nan("");        ///< of EnergyLedger::total() [J]; NaN: the world keeps no ledger
   std::vector<double> force, torque;   ///< per pointer, of the wrench that its hand gets: norms [N], [N·m]
-  /// Greatest stability number of a link over the bound of explicit steps (stability_number.h): 1 rings. For implicit
-  /// schemes: of the explicit step in their place. NaN: the contact model has no such number.
-  double stability = std::nan("");
-  /// Islands beyond `kEnterImplicit` of the bound, which do not count in `stability`. Implicit and automatic schemes bear
-  /// them; a scene that insists on explicit steps is about to ring.
-  int beyond_bound = 0;
 };
 
 /// Estimates the error of a running world by step doubling.

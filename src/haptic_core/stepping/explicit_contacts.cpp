@@ -9,12 +9,6 @@
 namespace haptic::stepping {
 namespace {
 
-/// Held links are not stepped, whatever the mode of their tree.
-bool isImplicit(const Model& model, const State& state, const HandWork& hands, int shape) noexcept {
-  const int tree = model.treeOf(shape);
-  return state.mode[tree] >= TreeMode::kImplicit && hands.movesByItself(model.trees[tree]);
-}
-
 /// An impulse on B, and its opposite on A, at a point of W; taken into account at the end of the step.
 void addKick(int link_a, int link_b, const Wrench& J_W, const Vector3& p_W, const Placement& placement,
              ContactWork& contacts) noexcept {
@@ -85,7 +79,6 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   if (!overlap) {
     if (pair.friction.touching != 0) release(model, index, advance, state, work, report);
     pair.friction = {};
-    pair.stability = {};
     pair.buried = false;
     return;
   }
@@ -104,7 +97,6 @@ void evaluatePair(const Model& model, int index, const Advance& advance, State& 
   memory.elastic_energy = elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);  // implicit steps start from it
   if (model.settings.energy_ledger) noteContact(index, pair, c, contacts.booked);
   pair.friction = memory;
-  if (model.explicit_steps && model.implicit_steps) noteStability(model, c, work, pair);
   ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
   if (advance.second_order) {
     if (advance.time > 0) reportMean(pair.release, touched, c.force, advance.time, contact);
@@ -130,16 +122,14 @@ ReleaseMemory releaseOf(const ContactVolume& volume, const Twist& V_AB_P, const 
 }
 
 void evaluateContacts(const Model& model, const Advance& advance, State& state, Work& work, Report& report) noexcept {
-  const bool chooses = model.explicit_steps && model.implicit_steps;
   ContactWork& contacts = work.contacts;
   report.contacts.clear();
   contacts.booked.clear();
   contacts.has_kick = false;
   work.clock.end(report.step.stages.search);
-  if (chooses) countCouplings(model, state, work);
   const auto isSolved = [&](const ActivePair& pair) {  // by an implicit island
-    return work.implicit && (isImplicit(model, state, work.hands, pair.shapeA()) ||
-                             isImplicit(model, state, work.hands, pair.shapeB()));
+    const auto moves = [&](int shape) { return work.hands.movesByItself(model.trees[model.treeOf(shape)]); };
+    return work.implicit && (moves(pair.shapeA()) || moves(pair.shapeB()));
   };
   if (!std::all_of(state.pairs.begin(), state.pairs.begin() + state.pair_count, isSolved)) {
     countContacts(model, state, contacts.on_link);

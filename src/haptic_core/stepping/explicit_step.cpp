@@ -12,23 +12,10 @@
 namespace haptic::stepping {
 namespace {
 
-bool isExplicit(const Model& model, const State& state, const ModelTree& tree) noexcept {
-  return state.mode[model.indexOf(tree)] < TreeMode::kImplicit;
-}
-
-/// Kinematics of the trees that may have moved and that startVerlet does not move: in hands, or implicit.
-void placeOthers(const Model& model, const State& state, Work& work) noexcept {
+/// Kinematics of the trees in hands, which startVerlet does not move.
+void placeHeldTrees(const Model& model, const State& state, Work& work) noexcept {
   for (const int t : work.visits.trees) {
-    const ModelTree& tree = model.trees[t];
-    if (!work.hands.movesByItself(tree) || !isExplicit(model, state, tree)) placeTree(tree, state, work.placement);
-  }
-}
-
-/// Calls `act` for every tree that explicit steps move.
-template <class Act>
-void forEachMover(const Model& model, const State& state, const HandWork& hands, Act&& act) noexcept {
-  for (const ModelTree* tree : hands.movers) {
-    if (isExplicit(model, state, *tree)) act(*tree);
+    if (!work.hands.movesByItself(model.trees[t])) placeTree(model.trees[t], state, work.placement);
   }
 }
 
@@ -55,117 +42,70 @@ void book(const JointReport* joints, State& state, StepReport& report) noexcept 
   if (!joints->converged) report.flags |= kJointsNotConverged;
 }
 
-/// Estimate of a tree's step of its error of position [m]. Velocity Verlet errs by h²/6 |a₁ - a₀|, and by up to h²/4 more of the change by
-/// dampers and sliding, whose forces are of a predicted velocity (with 1/6 alone `accuracy.honest` is .040, with this .008):
-/// 5/12 h² |a₁ - a₀| = 5/6 h |v₁ - 2 v½ + v₀|. Symplectic Euler of joints with laws takes the velocity of the end, and the pull of
-/// the start: h/2 (|v₁ - v₀| + h |D⁻¹ (τ₁ - τ₀)|), without the first where a step was one of fourth order.
-double positionError(const Model& model, const ModelTree& tree, double h, const State& state, const Work& work) noexcept {
-  const double size = model.links[tree.link].size;
-  const Retreat& start = work.choice.retreat;
-  const bool euler = tree.has_laws && work.joints[model.indexOf(tree)]->report().passes > 0;
-  double turn2 = 0, way2 = 0;
-  for (int l = 0; l < tree.model->linkCount(); ++l) {
-    const LinkModel& link = tree.model->link(l);
-    for (int d = 0; d < link.dof; ++d) {
-      const int i = link.v + d, k = tree.v + i;
-      double bent = 5.0 / 6 * (state.v[k] - 2 * work.motion.v_half[k] + start.v[k]);
-      if (tree.has_laws) {
-        const double lag = h * work.placement.link[tree.link + l].D_inverse(d, d) * (state.pull[k] - start.pull[k]);
-        bent = 0.5 * ((euler ? std::abs(state.v[k] - start.v[k]) : 0) + std::abs(lag));
-      }
-      (i >= link.v_slide && i < link.v_slide + link.slides ? way2 : turn2) += bent * bent;
-    }
-  }
-  return h * std::sqrt(way2 + size * size * turn2);
-}
-
 /// The velocities after the next half kick.
 void lookAhead(const Model& model, double h, State& state, Work& work) noexcept {
   std::vector<double>& v_ahead = work.motion.v_ahead;
   std::copy(state.v.begin(), state.v.end(), v_ahead.begin());
-  forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
-    if (tree.has_laws) return;
-    SteppedTree ahead = inPlace(model, tree, nullptr, state, work);
-    ahead.v = v_ahead.data() + tree.v;
+  for (const ModelTree* tree : work.hands.movers) {
+    if (tree->has_laws) continue;
+    SteppedTree ahead = inPlace(model, *tree, nullptr, state, work);
+    ahead.v = v_ahead.data() + tree->v;
     kick(ahead, h / 2);
-  });
+  }
 }
 
-/// Contacts and pulls here and now. False: the automatic choice made some tree implicit or asks for a shorter part, and the
-/// attempt is void.
-bool evaluate(const Model& model, const StepPart& part, bool advances, State& state, Work& work, Report& report) noexcept {
-  const bool chooses = model.explicit_steps && model.implicit_steps;
+/// Contacts and pulls here and now, of a part or, with time 0, of the first one's start.
+void evaluate(const Model& model, const StepPart& part, bool advances, State& state, Work& work, Report& report) noexcept {
   work.clock.end(report.step.stages.motion);
-  lookForPairs(model, anyImplicit(state) ? part.h : 0, state, work, report.step);
-  if (chooses && !work.choice.decided && modesMeet(model, state, work)) {
-    makeImplicit(model, false, state, work);
-    return false;
-  }
+  lookForPairs(model, 0, state, work, report.step);
   evaluateContacts(model, {advances ? part.h : 0, true}, state, work, report);
-  if (chooses && anyTooStiff(model, work.visits, work.choice, report.step) && !work.choice.decided) {
-    makeImplicit(model, true, state, work);
-    return false;
-  }
-  if (chooses && advances && !work.choice.decided && part.h * work.choice.parts > 1.001 * model.substep()) return false;
   pullCoupled(model, part, advances, state, work.hands, work.placement);
-  if (!model.forces.empty()) pullExplicit(model, state, work.visits, work.hands, work.placement);
+  if (!model.forces.empty()) pullExplicit(model, work.visits, work.hands, work.placement);
   pushExplicit(model, state, work.hands, work.placement);
-  return true;
 }
 
-}  // namespace
-
+/// What pulls at trees whose last step was not one of velocity Verlet.
 void prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
   const auto unprimed = [&](const ModelTree* tree) { return state.mode[model.indexOf(*tree)] == TreeMode::kUnprimed; };
   const std::vector<const ModelTree*>& movers = work.hands.movers;
   if (std::none_of(movers.begin(), movers.end(), unprimed)) return;
-  int attempts = static_cast<int>(model.trees.size());  // each makes a tree implicit
-  work.choice.decided = false;
-  do {
-    placeTrees(model, work.visits.trees, state, work.placement);
-    forEachMover(model, state, work.hands, [&](const ModelTree& tree) { work.counted.done += units::kLink * tree.model->linkCount(); });
-    if (work.counted.spent()) giveUpExplicit(model, state, work);
-    work.choice.decided = attempts-- == 0;
-  } while (!evaluate(model, part, false, state, work, report));
+  placeTrees(model, work.visits.trees, state, work.placement);
+  for (const ModelTree* tree : movers) work.counted.done += units::kLink * tree->model->linkCount();
+  evaluate(model, part, false, state, work, report);
   for (const ModelTree* tree : movers) {
     if (!unprimed(tree)) continue;
     keepPull(model, *tree, state, work);
     state.mode[model.indexOf(*tree)] = TreeMode::kPrimed;
   }
-  if (model.settings.energy_ledger) noteNextKick(model, part.h, state, work);
+  if (!model.settings.energy_ledger) return;
+  lookAhead(model, part.h, state, work);
+  notePowers(work.ledgerView(model), part.h, work.motion.v_ahead, work.contacts.booked, state);
 }
 
-void noteNextKick(const Model& model, double h, State& state, Work& work) noexcept {
-  lookAhead(model, h, state, work);
-  notePowers(work.ledgerView(model), h, work.motion.v_ahead, work.contacts.booked, state);
-}
+}  // namespace
 
-bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+void velocityVerlet(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+  prime(model, part, state, work, report);
   const double h = part.h;
   const Vector3& gravity = model.settings.gravity;
   double* v_half = work.motion.v_half.data();
   const bool books_forces = model.settings.energy_ledger && !model.forces.empty();
-  if (books_forces) noteForces(model, state, work.visits, work.hands, work.placement, work.forces);
-  forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
-    work.counted.done += units::kLink * tree.model->linkCount();
-    book(startVerlet(inPlace(model, tree, v_half, state, work), gravity, h, work.motion.scratch), state, report.step);
-  });
+  if (books_forces) noteForces(model, work.visits, work.hands, work.placement, work.forces);
+  for (const ModelTree* tree : work.hands.movers) {
+    work.counted.done += units::kLink * tree->model->linkCount();
+    book(startVerlet(inPlace(model, *tree, v_half, state, work), gravity, h, work.motion.scratch), state, report.step);
+  }
   moveHeld(model, part, state, work.hands, work.placement);
-  placeOthers(model, state, work);
-  if (!evaluate(model, part, true, state, work, report)) return false;
-  forEachMover(model, state, work.hands, [&](const ModelTree& tree) {
-    const Wrench* events = work.contacts.has_kick ? work.contacts.kick.data() + tree.link : nullptr;
-    finishVerlet(inPlace(model, tree, v_half, state, work), gravity, h, events, work.motion.scratch);
-    if (model.implicit_steps) {
-      double& most = work.choice.position_error;
-      most = std::max(most, positionError(model, tree, h, state, work));
-    }
-  });
-  if (!model.settings.energy_ledger) return true;
+  placeHeldTrees(model, state, work);
+  evaluate(model, part, true, state, work, report);
+  for (const ModelTree* tree : work.hands.movers) {
+    const Wrench* events = work.contacts.has_kick ? work.contacts.kick.data() + tree->link : nullptr;
+    finishVerlet(inPlace(model, *tree, v_half, state, work), gravity, h, events, work.motion.scratch);
+  }
+  if (!model.settings.energy_ledger) return;
   if (books_forces) bookForces(model, h, 0.5, work.visits, work.hands, work.placement, work.forces, state);
   if (!work.contacts.booked.empty()) lookAhead(model, h, state, work);
   bookVerlet(work.ledgerView(model), h, work.motion.v_half, work.motion.v_ahead, work.contacts.booked, state);
-  return true;
 }
 
 /// Of a tree that has flowed: of the drift by its stages, of what pulls as velocity Verlet's, of laws that are not smooth as symplectic
@@ -205,7 +145,7 @@ void flow(const Model& model, int t, double h, State& state, Work& work, StepRep
   book(startVerlet(stepped, gravity, h, work.motion.scratch), state, report);
   if (pulled) addWrenches(model, state, t, links);
   finishVerlet(stepped, gravity, h, nullptr, work.motion.scratch);
-  work.choice.position_error = std::max(work.choice.position_error, flowError(model, tree, h, pulled, state, work));
+  work.position_error = std::max(work.position_error, flowError(model, tree, h, pulled, state, work));
 }
 
 void keepFlow(const Model& model, int t, double h, const std::vector<double>& v_start, State& state) noexcept {
@@ -216,7 +156,7 @@ void keepFlow(const Model& model, int t, double h, const std::vector<double>& v_
 }
 
 void flowAll(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
-  work.choice.position_error = 0;
+  work.position_error = 0;
   moveHeld(model, part, state, work.hands, work.placement);
   for (const int t : work.visits.trees) {
     const ModelTree& tree = model.trees[t];
@@ -227,7 +167,7 @@ void flowAll(const Model& model, const StepPart& part, State& state, Work& work,
     }
     placeTree(tree, state, work.placement);
   }
-  report.step.position_error += work.choice.position_error;
+  report.step.position_error += work.position_error;
 }
 
 void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept {

@@ -17,12 +17,8 @@
 
 namespace haptic::stepping {
 
-/// (in realtime) Half a kick → coast → hands → placement → pairs → contacts → half a kick, of the explicit trees. False:
-/// the choice made some tree implicit; the attempt is void, and the caller takes it back.
-bool velocityVerlet(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
-
-/// (in realtime) What pulls at explicit trees whose last step was not one of velocity Verlet.
-void prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
+/// (in realtime) Half a kick → coast → hands → placement → pairs → contacts → half a kick, of all trees (Attempts::kVerlet).
+void velocityVerlet(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
 
 /// (in realtime) A tree that touches nothing: a free body exactly under gravity, a tree of joints to fourth order while its laws are
 /// smooth; by velocity Verlet under wrenches.
@@ -36,9 +32,6 @@ void flowAll(const Model& model, const StepPart& part, State& state, Work& work,
 
 /// (in realtime) What contacts and hands do to a tree now is kept in the state for the next step of velocity Verlet.
 void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept;
-
-/// (in realtime) Power of the booked contacts in the next half kick of h/2, for the ledger; see notePowers.
-void noteNextKick(const Model& model, double h, State& state, Work& work) noexcept;
 
 /// (in realtime) What pulled at a tree at the end of the last step holds no longer, nor its acceleration.
 void forgetPull(State& state, int tree) noexcept;

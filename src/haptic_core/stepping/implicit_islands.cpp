@@ -10,7 +10,6 @@
 #include "haptic_core/stepping/turns_ahead.h"
 #include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/link_forces.h"
-#include "haptic_core/world/stability_number.h"
 
 namespace haptic::stepping {
 namespace {
@@ -39,86 +38,21 @@ void aimCouplings(const Model& model, const State& state, Work& work) noexcept {
 void takeCouplings(const Model& model, const StepPart& part, State& state, Work& work) noexcept {
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
     const ImplicitCoupling& coupling = work.implicit->stage.forces.couplings[i];
-    if (coupling.link < 0 || state.mode[model.links[coupling.link].articulation] < TreeMode::kImplicit) continue;
+    if (coupling.link < 0) continue;
     work.hands.wrench[i] += -(meanCoupling(work.implicit->books, static_cast<int>(i)) * part.share);
     state.energy.external += work.implicit->books.coupling_work[i];
   }
 }
 
-/// Wrenches of the island's force elements on its links, or on those that hands hold.
-void takeForces(const Model& model, const Island& island, bool to_held, Work& work) noexcept {
+/// Wrenches of the island's force elements on links that hands hold.
+void takeForces(const Model& model, const Island& island, Work& work) noexcept {
   LinkWork* link = work.placement.link.data();
   const auto moves = [&](int tree) { return work.hands.movesByItself(model.trees[tree]); };
   eachForce(model, TreeRange{island.trees, island.tree_count}, moves, [&](int, const ModelForce& force) {
-    const auto takes = [&](int tree) { return tree >= 0 && moves(tree) != to_held; };
+    const auto takes = [&](int tree) { return tree >= 0 && !moves(tree); };
     addForce(forceNow(model, force, link), takes(force.tree_a) ? link + force.link_a : nullptr,
              takes(force.tree_b) ? link + force.link_b : nullptr);
   });
-}
-
-/// Highest stability number of the island's links.
-double stabilityOf(const Model& model, const Island& island, const Contacts& contacts, State& state, Work& work) noexcept {
-  std::vector<double>& number = work.choice.number;
-  const auto forEachLink = [&](auto&& visit) {
-    for (int n = 0; n < island.tree_count; ++n) {
-      const ModelTree& tree = model.trees[island.trees[n]];
-      for (int l = 0; l < tree.model->linkCount(); ++l) visit(tree.link + l);
-    }
-  };
-  forEachLink([&](int link) { number[link] = couplingNumber(model, state, work, link); });
-  countForces(model, {island.trees, island.tree_count}, true, state, work);
-  for (const ImplicitContact& c : contacts) {
-    addStability(model, c.volume, c.force.tangent, c.X_WP, work, state.pairs[c.pair]);
-  }
-  double most = 0;
-  forEachLink([&](int link) { most = std::max(most, number[link]); });
-  return most;
-}
-
-/// What these contacts take in the first half kick of explicit steps.
-void foreseeKick(const Model& model, const Contacts& contacts, double h, State& state, Work& work) noexcept {
-  work.contacts.booked.clear();
-  for (const ImplicitContact& c : contacts) {
-    BookedContact booked;
-    booked.pair = c.pair;
-    booked.X_WP = c.X_WP;
-    booked.F_BP_P = c.force.F_BP_P;
-    booked.elastic_P = c.force.elastic();
-    work.contacts.booked.push_back(booked);
-  }
-  noteNextKick(model, h, state, work);
-}
-
-/// Back to explicit steps where the numbers have been low for long enough, with what those need to know of the last step.
-void lookForExplicit(const Model& model, const Island& island, double h, bool flew, State& state, Work& work) noexcept {
-  const LoadedVector<ImplicitContact>& solved = work.implicit->stage.contacts.all();
-  const Contacts contacts{solved.begin(), flew ? solved.begin() : solved.end()};
-  const bool low = stabilityOf(model, island, contacts, state, work) < kLeaveImplicit * kStabilityBound;
-  int steps = kDwell;
-  for (int n = 0; n < island.tree_count; ++n) steps = std::min(steps, state.low[island.trees[n]] + 1);
-  for (int n = 0; n < island.tree_count; ++n) state.low[island.trees[n]] = low ? steps : 0;
-  if (!low || steps < kDwell) return;
-  Placement& placement = work.placement;
-  for (const ImplicitContact& c : contacts) {
-    const LinkWork &A = placement.link[model.shapes[c.shape_a].link], &B = placement.link[model.shapes[c.shape_b].link];
-    const Twist V_W = B.twistAt(c.X_WP.p) - A.twistAt(c.X_WP.p);
-    state.pairs[c.pair].release = releaseOf(c.volume, V_W.rotated(c.X_WP.R.transpose()), c.X_WP, c.force);
-  }
-  for (const ImplicitCoupling& coupling : work.implicit->stage.forces.couplings) {
-    if (flew || coupling.link < 0) continue;
-    if (work.islands.of(model.links[coupling.link].articulation) != work.islands.of(island.trees[0])) continue;
-    placement.link[coupling.link].addWrench(coupling.F_W, placement.link[coupling.link].X_WL.p);
-  }
-  work.contacts.has_kick = false;
-  takeForces(model, island, false, work);
-  for (int n = 0; n < island.tree_count; ++n) {
-    addWrenches(model, state, island.trees[n], placement.link.data());
-    keepPull(model, model.trees[island.trees[n]], state, work);
-    state.mode[island.trees[n]] = TreeMode::kPrimed;
-    state.low[island.trees[n]] = 0;
-    state.last_step[island.trees[n]] = 0;
-  }
-  if (model.settings.energy_ledger && contacts.begin() != contacts.end()) foreseeKick(model, contacts, h, state, work);
 }
 
 /// What islands that move keep of a step's budget, whatever those before them take: as many evaluations as a smooth step of second order.
@@ -146,7 +80,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
   bool begun = false;
   report.step.standing = report.step.waiting = 0;
   takeTurns(model, may_stand && model.turn_steps > 1, state, work, report);
-  work.islands.find(state, work.visits.trees, work.hands.held_by, true);
+  work.islands.find(state, work.visits.trees, work.hands.held_by);
   double reserved = reservedForAll(model, state, work);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
@@ -176,12 +110,10 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
     if (solved) takeContacts(model, part.h, state, work, report);
-    takeForces(model, island, true, work);
+    takeForces(model, island, work);
     const bool stands = solved && solved->stands && standsAlone(model, island, state);
     if (stands) report.step.standing += island.tree_count;
     const bool leaves = !stands && may_stand && isCommonTurn(model, state) && mayWait(model, island, state, work.placement);
-    const bool looks = model.explicit_steps && !stands && !leaves;  // what stands costs nothing as it is
-    if (looks) lookForExplicit(model, island, part.h, !solved, state, work);
     if (may_stand && stands) work.standing.note(island, first_contact, report);
     if (!leaves) continue;
     wait(island, state.step + 1, firstTurn(model, state, work.rates.load), state);

@@ -110,6 +110,15 @@ void noteImpact(const Model& model, const ContactReport& contact, double h, cons
   report.addImpact(left + h * contact.normal_force / mass, mass, h * model.settings.gravity.norm());
 }
 
+/// The mean wrench of the step on B, for its readers and for links in hands.
+void takeMean(const Wrench& mean, Work& work, ContactReport& contact) noexcept {
+  contact.F_BP_W = mean;
+  contact.normal_force = mean.force.dot(contact.X_WP.R.col(2));
+  for (const int link : {contact.link_a, contact.link_b}) {
+    if (work.hands.held_by[link] >= 0) work.placement.link[link].addWrench(link == contact.link_b ? mean : -mean, contact.X_WP.p);
+  }
+}
+
 }  // namespace
 
 const ImplicitReport* solveIsland(const Model& model, const Island& island, double h, double most, State& state, Work& work,
@@ -130,7 +139,7 @@ const ImplicitReport* solveIsland(const Model& model, const Island& island, doub
   report.fallbacks += solved.fell_back;
   report.parts = std::max(report.parts, solved.parts);
   report.budget_used = std::max(report.budget_used, solved.budget_used);
-  work.choice.position_error = std::max(work.choice.position_error, solved.position_error);
+  work.position_error = std::max(work.position_error, solved.position_error);
   if (!solved.converged) report.flags |= kNotConverged;
   if (!solved.joints_converged) report.flags |= kJointsNotConverged;
   return &solved;
@@ -152,27 +161,15 @@ void takeContacts(const Model& model, double h, State& state, Work& work, Report
     ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
     contact.sticking = pair.friction.sliding == 0;
     contact.event = work.implicit->books.event[c.pair];
-    // A step that follows explicitly takes up from the force at the end; hands and readers are told the mean of the step.
-    const Wrench at_end = contact.F_BP_W, mean = meanWrench(work.implicit->books, c);
-    for (const int link : {contact.link_a, contact.link_b}) {
-      const Wrench& F_W = work.hands.held_by[link] >= 0 ? mean : at_end;
-      work.placement.link[link].addWrench(link == contact.link_b ? F_W : -F_W, c.X_WP.p);
-    }
-    contact.F_BP_W = mean;
-    contact.normal_force = mean.force.dot(c.X_WP.R.col(2));
+    takeMean(meanWrench(work.implicit->books, c), work, contact);
     if (pair.friction.began != 0) noteImpact(model, contact, h, work, report);
     if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(c.shape_a, c.shape_b, c.volume.A0));
     report.addContact(contact, c.force.clipped);
   }
   eachParted(work.implicit->stage, work.implicit->books, [&](int index, const Pose& X_WP, const Wrench& mean) {
     ContactReport contact = reportOf(model, state.pairs[index], ContactVolume{}, X_WP, LocatedForce{});
-    contact.F_BP_W = mean;
-    contact.normal_force = mean.force.dot(X_WP.R.col(2));
+    takeMean(mean, work, contact);
     if (state.pairs[index].friction.began != 0) noteImpact(model, contact, h, work, report);
-    for (const int link : {contact.link_a, contact.link_b}) {
-      if (work.hands.held_by[link] < 0) continue;
-      work.placement.link[link].addWrench(link == contact.link_b ? mean : -mean, X_WP.p);
-    }
     report.addContact(contact, false);
   });
 }

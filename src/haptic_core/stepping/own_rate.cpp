@@ -83,14 +83,4 @@ double foreseen(const Model& model, const State& state, int tree, double h) noex
   return turn > state.step ? until : until + std::max(h, on);
 }
 
-void settleFar(const Model& model, const Visits& visits, const Placement& placement, Islands& islands, const std::vector<int>& held_by,
-               State& state) noexcept {
-  islands.find(state, visits.trees, held_by, false);
-  for (int i = 0; i < islands.count(); ++i) {
-    const Island island = islands[i];
-    if (state.mode[island.trees[0]] >= TreeMode::kImplicit || !mayWait(model, island, state, placement)) continue;
-    for (int n = 0; n < island.tree_count; ++n) state.mode[island.trees[n]] = TreeMode::kImplicit;
-  }
-}
-
 }  // namespace haptic::stepping

@@ -58,10 +58,6 @@ double lagOf(const Model& model, const State& state) noexcept;
 /// (in realtime) Time for which a search has to foresee the motion of an implicit tree, in a step of length h [s].
 double foreseen(const Model& model, const State& state, int tree, double h) noexcept;
 
-/// (in realtime) After the step before a common turn: explicit islands that may wait become implicit.
-void settleFar(const Model& model, const Visits& visits, const Placement& placement, Islands& islands, const std::vector<int>& held_by,
-               State& state) noexcept;
-
 /// Scratch of own rates.
 struct RateWork {
   std::vector<char> alone;  ///< by tree: its island has come to its turn with nothing near

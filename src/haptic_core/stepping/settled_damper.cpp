@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "haptic_core/world/damper_limit.h"
-#include "haptic_core/world/stability_number.h"
 
 namespace haptic::stepping {
 namespace {
@@ -49,6 +48,28 @@ Vector6 settledChange(const Matrix6& W, const Matrix6& D, double s, const Vector
 
 /// Whether a link is moved by forces: it has a mobility.
 bool isMover(const Model& model, const Work& work, int link) noexcept { return model.links[link].moves && work.hands.held_by[link] < 0; }
+
+/// Mobility ∂V/∂F of a link at P in P's axes, angular first, as if there were nothing but its own joint: on the world by that, or
+/// free. R_WL and p_WC as in kinematics.h.
+Matrix6 ownMobility(const LinkModel& link, const Matrix3& R_WL, const Vector3& p_WC, const Pose& X_WP) noexcept {
+  const Matrix3 R_PL = X_WP.R.transpose() * R_WL;
+  const Matrix3 arm = crossMatrix(X_WP.R.transpose() * (X_WP.p - p_WC));
+  Matrix6 W;
+  if (link.rooted) {
+    Eigen::Matrix<double, 6, 3> S;  // the joint's axes as twists of P
+    S.topRows<3>() = R_PL * link.S_C.topRows<3>();
+    S.bottomRows<3>() = R_PL * link.S_C.bottomRows<3>() - arm * S.topRows<3>();
+    W.noalias() = S * link.joint_mobility * S.transpose();
+    return W;
+  }
+  const Matrix3 inverse = R_PL * link.turn_mobility * R_PL.transpose();
+  W.topLeftCorner<3, 3>() = inverse;
+  W.topRightCorner<3, 3>() = inverse * arm;  // torque of a force at P about C: arm × f
+  W.bottomLeftCorner<3, 3>() = -arm * inverse;
+  W.bottomRightCorner<3, 3>() = W.bottomLeftCorner<3, 3>() * arm;
+  W.bottomRightCorner<3, 3>().diagonal().array() += link.mobility;
+  return W;
+}
 
 /// Mobility of a mover at P in P's axes, as if it were alone and its mass shared evenly among its contacts.
 Matrix6 sharedMobility(const Model& model, const Work& work, int link, const Pose& X_WP) noexcept {

@@ -85,23 +85,6 @@ void countCalm(const Model& model, const Island& island, int steps, const Placem
   }
 }
 
-void settleExplicit(const Model& model, double h, const Visits& visits, const Placement& placement, Islands& islands,
-                    const HandWork& hands, State& state) noexcept {
-  bool any = false;  // most steps have none, and need no islands
-  for (std::size_t i = 0; i < visits.trees.size() && !any; ++i) {
-    const int t = visits.trees[i];
-    any = state.mode[t] < TreeMode::kImplicit && rests(model, model.trees[t], h, state, placement);
-  }
-  if (!any) return;
-  islands.find(state, visits.trees, hands.held_by, false);
-  for (int i = 0; i < islands.count(); ++i) {
-    const Island island = islands[i];
-    if (state.mode[island.trees[0]] >= TreeMode::kImplicit || !rests(model, island, h, state, placement)) continue;
-    if (!standsAlone(model, island, state)) continue;
-    for (int n = 0; n < island.tree_count; ++n) state.mode[island.trees[n]] = TreeMode::kImplicit;
-  }
-}
-
 StandingIslands::StandingIslands(const Model& model) : island_(model.trees.size()) { contacts_.reserve(model.pair_capacity); }
 
 void StandingIslands::open(LoadedVector<ContactReport>& contacts) noexcept {

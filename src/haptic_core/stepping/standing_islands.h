@@ -15,9 +15,6 @@
 /// change the same; so it is not computed, and its report is repeated, until something that moves comes near. Whether
 /// an island stands is therefore no state: save, restore, hash and replay know nothing of it. It wakes without a jump of any wrench,
 /// for the step that wakes it starts from the velocities and forces of those that were left out.
-///
-/// Only implicit islands stand. Explicit steps never leave a body bit for bit where it was; islands that they have brought to rest become
-/// implicit (settleExplicit), where soft contacts rest in the same place, and goes back once something has moved it.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -68,10 +65,6 @@ bool isCalm(const Island& island, const State& state) noexcept;
 void countCalm(const Model& model, const HandWork& hands, const Placement& placement, State& state) noexcept;
 /// (in realtime) The same of one island that has gone over so many steps at once.
 void countCalm(const Model& model, const Island& island, int steps, const Placement& placement, State& state) noexcept;
-
-/// (in realtime) After a step of length h: explicit islands that rest on something, and alone, become implicit.
-void settleExplicit(const Model& model, double h, const Visits& visits, const Placement& placement, Islands& islands,
-                    const HandWork& hands, State& state) noexcept;
 
 /// Reports of the last step on the islands that stand.
 class StandingIslands {

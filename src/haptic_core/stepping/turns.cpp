@@ -47,7 +47,7 @@ void adopt(const Model& model, const Island& island, const Turn& turn, State& st
   state.energy.add(turn.energy);
   report.step.takeIn(turn.report);
   work.counted.done += turn.units;
-  work.choice.position_error = std::max(work.choice.position_error, turn.position_error);
+  work.position_error = std::max(work.position_error, turn.position_error);
   endTurn(model, island, state, work);
   if (!turn.waits) return;
   const int first_contact = report.contacts.size();
@@ -84,7 +84,7 @@ void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Repo
   const std::vector<int>& trees = work.visits.trees;
   if (std::none_of(trees.begin(), trees.end(), [&](int t) { return state.turn[t] != 0; })) return;
   std::vector<char>& alone = work.rates.alone;
-  work.islands.find(state, trees, work.hands.held_by, true);
+  work.islands.find(state, trees, work.hands.held_by);
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
     if (waits(model, island, state)) continue;

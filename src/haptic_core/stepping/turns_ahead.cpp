@@ -214,7 +214,7 @@ void TurnsAhead::solve(Turn& turn) noexcept {
   unpack(model, given, turn.before, state);
   for (const int t : turn.trees) placeTree(model.trees[t], state, work.placement);
   work.counted.begin(0);
-  work.choice.position_error = 0;
+  work.position_error = 0;
   report.step = StepReport{};
   report.contacts.clear();
   state.energy = EnergySums{};
@@ -229,7 +229,7 @@ void TurnsAhead::solve(Turn& turn) noexcept {
   turn.report = report.step;
   turn.energy = state.energy;
   turn.units = work.counted.done - before;
-  turn.position_error = work.choice.position_error;
+  turn.position_error = work.position_error;
   Turn::Stage solving = Turn::Stage::kSolving;
   if (!turn.stage.compare_exchange_strong(solving, Turn::Stage::kSolved, std::memory_order_acq_rel)) {
     turn.stage.store(Turn::Stage::kFree, std::memory_order_release);

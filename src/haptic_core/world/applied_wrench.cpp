@@ -25,7 +25,7 @@ bool anyWrench(const Model& model, const State& state, int tree) noexcept {
 void pushExplicit(const Model& model, const State& state, const HandWork& hands, Placement& placement) noexcept {
   for (int i = 0; i < state.wrench_count; ++i) {
     const AppliedWrench& applied = state.wrenches[i];
-    if (hands.held_by[applied.link] >= 0 || state.mode[model.links[applied.link].articulation] >= TreeMode::kImplicit) continue;
+    if (hands.held_by[applied.link] >= 0) continue;
     LinkWork& pushed = placement.link[applied.link];
     pushed.addWrench(wrenchInWorld(applied.wrench, pushed), pushed.X_WL * applied.wrench.p_L);
   }

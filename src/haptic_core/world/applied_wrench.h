@@ -39,7 +39,7 @@ void addWrenches(const Model& model, const State& state, int tree, LinkWork* lin
 /// (in realtime) Something acts on this tree.
 bool anyWrench(const Model& model, const State& state, int tree) noexcept;
 
-/// (in realtime) Adds what acts on the links that explicit steps move.
+/// (in realtime) Adds what acts on links that move by themselves.
 void pushExplicit(const Model& model, const State& state, const HandWork& hands, Placement& placement) noexcept;
 
 /// (in realtime) Before a part of a step, everything placed.

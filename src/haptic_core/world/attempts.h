@@ -8,8 +8,7 @@ enum class Attempts : unsigned char {
   kAll,            ///< flow where nothing touches, and BDF2, SDIRK2 and implicit Euler where something does
   kVerlet,         ///< velocity Verlet, stable or not
   kImplicitEuler,  ///< implicit Euler
-  kSdirk2,         ///< SDIRK2, with implicit Euler where it is not smooth
-  kVerletFirst     ///< the rule of before: velocity Verlet, and for islands that are too stiff for it BDF2, SDIRK2 and implicit Euler
+  kSdirk2          ///< SDIRK2, with implicit Euler where it is not smooth
 };
 
 }  // namespace haptic

@@ -99,15 +99,13 @@ void mapForces(const Model& from, const Model& to, CarryOver& map) {
 }
 
 /// One tree's own numbers, from one state to another.
-void carryTree(const ModelTree& old, const ModelTree& tree, int was, int is, bool may_be_implicit, const State& from, State& to) noexcept {
+void carryTree(const ModelTree& old, const ModelTree& tree, int was, int is, const State& from, State& to) noexcept {
   const int nq = tree.model->nq(), nv = tree.model->nv();
   std::copy_n(from.q.begin() + old.q, nq, to.q.begin() + tree.q);
   const auto carry = [&](const std::vector<double>& a, std::vector<double>& b) { std::copy_n(a.begin() + old.v, nv, b.begin() + tree.v); };
   carry(from.v, to.v), carry(from.pull, to.pull), carry(from.a_end, to.a_end), carry(from.a_mean, to.a_mean), carry(from.v_mean, to.v_mean);
-  const bool lacks = from.mode[was] >= TreeMode::kImplicit && !may_be_implicit;  // nothing can touch any more
-  to.mode[is] = lacks ? TreeMode::kUnprimed : from.mode[was];
+  to.mode[is] = from.mode[was];
   to.last_step[is] = from.last_step[was];
-  to.low[is] = from.low[was];
   to.calm[is] = from.calm[was];
   if (tree.has_laws) std::copy_n(from.commands.begin() + old.command, tree.model->linkCount(), to.commands.begin() + tree.command);
 }
@@ -198,8 +196,7 @@ void carryOver(CarryOver& map, const State& from, const Work& old_work, const Re
   state.energy = from.energy;
   for (std::size_t t = 0; t < map.tree.size(); ++t) {
     if (map.tree[t] < 0) continue;
-    const bool may_be_implicit = model.implicit_steps || !model.explicit_steps;
-    carryTree(old.trees[map.tree[t]], model.trees[t], map.tree[t], static_cast<int>(t), may_be_implicit, from, state);
+    carryTree(old.trees[map.tree[t]], model.trees[t], map.tree[t], static_cast<int>(t), from, state);
   }
   for (std::size_t m = 0; m < map.motion.size(); ++m) {
     const int was = map.motion[m];

@@ -178,7 +178,7 @@ void pullCoupled(const Model& model, const StepPart& part, bool advances, State&
                  Placement& placement) noexcept {
   for (const int i : hands.acting) {
     const PointerState& pointer = state.pointers[i];
-    if (model.holds(i) || state.mode[model.links[pointer.link].articulation] >= TreeMode::kImplicit) continue;
+    if (model.holds(i)) continue;
     LinkWork& link = placement.link[pointer.link];
     const HeldGoal& goal = hands.goal[i];
     const Wrench F_W = couplingForce(hands.coupling[i], goal.p_WL, goal.q_WL, goal.V_WL, link);

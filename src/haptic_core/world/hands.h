@@ -90,7 +90,7 @@ CouplingMatrices matricesOf(const PointerCoupling& coupling, const Matrix3& R_WL
 Wrench couplingForce(const PointerCoupling& coupling, const Vector3& p_WT, const Quaternion& q_WT, const Twist& V_WT,
                      const LinkWork& link) noexcept;
 
-/// (in realtime) Virtual couplings of explicitly stepped trees pull at their links. With `advances` false, the force of the
+/// (in realtime) Virtual couplings pull at their links. With `advances` false, the force of the
 /// moment alone: nothing is booked, nothing goes to the hand. Of a link that another hand holds nothing is booked either: its
 /// energy is that hand's.
 void pullCoupled(const Model& model, const StepPart& part, bool advances, State& state, HandWork& hands,

@@ -17,10 +17,9 @@ Islands::Islands(const Model& model) : model_(model), joined_(model.trees.size()
   first_pair_.resize(trees + 1);
 }
 
-void Islands::find(const State& state, const std::vector<int>& trees, const std::vector<int>& held_by, bool implicit_only) noexcept {
+void Islands::find(const State& state, const std::vector<int>& trees, const std::vector<int>& held_by) noexcept {
   const auto moves = [&](int t) {
-    return !model_.trees[t].model->isStatic() && held_by[model_.trees[t].link] < 0 &&
-           (!implicit_only || state.mode[t] >= TreeMode::kImplicit);
+    return !model_.trees[t].model->isStatic() && held_by[model_.trees[t].link] < 0;
   };
   group(state, trees, moves, [](int) { return true; });
 }

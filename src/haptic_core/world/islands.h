@@ -23,9 +23,9 @@ class Islands {
  public:
   explicit Islands(const Model& model);  ///< set-up: room for all trees and pairs
 
-  /// (in realtime) From the pairs in `state` and the force elements, of those of `trees` that are implicit or of all of them.
+  /// (in realtime) From the pairs in `state` and the force elements, of those of `trees` that move by themselves.
   /// O(trees + pairs + elements).
-  void find(const State& state, const std::vector<int>& trees, const std::vector<int>& held_by, bool implicit_only) noexcept;
+  void find(const State& state, const std::vector<int>& trees, const std::vector<int>& held_by) noexcept;
   /// (in realtime) Likewise of those whose turn has come and that are as they were after `as_of` steps; pairs with others that move are
   /// left out.
   void findDue(const State& state, const std::vector<int>& trees, std::uint64_t as_of) noexcept;

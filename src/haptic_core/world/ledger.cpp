@@ -52,10 +52,10 @@ bool isSupplied(const LedgerView& view, const ActivePair& pair) noexcept {
   return involves(view, Mover::kHand, pair) || (view.model.has_belts && (runs(pair.shapeA()) || runs(pair.shapeB())));
 }
 
-/// Of the trees that explicit steps move.
+/// Of the trees that kicks move.
 void setVelocities(const LedgerView& view, const State& state, const std::vector<double>& v) noexcept {
+  if (view.model.implicit_steps) return;
   for (const ModelTree* tree : view.hands.movers) {
-    if (state.mode[view.model.indexOf(*tree)] >= TreeMode::kImplicit) continue;
     forwardVelocities(*tree->model, v.data() + tree->v, view.placement.link.data() + tree->link);
   }
 }

@@ -11,11 +11,6 @@ auto movesOf(const Model& model, const HandWork& hands) {
   return [&model, &hands](int tree) { return hands.movesByItself(model.trees[tree]); };
 }
 
-/// The same, of trees that are stepped explicitly.
-auto movesExplicitly(const Model& model, const State& state, const HandWork& hands) {
-  return [&](int tree) { return state.mode[tree] < TreeMode::kImplicit && hands.movesByItself(model.trees[tree]); };
-}
-
 /// Displacement of a led link's point that is now at p_W [m, rad]; zero where it is not led.
 Twist ledWay(const HandWork& hands, const Placement& placement, int link, const Vector3& p_W) {
   const int lead = link >= 0 ? hands.held_by[link] : -1;
@@ -49,26 +44,16 @@ bool forcesStayWithin(const Model& model, const TreeRange& trees) noexcept {
   return within;
 }
 
-bool forcesJoinModes(const Model& model, const State& state, const Visits& visits, const HandWork& hands) noexcept {
-  const auto moves = movesOf(model, hands);
-  bool join = false;
-  eachForce(model, visits.trees, moves, [&](int, const ModelForce& force) {
-    if (force.tree_a < 0 || force.tree_b < 0 || !moves(force.tree_a) || !moves(force.tree_b)) return;
-    join |= (state.mode[force.tree_a] >= TreeMode::kImplicit) != (state.mode[force.tree_b] >= TreeMode::kImplicit);
-  });
-  return join;
-}
-
-void pullExplicit(const Model& model, const State& state, const Visits& visits, const HandWork& hands, Placement& placement) noexcept {
-  eachForce(model, visits.trees, movesExplicitly(model, state, hands), [&](int, const ModelForce& force) {
+void pullExplicit(const Model& model, const Visits& visits, const HandWork& hands, Placement& placement) noexcept {
+  eachForce(model, visits.trees, movesOf(model, hands), [&](int, const ModelForce& force) {
     LinkWork* link = placement.link.data();
     addForce(forceNow(model, force, link), force.link_a >= 0 ? link + force.link_a : nullptr, link + force.link_b);
   });
 }
 
-void noteForces(const Model& model, const State& state, const Visits& visits, const HandWork& hands, const Placement& placement,
+void noteForces(const Model& model, const Visits& visits, const HandWork& hands, const Placement& placement,
                 ForceWork& work) noexcept {
-  eachForce(model, visits.trees, movesExplicitly(model, state, hands), [&](int i, const ModelForce& force) {
+  eachForce(model, visits.trees, movesOf(model, hands), [&](int i, const ModelForce& force) {
     const LinkForce now = forceNow(model, force, placement.link.data());
     work.before[i] = {now.taken(), now.onB()};
   });
@@ -76,7 +61,7 @@ void noteForces(const Model& model, const State& state, const Visits& visits, co
 
 void bookForces(const Model& model, double h, double now_share, const Visits& visits, const HandWork& hands, const Placement& placement,
                 const ForceWork& work, State& state) noexcept {
-  eachForce(model, visits.trees, movesExplicitly(model, state, hands), [&](int i, const ModelForce& force) {
+  eachForce(model, visits.trees, movesOf(model, hands), [&](int i, const ModelForce& force) {
     const LinkForce now = forceNow(model, force, placement.link.data());
     state.energy.damping += h * ((1 - now_share) * work.before[i].taken + now_share * now.taken());
     const Wrench mean = work.before[i].F_W * (1 - now_share) + now.onB() * now_share;

@@ -68,14 +68,11 @@ inline bool hasForces(const Model& model, int tree) noexcept {
 bool anyForces(const Model& model, const TreeRange& trees) noexcept;
 /// (in realtime) Both ends of all elements on these trees, ascending, are on them or never move.
 bool forcesStayWithin(const Model& model, const TreeRange& trees) noexcept;
-/// (in realtime) An element joins two trees that forces move, one stepped explicitly and the other implicitly.
-bool forcesJoinModes(const Model& model, const State& state, const Visits& visits, const HandWork& hands) noexcept;
-
-/// (in realtime) Adds what acts on explicit trees to the wrenches of their links, and of links that hands hold.
-void pullExplicit(const Model& model, const State& state, const Visits& visits, const HandWork& hands, Placement& placement) noexcept;
+/// (in realtime) Adds what acts to the wrenches of their links, and of links that hands hold.
+void pullExplicit(const Model& model, const Visits& visits, const HandWork& hands, Placement& placement) noexcept;
 
 /// (in realtime) At the start of an explicit step, or where its only evaluation is, everything placed.
-void noteForces(const Model& model, const State& state, const Visits& visits, const HandWork& hands, const Placement& placement,
+void noteForces(const Model& model, const Visits& visits, const HandWork& hands, const Placement& placement,
                 ForceWork& work) noexcept;
 /// (in realtime) At its end, after h [s]: the energy taken and supplied goes into the ledger's sums. `now_share`: weight of the
 /// elements' present powers; the rest is that of the noted ones.

@@ -338,9 +338,8 @@ void Model::chooseVisits() {
   }
   // Links that nothing touches and neither hands nor springs pull are never too stiff: they flow.
   const bool may_be_stiff = all || has_contacts || !pointers.empty() || !forces.empty();
-  explicit_steps = settings.attempts == Attempts::kVerletFirst || settings.attempts == Attempts::kVerlet;
-  const bool chooses = settings.attempts == Attempts::kAll || settings.attempts == Attempts::kVerletFirst;
-  implicit_steps = settings.attempts != Attempts::kVerlet && (!chooses || may_be_stiff);
+  explicit_steps = settings.attempts == Attempts::kVerlet;
+  implicit_steps = !explicit_steps && (settings.attempts != Attempts::kAll || may_be_stiff);
   if (all || possible_pairs > std::min<long>(static_cast<long>(kListedPairsPerShape) * n, kMostListed)) return;
   for (int a = 0; a < n; ++a) {
     for (int b = a + 1; b < n; ++b) {

@@ -24,12 +24,12 @@ BroadPhase makeBroadPhase(const Model& model) {
   return BroadPhase(n, never, model.pair_capacity);
 }
 
-/// How far an implicitly stepped shape may come in h [m]: twice the way at today's speed and gravity. The speed that a
+/// How far a shape may come in h [m]: twice the way at today's speed and gravity. The speed that a
 /// collision adds is within it.
 double margin(const Model& model, const State& state, const Placement& placement, int shape, double h) {
   const int l = model.shapes[shape].link;
   const ModelLink& link = model.links[l];
-  if (!(h > 0) || !link.moves || state.mode[link.articulation] < TreeMode::kImplicit) return 0;
+  if (!(h > 0) || !link.moves) return 0;
   const LinkWork& work = placement.link[l];
   h = stepping::foreseen(model, state, link.articulation, h);
   return 2 * h * (work.velocity.norm() + work.omega.norm() * link.size + h * model.settings.gravity.norm());

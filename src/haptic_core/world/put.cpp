@@ -50,7 +50,7 @@ void settleAnew(const Model& model, int tree, State& state, Work& work) {
   findBuried(model, tree, state, work);
   state.mode[tree] = model.explicit_steps ? TreeMode::kUnprimed : TreeMode::kPut;  // as at the start
   stepping::forgetPull(state, tree);
-  state.low[tree] = state.calm[tree] = 0;
+  state.calm[tree] = 0;
   eachForce(model, TreeRange{&tree, 1}, [tree](int t) { return t == tree; }, [&](int, const ModelForce& force) {
     for (const int other : {force.tree_a, force.tree_b}) {  // its end is elsewhere
       if (other >= 0) stepping::forgetPull(state, other);

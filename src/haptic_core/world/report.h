@@ -80,17 +80,16 @@ struct StepReport {
   int waiting = 0;                        ///< articulations that wait for a turn of their own (stepping/own_rate.h)
   double lag = 0;                         ///< of them, the longest since its last turn [s]
   double work = 0;                        ///< counted (world/counted_work.h) [units]
-  int redone = 0;                         ///< explicit attempts that were taken back: something stiff was met
+  int redone = 0;                         ///< steps that were taken back and done again in halves: an island did not converge
   int fallbacks = 0;                      ///< islands in which SDIRK2 was replaced by implicit Euler
   double impact = 0;                      ///< energy of approach of the contacts that began in this step [J]
-  double stability = 0;                   ///< highest number of an explicit link over its bound
   int substeps = 1;                       ///< of this step: more where something fast came near something thin
   bool finite = true;                     ///< false: the world stopped; `culprit` names the link
   int culprit = -1;                       ///< world link index; -1: none
   unsigned flags = 0;                     ///< StepFlag bits
   StageTimes stages;                      ///< filled while `World::measureStages` is on
   /// Error of position that the step adds, as its accepted attempts estimate it, of the island that errs most [m]; turns count at
-  /// the reach of the body. 0 where nothing can be stiff: explicit steps estimate none then.
+  /// the reach of the body. 0 with Attempts::kVerlet, which estimates none.
   double position_error = 0;
   double budget_used = 0;                 ///< evaluations of an implicit island over those it may take, the largest share
 

@@ -24,22 +24,6 @@ struct ReleaseMemory {
   }
 };
 
-/// Shares of a contact in the stability numbers of its links (stability_number.h), as last measured.
-struct StabilityMemory {
-  double share[2] = {0, 0};     ///< of A's link, of B's
-  double area = 0, volume = 0;  ///< of the patch then [m²], [m³]
-  double lever = 0;             ///< its largest distance from a mover's centre of mass then [m]
-  double movers = 0;            ///< who of the two moved by itself then: 1: A, 2: B; a hand may take hold of one; + 4: it slid
-  double swing = 0;             ///< (step × circular frequency)² of the swing along the normal, dampers counted likewise
-  double rate = 0;              ///< speed along the normal at the last evaluation [m/s]
-  double parts = 1;             ///< of a substep, for the motion in this contact to be resolved (stepping/choice.h)
-
-  template <class Self, class Visit>
-  static void eachField(Self& s, Visit&& visit) {
-    visit(s.share), visit(s.area), visit(s.volume), visit(s.lever), visit(s.movers), visit(s.swing), visit(s.rate), visit(s.parts);
-  }
-};
-
 /// How a tree is stepped.
 enum class TreeMode : unsigned char {
   kUnprimed,  ///< explicitly; velocity Verlet does not know yet what pulls
@@ -98,7 +82,6 @@ struct ActivePair {
   PairCache cache;            ///< of the search and of the normal, its directions in W: they turn with neither body (`CacheInA`)
   FrictionMemory friction;    ///< of the patch
   ReleaseMemory release;      ///< for the instant at which it parts
-  StabilityMemory stability;  ///< for the choice of steps
   ContactMeans means;         ///< over the last implicit step
   bool buried = false;  ///< overlapped deep at the start; pushed out slowly until it is shallow
 
@@ -111,7 +94,7 @@ struct ActivePair {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.key), visit(s.cache), visit(s.friction), visit(s.release), visit(s.stability), visit(s.means), visit(s.buried);
+    visit(s.key), visit(s.cache), visit(s.friction), visit(s.release), visit(s.means), visit(s.buried);
   }
 };
 
@@ -229,7 +212,6 @@ struct State {
   std::vector<double> a_end, a_mean, v_mean;
   /// By tree: length of that step [s]; 0: there is none to go on from; negative: contacts jumped in it.
   std::vector<double> last_step;
-  std::vector<int> low;                ///< by tree: implicit steps in a row that could have been explicit (stepping/choice.h)
   std::vector<int> calm;               ///< by tree: steps in a row in which it was slow (stepping/standing_islands.h)
   /// By tree: step at whose start it has its next turn, 0: every step is; and the number of steps after which it was as it is now
   /// (stepping/own_rate.h).
@@ -247,7 +229,7 @@ struct State {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.time), visit(s.step), visit(s.q), visit(s.v), visit(s.pull), visit(s.mode), visit(s.a_end),
-        visit(s.a_mean), visit(s.v_mean), visit(s.last_step), visit(s.low), visit(s.calm), visit(s.turn), visit(s.as_of);
+        visit(s.a_mean), visit(s.v_mean), visit(s.last_step), visit(s.calm), visit(s.turn), visit(s.as_of);
     visit(s.commands);
     visit(s.pointers), visit(s.motions), visit(s.energy);
   }

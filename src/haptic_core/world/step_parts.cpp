@@ -111,8 +111,7 @@ double Sweep::safePart() noexcept {
   for (int i = 0; i < state_.pair_count; ++i) {
     if (state_.pairs[i].friction.touching == 0) continue;
     for (int s : {state_.pairs[i].shapeA(), state_.pairs[i].shapeB()}) {
-      const bool implicit = state_.mode[model_.treeOf(s)] >= TreeMode::kImplicit;
-      const double turn = implicit ? placement_.link[model_.shapes[s].link].omega.norm() * left_ : 0;
+      const double turn = model_.implicit_steps ? placement_.link[model_.shapes[s].link].omega.norm() * left_ : 0;
       if (turn > kMostTurn) part = std::min(part, left_ * kMostTurn / turn);
     }
   }
@@ -122,7 +121,7 @@ double Sweep::safePart() noexcept {
 /// Stays, or is stepped implicitly.
 bool Sweep::isSolved(int link) const noexcept {
   if (hands_.held_by[link] >= 0) return false;
-  return !model_.links[link].moves || state_.mode[model_.links[link].articulation] >= TreeMode::kImplicit;
+  return !model_.links[link].moves || model_.implicit_steps;
 }
 
 double Sweep::safePart(int a, int b) const noexcept {
@@ -172,7 +171,7 @@ StepPart cut(const Model& model, int substep, double left, double longest, const
 }  // namespace
 
 StepPart firstPart(const Model& model, const State& state, Work& work, StepReport& report) noexcept {
-  return cut(model, 0, model.substep(), stepping::longestPart(model, state), state, work, report);
+  return cut(model, 0, model.substep(), std::numeric_limits<double>::infinity(), state, work, report);
 }
 
 StepPart nextPart(const Model& model, const StepPart& last, const State& state, Work& work, StepReport& report) noexcept {

@@ -8,9 +8,6 @@
 ///
 /// Each is preceded by the bounds of the hands and the ways that their held links may go (hand_bound.h, held_proxy.h): the sweep is
 /// along that way.
-///
-/// Where the choice of steps finds a contact that swings within few steps (stepping/choice.h), the substep goes in equal parts
-/// too.
 #pragma once
 #include <limits>
 

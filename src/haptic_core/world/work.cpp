@@ -54,7 +54,7 @@ ExplicitWork::ExplicitWork(const Model& model) : v_half(model.nv), v_ahead(model
 }
 
 Work::Work(const Model& model)
-    : visits(model), placement(model), search(model), hands(model), contacts(model), motion(model), choice(model), islands(model),
+    : visits(model), placement(model), search(model), hands(model), contacts(model), motion(model), retreat(model), islands(model),
       standing(model), asleep(model), rates(model), sums(model), forces(model) {
   if (model.implicit_steps) implicit = std::make_unique<stepping::ImplicitWork>(model);
   parts.sums.reserve(model.pair_capacity);
@@ -75,7 +75,7 @@ State initialState(const Model& model, Work& work) {
   state.mode.assign(model.trees.size(), model.explicit_steps ? TreeMode::kUnprimed : TreeMode::kPut);
   for (auto* history : {&state.a_end, &state.a_mean, &state.v_mean}) history->assign(model.nv, 0);
   state.last_step.assign(model.trees.size(), 0);
-  for (auto* counts : {&state.low, &state.calm}) counts->assign(model.trees.size(), 0);
+  state.calm.assign(model.trees.size(), 0);
   for (auto* steps : {&state.turn, &state.as_of}) steps->assign(model.trees.size(), 0);
   startJoints(model, state, work);
   startMotions(model, state);

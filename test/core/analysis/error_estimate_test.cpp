@@ -77,7 +77,6 @@ TEST(ErrorEstimate, OfAFallIsTheClosedForm) {
     EXPECT_NEAR(e.position, 0.5 * kGravity * h * n * h, 1e-12) << "rounding of a height of 0.5 m, doubled";
     EXPECT_NEAR(e.energy, c.mass * kGravity * e.position, 1e-12);
     EXPECT_EQ(e.rotation, 0);
-    EXPECT_EQ(e.stability, 0);
     EXPECT_TRUE(e.force.empty());
     def.settings.attempts = Attempts::kAll;  // explicit, to fourth order
     EXPECT_NEAR(estimated(def, World(def).save(), n).position, 0, 1e-12);
@@ -167,43 +166,12 @@ TEST(ErrorEstimate, KeepsTheCouplingOfTheRunningStep) {
   EXPECT_LT(e.position, 2 * error);
 }
 
-// The closed form for the heave of one contact without damper, k A h²/m over the bound of 4; friction springs are soft.
-TEST(ErrorEstimate, GivesTheStabilityNumberOfExplicitSteps) {
-  CubeParameters c;
-  c.ratio = c.tangential_ratio = 0;
-  c.tangential = 1e-3;
-  for (const double h : {1e-3, 2e-3}) {
-    WorldDef def = cubeOnFloor(c, settings(Attempts::kVerlet, h));
-    def.settings.pressure_law = PressureLaw::kLinear;
-    const double heave = c.stiffness * c.area() * h * h / c.mass / 4;
-    const ErrorEstimate e = estimated(def, World(def).save(), 1);
-    // Rocking has half the heave's λ, k (s⁴/12)/(m s²/6); the number is at most 25 % above the greatest.
-    EXPECT_GE(e.stability, heave);
-    EXPECT_LE(e.stability, 1.25 * heave);
-    EXPECT_EQ(e.beyond_bound, 0);
-  }
-  c.stiffness = 1e8;
-  const WorldDef stiff = cubeOnFloor(c, settings(Attempts::kVerlet, 1e-3));
-  EXPECT_EQ(estimated(stiff, World(stiff).save(), 1).beyond_bound, 1);
-  const WorldDef implicit = cubeOnFloor(c, settings(Attempts::kImplicitEuler, 1e-3));
-  EXPECT_EQ(estimated(implicit, World(implicit).save(), 1).beyond_bound, 1) << "of the explicit step in its place";
-}
-
 TEST(ErrorEstimate, RefusesAnotherWorldsState) {
   CubeParameters c;
   const WorldDef one = cubeOnFloor(c, WorldSettings{}), two = stack(2, c, WorldSettings{});
   ErrorEstimator estimator(one);
   EXPECT_THROW(estimator.estimate(World(two).save(), World(one).tuning()), SetupError);
   EXPECT_THROW(ErrorEstimator(one, 0), SetupError);
-}
-
-TEST(ErrorEstimate, KnowsThatNothingIsStiffWhereNothingTouches) {
-  for (const Attempts attempts : {Attempts::kVerlet, Attempts::kAll}) {
-    const WorldDef def = tumblingBody(settings(attempts, 1e-3));
-    const ErrorEstimate e = estimated(def, World(def).save(), 4);
-    EXPECT_EQ(e.stability, 0);
-    EXPECT_EQ(e.beyond_bound, 0);
-  }
 }
 
 }  // namespace error_estimate_test

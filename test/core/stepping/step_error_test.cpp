@@ -56,25 +56,6 @@ std::vector<double> ratios(int steps, Make&& make) {
   return out;
 }
 
-/// A spring errs by 1/6 of h² times the change of acceleration, at ω h = 0.25: the next term is a tenth of it where that is largest, and
-/// more about its zeros. Steps foresee 5/12, which covers dampers as well.
-TEST(StepError, AnExplicitStepForeseesItsError) {
-  const auto verletFirst = [](WorldDef def) {
-    def.settings.attempts = Attempts::kVerletFirst;
-    return def;
-  };
-  const std::vector<double> heaves = ratios(400, [&](double step) { return verletFirst(heavingCube(6.25e5, 0, step)); });
-  ASSERT_GT(heaves.size(), 300u);
-  EXPECT_NEAR(heaves[heaves.size() / 2], 0.4, 0.08);
-  EXPECT_LT(heaves[heaves.size() * 9 / 10], 3);
-  for (const double damped : {0.1, 0.3, 0.6}) {
-    const std::vector<double> drags = ratios(20, [&](double step) { return verletFirst(draggedCube(damped / kStep, step)); });
-    ASSERT_GT(drags.size(), 10u);
-    EXPECT_LT(drags.back(), 3) << damped;
-    EXPECT_GT(drags[drags.size() / 2], 0.1) << damped;
-  }
-}
-
 TEST(StepError, AnImplicitStepForeseesItsErrorToItsSize) {
   const std::vector<double> all = ratios(300, [](double step) { return heavingCube(1e8, 1, step); });
   ASSERT_GT(all.size(), 50u);

@@ -298,16 +298,6 @@ TEST(StiffSpring, StaysStableAndComesToRest) {
   }
 }
 
-/// A spring is stiff at the number at which a contact is: automatic steps go implicit and come back.
-TEST(StiffSpring, IsSteppedImplicitly) {
-  for (const double swing : {0.1, 0.6, 0.75, 3.0}) {  // radians in a step
-    World world(onSpring({swing * swing * kMass / 1e-6}, settingsFor(Attempts::kVerletFirst), 0.21));
-    advance(world, 0.05);
-    EXPECT_EQ(world.report().implicit_islands, swing > 0.7 ? 1 : 0) << swing;
-    EXPECT_TRUE(world.report().finite);
-  }
-}
-
 /// Twenty cubes on a floor, joined two by two by springs that friction holds stretched, one that falls on the second pair, and oil.
 WorldDef joined(bool leave_out, bool ledger) {
   CubeParameters c;
