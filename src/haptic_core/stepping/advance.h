@@ -1,5 +1,5 @@
-/// The rule of a step: every island in its way (island_solve.h), and where one does not converge and the step is long, all in halves. A
-/// world in which nothing can touch or pull flows as a whole; Attempts::kVerlet steps all by velocity Verlet.
+/// The rule of a step: hands and all that they lead first, then every island in its way (island_solve.h). A world in which nothing can
+/// touch or pull flows as a whole; Attempts::kVerlet steps all by velocity Verlet.
 #pragma once
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
@@ -9,7 +9,7 @@
 
 namespace haptic::stepping {
 
-/// (in realtime) Advances by `part`, or by a shorter beginning of it, which it becomes.
-void advance(const Model& model, StepPart& part, State& state, Work& work, Report& report) noexcept;
+/// (in realtime) Advances by `part`.
+void advance(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
 
 }  // namespace haptic::stepping

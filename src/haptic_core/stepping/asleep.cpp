@@ -267,7 +267,6 @@ void Asleep::wakeMarked(const Model& model, State& state, Work& work, LoadedVect
   }
   std::sort(woken_.begin(), woken_.end());
   takePairs(state);
-  work.retreat.pair_count = state.pair_count;
   takeContacts(work, contacts, within);
   const auto ofTrees = [this](const std::vector<int>& first, auto&& of, std::vector<int>& list) {
     merged_.clear();
@@ -287,7 +286,6 @@ void Asleep::wakeMarked(const Model& model, State& state, Work& work, LoadedVect
   for (const int t : woken_) {
     sleeper_[t] = Sleeper{};
     for (int i = first_slot_[t]; i < first_slot_[t + 1]; ++i) boxes_.clear(i);
-    keepForRetreat(model.trees[t], t, state, work.retreat);
   }
   trees_ -= static_cast<int>(woken_.size());
   visit(model, work);

@@ -242,7 +242,7 @@ int partsOfImpact(const Model& model, const State& state, const ImplicitStage& s
   return any && swing2 <= kResolved * kResolved ? static_cast<int>(std::ceil(std::sqrt(swing2) / kPartOfSwing)) : 0;
 }
 
-bool euler(const Model& model, double h, int passes, bool if_jumps, State& state, ImplicitWork& work) noexcept {
+bool euler(const Model& model, double h, int passes, Unless unless, State& state, ImplicitWork& work) noexcept {
   ImplicitStage& stage = work.stage;
   const Island& island = stage.island;
   startFromState(model, state, stage);
@@ -252,11 +252,11 @@ bool euler(const Model& model, double h, int passes, bool if_jumps, State& state
   }
   bool smooth = false;
   stage.base.run = h;
-  const bool converged = solveStage(model, state, h, 0, passes, stage, [&] {
-    return !(smooth = if_jumps && (sameContacts(state, stage) || partsOfImpact(model, state, stage, h) > 1));
+  const bool converged = solveStage(model, state, h, work.step.left - h, passes, stage, [&] {
+    return !(smooth = unless.smooth && (sameContacts(state, stage) || partsOfImpact(model, state, stage, h) > 1));
   });
-  if (smooth) return false;
-  work.report.converged = converged;
+  if (smooth || (unless.fails && !converged)) return false;
+  work.report.converged &= converged;
   if (converged && h == work.step.length && staysAtRest(model, state, stage, h)) {
     stand(model, h, state, work);
     return true;

@@ -130,10 +130,16 @@ double restBound(const Model& model, const State& state, const ImplicitStage& st
 /// jumped in it.
 double lastStep(const Island& island, const State& state) noexcept;
 
-/// (in realtime) Stands, or makes one step of implicit Euler over the next h [s], in at most so many passes. `if_jumps`: contacts jumped
-/// in the last step, and in a heap they mostly go on to; where the first evaluation finds those of the start none the less, or an impact
-/// that parts resolve, nothing is done, and the answer is no: second order is worth a try.
-bool euler(const Model& model, double h, int passes, bool if_jumps, State& state, ImplicitWork& work) noexcept;
+/// Where implicit Euler does nothing, and says so.
+struct Unless {
+  /// Contacts jumped in the last step, and in a heap they mostly go on to; but the first evaluation finds those of the start, or an impact
+  /// that parts resolve: second order is worth a try.
+  bool smooth = false;
+  bool fails = false;  ///< it does not converge
+};
+
+/// (in realtime) Stands, or makes one step of implicit Euler over the next h [s], in at most so many passes. False: nothing is done.
+bool euler(const Model& model, double h, int passes, Unless unless, State& state, ImplicitWork& work) noexcept;
 
 /// (in realtime) BDF2 over the next s [s] of the step, after a step of length `last`.
 Attempt bdf2(const Model& model, State& state, const IslandStep& step, double s, double last, ImplicitStage& stage,

@@ -134,7 +134,7 @@ void subSteps(const Model& model, State& state, ImplicitWork& work) noexcept {
         s *= 0.5;
         continue;
       }
-      euler(model, s, step.room(stage), false, state, work);
+      euler(model, s, step.room(stage), {}, state, work);
       step.goOn(s);
       s = step.left;
       continue;
@@ -144,6 +144,21 @@ void subSteps(const Model& model, State& state, ImplicitWork& work) noexcept {
     commit(model, failed.part, failed.part.length, state, work);
     step.goOn(failed.part.length);
     error = kNone;
+  }
+}
+
+/// Implicit Euler over what is left, and over a part that is long and does not converge in halves, each on a budget of its own.
+void eulerToTheEnd(const Model& model, State& state, ImplicitWork& work) noexcept {
+  IslandStep& step = work.step;
+  const ImplicitStage& stage = work.stage;
+  for (double s = step.left; step.left > 0;) {
+    s = std::min(s, step.left);
+    if (euler(model, s, step.eulerPasses(stage), {false, s >= kWorthHalving && !stage.isSpent()}, state, work)) {
+      step.goOn(s);
+    } else {
+      s *= 0.5;
+    }
+    if (s < step.length && step.left > 0) step.evaluations_before = stage.evaluations;
   }
 }
 
@@ -176,7 +191,7 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   ImplicitStage& stage = work.stage;
   ImplicitReport& report = work.report;
   IslandStep& step = work.step;
-  const int iterations = stage.iterations, factorisations = stage.factorisations;
+  const int iterations = stage.iterations, evaluations = stage.evaluations, factorisations = stage.factorisations;
   report = ImplicitReport{};
   const bool led = !model.forces.empty();  // what hands hold stands at the step's end: the forces before are those of its start
   if (led) placeHeld(model, state, h, stage.held, stage.places);
@@ -200,12 +215,12 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   const bool second_order =
       order != ImplicitOrder::kFirst && !rests && !settles(model, island, state, step, speed, gained, slow);
   const bool jumps_on =
-      second_order && lastStep(island, state) < 0 && euler(model, h, step.eulerPasses(stage), true, state, work);
+      second_order && lastStep(island, state) < 0 && euler(model, h, step.eulerPasses(stage), {true, h >= kWorthHalving}, state, work);
   if (second_order && !jumps_on) subSteps(model, state, work);
   report.fell_back = jumps_on || (second_order && step.left > 0);
-  if (!jumps_on && step.left > 0) euler(model, step.left, step.eulerPasses(stage), false, state, work);
+  if (!jumps_on) eulerToTheEnd(model, state, work);
   report.iterations = stage.iterations - iterations;
-  report.evaluations = stage.evaluations - step.evaluations_before;
+  report.evaluations = stage.evaluations - evaluations;
   report.budget_used = static_cast<double>(step.used(stage)) / step.budget;
   report.factorisations = stage.factorisations - factorisations;
   report.units = stage.units;

@@ -70,7 +70,7 @@ Model::Model(const WorldDef& def) : name(def.name), settings(def.settings), poin
   countPairs();
   chooseVisits();
   const bool may_wait = settings.leave_out && implicit_steps && listed_pairs.empty() && !pointers.empty() && def.sensors.empty();
-  if (may_wait && has_contacts && settings.substeps == 1 && settings.step < kWorthHalving) {
+  if (may_wait && has_contacts && settings.substeps == 1) {
     turn_steps = std::max(1, static_cast<int>(std::lround(settings.far_step / settings.step)));
   }
   limitMotions();

@@ -82,10 +82,9 @@ struct MotionLimit {
 
 /// Most steps that an island may be left for, WorldSettings::far_step over h: 10 ms at 10 kHz.
 inline constexpr int kMostTurnSteps = 100;
-/// Length from which on a part whose implicit islands did not converge is taken back as a whole and done again in halves [s]. A step may
-/// work as long as the time that it stands for: a loop at 1 kHz and faster keeps the bound of one attempt, one of 10 ms has time for eight
-/// parts. So from this step on no island is left for several steps: a turn cannot be taken back.
-/// Shorter: ticks at 1 kHz may take twice as long; longer: heaps at 3 ms are left unconverged.
+/// Length from which on a part of an island's step that does not converge is done in halves [s]. A step may work as long as the time that
+/// it stands for: a loop at 1 kHz and faster keeps the bound of one attempt, one of 10 ms has time for eight parts. No island is left for
+/// as long: its turn is one part. Shorter: ticks at 1 kHz may take twice as long; longer: heaps at 3 ms are left unconverged.
 inline constexpr double kWorthHalving = 2e-3;
 
 /// A compiled scene: what every stage of a step reads and none changes.

@@ -80,7 +80,6 @@ struct StepReport {
   int waiting = 0;                        ///< articulations that wait for a turn of their own (stepping/own_rate.h)
   double lag = 0;                         ///< of them, the longest since its last turn [s]
   double work = 0;                        ///< counted (world/counted_work.h) [units]
-  int redone = 0;                         ///< steps that were taken back and done again in halves: an island did not converge
   int fallbacks = 0;                      ///< islands in which SDIRK2 was replaced by implicit Euler
   double impact = 0;                      ///< energy of approach of the contacts that began in this step [J]
   int substeps = 1;                       ///< of this step: more where something fast came near something thin

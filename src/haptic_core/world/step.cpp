@@ -19,7 +19,7 @@ void resetReport(Work& work, Report& all) noexcept {
   StepReport& report = all.step;
   report.flags = 0;
   report.iterations = report.evaluations = report.factorisations = report.parts = 0;
-  report.implicit_islands = report.standing = report.waiting = report.redone = report.fallbacks = report.substeps = 0;
+  report.implicit_islands = report.standing = report.waiting = report.fallbacks = report.substeps = 0;
   report.lag = 0;
   report.closure = report.residual = report.wrench_error = report.budget_used = report.position_error = 0;
   work.parts.any = false;
@@ -56,7 +56,7 @@ void run(const Model& model, State& state, Work& work, Report& report) noexcept 
     report.step.impact = 0;
     if (part.h < model.settings.step) work.asleep.wakeAll(model, state, work, nullptr);  // islands sleep over whole steps alone
     noteWrenches(state, work.placement, work.wrenches);
-    stepping::advance(model, part, state, work, report);             // explicit trees, then each implicit island; may shorten `part`
+    stepping::advance(model, part, state, work, report);             // hands, then each island
     collectHeld(model, part, state, work.hands, work.placement);     // wrenches on held links go to their hands
     bookWrenches(work.hands, part.h, work.wrenches, work.placement, state);
     if (model.settings.energy_ledger) closeLedger(work.ledgerView(model), unaccounted_before, state, report.step.energy);

@@ -144,47 +144,38 @@ double Sweep::safePart(int a, int b) const noexcept {
   return at.deep < left_ && at.touch > at.deep - at.touch ? at.touch : at.deep;
 }
 
-/// The first `h` of `left`, or less: equal parts up to `longest`.
-StepPart beginning(const Model& model, int substep, double h, double left, double longest) noexcept {
-  const double equal = left / std::max(1.0, std::ceil(left / longest - 1e-6));
+/// The first `h` of `left`.
+StepPart beginning(const Model& model, int substep, double h, double left) noexcept {
   StepPart part;
-  part.h = std::min(h, equal);
+  part.h = h;
   part.share = part.h / model.substep();
   part.progress = part.h / (left + model.substep() * (model.settings.substeps - 1 - substep));
   part.substep = substep;
   part.left = part.h < left ? left - part.h : 0;
-  part.longest = longest;
   return part;
 }
 
-StepPart cut(const Model& model, int substep, double left, double longest, const State& state, Work& work,
-             StepReport& report) noexcept {
+StepPart cut(const Model& model, int substep, double left, const State& state, Work& work, StepReport& report) noexcept {
   boundHands(model, state, work.placement, work.hands);
   aimMotions(model, substep, state, work.hands);
   aimHeld(model, state, left + model.substep() * (model.settings.substeps - 1 - substep), work);
-  if (model.implicit_steps && work.counted.spent()) longest = std::numeric_limits<double>::infinity();  // they take any length
-  const StepPart part = beginning(model, substep, left, left, longest);
   const double safe = Sweep(model, left, state, work, report).safePart();
-  return safe < part.h ? beginning(model, substep, safe, left, longest) : part;
+  return beginning(model, substep, std::min(safe, left), left);
 }
 
 }  // namespace
 
 StepPart firstPart(const Model& model, const State& state, Work& work, StepReport& report) noexcept {
-  return cut(model, 0, model.substep(), std::numeric_limits<double>::infinity(), state, work, report);
+  return cut(model, 0, model.substep(), state, work, report);
 }
 
 StepPart nextPart(const Model& model, const StepPart& last, const State& state, Work& work, StepReport& report) noexcept {
   if (!report.finite) return StepPart{};
-  if (last.left > 0) return cut(model, last.substep, last.left, last.longest, state, work, report);
+  if (last.left > 0) return cut(model, last.substep, last.left, state, work, report);
   if (last.substep + 1 < model.settings.substeps) {
-    return cut(model, last.substep + 1, model.substep(), last.longest, state, work, report);
+    return cut(model, last.substep + 1, model.substep(), state, work, report);
   }
   return StepPart{};
-}
-
-StepPart shortened(const Model& model, const StepPart& part, double longest) noexcept {
-  return beginning(model, part.substep, part.h, part.h + part.left, longest);
 }
 
 }  // namespace haptic

@@ -9,8 +9,6 @@
 /// Each is preceded by the bounds of the hands and the ways that their held links may go (hand_bound.h, held_proxy.h): the sweep is
 /// along that way.
 #pragma once
-#include <limits>
-
 namespace haptic {
 
 class Model;
@@ -37,7 +35,6 @@ struct StepPart {
   double progress = 1;  ///< share of the hands' way to their targets that is left at its start
   int substep = 0;      ///< index, from 0
   double left = 0;      ///< of the substep after this part [s]
-  double longest = std::numeric_limits<double>::infinity();  ///< of this part and those after it in the step [s]
 };
 
 /// (in realtime) The parts one after another: each is measured where the last one has ended. The links' placement and the
@@ -45,7 +42,4 @@ struct StepPart {
 StepPart firstPart(const Model& model, const State& state, Work& work, StepReport& report) noexcept;
 /// (in realtime) See firstPart; `last` is the part that has been done.
 StepPart nextPart(const Model& model, const StepPart& last, const State& state, Work& work, StepReport& report) noexcept;
-/// (in realtime) The part's beginning, with none longer than `longest` from here to the end of the step.
-StepPart shortened(const Model& model, const StepPart& part, double longest) noexcept;
-
 }  // namespace haptic

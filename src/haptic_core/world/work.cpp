@@ -54,7 +54,7 @@ ExplicitWork::ExplicitWork(const Model& model) : v_half(model.nv), v_ahead(model
 }
 
 Work::Work(const Model& model)
-    : visits(model), placement(model), search(model), hands(model), contacts(model), motion(model), retreat(model), islands(model),
+    : visits(model), placement(model), search(model), hands(model), contacts(model), motion(model), islands(model),
       standing(model), asleep(model), rates(model), sums(model), forces(model) {
   if (model.implicit_steps) implicit = std::make_unique<stepping::ImplicitWork>(model);
   parts.sums.reserve(model.pair_capacity);

@@ -8,7 +8,6 @@
 #include "haptic_core/dynamics/tree_step.h"
 #include "haptic_core/geometry/volume/contact_workspace.h"
 #include "haptic_core/stepping/asleep.h"
-#include "haptic_core/stepping/retreat.h"
 #include "haptic_core/stepping/implicit_step.h"
 #include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/stepping/standing_islands.h"
@@ -61,7 +60,6 @@ struct Work {
   ContactWork contacts;          ///< stepping/explicit_contacts
   PartContacts parts;            ///< mean_contacts
   ExplicitWork motion;           ///< stepping/explicit_step
-  stepping::Retreat retreat;     ///< stepping/retreat
   double position_error = 0;     ///< of the part, of the island that errs most, as its attempt foresees [m]
   Islands islands;               ///< islands
   std::unique_ptr<stepping::ImplicitWork> implicit;  ///< stepping/implicit_islands; null: no island is solved
