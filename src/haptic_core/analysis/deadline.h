@@ -1,10 +1,10 @@
 /// Certificate of a deadline: the most work that a step may take under a budget (world/counted_work.h), and the time of that here.
 ///
-/// A step whose budget is used up gives way: islands that wait for a turn wait on, second attempts and iterations are left out, bodies that
-/// are still explicit become implicit, the rest of a swept step is done at once. The operation under way ends first, and work that a step
+/// A step whose budget is used up gives way: islands that wait for a turn wait on, second attempts and iterations are left out,
+/// the rest of a swept step, or of an island's that is halved, is done at once. The operation under way ends first, and work that a step
 /// cannot do without comes on top. So no step does more than
 ///
-///     budget + least,   least = step + explicit attempt + sweep + 7 (evaluation + Newton step) of everything,
+///     budget + least,   least = step + look at everything + sweep + 7 (evaluation + Newton step) of everything,
 ///
 /// with all pairs that may overlap at once, all links that no hand and no motion leads, and matrices without a zero. It is tight for scenes
 /// of a few bodies; of many, only few touch at once, and it says that nothing is certain where nothing was ever late. Both are

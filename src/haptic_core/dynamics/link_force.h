@@ -9,7 +9,7 @@
 ///     taken        the power of its dampers, V·D V and the share of the line's damper [W]
 ///
 /// and every stage of a step works with these alone: explicit steps add F, implicit ones solve with g² K + g D and the limit
-/// (stepping/frozen_problem.h), the choice of steps bounds h² K + 2 h D, the ledger sums the stored and the taken energy. K leaves out
+/// (stepping/frozen_problem.h), the ledger sums the stored and the taken energy. K leaves out
 /// terms that would push on, as a compressed spring does sideways: a solve stays convex, and its passes find the force itself.
 #pragma once
 #include <algorithm>

@@ -1,4 +1,4 @@
-/// The explicit attempt of a step.
+/// Explicit steps: trees that flow because nothing touches them, and velocity Verlet with contacts, a comparator of whole worlds.
 ///
 /// Velocity Verlet: v½ = v + h/2 a, q₁ = q ⊕ h v½, forces at (q₁, v½ + h/2 a), v₁ = v½ + h/2 a₁. Second order and one
 /// evaluation as well, since a₁ is the next step's a. Forces jump or bend where a contact begins, ends or yields

@@ -8,7 +8,7 @@
 ///   BDF2            one stage, g = h (1 + w)/(1 + 2 w) with w = h over the last step (Hairer, Nørsett, Wanner, Solving ODEs I, III.5:
 ///                   second order, stable for w ≤ 1 + √2 in any sequence): v_b = v0 + (h - g) ā, q_b = q0 ⊕ (h - g) v̄, with the means
 ///                   of the last step, which the state keeps. It halves the solves of what goes on smoothly. The first step after an
-///                   event (a contact begins or ends, friction changes its mode, a hand lets go, an explicit step) has none to go on
+///                   event (a contact begins or ends, friction changes its mode, a hand lets go, a tree that flowed) has none to go on
 ///                   from.
 ///
 /// Each starts from the state, and leaves its solution in the stage, whose last solve it is. Those of second order change nothing

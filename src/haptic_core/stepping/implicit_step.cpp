@@ -152,7 +152,7 @@ void eulerToTheEnd(const Model& model, State& state, ImplicitWork& work) noexcep
   IslandStep& step = work.step;
   const ImplicitStage& stage = work.stage;
   for (double s = step.left; step.left > 0;) {
-    s = std::min(s, step.left);
+    s = stage.isSpent() ? step.left : std::min(s, step.left);
     if (euler(model, s, step.eulerPasses(stage), {false, s >= kWorthHalving && !stage.isSpent()}, state, work)) {
       step.goOn(s);
     } else {

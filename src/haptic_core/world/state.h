@@ -26,8 +26,8 @@ struct ReleaseMemory {
 
 /// How a tree is stepped.
 enum class TreeMode : unsigned char {
-  kUnprimed,  ///< explicitly; velocity Verlet does not know yet what pulls
-  kPrimed,    ///< explicitly, `State::pull` is filled
+  kUnprimed,  ///< by velocity Verlet, which does not know yet what pulls
+  kPrimed,    ///< by velocity Verlet, `State::pull` is filled
   kImplicit,  ///< with its island
   kFlowed,    ///< with its island, by itself in the last step: its joints and sensors are read as of explicit steps
   kPut        ///< with its island; it has been put where it is, and what overlaps there did not begin in a step
