@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "../../scenes/blocks.h"
+#include "../../scenes/heap.h"
 #include "../../scenes/motions.h"
 #include "haptic_core/world/islands.h"
 #include "haptic_core/world/world.h"
@@ -61,6 +62,32 @@ TEST(Islands, AStiffIslandBesideChangesNothing) {
     expectSameMotion(world, soft, 2);
   }
   EXPECT_NEAR(world.linkPose(2).p.z(), 0.05, 1e-6);
+}
+
+/// A heap that does not converge over a long step is halved by itself: a cube that slides beside its bin moves as if it were alone.
+TEST(Islands, AHeapThatIsHalvedHalvesNothingElse) {
+  HeapParameters p;
+  p.count = 30;
+  p.stiffness = 1e10;
+  WorldDef def = heap(p, settingsOf(3e-3));
+  ArticulationDef slides = freeBox("slides", Vector3::Constant(0.05), 0.1, Pose(Vector3(0.5, -0.4, 0.025)));
+  slides.V_WA.linear = Vector3(0, 0.5, 0);
+  WorldDef alone = def;
+  alone.articulations.resize(kFirstOfHeap);
+  for (WorldDef* d : {&def, &alone}) d->articulations.push_back(slides);
+  World world(def), single(alone);
+  const int a = world.linkIndex("slides"), b = single.linkIndex("slides");
+  int halved = 0;
+  for (int i = 0; i < 300; ++i) {
+    world.step();
+    single.step();
+    ASSERT_EQ(world.report().substeps, 1) << i;
+    halved += world.report().contacts > 20 && world.report().evaluations > 12;  // where so many touch one part has 10
+    ASSERT_EQ(world.linkPose(a).p, single.linkPose(b).p) << i;
+    ASSERT_EQ(world.linkTwist(a).vector(), single.linkTwist(b).vector()) << i;
+  }
+  EXPECT_GT(halved, 0);
+  EXPECT_GT(single.linkPose(b).p.y(), -0.39);
 }
 
 TEST(Islands, AnImpactLaunchesNothing) {
