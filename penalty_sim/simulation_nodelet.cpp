@@ -94,7 +94,6 @@ std::unique_ptr<SimulationNodelet::Simulation> SimulationNodelet::read(const std
     for (const std::string& line : *lines) NODELET_WARN_STREAM(line);
   }
   auto simulation = std::make_unique<Simulation>(scene, parameters_.default_density);
-  simulation->world.useSecondThread(parameters_.second_thread);
   NODELET_INFO_STREAM(sceneText(scene) << simulation->world.planText());
   return simulation;
 }

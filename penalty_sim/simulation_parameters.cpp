@@ -16,7 +16,6 @@ SimulationParameters readSimulationParameters(const std::string& node, const ros
   p.joint_rate = read.number("joint_rate", 100, 1, 1000, "Hz");
   p.pose_age_limit = read.number("pose_age_limit", 0.1, 0.005, 1, "s");
   p.wrench_rate = read.number("wrench_rate", 500, 1, 10000, "Hz");
-  p.second_thread = read.flag("second_thread", false);
   p.default_density = read.number("default_density", 0, 0, 30000, "kg/m³");
   p.missing_meshes = read.text("missing_meshes", "stop");
   p.xacro = read.text("xacro", "");

@@ -20,7 +20,6 @@ struct SimulationParameters {
   double wrench_rate = 500;       ///< ~wrench_rate [Hz]: alone: of `DEVICE/wrench_command`
   std::string missing_meshes;     ///< ~missing_meshes: what becomes of collisions whose mesh is not there: stop, box, skip
   std::string xacro;              ///< ~xacro: arguments of xacro files, "name=value name=value"
-  bool second_thread = false;     ///< ~second_thread: turns of far islands, a scene's far_step, are solved on a second core
   double default_density = 0;     ///< ~default_density [kg/m³] of moving links without <inertial>; 0: refuse them
   RealtimeSettings realtime;      ///< ~priority, ~cpu, ~lock_memory: of the own thread
 };

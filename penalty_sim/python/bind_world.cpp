@@ -257,11 +257,6 @@ void defineCommands(WorldClass& world) {
           py::arg("stiffness_scale") = 1.0, py::arg("friction_scale") = 1.0,
           "Factors on every pair's stiffness and friction.")
       .def_property(
-          "second_thread", [](SeenWorld& w) { return w.world().usesSecondThread(); },
-          [](SeenWorld& w, bool on) { w.world().useSecondThread(on); },
-          "A second thread solves turns of far islands before they come (Scene.far_step), with the same bits. Stays off where there\n"
-          "are none.")
-      .def_property(
           "budget", [](SeenWorld& w) { return w.world().tuning().budget; },
           [](SeenWorld& w, double units) {
             WorldTuning tuning = w.world().tuning();

@@ -19,7 +19,6 @@
 #include "figure.h"
 #include "haptic_core/base/cpu_time.h"
 #include "haptic_core/base/error.h"
-#include "haptic_core/stepping/turns_ahead.h"
 #include "haptic_core/world/state.h"
 #include "haptic_core/world/work.h"
 #include "islands_scenes.h"
@@ -256,29 +255,24 @@ WorldDef besideTumbling(double far_step, bool visited) {
   return def;
 }
 
-/// Own rates, with and without a second thread, against everything at the hand's: force at the hand, CPU time of the stepping thread, and a
-/// world that goes on from a saved state.
+/// Own rates against everything at the hand's: force at the hand, CPU time, and a world that goes on from a saved state.
 void measureRates() {
   constexpr int kTicks = 10000;
   for (const bool visited : {false, true}) {
-    World all(besideTumbling(0, visited)), own(besideTumbling(1e-3, visited)), again(besideTumbling(1e-3, visited)),
-        ahead(besideTumbling(1e-3, visited));
-    ahead.useSecondThread(true);
-    std::vector<double> all_s, own_s, ahead_s;
-    for (std::vector<double>* ticks : {&all_s, &own_s, &ahead_s}) ticks->reserve(kTicks);
+    World all(besideTumbling(0, visited)), own(besideTumbling(1e-3, visited)), again(besideTumbling(1e-3, visited));
+    std::vector<double> all_s, own_s;
+    for (std::vector<double>* ticks : {&all_s, &own_s}) ticks->reserve(kTicks);
     double error = 0, force = 0, waiting = 0;
     long mismatches = 0, allocations = 0;
     for (int i = 0; i < kTicks; ++i) {
-      for (World* world : {&all, &own, &again, &ahead}) rubNext(*world);
+      for (World* world : {&all, &own, &again}) rubNext(*world);
       all_s.push_back(secondsOf([&] { all.step(); }));
       const long before = allocationCount();
       own_s.push_back(secondsOf([&] { own.step(); }));
-      ahead_s.push_back(secondsOf([&] { ahead.step(); }));
       allocations += allocationCount() - before;
       again.step();
       if (i % 997 == 0) again.restore(again.save());
       mismatches += own.hash() != again.hash();
-      mismatches += own.hash() != ahead.hash();
       const Vector3 F = all.pointerWrench(0).force;
       error += (own.pointerWrench(0).force - F).squaredNorm(), force += F.squaredNorm();
       waiting += own.report().waiting;
@@ -286,13 +280,10 @@ void measureRates() {
     const std::string prefix = visited ? "rates.visited." : "rates.";
     figure(prefix + "hand_force_err_pct", 100 * std::sqrt(error / force), "%");
     figure(prefix + "waiting_mean", waiting / kTicks, "1");
-    const stepping::TurnsAhead& turns = *ahead.work().ahead;
-    figure(prefix + "second_thread.turns", static_cast<double>(turns.taken()), "1");
-    figure(prefix + "second_thread.turns_missed", static_cast<double>(turns.missed()), "1");
     figure(prefix + "replay_mismatches", static_cast<double>(mismatches), "1");
     figure(prefix + "allocations", static_cast<double>(allocations), "1");
-    for (std::vector<double>* ticks : {&all_s, &own_s, &ahead_s}) {
-      const std::string name = prefix + (ticks == &all_s ? "all_at_10k." : ticks == &own_s ? "own." : "second_thread.");
+    for (std::vector<double>* ticks : {&all_s, &own_s}) {
+      const std::string name = prefix + (ticks == &all_s ? "all_at_10k." : "own.");
       double sum = 0;
       for (const double s : *ticks) sum += s;
       std::sort(ticks->begin(), ticks->end());
@@ -304,7 +295,7 @@ void measureRates() {
 }
 
 /// A hand that races across 25 stacks at 1 m/s, knocks and lets stand: against the general pipeline, against a world that goes on from a
-/// saved state, and how much it allocates. Beside it, with own rates and a second thread on one side.
+/// saved state, and how much it allocates. Beside it, with own rates.
 void measureReplay() {
   StackParameters p;
   p.count = 25, p.height = 3, p.hand = true;
@@ -329,14 +320,13 @@ void measureReplay() {
     mismatches += first.hash() != general.hash();
     mismatches += i > 1000 && first.hash() != again.hash();
   }
-  World own(besideTumbling(1e-3, true)), ahead(besideTumbling(1e-3, true));
-  ahead.useSecondThread(true);
+  World own(besideTumbling(1e-3, true)), from_saved(besideTumbling(1e-3, true));
   for (int i = 0; i < 3000; ++i) {
     const long before = allocationCount();
-    rub(own), rub(ahead);
+    rub(own), rub(from_saved);
     allocations += allocationCount() - before;
-    mismatches += own.hash() != ahead.hash();
-    if (i % 997 == 0) ahead.restore(own.save());
+    mismatches += own.hash() != from_saved.hash();
+    if (i % 997 == 0) from_saved.restore(own.save());
   }
   for (int l = 0; l < first.linkCount(); ++l) mismatches += !(first.linkPose(l).p == general.linkPose(l).p);
   figure("replay.mismatches", static_cast<double>(mismatches), "1");

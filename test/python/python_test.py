@@ -135,18 +135,6 @@ class Worlds(unittest.TestCase):
             world.step(150)
             self.assertEqual(world.hash(), there, scene)
 
-    def test_a_second_thread_changes_no_bit(self):
-        scene = haptic.Scene("workshop")
-        scene.step, scene.far_step = 1e-4, 1e-3
-        alone, helped = haptic.World(scene), haptic.World(scene)
-        helped.second_thread = True
-        self.assertEqual((alone.second_thread, helped.second_thread), (False, True))
-        for _ in range(300):
-            alone.step(), helped.step()
-        self.assertEqual(alone.hash(), helped.hash())
-        helped.second_thread = False
-        self.assertFalse(helped.second_thread)
-
     def test_reading_changes_nothing(self):
         worlds = [haptic.World("blocks"), haptic.World("blocks")]
         for _ in range(100):

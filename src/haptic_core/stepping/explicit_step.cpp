@@ -61,7 +61,7 @@ void evaluate(const Model& model, const StepPart& part, bool advances, State& st
   evaluateContacts(model, {advances ? part.h : 0, true}, state, work, report);
   pullCoupled(model, part, advances, state, work.hands, work.placement);
   if (!model.forces.empty()) pullExplicit(model, work.visits, work.hands, work.placement);
-  pushExplicit(model, state, work.hands, work.placement);
+  pushExplicit(state, work.hands, work.placement);
 }
 
 /// What pulls at trees whose last step was not one of velocity Verlet.

@@ -7,7 +7,6 @@
 #include "haptic_core/stepping/island_solve.h"
 #include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/stepping/turns.h"
-#include "haptic_core/stepping/turns_ahead.h"
 #include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/link_forces.h"
 
@@ -35,7 +34,7 @@ void aimCouplings(const Model& model, const State& state, Work& work) noexcept {
   }
 }
 
-void takeCouplings(const Model& model, const StepPart& part, State& state, Work& work) noexcept {
+void takeCouplings(const StepPart& part, State& state, Work& work) noexcept {
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
     const ImplicitCoupling& coupling = work.implicit->stage.forces.couplings[i];
     if (coupling.link < 0) continue;
@@ -117,14 +116,13 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     if (may_stand && stands) work.standing.note(island, first_contact, report);
     if (!leaves) continue;
     wait(island, state.step + 1, firstTurn(model, state, work.rates.load), state);
-    if (work.ahead) work.ahead->give(island, state);
     work.standing.note(island, first_contact, report);
     work.asleep.note(island);
     report.step.waiting += island.tree_count;
   }
   if (!begun) return;
   report.step.closure = std::max(report.step.closure, implicit.stage.joints.closure(work.placement.link.data()));
-  takeCouplings(model, part, state, work);
+  takeCouplings(part, state, work);
 }
 
 }  // namespace haptic::stepping

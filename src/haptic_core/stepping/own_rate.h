@@ -31,11 +31,6 @@ inline bool isCommonTurn(const Model& model, const State& state) noexcept {
   return model.turn_steps > 1 && state.step % static_cast<std::uint64_t>(model.turn_steps) == 0;
 }
 
-/// (in realtime) Likewise at the step after it.
-inline bool isTurnNext(const Model& model, const State& state) noexcept {
-  return model.turn_steps > 1 && (state.step + 1) % static_cast<std::uint64_t>(model.turn_steps) == 0;
-}
-
 /// (in realtime) All trees of the island are of one age, and have their turn in one step.
 bool isOfOneTurn(const Island& island, const State& state) noexcept;
 

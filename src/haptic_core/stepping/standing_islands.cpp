@@ -17,26 +17,6 @@ bool isSlow(const Model& model, const ModelTree& tree, double most, const Placem
   return true;
 }
 
-/// A free body as slow as one at rest.
-bool rests(const Model& model, const ModelTree& tree, double h, const State& state, const Placement& placement) noexcept {
-  if (!tree.model->isFreeBody()) return false;
-  const double reach = placement.link[tree.link].p_WO.norm() + model.links[tree.link].size;
-  const double rounding = kOfRounding * roundingSpeed(h * model.settings.gravity.norm(), reach, h);
-  const bool calm = state.calm[model.indexOf(tree)] >= kCalmSteps;
-  return isSlow(model, tree, calm ? std::max(restingSpeed(model.settings, h), rounding) : rounding, placement);
-}
-
-/// It touches something or a force element holds it, and all of its bodies rest.
-bool rests(const Model& model, const Island& island, double h, const State& state, const Placement& placement) noexcept {
-  const auto touches = [&state](int pair) { return state.pairs[pair].friction.touching != 0; };
-  if (!std::any_of(island.pairs, island.pairs + island.pair_count, touches) &&
-      (model.forces.empty() || !anyForces(model, {island.trees, island.tree_count}))) {
-    return false;
-  }
-  return std::all_of(island.trees, island.trees + island.tree_count,
-                     [&](int t) { return rests(model, model.trees[t], h, state, placement); });
-}
-
 }  // namespace
 
 bool isStill(const Model& model, int tree, const State& state) noexcept {

@@ -5,7 +5,6 @@
 #include "haptic_core/stepping/island_solve.h"
 #include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/stepping/standing_islands.h"
-#include "haptic_core/stepping/turns_ahead.h"
 
 namespace haptic::stepping {
 namespace {
@@ -41,44 +40,22 @@ void waitForNext(const Model& model, const Island& island, int first_contact, St
   wait(island, state.step, state.step + static_cast<std::uint64_t>(model.turn_steps), state);
 }
 
-/// What another thread has found of the island's turn, as `takeTurn` would have left it.
-void adopt(const Model& model, const Island& island, const Turn& turn, State& state, Work& work, Report& report) noexcept {
-  turn.putInto(model, island, state);
-  state.energy.add(turn.energy);
-  report.step.takeIn(turn.report);
-  work.counted.done += turn.units;
-  work.position_error = std::max(work.position_error, turn.position_error);
-  endTurn(model, island, state, work);
-  if (!turn.waits) return;
-  const int first_contact = report.contacts.size();
-  for (const ContactReport& contact : turn.contacts) report.addContact(contact, false);
-  waitForNext(model, island, first_contact, state, work, report);
-}
-
-}  // namespace
-
+/// After `beginIslands`: an island whose turn has come goes over the time that it is `late` [s]. `goes_on`: it may wait again, and where it
+/// does its contacts are reported. `most`: of the step's budget [units].
 void takeTurn(const Model& model, const Island& island, double late, bool goes_on, double most, State& state, Work& work,
               Report& report) noexcept {
   const int first_contact = report.contacts.size();
-  const EnergySums energy_before = state.energy;
-  const double impact_before = report.step.impact;
-  state.energy = EnergySums{};
-  report.step.impact = 0;
   const ImplicitReport* solved = late > 0 ? solveIsland(model, island, late, most, state, work, report.step) : nullptr;
   if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
   const int steps = static_cast<int>(state.step - state.as_of[island.trees[0]]);
   endTurn(model, island, state, work);
   countCalm(model, island, steps, work.placement, state);
-  const bool waits = goes_on && !(solved && solved->stands) && mayWait(model, island, state, work.placement);
-  if (waits) {
-    if (solved) takeContacts(model, late, state, work, report);
-    waitForNext(model, island, first_contact, state, work, report);
-  }
-  const EnergySums turned = state.energy;
-  state.energy = energy_before;
-  state.energy.add(turned);
-  report.step.impact += impact_before;
+  if (!goes_on || (solved && solved->stands) || !mayWait(model, island, state, work.placement)) return;
+  if (solved) takeContacts(model, late, state, work, report);
+  waitForNext(model, island, first_contact, state, work, report);
 }
+
+}  // namespace
 
 void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Report& report) noexcept {
   const std::vector<int>& trees = work.visits.trees;
@@ -111,9 +88,7 @@ void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Repo
       const bool goes_on = alone[island.trees[0]] != 0;
       if (goes_on && any && waitsOn(model, island, state, work)) continue;
       const double most = kFarShare * work.counted.left();
-      const Turn* solved = work.ahead ? work.ahead->take(island, goes_on, most, state) : nullptr;
-      solved ? adopt(model, island, *solved, state, work, report) : takeTurn(model, island, late, goes_on, most, state, work, report);
-      if (work.ahead && state.turn[island.trees[0]] != 0) work.ahead->give(island, state);
+      takeTurn(model, island, late, goes_on, most, state, work, report);
       any = true;
     }
   }

@@ -1,7 +1,4 @@
 /// Turns of the islands that wait (own_rate.h): each comes to the present in one implicit step over the time that it is late.
-///
-/// A turn is a function of its island's part of the state, and of nothing else: sums of the ledger and the report begin at zero in it and
-/// are added afterwards. So it may be solved before its step, by another thread (turns_ahead.h), with the same bits.
 #pragma once
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
@@ -16,10 +13,5 @@ void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Repo
 
 /// (in realtime) Between two steps: all trees come to the present.
 void bringToPresent(const Model& model, State& state, Work& work, Report& report) noexcept;
-
-/// (in realtime) After `beginIslands`: an island whose turn has come goes over the time that it is `late` [s]. `goes_on`: it may wait
-/// again, and where it does its contacts are reported. `most`: of the step's budget [units].
-void takeTurn(const Model& model, const Island& island, double late, bool goes_on, double most, State& state, Work& work,
-              Report& report) noexcept;
 
 }  // namespace haptic::stepping

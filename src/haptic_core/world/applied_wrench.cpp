@@ -22,7 +22,7 @@ bool anyWrench(const Model& model, const State& state, int tree) noexcept {
   return false;
 }
 
-void pushExplicit(const Model& model, const State& state, const HandWork& hands, Placement& placement) noexcept {
+void pushExplicit(const State& state, const HandWork& hands, Placement& placement) noexcept {
   for (int i = 0; i < state.wrench_count; ++i) {
     const AppliedWrench& applied = state.wrenches[i];
     if (hands.held_by[applied.link] >= 0) continue;

@@ -53,7 +53,7 @@ bool isSupplied(const LedgerView& view, const ActivePair& pair) noexcept {
 }
 
 /// Of the trees that kicks move.
-void setVelocities(const LedgerView& view, const State& state, const std::vector<double>& v) noexcept {
+void setVelocities(const LedgerView& view, const std::vector<double>& v) noexcept {
   if (view.model.implicit_steps) return;
   for (const ModelTree* tree : view.hands.movers) {
     forwardVelocities(*tree->model, v.data() + tree->v, view.placement.link.data() + tree->link);
@@ -67,7 +67,7 @@ void measurePowers(const LedgerView& view, double h, const std::vector<double>& 
   for (BookedContact& contact : contacts) {
     contact.V_AB_P = twistBy(view, Mover::kKicks, state.pairs[contact.pair], contact.X_WP);
   }
-  setVelocities(view, state, v_ahead);
+  setVelocities(view, v_ahead);
   for (const BookedContact& contact : contacts) {
     if (contact.parted) continue;
     ActivePair& pair = state.pairs[contact.pair];
@@ -168,7 +168,7 @@ void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_h
                 const std::vector<double>& v_ahead, BookedContacts& contacts, State& state) noexcept {
   if (contacts.empty()) return;
   measurePowers(view, h, v_ahead, contacts, state);
-  setVelocities(view, state, v_half);
+  setVelocities(view, v_half);
   for (const BookedContact& contact : contacts) {
     const ActivePair& pair = state.pairs[contact.pair];
     ContactPower taken = fromKicks(view, h, contact, state);
@@ -176,13 +176,13 @@ void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_h
     if (isSupplied(view, pair)) supply(fromHands(view, h, contact, state), taken, state.energy);
     book(contact, taken, state);
   }
-  setVelocities(view, state, state.v);
+  setVelocities(view, state.v);
 }
 
 void notePowers(const LedgerView& view, double h, const std::vector<double>& v_ahead,
                 BookedContacts& contacts, State& state) noexcept {
   measurePowers(view, h, v_ahead, contacts, state);
-  setVelocities(view, state, state.v);
+  setVelocities(view, state.v);
 }
 
 void bookRelease(const FrictionMemory& last, EnergySums& sums) noexcept {

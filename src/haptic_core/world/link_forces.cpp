@@ -31,10 +31,6 @@ LinkForce forceNow(const Model& model, const ModelForce& force, const LinkWork* 
   return now;
 }
 
-bool anyForces(const Model& model, const TreeRange& trees) noexcept {
-  return std::any_of(trees.begin(), trees.end(), [&model](int tree) { return hasForces(model, tree); });
-}
-
 bool forcesStayWithin(const Model& model, const TreeRange& trees) noexcept {
   const auto has = [&trees](int tree) { return std::binary_search(trees.begin(), trees.end(), tree); };
   bool within = true;

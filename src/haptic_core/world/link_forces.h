@@ -64,8 +64,6 @@ inline bool hasForces(const Model& model, int tree) noexcept {
   return !model.forces.empty() && model.first_tree_force[tree] < model.first_tree_force[tree + 1];
 }
 
-/// (in realtime) An element acts on a link of one of the trees.
-bool anyForces(const Model& model, const TreeRange& trees) noexcept;
 /// (in realtime) Both ends of all elements on these trees, ascending, are on them or never move.
 bool forcesStayWithin(const Model& model, const TreeRange& trees) noexcept;
 /// (in realtime) Adds what acts to the wrenches of their links, and of links that hands hold.

@@ -94,16 +94,6 @@ struct StepReport {
 
   /// Share of the energy of impacts that the steps may gain or lose without saying so: 2 % of the speed after an impact.
   static constexpr double kKeptInImpacts = 0.04;
-  /// (in realtime) What the implicit solve of one island came to, in a report of its own.
-  void takeIn(const StepReport& solve) noexcept {
-    iterations = std::max(iterations, solve.iterations), evaluations = std::max(evaluations, solve.evaluations);
-    factorisations = std::max(factorisations, solve.factorisations), parts = std::max(parts, solve.parts);
-    wrench_error = std::max(wrench_error, solve.wrench_error), residual = std::max(residual, solve.residual);
-    budget_used = std::max(budget_used, solve.budget_used);
-    fallbacks += solve.fallbacks;
-    impact += solve.impact;
-    flags |= solve.flags;
-  }
   /// (in realtime) Impacts shorter than the step are made plastic by implicit steps and thrown back by explicit ones. `lost`: energy that
   /// is in no account since `impact` was 0 [J].
   void judgeImpacts(double lost) noexcept {

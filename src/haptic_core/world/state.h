@@ -180,11 +180,6 @@ struct EnergySums {
     const bool both = before.touching != 0 && now.touching != 0;
     if (!both || (now.normal_A - before.normal_A).squaredNorm() < kStands * kStands) still += energy;
   }
-  /// (in realtime) Adds what a part of the world came to, from nothing on: the sums that a solve books, not the balance.
-  void add(const EnergySums& part) noexcept {
-    damping += part.damping, friction += part.friction, external += part.external;
-    turning += part.turning, stilled += part.stilled, still += part.still;
-  }
   /// Made or lost by the time steps, and by k Vol n where n turns [J].
   double unaccounted() const noexcept { return turning + lost; }
 

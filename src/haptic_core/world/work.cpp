@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/stepping/turns_ahead.h"
 #include "haptic_core/world/initial_overlap.h"
 #include "haptic_core/world/put.h"
 #include "haptic_core/world/runaway.h"

@@ -26,7 +26,6 @@
 
 namespace haptic {
 namespace stepping {
-class TurnsAhead;
 }
 
 /// Explicitly stepped contacts (stepping/explicit_contacts.h).
@@ -66,7 +65,6 @@ struct Work {
   stepping::StandingIslands standing;      ///< stepping/implicit_islands
   stepping::Asleep asleep;       ///< step, between two steps `World`
   stepping::RateWork rates;      ///< stepping/turns
-  std::unique_ptr<stepping::TurnsAhead> ahead;  ///< stepping/turns; null: turns are solved within their steps
   LedgerSums sums;               ///< ledger
   std::vector<std::unique_ptr<TreeMotion>> joints;  ///< by tree; null: joints without laws of their own
   WrenchWork wrenches;           ///< applied_wrench

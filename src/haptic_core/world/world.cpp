@@ -6,7 +6,6 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/stepping/turns.h"
-#include "haptic_core/stepping/turns_ahead.h"
 #include "haptic_core/world/carry_over.h"
 #include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/put.h"
@@ -59,7 +58,6 @@ struct World::Impl {
     sensors.clear();
     refreshHands(model, state, work.hands);
     work.standing.forget();
-    if (work.ahead) work.ahead->forget();
     placeAll(model, state, work.placement);
   }
 
@@ -87,14 +85,6 @@ void World::step() noexcept {
     repeats ? impl_->history.repeat() : impl_->history.keep();
   }
 }
-
-void World::useSecondThread(bool on) {
-  if (!on) impl_->work.ahead.reset();
-  if (!on || usesSecondThread() || impl_->model.turn_steps <= 1 || !impl_->work.implicit) return;
-  impl_->work.ahead = std::make_unique<stepping::TurnsAhead>(impl_->model, impl_->state);
-}
-
-bool World::usesSecondThread() const { return impl_->work.ahead != nullptr; }
 
 void World::measureStages(bool on) noexcept {
   impl_->work.clock.on = on;
@@ -260,7 +250,6 @@ void World::tune(const WorldTuning& tuning) {
   check(wanted, loads, model.substep());
   impl_->bringToPresent();
   model.tune(wanted);
-  if (impl_->work.ahead) impl_->work.ahead->tune(wanted);
   refreshHands(model, impl_->state, impl_->work.hands);
   impl_->work.standing.forget();
   for (int i = 0; i < pointerCount(); ++i) {
@@ -291,7 +280,6 @@ struct NextWorld::Impl {
   Impl(const World& running, const WorldDef& def, const std::vector<int>& kept)
       : world(def), map(carryOverOf(running.model(), world.model(), kept)) {
     // A few steps touch the storage, which the first tick would otherwise have mapped page by page.
-    world.useSecondThread(running.usesSecondThread());
     start = world.save();
     for (int i = 0; i < kWarmingSteps; ++i) world.step();
     world.restore(start);

@@ -40,11 +40,6 @@ class World {
   /// (in realtime) Advances by settings().step.
   void step() noexcept;
 
-  /// Set-up: a second thread solves turns of far islands before they come (stepping/turns_ahead.h), with the same bits; none is started
-  /// where no island has turns, WorldSettings::far_step. Worlds that take this one's place have one too.
-  void useSecondThread(bool on);
-  bool usesSecondThread() const;  ///< one runs
-
   /// (in realtime) Times of the stages in the report from the next step on. Off at first: costs as much as the clock's calls.
   void measureStages(bool on) noexcept;
 
