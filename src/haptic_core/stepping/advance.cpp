@@ -21,9 +21,10 @@ void lead(const Model& model, const StepPart& part, State& state, Work& work, Re
 }  // namespace
 
 void advance(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
-  if (model.allFlows()) return flowAll(model, part, state, work, report);
   work.position_error = 0;
-  if (model.explicit_steps) {
+  if (model.allFlows()) {
+    flowAll(model, part, state, work, report);
+  } else if (model.explicit_steps) {
     velocityVerlet(model, part, state, work, report);
   } else {
     lead(model, part, state, work, report);

@@ -156,7 +156,6 @@ void keepFlow(const Model& model, int t, double h, const std::vector<double>& v_
 }
 
 void flowAll(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
-  work.position_error = 0;
   moveHeld(model, part, state, work.hands, work.placement);
   for (const int t : work.visits.trees) {
     const ModelTree& tree = model.trees[t];
@@ -167,7 +166,6 @@ void flowAll(const Model& model, const StepPart& part, State& state, Work& work,
     }
     placeTree(tree, state, work.placement);
   }
-  report.step.position_error += work.position_error;
 }
 
 void keepPull(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept {

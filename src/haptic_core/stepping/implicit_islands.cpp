@@ -13,13 +13,6 @@
 namespace haptic::stepping {
 namespace {
 
-/// Contacts of an island as its solve left them.
-struct Contacts {
-  const ImplicitContact *first, *last;
-  const ImplicitContact* begin() const { return first; }
-  const ImplicitContact* end() const { return last; }
-};
-
 /// Hands the virtual couplings to the solve.
 void aimCouplings(const Model& model, const State& state, Work& work) noexcept {
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
