@@ -1,4 +1,4 @@
-/// How well the running world is computed: error by step doubling on shadows of it, time per stage.
+/// How well the running world is computed: the error by step doubling on shadow worlds, time per stage.
 #pragma once
 #include <haptic_msgs/LiveReport.h>
 #include <ros/node_handle.h>

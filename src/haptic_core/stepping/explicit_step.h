@@ -24,7 +24,7 @@ void velocityVerlet(const Model& model, const StepPart& part, State& state, Work
 /// smooth; by velocity Verlet under wrenches.
 void flow(const Model& model, int tree, double h, State& state, Work& work, StepReport& report) noexcept;
 
-/// (in realtime) What the next step needs to know of a tree that has flowed for h [s] from the velocities `v_start`.
+/// (in realtime) Keeps for the next step the acceleration of a tree that has flowed for h [s] from the velocities `v_start`.
 void keepFlow(const Model& model, int tree, double h, const std::vector<double>& v_start, State& state) noexcept;
 
 /// (in realtime) All trees of a world in which nothing can touch or pull (Model::allFlows).

@@ -147,7 +147,7 @@ void subSteps(const Model& model, State& state, ImplicitWork& work) noexcept {
   }
 }
 
-/// Implicit Euler over what is left, and over a part that is long and does not converge in halves, each on a budget of its own.
+/// Implicit Euler over the rest of the step. A long part that does not converge is halved, each half on a budget of its own.
 void eulerToTheEnd(const Model& model, State& state, ImplicitWork& work) noexcept {
   IslandStep& step = work.step;
   const ImplicitStage& stage = work.stage;

@@ -53,8 +53,8 @@ bool anyTouches(const Model& model, const Island& island, State& state, Work& wo
   });
 }
 
-/// What overlaps where trees have been put did not begin in this step, and what does not did not end in it: friction and pressure are known
-/// as they stand there.
+/// Contacts of trees that have been put where they are neither begin nor end in this step: friction and pressure are those of the place,
+/// and memories of other places are forgotten.
 void meet(const Model& model, const Island& island, State& state, Work& work) noexcept {
   const bool put = std::any_of(island.trees, island.trees + island.tree_count, [&](int t) { return state.mode[t] == TreeMode::kPut; });
   if (!put) return;

@@ -7,8 +7,8 @@
 ///
 /// Only free bodies wait, and only alone (`standsAlone`), with no wrench on them, and too slow to pass through one another or what
 /// never moves. Turns are spread over the steps by their number of bodies. Where a step has a budget (world/counted_work.h), turns take
-/// half of it at most: others wait one step more, and so on, up to a second far_step. All of this follows from State::turn and
-/// State::as_of, by counts of steps: it is saved, restored and replayed, and a world that is looked at goes on as if it had not been.
+/// half of the budget at most: others wait a step more, and so on, up to a second far_step. The turns follow from State::turn and
+/// State::as_of, by counts of steps: they are saved, restored and replayed, and a world that is looked at goes on as if it had not been.
 ///
 /// Errors: those of far_step, or of two, where nothing near is touched; and at most that late is what reaches the near islands.
 #pragma once
